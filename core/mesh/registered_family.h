@@ -1,0 +1,74 @@
+// What the server blends and slices: one space-time mesh and a displacement of it per target.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/mesh/space_time_mesh.h"
+
+namespace liquidblend::mesh {
+
+using Float4 = std::array<float, 4>;  // x, y, z in metres, t in frames
+
+// How the registration of one target went.
+struct RegistrationReport {
+  int num_nodes = 0;
+  int num_iterations = 0;
+  double mean_residual_edges = 0.0;  // mean distance of registered vertices to the target, in edges
+  double inlier_share = 0.0;         // of the last iteration's samples
+  double seconds = 0.0;
+};
+
+struct FamilyTarget {
+  std::string name;
+  // At weight w of this target a vertex moves by
+  //   w * displacement                                  for 0 <= w <= 1
+  //   displacement + (w - 1) * extrapolation            for w > 1
+  //   w * extrapolation                                 for w < 0
+  std::span<const Float4> displacement;
+  std::span<const Float4> extrapolation;  // smoother; as many as displacement, or empty: the same
+  RegistrationReport report;
+};
+
+// A read-only view of a registered family (equation 8), usually on a memory-mapped file.
+// Threads: safe, immutable.
+struct RegisteredFamily {
+  std::shared_ptr<const void> storage;  // keeps alive what the spans view
+  std::string name;
+  int64_t version = 0;
+  std::string source;
+  std::span<const Float4> vertices;  // of the source's space-time mesh, in its order
+  std::span<const Tetrahedron> tetrahedra;
+  std::span<const Pyramid> pyramids;
+  std::span<const Wedge> wedges;
+  std::span<const Hexahedron> hexahedra;
+  std::vector<FamilyTarget> targets;
+  int64_t num_first_vertices = 0;  // as in SpaceTimeMesh: kept before frame 0 ...
+  int64_t num_last_vertices = 0;   // ... and after the last frame, whatever the weights
+  int num_frames = 0;
+  double frames_per_second = 24.0;
+  double edge_length_m = 0.0;
+  std::array<float, 3> domain_min = {0, 0, 0};  // blended vertices are clamped to this box
+  std::array<float, 3> domain_max = {0, 0, 0};
+
+  double duration_s() const { return (num_frames - 1) / frames_per_second; }
+  int64_t num_cells() const {
+    return static_cast<int64_t>(tetrahedra.size() + pyramids.size() + wedges.size() +
+                                hexahedra.size());
+  }
+};
+
+// Checks what the kernels rely on: array sizes, indices in range, finite numbers, the end slabs'
+// vertices outside of [0, num_frames - 1], a sane box. Errors: kInvalidArgument with the first
+// offending element.  Cost: O(vertices + cells).
+absl::Status Validate(const RegisteredFamily& family);
+
+// The family with no target that shows the source as it is; `mesh` must outlive the view.
+RegisteredFamily ViewOf(const SpaceTimeMesh& mesh);
+
+}  // namespace liquidblend::mesh

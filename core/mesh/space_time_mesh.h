@@ -1,0 +1,59 @@
+// A liquid's surface in space-time: a three-dimensional cell complex in R^4.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+
+namespace liquidblend::mesh {
+
+// Corners of the four cell kinds, as vertex indices.
+//   tetrahedron  0 1 2 3
+//   pyramid      base quad 0 1 2 3 (in cyclic order), apex 4
+//   wedge        triangles 0 1 2 and 3 4 5; corner c + 3 lies across from corner c
+//   hexahedron   corner (a, b, c) in {0, 1}^3 has index a + 2 b + 4 c
+// Orientation: with e1, e2, e3 the edges from corner 0 to corners 1, 2, 3 (tetrahedron), 1, 3, 4
+// (pyramid), 1, 2, 3 (wedge), 1, 2, 4 (hexahedron) and N the normal that points out of the liquid,
+// det(e1, e2, e3, N) > 0 in the order (x, y, z, t).
+using Tetrahedron = std::array<int32_t, 4>;
+using Pyramid = std::array<int32_t, 5>;
+using Wedge = std::array<int32_t, 6>;
+using Hexahedron = std::array<int32_t, 8>;
+
+// Invariant: every facet (triangle or quad) of a cell belongs to exactly two cells that run through
+// it in opposite directions, except facets all of whose vertices lie in the slab before the first
+// frame or in the slab after the last one. So each slice at a time in [0, num_frames - 1] is a
+// closed, oriented surface, however the vertices are moved, as long as those of the two end slabs
+// stay outside of that interval.
+struct SpaceTimeMesh {
+  Eigen::Matrix4Xf vertices;    // x, y, z in metres, t in frames since the first frame; sorted so
+                                // that the end slabs' vertices are the first and the last ones
+  Eigen::Matrix4Xf normals;     // unit length, out of the liquid, in the metric where a frame is as
+                                // long as edge_length_m; or no columns
+  Eigen::Matrix3Xf velocities;  // metres per second; or no columns
+  std::vector<Tetrahedron> tetrahedra;
+  std::vector<Pyramid> pyramids;
+  std::vector<Wedge> wedges;
+  std::vector<Hexahedron> hexahedra;
+  int64_t num_first_vertices = 0;  // in the slab before frame 0: columns [0, num_first_vertices)
+  int64_t num_last_vertices = 0;   // in the slab after the last frame: the last columns
+  int num_frames = 0;
+  double frames_per_second = 24.0;
+  double edge_length_m = 0.0;  // e of section 4.1: mean edge length of the animation
+
+  int64_t num_vertices() const { return vertices.cols(); }
+  int64_t num_cells() const {
+    return static_cast<int64_t>(tetrahedra.size() + pyramids.size() + wedges.size() +
+                                hexahedra.size());
+  }
+};
+
+// Checks indices, finite numbers, array sizes and the invariant above (facets paired with opposite
+// direction); the message names the first cell or facet at fault.  Errors: kInvalidArgument.
+// Cost: O(cells log cells).
+absl::Status Validate(const SpaceTimeMesh& mesh);
+
+}  // namespace liquidblend::mesh

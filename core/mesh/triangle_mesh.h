@@ -1,0 +1,45 @@
+// A triangle surface in space.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+
+namespace liquidblend::mesh {
+
+// Vertices and triangles, a column each. Triangles are counter-clockwise seen from outside.
+struct TriangleMesh {
+  Eigen::Matrix3Xf vertices;    // 3 x num_vertices, metres
+  Eigen::Matrix3Xi triangles;   // 3 x num_triangles, vertex indices
+  Eigen::Matrix3Xf velocities;  // 3 x num_vertices, metres per second; or no columns: not known
+
+  int64_t num_vertices() const { return vertices.cols(); }
+  int64_t num_triangles() const { return triangles.cols(); }
+};
+
+// How far a triangle mesh is from being closed and oriented. Both are 0 for the boundary of a solid.
+struct ClosednessReport {
+  int64_t num_odd_edges = 0;          // edges with an odd number of triangles
+  int64_t num_misoriented_edges = 0;  // edges run through more often in one direction
+  bool closed() const { return num_odd_edges == 0 && num_misoriented_edges == 0; }
+};
+
+// Requires: indices in range.  Cost: O(n log n).
+ClosednessReport CheckClosed(const TriangleMesh& mesh);
+
+// Checks that numbers are finite, indices in range and the velocities' count right; the message
+// names the first offending element.  Errors: kInvalidArgument.
+absl::Status Validate(const TriangleMesh& mesh);
+
+// Signed volume in cubic metres, positive for an outward orientation. Requires: closed().
+double Volume(const TriangleMesh& mesh);
+
+// Mean length of the edges, each triangle side counted once per triangle; 0 without triangles.
+double MeanEdgeLength(const TriangleMesh& mesh);
+
+// Number of parts that are connected through triangles.
+int64_t NumComponents(const TriangleMesh& mesh);
+
+}  // namespace liquidblend::mesh

@@ -1,0 +1,65 @@
+// Immutable byte strings, named by their content.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+
+namespace liquidblend::store {
+
+// "xxh3-" and the 32 hexadecimal digits of the content's XXH3-128.
+using BlobId = std::string;
+
+// The bytes of one blob; memory-mapped where the backend can.  Threads: safe, immutable.
+class Blob {
+ public:
+  virtual ~Blob() = default;
+  virtual std::span<const std::byte> bytes() const = 0;
+};
+
+// Receives one blob's bytes in order. Dropped without Commit(), it leaves nothing behind that a
+// reader could see. Threads: one at a time.
+class BlobWriter {
+ public:
+  virtual ~BlobWriter() = default;
+  // Errors: kResourceExhausted (disk full), kUnavailable; the message names the path.
+  virtual absl::Status Append(std::span<const std::byte> bytes) = 0;
+  // Makes the blob durable and visible, and returns its id. At most once, nothing after it.
+  virtual absl::StatusOr<BlobId> Commit() = 0;
+};
+
+struct BlobInfo {
+  BlobId id;
+  int64_t size_bytes = 0;
+  absl::Time modified;
+};
+
+// Threads: safe.
+class BlobStore {
+ public:
+  virtual ~BlobStore() = default;
+  virtual absl::StatusOr<std::unique_ptr<BlobWriter>> Create() = 0;
+  // Verifies the whole content against its name on open.
+  // Errors: kNotFound; kDataLoss if the content does not match, with the path.
+  virtual absl::StatusOr<std::shared_ptr<const Blob>> Open(const BlobId& id) = 0;
+  // OK too if there is no such blob.
+  virtual absl::Status Delete(const BlobId& id) = 0;
+  // In the order of their ids.
+  virtual absl::StatusOr<std::vector<BlobInfo>> List() = 0;
+};
+
+// Blobs as files under `directory`, which is created if missing: blobs/<2 digits>/<id>, written as
+// tmp/<unique>, flushed, then renamed; the directories are flushed too. Left-over temporary files
+// whose writer is gone are removed on opening.
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(const std::string& directory);
+
+// Convenience: one blob from bytes in memory.
+absl::StatusOr<BlobId> PutBlob(BlobStore& blobs, std::span<const std::byte> bytes);
+
+}  // namespace liquidblend::store

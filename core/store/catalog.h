@@ -1,0 +1,106 @@
+// What there is (animations, families) and what there is to do (the job queue), in one
+// transactional place, so that accepting work and publishing results are all or nothing.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "liquidblend/store/v1/records.pb.h"
+
+namespace liquidblend::store {
+
+namespace pb = ::liquidblend::store::v1;
+
+// A worker's hold on a job. Every write about the job names the lease; it is refused with kAborted
+// once the lease has been given to someone else (fencing), so a paused worker can do no harm.
+struct Lease {
+  std::string lease_id;
+  pb::JobRecord job;
+};
+
+struct JobControl {
+  bool cancel_requested = false;
+};
+
+template <typename Record>
+struct Page {
+  std::vector<Record> records;   // in the order of their ids (jobs: newest first)
+  std::string next_page_token;   // empty: no more
+};
+
+struct CatalogOptions {
+  int max_attempts = 3;  // >= 1; a job whose worker was lost this often fails for good
+};
+
+// Threads: safe; processes: safe. All calls are durable when they return OK.
+// Errors of all calls: kUnavailable (locked or lost database), kResourceExhausted (disk full),
+// kDataLoss (corrupt database); messages name the database.
+class Catalog {
+ public:
+  virtual ~Catalog() = default;
+
+  // ---- accepting work: the row and its job appear together
+  // Fills job.id and times. A non-empty job.request_id seen before returns that job unchanged.
+  // Errors: kAlreadyExists if the animation's id is taken (a FAILED one is replaced).
+  virtual absl::StatusOr<pb::JobRecord> SubmitImport(const pb::AnimationRecord& animation,
+                                                     pb::JobRecord job) = 0;
+  // Creates the family's row if it is new. Errors: kNotFound or kFailedPrecondition if an animation
+  // is missing or not READY, naming it; kFailedPrecondition if a registration of the family is
+  // queued or running.
+  virtual absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job) = 0;
+
+  // ---- reading
+  virtual absl::StatusOr<pb::AnimationRecord> GetAnimation(const std::string& id) = 0;
+  virtual absl::StatusOr<Page<pb::AnimationRecord>> ListAnimations(int page_size,
+                                                                   const std::string& token) = 0;
+  virtual absl::StatusOr<pb::FamilyRecord> GetFamily(const std::string& id) = 0;
+  virtual absl::StatusOr<Page<pb::FamilyRecord>> ListFamilies(int page_size,
+                                                              const std::string& token) = 0;
+  virtual absl::StatusOr<pb::JobRecord> GetJob(const std::string& id) = 0;
+  virtual absl::StatusOr<Page<pb::JobRecord>> ListJobs(int page_size, const std::string& token) = 0;
+  // Every blob that a record or an unfinished job refers to.
+  virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
+
+  // ---- removing
+  // Errors: kNotFound; kFailedPrecondition if a family or an unfinished job needs it, naming it.
+  virtual absl::Status DeleteAnimation(const std::string& id) = 0;
+  // Errors: kNotFound; kFailedPrecondition while a registration of it is queued or running.
+  virtual absl::Status DeleteFamily(const std::string& id) = 0;
+  // Errors: kNotFound; kFailedPrecondition unless the job is done.
+  virtual absl::Status DeleteJob(const std::string& id) = 0;
+
+  // ---- the queue
+  // Takes the oldest job that is queued, or whose lease has expired; nothing if there is none.
+  // A job whose attempts are used up fails here instead of being given out again.
+  virtual absl::StatusOr<std::optional<Lease>> LeaseJob(const std::string& worker,
+                                                        absl::Duration duration) = 0;
+  // Renews the lease, records progress, tells whether someone asked to cancel.
+  virtual absl::StatusOr<JobControl> Heartbeat(const std::string& lease_id, absl::Duration duration,
+                                               const pb::JobProgress& progress) = 0;
+  // Finish the job and show its result, together. The import: state becomes READY.
+  virtual absl::Status PublishAnimation(const std::string& lease_id,
+                                        const pb::AnimationRecord& animation) = 0;
+  // family.version is assigned here (the last one + 1), and returned.
+  virtual absl::StatusOr<int64_t> PublishFamily(const std::string& lease_id,
+                                                const pb::FamilyRecord& family) = 0;
+  // retry: back to the queue while attempts are left; else FAILED (kCancelled: CANCELLED), with the
+  // error kept in the job and, for an import, in the animation.
+  virtual absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
+                               bool retry) = 0;
+  // Gives a job back untouched (the worker is stopping); the attempt does not count.
+  virtual absl::Status ReleaseJob(const std::string& lease_id) = 0;
+  // A queued job is CANCELLED at once, a running one when its worker hears of it. OK if done.
+  virtual absl::Status RequestCancel(const std::string& job_id) = 0;
+};
+
+// SQLite in WAL mode with synchronous=FULL; creates the file and its tables if missing.
+absl::StatusOr<std::unique_ptr<Catalog>> OpenSqliteCatalog(const std::string& path,
+                                                           const CatalogOptions& options = {});
+
+}  // namespace liquidblend::store

@@ -1,0 +1,29 @@
+// Animation -> SpaceTimeMesh (paper, section 4; built as space-time surface nets, see
+// docs/architecture.md), for any mesh sequence: no persistent connectivity is needed.
+#pragma once
+
+#include <functional>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/animation.h"
+#include "core/mesh/space_time_mesh.h"
+#include "core/parallel/arena.h"
+
+namespace liquidblend::spacetime {
+
+struct BuildOptions {
+  double spacing_edges = 0.9;     // [0.25, 4]; grid spacing h in mean edge lengths
+  int projection_steps = 4;       // [0, 16]; Newton steps of each vertex onto the surface
+  absl::Status Validate() const;  // names the first field out of range, and its value
+};
+
+// Builds the cell complex; its slice at frame k lies on frame k's surface.
+// Requires: frames closed and oriented.  Errors: kInvalidArgument (options, fewer than 2 frames, no
+// triangles at all); kResourceExhausted if the grid would be larger than its index type holds.
+// Threads: safe, same bytes for any thread count.
+absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
+                                          const BuildOptions& options,
+                                          const parallel::Arena& arena,
+                                          const std::function<void(double)>& progress = {});
+
+}  // namespace liquidblend::spacetime
