@@ -24,10 +24,10 @@ using Wedge = std::array<int32_t, 6>;
 using Hexahedron = std::array<int32_t, 8>;
 
 // Invariant: every facet (triangle or quad) of a cell belongs to exactly two cells that run through
-// it in opposite directions, except facets all of whose vertices lie in the slab before the first
-// frame or in the slab after the last one. So each slice at a time in [0, num_frames - 1] is a
-// closed, oriented surface, however the vertices are moved, as long as those of the two end slabs
-// stay outside of that interval.
+// it in opposite directions (or to four, two and two, where parts of the liquid touch), except
+// facets all of whose vertices lie in the slab before the first frame or in the slab after the last
+// one. So each slice at a time in [0, num_frames - 1] is a closed, oriented surface, however the
+// vertices are moved, as long as those of the two end slabs stay outside of that interval.
 struct SpaceTimeMesh {
   Eigen::Matrix4Xf vertices;    // x, y, z in metres, t in frames since the first frame; sorted so
                                 // that the end slabs' vertices are the first and the last ones

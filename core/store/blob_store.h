@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 
 namespace liquidblend::store {
@@ -28,9 +30,11 @@ class Blob {
 class BlobWriter {
  public:
   virtual ~BlobWriter() = default;
-  // Errors: kResourceExhausted (disk full), kUnavailable; the message names the path.
+  // Errors: kResourceExhausted (disk full), kPermissionDenied, kDataLoss (the disk fails),
+  // kUnavailable; the message names the path. After an error the writer can only be dropped.
   virtual absl::Status Append(std::span<const std::byte> bytes) = 0;
-  // Makes the blob durable and visible, and returns its id. At most once, nothing after it.
+  // Makes the blob durable and visible, and returns its id. At most once, nothing after it. If the
+  // store has this content already it is written afresh: BlobInfo::modified is now in any case.
   virtual absl::StatusOr<BlobId> Commit() = 0;
 };
 
@@ -40,13 +44,15 @@ struct BlobInfo {
   absl::Time modified;
 };
 
-// Threads: safe.
+// Threads: safe; processes: safe. Errors as BlobWriter's, and those given.
 class BlobStore {
  public:
   virtual ~BlobStore() = default;
   virtual absl::StatusOr<std::unique_ptr<BlobWriter>> Create() = 0;
-  // Verifies the whole content against its name on open.
-  // Errors: kNotFound; kDataLoss if the content does not match, with the path.
+  // Verifies the whole content against its name on open. A blob that is deleted or replaced while
+  // it is open stays readable.
+  // Errors: kNotFound; kDataLoss if the content does not match or cannot be read;
+  // kPermissionDenied; messages name the path. kInvalidArgument if `id` is no blob id.
   virtual absl::StatusOr<std::shared_ptr<const Blob>> Open(const BlobId& id) = 0;
   // OK too if there is no such blob.
   virtual absl::Status Delete(const BlobId& id) = 0;
@@ -54,9 +60,12 @@ class BlobStore {
   virtual absl::StatusOr<std::vector<BlobInfo>> List() = 0;
 };
 
+// Whether `id` is written like a blob id.
+bool IsBlobId(absl::string_view id);
+
 // Blobs as files under `directory`, which is created if missing: blobs/<2 digits>/<id>, written as
-// tmp/<unique>, flushed, then renamed; the directories are flushed too. Left-over temporary files
-// whose writer is gone are removed on opening.
+// tmp/<pid>-<unique>, flushed, then renamed; the directories are flushed too. A writer holds a lock
+// (flock) on its temporary file; those that nobody holds are left over and removed on opening.
 absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(const std::string& directory);
 
 // Convenience: one blob from bytes in memory.

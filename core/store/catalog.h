@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,23 +31,31 @@ struct JobControl {
 
 template <typename Record>
 struct Page {
-  std::vector<Record> records;   // in the order of their ids (jobs: newest first)
-  std::string next_page_token;   // empty: no more
+  std::vector<Record> records;  // in the order of their ids (jobs: newest first)
+  std::string next_page_token;  // empty: no more
 };
 
 struct CatalogOptions {
   int max_attempts = 3;  // >= 1; a job whose worker was lost this often fails for good
+  absl::Duration busy_timeout = absl::Seconds(10);  // >= 0; how long to wait for other processes
+  std::function<absl::Time()> now;  // the clock of times and leases; empty: absl::Now
+  absl::Status Validate() const;    // names the first field out of range
 };
 
-// Threads: safe; processes: safe. All calls are durable when they return OK.
+// Records name animations, families and jobs by their bare ids.
+// Threads: safe; processes: safe, but a catalog must not be used on both sides of a fork().
+// All calls are durable when they return OK.
 // Errors of all calls: kUnavailable (locked or lost database), kResourceExhausted (disk full),
-// kDataLoss (corrupt database); messages name the database.
+// kPermissionDenied, kDataLoss (corrupt database); messages name the database. kInvalidArgument for
+// a record that contradicts itself, a string that is not UTF-8, or a page token not from here.
+// Page sizes: at most 1000; 0 or less: 100.
 class Catalog {
  public:
   virtual ~Catalog() = default;
 
   // ---- accepting work: the row and its job appear together
-  // Fills job.id and times. A non-empty job.request_id seen before returns that job unchanged.
+  // Fills job.id and times. A non-empty job.request_id seen before returns that job unchanged
+  // (kInvalidArgument if it belongs to other work).
   // Errors: kAlreadyExists if the animation's id is taken (a FAILED one is replaced).
   virtual absl::StatusOr<pb::JobRecord> SubmitImport(const pb::AnimationRecord& animation,
                                                      pb::JobRecord job) = 0;
@@ -64,7 +73,7 @@ class Catalog {
                                                               const std::string& token) = 0;
   virtual absl::StatusOr<pb::JobRecord> GetJob(const std::string& id) = 0;
   virtual absl::StatusOr<Page<pb::JobRecord>> ListJobs(int page_size, const std::string& token) = 0;
-  // Every blob that a record or an unfinished job refers to.
+  // Every blob that a record or an unfinished job refers to, sorted, each once.
   virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
 
   // ---- removing
@@ -86,20 +95,24 @@ class Catalog {
   // Finish the job and show its result, together. The import: state becomes READY.
   virtual absl::Status PublishAnimation(const std::string& lease_id,
                                         const pb::AnimationRecord& animation) = 0;
-  // family.version is assigned here (the last one + 1), and returned.
+  // family.version is assigned here and returned: the last one + 1, also counting those of a
+  // deleted family of that id, so that a version never means two things.
   virtual absl::StatusOr<int64_t> PublishFamily(const std::string& lease_id,
                                                 const pb::FamilyRecord& family) = 0;
-  // retry: back to the queue while attempts are left; else FAILED (kCancelled: CANCELLED), with the
-  // error kept in the job and, for an import, in the animation.
+  // retry: back to the queue while attempts are left; else FAILED (kCancelled, or someone asked to
+  // cancel: CANCELLED), with the error kept in the job and, for an import, in the animation.
   virtual absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                                bool retry) = 0;
   // Gives a job back untouched (the worker is stopping); the attempt does not count.
   virtual absl::Status ReleaseJob(const std::string& lease_id) = 0;
-  // A queued job is CANCELLED at once, a running one when its worker hears of it. OK if done.
+  // A queued job is CANCELLED at once, a running one when its worker hears of it (or is lost). OK
+  // if done. Errors: kNotFound.
   virtual absl::Status RequestCancel(const std::string& job_id) = 0;
 };
 
-// SQLite in WAL mode with synchronous=FULL; creates the file and its tables if missing.
+// SQLite in WAL mode with synchronous=FULL; creates the file and its tables if missing, and brings
+// older ones up to date. Errors, beside the above: kFailedPrecondition if the file is no catalog,
+// or was made by a newer program.
 absl::StatusOr<std::unique_ptr<Catalog>> OpenSqliteCatalog(const std::string& path,
                                                            const CatalogOptions& options = {});
 

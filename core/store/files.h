@@ -14,16 +14,23 @@
 namespace liquidblend::store {
 
 // Writes an animation as one file of aligned, checksummed sections.
+// Requires: each frame passed Validate().
+// Errors: the writer's; kInvalidArgument if a name or note is not UTF-8.
 absl::Status WriteAnimation(const mesh::Animation& animation, BlobWriter& out);
 
-// Errors: kDataLoss with the section at fault; kInvalidArgument if it is no animation file.
+//   name  how messages call the file
+// Errors: kDataLoss if the file is damaged, naming the section; kInvalidArgument if it is no
+// animation file, of a format version that is not known, or its content contradicts itself.
+// Memory: the file's size, and some 40 times its manifest's, which may have 16 MiB at most.
 absl::StatusOr<mesh::Animation> ReadAnimation(const Blob& blob, const std::string& name);
 
-// Writes a registered family; family.version is not stored in the file (the catalog assigns it).
-// Requires: Validate(family).ok().
+// Writes a registered family. The same family gives the same bytes: its version (which the catalog
+// assigns) and the seconds of the reports are not stored in the file.
+// Requires: Validate(family).ok().  Errors: as WriteAnimation.
 absl::Status WriteFamily(const mesh::RegisteredFamily& family, BlobWriter& out);
 
-// A view on the blob, which it keeps alive; checks header, sections, checksums and Validate().
+// A view on the blob, which it keeps alive, without a copy; checks header, sections, checksums and
+// Validate(). Requires: the blob's bytes are 64-byte aligned.  Errors: as ReadAnimation.
 absl::StatusOr<mesh::RegisteredFamily> OpenFamily(std::shared_ptr<const Blob> blob,
                                                   const std::string& name);
 

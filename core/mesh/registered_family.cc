@@ -1,0 +1,140 @@
+#include "core/mesh/registered_family.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+
+namespace liquidblend::mesh {
+namespace {
+
+static_assert(sizeof(Float4) == 16, "a column of Matrix4Xf is a Float4");
+
+absl::Status Fault(const RegisteredFamily& family, absl::string_view what) {
+  return absl::InvalidArgumentError(absl::StrCat("family ", family.name, ": ", what));
+}
+
+absl::Status CheckNumbers(const RegisteredFamily& family) {
+  if (family.vertices.size() > static_cast<size_t>(std::numeric_limits<int32_t>::max())) {
+    return Fault(family, absl::StrCat("too many vertices: ", family.vertices.size()));
+  }
+  if (family.num_frames < 1) return Fault(family, absl::StrCat("num_frames = ", family.num_frames));
+  if (!std::isfinite(family.frames_per_second) || family.frames_per_second <= 0.0) {
+    return Fault(family, absl::StrCat("frames_per_second = ", family.frames_per_second));
+  }
+  if (!std::isfinite(family.edge_length_m) || family.edge_length_m < 0.0) {
+    return Fault(family, absl::StrCat("edge_length_m = ", family.edge_length_m));
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const float low = family.domain_min[axis];
+    const float high = family.domain_max[axis];
+    if (std::isfinite(low) && std::isfinite(high) && low <= high) continue;
+    return Fault(family, absl::StrCat("domain from ", low, " to ", high, " along axis ", axis));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckFinite(const RegisteredFamily& family, const std::string& what,
+                         std::span<const Float4> values) {
+  for (size_t v = 0; v < values.size(); ++v) {
+    const Float4& a = values[v];
+    if (std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]) && std::isfinite(a[3])) {
+      continue;
+    }
+    return Fault(family, absl::StrCat(what, " ", v, " is not finite"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckEndSlabs(const RegisteredFamily& family) {
+  const int64_t first = family.num_first_vertices;
+  const int64_t last = family.num_last_vertices;
+  const int64_t count = static_cast<int64_t>(family.vertices.size());
+  if (first < 0 || last < 0 || first > count || last > count - first) {
+    return Fault(family, absl::StrCat(first, " vertices in the first and ", last,
+                                      " in the last slab, of ", count));
+  }
+  for (int64_t v = 0; v < first; ++v) {
+    if (family.vertices[v][3] < 0.0f) continue;
+    return Fault(family, absl::StrCat("vertex ", v, " of the first slab has time ",
+                                      family.vertices[v][3], ", not before frame 0"));
+  }
+  for (int64_t v = count - last; v < count; ++v) {
+    if (family.vertices[v][3] > static_cast<float>(family.num_frames - 1)) continue;
+    return Fault(family,
+                 absl::StrCat("vertex ", v, " of the last slab has time ", family.vertices[v][3],
+                              ", not after frame ", family.num_frames - 1));
+  }
+  return absl::OkStatus();
+}
+
+template <typename Cell>
+absl::Status CheckCells(const RegisteredFamily& family, const char* kind,
+                        std::span<const Cell> cells) {
+  const auto count = static_cast<uint32_t>(family.vertices.size());
+  for (size_t i = 0; i < cells.size(); ++i) {
+    for (const int32_t v : cells[i]) {
+      if (static_cast<uint32_t>(v) < count) continue;
+      return Fault(family, absl::StrCat(kind, " ", i, " has vertex ", v, ", of ", count));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckTarget(const RegisteredFamily& family, const FamilyTarget& target) {
+  const size_t count = family.vertices.size();
+  if (target.displacement.size() != count) {
+    return Fault(family, absl::StrCat("target ", target.name, " displaces ",
+                                      target.displacement.size(), " of ", count, " vertices"));
+  }
+  if (!target.extrapolation.empty() && target.extrapolation.size() != count) {
+    return Fault(family, absl::StrCat("target ", target.name, " extrapolates ",
+                                      target.extrapolation.size(), " of ", count, " vertices"));
+  }
+  LB_RETURN_IF_ERROR(CheckFinite(family, absl::StrCat("target ", target.name, ": displacement"),
+                                 target.displacement));
+  return CheckFinite(family, absl::StrCat("target ", target.name, ": extrapolation"),
+                     target.extrapolation);
+}
+
+}  // namespace
+
+absl::Status Validate(const RegisteredFamily& family) {
+  LB_RETURN_IF_ERROR(CheckNumbers(family));
+  LB_RETURN_IF_ERROR(CheckFinite(family, "vertex", family.vertices));
+  LB_RETURN_IF_ERROR(CheckEndSlabs(family));
+  LB_RETURN_IF_ERROR(CheckCells(family, "tetrahedron", family.tetrahedra));
+  LB_RETURN_IF_ERROR(CheckCells(family, "pyramid", family.pyramids));
+  LB_RETURN_IF_ERROR(CheckCells(family, "wedge", family.wedges));
+  LB_RETURN_IF_ERROR(CheckCells(family, "hexahedron", family.hexahedra));
+  for (const FamilyTarget& target : family.targets) {
+    LB_RETURN_IF_ERROR(CheckTarget(family, target));
+  }
+  return absl::OkStatus();
+}
+
+RegisteredFamily ViewOf(const SpaceTimeMesh& mesh) {
+  RegisteredFamily family;
+  family.vertices = {reinterpret_cast<const Float4*>(mesh.vertices.data()),
+                     static_cast<size_t>(mesh.num_vertices())};
+  family.tetrahedra = mesh.tetrahedra;
+  family.pyramids = mesh.pyramids;
+  family.wedges = mesh.wedges;
+  family.hexahedra = mesh.hexahedra;
+  family.num_first_vertices = mesh.num_first_vertices;
+  family.num_last_vertices = mesh.num_last_vertices;
+  family.num_frames = mesh.num_frames;
+  family.frames_per_second = mesh.frames_per_second;
+  family.edge_length_m = mesh.edge_length_m;
+  if (mesh.num_vertices() > 0) {
+    Eigen::Map<Eigen::Vector3f>(family.domain_min.data()) =
+        mesh.vertices.topRows<3>().rowwise().minCoeff();
+    Eigen::Map<Eigen::Vector3f>(family.domain_max.data()) =
+        mesh.vertices.topRows<3>().rowwise().maxCoeff();
+  }
+  return family;
+}
+
+}  // namespace liquidblend::mesh

@@ -1,0 +1,132 @@
+#include "core/mesh/triangle_mesh.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "core/base/status_macros.h"
+
+namespace liquidblend::mesh {
+namespace {
+
+constexpr char kAxis[] = "xyz";
+
+absl::Status CheckFinite(const Eigen::Matrix3Xf& columns, absl::string_view what) {
+  for (Eigen::Index v = 0; v < columns.cols(); ++v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (std::isfinite(columns(axis, v))) continue;
+      return absl::InvalidArgumentError(absl::StrCat("vertex ", v, ": ", what, " ",
+                                                     std::string(1, kAxis[axis]), " is ",
+                                                     columns(axis, v), ", not a finite number"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+int Root(std::vector<int>& parent, int v) {
+  while (parent[v] != v) {
+    parent[v] = parent[parent[v]];
+    v = parent[v];
+  }
+  return v;
+}
+
+}  // namespace
+
+ClosednessReport CheckClosed(const TriangleMesh& mesh) {
+  // Sides as (edge, direction), the edge as its two vertices in order; a side from a vertex to
+  // itself bounds nothing.
+  std::vector<std::pair<uint64_t, int>> sides;
+  sides.reserve(3 * mesh.num_triangles());
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const auto a = static_cast<uint32_t>(mesh.triangles(k, t));
+      const auto b = static_cast<uint32_t>(mesh.triangles((k + 1) % 3, t));
+      if (a == b) continue;
+      const uint64_t edge = uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+      sides.emplace_back(edge, a < b ? 1 : -1);
+    }
+  }
+  std::sort(sides.begin(), sides.end());
+  ClosednessReport report;
+  for (size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+    int64_t direction = 0;
+    for (end = begin; end < sides.size() && sides[end].first == sides[begin].first; ++end) {
+      direction += sides[end].second;
+    }
+    if ((end - begin) % 2 != 0) ++report.num_odd_edges;
+    if (direction != 0) ++report.num_misoriented_edges;
+  }
+  return report;
+}
+
+absl::Status Validate(const TriangleMesh& mesh) {
+  LB_RETURN_IF_ERROR(CheckFinite(mesh.vertices, "position"));
+  if (mesh.velocities.cols() != 0 && mesh.velocities.cols() != mesh.vertices.cols()) {
+    return absl::InvalidArgumentError(absl::StrCat(mesh.velocities.cols(), " velocities for ",
+                                                   mesh.vertices.cols(), " vertices"));
+  }
+  LB_RETURN_IF_ERROR(CheckFinite(mesh.velocities, "velocity"));
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int v = mesh.triangles(k, t);
+      if (v >= 0 && v < mesh.num_vertices()) continue;
+      return absl::InvalidArgumentError(absl::StrCat("triangle ", t, ": vertex ", v,
+                                                     " is not in [0, ", mesh.num_vertices(), ")"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+double Volume(const TriangleMesh& mesh) {
+  if (mesh.num_triangles() == 0) return 0.0;
+  // Seen from a vertex of the mesh the terms are small, wherever the mesh lies.
+  const Eigen::Vector3d origin = mesh.vertices.col(mesh.triangles(0, 0)).cast<double>();
+  double six_volumes = 0.0;
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    const Eigen::Vector3d a = mesh.vertices.col(mesh.triangles(0, t)).cast<double>() - origin;
+    const Eigen::Vector3d b = mesh.vertices.col(mesh.triangles(1, t)).cast<double>() - origin;
+    const Eigen::Vector3d c = mesh.vertices.col(mesh.triangles(2, t)).cast<double>() - origin;
+    six_volumes += a.dot(b.cross(c));
+  }
+  return six_volumes / 6.0;
+}
+
+double MeanEdgeLength(const TriangleMesh& mesh) {
+  if (mesh.num_triangles() == 0) return 0.0;
+  double sum = 0.0;
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = mesh.triangles(k, t);
+      const int b = mesh.triangles((k + 1) % 3, t);
+      sum += (mesh.vertices.col(a) - mesh.vertices.col(b)).cast<double>().norm();
+    }
+  }
+  return sum / (3.0 * static_cast<double>(mesh.num_triangles()));
+}
+
+int64_t NumComponents(const TriangleMesh& mesh) {
+  std::vector<int> parent(mesh.num_vertices());
+  std::iota(parent.begin(), parent.end(), 0);
+  std::vector<char> used(mesh.num_vertices(), 0);
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      used[mesh.triangles(k, t)] = 1;
+      const int a = Root(parent, mesh.triangles(k, t));
+      const int b = Root(parent, mesh.triangles((k + 1) % 3, t));
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  int64_t num_components = 0;
+  for (size_t v = 0; v < parent.size(); ++v) {
+    if (used[v] && parent[v] == static_cast<int>(v)) ++num_components;
+  }
+  return num_components;
+}
+
+}  // namespace liquidblend::mesh

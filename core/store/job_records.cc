@@ -1,0 +1,154 @@
+#include "core/store/job_records.h"
+
+#include <algorithm>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "core/store/random_id.h"
+
+namespace liquidblend::store {
+namespace {
+
+constexpr int kDefaultPageSize = 100;
+constexpr int kMaxPageSize = 1000;
+
+}  // namespace
+
+bool IsUnfinished(const pb::JobRecord& job) {
+  return job.state() == pb::JobRecord::QUEUED || job.state() == pb::JobRecord::RUNNING;
+}
+
+std::string SubjectOf(const pb::JobRecord& job) {
+  return job.has_import_animation()
+             ? absl::StrCat("animations/", job.import_animation().animation())
+             : absl::StrCat("families/", job.register_family().family());
+}
+
+std::vector<std::string> AnimationsOf(const pb::JobRecord& job) {
+  if (job.has_import_animation()) return {job.import_animation().animation()};
+  const pb::RegisterJob& registration = job.register_family();
+  std::vector<std::string> ids = {registration.source()};
+  ids.insert(ids.end(), registration.targets().begin(), registration.targets().end());
+  return ids;
+}
+
+absl::Status CheckImport(const pb::AnimationRecord& animation, const pb::JobRecord& job) {
+  if (animation.id().empty()) return absl::InvalidArgumentError("an animation needs an id");
+  if (job.has_import_animation() && job.import_animation().animation() == animation.id()) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("the job does not import animation '", animation.id(), "'"));
+}
+
+absl::Status CheckRegistration(const pb::JobRecord& job) {
+  if (!job.has_register_family()) return absl::InvalidArgumentError("the job is no registration");
+  if (job.register_family().family().empty()) {
+    return absl::InvalidArgumentError("a family needs an id");
+  }
+  if (job.register_family().targets().empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the registration of family '", job.register_family().family(), "' has no targets"));
+  }
+  return absl::OkStatus();
+}
+
+pb::JobRecord NewJob(pb::JobRecord job, absl::Time now) {
+  pb::JobRecord fresh;
+  fresh.set_id(absl::StrCat(job.has_import_animation() ? "import-" : "register-", RandomHex(8)));
+  fresh.set_state(pb::JobRecord::QUEUED);
+  fresh.set_request_id(job.request_id());
+  if (job.has_import_animation()) {
+    *fresh.mutable_import_animation() = std::move(*job.mutable_import_animation());
+  } else {
+    *fresh.mutable_register_family() = std::move(*job.mutable_register_family());
+  }
+  *fresh.mutable_create_time() = *fresh.mutable_update_time() = ToTimestamp(now);
+  return fresh;
+}
+
+pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, absl::Time now) {
+  animation.set_state(pb::AnimationRecord::IMPORTING);
+  animation.clear_error();
+  animation.clear_blob();
+  *animation.mutable_create_time() = ToTimestamp(now);
+  return animation;
+}
+
+void StartAttempt(const std::string& worker, absl::Time now, pb::JobRecord& job) {
+  job.set_state(pb::JobRecord::RUNNING);
+  job.set_attempts(job.attempts() + 1);
+  job.set_worker(worker);
+  job.clear_progress();
+  *job.mutable_update_time() = ToTimestamp(now);
+}
+
+void ReturnToQueue(absl::Time now, pb::JobRecord& job) {
+  job.set_state(pb::JobRecord::QUEUED);
+  job.clear_worker();
+  job.clear_progress();
+  *job.mutable_update_time() = ToTimestamp(now);
+}
+
+void Succeed(absl::Time now, pb::JobRecord& job) {
+  job.set_state(pb::JobRecord::SUCCEEDED);
+  job.mutable_progress()->set_fraction(1.0);
+  job.mutable_progress()->set_seconds_left(0.0);
+  *job.mutable_update_time() = ToTimestamp(now);
+}
+
+void Fail(const absl::Status& error, absl::Time now, pb::JobRecord& job) {
+  job.set_state(absl::IsCancelled(error) ? pb::JobRecord::CANCELLED : pb::JobRecord::FAILED);
+  *job.mutable_error() = ToRpcStatus(error);
+  *job.mutable_update_time() = ToTimestamp(now);
+}
+
+google::protobuf::Timestamp ToTimestamp(absl::Time time) {
+  google::protobuf::Timestamp timestamp;
+  const int64_t seconds = absl::ToUnixSeconds(time);  // rounds down
+  timestamp.set_seconds(seconds);
+  timestamp.set_nanos(
+      static_cast<int32_t>(absl::ToInt64Nanoseconds(time - absl::FromUnixSeconds(seconds))));
+  return timestamp;
+}
+
+google::rpc::Status ToRpcStatus(const absl::Status& status) {
+  google::rpc::Status result;
+  result.set_code(static_cast<int>(status.code()));
+  result.set_message(std::string(status.message()));
+  if (google::rpc::Status().ParseFromString(result.SerializeAsString())) return result;
+  std::replace_if(
+      result.mutable_message()->begin(), result.mutable_message()->end(),
+      [](char c) { return static_cast<unsigned char>(c) >= 0x80; }, '?');
+  return result;
+}
+
+absl::StatusOr<std::string> Serialize(const google::protobuf::MessageLite& record,
+                                      const std::string& what) {
+  std::string bytes = record.SerializeAsString();
+  const std::unique_ptr<google::protobuf::MessageLite> copy(record.New());
+  if (copy->ParseFromString(bytes)) return bytes;
+  return absl::InvalidArgumentError(absl::StrCat(what, " holds a string that is not UTF-8"));
+}
+
+std::string PageToken(const std::string& list, const std::string& last_key) {
+  return absl::WebSafeBase64Escape(absl::StrCat(list, "/", last_key));
+}
+
+absl::StatusOr<std::string> LastKey(const std::string& list, const std::string& token) {
+  if (token.empty()) return std::string();
+  std::string plain;
+  const std::string prefix = absl::StrCat(list, "/");
+  if (absl::WebSafeBase64Unescape(token, &plain) && plain.size() > prefix.size() &&
+      plain.compare(0, prefix.size(), prefix) == 0) {
+    return plain.substr(prefix.size());
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("page token '", absl::CHexEscape(token), "' is not from the list of ", list));
+}
+
+int PageSize(int page_size) {
+  return page_size <= 0 ? kDefaultPageSize : std::min(page_size, kMaxPageSize);
+}
+
+}  // namespace liquidblend::store

@@ -1,0 +1,192 @@
+// What every backend of BlobStore must do. A backend's test includes this and instantiates
+// BlobStoreSuite with a function that makes one BlobBackend.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/time/clock.h"
+#include "core/store/blob_store.h"
+#include "tests/core/store/store_testing.h"
+
+namespace liquidblend::store {
+
+// An empty place for blobs.
+class BlobBackend {
+ public:
+  virtual ~BlobBackend() = default;
+  // One more handle on the same place.
+  virtual std::unique_ptr<BlobStore> Open() = 0;
+  // Changes a byte of the stored blob behind the store's back.
+  virtual void Damage(const BlobId& id) = 0;
+};
+
+class BlobStoreSuite : public ::testing::TestWithParam<std::unique_ptr<BlobBackend> (*)()> {
+ protected:
+  BlobId Put(const std::string& content) {
+    auto id = PutBlob(*blobs_, AsBytes(content));
+    EXPECT_THAT(id, Succeeds());
+    return id.ok() ? *id : BlobId();
+  }
+
+  std::string Get(BlobStore& blobs, const BlobId& id) {
+    auto blob = blobs.Open(id);
+    EXPECT_THAT(blob, Succeeds());
+    return blob.ok() ? AsString((*blob)->bytes()) : "";
+  }
+
+  std::vector<BlobId> ListIds() {
+    auto infos = blobs_->List();
+    EXPECT_THAT(infos, Succeeds());
+    std::vector<BlobId> ids;
+    if (infos.ok()) {
+      for (const BlobInfo& info : *infos) ids.push_back(info.id);
+    }
+    return ids;
+  }
+
+  std::unique_ptr<BlobBackend> backend_ = GetParam()();
+  std::unique_ptr<BlobStore> blobs_ = backend_->Open();
+};
+
+TEST_P(BlobStoreSuite, GivesBackWhatWasPut) {
+  for (const size_t size : {size_t{0}, size_t{1}, size_t{63}, size_t{4096}, size_t{3} << 20}) {
+    const std::string content = SampleBytes(size);
+    EXPECT_TRUE(Get(*blobs_, Put(content)) == content) << size;
+  }
+}
+
+TEST_P(BlobStoreSuite, JoinsWhatIsAppended) {
+  const std::string content = SampleBytes(2500000);
+  auto writer = blobs_->Create();
+  ASSERT_THAT(writer, Succeeds());
+  for (size_t begin = 0, size = 0; begin < content.size(); begin += size, size = size * 3 + 1) {
+    ASSERT_THAT((*writer)->Append(AsBytes(content.substr(begin, size))), Succeeds());
+  }
+  const auto id = (*writer)->Commit();
+  ASSERT_THAT(id, Succeeds());
+  EXPECT_EQ(*id, Put(content));
+  EXPECT_TRUE(Get(*blobs_, *id) == content);
+}
+
+TEST_P(BlobStoreSuite, NamesBlobsByTheirContent) {
+  EXPECT_EQ(Put(""), "xxh3-99aa06d3014798d86001c324468d497f");  // from the specification of XXH3
+  EXPECT_EQ(Put("water"), Put("water"));
+  EXPECT_NE(Put("water"), Put("Water"));
+  EXPECT_TRUE(IsBlobId(Put("water")));
+  EXPECT_EQ(ListIds().size(), 3);
+}
+
+TEST_P(BlobStoreSuite, SaysWhichBlobIsMissing) {
+  const BlobId id = "xxh3-00000000000000000000000000000000";
+  EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kNotFound, id));
+}
+
+TEST_P(BlobStoreSuite, RefusesWhatIsNoBlobId) {
+  for (const std::string id :
+       {"", "water", "../../etc/passwd", "xxh3-", "xxh3-0000000000000000000000000000000",
+        "xxh3-000000000000000000000000000000000", "xxh3-0000000000000000000000000000000G",
+        "xxh3-0000000000000000000000000000000A", "xxh3-../../00000000000000000000000000",
+        "xxh2-00000000000000000000000000000000"}) {
+    EXPECT_FALSE(IsBlobId(id));
+    EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
+    EXPECT_THAT(blobs_->Delete(id), Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
+  }
+}
+
+TEST_P(BlobStoreSuite, ShowsNothingBeforeCommit) {
+  auto writer = blobs_->Create();
+  ASSERT_THAT(writer, Succeeds());
+  ASSERT_THAT((*writer)->Append(AsBytes(SampleBytes(100000))), Succeeds());
+  EXPECT_TRUE(ListIds().empty());
+  writer->reset();
+  EXPECT_TRUE(ListIds().empty());
+}
+
+TEST_P(BlobStoreSuite, CommitsOnce) {
+  auto writer = blobs_->Create();
+  ASSERT_THAT(writer, Succeeds());
+  ASSERT_THAT((*writer)->Commit(), Succeeds());
+  EXPECT_THAT((*writer)->Commit(), Fails(absl::StatusCode::kFailedPrecondition, "already"));
+  EXPECT_THAT((*writer)->Append(AsBytes("more")),
+              Fails(absl::StatusCode::kFailedPrecondition, "already"));
+}
+
+TEST_P(BlobStoreSuite, DeletedBlobsStayReadableWhereTheyAreOpen) {
+  const std::string content = SampleBytes(300000);
+  const BlobId id = Put(content);
+  const auto blob = blobs_->Open(id);
+  ASSERT_THAT(blob, Succeeds());
+  EXPECT_THAT(blobs_->Delete(id), Succeeds());
+  EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kNotFound, id));
+  EXPECT_TRUE(ListIds().empty());
+  EXPECT_TRUE(AsString((*blob)->bytes()) == content);
+  EXPECT_THAT(blobs_->Delete(id), Succeeds());
+}
+
+TEST_P(BlobStoreSuite, BlobsOutliveTheStoreThatOpenedThem) {
+  const std::string content = SampleBytes(300000);
+  const auto blob = blobs_->Open(Put(content));
+  ASSERT_THAT(blob, Succeeds());
+  blobs_.reset();
+  EXPECT_TRUE(AsString((*blob)->bytes()) == content);
+}
+
+TEST_P(BlobStoreSuite, ListsInTheOrderOfIdsWithSizesAndTimes) {
+  const absl::Time before = absl::Now() - absl::Minutes(1);  // clocks of file systems are coarse
+  std::vector<BlobId> ids;
+  for (int k = 0; k < 20; ++k) ids.push_back(Put(SampleBytes(static_cast<size_t>(k), 7)));
+  std::sort(ids.begin(), ids.end());
+  EXPECT_EQ(ListIds(), ids);
+  const auto infos = blobs_->List();
+  ASSERT_THAT(infos, Succeeds());
+  int64_t sum = 0;
+  for (const BlobInfo& info : *infos) {
+    sum += info.size_bytes;
+    EXPECT_GT(info.modified, before);
+    EXPECT_LT(info.modified, absl::Now() + absl::Minutes(1));
+  }
+  EXPECT_EQ(sum, 19 * 20 / 2);
+}
+
+TEST_P(BlobStoreSuite, NoticesDamage) {
+  for (const size_t size : {size_t{1}, size_t{100}, size_t{2} << 20}) {
+    const BlobId id = Put(SampleBytes(size));
+    backend_->Damage(id);
+    EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kDataLoss, id));
+    EXPECT_EQ(Put(SampleBytes(size)), id);  // and putting it again repairs it
+    EXPECT_THAT(blobs_->Open(id), Succeeds());
+  }
+}
+
+TEST_P(BlobStoreSuite, IsSharedBySeveralHandles) {
+  const auto other = backend_->Open();
+  const BlobId id = Put("water");
+  EXPECT_EQ(Get(*other, id), "water");
+  EXPECT_THAT(other->Delete(id), Succeeds());
+  EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kNotFound, id));
+}
+
+TEST_P(BlobStoreSuite, ThreadsMayPutTheSameBlobAtOnce) {
+  const std::string content = SampleBytes(200000);
+  std::vector<std::thread> threads;
+  std::vector<absl::Status> statuses(4);
+  for (absl::Status& status : statuses) {
+    threads.emplace_back([&] {
+      for (int k = 0; k < 5 && status.ok(); ++k) {
+        const auto id = PutBlob(*blobs_, AsBytes(content));
+        status = id.ok() ? blobs_->Open(*id).status() : id.status();
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const absl::Status& status : statuses) EXPECT_THAT(status, Succeeds());
+  EXPECT_EQ(ListIds().size(), 1);
+}
+
+}  // namespace liquidblend::store

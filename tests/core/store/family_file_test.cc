@@ -1,0 +1,255 @@
+#include <limits>
+
+#include "core/store/files.h"
+#include "tests/core/store/file_testing.h"
+
+namespace liquidblend::store {
+namespace {
+
+using Code = absl::StatusCode;
+using Manifest = v1::FamilyManifest;
+
+// A small family with one cell of each kind and two targets, and what it views.
+struct Sample {
+  std::vector<mesh::Float4> vertices;
+  std::vector<mesh::Tetrahedron> tetrahedra = {{0, 1, 2, 3}, {1, 2, 3, 4}};
+  std::vector<mesh::Pyramid> pyramids = {{1, 2, 3, 4, 5}};
+  std::vector<mesh::Wedge> wedges = {{2, 3, 4, 5, 6, 7}};
+  std::vector<mesh::Hexahedron> hexahedra = {{2, 3, 4, 5, 6, 7, 8, 9}};
+  std::vector<mesh::Float4> displacement = {10, mesh::Float4{0.1f, 0.2f, 0.3f, 1.0f}};
+  std::vector<mesh::Float4> extrapolation = {10, mesh::Float4{0.1f, 0.1f, 0.1f, 0.5f}};
+
+  Sample() {
+    for (int v = 0; v < 10; ++v) vertices.push_back({0.1f * float(v), 0.0f, 0.0f, float(v) - 0.5f});
+  }
+
+  mesh::RegisteredFamily View() const {
+    mesh::RegisteredFamily family;
+    family.name = "walls";
+    family.version = 4;
+    family.source = "thin";
+    family.vertices = vertices;
+    family.tetrahedra = tetrahedra;
+    family.pyramids = pyramids;
+    family.wedges = wedges;
+    family.hexahedra = hexahedra;
+    family.targets = {{"thick", displacement, extrapolation, {120, 16, 0.08, 0.97, 14.5}},
+                      {"none", displacement, {}, {}}};
+    family.num_first_vertices = 1;
+    family.num_last_vertices = 1;
+    family.num_frames = 9;
+    family.frames_per_second = 30.0;
+    family.edge_length_m = 0.125;
+    family.domain_min = {-1, -2, -3};
+    family.domain_max = {1, 2, 3};
+    return family;
+  }
+};
+
+std::string Written(const mesh::RegisteredFamily& family) {
+  MemoryWriter writer;
+  EXPECT_THAT(WriteFamily(family, writer), Succeeds());
+  return writer.content;
+}
+
+std::string Whole() {
+  const Sample sample;
+  return Written(sample.View());
+}
+
+absl::StatusOr<mesh::RegisteredFamily> Open(const std::string& content) {
+  return OpenFamily(std::make_shared<MemoryBlob>(content), "f.lbfam");
+}
+
+std::string Changed(const std::function<void(Manifest&)>& change) {
+  return WithManifest<Manifest>(Whole(), change);
+}
+
+template <typename T>
+std::vector<T> Copy(std::span<const T> span) {
+  return {span.begin(), span.end()};
+}
+
+TEST(FamilyFile, GivesBackTheFamily) {
+  const Sample sample;
+  const auto family = Open(Whole());
+  ASSERT_THAT(family, Succeeds());
+  EXPECT_EQ(family->name, "walls");
+  EXPECT_EQ(family->version, 0);  // the catalog assigns it
+  EXPECT_EQ(family->source, "thin");
+  EXPECT_EQ(Copy(family->vertices), sample.vertices);
+  EXPECT_EQ(Copy(family->tetrahedra), sample.tetrahedra);
+  EXPECT_EQ(Copy(family->pyramids), sample.pyramids);
+  EXPECT_EQ(Copy(family->wedges), sample.wedges);
+  EXPECT_EQ(Copy(family->hexahedra), sample.hexahedra);
+  ASSERT_EQ(family->targets.size(), 2);
+  EXPECT_EQ(family->targets[0].name, "thick");
+  EXPECT_EQ(Copy(family->targets[0].displacement), sample.displacement);
+  EXPECT_EQ(Copy(family->targets[0].extrapolation), sample.extrapolation);
+  EXPECT_EQ(family->targets[0].report.num_nodes, 120);
+  EXPECT_EQ(family->targets[0].report.num_iterations, 16);
+  EXPECT_EQ(family->targets[0].report.mean_residual_edges, 0.08);
+  EXPECT_EQ(family->targets[0].report.inlier_share, 0.97);
+  EXPECT_EQ(family->targets[1].name, "none");
+  EXPECT_TRUE(family->targets[1].extrapolation.empty());
+  EXPECT_EQ(family->num_first_vertices, 1);
+  EXPECT_EQ(family->num_last_vertices, 1);
+  EXPECT_EQ(family->num_frames, 9);
+  EXPECT_EQ(family->frames_per_second, 30.0);
+  EXPECT_EQ(family->edge_length_m, 0.125);
+  EXPECT_EQ(family->domain_min, (std::array<float, 3>{-1, -2, -3}));
+  EXPECT_EQ(family->domain_max, (std::array<float, 3>{1, 2, 3}));
+}
+
+TEST(FamilyFile, ViewsTheBlobAndKeepsIt) {
+  auto blob = std::make_shared<MemoryBlob>(Whole());
+  const std::weak_ptr<MemoryBlob> watch = blob;
+  const auto bytes = blob->bytes();
+  auto family = OpenFamily(std::move(blob), "f");
+  ASSERT_THAT(family, Succeeds());
+  const auto* const vertices = reinterpret_cast<const std::byte*>(family->vertices.data());
+  EXPECT_GE(vertices, bytes.data());
+  EXPECT_LT(vertices, bytes.data() + bytes.size());
+  EXPECT_EQ(reinterpret_cast<uintptr_t>(vertices) % 64, 0);
+  EXPECT_FALSE(watch.expired());
+  *family = {};
+  EXPECT_TRUE(watch.expired());
+}
+
+TEST(FamilyFile, IsTheSameWhateverTheVersionAndTheTimeItTook) {
+  const Sample sample;
+  mesh::RegisteredFamily family = sample.View();
+  family.version = 17;
+  family.targets[0].report.seconds = 99.0;
+  EXPECT_TRUE(Written(family) == Whole());
+  EXPECT_EQ(ManifestOf(family).version(), 17);
+  EXPECT_EQ(ManifestOf(family).reports(0).seconds(), 99.0);
+  EXPECT_EQ(ManifestOf(family).reports(0).target(), "thick");
+  EXPECT_EQ(ManifestOf(family).sections_size(), 0);
+}
+
+TEST(FamilyFile, NoticesEachByteThatChanges) {
+  const std::string whole = Whole();
+  for (size_t i = 0; i < whole.size(); ++i) {
+    for (const int mask : {0x01, 0x80, 0xff}) {
+      std::string changed = whole;
+      changed[i] = static_cast<char>(changed[i] ^ mask);
+      const absl::Status status = Open(changed).status();
+      EXPECT_TRUE(absl::IsDataLoss(status) || absl::IsInvalidArgument(status)) << i << " " << mask;
+      EXPECT_TRUE(absl::StrContains(status.message(), "family file f.lbfam: ")) << status;
+    }
+  }
+}
+
+TEST(FamilyFile, NoticesEachLengthThatIsNotItsOwn) {
+  const std::string whole = Whole();
+  for (size_t size = 0; size < whole.size(); ++size) {
+    EXPECT_THAT(Open(whole.substr(0, size)), Fails(Code::kDataLoss, "family file f.lbfam: "))
+        << size;
+  }
+  EXPECT_THAT(Open(whole + '\0'), Fails(Code::kDataLoss, "goes on after the last section"));
+}
+
+TEST(FamilyFile, NamesTheDamagedSection) {
+  const std::string whole = Whole();
+  Manifest manifest;
+  EXPECT_THAT(Open(WithManifest<Manifest>(whole, [&](Manifest& m) { manifest = m; })), Succeeds());
+  for (const v1::Section& section : manifest.sections()) {
+    if (section.count() == 0) continue;
+    std::string changed = whole;
+    changed[section.offset()] ^= 1;
+    EXPECT_THAT(Open(changed),
+                Fails(Code::kDataLoss, absl::StrCat("section ", section.name(), ": its checksum")));
+  }
+}
+
+TEST(FamilyFile, RefusesSectionsThatReachBeyondTheFile) {
+  for (const uint64_t count : {uint64_t{11}, uint64_t{1000}, uint64_t{1} << 60, uint64_t{1} << 63,
+                               std::numeric_limits<uint64_t>::max()}) {
+    EXPECT_THAT(
+        Open(Changed([&](Manifest& m) { m.mutable_sections(7)->set_count(count); })).status(),
+        Fails(Code::kDataLoss, "section displacement.1: "))
+        << count;
+  }
+}
+
+TEST(FamilyFile, RefusesSectionsInOtherPlaces) {
+  for (const uint64_t offset :
+       {uint64_t{0}, uint64_t{1}, uint64_t{64}, std::numeric_limits<uint64_t>::max()}) {
+    EXPECT_THAT(
+        Open(Changed([&](Manifest& m) { m.mutable_sections(1)->set_offset(offset); })).status(),
+        Fails(Code::kInvalidArgument, "section tetrahedra: offset "))
+        << offset;
+  }
+}
+
+TEST(FamilyFile, RefusesSectionsOfOtherNamesSizesAndNumbers) {
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.mutable_sections(2)->set_element_bytes(16); })),
+              Fails(Code::kInvalidArgument, "section pyramids: elements of 16 bytes, not 20"));
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.mutable_sections(2)->set_element_bytes(0); })),
+              Fails(Code::kInvalidArgument, "section pyramids: elements of 0 bytes"));
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.mutable_sections(3)->set_name("wedgez"); })),
+              Fails(Code::kInvalidArgument, "has section wedgez in the place of wedges"));
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.mutable_sections()->RemoveLast(); })),
+              Fails(Code::kInvalidArgument, "8 sections for 2 targets"));
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.clear_sections(); })),
+              Fails(Code::kInvalidArgument, "0 sections for 2 targets"));
+}
+
+TEST(FamilyFile, RefusesAManifestThatContradictsItself) {
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.mutable_reports()->RemoveLast(); })),
+              Fails(Code::kInvalidArgument, "1 reports for 2 targets"));
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.mutable_domain()->add_min(0.0f); })),
+              Fails(Code::kInvalidArgument, "domain"));
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.clear_domain(); })),
+              Fails(Code::kInvalidArgument, "domain"));
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.set_num_first_vertices(-1); })),
+              Fails(Code::kInvalidArgument, ""));
+}
+
+TEST(FamilyFile, RefusesArraysThatTheKernelsCannotUse) {
+  Sample sample;
+  sample.hexahedra[0][3] = 10;
+  EXPECT_THAT(Open(Written(sample.View())),
+              Fails(Code::kInvalidArgument, "f.lbfam: family walls: hexahedron 0 has vertex 10"));
+  sample = Sample();
+  sample.displacement.pop_back();
+  EXPECT_THAT(Open(Written(sample.View())), Fails(Code::kInvalidArgument, "target thick"));
+  sample = Sample();
+  sample.vertices[4][1] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(Open(Written(sample.View())), Fails(Code::kInvalidArgument, "vertex 4"));
+}
+
+TEST(FamilyFile, RefusesMemoryThatIsNotAligned) {
+  EXPECT_THAT(OpenFamily(std::make_shared<MemoryBlob>(Whole(), 4), "f"),
+              Fails(Code::kInvalidArgument, "unaligned"));
+}
+
+TEST(FamilyFile, HoldsAnEmptyFamily) {
+  mesh::RegisteredFamily family;
+  family.num_frames = 1;
+  const auto opened = Open(Written(family));
+  ASSERT_THAT(opened, Succeeds());
+  EXPECT_EQ(opened->num_cells(), 0);
+  EXPECT_TRUE(opened->targets.empty());
+}
+
+TEST(FamilyFile, GoesThroughABlobStore) {
+  const TemporaryFolder folder;
+  const auto blobs = OpenLocalBlobStore(folder.path());
+  ASSERT_THAT(blobs, Succeeds());
+  auto writer = (*blobs)->Create();
+  ASSERT_THAT(writer, Succeeds());
+  const Sample sample;
+  ASSERT_THAT(WriteFamily(sample.View(), **writer), Succeeds());
+  const auto id = (*writer)->Commit();
+  ASSERT_THAT(id, Succeeds());
+  auto blob = (*blobs)->Open(*id);
+  ASSERT_THAT(blob, Succeeds());
+  const auto family = OpenFamily(*std::move(blob), *id);
+  ASSERT_THAT(family, Succeeds());
+  EXPECT_EQ(Copy(family->vertices), sample.vertices);
+}
+
+}  // namespace
+}  // namespace liquidblend::store

@@ -1,0 +1,225 @@
+#include <sys/resource.h>
+
+#include <csignal>
+
+#include "absl/time/clock.h"
+#include "core/store/sqlite.h"
+#include "tests/core/store/catalog_suite.h"
+
+namespace liquidblend::store {
+namespace {
+
+using Code = absl::StatusCode;
+
+class SqliteBackend : public CatalogBackend {
+ public:
+  std::unique_ptr<Catalog> Open(const CatalogOptions& options) override {
+    auto catalog = OpenSqliteCatalog(folder_.path() + "/catalog.db", options);
+    EXPECT_THAT(catalog, Succeeds());
+    return catalog.ok() ? *std::move(catalog) : nullptr;
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Sqlite, CatalogSuite,
+                         ::testing::Values([]() -> std::unique_ptr<CatalogBackend> {
+                           return std::make_unique<SqliteBackend>();
+                         }));
+
+class SqliteCatalogTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<Catalog> MustOpen() {
+    auto catalog = OpenSqliteCatalog(path_);
+    EXPECT_THAT(catalog, Succeeds());
+    return catalog.ok() ? *std::move(catalog) : nullptr;
+  }
+
+  // One connection past the catalog.
+  std::unique_ptr<Database> OpenRaw() {
+    auto db = Database::Open(path_, absl::Seconds(10));
+    EXPECT_THAT(db, Succeeds());
+    return db.ok() ? *std::move(db) : nullptr;
+  }
+
+  TemporaryFolder folder_;
+  std::string path_ = folder_.path() + "/data/catalog.db";
+};
+
+TEST_F(SqliteCatalogTest, KeepsEverythingWhenItIsOpenedAgain) {
+  const auto job = MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a"));
+  ASSERT_THAT(job, Succeeds());
+  EXPECT_EQ(MustOpen()->GetJob(job->id())->SerializeAsString(), job->SerializeAsString());
+}
+
+TEST_F(SqliteCatalogTest, NamesOptionsOutOfRange) {
+  CatalogOptions options;
+  options.max_attempts = 0;
+  EXPECT_THAT(OpenSqliteCatalog(path_, options), Fails(Code::kInvalidArgument, "max_attempts = 0"));
+  options = {};
+  options.busy_timeout = -absl::Seconds(1);
+  EXPECT_THAT(OpenSqliteCatalog(path_, options),
+              Fails(Code::kInvalidArgument, "busy_timeout = -1s"));
+}
+
+TEST_F(SqliteCatalogTest, MayBeMadeBySeveralProcessesAtOnce) {
+  std::vector<pid_t> children;
+  for (int child = 0; child < 6; ++child) {
+    children.push_back(StartChild([&] {
+      const auto catalog = OpenSqliteCatalog(path_);
+      if (!catalog.ok()) return 1;
+      const std::string id = absl::StrCat("a", child);
+      return (*catalog)->SubmitImport(AnimationCalled(id), ImportOf(id)).ok() ? 0 : 2;
+    }));
+  }
+  for (const pid_t child : children) EXPECT_EQ(WaitFor(child), 0);
+  EXPECT_EQ(MustOpen()->ListJobs(0, "")->records.size(), 6);
+}
+
+TEST_F(SqliteCatalogTest, KnowsItsSchemaVersion) {
+  MustOpen();
+  int64_t version = 0;
+  const auto read = [&](const SqlRow& row) {
+    version = row.Int(0);
+    return absl::OkStatus();
+  };
+  EXPECT_THAT(OpenRaw()->Run("PRAGMA user_version", {}, read), Succeeds());
+  EXPECT_EQ(version, 1);
+  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 2"), Succeeds());
+  EXPECT_THAT(OpenSqliteCatalog(path_),
+              Fails(Code::kFailedPrecondition, path_ + " has schema version 2"));
+}
+
+TEST_F(SqliteCatalogTest, LeavesOtherDatabasesAlone) {
+  MustOpen();
+  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA application_id = 7"), Succeeds());
+  EXPECT_THAT(OpenSqliteCatalog(path_),
+              Fails(Code::kFailedPrecondition, path_ + " is not a liquidblend catalog"));
+  path_ = folder_.path() + "/other.db";
+  EXPECT_THAT(OpenRaw()->RunScript("CREATE TABLE theirs (a INTEGER)"), Succeeds());
+  EXPECT_THAT(OpenSqliteCatalog(path_),
+              Fails(Code::kFailedPrecondition, path_ + " is not a liquidblend catalog"));
+}
+
+TEST_F(SqliteCatalogTest, NamesALockedDatabase) {
+  CatalogOptions options;
+  options.busy_timeout = absl::ZeroDuration();
+  const auto catalog = OpenSqliteCatalog(path_, options);
+  ASSERT_THAT(catalog, Succeeds());
+  const auto holder = OpenRaw();
+  EXPECT_THAT(holder->Transaction([&] {
+    EXPECT_THAT((*catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a")),
+                Fails(Code::kUnavailable, path_));
+    EXPECT_THAT((*catalog)->GetAnimation("a"), Fails(Code::kNotFound, "'a'"));  // reads go on
+    return absl::OkStatus();
+  }),
+              Succeeds());
+  EXPECT_THAT((*catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+}
+
+TEST_F(SqliteCatalogTest, NamesTheDatabaseThatCannotGrow) {
+  MustOpen();
+  const int status = RunChild([&] {
+    signal(SIGXFSZ, SIG_IGN);
+    const auto catalog = OpenSqliteCatalog(path_);
+    if (!catalog.ok()) return 1;
+    const rlimit limit = {4096, 4096};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const auto full = (*catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a")).status();
+    if (!absl::IsResourceExhausted(full) || !absl::StrContains(full.message(), path_)) return 2;
+    return absl::IsNotFound((*catalog)->GetAnimation("a").status()) ? 0 : 3;
+  });
+  EXPECT_EQ(status, 0);
+  EXPECT_THAT(MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+}
+
+TEST_F(SqliteCatalogTest, NamesADamagedDatabase) {
+  ASSERT_THAT(MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  const std::string whole = ReadFile(path_);
+  ASSERT_GT(whole.size(), 8192u);
+  WriteFile(path_, SampleBytes(whole.size()));
+  EXPECT_THAT(OpenSqliteCatalog(path_), Fails(Code::kDataLoss, path_));
+  WriteFile(path_, whole.substr(0, 4096) + SampleBytes(whole.size() - 4096));
+  EXPECT_THAT(OpenSqliteCatalog(path_), Fails(Code::kDataLoss, path_));
+  WriteFile(path_, whole.substr(0, whole.size() / 2));
+  EXPECT_THAT(OpenSqliteCatalog(path_), Fails(Code::kDataLoss, path_));
+  WriteFile(path_, whole);
+  EXPECT_THAT(MustOpen()->GetAnimation("a"), Succeeds());
+}
+
+TEST_F(SqliteCatalogTest, NamesARecordThatCannotBeRead) {
+  const auto catalog = MustOpen();
+  ASSERT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  EXPECT_THAT(OpenRaw()->RunScript("UPDATE animations SET record = X'FFFF'"), Succeeds());
+  EXPECT_THAT(catalog->GetAnimation("a"),
+              Fails(Code::kDataLoss, path_ + ": the record of animation 'a'"));
+  EXPECT_THAT(catalog->ListAnimations(0, ""), Fails(Code::kDataLoss, path_));
+}
+
+// ---- killed in the middle
+
+TEST_F(SqliteCatalogTest, HasNothingOfAChangeKilledBeforeItsCommit) {
+  MustOpen();
+  EXPECT_TRUE(DiesAt("catalog.before_commit", [&] {
+    const auto catalog = OpenSqliteCatalog(path_);
+    if (catalog.ok()) (*catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a")).IgnoreError();
+  }));
+  EXPECT_TRUE(MustOpen()->ListAnimations(0, "")->records.empty());
+  EXPECT_TRUE(MustOpen()->ListJobs(0, "")->records.empty());
+}
+
+TEST_F(SqliteCatalogTest, HasAllOfAChangeKilledAfterItsCommit) {
+  EXPECT_TRUE(DiesAt("catalog.after_commit", [&] {
+    const auto catalog = OpenSqliteCatalog(path_);
+    if (!catalog.ok()) return;
+    (*catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a", "request")).IgnoreError();
+  }));
+  const auto catalog = MustOpen();
+  EXPECT_THAT(catalog->GetAnimation("a"), Succeeds());
+  EXPECT_EQ(catalog->ListJobs(0, "")->records.size(), 1);
+  // Whoever asked may ask again.
+  EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a", "request")), Succeeds());
+  EXPECT_EQ(catalog->ListJobs(0, "")->records.size(), 1);
+}
+
+TEST_F(SqliteCatalogTest, AnotherWorkerFinishesAJobWhosePublicationWasKilled) {
+  const auto job = MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a"));
+  ASSERT_THAT(job, Succeeds());
+  EXPECT_TRUE(DiesAt("publish.before_commit", [&] {
+    const auto catalog = OpenSqliteCatalog(path_);
+    if (!catalog.ok()) return;
+    const auto lease = (*catalog)->LeaseJob("victim", absl::Minutes(1));
+    if (!lease.ok() || !lease->has_value()) return;
+    (*catalog)->PublishAnimation((*lease)->lease_id, AnimationCalled("a")).IgnoreError();
+  }));
+  EXPECT_EQ(MustOpen()->GetAnimation("a")->state(), pb::AnimationRecord::IMPORTING);
+  EXPECT_EQ(MustOpen()->GetJob(job->id())->state(), pb::JobRecord::RUNNING);
+  CatalogOptions later;
+  later.now = [] { return absl::Now() + absl::Minutes(2); };
+  const auto catalog = OpenSqliteCatalog(path_, later);
+  ASSERT_THAT(catalog, Succeeds());
+  const auto lease = (*catalog)->LeaseJob("other", absl::Minutes(1));
+  ASSERT_THAT(lease, Succeeds());
+  ASSERT_TRUE(lease->has_value());
+  EXPECT_EQ((*lease)->job.attempts(), 2);
+  EXPECT_THAT((*catalog)->PublishAnimation((*lease)->lease_id, AnimationCalled("a")), Succeeds());
+  EXPECT_EQ(MustOpen()->GetAnimation("a")->state(), pb::AnimationRecord::READY);
+}
+
+TEST_F(SqliteCatalogTest, HasAPublicationKilledAfterItsCommit) {
+  const auto job = MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a"));
+  ASSERT_THAT(job, Succeeds());
+  EXPECT_TRUE(DiesAt("publish.after_commit", [&] {
+    const auto catalog = OpenSqliteCatalog(path_);
+    if (!catalog.ok()) return;
+    const auto lease = (*catalog)->LeaseJob("victim", absl::Minutes(1));
+    if (!lease.ok() || !lease->has_value()) return;
+    (*catalog)->PublishAnimation((*lease)->lease_id, AnimationCalled("a")).IgnoreError();
+  }));
+  EXPECT_EQ(MustOpen()->GetAnimation("a")->state(), pb::AnimationRecord::READY);
+  EXPECT_EQ(MustOpen()->GetJob(job->id())->state(), pb::JobRecord::SUCCEEDED);
+}
+
+}  // namespace
+}  // namespace liquidblend::store
