@@ -3,27 +3,32 @@
 
 #include <cstddef>
 #include <functional>
-#include <memory>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "core/mesh/animation.h"
 #include "core/parallel/arena.h"
 
 namespace liquidblend::ingest {
 
+// kMantaflow: NAME_####.bobj.gz and, for all frames or none, lVelMesh_####.uni.
+// kPly: NAME####.ply, binary of either byte order or ascii; vx vy vz optional.
+// kObj: NAME####.obj; no velocities.
 enum class Format { kAny, kMantaflow, kPly, kObj };
 
-// How the files' numbers become metres and seconds; 0 means: from meta.json among the files, or,
-// where that is silent too, the default.
+// How the files' numbers become metres and seconds; 0 means: from meta.json among the files
+// (fps, units.vertex_scale, units.velocity_scale_to_m_per_s, voxel_size_m and, for Mantaflow, the
+// longest of domain_size_m as vertex_scale), or, where that is silent too, the default.
 struct ImportOptions {
   Format format = Format::kAny;    // kAny: found from the file names
   double frames_per_second = 0.0;  // > 0; default 24
   double vertex_scale = 0.0;       // > 0; metres per unit of the files' positions; default 1
-  double velocity_scale = 0.0;     // > 0; metres per second per unit of the files' velocities
-  double voxel_size_m = 0.0;       // > 0; Mantaflow: velocity_scale is voxel_size_m * 2.5
+  double velocity_scale = 0.0;     // > 0; metres per second per unit of the files' velocities;
+                                   // default vertex_scale, for Mantaflow see voxel_size_m
+  double voxel_size_m = 0.0;       // > 0; Mantaflow: velocity_scale is voxel_size_m * 2.5, and one
+                                   // of the two must be known if there are velocities
   absl::Status Validate() const;   // names the first field out of range, and its value
 };
 
@@ -32,12 +37,21 @@ struct InputFile {
   std::span<const std::byte> bytes;  // valid during the call
 };
 
-// Reads one animation. Frames are ordered by the number in their names, which must be consecutive.
-// A frame that is not a closed, oriented manifold of finite numbers is refused; zero-area triangles
-// and slivers are cleaned, which Animation::notes says.
-// Errors: kInvalidArgument or kDataLoss; the message names file, frame and element.
+// Whether ReadAnimation looks at a file of this name: meta.json, or one of a known format.
+bool IsInputName(absl::string_view name);
+
+// Reads one animation. Frames are ordered by the number before the extension, which must run
+// without gaps from any first number; other files are ignored. A frame that is not a closed,
+// oriented manifold of finite numbers with positive volume is refused; a frame without triangles is
+// read as such: the liquid has left the domain. Zero-area triangles and slivers are cleaned, loose
+// corners welded, pinched vertices split, which Animation::notes says.
+//   progress  called with the share of frames that are read, rising; one call at a time, from any
+//             thread of the arena
+// Errors: kInvalidArgument or kDataLoss, for the lowest frame at fault; the message names frame,
+// file and element, vertices and faces counted from 0.
 // Threads: safe, same bytes for any thread count.
-// Memory: at most a stated multiple of the files' size, also for hostile input (see the .cc).
+// Memory, hostile input included: at most 16 MiB a thread, 192 bytes for each byte of PLY and OBJ
+// and 512 for each byte of gzip; about 10 for each byte of ordinary files.
 absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
                                               std::span<const InputFile> files,
                                               const ImportOptions& options,

@@ -1,0 +1,337 @@
+// The rules of docs/architecture.md over #include lines: who may depend on whom, and the one home
+// of each third party. A message names file, line and rule.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+
+namespace liquidblend {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+struct SourceFile {
+  std::string path;  // from the repository's root
+  std::string text;
+};
+
+struct Include {
+  const SourceFile* file = nullptr;
+  int line = 0;
+  std::string target;  // as written between the quotes or brackets
+  bool is_quoted = false;
+};
+
+// Paths that start with one of these, files included.
+using Places = std::vector<std::string_view>;
+
+bool StartsWith(std::string_view text, std::string_view prefix) {
+  return text.substr(0, prefix.size()) == prefix;
+}
+
+bool IsIn(std::string_view path, const Places& places) {
+  return std::any_of(places.begin(), places.end(),
+                     [&](std::string_view place) { return StartsWith(path, place); });
+}
+
+// Rule 1: what the files of each top folder may include of ours.
+const std::map<std::string_view, Places> kTopFolders = {
+    {"core/", {"core/", "liquidblend/v1/", "liquidblend/store/v1/"}},
+    {"worker/", {"worker/", "core/", "liquidblend/v1/", "liquidblend/store/v1/"}},
+    {"server/", {"server/", "core/", "liquidblend/v1/", "liquidblend/store/v1/"}},
+    {"client/", {"client/", "liquidblend/"}},
+    {"tests/", {"core/", "worker/", "server/", "client/", "tests/", "liquidblend/"}},
+};
+const Places kOurs = {"core/", "worker/", "server/", "client/", "tests/", "liquidblend/"};
+
+// Rule 2: a stage is included by itself and by the folder that calls the stages in order. What a
+// stage prepares once for each family may also be held by the catalog of loaded families.
+const Places kPrepared = {"server/slice/cell_index.h", "server/encode/grid.h"};
+struct Stage {
+  std::string_view folder;
+  std::string_view caller;
+};
+constexpr Stage kStages[] = {
+    {"worker/ingest/", "worker/jobs/"},       {"worker/spacetime/", "worker/jobs/"},
+    {"worker/registration/", "worker/jobs/"}, {"server/blend/", "server/rpc/"},
+    {"server/slice/", "server/rpc/"},         {"server/encode/", "server/rpc/"}};
+
+// Rule 3 does not hold for the homes that rule 4 gives to the log and to threads: they are core's.
+const Places kCoreByDesign = {"core/base/", "core/parallel/"};
+
+// Rule 4: the homes of third parties and generated code, the longest fitting prefix counts.
+// Programs cannot share code with the client, so what both need has a home in each.
+struct ThirdParty {
+  std::string_view prefix;
+  Places homes;
+};
+const Places kEverywhere = {""};
+const Places kRpc = {"server/rpc/", "client/src/"};
+const Places kMains = {"server/main.cc", "worker/main.cc", "client/cli/"};
+const ThirdParty kThirdParties[] = {
+    {"absl/", kEverywhere},
+    {"Eigen/", {"core/", "worker/", "server/", "client/src/", "client/cli/"}},
+    {"Eigen/Sparse", {"worker/registration/"}},
+    {"Eigen/IterativeLinearSolvers", {"worker/registration/"}},
+    {"Eigen/CholmodSupport", {"worker/registration/"}},
+    {"nanoflann.hpp", {"worker/registration/"}},
+    {"tbb/", {"core/parallel/"}},
+    {"oneapi/", {"core/parallel/"}},
+    {"spdlog/", {"core/base/"}},
+    {"sqlite3.h", {"core/store/"}},
+    {"pqxx/", {"core/store/"}},
+    {"curl/", {"core/store/"}},
+    {"openssl/", {"core/store/"}},
+    {"xxhash.h", {"core/store/"}},
+    {"zlib.h", {"worker/ingest/", "client/cli/"}},
+    {"nlohmann/", {"worker/ingest/", "worker/registration/", "client/cli/"}},
+    {"draco/", {"server/encode/", "client/src/"}},
+    {"boost/", {"server/http/"}},
+    {"prometheus/", {"server/rpc/", "server/http/"}},
+    {"CLI/", kMains},
+    {"embree3/", {"client/cli/"}},
+    {"stb/", {"client/cli/"}},
+    {"grpc/", kRpc},
+    {"grpcpp/", {"server/rpc/", "client/src/", "server/main.cc", "worker/main.cc"}},
+    {"google/protobuf/",
+     {"core/store/", "worker/jobs/", "server/catalog/", "server/rpc/", "client/src/"}},
+    {"google/rpc/", {"core/store/", "worker/jobs/", "server/rpc/", "client/src/"}},
+    {"google/longrunning/", kRpc},
+    {"liquidblend/v1/", kRpc},
+    {"liquidblend/store/v1/", {"core/store/", "worker/jobs/", "server/catalog/", "server/rpc/"}},
+};
+
+// The system's own headers; C++'s have neither a dot nor a slash.
+const std::set<std::string_view> kSystem = {
+    "dirent.h",      "errno.h",      "fcntl.h",        "poll.h",       "pthread.h",
+    "sched.h",       "signal.h",     "spawn.h",        "termios.h",    "unistd.h",
+    "netdb.h",       "xmmintrin.h",  "sys/file.h",     "sys/ioctl.h",  "sys/mman.h",
+    "sys/prctl.h",   "sys/random.h", "sys/resource.h", "sys/socket.h", "sys/stat.h",
+    "sys/statvfs.h", "sys/types.h",  "sys/wait.h",     "netinet/in.h", "arpa/inet.h"};
+
+bool IsCpp(std::string_view target) { return target.find_first_of("./") == std::string_view::npos; }
+
+bool IsGenerated(std::string_view target) { return absl::EndsWith(std::string(target), ".pb.h"); }
+
+std::vector<Include> FindIncludes(const SourceFile& file) {
+  std::vector<Include> includes;
+  std::istringstream lines(file.text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    std::string_view rest = line;
+    const auto skip_blanks = [&] {
+      rest.remove_prefix(std::min(rest.find_first_not_of(" \t"), rest.size()));
+    };
+    const auto skip = [&](std::string_view word) {
+      skip_blanks();
+      if (!StartsWith(rest, word)) return false;
+      rest.remove_prefix(word.size());
+      return true;
+    };
+    if (!skip("#") || !skip("include")) continue;
+    skip_blanks();
+    if (rest.empty() || (rest[0] != '"' && rest[0] != '<')) continue;
+    const bool is_quoted = rest[0] == '"';
+    const size_t end = rest.find(is_quoted ? '"' : '>', 1);
+    if (end == std::string_view::npos) continue;
+    includes.push_back({&file, number, std::string(rest.substr(1, end - 1)), is_quoted});
+  }
+  return includes;
+}
+
+const ThirdParty* FindThirdParty(std::string_view target) {
+  const ThirdParty* found = nullptr;
+  for (const ThirdParty& party : kThirdParties) {
+    if (!StartsWith(target, party.prefix)) continue;
+    if (found == nullptr || party.prefix.size() > found->prefix.size()) found = &party;
+  }
+  return found;
+}
+
+// What is wrong with one include, or nothing.
+std::string Fault(const Include& include) {
+  const std::string_view path = include.file->path;
+  const std::string_view target = include.target;
+  for (const auto& [folder, allowed] : kTopFolders) {
+    if (StartsWith(path, folder) && IsIn(target, kOurs) && !IsIn(target, allowed)) {
+      return absl::StrCat("rule 1: ", std::string(folder), " may not depend on it");
+    }
+  }
+  if (StartsWith(path, "client/include/") &&
+      (IsGenerated(target) || StartsWith(target, "Eigen/"))) {
+    return "rule 4: client/include/ holds neither generated code nor Eigen";
+  }
+  if (StartsWith(path, "tests/")) return "";
+  for (const Stage& stage : kStages) {
+    const Places callers = {stage.folder, stage.caller};
+    const bool held = StartsWith(path, "server/catalog/") && IsIn(target, kPrepared);
+    if (StartsWith(target, stage.folder) && !IsIn(path, callers) && !held) {
+      return absl::StrCat("rule 2: only ", std::string(stage.caller), " may call this stage");
+    }
+  }
+  if (absl::EndsWith(include.target, ".grpc.pb.h")) {
+    return IsIn(path, kRpc) ? "" : "rule 4: gRPC has its home in server/rpc/ and client/src/";
+  }
+  if (const ThirdParty* party = FindThirdParty(target); party != nullptr) {
+    if (IsIn(path, party->homes)) return "";
+    std::string homes;
+    for (const std::string_view home : party->homes)
+      absl::StrAppend(&homes, " ", std::string(home));
+    return absl::StrCat("rule 4: its home is", homes);
+  }
+  const bool is_known =
+      IsIn(target, kOurs) || (!include.is_quoted && (IsCpp(target) || kSystem.contains(target)));
+  return is_known ? "" : "rule 4: a third party without a home; give it one in kThirdParties";
+}
+
+// Folders of core that each of `programs` reaches, directly or through other files.
+std::set<std::string> ReachedCoreFolders(const std::vector<SourceFile>& files,
+                                         std::string_view program) {
+  std::map<std::string, const SourceFile*> by_path;
+  std::vector<const SourceFile*> open;
+  for (const SourceFile& file : files) {
+    by_path[file.path] = &file;
+    if (StartsWith(file.path, program)) open.push_back(&file);
+  }
+  std::set<std::string> folders;
+  std::set<std::string> seen;
+  while (!open.empty()) {
+    const SourceFile& file = *open.back();
+    open.pop_back();
+    for (const Include& include : FindIncludes(file)) {
+      if (!StartsWith(include.target, "core/") || !seen.insert(include.target).second) continue;
+      folders.insert(include.target.substr(0, include.target.rfind('/') + 1));
+      const auto found = by_path.find(include.target);
+      if (found == by_path.end()) continue;
+      open.push_back(found->second);
+      // What the header's own source includes is linked in with it.
+      std::string source = found->second->path;
+      source.replace(source.size() - 1, 1, "cc");
+      if (by_path.contains(source)) open.push_back(by_path[source]);
+    }
+  }
+  return folders;
+}
+
+std::vector<std::string> Violations(const std::vector<SourceFile>& files) {
+  std::vector<std::string> violations;
+  std::map<std::string, std::string> core_folders;  // and their first file
+  for (const SourceFile& file : files) {
+    for (const Include& include : FindIncludes(file)) {
+      const std::string fault = Fault(include);
+      if (fault.empty()) continue;
+      violations.push_back(
+          absl::StrCat(file.path, ":", include.line, ": includes ", include.target, "; ", fault));
+    }
+    if (!StartsWith(file.path, "core/") || IsIn(file.path, kCoreByDesign)) continue;
+    core_folders.try_emplace(file.path.substr(0, file.path.rfind('/') + 1), file.path);
+  }
+  for (const char* const program : {"server/", "worker/"}) {
+    const std::set<std::string> reached = ReachedCoreFolders(files, program);
+    for (const auto& [folder, file] : core_folders) {
+      if (reached.contains(folder)) continue;
+      violations.push_back(absl::StrCat(file, ":1: rule 3: ", folder, " is in core, but ", program,
+                                        " does not need it"));
+    }
+  }
+  return violations;
+}
+
+std::vector<SourceFile> LoadSources(const std::filesystem::path& root) {
+  std::vector<SourceFile> files;
+  for (const char* const top : {"core", "worker", "server", "client", "tests"}) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {
+      const std::string extension = entry.path().extension().string();
+      if (extension != ".h" && extension != ".cc") continue;
+      std::ifstream stream(entry.path(), std::ios::binary);
+      files.push_back({std::filesystem::relative(entry.path(), root).generic_string(),
+                       {std::istreambuf_iterator<char>(stream), {}}});
+    }
+  }
+  std::sort(files.begin(), files.end(),
+            [](const SourceFile& a, const SourceFile& b) { return a.path < b.path; });
+  return files;
+}
+
+TEST(Layering, HoldsInAllSources) {
+  const std::vector<SourceFile> files = LoadSources(LIQUIDBLEND_SOURCE_DIR);
+  EXPECT_GT(files.size(), 100u);
+  EXPECT_THAT(Violations(files), IsEmpty());
+}
+
+TEST(Layering, IsNotBrokenByGoodFiles) {
+  EXPECT_THAT(
+      Violations(
+          {{"core/mesh/animation.h", "#include <Eigen/Core>\n#include <vector>\n"},
+           {"server/main.cc", "#include \"core/mesh/animation.h\"\n#include <CLI/CLI.hpp>\n"},
+           {"worker/jobs/run.cc", "#include \"worker/ingest/read_animation.h\"\n"},
+           {"worker/ingest/read_animation.cc",
+            "#include <zlib.h>\n#include \"core/mesh/animation.h\"\n"},
+           {"client/src/a.cc",
+            "#include \"liquidblend/v1/liquidblend.grpc.pb.h\"\n"
+            "#include \"liquidblend/client.h\"\n#include <sys/mman.h>\n"},
+           {"tests/a_test.cc", "#include <zlib.h>\n#include \"server/slice/slice.h\"\n"}}),
+      IsEmpty());
+}
+
+TEST(Layering, NamesFileLineAndRuleOfEachOffender) {
+  EXPECT_THAT(
+      Violations({
+          {"client/cli/a.cc", "#include \"core/mesh/animation.h\"\n"},
+          {"client/include/liquidblend/a.h", "#include <Eigen/Core>\n"},
+          {"client/src/b.cc", "\n\n# include \"server/rpc/call.h\"\n"},
+          {"server/a.cc", "// text\n#include \"worker/jobs/run.h\"\n"},
+          {"server/blend/a.cc", "#include \"server/slice/slice.h\"\n"},
+          {"server/catalog/a.cc", "#include <tbb/parallel_for.h>\n"},
+          {"server/rpc/a.cc", "#include <tests/synthetic/shapes.h>\n"},
+          {"server/slice/a.cc", "#include <Eigen/SparseCholesky>\n"},
+          {"worker/ingest/a.cc", "#include <foo/bar.h>\n#include \"near.h\"\n"},
+          {"worker/jobs/a.cc", "#include \"liquidblend/v1/liquidblend.grpc.pb.h\"\n"},
+      }),
+      ElementsAre(
+          "client/cli/a.cc:1: includes core/mesh/animation.h; rule 1: client/ may not depend on it",
+          "client/include/liquidblend/a.h:1: includes Eigen/Core; rule 4: client/include/ holds "
+          "neither generated code nor Eigen",
+          "client/src/b.cc:3: includes server/rpc/call.h; rule 1: client/ may not depend on it",
+          "server/a.cc:2: includes worker/jobs/run.h; rule 1: server/ may not depend on it",
+          "server/blend/a.cc:1: includes server/slice/slice.h; rule 2: only server/rpc/ may call "
+          "this stage",
+          "server/catalog/a.cc:1: includes tbb/parallel_for.h; rule 4: its home is core/parallel/",
+          "server/rpc/a.cc:1: includes tests/synthetic/shapes.h; rule 1: server/ may not depend on "
+          "it",
+          "server/slice/a.cc:1: includes Eigen/SparseCholesky; rule 4: its home is "
+          "worker/registration/",
+          "worker/ingest/a.cc:1: includes foo/bar.h; rule 4: a third party without a home; give it "
+          "one in kThirdParties",
+          "worker/ingest/a.cc:2: includes near.h; rule 4: a third party without a home; give it "
+          "one in kThirdParties",
+          "worker/jobs/a.cc:1: includes liquidblend/v1/liquidblend.grpc.pb.h; rule 4: gRPC has its "
+          "home in server/rpc/ and client/src/"));
+}
+
+TEST(Layering, KeepsOutOfCoreWhatOneProgramNeeds) {
+  EXPECT_THAT(
+      Violations({{"core/base/a.h", ""},
+                  {"core/mesh/b.h", "#include \"core/base/a.h\"\n"},
+                  {"core/odd/c.h", ""},
+                  {"server/d.cc", "#include \"core/mesh/b.h\"\n"},
+                  {"worker/e.cc", "#include \"core/mesh/b.h\"\n#include \"core/odd/c.h\"\n"}}),
+      ElementsAre("core/odd/c.h:1: rule 3: core/odd/ is in core, but server/ does not need it"));
+}
+
+}  // namespace
+}  // namespace liquidblend

@@ -1,0 +1,203 @@
+// Truncated, damaged and lying files: a status comes back, soon and without much memory.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/animation.h"
+#include "core/parallel/arena.h"
+#include "tests/synthetic/shapes.h"
+#include "tests/worker/ingest/encode_files.h"
+#include "worker/ingest/read_animation.h"
+#include "worker/ingest/readers.h"
+
+namespace liquidblend::ingest {
+namespace {
+
+using testing::HasSubstr;
+
+struct Sample {
+  std::string name;
+  std::vector<LoadedFile> files;
+};
+
+std::vector<Sample> Samples() {
+  mesh::Animation animation;
+  animation.frames.push_back(synthetic::Box({0, 0, 0}, {1, 1, 1}));
+  animation.frames[0].velocities = animation.frames[0].vertices;
+  const mesh::TriangleMesh& box = animation.frames[0];
+  return {{"Mantaflow", Files(animation, Format::kMantaflow)},
+          {"Obj", Files(animation, Format::kObj)},
+          {"PlyAscii", {{"a_1.ply", Ply(box, PlyKind::kAscii)}}},
+          {"PlyLittleEndian", {{"a_1.ply", Ply(box, PlyKind::kLittleEndian)}}},
+          {"PlyBigEndian", {{"a_1.ply", Ply(box, PlyKind::kBigEndian)}}},
+          {"Meta",
+           {{"a_1.obj", Obj(box)},
+            {"meta.json", ToBytes(R"({"fps": 24, "units": {"vertex_scale": 2.0}})")}}}};
+}
+
+absl::StatusOr<mesh::Animation> Read(const std::vector<LoadedFile>& files) {
+  static const parallel::Arena arena(1);
+  return ReadAnimation("hostile", Views(files), {.voxel_size_m = 0.4}, arena);
+}
+
+// Whatever is accepted has to be what the stages behind rely on.
+void ExpectStatusOrGoodMesh(const absl::StatusOr<mesh::Animation>& animation) {
+  if (!animation.ok()) {
+    EXPECT_FALSE(animation.status().message().empty());
+    return;
+  }
+  for (const mesh::TriangleMesh& frame : animation->frames) {
+    EXPECT_TRUE(mesh::Validate(frame).ok());
+    EXPECT_TRUE(mesh::CheckClosed(frame).closed());
+    EXPECT_GT(mesh::Volume(frame), 0);
+  }
+}
+
+class Hostile : public testing::TestWithParam<Sample> {};
+
+TEST_P(Hostile, EveryPrefixIsRefusedOrStillAGoodMesh) {
+  ASSERT_TRUE(Read(GetParam().files).ok()) << Read(GetParam().files).status();
+  for (size_t f = 0; f < GetParam().files.size(); ++f) {
+    std::vector<LoadedFile> files = GetParam().files;
+    const size_t size = files[f].bytes.size();
+    for (size_t prefix = 0; prefix < size; ++prefix) {
+      files[f].bytes = GetParam().files[f].bytes;
+      files[f].bytes.resize(prefix);
+      const absl::StatusOr<mesh::Animation> animation = Read(files);
+      ExpectStatusOrGoodMesh(animation);
+      // Only the last line end or blank of a text can be missed.
+      EXPECT_TRUE(!animation.ok() || prefix + 1 == size) << files[f].name << " " << prefix;
+    }
+  }
+}
+
+TEST_P(Hostile, FlippedBitsAreRefusedOrStillAGoodMesh) {
+  std::mt19937 random(7);
+  const int num_rounds = 3000;
+  for (int round = 0; round < num_rounds; ++round) {
+    std::vector<LoadedFile> files = GetParam().files;
+    Bytes& bytes = files[random() % files.size()].bytes;
+    const int num_flips = 1 + static_cast<int>(random() % 4);
+    for (int i = 0; i < num_flips; ++i) {
+      bytes[random() % bytes.size()] ^= static_cast<std::byte>(1u << random() % 8);
+    }
+    ExpectStatusOrGoodMesh(Read(files));
+  }
+}
+
+// Damage below the checksum, where it reaches the numbers.
+TEST(HostileMantaflow, FlippedBitsInsideOfTheStreamAreRefusedOrStillAGoodMesh) {
+  const mesh::TriangleMesh box = synthetic::Box({0, 0, 0}, {1, 1, 1});
+  const Bytes mesh_bytes = RawBobj(box);
+  const Bytes velocity_bytes = RawUni(box.vertices);
+  std::mt19937 random(8);
+  for (int round = 0; round < 1000; ++round) {
+    Bytes mesh = mesh_bytes;
+    Bytes velocities = velocity_bytes;
+    Bytes& bytes = round % 2 == 0 ? mesh : velocities;
+    bytes[random() % bytes.size()] ^= static_cast<std::byte>(1u << random() % 8);
+    ExpectStatusOrGoodMesh(
+        Read({{"a_1.bobj.gz", Gzip(mesh)}, {"lVelMesh_1.uni", Gzip(velocities)}}));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Hostile, testing::ValuesIn(Samples()),
+                         [](const auto& param) { return param.param.name; });
+
+// The peak of this process' memory, or -1 where the system does not say.
+int64_t PeakMemoryBytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind("VmHWM:", 0) == 0) return std::stoll(line.substr(6)) * 1024;
+  }
+  return -1;
+}
+
+// Gzip of `head` and then `num_zeros` zeros, made piece by piece.
+Bytes GzipZeros(const Bytes& head, size_t num_zeros) {
+  Bytes piece = head;
+  Bytes compressed(num_zeros / 900 + 4096);
+  z_stream stream = {};
+  deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, MAX_WBITS + 16, 8, Z_DEFAULT_STRATEGY);
+  stream.next_out = reinterpret_cast<Bytef*>(compressed.data());
+  stream.avail_out = static_cast<uInt>(compressed.size());
+  for (size_t num_left = num_zeros;; num_left -= piece.size()) {
+    stream.next_in = reinterpret_cast<Bytef*>(piece.data());
+    stream.avail_in = static_cast<uInt>(piece.size());
+    const bool is_last = num_left == 0;
+    EXPECT_EQ(deflate(&stream, is_last ? Z_FINISH : Z_NO_FLUSH), is_last ? Z_STREAM_END : Z_OK);
+    if (is_last) break;
+    piece.assign(std::min<size_t>(num_left, 4096), std::byte{0});
+  }
+  compressed.resize(stream.total_out);
+  deflateEnd(&stream);
+  return compressed;
+}
+
+Bytes Int32(int32_t value) {
+  Bytes bytes(sizeof(value));
+  std::memcpy(bytes.data(), &value, sizeof(value));
+  return bytes;
+}
+
+// Far above what refusing takes, far below what the bombs would unpack to.
+constexpr int64_t kSmallMemoryBytes = int64_t{8} << 20;
+constexpr size_t kBombSize = size_t{96} << 20;
+
+std::vector<LoadedFile> WithMesh(Bytes bytes) { return {{"a_1.bobj.gz", std::move(bytes)}}; }
+
+struct BombCase {
+  std::string name;
+  std::vector<LoadedFile> files;
+  std::string message;
+};
+
+std::vector<BombCase> Bombs() {
+  const mesh::TriangleMesh box = synthetic::Box({0, 0, 0}, {1, 1, 1});
+  const Bytes header = ToBytes(
+      "ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n");
+  Bytes ply = header;
+  ply.resize(header.size() + 12, std::byte{0});
+  ply.resize(ply.size() + 4, std::byte{0x70});  // a face with 1.9 billion corners
+  Bytes json = ToBytes("{\"a\":");
+  json.resize(60000, static_cast<std::byte>('['));
+  Bytes long_json = json;
+  long_json.resize(1 << 20, static_cast<std::byte>('['));
+  return {
+      {"PromisedVertices", WithMesh(GzipZeros(Int32(kBombSize / 24), kBombSize)),
+       "promises 4194304 vertices, more than so small a file can hold"},
+      {"VerticesJustAllowed", WithMesh(GzipZeros(Int32(40000), 960008)),
+       "0 normals for 40000 vertices"},
+      {"UnpromisedTail", WithMesh(GzipZeros(RawBobj(box), kBombSize)), "more data follows"},
+      {"VelocityTail",
+       {{"a_1.bobj.gz", Gzip(RawBobj(box))},
+        {"lVelMesh_1.uni", GzipZeros(RawUni(box.vertices), kBombSize)}},
+       "more data follows"},
+      {"PlyFace", {{"a_1.ply", ply}}, "truncated at face 0"},
+      {"DeepJson", {{"a_1.obj", Obj(box)}, {"meta.json", json}}, "not a JSON object"},
+      {"LongJson", {{"a_1.obj", Obj(box)}, {"meta.json", long_json}}, "more than 65536"},
+  };
+}
+
+TEST(Bombs, AreRefusedWithSmallMemory) {
+  for (const BombCase& bomb : Bombs()) {
+    std::ofstream("/proc/self/clear_refs") << 5;  // the peak starts anew
+    const int64_t before = PeakMemoryBytes();
+    const absl::StatusOr<mesh::Animation> animation = Read(bomb.files);
+    const int64_t added = PeakMemoryBytes() - before;
+    EXPECT_THAT(std::string(animation.status().message()), HasSubstr(bomb.message)) << bomb.name;
+    EXPECT_LT(added, kSmallMemoryBytes) << bomb.name;
+  }
+}
+
+}  // namespace
+}  // namespace liquidblend::ingest

@@ -1,0 +1,343 @@
+#include "worker/ingest/read_animation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <ostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/animation.h"
+#include "tests/synthetic/implicit.h"
+#include "tests/synthetic/shapes.h"
+#include "tests/worker/ingest/encode_files.h"
+#include "worker/ingest/read_directory.h"
+
+namespace liquidblend::ingest {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kVoxelSizeM = 0.4;  // times 2.5: a velocity scale of 1
+
+absl::StatusOr<mesh::Animation> Read(const std::vector<LoadedFile>& files,
+                                     const ImportOptions& options = {.voxel_size_m = kVoxelSizeM},
+                                     int num_threads = 2) {
+  const parallel::Arena arena(num_threads);
+  return ReadAnimation("test", Views(files), options, arena);
+}
+
+std::string Error(const std::vector<LoadedFile>& files,
+                  const ImportOptions& options = {.voxel_size_m = kVoxelSizeM}) {
+  const absl::StatusOr<mesh::Animation> animation = Read(files, options);
+  return animation.ok() ? "no error" : std::string(animation.status().message());
+}
+
+mesh::Animation SmallAnimation() {
+  return synthetic::MovingSphere({.num_frames = 4, .subdivisions = 1});
+}
+
+// An animation that holds `frame` at frame number 2, between two good ones.
+std::vector<LoadedFile> FilesWith(const mesh::TriangleMesh& frame, Format format = Format::kPly) {
+  mesh::Animation animation = SmallAnimation();
+  animation.frames.resize(3);
+  for (mesh::TriangleMesh& good : animation.frames) {
+    if (frame.velocities.cols() == 0) good.velocities.resize(3, 0);
+  }
+  animation.frames[1] = frame;
+  return Files(animation, format);
+}
+
+std::vector<LoadedFile> Without(std::vector<LoadedFile> files, const std::string& name) {
+  std::erase_if(files, [&](const LoadedFile& file) { return file.name == name; });
+  return files;
+}
+
+TEST(ReadAnimation, GivesBackWhatEachFormatHolds) {
+  const mesh::Animation written = SmallAnimation();
+  for (const Format format : {Format::kMantaflow, Format::kPly, Format::kObj}) {
+    const absl::StatusOr<mesh::Animation> read = Read(Files(written, format));
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_EQ(read->name, "test");
+    EXPECT_EQ(read->frames_per_second, 24.0);
+    ASSERT_EQ(read->num_frames(), written.num_frames());
+    for (int k = 0; k < read->num_frames(); ++k) {
+      EXPECT_EQ(read->frames[k].vertices, written.frames[k].vertices);
+      EXPECT_EQ(read->frames[k].triangles, written.frames[k].triangles);
+      if (format == Format::kObj) {
+        EXPECT_EQ(read->frames[k].velocities.cols(), 0);
+      } else {
+        EXPECT_EQ(read->frames[k].velocities, written.frames[k].velocities);
+      }
+    }
+    EXPECT_THAT(read->notes, IsEmpty());
+  }
+}
+
+TEST(ReadAnimation, OrdersFramesByNumberFromAnyFirstOne) {
+  mesh::Animation written = SmallAnimation();
+  std::vector<LoadedFile> files = Files(written, Format::kPly, 0);
+  EXPECT_EQ(Read(files)->first_frame_number, 0);
+  files = Files(written, Format::kPly, 9998);  // 9998 to 10001: the names do not sort
+  std::reverse(files.begin(), files.end());
+  const absl::StatusOr<mesh::Animation> read = Read(files);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->first_frame_number, 9998);
+  EXPECT_EQ(read->frames[0].vertices, written.frames[0].vertices);
+  EXPECT_EQ(read->frames[3].vertices, written.frames[3].vertices);
+}
+
+TEST(ReadAnimation, IgnoresFilesThatAreNoFrames) {
+  std::vector<LoadedFile> files = Files(SmallAnimation(), Format::kMantaflow);
+  files.push_back({"liquid_0001.png", ToBytes("not a picture")});
+  files.push_back({"pp_0001.uni", ToBytes("particles")});
+  EXPECT_TRUE(Read(files).ok());
+  EXPECT_FALSE(IsInputName("liquid_0001.png"));
+  EXPECT_FALSE(IsInputName("pp_0001.uni"));
+  EXPECT_TRUE(IsInputName("lVelMesh_0001.uni"));
+  EXPECT_TRUE(IsInputName("meta.json"));
+  EXPECT_TRUE(IsInputName("0001.OBJ"));
+}
+
+TEST(ReadAnimation, TakesUnitsFromMetaAndOptionsOverIt) {
+  const mesh::Animation written = SmallAnimation();
+  std::vector<LoadedFile> files = Files(written, Format::kMantaflow);
+  files.push_back({"meta.json", ToBytes(R"({"fps": 30, "domain_size_m": [2, 4, 3],
+                                            "voxel_size_m": 0.8, "other": [null]})")});
+  absl::StatusOr<mesh::Animation> read = Read(files, ImportOptions());
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->frames_per_second, 30.0);
+  EXPECT_EQ(read->frames[0].vertices, 4 * written.frames[0].vertices);
+  EXPECT_EQ(read->frames[0].velocities, 2 * written.frames[0].velocities);  // 0.8 m * 2.5 / s
+
+  files.back().bytes = ToBytes(R"({"domain_size_m": [2, 4, 3], "voxel_size_m": 0.8,
+      "units": {"vertex_scale": 0.5, "velocity_scale_to_m_per_s": 8}})");
+  read = Read(files, ImportOptions());
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->frames[0].vertices, 0.5 * written.frames[0].vertices);
+  EXPECT_EQ(read->frames[0].velocities, 8 * written.frames[0].velocities);
+
+  read = Read(files, {.frames_per_second = 60, .vertex_scale = 2, .velocity_scale = 16});
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->frames_per_second, 60.0);
+  EXPECT_EQ(read->frames[0].vertices, 2 * written.frames[0].vertices);
+  EXPECT_EQ(read->frames[0].velocities, 16 * written.frames[0].velocities);
+}
+
+TEST(ReadAnimation, ScalesPlyVelocitiesLikePositions) {
+  const mesh::Animation written = SmallAnimation();
+  const auto read = Read(Files(written, Format::kPly), {.vertex_scale = 2});
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->frames[0].velocities, 2 * written.frames[0].velocities);
+}
+
+TEST(ReadAnimation, GivesTheSameBytesForAnyThreadCount) {
+  const mesh::Animation written = synthetic::FallingDrop({.num_frames = 6});
+  const std::vector<LoadedFile> files = Files(written, Format::kPly);
+  const absl::StatusOr<mesh::Animation> one = Read(files, {}, 1);
+  ASSERT_TRUE(one.ok()) << one.status();
+  for (const int num_threads : {2, 8}) {
+    const absl::StatusOr<mesh::Animation> more = Read(files, {}, num_threads);
+    ASSERT_TRUE(more.ok()) << more.status();
+    EXPECT_EQ(more->notes, one->notes);
+    for (int k = 0; k < one->num_frames(); ++k) {
+      EXPECT_EQ(more->frames[k].vertices, one->frames[k].vertices);
+      EXPECT_EQ(more->frames[k].triangles, one->frames[k].triangles);
+      EXPECT_EQ(more->frames[k].velocities, one->frames[k].velocities);
+    }
+  }
+}
+
+TEST(ReadAnimation, ReportsProgressThatRisesToOne) {
+  const std::vector<LoadedFile> files = Files(SmallAnimation(), Format::kPly);
+  std::vector<double> shares;
+  const parallel::Arena arena(4);
+  ASSERT_TRUE(ReadAnimation("test", Views(files), {}, arena, [&](double share) {
+                shares.push_back(share);
+              }).ok());
+  EXPECT_THAT(shares, ElementsAre(0.25, 0.5, 0.75, 1.0));
+}
+
+TEST(ReadAnimation, AllowsFramesThatTheLiquidHasLeft) {
+  for (const Format format : {Format::kMantaflow, Format::kPly, Format::kObj}) {
+    const absl::StatusOr<mesh::Animation> read = Read(FilesWith({}, format));
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_EQ(read->frames[1].num_vertices(), 0);
+    EXPECT_EQ(read->frames[1].num_triangles(), 0);
+  }
+  EXPECT_EQ(Error({{"a_1.obj", ToBytes("# nothing")}}), "no frame has a triangle");
+}
+
+TEST(ReadAnimation, KeepsEnclosedBubbles) {
+  const mesh::TriangleMesh bubble = synthetic::BallWithBubble({0, 0, 0}, 1.0, 0.5, 2);
+  const absl::StatusOr<mesh::Animation> read = Read(FilesWith(bubble));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(mesh::NumComponents(read->frames[1]), 2);
+  EXPECT_THAT(read->notes, IsEmpty());
+}
+
+TEST(ReadAnimation, WeldsSoupsAndSaysSo) {
+  const mesh::TriangleMesh ball = synthetic::Icosphere({0, 0, 0}, 1.0, 1);
+  const absl::StatusOr<mesh::Animation> read = Read(FilesWith(synthetic::Soup(ball)));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->frames[1].num_vertices(), ball.num_vertices());
+  EXPECT_TRUE(mesh::CheckClosed(read->frames[1]).closed());
+  EXPECT_NEAR(mesh::Volume(read->frames[1]), mesh::Volume(ball), 1e-6);
+  EXPECT_THAT(read->notes,
+              ElementsAre("Welded 198 vertices of open edges that lay on others, in 1 of 3 frames, "
+                          "first in frame 2.",
+                          "Dropped 198 vertices that no triangle uses any more, in 1 of 3 frames, "
+                          "first in frame 2."));
+}
+
+TEST(ReadAnimation, SplitsPinchedVerticesAndSaysSo) {
+  // Two boxes that share a corner vertex.
+  mesh::TriangleMesh boxes = synthetic::Join(
+      std::array{synthetic::Box({0, 0, 0}, {1, 1, 1}), synthetic::Box({1, 1, 1}, {2, 2, 2})});
+  int shared = -1;
+  int doubled = -1;
+  for (int v = 0; v < boxes.num_vertices(); ++v) {
+    if (boxes.vertices.col(v) == Eigen::Vector3f(1, 1, 1)) (shared < 0 ? shared : doubled) = v;
+  }
+  for (int& v : boxes.triangles.reshaped()) v = v == doubled ? shared : v;
+  const absl::StatusOr<mesh::Animation> read = Read(FilesWith(boxes));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->frames[1].num_vertices(), 16);
+  EXPECT_EQ(mesh::NumComponents(read->frames[1]), 2);
+  EXPECT_EQ(read->notes[0],
+            "Split pinched vertices into 1 more, in 1 of 3 frames, first in frame 2.");
+}
+
+struct Refusal {
+  std::string name;
+  std::vector<LoadedFile> files;
+  std::string message;  // a part of it
+  ImportOptions options = {.voxel_size_m = kVoxelSizeM};
+};
+
+void PrintTo(const Refusal& refusal, std::ostream* out) { *out << refusal.name; }
+
+mesh::TriangleMesh Ball() { return SmallAnimation().frames[1]; }
+
+template <typename Change>
+std::vector<LoadedFile> Changed(Change change, Format format = Format::kPly) {
+  mesh::TriangleMesh frame = Ball();
+  change(frame);
+  return FilesWith(frame, format);
+}
+
+std::vector<Refusal> MeshRefusals() {
+  const std::string frame = "frame 2, mesh_0002.ply: ";
+  return {
+      {"Open", Changed([](auto& m) { m.triangles.conservativeResize(3, 79); }),
+       frame + "edge (23, 30) has only 1 triangle: the surface is open there"},
+      {"Overfull", Changed([](auto& m) {
+         m.triangles.conservativeResize(3, 81);
+         m.triangles.col(80) = m.triangles.col(0);
+       }),
+       frame + "edge (0, 12) has 3 triangles, an edge of a manifold has 2"},
+      {"Misoriented", Changed([](auto& m) { m.triangles.col(7).reverseInPlace(); }),
+       "is run through twice in one direction"},
+      {"InsideOut", Changed([](auto& m) { m = synthetic::Flipped(m); }),
+       frame + "the signed volume is -0.4"},
+      {"NotFinite",
+       Changed([](auto& m) { m.vertices(2, 5) = std::numeric_limits<float>::quiet_NaN(); }),
+       frame + "vertex 5: position z is nan"},
+      {"InfiniteVelocity",
+       Changed([](auto& m) { m.velocities(0, 4) = std::numeric_limits<float>::infinity(); }),
+       frame + "vertex 4: velocity x is inf"},
+      {"TooFarAway", Changed([](auto& m) { m.vertices(1, 6) = 2e9f; }),
+       frame + "vertex 6: a position of 2e+09 m is beyond 1e+09"},
+      {"IndexTooLarge", Changed([](auto& m) { m.triangles(1, 3) = 42; }),
+       frame + "face 3: vertex 42 is not in [0, 42)"},
+      {"IndexNegative", Changed([](auto& m) { m.triangles(1, 3) = -1; }, Format::kMantaflow),
+       "frame 2, fluid_mesh_0002.bobj.gz: triangle 3: vertex -1 is not in [0, 42)"},
+      {"NoTriangles", Changed([](auto& m) { m.triangles.resize(3, 0); }),
+       frame + "42 vertices but no triangle"},
+      {"NoVelocitiesInOneFrame",
+       [] {
+         mesh::Animation animation = SmallAnimation();
+         animation.frames[2].velocities.resize(3, 0);
+         return Files(animation, Format::kPly);
+       }(),
+       "frame 3, mesh_0003.ply: no velocities, but frame 1 has them"},
+  };
+}
+
+std::vector<Refusal> FileRefusals() {
+  const std::vector<LoadedFile> ply = Files(SmallAnimation(), Format::kPly);
+  const std::vector<LoadedFile> manta = Files(SmallAnimation(), Format::kMantaflow);
+  const auto with = [](std::vector<LoadedFile> files, const std::string& name, Bytes bytes) {
+    std::erase_if(files, [&](const LoadedFile& file) { return file.name == name; });
+    files.push_back({name, std::move(bytes)});
+    return files;
+  };
+  Eigen::Matrix3Xf few = Eigen::Matrix3Xf::Zero(3, 5);
+  return {
+      {"None", {}, "none of the 0 files is a frame"},
+      {"OtherFormatAsked", ply, "none of the 4 files is a frame (.obj)", {.format = Format::kObj}},
+      {"SeveralFormats", with(ply, "x_0001.obj", ToBytes("#")),
+       "files of several formats, mesh_0001.ply and x_0001.obj"},
+      {"MissingNumber", Without(ply, "mesh_0003.ply"),
+       "frame 3 is missing: mesh_0004.ply comes right after mesh_0002.ply"},
+      {"NumberTwice", with(ply, "mesh_003.ply", ToBytes("ply")),
+       "frame 3 is there twice: mesh_0003.ply and mesh_003.ply"},
+      {"NoNumber", with(ply, "mesh.ply", ToBytes("ply")), "mesh.ply: no frame number"},
+      {"NumberTooLong", with(ply, "mesh_1234567890.ply", ToBytes("ply")),
+       "mesh_1234567890.ply: no frame number of 1 to 9 digits"},
+      {"UnprintableName", with(ply, "a\nb.ply", ToBytes("ply")), "a\\nb.ply: no frame number"},
+      {"Empty", with(ply, "mesh_0002.ply", {}), "frame 2, mesh_0002.ply: the file is empty"},
+      {"VelocitiesMissing", Without(manta, "lVelMesh_0003.uni"),
+       "frame 3: fluid_mesh_0003.bobj.gz has no velocities, but other frames have"},
+      {"VelocitiesWithoutMesh", with(manta, "lVelMesh_0009.uni", Gzip(RawUni(few))),
+       "frame 9: lVelMesh_0009.uni has no mesh"},
+      {"WrongNumberOfVelocities", with(manta, "lVelMesh_0003.uni", Gzip(RawUni(few))),
+       "frame 3, lVelMesh_0003.uni: 5 velocities for the 42 vertices of the frame's mesh"},
+      {"VelocityUnitUnknown", manta, "give voxel_size_m or velocity_scale", {}},
+      {"MetaNoJson", with(ply, "meta.json", ToBytes("{\"fps\": ")),
+       "meta.json: the file is not a JSON object"},
+      {"MetaWrongType", with(ply, "meta.json", ToBytes("{\"fps\": \"24\"}")),
+       "meta.json: fps is \"\\\"24\\\"\", not a number above 0"},
+      {"MetaDomain", with(ply, "meta.json", ToBytes("{\"domain_size_m\": [1, -2, 3]}")),
+       "meta.json: domain_size_m is \"-2\""},
+      {"MetaUnits", with(ply, "meta.json", ToBytes("{\"units\": {\"vertex_scale\": 0}}")),
+       "meta.json: vertex_scale is \"0\""},
+      {"OptionNegative", ply, "vertex_scale is -1", {.vertex_scale = -1}},
+      {"OptionNotFinite",
+       ply,
+       "frames_per_second is inf",
+       {.frames_per_second = std::numeric_limits<double>::infinity()}},
+  };
+}
+
+class Refusals : public testing::TestWithParam<Refusal> {};
+
+TEST_P(Refusals, NameFileFrameAndElement) {
+  EXPECT_THAT(Error(GetParam().files, GetParam().options), HasSubstr(GetParam().message));
+}
+
+const auto kRefusalName = [](const auto& param) { return param.param.name; };
+INSTANTIATE_TEST_SUITE_P(Mesh, Refusals, testing::ValuesIn(MeshRefusals()), kRefusalName);
+INSTANTIATE_TEST_SUITE_P(Files, Refusals, testing::ValuesIn(FileRefusals()), kRefusalName);
+
+TEST(ReadAnimation, ReportsTheLowestFrameAtFaultAtAnyThreadCount) {
+  mesh::Animation animation = synthetic::MovingSphere({.num_frames = 24, .subdivisions = 1});
+  for (const int k : {5, 11, 23}) animation.frames[k].triangles(0, 0) = 99;
+  const std::vector<LoadedFile> files = Files(animation, Format::kPly);
+  for (const int num_threads : {1, 2, 8}) {
+    const absl::StatusOr<mesh::Animation> read = Read(files, {}, num_threads);
+    ASSERT_FALSE(read.ok());
+    EXPECT_EQ(read.status().message(),
+              "frame 6, mesh_0006.ply: face 0: vertex 99 is not in [0, 42)");
+  }
+}
+
+}  // namespace
+}  // namespace liquidblend::ingest

@@ -1,0 +1,138 @@
+#include "worker/ingest/check.h"
+
+#include <algorithm>
+#include <span>
+
+#include "absl/strings/str_cat.h"
+
+namespace liquidblend::ingest {
+namespace {
+
+struct Side {
+  uint64_t edge;  // lower vertex in the upper half, higher vertex in the lower half
+  int32_t side;   // 3 * triangle + side
+};
+
+std::vector<Side> SortedSides(const mesh::TriangleMesh& mesh) {
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.num_triangles());
+  for (int32_t t = 0; t < mesh.num_triangles(); ++t) {
+    for (int32_t k = 0; k < 3; ++k) {
+      const auto a = static_cast<uint32_t>(mesh.triangles(k, t));
+      const auto b = static_cast<uint32_t>(mesh.triangles((k + 1) % 3, t));
+      sides.push_back({uint64_t{std::min(a, b)} << 32 | std::max(a, b), 3 * t + k});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.edge != b.edge ? a.edge < b.edge : a.side < b.side;
+  });
+  return sides;
+}
+
+// The sides along one edge, from the front of `sides`.
+std::span<const Side> FirstEdge(std::span<const Side> sides) {
+  size_t count = 1;
+  while (count < sides.size() && sides[count].edge == sides[0].edge) ++count;
+  return sides.first(count);
+}
+
+int32_t CornerOf(const mesh::TriangleMesh& mesh, int32_t t, int32_t v) {
+  for (int32_t k = 0; k < 2; ++k) {
+    if (mesh.triangles(k, t) == v) return k;
+  }
+  return 2;
+}
+
+bool IsPaired(const mesh::TriangleMesh& mesh, std::span<const Side> sides) {
+  const auto start = [&](const Side& s) { return mesh.triangles(s.side % 3, s.side / 3); };
+  return sides.size() == 2 && start(sides[0]) != start(sides[1]);
+}
+
+absl::Status UnpairedError(std::span<const Side> sides) {
+  const std::string edge =
+      absl::StrCat("edge (", sides[0].edge >> 32, ", ", sides[0].edge & 0xffffffffu, ")");
+  if (sides.size() == 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(edge, " has only 1 triangle: the surface is open there"));
+  }
+  if (sides.size() > 2) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(edge, " has ", sides.size(), " triangles, an edge of a manifold has 2"));
+  }
+  return absl::InvalidArgumentError(absl::StrCat(
+      edge, " is run through twice in one direction: its triangles are not oriented alike"));
+}
+
+}  // namespace
+
+absl::StatusOr<Neighbours> FindNeighbours(const mesh::TriangleMesh& mesh) {
+  const std::vector<Side> sides = SortedSides(mesh);
+  Neighbours neighbours(mesh.num_triangles());
+  for (std::span<const Side> rest = sides; !rest.empty();) {
+    const std::span<const Side> edge = FirstEdge(rest);
+    if (!IsPaired(mesh, edge)) return UnpairedError(edge);
+    neighbours[edge[0].side / 3][edge[0].side % 3] = edge[1].side / 3;
+    neighbours[edge[1].side / 3][edge[1].side % 3] = edge[0].side / 3;
+    rest = rest.subspan(2);
+  }
+  return neighbours;
+}
+
+std::vector<bool> FindOpenVertices(const mesh::TriangleMesh& mesh) {
+  const std::vector<Side> sides = SortedSides(mesh);
+  std::vector<bool> is_open(mesh.num_vertices(), false);
+  for (std::span<const Side> rest = sides; !rest.empty();) {
+    const std::span<const Side> edge = FirstEdge(rest);
+    rest = rest.subspan(edge.size());
+    if (edge.size() != 1) continue;
+    is_open[edge[0].edge >> 32] = true;
+    is_open[edge[0].edge & 0xffffffffu] = true;
+  }
+  return is_open;
+}
+
+int64_t SplitPinchedVertices(const Neighbours& neighbours, mesh::TriangleMesh& mesh) {
+  const int64_t num_before = mesh.num_vertices();
+  std::vector<bool> is_visited(3 * mesh.num_triangles(), false);  // per corner
+  std::vector<bool> has_fan(num_before, false);
+  std::vector<int32_t> origin;  // of each copy
+  for (int32_t first = 0; first < mesh.num_triangles(); ++first) {
+    for (int32_t first_corner = 0; first_corner < 3; ++first_corner) {
+      if (is_visited[3 * first + first_corner]) continue;
+      const int32_t v = mesh.triangles(first_corner, first);
+      const bool is_pinched = has_fan[v];
+      has_fan[v] = true;
+      const auto copy = static_cast<int32_t>(num_before + static_cast<int64_t>(origin.size()));
+      if (is_pinched) origin.push_back(v);
+      int32_t t = first;
+      int32_t corner = first_corner;
+      do {
+        is_visited[3 * t + corner] = true;
+        const int32_t next = neighbours[t][corner];
+        if (is_pinched) mesh.triangles(corner, t) = copy;
+        t = next;
+        corner = CornerOf(mesh, t, v);
+      } while (t != first);
+    }
+  }
+  const auto num_copies = static_cast<int64_t>(origin.size());
+  const bool has_velocities = mesh.velocities.cols() > 0;
+  mesh.vertices.conservativeResize(3, num_before + num_copies);
+  if (has_velocities) mesh.velocities.conservativeResize(3, num_before + num_copies);
+  for (int64_t i = 0; i < num_copies; ++i) {
+    mesh.vertices.col(num_before + i) = mesh.vertices.col(origin[i]);
+    if (has_velocities) mesh.velocities.col(num_before + i) = mesh.velocities.col(origin[i]);
+  }
+  return num_copies;
+}
+
+absl::Status CheckOutward(const mesh::TriangleMesh& mesh) {
+  if (mesh.num_triangles() == 0) return absl::OkStatus();
+  const double volume_m3 = mesh::Volume(mesh);
+  if (volume_m3 > 0) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("the signed volume is ", volume_m3,
+                   " m^3: the triangles must be counter-clockwise seen from outside"));
+}
+
+}  // namespace liquidblend::ingest

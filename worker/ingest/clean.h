@@ -1,0 +1,33 @@
+// Makes a frame what the stages behind rely on, and counts what it took.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace liquidblend::ingest {
+
+struct CleanCounts {
+  int64_t num_repeated = 0;  // triangles with a corner twice, dropped
+  int64_t num_welded = 0;    // vertices on open edges that lay on another one, merged into it
+  int64_t num_split = 0;     // copies of pinched vertices, added
+  int64_t num_slivers = 0;   // removed
+  int64_t num_slivers_left = 0;
+  int64_t num_specks = 0;  // parts without extent or volume, dropped
+  int64_t num_unused = 0;  // vertices without a triangle, dropped; those merged or collapsed too
+};
+
+// Cleans in place; afterwards the mesh is a closed, oriented manifold, with positive volume unless
+// it has no triangles. Vertices keep their order.
+// Requires: Validate(mesh).  Errors: kInvalidArgument, naming an edge in the mesh's numbering; the
+// mesh is of no use then.  Threads: safe.  Cost: O(n log n).
+absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh);
+
+// What was cleaned in the frames numbered from first_frame_number on, one sentence for each kind.
+std::vector<std::string> Notes(std::span<const CleanCounts> frames, int first_frame_number);
+
+}  // namespace liquidblend::ingest

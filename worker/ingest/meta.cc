@@ -1,0 +1,73 @@
+#include "worker/ingest/meta.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "worker/ingest/text.h"
+
+namespace liquidblend::ingest {
+namespace {
+
+using nlohmann::json;
+
+constexpr size_t kMaxMetaSize = 1 << 16;  // bytes; parsed JSON takes up to 80 times as much
+
+// As text for messages, with what is no UTF-8 replaced.
+std::string Shown(const json& value) {
+  return Quoted(value.dump(-1, ' ', true, json::error_handler_t::replace));
+}
+
+absl::Status ReadPositive(const json& value, const std::string& name, double& number) {
+  if (value.is_number()) number = value.get<double>();
+  if (value.is_number() && number > 0 && std::isfinite(number)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(name, " is ", Shown(value), ", not a number above 0"));
+}
+
+absl::Status ReadField(const json& object, const char* name, double& number) {
+  const auto found = object.find(name);
+  return found == object.end() ? absl::OkStatus() : ReadPositive(*found, name, number);
+}
+
+absl::Status ReadDomainSize(const json& object, double& longest_side_m) {
+  const auto found = object.find("domain_size_m");
+  if (found == object.end()) return absl::OkStatus();
+  if (!found->is_array() || found->size() != 3) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("domain_size_m is ", Shown(*found), ", not three numbers"));
+  }
+  for (const json& side : *found) {
+    double side_m = 0.0;
+    LB_RETURN_IF_ERROR(ReadPositive(side, "domain_size_m", side_m));
+    longest_side_m = std::max(longest_side_m, side_m);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
+  if (bytes.size() > kMaxMetaSize) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the file has ", bytes.size(), " bytes, more than ", kMaxMetaSize));
+  }
+  const auto* text = reinterpret_cast<const char*>(bytes.data());
+  const json object = json::parse(text, text + bytes.size(), nullptr, /*allow_exceptions=*/false);
+  if (!object.is_object()) return absl::InvalidArgumentError("the file is not a JSON object");
+  Meta meta;
+  LB_RETURN_IF_ERROR(ReadField(object, "fps", meta.frames_per_second));
+  LB_RETURN_IF_ERROR(ReadField(object, "voxel_size_m", meta.voxel_size_m));
+  LB_RETURN_IF_ERROR(ReadDomainSize(object, meta.longest_side_m));
+  const auto units = object.find("units");
+  if (units == object.end()) return meta;
+  if (!units->is_object()) return absl::InvalidArgumentError("units is not a JSON object");
+  LB_RETURN_IF_ERROR(ReadField(*units, "vertex_scale", meta.vertex_scale));
+  LB_RETURN_IF_ERROR(ReadField(*units, "velocity_scale_to_m_per_s", meta.velocity_scale));
+  return meta;
+}
+
+}  // namespace liquidblend::ingest

@@ -1,0 +1,24 @@
+// meta.json: what the files' numbers mean.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "absl/status/statusor.h"
+
+namespace liquidblend::ingest {
+
+// 0 where the file is silent.
+struct Meta {
+  double frames_per_second = 0.0;  // fps
+  double longest_side_m = 0.0;     // largest of domain_size_m
+  double voxel_size_m = 0.0;       // voxel_size_m
+  double vertex_scale = 0.0;       // units.vertex_scale
+  double velocity_scale = 0.0;     // units.velocity_scale_to_m_per_s
+};
+
+// Other fields are ignored. Errors: kInvalidArgument if the file is larger than 64 KiB, no JSON
+// object, or one of the fields above is no finite number above 0.
+absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes);
+
+}  // namespace liquidblend::ingest

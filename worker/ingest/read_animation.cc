@@ -1,0 +1,231 @@
+#include "worker/ingest/read_animation.h"
+
+#include <atomic>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
+#include "core/base/status_macros.h"
+#include "worker/ingest/clean.h"
+#include "worker/ingest/frame_files.h"
+#include "worker/ingest/meta.h"
+#include "worker/ingest/readers.h"
+
+namespace liquidblend::ingest {
+namespace {
+
+constexpr double kDefaultFramesPerSecond = 24.0;
+constexpr double kMantaflowUnitsPerSecond = 2.5;  // Mantaflow's time runs in these
+constexpr float kLargest = 1e9f;  // metres or metres per second: squares stay finite
+
+struct Units {
+  double frames_per_second = kDefaultFramesPerSecond;
+  double vertex_scale = 1.0;
+  double velocity_scale = 0.0;  // 0: not known
+};
+
+struct Frame {
+  mesh::TriangleMesh mesh;
+  CleanCounts counts;
+};
+
+absl::Status WithContext(const absl::Status& status, const std::string& context) {
+  return absl::Status(status.code(), absl::StrCat(context, ": ", std::string(status.message())));
+}
+
+// The first of the values that is known, i.e. not 0.
+double FirstKnown(std::initializer_list<double> values) {
+  for (const double value : values) {
+    if (value > 0) return value;
+  }
+  return 0.0;
+}
+
+absl::StatusOr<Units> FindUnits(const FrameSequence& sequence, const ImportOptions& options) {
+  Meta meta;
+  if (sequence.meta != nullptr) {
+    const absl::StatusOr<Meta> read = ReadMeta(sequence.meta->bytes);
+    if (!read.ok()) return WithContext(read.status(), Shown(*sequence.meta));
+    meta = *read;
+  }
+  const bool is_mantaflow = sequence.format == Format::kMantaflow;
+  const double per_voxel = is_mantaflow ? kMantaflowUnitsPerSecond : 0.0;
+  Units units;
+  units.frames_per_second =
+      FirstKnown({options.frames_per_second, meta.frames_per_second, kDefaultFramesPerSecond});
+  units.vertex_scale = FirstKnown(
+      {options.vertex_scale, meta.vertex_scale, is_mantaflow ? meta.longest_side_m : 0.0, 1.0});
+  units.velocity_scale =
+      FirstKnown({options.velocity_scale, options.voxel_size_m * per_voxel, meta.velocity_scale,
+                  meta.voxel_size_m * per_voxel, is_mantaflow ? 0.0 : units.vertex_scale});
+  if (units.velocity_scale == 0.0 && sequence.frames[0].velocities != nullptr) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the unit of the velocities in ", Shown(*sequence.frames[0].velocities),
+                     " is not known: give voxel_size_m or velocity_scale, or a meta.json"));
+  }
+  return units;
+}
+
+absl::StatusOr<mesh::TriangleMesh> ReadMesh(Format format, std::span<const std::byte> bytes) {
+  if (bytes.empty()) return absl::DataLossError("the file is empty");
+  switch (format) {
+    case Format::kMantaflow:
+      return ReadMantaflowMesh(bytes);
+    case Format::kPly:
+      return ReadPly(bytes);
+    case Format::kObj:
+      return ReadObj(bytes);
+    case Format::kAny:
+      break;
+  }
+  return absl::InternalError("no format");
+}
+
+absl::Status CheckMagnitude(const Eigen::Matrix3Xf& columns, const char* what, const char* unit) {
+  for (Eigen::Index v = 0; v < columns.cols(); ++v) {
+    const float largest = columns.col(v).cwiseAbs().maxCoeff();
+    if (largest <= kLargest) continue;
+    return absl::InvalidArgumentError(absl::StrCat("vertex ", v, ": ", what, " of ", largest, " ",
+                                                   unit, " is beyond ", kLargest));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Scale(const Units& units, mesh::TriangleMesh& mesh) {
+  LB_RETURN_IF_ERROR(mesh::Validate(mesh));
+  mesh.vertices = (mesh.vertices.cast<double>() * units.vertex_scale).cast<float>();
+  mesh.velocities = (mesh.velocities.cast<double>() * units.velocity_scale).cast<float>();
+  LB_RETURN_IF_ERROR(CheckMagnitude(mesh.vertices, "a position", "m"));
+  return CheckMagnitude(mesh.velocities, "a velocity", "m/s");
+}
+
+absl::StatusOr<Frame> ReadFrame(const FrameFiles& files, Format format, const Units& units) {
+  const std::string context = absl::StrCat("frame ", files.number, ", ", Shown(*files.mesh));
+  absl::StatusOr<mesh::TriangleMesh> mesh = ReadMesh(format, files.mesh->bytes);
+  if (!mesh.ok()) return WithContext(mesh.status(), context);
+  if (files.velocities != nullptr) {
+    absl::StatusOr<Eigen::Matrix3Xf> velocities =
+        ReadMantaflowVelocities(files.velocities->bytes, mesh->num_vertices());
+    if (!velocities.ok()) {
+      return WithContext(velocities.status(),
+                         absl::StrCat("frame ", files.number, ", ", Shown(*files.velocities)));
+    }
+    mesh->velocities = *std::move(velocities);
+  }
+  if (mesh->num_triangles() == 0 && mesh->num_vertices() > 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(context, ": ", mesh->num_vertices(), " vertices but no triangle"));
+  }
+  if (const absl::Status status = Scale(units, *mesh); !status.ok()) {
+    return WithContext(status, context);
+  }
+  Frame frame;
+  absl::StatusOr<CleanCounts> counts = Clean(*mesh);
+  if (!counts.ok()) return WithContext(counts.status(), context);
+  frame.counts = *counts;
+  frame.mesh = *std::move(mesh);
+  return frame;
+}
+
+// Calls back with the share of frames done, one call at a time and rising.
+class Progress {
+ public:
+  Progress(const std::function<void(double)>& callback, size_t num_frames)
+      : callback_(callback), num_frames_(static_cast<double>(num_frames)) {}
+
+  void OneMore() {
+    const absl::MutexLock lock(&mutex_);
+    ++num_done_;
+    if (callback_) callback_(num_done_ / num_frames_);
+  }
+
+ private:
+  const std::function<void(double)>& callback_;
+  const double num_frames_;
+  absl::Mutex mutex_;
+  double num_done_ ABSL_GUARDED_BY(mutex_) = 0;
+};
+
+// All frames, or the error of the lowest frame that has one.
+absl::StatusOr<std::vector<Frame>> ReadFrames(const FrameSequence& sequence, const Units& units,
+                                              const parallel::Arena& arena,
+                                              const std::function<void(double)>& callback) {
+  std::vector<absl::StatusOr<Frame>> read(sequence.frames.size());
+  // Frames above a bad one need not be read. Those below it are, so the lowest bad one is found.
+  std::atomic<int64_t> lowest_bad = static_cast<int64_t>(read.size());
+  Progress progress(callback, read.size());
+  arena.Run(static_cast<int64_t>(read.size()), [&](int64_t k) {
+    if (k > lowest_bad) return;
+    read[k] = ReadFrame(sequence.frames[k], sequence.format, units);
+    progress.OneMore();
+    int64_t lowest = lowest_bad;
+    while (!read[k].ok() && k < lowest && !lowest_bad.compare_exchange_weak(lowest, k)) {
+    }
+  });
+  std::vector<Frame> frames;
+  for (absl::StatusOr<Frame>& frame : read) {
+    if (!frame.ok()) return frame.status();
+    frames.push_back(*std::move(frame));
+  }
+  return frames;
+}
+
+// Velocities are known at all vertices or nowhere, and there is something to see.
+absl::Status CheckAlike(const FrameSequence& sequence, const std::vector<Frame>& frames) {
+  int with = -1;
+  int without = -1;
+  bool has_triangles = false;
+  for (int k = static_cast<int>(frames.size()) - 1; k >= 0; --k) {
+    has_triangles = has_triangles || frames[k].mesh.num_triangles() > 0;
+    if (frames[k].mesh.num_vertices() == 0) continue;
+    (frames[k].mesh.velocities.cols() > 0 ? with : without) = k;
+  }
+  if (!has_triangles) return absl::InvalidArgumentError("no frame has a triangle");
+  if (with < 0 || without < 0) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "frame ", sequence.frames[without].number, ", ", Shown(*sequence.frames[without].mesh),
+      ": no velocities, but frame ", sequence.frames[with].number, " has them"));
+}
+
+absl::Status CheckPositive(double value, const char* name) {
+  if (value >= 0 && std::isfinite(value)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(name, " is ", value, ", not above 0 (or 0: not given)"));
+}
+
+}  // namespace
+
+absl::Status ImportOptions::Validate() const {
+  LB_RETURN_IF_ERROR(CheckPositive(frames_per_second, "frames_per_second"));
+  LB_RETURN_IF_ERROR(CheckPositive(vertex_scale, "vertex_scale"));
+  LB_RETURN_IF_ERROR(CheckPositive(velocity_scale, "velocity_scale"));
+  return CheckPositive(voxel_size_m, "voxel_size_m");
+}
+
+absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
+                                              std::span<const InputFile> files,
+                                              const ImportOptions& options,
+                                              const parallel::Arena& arena,
+                                              const std::function<void(double)>& progress) {
+  LB_RETURN_IF_ERROR(options.Validate());
+  LB_ASSIGN_OR_RETURN(const FrameSequence sequence, FindFrames(files, options.format));
+  LB_ASSIGN_OR_RETURN(const Units units, FindUnits(sequence, options));
+  LB_ASSIGN_OR_RETURN(std::vector<Frame> frames, ReadFrames(sequence, units, arena, progress));
+  LB_RETURN_IF_ERROR(CheckAlike(sequence, frames));
+  mesh::Animation animation;
+  animation.name = name;
+  animation.frames_per_second = units.frames_per_second;
+  animation.first_frame_number = sequence.frames.front().number;
+  std::vector<CleanCounts> counts;
+  for (Frame& frame : frames) {
+    counts.push_back(frame.counts);
+    animation.frames.push_back(std::move(frame.mesh));
+  }
+  animation.notes = Notes(counts, animation.first_frame_number);
+  return animation;
+}
+
+}  // namespace liquidblend::ingest

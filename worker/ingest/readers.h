@@ -1,0 +1,32 @@
+// One frame's bytes -> a mesh in the file's own units and numbering; a source file per format.
+//
+// Pure functions of the bytes. Counts, truncation and syntax are checked here, in messages that
+// name the element but not the file; finite numbers and closedness are for the caller to check.
+// Errors: kInvalidArgument, kDataLoss.  Threads: safe.  Cost: O(bytes).
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace liquidblend::ingest {
+
+// A .bobj.gz of Mantaflow: positions in the unit cube around 0; no velocities.
+absl::StatusOr<mesh::TriangleMesh> ReadMantaflowMesh(std::span<const std::byte> bytes);
+
+// The .uni beside it: one velocity per vertex, in simulation cells per Mantaflow time unit.
+absl::StatusOr<Eigen::Matrix3Xf> ReadMantaflowVelocities(std::span<const std::byte> bytes,
+                                                         int64_t num_vertices);
+
+// PLY 1.0. Elements vertex (x y z, optionally vx vy vz) and face (vertex_indices or vertex_index);
+// other elements and properties are skipped, polygons cut into triangles.
+absl::StatusOr<mesh::TriangleMesh> ReadPly(std::span<const std::byte> bytes);
+
+// Wavefront OBJ. Statements v and f; others are skipped, polygons cut into triangles.
+absl::StatusOr<mesh::TriangleMesh> ReadObj(std::span<const std::byte> bytes);
+
+}  // namespace liquidblend::ingest
