@@ -22,8 +22,7 @@ struct BuildOptions {
 // triangles at all); kResourceExhausted if the grid would be larger than its index type holds.
 // Threads: safe, same bytes for any thread count.
 absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
-                                          const BuildOptions& options,
-                                          const parallel::Arena& arena,
+                                          const BuildOptions& options, const parallel::Arena& arena,
                                           const std::function<void(double)>& progress = {});
 
 }  // namespace liquidblend::spacetime

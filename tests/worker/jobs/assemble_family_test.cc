@@ -1,0 +1,76 @@
+#include "worker/jobs/assemble_family.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/synthetic/families.h"
+#include "tests/synthetic/shapes.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+FamilyParts TwoTargets() {
+  FamilyParts parts;
+  parts.name = "family";
+  parts.source_name = "still";
+  parts.source = synthetic::WedgeSphere(1);
+  parts.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-1, -1, -1), Eigen::Vector3f(1, 2, 3));
+  parts.targets.resize(2);
+  for (RegisteredTarget& target : parts.targets) {
+    target.registration.displacement.setConstant(4, parts.source.num_vertices(), 0.25F);
+  }
+  parts.targets[0].name = "slow";
+  parts.targets[1].name = "fast";
+  parts.targets[1].registration.report.num_nodes = 7;
+  parts.targets[1].registration.extrapolation.setConstant(4, parts.source.num_vertices(), 0.5F);
+  return parts;
+}
+
+TEST(AssembleFamily, OwnsAllThatItShows) {
+  const FamilyParts parts = TwoTargets();
+  const auto family = AssembleFamily(parts);
+  ASSERT_TRUE(family.ok()) << family.status();
+  EXPECT_TRUE(mesh::Validate(*family).ok());
+  EXPECT_EQ(family->name, "family");
+  EXPECT_EQ(family->source, "still");
+  ASSERT_EQ(family->targets.size(), 2U);
+  EXPECT_EQ(family->targets[1].name, "fast");
+  EXPECT_EQ(family->targets[1].report.num_nodes, 7);
+  EXPECT_EQ(family->targets[0].displacement.back(), (mesh::Float4{0.25F, 0.25F, 0.25F, 0.25F}));
+  EXPECT_TRUE(family->targets[0].extrapolation.empty());
+  EXPECT_EQ(family->targets[1].extrapolation.front(), (mesh::Float4{0.5F, 0.5F, 0.5F, 0.5F}));
+  for (int64_t v = 0; v < parts.source.num_vertices(); ++v) {
+    for (int i = 0; i < 4; ++i) ASSERT_EQ(family->vertices[v][i], parts.source.vertices(i, v));
+  }
+}
+
+TEST(AssembleFamily, TheDomainIsOneEdgeLargerThanTheBounds) {
+  const FamilyParts parts = TwoTargets();
+  const float edge_m = static_cast<float>(parts.source.edge_length_m);
+  const auto family = AssembleFamily(parts);
+  ASSERT_TRUE(family.ok()) << family.status();
+  EXPECT_FLOAT_EQ(family->domain_min[2], -1 - edge_m);
+  EXPECT_FLOAT_EQ(family->domain_max[1], 2 + edge_m);
+}
+
+TEST(AssembleFamily, ARegistrationThatIsNotFiniteIsRefused) {
+  FamilyParts parts = TwoTargets();
+  parts.targets[0].registration.displacement(2, 7) = std::numeric_limits<float>::quiet_NaN();
+  const auto family = AssembleFamily(std::move(parts));
+  EXPECT_EQ(family.status().code(), absl::StatusCode::kInternal);
+  EXPECT_THAT(std::string(family.status().message()), testing::HasSubstr("family"));
+}
+
+TEST(AssembleFamily, BoxOfAnAnimationHoldsAllFrames) {
+  synthetic::MovingSphereOptions options;
+  options.velocity_m_per_s = {24, 0, 0};
+  options.num_frames = 3;
+  const Eigen::AlignedBox3f box = BoxOf(synthetic::MovingSphere(options));
+  EXPECT_NEAR(box.min().x(), -0.5, 0.01);  // 0.01: the icosphere's corners do not lie on the axes
+  EXPECT_NEAR(box.max().x(), 2.5, 0.01);
+}
+
+}  // namespace
+}  // namespace liquidblend::jobs

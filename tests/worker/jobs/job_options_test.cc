@@ -1,0 +1,67 @@
+#include "worker/jobs/job_options.h"
+
+#include <gtest/gtest.h>
+
+namespace liquidblend::jobs {
+namespace {
+
+TEST(JobOptions, ZeroStandsForTheStagesDefault) {
+  const registration::RegistrationOptions defaults;
+  const registration::RegistrationOptions options = ToRegistrationOptions({});
+  EXPECT_EQ(options.max_iterations, defaults.max_iterations);
+  EXPECT_EQ(options.node_spacing_edges, defaults.node_spacing_edges);
+  EXPECT_EQ(options.sample_share, defaults.sample_share);
+  EXPECT_EQ(options.seed, defaults.seed);
+  EXPECT_EQ(options.final_smoothness, defaults.final_smoothness);
+}
+
+TEST(JobOptions, WhatIsGivenReachesTheStage) {
+  store::v1::RegistrationOptions record;
+  record.set_max_iterations(5);
+  record.set_node_spacing_edges(7.5);
+  record.set_sample_share(0.25);
+  record.set_seed(99);
+  record.set_final_smoothness(0.5);
+  const registration::RegistrationOptions options = ToRegistrationOptions(record);
+  EXPECT_EQ(options.max_iterations, 5);
+  EXPECT_EQ(options.node_spacing_edges, 7.5);
+  EXPECT_EQ(options.sample_share, 0.25);
+  EXPECT_EQ(options.seed, 99U);
+  EXPECT_EQ(options.final_smoothness, 0.5);
+
+  store::v1::ImportOptions import;
+  import.set_format(store::v1::ImportOptions::MANTAFLOW);
+  import.set_frames_per_second(30);
+  import.set_vertex_scale(2);
+  import.set_velocity_scale(3);
+  import.set_voxel_size_m(4);
+  const ingest::ImportOptions read = ToImportOptions(import);
+  EXPECT_EQ(read.format, ingest::Format::kMantaflow);
+  EXPECT_EQ(read.frames_per_second, 30);
+  EXPECT_EQ(read.vertex_scale, 2);
+  EXPECT_EQ(read.velocity_scale, 3);
+  EXPECT_EQ(read.voxel_size_m, 4);
+}
+
+TEST(JobOptions, SecondsOfCorrespondencesBecomeFrames) {
+  store::v1::RegisterJob job;
+  job.add_correspondences();
+  store::v1::Correspondence& record = *job.add_correspondences()->add_correspondences();
+  record.set_kind(store::v1::Correspondence::TRAJECTORY);
+  record.set_hard(true);
+  for (const double x : {1.0, 2.0, 3.0, 0.5}) record.add_source(x);
+  for (const double x : {4.0, 5.0, 6.0, 1.0}) record.add_target(x);
+  record.set_length_s(0.25);
+  EXPECT_TRUE(ToCorrespondences(job, 0, 24).empty());
+  EXPECT_TRUE(ToCorrespondences(job, 2, 24).empty());
+  const auto correspondences = ToCorrespondences(job, 1, 24);
+  ASSERT_EQ(correspondences.size(), 1U);
+  EXPECT_EQ(correspondences[0].kind, registration::CorrespondenceKind::kTrajectory);
+  EXPECT_TRUE(correspondences[0].hard);
+  EXPECT_EQ(correspondences[0].source, Eigen::Vector4d(1, 2, 3, 12));
+  EXPECT_EQ(correspondences[0].target, Eigen::Vector4d(4, 5, 6, 24));
+  EXPECT_EQ(correspondences[0].length_frames, 6);
+}
+
+}  // namespace
+}  // namespace liquidblend::jobs

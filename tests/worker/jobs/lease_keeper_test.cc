@@ -1,0 +1,85 @@
+#include "worker/jobs/lease_keeper.h"
+
+#include "tests/worker/jobs/jobs_testing.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+class LeaseKeeperTest : public JobsTest {
+ protected:
+  LeaseKeeperTest() : job_id_(SubmitImport("drop", {})) {}
+
+  store::Lease Take(const std::string& worker) {
+    auto lease = catalog_->LeaseJob(worker, options_.duration);
+    EXPECT_TRUE(lease.ok() && lease->has_value());
+    return **lease;
+  }
+
+  static LeaseOptions QuickOptions() {
+    LeaseOptions options;
+    options.duration = absl::Seconds(1);
+    options.report_interval = absl::Milliseconds(2);
+    return options;
+  }
+
+  const LeaseOptions options_ = QuickOptions();
+  const std::string job_id_;
+};
+
+TEST_F(LeaseKeeperTest, TellsProgress) {
+  LeaseKeeper keeper(*catalog_, Take("one"), stop_, options_);
+  store::pb::JobProgress progress;
+  progress.set_stage("registration");
+  progress.set_iteration(3);
+  keeper.Report(progress);
+  Await([&] { return Job(job_id_).progress().iteration() == 3; });
+  EXPECT_EQ(Job(job_id_).progress().stage(), "registration");
+  EXPECT_TRUE(keeper.Check().ok());
+}
+
+TEST_F(LeaseKeeperTest, RenewsTheLeaseOfSilentWork) {
+  LeaseKeeper keeper(*catalog_, Take("one"), stop_, options_);
+  clock_ms_ = 900;  // the lease ends at 1,000
+  Await([&] { return Job(job_id_).update_time().nanos() == 900'000'000; });
+  clock_ms_ = 1500;
+  EXPECT_FALSE((*catalog_->LeaseJob("two", options_.duration)).has_value());
+  EXPECT_TRUE(keeper.Check().ok());
+}
+
+TEST_F(LeaseKeeperTest, HearsOfCancellation) {
+  LeaseKeeper keeper(*catalog_, Take("one"), stop_, options_);
+  ASSERT_TRUE(catalog_->RequestCancel(job_id_).ok());
+  Await([&] { return absl::IsCancelled(keeper.Check()); });
+}
+
+TEST_F(LeaseKeeperTest, NoticesThatTheLeaseIsLost) {
+  LeaseKeeper keeper(*catalog_, Take("one"), stop_, options_);
+  // No renewal may come between the two: then the second worker finds nothing, and tries again.
+  Await([&] {
+    clock_ms_ += 10'000;
+    return (*catalog_->LeaseJob("two", absl::Hours(1000))).has_value();
+  });
+  Await([&] { return absl::IsAborted(keeper.Check()); });
+  EXPECT_EQ(Job(job_id_).worker(), "two");
+}
+
+TEST_F(LeaseKeeperTest, GivesTheJobBackWhenTheWorkerIsToStop) {
+  LeaseKeeper keeper(*catalog_, Take("one"), stop_, options_);
+  stop_.Request();
+  Await([&] { return absl::IsUnavailable(keeper.Check()); });
+  EXPECT_EQ(Job(job_id_).state(), store::pb::JobRecord::QUEUED);
+  EXPECT_EQ(Job(job_id_).attempts(), 0);
+}
+
+TEST(LeaseOptions, NamesTheFirstFieldOutOfRange) {
+  LeaseOptions options;
+  EXPECT_TRUE(options.Validate().ok());
+  options.duration = absl::Milliseconds(99);
+  EXPECT_THAT(std::string(options.Validate().message()), testing::HasSubstr("duration"));
+  options = LeaseOptions();
+  options.report_interval = absl::ZeroDuration();
+  EXPECT_THAT(std::string(options.Validate().message()), testing::HasSubstr("report_interval"));
+}
+
+}  // namespace
+}  // namespace liquidblend::jobs

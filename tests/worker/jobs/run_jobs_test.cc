@@ -1,0 +1,203 @@
+#include "worker/jobs/run_jobs.h"
+
+#include <new>
+#include <stdexcept>
+
+#include "core/store/files.h"
+#include "tests/worker/jobs/jobs_testing.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+using store::Fails;
+using store::Succeeds;
+using store::pb::AnimationRecord;
+using store::pb::JobRecord;
+using testing::HasSubstr;
+
+class RunJobsTest : public JobsTest {};
+
+TEST_F(RunJobsTest, AnImportPublishesTheAnimation) {
+  const std::string job = SubmitBall("ball", 1.0);
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED) << Job(job).error().message();
+  EXPECT_EQ(Job(job).progress().fraction(), 1.0);
+  const AnimationRecord record = *catalog_->GetAnimation("ball");
+  EXPECT_EQ(record.state(), AnimationRecord::READY);
+  EXPECT_EQ(record.manifest().num_frames(), 4);
+  EXPECT_EQ(record.manifest().frames_per_second(), 24);
+  EXPECT_EQ(record.num_vertices(), 4 * 162);
+  EXPECT_EQ(record.num_triangles(), 4 * 320);
+
+  const auto blob = blobs_.Open(record.blob());
+  ASSERT_THAT(blob, Succeeds());
+  EXPECT_EQ(record.size_bytes(), static_cast<int64_t>((*blob)->bytes().size()));
+  const auto animation = store::ReadAnimation(**blob, "ball");
+  ASSERT_THAT(animation, Succeeds());
+  EXPECT_EQ(animation->frames[3].vertices, Ball(1.0).frames[3].vertices);
+}
+
+TEST_F(RunJobsTest, BadInputFailsAtOnceAndSaysWhere) {
+  std::vector<ingest::LoadedFile> files = ingest::Files(Ball(1.0), ingest::Format::kPly);
+  files[2].bytes.resize(files[2].bytes.size() / 2);
+  const std::string job = SubmitImport("ball", files);
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::FAILED);
+  EXPECT_EQ(Job(job).attempts(), 1);
+  EXPECT_THAT(Job(job).error().message(), HasSubstr(files[2].name));
+  EXPECT_EQ(catalog_->GetAnimation("ball")->state(), AnimationRecord::FAILED);
+}
+
+TEST_F(RunJobsTest, ALostFileFailsAtOnceByName) {
+  const std::vector<ingest::LoadedFile> files = ingest::Files(Ball(1.0), ingest::Format::kPly);
+  const std::string job = SubmitImport("ball", files);
+  ASSERT_TRUE(blobs_.Delete(*store::PutBlob(blobs_, files[1].bytes)).ok());
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::FAILED);
+  EXPECT_EQ(Job(job).attempts(), 1);
+  EXPECT_THAT(Job(job).error().message(), HasSubstr(files[1].name));
+}
+
+TEST_F(RunJobsTest, TroubleThatPassesIsWaitedOut) {
+  const std::string job = SubmitBall("ball", 1.0);
+  int num_opened = 0;
+  blobs_.on_open = [&] {
+    return ++num_opened == 1 ? absl::UnavailableError("disk is away") : absl::OkStatus();
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
+  EXPECT_EQ(Job(job).attempts(), 2);
+}
+
+TEST_F(RunJobsTest, OutOfMemoryFailsTheJobNotTheWorker) {
+  const std::string first = SubmitBall("first", 1.0);
+  blobs_.on_open = []() -> absl::Status { throw std::bad_alloc(); };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(first).state(), JobRecord::FAILED);
+  EXPECT_EQ(Job(first).attempts(), 3);
+  EXPECT_THAT(Job(first).error().message(), HasSubstr("out of memory in stage 'opening files'"));
+
+  blobs_.on_open = nullptr;
+  const std::string second = SubmitBall("second", 1.0);
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(second).state(), JobRecord::SUCCEEDED);
+}
+
+TEST_F(RunJobsTest, WhatOthersThrowFailsTheJobWithItsText) {
+  const std::string job = SubmitBall("ball", 1.0);
+  blobs_.on_open = []() -> absl::Status { throw std::runtime_error("who knows"); };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::FAILED);
+  EXPECT_THAT(Job(job).error().message(), HasSubstr("who knows"));
+}
+
+TEST_F(RunJobsTest, ACancelledJobStopsAtTheNextStage) {
+  const std::string job = SubmitBall("ball", 1.0);
+  blobs_.on_open = [&] {
+    EXPECT_TRUE(catalog_->RequestCancel(job).ok());
+    // The keeper hears of it with its next report.
+    Await([&] { return Job(job).progress().stage() == "opening files"; });
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::CANCELLED);
+  EXPECT_NE(catalog_->GetAnimation("ball")->state(), AnimationRecord::READY);
+}
+
+TEST_F(RunJobsTest, AStoppedWorkerGivesItsJobBack) {
+  const std::string job = SubmitBall("ball", 1.0);
+  blobs_.on_open = [&] {
+    stop_.Request();
+    Await([&] { return Job(job).state() == JobRecord::QUEUED; });
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::QUEUED);
+  EXPECT_EQ(Job(job).attempts(), 0);
+}
+
+TEST_F(RunJobsTest, ALostJobIsLeftToItsNewWorker) {
+  const std::string job = SubmitBall("ball", 1.0);
+  store::Lease other;
+  blobs_.on_open = [&] {
+    if (!other.lease_id.empty()) return absl::OkStatus();
+    Await([&] {
+      clock_ms_ += 3'600'000;
+      auto lease = catalog_->LeaseJob("other", absl::Hours(100'000));
+      if (lease.ok() && lease->has_value()) other = **lease;
+      return !other.lease_id.empty();
+    });
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::RUNNING);
+  EXPECT_EQ(Job(job).worker(), "other");
+  EXPECT_TRUE(catalog_->Heartbeat(other.lease_id, absl::Hours(1), {}).ok());
+}
+
+TEST_F(RunJobsTest, ARegistrationPublishesAFamilyThatCanBeOpened) {
+  SubmitBall("slow", 1.0);
+  SubmitBall("fast", 3.0);
+  ASSERT_THAT(Work(), Succeeds());
+  const std::string job = SubmitRegistration("balls", "slow", {"fast"});
+  ASSERT_THAT(Work(), Succeeds());
+  ASSERT_EQ(Job(job).state(), JobRecord::SUCCEEDED) << Job(job).error().message();
+  const store::pb::FamilyRecord record = *catalog_->GetFamily("balls");
+  EXPECT_EQ(record.version(), 1);
+  EXPECT_EQ(record.manifest().source(), "slow");
+  EXPECT_EQ(record.manifest().reports_size(), 1);
+  auto blob = blobs_.Open(record.blob());
+  ASSERT_THAT(blob, Succeeds());
+  const auto family = store::OpenFamily(*blob, "balls");
+  ASSERT_THAT(family, Succeeds());
+  EXPECT_EQ(family->num_frames, 4);
+  EXPECT_EQ(family->targets[0].name, "fast");
+  EXPECT_EQ(record.num_vertices(), static_cast<int64_t>(family->vertices.size()));
+  EXPECT_EQ(record.num_cells(), family->num_cells());
+  // The fast ball ends at 3 m/s * 3 / 24 s + 0.5 m; one edge length is left around it.
+  EXPECT_GT(family->domain_max[0], 0.875);
+  EXPECT_LT(family->domain_max[0], 0.875 + 0.25);
+  EXPECT_LT(family->domain_min[1], -0.49);
+}
+
+TEST_F(RunJobsTest, AFamilyHasTheSameBytesForAnyNumberOfThreads) {
+  SubmitBall("slow", 1.0);
+  SubmitBall("fast", 3.0);
+  ASSERT_THAT(Work(), Succeeds());
+  std::vector<std::string> blobs;
+  for (const int num_threads : {1, 2, 8}) {
+    SubmitRegistration("balls", "slow", {"fast"});
+    ASSERT_THAT(Work(num_threads), Succeeds());
+    blobs.push_back(catalog_->GetFamily("balls")->blob());  // named by content
+  }
+  EXPECT_EQ(blobs[0], blobs[1]);
+  EXPECT_EQ(blobs[0], blobs[2]);
+  EXPECT_EQ(catalog_->GetFamily("balls")->version(), 3);
+}
+
+TEST_F(RunJobsTest, AnimationsOfDifferentFrameRatesAreNotRegistered) {
+  SubmitBall("a", 1.0, 24);
+  SubmitBall("b", 1.0, 25);
+  ASSERT_THAT(Work(), Succeeds());
+  const std::string job = SubmitRegistration("balls", "a", {"b"});
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::FAILED);
+  EXPECT_EQ(Job(job).attempts(), 1);
+  EXPECT_EQ(catalog_->GetFamily("balls")->version(), 0);
+}
+
+TEST(JobLoopOptions, NamesTheFirstFieldOutOfRange) {
+  const auto message = [](auto change) {
+    JobLoopOptions options;
+    change(options);
+    return std::string(options.Validate().message());
+  };
+  EXPECT_TRUE(JobLoopOptions().Validate().ok());
+  EXPECT_THAT(message([](auto& o) { o.worker.clear(); }), HasSubstr("worker"));
+  EXPECT_THAT(message([](auto& o) { o.poll = absl::ZeroDuration(); }), HasSubstr("poll"));
+  EXPECT_THAT(message([](auto& o) { o.lease.duration = absl::ZeroDuration(); }),
+              HasSubstr("duration"));
+}
+
+}  // namespace
+}  // namespace liquidblend::jobs

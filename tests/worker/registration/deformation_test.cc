@@ -1,0 +1,97 @@
+#include "worker/registration/deformation.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/worker/registration/registration_testing.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr double kSpacing = 3.0;
+
+class DeformationNodesTest : public ::testing::Test {
+ protected:
+  DeformationNodes Make(int num_threads, std::span<const int32_t> first = {},
+                        uint64_t seed = 1) const {
+    return {sphere_.surface.points,      sphere_.neighbors, kSpacing, first, seed,
+            parallel::Arena(num_threads)};
+  }
+  TestSurface sphere_{SphereMesh()};
+};
+
+TEST_F(DeformationNodesTest, WeightsAddUpToOneAndEveryVertexHasANode) {
+  const DeformationNodes nodes = Make(2);
+  for (int64_t v = 0; v < sphere_.surface.points.cols(); ++v) {
+    float sum = 0;
+    for (const Influence& influence : nodes.influences(v)) {
+      EXPECT_GE(influence.weight, 0.0f);
+      sum += influence.weight;
+    }
+    EXPECT_NEAR(sum, 1.0f, 1e-5f);
+  }
+}
+
+TEST_F(DeformationNodesTest, AreNoCloserThanTheSpacing) {
+  const DeformationNodes nodes = Make(2);
+  ASSERT_GT(nodes.num_nodes(), 4);
+  GeodesicSearch search(sphere_.surface.points, sphere_.neighbors);
+  for (int64_t n = 0; n < nodes.num_nodes(); ++n) {
+    for (const auto& reached : search.From(nodes.vertex(n), static_cast<float>(kSpacing))) {
+      for (int64_t m = 0; m < nodes.num_nodes(); ++m) {
+        if (m != n) {
+          EXPECT_NE(reached.vertex, nodes.vertex(m));
+        }
+      }
+    }
+  }
+}
+
+TEST_F(DeformationNodesTest, StandAtTheVerticesAskedFor) {
+  const std::vector<int32_t> wanted = {17, 400};
+  const DeformationNodes nodes = Make(1, wanted);
+  for (const int32_t v : wanted) {
+    bool found = false;
+    for (int64_t n = 0; n < nodes.num_nodes(); ++n) found |= nodes.vertex(n) == v;
+    EXPECT_TRUE(found) << v;
+  }
+}
+
+TEST_F(DeformationNodesTest, AreTheSameAtAnyThreadCountAndOthersForAnotherSeed) {
+  const DeformationNodes one = Make(1), eight = Make(8), other = Make(1, {}, 2);
+  ASSERT_EQ(one.num_nodes(), eight.num_nodes());
+  bool differs = one.num_nodes() != other.num_nodes();
+  for (int64_t n = 0; n < one.num_nodes(); ++n) {
+    EXPECT_EQ(one.vertex(n), eight.vertex(n));
+    if (!differs) differs = one.vertex(n) != other.vertex(n);
+  }
+  EXPECT_TRUE(differs);
+  for (int64_t v = 0; v < sphere_.surface.points.cols(); ++v) {
+    const auto a = one.influences(v), b = eight.influences(v);
+    ASSERT_EQ(a.size(), b.size());
+    for (size_t k = 0; k < a.size(); ++k) {
+      EXPECT_EQ(a[k].node, b[k].node);
+      EXPECT_EQ(a[k].weight, b[k].weight);
+    }
+  }
+}
+
+TEST_F(DeformationNodesTest, ReproduceAnAffineMapOfSpaceTime) {
+  const DeformationNodes nodes = Make(2);
+  Eigen::Matrix4f linear = Eigen::Matrix4f::Zero();
+  linear(0, 3) = 0.4f;
+  linear(1, 1) = -0.2f;
+  const Eigen::Vector4f shift(1, 2, 3, 0.5f);
+  std::vector<NodeMap> maps(nodes.num_nodes());
+  for (int64_t n = 0; n < nodes.num_nodes(); ++n) {
+    maps[n].leftCols<4>() = linear;
+    maps[n].col(4) = linear * nodes.position(n) + shift;
+  }
+  const Points deformed = Deform(nodes, maps, sphere_.surface.points, parallel::Arena(2));
+  for (int64_t v = 0; v < deformed.cols(); ++v) {
+    const Eigen::Vector4f p = sphere_.surface.points.col(v);
+    EXPECT_NEAR((deformed.col(v) - (p + linear * p + shift)).norm(), 0, 1e-3f);
+  }
+}
+
+}  // namespace
+}  // namespace liquidblend::registration

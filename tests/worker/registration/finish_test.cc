@@ -1,0 +1,70 @@
+#include "worker/registration/finish.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/worker/registration/registration_testing.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr double kSpacing = 4.0;
+
+TEST(ProjectOntoTarget, ClosesASmallGap) {
+  const TestSurface source(SphereMesh());
+  // The same sphere, 4 % larger: about a quarter of an edge outside.
+  synthetic::MovingSphereOptions larger;
+  larger.radius_m *= 1.04;
+  const TestSurface target(BuildMesh(synthetic::MovingSphere(larger)));
+  const parallel::Arena arena(2);
+  const DeformationNodes nodes(source.surface.points, source.neighbors, kSpacing, {}, 1, arena);
+  const std::vector<NodeMap> still(nodes.num_nodes(), NodeMap::Zero());
+  const Surface target_surface(target.mesh, source.mesh.edge_length_m);
+  const ClosestPointSearch search(target.mesh, target_surface.points, target_surface.cells_around);
+  Points displacement = Points::Zero(4, source.surface.points.cols());
+  const double before = ProjectOntoTarget(nodes, still, source.surface, source.neighbors, search,
+                                          {}, arena, displacement);
+  Points unchanged = displacement;
+  const double after = ProjectOntoTarget(nodes, still, source.surface, source.neighbors, search, {},
+                                         arena, unchanged);
+  EXPECT_GT(before, 0.1);
+  EXPECT_LT(after, 0.4 * before);
+}
+
+TEST(RelaxFolds, LeavesASmoothDisplacementAsItIs) {
+  const TestSurface source(SphereMesh());
+  Points displacement = 0.1f * source.surface.points;
+  const Points before = displacement;
+  EXPECT_EQ(RelaxFolds(source.surface, source.neighbors, 8, parallel::Arena(2), displacement), 0);
+  EXPECT_EQ(displacement, before);
+}
+
+TEST(RelaxFolds, UnfoldsAPatchThatWasPushedThroughItself) {
+  const TestSurface source(SphereMesh());
+  Points displacement = Points::Zero(4, source.surface.points.cols());
+  const int64_t centre = source.surface.points.cols() / 2;
+  for (int64_t v = 0; v < displacement.cols(); ++v) {
+    const Eigen::Vector4f offset = source.surface.points.col(v) - source.surface.points.col(centre);
+    if (offset.norm() < 2.0f) displacement.col(v) = -2.5f * offset;  // mirrored about the centre
+  }
+  Points unrelaxed = displacement;
+  const int64_t folded =
+      RelaxFolds(source.surface, source.neighbors, 0, parallel::Arena(2), unrelaxed);
+  ASSERT_GT(folded, 0);
+  const int64_t left =
+      RelaxFolds(source.surface, source.neighbors, 8, parallel::Arena(2), displacement);
+  EXPECT_EQ(left, 0);
+}
+
+TEST(Smooth, KeepsAConstantAndDampsNoise) {
+  const TestSurface source(SphereMesh());
+  const int64_t count = source.surface.points.cols();
+  const Points constant = Eigen::Vector4f(1, 2, 3, 4).replicate(1, count);
+  EXPECT_TRUE(Smooth(constant, source.neighbors, 10, parallel::Arena(2)).isApprox(constant, 1e-5f));
+  Points noise(4, count);
+  Random random(3);
+  for (float& x : noise.reshaped()) x = static_cast<float>(random.Below(2001) - 1000) / 1000;
+  EXPECT_LT(Smooth(noise, source.neighbors, 10, parallel::Arena(2)).norm(), 0.1f * noise.norm());
+}
+
+}  // namespace
+}  // namespace liquidblend::registration

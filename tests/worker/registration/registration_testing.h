@@ -1,0 +1,38 @@
+// A small surface with all that registration needs of it.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "tests/synthetic/implicit.h"
+#include "tests/synthetic/shapes.h"
+#include "worker/registration/match.h"
+#include "worker/spacetime/build.h"
+
+namespace liquidblend::registration {
+
+inline mesh::SpaceTimeMesh BuildMesh(const mesh::Animation& animation) {
+  auto mesh = spacetime::Build(animation, {}, parallel::Arena(2));
+  EXPECT_TRUE(mesh.ok()) << mesh.status();
+  return *std::move(mesh);
+}
+
+// A sphere that moves along x; starts at offset_m.
+inline mesh::SpaceTimeMesh SphereMesh(const Eigen::Vector3f& offset_m = Eigen::Vector3f::Zero()) {
+  synthetic::MovingSphereOptions options;
+  options.centre_m = offset_m;
+  return BuildMesh(synthetic::MovingSphere(options));
+}
+
+struct TestSurface {
+  explicit TestSurface(mesh::SpaceTimeMesh space_time_mesh)
+      : mesh(std::move(space_time_mesh)),
+        surface(mesh, mesh.edge_length_m),
+        neighbors(VertexNeighbors(mesh, surface.cells_around, parallel::Arena(2))) {}
+  TestSurface(const TestSurface&) = delete;
+  TestSurface& operator=(const TestSurface&) = delete;
+  mesh::SpaceTimeMesh mesh;
+  Surface surface;
+  IndexLists neighbors;
+};
+
+}  // namespace liquidblend::registration

@@ -1,0 +1,138 @@
+#include "worker/spacetime/build.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <numbers>
+
+#include "server/blend/blend.h"
+#include "server/slice/slice.h"
+#include "tests/synthetic/implicit.h"
+#include "tests/synthetic/shapes.h"
+
+namespace liquidblend::spacetime {
+namespace {
+
+using ::testing::HasSubstr;
+
+mesh::SpaceTimeMesh BuildOrDie(const mesh::Animation& animation, int num_threads = 2,
+                               const BuildOptions& options = {}) {
+  auto mesh = Build(animation, options, parallel::Arena(num_threads));
+  EXPECT_TRUE(mesh.ok()) << mesh.status();
+  return *std::move(mesh);
+}
+
+mesh::TriangleMesh Cut(const mesh::SpaceTimeMesh& mesh, double time_s) {
+  const mesh::RegisteredFamily family = mesh::ViewOf(mesh);
+  const slice::CellIndex index(family);
+  slice::Workspace workspace;
+  std::vector<mesh::Float4> positions;
+  const absl::Status found = slice::FindCandidates(index, {}, time_s, workspace);
+  EXPECT_TRUE(found.ok()) << found;
+  blend::BlendVertices(family, {}, workspace.vertex_ranges, positions);
+  return slice::March(index, positions, workspace);
+}
+
+double SphereVolume(double radius) {
+  return 4.0 / 3.0 * std::numbers::pi * radius * radius * radius;
+}
+
+TEST(Build, IsClosedAndOriented) {
+  const auto mesh = BuildOrDie(synthetic::FallingDrop());
+  const absl::Status valid = mesh::Validate(mesh);
+  EXPECT_TRUE(valid.ok()) << valid;
+  EXPECT_GT(mesh.num_first_vertices, 0);
+  EXPECT_GT(mesh.num_last_vertices, 0);
+}
+
+TEST(Build, SlicesShowTheMovingSphere) {
+  synthetic::MovingSphereOptions options;
+  options.growth_m_per_s = 0.4;
+  const auto mesh = BuildOrDie(synthetic::MovingSphere(options));
+  for (const double time_s : {0.0, 0.01, 0.1, 0.25, 7.0 / 24}) {
+    const mesh::TriangleMesh surface = Cut(mesh, time_s);
+    EXPECT_TRUE(mesh::CheckClosed(surface).closed()) << time_s;
+    EXPECT_EQ(mesh::NumComponents(surface), 1);
+    const double radius = options.radius_m + options.growth_m_per_s * time_s;
+    EXPECT_NEAR(mesh::Volume(surface) / SphereVolume(radius), 1.0, 0.03) << time_s;
+    const Eigen::Vector3f centre =
+        options.centre_m + static_cast<float>(time_s) * options.velocity_m_per_s;
+    EXPECT_NEAR((surface.vertices.rowwise().mean() - centre).norm(), 0, 0.02) << time_s;
+  }
+}
+
+TEST(Build, MergesComponentsWhereTheAnimationDoes) {
+  const mesh::Animation drop = synthetic::FallingDrop();
+  const auto mesh = BuildOrDie(drop);
+  const double end_s = (drop.num_frames() - 1) / drop.frames_per_second;
+  EXPECT_EQ(mesh::NumComponents(Cut(mesh, 0)), 2);
+  EXPECT_EQ(mesh::NumComponents(Cut(mesh, end_s)), 1);
+  for (int n = 0; n <= 60; ++n) {
+    EXPECT_TRUE(mesh::CheckClosed(Cut(mesh, end_s * n / 60)).closed()) << n;
+  }
+}
+
+TEST(Build, KeepsABubble) {
+  mesh::Animation animation;
+  animation.frames.assign(4, synthetic::BallWithBubble({0, 0, 0}, 1.0, 0.5, 4));
+  const mesh::TriangleMesh surface = Cut(BuildOrDie(animation), 1.5 / 24);
+  EXPECT_EQ(mesh::NumComponents(surface), 2);
+  EXPECT_NEAR(mesh::Volume(surface) / (SphereVolume(1.0) - SphereVolume(0.5)), 1.0, 0.03);
+}
+
+TEST(Build, KeepsLiquidThatAppearsAndDisappears) {
+  mesh::Animation animation;
+  animation.frames.assign(6, mesh::TriangleMesh{});
+  for (int k = 2; k < 4; ++k) animation.frames[k] = synthetic::Icosphere({0, 0, 0}, 1.0, 3);
+  const auto mesh = BuildOrDie(animation);
+  EXPECT_EQ(Cut(mesh, 0).num_triangles(), 0);
+  EXPECT_NEAR(mesh::Volume(Cut(mesh, 2.5 / 24)) / SphereVolume(1.0), 1.0, 0.05);
+  EXPECT_EQ(Cut(mesh, 5.0 / 24).num_triangles(), 0);
+}
+
+TEST(Build, CarriesVelocitiesAndNormals) {
+  const auto mesh = BuildOrDie(synthetic::MovingSphere());
+  ASSERT_EQ(mesh.velocities.cols(), mesh.num_vertices());
+  ASSERT_EQ(mesh.normals.cols(), mesh.num_vertices());
+  for (int64_t v = 0; v < mesh.num_vertices(); ++v) {
+    EXPECT_NEAR(mesh.velocities(0, v), 1.0f, 1e-4f);
+    EXPECT_NEAR(mesh.normals.col(v).norm(), 1.0f, 1e-5f);
+  }
+}
+
+TEST(Build, SameBytesAtAnyThreadCount) {
+  const mesh::Animation drop = synthetic::FallingDrop();
+  const auto one = BuildOrDie(drop, 1);
+  for (const int num_threads : {2, 8}) {
+    const auto many = BuildOrDie(drop, num_threads);
+    ASSERT_EQ(many.num_vertices(), one.num_vertices());
+    EXPECT_EQ(
+        std::memcmp(many.vertices.data(), one.vertices.data(), sizeof(float) * one.vertices.size()),
+        0);
+    EXPECT_EQ(
+        std::memcmp(many.normals.data(), one.normals.data(), sizeof(float) * one.normals.size()),
+        0);
+    EXPECT_EQ(many.hexahedra, one.hexahedra);
+  }
+}
+
+TEST(Build, RefusesWhatItCannotBuildAndSaysWhy) {
+  const parallel::Arena arena(1);
+  mesh::Animation single = synthetic::MovingSphere();
+  single.frames.resize(1);
+  EXPECT_THAT(Build(single, {}, arena).status().message(), HasSubstr("1 frames"));
+  mesh::Animation empty = synthetic::MovingSphere();
+  for (auto& frame : empty.frames) frame = {};
+  EXPECT_EQ(Build(empty, {}, arena).status().code(), absl::StatusCode::kInvalidArgument);
+  BuildOptions options;
+  options.spacing_edges = 9;
+  EXPECT_THAT(Build(synthetic::MovingSphere(), options, arena).status().message(),
+              HasSubstr("spacing_edges is 9"));
+  mesh::Animation far = synthetic::MovingSphere();
+  far.frames[0].vertices.col(0) = Eigen::Vector3f(1e6f, 1e6f, 1e6f);
+  EXPECT_EQ(Build(far, {}, arena).status().code(), absl::StatusCode::kResourceExhausted);
+}
+
+}  // namespace
+}  // namespace liquidblend::spacetime

@@ -1,0 +1,63 @@
+#include "worker/spacetime/distance_band.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/worker/spacetime/grid_testing.h"
+
+namespace liquidblend::spacetime {
+namespace {
+
+constexpr int kSide = 40;
+
+float BruteForce(const GridSurface& surface, const Eigen::Vector3f& p) {
+  float best = std::numeric_limits<float>::infinity();
+  for (int64_t t = 0; t < surface.triangles.cols(); ++t) {
+    Eigen::Matrix3f corners;
+    for (int c = 0; c < 3; ++c) corners.col(c) = surface.vertices.col(surface.triangles(c, t));
+    const Eigen::Vector3f w = ClosestBarycentric(p, corners.col(0), corners.col(1), corners.col(2));
+    best = std::min(best, (p - corners * w).norm());
+  }
+  return best;
+}
+
+TEST(DistanceBand, IsExactNextToTheSurfaceAndNearlySoInTheBand) {
+  const Grid grid = CubeGrid(kSide);
+  const GridSurface surface = InGrid(synthetic::Torus({20, 20, 20}, 10, 4, 40, 20));
+  const DistanceBand band(grid, surface);
+  for (int k = 0; k < kSide; k += 2) {
+    for (int j = 1; j < kSide; j += 2) {
+      for (int i = 0; i < kSide; i += 3) {
+        const float exact = BruteForce(surface, PointAt(i, j, k));
+        const float found = band.Distance(i, j, k);
+        if (exact < 1.0f) {
+          EXPECT_FLOAT_EQ(found, exact) << i << ' ' << j << ' ' << k;
+        }
+        if (exact < 3.0f) {
+          EXPECT_NEAR(found, exact, 0.02f) << i << ' ' << j << ' ' << k;
+        }
+        EXPECT_GE(found, std::min(exact, DistanceBand::kBandWidth) - 1e-4f);
+      }
+    }
+  }
+}
+
+TEST(DistanceBand, FarFromTheSurfaceThereIsNoTriangle) {
+  const Grid grid = CubeGrid(kSide);
+  const DistanceBand band(grid, InGrid(synthetic::Icosphere({20, 20, 20}, 5, 3)));
+  EXPECT_EQ(band.Triangle(2, 2, 2), -1);
+  EXPECT_EQ(band.Distance(2, 2, 2), DistanceBand::kBandWidth);
+  EXPECT_GE(band.Triangle(25, 20, 20), 0);
+}
+
+TEST(ClosestBarycentric, FindsFacesEdgesCornersAndSurvivesTrianglesWithoutArea) {
+  const Eigen::Vector3f a(0, 0, 0), b(1, 0, 0), c(0, 1, 0);
+  EXPECT_TRUE(
+      ClosestBarycentric({0.25f, 0.25f, 3}, a, b, c).isApprox(Eigen::Vector3f(0.5f, 0.25f, 0.25f)));
+  EXPECT_TRUE(ClosestBarycentric({0.5f, -1, 0}, a, b, c).isApprox(Eigen::Vector3f(0.5f, 0.5f, 0)));
+  EXPECT_TRUE(ClosestBarycentric({-1, -1, 0}, a, b, c).isApprox(Eigen::Vector3f(1, 0, 0)));
+  EXPECT_TRUE(ClosestBarycentric({1, 1, 1}, a, a, a).allFinite());
+  EXPECT_TRUE(ClosestBarycentric({2, 1, 0}, a, b, 2 * b).allFinite());
+}
+
+}  // namespace
+}  // namespace liquidblend::spacetime

@@ -1,0 +1,105 @@
+#include "worker/registration/cell_graph.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace liquidblend::registration {
+
+std::span<const int32_t> CornersOf(const mesh::SpaceTimeMesh& mesh, int64_t c) {
+  const auto num = [](const auto& cells) { return static_cast<int64_t>(cells.size()); };
+  if (c < num(mesh.hexahedra)) return mesh.hexahedra[c];
+  c -= num(mesh.hexahedra);
+  if (c < num(mesh.wedges)) return mesh.wedges[c];
+  c -= num(mesh.wedges);
+  if (c < num(mesh.pyramids)) return mesh.pyramids[c];
+  return mesh.tetrahedra[c - num(mesh.pyramids)];
+}
+
+IndexLists CellsAroundVertices(const mesh::SpaceTimeMesh& mesh) {
+  IndexLists lists;
+  lists.begin.assign(mesh.num_vertices() + 1, 0);
+  const int64_t num_cells = mesh.num_cells();
+  for (int64_t c = 0; c < num_cells; ++c) {
+    for (const int32_t v : CornersOf(mesh, c)) ++lists.begin[v + 1];
+  }
+  std::partial_sum(lists.begin.begin(), lists.begin.end(), lists.begin.begin());
+  lists.items.resize(lists.begin.back());
+  std::vector<int64_t> next(lists.begin.begin(), lists.begin.end() - 1);
+  for (int64_t c = 0; c < num_cells; ++c) {
+    for (const int32_t v : CornersOf(mesh, c)) lists.items[next[v]++] = static_cast<int32_t>(c);
+  }
+  return lists;
+}
+
+IndexLists VertexNeighbors(const mesh::SpaceTimeMesh& mesh, const IndexLists& cells_around,
+                           const parallel::Arena& arena) {
+  constexpr int64_t kChunk = 4096;
+  const int64_t num_vertices = mesh.num_vertices();
+  IndexLists lists;
+  lists.begin.assign(num_vertices + 1, 0);
+  std::vector<std::vector<int32_t>> of_chunk((num_vertices + kChunk - 1) / kChunk);
+  arena.ForChunks(num_vertices, kChunk, [&](int64_t chunk, int64_t begin, int64_t end) {
+    std::vector<int32_t> around;
+    for (int64_t v = begin; v < end; ++v) {
+      around.clear();
+      for (const int32_t c : cells_around[v]) {
+        const auto corners = CornersOf(mesh, c);
+        around.insert(around.end(), corners.begin(), corners.end());
+      }
+      std::sort(around.begin(), around.end());
+      around.erase(std::unique(around.begin(), around.end()), around.end());
+      std::erase(around, static_cast<int32_t>(v));
+      lists.begin[v + 1] = static_cast<int64_t>(around.size());
+      of_chunk[chunk].insert(of_chunk[chunk].end(), around.begin(), around.end());
+    }
+  });
+  std::partial_sum(lists.begin.begin(), lists.begin.end(), lists.begin.begin());
+  lists.items.reserve(lists.begin.back());
+  for (auto& items : of_chunk) {
+    lists.items.insert(lists.items.end(), items.begin(), items.end());
+    items = {};
+  }
+  return lists;
+}
+
+Points InEdgeUnits(const Eigen::Matrix4Xf& vertices, double edge_length_m) {
+  Points points = vertices;
+  points.topRows<3>() /= static_cast<float>(edge_length_m);
+  return points;
+}
+
+GeodesicSearch::GeodesicSearch(const Points& points, const IndexLists& neighbors)
+    : points_(points),
+      neighbors_(neighbors),
+      distance_(points.cols(), std::numeric_limits<float>::infinity()) {}
+
+const std::vector<GeodesicSearch::Reached>& GeodesicSearch::From(int32_t from, float radius) {
+  const auto later = [](const Reached& a, const Reached& b) {
+    return a.distance != b.distance ? a.distance > b.distance : a.vertex > b.vertex;
+  };
+  for (const int32_t v : touched_) distance_[v] = std::numeric_limits<float>::infinity();
+  touched_.assign(1, from);
+  reached_.clear();
+  heap_.assign(1, {from, 0.0f});
+  distance_[from] = 0.0f;
+  while (!heap_.empty()) {
+    std::pop_heap(heap_.begin(), heap_.end(), later);
+    const Reached nearest = heap_.back();
+    heap_.pop_back();
+    if (nearest.distance > distance_[nearest.vertex]) continue;
+    reached_.push_back(nearest);
+    for (const int32_t w : neighbors_[nearest.vertex]) {
+      const float distance =
+          nearest.distance + (points_.col(w) - points_.col(nearest.vertex)).norm();
+      if (distance >= radius || distance >= distance_[w]) continue;
+      if (distance_[w] == std::numeric_limits<float>::infinity()) touched_.push_back(w);
+      distance_[w] = distance;
+      heap_.push_back({w, distance});
+      std::push_heap(heap_.begin(), heap_.end(), later);
+    }
+  }
+  return reached_;
+}
+
+}  // namespace liquidblend::registration

@@ -1,0 +1,64 @@
+// A space-time mesh's cells around each vertex, and its vertices as a graph. Internal to
+// worker/registration.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/mesh/space_time_mesh.h"
+#include "core/parallel/arena.h"
+
+namespace liquidblend::registration {
+
+// Vertices of a mesh in registration units: x, y, z in mean edge lengths, t in frames.
+using Points = Eigen::Matrix4Xf;
+
+// Lists of indices, one per row.
+struct IndexLists {
+  std::vector<int64_t> begin = {0};  // num_rows + 1
+  std::vector<int32_t> items;
+  int64_t num_rows() const { return static_cast<int64_t>(begin.size()) - 1; }
+  std::span<const int32_t> operator[](int64_t row) const {
+    return {items.data() + begin[row], static_cast<size_t>(begin[row + 1] - begin[row])};
+  }
+};
+
+// Corners of cell c, all kinds numbered through: hexahedra, wedges, pyramids, tetrahedra.
+std::span<const int32_t> CornersOf(const mesh::SpaceTimeMesh& mesh, int64_t c);
+
+// The cells around each vertex, ascending.
+IndexLists CellsAroundVertices(const mesh::SpaceTimeMesh& mesh);
+
+// The neighbours of each vertex: all that share a cell with it, ascending (about 26). The six axis
+// neighbours alone would measure Manhattan distances.
+// Threads: same bytes for any thread count.
+IndexLists VertexNeighbors(const mesh::SpaceTimeMesh& mesh, const IndexLists& cells_around,
+                           const parallel::Arena& arena);
+
+// Positions in registration units, with the unit of length given.
+Points InEdgeUnits(const Eigen::Matrix4Xf& vertices, double edge_length_m);
+
+// Geodesic distances along the graph's edges from one vertex, out to a radius (Dijkstra). Keeps its
+// scratch between calls. Threads: one at a time.
+class GeodesicSearch {
+ public:
+  struct Reached {
+    int32_t vertex;
+    float distance;
+  };
+  GeodesicSearch(const Points& points, const IndexLists& neighbors);
+  // The vertices closer than `radius`, nearest first (ties: lower index first), `from` included.
+  const std::vector<Reached>& From(int32_t from, float radius);
+
+ private:
+  const Points& points_;
+  const IndexLists& neighbors_;
+  std::vector<float> distance_;  // of the vertices reached in this call, else infinity
+  std::vector<Reached> heap_;
+  std::vector<Reached> reached_;
+  std::vector<int32_t> touched_;
+};
+
+}  // namespace liquidblend::registration

@@ -1,0 +1,68 @@
+// Closest points on a space-time mesh with compatible normals (paper, section 5.2). Internal to
+// worker/registration.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "worker/registration/cell_graph.h"
+
+namespace liquidblend::registration {
+
+struct SurfacePoint {
+  Eigen::Vector4f position;
+  Eigen::Vector4f normal;  // unit length
+  int32_t vertex = -1;     // the mesh vertex next to it
+};
+
+// Nearest neighbours among some columns of `points` (nanoflann).
+class PointTree {
+ public:
+  // `indices`: the columns to search, ascending; `points` must outlive the tree.
+  PointTree(const Points& points, std::vector<int32_t> indices);
+  ~PointTree();
+  PointTree(PointTree&&) noexcept;
+
+  // The nearest columns, nearest first; at most found.size(). Returns how many.
+  size_t Nearest(const Eigen::Vector4f& query, std::span<int32_t> found) const;
+  bool empty() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// A mesh to find closest points on.  Threads: safe.
+class ClosestPointSearch {
+ public:
+  static constexpr int kNumCandidates = 12;  // nearest vertices whose normals are tried
+  static constexpr float kMinCosine = 0.3f;  // of the angle between compatible normals
+
+  // All arguments must outlive the search.
+  ClosestPointSearch(const mesh::SpaceTimeMesh& mesh, const Points& points,
+                     const IndexLists& cells_around);
+
+  // The point closest to p on the cells around the nearest vertex whose normal is compatible.
+  std::optional<SurfacePoint> Find(const Eigen::Vector4f& p, const Eigen::Vector4f& normal) const;
+
+  // The same among the vertices of the first (last) slab only, nearest in space; a vertex itself.
+  enum class End { kFirst, kLast };
+  std::optional<SurfacePoint> FindAtEnd(End end, const Eigen::Vector4f& p,
+                                        const Eigen::Vector4f& normal) const;
+
+ private:
+  SurfacePoint ProjectOnCells(int32_t vertex, const Eigen::Vector4f& p) const;
+
+  const mesh::SpaceTimeMesh& mesh_;
+  const Points& points_;
+  const IndexLists& cells_around_;
+  PointTree tree_;
+  Points flat_points_;  // of the end slabs, time set to zero
+  PointTree first_tree_;
+  PointTree last_tree_;
+};
+
+}  // namespace liquidblend::registration

@@ -1,0 +1,89 @@
+#include "worker/registration/deformation.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace liquidblend::registration {
+
+DeformationNodes::DeformationNodes(const Points& rest, const IndexLists& neighbors, double spacing,
+                                   std::span<const int32_t> first, uint64_t seed,
+                                   const parallel::Arena& arena) {
+  PlaceNodes(rest, neighbors, static_cast<float>(spacing), first, seed);
+  ComputeInfluences(rest, neighbors, static_cast<float>(2 * spacing), arena);
+}
+
+void DeformationNodes::PlaceNodes(const Points& rest, const IndexLists& neighbors, float spacing,
+                                  std::span<const int32_t> first, uint64_t seed) {
+  std::vector<int32_t> order(rest.cols());
+  std::iota(order.begin(), order.end(), 0);
+  Random random(seed);
+  for (int64_t n = rest.cols() - 1; n > 0; --n) std::swap(order[n], order[random.Below(n + 1)]);
+
+  std::vector<char> covered(rest.cols(), 0);
+  GeodesicSearch search(rest, neighbors);
+  const auto place = [&](int32_t v) {
+    vertex_.push_back(v);
+    for (const auto& reached : search.From(v, spacing)) covered[reached.vertex] = 1;
+  };
+  for (const int32_t v : first) {
+    if (std::find(vertex_.begin(), vertex_.end(), v) == vertex_.end()) place(v);
+  }
+  for (const int32_t v : order) {
+    if (!covered[v]) place(v);
+  }
+  std::sort(vertex_.begin(), vertex_.end());
+  position_.resize(4, num_nodes());
+  for (int64_t n = 0; n < num_nodes(); ++n) position_.col(n) = rest.col(vertex_[n]);
+}
+
+void DeformationNodes::ComputeInfluences(const Points& rest, const IndexLists& neighbors,
+                                         float radius, const parallel::Arena& arena) {
+  constexpr int64_t kNodesPerTask = 128;
+  std::vector<std::vector<GeodesicSearch::Reached>> reached_by(num_nodes());
+  arena.ForChunks(num_nodes(), kNodesPerTask, [&](int64_t, int64_t begin, int64_t end) {
+    GeodesicSearch search(rest, neighbors);
+    for (int64_t n = begin; n < end; ++n) reached_by[n] = search.From(vertex_[n], radius);
+  });
+  begin_.assign(rest.cols() + 1, 0);
+  for (const auto& list : reached_by) {
+    for (const auto& reached : list) ++begin_[reached.vertex + 1];
+  }
+  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+  influences_.resize(begin_.back());
+  std::vector<int64_t> next(begin_.begin(), begin_.end() - 1);
+  for (int64_t n = 0; n < num_nodes(); ++n) {
+    for (const auto& reached : reached_by[n]) {
+      const float q = reached.distance / radius, fall = 1 - q * q;
+      influences_[next[reached.vertex]++] = {static_cast<int32_t>(n), fall * fall * fall};
+    }
+    reached_by[n] = {};
+  }
+  arena.For(rest.cols(), [&](int64_t v) {
+    float sum = 0;
+    for (int64_t k = begin_[v]; k < begin_[v + 1]; ++k) sum += influences_[k].weight;
+    for (int64_t k = begin_[v]; k < begin_[v + 1]; ++k) influences_[k].weight /= sum;
+  });
+}
+
+Eigen::Vector4f DisplacementOf(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+                               const Points& rest, int64_t v) {
+  Eigen::Vector4f sum = Eigen::Vector4f::Zero();
+  for (const Influence& influence : nodes.influences(v)) {
+    const NodeMap& map = maps[influence.node];
+    const Eigen::Vector4f offset = rest.col(v) - nodes.position(influence.node);
+    sum += influence.weight * (map.leftCols<4>() * offset + map.col(4));
+  }
+  return sum;
+}
+
+Points Deform(const DeformationNodes& nodes, const std::vector<NodeMap>& maps, const Points& rest,
+              const parallel::Arena& arena) {
+  Points deformed(4, rest.cols());
+  arena.For(rest.cols(), [&](int64_t v) {
+    deformed.col(v) = rest.col(v) + DisplacementOf(nodes, maps, rest, v);
+  });
+  return deformed;
+}
+
+}  // namespace liquidblend::registration

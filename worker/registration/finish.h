@@ -1,0 +1,30 @@
+// What is done to the displacements after the last iteration. Internal to worker/registration.
+#pragma once
+
+#include "worker/registration/match.h"
+
+namespace liquidblend::registration {
+
+struct ProjectionOptions {
+  float max_distance = 3.0f;  // edges; further residuals are not trusted
+  float stiffness = 0.3f;     // of a residual against the mean of its neighbours
+  int sweeps = 30;
+};
+
+// Adds to the displacements the remaining distance to the target along its normals, smoothed over
+// the neighbours. Returns the mean distance to the target that was left before, in edges.
+double ProjectOntoTarget(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+                         const Surface& source, const IndexLists& neighbors,
+                         const ClosestPointSearch& target, const ProjectionOptions& options,
+                         const parallel::Arena& arena, Points& displacement);
+
+// Smooths the displacements where the deformed surface is turned against its neighbourhood, until
+// it is nowhere or for max_rounds. Returns the number of vertices that still are.
+int64_t RelaxFolds(const Surface& source, const IndexLists& neighbors, int max_rounds,
+                   const parallel::Arena& arena, Points& displacement);
+
+// Averages each displacement with its neighbours', `sweeps` times.
+Points Smooth(const Points& displacement, const IndexLists& neighbors, int sweeps,
+              const parallel::Arena& arena);
+
+}  // namespace liquidblend::registration

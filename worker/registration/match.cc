@@ -1,0 +1,235 @@
+#include "worker/registration/match.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr float kEndTimeWeight = 10.0f;    // holds the end slabs' vertices in time
+constexpr float kMaxTangentOffset = 0.8f;  // edges; below it a match only pulls along the normal
+// A target sample far from the nearest source vertex along the surface belongs to a part that the
+// source does not reach yet, a jet's tip say: it pulls as a point.
+constexpr float kMissedPointWeight = 1.0f;
+constexpr int kTreeStride = 4;  // of the deformed source's vertices in the search tree
+
+std::vector<int32_t> Iota(int64_t count) {
+  std::vector<int32_t> values(count);
+  std::iota(values.begin(), values.end(), 0);
+  return values;
+}
+
+// Moves `count` random values to the front (Fisher-Yates).
+void DrawToFront(std::vector<int32_t>& values, int64_t count, Random& random) {
+  const int64_t size = static_cast<int64_t>(values.size());
+  for (int64_t n = 0; n < count; ++n) std::swap(values[n], values[n + random.Below(size - n)]);
+}
+
+// 1 - d^2 / dm^2, squared: zero beyond dm.
+float Closeness(float distance_sq, const MatchOptions& options) {
+  const double q = 1 - distance_sq / (options.max_distance * options.max_distance);
+  return q > 0 ? static_cast<float>(q * q) : 0.0f;
+}
+
+// A match at the ends of time: the spatial part of normal and goal, the vertex held in time.
+std::optional<FitTerm> EndTerm(const Surface& source, int32_t v, const Eigen::Vector4f& deformed,
+                               const Eigen::Vector4f& goal, const Eigen::Vector4f& normal,
+                               const MatchOptions& options) {
+  const Eigen::Vector3f space = normal.head<3>();
+  const float length = space.norm();
+  const float weight = Closeness((goal - deformed).head<3>().squaredNorm(), options);
+  if (!(length > 0) || !(weight > 0)) return std::nullopt;
+  FitTerm term{v, goal - source.points.col(v), Eigen::Matrix4f::Zero()};
+  term.goal[3] = 0;
+  const Eigen::Vector3f n = space / length;
+  term.metric.topLeftCorner<3, 3>() =
+      weight * (static_cast<float>(options.point_weight) * Eigen::Matrix3f::Identity() +
+                static_cast<float>(options.plane_weight) * n * n.transpose());
+  term.metric(3, 3) = kEndTimeWeight;
+  return term;
+}
+
+void AppendFound(const std::vector<std::optional<FitTerm>>& found, Matches& matches) {
+  for (const auto& term : found) {
+    if (term) matches.terms.push_back(*term);
+  }
+  matches.num_samples += static_cast<int64_t>(found.size());
+}
+
+}  // namespace
+
+Surface::Surface(const mesh::SpaceTimeMesh& space_time_mesh, double edge_length_m)
+    : mesh(space_time_mesh),
+      points(InEdgeUnits(space_time_mesh.vertices, edge_length_m)),
+      cells_around(CellsAroundVertices(space_time_mesh)) {}
+
+Eigen::Vector4f DeformedNormal(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+                               const Surface& source, int64_t v) {
+  Eigen::Matrix4f jacobian = Eigen::Matrix4f::Identity();
+  for (const Influence& influence : nodes.influences(v)) {
+    jacobian += influence.weight * maps[influence.node].leftCols<4>();
+  }
+  const Eigen::Vector4f rest = source.mesh.normals.col(v);
+  const float determinant = jacobian.determinant();
+  if (!(std::abs(determinant) > 1e-6f)) return rest;
+  const Eigen::Vector4f image = jacobian.inverse().transpose() * rest;
+  const float length = image.norm();
+  return length > 0 ? Eigen::Vector4f(std::copysign(1.0f / length, determinant) * image) : rest;
+}
+
+Eigen::Matrix4f MatchMetric(double weight, const Eigen::Vector4f& normal,
+                            const MatchOptions& options) {
+  return static_cast<float>(weight) *
+         (static_cast<float>(options.point_weight) * Eigen::Matrix4f::Identity() +
+          static_cast<float>(options.plane_weight) * normal * normal.transpose());
+}
+
+Matcher::Matcher(const Surface& source, const IndexLists& source_neighbors, const Surface& target,
+                 const ClosestPointSearch& target_search, uint64_t seed)
+    : source_(source),
+      source_neighbors_(source_neighbors),
+      target_(target),
+      target_search_(target_search),
+      random_(seed),
+      source_order_(Iota(source.points.cols())),
+      target_order_(Iota(target.points.cols())) {}
+
+Matches Matcher::Match(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+                       const MatchOptions& options, const parallel::Arena& arena) {
+  Matches matches;
+  MatchSource(nodes, maps, options, arena, matches);
+  MatchTarget(nodes, maps, options, arena, matches);
+  return matches;
+}
+
+// Random vertices and the worst of the iteration before (section 6.2), ascending.
+std::vector<int32_t> Matcher::DrawSource(const MatchOptions& options) {
+  const double wanted = options.sample_share * static_cast<double>(source_order_.size());
+  const int64_t count =
+      std::clamp<int64_t>(std::llround(wanted), 1, static_cast<int64_t>(source_order_.size()));
+  const int64_t num_kept =
+      std::min<int64_t>(std::llround(options.kept_share * static_cast<double>(count)),
+                        static_cast<int64_t>(worst_.size()));
+  std::vector<int32_t> samples(worst_.begin(), worst_.begin() + num_kept);
+  DrawToFront(source_order_, count - num_kept, random_);
+  samples.insert(samples.end(), source_order_.begin(), source_order_.begin() + (count - num_kept));
+  std::sort(samples.begin(), samples.end());
+  samples.erase(std::unique(samples.begin(), samples.end()), samples.end());
+  return samples;
+}
+
+void Matcher::MatchSource(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+                          const MatchOptions& options, const parallel::Arena& arena,
+                          Matches& matches) {
+  const std::vector<int32_t> samples = DrawSource(options);
+  const int64_t count = static_cast<int64_t>(samples.size());
+  std::vector<std::optional<FitTerm>> found(count);
+  std::vector<float> distance_sq(count, 0.0f);
+  arena.For(
+      count,
+      [&](int64_t s) {
+        const int32_t v = samples[s];
+        const Eigen::Vector4f p =
+            source_.points.col(v) + DisplacementOf(nodes, maps, source_.points, v);
+        const Eigen::Vector4f n = DeformedNormal(nodes, maps, source_, v);
+        const bool at_end = source_.InFirstSlab(v) || source_.InLastSlab(v);
+        const auto end = source_.InFirstSlab(v) ? ClosestPointSearch::End::kFirst
+                                                : ClosestPointSearch::End::kLast;
+        const auto match = at_end ? target_search_.FindAtEnd(end, p, n) : target_search_.Find(p, n);
+        if (!match) return;
+        if (at_end) {
+          found[s] = EndTerm(source_, v, p, match->position, match->normal, options);
+          return;
+        }
+        distance_sq[s] = (match->position - p).squaredNorm();
+        const float weight = Closeness(distance_sq[s], options);
+        if (!(weight > 0)) return;
+        found[s] = FitTerm{v, match->position - source_.points.col(v),
+                           MatchMetric(weight, match->normal, options)};
+      },
+      64);
+  AppendFound(found, matches);
+
+  std::vector<int32_t> order = Iota(count);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int32_t a, int32_t b) { return distance_sq[a] > distance_sq[b]; });
+  worst_.clear();
+  for (const int32_t s : order) worst_.push_back(samples[s]);
+}
+
+void Matcher::MatchTarget(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+                          const MatchOptions& options, const parallel::Arena& arena,
+                          Matches& matches) {
+  const Points deformed = Deform(nodes, maps, source_.points, arena);
+  Points flat = deformed;
+  flat.row(3).setZero();
+  std::vector<int32_t> inner, first, last;
+  for (int32_t v = 0; v < deformed.cols(); ++v) {
+    if (source_.InFirstSlab(v)) {
+      first.push_back(v);
+    } else if (source_.InLastSlab(v)) {
+      last.push_back(v);
+    } else if (v % kTreeStride == 0) {
+      inner.push_back(v);
+    }
+  }
+  const PointTree tree(deformed, std::move(inner)), first_tree(flat, std::move(first)),
+      last_tree(flat, std::move(last));
+  const int64_t count = std::min<int64_t>(static_cast<int64_t>(target_order_.size()),
+                                          std::llround(options.target_share * options.sample_share *
+                                                       static_cast<double>(source_order_.size())));
+  DrawToFront(target_order_, count, random_);
+  std::vector<int32_t> samples(target_order_.begin(), target_order_.begin() + count);
+  std::sort(samples.begin(), samples.end());
+  std::vector<std::optional<FitTerm>> found(count);
+  arena.For(
+      count,
+      [&](int64_t s) {
+        const int32_t t = samples[s];
+        const bool at_end = target_.InFirstSlab(t) || target_.InLastSlab(t);
+        const PointTree& near = target_.InFirstSlab(t)  ? first_tree
+                                : target_.InLastSlab(t) ? last_tree
+                                                        : tree;
+        const Eigen::Vector4f c = target_.points.col(t), n = target_.mesh.normals.col(t);
+        Eigen::Vector4f query = c;
+        if (at_end) query[3] = 0;
+        std::array<int32_t, ClosestPointSearch::kNumCandidates> candidates;
+        const size_t num_candidates = near.Nearest(query, candidates);
+        int32_t best = -1;
+        for (size_t k = 0; k < num_candidates && best < 0; ++k) {
+          const Eigen::Vector4f image = DeformedNormal(nodes, maps, source_, candidates[k]);
+          if (image.dot(n) > ClosestPointSearch::kMinCosine) best = candidates[k];
+        }
+        if (best < 0) return;
+        if (at_end) {
+          found[s] = EndTerm(source_, best, deformed.col(best), c, n, options);
+          return;
+        }
+        for (const int32_t w : source_neighbors_[best]) {  // the tree holds only some vertices
+          if ((deformed.col(w) - c).squaredNorm() < (deformed.col(best) - c).squaredNorm() &&
+              DeformedNormal(nodes, maps, source_, w).dot(n) > ClosestPointSearch::kMinCosine &&
+              !source_.InFirstSlab(w) && !source_.InLastSlab(w)) {
+            best = w;
+          }
+        }
+        const Eigen::Vector4f offset = c - deformed.col(best);
+        const float weight = Closeness(offset.squaredNorm(), options);
+        if (!(weight > 0)) return;
+        const Eigen::Vector4f along = n.dot(offset) * n;
+        const bool near_foot = (offset - along).norm() <= kMaxTangentOffset;
+        const Eigen::Vector4f goal =
+            deformed.col(best) + (near_foot ? along : offset) - source_.points.col(best);
+        const Eigen::Matrix4f metric =
+            near_foot ? MatchMetric(weight, n, options)
+                      : Eigen::Matrix4f(weight * kMissedPointWeight * Eigen::Matrix4f::Identity());
+        found[s] = FitTerm{best, goal, metric};
+      },
+      64);
+  AppendFound(found, matches);
+}
+
+}  // namespace liquidblend::registration

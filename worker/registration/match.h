@@ -1,0 +1,78 @@
+// Samples of one iteration and their closest points, as fitting terms (paper, sections 5.2, 6.1 and
+// 6.2). Internal to worker/registration.
+#pragma once
+
+#include <vector>
+
+#include "core/mesh/space_time_mesh.h"
+#include "worker/registration/cell_graph.h"
+#include "worker/registration/closest_point.h"
+#include "worker/registration/deformation.h"
+#include "worker/registration/energy.h"
+
+namespace liquidblend::registration {
+
+// A mesh as registration sees it. The references must outlive it.
+struct Surface {
+  Surface(const mesh::SpaceTimeMesh& space_time_mesh, double edge_length_m);
+  const mesh::SpaceTimeMesh& mesh;
+  Points points;            // mean edge lengths and frames
+  IndexLists cells_around;  // per vertex
+  bool InFirstSlab(int64_t v) const { return v < mesh.num_first_vertices; }
+  bool InLastSlab(int64_t v) const { return v >= points.cols() - mesh.num_last_vertices; }
+};
+
+struct MatchOptions {
+  double sample_share = 0.1;   // (0, 1]; of the source's vertices
+  double kept_share = 0.2;     // [0, 1]; of the samples: the worst of the call before
+  double target_share = 1.0;   // >= 0; samples of the target per sample of the source
+  double max_distance = 15.0;  // > 0; matches this far apart have weight 0
+  double point_weight = 0.1;   // gamma_point
+  double plane_weight = 1.0;   // gamma_plane
+};
+
+struct Matches {
+  std::vector<FitTerm> terms;
+  int64_t num_samples = 0;  // terms plus samples without a compatible point
+};
+
+// Image of a normal: sign(det J) J^-T N, normalised, J the blend's Jacobian at vertex v.
+Eigen::Vector4f DeformedNormal(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+                               const Surface& source, int64_t v);
+
+// Metric of a match with unit normal N; at the ends of time only space counts.
+Eigen::Matrix4f MatchMetric(double weight, const Eigen::Vector4f& normal,
+                            const MatchOptions& options);
+
+// Draws the samples of each iteration.
+class Matcher {
+ public:
+  // The arguments must outlive the matcher.
+  Matcher(const Surface& source, const IndexLists& source_neighbors, const Surface& target,
+          const ClosestPointSearch& target_search, uint64_t seed);
+
+  // Source samples to the target, and target samples to the deformed source, so that
+  // thin parts of the target are not missed. Vertices of the end slabs match the target's end slab
+  // in space and are held in time.
+  // Threads: one call at a time; same bytes for any thread count.
+  Matches Match(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+                const MatchOptions& options, const parallel::Arena& arena);
+
+ private:
+  std::vector<int32_t> DrawSource(const MatchOptions& options);
+  void MatchSource(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+                   const MatchOptions& options, const parallel::Arena& arena, Matches& matches);
+  void MatchTarget(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+                   const MatchOptions& options, const parallel::Arena& arena, Matches& matches);
+
+  const Surface& source_;
+  const IndexLists& source_neighbors_;
+  const Surface& target_;
+  const ClosestPointSearch& target_search_;
+  Random random_;
+  std::vector<int32_t> source_order_;  // shuffled on and on
+  std::vector<int32_t> target_order_;
+  std::vector<int32_t> worst_;  // source vertices of the call before with the largest distances
+};
+
+}  // namespace liquidblend::registration

@@ -1,0 +1,63 @@
+// Distance to a surface in a narrow band around it, stored sparsely. Internal to worker/spacetime.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "worker/spacetime/grid.h"
+
+namespace liquidblend::spacetime {
+
+// Unsigned distances in grid units at the grid points within about kBandWidth of the surface, and
+// the triangle that is closest. Memory: blocks of 8^3 points that touch the band.
+class DistanceBand {
+ public:
+  static constexpr float kBandWidth = 4.0f;
+
+  // Exact next to the surface; further out the closest triangle is handed on from point to point,
+  // which is exact but for rare ties between far apart parts.
+  DistanceBand(const Grid& grid, const GridSurface& surface);
+
+  // kBandWidth beyond the band.
+  float Distance(int i, int j, int k) const {
+    const Entry* entry = Find(i, j, k);
+    return entry == nullptr || entry->triangle < 0 ? kBandWidth : entry->distance;
+  }
+  // The closest triangle, or -1 beyond the band.
+  int32_t Triangle(int i, int j, int k) const {
+    const Entry* entry = Find(i, j, k);
+    return entry == nullptr ? -1 : entry->triangle;
+  }
+
+ private:
+  struct Entry {
+    float distance = kBandWidth;
+    int32_t triangle = -1;
+  };
+  using Block = std::array<Entry, 512>;
+  using Point = std::array<int, 3>;
+
+  static int Slot(int i, int j, int k) { return (i & 7) | (j & 7) << 3 | (k & 7) << 6; }
+  int64_t BlockIndex(int i, int j, int k) const {
+    return (static_cast<int64_t>(k >> 3) * block_dims_[1] + (j >> 3)) * block_dims_[0] + (i >> 3);
+  }
+  const Entry* Find(int i, int j, int k) const {
+    const int32_t block = block_of_[BlockIndex(i, j, k)];
+    return block < 0 ? nullptr : &blocks_[block][Slot(i, j, k)];
+  }
+  Entry& FindOrAdd(int i, int j, int k);
+  std::vector<Point> Rasterize(const Grid& grid, const GridSurface& surface);
+  std::vector<Point> Grow(const Grid& grid, const GridSurface& surface,
+                          const std::vector<Point>& front);
+
+  std::array<int, 3> block_dims_;
+  std::vector<int32_t> block_of_;
+  std::vector<Block> blocks_;
+};
+
+// The point of triangle (a, b, c) that is closest to p, as barycentric coordinates.
+Eigen::Vector3f ClosestBarycentric(const Eigen::Vector3f& p, const Eigen::Vector3f& a,
+                                   const Eigen::Vector3f& b, const Eigen::Vector3f& c);
+
+}  // namespace liquidblend::spacetime

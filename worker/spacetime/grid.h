@@ -1,0 +1,62 @@
+// The regular grid that space-time surface nets are the dual of. Internal to worker/spacetime.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace liquidblend::spacetime {
+
+// Grid point (i, j, k) lies at origin_m + spacing_m * (i, j, k); there are dims points per axis.
+// "Grid units" below: positions with the origin at grid point 0 and the spacing as unit.
+struct Grid {
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
+  double spacing_m = 1.0;
+  std::array<int, 3> dims = {0, 0, 0};
+
+  int64_t num_rows() const { return static_cast<int64_t>(dims[1]) * dims[2]; }
+  int64_t Row(int j, int k) const { return static_cast<int64_t>(k) * dims[1] + j; }
+  int words_per_row() const { return (dims[0] + 63) / 64; }
+};
+
+// A triangle surface in grid units: what one layer of the grid is sampled from.
+struct GridSurface {
+  Eigen::Matrix3Xf vertices;
+  Eigen::Matrix3Xi triangles;
+  Eigen::Matrix3Xf velocities;  // metres per second, or no columns
+};
+
+// One bit per grid point: is it inside the liquid? Rows along x, padded to whole words.
+class InsideBits {
+ public:
+  InsideBits() = default;
+  explicit InsideBits(const Grid& grid)
+      : words_per_row_(grid.words_per_row()),
+        num_y_(grid.dims[1]),
+        words_(grid.num_rows() * grid.words_per_row(), 0) {}
+
+  bool At(int i, int j, int k) const { return (Row(j, k)[i >> 6] >> (i & 63)) & 1u; }
+  const uint64_t* Row(int j, int k) const {
+    return words_.data() + (static_cast<int64_t>(k) * num_y_ + j) * words_per_row_;
+  }
+  uint64_t* MutableRow(int64_t row) { return words_.data() + row * words_per_row_; }
+
+ private:
+  int words_per_row_ = 0;
+  int num_y_ = 0;
+  std::vector<uint64_t> words_;
+};
+
+// Calls visit(bit) for each set bit of a row of words, lowest first.
+template <typename Visit>
+void ForEachBit(const uint64_t* words, int num_words, Visit&& visit) {
+  for (int w = 0; w < num_words; ++w) {
+    for (uint64_t rest = words[w]; rest != 0; rest &= rest - 1) {
+      visit(w * 64 + std::countr_zero(rest));
+    }
+  }
+}
+
+}  // namespace liquidblend::spacetime

@@ -1,0 +1,55 @@
+// Space-time surface nets: the dual of a grid in x, y, z, t. Internal to worker/spacetime.
+//
+// A layer is the grid at one frame; a slab lies between two layers; a 4D cell is a voxel of a slab.
+// Each 4D cell whose 16 corners are not all inside or all outside has one vertex; each grid edge
+// whose ends differ (spatial: within a layer; temporal: between two layers) has one hexahedron with
+// the cells around it as corners.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/mesh/space_time_mesh.h"
+#include "worker/spacetime/distance_band.h"
+#include "worker/spacetime/grid.h"
+#include "worker/spacetime/inside.h"
+
+namespace liquidblend::spacetime {
+
+// The signed distance to one frame's surface.
+struct Layer {
+  GridSurface surface;
+  InsideBits inside;
+  DistanceBand band;
+};
+Layer SampleLayer(const Grid& grid, GridSurface surface);
+
+// The vertices of one slab, sorted by cell (k, j, i).
+struct Slab {
+  std::vector<int64_t> row_begin;           // num_rows + 1: where each row of cells starts below
+  std::vector<int32_t> cell_i;              // per vertex: the cell's i
+  std::vector<Eigen::Vector4f> vertices;    // grid units; t in [0, 1] within the slab
+  std::vector<Eigen::Vector3f> velocities;  // metres per second; empty if not known
+  int64_t num_vertices() const { return static_cast<int64_t>(cell_i.size()); }
+};
+
+// Places the vertices between two layers: mean of the crossings on the cell's edges, then Newton
+// steps onto the zero set of the 4D-multilinear distance.
+Slab PlaceVertices(const Grid& grid, const Layer& earlier, const Layer& later,
+                   int projection_steps);
+
+// What the hexahedra of one step in time need: the layer between two slabs.
+struct SlabRef {
+  const Slab* slab;
+  int64_t first_vertex;  // of the slab in the whole mesh
+};
+
+// Hexahedra of the spatial edges in the layer that separates two slabs.
+void AddSpatialHexahedra(const Grid& grid, const InsideBits& layer, const SlabRef& before,
+                         const SlabRef& after, std::vector<mesh::Hexahedron>& hexahedra);
+
+// Hexahedra of the temporal edges within one slab.
+void AddTemporalHexahedra(const Grid& grid, const InsideBits& earlier, const InsideBits& later,
+                          const SlabRef& slab, std::vector<mesh::Hexahedron>& hexahedra);
+
+}  // namespace liquidblend::spacetime
