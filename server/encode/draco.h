@@ -1,0 +1,30 @@
+// A triangle surface as a standard Draco mesh.
+#pragma once
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/mesh/triangle_mesh.h"
+#include "server/encode/grid.h"
+
+namespace liquidblend::encode {
+
+struct DracoOptions {
+  int position_bits = 14;         // [8, 20]
+  Grid grid;                      // finite; of the family
+  absl::Status Validate() const;  // names the first field out of range, and its value
+};
+
+// One POSITION attribute (metres), Edgebreaker connectivity. Positions are rounded to the grid: off
+// by at most half a step, except those outside of the grid, which are moved onto its border first.
+// The triangles stay, but their order and that of the vertices do not; a vertex where the surface
+// touches itself may become several. Triangles that name a vertex twice and vertices of no triangle
+// are left out. A mesh without triangles gives a valid Draco mesh without triangles and points.
+// Errors: kInvalidArgument (options; indices out of range or numbers not finite, naming the
+// element), kInternal (libdraco's message).
+// Threads: safe, same bytes always.  Cost: about 0.2 us per triangle.
+absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh,
+                                        const DracoOptions& options);
+
+}  // namespace liquidblend::encode

@@ -1,0 +1,21 @@
+// The grid that positions are rounded to on the wire: one for all frames of a family, so that
+// nothing jitters from frame to frame.
+#pragma once
+
+#include <array>
+
+#include "core/mesh/registered_family.h"
+
+namespace liquidblend::encode {
+
+// A cube, cut into 2^position_bits - 1 steps along each axis; metres.
+struct Grid {
+  std::array<float, 3> origin = {0, 0, 0};  // lowest corner
+  float extent_m = 1.0F;                    // > 0; length of its edges
+};
+
+// The smallest cube, from the lowest corner, around the family's domain and its source's vertices,
+// so around every blend of it. Requires: family passed Validate().  Cost: O(vertices).
+Grid GridOf(const mesh::RegisteredFamily& family);
+
+}  // namespace liquidblend::encode

@@ -1,0 +1,283 @@
+#include "server/catalog/families.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/barrier.h"
+#include "core/store/files.h"
+#include "tests/synthetic/families.h"
+
+namespace liquidblend::catalog {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+// A blob store that counts how often blobs are opened.
+class CountingBlobs : public store::BlobStore {
+ public:
+  explicit CountingBlobs(std::unique_ptr<store::BlobStore> blobs) : blobs_(std::move(blobs)) {}
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> Create() override { return blobs_->Create(); }
+  absl::StatusOr<std::shared_ptr<const store::Blob>> Open(const store::BlobId& id) override {
+    ++num_opened;
+    return blobs_->Open(id);
+  }
+  absl::Status Delete(const store::BlobId& id) override { return blobs_->Delete(id); }
+  absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_->List(); }
+
+  std::atomic<int> num_opened = 0;
+
+ private:
+  std::unique_ptr<store::BlobStore> blobs_;
+};
+
+class FamiliesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = absl::StrCat(testing::TempDir(), "/families-XXXXXX");
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    directory_ = pattern;
+    auto blobs = store::OpenLocalBlobStore(pattern);
+    ASSERT_TRUE(blobs.ok()) << blobs.status();
+    blobs_ = std::make_unique<CountingBlobs>(*std::move(blobs));
+    auto catalog = store::OpenSqliteCatalog(pattern + "/catalog.sqlite");
+    ASSERT_TRUE(catalog.ok()) << catalog.status();
+    catalog_ = *std::move(catalog);
+    ImportAnimation("a");
+    ImportAnimation("b");
+  }
+
+  void TearDown() override {
+    catalog_.reset();
+    std::filesystem::remove_all(directory_);
+  }
+
+  store::Lease TakeJob() {
+    auto lease = catalog_->LeaseJob("test", absl::Hours(1));
+    EXPECT_TRUE(lease.ok() && lease->has_value()) << lease.status();
+    return **lease;
+  }
+
+  store::BlobId Put(const std::string& bytes) {
+    const auto id = store::PutBlob(*blobs_, std::as_bytes(std::span(bytes)));
+    EXPECT_TRUE(id.ok()) << id.status();
+    return *id;
+  }
+
+  void ImportAnimation(const std::string& id) {
+    store::pb::AnimationRecord animation;
+    animation.set_id(id);
+    store::pb::JobRecord job;
+    job.mutable_import_animation()->set_animation(id);
+    const auto submitted = catalog_->SubmitImport(animation, job);
+    ASSERT_TRUE(submitted.ok()) << submitted.status();
+    animation.set_state(store::pb::AnimationRecord::READY);
+    animation.set_blob(Put("animation " + id));
+    const absl::Status published = catalog_->PublishAnimation(TakeJob().lease_id, animation);
+    ASSERT_TRUE(published.ok()) << published;
+  }
+
+  void SubmitRegistration(const std::string& id) {
+    store::pb::JobRecord job;
+    job.mutable_register_family()->set_family(id);
+    job.mutable_register_family()->set_source("a");
+    job.mutable_register_family()->add_targets("b");
+    const auto submitted = catalog_->SubmitRegistration(job);
+    ASSERT_TRUE(submitted.ok()) << submitted.status();
+  }
+
+  // Registers family `id` and publishes this blob as its next version.
+  void Publish(const std::string& id, const store::BlobId& blob) {
+    SubmitRegistration(id);
+    store::pb::FamilyRecord record;
+    record.set_id(id);
+    record.set_blob(blob);
+    const auto version = catalog_->PublishFamily(TakeJob().lease_id, record);
+    ASSERT_TRUE(version.ok()) << version.status();
+  }
+
+  // A family file; the seed makes it differ from others.
+  store::BlobId PutFamily(uint64_t seed) {
+    mesh::RegisteredFamily family = synthetic::MakeFamily(
+        synthetic::HexahedralSphere(4), {{synthetic::Noise(seed, 0.1F, 0.5F), {}}});
+    auto writer = blobs_->Create();
+    EXPECT_TRUE(writer.ok()) << writer.status();
+    const absl::Status written = store::WriteFamily(family, **writer);
+    EXPECT_TRUE(written.ok()) << written;
+    const auto id = (*writer)->Commit();
+    EXPECT_TRUE(id.ok()) << id.status();
+    return *id;
+  }
+
+  std::string directory_;
+  std::unique_ptr<CountingBlobs> blobs_;
+  std::unique_ptr<store::Catalog> catalog_;
+};
+
+TEST_F(FamiliesTest, GetGivesThePublishedFamilyWithItsIndexAndGrid) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  const auto loaded = families.Get("splash");
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ((*loaded)->family.version, 1);
+  EXPECT_EQ((*loaded)->family.name, "splash");
+  EXPECT_EQ(&(*loaded)->index.family(), &(*loaded)->family);
+  EXPECT_EQ((*loaded)->family.hexahedra.size(), 6U * 16U * 9U);
+  EXPECT_GT((*loaded)->index.num_clusters(), 0);
+  EXPECT_FLOAT_EQ((*loaded)->grid.extent_m, 4.0F);
+  EXPECT_EQ(families.size_bytes(), (*loaded)->size_bytes);
+  EXPECT_GT((*loaded)->size_bytes, static_cast<int64_t>((*loaded)->family.hexahedra.size_bytes()));
+}
+
+TEST_F(FamiliesTest, GetLoadsAFamilyOnlyOnce) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  const auto first = families.Get("splash");
+  const auto second = families.Get("splash", 1);
+  ASSERT_TRUE(first.ok() && second.ok());
+  EXPECT_EQ(first->get(), second->get());
+  EXPECT_EQ(blobs_->num_opened, 1);
+}
+
+TEST_F(FamiliesTest, ConcurrentGetsLoadOnce) {
+  constexpr int kNumThreads = 8;
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  std::vector<std::shared_ptr<const LoadedFamily>> loaded(kNumThreads);
+  {
+    auto* barrier = new absl::Barrier(kNumThreads);
+    std::vector<std::jthread> threads;
+    for (int k = 0; k < kNumThreads; ++k) {
+      threads.emplace_back([&, k] {
+        if (barrier->Block()) delete barrier;
+        const auto result = families.Get("splash");
+        if (result.ok()) loaded[k] = *result;
+      });
+    }
+  }
+  ASSERT_NE(loaded[0], nullptr);
+  for (const auto& family : loaded) EXPECT_EQ(family, loaded[0]);
+  EXPECT_EQ(blobs_->num_opened, 1);
+}
+
+TEST_F(FamiliesTest, TheNextGetSeesANewVersionAndOldHandlesStayWhole) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  const auto old = families.Get("splash");
+  ASSERT_TRUE(old.ok()) << old.status();
+  const float before = (*old)->family.targets[0].displacement[5][0];
+
+  Publish("splash", PutFamily(2));
+  const auto now = families.Get("splash");
+  ASSERT_TRUE(now.ok()) << now.status();
+  EXPECT_EQ((*now)->family.version, 2);
+  EXPECT_NE((*now)->family.targets[0].displacement[5][0], before);
+  EXPECT_EQ((*old)->family.version, 1);
+  EXPECT_EQ((*old)->family.targets[0].displacement[5][0], before);
+  EXPECT_EQ(families.size_bytes(), (*now)->size_bytes);
+
+  const auto gone = families.Get("splash", 1);
+  EXPECT_EQ(gone.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(gone.status().message()),
+              AllOf(HasSubstr("splash"), HasSubstr("version 1"), HasSubstr("is 2")));
+}
+
+TEST_F(FamiliesTest, EvictsTheLeastRecentlyUsedThatNobodyHolds) {
+  for (const char* id : {"f1", "f2", "f3"}) Publish(id, PutFamily(7));
+  int64_t one = 0;
+  {
+    Families measure(*catalog_, *blobs_);
+    one = (*measure.Get("f1"))->size_bytes;
+  }
+  FamiliesOptions options;
+  options.memory_budget_bytes = 2 * one;
+  Families families(*catalog_, *blobs_, options);
+  ASSERT_TRUE(families.Get("f1").ok());
+  ASSERT_TRUE(families.Get("f2").ok());
+  ASSERT_TRUE(families.Get("f1").ok());  // f2 is the oldest now
+  ASSERT_TRUE(families.Get("f3").ok());
+  EXPECT_EQ(families.size_bytes(), 2 * one);
+
+  const int before = blobs_->num_opened;
+  ASSERT_TRUE(families.Get("f1").ok());
+  ASSERT_TRUE(families.Get("f3").ok());
+  EXPECT_EQ(blobs_->num_opened, before);
+  ASSERT_TRUE(families.Get("f2").ok());
+  EXPECT_EQ(blobs_->num_opened, before + 1);
+}
+
+TEST_F(FamiliesTest, WhatIsHeldIsNotEvicted) {
+  Publish("f1", PutFamily(1));
+  Publish("f2", PutFamily(2));
+  FamiliesOptions options;
+  options.memory_budget_bytes = 0;
+  Families families(*catalog_, *blobs_, options);
+  auto held = families.Get("f1");
+  ASSERT_TRUE(held.ok());
+  ASSERT_TRUE(families.Get("f2").ok());
+  EXPECT_EQ(families.Get("f1")->get(), held->get());
+  held = absl::CancelledError();  // let go
+  ASSERT_TRUE(families.Get("f2").ok());
+  const int before = blobs_->num_opened;
+  ASSERT_TRUE(families.Get("f1").ok());
+  EXPECT_EQ(blobs_->num_opened, before + 1);
+}
+
+TEST_F(FamiliesTest, AnUnknownFamilyIsNotFound) {
+  Families families(*catalog_, *blobs_);
+  EXPECT_EQ(families.Get("nothing").status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(FamiliesTest, ADeletedFamilyIsNotFoundAndLetGo) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  ASSERT_TRUE(families.Get("splash").ok());
+  ASSERT_TRUE(catalog_->DeleteFamily("splash").ok());
+  EXPECT_EQ(families.Get("splash").status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(families.size_bytes(), 0);
+}
+
+TEST_F(FamiliesTest, AFamilyWithNothingPublishedIsAFailedPrecondition) {
+  SubmitRegistration("splash");
+  Families families(*catalog_, *blobs_);
+  const absl::Status status = families.Get("splash").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("splash"));
+}
+
+TEST_F(FamiliesTest, AMissingFileIsDataLossAndIsTriedAgain) {
+  const store::BlobId blob = PutFamily(1);
+  Publish("splash", blob);
+  ASSERT_TRUE(blobs_->Delete(blob).ok());
+  Families families(*catalog_, *blobs_);
+  const absl::Status status = families.Get("splash").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("splash"));
+  EXPECT_EQ(PutFamily(1), blob);  // restored
+  EXPECT_TRUE(families.Get("splash").ok());
+}
+
+TEST_F(FamiliesTest, AFileThatIsNoFamilyIsDataLoss) {
+  Publish("splash", Put("this is no family file"));
+  Families families(*catalog_, *blobs_);
+  EXPECT_EQ(families.Get("splash").status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(FamiliesOptions, NamesTheBudget) {
+  FamiliesOptions options;
+  EXPECT_TRUE(options.Validate().ok());
+  options.memory_budget_bytes = -1;
+  EXPECT_THAT(std::string(options.Validate().message()), HasSubstr("memory_budget_bytes is -1"));
+}
+
+}  // namespace
+}  // namespace liquidblend::catalog

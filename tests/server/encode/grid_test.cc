@@ -1,0 +1,29 @@
+#include "server/encode/grid.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/synthetic/families.h"
+
+namespace liquidblend::encode {
+namespace {
+
+TEST(Grid, HoldsTheDomainAndTheSource) {
+  mesh::RegisteredFamily family = synthetic::MakeFamily(synthetic::HexahedralSphere(4), {});
+  family.domain_min = {-0.5F, -3.0F, -0.5F};
+  family.domain_max = {0.5F, 0.5F, 0.5F};
+  const Grid grid = GridOf(family);
+  EXPECT_FLOAT_EQ(grid.origin[0], -1.0F);
+  EXPECT_FLOAT_EQ(grid.origin[1], -3.0F);
+  EXPECT_FLOAT_EQ(grid.origin[2], -1.0F);
+  EXPECT_FLOAT_EQ(grid.extent_m, 4.0F);
+  for (int k = 0; k < 3; ++k) EXPECT_GE(grid.origin[k] + grid.extent_m, family.domain_max[k]);
+}
+
+TEST(Grid, OfASinglePointHasAPositiveExtent) {
+  const mesh::SpaceTimeMesh mesh;
+  const Grid grid = GridOf(mesh::ViewOf(mesh));
+  EXPECT_GT(grid.extent_m, 0.0F);
+}
+
+}  // namespace
+}  // namespace liquidblend::encode

@@ -1,0 +1,464 @@
+#include "server/rpc/handlers.h"
+
+#include <cmath>
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "server/rpc/frame_stream.h"
+#include "tests/server/rpc/rpc_testing.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+using store::Fails;
+using store::Succeeds;
+using testing::ElementsAre;
+
+class HandlersTest : public RpcTest {
+ protected:
+  HandlersTest() : backends_{*catalog_, *blobs_, families_, SmallLimits(), {}, {1, 10}, {1, 10}} {}
+
+  static v1::RegisterFamilyRequest Registration() {
+    v1::RegisterFamilyRequest request;
+    request.set_family_id("splash");
+    request.set_source("animations/a");
+    request.add_targets("animations/b");
+    return request;
+  }
+
+  // A registration with one thing changed.
+  absl::Status Register(const std::function<void(v1::RegisterFamilyRequest&)>& change) {
+    v1::RegisterFamilyRequest request = Registration();
+    change(request);
+    return RegisterFamily(backends_, request).status();
+  }
+
+  absl::Status RegisterWith(const std::function<void(v1::Correspondence&)>& change) {
+    return Register([&](v1::RegisterFamilyRequest& request) {
+      v1::Correspondence& correspondence = *request.add_correspondences()->add_correspondences();
+      correspondence.set_kind(v1::Correspondence::POINT);
+      correspondence.mutable_source()->mutable_position()->set_x(1);
+      correspondence.mutable_target()->mutable_position()->set_x(2);
+      change(correspondence);
+    });
+  }
+
+  absl::StatusOr<v1::Frame> Frame(const std::function<void(v1::GetFrameRequest&)>& change) {
+    v1::GetFrameRequest request;
+    request.set_family("families/splash");
+    request.add_weights(0.5);
+    request.set_time_s(0.1);
+    change(request);
+    return GetFrame(backends_, request);
+  }
+
+  absl::Status Stream(const std::function<void(v1::StreamFramesRequest&)>& change) {
+    v1::StreamFramesRequest request;
+    request.set_family("families/splash");
+    request.add_weights(0.5);
+    change(request);
+    FrameStream stream(backends_);
+    return stream.Change(request, absl::ZeroDuration());
+  }
+
+  Backends backends_;
+};
+
+TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
+  PublishSplash();
+  struct Case {
+    const char* what;
+    absl::Status status;
+    absl::StatusCode code;
+    std::string field;
+  };
+  const auto invalid = absl::StatusCode::kInvalidArgument;
+  const auto out_of_range = absl::StatusCode::kOutOfRange;
+  const double nan = std::nan("");
+  const auto get_animation = [&](const char* name) {
+    v1::GetAnimationRequest request;
+    request.set_name(name);
+    return GetAnimation(backends_, request).status();
+  };
+  const auto list_animations = [&](int size, const char* token) {
+    v1::ListAnimationsRequest request;
+    request.set_page_size(size);
+    request.set_page_token(token);
+    return ListAnimations(backends_, request).status();
+  };
+  v1::DeleteAnimationRequest delete_animation;
+  delete_animation.set_name("families/a");
+  v1::GetFamilyRequest get_family;
+  get_family.set_name("splash");
+  v1::DeleteFamilyRequest delete_family;
+  delete_family.set_name("families/");
+  v1::ListFamiliesRequest list_families;
+  list_families.set_page_size(-5);
+  lro::GetOperationRequest get_operation;
+  get_operation.set_name("operations/a/b");
+  lro::CancelOperationRequest cancel_operation;
+  lro::DeleteOperationRequest delete_operation;
+  lro::ListOperationsRequest list_operations;
+  list_operations.set_name("animations");
+  lro::ListOperationsRequest filtered;
+  filtered.set_filter("done=true");
+  lro::ListOperationsRequest wrong_token;
+  wrong_token.set_page_token("%%%");
+  const std::vector<Case> cases = {
+      {"animation without name", get_animation(""), invalid, "name"},
+      {"animation of another kind", get_animation("families/a"), invalid, "name"},
+      {"animation with a path", get_animation("animations/../x"), invalid, "name"},
+      {"negative page", list_animations(-1, ""), invalid, "page_size"},
+      {"foreign token", list_animations(0, "bm9uc2Vuc2U"), invalid, "page_token"},
+      {"delete another kind", DeleteAnimation(backends_, delete_animation).status(), invalid,
+       "name"},
+      {"family by its id", GetFamily(backends_, get_family).status(), invalid, "name"},
+      {"family without id", DeleteFamily(backends_, delete_family).status(), invalid, "name"},
+      {"negative family page", ListFamilies(backends_, list_families).status(), invalid,
+       "page_size"},
+      {"operation with a path", GetOperation(backends_, get_operation).status(), invalid, "name"},
+      {"cancel nothing", CancelOperation(backends_, cancel_operation).status(), invalid, "name"},
+      {"delete nothing", DeleteOperation(backends_, delete_operation).status(), invalid, "name"},
+      {"list elsewhere", ListOperations(backends_, list_operations).status(), invalid, "name"},
+      {"filter", ListOperations(backends_, filtered).status(), invalid, "filter"},
+      {"wrong token", ListOperations(backends_, wrong_token).status(), invalid, "page_token"},
+
+      {"no family id", Register([](auto& r) { r.clear_family_id(); }), invalid, "family_id"},
+      {"no source", Register([](auto& r) { r.clear_source(); }), invalid, "source"},
+      {"source by its id", Register([](auto& r) { r.set_source("a"); }), invalid, "source"},
+      {"no targets", Register([](auto& r) { r.clear_targets(); }), invalid, "targets"},
+      {"target by its id", Register([](auto& r) { r.set_targets(0, "b"); }), invalid, "targets[0]"},
+      {"source as target", Register([](auto& r) { r.add_targets("animations/a"); }), invalid,
+       "targets[1]"},
+      {"target twice", Register([](auto& r) { r.add_targets("animations/b"); }), invalid,
+       "targets[1]"},
+      {"too many targets", Register([](auto& r) {
+         for (const char* id : {"c", "d", "e"}) r.add_targets(std::string("animations/") + id);
+       }),
+       invalid, "targets"},
+      {"iterations", Register([](auto& r) { r.mutable_options()->set_max_iterations(201); }),
+       invalid, "options.max_iterations"},
+      {"spacing", Register([&](auto& r) { r.mutable_options()->set_node_spacing_edges(nan); }),
+       invalid, "options.node_spacing_edges"},
+      {"share", Register([](auto& r) { r.mutable_options()->set_sample_share(1.5); }), invalid,
+       "options.sample_share"},
+      {"smoothness", Register([](auto& r) { r.mutable_options()->set_final_smoothness(-1); }),
+       invalid, "options.final_smoothness"},
+      {"request id", Register([](auto& r) { r.set_request_id(std::string(129, 'r')); }), invalid,
+       "request_id"},
+      {"list per target", Register([](auto& r) {
+         r.add_correspondences();
+         r.add_correspondences();
+       }),
+       invalid, "correspondences"},
+      {"too many correspondences", Register([](auto& r) {
+         auto& list = *r.add_correspondences();
+         for (int k = 0; k < 3; ++k) list.add_correspondences();
+       }),
+       invalid, "correspondences[0].correspondences"},
+      {"kind", RegisterWith([](auto& c) { c.clear_kind(); }), invalid,
+       "correspondences[0].correspondences[0].kind"},
+      {"source event", RegisterWith([](auto& c) { c.clear_source(); }), invalid,
+       "correspondences[0].correspondences[0].source.position"},
+      {"target position",
+       RegisterWith([&](auto& c) { c.mutable_target()->mutable_position()->set_y(nan); }), invalid,
+       "correspondences[0].correspondences[0].target.position"},
+      {"target time", RegisterWith([](auto& c) { c.mutable_target()->set_time_s(-1); }), invalid,
+       "correspondences[0].correspondences[0].target.time_s"},
+      {"length", RegisterWith([&](auto& c) { c.set_length_s(nan); }), invalid,
+       "correspondences[0].correspondences[0].length_s"},
+
+      {"no family", Frame([](auto& r) { r.clear_family(); }).status(), invalid, "family"},
+      {"negative version", Frame([](auto& r) { r.set_version(-1); }).status(), invalid, "version"},
+      {"no weights", Frame([](auto& r) { r.clear_weights(); }).status(), invalid, "weights"},
+      {"too many weights", Frame([](auto& r) { r.add_weights(0); }).status(), invalid, "weights"},
+      {"weight too large", Frame([](auto& r) { r.set_weights(0, 2.1); }).status(), invalid,
+       "weights"},
+      {"weight not a number", Frame([&](auto& r) { r.set_weights(0, nan); }).status(), invalid,
+       "weights"},
+      {"before the start", Frame([](auto& r) { r.set_time_s(-0.1); }).status(), out_of_range,
+       "time_s"},
+      {"after the end", Frame([](auto& r) { r.set_time_s(9); }).status(), out_of_range, "time_s"},
+      {"time not a number", Frame([&](auto& r) { r.set_time_s(nan); }).status(), out_of_range,
+       "time_s"},
+      {"bits", Frame([](auto& r) { r.mutable_encoding()->set_position_bits(21); }).status(),
+       invalid, "encoding.position_bits"},
+      {"format", Frame([](auto& r) {
+                   r.mutable_encoding()->set_format(static_cast<v1::Encoding::Format>(7));
+                 }).status(),
+       invalid, "encoding.format"},
+
+      {"stream of nothing", Stream([](auto& r) { r.clear_family(); }), invalid, "family"},
+      {"stream weights", Stream([](auto& r) { r.add_weights(1); }), invalid, "weights"},
+      {"stream time", Stream([](auto& r) { r.set_time_s(9); }), out_of_range, "time_s"},
+      {"stream rate", Stream([&](auto& r) { r.set_rate(nan); }), invalid, "rate"},
+      {"stream frame rate", Stream([](auto& r) { r.set_frames_per_second(0); }), invalid,
+       "frames_per_second"},
+      {"stream frame rate", Stream([](auto& r) { r.set_frames_per_second(241); }), invalid,
+       "frames_per_second"},
+      {"stream that never ends", Stream([](auto& r) {
+         r.set_lossless(true);
+         r.set_rate(0);
+       }),
+       invalid, "rate"},
+  };
+  for (const Case& c : cases) {
+    EXPECT_EQ(c.status.code(), c.code) << c.what << ": " << c.status;
+    EXPECT_THAT(BlamedFields(c.status), ElementsAre(c.field)) << c.what;
+  }
+}
+
+TEST_F(HandlersTest, WhatIsNotThereIsNotFound) {
+  const auto not_found = absl::StatusCode::kNotFound;
+  v1::GetAnimationRequest animation;
+  animation.set_name("animations/none");
+  EXPECT_THAT(GetAnimation(backends_, animation), Fails(not_found, "none"));
+  v1::DeleteAnimationRequest delete_animation;
+  delete_animation.set_name("animations/none");
+  EXPECT_THAT(DeleteAnimation(backends_, delete_animation), Fails(not_found, "none"));
+  v1::GetFamilyRequest family;
+  family.set_name("families/none");
+  EXPECT_THAT(GetFamily(backends_, family), Fails(not_found, "none"));
+  v1::DeleteFamilyRequest delete_family;
+  delete_family.set_name("families/none");
+  EXPECT_THAT(DeleteFamily(backends_, delete_family), Fails(not_found, "none"));
+  lro::GetOperationRequest operation;
+  operation.set_name("operations/none");
+  EXPECT_THAT(GetOperation(backends_, operation), Fails(not_found, "none"));
+  lro::CancelOperationRequest cancel;
+  cancel.set_name("operations/none");
+  EXPECT_THAT(CancelOperation(backends_, cancel), Fails(not_found, "none"));
+  lro::DeleteOperationRequest delete_operation;
+  delete_operation.set_name("operations/none");
+  EXPECT_THAT(DeleteOperation(backends_, delete_operation), Fails(not_found, "none"));
+  EXPECT_THAT(Frame([](auto&) {}), Fails(not_found, "splash"));
+  EXPECT_THAT(RegisterFamily(backends_, Registration()), Fails(not_found, "a"));
+}
+
+TEST_F(HandlersTest, WhatIsNeededIsNotDeleted) {
+  PublishSplash();
+  v1::DeleteAnimationRequest request;
+  request.set_name("animations/b");
+  EXPECT_THAT(DeleteAnimation(backends_, request),
+              Fails(absl::StatusCode::kFailedPrecondition, "splash"));
+  v1::DeleteFamilyRequest family;
+  family.set_name("families/splash");
+  EXPECT_THAT(DeleteFamily(backends_, family), Succeeds());
+  EXPECT_THAT(DeleteAnimation(backends_, request), Succeeds());
+}
+
+TEST_F(HandlersTest, AnAnimationThatIsNotReadyIsNotRegistered) {
+  ImportAnimation("a");
+  SubmitImport("b");
+  EXPECT_THAT(RegisterFamily(backends_, Registration()),
+              Fails(absl::StatusCode::kFailedPrecondition, "b"));
+}
+
+TEST_F(HandlersTest, OptionsAndCorrespondencesReachTheJob) {
+  ImportAnimation("a");
+  ImportAnimation("b");
+  v1::RegisterFamilyRequest request = Registration();
+  request.mutable_options()->set_max_iterations(7);
+  request.mutable_options()->set_seed(42);
+  v1::Correspondence& correspondence = *request.add_correspondences()->add_correspondences();
+  correspondence.set_kind(v1::Correspondence::SPACE);
+  correspondence.set_hard(true);
+  correspondence.mutable_source()->mutable_position()->set_z(3);
+  correspondence.mutable_source()->set_time_s(0.25);
+  correspondence.mutable_target()->mutable_position()->set_y(-2);
+  ASSERT_THAT(RegisterFamily(backends_, request), Succeeds());
+  const store::pb::RegisterJob job = TakeJob().job.register_family();
+  EXPECT_EQ(job.options().max_iterations(), 7);
+  EXPECT_EQ(job.options().seed(), 42U);
+  const store::pb::Correspondence& record = job.correspondences(0).correspondences(0);
+  EXPECT_EQ(record.kind(), store::pb::Correspondence::SPACE);
+  EXPECT_TRUE(record.hard());
+  EXPECT_THAT(record.source(), ElementsAre(0, 0, 3, 0.25));
+  EXPECT_THAT(record.target(), ElementsAre(0, -2, 0, 0));
+}
+
+TEST_F(HandlersTest, ARepeatedRequestIdGivesTheFirstOperation) {
+  ImportAnimation("a");
+  ImportAnimation("b");
+  v1::RegisterFamilyRequest request = Registration();
+  request.set_request_id("once");
+  const auto first = RegisterFamily(backends_, request);
+  const auto second = RegisterFamily(backends_, request);
+  ASSERT_THAT(first, Succeeds());
+  ASSERT_THAT(second, Succeeds());
+  EXPECT_EQ(first->name(), second->name());
+}
+
+TEST_F(HandlersTest, PagesGiveEachAnimationOnce) {
+  for (const char* id : {"a", "b", "c", "d", "e"}) ImportAnimation(id);
+  std::vector<std::string> names;
+  v1::ListAnimationsRequest request;
+  request.set_page_size(2);
+  do {
+    const auto page = ListAnimations(backends_, request);
+    ASSERT_THAT(page, Succeeds());
+    EXPECT_LE(page->animations_size(), 2);
+    for (const v1::Animation& animation : page->animations()) names.push_back(animation.name());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  EXPECT_THAT(names, ElementsAre("animations/a", "animations/b", "animations/c", "animations/d",
+                                 "animations/e"));
+}
+
+TEST_F(HandlersTest, AnOperationTellsItsWholeLife) {
+  const store::pb::JobRecord job = SubmitImport("drop");
+  lro::GetOperationRequest request;
+  request.set_name("operations/" + job.id());
+  v1::ImportAnimationMetadata metadata;
+
+  auto queued = GetOperation(backends_, request);
+  ASSERT_THAT(queued, Succeeds());
+  EXPECT_FALSE(queued->done());
+  ASSERT_TRUE(queued->metadata().UnpackTo(&metadata));
+  EXPECT_EQ(metadata.animation(), "animations/drop");
+  EXPECT_EQ(metadata.progress().stage(), "queued");
+
+  const store::Lease lease = TakeJob();
+  store::pb::JobProgress progress;
+  progress.set_stage("reading frames");
+  progress.set_fraction(0.25);
+  ASSERT_TRUE(catalog_->Heartbeat(lease.lease_id, absl::Hours(1), progress).ok());
+  auto running = GetOperation(backends_, request);
+  ASSERT_TRUE(running->metadata().UnpackTo(&metadata));
+  EXPECT_EQ(metadata.progress().stage(), "reading frames");
+  EXPECT_EQ(metadata.progress().fraction(), 0.25);
+  EXPECT_EQ(metadata.progress().attempt(), 1);
+  EXPECT_EQ(metadata.progress().worker(), "test");
+
+  store::pb::AnimationRecord record;
+  record.set_id("drop");
+  record.mutable_manifest()->set_num_frames(3);
+  ASSERT_TRUE(catalog_->PublishAnimation(lease.lease_id, record).ok());
+  auto done = GetOperation(backends_, request);
+  EXPECT_TRUE(done->done());
+  v1::Animation animation;
+  ASSERT_TRUE(done->response().UnpackTo(&animation));
+  EXPECT_EQ(animation.name(), "animations/drop");
+  EXPECT_EQ(animation.state(), v1::Animation::READY);
+  EXPECT_EQ(animation.num_frames(), 3);
+
+  ASSERT_TRUE(catalog_->DeleteAnimation("drop").ok());
+  ASSERT_TRUE(GetOperation(backends_, request)->response().UnpackTo(&animation));
+  EXPECT_EQ(animation.name(), "animations/drop");
+  EXPECT_EQ(animation.state(), v1::Animation::STATE_UNSPECIFIED);
+}
+
+TEST_F(HandlersTest, AFailedOperationTellsWhy) {
+  const store::pb::JobRecord job = SubmitImport("drop");
+  const absl::Status error = absl::InvalidArgumentError("frame 3: not closed");
+  ASSERT_TRUE(catalog_->FailJob(TakeJob().lease_id, error, false).ok());
+  lro::GetOperationRequest request;
+  request.set_name("operations/" + job.id());
+  const auto operation = GetOperation(backends_, request);
+  ASSERT_THAT(operation, Succeeds());
+  EXPECT_TRUE(operation->done());
+  EXPECT_EQ(operation->error().code(), 3);
+  EXPECT_EQ(operation->error().message(), "frame 3: not closed");
+}
+
+TEST_F(HandlersTest, ACancelledOperationSaysSo) {
+  const store::pb::JobRecord job = SubmitImport("drop");
+  lro::CancelOperationRequest cancel;
+  cancel.set_name("operations/" + job.id());
+  ASSERT_THAT(CancelOperation(backends_, cancel), Succeeds());
+  const auto operations = ListOperations(backends_, {});
+  ASSERT_THAT(operations, Succeeds());
+  ASSERT_EQ(operations->operations_size(), 1);
+  EXPECT_TRUE(operations->operations(0).done());
+  EXPECT_EQ(operations->operations(0).error().code(), 1);
+}
+
+TEST_F(HandlersTest, AFamilySaysWhatItIsMadeOf) {
+  PublishSplash();
+  v1::GetFamilyRequest request;
+  request.set_name("families/splash");
+  const auto family = GetFamily(backends_, request);
+  ASSERT_THAT(family, Succeeds());
+  EXPECT_EQ(family->version(), 1);
+  EXPECT_EQ(family->source(), "animations/a");
+  EXPECT_THAT(family->targets(), ElementsAre("animations/b"));
+  EXPECT_DOUBLE_EQ(family->duration_s(), (kFamilyFrames - 1) / family->frames_per_second());
+  EXPECT_GT(family->num_cells(), 0);
+  EXPECT_LT(family->bounds().min().x(), family->bounds().max().x());
+}
+
+TEST_F(HandlersTest, AFrameIsTheSameBytesAgain) {
+  PublishSplash();
+  const auto first = Frame([](auto&) {});
+  const auto second = Frame([](auto&) {});
+  ASSERT_THAT(first, Succeeds());
+  EXPECT_EQ(first->SerializeAsString(), second->SerializeAsString());
+  EXPECT_EQ(first->data().substr(0, 5), "DRACO");
+  EXPECT_EQ(first->family(), "families/splash");
+  EXPECT_EQ(first->version(), 1);
+  EXPECT_THAT(first->weights(), ElementsAre(0.5));
+  EXPECT_EQ(first->time_s(), 0.1);
+  EXPECT_GT(first->num_triangles(), 100);
+  EXPECT_LT(first->bounds().min().x(), -0.8);
+  EXPECT_GT(first->bounds().max().x(), 0.8);
+}
+
+TEST_F(HandlersTest, AFrameFollowsTheNewestVersionAndNamesIt) {
+  PublishSplash();
+  const auto old = Frame([](auto&) {});
+  PublishFamily("splash", "a", "b", 2);
+  const auto now = Frame([](auto&) {});
+  ASSERT_THAT(now, Succeeds());
+  EXPECT_EQ(now->version(), 2);
+  EXPECT_NE(now->data(), old->data());
+  EXPECT_THAT(Frame([](auto& r) { r.set_version(1); }), Fails(absl::StatusCode::kNotFound, "1"));
+}
+
+TEST_F(HandlersTest, AStreamShowsTheFramesThatGetFrameGives) {
+  PublishSplash();
+  FrameStream stream(backends_);
+  v1::StreamFramesRequest request;
+  request.set_family("families/splash");
+  request.add_weights(0.5);
+  request.set_lossless(true);
+  ASSERT_TRUE(stream.Change(request, absl::ZeroDuration()).ok());
+  int num_frames = 0;
+  while (const auto tick = stream.Next(absl::ZeroDuration())) {
+    const auto response = stream.Make(*tick);
+    ASSERT_THAT(response, Succeeds());
+    EXPECT_EQ(response->frame_index(), num_frames);
+    const auto frame = Frame([&](auto& r) { r.set_time_s(tick->time_s); });
+    EXPECT_EQ(response->frame().data(), frame->data());
+    ++num_frames;
+  }
+  EXPECT_EQ(num_frames, kFamilyFrames);
+}
+
+TEST_F(HandlersTest, AStreamKeepsWhatAMessageDoesNotSet) {
+  PublishSplash();
+  FrameStream stream(backends_);
+  v1::StreamFramesRequest request;
+  request.set_family("families/splash");
+  request.add_weights(0.25);
+  request.set_time_s(0.1);
+  request.set_rate(0);
+  request.mutable_encoding()->set_position_bits(10);
+  ASSERT_TRUE(stream.Change(request, absl::ZeroDuration()).ok());
+  v1::StreamFramesRequest other_weights;
+  other_weights.add_weights(0.75);
+  ASSERT_TRUE(stream.Change(other_weights, absl::ZeroDuration()).ok());
+  const auto response = stream.Make(*stream.Next(absl::ZeroDuration()));
+  ASSERT_THAT(response, Succeeds());
+  EXPECT_THAT(response->frame().weights(), ElementsAre(0.75));
+  EXPECT_EQ(response->frame().time_s(), 0.1);
+  const auto expected = Frame([](auto& r) {
+    r.set_weights(0, 0.75);
+    r.mutable_encoding()->set_position_bits(10);
+  });
+  EXPECT_EQ(response->frame().data(), expected->data());
+}
+
+}  // namespace
+}  // namespace liquidblend::rpc

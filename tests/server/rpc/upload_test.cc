@@ -1,0 +1,197 @@
+#include "server/rpc/upload.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/server/rpc/rpc_testing.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+using store::Fails;
+using store::Succeeds;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+v1::UploadAnimationRequest Header(const std::string& id, const std::string& request_id = "") {
+  v1::UploadAnimationRequest message;
+  message.mutable_header()->set_animation_id(id);
+  message.mutable_header()->set_request_id(request_id);
+  return message;
+}
+
+v1::UploadAnimationRequest File(const std::string& name, int64_t size_bytes) {
+  v1::UploadAnimationRequest message;
+  message.mutable_file()->set_name(name);
+  message.mutable_file()->set_size_bytes(size_bytes);
+  return message;
+}
+
+v1::UploadAnimationRequest Chunk(const std::string& bytes) {
+  v1::UploadAnimationRequest message;
+  message.set_chunk(bytes);
+  return message;
+}
+
+v1::UploadAnimationRequest WithOptions(const std::function<void(v1::ImportOptions&)>& set) {
+  v1::UploadAnimationRequest message = Header("a");
+  set(*message.mutable_header()->mutable_options());
+  return message;
+}
+
+class UploadTest : public RpcTest {
+ protected:
+  // Sends the messages up to the first error, then submits.
+  absl::StatusOr<store::pb::JobRecord> Send(const std::vector<v1::UploadAnimationRequest>& all) {
+    Upload upload(*catalog_, *blobs_, SmallLimits());
+    for (const v1::UploadAnimationRequest& message : all) {
+      if (absl::Status status = upload.Add(message); !status.ok()) return status;
+    }
+    return upload.Submit();
+  }
+
+  std::string ContentOf(const store::pb::SourceFile& file) {
+    const auto blob = blobs_->Open(file.blob());
+    EXPECT_TRUE(blob.ok()) << blob.status();
+    return store::AsString((*blob)->bytes());
+  }
+};
+
+TEST_F(UploadTest, FilesArriveWholeAndInOrder) {
+  v1::UploadAnimationRequest header = Header("drop", "r1");
+  header.mutable_header()->mutable_options()->set_format(v1::PLY);
+  header.mutable_header()->mutable_options()->set_frames_per_second(30);
+  const auto job = Send({header, File("f1.ply", 6), Chunk("abc"), Chunk("def"), File("empty", 0),
+                         File("f2.ply", 2), Chunk("xy")});
+  ASSERT_THAT(job, Succeeds());
+  const store::pb::ImportJob& import = job->import_animation();
+  EXPECT_EQ(job->state(), store::pb::JobRecord::QUEUED);
+  EXPECT_EQ(job->request_id(), "r1");
+  EXPECT_EQ(import.animation(), "drop");
+  EXPECT_EQ(import.options().format(), store::pb::ImportOptions::PLY);
+  EXPECT_EQ(import.options().frames_per_second(), 30);
+  ASSERT_EQ(import.files_size(), 3);
+  EXPECT_EQ(import.files(0).name(), "f1.ply");
+  EXPECT_EQ(ContentOf(import.files(0)), "abcdef");
+  EXPECT_EQ(ContentOf(import.files(1)), "");
+  EXPECT_EQ(ContentOf(import.files(2)), "xy");
+  EXPECT_EQ(catalog_->GetAnimation("drop")->state(), store::pb::AnimationRecord::IMPORTING);
+}
+
+TEST_F(UploadTest, EveryMistakeIsRefusedByNameAndLeavesNothingVisible) {
+  struct Case {
+    const char* what;
+    std::vector<v1::UploadAnimationRequest> messages;
+    absl::StatusCode code;
+    std::string field;  // empty: no field is to blame
+  };
+  const std::string long_name(256, 'n');
+  const auto invalid = absl::StatusCode::kInvalidArgument;
+  const std::vector<Case> cases = {
+      {"nothing at all", {}, invalid, "header"},
+      {"no header", {File("f", 1)}, invalid, "header"},
+      {"two headers", {Header("a"), Header("a")}, invalid, "header"},
+      {"an empty message", {Header("a"), {}}, invalid, "payload"},
+      {"no id", {Header("")}, invalid, "header.animation_id"},
+      {"upper case id", {Header("Drop")}, invalid, "header.animation_id"},
+      {"path as id", {Header("../a")}, invalid, "header.animation_id"},
+      {"long id", {Header(std::string(64, 'a'))}, invalid, "header.animation_id"},
+      {"long request_id", {Header("a", std::string(129, 'r'))}, invalid, "header.request_id"},
+      {"unknown format",
+       {WithOptions([](auto& o) { o.set_format(static_cast<v1::AnimationFormat>(99)); })},
+       invalid,
+       "header.options.format"},
+      {"negative frame rate",
+       {WithOptions([](auto& o) { o.set_frames_per_second(-1); })},
+       invalid,
+       "header.options.frames_per_second"},
+      {"scale not a number",
+       {WithOptions([](auto& o) { o.set_vertex_scale(std::nan("")); })},
+       invalid,
+       "header.options.vertex_scale"},
+      {"infinite velocity scale",
+       {WithOptions([](auto& o) { o.set_velocity_scale(HUGE_VAL); })},
+       invalid,
+       "header.options.velocity_scale"},
+      {"negative voxel size",
+       {WithOptions([](auto& o) { o.set_voxel_size_m(-0.1); })},
+       invalid,
+       "header.options.voxel_size_m"},
+      {"no files", {Header("a")}, invalid, "file"},
+      {"chunk without file", {Header("a"), Chunk("x")}, invalid, "chunk"},
+      {"nameless file", {Header("a"), File("", 1)}, invalid, "file.name"},
+      {"directory", {Header("a"), File("x/y", 1)}, invalid, "file.name"},
+      {"parent", {Header("a"), File("..", 1)}, invalid, "file.name"},
+      {"control character", {Header("a"), File("x\ny", 1)}, invalid, "file.name"},
+      {"long name", {Header("a"), File(long_name, 1)}, invalid, "file.name"},
+      {"negative size", {Header("a"), File("f", -1)}, invalid, "file.size_bytes"},
+      {"twice the same", {Header("a"), File("f", 0), File("f", 0)}, invalid, "file.name"},
+      {"file cut short",
+       {Header("a"), File("f", 3), Chunk("ab"), File("g", 0)},
+       invalid,
+       "file.size_bytes"},
+      {"last file cut short", {Header("a"), File("f", 3), Chunk("ab")}, invalid, "file.size_bytes"},
+      {"too much", {Header("a"), File("f", 3), Chunk("abcd")}, invalid, "chunk"},
+      {"more after the end", {Header("a"), File("f", 1), Chunk("a"), Chunk("b")}, invalid, "chunk"},
+      {"huge chunk", {Header("a"), File("f", 500), Chunk(std::string(101, 'x'))}, invalid, "chunk"},
+      {"too many files",
+       {Header("a"), File("1", 0), File("2", 0), File("3", 0), File("4", 0), File("5", 0)},
+       absl::StatusCode::kResourceExhausted,
+       ""},
+      {"too many bytes",
+       {Header("a"), File("1", 1), Chunk("x"), File("2", 1000)},
+       absl::StatusCode::kResourceExhausted,
+       ""},
+      {"size that overflows",
+       {Header("a"), File("1", std::numeric_limits<int64_t>::max())},
+       absl::StatusCode::kResourceExhausted,
+       ""},
+  };
+  for (const Case& c : cases) {
+    const auto job = Send(c.messages);
+    EXPECT_EQ(job.status().code(), c.code) << c.what << ": " << job.status();
+    if (c.field.empty()) {
+      EXPECT_THAT(BlamedFields(job.status()), IsEmpty()) << c.what;
+    } else {
+      EXPECT_THAT(BlamedFields(job.status()), ElementsAre(c.field)) << c.what;
+    }
+  }
+  EXPECT_TRUE(catalog_->ListAnimations(100, "")->records.empty());
+  EXPECT_TRUE(catalog_->ListJobs(100, "")->records.empty());
+}
+
+TEST_F(UploadTest, ATakenIdIsRefusedBeforeAnyFileIsSent) {
+  ImportAnimation("drop");
+  Upload upload(*catalog_, *blobs_, SmallLimits());
+  EXPECT_THAT(upload.Add(Header("drop")), Fails(absl::StatusCode::kAlreadyExists, "drop"));
+}
+
+TEST_F(UploadTest, AFailedImportMayBeReplaced) {
+  SubmitImport("drop");
+  ASSERT_TRUE(catalog_->FailJob(TakeJob().lease_id, absl::InvalidArgumentError("bad"), false).ok());
+  EXPECT_THAT(Send({Header("drop"), File("f", 0)}), Succeeds());
+}
+
+TEST_F(UploadTest, ARepeatedRequestIdGivesTheFirstJob) {
+  const auto first = Send({Header("drop", "once"), File("f", 1), Chunk("x")});
+  const auto second = Send({Header("drop", "once"), File("f", 1), Chunk("x")});
+  ASSERT_THAT(first, Succeeds());
+  ASSERT_THAT(second, Succeeds());
+  EXPECT_EQ(first->id(), second->id());
+  EXPECT_EQ(catalog_->ListJobs(100, "")->records.size(), 1U);
+}
+
+TEST_F(UploadTest, ADroppedUploadLeavesNoTemporaryFile) {
+  {
+    Upload upload(*catalog_, *blobs_, SmallLimits());
+    ASSERT_TRUE(upload.Add(Header("drop")).ok());
+    ASSERT_TRUE(upload.Add(File("f", 10)).ok());
+    ASSERT_TRUE(upload.Add(Chunk("half")).ok());
+  }
+  EXPECT_EQ(store::CountFiles(folder_.path() + "/tmp"), 0);
+  EXPECT_TRUE(blobs_->List()->empty());
+}
+
+}  // namespace
+}  // namespace liquidblend::rpc
