@@ -1,0 +1,31 @@
+// What every subcommand gets: the global flags, and how to speak.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "liquidblend/client.h"
+
+namespace liquidblend::cli {
+
+struct Context {
+  std::string server = "127.0.0.1:50051";
+  double connect_timeout_s = 5.0;  // > 0
+  bool json = false;               // results as JSON on standard output
+  bool quiet = false;              // no progress, no remarks; results and errors only
+  absl::Status status;             // of the subcommand that ran
+
+  absl::StatusOr<std::unique_ptr<Client>> Connect() const;
+
+  // Standard output: a result for a person (not with --json), or for a program (only with --json).
+  void Print(const std::string& line) const;
+  void PrintJson(const nlohmann::ordered_json& value) const;
+
+  // Standard error: a remark, unless --quiet.
+  void Remark(const std::string& line) const;
+};
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,101 @@
+#include "client/cli/correspondences.h"
+
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/files.h"
+#include "client/src/status_macros.h"
+
+namespace liquidblend::cli {
+namespace {
+
+using nlohmann::json;
+
+absl::Status Refuse(const std::string& where, const std::string& what) {
+  return absl::InvalidArgumentError(absl::StrCat(where, ": ", what));
+}
+
+absl::Status CheckObject(const json& value, const std::string& where,
+                         std::initializer_list<const char*> keys) {
+  if (!value.is_object()) return Refuse(where, "is no object {...}");
+  for (const auto& item : value.items()) {
+    bool known = false;
+    for (const char* key : keys) known |= item.key() == key;
+    if (!known) return Refuse(where, absl::StrCat("unknown key \"", item.key(), "\""));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<double> Number(const json& value, const std::string& where) {
+  if (!value.is_number()) return Refuse(where, "is no number");
+  return value.get<double>();
+}
+
+absl::StatusOr<Event> ReadEvent(const json& entry, const char* key, const std::string& entry_name) {
+  const std::string where = absl::StrCat(entry_name, ".", key);
+  if (!entry.contains(key)) return Refuse(where, "is missing");
+  const json& value = entry.at(key);
+  LBC_RETURN_IF_ERROR(CheckObject(value, where, {"position", "time_s"}));
+  if (!value.contains("time_s")) return Refuse(where + ".time_s", "is missing");
+  const json position = value.value("position", json());
+  if (!position.is_array() || position.size() != 3) {
+    return Refuse(where + ".position", "is no list [x, y, z]");
+  }
+  Event event;
+  LBC_ASSIGN_OR_RETURN(event.position.x, Number(position[0], where + ".position[0]"));
+  LBC_ASSIGN_OR_RETURN(event.position.y, Number(position[1], where + ".position[1]"));
+  LBC_ASSIGN_OR_RETURN(event.position.z, Number(position[2], where + ".position[2]"));
+  LBC_ASSIGN_OR_RETURN(event.time_s, Number(value.at("time_s"), where + ".time_s"));
+  return event;
+}
+
+absl::StatusOr<CorrespondenceKind> ReadKind(const json& entry, const std::string& where) {
+  const json kind = entry.value("kind", json("point"));
+  if (kind == "point") return CorrespondenceKind::kPoint;
+  if (kind == "trajectory") return CorrespondenceKind::kTrajectory;
+  if (kind == "space") return CorrespondenceKind::kSpace;
+  return Refuse(where + ".kind", absl::StrCat(kind.dump(), " is not point, trajectory or space"));
+}
+
+absl::StatusOr<Correspondence> ReadCorrespondence(const json& entry, const std::string& where) {
+  LBC_RETURN_IF_ERROR(CheckObject(entry, where, {"kind", "hard", "source", "target", "length_s"}));
+  Correspondence result;
+  LBC_ASSIGN_OR_RETURN(result.kind, ReadKind(entry, where));
+  const json hard = entry.value("hard", json(false));
+  if (!hard.is_boolean()) return Refuse(where + ".hard", "is not true or false");
+  result.hard = hard.get<bool>();
+  LBC_ASSIGN_OR_RETURN(result.source, ReadEvent(entry, "source", where));
+  LBC_ASSIGN_OR_RETURN(result.target, ReadEvent(entry, "target", where));
+  LBC_ASSIGN_OR_RETURN(result.length_s,
+                       Number(entry.value("length_s", json(0.0)), where + ".length_s"));
+  return result;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<std::vector<Correspondence>>> ReadCorrespondences(
+    const std::string& path) {
+  LBC_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  const json file =
+      json::parse(text, nullptr, /*allow_exceptions=*/false, /*ignore_comments=*/true);
+  if (file.is_discarded()) return Refuse(path, "is no JSON");
+  LBC_RETURN_IF_ERROR(CheckObject(file, path, {"correspondences"}));
+  const json targets = file.value("correspondences", json());
+  if (!targets.is_array()) return Refuse(path, "\"correspondences\" is no list");
+  std::vector<std::vector<Correspondence>> result;
+  for (const json& entries : targets) {
+    const std::string where = absl::StrCat(path, ": correspondences[", result.size(), "]");
+    if (!entries.is_array()) return Refuse(where, "is no list; there is one list per target");
+    std::vector<Correspondence>& of_target = result.emplace_back();
+    for (const json& entry : entries) {
+      LBC_ASSIGN_OR_RETURN(
+          const Correspondence correspondence,
+          ReadCorrespondence(entry, absl::StrCat(where, "[", of_target.size(), "]")));
+      of_target.push_back(correspondence);
+    }
+  }
+  return result;
+}
+
+}  // namespace liquidblend::cli

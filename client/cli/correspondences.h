@@ -1,0 +1,25 @@
+// The file of `liquidblend register --correspondences`.
+//
+// JSON; one list per target, in the order of the --target flags:
+//   {"correspondences": [
+//     [ {"kind": "point",       // or "trajectory", "space"; default "point"
+//        "hard": false,         // default false: held softly, released when the fit is good
+//        "source": {"position": [x, y, z], "time_s": t},
+//        "target": {"position": [x, y, z], "time_s": t},
+//        "length_s": 0.5} ] ]}  // of a trajectory; default 0: to the end
+// Positions are metres, times seconds since the first frame. Other keys are refused.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "liquidblend/family.h"
+
+namespace liquidblend::cli {
+
+// Errors: kNotFound; kInvalidArgument, the message names file, target, entry and field.
+absl::StatusOr<std::vector<std::vector<Correspondence>>> ReadCorrespondences(
+    const std::string& path);
+
+}  // namespace liquidblend::cli

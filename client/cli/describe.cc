@@ -1,0 +1,99 @@
+#include "client/cli/describe.h"
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "client/cli/json.h"
+#include "client/cli/progress_bar.h"
+#include "client/cli/wait.h"
+
+namespace liquidblend::cli {
+namespace {
+
+std::string Describe(const Bounds& bounds) {
+  return absl::StrFormat("(%.4g, %.4g, %.4g) to (%.4g, %.4g, %.4g) m", bounds.min.x, bounds.min.y,
+                         bounds.min.z, bounds.max.x, bounds.max.y, bounds.max.z);
+}
+
+}  // namespace
+
+std::string Describe(const Animation& animation) {
+  std::string text = absl::StrCat(animation.name, ": ", StateName(animation.state));
+  if (!animation.error.ok()) absl::StrAppend(&text, ": ", animation.error.message());
+  if (animation.state != AnimationState::kReady) return text;
+  absl::StrAppendFormat(&text,
+                        "\n  %d frames from number %d at %.4g per second"
+                        "\n  %d vertices, %d triangles, mean edge %.4g m"
+                        "\n  bounds %s"
+                        "\n  %s stored",
+                        animation.num_frames, animation.first_frame_number,
+                        animation.frames_per_second, animation.num_vertices,
+                        animation.num_triangles, animation.mean_edge_length_m,
+                        Describe(animation.bounds), FormatBytes(animation.size_bytes));
+  for (const std::string& note : animation.notes) absl::StrAppend(&text, "\n  cleaned: ", note);
+  return text;
+}
+
+std::string Describe(const Family& family) {
+  std::string text = absl::StrFormat(
+      "%s: version %d\n  source %s\n  targets %s"
+      "\n  %.4g s at %.4g frames per second"
+      "\n  %d space-time vertices, %d cells"
+      "\n  bounds %s"
+      "\n  %s stored",
+      family.name, family.version, family.source, absl::StrJoin(family.targets, ", "),
+      family.duration_s, family.frames_per_second, family.num_vertices, family.num_cells,
+      Describe(family.bounds), FormatBytes(family.size_bytes));
+  for (const RegistrationReport& report : family.reports) {
+    absl::StrAppendFormat(
+        &text, "\n  %s: %d nodes, %d iterations, residual %.3f mean edges, inliers %.0f %%, %.1f s",
+        report.target, report.num_nodes, report.num_iterations, report.mean_residual_edges,
+        100.0 * report.inlier_share, report.seconds);
+  }
+  return text;
+}
+
+std::string Describe(const MeshStats& stats) {
+  std::string text = absl::StrFormat("  %d vertices, %d triangles, %d components, mean edge %.4g m",
+                                     stats.num_vertices, stats.num_triangles, stats.num_components,
+                                     stats.mean_edge_length_m);
+  if (stats.closed()) {
+    absl::StrAppendFormat(&text, "\n  closed and oriented; volume %.6g m^3, area %.6g m^2",
+                          stats.volume_m3, stats.area_m2);
+  } else {
+    absl::StrAppendFormat(&text, "\n  NOT closed: %d odd edges, %d misoriented edges",
+                          stats.num_odd_edges, stats.num_misoriented_edges);
+  }
+  return absl::StrCat(text, "\n  bounds ", Describe(stats.bounds));
+}
+
+std::string Summarize(const Animation& animation) {
+  if (animation.state != AnimationState::kReady) {
+    return absl::StrFormat("%-32s %s", animation.name, StateName(animation.state));
+  }
+  return absl::StrFormat("%-32s %d frames at %.4g per second, %d triangles, %s", animation.name,
+                         animation.num_frames, animation.frames_per_second, animation.num_triangles,
+                         FormatBytes(animation.size_bytes));
+}
+
+std::string Summarize(const Family& family) {
+  if (family.version == 0) {
+    return absl::StrFormat("%-32s no version is finished yet", family.name);
+  }
+  return absl::StrFormat("%-32s version %d, %s -> %s, %.4g s, %s", family.name, family.version,
+                         family.source, absl::StrJoin(family.targets, ", "), family.duration_s,
+                         FormatBytes(family.size_bytes));
+}
+
+std::string Summarize(const Operation& operation) {
+  std::string text =
+      absl::StrFormat("%-32s %-9s %s", operation.name, StateName(operation), operation.subject);
+  if (!operation.done) {
+    absl::StrAppendFormat(&text, ", %.0f %%, %s", 100.0 * operation.progress.fraction,
+                          DescribeProgress(operation.progress));
+  }
+  if (!operation.result.ok()) absl::StrAppend(&text, ": ", operation.result.message());
+  return text;
+}
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,29 @@
+// What the command's exit status means.
+#pragma once
+
+#include "absl/status/status.h"
+
+namespace liquidblend::cli {
+
+enum ExitCode {
+  kExitOk = 0,
+  kExitFailed = 1,         // the server or this machine could not do it
+  kExitUsage = 2,          // a flag or value that is refused
+  kExitUnreachable = 3,    // no server, or the connection was lost
+  kExitNotFound = 4,       // no such animation, family, operation or file
+  kExitCancelled = 5,      // the operation was cancelled
+  kExitInterrupted = 130,  // Ctrl-C; a running operation goes on
+};
+
+// The same, for --help.
+inline constexpr char kExitCodeHelp[] =
+    "Exit status: 0 done; 1 failed; 2 a flag or value that is refused; 3 no server, or the\n"
+    "connection was lost; 4 no such animation, family, operation or file; 5 the operation was\n"
+    "cancelled; 130 Ctrl-C (a running operation goes on).";
+
+ExitCode ToExitCode(const absl::Status& status);
+
+// What to try next, in one sentence; "" if there is nothing to say.
+const char* Advice(ExitCode code);
+
+}  // namespace liquidblend::cli

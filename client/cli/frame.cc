@@ -1,0 +1,74 @@
+// liquidblend frame FAMILY --weights W[,W..] --time SECONDS -o FILE
+#include <memory>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/commands.h"
+#include "client/cli/files.h"
+#include "client/cli/json.h"
+#include "client/cli/mesh_file.h"
+#include "client/cli/parse.h"
+#include "client/cli/progress_bar.h"
+#include "client/src/status_macros.h"
+#include "liquidblend/decode.h"
+
+namespace liquidblend::cli {
+namespace {
+
+struct FrameFlags {
+  FrameRequest request;
+  std::string weights;
+  std::string output;
+};
+
+absl::Status WriteFrame(const Frame& frame, const std::string& path) {
+  if (Extension(path) == "drc") return WriteFile(path, frame.data);
+  LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
+  return WriteMeshFile(mesh, path);
+}
+
+absl::Status RunFrame(const FrameFlags& flags, const Context& context) {
+  if (!IsMeshFileName(flags.output)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("-o ", flags.output, ": must end in .drc, .ply, .obj or .bobj.gz"));
+  }
+  FrameRequest request = flags.request;
+  LBC_ASSIGN_OR_RETURN(request.weights, ParseNumbers("--weights", flags.weights));
+  LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
+  LBC_ASSIGN_OR_RETURN(const Frame frame, client->GetFrame(request));
+  LBC_RETURN_IF_ERROR(WriteFrame(frame, flags.output));
+  context.Print(absl::StrCat(flags.output, ": ", frame.family, " version ", frame.version,
+                             ", weights ", FormatNumbers(frame.weights), ", time ", frame.time_s,
+                             " s: ", frame.num_triangles, " triangles, ",
+                             FormatBytes(static_cast<int64_t>(frame.data.size())), " of Draco"));
+  context.PrintJson({{"file", flags.output},
+                     {"family", frame.family},
+                     {"version", frame.version},
+                     {"weights", frame.weights},
+                     {"time_s", frame.time_s},
+                     {"num_vertices", frame.num_vertices},
+                     {"num_triangles", frame.num_triangles},
+                     {"num_draco_bytes", frame.data.size()},
+                     {"bounds", ToJson(frame.bounds)}});
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddFrame(CLI::App& app, Context& context) {
+  const auto flags = std::make_shared<FrameFlags>();
+  CLI::App* command = app.add_subcommand("frame", "Write one frame of a blend to a mesh file");
+  command->add_option("FAMILY", flags->request.family, "The family's id")->required();
+  command
+      ->add_option("--weights,-w", flags->weights,
+                   "W[,W..]: one per target; the source gets 1 - sum; -1 to 2")
+      ->required();
+  command->add_option("--time,-t", flags->request.time_s, "Seconds since the first frame")
+      ->required();
+  command->add_option("-o,--output", flags->output, "FILE.{drc,ply,obj,bobj.gz}")->required();
+  command->add_option("--bits", flags->request.position_bits, "Bits per coordinate")
+      ->check(CLI::Range(8, 20));
+  command->add_option("--version", flags->request.version, "Version of the family; 0: the latest");
+  command->callback([flags, &context] { context.status = RunFrame(*flags, context); });
+}
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,93 @@
+// liquidblend import NAME DIR
+#include <map>
+#include <memory>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/commands.h"
+#include "client/cli/describe.h"
+#include "client/cli/json.h"
+#include "client/cli/progress_bar.h"
+#include "client/cli/wait.h"
+#include "client/src/status_macros.h"
+
+namespace liquidblend::cli {
+namespace {
+
+struct ImportFlags {
+  std::string name;
+  std::string directory;
+  ImportOptions options;
+  bool no_wait = false;
+};
+
+absl::StatusOr<Operation> Upload(Client& client, const ImportFlags& flags, const Context& context) {
+  UploadRequest request;
+  request.animation = flags.name;
+  request.options = flags.options;
+  LBC_ASSIGN_OR_RETURN(request.files, ListAnimationFiles(flags.directory));
+  ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
+  return client.UploadAnimation(request, [&](const UploadProgress& progress) {
+    const double share = progress.bytes_total > 0 ? static_cast<double>(progress.bytes_sent) /
+                                                        static_cast<double>(progress.bytes_total)
+                                                  : 1.0;
+    bar.Update(share, "upload",
+               absl::StrCat("upload, ", FormatBytes(progress.bytes_sent), " of ",
+                            FormatBytes(progress.bytes_total), ", file ", progress.files_sent, "/",
+                            progress.files_total));
+  });
+}
+
+absl::Status RunImport(const ImportFlags& flags, const Context& context) {
+  LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
+  LBC_ASSIGN_OR_RETURN(const Operation started, Upload(*client, flags, context));
+  if (flags.no_wait) {
+    context.Print(started.name);
+    context.PrintJson(ToJson(started));
+    context.Remark(HowToWatch(started.name));
+    return absl::OkStatus();
+  }
+  LBC_ASSIGN_OR_RETURN(const Operation finished, WaitWithProgress(*client, started.name, context));
+  Animation animation;
+  if (finished.animation) {
+    animation = *finished.animation;
+  } else {
+    LBC_ASSIGN_OR_RETURN(animation, client->GetAnimation(flags.name));
+  }
+  context.Print(Describe(animation));
+  context.PrintJson(ToJson(animation));
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddImport(CLI::App& app, Context& context) {
+  const auto flags = std::make_shared<ImportFlags>();
+  CLI::App* command =
+      app.add_subcommand("import", "Upload the frames in a directory as an animation");
+  command->add_option("NAME", flags->name, "Id of the new animation")->required();
+  command
+      ->add_option("DIR", flags->directory,
+                   "Frames: *.bobj.gz with *.uni (Mantaflow), *.ply or *.obj; meta.json if there")
+      ->required();
+  const std::map<std::string, AnimationFormat> formats = {
+      {"mantaflow", AnimationFormat::kMantaflow},
+      {"ply", AnimationFormat::kPly},
+      {"obj", AnimationFormat::kObj}};
+  command
+      ->add_option("--format", flags->options.format,
+                   "mantaflow, ply or obj; otherwise found from the file names")
+      ->transform(CLI::CheckedTransformer(formats, CLI::ignore_case));
+  ImportOptions& options = flags->options;
+  command->add_option("--fps", options.frames_per_second, "Frames per second");
+  command->add_option("--vertex-scale", options.vertex_scale,
+                      "Metres per unit of the files' positions");
+  command->add_option("--velocity-scale", options.velocity_scale,
+                      "Metres per second per unit of the files' velocities");
+  command->add_option("--voxel-size", options.voxel_size_m,
+                      "Mantaflow: edge of a simulation cell in metres; gives --velocity-scale");
+  command->add_flag("--no-wait", flags->no_wait, "Return when the files are uploaded");
+  command->footer("Flags that are left out come from meta.json beside the frames.");
+  command->callback([flags, &context] { context.status = RunImport(*flags, context); });
+}
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,130 @@
+#include "client/cli/json.h"
+
+#include <string>
+
+namespace liquidblend::cli {
+namespace {
+
+Json ToJson(const Vector3& v) { return Json::array({v.x, v.y, v.z}); }
+
+std::string FormatUtc(absl::Time time) {
+  return absl::FormatTime("%Y-%m-%dT%H:%M:%SZ", time, absl::UTCTimeZone());
+}
+
+Json ToJson(const absl::Status& status) {
+  return {{"code", absl::StatusCodeToString(status.code())},
+          {"message", std::string(status.message())}};
+}
+
+Json ToJson(const RegistrationReport& report) {
+  return {{"target", report.target},
+          {"num_nodes", report.num_nodes},
+          {"num_iterations", report.num_iterations},
+          {"mean_residual_edges", report.mean_residual_edges},
+          {"inlier_share", report.inlier_share},
+          {"seconds", report.seconds}};
+}
+
+Json ToJson(const Progress& progress) {
+  return {{"stage", progress.stage},
+          {"fraction", progress.fraction},
+          {"target_index", progress.target_index},
+          {"iteration", progress.iteration},
+          {"num_iterations", progress.num_iterations},
+          {"fit_energy", progress.fit_energy},
+          {"smoothness_energy", progress.smoothness_energy},
+          {"num_inliers", progress.num_inliers},
+          {"num_samples", progress.num_samples},
+          {"seconds_elapsed", progress.seconds_elapsed},
+          {"seconds_left", progress.seconds_left},
+          {"attempt", progress.attempt},
+          {"worker", progress.worker}};
+}
+
+}  // namespace
+
+Json ToJson(const Bounds& bounds) {
+  return {{"min", ToJson(bounds.min)}, {"max", ToJson(bounds.max)}};
+}
+
+Json ToJson(const Animation& animation) {
+  Json json = {{"name", animation.name},
+               {"state", StateName(animation.state)},
+               {"num_frames", animation.num_frames},
+               {"first_frame_number", animation.first_frame_number},
+               {"frames_per_second", animation.frames_per_second},
+               {"mean_edge_length_m", animation.mean_edge_length_m},
+               {"num_vertices", animation.num_vertices},
+               {"num_triangles", animation.num_triangles},
+               {"bounds", ToJson(animation.bounds)},
+               {"size_bytes", animation.size_bytes},
+               {"notes", animation.notes},
+               {"create_time", FormatUtc(animation.create_time)}};
+  if (!animation.error.ok()) json["error"] = ToJson(animation.error);
+  return json;
+}
+
+Json ToJson(const Family& family) {
+  Json reports = Json::array();
+  for (const RegistrationReport& report : family.reports) reports.push_back(ToJson(report));
+  return {{"name", family.name},
+          {"version", family.version},
+          {"source", family.source},
+          {"targets", family.targets},
+          {"duration_s", family.duration_s},
+          {"frames_per_second", family.frames_per_second},
+          {"bounds", ToJson(family.bounds)},
+          {"num_vertices", family.num_vertices},
+          {"num_cells", family.num_cells},
+          {"reports", reports},
+          {"size_bytes", family.size_bytes},
+          {"create_time", FormatUtc(family.create_time)},
+          {"update_time", FormatUtc(family.update_time)}};
+}
+
+Json ToJson(const Operation& operation) {
+  Json json = {{"name", operation.name},
+               {"subject", operation.subject},
+               {"state", StateName(operation)},
+               {"done", operation.done},
+               {"progress", ToJson(operation.progress)}};
+  if (!operation.result.ok()) json["error"] = ToJson(operation.result);
+  if (operation.animation) json["animation"] = ToJson(*operation.animation);
+  if (operation.family) json["family"] = ToJson(*operation.family);
+  return json;
+}
+
+Json ToJson(const MeshStats& stats) {
+  return {{"num_vertices", stats.num_vertices},
+          {"num_triangles", stats.num_triangles},
+          {"num_components", stats.num_components},
+          {"closed", stats.closed()},
+          {"num_odd_edges", stats.num_odd_edges},
+          {"num_misoriented_edges", stats.num_misoriented_edges},
+          {"volume_m3", stats.volume_m3},
+          {"area_m2", stats.area_m2},
+          {"mean_edge_length_m", stats.mean_edge_length_m},
+          {"bounds", ToJson(stats.bounds)}};
+}
+
+const char* StateName(AnimationState state) {
+  switch (state) {
+    case AnimationState::kImporting:
+      return "importing";
+    case AnimationState::kReady:
+      return "ready";
+    case AnimationState::kFailed:
+      return "failed";
+    case AnimationState::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+const char* StateName(const Operation& operation) {
+  if (!operation.done) return operation.progress.attempt > 0 ? "running" : "queued";
+  if (operation.result.ok()) return "done";
+  return absl::IsCancelled(operation.result) ? "cancelled" : "failed";
+}
+
+}  // namespace liquidblend::cli

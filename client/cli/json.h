@@ -1,0 +1,27 @@
+// Plain values -> JSON, with the field names of the API.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "client/cli/mesh_stats.h"
+#include "liquidblend/animation.h"
+#include "liquidblend/family.h"
+#include "liquidblend/operation.h"
+
+namespace liquidblend::cli {
+
+using Json = nlohmann::ordered_json;
+
+Json ToJson(const Bounds& bounds);
+Json ToJson(const Animation& animation);
+Json ToJson(const Family& family);
+Json ToJson(const Operation& operation);
+Json ToJson(const MeshStats& stats);
+
+// "importing", "ready", "failed", "unknown"
+const char* StateName(AnimationState state);
+
+// "queued", "running", "done", "failed", "cancelled"
+const char* StateName(const Operation& operation);
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,66 @@
+// The command `liquidblend`.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "client/cli/commands.h"
+#include "client/cli/exit_code.h"
+
+namespace {
+
+using liquidblend::cli::Context;
+
+void AddGlobalFlags(CLI::App& app, Context& context) {
+  app.add_option("--server", context.server, "Where the server is, HOST:PORT")
+      ->envname("LIQUIDBLEND_SERVER")
+      ->capture_default_str();
+  app.add_option("--connect-timeout", context.connect_timeout_s, "Seconds to wait for the server")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_flag("--json", context.json, "Print results as JSON");
+  app.add_flag("--quiet,-q", context.quiet, "No progress and no remarks");
+  app.footer(liquidblend::cli::kExitCodeHelp);
+  app.require_subcommand(1);
+  app.fallthrough();
+}
+
+void AddCommands(CLI::App& app, Context& context) {
+  using namespace liquidblend::cli;  // NOLINT: the list below is all of it
+  AddImport(app, context);
+  AddRegister(app, context);
+  AddFrame(app, context);
+  AddExport(app, context);
+  AddStream(app, context);
+  AddRender(app, context);
+  AddList(app, context);
+  AddInspect(app, context);
+  AddOperations(app, context);
+  AddCancel(app, context);
+  AddDelete(app, context);
+}
+
+int ReportStatus(const absl::Status& status) {
+  if (status.ok()) return liquidblend::cli::kExitOk;
+  const liquidblend::cli::ExitCode code = liquidblend::cli::ToExitCode(status);
+  const std::string message(status.message());
+  std::fprintf(stderr, "liquidblend: %s\n",
+               message.empty() ? status.ToString().c_str() : message.c_str());
+  const char* advice = liquidblend::cli::Advice(code);
+  if (*advice != '\0') std::fprintf(stderr, "%s\n", advice);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Blends registered liquid simulations: weights and a time in, a surface out.",
+               "liquidblend");
+  Context context;
+  AddGlobalFlags(app, context);
+  AddCommands(app, context);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? liquidblend::cli::kExitOk : liquidblend::cli::kExitUsage;
+  }
+  return ReportStatus(context.status);
+}

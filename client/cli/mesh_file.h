@@ -1,0 +1,36 @@
+// Mesh files: .drc, .ply, .obj and .bobj.gz.
+//
+// Written: PLY binary little endian (float x, y, z; uchar-int triangle lists), OBJ with 9 digits
+// (every float comes back as it was), BOBJ as Mantaflow caches it (gzip of int32 nv; float32
+// position[nv][3]; int32 nn = nv; float32 normal[nn][3]; int32 nt; int32 triangle[nt][3]).
+// Read: those, of triangles only; anything else is refused with a reason.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "liquidblend/mesh.h"
+
+namespace liquidblend::cli {
+
+// The format comes from the file's name.
+// Errors: kNotFound; kInvalidArgument for an unknown or unsupported format; kDataLoss for a damaged
+// file, an index out of range, or a number that is not finite; the message names file and element.
+absl::StatusOr<Mesh> ReadMeshFile(const std::string& path);
+
+// True if ReadMeshFile reads files of this name.
+bool IsMeshFileName(const std::string& path);
+
+// Errors: kInvalidArgument for a name that is not .ply, .obj or .bobj.gz; those of WriteFile.
+absl::Status WriteMeshFile(const Mesh& mesh, const std::string& path);
+
+// The formats one by one: bytes of a file. `name` is for messages.
+std::string ToPly(const Mesh& mesh);
+std::string ToObj(const Mesh& mesh);
+absl::StatusOr<std::string> ToBobj(const Mesh& mesh);
+absl::StatusOr<Mesh> FromPly(const std::string& bytes, const std::string& name);
+absl::StatusOr<Mesh> FromObj(const std::string& bytes, const std::string& name);
+absl::StatusOr<Mesh> FromBobj(const std::string& bytes, const std::string& name);
+
+}  // namespace liquidblend::cli

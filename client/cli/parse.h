@@ -1,0 +1,17 @@
+// Values of flags that the parser does not know.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace liquidblend::cli {
+
+// "0.25,-0.5" -> {0.25, -0.5}.  Errors: kInvalidArgument, names `flag` and the bad part.
+absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& flag, const std::string& text);
+
+// {0.25, -0.5} -> "0.25, -0.5"
+std::string FormatNumbers(const std::vector<double>& numbers);
+
+}  // namespace liquidblend::cli

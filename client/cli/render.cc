@@ -1,0 +1,251 @@
+// liquidblend render FAMILY | --files FILE ...
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "client/cli/commands.h"
+#include "client/cli/files.h"
+#include "client/cli/json.h"
+#include "client/cli/mesh_file.h"
+#include "client/cli/mesh_stats.h"
+#include "client/cli/parse.h"
+#include "client/cli/progress_bar.h"
+#include "client/cli/render/sheet.h"
+#include "client/cli/render/water.h"
+#include "client/src/status_macros.h"
+#include "liquidblend/decode.h"
+
+namespace liquidblend::cli {
+namespace {
+
+using render::Image;
+using render::Sheet;
+using render::WaterOptions;
+
+struct RenderFlags {
+  std::string family;
+  std::vector<std::string> weights;  // one per row
+  std::string times;
+  int num_columns = 6;
+  std::vector<std::string> files;
+  std::string output;
+  std::string size = "320x240";
+  std::string camera;
+  int samples_per_side = 3;
+};
+
+absl::StatusOr<WaterOptions> ToWaterOptions(const RenderFlags& flags) {
+  WaterOptions options;
+  const std::vector<std::string> size = absl::StrSplit(flags.size, 'x');
+  if (size.size() != 2 || !absl::SimpleAtoi(size[0], &options.width) ||
+      !absl::SimpleAtoi(size[1], &options.height)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--size ", flags.size, ": write WIDTHxHEIGHT, for example 320x240"));
+  }
+  if (!flags.camera.empty()) {
+    LBC_ASSIGN_OR_RETURN(const std::vector<double> camera, ParseNumbers("--camera", flags.camera));
+    if (camera.size() != 2 && camera.size() != 3) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--camera ", flags.camera, ": write AZIMUTH,ELEVATION[,ZOOM]"));
+    }
+    options.camera.azimuth_deg = camera[0];
+    options.camera.elevation_deg = camera[1];
+    if (camera.size() == 3) options.camera.zoom = camera[2];
+  }
+  options.samples_per_side = flags.samples_per_side;
+  LBC_RETURN_IF_ERROR(options.Validate());
+  return options;
+}
+
+void Extend(const Bounds& box, Bounds* bounds) {
+  bounds->min = {std::min(bounds->min.x, box.min.x), std::min(bounds->min.y, box.min.y),
+                 std::min(bounds->min.z, box.min.z)};
+  bounds->max = {std::max(bounds->max.x, box.max.x), std::max(bounds->max.y, box.max.y),
+                 std::max(bounds->max.z, box.max.z)};
+}
+
+// ---- local files ------------------------------------------------------------------------------
+
+absl::StatusOr<std::vector<Mesh>> ReadMeshes(const std::vector<std::string>& files) {
+  std::vector<Mesh> meshes;
+  for (const std::string& file : files) {
+    LBC_ASSIGN_OR_RETURN(Mesh mesh, ReadMeshFile(file));
+    meshes.push_back(std::move(mesh));
+  }
+  return meshes;
+}
+
+// One cell per file, left to right, with the file's name above it if there is one row only.
+absl::StatusOr<Sheet> RenderFiles(const RenderFlags& flags, const WaterOptions& options,
+                                  ProgressBar& bar) {
+  LBC_ASSIGN_OR_RETURN(const std::vector<Mesh> meshes, ReadMeshes(flags.files));
+  Bounds bounds = ComputeMeshStats(meshes[0]).bounds;
+  for (const Mesh& mesh : meshes) Extend(ComputeMeshStats(mesh).bounds, &bounds);
+  Sheet sheet;
+  const auto num_columns = static_cast<size_t>(flags.num_columns);
+  for (size_t i = 0; i < meshes.size(); ++i) {
+    bar.Update(static_cast<double>(i) / static_cast<double>(meshes.size()), "render",
+               absl::StrCat("render, ", flags.files[i]));
+    if (i % num_columns == 0) sheet.rows.emplace_back();
+    LBC_ASSIGN_OR_RETURN(Image image, render::RenderWater(meshes[i], bounds, options));
+    sheet.rows.back().push_back(std::move(image));
+    if (meshes.size() <= num_columns) {
+      sheet.column_labels.push_back(std::filesystem::path(flags.files[i]).filename().string());
+    }
+  }
+  return sheet;
+}
+
+// ---- a family on the server -------------------------------------------------------------------
+
+struct Plan {
+  Family family;
+  std::vector<std::vector<double>> weights;  // one row each
+  std::vector<double> times_s;               // one column each
+};
+
+// Without --weights: from the source to the first target in four steps.
+absl::StatusOr<std::vector<std::vector<double>>> PlanRows(const RenderFlags& flags,
+                                                          const Family& family) {
+  std::vector<std::vector<double>> rows;
+  for (const std::string& text : flags.weights) {
+    LBC_ASSIGN_OR_RETURN(std::vector<double> weights, ParseNumbers("--weights", text));
+    rows.push_back(std::move(weights));
+  }
+  if (!rows.empty()) return rows;
+  for (const double weight : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+    rows.emplace_back(std::max<size_t>(family.targets.size(), 1), 0.0)[0] = weight;
+  }
+  return rows;
+}
+
+absl::StatusOr<std::vector<double>> PlanColumns(const RenderFlags& flags, const Family& family) {
+  if (!flags.times.empty()) return ParseNumbers("--times", flags.times);
+  std::vector<double> times;
+  for (int i = 0; i < flags.num_columns; ++i) {
+    const int steps = std::max(flags.num_columns - 1, 1);
+    times.push_back(family.duration_s * i / steps);
+  }
+  return times;
+}
+
+std::string BaseId(const std::string& name) { return name.substr(name.find('/') + 1); }
+
+// The weights, and the animation that they give back, if they give back one.
+std::string RowLabel(const std::vector<double>& weights, const Family& family) {
+  std::string label = absl::StrCat("weight ", FormatNumbers(weights));
+  const auto num_zeros = std::count(weights.begin(), weights.end(), 0.0);
+  const auto one = std::find(weights.begin(), weights.end(), 1.0);
+  const auto target = static_cast<size_t>(one - weights.begin());
+  if (num_zeros == static_cast<int64_t>(weights.size())) {
+    absl::StrAppend(&label, "\n", BaseId(family.source));
+  } else if (num_zeros + 1 == static_cast<int64_t>(weights.size()) && one != weights.end() &&
+             target < family.targets.size()) {
+    absl::StrAppend(&label, "\n", BaseId(family.targets[target]));
+  }
+  return label;
+}
+
+absl::StatusOr<Image> RenderBlend(Client& client, const Plan& plan, size_t row, size_t column,
+                                  const WaterOptions& options) {
+  FrameRequest request;
+  request.family = plan.family.name;
+  request.version = plan.family.version;
+  request.weights = plan.weights[row];
+  request.time_s = plan.times_s[column];
+  LBC_ASSIGN_OR_RETURN(const Frame frame, client.GetFrame(request));
+  LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
+  return render::RenderWater(mesh, plan.family.bounds, options);
+}
+
+absl::StatusOr<Sheet> RenderPlan(Client& client, const Plan& plan, const WaterOptions& options,
+                                 ProgressBar& bar) {
+  Sheet sheet;
+  const size_t num_tiles = plan.weights.size() * plan.times_s.size();
+  for (const double time_s : plan.times_s) {
+    sheet.column_labels.push_back(absl::StrFormat("%.2f s", time_s));
+  }
+  for (size_t row = 0; row < plan.weights.size(); ++row) {
+    sheet.row_labels.push_back(RowLabel(plan.weights[row], plan.family));
+    sheet.rows.emplace_back();
+    for (size_t column = 0; column < plan.times_s.size(); ++column) {
+      const size_t tile = row * plan.times_s.size() + column;
+      bar.Update(static_cast<double>(tile) / static_cast<double>(num_tiles), "render",
+                 absl::StrCat("render, picture ", tile + 1, "/", num_tiles));
+      LBC_ASSIGN_OR_RETURN(Image image, RenderBlend(client, plan, row, column, options));
+      sheet.rows.back().push_back(std::move(image));
+    }
+  }
+  return sheet;
+}
+
+absl::StatusOr<Sheet> RenderFamily(const RenderFlags& flags, const WaterOptions& options,
+                                   const Context& context, ProgressBar& bar) {
+  LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
+  Plan plan;
+  LBC_ASSIGN_OR_RETURN(plan.family, client->GetFamily(flags.family));
+  LBC_ASSIGN_OR_RETURN(plan.weights, PlanRows(flags, plan.family));
+  LBC_ASSIGN_OR_RETURN(plan.times_s, PlanColumns(flags, plan.family));
+  return RenderPlan(*client, plan, options, bar);
+}
+
+// -----------------------------------------------------------------------------------------------
+
+absl::Status RunRender(const RenderFlags& flags, const Context& context) {
+  if (flags.family.empty() == flags.files.empty()) {
+    return absl::InvalidArgumentError("render needs either a FAMILY or --files FILE ...");
+  }
+  if (Extension(flags.output) != "png") {
+    return absl::InvalidArgumentError(absl::StrCat("-o ", flags.output, ": must end in .png"));
+  }
+  LBC_ASSIGN_OR_RETURN(const WaterOptions options, ToWaterOptions(flags));
+  ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
+  absl::StatusOr<Sheet> sheet = flags.files.empty() ? RenderFamily(flags, options, context, bar)
+                                                    : RenderFiles(flags, options, bar);
+  LBC_RETURN_IF_ERROR(sheet.status());
+  bar.Update(1.0, "done", "done");
+  bar.Finish();
+  const Image image = render::Compose(*sheet);
+  LBC_ASSIGN_OR_RETURN(const std::string png, render::ToPng(image));
+  LBC_RETURN_IF_ERROR(WriteFile(flags.output, png));
+  context.Print(absl::StrCat(flags.output, ": ", image.width, " x ", image.height, " pixels"));
+  context.PrintJson({{"file", flags.output}, {"width", image.width}, {"height", image.height}});
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddRender(CLI::App& app, Context& context) {
+  const auto flags = std::make_shared<RenderFlags>();
+  CLI::App* command = app.add_subcommand(
+      "render", "Draw a contact sheet: weights down, times across, ray-traced, as PNG");
+  command->add_option("FAMILY", flags->family, "The family's id");
+  command
+      ->add_option("--weights,-w", flags->weights,
+                   "W[,W..] of one row; repeat for more rows; default 0, 0.25, 0.5, 0.75, 1")
+      ->allow_extra_args(false);
+  CLI::Option* times =
+      command->add_option("--times", flags->times, "T[,T..] in seconds: one column each");
+  command
+      ->add_option("--columns", flags->num_columns,
+                   "That many columns, evenly spread over the time; or pictures in a row of files")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str()
+      ->excludes(times);
+  command->add_option("--files", flags->files, "Mesh files to draw instead of a family");
+  command->add_option("-o,--output", flags->output, "FILE.png")->required();
+  command->add_option("--size", flags->size, "Pixels of one picture, WxH")->capture_default_str();
+  command->add_option("--camera", flags->camera,
+                      "AZIMUTH,ELEVATION[,ZOOM] in degrees; default 0,16,1: from the front");
+  command->add_option("--samples", flags->samples_per_side, "Rays per pixel, across and down each")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  command->callback([flags, &context] { context.status = RunRender(*flags, context); });
+}
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,47 @@
+// Letters as the small boxes that stb_easy_font makes of them.
+#include <stb/stb_easy_font.h>
+
+#include <cstddef>
+
+#include "client/cli/render/image.h"
+
+namespace liquidblend::render {
+namespace {
+
+constexpr size_t kBytesPerLetter = 300;  // stb_easy_font.h: 270 on average
+
+struct Corner {
+  float x;
+  float y;
+  float z;
+  unsigned char color[4];
+};
+
+void FillBox(int left, int top, int right, int bottom, Color color, Image* image) {
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x) image->Set(x, y, color);
+  }
+}
+
+}  // namespace
+
+void DrawText(const std::string& text, int x, int y, int scale, Color color, Image* image) {
+  std::vector<Corner> corners((text.size() + 1) * kBytesPerLetter / sizeof(Corner));
+  std::string line = text;  // the library takes a char*, though it does not write
+  const int num_boxes = stb_easy_font_print(0.0f, 0.0f, line.data(), nullptr, corners.data(),
+                                            static_cast<int>(corners.size() * sizeof(Corner)));
+  for (int box = 0; box < num_boxes; ++box) {
+    const Corner& low = corners[4 * static_cast<size_t>(box)];
+    const Corner& high = corners[4 * static_cast<size_t>(box) + 2];
+    FillBox(x + scale * static_cast<int>(low.x), y + scale * static_cast<int>(low.y),
+            x + scale * static_cast<int>(high.x), y + scale * static_cast<int>(high.y), color,
+            image);
+  }
+}
+
+int TextWidth(const std::string& text, int scale) {
+  std::string line = text;
+  return scale * stb_easy_font_width(line.data());
+}
+
+}  // namespace liquidblend::render

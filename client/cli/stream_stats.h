@@ -1,0 +1,54 @@
+// How well a stream keeps its pace.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/time/time.h"
+#include "liquidblend/frame_stream.h"
+
+namespace liquidblend::cli {
+
+struct Percentiles {
+  double p50 = 0.0;
+  double p95 = 0.0;
+  double p99 = 0.0;
+  double max = 0.0;
+};
+
+// Nearest-rank percentiles; all 0 without values.
+Percentiles ComputePercentiles(std::vector<double> values);
+
+// Threads: one.
+class StreamStats {
+ public:
+  // `frames_per_second`: the pace that was asked for, > 0.
+  explicit StreamStats(double frames_per_second) : frames_per_second_(frames_per_second) {}
+
+  void AddFrame(const StreamedFrame& frame, absl::Time arrival);
+
+  // The time from a change of weights to the first frame that shows it.
+  void AddReaction(absl::Duration time) { reactions_ms_.push_back(ToMs(time)); }
+
+  int64_t num_frames() const { return static_cast<int64_t>(arrivals_s_.size()); }
+  int64_t num_bytes() const { return num_bytes_; }
+  int64_t num_dropped() const { return num_dropped_; }
+  double seconds() const;           // from the first frame to the last
+  double FramesPerSecond() const;   // as they came
+  Percentiles IntervalsMs() const;  // between frames
+  Percentiles LatenessMs() const;   // behind the pace set by the most punctual frame
+  Percentiles ReactionsMs() const { return ComputePercentiles(reactions_ms_); }
+
+ private:
+  static double ToMs(absl::Duration time) { return absl::ToDoubleMilliseconds(time); }
+
+  double frames_per_second_;
+  int64_t num_bytes_ = 0;
+  int64_t num_dropped_ = 0;
+  absl::Time first_;
+  std::vector<double> arrivals_s_;  // since the first frame
+  std::vector<double> due_s_;       // likewise, at an even pace, dropped frames counted
+  std::vector<double> reactions_ms_;
+};
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,25 @@
+// Following an operation to its end.
+#pragma once
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "client/cli/context.h"
+#include "liquidblend/client.h"
+
+namespace liquidblend::cli {
+
+// Shows progress until the operation is done. Ctrl-C ends the program with kExitInterrupted; the
+// operation goes on, and a line says how to watch or cancel it.
+// Errors: kCancelled if it was cancelled; kAborted, with the reason, if it failed; the client's.
+absl::StatusOr<Operation> WaitWithProgress(Client& client, const std::string& operation,
+                                           const Context& context);
+
+// "registration of target 1, iteration 7/16, fit 0.0123, smoothness 0.0045, inliers 91 %, 1:05
+// left"
+std::string DescribeProgress(const Progress& progress);
+
+// "`liquidblend operations ID --wait` watches it, `liquidblend cancel ID` cancels it."
+std::string HowToWatch(const std::string& operation);
+
+}  // namespace liquidblend::cli

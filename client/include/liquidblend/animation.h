@@ -1,0 +1,44 @@
+// Animations as the server knows them. Times are seconds, positions metres, velocities metres per
+// second, in the world that the animations were imported from.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "liquidblend/bounds.h"
+
+namespace liquidblend {
+
+enum class AnimationFormat { kAny, kMantaflow, kPly, kObj };  // kAny: found from the file names
+enum class AnimationState { kUnknown, kImporting, kReady, kFailed };
+
+// How the files' numbers become metres and seconds; 0 means: from meta.json beside the frames.
+struct ImportOptions {
+  AnimationFormat format = AnimationFormat::kAny;
+  double frames_per_second = 0.0;  // >= 0
+  double vertex_scale = 0.0;       // >= 0; metres per unit of the files' positions
+  double velocity_scale = 0.0;     // >= 0; metres per second per unit of the files' velocities
+  double voxel_size_m = 0.0;       // >= 0; Mantaflow: gives velocity_scale = voxel_size_m * 2.5
+  absl::Status Validate() const;   // names the first field out of range, and its value
+};
+
+struct Animation {
+  std::string name;  // animations/{id}
+  AnimationState state = AnimationState::kUnknown;
+  absl::Status error;  // kFailed: why
+  int num_frames = 0;
+  int first_frame_number = 0;
+  double frames_per_second = 0.0;
+  double mean_edge_length_m = 0.0;
+  int64_t num_vertices = 0;   // over all frames
+  int64_t num_triangles = 0;  // over all frames
+  Bounds bounds;              // of all frames
+  int64_t size_bytes = 0;
+  std::vector<std::string> notes;  // what was cleaned on import, one sentence each
+  absl::Time create_time = absl::UnixEpoch();
+};
+
+}  // namespace liquidblend

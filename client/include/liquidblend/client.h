@@ -1,0 +1,107 @@
+// A connection to a liquidblend server.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "liquidblend/animation.h"
+#include "liquidblend/family.h"
+#include "liquidblend/frame.h"
+#include "liquidblend/frame_stream.h"
+#include "liquidblend/operation.h"
+
+namespace liquidblend {
+
+// Calls that may be repeated safely are repeated while the server cannot be reached (kUnavailable):
+// after initial_backoff, then twice as long each time up to max_backoff, each wait times a random
+// number in [0.5, 1]. Writes carry a request id, so a repeated write is done once.
+struct RetryOptions {
+  int max_attempts = 5;  // >= 1
+  absl::Duration initial_backoff = absl::Milliseconds(100);
+  absl::Duration max_backoff = absl::Seconds(5);
+};
+
+struct ConnectOptions {
+  std::string target = "127.0.0.1:50051";             // HOST:PORT, or any gRPC target
+  absl::Duration connect_timeout = absl::Seconds(5);  // how long Connect waits for the server
+  absl::Duration call_timeout = absl::Seconds(30);    // per attempt of a short call
+  absl::Duration upload_timeout = absl::InfiniteDuration();
+  RetryOptions retry;
+  absl::Status Validate() const;  // names the first field out of range, and its value
+};
+
+// The files of one animation.
+struct UploadRequest {
+  std::string animation;           // the id, with or without "animations/"
+  std::vector<std::string> files;  // paths; base names must differ
+  ImportOptions options;
+  int64_t chunk_bytes = 512 << 10;  // [1, 1 MiB]
+};
+
+struct UploadProgress {
+  int64_t bytes_sent = 0;
+  int64_t bytes_total = 0;
+  int files_sent = 0;
+  int files_total = 0;
+};
+
+// The frames in a directory and what describes them: the regular files named *.bobj.gz, *.uni,
+// *.ply, *.obj and meta.json, sorted by name.
+// Errors: kNotFound if there is no such directory or no frame in it.
+absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& directory);
+
+// Resource names may be given with or without their collection ("drops" or "animations/drops").
+// Errors of every call: the server's with its details in the message; kUnavailable if it cannot be
+// reached; kDeadlineExceeded.  Threads: safe.
+class Client {
+ public:
+  // Waits until the server answers.  Errors: kUnavailable, kInvalidArgument.
+  static absl::StatusOr<std::unique_ptr<Client>> Connect(const ConnectOptions& options = {});
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  // Uploads files and starts their import. `progress` runs on the calling thread, once per chunk;
+  // when the upload has to be repeated it starts again at 0.
+  // Errors: kNotFound or kInvalidArgument for the local files.
+  absl::StatusOr<Operation> UploadAnimation(
+      const UploadRequest& request,
+      const std::function<void(const UploadProgress&)>& progress = {});
+  absl::StatusOr<Animation> GetAnimation(const std::string& name);
+  absl::StatusOr<std::vector<Animation>> ListAnimations();  // all pages
+  absl::Status DeleteAnimation(const std::string& name);
+
+  // Starts a registration.
+  absl::StatusOr<Operation> RegisterFamily(const RegisterRequest& request);
+  absl::StatusOr<Family> GetFamily(const std::string& name);
+  absl::StatusOr<std::vector<Family>> ListFamilies();  // all pages
+  absl::Status DeleteFamily(const std::string& name);
+
+  absl::StatusOr<Operation> GetOperation(const std::string& name);
+  absl::StatusOr<std::vector<Operation>> ListOperations();  // all pages
+  absl::Status CancelOperation(const std::string& name);
+  // Calls `update` each time the operation's progress changes, until it is done or `update` returns
+  // false (kCancelled; the operation itself goes on). Goes on by itself after a lost connection.
+  // Returns the operation as last seen; Operation::result says how it ended.
+  absl::StatusOr<Operation> WatchOperation(const std::string& name,
+                                           const std::function<bool(const Operation&)>& update);
+  // Waits until the operation is done.
+  absl::StatusOr<Operation> WaitOperation(const std::string& name);
+
+  // One frame; DecodeMesh(frame.data) makes a Mesh of it.
+  absl::StatusOr<Frame> GetFrame(const FrameRequest& request);
+  absl::StatusOr<std::unique_ptr<FrameStream>> StreamFrames(const StreamSettings& settings);
+
+ private:
+  class Impl;
+  explicit Client(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace liquidblend

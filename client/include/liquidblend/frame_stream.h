@@ -1,0 +1,60 @@
+// Frames that flow from the server while weights, time and rate change.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "liquidblend/frame.h"
+
+namespace liquidblend {
+
+// A field that is not set, or empty, stays as before; at the start of a stream: as the default
+// says.
+struct StreamSettings {
+  std::string family;                       // the id; required at the start
+  std::vector<double> weights;              // one per target; default all 0
+  std::optional<double> time_s;             // where to go on from; default 0
+  std::optional<double> rate;               // seconds of animation per second; default 1; 0 holds
+  std::optional<double> frames_per_second;  // of the clock; (0, 240]; default the family's
+  int position_bits = 0;                    // 8 to 20; 0: the server's default
+  std::optional<bool> loop;                 // start again at the end; default: end the stream
+  std::optional<bool> lossless;  // the whole animation one by one, nothing skipped; default false
+};
+
+struct StreamedFrame {
+  Frame frame;
+  int64_t frame_index = 0;  // counts sent frames from 0
+  int64_t num_dropped = 0;  // frames skipped so far because they would have been late
+};
+
+// One running stream; made by Client::StreamFrames. The destructor cancels it.
+// Threads: Read from one thread; Change and Cancel from any.
+class FrameStream {
+ public:
+  ~FrameStream();
+  FrameStream(const FrameStream&) = delete;
+  FrameStream& operator=(const FrameStream&) = delete;
+
+  // Waits for the next frame; std::nullopt after the last one.
+  // Errors: the server's, kCancelled after Cancel, kUnavailable if the connection is lost.
+  absl::StatusOr<std::optional<StreamedFrame>> Read();
+
+  // The newest values win from the next frame on.  Errors: kFailedPrecondition if the stream ended.
+  absl::Status Change(const StreamSettings& settings);
+
+  // Ends the stream at once; a Read that waits returns.
+  void Cancel();
+
+ private:
+  friend class Client;
+  class Impl;
+  explicit FrameStream(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace liquidblend

@@ -1,0 +1,132 @@
+#include "liquidblend/client.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "client/src/client_impl.h"
+#include "client/src/convert.h"
+#include "client/src/names.h"
+#include "client/src/status_macros.h"
+
+namespace liquidblend {
+namespace {
+
+constexpr int kPageSize = 1000;
+constexpr int kMaxMessageBytes = 1 << 30;  // a frame of some hundred million triangles
+
+std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target) {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);  // the client counts its own
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
+  return grpc::CreateCustomChannel(target, grpc::InsecureChannelCredentials(), arguments);
+}
+
+template <typename Request>
+Request NamedRequest(const std::string& name) {
+  Request request;
+  request.set_name(name);
+  return request;
+}
+
+}  // namespace
+
+Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Client::~Client() = default;
+
+absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ConnectOptions& options) {
+  LBC_RETURN_IF_ERROR(options.Validate());
+  std::shared_ptr<grpc::Channel> channel = OpenChannel(options.target);
+  const absl::Time deadline = absl::Now() + options.connect_timeout;
+  const bool connected = channel->WaitForConnected(
+      deadline == absl::InfiniteFuture() ? std::chrono::system_clock::time_point::max()
+                                         : absl::ToChronoTime(deadline));
+  if (!connected) {
+    return absl::UnavailableError(absl::StrCat("cannot reach a liquidblend server at ",
+                                               options.target, " within ",
+                                               absl::FormatDuration(options.connect_timeout)));
+  }
+  return std::unique_ptr<Client>(new Client(std::make_unique<Impl>(options, std::move(channel))));
+}
+
+// ---- animations -------------------------------------------------------------------------------
+
+absl::StatusOr<Animation> Client::GetAnimation(const std::string& name) {
+  LBC_ASSIGN_OR_RETURN(
+      const v1::Animation animation,
+      impl_->Call(impl_->service, &Impl::Service::GetAnimation,
+                  NamedRequest<v1::GetAnimationRequest>(client::ResourceName("animations", name))));
+  return client::FromProto(animation);
+}
+
+absl::StatusOr<std::vector<Animation>> Client::ListAnimations() {
+  std::vector<Animation> animations;
+  v1::ListAnimationsRequest request;
+  request.set_page_size(kPageSize);
+  do {
+    LBC_ASSIGN_OR_RETURN(const v1::ListAnimationsResponse page,
+                         impl_->Call(impl_->service, &Impl::Service::ListAnimations, request));
+    for (const v1::Animation& animation : page.animations()) {
+      animations.push_back(client::FromProto(animation));
+    }
+    request.set_page_token(page.next_page_token());
+  } while (!request.page_token().empty());
+  return animations;
+}
+
+absl::Status Client::DeleteAnimation(const std::string& name) {
+  return impl_->CallDelete(
+      impl_->service, &Impl::Service::DeleteAnimation,
+      NamedRequest<v1::DeleteAnimationRequest>(client::ResourceName("animations", name)));
+}
+
+// ---- families ---------------------------------------------------------------------------------
+
+absl::StatusOr<Operation> Client::RegisterFamily(const RegisterRequest& request) {
+  LBC_RETURN_IF_ERROR(request.options.Validate());
+  v1::RegisterFamilyRequest proto = client::ToProto(request);
+  proto.set_request_id(client::MakeRequestId());
+  LBC_ASSIGN_OR_RETURN(const google::longrunning::Operation operation,
+                       impl_->Call(impl_->service, &Impl::Service::RegisterFamily, proto));
+  return client::FromProto(operation);
+}
+
+absl::StatusOr<Family> Client::GetFamily(const std::string& name) {
+  LBC_ASSIGN_OR_RETURN(
+      const v1::Family family,
+      impl_->Call(impl_->service, &Impl::Service::GetFamily,
+                  NamedRequest<v1::GetFamilyRequest>(client::ResourceName("families", name))));
+  return client::FromProto(family);
+}
+
+absl::StatusOr<std::vector<Family>> Client::ListFamilies() {
+  std::vector<Family> families;
+  v1::ListFamiliesRequest request;
+  request.set_page_size(kPageSize);
+  do {
+    LBC_ASSIGN_OR_RETURN(const v1::ListFamiliesResponse page,
+                         impl_->Call(impl_->service, &Impl::Service::ListFamilies, request));
+    for (const v1::Family& family : page.families()) {
+      families.push_back(client::FromProto(family));
+    }
+    request.set_page_token(page.next_page_token());
+  } while (!request.page_token().empty());
+  return families;
+}
+
+absl::Status Client::DeleteFamily(const std::string& name) {
+  return impl_->CallDelete(
+      impl_->service, &Impl::Service::DeleteFamily,
+      NamedRequest<v1::DeleteFamilyRequest>(client::ResourceName("families", name)));
+}
+
+// ---- frames -----------------------------------------------------------------------------------
+
+absl::StatusOr<Frame> Client::GetFrame(const FrameRequest& request) {
+  LBC_ASSIGN_OR_RETURN(v1::Frame frame, impl_->Call(impl_->service, &Impl::Service::GetFrame,
+                                                    client::ToProto(request)));
+  return client::FromProto(std::move(frame));
+}
+
+}  // namespace liquidblend

@@ -1,0 +1,244 @@
+#include "client/src/convert.h"
+
+#include <utility>
+
+#include "client/src/names.h"
+#include "client/src/status.h"
+
+namespace liquidblend::client {
+namespace {
+
+Vector3 ToVector(const v1::Vector3& proto) { return {proto.x(), proto.y(), proto.z()}; }
+
+Bounds ToBounds(const v1::Bounds& proto) { return {ToVector(proto.min()), ToVector(proto.max())}; }
+
+absl::Time ToTime(const google::protobuf::Timestamp& proto) {
+  return absl::FromUnixSeconds(proto.seconds()) + absl::Nanoseconds(proto.nanos());
+}
+
+AnimationState ToState(v1::Animation::State state) {
+  switch (state) {
+    case v1::Animation::IMPORTING:
+      return AnimationState::kImporting;
+    case v1::Animation::READY:
+      return AnimationState::kReady;
+    case v1::Animation::FAILED:
+      return AnimationState::kFailed;
+    default:
+      return AnimationState::kUnknown;
+  }
+}
+
+Progress ToProgress(const v1::Progress& proto) {
+  Progress progress;
+  progress.stage = proto.stage();
+  progress.fraction = proto.fraction();
+  progress.target_index = proto.target_index();
+  progress.iteration = proto.iteration();
+  progress.num_iterations = proto.num_iterations();
+  progress.fit_energy = proto.fit_energy();
+  progress.smoothness_energy = proto.smoothness_energy();
+  progress.num_inliers = proto.num_inliers();
+  progress.num_samples = proto.num_samples();
+  progress.seconds_elapsed = proto.seconds_elapsed();
+  progress.seconds_left = proto.seconds_left();
+  progress.attempt = proto.attempt();
+  progress.worker = proto.worker();
+  return progress;
+}
+
+RegistrationReport ToReport(const v1::RegistrationReport& proto) {
+  RegistrationReport report;
+  report.target = proto.target();
+  report.num_nodes = proto.num_nodes();
+  report.num_iterations = proto.num_iterations();
+  report.mean_residual_edges = proto.mean_residual_edges();
+  report.inlier_share = proto.inlier_share();
+  report.seconds = proto.seconds();
+  return report;
+}
+
+void SetEvent(const Event& event, v1::Event* proto) {
+  proto->mutable_position()->set_x(event.position.x);
+  proto->mutable_position()->set_y(event.position.y);
+  proto->mutable_position()->set_z(event.position.z);
+  proto->set_time_s(event.time_s);
+}
+
+v1::Correspondence::Kind ToKind(CorrespondenceKind kind) {
+  switch (kind) {
+    case CorrespondenceKind::kPoint:
+      return v1::Correspondence::POINT;
+    case CorrespondenceKind::kTrajectory:
+      return v1::Correspondence::TRAJECTORY;
+    case CorrespondenceKind::kSpace:
+      return v1::Correspondence::SPACE;
+  }
+  return v1::Correspondence::KIND_UNSPECIFIED;
+}
+
+void SetCorrespondence(const Correspondence& correspondence, v1::Correspondence* proto) {
+  proto->set_kind(ToKind(correspondence.kind));
+  proto->set_hard(correspondence.hard);
+  SetEvent(correspondence.source, proto->mutable_source());
+  SetEvent(correspondence.target, proto->mutable_target());
+  proto->set_length_s(correspondence.length_s);
+}
+
+v1::AnimationFormat ToFormat(AnimationFormat format) {
+  switch (format) {
+    case AnimationFormat::kAny:
+      return v1::ANIMATION_FORMAT_UNSPECIFIED;
+    case AnimationFormat::kMantaflow:
+      return v1::MANTAFLOW;
+    case AnimationFormat::kPly:
+      return v1::PLY;
+    case AnimationFormat::kObj:
+      return v1::OBJ;
+  }
+  return v1::ANIMATION_FORMAT_UNSPECIFIED;
+}
+
+void ReadMetadata(const google::protobuf::Any& metadata, Operation* operation) {
+  v1::ImportAnimationMetadata import;
+  v1::RegisterFamilyMetadata registration;
+  if (metadata.UnpackTo(&import)) {
+    operation->subject = import.animation();
+    operation->progress = ToProgress(import.progress());
+  } else if (metadata.UnpackTo(&registration)) {
+    operation->subject = registration.family();
+    operation->progress = ToProgress(registration.progress());
+  }
+}
+
+void ReadResponse(const google::protobuf::Any& response, Operation* operation) {
+  v1::Animation animation;
+  v1::Family family;
+  if (response.UnpackTo(&animation)) {
+    operation->animation = FromProto(animation);
+  } else if (response.UnpackTo(&family)) {
+    operation->family = FromProto(family);
+  }
+}
+
+}  // namespace
+
+Animation FromProto(const v1::Animation& proto) {
+  Animation animation;
+  animation.name = proto.name();
+  animation.state = ToState(proto.state());
+  animation.error = FromProto(proto.error());
+  animation.num_frames = proto.num_frames();
+  animation.first_frame_number = proto.first_frame_number();
+  animation.frames_per_second = proto.frames_per_second();
+  animation.mean_edge_length_m = proto.mean_edge_length_m();
+  animation.num_vertices = proto.num_vertices();
+  animation.num_triangles = proto.num_triangles();
+  animation.bounds = ToBounds(proto.bounds());
+  animation.size_bytes = proto.size_bytes();
+  animation.notes.assign(proto.notes().begin(), proto.notes().end());
+  animation.create_time = ToTime(proto.create_time());
+  return animation;
+}
+
+Family FromProto(const v1::Family& proto) {
+  Family family;
+  family.name = proto.name();
+  family.version = proto.version();
+  family.source = proto.source();
+  family.targets.assign(proto.targets().begin(), proto.targets().end());
+  family.duration_s = proto.duration_s();
+  family.frames_per_second = proto.frames_per_second();
+  family.bounds = ToBounds(proto.bounds());
+  family.num_vertices = proto.num_vertices();
+  family.num_cells = proto.num_cells();
+  for (const v1::RegistrationReport& report : proto.reports()) {
+    family.reports.push_back(ToReport(report));
+  }
+  family.size_bytes = proto.size_bytes();
+  family.create_time = ToTime(proto.create_time());
+  family.update_time = ToTime(proto.update_time());
+  return family;
+}
+
+Operation FromProto(const google::longrunning::Operation& proto) {
+  Operation operation;
+  operation.name = proto.name();
+  operation.done = proto.done();
+  ReadMetadata(proto.metadata(), &operation);
+  if (proto.has_error()) operation.result = FromProto(proto.error());
+  if (proto.has_response()) ReadResponse(proto.response(), &operation);
+  return operation;
+}
+
+Frame FromProto(v1::Frame&& proto) {
+  Frame frame;
+  frame.data = std::move(*proto.mutable_data());
+  frame.family = proto.family();
+  frame.version = proto.version();
+  frame.weights.assign(proto.weights().begin(), proto.weights().end());
+  frame.time_s = proto.time_s();
+  frame.num_vertices = proto.num_vertices();
+  frame.num_triangles = proto.num_triangles();
+  frame.bounds = ToBounds(proto.bounds());
+  return frame;
+}
+
+v1::ImportOptions ToProto(const ImportOptions& options) {
+  v1::ImportOptions proto;
+  proto.set_format(ToFormat(options.format));
+  proto.set_frames_per_second(options.frames_per_second);
+  proto.set_vertex_scale(options.vertex_scale);
+  proto.set_velocity_scale(options.velocity_scale);
+  proto.set_voxel_size_m(options.voxel_size_m);
+  return proto;
+}
+
+v1::RegisterFamilyRequest ToProto(const RegisterRequest& request) {
+  v1::RegisterFamilyRequest proto;
+  proto.set_family_id(ResourceId("families", request.family));
+  proto.set_source(ResourceName("animations", request.source));
+  for (const std::string& target : request.targets) {
+    proto.add_targets(ResourceName("animations", target));
+  }
+  v1::RegistrationOptions* options = proto.mutable_options();
+  options->set_max_iterations(request.options.max_iterations);
+  options->set_node_spacing_edges(request.options.node_spacing_edges);
+  options->set_sample_share(request.options.sample_share);
+  options->set_seed(request.options.seed);
+  options->set_final_smoothness(request.options.final_smoothness);
+  for (const std::vector<Correspondence>& of_target : request.correspondences) {
+    auto* list = proto.add_correspondences();
+    for (const Correspondence& correspondence : of_target) {
+      SetCorrespondence(correspondence, list->add_correspondences());
+    }
+  }
+  return proto;
+}
+
+v1::GetFrameRequest ToProto(const FrameRequest& request) {
+  v1::GetFrameRequest proto;
+  proto.set_family(ResourceName("families", request.family));
+  proto.mutable_weights()->Assign(request.weights.begin(), request.weights.end());
+  proto.set_time_s(request.time_s);
+  proto.mutable_encoding()->set_position_bits(request.position_bits);
+  proto.set_version(request.version);
+  return proto;
+}
+
+v1::StreamFramesRequest ToProto(const StreamSettings& settings) {
+  v1::StreamFramesRequest proto;
+  if (!settings.family.empty()) proto.set_family(ResourceName("families", settings.family));
+  proto.mutable_weights()->Assign(settings.weights.begin(), settings.weights.end());
+  if (settings.time_s) proto.set_time_s(*settings.time_s);
+  if (settings.rate) proto.set_rate(*settings.rate);
+  if (settings.frames_per_second) proto.set_frames_per_second(*settings.frames_per_second);
+  if (settings.position_bits != 0) {
+    proto.mutable_encoding()->set_position_bits(settings.position_bits);
+  }
+  if (settings.loop) proto.set_loop(*settings.loop);
+  if (settings.lossless) proto.set_lossless(*settings.lossless);
+  return proto;
+}
+
+}  // namespace liquidblend::client

@@ -1,0 +1,24 @@
+// Messages of the API <-> the plain values of the public headers.
+#pragma once
+
+#include "google/longrunning/operations.pb.h"
+#include "liquidblend/animation.h"
+#include "liquidblend/family.h"
+#include "liquidblend/frame.h"
+#include "liquidblend/frame_stream.h"
+#include "liquidblend/operation.h"
+#include "liquidblend/v1/liquidblend.pb.h"
+
+namespace liquidblend::client {
+
+Animation FromProto(const v1::Animation& proto);
+Family FromProto(const v1::Family& proto);
+Operation FromProto(const google::longrunning::Operation& proto);
+Frame FromProto(v1::Frame&& proto);
+
+v1::ImportOptions ToProto(const ImportOptions& options);
+v1::RegisterFamilyRequest ToProto(const RegisterRequest& request);
+v1::GetFrameRequest ToProto(const FrameRequest& request);
+v1::StreamFramesRequest ToProto(const StreamSettings& settings);
+
+}  // namespace liquidblend::client

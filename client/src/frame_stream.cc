@@ -1,0 +1,143 @@
+#include "liquidblend/frame_stream.h"
+
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "client/src/client_impl.h"
+#include "client/src/convert.h"
+
+namespace liquidblend {
+namespace {
+
+using ReaderWriter =
+    grpc::ClientReaderWriterInterface<v1::StreamFramesRequest, v1::StreamFramesResponse>;
+
+// One attempt. The context must outlive the stream.
+struct StreamCall {
+  grpc::ClientContext context;
+  std::unique_ptr<ReaderWriter> stream;
+};
+
+void Merge(const v1::StreamFramesRequest& change, v1::StreamFramesRequest* state) {
+  if (change.weights_size() > 0) state->clear_weights();
+  state->MergeFrom(change);
+}
+
+StreamedFrame FromProto(v1::StreamFramesResponse&& response) {
+  return {client::FromProto(std::move(*response.mutable_frame())), response.frame_index(),
+          response.num_dropped()};
+}
+
+}  // namespace
+
+class FrameStream::Impl {
+ public:
+  Impl(v1::LiquidBlend::Stub* service, const RetryOptions& retry, v1::StreamFramesRequest settings)
+      : service_(service), backoff_(retry), settings_(std::move(settings)) {
+    Open();
+  }
+
+  ~Impl() {
+    if (ended_) return;
+    Cancel();
+    CurrentCall()->stream->Finish();
+  }
+
+  absl::StatusOr<std::optional<StreamedFrame>> Read() {
+    while (!ended_) {
+      v1::StreamFramesResponse response;
+      const std::shared_ptr<StreamCall> call = CurrentCall();
+      if (call->stream->Read(&response)) {
+        received_ = true;
+        return std::optional<StreamedFrame>(FromProto(std::move(response)));
+      }
+      last_status_ = client::FromGrpc(call->stream->Finish());
+      // Once a frame has come, opening again would repeat frames: then the caller has to decide.
+      ended_ = received_ || !backoff_.ShouldRetry(last_status_) || CancelledWithin(NextWait());
+      if (!ended_) Open();
+    }
+    absl::MutexLock lock(&mutex_);
+    closed_ = true;
+    if (!last_status_.ok()) return last_status_;
+    return std::optional<StreamedFrame>();
+  }
+
+  absl::Status Change(const StreamSettings& settings) {
+    const v1::StreamFramesRequest change = client::ToProto(settings);
+    absl::MutexLock write_lock(&write_mutex_);
+    std::shared_ptr<StreamCall> call;
+    {
+      absl::MutexLock lock(&mutex_);
+      if (closed_) return absl::FailedPreconditionError("the stream has ended");
+      Merge(change, &settings_);
+      call = call_;
+    }
+    if (call->stream->Write(change)) return absl::OkStatus();
+    return absl::FailedPreconditionError("the stream has ended; Read says why");
+  }
+
+  void Cancel() {
+    absl::MutexLock lock(&mutex_);
+    cancelled_ = true;
+    call_->context.TryCancel();
+  }
+
+ private:
+  void Open() {
+    absl::MutexLock write_lock(&write_mutex_);
+    auto call = std::make_shared<StreamCall>();
+    v1::StreamFramesRequest first;
+    {
+      absl::MutexLock lock(&mutex_);
+      first = settings_;
+      call->stream = service_->StreamFrames(&call->context);
+      call_ = call;
+      if (cancelled_) call->context.TryCancel();
+    }
+    call->stream->Write(first);  // if it fails, Read gets the reason
+  }
+
+  std::shared_ptr<StreamCall> CurrentCall() {
+    absl::MutexLock lock(&mutex_);
+    return call_;
+  }
+
+  absl::Duration NextWait() { return backoff_.NextWait(); }
+
+  bool CancelledWithin(absl::Duration wait) {
+    absl::MutexLock lock(&mutex_);
+    return mutex_.AwaitWithTimeout(absl::Condition(&cancelled_), wait);
+  }
+
+  v1::LiquidBlend::Stub* const service_;
+  client::Backoff backoff_;   // reading thread only, like the next three
+  bool received_ = false;     // a frame has come
+  bool ended_ = false;        // nothing more will come, for last_status_
+  absl::Status last_status_;  // of the last attempt
+
+  absl::Mutex write_mutex_;  // one write at a time; taken before mutex_, never while reading
+  absl::Mutex mutex_;        // held only briefly, so that Cancel never waits
+  v1::StreamFramesRequest settings_ ABSL_GUARDED_BY(mutex_);  // all changes so far, for Open
+  bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
+  bool closed_ ABSL_GUARDED_BY(mutex_) = false;
+  std::shared_ptr<StreamCall> call_ ABSL_GUARDED_BY(mutex_);
+};
+
+FrameStream::FrameStream(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+FrameStream::~FrameStream() = default;
+
+absl::StatusOr<std::optional<StreamedFrame>> FrameStream::Read() { return impl_->Read(); }
+absl::Status FrameStream::Change(const StreamSettings& settings) { return impl_->Change(settings); }
+void FrameStream::Cancel() { impl_->Cancel(); }
+
+absl::StatusOr<std::unique_ptr<FrameStream>> Client::StreamFrames(const StreamSettings& settings) {
+  if (settings.family.empty()) {
+    return absl::InvalidArgumentError("StreamSettings.family is empty; a stream starts with one");
+  }
+  auto impl = std::make_unique<FrameStream::Impl>(&impl_->service, impl_->options.retry,
+                                                  client::ToProto(settings));
+  return std::unique_ptr<FrameStream>(new FrameStream(std::move(impl)));
+}
+
+}  // namespace liquidblend

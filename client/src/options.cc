@@ -1,0 +1,58 @@
+// Validate() of the public options.
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "client/src/status_macros.h"
+#include "liquidblend/animation.h"
+#include "liquidblend/client.h"
+#include "liquidblend/family.h"
+
+namespace liquidblend {
+namespace {
+
+// [lowest, highest]; an infinite `highest` means any finite number.
+absl::Status CheckRange(const char* field, double value, double lowest, double highest = INFINITY) {
+  if (std::isfinite(value) && value >= lowest && value <= highest) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, " is ", value, "; it must be ",
+                   std::isinf(highest) ? absl::StrCat(lowest, " or more and finite")
+                                       : absl::StrCat("in [", lowest, ", ", highest, "]")));
+}
+
+absl::Status CheckNotNegative(const char* field, double value) {
+  return CheckRange(field, value, 0.0);
+}
+
+absl::Status CheckPositive(const char* field, absl::Duration value) {
+  if (value > absl::ZeroDuration()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, " is ", absl::FormatDuration(value), "; it must be more than 0"));
+}
+
+}  // namespace
+
+absl::Status ImportOptions::Validate() const {
+  LBC_RETURN_IF_ERROR(CheckNotNegative("frames_per_second", frames_per_second));
+  LBC_RETURN_IF_ERROR(CheckNotNegative("vertex_scale", vertex_scale));
+  LBC_RETURN_IF_ERROR(CheckNotNegative("velocity_scale", velocity_scale));
+  return CheckNotNegative("voxel_size_m", voxel_size_m);
+}
+
+absl::Status RegistrationOptions::Validate() const {
+  LBC_RETURN_IF_ERROR(CheckNotNegative("max_iterations", max_iterations));
+  LBC_RETURN_IF_ERROR(CheckNotNegative("node_spacing_edges", node_spacing_edges));
+  LBC_RETURN_IF_ERROR(CheckRange("sample_share", sample_share, 0.0, 1.0));
+  return CheckNotNegative("final_smoothness", final_smoothness);
+}
+
+absl::Status ConnectOptions::Validate() const {
+  if (target.empty()) return absl::InvalidArgumentError("target is empty; it must be HOST:PORT");
+  LBC_RETURN_IF_ERROR(CheckPositive("connect_timeout", connect_timeout));
+  LBC_RETURN_IF_ERROR(CheckPositive("call_timeout", call_timeout));
+  LBC_RETURN_IF_ERROR(CheckPositive("upload_timeout", upload_timeout));
+  LBC_RETURN_IF_ERROR(CheckRange("retry.max_attempts", retry.max_attempts, 1));
+  LBC_RETURN_IF_ERROR(CheckPositive("retry.initial_backoff", retry.initial_backoff));
+  return CheckPositive("retry.max_backoff", retry.max_backoff);
+}
+
+}  // namespace liquidblend

@@ -1,0 +1,86 @@
+// The part of Client that uploads animations.
+#include <memory>
+#include <utility>
+
+#include "client/src/client_impl.h"
+#include "client/src/convert.h"
+#include "client/src/names.h"
+#include "client/src/status_macros.h"
+#include "client/src/upload_files.h"
+#include "liquidblend/client.h"
+
+namespace liquidblend {
+namespace {
+
+using Writer = grpc::ClientWriterInterface<v1::UploadAnimationRequest>;
+
+UploadProgress StartProgress(const std::vector<client::UploadFile>& files) {
+  UploadProgress progress;
+  progress.files_total = static_cast<int>(files.size());
+  for (const client::UploadFile& file : files) progress.bytes_total += file.size_bytes;
+  return progress;
+}
+
+// One file: its header, then its chunks. `open` becomes false when the server has ended the call.
+absl::Status SendFile(const client::UploadFile& file, int64_t chunk_bytes, Writer* writer,
+                      const std::function<void(int64_t bytes)>& sent, bool* open) {
+  v1::UploadAnimationRequest message;
+  message.mutable_file()->set_name(file.name);
+  message.mutable_file()->set_size_bytes(file.size_bytes);
+  *open = writer->Write(message);
+  if (!*open) return absl::OkStatus();
+  return client::ReadChunks(file, chunk_bytes, [&](std::string bytes) {
+    const auto size = static_cast<int64_t>(bytes.size());
+    message.set_chunk(std::move(bytes));
+    *open = writer->Write(message);
+    if (*open) sent(size);
+    return *open;
+  });
+}
+
+// All files. A call that the server has ended early is no error here: its status says why.
+absl::Status SendFiles(const std::vector<client::UploadFile>& files, int64_t chunk_bytes,
+                       Writer* writer, const std::function<void(const UploadProgress&)>& report) {
+  UploadProgress progress = StartProgress(files);
+  for (const client::UploadFile& file : files) {
+    bool open = true;
+    const auto sent = [&](int64_t bytes) {
+      progress.bytes_sent += bytes;
+      if (report) report(progress);
+    };
+    LBC_RETURN_IF_ERROR(SendFile(file, chunk_bytes, writer, sent, &open));
+    if (!open) return absl::OkStatus();
+    ++progress.files_sent;
+  }
+  if (report) report(progress);
+  writer->WritesDone();
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Operation> Client::UploadAnimation(
+    const UploadRequest& request, const std::function<void(const UploadProgress&)>& progress) {
+  LBC_ASSIGN_OR_RETURN(const std::vector<client::UploadFile> files, client::CheckUpload(request));
+  v1::UploadAnimationRequest header;
+  header.mutable_header()->set_animation_id(client::ResourceId("animations", request.animation));
+  *header.mutable_header()->mutable_options() = client::ToProto(request.options);
+  header.mutable_header()->set_request_id(client::MakeRequestId());
+
+  google::longrunning::Operation operation;
+  LBC_RETURN_IF_ERROR(client::RetryUnavailable(impl_->options.retry, [&](int) {
+    grpc::ClientContext context;
+    Impl::SetTimeout(impl_->options.upload_timeout, &context);
+    const auto writer = impl_->service.UploadAnimation(&context, &operation);
+    absl::Status local;
+    if (writer->Write(header)) {
+      local = SendFiles(files, request.chunk_bytes, writer.get(), progress);
+    }
+    if (!local.ok()) context.TryCancel();
+    const absl::Status remote = client::FromGrpc(writer->Finish());
+    return local.ok() ? remote : local;
+  }));
+  return client::FromProto(operation);
+}
+
+}  // namespace liquidblend

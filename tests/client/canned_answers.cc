@@ -1,0 +1,116 @@
+#include "tests/client/canned_answers.h"
+
+#include "absl/status/status.h"
+#include "absl/strings/match.h"
+#include "tests/client/fake_server.h"
+
+namespace liquidblend::testing {
+
+namespace lro = google::longrunning;
+
+v1::Animation MakeAnimation(const std::string& id) {
+  v1::Animation animation;
+  animation.set_name("animations/" + id);
+  animation.set_state(v1::Animation::READY);
+  animation.set_num_frames(25);
+  animation.set_first_frame_number(1);
+  animation.set_frames_per_second(kCannedFramesPerSecond);
+  animation.set_num_triangles(200);
+  animation.set_num_vertices(150);
+  animation.add_notes("removed 3 zero-area triangles in frame 7");
+  return animation;
+}
+
+v1::Family MakeFamily(const std::string& id) {
+  v1::Family family;
+  family.set_name("families/" + id);
+  family.set_source("animations/drops-a");
+  family.add_targets("animations/drops-b");
+  if (id == "empty") return family;
+  family.set_version(3);
+  family.set_duration_s(kCannedDuration);
+  family.set_frames_per_second(kCannedFramesPerSecond);
+  for (const auto set : {&v1::Vector3::set_x, &v1::Vector3::set_y, &v1::Vector3::set_z}) {
+    (family.mutable_bounds()->mutable_min()->*set)(-2.0);
+    (family.mutable_bounds()->mutable_max()->*set)(3.0);
+  }
+  v1::RegistrationReport* report = family.add_reports();
+  report->set_target("animations/drops-b");
+  report->set_num_iterations(16);
+  return family;
+}
+
+namespace {
+
+v1::Progress MakeProgress(const std::string& stage, double fraction, int iteration) {
+  v1::Progress progress;
+  progress.set_stage(stage);
+  progress.set_fraction(fraction);
+  progress.set_iteration(iteration);
+  progress.set_num_iterations(iteration > 0 ? 16 : 0);
+  progress.set_fit_energy(0.5);
+  progress.set_num_inliers(90);
+  progress.set_num_samples(100);
+  progress.set_seconds_left(65);
+  progress.set_attempt(1);
+  return progress;
+}
+
+}  // namespace
+
+lro::Operation MakeOperation(const std::string& id) {
+  lro::Operation operation;
+  operation.set_name("operations/" + id);
+  if (absl::StartsWith(id, "import")) {
+    v1::ImportAnimationMetadata metadata;
+    metadata.set_animation("animations/drops-a");
+    *metadata.mutable_progress() = MakeProgress("reading frames", 0.5, 0);
+    operation.mutable_metadata()->PackFrom(metadata);
+  } else {
+    v1::RegisterFamilyMetadata metadata;
+    metadata.set_family("families/drops");
+    *metadata.mutable_progress() = MakeProgress("registration", 0.4, 7);
+    operation.mutable_metadata()->PackFrom(metadata);
+  }
+  return operation;
+}
+
+namespace {
+
+void SetError(lro::Operation* operation, absl::StatusCode code, const char* message) {
+  operation->mutable_error()->set_code(static_cast<int>(code));
+  operation->mutable_error()->set_message(message);
+}
+
+}  // namespace
+
+lro::Operation MakeFinished(const std::string& id) {
+  lro::Operation operation = MakeOperation(id);
+  operation.set_done(true);
+  if (id == "failed-1") {
+    SetError(&operation, absl::StatusCode::kDataLoss, "frame 12: edge 5-9 has one triangle");
+  } else if (id == "cancelled-1") {
+    SetError(&operation, absl::StatusCode::kCancelled, "cancelled by a user");
+  } else if (absl::StartsWith(id, "import")) {
+    operation.mutable_response()->PackFrom(MakeAnimation("drops-a"));
+  } else {
+    operation.mutable_response()->PackFrom(MakeFamily("drops"));
+  }
+  return operation;
+}
+
+v1::Frame MakeFrame(const std::string& family, const std::vector<double>& weights, double time_s,
+                    int bits) {
+  v1::Frame frame;
+  const double weight = weights.empty() ? 0.0 : weights[0];
+  frame.set_data(EncodeDraco(MakeOctahedron(weight, time_s), bits == 0 ? 14 : bits));
+  frame.set_family(family);
+  frame.set_version(3);
+  frame.mutable_weights()->Assign(weights.begin(), weights.end());
+  frame.set_time_s(time_s);
+  frame.set_num_vertices(6);
+  frame.set_num_triangles(8);
+  return frame;
+}
+
+}  // namespace liquidblend::testing

@@ -1,0 +1,245 @@
+// The command itself, run against a server with canned answers.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "client/cli/mesh_file.h"
+#include "client/cli/mesh_stats.h"
+#include "tests/client/fake_server.h"
+#include "tests/client/run_command.h"
+#include "tests/client/temp_files.h"
+
+namespace liquidblend::cli {
+namespace {
+
+using nlohmann::json;
+using testing::CommandResult;
+using testing::FakeServer;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using testing::TempDir;
+
+class Command : public ::testing::Test {
+ protected:
+  CommandResult Run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--server", server_.target()});
+    return testing::RunLiquidblend(arguments);
+  }
+
+  FakeServer server_;
+  TempDir dir_;
+};
+
+TEST_F(Command, WithoutASubcommandOrWithAWrongFlagIsAUsageError) {
+  EXPECT_EQ(Run({}).exit_code, 2);
+  EXPECT_EQ(Run({"frame", "drops"}).exit_code, 2);
+  EXPECT_EQ(Run({"list", "--no-such-flag"}).exit_code, 2);
+  const CommandResult weights =
+      Run({"frame", "drops", "--weights", "0.5,half", "--time", "0", "-o", dir_.File("f.ply")});
+  EXPECT_EQ(weights.exit_code, 2);
+  EXPECT_THAT(weights.err, HasSubstr("\"half\" is no number"));
+}
+
+TEST_F(Command, HelpTellsTheExitCodes) {
+  const CommandResult help = Run({"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_THAT(help.out, HasSubstr("Exit status: 0 done; 1 failed; 2"));
+}
+
+TEST_F(Command, WithoutAServerIsItsOwnExitCodeWithAdvice) {
+  std::string nobody;
+  {
+    const FakeServer gone;
+    nobody = gone.target();
+  }
+  const CommandResult result =
+      testing::RunLiquidblend({"--server", nobody, "--connect-timeout", "0.05", "list"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr(nobody));
+  EXPECT_THAT(result.err, HasSubstr("--server HOST:PORT"));
+}
+
+TEST_F(Command, WhatIsNotThereIsItsOwnExitCode) {
+  EXPECT_EQ(Run({"inspect", "none"}).exit_code, 4);
+  EXPECT_EQ(Run({"inspect", "families/none"}).exit_code, 4);
+  EXPECT_EQ(Run({"inspect", dir_.File("none.ply")}).exit_code, 4);
+  EXPECT_EQ(Run({"operations", "none"}).exit_code, 4);
+  EXPECT_EQ(Run({"import", "x", dir_.File("none")}).exit_code, 4);
+}
+
+TEST_F(Command, AFailedOperationIsAFailureAndACancelledOneCancelled) {
+  const CommandResult failed =
+      Run({"register", "bad", "--source", "drops-a", "--target", "drops-b", "--wait"});
+  EXPECT_EQ(failed.exit_code, 1);
+  EXPECT_THAT(failed.err, HasSubstr("frame 12: edge 5-9 has one triangle"));
+  EXPECT_EQ(Run({"operations", "cancelled-1", "--wait"}).exit_code, 5);
+}
+
+TEST_F(Command, ImportUploadsWaitsAndSaysWhatWasCleaned) {
+  dir_.Write("f_0001.ply", "frame one");
+  dir_.Write("f_0002.ply", "frame two");
+  const CommandResult result = Run({"import", "drops-a", dir_.path(), "--fps", "30"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("animations/drops-a: ready"));
+  EXPECT_THAT(result.out, HasSubstr("cleaned: removed 3 zero-area triangles in frame 7"));
+  EXPECT_THAT(result.err, HasSubstr("reading frames"));
+  ASSERT_EQ(server_.Uploads().size(), 1u);
+  EXPECT_EQ(server_.Uploads()[0].files.at("f_0002.ply"), "frame two");
+  EXPECT_EQ(server_.Uploads()[0].frames_per_second, 30);
+}
+
+TEST_F(Command, ImportCanReturnAtOnceWithTheOperation) {
+  dir_.Write("f_0001.ply", "frame");
+  const CommandResult result = Run({"--json", "import", "drops-a", dir_.path(), "--no-wait"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(json::parse(result.out)["name"], "operations/import-1");
+  EXPECT_EQ(server_.NumCalls("WatchOperation"), 0);
+}
+
+TEST_F(Command, RegisterShowsProgressOnStandardErrorAndTheFamilyOnStandardOutput) {
+  const std::string correspondences = dir_.Write("c.json", R"({"correspondences": [[
+      {"source": {"position": [1, 2, 3], "time_s": 0.5},
+       "target": {"position": [1, 2, 3], "time_s": 0.75}}]]})");
+  const CommandResult result =
+      Run({"register", "drops", "--source", "drops-a", "--target", "drops-b", "--wait",
+           "--iterations", "9", "--seed", "3", "--correspondences", correspondences});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("registration of target 1, iteration 7/16, fit 0.5"));
+  EXPECT_THAT(result.err, HasSubstr("inliers 90 %, 1:05 left"));
+  EXPECT_THAT(result.err, Not(HasSubstr("\r"))) << "plain lines without a terminal";
+  EXPECT_THAT(result.out, HasSubstr("families/drops: version 3"));
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("max_iterations: 9"));
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("time_s: 0.75"));
+}
+
+TEST_F(Command, RegisterWithoutWaitSaysHowToWatchUnlessQuiet) {
+  const std::vector<std::string> arguments = {"register", "drops",    "--source",
+                                              "drops-a",  "--target", "drops-b"};
+  const CommandResult result = Run(arguments);
+  EXPECT_EQ(result.out, "operations/register-1\n");
+  EXPECT_THAT(result.err, HasSubstr("liquidblend operations operations/register-1 --wait"));
+  std::vector<std::string> quiet = arguments;
+  quiet.push_back("--quiet");
+  EXPECT_THAT(Run(quiet).err, IsEmpty());
+}
+
+TEST_F(Command, CtrlCWhileWaitingCancelsNothingAndSaysHowToGoOn) {
+  const CommandResult result = testing::InterruptLiquidblend(
+      {"--server", server_.target(), "operations", "endless-1", "--wait"}, "iteration 7");
+  EXPECT_EQ(result.exit_code, 130);
+  EXPECT_THAT(result.err, HasSubstr("endless-1 goes on."));
+  EXPECT_THAT(result.err, HasSubstr("liquidblend cancel endless-1"));
+  EXPECT_EQ(server_.NumCalls("CancelOperation"), 0);
+}
+
+TEST_F(Command, FrameWritesEveryFormatAndTakesNegativeWeights) {
+  for (const char* name : {"f.drc", "f.ply", "f.obj", "f.bobj.gz"}) {
+    const CommandResult result = Run({"frame", "drops", "--weights", "-0.25", "--time", "0.5",
+                                      "--bits", "18", "-o", dir_.File(name)});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const auto mesh = ReadMeshFile(dir_.File(name));
+    ASSERT_TRUE(mesh.ok()) << mesh.status();
+    const MeshStats stats = ComputeMeshStats(*mesh);
+    EXPECT_TRUE(stats.closed()) << name;
+    EXPECT_NEAR(stats.bounds.max.x, 0.5 + 0.75, 1e-4) << name;
+  }
+  EXPECT_EQ(Run({"frame", "drops", "-w", "0", "-t", "0", "-o", dir_.File("f.stl")}).exit_code, 2);
+  const CommandResult late =
+      Run({"frame", "drops", "-w", "0", "-t", "99", "-o", dir_.File("late.ply")});
+  EXPECT_EQ(late.exit_code, 2);
+  EXPECT_THAT(late.err, HasSubstr("[0, 1]"));
+}
+
+TEST_F(Command, ExportWritesAFilePerFrameOfTheFormat) {
+  const std::map<std::string, std::string> first = {
+      {"ply", "frame_0001.ply"}, {"obj", "frame_0001.obj"}, {"bobj", "fluid_mesh_0001.bobj.gz"}};
+  for (const auto& [format, name] : first) {
+    const std::string directory = dir_.File("out/" + format);
+    const CommandResult result = Run({"--json", "export", "drops", "--weights", "0.5", "-o",
+                                      directory, "--format", format, "--fps", "4"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const json report = json::parse(result.out);
+    EXPECT_EQ(report["num_files"], 5);
+    EXPECT_EQ(report["first_file"], directory + "/" + name);
+    const auto mesh = ReadMeshFile(directory + "/" + name);
+    ASSERT_TRUE(mesh.ok()) << mesh.status();
+    EXPECT_NEAR(ComputeMeshStats(*mesh).bounds.max.x, 1.5, 1e-5) << "world units";
+  }
+  EXPECT_TRUE(ReadMeshFile(dir_.File("out/ply/frame_0005.ply")).ok());
+}
+
+TEST_F(Command, ListInspectAndOperationsSpeakJson) {
+  const json list = json::parse(Run({"list", "--json"}).out);
+  EXPECT_EQ(list["animations"].size(), 2502u);
+  EXPECT_EQ(list["families"][0]["targets"][0], "animations/drops-b");
+  const json family = json::parse(Run({"inspect", "drops", "--json"}).out);
+  EXPECT_EQ(family["name"], "families/drops");
+  EXPECT_EQ(family["bounds"]["max"], json({3.0, 3.0, 3.0}));
+  const json animation = json::parse(Run({"inspect", "drops-a", "--json"}).out);
+  EXPECT_EQ(animation["state"], "ready");
+  const json operations = json::parse(Run({"operations", "--json"}).out);
+  EXPECT_EQ(operations[1]["state"], "running");
+  EXPECT_EQ(operations[2]["error"]["code"], "DATA_LOSS");
+}
+
+TEST_F(Command, InspectDescribesAMeshFile) {
+  const std::string path = dir_.File("m.ply");
+  ASSERT_TRUE(WriteMeshFile(testing::MakeOctahedron(0.0, 0.0), path).ok());
+  EXPECT_THAT(Run({"inspect", path}).out, HasSubstr("closed and oriented; volume 1.33333 m^3"));
+  const json stats = json::parse(Run({"inspect", path, "--json"}).out);
+  EXPECT_EQ(stats["num_components"], 1);
+  EXPECT_EQ(stats["closed"], true);
+}
+
+TEST_F(Command, DeleteFindsTheCollectionAndCancelAnswers) {
+  EXPECT_EQ(Run({"delete", "drops-a"}).exit_code, 0);
+  EXPECT_EQ(Run({"delete", "families/drops"}).exit_code, 0);
+  EXPECT_THAT(server_.Deleted(), ::testing::ElementsAre("animations/drops-a", "families/drops"));
+  EXPECT_EQ(Run({"delete", "none"}).exit_code, 4);
+  EXPECT_EQ(Run({"delete", "operations/register-1"}).exit_code, 2);
+  EXPECT_THAT(Run({"cancel", "register-1"}).out, HasSubstr("is being cancelled"));
+}
+
+TEST_F(Command, StreamReportsPaceAndReaction) {
+  const CommandResult result =
+      Run({"stream", "drops", "--seconds", "0.6", "--fps", "100", "--sweep", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json report = json::parse(result.out);
+  EXPECT_GT(report["num_frames"], 10);
+  EXPECT_GT(report["num_bytes"], 1000);
+  EXPECT_GT(report["interval_ms"]["p99"], 0.0);
+  EXPECT_GT(report["reaction_ms"]["p50"], 0.0);
+}
+
+TEST_F(Command, RenderMakesASheetOfWeightsByTimes) {
+  const CommandResult result =
+      Run({"render", "drops", "-w", "0", "-w", "-0.25", "--times", "0,0.5,1", "--size", "64x48",
+           "--samples", "1", "--json", "-o", dir_.File("sheet.png")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json report = json::parse(result.out);
+  EXPECT_GE(report["width"], 3 * 64);
+  EXPECT_GE(report["height"], 2 * 48);
+  EXPECT_EQ(testing::ReadBytes(dir_.File("sheet.png")).substr(1, 3), "PNG");
+  EXPECT_EQ(server_.NumCalls("GetFrame"), 6);
+}
+
+TEST_F(Command, RenderDrawsLocalFilesWithoutAServer) {
+  const std::string path = dir_.File("m.obj");
+  ASSERT_TRUE(WriteMeshFile(testing::MakeOctahedron(0.0, 0.0), path).ok());
+  const std::string sheet = dir_.File("sheet.png");
+  const std::vector<std::string> flags = {"render", "--size", "48x48",   "--samples", "1",
+                                          "-o",     sheet,    "--files", path,        path};
+  const CommandResult result = testing::RunLiquidblend(flags);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(testing::ReadBytes(sheet), Not(IsEmpty()));
+  EXPECT_EQ(testing::RunLiquidblend({"render", "-o", sheet}).exit_code, 2);
+  EXPECT_EQ(testing::RunLiquidblend({"render", "--files", path, "-o", "x.jpg"}).exit_code, 2);
+  EXPECT_EQ(
+      testing::RunLiquidblend({"render", "--files", path, "--size", "9", "-o", sheet}).exit_code,
+      2);
+}
+
+}  // namespace
+}  // namespace liquidblend::cli

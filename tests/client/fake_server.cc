@@ -1,0 +1,362 @@
+#include "tests/client/fake_server.h"
+
+#include <google/protobuf/text_format.h>
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/synchronization/mutex.h"
+#include "google/longrunning/operations.grpc.pb.h"
+#include "google/rpc/error_details.pb.h"
+#include "liquidblend/v1/liquidblend.grpc.pb.h"
+#include "tests/client/canned_answers.h"
+
+namespace liquidblend::testing {
+namespace {
+
+using grpc::ServerContext;
+namespace lro = google::longrunning;
+
+constexpr int kNumMany = 2500;
+
+std::string Id(const std::string& name) { return name.substr(name.find('/') + 1); }
+
+grpc::Status NotFound(const std::string& name) {
+  return grpc::Status(grpc::StatusCode::NOT_FOUND, name + " does not exist");
+}
+
+}  // namespace
+
+class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Operations::Service {
+ public:
+  Impl() {
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port_);
+    builder.RegisterService(static_cast<v1::LiquidBlend::Service*>(this));
+    builder.RegisterService(static_cast<lro::Operations::Service*>(this));
+    server_ = builder.BuildAndStart();
+  }
+  ~Impl() override { server_->Shutdown(std::chrono::system_clock::now()); }
+
+  grpc::Status UploadAnimation(ServerContext*, grpc::ServerReader<v1::UploadAnimationRequest>* in,
+                               lro::Operation* operation) override {
+    if (grpc::Status status = Enter("UploadAnimation"); !status.ok()) return status;
+    ReceivedUpload upload;
+    std::string file;
+    v1::UploadAnimationRequest message;
+    while (in->Read(&message)) {
+      if (message.has_header()) {
+        upload.animation_id = message.header().animation_id();
+        upload.request_id = message.header().request_id();
+        upload.frames_per_second = message.header().options().frames_per_second();
+      } else if (message.has_file()) {
+        if (!file.empty() && refuse_.exchange(false)) return refusal_;
+        file = message.file().name();
+        upload.files[file] = "";
+        upload.announced[file] = message.file().size_bytes();
+      } else {
+        upload.files[file] += message.chunk();
+        upload.chunk_bytes.push_back(static_cast<int64_t>(message.chunk().size()));
+      }
+    }
+    const absl::MutexLock lock(&mutex);
+    uploads.push_back(upload);
+    *operation = MakeOperation("import-1");
+    return grpc::Status::OK;
+  }
+
+  grpc::Status GetAnimation(ServerContext*, const v1::GetAnimationRequest* request,
+                            v1::Animation* animation) override {
+    if (grpc::Status status = Enter("GetAnimation"); !status.ok()) return status;
+    if (!absl::StartsWith(request->name(), "animations/drops-")) return NotFound(request->name());
+    *animation = MakeAnimation(Id(request->name()));
+    return grpc::Status::OK;
+  }
+
+  grpc::Status ListAnimations(ServerContext*, const v1::ListAnimationsRequest* request,
+                              v1::ListAnimationsResponse* response) override {
+    if (grpc::Status status = Enter("ListAnimations"); !status.ok()) return status;
+    int begin = 0;
+    if (!request->page_token().empty()) begin = std::stoi(request->page_token());
+    const int end = std::min(begin + request->page_size(), kNumMany + 2);
+    for (int i = begin; i < end; ++i) {
+      *response->add_animations() = MakeAnimation(i == 0   ? "drops-a"
+                                                  : i == 1 ? "drops-b"
+                                                           : absl::StrFormat("many-%04d", i - 2));
+    }
+    if (end < kNumMany + 2) response->set_next_page_token(absl::StrCat(end));
+    return grpc::Status::OK;
+  }
+
+  grpc::Status DeleteAnimation(ServerContext*, const v1::DeleteAnimationRequest* request,
+                               google::protobuf::Empty*) override {
+    return Delete("DeleteAnimation", request->name());
+  }
+
+  grpc::Status RegisterFamily(ServerContext*, const v1::RegisterFamilyRequest* request,
+                              lro::Operation* operation) override {
+    {
+      const absl::MutexLock lock(&mutex);
+      request_ids.push_back(request->request_id());
+      google::protobuf::TextFormat::PrintToString(*request, &last_request);
+    }
+    if (grpc::Status status = Enter("RegisterFamily"); !status.ok()) return status;
+    *operation = MakeOperation(request->family_id() == "bad" ? "failed-1" : "register-1");
+    return grpc::Status::OK;
+  }
+
+  grpc::Status GetFamily(ServerContext*, const v1::GetFamilyRequest* request,
+                         v1::Family* family) override {
+    if (grpc::Status status = Enter("GetFamily"); !status.ok()) return status;
+    const std::string id = Id(request->name());
+    if (id != "drops" && id != "empty") return NotFound(request->name());
+    *family = MakeFamily(id);
+    return grpc::Status::OK;
+  }
+
+  grpc::Status ListFamilies(ServerContext*, const v1::ListFamiliesRequest*,
+                            v1::ListFamiliesResponse* response) override {
+    if (grpc::Status status = Enter("ListFamilies"); !status.ok()) return status;
+    *response->add_families() = MakeFamily("drops");
+    *response->add_families() = MakeFamily("empty");
+    return grpc::Status::OK;
+  }
+
+  grpc::Status DeleteFamily(ServerContext*, const v1::DeleteFamilyRequest* request,
+                            google::protobuf::Empty*) override {
+    return Delete("DeleteFamily", request->name());
+  }
+
+  grpc::Status WatchOperation(ServerContext* context, const v1::WatchOperationRequest* request,
+                              grpc::ServerWriter<lro::Operation>* out) override {
+    if (grpc::Status status = Enter("WatchOperation"); !status.ok()) return status;
+    const std::string id = Id(request->name());
+    if (!Known(id)) return NotFound(request->name());
+    out->Write(MakeOperation(id));
+    if (break_watch.exchange(false)) return {grpc::StatusCode::UNAVAILABLE, "going away"};
+    if (id == "endless-1") return WaitUntilCancelled(context);
+    out->Write(MakeFinished(id));
+    return grpc::Status::OK;
+  }
+
+  grpc::Status GetFrame(ServerContext*, const v1::GetFrameRequest* request,
+                        v1::Frame* frame) override {
+    if (grpc::Status status = Enter("GetFrame"); !status.ok()) return status;
+    if (request->time_s() < 0.0 || request->time_s() > kCannedDuration) {
+      return {grpc::StatusCode::OUT_OF_RANGE, "time_s lies outside [0, 1]"};
+    }
+    *frame = MakeFrame(request->family(), {request->weights().begin(), request->weights().end()},
+                       request->time_s(), request->encoding().position_bits());
+    return grpc::Status::OK;
+  }
+
+  grpc::Status StreamFrames(ServerContext* context,
+                            grpc::ServerReaderWriter<v1::StreamFramesResponse,
+                                                     v1::StreamFramesRequest>* stream) override {
+    if (grpc::Status status = Enter("StreamFrames"); !status.ok()) return status;
+    v1::StreamFramesRequest settings;
+    if (!stream->Read(&settings)) return {grpc::StatusCode::INVALID_ARGUMENT, "no request"};
+    if (settings.lossless()) return SendAll(settings, stream);
+    return SendUntilCancelled(settings, context, stream);
+  }
+
+  grpc::Status GetOperation(ServerContext*, const lro::GetOperationRequest* request,
+                            lro::Operation* operation) override {
+    if (grpc::Status status = Enter("GetOperation"); !status.ok()) return status;
+    if (!Known(Id(request->name()))) return NotFound(request->name());
+    *operation = MakeOperation(Id(request->name()));
+    return grpc::Status::OK;
+  }
+
+  grpc::Status ListOperations(ServerContext*, const lro::ListOperationsRequest*,
+                              lro::ListOperationsResponse* response) override {
+    if (grpc::Status status = Enter("ListOperations"); !status.ok()) return status;
+    *response->add_operations() = MakeFinished("import-1");
+    *response->add_operations() = MakeOperation("register-1");
+    *response->add_operations() = MakeFinished("failed-1");
+    return grpc::Status::OK;
+  }
+
+  grpc::Status CancelOperation(ServerContext*, const lro::CancelOperationRequest* request,
+                               google::protobuf::Empty*) override {
+    if (grpc::Status status = Enter("CancelOperation"); !status.ok()) return status;
+    return Known(Id(request->name())) ? grpc::Status::OK : NotFound(request->name());
+  }
+
+  void SetRefusal(const absl::Status& status) {
+    refusal_ =
+        grpc::Status(static_cast<grpc::StatusCode>(status.code()), std::string(status.message()));
+    refuse_ = true;
+  }
+
+  int port() const { return port_; }
+
+  mutable absl::Mutex mutex;
+  std::map<std::string, std::vector<absl::Status>> failures;
+  std::map<std::string, int> num_calls;
+  std::vector<std::string> request_ids;
+  std::vector<std::string> deleted;
+  std::vector<ReceivedUpload> uploads;
+  std::string last_request;
+  bool with_details = false;
+  std::atomic<bool> break_watch = false;
+
+ private:
+  static bool Known(const std::string& id) {
+    return id == "endless-1" || id == "import-1" || id == "register-1" || id == "failed-1" ||
+           id == "cancelled-1";
+  }
+
+  static grpc::Status WaitUntilCancelled(ServerContext* context) {
+    absl::Mutex never;
+    const bool kNever = false;
+    while (!context->IsCancelled()) {
+      const absl::MutexLock lock(&never);
+      never.AwaitWithTimeout(absl::Condition(&kNever), absl::Milliseconds(1));
+    }
+    return grpc::Status::CANCELLED;
+  }
+
+  // Counts a call, and fails it if a test wants that.
+  grpc::Status Enter(const std::string& method) {
+    const absl::MutexLock lock(&mutex);
+    ++num_calls[method];
+    std::vector<absl::Status>& planned = failures[method];
+    if (planned.empty()) return grpc::Status::OK;
+    const absl::Status failure = planned.back();
+    planned.pop_back();
+    return {static_cast<grpc::StatusCode>(failure.code()), std::string(failure.message()),
+            with_details ? Details(failure) : ""};
+  }
+
+  static std::string Details(const absl::Status& failure) {
+    google::rpc::Status status;
+    status.set_code(static_cast<int>(failure.code()));
+    google::rpc::ErrorInfo info;
+    info.set_reason("FAMILY_BUSY");
+    (*info.mutable_metadata())["family"] = "drops";
+    status.add_details()->PackFrom(info);
+    google::rpc::BadRequest bad_request;
+    google::rpc::BadRequest::FieldViolation* violation = bad_request.add_field_violations();
+    violation->set_field("weights[0]");
+    violation->set_description("is 7; it must be in [-1, 2]");
+    status.add_details()->PackFrom(bad_request);
+    return status.SerializeAsString();
+  }
+
+  grpc::Status Delete(const std::string& method, const std::string& name) {
+    bool is_new = false;
+    {
+      const absl::MutexLock lock(&mutex);
+      is_new = std::find(deleted.begin(), deleted.end(), name) == deleted.end();
+      if (is_new) deleted.push_back(name);  // done, even if the answer is then lost
+    }
+    if (grpc::Status status = Enter(method); !status.ok()) return status;
+    return is_new ? grpc::Status::OK : NotFound(name);
+  }
+
+  template <typename Stream>
+  static void Send(const v1::StreamFramesRequest& settings, double time_s, int64_t index,
+                   Stream* stream) {
+    v1::StreamFramesResponse response;
+    *response.mutable_frame() =
+        MakeFrame(settings.family(), {settings.weights().begin(), settings.weights().end()}, time_s,
+                  settings.encoding().position_bits());
+    response.set_frame_index(index);
+    stream->Write(response);
+  }
+
+  template <typename Stream>
+  static grpc::Status SendAll(const v1::StreamFramesRequest& settings, Stream* stream) {
+    const double pace =
+        settings.has_frames_per_second() ? settings.frames_per_second() : kCannedFramesPerSecond;
+    const auto num_frames = static_cast<int64_t>(std::floor(kCannedDuration * pace + 1e-9)) + 1;
+    for (int64_t i = 0; i < num_frames; ++i) {
+      Send(settings, static_cast<double>(i) / pace, i, stream);
+    }
+    return grpc::Status::OK;
+  }
+
+  // A frame a millisecond, always with the newest weights.
+  template <typename Stream>
+  static grpc::Status SendUntilCancelled(v1::StreamFramesRequest settings, ServerContext* context,
+                                         Stream* stream) {
+    absl::Mutex settings_mutex;
+    bool closed = false;
+    std::thread reader([&] {
+      v1::StreamFramesRequest change;
+      while (stream->Read(&change)) {
+        const absl::MutexLock lock(&settings_mutex);
+        if (change.weights_size() > 0) settings.clear_weights();
+        settings.MergeFrom(change);
+      }
+      const absl::MutexLock lock(&settings_mutex);
+      closed = true;
+    });
+    for (int64_t i = 0; !context->IsCancelled(); ++i) {
+      settings_mutex.Lock();
+      settings_mutex.AwaitWithTimeout(absl::Condition(&closed), absl::Milliseconds(1));
+      const v1::StreamFramesRequest now = settings;
+      settings_mutex.Unlock();
+      Send(now, 0.0, i, stream);
+    }
+    reader.join();
+    return grpc::Status::CANCELLED;
+  }
+
+  int port_ = 0;
+  std::atomic<bool> refuse_ = false;
+  grpc::Status refusal_;
+  std::unique_ptr<grpc::Server> server_;
+};
+
+FakeServer::FakeServer() : impl_(std::make_unique<Impl>()) {}
+FakeServer::~FakeServer() = default;
+
+std::string FakeServer::target() const { return absl::StrCat("127.0.0.1:", impl_->port()); }
+
+void FakeServer::FailNext(const std::string& method, int times, const absl::Status& status) {
+  const absl::MutexLock lock(&impl_->mutex);
+  impl_->failures[method].assign(static_cast<size_t>(times), status);
+}
+
+void FakeServer::AddErrorDetails() {
+  const absl::MutexLock lock(&impl_->mutex);
+  impl_->with_details = true;
+}
+
+void FakeServer::BreakNextWatch() { impl_->break_watch = true; }
+void FakeServer::RefuseNextUpload(const absl::Status& status) { impl_->SetRefusal(status); }
+
+int FakeServer::NumCalls(const std::string& method) const {
+  const absl::MutexLock lock(&impl_->mutex);
+  return impl_->num_calls[method];
+}
+
+std::vector<std::string> FakeServer::RequestIds() const {
+  const absl::MutexLock lock(&impl_->mutex);
+  return impl_->request_ids;
+}
+
+std::vector<ReceivedUpload> FakeServer::Uploads() const {
+  const absl::MutexLock lock(&impl_->mutex);
+  return impl_->uploads;
+}
+
+std::string FakeServer::LastRequest() const {
+  const absl::MutexLock lock(&impl_->mutex);
+  return impl_->last_request;
+}
+
+std::vector<std::string> FakeServer::Deleted() const {
+  const absl::MutexLock lock(&impl_->mutex);
+  return impl_->deleted;
+}
+
+}  // namespace liquidblend::testing

@@ -1,0 +1,26 @@
+# cmake -DBUILD=... -DSOURCE=... -DWORK=... -DCXX=... -DFLAGS=... -P check_install.cmake
+# Installs the client into an empty directory, then builds and runs a program that uses it.
+file(REMOVE_RECURSE ${WORK})
+
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output
+    ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${ARGN}: ${result}\n${output}")
+  endif()
+endfunction()
+
+run(${CMAKE_COMMAND} --install ${BUILD} --component client --prefix ${WORK}/prefix)
+run(${WORK}/prefix/bin/liquidblend --help)
+run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -DCMAKE_PREFIX_PATH=${WORK}/prefix
+  -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_CXX_FLAGS=${FLAGS} -DCMAKE_BUILD_TYPE=Release)
+run(${CMAKE_COMMAND} --build ${WORK}/build)
+run(${WORK}/build/consumer)
+
+file(GLOB_RECURSE headers ${WORK}/prefix/include/*)
+foreach(header ${headers})
+  file(READ ${header} text)
+  if(text MATCHES "grpc|[.]pb[.]h|Eigen")
+    message(FATAL_ERROR "${header} names grpc, generated code or Eigen")
+  endif()
+endforeach()

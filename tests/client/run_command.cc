@@ -1,0 +1,69 @@
+#include "tests/client/run_command.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
+#include "tests/client/temp_files.h"
+
+namespace liquidblend::testing {
+namespace {
+
+constexpr char kProgram[] = LIQUIDBLEND_BINARY_DIR "/liquidblend";
+
+int OpenToWrite(const std::string& path) { return open(path.c_str(), O_WRONLY | O_CREAT, 0600); }
+
+[[noreturn]] void Exec(const std::vector<std::string>& arguments, int out, int err) {
+  dup2(out, STDOUT_FILENO);
+  dup2(err, STDERR_FILENO);
+  unsetenv("LIQUIDBLEND_SERVER");
+  std::vector<char*> argv{const_cast<char*>(kProgram)};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  execv(kProgram, argv.data());
+  _exit(127);
+}
+
+int WaitForExit(pid_t child) {
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+
+CommandResult RunLiquidblend(const std::vector<std::string>& arguments) {
+  const TempDir dir;
+  const std::string out = dir.File("out");
+  const std::string err = dir.File("err");
+  const pid_t child = fork();
+  if (child == 0) Exec(arguments, OpenToWrite(out), OpenToWrite(err));
+  const int exit_code = WaitForExit(child);
+  return {exit_code, ReadBytes(out), ReadBytes(err)};
+}
+
+CommandResult InterruptLiquidblend(const std::vector<std::string>& arguments,
+                                   const std::string& text) {
+  int err[2];
+  if (pipe(err) != 0) abort();
+  const pid_t child = fork();
+  if (child == 0) Exec(arguments, OpenToWrite("/dev/null"), err[1]);
+  close(err[1]);
+  CommandResult result;
+  bool interrupted = false;
+  char buffer[512];
+  for (ssize_t size = 0; (size = read(err[0], buffer, sizeof(buffer))) > 0;) {
+    result.err.append(buffer, static_cast<size_t>(size));
+    if (interrupted || result.err.find(text) == std::string::npos) continue;
+    kill(child, SIGINT);
+    interrupted = true;
+  }
+  close(err[0]);
+  result.exit_code = WaitForExit(child);
+  return result;
+}
+
+}  // namespace liquidblend::testing

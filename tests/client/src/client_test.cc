@@ -1,0 +1,276 @@
+#include "liquidblend/client.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/client/fake_server.h"
+#include "tests/client/temp_files.h"
+
+namespace liquidblend {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using testing::FakeServer;
+using ::testing::HasSubstr;
+using ::testing::Le;
+using testing::TempDir;
+
+const absl::Status kAway = absl::UnavailableError("going away");
+
+class ClientTest : public ::testing::Test {
+ protected:
+  ClientTest() {
+    ConnectOptions options;
+    options.target = server_.target();
+    options.retry.initial_backoff = absl::Milliseconds(1);
+    options.retry.max_backoff = absl::Milliseconds(4);
+    client_ = *Client::Connect(options);
+  }
+
+  FakeServer server_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST(ClientConnect, SaysWhereNobodyAnswers) {
+  std::string target;
+  {
+    const FakeServer gone;
+    target = gone.target();
+  }
+  ConnectOptions options;
+  options.target = target;
+  options.connect_timeout = absl::Milliseconds(50);
+  const absl::Status status = Client::Connect(options).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(status.message()), HasSubstr(target));
+}
+
+TEST(ClientConnect, RefusesOptionsOutOfRangeByName) {
+  ConnectOptions options;
+  options.retry.max_attempts = 0;
+  const absl::Status status = Client::Connect(options).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("retry.max_attempts is 0"));
+}
+
+TEST_F(ClientTest, UploadSendsEveryByteInChunksOfAtMostTheSizeAsked) {
+  const TempDir dir;
+  const std::string big(700000, 'x');
+  UploadRequest request;
+  request.animation = "animations/drops-a";
+  request.files = {dir.Write("f_0001.ply", big), dir.Write("f_0002.ply", "small"),
+                   dir.Write("empty.uni", "")};
+  request.options.frames_per_second = 30;
+  request.chunk_bytes = 256 << 10;
+  int64_t last_bytes = 0;
+  const auto operation = client_->UploadAnimation(request, [&](const UploadProgress& progress) {
+    EXPECT_GE(progress.bytes_sent, last_bytes);
+    EXPECT_EQ(progress.bytes_total, 700005);
+    last_bytes = progress.bytes_sent;
+  });
+  ASSERT_TRUE(operation.ok()) << operation.status();
+  EXPECT_EQ(operation->name, "operations/import-1");
+  EXPECT_EQ(operation->subject, "animations/drops-a");
+  EXPECT_EQ(last_bytes, 700005);
+  ASSERT_EQ(server_.Uploads().size(), 1u);
+  const testing::ReceivedUpload upload = server_.Uploads()[0];
+  EXPECT_EQ(upload.animation_id, "drops-a");
+  EXPECT_EQ(upload.frames_per_second, 30);
+  EXPECT_THAT(upload.chunk_bytes, Each(Le(256 << 10)));
+  EXPECT_EQ(upload.files.at("f_0001.ply"), big);
+  EXPECT_EQ(upload.files.at("f_0002.ply"), "small");
+  EXPECT_EQ(upload.announced.at("f_0001.ply"), 700000);
+  EXPECT_EQ(upload.announced.at("empty.uni"), 0);
+}
+
+TEST_F(ClientTest, UploadIsRepeatedWholeWhileTheServerIsAway) {
+  const TempDir dir;
+  UploadRequest request;
+  request.animation = "drops-a";
+  request.files = {dir.Write("f_0001.ply", "bytes")};
+  server_.FailNext("UploadAnimation", 2, kAway);
+  ASSERT_TRUE(client_->UploadAnimation(request).ok());
+  EXPECT_EQ(server_.NumCalls("UploadAnimation"), 3);
+  ASSERT_EQ(server_.Uploads().size(), 1u);
+  EXPECT_EQ(server_.Uploads()[0].files.at("f_0001.ply"), "bytes");
+  EXPECT_EQ(server_.Uploads()[0].request_id.size(), 36u);
+}
+
+TEST_F(ClientTest, UploadReportsWhyTheServerEndedItEarly) {
+  const TempDir dir;
+  UploadRequest request;
+  request.animation = "drops-a";
+  for (const char* name : {"a.ply", "b.ply", "c.ply"}) {
+    request.files.push_back(dir.Write(name, std::string(300000, 'x')));
+  }
+  server_.RefuseNextUpload(absl::InvalidArgumentError("a.ply is refused"));
+  const absl::Status status = client_->UploadAnimation(request).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("a.ply is refused"));
+}
+
+TEST_F(ClientTest, UploadNamesAFileThatIsNotThere) {
+  UploadRequest request;
+  request.animation = "drops-a";
+  request.files = {"/nowhere/f_0001.ply"};
+  const absl::Status status = client_->UploadAnimation(request).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("/nowhere/f_0001.ply"));
+  EXPECT_EQ(server_.NumCalls("UploadAnimation"), 0);
+}
+
+TEST_F(ClientTest, CallsAreRepeatedWhileTheServerIsAway) {
+  server_.FailNext("GetFamily", 3, kAway);
+  const auto family = client_->GetFamily("drops");
+  ASSERT_TRUE(family.ok()) << family.status();
+  EXPECT_EQ(family->version, 3);
+  EXPECT_EQ(server_.NumCalls("GetFamily"), 4);
+}
+
+TEST_F(ClientTest, GivesUpAfterTheAttemptsAndSaysHowMany) {
+  server_.FailNext("GetFamily", 100, kAway);
+  const absl::Status status = client_->GetFamily("drops").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("after 5 attempts"));
+  EXPECT_EQ(server_.NumCalls("GetFamily"), 5);
+}
+
+TEST_F(ClientTest, OtherErrorsAreNotRepeated) {
+  server_.FailNext("GetFamily", 1, absl::PermissionDeniedError("no"));
+  EXPECT_EQ(client_->GetFamily("drops").status().code(), absl::StatusCode::kPermissionDenied);
+  EXPECT_EQ(server_.NumCalls("GetFamily"), 1);
+}
+
+TEST_F(ClientTest, ARepeatedRegistrationHasTheSameRequestIdAndANewOneAnother) {
+  RegisterRequest request;
+  request.family = "drops";
+  request.source = "drops-a";
+  request.targets = {"animations/drops-b"};
+  server_.FailNext("RegisterFamily", 1, kAway);
+  ASSERT_TRUE(client_->RegisterFamily(request).ok());
+  ASSERT_TRUE(client_->RegisterFamily(request).ok());
+  const std::vector<std::string> ids = server_.RequestIds();
+  ASSERT_EQ(ids.size(), 3u);
+  EXPECT_EQ(ids[0], ids[1]);
+  EXPECT_NE(ids[1], ids[2]);
+  EXPECT_FALSE(ids[0].empty());
+}
+
+TEST_F(ClientTest, RegistrationCarriesOptionsAndCorrespondences) {
+  RegisterRequest request;
+  request.family = "families/drops";
+  request.source = "drops-a";
+  request.targets = {"drops-b"};
+  request.options.max_iterations = 9;
+  request.options.seed = 42;
+  Correspondence track;
+  track.kind = CorrespondenceKind::kTrajectory;
+  track.hard = true;
+  track.source = {{1, 2, 3}, 0.5};
+  track.length_s = 0.25;
+  request.correspondences = {{track}};
+  ASSERT_TRUE(client_->RegisterFamily(request).ok());
+  const std::string sent = server_.LastRequest();
+  for (const char* part :
+       {"family_id: \"drops\"", "source: \"animations/drops-a\"", "targets: \"animations/drops-b\"",
+        "max_iterations: 9", "seed: 42", "kind: TRAJECTORY", "hard: true", "z: 3", "time_s: 0.5",
+        "length_s: 0.25"}) {
+    EXPECT_THAT(sent, HasSubstr(part));
+  }
+}
+
+TEST_F(ClientTest, ListsAllPages) {
+  const auto animations = client_->ListAnimations();
+  ASSERT_TRUE(animations.ok()) << animations.status();
+  EXPECT_EQ(animations->size(), 2502u);
+  std::set<std::string> names;
+  for (const Animation& animation : *animations) names.insert(animation.name);
+  EXPECT_EQ(names.size(), 2502u);
+  EXPECT_EQ(server_.NumCalls("ListAnimations"), 3);
+}
+
+TEST_F(ClientTest, ADeletionWhoseAnswerWasLostSucceedsAtTheSecondAttempt) {
+  server_.FailNext("DeleteFamily", 1, kAway);
+  EXPECT_TRUE(client_->DeleteFamily("drops").ok());
+  EXPECT_THAT(server_.Deleted(), ElementsAre("families/drops"));
+  EXPECT_EQ(client_->DeleteFamily("drops").code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(ClientTest, ErrorsCarryTheServersDetails) {
+  server_.AddErrorDetails();
+  server_.FailNext("GetFrame", 1, absl::InvalidArgumentError("refused"));
+  FrameRequest request;
+  request.family = "drops";
+  const absl::Status status = client_->GetFrame(request).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  const std::string message(status.message());
+  EXPECT_THAT(message, HasSubstr("refused; reason: FAMILY_BUSY (family=drops)"));
+  EXPECT_THAT(message, HasSubstr("weights[0]: is 7; it must be in [-1, 2]"));
+}
+
+TEST_F(ClientTest, GetFrameAsksForTheFamilysFrame) {
+  FrameRequest request;
+  request.family = "drops";
+  request.weights = {-0.25};
+  request.time_s = 0.5;
+  const auto frame = client_->GetFrame(request);
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  EXPECT_EQ(frame->family, "families/drops");
+  EXPECT_EQ(frame->version, 3);
+  EXPECT_THAT(frame->weights, ElementsAre(-0.25));
+  EXPECT_EQ(frame->num_triangles, 8);
+  EXPECT_FALSE(frame->data.empty());
+}
+
+TEST_F(ClientTest, WatchReportsEveryChangeAndReturnsTheResult) {
+  std::vector<std::string> stages;
+  const auto operation = client_->WatchOperation("register-1", [&](const Operation& now) {
+    stages.push_back(now.done ? "done" : now.progress.stage);
+    return true;
+  });
+  ASSERT_TRUE(operation.ok()) << operation.status();
+  EXPECT_THAT(stages, ElementsAre("registration", "done"));
+  EXPECT_TRUE(operation->result.ok());
+  ASSERT_TRUE(operation->family.has_value());
+  EXPECT_EQ(operation->family->name, "families/drops");
+  EXPECT_FALSE(operation->animation.has_value());
+}
+
+TEST_F(ClientTest, WatchGoesOnAfterALostConnection) {
+  server_.BreakNextWatch();
+  const auto operation = client_->WaitOperation("operations/import-1");
+  ASSERT_TRUE(operation.ok()) << operation.status();
+  EXPECT_TRUE(operation->done);
+  EXPECT_EQ(server_.NumCalls("WatchOperation"), 2);
+}
+
+TEST_F(ClientTest, WatchStopsWhenTheCallerHasSeenEnough) {
+  const auto operation =
+      client_->WatchOperation("register-1", [](const Operation&) { return false; });
+  EXPECT_EQ(operation.status().code(), absl::StatusCode::kCancelled);
+}
+
+TEST_F(ClientTest, AFailedOperationIsAnAnswerWithItsReason) {
+  const auto operation = client_->WaitOperation("failed-1");
+  ASSERT_TRUE(operation.ok()) << operation.status();
+  EXPECT_EQ(operation->result.code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(operation->result.message(), "frame 12: edge 5-9 has one triangle");
+}
+
+TEST_F(ClientTest, OperationsAreListedGotAndCancelled) {
+  const auto operations = client_->ListOperations();
+  ASSERT_TRUE(operations.ok()) << operations.status();
+  EXPECT_EQ(operations->size(), 3u);
+  const auto one = client_->GetOperation("register-1");
+  ASSERT_TRUE(one.ok()) << one.status();
+  EXPECT_EQ(one->progress.iteration, 7);
+  EXPECT_EQ(one->progress.num_inliers, 90);
+  EXPECT_TRUE(client_->CancelOperation("register-1").ok());
+  EXPECT_EQ(client_->CancelOperation("none").code(), absl::StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace liquidblend

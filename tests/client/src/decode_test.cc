@@ -1,0 +1,40 @@
+#include "liquidblend/decode.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "client/cli/mesh_stats.h"
+#include "tests/client/fake_server.h"
+
+namespace liquidblend {
+namespace {
+
+TEST(DecodeMesh, GivesBackAClosedMeshWithinTheGrid) {
+  const Mesh original = testing::MakeOctahedron(0.5, 2.0);
+  const auto mesh = DecodeMesh(testing::EncodeDraco(original, 14));
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  const cli::MeshStats stats = cli::ComputeMeshStats(*mesh);
+  EXPECT_EQ(stats.num_vertices, 6);
+  EXPECT_EQ(stats.num_triangles, 8);
+  EXPECT_TRUE(stats.closed());
+  constexpr double kGrid = 3.0 / (1 << 14);  // extent over 14 bits
+  EXPECT_NEAR(stats.bounds.min.x, 0.5, kGrid);
+  EXPECT_NEAR(stats.bounds.max.x, 3.5, kGrid);
+  EXPECT_NEAR(stats.volume_m3, 4.0 / 3.0 * std::pow(1.5, 3), 0.01);
+}
+
+TEST(DecodeMesh, RefusesWhatIsNoDracoMesh) {
+  EXPECT_EQ(DecodeMesh("").status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(DecodeMesh("hello").status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(DecodeMesh, ReportsEveryTruncationInsteadOfCrashing) {
+  const std::string bytes = testing::EncodeDraco(testing::MakeOctahedron(0.0, 0.0), 14);
+  for (size_t size = 0; size + 1 < bytes.size(); ++size) {
+    EXPECT_FALSE(DecodeMesh(bytes.substr(0, size)).ok()) << size << " of " << bytes.size();
+  }
+}
+
+}  // namespace
+}  // namespace liquidblend

@@ -1,0 +1,106 @@
+#include "liquidblend/frame_stream.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <thread>
+
+#include "liquidblend/client.h"
+#include "tests/client/fake_server.h"
+
+namespace liquidblend {
+namespace {
+
+using ::testing::ElementsAre;
+
+class FrameStreamTest : public ::testing::Test {
+ protected:
+  FrameStreamTest() {
+    ConnectOptions options;
+    options.target = server_.target();
+    options.retry.initial_backoff = absl::Milliseconds(1);
+    client_ = *Client::Connect(options);
+  }
+
+  std::unique_ptr<FrameStream> Open(bool lossless) {
+    StreamSettings settings;
+    settings.family = "drops";
+    settings.weights = {0.5};
+    settings.lossless = lossless;
+    return *client_->StreamFrames(settings);
+  }
+
+  testing::FakeServer server_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(FrameStreamTest, ALosslessStreamBringsEveryFrameAndEnds) {
+  const auto stream = Open(/*lossless=*/true);
+  int64_t count = 0;
+  for (;;) {
+    const absl::StatusOr<std::optional<StreamedFrame>> streamed = stream->Read();
+    ASSERT_TRUE(streamed.ok()) << streamed.status();
+    if (!*streamed) break;
+    EXPECT_EQ((*streamed)->frame_index, count);
+    EXPECT_NEAR((*streamed)->frame.time_s, static_cast<double>(count) / 24.0, 1e-12);
+    EXPECT_THAT((*streamed)->frame.weights, ElementsAre(0.5));
+    ++count;
+  }
+  EXPECT_EQ(count, 25);
+  EXPECT_FALSE((*stream->Read()).has_value()) << "the end stays the end";
+  EXPECT_EQ(stream->Change({}).code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(FrameStreamTest, ChangedWeightsShowInLaterFrames) {
+  const auto stream = Open(/*lossless=*/false);
+  ASSERT_TRUE(stream->Read().ok());
+  StreamSettings change;
+  change.weights = {0.75};
+  ASSERT_TRUE(stream->Change(change).ok());
+  for (;;) {
+    const auto streamed = stream->Read();
+    ASSERT_TRUE(streamed.ok()) << streamed.status();
+    ASSERT_TRUE(streamed->has_value());
+    if ((*streamed)->frame.weights == std::vector<double>{0.75}) break;
+    ASSERT_THAT((*streamed)->frame.weights, ElementsAre(0.5));
+  }
+}
+
+TEST_F(FrameStreamTest, CancelFromAnotherThreadEndsAWaitingRead) {
+  const auto stream = Open(/*lossless=*/false);
+  ASSERT_TRUE(stream->Read().ok());
+  std::thread canceller([&] { stream->Cancel(); });
+  absl::Status status;
+  while (status.ok()) status = stream->Read().status();
+  canceller.join();
+  EXPECT_EQ(status.code(), absl::StatusCode::kCancelled);
+}
+
+TEST_F(FrameStreamTest, IsOpenedAgainWhileTheServerIsAway) {
+  server_.FailNext("StreamFrames", 2, absl::UnavailableError("going away"));
+  const auto stream = Open(/*lossless=*/true);
+  const auto streamed = stream->Read();
+  ASSERT_TRUE(streamed.ok()) << streamed.status();
+  EXPECT_TRUE(streamed->has_value());
+  EXPECT_EQ(server_.NumCalls("StreamFrames"), 3);
+}
+
+TEST_F(FrameStreamTest, TheServersRefusalIsReported) {
+  server_.FailNext("StreamFrames", 1, absl::NotFoundError("families/drops does not exist"));
+  const absl::Status status = Open(/*lossless=*/true)->Read().status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(status.message(), "families/drops does not exist");
+}
+
+TEST_F(FrameStreamTest, AnUnreadStreamCanBeDropped) {
+  for (int i = 0; i < 3; ++i) Open(/*lossless=*/false);
+  EXPECT_TRUE(client_->GetFamily("drops").ok());
+}
+
+TEST_F(FrameStreamTest, StartsWithAFamily) {
+  EXPECT_EQ(client_->StreamFrames({}).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace liquidblend

@@ -1,0 +1,34 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "liquidblend/client.h"
+
+namespace liquidblend {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Options, DefaultsAreInRange) {
+  EXPECT_TRUE(ImportOptions().Validate().ok());
+  EXPECT_TRUE(RegistrationOptions().Validate().ok());
+  EXPECT_TRUE(ConnectOptions().Validate().ok());
+}
+
+TEST(Options, ValidateNamesTheFieldAndItsValue) {
+  ImportOptions import;
+  import.voxel_size_m = -0.5;
+  EXPECT_THAT(import.Validate().ToString(), HasSubstr("voxel_size_m is -0.5"));
+  import.voxel_size_m = std::nan("");
+  EXPECT_THAT(import.Validate().ToString(), HasSubstr("voxel_size_m is nan"));
+  RegistrationOptions registration;
+  registration.sample_share = 1.5;
+  EXPECT_THAT(registration.Validate().ToString(), HasSubstr("sample_share is 1.5"));
+  ConnectOptions connect;
+  connect.call_timeout = absl::ZeroDuration();
+  EXPECT_THAT(connect.Validate().ToString(), HasSubstr("call_timeout"));
+}
+
+}  // namespace
+}  // namespace liquidblend
