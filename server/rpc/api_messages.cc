@@ -1,0 +1,202 @@
+#include "server/rpc/api_messages.h"
+
+#include "core/base/status_macros.h"
+#include "server/rpc/names.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+using google::longrunning::Operation;
+using store::pb::JobRecord;
+
+void SetVector(const google::protobuf::RepeatedField<float>& from, v1::Vector3* to) {
+  if (from.size() != 3) return;
+  to->set_x(from[0]);
+  to->set_y(from[1]);
+  to->set_z(from[2]);
+}
+
+void SetBounds(const store::pb::Box& box, v1::Bounds* bounds) {
+  SetVector(box.min(), bounds->mutable_min());
+  SetVector(box.max(), bounds->mutable_max());
+}
+
+v1::RegistrationReport ToReport(const store::pb::RegistrationReport& record) {
+  v1::RegistrationReport report;
+  report.set_target(AnimationName(record.target()));
+  report.set_num_nodes(record.num_nodes());
+  report.set_num_iterations(record.num_iterations());
+  report.set_mean_residual_edges(record.mean_residual_edges());
+  report.set_inlier_share(record.inlier_share());
+  report.set_seconds(record.seconds());
+  return report;
+}
+
+v1::Progress ToProgress(const JobRecord& job) {
+  const store::pb::JobProgress& from = job.progress();
+  v1::Progress to;
+  to.set_stage(job.state() == JobRecord::QUEUED ? "queued" : from.stage());
+  to.set_fraction(job.state() == JobRecord::SUCCEEDED ? 1.0 : from.fraction());
+  to.set_target_index(from.target_index());
+  to.set_iteration(from.iteration());
+  to.set_num_iterations(from.num_iterations());
+  to.set_fit_energy(from.fit_energy());
+  to.set_smoothness_energy(from.smoothness_energy());
+  to.set_num_inliers(from.num_inliers());
+  to.set_num_samples(from.num_samples());
+  to.set_seconds_elapsed(from.seconds_elapsed());
+  to.set_seconds_left(from.seconds_left());
+  to.set_attempt(job.attempts());
+  to.set_worker(job.worker());
+  return to;
+}
+
+absl::StatusOr<v1::Animation> ResultAnimation(const std::string& id, store::Catalog& catalog) {
+  absl::StatusOr<store::pb::AnimationRecord> record = catalog.GetAnimation(id);
+  if (record.ok()) return ToAnimation(*record);
+  if (!absl::IsNotFound(record.status())) return record.status();
+  v1::Animation deleted;
+  deleted.set_name(AnimationName(id));
+  return deleted;
+}
+
+absl::StatusOr<v1::Family> ResultFamily(const std::string& id, store::Catalog& catalog) {
+  absl::StatusOr<store::pb::FamilyRecord> record = catalog.GetFamily(id);
+  if (record.ok()) return ToFamily(*record);
+  if (!absl::IsNotFound(record.status())) return record.status();
+  v1::Family deleted;
+  deleted.set_name(FamilyName(id));
+  return deleted;
+}
+
+void PackMetadata(const JobRecord& job, Operation& operation) {
+  if (job.has_import_animation()) {
+    v1::ImportAnimationMetadata metadata;
+    metadata.set_animation(AnimationName(job.import_animation().animation()));
+    *metadata.mutable_progress() = ToProgress(job);
+    operation.mutable_metadata()->PackFrom(metadata);
+  } else {
+    v1::RegisterFamilyMetadata metadata;
+    metadata.set_family(FamilyName(job.register_family().family()));
+    *metadata.mutable_progress() = ToProgress(job);
+    operation.mutable_metadata()->PackFrom(metadata);
+  }
+}
+
+absl::Status PackResponse(const JobRecord& job, store::Catalog& catalog, Operation& operation) {
+  if (job.has_import_animation()) {
+    LB_ASSIGN_OR_RETURN(const v1::Animation animation,
+                        ResultAnimation(job.import_animation().animation(), catalog));
+    operation.mutable_response()->PackFrom(animation);
+  } else {
+    LB_ASSIGN_OR_RETURN(const v1::Family family,
+                        ResultFamily(job.register_family().family(), catalog));
+    operation.mutable_response()->PackFrom(family);
+  }
+  return absl::OkStatus();
+}
+
+void SetError(const JobRecord& job, Operation& operation) {
+  *operation.mutable_error() = job.error();
+  if (job.error().code() != 0) return;
+  const bool is_cancelled = job.state() == JobRecord::CANCELLED;
+  const absl::Status error = is_cancelled ? absl::CancelledError("cancelled on request")
+                                          : absl::UnknownError("failed without a message");
+  operation.mutable_error()->set_code(static_cast<int>(error.code()));
+  operation.mutable_error()->set_message(std::string(error.message()));
+}
+
+void AddEvent(const v1::Event& event, google::protobuf::RepeatedField<double>* to) {
+  to->Add(event.position().x());
+  to->Add(event.position().y());
+  to->Add(event.position().z());
+  to->Add(event.time_s());
+}
+
+}  // namespace
+
+v1::Animation ToAnimation(const store::pb::AnimationRecord& record) {
+  const store::pb::AnimationManifest& manifest = record.manifest();
+  v1::Animation animation;
+  animation.set_name(AnimationName(record.id()));
+  animation.set_state(static_cast<v1::Animation::State>(record.state()));  // the same numbers
+  if (record.has_error()) *animation.mutable_error() = record.error();
+  animation.set_num_frames(manifest.num_frames());
+  animation.set_first_frame_number(manifest.first_frame_number());
+  animation.set_frames_per_second(manifest.frames_per_second());
+  animation.set_mean_edge_length_m(manifest.mean_edge_length_m());
+  animation.set_num_vertices(record.num_vertices());
+  animation.set_num_triangles(record.num_triangles());
+  if (manifest.has_bounds()) SetBounds(manifest.bounds(), animation.mutable_bounds());
+  animation.set_size_bytes(record.size_bytes());
+  *animation.mutable_notes() = manifest.notes();
+  *animation.mutable_create_time() = record.create_time();
+  return animation;
+}
+
+v1::Family ToFamily(const store::pb::FamilyRecord& record) {
+  const store::pb::FamilyManifest& manifest = record.manifest();
+  v1::Family family;
+  family.set_name(FamilyName(record.id()));
+  family.set_version(record.version());
+  if (!manifest.source().empty()) family.set_source(AnimationName(manifest.source()));
+  for (const std::string& target : manifest.targets()) family.add_targets(AnimationName(target));
+  if (manifest.frames_per_second() > 0) {
+    family.set_duration_s((manifest.num_frames() - 1) / manifest.frames_per_second());
+  }
+  family.set_frames_per_second(manifest.frames_per_second());
+  if (manifest.has_domain()) SetBounds(manifest.domain(), family.mutable_bounds());
+  family.set_num_vertices(record.num_vertices());
+  family.set_num_cells(record.num_cells());
+  for (const auto& report : manifest.reports()) *family.add_reports() = ToReport(report);
+  family.set_size_bytes(record.size_bytes());
+  *family.mutable_create_time() = record.create_time();
+  *family.mutable_update_time() = record.update_time();
+  return family;
+}
+
+absl::StatusOr<Operation> ToOperation(const JobRecord& job, store::Catalog& catalog) {
+  Operation operation;
+  operation.set_name(OperationName(job.id()));
+  PackMetadata(job, operation);
+  operation.set_done(job.state() == JobRecord::SUCCEEDED || job.state() == JobRecord::FAILED ||
+                     job.state() == JobRecord::CANCELLED);
+  if (job.state() == JobRecord::SUCCEEDED) {
+    LB_RETURN_IF_ERROR(PackResponse(job, catalog, operation));
+  } else if (operation.done()) {
+    SetError(job, operation);
+  }
+  return operation;
+}
+
+store::pb::ImportOptions ToRecord(const v1::ImportOptions& options) {
+  store::pb::ImportOptions record;
+  record.set_format(static_cast<store::pb::ImportOptions::Format>(options.format()));
+  record.set_frames_per_second(options.frames_per_second());
+  record.set_vertex_scale(options.vertex_scale());
+  record.set_velocity_scale(options.velocity_scale());
+  record.set_voxel_size_m(options.voxel_size_m());
+  return record;
+}
+
+store::pb::RegistrationOptions ToRecord(const v1::RegistrationOptions& options) {
+  store::pb::RegistrationOptions record;
+  record.set_max_iterations(options.max_iterations());
+  record.set_node_spacing_edges(options.node_spacing_edges());
+  record.set_sample_share(options.sample_share());
+  record.set_seed(options.seed());
+  record.set_final_smoothness(options.final_smoothness());
+  return record;
+}
+
+store::pb::Correspondence ToRecord(const v1::Correspondence& correspondence) {
+  store::pb::Correspondence record;
+  record.set_kind(static_cast<store::pb::Correspondence::Kind>(correspondence.kind()));
+  record.set_hard(correspondence.hard());
+  AddEvent(correspondence.source(), record.mutable_source());
+  AddEvent(correspondence.target(), record.mutable_target());
+  record.set_length_s(correspondence.length_s());
+  return record;
+}
+
+}  // namespace liquidblend::rpc

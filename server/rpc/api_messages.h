@@ -1,0 +1,25 @@
+// Records of the catalog <-> messages of the public API.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "core/store/catalog.h"
+#include "google/longrunning/operations.pb.h"
+#include "liquidblend/store/v1/records.pb.h"
+#include "liquidblend/v1/liquidblend.pb.h"
+
+namespace liquidblend::rpc {
+
+v1::Animation ToAnimation(const store::pb::AnimationRecord& record);
+v1::Family ToFamily(const store::pb::FamilyRecord& record);
+
+// The operation that a job is to clients. Its response is the animation or family as it is now, and
+// no more than its name if it has been deleted since.
+// Errors: those of the catalog, which is asked for the response.
+absl::StatusOr<google::longrunning::Operation> ToOperation(const store::pb::JobRecord& job,
+                                                           store::Catalog& catalog);
+
+store::pb::ImportOptions ToRecord(const v1::ImportOptions& options);
+store::pb::RegistrationOptions ToRecord(const v1::RegistrationOptions& options);
+store::pb::Correspondence ToRecord(const v1::Correspondence& correspondence);
+
+}  // namespace liquidblend::rpc

@@ -1,0 +1,58 @@
+#include "server/rpc/names.h"
+
+#include <algorithm>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "server/rpc/errors.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+constexpr size_t kMaxIdLength = 63;
+constexpr size_t kMaxShown = 80;  // of a wrong name, in a message
+
+bool IsLowerOrDigit(char c) { return absl::ascii_islower(c) || absl::ascii_isdigit(c); }
+
+absl::StatusOr<std::string> IdIn(absl::string_view collection, absl::string_view field,
+                                 absl::string_view name) {
+  absl::string_view id = name;
+  if (absl::ConsumePrefix(&id, absl::StrCat(collection, "/")) && IsResourceId(id)) {
+    return std::string(id);
+  }
+  return InvalidField(field, absl::StrCat("must look like ", collection, "/{id}, got '",
+                                          name.substr(0, kMaxShown), "'"));
+}
+
+}  // namespace
+
+bool IsResourceId(absl::string_view id) {
+  return !id.empty() && id.size() <= kMaxIdLength && IsLowerOrDigit(id[0]) &&
+         std::all_of(id.begin(), id.end(),
+                     [](char c) { return IsLowerOrDigit(c) || c == '_' || c == '.' || c == '-'; });
+}
+
+absl::Status CheckId(absl::string_view field, absl::string_view id) {
+  if (IsResourceId(id)) return absl::OkStatus();
+  return InvalidField(field, absl::StrCat("must match [a-z0-9][a-z0-9_.-]{0,62}, got '",
+                                          id.substr(0, kMaxShown), "'"));
+}
+
+absl::StatusOr<std::string> AnimationId(absl::string_view field, absl::string_view name) {
+  return IdIn("animations", field, name);
+}
+
+absl::StatusOr<std::string> FamilyId(absl::string_view field, absl::string_view name) {
+  return IdIn("families", field, name);
+}
+
+absl::StatusOr<std::string> OperationId(absl::string_view field, absl::string_view name) {
+  return IdIn("operations", field, name);
+}
+
+std::string AnimationName(absl::string_view id) { return absl::StrCat("animations/", id); }
+std::string FamilyName(absl::string_view id) { return absl::StrCat("families/", id); }
+std::string OperationName(absl::string_view id) { return absl::StrCat("operations/", id); }
+
+}  // namespace liquidblend::rpc

@@ -1,0 +1,26 @@
+// Resource names: animations/{id}, families/{id}, operations/{id}.
+#pragma once
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace liquidblend::rpc {
+
+// Whether `id` may name an animation or a family: [a-z0-9][a-z0-9_.-]{0,62}.
+bool IsResourceId(absl::string_view id);
+
+// OK, or a field violation that says what an id looks like. For new resources.
+absl::Status CheckId(absl::string_view field, absl::string_view id);
+
+// The id in a name. Errors: kInvalidArgument with a violation of `field`.
+absl::StatusOr<std::string> AnimationId(absl::string_view field, absl::string_view name);
+absl::StatusOr<std::string> FamilyId(absl::string_view field, absl::string_view name);
+absl::StatusOr<std::string> OperationId(absl::string_view field, absl::string_view name);
+
+std::string AnimationName(absl::string_view id);
+std::string FamilyName(absl::string_view id);
+std::string OperationName(absl::string_view id);
+
+}  // namespace liquidblend::rpc

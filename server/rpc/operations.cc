@@ -1,0 +1,51 @@
+#include <string>
+
+#include "core/base/status_macros.h"
+#include "server/rpc/api_messages.h"
+#include "server/rpc/errors.h"
+#include "server/rpc/handlers.h"
+#include "server/rpc/names.h"
+#include "server/rpc/paging.h"
+
+namespace liquidblend::rpc {
+
+absl::StatusOr<lro::Operation> GetOperation(Backends& backends,
+                                            const lro::GetOperationRequest& request) {
+  LB_ASSIGN_OR_RETURN(const std::string id, OperationId("name", request.name()));
+  LB_ASSIGN_OR_RETURN(const store::pb::JobRecord job, backends.catalog.GetJob(id));
+  return ToOperation(job, backends.catalog);
+}
+
+absl::StatusOr<lro::ListOperationsResponse> ListOperations(
+    Backends& backends, const lro::ListOperationsRequest& request) {
+  FieldViolations violations;
+  violations.AddIf(!request.name().empty() && request.name() != "operations", "name",
+                   "must be empty or 'operations'");
+  violations.AddIf(!request.filter().empty(), "filter", "filters are not supported");
+  LB_RETURN_IF_ERROR(violations.ToStatus());
+  LB_RETURN_IF_ERROR(CheckPageSize(request.page_size()));
+  const auto found = backends.catalog.ListJobs(request.page_size(), request.page_token());
+  LB_RETURN_IF_ERROR(FromList(found.status()));
+  lro::ListOperationsResponse response;
+  for (const auto& job : found->records) {
+    LB_ASSIGN_OR_RETURN(*response.add_operations(), ToOperation(job, backends.catalog));
+  }
+  response.set_next_page_token(found->next_page_token);
+  return response;
+}
+
+absl::StatusOr<Empty> CancelOperation(Backends& backends,
+                                      const lro::CancelOperationRequest& request) {
+  LB_ASSIGN_OR_RETURN(const std::string id, OperationId("name", request.name()));
+  LB_RETURN_IF_ERROR(backends.catalog.RequestCancel(id));
+  return Empty();
+}
+
+absl::StatusOr<Empty> DeleteOperation(Backends& backends,
+                                      const lro::DeleteOperationRequest& request) {
+  LB_ASSIGN_OR_RETURN(const std::string id, OperationId("name", request.name()));
+  LB_RETURN_IF_ERROR(backends.catalog.DeleteJob(id));
+  return Empty();
+}
+
+}  // namespace liquidblend::rpc

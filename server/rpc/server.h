@@ -1,0 +1,51 @@
+// The gRPC server: listens, answers, and stops in good order.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/store/blob_store.h"
+#include "core/store/catalog.h"
+#include "server/catalog/families.h"
+#include "server/rpc/backends.h"
+
+namespace liquidblend::rpc {
+
+struct ServerOptions {
+  std::string listen = "127.0.0.1:50051";  // HOST:PORT; port 0: any free one
+  int num_io_threads = 4;                  // >= 1; wait for the catalog and the disk
+  int num_frame_threads = 2;               // >= 1; compute frames
+  int max_waiting_calls = 1000;            // >= 1; for a thread of each kind; more are refused
+  int max_message_bytes = 4 << 20;         // >= 64 KiB; of requests
+  Limits limits;
+  absl::Status Validate() const;  // names the first field out of range, and its value
+};
+
+// Threads: safe.
+class Server {
+ public:
+  // Listens and serves, with health checking and reflection. The stores and families outlive it.
+  // Errors: kInvalidArgument (options), kUnavailable if it cannot listen there.
+  static absl::StatusOr<std::unique_ptr<Server>> Start(store::Catalog& catalog,
+                                                       store::BlobStore& blobs,
+                                                       liquidblend::catalog::Families& families,
+                                                       const ServerOptions& options);
+  ~Server();  // Drain() without patience
+
+  // HOST:PORT with the port that was chosen.
+  const std::string& address() const;
+  int port() const;
+
+  // Health says NOT_SERVING, new calls are refused, streams end with kUnavailable, and the others
+  // may finish for as long as `patience`. Idempotent.
+  void Drain(absl::Duration patience);
+
+ private:
+  struct Impl;
+  explicit Server(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace liquidblend::rpc

@@ -1,0 +1,174 @@
+#include "server/rpc/upload.h"
+
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "core/base/status_macros.h"
+#include "server/rpc/api_messages.h"
+#include "server/rpc/errors.h"
+#include "server/rpc/names.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+constexpr size_t kMaxFileNameLength = 255;
+constexpr size_t kMaxRequestIdLength = 128;
+
+// A base name that is safe to show and to write.
+bool IsBaseName(absl::string_view name) {
+  if (name.empty() || name.size() > kMaxFileNameLength || name == "." || name == "..") return false;
+  for (const char c : name) {
+    if (c == '/' || c == '\\' || static_cast<unsigned char>(c) < 0x20) return false;
+  }
+  return true;
+}
+
+absl::Status CheckOptions(const v1::ImportOptions& options) {
+  FieldViolations violations;
+  violations.AddIf(!v1::AnimationFormat_IsValid(options.format()), "header.options.format",
+                   absl::StrCat("unknown format ", options.format()));
+  const auto check = [&](absl::string_view field, double value) {
+    violations.AddIf(!(value >= 0) || !std::isfinite(value), absl::StrCat("header.options.", field),
+                     absl::StrCat("must be 0 (not given) or greater, got ", value));
+  };
+  check("frames_per_second", options.frames_per_second());
+  check("vertex_scale", options.vertex_scale());
+  check("velocity_scale", options.velocity_scale());
+  check("voxel_size_m", options.voxel_size_m());
+  return violations.ToStatus();
+}
+
+}  // namespace
+
+absl::Status Upload::Add(const v1::UploadAnimationRequest& message) {
+  const bool is_first = !job_.has_import_animation();
+  if (is_first != message.has_header()) {
+    return InvalidField("header",
+                        is_first ? "must be the first message" : "must not be sent again");
+  }
+  switch (message.payload_case()) {
+    case v1::UploadAnimationRequest::kHeader:
+      return AddHeader(message.header());
+    case v1::UploadAnimationRequest::kFile:
+      return AddFile(message.file());
+    case v1::UploadAnimationRequest::kChunk:
+      return AddChunk(message.chunk());
+    case v1::UploadAnimationRequest::PAYLOAD_NOT_SET:
+      break;
+  }
+  return InvalidField("payload", "is missing");
+}
+
+absl::Status Upload::AddHeader(const v1::UploadAnimationRequest::Header& header) {
+  LB_RETURN_IF_ERROR(CheckId("header.animation_id", header.animation_id()));
+  LB_RETURN_IF_ERROR(CheckOptions(header.options()));
+  if (header.request_id().size() > kMaxRequestIdLength) {
+    return InvalidField("header.request_id",
+                        absl::StrCat("at most ", kMaxRequestIdLength, " characters"));
+  }
+  if (header.request_id().empty()) LB_RETURN_IF_ERROR(CheckIsFree(header.animation_id()));
+  job_.set_request_id(header.request_id());
+  job_.mutable_import_animation()->set_animation(header.animation_id());
+  *job_.mutable_import_animation()->mutable_options() = ToRecord(header.options());
+  return absl::OkStatus();
+}
+
+// Only spares the client a useless upload: SubmitImport() decides.
+absl::Status Upload::CheckIsFree(const std::string& animation_id) {
+  absl::StatusOr<store::pb::AnimationRecord> there = catalog_.GetAnimation(animation_id);
+  if (absl::IsNotFound(there.status())) return absl::OkStatus();
+  LB_RETURN_IF_ERROR(there.status());
+  if (there->state() == store::pb::AnimationRecord::FAILED) return absl::OkStatus();
+  return absl::AlreadyExistsError(
+      absl::StrCat("there is a ", AnimationName(animation_id), " already"));
+}
+
+absl::Status Upload::AddFile(const v1::UploadAnimationRequest::File& file) {
+  LB_RETURN_IF_ERROR(CheckFileIsComplete());
+  LB_RETURN_IF_ERROR(CheckFile(file));
+  file_names_.insert(file.name());
+  declared_bytes_ += file.size_bytes();
+  received_bytes_ = 0;
+  file_.set_name(file.name());
+  file_.set_size_bytes(file.size_bytes());
+  LB_ASSIGN_OR_RETURN(writer_, blobs_.Create());
+  return CommitFileIfComplete();
+}
+
+absl::Status Upload::CheckFile(const v1::UploadAnimationRequest::File& file) const {
+  if (!IsBaseName(file.name())) {
+    return InvalidField("file.name", "must be a base name of 1 to 255 characters");
+  }
+  if (file_names_.count(file.name()) > 0) {
+    return InvalidField("file.name", absl::StrCat("'", file.name(), "' is sent twice"));
+  }
+  if (file.size_bytes() < 0) {
+    return InvalidField("file.size_bytes", absl::StrCat("must be >= 0, got ", file.size_bytes(),
+                                                        " for '", file.name(), "'"));
+  }
+  if (static_cast<int>(file_names_.size()) >= limits_.max_upload_files) {
+    return WithReason(absl::ResourceExhaustedError(absl::StrCat(
+                          "more than ", limits_.max_upload_files, " files in one upload")),
+                      "TOO_MANY_FILES");
+  }
+  if (file.size_bytes() > limits_.max_upload_bytes - declared_bytes_) {
+    return WithReason(absl::ResourceExhaustedError(
+                          absl::StrCat("more than ", limits_.max_upload_bytes,
+                                       " bytes in one upload, with '", file.name(), "'")),
+                      "UPLOAD_TOO_LARGE");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Upload::AddChunk(const std::string& chunk) {
+  if (writer_ == nullptr) {
+    return InvalidField("chunk", file_.name().empty()
+                                     ? "must follow a file"
+                                     : absl::StrCat("'", file_.name(), "' has more than the ",
+                                                    file_.size_bytes(), " bytes declared"));
+  }
+  const int64_t size = static_cast<int64_t>(chunk.size());
+  if (size > limits_.max_chunk_bytes) {
+    return InvalidField("chunk",
+                        absl::StrCat("at most ", limits_.max_chunk_bytes, " bytes, got ", size));
+  }
+  if (size > file_.size_bytes() - received_bytes_) {
+    return InvalidField("chunk", absl::StrCat("'", file_.name(), "' has more than the ",
+                                              file_.size_bytes(), " bytes declared"));
+  }
+  LB_RETURN_IF_ERROR(writer_->Append(std::as_bytes(std::span(chunk))));
+  received_bytes_ += size;
+  return CommitFileIfComplete();
+}
+
+absl::Status Upload::CheckFileIsComplete() const {
+  if (writer_ == nullptr) return absl::OkStatus();
+  return InvalidField("file.size_bytes",
+                      absl::StrCat("'", file_.name(), "' has ", received_bytes_, " of the ",
+                                   file_.size_bytes(), " bytes declared"));
+}
+
+absl::Status Upload::CommitFileIfComplete() {
+  if (received_bytes_ < file_.size_bytes()) return absl::OkStatus();
+  LB_ASSIGN_OR_RETURN(*file_.mutable_blob(), writer_->Commit());
+  writer_ = nullptr;
+  *job_.mutable_import_animation()->add_files() = file_;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<store::pb::JobRecord> Upload::Submit() {
+  if (!job_.has_import_animation()) return InvalidField("header", "must be the first message");
+  LB_RETURN_IF_ERROR(CheckFileIsComplete());
+  if (job_.import_animation().files().empty()) {
+    return InvalidField("file", "there must be at least one");
+  }
+  store::pb::AnimationRecord animation;
+  animation.set_id(job_.import_animation().animation());
+  animation.set_state(store::pb::AnimationRecord::IMPORTING);
+  return catalog_.SubmitImport(animation, job_);
+}
+
+}  // namespace liquidblend::rpc

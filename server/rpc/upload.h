@@ -1,0 +1,55 @@
+// The files of one animation on their way in: checks what a client sends, message by message, and
+// streams it into blobs. Knows no gRPC.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/store/blob_store.h"
+#include "core/store/catalog.h"
+#include "liquidblend/v1/liquidblend.pb.h"
+#include "server/rpc/backends.h"
+
+namespace liquidblend::rpc {
+
+// Nothing is visible before Submit(); dropped without it, only blobs that nobody refers to remain.
+// Threads: one at a time.
+class Upload {
+ public:
+  Upload(store::Catalog& catalog, store::BlobStore& blobs, const Limits& limits)
+      : catalog_(catalog), blobs_(blobs), limits_(limits) {}
+
+  // Takes the next message: the header first, then each file followed by its chunks.
+  // Errors: kInvalidArgument with the field at fault, kResourceExhausted (limits, disk full),
+  // kAlreadyExists (early, unless the header has a request_id).
+  absl::Status Add(const v1::UploadAnimationRequest& message);
+
+  // After the last message. Errors: kInvalidArgument if a file is incomplete or there is none, and
+  // those of Catalog::SubmitImport.
+  absl::StatusOr<store::pb::JobRecord> Submit();
+
+ private:
+  absl::Status AddHeader(const v1::UploadAnimationRequest::Header& header);
+  absl::Status AddFile(const v1::UploadAnimationRequest::File& file);
+  absl::Status AddChunk(const std::string& chunk);
+  absl::Status CheckFile(const v1::UploadAnimationRequest::File& file) const;
+  absl::Status CheckIsFree(const std::string& animation_id);
+  absl::Status CheckFileIsComplete() const;
+  absl::Status CommitFileIfComplete();
+
+  store::Catalog& catalog_;
+  store::BlobStore& blobs_;
+  const Limits limits_;
+  store::pb::JobRecord job_;  // grows with each complete file
+  std::set<std::string> file_names_;
+  int64_t declared_bytes_ = 0;                 // of all files so far
+  store::pb::SourceFile file_;                 // the one that chunks go to
+  int64_t received_bytes_ = 0;                 // of that file
+  std::unique_ptr<store::BlobWriter> writer_;  // of that file, while it is not complete
+};
+
+}  // namespace liquidblend::rpc

@@ -1,0 +1,93 @@
+#include "server/rpc/work_pool.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace liquidblend::rpc {
+
+WorkPool::WorkPool(int num_threads, int max_waiting) : max_waiting_(std::max(1, max_waiting)) {
+  for (int i = 0; i < std::max(1, num_threads); ++i) {
+    threads_.emplace_back([this] { RunTasks(); });
+  }
+}
+
+WorkPool::~WorkPool() { Stop(); }
+
+absl::Status WorkPool::Post(Task task) {
+  absl::MutexLock lock(&mutex_);
+  if (stopped_) return absl::UnavailableError("the server is shutting down");
+  if (ready_.size() >= max_waiting_) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("too busy: ", ready_.size(), " calls are waiting already; try again later"));
+  }
+  ready_.push_back(std::move(task));
+  changed_.Signal();
+  return absl::OkStatus();
+}
+
+bool WorkPool::PostMore(Task task) {
+  absl::MutexLock lock(&mutex_);
+  if (stopped_) return false;
+  ready_.push_back(std::move(task));
+  changed_.Signal();
+  return true;
+}
+
+bool WorkPool::PostAfter(absl::Duration delay, Task task) {
+  absl::MutexLock lock(&mutex_);
+  if (stopped_) return false;
+  later_.emplace(Clock::now() + absl::ToChronoNanoseconds(delay), std::move(task));
+  changed_.Signal();
+  return true;
+}
+
+void WorkPool::Stop() {
+  std::multimap<Clock::time_point, Task> dropped;  // destroyed without the lock: tasks own objects
+  {
+    absl::MutexLock lock(&mutex_);
+    stopped_ = true;
+    dropped.swap(later_);
+    changed_.SignalAll();
+  }
+  for (std::thread& thread : threads_) {
+    if (thread.joinable()) thread.join();
+  }
+}
+
+void WorkPool::RunTasks() {
+  Task task;
+  while (NextTask(task)) {
+    task();
+    task = nullptr;
+  }
+}
+
+bool WorkPool::NextTask(Task& task) {
+  absl::MutexLock lock(&mutex_);
+  while (true) {
+    MoveDueTasks();
+    if (!ready_.empty()) break;
+    if (stopped_) return false;
+    if (later_.empty()) {
+      changed_.Wait(&mutex_);
+    } else {
+      changed_.WaitWithTimeout(&mutex_, absl::FromChrono(later_.begin()->first - Clock::now()));
+    }
+  }
+  task = std::move(ready_.front());
+  ready_.pop_front();
+  if (!ready_.empty() || !later_.empty()) changed_.Signal();
+  return true;
+}
+
+void WorkPool::MoveDueTasks() {
+  const Clock::time_point now = Clock::now();
+  while (!later_.empty() && later_.begin()->first <= now) {
+    ready_.push_back(std::move(later_.begin()->second));
+    later_.erase(later_.begin());
+  }
+}
+
+}  // namespace liquidblend::rpc

@@ -1,0 +1,57 @@
+// A fixed number of threads on which calls do their work, so that no gRPC thread ever blocks.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/any_invocable.h"
+#include "absl/status/status.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+
+namespace liquidblend::rpc {
+
+// Runs tasks in the order they were posted, and later ones when their time has come.
+// Threads: safe. Tasks must not throw.
+class WorkPool {
+ public:
+  using Task = absl::AnyInvocable<void()>;
+
+  // Starts num_threads >= 1 threads; at most max_waiting >= 1 posted tasks wait for one of them.
+  WorkPool(int num_threads, int max_waiting);
+  ~WorkPool();  // Stop()
+  WorkPool(const WorkPool&) = delete;
+  WorkPool& operator=(const WorkPool&) = delete;
+
+  // Takes on new work. Errors, and the task is dropped: kResourceExhausted if too many wait
+  // already, kUnavailable if the pool has stopped.
+  absl::Status Post(Task task);
+  // Goes on with accepted work, never refused for its number, at once or after a while. False, and
+  // the task is dropped, if the pool has stopped.
+  bool PostMore(Task task);
+  bool PostAfter(absl::Duration delay, Task task);
+
+  // Runs what was posted, drops what was to come later, and ends the threads. Idempotent.
+  void Stop();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void RunTasks();
+  bool NextTask(Task& task);  // false: stopped
+  void MoveDueTasks() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const size_t max_waiting_;
+  absl::Mutex mutex_;
+  absl::CondVar changed_;
+  std::deque<Task> ready_ ABSL_GUARDED_BY(mutex_);
+  std::multimap<Clock::time_point, Task> later_ ABSL_GUARDED_BY(mutex_);
+  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace liquidblend::rpc

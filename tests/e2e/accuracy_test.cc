@@ -1,0 +1,175 @@
+// The accuracy table: two_drops A registered to B without user correspondences, and its blends
+// against the simulations, also the one that was never an input. Distances are mean symmetric
+// point-to-surface distances in mean edge lengths.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "server/blend/blend.h"
+#include "server/slice/slice.h"
+#include "tests/synthetic/surface_distance.h"
+#include "worker/ingest/read_animation.h"
+#include "worker/ingest/read_directory.h"
+#include "worker/registration/register.h"
+#include "worker/spacetime/build.h"
+
+namespace liquidblend {
+namespace {
+
+constexpr int kNumEarlyFrames = 36;  // later motion is chaotic: see the mirror floor in the docs
+
+mesh::Animation Load(const std::string& name, const parallel::Arena& arena) {
+  const auto files =
+      ingest::LoadDirectory(std::string(LIQUIDBLEND_TEST_DATA) + "/two_drops/" + name);
+  EXPECT_TRUE(files.ok()) << files.status();
+  auto animation = ingest::ReadAnimation(name, ingest::Views(*files), {}, arena);
+  EXPECT_TRUE(animation.ok()) << animation.status();
+  return *std::move(animation);
+}
+
+// The registered pair, and slices of it.
+class Blends {
+ public:
+  explicit Blends(const parallel::Arena& arena)
+      : a(Load("A", arena)), b(Load("B", arena)), mid(Load("MID", arena)) {
+    auto source = spacetime::Build(a, {}, arena);
+    auto target = spacetime::Build(b, {}, arena);
+    EXPECT_TRUE(source.ok() && target.ok()) << source.status() << target.status();
+    mesh_ = *std::move(source);
+    auto result = registration::Register(mesh_, *target, {}, {}, arena);
+    EXPECT_TRUE(result.ok()) << result.status();
+    registration_ = *std::move(result);
+    std::printf("registered in %.1f s: %d nodes, residual %.3f edges\n",
+                registration_.report.seconds, registration_.report.num_nodes,
+                registration_.report.mean_residual_edges);
+    family_ = mesh::ViewOf(mesh_);
+    const auto view = [](const Eigen::Matrix4Xf& columns) {
+      return std::span(reinterpret_cast<const mesh::Float4*>(columns.data()),
+                       static_cast<size_t>(columns.cols()));
+    };
+    mesh::FamilyTarget target_view;
+    target_view.name = "B";
+    target_view.displacement = view(registration_.displacement);
+    target_view.extrapolation = view(registration_.extrapolation);
+    family_.targets = {target_view};
+    const auto bounds_a = mesh::Bounds(a), bounds_b = mesh::Bounds(b);
+    for (int axis = 0; axis < 3; ++axis) {
+      family_.domain_min[axis] = std::min(bounds_a(axis, 0), bounds_b(axis, 0));
+      family_.domain_max[axis] = std::max(bounds_a(axis, 1), bounds_b(axis, 1));
+    }
+    index_ = std::make_unique<slice::CellIndex>(family_);
+  }
+
+  mesh::TriangleMesh Cut(double weight, double frame) {
+    const double weights[] = {weight};
+    const double time_s = std::min(frame / family_.frames_per_second, family_.duration_s());
+    const absl::Status found = slice::FindCandidates(*index_, weights, time_s, workspace_);
+    EXPECT_TRUE(found.ok()) << found;
+    blend::BlendVertices(family_, weights, workspace_.vertex_ranges, positions_);
+    return slice::March(*index_, positions_, workspace_);
+  }
+  double edge_length_m() const { return family_.edge_length_m; }
+  int num_frames() const { return family_.num_frames; }
+
+  mesh::Animation a, b, mid;
+
+ private:
+  mesh::SpaceTimeMesh mesh_;
+  registration::Registration registration_;
+  mesh::RegisteredFamily family_;
+  std::unique_ptr<slice::CellIndex> index_;
+  slice::Workspace workspace_;
+  std::vector<mesh::Float4> positions_;
+};
+
+class AccuracyTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    arena_ = std::make_unique<parallel::Arena>();
+    blends_ = std::make_unique<Blends>(*arena_);
+  }
+  static void TearDownTestSuite() {
+    blends_.reset();
+    arena_.reset();
+  }
+
+  struct Row {
+    double all = 0, early = 0;
+  };
+  // Prints one line of the table: the mean over all frames and over the early ones.
+  static Row Measure(const std::string& name, const std::function<mesh::TriangleMesh(int)>& blend,
+                     const mesh::Animation& truth) {
+    const int num_frames = blends_->num_frames();
+    std::vector<mesh::TriangleMesh> surfaces(num_frames);
+    for (int k = 0; k < num_frames; ++k) surfaces[k] = blend(k);
+    std::vector<double> distance(num_frames);
+    arena_->For(
+        num_frames,
+        [&](int64_t k) {
+          distance[k] = synthetic::MeanSymmetricDistance(surfaces[k], truth.frames[k]) /
+                        blends_->edge_length_m();
+        },
+        1);
+    Row row;
+    for (int k = 0; k < num_frames; ++k) {
+      row.all += distance[k] / num_frames;
+      if (k < kNumEarlyFrames) row.early += distance[k] / kNumEarlyFrames;
+    }
+    std::printf("%-28s %8.4f %14.4f\n", name.c_str(), row.all, row.early);
+    return row;
+  }
+  static Row MeasureBlend(const std::string& name, double weight, const mesh::Animation& truth) {
+    return Measure(
+        name, [&](int k) { return blends_->Cut(weight, k); }, truth);
+  }
+
+  static std::unique_ptr<parallel::Arena> arena_;
+  static std::unique_ptr<Blends> blends_;
+};
+
+std::unique_ptr<parallel::Arena> AccuracyTest::arena_;
+std::unique_ptr<Blends> AccuracyTest::blends_;
+
+TEST_F(AccuracyTest, BlendsAreCloseToTheSimulations) {
+  std::printf("%-28s %8s %14s\n", "two_drops, mean edges", "all", "frames 1 to 36");
+  const Row source = MeasureBlend("weight 0    against A", 0.0, blends_->a);
+  const Row target = MeasureBlend("weight 1    against B", 1.0, blends_->b);
+  const Row half = MeasureBlend("weight 0.5  against MID", 0.5, blends_->mid);
+  const Row nearest = Measure(
+      "input A     against MID", [](int k) { return blends_->a.frames[k]; }, blends_->mid);
+  EXPECT_LE(source.all, 0.05);
+  EXPECT_LE(target.all, 0.10);
+  EXPECT_LE(half.all, 0.17);
+  EXPECT_LE(half.early, 0.08);
+  EXPECT_GT(nearest.early, 4 * half.early);  // the blend is worth more than either input
+}
+
+TEST_F(AccuracyTest, EveryFrameAtAnyWeightAndTimeIsClosedAndOriented) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> anywhere(0, blends_->num_frames() - 1);
+  int64_t num_surfaces = 0, num_odd = 0, num_misoriented = 0;
+  for (const double weight : {-0.25, 0.0, 0.25, 0.5, 0.75, 1.0, 1.25}) {
+    std::vector<double> frames;
+    for (int k = 0; k < blends_->num_frames(); ++k) frames.push_back(k);
+    for (int n = 0; n < 20; ++n) frames.push_back(anywhere(random));
+    for (const double frame : frames) {
+      const mesh::ClosednessReport report = mesh::CheckClosed(blends_->Cut(weight, frame));
+      num_odd += report.num_odd_edges;
+      num_misoriented += report.num_misoriented_edges;
+      ++num_surfaces;
+    }
+  }
+  std::printf("%ld surfaces: %ld odd, %ld misoriented edges\n", static_cast<long>(num_surfaces),
+              static_cast<long>(num_odd), static_cast<long>(num_misoriented));
+  EXPECT_EQ(num_odd, 0);
+  EXPECT_EQ(num_misoriented, 0);
+}
+
+}  // namespace
+}  // namespace liquidblend

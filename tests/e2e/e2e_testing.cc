@@ -1,0 +1,179 @@
+#include "tests/e2e/e2e_testing.h"
+
+#include <draco/compression/decode.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "tests/synthetic/shapes.h"
+#include "tests/worker/ingest/encode_files.h"
+
+namespace liquidblend::e2e {
+namespace {
+
+constexpr auto kPatience = std::chrono::seconds(60);
+
+void SetDeadline(grpc::ClientContext& context) {
+  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+}
+
+}  // namespace
+
+std::vector<NamedBytes> E2eTest::BallFiles(double velocity_m_per_s) {
+  synthetic::MovingSphereOptions options;
+  options.velocity_m_per_s = {static_cast<float>(velocity_m_per_s), 0, 0};
+  options.num_frames = 6;
+  options.subdivisions = 2;
+  std::vector<NamedBytes> files;
+  for (const ingest::LoadedFile& file :
+       ingest::Files(synthetic::MovingSphere(options), ingest::Format::kPly)) {
+    files.push_back({file.name, store::AsString(file.bytes)});
+  }
+  return files;
+}
+
+Process E2eTest::StartServer(int num_workers, const std::vector<std::string>& environment) {
+  Process server("liquidblend-server",
+                 {"--data", data(), "--listen", "127.0.0.1:0", "--worker-lease", "1s", "--workers",
+                  std::to_string(num_workers)},
+                 environment);
+  const std::string line = server.ReadLine();
+  const std::string words = "listening on ";
+  EXPECT_EQ(line.substr(0, words.size()), words);
+  const std::string address = line.substr(std::min(line.size(), words.size()));
+  const auto channel = grpc::CreateChannel(address, grpc::InsecureChannelCredentials());
+  stub_ = v1::LiquidBlend::NewStub(channel);
+  operations_ = google::longrunning::Operations::NewStub(channel);
+  return server;
+}
+
+Process E2eTest::StartWorker(const std::vector<std::string>& environment) {
+  return Process("liquidblend-worker",
+                 {"--data", data(), "--lease", "1s", "--poll", "20ms", "--threads", "1"},
+                 environment);
+}
+
+grpc::Status E2eTest::Upload(const std::string& id, const std::vector<NamedBytes>& files,
+                             const std::string& request_id, Operation& operation) {
+  grpc::ClientContext context;
+  SetDeadline(context);
+  auto writer = stub_->UploadAnimation(&context, &operation);
+  v1::UploadAnimationRequest message;
+  message.mutable_header()->set_animation_id(id);
+  message.mutable_header()->set_request_id(request_id);
+  bool ok = writer->Write(message);
+  for (size_t k = 0; ok && k < files.size(); ++k) {
+    message.mutable_file()->set_name(files[k].name);
+    message.mutable_file()->set_size_bytes(static_cast<int64_t>(files[k].bytes.size()));
+    ok = writer->Write(message);
+    message.set_chunk(files[k].bytes);
+    ok = ok && writer->Write(message);
+  }
+  writer->WritesDone();
+  return writer->Finish();
+}
+
+Operation E2eTest::ImportBall(const std::string& id, double velocity_m_per_s) {
+  Operation operation;
+  const grpc::Status status = Upload(id, BallFiles(velocity_m_per_s), "", operation);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return operation;
+}
+
+grpc::Status E2eTest::Register(int num_iterations, Operation& operation) {
+  v1::RegisterFamilyRequest request;
+  request.set_family_id("balls");
+  request.set_source("animations/a");
+  request.add_targets("animations/b");
+  request.mutable_options()->set_max_iterations(num_iterations);
+  grpc::ClientContext context;
+  SetDeadline(context);
+  return stub_->RegisterFamily(&context, request, &operation);
+}
+
+Operation E2eTest::Watch(const std::string& name,
+                         const std::function<bool(const Operation&)>& condition) {
+  grpc::ClientContext context;
+  SetDeadline(context);
+  v1::WatchOperationRequest request;
+  request.set_name(name);
+  auto reader = stub_->WatchOperation(&context, request);
+  Operation operation;
+  while (reader->Read(&operation)) {
+    if (condition(operation)) return operation;
+  }
+  const grpc::Status status = reader->Finish();
+  ADD_FAILURE() << name << " ended before it came so far: " << operation.DebugString()
+                << status.error_message();
+  return operation;
+}
+
+Operation E2eTest::AwaitDone(const std::string& name) {
+  return Watch(name, [](const Operation& operation) { return operation.done(); });
+}
+
+std::vector<std::string> E2eTest::AnimationNames() {
+  grpc::ClientContext context;
+  SetDeadline(context);
+  v1::ListAnimationsResponse response;
+  const grpc::Status status = stub_->ListAnimations(&context, {}, &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  std::vector<std::string> names;
+  for (const v1::Animation& animation : response.animations()) names.push_back(animation.name());
+  return names;
+}
+
+int E2eTest::NumOperations() {
+  grpc::ClientContext context;
+  SetDeadline(context);
+  google::longrunning::ListOperationsResponse response;
+  const grpc::Status status = operations_->ListOperations(&context, {}, &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return response.operations_size();
+}
+
+v1::Progress E2eTest::ProgressOf(const Operation& operation) {
+  v1::RegisterFamilyMetadata registration;
+  if (operation.metadata().UnpackTo(&registration)) return registration.progress();
+  v1::ImportAnimationMetadata import;
+  operation.metadata().UnpackTo(&import);
+  return import.progress();
+}
+
+void E2eTest::ExpectSuccess(const Operation& operation) {
+  EXPECT_TRUE(operation.done());
+  EXPECT_TRUE(operation.has_response()) << operation.error().DebugString();
+}
+
+void E2eTest::Await(const std::function<bool()>& condition) {
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (!condition()) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "did not happen";
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+mesh::TriangleMesh Decode(const std::string& bytes) {
+  mesh::TriangleMesh result;
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  draco::Decoder decoder;
+  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+  EXPECT_TRUE(decoded.ok()) << decoded.status().error_msg();
+  if (!decoded.ok()) return result;
+  const draco::Mesh& mesh = *decoded.value();
+  const auto* positions = mesh.GetNamedAttribute(draco::GeometryAttribute::POSITION);
+  result.vertices.resize(3, mesh.num_points());
+  for (uint32_t p = 0; p < mesh.num_points(); ++p) {
+    positions->GetMappedValue(draco::PointIndex(p), result.vertices.col(p).data());
+  }
+  result.triangles.resize(3, mesh.num_faces());
+  for (uint32_t f = 0; f < mesh.num_faces(); ++f) {
+    const draco::Mesh::Face& face = mesh.face(draco::FaceIndex(f));
+    for (int c = 0; c < 3; ++c) result.triangles(c, f) = static_cast<int>(face[c].value());
+  }
+  return result;
+}
+
+}  // namespace liquidblend::e2e

@@ -1,0 +1,74 @@
+// A data directory, servers and workers on it, and a client that speaks the bare protocol.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/mesh/triangle_mesh.h"
+#include "google/longrunning/operations.grpc.pb.h"
+#include "liquidblend/v1/liquidblend.grpc.pb.h"
+#include "tests/core/store/store_testing.h"
+#include "tests/e2e/process.h"
+
+namespace liquidblend::e2e {
+
+using google::longrunning::Operation;
+
+// A file of an animation.
+struct NamedBytes {
+  std::string name;
+  std::string bytes;
+};
+
+class E2eTest : public testing::Test {
+ protected:
+  // Ball of 162 vertices over 6 frames, moving along x.
+  static std::vector<NamedBytes> BallFiles(double velocity_m_per_s);
+
+  const std::string& data() const { return folder_.path(); }
+
+  // On any free port; connects.
+  Process StartServer(int num_workers = 0, const std::vector<std::string>& environment = {});
+  Process StartWorker(const std::vector<std::string>& environment = {});
+
+  // Sends an animation. With fewer files than there are, it stops in the middle of the last of
+  // them.
+  grpc::Status Upload(const std::string& id, const std::vector<NamedBytes>& files,
+                      const std::string& request_id, Operation& operation);
+
+  Operation ImportBall(const std::string& id, double velocity_m_per_s);
+  // balls: a -> b. Many iterations take seconds, few take none.
+  grpc::Status Register(int num_iterations, Operation& operation);
+
+  // The operation at the first moment when `condition` holds for it.
+  Operation Watch(const std::string& name, const std::function<bool(const Operation&)>& condition);
+  Operation AwaitDone(const std::string& name);
+
+  std::vector<std::string> AnimationNames();
+  int NumOperations();
+
+  static v1::Progress ProgressOf(const Operation& operation);
+
+  // Checks that it succeeded.
+  static void ExpectSuccess(const Operation& operation);
+
+  // Waits until this holds; it must within a minute.
+  static void Await(const std::function<bool()>& condition);
+
+  std::unique_ptr<v1::LiquidBlend::Stub> stub_;
+  std::unique_ptr<google::longrunning::Operations::Stub> operations_;
+
+ private:
+  store::TemporaryFolder folder_;
+};
+
+// The mesh in a frame's bytes.
+mesh::TriangleMesh Decode(const std::string& draco);
+
+}  // namespace liquidblend::e2e

@@ -1,0 +1,45 @@
+// A program under test, as a child process.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+namespace liquidblend::e2e {
+
+// Threads: one at a time. Not waited for at the end: killed.
+class Process {
+ public:
+  // Runs BINARY_DIR/program; `environment` is added to this process' own, as NAME=VALUE. What it
+  // says on standard error goes to ours.
+  Process(const std::string& program, const std::vector<std::string>& arguments,
+          const std::vector<std::string>& environment = {});
+  ~Process();
+  Process(Process&& other) noexcept;
+  Process& operator=(Process&& other) noexcept;
+
+  pid_t pid() const { return pid_; }
+
+  // The next line of its standard output, without the newline; "" if it has ended.
+  std::string ReadLine();
+
+  void Signal(int number) const;
+  // Waits for its end. Exit code, or minus the signal that killed it.
+  int Wait();
+  int Kill();  // with SIGKILL; then Wait()
+
+ private:
+  void End();
+
+  pid_t pid_ = 0;  // 0: waited for
+  int output_ = -1;
+};
+
+// Direct children of a process.
+std::vector<pid_t> ChildrenOf(pid_t pid);
+
+// Whether there is such a process (a zombie does not count).
+bool IsAlive(pid_t pid);
+
+}  // namespace liquidblend::e2e

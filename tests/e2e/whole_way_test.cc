@@ -1,0 +1,194 @@
+// Files in, blended frames out, through the real programs.
+#include <signal.h>
+
+#include <fstream>
+
+#include "tests/e2e/e2e_testing.h"
+
+namespace liquidblend::e2e {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class WholeWayTest : public E2eTest {
+ protected:
+  // Imports a and b, and registers them as balls.
+  void MakeFamily() {
+    const Operation a = ImportBall("a", 1.0);
+    const Operation b = ImportBall("b", 2.0);
+    ExpectSuccess(AwaitDone(a.name()));
+    ExpectSuccess(AwaitDone(b.name()));
+    Operation registration;
+    const grpc::Status status = Register(5, registration);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    ExpectSuccess(AwaitDone(registration.name()));
+  }
+
+  v1::Frame GetFrame(double weight, double time_s) {
+    grpc::ClientContext context;
+    v1::GetFrameRequest request;
+    request.set_family("families/balls");
+    request.add_weights(weight);
+    request.set_time_s(time_s);
+    v1::Frame frame;
+    const grpc::Status status = stub_->GetFrame(&context, request, &frame);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return frame;
+  }
+
+  static double CentreX(const v1::Frame& frame) {
+    return (frame.bounds().min().x() + frame.bounds().max().x()) / 2;
+  }
+};
+
+TEST_F(WholeWayTest, TwoAnimationsBecomeClosedBlendedFrames) {
+  Process server = StartServer(1);
+  MakeFamily();
+  for (const double weight : {-0.25, 0.0, 0.5, 1.0, 1.25}) {
+    for (const double time_s : {0.0, 0.07, 2 / 24.0, 5 / 24.0}) {
+      const v1::Frame frame = GetFrame(weight, time_s);
+      const mesh::TriangleMesh mesh = Decode(frame.data());
+      EXPECT_EQ(mesh.num_triangles(), frame.num_triangles());
+      EXPECT_GT(mesh.num_triangles(), 100);
+      EXPECT_TRUE(mesh::CheckClosed(mesh).closed()) << weight << " at " << time_s;
+    }
+  }
+  // After 5 frames a has moved by 0.208 m, b by 0.417 m. 0.03 m: a fraction of an edge, which is
+  // what five iterations and the grid of the space-time mesh leave.
+  EXPECT_NEAR(CentreX(GetFrame(0.0, 5 / 24.0)), 0.208, 0.03);
+  EXPECT_NEAR(CentreX(GetFrame(0.5, 5 / 24.0)), 0.312, 0.03);
+  EXPECT_NEAR(CentreX(GetFrame(1.0, 5 / 24.0)), 0.417, 0.03);
+}
+
+TEST_F(WholeWayTest, AStreamGivesTheWholeAnimation) {
+  Process server = StartServer(1);
+  MakeFamily();
+  grpc::ClientContext context;
+  auto stream = stub_->StreamFrames(&context);
+  v1::StreamFramesRequest request;
+  request.set_family("families/balls");
+  request.add_weights(0.5);
+  request.set_lossless(true);
+  ASSERT_TRUE(stream->Write(request));
+  stream->WritesDone();
+  v1::StreamFramesResponse response;
+  int num_frames = 0;
+  while (stream->Read(&response)) {
+    EXPECT_TRUE(mesh::CheckClosed(Decode(response.frame().data())).closed()) << num_frames;
+    EXPECT_NEAR(response.frame().time_s(), num_frames / 24.0, 1e-9);
+    ++num_frames;
+  }
+  EXPECT_TRUE(stream->Finish().ok());
+  EXPECT_EQ(num_frames, 6);
+}
+
+TEST_F(WholeWayTest, ProgressNeverFallsAndEndsAtOne) {
+  Process server = StartServer(1);
+  ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
+  ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
+  Operation registration;
+  ASSERT_TRUE(Register(20, registration).ok());
+  double fraction = 0;
+  const Operation done = Watch(registration.name(), [&](const Operation& operation) {
+    EXPECT_GE(ProgressOf(operation).fraction(), fraction);
+    fraction = ProgressOf(operation).fraction();
+    return operation.done();
+  });
+  ExpectSuccess(done);
+  EXPECT_EQ(fraction, 1.0);
+  v1::Family family;
+  ASSERT_TRUE(done.response().UnpackTo(&family));
+  EXPECT_EQ(family.version(), 1);
+  EXPECT_THAT(family.targets(), ElementsAre("animations/b"));
+  EXPECT_GT(family.reports(0).num_iterations(), 0);
+}
+
+TEST_F(WholeWayTest, ABrokenFileIsRefusedByName) {
+  Process server = StartServer(1);
+  std::vector<NamedBytes> files = BallFiles(1.0);
+  files[3].bytes = files[3].bytes.substr(0, files[3].bytes.size() / 2);
+  Operation operation;
+  ASSERT_TRUE(Upload("a", files, "", operation).ok());
+  const Operation done = AwaitDone(operation.name());
+  EXPECT_THAT(done.error().message(), HasSubstr(files[3].name));
+}
+
+TEST_F(WholeWayTest, ARepeatedRequestIdImportsOnce) {
+  Process server = StartServer(1);
+  Operation first;
+  Operation second;
+  ASSERT_TRUE(Upload("a", BallFiles(1.0), "once", first).ok());
+  ASSERT_TRUE(Upload("a", BallFiles(1.0), "once", second).ok());
+  EXPECT_EQ(first.name(), second.name());
+  ExpectSuccess(AwaitDone(first.name()));
+  EXPECT_THAT(AnimationNames(), ElementsAre("animations/a"));
+}
+
+TEST_F(WholeWayTest, ARunningRegistrationIsCancelled) {
+  Process server = StartServer(1);
+  ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
+  ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
+  Operation registration;
+  ASSERT_TRUE(Register(200, registration).ok());
+  Watch(registration.name(),
+        [](const Operation& operation) { return ProgressOf(operation).iteration() > 0; });
+  grpc::ClientContext context;
+  google::longrunning::CancelOperationRequest request;
+  request.set_name(registration.name());
+  google::protobuf::Empty empty;
+  ASSERT_TRUE(operations_->CancelOperation(&context, request, &empty).ok());
+  EXPECT_EQ(AwaitDone(registration.name()).error().code(), grpc::StatusCode::CANCELLED);
+
+  grpc::ClientContext get_context;
+  v1::GetFamilyRequest get;
+  get.set_name("families/balls");
+  v1::Family family;
+  ASSERT_TRUE(stub_->GetFamily(&get_context, get, &family).ok());
+  EXPECT_EQ(family.version(), 0);
+}
+
+TEST_F(WholeWayTest, SigtermEndsServerAndWorkersAndLosesNoJob) {
+  Operation registration;
+  {
+    Process server = StartServer(2);
+    ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
+    ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
+    ASSERT_TRUE(Register(200, registration).ok());
+    Watch(registration.name(),
+          [](const Operation& operation) { return ProgressOf(operation).iteration() > 0; });
+    const std::vector<pid_t> workers = ChildrenOf(server.pid());
+    EXPECT_EQ(workers.size(), 2U);
+    EXPECT_TRUE(std::ifstream(data() + "/server.port").good());
+    server.Signal(SIGTERM);
+    EXPECT_EQ(server.Wait(), 0);
+    for (const pid_t worker : workers) EXPECT_FALSE(IsAlive(worker));
+    EXPECT_FALSE(std::ifstream(data() + "/server.port").good());
+  }
+  Process server = StartServer(1);
+  const Operation done = AwaitDone(registration.name());
+  ExpectSuccess(done);
+  EXPECT_EQ(ProgressOf(done).attempt(), 1);  // what was given back does not count
+}
+
+TEST_F(WholeWayTest, OneServerAtATimeHasADataDirectory) {
+  Process first = StartServer();
+  Process second("liquidblend-server", {"--data", data(), "--listen", "127.0.0.1:0"});
+  EXPECT_EQ(second.ReadLine(), "");
+  EXPECT_EQ(second.Wait(), 1);
+  EXPECT_THAT(AnimationNames(), IsEmpty());  // the first one is well
+}
+
+TEST_F(WholeWayTest, ThePortIsInTheDataDirectory) {
+  Process server = StartServer();
+  int port = 0;
+  std::ifstream(data() + "/server.port") >> port;
+  EXPECT_GT(port, 0);
+  stub_ = v1::LiquidBlend::NewStub(
+      grpc::CreateChannel("127.0.0.1:" + std::to_string(port), grpc::InsecureChannelCredentials()));
+  EXPECT_THAT(AnimationNames(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace liquidblend::e2e

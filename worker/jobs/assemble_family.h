@@ -1,0 +1,36 @@
+// Registrations -> the family that the server blends.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/animation.h"
+#include "core/mesh/registered_family.h"
+#include "core/mesh/space_time_mesh.h"
+#include "worker/registration/register.h"
+
+namespace liquidblend::jobs {
+
+struct RegisteredTarget {
+  std::string name;
+  registration::Registration registration;
+};
+
+struct FamilyParts {
+  std::string name;
+  std::string source_name;
+  mesh::SpaceTimeMesh source;
+  std::vector<RegisteredTarget> targets;
+  Eigen::AlignedBox3f bounds;  // of all frames of source and targets
+};
+
+Eigen::AlignedBox3f BoxOf(const mesh::Animation& animation);
+
+// The family owns the parts. Its domain is the bounds, one edge length larger on every side: the
+// space-time mesh follows the surface to a fraction of that.
+// Errors: kInternal if the result does not pass Validate(), with the element at fault.
+absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts);
+
+}  // namespace liquidblend::jobs

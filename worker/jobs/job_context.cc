@@ -1,0 +1,63 @@
+#include "worker/jobs/job_context.h"
+
+#include <algorithm>
+
+#include "absl/time/clock.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+// Before that an estimate of the time left would be a guess.
+constexpr double kMinFractionForEstimate = 0.05;
+
+}  // namespace
+
+JobContext::JobContext(store::Catalog& job_catalog, store::BlobStore& job_blobs,
+                       const parallel::Arena& job_arena, LeaseKeeper& job_keeper)
+    : catalog(job_catalog),
+      blobs(job_blobs),
+      arena(job_arena),
+      keeper(job_keeper),
+      start_(absl::Now()) {}
+
+absl::Status JobContext::BeginStage(const std::string& name, double begin, double end) {
+  progress_.set_stage(name);
+  stage_begin_ = begin;
+  stage_end_ = end;
+  ReportFraction(0.0);
+  return keeper.Check();
+}
+
+std::function<void(double)> JobContext::StageProgress() {
+  return [this](double fraction) { ReportFraction(fraction); };
+}
+
+registration::ProgressCallback JobContext::RegistrationProgress(int target_index) {
+  return [this, target_index](const registration::IterationReport& report) {
+    progress_.set_target_index(target_index);
+    progress_.set_iteration(report.iteration);
+    progress_.set_num_iterations(report.num_iterations);
+    progress_.set_fit_energy(report.fit_energy);
+    progress_.set_smoothness_energy(report.smoothness_energy);
+    progress_.set_num_inliers(report.num_inliers);
+    progress_.set_num_samples(report.num_samples);
+    const bool is_last = report.iteration >= report.num_iterations;
+    if (is_last) progress_.set_stage("projection");
+    ReportFraction(static_cast<double>(report.iteration) / std::max(1, report.num_iterations));
+    return keeper.Check().ok();
+  };
+}
+
+void JobContext::ReportFraction(double stage_fraction) {
+  const double fraction =
+      stage_begin_ + std::clamp(stage_fraction, 0.0, 1.0) * (stage_end_ - stage_begin_);
+  const double elapsed_s = absl::ToDoubleSeconds(absl::Now() - start_);
+  progress_.set_fraction(std::max(progress_.fraction(), fraction));
+  progress_.set_seconds_elapsed(elapsed_s);
+  const bool is_known = progress_.fraction() >= kMinFractionForEstimate;
+  progress_.set_seconds_left(
+      is_known ? elapsed_s * (1.0 - progress_.fraction()) / progress_.fraction() : 0.0);
+  keeper.Report(progress_);
+}
+
+}  // namespace liquidblend::jobs

@@ -1,0 +1,51 @@
+// What a job's stages need from the worker: the stores, the threads, and someone to tell how far
+// they are.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "core/parallel/arena.h"
+#include "core/store/blob_store.h"
+#include "core/store/catalog.h"
+#include "worker/jobs/lease_keeper.h"
+#include "worker/registration/register.h"
+
+namespace liquidblend::jobs {
+
+// Threads: one at a time (stages report from one thread at a time).
+class JobContext {
+ public:
+  JobContext(store::Catalog& job_catalog, store::BlobStore& job_blobs,
+             const parallel::Arena& job_arena, LeaseKeeper& job_keeper);
+
+  store::Catalog& catalog;
+  store::BlobStore& blobs;
+  const parallel::Arena& arena;
+  LeaseKeeper& keeper;
+
+  // Begins the next stage, which takes the job from one fraction of its whole work to another.
+  // Errors: keeper.Check()'s, if the job is not to go on.
+  absl::Status BeginStage(const std::string& name, double begin, double end);
+
+  // For the stage's function: called with its own fraction, 0 to 1.
+  std::function<void(double)> StageProgress();
+
+  // For Register() of one target; cancels when the job is not to go on. The stage is called
+  // "projection" after the last iteration.
+  registration::ProgressCallback RegistrationProgress(int target_index);
+
+  const std::string& stage() const { return progress_.stage(); }
+
+ private:
+  void ReportFraction(double stage_fraction);
+
+  const absl::Time start_;
+  store::pb::JobProgress progress_;
+  double stage_begin_ = 0.0;
+  double stage_end_ = 0.0;
+};
+
+}  // namespace liquidblend::jobs

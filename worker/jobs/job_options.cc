@@ -1,0 +1,78 @@
+#include "worker/jobs/job_options.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+ingest::Format ToFormat(store::v1::ImportOptions::Format format) {
+  switch (format) {
+    case store::v1::ImportOptions::MANTAFLOW:
+      return ingest::Format::kMantaflow;
+    case store::v1::ImportOptions::PLY:
+      return ingest::Format::kPly;
+    case store::v1::ImportOptions::OBJ:
+      return ingest::Format::kObj;
+    default:
+      return ingest::Format::kAny;
+  }
+}
+
+registration::CorrespondenceKind ToKind(store::v1::Correspondence::Kind kind) {
+  switch (kind) {
+    case store::v1::Correspondence::TRAJECTORY:
+      return registration::CorrespondenceKind::kTrajectory;
+    case store::v1::Correspondence::SPACE:
+      return registration::CorrespondenceKind::kSpace;
+    default:
+      return registration::CorrespondenceKind::kPoint;
+  }
+}
+
+Eigen::Vector4d ToEvent(const google::protobuf::RepeatedField<double>& event,
+                        double frames_per_second) {
+  Eigen::Vector4d point = Eigen::Vector4d::Zero();
+  for (int i = 0; i < 4 && i < event.size(); ++i) point[i] = event[i];
+  point[3] *= frames_per_second;
+  return point;
+}
+
+}  // namespace
+
+ingest::ImportOptions ToImportOptions(const store::v1::ImportOptions& options) {
+  ingest::ImportOptions result;
+  result.format = ToFormat(options.format());
+  result.frames_per_second = options.frames_per_second();
+  result.vertex_scale = options.vertex_scale();
+  result.velocity_scale = options.velocity_scale();
+  result.voxel_size_m = options.voxel_size_m();
+  return result;
+}
+
+registration::RegistrationOptions ToRegistrationOptions(
+    const store::v1::RegistrationOptions& options) {
+  registration::RegistrationOptions result;
+  if (options.max_iterations() != 0) result.max_iterations = options.max_iterations();
+  if (options.node_spacing_edges() != 0) result.node_spacing_edges = options.node_spacing_edges();
+  if (options.sample_share() != 0) result.sample_share = options.sample_share();
+  if (options.seed() != 0) result.seed = options.seed();
+  if (options.final_smoothness() != 0) result.final_smoothness = options.final_smoothness();
+  return result;
+}
+
+std::vector<registration::Correspondence> ToCorrespondences(const store::v1::RegisterJob& job,
+                                                            int target_index,
+                                                            double frames_per_second) {
+  std::vector<registration::Correspondence> result;
+  if (target_index >= job.correspondences_size()) return result;
+  for (const auto& record : job.correspondences(target_index).correspondences()) {
+    registration::Correspondence correspondence;
+    correspondence.kind = ToKind(record.kind());
+    correspondence.hard = record.hard();
+    correspondence.source = ToEvent(record.source(), frames_per_second);
+    correspondence.target = ToEvent(record.target(), frames_per_second);
+    correspondence.length_frames = record.length_s() * frames_per_second;
+    result.push_back(correspondence);
+  }
+  return result;
+}
+
+}  // namespace liquidblend::jobs

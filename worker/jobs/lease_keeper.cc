@@ -1,0 +1,108 @@
+#include "worker/jobs/lease_keeper.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/base/log.h"
+
+namespace liquidblend::jobs {
+
+absl::Status LeaseOptions::Validate() const {
+  if (duration < absl::Milliseconds(100)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("lease duration is below 100 ms: ", absl::FormatDuration(duration)));
+  }
+  if (report_interval <= absl::ZeroDuration()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("report_interval is out of range: ", absl::FormatDuration(report_interval)));
+  }
+  return absl::OkStatus();
+}
+
+LeaseKeeper::LeaseKeeper(store::Catalog& catalog, store::Lease lease, const StopSignal& stop,
+                         const LeaseOptions& options)
+    : catalog_(catalog),
+      lease_(std::move(lease)),
+      stop_(stop),
+      options_(options),
+      renewed_(absl::Now()),
+      thread_([this] { Keep(); }) {}
+
+LeaseKeeper::~LeaseKeeper() {
+  {
+    absl::MutexLock lock(&mutex_);
+    is_done_ = true;
+  }
+  thread_.join();
+}
+
+void LeaseKeeper::Report(const store::pb::JobProgress& progress) {
+  absl::MutexLock lock(&mutex_);
+  progress_ = progress;
+  is_progress_new_ = true;
+}
+
+absl::Status LeaseKeeper::Check() const {
+  absl::MutexLock lock(&mutex_);
+  return state_;
+}
+
+void LeaseKeeper::Keep() {
+  const absl::Duration pause = std::min(options_.report_interval, options_.duration / 3);
+  while (true) {
+    bool is_due = false;
+    {
+      absl::MutexLock lock(&mutex_);
+      if (mutex_.AwaitWithTimeout(absl::Condition(&is_done_), pause)) return;
+      is_due = IsRenewalDue();
+    }
+    if (stop_.is_requested()) return Release();
+    if (is_due) Renew();
+    if (absl::IsAborted(Check())) return;
+  }
+}
+
+bool LeaseKeeper::IsRenewalDue() const {
+  return is_progress_new_ || absl::Now() - renewed_ >= options_.duration / 3;
+}
+
+void LeaseKeeper::Renew() {
+  store::pb::JobProgress progress;
+  {
+    absl::MutexLock lock(&mutex_);
+    progress = progress_;
+    is_progress_new_ = false;
+  }
+  const absl::Time begin = absl::Now();
+  const absl::StatusOr<store::JobControl> control =
+      catalog_.Heartbeat(lease_id(), options_.duration, progress);
+  if (absl::IsAborted(control.status())) return End(control.status());
+  absl::MutexLock lock(&mutex_);
+  if (control.ok()) {
+    renewed_ = begin;
+    if (control->cancel_requested) state_ = absl::CancelledError("cancelled on request");
+    return;
+  }
+  base::LogWarning(
+      absl::StrCat("job ", job().id(), ": cannot renew the lease: ", control.status().ToString()));
+  if (begin - renewed_ > options_.duration) {
+    state_ = absl::AbortedError(absl::StrCat("the lease of job '", job().id(), "' has run out"));
+  }
+}
+
+void LeaseKeeper::Release() {
+  const absl::Status released = catalog_.ReleaseJob(lease_id());
+  if (!released.ok()) {
+    base::LogWarning(
+        absl::StrCat("job ", job().id(), ": cannot give it back: ", released.ToString()));
+  }
+  End(absl::UnavailableError("the worker is stopping"));
+}
+
+void LeaseKeeper::End(const absl::Status& reason) {
+  absl::MutexLock lock(&mutex_);
+  state_ = reason;
+}
+
+}  // namespace liquidblend::jobs

@@ -1,0 +1,31 @@
+// The job loop: takes jobs from the queue, one at a time, and sees each to its end.
+#pragma once
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "core/parallel/arena.h"
+#include "core/store/blob_store.h"
+#include "core/store/catalog.h"
+#include "worker/jobs/lease_keeper.h"
+#include "worker/jobs/stop_signal.h"
+
+namespace liquidblend::jobs {
+
+struct JobLoopOptions {
+  std::string worker = "worker";  // not empty; shown with the jobs that it takes
+  LeaseOptions lease;
+  absl::Duration poll = absl::Milliseconds(500);  // > 0; between two looks at an empty queue
+  bool exit_when_idle = false;                    // return as soon as the queue is empty
+  absl::Status Validate() const;  // names the first field out of range, and its value
+};
+
+// Runs jobs until `stop` is requested. A job that meets bad input fails; one that meets trouble
+// which may pass (kUnavailable, kResourceExhausted, kInternal, out of memory) goes back to the
+// queue while it has attempts left; one that is interrupted by `stop` goes back as it was. Errors:
+// options out of range; kDataLoss or kPermissionDenied of the catalog. It waits out others.
+absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
+                     const StopSignal& stop, const JobLoopOptions& options);
+
+}  // namespace liquidblend::jobs

@@ -1,0 +1,77 @@
+#include "worker/jobs/run_registration.h"
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/store/files.h"
+#include "worker/jobs/assemble_family.h"
+#include "worker/jobs/job_options.h"
+#include "worker/jobs/stored_file.h"
+#include "worker/registration/register.h"
+#include "worker/spacetime/build.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+// Shares of the whole job: the source's mesh, then the targets, then publishing.
+constexpr double kTargetsBegin = 0.1;
+constexpr double kTargetsEnd = 0.97;
+constexpr double kTargetMeshShare = 0.15;  // of the work for one target
+
+absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& context) {
+  LB_ASSIGN_OR_RETURN(const store::v1::AnimationRecord record, context.catalog.GetAnimation(id));
+  LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob,
+                      context.blobs.Open(record.blob()));
+  return store::ReadAnimation(*blob, absl::StrCat("animation '", id, "'"));
+}
+
+// Reads one animation of the family and makes its space-time mesh; `bounds` grows around it.
+absl::StatusOr<mesh::SpaceTimeMesh> BuildMesh(const std::string& id, JobContext& context,
+                                              Eigen::AlignedBox3f& bounds) {
+  LB_ASSIGN_OR_RETURN(const mesh::Animation animation, ReadStored(id, context));
+  bounds.extend(BoxOf(animation));
+  return spacetime::Build(animation, {}, context.arena, context.StageProgress());
+}
+
+absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& job, int k,
+                                                FamilyParts& parts, JobContext& context) {
+  const double share = (kTargetsEnd - kTargetsBegin) / job.targets_size();
+  const double begin = kTargetsBegin + k * share;
+  const double middle = begin + kTargetMeshShare * share;
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", begin, middle));
+  LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh target,
+                      BuildMesh(job.targets(k), context, parts.bounds));
+  LB_RETURN_IF_ERROR(context.BeginStage("registration", middle, begin + share));
+  RegisteredTarget result;
+  result.name = job.targets(k);
+  LB_ASSIGN_OR_RETURN(
+      result.registration,
+      registration::Register(
+          parts.source, target, ToCorrespondences(job, k, parts.source.frames_per_second),
+          ToRegistrationOptions(job.options()), context.arena, context.RegistrationProgress(k)));
+  return result;
+}
+
+}  // namespace
+
+absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context) {
+  FamilyParts parts;
+  parts.name = job.family();
+  parts.source_name = job.source();
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", 0.0, kTargetsBegin));
+  LB_ASSIGN_OR_RETURN(parts.source, BuildMesh(job.source(), context, parts.bounds));
+  for (int k = 0; k < job.targets_size(); ++k) {
+    LB_ASSIGN_OR_RETURN(RegisteredTarget target, RegisterTarget(job, k, parts, context));
+    parts.targets.push_back(std::move(target));
+  }
+  LB_RETURN_IF_ERROR(context.BeginStage("publishing", kTargetsEnd, 1.0));
+  LB_ASSIGN_OR_RETURN(const mesh::RegisteredFamily family, AssembleFamily(std::move(parts)));
+  LB_ASSIGN_OR_RETURN(const store::v1::FamilyRecord record, StoreFamily(family, context.blobs));
+  LB_RETURN_IF_ERROR(context.keeper.Check());
+  return context.catalog.PublishFamily(context.keeper.lease_id(), record).status();
+}
+
+}  // namespace liquidblend::jobs

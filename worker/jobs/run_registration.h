@@ -1,0 +1,14 @@
+// The registration of a family: all its stages in order. Start reading the worker here.
+#pragma once
+
+#include "absl/status/status.h"
+#include "liquidblend/store/v1/records.pb.h"
+#include "worker/jobs/job_context.h"
+
+namespace liquidblend::jobs {
+
+// Stored animations -> a published family. Errors: those of the stages and the store, and why the
+// job was not to go on (LeaseKeeper::Check).
+absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context);
+
+}  // namespace liquidblend::jobs

@@ -1,0 +1,35 @@
+// The wish that a worker stops, from whoever hears of it first.
+#pragma once
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+
+namespace liquidblend::jobs {
+
+// Threads: safe.
+class StopSignal {
+ public:
+  void Request() {
+    absl::MutexLock lock(&mutex_);
+    is_requested_ = true;
+  }
+
+  bool is_requested() const {
+    absl::MutexLock lock(&mutex_);
+    return is_requested_;
+  }
+
+  // Waits until it is requested, at most this long. Returns whether it is.
+  bool WaitFor(absl::Duration duration) const {
+    absl::MutexLock lock(&mutex_);
+    mutex_.AwaitWithTimeout(absl::Condition(&is_requested_), duration);
+    return is_requested_;
+  }
+
+ private:
+  mutable absl::Mutex mutex_;
+  bool is_requested_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+}  // namespace liquidblend::jobs
