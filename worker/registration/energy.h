@@ -21,11 +21,11 @@ struct FitTerm {
 };
 
 struct SolverOptions {
-  double smoothness = 250.0;   // gamma_s, equation 5, relative to the terms' total weight
-  double damping = 1e-6;       // lambda, equation 6
-  double tolerance = 1e-3;     // conjugate gradients: of the residual, relative
-  int max_steps = 400;         // of conjugate gradients
-  int max_direct_rows = 2000;  // larger systems by conjugate gradients
+  double smoothness = 250.0;  // gamma_s, equation 5, relative to the terms' total weight
+  double damping = 1e-6;      // lambda, equation 6
+  double tolerance = 1e-3;    // conjugate gradients: of the residual, relative
+  int max_steps = 400;        // of conjugate gradients
+  int max_direct_rows = 400;  // larger systems by conjugate gradients
 };
 
 struct SolveReport {

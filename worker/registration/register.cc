@@ -18,6 +18,9 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr double kAnnealedShare = 0.8;  // of the iterations; the rest stay soft
+// Of the samples, in the first iteration: a stiff surface is held by few, and its systems take the
+// most steps to solve.
+constexpr double kFirstSampleShare = 0.2;
 constexpr int kMaxRelaxRounds = 8;
 constexpr int kExtrapolationSweeps = 30;
 
@@ -66,7 +69,8 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
   const double annealed = kAnnealedShare * (options.max_iterations - 1);
   const double f = annealed > 0 ? std::min(1.0, (iteration - 1) / annealed) : 1.0;
   MatchOptions match_options;
-  match_options.sample_share = options.sample_share;
+  match_options.sample_share =
+      Anneal(kFirstSampleShare * options.sample_share, options.sample_share, f);
   match_options.kept_share = options.kept_share;
   match_options.max_distance =
       Anneal(options.first_distance_edges, options.final_distance_edges, f);

@@ -52,8 +52,9 @@ TEST(GeodesicSearch, MeasuresAlongTheSurfaceNotThroughIt) {
     const Eigen::Vector3f a = points.col(from).head<3>(), b = points.col(reached.vertex).head<3>();
     if (points(3, from) != points(3, reached.vertex)) continue;
     const double arc = std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0f, 1.0f));
-    EXPECT_GE(reached.distance, 0.97 * arc);
-    EXPECT_LE(reached.distance, 1.12 * arc + 1e-4);
+    // Paths turn from edge to edge, and acos() is rough near 0.
+    EXPECT_GE(reached.distance, 0.97 * arc - 1e-3);
+    EXPECT_LE(reached.distance, 1.12 * arc + 5e-3);
     farthest = std::max(farthest, arc);
   }
   EXPECT_GT(farthest, 1.7);

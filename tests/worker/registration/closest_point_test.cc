@@ -11,11 +11,16 @@ namespace {
 
 TEST(ClosestPointSearch, FindsTheFootOnASphereOfEachCellKind) {
   using Maker = mesh::SpaceTimeMesh (*)(int, const synthetic::ComplexOptions&);
-  const std::vector<std::pair<Maker, int>> makers = {{&synthetic::HexahedralSphere, 12},
-                                                     {&synthetic::WedgeSphere, 3},
-                                                     {&synthetic::TetrahedralSphere, 3},
-                                                     {&synthetic::MixedSphere, 12}};
-  for (const auto& [make, size] : makers) {
+  struct Case {
+    Maker make;
+    int size;
+    float tolerance;  // edges; a cone's cells may not touch the vertex next to the foot
+  };
+  const std::vector<Case> cases = {{&synthetic::HexahedralSphere, 12, 0.15f},
+                                   {&synthetic::WedgeSphere, 3, 0.15f},
+                                   {&synthetic::TetrahedralSphere, 3, 0.15f},
+                                   {&synthetic::MixedSphere, 12, 0.5f}};
+  for (const auto& [make, size, tolerance] : cases) {
     mesh::SpaceTimeMesh mesh = make(size, {});
     mesh.edge_length_m = 0.2;
     spacetime::ComputeNormals(mesh, parallel::Arena(1));
@@ -32,7 +37,7 @@ TEST(ClosestPointSearch, FindsTheFootOnASphereOfEachCellKind) {
       ASSERT_TRUE(found.has_value());
       Eigen::Vector4f foot = radius * normal;
       foot[3] = 3.4f;
-      EXPECT_NEAR((found->position - foot).norm(), 0, 0.15f) << "cells of size " << size;
+      EXPECT_NEAR((found->position - foot).norm(), 0, tolerance) << "cells of size " << size;
       EXPECT_GT(found->normal.dot(normal), 0.98f);
     }
   }
