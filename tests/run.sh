@@ -17,6 +17,7 @@ done
 
 [ "$install" = 0 ] || deploy/install-deps.sh
 jobs=$(nproc)
+export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1  # another clone of the same sources hits the cache
 
 if [ "$asan" = 1 ]; then
   cmake --preset asan >/dev/null

@@ -18,13 +18,15 @@ using ::testing::HasSubstr;
 mesh::Animation Drop(double height_m) {
   synthetic::FallingDropOptions options;
   options.drop_m[2] = static_cast<float>(height_m);
+  options.spacing_m = 0.1;
+  options.num_frames = 10;
   return synthetic::FallingDrop(options);
 }
 
 RegistrationOptions SmallOptions() {
   RegistrationOptions options;
-  options.sample_share = 0.3;  // the meshes are small
-  options.max_iterations = 12;
+  options.sample_share = 0.2;  // the meshes are small
+  options.max_iterations = 10;
   return options;
 }
 
@@ -93,7 +95,7 @@ TEST_F(RegisterTest, EveryBlendIsClosed) {
   ASSERT_TRUE(result.ok()) << result.status();
   for (const double weight : {-0.25, 0.3, 0.5, 1.0, 1.25}) {
     for (int n = 0; n <= 30; ++n) {
-      const auto surface = Cut(source_, *result, weight, 15.0 / 24 * n / 30);
+      const auto surface = Cut(source_, *result, weight, 9.0 / 24 * n / 30);
       EXPECT_TRUE(mesh::CheckClosed(surface).closed()) << weight << ' ' << n;
       EXPECT_TRUE(surface.vertices.allFinite());
     }
