@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "client/src/weld.h"
 
 namespace liquidblend {
 namespace {
@@ -61,6 +62,7 @@ absl::StatusOr<Mesh> DecodeMesh(const std::string& draco_bytes) {
   Mesh mesh;
   CopyPositions(*positions, static_cast<int>(draco_mesh->num_points()), &mesh);
   if (absl::Status status = CopyTriangles(*draco_mesh, &mesh); !status.ok()) return status;
+  WeldOpenEdges(mesh);
   return mesh;
 }
 
