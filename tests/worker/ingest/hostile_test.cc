@@ -149,7 +149,7 @@ Bytes Int32(int32_t value) {
 }
 
 // Far above what refusing takes, far below what the bombs would unpack to.
-constexpr int64_t kSmallMemoryBytes = int64_t{8} << 20;
+constexpr int64_t kSmallMemoryBytes = int64_t{16} << 20;  // AddressSanitizer included
 constexpr size_t kBombSize = size_t{96} << 20;
 
 std::vector<LoadedFile> WithMesh(Bytes bytes) { return {{"a_1.bobj.gz", std::move(bytes)}}; }
