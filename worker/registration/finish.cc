@@ -5,6 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include "core/mesh/cross_product.h"
+
 namespace liquidblend::registration {
 namespace {
 
@@ -31,16 +33,9 @@ Eigen::Matrix<float, 4, 3> TangentBasis(const Eigen::Vector4f& normal) {
   return basis;
 }
 
-// The normal of the image of a linear map of the tangent space: its generalised cross product.
+// The normal of the image of a linear map of the tangent space; zero where it has none.
 Eigen::Vector4f ImageNormal(const Eigen::Matrix<float, 4, 3>& columns) {
-  Eigen::Vector4f normal;
-  for (int row = 0; row < 4; ++row) {
-    Eigen::Matrix3f minor;
-    for (int r = 0, m = 0; r < 4; ++r) {
-      if (r != row) minor.row(m++) = columns.row(r);
-    }
-    normal[row] = (row % 2 == 0 ? -1.0f : 1.0f) * minor.determinant();
-  }
+  const Eigen::Vector4f normal = mesh::CrossProduct(columns);
   const float length = normal.norm();
   return length > 0 ? Eigen::Vector4f(normal / length) : Eigen::Vector4f(Eigen::Vector4f::Zero());
 }

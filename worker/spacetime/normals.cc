@@ -1,23 +1,15 @@
 #include "worker/spacetime/normals.h"
 
-#include <Eigen/LU>
+#include "core/mesh/cross_product.h"
 
 namespace liquidblend::spacetime {
 namespace {
 
-// The generalised cross product: n with det(a, b, c, n) = |n|^2 >= 0.
 Eigen::Vector4f Cross4(const Eigen::Vector4f& a, const Eigen::Vector4f& b,
                        const Eigen::Vector4f& c) {
-  Eigen::Vector4f normal;
-  for (int row = 0; row < 4; ++row) {
-    Eigen::Matrix3f minor;
-    for (int r = 0, m = 0; r < 4; ++r) {
-      if (r == row) continue;
-      minor.row(m++) << a[r], b[r], c[r];
-    }
-    normal[row] = (row % 2 == 0 ? -1.0f : 1.0f) * minor.determinant();
-  }
-  return normal;
+  Eigen::Matrix<float, 4, 3> columns;
+  columns << a, b, c;
+  return mesh::CrossProduct(columns);
 }
 
 // Mean edge along one direction of the cell: from corners `from` to corners `to`.
