@@ -22,7 +22,7 @@
 namespace liquidblend {
 namespace {
 
-constexpr int kNumEarlyFrames = 36;  // later motion is chaotic: see the mirror floor in the docs
+constexpr int kNumEarlyFrames = 36;  // later motion is chaotic: see the mirrored rows
 
 mesh::Animation Load(const std::string& name, const parallel::Arena& arena) {
   const auto files =
@@ -31,6 +31,13 @@ mesh::Animation Load(const std::string& name, const parallel::Arena& arena) {
   auto animation = ingest::ReadAnimation(name, ingest::Views(*files), {}, arena);
   EXPECT_TRUE(animation.ok()) << animation.status();
   return *std::move(animation);
+}
+
+// The surface seen in a mirror: x or y (axis 0 or 1) turned round, the triangles with it.
+mesh::TriangleMesh Mirrored(mesh::TriangleMesh surface, int axis) {
+  surface.vertices.row(axis) *= -1;
+  surface.triangles.row(0).swap(surface.triangles.row(1));
+  return surface;
 }
 
 // The registered pair, and slices of it.
@@ -143,9 +150,17 @@ TEST_F(AccuracyTest, BlendsAreCloseToTheSimulations) {
   const Row half = MeasureBlend("weight 0.5  against MID", 0.5, blends_->mid);
   const Row nearest = Measure(
       "input A     against MID", [](int k) { return blends_->a.frames[k]; }, blends_->mid);
+  // What chaos makes of physically equal simulations: no blend is expected to come nearer.
+  const Row floor = Measure(
+      "MID mirrored against MID", [](int k) { return Mirrored(blends_->mid.frames[k], 0); },
+      blends_->mid);
+  Measure(
+      "B mirrored   against A", [](int k) { return Mirrored(blends_->b.frames[k], 0); },
+      blends_->a);
   EXPECT_LE(source.all, 0.05);
   EXPECT_LE(target.all, 0.10);
-  EXPECT_LE(half.all, 0.21);  // the aim is 0.17: docs/benchmarks.md says where it is lost
+  EXPECT_LE(half.all, 0.21);  // docs/benchmarks.md says why not 0.17
+  EXPECT_LE(half.all, 1.35 * floor.all);
   EXPECT_LE(half.early, 0.08);
   EXPECT_GT(nearest.early, 4 * half.early);  // the blend is worth more than either input
 }
