@@ -8,15 +8,19 @@
 
 namespace liquidblend::mesh {
 
-// Frames have consecutive numbers; frame k shows the time k / frames_per_second since the first.
+// Frame k shows the time time(k) / frames_per_second since the first.
 struct Animation {
   std::string name;
   double frames_per_second = 24.0;   // > 0
   int first_frame_number = 1;        // as in the file names it came from
   std::vector<TriangleMesh> frames;  // each closed and oriented; world metres
-  std::vector<std::string> notes;    // what was cleaned on import, one sentence each
+  // Frames since the first one, ascending from 0: gaps where frames are missing, fractions for
+  // samples between frames. Empty: 0, 1, 2, ...
+  std::vector<double> times;
+  std::vector<std::string> notes;  // what was cleaned on import, one sentence each
 
   int num_frames() const { return static_cast<int>(frames.size()); }
+  double time(int k) const { return times.empty() ? k : times[k]; }
 };
 
 // Mean edge length over all frames, metres.
