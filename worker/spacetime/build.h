@@ -12,9 +12,10 @@
 namespace liquidblend::spacetime {
 
 struct BuildOptions {
-  double spacing_edges = 0.9;     // [0.25, 4]; grid spacing h in mean edge lengths
-  int projection_steps = 4;       // [0, 16]; Newton steps of each vertex onto the surface
-  absl::Status Validate() const;  // names the first field out of range, and its value
+  double spacing_edges = 0.9;        // [0.25, 4]; grid spacing h in mean edge lengths
+  double max_motion_spacings = 3.0;  // >= 0.5; where the surface moves further from frame to frame,
+                                     // there are layers in between
+  absl::Status Validate() const;     // names the first field out of range, and its value
 };
 
 // Builds the cell complex; its slice at frame k lies on frame k's surface.

@@ -1,3 +1,4 @@
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -6,20 +7,33 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr float kTimeMargin = 0.05f;  // vertices stay this far from the layers, in frames
-constexpr float kTiny = 1e-6f;        // no corner lies exactly on the surface
+constexpr float kTimeMargin = 0.05f;  // vertices stay this far from the layers, in slabs
+// Steps towards the point where a cell's planes meet; each leaves directions that no plane holds
+// nearly as they are.
+constexpr int kMeetSteps = 3;
+constexpr float kDamping = 0.05f;  // per plane
 
 // The 16 signed distances at the corners of a 4D cell; bits of the index: x, y, z, t.
 using Corners = std::array<float, 16>;
 
-Corners Sample(const Layer& earlier, const Layer& later, int i, int j, int k) {
+Eigen::Vector4f CornerOf(int c) {
+  return Eigen::Vector4i(c & 1, c >> 1 & 1, c >> 2 & 1, c >> 3 & 1).cast<float>();
+}
+
+struct Cell {
+  const Layer& earlier;
+  const Layer& later;
+  int i, j, k;
+
+  const Layer& LayerOf(int c) const { return (c & 8) != 0 ? later : earlier; }
+  int x(int c) const { return i + (c & 1); }
+  int y(int c) const { return j + (c >> 1 & 1); }
+  int z(int c) const { return k + (c >> 2 & 1); }
+};
+
+Corners Sample(const Cell& cell) {
   Corners phi;
-  for (int c = 0; c < 16; ++c) {
-    const Layer& layer = (c & 8) != 0 ? later : earlier;
-    const int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2 & 1);
-    const float distance = std::max(kTiny, layer.band.Distance(x, y, z));
-    phi[c] = layer.inside.At(x, y, z) ? -distance : distance;
-  }
+  for (int c = 0; c < 16; ++c) phi[c] = cell.LayerOf(c).Distance(cell.x(c), cell.y(c), cell.z(c));
   return phi;
 }
 
@@ -38,7 +52,7 @@ Eigen::Vector4f MeanCrossing(const Corners& phi) {
     for (int a = 0; a < 16; ++a) {
       const int b = a | 1 << axis;
       if (a == b || (phi[a] < 0) == (phi[b] < 0)) continue;
-      Eigen::Vector4f p = Eigen::Vector4i(a & 1, a >> 1 & 1, a >> 2 & 1, a >> 3 & 1).cast<float>();
+      Eigen::Vector4f p = CornerOf(a);
       p[axis] = phi[a] / (phi[a] - phi[b]);
       sum += p;
       ++count;
@@ -47,54 +61,50 @@ Eigen::Vector4f MeanCrossing(const Corners& phi) {
   return ClampToCell(sum / static_cast<float>(count));
 }
 
-// Value and gradient of the multilinear interpolant, by folding one axis after the other.
-float Interpolate(const Corners& phi, const Eigen::Vector4f& p, Eigen::Vector4f& gradient) {
-  std::array<float, 16> value = phi;
-  std::array<std::array<float, 8>, 4> slope;  // d/d(axis), folded along with the values
-  for (int axis = 3, size = 8; axis >= 0; --axis, size /= 2) {
-    for (int c = 0; c < size; ++c) {
-      slope[axis][c] = value[c + size] - value[c];
-      value[c] += p[axis] * slope[axis][c];
-      for (int done = axis + 1; done < 4; ++done) {
-        slope[done][c] += p[axis] * (slope[done][c + size] - slope[done][c]);
-      }
-    }
-  }
-  for (int axis = 0; axis < 4; ++axis) gradient[axis] = slope[axis][0];
-  return value[0];
-}
+// Hyperplanes that touch the space-time surface: normal . p = offset.
+struct Planes {
+  std::array<Eigen::Vector4f, 16> normal;  // unit length
+  std::array<float, 16> offset;
+  int count = 0;
+};
 
-Eigen::Vector4f Project(const Corners& phi, Eigen::Vector4f p, int steps) {
-  for (int step = 0; step < steps; ++step) {
+// One plane for each corner that has a crossed edge: where its distance, continued along its
+// gradient, is zero. The slope in time comes from the other layer.
+Planes TangentPlanes(const Cell& cell, const Corners& phi) {
+  Planes planes;
+  for (int c = 0; c < 16; ++c) {
+    bool crossed = false;
+    for (int axis = 0; axis < 4; ++axis) crossed |= (phi[c] < 0) != (phi[c ^ 1 << axis] < 0);
+    if (!crossed) continue;
     Eigen::Vector4f gradient;
-    const float value = Interpolate(phi, p, gradient);
-    const float slope_sq = gradient.squaredNorm();
-    if (!(slope_sq > 1e-8f)) break;
-    p -= value / slope_sq * gradient;
-    p = ClampToCell(p);
+    gradient << cell.LayerOf(c).Gradient(cell.x(c), cell.y(c), cell.z(c)), phi[c | 8] - phi[c & 7];
+    const float length = gradient.norm();
+    if (!(length > 1e-3f)) continue;
+    planes.normal[planes.count] = gradient / length;
+    planes.offset[planes.count] = (gradient.dot(CornerOf(c)) - phi[c]) / length;
+    ++planes.count;
   }
-  return p;
+  return planes;
 }
 
-// Velocity at p (grid units), from the closest triangle of one layer near the cell.
-Eigen::Vector3f VelocityAt(const Layer& layer, int i, int j, int k, const Eigen::Vector3f& p) {
-  const GridSurface& surface = layer.surface;
-  float best = DistanceBand::kBandWidth;
-  int32_t t = -1;
-  for (int c = 0; c < 8; ++c) {
-    const int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2 & 1);
-    const float distance = layer.band.Distance(x, y, z);
-    if (distance >= best) continue;
-    best = distance;
-    t = layer.band.Triangle(x, y, z);
+// The point nearest to all planes in the least-squares sense, from p: sharp edges of the surface
+// (walls meeting, say) keep their place, which the zero set of interpolated distances rounds off.
+Eigen::Vector4f Meet(const Planes& planes, Eigen::Vector4f p) {
+  if (planes.count == 0) return p;
+  Eigen::Matrix4f normal_matrix =
+      kDamping * static_cast<float>(planes.count) * Eigen::Matrix4f::Identity();
+  for (int n = 0; n < planes.count; ++n) {
+    normal_matrix += planes.normal[n] * planes.normal[n].transpose();
   }
-  if (t < 0) return Eigen::Vector3f::Zero();
-  const auto corner = [&](int c) { return surface.triangles(c, t); };
-  const Eigen::Vector3f w =
-      ClosestBarycentric(p, surface.vertices.col(corner(0)), surface.vertices.col(corner(1)),
-                         surface.vertices.col(corner(2)));
-  return w.x() * surface.velocities.col(corner(0)) + w.y() * surface.velocities.col(corner(1)) +
-         w.z() * surface.velocities.col(corner(2));
+  const Eigen::LLT<Eigen::Matrix4f> factor(normal_matrix);
+  for (int step = 0; step < kMeetSteps; ++step) {
+    Eigen::Vector4f rhs = Eigen::Vector4f::Zero();
+    for (int n = 0; n < planes.count; ++n) {
+      rhs += (planes.offset[n] - planes.normal[n].dot(p)) * planes.normal[n];
+    }
+    p += factor.solve(rhs);
+  }
+  return ClampToCell(p);
 }
 
 // Bits of the cells of row (j, k) whose corners are mixed.
@@ -124,34 +134,26 @@ void MixedCells(const Grid& grid, const InsideBits& earlier, const InsideBits& l
 
 }  // namespace
 
-Layer SampleLayer(const Grid& grid, GridSurface surface) {
-  InsideBits inside = ComputeInside(grid, surface);
-  DistanceBand band(grid, surface);
-  return {std::move(surface), std::move(inside), std::move(band)};
-}
-
-Slab PlaceVertices(const Grid& grid, const Layer& earlier, const Layer& later,
-                   int projection_steps) {
+Slab PlaceVertices(const Grid& grid, const Layer& earlier, const Layer& later) {
   Slab slab;
   slab.row_begin.reserve(grid.num_rows() + 1);
-  const bool has_velocities =
-      earlier.surface.velocities.cols() > 0 && later.surface.velocities.cols() > 0;
+  const bool has_velocities = earlier.has_velocities() && later.has_velocities();
   std::vector<uint64_t> mixed;
   for (int k = 0; k < grid.dims[2]; ++k) {
     for (int j = 0; j < grid.dims[1]; ++j) {
       slab.row_begin.push_back(slab.num_vertices());
       if (j + 1 == grid.dims[1] || k + 1 == grid.dims[2]) continue;
-      MixedCells(grid, earlier.inside, later.inside, j, k, mixed);
+      MixedCells(grid, earlier.inside(), later.inside(), j, k, mixed);
       ForEachBit(mixed.data(), grid.words_per_row(), [&](int i) {
-        const Corners phi = Sample(earlier, later, i, j, k);
-        const Eigen::Vector4f local = Project(phi, MeanCrossing(phi), projection_steps);
+        const Cell cell{earlier, later, i, j, k};
+        const Corners phi = Sample(cell);
+        const Eigen::Vector4f local = Meet(TangentPlanes(cell, phi), MeanCrossing(phi));
         const Eigen::Vector4f p = local + Eigen::Vector4i(i, j, k, 0).cast<float>();
         slab.cell_i.push_back(i);
         slab.vertices.push_back(p);
         if (!has_velocities) return;
-        const Eigen::Vector3f u0 = VelocityAt(earlier, i, j, k, p.head<3>());
-        const Eigen::Vector3f u1 = VelocityAt(later, i, j, k, p.head<3>());
-        slab.velocities.push_back((1.0f - p.w()) * u0 + p.w() * u1);
+        slab.velocities.push_back((1.0f - p.w()) * earlier.Velocity(i, j, k, p.head<3>()) +
+                                  p.w() * later.Velocity(i, j, k, p.head<3>()));
       });
     }
   }

@@ -1,6 +1,6 @@
 // Space-time surface nets: the dual of a grid in x, y, z, t. Internal to worker/spacetime.
 //
-// A layer is the grid at one frame; a slab lies between two layers; a 4D cell is a voxel of a slab.
+// A layer is the grid at one time; a slab lies between two layers; a 4D cell is a voxel of a slab.
 // Each 4D cell whose 16 corners are not all inside or all outside has one vertex; each grid edge
 // whose ends differ (spatial: within a layer; temporal: between two layers) has one hexahedron with
 // the cells around it as corners.
@@ -10,19 +10,10 @@
 #include <vector>
 
 #include "core/mesh/space_time_mesh.h"
-#include "worker/spacetime/distance_band.h"
 #include "worker/spacetime/grid.h"
-#include "worker/spacetime/inside.h"
+#include "worker/spacetime/layer.h"
 
 namespace liquidblend::spacetime {
-
-// The signed distance to one frame's surface.
-struct Layer {
-  GridSurface surface;
-  InsideBits inside;
-  DistanceBand band;
-};
-Layer SampleLayer(const Grid& grid, GridSurface surface);
 
 // The vertices of one slab, sorted by cell (k, j, i).
 struct Slab {
@@ -33,10 +24,9 @@ struct Slab {
   int64_t num_vertices() const { return static_cast<int64_t>(cell_i.size()); }
 };
 
-// Places the vertices between two layers: mean of the crossings on the cell's edges, then Newton
-// steps onto the zero set of the 4D-multilinear distance.
-Slab PlaceVertices(const Grid& grid, const Layer& earlier, const Layer& later,
-                   int projection_steps);
+// Places the vertices between two layers, each where the planes that touch the surface near its
+// cell's corners meet.
+Slab PlaceVertices(const Grid& grid, const Layer& earlier, const Layer& later);
 
 // What the hexahedra of one step in time need: the layer between two slabs.
 struct SlabRef {

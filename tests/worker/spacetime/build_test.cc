@@ -63,6 +63,54 @@ TEST(Build, SlicesShowTheMovingSphere) {
   }
 }
 
+TEST(Build, SlicesHaveTheVolumeOfTheFrames) {
+  const mesh::Animation drop = synthetic::FallingDrop();
+  const auto mesh = BuildOrDie(drop);
+  for (int k = 0; k < drop.num_frames(); ++k) {
+    const double volume = mesh::Volume(Cut(mesh, k / drop.frames_per_second));
+    EXPECT_NEAR(volume / mesh::Volume(drop.frames[k]), 1.0, 0.002) << k;
+  }
+}
+
+TEST(Build, KeepsSharpEdges) {
+  mesh::Animation box;
+  box.frames.assign(3, synthetic::Box({0.03f, 0.04f, 0.05f}, {1.03f, 1.04f, 1.05f}, 12));
+  const mesh::TriangleMesh surface = Cut(BuildOrDie(box), 1 / 24.0);
+  const Eigen::Vector3f corner(1.03f, 1.04f, 1.05f);
+  EXPECT_LT((surface.vertices.colwise() - corner).colwise().norm().minCoeff(), 0.01f);
+  EXPECT_NEAR(mesh::Volume(surface), 1.0, 0.002);
+}
+
+// Six grid spacings a frame, seven across.
+TEST(Build, ABlobThatMovesFastStaysWhole) {
+  synthetic::MovingSphereOptions options;
+  options.radius_m = 0.25;
+  options.velocity_m_per_s = {5, 0, 0};
+  const mesh::Animation blob = synthetic::MovingSphere(options);
+  const auto mesh = BuildOrDie(blob);
+  ASSERT_GT(5.0 / 24, 5 * 0.9 * mesh.edge_length_m);
+  const double volume = mesh::Volume(blob.frames[0]);
+  for (int n = 0; n <= 20; ++n) {
+    const mesh::TriangleMesh surface = Cut(mesh, (3 + n / 20.0) / 24);
+    EXPECT_EQ(mesh::NumComponents(surface), 1) << n;
+    EXPECT_NEAR(mesh::Volume(surface) / volume, 1.0, 0.03) << n;
+  }
+}
+
+TEST(Build, ShowsFramesAtTheirTimes) {
+  synthetic::MovingSphereOptions options;
+  options.num_frames = 4;
+  mesh::Animation sphere = synthetic::MovingSphere(options);
+  sphere.times = {0, 1, 3, 3.5};
+  const auto mesh = BuildOrDie(sphere);
+  EXPECT_EQ(mesh.num_frames, 4);  // up to frame 3
+  for (int k = 0; k < 3; ++k) {
+    const mesh::TriangleMesh surface = Cut(mesh, sphere.times[k] / 24);
+    const Eigen::Vector3f centre = sphere.frames[k].vertices.rowwise().mean();
+    EXPECT_NEAR((surface.vertices.rowwise().mean() - centre).norm(), 0, 0.01) << k;
+  }
+}
+
 TEST(Build, MergesComponentsWhereTheAnimationDoes) {
   const mesh::Animation drop = synthetic::FallingDrop();
   const auto mesh = BuildOrDie(drop);

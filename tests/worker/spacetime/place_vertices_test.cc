@@ -12,13 +12,13 @@ constexpr int kSide = 32;
 constexpr float kRadius = 8.0f;
 
 Layer SphereLayer(const Eigen::Vector3f& centre) {
-  return SampleLayer(CubeGrid(kSide), InGrid(synthetic::Icosphere(centre, kRadius, 5)));
+  return Layer(CubeGrid(kSide), InGrid(synthetic::Icosphere(centre, kRadius, 5)));
 }
 
 TEST(PlaceVertices, LieOnAStillSurface) {
   const Eigen::Vector3f centre(15.4f, 15.7f, 15.1f);
   const Layer layer = SphereLayer(centre);
-  const Slab slab = PlaceVertices(CubeGrid(kSide), layer, layer, 4);
+  const Slab slab = PlaceVertices(CubeGrid(kSide), layer, layer);
   ASSERT_GT(slab.num_vertices(), 800);
   double sum = 0;
   for (const auto& p : slab.vertices) {
@@ -30,8 +30,7 @@ TEST(PlaceVertices, LieOnAStillSurface) {
 
 TEST(PlaceVertices, FollowAMovingSurfaceInTime) {
   const Eigen::Vector3f centre(14.4f, 15.7f, 15.1f), step(1.5f, 0, 0);
-  const Slab slab =
-      PlaceVertices(CubeGrid(kSide), SphereLayer(centre), SphereLayer(centre + step), 4);
+  const Slab slab = PlaceVertices(CubeGrid(kSide), SphereLayer(centre), SphereLayer(centre + step));
   double sum = 0;
   for (const auto& p : slab.vertices) {
     const Eigen::Vector3f now = centre + p.w() * step;
@@ -42,7 +41,7 @@ TEST(PlaceVertices, FollowAMovingSurfaceInTime) {
 
 TEST(PlaceVertices, StayOffTheLayersAndInsideTheirCells) {
   const Slab slab =
-      PlaceVertices(CubeGrid(kSide), SphereLayer({15, 15, 15}), SphereLayer({16, 15.5f, 15}), 4);
+      PlaceVertices(CubeGrid(kSide), SphereLayer({15, 15, 15}), SphereLayer({16, 15.5f, 15}));
   for (int64_t v = 0; v < slab.num_vertices(); ++v) {
     EXPECT_GT(slab.vertices[v].w(), 0.0f);
     EXPECT_LT(slab.vertices[v].w(), 1.0f);
@@ -53,8 +52,8 @@ TEST(PlaceVertices, StayOffTheLayersAndInsideTheirCells) {
 
 TEST(PlaceVertices, PutsAWallThatLiesInAGridPlaneThere) {
   const Layer layer =
-      SampleLayer(CubeGrid(kSide), InGrid(synthetic::Box({8, 8, 8}, {20.02f, 20.5f, 20.5f}, 8)));
-  const Slab slab = PlaceVertices(CubeGrid(kSide), layer, layer, 4);
+      Layer(CubeGrid(kSide), InGrid(synthetic::Box({8, 8, 8}, {20.02f, 20.5f, 20.5f}, 8)));
+  const Slab slab = PlaceVertices(CubeGrid(kSide), layer, layer);
   int on_wall = 0;
   for (const auto& p : slab.vertices) {
     if (p.y() < 10 || p.y() > 18 || p.z() < 10 || p.z() > 18 || p.x() < 15) continue;
@@ -68,8 +67,8 @@ TEST(PlaceVertices, CarryVelocities) {
   mesh::TriangleMesh sphere = synthetic::Icosphere({15, 15, 15}, kRadius, 4);
   sphere.velocities = Eigen::Matrix3Xf::Zero(3, sphere.num_vertices());
   sphere.velocities.row(1).setConstant(2.5f);
-  const Layer layer = SampleLayer(CubeGrid(kSide), InGrid(sphere));
-  const Slab slab = PlaceVertices(CubeGrid(kSide), layer, layer, 4);
+  const Layer layer = Layer(CubeGrid(kSide), InGrid(sphere));
+  const Slab slab = PlaceVertices(CubeGrid(kSide), layer, layer);
   ASSERT_EQ(static_cast<int64_t>(slab.velocities.size()), slab.num_vertices());
   for (const auto& u : slab.velocities) {
     EXPECT_TRUE(u.isApprox(Eigen::Vector3f(0, 2.5f, 0), 1e-5f));

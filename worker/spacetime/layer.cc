@@ -1,0 +1,127 @@
+#include "worker/spacetime/layer.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "worker/spacetime/inside.h"
+
+namespace liquidblend::spacetime {
+namespace {
+
+constexpr float kTiny = 1e-6f;       // no grid point lies exactly on the surface
+constexpr float kOnSurface = 1e-3f;  // nearer than this the triangle's normal is the gradient
+
+Eigen::Matrix3f CornersOf(const GridSurface& surface, int32_t t) {
+  Eigen::Matrix3f corners;
+  for (int c = 0; c < 3; ++c) corners.col(c) = surface.vertices.col(surface.triangles(c, t));
+  return corners;
+}
+
+Eigen::Vector3f BarycentricOn(const Eigen::Matrix3f& corners, const Eigen::Vector3f& p) {
+  return ClosestBarycentric(p, corners.col(0), corners.col(1), corners.col(2));
+}
+
+}  // namespace
+
+Layer::Part::Part(const Grid& grid, GridSurface s, float w)
+    : surface(std::move(s)), inside(ComputeInside(grid, surface)), band(grid, surface), weight(w) {}
+
+float Layer::Part::Distance(int i, int j, int k) const {
+  const float distance = std::max(kTiny, band.Distance(i, j, k));
+  return inside.At(i, j, k) ? -distance : distance;
+}
+
+Eigen::Vector3f Layer::Part::Gradient(int i, int j, int k) const {
+  const int32_t t = band.Triangle(i, j, k);
+  if (t < 0) return Eigen::Vector3f::Zero();
+  const Eigen::Vector3f p = Eigen::Vector3i(i, j, k).cast<float>();
+  const Eigen::Matrix3f corners = CornersOf(surface, t);
+  const Eigen::Vector3f offset = p - corners * BarycentricOn(corners, p);
+  const float length = offset.norm();
+  if (length > kOnSurface) return (inside.At(i, j, k) ? -1 / length : 1 / length) * offset;
+  return (corners.col(1) - corners.col(0))
+      .cross(corners.col(2) - corners.col(0))
+      .stableNormalized();
+}
+
+int32_t Layer::Part::TriangleNear(int i, int j, int k) const {
+  float best = DistanceBand::kBandWidth;
+  int32_t t = -1;
+  for (int c = 0; c < 8; ++c) {
+    const int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2 & 1);
+    const float distance = band.Distance(x, y, z);
+    if (distance >= best) continue;
+    best = distance;
+    t = band.Triangle(x, y, z);
+  }
+  return t;
+}
+
+Layer::Layer(const Grid& grid, GridSurface surface) {
+  parts_.emplace_back(grid, std::move(surface), 1.0f);
+  inside_ = parts_[0].inside;
+}
+
+Layer::Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share) {
+  parts_.reserve(2);
+  parts_.emplace_back(grid, std::move(forward), 1.0f - share);
+  parts_.emplace_back(grid, std::move(backward), share);
+  inside_ = parts_[0].inside;
+  BlendInside(grid);
+}
+
+// Where both parts agree so does their mean.
+void Layer::BlendInside(const Grid& grid) {
+  std::vector<uint64_t> differ(grid.words_per_row());
+  for (int k = 0; k < grid.dims[2]; ++k) {
+    for (int j = 0; j < grid.dims[1]; ++j) {
+      const uint64_t* other = parts_[1].inside.Row(j, k);
+      uint64_t* row = inside_.MutableRow(grid.Row(j, k));
+      for (int w = 0; w < grid.words_per_row(); ++w) differ[w] = row[w] ^ other[w];
+      ForEachBit(differ.data(), grid.words_per_row(), [&](int i) {
+        const float mean = parts_[0].weight * parts_[0].Distance(i, j, k) +
+                           parts_[1].weight * parts_[1].Distance(i, j, k);
+        const uint64_t bit = uint64_t{1} << (i & 63);
+        row[i >> 6] = mean < 0 ? row[i >> 6] | bit : row[i >> 6] & ~bit;
+      });
+    }
+  }
+}
+
+bool Layer::has_velocities() const {
+  return std::all_of(parts_.begin(), parts_.end(), [](const Part& part) {
+    return part.surface.velocities.cols() > 0 || part.surface.vertices.cols() == 0;
+  });
+}
+
+float Layer::Distance(int i, int j, int k) const {
+  float sum = 0;
+  for (const Part& part : parts_) sum += part.weight * part.Distance(i, j, k);
+  const float distance = std::max(kTiny, std::abs(sum));
+  return inside_.At(i, j, k) ? -distance : distance;
+}
+
+Eigen::Vector3f Layer::Gradient(int i, int j, int k) const {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (const Part& part : parts_) sum += part.weight * part.Gradient(i, j, k);
+  return sum;
+}
+
+Eigen::Vector3f Layer::Velocity(int i, int j, int k, const Eigen::Vector3f& p) const {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  float total = 0;
+  for (const Part& part : parts_) {
+    const int32_t t = part.TriangleNear(i, j, k);
+    if (t < 0) continue;
+    const Eigen::Vector3f w = BarycentricOn(CornersOf(part.surface, t), p);
+    for (int c = 0; c < 3; ++c) {
+      sum += part.weight * w[c] * part.surface.velocities.col(part.surface.triangles(c, t));
+    }
+    total += part.weight;
+  }
+  return total > 0 ? Eigen::Vector3f(sum / total) : sum;
+}
+
+}  // namespace liquidblend::spacetime

@@ -1,0 +1,53 @@
+// The signed distance to the liquid at one time, on the points of a grid. Internal to
+// worker/spacetime.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "worker/spacetime/distance_band.h"
+#include "worker/spacetime/grid.h"
+
+namespace liquidblend::spacetime {
+
+// Distances and gradients are in grid units, negative inside.
+class Layer {
+ public:
+  // The distance to one surface.
+  // Requires: a closed, oriented surface within the grid.
+  Layer(const Grid& grid, GridSurface surface);
+
+  // The mean of the distances to two surfaces that show the same moment, weighted 1 - share and
+  // share: a frame moved forward and the next one moved back.
+  Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share);
+
+  const InsideBits& inside() const { return inside_; }
+  bool has_velocities() const;
+
+  // Never zero; about kBandWidth beyond the band.
+  float Distance(int i, int j, int k) const;
+  // Exact, also at sharp edges, where the distance is; zero beyond the band.
+  Eigen::Vector3f Gradient(int i, int j, int k) const;
+  // Of the liquid at p near cell (i, j, k), metres per second.
+  Eigen::Vector3f Velocity(int i, int j, int k, const Eigen::Vector3f& p) const;
+
+ private:
+  struct Part {
+    Part(const Grid& grid, GridSurface s, float w);
+    float Distance(int i, int j, int k) const;
+    Eigen::Vector3f Gradient(int i, int j, int k) const;
+    int32_t TriangleNear(int i, int j, int k) const;
+
+    GridSurface surface;
+    InsideBits inside;
+    DistanceBand band;
+    float weight;
+  };
+  void BlendInside(const Grid& grid);
+
+  std::vector<Part> parts_;  // one or two
+  InsideBits inside_;
+};
+
+}  // namespace liquidblend::spacetime
