@@ -115,6 +115,19 @@ absl::Status CheckNumbers(const SpaceTimeMesh& mesh) {
   return absl::OkStatus();
 }
 
+absl::Status CheckRigidPieces(const SpaceTimeMesh& mesh) {
+  for (size_t n = 0; n < mesh.rigid_pieces.size(); ++n) {
+    const RigidPiece& piece = mesh.rigid_pieces[n];
+    if (piece.first_vertex < 0 || piece.num_vertices < 1 ||
+        piece.first_vertex > mesh.num_vertices() - piece.num_vertices) {
+      return absl::InvalidArgumentError(absl::StrCat("rigid piece ", n, " has ", piece.num_vertices,
+                                                     " vertices from ", piece.first_vertex,
+                                                     " on, of ", mesh.num_vertices()));
+    }
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckEndSlabs(const SpaceTimeMesh& mesh) {
   const int64_t first = mesh.num_first_vertices;
   const int64_t last = mesh.num_last_vertices;
@@ -224,6 +237,14 @@ absl::Status CheckFacets(const SpaceTimeMesh& mesh) {
 
 }  // namespace
 
+std::vector<char> RigidVertices(const SpaceTimeMesh& mesh) {
+  std::vector<char> rigid(mesh.num_vertices(), 0);
+  for (const RigidPiece& piece : mesh.rigid_pieces) {
+    std::fill_n(rigid.begin() + piece.first_vertex, piece.num_vertices, 1);
+  }
+  return rigid;
+}
+
 absl::Status Validate(const SpaceTimeMesh& mesh) {
   LB_RETURN_IF_ERROR(CheckNumbers(mesh));
   LB_RETURN_IF_ERROR(CheckColumns("normals", mesh.normals.cols(), mesh.num_vertices()));
@@ -232,6 +253,7 @@ absl::Status Validate(const SpaceTimeMesh& mesh) {
   LB_RETURN_IF_ERROR(CheckFinite("normal", mesh.normals));
   LB_RETURN_IF_ERROR(CheckFinite("velocity", mesh.velocities));
   LB_RETURN_IF_ERROR(CheckEndSlabs(mesh));
+  LB_RETURN_IF_ERROR(CheckRigidPieces(mesh));
   LB_RETURN_IF_ERROR(CheckCorners(mesh));
   return CheckFacets(mesh);
 }

@@ -23,6 +23,13 @@ using Pyramid = std::array<int32_t, 5>;
 using Wedge = std::array<int32_t, 6>;
 using Hexahedron = std::array<int32_t, 8>;
 
+// Vertices that keep their shape, whatever moves the mesh: a droplet at one time (section 5.3).
+struct RigidPiece {
+  int32_t first_vertex = 0;
+  int32_t num_vertices = 0;
+  int32_t droplet = 0;  // pieces of one droplet have the same number and follow one another in time
+};
+
 // Invariant: every facet (triangle or quad) of a cell belongs to exactly two cells that run through
 // it in opposite directions (or to four, two and two, where parts of the liquid touch), except
 // facets all of whose vertices lie in the slab before the first frame or in the slab after the last
@@ -38,6 +45,7 @@ struct SpaceTimeMesh {
   std::vector<Pyramid> pyramids;
   std::vector<Wedge> wedges;
   std::vector<Hexahedron> hexahedra;
+  std::vector<RigidPiece> rigid_pieces;  // a droplet's together and ascending in time
   int64_t num_first_vertices = 0;  // in the slab before frame 0: columns [0, num_first_vertices)
   int64_t num_last_vertices = 0;   // in the slab after the last frame: the last columns
   int num_frames = 0;
@@ -50,6 +58,9 @@ struct SpaceTimeMesh {
                                 hexahedra.size());
   }
 };
+
+// Per vertex: is it part of a rigid piece?
+std::vector<char> RigidVertices(const SpaceTimeMesh& mesh);
 
 // Checks indices, finite numbers, array sizes and the invariant above (facets paired with opposite
 // direction); the message names the first cell or facet at fault.  Errors: kInvalidArgument.

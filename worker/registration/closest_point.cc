@@ -4,7 +4,6 @@
 #include <array>
 #include <limits>
 #include <nanoflann.hpp>
-#include <numeric>
 #include <utility>
 
 namespace liquidblend::registration {
@@ -12,9 +11,13 @@ namespace {
 
 constexpr int kProjectionSteps = 3;
 
-std::vector<int32_t> Range(int64_t begin, int64_t end) {
-  std::vector<int32_t> indices(end - begin);
-  std::iota(indices.begin(), indices.end(), static_cast<int32_t>(begin));
+// Of [begin, end), those outside of rigid pieces.
+std::vector<int32_t> FreeVertices(const mesh::SpaceTimeMesh& mesh, int64_t begin, int64_t end) {
+  const std::vector<char> rigid = mesh::RigidVertices(mesh);
+  std::vector<int32_t> indices;
+  for (int64_t v = begin; v < end; ++v) {
+    if (!rigid[v]) indices.push_back(static_cast<int32_t>(v));
+  }
   return indices;
 }
 
@@ -150,10 +153,11 @@ ClosestPointSearch::ClosestPointSearch(const mesh::SpaceTimeMesh& mesh, const Po
     : mesh_(mesh),
       points_(points),
       cells_around_(cells_around),
-      tree_(points, Range(0, points.cols())),
+      tree_(points, FreeVertices(mesh, 0, points.cols())),
       flat_points_(Flatten(points)),
-      first_tree_(flat_points_, Range(0, mesh.num_first_vertices)),
-      last_tree_(flat_points_, Range(points.cols() - mesh.num_last_vertices, points.cols())) {}
+      first_tree_(flat_points_, FreeVertices(mesh, 0, mesh.num_first_vertices)),
+      last_tree_(flat_points_,
+                 FreeVertices(mesh, points.cols() - mesh.num_last_vertices, points.cols())) {}
 
 std::optional<SurfacePoint> ClosestPointSearch::Find(const Eigen::Vector4f& p,
                                                      const Eigen::Vector4f& normal) const {

@@ -8,19 +8,20 @@ namespace liquidblend::registration {
 
 DeformationNodes::DeformationNodes(const Points& rest, const IndexLists& neighbors, double spacing,
                                    std::span<const int32_t> first, uint64_t seed,
-                                   const parallel::Arena& arena) {
-  PlaceNodes(rest, neighbors, static_cast<float>(spacing), first, seed);
+                                   const parallel::Arena& arena, std::vector<char> excluded) {
+  PlaceNodes(rest, neighbors, static_cast<float>(spacing), first, std::move(excluded), seed);
   ComputeInfluences(rest, neighbors, static_cast<float>(2 * spacing), arena);
 }
 
 void DeformationNodes::PlaceNodes(const Points& rest, const IndexLists& neighbors, float spacing,
-                                  std::span<const int32_t> first, uint64_t seed) {
+                                  std::span<const int32_t> first, std::vector<char> covered,
+                                  uint64_t seed) {
   std::vector<int32_t> order(rest.cols());
   std::iota(order.begin(), order.end(), 0);
   Random random(seed);
   for (int64_t n = rest.cols() - 1; n > 0; --n) std::swap(order[n], order[random.Below(n + 1)]);
 
-  std::vector<char> covered(rest.cols(), 0);
+  covered.resize(rest.cols(), 0);
   GeodesicSearch search(rest, neighbors);
   const auto place = [&](int32_t v) {
     vertex_.push_back(v);

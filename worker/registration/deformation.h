@@ -24,24 +24,26 @@ struct Influence {
 class DeformationNodes {
  public:
   // Places nodes no closer than `spacing` to each other (geodesic Poisson disk), at the vertices of
-  // `first` before others; every vertex is within `spacing` of a node. A node reaches 2 * spacing;
-  // its weight is (1 - d^2 / r^2)^3 of the geodesic distance d, normalised over the nodes.
-  // Threads: same bytes for any thread count and a given seed.
+  // `first` before others, none at an excluded vertex; every other is within `spacing` of a node. A
+  // node reaches 2 * spacing; its weight is (1 - d^2 / r^2)^3 of the geodesic distance d,
+  // normalised over the nodes. Threads: same bytes for any thread count and a given seed.
   DeformationNodes(const Points& rest, const IndexLists& neighbors, double spacing,
-                   std::span<const int32_t> first, uint64_t seed, const parallel::Arena& arena);
+                   std::span<const int32_t> first, uint64_t seed, const parallel::Arena& arena,
+                   std::vector<char> excluded = {});
 
   int64_t num_nodes() const { return static_cast<int64_t>(vertex_.size()); }
   int32_t vertex(int64_t node) const { return vertex_[node]; }
   // Position at rest.
   Eigen::Vector4f position(int64_t node) const { return position_.col(node); }
-  // The nodes that move vertex v, by index; their weights add up to 1.
+  // The nodes that move vertex v, by index; their weights add up to 1. None: an excluded vertex
+  // that is not connected to others.
   std::span<const Influence> influences(int64_t v) const {
     return {influences_.data() + begin_[v], static_cast<size_t>(begin_[v + 1] - begin_[v])};
   }
 
  private:
   void PlaceNodes(const Points& rest, const IndexLists& neighbors, float spacing,
-                  std::span<const int32_t> first, uint64_t seed);
+                  std::span<const int32_t> first, std::vector<char> covered, uint64_t seed);
   void ComputeInfluences(const Points& rest, const IndexLists& neighbors, float radius,
                          const parallel::Arena& arena);
 

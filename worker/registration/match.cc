@@ -65,7 +65,16 @@ void AppendFound(const std::vector<std::optional<FitTerm>>& found, Matches& matc
 Surface::Surface(const mesh::SpaceTimeMesh& space_time_mesh, double edge_length_m)
     : mesh(space_time_mesh),
       points(InEdgeUnits(space_time_mesh.vertices, edge_length_m)),
-      cells_around(CellsAroundVertices(space_time_mesh)) {}
+      cells_around(CellsAroundVertices(space_time_mesh)),
+      rigid(mesh::RigidVertices(space_time_mesh)) {}
+
+std::vector<int32_t> Surface::FreeVertices() const {
+  std::vector<int32_t> vertices;
+  for (int32_t v = 0; v < points.cols(); ++v) {
+    if (!rigid[v]) vertices.push_back(v);
+  }
+  return vertices;
+}
 
 Eigen::Vector4f DeformedNormal(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                                const Surface& source, int64_t v) {
@@ -95,8 +104,8 @@ Matcher::Matcher(const Surface& source, const IndexLists& source_neighbors, cons
       target_(target),
       target_search_(target_search),
       random_(seed),
-      source_order_(Iota(source.points.cols())),
-      target_order_(Iota(target.points.cols())) {}
+      source_order_(source.FreeVertices()),
+      target_order_(target.FreeVertices()) {}
 
 Matches Matcher::Match(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                        const MatchOptions& options, const parallel::Arena& arena) {
@@ -169,6 +178,7 @@ void Matcher::MatchTarget(const DeformationNodes& nodes, const std::vector<NodeM
   flat.row(3).setZero();
   std::vector<int32_t> inner, first, last;
   for (int32_t v = 0; v < deformed.cols(); ++v) {
+    if (source_.rigid[v]) continue;
     if (source_.InFirstSlab(v)) {
       first.push_back(v);
     } else if (source_.InLastSlab(v)) {

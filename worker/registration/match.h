@@ -18,6 +18,8 @@ struct Surface {
   const mesh::SpaceTimeMesh& mesh;
   Points points;            // mean edge lengths and frames
   IndexLists cells_around;  // per vertex
+  std::vector<char> rigid;  // per vertex: part of a rigid piece, so not of the fit
+  std::vector<int32_t> FreeVertices() const;  // the others, ascending
   bool InFirstSlab(int64_t v) const { return v < mesh.num_first_vertices; }
   bool InLastSlab(int64_t v) const { return v >= points.cols() - mesh.num_last_vertices; }
 };

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
@@ -14,16 +13,10 @@ namespace {
 
 constexpr double kPinEveryFrames = 10;  // section 6, "typically every 10 frames"
 
-std::vector<int32_t> AllVertices(const Surface& surface) {
-  std::vector<int32_t> all(surface.points.cols());
-  std::iota(all.begin(), all.end(), 0);
-  return all;
-}
-
 // One animation's side of the correspondences.
 struct Side {
   Side(const Surface& s, double edge_length_m, const char* side_name)
-      : surface(s), edge(edge_length_m), name(side_name), tree(s.points, AllVertices(s)) {}
+      : surface(s), edge(edge_length_m), name(side_name), tree(s.points, s.FreeVertices()) {}
   const Surface& surface;
   double edge;  // metres per registration unit
   const char* name;

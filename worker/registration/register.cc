@@ -13,6 +13,7 @@
 #include "worker/registration/finish.h"
 #include "worker/registration/match.h"
 #include "worker/registration/pins.h"
+#include "worker/registration/rigid_pieces.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -31,6 +32,11 @@ absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTim
       return absl::InvalidArgumentError(
           absl::StrCat("the ", name, " has ", mesh->num_cells(), " cells and ",
                        mesh->normals.cols(), " normals for ", mesh->num_vertices(), " vertices"));
+    }
+    const std::vector<char> rigid = mesh::RigidVertices(*mesh);
+    if (std::find(rigid.begin(), rigid.end(), 0) == rigid.end()) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "the ", name, " has nothing but droplets, which are carried and not registered"));
     }
   }
   if (std::abs(source.frames_per_second - target.frames_per_second) >
@@ -149,7 +155,7 @@ absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source_mesh,
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
                       ExpandCorrespondences(correspondences, source, target));
   const DeformationNodes nodes(source.points, neighbors, options.node_spacing_edges,
-                               VerticesOf(pins), options.seed, arena);
+                               VerticesOf(pins), options.seed, arena, source.rigid);
   const NodeGraph graph(nodes);
   const ClosestPointSearch target_search(target_mesh, target.points, target.cells_around);
   Matcher matcher(source, neighbors, target, target_search, options.seed);
@@ -168,7 +174,9 @@ absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source_mesh,
   result.report.mean_residual_edges =
       ProjectOntoTarget(nodes, maps, source, neighbors, target_search, {}, arena, displacement);
   RelaxFolds(source, neighbors, kMaxRelaxRounds, arena, displacement);
-  const Points smooth = Smooth(displacement, neighbors, kExtrapolationSweeps, arena);
+  CarryRigidPieces(source, arena, displacement);
+  Points smooth = Smooth(displacement, neighbors, kExtrapolationSweeps, arena);
+  CarryRigidPieces(source, arena, smooth);
   result.displacement = InMetres(displacement, edge);
   result.extrapolation = InMetres(smooth, edge);
   result.report.num_nodes = static_cast<int>(nodes.num_nodes());

@@ -30,7 +30,7 @@ struct RegistrationOptions {
   double plane_weight = 1.0;            // >= 0; gamma_plane, equation (5)
   double correspondence_weight = 20.0;  // >= 0; of a user's correspondence
   double soft_release = 0.5;            // [0, 1]; share of the iterations that soft ones last
-  int max_direct_rows = 400;          // larger systems by conjugate gradients (section 6.3)
+  int max_direct_rows = 400;            // larger systems by conjugate gradients (section 6.3)
   uint64_t seed = 1;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };

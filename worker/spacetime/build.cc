@@ -3,97 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "worker/spacetime/droplet_cells.h"
+#include "worker/spacetime/layers.h"
 #include "worker/spacetime/match_volume.h"
 #include "worker/spacetime/normals.h"
-#include "worker/spacetime/plan_layers.h"
-#include "worker/spacetime/surface_nets.h"
 
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr int kWaveLayers = 8;   // layers sampled at a time: bounds the memory
-constexpr double kMargin = 2.0;  // grid spacings around the liquid
-
-absl::StatusOr<Grid> ChooseGrid(const mesh::Animation& animation,
-                                const std::vector<LayerTime>& times, double spacing_m) {
-  Eigen::Array3d lo = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Array3d hi = -lo;
-  const auto include = [&](int frame, double frames) {
-    if (animation.frames[frame].num_vertices() == 0) return;
-    const Eigen::Matrix3Xf vertices = Advected(animation, frame, frames);
-    lo = lo.min(vertices.rowwise().minCoeff().cast<double>().array());
-    hi = hi.max(vertices.rowwise().maxCoeff().cast<double>().array());
-  };
-  for (const LayerTime& layer : times) {
-    include(layer.earlier, layer.time - animation.time(layer.earlier));
-    include(layer.later, layer.time - animation.time(layer.later));
-  }
-  Grid grid;
-  grid.spacing_m = spacing_m;
-  grid.origin_m = lo - kMargin * spacing_m;
-  const Eigen::Array3d dims = ((hi - lo) / spacing_m).ceil() + 2 * kMargin + 1;
-  if (!(dims.prod() < static_cast<double>(std::numeric_limits<int32_t>::max()))) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("animation '", animation.name, "' needs a grid of ", dims[0], " x ", dims[1],
-                     " x ", dims[2], " points at a spacing of ", spacing_m,
-                     " m, more than 2^31: use a larger spacing"));
-  }
-  for (int axis = 0; axis < 3; ++axis) grid.dims[axis] = static_cast<int>(dims[axis]);
-  return grid;
-}
-
-GridSurface SurfaceAt(const mesh::Animation& animation, int frame, double time, const Grid& grid) {
-  const Eigen::Matrix3Xf vertices = Advected(animation, frame, time - animation.time(frame));
-  const Eigen::Matrix3Xd points =
-      (vertices.cast<double>().colwise() - grid.origin_m) / grid.spacing_m;
-  return {points.cast<float>(), animation.frames[frame].triangles,
-          animation.frames[frame].velocities};
-}
-
-Layer SampleLayer(const mesh::Animation& animation, const LayerTime& layer, const Grid& grid) {
-  GridSurface earlier = SurfaceAt(animation, layer.earlier, layer.time, grid);
-  if (layer.earlier == layer.later) return Layer(grid, std::move(earlier));
-  return Layer(grid, std::move(earlier), SurfaceAt(animation, layer.later, layer.time, grid),
-               static_cast<float>(layer.share));
-}
-
-struct Layers {
-  std::vector<LayerTime> times;
-  std::vector<InsideBits> inside;  // one per layer
-  std::vector<Slab> slabs;         // slab s lies between layers s and s + 1
-};
-
-// Samples the layers and places the vertices, a wave of layers at a time.
-Layers PlaceAllVertices(const mesh::Animation& animation, std::vector<LayerTime> times,
-                        const Grid& grid, const parallel::Arena& arena,
-                        const std::function<void(double)>& progress) {
-  const int num_layers = static_cast<int>(times.size());
-  Layers result;
-  result.times = std::move(times);
-  result.inside.resize(num_layers);
-  result.slabs.resize(num_layers - 1);
-  std::vector<std::optional<Layer>> wave(kWaveLayers + 1);  // [0]: the last one of the wave before
-  for (int begin = 0; begin < num_layers; begin += kWaveLayers) {
-    const int count = std::min(kWaveLayers, num_layers - begin);
-    arena.Run(count, [&](int64_t n) {
-      const int l = begin + static_cast<int>(n);
-      wave[n + 1].emplace(SampleLayer(animation, result.times[l], grid));
-      result.inside[l] = wave[n + 1]->inside();
-    });
-    arena.Run(count, [&](int64_t n) {
-      const int l = begin + static_cast<int>(n);
-      if (l > 0) result.slabs[l - 1] = PlaceVertices(grid, *wave[n], *wave[n + 1]);
-    });
-    wave[0] = std::move(wave[count]);
-    if (progress) progress(0.8 * (begin + count) / num_layers);
-  }
-  return result;
-}
+constexpr double kAreaPerVertex = 0.866;  // of a regular triangle mesh, in squared edge lengths
 
 // All hexahedra; of layer l, those of its spatial edges are [begin[l], end[l]).
 struct Hexahedra {
@@ -101,8 +24,9 @@ struct Hexahedra {
   std::vector<size_t> begin, end;
 };
 
-Hexahedra ConnectVertices(const Grid& grid, const Layers& layers,
-                          const std::vector<int64_t>& first_vertex, const parallel::Arena& arena) {
+Hexahedra ConnectVertices(const Layers& layers, const std::vector<int64_t>& first_vertex,
+                          const parallel::Arena& arena) {
+  const Grid& grid = layers.grid;
   const int64_t num_slabs = static_cast<int64_t>(layers.slabs.size());
   std::vector<std::vector<mesh::Hexahedron>> of_slab(num_slabs);
   std::vector<size_t> num_spatial(num_slabs, 0);
@@ -141,14 +65,9 @@ std::vector<FrameHexahedra> FramesOf(const mesh::Animation& animation,
 }
 
 // Grid units -> metres and frames.
-void FillVertices(const Grid& grid, const Layers& layers, const std::vector<int64_t>& first_vertex,
-                  mesh::SpaceTimeMesh& mesh) {
-  const bool has_velocities =
-      std::all_of(layers.slabs.begin(), layers.slabs.end(), [](const Slab& slab) {
-        return static_cast<int64_t>(slab.velocities.size()) == slab.num_vertices();
-      });
-  mesh.vertices.resize(4, first_vertex.back());
-  mesh.velocities.resize(3, has_velocities ? first_vertex.back() : 0);
+void FillNetVertices(const Layers& layers, const std::vector<int64_t>& first_vertex,
+                     mesh::SpaceTimeMesh& mesh) {
+  const Grid& grid = layers.grid;
   for (size_t s = 0; s < layers.slabs.size(); ++s) {
     const Slab& slab = layers.slabs[s];
     const double begin = layers.times[s].time, length = layers.times[s + 1].time - begin;
@@ -158,9 +77,90 @@ void FillVertices(const Grid& grid, const Layers& layers, const std::vector<int6
           grid.origin_m + grid.spacing_m * slab.vertices[n].head<3>().cast<double>();
       mesh.vertices.col(v).head<3>() = position.cast<float>();
       mesh.vertices(3, v) = static_cast<float>(begin + length * slab.vertices[n].w());
-      if (has_velocities) mesh.velocities.col(v) = slab.velocities[n];
+      if (mesh.velocities.cols() > 0) mesh.velocities.col(v) = slab.velocities[n];
     }
   }
+}
+
+// The slab whose vertices a droplet's piece follows. Only what is before the first frame belongs to
+// the first slab, only what is after the last frame to the last one.
+size_t SlabOf(const std::vector<LayerTime>& layers, double time) {
+  const auto after = std::lower_bound(layers.begin() + 1, layers.end() - 2, time,
+                                      [](const LayerTime& l, double t) { return l.time < t; });
+  const size_t slab = static_cast<size_t>(after - layers.begin()) - 1;
+  if (slab == 0) return time < layers[1].time ? 0 : 1;
+  return time > layers[layers.size() - 2].time ? layers.size() - 2 : slab;
+}
+
+// A droplet's vertices, its cells and its pieces; `next_vertex` per slab is where they go.
+void AddDroplet(const DropletCells& cells, const std::vector<LayerTime>& layers, int32_t droplet,
+                std::vector<int64_t>& next_vertex, mesh::SpaceTimeMesh& mesh) {
+  std::vector<int32_t> first;
+  for (const DropletPiece& piece : cells.pieces) {
+    int64_t& next = next_vertex[SlabOf(layers, piece.time)];
+    const int64_t count = piece.vertices.cols();
+    mesh.vertices.block(0, next, 3, count) = piece.vertices;
+    mesh.vertices.block(3, next, 1, count).setConstant(static_cast<float>(piece.time));
+    if (mesh.velocities.cols() > 0) {
+      mesh.velocities.middleCols(next, count).colwise() = piece.velocity;
+    }
+    first.push_back(static_cast<int32_t>(next));
+    mesh.rigid_pieces.push_back({first.back(), static_cast<int32_t>(count), droplet});
+    next += count;
+  }
+  const auto vertex = [&](const DropletCells::Corner& corner) {
+    return first[corner[0]] + corner[1];
+  };
+  for (const auto& wedge : cells.wedges) {
+    mesh::Wedge& added = mesh.wedges.emplace_back();
+    std::transform(wedge.begin(), wedge.end(), added.begin(), vertex);
+  }
+  for (const auto& tetrahedron : cells.tetrahedra) {
+    mesh::Tetrahedron& added = mesh.tetrahedra.emplace_back();
+    std::transform(tetrahedron.begin(), tetrahedron.end(), added.begin(), vertex);
+  }
+}
+
+// Numbers of the first vertices of the slabs, and their total: first the net's, then the droplets'.
+std::vector<int64_t> NumberVertices(const Layers& layers,
+                                    const std::vector<DropletCells>& droplets) {
+  std::vector<int64_t> first_vertex(layers.slabs.size() + 1, 0);
+  for (size_t s = 0; s < layers.slabs.size(); ++s) {
+    first_vertex[s + 1] = layers.slabs[s].num_vertices();
+  }
+  for (const DropletCells& droplet : droplets) {
+    for (const DropletPiece& piece : droplet.pieces) {
+      first_vertex[SlabOf(layers.times, piece.time) + 1] += piece.vertices.cols();
+    }
+  }
+  std::partial_sum(first_vertex.begin(), first_vertex.end(), first_vertex.begin());
+  return first_vertex;
+}
+
+mesh::SpaceTimeMesh Assemble(const mesh::Animation& animation, const Layers& layers,
+                             const std::vector<DropletCells>& droplets,
+                             const std::vector<int64_t>& first_vertex, double edge_length_m) {
+  mesh::SpaceTimeMesh mesh;
+  mesh.num_frames = 1 + static_cast<int>(std::floor(animation.time(animation.num_frames() - 1)));
+  mesh.frames_per_second = animation.frames_per_second;
+  mesh.edge_length_m = edge_length_m;
+  const size_t num_slabs = layers.slabs.size();
+  mesh.num_first_vertices = first_vertex[1];
+  mesh.num_last_vertices = first_vertex[num_slabs] - first_vertex[num_slabs - 1];
+  const bool has_velocities = std::all_of(
+      animation.frames.begin(), animation.frames.end(),
+      [](const auto& frame) { return frame.velocities.cols() == frame.vertices.cols(); });
+  mesh.vertices.resize(4, first_vertex.back());
+  mesh.velocities.resize(3, has_velocities ? first_vertex.back() : 0);
+  FillNetVertices(layers, first_vertex, mesh);
+  std::vector<int64_t> next_vertex(num_slabs);
+  for (size_t s = 0; s < num_slabs; ++s) {
+    next_vertex[s] = first_vertex[s] + layers.slabs[s].num_vertices();
+  }
+  for (size_t n = 0; n < droplets.size(); ++n) {
+    AddDroplet(droplets[n], layers.times, static_cast<int32_t>(n), next_vertex, mesh);
+  }
+  return mesh;
 }
 
 }  // namespace
@@ -173,6 +173,10 @@ absl::Status BuildOptions::Validate() const {
   if (!(max_motion_spacings >= 0.5)) {
     return absl::InvalidArgumentError(
         absl::StrCat("max_motion_spacings is ", max_motion_spacings, ", below 0.5"));
+  }
+  if (!(droplet_vertices >= 0 && droplet_vertices <= 10'000)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("droplet_vertices is ", droplet_vertices, ", not in [0, 10000]"));
   }
   return absl::OkStatus();
 }
@@ -188,30 +192,28 @@ absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
                      " frames and a mean edge length of ", edge_length_m,
                      " m; a space-time mesh needs at least 2 frames and some liquid"));
   }
+  const double droplet_area_m2 =
+      options.droplet_vertices * kAreaPerVertex * edge_length_m * edge_length_m;
+  const DropletSplit split = SplitDroplets(animation, droplet_area_m2);
+  const mesh::Animation& rest = split.rest ? *split.rest : animation;
+  std::vector<DropletCells> droplets;
+  for (const DropletTrack& track : split.tracks) droplets.push_back(MakeCells(track, animation));
+
   const double spacing_m = options.spacing_edges * edge_length_m;
-  std::vector<LayerTime> times = PlanLayers(animation, options.max_motion_spacings * spacing_m);
-  LB_ASSIGN_OR_RETURN(const Grid grid, ChooseGrid(animation, times, spacing_m));
-  const Layers layers = PlaceAllVertices(animation, std::move(times), grid, arena, progress);
-  std::vector<int64_t> first_vertex = {0};
-  for (const Slab& slab : layers.slabs) {
-    first_vertex.push_back(first_vertex.back() + slab.num_vertices());
-  }
+  LB_ASSIGN_OR_RETURN(const Layers layers,
+                      SampleLayers(rest, PlanLayers(rest, options.max_motion_spacings * spacing_m),
+                                   spacing_m, arena, progress));
+  const std::vector<int64_t> first_vertex = NumberVertices(layers, droplets);
   if (first_vertex.back() > std::numeric_limits<int32_t>::max()) {
     return absl::ResourceExhaustedError(
         absl::StrCat("animation '", animation.name, "' needs ", first_vertex.back(),
                      " space-time vertices, more than 2^31: use a larger spacing"));
   }
-  mesh::SpaceTimeMesh mesh;
-  mesh.num_frames = 1 + static_cast<int>(std::floor(animation.time(animation.num_frames() - 1)));
-  mesh.frames_per_second = animation.frames_per_second;
-  mesh.edge_length_m = edge_length_m;
-  mesh.num_first_vertices = layers.slabs.front().num_vertices();
-  mesh.num_last_vertices = layers.slabs.back().num_vertices();
-  FillVertices(grid, layers, first_vertex, mesh);
-  Hexahedra hexahedra = ConnectVertices(grid, layers, first_vertex, arena);
+  mesh::SpaceTimeMesh mesh = Assemble(animation, layers, droplets, first_vertex, edge_length_m);
+  Hexahedra hexahedra = ConnectVertices(layers, first_vertex, arena);
   mesh.hexahedra = std::move(hexahedra.all);
   ComputeNormals(mesh, arena);
-  MatchVolumes(FramesOf(animation, layers.times, hexahedra, mesh.hexahedra), arena, mesh);
+  MatchVolumes(FramesOf(rest, layers.times, hexahedra, mesh.hexahedra), arena, mesh);
   if (progress) progress(1.0);
   return mesh;
 }

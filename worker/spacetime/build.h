@@ -15,6 +15,8 @@ struct BuildOptions {
   double spacing_edges = 0.9;        // [0.25, 4]; grid spacing h in mean edge lengths
   double max_motion_spacings = 3.0;  // >= 0.5; where the surface moves further from frame to frame,
                                      // there are layers in between
+  double droplet_vertices = 150;     // [0, 10000]; smaller components are carried as rigid pieces;
+                                     // a vertex has the area of one in a regular mesh
   absl::Status Validate() const;     // names the first field out of range, and its value
 };
 

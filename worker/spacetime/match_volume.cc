@@ -48,10 +48,12 @@ void MatchVolumes(std::span<const FrameHexahedra> frames, const parallel::Arena&
                   mesh::SpaceTimeMesh& mesh) {
   if (frames.empty()) return;
   std::vector<double> offset(frames.size());
+  const std::vector<char> rigid = mesh::RigidVertices(mesh);
   for (int round = 0; round < kRounds; ++round) {
     arena.Run(static_cast<int64_t>(frames.size()),
               [&](int64_t n) { offset[n] = OffsetOf(mesh, frames[n]); });
     arena.For(mesh.num_vertices(), [&](int64_t v) {
+      if (rigid[v]) return;
       const double time = mesh.vertices(3, v);
       const auto after =
           std::lower_bound(frames.begin(), frames.end(), time,

@@ -17,9 +17,9 @@ struct FrameHexahedra {
   std::span<const mesh::Hexahedron> hexahedra;  // closed in space
 };
 
-// Moves the vertices along the spatial part of their normals, each by what the frames before and
-// after it need, so that the slices' volumes are right: placed vertices are a hundredth of an edge
-// length off on average, to the outside where the surface is convex.
+// Moves the vertices, but for rigid pieces, along the spatial part of their normals, each by what
+// the frames before and after it need, so that the slices' volumes are right: placed vertices are a
+// hundredth of an edge length off on average, to the outside where the surface is convex.
 //   frames  ascending in time
 // Requires: mesh.normals.  Threads: same bytes for any thread count.
 // Cost: O(vertices + hexahedra), twice.

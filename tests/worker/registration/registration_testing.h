@@ -10,8 +10,12 @@
 
 namespace liquidblend::registration {
 
-inline mesh::SpaceTimeMesh BuildMesh(const mesh::Animation& animation) {
-  auto mesh = spacetime::Build(animation, {}, parallel::Arena(2));
+// The drops of the tests are small: only those that are asked for are carried as droplets.
+inline mesh::SpaceTimeMesh BuildMesh(const mesh::Animation& animation,
+                                     double droplet_vertices = 0) {
+  spacetime::BuildOptions options;
+  options.droplet_vertices = droplet_vertices;
+  auto mesh = spacetime::Build(animation, options, parallel::Arena(2));
   EXPECT_TRUE(mesh.ok()) << mesh.status();
   return *std::move(mesh);
 }

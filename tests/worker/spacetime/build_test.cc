@@ -97,6 +97,55 @@ TEST(Build, ABlobThatMovesFastStaysWhole) {
   }
 }
 
+// Three grid spacings across, four a frame; alone and over a pool.
+TEST(Build, ASmallDropThatMovesFastIsCarriedWhole) {
+  for (const bool with_pool : {false, true}) {
+    mesh::Animation animation;
+    constexpr float kEdge = 0.1f, kSpacing = 0.9f * kEdge;
+    for (int k = 0; k < 6; ++k) {
+      const float z = 1.5f - 4 * kSpacing * static_cast<float>(k);
+      mesh::TriangleMesh drop = synthetic::Icosphere({0, 0, z}, 1.5 * kSpacing, 1);
+      drop.velocities = Eigen::Vector3f(0, 0, -24 * 4 * kSpacing).replicate(1, drop.num_vertices());
+      mesh::TriangleMesh pool = synthetic::Box({-1, -1, -3}, {1, 1, -2}, 14);
+      pool.velocities = Eigen::Matrix3Xf::Zero(3, pool.num_vertices());
+      const mesh::TriangleMesh parts[] = {pool, drop};
+      animation.frames.push_back(with_pool ? synthetic::Join(parts) : drop);
+    }
+    const auto mesh = BuildOrDie(animation);
+    EXPECT_TRUE(mesh::Validate(mesh).ok()) << mesh::Validate(mesh);
+    const double volume = mesh::Volume(animation.frames[0]);
+    for (int n = 0; n <= 20; ++n) {
+      const mesh::TriangleMesh surface = Cut(mesh, (2 + n / 20.0) / 24);
+      EXPECT_TRUE(mesh::CheckClosed(surface).closed()) << n;
+      EXPECT_EQ(mesh::NumComponents(surface), with_pool ? 2 : 1) << n;
+      EXPECT_NEAR(mesh::Volume(surface) / volume, 1.0, with_pool ? 0.002 : 0.01) << n;
+      const float z = 1.5f - 4 * kSpacing * (2 + static_cast<float>(n) / 20);
+      EXPECT_NEAR(surface.vertices.row(2).maxCoeff(), z + 1.5f * kSpacing, 0.02f * kEdge) << n;
+    }
+  }
+}
+
+// Shown by the pool, then on its own, then by the pool again: always once, but for a tenth of a
+// frame.
+TEST(Build, ADropThatLeavesAndJoinsIsShownOnce) {
+  mesh::Animation animation;
+  const mesh::TriangleMesh pool = synthetic::Box({-1, -1, -1}, {1, 1, 0}, 14);
+  for (int k = 0; k < 7; ++k) {
+    const float z = -0.05f + 0.25f * static_cast<float>(3 - std::abs(k - 3));
+    const mesh::TriangleMesh drop = synthetic::Icosphere({0, 0, z}, 0.15, 2);
+    const mesh::TriangleMesh parts[] = {pool, drop};
+    const bool apart = z > 0.2f;
+    animation.frames.push_back(apart ? synthetic::Join(parts) : pool);
+  }
+  const auto mesh = BuildOrDie(animation);
+  EXPECT_TRUE(mesh::Validate(mesh).ok()) << mesh::Validate(mesh);
+  EXPECT_FALSE(mesh.rigid_pieces.empty());
+  for (int k = 0; k < 7; ++k) {
+    EXPECT_EQ(mesh::NumComponents(Cut(mesh, k / 24.0)), mesh::NumComponents(animation.frames[k]))
+        << k;
+  }
+}
+
 TEST(Build, ShowsFramesAtTheirTimes) {
   synthetic::MovingSphereOptions options;
   options.num_frames = 4;
@@ -178,9 +227,11 @@ TEST(Build, RefusesWhatItCannotBuildAndSaysWhy) {
   options.spacing_edges = 9;
   EXPECT_THAT(Build(synthetic::MovingSphere(), options, arena).status().message(),
               HasSubstr("spacing_edges is 9"));
+  options = {};
+  options.droplet_vertices = 0;
   mesh::Animation far = synthetic::MovingSphere();
   far.frames[0].vertices.col(0) = Eigen::Vector3f(1e6f, 1e6f, 1e6f);
-  EXPECT_EQ(Build(far, {}, arena).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(Build(far, options, arena).status().code(), absl::StatusCode::kResourceExhausted);
 }
 
 }  // namespace
