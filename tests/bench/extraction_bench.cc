@@ -46,7 +46,7 @@ void Run(benchmark::State& state, const Extract& extract) {
   double num_slivers = 0;
   constexpr int kNumSamples = 16;
   for (int n = 0; n < kNumSamples; ++n) {
-    const mesh::TriangleMesh surface = extract(2.0 + 3.0 * n / kNumSamples);
+    const mesh::TriangleMesh surface = extract(2.05 + 3.0 * n / kNumSamples);
     num_triangles += static_cast<double>(surface.num_triangles()) / kNumSamples;
     num_slivers += static_cast<double>(reference::NumSlivers(surface)) / kNumSamples;
   }
@@ -54,6 +54,8 @@ void Run(benchmark::State& state, const Extract& extract) {
   state.counters["slivers"] = num_slivers;
 }
 
+// Ours, as the server does it; then with the paper's Laplacian step.
+template <bool kIsSmoothed>
 void ExtractOurs(benchmark::State& state) {
   const mesh::SpaceTimeMesh mesh = WarpedMesh(state);
   const mesh::RegisteredFamily family = mesh::ViewOf(mesh);
@@ -64,15 +66,22 @@ void ExtractOurs(benchmark::State& state) {
     const double time_s = time_frames / family.frames_per_second;
     if (!slice::FindCandidates(index, {}, time_s, workspace).ok()) return mesh::TriangleMesh();
     blend::BlendVertices(family, {}, workspace.vertex_ranges, positions);
-    return slice::March(index, positions, workspace);
+    mesh::TriangleMesh surface = slice::March(index, positions, workspace);
+    if (kIsSmoothed) reference::SmoothOnce(surface);
+    return surface;
   });
 }
 
+// The paper's, without and with its Laplacian step.
+template <bool kIsSmoothed>
 void ExtractAsInThePaper(benchmark::State& state) {
   const mesh::SpaceTimeMesh mesh = WarpedMesh(state);
   const std::vector<mesh::Tetrahedron> tetrahedra = reference::SplitWedges(mesh.wedges);
   Run(state, [&](double time_frames) {
-    return reference::ExtractAsInThePaper(mesh.vertices, tetrahedra, time_frames);
+    mesh::TriangleMesh surface = reference::SliceTetrahedra(mesh.vertices, tetrahedra, time_frames);
+    reference::FillHoles(surface);
+    if (kIsSmoothed) reference::SmoothOnce(surface);
+    return surface;
   });
 }
 
@@ -81,8 +90,10 @@ void Sizes(benchmark::internal::Benchmark* benchmark) {
       ->ArgsProduct({{3, 5}, {0, 5, 20}})
       ->Unit(benchmark::kMillisecond);
 }
-BENCHMARK(ExtractOurs)->Apply(Sizes);
-BENCHMARK(ExtractAsInThePaper)->Apply(Sizes);
+BENCHMARK(ExtractOurs<false>)->Apply(Sizes);
+BENCHMARK(ExtractOurs<true>)->Apply(Sizes);
+BENCHMARK(ExtractAsInThePaper<false>)->Apply(Sizes);
+BENCHMARK(ExtractAsInThePaper<true>)->Apply(Sizes);
 
 }  // namespace
 }  // namespace liquidblend

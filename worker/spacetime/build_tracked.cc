@@ -13,6 +13,8 @@
 namespace liquidblend::spacetime {
 namespace {
 
+constexpr int kSampledSteps = 8;  // of MatchedShare
+
 // Layer l is frame l - 1; the first and the last one are the first and the last frame, moved by a
 // frame of their velocities. Step s leads from layer s to layer s + 1.
 class Layers {
@@ -61,23 +63,36 @@ absl::Status CheckAnimation(const mesh::Animation& animation, double edge_length
                    " m; a space-time mesh needs at least 2 frames and some liquid"));
 }
 
-void SumShares(const mesh::Animation& animation, TrackedLinks& links) {
-  FrameLinks all;
-  int64_t num_earlier = 0;
-  int64_t num_later = 0;
-  for (size_t k = 0; k < links.steps.size(); ++k) {
-    const int64_t from = animation.frames[k].num_triangles();
-    const int64_t to = animation.frames[k + 1].num_triangles();
-    const double share = links.steps[k].matched_share(from, to);
-    if (share < links.lowest_share) {
-      links.lowest_share = share;
-      links.lowest_step = static_cast<int>(k);
-    }
-    all.num_matched += links.steps[k].num_matched;
-    num_earlier += from;
-    num_later += to;
+FrameLinks LinkStep(const mesh::Animation& animation, int k, double edge_length_m,
+                    const TrackedOptions& options) {
+  const double step_s = (animation.time(k + 1) - animation.time(k)) / animation.frames_per_second;
+  return LinkFrames(animation.frames[k], animation.frames[k + 1],
+                    {step_s, edge_length_m, options.reach_edges});
+}
+
+double Share(int64_t part, int64_t whole) {
+  return whole == 0 ? 1.0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+double MovingShare(const std::vector<FrameLinks>& steps) {
+  int64_t num_matched = 0;
+  int64_t num_moving = 0;
+  for (const FrameLinks& links : steps) {
+    num_matched += links.num_moving_matched;
+    num_moving += links.num_moving;
   }
-  links.matched_share = all.matched_share(num_earlier, num_later);
+  return Share(num_matched, num_moving);
+}
+
+void FindLowestShare(const mesh::Animation& animation, TrackedLinks& links) {
+  for (int k = 0; k + 1 < animation.num_frames(); ++k) {
+    const double share =
+        Share(2 * links.steps[k].num_matched,
+              animation.frames[k].num_triangles() + animation.frames[k + 1].num_triangles());
+    if (share >= links.lowest_share) continue;
+    links.lowest_share = share;
+    links.lowest_step = k;
+  }
 }
 
 template <typename Cell>
@@ -194,7 +209,22 @@ absl::Status TrackedOptions::Validate() const {
   };
   LB_RETURN_IF_ERROR(check("reach_edges", reach_edges, 0.1, 8));
   LB_RETURN_IF_ERROR(check("cone_radius_edges", cone_radius_edges, 0, 64));
-  return check("cluster_edges", cluster_edges, 0.5, 16);
+  return check("anchor_edges", anchor_edges, 0.5, 16);
+}
+
+absl::StatusOr<double> MatchedShare(const mesh::Animation& animation, const TrackedOptions& options,
+                                    const parallel::Arena& arena) {
+  LB_RETURN_IF_ERROR(options.Validate());
+  const double edge_length_m = mesh::MeanEdgeLength(animation);
+  LB_RETURN_IF_ERROR(CheckAnimation(animation, edge_length_m));
+  const int num_steps = animation.num_frames() - 1;
+  const int num_samples = std::min(num_steps, kSampledSteps);
+  std::vector<FrameLinks> samples(num_samples);
+  arena.Run(num_samples, [&](int64_t n) {
+    const int k = static_cast<int>(n) * num_steps / num_samples;
+    samples[n] = LinkStep(animation, k, edge_length_m, options);
+  });
+  return MovingShare(samples);
 }
 
 absl::StatusOr<TrackedLinks> TrackLinks(const mesh::Animation& animation,
@@ -205,13 +235,11 @@ absl::StatusOr<TrackedLinks> TrackLinks(const mesh::Animation& animation,
   LB_RETURN_IF_ERROR(CheckAnimation(animation, edge_length_m));
   TrackedLinks links;
   links.steps.resize(animation.num_frames() - 1);
-  arena.Run(animation.num_frames() - 1, [&](int64_t s) {
-    const int k = static_cast<int>(s);
-    const double step_s = (animation.time(k + 1) - animation.time(k)) / animation.frames_per_second;
-    links.steps[k] = LinkFrames(animation.frames[k], animation.frames[k + 1],
-                                {step_s, edge_length_m, options.reach_edges});
+  arena.Run(animation.num_frames() - 1, [&](int64_t k) {
+    links.steps[k] = LinkStep(animation, static_cast<int>(k), edge_length_m, options);
   });
-  SumShares(animation, links);
+  links.matched_share = MovingShare(links.steps);
+  FindLowestShare(animation, links);
   return links;
 }
 
@@ -225,7 +253,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildTracked(const mesh::Animation& animatio
   LB_RETURN_IF_ERROR(CheckAnimation(animation, edge_length_m));
   const Layers layers(animation);
   const FillOptions fill = {options.cone_radius_edges * edge_length_m,
-                            options.cluster_edges * edge_length_m};
+                            options.anchor_edges * edge_length_m};
   std::vector<PairCells> cells(layers.num_steps());
   arena.Run(layers.num_steps(), [&](int64_t s) {
     const int step = static_cast<int>(s);

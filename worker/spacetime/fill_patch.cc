@@ -25,7 +25,7 @@ class PatchFiller {
       return (HalfWay(v).position_m - centroid.position_m).norm() <= options_.cone_radius_m;
     });
     if (is_small) return AddCone(patch, centroid);
-    FillByClusters(CoverQuads(patch));
+    FillByAnchors(CoverQuads(patch));
   }
 
  private:
@@ -103,12 +103,12 @@ class PatchFiller {
     return triangles;
   }
 
-  void FillByClusters(const std::vector<Corners>& triangles) {
-    const std::map<int32_t, int32_t> cluster_of = Cluster(triangles);
+  void FillByAnchors(const std::vector<Corners>& triangles) {
+    const std::map<int32_t, int32_t> anchor_of = GatherAtAnchors(triangles);
     std::map<Corners, int> coarse;  // by ascending corners: how often, less how often turned round
     for (Corners c : triangles) {
       const int sign = SortCorners(c);
-      const Corners to = {cluster_of.at(c[0]), cluster_of.at(c[1]), cluster_of.at(c[2])};
+      const Corners to = {anchor_of.at(c[0]), anchor_of.at(c[1]), anchor_of.at(c[2])};
       // Minus the prism operator of algebraic topology: its boundary is c less its image.
       AddTetrahedron(-sign, {c[0], to[0], to[1], to[2]});
       AddTetrahedron(sign, {c[0], c[1], to[1], to[2]});
@@ -177,50 +177,50 @@ class PatchFiller {
     return std::lower_bound(ascending.begin(), ascending.end(), v) - ascending.begin();
   }
 
-  // Per vertex, the vertex (added here) of its cluster: the closest one that faces the same way.
-  // The top of a quad's pyramid goes with the quad's first corner.
-  std::map<int32_t, int32_t> Cluster(const std::vector<Corners>& triangles) {
+  // Per vertex, its anchor (added here): the closest one that faces the same way. The top of a
+  // quad's pyramid goes with the quad's first corner.
+  std::map<int32_t, int32_t> GatherAtAnchors(const std::vector<Corners>& triangles) {
     std::vector<int32_t> vertices;
     for (const Corners& c : triangles) vertices.insert(vertices.end(), c.begin(), c.end());
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     vertices.resize(IndexOf(vertices, pair_.num_given()));
-    const std::vector<int32_t> seed_of = ChooseSeeds(vertices, NormalsOf(vertices, triangles));
-    std::map<int32_t, int32_t> cluster_of;
-    std::map<int32_t, int32_t> vertex_of_seed;
+    const std::vector<int32_t> chosen_of = ChooseAnchors(vertices, NormalsOf(vertices, triangles));
+    std::map<int32_t, int32_t> anchor_of;
+    std::map<int32_t, int32_t> vertex_of_chosen;
     for (size_t k = 0; k < vertices.size(); ++k) {
-      const auto [seed, is_new] = vertex_of_seed.try_emplace(seed_of[k], kNone);
-      if (is_new) seed->second = AddVertex(HalfWay(vertices[seed_of[k]]));
-      cluster_of[vertices[k]] = seed->second;
+      const auto [anchor, is_new] = vertex_of_chosen.try_emplace(chosen_of[k], kNone);
+      if (is_new) anchor->second = AddVertex(HalfWay(vertices[chosen_of[k]]));
+      anchor_of[vertices[k]] = anchor->second;
     }
     for (const Corners& c : triangles) {
-      if (c[2] >= pair_.num_given()) cluster_of.try_emplace(c[2], cluster_of.at(c[0]));
+      if (c[2] >= pair_.num_given()) anchor_of.try_emplace(c[2], anchor_of.at(c[0]));
     }
-    return cluster_of;
+    return anchor_of;
   }
 
-  // Goes through the vertices; one that no seed covers becomes a seed itself.
-  std::vector<int32_t> ChooseSeeds(const std::vector<int32_t>& vertices,
-                                   const Eigen::Matrix3Xf& normals) const {
+  // Per vertex, the one whose place its anchor has. One that is near no anchor becomes one.
+  std::vector<int32_t> ChooseAnchors(const std::vector<int32_t>& vertices,
+                                     const Eigen::Matrix3Xf& normals) const {
     Eigen::Matrix3Xf positions(3, static_cast<int64_t>(vertices.size()));
     for (size_t k = 0; k < vertices.size(); ++k) {
       positions.col(static_cast<int64_t>(k)) = HalfWay(vertices[k]).position_m;
     }
-    const PointGrid grid(positions, static_cast<float>(options_.cluster_m));
-    std::vector<int32_t> seed_of(vertices.size(), kNone);
+    const PointGrid grid(positions, static_cast<float>(options_.anchor_m));
+    std::vector<int32_t> chosen_of(vertices.size(), kNone);
     std::vector<float> distance(vertices.size(), 0.0f);
     for (int32_t k = 0; k < static_cast<int32_t>(vertices.size()); ++k) {
-      if (seed_of[k] != kNone) continue;
-      seed_of[k] = k;
+      if (chosen_of[k] != kNone) continue;
+      chosen_of[k] = k;
       grid.ForEachNear(positions.col(k), [&](int32_t n) {
-        const float to_seed = (positions.col(n) - positions.col(k)).norm();
+        const float apart = (positions.col(n) - positions.col(k)).norm();
         if (normals.col(n).dot(normals.col(k)) < 0.0f) return;
-        if (seed_of[n] != kNone && distance[n] <= to_seed) return;
-        seed_of[n] = k;
-        distance[n] = to_seed;
+        if (chosen_of[n] != kNone && distance[n] <= apart) return;
+        chosen_of[n] = k;
+        distance[n] = apart;
       });
     }
-    return seed_of;
+    return chosen_of;
   }
 
   const FramePair& pair_;

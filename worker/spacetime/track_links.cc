@@ -13,6 +13,9 @@ namespace {
 
 // A vertex of the same number is preferred to one that lies closer by less than this.
 constexpr float kNumberBonusEdges = 0.25f;
+// So close, a vertex of the same number is the one.
+constexpr float kSameEdges = 0.1f;
+constexpr double kMovingEdges = 0.1;
 constexpr int kVotingSweeps = 2;
 
 // Metres per frame step; zero if the frame has no velocities.
@@ -58,18 +61,24 @@ class Linker {
     return (a_.frame.vertices.col(i) + step - b_.frame.vertices.col(j)).norm();
   }
 
-  // Per vertex of `from`: that of `to` with the smallest gap, or -1.
+  // Per vertex of `from`: that of `to` with the smallest gap, or -1. Few need to look as far as the
+  // reach, and those of `known` need not look at all.
   template <typename GapOf>
   std::vector<int32_t> Nearest(const Side& from, float direction, const Side& to,
-                               const GapOf& gap_of) const {
-    const PointGrid grid(to.frame.vertices, reach_);
-    std::vector<int32_t> nearest(from.frame.num_vertices(), -1);
+                               const std::vector<int32_t>& known, const GapOf& gap_of) const {
+    const PointGrid close(to.frame.vertices, reach_ / 2);
+    const PointGrid wide(to.frame.vertices, reach_);
+    std::vector<int32_t> nearest = known;
     for (int32_t i = 0; i < from.frame.num_vertices(); ++i) {
+      if (nearest[i] >= 0) continue;
       std::pair<float, int32_t> best = {reach_, -1};
-      grid.ForEachNear(from.frame.vertices.col(i) + direction * from.steps.col(i), [&](int32_t j) {
+      const auto consider = [&](int32_t j) {
         if (from.normals.col(i).dot(to.normals.col(j)) <= 0.0f) return;
         best = std::min(best, std::pair(gap_of(i, j), j));
-      });
+      };
+      const Eigen::Vector3f at = from.frame.vertices.col(i) + direction * from.steps.col(i);
+      close.ForEachNear(at, consider);
+      if (best.second < 0) wide.ForEachNear(at, consider);
       nearest[i] = best.second;
     }
     return nearest;
@@ -103,16 +112,19 @@ class Linker {
     const std::vector<uint8_t> is_same = SameNumbers();
     const auto gap = [&](int32_t i, int32_t j) { return Gap(i, j); };
     const auto gap_back = [&](int32_t j, int32_t i) { return Gap(i, j); };
-    std::vector<int32_t> link = Nearest(a_, 1.0f, b_, gap);
-    const std::vector<int32_t> back = Nearest(b_, -1.0f, a_, gap_back);
+    std::vector<int32_t> link(a_.frame.num_vertices(), -1);
+    std::vector<int32_t> back(b_.frame.num_vertices(), -1);
+    for (int32_t i = 0; i < a_.frame.num_vertices(); ++i) {
+      if (is_same[i] && Gap(i, i) < kSameEdges * edge_) link[i] = back[i] = i;
+    }
+    link = Nearest(a_, 1.0f, b_, link, gap);
+    back = Nearest(b_, -1.0f, a_, back, gap_back);
     std::vector<int32_t> owner(b_.frame.num_vertices(), -1);
     for (int32_t i = 0; i < a_.frame.num_vertices(); ++i) {
-      if (is_same[i] && PrefersItsNumber(i, link[i])) {
-        link[i] = i;
-        owner[i] = i;
-      } else if (link[i] >= 0 && !IsSameSheet(i, back[link[i]])) {
-        link[i] = -1;
-      }
+      const bool is_number = is_same[i] && PrefersItsNumber(i, link[i]);
+      if (is_number) link[i] = i;
+      if (link[i] >= 0 && !IsSameSheet(i, back[link[i]])) link[i] = -1;
+      if (is_number && link[i] == i) owner[i] = i;
     }
     ChooseOwners(link, back, owner);
     KeepCollapsesOnly(owner, link);
@@ -199,6 +211,24 @@ void MatchTriangles(const mesh::TriangleMesh& earlier, const mesh::TriangleMesh&
   }
 }
 
+// Unlinked vertices move as their velocities say, or else at any rate.
+void CountMoving(const mesh::TriangleMesh& earlier, const mesh::TriangleMesh& later,
+                 const LinkOptions& options, FrameLinks& links) {
+  const Eigen::Matrix3Xf steps = StepsOf(earlier, options.step_s);
+  const auto least = static_cast<float>(kMovingEdges * options.edge_length_m);
+  const auto is_moving = [&](int32_t v) {
+    const int32_t to = links.vertex[v];
+    if (to >= 0) return (later.vertices.col(to) - earlier.vertices.col(v)).norm() >= least;
+    return earlier.velocities.cols() == 0 || steps.col(v).norm() >= least;
+  };
+  for (int64_t t = 0; t < earlier.num_triangles(); ++t) {
+    const Corners c = CornersOf(earlier, t);
+    if (std::none_of(c.begin(), c.end(), is_moving)) continue;
+    ++links.num_moving;
+    if (links.triangle[t] >= 0) ++links.num_moving_matched;
+  }
+}
+
 }  // namespace
 
 FrameLinks LinkFrames(const mesh::TriangleMesh& earlier, const mesh::TriangleMesh& later,
@@ -212,6 +242,7 @@ FrameLinks LinkFrames(const mesh::TriangleMesh& earlier, const mesh::TriangleMes
     links.vertex = Linker(earlier, later, options).Link();
   }
   MatchTriangles(earlier, later, links);
+  CountMoving(earlier, later, options, links);
   return links;
 }
 

@@ -20,12 +20,10 @@ struct FrameLinks {
   std::vector<int32_t> triangle;  // per triangle of the earlier frame: that of the later one which
                                   // its links meet, run through alike, or -1; none is met twice
   int64_t num_matched = 0;        // triangles that meet one
-
-  // Share of the triangles of both frames that have a partner; 1 if there are none.
-  double matched_share(int64_t num_earlier, int64_t num_later) const {
-    const int64_t num = num_earlier + num_later;
-    return num == 0 ? 1.0 : 2.0 * static_cast<double>(num_matched) / static_cast<double>(num);
-  }
+  // Triangles of the earlier frame with a corner that moves by a tenth of an edge or more, and
+  // those of them that meet one. At rest, triangles of frames that are built anew agree as well.
+  int64_t num_moving = 0;
+  int64_t num_moving_matched = 0;
 };
 
 // Frames with the same triangle lists are linked number by number. Otherwise a vertex is linked to
