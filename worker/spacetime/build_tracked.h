@@ -14,7 +14,7 @@
 namespace liquidblend::spacetime {
 
 struct TrackedOptions {
-  double reach_edges = 2.0;        // (0, 8]; time links are shorter than this many mean edges
+  double reach_edges = 2.0;        // [0.1, 8]; time links are shorter than this many mean edges
   double cone_radius_edges = 3.0;  // [0, 64]; rebuilt parts up to this size become one cone
   double anchor_edges = 2.0;       // [0.5, 16]; spacing of the coarse surface for larger ones
   absl::Status Validate() const;   // names the first field out of range, and its value
