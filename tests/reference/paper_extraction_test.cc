@@ -108,6 +108,22 @@ TEST(PaperExtraction, AgreesWithOurSlices) {
   }
 }
 
+TEST(PaperExtraction, AgreesWithOurSlicesEverywhereIfConnectivityIsFixed) {
+  mesh::SpaceTimeMesh mesh = BuildOrDie(synthetic::SphereToEllipsoid());
+  Warp(mesh);
+  const std::vector<mesh::Tetrahedron> tetrahedra = SplitWedges(mesh.wedges);
+  for (const double time : {0.0, 1.3, 2.5, 7.0}) {
+    const mesh::TriangleMesh theirs = ExtractAsInThePaper(mesh.vertices, tetrahedra, time);
+    const synthetic::SurfaceDistance to_theirs(theirs);
+    const mesh::TriangleMesh ours = OurSlice(mesh, time);
+    float largest = 0;
+    for (int64_t v = 0; v < ours.num_vertices(); ++v) {
+      largest = std::max(largest, to_theirs.Distance(ours.vertices.col(v)));
+    }
+    EXPECT_LT(largest, kAgreementEdges * mesh.edge_length_m) << time;
+  }
+}
+
 TEST(PaperExtraction, MakesMoreTrianglesAndMoreSliversThanOurs) {
   const mesh::SpaceTimeMesh mesh = BuildOrDie(synthetic::SphereToEllipsoid());
   const mesh::TriangleMesh theirs = SliceTetrahedra(mesh.vertices, SplitWedges(mesh.wedges), 2.4);
