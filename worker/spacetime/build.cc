@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "worker/spacetime/build_tracked.h"
 #include "worker/spacetime/droplet_cells.h"
 #include "worker/spacetime/layers.h"
 #include "worker/spacetime/match_volume.h"
@@ -16,7 +17,8 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr double kAreaPerVertex = 0.866;  // of a regular triangle mesh, in squared edge lengths
+constexpr double kMinTrackedShare = 0.85;  // see MatchedShare
+constexpr double kAreaPerVertex = 0.866;   // of a regular triangle mesh, in squared edge lengths
 
 // All hexahedra; of layer l, those of its spatial edges are [begin[l], end[l]).
 struct Hexahedra {
@@ -163,6 +165,36 @@ mesh::SpaceTimeMesh Assemble(const mesh::Animation& animation, const Layers& lay
   return mesh;
 }
 
+absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
+                                              const BuildOptions& options, double edge_length_m,
+                                              const parallel::Arena& arena,
+                                              const std::function<void(double)>& progress) {
+  const double droplet_area_m2 =
+      options.droplet_vertices * kAreaPerVertex * edge_length_m * edge_length_m;
+  const DropletSplit split = SplitDroplets(animation, droplet_area_m2);
+  const mesh::Animation& rest = split.rest ? *split.rest : animation;
+  std::vector<DropletCells> droplets;
+  for (const DropletTrack& track : split.tracks) droplets.push_back(MakeCells(track, animation));
+
+  const double spacing_m = options.spacing_edges * edge_length_m;
+  LB_ASSIGN_OR_RETURN(const Layers layers,
+                      SampleLayers(rest, PlanLayers(rest, options.max_motion_spacings * spacing_m),
+                                   spacing_m, arena, progress));
+  const std::vector<int64_t> first_vertex = NumberVertices(layers, droplets);
+  if (first_vertex.back() > std::numeric_limits<int32_t>::max()) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("animation '", animation.name, "' needs ", first_vertex.back(),
+                     " space-time vertices, more than 2^31: use a larger spacing"));
+  }
+  mesh::SpaceTimeMesh mesh = Assemble(animation, layers, droplets, first_vertex, edge_length_m);
+  Hexahedra hexahedra = ConnectVertices(layers, first_vertex, arena);
+  mesh.hexahedra = std::move(hexahedra.all);
+  ComputeNormals(mesh, arena);
+  MatchVolumes(FramesOf(rest, layers.times, hexahedra, mesh.hexahedra), arena, mesh);
+  if (progress) progress(1.0);
+  return mesh;
+}
+
 }  // namespace
 
 absl::Status BuildOptions::Validate() const {
@@ -192,30 +224,17 @@ absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
                      " frames and a mean edge length of ", edge_length_m,
                      " m; a space-time mesh needs at least 2 frames and some liquid"));
   }
-  const double droplet_area_m2 =
-      options.droplet_vertices * kAreaPerVertex * edge_length_m * edge_length_m;
-  const DropletSplit split = SplitDroplets(animation, droplet_area_m2);
-  const mesh::Animation& rest = split.rest ? *split.rest : animation;
-  std::vector<DropletCells> droplets;
-  for (const DropletTrack& track : split.tracks) droplets.push_back(MakeCells(track, animation));
-
-  const double spacing_m = options.spacing_edges * edge_length_m;
-  LB_ASSIGN_OR_RETURN(const Layers layers,
-                      SampleLayers(rest, PlanLayers(rest, options.max_motion_spacings * spacing_m),
-                                   spacing_m, arena, progress));
-  const std::vector<int64_t> first_vertex = NumberVertices(layers, droplets);
-  if (first_vertex.back() > std::numeric_limits<int32_t>::max()) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("animation '", animation.name, "' needs ", first_vertex.back(),
-                     " space-time vertices, more than 2^31: use a larger spacing"));
+  const TrackedOptions tracked_options;
+  bool tracked = options.connectivity == Connectivity::kTracked;
+  if (options.connectivity == Connectivity::kAuto) {
+    LB_ASSIGN_OR_RETURN(const double share, MatchedShare(animation, tracked_options, arena));
+    tracked = share >= kMinTrackedShare;
   }
-  mesh::SpaceTimeMesh mesh = Assemble(animation, layers, droplets, first_vertex, edge_length_m);
-  Hexahedra hexahedra = ConnectVertices(layers, first_vertex, arena);
-  mesh.hexahedra = std::move(hexahedra.all);
-  ComputeNormals(mesh, arena);
-  MatchVolumes(FramesOf(rest, layers.times, hexahedra, mesh.hexahedra), arena, mesh);
-  if (progress) progress(1.0);
-  return mesh;
+  if (tracked) {
+    LB_ASSIGN_OR_RETURN(const TrackedLinks links, TrackLinks(animation, tracked_options, arena));
+    return BuildTracked(animation, links, tracked_options, arena, progress);
+  }
+  return BuildNets(animation, options, edge_length_m, arena, progress);
 }
 
 }  // namespace liquidblend::spacetime

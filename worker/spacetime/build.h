@@ -1,5 +1,5 @@
-// Animation -> SpaceTimeMesh (paper, section 4; built as space-time surface nets, see
-// docs/architecture.md), for any mesh sequence: no persistent connectivity is needed.
+// Animation -> SpaceTimeMesh (paper, section 4), for any mesh sequence: from time links where
+// frames share their connectivity, else as space-time surface nets (docs/architecture.md).
 #pragma once
 
 #include <functional>
@@ -11,7 +11,15 @@
 
 namespace liquidblend::spacetime {
 
+enum class Connectivity {
+  kAuto,     // tracked if 85 % of the moving triangles meet one of the next frame
+  kTracked,  // frames share it, wholly or mostly
+  kRebuilt,  // each frame has its own
+};
+
 struct BuildOptions {
+  Connectivity connectivity = Connectivity::kAuto;
+  // Of rebuilt animations only:
   double spacing_edges = 0.9;        // [0.25, 4]; grid spacing h in mean edge lengths
   double max_motion_spacings = 3.0;  // >= 0.5; where the surface moves further from frame to frame,
                                      // there are layers in between

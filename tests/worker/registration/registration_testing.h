@@ -15,6 +15,7 @@ inline mesh::SpaceTimeMesh BuildMesh(const mesh::Animation& animation,
                                      double droplet_vertices = 0) {
   spacetime::BuildOptions options;
   options.droplet_vertices = droplet_vertices;
+  options.connectivity = spacetime::Connectivity::kRebuilt;
   auto mesh = spacetime::Build(animation, options, parallel::Arena(2));
   EXPECT_TRUE(mesh.ok()) << mesh.status();
   return *std::move(mesh);

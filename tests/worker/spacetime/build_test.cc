@@ -16,8 +16,14 @@ namespace {
 
 using ::testing::HasSubstr;
 
+BuildOptions Rebuilt() {
+  BuildOptions options;
+  options.connectivity = Connectivity::kRebuilt;
+  return options;
+}
+
 mesh::SpaceTimeMesh BuildOrDie(const mesh::Animation& animation, int num_threads = 2,
-                               const BuildOptions& options = {}) {
+                               const BuildOptions& options = Rebuilt()) {
   auto mesh = Build(animation, options, parallel::Arena(num_threads));
   EXPECT_TRUE(mesh.ok()) << mesh.status();
   return *std::move(mesh);
@@ -61,6 +67,17 @@ TEST(Build, SlicesShowTheMovingSphere) {
         options.centre_m + static_cast<float>(time_s) * options.velocity_m_per_s;
     EXPECT_NEAR((surface.vertices.rowwise().mean() - centre).norm(), 0, 0.04) << time_s;
   }
+}
+
+TEST(Build, TellsTrackedAnimationsFromRebuiltOnes) {
+  const auto tracked = BuildOrDie(synthetic::MovingSphere(), 2, {});
+  EXPECT_TRUE(tracked.hexahedra.empty());
+  EXPECT_FALSE(tracked.wedges.empty());
+  const auto rebuilt = BuildOrDie(synthetic::FallingDrop(), 2, {});
+  EXPECT_FALSE(rebuilt.hexahedra.empty());
+  BuildOptions forced;
+  forced.connectivity = Connectivity::kTracked;
+  EXPECT_TRUE(BuildOrDie(synthetic::FallingDrop(), 2, forced).hexahedra.empty());
 }
 
 TEST(Build, SlicesHaveTheVolumeOfTheFrames) {
@@ -227,7 +244,7 @@ TEST(Build, RefusesWhatItCannotBuildAndSaysWhy) {
   options.spacing_edges = 9;
   EXPECT_THAT(Build(synthetic::MovingSphere(), options, arena).status().message(),
               HasSubstr("spacing_edges is 9"));
-  options = {};
+  options = Rebuilt();
   options.droplet_vertices = 0;
   mesh::Animation far = synthetic::MovingSphere();
   far.frames[0].vertices.col(0) = Eigen::Vector3f(1e6f, 1e6f, 1e6f);
