@@ -61,6 +61,7 @@ ClosednessReport CheckClosed(const TriangleMesh& mesh) {
     }
     if ((end - begin) % 2 != 0) ++report.num_odd_edges;
     if (direction != 0) ++report.num_misoriented_edges;
+    if (end - begin > 2) ++report.num_crowded_edges;
   }
   return report;
 }

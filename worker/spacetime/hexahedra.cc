@@ -2,6 +2,7 @@
 #include <cassert>
 #include <utility>
 
+#include "worker/spacetime/cell_sheets.h"
 #include "worker/spacetime/surface_nets.h"
 
 namespace liquidblend::spacetime {
@@ -9,15 +10,20 @@ namespace {
 
 constexpr int kTime = 3;
 
-// The vertex of cell (i, j, k). Requires: the cell is mixed.
-int32_t VertexOf(const Grid& grid, const SlabRef& ref, int i, int j, int k) {
+// The vertex of cell (i, j, k) whose sheet crosses the edge along `axis` from a corner of the cell.
+// Requires: the edge is crossed.
+int32_t VertexOf(const Grid& grid, const SlabRef& ref, int i, int j, int k, int axis, int corner) {
   const Slab& slab = *ref.slab;
   const int64_t row = grid.Row(j, k);
   const auto begin = slab.cell_i.begin() + slab.row_begin[row];
   const auto end = slab.cell_i.begin() + slab.row_begin[row + 1];
   const auto found = std::lower_bound(begin, end, i);
   assert(found != end && *found == i);
-  return static_cast<int32_t>(ref.first_vertex + (found - slab.cell_i.begin()));
+  const int64_t cell = found - slab.cell_i.begin();
+  const int64_t vertex = ref.first_vertex + slab.first_vertex[cell];
+  if (NumSheets(slab.cell_inside[cell]) == 1) return static_cast<int32_t>(vertex);
+  const CellSheets sheets = FindSheets(slab.cell_inside[cell]);
+  return static_cast<int32_t>(vertex + sheets.sheet_of[CellEdge(axis, corner)]);
 }
 
 // The hexahedron of the grid edge along `axis` whose lower end is point (i, j, k); its corners are
@@ -33,15 +39,17 @@ mesh::Hexahedron HexahedronOf(const Grid& grid, const SlabRef& before, const Sla
   for (int c = 0; c < 8; ++c) {
     std::array<int, 3> cell = point;
     const SlabRef* slab = axis == kTime ? &after : &before;
+    int corner = 0;  // of the cell: the edge's lower end
     for (int n = 0; n < 3; ++n) {
       const bool upper = (c >> n & 1) != 0;
+      if (!upper) corner |= 1 << others[n];
       if (others[n] == kTime) {
         slab = upper ? &after : &before;
       } else if (!upper) {
         --cell[others[n]];
       }
     }
-    corners[c] = VertexOf(grid, *slab, cell[0], cell[1], cell[2]);
+    corners[c] = VertexOf(grid, *slab, cell[0], cell[1], cell[2], axis, corner);
   }
   const bool even_permutation = axis == 1 || axis == kTime;
   if (even_permutation != lower_end_inside) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/spacetime/cell_sheets.h"
 #include "worker/spacetime/surface_nets.h"
 
 namespace liquidblend::spacetime {
@@ -44,20 +45,27 @@ Eigen::Vector4f ClampToCell(const Eigen::Vector4f& p) {
   return clamped;
 }
 
-// Mean of the zero crossings on the cell's 32 edges.
-Eigen::Vector4f MeanCrossing(const Corners& phi) {
-  Eigen::Vector4f sum = Eigen::Vector4f::Zero();
-  int count = 0;
+// Calls visit(axis, lower corner, upper corner) for each edge of a sheet.
+template <typename Visit>
+void ForEachEdge(uint32_t edges, Visit&& visit) {
   for (int axis = 0; axis < 4; ++axis) {
-    for (int a = 0; a < 16; ++a) {
-      const int b = a | 1 << axis;
-      if (a == b || (phi[a] < 0) == (phi[b] < 0)) continue;
-      Eigen::Vector4f p = CornerOf(a);
-      p[axis] = phi[a] / (phi[a] - phi[b]);
-      sum += p;
-      ++count;
+    for (int lower = 0; lower < 16; ++lower) {
+      if ((lower >> axis & 1) != 0 || (edges >> CellEdge(axis, lower) & 1) == 0) continue;
+      visit(axis, lower, lower | 1 << axis);
     }
   }
+}
+
+// Mean of the zero crossings on a sheet's edges.
+Eigen::Vector4f MeanCrossing(const Corners& phi, uint32_t edges) {
+  Eigen::Vector4f sum = Eigen::Vector4f::Zero();
+  int count = 0;
+  ForEachEdge(edges, [&](int axis, int lower, int upper) {
+    Eigen::Vector4f p = CornerOf(lower);
+    p[axis] = phi[lower] / (phi[lower] - phi[upper]);
+    sum += p;
+    ++count;
+  });
   return ClampToCell(sum / static_cast<float>(count));
 }
 
@@ -68,14 +76,16 @@ struct Planes {
   int count = 0;
 };
 
-// One plane for each corner that has a crossed edge: where its distance, continued along its
-// gradient, is zero. The slope in time comes from the other layer.
-Planes TangentPlanes(const Cell& cell, const Corners& phi) {
+// One plane for each end of a sheet's edges: where its distance, continued along its gradient, is
+// zero. The slope in time comes from the other layer.
+Planes TangentPlanes(const Cell& cell, const Corners& phi, uint32_t edges) {
+  uint32_t corners = 0;
+  ForEachEdge(edges, [&](int, int lower, int upper) {
+    corners |= uint32_t{1} << lower | uint32_t{1} << upper;
+  });
   Planes planes;
   for (int c = 0; c < 16; ++c) {
-    bool crossed = false;
-    for (int axis = 0; axis < 4; ++axis) crossed |= (phi[c] < 0) != (phi[c ^ 1 << axis] < 0);
-    if (!crossed) continue;
+    if ((corners >> c & 1) == 0) continue;
     Eigen::Vector4f gradient;
     gradient << cell.LayerOf(c).Gradient(cell.x(c), cell.y(c), cell.z(c)), phi[c | 8] - phi[c & 7];
     const float length = gradient.norm();
@@ -134,6 +144,15 @@ void MixedCells(const Grid& grid, const InsideBits& earlier, const InsideBits& l
 
 }  // namespace
 
+uint16_t InsideCorners(const InsideBits& earlier, const InsideBits& later, int i, int j, int k) {
+  unsigned bits = 0;
+  for (int c = 0; c < 16; ++c) {
+    const InsideBits& layer = (c & 8) != 0 ? later : earlier;
+    if (layer.At(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2 & 1))) bits |= 1u << c;
+  }
+  return static_cast<uint16_t>(bits);
+}
+
 Slab PlaceVertices(const Grid& grid, const Layer& earlier, const Layer& later) {
   Slab slab;
   slab.row_begin.reserve(grid.num_rows() + 1);
@@ -141,23 +160,31 @@ Slab PlaceVertices(const Grid& grid, const Layer& earlier, const Layer& later) {
   std::vector<uint64_t> mixed;
   for (int k = 0; k < grid.dims[2]; ++k) {
     for (int j = 0; j < grid.dims[1]; ++j) {
-      slab.row_begin.push_back(slab.num_vertices());
+      slab.row_begin.push_back(slab.num_cells());
       if (j + 1 == grid.dims[1] || k + 1 == grid.dims[2]) continue;
       MixedCells(grid, earlier.inside(), later.inside(), j, k, mixed);
       ForEachBit(mixed.data(), grid.words_per_row(), [&](int i) {
         const Cell cell{earlier, later, i, j, k};
         const Corners phi = Sample(cell);
-        const Eigen::Vector4f local = Meet(TangentPlanes(cell, phi), MeanCrossing(phi));
-        const Eigen::Vector4f p = local + Eigen::Vector4i(i, j, k, 0).cast<float>();
+        const uint16_t inside = InsideCorners(earlier.inside(), later.inside(), i, j, k);
         slab.cell_i.push_back(i);
-        slab.vertices.push_back(p);
-        if (!has_velocities) return;
-        slab.velocities.push_back((1.0f - p.w()) * earlier.Velocity(i, j, k, p.head<3>()) +
-                                  p.w() * later.Velocity(i, j, k, p.head<3>()));
+        slab.cell_inside.push_back(inside);
+        slab.first_vertex.push_back(static_cast<int32_t>(slab.num_vertices()));
+        const CellSheets sheets = FindSheets(inside);
+        for (int n = 0; n < sheets.count; ++n) {
+          const uint32_t edges = sheets.edges[n];
+          const Eigen::Vector4f local =
+              Meet(TangentPlanes(cell, phi, edges), MeanCrossing(phi, edges));
+          const Eigen::Vector4f p = local + Eigen::Vector4i(i, j, k, 0).cast<float>();
+          slab.vertices.push_back(p);
+          if (!has_velocities) continue;
+          slab.velocities.push_back((1.0f - p.w()) * earlier.Velocity(i, j, k, p.head<3>()) +
+                                    p.w() * later.Velocity(i, j, k, p.head<3>()));
+        }
       });
     }
   }
-  slab.row_begin.push_back(slab.num_vertices());
+  slab.row_begin.push_back(slab.num_cells());
   return slab;
 }
 

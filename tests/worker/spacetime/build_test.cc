@@ -89,6 +89,23 @@ TEST(Build, SlicesHaveTheVolumeOfTheFrames) {
   }
 }
 
+// Two boxes whose edges nearly touch: in the grid's checkerboard faces they stay apart.
+TEST(Build, PartsThatNearlyTouchStayApart) {
+  mesh::Animation boxes;
+  for (int k = 0; k < 4; ++k) {
+    const float gap = 0.01f + 0.01f * static_cast<float>(k);
+    const mesh::TriangleMesh parts[] = {synthetic::Box({-1, -1, 0}, {-gap, -gap, 1}, 12),
+                                        synthetic::Box({gap, gap, 0}, {1, 1, 1}, 12)};
+    boxes.frames.push_back(synthetic::Join(parts));
+  }
+  const auto mesh = BuildOrDie(boxes);
+  for (int n = 0; n <= 12; ++n) {
+    const mesh::TriangleMesh surface = Cut(mesh, 0.25 * n / 24);
+    EXPECT_EQ(mesh::NumComponents(surface), 2) << n;
+    EXPECT_EQ(mesh::CheckClosed(surface).num_crowded_edges, 0) << n;
+  }
+}
+
 TEST(Build, KeepsSharpEdges) {
   mesh::Animation box;
   box.frames.assign(3, synthetic::Box({0.03f, 0.04f, 0.05f}, {1.03f, 1.04f, 1.05f}, 12));

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "core/mesh/space_time_mesh.h"
+#include "worker/spacetime/cell_sheets.h"
 #include "worker/spacetime/surface_nets.h"
 
 namespace liquidblend::spacetime {
@@ -24,25 +25,24 @@ InsideBits RandomBits(const Grid& grid, std::mt19937& random) {
   return bits;
 }
 
-// One vertex in the middle of each mixed cell between two layers.
+// A vertex for each sheet of each mixed cell between two layers, all in the same place.
 Slab MixedCells(const Grid& grid, const InsideBits& earlier, const InsideBits& later) {
   Slab slab;
   for (int k = 0; k < kSide; ++k) {
     for (int j = 0; j < kSide; ++j) {
-      slab.row_begin.push_back(slab.num_vertices());
+      slab.row_begin.push_back(slab.num_cells());
       for (int i = 0; i + 1 < kSide && j + 1 < kSide && k + 1 < kSide; ++i) {
-        int inside = 0;
-        for (int c = 0; c < 8; ++c) {
-          const int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2);
-          inside += earlier.At(x, y, z) + later.At(x, y, z);
-        }
-        if (inside == 0 || inside == 16) continue;
+        const uint16_t inside = InsideCorners(earlier, later, i, j, k);
+        if (NumSheets(inside) == 0) continue;
         slab.cell_i.push_back(i);
-        slab.vertices.push_back(Eigen::Vector4i(i, j, k, 0).cast<float>());
+        slab.cell_inside.push_back(inside);
+        slab.first_vertex.push_back(static_cast<int32_t>(slab.num_vertices()));
+        slab.vertices.insert(slab.vertices.end(), NumSheets(inside),
+                             Eigen::Vector4i(i, j, k, 0).cast<float>());
       }
     }
   }
-  slab.row_begin.push_back(slab.num_vertices());
+  slab.row_begin.push_back(slab.num_cells());
   EXPECT_EQ(static_cast<int64_t>(slab.row_begin.size()), grid.num_rows() + 1);
   return slab;
 }

@@ -43,6 +43,7 @@ TEST(PlaceVertices, FollowAMovingSurfaceInTime) {
 TEST(PlaceVertices, StayOffTheLayersAndInsideTheirCells) {
   const Slab slab =
       PlaceVertices(CubeGrid(kSide), SphereLayer({15, 15, 15}), SphereLayer({16, 15.5f, 15}));
+  ASSERT_EQ(slab.num_cells(), slab.num_vertices());
   for (int64_t v = 0; v < slab.num_vertices(); ++v) {
     EXPECT_GT(slab.vertices[v].w(), 0.0f);
     EXPECT_LT(slab.vertices[v].w(), 1.0f);
