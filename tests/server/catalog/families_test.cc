@@ -130,9 +130,10 @@ TEST_F(FamiliesTest, GetGivesThePublishedFamilyWithItsIndexAndGrid) {
   ASSERT_TRUE(loaded.ok()) << loaded.status();
   EXPECT_EQ((*loaded)->family.version, 1);
   EXPECT_EQ((*loaded)->family.name, "splash");
-  EXPECT_EQ(&(*loaded)->index.family(), &(*loaded)->family);
+  ASSERT_EQ((*loaded)->levels.size(), 1U);
+  EXPECT_EQ(&(*loaded)->levels[0]->index.family(), &(*loaded)->family);
   EXPECT_EQ((*loaded)->family.hexahedra.size(), 6U * 16U * 9U);
-  EXPECT_GT((*loaded)->index.num_clusters(), 0);
+  EXPECT_GT((*loaded)->levels[0]->index.num_clusters(), 0);
   EXPECT_FLOAT_EQ((*loaded)->grid.extent_m, 4.0F);
   EXPECT_EQ(families.size_bytes(), (*loaded)->size_bytes);
   EXPECT_GT((*loaded)->size_bytes, static_cast<int64_t>((*loaded)->family.hexahedra.size_bytes()));
