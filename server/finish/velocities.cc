@@ -40,6 +40,7 @@ struct Crossing {
   float share;        // of `high`
   Vector4f blended;   // from low to high
   Vector4f source;
+  Vector4f place;  // of the vertex, as blended
 };
 
 std::vector<Crossing> FindCrossings(const mesh::RegisteredFamily& family,
@@ -55,6 +56,7 @@ std::vector<Crossing> FindCrossings(const mesh::RegisteredFamily& family,
     crossing.share = static_cast<float>((crossed.time_frames - a[3]) /
                                         (static_cast<double>(b[3]) - static_cast<double>(a[3])));
     crossing.blended = b - a;
+    crossing.place = a + crossing.share * (b - a);
     crossing.source = At(family.vertices, crossing.high) - At(family.vertices, crossing.low);
   }
   return crossings;
@@ -131,9 +133,7 @@ std::vector<Fit> FitMotion(const mesh::RegisteredFamily& family,
     fits[i].Add(scale.cwiseProduct(crossing.blended) - edge, edge);
     const Vector4f low = scale.cwiseProduct(At(family.vertices, crossing.low));
     source[i] = low + crossing.share * edge;
-    Vector4f here = Vector4f::Zero();  // the slice's time is the same for all
-    here.head<3>() = surface.vertices.col(static_cast<Eigen::Index>(i));
-    moved[i] = scale.cwiseProduct(here) - source[i];
+    moved[i] = scale.cwiseProduct(crossing.place) - source[i];
   }
   fits = AddNeighbors(surface, fits);
   for (Eigen::Index t = 0; t < surface.num_triangles(); ++t) {

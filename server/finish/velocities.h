@@ -13,9 +13,11 @@ namespace liquidblend::finish {
 // Where the vertices of a slice lie: vertex i on the edge between two blended vertices.
 struct CrossedEdges {
   std::span<const mesh::VertexRange> ranges;  // the blended vertices, as numbers of the family's
-  std::span<const mesh::Float4> positions;    // of all ranges, one after the other; m, m, m, frames
-  std::span<const int32_t> low, high;         // per vertex of the slice: indices of `positions`
-  double time_frames = 0.0;                   // of the slice
+  // Of all ranges, one after the other, as blended: smoothing in time, which moves vertices this
+  // way and that, would only disturb. Metres and frames.
+  std::span<const mesh::Float4> positions;
+  std::span<const int32_t> low, high;  // per vertex of the slice: indices of `positions`
+  double time_frames = 0.0;            // of the slice
 };
 
 // Sets surface.velocities, m/s. If the family knows the velocities of its source, they are carried

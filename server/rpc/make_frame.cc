@@ -53,19 +53,19 @@ bool Wants(const v1::SurfaceOptions& surface, v1::SurfaceOptions::Attribute attr
          surface.attributes().end();
 }
 
-// The vertices that the slice needs, blended and, if asked for, smoothed in time.
-void PlaceVertices(const catalog::LoadedLevel& level, const FrameQuery& query,
-                   FrameBuffers& buffers) {
+// Blends the vertices that the slice needs; returns them smoothed in time if that is asked for.
+const std::vector<mesh::Float4>& PlaceVertices(const catalog::LoadedLevel& level,
+                                               const FrameQuery& query, FrameBuffers& buffers) {
   const auto& ranges = buffers.workspace.vertex_ranges;
+  blend::BlendVertices(level.family, query.weights, ranges, buffers.positions);
   const finish::TemporalOptions options = TemporalOf(level.family, query.surface);
-  if (options.strength == 0.0) {
-    return blend::BlendVertices(level.family, query.weights, ranges, buffers.positions);
-  }
+  if (options.strength == 0.0) return buffers.positions;
   finish::FindTimeNeighbors(level.time_links, ranges, buffers.temporal);
   blend::BlendVertices(level.family, query.weights, buffers.temporal.vertex_ranges,
                        buffers.wide_positions);
   finish::SmoothInTime(level.time_links, buffers.wide_positions, ranges, options, buffers.temporal,
-                       buffers.positions);
+                       buffers.smooth_positions);
+  return buffers.smooth_positions;
 }
 
 void FinishSurface(const catalog::LoadedLevel& level, const v1::SurfaceOptions& options,
@@ -73,10 +73,10 @@ void FinishSurface(const catalog::LoadedLevel& level, const v1::SurfaceOptions& 
   const slice::Workspace& workspace = buffers.workspace;
   if (Wants(options, v1::SurfaceOptions::VELOCITIES)) {
     const auto num_vertices = static_cast<size_t>(surface.num_vertices());
-    finish::CrossedEdges crossed{workspace.vertex_ranges, buffers.positions,
-                                 std::span(workspace.near_vertex).first(num_vertices),
-                                 std::span(workspace.far_vertex).first(num_vertices),
-                                 workspace.time_frames};
+    const finish::CrossedEdges crossed{workspace.vertex_ranges, buffers.positions,
+                                       std::span(workspace.near_vertex).first(num_vertices),
+                                       std::span(workspace.far_vertex).first(num_vertices),
+                                       workspace.time_frames};
     finish::AddVelocities(level.family, crossed, surface);
   }
   finish::SmoothSurface(SmoothingOf(options), surface);
@@ -156,8 +156,8 @@ absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const F
   const catalog::LoadedLevel& level = *loaded.levels[query.surface.level_of_detail()];
   LB_RETURN_IF_ERROR(AtField("time_s", slice::FindCandidates(level.index, query.weights,
                                                              query.time_s, buffers.workspace)));
-  PlaceVertices(level, query, buffers);
-  mesh::TriangleMesh surface = slice::March(level.index, buffers.positions, buffers.workspace);
+  const std::vector<mesh::Float4>& positions = PlaceVertices(level, query, buffers);
+  mesh::TriangleMesh surface = slice::March(level.index, positions, buffers.workspace);
   FinishSurface(level, query.surface, buffers, surface);
   LB_ASSIGN_OR_RETURN(std::string data,
                       encode::EncodeDraco(surface, DracoOptionsOf(loaded, query.encoding)));

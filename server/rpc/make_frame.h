@@ -22,9 +22,10 @@ struct FrameQuery {
 // What is worth keeping from frame to frame. One per call at a time.
 struct FrameBuffers {
   slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
+  std::vector<mesh::Float4> positions;  // as blended
   finish::TemporalWorkspace temporal;
-  std::vector<mesh::Float4> wide_positions;  // with those a little earlier and later
+  std::vector<mesh::Float4> wide_positions;    // with those a little earlier and later
+  std::vector<mesh::Float4> smooth_positions;  // smoothed in time
 };
 
 // Checks the query's weights, encoding and surface options; the violation names the field. For

@@ -29,15 +29,13 @@ class Slicer {
     const double time_s = std::min(frame / family_.frames_per_second, family_.duration_s());
     const absl::Status found = slice::FindCandidates(index_, weights, time_s, workspace_);
     EXPECT_TRUE(found.ok()) << found;
-    if (temporal.strength == 0.0) {
-      blend::BlendVertices(family_, weights, workspace_.vertex_ranges, positions_);
-    } else {
-      FindTimeNeighbors(links_, workspace_.vertex_ranges, temporal_);
-      blend::BlendVertices(family_, weights, temporal_.vertex_ranges, wide_positions_);
-      SmoothInTime(links_, wide_positions_, workspace_.vertex_ranges, temporal, temporal_,
-                   positions_);
-    }
-    return slice::March(index_, positions_, workspace_);
+    blend::BlendVertices(family_, weights, workspace_.vertex_ranges, positions_);
+    if (temporal.strength == 0.0) return slice::March(index_, positions_, workspace_);
+    FindTimeNeighbors(links_, workspace_.vertex_ranges, temporal_);
+    blend::BlendVertices(family_, weights, temporal_.vertex_ranges, wide_positions_);
+    SmoothInTime(links_, wide_positions_, workspace_.vertex_ranges, temporal, temporal_,
+                 smooth_positions_);
+    return slice::March(index_, smooth_positions_, workspace_);
   }
 
   // Of the surface that was cut last.
@@ -57,6 +55,7 @@ class Slicer {
   TemporalWorkspace temporal_;
   std::vector<mesh::Float4> positions_;
   std::vector<mesh::Float4> wide_positions_;
+  std::vector<mesh::Float4> smooth_positions_;
 };
 
 }  // namespace liquidblend::finish

@@ -125,23 +125,25 @@ TEST_F(TwoDropsTest, VelocitiesAreTheSimulationsAndTheSlopeAgreesAlongTheNormal)
   unknowing.velocities = {};
   Slicer simulation(mesh::ViewOf(*mesh_));
   Slicer slope(unknowing);
-  VelocityErrors own, sloped;
+  VelocityErrors own, smoothed, sloped;
   double speed = 0.0;
   for (const int frame : {6, 14, 22, 30, 45, 60}) {
     const mesh::TriangleMesh& truth = animation_->frames[frame];
-    const auto errors = [&](Slicer& slicer) {
-      mesh::TriangleMesh surface = slicer.Cut({}, frame);
+    const auto errors = [&](Slicer& slicer, const TemporalOptions& temporal) {
+      mesh::TriangleMesh surface = slicer.Cut({}, frame, temporal);
       slicer.AddVelocitiesTo(surface);
       return MeanErrors(surface, truth);
     };
-    own.all += errors(simulation).all / 6;
-    sloped.normal += errors(slope).normal / 6;
+    own.all += errors(simulation, {}).all / 6;
+    smoothed.all += errors(simulation, {1.0, 0.25 * edge_m()}).all / 6;
+    sloped.normal += errors(slope, {}).normal / 6;
     speed += truth.velocities.colwise().norm().mean() / 6;
   }
   std::printf(
       "mean error %.3f m/s; of the slope, along the normal, %.3f m/s; mean speed %.3f m/s\n",
       own.all, sloped.normal, speed);
   EXPECT_LT(own.all, 0.06);
+  EXPECT_LT(smoothed.all, 0.06);  // smoothing in time does not touch them
   EXPECT_LT(sloped.normal, 0.12);
   EXPECT_GT(speed, 0.4);
 }
