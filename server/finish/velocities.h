@@ -28,7 +28,8 @@ struct CrossedEdges {
 // Otherwise the velocities are the surface's own, along its normals, from the slope of the crossed
 // edges in space-time.
 // Requires: surface as sliced, not moved since; family passed Validate().
-// Threads: safe, same bytes always.  Cost: O(triangles + vertices in ranges), 3 x slicing.
+// Threads: safe, same bytes always.  Cost: O(triangles + vertices in ranges);
+// carried along, about 0.1 us per triangle.
 void AddVelocities(const mesh::RegisteredFamily& family, const CrossedEdges& crossed,
                    mesh::TriangleMesh& surface);
 
