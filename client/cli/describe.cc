@@ -44,6 +44,13 @@ std::string Describe(const Family& family) {
       family.name, family.version, family.source, absl::StrJoin(family.targets, ", "),
       family.duration_s, family.frames_per_second, family.num_vertices, family.num_cells,
       Describe(family.bounds), FormatBytes(family.size_bytes));
+  for (size_t k = 0; k < family.coarser_levels.size(); ++k) {
+    absl::StrAppendFormat(&text, "\n  level of detail %d: %d vertices, %d cells", k + 1,
+                          family.coarser_levels[k].num_vertices,
+                          family.coarser_levels[k].num_cells);
+  }
+  absl::StrAppend(&text, "\n  velocities ",
+                  family.has_velocities ? "of the simulation" : "from the surface's motion only");
   for (const RegistrationReport& report : family.reports) {
     absl::StrAppendFormat(
         &text, "\n  %s: %d nodes, %d iterations, residual %.3f mean edges, inliers %.0f %%, %.1f s",

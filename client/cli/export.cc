@@ -11,6 +11,7 @@
 #include "client/cli/mesh_file.h"
 #include "client/cli/parse.h"
 #include "client/cli/progress_bar.h"
+#include "client/cli/surface_flags.h"
 #include "client/src/status_macros.h"
 #include "liquidblend/decode.h"
 
@@ -26,6 +27,7 @@ struct ExportFlags {
   std::string format = "ply";
   double frames_per_second = 0.0;  // 0: the family's
   int position_bits = kExportBits;
+  SurfaceFlags surface;
 };
 
 struct ExportResult {
@@ -49,6 +51,7 @@ StreamSettings ToSettings(const ExportFlags& flags, const std::vector<double>& w
   settings.position_bits = flags.position_bits;
   settings.loop = false;
   settings.lossless = true;
+  settings.surface = ToSurfaceOptions(flags.surface);
   if (flags.frames_per_second > 0.0) settings.frames_per_second = flags.frames_per_second;
   return settings;
 }
@@ -73,6 +76,7 @@ absl::StatusOr<ExportResult> WriteFrames(FrameStream& stream, const ExportFlags&
 }
 
 absl::Status RunExport(const ExportFlags& flags, const Context& context) {
+  LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, flags.format));
   LBC_ASSIGN_OR_RETURN(const std::vector<double> weights, ParseNumbers("--weights", flags.weights));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const Family family, client->GetFamily(flags.family));
@@ -124,6 +128,7 @@ void AddExport(CLI::App& app, Context& context) {
   command->add_option("--bits", flags->position_bits, "Bits per coordinate")
       ->check(CLI::Range(8, 20))
       ->capture_default_str();
+  AddSurfaceFlags(*command, flags->surface);
   command->callback([flags, &context] { context.status = RunExport(*flags, context); });
 }
 

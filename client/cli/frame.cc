@@ -8,6 +8,7 @@
 #include "client/cli/mesh_file.h"
 #include "client/cli/parse.h"
 #include "client/cli/progress_bar.h"
+#include "client/cli/surface_flags.h"
 #include "client/src/status_macros.h"
 #include "liquidblend/decode.h"
 
@@ -18,6 +19,7 @@ struct FrameFlags {
   FrameRequest request;
   std::string weights;
   std::string output;
+  SurfaceFlags surface;
 };
 
 absl::Status WriteFrame(const Frame& frame, const std::string& path) {
@@ -31,7 +33,9 @@ absl::Status RunFrame(const FrameFlags& flags, const Context& context) {
     return absl::InvalidArgumentError(
         absl::StrCat("-o ", flags.output, ": must end in .drc, .ply, .obj or .bobj.gz"));
   }
+  LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, Extension(flags.output)));
   FrameRequest request = flags.request;
+  request.surface = ToSurfaceOptions(flags.surface);
   LBC_ASSIGN_OR_RETURN(request.weights, ParseNumbers("--weights", flags.weights));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const Frame frame, client->GetFrame(request));
@@ -68,6 +72,7 @@ void AddFrame(CLI::App& app, Context& context) {
   command->add_option("--bits", flags->request.position_bits, "Bits per coordinate")
       ->check(CLI::Range(8, 20));
   command->add_option("--version", flags->request.version, "Version of the family; 0: the latest");
+  AddSurfaceFlags(*command, flags->surface);
   command->callback([flags, &context] { context.status = RunFrame(*flags, context); });
 }
 

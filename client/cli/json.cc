@@ -67,6 +67,10 @@ Json ToJson(const Animation& animation) {
 Json ToJson(const Family& family) {
   Json reports = Json::array();
   for (const RegistrationReport& report : family.reports) reports.push_back(ToJson(report));
+  Json levels = Json::array();
+  for (const LevelOfDetail& level : family.coarser_levels) {
+    levels.push_back({{"num_vertices", level.num_vertices}, {"num_cells", level.num_cells}});
+  }
   return {{"name", family.name},
           {"version", family.version},
           {"source", family.source},
@@ -76,6 +80,8 @@ Json ToJson(const Family& family) {
           {"bounds", ToJson(family.bounds)},
           {"num_vertices", family.num_vertices},
           {"num_cells", family.num_cells},
+          {"coarser_levels", levels},
+          {"has_velocities", family.has_velocities},
           {"reports", reports},
           {"size_bytes", family.size_bytes},
           {"create_time", FormatUtc(family.create_time)},

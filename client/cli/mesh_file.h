@@ -1,9 +1,10 @@
 // Mesh files: .drc, .ply, .obj and .bobj.gz.
 //
-// Written: PLY binary little endian (float x, y, z; uchar-int triangle lists), OBJ with 9 digits
-// (every float comes back as it was), BOBJ as Mantaflow caches it (gzip of int32 nv; float32
-// position[nv][3]; int32 nn = nv; float32 normal[nn][3]; int32 nt; int32 triangle[nt][3]).
-// Read: those, of triangles only; anything else is refused with a reason.
+// Written: PLY binary little endian (float x, y, z; nx, ny, nz and vx, vy, vz if the mesh has
+// normals and velocities; uchar-int triangle lists), OBJ with 9 digits (every float comes back as
+// it was), BOBJ as Mantaflow caches it (gzip of int32 nv; float32 position[nv][3]; int32 nn = nv;
+// float32 normal[nn][3]; int32 nt; int32 triangle[nt][3]). Read: those, of triangles only; anything
+// else is refused with a reason.
 #pragma once
 
 #include <string>

@@ -1,6 +1,7 @@
 // PLY: the Stanford polygon format, binary little endian.
 #include <cstring>
 #include <sstream>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/mesh_file.h"
@@ -87,10 +88,21 @@ absl::StatusOr<PlyHeader> ReadHeader(const std::string& bytes, const std::string
 std::string ToPly(const Mesh& mesh) {
   std::string bytes =
       absl::StrCat("ply\nformat binary_little_endian 1.0\nelement vertex ", mesh.num_vertices(),
-                   "\nproperty float x\nproperty float y\nproperty float z\nelement face ",
-                   mesh.num_triangles(), "\nproperty list uchar int vertex_indices\nend_header\n");
-  bytes.append(reinterpret_cast<const char*>(mesh.positions.data()),
-               mesh.positions.size() * sizeof(float));
+                   "\nproperty float x\nproperty float y\nproperty float z\n");
+  if (!mesh.normals.empty()) {
+    bytes += "property float nx\nproperty float ny\nproperty float nz\n";
+  }
+  if (!mesh.velocities.empty()) {
+    bytes += "property float vx\nproperty float vy\nproperty float vz\n";
+  }
+  absl::StrAppend(&bytes, "element face ", mesh.num_triangles(),
+                  "\nproperty list uchar int vertex_indices\nend_header\n");
+  for (size_t v = 0; v < mesh.num_vertices(); ++v) {
+    for (const std::vector<float>* values : {&mesh.positions, &mesh.normals, &mesh.velocities}) {
+      if (values->empty()) continue;
+      bytes.append(reinterpret_cast<const char*>(&(*values)[3 * v]), 3 * sizeof(float));
+    }
+  }
   for (size_t t = 0; t < mesh.num_triangles(); ++t) {
     Append(uint8_t{3}, &bytes);
     for (size_t k = 0; k < 3; ++k) Append(mesh.triangles[3 * t + k], &bytes);

@@ -121,6 +121,17 @@ void ReadResponse(const google::protobuf::Any& response, Operation* operation) {
   }
 }
 
+void SetSurface(const SurfaceOptions& surface, v1::SurfaceOptions* proto) {
+  proto->set_level_of_detail(surface.level_of_detail);
+  proto->set_smoothing_passes(surface.smoothing_passes);
+  proto->set_smoothing(surface.smoothing == Smoothing::kLaplacian ? v1::SurfaceOptions::LAPLACIAN
+                                                                  : v1::SurfaceOptions::TAUBIN);
+  proto->set_smoothing_strength(surface.smoothing_strength);
+  proto->set_temporal_smoothing(surface.temporal_smoothing);
+  if (surface.normals) proto->add_attributes(v1::SurfaceOptions::NORMALS);
+  if (surface.velocities) proto->add_attributes(v1::SurfaceOptions::VELOCITIES);
+}
+
 }  // namespace
 
 Animation FromProto(const v1::Animation& proto) {
@@ -152,6 +163,10 @@ Family FromProto(const v1::Family& proto) {
   family.bounds = ToBounds(proto.bounds());
   family.num_vertices = proto.num_vertices();
   family.num_cells = proto.num_cells();
+  for (const v1::LevelOfDetail& level : proto.coarser_levels()) {
+    family.coarser_levels.push_back({level.num_vertices(), level.num_cells()});
+  }
+  family.has_velocities = proto.has_velocities();
   for (const v1::RegistrationReport& report : proto.reports()) {
     family.reports.push_back(ToReport(report));
   }
@@ -223,6 +238,7 @@ v1::GetFrameRequest ToProto(const FrameRequest& request) {
   proto.set_time_s(request.time_s);
   proto.mutable_encoding()->set_position_bits(request.position_bits);
   proto.set_version(request.version);
+  if (request.surface != SurfaceOptions()) SetSurface(request.surface, proto.mutable_surface());
   return proto;
 }
 
@@ -238,6 +254,7 @@ v1::StreamFramesRequest ToProto(const StreamSettings& settings) {
   }
   if (settings.loop) proto.set_loop(*settings.loop);
   if (settings.lossless) proto.set_lossless(*settings.lossless);
+  if (settings.surface) SetSurface(*settings.surface, proto.mutable_surface());
   return proto;
 }
 

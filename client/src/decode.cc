@@ -2,8 +2,10 @@
 
 #include <draco/compression/decode.h>
 
+#include <cstdint>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/src/weld.h"
@@ -16,12 +18,21 @@ absl::Status FromDraco(const draco::Status& status) {
   return absl::DataLossError(absl::StrCat("damaged Draco mesh: ", status.error_msg_string()));
 }
 
-void CopyPositions(const draco::PointAttribute& positions, int num_points, Mesh* mesh) {
-  mesh->positions.resize(3 * static_cast<size_t>(num_points));
-  for (int p = 0; p < num_points; ++p) {
-    positions.ConvertValue<float, 3>(positions.mapped_index(draco::PointIndex(p)),
-                                     &mesh->positions[3 * static_cast<size_t>(p)]);
+// Three numbers per vertex; none if there is no such attribute of three numbers.
+std::vector<float> CopyAttribute(const draco::PointAttribute* attribute, uint32_t num_points) {
+  std::vector<float> values;
+  if (attribute == nullptr || attribute->num_components() != 3) return values;
+  values.resize(3 * static_cast<size_t>(num_points));
+  for (uint32_t p = 0; p < num_points; ++p) {
+    attribute->ConvertValue<float, 3>(attribute->mapped_index(draco::PointIndex(p)),
+                                      &values[3 * static_cast<size_t>(p)]);
   }
+  return values;
+}
+
+const draco::PointAttribute* FindVelocities(const draco::Mesh& draco_mesh) {
+  const int id = draco_mesh.GetAttributeIdByMetadataEntry("name", "velocity");
+  return id < 0 ? nullptr : draco_mesh.attribute(id);
 }
 
 absl::Status CopyTriangles(const draco::Mesh& draco_mesh, Mesh* mesh) {
@@ -60,7 +71,11 @@ absl::StatusOr<Mesh> DecodeMesh(const std::string& draco_bytes) {
     return absl::InvalidArgumentError("the Draco mesh has no POSITION attribute of three numbers");
   }
   Mesh mesh;
-  CopyPositions(*positions, static_cast<int>(draco_mesh->num_points()), &mesh);
+  const uint32_t num_points = draco_mesh->num_points();
+  mesh.positions = CopyAttribute(positions, num_points);
+  mesh.normals =
+      CopyAttribute(draco_mesh->GetNamedAttribute(draco::GeometryAttribute::NORMAL), num_points);
+  mesh.velocities = CopyAttribute(FindVelocities(*draco_mesh), num_points);
   if (absl::Status status = CopyTriangles(*draco_mesh, &mesh); !status.ok()) return status;
   WeldOpenEdges(mesh);
   return mesh;

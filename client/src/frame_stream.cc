@@ -21,6 +21,7 @@ struct StreamCall {
 
 void Merge(const v1::StreamFramesRequest& change, v1::StreamFramesRequest* state) {
   if (change.weights_size() > 0) state->clear_weights();
+  if (change.has_surface()) state->clear_surface();
   state->MergeFrom(change);
 }
 

@@ -45,18 +45,29 @@ std::array<float, 3> PositionOf(const Mesh& mesh, uint32_t v) {
   return {p[0], p[1], p[2]};
 }
 
+constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max();
+
+// Moves three numbers per vertex to the vertex' new number.
+void Renumber(const std::vector<uint32_t>& number, uint32_t count, std::vector<float>& values) {
+  if (values.empty()) return;
+  for (size_t v = 0; v < number.size(); ++v) {
+    if (number[v] == kUnused) continue;
+    std::copy_n(&values[3 * v], 3, &values[3 * static_cast<size_t>(number[v])]);
+  }
+  values.resize(3 * static_cast<size_t>(count));
+}
+
 // Renumbers the vertices in use, in their order, and drops the others.
 void DropUnused(Mesh& mesh) {
-  constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max();
   std::vector<uint32_t> number(mesh.num_vertices(), kUnused);
   for (const uint32_t v : mesh.triangles) number[v] = 0;
   uint32_t count = 0;
-  for (size_t v = 0; v < number.size(); ++v) {
-    if (number[v] == kUnused) continue;
-    std::copy_n(&mesh.positions[3 * v], 3, &mesh.positions[3 * static_cast<size_t>(count)]);
-    number[v] = count++;
+  for (uint32_t& n : number) {
+    if (n != kUnused) n = count++;
   }
-  mesh.positions.resize(3 * static_cast<size_t>(count));
+  Renumber(number, count, mesh.positions);
+  Renumber(number, count, mesh.normals);
+  Renumber(number, count, mesh.velocities);
   for (uint32_t& v : mesh.triangles) v = number[v];
 }
 

@@ -11,6 +11,7 @@ namespace liquidblend::mesh {
 namespace {
 
 static_assert(sizeof(Float4) == 16, "a column of Matrix4Xf is a Float4");
+static_assert(sizeof(Float3) == 12, "a column of Matrix3Xf is a Float3");
 
 absl::Status Fault(const RegisteredFamily& family, absl::string_view what) {
   return absl::InvalidArgumentError(absl::StrCat("family ", family.name, ": ", what));
@@ -36,16 +37,24 @@ absl::Status CheckNumbers(const RegisteredFamily& family) {
   return absl::OkStatus();
 }
 
+template <typename Values>
 absl::Status CheckFinite(const RegisteredFamily& family, const std::string& what,
-                         std::span<const Float4> values) {
+                         std::span<const Values> values) {
   for (size_t v = 0; v < values.size(); ++v) {
-    const Float4& a = values[v];
-    if (std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]) && std::isfinite(a[3])) {
+    if (std::all_of(values[v].begin(), values[v].end(), [](float x) { return std::isfinite(x); })) {
       continue;
     }
     return Fault(family, absl::StrCat(what, " ", v, " is not finite"));
   }
   return absl::OkStatus();
+}
+
+absl::Status CheckVelocities(const RegisteredFamily& family) {
+  if (!family.velocities.empty() && family.velocities.size() != family.vertices.size()) {
+    return Fault(family, absl::StrCat(family.velocities.size(), " velocities for ",
+                                      family.vertices.size(), " vertices"));
+  }
+  return CheckFinite(family, "velocity", family.velocities);
 }
 
 absl::Status CheckEndSlabs(const RegisteredFamily& family) {
@@ -99,11 +108,29 @@ absl::Status CheckTarget(const RegisteredFamily& family, const FamilyTarget& tar
                      target.extrapolation);
 }
 
+absl::Status CheckLevel(const RegisteredFamily& family, size_t k) {
+  const RegisteredFamily& level = family.coarser_levels[k];
+  const bool is_alike = level.targets.size() == family.targets.size() &&
+                        level.num_frames == family.num_frames &&
+                        level.frames_per_second == family.frames_per_second &&
+                        level.domain_min == family.domain_min &&
+                        level.domain_max == family.domain_max && level.coarser_levels.empty();
+  if (!is_alike) {
+    return Fault(family, absl::StrCat("level of detail ", k + 1,
+                                      " has other targets, frames, domain, or levels of its own"));
+  }
+  const absl::Status status = Validate(level);
+  if (status.ok()) return status;
+  return Fault(family,
+               absl::StrCat("level of detail ", k + 1, ": ", std::string(status.message())));
+}
+
 }  // namespace
 
 absl::Status Validate(const RegisteredFamily& family) {
   LB_RETURN_IF_ERROR(CheckNumbers(family));
   LB_RETURN_IF_ERROR(CheckFinite(family, "vertex", family.vertices));
+  LB_RETURN_IF_ERROR(CheckVelocities(family));
   LB_RETURN_IF_ERROR(CheckEndSlabs(family));
   LB_RETURN_IF_ERROR(CheckCells(family, "tetrahedron", family.tetrahedra));
   LB_RETURN_IF_ERROR(CheckCells(family, "pyramid", family.pyramids));
@@ -112,6 +139,9 @@ absl::Status Validate(const RegisteredFamily& family) {
   for (const FamilyTarget& target : family.targets) {
     LB_RETURN_IF_ERROR(CheckTarget(family, target));
   }
+  for (size_t k = 0; k < family.coarser_levels.size(); ++k) {
+    LB_RETURN_IF_ERROR(CheckLevel(family, k));
+  }
   return absl::OkStatus();
 }
 
@@ -119,6 +149,8 @@ RegisteredFamily ViewOf(const SpaceTimeMesh& mesh) {
   RegisteredFamily family;
   family.vertices = {reinterpret_cast<const Float4*>(mesh.vertices.data()),
                      static_cast<size_t>(mesh.num_vertices())};
+  family.velocities = {reinterpret_cast<const Float3*>(mesh.velocities.data()),
+                       static_cast<size_t>(mesh.velocities.cols())};
   family.tetrahedra = mesh.tetrahedra;
   family.pyramids = mesh.pyramids;
   family.wedges = mesh.wedges;

@@ -13,6 +13,7 @@
 
 namespace liquidblend::mesh {
 
+using Float3 = std::array<float, 3>;
 using Float4 = std::array<float, 4>;  // x, y, z in metres, t in frames
 
 // How the registration of one target went.
@@ -42,7 +43,8 @@ struct RegisteredFamily {
   std::string name;
   int64_t version = 0;
   std::string source;
-  std::span<const Float4> vertices;  // of the source's space-time mesh, in its order
+  std::span<const Float4> vertices;    // of the source's space-time mesh, in its order
+  std::span<const Float3> velocities;  // of the source at its vertices, m/s; or empty: not known
   std::span<const Tetrahedron> tetrahedra;
   std::span<const Pyramid> pyramids;
   std::span<const Wedge> wedges;
@@ -55,6 +57,9 @@ struct RegisteredFamily {
   double edge_length_m = 0.0;
   std::array<float, 3> domain_min = {0, 0, 0};  // blended vertices are clamped to this box
   std::array<float, 3> domain_max = {0, 0, 0};
+  // Coarser levels of detail, the finest first: the same animations, weights, frames and domain,
+  // but fewer vertices and cells. Each without levels of its own; level of detail 0 is this family.
+  std::vector<RegisteredFamily> coarser_levels;
 
   double duration_s() const { return (num_frames - 1) / frames_per_second; }
   int64_t num_cells() const {
@@ -64,8 +69,8 @@ struct RegisteredFamily {
 };
 
 // Checks what the kernels rely on: array sizes, indices in range, finite numbers, the end slabs'
-// vertices outside of [0, num_frames - 1], a sane box. Errors: kInvalidArgument with the first
-// offending element.  Cost: O(vertices + cells).
+// vertices outside of [0, num_frames - 1], a sane box, levels that belong to one another. Errors:
+// kInvalidArgument with the first offending element.  Cost: O(vertices + cells).
 absl::Status Validate(const RegisteredFamily& family);
 
 // The family with no target that shows the source as it is; `mesh` must outlive the view.

@@ -36,6 +36,13 @@ int Root(std::vector<int>& parent, int v) {
   return v;
 }
 
+absl::Status CheckCount(const TriangleMesh& mesh, const Eigen::Matrix3Xf& values,
+                        const char* name) {
+  if (values.cols() == 0 || values.cols() == mesh.vertices.cols()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(values.cols(), " ", name, " for ", mesh.vertices.cols(), " vertices"));
+}
+
 }  // namespace
 
 ClosednessReport CheckClosed(const TriangleMesh& mesh) {
@@ -68,11 +75,10 @@ ClosednessReport CheckClosed(const TriangleMesh& mesh) {
 
 absl::Status Validate(const TriangleMesh& mesh) {
   LB_RETURN_IF_ERROR(CheckFinite(mesh.vertices, "position"));
-  if (mesh.velocities.cols() != 0 && mesh.velocities.cols() != mesh.vertices.cols()) {
-    return absl::InvalidArgumentError(absl::StrCat(mesh.velocities.cols(), " velocities for ",
-                                                   mesh.vertices.cols(), " vertices"));
-  }
+  LB_RETURN_IF_ERROR(CheckCount(mesh, mesh.velocities, "velocities"));
   LB_RETURN_IF_ERROR(CheckFinite(mesh.velocities, "velocity"));
+  LB_RETURN_IF_ERROR(CheckCount(mesh, mesh.normals, "normals"));
+  LB_RETURN_IF_ERROR(CheckFinite(mesh.normals, "normal"));
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
     for (int k = 0; k < 3; ++k) {
       const int v = mesh.triangles(k, t);

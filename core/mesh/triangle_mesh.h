@@ -14,13 +14,14 @@ struct TriangleMesh {
   Eigen::Matrix3Xf vertices;    // 3 x num_vertices, metres
   Eigen::Matrix3Xi triangles;   // 3 x num_triangles, vertex indices
   Eigen::Matrix3Xf velocities;  // 3 x num_vertices, metres per second; or no columns: not known
+  Eigen::Matrix3Xf normals;     // 3 x num_vertices, unit length, outward; or no columns: not known
 
   int64_t num_vertices() const { return vertices.cols(); }
   int64_t num_triangles() const { return triangles.cols(); }
 };
 
-// How far a triangle mesh is from being closed and oriented. The first two are 0 for the
-// boundary of a solid, all if it is a manifold along its edges.
+// How far a triangle mesh is from being closed and oriented. The first two are 0 for the boundary
+// of a solid, all if it is a manifold along its edges.
 struct ClosednessReport {
   int64_t num_odd_edges = 0;          // edges with an odd number of triangles
   int64_t num_misoriented_edges = 0;  // edges run through more often in one direction
@@ -31,8 +32,8 @@ struct ClosednessReport {
 // Requires: indices in range.  Cost: O(n log n).
 ClosednessReport CheckClosed(const TriangleMesh& mesh);
 
-// Checks that numbers are finite, indices in range and the velocities' count right; the message
-// names the first offending element.  Errors: kInvalidArgument.
+// Checks that numbers are finite, indices in range and the counts of velocities and normals right;
+// the message names the first offending element.  Errors: kInvalidArgument.
 absl::Status Validate(const TriangleMesh& mesh);
 
 // Signed volume in cubic metres, positive for an outward orientation. Requires: closed().

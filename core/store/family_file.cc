@@ -8,12 +8,22 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr FileFormat kFamilyFormat = {"family file", "\x89LBFAM\r\n", 1};
+constexpr FileFormat kFamilyFormat = {"family file", "\x89LBFAM\r\n", 2, 1};
+// Version 1 has neither velocities nor levels; a family without them is still written as such.
+constexpr FileFormat kPlainFormat = {kFamilyFormat.name, kFamilyFormat.magic, 1};
 constexpr int kMeshSections = 5;
 constexpr int kSectionsPerTarget = 2;
 
-std::string NameOfTarget(const char* name, size_t target) {
-  return absl::StrCat(name, ".", target);
+// What the names of a level's sections begin with; level 0 is the family itself.
+std::string PrefixOf(int level) { return level == 0 ? "" : absl::StrCat("lod", level, "."); }
+
+bool IsPlain(const mesh::RegisteredFamily& family) {
+  return family.velocities.empty() && family.coarser_levels.empty();
+}
+
+int64_t NumSections(uint32_t version, const v1::FamilyManifest& manifest) {
+  const int64_t of_level = kMeshSections + int64_t{kSectionsPerTarget} * manifest.targets_size();
+  return version == 1 ? of_level : (of_level + 1) * (1 + manifest.coarser_levels_size());
 }
 
 absl::Status CheckManifest(const SectionReader& reader, const v1::FamilyManifest& manifest) {
@@ -21,11 +31,10 @@ absl::Status CheckManifest(const SectionReader& reader, const v1::FamilyManifest
     return reader.Invalid(absl::StrCat(manifest.reports_size(), " reports for ",
                                        manifest.targets_size(), " targets"));
   }
-  const int64_t num_sections =
-      kMeshSections + int64_t{kSectionsPerTarget} * manifest.targets_size();
-  if (manifest.sections_size() != num_sections) {
+  if (manifest.sections_size() != NumSections(reader.version(), manifest)) {
     return reader.Invalid(absl::StrCat(manifest.sections_size(), " sections for ",
-                                       manifest.targets_size(), " targets"));
+                                       manifest.targets_size(), " targets and ",
+                                       manifest.coarser_levels_size(), " coarser levels"));
   }
   if (manifest.domain().min_size() != 3 || manifest.domain().max_size() != 3) {
     return reader.Invalid("the domain is no box in three dimensions");
@@ -52,6 +61,12 @@ mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
     target.report = {report.num_nodes(), report.num_iterations(), report.mean_residual_edges(),
                      report.inlier_share(), report.seconds()};
   }
+  const mesh::RegisteredFamily plain = family;
+  for (const v1::FamilyLevel& from : manifest.coarser_levels()) {
+    mesh::RegisteredFamily& level = family.coarser_levels.emplace_back(plain);
+    level.num_first_vertices = from.num_first_vertices();
+    level.num_last_vertices = from.num_last_vertices();
+  }
   return family;
 }
 
@@ -64,22 +79,74 @@ absl::Status View(SectionReader& reader, const v1::Section& section, const std::
   return absl::OkStatus();
 }
 
+using SectionIterator = SectionList::const_iterator;
+
+absl::Status ViewLevel(SectionReader& reader, int number, SectionIterator& section,
+                       mesh::RegisteredFamily& level) {
+  const std::string prefix = PrefixOf(number);
+  LB_RETURN_IF_ERROR(View(reader, *section++, prefix + "vertices", level.vertices));
+  LB_RETURN_IF_ERROR(View(reader, *section++, prefix + "tetrahedra", level.tetrahedra));
+  LB_RETURN_IF_ERROR(View(reader, *section++, prefix + "pyramids", level.pyramids));
+  LB_RETURN_IF_ERROR(View(reader, *section++, prefix + "wedges", level.wedges));
+  LB_RETURN_IF_ERROR(View(reader, *section++, prefix + "hexahedra", level.hexahedra));
+  for (size_t k = 0; k < level.targets.size(); ++k) {
+    mesh::FamilyTarget& target = level.targets[k];
+    LB_RETURN_IF_ERROR(
+        View(reader, *section++, absl::StrCat(prefix, "displacement.", k), target.displacement));
+    LB_RETURN_IF_ERROR(
+        View(reader, *section++, absl::StrCat(prefix, "extrapolation.", k), target.extrapolation));
+  }
+  if (reader.version() == 1) return absl::OkStatus();
+  return View(reader, *section++, prefix + "velocities", level.velocities);
+}
+
 absl::Status ViewSections(SectionReader& reader, const v1::FamilyManifest& manifest,
                           mesh::RegisteredFamily& family) {
   auto section = manifest.sections().begin();
-  LB_RETURN_IF_ERROR(View(reader, *section++, "vertices", family.vertices));
-  LB_RETURN_IF_ERROR(View(reader, *section++, "tetrahedra", family.tetrahedra));
-  LB_RETURN_IF_ERROR(View(reader, *section++, "pyramids", family.pyramids));
-  LB_RETURN_IF_ERROR(View(reader, *section++, "wedges", family.wedges));
-  LB_RETURN_IF_ERROR(View(reader, *section++, "hexahedra", family.hexahedra));
-  for (size_t k = 0; k < family.targets.size(); ++k) {
-    mesh::FamilyTarget& target = family.targets[k];
+  LB_RETURN_IF_ERROR(ViewLevel(reader, 0, section, family));
+  for (size_t k = 0; k < family.coarser_levels.size(); ++k) {
     LB_RETURN_IF_ERROR(
-        View(reader, *section++, NameOfTarget("displacement", k), target.displacement));
-    LB_RETURN_IF_ERROR(
-        View(reader, *section++, NameOfTarget("extrapolation", k), target.extrapolation));
+        ViewLevel(reader, static_cast<int>(k) + 1, section, family.coarser_levels[k]));
   }
   return reader.Finish();
+}
+
+// What the manifest repeats of the sections, for those who see only the manifest.
+absl::Status CheckCounts(const SectionReader& reader, const v1::FamilyManifest& manifest,
+                         const mesh::RegisteredFamily& family) {
+  if (manifest.has_velocities() == family.velocities.empty()) {
+    return reader.Invalid(absl::StrCat("has_velocities is ", manifest.has_velocities(), " with ",
+                                       family.velocities.size(), " velocities"));
+  }
+  for (size_t k = 0; k < family.coarser_levels.size(); ++k) {
+    const mesh::RegisteredFamily& level = family.coarser_levels[k];
+    const v1::FamilyLevel& stated = manifest.coarser_levels(static_cast<int>(k));
+    if (stated.num_vertices() == static_cast<int64_t>(level.vertices.size()) &&
+        stated.num_cells() == level.num_cells()) {
+      continue;
+    }
+    return reader.Invalid(absl::StrCat("level of detail ", k + 1, " has ", level.vertices.size(),
+                                       " vertices and ", level.num_cells(), " cells, not ",
+                                       stated.num_vertices(), " and ", stated.num_cells()));
+  }
+  return absl::OkStatus();
+}
+
+void AddSections(const mesh::RegisteredFamily& level, int number, bool has_velocities,
+                 std::vector<SectionData>& sections) {
+  const std::string prefix = PrefixOf(number);
+  sections.push_back(MakeSection(prefix + "vertices", level.vertices));
+  sections.push_back(MakeSection(prefix + "tetrahedra", level.tetrahedra));
+  sections.push_back(MakeSection(prefix + "pyramids", level.pyramids));
+  sections.push_back(MakeSection(prefix + "wedges", level.wedges));
+  sections.push_back(MakeSection(prefix + "hexahedra", level.hexahedra));
+  for (size_t k = 0; k < level.targets.size(); ++k) {
+    const mesh::FamilyTarget& target = level.targets[k];
+    sections.push_back(MakeSection(absl::StrCat(prefix, "displacement.", k), target.displacement));
+    sections.push_back(
+        MakeSection(absl::StrCat(prefix, "extrapolation.", k), target.extrapolation));
+  }
+  if (has_velocities) sections.push_back(MakeSection(prefix + "velocities", level.velocities));
 }
 
 }  // namespace
@@ -108,23 +175,29 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
     report->set_inlier_share(target.report.inlier_share);
     report->set_seconds(target.report.seconds);
   }
+  manifest.set_has_velocities(!family.velocities.empty());
+  for (const mesh::RegisteredFamily& level : family.coarser_levels) {
+    v1::FamilyLevel* const to = manifest.add_coarser_levels();
+    to->set_num_first_vertices(static_cast<int32_t>(level.num_first_vertices));
+    to->set_num_last_vertices(static_cast<int32_t>(level.num_last_vertices));
+    to->set_num_vertices(static_cast<int64_t>(level.vertices.size()));
+    to->set_num_cells(level.num_cells());
+  }
   return manifest;
 }
 
 absl::Status WriteFamily(const mesh::RegisteredFamily& family, BlobWriter& out) {
-  std::vector<SectionData> sections = {
-      MakeSection("vertices", family.vertices), MakeSection("tetrahedra", family.tetrahedra),
-      MakeSection("pyramids", family.pyramids), MakeSection("wedges", family.wedges),
-      MakeSection("hexahedra", family.hexahedra)};
-  for (size_t k = 0; k < family.targets.size(); ++k) {
-    const mesh::FamilyTarget& target = family.targets[k];
-    sections.push_back(MakeSection(NameOfTarget("displacement", k), target.displacement));
-    sections.push_back(MakeSection(NameOfTarget("extrapolation", k), target.extrapolation));
+  const bool is_plain = IsPlain(family);
+  std::vector<SectionData> sections;
+  AddSections(family, 0, !is_plain, sections);
+  for (size_t k = 0; k < family.coarser_levels.size(); ++k) {
+    AddSections(family.coarser_levels[k], static_cast<int>(k) + 1, !is_plain, sections);
   }
   v1::FamilyManifest manifest = ManifestOf(family);
   manifest.clear_version();
   for (v1::RegistrationReport& report : *manifest.mutable_reports()) report.clear_seconds();
-  return WriteSectionFile(kFamilyFormat, sections, manifest, *manifest.mutable_sections(), out);
+  return WriteSectionFile(is_plain ? kPlainFormat : kFamilyFormat, sections, manifest,
+                          *manifest.mutable_sections(), out);
 }
 
 absl::StatusOr<mesh::RegisteredFamily> OpenFamily(std::shared_ptr<const Blob> blob,
@@ -138,6 +211,7 @@ absl::StatusOr<mesh::RegisteredFamily> OpenFamily(std::shared_ptr<const Blob> bl
   LB_RETURN_IF_ERROR(CheckManifest(reader, manifest));
   mesh::RegisteredFamily family = FamilyOf(manifest);
   LB_RETURN_IF_ERROR(ViewSections(reader, manifest, family));
+  LB_RETURN_IF_ERROR(CheckCounts(reader, manifest, family));
   if (const absl::Status valid = Validate(family); !valid.ok()) {
     return reader.Invalid(valid.message());
   }

@@ -105,7 +105,7 @@ absl::Status SectionReader::Invalid(absl::string_view what) const {
   return absl::InvalidArgumentError(absl::StrCat(format_.name, " ", file_name_, ": ", what));
 }
 
-absl::Status SectionReader::ReadHeader(uint64_t* manifest_size) const {
+absl::Status SectionReader::ReadHeader(uint64_t* manifest_size) {
   const auto magic = std::as_bytes(std::span(format_.magic));
   const auto start = bytes_.first(std::min(bytes_.size(), magic.size()));
   if (!std::equal(start.begin(), start.end(), magic.begin())) {
@@ -114,10 +114,13 @@ absl::Status SectionReader::ReadHeader(uint64_t* manifest_size) const {
   if (bytes_.size() < kHeaderBytes) {
     return Damaged(absl::StrCat("ends in the header, after ", bytes_.size(), " bytes"));
   }
-  const auto version = Load<uint32_t>(bytes_, kVersionOffset);
-  if (version != format_.version) {
-    return Invalid(absl::StrCat("has format version ", version, "; this program reads version ",
-                                format_.version));
+  version_ = Load<uint32_t>(bytes_, kVersionOffset);
+  if (version_ < format_.oldest_version || version_ > format_.version) {
+    return Invalid(absl::StrCat("has format version ", version_, "; this program reads version ",
+                                format_.version,
+                                format_.oldest_version < format_.version
+                                    ? absl::StrCat(" and older ones from ", format_.oldest_version)
+                                    : ""));
   }
   *manifest_size = Load<uint64_t>(bytes_, kManifestSizeOffset);
   if (*manifest_size > kMaxManifestBytes) {

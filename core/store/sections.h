@@ -23,9 +23,10 @@ constexpr size_t kSectionAlignment = 64;
 
 // One kind of file.
 struct FileFormat {
-  absl::string_view name;   // for messages: "family file"
-  absl::string_view magic;  // the first 8 bytes
-  uint32_t version;         // the one that is written and read
+  absl::string_view name;             // for messages: "family file"
+  absl::string_view magic;            // the first 8 bytes
+  uint32_t version;                   // the one that is written; read are all from ...
+  uint32_t oldest_version = version;  // ... this one on
 };
 
 struct SectionData {
@@ -60,6 +61,9 @@ class SectionReader {
   // First: checks the header and parses the manifest.
   absl::Status ReadManifest(google::protobuf::MessageLite& manifest);
 
+  // Of the file. Requires: ReadManifest() returned OK.
+  uint32_t version() const { return version_; }
+
   // Then for each entry of the manifest's list, in order: the section's bytes, checked. It must be
   // called `name` and have elements of that size.
   absl::StatusOr<std::span<const std::byte>> ReadSection(const v1::Section& section,
@@ -74,12 +78,13 @@ class SectionReader {
   absl::Status Invalid(absl::string_view what) const;  // kInvalidArgument
 
  private:
-  absl::Status ReadHeader(uint64_t* manifest_size) const;
+  absl::Status ReadHeader(uint64_t* manifest_size);
   absl::Status SkipPadding(absl::string_view before);
 
   FileFormat format_;
   std::string file_name_;
   std::span<const std::byte> bytes_;
+  uint32_t version_ = 0;
   size_t position_ = 0;  // everything before it has been checked
 };
 

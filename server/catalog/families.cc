@@ -19,10 +19,19 @@ absl::Status LoadError(const std::string& id, const absl::Status& status) {
                       absl::StrCat("family ", id, ": ", std::string(status.message())));
 }
 
+std::vector<std::unique_ptr<const LoadedLevel>> LevelsOf(const mesh::RegisteredFamily& family) {
+  std::vector<std::unique_ptr<const LoadedLevel>> levels;
+  levels.push_back(std::make_unique<LoadedLevel>(family));
+  for (const mesh::RegisteredFamily& level : family.coarser_levels) {
+    levels.push_back(std::make_unique<LoadedLevel>(level));
+  }
+  return levels;
+}
+
 }  // namespace
 
 LoadedFamily::LoadedFamily(mesh::RegisteredFamily registered)
-    : family(std::move(registered)), index(family), grid(encode::GridOf(family)) {}
+    : family(std::move(registered)), levels(LevelsOf(family)), grid(encode::GridOf(family)) {}
 
 absl::Status FamiliesOptions::Validate() const {
   if (memory_budget_bytes >= 0) return absl::OkStatus();
@@ -94,7 +103,10 @@ absl::StatusOr<std::shared_ptr<const LoadedFamily>> Families::Load(
   family->name = record.id();
   family->version = record.version();
   const auto loaded = std::make_shared<LoadedFamily>(*std::move(family));
-  loaded->size_bytes = file_bytes + loaded->index.size_bytes();
+  loaded->size_bytes = file_bytes;
+  for (const auto& level : loaded->levels) {
+    loaded->size_bytes += level->index.size_bytes() + level->time_links.size_bytes();
+  }
   return std::shared_ptr<const LoadedFamily>(loaded);
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
@@ -15,17 +16,28 @@
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
 #include "server/encode/grid.h"
+#include "server/finish/time_links.h"
 #include "server/slice/cell_index.h"
 
 namespace liquidblend::catalog {
+
+// What frames of one level of detail are made from.  Threads: safe, immutable.
+struct LoadedLevel {
+  explicit LoadedLevel(const mesh::RegisteredFamily& level)
+      : family(level), index(level), time_links(level) {}
+  const mesh::RegisteredFamily& family;  // the LoadedFamily's own, or one of its coarser levels
+  const slice::CellIndex index;
+  const finish::TimeLinks time_links;
+};
 
 // One version of a family with all that frames are made from.  Threads: safe, immutable.
 struct LoadedFamily {
   explicit LoadedFamily(mesh::RegisteredFamily registered);
   const mesh::RegisteredFamily family;  // name and version as in the catalog
-  const slice::CellIndex index;         // of `family`
-  const encode::Grid grid;              // for every frame of `family`
-  int64_t size_bytes = 0;               // mapped file and index
+  // By level of detail: `family`, then its coarser levels.
+  const std::vector<std::unique_ptr<const LoadedLevel>> levels;
+  const encode::Grid grid;  // for every frame of `family` at any level
+  int64_t size_bytes = 0;   // mapped file, indices and links
 };
 
 struct FamiliesOptions {

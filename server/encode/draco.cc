@@ -3,12 +3,14 @@
 #include <draco/compression/config/compression_shared.h>
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
+#include <draco/metadata/geometry_metadata.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -21,8 +23,10 @@ constexpr int kMinPositionBits = 8;
 constexpr int kMaxPositionBits = 20;
 constexpr int kSpeed = 7;                // parallelogram prediction, standard Edgebreaker
 constexpr int kStandardEdgebreaker = 0;  // libdraco's "edgebreaker_method"; 2 is valence
-constexpr int kPosition = 0;             // number of the one attribute
+constexpr int kPosition = 0;             // number of the attribute that is always there
 constexpr int kDimensions = 3;
+constexpr int kNormalBits = 10;    // octahedral: a tenth of a degree
+constexpr int kVelocityBits = 14;  // of the frame's own range
 
 absl::Status StatusOf(const draco::Status& status) {
   if (status.ok()) return absl::OkStatus();
@@ -65,35 +69,69 @@ std::array<float, 3> ClampToGrid(const Eigen::Vector3f& position, const Grid& gr
   return clamped;
 }
 
-// Built by hand: libdraco's own builder removes duplicates, which is slow and changes the mesh.
-std::unique_ptr<draco::Mesh> ToDraco(const mesh::TriangleMesh& mesh, const UsedPart& used,
-                                     const Grid& grid) {
-  auto out = std::make_unique<draco::Mesh>();
-  const auto num_points = static_cast<uint32_t>(used.vertices.size());
-  out->set_num_points(num_points);
-  draco::GeometryAttribute position;
-  position.Init(draco::GeometryAttribute::POSITION, nullptr, kDimensions, draco::DT_FLOAT32, false,
-                sizeof(float) * kDimensions, 0);
-  const int id = out->AddAttribute(position, /*identity_mapping=*/true, num_points);
-  draco::PointAttribute* attribute = out->attribute(id);
-  for (uint32_t v = 0; v < num_points; ++v) {
-    const std::array<float, 3> clamped = ClampToGrid(mesh.vertices.col(used.vertices[v]), grid);
-    attribute->SetAttributeValue(draco::AttributeValueIndex(v), clamped.data());
+// Adds an attribute of three floats per vertex and returns its number; value(v): of vertex v of the
+// mesh.
+template <typename Value>
+int AddAttribute(draco::GeometryAttribute::Type type, const UsedPart& used, const Value& value,
+                 draco::Mesh& out) {
+  draco::GeometryAttribute attribute;
+  attribute.Init(type, nullptr, kDimensions, draco::DT_FLOAT32, false, sizeof(float) * kDimensions,
+                 0);
+  const int id = out.AddAttribute(attribute, /*identity_mapping=*/true, out.num_points());
+  for (uint32_t v = 0; v < out.num_points(); ++v) {
+    const std::array<float, 3> numbers = value(used.vertices[v]);
+    out.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(v), numbers.data());
   }
-  out->SetNumFaces(used.triangles.size());
+  return id;
+}
+
+// What the encoder is given, and the numbers of the optional attributes; -1: not there.
+struct DracoMesh {
+  std::unique_ptr<draco::Mesh> mesh;
+  int normal = -1;
+  int velocity = -1;
+};
+
+// Built by hand: libdraco's own builder removes duplicates, which is slow and changes the mesh.
+DracoMesh ToDraco(const mesh::TriangleMesh& mesh, const UsedPart& used, const Grid& grid) {
+  DracoMesh out{std::make_unique<draco::Mesh>()};
+  out.mesh->set_num_points(static_cast<uint32_t>(used.vertices.size()));
+  AddAttribute(
+      draco::GeometryAttribute::POSITION, used,
+      [&](int32_t v) { return ClampToGrid(mesh.vertices.col(v), grid); }, *out.mesh);
+  const auto column = [](const Eigen::Matrix3Xf& values, int32_t v) {
+    return std::array<float, 3>{values(0, v), values(1, v), values(2, v)};
+  };
+  if (mesh.normals.cols() > 0) {
+    out.normal = AddAttribute(
+        draco::GeometryAttribute::NORMAL, used, [&](int32_t v) { return column(mesh.normals, v); },
+        *out.mesh);
+  }
+  if (mesh.velocities.cols() > 0) {
+    out.velocity = AddAttribute(
+        draco::GeometryAttribute::GENERIC, used,
+        [&](int32_t v) { return column(mesh.velocities, v); }, *out.mesh);
+    auto metadata = std::make_unique<draco::AttributeMetadata>();
+    metadata->AddEntryString("name", kVelocityName);
+    out.mesh->AddAttributeMetadata(out.velocity, std::move(metadata));
+  }
+  out.mesh->SetNumFaces(used.triangles.size());
   for (uint32_t t = 0; t < used.triangles.size(); ++t) {
     const auto& [a, b, c] = used.triangles[t];
-    out->SetFace(draco::FaceIndex(t),
-                 {draco::PointIndex(a), draco::PointIndex(b), draco::PointIndex(c)});
+    out.mesh->SetFace(draco::FaceIndex(t),
+                      {draco::PointIndex(a), draco::PointIndex(b), draco::PointIndex(c)});
   }
   return out;
 }
 
-absl::Status ChooseMethods(const DracoOptions& options, draco::ExpertEncoder& encoder) {
+absl::Status ChooseMethods(const DracoOptions& options, const DracoMesh& mesh,
+                           draco::ExpertEncoder& encoder) {
   encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
   encoder.options().SetGlobalInt("edgebreaker_method", kStandardEdgebreaker);
   encoder.SetAttributeExplicitQuantization(kPosition, options.position_bits, kDimensions,
                                            options.grid.origin.data(), options.grid.extent_m);
+  if (mesh.normal >= 0) encoder.SetAttributeQuantization(mesh.normal, kNormalBits);
+  if (mesh.velocity >= 0) encoder.SetAttributeQuantization(mesh.velocity, kVelocityBits);
   return StatusOf(
       encoder.SetAttributePredictionScheme(kPosition, draco::MESH_PREDICTION_PARALLELOGRAM));
 }
@@ -124,15 +162,15 @@ absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh,
   LB_RETURN_IF_ERROR(options.Validate());
   LB_RETURN_IF_ERROR(mesh::Validate(mesh));
   const UsedPart used = FindUsedPart(mesh);
-  const std::unique_ptr<draco::Mesh> draco_mesh = ToDraco(mesh, used, options.grid);
-  draco::ExpertEncoder encoder(*draco_mesh);
+  const DracoMesh draco_mesh = ToDraco(mesh, used, options.grid);
+  draco::ExpertEncoder encoder(*draco_mesh.mesh);
   encoder.SetSpeedOptions(kSpeed, kSpeed);
   if (used.triangles.empty()) {
     // Edgebreaker refuses a mesh without triangles, and the decoder a quantised attribute without
     // values; this is what every decoder reads.
     encoder.SetEncodingMethod(draco::MESH_SEQUENTIAL_ENCODING);
   } else {
-    LB_RETURN_IF_ERROR(ChooseMethods(options, encoder));
+    LB_RETURN_IF_ERROR(ChooseMethods(options, draco_mesh, encoder));
   }
   draco::EncoderBuffer buffer;
   LB_RETURN_IF_ERROR(StatusOf(encoder.EncodeToBuffer(&buffer)));

@@ -16,12 +16,17 @@ struct DracoOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// One POSITION attribute (metres), Edgebreaker connectivity. Positions are rounded to the grid: off
-// by at most half a step, except those outside of the grid, which are moved onto its border first.
-// The triangles stay, but their order and that of the vertices do not; a vertex where the surface
-// touches itself may become several. Triangles that name a vertex twice and vertices of no triangle
-// are left out. A mesh without triangles gives a valid Draco mesh without triangles and points.
-// Errors: kInvalidArgument (options; indices out of range or numbers not finite, naming the
+// Metadata "name" of the GENERIC attribute that holds velocities.
+inline constexpr char kVelocityName[] = "velocity";
+
+// A POSITION attribute (metres), Edgebreaker connectivity; if the mesh has them, normals as a
+// NORMAL attribute (10 bits, octahedral) and velocities as a GENERIC one of three floats (m/s, 14
+// bits of the frame's range) whose metadata has the name above. Positions are rounded to the grid:
+// off by at most half a step, except those outside of the grid, which are moved onto its border
+// first. The triangles stay, but their order and that of the vertices do not; a vertex where the
+// surface touches itself may become several. Triangles that name a vertex twice and vertices of no
+// triangle are left out. A mesh without triangles gives a valid Draco mesh without triangles and
+// points. Errors: kInvalidArgument (options; indices out of range or numbers not finite, naming the
 // element), kInternal (libdraco's message).
 // Threads: safe, same bytes always.  Cost: about 0.2 us per triangle.
 absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh,

@@ -150,6 +150,12 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record) {
   family.set_num_cells(record.num_cells());
   for (const auto& report : manifest.reports()) *family.add_reports() = ToReport(report);
   family.set_size_bytes(record.size_bytes());
+  family.set_has_velocities(manifest.has_velocities());
+  for (const store::pb::FamilyLevel& level : manifest.coarser_levels()) {
+    v1::LevelOfDetail& to = *family.add_coarser_levels();
+    to.set_num_vertices(level.num_vertices());
+    to.set_num_cells(level.num_cells());
+  }
   *family.mutable_create_time() = record.create_time();
   *family.mutable_update_time() = record.update_time();
   return family;

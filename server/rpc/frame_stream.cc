@@ -45,6 +45,7 @@ absl::Status CheckTime(double time_s, double duration_s) {
 void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest& request) {
   if (!newer.weights().empty()) request.clear_weights();
   if (newer.has_encoding()) request.clear_encoding();
+  if (newer.has_surface()) request.clear_surface();
   request.MergeFrom(newer);
 }
 
@@ -58,6 +59,7 @@ absl::Status FrameStream::Change(const v1::StreamFramesRequest& request, absl::D
   }
   query_.weights.assign(values_.weights().begin(), values_.weights().end());
   query_.encoding = values_.encoding();
+  query_.surface = values_.surface();
   LB_RETURN_IF_ERROR(CheckQuery(loaded_->family, query_));
   std::optional<double> time_s;
   if (request.has_time_s()) {

@@ -18,6 +18,7 @@ absl::StatusOr<v1::Frame> GetFrame(Backends& backends, const v1::GetFrameRequest
   query.weights.assign(request.weights().begin(), request.weights().end());
   query.time_s = request.time_s();
   query.encoding = request.encoding();
+  query.surface = request.surface();
   std::unique_ptr<FrameBuffers> buffers = backends.buffers.Take();
   absl::StatusOr<v1::Frame> frame = MakeFrame(*loaded, query, *buffers);
   backends.buffers.GiveBack(std::move(buffers));

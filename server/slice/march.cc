@@ -85,6 +85,7 @@ class Marcher {
     if (num_vertices_ + kMost > workspace_.vertices.size()) {
       const size_t size = 2 * (num_vertices_ + kMost);
       workspace_.vertices.resize(size);
+      workspace_.near_vertex.resize(size);
       workspace_.far_vertex.resize(size);
       workspace_.next_crossing.resize(size);
     }
@@ -126,6 +127,7 @@ class Marcher {
       if (workspace_.far_vertex[v] == high) return v;
     }
     const auto v = static_cast<int32_t>(num_vertices_++);
+    workspace_.near_vertex[v] = low;
     workspace_.far_vertex[v] = high;
     workspace_.next_crossing[v] = head;
     head = v;

@@ -35,8 +35,13 @@ struct Workspace {
   std::vector<int32_t> block_offset;     // per vertex block: where its positions begin
   std::vector<uint8_t> is_later;         // per blended vertex: t >= time_frames
   std::vector<int32_t> first_crossing;   // per blended vertex: head of its list of crossings
-  std::vector<int32_t> far_vertex;       // per output vertex: the crossed edge's higher vertex
-  std::vector<int32_t> next_crossing;    // per output vertex: the next one of the same lower one
+
+  // Set by March(): the edge that each output vertex lies on, as indices of the positions.
+  std::vector<int32_t> near_vertex;  // its lower vertex
+  std::vector<int32_t> far_vertex;   // its higher vertex
+
+  // March()'s own.
+  std::vector<int32_t> next_crossing;  // per output vertex: the next one of the same lower one
   std::vector<std::array<float, 3>> vertices;     // output, metres
   std::vector<std::array<int32_t, 3>> triangles;  // output
 };

@@ -1,10 +1,27 @@
 #include <draco/compression/encode.h>
 
 #include <cstdlib>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "tests/client/fake_server.h"
 
 namespace liquidblend::testing {
+namespace {
+
+int AddAttribute(draco::GeometryAttribute::Type type, const std::vector<float>& values,
+                 draco::Mesh& out) {
+  draco::GeometryAttribute attribute;
+  attribute.Init(type, nullptr, 3, draco::DT_FLOAT32, false, 3 * sizeof(float), 0);
+  const int id = out.AddAttribute(attribute, true, out.num_points());
+  for (uint32_t v = 0; v < out.num_points(); ++v) {
+    out.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(v), &values[3 * v]);
+  }
+  return id;
+}
+
+}  // namespace
 
 Mesh MakeOctahedron(double weight, double time_s) {
   const auto r = static_cast<float>(1.0 + weight);
@@ -18,12 +35,13 @@ Mesh MakeOctahedron(double weight, double time_s) {
 std::string EncodeDraco(const Mesh& mesh, int position_bits) {
   draco::Mesh out;
   out.set_num_points(static_cast<uint32_t>(mesh.num_vertices()));
-  draco::GeometryAttribute attribute;
-  attribute.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false,
-                 3 * sizeof(float), 0);
-  const int id = out.AddAttribute(attribute, true, static_cast<uint32_t>(mesh.num_vertices()));
-  for (uint32_t v = 0; v < mesh.num_vertices(); ++v) {
-    out.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(v), &mesh.positions[3 * v]);
+  AddAttribute(draco::GeometryAttribute::POSITION, mesh.positions, out);
+  if (!mesh.normals.empty()) AddAttribute(draco::GeometryAttribute::NORMAL, mesh.normals, out);
+  if (!mesh.velocities.empty()) {
+    const int id = AddAttribute(draco::GeometryAttribute::GENERIC, mesh.velocities, out);
+    auto metadata = std::make_unique<draco::AttributeMetadata>();
+    metadata->AddEntryString("name", "velocity");
+    out.AddAttributeMetadata(id, std::move(metadata));
   }
   for (uint32_t t = 0; t < mesh.num_triangles(); ++t) {
     out.AddFace({draco::PointIndex(mesh.triangles[3 * t]),

@@ -147,6 +147,10 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
 
   grpc::Status GetFrame(ServerContext*, const v1::GetFrameRequest* request,
                         v1::Frame* frame) override {
+    {
+      const absl::MutexLock lock(&mutex);
+      google::protobuf::TextFormat::PrintToString(*request, &last_request);
+    }
     if (grpc::Status status = Enter("GetFrame"); !status.ok()) return status;
     if (request->time_s() < 0.0 || request->time_s() > kCannedDuration) {
       return {grpc::StatusCode::OUT_OF_RANGE, "time_s lies outside [0, 1]"};

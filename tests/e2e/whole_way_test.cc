@@ -1,7 +1,11 @@
 // Files in, blended frames out, through the real programs.
 #include <signal.h>
 
+#include <cmath>
+#include <cstring>
 #include <fstream>
+#include <iterator>
+#include <limits>
 
 #include "tests/e2e/e2e_testing.h"
 
@@ -60,6 +64,47 @@ TEST_F(WholeWayTest, TwoAnimationsBecomeClosedBlendedFrames) {
   EXPECT_NEAR(CentreX(GetFrame(0.0, 5 / 24.0)), 0.208, 0.03);
   EXPECT_NEAR(CentreX(GetFrame(0.5, 5 / 24.0)), 0.312, 0.03);
   EXPECT_NEAR(CentreX(GetFrame(1.0, 5 / 24.0)), 0.417, 0.03);
+}
+
+// The floats of a binary PLY file's vertices, a row each.
+std::vector<std::vector<float>> PlyVertices(const std::string& path, int floats_per_vertex) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+  const std::string element = "element vertex ";
+  const size_t data = bytes.find("end_header\n") + 11;
+  std::vector<std::vector<float>> rows(std::stoul(bytes.substr(bytes.find(element) + 15)));
+  const size_t row_bytes = sizeof(float) * static_cast<size_t>(floats_per_vertex);
+  for (size_t v = 0; v < rows.size(); ++v) {
+    rows[v].resize(floats_per_vertex);
+    std::memcpy(rows[v].data(), bytes.substr(data + v * row_bytes, row_bytes).data(), row_bytes);
+  }
+  return rows;
+}
+
+TEST_F(WholeWayTest, TheCommandWritesFinishedFramesOfAnyLevel) {
+  Process server = StartServer(1);
+  MakeFamily();
+  int port = 0;
+  std::ifstream(data() + "/server.port") >> port;
+  size_t num_vertices = std::numeric_limits<size_t>::max();
+  for (const char* level : {"0", "1", "2"}) {
+    const std::string path = data() + "/frame.ply";
+    Process command("liquidblend",
+                    {"--server", "127.0.0.1:" + std::to_string(port), "frame", "balls", "-w", "0",
+                     "-t", "0.1", "-o", path, "--lod", level, "--smooth", "2", "--smooth-time", "1",
+                     "--normals", "--velocities"});
+    ASSERT_EQ(command.Wait(), 0);
+    const std::vector<std::vector<float>> vertices = PlyVertices(path, 9);
+    EXPECT_LT(vertices.size(), num_vertices);
+    num_vertices = vertices.size();
+    for (const std::vector<float>& v : vertices) {
+      EXPECT_NEAR(std::hypot(v[3], v[4], v[5]), 1.0, 0.02);  // 10 bits
+      EXPECT_NEAR(v[6], 1.0, 0.1);                           // a moves with 1 m/s along x
+      EXPECT_NEAR(std::hypot(v[7], v[8]), 0.0, 0.1);
+    }
+  }
+  const v1::Frame frame = GetFrame(0.5, 0.1);
+  EXPECT_GT(frame.num_vertices(), static_cast<int64_t>(num_vertices));
 }
 
 TEST_F(WholeWayTest, AStreamGivesTheWholeAnimation) {

@@ -16,12 +16,13 @@ std::span<const mesh::Float4> ColumnsOf(const Eigen::Matrix4Xf& matrix) {
   return {reinterpret_cast<const mesh::Float4*>(matrix.data()), static_cast<size_t>(matrix.cols())};
 }
 
-mesh::FamilyTarget TargetOf(const RegisteredTarget& target) {
+mesh::FamilyTarget TargetOf(const std::string& name,
+                            const registration::Registration& registration) {
   mesh::FamilyTarget result;
-  result.name = target.name;
-  result.displacement = ColumnsOf(target.registration.displacement);
-  result.extrapolation = ColumnsOf(target.registration.extrapolation);
-  result.report = target.registration.report;
+  result.name = name;
+  result.displacement = ColumnsOf(registration.displacement);
+  result.extrapolation = ColumnsOf(registration.extrapolation);
+  result.report = registration.report;
   return result;
 }
 
@@ -31,6 +32,21 @@ void SetDomain(const FamilyParts& parts, mesh::RegisteredFamily& family) {
     family.domain_min[axis] = parts.bounds.min()[axis] - margin_m;
     family.domain_max[axis] = parts.bounds.max()[axis] + margin_m;
   }
+}
+
+// What the family has, on the level's mesh.
+mesh::RegisteredFamily LevelOf(const FamilyLevel& level, const mesh::RegisteredFamily& family) {
+  mesh::RegisteredFamily result = mesh::ViewOf(level.mesh);
+  result.name = family.name;
+  result.source = family.source;
+  result.edge_length_m = family.edge_length_m;
+  result.domain_min = family.domain_min;
+  result.domain_max = family.domain_max;
+  for (size_t k = 0; k < level.targets.size(); ++k) {
+    result.targets.push_back(TargetOf(family.targets[k].name, level.targets[k]));
+    result.targets.back().report = family.targets[k].report;
+  }
+  return result;
 }
 
 }  // namespace
@@ -47,9 +63,12 @@ absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts) {
   family.name = owned->name;
   family.source = owned->source_name;
   for (const RegisteredTarget& target : owned->targets) {
-    family.targets.push_back(TargetOf(target));
+    family.targets.push_back(TargetOf(target.name, target.registration));
   }
   SetDomain(*owned, family);
+  for (const FamilyLevel& level : owned->coarser_levels) {
+    family.coarser_levels.push_back(LevelOf(level, family));
+  }
   const absl::Status status = mesh::Validate(family);
   if (!status.ok()) {
     return absl::InternalError(

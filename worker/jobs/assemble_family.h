@@ -18,12 +18,19 @@ struct RegisteredTarget {
   registration::Registration registration;
 };
 
+// A coarser mesh of the source with what the targets' registrations are on it.
+struct FamilyLevel {
+  mesh::SpaceTimeMesh mesh;
+  std::vector<registration::Registration> targets;  // as many as the family's
+};
+
 struct FamilyParts {
   std::string name;
   std::string source_name;
   mesh::SpaceTimeMesh source;
   std::vector<RegisteredTarget> targets;
-  Eigen::AlignedBox3f bounds;  // of all frames of source and targets
+  std::vector<FamilyLevel> coarser_levels;  // the finest first
+  Eigen::AlignedBox3f bounds;               // of all frames of source and targets
 };
 
 Eigen::AlignedBox3f BoxOf(const mesh::Animation& animation);

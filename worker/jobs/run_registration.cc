@@ -1,6 +1,8 @@
 #include "worker/jobs/run_registration.h"
 
+#include <array>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -11,14 +13,16 @@
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/stored_file.h"
 #include "worker/registration/register.h"
+#include "worker/registration/transfer.h"
 #include "worker/spacetime/build.h"
 
 namespace liquidblend::jobs {
 namespace {
 
-// Shares of the whole job: the source's mesh, then the targets, then publishing.
+// Shares of the whole job: the source's mesh, the targets, the levels of detail, publishing.
 constexpr double kTargetsBegin = 0.1;
-constexpr double kTargetsEnd = 0.97;
+constexpr double kTargetsEnd = 0.9;
+constexpr double kLevelsEnd = 0.97;
 constexpr double kTargetMeshShare = 0.15;  // of the work for one target
 
 absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& context) {
@@ -27,6 +31,10 @@ absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& co
                       context.blobs.Open(record.blob()));
   return store::ReadAnimation(*blob, absl::StrCat("animation '", id, "'"));
 }
+
+// Spacings of the coarser levels of detail, in those of the finest. Vertices are as many as grid
+// cells that the surface meets in each frame: a half and a quarter of the finest's.
+constexpr std::array<double, 2> kLevelSpacings = {std::numbers::sqrt2, 2.0};
 
 // Reads one animation of the family and makes its space-time mesh; `bounds` grows around it.
 absl::StatusOr<mesh::SpaceTimeMesh> BuildMesh(const std::string& id, JobContext& context,
@@ -55,6 +63,35 @@ absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& jo
   return result;
 }
 
+// The source's mesh on a coarser grid, moved as the finest one is.
+absl::StatusOr<FamilyLevel> MakeLevel(const mesh::Animation& source, double spacing,
+                                      const FamilyParts& parts, JobContext& context) {
+  spacetime::BuildOptions options;
+  options.spacing_edges *= spacing;
+  options.connectivity = spacetime::Connectivity::kRebuilt;  // a tracked mesh has no coarser one
+  FamilyLevel level;
+  LB_ASSIGN_OR_RETURN(level.mesh, spacetime::Build(source, options, context.arena));
+  const registration::Transfer transfer(parts.source, level.mesh, context.arena);
+  for (const RegisteredTarget& target : parts.targets) {
+    registration::Registration& moved = level.targets.emplace_back();
+    moved.displacement = transfer.Apply(target.registration.displacement, context.arena);
+    moved.extrapolation = transfer.Apply(target.registration.extrapolation, context.arena);
+  }
+  return level;
+}
+
+absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyParts& parts,
+                        JobContext& context) {
+  LB_RETURN_IF_ERROR(context.BeginStage("levels of detail", kTargetsEnd, kLevelsEnd));
+  LB_ASSIGN_OR_RETURN(const mesh::Animation source, ReadStored(job.source(), context));
+  for (const double spacing : kLevelSpacings) {
+    LB_RETURN_IF_ERROR(context.keeper.Check());
+    LB_ASSIGN_OR_RETURN(FamilyLevel level, MakeLevel(source, spacing, parts, context));
+    parts.coarser_levels.push_back(std::move(level));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context) {
@@ -67,7 +104,8 @@ absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& cont
     LB_ASSIGN_OR_RETURN(RegisteredTarget target, RegisterTarget(job, k, parts, context));
     parts.targets.push_back(std::move(target));
   }
-  LB_RETURN_IF_ERROR(context.BeginStage("publishing", kTargetsEnd, 1.0));
+  LB_RETURN_IF_ERROR(MakeLevels(job, parts, context));
+  LB_RETURN_IF_ERROR(context.BeginStage("publishing", kLevelsEnd, 1.0));
   LB_ASSIGN_OR_RETURN(const mesh::RegisteredFamily family, AssembleFamily(std::move(parts)));
   LB_ASSIGN_OR_RETURN(const store::v1::FamilyRecord record, StoreFamily(family, context.blobs));
   LB_RETURN_IF_ERROR(context.keeper.Check());

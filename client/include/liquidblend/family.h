@@ -21,6 +21,11 @@ struct RegistrationReport {
   double seconds = 0.0;
 };
 
+struct LevelOfDetail {
+  int64_t num_vertices = 0;  // of the space-time mesh
+  int64_t num_cells = 0;
+};
+
 // One source animation and its targets, registered.
 struct Family {
   std::string name;                  // families/{id}
@@ -32,6 +37,8 @@ struct Family {
   Bounds bounds;
   int64_t num_vertices = 0;  // of the space-time mesh
   int64_t num_cells = 0;
+  std::vector<LevelOfDetail> coarser_levels;  // levels of detail from 1 on
+  bool has_velocities = false;  // frames can have the simulation's velocities, not just the slope's
   std::vector<RegistrationReport> reports;  // one per target
   int64_t size_bytes = 0;
   absl::Time create_time = absl::UnixEpoch();

@@ -9,12 +9,31 @@
 
 namespace liquidblend {
 
+enum class Smoothing {
+  kTaubin,     // keeps volumes
+  kLaplacian,  // the paper's; each pass shrinks what is small
+};
+
+// What the server makes of the slice before it encodes it; the defaults leave it as it is.
+struct SurfaceOptions {
+  int level_of_detail = 0;   // 0: the finest; at most the number of Family::coarser_levels
+  int smoothing_passes = 0;  // 0 to 32; evens out triangles
+  Smoothing smoothing = Smoothing::kTaubin;
+  double smoothing_strength = 0.0;  // (0, 1]; 0: the server's default
+  double temporal_smoothing = 0.0;  // [0, 1]; against flicker
+  bool normals = false;             // in Mesh::normals
+  bool velocities = false;          // in Mesh::velocities
+
+  bool operator==(const SurfaceOptions&) const = default;
+};
+
 struct FrameRequest {
   std::string family;           // the id, with or without "families/"
   std::vector<double> weights;  // one per target; the source gets 1 - sum; [-1, 2]
   double time_s = 0.0;          // [0, duration_s]
   int position_bits = 0;        // 8 to 20; 0: the server's default
   int64_t version = 0;          // 0: the latest
+  SurfaceOptions surface;
 };
 
 struct Frame {

@@ -24,6 +24,7 @@ struct StreamSettings {
   int position_bits = 0;                    // 8 to 20; 0: the server's default
   std::optional<bool> loop;                 // start again at the end; default: end the stream
   std::optional<bool> lossless;  // the whole animation one by one, nothing skipped; default false
+  std::optional<SurfaceOptions> surface;  // default: the slice itself
 };
 
 struct StreamedFrame {

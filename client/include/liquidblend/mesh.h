@@ -11,6 +11,8 @@ namespace liquidblend {
 struct Mesh {
   std::vector<float> positions;     // x, y, z per vertex, metres
   std::vector<uint32_t> triangles;  // three vertex indices per triangle
+  std::vector<float> normals;       // x, y, z per vertex, about unit length; or empty: not known
+  std::vector<float> velocities;    // x, y, z per vertex, metres per second; or empty: not known
 
   size_t num_vertices() const { return positions.size() / 3; }
   size_t num_triangles() const { return triangles.size() / 3; }

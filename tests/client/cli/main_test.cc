@@ -152,6 +152,31 @@ TEST_F(Command, FrameWritesEveryFormatAndTakesNegativeWeights) {
   EXPECT_THAT(late.err, HasSubstr("[0, 1]"));
 }
 
+TEST_F(Command, FrameAsksForTheSurfaceThatItsFlagsDescribe) {
+  const std::vector<std::string> frame = {"frame", "drops", "-w", "0", "-t", "0", "-o"};
+  const auto run = [&](const std::string& file, const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments = frame;
+    arguments.push_back(dir_.File(file));
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    return Run(arguments);
+  };
+  ASSERT_EQ(run("f.ply", {}).exit_code, 0);
+  EXPECT_THAT(server_.LastRequest(), Not(HasSubstr("surface")));
+  ASSERT_EQ(run("f.ply", {"--lod", "2", "--smooth", "3", "--laplacian", "--smooth-strength", "0.25",
+                          "--smooth-time", "0.75", "--normals", "--velocities"})
+                .exit_code,
+            0);
+  for (const char* field : {"level_of_detail: 2", "smoothing_passes: 3", "smoothing: LAPLACIAN",
+                            "smoothing_strength: 0.25", "temporal_smoothing: 0.75",
+                            "attributes: NORMALS", "attributes: VELOCITIES"}) {
+    EXPECT_THAT(server_.LastRequest(), HasSubstr(field));
+  }
+  const CommandResult no_place = run("f.obj", {"--velocities"});
+  EXPECT_EQ(no_place.exit_code, 2);
+  EXPECT_THAT(no_place.err, HasSubstr("--velocities: .obj files do not hold them"));
+  EXPECT_EQ(run("f.ply", {"--smooth", "33"}).exit_code, 2);
+}
+
 TEST_F(Command, ExportWritesAFilePerFrameOfTheFormat) {
   const std::map<std::string, std::string> first = {
       {"ply", "frame_0001.ply"}, {"obj", "frame_0001.obj"}, {"bobj", "fluid_mesh_0001.bobj.gz"}};

@@ -97,6 +97,25 @@ TEST(MeshFile, PlySkipsMoreFloatsPerVertex) {
   EXPECT_EQ(mesh->positions, (std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0}));
 }
 
+TEST(MeshFile, PlyHoldsNormalsAndVelocities) {
+  Mesh mesh;
+  mesh.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  mesh.triangles = {0, 1, 2};
+  mesh.normals = {0, 0, 1, 0, 0, 1, 0, 0, 1};
+  mesh.velocities = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  const std::string bytes = ToPly(mesh);
+  EXPECT_THAT(bytes, HasSubstr("property float z\nproperty float nx\nproperty float ny\n"
+                               "property float nz\nproperty float vx\nproperty float vy\n"
+                               "property float vz\nelement face 1\n"));
+  const float second[] = {1, 0, 0, 0, 0, 1, 4, 5, 6};
+  const size_t data = bytes.find("end_header\n") + 11;
+  EXPECT_EQ(std::memcmp(&bytes[data + sizeof(second)], second, sizeof(second)), 0);
+  const auto read = FromPly(bytes, "m.ply");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->positions, mesh.positions);
+  EXPECT_EQ(read->triangles, mesh.triangles);
+}
+
 TEST(MeshFile, RefusesWhatItCannotReadWithTheReason) {
   const TempDir dir;
   const auto refusal = [&](const std::string& name, const std::string& bytes) {

@@ -24,6 +24,24 @@ TEST(DecodeMesh, GivesBackAClosedMeshWithinTheGrid) {
   EXPECT_NEAR(stats.volume_m3, 4.0 / 3.0 * std::pow(1.5, 3), 0.01);
 }
 
+TEST(DecodeMesh, GivesBackNormalsAndVelocitiesWhereThereAreSome) {
+  Mesh original = testing::MakeOctahedron(0.0, 0.0);
+  const auto plain = DecodeMesh(testing::EncodeDraco(original, 14));
+  ASSERT_TRUE(plain.ok()) << plain.status();
+  EXPECT_TRUE(plain->normals.empty());
+  EXPECT_TRUE(plain->velocities.empty());
+  original.normals = original.positions;  // a unit octahedron around the origin
+  for (const float x : original.positions) original.velocities.push_back(10 * x + 3);
+  const auto mesh = DecodeMesh(testing::EncodeDraco(original, 14));
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  ASSERT_EQ(mesh->normals.size(), mesh->positions.size());
+  ASSERT_EQ(mesh->velocities.size(), mesh->positions.size());
+  for (size_t i = 0; i < mesh->positions.size(); ++i) {
+    EXPECT_NEAR(mesh->normals[i], mesh->positions[i], 0.01);
+    EXPECT_NEAR(mesh->velocities[i], 10 * mesh->positions[i] + 3, 0.01);
+  }
+}
+
 TEST(DecodeMesh, RefusesWhatIsNoDracoMesh) {
   EXPECT_EQ(DecodeMesh("").status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(DecodeMesh("hello").status().code(), absl::StatusCode::kInvalidArgument);

@@ -59,5 +59,26 @@ TEST(WeldOpenEdges, DropsATriangleWhoseCornersFallTogether) {
   EXPECT_EQ(mesh.num_vertices(), 0u);
 }
 
+TEST(WeldOpenEdges, NormalsAndVelocitiesStayWithTheirVertices) {
+  Mesh mesh = TwoTetrahedraAtOneEdge();
+  // Copies of the first edge's ends in front of all others: those that come later are dropped.
+  mesh.positions.insert(mesh.positions.begin(), {0, 0, 0, 0, 0, 1});
+  for (uint32_t& v : mesh.triangles) v += 2;
+  mesh.triangles[12] = 0;
+  mesh.triangles[13] = 1;
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    mesh.normals.push_back(mesh.positions[i] + 1);
+    mesh.velocities.push_back(mesh.positions[i] + 2);
+  }
+  WeldOpenEdges(mesh);
+  ASSERT_EQ(mesh.num_vertices(), 6u);
+  ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
+  ASSERT_EQ(mesh.velocities.size(), mesh.positions.size());
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    EXPECT_EQ(mesh.normals[i], mesh.positions[i] + 1) << i;
+    EXPECT_EQ(mesh.velocities[i], mesh.positions[i] + 2) << i;
+  }
+}
+
 }  // namespace
 }  // namespace liquidblend

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
 
 namespace liquidblend::mesh {
@@ -85,6 +86,38 @@ TEST(ValidateRegisteredFamily, NamesNumbersThatAreNotFinite) {
   sample = Sample();
   sample.extrapolation[0][0] = kNan;
   ExpectFault(sample.View(), "target thick: extrapolation 0 is not finite");
+}
+
+TEST(ValidateRegisteredFamily, NamesVelocitiesThatDoNotFit) {
+  const Sample sample;
+  std::vector<Float3> velocities(10, Float3{1, 2, 3});
+  RegisteredFamily family = sample.View();
+  family.velocities = velocities;
+  EXPECT_TRUE(Validate(family).ok()) << Validate(family);
+  velocities[7][1] = kNan;
+  ExpectFault(family, "velocity 7 is not finite");
+  family.velocities = family.velocities.first(9);
+  ExpectFault(family, "9 velocities for 10 vertices");
+}
+
+TEST(ValidateRegisteredFamily, NamesLevelsThatDoNotFit) {
+  const Sample sample;
+  RegisteredFamily family = sample.View();
+  family.coarser_levels = {sample.View(), sample.View()};
+  EXPECT_TRUE(Validate(family).ok()) << Validate(family);
+  const auto expect_fault = [&](const std::function<void(RegisteredFamily&)>& change,
+                                const std::string& words) {
+    RegisteredFamily changed = family;
+    change(changed.coarser_levels[1]);
+    ExpectFault(changed, "level of detail 2" + words);
+  };
+  expect_fault([](auto& level) { level.targets.clear(); }, " has other targets");
+  expect_fault([](auto& level) { level.num_frames = 8; }, " has other targets, frames");
+  expect_fault([](auto& level) { level.domain_max[0] = 2; }, " has other targets, frames, domain");
+  expect_fault([&](auto& level) { level.coarser_levels = {sample.View()}; },
+               " has other targets, frames, domain, or levels of its own");
+  expect_fault([](auto& level) { level.vertices = level.vertices.first(9); },
+               ": family walls: vertex 8 of the last slab");
 }
 
 TEST(ValidateRegisteredFamily, NamesTargetsOfTheWrongSize) {

@@ -81,6 +81,9 @@ TEST(Validate, NamesTheFirstOffendingElement) {
   mesh.velocities.setZero(3, 7);
   EXPECT_EQ(Validate(mesh).message(), "7 velocities for 8 vertices");
   mesh = good;
+  mesh.normals.setZero(3, 9);
+  EXPECT_EQ(Validate(mesh).message(), "9 normals for 8 vertices");
+  mesh = good;
   mesh.triangles(2, 5) = 8;
   EXPECT_EQ(Validate(mesh).message(), "triangle 5: vertex 8 is not in [0, 8)");
   mesh.triangles(2, 5) = -1;

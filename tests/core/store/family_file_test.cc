@@ -18,6 +18,7 @@ struct Sample {
   std::vector<mesh::Hexahedron> hexahedra = {{2, 3, 4, 5, 6, 7, 8, 9}};
   std::vector<mesh::Float4> displacement = {10, mesh::Float4{0.1f, 0.2f, 0.3f, 1.0f}};
   std::vector<mesh::Float4> extrapolation = {10, mesh::Float4{0.1f, 0.1f, 0.1f, 0.5f}};
+  std::vector<mesh::Float3> velocities = {10, mesh::Float3{1.5f, -2.0f, 3.0f}};
 
   Sample() {
     for (int v = 0; v < 10; ++v) vertices.push_back({0.1f * float(v), 0.0f, 0.0f, float(v) - 0.5f});
@@ -42,6 +43,17 @@ struct Sample {
     family.edge_length_m = 0.125;
     family.domain_min = {-1, -2, -3};
     family.domain_max = {1, 2, 3};
+    return family;
+  }
+
+  // With velocities, and itself as a coarser level with fewer cells.
+  mesh::RegisteredFamily Complete() const {
+    mesh::RegisteredFamily family = View();
+    family.velocities = velocities;
+    mesh::RegisteredFamily level = family;
+    level.tetrahedra = {};
+    level.wedges = {};
+    family.coarser_levels = {level};
     return family;
   }
 };
@@ -99,6 +111,62 @@ TEST(FamilyFile, GivesBackTheFamily) {
   EXPECT_EQ(family->edge_length_m, 0.125);
   EXPECT_EQ(family->domain_min, (std::array<float, 3>{-1, -2, -3}));
   EXPECT_EQ(family->domain_max, (std::array<float, 3>{1, 2, 3}));
+}
+
+TEST(FamilyFile, GivesBackVelocitiesAndLevels) {
+  const Sample sample;
+  const auto family = Open(Written(sample.Complete()));
+  ASSERT_THAT(family, Succeeds());
+  EXPECT_EQ(Copy(family->velocities), sample.velocities);
+  ASSERT_EQ(family->coarser_levels.size(), 1U);
+  const mesh::RegisteredFamily& level = family->coarser_levels[0];
+  EXPECT_EQ(Copy(level.vertices), sample.vertices);
+  EXPECT_EQ(Copy(level.velocities), sample.velocities);
+  EXPECT_EQ(level.num_cells(), 2);
+  EXPECT_EQ(Copy(level.hexahedra), sample.hexahedra);
+  EXPECT_EQ(level.num_frames, 9);
+  EXPECT_EQ(level.num_last_vertices, 1);
+  ASSERT_EQ(level.targets.size(), 2U);
+  EXPECT_EQ(Copy(level.targets[0].extrapolation), sample.extrapolation);
+  const Manifest manifest = ManifestOf(*family);
+  EXPECT_TRUE(manifest.has_velocities());
+  EXPECT_EQ(manifest.coarser_levels(0).num_vertices(), 10);
+  EXPECT_EQ(manifest.coarser_levels(0).num_cells(), 2);
+}
+
+TEST(FamilyFile, IsOfVersionOneUnlessItNeedsTwo) {
+  const Sample sample;
+  constexpr size_t kVersion = 16;  // its place in the header
+  EXPECT_EQ(Whole()[kVersion], 1);
+  EXPECT_EQ(Written(sample.Complete())[kVersion], 2);
+}
+
+TEST(FamilyFile, NoticesEachByteThatChangesInALevel) {
+  const std::string whole = Written(Sample().Complete());
+  for (size_t i = 0; i < whole.size(); ++i) {
+    std::string changed = whole;
+    changed[i] = static_cast<char>(changed[i] ^ 0x41);
+    EXPECT_FALSE(Open(changed).ok()) << i;
+  }
+}
+
+TEST(FamilyFile, RefusesLevelsAndVelocitiesThatDoNotFit) {
+  const auto with = [](const std::function<void(mesh::RegisteredFamily&)>& change) {
+    const Sample sample;
+    mesh::RegisteredFamily family = sample.Complete();
+    change(family);
+    return Open(Written(family)).status();
+  };
+  EXPECT_THAT(with([](auto& f) { f.velocities = f.velocities.first(3); }),
+              Fails(Code::kInvalidArgument, "3 velocities for 10 vertices"));
+  EXPECT_THAT(with([](auto& f) { f.coarser_levels[0].vertices = f.vertices.first(4); }),
+              Fails(Code::kInvalidArgument, "level of detail 1: family walls: "));
+  const std::string whole = Written(Sample().Complete());
+  EXPECT_THAT(Open(WithManifest<Manifest>(
+                  whole, [](Manifest& m) { m.mutable_coarser_levels(0)->set_num_cells(3); })),
+              Fails(Code::kInvalidArgument, "level of detail 1 has 10 vertices and 2 cells, not"));
+  EXPECT_THAT(Open(WithManifest<Manifest>(whole, [](Manifest& m) { m.clear_coarser_levels(); })),
+              Fails(Code::kInvalidArgument, "20 sections for 2 targets and 0 coarser"));
 }
 
 TEST(FamilyFile, ViewsTheBlobAndKeepsIt) {
@@ -191,9 +259,9 @@ TEST(FamilyFile, RefusesSectionsOfOtherNamesSizesAndNumbers) {
   EXPECT_THAT(Open(Changed([](Manifest& m) { m.mutable_sections(3)->set_name("wedgez"); })),
               Fails(Code::kInvalidArgument, "has section wedgez in the place of wedges"));
   EXPECT_THAT(Open(Changed([](Manifest& m) { m.mutable_sections()->RemoveLast(); })),
-              Fails(Code::kInvalidArgument, "8 sections for 2 targets"));
+              Fails(Code::kInvalidArgument, "8 sections for 2 targets and 0 coarser"));
   EXPECT_THAT(Open(Changed([](Manifest& m) { m.clear_sections(); })),
-              Fails(Code::kInvalidArgument, "0 sections for 2 targets"));
+              Fails(Code::kInvalidArgument, "0 sections for 2 targets and 0 coarser"));
 }
 
 TEST(FamilyFile, RefusesAManifestThatContradictsItself) {

@@ -105,10 +105,15 @@ class FamiliesTest : public testing::Test {
     ASSERT_TRUE(version.ok()) << version.status();
   }
 
+  static mesh::RegisteredFamily MakeFamily(uint64_t seed, int cells_per_side = 4) {
+    return synthetic::MakeFamily(synthetic::HexahedralSphere(cells_per_side),
+                                 {{synthetic::Noise(seed, 0.1F, 0.5F), {}}});
+  }
+
   // A family file; the seed makes it differ from others.
-  store::BlobId PutFamily(uint64_t seed) {
-    mesh::RegisteredFamily family = synthetic::MakeFamily(
-        synthetic::HexahedralSphere(4), {{synthetic::Noise(seed, 0.1F, 0.5F), {}}});
+  store::BlobId PutFamily(uint64_t seed) { return PutFamily(MakeFamily(seed)); }
+
+  store::BlobId PutFamily(const mesh::RegisteredFamily& family) {
     auto writer = blobs_->Create();
     EXPECT_TRUE(writer.ok()) << writer.status();
     const absl::Status written = store::WriteFamily(family, **writer);
@@ -130,12 +135,29 @@ TEST_F(FamiliesTest, GetGivesThePublishedFamilyWithItsIndexAndGrid) {
   ASSERT_TRUE(loaded.ok()) << loaded.status();
   EXPECT_EQ((*loaded)->family.version, 1);
   EXPECT_EQ((*loaded)->family.name, "splash");
-  EXPECT_EQ(&(*loaded)->index.family(), &(*loaded)->family);
+  ASSERT_EQ((*loaded)->levels.size(), 1U);
+  EXPECT_EQ(&(*loaded)->levels[0]->index.family(), &(*loaded)->family);
   EXPECT_EQ((*loaded)->family.hexahedra.size(), 6U * 16U * 9U);
-  EXPECT_GT((*loaded)->index.num_clusters(), 0);
+  EXPECT_GT((*loaded)->levels[0]->index.num_clusters(), 0);
   EXPECT_FLOAT_EQ((*loaded)->grid.extent_m, 4.0F);
   EXPECT_EQ(families.size_bytes(), (*loaded)->size_bytes);
   EXPECT_GT((*loaded)->size_bytes, static_cast<int64_t>((*loaded)->family.hexahedra.size_bytes()));
+}
+
+TEST_F(FamiliesTest, EachLevelOfDetailHasAnIndexOfItsOwn) {
+  mesh::RegisteredFamily family = MakeFamily(1);
+  const mesh::RegisteredFamily coarse = MakeFamily(1, 2);
+  family.coarser_levels = {coarse};
+  Publish("splash", PutFamily(family));
+  Families families(*catalog_, *blobs_);
+  const auto loaded = families.Get("splash");
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ((*loaded)->levels.size(), 2U);
+  const LoadedLevel& level = *(*loaded)->levels[1];
+  EXPECT_EQ(&level.family, &(*loaded)->family.coarser_levels[0]);
+  EXPECT_EQ(&level.index.family(), &level.family);
+  EXPECT_EQ(level.family.vertices.size(), coarse.vertices.size());
+  EXPECT_EQ(level.time_links.later().size(), coarse.vertices.size());
 }
 
 TEST_F(FamiliesTest, GetLoadsAFamilyOnlyOnce) {

@@ -46,14 +46,21 @@ TriangleMesh Decode(const std::string& data) {
   EXPECT_TRUE(decoded.ok()) << decoded.status().error_msg_string();
   if (!decoded.ok()) return {};
   const draco::Mesh& mesh = *decoded.value();
-  EXPECT_EQ(mesh.num_attributes(), 1);
   const draco::PointAttribute* position =
       mesh.GetNamedAttribute(draco::GeometryAttribute::POSITION);
+  const draco::PointAttribute* normal = mesh.GetNamedAttribute(draco::GeometryAttribute::NORMAL);
+  const int velocity = mesh.GetAttributeIdByMetadataEntry("name", kVelocityName);
+  EXPECT_EQ(mesh.num_attributes(), 1 + (normal != nullptr) + (velocity >= 0));
   TriangleMesh out;
-  out.vertices.resize(3, mesh.num_points());
-  for (uint32_t v = 0; v < mesh.num_points(); ++v) {
-    position->GetMappedValue(draco::PointIndex(v), out.vertices.col(v).data());
-  }
+  const auto read = [&](const draco::PointAttribute* attribute, Eigen::Matrix3Xf& values) {
+    values.resize(3, mesh.num_points());
+    for (uint32_t v = 0; v < mesh.num_points(); ++v) {
+      attribute->GetMappedValue(draco::PointIndex(v), values.col(v).data());
+    }
+  };
+  read(position, out.vertices);
+  if (normal != nullptr) read(normal, out.normals);
+  if (velocity >= 0) read(mesh.attribute(velocity), out.velocities);
   out.triangles.resize(3, mesh.num_faces());
   for (uint32_t t = 0; t < mesh.num_faces(); ++t) {
     for (int k = 0; k < 3; ++k) {
@@ -99,6 +106,27 @@ TEST(EncodeDraco, DecodesToTheSameTrianglesOnTheGrid) {
     EXPECT_TRUE(mesh::CheckClosed(decoded).closed());
     EXPECT_NEAR(mesh::Volume(decoded), mesh::Volume(sphere), 8 * StepOf(options)) << bits;
   }
+}
+
+TEST(EncodeDraco, HoldsNormalsAndVelocities) {
+  TriangleMesh sphere = synthetic::Icosphere(Eigen::Vector3f::Zero(), 1.0, 4);
+  const std::string plain = *EncodeDraco(sphere, OptionsWith(14));
+  sphere.normals = sphere.vertices;
+  sphere.velocities = (3.0F * sphere.vertices).colwise() + Eigen::Vector3f(1, 2, 3);
+  const absl::StatusOr<std::string> data = EncodeDraco(sphere, OptionsWith(14));
+  ASSERT_TRUE(data.ok()) << data.status();
+  const TriangleMesh decoded = Decode(*data);
+  EXPECT_TRUE(mesh::CheckClosed(decoded).closed());
+  ASSERT_EQ(decoded.normals.cols(), sphere.num_vertices());
+  ASSERT_EQ(decoded.velocities.cols(), sphere.num_vertices());
+  for (Eigen::Index v = 0; v < decoded.num_vertices(); ++v) {
+    const Eigen::Vector3f p = decoded.vertices.col(v);
+    EXPECT_LT((decoded.normals.col(v) - p).norm(), 0.005F);
+    EXPECT_LT((decoded.velocities.col(v) - 3.0F * p - Eigen::Vector3f(1, 2, 3)).norm(), 0.002F);
+  }
+  EXPECT_LT(data->size(), 8 * plain.size());
+  const std::string again = *EncodeDraco(sphere, OptionsWith(14));
+  EXPECT_TRUE(*data == again);
 }
 
 TEST(EncodeDraco, PositionsAreOffByAtMostHalfAStep) {

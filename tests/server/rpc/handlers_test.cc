@@ -190,6 +190,29 @@ TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
                  }).status(),
        invalid, "encoding.format"},
 
+      {"level", Frame([](auto& r) { r.mutable_surface()->set_level_of_detail(1); }).status(),
+       invalid, "surface.level_of_detail"},
+      {"passes", Frame([](auto& r) { r.mutable_surface()->set_smoothing_passes(33); }).status(),
+       invalid, "surface.smoothing_passes"},
+      {"strength",
+       Frame([&](auto& r) { r.mutable_surface()->set_smoothing_strength(nan); }).status(), invalid,
+       "surface.smoothing_strength"},
+      {"kind of smoothing",
+       Frame([](auto& r) {
+         r.mutable_surface()->set_smoothing(static_cast<v1::SurfaceOptions::Smoothing>(9));
+       }).status(),
+       invalid, "surface.smoothing"},
+      {"temporal",
+       Frame([](auto& r) { r.mutable_surface()->set_temporal_smoothing(1.5); }).status(), invalid,
+       "surface.temporal_smoothing"},
+      {"attribute",
+       Frame([](auto& r) {
+         r.mutable_surface()->add_attributes(v1::SurfaceOptions::ATTRIBUTE_UNSPECIFIED);
+       }).status(),
+       invalid, "surface.attributes"},
+      {"stream level", Stream([](auto& r) { r.mutable_surface()->set_level_of_detail(-1); }),
+       invalid, "surface.level_of_detail"},
+
       {"stream of nothing", Stream([](auto& r) { r.clear_family(); }), invalid, "family"},
       {"stream weights", Stream([](auto& r) { r.add_weights(1); }), invalid, "weights"},
       {"stream time", Stream([](auto& r) { r.set_time_s(9); }), out_of_range, "time_s"},
@@ -208,6 +231,34 @@ TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
     EXPECT_EQ(c.status.code(), c.code) << c.what << ": " << c.status;
     EXPECT_THAT(BlamedFields(c.status), ElementsAre(c.field)) << c.what;
   }
+}
+
+TEST_F(HandlersTest, AFrameIsFinishedAsAskedFor) {
+  PublishSplash();
+  const std::string plain = Frame([](auto&) {})->data();
+  std::set<std::string> frames = {plain};
+  const std::vector<std::function<void(v1::SurfaceOptions&)>> changes = {
+      [](auto& s) { s.set_smoothing_passes(2); },
+      [](auto& s) {
+        s.set_smoothing_passes(2);
+        s.set_smoothing(v1::SurfaceOptions::LAPLACIAN);
+      },
+      [](auto& s) {
+        s.set_smoothing_passes(2);
+        s.set_smoothing_strength(0.25);
+      },
+      [](auto& s) { s.set_temporal_smoothing(1); },
+      [](auto& s) { s.add_attributes(v1::SurfaceOptions::NORMALS); },
+      [](auto& s) { s.add_attributes(v1::SurfaceOptions::VELOCITIES); }};
+  for (const auto& change : changes) {
+    const auto ask = [&](v1::GetFrameRequest& request) { change(*request.mutable_surface()); };
+    const absl::StatusOr<v1::Frame> frame = Frame(ask);
+    ASSERT_THAT(frame, Succeeds());
+    EXPECT_EQ(frame->data(), Frame(ask)->data());
+    frames.insert(frame->data());
+  }
+  EXPECT_EQ(frames.size(), 1 + changes.size());  // all differ
+  EXPECT_EQ(Frame([](auto& r) { r.mutable_surface(); })->data(), plain);
 }
 
 TEST_F(HandlersTest, WhatIsNotThereIsNotFound) {

@@ -46,6 +46,28 @@ TEST(AssembleFamily, OwnsAllThatItShows) {
   }
 }
 
+TEST(AssembleFamily, LevelsAreFamiliesOfTheirOwn) {
+  FamilyParts parts = TwoTargets();
+  FamilyLevel level;
+  level.mesh = synthetic::WedgeSphere(0);
+  level.targets.resize(2);
+  for (registration::Registration& target : level.targets) {
+    target.displacement.setConstant(4, level.mesh.num_vertices(), 0.75F);
+  }
+  const int64_t num_vertices = level.mesh.num_vertices();
+  parts.coarser_levels.push_back(std::move(level));
+  const double edge_length_m = parts.source.edge_length_m;
+  const auto family = AssembleFamily(std::move(parts));
+  ASSERT_TRUE(family.ok()) << family.status();
+  ASSERT_EQ(family->coarser_levels.size(), 1U);
+  const mesh::RegisteredFamily& coarse = family->coarser_levels[0];
+  EXPECT_EQ(static_cast<int64_t>(coarse.vertices.size()), num_vertices);
+  EXPECT_EQ(coarse.targets[1].name, "fast");
+  EXPECT_EQ(coarse.targets[1].displacement.back(), (mesh::Float4{0.75F, 0.75F, 0.75F, 0.75F}));
+  EXPECT_EQ(coarse.edge_length_m, edge_length_m);
+  EXPECT_EQ(coarse.domain_max, family->domain_max);
+}
+
 TEST(AssembleFamily, TheDomainIsOneEdgeLargerThanTheBounds) {
   const FamilyParts parts = TwoTargets();
   const float edge_m = static_cast<float>(parts.source.edge_length_m);

@@ -28,6 +28,23 @@ inline mesh::SpaceTimeMesh SphereMesh(const Eigen::Vector3f& offset_m = Eigen::V
   return BuildMesh(synthetic::MovingSphere(options));
 }
 
+constexpr double kDropletVertices = 150;  // BlockAndDroplet's droplet has fewer
+
+// A block of liquid with its top at top_m, and a droplet that falls beside it.
+inline mesh::Animation BlockAndDroplet(float top_m) {
+  mesh::Animation animation;
+  for (int k = 0; k < 6; ++k) {
+    const float z = 0.5f - 0.1f * static_cast<float>(k);
+    mesh::TriangleMesh block = synthetic::Box({-1, -1, -1}, {1, 1, top_m}, 16);
+    mesh::TriangleMesh droplet = synthetic::Icosphere({0, 1.4f, z}, 0.15, 1);
+    block.velocities = Eigen::Matrix3Xf::Zero(3, block.num_vertices());
+    droplet.velocities = Eigen::Vector3f(0, 0, -24 * 0.1f).replicate(1, droplet.num_vertices());
+    const mesh::TriangleMesh parts[] = {block, droplet};
+    animation.frames.push_back(synthetic::Join(parts));
+  }
+  return animation;
+}
+
 struct TestSurface {
   explicit TestSurface(mesh::SpaceTimeMesh space_time_mesh)
       : mesh(std::move(space_time_mesh)),

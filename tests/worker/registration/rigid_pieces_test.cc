@@ -8,23 +8,6 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr double kDropletVertices = 150;
-
-// A block of liquid with its top at top_m, and a droplet that falls beside it.
-mesh::Animation BlockAndDroplet(float top_m) {
-  mesh::Animation animation;
-  for (int k = 0; k < 6; ++k) {
-    const float z = 0.5f - 0.1f * static_cast<float>(k);
-    mesh::TriangleMesh block = synthetic::Box({-1, -1, -1}, {1, 1, top_m}, 16);
-    mesh::TriangleMesh droplet = synthetic::Icosphere({0, 1.4f, z}, 0.15, 1);
-    block.velocities = Eigen::Matrix3Xf::Zero(3, block.num_vertices());
-    droplet.velocities = Eigen::Vector3f(0, 0, -24 * 0.1f).replicate(1, droplet.num_vertices());
-    const mesh::TriangleMesh parts[] = {block, droplet};
-    animation.frames.push_back(synthetic::Join(parts));
-  }
-  return animation;
-}
-
 TEST(CarryRigidPieces, MovesEachWithTheSurfaceAroundIt) {
   const TestSurface source(BuildMesh(BlockAndDroplet(0), kDropletVertices));
   ASSERT_EQ(source.mesh.rigid_pieces.size(), 13u);

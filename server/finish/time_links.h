@@ -1,0 +1,30 @@
+// Which vertices of a space-time mesh show one place of the surface a little earlier and later.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/mesh/registered_family.h"
+
+namespace liquidblend::finish {
+
+// The edges of hexahedra and wedges that run through time, one each way per vertex: the one that
+// moves least in the source. Cells that are flat in time and cones have none.
+// Threads: safe, immutable.
+class TimeLinks {
+ public:
+  // Requires: family passed Validate().  Cost: O(vertices + cells).
+  explicit TimeLinks(const mesh::RegisteredFamily& family);
+
+  // Per vertex of the family: the linked vertex, or -1.
+  std::span<const int32_t> earlier() const { return earlier_; }
+  std::span<const int32_t> later() const { return later_; }
+  int64_t size_bytes() const;
+
+ private:
+  std::vector<int32_t> earlier_;
+  std::vector<int32_t> later_;
+};
+
+}  // namespace liquidblend::finish

@@ -1,0 +1,185 @@
+#include "server/finish/velocities.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <vector>
+
+#include "server/finish/normals.h"
+
+namespace liquidblend::finish {
+namespace {
+
+using Eigen::Matrix4f;
+using Eigen::Vector4f;
+
+// Of the fit's trace: keeps directions that no edge shows, first of all the normal's, as they are.
+constexpr float kRegularisation = 1e-4F;
+// Time may stand still or run backwards in a fold; a particle there is given the speed of the
+// steepest place that makes sense.
+constexpr float kLeastTimeRate = 0.1F;
+// Where a registration is steep for want of a match, as in chaotic jets, the fit would make a still
+// vertex race: a velocity changes by no more than its own length and this.
+constexpr float kMostChange = 0.1F;  // edges per frame
+
+Vector4f At(std::span<const mesh::Float4> values, int32_t v) {
+  return Eigen::Map<const Vector4f>(values[v].data());
+}
+
+// The family's vertices of all ranges, one after the other.
+std::vector<int32_t> VerticesOf(std::span<const mesh::VertexRange> ranges) {
+  std::vector<int32_t> vertices;
+  for (const mesh::VertexRange& range : ranges) {
+    for (int32_t v = range[0]; v < range[1]; ++v) vertices.push_back(v);
+  }
+  return vertices;
+}
+
+// One vertex of the slice: the edge it lies on, as blended and in the source.
+struct Crossing {
+  int32_t low, high;  // the family's vertices
+  float share;        // of `high`
+  Vector4f blended;   // from low to high
+  Vector4f source;
+  Vector4f place;  // of the vertex, as blended
+};
+
+std::vector<Crossing> FindCrossings(const mesh::RegisteredFamily& family,
+                                    const CrossedEdges& crossed) {
+  const std::vector<int32_t> vertices = VerticesOf(crossed.ranges);
+  std::vector<Crossing> crossings(crossed.low.size());
+  for (size_t i = 0; i < crossings.size(); ++i) {
+    const Vector4f a = At(crossed.positions, crossed.low[i]);
+    const Vector4f b = At(crossed.positions, crossed.high[i]);
+    Crossing& crossing = crossings[i];
+    crossing.low = vertices[crossed.low[i]];
+    crossing.high = vertices[crossed.high[i]];
+    crossing.share = static_cast<float>((crossed.time_frames - a[3]) /
+                                        (static_cast<double>(b[3]) - static_cast<double>(a[3])));
+    crossing.blended = b - a;
+    crossing.place = a + crossing.share * (b - a);
+    crossing.source = At(family.vertices, crossing.high) - At(family.vertices, crossing.low);
+  }
+  return crossings;
+}
+
+// Sums over a vertex and its neighbours: `total[i]` = own[i] + own of each neighbour.
+template <typename Value>
+std::vector<Value> AddNeighbors(const mesh::TriangleMesh& surface, const std::vector<Value>& own) {
+  std::vector<Value> total = own;
+  for (Eigen::Index t = 0; t < surface.num_triangles(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      total[surface.triangles(k, t)] += own[surface.triangles((k + 1) % 3, t)];
+    }
+  }
+  return total;
+}
+
+// An edge (dx, dt) of the hypersurface shows that n . dx = v dt for the speed v along the normal n:
+// least squares over the edges around.
+void AddNormalVelocities(const std::vector<Crossing>& crossings, float frames_per_second,
+                         mesh::TriangleMesh& surface) {
+  mesh::TriangleMesh with_normals;
+  with_normals.vertices = surface.vertices;
+  with_normals.triangles = surface.triangles;
+  AddNormals(with_normals);
+  const Eigen::Matrix3Xf& normals = with_normals.normals;
+  std::vector<Eigen::Array2f> sums(crossings.size());
+  for (size_t i = 0; i < crossings.size(); ++i) {
+    const Vector4f& edge = crossings[i].blended;
+    const float along_normal = normals.col(static_cast<Eigen::Index>(i)).dot(edge.head<3>());
+    sums[i] = Eigen::Array2f(along_normal * edge[3], edge[3] * edge[3]);
+  }
+  sums = AddNeighbors(surface, sums);
+  surface.velocities.resize(3, surface.num_vertices());
+  for (Eigen::Index i = 0; i < surface.num_vertices(); ++i) {
+    const float speed = sums[i][1] > 0.0F ? sums[i][0] / sums[i][1] : 0.0F;
+    surface.velocities.col(i) = frames_per_second * speed * normals.col(i);
+  }
+}
+
+// The least-squares fit of a linear map to pairs: moved = map * source.
+struct Fit {
+  Matrix4f moved_source = Matrix4f::Zero();   // sum of moved source^T
+  Matrix4f source_source = Matrix4f::Zero();  // sum of source source^T
+
+  void Add(const Vector4f& moved, const Vector4f& source) {
+    moved_source.noalias() += moved * source.transpose();
+    source_source.noalias() += source * source.transpose();
+  }
+  Fit& operator+=(const Fit& other) {
+    moved_source += other.moved_source;
+    source_source += other.source_source;
+    return *this;
+  }
+  Vector4f Apply(const Vector4f& x) const {
+    Matrix4f regular = source_source;
+    regular.diagonal().array() += kRegularisation * source_source.trace();
+    const Vector4f solved = regular.llt().solve(x);
+    const Vector4f result = moved_source * solved;
+    return result.allFinite() ? result : Vector4f::Zero();  // nothing to fit
+  }
+};
+
+// How far the blend moves things apart around each vertex of the slice, lengths in `unit_m`.
+std::vector<Fit> FitMotion(const mesh::RegisteredFamily& family,
+                           const std::vector<Crossing>& crossings, const Vector4f& scale,
+                           const mesh::TriangleMesh& surface) {
+  std::vector<Vector4f> source(crossings.size());  // where the slice's vertices come from
+  std::vector<Vector4f> moved(crossings.size());   // and how far
+  std::vector<Fit> fits(crossings.size());
+  for (size_t i = 0; i < crossings.size(); ++i) {
+    const Crossing& crossing = crossings[i];
+    const Vector4f edge = scale.cwiseProduct(crossing.source);
+    fits[i].Add(scale.cwiseProduct(crossing.blended) - edge, edge);
+    const Vector4f low = scale.cwiseProduct(At(family.vertices, crossing.low));
+    source[i] = low + crossing.share * edge;
+    moved[i] = scale.cwiseProduct(crossing.place) - source[i];
+  }
+  fits = AddNeighbors(surface, fits);
+  for (Eigen::Index t = 0; t < surface.num_triangles(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int i = surface.triangles(k, t);
+      const int j = surface.triangles((k + 1) % 3, t);
+      fits[i].Add(moved[j] - moved[i], source[j] - source[i]);
+    }
+  }
+  return fits;
+}
+
+void CarryVelocities(const mesh::RegisteredFamily& family, const std::vector<Crossing>& crossings,
+                     mesh::TriangleMesh& surface) {
+  const float unit_m = family.edge_length_m > 0.0 ? static_cast<float>(family.edge_length_m) : 1.0F;
+  const auto fps = static_cast<float>(family.frames_per_second);
+  const Vector4f scale(1 / unit_m, 1 / unit_m, 1 / unit_m, 1.0F);  // edges and frames
+  const std::vector<Fit> fits = FitMotion(family, crossings, scale, surface);
+  surface.velocities.resize(3, surface.num_vertices());
+  for (size_t i = 0; i < crossings.size(); ++i) {
+    const Crossing& crossing = crossings[i];
+    const Eigen::Map<const Eigen::Vector3f> low(family.velocities[crossing.low].data());
+    const Eigen::Map<const Eigen::Vector3f> high(family.velocities[crossing.high].data());
+    const Eigen::Vector3f velocity = low + crossing.share * (high - low);
+    Vector4f direction;
+    direction << velocity / (fps * unit_m), 1.0F;
+    const Vector4f change = fits[i].Apply(direction);
+    const float time_rate = std::max(1.0F + change[3], kLeastTimeRate);
+    const Eigen::Vector3f carried = (velocity + fps * unit_m * change.head<3>()) / time_rate;
+    const float most = velocity.norm() + kMostChange * fps * unit_m;
+    const float length = (carried - velocity).norm();
+    const float share = length > most ? most / length : 1.0F;
+    surface.velocities.col(static_cast<Eigen::Index>(i)) = velocity + share * (carried - velocity);
+  }
+}
+
+}  // namespace
+
+void AddVelocities(const mesh::RegisteredFamily& family, const CrossedEdges& crossed,
+                   mesh::TriangleMesh& surface) {
+  const std::vector<Crossing> crossings = FindCrossings(family, crossed);
+  if (family.velocities.empty()) {
+    AddNormalVelocities(crossings, static_cast<float>(family.frames_per_second), surface);
+  } else {
+    CarryVelocities(family, crossings, surface);
+  }
+}
+
+}  // namespace liquidblend::finish

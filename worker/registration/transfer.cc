@@ -1,0 +1,93 @@
+#include "worker/registration/transfer.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "worker/registration/closest_point.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr int kNumNeighbors = 12;
+constexpr float kMinAgreement = 0.3F;  // cosine between normals
+constexpr float kSoftening =
+    0.01F;  // squared edges: keeps the weight of a vertex met exactly finite
+
+// Space in mean edge lengths of the animation, time in frames.
+Eigen::Matrix4Xf PointsOf(const mesh::SpaceTimeMesh& mesh, double edge_length_m) {
+  Eigen::Matrix4Xf points = mesh.vertices;
+  points.topRows<3>() /= static_cast<float>(edge_length_m);
+  return points;
+}
+
+}  // namespace
+
+Transfer::Transfer(const mesh::SpaceTimeMesh& from, const mesh::SpaceTimeMesh& to,
+                   const parallel::Arena& arena) {
+  assert(from.num_vertices() > 0);
+  assert(from.normals.cols() == from.num_vertices() && to.normals.cols() == to.num_vertices());
+  const Eigen::Matrix4Xf from_points = PointsOf(from, from.edge_length_m);
+  const Eigen::Matrix4Xf to_points = PointsOf(to, from.edge_length_m);
+  const std::vector<char> rigid = mesh::RigidVertices(from);
+  std::vector<int32_t> free_vertices;
+  for (int32_t v = 0; v < from.num_vertices(); ++v) {
+    if (!rigid[v]) free_vertices.push_back(v);
+  }
+  const auto count = static_cast<int>(std::min<size_t>(kNumNeighbors, free_vertices.size()));
+  const PointTree tree(from_points, std::move(free_vertices));
+  neighbors_.setZero(count, to.num_vertices());
+  weights_.setZero(count, to.num_vertices());
+  arena.For(to.num_vertices(), [&](int64_t v) {
+    std::array<int32_t, kNumNeighbors> found = {};
+    tree.Nearest(to_points.col(v), std::span(found).first(static_cast<size_t>(count)));
+    for (int n = 0; n < count; ++n) {
+      neighbors_(n, v) = found[n];
+      const float agreement = from.normals.col(found[n]).dot(to.normals.col(v));
+      if (agreement < kMinAgreement) continue;
+      const float distance_sq = (from_points.col(found[n]) - to_points.col(v)).squaredNorm();
+      weights_(n, v) = agreement * agreement / (distance_sq + kSoftening);
+    }
+    const float sum = weights_.col(v).sum();
+    if (sum > 0.0F) {
+      weights_.col(v) /= sum;
+    } else {
+      weights_(0, v) = 1.0F;
+    }
+  });
+  CopyRigidPieces(from, to);
+}
+
+void Transfer::CopyRigidPieces(const mesh::SpaceTimeMesh& from, const mesh::SpaceTimeMesh& to) {
+  const bool same = from.rigid_pieces.size() == to.rigid_pieces.size();
+  for (size_t n = 0; n < to.rigid_pieces.size(); ++n) {
+    const mesh::RigidPiece& piece = to.rigid_pieces[n];
+    if (same) {
+      neighbors_.col(piece.first_vertex).setConstant(from.rigid_pieces[n].first_vertex);
+      weights_.col(piece.first_vertex) = Eigen::VectorXf::Unit(weights_.rows(), 0);
+    }
+    for (int32_t k = 1; k < piece.num_vertices; ++k) {
+      neighbors_.col(piece.first_vertex + k) = neighbors_.col(piece.first_vertex);
+      weights_.col(piece.first_vertex + k) = weights_.col(piece.first_vertex);
+    }
+  }
+}
+
+Eigen::Matrix4Xf Transfer::Apply(const Eigen::Matrix4Xf& values,
+                                 const parallel::Arena& arena) const {
+  if (values.cols() == 0) return values;
+  Eigen::Matrix4Xf result(4, neighbors_.cols());
+  arena.For(neighbors_.cols(), [&](int64_t v) {
+    Eigen::Vector4f sum = Eigen::Vector4f::Zero();
+    for (Eigen::Index n = 0; n < neighbors_.rows(); ++n) {
+      sum += weights_(n, v) * values.col(neighbors_(n, v));
+    }
+    result.col(v) = sum;
+  });
+  return result;
+}
+
+}  // namespace liquidblend::registration

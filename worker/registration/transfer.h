@@ -1,0 +1,37 @@
+// From one space-time mesh of an animation to another one: what was registered once serves coarser
+// levels of detail.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/mesh/space_time_mesh.h"
+#include "core/parallel/arena.h"
+
+namespace liquidblend::registration {
+
+// For each vertex of a mesh, weights of the nearest vertices of another one.
+class Transfer {
+ public:
+  // Vertices of `from` count by their closeness, with a frame of time as long as a mean edge, and
+  // by how much their normals agree, so that the two sides of a thin sheet do not mix. Where no
+  // normal near by agrees, the nearest vertex alone counts. A rigid piece moves as the same one of
+  // `from` if both meshes have as many, else as its first vertex. Requires: both meshes have
+  // normals, and `from` has vertices outside of rigid pieces. Threads: same bytes for any thread
+  // count.  Cost: O(vertices log vertices).
+  Transfer(const mesh::SpaceTimeMesh& from, const mesh::SpaceTimeMesh& to,
+           const parallel::Arena& arena);
+
+  // Weighted means of the columns of `values`, of which there is one per vertex of `from`, or none:
+  // then the result has none either.
+  Eigen::Matrix4Xf Apply(const Eigen::Matrix4Xf& values, const parallel::Arena& arena) const;
+
+ private:
+  void CopyRigidPieces(const mesh::SpaceTimeMesh& from, const mesh::SpaceTimeMesh& to);
+
+  Eigen::MatrixXi neighbors_;  // a column per vertex of `to`; vertices of `from`
+  Eigen::MatrixXf weights_;    // likewise; columns add up to 1
+};
+
+}  // namespace liquidblend::registration
