@@ -115,9 +115,11 @@ absl::Status SectionReader::ReadHeader(uint64_t* manifest_size) const {
     return Damaged(absl::StrCat("ends in the header, after ", bytes_.size(), " bytes"));
   }
   const auto version = Load<uint32_t>(bytes_, kVersionOffset);
-  if (version != format_.version) {
+  if (version < format_.oldest || version > format_.version) {
+    const std::string oldest =
+        format_.oldest < format_.version ? absl::StrCat(format_.oldest, " to ") : "";
     return Invalid(absl::StrCat("has format version ", version, "; this program reads version ",
-                                format_.version));
+                                oldest, format_.version));
   }
   *manifest_size = Load<uint64_t>(bytes_, kManifestSizeOffset);
   if (*manifest_size > kMaxManifestBytes) {

@@ -23,9 +23,10 @@ constexpr size_t kSectionAlignment = 64;
 
 // One kind of file.
 struct FileFormat {
-  absl::string_view name;   // for messages: "family file"
-  absl::string_view magic;  // the first 8 bytes
-  uint32_t version;         // the one that is written and read
+  absl::string_view name;     // for messages: "family file"
+  absl::string_view magic;    // the first 8 bytes
+  uint32_t version;           // the one that is written, and the newest that is read
+  uint32_t oldest = version;  // the oldest that is read
 };
 
 struct SectionData {
