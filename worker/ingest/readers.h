@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "core/mesh/triangle_mesh.h"
@@ -28,5 +29,18 @@ absl::StatusOr<mesh::TriangleMesh> ReadPly(std::span<const std::byte> bytes);
 
 // Wavefront OBJ. Statements v and f; others are skipped, polygons cut into triangles.
 absl::StatusOr<mesh::TriangleMesh> ReadObj(std::span<const std::byte> bytes);
+
+// STL, binary or ascii. Corners at exactly the same position become one vertex; the normals are
+// not read.
+absl::StatusOr<mesh::TriangleMesh> ReadStl(std::span<const std::byte> bytes);
+
+// OpenVDB. The surface of a float grid that is a level set, called "surface", else "density", else
+// the first one; a vector grid "velocity", "vel" or "v", staggered or not, sampled at its vertices.
+struct VdbFrame {
+  mesh::TriangleMesh mesh;  // in world units: the grids' transforms are applied
+  std::string level_set;    // name of the grid
+  std::string velocities;   // name of the grid; empty: none
+};
+absl::StatusOr<VdbFrame> ReadVdb(std::span<const std::byte> bytes);
 
 }  // namespace liquidblend::ingest
