@@ -9,6 +9,7 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -99,8 +100,9 @@ absl::StatusOr<mesh::TriangleMesh> ReadSurface(const VdbGrid& grid) {
     for (int axis = 0; axis < 3; ++axis) mesh.vertices(axis, v) = ToFloat(world[axis]);
   }
   // A mirroring transform turns the triangles inside out.
-  if (grid.world_from_index.topLeftCorner<3, 3>().determinant() < 0) {
-    mesh.triangles.row(1).swap(mesh.triangles.row(2));
+  const bool is_mirrored = grid.world_from_index.topLeftCorner<3, 3>().determinant() < 0;
+  for (Eigen::Index t = 0; is_mirrored && t < mesh.triangles.cols(); ++t) {
+    std::swap(mesh.triangles(1, t), mesh.triangles(2, t));
   }
   return mesh;
 }

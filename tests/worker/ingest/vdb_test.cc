@@ -170,6 +170,10 @@ TEST(ReadVdb, AllowsALevelSetWithoutLiquid) {
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->mesh.num_vertices(), 0);
   EXPECT_EQ(read->mesh.num_triangles(), 0);
+  openvdb::math::Mat4d mirror = openvdb::math::Mat4d::identity();
+  mirror[0][0] = -1;
+  empty->setTransform(openvdb::math::Transform::createLinearTransform(mirror));
+  EXPECT_TRUE(ReadVdb(Vdb(empty)).ok());
 }
 
 TEST(ReadVdb, SaysInANoteWhatWasTaken) {
