@@ -11,7 +11,8 @@ packages=(
   # libraries
   libgrpc++-dev protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libabsl-dev libeigen3-dev
   libnanoflann-dev libtbb-dev libdraco-dev libsqlite3-dev libxxhash-dev libspdlog-dev libcli11-dev
-  nlohmann-json3-dev zlib1g-dev libstb-dev libembree-dev
+  nlohmann-json3-dev zlib1g-dev libstb-dev libembree-dev libopenvdb-dev libblosc-dev
+  libboost-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev
 )

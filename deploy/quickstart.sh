@@ -66,6 +66,6 @@ Try next:
   $bin/liquidblend-server --data $data &        # serves what was registered
   $bin/liquidblend frame two_drops --weights 1.25 --time 0.8 -o beyond_b.ply
   $bin/liquidblend stream two_drops --seconds 10 --fps 60 --sweep
-  $bin/liquidblend import mine /path/to/frames  # Mantaflow cache, PLY or OBJ sequence
+  $bin/liquidblend import mine /path/to/frames  # Mantaflow cache, PLY, OBJ, STL or OpenVDB sequence
   $bin/liquidblend --help
 TEXT

@@ -99,6 +99,8 @@ const ThirdParty kThirdParties[] = {
     {"curl/", {"core/store/"}},
     {"openssl/", {"core/store/"}},
     {"xxhash.h", {"core/store/"}},
+    {"openvdb/", {"worker/ingest/"}},
+    {"blosc.h", {"worker/ingest/"}},
     {"zlib.h", {"worker/ingest/", "client/cli/"}},
     {"nlohmann/", {"worker/ingest/", "worker/registration/", "client/cli/"}},
     {"draco/", {"server/encode/", "client/src/"}},

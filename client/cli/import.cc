@@ -66,16 +66,20 @@ void AddImport(CLI::App& app, Context& context) {
       app.add_subcommand("import", "Upload the frames in a directory as an animation");
   command->add_option("NAME", flags->name, "Id of the new animation")->required();
   command
-      ->add_option("DIR", flags->directory,
-                   "Frames: *.bobj.gz with *.uni (Mantaflow), *.ply or *.obj; meta.json if there")
+      ->add_option(
+          "DIR", flags->directory,
+          "Frames: *.bobj.gz with *.uni (Mantaflow), *.ply, *.obj, *.stl or *.vdb; meta.json "
+          "if there")
       ->required();
   const std::map<std::string, AnimationFormat> formats = {
       {"mantaflow", AnimationFormat::kMantaflow},
       {"ply", AnimationFormat::kPly},
-      {"obj", AnimationFormat::kObj}};
+      {"obj", AnimationFormat::kObj},
+      {"stl", AnimationFormat::kStl},
+      {"vdb", AnimationFormat::kVdb}};
   command
       ->add_option("--format", flags->options.format,
-                   "mantaflow, ply or obj; otherwise found from the file names")
+                   "mantaflow, ply, obj, stl or vdb; otherwise found from the file names")
       ->transform(CLI::CheckedTransformer(formats, CLI::ignore_case));
   ImportOptions& options = flags->options;
   command->add_option("--fps", options.frames_per_second, "Frames per second");
@@ -85,6 +89,13 @@ void AddImport(CLI::App& app, Context& context) {
                       "Metres per second per unit of the files' velocities");
   command->add_option("--voxel-size", options.voxel_size_m,
                       "Mantaflow: edge of a simulation cell in metres; gives --velocity-scale");
+  command->add_flag("--allow-gaps", options.allow_gaps,
+                    "Frame numbers may be missing; time goes on across the gap");
+  command
+      ->add_option("--frame-times", options.frame_times,
+                   "T,T,...: when each frame is, in frames since the first, rising from 0; "
+                   "otherwise from the numbers in the file names")
+      ->delimiter(',');
   command->add_flag("--no-wait", flags->no_wait, "Return when the files are uploaded");
   command->footer("Flags that are left out come from meta.json beside the frames.");
   command->callback([flags, &context] { context.status = RunImport(*flags, context); });

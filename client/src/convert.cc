@@ -95,6 +95,10 @@ v1::AnimationFormat ToFormat(AnimationFormat format) {
       return v1::PLY;
     case AnimationFormat::kObj:
       return v1::OBJ;
+    case AnimationFormat::kStl:
+      return v1::STL;
+    case AnimationFormat::kVdb:
+      return v1::VDB;
   }
   return v1::ANIMATION_FORMAT_UNSPECIFIED;
 }
@@ -206,6 +210,8 @@ v1::ImportOptions ToProto(const ImportOptions& options) {
   proto.set_vertex_scale(options.vertex_scale);
   proto.set_velocity_scale(options.velocity_scale);
   proto.set_voxel_size_m(options.voxel_size_m);
+  proto.set_allow_gaps(options.allow_gaps);
+  proto.mutable_frame_times()->Assign(options.frame_times.begin(), options.frame_times.end());
   return proto;
 }
 

@@ -35,7 +35,12 @@ absl::Status ImportOptions::Validate() const {
   LBC_RETURN_IF_ERROR(CheckNotNegative("frames_per_second", frames_per_second));
   LBC_RETURN_IF_ERROR(CheckNotNegative("vertex_scale", vertex_scale));
   LBC_RETURN_IF_ERROR(CheckNotNegative("velocity_scale", velocity_scale));
-  return CheckNotNegative("voxel_size_m", voxel_size_m);
+  LBC_RETURN_IF_ERROR(CheckNotNegative("voxel_size_m", voxel_size_m));
+  for (size_t k = 0; k < frame_times.size(); ++k) {
+    const std::string field = absl::StrCat("frame_times[", k, "]");
+    LBC_RETURN_IF_ERROR(CheckRange(field.c_str(), frame_times[k], k == 0 ? 0 : frame_times[k - 1]));
+  }
+  return absl::OkStatus();
 }
 
 absl::Status RegistrationOptions::Validate() const {

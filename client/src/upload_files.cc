@@ -20,7 +20,8 @@ constexpr int64_t kMaxChunkBytes = 1 << 20;
 
 bool IsFrameFile(const std::string& name) {
   return absl::EndsWith(name, ".bobj.gz") || absl::EndsWith(name, ".ply") ||
-         absl::EndsWith(name, ".obj");
+         absl::EndsWith(name, ".obj") || absl::EndsWith(name, ".stl") ||
+         absl::EndsWith(name, ".vdb");
 }
 
 bool IsAnimationFile(const std::string& name) {
@@ -43,8 +44,8 @@ absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& d
   }
   if (error) return absl::NotFoundError(absl::StrCat(directory, ": ", error.message()));
   if (!has_frames) {
-    return absl::NotFoundError(
-        absl::StrCat(directory, ": no frames (*.bobj.gz, *.ply or *.obj) in this directory"));
+    return absl::NotFoundError(absl::StrCat(
+        directory, ": no frames (*.bobj.gz, *.ply, *.obj, *.stl or *.vdb) in this directory"));
   }
   std::sort(files.begin(), files.end());
   return files;

@@ -10,7 +10,8 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr FileFormat kAnimationFormat = {"animation file", "\x89LBANM\r\n", 1};
+constexpr FileFormat kWithoutTimes = {"animation file", "\x89LBANM\r\n", 1};
+constexpr FileFormat kAnimationFormat = {"animation file", "\x89LBANM\r\n", 2, /*oldest_version=*/1};
 constexpr int kSectionsPerFrame = 3;
 
 // Columns of three are the elements.
@@ -31,6 +32,21 @@ absl::Status ReadColumns(SectionReader& reader, const v1::Section& section, cons
   return absl::OkStatus();
 }
 
+// None, or one per frame, rising from 0.
+absl::Status CheckTimes(const SectionReader& reader, const v1::AnimationManifest& manifest) {
+  const auto& times = manifest.times();
+  if (!times.empty() && times.size() != manifest.num_frames()) {
+    return reader.Invalid(
+        absl::StrCat(times.size(), " times for ", manifest.num_frames(), " frames"));
+  }
+  for (int k = 0; k < times.size(); ++k) {
+    const bool rises = k == 0 ? times[k] == 0.0 : times[k] > times[k - 1];
+    if (rises && std::isfinite(times[k])) continue;
+    return reader.Invalid(absl::StrCat("the time of frame ", k, " is ", times[k]));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckManifest(const SectionReader& reader, const v1::AnimationManifest& manifest) {
   if (!std::isfinite(manifest.frames_per_second()) || manifest.frames_per_second() <= 0.0) {
     return reader.Invalid(absl::StrCat("frames_per_second = ", manifest.frames_per_second()));
@@ -40,7 +56,7 @@ absl::Status CheckManifest(const SectionReader& reader, const v1::AnimationManif
     return reader.Invalid(
         absl::StrCat(manifest.sections_size(), " sections for ", manifest.num_frames(), " frames"));
   }
-  return absl::OkStatus();
+  return CheckTimes(reader, manifest);
 }
 
 absl::StatusOr<mesh::TriangleMesh> ReadFrame(SectionReader& reader,
@@ -73,6 +89,7 @@ v1::AnimationManifest ManifestOf(const mesh::Animation& animation) {
     manifest.mutable_bounds()->add_max(bounds(axis, 1));
   }
   manifest.mutable_notes()->Assign(animation.notes.begin(), animation.notes.end());
+  manifest.mutable_times()->Assign(animation.times.begin(), animation.times.end());
   return manifest;
 }
 
@@ -84,7 +101,8 @@ absl::Status WriteAnimation(const mesh::Animation& animation, BlobWriter& out) {
     sections.push_back(SectionOf("velocities", k, animation.frames[k].velocities));
   }
   v1::AnimationManifest manifest = ManifestOf(animation);
-  return WriteSectionFile(kAnimationFormat, sections, manifest, *manifest.mutable_sections(), out);
+  const FileFormat& format = animation.times.empty() ? kWithoutTimes : kAnimationFormat;
+  return WriteSectionFile(format, sections, manifest, *manifest.mutable_sections(), out);
 }
 
 absl::StatusOr<mesh::Animation> ReadAnimation(const Blob& blob, const std::string& name) {
@@ -97,6 +115,7 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const Blob& blob, const std::strin
   animation.frames_per_second = manifest.frames_per_second();
   animation.first_frame_number = manifest.first_frame_number();
   animation.notes.assign(manifest.notes().begin(), manifest.notes().end());
+  animation.times.assign(manifest.times().begin(), manifest.times().end());
   for (int k = 0; k < manifest.num_frames(); ++k) {
     LB_ASSIGN_OR_RETURN(mesh::TriangleMesh frame, ReadFrame(reader, manifest, k));
     animation.frames.push_back(std::move(frame));

@@ -14,7 +14,7 @@
 namespace liquidblend::store {
 
 // Writes an animation as one file of aligned, checksummed sections.
-// Requires: each frame passed Validate().
+// Requires: each frame passed Validate(); the times, if any, are one per frame and rise from 0.
 // Errors: the writer's; kInvalidArgument if a name or note is not UTF-8.
 absl::Status WriteAnimation(const mesh::Animation& animation, BlobWriter& out);
 

@@ -116,11 +116,11 @@ absl::Status SectionReader::ReadHeader(uint64_t* manifest_size) {
   }
   version_ = Load<uint32_t>(bytes_, kVersionOffset);
   if (version_ < format_.oldest_version || version_ > format_.version) {
+    const std::string oldest = format_.oldest_version < format_.version
+                                   ? absl::StrCat(format_.oldest_version, " to ")
+                                   : "";
     return Invalid(absl::StrCat("has format version ", version_, "; this program reads version ",
-                                format_.version,
-                                format_.oldest_version < format_.version
-                                    ? absl::StrCat(" and older ones from ", format_.oldest_version)
-                                    : ""));
+                                oldest, format_.version));
   }
   *manifest_size = Load<uint64_t>(bytes_, kManifestSizeOffset);
   if (*manifest_size > kMaxManifestBytes) {

@@ -182,6 +182,8 @@ store::pb::ImportOptions ToRecord(const v1::ImportOptions& options) {
   record.set_vertex_scale(options.vertex_scale());
   record.set_velocity_scale(options.velocity_scale());
   record.set_voxel_size_m(options.voxel_size_m());
+  record.set_allow_gaps(options.allow_gaps());
+  *record.mutable_frame_times() = options.frame_times();
   return record;
 }
 

@@ -38,6 +38,9 @@ absl::Status CheckOptions(const v1::ImportOptions& options) {
   check("vertex_scale", options.vertex_scale());
   check("velocity_scale", options.velocity_scale());
   check("voxel_size_m", options.voxel_size_m());
+  for (int k = 0; k < options.frame_times_size(); ++k) {
+    check("frame_times", options.frame_times(k));
+  }
   return violations.ToStatus();
 }
 

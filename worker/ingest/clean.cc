@@ -120,22 +120,23 @@ absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh) {
   return counts;
 }
 
-std::vector<std::string> Notes(std::span<const CleanCounts> frames, int first_frame_number) {
+std::vector<std::string> Notes(std::span<const CleanCounts> frames,
+                               std::span<const std::string> names) {
   std::vector<std::string> notes;
   for (const NoteKind& kind : kNoteKinds) {
     int64_t total = 0;
     int64_t num_frames = 0;
-    int64_t first = -1;
+    const std::string* first = nullptr;
     for (size_t k = 0; k < frames.size(); ++k) {
       const int64_t count = frames[k].*kind.count;
       if (count == 0) continue;
-      if (first < 0) first = first_frame_number + static_cast<int64_t>(k);
+      if (first == nullptr) first = &names[k];
       total += count;
       ++num_frames;
     }
     if (total == 0) continue;
     notes.push_back(absl::StrCat(kind.before, total, kind.after, ", in ", num_frames, " of ",
-                                 frames.size(), " frames, first in frame ", first, "."));
+                                 frames.size(), " frames, first in frame ", *first, "."));
   }
   return notes;
 }

@@ -27,7 +27,8 @@ struct CleanCounts {
 // mesh is of no use then.  Threads: safe.  Cost: O(n log n).
 absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh);
 
-// What was cleaned in the frames numbered from first_frame_number on, one sentence for each kind.
-std::vector<std::string> Notes(std::span<const CleanCounts> frames, int first_frame_number);
+// What was cleaned, one sentence for each kind. Frame k is called names[k].
+std::vector<std::string> Notes(std::span<const CleanCounts> frames,
+                               std::span<const std::string> names);
 
 }  // namespace liquidblend::ingest

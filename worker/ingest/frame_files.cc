@@ -9,6 +9,8 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/strip.h"
 #include "core/base/status_macros.h"
 
 namespace liquidblend::ingest {
@@ -17,14 +19,17 @@ namespace {
 constexpr char kMetaName[] = "meta.json";
 constexpr char kVelocityPrefix[] = "lVelMesh";
 constexpr char kVelocityExtension[] = ".uni";
-constexpr size_t kMaxDigits = 9;  // of a frame number, so that it fits an int
+constexpr size_t kMaxDigits = 9;  // of a frame number, so that whole ones fit an int
 
 struct FormatName {
   Format format;
   const char* extension;
 };
-constexpr FormatName kFormats[] = {
-    {Format::kMantaflow, ".bobj.gz"}, {Format::kPly, ".ply"}, {Format::kObj, ".obj"}};
+constexpr FormatName kFormats[] = {{Format::kMantaflow, ".bobj.gz"},
+                                   {Format::kPly, ".ply"},
+                                   {Format::kObj, ".obj"},
+                                   {Format::kStl, ".stl"},
+                                   {Format::kVdb, ".vdb"}};
 
 const char* Extension(Format format) {
   for (const FormatName& entry : kFormats) {
@@ -41,17 +46,50 @@ bool IsVelocities(absl::string_view name) {
   return absl::StartsWith(name, kVelocityPrefix) && absl::EndsWith(name, kVelocityExtension);
 }
 
-// The digits right before the extension.
-absl::StatusOr<int> FrameNumber(const InputFile& file, absl::string_view extension) {
-  absl::string_view stem = file.name;
-  stem.remove_suffix(extension.size());
+// Cuts the digits off the end of `text`.
+absl::string_view CutDigits(absl::string_view& text) {
   size_t num_digits = 0;
-  while (num_digits < stem.size() && absl::ascii_isdigit(stem[stem.size() - 1 - num_digits])) {
+  while (num_digits < text.size() && absl::ascii_isdigit(text[text.size() - 1 - num_digits])) {
     ++num_digits;
   }
-  int number = 0;
-  if (num_digits == 0 || num_digits > kMaxDigits ||
-      !absl::SimpleAtoi(stem.substr(stem.size() - num_digits), &number)) {
+  const absl::string_view digits = text.substr(text.size() - num_digits);
+  text.remove_suffix(num_digits);
+  return digits;
+}
+
+// The digits right before the extension, and those before a dot in front of them, if any.
+struct NumberWords {
+  absl::string_view before_dot;
+  absl::string_view last;
+};
+
+NumberWords FindNumber(const InputFile& file, absl::string_view extension) {
+  absl::string_view stem = file.name;
+  stem.remove_suffix(extension.size());
+  NumberWords words;
+  words.last = CutDigits(stem);
+  if (!words.last.empty() && absl::ConsumeSuffix(&stem, ".")) words.before_dot = CutDigits(stem);
+  return words;
+}
+
+// Whether the digits before the dot count frames.
+bool HasFractions(const std::vector<const InputFile*>& meshes, absl::string_view extension) {
+  const absl::string_view first = FindNumber(*meshes.front(), extension).before_dot;
+  return std::any_of(meshes.begin(), meshes.end(), [&](const InputFile* file) {
+    return FindNumber(*file, extension).before_dot != first;
+  });
+}
+
+absl::StatusOr<double> FrameNumber(const InputFile& file, absl::string_view extension,
+                                   bool has_fractions) {
+  const NumberWords words = FindNumber(file, extension);
+  std::string text(words.last);
+  if (has_fractions && !words.before_dot.empty()) {
+    text = absl::StrCat(words.before_dot, ".", words.last);
+  }
+  double number = 0.0;
+  if (words.last.empty() || words.last.size() > kMaxDigits ||
+      words.before_dot.size() > kMaxDigits || !absl::SimpleAtod(text, &number)) {
     return absl::InvalidArgumentError(absl::StrCat(Shown(file), ": no frame number of 1 to ",
                                                    kMaxDigits, " digits before ",
                                                    std::string(extension)));
@@ -76,47 +114,42 @@ absl::StatusOr<Format> FindFormat(std::span<const InputFile> files) {
     example = &*file;
   }
   if (example != nullptr) return found;
-  return absl::InvalidArgumentError(
-      absl::StrCat("none of the ", files.size(), " files is a frame (.bobj.gz, .ply or .obj)"));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "none of the ", files.size(), " files is a frame (.bobj.gz, .ply, .obj, .stl or .vdb)"));
 }
 
-absl::Status AddFile(const InputFile& file, absl::string_view extension,
-                     std::map<int, const InputFile*>& by_number) {
-  LB_ASSIGN_OR_RETURN(const int number, FrameNumber(file, extension));
-  const auto [entry, is_new] = by_number.try_emplace(number, &file);
-  if (is_new) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      "frame ", number, " is there twice: ", Shown(*entry->second), " and ", Shown(file)));
+using FilesByNumber = std::map<double, const InputFile*>;
+
+absl::StatusOr<FilesByNumber> Number(const std::vector<const InputFile*>& files,
+                                     absl::string_view extension, bool has_fractions) {
+  FilesByNumber by_number;
+  for (const InputFile* const file : files) {
+    LB_ASSIGN_OR_RETURN(const double number, FrameNumber(*file, extension, has_fractions));
+    const auto [entry, is_new] = by_number.try_emplace(number, file);
+    if (is_new) continue;
+    return absl::InvalidArgumentError(absl::StrCat("frame ", Shown(number), " is there twice: ",
+                                                   Shown(*entry->second), " and ", Shown(*file)));
+  }
+  return by_number;
 }
 
 // Every mesh has velocities, or none has; no velocities lack their mesh.
-absl::Status AddVelocities(const std::map<int, const InputFile*>& velocities,
+absl::Status AddVelocities(const FilesByNumber& velocities, const FilesByNumber& meshes,
                            FrameSequence& sequence) {
   if (velocities.empty()) return absl::OkStatus();
   for (FrameFiles& frame : sequence.frames) {
     const auto found = velocities.find(frame.number);
     if (found == velocities.end()) {
       return absl::InvalidArgumentError(absl::StrCat(
-          "frame ", frame.number, ": ", Shown(*frame.mesh),
+          "frame ", Shown(frame.number), ": ", Shown(*frame.mesh),
           " has no velocities, but other frames have (", Shown(*velocities.begin()->second), ")"));
     }
     frame.velocities = found->second;
   }
   for (const auto& [number, file] : velocities) {
-    if (number >= sequence.frames.front().number && number <= sequence.frames.back().number)
-      continue;
+    if (meshes.contains(number)) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("frame ", number, ": ", Shown(*file), " has no mesh"));
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckNoGap(const std::vector<FrameFiles>& frames) {
-  for (size_t k = 1; k < frames.size(); ++k) {
-    if (frames[k].number == frames[k - 1].number + 1) continue;
-    return absl::InvalidArgumentError(
-        absl::StrCat("frame ", frames[k - 1].number + 1, " is missing: ", Shown(*frames[k].mesh),
-                     " comes right after ", Shown(*frames[k - 1].mesh)));
+        absl::StrCat("frame ", Shown(number), ": ", Shown(*file), " has no mesh"));
   }
   return absl::OkStatus();
 }
@@ -131,30 +164,39 @@ bool IsInputName(absl::string_view name) {
 
 std::string Shown(const InputFile& file) { return absl::Utf8SafeCHexEscape(file.name); }
 
+std::string Shown(double number) { return absl::StrFormat("%.15g", number); }
+
 absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Format format) {
   FrameSequence sequence;
   sequence.format = format;
   if (format == Format::kAny) {
     LB_ASSIGN_OR_RETURN(sequence.format, FindFormat(files));
   }
-  std::map<int, const InputFile*> meshes;
-  std::map<int, const InputFile*> velocities;
+  std::vector<const InputFile*> meshes;
+  std::vector<const InputFile*> velocities;
   for (const InputFile& file : files) {
     if (file.name == kMetaName) {
       sequence.meta = &file;
     } else if (IsMesh(file.name, sequence.format)) {
-      LB_RETURN_IF_ERROR(AddFile(file, Extension(sequence.format), meshes));
+      meshes.push_back(&file);
     } else if (sequence.format == Format::kMantaflow && IsVelocities(file.name)) {
-      LB_RETURN_IF_ERROR(AddFile(file, kVelocityExtension, velocities));
+      velocities.push_back(&file);
     }
   }
+  const char* const extension = Extension(sequence.format);
   if (meshes.empty()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "none of the ", files.size(), " files is a frame (", Extension(sequence.format), ")"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("none of the ", files.size(), " files is a frame (", extension, ")"));
   }
-  for (const auto& [number, file] : meshes) sequence.frames.push_back({number, file, nullptr});
-  LB_RETURN_IF_ERROR(CheckNoGap(sequence.frames));
-  LB_RETURN_IF_ERROR(AddVelocities(velocities, sequence));
+  sequence.has_fractions = HasFractions(meshes, extension);
+  LB_ASSIGN_OR_RETURN(const FilesByNumber numbered_meshes,
+                      Number(meshes, extension, sequence.has_fractions));
+  LB_ASSIGN_OR_RETURN(const FilesByNumber numbered_velocities,
+                      Number(velocities, kVelocityExtension, sequence.has_fractions));
+  for (const auto& [number, file] : numbered_meshes) {
+    sequence.frames.push_back({number, file, nullptr});
+  }
+  LB_RETURN_IF_ERROR(AddVelocities(numbered_velocities, numbered_meshes, sequence));
   return sequence;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -10,7 +11,7 @@
 namespace liquidblend::ingest {
 
 struct FrameFiles {
-  int number = 0;
+  double number = 0.0;  // as in the name: 12, or 12.5 for a sample between frames
   const InputFile* mesh = nullptr;
   const InputFile* velocities = nullptr;  // Mantaflow's; or none
 };
@@ -18,14 +19,18 @@ struct FrameFiles {
 struct FrameSequence {
   Format format = Format::kAny;     // never kAny in a result
   const InputFile* meta = nullptr;  // or none
-  std::vector<FrameFiles> frames;   // numbers without gaps, rising; at least one
+  std::vector<FrameFiles> frames;   // numbers rising; at least one
+  bool has_fractions = false;       // numbers need not be whole
 };
 
-// The result points into `files`. Errors: kInvalidArgument if no file has a known format or several
-// have, a name has no number, a number comes twice or is missing, or velocities without a mesh.
+// The result points into `files`. A number is the digits before the extension. It has a fraction
+// (mesh_0012.5.ply) where the digits before the dot count frames: they are not the same in all
+// names, as in run2.0001.ply. Errors: kInvalidArgument if no file has a known format or several
+// have, a name has no number, a number comes twice, or velocities without a mesh.
 absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Format format);
 
-// A file's name for messages.
+// A file's name, and a frame's number, for messages.
 std::string Shown(const InputFile& file);
+std::string Shown(double number);
 
 }  // namespace liquidblend::ingest

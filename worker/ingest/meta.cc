@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "worker/ingest/frame_times.h"
 #include "worker/ingest/text.h"
 
 namespace liquidblend::ingest {
@@ -48,6 +49,23 @@ absl::Status ReadDomainSize(const json& object, double& longest_side_m) {
   return absl::OkStatus();
 }
 
+absl::Status ReadFrameTimes(const json& object, std::vector<double>& times) {
+  const auto found = object.find("frame_times");
+  if (found == object.end()) return absl::OkStatus();
+  if (!found->is_array()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("frame_times is ", Shown(*found), ", not an array of numbers"));
+  }
+  for (const json& time : *found) {
+    if (!time.is_number()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("frame_times[", times.size(), "] is ", Shown(time), ", not a number"));
+    }
+    times.push_back(time.get<double>());
+  }
+  return CheckFrameTimes(times, "frame_times");
+}
+
 }  // namespace
 
 absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
@@ -62,6 +80,7 @@ absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
   LB_RETURN_IF_ERROR(ReadField(object, "fps", meta.frames_per_second));
   LB_RETURN_IF_ERROR(ReadField(object, "voxel_size_m", meta.voxel_size_m));
   LB_RETURN_IF_ERROR(ReadDomainSize(object, meta.longest_side_m));
+  LB_RETURN_IF_ERROR(ReadFrameTimes(object, meta.frame_times));
   const auto units = object.find("units");
   if (units == object.end()) return meta;
   if (!units->is_object()) return absl::InvalidArgumentError("units is not a JSON object");

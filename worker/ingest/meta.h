@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "absl/status/statusor.h"
 
@@ -10,15 +11,17 @@ namespace liquidblend::ingest {
 
 // 0 where the file is silent.
 struct Meta {
-  double frames_per_second = 0.0;  // fps
-  double longest_side_m = 0.0;     // largest of domain_size_m
-  double voxel_size_m = 0.0;       // voxel_size_m
-  double vertex_scale = 0.0;       // units.vertex_scale
-  double velocity_scale = 0.0;     // units.velocity_scale_to_m_per_s
+  double frames_per_second = 0.0;   // fps
+  double longest_side_m = 0.0;      // largest of domain_size_m
+  double voxel_size_m = 0.0;        // voxel_size_m
+  double vertex_scale = 0.0;        // units.vertex_scale
+  double velocity_scale = 0.0;      // units.velocity_scale_to_m_per_s
+  std::vector<double> frame_times;  // frame_times: frames since the first, one per frame
 };
 
 // Other fields are ignored. Errors: kInvalidArgument if the file is larger than 64 KiB, no JSON
-// object, or one of the fields above is no finite number above 0.
+// object, one of the numbers above is not finite and above 0, or the times do not rise from 0.
+// Memory: at most 80 times the file.
 absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes);
 
 }  // namespace liquidblend::ingest

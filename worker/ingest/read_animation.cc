@@ -1,5 +1,6 @@
 #include "worker/ingest/read_animation.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <utility>
@@ -11,8 +12,10 @@
 #include "core/base/status_macros.h"
 #include "worker/ingest/clean.h"
 #include "worker/ingest/frame_files.h"
+#include "worker/ingest/frame_times.h"
 #include "worker/ingest/meta.h"
 #include "worker/ingest/readers.h"
+#include "worker/ingest/text.h"
 
 namespace liquidblend::ingest {
 namespace {
@@ -30,6 +33,7 @@ struct Units {
 struct Frame {
   mesh::TriangleMesh mesh;
   CleanCounts counts;
+  std::string source;  // what was taken of the file; or empty
 };
 
 absl::Status WithContext(const absl::Status& status, const std::string& context) {
@@ -44,13 +48,15 @@ double FirstKnown(std::initializer_list<double> values) {
   return 0.0;
 }
 
-absl::StatusOr<Units> FindUnits(const FrameSequence& sequence, const ImportOptions& options) {
-  Meta meta;
-  if (sequence.meta != nullptr) {
-    const absl::StatusOr<Meta> read = ReadMeta(sequence.meta->bytes);
-    if (!read.ok()) return WithContext(read.status(), Shown(*sequence.meta));
-    meta = *read;
-  }
+absl::StatusOr<Meta> FindMeta(const FrameSequence& sequence) {
+  if (sequence.meta == nullptr) return Meta();
+  absl::StatusOr<Meta> meta = ReadMeta(sequence.meta->bytes);
+  if (!meta.ok()) return WithContext(meta.status(), Shown(*sequence.meta));
+  return meta;
+}
+
+absl::StatusOr<Units> FindUnits(const FrameSequence& sequence, const Meta& meta,
+                                const ImportOptions& options) {
   const bool is_mantaflow = sequence.format == Format::kMantaflow;
   const double per_voxel = is_mantaflow ? kMantaflowUnitsPerSecond : 0.0;
   Units units;
@@ -69,7 +75,18 @@ absl::StatusOr<Units> FindUnits(const FrameSequence& sequence, const ImportOptio
   return units;
 }
 
-absl::StatusOr<mesh::TriangleMesh> ReadMesh(Format format, std::span<const std::byte> bytes) {
+absl::StatusOr<mesh::TriangleMesh> ReadVdbMesh(std::span<const std::byte> bytes,
+                                               std::string& source) {
+  LB_ASSIGN_OR_RETURN(VdbFrame frame, ReadVdb(bytes));
+  source = absl::StrCat("Took grid ", Quoted(frame.level_set), " as the level set and ",
+                        frame.velocities.empty() ? "none" : Quoted(frame.velocities),
+                        " as its velocities");
+  return std::move(frame.mesh);
+}
+
+//   source  set to what was taken of the file, if that is worth a note
+absl::StatusOr<mesh::TriangleMesh> ReadMesh(Format format, std::span<const std::byte> bytes,
+                                            std::string& source) {
   if (bytes.empty()) return absl::DataLossError("the file is empty");
   switch (format) {
     case Format::kMantaflow:
@@ -78,6 +95,10 @@ absl::StatusOr<mesh::TriangleMesh> ReadMesh(Format format, std::span<const std::
       return ReadPly(bytes);
     case Format::kObj:
       return ReadObj(bytes);
+    case Format::kStl:
+      return ReadStl(bytes);
+    case Format::kVdb:
+      return ReadVdbMesh(bytes, source);
     case Format::kAny:
       break;
   }
@@ -103,15 +124,16 @@ absl::Status Scale(const Units& units, mesh::TriangleMesh& mesh) {
 }
 
 absl::StatusOr<Frame> ReadFrame(const FrameFiles& files, Format format, const Units& units) {
-  const std::string context = absl::StrCat("frame ", files.number, ", ", Shown(*files.mesh));
-  absl::StatusOr<mesh::TriangleMesh> mesh = ReadMesh(format, files.mesh->bytes);
+  const std::string context = absl::StrCat("frame ", Shown(files.number), ", ", Shown(*files.mesh));
+  Frame frame;
+  absl::StatusOr<mesh::TriangleMesh> mesh = ReadMesh(format, files.mesh->bytes, frame.source);
   if (!mesh.ok()) return WithContext(mesh.status(), context);
   if (files.velocities != nullptr) {
     absl::StatusOr<Eigen::Matrix3Xf> velocities =
         ReadMantaflowVelocities(files.velocities->bytes, mesh->num_vertices());
     if (!velocities.ok()) {
-      return WithContext(velocities.status(),
-                         absl::StrCat("frame ", files.number, ", ", Shown(*files.velocities)));
+      return WithContext(velocities.status(), absl::StrCat("frame ", Shown(files.number), ", ",
+                                                           Shown(*files.velocities)));
     }
     mesh->velocities = *std::move(velocities);
   }
@@ -122,7 +144,6 @@ absl::StatusOr<Frame> ReadFrame(const FrameFiles& files, Format format, const Un
   if (const absl::Status status = Scale(units, *mesh); !status.ok()) {
     return WithContext(status, context);
   }
-  Frame frame;
   absl::StatusOr<CleanCounts> counts = Clean(*mesh);
   if (!counts.ok()) return WithContext(counts.status(), context);
   frame.counts = *counts;
@@ -186,8 +207,37 @@ absl::Status CheckAlike(const FrameSequence& sequence, const std::vector<Frame>&
   if (!has_triangles) return absl::InvalidArgumentError("no frame has a triangle");
   if (with < 0 || without < 0) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
-      "frame ", sequence.frames[without].number, ", ", Shown(*sequence.frames[without].mesh),
-      ": no velocities, but frame ", sequence.frames[with].number, " has them"));
+      "frame ", Shown(sequence.frames[without].number), ", ", Shown(*sequence.frames[without].mesh),
+      ": no velocities, but frame ", Shown(sequence.frames[with].number), " has them"));
+}
+
+// What was taken of the files, a sentence for each thing that was, in the frames' order.
+std::vector<std::string> SourceNotes(const std::vector<Frame>& frames) {
+  std::vector<std::string> sources;
+  for (const Frame& frame : frames) {
+    const bool is_new = std::find(sources.begin(), sources.end(), frame.source) == sources.end();
+    if (!frame.source.empty() && is_new) sources.push_back(frame.source);
+  }
+  for (std::string& source : sources) {
+    const auto count = std::count_if(frames.begin(), frames.end(),
+                                     [&](const Frame& frame) { return frame.source == source; });
+    absl::StrAppend(&source, ", in ", count, " of ", frames.size(), " frames.");
+  }
+  return sources;
+}
+
+std::vector<std::string> AllNotes(const FrameSequence& sequence, const std::vector<Frame>& frames,
+                                  const std::string& gap_note) {
+  std::vector<CleanCounts> counts;
+  std::vector<std::string> names;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    counts.push_back(frames[k].counts);
+    names.push_back(Shown(sequence.frames[k].number));
+  }
+  std::vector<std::string> notes = SourceNotes(frames);
+  if (!gap_note.empty()) notes.push_back(gap_note);
+  for (std::string& note : Notes(counts, names)) notes.push_back(std::move(note));
+  return notes;
 }
 
 absl::Status CheckPositive(double value, const char* name) {
@@ -202,7 +252,8 @@ absl::Status ImportOptions::Validate() const {
   LB_RETURN_IF_ERROR(CheckPositive(frames_per_second, "frames_per_second"));
   LB_RETURN_IF_ERROR(CheckPositive(vertex_scale, "vertex_scale"));
   LB_RETURN_IF_ERROR(CheckPositive(velocity_scale, "velocity_scale"));
-  return CheckPositive(voxel_size_m, "voxel_size_m");
+  LB_RETURN_IF_ERROR(CheckPositive(voxel_size_m, "voxel_size_m"));
+  return CheckFrameTimes(frame_times, "frame_times");
 }
 
 absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
@@ -212,19 +263,20 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
                                               const std::function<void(double)>& progress) {
   LB_RETURN_IF_ERROR(options.Validate());
   LB_ASSIGN_OR_RETURN(const FrameSequence sequence, FindFrames(files, options.format));
-  LB_ASSIGN_OR_RETURN(const Units units, FindUnits(sequence, options));
+  LB_ASSIGN_OR_RETURN(const Meta meta, FindMeta(sequence));
+  LB_ASSIGN_OR_RETURN(const Units units, FindUnits(sequence, meta, options));
+  const std::vector<double>& given =
+      options.frame_times.empty() ? meta.frame_times : options.frame_times;
+  LB_ASSIGN_OR_RETURN(FrameTimes times, FindFrameTimes(sequence, given, options.allow_gaps));
   LB_ASSIGN_OR_RETURN(std::vector<Frame> frames, ReadFrames(sequence, units, arena, progress));
   LB_RETURN_IF_ERROR(CheckAlike(sequence, frames));
   mesh::Animation animation;
   animation.name = name;
   animation.frames_per_second = units.frames_per_second;
-  animation.first_frame_number = sequence.frames.front().number;
-  std::vector<CleanCounts> counts;
-  for (Frame& frame : frames) {
-    counts.push_back(frame.counts);
-    animation.frames.push_back(std::move(frame.mesh));
-  }
-  animation.notes = Notes(counts, animation.first_frame_number);
+  animation.first_frame_number = static_cast<int>(sequence.frames.front().number);
+  animation.times = std::move(times.times);
+  animation.notes = AllNotes(sequence, frames, times.note);
+  for (Frame& frame : frames) animation.frames.push_back(std::move(frame.mesh));
   return animation;
 }
 

@@ -11,6 +11,10 @@ ingest::Format ToFormat(store::v1::ImportOptions::Format format) {
       return ingest::Format::kPly;
     case store::v1::ImportOptions::OBJ:
       return ingest::Format::kObj;
+    case store::v1::ImportOptions::STL:
+      return ingest::Format::kStl;
+    case store::v1::ImportOptions::VDB:
+      return ingest::Format::kVdb;
     default:
       return ingest::Format::kAny;
   }
@@ -44,6 +48,8 @@ ingest::ImportOptions ToImportOptions(const store::v1::ImportOptions& options) {
   result.vertex_scale = options.vertex_scale();
   result.velocity_scale = options.velocity_scale();
   result.voxel_size_m = options.voxel_size_m();
+  result.allow_gaps = options.allow_gaps();
+  result.frame_times.assign(options.frame_times().begin(), options.frame_times().end());
   return result;
 }
 

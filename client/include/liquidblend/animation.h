@@ -12,17 +12,21 @@
 
 namespace liquidblend {
 
-enum class AnimationFormat { kAny, kMantaflow, kPly, kObj };  // kAny: found from the file names
+// kAny: found from the file names
+enum class AnimationFormat { kAny, kMantaflow, kPly, kObj, kStl, kVdb };
 enum class AnimationState { kUnknown, kImporting, kReady, kFailed };
 
 // How the files' numbers become metres and seconds; 0 means: from meta.json beside the frames.
 struct ImportOptions {
   AnimationFormat format = AnimationFormat::kAny;
-  double frames_per_second = 0.0;  // >= 0
-  double vertex_scale = 0.0;       // >= 0; metres per unit of the files' positions
-  double velocity_scale = 0.0;     // >= 0; metres per second per unit of the files' velocities
-  double voxel_size_m = 0.0;       // >= 0; Mantaflow: gives velocity_scale = voxel_size_m * 2.5
-  absl::Status Validate() const;   // names the first field out of range, and its value
+  double frames_per_second = 0.0;   // >= 0
+  double vertex_scale = 0.0;        // >= 0; metres per unit of the files' positions
+  double velocity_scale = 0.0;      // >= 0; metres per second per unit of the files' velocities
+  double voxel_size_m = 0.0;        // >= 0; Mantaflow: gives velocity_scale = voxel_size_m * 2.5
+  bool allow_gaps = false;          // frame numbers may be missing; time goes on across the gap
+  std::vector<double> frame_times;  // frames since the first, one per frame, rising from 0; empty:
+                                    // from meta.json, else from the numbers in the names
+  absl::Status Validate() const;    // names the first field out of range, and its value
 };
 
 struct Animation {

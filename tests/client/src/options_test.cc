@@ -22,6 +22,11 @@ TEST(Options, ValidateNamesTheFieldAndItsValue) {
   EXPECT_THAT(import.Validate().ToString(), HasSubstr("voxel_size_m is -0.5"));
   import.voxel_size_m = std::nan("");
   EXPECT_THAT(import.Validate().ToString(), HasSubstr("voxel_size_m is nan"));
+  import.voxel_size_m = 0;
+  import.frame_times = {0, 2, 1};
+  EXPECT_THAT(import.Validate().ToString(), HasSubstr("frame_times[2] is 1"));
+  import.frame_times = {0, 1, 2.5};
+  EXPECT_TRUE(import.Validate().ok());
   RegistrationOptions registration;
   registration.sample_share = 1.5;
   EXPECT_THAT(registration.Validate().ToString(), HasSubstr("sample_share is 1.5"));

@@ -64,6 +64,42 @@ TEST(AnimationFile, GivesBackTheAnimation) {
   }
 }
 
+TEST(AnimationFile, KeepsTheTimesOfFrames) {
+  mesh::Animation sample = Sample();
+  sample.times = {0.0, 1.25, 4.0};
+  const auto animation = Read(Written(sample));
+  ASSERT_THAT(animation, Succeeds());
+  EXPECT_EQ(animation->times, sample.times);
+  EXPECT_EQ(animation->time(2), 4.0);
+  EXPECT_TRUE(Read(Written(Sample()))->times.empty());
+}
+
+// A reader that knows no times must not play the frames as if there were none.
+TEST(AnimationFile, HasFormatVersion2OnlyWithTimes) {
+  constexpr size_t kVersionOffset = 16;
+  EXPECT_EQ(Written(Sample())[kVersionOffset], 1);
+  mesh::Animation sample = Sample();
+  sample.times = {0.0, 1.25, 4.0};
+  EXPECT_EQ(Written(sample)[kVersionOffset], 2);
+}
+
+TEST(AnimationFile, RefusesTimesThatDoNotRiseFromZeroOrAreNotOnePerFrame) {
+  const auto with_times = [](const std::vector<double>& times) {
+    mesh::Animation sample = Sample();
+    sample.times = times;
+    return Read(Written(sample)).status();
+  };
+  EXPECT_THAT(with_times({0.0, 1.0}), Fails(Code::kInvalidArgument, "2 times for 3 frames"));
+  EXPECT_THAT(with_times({1.0, 2.0, 3.0}),
+              Fails(Code::kInvalidArgument, "the time of frame 0 is 1"));
+  EXPECT_THAT(with_times({0.0, 2.0, 2.0}),
+              Fails(Code::kInvalidArgument, "the time of frame 2 is 2"));
+  EXPECT_THAT(with_times({0.0, 2.0, std::numeric_limits<double>::infinity()}),
+              Fails(Code::kInvalidArgument, "the time of frame 2 is inf"));
+  EXPECT_THAT(with_times({0.0, std::numeric_limits<double>::quiet_NaN(), 3.0}),
+              Fails(Code::kInvalidArgument, "the time of frame 1 is nan"));
+}
+
 TEST(AnimationFile, NeedsNoAlignedMemory) {
   EXPECT_THAT(ReadAnimation(MemoryBlob(Written(Sample()), 1), "a"), Succeeds());
 }

@@ -62,6 +62,8 @@ TEST_F(UploadTest, FilesArriveWholeAndInOrder) {
   v1::UploadAnimationRequest header = Header("drop", "r1");
   header.mutable_header()->mutable_options()->set_format(v1::PLY);
   header.mutable_header()->mutable_options()->set_frames_per_second(30);
+  header.mutable_header()->mutable_options()->set_allow_gaps(true);
+  header.mutable_header()->mutable_options()->add_frame_times(0);
   const auto job = Send({header, File("f1.ply", 6), Chunk("abc"), Chunk("def"), File("empty", 0),
                          File("f2.ply", 2), Chunk("xy")});
   ASSERT_THAT(job, Succeeds());
@@ -71,6 +73,8 @@ TEST_F(UploadTest, FilesArriveWholeAndInOrder) {
   EXPECT_EQ(import.animation(), "drop");
   EXPECT_EQ(import.options().format(), store::pb::ImportOptions::PLY);
   EXPECT_EQ(import.options().frames_per_second(), 30);
+  EXPECT_TRUE(import.options().allow_gaps());
+  EXPECT_EQ(import.options().frame_times_size(), 1);
   ASSERT_EQ(import.files_size(), 3);
   EXPECT_EQ(import.files(0).name(), "f1.ply");
   EXPECT_EQ(ContentOf(import.files(0)), "abcdef");
@@ -106,6 +110,10 @@ TEST_F(UploadTest, EveryMistakeIsRefusedByNameAndLeavesNothingVisible) {
        {WithOptions([](auto& o) { o.set_frames_per_second(-1); })},
        invalid,
        "header.options.frames_per_second"},
+      {"a time before the first",
+       {WithOptions([](auto& o) { o.add_frame_times(-1); })},
+       invalid,
+       "header.options.frame_times"},
       {"scale not a number",
        {WithOptions([](auto& o) { o.set_vertex_scale(std::nan("")); })},
        invalid,

@@ -129,12 +129,41 @@ Bytes Obj(const mesh::TriangleMesh& mesh) {
   return bytes;
 }
 
+Bytes StlBinary(const mesh::TriangleMesh& mesh) {
+  Bytes bytes = ToBytes("solid, says the header, but it is binary");
+  bytes.resize(80);
+  Append(bytes, static_cast<uint32_t>(mesh.num_triangles()));
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    AppendColumns(bytes, Eigen::Vector3f::Zero().eval());  // normals are not read
+    for (int k = 0; k < 3; ++k) {
+      AppendColumns(bytes, mesh.vertices.col(mesh.triangles(k, t)).eval());
+    }
+    Append(bytes, uint16_t{0});
+  }
+  return bytes;
+}
+
+Bytes StlAscii(const mesh::TriangleMesh& mesh) {
+  Bytes bytes = ToBytes("solid some liquid\n");
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    AppendText(bytes, "facet normal 0 0 1\n outer loop\n");
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3f p = mesh.vertices.col(mesh.triangles(k, t));
+      AppendText(bytes, absl::StrFormat("  vertex %.9g %.9g %.9g\n", p.x(), p.y(), p.z()));
+    }
+    AppendText(bytes, " endloop\nendfacet\n");
+  }
+  AppendText(bytes, "endsolid\n");
+  return bytes;
+}
+
 std::vector<LoadedFile> Files(const mesh::Animation& animation, Format format, int first_number) {
   std::vector<LoadedFile> files;
   int number = first_number;
   for (const mesh::TriangleMesh& frame : animation.frames) {
     const std::string digits = absl::StrFormat("%04d", number++);
     if (format == Format::kObj) files.push_back({"mesh_" + digits + ".obj", Obj(frame)});
+    if (format == Format::kStl) files.push_back({"mesh_" + digits + ".stl", StlBinary(frame)});
     if (format == Format::kPly) {
       files.push_back({"mesh_" + digits + ".ply", Ply(frame, PlyKind::kLittleEndian)});
     }

@@ -32,6 +32,9 @@ Bytes Ply(const mesh::TriangleMesh& mesh, PlyKind kind);
 
 Bytes Obj(const mesh::TriangleMesh& mesh);
 
+Bytes StlBinary(const mesh::TriangleMesh& mesh);
+Bytes StlAscii(const mesh::TriangleMesh& mesh);
+
 // The files of an animation in a format, numbered from first_number on with four digits.
 std::vector<LoadedFile> Files(const mesh::Animation& animation, Format format,
                               int first_number = 1);

@@ -158,6 +158,72 @@ TEST(ReadObj, RefusesWithTheElementAtFault) {
   for (const auto& [text, message] : cases) EXPECT_THAT(ObjError(text), HasSubstr(message)) << text;
 }
 
+// The corners' positions, triangle by triangle.
+Eigen::Matrix3Xf CornerPositions(const mesh::TriangleMesh& mesh) {
+  Eigen::Matrix3Xf positions(3, mesh.triangles.size());
+  for (Eigen::Index c = 0; c < positions.cols(); ++c) {
+    positions.col(c) = mesh.vertices.col(mesh.triangles.reshaped()[c]);
+  }
+  return positions;
+}
+
+TEST(ReadStl, WeldsCornersOfTheSamePosition) {
+  const mesh::TriangleMesh ball = synthetic::Icosphere({0.1f, 0.2f, 0.3f}, 0.7, 2);
+  for (const Bytes& bytes : {StlBinary(ball), StlAscii(ball)}) {
+    const absl::StatusOr<mesh::TriangleMesh> read = ReadStl(bytes);
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_EQ(read->num_vertices(), ball.num_vertices());
+    EXPECT_EQ(CornerPositions(*read), CornerPositions(ball));
+    EXPECT_EQ(read->velocities.cols(), 0);
+    EXPECT_TRUE(mesh::CheckClosed(*read).closed());
+  }
+}
+
+TEST(ReadStl, NumbersVerticesAsTheTrianglesNameThem) {
+  const absl::StatusOr<mesh::TriangleMesh> read = ReadStl(AsBytes(
+      "SOLID a b c\r\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 2 0 0 vertex 1e0 3 0\r\n"
+      "endloop endfacet\r\nendsolid a b c\r\nsolid\nFacet Normal nan nan nan\nouter loop\n"
+      "vertex 2 0 -0 vertex 9 9 9 vertex -0 0 0 endloop endfacet endsolid"));
+  ASSERT_TRUE(read.ok()) << read.status();
+  Eigen::Matrix<int, 3, 2> triangles;
+  triangles.transpose() << 0, 1, 2, 1, 3, 0;
+  EXPECT_EQ(read->triangles, triangles);
+  EXPECT_EQ(read->vertices.col(3), Eigen::Vector3f(9, 9, 9));
+}
+
+TEST(ReadStl, RefusesWithTheTriangleAtFault) {
+  const std::string facet =
+      "solid\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop "
+      "endfacet ";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"solid", "truncated at triangle 0"},
+      {facet, "truncated at triangle 1"},
+      {facet + "facet normal 0 0", "truncated at triangle 1"},
+      {facet + "face normal", "triangle 1: \"face\" where facet or endsolid should be"},
+      {facet + "facet normal 0 0 up", "triangle 1: \"up\" where a number should be"},
+      {facet + "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 0 0 0 endloop",
+       "triangle 1: \"endloop\" where vertex should be"},
+      {facet + "endsolid\nsomething", "triangle 1: \"something\" where solid should be"},
+      {std::string(50, 'x'), "truncated in its header, after 50 of 84 bytes"},
+  };
+  for (const auto& [text, message] : cases) {
+    EXPECT_THAT(Message(ReadStl(AsBytes(text))), HasSubstr(message)) << text;
+  }
+}
+
+TEST(ReadStl, RefusesBinaryFilesOfAnotherSizeThanTheCountSays) {
+  Bytes bytes = StlBinary(synthetic::Box({0, 0, 0}, {1, 1, 1}));
+  bytes[0] = std::byte{'b'};
+  bytes.push_back(std::byte{0});
+  EXPECT_THAT(Message(ReadStl(bytes)), HasSubstr("1 bytes follow the last of 12 triangles"));
+  bytes.resize(bytes.size() - 2);
+  EXPECT_THAT(Message(ReadStl(bytes)),
+              HasSubstr("the header promises 12 triangles, but 11 are there"));
+  const uint32_t count = 0xffffffffu;
+  std::memcpy(bytes.data() + 80, &count, sizeof(count));
+  EXPECT_THAT(Message(ReadStl(bytes)), HasSubstr("promises 4294967295 triangles"));
+}
+
 TEST(ReadMantaflow, RefusesWithTheCountsAtFault) {
   const mesh::TriangleMesh box = synthetic::Box({0, 0, 0}, {1, 1, 1});
   const auto set = [](Bytes bytes, size_t at, int32_t value) {

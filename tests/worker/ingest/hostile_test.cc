@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <random>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "core/parallel/arena.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/encode_vdb.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/readers.h"
 
@@ -28,6 +30,15 @@ struct Sample {
   std::vector<LoadedFile> files;
 };
 
+// A ball of a few voxels, and velocities.
+Bytes SmallVdb() {
+  const openvdb::Vec3d center(0.4, 0.4, 0.4);
+  const auto ball = BallLevelSet(center, 0.1);
+  auto velocities = openvdb::Vec3SGrid::create(openvdb::Vec3s(1, 2, 3));
+  velocities->setName("v");
+  return Vdb({ball, velocities}, openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
+}
+
 std::vector<Sample> Samples() {
   mesh::Animation animation;
   animation.frames.push_back(synthetic::Box({0, 0, 0}, {1, 1, 1}));
@@ -35,6 +46,9 @@ std::vector<Sample> Samples() {
   const mesh::TriangleMesh& box = animation.frames[0];
   return {{"Mantaflow", Files(animation, Format::kMantaflow)},
           {"Obj", Files(animation, Format::kObj)},
+          {"StlBinary", Files(animation, Format::kStl)},
+          {"StlAscii", {{"a_1.stl", StlAscii(box)}}},
+          {"Vdb", {{"a_1.vdb", SmallVdb()}}},
           {"PlyAscii", {{"a_1.ply", Ply(box, PlyKind::kAscii)}}},
           {"PlyLittleEndian", {{"a_1.ply", Ply(box, PlyKind::kLittleEndian)}}},
           {"PlyBigEndian", {{"a_1.ply", Ply(box, PlyKind::kBigEndian)}}},
@@ -160,6 +174,47 @@ struct BombCase {
   std::string message;
 };
 
+// A level set of leaves `spacing` voxels apart, all of the same values.
+Bytes VdbOfLeaves(int num_leaves, int spacing,
+                  const std::function<float(const openvdb::Coord&)>& value) {
+  auto grid = openvdb::FloatGrid::create(1.0f);
+  grid->setName("surface");
+  for (int leaf = 0; leaf < num_leaves; ++leaf) {
+    const openvdb::Coord origin(leaf % 16 * spacing, leaf / 16 % 16 * spacing,
+                                leaf / 256 * spacing);
+    auto* const node = grid->tree().touchLeaf(origin);
+    for (openvdb::Index i = 0; i < 512; ++i) {
+      node->setValueOn(i, value(openvdb::FloatTree::LeafNodeType::offsetToLocalCoord(i)));
+    }
+  }
+  return Vdb({grid}, openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
+}
+
+float Checkerboard(const openvdb::Coord& c) {
+  return (c.x() + c.y() + c.z()) % 2 == 0 ? 1.0f : -1.0f;
+}
+
+// Every second tile of 128 voxels a side is inside: millions of quads in a few bytes.
+Bytes VdbOfTiles() {
+  auto grid = openvdb::FloatGrid::create(1.0f);
+  grid->setName("surface");
+  for (int i = 0; i < 4096; ++i) {
+    const openvdb::Coord c(i % 16, i / 16 % 16, i / 256);
+    grid->tree().addTile(2, openvdb::Coord(c.x() * 128, c.y() * 128, c.z() * 128), Checkerboard(c),
+                         false);
+  }
+  return Vdb({grid}, openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
+}
+
+// The bytes with one number overwritten.
+template <typename Number>
+Bytes With(Bytes bytes, size_t at, Number number) {
+  std::memcpy(bytes.data() + at, &number, sizeof(number));
+  return bytes;
+}
+
+constexpr size_t kVdbMetadataAt = 8 + 4 + 8 + 1 + 36;
+
 std::vector<BombCase> Bombs() {
   const mesh::TriangleMesh box = synthetic::Box({0, 0, 0}, {1, 1, 1});
   const Bytes header = ToBytes(
@@ -183,6 +238,20 @@ std::vector<BombCase> Bombs() {
         {"lVelMesh_1.uni", GzipZeros(RawUni(box.vertices), kBombSize)}},
        "more data follows"},
       {"PlyFace", {{"a_1.ply", ply}}, "truncated at face 0"},
+      {"VdbMetadata",
+       {{"a_1.vdb", With(SmallVdb(), kVdbMetadataAt, uint32_t{0xfffffff0})}},
+       "the file is truncated"},
+      {"VdbName",
+       {{"a_1.vdb", With(SmallVdb(), kVdbMetadataAt + 8, uint32_t{0xfffffff0})}},
+       "the file is truncated: 4294967280 bytes should follow"},
+      {"VdbGrids",
+       {{"a_1.vdb", With(SmallVdb(), kVdbMetadataAt + 4, uint32_t{0xfffffff0})}},
+       "the number of grids is -16"},
+      {"VdbTiles", {{"a_1.vdb", VdbOfTiles()}}, "the surface leaves the level set's narrow band"},
+      {"VdbChecker", {{"a_1.vdb", VdbOfLeaves(64, 16, Checkerboard)}}, "more than the "},
+      {"StlCount",
+       {{"a_1.stl", With(StlBinary(box), 80, uint32_t{0x40000000})}},
+       "promises 1073741824 triangles, but 12 are there"},
       {"DeepJson", {{"a_1.obj", Obj(box)}, {"meta.json", json}}, "not a JSON object"},
       {"LongJson", {{"a_1.obj", Obj(box)}, {"meta.json", long_json}}, "more than 65536"},
   };
@@ -196,6 +265,26 @@ TEST(Bombs, AreRefusedWithSmallMemory) {
     const int64_t added = PeakMemoryBytes() - before;
     EXPECT_THAT(std::string(animation.status().message()), HasSubstr(bomb.message)) << bomb.name;
     EXPECT_LT(added, kSmallMemoryBytes) << bomb.name;
+  }
+}
+
+// What is stated in read_animation.h, where files come closest to it: much surface in few bytes,
+// and many nodes of a tree with hardly anything in them.
+TEST(Memory, OfAcceptedLevelSetsStaysWithinTheStatedBound) {
+  const auto one_voxel = [](const openvdb::Coord& c) {
+    return c == openvdb::Coord(4, 4, 4) ? -1.0f : 1.0f;
+  };
+  for (const Bytes& bytes :
+       {VdbOfLeaves(12, 16, Checkerboard), VdbOfLeaves(100, 4096, one_voxel)}) {
+    const auto size = static_cast<int64_t>(bytes.size());
+    const auto files = std::vector<LoadedFile>{{"a_1.vdb", bytes}};
+    std::ofstream("/proc/self/clear_refs") << 5;
+    const int64_t before = PeakMemoryBytes();
+    const absl::StatusOr<mesh::Animation> animation = Read(files);
+    const int64_t added = PeakMemoryBytes() - before;
+    ASSERT_TRUE(animation.ok()) << animation.status();
+    EXPECT_GE(animation->frames[0].num_triangles(), 1200);
+    EXPECT_LT(added, kSmallMemoryBytes + 512 * size) << size;
   }
 }
 

@@ -94,6 +94,60 @@ TEST(ReadAnimation, OrdersFramesByNumberFromAnyFirstOne) {
   EXPECT_EQ(read->frames[3].vertices, written.frames[3].vertices);
 }
 
+TEST(ReadAnimation, GoesOnAcrossGapsThatAreAllowed) {
+  const std::vector<LoadedFile> files =
+      Without(Files(SmallAnimation(), Format::kPly, 7), "mesh_0008.ply");
+  const absl::StatusOr<mesh::Animation> read = Read(files, {.allow_gaps = true});
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->first_frame_number, 7);
+  EXPECT_THAT(read->times, ElementsAre(0, 2, 3));
+  EXPECT_EQ(read->frames[1].vertices, SmallAnimation().frames[2].vertices);
+  EXPECT_THAT(read->notes, ElementsAre("Frame numbers that are missing: 1, the first is 8; time "
+                                       "goes on across them."));
+}
+
+TEST(ReadAnimation, HasNoTimesOfItsOwnWithoutGaps) {
+  const absl::StatusOr<mesh::Animation> read =
+      Read(Files(SmallAnimation(), Format::kPly), {.allow_gaps = true});
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_THAT(read->times, IsEmpty());
+  EXPECT_THAT(Read(Files(SmallAnimation(), Format::kPly), {.frame_times = {0, 1, 2, 3}})->times,
+              IsEmpty());
+}
+
+std::vector<LoadedFile> Renamed(const std::vector<std::string>& names) {
+  std::vector<LoadedFile> files = Files(SmallAnimation(), Format::kPly);
+  for (size_t k = 0; k < names.size(); ++k) files[k].name = names[k];
+  files.resize(names.size());
+  return files;
+}
+
+TEST(ReadAnimation, TakesSamplesBetweenFramesFromTheirNames) {
+  absl::StatusOr<mesh::Animation> read =
+      Read(Renamed({"l_0012.ply", "l_0012.25.ply", "l_0012.50.ply", "l_0014.ply"}));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_THAT(read->times, ElementsAre(0, 0.25, 0.5, 2));
+  EXPECT_EQ(read->first_frame_number, 12);
+  read = Read(Renamed({"l_1.0.ply", "l_2.5.ply", "l_10.0.ply"}));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_THAT(read->times, ElementsAre(0, 1.5, 9));
+}
+
+TEST(ReadAnimation, TakesDigitsBeforeTheDotThatAreAlwaysTheSameForAName) {
+  const absl::StatusOr<mesh::Animation> read =
+      Read(Renamed({"run2.0009.ply", "run2.0010.ply", "run2.0011.ply"}));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->first_frame_number, 9);
+  EXPECT_THAT(read->times, IsEmpty());
+}
+
+TEST(ReadAnimation, TakesTimesFromOptionsOverMetaOverNames) {
+  std::vector<LoadedFile> files = Renamed({"a_1.ply", "a_2.ply", "a_9.ply"});
+  files.push_back({"meta.json", ToBytes(R"({"frame_times": [0, 0.5, 3]})")});
+  EXPECT_THAT(Read(files)->times, ElementsAre(0, 0.5, 3));
+  EXPECT_THAT(Read(files, {.frame_times = {0, 2, 4}})->times, ElementsAre(0, 2, 4));
+}
+
 TEST(ReadAnimation, IgnoresFilesThatAreNoFrames) {
   std::vector<LoadedFile> files = Files(SmallAnimation(), Format::kMantaflow);
   files.push_back({"liquid_0001.png", ToBytes("not a picture")});
@@ -166,7 +220,7 @@ TEST(ReadAnimation, ReportsProgressThatRisesToOne) {
 }
 
 TEST(ReadAnimation, AllowsFramesThatTheLiquidHasLeft) {
-  for (const Format format : {Format::kMantaflow, Format::kPly, Format::kObj}) {
+  for (const Format format : {Format::kMantaflow, Format::kPly, Format::kObj, Format::kStl}) {
     const absl::StatusOr<mesh::Animation> read = Read(FilesWith({}, format));
     ASSERT_TRUE(read.ok()) << read.status();
     EXPECT_EQ(read->frames[1].num_vertices(), 0);
@@ -286,7 +340,41 @@ std::vector<Refusal> FileRefusals() {
       {"SeveralFormats", with(ply, "x_0001.obj", ToBytes("#")),
        "files of several formats, mesh_0001.ply and x_0001.obj"},
       {"MissingNumber", Without(ply, "mesh_0003.ply"),
-       "frame 3 is missing: mesh_0004.ply comes right after mesh_0002.ply"},
+       "frame 3 is missing: mesh_0004.ply comes right after mesh_0002.ply (allow gaps, "
+       "--allow-gaps, to go on without it)"},
+      {"VelocitiesInAGap",
+       Without(manta, "fluid_mesh_0003.bobj.gz"),
+       "frame 3: lVelMesh_0003.uni has no mesh",
+       {.voxel_size_m = kVoxelSizeM, .allow_gaps = true}},
+      {"TimesTooFew", ply, "frame_times has 2 times for 4 frames", {.frame_times = {0, 1}}},
+      {"TimesNotFromZero",
+       ply,
+       "frame_times[0] is 1, but times begin with 0",
+       {.frame_times = {1, 2, 3, 4}}},
+      {"TimesFalling",
+       ply,
+       "frame_times[2] is 1, not above 2 by 0.001",
+       {.frame_times = {0, 2, 1, 4}}},
+      {"TimesNotFinite",
+       ply,
+       "frame_times[1] is nan, not a time",
+       {.frame_times = {0, std::numeric_limits<double>::quiet_NaN(), 1, 4}}},
+      {"TimesTooClose",
+       with(with({}, "run1.0001.ply", ToBytes("ply")), "run2.0001.ply", ToBytes("ply")),
+       "frame 1.0001, run1.0001.ply"},
+      {"FractionsTooClose",
+       with(with({}, "a_1.ply", ToBytes("ply")), "a_1.0001.ply", ToBytes("ply")),
+       "frames 1 and 1.0001 are less than 0.001 frames apart: a_1.ply and a_1.0001.ply"},
+      {"FractionTwice",
+       with(with(with({}, "a_1.5.ply", ToBytes("ply")), "a_1.50.ply", ToBytes("ply")), "a_2.ply",
+            ToBytes("ply")),
+       "frame 1.5 is there twice: a_1.5.ply and a_1.50.ply"},
+      {"MetaTimes", with(ply, "meta.json", ToBytes("{\"frame_times\": [0, \"1\"]}")),
+       "meta.json: frame_times[1] is \"\\\"1\\\"\", not a number"},
+      {"MetaTimesFalling", with(ply, "meta.json", ToBytes("{\"frame_times\": [0, 2, 2, 3]}")),
+       "meta.json: frame_times[2] is 2, not above 2"},
+      {"MetaTimesNoArray", with(ply, "meta.json", ToBytes("{\"frame_times\": 3}")),
+       "meta.json: frame_times is \"3\", not an array of numbers"},
       {"NumberTwice", with(ply, "mesh_003.ply", ToBytes("ply")),
        "frame 3 is there twice: mesh_0003.ply and mesh_003.ply"},
       {"NoNumber", with(ply, "mesh.ply", ToBytes("ply")), "mesh.ply: no frame number"},

@@ -35,12 +35,21 @@ TEST(JobOptions, WhatIsGivenReachesTheStage) {
   import.set_vertex_scale(2);
   import.set_velocity_scale(3);
   import.set_voxel_size_m(4);
+  import.set_allow_gaps(true);
+  import.add_frame_times(0);
+  import.add_frame_times(1.5);
   const ingest::ImportOptions read = ToImportOptions(import);
   EXPECT_EQ(read.format, ingest::Format::kMantaflow);
   EXPECT_EQ(read.frames_per_second, 30);
   EXPECT_EQ(read.vertex_scale, 2);
   EXPECT_EQ(read.velocity_scale, 3);
   EXPECT_EQ(read.voxel_size_m, 4);
+  EXPECT_TRUE(read.allow_gaps);
+  EXPECT_EQ(read.frame_times, (std::vector<double>{0, 1.5}));
+  import.set_format(store::v1::ImportOptions::STL);
+  EXPECT_EQ(ToImportOptions(import).format, ingest::Format::kStl);
+  import.set_format(store::v1::ImportOptions::VDB);
+  EXPECT_EQ(ToImportOptions(import).format, ingest::Format::kVdb);
 }
 
 TEST(JobOptions, SecondsOfCorrespondencesBecomeFrames) {

@@ -1,0 +1,141 @@
+#include "tests/fuzz/entries.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/store/files.h"
+#include "tests/fuzz/checksums.h"
+#include "tests/worker/ingest/encode_files.h"
+#include "worker/ingest/gzip.h"
+#include "worker/ingest/meta.h"
+#include "worker/ingest/read_animation.h"
+
+namespace liquidblend::fuzz {
+namespace {
+
+using Bytes = std::span<const std::byte>;
+
+void Require(bool condition, const char* promise) {
+  if (condition) return;
+  std::fprintf(stderr, "a promise is broken: %s\n", promise);
+  std::abort();
+}
+
+void RunAnimation(const std::vector<ingest::InputFile>& files) {
+  static const parallel::Arena arena(1);
+  const absl::StatusOr<mesh::Animation> animation =
+      ingest::ReadAnimation("fuzz", files, {.voxel_size_m = 0.4}, arena);
+  Require(animation.ok() || !animation.status().message().empty(), "a refusal says why");
+  if (!animation.ok()) return;
+  for (const mesh::TriangleMesh& frame : animation->frames) {
+    Require(mesh::Validate(frame).ok(), "meshes are valid");
+    Require(mesh::CheckClosed(frame).closed(), "surfaces are closed");
+    Require(frame.num_triangles() == 0 || mesh::Volume(frame) > 0, "surfaces face outward");
+  }
+}
+
+void RunPly(Bytes bytes) { RunAnimation({{"a_1.ply", bytes}}); }
+void RunObj(Bytes bytes) { RunAnimation({{"a_1.obj", bytes}}); }
+void RunStl(Bytes bytes) { RunAnimation({{"a_1.stl", bytes}}); }
+void RunVdb(Bytes bytes) { RunAnimation({{"a_1.vdb", bytes}}); }
+
+// uint16 size of what lies inside the .bobj.gz; that; what lies inside the .uni, or nothing.
+void RunMantaflow(Bytes bytes) {
+  uint16_t size = 0;
+  if (bytes.size() < sizeof(size)) return;
+  std::memcpy(&size, bytes.data(), sizeof(size));
+  bytes = bytes.subspan(sizeof(size));
+  const Bytes mesh = bytes.first(std::min<size_t>(size, bytes.size()));
+  const Bytes velocities = bytes.subspan(mesh.size());
+  const ingest::Bytes mesh_gzip = ingest::Gzip(mesh);
+  std::vector<ingest::InputFile> files = {{"a_1.bobj.gz", mesh_gzip}};
+  const ingest::Bytes velocities_gzip = ingest::Gzip(velocities);
+  if (!velocities.empty()) files.push_back({"lVelMesh_1.uni", velocities_gzip});
+  RunAnimation(files);
+}
+
+// uint8 size of the pieces that are asked for; the stream.
+void RunGzip(Bytes bytes) {
+  if (bytes.empty()) return;
+  const auto piece = static_cast<size_t>(bytes[0]) + 1;
+  const Bytes stream = bytes.subspan(1);
+  ingest::GzipReader reader(stream);
+  std::vector<std::byte> out(piece);
+  const int64_t max_size = ingest::MaxInflatedSize(static_cast<int64_t>(stream.size()));
+  while (reader.position() < max_size && reader.Read(out).ok()) {
+  }
+  Require(reader.position() <= max_size + static_cast<int64_t>(piece), "no more than is asked for");
+  const absl::Status end = reader.ExpectEnd();
+  Require(end.ok() || !end.message().empty(), "a refusal says why");
+}
+
+void RunMeta(Bytes bytes) {
+  const absl::StatusOr<ingest::Meta> meta = ingest::ReadMeta(bytes);
+  if (!meta.ok()) return;
+  Require(meta->frames_per_second >= 0 && meta->vertex_scale >= 0, "scales are positive");
+  Require(std::is_sorted(meta->frame_times.begin(), meta->frame_times.end()), "times rise");
+}
+
+// A copy of a file with its checksums made right, at an address as a memory map has it.
+class CheckedBlob : public store::Blob {
+ public:
+  explicit CheckedBlob(std::vector<std::byte> content) : size_(content.size()) {
+    constexpr size_t kAlignment = 64;
+    const size_t rounded = (size_ / kAlignment + 1) * kAlignment;
+    bytes_.reset(static_cast<std::byte*>(std::aligned_alloc(kAlignment, rounded)));
+    std::copy(content.begin(), content.end(), bytes_.get());
+  }
+  Bytes bytes() const override { return {bytes_.get(), size_}; }
+
+ private:
+  struct Free {
+    void operator()(std::byte* bytes) const { std::free(bytes); }
+  };
+  size_t size_;
+  std::unique_ptr<std::byte[], Free> bytes_;
+};
+
+void RunAnimationFile(Bytes bytes) {
+  const CheckedBlob blob(WithRightChecksums<store::v1::AnimationManifest>(bytes));
+  const absl::StatusOr<mesh::Animation> animation = store::ReadAnimation(blob, "fuzz");
+  if (!animation.ok()) return;
+  Require(animation->times.empty() || std::ssize(animation->times) == animation->num_frames(),
+          "a time per frame");
+  for (const mesh::TriangleMesh& frame : animation->frames) {
+    Require(mesh::Validate(frame).ok(), "meshes are valid");
+  }
+}
+
+void RunFamilyFile(Bytes bytes) {
+  auto blob = std::make_shared<CheckedBlob>(WithRightChecksums<store::v1::FamilyManifest>(bytes));
+  const absl::StatusOr<mesh::RegisteredFamily> family = store::OpenFamily(std::move(blob), "fuzz");
+  if (!family.ok()) return;
+  Require(mesh::Validate(*family).ok(), "families are valid");
+}
+
+constexpr Entry kEntries[] = {{"mantaflow", RunMantaflow},
+                              {"ply", RunPly},
+                              {"obj", RunObj},
+                              {"stl", RunStl},
+                              {"vdb", RunVdb},
+                              {"gzip", RunGzip},
+                              {"meta", RunMeta},
+                              {"animation_file", RunAnimationFile},
+                              {"family_file", RunFamilyFile}};
+
+}  // namespace
+
+std::span<const Entry> Entries() { return kEntries; }
+
+const Entry* FindEntry(std::string_view name) {
+  const auto found = std::find_if(std::begin(kEntries), std::end(kEntries),
+                                  [&](const Entry& entry) { return entry.name == name; });
+  return found == std::end(kEntries) ? nullptr : found;
+}
+
+}  // namespace liquidblend::fuzz

@@ -1,0 +1,86 @@
+#include "worker/ingest/frame_times.h"
+
+#include <cmath>
+#include <cstdint>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+
+namespace liquidblend::ingest {
+namespace {
+
+// Closer frames are a mistake; and time differences stay far above what floats of times resolve.
+constexpr double kMinStep = 0.001;
+constexpr double kMaxTime = 1e9;
+
+absl::Status CheckStep(const FrameFiles& before, const FrameFiles& after) {
+  if (after.number - before.number >= kMinStep) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("frames ", Shown(before.number), " and ", Shown(after.number), " are less than ",
+                   kMinStep, " frames apart: ", Shown(*before.mesh), " and ", Shown(*after.mesh)));
+}
+
+absl::Status GapError(const FrameFiles& before, const FrameFiles& after) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("frame ", Shown(before.number + 1), " is missing: ", Shown(*after.mesh),
+                   " comes right after ", Shown(*before.mesh),
+                   " (allow gaps, --allow-gaps, to go on without it)"));
+}
+
+// Times 0, 1, 2, ... are said by none.
+std::vector<double> Canonical(std::vector<double> times) {
+  for (size_t k = 0; k < times.size(); ++k) {
+    if (times[k] != static_cast<double>(k)) return times;
+  }
+  return {};
+}
+
+}  // namespace
+
+absl::Status CheckFrameTimes(std::span<const double> times, const std::string& name) {
+  for (size_t k = 0; k < times.size(); ++k) {
+    const std::string element = absl::StrCat(name, "[", k, "] is ", Shown(times[k]));
+    if (!std::isfinite(times[k]) || times[k] > kMaxTime) {
+      return absl::InvalidArgumentError(absl::StrCat(element, ", not a time up to ", kMaxTime));
+    }
+    if (k == 0 && times[k] != 0.0) {
+      return absl::InvalidArgumentError(absl::StrCat(element, ", but times begin with 0"));
+    }
+    if (k > 0 && times[k] - times[k - 1] < kMinStep) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(element, ", not above ", Shown(times[k - 1]), " by ", kMinStep));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<FrameTimes> FindFrameTimes(const FrameSequence& sequence,
+                                          const std::vector<double>& given, bool allow_gaps) {
+  const std::vector<FrameFiles>& frames = sequence.frames;
+  if (!given.empty() && given.size() != frames.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("frame_times has ", given.size(), " times for ", frames.size(), " frames"));
+  }
+  if (!given.empty()) return FrameTimes{Canonical(given), ""};
+  FrameTimes result;
+  double num_missing = 0.0;
+  std::string first_missing;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    result.times.push_back(frames[k].number - frames[0].number);
+    if (k == 0) continue;
+    LB_RETURN_IF_ERROR(CheckStep(frames[k - 1], frames[k]));
+    const double step = frames[k].number - frames[k - 1].number;
+    if (sequence.has_fractions || step == 1.0) continue;
+    if (!allow_gaps) return GapError(frames[k - 1], frames[k]);
+    if (num_missing == 0.0) first_missing = Shown(frames[k - 1].number + 1);
+    num_missing += step - 1.0;
+  }
+  result.times = Canonical(std::move(result.times));
+  if (num_missing > 0.0) {
+    result.note = absl::StrCat("Frame numbers that are missing: ", Shown(num_missing),
+                               ", the first is ", first_missing, "; time goes on across them.");
+  }
+  return result;
+}
+
+}  // namespace liquidblend::ingest

@@ -1,0 +1,28 @@
+// When the frames are.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "worker/ingest/frame_files.h"
+
+namespace liquidblend::ingest {
+
+struct FrameTimes {
+  std::vector<double>
+      times;         // frames since the first; empty: 0, 1, 2, ... (mesh::Animation::times)
+  std::string note;  // one sentence, if numbers are missing; or empty
+};
+
+// OK if there are none, or they rise from 0 by at least 0.001 each.
+// Errors: kInvalidArgument with the first that does not; the message begins with `name`.
+absl::Status CheckFrameTimes(std::span<const double> times, const std::string& name);
+
+// `given` if there are some, one per frame; else the frames' numbers, where a whole number may be
+// missing only if allow_gaps. Requires: CheckFrameTimes(given).  Errors: kInvalidArgument.
+absl::StatusOr<FrameTimes> FindFrameTimes(const FrameSequence& sequence,
+                                          const std::vector<double>& given, bool allow_gaps);
+
+}  // namespace liquidblend::ingest
