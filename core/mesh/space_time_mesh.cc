@@ -249,6 +249,8 @@ absl::Status Validate(const SpaceTimeMesh& mesh) {
   LB_RETURN_IF_ERROR(CheckNumbers(mesh));
   LB_RETURN_IF_ERROR(CheckColumns("normals", mesh.normals.cols(), mesh.num_vertices()));
   LB_RETURN_IF_ERROR(CheckColumns("velocities", mesh.velocities.cols(), mesh.num_vertices()));
+  LB_RETURN_IF_ERROR(CheckColumns("flags of thin sheets", static_cast<int64_t>(mesh.thin.size()),
+                                  mesh.num_vertices()));
   LB_RETURN_IF_ERROR(CheckFinite("vertex", mesh.vertices));
   LB_RETURN_IF_ERROR(CheckFinite("normal", mesh.normals));
   LB_RETURN_IF_ERROR(CheckFinite("velocity", mesh.velocities));

@@ -45,6 +45,7 @@ struct SpaceTimeMesh {
   std::vector<Pyramid> pyramids;
   std::vector<Wedge> wedges;
   std::vector<Hexahedron> hexahedra;
+  std::vector<char> thin;  // per vertex: part of a thin sheet (section 5.3); or empty: not known
   std::vector<RigidPiece> rigid_pieces;  // a droplet's together and ascending in time
   int64_t num_first_vertices = 0;  // in the slab before frame 0: columns [0, num_first_vertices)
   int64_t num_last_vertices = 0;   // in the slab after the last frame: the last columns

@@ -142,6 +142,7 @@ void Matcher::MatchSource(const DeformationNodes& nodes, const std::vector<NodeM
       count,
       [&](int64_t s) {
         const int32_t v = samples[s];
+        if (!options.match_thin && source_.IsThin(v)) return;
         const Eigen::Vector4f p =
             source_.points.col(v) + DisplacementOf(nodes, maps, source_.points, v);
         const Eigen::Vector4f n = DeformedNormal(nodes, maps, source_, v);
@@ -200,6 +201,7 @@ void Matcher::MatchTarget(const DeformationNodes& nodes, const std::vector<NodeM
       count,
       [&](int64_t s) {
         const int32_t t = samples[s];
+        if (!options.match_thin && target_.IsThin(t)) return;
         const bool at_end = target_.InFirstSlab(t) || target_.InLastSlab(t);
         const PointTree& near = target_.InFirstSlab(t)  ? first_tree
                                 : target_.InLastSlab(t) ? last_tree

@@ -20,6 +20,7 @@ struct Surface {
   IndexLists cells_around;  // per vertex
   std::vector<char> rigid;  // per vertex: part of a rigid piece, so not of the fit
   std::vector<int32_t> FreeVertices() const;  // the others, ascending
+  bool IsThin(int64_t v) const { return !mesh.thin.empty() && mesh.thin[v] != 0; }
   bool InFirstSlab(int64_t v) const { return v < mesh.num_first_vertices; }
   bool InLastSlab(int64_t v) const { return v >= points.cols() - mesh.num_last_vertices; }
 };
@@ -31,6 +32,7 @@ struct MatchOptions {
   double max_distance = 15.0;  // > 0; matches this far apart have weight 0
   double point_weight = 0.1;   // gamma_point
   double plane_weight = 1.0;   // gamma_plane
+  bool match_thin = true;      // thin sheets take part
 };
 
 struct Matches {

@@ -82,6 +82,7 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
       Anneal(options.first_distance_edges, options.final_distance_edges, f);
   match_options.point_weight = options.point_weight;
   match_options.plane_weight = options.plane_weight;
+  match_options.match_thin = iteration > options.thin_sheets_from * options.max_iterations;
   Matches matches = matcher.Match(problem.nodes, maps, match_options, problem.arena);
 
   IterationReport report;
@@ -137,6 +138,7 @@ absl::Status RegistrationOptions::Validate() const {
   LB_RETURN_IF_ERROR(CheckRange("plane_weight", plane_weight, 0, kLargest));
   LB_RETURN_IF_ERROR(CheckRange("correspondence_weight", correspondence_weight, 0, kLargest));
   LB_RETURN_IF_ERROR(CheckRange("soft_release", soft_release, 0, 1));
+  LB_RETURN_IF_ERROR(CheckRange("thin_sheets_from", thin_sheets_from, 0, 1));
   return CheckRange("max_direct_rows", max_direct_rows, 0, kLargest);
 }
 

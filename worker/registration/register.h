@@ -18,16 +18,18 @@ namespace liquidblend::registration {
 
 // Lengths are in mean edge lengths of the source; a frame of time counts as one.
 struct RegistrationOptions {
-  int max_iterations = 16;              // [1, 200]
-  double node_spacing_edges = 5.0;      // [1, 100]; distance between deformation nodes
-  double sample_share = 0.1;            // (0, 1]; vertices sampled in each iteration (section 6.2)
-  double kept_share = 0.2;              // [0, 1]; of the samples: the worst of the iteration before
-  double first_smoothness = 500.0;      // > 0; lambda of the first iteration ...
-  double final_smoothness = 0.06;       // > 0; ... falls geometrically to this
-  double first_distance_edges = 37.0;   // > 0; matches beyond this are ignored at first ...
-  double final_distance_edges = 14.0;   // > 0; ... and beyond this at last
-  double point_weight = 0.1;            // >= 0; gamma_point, equation (5)
-  double plane_weight = 1.0;            // >= 0; gamma_plane, equation (5)
+  int max_iterations = 16;             // [1, 200]
+  double node_spacing_edges = 5.0;     // [1, 100]; distance between deformation nodes
+  double sample_share = 0.1;           // (0, 1]; vertices sampled in each iteration (section 6.2)
+  double kept_share = 0.2;             // [0, 1]; of the samples: the worst of the iteration before
+  double first_smoothness = 500.0;     // > 0; lambda of the first iteration ...
+  double final_smoothness = 0.06;      // > 0; ... falls geometrically to this
+  double first_distance_edges = 37.0;  // > 0; matches beyond this are ignored at first ...
+  double final_distance_edges = 14.0;  // > 0; ... and beyond this at last
+  double thin_sheets_from = 0.0;  // [0, 1]; share of the iterations before thin sheets join the
+                                  // fit; 1: never (section 5.3)
+  double point_weight = 0.1;      // >= 0; gamma_point, equation (5)
+  double plane_weight = 1.0;      // >= 0; gamma_plane, equation (5)
   double correspondence_weight = 20.0;  // >= 0; of a user's correspondence
   double soft_release = 0.5;            // [0, 1]; share of the iterations that soft ones last
   int max_direct_rows = 400;            // larger systems by conjugate gradients (section 6.3)

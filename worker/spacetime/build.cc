@@ -13,6 +13,7 @@
 #include "worker/spacetime/layers.h"
 #include "worker/spacetime/match_volume.h"
 #include "worker/spacetime/normals.h"
+#include "worker/spacetime/thin_sheets.h"
 
 namespace liquidblend::spacetime {
 namespace {
@@ -195,6 +196,22 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
   return mesh;
 }
 
+// As a tracked or a rebuilt animation.
+absl::StatusOr<mesh::SpaceTimeMesh> BuildAs(const mesh::Animation& animation,
+                                            const BuildOptions& options, double edge_length_m,
+                                            const parallel::Arena& arena,
+                                            const std::function<void(double)>& progress) {
+  const TrackedOptions tracked_options;
+  bool tracked = options.connectivity == Connectivity::kTracked;
+  if (options.connectivity == Connectivity::kAuto) {
+    LB_ASSIGN_OR_RETURN(const double share, MatchedShare(animation, tracked_options, arena));
+    tracked = share >= kMinTrackedShare;
+  }
+  if (!tracked) return BuildNets(animation, options, edge_length_m, arena, progress);
+  LB_ASSIGN_OR_RETURN(const TrackedLinks links, TrackLinks(animation, tracked_options, arena));
+  return BuildTracked(animation, links, tracked_options, arena, progress);
+}
+
 }  // namespace
 
 absl::Status BuildOptions::Validate() const {
@@ -210,6 +227,10 @@ absl::Status BuildOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("droplet_vertices is ", droplet_vertices, ", not in [0, 10000]"));
   }
+  if (!(sheet_thickness_edges >= 0 && sheet_thickness_edges <= 16)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("sheet_thickness_edges is ", sheet_thickness_edges, ", not in [0, 16]"));
+  }
   return absl::OkStatus();
 }
 
@@ -224,17 +245,12 @@ absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
                      " frames and a mean edge length of ", edge_length_m,
                      " m; a space-time mesh needs at least 2 frames and some liquid"));
   }
-  const TrackedOptions tracked_options;
-  bool tracked = options.connectivity == Connectivity::kTracked;
-  if (options.connectivity == Connectivity::kAuto) {
-    LB_ASSIGN_OR_RETURN(const double share, MatchedShare(animation, tracked_options, arena));
-    tracked = share >= kMinTrackedShare;
+  LB_ASSIGN_OR_RETURN(mesh::SpaceTimeMesh mesh,
+                      BuildAs(animation, options, edge_length_m, arena, progress));
+  if (options.sheet_thickness_edges > 0) {
+    FlagThinSheets(options.sheet_thickness_edges * edge_length_m, arena, mesh);
   }
-  if (tracked) {
-    LB_ASSIGN_OR_RETURN(const TrackedLinks links, TrackLinks(animation, tracked_options, arena));
-    return BuildTracked(animation, links, tracked_options, arena, progress);
-  }
-  return BuildNets(animation, options, edge_length_m, arena, progress);
+  return mesh;
 }
 
 }  // namespace liquidblend::spacetime

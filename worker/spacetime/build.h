@@ -25,7 +25,9 @@ struct BuildOptions {
                                      // there are layers in between
   double droplet_vertices = 150;     // [0, 10000]; smaller components are carried as rigid pieces;
                                      // a vertex has the area of one in a regular mesh
-  absl::Status Validate() const;     // names the first field out of range, and its value
+  // Of all animations: sheets up to this thickness are flagged; [0, 16] mean edge lengths, 0: none
+  double sheet_thickness_edges = 1.5;
+  absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
 // Builds the cell complex; its slice at frame k lies on frame k's surface.

@@ -1,0 +1,79 @@
+#include "worker/spacetime/thin_sheets.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "worker/spacetime/point_grid.h"
+
+namespace liquidblend::spacetime {
+namespace {
+
+constexpr float kOpposed = -0.3f;  // cosine between normals
+constexpr double kMinOpposedShare = 0.1;
+constexpr int kRings = 2;
+
+// The free vertices of each frame of time, ascending.
+std::vector<std::vector<int32_t>> VerticesByFrame(const mesh::SpaceTimeMesh& mesh) {
+  const std::vector<char> rigid = mesh::RigidVertices(mesh);
+  std::vector<std::vector<int32_t>> by_frame(mesh.num_frames + 2);
+  for (int32_t v = 0; v < mesh.num_vertices(); ++v) {
+    if (rigid[v]) continue;
+    const int frame = static_cast<int>(std::floor(mesh.vertices(3, v))) + 1;
+    by_frame[std::clamp(frame, 0, mesh.num_frames + 1)].push_back(v);
+  }
+  return by_frame;
+}
+
+// The two sides of a sheet look away from each other.
+bool AreOpposed(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Eigen::Vector3f& other_p,
+                const Eigen::Vector3f& other_n) {
+  const float scale = n.norm() * other_n.norm();
+  return n.dot(other_n) < kOpposed * scale && (other_p - p).dot(n) < 0;
+}
+
+void FlagFrame(const std::vector<int32_t>& vertices, float thickness_m, mesh::SpaceTimeMesh& mesh) {
+  Eigen::Matrix3Xf points(3, static_cast<int64_t>(vertices.size()));
+  for (size_t n = 0; n < vertices.size(); ++n) {
+    points.col(n) = mesh.vertices.col(vertices[n]).head<3>();
+  }
+  const PointGrid grid(points, thickness_m);
+  for (size_t n = 0; n < vertices.size(); ++n) {
+    const Eigen::Vector3f p = points.col(n), normal = mesh.normals.col(vertices[n]).head<3>();
+    int num_near = 0, num_opposed = 0;
+    grid.ForEachNear(p, [&](int32_t other) {
+      ++num_near;
+      const Eigen::Vector3f other_normal = mesh.normals.col(vertices[other]).head<3>();
+      if (AreOpposed(p, normal, points.col(other), other_normal)) ++num_opposed;
+    });
+    if (num_opposed > kMinOpposedShare * num_near) mesh.thin[vertices[n]] = 1;
+  }
+}
+
+// All corners of cells that have a flagged one.
+template <typename Cell>
+void FlagAround(const std::vector<Cell>& cells, const std::vector<char>& before,
+                std::vector<char>& flags) {
+  for (const Cell& cell : cells) {
+    if (std::none_of(cell.begin(), cell.end(), [&](int32_t v) { return before[v] != 0; })) continue;
+    for (const int32_t v : cell) flags[v] = 1;
+  }
+}
+
+}  // namespace
+
+void FlagThinSheets(double thickness_m, const parallel::Arena& arena, mesh::SpaceTimeMesh& mesh) {
+  mesh.thin.assign(mesh.num_vertices(), 0);
+  const auto by_frame = VerticesByFrame(mesh);
+  arena.Run(static_cast<int64_t>(by_frame.size()), [&](int64_t f) {
+    if (!by_frame[f].empty()) FlagFrame(by_frame[f], static_cast<float>(thickness_m), mesh);
+  });
+  for (int ring = 0; ring < kRings; ++ring) {
+    const std::vector<char> before = mesh.thin;
+    FlagAround(mesh.hexahedra, before, mesh.thin);
+    FlagAround(mesh.wedges, before, mesh.thin);
+    FlagAround(mesh.pyramids, before, mesh.thin);
+    FlagAround(mesh.tetrahedra, before, mesh.thin);
+  }
+}
+
+}  // namespace liquidblend::spacetime
