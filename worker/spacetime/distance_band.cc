@@ -1,5 +1,6 @@
 #include "worker/spacetime/distance_band.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -10,12 +11,21 @@ constexpr int kNumRings = 3;  // beyond the points next to a triangle: 4 spacing
 constexpr std::array<std::array<int, 3>, 6> kNeighbors = {
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-float Distance(const GridSurface& surface, int32_t t, const Eigen::Vector3f& p) {
-  const Eigen::Vector3f a = surface.vertices.col(surface.triangles(0, t));
-  const Eigen::Vector3f b = surface.vertices.col(surface.triangles(1, t));
-  const Eigen::Vector3f c = surface.vertices.col(surface.triangles(2, t));
-  const Eigen::Vector3f w = ClosestBarycentric(p, a, b, c);
-  return (p - w.x() * a - w.y() * b - w.z() * c).norm();
+Eigen::Matrix3f CornersOf(const GridSurface& surface, int64_t t) {
+  Eigen::Matrix3f corners;
+  for (int c = 0; c < 3; ++c) corners.col(c) = surface.vertices.col(surface.triangles(c, t));
+  return corners;
+}
+
+Eigen::Vector3f OffsetFrom(const Eigen::Matrix3f& corners, const Eigen::Vector3f& p) {
+  return p - corners * ClosestBarycentric(p, corners.col(0), corners.col(1), corners.col(2));
+}
+
+// Zero for a triangle without area.
+Eigen::Vector3f UnitNormal(const Eigen::Matrix3f& corners) {
+  return (corners.col(1) - corners.col(0))
+      .cross(corners.col(2) - corners.col(0))
+      .stableNormalized();
 }
 
 }  // namespace
@@ -73,25 +83,27 @@ std::vector<DistanceBand::Point> DistanceBand::Rasterize(const Grid& grid,
                                                          const GridSurface& surface) {
   std::vector<Point> added;
   for (int64_t t = 0; t < surface.triangles.cols(); ++t) {
-    Eigen::Matrix3f corners;
-    for (int c = 0; c < 3; ++c) corners.col(c) = surface.vertices.col(surface.triangles(c, t));
+    const Eigen::Matrix3f corners = CornersOf(surface, t);
     Point lo, hi;
     for (int axis = 0; axis < 3; ++axis) {
       lo[axis] = std::max(0, static_cast<int>(std::ceil(corners.row(axis).minCoeff() - 1)));
       hi[axis] = std::min(grid.dims[axis] - 1,
                           static_cast<int>(std::floor(corners.row(axis).maxCoeff() + 1)));
     }
+    const Eigen::Vector3f normal = UnitNormal(corners);
     for (int k = lo[2]; k <= hi[2]; ++k) {
       for (int j = lo[1]; j <= hi[1]; ++j) {
         for (int i = lo[0]; i <= hi[0]; ++i) {
           const Eigen::Vector3f p = Eigen::Vector3i(i, j, k).cast<float>();
-          const Eigen::Vector3f w =
-              ClosestBarycentric(p, corners.col(0), corners.col(1), corners.col(2));
-          const float distance = (p - corners * w).norm();
           Entry& entry = FindOrAdd(i, j, k);
           if (entry.triangle < 0) added.push_back({i, j, k});
+          // No point of a triangle is nearer than its plane.
+          const float plane_distance = std::abs(normal.dot(p - corners.col(0)));
+          if (entry.triangle >= 0 && plane_distance >= entry.distance) continue;
+          const Eigen::Vector3f offset = OffsetFrom(corners, p);
+          const float distance = offset.norm();
           if (entry.triangle >= 0 && distance >= entry.distance) continue;
-          entry = {distance, static_cast<int32_t>(t)};
+          entry = {distance, static_cast<int32_t>(t), offset};
         }
       }
     }
@@ -105,6 +117,7 @@ std::vector<DistanceBand::Point> DistanceBand::Grow(const Grid& grid, const Grid
   std::vector<Point> added;
   for (const Point& from : front) {
     const int32_t triangle = Triangle(from[0], from[1], from[2]);
+    const Eigen::Matrix3f corners = CornersOf(surface, triangle);
     for (const auto& step : kNeighbors) {
       const Point to = {from[0] + step[0], from[1] + step[1], from[2] + step[2]};
       bool outside = false;
@@ -114,10 +127,11 @@ std::vector<DistanceBand::Point> DistanceBand::Grow(const Grid& grid, const Grid
       if (outside) continue;
       Entry& entry = FindOrAdd(to[0], to[1], to[2]);
       if (entry.triangle == triangle) continue;
-      const float distance = liquidblend::spacetime::Distance(
-          surface, triangle, Eigen::Vector3i(to[0], to[1], to[2]).cast<float>());
+      const Eigen::Vector3f offset =
+          OffsetFrom(corners, Eigen::Vector3i(to[0], to[1], to[2]).cast<float>());
+      const float distance = offset.norm();
       if (entry.triangle < 0) added.push_back(to);
-      if (entry.triangle < 0 || distance < entry.distance) entry = {distance, triangle};
+      if (entry.triangle < 0 || distance < entry.distance) entry = {distance, triangle, offset};
     }
   }
   return added;

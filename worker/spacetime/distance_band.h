@@ -29,11 +29,14 @@ class DistanceBand {
     const Entry* entry = Find(i, j, k);
     return entry == nullptr ? -1 : entry->triangle;
   }
+  // From the closest point to the grid point, which must be in the band.
+  const Eigen::Vector3f& Offset(int i, int j, int k) const { return Find(i, j, k)->offset; }
 
  private:
   struct Entry {
     float distance = kBandWidth;
     int32_t triangle = -1;
+    Eigen::Vector3f offset = Eigen::Vector3f::Zero();  // of that length, away from the triangle
   };
   using Block = std::array<Entry, 512>;
   using Point = std::array<int, 3>;

@@ -36,11 +36,11 @@ float Layer::Part::Distance(int i, int j, int k) const {
 Eigen::Vector3f Layer::Part::Gradient(int i, int j, int k) const {
   const int32_t t = band.Triangle(i, j, k);
   if (t < 0) return Eigen::Vector3f::Zero();
-  const Eigen::Vector3f p = Eigen::Vector3i(i, j, k).cast<float>();
+  const float length = band.Distance(i, j, k);
+  if (length > kOnSurface) {
+    return (inside.At(i, j, k) ? -1 / length : 1 / length) * band.Offset(i, j, k);
+  }
   const Eigen::Matrix3f corners = CornersOf(surface, t);
-  const Eigen::Vector3f offset = p - corners * BarycentricOn(corners, p);
-  const float length = offset.norm();
-  if (length > kOnSurface) return (inside.At(i, j, k) ? -1 / length : 1 / length) * offset;
   return (corners.col(1) - corners.col(0))
       .cross(corners.col(2) - corners.col(0))
       .stableNormalized();

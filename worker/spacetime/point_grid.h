@@ -23,7 +23,7 @@ class PointGrid {
       const Cube cube = {centre[0] + n % 3 - 1, centre[1] + n / 3 % 3 - 1, centre[2] + n / 9 - 1};
       const size_t bucket = BucketOf(cube);
       for (int32_t e = first_[bucket]; e < first_[bucket + 1]; ++e) {
-        if (entries_[e].cube != cube) continue;
+        if (!AreSame(entries_[e].cube, cube)) continue;
         if ((entries_[e].point - at).squaredNorm() < radius_ * radius_) visit(entries_[e].index);
       }
     }
@@ -37,6 +37,10 @@ class PointGrid {
     int32_t index;
   };
 
+  // Without a call for each entry, which comparing the arrays costs.
+  static bool AreSame(const Cube& a, const Cube& b) {
+    return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) == 0;
+  }
   Cube CubeOf(const Eigen::Vector3f& at) const;
   size_t BucketOf(const Cube& cube) const;
 

@@ -24,26 +24,26 @@ std::vector<std::vector<int32_t>> VerticesByFrame(const mesh::SpaceTimeMesh& mes
   return by_frame;
 }
 
-// The two sides of a sheet look away from each other.
+// The two sides of a sheet look away from each other. Normals have unit length.
 bool AreOpposed(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Eigen::Vector3f& other_p,
                 const Eigen::Vector3f& other_n) {
-  const float scale = n.norm() * other_n.norm();
-  return n.dot(other_n) < kOpposed * scale && (other_p - p).dot(n) < 0;
+  return n.dot(other_n) < kOpposed && (other_p - p).dot(n) < 0;
 }
 
 void FlagFrame(const std::vector<int32_t>& vertices, float thickness_m, mesh::SpaceTimeMesh& mesh) {
-  Eigen::Matrix3Xf points(3, static_cast<int64_t>(vertices.size()));
-  for (size_t n = 0; n < vertices.size(); ++n) {
+  const auto count = static_cast<int64_t>(vertices.size());
+  Eigen::Matrix3Xf points(3, count), normals(3, count);
+  for (int64_t n = 0; n < count; ++n) {
     points.col(n) = mesh.vertices.col(vertices[n]).head<3>();
+    normals.col(n) = mesh.normals.col(vertices[n]).head<3>().stableNormalized();
   }
   const PointGrid grid(points, thickness_m);
-  for (size_t n = 0; n < vertices.size(); ++n) {
-    const Eigen::Vector3f p = points.col(n), normal = mesh.normals.col(vertices[n]).head<3>();
+  for (int64_t n = 0; n < count; ++n) {
+    const Eigen::Vector3f p = points.col(n), normal = normals.col(n);
     int num_near = 0, num_opposed = 0;
     grid.ForEachNear(p, [&](int32_t other) {
       ++num_near;
-      const Eigen::Vector3f other_normal = mesh.normals.col(vertices[other]).head<3>();
-      if (AreOpposed(p, normal, points.col(other), other_normal)) ++num_opposed;
+      if (AreOpposed(p, normal, points.col(other), normals.col(other))) ++num_opposed;
     });
     if (num_opposed > kMinOpposedShare * num_near) mesh.thin[vertices[n]] = 1;
   }
