@@ -14,6 +14,7 @@
 #include "worker/spacetime/match_volume.h"
 #include "worker/spacetime/normals.h"
 #include "worker/spacetime/thin_sheets.h"
+#include "worker/spacetime/time_extrema.h"
 
 namespace liquidblend::spacetime {
 namespace {
@@ -190,6 +191,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
   mesh::SpaceTimeMesh mesh = Assemble(animation, layers, droplets, first_vertex, edge_length_m);
   Hexahedra hexahedra = ConnectVertices(layers, first_vertex, arena);
   mesh.hexahedra = std::move(hexahedra.all);
+  FlattenTimeExtrema(layers, first_vertex, mesh);
   ComputeNormals(mesh, arena);
   MatchVolumes(FramesOf(rest, layers.times, hexahedra, mesh.hexahedra), arena, mesh);
   if (progress) progress(1.0);
