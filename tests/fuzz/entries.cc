@@ -34,7 +34,8 @@ void RunAnimation(const std::vector<ingest::InputFile>& files) {
   if (!animation.ok()) return;
   for (const mesh::TriangleMesh& frame : animation->frames) {
     Require(mesh::Validate(frame).ok(), "meshes are valid");
-    Require(mesh::CheckClosed(frame).closed(), "surfaces are closed");
+    const mesh::ClosednessReport report = mesh::CheckClosed(frame);
+    Require(report.closed() && report.num_crowded_edges == 0, "surfaces are closed manifolds");
     Require(frame.num_triangles() == 0 || mesh::Volume(frame) > 0, "surfaces face outward");
   }
 }

@@ -8,6 +8,7 @@
 
 #include "core/store/files.h"
 #include "tests/synthetic/shapes.h"
+#include "tests/synthetic/voxels.h"
 #include "tests/worker/ingest/encode_files.h"
 #include "tests/worker/ingest/encode_vdb.h"
 
@@ -55,6 +56,11 @@ mesh::TriangleMesh BoxWithVelocities() {
   return box;
 }
 
+// Cubes that touch one another in edges and vertices.
+mesh::TriangleMesh TouchingCubes() {
+  return synthetic::VoxelSurface(synthetic::RandomVoxels(3, 0.5, 4));
+}
+
 void AddMeshes(const Corpus& corpus) {
   const mesh::TriangleMesh box = BoxWithVelocities();
   const Bytes raw = ingest::RawBobj(box);
@@ -71,6 +77,9 @@ void AddMeshes(const Corpus& corpus) {
              ingest::ToBytes("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\n"
                              "v 0 1 1\nf 4 3 2 1\nf 5/1 6//2 7/3/4 8\nf -8 -7 -3 -4\n"
                              "f 2 3 7 \\\n6\nf 3 4 8 7\nf 4 1 5 8\ns off\n"));
+  corpus.Add("ply", "touching", ingest::Ply(TouchingCubes(), ingest::PlyKind::kLittleEndian));
+  corpus.Add("obj", "touching", ingest::Obj(TouchingCubes()));
+  corpus.Add("stl", "touching", ingest::StlBinary(TouchingCubes()));
   corpus.Add("stl", "binary", ingest::StlBinary(box));
   corpus.Add("stl", "ascii", ingest::StlAscii(synthetic::Box({-1, 2, 0}, {3, 4, 5})));
   const Bytes one = {std::byte{6}};

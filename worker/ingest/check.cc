@@ -4,6 +4,7 @@
 #include <span>
 
 #include "absl/strings/str_cat.h"
+#include "worker/ingest/crowded.h"
 
 namespace liquidblend::ingest {
 namespace {
@@ -43,12 +44,20 @@ int32_t CornerOf(const mesh::TriangleMesh& mesh, int32_t t, int32_t v) {
   return 2;
 }
 
-bool IsPaired(const mesh::TriangleMesh& mesh, std::span<const Side> sides) {
-  const auto start = [&](const Side& s) { return mesh.triangles(s.side % 3, s.side / 3); };
-  return sides.size() == 2 && start(sides[0]) != start(sides[1]);
+bool RunsUp(const mesh::TriangleMesh& mesh, const Side& side) {
+  return static_cast<uint32_t>(mesh.triangles(side.side % 3, side.side / 3)) == side.edge >> 32;
 }
 
-absl::Status UnpairedError(std::span<const Side> sides) {
+int64_t NumUp(const mesh::TriangleMesh& mesh, std::span<const Side> edge) {
+  return std::count_if(edge.begin(), edge.end(),
+                       [&](const Side& side) { return RunsUp(mesh, side); });
+}
+
+bool IsBalanced(const mesh::TriangleMesh& mesh, std::span<const Side> edge) {
+  return 2 * NumUp(mesh, edge) == std::ssize(edge);
+}
+
+absl::Status UnbalancedError(const mesh::TriangleMesh& mesh, std::span<const Side> sides) {
   const std::string edge =
       absl::StrCat("edge (", sides[0].edge >> 32, ", ", sides[0].edge & 0xffffffffu, ")");
   if (sides.size() == 1) {
@@ -57,25 +66,43 @@ absl::Status UnpairedError(std::span<const Side> sides) {
   }
   if (sides.size() > 2) {
     return absl::InvalidArgumentError(
-        absl::StrCat(edge, " has ", sides.size(), " triangles, an edge of a manifold has 2"));
+        absl::StrCat(edge, " has ", sides.size(), " triangles, of which ", NumUp(mesh, sides),
+                     " run from ", sides[0].edge >> 32, " to ", sides[0].edge & 0xffffffffu,
+                     ": an edge of a closed surface has as many as run back"));
   }
   return absl::InvalidArgumentError(absl::StrCat(
       edge, " is run through twice in one direction: its triangles are not oriented alike"));
 }
 
+void Join(int32_t side, int32_t other, Neighbours& neighbours) {
+  neighbours[side / 3][side % 3] = other / 3;
+  neighbours[other / 3][other % 3] = side / 3;
+}
+
 }  // namespace
 
-absl::StatusOr<Neighbours> FindNeighbours(const mesh::TriangleMesh& mesh) {
+absl::StatusOr<Pairing> FindNeighbours(const mesh::TriangleMesh& mesh) {
   const std::vector<Side> sides = SortedSides(mesh);
-  Neighbours neighbours(mesh.num_triangles());
+  Pairing pairing;
+  pairing.neighbours.resize(mesh.num_triangles());
+  std::vector<int32_t> crowd;
   for (std::span<const Side> rest = sides; !rest.empty();) {
     const std::span<const Side> edge = FirstEdge(rest);
-    if (!IsPaired(mesh, edge)) return UnpairedError(edge);
-    neighbours[edge[0].side / 3][edge[0].side % 3] = edge[1].side / 3;
-    neighbours[edge[1].side / 3][edge[1].side % 3] = edge[0].side / 3;
-    rest = rest.subspan(2);
+    rest = rest.subspan(edge.size());
+    if (!IsBalanced(mesh, edge)) return UnbalancedError(mesh, edge);
+    if (edge.size() == 2) {
+      Join(edge[0].side, edge[1].side, pairing.neighbours);
+      continue;
+    }
+    ++pairing.num_crowded;
+    crowd.clear();
+    for (const Side& side : edge) crowd.push_back(side.side);
+    PairAcrossLiquid(mesh, crowd);
+    for (size_t i = 0; i < crowd.size(); i += 2) {
+      Join(crowd[i], crowd[i + 1], pairing.neighbours);
+    }
   }
-  return neighbours;
+  return pairing;
 }
 
 std::vector<bool> FindOpenVertices(const mesh::TriangleMesh& mesh) {
@@ -84,11 +111,27 @@ std::vector<bool> FindOpenVertices(const mesh::TriangleMesh& mesh) {
   for (std::span<const Side> rest = sides; !rest.empty();) {
     const std::span<const Side> edge = FirstEdge(rest);
     rest = rest.subspan(edge.size());
-    if (edge.size() != 1) continue;
+    if (IsBalanced(mesh, edge)) continue;
     is_open[edge[0].edge >> 32] = true;
     is_open[edge[0].edge & 0xffffffffu] = true;
   }
   return is_open;
+}
+
+std::vector<int32_t> FindSharedSides(const mesh::TriangleMesh& mesh) {
+  const std::vector<Side> sides = SortedSides(mesh);
+  std::vector<int32_t> shared;
+  for (std::span<const Side> rest = sides; !rest.empty();) {
+    const std::span<const Side> edge = FirstEdge(rest);
+    rest = rest.subspan(edge.size());
+    bool is_first = true;
+    for (const Side& side : edge) {
+      if (!RunsUp(mesh, side)) continue;
+      if (!is_first) shared.push_back(side.side);
+      is_first = false;
+    }
+  }
+  return shared;
 }
 
 int64_t SplitPinchedVertices(const Neighbours& neighbours, mesh::TriangleMesh& mesh) {

@@ -1,4 +1,4 @@
-// Is a mesh a closed, oriented manifold, and where is it not?
+// Is a mesh a closed, oriented surface, and where is it not? Which triangles are neighbours?
 #pragma once
 
 #include <array>
@@ -13,13 +13,24 @@ namespace liquidblend::ingest {
 // Per triangle, the triangles across its sides; side k joins corners k and (k + 1) % 3.
 using Neighbours = std::vector<std::array<int32_t, 3>>;
 
-// Requires: indices in range, no triangle with a vertex twice.
-// Errors: kInvalidArgument with the lowest edge (a, b) that does not have exactly two triangles
-// running through it in opposite directions.  Cost: O(n log n), 96 bytes a triangle.
-absl::StatusOr<Neighbours> FindNeighbours(const mesh::TriangleMesh& mesh);
+// Crowded edges have four triangles or more.
+struct Pairing {
+  Neighbours neighbours;
+  int64_t num_crowded = 0;
+};
 
-// Per vertex, whether it lies on an edge with one triangle. Requires and cost: as FindNeighbours.
+// Pairs the triangles along each edge; at crowded ones, those that bound a wedge of liquid.
+// Requires: indices in range, finite numbers, no triangle with a vertex twice.
+// Errors: kInvalidArgument with the lowest edge (a, b) that is not run through as often in one
+// direction as in the other.  Cost: O(n log n), 96 bytes a triangle.
+absl::StatusOr<Pairing> FindNeighbours(const mesh::TriangleMesh& mesh);
+
+// Per vertex, whether it lies on an edge that FindNeighbours refuses. Requires and cost: as there.
 std::vector<bool> FindOpenVertices(const mesh::TriangleMesh& mesh);
+
+// The sides (3 * triangle + side) along crowded edges that run from the lower vertex to the higher
+// one, without the first of each edge; ascending by edge. Requires and cost: as FindNeighbours.
+std::vector<int32_t> FindSharedSides(const mesh::TriangleMesh& mesh);
 
 // Gives each fan of triangles its own copy of the vertex it turns around (position and velocity),
 // so that no vertex is pinched any more. Returns how many copies were made.

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "worker/ingest/check.h"
+#include "worker/ingest/crowded.h"
 #include "worker/ingest/slivers.h"
 
 namespace liquidblend::ingest {
@@ -58,18 +59,50 @@ int64_t WeldOpenVertices(mesh::TriangleMesh& mesh) {
   return num_welded;
 }
 
-absl::StatusOr<Neighbours> CloseMesh(mesh::TriangleMesh& mesh, CleanCounts& counts) {
+absl::StatusOr<Pairing> CloseMesh(mesh::TriangleMesh& mesh, CleanCounts& counts) {
   counts.num_repeated = DropRepeatedCorners(mesh);
-  absl::StatusOr<Neighbours> neighbours = FindNeighbours(mesh);
-  if (neighbours.ok()) return neighbours;
+  absl::StatusOr<Pairing> pairing = FindNeighbours(mesh);
+  if (pairing.ok()) return pairing;
   counts.num_welded = WeldOpenVertices(mesh);
-  if (counts.num_welded == 0) return neighbours;
+  if (counts.num_welded == 0) return pairing;
   counts.num_repeated += DropRepeatedCorners(mesh);
-  neighbours = FindNeighbours(mesh);
-  if (neighbours.ok()) return neighbours;
-  return absl::InvalidArgumentError(absl::StrCat(std::string(neighbours.status().message()),
+  pairing = FindNeighbours(mesh);
+  if (pairing.ok()) return pairing;
+  return absl::InvalidArgumentError(absl::StrCat(std::string(pairing.status().message()),
                                                  " (after welding ", counts.num_welded,
                                                  " vertices on open edges that lie on others)"));
+}
+
+absl::Status CheckDensity(const mesh::TriangleMesh& mesh) {
+  if (mesh.num_triangles() <= kMaxTrianglesPerVertex * mesh.num_vertices()) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat(
+      mesh.num_triangles(), " triangles on ", mesh.num_vertices(), " vertices, more than ",
+      kMaxTrianglesPerVertex, " a vertex, where edges have four triangles or more"));
+}
+
+// Closes the mesh and takes it apart where parts of it touch; no two edges or vertices of the
+// surface are one in the mesh then.
+absl::StatusOr<Neighbours> MakeManifold(mesh::TriangleMesh& mesh, CleanCounts& counts) {
+  LB_ASSIGN_OR_RETURN(Pairing pairing, CloseMesh(mesh, counts));
+  if (pairing.num_crowded > 0) {
+    LB_RETURN_IF_ERROR(CheckDensity(mesh));
+    counts.num_back_to_back = DropBackToBack(mesh);
+  }
+  if (counts.num_back_to_back > 0) {
+    LB_ASSIGN_OR_RETURN(pairing, FindNeighbours(mesh));
+  }
+  counts.num_crowded = pairing.num_crowded;
+  counts.num_split = SplitPinchedVertices(pairing.neighbours, mesh);
+  if (counts.num_crowded > 0) {
+    LB_ASSIGN_OR_RETURN(counts.num_halved, HalveSharedEdges(pairing.neighbours, mesh));
+  }
+  if (counts.num_halved > 0) {
+    pairing = {};
+    LB_ASSIGN_OR_RETURN(pairing, FindNeighbours(mesh));
+  }
+  return std::move(pairing.neighbours);
 }
 
 int64_t DropUnusedVertices(mesh::TriangleMesh& mesh) {
@@ -99,6 +132,12 @@ struct NoteKind {
 constexpr NoteKind kNoteKinds[] = {
     {&CleanCounts::num_repeated, "Dropped ", " triangles that have a corner twice"},
     {&CleanCounts::num_welded, "Welded ", " vertices of open edges that lay on others"},
+    {&CleanCounts::num_back_to_back, "Dropped ",
+     " triangles that lay back to back on others, walls between parts of the liquid"},
+    {&CleanCounts::num_crowded, "Took the surface apart at ",
+     " edges with four triangles or more, where parts of it touch"},
+    {&CleanCounts::num_halved, "Put a vertex half-way on ",
+     " edges that share both ends with others"},
     {&CleanCounts::num_split, "Split pinched vertices into ", " more"},
     {&CleanCounts::num_specks, "Dropped ", " parts without extent or volume"},
     {&CleanCounts::num_slivers, "Removed ", " zero-area triangles and slivers"},
@@ -109,8 +148,7 @@ constexpr NoteKind kNoteKinds[] = {
 
 absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh) {
   CleanCounts counts;
-  LB_ASSIGN_OR_RETURN(Neighbours neighbours, CloseMesh(mesh, counts));
-  counts.num_split = SplitPinchedVertices(neighbours, mesh);
+  LB_ASSIGN_OR_RETURN(Neighbours neighbours, MakeManifold(mesh, counts));
   const SliverCounts slivers = RemoveSlivers(std::move(neighbours), mesh);
   counts.num_slivers = slivers.num_removed;
   counts.num_slivers_left = slivers.num_left;

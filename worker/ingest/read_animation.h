@@ -48,11 +48,12 @@ struct InputFile {
 bool IsInputName(absl::string_view name);
 
 // Reads one animation. Frames are ordered by the number before the extension, from any first one;
-// numbers may have fractions (NAME0012.5.ply); none may be missing unless options.allow_gaps or the
-// times are given. Other files are ignored. A frame that is not a closed, oriented manifold of
-// finite numbers with positive volume is refused; a frame without triangles is read as such: the
-// liquid has left the domain. Zero-area triangles and slivers are cleaned, loose corners welded,
-// pinched vertices split, which Animation::notes says.
+// numbers may have fractions (NAME0012.5.ply) and are times then; of whole ones none may be missing
+// unless options.allow_gaps or the times are given. Other files are ignored. A frame that is not a
+// closed, oriented surface of finite numbers with positive volume is refused; a frame without
+// triangles is read as such: the liquid has left the domain. Zero-area triangles and slivers are
+// cleaned, loose corners welded, pinched vertices split, parts that touch along edges (of four
+// triangles or more) taken apart, which Animation::notes says: frames are manifolds then.
 //   progress  called with the share of frames that are read, rising; one call at a time, from any
 //             thread of the arena
 // Errors: kInvalidArgument or kDataLoss, for the lowest frame at fault; the message names frame,

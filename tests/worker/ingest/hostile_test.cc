@@ -1,6 +1,7 @@
 // Truncated, damaged and lying files: a status comes back, soon and without much memory.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -12,9 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "core/mesh/animation.h"
 #include "core/parallel/arena.h"
 #include "tests/synthetic/shapes.h"
+#include "tests/synthetic/voxels.h"
 #include "tests/worker/ingest/encode_files.h"
 #include "tests/worker/ingest/encode_vdb.h"
 #include "worker/ingest/read_animation.h"
@@ -71,6 +74,7 @@ void ExpectStatusOrGoodMesh(const absl::StatusOr<mesh::Animation>& animation) {
   for (const mesh::TriangleMesh& frame : animation->frames) {
     EXPECT_TRUE(mesh::Validate(frame).ok());
     EXPECT_TRUE(mesh::CheckClosed(frame).closed());
+    EXPECT_EQ(mesh::CheckClosed(frame).num_crowded_edges, 0);
     EXPECT_GT(mesh::Volume(frame), 0);
   }
 }
@@ -133,6 +137,16 @@ int64_t PeakMemoryBytes() {
     if (line.rfind("VmHWM:", 0) == 0) return std::stoll(line.substr(6)) * 1024;
   }
   return -1;
+}
+
+// What reading adds to the peak of this process' memory. Memory that was freed goes back to the
+// system first, or else it would serve without being counted.
+int64_t PeakAddedBy(const std::vector<LoadedFile>& files, absl::StatusOr<mesh::Animation>& result) {
+  malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << 5;  // the peak starts anew
+  const int64_t before = PeakMemoryBytes();
+  result = Read(files);
+  return PeakMemoryBytes() - before;
 }
 
 // Gzip of `head` and then `num_zeros` zeros, made piece by piece.
@@ -259,10 +273,8 @@ std::vector<BombCase> Bombs() {
 
 TEST(Bombs, AreRefusedWithSmallMemory) {
   for (const BombCase& bomb : Bombs()) {
-    std::ofstream("/proc/self/clear_refs") << 5;  // the peak starts anew
-    const int64_t before = PeakMemoryBytes();
-    const absl::StatusOr<mesh::Animation> animation = Read(bomb.files);
-    const int64_t added = PeakMemoryBytes() - before;
+    absl::StatusOr<mesh::Animation> animation;
+    const int64_t added = PeakAddedBy(bomb.files, animation);
     EXPECT_THAT(std::string(animation.status().message()), HasSubstr(bomb.message)) << bomb.name;
     EXPECT_LT(added, kSmallMemoryBytes) << bomb.name;
   }
@@ -277,14 +289,89 @@ TEST(Memory, OfAcceptedLevelSetsStaysWithinTheStatedBound) {
   for (const Bytes& bytes :
        {VdbOfLeaves(12, 16, Checkerboard), VdbOfLeaves(100, 4096, one_voxel)}) {
     const auto size = static_cast<int64_t>(bytes.size());
-    const auto files = std::vector<LoadedFile>{{"a_1.vdb", bytes}};
-    std::ofstream("/proc/self/clear_refs") << 5;
-    const int64_t before = PeakMemoryBytes();
-    const absl::StatusOr<mesh::Animation> animation = Read(files);
-    const int64_t added = PeakMemoryBytes() - before;
+    absl::StatusOr<mesh::Animation> animation;
+    const int64_t added = PeakAddedBy({{"a_1.vdb", bytes}}, animation);
     ASSERT_TRUE(animation.ok()) << animation.status();
     EXPECT_GE(animation->frames[0].num_triangles(), 1200);
     EXPECT_LT(added, kSmallMemoryBytes + 512 * size) << size;
+  }
+}
+
+struct LargeFile {
+  std::string name;  // of the file
+  Bytes bytes;
+  int64_t per_byte;     // stated in read_animation.h
+  std::string message;  // of the refusal; empty: accepted
+};
+
+// Polygons between any vertices, each once forth and once back with other diagonals: closed, and
+// with two bytes for a triangle.
+Bytes PlyOfFewVertices(int num_vertices, int num_pairs) {
+  constexpr int kNumCorners = 255;
+  Bytes bytes = ToBytes(
+      absl::StrCat("ply\nformat binary_little_endian 1.0\nelement vertex ", num_vertices,
+                   "\nproperty uchar x\nproperty uchar y\nproperty uchar z\nelement face ",
+                   2 * num_pairs, "\nproperty list uchar ushort vertex_indices\nend_header\n"));
+  std::mt19937 random(9);
+  for (int i = 0; i < 3 * num_vertices; ++i) bytes.push_back(static_cast<std::byte>(random()));
+  for (int pair = 0; pair < num_pairs; ++pair) {
+    const int start = static_cast<int>(random() % num_vertices);
+    const int stride = 1 + pair % 20;
+    const int second_first = static_cast<int>(random() % kNumCorners);
+    for (int i = 0; i < 2 * kNumCorners; ++i) {
+      if (i % kNumCorners == 0) bytes.push_back(static_cast<std::byte>(kNumCorners));
+      const int corner = i < kNumCorners ? i : (second_first + 2 * kNumCorners - i) % kNumCorners;
+      const int v = (start + corner * stride) % num_vertices;
+      bytes.push_back(static_cast<std::byte>(v));
+      bytes.push_back(static_cast<std::byte>(v >> 8));
+    }
+  }
+  return bytes;
+}
+
+// Leaves of any values, which crosses the surface at every second edge.
+Bytes VdbOfNoise(int num_leaves) {
+  std::mt19937 random(5);
+  return VdbOfLeaves(num_leaves, 8, [&](const openvdb::Coord&) {
+    return static_cast<float>(random()) * 0x1p-31f - 1.0f;
+  });
+}
+
+std::vector<LargeFile> LargeFiles() {
+  const mesh::TriangleMesh touching = synthetic::VoxelSurface(synthetic::RandomVoxels(20, 0.5, 6));
+  mesh::TriangleMesh open = touching;
+  open.triangles.conservativeResize(3, open.num_triangles() - 1);
+  Bytes truncated = VdbOfNoise(200);
+  truncated.resize(truncated.size() - 100);
+  const std::string is_open = "1 triangle: the surface is open there";
+  return {
+      {"a_1.stl", StlBinary(open), 192, is_open},
+      {"a_1.stl", StlAscii(open), 192, is_open},
+      {"a_1.stl", StlBinary(touching), 192, ""},
+      {"a_1.obj", Obj(open), 192, is_open},
+      {"a_1.obj", Obj(touching), 192, ""},
+      {"a_1.ply", Ply(open, PlyKind::kLittleEndian), 192, is_open},
+      {"a_1.ply", Ply(touching, PlyKind::kLittleEndian), 192, ""},
+      {"a_1.ply", PlyOfFewVertices(7'000, 600), 192, "more than 16 a vertex"},
+      {"a_1.ply", PlyOfFewVertices(20'000, 600), 192, ""},
+      {"a_1.bobj.gz", Gzip(RawBobj(open)), 512, is_open},
+      {"a_1.bobj.gz", Gzip(RawBobj(touching)), 512, ""},
+      {"a_1.vdb", VdbOfNoise(200), 512, "more than the "},
+      {"a_1.vdb", std::move(truncated), 512, "truncated"},
+  };
+}
+
+TEST(Memory, OfLargeFilesRefusedOrNotStaysWithinTheStatedBound) {
+  for (const LargeFile& file : LargeFiles()) {
+    const auto size = static_cast<int64_t>(file.bytes.size());
+    const std::string name = absl::StrCat(file.name, " of ", size, " bytes, ", file.message);
+    EXPECT_GT(size, 100'000) << name;
+    absl::StatusOr<mesh::Animation> animation;
+    const int64_t added = PeakAddedBy({{file.name, file.bytes}}, animation);
+    EXPECT_EQ(animation.ok(), file.message.empty()) << name << animation.status();
+    ExpectStatusOrGoodMesh(animation);
+    EXPECT_THAT(std::string(animation.status().message()), HasSubstr(file.message)) << name;
+    EXPECT_LT(added, kSmallMemoryBytes + file.per_byte * size) << name;
   }
 }
 

@@ -15,12 +15,14 @@
 #include "core/mesh/animation.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
+#include "tests/synthetic/voxels.h"
 #include "tests/worker/ingest/encode_files.h"
 #include "worker/ingest/read_directory.h"
 
 namespace liquidblend::ingest {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -269,6 +271,24 @@ TEST(ReadAnimation, SplitsPinchedVerticesAndSaysSo) {
             "Split pinched vertices into 1 more, in 1 of 3 frames, first in frame 2.");
 }
 
+TEST(ReadAnimation, TakesPartsThatTouchAnEdgeApartAndSaysSo) {
+  const synthetic::Voxels voxels = synthetic::RandomVoxels(6, 0.5, 1);
+  const mesh::TriangleMesh written = synthetic::VoxelSurface(voxels);
+  const int64_t num_crowded = mesh::CheckClosed(written).num_crowded_edges;
+  ASSERT_GT(num_crowded, 10);
+  for (const Format format : {Format::kMantaflow, Format::kPly, Format::kObj, Format::kStl}) {
+    const absl::StatusOr<mesh::Animation> read = Read(FilesWith(written, format));
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_EQ(mesh::CheckClosed(read->frames[1]).num_crowded_edges, 0);
+    EXPECT_TRUE(mesh::CheckClosed(read->frames[1]).closed());
+    EXPECT_NEAR(mesh::Volume(read->frames[1]), mesh::Volume(written), 1e-6);
+    EXPECT_THAT(read->notes,
+                Contains("Took the surface apart at " + std::to_string(num_crowded) +
+                         " edges with four triangles or more, where parts of it touch, in 1 of 3 "
+                         "frames, first in frame 2."));
+  }
+}
+
 struct Refusal {
   std::string name;
   std::vector<LoadedFile> files;
@@ -296,7 +316,18 @@ std::vector<Refusal> MeshRefusals() {
          m.triangles.conservativeResize(3, 81);
          m.triangles.col(80) = m.triangles.col(0);
        }),
-       frame + "edge (0, 12) has 3 triangles, an edge of a manifold has 2"},
+       frame + "edge (0, 12) has 3 triangles, of which 2 run from 0 to 12: an edge of a closed "
+               "surface has as many as run back"},
+      {"OverfullAndEven", Changed([](auto& m) {
+         m.triangles.conservativeResize(3, 82);
+         m.triangles.col(80) = m.triangles.col(81) = m.triangles.col(0);
+       }),
+       frame + "edge (0, 12) has 4 triangles, of which 3 run from 0 to 12: "},
+      {"TooManyTrianglesAVertex", Changed([](auto& m) {
+         const Eigen::Matrix3Xi once = m.triangles;
+         m.triangles = once.replicate(1, 9).eval();
+       }),
+       frame + "720 triangles on 42 vertices, more than 16 a vertex"},
       {"Misoriented", Changed([](auto& m) { m.triangles.col(7).reverseInPlace(); }),
        "is run through twice in one direction"},
       {"InsideOut", Changed([](auto& m) { m = synthetic::Flipped(m); }),

@@ -36,9 +36,9 @@ Vector3f Corner(const TriangleMesh& mesh, int t, int k) {
 }
 
 SliverCounts Remove(TriangleMesh& mesh) {
-  const absl::StatusOr<Neighbours> neighbours = FindNeighbours(mesh);
-  EXPECT_TRUE(neighbours.ok()) << neighbours.status();
-  return neighbours.ok() ? RemoveSlivers(*neighbours, mesh) : SliverCounts();
+  const absl::StatusOr<Pairing> pairing = FindNeighbours(mesh);
+  EXPECT_TRUE(pairing.ok()) << pairing.status();
+  return pairing.ok() ? RemoveSlivers(pairing->neighbours, mesh) : SliverCounts();
 }
 
 TEST(RemoveSlivers, LeavesSoundMeshesAlone) {

@@ -1,0 +1,230 @@
+// Inputs that are not one clean frame per number, through the real programs: frames that touch
+// themselves, missing numbers, samples between frames.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "client/cli/mesh_file.h"
+#include "client/cli/mesh_stats.h"
+#include "core/mesh/triangle_mesh.h"
+#include "tests/client/run_command.h"
+#include "tests/client/temp_files.h"
+#include "tests/e2e/process.h"
+#include "tests/synthetic/implicit.h"
+#include "tests/synthetic/shapes.h"
+#include "tests/synthetic/voxels.h"
+#include "tests/worker/ingest/encode_files.h"
+
+namespace liquidblend::e2e {
+namespace {
+
+namespace fs = std::filesystem;
+using liquidblend::testing::CommandResult;
+using liquidblend::testing::TempDir;
+using ::testing::HasSubstr;
+
+class InputsTest : public ::testing::Test {
+ protected:
+  InputsTest()
+      : server_("liquidblend-server",
+                {"--data", folder_.File("data"), "--listen", "127.0.0.1:0", "--workers", "1"}) {
+    const std::string words = "listening on ";
+    const std::string line = server_.ReadLine();
+    EXPECT_EQ(line.substr(0, words.size()), words);
+    address_ = line.substr(std::min(line.size(), words.size()));
+  }
+
+  CommandResult Run(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {"--server", address_, "--quiet"});
+    return liquidblend::testing::RunLiquidblend(arguments);
+  }
+
+  // What it says.
+  std::string RunOrDie(const std::vector<std::string>& arguments) const {
+    const CommandResult result = Run(arguments);
+    EXPECT_EQ(result.exit_code, 0) << arguments[0] << ": " << result.err;
+    return result.out;
+  }
+
+  std::string MakeFolder(const std::string& name) const {
+    fs::create_directory(folder_.File(name));
+    return folder_.File(name);
+  }
+
+  // Writes the meshes as PLY files of these names into a new folder.
+  std::string WriteFrames(const std::string& folder, const std::vector<std::string>& names,
+                          const std::vector<mesh::TriangleMesh>& frames) const {
+    MakeFolder(folder);
+    for (size_t k = 0; k < frames.size(); ++k) {
+      const ingest::Bytes bytes = ingest::Ply(frames[k], ingest::PlyKind::kLittleEndian);
+      folder_.Write(folder + "/" + names[k],
+                    {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    }
+    return folder_.File(folder);
+  }
+
+  cli::MeshStats Frame(const std::string& family, double weight, double time_s) const {
+    const std::string path = folder_.File("frame.ply");
+    RunOrDie({"frame", family, "-w", std::to_string(weight), "-t", std::to_string(time_s), "-o",
+              path, "--bits", "20"});
+    const absl::StatusOr<Mesh> mesh = cli::ReadMeshFile(path);
+    EXPECT_TRUE(mesh.ok()) << mesh.status();
+    return mesh.ok() ? cli::ComputeMeshStats(*mesh) : cli::MeshStats();
+  }
+
+  // The edges of four triangles and more in all files of a folder.
+  static int64_t NumCrowdedEdges(const std::string& folder) {
+    int64_t num_crowded = 0;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      const absl::StatusOr<Mesh> read = cli::ReadMeshFile(entry.path().string());
+      EXPECT_TRUE(read.ok()) << read.status();
+      if (!read.ok()) continue;
+      mesh::TriangleMesh mesh;
+      mesh.triangles.resize(3, static_cast<int64_t>(read->num_triangles()));
+      std::copy(read->triangles.begin(), read->triangles.end(), mesh.triangles.data());
+      num_crowded += mesh::CheckClosed(mesh).num_crowded_edges;
+    }
+    return num_crowded;
+  }
+
+  TempDir folder_;
+  Process server_;
+  std::string address_;
+};
+
+double CentreX(const cli::MeshStats& stats) {
+  return (stats.bounds.min.x + stats.bounds.max.x) / 2;
+}
+
+std::vector<std::string> PlainNames(int count) {
+  std::vector<std::string> names;
+  for (int k = 1; k <= count; ++k) names.push_back("frame_000" + std::to_string(k) + ".ply");
+  return names;
+}
+
+// Random cubes that drift along x; some appear and disappear in each frame.
+std::vector<mesh::TriangleMesh> Cubes(int num_frames, float step) {
+  constexpr int kNumChanges = 60;
+  synthetic::Voxels voxels = synthetic::RandomVoxels(8, 0.5, 3);
+  std::vector<mesh::TriangleMesh> frames;
+  for (int k = 0; k < num_frames; ++k) {
+    frames.push_back(synthetic::VoxelSurface(voxels));
+    frames.back().vertices.row(0).array() += step * static_cast<float>(k);
+    frames.back().velocities =
+        Eigen::Vector3f(24 * step, 0, 0).replicate(1, frames.back().num_vertices());
+    for (int i = 0; i < kNumChanges; ++i) {
+      voxels.is_liquid[(37 * k + 11 * i) % voxels.is_liquid.size()].flip();
+    }
+  }
+  return frames;
+}
+
+TEST_F(InputsTest, FramesThatTouchThemselvesGoAllTheWayAndExportsComeBack) {
+  constexpr int kNumFrames = 4;
+  const std::string a = WriteFrames("a", PlainNames(kNumFrames), Cubes(kNumFrames, 0.1f));
+  const std::string b = WriteFrames("b", PlainNames(kNumFrames), Cubes(kNumFrames, 0.2f));
+  EXPECT_GT(NumCrowdedEdges(a), 0);
+  EXPECT_THAT(RunOrDie({"import", "a", a}), HasSubstr("edges with four triangles or more"));
+  RunOrDie({"import", "b", b});
+  RunOrDie({"register", "f", "--source", "a", "--target", "b", "--wait", "--iterations", "2"});
+  const std::string out = MakeFolder("out");
+  RunOrDie({"export", "f", "-w", "0.5", "-o", out});
+  const std::string imported = RunOrDie({"import", "out", out});
+  EXPECT_THAT(imported, HasSubstr("4 frames"));
+  EXPECT_EQ(absl::StrContains(imported, "edges with four triangles or more"),
+            NumCrowdedEdges(out) > 0);
+}
+
+TEST_F(InputsTest, AnExportedBlendOfTwoDropsCanBeImported) {
+  const fs::path simulations = fs::path(LIQUIDBLEND_TEST_DATA) / "two_drops";
+  for (const std::string name : {"A", "B"}) {
+    const std::string folder = MakeFolder(name);
+    for (const std::string file :
+         {"fluid_mesh_0047.bobj.gz", "lVelMesh_0047.uni", "fluid_mesh_0048.bobj.gz",
+          "lVelMesh_0048.uni", "fluid_mesh_0049.bobj.gz", "lVelMesh_0049.uni", "meta.json"}) {
+      fs::copy(simulations / name / file, folder);
+    }
+    RunOrDie({"import", name == "A" ? "a" : "b", folder});
+  }
+  RunOrDie({"register", "f", "--source", "a", "--target", "b", "--wait", "--iterations", "2"});
+  for (const std::string format : {"ply", "bobj"}) {
+    const std::string out = MakeFolder("out_" + format);
+    RunOrDie({"export", "f", "-w", "0.5", "-o", out, "--format", format});
+    EXPECT_THAT(RunOrDie({"import", "out-" + format, out, "--vertex-scale", "1"}),
+                HasSubstr("3 frames"));
+  }
+}
+
+constexpr double kSpeed = 3.0;   // metres per second, along x
+constexpr double kRadius = 0.5;  // metres
+
+// A moving ball at these frame numbers, from 1 on, each with triangles of its own.
+std::vector<mesh::TriangleMesh> RebuiltBall(const std::vector<double>& numbers) {
+  std::vector<mesh::TriangleMesh> frames;
+  for (const double number : numbers) {
+    const Eigen::Vector3d centre(kSpeed * (number - 1) / 24, 0, 0);
+    const auto distance = [&](const Eigen::Vector3d& p) { return (p - centre).norm() - kRadius; };
+    const double spacing = 0.1 + 0.01 * static_cast<double>(frames.size() % 4);
+    frames.push_back(
+        synthetic::Polygonize(distance, {{-0.7f, -0.7f, -0.7f}, {1.4f, 0.7f, 0.7f}, spacing}));
+    frames.back().velocities =
+        Eigen::Vector3f(kSpeed, 0, 0).replicate(1, frames.back().num_vertices());
+  }
+  return frames;
+}
+
+// The same with the same triangles in all frames.
+std::vector<mesh::TriangleMesh> TrackedBall(const std::vector<double>& numbers) {
+  std::vector<mesh::TriangleMesh> frames;
+  for (const double number : numbers) {
+    frames.push_back(synthetic::Icosphere({0, 0, 0}, kRadius, 3));
+    frames.back().vertices.row(0).array() += static_cast<float>(kSpeed * (number - 1) / 24);
+    frames.back().velocities =
+        Eigen::Vector3f(kSpeed, 0, 0).replicate(1, frames.back().num_vertices());
+  }
+  return frames;
+}
+
+class GapsTest : public InputsTest, public ::testing::WithParamInterface<bool> {};
+
+TEST_P(GapsTest, LiquidGoesOnThroughMissingFramesAndSamplesBetween) {
+  const auto ball = GetParam() ? RebuiltBall : TrackedBall;
+  const std::string a = WriteFrames("a", {"a_0001.ply", "a_0002.ply", "a_0004.ply", "a_0006.ply"},
+                                    ball({1, 2, 4, 6}));
+  const std::string b =
+      WriteFrames("b", {"b_0001.ply", "b_0001.5.ply", "b_0003.ply", "b_0004.25.ply", "b_0006.ply"},
+                  ball({1, 1.5, 3, 4.25, 6}));
+  const CommandResult refused = Run({"import", "refused", a});
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_THAT(refused.err, HasSubstr("frame 3 is missing"));
+  EXPECT_THAT(RunOrDie({"import", "a", a, "--allow-gaps"}),
+              HasSubstr("Frame numbers that are missing: 2, the first is 3"));
+  RunOrDie({"import", "b", b});
+  RunOrDie({"register", "f", "--source", "a", "--target", "b", "--wait", "--iterations", "5"});
+  const double volume = 4.0 / 3.0 * 3.14159 * kRadius * kRadius * kRadius;
+  for (const double weight : {0.0, 0.5, 1.0}) {
+    // At frames, beside them, and in the gaps of either.
+    for (const double time_frames : {0.0, 0.5, 1.5, 2.0, 2.6, 3.25, 4.0, 5.0}) {
+      const cli::MeshStats stats = Frame("f", weight, time_frames / 24);
+      const std::string where = absl::StrCat("weight ", weight, ", frame ", 1 + time_frames);
+      EXPECT_TRUE(stats.closed()) << where;
+      EXPECT_EQ(stats.num_components, 1) << where;
+      EXPECT_NEAR(stats.volume_m3 / volume, 1.0, 0.05) << where;
+      EXPECT_NEAR(CentreX(stats), kSpeed * time_frames / 24, 0.03) << where;  // a frame is 0.125
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Frames, GapsTest, ::testing::Bool(), [](const auto& param) {
+  return std::string(param.param ? "Rebuilt" : "Tracked");
+});
+
+}  // namespace
+}  // namespace liquidblend::e2e
