@@ -58,6 +58,42 @@ RegistrationReport ToReport(const v1::RegistrationReport& proto) {
   return report;
 }
 
+Connectivity ToConnectivity(v1::Connectivity proto) {
+  if (proto == v1::TRACKED) return Connectivity::kTracked;
+  return proto == v1::REBUILT ? Connectivity::kRebuilt : Connectivity::kAuto;
+}
+
+Fidelity ToFidelity(const v1::Fidelity& proto) {
+  Fidelity fidelity;
+  fidelity.num_frames = proto.num_frames();
+  fidelity.mean_distance_edges = proto.mean_distance_edges();
+  fidelity.max_distance_edges = proto.max_distance_edges();
+  fidelity.max_volume_error = proto.max_volume_error();
+  fidelity.num_components = proto.num_components();
+  fidelity.num_components_shown = proto.num_components_shown();
+  fidelity.max_component_error = proto.max_component_error();
+  return fidelity;
+}
+
+SpaceTimeReport ToReport(const v1::SpaceTimeReport& proto) {
+  SpaceTimeReport report;
+  report.animation = proto.animation();
+  report.connectivity = ToConnectivity(proto.connectivity());
+  report.grid_spacing_m = proto.grid_spacing_m();
+  report.grid_spacing_edges = proto.grid_spacing_edges();
+  report.edge_length_m = proto.edge_length_m();
+  report.num_vertices = proto.num_vertices();
+  report.num_tetrahedra = proto.num_tetrahedra();
+  report.num_pyramids = proto.num_pyramids();
+  report.num_wedges = proto.num_wedges();
+  report.num_hexahedra = proto.num_hexahedra();
+  report.num_droplets = proto.num_droplets();
+  report.num_rigid_pieces = proto.num_rigid_pieces();
+  report.thin_share = proto.thin_share();
+  report.fidelity = ToFidelity(proto.fidelity());
+  return report;
+}
+
 void SetEvent(const Event& event, v1::Event* proto) {
   proto->mutable_position()->set_x(event.position.x);
   proto->mutable_position()->set_y(event.position.y);
@@ -204,6 +240,9 @@ Family FromProto(const v1::Family& proto) {
   family.has_velocities = proto.has_velocities();
   for (const v1::RegistrationReport& report : proto.reports()) {
     family.reports.push_back(ToReport(report));
+  }
+  for (const v1::SpaceTimeReport& report : proto.space_time_reports()) {
+    family.space_time_reports.push_back(ToReport(report));
   }
   family.size_bytes = proto.size_bytes();
   family.create_time = ToTime(proto.create_time());

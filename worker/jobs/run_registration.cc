@@ -13,6 +13,7 @@
 #include "worker/registration/register.h"
 #include "worker/registration/transfer.h"
 #include "worker/spacetime/build.h"
+#include "worker/spacetime/report.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -30,13 +31,23 @@ absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& co
   return store::ReadAnimation(*blob, absl::StrCat("animation '", id, "'"));
 }
 
+struct BuiltMesh {
+  mesh::SpaceTimeMesh mesh;
+  mesh::SpaceTimeReport report;
+};
+
 // Reads one animation of the family and makes its space-time mesh; `bounds` grows around it.
-absl::StatusOr<mesh::SpaceTimeMesh> BuildMesh(const std::string& id,
-                                              const spacetime::BuildOptions& options,
-                                              JobContext& context, Eigen::AlignedBox3f& bounds) {
+absl::StatusOr<BuiltMesh> BuildMesh(const std::string& id, spacetime::BuildOptions options,
+                                    JobContext& context, Eigen::AlignedBox3f& bounds) {
   LB_ASSIGN_OR_RETURN(const mesh::Animation animation, ReadStored(id, context));
   bounds.extend(BoxOf(animation));
-  return spacetime::Build(animation, options, context.arena, context.StageProgress());
+  LB_ASSIGN_OR_RETURN(options.connectivity,
+                      spacetime::ChooseConnectivity(animation, options, context.arena));
+  BuiltMesh built;
+  LB_ASSIGN_OR_RETURN(built.mesh,
+                      spacetime::Build(animation, options, context.arena, context.StageProgress()));
+  built.report = spacetime::Report(animation, built.mesh, options, context.arena);
+  return built;
 }
 
 absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& job, int k,
@@ -46,15 +57,16 @@ absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& jo
   const double middle = begin + kTargetMeshShare * share;
   LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", begin, middle));
   LB_ASSIGN_OR_RETURN(
-      const mesh::SpaceTimeMesh target,
+      const BuiltMesh target,
       BuildMesh(job.targets(k), ToBuildOptions(job.space_time()), context, parts.bounds));
   LB_RETURN_IF_ERROR(context.BeginStage("registration", middle, begin + share));
   RegisteredTarget result;
   result.name = job.targets(k);
+  result.space_time = target.report;
   LB_ASSIGN_OR_RETURN(
       result.registration,
       registration::Register(
-          parts.source, target, ToCorrespondences(job, k, parts.source.frames_per_second),
+          parts.source, target.mesh, ToCorrespondences(job, k, parts.source.frames_per_second),
           ToRegistrationOptions(job.options()), context.arena, context.RegistrationProgress(k)));
   return result;
 }
@@ -97,8 +109,10 @@ absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& cont
   parts.name = job.family();
   parts.source_name = job.source();
   LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", 0.0, kTargetsBegin));
-  LB_ASSIGN_OR_RETURN(parts.source, BuildMesh(job.source(), ToBuildOptions(job.space_time()),
-                                              context, parts.bounds));
+  LB_ASSIGN_OR_RETURN(BuiltMesh source, BuildMesh(job.source(), ToBuildOptions(job.space_time()),
+                                                  context, parts.bounds));
+  parts.source = std::move(source.mesh);
+  parts.source_report = source.report;
   for (int k = 0; k < job.targets_size(); ++k) {
     LB_ASSIGN_OR_RETURN(RegisteredTarget target, RegisterTarget(job, k, parts, context));
     parts.targets.push_back(std::move(target));

@@ -41,6 +41,8 @@ struct Family {
   std::vector<LevelOfDetail> coarser_levels;  // levels of detail from 1 on
   bool has_velocities = false;  // frames can have the simulation's velocities, not just the slope's
   std::vector<RegistrationReport> reports;  // one per target
+  // The source's, then one per target; none if an older program registered the family.
+  std::vector<SpaceTimeReport> space_time_reports;
   int64_t size_bytes = 0;
   absl::Time create_time = absl::UnixEpoch();
   absl::Time update_time = absl::UnixEpoch();

@@ -233,11 +233,24 @@ TEST_F(Command, ListInspectAndOperationsSpeakJson) {
   const json family = json::parse(Run({"inspect", "drops", "--json"}).out);
   EXPECT_EQ(family["name"], "families/drops");
   EXPECT_EQ(family["bounds"]["max"], json({3.0, 3.0, 3.0}));
+  EXPECT_EQ(family["space_time_reports"][1]["animation"], "animations/drops-b");
+  EXPECT_EQ(family["space_time_reports"][1]["connectivity"], "rebuilt");
+  EXPECT_EQ(family["space_time_reports"][1]["num_rigid_pieces"], 42);
+  EXPECT_EQ(family["space_time_reports"][1]["fidelity"]["max_volume_error"], 0.0015);
   const json animation = json::parse(Run({"inspect", "drops-a", "--json"}).out);
   EXPECT_EQ(animation["state"], "ready");
   const json operations = json::parse(Run({"operations", "--json"}).out);
   EXPECT_EQ(operations[1]["state"], "running");
   EXPECT_EQ(operations[2]["error"]["code"], "DATA_LOSS");
+}
+
+TEST_F(Command, InspectTellsHowWellAFamilyShowsItsAnimations) {
+  const std::string text = Run({"inspect", "drops"}).out;
+  EXPECT_THAT(text, HasSubstr("animations/drops-a: rebuilt on a grid of 0.018 m (0.9 mean edges), "
+                              "4321 vertices, 4000 hexahedra, 60 wedges, 3 droplets in 42 pieces, "
+                              "12.5 % thin\n"
+                              "    16 frames: distance 0.0250 mean edges, 0.500 at most; volume "
+                              "within 0.150 %; 48 components of 47, 1 apart at most\n"));
 }
 
 TEST_F(Command, InspectDescribesAMeshFile) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/rpc/api_messages.h"
 #include "server/rpc/frame_stream.h"
 #include "tests/server/rpc/rpc_testing.h"
 
@@ -480,6 +481,37 @@ TEST_F(HandlersTest, AFamilySaysWhatItIsMadeOf) {
   EXPECT_DOUBLE_EQ(family->duration_s(), (kFamilyFrames - 1) / family->frames_per_second());
   EXPECT_GT(family->num_cells(), 0);
   EXPECT_LT(family->bounds().min().x(), family->bounds().max().x());
+}
+
+TEST(ToFamily, TellsWhatTheSpaceTimeMeshesAreLike) {
+  store::pb::FamilyRecord record;
+  record.set_id("splash");
+  store::pb::FamilyManifest& manifest = *record.mutable_manifest();
+  manifest.set_source("a");
+  manifest.add_targets("b");
+  store::pb::SpaceTimeReport& source = *manifest.add_space_time_reports();
+  source.set_connectivity(store::pb::REBUILT);
+  source.set_grid_spacing_m(0.09);
+  source.set_edge_length_m(0.1);
+  source.set_num_wedges(12);
+  source.set_num_droplets(2);
+  source.set_thin_share(0.25);
+  source.mutable_fidelity()->set_max_distance_edges(0.5);
+  source.mutable_fidelity()->set_max_component_error(1);
+  manifest.add_space_time_reports()->set_connectivity(store::pb::TRACKED);
+  const v1::Family family = ToFamily(record);
+  ASSERT_EQ(family.space_time_reports_size(), 2);
+  const v1::SpaceTimeReport& report = family.space_time_reports(0);
+  EXPECT_EQ(report.animation(), "animations/a");
+  EXPECT_EQ(report.connectivity(), v1::REBUILT);
+  EXPECT_DOUBLE_EQ(report.grid_spacing_edges(), 0.9);
+  EXPECT_EQ(report.num_wedges(), 12);
+  EXPECT_EQ(report.num_droplets(), 2);
+  EXPECT_EQ(report.thin_share(), 0.25);
+  EXPECT_EQ(report.fidelity().max_distance_edges(), 0.5);
+  EXPECT_EQ(report.fidelity().max_component_error(), 1);
+  EXPECT_EQ(family.space_time_reports(1).animation(), "animations/b");
+  EXPECT_EQ(family.space_time_reports(1).connectivity(), v1::TRACKED);
 }
 
 TEST_F(HandlersTest, AFrameIsTheSameBytesAgain) {

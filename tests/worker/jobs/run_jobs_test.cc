@@ -181,6 +181,13 @@ TEST_F(RunJobsTest, SpaceTimeOptionsShapeTheFamily) {
   EXPECT_EQ(tracked.num_first_vertices(), 162);  // the frame's own
   EXPECT_GT(rebuilt.num_first_vertices(), 0);
   EXPECT_NE(rebuilt.num_first_vertices(), 162);
+  ASSERT_EQ(tracked.space_time_reports_size(), 2);
+  ASSERT_EQ(rebuilt.space_time_reports_size(), 2);
+  EXPECT_EQ(tracked.space_time_reports(0).connectivity(), store::pb::TRACKED);
+  EXPECT_LT(tracked.space_time_reports(1).fidelity().max_distance_edges(), 1e-5);
+  EXPECT_EQ(rebuilt.space_time_reports(0).connectivity(), store::pb::REBUILT);
+  EXPECT_EQ(rebuilt.space_time_reports(1).fidelity().num_frames(), 4);
+  EXPECT_LT(rebuilt.space_time_reports(1).fidelity().mean_distance_edges(), 0.05);
   EXPECT_EQ(Job(bad).state(), JobRecord::FAILED);
   EXPECT_EQ(Job(bad).error().message(), "thin_sheets_from is 2, not in [0, 1]");
 }
