@@ -32,6 +32,11 @@ absl::Status CheckManifest(const SectionReader& reader, const v1::FamilyManifest
     return reader.Invalid(absl::StrCat(manifest.reports_size(), " reports for ",
                                        manifest.targets_size(), " targets"));
   }
+  const int num_reports = manifest.space_time_reports_size();
+  if (num_reports != 0 && num_reports != 1 + manifest.targets_size()) {
+    return reader.Invalid(absl::StrCat(num_reports, " reports of space-time meshes for ",
+                                       1 + manifest.targets_size(), " animations"));
+  }
   if (manifest.sections_size() != NumSections(reader.version(), manifest)) {
     return reader.Invalid(absl::StrCat(manifest.sections_size(), " sections for ",
                                        manifest.targets_size(), " targets and ",
