@@ -21,7 +21,7 @@ absl::Status WriteAnimation(const mesh::Animation& animation, BlobWriter& out);
 //   name  how messages call the file
 // Errors: kDataLoss if the file is damaged, naming the section; kInvalidArgument if it is no
 // animation file, of a format version that is not known, or its content contradicts itself.
-// Memory: the file's size, and some 40 times its manifest's, which may have 16 MiB at most.
+// Memory: the file's size, and some 80 times its manifest's, which may have 16 MiB at most.
 absl::StatusOr<mesh::Animation> ReadAnimation(const Blob& blob, const std::string& name);
 
 // Writes a registered family. The same family gives the same bytes: its version (which the catalog
