@@ -55,6 +55,15 @@ Eigen::Vector4f EstimateNormal(const Surface& source, const IndexLists& neighbor
   return ImageNormal(image * spread.inverse());
 }
 
+Points ImageNormals(const Surface& source, const IndexLists& neighbors, const Points& displacement,
+                    const parallel::Arena& arena) {
+  Points normals(4, source.points.cols());
+  arena.For(normals.cols(), [&](int64_t v) {
+    normals.col(v) = EstimateNormal(source, neighbors, displacement, v);
+  });
+  return normals;
+}
+
 bool IsTurned(const Surface& source, const IndexLists& neighbors, const Points& normals,
               int64_t v) {
   int num_same = 0, num_turned = 0;
@@ -107,12 +116,12 @@ struct Residual {
   float distance;
 };
 
-std::optional<Residual> ResidualAt(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
-                                   const Surface& source, const ClosestPointSearch& target,
+std::optional<Residual> ResidualAt(const Surface& source, const Points& normals,
+                                   const ClosestPointSearch& target,
                                    const ProjectionOptions& options, const Points& displacement,
                                    int64_t v) {
   const Eigen::Vector4f p = source.points.col(v) + displacement.col(v);
-  const Eigen::Vector4f image = DeformedNormal(nodes, maps, source, v);
+  const Eigen::Vector4f image = normals.col(v);
   const bool at_end = source.InFirstSlab(v) || source.InLastSlab(v);
   const auto end =
       source.InFirstSlab(v) ? ClosestPointSearch::End::kFirst : ClosestPointSearch::End::kLast;
@@ -132,16 +141,16 @@ std::optional<Residual> ResidualAt(const DeformationNodes& nodes, const std::vec
 
 }  // namespace
 
-double ProjectOntoTarget(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
-                         const Surface& source, const IndexLists& neighbors,
+double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors,
                          const ClosestPointSearch& target, const ProjectionOptions& options,
                          const parallel::Arena& arena, Points& displacement) {
   const int64_t count = source.points.cols();
   Points residual = Points::Zero(4, count);
   Eigen::VectorXf weight = Eigen::VectorXf::Zero(count);
   Eigen::VectorXf distance = Eigen::VectorXf::Constant(count, -1.0f);
+  const Points normals = ImageNormals(source, neighbors, displacement, arena);
   arena.For(count, [&](int64_t v) {
-    const auto found = ResidualAt(nodes, maps, source, target, options, displacement, v);
+    const auto found = ResidualAt(source, normals, target, options, displacement, v);
     if (!found) return;
     residual.col(v) = found->along_normal;
     weight[v] = options.stiffness * found->weight;
@@ -168,10 +177,7 @@ double ProjectOntoTarget(const DeformationNodes& nodes, const std::vector<NodeMa
 int64_t RelaxFolds(const Surface& source, const IndexLists& neighbors, int max_rounds,
                    const parallel::Arena& arena, Points& displacement) {
   const int64_t count = source.points.cols();
-  Points normals(4, count);
-  arena.For(count, [&](int64_t v) {
-    normals.col(v) = EstimateNormal(source, neighbors, displacement, v);
-  });
+  Points normals = ImageNormals(source, neighbors, displacement, arena);
   std::vector<char> turned(count, 0);
   arena.For(count, [&](int64_t v) { turned[v] = IsTurned(source, neighbors, normals, v); });
   for (int round = 0;; ++round) {

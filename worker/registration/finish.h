@@ -13,8 +13,7 @@ struct ProjectionOptions {
 
 // Adds to the displacements the remaining distance to the target along its normals, smoothed over
 // the neighbours. Returns the mean distance to the target that was left before, in edges.
-double ProjectOntoTarget(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
-                         const Surface& source, const IndexLists& neighbors,
+double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors,
                          const ClosestPointSearch& target, const ProjectionOptions& options,
                          const parallel::Arena& arena, Points& displacement);
 

@@ -24,6 +24,7 @@ constexpr double kAnnealedShare = 0.8;  // of the iterations; the rest stay soft
 // most steps to solve.
 constexpr double kFirstSampleShare = 0.2;
 constexpr int kMaxRelaxRounds = 8;
+constexpr int kNumProjections = 2;
 constexpr int kExtrapolationSweeps = 30;
 
 absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target) {
@@ -170,8 +171,11 @@ absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source_mesh,
   }
   Points displacement = Deform(nodes, maps, source.points, arena) - source.points;
   Registration result;
-  result.report.mean_residual_edges =
-      ProjectOntoTarget(nodes, maps, source, neighbors, target_search, {}, arena, displacement);
+  for (int n = 0; n < kNumProjections; ++n) {
+    const double residual =
+        ProjectOntoTarget(source, neighbors, target_search, {}, arena, displacement);
+    if (n == 0) result.report.mean_residual_edges = residual;
+  }
   RelaxFolds(source, neighbors, kMaxRelaxRounds, arena, displacement);
   CarryRigidPieces(source, arena, displacement);
   Points smooth = Smooth(displacement, neighbors, kExtrapolationSweeps, arena);

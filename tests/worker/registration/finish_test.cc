@@ -7,8 +7,6 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr double kSpacing = 4.0;
-
 TEST(ProjectOntoTarget, ClosesASmallGap) {
   const TestSurface source(SphereMesh());
   // The same sphere, 4 % larger: about a quarter of an edge outside.
@@ -16,16 +14,14 @@ TEST(ProjectOntoTarget, ClosesASmallGap) {
   larger.radius_m *= 1.04;
   const TestSurface target(BuildMesh(synthetic::MovingSphere(larger)));
   const parallel::Arena arena(2);
-  const DeformationNodes nodes(source.surface.points, source.neighbors, kSpacing, {}, 1, arena);
-  const std::vector<NodeMap> still(nodes.num_nodes(), NodeMap::Zero());
   const Surface target_surface(target.mesh, source.mesh.edge_length_m);
   const ClosestPointSearch search(target.mesh, target_surface.points, target_surface.cells_around);
   Points displacement = Points::Zero(4, source.surface.points.cols());
-  const double before = ProjectOntoTarget(nodes, still, source.surface, source.neighbors, search,
-                                          {}, arena, displacement);
+  const double before =
+      ProjectOntoTarget(source.surface, source.neighbors, search, {}, arena, displacement);
   Points unchanged = displacement;
-  const double after = ProjectOntoTarget(nodes, still, source.surface, source.neighbors, search, {},
-                                         arena, unchanged);
+  const double after =
+      ProjectOntoTarget(source.surface, source.neighbors, search, {}, arena, unchanged);
   EXPECT_GT(before, 0.1);
   EXPECT_LT(after, 0.4 * before);
 }
