@@ -77,6 +77,37 @@ v1::Correspondence::Kind ToKind(CorrespondenceKind kind) {
   return v1::Correspondence::KIND_UNSPECIFIED;
 }
 
+v1::Connectivity ToConnectivity(Connectivity connectivity) {
+  switch (connectivity) {
+    case Connectivity::kAuto:
+      return v1::CONNECTIVITY_UNSPECIFIED;
+    case Connectivity::kTracked:
+      return v1::TRACKED;
+    case Connectivity::kRebuilt:
+      return v1::REBUILT;
+  }
+  return v1::CONNECTIVITY_UNSPECIFIED;
+}
+
+void SetOptions(const RegistrationOptions& options, v1::RegistrationOptions* proto) {
+  proto->set_max_iterations(options.max_iterations);
+  proto->set_node_spacing_edges(options.node_spacing_edges);
+  proto->set_sample_share(options.sample_share);
+  proto->set_seed(options.seed);
+  proto->set_final_smoothness(options.final_smoothness);
+  proto->set_thin_sheets_from(options.thin_sheets_from);
+}
+
+void SetSpaceTime(const SpaceTimeOptions& options, v1::SpaceTimeOptions* proto) {
+  proto->set_connectivity(ToConnectivity(options.connectivity));
+  proto->set_spacing_edges(options.spacing_edges);
+  if (options.droplet_vertices) proto->set_droplet_vertices(*options.droplet_vertices);
+  if (options.sheet_thickness_edges) {
+    proto->set_sheet_thickness_edges(*options.sheet_thickness_edges);
+  }
+  if (options.coarser_levels) proto->set_coarser_levels(*options.coarser_levels);
+}
+
 void SetCorrespondence(const Correspondence& correspondence, v1::Correspondence* proto) {
   proto->set_kind(ToKind(correspondence.kind));
   proto->set_hard(correspondence.hard);
@@ -222,12 +253,8 @@ v1::RegisterFamilyRequest ToProto(const RegisterRequest& request) {
   for (const std::string& target : request.targets) {
     proto.add_targets(ResourceName("animations", target));
   }
-  v1::RegistrationOptions* options = proto.mutable_options();
-  options->set_max_iterations(request.options.max_iterations);
-  options->set_node_spacing_edges(request.options.node_spacing_edges);
-  options->set_sample_share(request.options.sample_share);
-  options->set_seed(request.options.seed);
-  options->set_final_smoothness(request.options.final_smoothness);
+  SetOptions(request.options, proto.mutable_options());
+  SetSpaceTime(request.space_time, proto.mutable_space_time());
   for (const std::vector<Correspondence>& of_target : request.correspondences) {
     auto* list = proto.add_correspondences();
     for (const Correspondence& correspondence : of_target) {

@@ -194,6 +194,19 @@ store::pb::RegistrationOptions ToRecord(const v1::RegistrationOptions& options) 
   record.set_sample_share(options.sample_share());
   record.set_seed(options.seed());
   record.set_final_smoothness(options.final_smoothness());
+  record.set_thin_sheets_from(options.thin_sheets_from());
+  return record;
+}
+
+store::pb::SpaceTimeOptions ToRecord(const v1::SpaceTimeOptions& options) {
+  store::pb::SpaceTimeOptions record;
+  record.set_connectivity(static_cast<store::pb::Connectivity>(options.connectivity()));
+  record.set_spacing_edges(options.spacing_edges());
+  if (options.has_droplet_vertices()) record.set_droplet_vertices(options.droplet_vertices());
+  if (options.has_sheet_thickness_edges()) {
+    record.set_sheet_thickness_edges(options.sheet_thickness_edges());
+  }
+  if (options.has_coarser_levels()) record.set_coarser_levels(options.coarser_levels());
   return record;
 }
 

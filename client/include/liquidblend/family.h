@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "liquidblend/bounds.h"
+#include "liquidblend/space_time.h"
 
 namespace liquidblend {
 
@@ -52,6 +53,7 @@ struct RegistrationOptions {
   double sample_share = 0.0;        // [0, 1]
   uint64_t seed = 0;
   double final_smoothness = 0.0;  // >= 0
+  double thin_sheets_from = 0.0;  // [0, 1]; share of the iterations before thin sheets take part
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
@@ -80,6 +82,7 @@ struct RegisterRequest {
   std::string source;                // an animation's id, with or without "animations/"
   std::vector<std::string> targets;  // at least one, likewise
   RegistrationOptions options;
+  SpaceTimeOptions space_time;                               // of the source and all targets
   std::vector<std::vector<Correspondence>> correspondences;  // none, or one list per target
 };
 

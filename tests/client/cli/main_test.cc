@@ -102,9 +102,31 @@ TEST_F(Command, RegisterShowsProgressOnStandardErrorAndTheFamilyOnStandardOutput
   const std::string correspondences = dir_.Write("c.json", R"({"correspondences": [[
       {"source": {"position": [1, 2, 3], "time_s": 0.5},
        "target": {"position": [1, 2, 3], "time_s": 0.75}}]]})");
-  const CommandResult result =
-      Run({"register", "drops", "--source", "drops-a", "--target", "drops-b", "--wait",
-           "--iterations", "9", "--seed", "3", "--correspondences", correspondences});
+  const CommandResult result = Run({"register",
+                                    "drops",
+                                    "--source",
+                                    "drops-a",
+                                    "--target",
+                                    "drops-b",
+                                    "--wait",
+                                    "--iterations",
+                                    "9",
+                                    "--seed",
+                                    "3",
+                                    "--correspondences",
+                                    correspondences,
+                                    "--thin-sheets-from",
+                                    "0.5",
+                                    "--connectivity",
+                                    "rebuilt",
+                                    "--spacing",
+                                    "0.75",
+                                    "--droplet-vertices",
+                                    "0",
+                                    "--sheet-thickness",
+                                    "2",
+                                    "--levels",
+                                    "1"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("registration of target 1, iteration 7/16, fit 0.5"));
   EXPECT_THAT(result.err, HasSubstr("inliers 90 %, 1:05 left"));
@@ -112,6 +134,15 @@ TEST_F(Command, RegisterShowsProgressOnStandardErrorAndTheFamilyOnStandardOutput
   EXPECT_THAT(result.out, HasSubstr("families/drops: version 3"));
   EXPECT_THAT(server_.LastRequest(), HasSubstr("max_iterations: 9"));
   EXPECT_THAT(server_.LastRequest(), HasSubstr("time_s: 0.75"));
+  for (const char* part :
+       {"thin_sheets_from: 0.5", "connectivity: REBUILT", "spacing_edges: 0.75",
+        "droplet_vertices: 0", "sheet_thickness_edges: 2", "coarser_levels: 1"}) {
+    EXPECT_THAT(server_.LastRequest(), HasSubstr(part));
+  }
+  EXPECT_EQ(Run({"register", "drops", "--source", "drops-a", "--target", "drops-b",
+                 "--connectivity", "perhaps"})
+                .exit_code,
+            2);
 }
 
 TEST_F(Command, RegisterWithoutWaitSaysHowToWatchUnlessQuiet) {
