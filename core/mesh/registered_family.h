@@ -24,7 +24,7 @@ struct RegistrationReport {
   double mean_residual_edges = 0.0;  // mean distance of registered vertices to the target, in edges
   double inlier_share = 0.0;         // of the last iteration's samples
   double seconds = 0.0;
-  std::vector<CorrespondenceReport> correspondences;  // one per correspondence, in their order
+  std::vector<CorrespondenceReport> correspondences = {};  // one per correspondence, in their order
 };
 
 struct FamilyTarget {

@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/store/correspondence_records.h"
 #include "core/store/files.h"
 #include "core/store/sections.h"
 
@@ -36,6 +37,13 @@ absl::Status CheckManifest(const SectionReader& reader, const v1::FamilyManifest
                                        manifest.targets_size(), " targets and ",
                                        manifest.coarser_levels_size(), " coarser levels"));
   }
+  for (const v1::RegistrationReport& report : manifest.reports()) {
+    for (const v1::CorrespondenceReport& correspondence : report.correspondences()) {
+      if (!IsWhole(correspondence)) {
+        return reader.Invalid("a correspondence's event is not four numbers");
+      }
+    }
+  }
   if (manifest.domain().min_size() != 3 || manifest.domain().max_size() != 3) {
     return reader.Invalid("the domain is no box in three dimensions");
   }
@@ -58,8 +66,12 @@ mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
     const v1::RegistrationReport& report = manifest.reports(k);
     mesh::FamilyTarget& target = family.targets.emplace_back();
     target.name = manifest.targets(k);
-    target.report = {report.num_nodes(), report.num_iterations(), report.mean_residual_edges(),
-                     report.inlier_share(), report.seconds()};
+    target.report = {report.num_nodes(),    report.num_iterations(), report.mean_residual_edges(),
+                     report.inlier_share(), report.seconds(),        {}};
+    for (const v1::CorrespondenceReport& correspondence : report.correspondences()) {
+      target.report.correspondences.push_back(
+          FromRecord(correspondence, manifest.frames_per_second()));
+    }
   }
   const mesh::RegisteredFamily plain = family;
   for (const v1::FamilyLevel& from : manifest.coarser_levels()) {
@@ -174,6 +186,9 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
     report->set_mean_residual_edges(target.report.mean_residual_edges);
     report->set_inlier_share(target.report.inlier_share);
     report->set_seconds(target.report.seconds);
+    for (const mesh::CorrespondenceReport& correspondence : target.report.correspondences) {
+      *report->add_correspondences() = ToRecord(correspondence, family.frames_per_second);
+    }
   }
   manifest.set_has_velocities(!family.velocities.empty());
   for (const mesh::RegisteredFamily& level : family.coarser_levels) {
