@@ -1,4 +1,4 @@
-// The file of `liquidblend register --correspondences`.
+// The file of `liquidblend register --correspondences` (docs/correspondences.md).
 //
 // JSON; one list per target, in the order of the --target flags:
 //   {"correspondences": [
