@@ -74,6 +74,18 @@ absl::StatusOr<Correspondence> ReadCorrespondence(const json& entry, const std::
 
 }  // namespace
 
+const char* KindName(CorrespondenceKind kind) {
+  switch (kind) {
+    case CorrespondenceKind::kPoint:
+      return "point";
+    case CorrespondenceKind::kTrajectory:
+      return "trajectory";
+    case CorrespondenceKind::kSpace:
+      return "space";
+  }
+  return "unknown";
+}
+
 absl::StatusOr<std::vector<std::vector<Correspondence>>> ReadCorrespondences(
     const std::string& path) {
   LBC_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));

@@ -1,4 +1,4 @@
-// The file of `liquidblend register --correspondences`.
+// The file of `liquidblend register --correspondences` (docs/correspondences.md).
 //
 // JSON; one list per target, in the order of the --target flags:
 //   {"correspondences": [
@@ -6,7 +6,7 @@
 //        "hard": false,         // default false: held softly, released when the fit is good
 //        "source": {"position": [x, y, z], "time_s": t},
 //        "target": {"position": [x, y, z], "time_s": t},
-//        "length_s": 0.5} ] ]}  // of a trajectory; default 0: to the end
+//        "length_s": 0.5} ] ]}  // of a trajectory or space; default 0: to the end
 // Positions are metres, times seconds since the first frame. Other keys are refused.
 #pragma once
 
@@ -17,6 +17,9 @@
 #include "liquidblend/family.h"
 
 namespace liquidblend::cli {
+
+// What the file calls it: "point", "trajectory" or "space".
+const char* KindName(CorrespondenceKind kind);
 
 // Errors: kNotFound; kInvalidArgument, the message names file, target, entry and field.
 absl::StatusOr<std::vector<std::vector<Correspondence>>> ReadCorrespondences(

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "client/cli/correspondences.h"
 #include "client/cli/json.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/wait.h"
@@ -51,6 +52,16 @@ std::string Describe(const SpaceTimeReport& report) {
   return text;
 }
 
+std::string Describe(size_t index, const CorrespondenceReport& report) {
+  const Correspondence& c = report.correspondence;
+  const Vector3& at = c.source.position;
+  return absl::StrFormat(
+      "%d: %s %s at (%.4g, %.4g, %.4g) m, %.4g s: %s, residual %.4g m, %.3f frames, %d nodes",
+      index, c.hard ? "hard" : "soft", KindName(c.kind), at.x, at.y, at.z, c.source.time_s,
+      report.kept ? "kept" : "overruled", report.residual_m, report.residual_frames,
+      report.num_nodes);
+}
+
 }  // namespace
 
 std::string Describe(const Animation& animation) {
@@ -95,6 +106,9 @@ std::string Describe(const Family& family) {
         &text, "\n  %s: %d nodes, %d iterations, residual %.3f mean edges, inliers %.0f %%, %.1f s",
         report.target, report.num_nodes, report.num_iterations, report.mean_residual_edges,
         100.0 * report.inlier_share, report.seconds);
+    for (size_t n = 0; n < report.correspondences.size(); ++n) {
+      absl::StrAppend(&text, "\n    ", Describe(n, report.correspondences[n]));
+    }
   }
   return text;
 }

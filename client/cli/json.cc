@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "client/cli/correspondences.h"
+
 namespace liquidblend::cli {
 namespace {
 
@@ -16,13 +18,35 @@ Json ToJson(const absl::Status& status) {
           {"message", std::string(status.message())}};
 }
 
+Json ToJson(const Event& event) {
+  const Vector3& at = event.position;
+  return {{"position", {at.x, at.y, at.z}}, {"time_s", event.time_s}};
+}
+
+Json ToJson(const CorrespondenceReport& report) {
+  return {{"kind", KindName(report.correspondence.kind)},
+          {"hard", report.correspondence.hard},
+          {"source", ToJson(report.correspondence.source)},
+          {"target", ToJson(report.correspondence.target)},
+          {"length_s", report.correspondence.length_s},
+          {"kept", report.kept},
+          {"residual_m", report.residual_m},
+          {"residual_frames", report.residual_frames},
+          {"num_nodes", report.num_nodes}};
+}
+
 Json ToJson(const RegistrationReport& report) {
+  Json correspondences = Json::array();
+  for (const CorrespondenceReport& correspondence : report.correspondences) {
+    correspondences.push_back(ToJson(correspondence));
+  }
   return {{"target", report.target},
           {"num_nodes", report.num_nodes},
           {"num_iterations", report.num_iterations},
           {"mean_residual_edges", report.mean_residual_edges},
           {"inlier_share", report.inlier_share},
-          {"seconds", report.seconds}};
+          {"seconds", report.seconds},
+          {"correspondences", correspondences}};
 }
 
 Json ToJson(const Fidelity& fidelity) {

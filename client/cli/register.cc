@@ -21,6 +21,9 @@ struct RegisterFlags {
 
 absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
   RegisterRequest request = flags.request;
+  if (!request.refine && (request.source.empty() || request.targets.empty())) {
+    return absl::InvalidArgumentError("--source and --target are required without --refine");
+  }
   if (!flags.correspondences.empty()) {
     LBC_ASSIGN_OR_RETURN(request.correspondences, ReadCorrespondences(flags.correspondences));
   }
@@ -97,9 +100,11 @@ void AddRegister(CLI::App& app, Context& context) {
   CLI::App* command =
       app.add_subcommand("register", "Register animations to one another: makes a family");
   command->add_option("FAMILY", request.family, "Id of the family")->required();
-  command->add_option("--source", request.source, "The animation that is deformed")->required();
-  command->add_option("--target", request.targets, "What it is blended with; repeat for more")
-      ->required();
+  command->add_option("--source", request.source, "The animation that is deformed");
+  command->add_option("--target", request.targets, "What it is blended with; repeat for more");
+  command->add_flag("--refine", request.refine,
+                    "Go on from the family's newest version, with the correspondences given "
+                    "instead of its own; --source and --target may be left out");
   command->add_flag("--wait", flags->wait, "Show progress until it is done");
   AddRegistrationFlags(request.options, *command);
   AddSpaceTimeFlags(request.space_time, *command);

@@ -47,6 +47,32 @@ Progress ToProgress(const v1::Progress& proto) {
   return progress;
 }
 
+CorrespondenceKind ToKind(v1::Correspondence::Kind kind) {
+  switch (kind) {
+    case v1::Correspondence::TRAJECTORY:
+      return CorrespondenceKind::kTrajectory;
+    case v1::Correspondence::SPACE:
+      return CorrespondenceKind::kSpace;
+    default:
+      return CorrespondenceKind::kPoint;
+  }
+}
+
+CorrespondenceReport ToReport(const v1::CorrespondenceReport& proto) {
+  CorrespondenceReport report;
+  const v1::Correspondence& from = proto.correspondence();
+  report.correspondence.kind = ToKind(from.kind());
+  report.correspondence.hard = from.hard();
+  report.correspondence.source = {ToVector(from.source().position()), from.source().time_s()};
+  report.correspondence.target = {ToVector(from.target().position()), from.target().time_s()};
+  report.correspondence.length_s = from.length_s();
+  report.kept = proto.outcome() != v1::CorrespondenceReport::OVERRULED;
+  report.residual_m = proto.residual_m();
+  report.residual_frames = proto.residual_frames();
+  report.num_nodes = proto.num_nodes();
+  return report;
+}
+
 RegistrationReport ToReport(const v1::RegistrationReport& proto) {
   RegistrationReport report;
   report.target = proto.target();
@@ -55,6 +81,9 @@ RegistrationReport ToReport(const v1::RegistrationReport& proto) {
   report.mean_residual_edges = proto.mean_residual_edges();
   report.inlier_share = proto.inlier_share();
   report.seconds = proto.seconds();
+  for (const v1::CorrespondenceReport& correspondence : proto.correspondences()) {
+    report.correspondences.push_back(ToReport(correspondence));
+  }
   return report;
 }
 
@@ -288,12 +317,13 @@ v1::ImportOptions ToProto(const ImportOptions& options) {
 v1::RegisterFamilyRequest ToProto(const RegisterRequest& request) {
   v1::RegisterFamilyRequest proto;
   proto.set_family_id(ResourceId("families", request.family));
-  proto.set_source(ResourceName("animations", request.source));
+  if (!request.source.empty()) proto.set_source(ResourceName("animations", request.source));
   for (const std::string& target : request.targets) {
     proto.add_targets(ResourceName("animations", target));
   }
   SetOptions(request.options, proto.mutable_options());
   SetSpaceTime(request.space_time, proto.mutable_space_time());
+  proto.set_refine(request.refine);
   for (const std::vector<Correspondence>& of_target : request.correspondences) {
     auto* list = proto.add_correspondences();
     for (const Correspondence& correspondence : of_target) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/mesh/correspondence.h"
 #include "core/mesh/space_time_mesh.h"
 #include "core/mesh/space_time_report.h"
 
@@ -24,6 +25,7 @@ struct RegistrationReport {
   double mean_residual_edges = 0.0;  // mean distance of registered vertices to the target, in edges
   double inlier_share = 0.0;         // of the last iteration's samples
   double seconds = 0.0;
+  std::vector<CorrespondenceReport> correspondences = {};  // one per correspondence, in their order
 };
 
 struct FamilyTarget {

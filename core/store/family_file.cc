@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/store/correspondence_records.h"
 #include "core/store/files.h"
 #include "core/store/report_messages.h"
 #include "core/store/sections.h"
@@ -42,6 +43,13 @@ absl::Status CheckManifest(const SectionReader& reader, const v1::FamilyManifest
                                        manifest.targets_size(), " targets and ",
                                        manifest.coarser_levels_size(), " coarser levels"));
   }
+  for (const v1::RegistrationReport& report : manifest.reports()) {
+    for (const v1::CorrespondenceReport& correspondence : report.correspondences()) {
+      if (!IsWhole(correspondence)) {
+        return reader.Invalid("a correspondence's event is not four numbers");
+      }
+    }
+  }
   if (manifest.domain().min_size() != 3 || manifest.domain().max_size() != 3) {
     return reader.Invalid("the domain is no box in three dimensions");
   }
@@ -63,7 +71,7 @@ mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
   for (int k = 0; k < manifest.targets_size(); ++k) {
     mesh::FamilyTarget& target = family.targets.emplace_back();
     target.name = manifest.targets(k);
-    target.report = FromMessage(manifest.reports(k));
+    target.report = FromMessage(manifest.reports(k), manifest.frames_per_second());
   }
   const mesh::RegisteredFamily plain = family;
   for (const v1::FamilyLevel& from : manifest.coarser_levels()) {
@@ -174,7 +182,7 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
   }
   for (const mesh::FamilyTarget& target : family.targets) {
     manifest.add_targets(target.name);
-    *manifest.add_reports() = ToMessage(target);
+    *manifest.add_reports() = ToMessage(target, family.frames_per_second);
   }
   manifest.set_has_velocities(!family.velocities.empty());
   for (const mesh::RegisteredFamily& level : family.coarser_levels) {

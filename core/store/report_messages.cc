@@ -1,5 +1,7 @@
 #include "core/store/report_messages.h"
 
+#include "core/store/correspondence_records.h"
+
 namespace liquidblend::store {
 namespace {
 
@@ -29,7 +31,7 @@ mesh::Fidelity FromMessage(const v1::Fidelity& message) {
 
 }  // namespace
 
-v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target) {
+v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target, double frames_per_second) {
   v1::RegistrationReport message;
   message.set_target(target.name);
   message.set_num_nodes(target.report.num_nodes);
@@ -37,6 +39,9 @@ v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target) {
   message.set_mean_residual_edges(target.report.mean_residual_edges);
   message.set_inlier_share(target.report.inlier_share);
   message.set_seconds(target.report.seconds);
+  for (const mesh::CorrespondenceReport& report : target.report.correspondences) {
+    *message.add_correspondences() = ToRecord(report, frames_per_second);
+  }
   return message;
 }
 
@@ -57,9 +62,18 @@ v1::SpaceTimeReport ToMessage(const mesh::SpaceTimeReport& report) {
   return message;
 }
 
-mesh::RegistrationReport FromMessage(const v1::RegistrationReport& message) {
-  return {message.num_nodes(), message.num_iterations(), message.mean_residual_edges(),
-          message.inlier_share(), message.seconds()};
+mesh::RegistrationReport FromMessage(const v1::RegistrationReport& message,
+                                     double frames_per_second) {
+  mesh::RegistrationReport report;
+  report.num_nodes = message.num_nodes();
+  report.num_iterations = message.num_iterations();
+  report.mean_residual_edges = message.mean_residual_edges();
+  report.inlier_share = message.inlier_share();
+  report.seconds = message.seconds();
+  for (const v1::CorrespondenceReport& correspondence : message.correspondences()) {
+    report.correspondences.push_back(FromRecord(correspondence, frames_per_second));
+  }
+  return report;
 }
 
 mesh::SpaceTimeReport FromMessage(const v1::SpaceTimeReport& message) {

@@ -23,6 +23,33 @@ void SetBounds(const store::pb::Box& box, v1::Bounds* bounds) {
   SetVector(box.max(), bounds->mutable_max());
 }
 
+v1::Event ToEvent(const google::protobuf::RepeatedField<double>& from) {
+  v1::Event event;
+  if (from.size() != 4) return event;
+  event.mutable_position()->set_x(from[0]);
+  event.mutable_position()->set_y(from[1]);
+  event.mutable_position()->set_z(from[2]);
+  event.set_time_s(from[3]);
+  return event;
+}
+
+v1::CorrespondenceReport ToReport(const store::pb::CorrespondenceReport& record) {
+  v1::CorrespondenceReport report;
+  const store::pb::Correspondence& from = record.correspondence();
+  v1::Correspondence& to = *report.mutable_correspondence();
+  to.set_kind(static_cast<v1::Correspondence::Kind>(from.kind()));  // the same numbers
+  to.set_hard(from.hard());
+  *to.mutable_source() = ToEvent(from.source());
+  *to.mutable_target() = ToEvent(from.target());
+  to.set_length_s(from.length_s());
+  report.set_outcome(record.overruled() ? v1::CorrespondenceReport::OVERRULED
+                                        : v1::CorrespondenceReport::KEPT);
+  report.set_residual_m(record.residual_m());
+  report.set_residual_frames(record.residual_frames());
+  report.set_num_nodes(record.num_nodes());
+  return report;
+}
+
 v1::RegistrationReport ToReport(const store::pb::RegistrationReport& record) {
   v1::RegistrationReport report;
   report.set_target(AnimationName(record.target()));
@@ -31,6 +58,9 @@ v1::RegistrationReport ToReport(const store::pb::RegistrationReport& record) {
   report.set_mean_residual_edges(record.mean_residual_edges());
   report.set_inlier_share(record.inlier_share());
   report.set_seconds(record.seconds());
+  for (const store::pb::CorrespondenceReport& correspondence : record.correspondences()) {
+    *report.add_correspondences() = ToReport(correspondence);
+  }
   return report;
 }
 

@@ -10,6 +10,7 @@
 #include "server/rpc/errors.h"
 #include "server/rpc/handlers.h"
 #include "server/rpc/names.h"
+#include "server/rpc/refine_request.h"
 
 namespace liquidblend::rpc {
 namespace {
@@ -167,9 +168,15 @@ absl::StatusOr<store::pb::JobRecord> JobOf(const v1::RegisterFamilyRequest& requ
 }  // namespace
 
 absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
-                                              const v1::RegisterFamilyRequest& request) {
+                                              const v1::RegisterFamilyRequest& asked) {
+  v1::RegisterFamilyRequest request = asked;
+  int64_t refine_version = 0;
+  if (request.refine()) {
+    LB_ASSIGN_OR_RETURN(refine_version, CompleteRefinement(backends.catalog, request));
+  }
   LB_RETURN_IF_ERROR(Check(request, backends.limits));
   LB_ASSIGN_OR_RETURN(store::pb::JobRecord job, JobOf(request));
+  job.mutable_register_family()->set_refine_version(refine_version);
   LB_ASSIGN_OR_RETURN(job, backends.catalog.SubmitRegistration(std::move(job)));
   return ToOperation(job, backends.catalog);
 }

@@ -37,6 +37,13 @@ v1::Family MakeFamily(const std::string& id) {
   v1::RegistrationReport* report = family.add_reports();
   report->set_target("animations/drops-b");
   report->set_num_iterations(16);
+  v1::CorrespondenceReport* correspondence = report->add_correspondences();
+  correspondence->mutable_correspondence()->set_kind(v1::Correspondence::TRAJECTORY);
+  correspondence->mutable_correspondence()->mutable_source()->set_time_s(0.5);
+  correspondence->set_outcome(v1::CorrespondenceReport::OVERRULED);
+  correspondence->set_residual_m(0.25);
+  correspondence->set_residual_frames(1.5);
+  correspondence->set_num_nodes(4);
   for (const char* animation : {"animations/drops-a", "animations/drops-b"}) {
     v1::SpaceTimeReport* built = family.add_space_time_reports();
     built->set_animation(animation);

@@ -141,6 +141,34 @@ TEST_F(WholeWayTest, AFamilyIsMadeAsAskedForAndTellsHowWellItShowsItsAnimations)
   EXPECT_NE(refused.Wait(), 0);
 }
 
+TEST_F(WholeWayTest, TheCommandRefinesAFamilyWithCorrespondences) {
+  Process server = StartServer(1);
+  MakeFamily();
+  int port = 0;
+  std::ifstream(data() + "/server.port") >> port;
+  const std::string path = data() + "/correspondences.json";
+  // The tops of both balls after two frames.
+  std::ofstream(path) << R"({"correspondences": [[{"hard": true,
+      "source": {"position": [0.08333, 0, 0.5], "time_s": 0.08333},
+      "target": {"position": [0.16667, 0, 0.5], "time_s": 0.08333}}]]})";
+  Process command("liquidblend", {"--server", "127.0.0.1:" + std::to_string(port), "register",
+                                  "balls", "--refine", "--correspondences", path, "--wait"});
+  ASSERT_EQ(command.Wait(), 0);
+  grpc::ClientContext context;
+  v1::GetFamilyRequest request;
+  request.set_name("families/balls");
+  v1::Family family;
+  const grpc::Status status = stub_->GetFamily(&context, request, &family);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(family.version(), 2);
+  ASSERT_EQ(family.reports(0).correspondences_size(), 1);
+  const v1::CorrespondenceReport& report = family.reports(0).correspondences(0);
+  EXPECT_EQ(report.outcome(), v1::CorrespondenceReport::KEPT);
+  EXPECT_LT(report.residual_m(), 1e-4);
+  EXPECT_EQ(report.correspondence().target().position().x(), 0.16667);
+  EXPECT_NEAR(CentreX(GetFrame(1.0, 5 / 24.0)), 0.417, 0.03);
+}
+
 TEST_F(WholeWayTest, AStreamGivesTheWholeAnimation) {
   Process server = StartServer(1);
   MakeFamily();

@@ -3,6 +3,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
+#include "core/store/correspondence_records.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -24,17 +25,6 @@ ingest::Format ToFormat(store::v1::ImportOptions::Format format) {
   }
 }
 
-registration::CorrespondenceKind ToKind(store::v1::Correspondence::Kind kind) {
-  switch (kind) {
-    case store::v1::Correspondence::TRAJECTORY:
-      return registration::CorrespondenceKind::kTrajectory;
-    case store::v1::Correspondence::SPACE:
-      return registration::CorrespondenceKind::kSpace;
-    default:
-      return registration::CorrespondenceKind::kPoint;
-  }
-}
-
 spacetime::Connectivity ToConnectivity(store::v1::Connectivity connectivity) {
   switch (connectivity) {
     case store::v1::TRACKED:
@@ -44,14 +34,6 @@ spacetime::Connectivity ToConnectivity(store::v1::Connectivity connectivity) {
     default:
       return spacetime::Connectivity::kAuto;
   }
-}
-
-Eigen::Vector4d ToEvent(const google::protobuf::RepeatedField<double>& event,
-                        double frames_per_second) {
-  Eigen::Vector4d point = Eigen::Vector4d::Zero();
-  for (int i = 0; i < 4 && i < event.size(); ++i) point[i] = event[i];
-  point[3] *= frames_per_second;
-  return point;
 }
 
 }  // namespace
@@ -71,7 +53,9 @@ ingest::ImportOptions ToImportOptions(const store::v1::ImportOptions& options) {
 registration::RegistrationOptions ToRegistrationOptions(
     const store::v1::RegistrationOptions& options) {
   registration::RegistrationOptions result;
-  if (options.max_iterations() != 0) result.max_iterations = options.max_iterations();
+  if (options.max_iterations() != 0) {
+    result.max_iterations = result.refine_iterations = options.max_iterations();
+  }
   if (options.node_spacing_edges() != 0) result.node_spacing_edges = options.node_spacing_edges();
   if (options.sample_share() != 0) result.sample_share = options.sample_share();
   if (options.seed() != 0) result.seed = options.seed();
@@ -121,13 +105,7 @@ std::vector<registration::Correspondence> ToCorrespondences(const store::v1::Reg
   std::vector<registration::Correspondence> result;
   if (target_index >= job.correspondences_size()) return result;
   for (const auto& record : job.correspondences(target_index).correspondences()) {
-    registration::Correspondence correspondence;
-    correspondence.kind = ToKind(record.kind());
-    correspondence.hard = record.hard();
-    correspondence.source = ToEvent(record.source(), frames_per_second);
-    correspondence.target = ToEvent(record.target(), frames_per_second);
-    correspondence.length_frames = record.length_s() * frames_per_second;
-    result.push_back(correspondence);
+    result.push_back(store::FromRecord(record, frames_per_second));
   }
   return result;
 }

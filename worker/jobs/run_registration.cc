@@ -1,6 +1,7 @@
 #include "worker/jobs/run_registration.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "core/store/files.h"
 #include "worker/jobs/assemble_family.h"
 #include "worker/jobs/job_options.h"
+#include "worker/jobs/previous_version.h"
 #include "worker/jobs/stored_file.h"
 #include "worker/registration/register.h"
 #include "worker/registration/transfer.h"
@@ -50,7 +52,24 @@ absl::StatusOr<BuiltMesh> BuildMesh(const std::string& id, spacetime::BuildOptio
   return built;
 }
 
+absl::StatusOr<registration::Registration> RegisterOrRefine(
+    const store::v1::RegisterJob& job, int k, const mesh::RegisteredFamily* previous,
+    const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target, JobContext& context) {
+  const auto correspondences = ToCorrespondences(job, k, source.frames_per_second);
+  const registration::RegistrationOptions options = ToRegistrationOptions(job.options());
+  if (previous == nullptr) {
+    return registration::Register(source, target, correspondences, options, context.arena,
+                                  context.RegistrationProgress(k));
+  }
+  const Eigen::Matrix4Xf displacement = DisplacementOf(previous->targets[k]);
+  const auto before = CorrespondencesOf(previous->targets[k]);
+  return registration::Refine(source, target, correspondences, {displacement, before}, options,
+                              context.arena, context.RegistrationProgress(k));
+}
+
+//   previous  what to refine; null: from scratch
 absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& job, int k,
+                                                const mesh::RegisteredFamily* previous,
                                                 FamilyParts& parts, JobContext& context) {
   const double share = (kTargetsEnd - kTargetsBegin) / job.targets_size();
   const double begin = kTargetsBegin + k * share;
@@ -63,11 +82,8 @@ absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& jo
   RegisteredTarget result;
   result.name = job.targets(k);
   result.space_time = target.report;
-  LB_ASSIGN_OR_RETURN(
-      result.registration,
-      registration::Register(
-          parts.source, target.mesh, ToCorrespondences(job, k, parts.source.frames_per_second),
-          ToRegistrationOptions(job.options()), context.arena, context.RegistrationProgress(k)));
+  LB_ASSIGN_OR_RETURN(result.registration,
+                      RegisterOrRefine(job, k, previous, parts.source, target.mesh, context));
   return result;
 }
 
@@ -105,6 +121,10 @@ absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyParts& parts,
 
 absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context) {
   LB_RETURN_IF_ERROR(CheckOptions(job));
+  std::optional<mesh::RegisteredFamily> previous;
+  if (job.refine_version() != 0) {
+    LB_ASSIGN_OR_RETURN(previous, OpenPreviousVersion(job, context));
+  }
   FamilyParts parts;
   parts.name = job.family();
   parts.source_name = job.source();
@@ -113,8 +133,10 @@ absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& cont
                                                   context, parts.bounds));
   parts.source = std::move(source.mesh);
   parts.source_report = source.report;
+  if (previous) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, parts.source));
   for (int k = 0; k < job.targets_size(); ++k) {
-    LB_ASSIGN_OR_RETURN(RegisteredTarget target, RegisterTarget(job, k, parts, context));
+    LB_ASSIGN_OR_RETURN(RegisteredTarget target,
+                        RegisterTarget(job, k, previous ? &*previous : nullptr, parts, context));
     parts.targets.push_back(std::move(target));
   }
   LB_RETURN_IF_ERROR(MakeLevels(job, parts, context));

@@ -1,23 +1,12 @@
 // What a user says belongs together (paper, section 6).
 #pragma once
 
-#include <Eigen/Core>
+#include "core/mesh/correspondence.h"
 
 namespace liquidblend::registration {
 
-enum class CorrespondenceKind {
-  kPoint,       // one point in space-time onto another
-  kTrajectory,  // a feature onto a feature for a while, followed through the velocity fields
-  kSpace,       // pinned in x, y, z, free to slide in time
-};
-
-// Points are x, y, z in metres and time in frames.
-struct Correspondence {
-  CorrespondenceKind kind = CorrespondenceKind::kPoint;
-  bool hard = false;  // hard: held to the end; soft: released when the fit is good
-  Eigen::Vector4d source = Eigen::Vector4d::Zero();
-  Eigen::Vector4d target = Eigen::Vector4d::Zero();
-  double length_frames = 0.0;  // kTrajectory: how long; 0: to the end
-};
+using mesh::Correspondence;
+using mesh::CorrespondenceKind;
+using mesh::CorrespondenceReport;
 
 }  // namespace liquidblend::registration

@@ -8,14 +8,15 @@
 #include <numeric>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "worker/registration/hard_pins.h"
 #include "worker/registration/normal_equations.h"
+#include "worker/registration/preconditioner.h"
 
 namespace liquidblend::registration {
 namespace {
 
 using NodeVector = std::vector<NodeMap>;
-using Block = Eigen::Matrix<float, 20, 20>;
-using BlockFactor = Eigen::LLT<Eigen::Matrix<double, 20, 20>>;
 
 double Dot(const NodeVector& a, const NodeVector& b, const parallel::Arena& arena) {
   return arena.Sum(static_cast<int64_t>(a.size()), [&](int64_t n) {
@@ -23,45 +24,36 @@ double Dot(const NodeVector& a, const NodeVector& b, const parallel::Arena& aren
   });
 }
 
-// Block Jacobi: each node's own 20 x 20 block, factorised.
-absl::StatusOr<std::vector<BlockFactor>> FactorBlocks(const NormalEquations& equations,
-                                                      const parallel::Arena& arena) {
-  const int64_t num_nodes = equations.num_nodes();
-  std::vector<BlockFactor> factors(num_nodes);
-  arena.For(
-      num_nodes, [&](int64_t n) { factors[n].compute(equations.DiagonalBlock(n)); }, 16);
-  for (int64_t n = 0; n < num_nodes; ++n) {
-    if (factors[n].info() != Eigen::Success) {
-      return absl::InternalError(
-          absl::StrCat("the block of deformation node ", n, " is not positive definite"));
-    }
-  }
-  return factors;
-}
-
-NodeMap ApplyInverse(const BlockFactor& factor, const NodeMap& residual) {
-  const Eigen::Map<const Eigen::Matrix<float, 20, 1>> flat(residual.data());
-  const Eigen::Matrix<double, 20, 1> solved = factor.solve(flat.cast<double>());
-  NodeMap result;
-  Eigen::Map<Eigen::Matrix<float, 20, 1>>(result.data()) = solved.cast<float>();
-  return result;
+// The right-hand side once what the pins hold is substituted: the residual of the least maps that
+// obey them. Its size is what the solver's tolerance is relative to.
+double SizeOfRightHandSide(const NormalEquations& equations, const NodeVector& rhs,
+                           const HardPins& pins, const Preconditioner& preconditioner,
+                           const parallel::Arena& arena) {
+  if (pins.empty()) return Dot(rhs, rhs, arena);
+  NodeVector least(rhs.size(), NodeMap::Zero()), r(rhs.size()), z(rhs.size());
+  preconditioner.Restore(least);
+  equations.Multiply(least, arena, r);
+  for (size_t n = 0; n < rhs.size(); ++n) r[n] = rhs[n] - r[n];
+  preconditioner.Apply(arena, r, z);
+  return Dot(r, r, arena);
 }
 
 // Preconditioned conjugate gradients, started from the given maps.
-absl::StatusOr<int> SolveIteratively(const NormalEquations& equations, const SolverOptions& options,
-                                     const parallel::Arena& arena, NodeVector& x) {
-  const auto factors = FactorBlocks(equations, arena);
-  if (!factors.ok()) return factors.status();
+absl::StatusOr<int> SolveIteratively(const NormalEquations& equations, const HardPins& pins,
+                                     const SolverOptions& options, const parallel::Arena& arena,
+                                     NodeVector& x) {
+  LB_ASSIGN_OR_RETURN(const Preconditioner preconditioner,
+                      Preconditioner::Make(equations, pins, arena));
   const int64_t n = equations.num_nodes();
   const NodeVector rhs = equations.RightHandSide(arena);
-  NodeVector r(n), z(n), p(n), ap(n);
+  const double goal_sq = options.tolerance * options.tolerance *
+                         SizeOfRightHandSide(equations, rhs, pins, preconditioner, arena);
+  NodeVector r(n), z(n), ap(n);
+  preconditioner.Restore(x);
   equations.Multiply(x, arena, ap);
-  arena.For(n, [&](int64_t i) {
-    r[i] = rhs[i] - ap[i];
-    z[i] = ApplyInverse((*factors)[i], r[i]);
-    p[i] = z[i];
-  });
-  const double goal_sq = options.tolerance * options.tolerance * Dot(rhs, rhs, arena);
+  arena.For(n, [&](int64_t i) { r[i] = rhs[i] - ap[i]; });
+  preconditioner.Apply(arena, r, z);
+  NodeVector p = z;
   double rz = Dot(r, z, arena);
   int step = 0;
   for (; step < options.max_steps && Dot(r, r, arena) > goal_sq; ++step) {
@@ -72,19 +64,46 @@ absl::StatusOr<int> SolveIteratively(const NormalEquations& equations, const Sol
     arena.For(n, [&](int64_t i) {
       x[i] += alpha * p[i];
       r[i] -= alpha * ap[i];
-      z[i] = ApplyInverse((*factors)[i], r[i]);
     });
+    preconditioner.Apply(arena, r, z);
     const double rz_next = Dot(r, z, arena);
     const float beta = static_cast<float>(rz_next / rz);
     rz = rz_next;
     arena.For(n, [&](int64_t i) { p[i] = z[i] + beta * p[i]; });
   }
+  preconditioner.Restore(x);  // of rounding
   return step;
 }
 
-// Sparse Cholesky of the assembled normal equations.
-absl::Status SolveDirectly(const NormalEquations& equations, const parallel::Arena& arena,
-                           NodeVector& x) {
+// C^T, without the columns of components that are free, and the goals of the others.
+struct DenseConstraints {
+  Eigen::MatrixXd transposed;
+  Eigen::VectorXd goals;
+};
+
+DenseConstraints ConstraintsOf(const HardPins& pins, int64_t num_rows) {
+  DenseConstraints result;
+  result.transposed.setZero(num_rows, 4 * pins.num_pins());
+  result.goals.setZero(4 * pins.num_pins());
+  Eigen::Index row = 0;
+  for (int64_t p = 0; p < pins.num_pins(); ++p) {
+    for (int i = 0; i < (pins.pin(p).in_time ? 4 : 3); ++i, ++row) {
+      result.goals[row] = pins.pin(p).goal[i];
+      for (const HardPins::Entry& entry : pins.entries(p)) {
+        for (int a = 0; a < 5; ++a) {
+          result.transposed(20 * entry.node + 4 * a + i, row) = entry.coefficients[a];
+        }
+      }
+    }
+  }
+  result.transposed.conservativeResize(Eigen::NoChange, row);
+  result.goals.conservativeResize(row);
+  return result;
+}
+
+// Sparse Cholesky of the assembled normal equations; the constraints by their Schur complement.
+absl::Status SolveDirectly(const NormalEquations& equations, const HardPins& pins,
+                           const parallel::Arena& arena, NodeVector& x) {
   const Eigen::SparseMatrix<double> matrix = equations.Assemble();
   const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor(matrix);
   if (factor.info() != Eigen::Success) {
@@ -97,7 +116,18 @@ absl::Status SolveDirectly(const NormalEquations& equations, const parallel::Are
     flat.segment<20>(20 * n) =
         Eigen::Map<const Eigen::Matrix<float, 20, 1>>(rhs[n].data()).cast<double>();
   }
-  const Eigen::VectorXd solved = factor.solve(flat);
+  Eigen::VectorXd solved = factor.solve(flat);
+  if (!pins.empty()) {
+    const DenseConstraints constraints = ConstraintsOf(pins, matrix.rows());
+    const Eigen::MatrixXd moves = factor.solve(constraints.transposed);
+    const Eigen::LLT<Eigen::MatrixXd> schur(constraints.transposed.transpose() * moves);
+    if (schur.info() != Eigen::Success) {
+      return absl::InternalError(absl::StrCat("the constraints of ", pins.num_pins(),
+                                              " hard correspondences depend on one another"));
+    }
+    const Eigen::VectorXd miss = constraints.goals - constraints.transposed.transpose() * solved;
+    solved += moves * schur.solve(miss);
+  }
   for (int64_t n = 0; n < equations.num_nodes(); ++n) {
     Eigen::Map<Eigen::Matrix<float, 20, 1>>(x[n].data()) = solved.segment<20>(20 * n).cast<float>();
   }
@@ -138,17 +168,23 @@ NodeGraph::NodeGraph(const DeformationNodes& nodes) {
   }
 }
 
+NodeGraph NodeGraph::Stiffened(std::span<const float> factors) const {
+  NodeGraph result = *this;
+  for (Edge& edge : result.edges_) edge.weight *= 0.5f * (factors[edge.from] + factors[edge.to]);
+  return result;
+}
+
 absl::StatusOr<SolveReport> Minimize(const DeformationNodes& nodes, const NodeGraph& graph,
                                      const Points& rest, const std::vector<FitTerm>& terms,
-                                     const SolverOptions& options, const parallel::Arena& arena,
-                                     std::vector<NodeMap>& maps) {
+                                     const HardPins& pins, const SolverOptions& options,
+                                     const parallel::Arena& arena, std::vector<NodeMap>& maps) {
   const NormalEquations equations(nodes, graph, rest, terms, options, arena);
   SolveReport report;
   if (20 * nodes.num_nodes() <= options.max_direct_rows) {
-    const absl::Status solved = SolveDirectly(equations, arena, maps);
+    const absl::Status solved = SolveDirectly(equations, pins, arena, maps);
     if (!solved.ok()) return solved;
   } else {
-    const auto steps = SolveIteratively(equations, options, arena, maps);
+    const auto steps = SolveIteratively(equations, pins, options, arena, maps);
     if (!steps.ok()) return steps.status();
     report.num_steps = *steps;
   }

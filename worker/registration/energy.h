@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -10,6 +11,8 @@
 #include "worker/registration/deformation.h"
 
 namespace liquidblend::registration {
+
+class HardPins;
 
 // One fitting term: (u(v) - goal)^T metric (u(v) - goal), u(v) the displacement of vertex v.
 // Equations 2 and 3 with correspondence c and normal N: goal = c - v and
@@ -43,6 +46,8 @@ class NodeGraph {
     Eigen::Vector4f offset;  // n_to - n_from
   };
   explicit NodeGraph(const DeformationNodes& nodes);
+  // The same graph, each weight times the mean of the two nodes' factors.
+  NodeGraph Stiffened(std::span<const float> factors) const;
   const std::vector<Edge>& edges() const { return edges_; }
   const IndexLists& leaving() const { return leaving_; }
   const IndexLists& arriving() const { return arriving_; }
@@ -54,12 +59,12 @@ class NodeGraph {
 };
 
 // Minimises scale * sum of the terms + smoothness * equation 4, where scale = nodes / terms, from
-// the given maps on; they are replaced.
+// the given maps on; they are replaced. What `pins` hold is no unknown: the result obeys them.
 // Errors: kInternal if a factorisation breaks down or a number is not finite.
 // Threads: same bytes for any thread count.
 absl::StatusOr<SolveReport> Minimize(const DeformationNodes& nodes, const NodeGraph& graph,
                                      const Points& rest, const std::vector<FitTerm>& terms,
-                                     const SolverOptions& options, const parallel::Arena& arena,
-                                     std::vector<NodeMap>& maps);
+                                     const HardPins& pins, const SolverOptions& options,
+                                     const parallel::Arena& arena, std::vector<NodeMap>& maps);
 
 }  // namespace liquidblend::registration

@@ -12,8 +12,11 @@
 #include "worker/registration/deformation.h"
 #include "worker/registration/energy.h"
 #include "worker/registration/finish.h"
+#include "worker/registration/hard_pins.h"
+#include "worker/registration/initialise.h"
 #include "worker/registration/match.h"
 #include "worker/registration/pins.h"
+#include "worker/registration/refine.h"
 #include "worker/registration/rigid_pieces.h"
 
 namespace liquidblend::registration {
@@ -25,6 +28,13 @@ constexpr double kAnnealedShare = 0.8;  // of the iterations; the rest stay soft
 constexpr double kFirstSampleShare = 0.2;
 constexpr int kMaxRelaxRounds = 8;
 constexpr int kNumProjections = 2;
+constexpr int kInitialPasses = 100;  // of the diffusion of correspondences
+// A refinement: how far along the annealing it begins, far from changed correspondences and next to
+// them, how many node spacings they reach, and the diffusion's passes.
+constexpr double kRefineFrom = 0.6;
+constexpr double kRefineFromNear = 0.3;
+constexpr double kRefineReach = 6.0;
+constexpr int kRefinePasses = 10;
 constexpr int kExtrapolationSweeps = 30;
 
 absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target) {
@@ -59,6 +69,14 @@ std::vector<int32_t> VerticesOf(const std::vector<Pin>& pins) {
   return vertices;
 }
 
+// How the annealing goes: f from `from` to 1, next to the pins in `near` from `from_near` on.
+struct Schedule {
+  int num_iterations;
+  double from = 0.0;
+  double from_near = 0.0;
+  std::vector<float> near;  // per node, in [0, 1]; empty: the same everywhere
+};
+
 // The state of one registration: what each iteration reads and changes.
 struct Problem {
   const Surface& source;
@@ -66,16 +84,31 @@ struct Problem {
   const DeformationNodes& nodes;
   const NodeGraph& graph;
   const std::vector<Pin>& pins;
+  const HardPins& hard_pins;
+  const Schedule& schedule;
   const RegistrationOptions& options;
   const parallel::Arena& arena;
 };
+
+// The graph with stiffer edges where f is only `f_near`; its weights are relative to those at f.
+NodeGraph StiffenNear(const Problem& problem, double f, double f_near) {
+  const RegistrationOptions& options = problem.options;
+  const double ratio = std::pow(options.final_smoothness / options.first_smoothness, f_near - f);
+  std::vector<float> factors;
+  for (const float near : problem.schedule.near) {
+    factors.push_back(static_cast<float>(std::pow(ratio, near)));
+  }
+  return problem.graph.Stiffened(factors);
+}
 
 // One step of the loop of Algorithm 1: match, then minimise.
 absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, Matcher& matcher,
                                         std::vector<NodeMap>& maps) {
   const RegistrationOptions& options = problem.options;
-  const double annealed = kAnnealedShare * (options.max_iterations - 1);
-  const double f = annealed > 0 ? std::min(1.0, (iteration - 1) / annealed) : 1.0;
+  const Schedule& schedule = problem.schedule;
+  const double annealed = kAnnealedShare * (schedule.num_iterations - 1);
+  const double done = annealed > 0 ? std::min(1.0, (iteration - 1) / annealed) : 1.0;
+  const double f = schedule.from + (1 - schedule.from) * done;
   MatchOptions match_options;
   match_options.sample_share =
       Anneal(kFirstSampleShare * options.sample_share, options.sample_share, f);
@@ -84,25 +117,27 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
       Anneal(options.first_distance_edges, options.final_distance_edges, f);
   match_options.point_weight = options.point_weight;
   match_options.plane_weight = options.plane_weight;
-  match_options.match_thin = iteration > options.thin_sheets_from * options.max_iterations;
+  match_options.match_thin = iteration > options.thin_sheets_from * schedule.num_iterations;
   Matches matches = matcher.Match(problem.nodes, maps, match_options, problem.arena);
 
   IterationReport report;
   report.iteration = iteration;
-  report.num_iterations = options.max_iterations;
+  report.num_iterations = schedule.num_iterations;
   report.num_inliers = static_cast<int64_t>(matches.terms.size());
   report.num_samples = matches.num_samples;
-  const bool soft_pins = iteration <= options.soft_release * options.max_iterations;
-  for (const Pin& pin : problem.pins) {
-    if (pin.hard || soft_pins) {
-      matches.terms.push_back(TermOf(pin, options.correspondence_weight));
-    }
+  if (iteration <= options.soft_release * schedule.num_iterations) {
+    OverrideClosestPoints(problem.pins, options.correspondence_weight, problem.nodes.num_nodes(),
+                          matches.terms);
   }
   SolverOptions solver_options;
   solver_options.smoothness = Anneal(options.first_smoothness, options.final_smoothness, f);
   solver_options.max_direct_rows = options.max_direct_rows;
-  const auto solved = Minimize(problem.nodes, problem.graph, problem.source.points, matches.terms,
-                               solver_options, problem.arena, maps);
+  const double f_near = schedule.from_near + (1 - schedule.from_near) * done;
+  std::optional<NodeGraph> stiffer;
+  if (!schedule.near.empty() && f_near < f) stiffer = StiffenNear(problem, f, f_near);
+  const auto solved =
+      Minimize(problem.nodes, stiffer ? *stiffer : problem.graph, problem.source.points,
+               matches.terms, problem.hard_pins, solver_options, problem.arena, maps);
   if (!solved.ok()) {
     return absl::InternalError(
         absl::StrCat("iteration ", iteration, ": ", std::string(solved.status().message())));
@@ -110,6 +145,22 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
   report.fit_energy = solved->fit_energy;
   report.smoothness_energy = solved->smoothness_energy;
   return report;
+}
+
+// The maps that a refinement starts from, and the rest of the annealing.
+absl::StatusOr<Schedule> BeginRefinement(const PreviousRegistration& previous,
+                                         const std::vector<Correspondence>& correspondences,
+                                         const Surface& source, const Surface& target,
+                                         const IndexLists& neighbors, const DeformationNodes& nodes,
+                                         const RegistrationOptions& options,
+                                         const parallel::Arena& arena, std::vector<NodeMap>& maps) {
+  const double spacing = options.node_spacing_edges;
+  maps = FitMaps(nodes, source.points, neighbors,
+                 InEdgeUnits(previous.displacement, source.mesh.edge_length_m), spacing, arena);
+  LB_ASSIGN_OR_RETURN(const std::vector<Pin> changed,
+                      ChangedPins(previous.correspondences, correspondences, source, target));
+  return Schedule{options.refine_iterations, kRefineFrom, kRefineFromNear,
+                  ClosenessToPins(nodes, source.points, changed, kRefineReach * spacing)};
 }
 
 // Registration units -> metres and frames.
@@ -136,16 +187,21 @@ absl::Status RegistrationOptions::Validate() const {
   LB_RETURN_IF_ERROR(
       mesh::CheckRange("correspondence_weight", correspondence_weight, kNotNegative));
   LB_RETURN_IF_ERROR(mesh::CheckRange("soft_release", soft_release, kShare));
+  LB_RETURN_IF_ERROR(
+      mesh::CheckRange("refine_iterations", refine_iterations, mesh::kMaxIterations));
   LB_RETURN_IF_ERROR(mesh::CheckRange("thin_sheets_from", thin_sheets_from, mesh::kThinSheetsFrom));
   return mesh::CheckRange("max_direct_rows", max_direct_rows, kNotNegative);
 }
 
-absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source_mesh,
-                                      const mesh::SpaceTimeMesh& target_mesh,
-                                      const std::vector<Correspondence>& correspondences,
-                                      const RegistrationOptions& options,
-                                      const parallel::Arena& arena,
-                                      const ProgressCallback& progress) {
+namespace {
+
+//   previous  null: from zero
+absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
+                                 const mesh::SpaceTimeMesh& target_mesh,
+                                 const std::vector<Correspondence>& correspondences,
+                                 const PreviousRegistration* previous,
+                                 const RegistrationOptions& options, const parallel::Arena& arena,
+                                 const ProgressCallback& progress) {
   LB_RETURN_IF_ERROR(options.Validate());
   LB_RETURN_IF_ERROR(CheckMeshes(source_mesh, target_mesh));
   const absl::Time start = absl::Now();
@@ -154,16 +210,25 @@ absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source_mesh,
   const IndexLists neighbors = VertexNeighbors(source_mesh, source.cells_around, arena);
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
                       ExpandCorrespondences(correspondences, source, target));
+  LB_RETURN_IF_ERROR(CheckContradictions(pins, source.points, edge));
   const DeformationNodes nodes(source.points, neighbors, options.node_spacing_edges,
                                VerticesOf(pins), options.seed, arena, source.rigid);
   const NodeGraph graph(nodes);
   const ClosestPointSearch target_search(target_mesh, target.points, target.cells_around);
   Matcher matcher(source, neighbors, target, target_search, options.seed);
-  const Problem problem{source, neighbors, nodes, graph, pins, options, arena};
-
+  const HardPins hard_pins(nodes, source.points, pins);
   std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());
+  Schedule schedule{.num_iterations = options.max_iterations, .near = {}};
+  if (previous != nullptr) {
+    LB_ASSIGN_OR_RETURN(schedule, BeginRefinement(*previous, correspondences, source, target,
+                                                  neighbors, nodes, options, arena, maps));
+  }
+  DiffusePins(nodes, graph, source, pins, previous != nullptr ? kRefinePasses : kInitialPasses,
+              arena, maps);
+  const Problem problem{source, neighbors, nodes, graph, pins, hard_pins, schedule, options, arena};
+
   IterationReport last;
-  for (int iteration = 1; iteration <= options.max_iterations; ++iteration) {
+  for (int iteration = 1; iteration <= schedule.num_iterations; ++iteration) {
     LB_ASSIGN_OR_RETURN(last, Iterate(problem, iteration, matcher, maps));
     if (progress && !progress(last)) {
       return absl::CancelledError(absl::StrCat("cancelled after iteration ", iteration));
@@ -176,8 +241,11 @@ absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source_mesh,
         ProjectOntoTarget(source, neighbors, target_search, {}, arena, displacement);
     if (n == 0) result.report.mean_residual_edges = residual;
   }
+  LB_RETURN_IF_ERROR(hard_pins.Restore(nodes, arena, displacement));
   RelaxFolds(source, neighbors, kMaxRelaxRounds, arena, displacement);
+  LB_RETURN_IF_ERROR(hard_pins.Restore(nodes, arena, displacement));
   CarryRigidPieces(source, arena, displacement);
+  result.report.correspondences = ReportCorrespondences(correspondences, pins, displacement, edge);
   Points smooth = Smooth(displacement, neighbors, kExtrapolationSweeps, arena);
   CarryRigidPieces(source, arena, smooth);
   result.displacement = InMetres(displacement, edge);
@@ -188,6 +256,35 @@ absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source_mesh,
                                static_cast<double>(std::max<int64_t>(1, last.num_samples));
   result.report.seconds = absl::ToDoubleSeconds(absl::Now() - start);
   return result;
+}
+
+}  // namespace
+
+absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source,
+                                      const mesh::SpaceTimeMesh& target,
+                                      const std::vector<Correspondence>& correspondences,
+                                      const RegistrationOptions& options,
+                                      const parallel::Arena& arena,
+                                      const ProgressCallback& progress) {
+  return Run(source, target, correspondences, nullptr, options, arena, progress);
+}
+
+absl::StatusOr<Registration> Refine(const mesh::SpaceTimeMesh& source,
+                                    const mesh::SpaceTimeMesh& target,
+                                    const std::vector<Correspondence>& correspondences,
+                                    const PreviousRegistration& previous,
+                                    const RegistrationOptions& options,
+                                    const parallel::Arena& arena,
+                                    const ProgressCallback& progress) {
+  if (previous.displacement.cols() != source.num_vertices()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the displacement to go on from is of ", previous.displacement.cols(),
+                     " vertices, but the source has ", source.num_vertices()));
+  }
+  if (!previous.displacement.allFinite()) {
+    return absl::InvalidArgumentError("the displacement to go on from is not finite");
+  }
+  return Run(source, target, correspondences, &previous, options, arena, progress);
 }
 
 }  // namespace liquidblend::registration

@@ -30,8 +30,9 @@ struct RegistrationOptions {
                                   // fit; 1: never (section 5.3)
   double point_weight = 0.1;      // >= 0; gamma_point, equation (5)
   double plane_weight = 1.0;      // >= 0; gamma_plane, equation (5)
-  double correspondence_weight = 20.0;  // >= 0; of a user's correspondence
+  double correspondence_weight = 20.0;  // >= 0; of a soft one, in matches of an average node
   double soft_release = 0.5;            // [0, 1]; share of the iterations that soft ones last
+  int refine_iterations = 6;            // [1, 200]; of Refine() instead of max_iterations
   int max_direct_rows = 400;            // larger systems by conjugate gradients (section 6.3)
   uint64_t seed = 1;
   absl::Status Validate() const;  // names the first field out of range, and its value
@@ -52,12 +53,20 @@ struct Registration {
   mesh::RegistrationReport report;
 };
 
+// What Refine() goes on from; the references must outlive the call.
+struct PreviousRegistration {
+  const Eigen::Matrix4Xf& displacement;                // as in Registration
+  const std::vector<Correspondence>& correspondences;  // that it was made with
+};
+
 // Called after each iteration; returning false cancels (kCancelled).
 using ProgressCallback = std::function<bool(const IterationReport&)>;
 
+// Hard correspondences hold exactly in the result. The report has one entry per correspondence.
 // Requires: both meshes have normals and passed Validate().
-// Errors: kInvalidArgument (options; frame rates differ; a mesh without cells), kCancelled,
-// kInternal if the solver breaks down (names the iteration).
+// Errors: kInvalidArgument (options; frame rates differ; a mesh without cells; a correspondence off
+// the surfaces; two hard ones that contradict each other), kCancelled, kInternal if the solver
+// breaks down (names the iteration).
 // Threads: safe, same bytes for any thread count and a given seed.
 absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source,
                                       const mesh::SpaceTimeMesh& target,
@@ -65,5 +74,16 @@ absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source,
                                       const RegistrationOptions& options,
                                       const parallel::Arena& arena,
                                       const ProgressCallback& progress = {});
+
+// The same from an earlier registration of the same meshes on, with other correspondences: only the
+// late part of the annealing, stiffer where correspondences were added, removed or changed.
+// Errors: also kInvalidArgument if the displacement is not one of this source, or not finite.
+absl::StatusOr<Registration> Refine(const mesh::SpaceTimeMesh& source,
+                                    const mesh::SpaceTimeMesh& target,
+                                    const std::vector<Correspondence>& correspondences,
+                                    const PreviousRegistration& previous,
+                                    const RegistrationOptions& options,
+                                    const parallel::Arena& arena,
+                                    const ProgressCallback& progress = {});
 
 }  // namespace liquidblend::registration

@@ -13,6 +13,35 @@
 
 namespace liquidblend {
 
+enum class CorrespondenceKind {
+  kPoint,       // one point in space-time
+  kTrajectory,  // followed through the velocity field
+  kSpace,       // pinned in x, y, z; free in time
+};
+
+struct Event {
+  Vector3 position;
+  double time_s = 0.0;
+};
+
+// A pair that must (hard) or should (soft) fall on each other.
+struct Correspondence {
+  CorrespondenceKind kind = CorrespondenceKind::kPoint;
+  bool hard = false;
+  Event source;
+  Event target;
+  double length_s = 0.0;  // kTrajectory, kSpace: how long; 0: to the end
+};
+
+// What became of a correspondence.
+struct CorrespondenceReport {
+  Correspondence correspondence;
+  bool kept = true;  // false: soft, and further off than 3 mean edges (a frame counts as one)
+  double residual_m = 0.0;  // the largest distance from where it should be, over its nodes
+  double residual_frames = 0.0;
+  int num_nodes = 0;
+};
+
 struct RegistrationReport {
   std::string target;  // animations/{id}
   int num_nodes = 0;
@@ -20,6 +49,7 @@ struct RegistrationReport {
   double mean_residual_edges = 0.0;  // mean distance to the target, in mean edge lengths
   double inlier_share = 0.0;
   double seconds = 0.0;
+  std::vector<CorrespondenceReport> correspondences;  // in their order
 };
 
 struct LevelOfDetail {
@@ -59,26 +89,6 @@ struct RegistrationOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-enum class CorrespondenceKind {
-  kPoint,       // one point in space-time
-  kTrajectory,  // followed through the velocity field
-  kSpace,       // pinned in x, y, z; free in time
-};
-
-struct Event {
-  Vector3 position;
-  double time_s = 0.0;
-};
-
-// A pair that must (hard) or should (soft) fall on each other.
-struct Correspondence {
-  CorrespondenceKind kind = CorrespondenceKind::kPoint;
-  bool hard = false;
-  Event source;
-  Event target;
-  double length_s = 0.0;  // kTrajectory: how long; 0: to the end
-};
-
 struct RegisterRequest {
   std::string family;                // the id, with or without "families/"
   std::string source;                // an animation's id, with or without "animations/"
@@ -86,6 +96,9 @@ struct RegisterRequest {
   RegistrationOptions options;
   SpaceTimeOptions space_time;                               // of the source and all targets
   std::vector<std::vector<Correspondence>> correspondences;  // none, or one list per target
+  // Go on from the family's newest version, with these correspondences instead of its own; source
+  // and targets may be empty.
+  bool refine = false;
 };
 
 }  // namespace liquidblend

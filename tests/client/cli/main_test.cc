@@ -145,6 +145,24 @@ TEST_F(Command, RegisterShowsProgressOnStandardErrorAndTheFamilyOnStandardOutput
             2);
 }
 
+TEST_F(Command, RefineNeedsNoAnimationsAndTellsWhatBecameOfCorrespondences) {
+  const CommandResult result = Run({"register", "drops", "--refine", "--wait"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("refine: true"));
+  EXPECT_THAT(server_.LastRequest(), Not(HasSubstr("source")));
+  EXPECT_THAT(result.out, HasSubstr("0: soft trajectory at (0, 0, 0) m, 0.5 s: overruled, residual "
+                                    "0.25 m, 1.500 frames, 4 nodes"));
+  const CommandResult inspected = Run({"--json", "inspect", "families/drops"});
+  const json report = json::parse(inspected.out)["reports"][0]["correspondences"][0];
+  EXPECT_EQ(report["kind"], "trajectory");
+  EXPECT_EQ(report["kept"], false);
+  EXPECT_EQ(report["residual_frames"], 1.5);
+  EXPECT_EQ(report["source"]["time_s"], 0.5);
+  const CommandResult bare = Run({"register", "drops"});
+  EXPECT_EQ(bare.exit_code, 2);
+  EXPECT_THAT(bare.err, HasSubstr("required without --refine"));
+}
+
 TEST_F(Command, RegisterWithoutWaitSaysHowToWatchUnlessQuiet) {
   const std::vector<std::string> arguments = {"register", "drops",    "--source",
                                               "drops-a",  "--target", "drops-b"};

@@ -165,6 +165,38 @@ TEST(FamilyFile, HasAReportPerAnimationOrNoneAsInOlderFiles) {
   EXPECT_TRUE(old->space_time_reports.empty());
 }
 
+TEST(FamilyFile, GivesBackReportsOnCorrespondences) {
+  const Sample sample;
+  mesh::RegisteredFamily family = sample.View();
+  mesh::CorrespondenceReport report;
+  report.correspondence = {
+      mesh::CorrespondenceKind::kTrajectory, false, {1, 2, 3, 6}, {-1, -2, -3, 3}, 4.5};
+  report.num_nodes = 2;
+  report.residual_m = 0.25;
+  report.residual_frames = 1.5;
+  report.kept = false;
+  family.targets[1].report.correspondences = {report};
+  const std::string content = Written(family);
+  const auto read = Open(content);
+  ASSERT_THAT(read, Succeeds());
+  EXPECT_TRUE(read->targets[0].report.correspondences.empty());
+  ASSERT_EQ(read->targets[1].report.correspondences.size(), 1U);
+  const mesh::CorrespondenceReport& same = read->targets[1].report.correspondences[0];
+  EXPECT_EQ(same.correspondence, report.correspondence);
+  EXPECT_EQ(same.num_nodes, 2);
+  EXPECT_EQ(same.residual_m, 0.25);
+  EXPECT_EQ(same.residual_frames, 1.5);
+  EXPECT_FALSE(same.kept);
+  const std::string broken = WithManifest<Manifest>(content, [](Manifest& m) {
+    m.mutable_reports(1)
+        ->mutable_correspondences(0)
+        ->mutable_correspondence()
+        ->mutable_source()
+        ->RemoveLast();
+  });
+  EXPECT_THAT(Open(broken), Fails(Code::kInvalidArgument, "not four numbers"));
+}
+
 TEST(FamilyFile, GivesBackVelocitiesAndLevels) {
   const Sample sample;
   const auto family = Open(Written(sample.Complete()));

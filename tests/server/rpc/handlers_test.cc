@@ -373,6 +373,59 @@ TEST_F(HandlersTest, OptionsAndCorrespondencesReachTheJob) {
   EXPECT_THAT(record.target(), ElementsAre(0, -2, 0, 0));
 }
 
+TEST_F(HandlersTest, ARefinementTakesTheFamilysAnimationsAndNewestVersion) {
+  PublishSplash();
+  v1::RegisterFamilyRequest request;
+  request.set_family_id("splash");
+  request.set_refine(true);
+  ASSERT_THAT(RegisterFamily(backends_, request), Succeeds());
+  const store::pb::RegisterJob job = TakeJob().job.register_family();
+  EXPECT_EQ(job.source(), "a");
+  EXPECT_THAT(job.targets(), ElementsAre("b"));
+  EXPECT_EQ(job.refine_version(), 1);
+}
+
+TEST_F(HandlersTest, ARefinementOfOtherAnimationsOrOfNothingIsRefused) {
+  PublishSplash();
+  const auto refine = [&](const char* family, const char* source) {
+    v1::RegisterFamilyRequest request;
+    request.set_family_id(family);
+    request.set_source(source);
+    request.set_refine(true);
+    return RegisterFamily(backends_, request).status();
+  };
+  EXPECT_THAT(refine("splash", "animations/b"),
+              Fails(absl::StatusCode::kInvalidArgument,
+                    "source: the family to be refined has animations/a, got animations/b"));
+  EXPECT_THAT(refine("none", ""), Fails(absl::StatusCode::kNotFound, "none"));
+  ASSERT_THAT(Register([](auto& r) { r.set_family_id("unfinished"); }), Succeeds());
+  EXPECT_THAT(refine("unfinished", ""),
+              Fails(absl::StatusCode::kFailedPrecondition, "no finished version yet"));
+}
+
+TEST(ApiMessages, AFamilyTellsWhatBecameOfItsCorrespondences) {
+  store::pb::FamilyRecord record;
+  store::pb::CorrespondenceReport& report =
+      *record.mutable_manifest()->add_reports()->add_correspondences();
+  report.mutable_correspondence()->set_kind(store::pb::Correspondence::TRAJECTORY);
+  for (const double value : {1.0, 2.0, 3.0, 0.5}) {
+    report.mutable_correspondence()->add_source(value);
+    report.mutable_correspondence()->add_target(2 * value);
+  }
+  report.set_residual_m(0.25);
+  report.set_residual_frames(1.5);
+  report.set_num_nodes(4);
+  report.set_overruled(true);
+  const v1::CorrespondenceReport told = ToFamily(record).reports(0).correspondences(0);
+  EXPECT_EQ(told.outcome(), v1::CorrespondenceReport::OVERRULED);
+  EXPECT_EQ(told.correspondence().kind(), v1::Correspondence::TRAJECTORY);
+  EXPECT_EQ(told.correspondence().source().time_s(), 0.5);
+  EXPECT_EQ(told.correspondence().target().position().z(), 6);
+  EXPECT_EQ(told.residual_m(), 0.25);
+  EXPECT_EQ(told.residual_frames(), 1.5);
+  EXPECT_EQ(told.num_nodes(), 4);
+}
+
 TEST_F(HandlersTest, ARepeatedRequestIdGivesTheFirstOperation) {
   ImportAnimation("a");
   ImportAnimation("b");

@@ -36,6 +36,7 @@ TEST(JobOptions, WhatIsGivenReachesTheStage) {
   record.set_thin_sheets_from(0.75);
   const registration::RegistrationOptions options = ToRegistrationOptions(record);
   EXPECT_EQ(options.max_iterations, 5);
+  EXPECT_EQ(options.refine_iterations, 5);
   EXPECT_EQ(options.node_spacing_edges, 7.5);
   EXPECT_EQ(options.sample_share, 0.25);
   EXPECT_EQ(options.seed, 99U);

@@ -192,6 +192,51 @@ TEST_F(RunJobsTest, SpaceTimeOptionsShapeTheFamily) {
   EXPECT_EQ(Job(bad).error().message(), "thin_sheets_from is 2, not in [0, 1]");
 }
 
+TEST_F(RunJobsTest, ARefinementGoesOnFromThePublishedVersion) {
+  SubmitBall("slow", 1.0);
+  SubmitBall("fast", 3.0);
+  ASSERT_THAT(Work(), Succeeds());
+  SubmitRegistration("balls", "slow", {"fast"});
+  ASSERT_THAT(Work(), Succeeds());
+  const auto refine = [&](int64_t version,
+                          const std::function<void(store::pb::RegisterJob&)>& change = {}) {
+    const std::string job = SubmitRegistration("balls", "slow", {"fast"}, [&](auto& registration) {
+      registration.set_refine_version(version);
+      store::pb::Correspondence& top = *registration.add_correspondences()->add_correspondences();
+      top.set_kind(store::pb::Correspondence::POINT);
+      top.set_hard(true);
+      for (const double value : {1.0 / 24, 0.0, 0.5, 1.0 / 24}) top.add_source(value);
+      for (const double value : {3.0 / 24, 0.0, 0.5, 1.0 / 24}) top.add_target(value);
+      if (change) change(registration);
+    });
+    EXPECT_THAT(Work(), Succeeds());
+    return Job(job);
+  };
+  const JobRecord refined = refine(1);
+  ASSERT_EQ(refined.state(), JobRecord::SUCCEEDED) << refined.error().message();
+  const store::pb::FamilyRecord record = *catalog_->GetFamily("balls");
+  EXPECT_EQ(record.version(), 2);
+  EXPECT_EQ(record.manifest().reports(0).num_iterations(), 3);
+  const store::pb::CorrespondenceReport& report = record.manifest().reports(0).correspondences(0);
+  EXPECT_FALSE(report.overruled());
+  EXPECT_LT(report.residual_m(), 1e-4);
+  EXPECT_DOUBLE_EQ(report.correspondence().target(0), 3.0 / 24);
+
+  EXPECT_THAT(refine(1).error().message(), HasSubstr("is at version 2 by now"));
+  EXPECT_THAT(refine(2, [](auto& job) { job.set_source("fast"), job.set_targets(0, "slow"); })
+                  .error()
+                  .message(),
+              HasSubstr("is of slow -> fast, which cannot be refined into fast -> slow"));
+  EXPECT_THAT(refine(2,
+                     [](auto& job) {
+                       job.mutable_space_time()->set_connectivity(store::pb::REBUILT);
+                       job.mutable_space_time()->set_droplet_vertices(0);
+                     })
+                  .error()
+                  .message(),
+              HasSubstr("options of space-time meshes"));
+}
+
 TEST_F(RunJobsTest, AFamilyHasTheSameBytesForAnyNumberOfThreads) {
   SubmitBall("slow", 1.0);
   SubmitBall("fast", 3.0);

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "tests/worker/registration/registration_testing.h"
+#include "worker/registration/hard_pins.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -25,7 +26,7 @@ class MinimizeTest : public ::testing::Test {
   std::vector<NodeMap> Solve(const std::vector<FitTerm>& terms, const SolverOptions& options,
                              int num_threads, SolveReport* report = nullptr) const {
     std::vector<NodeMap> maps(nodes_.num_nodes(), NodeMap::Zero());
-    const auto solved = Minimize(nodes_, graph_, sphere_.surface.points, terms, options,
+    const auto solved = Minimize(nodes_, graph_, sphere_.surface.points, terms, HardPins(), options,
                                  parallel::Arena(num_threads), maps);
     EXPECT_TRUE(solved.ok()) << solved.status();
     if (report != nullptr) *report = *solved;
@@ -77,8 +78,8 @@ TEST_F(MinimizeTest, NoNearbyStateHasLessEnergy) {
     for (const float step : {-0.05f, 0.05f}) {
       auto moved = maps;
       moved[n](n % 4, n % 5) += step;
-      const auto energy = Minimize(nodes_, graph_, sphere_.surface.points, terms, measure,
-                                   parallel::Arena(1), moved);
+      const auto energy = Minimize(nodes_, graph_, sphere_.surface.points, terms, HardPins(),
+                                   measure, parallel::Arena(1), moved);
       ASSERT_TRUE(energy.ok());
       EXPECT_GT(energy->fit_energy + options.smoothness * energy->smoothness_energy,
                 smallest - 1e-6);

@@ -30,6 +30,12 @@ RegistrationOptions SmallOptions() {
   return options;
 }
 
+RegistrationOptions FewIterations() {
+  RegistrationOptions options = SmallOptions();
+  options.max_iterations = 6;
+  return options;
+}
+
 absl::StatusOr<Registration> RegisterDrops(const mesh::SpaceTimeMesh& source,
                                            const mesh::SpaceTimeMesh& target, int num_threads,
                                            const ProgressCallback& progress = {}) {
@@ -127,21 +133,64 @@ TEST_F(RegisterTest, ReportsEachIterationAndCanBeCancelled) {
   EXPECT_EQ(calls, 3);
 }
 
-TEST_F(RegisterTest, AUsersPointIsObeyedWhenHard) {
-  Correspondence hard;
-  hard.hard = true;
-  hard.source = {0, 0, 0.65, 0.5};     // top of the drop
-  hard.target = {0.25, 0, 0.95, 0.5};  // not where it would go by itself
-  const auto free = RegisterDrops(source_, target_, 2);
-  RegistrationOptions options = SmallOptions();
-  options.correspondence_weight = 1000;
-  const auto pinned = Register(source_, target_, {hard}, options, parallel::Arena(2));
-  ASSERT_TRUE(free.ok() && pinned.ok());
+// The top of the source's drop, and not where it would go by itself.
+Correspondence OffCentre(bool hard) {
+  Correspondence c;
+  c.hard = hard;
+  c.source = {0, 0, 0.65, 3};
+  c.target = {0.25, 0, 0.95, 2};
+  return c;
+}
+
+TEST_F(RegisterTest, AHardPointHoldsExactlyAndTearsNothing) {
+  const Correspondence hard = OffCentre(true);
+  const auto pinned = Register(source_, target_, {hard}, FewIterations(), parallel::Arena(2));
+  ASSERT_TRUE(pinned.ok()) << pinned.status();
+  const double edge = source_.edge_length_m;
   Eigen::Index top = 0;
-  const Eigen::Vector4f at(0, 0, 0.65f, 0.5f);
-  (source_.vertices.colwise() - at).colwise().squaredNorm().minCoeff(&top);
-  EXPECT_LT(std::abs(free->displacement(0, top)), 0.1);
-  EXPECT_GT(pinned->displacement(0, top), 0.1);
+  (InEdgeUnits(source_.vertices, edge).colwise() -
+   Eigen::Vector4f(0, 0, static_cast<float>(0.65 / edge), 3))
+      .colwise()
+      .squaredNorm()
+      .minCoeff(&top);
+  const Eigen::Vector4d moved = pinned->displacement.col(top).cast<double>();
+  const Eigen::Vector4d miss = moved - (hard.target - hard.source);
+  EXPECT_LT(miss.head<3>().norm(), 1e-3 * edge);
+  EXPECT_LT(std::abs(miss[3]), 1e-3);
+  ASSERT_EQ(pinned->report.correspondences.size(), 1u);
+  EXPECT_TRUE(pinned->report.correspondences[0].kept);
+  EXPECT_EQ(pinned->report.correspondences[0].num_nodes, 1);
+  EXPECT_LT(pinned->report.correspondences[0].residual_m, 1e-3 * edge);
+
+  const Surface surface(source_, edge);
+  const IndexLists neighbors = VertexNeighbors(source_, surface.cells_around, parallel::Arena(2));
+  const Points displacement = InEdgeUnits(pinned->displacement, edge);
+  for (const int32_t w : neighbors[top]) {
+    const float distance = (surface.points.col(w) - surface.points.col(top)).norm();
+    // It is pulled off its drop, which is only two edges wide.
+    EXPECT_LT((displacement.col(w) - displacement.col(top)).norm(), 1.6f * distance);
+  }
+}
+
+TEST_F(RegisterTest, ASoftPointIsReleasedAndReportedAsOverruled) {
+  Correspondence aside = OffCentre(false);
+  aside.target = {0.4, 0, 0.75, 2};
+  const auto soft = Register(source_, target_, {aside}, SmallOptions(), parallel::Arena(2));
+  ASSERT_TRUE(soft.ok()) << soft.status();
+  const CorrespondenceReport& report = soft->report.correspondences.at(0);
+  EXPECT_EQ(report.correspondence, aside);
+  EXPECT_FALSE(report.kept);
+  EXPECT_GT(report.residual_m, source_.edge_length_m);
+  EXPECT_LT(soft->report.mean_residual_edges, 0.25);
+}
+
+TEST_F(RegisterTest, TwoHardPointsThatContradictEachOtherAreNamed) {
+  Correspondence other = OffCentre(true);
+  other.target[0] = -0.25;
+  const auto refused =
+      Register(source_, target_, {OffCentre(true), other}, FewIterations(), parallel::Arena(2));
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(refused.status().message(), HasSubstr("correspondences 0 and 1 are both hard"));
 }
 
 TEST_F(RegisterTest, RefusesBadOptionsAndMeshes) {

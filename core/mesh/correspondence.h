@@ -1,0 +1,34 @@
+// What a user says belongs together (paper, section 6), and what a registration made of it.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace liquidblend::mesh {
+
+enum class CorrespondenceKind {
+  kPoint,       // one point in space-time onto another
+  kTrajectory,  // a feature onto a feature for a while, followed through the velocity fields
+  kSpace,       // pinned in x, y, z, free to slide in time
+};
+
+// Points are x, y, z in metres and time in frames.
+struct Correspondence {
+  CorrespondenceKind kind = CorrespondenceKind::kPoint;
+  bool hard = false;  // hard: held to the end; soft: released when the fit is good
+  Eigen::Vector4d source = Eigen::Vector4d::Zero();
+  Eigen::Vector4d target = Eigen::Vector4d::Zero();
+  double length_frames = 0.0;  // kTrajectory, kSpace: how long; 0: to the end
+  bool operator==(const Correspondence&) const = default;
+};
+
+// The residual is the largest over the deformation nodes that stand for the correspondence; time
+// does not count for kSpace.
+struct CorrespondenceReport {
+  Correspondence correspondence;
+  int num_nodes = 0;
+  double residual_m = 0.0;
+  double residual_frames = 0.0;
+  bool kept = true;  // false: soft, and the rest of the surface overruled it
+};
+
+}  // namespace liquidblend::mesh

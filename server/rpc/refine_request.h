@@ -1,0 +1,18 @@
+// Requests to refine a family's registration.
+#pragma once
+
+#include <cstdint>
+
+#include "absl/status/statusor.h"
+#include "core/store/catalog.h"
+#include "liquidblend/v1/liquidblend.pb.h"
+
+namespace liquidblend::rpc {
+
+// The version to go on from; fills in source and targets where the request leaves them out.
+// Errors: kNotFound; kFailedPrecondition if no version of the family is finished; kInvalidArgument
+// if the request names other animations, with both.
+absl::StatusOr<int64_t> CompleteRefinement(store::Catalog& catalog,
+                                           v1::RegisterFamilyRequest& request);
+
+}  // namespace liquidblend::rpc

@@ -1,0 +1,86 @@
+#include "worker/jobs/previous_version.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "core/base/status_macros.h"
+#include "core/store/files.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+constexpr float kSameVertexEdges = 0.1f;
+
+absl::Status CheckSameAnimations(const store::v1::RegisterJob& job,
+                                 const mesh::RegisteredFamily& family) {
+  std::vector<std::string> targets;
+  for (const mesh::FamilyTarget& target : family.targets) targets.push_back(target.name);
+  if (job.source() == family.source &&
+      std::equal(targets.begin(), targets.end(), job.targets().begin(), job.targets().end())) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat(
+      "family '", job.family(), "' is of ", family.source, " -> ", absl::StrJoin(targets, ", "),
+      ", which cannot be refined into ", job.source(), " -> ", absl::StrJoin(job.targets(), ", ")));
+}
+
+}  // namespace
+
+absl::StatusOr<mesh::RegisteredFamily> OpenPreviousVersion(const store::v1::RegisterJob& job,
+                                                           JobContext& context) {
+  LB_ASSIGN_OR_RETURN(const store::v1::FamilyRecord record,
+                      context.catalog.GetFamily(job.family()));
+  if (record.version() != job.refine_version()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "family '", job.family(), "' is at version ", record.version(),
+        " by now, and a refinement of version ", job.refine_version(), " was asked for"));
+  }
+  LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob,
+                      context.blobs.Open(record.blob()));
+  LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family,
+                      store::OpenFamily(blob, absl::StrCat("family '", job.family(), "'")));
+  LB_RETURN_IF_ERROR(CheckSameAnimations(job, family));
+  return family;
+}
+
+absl::Status CheckSameVertices(const mesh::RegisteredFamily& family,
+                               const mesh::SpaceTimeMesh& source) {
+  const char* const advice =
+      "; a refinement needs the options of space-time meshes that the family was registered with";
+  const int64_t count = static_cast<int64_t>(family.vertices.size());
+  if (count != source.num_vertices()) {
+    return absl::InvalidArgumentError(absl::StrCat("the family has ", count,
+                                                   " space-time vertices, and now the source has ",
+                                                   source.num_vertices(), advice));
+  }
+  const float tolerance = kSameVertexEdges * static_cast<float>(source.edge_length_m);
+  for (int64_t v = 0; v < count; ++v) {
+    const Eigen::Map<const Eigen::Vector4f> before(family.vertices[v].data());
+    const Eigen::Vector4f difference = before - source.vertices.col(v);
+    if (!(difference.head<3>().norm() <= tolerance) ||
+        !(std::abs(difference[3]) <= kSameVertexEdges)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("space-time vertex ", v, " is not where it was in the family", advice));
+    }
+  }
+  return absl::OkStatus();
+}
+
+Eigen::Matrix4Xf DisplacementOf(const mesh::FamilyTarget& target) {
+  Eigen::Matrix4Xf displacement(4, static_cast<Eigen::Index>(target.displacement.size()));
+  for (Eigen::Index v = 0; v < displacement.cols(); ++v) {
+    displacement.col(v) = Eigen::Map<const Eigen::Vector4f>(target.displacement[v].data());
+  }
+  return displacement;
+}
+
+std::vector<mesh::Correspondence> CorrespondencesOf(const mesh::FamilyTarget& target) {
+  std::vector<mesh::Correspondence> result;
+  for (const auto& report : target.report.correspondences) result.push_back(report.correspondence);
+  return result;
+}
+
+}  // namespace liquidblend::jobs

@@ -1,0 +1,30 @@
+// The version of a family that a refinement goes on from.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/correspondence.h"
+#include "core/mesh/registered_family.h"
+#include "core/mesh/space_time_mesh.h"
+#include "liquidblend/store/v1/records.pb.h"
+#include "worker/jobs/job_context.h"
+
+namespace liquidblend::jobs {
+
+// Requires: job.refine_version() > 0.
+// Errors: kFailedPrecondition if the family is at another version by now; kInvalidArgument if it is
+// not of the job's source and targets; those of catalog and store.
+absl::StatusOr<mesh::RegisteredFamily> OpenPreviousVersion(const store::v1::RegisterJob& job,
+                                                           JobContext& context);
+
+// Errors: kInvalidArgument if the family's vertices are not those of `source`, but for a tenth of
+// an edge.
+absl::Status CheckSameVertices(const mesh::RegisteredFamily& family,
+                               const mesh::SpaceTimeMesh& source);
+
+Eigen::Matrix4Xf DisplacementOf(const mesh::FamilyTarget& target);
+std::vector<mesh::Correspondence> CorrespondencesOf(const mesh::FamilyTarget& target);
+
+}  // namespace liquidblend::jobs

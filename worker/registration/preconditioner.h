@@ -1,0 +1,46 @@
+// Block Jacobi within the hard correspondences' constraints. Internal to worker/registration.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <memory>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "worker/registration/hard_pins.h"
+#include "worker/registration/normal_equations.h"
+
+namespace liquidblend::registration {
+
+// M: each node's own 20 x 20 block, factorised. Search directions made by Apply() lie in the null
+// space of the constraints, so conjugate gradients never leave them: what they hold is no unknown
+// (Gould, Hribar, Nocedal 2001).  Threads: safe; same bytes for any thread count.
+class Preconditioner {
+ public:
+  // Errors: kInternal if a node's block, or the constraints' system, is not positive definite.
+  // Both arguments must outlive it.
+  static absl::StatusOr<Preconditioner> Make(const NormalEquations& equations, const HardPins& pins,
+                                             const parallel::Arena& arena);
+
+  // z = M^-1 r with C z = 0; r loses its part in the range of C^T, which z does not feel.
+  void Apply(const parallel::Arena& arena, std::vector<NodeMap>& r, std::vector<NodeMap>& z) const;
+
+  // The x that obeys the constraints and is nearest in the metric of M.
+  void Restore(std::vector<NodeMap>& x) const;
+
+ private:
+  using BlockFactor = Eigen::LLT<Eigen::Matrix<double, 20, 20>>;
+  using SparseFactor = Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>;
+
+  explicit Preconditioner(const HardPins& pins) : pins_(&pins) {}
+  NodeMap Solve(int64_t node, const NodeMap& residual) const;
+  absl::Status FactorConstraints();
+
+  const HardPins* pins_;
+  std::vector<BlockFactor> blocks_;            // per node
+  std::vector<int32_t> pinned_nodes_;          // those that move a pin, ascending
+  std::unique_ptr<SparseFactor> constraints_;  // of C M^-1 C^T; none without pins
+};
+
+}  // namespace liquidblend::registration
