@@ -1,5 +1,7 @@
 #include "client/cli/describe.h"
 
+#include <vector>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
@@ -13,6 +15,40 @@ namespace {
 std::string Describe(const Bounds& bounds) {
   return absl::StrFormat("(%.4g, %.4g, %.4g) to (%.4g, %.4g, %.4g) m", bounds.min.x, bounds.min.y,
                          bounds.min.z, bounds.max.x, bounds.max.y, bounds.max.z);
+}
+
+// The kinds that there are, e.g. "1200 wedges, 40 pyramids".
+std::string DescribeCells(const SpaceTimeReport& report) {
+  std::vector<std::string> kinds;
+  const auto add = [&](int64_t count, const char* kind) {
+    if (count > 0) kinds.push_back(absl::StrCat(count, " ", kind));
+  };
+  add(report.num_hexahedra, "hexahedra");
+  add(report.num_wedges, "wedges");
+  add(report.num_pyramids, "pyramids");
+  add(report.num_tetrahedra, "tetrahedra");
+  return absl::StrJoin(kinds, ", ");
+}
+
+std::string Describe(const SpaceTimeReport& report) {
+  std::string text =
+      absl::StrFormat("%s: %s", report.animation, ConnectivityName(report.connectivity));
+  if (report.grid_spacing_m > 0) {
+    absl::StrAppendFormat(&text, " on a grid of %.4g m (%.3g mean edges)", report.grid_spacing_m,
+                          report.grid_spacing_edges);
+  }
+  absl::StrAppendFormat(&text, ", %d vertices, %s, %d droplets in %d pieces, %.1f %% thin",
+                        report.num_vertices, DescribeCells(report), report.num_droplets,
+                        report.num_rigid_pieces, 100.0 * report.thin_share);
+  const Fidelity& fidelity = report.fidelity;
+  absl::StrAppendFormat(
+      &text,
+      "\n    %d frames: distance %.4f mean edges, %.3f at most; volume within %.3f %%; "
+      "%d components of %d, %d apart at most",
+      fidelity.num_frames, fidelity.mean_distance_edges, fidelity.max_distance_edges,
+      100.0 * fidelity.max_volume_error, fidelity.num_components_shown, fidelity.num_components,
+      fidelity.max_component_error);
+  return text;
 }
 
 }  // namespace
@@ -51,6 +87,9 @@ std::string Describe(const Family& family) {
   }
   absl::StrAppend(&text, "\n  velocities ",
                   family.has_velocities ? "of the simulation" : "from the surface's motion only");
+  for (const SpaceTimeReport& report : family.space_time_reports) {
+    absl::StrAppend(&text, "\n  ", Describe(report));
+  }
   for (const RegistrationReport& report : family.reports) {
     absl::StrAppendFormat(
         &text, "\n  %s: %d nodes, %d iterations, residual %.3f mean edges, inliers %.0f %%, %.1f s",

@@ -25,6 +25,33 @@ Json ToJson(const RegistrationReport& report) {
           {"seconds", report.seconds}};
 }
 
+Json ToJson(const Fidelity& fidelity) {
+  return {{"num_frames", fidelity.num_frames},
+          {"mean_distance_edges", fidelity.mean_distance_edges},
+          {"max_distance_edges", fidelity.max_distance_edges},
+          {"max_volume_error", fidelity.max_volume_error},
+          {"num_components", fidelity.num_components},
+          {"num_components_shown", fidelity.num_components_shown},
+          {"max_component_error", fidelity.max_component_error}};
+}
+
+Json ToJson(const SpaceTimeReport& report) {
+  return {{"animation", report.animation},
+          {"connectivity", ConnectivityName(report.connectivity)},
+          {"grid_spacing_m", report.grid_spacing_m},
+          {"grid_spacing_edges", report.grid_spacing_edges},
+          {"edge_length_m", report.edge_length_m},
+          {"num_vertices", report.num_vertices},
+          {"num_tetrahedra", report.num_tetrahedra},
+          {"num_pyramids", report.num_pyramids},
+          {"num_wedges", report.num_wedges},
+          {"num_hexahedra", report.num_hexahedra},
+          {"num_droplets", report.num_droplets},
+          {"num_rigid_pieces", report.num_rigid_pieces},
+          {"thin_share", report.thin_share},
+          {"fidelity", ToJson(report.fidelity)}};
+}
+
 Json ToJson(const Progress& progress) {
   return {{"stage", progress.stage},
           {"fraction", progress.fraction},
@@ -67,6 +94,10 @@ Json ToJson(const Animation& animation) {
 Json ToJson(const Family& family) {
   Json reports = Json::array();
   for (const RegistrationReport& report : family.reports) reports.push_back(ToJson(report));
+  Json space_time_reports = Json::array();
+  for (const SpaceTimeReport& report : family.space_time_reports) {
+    space_time_reports.push_back(ToJson(report));
+  }
   Json levels = Json::array();
   for (const LevelOfDetail& level : family.coarser_levels) {
     levels.push_back({{"num_vertices", level.num_vertices}, {"num_cells", level.num_cells}});
@@ -83,6 +114,7 @@ Json ToJson(const Family& family) {
           {"coarser_levels", levels},
           {"has_velocities", family.has_velocities},
           {"reports", reports},
+          {"space_time_reports", space_time_reports},
           {"size_bytes", family.size_bytes},
           {"create_time", FormatUtc(family.create_time)},
           {"update_time", FormatUtc(family.update_time)}};
@@ -122,6 +154,18 @@ const char* StateName(AnimationState state) {
     case AnimationState::kFailed:
       return "failed";
     case AnimationState::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+const char* ConnectivityName(Connectivity connectivity) {
+  switch (connectivity) {
+    case Connectivity::kTracked:
+      return "tracked";
+    case Connectivity::kRebuilt:
+      return "rebuilt";
+    case Connectivity::kAuto:
       break;
   }
   return "unknown";

@@ -21,6 +21,9 @@ Json ToJson(const MeshStats& stats);
 // "importing", "ready", "failed", "unknown"
 const char* StateName(AnimationState state);
 
+// "tracked", "rebuilt", "unknown"
+const char* ConnectivityName(Connectivity connectivity);
+
 // "queued", "running", "done", "failed", "cancelled"
 const char* StateName(const Operation& operation);
 

@@ -1,5 +1,7 @@
 // liquidblend register FAMILY --source NAME --target NAME [--target NAME ...]
+#include <map>
 #include <memory>
+#include <string>
 
 #include "client/cli/commands.h"
 #include "client/cli/correspondences.h"
@@ -42,12 +44,56 @@ absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
   return absl::OkStatus();
 }
 
+void AddRegistrationFlags(RegistrationOptions& options, CLI::App& command) {
+  command.add_option("--iterations", options.max_iterations, "Iterations per target")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--node-spacing", options.node_spacing_edges,
+                  "Distance of deformation nodes in mean edge lengths")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--sample-share", options.sample_share, "Share of vertices per iteration")
+      ->check(CLI::Range(0.0, 1.0));
+  command.add_option("--smoothness", options.final_smoothness, "Smoothness at the last iteration")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--thin-sheets-from", options.thin_sheets_from,
+                  "Share of the iterations before thin sheets take part; 1: never")
+      ->check(CLI::Range(0.0, 1.0));
+  command.add_option("--seed", options.seed, "Seed of the random samples");
+}
+
+void AddSpaceTimeFlags(SpaceTimeOptions& options, CLI::App& command) {
+  const std::map<std::string, Connectivity> names = {{"auto", Connectivity::kAuto},
+                                                     {"tracked", Connectivity::kTracked},
+                                                     {"rebuilt", Connectivity::kRebuilt}};
+  command
+      .add_option("--connectivity", options.connectivity,
+                  "Whether frames share it (tracked) or not (rebuilt); auto: the server sees")
+      ->transform(CLI::CheckedTransformer(names))
+      ->type_name("auto|tracked|rebuilt");
+  command
+      .add_option("--spacing", options.spacing_edges,
+                  "Spacing of the space-time grid in mean edge lengths (0.9)")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--droplet-vertices", options.droplet_vertices,
+                  "Smaller components are carried as rigid pieces (150); 0: none are")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--sheet-thickness", options.sheet_thickness_edges,
+                  "Sheets up to this are thin, in mean edge lengths (1.5); 0: none are")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--levels", options.coarser_levels,
+                  "Levels of detail beside the finest (2), each half of the one before")
+      ->check(CLI::NonNegativeNumber);
+}
+
 }  // namespace
 
 void AddRegister(CLI::App& app, Context& context) {
   const auto flags = std::make_shared<RegisterFlags>();
   RegisterRequest& request = flags->request;
-  RegistrationOptions& options = request.options;
   CLI::App* command =
       app.add_subcommand("register", "Register animations to one another: makes a family");
   command->add_option("FAMILY", request.family, "Id of the family")->required();
@@ -55,17 +101,8 @@ void AddRegister(CLI::App& app, Context& context) {
   command->add_option("--target", request.targets, "What it is blended with; repeat for more")
       ->required();
   command->add_flag("--wait", flags->wait, "Show progress until it is done");
-  command->add_option("--iterations", options.max_iterations, "Iterations per target")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--node-spacing", options.node_spacing_edges,
-                   "Distance of deformation nodes in mean edge lengths")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--sample-share", options.sample_share, "Share of vertices per iteration")
-      ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--smoothness", options.final_smoothness, "Smoothness at the last iteration")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--seed", options.seed, "Seed of the random samples");
+  AddRegistrationFlags(request.options, *command);
+  AddSpaceTimeFlags(request.space_time, *command);
   command->add_option(
       "--correspondences", flags->correspondences,
       "JSON file: {\"correspondences\": [[{\"kind\": \"point\" | \"trajectory\" | \"space\", "

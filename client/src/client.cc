@@ -85,6 +85,7 @@ absl::Status Client::DeleteAnimation(const std::string& name) {
 
 absl::StatusOr<Operation> Client::RegisterFamily(const RegisterRequest& request) {
   LBC_RETURN_IF_ERROR(request.options.Validate());
+  LBC_RETURN_IF_ERROR(request.space_time.Validate());
   v1::RegisterFamilyRequest proto = client::ToProto(request);
   proto.set_request_id(client::MakeRequestId());
   LBC_ASSIGN_OR_RETURN(const google::longrunning::Operation operation,

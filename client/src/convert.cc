@@ -58,6 +58,42 @@ RegistrationReport ToReport(const v1::RegistrationReport& proto) {
   return report;
 }
 
+Connectivity ToConnectivity(v1::Connectivity proto) {
+  if (proto == v1::TRACKED) return Connectivity::kTracked;
+  return proto == v1::REBUILT ? Connectivity::kRebuilt : Connectivity::kAuto;
+}
+
+Fidelity ToFidelity(const v1::Fidelity& proto) {
+  Fidelity fidelity;
+  fidelity.num_frames = proto.num_frames();
+  fidelity.mean_distance_edges = proto.mean_distance_edges();
+  fidelity.max_distance_edges = proto.max_distance_edges();
+  fidelity.max_volume_error = proto.max_volume_error();
+  fidelity.num_components = proto.num_components();
+  fidelity.num_components_shown = proto.num_components_shown();
+  fidelity.max_component_error = proto.max_component_error();
+  return fidelity;
+}
+
+SpaceTimeReport ToReport(const v1::SpaceTimeReport& proto) {
+  SpaceTimeReport report;
+  report.animation = proto.animation();
+  report.connectivity = ToConnectivity(proto.connectivity());
+  report.grid_spacing_m = proto.grid_spacing_m();
+  report.grid_spacing_edges = proto.grid_spacing_edges();
+  report.edge_length_m = proto.edge_length_m();
+  report.num_vertices = proto.num_vertices();
+  report.num_tetrahedra = proto.num_tetrahedra();
+  report.num_pyramids = proto.num_pyramids();
+  report.num_wedges = proto.num_wedges();
+  report.num_hexahedra = proto.num_hexahedra();
+  report.num_droplets = proto.num_droplets();
+  report.num_rigid_pieces = proto.num_rigid_pieces();
+  report.thin_share = proto.thin_share();
+  report.fidelity = ToFidelity(proto.fidelity());
+  return report;
+}
+
 void SetEvent(const Event& event, v1::Event* proto) {
   proto->mutable_position()->set_x(event.position.x);
   proto->mutable_position()->set_y(event.position.y);
@@ -75,6 +111,37 @@ v1::Correspondence::Kind ToKind(CorrespondenceKind kind) {
       return v1::Correspondence::SPACE;
   }
   return v1::Correspondence::KIND_UNSPECIFIED;
+}
+
+v1::Connectivity ToConnectivity(Connectivity connectivity) {
+  switch (connectivity) {
+    case Connectivity::kAuto:
+      return v1::CONNECTIVITY_UNSPECIFIED;
+    case Connectivity::kTracked:
+      return v1::TRACKED;
+    case Connectivity::kRebuilt:
+      return v1::REBUILT;
+  }
+  return v1::CONNECTIVITY_UNSPECIFIED;
+}
+
+void SetOptions(const RegistrationOptions& options, v1::RegistrationOptions* proto) {
+  proto->set_max_iterations(options.max_iterations);
+  proto->set_node_spacing_edges(options.node_spacing_edges);
+  proto->set_sample_share(options.sample_share);
+  proto->set_seed(options.seed);
+  proto->set_final_smoothness(options.final_smoothness);
+  proto->set_thin_sheets_from(options.thin_sheets_from);
+}
+
+void SetSpaceTime(const SpaceTimeOptions& options, v1::SpaceTimeOptions* proto) {
+  proto->set_connectivity(ToConnectivity(options.connectivity));
+  proto->set_spacing_edges(options.spacing_edges);
+  if (options.droplet_vertices) proto->set_droplet_vertices(*options.droplet_vertices);
+  if (options.sheet_thickness_edges) {
+    proto->set_sheet_thickness_edges(*options.sheet_thickness_edges);
+  }
+  if (options.coarser_levels) proto->set_coarser_levels(*options.coarser_levels);
 }
 
 void SetCorrespondence(const Correspondence& correspondence, v1::Correspondence* proto) {
@@ -174,6 +241,9 @@ Family FromProto(const v1::Family& proto) {
   for (const v1::RegistrationReport& report : proto.reports()) {
     family.reports.push_back(ToReport(report));
   }
+  for (const v1::SpaceTimeReport& report : proto.space_time_reports()) {
+    family.space_time_reports.push_back(ToReport(report));
+  }
   family.size_bytes = proto.size_bytes();
   family.create_time = ToTime(proto.create_time());
   family.update_time = ToTime(proto.update_time());
@@ -222,12 +292,8 @@ v1::RegisterFamilyRequest ToProto(const RegisterRequest& request) {
   for (const std::string& target : request.targets) {
     proto.add_targets(ResourceName("animations", target));
   }
-  v1::RegistrationOptions* options = proto.mutable_options();
-  options->set_max_iterations(request.options.max_iterations);
-  options->set_node_spacing_edges(request.options.node_spacing_edges);
-  options->set_sample_share(request.options.sample_share);
-  options->set_seed(request.options.seed);
-  options->set_final_smoothness(request.options.final_smoothness);
+  SetOptions(request.options, proto.mutable_options());
+  SetSpaceTime(request.space_time, proto.mutable_space_time());
   for (const std::vector<Correspondence>& of_target : request.correspondences) {
     auto* list = proto.add_correspondences();
     for (const Correspondence& correspondence : of_target) {

@@ -6,6 +6,7 @@
 #include "liquidblend/animation.h"
 #include "liquidblend/client.h"
 #include "liquidblend/family.h"
+#include "liquidblend/space_time.h"
 
 namespace liquidblend {
 namespace {
@@ -47,7 +48,15 @@ absl::Status RegistrationOptions::Validate() const {
   LBC_RETURN_IF_ERROR(CheckNotNegative("max_iterations", max_iterations));
   LBC_RETURN_IF_ERROR(CheckNotNegative("node_spacing_edges", node_spacing_edges));
   LBC_RETURN_IF_ERROR(CheckRange("sample_share", sample_share, 0.0, 1.0));
-  return CheckNotNegative("final_smoothness", final_smoothness);
+  LBC_RETURN_IF_ERROR(CheckNotNegative("final_smoothness", final_smoothness));
+  return CheckRange("thin_sheets_from", thin_sheets_from, 0.0, 1.0);
+}
+
+absl::Status SpaceTimeOptions::Validate() const {
+  LBC_RETURN_IF_ERROR(CheckNotNegative("spacing_edges", spacing_edges));
+  LBC_RETURN_IF_ERROR(CheckNotNegative("droplet_vertices", droplet_vertices.value_or(0)));
+  LBC_RETURN_IF_ERROR(CheckNotNegative("sheet_thickness_edges", sheet_thickness_edges.value_or(0)));
+  return CheckNotNegative("coarser_levels", coarser_levels.value_or(0));
 }
 
 absl::Status ConnectOptions::Validate() const {

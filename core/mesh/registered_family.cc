@@ -125,6 +125,13 @@ absl::Status CheckLevel(const RegisteredFamily& family, size_t k) {
                absl::StrCat("level of detail ", k + 1, ": ", std::string(status.message())));
 }
 
+absl::Status CheckReports(const RegisteredFamily& family) {
+  const size_t count = family.space_time_reports.size();
+  if (count == 0 || count == 1 + family.targets.size()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(count, " reports of space-time meshes for ",
+                                                 1 + family.targets.size(), " animations"));
+}
+
 }  // namespace
 
 absl::Status Validate(const RegisteredFamily& family) {
@@ -139,6 +146,7 @@ absl::Status Validate(const RegisteredFamily& family) {
   for (const FamilyTarget& target : family.targets) {
     LB_RETURN_IF_ERROR(CheckTarget(family, target));
   }
+  LB_RETURN_IF_ERROR(CheckReports(family));
   for (size_t k = 0; k < family.coarser_levels.size(); ++k) {
     LB_RETURN_IF_ERROR(CheckLevel(family, k));
   }

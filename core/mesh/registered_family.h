@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "core/mesh/space_time_mesh.h"
+#include "core/mesh/space_time_report.h"
 
 namespace liquidblend::mesh {
 
@@ -57,6 +58,8 @@ struct RegisteredFamily {
   double edge_length_m = 0.0;
   std::array<float, 3> domain_min = {0, 0, 0};  // blended vertices are clamped to this box
   std::array<float, 3> domain_max = {0, 0, 0};
+  // Of the source's space-time mesh, then of each target's; or empty: not known.
+  std::vector<SpaceTimeReport> space_time_reports;
   // Coarser levels of detail, the finest first: the same animations, weights, frames and domain,
   // but fewer vertices and cells. Each without levels of its own; level of detail 0 is this family.
   std::vector<RegisteredFamily> coarser_levels;

@@ -3,6 +3,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/store/files.h"
+#include "core/store/report_messages.h"
 #include "core/store/sections.h"
 
 namespace liquidblend::store {
@@ -55,17 +56,18 @@ mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
   std::copy_n(manifest.domain().min().begin(), 3, family.domain_min.begin());
   std::copy_n(manifest.domain().max().begin(), 3, family.domain_max.begin());
   for (int k = 0; k < manifest.targets_size(); ++k) {
-    const v1::RegistrationReport& report = manifest.reports(k);
     mesh::FamilyTarget& target = family.targets.emplace_back();
     target.name = manifest.targets(k);
-    target.report = {report.num_nodes(), report.num_iterations(), report.mean_residual_edges(),
-                     report.inlier_share(), report.seconds()};
+    target.report = FromMessage(manifest.reports(k));
   }
   const mesh::RegisteredFamily plain = family;
   for (const v1::FamilyLevel& from : manifest.coarser_levels()) {
     mesh::RegisteredFamily& level = family.coarser_levels.emplace_back(plain);
     level.num_first_vertices = from.num_first_vertices();
     level.num_last_vertices = from.num_last_vertices();
+  }
+  for (const v1::SpaceTimeReport& report : manifest.space_time_reports()) {
+    family.space_time_reports.push_back(FromMessage(report));
   }
   return family;
 }
@@ -167,13 +169,7 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
   }
   for (const mesh::FamilyTarget& target : family.targets) {
     manifest.add_targets(target.name);
-    v1::RegistrationReport* const report = manifest.add_reports();
-    report->set_target(target.name);
-    report->set_num_nodes(target.report.num_nodes);
-    report->set_num_iterations(target.report.num_iterations);
-    report->set_mean_residual_edges(target.report.mean_residual_edges);
-    report->set_inlier_share(target.report.inlier_share);
-    report->set_seconds(target.report.seconds);
+    *manifest.add_reports() = ToMessage(target);
   }
   manifest.set_has_velocities(!family.velocities.empty());
   for (const mesh::RegisteredFamily& level : family.coarser_levels) {
@@ -182,6 +178,9 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
     to->set_num_last_vertices(static_cast<int32_t>(level.num_last_vertices));
     to->set_num_vertices(static_cast<int64_t>(level.vertices.size()));
     to->set_num_cells(level.num_cells());
+  }
+  for (const mesh::SpaceTimeReport& report : family.space_time_reports) {
+    *manifest.add_space_time_reports() = ToMessage(report);
   }
   return manifest;
 }

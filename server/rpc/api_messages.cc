@@ -1,5 +1,7 @@
 #include "server/rpc/api_messages.h"
 
+#include <algorithm>
+
 #include "core/base/status_macros.h"
 #include "server/rpc/names.h"
 
@@ -29,6 +31,41 @@ v1::RegistrationReport ToReport(const store::pb::RegistrationReport& record) {
   report.set_mean_residual_edges(record.mean_residual_edges());
   report.set_inlier_share(record.inlier_share());
   report.set_seconds(record.seconds());
+  return report;
+}
+
+v1::Fidelity ToFidelity(const store::pb::Fidelity& record) {
+  v1::Fidelity fidelity;
+  fidelity.set_num_frames(record.num_frames());
+  fidelity.set_mean_distance_edges(record.mean_distance_edges());
+  fidelity.set_max_distance_edges(record.max_distance_edges());
+  fidelity.set_max_volume_error(record.max_volume_error());
+  fidelity.set_num_components(record.num_components());
+  fidelity.set_num_components_shown(record.num_components_shown());
+  fidelity.set_max_component_error(record.max_component_error());
+  return fidelity;
+}
+
+v1::SpaceTimeReport ToReport(const std::string& animation,
+                             const store::pb::SpaceTimeReport& record) {
+  v1::SpaceTimeReport report;
+  report.set_animation(AnimationName(animation));
+  report.set_connectivity(
+      static_cast<v1::Connectivity>(record.connectivity()));  // the same numbers
+  report.set_grid_spacing_m(record.grid_spacing_m());
+  if (record.edge_length_m() > 0) {
+    report.set_grid_spacing_edges(record.grid_spacing_m() / record.edge_length_m());
+  }
+  report.set_edge_length_m(record.edge_length_m());
+  report.set_num_vertices(record.num_vertices());
+  report.set_num_tetrahedra(record.num_tetrahedra());
+  report.set_num_pyramids(record.num_pyramids());
+  report.set_num_wedges(record.num_wedges());
+  report.set_num_hexahedra(record.num_hexahedra());
+  report.set_num_droplets(record.num_droplets());
+  report.set_num_rigid_pieces(record.num_rigid_pieces());
+  report.set_thin_share(record.thin_share());
+  *report.mutable_fidelity() = ToFidelity(record.fidelity());
   return report;
 }
 
@@ -156,6 +193,12 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record) {
     to.set_num_vertices(level.num_vertices());
     to.set_num_cells(level.num_cells());
   }
+  // The manifest has none, or the source's and one per target.
+  const int num_reports = std::min(manifest.space_time_reports_size(), 1 + manifest.targets_size());
+  for (int k = 0; k < num_reports; ++k) {
+    const std::string& animation = k == 0 ? manifest.source() : manifest.targets(k - 1);
+    *family.add_space_time_reports() = ToReport(animation, manifest.space_time_reports(k));
+  }
   *family.mutable_create_time() = record.create_time();
   *family.mutable_update_time() = record.update_time();
   return family;
@@ -194,6 +237,19 @@ store::pb::RegistrationOptions ToRecord(const v1::RegistrationOptions& options) 
   record.set_sample_share(options.sample_share());
   record.set_seed(options.seed());
   record.set_final_smoothness(options.final_smoothness());
+  record.set_thin_sheets_from(options.thin_sheets_from());
+  return record;
+}
+
+store::pb::SpaceTimeOptions ToRecord(const v1::SpaceTimeOptions& options) {
+  store::pb::SpaceTimeOptions record;
+  record.set_connectivity(static_cast<store::pb::Connectivity>(options.connectivity()));
+  record.set_spacing_edges(options.spacing_edges());
+  if (options.has_droplet_vertices()) record.set_droplet_vertices(options.droplet_vertices());
+  if (options.has_sheet_thickness_edges()) {
+    record.set_sheet_thickness_edges(options.sheet_thickness_edges());
+  }
+  if (options.has_coarser_levels()) record.set_coarser_levels(options.coarser_levels());
   return record;
 }
 

@@ -20,6 +20,7 @@ absl::StatusOr<google::longrunning::Operation> ToOperation(const store::pb::JobR
 
 store::pb::ImportOptions ToRecord(const v1::ImportOptions& options);
 store::pb::RegistrationOptions ToRecord(const v1::RegistrationOptions& options);
+store::pb::SpaceTimeOptions ToRecord(const v1::SpaceTimeOptions& options);
 store::pb::Correspondence ToRecord(const v1::Correspondence& correspondence);
 
 }  // namespace liquidblend::rpc

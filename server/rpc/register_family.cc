@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
 #include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/handlers.h"
@@ -13,20 +14,60 @@
 namespace liquidblend::rpc {
 namespace {
 
-constexpr int kMaxIterations = 200;
-constexpr double kMaxNodeSpacing = 100.0;
 constexpr size_t kMaxRequestIdLength = 128;
 
-// Fields may be 0, which stands for the default.
+void CheckRange(absl::string_view field, double value, const mesh::Range& range,
+                FieldViolations& violations) {
+  violations.AddIf(!range.Holds(value), field,
+                   absl::StrCat("must be in [", range.min, ", ", range.max, "], got ", value));
+}
+
+// The field may be 0, which stands for the default.
+void CheckRangeOrZero(absl::string_view field, double value, const mesh::Range& range,
+                      FieldViolations& violations) {
+  violations.AddIf(value != 0 && !range.Holds(value), field,
+                   absl::StrCat("must be 0 or in [", range.min, ", ", range.max, "], got ", value));
+}
+
 void CheckOptions(const v1::RegistrationOptions& options, FieldViolations& violations) {
-  const auto check = [&](absl::string_view field, double value, double min, double max) {
-    violations.AddIf(value != 0 && !(value >= min && value <= max), absl::StrCat("options.", field),
-                     absl::StrCat("must be 0 or in [", min, ", ", max, "], got ", value));
-  };
-  check("max_iterations", options.max_iterations(), 1, kMaxIterations);
-  check("node_spacing_edges", options.node_spacing_edges(), 1, kMaxNodeSpacing);
-  check("sample_share", options.sample_share(), 1e-6, 1);
-  check("final_smoothness", options.final_smoothness(), 1e-9, 1e9);
+  CheckRangeOrZero("options.max_iterations", options.max_iterations(), mesh::kMaxIterations,
+                   violations);
+  CheckRangeOrZero("options.node_spacing_edges", options.node_spacing_edges(),
+                   mesh::kNodeSpacingEdges, violations);
+  CheckRangeOrZero("options.sample_share", options.sample_share(), mesh::kSampleShare, violations);
+  CheckRangeOrZero("options.final_smoothness", options.final_smoothness(), mesh::kSmoothness,
+                   violations);
+  CheckRange("options.thin_sheets_from", options.thin_sheets_from(), mesh::kThinSheetsFrom,
+             violations);
+}
+
+// The grid of the coarsest level of detail.
+void CheckCoarsestSpacing(const v1::SpaceTimeOptions& options, FieldViolations& violations) {
+  const int num_levels =
+      options.has_coarser_levels() ? options.coarser_levels() : mesh::kDefaultCoarserLevels;
+  const double spacing =
+      options.spacing_edges() != 0 ? options.spacing_edges() : mesh::kDefaultSpacingEdges;
+  if (!mesh::kCoarserLevels.Holds(num_levels) || !mesh::kSpacingEdges.Holds(spacing)) return;
+  const double coarsest = spacing * mesh::LevelSpacing(num_levels);
+  violations.AddIf(!mesh::kSpacingEdges.Holds(coarsest), "space_time.coarser_levels",
+                   absl::StrCat("with ", num_levels, " and spacing_edges ", spacing,
+                                ", the coarsest level has a spacing of ", coarsest,
+                                " mean edges, above ", mesh::kSpacingEdges.max));
+}
+
+void CheckSpaceTime(const v1::SpaceTimeOptions& options, FieldViolations& violations) {
+  violations.AddIf(
+      !v1::Connectivity_IsValid(options.connectivity()), "space_time.connectivity",
+      absl::StrCat("must be unspecified, TRACKED or REBUILT, got ", options.connectivity()));
+  CheckRangeOrZero("space_time.spacing_edges", options.spacing_edges(), mesh::kSpacingEdges,
+                   violations);
+  CheckRange("space_time.droplet_vertices", options.droplet_vertices(), mesh::kDropletVertices,
+             violations);
+  CheckRange("space_time.sheet_thickness_edges", options.sheet_thickness_edges(),
+             mesh::kSheetThicknessEdges, violations);
+  CheckRange("space_time.coarser_levels", options.coarser_levels(), mesh::kCoarserLevels,
+             violations);
+  CheckCoarsestSpacing(options, violations);
 }
 
 bool IsFinite(const v1::Event& event) {
@@ -95,6 +136,7 @@ absl::Status Check(const v1::RegisterFamilyRequest& request, const Limits& limit
   FieldViolations violations;
   CheckTargets(request, limits, violations);
   CheckOptions(request.options(), violations);
+  CheckSpaceTime(request.space_time(), violations);
   CheckCorrespondences(request, limits, violations);
   violations.AddIf(request.request_id().size() > kMaxRequestIdLength, "request_id",
                    absl::StrCat("at most ", kMaxRequestIdLength, " characters"));
@@ -112,6 +154,7 @@ absl::StatusOr<store::pb::JobRecord> JobOf(const v1::RegisterFamilyRequest& requ
                         AnimationId(absl::StrCat("targets[", k, "]"), request.targets(k)));
   }
   *registration.mutable_options() = ToRecord(request.options());
+  *registration.mutable_space_time() = ToRecord(request.space_time());
   for (const auto& list : request.correspondences()) {
     store::pb::RegisterJob::Correspondences& records = *registration.add_correspondences();
     for (const v1::Correspondence& correspondence : list.correspondences()) {

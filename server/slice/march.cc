@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "server/slice/marching_table.h"
+#include "core/mesh/marching_table.h"
 #include "server/slice/slice.h"
 
 namespace liquidblend::slice {
@@ -22,8 +22,8 @@ float DistanceSq(const Point& a, const Point& b) {
 // A loop of one cell that is being cut into triangles.
 struct Polygon {
   int size = 0;
-  std::array<int32_t, kMaxEdges> vertices;   // output vertices
-  std::array<int8_t, kMaxEdges> cell_edges;  // that they lie on
+  std::array<int32_t, mesh::kMaxEdges> vertices;   // output vertices
+  std::array<int8_t, mesh::kMaxEdges> cell_edges;  // that they lie on
   int8_t edge(int k) const { return cell_edges[(k + size) % size]; }
   int32_t vertex(int k) const { return vertices[(k + size) % size]; }
 
@@ -51,7 +51,7 @@ class Marcher {
 
   // Cuts those candidate clusters that are of this kind.
   template <typename Cell, int kCorners>
-  void MarchKind(const SortedCells<Cell>& sorted, const MarchingTable<kCorners>& table) {
+  void MarchKind(const SortedCells<Cell>& sorted, const mesh::MarchingTable<kCorners>& table) {
     static_assert(std::tuple_size_v<Cell> == kCorners);
     const auto num_cells = static_cast<int64_t>(sorted.cells.size());
     const auto end_cluster =
@@ -81,7 +81,7 @@ class Marcher {
  private:
   // One cluster cannot add more than this, so that cells need not ask for room one by one.
   void MakeRoom() {
-    constexpr size_t kMost = kCellsPerCluster * kMaxEdges;
+    constexpr size_t kMost = kCellsPerCluster * mesh::kMaxEdges;
     if (num_vertices_ + kMost > workspace_.vertices.size()) {
       const size_t size = 2 * (num_vertices_ + kMost);
       workspace_.vertices.resize(size);
@@ -95,7 +95,7 @@ class Marcher {
   }
 
   template <typename Cell, int kCorners>
-  void MarchCell(const Cell& cell, const MarchingTable<kCorners>& table) {
+  void MarchCell(const Cell& cell, const mesh::MarchingTable<kCorners>& table) {
     std::array<int32_t, kCorners> slots;  // of the corners, among the blended vertices
     unsigned code = 0;
     for (int k = 0; k < kCorners; ++k) {
@@ -104,7 +104,7 @@ class Marcher {
                  static_cast<int32_t>(v % kVerticesPerBlock);
       code |= static_cast<unsigned>(workspace_.is_later[slots[k]]) << k;
     }
-    const Case& cut = table.cases[code];
+    const mesh::Case& cut = table.cases[code];
     const int8_t* cell_edge = cut.edges.data();
     for (int loop = 0; loop < cut.num_loops; ++loop) {
       Polygon polygon;
@@ -143,7 +143,7 @@ class Marcher {
             static_cast<float>(r * a[2] + s * b[2])};
   }
 
-  void AddPolygon(Polygon& polygon, const std::array<uint16_t, kMaxEdges>& facet_mates) {
+  void AddPolygon(Polygon& polygon, const std::array<uint16_t, mesh::kMaxEdges>& facet_mates) {
     const auto& v = polygon.vertices;
     if (polygon.size == 3) return AddTriangle(v[0], v[1], v[2]);
     if (polygon.size == 4) return AddQuad(v[0], v[1], v[2], v[3]);
@@ -168,7 +168,8 @@ class Marcher {
 
   // The ear with the shortest base; a base inside of a facet, which the neighbour might choose as
   // well (four triangles on one edge), only if there is no other.
-  int BestEar(const Polygon& polygon, const std::array<uint16_t, kMaxEdges>& facet_mates) const {
+  int BestEar(const Polygon& polygon,
+              const std::array<uint16_t, mesh::kMaxEdges>& facet_mates) const {
     const auto& points = workspace_.vertices;
     int best = 0;
     auto best_cost = std::pair(true, std::numeric_limits<float>::infinity());
@@ -203,10 +204,10 @@ mesh::TriangleMesh March(const CellIndex& index, std::span<const mesh::Float4> p
                          Workspace& workspace) {
   assert(static_cast<int64_t>(positions.size()) >= workspace.num_vertices);
   Marcher marcher(positions, workspace);
-  marcher.MarchKind(index.tetrahedra(), kTetrahedronTable);
-  marcher.MarchKind(index.pyramids(), kPyramidTable);
-  marcher.MarchKind(index.wedges(), kWedgeTable);
-  marcher.MarchKind(index.hexahedra(), kHexahedronTable);
+  marcher.MarchKind(index.tetrahedra(), mesh::kTetrahedronTable);
+  marcher.MarchKind(index.pyramids(), mesh::kPyramidTable);
+  marcher.MarchKind(index.wedges(), mesh::kWedgeTable);
+  marcher.MarchKind(index.hexahedra(), mesh::kHexahedronTable);
   return marcher.Result();
 }
 

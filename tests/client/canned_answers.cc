@@ -37,6 +37,26 @@ v1::Family MakeFamily(const std::string& id) {
   v1::RegistrationReport* report = family.add_reports();
   report->set_target("animations/drops-b");
   report->set_num_iterations(16);
+  for (const char* animation : {"animations/drops-a", "animations/drops-b"}) {
+    v1::SpaceTimeReport* built = family.add_space_time_reports();
+    built->set_animation(animation);
+    built->set_connectivity(v1::REBUILT);
+    built->set_grid_spacing_m(0.018);
+    built->set_grid_spacing_edges(0.9);
+    built->set_num_vertices(4321);
+    built->set_num_hexahedra(4000);
+    built->set_num_wedges(60);
+    built->set_num_droplets(3);
+    built->set_num_rigid_pieces(42);
+    built->set_thin_share(0.125);
+    built->mutable_fidelity()->set_num_frames(16);
+    built->mutable_fidelity()->set_mean_distance_edges(0.025);
+    built->mutable_fidelity()->set_max_distance_edges(0.5);
+    built->mutable_fidelity()->set_max_volume_error(0.0015);
+    built->mutable_fidelity()->set_num_components(47);
+    built->mutable_fidelity()->set_num_components_shown(48);
+    built->mutable_fidelity()->set_max_component_error(1);
+  }
   return family;
 }
 

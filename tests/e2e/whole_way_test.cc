@@ -15,6 +15,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 class WholeWayTest : public E2eTest {
  protected:
@@ -105,6 +106,39 @@ TEST_F(WholeWayTest, TheCommandWritesFinishedFramesOfAnyLevel) {
   }
   const v1::Frame frame = GetFrame(0.5, 0.1);
   EXPECT_GT(frame.num_vertices(), static_cast<int64_t>(num_vertices));
+}
+
+// What the command prints, whole.
+std::string OutputOf(Process& command) {
+  std::string text;
+  for (std::string line = command.ReadLine(); !line.empty(); line = command.ReadLine()) {
+    text += line + "\n";
+  }
+  EXPECT_EQ(command.Wait(), 0);
+  return text;
+}
+
+TEST_F(WholeWayTest, AFamilyIsMadeAsAskedForAndTellsHowWellItShowsItsAnimations) {
+  Process server = StartServer(1);
+  ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
+  ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
+  int port = 0;
+  std::ifstream(data() + "/server.port") >> port;
+  const std::string address = "127.0.0.1:" + std::to_string(port);
+  Process made("liquidblend", {"--server", address, "register", "balls", "--source", "a",
+                               "--target", "b", "--iterations", "3", "--connectivity", "rebuilt",
+                               "--droplet-vertices", "0", "--levels", "1", "--wait"});
+  const std::string family = OutputOf(made);
+  EXPECT_THAT(family, HasSubstr("level of detail 1"));
+  EXPECT_THAT(family, Not(HasSubstr("level of detail 2")));
+  EXPECT_THAT(family, HasSubstr("animations/a: rebuilt on a grid of "));
+  EXPECT_THAT(family, HasSubstr("6 frames: distance 0.0"));
+  EXPECT_THAT(family, HasSubstr("6 components of 6, 0 apart at most"));
+  Process inspected("liquidblend", {"--server", address, "inspect", "families/balls"});
+  EXPECT_EQ(OutputOf(inspected), family);
+  Process refused("liquidblend", {"--server", address, "register", "balls", "--source", "a",
+                                  "--target", "b", "--levels", "6"});
+  EXPECT_NE(refused.Wait(), 0);
 }
 
 TEST_F(WholeWayTest, AStreamGivesTheWholeAnimation) {

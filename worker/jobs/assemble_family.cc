@@ -62,8 +62,10 @@ absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts) {
   family.storage = owned;
   family.name = owned->name;
   family.source = owned->source_name;
+  family.space_time_reports.push_back(owned->source_report);
   for (const RegisteredTarget& target : owned->targets) {
     family.targets.push_back(TargetOf(target.name, target.registration));
+    family.space_time_reports.push_back(target.space_time);
   }
   SetDomain(*owned, family);
   for (const FamilyLevel& level : owned->coarser_levels) {

@@ -15,6 +15,7 @@ namespace liquidblend::jobs {
 
 struct RegisteredTarget {
   std::string name;
+  mesh::SpaceTimeReport space_time;
   registration::Registration registration;
 };
 
@@ -28,6 +29,7 @@ struct FamilyParts {
   std::string name;
   std::string source_name;
   mesh::SpaceTimeMesh source;
+  mesh::SpaceTimeReport source_report;
   std::vector<RegisteredTarget> targets;
   std::vector<FamilyLevel> coarser_levels;  // the finest first
   Eigen::AlignedBox3f bounds;               // of all frames of source and targets

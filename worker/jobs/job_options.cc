@@ -1,5 +1,9 @@
 #include "worker/jobs/job_options.h"
 
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
+
 namespace liquidblend::jobs {
 namespace {
 
@@ -28,6 +32,17 @@ registration::CorrespondenceKind ToKind(store::v1::Correspondence::Kind kind) {
       return registration::CorrespondenceKind::kSpace;
     default:
       return registration::CorrespondenceKind::kPoint;
+  }
+}
+
+spacetime::Connectivity ToConnectivity(store::v1::Connectivity connectivity) {
+  switch (connectivity) {
+    case store::v1::TRACKED:
+      return spacetime::Connectivity::kTracked;
+    case store::v1::REBUILT:
+      return spacetime::Connectivity::kRebuilt;
+    default:
+      return spacetime::Connectivity::kAuto;
   }
 }
 
@@ -61,7 +76,43 @@ registration::RegistrationOptions ToRegistrationOptions(
   if (options.sample_share() != 0) result.sample_share = options.sample_share();
   if (options.seed() != 0) result.seed = options.seed();
   if (options.final_smoothness() != 0) result.final_smoothness = options.final_smoothness();
+  result.thin_sheets_from = options.thin_sheets_from();
   return result;
+}
+
+spacetime::BuildOptions ToBuildOptions(const store::v1::SpaceTimeOptions& options) {
+  spacetime::BuildOptions result;
+  result.connectivity = ToConnectivity(options.connectivity());
+  if (options.spacing_edges() != 0) result.spacing_edges = options.spacing_edges();
+  if (options.has_droplet_vertices()) result.droplet_vertices = options.droplet_vertices();
+  if (options.has_sheet_thickness_edges()) {
+    result.sheet_thickness_edges = options.sheet_thickness_edges();
+  }
+  return result;
+}
+
+int NumCoarserLevels(const store::v1::SpaceTimeOptions& options) {
+  return options.has_coarser_levels() ? options.coarser_levels() : mesh::kDefaultCoarserLevels;
+}
+
+spacetime::BuildOptions ToLevelOptions(const store::v1::SpaceTimeOptions& options, int level) {
+  spacetime::BuildOptions result = ToBuildOptions(options);
+  if (level == 0) return result;
+  result.spacing_edges *= mesh::LevelSpacing(level);
+  result.connectivity = spacetime::Connectivity::kRebuilt;  // a tracked mesh has no coarser one
+  return result;
+}
+
+absl::Status CheckOptions(const store::v1::RegisterJob& job) {
+  const int num_levels = NumCoarserLevels(job.space_time());
+  LB_RETURN_IF_ERROR(mesh::CheckRange("coarser_levels", num_levels, mesh::kCoarserLevels));
+  LB_RETURN_IF_ERROR(ToBuildOptions(job.space_time()).Validate());
+  const absl::Status coarsest = ToLevelOptions(job.space_time(), num_levels).Validate();
+  if (!coarsest.ok()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("level of detail ", num_levels, ": ", std::string(coarsest.message())));
+  }
+  return ToRegistrationOptions(job.options()).Validate();
 }
 
 std::vector<registration::Correspondence> ToCorrespondences(const store::v1::RegisterJob& job,

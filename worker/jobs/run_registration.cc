@@ -1,8 +1,6 @@
 #include "worker/jobs/run_registration.h"
 
-#include <array>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <utility>
 
@@ -15,6 +13,7 @@
 #include "worker/registration/register.h"
 #include "worker/registration/transfer.h"
 #include "worker/spacetime/build.h"
+#include "worker/spacetime/report.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -32,16 +31,23 @@ absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& co
   return store::ReadAnimation(*blob, absl::StrCat("animation '", id, "'"));
 }
 
-// Spacings of the coarser levels of detail, in those of the finest. Vertices are as many as grid
-// cells that the surface meets in each frame: a half and a quarter of the finest's.
-constexpr std::array<double, 2> kLevelSpacings = {std::numbers::sqrt2, 2.0};
+struct BuiltMesh {
+  mesh::SpaceTimeMesh mesh;
+  mesh::SpaceTimeReport report;
+};
 
 // Reads one animation of the family and makes its space-time mesh; `bounds` grows around it.
-absl::StatusOr<mesh::SpaceTimeMesh> BuildMesh(const std::string& id, JobContext& context,
-                                              Eigen::AlignedBox3f& bounds) {
+absl::StatusOr<BuiltMesh> BuildMesh(const std::string& id, spacetime::BuildOptions options,
+                                    JobContext& context, Eigen::AlignedBox3f& bounds) {
   LB_ASSIGN_OR_RETURN(const mesh::Animation animation, ReadStored(id, context));
   bounds.extend(BoxOf(animation));
-  return spacetime::Build(animation, {}, context.arena, context.StageProgress());
+  LB_ASSIGN_OR_RETURN(options.connectivity,
+                      spacetime::ChooseConnectivity(animation, options, context.arena));
+  BuiltMesh built;
+  LB_ASSIGN_OR_RETURN(built.mesh,
+                      spacetime::Build(animation, options, context.arena, context.StageProgress()));
+  built.report = spacetime::Report(animation, built.mesh, options, context.arena);
+  return built;
 }
 
 absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& job, int k,
@@ -50,25 +56,25 @@ absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& jo
   const double begin = kTargetsBegin + k * share;
   const double middle = begin + kTargetMeshShare * share;
   LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", begin, middle));
-  LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh target,
-                      BuildMesh(job.targets(k), context, parts.bounds));
+  LB_ASSIGN_OR_RETURN(
+      const BuiltMesh target,
+      BuildMesh(job.targets(k), ToBuildOptions(job.space_time()), context, parts.bounds));
   LB_RETURN_IF_ERROR(context.BeginStage("registration", middle, begin + share));
   RegisteredTarget result;
   result.name = job.targets(k);
+  result.space_time = target.report;
   LB_ASSIGN_OR_RETURN(
       result.registration,
       registration::Register(
-          parts.source, target, ToCorrespondences(job, k, parts.source.frames_per_second),
+          parts.source, target.mesh, ToCorrespondences(job, k, parts.source.frames_per_second),
           ToRegistrationOptions(job.options()), context.arena, context.RegistrationProgress(k)));
   return result;
 }
 
 // The source's mesh on a coarser grid, moved as the finest one is.
-absl::StatusOr<FamilyLevel> MakeLevel(const mesh::Animation& source, double spacing,
+absl::StatusOr<FamilyLevel> MakeLevel(const mesh::Animation& source,
+                                      const spacetime::BuildOptions& options,
                                       const FamilyParts& parts, JobContext& context) {
-  spacetime::BuildOptions options;
-  options.spacing_edges *= spacing;
-  options.connectivity = spacetime::Connectivity::kRebuilt;  // a tracked mesh has no coarser one
   FamilyLevel level;
   LB_ASSIGN_OR_RETURN(level.mesh, spacetime::Build(source, options, context.arena));
   const registration::Transfer transfer(parts.source, level.mesh, context.arena);
@@ -82,12 +88,15 @@ absl::StatusOr<FamilyLevel> MakeLevel(const mesh::Animation& source, double spac
 
 absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyParts& parts,
                         JobContext& context) {
+  const int num_levels = NumCoarserLevels(job.space_time());
+  if (num_levels == 0) return absl::OkStatus();
   LB_RETURN_IF_ERROR(context.BeginStage("levels of detail", kTargetsEnd, kLevelsEnd));
   LB_ASSIGN_OR_RETURN(const mesh::Animation source, ReadStored(job.source(), context));
-  for (const double spacing : kLevelSpacings) {
+  for (int level = 1; level <= num_levels; ++level) {
     LB_RETURN_IF_ERROR(context.keeper.Check());
-    LB_ASSIGN_OR_RETURN(FamilyLevel level, MakeLevel(source, spacing, parts, context));
-    parts.coarser_levels.push_back(std::move(level));
+    LB_ASSIGN_OR_RETURN(FamilyLevel made,
+                        MakeLevel(source, ToLevelOptions(job.space_time(), level), parts, context));
+    parts.coarser_levels.push_back(std::move(made));
   }
   return absl::OkStatus();
 }
@@ -95,11 +104,15 @@ absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyParts& parts,
 }  // namespace
 
 absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context) {
+  LB_RETURN_IF_ERROR(CheckOptions(job));
   FamilyParts parts;
   parts.name = job.family();
   parts.source_name = job.source();
   LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", 0.0, kTargetsBegin));
-  LB_ASSIGN_OR_RETURN(parts.source, BuildMesh(job.source(), context, parts.bounds));
+  LB_ASSIGN_OR_RETURN(BuiltMesh source, BuildMesh(job.source(), ToBuildOptions(job.space_time()),
+                                                  context, parts.bounds));
+  parts.source = std::move(source.mesh);
+  parts.source_report = source.report;
   for (int k = 0; k < job.targets_size(); ++k) {
     LB_ASSIGN_OR_RETURN(RegisteredTarget target, RegisterTarget(job, k, parts, context));
     parts.targets.push_back(std::move(target));

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
 #include "worker/registration/closest_point.h"
 #include "worker/registration/deformation.h"
 #include "worker/registration/energy.h"
@@ -116,30 +117,26 @@ Eigen::Matrix4Xf InMetres(Points displacement, double edge_length_m) {
   return displacement;
 }
 
-absl::Status CheckRange(const char* name, double value, double low, double high) {
-  if (value >= low && value <= high) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat(name, " is ", value, ", not in [", low, ", ", high, "]"));
-}
-
 }  // namespace
 
 absl::Status RegistrationOptions::Validate() const {
-  constexpr double kSmallest = 1e-9, kLargest = 1e9;
-  LB_RETURN_IF_ERROR(CheckRange("max_iterations", max_iterations, 1, 200));
-  LB_RETURN_IF_ERROR(CheckRange("node_spacing_edges", node_spacing_edges, 1, 100));
-  LB_RETURN_IF_ERROR(CheckRange("sample_share", sample_share, kSmallest, 1));
-  LB_RETURN_IF_ERROR(CheckRange("kept_share", kept_share, 0, 1));
-  LB_RETURN_IF_ERROR(CheckRange("first_smoothness", first_smoothness, kSmallest, kLargest));
-  LB_RETURN_IF_ERROR(CheckRange("final_smoothness", final_smoothness, kSmallest, kLargest));
-  LB_RETURN_IF_ERROR(CheckRange("first_distance_edges", first_distance_edges, kSmallest, kLargest));
-  LB_RETURN_IF_ERROR(CheckRange("final_distance_edges", final_distance_edges, kSmallest, kLargest));
-  LB_RETURN_IF_ERROR(CheckRange("point_weight", point_weight, 0, kLargest));
-  LB_RETURN_IF_ERROR(CheckRange("plane_weight", plane_weight, 0, kLargest));
-  LB_RETURN_IF_ERROR(CheckRange("correspondence_weight", correspondence_weight, 0, kLargest));
-  LB_RETURN_IF_ERROR(CheckRange("soft_release", soft_release, 0, 1));
-  LB_RETURN_IF_ERROR(CheckRange("thin_sheets_from", thin_sheets_from, 0, 1));
-  return CheckRange("max_direct_rows", max_direct_rows, 0, kLargest);
+  constexpr mesh::Range kShare = {0, 1}, kNotNegative = {0, 1e9}, kPositive = {1e-9, 1e9};
+  LB_RETURN_IF_ERROR(mesh::CheckRange("max_iterations", max_iterations, mesh::kMaxIterations));
+  LB_RETURN_IF_ERROR(
+      mesh::CheckRange("node_spacing_edges", node_spacing_edges, mesh::kNodeSpacingEdges));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("sample_share", sample_share, mesh::kSampleShare));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("kept_share", kept_share, kShare));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("first_smoothness", first_smoothness, mesh::kSmoothness));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("final_smoothness", final_smoothness, mesh::kSmoothness));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("first_distance_edges", first_distance_edges, kPositive));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("final_distance_edges", final_distance_edges, kPositive));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("point_weight", point_weight, kNotNegative));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("plane_weight", plane_weight, kNotNegative));
+  LB_RETURN_IF_ERROR(
+      mesh::CheckRange("correspondence_weight", correspondence_weight, kNotNegative));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("soft_release", soft_release, kShare));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("thin_sheets_from", thin_sheets_from, mesh::kThinSheetsFrom));
+  return mesh::CheckRange("max_direct_rows", max_direct_rows, kNotNegative);
 }
 
 absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source_mesh,

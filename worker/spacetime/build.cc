@@ -204,12 +204,10 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildAs(const mesh::Animation& animation,
                                             const parallel::Arena& arena,
                                             const std::function<void(double)>& progress) {
   const TrackedOptions tracked_options;
-  bool tracked = options.connectivity == Connectivity::kTracked;
-  if (options.connectivity == Connectivity::kAuto) {
-    LB_ASSIGN_OR_RETURN(const double share, MatchedShare(animation, tracked_options, arena));
-    tracked = share >= kMinTrackedShare;
+  LB_ASSIGN_OR_RETURN(const Connectivity chosen, ChooseConnectivity(animation, options, arena));
+  if (chosen == Connectivity::kRebuilt) {
+    return BuildNets(animation, options, edge_length_m, arena, progress);
   }
-  if (!tracked) return BuildNets(animation, options, edge_length_m, arena, progress);
   LB_ASSIGN_OR_RETURN(const TrackedLinks links, TrackLinks(animation, tracked_options, arena));
   return BuildTracked(animation, links, tracked_options, arena, progress);
 }
@@ -217,23 +215,24 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildAs(const mesh::Animation& animation,
 }  // namespace
 
 absl::Status BuildOptions::Validate() const {
-  if (!(spacing_edges >= 0.25 && spacing_edges <= 4)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("spacing_edges is ", spacing_edges, ", not in [0.25, 4]"));
-  }
+  LB_RETURN_IF_ERROR(mesh::CheckRange("spacing_edges", spacing_edges, mesh::kSpacingEdges));
   if (!(max_motion_spacings >= 0.5)) {
     return absl::InvalidArgumentError(
         absl::StrCat("max_motion_spacings is ", max_motion_spacings, ", below 0.5"));
   }
-  if (!(droplet_vertices >= 0 && droplet_vertices <= 10'000)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("droplet_vertices is ", droplet_vertices, ", not in [0, 10000]"));
-  }
-  if (!(sheet_thickness_edges >= 0 && sheet_thickness_edges <= 16)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("sheet_thickness_edges is ", sheet_thickness_edges, ", not in [0, 16]"));
-  }
-  return absl::OkStatus();
+  LB_RETURN_IF_ERROR(
+      mesh::CheckRange("droplet_vertices", droplet_vertices, mesh::kDropletVertices));
+  return mesh::CheckRange("sheet_thickness_edges", sheet_thickness_edges,
+                          mesh::kSheetThicknessEdges);
+}
+
+absl::StatusOr<Connectivity> ChooseConnectivity(const mesh::Animation& animation,
+                                                const BuildOptions& options,
+                                                const parallel::Arena& arena) {
+  LB_RETURN_IF_ERROR(options.Validate());
+  if (options.connectivity != Connectivity::kAuto) return options.connectivity;
+  LB_ASSIGN_OR_RETURN(const double share, MatchedShare(animation, TrackedOptions(), arena));
+  return share >= kMinTrackedShare ? Connectivity::kTracked : Connectivity::kRebuilt;
 }
 
 absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,

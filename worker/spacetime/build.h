@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/mesh/animation.h"
+#include "core/mesh/option_ranges.h"
 #include "core/mesh/space_time_mesh.h"
 #include "core/parallel/arena.h"
 
@@ -20,7 +21,8 @@ enum class Connectivity {
 struct BuildOptions {
   Connectivity connectivity = Connectivity::kAuto;
   // Of rebuilt animations only:
-  double spacing_edges = 0.9;        // [0.25, 4]; grid spacing h in mean edge lengths
+  double spacing_edges =
+      mesh::kDefaultSpacingEdges;    // [0.25, 4]; grid spacing h in mean edge lengths
   double max_motion_spacings = 3.0;  // >= 0.5; where the surface moves further from frame to frame,
                                      // there are layers in between
   double droplet_vertices = 150;     // [0, 10000]; smaller components are carried as rigid pieces;
@@ -29,6 +31,12 @@ struct BuildOptions {
   double sheet_thickness_edges = 1.5;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
+
+// kTracked or kRebuilt: what Build() takes the animation for.
+// Errors, Threads: as Build.  Cost: of MatchedShare (build_tracked.h) if it is to choose.
+absl::StatusOr<Connectivity> ChooseConnectivity(const mesh::Animation& animation,
+                                                const BuildOptions& options,
+                                                const parallel::Arena& arena);
 
 // Builds the cell complex; its slice at frame k lies on frame k's surface.
 // Requires: frames closed and oriented.  Errors: kInvalidArgument (options, fewer than 2 frames, no

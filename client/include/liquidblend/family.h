@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "liquidblend/bounds.h"
+#include "liquidblend/space_time.h"
 
 namespace liquidblend {
 
@@ -40,6 +41,8 @@ struct Family {
   std::vector<LevelOfDetail> coarser_levels;  // levels of detail from 1 on
   bool has_velocities = false;  // frames can have the simulation's velocities, not just the slope's
   std::vector<RegistrationReport> reports;  // one per target
+  // The source's, then one per target; none if an older program registered the family.
+  std::vector<SpaceTimeReport> space_time_reports;
   int64_t size_bytes = 0;
   absl::Time create_time = absl::UnixEpoch();
   absl::Time update_time = absl::UnixEpoch();
@@ -52,6 +55,7 @@ struct RegistrationOptions {
   double sample_share = 0.0;        // [0, 1]
   uint64_t seed = 0;
   double final_smoothness = 0.0;  // >= 0
+  double thin_sheets_from = 0.0;  // [0, 1]; share of the iterations before thin sheets take part
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
@@ -80,6 +84,7 @@ struct RegisterRequest {
   std::string source;                // an animation's id, with or without "animations/"
   std::vector<std::string> targets;  // at least one, likewise
   RegistrationOptions options;
+  SpaceTimeOptions space_time;                               // of the source and all targets
   std::vector<std::vector<Correspondence>> correspondences;  // none, or one list per target
 };
 

@@ -102,9 +102,31 @@ TEST_F(Command, RegisterShowsProgressOnStandardErrorAndTheFamilyOnStandardOutput
   const std::string correspondences = dir_.Write("c.json", R"({"correspondences": [[
       {"source": {"position": [1, 2, 3], "time_s": 0.5},
        "target": {"position": [1, 2, 3], "time_s": 0.75}}]]})");
-  const CommandResult result =
-      Run({"register", "drops", "--source", "drops-a", "--target", "drops-b", "--wait",
-           "--iterations", "9", "--seed", "3", "--correspondences", correspondences});
+  const CommandResult result = Run({"register",
+                                    "drops",
+                                    "--source",
+                                    "drops-a",
+                                    "--target",
+                                    "drops-b",
+                                    "--wait",
+                                    "--iterations",
+                                    "9",
+                                    "--seed",
+                                    "3",
+                                    "--correspondences",
+                                    correspondences,
+                                    "--thin-sheets-from",
+                                    "0.5",
+                                    "--connectivity",
+                                    "rebuilt",
+                                    "--spacing",
+                                    "0.75",
+                                    "--droplet-vertices",
+                                    "0",
+                                    "--sheet-thickness",
+                                    "2",
+                                    "--levels",
+                                    "1"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("registration of target 1, iteration 7/16, fit 0.5"));
   EXPECT_THAT(result.err, HasSubstr("inliers 90 %, 1:05 left"));
@@ -112,6 +134,15 @@ TEST_F(Command, RegisterShowsProgressOnStandardErrorAndTheFamilyOnStandardOutput
   EXPECT_THAT(result.out, HasSubstr("families/drops: version 3"));
   EXPECT_THAT(server_.LastRequest(), HasSubstr("max_iterations: 9"));
   EXPECT_THAT(server_.LastRequest(), HasSubstr("time_s: 0.75"));
+  for (const char* part :
+       {"thin_sheets_from: 0.5", "connectivity: REBUILT", "spacing_edges: 0.75",
+        "droplet_vertices: 0", "sheet_thickness_edges: 2", "coarser_levels: 1"}) {
+    EXPECT_THAT(server_.LastRequest(), HasSubstr(part));
+  }
+  EXPECT_EQ(Run({"register", "drops", "--source", "drops-a", "--target", "drops-b",
+                 "--connectivity", "perhaps"})
+                .exit_code,
+            2);
 }
 
 TEST_F(Command, RegisterWithoutWaitSaysHowToWatchUnlessQuiet) {
@@ -202,11 +233,24 @@ TEST_F(Command, ListInspectAndOperationsSpeakJson) {
   const json family = json::parse(Run({"inspect", "drops", "--json"}).out);
   EXPECT_EQ(family["name"], "families/drops");
   EXPECT_EQ(family["bounds"]["max"], json({3.0, 3.0, 3.0}));
+  EXPECT_EQ(family["space_time_reports"][1]["animation"], "animations/drops-b");
+  EXPECT_EQ(family["space_time_reports"][1]["connectivity"], "rebuilt");
+  EXPECT_EQ(family["space_time_reports"][1]["num_rigid_pieces"], 42);
+  EXPECT_EQ(family["space_time_reports"][1]["fidelity"]["max_volume_error"], 0.0015);
   const json animation = json::parse(Run({"inspect", "drops-a", "--json"}).out);
   EXPECT_EQ(animation["state"], "ready");
   const json operations = json::parse(Run({"operations", "--json"}).out);
   EXPECT_EQ(operations[1]["state"], "running");
   EXPECT_EQ(operations[2]["error"]["code"], "DATA_LOSS");
+}
+
+TEST_F(Command, InspectTellsHowWellAFamilyShowsItsAnimations) {
+  const std::string text = Run({"inspect", "drops"}).out;
+  EXPECT_THAT(text, HasSubstr("animations/drops-a: rebuilt on a grid of 0.018 m (0.9 mean edges), "
+                              "4321 vertices, 4000 hexahedra, 60 wedges, 3 droplets in 42 pieces, "
+                              "12.5 % thin\n"
+                              "    16 frames: distance 0.0250 mean edges, 0.500 at most; volume "
+                              "within 0.150 %; 48 components of 47, 1 apart at most\n"));
 }
 
 TEST_F(Command, InspectDescribesAMeshFile) {

@@ -16,6 +16,7 @@ using ::testing::ElementsAre;
 using testing::FakeServer;
 using ::testing::HasSubstr;
 using ::testing::Le;
+using ::testing::Not;
 using testing::TempDir;
 
 const absl::Status kAway = absl::UnavailableError("going away");
@@ -166,6 +167,10 @@ TEST_F(ClientTest, RegistrationCarriesOptionsAndCorrespondences) {
   request.targets = {"drops-b"};
   request.options.max_iterations = 9;
   request.options.seed = 42;
+  request.options.thin_sheets_from = 0.25;
+  request.space_time.connectivity = Connectivity::kTracked;
+  request.space_time.droplet_vertices = 0;
+  request.space_time.coarser_levels = 3;
   Correspondence track;
   track.kind = CorrespondenceKind::kTrajectory;
   track.hard = true;
@@ -177,9 +182,11 @@ TEST_F(ClientTest, RegistrationCarriesOptionsAndCorrespondences) {
   for (const char* part :
        {"family_id: \"drops\"", "source: \"animations/drops-a\"", "targets: \"animations/drops-b\"",
         "max_iterations: 9", "seed: 42", "kind: TRAJECTORY", "hard: true", "z: 3", "time_s: 0.5",
-        "length_s: 0.25"}) {
+        "length_s: 0.25", "thin_sheets_from: 0.25", "connectivity: TRACKED", "droplet_vertices: 0",
+        "coarser_levels: 3"}) {
     EXPECT_THAT(sent, HasSubstr(part));
   }
+  EXPECT_THAT(sent, Not(HasSubstr("sheet_thickness_edges"))) << "not set: the server's default";
 }
 
 TEST_F(ClientTest, ListsAllPages) {

@@ -30,6 +30,10 @@ TEST(Options, ValidateNamesTheFieldAndItsValue) {
   RegistrationOptions registration;
   registration.sample_share = 1.5;
   EXPECT_THAT(registration.Validate().ToString(), HasSubstr("sample_share is 1.5"));
+  SpaceTimeOptions space_time;
+  EXPECT_TRUE(space_time.Validate().ok());
+  space_time.coarser_levels = -1;
+  EXPECT_THAT(space_time.Validate().ToString(), HasSubstr("coarser_levels is -1"));
   ConnectOptions connect;
   connect.call_timeout = absl::ZeroDuration();
   EXPECT_THAT(connect.Validate().ToString(), HasSubstr("call_timeout"));

@@ -36,6 +36,20 @@ struct Sample {
     family.hexahedra = hexahedra;
     family.targets = {{"thick", displacement, extrapolation, {120, 16, 0.08, 0.97, 14.5}},
                       {"none", displacement, {}, {}}};
+    mesh::SpaceTimeReport report;
+    report.grid_spacing_m = 0.1125;
+    report.edge_length_m = 0.125;
+    report.num_vertices = 10;
+    report.num_tetrahedra = 2;
+    report.num_pyramids = 3;
+    report.num_wedges = 4;
+    report.num_hexahedra = 5;
+    report.num_droplets = 6;
+    report.num_rigid_pieces = 7;
+    report.thin_share = 0.25;
+    report.fidelity = {16, 0.03, 0.5, 0.001, 40, 41, 1};
+    family.space_time_reports = {report, {}, {}};
+    family.space_time_reports[2].is_tracked = true;
     family.num_first_vertices = 1;
     family.num_last_vertices = 1;
     family.num_frames = 9;
@@ -111,6 +125,44 @@ TEST(FamilyFile, GivesBackTheFamily) {
   EXPECT_EQ(family->edge_length_m, 0.125);
   EXPECT_EQ(family->domain_min, (std::array<float, 3>{-1, -2, -3}));
   EXPECT_EQ(family->domain_max, (std::array<float, 3>{1, 2, 3}));
+}
+
+TEST(FamilyFile, GivesBackTheReportsOfTheSpaceTimeMeshes) {
+  const auto family = Open(Whole());
+  ASSERT_THAT(family, Succeeds());
+  ASSERT_EQ(family->space_time_reports.size(), 3U);
+  const mesh::SpaceTimeReport& report = family->space_time_reports[0];
+  EXPECT_FALSE(report.is_tracked);
+  EXPECT_EQ(report.grid_spacing_m, 0.1125);
+  EXPECT_EQ(report.edge_length_m, 0.125);
+  EXPECT_EQ(report.num_vertices, 10);
+  EXPECT_EQ(report.num_tetrahedra, 2);
+  EXPECT_EQ(report.num_pyramids, 3);
+  EXPECT_EQ(report.num_wedges, 4);
+  EXPECT_EQ(report.num_hexahedra, 5);
+  EXPECT_EQ(report.num_droplets, 6);
+  EXPECT_EQ(report.num_rigid_pieces, 7);
+  EXPECT_EQ(report.thin_share, 0.25);
+  EXPECT_EQ(report.fidelity.num_frames, 16);
+  EXPECT_EQ(report.fidelity.mean_distance_edges, 0.03);
+  EXPECT_EQ(report.fidelity.max_distance_edges, 0.5);
+  EXPECT_EQ(report.fidelity.max_volume_error, 0.001);
+  EXPECT_EQ(report.fidelity.num_components, 40);
+  EXPECT_EQ(report.fidelity.num_components_shown, 41);
+  EXPECT_EQ(report.fidelity.max_component_error, 1);
+  EXPECT_TRUE(family->space_time_reports[2].is_tracked);
+}
+
+TEST(FamilyFile, HasAReportPerAnimationOrNoneAsInOlderFiles) {
+  const Sample sample;
+  mesh::RegisteredFamily family = sample.View();
+  family.space_time_reports.pop_back();
+  EXPECT_THAT(Open(Written(family)),
+              Fails(Code::kInvalidArgument, "2 reports of space-time meshes for 3 animations"));
+  family.space_time_reports.clear();
+  const auto old = Open(Written(family));
+  ASSERT_THAT(old, Succeeds());
+  EXPECT_TRUE(old->space_time_reports.empty());
 }
 
 TEST(FamilyFile, GivesBackVelocitiesAndLevels) {

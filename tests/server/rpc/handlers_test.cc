@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/rpc/api_messages.h"
 #include "server/rpc/frame_stream.h"
 #include "tests/server/rpc/rpc_testing.h"
 
@@ -146,6 +147,22 @@ TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
        "options.sample_share"},
       {"smoothness", Register([](auto& r) { r.mutable_options()->set_final_smoothness(-1); }),
        invalid, "options.final_smoothness"},
+      {"thin sheets", Register([](auto& r) { r.mutable_options()->set_thin_sheets_from(1.25); }),
+       invalid, "options.thin_sheets_from"},
+      {"connectivity", Register([](auto& r) {
+         r.mutable_space_time()->set_connectivity(static_cast<v1::Connectivity>(9));
+       }),
+       invalid, "space_time.connectivity"},
+      {"grid", Register([](auto& r) { r.mutable_space_time()->set_spacing_edges(0.1); }), invalid,
+       "space_time.spacing_edges"},
+      {"droplets", Register([](auto& r) { r.mutable_space_time()->set_droplet_vertices(-5); }),
+       invalid, "space_time.droplet_vertices"},
+      {"sheets", Register([&](auto& r) { r.mutable_space_time()->set_sheet_thickness_edges(nan); }),
+       invalid, "space_time.sheet_thickness_edges"},
+      {"levels", Register([](auto& r) { r.mutable_space_time()->set_coarser_levels(7); }), invalid,
+       "space_time.coarser_levels"},
+      {"coarsest level", Register([](auto& r) { r.mutable_space_time()->set_spacing_edges(3); }),
+       invalid, "space_time.coarser_levels"},
       {"request id", Register([](auto& r) { r.set_request_id(std::string(129, 'r')); }), invalid,
        "request_id"},
       {"list per target", Register([](auto& r) {
@@ -307,12 +324,32 @@ TEST_F(HandlersTest, AnAnimationThatIsNotReadyIsNotRegistered) {
               Fails(absl::StatusCode::kFailedPrecondition, "b"));
 }
 
+TEST_F(HandlersTest, AnOptionOutOfRangeIsToldWithItsValueAndRange) {
+  v1::RegisterFamilyRequest request = Registration();
+  request.mutable_options()->set_thin_sheets_from(1.25);
+  request.mutable_space_time()->set_spacing_edges(3);
+  request.mutable_space_time()->set_droplet_vertices(-5);
+  const absl::Status status = RegisterFamily(backends_, request).status();
+  EXPECT_THAT(status, Fails(absl::StatusCode::kInvalidArgument,
+                            "options.thin_sheets_from: must be in [0, 1], got 1.25"));
+  EXPECT_THAT(status, Fails(absl::StatusCode::kInvalidArgument,
+                            "space_time.droplet_vertices: must be in [0, 10000], got -5"));
+  EXPECT_THAT(status, Fails(absl::StatusCode::kInvalidArgument,
+                            "space_time.coarser_levels: with 2 and spacing_edges 3, the coarsest "
+                            "level has a spacing of 6 mean edges, above 4"));
+}
+
 TEST_F(HandlersTest, OptionsAndCorrespondencesReachTheJob) {
   ImportAnimation("a");
   ImportAnimation("b");
   v1::RegisterFamilyRequest request = Registration();
   request.mutable_options()->set_max_iterations(7);
   request.mutable_options()->set_seed(42);
+  request.mutable_options()->set_thin_sheets_from(0.5);
+  request.mutable_space_time()->set_connectivity(v1::REBUILT);
+  request.mutable_space_time()->set_spacing_edges(1.25);
+  request.mutable_space_time()->set_droplet_vertices(0);
+  request.mutable_space_time()->set_coarser_levels(1);
   v1::Correspondence& correspondence = *request.add_correspondences()->add_correspondences();
   correspondence.set_kind(v1::Correspondence::SPACE);
   correspondence.set_hard(true);
@@ -323,6 +360,12 @@ TEST_F(HandlersTest, OptionsAndCorrespondencesReachTheJob) {
   const store::pb::RegisterJob job = TakeJob().job.register_family();
   EXPECT_EQ(job.options().max_iterations(), 7);
   EXPECT_EQ(job.options().seed(), 42U);
+  EXPECT_EQ(job.options().thin_sheets_from(), 0.5);
+  EXPECT_EQ(job.space_time().connectivity(), store::pb::REBUILT);
+  EXPECT_EQ(job.space_time().spacing_edges(), 1.25);
+  EXPECT_TRUE(job.space_time().has_droplet_vertices());
+  EXPECT_FALSE(job.space_time().has_sheet_thickness_edges());
+  EXPECT_EQ(job.space_time().coarser_levels(), 1);
   const store::pb::Correspondence& record = job.correspondences(0).correspondences(0);
   EXPECT_EQ(record.kind(), store::pb::Correspondence::SPACE);
   EXPECT_TRUE(record.hard());
@@ -438,6 +481,37 @@ TEST_F(HandlersTest, AFamilySaysWhatItIsMadeOf) {
   EXPECT_DOUBLE_EQ(family->duration_s(), (kFamilyFrames - 1) / family->frames_per_second());
   EXPECT_GT(family->num_cells(), 0);
   EXPECT_LT(family->bounds().min().x(), family->bounds().max().x());
+}
+
+TEST(ToFamily, TellsWhatTheSpaceTimeMeshesAreLike) {
+  store::pb::FamilyRecord record;
+  record.set_id("splash");
+  store::pb::FamilyManifest& manifest = *record.mutable_manifest();
+  manifest.set_source("a");
+  manifest.add_targets("b");
+  store::pb::SpaceTimeReport& source = *manifest.add_space_time_reports();
+  source.set_connectivity(store::pb::REBUILT);
+  source.set_grid_spacing_m(0.09);
+  source.set_edge_length_m(0.1);
+  source.set_num_wedges(12);
+  source.set_num_droplets(2);
+  source.set_thin_share(0.25);
+  source.mutable_fidelity()->set_max_distance_edges(0.5);
+  source.mutable_fidelity()->set_max_component_error(1);
+  manifest.add_space_time_reports()->set_connectivity(store::pb::TRACKED);
+  const v1::Family family = ToFamily(record);
+  ASSERT_EQ(family.space_time_reports_size(), 2);
+  const v1::SpaceTimeReport& report = family.space_time_reports(0);
+  EXPECT_EQ(report.animation(), "animations/a");
+  EXPECT_EQ(report.connectivity(), v1::REBUILT);
+  EXPECT_DOUBLE_EQ(report.grid_spacing_edges(), 0.9);
+  EXPECT_EQ(report.num_wedges(), 12);
+  EXPECT_EQ(report.num_droplets(), 2);
+  EXPECT_EQ(report.thin_share(), 0.25);
+  EXPECT_EQ(report.fidelity().max_distance_edges(), 0.5);
+  EXPECT_EQ(report.fidelity().max_component_error(), 1);
+  EXPECT_EQ(family.space_time_reports(1).animation(), "animations/b");
+  EXPECT_EQ(family.space_time_reports(1).connectivity(), v1::TRACKED);
 }
 
 TEST_F(HandlersTest, AFrameIsTheSameBytesAgain) {

@@ -21,6 +21,9 @@ FamilyParts TwoTargets() {
   for (RegisteredTarget& target : parts.targets) {
     target.registration.displacement.setConstant(4, parts.source.num_vertices(), 0.25F);
   }
+  parts.source_report.num_vertices = 1;
+  parts.targets[0].space_time.num_vertices = 2;
+  parts.targets[1].space_time.num_vertices = 3;
   parts.targets[0].name = "slow";
   parts.targets[1].name = "fast";
   parts.targets[1].registration.report.num_nodes = 7;
@@ -38,6 +41,8 @@ TEST(AssembleFamily, OwnsAllThatItShows) {
   ASSERT_EQ(family->targets.size(), 2U);
   EXPECT_EQ(family->targets[1].name, "fast");
   EXPECT_EQ(family->targets[1].report.num_nodes, 7);
+  ASSERT_EQ(family->space_time_reports.size(), 3U);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(family->space_time_reports[k].num_vertices, k + 1);
   EXPECT_EQ(family->targets[0].displacement.back(), (mesh::Float4{0.25F, 0.25F, 0.25F, 0.25F}));
   EXPECT_TRUE(family->targets[0].extrapolation.empty());
   EXPECT_EQ(family->targets[1].extrapolation.front(), (mesh::Float4{0.5F, 0.5F, 0.5F, 0.5F}));

@@ -1,6 +1,10 @@
 #include "worker/jobs/job_options.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
 
 namespace liquidblend::jobs {
 namespace {
@@ -13,6 +17,13 @@ TEST(JobOptions, ZeroStandsForTheStagesDefault) {
   EXPECT_EQ(options.sample_share, defaults.sample_share);
   EXPECT_EQ(options.seed, defaults.seed);
   EXPECT_EQ(options.final_smoothness, defaults.final_smoothness);
+  EXPECT_EQ(options.thin_sheets_from, defaults.thin_sheets_from);
+  const spacetime::BuildOptions built, build_defaults = ToBuildOptions({});
+  EXPECT_EQ(built.connectivity, build_defaults.connectivity);
+  EXPECT_EQ(built.spacing_edges, build_defaults.spacing_edges);
+  EXPECT_EQ(built.droplet_vertices, build_defaults.droplet_vertices);
+  EXPECT_EQ(built.sheet_thickness_edges, build_defaults.sheet_thickness_edges);
+  EXPECT_EQ(NumCoarserLevels({}), 2);
 }
 
 TEST(JobOptions, WhatIsGivenReachesTheStage) {
@@ -22,12 +33,14 @@ TEST(JobOptions, WhatIsGivenReachesTheStage) {
   record.set_sample_share(0.25);
   record.set_seed(99);
   record.set_final_smoothness(0.5);
+  record.set_thin_sheets_from(0.75);
   const registration::RegistrationOptions options = ToRegistrationOptions(record);
   EXPECT_EQ(options.max_iterations, 5);
   EXPECT_EQ(options.node_spacing_edges, 7.5);
   EXPECT_EQ(options.sample_share, 0.25);
   EXPECT_EQ(options.seed, 99U);
   EXPECT_EQ(options.final_smoothness, 0.5);
+  EXPECT_EQ(options.thin_sheets_from, 0.75);
 
   store::v1::ImportOptions import;
   import.set_format(store::v1::ImportOptions::MANTAFLOW);
@@ -50,6 +63,47 @@ TEST(JobOptions, WhatIsGivenReachesTheStage) {
   EXPECT_EQ(ToImportOptions(import).format, ingest::Format::kStl);
   import.set_format(store::v1::ImportOptions::VDB);
   EXPECT_EQ(ToImportOptions(import).format, ingest::Format::kVdb);
+}
+
+TEST(JobOptions, ZeroOfAnOptionalFieldIsAValue) {
+  store::v1::SpaceTimeOptions record;
+  record.set_connectivity(store::v1::TRACKED);
+  record.set_droplet_vertices(0);
+  record.set_sheet_thickness_edges(0);
+  record.set_coarser_levels(0);
+  const spacetime::BuildOptions options = ToBuildOptions(record);
+  EXPECT_EQ(options.connectivity, spacetime::Connectivity::kTracked);
+  EXPECT_EQ(options.droplet_vertices, 0);
+  EXPECT_EQ(options.sheet_thickness_edges, 0);
+  EXPECT_EQ(NumCoarserLevels(record), 0);
+}
+
+TEST(JobOptions, EachLevelHasAGridOfSqrtTwoTheSpacingOfTheOneBefore) {
+  store::v1::SpaceTimeOptions record;
+  record.set_connectivity(store::v1::TRACKED);
+  record.set_spacing_edges(0.5);
+  EXPECT_EQ(ToLevelOptions(record, 0).spacing_edges, 0.5);
+  EXPECT_EQ(ToLevelOptions(record, 0).connectivity, spacetime::Connectivity::kTracked);
+  EXPECT_NEAR(ToLevelOptions(record, 1).spacing_edges, 0.70711, 1e-5);
+  EXPECT_EQ(ToLevelOptions(record, 2).spacing_edges, 1.0);
+  EXPECT_EQ(ToLevelOptions(record, 2).connectivity, spacetime::Connectivity::kRebuilt);
+}
+
+TEST(JobOptions, CheckNamesTheFirstFieldOutOfRangeAndItsValue) {
+  const auto message = [](const std::function<void(store::v1::RegisterJob&)>& change) {
+    store::v1::RegisterJob job;
+    change(job);
+    return std::string(CheckOptions(job).message());
+  };
+  EXPECT_EQ(message([](auto&) {}), "");
+  EXPECT_EQ(message([](auto& job) { job.mutable_space_time()->set_coarser_levels(7); }),
+            "coarser_levels is 7, not in [0, 6]");
+  EXPECT_EQ(message([](auto& job) { job.mutable_space_time()->set_coarser_levels(6); }),
+            "level of detail 6: spacing_edges is 7.2, not in [0.25, 4]");
+  EXPECT_EQ(message([](auto& job) { job.mutable_space_time()->set_droplet_vertices(-1); }),
+            "droplet_vertices is -1, not in [0, 10000]");
+  EXPECT_EQ(message([](auto& job) { job.mutable_options()->set_thin_sheets_from(1.5); }),
+            "thin_sheets_from is 1.5, not in [0, 1]");
 }
 
 TEST(JobOptions, SecondsOfCorrespondencesBecomeFrames) {

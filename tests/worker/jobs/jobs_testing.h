@@ -87,13 +87,15 @@ class JobsTest : public testing::Test {
   }
 
   std::string SubmitRegistration(const std::string& family, const std::string& source,
-                                 const std::vector<std::string>& targets) {
+                                 const std::vector<std::string>& targets,
+                                 const std::function<void(store::pb::RegisterJob&)>& change = {}) {
     store::pb::JobRecord job;
     store::pb::RegisterJob& registration = *job.mutable_register_family();
     registration.set_family(family);
     registration.set_source(source);
     for (const std::string& target : targets) registration.add_targets(target);
     registration.mutable_options()->set_max_iterations(3);
+    if (change) change(registration);
     const auto submitted = catalog_->SubmitRegistration(job);
     EXPECT_TRUE(submitted.ok()) << submitted.status();
     return submitted->id();

@@ -160,6 +160,38 @@ TEST_F(RunJobsTest, ARegistrationPublishesAFamilyThatCanBeOpened) {
   EXPECT_LT(family->domain_min[1], -0.49);
 }
 
+TEST_F(RunJobsTest, SpaceTimeOptionsShapeTheFamily) {
+  SubmitBall("slow", 1.0);
+  SubmitBall("fast", 3.0);
+  ASSERT_THAT(Work(), Succeeds());
+  SubmitRegistration("tracked", "slow", {"fast"},
+                     [](auto& job) { job.mutable_space_time()->set_coarser_levels(0); });
+  SubmitRegistration("rebuilt", "slow", {"fast"}, [](auto& job) {
+    job.mutable_space_time()->set_connectivity(store::pb::REBUILT);
+    job.mutable_space_time()->set_coarser_levels(3);
+    job.mutable_space_time()->set_droplet_vertices(0);  // the ball has 162
+  });
+  const std::string bad = SubmitRegistration(
+      "bad", "slow", {"fast"}, [](auto& job) { job.mutable_options()->set_thin_sheets_from(2); });
+  ASSERT_THAT(Work(), Succeeds());
+  const store::pb::FamilyManifest tracked = catalog_->GetFamily("tracked")->manifest();
+  const store::pb::FamilyManifest rebuilt = catalog_->GetFamily("rebuilt")->manifest();
+  EXPECT_EQ(tracked.coarser_levels_size(), 0);
+  EXPECT_EQ(rebuilt.coarser_levels_size(), 3);
+  EXPECT_EQ(tracked.num_first_vertices(), 162);  // the frame's own
+  EXPECT_GT(rebuilt.num_first_vertices(), 0);
+  EXPECT_NE(rebuilt.num_first_vertices(), 162);
+  ASSERT_EQ(tracked.space_time_reports_size(), 2);
+  ASSERT_EQ(rebuilt.space_time_reports_size(), 2);
+  EXPECT_EQ(tracked.space_time_reports(0).connectivity(), store::pb::TRACKED);
+  EXPECT_LT(tracked.space_time_reports(1).fidelity().max_distance_edges(), 1e-5);
+  EXPECT_EQ(rebuilt.space_time_reports(0).connectivity(), store::pb::REBUILT);
+  EXPECT_EQ(rebuilt.space_time_reports(1).fidelity().num_frames(), 4);
+  EXPECT_LT(rebuilt.space_time_reports(1).fidelity().mean_distance_edges(), 0.05);
+  EXPECT_EQ(Job(bad).state(), JobRecord::FAILED);
+  EXPECT_EQ(Job(bad).error().message(), "thin_sheets_from is 2, not in [0, 1]");
+}
+
 TEST_F(RunJobsTest, AFamilyHasTheSameBytesForAnyNumberOfThreads) {
   SubmitBall("slow", 1.0);
   SubmitBall("fast", 3.0);

@@ -1,4 +1,5 @@
 #include "worker/spacetime/build_tracked.h"
+#include "worker/spacetime/build.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,6 +19,7 @@
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/surface_distance.h"
 #include "tests/synthetic/tracked.h"
+#include "worker/spacetime/build.h"
 
 namespace liquidblend::spacetime {
 namespace {
@@ -302,6 +304,19 @@ TEST(MatchedShare, TellsTrackedFromRebuiltFrames) {
   }
   // Most of its triangles are those of a pool at rest, the same in all frames.
   EXPECT_LT(MatchedShare(synthetic::FallingDrop(), {}, arena).value_or(1), kTracked);
+}
+
+TEST(ChooseConnectivity, IsWhatIsAskedForOrElseWhatTheFramesShow) {
+  const parallel::Arena arena(1);
+  const mesh::Animation tracked = synthetic::SphereToEllipsoid();
+  BuildOptions options;
+  EXPECT_EQ(*ChooseConnectivity(tracked, options, arena), Connectivity::kTracked);
+  EXPECT_EQ(*ChooseConnectivity(synthetic::FallingDrop(), options, arena), Connectivity::kRebuilt);
+  options.connectivity = Connectivity::kRebuilt;
+  EXPECT_EQ(*ChooseConnectivity(tracked, options, arena), Connectivity::kRebuilt);
+  options.spacing_edges = 5;
+  EXPECT_EQ(std::string(ChooseConnectivity(tracked, options, arena).status().message()),
+            "spacing_edges is 5, not in [0.25, 4]");
 }
 
 TEST(MatchedShare, IsOneWhereNothingMoves) {

@@ -1,4 +1,4 @@
-#include "server/slice/marching_table.h"
+#include "core/mesh/marching_table.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace liquidblend::slice {
+namespace liquidblend::mesh {
 namespace {
 
 using Edge = std::pair<int, int>;       // positions in a facet, the lower one first
@@ -138,4 +138,4 @@ TEST(MarchingTable, KindsHaveTheirEdges) {
 }
 
 }  // namespace
-}  // namespace liquidblend::slice
+}  // namespace liquidblend::mesh

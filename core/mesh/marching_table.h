@@ -6,13 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace liquidblend::slice {
+namespace liquidblend::mesh {
 
 inline constexpr int kMaxEdges = 12;  // of a cell
 inline constexpr int kMaxLoops = 4;   // of a case
 
 // Corners of one facet, counter-clockwise seen from outside of the cell in the right-handed frame
-// of its edges e1, e2, e3 (core/mesh/space_time_mesh.h).
+// of its edges e1, e2, e3 (space_time_mesh.h).
 struct Facet {
   int num_corners;
   std::array<int8_t, 4> corners;
@@ -133,4 +133,4 @@ inline constexpr MarchingTable<5> kPyramidTable = MakeMarchingTable<5>(kPyramidF
 inline constexpr MarchingTable<6> kWedgeTable = MakeMarchingTable<6>(kWedgeFacets);
 inline constexpr MarchingTable<8> kHexahedronTable = MakeMarchingTable<8>(kHexahedronFacets);
 
-}  // namespace liquidblend::slice
+}  // namespace liquidblend::mesh

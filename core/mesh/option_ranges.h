@@ -1,0 +1,39 @@
+// Ranges of what a registration can be asked for. The server refuses what lies outside of them when
+// it is asked; the worker's stages check them again.
+#pragma once
+
+#include <cmath>
+
+#include "absl/status/status.h"
+
+namespace liquidblend::mesh {
+
+struct Range {
+  double min, max;
+  constexpr bool Holds(double value) const { return value >= min && value <= max; }  // not a NaN
+};
+
+// Errors: kInvalidArgument "NAME is VALUE, not in [MIN, MAX]".
+absl::Status CheckRange(const char* name, double value, const Range& range);
+
+// Of the registration; lengths in mean edge lengths.
+inline constexpr Range kMaxIterations = {1, 200};
+inline constexpr Range kNodeSpacingEdges = {1, 100};
+inline constexpr Range kSampleShare = {1e-9, 1};
+inline constexpr Range kSmoothness = {1e-9, 1e9};
+inline constexpr Range kThinSheetsFrom = {0, 1};
+
+// Of the space-time meshes.
+inline constexpr Range kSpacingEdges = {0.25, 4};
+inline constexpr Range kDropletVertices = {0, 10'000};
+inline constexpr Range kSheetThicknessEdges = {0, 16};
+inline constexpr Range kCoarserLevels = {0, 6};
+
+inline constexpr double kDefaultSpacingEdges = 0.9;
+inline constexpr int kDefaultCoarserLevels = 2;
+
+// The spacing of a level of detail in that of level 0. Vertices are as many as grid cells that the
+// surface meets in each frame, so each level has half of those of the one before.
+inline double LevelSpacing(int level) { return std::exp2(0.5 * level); }
+
+}  // namespace liquidblend::mesh

@@ -1,0 +1,34 @@
+// What an animation's space-time mesh is like, and how well it shows the animation.
+#pragma once
+
+#include <cstdint>
+
+namespace liquidblend::mesh {
+
+// Slices at frames, before anything moves them, against the frames themselves.
+struct Fidelity {
+  int num_frames = 0;                // that were measured, spread over the animation
+  double mean_distance_edges = 0.0;  // between the surfaces, both ways, in mean edge lengths
+  double max_distance_edges = 0.0;   // of the points that were measured
+  double max_volume_error = 0.0;     // of a frame, as a share of the larger of the two volumes
+  int64_t num_components = 0;        // of the measured frames, together
+  int64_t num_components_shown = 0;  // of their slices
+  int64_t max_component_error = 0;   // how many more or fewer a single slice has
+};
+
+struct SpaceTimeReport {
+  bool is_tracked = false;      // frames share connectivity; otherwise on a grid of ...
+  double grid_spacing_m = 0.0;  // ... this spacing; 0 if tracked
+  double edge_length_m = 0.0;   // mean edge length of the animation
+  int64_t num_vertices = 0;
+  int64_t num_tetrahedra = 0;
+  int64_t num_pyramids = 0;
+  int64_t num_wedges = 0;
+  int64_t num_hexahedra = 0;
+  int64_t num_droplets = 0;      // carried as rigid pieces
+  int64_t num_rigid_pieces = 0;  // droplets at single times
+  double thin_share = 0.0;       // of the vertices, those of thin sheets
+  Fidelity fidelity;
+};
+
+}  // namespace liquidblend::mesh

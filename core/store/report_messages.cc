@@ -1,0 +1,82 @@
+#include "core/store/report_messages.h"
+
+namespace liquidblend::store {
+namespace {
+
+v1::Fidelity ToMessage(const mesh::Fidelity& fidelity) {
+  v1::Fidelity message;
+  message.set_num_frames(fidelity.num_frames);
+  message.set_mean_distance_edges(fidelity.mean_distance_edges);
+  message.set_max_distance_edges(fidelity.max_distance_edges);
+  message.set_max_volume_error(fidelity.max_volume_error);
+  message.set_num_components(fidelity.num_components);
+  message.set_num_components_shown(fidelity.num_components_shown);
+  message.set_max_component_error(fidelity.max_component_error);
+  return message;
+}
+
+mesh::Fidelity FromMessage(const v1::Fidelity& message) {
+  mesh::Fidelity fidelity;
+  fidelity.num_frames = message.num_frames();
+  fidelity.mean_distance_edges = message.mean_distance_edges();
+  fidelity.max_distance_edges = message.max_distance_edges();
+  fidelity.max_volume_error = message.max_volume_error();
+  fidelity.num_components = message.num_components();
+  fidelity.num_components_shown = message.num_components_shown();
+  fidelity.max_component_error = message.max_component_error();
+  return fidelity;
+}
+
+}  // namespace
+
+v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target) {
+  v1::RegistrationReport message;
+  message.set_target(target.name);
+  message.set_num_nodes(target.report.num_nodes);
+  message.set_num_iterations(target.report.num_iterations);
+  message.set_mean_residual_edges(target.report.mean_residual_edges);
+  message.set_inlier_share(target.report.inlier_share);
+  message.set_seconds(target.report.seconds);
+  return message;
+}
+
+v1::SpaceTimeReport ToMessage(const mesh::SpaceTimeReport& report) {
+  v1::SpaceTimeReport message;
+  message.set_connectivity(report.is_tracked ? v1::TRACKED : v1::REBUILT);
+  message.set_grid_spacing_m(report.grid_spacing_m);
+  message.set_edge_length_m(report.edge_length_m);
+  message.set_num_vertices(report.num_vertices);
+  message.set_num_tetrahedra(report.num_tetrahedra);
+  message.set_num_pyramids(report.num_pyramids);
+  message.set_num_wedges(report.num_wedges);
+  message.set_num_hexahedra(report.num_hexahedra);
+  message.set_num_droplets(report.num_droplets);
+  message.set_num_rigid_pieces(report.num_rigid_pieces);
+  message.set_thin_share(report.thin_share);
+  *message.mutable_fidelity() = ToMessage(report.fidelity);
+  return message;
+}
+
+mesh::RegistrationReport FromMessage(const v1::RegistrationReport& message) {
+  return {message.num_nodes(), message.num_iterations(), message.mean_residual_edges(),
+          message.inlier_share(), message.seconds()};
+}
+
+mesh::SpaceTimeReport FromMessage(const v1::SpaceTimeReport& message) {
+  mesh::SpaceTimeReport report;
+  report.is_tracked = message.connectivity() == v1::TRACKED;
+  report.grid_spacing_m = message.grid_spacing_m();
+  report.edge_length_m = message.edge_length_m();
+  report.num_vertices = message.num_vertices();
+  report.num_tetrahedra = message.num_tetrahedra();
+  report.num_pyramids = message.num_pyramids();
+  report.num_wedges = message.num_wedges();
+  report.num_hexahedra = message.num_hexahedra();
+  report.num_droplets = message.num_droplets();
+  report.num_rigid_pieces = message.num_rigid_pieces();
+  report.thin_share = message.thin_share();
+  report.fidelity = FromMessage(message.fidelity());
+  return report;
+}
+
+}  // namespace liquidblend::store

@@ -1,0 +1,15 @@
+// Reports <-> their messages in manifests. Internal to core/store.
+#pragma once
+
+#include "core/mesh/registered_family.h"
+#include "liquidblend/store/v1/files.pb.h"
+
+namespace liquidblend::store {
+
+liquidblend::store::v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target);
+liquidblend::store::v1::SpaceTimeReport ToMessage(const mesh::SpaceTimeReport& report);
+
+mesh::RegistrationReport FromMessage(const liquidblend::store::v1::RegistrationReport& message);
+mesh::SpaceTimeReport FromMessage(const liquidblend::store::v1::SpaceTimeReport& message);
+
+}  // namespace liquidblend::store

@@ -1,0 +1,82 @@
+#include "worker/spacetime/frame_slices.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "server/blend/blend.h"
+#include "server/slice/slice.h"
+#include "tests/synthetic/families.h"
+#include "tests/synthetic/implicit.h"
+#include "worker/spacetime/build.h"
+
+namespace liquidblend::spacetime {
+namespace {
+
+const std::vector<double> kTimes = {0, 1, 2.5, 3.25, 7};
+
+mesh::TriangleMesh AsServed(const mesh::SpaceTimeMesh& mesh, double time) {
+  const mesh::RegisteredFamily family = mesh::ViewOf(mesh);
+  const slice::CellIndex index(family);
+  slice::Workspace workspace;
+  std::vector<mesh::Float4> positions;
+  const absl::Status found =
+      slice::FindCandidates(index, {}, time / family.frames_per_second, workspace);
+  EXPECT_TRUE(found.ok()) << found;
+  blend::BlendVertices(family, {}, workspace.vertex_ranges, positions);
+  return slice::March(index, positions, workspace);
+}
+
+// The vertices in an order that does not depend on who made them.
+std::vector<std::array<float, 3>> Sorted(const mesh::TriangleMesh& surface) {
+  std::vector<std::array<float, 3>> points;
+  for (int64_t v = 0; v < surface.num_vertices(); ++v) {
+    points.push_back({surface.vertices(0, v), surface.vertices(1, v), surface.vertices(2, v)});
+  }
+  std::sort(points.begin(), points.end());
+  return points;
+}
+
+void ExpectAsServed(const mesh::SpaceTimeMesh& mesh) {
+  const std::vector<mesh::TriangleMesh> slices = SliceAt(mesh, kTimes, parallel::Arena(2));
+  ASSERT_EQ(slices.size(), kTimes.size());
+  for (size_t n = 0; n < kTimes.size(); ++n) {
+    const mesh::TriangleMesh served = AsServed(mesh, kTimes[n]);
+    ASSERT_GT(served.num_triangles(), 0);
+    EXPECT_EQ(slices[n].num_triangles(), served.num_triangles()) << kTimes[n];
+    EXPECT_EQ(Sorted(slices[n]), Sorted(served)) << kTimes[n];
+    EXPECT_TRUE(mesh::CheckClosed(slices[n]).closed()) << kTimes[n];
+    // 0.1 %: polygons of five corners may be cut otherwise.
+    EXPECT_NEAR(mesh::Volume(slices[n]) / mesh::Volume(served), 1.0, 1e-3) << kTimes[n];
+  }
+}
+
+TEST(SliceAt, ShowsWhatTheServerShowsOfEachCellKind) {
+  synthetic::ComplexOptions moving;
+  moving.velocity_m_per_frame = {0.1F, 0, 0};
+  moving.growth_per_frame = 0.05F;
+  ExpectAsServed(synthetic::HexahedralSphere(8, moving));
+  ExpectAsServed(synthetic::WedgeSphere(2, moving));
+  ExpectAsServed(synthetic::TetrahedralSphere(2, moving));
+  ExpectAsServed(synthetic::MixedSphere(8, moving));
+}
+
+TEST(SliceAt, ShowsWhatTheServerShowsOfAChangeOfTopology) {
+  const auto mesh = Build(synthetic::FallingDrop(), {}, parallel::Arena(2));
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  ExpectAsServed(*mesh);
+}
+
+TEST(SliceAt, HasTheSameBytesForAnyNumberOfThreads) {
+  const mesh::SpaceTimeMesh mesh = synthetic::MixedSphere(6);
+  const auto one = SliceAt(mesh, kTimes, parallel::Arena(1));
+  const auto eight = SliceAt(mesh, kTimes, parallel::Arena(8));
+  for (size_t n = 0; n < kTimes.size(); ++n) {
+    EXPECT_EQ(one[n].vertices, eight[n].vertices);
+    EXPECT_EQ(one[n].triangles, eight[n].triangles);
+  }
+}
+
+}  // namespace
+}  // namespace liquidblend::spacetime

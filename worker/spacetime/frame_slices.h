@@ -1,0 +1,21 @@
+// Slices of a space-time mesh where nothing has moved it. Internal to worker/spacetime.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/mesh/space_time_mesh.h"
+#include "core/mesh/triangle_mesh.h"
+#include "core/parallel/arena.h"
+
+namespace liquidblend::spacetime {
+
+// The surface at each of the times (frames, ascending): as the server shows it at weight 0, but for
+// the choice of diagonals in polygons of five corners and more.
+// Requires: times in [0, num_frames - 1].  Threads: same bytes for any thread count.
+// Cost: O(cells) once, and O(n log n) in the size of each slice.
+std::vector<mesh::TriangleMesh> SliceAt(const mesh::SpaceTimeMesh& mesh,
+                                        std::span<const double> times,
+                                        const parallel::Arena& arena);
+
+}  // namespace liquidblend::spacetime
