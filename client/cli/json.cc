@@ -16,13 +16,31 @@ Json ToJson(const absl::Status& status) {
           {"message", std::string(status.message())}};
 }
 
+Json ToJson(const Verdict& verdict) {
+  return {
+      {"grade", GradeName(verdict.grade)},
+      {"reason", verdict.reason},
+      {"worst", {{"position", ToJson(verdict.worst.position)}, {"time_s", verdict.worst.time_s}}},
+      {"fit_energy", verdict.fit_energy},
+      {"smoothness_energy", verdict.smoothness_energy},
+      {"residual_histogram", verdict.residual_histogram},
+      {"compatible_share", verdict.compatible_share},
+      {"covered_share", verdict.covered_share},
+      {"unmatched_share", verdict.unmatched_share},
+      {"component_error", verdict.component_error},
+      {"stretch", verdict.stretch},
+      {"inverted_share", verdict.inverted_share},
+      {"volume_errors", verdict.volume_errors}};
+}
+
 Json ToJson(const RegistrationReport& report) {
   return {{"target", report.target},
           {"num_nodes", report.num_nodes},
           {"num_iterations", report.num_iterations},
           {"mean_residual_edges", report.mean_residual_edges},
           {"inlier_share", report.inlier_share},
-          {"seconds", report.seconds}};
+          {"seconds", report.seconds},
+          {"verdict", ToJson(report.verdict)}};
 }
 
 Json ToJson(const Fidelity& fidelity) {
@@ -154,6 +172,20 @@ const char* StateName(AnimationState state) {
     case AnimationState::kFailed:
       return "failed";
     case AnimationState::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+const char* GradeName(Grade grade) {
+  switch (grade) {
+    case Grade::kGood:
+      return "good";
+    case Grade::kDoubtful:
+      return "doubtful";
+    case Grade::kTooDifferent:
+      return "too different";
+    case Grade::kUnknown:
       break;
   }
   return "unknown";

@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "core/mesh/space_time_mesh.h"
 #include "core/mesh/space_time_report.h"
+#include "core/mesh/verdict.h"
 
 namespace liquidblend::mesh {
 
@@ -24,6 +25,7 @@ struct RegistrationReport {
   double mean_residual_edges = 0.0;  // mean distance of registered vertices to the target, in edges
   double inlier_share = 0.0;         // of the last iteration's samples
   double seconds = 0.0;
+  Verdict verdict;
 };
 
 struct FamilyTarget {

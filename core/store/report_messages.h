@@ -7,9 +7,11 @@
 namespace liquidblend::store {
 
 liquidblend::store::v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target);
+liquidblend::store::v1::Verdict ToMessage(const mesh::Verdict& verdict);
 liquidblend::store::v1::SpaceTimeReport ToMessage(const mesh::SpaceTimeReport& report);
 
 mesh::RegistrationReport FromMessage(const liquidblend::store::v1::RegistrationReport& message);
+mesh::Verdict FromMessage(const liquidblend::store::v1::Verdict& message);
 mesh::SpaceTimeReport FromMessage(const liquidblend::store::v1::SpaceTimeReport& message);
 
 }  // namespace liquidblend::store

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "tests/synthetic/axis_rays.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/surface_distance.h"
+#include "worker/registration/axis_rays.h"
 
 namespace liquidblend::accuracy {
 namespace {
@@ -18,12 +18,12 @@ Eigen::Vector3i GridSize(const Eigen::AlignedBox3f& box, double spacing_m) {
 SignedDistances::SignedDistances(const mesh::TriangleMesh& surface, const Eigen::AlignedBox3f& box,
                                  double spacing_m)
     : size_(GridSize(box, spacing_m)), values_(static_cast<size_t>(size_.prod())) {
-  synthetic::RayGrid grid;
+  registration::RayGrid grid;
   grid.axis = 2;
   grid.first_m = box.min().head<2>().cast<double>();
   grid.spacing_m = spacing_m;
   grid.counts = {size_[0], size_[1]};
-  const synthetic::AxisRays rays(surface, grid);
+  const registration::AxisRays rays(surface, grid);
   const synthetic::SurfaceDistance distance(surface);
   size_t n = 0;
   for (int k = 0; k < size_[2]; ++k) {

@@ -1,6 +1,5 @@
 #include "tests/accuracy/measure.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -26,13 +25,8 @@ std::vector<Value> PerFrame(const Frames& frames, const parallel::Arena& arena,
   return values;
 }
 
-int32_t RootOf(std::vector<int32_t>& parent, int32_t v) {
-  while (parent[v] != v) v = parent[v] = parent[parent[v]];
-  return v;
-}
-
 std::vector<double> Parts(const mesh::TriangleMesh& surface) {
-  std::vector<double> volumes = ComponentVolumes(surface);
+  std::vector<double> volumes = mesh::ComponentVolumes(surface);
   const double total = std::accumulate(volumes.begin(), volumes.end(), 0.0);
   std::erase_if(volumes, [&](double volume) { return std::abs(volume) < kSmallestPart * total; });
   return volumes;
@@ -118,30 +112,6 @@ ComponentErrors CompareComponents(const SurfaceAt& surface,
     }
   }
   return errors;
-}
-
-std::vector<double> ComponentVolumes(const mesh::TriangleMesh& surface) {
-  std::vector<int32_t> parent(surface.num_vertices());
-  std::iota(parent.begin(), parent.end(), 0);
-  for (int64_t t = 0; t < surface.num_triangles(); ++t) {
-    for (int k = 1; k < 3; ++k) {
-      parent[RootOf(parent, surface.triangles(k, t))] = RootOf(parent, surface.triangles(0, t));
-    }
-  }
-  std::vector<double> volume_of(surface.num_vertices(), 0.0);
-  for (int64_t t = 0; t < surface.num_triangles(); ++t) {
-    Eigen::Matrix3d corners;
-    for (int k = 0; k < 3; ++k) {
-      corners.col(k) = surface.vertices.col(surface.triangles(k, t)).cast<double>();
-    }
-    volume_of[RootOf(parent, surface.triangles(0, t))] += corners.determinant() / 6;
-  }
-  std::vector<double> volumes;
-  for (const double volume : volume_of) {
-    if (volume != 0) volumes.push_back(volume);
-  }
-  std::sort(volumes.rbegin(), volumes.rend());
-  return volumes;
 }
 
 }  // namespace liquidblend::accuracy

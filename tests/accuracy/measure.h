@@ -57,7 +57,4 @@ ComponentErrors CompareComponents(const SurfaceAt& surface,
                                   const std::vector<const mesh::Animation*>& others,
                                   const Frames& frames, const parallel::Arena& arena);
 
-// Volumes of the components, the largest first.
-std::vector<double> ComponentVolumes(const mesh::TriangleMesh& surface);
-
 }  // namespace liquidblend::accuracy

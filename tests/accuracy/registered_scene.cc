@@ -57,7 +57,9 @@ absl::StatusOr<RegisteredScene> RegisteredScene::Register(
         arena);
     if (!registered.ok()) return Named(input.name, registered.status());
     result.costs_.registration_s.push_back(registered->report.seconds);
-    parts.targets.push_back({input.name, *std::move(registered)});
+    jobs::RegisteredTarget& added = parts.targets.emplace_back();
+    added.name = input.name;
+    added.registration = *std::move(registered);
   }
   result.costs_.peak_mb = PeakMegabytes();
   LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family, jobs::AssembleFamily(std::move(parts)));

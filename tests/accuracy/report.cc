@@ -165,6 +165,20 @@ void PrintVolumes(const Context& context) {
   }
 }
 
+const char* NameOf(mesh::Grade grade) {
+  switch (grade) {
+    case mesh::Grade::kGood:
+      return "good";
+    case mesh::Grade::kDoubtful:
+      return "doubtful";
+    case mesh::Grade::kTooDifferent:
+      return "too different";
+    case mesh::Grade::kUnknown:
+      break;
+  }
+  return "not graded";
+}
+
 void PrintCosts(const Context& context) {
   const Costs& costs = context.registered.costs();
   context.out << absl::StrFormat(
@@ -179,6 +193,13 @@ void PrintCosts(const Context& context) {
     context.out << absl::StrFormat(" %d", target.report.num_nodes);
   }
   context.out << " |\n\n";
+  for (const mesh::FamilyTarget& target : context.registered.family().targets) {
+    const mesh::Verdict& verdict = target.report.verdict;
+    context.out << absl::StrFormat(
+        "%s to %s is %s: %s; worst at (%.2f, %.2f, %.2f) m, frame %.0f\n\n",
+        context.scene.inputs[0].name, target.name, NameOf(verdict.grade), verdict.reason,
+        verdict.worst[0], verdict.worst[1], verdict.worst[2], verdict.worst[3] + 1);
+  }
 }
 
 }  // namespace

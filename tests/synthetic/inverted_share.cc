@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/synthetic/axis_rays.h"
+#include "worker/registration/axis_rays.h"
 
 namespace liquidblend::synthetic {
 namespace {
@@ -11,10 +11,10 @@ namespace {
 // Of the spacing: the first rays lie this far inside, on no plane that a vertex is likely to be on.
 constexpr double kOffset = 0.3719;
 
-RayGrid RaysThrough(const mesh::TriangleMesh& surface, int axis, double spacing_m) {
+registration::RayGrid RaysThrough(const mesh::TriangleMesh& surface, int axis, double spacing_m) {
   const Eigen::Vector3d low = surface.vertices.rowwise().minCoeff().cast<double>();
   const Eigen::Vector3d high = surface.vertices.rowwise().maxCoeff().cast<double>();
-  RayGrid grid;
+  registration::RayGrid grid;
   grid.axis = axis;
   grid.spacing_m = spacing_m;
   for (int k = 0; k < 2; ++k) {
@@ -31,12 +31,12 @@ CrossingCount CountInverted(const mesh::TriangleMesh& surface, double spacing_m)
   CrossingCount count;
   if (surface.num_triangles() == 0) return count;
   for (const int axis : {0, 2}) {
-    const RayGrid grid = RaysThrough(surface, axis, spacing_m);
-    const AxisRays rays(surface, grid);
+    const registration::RayGrid grid = RaysThrough(surface, axis, spacing_m);
+    const registration::AxisRays rays(surface, grid);
     for (int v = 0; v < grid.counts[1]; ++v) {
       for (int u = 0; u < grid.counts[0]; ++u) {
         int winding = 0;
-        for (const Crossing& crossing : rays.Crossings(u, v)) {
+        for (const registration::Crossing& crossing : rays.Crossings(u, v)) {
           const int before = winding;
           winding += crossing.step;
           ++count.num_crossings;

@@ -1,9 +1,9 @@
-#include "tests/synthetic/axis_rays.h"
+#include "worker/registration/axis_rays.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace liquidblend::synthetic {
+namespace liquidblend::registration {
 namespace {
 
 using Eigen::Vector2d;
@@ -79,4 +79,4 @@ int AxisRays::Winding(int u, int v, double depth_m) const {
   return winding;
 }
 
-}  // namespace liquidblend::synthetic
+}  // namespace liquidblend::registration

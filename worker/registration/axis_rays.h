@@ -1,4 +1,4 @@
-// Where rays along an axis cross a surface.
+// Where rays along an axis cross a surface. Internal to worker/registration, and for tests.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 
 #include "core/mesh/triangle_mesh.h"
 
-namespace liquidblend::synthetic {
+namespace liquidblend::registration {
 
 // A bundle of rays along one axis, a regular grid across it.
 struct RayGrid {
@@ -45,4 +45,4 @@ class AxisRays {
   std::vector<std::vector<Crossing>> crossings_;  // per ray, u fastest
 };
 
-}  // namespace liquidblend::synthetic
+}  // namespace liquidblend::registration
