@@ -1,5 +1,7 @@
 #include "client/cli/describe.h"
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -62,6 +64,21 @@ std::string Describe(size_t index, const CorrespondenceReport& report) {
       report.num_nodes);
 }
 
+std::string Describe(const Verdict& verdict) {
+  const Event& worst = verdict.worst;
+  double largest = 0.0;
+  for (const double error : verdict.volume_errors) largest = std::max(largest, std::abs(error));
+  return absl::StrFormat(
+      "%s: %s; worst near (%.3g, %.3g, %.3g) m at %.3g s"
+      "\n    target covered %.1f %%, facing alike %.1f %%, without counterpart %.1f %% at most, "
+      "stretched %.0f %%, inside out %.3f %%, %.1f parts off on average, half-way volume within "
+      "%.1f %%",
+      GradeName(verdict.grade), verdict.reason, worst.position.x, worst.position.y,
+      worst.position.z, worst.time_s, 100.0 * verdict.covered_share,
+      100.0 * verdict.compatible_share, 100.0 * verdict.unmatched_share, 100.0 * verdict.stretch,
+      100.0 * verdict.inverted_share, verdict.component_error, 100.0 * largest);
+}
+
 }  // namespace
 
 std::string Describe(const Animation& animation) {
@@ -108,6 +125,9 @@ std::string Describe(const Family& family) {
         100.0 * report.inlier_share, report.seconds);
     for (size_t n = 0; n < report.correspondences.size(); ++n) {
       absl::StrAppend(&text, "\n    ", Describe(n, report.correspondences[n]));
+    }
+    if (report.verdict.grade != Grade::kUnknown) {
+      absl::StrAppend(&text, "\n    ", Describe(report.verdict));
     }
   }
   return text;

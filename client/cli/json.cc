@@ -35,6 +35,22 @@ Json ToJson(const CorrespondenceReport& report) {
           {"num_nodes", report.num_nodes}};
 }
 
+Json ToJson(const Verdict& verdict) {
+  return {{"grade", GradeName(verdict.grade)},
+          {"reason", verdict.reason},
+          {"worst", ToJson(verdict.worst)},
+          {"fit_energy", verdict.fit_energy},
+          {"smoothness_energy", verdict.smoothness_energy},
+          {"residual_histogram", verdict.residual_histogram},
+          {"compatible_share", verdict.compatible_share},
+          {"covered_share", verdict.covered_share},
+          {"unmatched_share", verdict.unmatched_share},
+          {"component_error", verdict.component_error},
+          {"stretch", verdict.stretch},
+          {"inverted_share", verdict.inverted_share},
+          {"volume_errors", verdict.volume_errors}};
+}
+
 Json ToJson(const RegistrationReport& report) {
   Json correspondences = Json::array();
   for (const CorrespondenceReport& correspondence : report.correspondences) {
@@ -46,7 +62,8 @@ Json ToJson(const RegistrationReport& report) {
           {"mean_residual_edges", report.mean_residual_edges},
           {"inlier_share", report.inlier_share},
           {"seconds", report.seconds},
-          {"correspondences", correspondences}};
+          {"correspondences", correspondences},
+          {"verdict", ToJson(report.verdict)}};
 }
 
 Json ToJson(const Fidelity& fidelity) {
@@ -178,6 +195,20 @@ const char* StateName(AnimationState state) {
     case AnimationState::kFailed:
       return "failed";
     case AnimationState::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+const char* GradeName(Grade grade) {
+  switch (grade) {
+    case Grade::kGood:
+      return "good";
+    case Grade::kDoubtful:
+      return "doubtful";
+    case Grade::kTooDifferent:
+      return "too different";
+    case Grade::kUnknown:
       break;
   }
   return "unknown";

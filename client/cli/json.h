@@ -22,6 +22,7 @@ Json ToJson(const MeshStats& stats);
 const char* StateName(AnimationState state);
 
 // "tracked", "rebuilt", "unknown"
+const char* GradeName(Grade grade);
 const char* ConnectivityName(Connectivity connectivity);
 
 // "queued", "running", "done", "failed", "cancelled"

@@ -73,6 +73,39 @@ CorrespondenceReport ToReport(const v1::CorrespondenceReport& proto) {
   return report;
 }
 
+Grade ToGrade(v1::Verdict::Grade proto) {
+  switch (proto) {
+    case v1::Verdict::GOOD:
+      return Grade::kGood;
+    case v1::Verdict::DOUBTFUL:
+      return Grade::kDoubtful;
+    case v1::Verdict::TOO_DIFFERENT:
+      return Grade::kTooDifferent;
+    default:
+      return Grade::kUnknown;
+  }
+}
+
+Verdict ToVerdict(const v1::Verdict& proto) {
+  Verdict verdict;
+  verdict.grade = ToGrade(proto.grade());
+  verdict.reason = proto.reason();
+  verdict.worst.position = ToVector(proto.worst().position());
+  verdict.worst.time_s = proto.worst().time_s();
+  verdict.fit_energy = proto.fit_energy();
+  verdict.smoothness_energy = proto.smoothness_energy();
+  verdict.residual_histogram.assign(proto.residual_histogram().begin(),
+                                    proto.residual_histogram().end());
+  verdict.compatible_share = proto.compatible_share();
+  verdict.covered_share = proto.covered_share();
+  verdict.unmatched_share = proto.unmatched_share();
+  verdict.component_error = proto.component_error();
+  verdict.stretch = proto.stretch();
+  verdict.inverted_share = proto.inverted_share();
+  verdict.volume_errors.assign(proto.volume_errors().begin(), proto.volume_errors().end());
+  return verdict;
+}
+
 RegistrationReport ToReport(const v1::RegistrationReport& proto) {
   RegistrationReport report;
   report.target = proto.target();
@@ -84,6 +117,7 @@ RegistrationReport ToReport(const v1::RegistrationReport& proto) {
   for (const v1::CorrespondenceReport& correspondence : proto.correspondences()) {
     report.correspondences.push_back(ToReport(correspondence));
   }
+  report.verdict = ToVerdict(proto.verdict());
   return report;
 }
 

@@ -12,6 +12,7 @@
 #include "core/mesh/correspondence.h"
 #include "core/mesh/space_time_mesh.h"
 #include "core/mesh/space_time_report.h"
+#include "core/mesh/verdict.h"
 
 namespace liquidblend::mesh {
 
@@ -26,6 +27,7 @@ struct RegistrationReport {
   double inlier_share = 0.0;         // of the last iteration's samples
   double seconds = 0.0;
   std::vector<CorrespondenceReport> correspondences = {};  // one per correspondence, in their order
+  Verdict verdict = {};
 };
 
 struct FamilyTarget {

@@ -43,6 +43,30 @@ absl::Status CheckCount(const TriangleMesh& mesh, const Eigen::Matrix3Xf& values
       absl::StrCat(values.cols(), " ", name, " for ", mesh.vertices.cols(), " vertices"));
 }
 
+// Of the tetrahedron from `origin` to a triangle, positive where it is seen from behind.
+double TetrahedronVolume(const TriangleMesh& mesh, Eigen::Index triangle,
+                         const Eigen::Vector3d& origin) {
+  const Eigen::Vector3d a = mesh.vertices.col(mesh.triangles(0, triangle)).cast<double>() - origin;
+  const Eigen::Vector3d b = mesh.vertices.col(mesh.triangles(1, triangle)).cast<double>() - origin;
+  const Eigen::Vector3d c = mesh.vertices.col(mesh.triangles(2, triangle)).cast<double>() - origin;
+  return a.dot(b.cross(c)) / 6.0;
+}
+
+// Per vertex the lowest vertex of its component.
+std::vector<int> Roots(const TriangleMesh& mesh) {
+  std::vector<int> parent(mesh.num_vertices());
+  std::iota(parent.begin(), parent.end(), 0);
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = Root(parent, mesh.triangles(k, t));
+      const int b = Root(parent, mesh.triangles((k + 1) % 3, t));
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  for (size_t v = 0; v < parent.size(); ++v) parent[v] = Root(parent, static_cast<int>(v));
+  return parent;
+}
+
 }  // namespace
 
 ClosednessReport CheckClosed(const TriangleMesh& mesh) {
@@ -94,14 +118,11 @@ double Volume(const TriangleMesh& mesh) {
   if (mesh.num_triangles() == 0) return 0.0;
   // Seen from a vertex of the mesh the terms are small, wherever the mesh lies.
   const Eigen::Vector3d origin = mesh.vertices.col(mesh.triangles(0, 0)).cast<double>();
-  double six_volumes = 0.0;
+  double volume = 0.0;
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
-    const Eigen::Vector3d a = mesh.vertices.col(mesh.triangles(0, t)).cast<double>() - origin;
-    const Eigen::Vector3d b = mesh.vertices.col(mesh.triangles(1, t)).cast<double>() - origin;
-    const Eigen::Vector3d c = mesh.vertices.col(mesh.triangles(2, t)).cast<double>() - origin;
-    six_volumes += a.dot(b.cross(c));
+    volume += TetrahedronVolume(mesh, t, origin);
   }
-  return six_volumes / 6.0;
+  return volume;
 }
 
 double MeanEdgeLength(const TriangleMesh& mesh) {
@@ -118,22 +139,27 @@ double MeanEdgeLength(const TriangleMesh& mesh) {
 }
 
 int64_t NumComponents(const TriangleMesh& mesh) {
-  std::vector<int> parent(mesh.num_vertices());
-  std::iota(parent.begin(), parent.end(), 0);
+  const std::vector<int> root = Roots(mesh);
+  std::vector<char> used(mesh.num_vertices(), 0);
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) used[root[mesh.triangles(0, t)]] = 1;
+  return std::count(used.begin(), used.end(), 1);
+}
+
+std::vector<double> ComponentVolumes(const TriangleMesh& mesh) {
+  const std::vector<int> root = Roots(mesh);
+  std::vector<double> volume(mesh.num_vertices(), 0.0);
   std::vector<char> used(mesh.num_vertices(), 0);
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
-    for (int k = 0; k < 3; ++k) {
-      used[mesh.triangles(k, t)] = 1;
-      const int a = Root(parent, mesh.triangles(k, t));
-      const int b = Root(parent, mesh.triangles((k + 1) % 3, t));
-      parent[std::max(a, b)] = std::min(a, b);
-    }
+    const int component = root[mesh.triangles(0, t)];
+    used[component] = 1;
+    volume[component] += TetrahedronVolume(mesh, t, mesh.vertices.col(component).cast<double>());
   }
-  int64_t num_components = 0;
-  for (size_t v = 0; v < parent.size(); ++v) {
-    if (used[v] && parent[v] == static_cast<int>(v)) ++num_components;
+  std::vector<double> volumes;
+  for (size_t v = 0; v < volume.size(); ++v) {
+    if (used[v]) volumes.push_back(volume[v]);
   }
-  return num_components;
+  std::sort(volumes.rbegin(), volumes.rend());
+  return volumes;
 }
 
 }  // namespace liquidblend::mesh

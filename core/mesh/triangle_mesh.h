@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 
@@ -44,5 +45,8 @@ double MeanEdgeLength(const TriangleMesh& mesh);
 
 // Number of parts that are connected through triangles.
 int64_t NumComponents(const TriangleMesh& mesh);
+
+// Their signed volumes, cubic metres, the largest first; bubbles' are negative.
+std::vector<double> ComponentVolumes(const TriangleMesh& mesh);
 
 }  // namespace liquidblend::mesh

@@ -1,5 +1,6 @@
 #include "core/store/report_messages.h"
 
+#include <algorithm>
 #include "core/store/correspondence_records.h"
 
 namespace liquidblend::store {
@@ -42,6 +43,29 @@ v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target, double frames
   for (const mesh::CorrespondenceReport& report : target.report.correspondences) {
     *message.add_correspondences() = ToRecord(report, frames_per_second);
   }
+  if (target.report.verdict.grade != mesh::Grade::kUnknown) {
+    *message.mutable_verdict() = ToMessage(target.report.verdict);
+  }
+  return message;
+}
+
+// Grades have the same numbers in all programs.
+v1::Verdict ToMessage(const mesh::Verdict& verdict) {
+  v1::Verdict message;
+  message.set_grade(static_cast<v1::Grade>(verdict.grade));
+  message.set_reason(verdict.reason);
+  message.mutable_worst()->Add(verdict.worst.begin(), verdict.worst.end());
+  message.set_fit_energy(verdict.fit_energy);
+  message.set_smoothness_energy(verdict.smoothness_energy);
+  message.mutable_residual_histogram()->Add(verdict.residual_histogram.begin(),
+                                            verdict.residual_histogram.end());
+  message.set_compatible_share(verdict.compatible_share);
+  message.set_covered_share(verdict.covered_share);
+  message.set_unmatched_share(verdict.unmatched_share);
+  message.set_component_error(verdict.component_error);
+  message.set_stretch(verdict.stretch);
+  message.set_inverted_share(verdict.inverted_share);
+  message.mutable_volume_errors()->Add(verdict.volume_errors.begin(), verdict.volume_errors.end());
   return message;
 }
 
@@ -73,7 +97,29 @@ mesh::RegistrationReport FromMessage(const v1::RegistrationReport& message,
   for (const v1::CorrespondenceReport& correspondence : message.correspondences()) {
     report.correspondences.push_back(FromRecord(correspondence, frames_per_second));
   }
+  report.verdict = FromMessage(message.verdict());
   return report;
+}
+
+mesh::Verdict FromMessage(const v1::Verdict& message) {
+  mesh::Verdict verdict;
+  if (v1::Grade_IsValid(message.grade())) verdict.grade = mesh::Grade{message.grade()};
+  verdict.reason = message.reason();
+  const auto copy = [](const auto& from, auto& to) {
+    std::copy_n(from.begin(), std::min<size_t>(from.size(), to.size()), to.begin());
+  };
+  copy(message.worst(), verdict.worst);
+  verdict.fit_energy = message.fit_energy();
+  verdict.smoothness_energy = message.smoothness_energy();
+  copy(message.residual_histogram(), verdict.residual_histogram);
+  verdict.compatible_share = message.compatible_share();
+  verdict.covered_share = message.covered_share();
+  verdict.unmatched_share = message.unmatched_share();
+  verdict.component_error = message.component_error();
+  verdict.stretch = message.stretch();
+  verdict.inverted_share = message.inverted_share();
+  verdict.volume_errors.assign(message.volume_errors().begin(), message.volume_errors().end());
+  return verdict;
 }
 
 mesh::SpaceTimeReport FromMessage(const v1::SpaceTimeReport& message) {

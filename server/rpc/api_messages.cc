@@ -50,7 +50,32 @@ v1::CorrespondenceReport ToReport(const store::pb::CorrespondenceReport& record)
   return report;
 }
 
-v1::RegistrationReport ToReport(const store::pb::RegistrationReport& record) {
+v1::Verdict ToVerdict(const store::pb::Verdict& record, double frames_per_second) {
+  v1::Verdict verdict;
+  verdict.set_grade(static_cast<v1::Verdict::Grade>(record.grade()));  // the same numbers
+  verdict.set_reason(record.reason());
+  if (record.worst_size() == 4 && frames_per_second > 0) {
+    v1::Vector3& position = *verdict.mutable_worst()->mutable_position();
+    position.set_x(record.worst(0));
+    position.set_y(record.worst(1));
+    position.set_z(record.worst(2));
+    verdict.mutable_worst()->set_time_s(record.worst(3) / frames_per_second);
+  }
+  verdict.set_fit_energy(record.fit_energy());
+  verdict.set_smoothness_energy(record.smoothness_energy());
+  *verdict.mutable_residual_histogram() = record.residual_histogram();
+  verdict.set_compatible_share(record.compatible_share());
+  verdict.set_covered_share(record.covered_share());
+  verdict.set_unmatched_share(record.unmatched_share());
+  verdict.set_component_error(record.component_error());
+  verdict.set_stretch(record.stretch());
+  verdict.set_inverted_share(record.inverted_share());
+  *verdict.mutable_volume_errors() = record.volume_errors();
+  return verdict;
+}
+
+v1::RegistrationReport ToReport(const store::pb::RegistrationReport& record,
+                                double frames_per_second) {
   v1::RegistrationReport report;
   report.set_target(AnimationName(record.target()));
   report.set_num_nodes(record.num_nodes());
@@ -60,6 +85,9 @@ v1::RegistrationReport ToReport(const store::pb::RegistrationReport& record) {
   report.set_seconds(record.seconds());
   for (const store::pb::CorrespondenceReport& correspondence : record.correspondences()) {
     *report.add_correspondences() = ToReport(correspondence);
+  }
+  if (record.has_verdict()) {
+    *report.mutable_verdict() = ToVerdict(record.verdict(), frames_per_second);
   }
   return report;
 }
@@ -215,7 +243,9 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record) {
   if (manifest.has_domain()) SetBounds(manifest.domain(), family.mutable_bounds());
   family.set_num_vertices(record.num_vertices());
   family.set_num_cells(record.num_cells());
-  for (const auto& report : manifest.reports()) *family.add_reports() = ToReport(report);
+  for (const auto& report : manifest.reports()) {
+    *family.add_reports() = ToReport(report, manifest.frames_per_second());
+  }
   family.set_size_bytes(record.size_bytes());
   family.set_has_velocities(manifest.has_velocities());
   for (const store::pb::FamilyLevel& level : manifest.coarser_levels()) {

@@ -44,6 +44,19 @@ v1::Family MakeFamily(const std::string& id) {
   correspondence->set_residual_m(0.25);
   correspondence->set_residual_frames(1.5);
   correspondence->set_num_nodes(4);
+  v1::Verdict& verdict = *report->mutable_verdict();
+  verdict.set_grade(v1::Verdict::DOUBTFUL);
+  verdict.set_reason("7 % of the target is not covered by the source");
+  verdict.mutable_worst()->mutable_position()->set_z(1.25);
+  verdict.mutable_worst()->set_time_s(0.5);
+  verdict.add_residual_histogram(0.75);
+  verdict.set_compatible_share(0.99);
+  verdict.set_covered_share(0.93);
+  verdict.set_unmatched_share(0.2);
+  verdict.set_component_error(0.5);
+  verdict.set_stretch(0.11);
+  verdict.set_inverted_share(0.001);
+  for (const double error : {0.01, -0.02}) verdict.add_volume_errors(error);
   for (const char* animation : {"animations/drops-a", "animations/drops-b"}) {
     v1::SpaceTimeReport* built = family.add_space_time_reports();
     built->set_animation(animation);

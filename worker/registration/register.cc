@@ -18,6 +18,7 @@
 #include "worker/registration/pins.h"
 #include "worker/registration/refine.h"
 #include "worker/registration/rigid_pieces.h"
+#include "worker/registration/verdict.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -254,6 +255,9 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   result.report.num_iterations = last.iteration;
   result.report.inlier_share = static_cast<double>(last.num_inliers) /
                                static_cast<double>(std::max<int64_t>(1, last.num_samples));
+  result.report.verdict = Judge(source, neighbors, target, target_search, displacement, arena);
+  result.report.verdict.fit_energy = last.fit_energy;
+  result.report.verdict.smoothness_energy = last.smoothness_energy;
   result.report.seconds = absl::ToDoubleSeconds(absl::Now() - start);
   return result;
 }

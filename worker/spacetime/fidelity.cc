@@ -9,7 +9,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
-#include "worker/spacetime/frame_slices.h"
+#include "core/mesh/slice_at.h"
 #include "worker/spacetime/triangle_tree.h"
 
 namespace liquidblend::spacetime {
@@ -100,7 +100,7 @@ mesh::Fidelity MeasureFidelity(const mesh::Animation& animation, const mesh::Spa
   const std::vector<int> chosen = ChooseFrames(animation, mesh.num_frames, options.max_frames);
   std::vector<double> times;
   for (const int k : chosen) times.push_back(animation.time(k));
-  const std::vector<mesh::TriangleMesh> slices = SliceAt(mesh, times, arena);
+  const std::vector<mesh::TriangleMesh> slices = mesh::SliceAt(mesh, times, arena);
   std::vector<FrameFidelity> frames(chosen.size());
   arena.Run(static_cast<int64_t>(chosen.size()), [&](int64_t n) {
     frames[n] = Compare(animation.frames[chosen[n]], slices[n], options.max_points);

@@ -19,6 +19,13 @@ enum class CorrespondenceKind {
   kSpace,       // pinned in x, y, z; free in time
 };
 
+enum class Grade {
+  kUnknown,       // an older program registered the family
+  kGood,          // blends are as good as the method makes them
+  kDoubtful,      // look at the worst region; correspondences may help
+  kTooDifferent,  // blends will not look like either animation
+};
+
 struct Event {
   Vector3 position;
   double time_s = 0.0;
@@ -42,6 +49,32 @@ struct CorrespondenceReport {
   int num_nodes = 0;
 };
 
+// Whether a registration can be trusted, and whether the two animations were alike enough for it.
+struct Verdict {
+  Grade grade = Grade::kUnknown;
+  std::string reason;              // what decided, with its value and limit
+  Event worst;                     // where that is worst, on the registered source
+  double fit_energy = 0.0;         // of the last iteration
+  double smoothness_energy = 0.0;  // likewise
+  // Shares of the registered source's vertices by their distance to the target: below 0.125, 0.25,
+  // 0.5, 1, 2 and 4 mean edge lengths, and beyond. What is left to 1 has no target near by that
+  // faces the same way.
+  std::vector<double> residual_histogram;
+  double compatible_share = 0.0;  // of those vertices: the target near by faces the same way
+  double covered_share = 0.0;     // of the target's vertices: the source is within an edge
+  // Of the vertices of either animation, in the span of time where it is largest: those without a
+  // counterpart within an edge that faces the same way.
+  double unmatched_share = 0.0;
+  double stretch = 0.0;         // mean change of the distances between neighbours, as a share
+  double inverted_share = 0.0;  // of the surfaces at weights 0.5 and 1: inside out
+  // Mean difference in the number of parts, specks not counted, between the blend at weight 1 and
+  // the target, at the same times as below.
+  double component_error = 0.0;
+  // The half-way blend's volume over the mean of the two animations', minus 1; at times evenly
+  // spread from the first frame to the last.
+  std::vector<double> volume_errors;
+};
+
 struct RegistrationReport {
   std::string target;  // animations/{id}
   int num_nodes = 0;
@@ -50,6 +83,7 @@ struct RegistrationReport {
   double inlier_share = 0.0;
   double seconds = 0.0;
   std::vector<CorrespondenceReport> correspondences;  // in their order
+  Verdict verdict;
 };
 
 struct LevelOfDetail {

@@ -255,6 +255,12 @@ TEST_F(Command, ListInspectAndOperationsSpeakJson) {
   EXPECT_EQ(family["space_time_reports"][1]["connectivity"], "rebuilt");
   EXPECT_EQ(family["space_time_reports"][1]["num_rigid_pieces"], 42);
   EXPECT_EQ(family["space_time_reports"][1]["fidelity"]["max_volume_error"], 0.0015);
+  const json verdict = family["reports"][0]["verdict"];
+  EXPECT_EQ(verdict["grade"], "doubtful");
+  EXPECT_EQ(verdict["worst"]["position"], json({0.0, 0.0, 1.25}));
+  EXPECT_EQ(verdict["worst"]["time_s"], 0.5);
+  EXPECT_EQ(verdict["residual_histogram"], json::array({0.75}));
+  EXPECT_EQ(verdict["volume_errors"], json({0.01, -0.02}));
   const json animation = json::parse(Run({"inspect", "drops-a", "--json"}).out);
   EXPECT_EQ(animation["state"], "ready");
   const json operations = json::parse(Run({"operations", "--json"}).out);
@@ -269,6 +275,16 @@ TEST_F(Command, InspectTellsHowWellAFamilyShowsItsAnimations) {
                               "12.5 % thin\n"
                               "    16 frames: distance 0.0250 mean edges, 0.500 at most; volume "
                               "within 0.150 %; 48 components of 47, 1 apart at most\n"));
+}
+
+TEST_F(Command, InspectTellsTheVerdict) {
+  EXPECT_THAT(
+      Run({"inspect", "drops"}).out,
+      HasSubstr("doubtful: 7 % of the target is not covered by the source; worst near "
+                "(0, 0, 1.25) m at 0.5 s\n"
+                "    target covered 93.0 %, facing alike 99.0 %, without counterpart 20.0 % "
+                "at most, stretched 11 %, inside out 0.100 %, 0.5 parts off on "
+                "average, half-way volume within 2.0 %"));
 }
 
 TEST_F(Command, InspectDescribesAMeshFile) {

@@ -137,5 +137,18 @@ TEST(Polygonize, GivesTheVolumeOfABall) {
   EXPECT_EQ(NumComponents(mesh), 1);
 }
 
+TEST(ComponentVolumes, AreOfEachPartAndAddUpToTheWhole) {
+  const TriangleMesh parts[] = {synthetic::Icosphere({0, 0, 0}, 0.5, 4),
+                                synthetic::BallWithBubble({3, 0, 0}, 1, 0.5, 4)};
+  const TriangleMesh mesh = synthetic::Join(parts);
+  const std::vector<double> volumes = ComponentVolumes(mesh);
+  ASSERT_EQ(volumes.size(), 3U);
+  EXPECT_NEAR(volumes[0], 4.18, 0.03);
+  EXPECT_NEAR(volumes[1], 4.18 / 8, 0.005);
+  EXPECT_NEAR(volumes[2], -4.18 / 8, 0.005);
+  EXPECT_NEAR(volumes[0] + volumes[1] + volumes[2], Volume(mesh), 1e-6);
+  EXPECT_TRUE(ComponentVolumes({}).empty());
+}
+
 }  // namespace
 }  // namespace liquidblend::mesh

@@ -34,8 +34,22 @@ struct Sample {
     family.pyramids = pyramids;
     family.wedges = wedges;
     family.hexahedra = hexahedra;
-    family.targets = {{"thick", displacement, extrapolation, {120, 16, 0.08, 0.97, 14.5}},
-                      {"none", displacement, {}, {}}};
+    family.targets = {{"thick", displacement, extrapolation, {120, 16, 0.08, 0.97, 14.5, {}, {}}},
+                      {"none", displacement, {}, mesh::RegistrationReport()}};
+    family.targets[0].report.verdict = {
+        .grade = mesh::Grade::kDoubtful,
+        .reason = "7 % is not covered",
+        .worst = {1, 2, 3, 4.5},
+        .fit_energy = 12,
+        .smoothness_energy = 34,
+        .residual_histogram = {0.7, 0.1, 0.06, 0.05, 0.04, 0.03, 0.02},
+        .compatible_share = 0.99,
+        .covered_share = 0.93,
+        .unmatched_share = 0.2,
+        .stretch = 0.11,
+        .inverted_share = 0.001,
+        .component_error = 0.5,
+        .volume_errors = {0.01, -0.02, 0}};
     mesh::SpaceTimeReport report;
     report.grid_spacing_m = 0.1125;
     report.edge_length_m = 0.125;
@@ -151,6 +165,37 @@ TEST(FamilyFile, GivesBackTheReportsOfTheSpaceTimeMeshes) {
   EXPECT_EQ(report.fidelity.num_components_shown, 41);
   EXPECT_EQ(report.fidelity.max_component_error, 1);
   EXPECT_TRUE(family->space_time_reports[2].is_tracked);
+}
+
+TEST(FamilyFile, GivesBackTheVerdicts) {
+  const Sample sample;
+  const auto family = Open(Whole());
+  ASSERT_THAT(family, Succeeds());
+  const mesh::Verdict& verdict = family->targets[0].report.verdict;
+  const mesh::FamilyTarget written = sample.View().targets[0];
+  const mesh::Verdict& expected = written.report.verdict;
+  EXPECT_EQ(verdict.grade, mesh::Grade::kDoubtful);
+  EXPECT_EQ(verdict.reason, expected.reason);
+  EXPECT_EQ(verdict.worst, expected.worst);
+  EXPECT_EQ(verdict.fit_energy, 12);
+  EXPECT_EQ(verdict.smoothness_energy, 34);
+  EXPECT_EQ(verdict.residual_histogram, expected.residual_histogram);
+  EXPECT_EQ(verdict.compatible_share, 0.99);
+  EXPECT_EQ(verdict.covered_share, 0.93);
+  EXPECT_EQ(verdict.unmatched_share, 0.2);
+  EXPECT_EQ(verdict.component_error, 0.5);
+  EXPECT_EQ(verdict.stretch, 0.11);
+  EXPECT_EQ(verdict.inverted_share, 0.001);
+  EXPECT_EQ(verdict.volume_errors, expected.volume_errors);
+  EXPECT_EQ(family->targets[1].report.verdict.grade, mesh::Grade::kUnknown);
+}
+
+TEST(FamilyFile, DoesNotBelieveAnUnknownGrade) {
+  const auto family = Open(Changed([](Manifest& manifest) {
+    manifest.mutable_reports(0)->mutable_verdict()->set_grade(static_cast<v1::Grade>(77));
+  }));
+  ASSERT_THAT(family, Succeeds());
+  EXPECT_EQ(family->targets[0].report.verdict.grade, mesh::Grade::kUnknown);
 }
 
 TEST(FamilyFile, HasAReportPerAnimationOrNoneAsInOlderFiles) {

@@ -130,7 +130,11 @@ TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
       {"no source", Register([](auto& r) { r.clear_source(); }), invalid, "source"},
       {"source by its id", Register([](auto& r) { r.set_source("a"); }), invalid, "source"},
       {"no targets", Register([](auto& r) { r.clear_targets(); }), invalid, "targets"},
-      {"target by its id", Register([](auto& r) { r.set_targets(0, "b"); }), invalid, "targets[0]"},
+      {"target by its id", Register([](auto& r) {
+         r.clear_targets();
+         r.add_targets(std::string("b"));
+       }),
+       invalid, "targets[0]"},
       {"source as target", Register([](auto& r) { r.add_targets("animations/a"); }), invalid,
        "targets[1]"},
       {"target twice", Register([](auto& r) { r.add_targets("animations/b"); }), invalid,
@@ -534,6 +538,31 @@ TEST_F(HandlersTest, AFamilySaysWhatItIsMadeOf) {
   EXPECT_DOUBLE_EQ(family->duration_s(), (kFamilyFrames - 1) / family->frames_per_second());
   EXPECT_GT(family->num_cells(), 0);
   EXPECT_LT(family->bounds().min().x(), family->bounds().max().x());
+}
+
+TEST(ToFamily, TellsTheVerdict) {
+  store::pb::FamilyRecord record;
+  record.mutable_manifest()->set_frames_per_second(24);
+  store::pb::RegistrationReport& report = *record.mutable_manifest()->add_reports();
+  store::pb::Verdict& stored = *report.mutable_verdict();
+  stored.set_grade(store::pb::TOO_DIFFERENT);
+  stored.set_reason("all of it");
+  for (const double number : {1, 2, 3, 12}) stored.add_worst(number);
+  stored.add_residual_histogram(0.5);
+  stored.set_covered_share(0.25);
+  stored.set_unmatched_share(0.75);
+  record.mutable_manifest()->add_reports();  // of an older program
+  const v1::Family family = ToFamily(record);
+  ASSERT_EQ(family.reports_size(), 2);
+  const v1::Verdict& verdict = family.reports(0).verdict();
+  EXPECT_EQ(verdict.grade(), v1::Verdict::TOO_DIFFERENT);
+  EXPECT_EQ(verdict.reason(), "all of it");
+  EXPECT_EQ(verdict.worst().position().y(), 2);
+  EXPECT_DOUBLE_EQ(verdict.worst().time_s(), 0.5);
+  EXPECT_THAT(verdict.residual_histogram(), ElementsAre(0.5));
+  EXPECT_EQ(verdict.covered_share(), 0.25);
+  EXPECT_EQ(verdict.unmatched_share(), 0.75);
+  EXPECT_FALSE(family.reports(1).has_verdict());
 }
 
 TEST(ToFamily, TellsWhatTheSpaceTimeMeshesAreLike) {

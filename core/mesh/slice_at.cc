@@ -1,4 +1,4 @@
-#include "worker/spacetime/frame_slices.h"
+#include "core/mesh/slice_at.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 
 #include "core/mesh/marching_table.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::mesh {
 namespace {
 
 // A crossed mesh edge, by its vertices, the lower one first.
@@ -19,14 +19,14 @@ struct CutCells {
 };
 
 template <typename Cell>
-void FindCutCells(const mesh::SpaceTimeMesh& mesh, const std::vector<Cell>& cells,
+void FindCutCells(const Eigen::Matrix4Xf& vertices, const std::vector<Cell>& cells,
                   std::span<const double> times, std::vector<int32_t> CutCells::*kind,
                   std::vector<CutCells>& cut) {
   for (size_t c = 0; c < cells.size(); ++c) {
     float first = std::numeric_limits<float>::infinity(), last = -first;
     for (const int32_t v : cells[c]) {
-      first = std::min(first, mesh.vertices(3, v));
-      last = std::max(last, mesh.vertices(3, v));
+      first = std::min(first, vertices(3, v));
+      last = std::max(last, vertices(3, v));
     }
     // Corners at the time itself count as later.
     const auto begin = std::upper_bound(times.begin(), times.end(), static_cast<double>(first));
@@ -39,17 +39,17 @@ void FindCutCells(const mesh::SpaceTimeMesh& mesh, const std::vector<Cell>& cell
 // Collects the polygons in which one hyperplane cuts cells.
 class Slicer {
  public:
-  Slicer(const mesh::SpaceTimeMesh& mesh, double time) : mesh_(mesh), time_(time) {}
+  Slicer(const Eigen::Matrix4Xf& vertices, double time) : vertices_(vertices), time_(time) {}
 
   template <typename Cell, int kCorners>
   void Cut(const std::vector<Cell>& cells, const std::vector<int32_t>& cut,
-           const mesh::MarchingTable<kCorners>& table) {
+           const MarchingTable<kCorners>& table) {
     static_assert(std::tuple_size_v<Cell> == kCorners);
     for (const int32_t c : cut) {
       const Cell& cell = cells[c];
       unsigned code = 0;
       for (int k = 0; k < kCorners; ++k) code |= (IsLater(cell[k]) ? 1u : 0u) << k;
-      const mesh::Case& found = table.cases[code];
+      const Case& found = table.cases[code];
       const int8_t* edge = found.edges.data();
       for (int loop = 0; loop < found.num_loops; ++loop) {
         for (int k = 0; k < found.loop_size[loop]; ++k, ++edge) {
@@ -62,11 +62,11 @@ class Slicer {
   }
 
   // A vertex per crossed mesh edge, ascending.
-  mesh::TriangleMesh Surface() const {
+  TriangleMesh Surface() const {
     std::vector<Crossing> crossings = corners_;
     std::sort(crossings.begin(), crossings.end());
     crossings.erase(std::unique(crossings.begin(), crossings.end()), crossings.end());
-    mesh::TriangleMesh surface;
+    TriangleMesh surface;
     surface.vertices.resize(3, static_cast<int64_t>(crossings.size()));
     for (size_t n = 0; n < crossings.size(); ++n) surface.vertices.col(n) = PointOf(crossings[n]);
     std::vector<Eigen::Vector3i> triangles;
@@ -85,11 +85,11 @@ class Slicer {
   }
 
  private:
-  bool IsLater(int32_t v) const { return static_cast<double>(mesh_.vertices(3, v)) >= time_; }
+  bool IsLater(int32_t v) const { return static_cast<double>(vertices_(3, v)) >= time_; }
 
   Eigen::Vector3f PointOf(const Crossing& crossing) const {
-    const Eigen::Vector4d a = mesh_.vertices.col(crossing[0]).cast<double>();
-    const Eigen::Vector4d b = mesh_.vertices.col(crossing[1]).cast<double>();
+    const Eigen::Vector4d a = vertices_.col(crossing[0]).cast<double>();
+    const Eigen::Vector4d b = vertices_.col(crossing[1]).cast<double>();
     const double s = (time_ - a.w()) / (b.w() - a.w());
     return ((1 - s) * a + s * b).head<3>().cast<float>();
   }
@@ -118,7 +118,7 @@ class Slicer {
     add(polygon[0], polygon[1], polygon[2]);
   }
 
-  const mesh::SpaceTimeMesh& mesh_;
+  const Eigen::Matrix4Xf& vertices_;
   const double time_;
   std::vector<Crossing> corners_;     // of all polygons, one after the other
   std::vector<size_t> polygon_ends_;  // in `corners_`
@@ -126,24 +126,28 @@ class Slicer {
 
 }  // namespace
 
-std::vector<mesh::TriangleMesh> SliceAt(const mesh::SpaceTimeMesh& mesh,
-                                        std::span<const double> times,
-                                        const parallel::Arena& arena) {
+std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, std::span<const double> times,
+                                  const parallel::Arena& arena) {
+  return SliceAt(mesh, mesh.vertices, times, arena);
+}
+
+std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices,
+                                  std::span<const double> times, const parallel::Arena& arena) {
   std::vector<CutCells> cut(times.size());
-  FindCutCells(mesh, mesh.tetrahedra, times, &CutCells::tetrahedra, cut);
-  FindCutCells(mesh, mesh.pyramids, times, &CutCells::pyramids, cut);
-  FindCutCells(mesh, mesh.wedges, times, &CutCells::wedges, cut);
-  FindCutCells(mesh, mesh.hexahedra, times, &CutCells::hexahedra, cut);
-  std::vector<mesh::TriangleMesh> slices(times.size());
+  FindCutCells(vertices, mesh.tetrahedra, times, &CutCells::tetrahedra, cut);
+  FindCutCells(vertices, mesh.pyramids, times, &CutCells::pyramids, cut);
+  FindCutCells(vertices, mesh.wedges, times, &CutCells::wedges, cut);
+  FindCutCells(vertices, mesh.hexahedra, times, &CutCells::hexahedra, cut);
+  std::vector<TriangleMesh> slices(times.size());
   arena.Run(static_cast<int64_t>(times.size()), [&](int64_t n) {
-    Slicer slicer(mesh, times[n]);
-    slicer.Cut(mesh.tetrahedra, cut[n].tetrahedra, mesh::kTetrahedronTable);
-    slicer.Cut(mesh.pyramids, cut[n].pyramids, mesh::kPyramidTable);
-    slicer.Cut(mesh.wedges, cut[n].wedges, mesh::kWedgeTable);
-    slicer.Cut(mesh.hexahedra, cut[n].hexahedra, mesh::kHexahedronTable);
+    Slicer slicer(vertices, times[n]);
+    slicer.Cut(mesh.tetrahedra, cut[n].tetrahedra, kTetrahedronTable);
+    slicer.Cut(mesh.pyramids, cut[n].pyramids, kPyramidTable);
+    slicer.Cut(mesh.wedges, cut[n].wedges, kWedgeTable);
+    slicer.Cut(mesh.hexahedra, cut[n].hexahedra, kHexahedronTable);
     slices[n] = slicer.Surface();
   });
   return slices;
 }
 
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::mesh

@@ -1,4 +1,4 @@
-#include "worker/spacetime/frame_slices.h"
+#include "core/mesh/slice_at.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "tests/synthetic/implicit.h"
 #include "worker/spacetime/build.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::mesh {
 namespace {
 
 const std::vector<double> kTimes = {0, 1, 2.5, 3.25, 7};
@@ -63,7 +63,7 @@ TEST(SliceAt, ShowsWhatTheServerShowsOfEachCellKind) {
 }
 
 TEST(SliceAt, ShowsWhatTheServerShowsOfAChangeOfTopology) {
-  const auto mesh = Build(synthetic::FallingDrop(), {}, parallel::Arena(2));
+  const auto mesh = spacetime::Build(synthetic::FallingDrop(), {}, parallel::Arena(2));
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   ExpectAsServed(*mesh);
 }
@@ -79,4 +79,4 @@ TEST(SliceAt, HasTheSameBytesForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::mesh

@@ -1,0 +1,25 @@
+// Slices of a space-time mesh for whoever measures them; the server has a faster way.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/mesh/space_time_mesh.h"
+#include "core/mesh/triangle_mesh.h"
+#include "core/parallel/arena.h"
+
+namespace liquidblend::mesh {
+
+// The surface at each of the times (frames, ascending): as the server shows it at weight 0, but for
+// the choice of diagonals in polygons of five corners and more.
+// Requires: times in [0, num_frames - 1].  Threads: same bytes for any thread count.
+// Cost: O(cells) once, and O(n log n) in the size of each slice.
+std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, std::span<const double> times,
+                                  const parallel::Arena& arena);
+
+// The same with the vertices moved to `vertices`, a column each. Those of the end slabs must lie
+// outside of [0, num_frames - 1] in time.
+std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices,
+                                  std::span<const double> times, const parallel::Arena& arena);
+
+}  // namespace liquidblend::mesh

@@ -1,0 +1,46 @@
+// Whether a registration can be trusted, and whether the two animations were alike enough for it.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace liquidblend::mesh {
+
+enum class Grade {
+  kUnknown,       // an older program registered the family
+  kGood,          // blends are as good as the method makes them
+  kDoubtful,      // look at the worst region; correspondences may help
+  kTooDifferent,  // blends will not look like either animation
+};
+
+struct Verdict {
+  // Residuals below each of these have a bin, the rest the last one; mean edge lengths.
+  static constexpr std::array<double, 6> kBinEnds = {0.125, 0.25, 0.5, 1.0, 2.0, 4.0};
+
+  Grade grade = Grade::kUnknown;
+  std::string reason;  // a sentence: what decided, with its value and limit
+  // Where that is worst: x, y, z in metres, time in frames; on the registered source.
+  std::array<double, 4> worst = {0, 0, 0, 0};
+
+  double fit_energy = 0.0;         // of the last iteration
+  double smoothness_energy = 0.0;  // likewise
+  // Shares of the registered source's vertices by their distance to the target; all bins and those
+  // without any target of compatible normal near by add up to 1.
+  std::array<double, 7> residual_histogram = {};
+  double compatible_share = 0.0;  // of those vertices: the target near by faces the same way
+  double covered_share = 0.0;  // of the target's vertices: the registered source is within an edge
+  // Of the vertices of either animation, in the span of time where it is largest: those without a
+  // counterpart within an edge that faces the same way.
+  double unmatched_share = 0.0;
+  double stretch = 0.0;         // mean change of the distances between neighbours, as a share
+  double inverted_share = 0.0;  // of the surfaces at weights 0.5 and 1: inside out
+  // Mean difference in the number of parts, specks not counted, between the blend at weight 1 and
+  // the target, at the same times as below.
+  double component_error = 0.0;
+  // The half-way blend's volume over the mean of the two animations', minus 1; at times evenly
+  // spread from the first frame to the last.
+  std::vector<double> volume_errors;
+};
+
+}  // namespace liquidblend::mesh

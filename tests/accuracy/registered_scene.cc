@@ -1,0 +1,82 @@
+#include "tests/accuracy/registered_scene.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/base/status_macros.h"
+#include "server/blend/blend.h"
+#include "worker/jobs/assemble_family.h"
+#include "worker/spacetime/build.h"
+
+namespace liquidblend::accuracy {
+namespace {
+
+double PeakMegabytes() {
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+absl::Status Named(const std::string& name, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat(name, ": ", std::string(status.message())));
+}
+
+absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
+                                          const parallel::Arena& arena, Costs& costs) {
+  const absl::Time start = absl::Now();
+  auto mesh = spacetime::Build(animation, {}, arena);
+  if (!mesh.ok()) return Named(animation.name, mesh.status());
+  costs.build_s += absl::ToDoubleSeconds(absl::Now() - start);
+  return mesh;
+}
+
+}  // namespace
+
+absl::StatusOr<RegisteredScene> RegisteredScene::Register(
+    const Scene& scene,
+    const std::vector<std::vector<registration::Correspondence>>& correspondences,
+    const registration::RegistrationOptions& options, const parallel::Arena& arena) {
+  RegisteredScene result;
+  jobs::FamilyParts parts;
+  parts.name = scene.name;
+  parts.source_name = scene.inputs[0].name;
+  LB_ASSIGN_OR_RETURN(parts.source, Build(scene.inputs[0], arena, result.costs_));
+  parts.bounds = jobs::BoxOf(scene.inputs[0]);
+  for (size_t k = 1; k < scene.inputs.size(); ++k) {
+    const mesh::Animation& input = scene.inputs[k];
+    LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh target, Build(input, arena, result.costs_));
+    parts.bounds.extend(jobs::BoxOf(input));
+    const std::vector<registration::Correspondence> none;
+    auto registered = registration::Register(
+        parts.source, target, correspondences.empty() ? none : correspondences[k - 1], options,
+        arena);
+    if (!registered.ok()) return Named(input.name, registered.status());
+    result.costs_.registration_s.push_back(registered->report.seconds);
+    jobs::RegisteredTarget& added = parts.targets.emplace_back();
+    added.name = input.name;
+    added.registration = *std::move(registered);
+  }
+  result.costs_.peak_mb = PeakMegabytes();
+  LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family, jobs::AssembleFamily(std::move(parts)));
+  result.family_ = std::make_unique<mesh::RegisteredFamily>(std::move(family));
+  result.index_ = std::make_unique<slice::CellIndex>(*result.family_);
+  return result;
+}
+
+mesh::TriangleMesh RegisteredScene::Cut(const std::vector<double>& weights, double frame) const {
+  slice::Workspace workspace;
+  std::vector<mesh::Float4> positions;
+  const double time_s = std::min(frame / family_->frames_per_second, family_->duration_s());
+  const absl::Status found = slice::FindCandidates(*index_, weights, time_s, workspace);
+  assert(found.ok());
+  if (!found.ok()) return {};
+  blend::BlendVertices(*family_, weights, workspace.vertex_ranges, positions);
+  return slice::March(*index_, positions, workspace);
+}
+
+}  // namespace liquidblend::accuracy

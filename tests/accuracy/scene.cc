@@ -1,0 +1,100 @@
+#include "tests/accuracy/scene.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "tests/synthetic/implicit.h"
+#include "worker/ingest/read_animation.h"
+#include "worker/ingest/read_directory.h"
+
+namespace liquidblend::accuracy {
+namespace {
+
+constexpr char kFallingDrop[] = "falling_drop";
+
+struct StoredScene {
+  std::string name;
+  std::vector<std::string> inputs;
+  std::string truth;
+  std::vector<Middle> middles;
+  int num_early_frames;
+};
+
+std::vector<StoredScene> StoredScenes() {
+  return {{"two_drops", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
+          {"dam_break",
+           {"w0_p0", "w1_p0", "w0_p1", "w1_p1"},
+           "wm_pm",
+           {{"bilinear, a quarter each", {0.25, 0.25, 0.25}},
+            {"Delaunay, w0_p0 and w1_p1", {0, 0, 0.5}},
+            {"Delaunay, w1_p0 and w0_p1", {0.5, 0.5, 0}}},
+           36},
+          {"crown", {"A", "B"}, "", {{"weight 0.5", {0.5}}}, 24}};
+}
+
+absl::StatusOr<mesh::Animation> Load(const std::string& path, const parallel::Arena& arena) {
+  LB_ASSIGN_OR_RETURN(const auto files, ingest::LoadDirectory(path));
+  return ingest::ReadAnimation(path.substr(path.rfind('/') + 1), ingest::Views(files), {}, arena);
+}
+
+// A drop from three heights: the middle one hits the pool at the middle of the times.
+Scene FallingDrops() {
+  const auto drop = [](float height_m, const std::string& name) {
+    synthetic::FallingDropOptions options;
+    options.drop_m = {0, 0, height_m};
+    mesh::Animation animation = synthetic::FallingDrop(options);
+    animation.name = name;
+    return animation;
+  };
+  Scene scene;
+  scene.name = kFallingDrop;
+  scene.inputs = {drop(0.45f, "low"), drop(0.65f, "high")};
+  scene.truth = drop(0.55f, "middle");
+  scene.middles = {{"weight 0.5", {0.5}}};
+  scene.num_early_frames = 8;
+  return scene;
+}
+
+absl::Status CheckFrames(const Scene& scene, const mesh::Animation& animation) {
+  const int expected = scene.inputs[0].num_frames();
+  if (animation.num_frames() == expected) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      scene.name, "/", animation.name, " has ", animation.num_frames(), " frames, not ", expected));
+}
+
+}  // namespace
+
+std::vector<std::string> SceneNames() {
+  std::vector<std::string> names = {kFallingDrop};
+  for (const StoredScene& stored : StoredScenes()) names.push_back(stored.name);
+  return names;
+}
+
+absl::StatusOr<Scene> LoadScene(const std::string& name, const std::string& folder,
+                                const parallel::Arena& arena) {
+  if (name == kFallingDrop) return FallingDrops();
+  const std::vector<StoredScene> known = StoredScenes();
+  const auto stored =
+      std::find_if(known.begin(), known.end(), [&](const auto& s) { return s.name == name; });
+  if (stored == known.end()) return absl::NotFoundError(absl::StrCat("no scene '", name, "'"));
+  Scene scene;
+  scene.name = name;
+  scene.middles = stored->middles;
+  for (const std::string& input : stored->inputs) {
+    LB_ASSIGN_OR_RETURN(mesh::Animation animation,
+                        Load(absl::StrCat(folder, "/", name, "/", input), arena));
+    scene.inputs.push_back(std::move(animation));
+    LB_RETURN_IF_ERROR(CheckFrames(scene, scene.inputs.back()));
+  }
+  if (!stored->truth.empty()) {
+    LB_ASSIGN_OR_RETURN(scene.truth,
+                        Load(absl::StrCat(folder, "/", name, "/", stored->truth), arena));
+    LB_RETURN_IF_ERROR(CheckFrames(scene, *scene.truth));
+  }
+  scene.num_early_frames = std::min(stored->num_early_frames, scene.inputs[0].num_frames());
+  return scene;
+}
+
+}  // namespace liquidblend::accuracy

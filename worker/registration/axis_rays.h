@@ -1,0 +1,48 @@
+// Where rays along an axis cross a surface. Internal to worker/registration, and for tests.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/mesh/triangle_mesh.h"
+
+namespace liquidblend::registration {
+
+// A bundle of rays along one axis, a regular grid across it.
+struct RayGrid {
+  int axis = 2;  // 0, 1, 2: along x, y, z
+  // Of ray (0, 0), in the two axes after `axis` (cyclic: y and z for x), metres.
+  Eigen::Vector2d first_m = Eigen::Vector2d::Zero();
+  double spacing_m = 1.0;  // > 0
+  std::array<int, 2> counts = {0, 0};
+};
+
+struct Crossing {
+  float depth_m;  // coordinate along the axis
+  int step;       // of the winding number: 1 into the surface, -1 out of it
+};
+
+// The crossings of all rays with a surface. A ray through an edge or a vertex crosses as one beside
+// it does, so that the steps of each ray add up to 0 if the surface is closed.
+// Cost: O(triangles + crossings log crossings).
+class AxisRays {
+ public:
+  AxisRays(const mesh::TriangleMesh& surface, const RayGrid& grid);
+
+  // In the order of their depths; at the same depth those that enter come first.
+  std::span<const Crossing> Crossings(int u, int v) const {
+    return crossings_[static_cast<size_t>(v) * grid_.counts[0] + u];
+  }
+  // How many times the surface winds around the ray's point at this depth.
+  int Winding(int u, int v, double depth_m) const;
+
+ private:
+  void AddTriangle(const mesh::TriangleMesh& surface, int64_t triangle);
+
+  RayGrid grid_;
+  std::vector<std::vector<Crossing>> crossings_;  // per ray, u fastest
+};
+
+}  // namespace liquidblend::registration

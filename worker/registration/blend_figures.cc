@@ -1,0 +1,153 @@
+#include "worker/registration/blend_figures.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/mesh/slice_at.h"
+#include "worker/registration/axis_rays.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr int kNumTimes = 12;
+constexpr double kRaySpacing = 0.5;     // edges
+constexpr double kSmallestPart = 1e-3;  // of the liquid; less is a speck
+constexpr int kMaxRays = 1024;          // along one side of a slice, however large it became
+
+// The source's vertices at a weight, metres and frames; end slabs stay outside of the animation.
+Eigen::Matrix4Xf BlendAt(const Surface& source, const Points& displacement, float weight) {
+  Eigen::Matrix4Xf vertices = displacement * weight;
+  vertices.topRows<3>() *= static_cast<float>(source.mesh.edge_length_m);
+  vertices += source.mesh.vertices;
+  const int64_t num_first = source.mesh.num_first_vertices;
+  const int64_t num_last = source.mesh.num_last_vertices;
+  constexpr float kOutside = 1e-3f;
+  const float last = static_cast<float>(source.mesh.num_frames - 1) + kOutside;
+  vertices.row(3).leftCols(num_first) = vertices.row(3).leftCols(num_first).cwiseMin(-kOutside);
+  vertices.row(3).rightCols(num_last) = vertices.row(3).rightCols(num_last).cwiseMax(last);
+  return vertices;
+}
+
+double NumParts(const mesh::TriangleMesh& slice) {
+  const std::vector<double> volumes = mesh::ComponentVolumes(slice);
+  double total = 0;
+  for (const double volume : volumes) total += std::abs(volume);
+  return static_cast<double>(std::count_if(volumes.begin(), volumes.end(), [&](double volume) {
+    return std::abs(volume) > kSmallestPart * total;
+  }));
+}
+
+struct InvertedCount {
+  int64_t num_crossings = 0;
+  std::vector<Eigen::Vector3f> inverted;  // where winding numbers fall below 0
+};
+
+RayGrid RaysThrough(const mesh::TriangleMesh& surface, int axis, double spacing_m) {
+  const Eigen::Vector3d low = surface.vertices.rowwise().minCoeff().cast<double>();
+  const Eigen::Vector3d high = surface.vertices.rowwise().maxCoeff().cast<double>();
+  RayGrid grid;
+  grid.axis = axis;
+  grid.spacing_m = std::max(spacing_m, (high - low).maxCoeff() / kMaxRays);
+  for (int k = 0; k < 2; ++k) {
+    const int across = (axis + 1 + k) % 3;
+    grid.first_m[k] = low[across] + 0.4 * grid.spacing_m;
+    grid.counts[k] = 1 + static_cast<int>((high[across] - low[across]) / grid.spacing_m);
+  }
+  return grid;
+}
+
+InvertedCount CountInverted(const mesh::TriangleMesh& surface, double spacing_m) {
+  InvertedCount count;
+  if (surface.num_triangles() == 0) return count;
+  for (const int axis : {0, 2}) {
+    const RayGrid grid = RaysThrough(surface, axis, spacing_m);
+    const AxisRays rays(surface, grid);
+    for (int v = 0; v < grid.counts[1]; ++v) {
+      for (int u = 0; u < grid.counts[0]; ++u) {
+        int winding = 0;
+        for (const Crossing& crossing : rays.Crossings(u, v)) {
+          const int before = winding;
+          winding += crossing.step;
+          ++count.num_crossings;
+          if (std::min(before, winding) >= 0) continue;
+          Eigen::Vector3d point;
+          point[axis] = crossing.depth_m;
+          point[(axis + 1) % 3] = grid.first_m[0] + u * grid.spacing_m;
+          point[(axis + 2) % 3] = grid.first_m[1] + v * grid.spacing_m;
+          count.inverted.push_back(point.cast<float>());
+        }
+      }
+    }
+  }
+  return count;
+}
+
+}  // namespace
+
+std::vector<double> SliceTimes(const mesh::SpaceTimeMesh& mesh) {
+  std::vector<double> times;
+  for (int n = 0; n < kNumTimes; ++n) {
+    times.push_back(n * (mesh.num_frames - 1.0) / (kNumTimes - 1.0));
+  }
+  return times;
+}
+
+std::vector<mesh::TriangleMesh> SliceBlend(const Surface& source, const Points& displacement,
+                                           float weight, const parallel::Arena& arena) {
+  return mesh::SliceAt(source.mesh, BlendAt(source, displacement, weight), SliceTimes(source.mesh),
+                       arena);
+}
+
+std::vector<mesh::TriangleMesh> SliceTarget(const mesh::SpaceTimeMesh& source,
+                                            const mesh::SpaceTimeMesh& target,
+                                            const parallel::Arena& arena) {
+  std::vector<double> times = SliceTimes(source);
+  for (double& time : times) time = std::min(time, target.num_frames - 1.0);
+  return mesh::SliceAt(target, times, arena);
+}
+
+std::vector<double> VolumeErrors(const std::vector<mesh::TriangleMesh>& source,
+                                 const std::vector<mesh::TriangleMesh>& target,
+                                 const std::vector<mesh::TriangleMesh>& half_way) {
+  std::vector<double> means;
+  for (size_t n = 0; n < source.size(); ++n) {
+    means.push_back(0.5 * (mesh::Volume(source[n]) + mesh::Volume(target[n])));
+  }
+  const double smallest = kSmallestPart * *std::max_element(means.begin(), means.end());
+  std::vector<double> errors;
+  for (size_t n = 0; n < source.size(); ++n) {
+    const double mean = std::max(means[n], smallest);
+    errors.push_back(mean > 0 ? (mesh::Volume(half_way[n]) - means[n]) / mean : 0.0);
+  }
+  return errors;
+}
+
+double ComponentError(const std::vector<mesh::TriangleMesh>& a,
+                      const std::vector<mesh::TriangleMesh>& b) {
+  double sum = 0;
+  for (size_t n = 0; n < a.size(); ++n) sum += std::abs(NumParts(a[n]) - NumParts(b[n]));
+  return sum / static_cast<double>(std::max<size_t>(1, a.size()));
+}
+
+double InvertedShare(const std::vector<mesh::TriangleMesh>& slices, const mesh::SpaceTimeMesh& mesh,
+                     const parallel::Arena& arena, Regions& regions) {
+  std::vector<InvertedCount> counts(slices.size());
+  arena.Run(static_cast<int64_t>(slices.size()), [&](int64_t n) {
+    counts[n] = CountInverted(slices[n], kRaySpacing * mesh.edge_length_m);
+  });
+  int64_t num_crossings = 0, num_inverted = 0;
+  const std::vector<double> times = SliceTimes(mesh);
+  for (size_t n = 0; n < counts.size(); ++n) {
+    num_crossings += counts[n].num_crossings;
+    num_inverted += static_cast<int64_t>(counts[n].inverted.size());
+    for (const Eigen::Vector3f& point : counts[n].inverted) {
+      Eigen::Vector4f position;
+      position << point / static_cast<float>(mesh.edge_length_m), static_cast<float>(times[n]);
+      regions.Add(position, 1.0);
+    }
+  }
+  return static_cast<double>(num_inverted) /
+         static_cast<double>(std::max<int64_t>(1, num_crossings));
+}
+
+}  // namespace liquidblend::registration
