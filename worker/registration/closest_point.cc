@@ -172,6 +172,13 @@ std::optional<SurfacePoint> ClosestPointSearch::Find(const Eigen::Vector4f& p,
   return std::nullopt;
 }
 
+std::optional<SurfacePoint> ClosestPointSearch::NearestVertex(const Eigen::Vector4f& p) const {
+  std::array<int32_t, 1> nearest;
+  if (tree_.Nearest(p, nearest) == 0) return std::nullopt;
+  const int32_t v = nearest[0];
+  return SurfacePoint{points_.col(v), mesh_.normals.col(v), v};
+}
+
 std::optional<SurfacePoint> ClosestPointSearch::FindAtEnd(End end, const Eigen::Vector4f& p,
                                                           const Eigen::Vector4f& normal) const {
   std::array<int32_t, kNumCandidates> candidates;

@@ -48,7 +48,10 @@ class ClosestPointSearch {
   // The point closest to p on the cells around the nearest vertex whose normal is compatible.
   std::optional<SurfacePoint> Find(const Eigen::Vector4f& p, const Eigen::Vector4f& normal) const;
 
-  // The same among the vertices of the first (last) slab only, nearest in space; a vertex itself.
+  // The vertex nearest to p, whatever its normal.
+  std::optional<SurfacePoint> NearestVertex(const Eigen::Vector4f& p) const;
+
+  // As Find() among the vertices of the first (last) slab only, nearest in space; a vertex itself.
   enum class End { kFirst, kLast };
   std::optional<SurfacePoint> FindAtEnd(End end, const Eigen::Vector4f& p,
                                         const Eigen::Vector4f& normal) const;

@@ -17,10 +17,13 @@ double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors,
                          const ClosestPointSearch& target, const ProjectionOptions& options,
                          const parallel::Arena& arena, Points& displacement);
 
-// Smooths the displacements where the deformed surface is turned against its neighbourhood, until
-// it is nowhere or for max_rounds. Returns the number of vertices that still are.
-int64_t RelaxFolds(const Surface& source, const IndexLists& neighbors, int max_rounds,
-                   const parallel::Arena& arena, Points& displacement);
+// Moves layers that face against the target next to them a little beneath it. Where the surface
+// lies on the target in several layers, every other one faces against it: a liquid of several
+// layers shows the outermost, which must face outwards. Returns how many vertices the last of the
+// rounds moved.
+int64_t TuckTurnedLayers(const Surface& source, const IndexLists& neighbors,
+                         const ClosestPointSearch& target, const parallel::Arena& arena,
+                         Points& displacement);
 
 // Averages each displacement with its neighbours', `sweeps` times.
 Points Smooth(const Points& displacement, const IndexLists& neighbors, int sweeps,

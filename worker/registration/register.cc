@@ -11,6 +11,7 @@
 #include "worker/registration/closest_point.h"
 #include "worker/registration/deformation.h"
 #include "worker/registration/energy.h"
+#include "worker/registration/extrapolation.h"
 #include "worker/registration/finish.h"
 #include "worker/registration/hard_pins.h"
 #include "worker/registration/initialise.h"
@@ -27,7 +28,6 @@ constexpr double kAnnealedShare = 0.8;  // of the iterations; the rest stay soft
 // Of the samples, in the first iteration: a stiff surface is held by few, and its systems take the
 // most steps to solve.
 constexpr double kFirstSampleShare = 0.2;
-constexpr int kMaxRelaxRounds = 8;
 constexpr int kNumProjections = 2;
 constexpr int kInitialPasses = 100;  // of the diffusion of correspondences
 // A refinement: how far along the annealing it begins, far from changed correspondences and next to
@@ -36,7 +36,6 @@ constexpr double kRefineFrom = 0.6;
 constexpr double kRefineFromNear = 0.3;
 constexpr double kRefineReach = 6.0;
 constexpr int kRefinePasses = 10;
-constexpr int kExtrapolationSweeps = 30;
 
 absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target) {
   for (const auto* mesh : {&source, &target}) {
@@ -243,14 +242,14 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
     if (n == 0) result.report.mean_residual_edges = residual;
   }
   LB_RETURN_IF_ERROR(hard_pins.Restore(nodes, arena, displacement));
-  RelaxFolds(source, neighbors, kMaxRelaxRounds, arena, displacement);
+  TuckTurnedLayers(source, neighbors, target_search, arena, displacement);
   LB_RETURN_IF_ERROR(hard_pins.Restore(nodes, arena, displacement));
   CarryRigidPieces(source, arena, displacement);
   result.report.correspondences = ReportCorrespondences(correspondences, pins, displacement, edge);
-  Points smooth = Smooth(displacement, neighbors, kExtrapolationSweeps, arena);
-  CarryRigidPieces(source, arena, smooth);
+  Points extrapolation = Extrapolation(source, neighbors, displacement, arena);
+  CarryRigidPieces(source, arena, extrapolation);
   result.displacement = InMetres(displacement, edge);
-  result.extrapolation = InMetres(smooth, edge);
+  result.extrapolation = InMetres(extrapolation, edge);
   result.report.num_nodes = static_cast<int>(nodes.num_nodes());
   result.report.num_iterations = last.iteration;
   result.report.inlier_share = static_cast<double>(last.num_inliers) /

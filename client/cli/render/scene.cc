@@ -1,6 +1,7 @@
 #include "client/cli/render/scene.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/mesh_stats.h"
@@ -36,6 +37,46 @@ RTCGeometry MakeGeometry(RTCDevice device, const Mesh& mesh) {
   return geometry;
 }
 
+struct Crossing {
+  float distance;
+  int step;  // of the winding number along the ray: 1 into the liquid, -1 out of it
+  RTCHit hit;
+};
+
+// What Embree is to do with each hit of one ray: note it and go on.
+struct CollectingContext {
+  RTCIntersectContext context;  // first: Embree hands back a pointer to it
+  std::vector<Crossing>* crossings;
+
+  static void Collect(const RTCFilterFunctionNArguments* arguments) {
+    auto* self = reinterpret_cast<CollectingContext*>(arguments->context);
+    const RTCRay ray = rtcGetRayFromRayN(arguments->ray, arguments->N, 0);
+    const RTCHit hit = rtcGetHitFromHitN(arguments->hit, arguments->N, 0);
+    const Vector direction(ray.dir_x, ray.dir_y, ray.dir_z);
+    const int step = direction.dot(Vector(hit.Ng_x, hit.Ng_y, hit.Ng_z)) > 0.0f ? -1 : 1;
+    self->crossings->push_back({ray.tfar, step, hit});
+    arguments->valid[0] = 0;
+  }
+};
+
+// All crossings beyond `near`, the nearest first; at one distance those that enter come first.
+std::vector<Crossing> CrossingsOf(RTCScene scene, const Ray& ray, float near) {
+  std::vector<Crossing> crossings;
+  CollectingContext collecting;
+  rtcInitIntersectContext(&collecting.context);
+  collecting.context.filter = CollectingContext::Collect;
+  collecting.crossings = &crossings;
+  RTCRayHit query{};
+  query.ray = ToEmbree(ray, near, std::numeric_limits<float>::infinity());
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(scene, &collecting.context, &query);
+  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+    if (a.distance != b.distance) return a.distance < b.distance;
+    return a.step != b.step ? a.step > b.step : a.hit.primID < b.hit.primID;
+  });
+  return crossings;
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Scene>> Scene::Make(const Mesh& mesh) {
@@ -54,7 +95,8 @@ Scene::Scene(RTCDevice device, const Mesh& mesh)
       scene_(rtcNewScene(device)),
       triangles_(mesh.triangles),
       normals_(cli::VertexNormals(mesh)) {
-  rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST |
+                                                      RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
   if (mesh.num_triangles() > 0) {
     RTCGeometry geometry = MakeGeometry(device_, mesh);
     rtcAttachGeometry(scene_, geometry);
@@ -77,17 +119,36 @@ bool Scene::Intersect(const Ray& ray, float near, Hit* hit) const {
   rtcIntersect1(scene_, &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
 
-  hit->distance = query.ray.tfar;
-  hit->point = ray.origin + ray.direction * query.ray.tfar;
-  hit->geometric_normal = Vector(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z).normalized();
-  const uint32_t* v = &triangles_[3 * static_cast<size_t>(query.hit.primID)];
-  const float weights[] = {1.0f - query.hit.u - query.hit.v, query.hit.u, query.hit.v};
+  *hit = HitAt(ray, query.ray.tfar, query.hit);
+  return true;
+}
+
+bool Scene::Leave(const Ray& ray, float near, Hit* hit) const {
+  const std::vector<Crossing> crossings = CrossingsOf(scene_, ray, near);
+  int winding = 0;  // at the start: what all crossings together take away
+  for (const Crossing& crossing : crossings) winding -= crossing.step;
+  for (const Crossing& crossing : crossings) {
+    winding += crossing.step;
+    if (winding > 0) continue;
+    *hit = HitAt(ray, crossing.distance, crossing.hit);
+    return true;
+  }
+  return false;
+}
+
+Hit Scene::HitAt(const Ray& ray, float distance, const RTCHit& found) const {
+  Hit hit;
+  hit.distance = distance;
+  hit.point = ray.origin + ray.direction * distance;
+  hit.geometric_normal = Vector(found.Ng_x, found.Ng_y, found.Ng_z).normalized();
+  const uint32_t* v = &triangles_[3 * static_cast<size_t>(found.primID)];
+  const float weights[] = {1.0f - found.u - found.v, found.u, found.v};
   Vector normal = Vector::Zero();
   for (size_t k = 0; k < 3; ++k) {
     normal += weights[k] * Eigen::Map<const Vector>(&normals_[3 * static_cast<size_t>(v[k])]);
   }
-  hit->normal = normal.norm() > 1e-6f ? Vector(normal.normalized()) : hit->geometric_normal;
-  return true;
+  hit.normal = normal.norm() > 1e-6f ? Vector(normal.normalized()) : hit.geometric_normal;
+  return hit;
 }
 
 bool Scene::Occluded(const Ray& ray, float near, float far) const {

@@ -32,12 +32,17 @@ class Scene {
   // The nearest hit farther than `near`; false if there is none.
   bool Intersect(const Ray& ray, float near, Hit* hit) const;
 
+  // For a ray inside the liquid: the hit where it leaves it. Surfaces within the liquid, where parts
+  // of it lie in one another, are passed. False if it never leaves.
+  bool Leave(const Ray& ray, float near, Hit* hit) const;
+
   // True if anything lies between `near` and `far`.
   bool Occluded(const Ray& ray, float near,
                 float far = std::numeric_limits<float>::infinity()) const;
 
  private:
   Scene(RTCDevice device, const Mesh& mesh);
+  Hit HitAt(const Ray& ray, float distance, const RTCHit& found) const;
 
   RTCDevice device_;
   RTCScene scene_;

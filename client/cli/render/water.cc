@@ -85,7 +85,7 @@ class Tracer {
     Vector behind = body;
     for (int segment = 0; segment < kMaxSegments; ++segment) {
       Hit exit;
-      if (!scene_.Intersect(inside, studio_.epsilon(), &exit)) {
+      if (!scene_.Leave(inside, studio_.epsilon(), &exit)) {
         behind = studio_.Background(inside, random);
         break;
       }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <utility>
 
 #include "client/cli/mesh_stats.h"
 #include "tests/client/fake_server.h"
@@ -42,6 +43,22 @@ TEST(RenderWater, GivesTheSameBytesEveryTime) {
   const Mesh mesh = testing::MakeOctahedron(0.0, 0.0);
   const Bounds bounds = cli::ComputeMeshStats(mesh).bounds;
   EXPECT_EQ(RenderWater(mesh, bounds, Small())->rgb, RenderWater(mesh, bounds, Small())->rgb);
+}
+
+TEST(RenderWater, DoesNotShowLiquidWithinLiquid) {
+  const Mesh outer = testing::MakeOctahedron(0.0, 0.0);
+  Mesh nested = outer;
+  for (const float x : outer.positions) nested.positions.push_back(0.5f * x);
+  for (const uint32_t v : outer.triangles) {
+    nested.triangles.push_back(v + static_cast<uint32_t>(outer.num_vertices()));
+  }
+  const Bounds bounds = cli::ComputeMeshStats(outer).bounds;
+  Mesh bubble = nested;
+  for (size_t t = outer.triangles.size(); t < bubble.triangles.size(); t += 3) {
+    std::swap(bubble.triangles[t], bubble.triangles[t + 1]);
+  }
+  EXPECT_EQ(RenderWater(nested, bounds, Small())->rgb, RenderWater(outer, bounds, Small())->rgb);
+  EXPECT_NE(RenderWater(bubble, bounds, Small())->rgb, RenderWater(outer, bounds, Small())->rgb);
 }
 
 TEST(RenderWater, FramesTheBoundsNotTheMesh) {

@@ -1,0 +1,107 @@
+#include "worker/registration/extrapolation.h"
+
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "worker/registration/finish.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr int kSweeps = 5;            // of the averaging along the surface, against noise
+constexpr float kGridSpacing = 3.0f;  // edges and frames
+
+using GridPoint = std::array<int32_t, 4>;
+
+// A point's place in the grid: the lowest corner of its cell, and where in the cell it is.
+struct Place {
+  GridPoint corner;
+  Eigen::Vector4f offset;  // in [0, 1)
+
+  explicit Place(const Eigen::Vector4f& point) {
+    constexpr float kFarthest = 1e8f;  // cells; what is further shares the last one
+    const Eigen::Vector4f scaled = (point / kGridSpacing).cwiseMax(-kFarthest).cwiseMin(kFarthest);
+    for (int k = 0; k < 4; ++k) {
+      const float low = std::floor(scaled[k]);
+      corner[k] = static_cast<int32_t>(low);
+      offset[k] = scaled[k] - low;
+    }
+  }
+  // One of the 16 points around: bit k of c says whether it is the upper one along axis k.
+  GridPoint Point(int c) const {
+    GridPoint point = corner;
+    for (int k = 0; k < 4; ++k) point[k] += c >> k & 1;
+    return point;
+  }
+  float Weight(int c) const {
+    float weight = 1;
+    for (int k = 0; k < 4; ++k) weight *= (c >> k & 1) != 0 ? offset[k] : 1 - offset[k];
+    return weight;
+  }
+};
+
+// Sums of values and of weights at the points of a grid that have some.
+class SparseGrid {
+ public:
+  using Sum = Eigen::Matrix<double, 5, 1>;  // values, weight
+
+  void Add(const Place& place, const Eigen::Vector4f& value) {
+    Sum sum;
+    sum << value.cast<double>(), 1.0;
+    for (int c = 0; c < 16; ++c) At(place.Point(c)) += place.Weight(c) * sum;
+  }
+  // Half of each point's sums go to its neighbours along each axis in turn.
+  void Blur() {
+    std::vector<Sum> next(sums_.size());
+    for (int axis = 0; axis < 4; ++axis) {
+      for (size_t n = 0; n < sums_.size(); ++n) {
+        next[n] = 0.5 * sums_[n];
+        for (const int step : {-1, 1}) {
+          GridPoint point = points_[n];
+          point[axis] += step;
+          const auto found = index_.find(point);
+          if (found != index_.end()) next[n] += 0.25 * sums_[found->second];
+        }
+      }
+      sums_.swap(next);
+    }
+  }
+  Eigen::Vector4f Mean(const Place& place) const {
+    Sum sum = Sum::Zero();
+    for (int c = 0; c < 16; ++c) sum += place.Weight(c) * sums_[index_.at(place.Point(c))];
+    return (sum.head<4>() / sum[4]).cast<float>();
+  }
+
+ private:
+  Sum& At(const GridPoint& point) {
+    const auto [found, is_new] = index_.try_emplace(point, sums_.size());
+    if (is_new) {
+      sums_.push_back(Sum::Zero());
+      points_.push_back(point);
+    }
+    return sums_[found->second];
+  }
+
+  absl::flat_hash_map<GridPoint, size_t> index_;  // never walked through
+  std::vector<GridPoint> points_;
+  std::vector<Sum> sums_;
+};
+
+}  // namespace
+
+Points Extrapolation(const Surface& source, const IndexLists& neighbors, const Points& displacement,
+                     const parallel::Arena& arena) {
+  const Points smooth = Smooth(displacement, neighbors, kSweeps, arena);
+  const Points deformed = source.points + displacement;
+  SparseGrid grid;
+  for (int64_t v = 0; v < deformed.cols(); ++v) grid.Add(Place(deformed.col(v)), smooth.col(v));
+  grid.Blur();
+  Points mean(4, deformed.cols());
+  arena.For(mean.cols(), [&](int64_t v) { mean.col(v) = grid.Mean(Place(deformed.col(v))); });
+  return mean;
+}
+
+}  // namespace liquidblend::registration

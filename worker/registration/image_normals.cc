@@ -1,0 +1,61 @@
+#include "worker/registration/image_normals.h"
+
+#include <Eigen/LU>
+
+#include "core/mesh/cross_product.h"
+
+namespace liquidblend::registration {
+namespace {
+
+// An orthonormal basis T of the tangent space with det(T, N) > 0.
+Eigen::Matrix<float, 4, 3> TangentBasis(const Eigen::Vector4f& normal) {
+  Eigen::Index largest = 0;
+  normal.cwiseAbs().maxCoeff(&largest);
+  Eigen::Matrix<float, 4, 3> basis;
+  for (int axis = 0, c = 0; axis < 4; ++axis) {
+    if (axis == largest) continue;
+    Eigen::Vector4f t = Eigen::Vector4f::Unit(axis);
+    t -= normal.dot(t) * normal;
+    for (int k = 0; k < c; ++k) t -= basis.col(k).dot(t) * basis.col(k);
+    basis.col(c++) = t.normalized();
+  }
+  Eigen::Matrix4f frame;
+  frame << basis, normal;
+  if (frame.determinant() < 0) basis.col(0) = -basis.col(0);
+  return basis;
+}
+
+// The normal of the image of a linear map of the tangent space; zero where it has none.
+Eigen::Vector4f ImageNormal(const Eigen::Matrix<float, 4, 3>& columns) {
+  const Eigen::Vector4f normal = mesh::CrossProduct(columns);
+  const float length = normal.norm();
+  return length > 0 ? Eigen::Vector4f(normal / length) : Eigen::Vector4f(Eigen::Vector4f::Zero());
+}
+
+// The deformed surface's normal at v by least squares over its neighbours; zero where undefined.
+Eigen::Vector4f EstimateNormal(const Surface& source, const IndexLists& neighbors,
+                               const Points& displacement, int64_t v) {
+  const Eigen::Matrix<float, 4, 3> basis = TangentBasis(source.mesh.normals.col(v));
+  Eigen::Matrix<float, 4, 3> image = Eigen::Matrix<float, 4, 3>::Zero();
+  Eigen::Matrix3f spread = 1e-4f * Eigen::Matrix3f::Identity();
+  for (const int32_t w : neighbors[v]) {
+    const Eigen::Vector4f offset = source.points.col(w) - source.points.col(v);
+    const Eigen::Vector3f local = basis.transpose() * offset;
+    image += (offset + displacement.col(w) - displacement.col(v)) * local.transpose();
+    spread += local * local.transpose();
+  }
+  return ImageNormal(image * spread.inverse());
+}
+
+}  // namespace
+
+Points ImageNormals(const Surface& source, const IndexLists& neighbors, const Points& displacement,
+                    const parallel::Arena& arena) {
+  Points normals(4, source.points.cols());
+  arena.For(normals.cols(), [&](int64_t v) {
+    normals.col(v) = EstimateNormal(source, neighbors, displacement, v);
+  });
+  return normals;
+}
+
+}  // namespace liquidblend::registration
