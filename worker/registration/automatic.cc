@@ -40,19 +40,25 @@ Eigen::Vector4d Furthest(const Part& part, size_t direction, double time) {
   return point;
 }
 
-// Both lives go by at a steady pace; where they do not end alike, at the same pace.
+// How many steps a life is divided into. Once a part starts in the right place, closest points find
+// its course better than a steady pace does, unless much more time passes in one of the two; and
+// what lives hardly longer than a frame has no course.
+int NumSteps(double source_life, double target_life) {
+  if (std::abs(source_life - target_life) <= kEveryFrames) return 0;
+  if (std::min(source_life, target_life) < 1) return 0;
+  return static_cast<int>(std::ceil(std::max(source_life, target_life) / kEveryFrames));
+}
+
+// Both lives go by at a steady pace.
 std::vector<EventPair> PointsOf(const Track& source, const Track& target) {
-  std::array<double, 2> lives = {source.life() - kEndFrames, target.life() - kEndFrames};
-  if (source.end != target.end) lives.fill(std::min(lives[0], lives[1]));
-  // What lives hardly longer than a frame in one of them has a start, but no course.
-  const bool has_course = std::min(lives[0], lives[1]) >= 1;
-  const int steps =
-      has_course ? static_cast<int>(std::ceil(std::max(lives[0], lives[1]) / kEveryFrames)) : 0;
+  const double source_life = source.life() - kEndFrames, target_life = target.life() - kEndFrames;
+  // Where they do not end alike, nothing tells the pace.
+  const int steps = source.end == target.end ? NumSteps(source_life, target_life) : 0;
   std::vector<EventPair> points;
   for (int n = 0; n <= steps; ++n) {
     const double share = steps > 0 ? static_cast<double>(n) / steps : 0.0;
-    const double source_time = source.start_time + share * lives[0];
-    const double target_time = target.start_time + share * lives[1];
+    const double source_time = source.start_time + share * source_life;
+    const double target_time = target.start_time + share * target_life;
     const Part from = source.At(source_time), to = target.At(target_time);
     for (size_t d = 0; d < kReachDirections.size(); ++d) {
       points.push_back({Furthest(from, d, source_time), Furthest(to, d, target_time)});

@@ -18,10 +18,10 @@ struct AutomaticCorrespondence {
 Features FindFeatures(const Surface& surface);
 
 // A detached part gives the points furthest up and down, left and right, to the front and back of
-// it, at times from its start to its end, at most 10 frames apart; an extremum gives itself. A pair
-// of features none of whose points may lie within 10 mean edges (a frame counts as one) of one of
-// the user's gives none.
-// Requires: both surfaces are in units of edge_length_m.
+// it when it starts, and if its life is more than 10 frames longer in one of the two, every 10
+// frames until it ends; an extremum gives itself. A pair of features gives none if one of its
+// points lies within 10 mean edges (a frame counts as one) of one of the user's. Requires: both
+// surfaces are in units of edge_length_m.
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
                                                    const std::vector<Correspondence>& users,
                                                    double edge_length_m);

@@ -7,13 +7,17 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr float kFacesUp = 0.3f;  // z of a normal that points up
+constexpr double kLeast = 1.0;    // edges; less is never asked for
 
 // Sweeps the heights from the top (craters: from the bottom) and joins what meets (persistence of
 // the components of superlevel sets).
 class Sweep {
  public:
   Sweep(const Surface& surface, ExtremumKind kind)
-      : surface_(surface), kind_(kind), root_(surface.points.cols(), -1) {}
+      : surface_(surface),
+        kind_(kind),
+        root_(surface.points.cols(), -1),
+        open_(surface.points.cols(), 0) {}
 
   std::vector<Extremum> Run(const ExtremaOptions& options) {
     std::vector<int32_t> order;
@@ -23,11 +27,6 @@ class Sweep {
     std::stable_sort(order.begin(), order.end(),
                      [&](int32_t a, int32_t b) { return Height(a) > Height(b); });
     for (const int32_t v : order) Add(v);
-    if (kind_ == ExtremumKind::kApex) {
-      for (const int32_t v : order) {
-        if (root_[v] == v) Record(v, Height(v) - Height(order.back()));
-      }
-    }
     const double needed =
         std::max(options.min_persistence, options.min_height_share * SceneHeight());
     const double last = surface_.mesh.num_frames - 1 - options.end_frames;
@@ -56,16 +55,18 @@ class Sweep {
     while (root_[v] != v) v = root_[v] = root_[root_[v]];
     return v;
   }
-  // A set's root is its highest vertex, so the lower set ends where two meet.
+  // A closed set's root is its highest vertex. Where two sets meet, the lower one ends, or the
+  // closed one if the other is open: from there the surface may go on higher.
   void Add(int32_t v) {
     root_[v] = v;
+    open_[v] = IsAtBoundary(v) ? 1 : 0;
     for (const int32_t c : surface_.cells_around[v]) {
       for (const int32_t w : CornersOf(surface_.mesh, c)) {
         if (root_[w] < 0) continue;
         int32_t a = Root(v), b = Root(w);
         if (a == b) continue;
-        if (IsHigher(b, a)) std::swap(a, b);
-        if (b != v) Record(b, Height(b) - Height(v));
+        if (open_[a] != open_[b] ? open_[b] != 0 : IsHigher(b, a)) std::swap(a, b);
+        if (b != v && open_[b] == 0) Record(b, Height(b) - Height(v));
         root_[b] = a;
       }
     }
@@ -73,17 +74,18 @@ class Sweep {
   bool IsHigher(int32_t a, int32_t b) const {
     return Height(a) != Height(b) ? Height(a) > Height(b) : a < b;
   }
-  // Not next to where the comparison ends: there the surface may go on higher.
-  bool IsInside(int32_t v) const {
+  // At the ends of time, or next to what is not compared.
+  bool IsAtBoundary(int32_t v) const {
+    if (surface_.InFirstSlab(v) || surface_.InLastSlab(v)) return true;
     for (const int32_t c : surface_.cells_around[v]) {
       for (const int32_t w : CornersOf(surface_.mesh, c)) {
-        if (!TakesPart(w)) return false;
+        if (!TakesPart(w)) return true;
       }
     }
-    return !surface_.InFirstSlab(v) && !surface_.InLastSlab(v);
+    return false;
   }
   void Record(int32_t v, double persistence) {
-    if (persistence > 1.0 && IsInside(v)) {
+    if (persistence > kLeast) {
       found_.push_back({kind_, surface_.points.col(v).cast<double>(), persistence});
     }
   }
@@ -91,6 +93,7 @@ class Sweep {
   const Surface& surface_;
   const ExtremumKind kind_;
   std::vector<int32_t> root_;  // per vertex; -1: not swept yet
+  std::vector<char> open_;     // per root: the set reaches the boundary
   std::vector<Extremum> found_;
 };
 

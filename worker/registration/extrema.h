@@ -14,7 +14,8 @@ enum class ExtremumKind { kApex, kCrater };
 struct Extremum {
   ExtremumKind kind = ExtremumKind::kApex;
   Eigen::Vector4d point = Eigen::Vector4d::Zero();  // registration units
-  // How far one has to go down (up) on the way to a higher (lower) one, mean edge lengths.
+  // How far one has to go down (up) on the way to a higher (lower) one, or to the end of what is
+  // compared; mean edge lengths.
   double persistence = 0.0;
 };
 
@@ -24,9 +25,9 @@ struct ExtremaOptions {
   double end_frames = 2.0;         // >= 0; so near to the ends of time it may be cut off
 };
 
-// Apexes, then craters, each the most persistent first. Only vertices whose normal points up are
-// compared for craters, so that undersides have none; droplets carried as rigid pieces are left
-// out. Cost: O(vertices log vertices + cells).
+// Apexes, then craters, each the most persistent first. All vertices are compared for apexes, up to
+// the ends of time, and those whose normals point up for craters; droplets carried as rigid pieces
+// are left out. Cost: O(vertices log vertices + cells).
 std::vector<Extremum> FindExtrema(const Surface& surface, const ExtremaOptions& options = {});
 
 }  // namespace liquidblend::registration

@@ -30,11 +30,11 @@ struct RegistrationOptions {
                                   // fit; 1: never (section 5.3)
   double point_weight = 0.1;      // >= 0; gamma_point, equation (5)
   double plane_weight = 1.0;      // >= 0; gamma_plane, equation (5)
-  double correspondence_weight = 20.0;  // >= 0; of a soft one, in matches of an average node
-  double soft_release = 0.5;            // [0, 1]; share of the iterations that soft ones last
+  double correspondence_weight = 20.0;    // >= 0; of a soft one, in matches of an average node
+  double soft_release = 0.5;              // [0, 1]; share of the iterations that soft ones last
   bool automatic_correspondences = true;  // soft ones of what stands out in both, after the user's
-  int refine_iterations = 6;            // [1, 200]; of Refine() instead of max_iterations
-  int max_direct_rows = 400;            // larger systems by conjugate gradients (section 6.3)
+  int refine_iterations = 6;              // [1, 200]; of Refine() instead of max_iterations
+  int max_direct_rows = 400;              // larger systems by conjugate gradients (section 6.3)
   uint64_t seed = 1;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
