@@ -51,9 +51,10 @@ TEST_F(AutomaticTest, ADropGivesSoftPointsAtItsSixSidesWhereItStarts) {
   }
 }
 
-TEST_F(AutomaticTest, WhereItLivesMuchLongerInOneOfThemItsCourseIsGivenToo) {
-  target_ = Scene({DropAt(0.1, 0.7, 12)}, 0.6, 24);
-  const auto found = Find({});
+TEST(Automatic, WhereADropLivesMuchLongerInOneOfThemItsCourseIsGivenToo) {
+  const TestSurface source(Scene({DropAt(-0.2, 0.6)}, 0.6, 24));
+  const TestSurface target(Scene({DropAt(0.1, 0.7, 9)}, 0.6, 24));
+  const auto found = FindAutomatic(source.surface, target.surface, {}, source.mesh.edge_length_m);
   ASSERT_EQ(found.size(), 18u);
   for (const size_t n : {6, 12}) {
     const Correspondence &before = found[n - 6].correspondence, &c = found[n].correspondence;
