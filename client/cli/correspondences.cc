@@ -12,6 +12,19 @@ namespace {
 
 using nlohmann::json;
 
+nlohmann::ordered_json ToJson(const Event& event) {
+  const Vector3& at = event.position;
+  return {{"position", {at.x, at.y, at.z}}, {"time_s", event.time_s}};
+}
+
+nlohmann::ordered_json ToJson(const Correspondence& c) {
+  return {{"kind", KindName(c.kind)},
+          {"hard", c.hard},
+          {"source", ToJson(c.source)},
+          {"target", ToJson(c.target)},
+          {"length_s", c.length_s}};
+}
+
 absl::Status Refuse(const std::string& where, const std::string& what) {
   return absl::InvalidArgumentError(absl::StrCat(where, ": ", what));
 }
@@ -108,6 +121,22 @@ absl::StatusOr<std::vector<std::vector<Correspondence>>> ReadCorrespondences(
     }
   }
   return result;
+}
+
+std::string FormatCorrespondences(const Family& family) {
+  std::string text = "{\"correspondences\": [";
+  const char* before_list = "\n";
+  for (const RegistrationReport& report : family.reports) {
+    absl::StrAppend(&text, before_list, "  [");
+    before_list = ",\n";
+    const char* before_entry = "\n";
+    for (const CorrespondenceReport& entry : report.correspondences) {
+      absl::StrAppend(&text, before_entry, "    ", ToJson(entry.correspondence).dump());
+      before_entry = ",\n";
+    }
+    absl::StrAppend(&text, "]");
+  }
+  return absl::StrCat(text, "]}\n");
 }
 
 }  // namespace liquidblend::cli

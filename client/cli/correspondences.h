@@ -21,6 +21,10 @@ namespace liquidblend::cli {
 // What the file calls it: "point", "trajectory" or "space".
 const char* KindName(CorrespondenceKind kind);
 
+// The file's text for a family's correspondences, given and automatic ones: to be edited and read
+// again.
+std::string FormatCorrespondences(const Family& family);
+
 // Errors: kNotFound; kInvalidArgument, the message names file, target, entry and field.
 absl::StatusOr<std::vector<std::vector<Correspondence>>> ReadCorrespondences(
     const std::string& path);

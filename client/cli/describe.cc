@@ -57,11 +57,13 @@ std::string Describe(const SpaceTimeReport& report) {
 std::string Describe(size_t index, const CorrespondenceReport& report) {
   const Correspondence& c = report.correspondence;
   const Vector3& at = c.source.position;
-  return absl::StrFormat(
+  std::string text = absl::StrFormat(
       "%d: %s %s at (%.4g, %.4g, %.4g) m, %.4g s: %s, residual %.4g m, %.3f frames, %d nodes",
       index, c.hard ? "hard" : "soft", KindName(c.kind), at.x, at.y, at.z, c.source.time_s,
       report.kept ? "kept" : "overruled", report.residual_m, report.residual_frames,
       report.num_nodes);
+  if (report.automatic) absl::StrAppendFormat(&text, ", automatic (%.2f)", report.confidence);
+  return text;
 }
 
 std::string Describe(const Verdict& verdict) {

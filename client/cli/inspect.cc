@@ -1,10 +1,13 @@
 // liquidblend inspect FILE|NAME
 #include <memory>
+#include <string>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
+#include "client/cli/correspondences.h"
 #include "client/cli/describe.h"
+#include "client/cli/files.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_file.h"
 #include "client/cli/mesh_stats.h"
@@ -13,7 +16,20 @@
 namespace liquidblend::cli {
 namespace {
 
-absl::Status InspectFile(const std::string& path, const Context& context) {
+struct InspectFlags {
+  std::string subject;
+  std::string correspondences_json;
+};
+
+absl::Status OnlyOfAFamily(const InspectFlags& flags) {
+  if (flags.correspondences_json.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("--correspondences-json: ", flags.subject, " is no family"));
+}
+
+absl::Status InspectFile(const InspectFlags& flags, const Context& context) {
+  const std::string& path = flags.subject;
+  LBC_RETURN_IF_ERROR(OnlyOfAFamily(flags));
   LBC_ASSIGN_OR_RETURN(const Mesh mesh, ReadMeshFile(path));
   const MeshStats stats = ComputeMeshStats(mesh);
   Json json = {{"file", path}};
@@ -31,34 +47,48 @@ absl::Status Show(const absl::StatusOr<Resource>& resource, const Context& conte
   return absl::OkStatus();
 }
 
+absl::Status ShowFamily(const absl::StatusOr<Family>& family, const InspectFlags& flags,
+                        const Context& context) {
+  LBC_RETURN_IF_ERROR(Show(family, context));
+  if (flags.correspondences_json.empty()) return absl::OkStatus();
+  return WriteFile(flags.correspondences_json, FormatCorrespondences(*family));
+}
+
 // An id without its collection may be a family or an animation: families first.
-absl::Status InspectName(const std::string& name, const Context& context) {
+absl::Status InspectName(const InspectFlags& flags, const Context& context) {
+  const std::string& name = flags.subject;
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
-  if (absl::StartsWith(name, "animations/")) return Show(client->GetAnimation(name), context);
-  const absl::StatusOr<Family> family = client->GetFamily(name);
-  if (!absl::IsNotFound(family.status()) || absl::StartsWith(name, "families/")) {
-    return Show(family, context);
+  if (!absl::StartsWith(name, "animations/")) {
+    const absl::StatusOr<Family> family = client->GetFamily(name);
+    if (!absl::IsNotFound(family.status()) || absl::StartsWith(name, "families/")) {
+      return ShowFamily(family, flags, context);
+    }
   }
   const absl::StatusOr<Animation> animation = client->GetAnimation(name);
-  if (absl::IsNotFound(animation.status())) {
+  if (absl::IsNotFound(animation.status()) && !absl::StartsWith(name, "animations/")) {
     return absl::NotFoundError(absl::StrCat(name, ": no family and no animation of this name"));
   }
+  LBC_RETURN_IF_ERROR(animation.status());
+  LBC_RETURN_IF_ERROR(OnlyOfAFamily(flags));
   return Show(animation, context);
 }
 
 }  // namespace
 
 void AddInspect(CLI::App& app, Context& context) {
-  const auto subject = std::make_shared<std::string>();
+  const auto flags = std::make_shared<InspectFlags>();
   CLI::App* command = app.add_subcommand(
       "inspect", "Describe a mesh file, or an animation or family on the server");
   command
-      ->add_option("SUBJECT", *subject,
+      ->add_option("SUBJECT", flags->subject,
                    "FILE.{drc,ply,obj,bobj.gz}, or a name: ID, animations/ID, families/ID")
       ->required();
-  command->callback([subject, &context] {
-    context.status =
-        IsMeshFileName(*subject) ? InspectFile(*subject, context) : InspectName(*subject, context);
+  command->add_option("--correspondences-json", flags->correspondences_json,
+                      "Write the family's correspondences, automatic ones too, to this file: to be "
+                      "edited, and read by register --correspondences");
+  command->callback([flags, &context] {
+    context.status = IsMeshFileName(flags->subject) ? InspectFile(*flags, context)
+                                                    : InspectName(*flags, context);
   });
 }
 

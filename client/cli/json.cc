@@ -32,7 +32,9 @@ Json ToJson(const CorrespondenceReport& report) {
           {"kept", report.kept},
           {"residual_m", report.residual_m},
           {"residual_frames", report.residual_frames},
-          {"num_nodes", report.num_nodes}};
+          {"num_nodes", report.num_nodes},
+          {"automatic", report.automatic},
+          {"confidence", report.confidence}};
 }
 
 Json ToJson(const Verdict& verdict) {

@@ -63,6 +63,12 @@ void AddRegistrationFlags(RegistrationOptions& options, CLI::App& command) {
                   "Share of the iterations before thin sheets take part; 1: never")
       ->check(CLI::Range(0.0, 1.0));
   command.add_option("--seed", options.seed, "Seed of the random samples");
+  command
+      .add_option("--automatic-correspondences", options.automatic_correspondences,
+                  "Whether soft ones are found from what stands out in both animations (on)")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}}))
+      ->type_name("on|off");
 }
 
 void AddSpaceTimeFlags(SpaceTimeOptions& options, CLI::App& command) {

@@ -70,6 +70,8 @@ CorrespondenceReport ToReport(const v1::CorrespondenceReport& proto) {
   report.residual_m = proto.residual_m();
   report.residual_frames = proto.residual_frames();
   report.num_nodes = proto.num_nodes();
+  report.automatic = proto.automatic();
+  if (report.automatic) report.confidence = proto.confidence();
   return report;
 }
 
@@ -195,6 +197,9 @@ void SetOptions(const RegistrationOptions& options, v1::RegistrationOptions* pro
   proto->set_seed(options.seed);
   proto->set_final_smoothness(options.final_smoothness);
   proto->set_thin_sheets_from(options.thin_sheets_from);
+  if (options.automatic_correspondences) {
+    proto->set_automatic_correspondences(*options.automatic_correspondences);
+  }
 }
 
 void SetSpaceTime(const SpaceTimeOptions& options, v1::SpaceTimeOptions* proto) {

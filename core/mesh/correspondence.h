@@ -1,4 +1,5 @@
-// What a user says belongs together (paper, section 6), and what a registration made of it.
+// What a user, or the registration itself, says belongs together (paper, section 6), and what a
+// registration made of it.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,6 +26,8 @@ struct Correspondence {
 // does not count for kSpace.
 struct CorrespondenceReport {
   Correspondence correspondence;
+  bool automatic = false;   // found by the registration, not given by a user
+  double confidence = 1.0;  // [0, 1]; of an automatic one
   int num_nodes = 0;
   double residual_m = 0.0;
   double residual_frames = 0.0;

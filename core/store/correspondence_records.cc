@@ -57,6 +57,8 @@ v1::CorrespondenceReport ToRecord(const mesh::CorrespondenceReport& report,
   record.set_residual_m(report.residual_m);
   record.set_residual_frames(report.residual_frames);
   record.set_overruled(!report.kept);
+  record.set_automatic(report.automatic);
+  if (report.automatic) record.set_confidence(report.confidence);
   return record;
 }
 
@@ -68,6 +70,8 @@ mesh::CorrespondenceReport FromRecord(const v1::CorrespondenceReport& record,
   report.residual_m = record.residual_m();
   report.residual_frames = record.residual_frames();
   report.kept = !record.overruled();
+  report.automatic = record.automatic();
+  if (report.automatic) report.confidence = record.confidence();
   return report;
 }
 

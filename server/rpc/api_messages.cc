@@ -47,6 +47,8 @@ v1::CorrespondenceReport ToReport(const store::pb::CorrespondenceReport& record)
   report.set_residual_m(record.residual_m());
   report.set_residual_frames(record.residual_frames());
   report.set_num_nodes(record.num_nodes());
+  report.set_automatic(record.automatic());
+  report.set_confidence(record.confidence());
   return report;
 }
 
@@ -298,6 +300,9 @@ store::pb::RegistrationOptions ToRecord(const v1::RegistrationOptions& options) 
   record.set_seed(options.seed());
   record.set_final_smoothness(options.final_smoothness());
   record.set_thin_sheets_from(options.thin_sheets_from());
+  if (options.has_automatic_correspondences()) {
+    record.set_automatic_correspondences(options.automatic_correspondences());
+  }
   return record;
 }
 

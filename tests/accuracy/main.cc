@@ -50,6 +50,8 @@ void AddFlags(Flags& flags, CLI::App& app) {
   app.add_option("--final-distance", options.final_distance_edges)->capture_default_str();
   app.add_option("--thin-sheets-from", options.thin_sheets_from)->capture_default_str();
   app.add_option("--seed", options.seed)->capture_default_str();
+  app.add_option("--automatic-correspondences", options.automatic_correspondences, "on or off")
+      ->capture_default_str();
   app.add_option("--frame-step", flags.report.distance_step, "of distances and volumes")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

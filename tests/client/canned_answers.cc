@@ -44,6 +44,13 @@ v1::Family MakeFamily(const std::string& id) {
   correspondence->set_residual_m(0.25);
   correspondence->set_residual_frames(1.5);
   correspondence->set_num_nodes(4);
+  v1::CorrespondenceReport* automatic = report->add_correspondences();
+  automatic->mutable_correspondence()->set_kind(v1::Correspondence::POINT);
+  automatic->mutable_correspondence()->mutable_target()->mutable_position()->set_z(0.1);
+  automatic->set_outcome(v1::CorrespondenceReport::KEPT);
+  automatic->set_num_nodes(1);
+  automatic->set_automatic(true);
+  automatic->set_confidence(0.75);
   v1::Verdict& verdict = *report->mutable_verdict();
   verdict.set_grade(v1::Verdict::DOUBTFUL);
   verdict.set_reason("7 % of the target is not covered by the source");

@@ -108,19 +108,20 @@ class RefinementTest : public ::testing::Test {
   }
   Registration FromScratch(const std::vector<Correspondence>& list) {
     const CoreSeconds watch(core_seconds_);
-    auto result = registration::Register(source_, target_, list, {}, arena_);
+    auto result = registration::Register(source_, target_, list, options_, arena_);
     EXPECT_TRUE(result.ok()) << result.status();
     return *std::move(result);
   }
   Registration Refined(const Registration& previous, const std::vector<Correspondence>& before,
                        const std::vector<Correspondence>& now) {
     const CoreSeconds watch(core_seconds_);
-    auto result =
-        registration::Refine(source_, target_, now, {previous.displacement, before}, {}, arena_);
+    auto result = registration::Refine(source_, target_, now, {previous.displacement, before},
+                                       options_, arena_);
     EXPECT_TRUE(result.ok()) << result.status();
     return *std::move(result);
   }
 
+  const registration::RegistrationOptions options_ = {.automatic_correspondences = false};
   parallel::Arena arena_;
   double core_seconds_ = 0;  // of the last registration
   mesh::Animation a_ = Load("A", arena_), b_ = Load("B", arena_), mid_ = Load("MID", arena_);

@@ -168,4 +168,52 @@ mesh::Animation FallingDrop(const FallingDropOptions& options) {
   return animation;
 }
 
+namespace {
+
+// One frame of FallingDrops(): its drops where they are by then.
+TriangleMesh FrameOf(const FallingDropsOptions& options, int k) {
+  const Eigen::Vector2d half_m = options.pool_half_width_m;
+  const Vector3d pool_min_m(-half_m[0], -half_m[1], -options.pool_depth_m);
+  const Vector3d pool_max_m(half_m[0], half_m[1], 0);
+  const Vector3d margin_m = Vector3d::Constant(2 * options.spacing_m);
+  const GridBox box = {
+      .min_m = (pool_min_m - margin_m).cast<float>(),
+      .max_m = Vector3d(half_m[0] + margin_m[0], half_m[1] + margin_m[1], options.height_m)
+                   .cast<float>(),
+      .spacing_m = options.spacing_m};
+  const auto distance_to = [&](const SteadyDrop& drop, const Vector3d& p) {
+    const double falls_s = std::max(0.0, k - drop.released_frame) / options.frames_per_second;
+    const Vector3d centre_m = drop.centre_m + Vector3d(0, 0, options.velocity_m_per_s * falls_s);
+    return (p - centre_m).norm() - drop.radius_m;
+  };
+  TriangleMesh frame = Polygonize(
+      [&](const Vector3d& p) {
+        double value = BoxDistance(p, pool_min_m, pool_max_m);
+        for (const SteadyDrop& drop : options.drops) value = std::min(value, distance_to(drop, p));
+        return value;
+      },
+      box);
+  frame.velocities.setZero(3, frame.num_vertices());
+  for (int v = 0; v < frame.num_vertices(); ++v) {
+    const Vector3d p = frame.vertices.col(v).cast<double>();
+    const double to_pool = std::abs(BoxDistance(p, pool_min_m, pool_max_m));
+    for (const SteadyDrop& drop : options.drops) {
+      if (k < drop.released_frame || std::abs(distance_to(drop, p)) >= to_pool) continue;
+      frame.velocities(2, v) = static_cast<float>(options.velocity_m_per_s);
+    }
+  }
+  return frame;
+}
+
+}  // namespace
+
+mesh::Animation FallingDrops(const FallingDropsOptions& options) {
+  assert(options.num_frames >= 1 && options.frames_per_second > 0);
+  mesh::Animation animation;
+  animation.name = "falling drops";
+  animation.frames_per_second = options.frames_per_second;
+  for (int k = 0; k < options.num_frames; ++k) animation.frames.push_back(FrameOf(options, k));
+  return animation;
+}
+
 }  // namespace liquidblend::synthetic

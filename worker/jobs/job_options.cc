@@ -61,6 +61,9 @@ registration::RegistrationOptions ToRegistrationOptions(
   if (options.seed() != 0) result.seed = options.seed();
   if (options.final_smoothness() != 0) result.final_smoothness = options.final_smoothness();
   result.thin_sheets_from = options.thin_sheets_from();
+  if (options.has_automatic_correspondences()) {
+    result.automatic_correspondences = options.automatic_correspondences();
+  }
   return result;
 }
 

@@ -8,6 +8,7 @@
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
+#include "worker/registration/automatic.h"
 #include "worker/registration/closest_point.h"
 #include "worker/registration/deformation.h"
 #include "worker/registration/energy.h"
@@ -163,6 +164,24 @@ absl::StatusOr<Schedule> BeginRefinement(const PreviousRegistration& previous,
                   ClosenessToPins(nodes, source.points, changed, kRefineReach * spacing)};
 }
 
+// The user's, then those found.
+std::vector<Correspondence> Join(const std::vector<Correspondence>& users,
+                                 const std::vector<AutomaticCorrespondence>& found) {
+  std::vector<Correspondence> all = users;
+  for (const AutomaticCorrespondence& automatic : found) all.push_back(automatic.correspondence);
+  return all;
+}
+
+// Of Join()'s: which of them were found.
+void NameOrigins(const std::vector<AutomaticCorrespondence>& found,
+                 std::vector<CorrespondenceReport>& reports) {
+  const size_t num_users = reports.size() - found.size();
+  for (size_t n = 0; n < found.size(); ++n) {
+    reports[num_users + n].automatic = true;
+    reports[num_users + n].confidence = found[n].confidence;
+  }
+}
+
 // Registration units -> metres and frames.
 Eigen::Matrix4Xf InMetres(Points displacement, double edge_length_m) {
   displacement.topRows<3>() *= static_cast<float>(edge_length_m);
@@ -198,7 +217,7 @@ namespace {
 //   previous  null: from zero
 absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
                                  const mesh::SpaceTimeMesh& target_mesh,
-                                 const std::vector<Correspondence>& correspondences,
+                                 const std::vector<Correspondence>& users,
                                  const PreviousRegistration* previous,
                                  const RegistrationOptions& options, const parallel::Arena& arena,
                                  const ProgressCallback& progress) {
@@ -208,6 +227,9 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   const double edge = source_mesh.edge_length_m;
   const Surface source(source_mesh, edge), target(target_mesh, edge);
   const IndexLists neighbors = VertexNeighbors(source_mesh, source.cells_around, arena);
+  std::vector<AutomaticCorrespondence> found;
+  if (options.automatic_correspondences) found = FindAutomatic(source, target, users, edge);
+  const std::vector<Correspondence> correspondences = Join(users, found);
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
                       ExpandCorrespondences(correspondences, source, target));
   LB_RETURN_IF_ERROR(CheckContradictions(pins, source.points, edge));
@@ -246,6 +268,7 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   LB_RETURN_IF_ERROR(hard_pins.Restore(nodes, arena, displacement));
   CarryRigidPieces(source, arena, displacement);
   result.report.correspondences = ReportCorrespondences(correspondences, pins, displacement, edge);
+  NameOrigins(found, result.report.correspondences);
   Points extrapolation = Extrapolation(source, neighbors, displacement, arena);
   CarryRigidPieces(source, arena, extrapolation);
   result.displacement = InMetres(displacement, edge);

@@ -30,10 +30,11 @@ struct RegistrationOptions {
                                   // fit; 1: never (section 5.3)
   double point_weight = 0.1;      // >= 0; gamma_point, equation (5)
   double plane_weight = 1.0;      // >= 0; gamma_plane, equation (5)
-  double correspondence_weight = 20.0;  // >= 0; of a soft one, in matches of an average node
-  double soft_release = 0.5;            // [0, 1]; share of the iterations that soft ones last
-  int refine_iterations = 6;            // [1, 200]; of Refine() instead of max_iterations
-  int max_direct_rows = 400;            // larger systems by conjugate gradients (section 6.3)
+  double correspondence_weight = 20.0;    // >= 0; of a soft one, in matches of an average node
+  double soft_release = 0.5;              // [0, 1]; share of the iterations that soft ones last
+  bool automatic_correspondences = true;  // soft ones of what stands out in both, after the user's
+  int refine_iterations = 6;              // [1, 200]; of Refine() instead of max_iterations
+  int max_direct_rows = 400;              // larger systems by conjugate gradients (section 6.3)
   uint64_t seed = 1;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
@@ -62,7 +63,8 @@ struct PreviousRegistration {
 // Called after each iteration; returning false cancels (kCancelled).
 using ProgressCallback = std::function<bool(const IterationReport&)>;
 
-// Hard correspondences hold exactly in the result. The report has one entry per correspondence.
+// Hard correspondences hold exactly in the result. The report has one entry per correspondence,
+// then the automatic ones.
 // Requires: both meshes have normals and passed Validate().
 // Errors: kInvalidArgument (options; frame rates differ; a mesh without cells; a correspondence off
 // the surfaces; two hard ones that contradict each other), kCancelled, kInternal if the solver

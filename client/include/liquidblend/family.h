@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,8 @@ struct CorrespondenceReport {
   double residual_m = 0.0;  // the largest distance from where it should be, over its nodes
   double residual_frames = 0.0;
   int num_nodes = 0;
+  bool automatic = false;   // found by the registration, not given by a user
+  double confidence = 1.0;  // of an automatic one, [0, 1]
 };
 
 // Whether a registration can be trusted, and whether the two animations were alike enough for it.
@@ -82,7 +85,8 @@ struct RegistrationReport {
   double mean_residual_edges = 0.0;  // mean distance to the target, in mean edge lengths
   double inlier_share = 0.0;
   double seconds = 0.0;
-  std::vector<CorrespondenceReport> correspondences;  // in their order
+  std::vector<CorrespondenceReport>
+      correspondences;  // the user's in their order, then automatic ones
   Verdict verdict;
 };
 
@@ -120,6 +124,7 @@ struct RegistrationOptions {
   uint64_t seed = 0;
   double final_smoothness = 0.0;  // >= 0
   double thin_sheets_from = 0.0;  // [0, 1]; share of the iterations before thin sheets take part
+  std::optional<bool> automatic_correspondences;  // soft ones of what stands out in both; true
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 

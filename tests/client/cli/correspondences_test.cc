@@ -36,6 +36,29 @@ TEST(Correspondences, ReadsTheDocumentedFile) {
   EXPECT_FALSE((*lists)[0][1].hard);
 }
 
+TEST(Correspondences, WhatIsWrittenIsReadAsItWas) {
+  Family family;
+  family.reports.resize(2);
+  CorrespondenceReport entry;
+  entry.correspondence.kind = CorrespondenceKind::kSpace;
+  entry.correspondence.source = {{0.1, -2e-9, 3}, 1.0 / 3};
+  entry.correspondence.target.time_s = 0.7;
+  entry.correspondence.length_s = 0.25;
+  family.reports[1].correspondences = {entry, entry};
+  const auto lists = Read(FormatCorrespondences(family));
+  ASSERT_TRUE(lists.ok()) << lists.status();
+  ASSERT_EQ(lists->size(), 2u);
+  EXPECT_TRUE((*lists)[0].empty());
+  ASSERT_EQ((*lists)[1].size(), 2u);
+  const Correspondence& read = (*lists)[1][1];
+  EXPECT_EQ(read.kind, CorrespondenceKind::kSpace);
+  EXPECT_EQ(read.source.position.x, 0.1);
+  EXPECT_EQ(read.source.position.y, -2e-9);
+  EXPECT_EQ(read.source.time_s, 1.0 / 3);
+  EXPECT_EQ(read.target.time_s, 0.7);
+  EXPECT_EQ(read.length_s, 0.25);
+}
+
 TEST(Correspondences, NamesThePlaceOfEveryMistake) {
   const std::string event = R"({"position": [0, 0, 0], "time_s": 0})";
   const auto refusal = [&](const std::string& entry) {

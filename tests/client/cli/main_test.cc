@@ -158,9 +158,28 @@ TEST_F(Command, RefineNeedsNoAnimationsAndTellsWhatBecameOfCorrespondences) {
   EXPECT_EQ(report["kept"], false);
   EXPECT_EQ(report["residual_frames"], 1.5);
   EXPECT_EQ(report["source"]["time_s"], 0.5);
+  EXPECT_THAT(result.out, HasSubstr("1 nodes, automatic (0.75)\n"));
+  EXPECT_EQ(report["automatic"], false);
   const CommandResult bare = Run({"register", "drops"});
   EXPECT_EQ(bare.exit_code, 2);
   EXPECT_THAT(bare.err, HasSubstr("required without --refine"));
+}
+
+TEST_F(Command, InspectWritesCorrespondencesThatRegisterReadsAgain) {
+  const std::string path = dir_.File("correspondences.json");
+  EXPECT_EQ(Run({"inspect", "drops", "--correspondences-json", path}).exit_code, 0);
+  EXPECT_EQ(Run({"register", "drops", "--refine", "--correspondences", path,
+                 "--automatic-correspondences", "off"})
+                .exit_code,
+            0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("z: 0.1"));
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("automatic_correspondences: false"));
+  EXPECT_EQ(Run({"register", "drops", "--refine", "--automatic-correspondences", "some"}).exit_code,
+            2);
+  const CommandResult refused =
+      Run({"inspect", "animations/drops-a", "--correspondences-json", path});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("animations/drops-a is no family"));
 }
 
 TEST_F(Command, RegisterWithoutWaitSaysHowToWatchUnlessQuiet) {

@@ -220,6 +220,8 @@ TEST(FamilyFile, GivesBackReportsOnCorrespondences) {
   report.residual_m = 0.25;
   report.residual_frames = 1.5;
   report.kept = false;
+  report.automatic = true;
+  report.confidence = 0.75;
   family.targets[1].report.correspondences = {report};
   const std::string content = Written(family);
   const auto read = Open(content);
@@ -232,6 +234,8 @@ TEST(FamilyFile, GivesBackReportsOnCorrespondences) {
   EXPECT_EQ(same.residual_m, 0.25);
   EXPECT_EQ(same.residual_frames, 1.5);
   EXPECT_FALSE(same.kept);
+  EXPECT_TRUE(same.automatic);
+  EXPECT_EQ(same.confidence, 0.75);
   const std::string broken = WithManifest<Manifest>(content, [](Manifest& m) {
     m.mutable_reports(1)
         ->mutable_correspondences(0)

@@ -350,6 +350,7 @@ TEST_F(HandlersTest, OptionsAndCorrespondencesReachTheJob) {
   request.mutable_options()->set_max_iterations(7);
   request.mutable_options()->set_seed(42);
   request.mutable_options()->set_thin_sheets_from(0.5);
+  request.mutable_options()->set_automatic_correspondences(false);
   request.mutable_space_time()->set_connectivity(v1::REBUILT);
   request.mutable_space_time()->set_spacing_edges(1.25);
   request.mutable_space_time()->set_droplet_vertices(0);
@@ -365,6 +366,8 @@ TEST_F(HandlersTest, OptionsAndCorrespondencesReachTheJob) {
   EXPECT_EQ(job.options().max_iterations(), 7);
   EXPECT_EQ(job.options().seed(), 42U);
   EXPECT_EQ(job.options().thin_sheets_from(), 0.5);
+  EXPECT_TRUE(job.options().has_automatic_correspondences());
+  EXPECT_FALSE(job.options().automatic_correspondences());
   EXPECT_EQ(job.space_time().connectivity(), store::pb::REBUILT);
   EXPECT_EQ(job.space_time().spacing_edges(), 1.25);
   EXPECT_TRUE(job.space_time().has_droplet_vertices());
@@ -420,6 +423,8 @@ TEST(ApiMessages, AFamilyTellsWhatBecameOfItsCorrespondences) {
   report.set_residual_frames(1.5);
   report.set_num_nodes(4);
   report.set_overruled(true);
+  report.set_automatic(true);
+  report.set_confidence(0.75);
   const v1::CorrespondenceReport told = ToFamily(record).reports(0).correspondences(0);
   EXPECT_EQ(told.outcome(), v1::CorrespondenceReport::OVERRULED);
   EXPECT_EQ(told.correspondence().kind(), v1::Correspondence::TRAJECTORY);
@@ -428,6 +433,8 @@ TEST(ApiMessages, AFamilyTellsWhatBecameOfItsCorrespondences) {
   EXPECT_EQ(told.residual_m(), 0.25);
   EXPECT_EQ(told.residual_frames(), 1.5);
   EXPECT_EQ(told.num_nodes(), 4);
+  EXPECT_TRUE(told.automatic());
+  EXPECT_EQ(told.confidence(), 0.75);
 }
 
 TEST_F(HandlersTest, ARepeatedRequestIdGivesTheFirstOperation) {

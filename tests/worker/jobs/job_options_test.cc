@@ -18,6 +18,7 @@ TEST(JobOptions, ZeroStandsForTheStagesDefault) {
   EXPECT_EQ(options.seed, defaults.seed);
   EXPECT_EQ(options.final_smoothness, defaults.final_smoothness);
   EXPECT_EQ(options.thin_sheets_from, defaults.thin_sheets_from);
+  EXPECT_EQ(options.automatic_correspondences, defaults.automatic_correspondences);
   const spacetime::BuildOptions built, build_defaults = ToBuildOptions({});
   EXPECT_EQ(built.connectivity, build_defaults.connectivity);
   EXPECT_EQ(built.spacing_edges, build_defaults.spacing_edges);
@@ -34,6 +35,7 @@ TEST(JobOptions, WhatIsGivenReachesTheStage) {
   record.set_seed(99);
   record.set_final_smoothness(0.5);
   record.set_thin_sheets_from(0.75);
+  record.set_automatic_correspondences(false);
   const registration::RegistrationOptions options = ToRegistrationOptions(record);
   EXPECT_EQ(options.max_iterations, 5);
   EXPECT_EQ(options.refine_iterations, 5);
@@ -42,6 +44,7 @@ TEST(JobOptions, WhatIsGivenReachesTheStage) {
   EXPECT_EQ(options.seed, 99U);
   EXPECT_EQ(options.final_smoothness, 0.5);
   EXPECT_EQ(options.thin_sheets_from, 0.75);
+  EXPECT_FALSE(options.automatic_correspondences);
 
   store::v1::ImportOptions import;
   import.set_format(store::v1::ImportOptions::MANTAFLOW);

@@ -1,0 +1,105 @@
+#include "worker/registration/automatic.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/worker/registration/registration_testing.h"
+#include "worker/registration/register.h"
+
+namespace liquidblend::registration {
+namespace {
+
+using synthetic::FallingDropsOptions;
+using synthetic::SteadyDrop;
+
+constexpr double kRadius = 0.25;
+
+SteadyDrop DropAt(double x, double z, double released_frame = 0) {
+  return {{x, 0, z}, kRadius, released_frame};
+}
+
+mesh::SpaceTimeMesh Scene(const std::vector<SteadyDrop>& drops, double half_width_m = 1.2,
+                          int num_frames = 12) {
+  FallingDropsOptions options;
+  options.drops = drops;
+  options.pool_half_width_m = {half_width_m, 0.5};
+  options.num_frames = num_frames;
+  return BuildMesh(synthetic::FallingDrops(options));
+}
+
+class AutomaticTest : public ::testing::Test {
+ protected:
+  std::vector<AutomaticCorrespondence> Find(const std::vector<Correspondence>& users) const {
+    return FindAutomatic(source_.surface, Target(), users, source_.mesh.edge_length_m);
+  }
+  Surface Target() const { return Surface(target_, source_.mesh.edge_length_m); }
+  TestSurface source_{Scene({DropAt(-0.2, 0.6)}, 0.6)};
+  mesh::SpaceTimeMesh target_ = Scene({DropAt(0.1, 0.7)}, 0.6);
+};
+
+TEST_F(AutomaticTest, ADropGivesSoftPointsAtItsSixSidesWhereItStarts) {
+  const auto found = Find({});
+  ASSERT_EQ(found.size(), 6u);
+  for (const auto& [c, confidence] : found) {
+    EXPECT_EQ(c.kind, CorrespondenceKind::kPoint);
+    EXPECT_FALSE(c.hard);
+    EXPECT_GT(confidence, 0.8);
+    const double edge = source_.mesh.edge_length_m;
+    EXPECT_NEAR((c.source.head<3>() - Eigen::Vector3d(-0.2, 0, 0.6)).norm(), kRadius, edge);
+    EXPECT_NEAR((c.target.head<3>() - Eigen::Vector3d(0.1, 0, 0.7)).norm(), kRadius, edge);
+    EXPECT_EQ(c.source[3], 0);
+    EXPECT_EQ(c.target[3], 0);
+  }
+}
+
+TEST(Automatic, WhereADropLivesMuchLongerInOneOfThemItsCourseIsGivenToo) {
+  const TestSurface source(Scene({DropAt(-0.2, 0.6)}, 0.6, 24));
+  const TestSurface target(Scene({DropAt(0.1, 0.7, 9)}, 0.6, 24));
+  const auto found = FindAutomatic(source.surface, target.surface, {}, source.mesh.edge_length_m);
+  ASSERT_EQ(found.size(), 18u);
+  for (const size_t n : {6, 12}) {
+    const Correspondence &before = found[n - 6].correspondence, &c = found[n].correspondence;
+    EXPECT_GT(c.source[3], before.source[3] + 1);
+    EXPECT_GT(c.target[3], before.target[3] + 5);
+    EXPECT_LT(c.target[3], before.target[3] + 10.5);
+    EXPECT_LT(c.source[2], before.source[2]);
+  }
+}
+
+TEST_F(AutomaticTest, AUsersOwnNearByTakesItsPlace) {
+  Correspondence user;
+  user.source = {-0.2, 0, 0.85, 0};
+  user.target = {0.5, 0, 0.0, 6};
+  EXPECT_TRUE(Find({user}).empty());
+  user.source = {0.5, 0.3, -0.3, 11};
+  user.target = user.source;
+  EXPECT_EQ(Find({user}).size(), 6u) << "far from the drop";
+}
+
+TEST_F(AutomaticTest, TheReportTellsThemFromTheUsersAndTheOptionTurnsThemOff) {
+  Correspondence user;
+  user.source = user.target = {0.5, 0.4, 0, 11};
+  RegistrationOptions options;
+  options.max_iterations = 2;
+  const auto with = Register(source_.mesh, target_, {user}, options, parallel::Arena(2));
+  ASSERT_TRUE(with.ok()) << with.status();
+  const auto& reports = with->report.correspondences;
+  ASSERT_EQ(reports.size(), 7u);
+  EXPECT_EQ(reports[0].correspondence, user);
+  EXPECT_FALSE(reports[0].automatic);
+  EXPECT_TRUE(reports[1].automatic);
+  EXPECT_GT(reports[1].confidence, 0.8);
+  EXPECT_LT(reports[1].confidence, 1);
+  options.automatic_correspondences = false;
+  const auto off = Register(source_.mesh, target_, {user}, options, parallel::Arena(2));
+  ASSERT_TRUE(off.ok()) << off.status();
+  EXPECT_EQ(off->report.correspondences.size(), 1u);
+}
+
+TEST(Automatic, NothingStandsOutOfOneBall) {
+  const TestSurface ball(SphereMesh());
+  EXPECT_TRUE(FindFeatures(ball.surface).tracks.empty());
+  EXPECT_TRUE(FindAutomatic(ball.surface, ball.surface, {}, ball.mesh.edge_length_m).empty());
+}
+
+}  // namespace
+}  // namespace liquidblend::registration

@@ -1,0 +1,151 @@
+#include "worker/registration/automatic.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr double kEveryFrames = 10.0;  // as nodes of a user's trajectory
+constexpr double kEndFrames = 1.0;     // before a part ends: there it is one with the rest
+constexpr double kNearUsers = 10.0;    // edges and frames; there the user knows better
+constexpr float kOnSurface = 3.0f;     // edges; what is further off belongs to no vertex
+
+// A point in both animations; registration units.
+struct EventPair {
+  Eigen::Vector4d source, target;
+};
+
+// One pair of features as points.
+struct PairedPoints {
+  std::vector<EventPair> points;
+  double confidence;
+};
+
+SceneScale ScaleOf(const Surface& source, const Surface& target) {
+  const Eigen::Vector4f low =
+      source.points.rowwise().minCoeff().cwiseMin(target.points.rowwise().minCoeff());
+  const Eigen::Vector4f high =
+      source.points.rowwise().maxCoeff().cwiseMax(target.points.rowwise().maxCoeff());
+  return {std::max(1.0, static_cast<double>((high - low).head<3>().norm())),
+          std::max(1.0, source.mesh.num_frames - 1.0)};
+}
+
+Eigen::Vector4d Furthest(const Part& part, size_t direction, double time) {
+  const auto& d = kReachDirections[direction];
+  Eigen::Vector4d point = part.centre;
+  point.head<3>() += part.reach[direction] * Eigen::Vector3d(d[0], d[1], d[2]);
+  point[3] = time;
+  return point;
+}
+
+// How many steps a life is divided into. Once a part starts in the right place, closest points find
+// its course better than a steady pace does, unless much more time passes in one of the two; and
+// what lives hardly longer than a frame has no course.
+int NumSteps(double source_life, double target_life) {
+  if (std::abs(source_life - target_life) <= kEveryFrames) return 0;
+  if (std::min(source_life, target_life) < 1) return 0;
+  return static_cast<int>(std::ceil(std::max(source_life, target_life) / kEveryFrames));
+}
+
+// Both lives go by at a steady pace.
+std::vector<EventPair> PointsOf(const Track& source, const Track& target) {
+  const double source_life = source.life() - kEndFrames, target_life = target.life() - kEndFrames;
+  // Where they do not end alike, nothing tells the pace.
+  const int steps = source.end == target.end ? NumSteps(source_life, target_life) : 0;
+  std::vector<EventPair> points;
+  for (int n = 0; n <= steps; ++n) {
+    const double share = steps > 0 ? static_cast<double>(n) / steps : 0.0;
+    const double source_time = source.start_time + share * source_life;
+    const double target_time = target.start_time + share * target_life;
+    const Part from = source.At(source_time), to = target.At(target_time);
+    for (size_t d = 0; d < kReachDirections.size(); ++d) {
+      points.push_back({Furthest(from, d, source_time), Furthest(to, d, target_time)});
+    }
+  }
+  return points;
+}
+
+std::vector<PairedPoints> PointsOfPairs(const Features& source, const Features& target,
+                                        const FeaturePairs& pairs) {
+  std::vector<PairedPoints> result;
+  for (const AssignedPair& pair : pairs.tracks) {
+    result.push_back(
+        {PointsOf(source.tracks[pair.row], target.tracks[pair.column]), pair.confidence});
+  }
+  for (const AssignedPair& pair : pairs.extrema) {
+    result.push_back(
+        {{{source.extrema[pair.row].point, target.extrema[pair.column].point}}, pair.confidence});
+  }
+  return result;
+}
+
+Eigen::Vector4d InUnits(Eigen::Vector4d event, double edge_length_m) {
+  event.head<3>() /= edge_length_m;
+  return event;
+}
+
+Eigen::Vector4d FromUnits(Eigen::Vector4d event, double edge_length_m) {
+  event.head<3>() *= edge_length_m;
+  return event;
+}
+
+bool IsNearUsers(const PairedPoints& pair, const std::vector<Correspondence>& users,
+                 double edge_length_m) {
+  return std::any_of(users.begin(), users.end(), [&](const Correspondence& user) {
+    const Eigen::Vector4d source = InUnits(user.source, edge_length_m);
+    const Eigen::Vector4d target = InUnits(user.target, edge_length_m);
+    return std::any_of(pair.points.begin(), pair.points.end(), [&](const EventPair& point) {
+      return (point.source - source).norm() < kNearUsers ||
+             (point.target - target).norm() < kNearUsers;
+    });
+  });
+}
+
+// Whether a point belongs to the part of a surface that is registered.
+class OnSurface {
+ public:
+  explicit OnSurface(const Surface& surface)
+      : surface_(surface), tree_(surface.points, surface.FreeVertices()) {}
+  bool operator()(const Eigen::Vector4d& point) const {
+    const Eigen::Vector4f query = point.cast<float>();
+    std::array<int32_t, 1> found = {0};
+    return tree_.Nearest(query, found) > 0 &&
+           (surface_.points.col(found[0]) - query).norm() <= kOnSurface;
+  }
+
+ private:
+  const Surface& surface_;
+  PointTree tree_;
+};
+
+}  // namespace
+
+Features FindFeatures(const Surface& surface) {
+  return {FindTracks(FindParts(surface), surface.mesh.num_frames), FindExtrema(surface)};
+}
+
+std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
+                                                   const std::vector<Correspondence>& users,
+                                                   double edge_length_m) {
+  std::vector<AutomaticCorrespondence> result;
+  const Features from = FindFeatures(source), to = FindFeatures(target);
+  const FeaturePairs pairs = PairFeatures(from, to, ScaleOf(source, target));
+  const std::vector<PairedPoints> found = PointsOfPairs(from, to, pairs);
+  if (found.empty()) return result;
+  const OnSurface on_source(source), on_target(target);
+  for (const PairedPoints& pair : found) {
+    if (IsNearUsers(pair, users, edge_length_m)) continue;
+    for (const EventPair& point : pair.points) {
+      if (!on_source(point.source) || !on_target(point.target)) continue;
+      AutomaticCorrespondence& added = result.emplace_back();
+      added.correspondence.source = FromUnits(point.source, edge_length_m);
+      added.correspondence.target = FromUnits(point.target, edge_length_m);
+      added.confidence = pair.confidence;
+    }
+  }
+  return result;
+}
+
+}  // namespace liquidblend::registration

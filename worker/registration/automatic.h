@@ -1,0 +1,29 @@
+// Correspondences that need no user (paper, section 10): features of space-time that are the same
+// thing in both animations. Internal to worker/registration.
+#pragma once
+
+#include <vector>
+
+#include "worker/registration/correspondence.h"
+#include "worker/registration/pair_features.h"
+
+namespace liquidblend::registration {
+
+struct AutomaticCorrespondence {
+  Correspondence correspondence;  // a soft point
+  double confidence = 0.0;        // (0, 1]; of the pair of features that it comes from
+};
+
+// What stands out in one animation.
+Features FindFeatures(const Surface& surface);
+
+// A detached part gives the points furthest up and down, left and right, to the front and back of
+// it when it starts, and if its life is more than 10 frames longer in one of the two, every 10
+// frames until it ends; an extremum gives itself. A pair of features gives none if one of its
+// points lies within 10 mean edges (a frame counts as one) of one of the user's. Requires: both
+// surfaces are in units of edge_length_m.
+std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
+                                                   const std::vector<Correspondence>& users,
+                                                   double edge_length_m);
+
+}  // namespace liquidblend::registration

@@ -1,0 +1,110 @@
+#include "worker/registration/extrema.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr float kFacesUp = 0.3f;  // z of a normal that points up
+constexpr double kLeast = 1.0;    // edges; less is never asked for
+
+// Sweeps the heights from the top (craters: from the bottom) and joins what meets (persistence of
+// the components of superlevel sets).
+class Sweep {
+ public:
+  Sweep(const Surface& surface, ExtremumKind kind)
+      : surface_(surface),
+        kind_(kind),
+        root_(surface.points.cols(), -1),
+        open_(surface.points.cols(), 0) {}
+
+  std::vector<Extremum> Run(const ExtremaOptions& options) {
+    std::vector<int32_t> order;
+    for (int32_t v = 0; v < surface_.points.cols(); ++v) {
+      if (TakesPart(v)) order.push_back(v);
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int32_t a, int32_t b) { return Height(a) > Height(b); });
+    for (const int32_t v : order) Add(v);
+    const double needed =
+        std::max(options.min_persistence, options.min_height_share * SceneHeight());
+    const double last = surface_.mesh.num_frames - 1 - options.end_frames;
+    std::erase_if(found_, [&](const Extremum& e) {
+      return e.persistence < needed || e.point[3] < options.end_frames || e.point[3] > last;
+    });
+    std::stable_sort(found_.begin(), found_.end(), [](const Extremum& a, const Extremum& b) {
+      return a.persistence > b.persistence;
+    });
+    return std::move(found_);
+  }
+
+ private:
+  bool TakesPart(int32_t v) const {
+    return !surface_.rigid[v] &&
+           (kind_ == ExtremumKind::kApex || surface_.mesh.normals(2, v) > kFacesUp);
+  }
+  float Height(int32_t v) const {
+    return kind_ == ExtremumKind::kApex ? surface_.points(2, v) : -surface_.points(2, v);
+  }
+  double SceneHeight() const {
+    const auto heights = surface_.points.row(2);
+    return heights.maxCoeff() - heights.minCoeff();
+  }
+  int32_t Root(int32_t v) {
+    while (root_[v] != v) v = root_[v] = root_[root_[v]];
+    return v;
+  }
+  // A closed set's root is its highest vertex. Where two sets meet, the lower one ends, or the
+  // closed one if the other is open: from there the surface may go on higher.
+  void Add(int32_t v) {
+    root_[v] = v;
+    open_[v] = IsAtBoundary(v) ? 1 : 0;
+    for (const int32_t c : surface_.cells_around[v]) {
+      for (const int32_t w : CornersOf(surface_.mesh, c)) {
+        if (root_[w] < 0) continue;
+        int32_t a = Root(v), b = Root(w);
+        if (a == b) continue;
+        if (open_[a] != open_[b] ? open_[b] != 0 : IsHigher(b, a)) std::swap(a, b);
+        if (b != v && open_[b] == 0) Record(b, Height(b) - Height(v));
+        root_[b] = a;
+      }
+    }
+  }
+  bool IsHigher(int32_t a, int32_t b) const {
+    return Height(a) != Height(b) ? Height(a) > Height(b) : a < b;
+  }
+  // At the ends of time, or next to what is not compared.
+  bool IsAtBoundary(int32_t v) const {
+    if (surface_.InFirstSlab(v) || surface_.InLastSlab(v)) return true;
+    if (kind_ == ExtremumKind::kApex) return false;  // droplets have no cells with others
+    for (const int32_t c : surface_.cells_around[v]) {
+      for (const int32_t w : CornersOf(surface_.mesh, c)) {
+        if (!TakesPart(w)) return true;
+      }
+    }
+    return false;
+  }
+  void Record(int32_t v, double persistence) {
+    if (persistence > kLeast) {
+      found_.push_back({kind_, surface_.points.col(v).cast<double>(), persistence});
+    }
+  }
+
+  const Surface& surface_;
+  const ExtremumKind kind_;
+  std::vector<int32_t> root_;  // per vertex; -1: not swept yet
+  std::vector<char> open_;     // per root: the set reaches the boundary
+  std::vector<Extremum> found_;
+};
+
+}  // namespace
+
+std::vector<Extremum> FindExtrema(const Surface& surface, const ExtremaOptions& options) {
+  std::vector<Extremum> found = Sweep(surface, ExtremumKind::kApex).Run(options);
+  const std::vector<Extremum> craters = Sweep(surface, ExtremumKind::kCrater).Run(options);
+  found.insert(found.end(), craters.begin(), craters.end());
+  return found;
+}
+
+}  // namespace liquidblend::registration
