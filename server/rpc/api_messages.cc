@@ -1,9 +1,11 @@
 #include "server/rpc/api_messages.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "core/base/status_macros.h"
 #include "server/rpc/names.h"
+#include "server/rpc/part_progress.h"
 
 namespace liquidblend::rpc {
 namespace {
@@ -130,7 +132,9 @@ v1::SpaceTimeReport ToReport(const std::string& animation,
 v1::Progress ToProgress(const JobRecord& job) {
   const store::pb::JobProgress& from = job.progress();
   v1::Progress to;
-  to.set_stage(job.state() == JobRecord::QUEUED ? "queued" : from.stage());
+  const bool is_queued = job.state() == JobRecord::QUEUED ||
+                         (job.state() == JobRecord::WAITING && from.stage().empty());
+  to.set_stage(is_queued ? "queued" : from.stage());
   to.set_fraction(job.state() == JobRecord::SUCCEEDED ? 1.0 : from.fraction());
   to.set_target_index(from.target_index());
   to.set_iteration(from.iteration());
@@ -189,6 +193,15 @@ absl::Status PackResponse(const JobRecord& job, store::Catalog& catalog, Operati
     operation.mutable_response()->PackFrom(family);
   }
   return absl::OkStatus();
+}
+
+// The job with the progress of its parts.
+absl::StatusOr<JobRecord> WithParts(const JobRecord& job, store::Catalog& catalog) {
+  if (job.state() != JobRecord::WAITING && job.state() != JobRecord::QUEUED) return job;
+  if (job.register_family().targets_size() < 2) return job;
+  LB_ASSIGN_OR_RETURN(const std::vector<JobRecord> parts, catalog.ListParts(job.id()));
+  if (parts.empty() && job.state() == JobRecord::WAITING) return catalog.GetJob(job.id());  // ended
+  return WithProgressOf(parts, job);
 }
 
 void SetError(const JobRecord& job, Operation& operation) {
@@ -264,7 +277,8 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record) {
   return family;
 }
 
-absl::StatusOr<Operation> ToOperation(const JobRecord& job, store::Catalog& catalog) {
+absl::StatusOr<Operation> ToOperation(const JobRecord& record, store::Catalog& catalog) {
+  LB_ASSIGN_OR_RETURN(const JobRecord job, WithParts(record, catalog));
   Operation operation;
   operation.set_name(OperationName(job.id()));
   PackMetadata(job, operation);

@@ -1,8 +1,10 @@
 #include "worker/jobs/previous_version.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -29,8 +31,9 @@ absl::Status CheckSameAnimations(const store::v1::RegisterJob& job,
 
 }  // namespace
 
-absl::StatusOr<mesh::RegisteredFamily> OpenPreviousVersion(const store::v1::RegisterJob& job,
-                                                           JobContext& context) {
+absl::StatusOr<std::optional<mesh::RegisteredFamily>> OpenPreviousVersion(
+    const store::v1::RegisterJob& job, JobContext& context) {
+  if (job.refine_version() == 0) return std::optional<mesh::RegisteredFamily>();
   LB_ASSIGN_OR_RETURN(const store::v1::FamilyRecord record,
                       context.catalog.GetFamily(job.family()));
   if (record.version() != job.refine_version()) {
@@ -43,7 +46,7 @@ absl::StatusOr<mesh::RegisteredFamily> OpenPreviousVersion(const store::v1::Regi
   LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family,
                       store::OpenFamily(blob, absl::StrCat("family '", job.family(), "'")));
   LB_RETURN_IF_ERROR(CheckSameAnimations(job, family));
-  return family;
+  return std::optional(std::move(family));
 }
 
 absl::Status CheckSameVertices(const mesh::RegisteredFamily& family,
@@ -67,14 +70,6 @@ absl::Status CheckSameVertices(const mesh::RegisteredFamily& family,
     }
   }
   return absl::OkStatus();
-}
-
-Eigen::Matrix4Xf DisplacementOf(const mesh::FamilyTarget& target) {
-  Eigen::Matrix4Xf displacement(4, static_cast<Eigen::Index>(target.displacement.size()));
-  for (Eigen::Index v = 0; v < displacement.cols(); ++v) {
-    displacement.col(v) = Eigen::Map<const Eigen::Vector4f>(target.displacement[v].data());
-  }
-  return displacement;
 }
 
 std::vector<mesh::Correspondence> CorrespondencesOf(const mesh::FamilyTarget& target) {
