@@ -10,6 +10,8 @@
 #include "absl/strings/str_join.h"
 #include "core/base/status_macros.h"
 #include "core/store/files.h"
+#include "worker/jobs/job_options.h"
+#include "worker/registration/correspondence.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -27,6 +29,13 @@ absl::Status CheckSameAnimations(const store::v1::RegisterJob& job,
   return absl::InvalidArgumentError(absl::StrCat(
       "family '", job.family(), "' is of ", family.source, " -> ", absl::StrJoin(targets, ", "),
       ", which cannot be refined into ", job.source(), " -> ", absl::StrJoin(job.targets(), ", ")));
+}
+
+bool HasNewCorrespondences(const store::v1::RegisterJob& job, int k,
+                           const mesh::RegisteredFamily& previous) {
+  const auto before = CorrespondencesOf(previous.targets[k]);
+  const auto now = ToCorrespondences(job, k, previous.frames_per_second);
+  return !std::equal(before.begin(), before.end(), now.begin(), now.end(), registration::IsSame);
 }
 
 }  // namespace
@@ -76,6 +85,27 @@ std::vector<mesh::Correspondence> CorrespondencesOf(const mesh::FamilyTarget& ta
   std::vector<mesh::Correspondence> result;
   for (const auto& report : target.report.correspondences) result.push_back(report.correspondence);
   return result;
+}
+
+bool IsKept(const store::v1::RegisterJob& job, int target_index,
+            const mesh::RegisteredFamily& previous) {
+  if (previous.space_time_reports.empty()) return false;  // older programs made none: to be made
+  if (HasNewCorrespondences(job, target_index, previous)) return false;
+  for (int k = 0; k < job.targets_size(); ++k) {
+    if (HasNewCorrespondences(job, k, previous)) return true;
+  }
+  return false;
+}
+
+RegisteredTarget KeptTarget(const mesh::RegisteredFamily& previous, int target_index) {
+  const mesh::FamilyTarget& target = previous.targets[target_index];
+  RegisteredTarget kept;
+  kept.name = target.name;
+  kept.space_time = previous.space_time_reports[target_index + 1];  // behind the source's
+  kept.registration.displacement = MatrixOf(target.displacement);
+  kept.registration.extrapolation = MatrixOf(target.extrapolation);
+  kept.registration.report = target.report;
+  return kept;
 }
 
 }  // namespace liquidblend::jobs

@@ -9,6 +9,7 @@
 #include "core/mesh/registered_family.h"
 #include "core/mesh/space_time_mesh.h"
 #include "liquidblend/store/v1/records.pb.h"
+#include "worker/jobs/assemble_family.h"
 #include "worker/jobs/job_context.h"
 
 namespace liquidblend::jobs {
@@ -25,5 +26,13 @@ absl::Status CheckSameVertices(const mesh::RegisteredFamily& family,
                                const mesh::SpaceTimeMesh& source);
 
 std::vector<mesh::Correspondence> CorrespondencesOf(const mesh::FamilyTarget& target);
+
+// Whether the refinement leaves a target as it is: others have new correspondences and this one has
+// none. If no target has any, it goes on with all of them.
+bool IsKept(const store::v1::RegisterJob& job, int target_index,
+            const mesh::RegisteredFamily& previous);
+
+// As it is in the family. Requires: IsKept().
+RegisteredTarget KeptTarget(const mesh::RegisteredFamily& previous, int target_index);
 
 }  // namespace liquidblend::jobs

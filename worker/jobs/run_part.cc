@@ -16,6 +16,20 @@ namespace {
 constexpr double kSourceEnd = 0.1;
 constexpr double kTargetEnd = 0.98;
 
+// Registers the target, and stores the result.
+absl::StatusOr<store::BlobId> MakePart(const store::v1::RegisterJob& job, int k,
+                                       const mesh::RegisteredFamily* previous,
+                                       JobContext& context) {
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", 0.0, kSourceEnd));
+  LB_ASSIGN_OR_RETURN(const BuiltMesh source, BuildMesh(job.source(), job, context));
+  if (previous != nullptr) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source.mesh));
+  LB_ASSIGN_OR_RETURN(
+      const RegisteredTarget target,
+      RegisterTarget(job, k, source.mesh, previous, {kSourceEnd, kTargetEnd}, context));
+  LB_RETURN_IF_ERROR(context.BeginStage("storing", kTargetEnd, 1.0));
+  return StorePart(target, HashOf(source.mesh), context.blobs);
+}
+
 }  // namespace
 
 absl::Status RunPart(const store::v1::JobRecord& part, JobContext& context) {
@@ -26,15 +40,11 @@ absl::Status RunPart(const store::v1::JobRecord& part, JobContext& context) {
   LB_RETURN_IF_ERROR(CheckOptions(job));
   LB_ASSIGN_OR_RETURN(const std::optional<mesh::RegisteredFamily> previous,
                       OpenPreviousVersion(job, context));
-  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", 0.0, kSourceEnd));
-  LB_ASSIGN_OR_RETURN(const BuiltMesh source, BuildMesh(job.source(), job, context));
-  if (previous) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source.mesh));
-  LB_ASSIGN_OR_RETURN(const RegisteredTarget target,
-                      RegisterTarget(job, k, source.mesh, previous ? &*previous : nullptr,
-                                     {kSourceEnd, kTargetEnd}, context));
-  LB_RETURN_IF_ERROR(context.BeginStage("storing", kTargetEnd, 1.0));
+  const bool is_kept = previous && IsKept(job, k, *previous);
   LB_ASSIGN_OR_RETURN(const store::BlobId blob,
-                      StorePart(target, HashOf(source.mesh), context.blobs));
+                      is_kept
+                          ? StorePart(KeptTarget(*previous, k), /*source_mesh=*/"", context.blobs)
+                          : MakePart(job, k, previous ? &*previous : nullptr, context));
   LB_RETURN_IF_ERROR(context.keeper.Check());
   return context.catalog.FinishPart(context.keeper.lease_id(), blob);
 }

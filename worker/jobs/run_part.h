@@ -9,7 +9,8 @@
 namespace liquidblend::jobs {
 
 // Stored animations -> a target file in the store, and the part's end. Every part makes the
-// source's space-time mesh for itself: it is the same everywhere, and a small share of the work.
+// source's space-time mesh for itself: it is the same everywhere, and a small share of the work. A
+// refinement that leaves the target as it is has nothing to make.
 //   part  with its parent, which says what to do
 // Errors: those of the stages and the store, and why the job was not to go on (LeaseKeeper::Check).
 absl::Status RunPart(const store::v1::JobRecord& part, JobContext& context);

@@ -52,6 +52,10 @@ absl::StatusOr<std::vector<RegisteredTarget>> RegisterTargets(
   const double share = (kTargetsEnd - kSourceEnd) / job.targets_size();
   std::vector<RegisteredTarget> targets;
   for (int k = 0; k < job.targets_size(); ++k) {
+    if (previous != nullptr && IsKept(job, k, *previous)) {
+      targets.push_back(KeptTarget(*previous, k));
+      continue;
+    }
     const StageRange range = {kSourceEnd + k * share, kSourceEnd + (k + 1) * share};
     LB_ASSIGN_OR_RETURN(RegisteredTarget target,
                         RegisterTarget(job, k, source, previous, range, context));

@@ -113,6 +113,51 @@ TEST_F(RunPartTest, ARefinementOfSeveralTargetsIsTheSameBytesAsOfOneJob) {
   EXPECT_EQ(blobs[0], blobs[1]);
 }
 
+TEST_F(RunPartTest, ARefinementKeepsTargetsWithoutNewCorrespondences) {
+  ImportBalls();
+  const auto displacements = [&] {
+    const auto family =
+        store::OpenFamily(*blobs_.Open(catalog_->GetFamily("balls")->blob()), "balls");
+    EXPECT_THAT(family, Succeeds());
+    std::vector<std::vector<mesh::Float4>> result;
+    for (const mesh::FamilyTarget& target : family->targets) {
+      result.emplace_back(target.displacement.begin(), target.displacement.end());
+    }
+    return result;
+  };
+  const auto refine = [&](bool is_one_job) {
+    const std::string job = SubmitBalls([&](auto& registration) {
+      registration.set_refine_version(catalog_->GetFamily("balls")->version());
+      for (int k = 0; k < 3; ++k) registration.add_correspondences();
+      AddCorrespondence(*registration.mutable_correspondences(1), 3.0);
+    });
+    if (is_one_job) MakeOneJobOf(job);
+    EXPECT_THAT(Work(), Succeeds());
+    return PublishedBlob(job);
+  };
+  std::vector<std::string> blobs;
+  for (const bool is_one_job : {false, true}) {
+    SubmitBalls();
+    ASSERT_THAT(Work(), Succeeds());
+    const auto before = displacements();
+    blobs.push_back(refine(is_one_job));
+    const auto after = displacements();
+    EXPECT_EQ(before[0], after[0]);
+    EXPECT_NE(before[1], after[1]);
+    EXPECT_EQ(before[2], after[2]);
+    const store::pb::FamilyManifest manifest = catalog_->GetFamily("balls")->manifest();
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_EQ(manifest.reports(k).correspondences_size(), k == 1 ? 1 : 0);
+      EXPECT_EQ(manifest.space_time_reports(k + 1).num_vertices(), 972);  // 6 layers of 162
+    }
+    // With nothing new, all go on.
+    refine(is_one_job);
+    const auto last = displacements();
+    for (int k = 0; k < 3; ++k) EXPECT_NE(last[k], after[k]) << k;
+  }
+  EXPECT_EQ(blobs[0], blobs[1]);
+}
+
 TEST_F(RunPartTest, WorkersShareTheParts) {
   ImportBalls();
   const std::string job = SubmitBalls();
