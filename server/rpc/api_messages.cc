@@ -195,13 +195,20 @@ absl::Status PackResponse(const JobRecord& job, store::Catalog& catalog, Operati
   return absl::OkStatus();
 }
 
+bool IsDone(const JobRecord& job) {
+  return job.state() == JobRecord::SUCCEEDED || job.state() == JobRecord::FAILED ||
+         job.state() == JobRecord::CANCELLED;
+}
+
 // The job with the progress of its parts.
 absl::StatusOr<JobRecord> WithParts(const JobRecord& job, store::Catalog& catalog) {
-  if (job.state() != JobRecord::WAITING && job.state() != JobRecord::QUEUED) return job;
-  if (job.register_family().targets_size() < 2) return job;
+  const bool has_parts = job.register_family().targets_size() > 1;
+  if (!has_parts || IsDone(job) || !job.progress().stage().empty()) return job;
   LB_ASSIGN_OR_RETURN(const std::vector<JobRecord> parts, catalog.ListParts(job.id()));
-  if (parts.empty() && job.state() == JobRecord::WAITING) return catalog.GetJob(job.id());  // ended
-  return WithProgressOf(parts, job);
+  if (!parts.empty()) return WithProgressOf(parts, job);
+  absl::StatusOr<JobRecord> ended = catalog.GetJob(job.id());  // since `job` was read
+  if (absl::IsNotFound(ended.status())) return job;
+  return ended;
 }
 
 void SetError(const JobRecord& job, Operation& operation) {
@@ -282,8 +289,7 @@ absl::StatusOr<Operation> ToOperation(const JobRecord& record, store::Catalog& c
   Operation operation;
   operation.set_name(OperationName(job.id()));
   PackMetadata(job, operation);
-  operation.set_done(job.state() == JobRecord::SUCCEEDED || job.state() == JobRecord::FAILED ||
-                     job.state() == JobRecord::CANCELLED);
+  operation.set_done(IsDone(job));
   if (job.state() == JobRecord::SUCCEEDED) {
     LB_RETURN_IF_ERROR(PackResponse(job, catalog, operation));
   } else if (operation.done()) {

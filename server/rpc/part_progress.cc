@@ -43,7 +43,7 @@ double SecondsLeft(const std::vector<JobRecord>& parts) {
 }  // namespace
 
 JobRecord WithProgressOf(const std::vector<JobRecord>& parts, JobRecord job) {
-  if (parts.empty() || job.state() == JobRecord::RUNNING) return job;
+  if (parts.empty() || !job.progress().stage().empty()) return job;
   double sum = 0.0, elapsed_s = 0.0;
   for (const JobRecord& part : parts) {
     sum += part.progress().fraction();

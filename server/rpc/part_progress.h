@@ -7,7 +7,7 @@
 
 namespace liquidblend::rpc {
 
-// The job with the progress that its parts make together, until it is taken itself: the fraction is
+// The job with the progress that its parts make together, until it has its own: the fraction is
 // their mean, the time left that of the slowest at the pace of those that run. Stage, iteration,
 // energies, attempt and worker are of the running part that is the furthest behind; with none
 // running, nothing of that is set.

@@ -538,6 +538,7 @@ TEST_F(HandlersTest, ARegistrationOfSeveralTargetsIsOneOperation) {
   EXPECT_EQ(progress_now().stage(), "queued");
   EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kPartsShare);
   EXPECT_EQ(TakeJob().job.parent(), "");
+  EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kPartsShare);
 }
 
 TEST_F(HandlersTest, AFailedOperationTellsWhy) {

@@ -70,9 +70,13 @@ TEST(PartProgress, HasNoStageWhileNoneRuns) {
   EXPECT_DOUBLE_EQ(job.progress().fraction(), store::kPartsShare / 2);
 }
 
-TEST(PartProgress, IsTheJobsOwnOnceItIsTaken) {
+TEST(PartProgress, IsTheJobsOwnOnceItHasSome) {
   JobRecord job = Waiting();
   job.set_state(JobRecord::RUNNING);
+  job.set_worker("assembler");
+  const JobRecord begun = WithProgressOf({Part(0, JobRecord::SUCCEEDED, 1, 4, 0)}, job);
+  EXPECT_DOUBLE_EQ(begun.progress().fraction(), store::kPartsShare);
+  EXPECT_EQ(begun.worker(), "assembler");
   job.mutable_progress()->set_stage("publishing");
   job.mutable_progress()->set_fraction(0.97);
   const JobRecord shown = WithProgressOf({Part(0, JobRecord::SUCCEEDED, 1, 4, 0)}, job);
