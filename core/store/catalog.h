@@ -42,6 +42,12 @@ struct CatalogOptions {
   absl::Status Validate() const;    // names the first field out of range
 };
 
+// A registration of several targets is WAITING while its parts, one job per target in their order,
+// are worked on; the end of the last part makes it QUEUED, for someone to put the results together.
+// Its parts are not listed or known by their ids, and exist until it ends, however it does: then
+// whoever still works on one has lost the lease. This is the share of the parts in the whole work.
+inline constexpr double kPartsShare = 0.9;
+
 // Records name animations, families and jobs by their bare ids.
 // Threads: safe; processes: safe, but a catalog must not be used on both sides of a fork().
 // All calls are durable when they return OK.
@@ -60,8 +66,8 @@ class Catalog {
   virtual absl::StatusOr<pb::JobRecord> SubmitImport(const pb::AnimationRecord& animation,
                                                      pb::JobRecord job) = 0;
   // Creates the family's row if it is new. Errors: kNotFound or kFailedPrecondition if an animation
-  // is missing or not READY, naming it; kFailedPrecondition if a registration of the family is
-  // queued or running.
+  // is missing or not READY, naming it; kFailedPrecondition if a registration of the family is not
+  // done.
   virtual absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job) = 0;
 
   // ---- reading
@@ -73,20 +79,22 @@ class Catalog {
                                                               const std::string& token) = 0;
   virtual absl::StatusOr<pb::JobRecord> GetJob(const std::string& id) = 0;
   virtual absl::StatusOr<Page<pb::JobRecord>> ListJobs(int page_size, const std::string& token) = 0;
-  // Every blob that a record or an unfinished job refers to, sorted, each once.
+  // In the order of the targets; none if the job is done, has none, or does not exist.
+  virtual absl::StatusOr<std::vector<pb::JobRecord>> ListParts(const std::string& job_id) = 0;
+  // Every blob that a record, an unfinished job or a part of one refers to, sorted, each once.
   virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
 
   // ---- removing
   // Errors: kNotFound; kFailedPrecondition if a family or an unfinished job needs it, naming it.
   virtual absl::Status DeleteAnimation(const std::string& id) = 0;
-  // Errors: kNotFound; kFailedPrecondition while a registration of it is queued or running.
+  // Errors: kNotFound; kFailedPrecondition while a registration of it is not done.
   virtual absl::Status DeleteFamily(const std::string& id) = 0;
   // Errors: kNotFound; kFailedPrecondition unless the job is done.
   virtual absl::Status DeleteJob(const std::string& id) = 0;
 
   // ---- the queue
-  // Takes the oldest job that is queued, or whose lease has expired; nothing if there is none.
-  // A job whose attempts are used up fails here instead of being given out again.
+  // Takes the oldest job or part that is queued, or whose lease has expired; nothing if there is
+  // none. One whose attempts are used up fails here instead of being given out again.
   virtual absl::StatusOr<std::optional<Lease>> LeaseJob(const std::string& worker,
                                                         absl::Duration duration) = 0;
   // Renews the lease, records progress, tells whether someone asked to cancel.
@@ -99,14 +107,17 @@ class Catalog {
   // deleted family of that id, so that a version never means two things.
   virtual absl::StatusOr<int64_t> PublishFamily(const std::string& lease_id,
                                                 const pb::FamilyRecord& family) = 0;
+  // Finishes a part with the target file that it made. Errors: kInvalidArgument if it is no part.
+  virtual absl::Status FinishPart(const std::string& lease_id, const std::string& blob) = 0;
   // retry: back to the queue while attempts are left; else FAILED (kCancelled, or someone asked to
-  // cancel: CANCELLED), with the error kept in the job and, for an import, in the animation.
+  // cancel: CANCELLED), with the error kept in the job and, for an import, in the animation. A part
+  // that fails for good fails its registration, whose error then names the target.
   virtual absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                                bool retry) = 0;
   // Gives a job back untouched (the worker is stopping); the attempt does not count.
   virtual absl::Status ReleaseJob(const std::string& lease_id) = 0;
-  // A queued job is CANCELLED at once, a running one when its worker hears of it (or is lost). OK
-  // if done. Errors: kNotFound.
+  // A queued or waiting job is CANCELLED at once, a running one when its worker hears of it (or is
+  // lost). OK if done. Errors: kNotFound.
   virtual absl::Status RequestCancel(const std::string& job_id) = 0;
 };
 

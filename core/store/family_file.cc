@@ -85,34 +85,25 @@ mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
   return family;
 }
 
-template <typename Element>
-absl::Status View(SectionReader& reader, const v1::Section& section, const std::string& name,
-                  std::span<const Element>& elements) {
-  static_assert(kSectionAlignment % alignof(Element) == 0);
-  LB_ASSIGN_OR_RETURN(const auto bytes, reader.ReadSection(section, name, sizeof(Element)));
-  elements = {reinterpret_cast<const Element*>(bytes.data()), bytes.size() / sizeof(Element)};
-  return absl::OkStatus();
-}
-
 using SectionIterator = SectionList::const_iterator;
 
 absl::Status ViewLevel(SectionReader& reader, int number, SectionIterator& section,
                        mesh::RegisteredFamily& level) {
   const std::string prefix = PrefixOf(number);
-  LB_RETURN_IF_ERROR(View(reader, *section++, prefix + "vertices", level.vertices));
-  LB_RETURN_IF_ERROR(View(reader, *section++, prefix + "tetrahedra", level.tetrahedra));
-  LB_RETURN_IF_ERROR(View(reader, *section++, prefix + "pyramids", level.pyramids));
-  LB_RETURN_IF_ERROR(View(reader, *section++, prefix + "wedges", level.wedges));
-  LB_RETURN_IF_ERROR(View(reader, *section++, prefix + "hexahedra", level.hexahedra));
+  LB_RETURN_IF_ERROR(reader.View(*section++, prefix + "vertices", level.vertices));
+  LB_RETURN_IF_ERROR(reader.View(*section++, prefix + "tetrahedra", level.tetrahedra));
+  LB_RETURN_IF_ERROR(reader.View(*section++, prefix + "pyramids", level.pyramids));
+  LB_RETURN_IF_ERROR(reader.View(*section++, prefix + "wedges", level.wedges));
+  LB_RETURN_IF_ERROR(reader.View(*section++, prefix + "hexahedra", level.hexahedra));
   for (size_t k = 0; k < level.targets.size(); ++k) {
     mesh::FamilyTarget& target = level.targets[k];
     LB_RETURN_IF_ERROR(
-        View(reader, *section++, absl::StrCat(prefix, "displacement.", k), target.displacement));
+        reader.View(*section++, absl::StrCat(prefix, "displacement.", k), target.displacement));
     LB_RETURN_IF_ERROR(
-        View(reader, *section++, absl::StrCat(prefix, "extrapolation.", k), target.extrapolation));
+        reader.View(*section++, absl::StrCat(prefix, "extrapolation.", k), target.extrapolation));
   }
   if (reader.version() == 1) return absl::OkStatus();
-  return View(reader, *section++, prefix + "velocities", level.velocities);
+  return reader.View(*section++, prefix + "velocities", level.velocities);
 }
 
 absl::Status ViewSections(SectionReader& reader, const v1::FamilyManifest& manifest,
@@ -215,9 +206,7 @@ absl::Status WriteFamily(const mesh::RegisteredFamily& family, BlobWriter& out) 
 absl::StatusOr<mesh::RegisteredFamily> OpenFamily(std::shared_ptr<const Blob> blob,
                                                   const std::string& name) {
   SectionReader reader(kFamilyFormat, name, blob->bytes());
-  if (reinterpret_cast<uintptr_t>(blob->bytes().data()) % kSectionAlignment != 0) {
-    return reader.Invalid(absl::StrCat("lies in memory unaligned to ", kSectionAlignment));
-  }
+  LB_RETURN_IF_ERROR(reader.CheckAlignment());
   v1::FamilyManifest manifest;
   LB_RETURN_IF_ERROR(reader.ReadManifest(manifest));
   LB_RETURN_IF_ERROR(CheckManifest(reader, manifest));

@@ -1,4 +1,4 @@
-// liquidblend's file formats (docs/formats.md): animation files and family files.
+// liquidblend's file formats (docs/formats.md): animation files, family files, target files.
 #pragma once
 
 #include <memory>
@@ -33,6 +33,21 @@ absl::Status WriteFamily(const mesh::RegisteredFamily& family, BlobWriter& out);
 // Validate(). Requires: the blob's bytes are 64-byte aligned.  Errors: as ReadAnimation.
 absl::StatusOr<mesh::RegisteredFamily> OpenFamily(std::shared_ptr<const Blob> blob,
                                                   const std::string& name);
+
+// One registered target, on its way into a family file.
+struct TargetFile {
+  mesh::FamilyTarget target;  // views
+  mesh::SpaceTimeReport space_time;
+  std::string source_mesh;  // a hash of the mesh that displacements belong to; empty: not known
+  std::shared_ptr<const void> storage;  // keeps alive what the spans view
+};
+
+// Everything comes back as it was, to the last bit. Errors: as WriteAnimation.
+absl::Status WriteTarget(const TargetFile& target, BlobWriter& out);
+
+// A view on the blob, which it keeps alive, without a copy. Whether the arrays fit the source's
+// mesh shows when they are put together. Requires, Errors: as OpenFamily.
+absl::StatusOr<TargetFile> OpenTarget(std::shared_ptr<const Blob> blob, const std::string& name);
 
 // What stands in the catalog about them (no sections).
 liquidblend::store::v1::AnimationManifest ManifestOf(const mesh::Animation& animation);

@@ -15,17 +15,21 @@ constexpr int kMaxPageSize = 1000;
 }  // namespace
 
 bool IsUnfinished(const pb::JobRecord& job) {
-  return job.state() == pb::JobRecord::QUEUED || job.state() == pb::JobRecord::RUNNING;
+  return job.state() == pb::JobRecord::QUEUED || job.state() == pb::JobRecord::RUNNING ||
+         job.state() == pb::JobRecord::WAITING;
 }
 
 std::string SubjectOf(const pb::JobRecord& job) {
-  return job.has_import_animation()
-             ? absl::StrCat("animations/", job.import_animation().animation())
-             : absl::StrCat("families/", job.register_family().family());
+  if (job.has_import_animation()) {
+    return absl::StrCat("animations/", job.import_animation().animation());
+  }
+  return absl::StrCat("families/", job.has_register_target() ? job.register_target().family()
+                                                             : job.register_family().family());
 }
 
 std::vector<std::string> AnimationsOf(const pb::JobRecord& job) {
   if (job.has_import_animation()) return {job.import_animation().animation()};
+  if (job.has_register_target()) return {};
   const pb::RegisterJob& registration = job.register_family();
   std::vector<std::string> ids = {registration.source()};
   ids.insert(ids.end(), registration.targets().begin(), registration.targets().end());
@@ -62,9 +66,30 @@ pb::JobRecord NewJob(pb::JobRecord job, absl::Time now) {
     *fresh.mutable_import_animation() = std::move(*job.mutable_import_animation());
   } else {
     *fresh.mutable_register_family() = std::move(*job.mutable_register_family());
+    if (fresh.register_family().targets_size() > 1) fresh.set_state(pb::JobRecord::WAITING);
   }
   *fresh.mutable_create_time() = *fresh.mutable_update_time() = ToTimestamp(now);
   return fresh;
+}
+
+pb::JobRecord NewPart(const pb::JobRecord& parent, int target_index, absl::Time now) {
+  pb::JobRecord part;
+  part.set_id(absl::StrCat(parent.id(), ".", target_index));
+  part.set_parent(parent.id());
+  part.set_state(pb::JobRecord::QUEUED);
+  part.mutable_register_target()->set_family(parent.register_family().family());
+  part.mutable_register_target()->set_target_index(target_index);
+  *part.mutable_create_time() = *part.mutable_update_time() = ToTimestamp(now);
+  return part;
+}
+
+absl::Status ErrorOfPart(const absl::Status& error, const pb::JobRecord& part,
+                         const pb::JobRecord& parent) {
+  return absl::Status(
+      error.code(),
+      absl::StrCat("target '",
+                   parent.register_family().targets(part.register_target().target_index()),
+                   "': ", error.message()));
 }
 
 pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, absl::Time now) {

@@ -13,22 +13,30 @@
 
 namespace liquidblend::store {
 
-// Queued or running: not done.
+// Queued, running or waiting: not done.
 bool IsUnfinished(const pb::JobRecord& job);
 
-// What the job makes: "animations/{id}" or "families/{id}".
+// What the job, or the one that it is a part of, makes: "animations/{id}" or "families/{id}".
 std::string SubjectOf(const pb::JobRecord& job);
 
 // Ids of the animations that must stay while the job is not done: the one it imports, or those it
-// registers.
+// registers. Of a part none: its parent has them.
 std::vector<std::string> AnimationsOf(const pb::JobRecord& job);
 
 // Errors: kInvalidArgument if the job is no import of `animation`, or no registration.
 absl::Status CheckImport(const pb::AnimationRecord& animation, const pb::JobRecord& job);
 absl::Status CheckRegistration(const pb::JobRecord& job);
 
-// A queued job with a new id and nothing done yet; payload and request_id are kept.
+// A job with a new id and nothing done yet; payload and request_id are kept. A registration of
+// several targets waits for its parts, others are queued.
 pb::JobRecord NewJob(pb::JobRecord job, absl::Time now);
+
+// The queued part of a registration for one of its targets.
+pb::JobRecord NewPart(const pb::JobRecord& parent, int target_index, absl::Time now);
+
+// What a part's error is to its registration: it names the target.
+absl::Status ErrorOfPart(const absl::Status& error, const pb::JobRecord& part,
+                         const pb::JobRecord& parent);
 
 // The animation's record while its import is not done.
 pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, absl::Time now);

@@ -105,6 +105,11 @@ absl::Status SectionReader::Invalid(absl::string_view what) const {
   return absl::InvalidArgumentError(absl::StrCat(format_.name, " ", file_name_, ": ", what));
 }
 
+absl::Status SectionReader::CheckAlignment() const {
+  if (reinterpret_cast<uintptr_t>(bytes_.data()) % kSectionAlignment == 0) return absl::OkStatus();
+  return Invalid(absl::StrCat("lies in memory unaligned to ", kSectionAlignment));
+}
+
 absl::Status SectionReader::ReadHeader(uint64_t* manifest_size) {
   const auto magic = std::as_bytes(std::span(format_.magic));
   const auto start = bytes_.first(std::min(bytes_.size(), magic.size()));

@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "core/base/status_macros.h"
 #include "core/store/blob_store.h"
 #include "google/protobuf/message_lite.h"
 #include "google/protobuf/repeated_ptr_field.h"
@@ -58,6 +59,9 @@ class SectionReader {
   SectionReader(const FileFormat& format, std::string file_name, std::span<const std::byte> bytes)
       : format_(format), file_name_(std::move(file_name)), bytes_(bytes) {}
 
+  // kInvalidArgument unless the bytes are aligned for arrays in memory.
+  absl::Status CheckAlignment() const;
+
   // First: checks the header and parses the manifest.
   absl::Status ReadManifest(google::protobuf::MessageLite& manifest);
 
@@ -69,6 +73,16 @@ class SectionReader {
   absl::StatusOr<std::span<const std::byte>> ReadSection(const v1::Section& section,
                                                          absl::string_view name,
                                                          size_t element_bytes);
+
+  // Likewise, as an array where it lies. Requires: CheckAlignment() returned OK.
+  template <typename Element>
+  absl::Status View(const v1::Section& section, absl::string_view name,
+                    std::span<const Element>& elements) {
+    static_assert(kSectionAlignment % alignof(Element) == 0);
+    LB_ASSIGN_OR_RETURN(const auto bytes, ReadSection(section, name, sizeof(Element)));
+    elements = {reinterpret_cast<const Element*>(bytes.data()), bytes.size() / sizeof(Element)};
+    return absl::OkStatus();
+  }
 
   // Last: nothing may follow.
   absl::Status Finish() const;

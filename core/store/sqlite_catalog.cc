@@ -87,6 +87,9 @@ class SqliteCatalog : public Catalog {
   absl::StatusOr<Page<pb::JobRecord>> ListJobs(int page_size, const std::string& token) override {
     return Read([&](Database& db) { return PageOfJobs(db, page_size, token); });
   }
+  absl::StatusOr<std::vector<pb::JobRecord>> ListParts(const std::string& job_id) override {
+    return Read([&](Database& db) { return FindParts(db, job_id); });
+  }
   absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
     return Change([&](Database& db) { return BlobsInUse(db); });  // all tables at one moment
   }
@@ -116,10 +119,10 @@ class SqliteCatalog : public Catalog {
   absl::StatusOr<std::optional<Lease>> LeaseJob(const std::string& worker,
                                                 absl::Duration duration) override {
     // A worker that finds nothing to do must not hold up those that write.
-    LB_ASSIGN_OR_RETURN(const std::optional<JobRow> waiting, Read([&](Database& db) {
-                          return FindWaitingJob(db, absl::ToUnixMicros(Now()));
+    LB_ASSIGN_OR_RETURN(const std::optional<JobRow> job, Read([&](Database& db) {
+                          return FindJobToDo(db, absl::ToUnixMicros(Now()));
                         }));
-    if (!waiting.has_value()) return std::optional<Lease>();
+    if (!job.has_value()) return std::optional<Lease>();
     return Change([&](Database& db) {
       return store::LeaseJob(db, worker, duration, options_.max_attempts, Now());
     });
@@ -137,6 +140,9 @@ class SqliteCatalog : public Catalog {
   absl::StatusOr<int64_t> PublishFamily(const std::string& lease_id,
                                         const pb::FamilyRecord& family) override {
     return Publish([&](Database& db) { return store::PublishFamily(db, lease_id, family, Now()); });
+  }
+  absl::Status FinishPart(const std::string& lease_id, const std::string& blob) override {
+    return Publish([&](Database& db) { return store::FinishPart(db, lease_id, blob, Now()); });
   }
   absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                        bool retry) override {

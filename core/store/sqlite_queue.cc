@@ -1,5 +1,6 @@
 #include "core/store/sqlite_queue.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -43,9 +44,11 @@ absl::Status CheckNobodyWorksOn(Database& db, const std::string& subject) {
   return absl::OkStatus();
 }
 
-// Writes the job's end; an import that did not succeed is told to its animation too.
+// Writes the job's end, and that of its parts: they go, and with them the leases of those who work
+// on them. An import that did not succeed is told to its animation too.
 absl::Status Finish(Database& db, pb::JobRecord job) {
   LB_RETURN_IF_ERROR(UpdateJob(db, {job, "", 0}));
+  LB_RETURN_IF_ERROR(RemoveParts(db, job.id()));
   if (!job.has_import_animation() || job.state() == pb::JobRecord::SUCCEEDED) {
     return absl::OkStatus();
   }
@@ -57,13 +60,26 @@ absl::Status Finish(Database& db, pb::JobRecord job) {
   return SaveAnimation(db, *animation);
 }
 
-absl::Status FinishWithError(Database& db, pb::JobRecord job, const absl::Status& error,
-                             absl::Time now) {
+// What ends a part ends the job that it is a part of.
+absl::Status FinishWithError(Database& db, pb::JobRecord job, absl::Status error, absl::Time now) {
+  if (!job.parent().empty()) {
+    LB_ASSIGN_OR_RETURN(JobRow parent, FindJob(db, job.parent()));
+    error = ErrorOfPart(error, job, parent.record);
+    job = std::move(parent.record);
+  }
   Fail(error, now, job);
   return Finish(db, std::move(job));
 }
 
-// The error that ends a waiting job instead of one more attempt; OK if it may have that.
+// A registration of several targets waits for as many parts.
+absl::Status InsertParts(Database& db, const pb::JobRecord& job, absl::Time now) {
+  for (int k = 0; k < job.register_family().targets_size(); ++k) {
+    LB_RETURN_IF_ERROR(InsertJob(db, NewPart(job, k, now)));
+  }
+  return absl::OkStatus();
+}
+
+// The error that ends a job or part of one more attempt; OK if it may have that.
 absl::Status MayStart(const pb::JobRecord& job, int max_attempts) {
   if (job.cancel_requested()) return CancelledStatus(job);
   if (job.attempts() < max_attempts) return absl::OkStatus();
@@ -110,6 +126,7 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Database& db, pb::JobRecord job
   }
   job = NewJob(std::move(job), now);
   LB_RETURN_IF_ERROR(InsertJob(db, job));
+  if (job.state() == pb::JobRecord::WAITING) LB_RETURN_IF_ERROR(InsertParts(db, job, now));
   return job;
 }
 
@@ -117,7 +134,7 @@ absl::StatusOr<std::optional<Lease>> LeaseJob(Database& db, const std::string& w
                                               absl::Duration duration, int max_attempts,
                                               absl::Time now) {
   while (true) {
-    LB_ASSIGN_OR_RETURN(std::optional<JobRow> row, FindWaitingJob(db, absl::ToUnixMicros(now)));
+    LB_ASSIGN_OR_RETURN(std::optional<JobRow> row, FindJobToDo(db, absl::ToUnixMicros(now)));
     if (!row.has_value()) return std::optional<Lease>();
     if (const absl::Status end = MayStart(row->record, max_attempts); !end.ok()) {
       LB_RETURN_IF_ERROR(FinishWithError(db, std::move(row->record), end, now));
@@ -173,6 +190,25 @@ absl::StatusOr<int64_t> PublishFamily(Database& db, const std::string& lease_id,
   Succeed(now, row.record);
   LB_RETURN_IF_ERROR(Finish(db, std::move(row.record)));
   return version;
+}
+
+// The end of the last part queues the parent. A backend where two parts may end in two transactions
+// at once has to lock the parent first.
+absl::Status FinishPart(Database& db, const std::string& lease_id, const std::string& blob,
+                        absl::Time now) {
+  LB_ASSIGN_OR_RETURN(JobRow row, FindLeasedJob(db, lease_id));
+  if (row.record.parent().empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("job '", row.record.id(), "' is no part of another"));
+  }
+  LB_ASSIGN_OR_RETURN(JobRow parent, FindJob(db, row.record.parent()));
+  row.record.set_result_blob(blob);
+  Succeed(now, row.record);
+  LB_RETURN_IF_ERROR(UpdateJob(db, {std::move(row.record), "", 0}));
+  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> parts, FindParts(db, parent.record.id()));
+  if (std::any_of(parts.begin(), parts.end(), IsUnfinished)) return absl::OkStatus();
+  ReturnToQueue(now, parent.record);
+  return UpdateJob(db, parent);
 }
 
 absl::Status FailJob(Database& db, const std::string& lease_id, const absl::Status& error,

@@ -28,6 +28,8 @@ absl::Status PublishAnimation(Database& db, const std::string& lease_id,
                               pb::AnimationRecord animation, absl::Time now);
 absl::StatusOr<int64_t> PublishFamily(Database& db, const std::string& lease_id,
                                       pb::FamilyRecord family, absl::Time now);
+absl::Status FinishPart(Database& db, const std::string& lease_id, const std::string& blob,
+                        absl::Time now);
 absl::Status FailJob(Database& db, const std::string& lease_id, const absl::Status& error,
                      bool retry, int max_attempts, absl::Time now);
 absl::Status ReleaseJob(Database& db, const std::string& lease_id, absl::Time now);

@@ -32,6 +32,10 @@ constexpr const char* kMigrations[] = {R"sql(
     subject TEXT NOT NULL, request_id TEXT UNIQUE, lease_id TEXT UNIQUE, lease_expires_us INTEGER,
     record BLOB NOT NULL) STRICT;
   CREATE INDEX jobs_by_state ON jobs (state, number);
+)sql",
+                                       R"sql(
+  ALTER TABLE jobs ADD COLUMN parent TEXT;
+  CREATE INDEX jobs_by_parent ON jobs (parent, number);
 )sql"};
 constexpr int64_t kSchemaVersion = std::size(kMigrations);
 
@@ -104,6 +108,18 @@ absl::StatusOr<std::optional<JobRow>> FindJobRow(Database& db, const std::string
   return found;
 }
 
+// `sql` selects the column record.
+absl::StatusOr<std::vector<pb::JobRecord>> FindJobRecords(Database& db, absl::string_view sql,
+                                                          std::initializer_list<SqlValue> values) {
+  std::vector<pb::JobRecord> jobs;
+  LB_RETURN_IF_ERROR(db.Run(sql, values, [&](const SqlRow& row) -> absl::Status {
+    LB_ASSIGN_OR_RETURN(pb::JobRecord job, Parse<pb::JobRecord>(db, "a job", row.String(0)));
+    jobs.push_back(std::move(job));
+    return absl::OkStatus();
+  }));
+  return jobs;
+}
+
 // `sql` selects (key, record) with the values (last key, limit).
 template <typename Record>
 absl::StatusOr<Page<Record>> PageOf(Database& db, absl::string_view sql, const std::string& list,
@@ -151,7 +167,8 @@ absl::StatusOr<pb::FamilyRecord> FindFamily(Database& db, const std::string& id)
 }
 
 absl::StatusOr<JobRow> FindJob(Database& db, const std::string& id) {
-  LB_ASSIGN_OR_RETURN(std::optional<JobRow> row, FindJobRow(db, "WHERE id = ?", id));
+  LB_ASSIGN_OR_RETURN(std::optional<JobRow> row,
+                      FindJobRow(db, "WHERE id = ? AND parent IS NULL", id));
   if (row.has_value()) return *std::move(row);
   return absl::NotFoundError(absl::StrCat("job '", id, "' does not exist"));
 }
@@ -163,7 +180,7 @@ absl::StatusOr<JobRow> FindLeasedJob(Database& db, const std::string& lease_id) 
       absl::StrCat("lease '", lease_id, "' is gone: its job is done or was given to someone else"));
 }
 
-absl::StatusOr<std::optional<JobRow>> FindWaitingJob(Database& db, int64_t now_us) {
+absl::StatusOr<std::optional<JobRow>> FindJobToDo(Database& db, int64_t now_us) {
   return FindJobRow(db,
                     absl::StrCat("WHERE state = ", static_cast<int>(pb::JobRecord::QUEUED),
                                  " OR (state = ", static_cast<int>(pb::JobRecord::RUNNING),
@@ -179,17 +196,15 @@ absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Database& db,
   return std::move(row->record);
 }
 
+absl::StatusOr<std::vector<pb::JobRecord>> FindParts(Database& db, const std::string& parent) {
+  return FindJobRecords(db, "SELECT record FROM jobs WHERE parent = ? ORDER BY number", {parent});
+}
+
 absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Database& db) {
-  std::vector<pb::JobRecord> jobs;
-  LB_RETURN_IF_ERROR(db.Run("SELECT record FROM jobs WHERE state IN (?, ?) ORDER BY number",
-                            {int64_t{pb::JobRecord::QUEUED}, int64_t{pb::JobRecord::RUNNING}},
-                            [&](const SqlRow& row) -> absl::Status {
-                              LB_ASSIGN_OR_RETURN(pb::JobRecord job,
-                                                  Parse<pb::JobRecord>(db, "a job", row.String(0)));
-                              jobs.push_back(std::move(job));
-                              return absl::OkStatus();
-                            }));
-  return jobs;
+  return FindJobRecords(
+      db, "SELECT record FROM jobs WHERE state IN (?, ?, ?) AND parent IS NULL ORDER BY number",
+      {int64_t{pb::JobRecord::QUEUED}, int64_t{pb::JobRecord::RUNNING},
+       int64_t{pb::JobRecord::WAITING}});
 }
 
 absl::StatusOr<std::string> FindFamilyWith(Database& db, const std::string& animation) {
@@ -239,9 +254,10 @@ absl::StatusOr<int64_t> TakeFamilyVersion(Database& db, const std::string& famil
 
 absl::Status InsertJob(Database& db, const pb::JobRecord& job) {
   LB_ASSIGN_OR_RETURN(std::string bytes, Serialize(job, absl::StrCat("job '", job.id(), "'")));
-  return db.Run("INSERT INTO jobs (id, state, subject, request_id, record) VALUES (?, ?, ?, ?, ?)",
-                {job.id(), int64_t{job.state()}, SubjectOf(job), TextOrNull(job.request_id()),
-                 Bytes{std::move(bytes)}});
+  return db.Run(
+      "INSERT INTO jobs (id, state, subject, request_id, parent, record) VALUES (?, ?, ?, ?, ?, ?)",
+      {job.id(), int64_t{job.state()}, SubjectOf(job), TextOrNull(job.request_id()),
+       TextOrNull(job.parent()), Bytes{std::move(bytes)}});
 }
 
 absl::Status UpdateJob(Database& db, const JobRow& job) {
@@ -268,6 +284,10 @@ absl::Status RemoveJob(Database& db, const std::string& id) {
   return db.Run("DELETE FROM jobs WHERE id = ?", {id});
 }
 
+absl::Status RemoveParts(Database& db, const std::string& parent) {
+  return db.Run("DELETE FROM jobs WHERE parent = ?", {parent});
+}
+
 absl::StatusOr<Page<pb::AnimationRecord>> PageOfAnimations(Database& db, int page_size,
                                                            const std::string& token) {
   LB_ASSIGN_OR_RETURN(const std::string last, LastKey("animations", token));
@@ -292,8 +312,10 @@ absl::StatusOr<Page<pb::JobRecord>> PageOfJobs(Database& db, int page_size,
     return absl::InvalidArgumentError(absl::StrCat("page token '", token, "' is damaged"));
   }
   return PageOf<pb::JobRecord>(
-      db, "SELECT number, record FROM jobs WHERE number < ? ORDER BY number DESC LIMIT ?", "jobs",
-      before, page_size);
+      db,
+      "SELECT number, record FROM jobs WHERE parent IS NULL AND number < ? ORDER BY number DESC "
+      "LIMIT ?",
+      "jobs", before, page_size);
 }
 
 absl::StatusOr<std::vector<std::string>> BlobsInUse(Database& db) {
@@ -308,6 +330,11 @@ absl::StatusOr<std::vector<std::string>> BlobsInUse(Database& db) {
   LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedJobs(db));
   for (const pb::JobRecord& job : jobs) {
     for (const pb::SourceFile& file : job.import_animation().files()) blobs.insert(file.blob());
+  }
+  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> parts,
+                      FindJobRecords(db, "SELECT record FROM jobs WHERE parent IS NOT NULL", {}));
+  for (const pb::JobRecord& part : parts) {
+    if (!part.result_blob().empty()) blobs.insert(part.result_blob());
   }
   return std::vector<std::string>(blobs.begin(), blobs.end());
 }

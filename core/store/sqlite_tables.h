@@ -28,13 +28,15 @@ struct JobRow {
 // cannot be read.
 absl::StatusOr<pb::AnimationRecord> FindAnimation(Database& db, const std::string& id);
 absl::StatusOr<pb::FamilyRecord> FindFamily(Database& db, const std::string& id);
-absl::StatusOr<JobRow> FindJob(Database& db, const std::string& id);
+absl::StatusOr<JobRow> FindJob(Database& db, const std::string& id);  // that is no part
+absl::StatusOr<std::vector<pb::JobRecord>> FindParts(Database& db, const std::string& parent);
 // kAborted if nobody holds that lease.
 absl::StatusOr<JobRow> FindLeasedJob(Database& db, const std::string& lease_id);
-// The oldest job that is queued, or whose lease has expired.
-absl::StatusOr<std::optional<JobRow>> FindWaitingJob(Database& db, int64_t now_us);
+// The oldest job or part that is queued, or whose lease has expired.
+absl::StatusOr<std::optional<JobRow>> FindJobToDo(Database& db, int64_t now_us);
 absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Database& db,
                                                          const std::string& request_id);
+// Without parts.
 absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Database& db);
 // A family that has the animation as source or target; empty: none.
 absl::StatusOr<std::string> FindFamilyWith(Database& db, const std::string& animation);
@@ -48,12 +50,13 @@ absl::Status SetFamilyMembers(Database& db, const std::string& family,
 absl::StatusOr<int64_t> TakeFamilyVersion(Database& db, const std::string& family);
 
 absl::Status InsertJob(Database& db, const pb::JobRecord& job);
-// All but what never changes: id, subject and request id.
+// All but what never changes: id, subject, request id and parent.
 absl::Status UpdateJob(Database& db, const JobRow& job);
 
 absl::Status RemoveAnimation(Database& db, const std::string& id);
 absl::Status RemoveFamily(Database& db, const std::string& id);
 absl::Status RemoveJob(Database& db, const std::string& id);
+absl::Status RemoveParts(Database& db, const std::string& parent);
 
 // Up to `page_size` records after the page that `token` ends.
 absl::StatusOr<Page<pb::AnimationRecord>> PageOfAnimations(Database& db, int page_size,

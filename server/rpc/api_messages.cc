@@ -1,9 +1,11 @@
 #include "server/rpc/api_messages.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "core/base/status_macros.h"
 #include "server/rpc/names.h"
+#include "server/rpc/part_progress.h"
 
 namespace liquidblend::rpc {
 namespace {
@@ -132,7 +134,9 @@ v1::SpaceTimeReport ToReport(const std::string& animation,
 v1::Progress ToProgress(const JobRecord& job) {
   const store::pb::JobProgress& from = job.progress();
   v1::Progress to;
-  to.set_stage(job.state() == JobRecord::QUEUED ? "queued" : from.stage());
+  const bool is_queued = job.state() == JobRecord::QUEUED ||
+                         (job.state() == JobRecord::WAITING && from.stage().empty());
+  to.set_stage(is_queued ? "queued" : from.stage());
   to.set_fraction(job.state() == JobRecord::SUCCEEDED ? 1.0 : from.fraction());
   to.set_target_index(from.target_index());
   to.set_iteration(from.iteration());
@@ -191,6 +195,22 @@ absl::Status PackResponse(const JobRecord& job, store::Catalog& catalog, Operati
     operation.mutable_response()->PackFrom(family);
   }
   return absl::OkStatus();
+}
+
+bool IsDone(const JobRecord& job) {
+  return job.state() == JobRecord::SUCCEEDED || job.state() == JobRecord::FAILED ||
+         job.state() == JobRecord::CANCELLED;
+}
+
+// The job with the progress of its parts.
+absl::StatusOr<JobRecord> WithParts(const JobRecord& job, store::Catalog& catalog) {
+  const bool has_parts = job.register_family().targets_size() > 1;
+  if (!has_parts || IsDone(job) || !job.progress().stage().empty()) return job;
+  LB_ASSIGN_OR_RETURN(const std::vector<JobRecord> parts, catalog.ListParts(job.id()));
+  if (!parts.empty()) return WithProgressOf(parts, job);
+  absl::StatusOr<JobRecord> ended = catalog.GetJob(job.id());  // since `job` was read
+  if (absl::IsNotFound(ended.status())) return job;
+  return ended;
 }
 
 void SetError(const JobRecord& job, Operation& operation) {
@@ -266,12 +286,12 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record) {
   return family;
 }
 
-absl::StatusOr<Operation> ToOperation(const JobRecord& job, store::Catalog& catalog) {
+absl::StatusOr<Operation> ToOperation(const JobRecord& record, store::Catalog& catalog) {
+  LB_ASSIGN_OR_RETURN(const JobRecord job, WithParts(record, catalog));
   Operation operation;
   operation.set_name(OperationName(job.id()));
   PackMetadata(job, operation);
-  operation.set_done(job.state() == JobRecord::SUCCEEDED || job.state() == JobRecord::FAILED ||
-                     job.state() == JobRecord::CANCELLED);
+  operation.set_done(IsDone(job));
   if (job.state() == JobRecord::SUCCEEDED) {
     LB_RETURN_IF_ERROR(PackResponse(job, catalog, operation));
   } else if (operation.done()) {

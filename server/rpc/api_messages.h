@@ -15,7 +15,7 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record);
 // The operation that a job is to clients. Its response is the animation or family as it is now, and
 // no more than its name if it has been deleted since.
 // Errors: those of the catalog, which is asked for the response.
-absl::StatusOr<google::longrunning::Operation> ToOperation(const store::pb::JobRecord& job,
+absl::StatusOr<google::longrunning::Operation> ToOperation(const store::pb::JobRecord& record,
                                                            store::Catalog& catalog);
 
 store::pb::ImportOptions ToRecord(const v1::ImportOptions& options);

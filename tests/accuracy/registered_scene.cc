@@ -26,6 +26,11 @@ absl::Status Named(const std::string& name, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(name, ": ", std::string(status.message())));
 }
 
+Eigen::AlignedBox3f BoxOf(const mesh::Animation& animation) {
+  const Eigen::Matrix<float, 3, 2> bounds = mesh::Bounds(animation);
+  return Eigen::AlignedBox3f(bounds.col(0), bounds.col(1));
+}
+
 absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
                                           const parallel::Arena& arena, Costs& costs) {
   const absl::Time start = absl::Now();
@@ -46,11 +51,11 @@ absl::StatusOr<RegisteredScene> RegisteredScene::Register(
   parts.name = scene.name;
   parts.source_name = scene.inputs[0].name;
   LB_ASSIGN_OR_RETURN(parts.source, Build(scene.inputs[0], arena, result.costs_));
-  parts.bounds = jobs::BoxOf(scene.inputs[0]);
+  parts.bounds = BoxOf(scene.inputs[0]);
   for (size_t k = 1; k < scene.inputs.size(); ++k) {
     const mesh::Animation& input = scene.inputs[k];
     LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh target, Build(input, arena, result.costs_));
-    parts.bounds.extend(jobs::BoxOf(input));
+    parts.bounds.extend(BoxOf(input));
     const std::vector<registration::Correspondence> none;
     auto registered = registration::Register(
         parts.source, target, correspondences.empty() ? none : correspondences[k - 1], options,

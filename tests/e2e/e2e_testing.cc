@@ -81,11 +81,12 @@ Operation E2eTest::ImportBall(const std::string& id, double velocity_m_per_s) {
   return operation;
 }
 
-grpc::Status E2eTest::Register(int num_iterations, Operation& operation) {
+grpc::Status E2eTest::Register(int num_iterations, Operation& operation,
+                               const std::vector<std::string>& targets) {
   v1::RegisterFamilyRequest request;
   request.set_family_id("balls");
   request.set_source("animations/a");
-  request.add_targets("animations/b");
+  for (const std::string& target : targets) request.add_targets("animations/" + target);
   request.mutable_options()->set_max_iterations(num_iterations);
   grpc::ClientContext context;
   SetDeadline(context);

@@ -43,8 +43,9 @@ class E2eTest : public testing::Test {
                       const std::string& request_id, Operation& operation);
 
   Operation ImportBall(const std::string& id, double velocity_m_per_s);
-  // balls: a -> b. Many iterations take seconds, few take none.
-  grpc::Status Register(int num_iterations, Operation& operation);
+  // balls: a -> targets. Many iterations take seconds, few take none.
+  grpc::Status Register(int num_iterations, Operation& operation,
+                        const std::vector<std::string>& targets = {"b"});
 
   // The operation at the first moment when `condition` holds for it.
   Operation Watch(const std::string& name, const std::function<bool(const Operation&)>& condition);

@@ -1,7 +1,13 @@
 // What is left when programs are killed: everything whole, nothing half.
 #include <signal.h>
 
+#include <algorithm>
+#include <memory>
+#include <utility>
+
 #include "absl/strings/str_cat.h"
+#include "core/store/catalog.h"
+#include "core/store/data_directory.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {
@@ -168,6 +174,121 @@ TEST_F(KillTest, AWorkerKilledAtThePublishingOfAFamilyShowsAllOfItOrNothing) {
     ExpectSuccess(AwaitDone(registration.name()));
     EXPECT_EQ(FamilyVersion(), ++version);
   }
+}
+
+class KillManyTargetsTest : public KillTest {
+ protected:
+  // balls: a -> b, c, d, by one worker. Returns the family's file, which is called by its content.
+  std::string RegisterUndisturbed(int num_iterations) {
+    Process worker = StartWorker();
+    for (const auto& [id, velocity] : kBalls) {
+      ExpectSuccess(AwaitDone(ImportBall(id, velocity).name()));
+    }
+    Operation registration;
+    EXPECT_TRUE(Register(num_iterations, registration, kTargets).ok());
+    ExpectSuccess(AwaitDone(registration.name()));
+    return FamilyBlob();
+  }
+
+  std::string FamilyBlob() { return catalog()->GetFamily("balls")->blob(); }
+
+  // Of the operation; the workers' own view, past the server.
+  std::vector<store::pb::JobRecord> PartsOf(const Operation& operation) {
+    return *catalog()->ListParts(operation.name().substr(std::string("operations/").size()));
+  }
+
+  const std::vector<std::string> kTargets = {"b", "c", "d"};
+
+ private:
+  store::Catalog* catalog() {
+    if (!catalog_) catalog_ = *store::OpenSqliteCatalog(store::CatalogPath(data()));
+    return catalog_.get();
+  }
+
+  const std::vector<std::pair<std::string, double>> kBalls = {
+      {"a", 1.0}, {"b", 2.0}, {"c", 0.0}, {"d", -1.0}};
+  std::unique_ptr<store::Catalog> catalog_;
+};
+
+TEST_F(KillManyTargetsTest, ManyWorkersOneOfThemKilledMakeTheSameFamilyAsOne) {
+  constexpr int kNumIterations = 120;
+  Process server = StartServer();
+  const std::string expected = RegisterUndisturbed(kNumIterations);
+  EXPECT_EQ(FamilyVersion(), 1);
+
+  Operation registration;
+  ASSERT_TRUE(Register(kNumIterations, registration, kTargets).ok());
+  Process killed = StartWorker(), other = StartWorker();
+  const auto is_at_work = [](const auto& part) {
+    return part.state() == store::pb::JobRecord::RUNNING && part.progress().iteration() > 0;
+  };
+  std::vector<store::pb::JobRecord> parts;
+  Await([&] {
+    parts = PartsOf(registration);
+    return std::count_if(parts.begin(), parts.end(), is_at_work) == 2;
+  });
+  EXPECT_EQ(killed.Kill(), -SIGKILL);
+  EXPECT_EQ(FamilyVersion(), 1);
+  Process third = StartWorker();
+  Await([&] {
+    parts = PartsOf(registration);
+    return std::any_of(parts.begin(), parts.end(),
+                       [](const auto& part) { return part.attempts() == 2; });
+  });
+  const Operation done = AwaitDone(registration.name());
+  ExpectSuccess(done);
+  EXPECT_EQ(FamilyVersion(), 2);
+  EXPECT_EQ(FamilyBlob(), expected);
+  EXPECT_TRUE(PartsOf(registration).empty());
+}
+
+// Three for the parts, one for the family; each dies when the catalog has its first result.
+TEST_F(KillManyTargetsTest, AFamilyIsWholeThoughEveryWorkerDiesWithItsFirstResult) {
+  Process server = StartServer();
+  const std::string expected = RegisterUndisturbed(3);
+  Operation registration;
+  ASSERT_TRUE(Register(3, registration, kTargets).ok());
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_EQ(FamilyVersion(), 1);
+    Process worker = StartWorker(DieAt("publish.after_commit"));
+    EXPECT_EQ(worker.Wait(), -SIGKILL);
+  }
+  ExpectSuccess(AwaitDone(registration.name()));
+  EXPECT_EQ(FamilyVersion(), 2);
+  EXPECT_EQ(FamilyBlob(), expected);
+}
+
+TEST_F(KillManyTargetsTest, APartKilledBeforeItsResultIsKnownIsDoneAgain) {
+  Process server = StartServer();
+  const std::string expected = RegisterUndisturbed(3);
+  Operation registration;
+  ASSERT_TRUE(Register(3, registration, kTargets).ok());
+  Process killed = StartWorker(DieAt("publish.before_commit"));
+  EXPECT_EQ(killed.Wait(), -SIGKILL);
+  for (const auto& part : PartsOf(registration)) EXPECT_EQ(part.result_blob(), "");
+  Process worker = StartWorker();
+  ExpectSuccess(AwaitDone(registration.name()));
+  EXPECT_EQ(FamilyBlob(), expected);
+}
+
+TEST_F(KillManyTargetsTest, ACancellationStopsAllWorkers) {
+  Process server = StartServer();
+  RegisterUndisturbed(3);
+  Operation registration;
+  ASSERT_TRUE(Register(200, registration, kTargets).ok());
+  Process one = StartWorker(), two = StartWorker();
+  Watch(registration.name(),
+        [](const Operation& operation) { return ProgressOf(operation).iteration() > 0; });
+  grpc::ClientContext context;
+  google::longrunning::CancelOperationRequest cancel;
+  cancel.set_name(registration.name());
+  google::protobuf::Empty empty;
+  ASSERT_TRUE(operations_->CancelOperation(&context, cancel, &empty).ok());
+  EXPECT_EQ(AwaitDone(registration.name()).error().code(), grpc::StatusCode::CANCELLED);
+  // Both are free for other work, long before 200 iterations of three targets.
+  ASSERT_TRUE(Register(3, registration, kTargets).ok());
+  ExpectSuccess(AwaitDone(registration.name()));
+  EXPECT_EQ(FamilyVersion(), 2);
 }
 
 // The whole machine goes down, as far as the programs can tell, while a job runs.

@@ -212,6 +212,28 @@ TEST_F(WholeWayTest, ProgressNeverFallsAndEndsAtOne) {
   EXPECT_GT(family.reports(0).num_iterations(), 0);
 }
 
+TEST_F(WholeWayTest, ProgressOfSeveralTargetsNeverFallsAndEndsAtOne) {
+  Process server = StartServer(2);
+  for (const std::string id : {"a", "b", "c"}) {
+    ExpectSuccess(AwaitDone(ImportBall(id, id == "c" ? 0.0 : 1.0).name()));
+  }
+  Operation registration;
+  ASSERT_TRUE(Register(20, registration, {"b", "c"}).ok());
+  double fraction = 0;
+  const Operation done = Watch(registration.name(), [&](const Operation& operation) {
+    const v1::Progress progress = ProgressOf(operation);
+    EXPECT_GE(progress.fraction(), fraction) << progress.DebugString();
+    fraction = progress.fraction();
+    return operation.done();
+  });
+  ExpectSuccess(done);
+  EXPECT_EQ(fraction, 1.0);
+  v1::Family family;
+  ASSERT_TRUE(done.response().UnpackTo(&family));
+  EXPECT_THAT(family.targets(), ElementsAre("animations/b", "animations/c"));
+  EXPECT_EQ(NumOperations(), 4);
+}
+
 TEST_F(WholeWayTest, ABrokenFileIsRefusedByName) {
   Process server = StartServer(1);
   std::vector<NamedBytes> files = BallFiles(1.0);

@@ -1,7 +1,6 @@
 #include "worker/jobs/assemble_family.h"
 
 #include <memory>
-#include <span>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -51,9 +50,16 @@ mesh::RegisteredFamily LevelOf(const FamilyLevel& level, const mesh::RegisteredF
 
 }  // namespace
 
-Eigen::AlignedBox3f BoxOf(const mesh::Animation& animation) {
-  const Eigen::Matrix<float, 3, 2> bounds = mesh::Bounds(animation);
-  return Eigen::AlignedBox3f(bounds.col(0), bounds.col(1));
+mesh::FamilyTarget ViewOf(const RegisteredTarget& target) {
+  return TargetOf(target.name, target.registration);
+}
+
+Eigen::Matrix4Xf MatrixOf(std::span<const mesh::Float4> elements) {
+  Eigen::Matrix4Xf matrix(4, static_cast<Eigen::Index>(elements.size()));
+  for (Eigen::Index v = 0; v < matrix.cols(); ++v) {
+    matrix.col(v) = Eigen::Map<const Eigen::Vector4f>(elements[v].data());
+  }
+  return matrix;
 }
 
 absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts) {
@@ -64,7 +70,7 @@ absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts) {
   family.source = owned->source_name;
   family.space_time_reports.push_back(owned->source_report);
   for (const RegisteredTarget& target : owned->targets) {
-    family.targets.push_back(TargetOf(target.name, target.registration));
+    family.targets.push_back(ViewOf(target));
     family.space_time_reports.push_back(target.space_time);
   }
   SetDomain(*owned, family);

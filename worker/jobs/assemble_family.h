@@ -2,11 +2,11 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/mesh/animation.h"
 #include "core/mesh/registered_family.h"
 #include "core/mesh/space_time_mesh.h"
 #include "worker/registration/register.h"
@@ -35,7 +35,11 @@ struct FamilyParts {
   Eigen::AlignedBox3f bounds;               // of all frames of source and targets
 };
 
-Eigen::AlignedBox3f BoxOf(const mesh::Animation& animation);
+// The target as the family has it; a view on it.
+mesh::FamilyTarget ViewOf(const RegisteredTarget& target);
+
+// The columns of the matrix are the elements.
+Eigen::Matrix4Xf MatrixOf(std::span<const mesh::Float4> elements);
 
 // The family owns the parts. Its domain is the bounds, one edge length larger on every side: the
 // space-time mesh follows the surface to a fraction of that.

@@ -7,8 +7,8 @@
 namespace liquidblend::jobs {
 namespace {
 
-// Before that an estimate of the time left would be a guess.
-constexpr double kMinFractionForEstimate = 0.05;
+// Of the work. Before that an estimate of the time left would be a guess.
+constexpr double kMinShareForEstimate = 0.05;
 
 }  // namespace
 
@@ -24,6 +24,7 @@ absl::Status JobContext::BeginStage(const std::string& name, double begin, doubl
   progress_.set_stage(name);
   stage_begin_ = begin;
   stage_end_ = end;
+  if (!first_fraction_) first_fraction_ = begin;
   ReportFraction(0.0);
   return keeper.Check();
 }
@@ -34,7 +35,7 @@ std::function<void(double)> JobContext::StageProgress() {
 
 registration::ProgressCallback JobContext::RegistrationProgress(int target_index) {
   return [this, target_index](const registration::IterationReport& report) {
-    progress_.set_target_index(target_index);
+    set_target_index(target_index);
     progress_.set_iteration(report.iteration);
     progress_.set_num_iterations(report.num_iterations);
     progress_.set_fit_energy(report.fit_energy);
@@ -54,9 +55,10 @@ void JobContext::ReportFraction(double stage_fraction) {
   const double elapsed_s = absl::ToDoubleSeconds(absl::Now() - start_);
   progress_.set_fraction(std::max(progress_.fraction(), fraction));
   progress_.set_seconds_elapsed(elapsed_s);
-  const bool is_known = progress_.fraction() >= kMinFractionForEstimate;
-  progress_.set_seconds_left(
-      is_known ? elapsed_s * (1.0 - progress_.fraction()) / progress_.fraction() : 0.0);
+  const double done = progress_.fraction() - first_fraction_.value_or(0.0);
+  const double left = 1.0 - progress_.fraction();
+  const bool is_known = done > 0.0 && done >= kMinShareForEstimate * (done + left);
+  progress_.set_seconds_left(is_known ? elapsed_s * left / done : 0.0);
   keeper.Report(progress_);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -33,6 +34,9 @@ class JobContext {
   // For the stage's function: called with its own fraction, 0 to 1.
   std::function<void(double)> StageProgress();
 
+  // What is reported from now on is about this target.
+  void set_target_index(int target_index) { progress_.set_target_index(target_index); }
+
   // For Register() of one target; cancels when the job is not to go on. The stage is called
   // "projection" after the last iteration.
   registration::ProgressCallback RegistrationProgress(int target_index);
@@ -43,6 +47,7 @@ class JobContext {
   void ReportFraction(double stage_fraction);
 
   const absl::Time start_;
+  std::optional<double> first_fraction_;  // with which the work began
   store::pb::JobProgress progress_;
   double stage_begin_ = 0.0;
   double stage_end_ = 0.0;

@@ -1,13 +1,17 @@
 #include "worker/jobs/previous_version.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "core/base/status_macros.h"
 #include "core/store/files.h"
+#include "worker/jobs/job_options.h"
+#include "worker/registration/correspondence.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -27,10 +31,18 @@ absl::Status CheckSameAnimations(const store::v1::RegisterJob& job,
       ", which cannot be refined into ", job.source(), " -> ", absl::StrJoin(job.targets(), ", ")));
 }
 
+bool HasNewCorrespondences(const store::v1::RegisterJob& job, int k,
+                           const mesh::RegisteredFamily& previous) {
+  const auto before = CorrespondencesOf(previous.targets[k]);
+  const auto now = ToCorrespondences(job, k, previous.frames_per_second);
+  return !std::equal(before.begin(), before.end(), now.begin(), now.end(), registration::IsSame);
+}
+
 }  // namespace
 
-absl::StatusOr<mesh::RegisteredFamily> OpenPreviousVersion(const store::v1::RegisterJob& job,
-                                                           JobContext& context) {
+absl::StatusOr<std::optional<mesh::RegisteredFamily>> OpenPreviousVersion(
+    const store::v1::RegisterJob& job, JobContext& context) {
+  if (job.refine_version() == 0) return std::optional<mesh::RegisteredFamily>();
   LB_ASSIGN_OR_RETURN(const store::v1::FamilyRecord record,
                       context.catalog.GetFamily(job.family()));
   if (record.version() != job.refine_version()) {
@@ -43,7 +55,7 @@ absl::StatusOr<mesh::RegisteredFamily> OpenPreviousVersion(const store::v1::Regi
   LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family,
                       store::OpenFamily(blob, absl::StrCat("family '", job.family(), "'")));
   LB_RETURN_IF_ERROR(CheckSameAnimations(job, family));
-  return family;
+  return std::optional(std::move(family));
 }
 
 absl::Status CheckSameVertices(const mesh::RegisteredFamily& family,
@@ -69,18 +81,31 @@ absl::Status CheckSameVertices(const mesh::RegisteredFamily& family,
   return absl::OkStatus();
 }
 
-Eigen::Matrix4Xf DisplacementOf(const mesh::FamilyTarget& target) {
-  Eigen::Matrix4Xf displacement(4, static_cast<Eigen::Index>(target.displacement.size()));
-  for (Eigen::Index v = 0; v < displacement.cols(); ++v) {
-    displacement.col(v) = Eigen::Map<const Eigen::Vector4f>(target.displacement[v].data());
-  }
-  return displacement;
-}
-
 std::vector<mesh::Correspondence> CorrespondencesOf(const mesh::FamilyTarget& target) {
   std::vector<mesh::Correspondence> result;
   for (const auto& report : target.report.correspondences) result.push_back(report.correspondence);
   return result;
+}
+
+bool IsKept(const store::v1::RegisterJob& job, int target_index,
+            const mesh::RegisteredFamily& previous) {
+  if (previous.space_time_reports.empty()) return false;  // older programs made none: to be made
+  if (HasNewCorrespondences(job, target_index, previous)) return false;
+  for (int k = 0; k < job.targets_size(); ++k) {
+    if (HasNewCorrespondences(job, k, previous)) return true;
+  }
+  return false;
+}
+
+RegisteredTarget KeptTarget(const mesh::RegisteredFamily& previous, int target_index) {
+  const mesh::FamilyTarget& target = previous.targets[target_index];
+  RegisteredTarget kept;
+  kept.name = target.name;
+  kept.space_time = previous.space_time_reports[target_index + 1];  // behind the source's
+  kept.registration.displacement = MatrixOf(target.displacement);
+  kept.registration.extrapolation = MatrixOf(target.extrapolation);
+  kept.registration.report = target.report;
+  return kept;
 }
 
 }  // namespace liquidblend::jobs

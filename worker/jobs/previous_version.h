@@ -1,7 +1,7 @@
 // The version of a family that a refinement goes on from.
 #pragma once
 
-#include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -9,22 +9,30 @@
 #include "core/mesh/registered_family.h"
 #include "core/mesh/space_time_mesh.h"
 #include "liquidblend/store/v1/records.pb.h"
+#include "worker/jobs/assemble_family.h"
 #include "worker/jobs/job_context.h"
 
 namespace liquidblend::jobs {
 
-// Requires: job.refine_version() > 0.
+// Nothing if the job goes on from nothing: job.refine_version() is 0.
 // Errors: kFailedPrecondition if the family is at another version by now; kInvalidArgument if it is
 // not of the job's source and targets; those of catalog and store.
-absl::StatusOr<mesh::RegisteredFamily> OpenPreviousVersion(const store::v1::RegisterJob& job,
-                                                           JobContext& context);
+absl::StatusOr<std::optional<mesh::RegisteredFamily>> OpenPreviousVersion(
+    const store::v1::RegisterJob& job, JobContext& context);
 
 // Errors: kInvalidArgument if the family's vertices are not those of `source`, but for a tenth of
 // an edge.
 absl::Status CheckSameVertices(const mesh::RegisteredFamily& family,
                                const mesh::SpaceTimeMesh& source);
 
-Eigen::Matrix4Xf DisplacementOf(const mesh::FamilyTarget& target);
 std::vector<mesh::Correspondence> CorrespondencesOf(const mesh::FamilyTarget& target);
+
+// Whether the refinement leaves a target as it is: others have new correspondences and this one has
+// none. If no target has any, it goes on with all of them.
+bool IsKept(const store::v1::RegisterJob& job, int target_index,
+            const mesh::RegisteredFamily& previous);
+
+// As it is in the family. Requires: IsKept().
+RegisteredTarget KeptTarget(const mesh::RegisteredFamily& previous, int target_index);
 
 }  // namespace liquidblend::jobs

@@ -10,6 +10,7 @@
 #include "core/base/status_macros.h"
 #include "worker/jobs/job_context.h"
 #include "worker/jobs/run_import.h"
+#include "worker/jobs/run_part.h"
 #include "worker/jobs/run_registration.h"
 
 namespace liquidblend::jobs {
@@ -29,6 +30,7 @@ bool MayPass(const absl::Status& status) {
 absl::Status RunStages(const store::pb::JobRecord& job, JobContext& context) {
   if (job.has_import_animation()) return RunImport(job.import_animation(), context);
   if (job.has_register_family()) return RunRegistration(job.register_family(), context);
+  if (job.has_register_target()) return RunPart(job, context);
   return absl::InvalidArgumentError("the job says nothing to do: it may be from a newer program");
 }
 

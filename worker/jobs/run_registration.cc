@@ -1,90 +1,82 @@
 #include "worker/jobs/run_registration.h"
 
-#include <memory>
+#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/store/files.h"
+#include "core/store/catalog.h"
 #include "worker/jobs/assemble_family.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/previous_version.h"
+#include "worker/jobs/register_target.h"
+#include "worker/jobs/registered_part.h"
 #include "worker/jobs/stored_file.h"
-#include "worker/registration/register.h"
 #include "worker/registration/transfer.h"
 #include "worker/spacetime/build.h"
-#include "worker/spacetime/report.h"
 
 namespace liquidblend::jobs {
 namespace {
 
-// Shares of the whole job: the source's mesh, the targets, the levels of detail, publishing.
-constexpr double kTargetsBegin = 0.1;
-constexpr double kTargetsEnd = 0.9;
+// Shares of the whole job: the source's mesh, the targets (or their parts), the levels of detail,
+// publishing.
+constexpr double kSourceEnd = 0.1;
+constexpr double kTargetsEnd = store::kPartsShare;
+constexpr double kSourceAfterPartsEnd = 0.93;
 constexpr double kLevelsEnd = 0.97;
-constexpr double kTargetMeshShare = 0.15;  // of the work for one target
 
-absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& context) {
-  LB_ASSIGN_OR_RETURN(const store::v1::AnimationRecord record, context.catalog.GetAnimation(id));
-  LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob,
-                      context.blobs.Open(record.blob()));
-  return store::ReadAnimation(*blob, absl::StrCat("animation '", id, "'"));
-}
-
-struct BuiltMesh {
-  mesh::SpaceTimeMesh mesh;
-  mesh::SpaceTimeReport report;
-};
-
-// Reads one animation of the family and makes its space-time mesh; `bounds` grows around it.
-absl::StatusOr<BuiltMesh> BuildMesh(const std::string& id, spacetime::BuildOptions options,
-                                    JobContext& context, Eigen::AlignedBox3f& bounds) {
-  LB_ASSIGN_OR_RETURN(const mesh::Animation animation, ReadStored(id, context));
-  bounds.extend(BoxOf(animation));
-  LB_ASSIGN_OR_RETURN(options.connectivity,
-                      spacetime::ChooseConnectivity(animation, options, context.arena));
-  BuiltMesh built;
-  LB_ASSIGN_OR_RETURN(built.mesh,
-                      spacetime::Build(animation, options, context.arena, context.StageProgress()));
-  built.report = spacetime::Report(animation, built.mesh, options, context.arena);
-  return built;
-}
-
-absl::StatusOr<registration::Registration> RegisterOrRefine(
-    const store::v1::RegisterJob& job, int k, const mesh::RegisteredFamily* previous,
-    const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target, JobContext& context) {
-  const auto correspondences = ToCorrespondences(job, k, source.frames_per_second);
-  const registration::RegistrationOptions options = ToRegistrationOptions(job.options());
-  if (previous == nullptr) {
-    return registration::Register(source, target, correspondences, options, context.arena,
-                                  context.RegistrationProgress(k));
+// Of the source's and the targets' frames.
+absl::StatusOr<Eigen::AlignedBox3f> BoundsOf(const store::v1::RegisterJob& job,
+                                             store::Catalog& catalog) {
+  std::vector<std::string> ids(job.targets().begin(), job.targets().end());
+  ids.push_back(job.source());
+  Eigen::AlignedBox3f bounds;
+  for (const std::string& id : ids) {
+    LB_ASSIGN_OR_RETURN(const store::v1::AnimationRecord record, catalog.GetAnimation(id));
+    const store::v1::Box& box = record.manifest().bounds();
+    if (box.min_size() != 3 || box.max_size() != 3) {
+      return absl::DataLossError(absl::StrCat("the record of animation '", id, "' has no bounds"));
+    }
+    bounds.extend(Eigen::AlignedBox3f(Eigen::Map<const Eigen::Vector3f>(box.min().data()),
+                                      Eigen::Map<const Eigen::Vector3f>(box.max().data())));
   }
-  const Eigen::Matrix4Xf displacement = DisplacementOf(previous->targets[k]);
-  const auto before = CorrespondencesOf(previous->targets[k]);
-  return registration::Refine(source, target, correspondences, {displacement, before}, options,
-                              context.arena, context.RegistrationProgress(k));
+  return bounds;
 }
 
-//   previous  what to refine; null: from scratch
-absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& job, int k,
-                                                const mesh::RegisteredFamily* previous,
-                                                FamilyParts& parts, JobContext& context) {
-  const double share = (kTargetsEnd - kTargetsBegin) / job.targets_size();
-  const double begin = kTargetsBegin + k * share;
-  const double middle = begin + kTargetMeshShare * share;
-  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", begin, middle));
-  LB_ASSIGN_OR_RETURN(
-      const BuiltMesh target,
-      BuildMesh(job.targets(k), ToBuildOptions(job.space_time()), context, parts.bounds));
-  LB_RETURN_IF_ERROR(context.BeginStage("registration", middle, begin + share));
-  RegisteredTarget result;
-  result.name = job.targets(k);
-  result.space_time = target.report;
-  LB_ASSIGN_OR_RETURN(result.registration,
-                      RegisterOrRefine(job, k, previous, parts.source, target.mesh, context));
-  return result;
+absl::StatusOr<std::vector<RegisteredTarget>> RegisterTargets(
+    const store::v1::RegisterJob& job, const mesh::SpaceTimeMesh& source,
+    const mesh::RegisteredFamily* previous, JobContext& context) {
+  const double share = (kTargetsEnd - kSourceEnd) / job.targets_size();
+  std::vector<RegisteredTarget> targets;
+  for (int k = 0; k < job.targets_size(); ++k) {
+    if (previous != nullptr && IsKept(job, k, *previous)) {
+      targets.push_back(KeptTarget(*previous, k));
+      continue;
+    }
+    const StageRange range = {kSourceEnd + k * share, kSourceEnd + (k + 1) * share};
+    LB_ASSIGN_OR_RETURN(RegisteredTarget target,
+                        RegisterTarget(job, k, source, previous, range, context));
+    targets.push_back(std::move(target));
+  }
+  return targets;
+}
+
+// What the parts have come to.
+absl::StatusOr<std::vector<RegisteredTarget>> ReadTargets(
+    const store::v1::RegisterJob& job, const std::vector<store::v1::JobRecord>& parts,
+    const mesh::SpaceTimeMesh& source, JobContext& context) {
+  const std::string source_mesh = HashOf(source);
+  std::vector<RegisteredTarget> targets;
+  for (const store::v1::JobRecord& part : parts) {
+    const std::string& name = job.targets(part.register_target().target_index());
+    LB_ASSIGN_OR_RETURN(RegisteredTarget target,
+                        ReadPart(part.result_blob(), name, source_mesh, context.blobs));
+    targets.push_back(std::move(target));
+  }
+  return targets;
 }
 
 // The source's mesh on a coarser grid, moved as the finest one is.
@@ -121,24 +113,24 @@ absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyParts& parts,
 
 absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context) {
   LB_RETURN_IF_ERROR(CheckOptions(job));
-  std::optional<mesh::RegisteredFamily> previous;
-  if (job.refine_version() != 0) {
-    LB_ASSIGN_OR_RETURN(previous, OpenPreviousVersion(job, context));
-  }
+  LB_ASSIGN_OR_RETURN(const std::vector<store::v1::JobRecord> done,
+                      context.catalog.ListParts(context.keeper.job().id()));
+  LB_ASSIGN_OR_RETURN(const std::optional<mesh::RegisteredFamily> previous,
+                      OpenPreviousVersion(job, context));
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", done.empty() ? 0.0 : kTargetsEnd,
+                                        done.empty() ? kSourceEnd : kSourceAfterPartsEnd));
+  LB_ASSIGN_OR_RETURN(BuiltMesh source, BuildMesh(job.source(), job, context));
+  if (previous) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source.mesh));
   FamilyParts parts;
   parts.name = job.family();
   parts.source_name = job.source();
-  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", 0.0, kTargetsBegin));
-  LB_ASSIGN_OR_RETURN(BuiltMesh source, BuildMesh(job.source(), ToBuildOptions(job.space_time()),
-                                                  context, parts.bounds));
   parts.source = std::move(source.mesh);
   parts.source_report = source.report;
-  if (previous) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, parts.source));
-  for (int k = 0; k < job.targets_size(); ++k) {
-    LB_ASSIGN_OR_RETURN(RegisteredTarget target,
-                        RegisterTarget(job, k, previous ? &*previous : nullptr, parts, context));
-    parts.targets.push_back(std::move(target));
-  }
+  LB_ASSIGN_OR_RETURN(parts.bounds, BoundsOf(job, context.catalog));
+  LB_ASSIGN_OR_RETURN(
+      parts.targets,
+      done.empty() ? RegisterTargets(job, parts.source, previous ? &*previous : nullptr, context)
+                   : ReadTargets(job, done, parts.source, context));
   LB_RETURN_IF_ERROR(MakeLevels(job, parts, context));
   LB_RETURN_IF_ERROR(context.BeginStage("publishing", kLevelsEnd, 1.0));
   LB_ASSIGN_OR_RETURN(const mesh::RegisteredFamily family, AssembleFamily(std::move(parts)));

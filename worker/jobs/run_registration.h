@@ -7,8 +7,10 @@
 
 namespace liquidblend::jobs {
 
-// Stored animations -> a published family. Errors: those of the stages and the store, and why the
-// job was not to go on (LeaseKeeper::Check).
+// Stored animations -> a published family. With several targets, this runs when each has been
+// registered by a part of its own (run_part.h), and puts their results together; without parts, the
+// target is registered here. Both give the same bytes.
+// Errors: those of the stages and the store, and why the job was not to go on (LeaseKeeper::Check).
 absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context);
 
 }  // namespace liquidblend::jobs

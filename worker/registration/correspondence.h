@@ -9,4 +9,7 @@ using mesh::Correspondence;
 using mesh::CorrespondenceKind;
 using mesh::CorrespondenceReport;
 
+// But for what a file's units make of them.
+bool IsSame(const Correspondence& a, const Correspondence& b);
+
 }  // namespace liquidblend::registration

@@ -29,17 +29,6 @@ NodeMap FitMap(const std::vector<GeodesicSearch::Reached>& around, const Points&
   return solved.transpose().cast<float>();
 }
 
-// But for what a file's units make of them.
-bool IsSame(const Correspondence& a, const Correspondence& b) {
-  constexpr double kRounding = 1e-9;
-  const auto near = [](const Eigen::Vector4d& p, const Eigen::Vector4d& q) {
-    return (p - q).norm() <= kRounding * (1 + p.norm());
-  };
-  return a.kind == b.kind && a.hard == b.hard && near(a.source, b.source) &&
-         near(a.target, b.target) &&
-         std::abs(a.length_frames - b.length_frames) <= kRounding * (1 + a.length_frames);
-}
-
 }  // namespace
 
 std::vector<NodeMap> FitMaps(const DeformationNodes& nodes, const Points& rest,

@@ -85,10 +85,31 @@ TEST_F(SqliteCatalogTest, KnowsItsSchemaVersion) {
     return absl::OkStatus();
   };
   EXPECT_THAT(OpenRaw()->Run("PRAGMA user_version", {}, read), Succeeds());
-  EXPECT_EQ(version, 1);
-  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 2"), Succeeds());
+  EXPECT_EQ(version, 2);
+  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 3"), Succeeds());
   EXPECT_THAT(OpenSqliteCatalog(path_),
-              Fails(Code::kFailedPrecondition, path_ + " has schema version 2"));
+              Fails(Code::kFailedPrecondition, path_ + " has schema version 3"));
+}
+
+// As version 1 left it: no parts, and a registration of two targets that is one job.
+TEST_F(SqliteCatalogTest, BringsAnOlderDatabaseUpToDate) {
+  pb::JobRecord old = RegistrationOf("f", "a", {"b", "c"});
+  old.set_id("register-old");
+  old.set_state(pb::JobRecord::QUEUED);
+  ASSERT_THAT(MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  ASSERT_THAT(OpenRaw()->RunScript("DROP INDEX jobs_by_parent;"
+                                   "ALTER TABLE jobs DROP COLUMN parent;"
+                                   "PRAGMA user_version = 1;"),
+              Succeeds());
+  ASSERT_THAT(OpenRaw()->Run(
+                  "INSERT INTO jobs (id, state, subject, record) VALUES (?, ?, ?, ?)",
+                  {old.id(), int64_t{old.state()}, "families/f", Bytes{old.SerializeAsString()}}),
+              Succeeds());
+  const auto catalog = MustOpen();
+  ASSERT_EQ(catalog->ListJobs(0, "")->records.size(), 2);
+  EXPECT_TRUE((*catalog->LeaseJob("worker", absl::Minutes(1)))->job.has_import_animation());
+  EXPECT_EQ((*catalog->LeaseJob("worker", absl::Minutes(1)))->job.id(), old.id());
+  EXPECT_TRUE(catalog->ListParts(old.id())->empty());
 }
 
 TEST_F(SqliteCatalogTest, LeavesOtherDatabasesAlone) {
@@ -205,6 +226,35 @@ TEST_F(SqliteCatalogTest, AnotherWorkerFinishesAJobWhosePublicationWasKilled) {
   EXPECT_EQ((*lease)->job.attempts(), 2);
   EXPECT_THAT((*catalog)->PublishAnimation((*lease)->lease_id, AnimationCalled("a")), Succeeds());
   EXPECT_EQ(MustOpen()->GetAnimation("a")->state(), pb::AnimationRecord::READY);
+}
+
+// The last part's end and what follows from it are one change.
+TEST_F(SqliteCatalogTest, ARegistrationIsQueuedWithItsLastPartOrNotAtAll) {
+  {
+    const auto catalog = MustOpen();
+    for (const char* id : {"a", "b"}) {
+      ASSERT_THAT(catalog->SubmitImport(AnimationCalled(id), ImportOf(id)), Succeeds());
+      const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
+      ASSERT_THAT(catalog->PublishAnimation((*lease)->lease_id, AnimationCalled(id)), Succeeds());
+    }
+    ASSERT_THAT(catalog->SubmitRegistration(RegistrationOf("f", "a", {"a", "b"})), Succeeds());
+    const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
+    ASSERT_THAT(catalog->FinishPart((*lease)->lease_id, "blob"), Succeeds());
+  }
+  const auto finish_last = [&](absl::Duration later) {
+    CatalogOptions options;
+    options.now = [=] { return absl::Now() + later; };
+    const auto catalog = OpenSqliteCatalog(path_, options);
+    if (!catalog.ok()) return;
+    const auto lease = (*catalog)->LeaseJob("victim", absl::Minutes(1));
+    if (!lease.ok() || !lease->has_value()) return;
+    (*catalog)->FinishPart((*lease)->lease_id, "blob").IgnoreError();
+  };
+  const auto state = [&] { return MustOpen()->ListJobs(1, "")->records[0].state(); };
+  EXPECT_TRUE(DiesAt("publish.before_commit", [&] { finish_last(absl::ZeroDuration()); }));
+  EXPECT_EQ(state(), pb::JobRecord::WAITING);
+  EXPECT_TRUE(DiesAt("publish.after_commit", [&] { finish_last(absl::Minutes(2)); }));
+  EXPECT_EQ(state(), pb::JobRecord::QUEUED);
 }
 
 TEST_F(SqliteCatalogTest, HasAPublicationKilledAfterItsCommit) {

@@ -508,6 +508,46 @@ TEST_F(HandlersTest, AnOperationTellsItsWholeLife) {
   EXPECT_EQ(animation.state(), v1::Animation::STATE_UNSPECIFIED);
 }
 
+TEST_F(HandlersTest, ARegistrationOfSeveralTargetsIsOneOperation) {
+  for (const std::string id : {"a", "b", "c"}) ImportAnimation(id);
+  v1::RegisterFamilyRequest registration = Registration();
+  registration.clear_targets();
+  for (const std::string id : {"b", "c"}) registration.add_targets("animations/" + id);
+  const auto submitted = RegisterFamily(backends_, registration);
+  ASSERT_THAT(submitted, Succeeds());
+  EXPECT_EQ(ListOperations(backends_, {})->operations_size(), 4);  // with three imports
+  lro::GetOperationRequest request;
+  request.set_name(submitted->name());
+  const auto progress_now = [&] {
+    const auto operation = GetOperation(backends_, request);
+    EXPECT_THAT(operation, Succeeds());
+    EXPECT_FALSE(operation->done());
+    v1::RegisterFamilyMetadata metadata;
+    EXPECT_TRUE(operation->metadata().UnpackTo(&metadata));
+    return metadata.progress();
+  };
+  EXPECT_EQ(progress_now().stage(), "queued");
+  const store::Lease first = TakeJob(), second = TakeJob();
+  const auto report = [&](const store::Lease& lease, double fraction) {
+    store::pb::JobProgress progress;
+    progress.set_stage("registration");
+    progress.set_fraction(fraction);
+    EXPECT_THAT(catalog_->Heartbeat(lease.lease_id, absl::Hours(1), progress), Succeeds());
+  };
+  report(first, 0.75);
+  report(second, 0.25);
+  EXPECT_EQ(progress_now().stage(), "registration");
+  EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kPartsShare / 2);
+  EXPECT_EQ(progress_now().target_index(), 1);
+  EXPECT_EQ(progress_now().attempt(), 1);
+  EXPECT_THAT(catalog_->FinishPart(first.lease_id, "blob"), Succeeds());
+  EXPECT_THAT(catalog_->FinishPart(second.lease_id, "blob"), Succeeds());
+  EXPECT_EQ(progress_now().stage(), "queued");
+  EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kPartsShare);
+  EXPECT_EQ(TakeJob().job.parent(), "");
+  EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kPartsShare);
+}
+
 TEST_F(HandlersTest, AFailedOperationTellsWhy) {
   const store::pb::JobRecord job = SubmitImport("drop");
   const absl::Status error = absl::InvalidArgumentError("frame 3: not closed");

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "tests/synthetic/families.h"
-#include "tests/synthetic/shapes.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -88,15 +87,6 @@ TEST(AssembleFamily, ARegistrationThatIsNotFiniteIsRefused) {
   const auto family = AssembleFamily(std::move(parts));
   EXPECT_EQ(family.status().code(), absl::StatusCode::kInternal);
   EXPECT_THAT(std::string(family.status().message()), testing::HasSubstr("family"));
-}
-
-TEST(AssembleFamily, BoxOfAnAnimationHoldsAllFrames) {
-  synthetic::MovingSphereOptions options;
-  options.velocity_m_per_s = {24, 0, 0};
-  options.num_frames = 3;
-  const Eigen::AlignedBox3f box = BoxOf(synthetic::MovingSphere(options));
-  EXPECT_NEAR(box.min().x(), -0.5, 0.01);  // 0.01: the icosphere's corners do not lie on the axes
-  EXPECT_NEAR(box.max().x(), 2.5, 0.01);
 }
 
 }  // namespace

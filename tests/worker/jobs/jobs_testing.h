@@ -16,6 +16,7 @@
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
 #include "core/store/data_directory.h"
+#include "core/store/sqlite.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/worker/ingest/encode_files.h"
@@ -102,13 +103,24 @@ class JobsTest : public testing::Test {
   }
 
   // Works until the queue is empty.
-  absl::Status Work(int num_threads = 2) {
+  absl::Status Work(int num_threads = 2, const std::string& worker = "test") {
     JobLoopOptions options;
-    options.worker = "test";
+    options.worker = worker;
     options.exit_when_idle = true;
     options.lease.report_interval = absl::Milliseconds(5);
     const parallel::Arena arena(num_threads);
     return RunJobs(*catalog_, blobs_, arena, stop_, options);
+  }
+
+  // As a program of before there were parts left it: the registration is one queued job.
+  void MakeOneJobOf(const std::string& job_id) {
+    store::pb::JobRecord job = Job(job_id);
+    job.set_state(store::pb::JobRecord::QUEUED);
+    const auto db = *store::Database::Open(store::CatalogPath(folder_.path()), absl::Seconds(10));
+    EXPECT_THAT(db->Run("DELETE FROM jobs WHERE parent = ?", {job_id}), store::Succeeds());
+    EXPECT_THAT(db->Run("UPDATE jobs SET state = ?, record = ? WHERE id = ?",
+                        {int64_t{job.state()}, store::Bytes{job.SerializeAsString()}, job_id}),
+                store::Succeeds());
   }
 
   store::pb::JobRecord Job(const std::string& id) { return *catalog_->GetJob(id); }

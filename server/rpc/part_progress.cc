@@ -1,0 +1,65 @@
+#include "server/rpc/part_progress.h"
+
+#include <algorithm>
+
+#include "core/store/catalog.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+using store::v1::JobRecord;
+
+// The furthest behind of those that run, the first if there are several; null: none runs.
+const JobRecord* SlowestOf(const std::vector<JobRecord>& parts) {
+  const JobRecord* slowest = nullptr;
+  for (const JobRecord& part : parts) {
+    if (part.state() != JobRecord::RUNNING) continue;
+    if (slowest == nullptr || part.progress().fraction() < slowest->progress().fraction()) {
+      slowest = &part;
+    }
+  }
+  return slowest;
+}
+
+// Until the last part ends, if those that run go on as they did and then take what is queued; 0 if
+// one that runs does not know yet.
+double SecondsLeft(const std::vector<JobRecord>& parts) {
+  int num_running = 0;
+  double longest = 0.0, whole = 0.0, work = 0.0;  // seconds; work: in parts
+  for (const JobRecord& part : parts) {
+    work += 1.0 - part.progress().fraction();
+    if (part.state() != JobRecord::RUNNING) continue;
+    const double left = part.progress().seconds_left();
+    if (left <= 0.0) return 0.0;
+    ++num_running;
+    whole += part.progress().seconds_elapsed() + left;
+    longest = std::max(longest, left);
+  }
+  if (num_running == 0) return 0.0;
+  const double mean = whole / num_running;
+  return std::max(longest, work * mean / num_running);
+}
+
+}  // namespace
+
+JobRecord WithProgressOf(const std::vector<JobRecord>& parts, JobRecord job) {
+  if (parts.empty() || !job.progress().stage().empty()) return job;
+  double sum = 0.0, elapsed_s = 0.0;
+  for (const JobRecord& part : parts) {
+    sum += part.progress().fraction();
+    elapsed_s = std::max(elapsed_s, part.progress().seconds_elapsed());
+  }
+  if (const JobRecord* const slowest = SlowestOf(parts)) {
+    *job.mutable_progress() = slowest->progress();
+    job.mutable_progress()->set_target_index(slowest->register_target().target_index());
+    job.set_attempts(slowest->attempts());
+    job.set_worker(slowest->worker());
+  }
+  job.mutable_progress()->set_fraction(store::kPartsShare * sum /
+                                       static_cast<double>(parts.size()));
+  job.mutable_progress()->set_seconds_elapsed(elapsed_s);
+  job.mutable_progress()->set_seconds_left(SecondsLeft(parts));
+  return job;
+}
+
+}  // namespace liquidblend::rpc

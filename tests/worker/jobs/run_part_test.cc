@@ -1,0 +1,295 @@
+// Registrations of several targets: parts on any workers, then one that puts them together.
+#include "worker/jobs/run_part.h"
+
+#include <set>
+#include <thread>
+
+#include "core/store/files.h"
+#include "tests/worker/jobs/jobs_testing.h"
+#include "worker/jobs/registered_part.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+using store::Succeeds;
+using store::pb::JobRecord;
+using testing::HasSubstr;
+
+class RunPartTest : public JobsTest {
+ protected:
+  void ImportBalls() {
+    SubmitBall("still", 0.0);
+    SubmitBall("slow", 1.0);
+    SubmitBall("fast", 3.0);
+    SubmitBall("back", -1.0);
+    ASSERT_THAT(Work(), Succeeds());
+  }
+
+  std::string SubmitBalls(const std::function<void(store::pb::RegisterJob&)>& change = {}) {
+    return SubmitRegistration("balls", "still", {"slow", "fast", "back"}, change);
+  }
+
+  // The name of the family's file, which is its content.
+  std::string PublishedBlob(const std::string& job) {
+    EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED) << Job(job).error().message();
+    return catalog_->GetFamily("balls")->blob();
+  }
+
+  // Work of several at once.
+  void WorkTogether(int num_workers) {
+    std::vector<std::thread> workers;
+    for (int k = 0; k < num_workers; ++k) {
+      workers.emplace_back([&, k] {
+        while (Unfinished()) EXPECT_THAT(Work(1, absl::StrCat("worker ", k)), Succeeds());
+      });
+    }
+    for (std::thread& worker : workers) worker.join();
+  }
+
+  bool Unfinished() {
+    const JobRecord job = catalog_->ListJobs(1, "")->records[0];
+    return job.state() == JobRecord::WAITING || job.state() == JobRecord::QUEUED ||
+           job.state() == JobRecord::RUNNING;
+  }
+
+  // A point at the top of the ball, half-way.
+  static void AddCorrespondence(store::pb::RegisterJob::Correspondences& list, double velocity) {
+    store::pb::Correspondence& top = *list.add_correspondences();
+    top.set_kind(store::pb::Correspondence::POINT);
+    top.set_hard(true);
+    for (const double value : {0.0, 0.0, 0.5, 1.0 / 24}) top.add_source(value);
+    for (const double value : {velocity / 24, 0.0, 0.5, 1.0 / 24}) top.add_target(value);
+  }
+};
+
+TEST_F(RunPartTest, TheFamilyIsTheSameBytesAsOfOneJobForAnyNumberOfWorkers) {
+  ImportBalls();
+  const auto change = [](auto& job) {
+    job.mutable_options()->set_max_iterations(2);
+    for (const double velocity : {1.0, 3.0, -1.0}) {
+      AddCorrespondence(*job.add_correspondences(), velocity);
+    }
+  };
+  const std::string one_job = SubmitBalls(change);
+  MakeOneJobOf(one_job);
+  ASSERT_THAT(Work(), Succeeds());
+  const std::string expected = PublishedBlob(one_job);
+  const store::pb::FamilyManifest manifest = catalog_->GetFamily("balls")->manifest();
+  EXPECT_EQ(manifest.targets_size(), 3);
+  EXPECT_EQ(manifest.coarser_levels_size(), 2);
+  for (const int num_workers : {1, 2, 3}) {
+    const std::string job = SubmitBalls(change);
+    ASSERT_EQ(catalog_->ListParts(job)->size(), 3);
+    WorkTogether(num_workers);
+    EXPECT_EQ(PublishedBlob(job), expected) << num_workers << " workers";
+    // The catalog's record has the seconds, too: those of the parts.
+    const store::pb::FamilyRecord record = *catalog_->GetFamily("balls");
+    for (const auto& report : record.manifest().reports()) {
+      EXPECT_GT(report.seconds(), 0.0);
+    }
+  }
+}
+
+TEST_F(RunPartTest, ARefinementOfSeveralTargetsIsTheSameBytesAsOfOneJob) {
+  ImportBalls();
+  std::vector<std::string> blobs;
+  for (const bool is_one_job : {false, true}) {
+    ASSERT_THAT(catalog_->DeleteFamily("balls").code(),
+                testing::AnyOf(absl::StatusCode::kOk, absl::StatusCode::kNotFound));
+    SubmitBalls();
+    ASSERT_THAT(Work(), Succeeds());
+    const int64_t version = catalog_->GetFamily("balls")->version();
+    const std::string job = SubmitBalls([&](auto& registration) {
+      registration.set_refine_version(version);
+      for (const double velocity : {1.0, 3.0, -1.0}) {
+        AddCorrespondence(*registration.add_correspondences(), velocity);
+      }
+    });
+    if (is_one_job) MakeOneJobOf(job);
+    ASSERT_THAT(Work(), Succeeds());
+    blobs.push_back(PublishedBlob(job));
+    EXPECT_EQ(catalog_->GetFamily("balls")->version(), version + 1);
+  }
+  EXPECT_EQ(blobs[0], blobs[1]);
+}
+
+TEST_F(RunPartTest, ARefinementKeepsTargetsWithoutNewCorrespondences) {
+  ImportBalls();
+  const auto displacements = [&] {
+    const auto family =
+        store::OpenFamily(*blobs_.Open(catalog_->GetFamily("balls")->blob()), "balls");
+    EXPECT_THAT(family, Succeeds());
+    std::vector<std::vector<mesh::Float4>> result;
+    for (const mesh::FamilyTarget& target : family->targets) {
+      result.emplace_back(target.displacement.begin(), target.displacement.end());
+    }
+    return result;
+  };
+  const auto refine = [&](bool is_one_job) {
+    const std::string job = SubmitBalls([&](auto& registration) {
+      registration.set_refine_version(catalog_->GetFamily("balls")->version());
+      for (int k = 0; k < 3; ++k) registration.add_correspondences();
+      AddCorrespondence(*registration.mutable_correspondences(1), 3.0);
+    });
+    if (is_one_job) MakeOneJobOf(job);
+    EXPECT_THAT(Work(), Succeeds());
+    return PublishedBlob(job);
+  };
+  std::vector<std::string> blobs;
+  for (const bool is_one_job : {false, true}) {
+    SubmitBalls();
+    ASSERT_THAT(Work(), Succeeds());
+    const auto before = displacements();
+    blobs.push_back(refine(is_one_job));
+    const auto after = displacements();
+    EXPECT_EQ(before[0], after[0]);
+    EXPECT_NE(before[1], after[1]);
+    EXPECT_EQ(before[2], after[2]);
+    const store::pb::FamilyManifest manifest = catalog_->GetFamily("balls")->manifest();
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_EQ(manifest.reports(k).correspondences_size(), k == 1 ? 1 : 0);
+      EXPECT_EQ(manifest.space_time_reports(k + 1).num_vertices(), 972);  // 6 layers of 162
+    }
+    // With nothing new, all go on.
+    refine(is_one_job);
+    const auto last = displacements();
+    for (int k = 0; k < 3; ++k) EXPECT_NE(last[k], after[k]) << k;
+  }
+  EXPECT_EQ(blobs[0], blobs[1]);
+}
+
+TEST_F(RunPartTest, WorkersShareTheParts) {
+  ImportBalls();
+  const std::string job = SubmitBalls();
+  // Each worker that opens its first file waits for the others to have a part as well.
+  blobs_.on_open = [&] {
+    Await([&] {
+      const auto parts = catalog_->ListParts(job);
+      return std::none_of(parts->begin(), parts->end(),
+                          [](const JobRecord& part) { return part.state() == JobRecord::QUEUED; });
+    });
+    return absl::OkStatus();
+  };
+  WorkTogether(3);
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED) << Job(job).error().message();
+}
+
+TEST_F(RunPartTest, ProgressTellsOfTheTargetFromTheStart) {
+  ImportBalls();
+  const std::string job = SubmitBalls();
+  bool was_told = false;
+  blobs_.on_open = [&] {
+    const auto parts = catalog_->ListParts(job);
+    if (was_told || (*parts)[1].state() != JobRecord::RUNNING) return absl::OkStatus();
+    Await([&] { return (*catalog_->ListParts(job))[1].progress().target_index() == 1; });
+    EXPECT_EQ((*catalog_->ListParts(job))[1].progress().stage(), "space-time mesh");
+    was_told = true;
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_TRUE(was_told);
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED) << Job(job).error().message();
+}
+
+TEST_F(RunPartTest, ABadTargetFailsTheRegistrationByName) {
+  SubmitBall("still", 0.0, 24);
+  SubmitBall("slow", 1.0, 24);
+  SubmitBall("other", 1.0, 25);  // frames a second
+  ASSERT_THAT(Work(), Succeeds());
+  const std::string job = SubmitRegistration("balls", "still", {"slow", "other"});
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::FAILED);
+  EXPECT_THAT(Job(job).error().message(), HasSubstr("target 'other': "));
+  EXPECT_TRUE(catalog_->ListParts(job)->empty());
+  EXPECT_EQ(catalog_->GetFamily("balls")->version(), 0);
+}
+
+TEST_F(RunPartTest, ACancelledRegistrationStopsThePartsAtWork) {
+  ImportBalls();
+  const std::string job =
+      SubmitBalls([](auto& r) { r.mutable_options()->set_max_iterations(200); });
+  int num_opened = 0;
+  blobs_.on_open = [&] {
+    if (++num_opened > 1) return absl::OkStatus();
+    EXPECT_THAT(catalog_->RequestCancel(job), Succeeds());
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::CANCELLED);
+  EXPECT_LE(num_opened, 2);  // of the first part, and no other was begun
+  EXPECT_EQ(catalog_->GetFamily("balls")->version(), 0);
+}
+
+TEST_F(RunPartTest, ALostPartIsNamedByWhoPutsThemTogether) {
+  ImportBalls();
+  const std::string job = SubmitBalls();
+  blobs_.on_open = [&] {
+    const auto parts = catalog_->ListParts(job);
+    if (Job(job).state() == JobRecord::RUNNING) {
+      EXPECT_THAT(blobs_.Delete((*parts)[2].result_blob()), Succeeds());
+    }
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::FAILED);
+  EXPECT_EQ(Job(job).error().code(), static_cast<int>(absl::StatusCode::kNotFound));
+  EXPECT_THAT(Job(job).error().message(), HasSubstr("target 'back': "));
+  EXPECT_EQ(catalog_->GetFamily("balls")->version(), 0);
+}
+
+// ---- the parts' files
+
+RegisteredTarget SampleTarget() {
+  RegisteredTarget target;
+  target.name = "slow";
+  target.space_time.num_vertices = 5;
+  target.registration.displacement.setRandom(4, 5);
+  target.registration.extrapolation.setRandom(4, 5);
+  target.registration.report.num_nodes = 3;
+  return target;
+}
+
+TEST_F(RunPartTest, APartComesBackAsItWas) {
+  const RegisteredTarget target = SampleTarget();
+  const auto id = StorePart(target, "hash", blobs_);
+  ASSERT_THAT(id, Succeeds());
+  const auto back = ReadPart(*id, "slow", "hash", blobs_);
+  ASSERT_THAT(back, Succeeds());
+  EXPECT_EQ(back->name, "slow");
+  EXPECT_EQ(back->space_time.num_vertices, 5);
+  EXPECT_EQ(back->registration.displacement, target.registration.displacement);
+  EXPECT_EQ(back->registration.extrapolation, target.registration.extrapolation);
+  EXPECT_EQ(back->registration.report.num_nodes, 3);
+}
+
+TEST_F(RunPartTest, APartOfAnotherTargetOrMeshIsRefused) {
+  const auto id = StorePart(SampleTarget(), "hash", blobs_);
+  ASSERT_THAT(id, Succeeds());
+  EXPECT_THAT(
+      ReadPart(*id, "fast", "hash", blobs_),
+      store::Fails(absl::StatusCode::kFailedPrecondition, "'fast' is one of target 'slow'"));
+  EXPECT_THAT(ReadPart(*id, "slow", "other", blobs_),
+              store::Fails(absl::StatusCode::kFailedPrecondition, "a space-time mesh hash"));
+}
+
+TEST(HashOf, ChangesWithAnyArrayOfTheMesh) {
+  mesh::SpaceTimeMesh mesh;
+  mesh.vertices.setZero(4, 2);
+  std::set<std::string> hashes = {HashOf(mesh)};
+  mesh.vertices(3, 1) = 1;
+  hashes.insert(HashOf(mesh));
+  mesh.velocities.setZero(3, 2);
+  hashes.insert(HashOf(mesh));
+  mesh.tetrahedra.push_back({0, 1, 0, 1});
+  hashes.insert(HashOf(mesh));
+  mesh.hexahedra.push_back({0, 1, 0, 1, 0, 1, 0, 1});
+  hashes.insert(HashOf(mesh));
+  mesh.tetrahedra.push_back({0, 1, 0, 1});
+  mesh.tetrahedra.push_back({0, 1, 0, 1});
+  mesh.hexahedra.clear();
+  hashes.insert(HashOf(mesh));
+  EXPECT_EQ(hashes.size(), 6);
+}
+
+}  // namespace
+}  // namespace liquidblend::jobs

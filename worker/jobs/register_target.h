@@ -1,0 +1,42 @@
+// One target of a family: stored animations -> the registration of the source to it.
+#pragma once
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/animation.h"
+#include "core/mesh/registered_family.h"
+#include "core/mesh/space_time_mesh.h"
+#include "core/mesh/space_time_report.h"
+#include "liquidblend/store/v1/records.pb.h"
+#include "worker/jobs/assemble_family.h"
+#include "worker/jobs/job_context.h"
+
+namespace liquidblend::jobs {
+
+absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& context);
+
+struct BuiltMesh {
+  mesh::SpaceTimeMesh mesh;
+  mesh::SpaceTimeReport report;
+};
+
+// Reads an animation and makes its space-time mesh: the same on any worker, for any number of
+// threads. Errors: those of the stages and the store.
+absl::StatusOr<BuiltMesh> BuildMesh(const std::string& id, const store::v1::RegisterJob& job,
+                                    JobContext& context);
+
+// Shares of the whole job.
+struct StageRange {
+  double begin = 0.0;
+  double end = 1.0;
+};
+
+//   previous  what to refine; null: from scratch
+// Errors: those of the stages and the store, and why the job was not to go on.
+absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& job, int target_index,
+                                                const mesh::SpaceTimeMesh& source,
+                                                const mesh::RegisteredFamily* previous,
+                                                const StageRange& range, JobContext& context);
+
+}  // namespace liquidblend::jobs

@@ -1,0 +1,73 @@
+#include "worker/jobs/registered_part.h"
+
+#include <memory>
+#include <span>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/store/content_hash.h"
+#include "core/store/files.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+// With its size: what follows another array is not part of it.
+template <typename Element>
+void Add(std::span<const Element> elements, store::BlobHasher& hasher) {
+  const uint64_t size = elements.size();
+  hasher.Add(std::as_bytes(std::span(&size, 1)));
+  hasher.Add(std::as_bytes(elements));
+}
+
+}  // namespace
+
+std::string HashOf(const mesh::SpaceTimeMesh& mesh) {
+  const mesh::RegisteredFamily view = mesh::ViewOf(mesh);
+  store::BlobHasher hasher;
+  Add(view.vertices, hasher);
+  Add(view.velocities, hasher);
+  Add(view.tetrahedra, hasher);
+  Add(view.pyramids, hasher);
+  Add(view.wedges, hasher);
+  Add(view.hexahedra, hasher);
+  return hasher.Id();
+}
+
+absl::StatusOr<store::BlobId> StorePart(const RegisteredTarget& target,
+                                        const std::string& source_mesh, store::BlobStore& blobs) {
+  store::TargetFile file;
+  file.target = ViewOf(target);
+  file.space_time = target.space_time;
+  file.source_mesh = source_mesh;
+  LB_ASSIGN_OR_RETURN(const std::unique_ptr<store::BlobWriter> out, blobs.Create());
+  LB_RETURN_IF_ERROR(store::WriteTarget(file, *out));
+  return out->Commit();
+}
+
+absl::StatusOr<RegisteredTarget> ReadPart(const store::BlobId& id, const std::string& target,
+                                          const std::string& source_mesh, store::BlobStore& blobs) {
+  const std::string name = absl::StrCat("target '", target, "'");
+  const absl::StatusOr<std::shared_ptr<const store::Blob>> blob = blobs.Open(id);
+  if (!blob.ok()) {
+    return absl::Status(blob.status().code(), absl::StrCat(name, ": ", blob.status().message()));
+  }
+  LB_ASSIGN_OR_RETURN(const store::TargetFile file, store::OpenTarget(*blob, name));
+  if (file.target.name != target) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the part of ", name, " is one of target '", file.target.name, "'"));
+  }
+  if (!file.source_mesh.empty() && file.source_mesh != source_mesh) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        name, " was registered to a space-time mesh ", file.source_mesh,
+        ", and here the source's is ", source_mesh, ": do all workers run the same program?"));
+  }
+  RegisteredTarget result;
+  result.name = target;
+  result.space_time = file.space_time;
+  result.registration.displacement = MatrixOf(file.target.displacement);
+  result.registration.extrapolation = MatrixOf(file.target.extrapolation);
+  result.registration.report = file.target.report;
+  return result;
+}
+
+}  // namespace liquidblend::jobs

@@ -1,0 +1,52 @@
+#include "worker/jobs/run_part.h"
+
+#include <optional>
+#include <string>
+
+#include "core/base/status_macros.h"
+#include "worker/jobs/job_options.h"
+#include "worker/jobs/previous_version.h"
+#include "worker/jobs/register_target.h"
+#include "worker/jobs/registered_part.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+// Shares of the part: the source's mesh, the target, storing the result.
+constexpr double kSourceEnd = 0.1;
+constexpr double kTargetEnd = 0.98;
+
+// Registers the target, and stores the result.
+absl::StatusOr<store::BlobId> MakePart(const store::v1::RegisterJob& job, int k,
+                                       const mesh::RegisteredFamily* previous,
+                                       JobContext& context) {
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", 0.0, kSourceEnd));
+  LB_ASSIGN_OR_RETURN(const BuiltMesh source, BuildMesh(job.source(), job, context));
+  if (previous != nullptr) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source.mesh));
+  LB_ASSIGN_OR_RETURN(
+      const RegisteredTarget target,
+      RegisterTarget(job, k, source.mesh, previous, {kSourceEnd, kTargetEnd}, context));
+  LB_RETURN_IF_ERROR(context.BeginStage("storing", kTargetEnd, 1.0));
+  return StorePart(target, HashOf(source.mesh), context.blobs);
+}
+
+}  // namespace
+
+absl::Status RunPart(const store::v1::JobRecord& part, JobContext& context) {
+  const int k = part.register_target().target_index();
+  context.set_target_index(k);
+  LB_ASSIGN_OR_RETURN(const store::v1::JobRecord parent, context.catalog.GetJob(part.parent()));
+  const store::v1::RegisterJob& job = parent.register_family();
+  LB_RETURN_IF_ERROR(CheckOptions(job));
+  LB_ASSIGN_OR_RETURN(const std::optional<mesh::RegisteredFamily> previous,
+                      OpenPreviousVersion(job, context));
+  const bool is_kept = previous && IsKept(job, k, *previous);
+  LB_ASSIGN_OR_RETURN(const store::BlobId blob,
+                      is_kept
+                          ? StorePart(KeptTarget(*previous, k), /*source_mesh=*/"", context.blobs)
+                          : MakePart(job, k, previous ? &*previous : nullptr, context));
+  LB_RETURN_IF_ERROR(context.keeper.Check());
+  return context.catalog.FinishPart(context.keeper.lease_id(), blob);
+}
+
+}  // namespace liquidblend::jobs
