@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/store/files.h"
+#include "core/store/parameter_records.h"
 #include "worker/jobs/assemble_family.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/previous_version.h"
@@ -128,6 +129,7 @@ absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& cont
   FamilyParts parts;
   parts.name = job.family();
   parts.source_name = job.source();
+  parts.parameter_space = store::FromMessage(job.parameter_space());
   LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", 0.0, kTargetsBegin));
   LB_ASSIGN_OR_RETURN(BuiltMesh source, BuildMesh(job.source(), ToBuildOptions(job.space_time()),
                                                   context, parts.bounds));
