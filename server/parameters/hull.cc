@@ -39,6 +39,14 @@ std::vector<HullFacet> FacetsOf(qhT* qh) {
   return facets;
 }
 
+// First what is large, then the pool of what is small.
+void FreeAll(qhT* qh) {
+  int num_left = 0;
+  int num_bytes_left = 0;
+  qh_freeqhull(qh, !qh_ALL);
+  qh_memfreeshort(qh, &num_left, &num_bytes_left);
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<HullFacet>> FindHullFacets(const Eigen::MatrixXd& points) {
@@ -56,7 +64,7 @@ absl::StatusOr<std::vector<HullFacet>> FindHullFacets(const Eigen::MatrixXd& poi
                    copy.data(), False, kCommand, nullptr, log);
   std::vector<HullFacet> facets;
   if (code == qh_ERRnone) facets = FacetsOf(&state);
-  qh_freeqhull(&state, qh_ALL);
+  FreeAll(&state);
   std::fclose(log);
   if (code == qh_ERRnone) return facets;
   const std::string text(messages, num_bytes);

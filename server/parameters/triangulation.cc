@@ -15,7 +15,9 @@ namespace liquidblend::parameters {
 namespace {
 
 constexpr double kRounding = 1e-12;  // of coordinates and distances
+constexpr double kSameFace = 1e-9;   // so far outside, a point is still one of the simplex
 constexpr double kStep = 0x1p-30;    // weights are multiples of it
+constexpr double kSameValue = 1e-9;  // relative; what differs by less may differ by rounding only
 constexpr double kFarthest = 1e6;    // beyond it, coordinates say nothing; in scaled units
 
 absl::Status Fault(const std::string& what) { return absl::InvalidArgumentError(what); }
@@ -32,12 +34,13 @@ Eigen::MatrixXd MatrixOf(const mesh::ParameterSpace& space) {
 absl::Status CheckRanges(const mesh::ParameterSpace& space, const Eigen::VectorXd& min,
                          const Eigen::VectorXd& range) {
   for (Eigen::Index i = 0; i < range.size(); ++i) {
-    if (range[i] == 0.0) {
+    if (!std::isfinite(range[i])) {
+      return Fault(absl::StrCat("the values of ", space.names[i], " span ", range[i]));
+    }
+    const double largest = std::max(std::abs(min[i]), std::abs(min[i] + range[i]));
+    if (range[i] <= kSameValue * largest || !std::isfinite(1.0 / range[i])) {
       return Fault(
           absl::StrCat(space.names[i], " is ", min[i], " for all animations: leave it out"));
-    }
-    if (!std::isfinite(range[i]) || !std::isfinite(1.0 / range[i])) {
-      return Fault(absl::StrCat("the values of ", space.names[i], " span ", range[i]));
     }
   }
   return absl::OkStatus();
@@ -46,7 +49,7 @@ absl::Status CheckRanges(const mesh::ParameterSpace& space, const Eigen::VectorX
 absl::Status CheckApart(const Eigen::MatrixXd& scaled) {
   for (Eigen::Index b = 1; b < scaled.cols(); ++b) {
     for (Eigen::Index a = 0; a < b; ++a) {
-      if ((scaled.col(a) - scaled.col(b)).norm() > kTolerance) continue;
+      if ((scaled.col(a) - scaled.col(b)).norm() > kSamePlace) continue;
       return Fault(absl::StrCat("points[", a, "] and points[", b, "] are at the same place"));
     }
   }
@@ -77,6 +80,16 @@ std::string Describe(const std::vector<std::string>& names, const Values& values
     absl::StrAppend(&text, i == 0 ? "" : ", ", names[i], " ", values[i]);
   }
   return text;
+}
+
+// Whether a corner lies on the viewer's side of the plane through `at` that faces the viewer.
+template <typename Corners, typename Point>
+bool IsPartlyBefore(const Corners& corners, const Point& at, const Point& viewer) {
+  const Point normal = viewer - at;
+  for (Eigen::Index i = 0; i < corners.cols(); ++i) {
+    if (normal.dot(corners.col(i) - at) > kRounding) return true;
+  }
+  return false;
 }
 
 // Without the last bits, which are noise: 0, 1/2 and 1 come out as such.
@@ -116,11 +129,6 @@ Triangulation::Coordinates Triangulation::CoordinatesIn(const Simplex& simplex,
   return coordinates;
 }
 
-// Of the distance to the simplex: the one to the farthest of the planes that the point is behind.
-double Triangulation::LowerBound(const Simplex& simplex, const Coordinates& coordinates) {
-  return (-coordinates.array() / simplex.gradients.rowwise().norm().array()).maxCoeff();
-}
-
 // The point of the simplex that is closest to `point`: its projection to the simplex' own space or,
 // if that lies outside, the closest point of a side that it lies behind.
 Triangulation::Point Triangulation::ClosestIn(const Corners& corners, const Point& point) {
@@ -154,21 +162,21 @@ const Triangulation::Simplex* Triangulation::FindAround(const Point& point) cons
   return around == simplices_.end() ? nullptr : &*around;
 }
 
+// A simplex on the far side of the plane through the nearest point so far is not nearer; it is as
+// near if it has that point.
 Triangulation::Nearest Triangulation::FindNearest(const Point& point) const {
   Nearest best;
-  double best_squares = 0.0;
   for (const Simplex& simplex : simplices_) {
-    const Coordinates coordinates = CoordinatesIn(simplex, point);
-    const bool is_first = best.simplex == nullptr;
-    if (!is_first && LowerBound(simplex, coordinates) > best.distance + kRounding) continue;
-    const Point closest = ClosestIn(simplex.corners, point);
-    const double distance = (closest - point).norm();
-    const double squares = coordinates.squaredNorm();
-    const bool is_nearer = distance < best.distance - kRounding;
-    const bool is_as_near = distance <= best.distance + kRounding;
-    if (!is_first && !is_nearer && !(is_as_near && squares < best_squares)) continue;
-    best = {&simplex, closest, distance};
-    best_squares = squares;
+    const double squares = CoordinatesIn(simplex, point).squaredNorm();
+    if (best.simplex == nullptr || IsPartlyBefore(simplex.corners, best.point, point)) {
+      const Point closest = ClosestIn(simplex.corners, point);
+      const double distance = (closest - point).norm();
+      if (distance < best.distance - kRounding) best = {&simplex, closest, distance, squares};
+    }
+    const bool is_as_near = CoordinatesIn(simplex, best.point).minCoeff() >= -kSameFace;
+    if (!is_as_near || squares >= best.squares) continue;
+    best.simplex = &simplex;
+    best.squares = squares;
   }
   return best;
 }

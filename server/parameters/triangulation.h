@@ -3,7 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -13,9 +15,10 @@
 namespace liquidblend::parameters {
 
 // Lengths are measured after each parameter has been scaled to run from 0 to 1 over the family's
-// animations. What is nearer than this is at one place; what is thinner is flat; and so far outside
-// of the hull a point still counts as on it.
+// animations. Simplices thinner than this are flat, and so far outside of the hull a point still
+// counts as on it.
 inline constexpr double kTolerance = 1e-6;
+inline constexpr double kSamePlace = 1e-5;  // points nearer to one another are at one place
 
 enum class Outside {
   kRefuse,
@@ -42,7 +45,8 @@ class Triangulation {
   // multiples of 2^-30, so that they are exact at the animations' own points.
   //   point  one value per name, in the user's units and the names' order
   // Errors: kInvalidArgument (not one finite value per name); kOutOfRange outside of the hull, with
-  // how far and the nearest point of the hull; also when extrapolating, kFarthest away from it.
+  // how far and the nearest point of the hull; also when extrapolating to more than a million times
+  // the parameters' ranges.
   // Cost: microseconds.
   absl::StatusOr<Location> Locate(std::span<const double> point, Outside outside) const;
 
@@ -65,12 +69,12 @@ class Triangulation {
   struct Nearest {
     const Simplex* simplex = nullptr;
     Point point;
-    double distance = 0.0;
+    double distance = std::numeric_limits<double>::infinity();
+    double squares = 0.0;  // sum of the coordinates'
   };
 
   Triangulation() = default;
   static Coordinates CoordinatesIn(const Simplex& simplex, const Point& point);
-  static double LowerBound(const Simplex& simplex, const Coordinates& coordinates);
   static Point ClosestIn(const Corners& corners, const Point& point);
   const Simplex* FindAround(const Point& point) const;
   Nearest FindNearest(const Point& point) const;

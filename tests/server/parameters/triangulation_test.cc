@@ -309,6 +309,37 @@ TEST(Triangulation, FindsTheNearestPointOfTheHull) {
   EXPECT_THAT(message({1, 1, -5}), HasSubstr("is (p0 0.5, p1 0.5, p2 0)"));
 }
 
+// Of a point outside, in parts of the parameters' ranges, as the message tells it.
+double ToldDistance(const Triangulation& triangulation, const Values& point) {
+  const absl::Status status = triangulation.Locate(point, Outside::kRefuse).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kOutOfRange);
+  const std::string message(status.message());
+  return std::stod(message.substr(message.find(", by ") + 5));
+}
+
+TEST(Triangulation, NoPointOfTheHullIsNearerThanTheNearest) {
+  for (const int d : {2, 3, 4}) {
+    mesh::ParameterSpace space = RandomSpace(d, 12, 6);
+    space.points.emplace_back(d, -3.0);  // so that each parameter runs from -3 to 5
+    space.points.emplace_back(d, 5.0);
+    const Triangulation triangulation = Make(space);
+    std::mt19937 random(2);
+    for (int corner = 1; corner + 1 < 1 << d; ++corner) {
+      Eigen::VectorXd point(d);
+      for (int i = 0; i < d; ++i) point[i] = corner >> i & 1 ? 6.0 : -4.0;
+      double nearest = std::numeric_limits<double>::infinity();
+      for (int k = 0; k < 3000; ++k) {
+        const Values inside = RandomMixture(space, random);
+        const Eigen::Map<const Eigen::VectorXd> place(inside.data(), d);
+        nearest = std::min(nearest, (place - point).norm() / 8.0);
+      }
+      const double told = ToldDistance(triangulation, Values(point.data(), point.data() + d));
+      EXPECT_LE(told, nearest + 1e-6);  // the message has six digits
+      EXPECT_GE(told, 0.8 * nearest);   // mixtures come this close
+    }
+  }
+}
+
 TEST(Triangulation, GivesTheSameWeightsAgain) {
   const mesh::ParameterSpace space = RandomSpace(3, 17, 8);
   const Triangulation first = Make(space);
@@ -332,12 +363,41 @@ TEST(Triangulation, RefusesTooFewPoints) {
 }
 
 TEST(Triangulation, RefusesTwoPointsAtOnePlace) {
-  EXPECT_THAT(Refusal(SpaceOf({{0, 0}, {1, 2}, {3, 1}, {1, 2 + 1e-9}})),
+  EXPECT_THAT(Refusal(SpaceOf({{0, 0}, {1, 2}, {3, 1}, {1, 2 + 1e-5}})),
               HasSubstr("points[1] and points[3] are at the same place"));
 }
 
 TEST(Triangulation, RefusesValuesBeyondWhatNumbersHold) {
   EXPECT_THAT(Refusal(SpaceOf({{-1.5e308}, {1.5e308}})), HasSubstr("the values of p0 span inf"));
+}
+
+// Parameters that were computed need not be alike to the last bit.
+TEST(Triangulation, TakesValuesThatDifferByRoundingAsAlike) {
+  EXPECT_THAT(Refusal(SpaceOf({{0.3, 1}, {0.1 + 0.2, 2}, {0.3, 3}})),
+              HasSubstr("p0 is 0.3 for all animations"));
+  const mesh::ParameterSpace corners = SpaceOf({{0.1, 0.3}, {0.7, 0.1 + 0.2}, {0.1, 5}, {0.7, 5}});
+  ExpectExactAtAnimations(corners);
+  ExpectReproducesPoints(corners);
+}
+
+// Where points nearly line up, simplices are left out; what they covered goes to their neighbours.
+TEST(Triangulation, HasNoGapsWherePointsNearlyLineUp) {
+  std::mt19937 random(1);
+  for (const double off : {1e-4, 1e-5, 1e-6, 1e-7, 1e-9, 1e-12, 1e-15}) {
+    std::uniform_real_distribution<double> anyhow(-off, off);
+    for (int repeat = 0; repeat < 5; ++repeat) {
+      mesh::ParameterSpace space = GridOf({{0.0, 0.4, 1.0}, {0.0, 0.5, 1.0}});
+      for (Values& point : space.points) {
+        for (double& x : point) x += anyhow(random);
+      }
+      const Triangulation triangulation = Make(space);
+      for (int i = 0; i < 50; ++i) {
+        const Values point = RandomMixture(space, random);
+        const Location location = Locate(triangulation, point);
+        EXPECT_THAT(BlendOf(space, location.weights), Pointwise(DoubleNear(1e-7), point));
+      }
+    }
+  }
 }
 
 TEST(Triangulation, RefusesWhatIsNoPoint) {
