@@ -78,8 +78,9 @@ struct RegisteredFamily {
 };
 
 // Checks what the kernels rely on: array sizes, indices in range, finite numbers, the end slabs'
-// vertices outside of [0, num_frames - 1], a sane box, levels that belong to one another, points in parameter space. Errors:
-// kInvalidArgument with the first offending element.  Cost: O(vertices + cells).
+// vertices outside of [0, num_frames - 1], a sane box, levels that belong to one another, points in
+// parameter space. Errors: kInvalidArgument with the first offending element.  Cost: O(vertices +
+// cells).
 absl::Status Validate(const RegisteredFamily& family);
 
 // The family with no target that shows the source as it is; `mesh` must outlive the view.
