@@ -12,7 +12,7 @@ packages=(
   libgrpc++-dev protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libabsl-dev libeigen3-dev
   libnanoflann-dev libtbb-dev libdraco-dev libsqlite3-dev libxxhash-dev libspdlog-dev libcli11-dev
   nlohmann-json3-dev zlib1g-dev libstb-dev libembree-dev libopenvdb-dev libblosc-dev
-  libboost-dev
+  libboost-dev libqhull-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev
 )

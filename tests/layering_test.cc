@@ -61,7 +61,7 @@ const Places kOurs = {"core/", "worker/", "server/", "client/", "tests/", "liqui
 // Rule 2: a stage is included by itself and by the folder that calls the stages in order. What a
 // stage prepares once for each family may also be held by the catalog of loaded families.
 const Places kPrepared = {"server/slice/cell_index.h", "server/finish/time_links.h",
-                          "server/encode/grid.h"};
+                          "server/encode/grid.h", "server/parameters/triangulation.h"};
 struct Stage {
   std::string_view folder;
   std::string_view caller;
@@ -70,7 +70,7 @@ constexpr Stage kStages[] = {
     {"worker/ingest/", "worker/jobs/"},       {"worker/spacetime/", "worker/jobs/"},
     {"worker/registration/", "worker/jobs/"}, {"server/blend/", "server/rpc/"},
     {"server/slice/", "server/rpc/"},         {"server/finish/", "server/rpc/"},
-    {"server/encode/", "server/rpc/"}};
+    {"server/encode/", "server/rpc/"},        {"server/parameters/", "server/rpc/"}};
 
 // Rule 3 does not hold for the homes that rule 4 gives to the log and to threads: they are core's.
 const Places kCoreByDesign = {"core/base/", "core/parallel/"};
@@ -91,6 +91,7 @@ const ThirdParty kThirdParties[] = {
     {"Eigen/IterativeLinearSolvers", {"worker/registration/"}},
     {"Eigen/CholmodSupport", {"worker/registration/"}},
     {"nanoflann.hpp", {"worker/registration/"}},
+    {"libqhull_r/", {"server/parameters/"}},
     {"tbb/", {"core/parallel/"}},
     {"oneapi/", {"core/parallel/"}},
     {"spdlog/", {"core/base/"}},

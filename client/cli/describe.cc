@@ -81,6 +81,19 @@ std::string Describe(const Verdict& verdict) {
       100.0 * verdict.inverted_share, verdict.component_error, 100.0 * largest);
 }
 
+// A line for each animation, if there are points in parameter space.
+std::string DescribePoints(const Family& family) {
+  const ParameterSpace& space = family.parameter_space;
+  std::string text;
+  for (size_t k = 0; k < space.points.size() && k <= family.targets.size(); ++k) {
+    absl::StrAppend(&text, "\n  ", k == 0 ? family.source : family.targets[k - 1], " at");
+    for (size_t i = 0; i < space.names.size() && i < space.points[k].size(); ++i) {
+      absl::StrAppend(&text, i == 0 ? " " : ", ", space.names[i], " ", space.points[k][i]);
+    }
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string Describe(const Animation& animation) {
@@ -117,6 +130,7 @@ std::string Describe(const Family& family) {
   }
   absl::StrAppend(&text, "\n  velocities ",
                   family.has_velocities ? "of the simulation" : "from the surface's motion only");
+  absl::StrAppend(&text, DescribePoints(family));
   for (const SpaceTimeReport& report : family.space_time_reports) {
     absl::StrAppend(&text, "\n  ", Describe(report));
   }

@@ -1,10 +1,12 @@
-// liquidblend export FAMILY --weights W[,W..] -o DIR --format ply|obj|bobj
+// liquidblend export FAMILY --weights W[,W..] | --parameters NAME=VALUE[,..] -o DIR --format
+// ply|obj|bobj
 #include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
 #include "client/cli/files.h"
 #include "client/cli/json.h"
@@ -22,7 +24,7 @@ constexpr int kExportBits = 20;  // the finest grid there is: 2 micrometres in a
 
 struct ExportFlags {
   std::string family;
-  std::string weights;
+  BlendFlags blend;
   std::string directory;
   std::string format = "ply";
   double frames_per_second = 0.0;  // 0: the family's
@@ -33,6 +35,8 @@ struct ExportFlags {
 struct ExportResult {
   int num_files = 0;
   int64_t version = 0;
+  std::vector<double> weights;
+  bool extrapolated = false;
   std::string first_file;
 };
 
@@ -43,10 +47,12 @@ std::string FilePath(const ExportFlags& flags, int number) {
   return (std::filesystem::path(flags.directory) / name).string();
 }
 
-StreamSettings ToSettings(const ExportFlags& flags, const std::vector<double>& weights) {
+StreamSettings ToSettings(const ExportFlags& flags, const Blend& blend) {
   StreamSettings settings;
   settings.family = flags.family;
-  settings.weights = weights;
+  settings.weights = blend.weights;
+  settings.parameters = blend.parameters;
+  settings.extrapolate = blend.extrapolate;
   settings.time_s = 0.0;
   settings.position_bits = flags.position_bits;
   settings.loop = false;
@@ -68,6 +74,8 @@ absl::StatusOr<ExportResult> WriteFrames(FrameStream& stream, const ExportFlags&
     LBC_RETURN_IF_ERROR(WriteMeshFile(mesh, path));
     if (result.num_files++ == 0) result.first_file = path;
     result.version = streamed->frame.version;
+    result.weights = streamed->frame.weights;
+    result.extrapolated = streamed->frame.extrapolated;
     const double time_s = streamed->frame.time_s;
     bar.Update(
         duration_s > 0.0 ? time_s / duration_s : 1.0, "export",
@@ -77,12 +85,12 @@ absl::StatusOr<ExportResult> WriteFrames(FrameStream& stream, const ExportFlags&
 
 absl::Status RunExport(const ExportFlags& flags, const Context& context) {
   LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, flags.format));
-  LBC_ASSIGN_OR_RETURN(const std::vector<double> weights, ParseNumbers("--weights", flags.weights));
+  LBC_ASSIGN_OR_RETURN(const Blend blend, ToRequiredBlend(flags.blend));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const Family family, client->GetFamily(flags.family));
   LBC_RETURN_IF_ERROR(MakeDirectory(flags.directory));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<FrameStream> stream,
-                       client->StreamFrames(ToSettings(flags, weights)));
+                       client->StreamFrames(ToSettings(flags, blend)));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
   LBC_ASSIGN_OR_RETURN(const ExportResult result,
                        WriteFrames(*stream, flags, family.duration_s, bar));
@@ -92,14 +100,16 @@ absl::Status RunExport(const ExportFlags& flags, const Context& context) {
   }
   context.Print(absl::StrCat(result.num_files, " files, from ", result.first_file,
                              " on: ", family.name, " version ", result.version, ", weights ",
-                             FormatNumbers(weights)));
+                             FormatNumbers(result.weights),
+                             result.extrapolated ? " (extrapolated)" : ""));
   context.PrintJson(
       {{"directory", flags.directory},
        {"first_file", result.first_file},
        {"num_files", result.num_files},
        {"family", family.name},
        {"version", result.version},
-       {"weights", weights},
+       {"weights", result.weights},
+       {"extrapolated", result.extrapolated},
        {"frames_per_second",
         flags.frames_per_second > 0.0 ? flags.frames_per_second : family.frames_per_second}});
   return absl::OkStatus();
@@ -112,10 +122,7 @@ void AddExport(CLI::App& app, Context& context) {
   CLI::App* command =
       app.add_subcommand("export", "Write every frame of a blend to a directory, a file each");
   command->add_option("FAMILY", flags->family, "The family's id")->required();
-  command
-      ->add_option("--weights,-w", flags->weights,
-                   "W[,W..]: one per target; the source gets 1 - sum; -1 to 2")
-      ->required();
+  AddBlendFlags(*command, flags->blend);
   command->add_option("-o,--output", flags->directory, "DIR; made if needed")->required();
   command
       ->add_option("--format", flags->format,

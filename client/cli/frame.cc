@@ -1,7 +1,8 @@
-// liquidblend frame FAMILY --weights W[,W..] --time SECONDS -o FILE
+// liquidblend frame FAMILY --weights W[,W..] | --parameters NAME=VALUE[,..] --time SECONDS -o FILE
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
 #include "client/cli/files.h"
 #include "client/cli/json.h"
@@ -17,7 +18,7 @@ namespace {
 
 struct FrameFlags {
   FrameRequest request;
-  std::string weights;
+  BlendFlags blend;
   std::string output;
   SurfaceFlags surface;
 };
@@ -36,18 +37,23 @@ absl::Status RunFrame(const FrameFlags& flags, const Context& context) {
   LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, Extension(flags.output)));
   FrameRequest request = flags.request;
   request.surface = ToSurfaceOptions(flags.surface);
-  LBC_ASSIGN_OR_RETURN(request.weights, ParseNumbers("--weights", flags.weights));
+  LBC_ASSIGN_OR_RETURN(const Blend blend, ToRequiredBlend(flags.blend));
+  request.weights = blend.weights;
+  request.parameters = blend.parameters;
+  request.extrapolate = blend.extrapolate;
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const Frame frame, client->GetFrame(request));
   LBC_RETURN_IF_ERROR(WriteFrame(frame, flags.output));
   context.Print(absl::StrCat(flags.output, ": ", frame.family, " version ", frame.version,
-                             ", weights ", FormatNumbers(frame.weights), ", time ", frame.time_s,
+                             ", weights ", FormatNumbers(frame.weights),
+                             frame.extrapolated ? " (extrapolated)" : "", ", time ", frame.time_s,
                              " s: ", frame.num_triangles, " triangles, ",
                              FormatBytes(static_cast<int64_t>(frame.data.size())), " of Draco"));
   context.PrintJson({{"file", flags.output},
                      {"family", frame.family},
                      {"version", frame.version},
                      {"weights", frame.weights},
+                     {"extrapolated", frame.extrapolated},
                      {"time_s", frame.time_s},
                      {"num_vertices", frame.num_vertices},
                      {"num_triangles", frame.num_triangles},
@@ -62,10 +68,7 @@ void AddFrame(CLI::App& app, Context& context) {
   const auto flags = std::make_shared<FrameFlags>();
   CLI::App* command = app.add_subcommand("frame", "Write one frame of a blend to a mesh file");
   command->add_option("FAMILY", flags->request.family, "The family's id")->required();
-  command
-      ->add_option("--weights,-w", flags->weights,
-                   "W[,W..]: one per target; the source gets 1 - sum; -1 to 2")
-      ->required();
+  AddBlendFlags(*command, flags->blend);
   command->add_option("--time,-t", flags->request.time_s, "Seconds since the first frame")
       ->required();
   command->add_option("-o,--output", flags->output, "FILE.{drc,ply,obj,bobj.gz}")->required();

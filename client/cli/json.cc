@@ -158,6 +158,8 @@ Json ToJson(const Family& family) {
           {"has_velocities", family.has_velocities},
           {"reports", reports},
           {"space_time_reports", space_time_reports},
+          {"parameter_space",
+           {{"names", family.parameter_space.names}, {"points", family.parameter_space.points}}},
           {"size_bytes", family.size_bytes},
           {"create_time", FormatUtc(family.create_time)},
           {"update_time", FormatUtc(family.update_time)}};

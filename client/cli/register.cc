@@ -2,11 +2,13 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "client/cli/commands.h"
 #include "client/cli/correspondences.h"
 #include "client/cli/describe.h"
 #include "client/cli/json.h"
+#include "client/cli/points.h"
 #include "client/cli/wait.h"
 #include "client/src/status_macros.h"
 
@@ -15,6 +17,7 @@ namespace {
 
 struct RegisterFlags {
   RegisterRequest request;
+  std::vector<std::string> points;
   std::string correspondences;
   bool wait = false;
 };
@@ -27,6 +30,7 @@ absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
   if (!flags.correspondences.empty()) {
     LBC_ASSIGN_OR_RETURN(request.correspondences, ReadCorrespondences(flags.correspondences));
   }
+  LBC_ASSIGN_OR_RETURN(request.parameter_space, ParsePoints(flags.points, request));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const Operation started, client->RegisterFamily(request));
   if (!flags.wait) {
@@ -108,6 +112,9 @@ void AddRegister(CLI::App& app, Context& context) {
   command->add_option("FAMILY", request.family, "Id of the family")->required();
   command->add_option("--source", request.source, "The animation that is deformed");
   command->add_option("--target", request.targets, "What it is blended with; repeat for more");
+  command->add_option("--at", flags->points,
+                      "ANIMATION:NAME=VALUE[,..]: its point in the space of your own parameters, "
+                      "e.g. drops-a:height=1.2,width=0.5; for the source and every target");
   command->add_flag("--refine", request.refine,
                     "Go on from the family's newest version, with the correspondences given "
                     "instead of its own; --source and --target may be left out");

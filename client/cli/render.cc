@@ -7,7 +7,9 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
 #include "client/cli/files.h"
 #include "client/cli/json.h"
@@ -29,7 +31,9 @@ using render::WaterOptions;
 
 struct RenderFlags {
   std::string family;
-  std::vector<std::string> weights;  // one per row
+  std::vector<std::string> weights;     // one per row
+  std::vector<std::string> parameters;  // likewise, below those
+  bool extrapolate = false;
   std::string times;
   int num_columns = 6;
   std::vector<std::string> files;
@@ -105,21 +109,25 @@ absl::StatusOr<Sheet> RenderFiles(const RenderFlags& flags, const WaterOptions& 
 
 struct Plan {
   Family family;
-  std::vector<std::vector<double>> weights;  // one row each
-  std::vector<double> times_s;               // one column each
+  std::vector<Blend> blends;    // one row each
+  std::vector<double> times_s;  // one column each
 };
 
-// Without --weights: from the source to the first target in four steps.
-absl::StatusOr<std::vector<std::vector<double>>> PlanRows(const RenderFlags& flags,
-                                                          const Family& family) {
-  std::vector<std::vector<double>> rows;
+// Without --weights and --parameters: from the source to the first target in four steps.
+absl::StatusOr<std::vector<Blend>> PlanRows(const RenderFlags& flags, const Family& family) {
+  std::vector<Blend> rows;
   for (const std::string& text : flags.weights) {
-    LBC_ASSIGN_OR_RETURN(std::vector<double> weights, ParseNumbers("--weights", text));
-    rows.push_back(std::move(weights));
+    LBC_ASSIGN_OR_RETURN(Blend row, ToBlend({text, "", false}));
+    rows.push_back(std::move(row));
+  }
+  for (const std::string& text : flags.parameters) {
+    LBC_ASSIGN_OR_RETURN(Blend row, ToBlend({"", text, flags.extrapolate}));
+    rows.push_back(std::move(row));
   }
   if (!rows.empty()) return rows;
   for (const double weight : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    rows.emplace_back(std::max<size_t>(family.targets.size(), 1), 0.0)[0] = weight;
+    rows.emplace_back().weights.assign(std::max<size_t>(family.targets.size(), 1), 0.0);
+    rows.back().weights[0] = weight;
   }
   return rows;
 }
@@ -136,8 +144,11 @@ absl::StatusOr<std::vector<double>> PlanColumns(const RenderFlags& flags, const 
 
 std::string BaseId(const std::string& name) { return name.substr(name.find('/') + 1); }
 
-// The weights, and the animation that they give back, if they give back one.
-std::string RowLabel(const std::vector<double>& weights, const Family& family) {
+// The parameters a line each; or the weights, and the animation that they give back, if they do.
+std::string RowLabel(const Blend& blend, const Family& family) {
+  if (!blend.parameters.empty())
+    return absl::StrJoin(blend.parameters, "\n", absl::PairFormatter(" "));
+  const std::vector<double>& weights = blend.weights;
   std::string label = absl::StrCat("weight ", FormatNumbers(weights));
   const auto num_zeros = std::count(weights.begin(), weights.end(), 0.0);
   const auto one = std::find(weights.begin(), weights.end(), 1.0);
@@ -156,7 +167,9 @@ absl::StatusOr<Image> RenderBlend(Client& client, const Plan& plan, size_t row, 
   FrameRequest request;
   request.family = plan.family.name;
   request.version = plan.family.version;
-  request.weights = plan.weights[row];
+  request.weights = plan.blends[row].weights;
+  request.parameters = plan.blends[row].parameters;
+  request.extrapolate = plan.blends[row].extrapolate;
   request.time_s = plan.times_s[column];
   LBC_ASSIGN_OR_RETURN(const Frame frame, client.GetFrame(request));
   LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
@@ -166,12 +179,12 @@ absl::StatusOr<Image> RenderBlend(Client& client, const Plan& plan, size_t row, 
 absl::StatusOr<Sheet> RenderPlan(Client& client, const Plan& plan, const WaterOptions& options,
                                  ProgressBar& bar) {
   Sheet sheet;
-  const size_t num_tiles = plan.weights.size() * plan.times_s.size();
+  const size_t num_tiles = plan.blends.size() * plan.times_s.size();
   for (const double time_s : plan.times_s) {
     sheet.column_labels.push_back(absl::StrFormat("%.2f s", time_s));
   }
-  for (size_t row = 0; row < plan.weights.size(); ++row) {
-    sheet.row_labels.push_back(RowLabel(plan.weights[row], plan.family));
+  for (size_t row = 0; row < plan.blends.size(); ++row) {
+    sheet.row_labels.push_back(RowLabel(plan.blends[row], plan.family));
     sheet.rows.emplace_back();
     for (size_t column = 0; column < plan.times_s.size(); ++column) {
       const size_t tile = row * plan.times_s.size() + column;
@@ -189,7 +202,7 @@ absl::StatusOr<Sheet> RenderFamily(const RenderFlags& flags, const WaterOptions&
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   Plan plan;
   LBC_ASSIGN_OR_RETURN(plan.family, client->GetFamily(flags.family));
-  LBC_ASSIGN_OR_RETURN(plan.weights, PlanRows(flags, plan.family));
+  LBC_ASSIGN_OR_RETURN(plan.blends, PlanRows(flags, plan.family));
   LBC_ASSIGN_OR_RETURN(plan.times_s, PlanColumns(flags, plan.family));
   return RenderPlan(*client, plan, options, bar);
 }
@@ -223,12 +236,16 @@ absl::Status RunRender(const RenderFlags& flags, const Context& context) {
 void AddRender(CLI::App& app, Context& context) {
   const auto flags = std::make_shared<RenderFlags>();
   CLI::App* command = app.add_subcommand(
-      "render", "Draw a contact sheet: weights down, times across, ray-traced, as PNG");
+      "render", "Draw a contact sheet: blends down, times across, ray-traced, as PNG");
   command->add_option("FAMILY", flags->family, "The family's id");
   command
       ->add_option("--weights,-w", flags->weights,
                    "W[,W..] of one row; repeat for more rows; default 0, 0.25, 0.5, 0.75, 1")
       ->allow_extra_args(false);
+  CLI::Option* parameters =
+      command->add_option("--parameters,-p", flags->parameters, kParametersHelp)
+          ->allow_extra_args(false);
+  command->add_flag("--extrapolate", flags->extrapolate, kExtrapolateHelp)->needs(parameters);
   CLI::Option* times =
       command->add_option("--times", flags->times, "T[,T..] in seconds: one column each");
   command

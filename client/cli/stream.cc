@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
+#include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
 #include "client/cli/json.h"
 #include "client/cli/parse.h"
@@ -21,7 +22,7 @@ constexpr absl::Duration kSweepInterval = absl::Milliseconds(250);
 
 struct StreamFlags {
   std::string family;
-  std::string weights;
+  BlendFlags blend;
   double seconds = 10.0;
   double frames_per_second = 0.0;  // 0: the family's
   double rate = 1.0;
@@ -62,10 +63,12 @@ class Sweep {
   bool pending_ = false;
 };
 
-StreamSettings ToSettings(const StreamFlags& flags, const std::vector<double>& weights) {
+StreamSettings ToSettings(const StreamFlags& flags, const Blend& blend) {
   StreamSettings settings;
   settings.family = flags.family;
-  settings.weights = weights;
+  settings.weights = blend.weights;
+  settings.parameters = blend.parameters;
+  settings.extrapolate = blend.extrapolate;
   settings.time_s = 0.0;
   settings.rate = flags.rate;
   if (flags.frames_per_second > 0.0) settings.frames_per_second = flags.frames_per_second;
@@ -130,17 +133,15 @@ void Report(const StreamStats& stats, bool sweep, const Context& context) {
 absl::Status RunStream(const StreamFlags& flags, const Context& context) {
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const Family family, client->GetFamily(flags.family));
-  std::vector<double> weights(std::max<size_t>(family.targets.size(), 1), 0.0);
-  if (!flags.weights.empty()) {
-    LBC_ASSIGN_OR_RETURN(weights, ParseNumbers("--weights", flags.weights));
-  }
+  LBC_ASSIGN_OR_RETURN(Blend blend, ToBlend(flags.blend));
+  if (blend.empty()) blend.weights.assign(std::max<size_t>(family.targets.size(), 1), 0.0);
   const double pace =
       flags.frames_per_second > 0.0 ? flags.frames_per_second : family.frames_per_second;
   StreamStats stats(pace > 0.0 ? pace : 24.0);
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<FrameStream> stream,
-                       client->StreamFrames(ToSettings(flags, weights)));
+                       client->StreamFrames(ToSettings(flags, blend)));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
-  LBC_RETURN_IF_ERROR(Play(*stream, flags, weights, stats, bar));
+  LBC_RETURN_IF_ERROR(Play(*stream, flags, blend.weights, stats, bar));
   stream->Cancel();
   Report(stats, flags.sweep, context);
   return absl::OkStatus();
@@ -153,7 +154,7 @@ void AddStream(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand(
       "stream", "Play a blend without showing it: frames per second, bytes, dropped, latencies");
   command->add_option("FAMILY", flags->family, "The family's id")->required();
-  command->add_option("--weights,-w", flags->weights, "W[,W..]: one per target; default all 0");
+  AddBlendFlags(*command, flags->blend);
   command->add_option("--seconds", flags->seconds, "How long")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -163,9 +164,12 @@ void AddStream(CLI::App& app, Context& context) {
       ->capture_default_str();
   command->add_option("--bits", flags->position_bits, "Bits per coordinate")
       ->check(CLI::Range(8, 20));
-  command->add_flag("--sweep", flags->sweep,
-                    "Change the first weight four times a second and report the reaction time");
+  command
+      ->add_flag("--sweep", flags->sweep,
+                 "Change the first weight four times a second and report the reaction time")
+      ->excludes("--parameters");
   command->footer(
+      "Without --weights or --parameters: the source.\n"
       "interval: between frames. lateness: behind an even pace. reaction: from a change of\n"
       "weights to the first frame that shows it.");
   command->callback([flags, &context] { context.status = RunStream(*flags, context); });

@@ -260,15 +260,20 @@ void ReadResponse(const google::protobuf::Any& response, Operation* operation) {
   }
 }
 
-void SetSurface(const SurfaceOptions& surface, v1::SurfaceOptions* proto) {
-  proto->set_level_of_detail(surface.level_of_detail);
-  proto->set_smoothing_passes(surface.smoothing_passes);
-  proto->set_smoothing(surface.smoothing == Smoothing::kLaplacian ? v1::SurfaceOptions::LAPLACIAN
-                                                                  : v1::SurfaceOptions::TAUBIN);
-  proto->set_smoothing_strength(surface.smoothing_strength);
-  proto->set_temporal_smoothing(surface.temporal_smoothing);
-  if (surface.normals) proto->add_attributes(v1::SurfaceOptions::NORMALS);
-  if (surface.velocities) proto->add_attributes(v1::SurfaceOptions::VELOCITIES);
+ParameterSpace ToParameterSpace(const v1::ParameterSpace& proto) {
+  ParameterSpace space;
+  space.names.assign(proto.names().begin(), proto.names().end());
+  for (const v1::ParameterPoint& point : proto.points()) {
+    space.points.emplace_back(point.values().begin(), point.values().end());
+  }
+  return space;
+}
+
+void SetParameterSpace(const ParameterSpace& space, v1::ParameterSpace* proto) {
+  proto->mutable_names()->Assign(space.names.begin(), space.names.end());
+  for (const std::vector<double>& point : space.points) {
+    proto->add_points()->mutable_values()->Assign(point.begin(), point.end());
+  }
 }
 
 }  // namespace
@@ -312,6 +317,7 @@ Family FromProto(const v1::Family& proto) {
   for (const v1::SpaceTimeReport& report : proto.space_time_reports()) {
     family.space_time_reports.push_back(ToReport(report));
   }
+  family.parameter_space = ToParameterSpace(proto.parameter_space());
   family.size_bytes = proto.size_bytes();
   family.create_time = ToTime(proto.create_time());
   family.update_time = ToTime(proto.update_time());
@@ -334,6 +340,7 @@ Frame FromProto(v1::Frame&& proto) {
   frame.family = proto.family();
   frame.version = proto.version();
   frame.weights.assign(proto.weights().begin(), proto.weights().end());
+  frame.extrapolated = proto.extrapolated();
   frame.time_s = proto.time_s();
   frame.num_vertices = proto.num_vertices();
   frame.num_triangles = proto.num_triangles();
@@ -363,39 +370,16 @@ v1::RegisterFamilyRequest ToProto(const RegisterRequest& request) {
   SetOptions(request.options, proto.mutable_options());
   SetSpaceTime(request.space_time, proto.mutable_space_time());
   proto.set_refine(request.refine);
+  const ParameterSpace& space = request.parameter_space;
+  if (!space.names.empty() || !space.points.empty()) {
+    SetParameterSpace(space, proto.mutable_parameter_space());
+  }
   for (const std::vector<Correspondence>& of_target : request.correspondences) {
     auto* list = proto.add_correspondences();
     for (const Correspondence& correspondence : of_target) {
       SetCorrespondence(correspondence, list->add_correspondences());
     }
   }
-  return proto;
-}
-
-v1::GetFrameRequest ToProto(const FrameRequest& request) {
-  v1::GetFrameRequest proto;
-  proto.set_family(ResourceName("families", request.family));
-  proto.mutable_weights()->Assign(request.weights.begin(), request.weights.end());
-  proto.set_time_s(request.time_s);
-  proto.mutable_encoding()->set_position_bits(request.position_bits);
-  proto.set_version(request.version);
-  if (request.surface != SurfaceOptions()) SetSurface(request.surface, proto.mutable_surface());
-  return proto;
-}
-
-v1::StreamFramesRequest ToProto(const StreamSettings& settings) {
-  v1::StreamFramesRequest proto;
-  if (!settings.family.empty()) proto.set_family(ResourceName("families", settings.family));
-  proto.mutable_weights()->Assign(settings.weights.begin(), settings.weights.end());
-  if (settings.time_s) proto.set_time_s(*settings.time_s);
-  if (settings.rate) proto.set_rate(*settings.rate);
-  if (settings.frames_per_second) proto.set_frames_per_second(*settings.frames_per_second);
-  if (settings.position_bits != 0) {
-    proto.mutable_encoding()->set_position_bits(settings.position_bits);
-  }
-  if (settings.loop) proto.set_loop(*settings.loop);
-  if (settings.lossless) proto.set_lossless(*settings.lossless);
-  if (settings.surface) SetSurface(*settings.surface, proto.mutable_surface());
   return proto;
 }
 

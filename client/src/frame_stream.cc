@@ -20,7 +20,10 @@ struct StreamCall {
 };
 
 void Merge(const v1::StreamFramesRequest& change, v1::StreamFramesRequest* state) {
-  if (change.weights_size() > 0) state->clear_weights();
+  if (change.weights_size() > 0 || change.parameters_size() > 0) {
+    state->clear_weights();
+    state->clear_parameters();
+  }
   if (change.has_surface()) state->clear_surface();
   state->MergeFrom(change);
 }

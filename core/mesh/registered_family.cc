@@ -132,6 +132,13 @@ absl::Status CheckReports(const RegisteredFamily& family) {
                                                  1 + family.targets.size(), " animations"));
 }
 
+absl::Status CheckParameters(const RegisteredFamily& family) {
+  const auto num_animations = static_cast<int>(1 + family.targets.size());
+  const absl::Status status = Validate(family.parameter_space, num_animations);
+  if (status.ok()) return status;
+  return Fault(family, absl::StrCat("parameter space: ", std::string(status.message())));
+}
+
 }  // namespace
 
 absl::Status Validate(const RegisteredFamily& family) {
@@ -147,6 +154,7 @@ absl::Status Validate(const RegisteredFamily& family) {
     LB_RETURN_IF_ERROR(CheckTarget(family, target));
   }
   LB_RETURN_IF_ERROR(CheckReports(family));
+  LB_RETURN_IF_ERROR(CheckParameters(family));
   for (size_t k = 0; k < family.coarser_levels.size(); ++k) {
     LB_RETURN_IF_ERROR(CheckLevel(family, k));
   }

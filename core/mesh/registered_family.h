@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "core/mesh/correspondence.h"
+#include "core/mesh/parameter_space.h"
 #include "core/mesh/space_time_mesh.h"
 #include "core/mesh/space_time_report.h"
 #include "core/mesh/verdict.h"
@@ -64,6 +65,7 @@ struct RegisteredFamily {
   std::array<float, 3> domain_max = {0, 0, 0};
   // Of the source's space-time mesh, then of each target's; or empty: not known.
   std::vector<SpaceTimeReport> space_time_reports;
+  ParameterSpace parameter_space;  // or empty: the animations have no points
   // Coarser levels of detail, the finest first: the same animations, weights, frames and domain,
   // but fewer vertices and cells. Each without levels of its own; level of detail 0 is this family.
   std::vector<RegisteredFamily> coarser_levels;
@@ -76,8 +78,9 @@ struct RegisteredFamily {
 };
 
 // Checks what the kernels rely on: array sizes, indices in range, finite numbers, the end slabs'
-// vertices outside of [0, num_frames - 1], a sane box, levels that belong to one another. Errors:
-// kInvalidArgument with the first offending element.  Cost: O(vertices + cells).
+// vertices outside of [0, num_frames - 1], a sane box, levels that belong to one another, points in
+// parameter space. Errors: kInvalidArgument with the first offending element.  Cost: O(vertices +
+// cells).
 absl::Status Validate(const RegisteredFamily& family);
 
 // The family with no target that shows the source as it is; `mesh` must outlive the view.

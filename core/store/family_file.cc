@@ -4,6 +4,7 @@
 #include "core/base/status_macros.h"
 #include "core/store/correspondence_records.h"
 #include "core/store/files.h"
+#include "core/store/parameter_records.h"
 #include "core/store/report_messages.h"
 #include "core/store/sections.h"
 
@@ -82,6 +83,7 @@ mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
   for (const v1::SpaceTimeReport& report : manifest.space_time_reports()) {
     family.space_time_reports.push_back(FromMessage(report));
   }
+  family.parameter_space = FromMessage(manifest.parameter_space());
   return family;
 }
 
@@ -185,6 +187,9 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
   }
   for (const mesh::SpaceTimeReport& report : family.space_time_reports) {
     *manifest.add_space_time_reports() = ToMessage(report);
+  }
+  if (!family.parameter_space.empty()) {
+    *manifest.mutable_parameter_space() = ToMessage(family.parameter_space);
   }
   return manifest;
 }

@@ -28,10 +28,19 @@ std::vector<std::unique_ptr<const LoadedLevel>> LevelsOf(const mesh::RegisteredF
   return levels;
 }
 
+absl::StatusOr<LoadedFamily::ParameterSpace> Triangulate(const mesh::ParameterSpace& space) {
+  if (space.empty()) return LoadedFamily::ParameterSpace();
+  LB_ASSIGN_OR_RETURN(parameters::Triangulation made, parameters::Triangulation::Make(space));
+  return LoadedFamily::ParameterSpace(std::move(made));
+}
+
 }  // namespace
 
-LoadedFamily::LoadedFamily(mesh::RegisteredFamily registered)
-    : family(std::move(registered)), levels(LevelsOf(family)), grid(encode::GridOf(family)) {}
+LoadedFamily::LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace triangulated)
+    : family(std::move(registered)),
+      levels(LevelsOf(family)),
+      grid(encode::GridOf(family)),
+      parameter_space(std::move(triangulated)) {}
 
 absl::Status FamiliesOptions::Validate() const {
   if (memory_budget_bytes >= 0) return absl::OkStatus();
@@ -102,7 +111,9 @@ absl::StatusOr<std::shared_ptr<const LoadedFamily>> Families::Load(
   if (!family.ok()) return LoadError(record.id(), family.status());
   family->name = record.id();
   family->version = record.version();
-  const auto loaded = std::make_shared<LoadedFamily>(*std::move(family));
+  auto space = Triangulate(family->parameter_space);
+  if (!space.ok()) return LoadError(record.id(), space.status());
+  const auto loaded = std::make_shared<LoadedFamily>(*std::move(family), *std::move(space));
   loaded->size_bytes = file_bytes;
   for (const auto& level : loaded->levels) {
     loaded->size_bytes += level->index.size_bytes() + level->time_links.size_bytes();

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "core/store/catalog.h"
 #include "server/encode/grid.h"
 #include "server/finish/time_links.h"
+#include "server/parameters/triangulation.h"
 #include "server/slice/cell_index.h"
 
 namespace liquidblend::catalog {
@@ -32,12 +34,15 @@ struct LoadedLevel {
 
 // One version of a family with all that frames are made from.  Threads: safe, immutable.
 struct LoadedFamily {
-  explicit LoadedFamily(mesh::RegisteredFamily registered);
+  using ParameterSpace = std::optional<const parameters::Triangulation>;
+  //   triangulated  of registered.parameter_space, or nothing if that is empty
+  LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace triangulated);
   const mesh::RegisteredFamily family;  // name and version as in the catalog
   // By level of detail: `family`, then its coarser levels.
   const std::vector<std::unique_ptr<const LoadedLevel>> levels;
   const encode::Grid grid;  // for every frame of `family` at any level
-  int64_t size_bytes = 0;   // mapped file, indices and links
+  const ParameterSpace parameter_space;
+  int64_t size_bytes = 0;  // mapped file, indices and links
 };
 
 struct FamiliesOptions {

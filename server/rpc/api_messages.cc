@@ -281,9 +281,21 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record) {
     const std::string& animation = k == 0 ? manifest.source() : manifest.targets(k - 1);
     *family.add_space_time_reports() = ToReport(animation, manifest.space_time_reports(k));
   }
+  if (manifest.has_parameter_space()) {
+    *family.mutable_parameter_space() = ToParameterSpace(manifest.parameter_space());
+  }
   *family.mutable_create_time() = record.create_time();
   *family.mutable_update_time() = record.update_time();
   return family;
+}
+
+v1::ParameterSpace ToParameterSpace(const store::pb::ParameterSpace& record) {
+  v1::ParameterSpace space;
+  *space.mutable_names() = record.names();
+  for (const store::pb::ParameterPoint& point : record.points()) {
+    *space.add_points()->mutable_values() = point.values();
+  }
+  return space;
 }
 
 absl::StatusOr<Operation> ToOperation(const JobRecord& record, store::Catalog& catalog) {
@@ -335,6 +347,15 @@ store::pb::SpaceTimeOptions ToRecord(const v1::SpaceTimeOptions& options) {
     record.set_sheet_thickness_edges(options.sheet_thickness_edges());
   }
   if (options.has_coarser_levels()) record.set_coarser_levels(options.coarser_levels());
+  return record;
+}
+
+store::pb::ParameterSpace ToRecord(const v1::ParameterSpace& space) {
+  store::pb::ParameterSpace record;
+  *record.mutable_names() = space.names();
+  for (const v1::ParameterPoint& point : space.points()) {
+    *record.add_points()->mutable_values() = point.values();
+  }
   return record;
 }
 

@@ -11,6 +11,7 @@ namespace liquidblend::rpc {
 
 v1::Animation ToAnimation(const store::pb::AnimationRecord& record);
 v1::Family ToFamily(const store::pb::FamilyRecord& record);
+v1::ParameterSpace ToParameterSpace(const store::pb::ParameterSpace& record);
 
 // The operation that a job is to clients. Its response is the animation or family as it is now, and
 // no more than its name if it has been deleted since.
@@ -21,6 +22,7 @@ absl::StatusOr<google::longrunning::Operation> ToOperation(const store::pb::JobR
 store::pb::ImportOptions ToRecord(const v1::ImportOptions& options);
 store::pb::RegistrationOptions ToRecord(const v1::RegistrationOptions& options);
 store::pb::SpaceTimeOptions ToRecord(const v1::SpaceTimeOptions& options);
+store::pb::ParameterSpace ToRecord(const v1::ParameterSpace& space);
 store::pb::Correspondence ToRecord(const v1::Correspondence& correspondence);
 
 }  // namespace liquidblend::rpc

@@ -8,6 +8,7 @@
 #include "core/base/status_macros.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/names.h"
+#include "server/rpc/query_weights.h"
 
 namespace liquidblend::rpc {
 namespace {
@@ -43,7 +44,10 @@ absl::Status CheckTime(double time_s, double duration_s) {
 }  // namespace
 
 void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest& request) {
-  if (!newer.weights().empty()) request.clear_weights();
+  if (!newer.weights().empty() || !newer.parameters().empty()) {
+    request.clear_weights();
+    request.clear_parameters();
+  }
   if (newer.has_encoding()) request.clear_encoding();
   if (newer.has_surface()) request.clear_surface();
   request.MergeFrom(newer);
@@ -57,7 +61,8 @@ absl::Status FrameStream::Change(const v1::StreamFramesRequest& request, absl::D
     LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("family", values_.family()));
     LB_ASSIGN_OR_RETURN(loaded_, backends_.families.Get(id));
   }
-  query_.weights.assign(values_.weights().begin(), values_.weights().end());
+  const AskedBlend blend = {values_.weights(), values_.parameters(), values_.extrapolate()};
+  LB_RETURN_IF_ERROR(SetWeights(*loaded_, blend, query_));
   query_.encoding = values_.encoding();
   query_.surface = values_.surface();
   LB_RETURN_IF_ERROR(CheckQuery(loaded_->family, query_));

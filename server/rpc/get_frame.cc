@@ -6,6 +6,7 @@
 #include "server/rpc/errors.h"
 #include "server/rpc/handlers.h"
 #include "server/rpc/names.h"
+#include "server/rpc/query_weights.h"
 
 namespace liquidblend::rpc {
 
@@ -15,7 +16,8 @@ absl::StatusOr<v1::Frame> GetFrame(Backends& backends, const v1::GetFrameRequest
   LB_ASSIGN_OR_RETURN(const std::shared_ptr<const catalog::LoadedFamily> loaded,
                       backends.families.Get(id, request.version()));
   FrameQuery query;
-  query.weights.assign(request.weights().begin(), request.weights().end());
+  const AskedBlend blend = {request.weights(), request.parameters(), request.extrapolate()};
+  LB_RETURN_IF_ERROR(SetWeights(*loaded, blend, query));
   query.time_s = request.time_s();
   query.encoding = request.encoding();
   query.surface = request.surface();

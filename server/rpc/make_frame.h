@@ -13,9 +13,10 @@
 namespace liquidblend::rpc {
 
 struct FrameQuery {
-  std::vector<double> weights;  // one per target, each in [-1, 2]
-  double time_s = 0.0;          // [0, duration_s]
-  v1::Encoding encoding;        // format DRACO or unset; position_bits 0 (14) or [8, 20]
+  std::vector<double> weights;   // one per target, each in [-1, 2]
+  bool is_extrapolated = false;  // weights of a point outside of the hull in parameter space
+  double time_s = 0.0;           // [0, duration_s]
+  v1::Encoding encoding;         // format DRACO or unset; position_bits 0 (14) or [8, 20]
   v1::SurfaceOptions surface;
 };
 

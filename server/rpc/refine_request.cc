@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "core/base/status_macros.h"
+#include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/names.h"
 
@@ -25,6 +26,9 @@ absl::StatusOr<int64_t> CompleteRefinement(store::Catalog& catalog,
   for (const std::string& id : family.manifest().targets()) targets.push_back(AnimationName(id));
   if (request.source().empty()) request.set_source(source);
   if (request.targets().empty()) request.mutable_targets()->Assign(targets.begin(), targets.end());
+  if (!request.has_parameter_space() && family.manifest().has_parameter_space()) {
+    *request.mutable_parameter_space() = ToParameterSpace(family.manifest().parameter_space());
+  }
   FieldViolations violations;
   violations.AddIf(
       request.source() != source, "source",

@@ -9,9 +9,9 @@
 
 namespace liquidblend::rpc {
 
-// The version to go on from; fills in source and targets where the request leaves them out.
-// Errors: kNotFound; kFailedPrecondition if no version of the family is finished; kInvalidArgument
-// if the request names other animations, with both.
+// The version to go on from; fills in source, targets and points in parameter space where the
+// request leaves them out. Errors: kNotFound; kFailedPrecondition if no version of the family is
+// finished; kInvalidArgument if the request names other animations, with both.
 absl::StatusOr<int64_t> CompleteRefinement(store::Catalog& catalog,
                                            v1::RegisterFamilyRequest& request);
 

@@ -6,6 +6,9 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
+#include "core/mesh/parameter_space.h"
+#include "core/store/parameter_records.h"
+#include "server/parameters/triangulation.h"
 #include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/handlers.h"
@@ -132,6 +135,15 @@ void CheckTargets(const v1::RegisterFamilyRequest& request, const Limits& limits
   }
 }
 
+absl::Status CheckParameterSpace(const v1::RegisterFamilyRequest& request, const Limits& limits) {
+  const bool is_too_large = request.targets_size() > limits.max_targets;  // said elsewhere
+  if (!request.has_parameter_space() || is_too_large) return absl::OkStatus();
+  const mesh::ParameterSpace space = store::FromMessage(ToRecord(request.parameter_space()));
+  if (space.empty()) return absl::InvalidArgumentError("has neither names nor points");
+  LB_RETURN_IF_ERROR(mesh::Validate(space, 1 + request.targets_size()));
+  return parameters::Triangulation::Make(space).status();
+}
+
 absl::Status Check(const v1::RegisterFamilyRequest& request, const Limits& limits) {
   LB_RETURN_IF_ERROR(CheckId("family_id", request.family_id()));
   FieldViolations violations;
@@ -139,6 +151,8 @@ absl::Status Check(const v1::RegisterFamilyRequest& request, const Limits& limit
   CheckOptions(request.options(), violations);
   CheckSpaceTime(request.space_time(), violations);
   CheckCorrespondences(request, limits, violations);
+  const absl::Status space = CheckParameterSpace(request, limits);
+  violations.AddIf(!space.ok(), "parameter_space", std::string(space.message()));
   violations.AddIf(request.request_id().size() > kMaxRequestIdLength, "request_id",
                    absl::StrCat("at most ", kMaxRequestIdLength, " characters"));
   return violations.ToStatus();
@@ -156,6 +170,9 @@ absl::StatusOr<store::pb::JobRecord> JobOf(const v1::RegisterFamilyRequest& requ
   }
   *registration.mutable_options() = ToRecord(request.options());
   *registration.mutable_space_time() = ToRecord(request.space_time());
+  if (request.has_parameter_space()) {
+    *registration.mutable_parameter_space() = ToRecord(request.parameter_space());
+  }
   for (const auto& list : request.correspondences()) {
     store::pb::RegisterJob::Correspondences& records = *registration.add_correspondences();
     for (const v1::Correspondence& correspondence : list.correspondences()) {

@@ -34,6 +34,10 @@ v1::Family MakeFamily(const std::string& id) {
     (family.mutable_bounds()->mutable_min()->*set)(-2.0);
     (family.mutable_bounds()->mutable_max()->*set)(3.0);
   }
+  family.mutable_parameter_space()->add_names("height");
+  for (const double height : {1.0, 3.0}) {
+    family.mutable_parameter_space()->add_points()->add_values(height);
+  }
   v1::RegistrationReport* report = family.add_reports();
   report->set_target("animations/drops-b");
   report->set_num_iterations(16);

@@ -31,6 +31,28 @@ grpc::Status NotFound(const std::string& name) {
   return grpc::Status(grpc::StatusCode::NOT_FOUND, name + " does not exist");
 }
 
+// The weights that are asked for; by parameters, as the family's points say.
+template <typename Request>
+std::vector<double> WeightsOf(const Request& request) {
+  if (request.parameters().empty()) return {request.weights().begin(), request.weights().end()};
+  return {(request.parameters(0).value() - 1.0) / 2.0};
+}
+
+template <typename Request>
+bool IsOutsideOfHull(const Request& request) {
+  if (request.parameters().empty()) return false;
+  const double weight = WeightsOf(request)[0];
+  return weight < 0.0 || weight > 1.0;
+}
+
+template <typename Request>
+v1::Frame FrameFor(const Request& request, double time_s) {
+  v1::Frame frame =
+      MakeFrame(request.family(), WeightsOf(request), time_s, request.encoding().position_bits());
+  frame.set_extrapolated(IsOutsideOfHull(request));
+  return frame;
+}
+
 }  // namespace
 
 class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Operations::Service {
@@ -155,8 +177,10 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     if (request->time_s() < 0.0 || request->time_s() > kCannedDuration) {
       return {grpc::StatusCode::OUT_OF_RANGE, "time_s lies outside [0, 1]"};
     }
-    *frame = MakeFrame(request->family(), {request->weights().begin(), request->weights().end()},
-                       request->time_s(), request->encoding().position_bits());
+    if (IsOutsideOfHull(*request) && !request->extrapolate()) {
+      return {grpc::StatusCode::OUT_OF_RANGE, "parameters: outside of the hull"};
+    }
+    *frame = FrameFor(*request, request->time_s());
     return grpc::Status::OK;
   }
 
@@ -269,9 +293,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
   static void Send(const v1::StreamFramesRequest& settings, double time_s, int64_t index,
                    Stream* stream) {
     v1::StreamFramesResponse response;
-    *response.mutable_frame() =
-        MakeFrame(settings.family(), {settings.weights().begin(), settings.weights().end()}, time_s,
-                  settings.encoding().position_bits());
+    *response.mutable_frame() = FrameFor(settings, time_s);
     response.set_frame_index(index);
     stream->Write(response);
   }
@@ -297,7 +319,10 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
       v1::StreamFramesRequest change;
       while (stream->Read(&change)) {
         const absl::MutexLock lock(&settings_mutex);
-        if (change.weights_size() > 0) settings.clear_weights();
+        if (change.weights_size() + change.parameters_size() > 0) {
+          settings.clear_weights();
+          settings.clear_parameters();
+        }
         settings.MergeFrom(change);
       }
       const absl::MutexLock lock(&settings_mutex);

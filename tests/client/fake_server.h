@@ -23,9 +23,9 @@ struct ReceivedUpload {
 };
 
 // It has the animations drops-a, drops-b and 2,500 more called many-0000 and so on; the families
-// drops (source drops-a, target drops-b, 1 s at 24 frames per second) and empty (no version); the
-// operations import-1 (succeeds), register-1 (succeeds), failed-1, cancelled-1 and endless-1.
-// Frames show MakeOctahedron(weight, time). Threads: safe.
+// drops (source drops-a at height 1, target drops-b at height 3, 1 s at 24 frames per second) and
+// empty (no version); the operations import-1 (succeeds), register-1 (succeeds), failed-1,
+// cancelled-1 and endless-1. Frames show MakeOctahedron(weight, time). Threads: safe.
 class FakeServer {
  public:
   FakeServer();

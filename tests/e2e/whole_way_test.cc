@@ -141,6 +141,36 @@ TEST_F(WholeWayTest, AFamilyIsMadeAsAskedForAndTellsHowWellItShowsItsAnimations)
   EXPECT_NE(refused.Wait(), 0);
 }
 
+TEST_F(WholeWayTest, APointInParameterSpaceIsTheSameFrameAsItsWeights) {
+  Process server = StartServer(1);
+  ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
+  ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
+  int port = 0;
+  std::ifstream(data() + "/server.port") >> port;
+  const std::string address = "127.0.0.1:" + std::to_string(port);
+  Process made("liquidblend",
+               {"--server", address, "register", "balls", "--source", "a", "--target", "b", "--at",
+                "a:speed=1", "--at", "b:speed=2", "--iterations", "3", "--wait"});
+  EXPECT_THAT(OutputOf(made), HasSubstr("animations/a at speed 1\n  animations/b at speed 2\n"));
+  const auto frame = [&](const std::vector<std::string>& blend) {
+    std::vector<std::string> arguments = {"--server", address, "frame", "balls",
+                                          "-t",       "0.1",   "-o",    data() + "/frame.drc"};
+    arguments.insert(arguments.end(), blend.begin(), blend.end());
+    return Process("liquidblend", arguments).Wait();
+  };
+  const auto bytes = [&] {
+    std::ifstream file(data() + "/frame.drc", std::ios::binary);
+    return std::string((std::istreambuf_iterator<char>(file)), {});
+  };
+  ASSERT_EQ(frame({"-p", "speed=1.25"}), 0);
+  const std::string by_parameters = bytes();
+  EXPECT_FALSE(by_parameters.empty());
+  EXPECT_EQ(by_parameters, GetFrame(0.25, 0.1).data());
+  EXPECT_EQ(frame({"-p", "speed=2.5"}), 2);
+  ASSERT_EQ(frame({"-p", "speed=2.5", "--extrapolate"}), 0);
+  EXPECT_EQ(bytes(), GetFrame(1.5, 0.1).data());
+}
+
 TEST_F(WholeWayTest, TheCommandRefinesAFamilyWithCorrespondences) {
   Process server = StartServer(1);
   MakeFamily();

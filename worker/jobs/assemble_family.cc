@@ -68,6 +68,7 @@ absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts) {
   family.storage = owned;
   family.name = owned->name;
   family.source = owned->source_name;
+  family.parameter_space = owned->parameter_space;
   family.space_time_reports.push_back(owned->source_report);
   for (const RegisteredTarget& target : owned->targets) {
     family.targets.push_back(ViewOf(target));

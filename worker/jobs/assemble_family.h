@@ -28,6 +28,7 @@ struct FamilyLevel {
 struct FamilyParts {
   std::string name;
   std::string source_name;
+  mesh::ParameterSpace parameter_space;  // or empty
   mesh::SpaceTimeMesh source;
   mesh::SpaceTimeReport source_report;
   std::vector<RegisteredTarget> targets;

@@ -31,9 +31,16 @@ absl::Status CheckSameAnimations(const store::v1::RegisterJob& job,
       ", which cannot be refined into ", job.source(), " -> ", absl::StrJoin(job.targets(), ", ")));
 }
 
+// The user's, or none of the automatic ones where there were some.
 bool HasNewCorrespondences(const store::v1::RegisterJob& job, int k,
                            const mesh::RegisteredFamily& previous) {
-  const auto before = CorrespondencesOf(previous.targets[k]);
+  std::vector<mesh::Correspondence> before;
+  bool had_automatic = false;
+  for (const mesh::CorrespondenceReport& report : previous.targets[k].report.correspondences) {
+    if (!report.automatic) before.push_back(report.correspondence);
+    had_automatic |= report.automatic;
+  }
+  if (had_automatic && !ToRegistrationOptions(job.options()).automatic_correspondences) return true;
   const auto now = ToCorrespondences(job, k, previous.frames_per_second);
   return !std::equal(before.begin(), before.end(), now.begin(), now.end(), registration::IsSame);
 }

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/store/catalog.h"
+#include "core/store/parameter_records.h"
 #include "worker/jobs/assemble_family.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/previous_version.h"
@@ -124,6 +125,7 @@ absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& cont
   FamilyParts parts;
   parts.name = job.family();
   parts.source_name = job.source();
+  parts.parameter_space = store::FromMessage(job.parameter_space());
   parts.source = std::move(source.mesh);
   parts.source_report = source.report;
   LB_ASSIGN_OR_RETURN(parts.bounds, BoundsOf(job, context.catalog));

@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "liquidblend/bounds.h"
+#include "liquidblend/parameter_space.h"
 #include "liquidblend/space_time.h"
 
 namespace liquidblend {
@@ -111,6 +112,7 @@ struct Family {
   std::vector<RegistrationReport> reports;  // one per target
   // The source's, then one per target; none if an older program registered the family.
   std::vector<SpaceTimeReport> space_time_reports;
+  ParameterSpace parameter_space;
   int64_t size_bytes = 0;
   absl::Time create_time = absl::UnixEpoch();
   absl::Time update_time = absl::UnixEpoch();
@@ -135,8 +137,9 @@ struct RegisterRequest {
   RegistrationOptions options;
   SpaceTimeOptions space_time;                               // of the source and all targets
   std::vector<std::vector<Correspondence>> correspondences;  // none, or one list per target
-  // Go on from the family's newest version, with these correspondences instead of its own; source
-  // and targets may be empty.
+  ParameterSpace parameter_space;                            // may be empty
+  // Go on from the family's newest version, with these correspondences instead of its own; source,
+  // targets and parameter space may be empty: as they are.
   bool refine = false;
 };
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "liquidblend/bounds.h"
+#include "liquidblend/parameter_space.h"
 
 namespace liquidblend {
 
@@ -30,9 +31,13 @@ struct SurfaceOptions {
 struct FrameRequest {
   std::string family;           // the id, with or without "families/"
   std::vector<double> weights;  // one per target; the source gets 1 - sum; [-1, 2]
-  double time_s = 0.0;          // [0, duration_s]
-  int position_bits = 0;        // 8 to 20; 0: the server's default
-  int64_t version = 0;          // 0: the latest
+  // Instead of weights: a point in the family's parameter space. Outside of the hull of the
+  // family's points it is refused (kOutOfRange), or extrapolated by the nearest simplex.
+  Parameters parameters;
+  bool extrapolate = false;
+  double time_s = 0.0;    // [0, duration_s]
+  int position_bits = 0;  // 8 to 20; 0: the server's default
+  int64_t version = 0;    // 0: the latest
   SurfaceOptions surface;
 };
 
@@ -40,7 +45,8 @@ struct Frame {
   std::string data;  // a Draco mesh: see decode.h
   std::string family;
   int64_t version = 0;
-  std::vector<double> weights;
+  std::vector<double> weights;  // that were used, also if parameters were asked for
+  bool extrapolated = false;    // the parameters lie outside of the hull
   double time_s = 0.0;
   int64_t num_vertices = 0;
   int64_t num_triangles = 0;

@@ -18,6 +18,8 @@ namespace liquidblend {
 struct StreamSettings {
   std::string family;                       // the id; required at the start
   std::vector<double> weights;              // one per target; default all 0
+  Parameters parameters;                    // they replace weights, and weights them
+  std::optional<bool> extrapolate;          // as FrameRequest's; default false
   std::optional<double> time_s;             // where to go on from; default 0
   std::optional<double> rate;               // seconds of animation per second; default 1; 0 holds
   std::optional<double> frames_per_second;  // of the clock; (0, 240]; default the family's

@@ -176,6 +176,7 @@ TEST_F(ClientTest, RegistrationCarriesOptionsAndCorrespondences) {
   track.hard = true;
   track.source = {{1, 2, 3}, 0.5};
   track.length_s = 0.25;
+  request.parameter_space = {{"height"}, {{1.5}, {3.5}}};
   request.correspondences = {{track}};
   ASSERT_TRUE(client_->RegisterFamily(request).ok());
   const std::string sent = server_.LastRequest();
@@ -183,7 +184,7 @@ TEST_F(ClientTest, RegistrationCarriesOptionsAndCorrespondences) {
        {"family_id: \"drops\"", "source: \"animations/drops-a\"", "targets: \"animations/drops-b\"",
         "max_iterations: 9", "seed: 42", "kind: TRAJECTORY", "hard: true", "z: 3", "time_s: 0.5",
         "length_s: 0.25", "thin_sheets_from: 0.25", "connectivity: TRACKED", "droplet_vertices: 0",
-        "coarser_levels: 3"}) {
+        "coarser_levels: 3", "names: \"height\"", "values: 1.5", "values: 3.5"}) {
     EXPECT_THAT(sent, HasSubstr(part));
   }
   EXPECT_THAT(sent, Not(HasSubstr("sheet_thickness_edges"))) << "not set: the server's default";
@@ -230,6 +231,30 @@ TEST_F(ClientTest, GetFrameAsksForTheFamilysFrame) {
   EXPECT_THAT(frame->weights, ElementsAre(-0.25));
   EXPECT_EQ(frame->num_triangles, 8);
   EXPECT_FALSE(frame->data.empty());
+}
+
+TEST_F(ClientTest, GetFrameTakesAPointInParameterSpaceAndTellsItsWeights) {
+  FrameRequest request;
+  request.family = "drops";
+  request.parameters = {{"height", 2.5}};
+  const auto frame = client_->GetFrame(request);
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  EXPECT_THAT(frame->weights, ElementsAre(0.75));
+  EXPECT_FALSE(frame->extrapolated);
+  request.parameters["height"] = 4;
+  EXPECT_EQ(client_->GetFrame(request).status().code(), absl::StatusCode::kOutOfRange);
+  request.extrapolate = true;
+  const auto outside = client_->GetFrame(request);
+  ASSERT_TRUE(outside.ok()) << outside.status();
+  EXPECT_TRUE(outside->extrapolated);
+}
+
+TEST_F(ClientTest, AFamilyTellsItsPoints) {
+  const auto family = client_->GetFamily("drops");
+  ASSERT_TRUE(family.ok()) << family.status();
+  EXPECT_THAT(family->parameter_space.names, ElementsAre("height"));
+  EXPECT_THAT(family->parameter_space.points, ElementsAre(ElementsAre(1), ElementsAre(3)));
+  EXPECT_TRUE(client_->GetFamily("empty")->parameter_space.names.empty());
 }
 
 TEST_F(ClientTest, WatchReportsEveryChangeAndReturnsTheResult) {

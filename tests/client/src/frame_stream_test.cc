@@ -67,6 +67,25 @@ TEST_F(FrameStreamTest, ChangedWeightsShowInLaterFrames) {
   }
 }
 
+TEST_F(FrameStreamTest, ParametersReplaceWeightsInLaterFrames) {
+  const auto stream = Open(/*lossless=*/false);
+  ASSERT_TRUE(stream->Read().ok());
+  StreamSettings change;
+  change.parameters = {{"height", 5}};
+  change.extrapolate = true;
+  ASSERT_TRUE(stream->Change(change).ok());
+  for (;;) {
+    const auto streamed = stream->Read();
+    ASSERT_TRUE(streamed.ok()) << streamed.status();
+    ASSERT_TRUE(streamed->has_value());
+    if ((*streamed)->frame.extrapolated) {
+      EXPECT_THAT((*streamed)->frame.weights, ElementsAre(2.0));
+      break;
+    }
+    ASSERT_THAT((*streamed)->frame.weights, ElementsAre(0.5));
+  }
+}
+
 TEST_F(FrameStreamTest, CancelFromAnotherThreadEndsAWaitingRead) {
   const auto stream = Open(/*lossless=*/false);
   ASSERT_TRUE(stream->Read().ok());

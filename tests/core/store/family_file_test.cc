@@ -64,6 +64,7 @@ struct Sample {
     report.fidelity = {16, 0.03, 0.5, 0.001, 40, 41, 1};
     family.space_time_reports = {report, {}, {}};
     family.space_time_reports[2].is_tracked = true;
+    family.parameter_space = {{"width", "height"}, {{0.5, 20}, {1, 20}, {0.5, 60}}};
     family.num_first_vertices = 1;
     family.num_last_vertices = 1;
     family.num_frames = 9;
@@ -139,6 +140,26 @@ TEST(FamilyFile, GivesBackTheFamily) {
   EXPECT_EQ(family->edge_length_m, 0.125);
   EXPECT_EQ(family->domain_min, (std::array<float, 3>{-1, -2, -3}));
   EXPECT_EQ(family->domain_max, (std::array<float, 3>{1, 2, 3}));
+}
+
+TEST(FamilyFile, GivesBackThePointsInParameterSpace) {
+  const auto family = Open(Whole());
+  ASSERT_THAT(family, Succeeds());
+  EXPECT_THAT(family->parameter_space.names, testing::ElementsAre("width", "height"));
+  EXPECT_EQ(family->parameter_space.points, Sample().View().parameter_space.points);
+  const Sample sample;
+  mesh::RegisteredFamily plain = sample.View();
+  plain.parameter_space = {};
+  const auto without = Open(Written(plain));
+  ASSERT_THAT(without, Succeeds());
+  EXPECT_TRUE(without->parameter_space.empty());
+}
+
+TEST(FamilyFile, RefusesPointsThatDoNotFit) {
+  EXPECT_THAT(Open(Changed([](Manifest& m) {
+                m.mutable_parameter_space()->mutable_points()->RemoveLast();
+              })),
+              Fails(Code::kInvalidArgument, "2 points for 3 animations"));
 }
 
 TEST(FamilyFile, GivesBackTheReportsOfTheSpaceTimeMeshes) {

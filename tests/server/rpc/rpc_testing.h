@@ -80,7 +80,7 @@ class RpcTest : public testing::Test {
   // A growing sphere and one target that moves every vertex by up to 0.1 m. The animations that it
   // is made of must be there.
   void PublishFamily(const std::string& id, const std::string& source, const std::string& target,
-                     uint64_t seed = 1) {
+                     uint64_t seed = 1, const mesh::ParameterSpace& space = {}) {
     store::pb::JobRecord job;
     job.mutable_register_family()->set_family(id);
     job.mutable_register_family()->set_source(source);
@@ -94,6 +94,7 @@ class RpcTest : public testing::Test {
     family.name = id;
     family.source = source;
     family.targets[0].name = target;
+    family.parameter_space = space;
     auto writer = *blobs_->Create();
     ASSERT_TRUE(store::WriteFamily(family, *writer).ok());
     store::pb::FamilyRecord record;

@@ -14,6 +14,7 @@ FamilyParts TwoTargets() {
   FamilyParts parts;
   parts.name = "family";
   parts.source_name = "still";
+  parts.parameter_space = {{"speed"}, {{0}, {1}, {2}}};
   parts.source = synthetic::WedgeSphere(1);
   parts.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-1, -1, -1), Eigen::Vector3f(1, 2, 3));
   parts.targets.resize(2);
@@ -37,6 +38,7 @@ TEST(AssembleFamily, OwnsAllThatItShows) {
   EXPECT_TRUE(mesh::Validate(*family).ok());
   EXPECT_EQ(family->name, "family");
   EXPECT_EQ(family->source, "still");
+  EXPECT_EQ(family->parameter_space.points, parts.parameter_space.points);
   ASSERT_EQ(family->targets.size(), 2U);
   EXPECT_EQ(family->targets[1].name, "fast");
   EXPECT_EQ(family->targets[1].report.num_nodes, 7);

@@ -1,0 +1,18 @@
+// The user's own parameters of animations: what the simulations were started with.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace liquidblend {
+
+// Where the animations of a family lie, in the user's own units; empty: not known.
+struct ParameterSpace {
+  std::vector<std::string> names;           // 1 to 4, e.g. "wall_width"; [a-z][a-z0-9_]{0,62}
+  std::vector<std::vector<double>> points;  // the source's, then one per target; a value per name
+};
+
+using Parameters = std::map<std::string, double>;  // a point; every name of the family has a value
+
+}  // namespace liquidblend

@@ -1,0 +1,24 @@
+// Where the animations of a family lie in the space of the user's own parameters.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+
+namespace liquidblend::mesh {
+
+inline constexpr int kMaxParameters = 4;
+
+struct ParameterSpace {
+  std::vector<std::string> names;           // [a-z][a-z0-9_]{0,62}, all different
+  std::vector<std::vector<double>> points;  // the source's, then one per target; a value per name
+
+  bool empty() const { return names.empty() && points.empty(); }
+};
+
+// Checks that it is empty, or has 1 to kMaxParameters good names, and for each animation a point of
+// finite values. Errors: kInvalidArgument with the first name or point at fault.
+absl::Status Validate(const ParameterSpace& space, int num_animations);
+
+}  // namespace liquidblend::mesh
