@@ -17,14 +17,6 @@ double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors,
                          const ClosestPointSearch& target, const ProjectionOptions& options,
                          const parallel::Arena& arena, Points& displacement);
 
-// Moves layers that face against the target next to them a little beneath it. Where the surface
-// lies on the target in several layers, every other one faces against it: a liquid of several
-// layers shows the outermost, which must face outwards. Returns how many vertices the last of the
-// rounds moved.
-int64_t TuckTurnedLayers(const Surface& source, const IndexLists& neighbors,
-                         const ClosestPointSearch& target, const parallel::Arena& arena,
-                         Points& displacement);
-
 // Averages each displacement with its neighbours', `sweeps` times.
 Points Smooth(const Points& displacement, const IndexLists& neighbors, int sweeps,
               const parallel::Arena& arena);

@@ -25,35 +25,30 @@ Eigen::Matrix<float, 4, 3> TangentBasis(const Eigen::Vector4f& normal) {
   return basis;
 }
 
-// The normal of the image of a linear map of the tangent space; zero where it has none.
-Eigen::Vector4f ImageNormal(const Eigen::Matrix<float, 4, 3>& columns) {
-  const Eigen::Vector4f normal = mesh::CrossProduct(columns);
-  const float length = normal.norm();
-  return length > 0 ? Eigen::Vector4f(normal / length) : Eigen::Vector4f(Eigen::Vector4f::Zero());
-}
+}  // namespace
 
-// The deformed surface's normal at v by least squares over its neighbours; zero where undefined.
-Eigen::Vector4f EstimateNormal(const Surface& source, const IndexLists& neighbors,
-                               const Points& displacement, int64_t v) {
+Eigen::Vector4f ImageNormal(const Surface& source, const IndexLists& neighbors,
+                            const Points& displacement, float weight, int64_t v) {
   const Eigen::Matrix<float, 4, 3> basis = TangentBasis(source.mesh.normals.col(v));
   Eigen::Matrix<float, 4, 3> image = Eigen::Matrix<float, 4, 3>::Zero();
   Eigen::Matrix3f spread = 1e-4f * Eigen::Matrix3f::Identity();
   for (const int32_t w : neighbors[v]) {
     const Eigen::Vector4f offset = source.points.col(w) - source.points.col(v);
     const Eigen::Vector3f local = basis.transpose() * offset;
-    image += (offset + displacement.col(w) - displacement.col(v)) * local.transpose();
+    const Eigen::Vector4f moved = offset + weight * (displacement.col(w) - displacement.col(v));
+    image += moved * local.transpose();
     spread += local * local.transpose();
   }
-  return ImageNormal(image * spread.inverse());
+  const Eigen::Vector4f normal = mesh::CrossProduct(image * spread.inverse());
+  const float length = normal.norm();
+  return length > 0 ? Eigen::Vector4f(normal / length) : Eigen::Vector4f(Eigen::Vector4f::Zero());
 }
 
-}  // namespace
-
 Points ImageNormals(const Surface& source, const IndexLists& neighbors, const Points& displacement,
-                    const parallel::Arena& arena) {
+                    float weight, const parallel::Arena& arena) {
   Points normals(4, source.points.cols());
   arena.For(normals.cols(), [&](int64_t v) {
-    normals.col(v) = EstimateNormal(source, neighbors, displacement, v);
+    normals.col(v) = ImageNormal(source, neighbors, displacement, weight, v);
   });
   return normals;
 }

@@ -5,10 +5,14 @@
 
 namespace liquidblend::registration {
 
-// Of each vertex: by least squares over its neighbours, the normal of the linear map that takes the
-// offsets to them to those of the deformed ones. On the side of the source's normal as the map
-// turns it; zero where there is none.
+// At vertex v of the surface that the weight times the displacements deform: by least squares over
+// its neighbours, the normal of the linear map that takes the offsets to them to those of the
+// deformed ones, on the side to which the map turns the source's. Zero where there is none.
+Eigen::Vector4f ImageNormal(const Surface& source, const IndexLists& neighbors,
+                            const Points& displacement, float weight, int64_t v);
+
+// A column per vertex.
 Points ImageNormals(const Surface& source, const IndexLists& neighbors, const Points& displacement,
-                    const parallel::Arena& arena);
+                    float weight, const parallel::Arena& arena);
 
 }  // namespace liquidblend::registration

@@ -14,6 +14,7 @@
 #include "worker/registration/energy.h"
 #include "worker/registration/extrapolation.h"
 #include "worker/registration/finish.h"
+#include "worker/registration/folds.h"
 #include "worker/registration/hard_pins.h"
 #include "worker/registration/initialise.h"
 #include "worker/registration/match.h"
@@ -30,6 +31,7 @@ constexpr double kAnnealedShare = 0.8;  // of the iterations; the rest stay soft
 // most steps to solve.
 constexpr double kFirstSampleShare = 0.2;
 constexpr int kNumProjections = 2;
+constexpr float kRelaxedWeights[] = {0.5f, 0.75f};
 constexpr int kInitialPasses = 100;  // of the diffusion of correspondences
 // A refinement: how far along the annealing it begins, far from changed correspondences and next to
 // them, how many node spacings they reach, and the diffusion's passes.
@@ -264,6 +266,9 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
     if (n == 0) result.report.mean_residual_edges = residual;
   }
   LB_RETURN_IF_ERROR(hard_pins.Restore(nodes, arena, displacement));
+  for (const float weight : kRelaxedWeights) {
+    RelaxFolds(source, neighbors, weight, arena, displacement);
+  }
   TuckTurnedLayers(source, neighbors, target_search, arena, displacement);
   LB_RETURN_IF_ERROR(hard_pins.Restore(nodes, arena, displacement));
   CarryRigidPieces(source, arena, displacement);
