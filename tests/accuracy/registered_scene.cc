@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "server/blend/blend.h"
 #include "worker/jobs/assemble_family.h"
+#include "worker/jobs/register_meshes.h"
 #include "worker/spacetime/build.h"
 
 namespace liquidblend::accuracy {
@@ -57,9 +58,10 @@ absl::StatusOr<RegisteredScene> RegisteredScene::Register(
     LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh target, Build(input, arena, result.costs_));
     parts.bounds.extend(BoxOf(input));
     const std::vector<registration::Correspondence> none;
-    auto registered = registration::Register(
-        parts.source, target, correspondences.empty() ? none : correspondences[k - 1], options,
-        arena);
+    const auto read = [](const mesh::Animation& animation) { return [&] { return animation; }; };
+    auto registered = jobs::RegisterMeshes(
+        {parts.source, read(scene.inputs[0])}, {target, read(input)},
+        correspondences.empty() ? none : correspondences[k - 1], nullptr, {{}, options}, arena);
     if (!registered.ok()) return Named(input.name, registered.status());
     result.costs_.registration_s.push_back(registered->report.seconds);
     jobs::RegisteredTarget& added = parts.targets.emplace_back();

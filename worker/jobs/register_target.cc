@@ -1,13 +1,16 @@
 #include "worker/jobs/register_target.h"
 
 #include <memory>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/store/files.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/previous_version.h"
+#include "worker/jobs/register_meshes.h"
 #include "worker/registration/register.h"
 #include "worker/spacetime/build.h"
 #include "worker/spacetime/report.h"
@@ -20,16 +23,23 @@ constexpr double kTargetMeshShare = 0.15;  // of the work for one target
 absl::StatusOr<registration::Registration> RegisterOrRefine(
     const store::v1::RegisterJob& job, int k, const mesh::RegisteredFamily* previous,
     const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target, JobContext& context) {
-  const auto correspondences = ToCorrespondences(job, k, source.frames_per_second);
-  const registration::RegistrationOptions options = ToRegistrationOptions(job.options());
-  if (previous == nullptr) {
-    return registration::Register(source, target, correspondences, options, context.arena,
-                                  context.RegistrationProgress(k));
+  const auto read = [&context](const std::string& id) {
+    return [&context, id] { return ReadStored(id, context); };
+  };
+  const RegisterMeshesOptions options = {ToBuildOptions(job.space_time()),
+                                         ToRegistrationOptions(job.options())};
+  Eigen::Matrix4Xf displacement;
+  std::vector<mesh::Correspondence> before;
+  std::optional<registration::PreviousRegistration> refined;
+  if (previous != nullptr) {
+    displacement = MatrixOf(previous->targets[k].displacement);
+    before = CorrespondencesOf(previous->targets[k]);
+    refined.emplace(displacement, before);
   }
-  const Eigen::Matrix4Xf displacement = MatrixOf(previous->targets[k].displacement);
-  const auto before = CorrespondencesOf(previous->targets[k]);
-  return registration::Refine(source, target, correspondences, {displacement, before}, options,
-                              context.arena, context.RegistrationProgress(k));
+  return RegisterMeshes({source, read(job.source())}, {target, read(job.targets(k))},
+                        ToCorrespondences(job, k, source.frames_per_second),
+                        refined ? &*refined : nullptr, options, context.arena,
+                        context.RegistrationProgress(k));
 }
 
 }  // namespace

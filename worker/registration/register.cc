@@ -9,19 +9,14 @@
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
 #include "worker/registration/automatic.h"
-#include "worker/registration/closest_point.h"
+#include "worker/registration/complete.h"
 #include "worker/registration/deformation.h"
 #include "worker/registration/energy.h"
-#include "worker/registration/extrapolation.h"
-#include "worker/registration/finish.h"
-#include "worker/registration/folds.h"
 #include "worker/registration/hard_pins.h"
 #include "worker/registration/initialise.h"
 #include "worker/registration/match.h"
 #include "worker/registration/pins.h"
 #include "worker/registration/refine.h"
-#include "worker/registration/rigid_pieces.h"
-#include "worker/registration/verdict.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -30,8 +25,6 @@ constexpr double kAnnealedShare = 0.8;  // of the iterations; the rest stay soft
 // Of the samples, in the first iteration: a stiff surface is held by few, and its systems take the
 // most steps to solve.
 constexpr double kFirstSampleShare = 0.2;
-constexpr int kNumProjections = 2;
-constexpr float kRelaxedWeights[] = {0.5f, 0.75f};
 constexpr int kInitialPasses = 100;  // of the diffusion of correspondences
 // A refinement: how far along the annealing it begins, far from changed correspondences and next to
 // them, how many node spacings they reach, and the diffusion's passes.
@@ -39,29 +32,6 @@ constexpr double kRefineFrom = 0.6;
 constexpr double kRefineFromNear = 0.3;
 constexpr double kRefineReach = 6.0;
 constexpr int kRefinePasses = 10;
-
-absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target) {
-  for (const auto* mesh : {&source, &target}) {
-    const char* name = mesh == &source ? "source" : "target";
-    if (mesh->num_cells() == 0 || mesh->normals.cols() != mesh->num_vertices()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("the ", name, " has ", mesh->num_cells(), " cells and ",
-                       mesh->normals.cols(), " normals for ", mesh->num_vertices(), " vertices"));
-    }
-    const std::vector<char> rigid = mesh::RigidVertices(*mesh);
-    if (std::find(rigid.begin(), rigid.end(), 0) == rigid.end()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "the ", name, " has nothing but droplets, which are carried and not registered"));
-    }
-  }
-  if (std::abs(source.frames_per_second - target.frames_per_second) >
-      1e-3 * source.frames_per_second) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "the source has ", source.frames_per_second, " frames per second and the target ",
-        target.frames_per_second, "; both must have the same"));
-  }
-  return absl::OkStatus();
-}
 
 // From `first` to `last`, geometrically, as f goes from 0 to 1.
 double Anneal(double first, double last, double f) { return first * std::pow(last / first, f); }
@@ -184,12 +154,6 @@ void NameOrigins(const std::vector<AutomaticCorrespondence>& found,
   }
 }
 
-// Registration units -> metres and frames.
-Eigen::Matrix4Xf InMetres(Points displacement, double edge_length_m) {
-  displacement.topRows<3>() *= static_cast<float>(edge_length_m);
-  return displacement;
-}
-
 }  // namespace
 
 absl::Status RegistrationOptions::Validate() const {
@@ -211,6 +175,7 @@ absl::Status RegistrationOptions::Validate() const {
   LB_RETURN_IF_ERROR(
       mesh::CheckRange("refine_iterations", refine_iterations, mesh::kMaxIterations));
   LB_RETURN_IF_ERROR(mesh::CheckRange("thin_sheets_from", thin_sheets_from, mesh::kThinSheetsFrom));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("coarse_vertices", coarse_vertices, {1e3, 1e9}));
   return mesh::CheckRange("max_direct_rows", max_direct_rows, kNotNegative);
 }
 
@@ -227,8 +192,9 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   LB_RETURN_IF_ERROR(CheckMeshes(source_mesh, target_mesh));
   const absl::Time start = absl::Now();
   const double edge = source_mesh.edge_length_m;
-  const Surface source(source_mesh, edge), target(target_mesh, edge);
-  const IndexLists neighbors = VertexNeighbors(source_mesh, source.cells_around, arena);
+  const SurfacePair pair(source_mesh, target_mesh, arena);
+  const Surface &source = pair.source, &target = pair.target;
+  const IndexLists& neighbors = pair.neighbors;
   std::vector<AutomaticCorrespondence> found;
   if (options.automatic_correspondences) found = FindAutomatic(source, target, users, edge);
   const std::vector<Correspondence> correspondences = Join(users, found);
@@ -238,8 +204,7 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   const DeformationNodes nodes(source.points, neighbors, options.node_spacing_edges,
                                VerticesOf(pins), options.seed, arena, source.rigid);
   const NodeGraph graph(nodes);
-  const ClosestPointSearch target_search(target_mesh, target.points, target.cells_around);
-  Matcher matcher(source, neighbors, target, target_search, options.seed);
+  Matcher matcher(source, neighbors, target, pair.target_search, options.seed);
   const HardPins hard_pins(nodes, source.points, pins);
   std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());
   Schedule schedule{.num_iterations = options.max_iterations, .near = {}};
@@ -258,31 +223,19 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
       return absl::CancelledError(absl::StrCat("cancelled after iteration ", iteration));
     }
   }
-  Points displacement = Deform(nodes, maps, source.points, arena) - source.points;
-  Registration result;
-  for (int n = 0; n < kNumProjections; ++n) {
-    const double residual =
-        ProjectOntoTarget(source, neighbors, target_search, {}, arena, displacement);
-    if (n == 0) result.report.mean_residual_edges = residual;
-  }
-  LB_RETURN_IF_ERROR(hard_pins.Restore(nodes, arena, displacement));
-  for (const float weight : kRelaxedWeights) {
-    RelaxFolds(source, neighbors, weight, arena, displacement);
-  }
-  TuckTurnedLayers(source, neighbors, target_search, arena, displacement);
-  LB_RETURN_IF_ERROR(hard_pins.Restore(nodes, arena, displacement));
-  CarryRigidPieces(source, arena, displacement);
-  result.report.correspondences = ReportCorrespondences(correspondences, pins, displacement, edge);
+  const auto hold_pins = [&](Points& displacement) {
+    return hard_pins.Restore(nodes, arena, displacement);
+  };
+  LB_ASSIGN_OR_RETURN(
+      Registration result,
+      Complete(pair, Deform(nodes, maps, source.points, arena) - source.points, hold_pins, arena));
+  result.report.correspondences =
+      ReportCorrespondences(correspondences, pins, InEdgeUnits(result.displacement, edge), edge);
   NameOrigins(found, result.report.correspondences);
-  Points extrapolation = Extrapolation(source, neighbors, displacement, arena);
-  CarryRigidPieces(source, arena, extrapolation);
-  result.displacement = InMetres(displacement, edge);
-  result.extrapolation = InMetres(extrapolation, edge);
   result.report.num_nodes = static_cast<int>(nodes.num_nodes());
   result.report.num_iterations = last.iteration;
   result.report.inlier_share = static_cast<double>(last.num_inliers) /
                                static_cast<double>(std::max<int64_t>(1, last.num_samples));
-  result.report.verdict = Judge(source, neighbors, target, target_search, displacement, arena);
   result.report.verdict.fit_energy = last.fit_energy;
   result.report.verdict.smoothness_energy = last.smoothness_energy;
   result.report.seconds = absl::ToDoubleSeconds(absl::Now() - start);

@@ -35,6 +35,7 @@ struct RegistrationOptions {
   bool automatic_correspondences = true;  // soft ones of what stands out in both, after the user's
   int refine_iterations = 6;              // [1, 200]; of Refine() instead of max_iterations
   int max_direct_rows = 400;              // larger systems by conjugate gradients (section 6.3)
+  double coarse_vertices = 6e5;           // >= 1e3; of the meshes that larger ones begin with
   uint64_t seed = 1;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
@@ -87,5 +88,25 @@ absl::StatusOr<Registration> Refine(const mesh::SpaceTimeMesh& source,
                                     const RegistrationOptions& options,
                                     const parallel::Arena& arena,
                                     const ProgressCallback& progress = {});
+
+// Coarse to fine: how many times longer the edges of the meshes should be that a registration of so
+// many vertices begins with; 1: it is small enough to be registered at once.
+double CoarseScale(int64_t num_vertices, const RegistrationOptions& options);
+
+// A registration of coarser meshes of the same animations; the references must outlive the call.
+struct CoarseRegistration {
+  const mesh::SpaceTimeMesh& source;
+  const Registration& registration;
+};
+
+// Carries it over to these meshes and fits them to one another, without nodes of their own.
+// Errors: as Register(); also kInvalidArgument if the registration is not one of its source.
+// Cost: O(vertices log vertices).
+absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
+                                     const mesh::SpaceTimeMesh& target,
+                                     const std::vector<Correspondence>& correspondences,
+                                     const CoarseRegistration& coarse,
+                                     const RegistrationOptions& options,
+                                     const parallel::Arena& arena);
 
 }  // namespace liquidblend::registration

@@ -19,6 +19,7 @@
 namespace liquidblend::spacetime {
 namespace {
 
+constexpr double kLargestEdgeScale = 32.0;
 constexpr double kMinTrackedShare = 0.85;  // see MatchedShare
 constexpr double kAreaPerVertex = 0.866;   // of a regular triangle mesh, in squared edge lengths
 
@@ -222,6 +223,8 @@ absl::Status BuildOptions::Validate() const {
   }
   LB_RETURN_IF_ERROR(
       mesh::CheckRange("droplet_vertices", droplet_vertices, mesh::kDropletVertices));
+  const double largest_scale = connectivity == Connectivity::kRebuilt ? kLargestEdgeScale : 1.0;
+  LB_RETURN_IF_ERROR(mesh::CheckRange("edge_scale", edge_scale, {1, largest_scale}));
   return mesh::CheckRange("sheet_thickness_edges", sheet_thickness_edges,
                           mesh::kSheetThicknessEdges);
 }
@@ -239,7 +242,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
                                           const BuildOptions& options, const parallel::Arena& arena,
                                           const std::function<void(double)>& progress) {
   LB_RETURN_IF_ERROR(options.Validate());
-  const double edge_length_m = mesh::MeanEdgeLength(animation);
+  const double edge_length_m = options.edge_scale * mesh::MeanEdgeLength(animation);
   if (animation.num_frames() < 2 || !(edge_length_m > 0)) {
     return absl::InvalidArgumentError(
         absl::StrCat("animation '", animation.name, "' has ", animation.num_frames(),

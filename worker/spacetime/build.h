@@ -27,6 +27,9 @@ struct BuildOptions {
                                      // there are layers in between
   double droplet_vertices = 150;     // [0, 10000]; smaller components are carried as rigid pieces;
                                      // a vertex has the area of one in a regular mesh
+  // Builds as if all edges were this many times as long, so with fewer and larger cells: for a
+  // first, coarse registration. [1, 32]; a tracked animation has no coarser mesh and takes 1 only.
+  double edge_scale = 1.0;
   // Of all animations: sheets up to this thickness are flagged; [0, 16] mean edge lengths, 0: none
   double sheet_thickness_edges = 1.5;
   absl::Status Validate() const;  // names the first field out of range, and its value

@@ -80,6 +80,21 @@ TEST(Build, TellsTrackedAnimationsFromRebuiltOnes) {
   EXPECT_TRUE(BuildOrDie(synthetic::FallingDrop(), 2, forced).hexahedra.empty());
 }
 
+TEST(Build, WithLongerEdgesIsCoarser) {
+  const mesh::Animation sphere = synthetic::MovingSphere();
+  BuildOptions options;
+  options.connectivity = Connectivity::kRebuilt;
+  const parallel::Arena arena(2);
+  const auto fine = Build(sphere, options, arena);
+  options.edge_scale = 2;
+  const auto coarse = Build(sphere, options, arena);
+  ASSERT_TRUE(fine.ok() && coarse.ok()) << coarse.status();
+  EXPECT_DOUBLE_EQ(coarse->edge_length_m, 2 * fine->edge_length_m);
+  EXPECT_LT(coarse->num_vertices(), 0.4 * static_cast<double>(fine->num_vertices()));
+  options.connectivity = Connectivity::kAuto;
+  EXPECT_EQ(Build(sphere, options, arena).status().message(), "edge_scale is 2, not in [1, 1]");
+}
+
 TEST(Build, SlicesHaveTheVolumeOfTheFrames) {
   const mesh::Animation drop = synthetic::FallingDrop();
   const auto mesh = BuildOrDie(drop);

@@ -1,0 +1,67 @@
+#include "worker/jobs/register_meshes.h"
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "core/base/status_macros.h"
+#include "worker/registration/transfer.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+using registration::PreviousRegistration;
+using registration::Registration;
+
+absl::StatusOr<Registration> RegisterOrRefine(
+    const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
+    const std::vector<registration::Correspondence>& correspondences,
+    const PreviousRegistration* previous, const registration::RegistrationOptions& options,
+    const parallel::Arena& arena, const registration::ProgressCallback& progress) {
+  if (previous == nullptr) {
+    return registration::Register(source, target, correspondences, options, arena, progress);
+  }
+  return registration::Refine(source, target, correspondences, *previous, options, arena, progress);
+}
+
+absl::StatusOr<mesh::SpaceTimeMesh> BuildCoarse(const MeshSource& fine, double scale,
+                                                spacetime::BuildOptions options,
+                                                const parallel::Arena& arena) {
+  LB_ASSIGN_OR_RETURN(const mesh::Animation animation, fine.read());
+  options.connectivity = spacetime::Connectivity::kRebuilt;  // a tracked mesh has no coarser one
+  options.edge_scale = scale;
+  options.droplet_vertices /= scale * scale;  // the same parts are droplets
+  return spacetime::Build(animation, options, arena);
+}
+
+}  // namespace
+
+absl::StatusOr<Registration> RegisterMeshes(
+    const MeshSource& source, const MeshSource& target,
+    const std::vector<registration::Correspondence>& correspondences,
+    const PreviousRegistration* previous, const RegisterMeshesOptions& options,
+    const parallel::Arena& arena, const registration::ProgressCallback& progress) {
+  const double scale = registration::CoarseScale(source.mesh.num_vertices(), options.registration);
+  if (scale == 1.0) {
+    return RegisterOrRefine(source.mesh, target.mesh, correspondences, previous,
+                            options.registration, arena, progress);
+  }
+  LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh coarse_source,
+                      BuildCoarse(source, scale, options.build, arena));
+  LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh coarse_target,
+                      BuildCoarse(target, scale, options.build, arena));
+  Eigen::Matrix4Xf coarse_displacement;
+  std::optional<PreviousRegistration> coarse_previous;
+  if (previous != nullptr) {
+    coarse_displacement = registration::Transfer(source.mesh, coarse_source, arena)
+                              .Apply(previous->displacement, arena);
+    coarse_previous.emplace(coarse_displacement, previous->correspondences);
+  }
+  LB_ASSIGN_OR_RETURN(const Registration coarse,
+                      RegisterOrRefine(coarse_source, coarse_target, correspondences,
+                                       coarse_previous ? &*coarse_previous : nullptr,
+                                       options.registration, arena, progress));
+  return registration::Sharpen(source.mesh, target.mesh, correspondences, {coarse_source, coarse},
+                               options.registration, arena);
+}
+
+}  // namespace liquidblend::jobs

@@ -1,0 +1,37 @@
+// Two space-time meshes -> their registration, coarse to fine where they are large.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/animation.h"
+#include "core/mesh/space_time_mesh.h"
+#include "core/parallel/arena.h"
+#include "worker/registration/register.h"
+#include "worker/spacetime/build.h"
+
+namespace liquidblend::jobs {
+
+// A space-time mesh, and how to get the frames that it was made of, for a coarser one. The mesh
+// must outlive it.
+struct MeshSource {
+  const mesh::SpaceTimeMesh& mesh;
+  std::function<absl::StatusOr<mesh::Animation>()> read;
+};
+
+struct RegisterMeshesOptions {
+  spacetime::BuildOptions build;  // of the meshes
+  registration::RegistrationOptions registration;
+};
+
+//   previous  what to refine; null: from scratch
+// Errors: those of Build(), Register(), Refine(), Sharpen() and of reading the frames.
+// Threads: safe, same bytes for any thread count.
+absl::StatusOr<registration::Registration> RegisterMeshes(
+    const MeshSource& source, const MeshSource& target,
+    const std::vector<registration::Correspondence>& correspondences,
+    const registration::PreviousRegistration* previous, const RegisterMeshesOptions& options,
+    const parallel::Arena& arena, const registration::ProgressCallback& progress = {});
+
+}  // namespace liquidblend::jobs

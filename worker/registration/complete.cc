@@ -1,0 +1,87 @@
+#include "worker/registration/complete.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "worker/registration/extrapolation.h"
+#include "worker/registration/finish.h"
+#include "worker/registration/folds.h"
+#include "worker/registration/rigid_pieces.h"
+#include "worker/registration/verdict.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr int kNumProjections = 2;
+constexpr float kRelaxedWeights[] = {0.5f, 0.75f};
+
+// Registration units -> metres and frames.
+Eigen::Matrix4Xf InMetres(Points displacement, double edge_length_m) {
+  displacement.topRows<3>() *= static_cast<float>(edge_length_m);
+  return displacement;
+}
+
+}  // namespace
+
+absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target) {
+  for (const auto* mesh : {&source, &target}) {
+    const char* name = mesh == &source ? "source" : "target";
+    if (mesh->num_cells() == 0 || mesh->normals.cols() != mesh->num_vertices()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("the ", name, " has ", mesh->num_cells(), " cells and ",
+                       mesh->normals.cols(), " normals for ", mesh->num_vertices(), " vertices"));
+    }
+    const std::vector<char> rigid = mesh::RigidVertices(*mesh);
+    if (std::find(rigid.begin(), rigid.end(), 0) == rigid.end()) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "the ", name, " has nothing but droplets, which are carried and not registered"));
+    }
+  }
+  if (std::abs(source.frames_per_second - target.frames_per_second) >
+      1e-3 * source.frames_per_second) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the source has ", source.frames_per_second, " frames per second and the target ",
+        target.frames_per_second, "; both must have the same"));
+  }
+  return absl::OkStatus();
+}
+
+SurfacePair::SurfacePair(const mesh::SpaceTimeMesh& source_mesh,
+                         const mesh::SpaceTimeMesh& target_mesh, const parallel::Arena& arena)
+    : source(source_mesh, source_mesh.edge_length_m),
+      target(target_mesh, source_mesh.edge_length_m),
+      neighbors(VertexNeighbors(source_mesh, source.cells_around, arena)),
+      target_search(target_mesh, target.points, target.cells_around) {}
+
+absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displacement,
+                                      const std::function<absl::Status(Points&)>& hold_pins,
+                                      const parallel::Arena& arena) {
+  const Surface& source = pair.source;
+  const IndexLists& neighbors = pair.neighbors;
+  Registration result;
+  for (int n = 0; n < kNumProjections; ++n) {
+    const double residual =
+        ProjectOntoTarget(source, neighbors, pair.target_search, {}, arena, displacement);
+    if (n == 0) result.report.mean_residual_edges = residual;
+  }
+  LB_RETURN_IF_ERROR(hold_pins(displacement));
+  for (const float weight : kRelaxedWeights) {
+    RelaxFolds(source, neighbors, weight, arena, displacement);
+  }
+  TuckTurnedLayers(source, neighbors, pair.target_search, arena, displacement);
+  LB_RETURN_IF_ERROR(hold_pins(displacement));
+  CarryRigidPieces(source, arena, displacement);
+  Points extrapolation = Extrapolation(source, neighbors, displacement, arena);
+  CarryRigidPieces(source, arena, extrapolation);
+  result.report.verdict =
+      Judge(source, neighbors, pair.target, pair.target_search, displacement, arena);
+  const double edge = source.mesh.edge_length_m;
+  result.displacement = InMetres(std::move(displacement), edge);
+  result.extrapolation = InMetres(std::move(extrapolation), edge);
+  return result;
+}
+
+}  // namespace liquidblend::registration

@@ -1,0 +1,39 @@
+// What every registration begins and ends with. Internal to worker/registration.
+#pragma once
+
+#include <functional>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "worker/registration/closest_point.h"
+#include "worker/registration/match.h"
+#include "worker/registration/register.h"
+
+namespace liquidblend::registration {
+
+// Errors: kInvalidArgument as Register().
+absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target);
+
+// Two meshes in the source's mean edge lengths, and what finds one from the other. The meshes must
+// outlive it.
+struct SurfacePair {
+  SurfacePair(const mesh::SpaceTimeMesh& source_mesh, const mesh::SpaceTimeMesh& target_mesh,
+              const parallel::Arena& arena);
+  SurfacePair(const SurfacePair&) = delete;
+  SurfacePair& operator=(const SurfacePair&) = delete;
+  Surface source;
+  Surface target;
+  IndexLists neighbors;  // of the source's vertices
+  ClosestPointSearch target_search;
+};
+
+// From what the nodes have come to, to the result: projects onto the target, mends folds, carries
+// droplets, extrapolates and judges. The report lacks what only the iterations know.
+//   displacement  in edges and frames
+//   hold_pins     moves hard correspondences back to their goals
+// Errors: those of hold_pins.
+absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displacement,
+                                      const std::function<absl::Status(Points&)>& hold_pins,
+                                      const parallel::Arena& arena);
+
+}  // namespace liquidblend::registration

@@ -1,0 +1,116 @@
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/base/status_macros.h"
+#include "worker/registration/complete.h"
+#include "worker/registration/deformation.h"
+#include "worker/registration/finish.h"
+#include "worker/registration/hard_pins.h"
+#include "worker/registration/pins.h"
+#include "worker/registration/register.h"
+#include "worker/registration/transfer.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr double kLargeFrom = 2.5;   // times the coarse mesh's vertices
+constexpr int kTransferSweeps = 10;  // of the averaging over what came from single coarse vertices
+
+absl::Status CheckCoarse(const CoarseRegistration& coarse) {
+  const int64_t count = coarse.source.num_vertices();
+  if (coarse.registration.displacement.cols() != count) {
+    return absl::InvalidArgumentError(absl::StrCat("the coarse registration is of ",
+                                                   coarse.registration.displacement.cols(),
+                                                   " vertices, but the coarse source has ", count));
+  }
+  if (!coarse.registration.displacement.allFinite()) {
+    return absl::InvalidArgumentError("the coarse registration is not finite");
+  }
+  return absl::OkStatus();
+}
+
+// What holds the hard ones of the pins on a fine mesh: nodes as far apart as those of the coarse
+// one.
+class PinHolder {
+ public:
+  PinHolder(const SurfacePair& pair, const std::vector<Pin>& pins, double spacing, uint64_t seed,
+            const parallel::Arena& arena)
+      : arena_(arena) {
+    std::vector<int32_t> vertices;
+    for (const Pin& pin : pins) {
+      if (pin.hard) vertices.push_back(pin.vertex);
+    }
+    if (vertices.empty()) return;
+    nodes_.emplace(pair.source.points, pair.neighbors, spacing, vertices, seed, arena,
+                   pair.source.rigid);
+    pins_ = HardPins(*nodes_, pair.source.points, pins);
+  }
+  absl::Status Restore(Points& displacement) const {
+    return nodes_ ? pins_.Restore(*nodes_, arena_, displacement) : absl::OkStatus();
+  }
+
+ private:
+  const parallel::Arena& arena_;
+  std::optional<DeformationNodes> nodes_;
+  HardPins pins_;
+};
+
+// Of the coarse registration: those that it found by itself.
+std::vector<CorrespondenceReport> AutomaticOnes(const Registration& coarse) {
+  std::vector<CorrespondenceReport> found;
+  for (const CorrespondenceReport& report : coarse.report.correspondences) {
+    if (report.automatic) found.push_back(report);
+  }
+  return found;
+}
+
+}  // namespace
+
+double CoarseScale(int64_t num_vertices, const RegistrationOptions& options) {
+  const double ratio = static_cast<double>(num_vertices) / options.coarse_vertices;
+  return ratio > kLargeFrom ? std::sqrt(ratio) : 1.0;
+}
+
+absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
+                                     const mesh::SpaceTimeMesh& target,
+                                     const std::vector<Correspondence>& correspondences,
+                                     const CoarseRegistration& coarse,
+                                     const RegistrationOptions& options,
+                                     const parallel::Arena& arena) {
+  LB_RETURN_IF_ERROR(options.Validate());
+  LB_RETURN_IF_ERROR(CheckMeshes(source, target));
+  LB_RETURN_IF_ERROR(CheckCoarse(coarse));
+  const absl::Time start = absl::Now();
+  const double edge = source.edge_length_m;
+  Points displacement = InEdgeUnits(
+      Transfer(coarse.source, source, arena).Apply(coarse.registration.displacement, arena), edge);
+  const SurfacePair pair(source, target, arena);
+  displacement = Smooth(displacement, pair.neighbors, kTransferSweeps, arena);
+  LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
+                      ExpandCorrespondences(correspondences, pair.source, pair.target));
+  LB_RETURN_IF_ERROR(CheckContradictions(pins, pair.source.points, edge));
+  const double spacing = options.node_spacing_edges * coarse.source.edge_length_m / edge;
+  const PinHolder holder(pair, pins, spacing, options.seed, arena);
+  const auto hold_pins = [&](Points& moved) { return holder.Restore(moved); };
+  LB_ASSIGN_OR_RETURN(Registration result,
+                      Complete(pair, std::move(displacement), hold_pins, arena));
+  const mesh::RegistrationReport& before = coarse.registration.report;
+  result.report.correspondences =
+      ReportCorrespondences(correspondences, pins, InEdgeUnits(result.displacement, edge), edge);
+  for (const CorrespondenceReport& found : AutomaticOnes(coarse.registration)) {
+    result.report.correspondences.push_back(found);
+  }
+  result.report.num_nodes = before.num_nodes;
+  result.report.num_iterations = before.num_iterations;
+  result.report.inlier_share = before.inlier_share;
+  result.report.verdict.fit_energy = before.verdict.fit_energy;
+  result.report.verdict.smoothness_energy = before.verdict.smoothness_energy;
+  result.report.seconds = before.seconds + absl::ToDoubleSeconds(absl::Now() - start);
+  return result;
+}
+
+}  // namespace liquidblend::registration
