@@ -159,7 +159,7 @@ TEST_F(AccuracyTest, BlendsAreCloseToTheSimulations) {
       "B mirrored   against A", [](int k) { return Mirrored(blends_->b.frames[k], 0); },
       blends_->a);
   EXPECT_LE(source.all, 0.03);
-  EXPECT_LE(target.all, 0.085);
+  EXPECT_LE(target.all, 0.07);
   EXPECT_LE(half.all, 0.21);  // docs/benchmarks.md says why not 0.17
   EXPECT_LE(half.all, 1.35 * floor.all);
   EXPECT_LE(half.early, 0.075);
