@@ -3,13 +3,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/union_find.h"
 
 namespace liquidblend::mesh {
 namespace {
@@ -28,14 +28,6 @@ absl::Status CheckFinite(const Eigen::Matrix3Xf& columns, absl::string_view what
   return absl::OkStatus();
 }
 
-int Root(std::vector<int>& parent, int v) {
-  while (parent[v] != v) {
-    parent[v] = parent[parent[v]];
-    v = parent[v];
-  }
-  return v;
-}
-
 absl::Status CheckCount(const TriangleMesh& mesh, const Eigen::Matrix3Xf& values,
                         const char* name) {
   if (values.cols() == 0 || values.cols() == mesh.vertices.cols()) return absl::OkStatus();
@@ -50,21 +42,6 @@ double TetrahedronVolume(const TriangleMesh& mesh, Eigen::Index triangle,
   const Eigen::Vector3d b = mesh.vertices.col(mesh.triangles(1, triangle)).cast<double>() - origin;
   const Eigen::Vector3d c = mesh.vertices.col(mesh.triangles(2, triangle)).cast<double>() - origin;
   return a.dot(b.cross(c)) / 6.0;
-}
-
-// Per vertex the lowest vertex of its component.
-std::vector<int> Roots(const TriangleMesh& mesh) {
-  std::vector<int> parent(mesh.num_vertices());
-  std::iota(parent.begin(), parent.end(), 0);
-  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
-    for (int k = 0; k < 3; ++k) {
-      const int a = Root(parent, mesh.triangles(k, t));
-      const int b = Root(parent, mesh.triangles((k + 1) % 3, t));
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-  }
-  for (size_t v = 0; v < parent.size(); ++v) parent[v] = Root(parent, static_cast<int>(v));
-  return parent;
 }
 
 }  // namespace
@@ -138,15 +115,25 @@ double MeanEdgeLength(const TriangleMesh& mesh) {
   return sum / (3.0 * static_cast<double>(mesh.num_triangles()));
 }
 
+std::vector<int32_t> ComponentRoots(const TriangleMesh& mesh) {
+  UnionFind sets(mesh.num_vertices());
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    for (int k = 1; k < 3; ++k) sets.Join(mesh.triangles(0, t), mesh.triangles(k, t));
+  }
+  std::vector<int32_t> roots(mesh.num_vertices());
+  for (size_t v = 0; v < roots.size(); ++v) roots[v] = sets.Root(static_cast<int32_t>(v));
+  return roots;
+}
+
 int64_t NumComponents(const TriangleMesh& mesh) {
-  const std::vector<int> root = Roots(mesh);
+  const std::vector<int32_t> root = ComponentRoots(mesh);
   std::vector<char> used(mesh.num_vertices(), 0);
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) used[root[mesh.triangles(0, t)]] = 1;
   return std::count(used.begin(), used.end(), 1);
 }
 
 std::vector<double> ComponentVolumes(const TriangleMesh& mesh) {
-  const std::vector<int> root = Roots(mesh);
+  const std::vector<int32_t> root = ComponentRoots(mesh);
   std::vector<double> volume(mesh.num_vertices(), 0.0);
   std::vector<char> used(mesh.num_vertices(), 0);
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {

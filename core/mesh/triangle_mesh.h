@@ -43,6 +43,9 @@ double Volume(const TriangleMesh& mesh);
 // Mean length of the edges, each triangle side counted once per triangle; 0 without triangles.
 double MeanEdgeLength(const TriangleMesh& mesh);
 
+// Per vertex the lowest vertex of its component; a vertex that no triangle uses is one of its own.
+std::vector<int32_t> ComponentRoots(const TriangleMesh& mesh);
+
 // Number of parts that are connected through triangles.
 int64_t NumComponents(const TriangleMesh& mesh);
 

@@ -5,29 +5,10 @@
 #include <span>
 
 #include "core/mesh/cross_product.h"
+#include "core/mesh/union_find.h"
 
 namespace liquidblend::registration {
 namespace {
-
-class UnionFind {
- public:
-  explicit UnionFind(int64_t count) : parent_(count) {
-    for (int64_t n = 0; n < count; ++n) parent_[n] = static_cast<int32_t>(n);
-  }
-  int32_t Root(int32_t n) {
-    while (parent_[n] != n) n = parent_[n] = parent_[parent_[n]];
-    return n;
-  }
-  // The root of a set is its lowest member.
-  void Join(int32_t a, int32_t b) {
-    a = Root(a);
-    b = Root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<int32_t> parent_;
-};
 
 int SlabOf(const Surface& surface, int32_t v) {
   return static_cast<int>(std::floor(surface.points(3, v))) + 1;
@@ -75,7 +56,7 @@ struct Builder {
 // Vertices of one slab that share a cell are connected.
 void Builder::NumberParts() {
   const int64_t count = surface.points.cols();
-  UnionFind sets(count);
+  mesh::UnionFind sets(count);
   for (int64_t c = 0; c < surface.mesh.num_cells(); ++c) {
     const auto corners = CornersOf(surface.mesh, c);
     for (size_t i = 1; i < corners.size(); ++i) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -15,25 +14,6 @@ constexpr double kMaxVolumeRatio = 3.0;  // from frame to frame; beyond it it is
 // Where the rest of the liquid shows a droplet in the next frame: how much of the time until then
 // the droplet is shown.
 constexpr double kShownBeyond = 0.9;
-
-int Root(std::vector<int>& parent, int v) {
-  while (parent[v] != v) v = parent[v] = parent[parent[v]];
-  return v;
-}
-
-// Per vertex: the lowest vertex of its component.
-std::vector<int> ComponentOf(const mesh::TriangleMesh& mesh) {
-  std::vector<int> parent(mesh.num_vertices());
-  std::iota(parent.begin(), parent.end(), 0);
-  for (int64_t t = 0; t < mesh.num_triangles(); ++t) {
-    for (int c = 1; c < 3; ++c) {
-      const int a = Root(parent, mesh.triangles(0, t)), b = Root(parent, mesh.triangles(c, t));
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-  }
-  for (int v = 0; v < static_cast<int>(parent.size()); ++v) parent[v] = Root(parent, v);
-  return parent;
-}
 
 // Per vertex that names a component: the area of its surface.
 std::vector<double> ComponentAreas(const mesh::TriangleMesh& mesh,
@@ -87,7 +67,7 @@ Droplet MakeDroplet(mesh::TriangleMesh shape, int frame) {
 std::vector<Droplet> TakeDroplets(double max_area_m2, int frame, mesh::TriangleMesh& mesh) {
   std::vector<Droplet> droplets;
   if (mesh.num_triangles() == 0) return droplets;
-  std::vector<int> component = ComponentOf(mesh);
+  std::vector<int> component = mesh::ComponentRoots(mesh);
   const std::vector<double> area = ComponentAreas(mesh, component);
   std::vector<int> small;
   for (int v = 0; v < static_cast<int>(component.size()); ++v) {

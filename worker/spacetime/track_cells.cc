@@ -1,23 +1,15 @@
 #include "worker/spacetime/track_cells.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
+#include "core/mesh/union_find.h"
 #include "worker/spacetime/frame_topology.h"
 
 namespace liquidblend::spacetime {
 namespace {
 
 constexpr int32_t kNone = -1;
-
-int32_t Root(std::vector<int32_t>& parent, int32_t v) {
-  while (parent[v] != v) {
-    parent[v] = parent[parent[v]];
-    v = parent[v];
-  }
-  return v;
-}
 
 // A directed side of a matched triangle.
 struct SideEdge {
@@ -109,18 +101,15 @@ std::vector<std::vector<Facet>> SplitIntoParts(const std::vector<Facet>& facets)
   }
   std::sort(edges.begin(), edges.end(),
             [](const EdgeOf& a, const EdgeOf& b) { return a.edge < b.edge; });
-  std::vector<int32_t> parent(facets.size());
-  std::iota(parent.begin(), parent.end(), 0);
+  mesh::UnionFind sets(static_cast<int64_t>(facets.size()));
   for (size_t e = 1; e < edges.size(); ++e) {
     if (edges[e].edge != edges[e - 1].edge) continue;
-    const auto [low, high] =
-        std::minmax({Root(parent, edges[e - 1].facet), Root(parent, edges[e].facet)});
-    parent[high] = low;
+    sets.Join(edges[e - 1].facet, edges[e].facet);
   }
   std::vector<int32_t> part_of_root(facets.size(), kNone);
   std::vector<std::vector<Facet>> parts;
   for (size_t f = 0; f < facets.size(); ++f) {
-    int32_t& part = part_of_root[Root(parent, static_cast<int32_t>(f))];
+    int32_t& part = part_of_root[sets.Root(static_cast<int32_t>(f))];
     if (part == kNone) {
       part = static_cast<int32_t>(parts.size());
       parts.emplace_back();

@@ -1,0 +1,31 @@
+// Sets of numbers that grow together.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+namespace liquidblend::mesh {
+
+// Cost: nearly O(1) a call.
+class UnionFind {
+ public:
+  explicit UnionFind(int64_t count) : parent_(static_cast<size_t>(count)) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  // The lowest number of n's set.
+  int32_t Root(int32_t n) {
+    while (parent_[n] != n) n = parent_[n] = parent_[parent_[n]];
+    return n;
+  }
+  void Join(int32_t a, int32_t b) {
+    const auto [low, high] = std::minmax({Root(a), Root(b)});
+    parent_[high] = low;
+  }
+
+ private:
+  std::vector<int32_t> parent_;
+};
+
+}  // namespace liquidblend::mesh
