@@ -25,6 +25,20 @@ bool IsLeft(int index_a, const Vector2d& a, int index_b, const Vector2d& b, cons
 
 }  // namespace
 
+RayGrid RaysThrough(const mesh::TriangleMesh& surface, int axis, double spacing_m, double offset) {
+  const Eigen::Vector3d low = surface.vertices.rowwise().minCoeff().cast<double>();
+  const Eigen::Vector3d high = surface.vertices.rowwise().maxCoeff().cast<double>();
+  RayGrid grid;
+  grid.axis = axis;
+  grid.spacing_m = spacing_m;
+  for (int k = 0; k < 2; ++k) {
+    const int across = (axis + 1 + k) % 3;
+    grid.first_m[k] = low[across] + offset * spacing_m;
+    grid.counts[k] = 1 + static_cast<int>((high[across] - low[across]) / spacing_m);
+  }
+  return grid;
+}
+
 AxisRays::AxisRays(const mesh::TriangleMesh& surface, const RayGrid& grid)
     : grid_(grid), crossings_(static_cast<size_t>(grid.counts[0]) * grid.counts[1]) {
   for (int64_t t = 0; t < surface.num_triangles(); ++t) AddTriangle(surface, t);
@@ -77,6 +91,28 @@ int AxisRays::Winding(int u, int v, double depth_m) const {
     winding += crossing.step;
   }
   return winding;
+}
+
+InvertedCrossings FindInverted(const mesh::TriangleMesh& surface, const RayGrid& grid) {
+  InvertedCrossings result;
+  const AxisRays rays(surface, grid);
+  for (int v = 0; v < grid.counts[1]; ++v) {
+    for (int u = 0; u < grid.counts[0]; ++u) {
+      int winding = 0;
+      for (const Crossing& crossing : rays.Crossings(u, v)) {
+        const int before = winding;
+        winding += crossing.step;
+        ++result.num_crossings;
+        if (std::min(before, winding) >= 0) continue;
+        Eigen::Vector3d point;
+        point[grid.axis] = crossing.depth_m;
+        point[(grid.axis + 1) % 3] = grid.first_m[0] + u * grid.spacing_m;
+        point[(grid.axis + 2) % 3] = grid.first_m[1] + v * grid.spacing_m;
+        result.inverted.push_back(point.cast<float>());
+      }
+    }
+  }
+  return result;
 }
 
 }  // namespace liquidblend::registration

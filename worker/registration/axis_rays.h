@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct RayGrid {
   double spacing_m = 1.0;  // > 0
   std::array<int, 2> counts = {0, 0};
 };
+
+// Rays along an axis through all of a surface; the first lies `offset` spacings inside of its box.
+RayGrid RaysThrough(const mesh::TriangleMesh& surface, int axis, double spacing_m, double offset);
 
 struct Crossing {
   float depth_m;  // coordinate along the axis
@@ -44,5 +48,12 @@ class AxisRays {
   RayGrid grid_;
   std::vector<std::vector<Crossing>> crossings_;  // per ray, u fastest
 };
+
+struct InvertedCrossings {
+  int64_t num_crossings = 0;              // of all rays
+  std::vector<Eigen::Vector3f> inverted;  // those with a winding number below 0 on one side, metres
+};
+
+InvertedCrossings FindInverted(const mesh::TriangleMesh& surface, const RayGrid& grid);
 
 }  // namespace liquidblend::registration

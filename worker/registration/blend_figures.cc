@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kNumTimes = 12;
 constexpr double kRaySpacing = 0.5;     // edges
+constexpr double kRayOffset = 0.4;      // of the spacing
 constexpr double kSmallestPart = 1e-3;  // of the liquid; less is a speck
 constexpr int kMaxRays = 1024;          // along one side of a slice, however large it became
 
@@ -37,49 +38,18 @@ double NumParts(const mesh::TriangleMesh& slice) {
   }));
 }
 
-struct InvertedCount {
-  int64_t num_crossings = 0;
-  std::vector<Eigen::Vector3f> inverted;  // where winding numbers fall below 0
-};
-
-RayGrid RaysThrough(const mesh::TriangleMesh& surface, int axis, double spacing_m) {
-  const Eigen::Vector3d low = surface.vertices.rowwise().minCoeff().cast<double>();
-  const Eigen::Vector3d high = surface.vertices.rowwise().maxCoeff().cast<double>();
-  RayGrid grid;
-  grid.axis = axis;
-  grid.spacing_m = std::max(spacing_m, (high - low).maxCoeff() / kMaxRays);
-  for (int k = 0; k < 2; ++k) {
-    const int across = (axis + 1 + k) % 3;
-    grid.first_m[k] = low[across] + 0.4 * grid.spacing_m;
-    grid.counts[k] = 1 + static_cast<int>((high[across] - low[across]) / grid.spacing_m);
-  }
-  return grid;
-}
-
-InvertedCount CountInverted(const mesh::TriangleMesh& surface, double spacing_m) {
-  InvertedCount count;
-  if (surface.num_triangles() == 0) return count;
+InvertedCrossings CountInverted(const mesh::TriangleMesh& surface, double spacing_m) {
+  InvertedCrossings all;
+  if (surface.num_triangles() == 0) return all;
+  const Eigen::Vector3d size = surface.vertices.rowwise().maxCoeff().cast<double>() -
+                               surface.vertices.rowwise().minCoeff().cast<double>();
+  const double spacing = std::max(spacing_m, size.maxCoeff() / kMaxRays);
   for (const int axis : {0, 2}) {
-    const RayGrid grid = RaysThrough(surface, axis, spacing_m);
-    const AxisRays rays(surface, grid);
-    for (int v = 0; v < grid.counts[1]; ++v) {
-      for (int u = 0; u < grid.counts[0]; ++u) {
-        int winding = 0;
-        for (const Crossing& crossing : rays.Crossings(u, v)) {
-          const int before = winding;
-          winding += crossing.step;
-          ++count.num_crossings;
-          if (std::min(before, winding) >= 0) continue;
-          Eigen::Vector3d point;
-          point[axis] = crossing.depth_m;
-          point[(axis + 1) % 3] = grid.first_m[0] + u * grid.spacing_m;
-          point[(axis + 2) % 3] = grid.first_m[1] + v * grid.spacing_m;
-          count.inverted.push_back(point.cast<float>());
-        }
-      }
-    }
+    const auto found = FindInverted(surface, RaysThrough(surface, axis, spacing, kRayOffset));
+    all.num_crossings += found.num_crossings;
+    all.inverted.insert(all.inverted.end(), found.inverted.begin(), found.inverted.end());
   }
-  return count;
+  return all;
 }
 
 }  // namespace
@@ -131,7 +101,7 @@ double ComponentError(const std::vector<mesh::TriangleMesh>& a,
 
 double InvertedShare(const std::vector<mesh::TriangleMesh>& slices, const mesh::SpaceTimeMesh& mesh,
                      const parallel::Arena& arena, Regions& regions) {
-  std::vector<InvertedCount> counts(slices.size());
+  std::vector<InvertedCrossings> counts(slices.size());
   arena.Run(static_cast<int64_t>(slices.size()), [&](int64_t n) {
     counts[n] = CountInverted(slices[n], kRaySpacing * mesh.edge_length_m);
   });
