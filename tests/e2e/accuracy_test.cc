@@ -14,9 +14,8 @@
 
 #include "server/blend/blend.h"
 #include "server/slice/slice.h"
+#include "tests/e2e/two_drops.h"
 #include "tests/synthetic/surface_distance.h"
-#include "worker/ingest/read_animation.h"
-#include "worker/ingest/read_directory.h"
 #include "worker/registration/register.h"
 #include "worker/spacetime/build.h"
 
@@ -24,15 +23,6 @@ namespace liquidblend {
 namespace {
 
 constexpr int kNumEarlyFrames = 36;  // later motion is chaotic: see the mirrored rows
-
-mesh::Animation Load(const std::string& name, const parallel::Arena& arena) {
-  const auto files =
-      ingest::LoadDirectory(std::string(LIQUIDBLEND_TEST_DATA) + "/two_drops/" + name);
-  EXPECT_TRUE(files.ok()) << files.status();
-  auto animation = ingest::ReadAnimation(name, ingest::Views(*files), {}, arena);
-  EXPECT_TRUE(animation.ok()) << animation.status();
-  return *std::move(animation);
-}
 
 // The surface seen in a mirror: x or y (axis 0 or 1) turned round, the triangles with it.
 mesh::TriangleMesh Mirrored(mesh::TriangleMesh surface, int axis) {
@@ -45,7 +35,9 @@ mesh::TriangleMesh Mirrored(mesh::TriangleMesh surface, int axis) {
 class Blends {
  public:
   explicit Blends(const parallel::Arena& arena)
-      : a(Load("A", arena)), b(Load("B", arena)), mid(Load("MID", arena)) {
+      : a(e2e::LoadTwoDrops("A", arena)),
+        b(e2e::LoadTwoDrops("B", arena)),
+        mid(e2e::LoadTwoDrops("MID", arena)) {
     auto source = spacetime::Build(a, {}, arena);
     auto target = spacetime::Build(b, {}, arena);
     EXPECT_TRUE(source.ok() && target.ok()) << source.status() << target.status();

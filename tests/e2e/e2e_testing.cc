@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <thread>
 
+#include "absl/strings/str_cat.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/worker/ingest/encode_files.h"
 
@@ -46,6 +48,12 @@ Process E2eTest::StartServer(int num_workers, const std::vector<std::string>& en
   stub_ = v1::LiquidBlend::NewStub(channel);
   operations_ = google::longrunning::Operations::NewStub(channel);
   return server;
+}
+
+std::string E2eTest::Address() const {
+  int port = 0;
+  std::ifstream(data() + "/server.port") >> port;
+  return absl::StrCat("127.0.0.1:", port);
 }
 
 Process E2eTest::StartWorker(const std::vector<std::string>& environment) {

@@ -35,6 +35,8 @@ class E2eTest : public testing::Test {
 
   // On any free port; connects.
   Process StartServer(int num_workers = 0, const std::vector<std::string>& environment = {});
+  // Of the server that was started last, as `liquidblend --server` takes it.
+  std::string Address() const;
   Process StartWorker(const std::vector<std::string>& environment = {});
 
   // Sends an animation. With fewer files than there are, it stops in the middle of the last of

@@ -11,9 +11,8 @@
 
 #include "server/blend/blend.h"
 #include "server/slice/slice.h"
+#include "tests/e2e/two_drops.h"
 #include "tests/synthetic/surface_distance.h"
-#include "worker/ingest/read_animation.h"
-#include "worker/ingest/read_directory.h"
 #include "worker/registration/register.h"
 #include "worker/spacetime/build.h"
 
@@ -24,15 +23,6 @@ using registration::Correspondence;
 using registration::Registration;
 
 constexpr int kFrameStep = 3;
-
-mesh::Animation Load(const std::string& name, const parallel::Arena& arena) {
-  const auto files =
-      ingest::LoadDirectory(std::string(LIQUIDBLEND_TEST_DATA) + "/two_drops/" + name);
-  EXPECT_TRUE(files.ok()) << files.status();
-  auto animation = ingest::ReadAnimation(name, ingest::Views(*files), {}, arena);
-  EXPECT_TRUE(animation.ok()) << animation.status();
-  return *std::move(animation);
-}
 
 mesh::SpaceTimeMesh BuildMesh(const mesh::Animation& animation, const parallel::Arena& arena) {
   auto mesh = spacetime::Build(animation, {}, arena);
@@ -124,7 +114,8 @@ class RefinementTest : public ::testing::Test {
   const registration::RegistrationOptions options_ = {.automatic_correspondences = false};
   parallel::Arena arena_;
   double core_seconds_ = 0;  // of the last registration
-  mesh::Animation a_ = Load("A", arena_), b_ = Load("B", arena_), mid_ = Load("MID", arena_);
+  mesh::Animation a_ = e2e::LoadTwoDrops("A", arena_), b_ = e2e::LoadTwoDrops("B", arena_),
+                  mid_ = e2e::LoadTwoDrops("MID", arena_);
   mesh::SpaceTimeMesh source_ = BuildMesh(a_, arena_), target_ = BuildMesh(b_, arena_);
 };
 

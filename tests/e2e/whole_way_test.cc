@@ -85,15 +85,12 @@ std::vector<std::vector<float>> PlyVertices(const std::string& path, int floats_
 TEST_F(WholeWayTest, TheCommandWritesFinishedFramesOfAnyLevel) {
   Process server = StartServer(1);
   MakeFamily();
-  int port = 0;
-  std::ifstream(data() + "/server.port") >> port;
   size_t num_vertices = std::numeric_limits<size_t>::max();
   for (const char* level : {"0", "1", "2"}) {
     const std::string path = data() + "/frame.ply";
-    Process command("liquidblend",
-                    {"--server", "127.0.0.1:" + std::to_string(port), "frame", "balls", "-w", "0",
-                     "-t", "0.1", "-o", path, "--lod", level, "--smooth", "2", "--smooth-time", "1",
-                     "--normals", "--velocities"});
+    Process command("liquidblend", {"--server", Address(), "frame", "balls", "-w", "0", "-t", "0.1",
+                                    "-o", path, "--lod", level, "--smooth", "2", "--smooth-time",
+                                    "1", "--normals", "--velocities"});
     ASSERT_EQ(command.Wait(), 0);
     const std::vector<std::vector<float>> vertices = PlyVertices(path, 9);
     EXPECT_LT(vertices.size(), num_vertices);
@@ -122,9 +119,7 @@ TEST_F(WholeWayTest, AFamilyIsMadeAsAskedForAndTellsHowWellItShowsItsAnimations)
   Process server = StartServer(1);
   ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
   ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
-  int port = 0;
-  std::ifstream(data() + "/server.port") >> port;
-  const std::string address = "127.0.0.1:" + std::to_string(port);
+  const std::string address = Address();
   Process made("liquidblend", {"--server", address, "register", "balls", "--source", "a",
                                "--target", "b", "--iterations", "3", "--connectivity", "rebuilt",
                                "--droplet-vertices", "0", "--levels", "1", "--wait"});
@@ -145,9 +140,7 @@ TEST_F(WholeWayTest, APointInParameterSpaceIsTheSameFrameAsItsWeights) {
   Process server = StartServer(1);
   ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
   ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
-  int port = 0;
-  std::ifstream(data() + "/server.port") >> port;
-  const std::string address = "127.0.0.1:" + std::to_string(port);
+  const std::string address = Address();
   Process made("liquidblend",
                {"--server", address, "register", "balls", "--source", "a", "--target", "b", "--at",
                 "a:speed=1", "--at", "b:speed=2", "--iterations", "3", "--wait"});
@@ -174,15 +167,13 @@ TEST_F(WholeWayTest, APointInParameterSpaceIsTheSameFrameAsItsWeights) {
 TEST_F(WholeWayTest, TheCommandRefinesAFamilyWithCorrespondences) {
   Process server = StartServer(1);
   MakeFamily();
-  int port = 0;
-  std::ifstream(data() + "/server.port") >> port;
   const std::string path = data() + "/correspondences.json";
   // The tops of both balls after two frames.
   std::ofstream(path) << R"({"correspondences": [[{"hard": true,
       "source": {"position": [0.08333, 0, 0.5], "time_s": 0.08333},
       "target": {"position": [0.16667, 0, 0.5], "time_s": 0.08333}}]]})";
-  Process command("liquidblend", {"--server", "127.0.0.1:" + std::to_string(port), "register",
-                                  "balls", "--refine", "--correspondences", path, "--wait"});
+  Process command("liquidblend", {"--server", Address(), "register", "balls", "--refine",
+                                  "--correspondences", path, "--wait"});
   ASSERT_EQ(command.Wait(), 0);
   grpc::ClientContext context;
   v1::GetFamilyRequest request;

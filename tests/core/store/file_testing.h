@@ -5,10 +5,28 @@
 #include <functional>
 #include <string>
 
+#include "core/mesh/verdict.h"
 #include "core/store/content_hash.h"
 #include "tests/core/store/store_testing.h"
 
 namespace liquidblend::store {
+
+// A verdict with every field set.
+inline mesh::Verdict DoubtfulVerdict(double worst_frame) {
+  return {.grade = mesh::Grade::kDoubtful,
+          .reason = "7 % is not covered",
+          .worst = {1, 2, 3, worst_frame},
+          .fit_energy = 12,
+          .smoothness_energy = 34,
+          .residual_histogram = {0.7, 0.1, 0.06, 0.05, 0.04, 0.03, 0.02},
+          .compatible_share = 0.99,
+          .covered_share = 0.93,
+          .unmatched_share = 0.2,
+          .stretch = 0.11,
+          .inverted_share = 0.001,
+          .component_error = 0.5,
+          .volume_errors = {0.01, -0.02, 0}};
+}
 
 // The file with its manifest changed and all checksums of header and manifest right again, as far
 // as a writer with bad intentions can get. The sections stay where they are: the change must not

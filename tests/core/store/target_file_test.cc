@@ -17,19 +17,7 @@ struct Sample {
   TargetFile View() const {
     TargetFile file;
     file.target = {"thick", displacement, extrapolation, {120, 16, 0.08, 0.97, 14.5, {}, {}}};
-    file.target.report.verdict = {.grade = mesh::Grade::kDoubtful,
-                                  .reason = "7 % is not covered",
-                                  .worst = {1, 2, 3, 4.7},
-                                  .fit_energy = 12,
-                                  .smoothness_energy = 34,
-                                  .residual_histogram = {0.7, 0.1, 0.06, 0.05, 0.04, 0.03, 0.02},
-                                  .compatible_share = 0.99,
-                                  .covered_share = 0.93,
-                                  .unmatched_share = 0.2,
-                                  .stretch = 0.11,
-                                  .inverted_share = 0.001,
-                                  .component_error = 0.5,
-                                  .volume_errors = {0.01, -0.02, 0}};
+    file.target.report.verdict = DoubtfulVerdict(4.7);
     mesh::CorrespondenceReport& report = file.target.report.correspondences.emplace_back();
     report.correspondence.kind = mesh::CorrespondenceKind::kTrajectory;
     report.correspondence.hard = true;

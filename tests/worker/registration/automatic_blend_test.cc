@@ -8,31 +8,14 @@
 #include <map>
 
 #include "core/mesh/slice_at.h"
-#include "tests/worker/registration/registration_testing.h"
+#include "tests/worker/registration/drops_testing.h"
 #include "worker/registration/register.h"
 
 namespace liquidblend::registration {
 namespace {
 
-using synthetic::FallingDropsOptions;
-using synthetic::SteadyDrop;
-
-constexpr double kRadius = 0.25;
 constexpr double kDropVolume = 0.0598;  // of the inputs' meshes; a true ball's is 0.0654
 constexpr double kSameVolume = 0.05;    // as a share; what makes a drop a whole one
-
-SteadyDrop DropAt(double x, double z, double released_frame = 0) {
-  return {{x, 0, z}, kRadius, released_frame};
-}
-
-mesh::SpaceTimeMesh Scene(const std::vector<SteadyDrop>& drops, double half_width_m = 1.2,
-                          int num_frames = 12) {
-  FallingDropsOptions options;
-  options.drops = drops;
-  options.pool_half_width_m = {half_width_m, 0.5};
-  options.num_frames = num_frames;
-  return BuildMesh(synthetic::FallingDrops(options));
-}
 
 absl::StatusOr<Registration> RegisterScenes(const mesh::SpaceTimeMesh& source,
                                             const mesh::SpaceTimeMesh& target, bool automatic) {

@@ -2,29 +2,11 @@
 
 #include <gmock/gmock.h>
 
-#include "tests/worker/registration/registration_testing.h"
+#include "tests/worker/registration/drops_testing.h"
 #include "worker/registration/register.h"
 
 namespace liquidblend::registration {
 namespace {
-
-using synthetic::FallingDropsOptions;
-using synthetic::SteadyDrop;
-
-constexpr double kRadius = 0.25;
-
-SteadyDrop DropAt(double x, double z, double released_frame = 0) {
-  return {{x, 0, z}, kRadius, released_frame};
-}
-
-mesh::SpaceTimeMesh Scene(const std::vector<SteadyDrop>& drops, double half_width_m = 1.2,
-                          int num_frames = 12) {
-  FallingDropsOptions options;
-  options.drops = drops;
-  options.pool_half_width_m = {half_width_m, 0.5};
-  options.num_frames = num_frames;
-  return BuildMesh(synthetic::FallingDrops(options));
-}
 
 class AutomaticTest : public ::testing::Test {
  protected:
@@ -44,8 +26,8 @@ TEST_F(AutomaticTest, ADropGivesSoftPointsAtItsSixSidesWhereItStarts) {
     EXPECT_FALSE(c.hard);
     EXPECT_GT(confidence, 0.8);
     const double edge = source_.mesh.edge_length_m;
-    EXPECT_NEAR((c.source.head<3>() - Eigen::Vector3d(-0.2, 0, 0.6)).norm(), kRadius, edge);
-    EXPECT_NEAR((c.target.head<3>() - Eigen::Vector3d(0.1, 0, 0.7)).norm(), kRadius, edge);
+    EXPECT_NEAR((c.source.head<3>() - Eigen::Vector3d(-0.2, 0, 0.6)).norm(), kDropRadius, edge);
+    EXPECT_NEAR((c.target.head<3>() - Eigen::Vector3d(0.1, 0, 0.7)).norm(), kDropRadius, edge);
     EXPECT_EQ(c.source[3], 0);
     EXPECT_EQ(c.target[3], 0);
   }
