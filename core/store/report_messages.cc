@@ -1,6 +1,7 @@
 #include "core/store/report_messages.h"
 
 #include <algorithm>
+
 #include "core/store/correspondence_records.h"
 
 namespace liquidblend::store {

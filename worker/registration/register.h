@@ -35,7 +35,9 @@ struct RegistrationOptions {
   bool automatic_correspondences = true;  // soft ones of what stands out in both, after the user's
   int refine_iterations = 6;              // [1, 200]; of Refine() instead of max_iterations
   int max_direct_rows = 400;              // larger systems by conjugate gradients (section 6.3)
-  double coarse_vertices = 6e5;           // >= 1e3; of the meshes that larger ones begin with
+  // >= 1e3; of the meshes that larger ones begin with, about. Fewer where layers between frames
+  // make up most of the large mesh: the coarse one needs none.
+  double coarse_vertices = 6e5;
   uint64_t seed = 1;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
