@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
@@ -39,11 +40,18 @@ bool operator<(const Facet& a, const Facet& b) {
   return std::tie(a.vertices, a.cell) < std::tie(b.vertices, b.cell);
 }
 
+// Nothing of a facet that is but an edge or a vertex: its corners coincide.
 template <typename Cell>
-Facet MakeFacet(const Cell& cell, const FacetCorners& corners, int32_t cell_number) {
-  const int size = corners[3] == kNone ? 3 : 4;
-  std::array<int32_t, 4> around = {cell[corners[0]], cell[corners[1]], cell[corners[2]], kNone};
-  if (size == 4) around[3] = cell[corners[3]];
+std::optional<Facet> MakeFacet(const Cell& cell, const FacetCorners& corners, int32_t cell_number) {
+  std::array<int32_t, 4> around = {kNone, kNone, kNone, kNone};
+  int size = 0;
+  for (const int corner : corners) {
+    if (corner != kNone && (size == 0 || around[size - 1] != cell[corner])) {
+      around[size++] = cell[corner];
+    }
+  }
+  if (size > 1 && around[size - 1] == around[0]) around[--size] = kNone;
+  if (size < 3) return std::nullopt;
   const int lowest =
       static_cast<int>(std::min_element(around.begin(), around.begin() + size) - around.begin());
   const int32_t next = around[(lowest + 1) % size];
@@ -161,7 +169,9 @@ absl::Status CheckCorners(const SpaceTimeMesh& mesh) {
             absl::StrCat(kind, " ", i, " has vertex ", cell[c], ", of ", mesh.num_vertices()));
         return;
       }
-      if (std::find(cell.begin(), cell.begin() + c, cell[c]) != cell.begin() + c) {
+      const auto* const same = std::find(cell.begin(), cell.begin() + c, cell[c]);
+      const bool may_coincide = cell.size() == 8 && same == cell.begin() + (c ^ 4);
+      if (same != cell.begin() + c && !may_coincide) {
         status = absl::InvalidArgumentError(
             absl::StrCat(kind, " ", i, " has vertex ", cell[c], " twice"));
         return;
@@ -185,9 +195,9 @@ std::vector<Facet> SortedFacets(const SpaceTimeMesh& mesh, int64_t begin, int64_
   ForEachCell(mesh,
               [&](const char*, size_t, const auto& cell, const auto& corners, int32_t number) {
                 for (const FacetCorners& facet_corners : corners) {
-                  const Facet facet = MakeFacet(cell, facet_corners, number);
-                  if (facet.vertices[0] < begin || facet.vertices[0] >= end) continue;
-                  if (!LiesInOneEndSlab(mesh, facet)) facets.push_back(facet);
+                  const auto facet = MakeFacet(cell, facet_corners, number);
+                  if (!facet || facet->vertices[0] < begin || facet->vertices[0] >= end) continue;
+                  if (!LiesInOneEndSlab(mesh, *facet)) facets.push_back(*facet);
                 }
               });
   std::sort(facets.begin(), facets.end());
@@ -220,7 +230,8 @@ absl::Status CheckFacets(const SpaceTimeMesh& mesh) {
   ForEachCell(mesh,
               [&](const char*, size_t, const auto& cell, const auto& corners, int32_t number) {
                 for (const FacetCorners& facet_corners : corners) {
-                  ++num_facets[MakeFacet(cell, facet_corners, number).vertices[0]];
+                  const auto facet = MakeFacet(cell, facet_corners, number);
+                  if (facet) ++num_facets[facet->vertices[0]];
                 }
               });
   for (int64_t begin = 0; begin < mesh.num_vertices();) {

@@ -14,7 +14,8 @@ namespace liquidblend::mesh {
 //   tetrahedron  0 1 2 3
 //   pyramid      base quad 0 1 2 3 (in cyclic order), apex 4
 //   wedge        triangles 0 1 2 and 3 4 5; corner c + 3 lies across from corner c
-//   hexahedron   corner (a, b, c) in {0, 1}^3 has index a + 2 b + 4 c
+//   hexahedron   corner (a, b, c) in {0, 1}^3 has index a + 2 b + 4 c; corner c + 4 may be the same
+//                vertex as corner c, for some c: there the cell is flat
 // Orientation: with e1, e2, e3 the edges from corner 0 to corners 1, 2, 3 (tetrahedron), 1, 3, 4
 // (pyramid), 1, 2, 3 (wedge), 1, 2, 4 (hexahedron) and N the normal that points out of the liquid,
 // det(e1, e2, e3, N) > 0 in the order (x, y, z, t).

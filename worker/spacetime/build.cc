@@ -23,7 +23,7 @@ constexpr double kLargestEdgeScale = 32.0;
 constexpr double kMinTrackedShare = 0.85;  // see MatchedShare
 constexpr double kAreaPerVertex = 0.866;   // of a regular triangle mesh, in squared edge lengths
 
-// All hexahedra; of layer l, those of its spatial edges are [begin[l], end[l]).
+// All hexahedra; those of the spatial edges in the first layer of slab s are [begin[s], end[s]).
 struct Hexahedra {
   std::vector<mesh::Hexahedron> all;
   std::vector<size_t> begin, end;
@@ -31,15 +31,20 @@ struct Hexahedra {
 
 Hexahedra ConnectVertices(const Layers& layers, const std::vector<int64_t>& first_vertex,
                           const parallel::Arena& arena) {
-  const Grid& grid = layers.grid;
-  const int64_t num_slabs = static_cast<int64_t>(layers.slabs.size());
+  const auto num_slabs = static_cast<int64_t>(layers.slabs.size());
   std::vector<std::vector<mesh::Hexahedron>> of_slab(num_slabs);
   std::vector<size_t> num_spatial(num_slabs, 0);
-  const auto ref = [&](int64_t s) { return SlabRef{&layers.slabs[s], first_vertex[s]}; };
+  std::vector<const InsideBits*> inside;
+  for (const InsideBits& layer : layers.inside) inside.push_back(&layer);
+  const auto ref = [&](int64_t s) {
+    return SlabRef{&layers.slabs[s], first_vertex[s],
+                   std::span(inside).subspan(layers.plan.first_layer[s],
+                                             layers.plan.num_steps(static_cast<int>(s)) + 1)};
+  };
   arena.Run(num_slabs, [&](int64_t s) {
-    if (s > 0) AddSpatialHexahedra(grid, layers.inside[s], ref(s - 1), ref(s), of_slab[s]);
+    if (s > 0) AddSpatialHexahedra(layers.grid, ref(s - 1), ref(s), of_slab[s]);
     num_spatial[s] = of_slab[s].size();
-    AddTemporalHexahedra(grid, layers.inside[s], layers.inside[s + 1], ref(s), of_slab[s]);
+    AddInnerHexahedra(layers.grid, ref(s), of_slab[s]);
   });
   size_t total = 0;
   for (const auto& cells : of_slab) total += cells.size();
@@ -54,17 +59,16 @@ Hexahedra ConnectVertices(const Layers& layers, const std::vector<int64_t>& firs
   return hexahedra;
 }
 
-// The layers that show a frame as it is.
-std::vector<FrameHexahedra> FramesOf(const mesh::Animation& animation,
-                                     const std::vector<LayerTime>& times,
+// The layers between the slabs, which show a frame as it is.
+std::vector<FrameHexahedra> FramesOf(const mesh::Animation& animation, const Layers& layers,
                                      const Hexahedra& hexahedra,
                                      const std::vector<mesh::Hexahedron>& cells) {
   std::vector<FrameHexahedra> frames;
-  for (size_t l = 1; l + 1 < times.size(); ++l) {
-    if (times[l].earlier != times[l].later) continue;
+  for (size_t s = 1; s < layers.slabs.size(); ++s) {
+    const LayerTime& layer = layers.plan.layers[layers.plan.first_layer[s]];
     frames.push_back(
-        {times[l].time, mesh::Volume(animation.frames[times[l].earlier]),
-         std::span(cells).subspan(hexahedra.begin[l], hexahedra.end[l] - hexahedra.begin[l])});
+        {layer.time, mesh::Volume(animation.frames[layer.earlier]),
+         std::span(cells).subspan(hexahedra.begin[s], hexahedra.end[s] - hexahedra.begin[s])});
   }
   return frames;
 }
@@ -75,7 +79,7 @@ void FillNetVertices(const Layers& layers, const std::vector<int64_t>& first_ver
   const Grid& grid = layers.grid;
   for (size_t s = 0; s < layers.slabs.size(); ++s) {
     const Slab& slab = layers.slabs[s];
-    const double begin = layers.times[s].time, length = layers.times[s + 1].time - begin;
+    const double begin = layers.begin(s), length = layers.end(s) - begin;
     for (int64_t n = 0; n < slab.num_vertices(); ++n) {
       const int64_t v = first_vertex[s] + n;
       const Eigen::Vector3d position =
@@ -89,16 +93,19 @@ void FillNetVertices(const Layers& layers, const std::vector<int64_t>& first_ver
 
 // The slab whose vertices a droplet's piece follows. Only what is before the first frame belongs to
 // the first slab, only what is after the last frame to the last one.
-size_t SlabOf(const std::vector<LayerTime>& layers, double time) {
-  const auto after = std::lower_bound(layers.begin() + 1, layers.end() - 2, time,
-                                      [](const LayerTime& l, double t) { return l.time < t; });
-  const size_t slab = static_cast<size_t>(after - layers.begin()) - 1;
-  if (slab == 0) return time < layers[1].time ? 0 : 1;
-  return time > layers[layers.size() - 2].time ? layers.size() - 2 : slab;
+size_t SlabOf(const Layers& layers, double time) {
+  const auto& first = layers.plan.first_layer;
+  const auto after =
+      std::lower_bound(first.begin() + 1, first.end() - 2, time,
+                       [&](int l, double t) { return layers.plan.layers[l].time < t; });
+  const size_t slab = static_cast<size_t>(after - first.begin()) - 1;
+  if (slab == 0) return time < layers.end(0) ? 0 : 1;
+  const size_t last = layers.slabs.size() - 1;
+  return time > layers.begin(last) ? last : slab;
 }
 
 // A droplet's vertices, its cells and its pieces; `next_vertex` per slab is where they go.
-void AddDroplet(const DropletCells& cells, const std::vector<LayerTime>& layers, int32_t droplet,
+void AddDroplet(const DropletCells& cells, const Layers& layers, int32_t droplet,
                 std::vector<int64_t>& next_vertex, mesh::SpaceTimeMesh& mesh) {
   std::vector<int32_t> first;
   for (const DropletPiece& piece : cells.pieces) {
@@ -135,7 +142,7 @@ std::vector<int64_t> NumberVertices(const Layers& layers,
   }
   for (const DropletCells& droplet : droplets) {
     for (const DropletPiece& piece : droplet.pieces) {
-      first_vertex[SlabOf(layers.times, piece.time) + 1] += piece.vertices.cols();
+      first_vertex[SlabOf(layers, piece.time) + 1] += piece.vertices.cols();
     }
   }
   std::partial_sum(first_vertex.begin(), first_vertex.end(), first_vertex.begin());
@@ -163,7 +170,7 @@ mesh::SpaceTimeMesh Assemble(const mesh::Animation& animation, const Layers& lay
     next_vertex[s] = first_vertex[s] + layers.slabs[s].num_vertices();
   }
   for (size_t n = 0; n < droplets.size(); ++n) {
-    AddDroplet(droplets[n], layers.times, static_cast<int32_t>(n), next_vertex, mesh);
+    AddDroplet(droplets[n], layers, static_cast<int32_t>(n), next_vertex, mesh);
   }
   return mesh;
 }
@@ -180,9 +187,9 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
   for (const DropletTrack& track : split.tracks) droplets.push_back(MakeCells(track, animation));
 
   const double spacing_m = options.spacing_edges * edge_length_m;
-  LB_ASSIGN_OR_RETURN(const Layers layers,
-                      SampleLayers(rest, PlanLayers(rest, options.max_motion_spacings * spacing_m),
-                                   spacing_m, arena, progress));
+  LB_ASSIGN_OR_RETURN(
+      const Layers layers,
+      SampleLayers(rest, spacing_m, options.max_motion_spacings * spacing_m, arena, progress));
   const std::vector<int64_t> first_vertex = NumberVertices(layers, droplets);
   if (first_vertex.back() > std::numeric_limits<int32_t>::max()) {
     return absl::ResourceExhaustedError(
@@ -194,7 +201,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
   mesh.hexahedra = std::move(hexahedra.all);
   FlattenTimeExtrema(layers, first_vertex, mesh);
   ComputeNormals(mesh, arena);
-  MatchVolumes(FramesOf(rest, layers.times, hexahedra, mesh.hexahedra), arena, mesh);
+  MatchVolumes(FramesOf(rest, layers, hexahedra, mesh.hexahedra), arena, mesh);
   if (progress) progress(1.0);
   return mesh;
 }

@@ -62,11 +62,11 @@ Eigen::Vector3f ClosestBarycentric(const Eigen::Vector3f& p, const Eigen::Vector
   return {va / sum, vb / sum, vc / sum};
 }
 
-DistanceBand::DistanceBand(const Grid& grid, const GridSurface& surface) {
+DistanceBand::DistanceBand(const Grid& grid, const GridSurface& surface, const SlabSteps* wanted) {
   for (int axis = 0; axis < 3; ++axis) block_dims_[axis] = (grid.dims[axis] + 7) / 8;
   block_of_.assign(static_cast<int64_t>(block_dims_[0]) * block_dims_[1] * block_dims_[2], -1);
-  std::vector<Point> front = Rasterize(grid, surface);
-  for (int ring = 0; ring < kNumRings; ++ring) front = Grow(grid, surface, front);
+  std::vector<Point> front = Rasterize(grid, surface, wanted);
+  for (int ring = 0; ring < kNumRings; ++ring) front = Grow(grid, surface, wanted, front);
 }
 
 DistanceBand::Entry& DistanceBand::FindOrAdd(int i, int j, int k) {
@@ -80,7 +80,8 @@ DistanceBand::Entry& DistanceBand::FindOrAdd(int i, int j, int k) {
 
 // Exact distances at the grid points within one spacing of a triangle's box.
 std::vector<DistanceBand::Point> DistanceBand::Rasterize(const Grid& grid,
-                                                         const GridSurface& surface) {
+                                                         const GridSurface& surface,
+                                                         const SlabSteps* wanted) {
   std::vector<Point> added;
   for (int64_t t = 0; t < surface.triangles.cols(); ++t) {
     const Eigen::Matrix3f corners = CornersOf(surface, t);
@@ -90,6 +91,7 @@ std::vector<DistanceBand::Point> DistanceBand::Rasterize(const Grid& grid,
       hi[axis] = std::min(grid.dims[axis] - 1,
                           static_cast<int>(std::floor(corners.row(axis).maxCoeff() + 1)));
     }
+    if (wanted != nullptr && wanted->Most(lo, hi) == 1) continue;
     const Eigen::Vector3f normal = UnitNormal(corners);
     for (int k = lo[2]; k <= hi[2]; ++k) {
       for (int j = lo[1]; j <= hi[1]; ++j) {
@@ -111,28 +113,37 @@ std::vector<DistanceBand::Point> DistanceBand::Rasterize(const Grid& grid,
   return added;
 }
 
-// Adds the points next to `front`, each with the best of its known neighbours' triangles.
+// Adds the points next to `front`, each with that of its known neighbours' triangles whose closest
+// point to the neighbour is nearest.
 std::vector<DistanceBand::Point> DistanceBand::Grow(const Grid& grid, const GridSurface& surface,
+                                                    const SlabSteps* wanted,
                                                     const std::vector<Point>& front) {
   std::vector<Point> added;
   for (const Point& from : front) {
-    const int32_t triangle = Triangle(from[0], from[1], from[2]);
-    const Eigen::Matrix3f corners = CornersOf(surface, triangle);
+    const Entry& known = *Find(from[0], from[1], from[2]);
+    const int32_t triangle = known.triangle;
+    const Eigen::Vector3f offset = known.offset;
     for (const auto& step : kNeighbors) {
       const Point to = {from[0] + step[0], from[1] + step[1], from[2] + step[2]};
       bool outside = false;
       for (int axis = 0; axis < 3; ++axis) {
         outside |= to[axis] < 0 || to[axis] >= grid.dims[axis];
       }
-      if (outside) continue;
+      if (outside || (wanted != nullptr && wanted->OfVoxel(to[0], to[1], to[2]) == 1)) continue;
       Entry& entry = FindOrAdd(to[0], to[1], to[2]);
       if (entry.triangle == triangle) continue;
-      const Eigen::Vector3f offset =
-          OffsetFrom(corners, Eigen::Vector3i(to[0], to[1], to[2]).cast<float>());
-      const float distance = offset.norm();
+      const Eigen::Vector3f along = Eigen::Vector3i(step[0], step[1], step[2]).cast<float>();
+      const float bound = (offset + along).norm();
+      if (entry.triangle >= 0 && bound >= entry.distance) continue;
       if (entry.triangle < 0) added.push_back(to);
-      if (entry.triangle < 0 || distance < entry.distance) entry = {distance, triangle, offset};
+      entry = {bound, triangle, offset + along};
     }
+  }
+  for (const Point& p : added) {
+    Entry& entry = FindOrAdd(p[0], p[1], p[2]);
+    entry.offset = OffsetFrom(CornersOf(surface, entry.triangle),
+                              Eigen::Vector3i(p[0], p[1], p[2]).cast<float>());
+    entry.distance = entry.offset.norm();
   }
   return added;
 }

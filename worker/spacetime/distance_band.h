@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "worker/spacetime/grid.h"
+#include "worker/spacetime/slab_steps.h"
 
 namespace liquidblend::spacetime {
 
@@ -15,9 +16,10 @@ class DistanceBand {
  public:
   static constexpr float kBandWidth = 4.0f;
 
-  // Exact next to the surface; further out the closest triangle is handed on from point to point,
-  // which is exact but for rare ties between far apart parts.
-  DistanceBand(const Grid& grid, const GridSurface& surface);
+  // Exact next to the surface; further out a triangle is handed on from point to point, not always
+  // the very closest: up to a tenth of a spacing too far.
+  //   wanted  if not null: only where this is cut
+  DistanceBand(const Grid& grid, const GridSurface& surface, const SlabSteps* wanted = nullptr);
 
   // kBandWidth beyond the band.
   float Distance(int i, int j, int k) const {
@@ -50,8 +52,9 @@ class DistanceBand {
     return block < 0 ? nullptr : &blocks_[block][Slot(i, j, k)];
   }
   Entry& FindOrAdd(int i, int j, int k);
-  std::vector<Point> Rasterize(const Grid& grid, const GridSurface& surface);
-  std::vector<Point> Grow(const Grid& grid, const GridSurface& surface,
+  std::vector<Point> Rasterize(const Grid& grid, const GridSurface& surface,
+                               const SlabSteps* wanted);
+  std::vector<Point> Grow(const Grid& grid, const GridSurface& surface, const SlabSteps* wanted,
                           const std::vector<Point>& front);
 
   std::array<int, 3> block_dims_;

@@ -3,53 +3,87 @@
 #include <utility>
 
 #include "worker/spacetime/cell_sheets.h"
+#include "worker/spacetime/cut_cell.h"
 #include "worker/spacetime/surface_nets.h"
 
 namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kTime = 3;
+using Point = std::array<int, 3>;
 
-// The vertex of cell (i, j, k) whose sheet crosses the edge along `axis` from a corner of the cell.
-// Requires: the edge is crossed.
-int32_t VertexOf(const Grid& grid, const SlabRef& ref, int i, int j, int k, int axis, int corner) {
-  const Slab& slab = *ref.slab;
-  const int64_t row = grid.Row(j, k);
-  const auto begin = slab.cell_i.begin() + slab.row_begin[row];
-  const auto end = slab.cell_i.begin() + slab.row_begin[row + 1];
-  const auto found = std::lower_bound(begin, end, i);
-  assert(found != end && *found == i);
-  const int64_t cell = found - slab.cell_i.begin();
-  const int64_t vertex = ref.first_vertex + slab.first_vertex[cell];
-  if (NumSheets(slab.cell_inside[cell]) == 1) return static_cast<int32_t>(vertex);
-  const CellSheets sheets = FindSheets(slab.cell_inside[cell]);
-  return static_cast<int32_t>(vertex + sheets.sheet_of[CellEdge(axis, corner)]);
+// One step of a slab; the cells that contain it lie before or after a layer.
+struct StepRef {
+  const SlabRef* slab;
+  int step;
+};
+
+// The grid edge along `axis` from `point` up, as the cells of one slab see it.
+struct GridEdge {
+  int axis;
+  Point point;
+  int layer;  // of the slab; of a temporal edge: where it begins
+};
+
+const Slab::Cell& CellAt(const Grid& grid, const StepRef& at, const Point& voxel) {
+  const Slab& slab = *at.slab->slab;
+  const int64_t row = grid.Row(voxel[1], voxel[2]);
+  const auto begin = slab.cells.begin() + slab.row_begin[row];
+  const auto end = slab.cells.begin() + slab.row_begin[row + 1];
+  auto found = std::lower_bound(begin, end, voxel[0],
+                                [](const Slab::Cell& cell, int i) { return cell.i < i; });
+  while (found != end && found->i == voxel[0] && found->end_layer <= at.step) ++found;
+  assert(found != end && found->i == voxel[0] && found->begin_layer <= at.step);
+  return *found;
 }
 
-// The hexahedron of the grid edge along `axis` whose lower end is point (i, j, k); its corners are
-// the cells around the edge. The normal points from inside to outside; the edges along the other
-// three axes, in order, followed by the normal, have the parity of the permutation (others, axis).
-mesh::Hexahedron HexahedronOf(const Grid& grid, const SlabRef& before, const SlabRef& after,
-                              int axis, std::array<int, 3> point, bool lower_end_inside) {
+// The vertex of the voxel's cell at a step whose sheet crosses the edge; `corner` of the cell is
+// the edge's lower end in space. Requires: the edge is crossed.
+int32_t VertexOf(const Grid& grid, const StepRef& at, const Point& voxel, const GridEdge& edge,
+                 int corner) {
+  const Slab::Cell& cell = CellAt(grid, at, voxel);
+  const int64_t first = at.slab->first_vertex + cell.first_vertex;
+  if (cell.num_sheets == 1) return static_cast<int32_t>(first);
+  if (cell.is_cut) {
+    const CutCellSheets sheets = FindSheets(GatherCutCell(
+        at.slab->slab->steps, at.slab->layers, voxel[0], voxel[1], voxel[2], cell.begin_layer));
+    const int index = IndexOf({static_cast<int8_t>(edge.axis), static_cast<int8_t>(corner),
+                               static_cast<int8_t>(edge.layer - cell.begin_layer)});
+    return static_cast<int32_t>(first + sheets.sheet_of[index]);
+  }
+  const bool at_end = edge.axis != kTime && edge.layer == cell.end_layer;
+  const CellSheets sheets = FindSheets(cell.inside);
+  return static_cast<int32_t>(first +
+                              sheets.sheet_of[CellEdge(edge.axis, corner | (at_end ? 8 : 0))]);
+}
+
+// The hexahedron of a crossed grid edge; its corners are the cells around the edge: those of the
+// step `before` it and of the step `after` it; for a temporal edge, both are the edge's own. The
+// normal points from inside to outside; the edges along the other three axes, in order, followed by
+// the normal, have the parity of the permutation (others, axis).
+mesh::Hexahedron HexahedronOf(const Grid& grid, const StepRef& before, const StepRef& after,
+                              int axis, const Point& point, bool lower_end_inside) {
   std::array<int, 3> others{};
   for (int n = 0, a = 0; a < 4; ++a) {
     if (a != axis) others[n++] = a;
   }
+  const int end_of_before = axis == kTime ? before.step : before.step + 1;
   mesh::Hexahedron corners;
   for (int c = 0; c < 8; ++c) {
-    std::array<int, 3> cell = point;
-    const SlabRef* slab = axis == kTime ? &after : &before;
+    Point voxel = point;
+    const StepRef* at = &after;
     int corner = 0;  // of the cell: the edge's lower end
     for (int n = 0; n < 3; ++n) {
       const bool upper = (c >> n & 1) != 0;
-      if (!upper) corner |= 1 << others[n];
       if (others[n] == kTime) {
-        slab = upper ? &after : &before;
+        at = upper ? &after : &before;
       } else if (!upper) {
-        --cell[others[n]];
+        --voxel[others[n]];
+        corner |= 1 << others[n];
       }
     }
-    corners[c] = VertexOf(grid, *slab, cell[0], cell[1], cell[2], axis, corner);
+    const int layer = at == &after ? after.step : end_of_before;
+    corners[c] = VertexOf(grid, *at, voxel, {axis, point, layer}, corner);
   }
   const bool even_permutation = axis == 1 || axis == kTime;
   if (even_permutation != lower_end_inside) {
@@ -59,16 +93,13 @@ mesh::Hexahedron HexahedronOf(const Grid& grid, const SlabRef& before, const Sla
   return corners;
 }
 
-}  // namespace
-
-void AddSpatialHexahedra(const Grid& grid, const InsideBits& layer, const SlabRef& before,
-                         const SlabRef& after, std::vector<mesh::Hexahedron>& hexahedra) {
+// Calls visit(axis, point) for each crossed spatial edge of a layer.
+template <typename Visit>
+void ForEachCrossedEdge(const Grid& grid, const InsideBits& layer, Visit&& visit) {
   const int num_words = grid.words_per_row();
   std::vector<uint64_t> changed(num_words);
-  const auto add = [&](int axis, int j, int k) {
-    ForEachBit(changed.data(), num_words, [&](int i) {
-      hexahedra.push_back(HexahedronOf(grid, before, after, axis, {i, j, k}, layer.At(i, j, k)));
-    });
+  const auto visit_row = [&](int axis, int j, int k) {
+    ForEachBit(changed.data(), num_words, [&](int i) { visit(axis, Point{i, j, k}); });
   };
   for (int k = 0; k < grid.dims[2]; ++k) {
     for (int j = 0; j < grid.dims[1]; ++j) {
@@ -77,23 +108,25 @@ void AddSpatialHexahedra(const Grid& grid, const InsideBits& layer, const SlabRe
         const uint64_t next = w + 1 < num_words ? row[w + 1] << 63 : 0;
         changed[w] = row[w] ^ (row[w] >> 1 | next);
       }
-      add(0, j, k);
+      visit_row(0, j, k);
       if (j + 1 < grid.dims[1]) {
         const uint64_t* up = layer.Row(j + 1, k);
         for (int w = 0; w < num_words; ++w) changed[w] = row[w] ^ up[w];
-        add(1, j, k);
+        visit_row(1, j, k);
       }
       if (k + 1 < grid.dims[2]) {
         const uint64_t* up = layer.Row(j, k + 1);
         for (int w = 0; w < num_words; ++w) changed[w] = row[w] ^ up[w];
-        add(2, j, k);
+        visit_row(2, j, k);
       }
     }
   }
 }
 
-void AddTemporalHexahedra(const Grid& grid, const InsideBits& earlier, const InsideBits& later,
-                          const SlabRef& slab, std::vector<mesh::Hexahedron>& hexahedra) {
+// Calls visit(point) for each point that differs between two layers.
+template <typename Visit>
+void ForEachChangedPoint(const Grid& grid, const InsideBits& earlier, const InsideBits& later,
+                         Visit&& visit) {
   const int num_words = grid.words_per_row();
   std::vector<uint64_t> changed(num_words);
   for (int k = 0; k < grid.dims[2]; ++k) {
@@ -101,10 +134,47 @@ void AddTemporalHexahedra(const Grid& grid, const InsideBits& earlier, const Ins
       const uint64_t* row0 = earlier.Row(j, k);
       const uint64_t* row1 = later.Row(j, k);
       for (int w = 0; w < num_words; ++w) changed[w] = row0[w] ^ row1[w];
-      ForEachBit(changed.data(), num_words, [&](int i) {
-        hexahedra.push_back(HexahedronOf(grid, slab, slab, kTime, {i, j, k}, earlier.At(i, j, k)));
+      ForEachBit(changed.data(), num_words, [&](int i) { visit(Point{i, j, k}); });
+    }
+  }
+}
+
+bool HasLayer(const SlabSteps& steps, int num_steps, int layer) {
+  return layer % (steps.num_steps() / num_steps) == 0;
+}
+
+}  // namespace
+
+void AddSpatialHexahedra(const Grid& grid, const SlabRef& before, const SlabRef& after,
+                         std::vector<mesh::Hexahedron>& hexahedra) {
+  const StepRef last{&before, before.slab->steps.num_steps() - 1}, first{&after, 0};
+  const InsideBits& layer = *after.layers.front();
+  ForEachCrossedEdge(grid, layer, [&](int axis, const Point& p) {
+    hexahedra.push_back(HexahedronOf(grid, last, first, axis, p, layer.At(p[0], p[1], p[2])));
+  });
+}
+
+void AddInnerHexahedra(const Grid& grid, const SlabRef& slab,
+                       std::vector<mesh::Hexahedron>& hexahedra) {
+  const SlabSteps& steps = slab.slab->steps;
+  for (int num_steps = 1; num_steps <= steps.num_steps(); num_steps *= 2) {
+    const int span = steps.num_steps() / num_steps;
+    for (int l = 0; l < steps.num_steps(); l += span) {
+      const InsideBits &earlier = *slab.layers[l], &later = *slab.layers[l + span];
+      ForEachChangedPoint(grid, earlier, later, [&](const Point& p) {
+        if (steps.OfPoint(p[0], p[1], p[2]) != num_steps) return;
+        const StepRef step{&slab, l};
+        hexahedra.push_back(HexahedronOf(grid, step, step, kTime, p, earlier.At(p[0], p[1], p[2])));
       });
     }
+  }
+  for (int l = 1; l < steps.num_steps(); ++l) {
+    const InsideBits& layer = *slab.layers[l];
+    const StepRef before{&slab, l - 1}, after{&slab, l};
+    ForEachCrossedEdge(grid, layer, [&](int axis, const Point& p) {
+      if (!HasLayer(steps, steps.OfEdge(axis, p[0], p[1], p[2]), l)) return;
+      hexahedra.push_back(HexahedronOf(grid, before, after, axis, p, layer.At(p[0], p[1], p[2])));
+    });
   }
 }
 

@@ -25,8 +25,11 @@ Eigen::Vector3f BarycentricOn(const Eigen::Matrix3f& corners, const Eigen::Vecto
 
 }  // namespace
 
-Layer::Part::Part(const Grid& grid, GridSurface s, float w)
-    : surface(std::move(s)), inside(ComputeInside(grid, surface)), band(grid, surface), weight(w) {}
+Layer::Part::Part(const Grid& grid, GridSurface s, float w, const SlabSteps* wanted)
+    : surface(std::move(s)),
+      inside(ComputeInside(grid, surface)),
+      band(grid, surface, wanted),
+      weight(w) {}
 
 float Layer::Part::Distance(int i, int j, int k) const {
   const float distance = std::max(kTiny, band.Distance(i, j, k));
@@ -60,14 +63,15 @@ int32_t Layer::Part::TriangleNear(int i, int j, int k) const {
 }
 
 Layer::Layer(const Grid& grid, GridSurface surface) {
-  parts_.emplace_back(grid, std::move(surface), 1.0f);
+  parts_.emplace_back(grid, std::move(surface), 1.0f, nullptr);
   inside_ = parts_[0].inside;
 }
 
-Layer::Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share) {
+Layer::Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share,
+             const SlabSteps& wanted) {
   parts_.reserve(2);
-  parts_.emplace_back(grid, std::move(forward), 1.0f - share);
-  parts_.emplace_back(grid, std::move(backward), share);
+  parts_.emplace_back(grid, std::move(forward), 1.0f - share, &wanted);
+  parts_.emplace_back(grid, std::move(backward), share, &wanted);
   inside_ = parts_[0].inside;
   BlendInside(grid);
 }

@@ -8,6 +8,7 @@
 
 #include "worker/spacetime/distance_band.h"
 #include "worker/spacetime/grid.h"
+#include "worker/spacetime/slab_steps.h"
 
 namespace liquidblend::spacetime {
 
@@ -19,8 +20,10 @@ class Layer {
   Layer(const Grid& grid, GridSurface surface);
 
   // The mean of the distances to two surfaces that show the same moment, weighted 1 - share and
-  // share: a frame moved forward and the next one moved back.
-  Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share);
+  // share: a frame moved forward and the next one moved back. Known where `wanted` is
+  // cut.
+  Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share,
+        const SlabSteps& wanted);
 
   const InsideBits& inside() const { return inside_; }
   bool has_velocities() const;
@@ -34,7 +37,7 @@ class Layer {
 
  private:
   struct Part {
-    Part(const Grid& grid, GridSurface s, float w);
+    Part(const Grid& grid, GridSurface s, float w, const SlabSteps* wanted);
     float Distance(int i, int j, int k) const;
     Eigen::Vector3f Gradient(int i, int j, int k) const;
     int32_t TriangleNear(int i, int j, int k) const;

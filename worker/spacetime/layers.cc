@@ -11,7 +11,7 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr int kWaveLayers = 8;   // layers sampled at a time: bounds the memory
+constexpr int kWaveLayers = 8;   // steps sampled at a time: bounds the memory
 constexpr double kMargin = 2.0;  // grid spacings around the liquid
 
 absl::StatusOr<Grid> ChooseGrid(const mesh::Animation& animation,
@@ -51,39 +51,59 @@ GridSurface SurfaceAt(const mesh::Animation& animation, int frame, double time, 
           animation.frames[frame].velocities};
 }
 
-Layer SampleLayer(const mesh::Animation& animation, const LayerTime& layer, const Grid& grid) {
+// In between two frames, only where `wanted` is cut.
+Layer SampleLayer(const mesh::Animation& animation, const LayerTime& layer, const SlabSteps& wanted,
+                  const Grid& grid) {
   GridSurface earlier = SurfaceAt(animation, layer.earlier, layer.time, grid);
   if (layer.earlier == layer.later) return Layer(grid, std::move(earlier));
   return Layer(grid, std::move(earlier), SurfaceAt(animation, layer.later, layer.time, grid),
-               static_cast<float>(layer.share));
+               static_cast<float>(layer.share), wanted);
 }
 
 }  // namespace
 
-absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, std::vector<LayerTime> times,
-                                    double spacing_m, const parallel::Arena& arena,
+absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, double spacing_m,
+                                    double max_motion_m, const parallel::Arena& arena,
                                     const std::function<void(double)>& progress) {
   Layers result;
-  LB_ASSIGN_OR_RETURN(result.grid, ChooseGrid(animation, times, spacing_m));
+  result.plan = PlanLayers(animation, max_motion_m);
+  const LayerPlan& plan = result.plan;
+  LB_ASSIGN_OR_RETURN(result.grid, ChooseGrid(animation, plan.layers, spacing_m));
   const Grid& grid = result.grid;
-  const int num_layers = static_cast<int>(times.size());
-  result.times = std::move(times);
-  result.inside.resize(num_layers);
-  result.slabs.resize(num_layers - 1);
-  std::vector<std::optional<Layer>> wave(kWaveLayers + 1);  // [0]: the last one of the wave before
-  for (int begin = 0; begin < num_layers; begin += kWaveLayers) {
-    const int count = std::min(kWaveLayers, num_layers - begin);
-    arena.Run(count, [&](int64_t n) {
-      const int l = begin + static_cast<int>(n);
-      wave[n + 1].emplace(SampleLayer(animation, result.times[l], grid));
-      result.inside[l] = wave[n + 1]->inside();
+  const int num_slabs = plan.num_slabs();
+  result.inside.resize(plan.layers.size());
+  result.slabs.resize(num_slabs);
+  std::vector<SlabSteps> steps(num_slabs), around_steps(num_slabs);
+  arena.Run(num_slabs, [&](int64_t s) {
+    steps[s] = PlanSteps(animation, plan, static_cast<int>(s), grid, max_motion_m);
+    around_steps[s] = steps[s].Grown();
+  });
+  std::vector<std::optional<Layer>> layers(plan.layers.size());
+  for (int begin = 0; begin < num_slabs;) {
+    int end = begin + 1;
+    while (end < num_slabs && plan.first_layer[end + 1] - plan.first_layer[begin] <= kWaveLayers) {
+      ++end;
+    }
+    const int first = plan.first_layer[begin], last = plan.first_layer[end];
+    arena.Run(last - first + 1, [&](int64_t n) {
+      const int64_t l = first + n;
+      if (layers[l]) return;  // the last one of the wave before
+      const auto slab = std::upper_bound(plan.first_layer.begin(), plan.first_layer.end() - 1, l) -
+                        plan.first_layer.begin() - 1;
+      layers[l].emplace(SampleLayer(animation, plan.layers[l], around_steps[slab], grid));
+      result.inside[l] = layers[l]->inside();
     });
-    arena.Run(count, [&](int64_t n) {
-      const int l = begin + static_cast<int>(n);
-      if (l > 0) result.slabs[l - 1] = PlaceVertices(grid, *wave[n], *wave[n + 1]);
+    arena.Run(end - begin, [&](int64_t n) {
+      const int64_t s = begin + n;
+      std::vector<const Layer*> of_slab;
+      for (int l = plan.first_layer[s]; l <= plan.first_layer[s + 1]; ++l) {
+        of_slab.push_back(&*layers[l]);
+      }
+      result.slabs[s] = PlaceVertices(grid, of_slab, std::move(steps[s]));
     });
-    wave[0] = std::move(wave[count]);
-    if (progress) progress(0.8 * (begin + count) / num_layers);
+    for (int l = first; l < last; ++l) layers[l].reset();
+    if (progress) progress(0.8 * end / num_slabs);
+    begin = end;
   }
   return result;
 }

@@ -14,17 +14,21 @@ namespace liquidblend::spacetime {
 
 struct Layers {
   Grid grid;
-  std::vector<LayerTime> times;
-  std::vector<InsideBits> inside;  // one per layer
-  std::vector<Slab> slabs;         // slab s lies between layers s and s + 1
+  LayerPlan plan;
+  std::vector<InsideBits> inside;  // one per layer; in between, known around the blocks cut there
+  std::vector<Slab> slabs;
+
+  double begin(size_t slab) const { return plan.layers[plan.first_layer[slab]].time; }
+  double end(size_t slab) const { return plan.layers[plan.first_layer[slab + 1]].time; }
 };
 
 // Samples the layers and places the vertices, a few layers at a time: distances are only ever held
 // for those.
+//   max_motion_m  of the surface in one step of a slab; see PlanLayers
 // Errors: kResourceExhausted if the grid has 2^31 points or more.
 // Threads: same bytes for any thread count.
-absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, std::vector<LayerTime> times,
-                                    double spacing_m, const parallel::Arena& arena,
+absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, double spacing_m,
+                                    double max_motion_m, const parallel::Arena& arena,
                                     const std::function<void(double)>& progress);
 
 }  // namespace liquidblend::spacetime

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "worker/spacetime/point_grid.h"
 
@@ -30,6 +31,30 @@ bool AreOpposed(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Eigen:
   return n.dot(other_n) < kOpposed && (other_p - p).dot(n) < 0;
 }
 
+// Holds normals, to tell at once that none of them is opposed to another one.
+struct NormalBox {
+  Eigen::Array3f lo = Eigen::Array3f::Constant(2), hi = Eigen::Array3f::Constant(-2);
+
+  void Add(const NormalBox& other) {
+    lo = lo.min(other.lo);
+    hi = hi.max(other.hi);
+  }
+  float LeastDot(const Eigen::Vector3f& n) const {
+    return (n.array() * lo).min(n.array() * hi).sum();
+  }
+};
+
+// Of the normals in each bucket of the grid.
+std::vector<NormalBox> BoxesOf(const PointGrid& grid, const Eigen::Matrix3Xf& points,
+                               const Eigen::Matrix3Xf& normals) {
+  std::vector<NormalBox> boxes(grid.num_buckets());
+  for (int64_t n = 0; n < points.cols(); ++n) {
+    const Eigen::Array3f normal = normals.col(n);
+    boxes[grid.BucketOf(grid.CubeOf(points.col(n)))].Add({normal, normal});
+  }
+  return boxes;
+}
+
 void FlagFrame(const std::vector<int32_t>& vertices, float thickness_m, mesh::SpaceTimeMesh& mesh) {
   const auto count = static_cast<int64_t>(vertices.size());
   Eigen::Matrix3Xf points(3, count), normals(3, count);
@@ -38,13 +63,25 @@ void FlagFrame(const std::vector<int32_t>& vertices, float thickness_m, mesh::Sp
     normals.col(n) = mesh.normals.col(vertices[n]).head<3>().stableNormalized();
   }
   const PointGrid grid(points, thickness_m);
+  const std::vector<NormalBox> boxes = BoxesOf(grid, points, normals);
+  std::optional<PointCube> cube;
+  NormalBox around;  // of the cube
   for (int64_t n = 0; n < count; ++n) {
     const Eigen::Vector3f p = points.col(n), normal = normals.col(n);
+    if (const PointCube own = grid.CubeOf(p); own != cube) {
+      cube = own;
+      around = {};
+      for (int m = 0; m < 27; ++m) around.Add(boxes[grid.BucketOf(PointGrid::Neighbor(own, m))]);
+    }
+    if (around.LeastDot(normal) >= kOpposed) continue;
     int num_near = 0, num_opposed = 0;
-    grid.ForEachNear(p, [&](int32_t other) {
-      ++num_near;
-      if (AreOpposed(p, normal, points.col(other), normals.col(other))) ++num_opposed;
-    });
+    grid.ForEachNear(
+        p, [&](size_t bucket) { return boxes[bucket].LeastDot(normal) < kOpposed; },
+        [&](int32_t other) {
+          if (AreOpposed(p, normal, points.col(other), normals.col(other))) ++num_opposed;
+        });
+    if (num_opposed == 0) continue;
+    grid.ForEachNear(p, [&](int32_t) { ++num_near; });
     if (num_opposed > kMinOpposedShare * num_near) mesh.thin[vertices[n]] = 1;
   }
 }

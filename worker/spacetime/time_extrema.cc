@@ -7,7 +7,7 @@ namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kNumPasses = 3;
-constexpr double kMargin = 0.05;  // of a slab, from its layers
+constexpr double kMargin = 0.05;  // of a step, from the layers
 
 struct Around {
   float earliest = std::numeric_limits<float>::infinity();
@@ -23,6 +23,7 @@ std::vector<Around> TimesAround(const mesh::SpaceTimeMesh& mesh) {
     for (int c = 0; c < 8; ++c) {
       Around& a = around[cell[c]];
       for (const int axis : {1, 2, 4}) {
+        if (cell[c ^ axis] == cell[c]) continue;
         const float time = mesh.vertices(3, cell[c ^ axis]);
         a.earliest = std::min(a.earliest, time);
         a.latest = std::max(a.latest, time);
@@ -40,16 +41,20 @@ int64_t FlattenOnce(const Layers& layers, const std::vector<int64_t>& first_vert
   const std::vector<Around> around = TimesAround(mesh);
   int64_t num_moved = 0;
   for (size_t s = 1; s + 1 < layers.slabs.size(); ++s) {
-    const double begin = layers.times[s].time, end = layers.times[s + 1].time;
-    const auto earliest = static_cast<float>(begin + kMargin * (end - begin));
-    const auto latest = static_cast<float>(end - kMargin * (end - begin));
-    for (int64_t n = 0; n < layers.slabs[s].num_vertices(); ++n) {
-      const int64_t v = first_vertex[s] + n;
-      const Around& a = around[v];
-      float& time = mesh.vertices(3, v);
-      if (a.count == 0 || (time >= a.earliest && time <= a.latest)) continue;
-      time = std::clamp(a.sum / static_cast<float>(a.count), earliest, latest);
-      ++num_moved;
+    const Slab& slab = layers.slabs[s];
+    const double begin = layers.begin(s);
+    const double step = (layers.end(s) - begin) / slab.steps.num_steps();
+    for (const Slab::Cell& cell : slab.cells) {
+      const auto earliest = static_cast<float>(begin + step * (cell.begin_layer + kMargin));
+      const auto latest = static_cast<float>(begin + step * (cell.end_layer - kMargin));
+      for (int sheet = 0; sheet < cell.num_sheets; ++sheet) {
+        const int64_t v = first_vertex[s] + cell.first_vertex + sheet;
+        const Around& a = around[v];
+        float& time = mesh.vertices(3, v);
+        if (a.count == 0 || (time >= a.earliest && time <= a.latest)) continue;
+        time = std::clamp(a.sum / static_cast<float>(a.count), earliest, latest);
+        ++num_moved;
+      }
     }
   }
   return num_moved;

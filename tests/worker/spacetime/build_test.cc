@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <numbers>
 
@@ -143,6 +144,30 @@ TEST(Build, ABlobThatMovesFastStaysWhole) {
     const mesh::TriangleMesh surface = Cut(mesh, (3 + n / 20.0) / 24);
     EXPECT_EQ(mesh::NumComponents(surface), 1) << n;
     EXPECT_NEAR(mesh::Volume(surface) / volume, 1.0, 0.03) << n;
+  }
+}
+
+// The still pool beneath it costs what it costs alone.
+TEST(Build, OnlyWhatMovesFastIsCutIntoSteps) {
+  synthetic::MovingSphereOptions options;
+  options.radius_m = 0.25;
+  options.velocity_m_per_s = {5, 0, 0};
+  mesh::Animation blob = synthetic::MovingSphere(options), pool = blob, both = blob;
+  for (int k = 0; k < blob.num_frames(); ++k) {
+    pool.frames[k] = synthetic::Box({-1, -1, -3}, {1, 1, -1}, 40);
+    pool.frames[k].velocities.setZero(3, pool.frames[k].num_vertices());
+    const mesh::TriangleMesh parts[] = {blob.frames[k], pool.frames[k]};
+    both.frames[k] = synthetic::Join(parts);
+  }
+  const auto of_both = BuildOrDie(both), of_pool = BuildOrDie(pool);
+  const double area = std::pow(of_pool.edge_length_m / of_both.edge_length_m, 2);
+  const double num_expected = static_cast<double>(of_pool.num_vertices()) * area;
+  EXPECT_GT(static_cast<double>(of_both.num_vertices()), num_expected);
+  EXPECT_LT(static_cast<double>(of_both.num_vertices()), 1.25 * num_expected);
+  const absl::Status valid = mesh::Validate(of_both);
+  EXPECT_TRUE(valid.ok()) << valid;
+  for (int n = 0; n <= 20; ++n) {
+    EXPECT_EQ(mesh::NumComponents(Cut(of_both, (3 + n / 20.0) / 24)), 2) << n;
   }
 }
 

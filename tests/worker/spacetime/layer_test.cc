@@ -38,7 +38,9 @@ TEST(Layer, HasTheSignedDistanceAndItsGradient) {
 // Two views of one moment that disagree a little: the mean is between them.
 TEST(Layer, BlendsTwoSurfaces) {
   const Eigen::Vector3f centre(15.3f, 15.7f, 15.1f);
-  const Layer layer(CubeGrid(kSide), Ball(centre, 7), Ball(centre, 9), 0.25f);
+  SlabSteps everywhere(CubeGrid(kSide), 2);
+  everywhere.Refine({0, 0, 0}, {kSide, kSide, kSide}, 2);
+  const Layer layer(CubeGrid(kSide), Ball(centre, 7), Ball(centre, 9), 0.25f, everywhere);
   for (int i = 2; i < 30; ++i) {
     const float distance = (PointAt(i, 15, 15) - centre).norm() - 7.5f;
     if (std::abs(distance) > 1) continue;

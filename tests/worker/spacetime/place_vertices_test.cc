@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/worker/spacetime/grid_testing.h"
@@ -15,10 +16,16 @@ Layer SphereLayer(const Eigen::Vector3f& centre) {
   return Layer(CubeGrid(kSide), InGrid(synthetic::Icosphere(centre, kRadius, 5)));
 }
 
+// Of one step.
+Slab PlaceBetween(const Layer& earlier, const Layer& later) {
+  const std::array<const Layer*, 2> layers = {&earlier, &later};
+  return PlaceVertices(CubeGrid(kSide), layers);
+}
+
 TEST(PlaceVertices, LieOnAStillSurface) {
   const Eigen::Vector3f centre(15.4f, 15.7f, 15.1f);
   const Layer layer = SphereLayer(centre);
-  const Slab slab = PlaceVertices(CubeGrid(kSide), layer, layer);
+  const Slab slab = PlaceBetween(layer, layer);
   ASSERT_GT(slab.num_vertices(), 800);
   double sum = 0;
   for (const auto& p : slab.vertices) {
@@ -31,7 +38,7 @@ TEST(PlaceVertices, LieOnAStillSurface) {
 
 TEST(PlaceVertices, FollowAMovingSurfaceInTime) {
   const Eigen::Vector3f centre(14.4f, 15.7f, 15.1f), step(1.5f, 0, 0);
-  const Slab slab = PlaceVertices(CubeGrid(kSide), SphereLayer(centre), SphereLayer(centre + step));
+  const Slab slab = PlaceBetween(SphereLayer(centre), SphereLayer(centre + step));
   double sum = 0;
   for (const auto& p : slab.vertices) {
     const Eigen::Vector3f now = centre + p.w() * step;
@@ -41,21 +48,20 @@ TEST(PlaceVertices, FollowAMovingSurfaceInTime) {
 }
 
 TEST(PlaceVertices, StayOffTheLayersAndInsideTheirCells) {
-  const Slab slab =
-      PlaceVertices(CubeGrid(kSide), SphereLayer({15, 15, 15}), SphereLayer({16, 15.5f, 15}));
+  const Slab slab = PlaceBetween(SphereLayer({15, 15, 15}), SphereLayer({16, 15.5f, 15}));
   ASSERT_EQ(slab.num_cells(), slab.num_vertices());
   for (int64_t v = 0; v < slab.num_vertices(); ++v) {
     EXPECT_GT(slab.vertices[v].w(), 0.0f);
     EXPECT_LT(slab.vertices[v].w(), 1.0f);
-    EXPECT_GE(slab.vertices[v].x(), static_cast<float>(slab.cell_i[v]));
-    EXPECT_LE(slab.vertices[v].x(), static_cast<float>(slab.cell_i[v] + 1));
+    EXPECT_GE(slab.vertices[v].x(), static_cast<float>(slab.cells[v].i));
+    EXPECT_LE(slab.vertices[v].x(), static_cast<float>(slab.cells[v].i + 1));
   }
 }
 
 TEST(PlaceVertices, PutsAWallThatLiesInAGridPlaneThere) {
   const Layer layer =
       Layer(CubeGrid(kSide), InGrid(synthetic::Box({8, 8, 8}, {20.02f, 20.5f, 20.5f}, 8)));
-  const Slab slab = PlaceVertices(CubeGrid(kSide), layer, layer);
+  const Slab slab = PlaceBetween(layer, layer);
   int on_wall = 0;
   for (const auto& p : slab.vertices) {
     if (p.y() < 10 || p.y() > 18 || p.z() < 10 || p.z() > 18 || p.x() < 15) continue;
@@ -70,7 +76,7 @@ TEST(PlaceVertices, CarryVelocities) {
   sphere.velocities = Eigen::Matrix3Xf::Zero(3, sphere.num_vertices());
   sphere.velocities.row(1).setConstant(2.5f);
   const Layer layer = Layer(CubeGrid(kSide), InGrid(sphere));
-  const Slab slab = PlaceVertices(CubeGrid(kSide), layer, layer);
+  const Slab slab = PlaceBetween(layer, layer);
   ASSERT_EQ(static_cast<int64_t>(slab.velocities.size()), slab.num_vertices());
   for (const auto& u : slab.velocities) {
     EXPECT_TRUE(u.isApprox(Eigen::Vector3f(0, 2.5f, 0), 1e-5f));

@@ -16,8 +16,9 @@ struct Scene {
 
 Scene OneCell(const std::array<int, 8>& slab, const std::array<float, 8>& time) {
   Scene scene;
-  scene.layers.times.resize(4);
-  for (int l = 0; l < 4; ++l) scene.layers.times[l].time = l - 1.0;
+  scene.layers.plan.layers.resize(4);
+  scene.layers.plan.first_layer = {0, 1, 2, 3};
+  for (int l = 0; l < 4; ++l) scene.layers.plan.layers[l].time = l - 1.0;
   scene.layers.slabs.resize(3);
   scene.mesh.vertices = Eigen::Matrix4Xf::Zero(4, 8);
   mesh::Hexahedron& cell = scene.mesh.hexahedra.emplace_back();
@@ -26,7 +27,10 @@ Scene OneCell(const std::array<int, 8>& slab, const std::array<float, 8>& time) 
     scene.first_vertex.push_back(next);
     for (int c = 0; c < 8; ++c) {
       if (slab[c] != s) continue;
-      scene.layers.slabs[s].vertices.push_back({0, 0, 0, time[c] - static_cast<float>(s - 1)});
+      Slab& added_to = scene.layers.slabs[s];
+      const auto vertex = static_cast<int32_t>(added_to.num_vertices());
+      added_to.cells.push_back({vertex, vertex, 1, 0, 1, 1, false});
+      added_to.vertices.push_back({0, 0, 0, time[c] - static_cast<float>(s - 1)});
       scene.mesh.vertices(3, next) = time[c];
       cell[c] = next++;
     }
