@@ -1,0 +1,221 @@
+#include "server/encode/edgebreaker.h"
+
+#include <algorithm>
+
+#include "server/encode/bytes.h"
+
+namespace liquidblend::encode {
+namespace {
+
+enum TriangleState : uint8_t { kToDo, kDone, kDoneAsSplit };
+
+// Whether the tip is a new vertex (C); if not, which neighbours are still to do: both (S), the
+// right one (L), the left one (R), none (E).
+enum Symbol : uint8_t { kC, kS, kL, kR, kE };
+
+struct Pattern {
+  uint8_t bits;
+  uint8_t num_bits;
+};
+constexpr std::array<Pattern, 5> kPatterns = {{{0, 1}, {1, 3}, {3, 3}, {5, 3}, {7, 3}}};
+
+}  // namespace
+
+struct Edgebreaker::NoContexts {
+  void Note(Symbol /*symbol*/, int32_t /*corner*/) {}
+};
+
+// The decoder goes from the last symbol to the first and knows the valences of what it has; so the
+// context of each symbol is the valence, of what remains, at the vertex ahead of the one after it.
+struct Edgebreaker::ValenceContexts {
+  Edgebreaker& walk;
+  const CornerTable& table;
+  int previous = -1;  // symbol
+
+  void Note(Symbol symbol, int32_t corner) {
+    int32_t& tip = Valence(corner);
+    int32_t& next = Valence(CornerTable::Next(corner));
+    int32_t& before = Valence(CornerTable::Previous(corner));
+    const int32_t ahead = std::clamp(next, kMinValence, kMaxValence) - kMinValence;
+    if (previous >= 0) walk.context_symbols_[ahead].push_back(static_cast<uint32_t>(previous));
+    previous = symbol;
+    // The neighbours that are left keep their edges; the others' are gone.
+    constexpr std::array<int8_t, 5> kOfTip = {0, 0, 1, 1, 2};
+    constexpr std::array<int8_t, 5> kOfNext = {1, 1, 2, 1, 2};
+    constexpr std::array<int8_t, 5> kOfPrevious = {1, 1, 1, 2, 2};
+    tip -= kOfTip[symbol];
+    next -= kOfNext[symbol];
+    before -= kOfPrevious[symbol];
+    if (symbol == kS) SplitTip(corner);
+  }
+
+ private:
+  int32_t& Valence(int32_t corner) { return walk.valences_[walk.ContextVertexOf(corner)]; }
+  bool IsToDo(int32_t corner) const {
+    return walk.triangle_state_[CornerTable::TriangleOf(corner)] == kToDo;
+  }
+
+  // The tip keeps the triangles on the left that are to do, those on the right get a new vertex.
+  void SplitTip(int32_t corner) {
+    int32_t num_left = 0;
+    for (int32_t c = table.LeftOf(corner); IsToDo(c); c = table.RightOf(c)) ++num_left;
+    Valence(corner) = num_left + 1;
+    const auto new_vertex = static_cast<int32_t>(walk.valences_.size());
+    int32_t num_right = 0;
+    for (int32_t c = table.RightOf(corner); IsToDo(c); c = table.LeftOf(c)) {
+      ++num_right;
+      walk.ContextVertexOf(CornerTable::Next(c)) = new_vertex;
+    }
+    walk.valences_.push_back(num_right + 1);
+  }
+};
+
+bool Edgebreaker::Put(const CornerTable& table, EdgebreakerMethod method, SymbolCoder& coder,
+                      std::string& out) {
+  const bool has_contexts = method == EdgebreakerMethod::kValence;
+  Reset(table);
+  if (has_contexts) ResetContexts(table);
+  const bool is_walked =
+      has_contexts ? WalkAll(table, ValenceContexts{*this, table}) : WalkAll(table, NoContexts{});
+  if (!is_walked) return false;
+  PutByte(static_cast<uint8_t>(method), out);
+  PutVarint(static_cast<uint32_t>(table.num_used_vertices()), out);
+  PutVarint(static_cast<uint32_t>(table.num_triangles()), out);
+  PutByte(0, out);  // attributes with connectivity of their own
+  PutVarint(static_cast<uint32_t>(num_symbols_), out);
+  PutVarint(static_cast<uint32_t>(num_splits_), out);
+  PutReunions(out);
+  if (!has_contexts) PutSymbols(out);
+  PutOnes(static_cast<int>(last_corners_.size()), out);  // each component starts in its inside
+  return !has_contexts || PutContexts(coder, out);
+}
+
+void Edgebreaker::Reset(const CornerTable& table) {
+  symbols_.resize(table.num_triangles());
+  split_symbol_.resize(table.num_triangles());
+  triangle_state_.assign(table.num_triangles(), kToDo);
+  is_vertex_done_.assign(table.num_vertices(), 0);
+  last_corners_.clear();
+  reunions_.clear();
+  num_symbols_ = 0;
+  num_splits_ = 0;
+}
+
+void Edgebreaker::ResetContexts(const CornerTable& table) {
+  valences_ = table.valences();
+  corner_vertex_.resize(4 * static_cast<size_t>(table.num_triangles()));
+  for (int32_t t = 0; t < table.num_triangles(); ++t) {
+    for (int k = 0; k < 3; ++k) corner_vertex_[4 * t + k] = table.VertexOf(8 * t + k);
+  }
+  for (std::vector<uint32_t>& symbols : context_symbols_) symbols.clear();
+}
+
+// The first triangle of a component has no symbol: the decoder finds it as what remains.
+template <typename Contexts>
+bool Edgebreaker::WalkAll(const CornerTable& table, Contexts contexts) {
+  for (int32_t t = 0; t < table.num_triangles(); ++t) {
+    if (triangle_state_[t] != kToDo) continue;
+    const int32_t corner = 8 * t;
+    triangle_state_[t] = kDone;
+    for (int k = 0; k < 3; ++k) is_vertex_done_[table.VertexOf(corner + k)] = 1;
+    const int32_t first = table.RightOf(corner);
+    if (table.RightOf(first) >> 3 == t && table.LeftOf(first) >> 3 == t) return false;
+    last_corners_.push_back(Walk(table, first, contexts));
+  }
+  return true;
+}
+
+template <typename Contexts>
+int32_t Edgebreaker::Walk(const CornerTable& table, int32_t corner, Contexts& contexts) {
+  const auto note = [&](Symbol symbol) {
+    contexts.Note(symbol, corner);
+    symbols_[num_symbols_++] = symbol;
+  };
+  int32_t last = corner;
+  stack_.assign(1, corner);
+  while (!stack_.empty()) {
+    corner = stack_.back();
+    if (triangle_state_[CornerTable::TriangleOf(corner)] != kToDo) {
+      stack_.pop_back();
+      continue;
+    }
+    while (true) {
+      last = corner;
+      const int32_t triangle = CornerTable::TriangleOf(corner);
+      triangle_state_[triangle] = kDone;
+      uint8_t& is_tip_done = is_vertex_done_[table.VertexOf(corner)];
+      const int32_t right = table.RightOf(corner);
+      if (is_tip_done == 0) {
+        is_tip_done = 1;
+        note(kC);
+        corner = right;
+        continue;
+      }
+      const int32_t left = table.LeftOf(corner);
+      const bool is_right_done = triangle_state_[CornerTable::TriangleOf(right)] != kToDo;
+      const bool is_left_done = triangle_state_[CornerTable::TriangleOf(left)] != kToDo;
+      if (is_right_done) NoteReunion(right, /*is_on_right=*/true);
+      if (is_left_done) NoteReunion(left, /*is_on_right=*/false);
+      if (is_right_done && is_left_done) {
+        note(kE);
+        stack_.pop_back();
+        break;
+      }
+      if (is_right_done || is_left_done) {
+        note(is_right_done ? kR : kL);
+        corner = is_right_done ? left : right;
+        continue;
+      }
+      triangle_state_[triangle] = kDoneAsSplit;
+      split_symbol_[triangle] = num_symbols_;
+      ++num_splits_;
+      note(kS);
+      stack_.back() = left;
+      stack_.push_back(right);
+      break;
+    }
+  }
+  return last;
+}
+
+void Edgebreaker::NoteReunion(int32_t neighbor, bool is_on_right) {
+  const int32_t triangle = CornerTable::TriangleOf(neighbor);
+  if (triangle_state_[triangle] != kDoneAsSplit) return;
+  reunions_.push_back({num_symbols_, split_symbol_[triangle], is_on_right});
+}
+
+void Edgebreaker::PutReunions(std::string& out) const {
+  PutVarint(reunions_.size(), out);
+  int32_t before = 0;
+  for (const Reunion& reunion : reunions_) {
+    PutVarint(static_cast<uint32_t>(reunion.symbol - before), out);
+    PutVarint(static_cast<uint32_t>(reunion.symbol - reunion.split_symbol), out);
+    before = reunion.symbol;
+  }
+  BitPacker packer(out);
+  for (const Reunion& reunion : reunions_) packer.Put(reunion.is_on_right ? 1 : 0, 1);
+  packer.Finish();
+}
+
+void Edgebreaker::PutSymbols(std::string& out) const {
+  const uint8_t* const first = symbols_.data();
+  const auto num_c = std::count(first, first + num_symbols_, kC);
+  const int64_t num_bits = 3 * int64_t{num_symbols_} - 2 * num_c;
+  PutVarint(static_cast<uint64_t>((num_bits + 7) / 8), out);
+  BitPacker packer(out);
+  for (int32_t s = num_symbols_ - 1; s >= 0; --s) {
+    const Pattern pattern = kPatterns[first[s]];
+    packer.Put(pattern.bits, pattern.num_bits);
+  }
+  packer.Finish();
+}
+
+bool Edgebreaker::PutContexts(SymbolCoder& coder, std::string& out) const {
+  for (const std::vector<uint32_t>& symbols : context_symbols_) {
+    PutVarint(symbols.size(), out);
+    if (!symbols.empty() && !coder.Put(symbols, {}, out)) return false;
+  }
+  return true;
+}
+
+}  // namespace liquidblend::encode
