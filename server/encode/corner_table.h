@@ -2,9 +2,7 @@
 // Szymczak, "3D compression made simple: Edgebreaker on a corner table", 2001).
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "core/mesh/triangle_mesh.h"
@@ -15,8 +13,9 @@ namespace liquidblend::encode {
 class CornerTable {
  public:
   static int32_t TriangleOf(int32_t corner) { return corner >> 3; }
-  static int32_t Next(int32_t corner) { return corner + ((corner & 2) != 0 ? -2 : 1); }
-  static int32_t Previous(int32_t corner) { return corner + ((corner & 3) == 0 ? 2 : -1); }
+  // Without branches: which of the three a corner is cannot be foretold.
+  static int32_t Next(int32_t corner) { return corner + 1 - 3 * ((corner >> 1) & 1); }
+  static int32_t Previous(int32_t corner) { return corner + 2 - 3 * (((corner & 3) + 3) >> 2); }
 
   // Triangles that name a vertex twice are left out, the others keep their order. Of four triangles
   // or more at an edge two each become neighbours; a vertex with several fans of triangles becomes
@@ -42,22 +41,14 @@ class CornerTable {
   const std::vector<int32_t>& split_parents() const { return split_parents_; }
 
  private:
-  // Edges of a vertex to vertices of higher numbers: a cache line, and more if they do not fit.
-  static constexpr int kEdgesPerBlock = 8;
-  struct alignas(64) EdgeBlock {
-    std::array<uint32_t, kEdgesPerBlock> far_vertex;
-    // Twice the corner that faces the edge and waits for its opposite, + 1 if it sees the edge from
-    // the higher vertex to the lower one; or kNone.
-    std::array<int32_t, kEdgesPerBlock> waiting;
-  };
-
-  void Reset(const mesh::TriangleMesh& mesh);
-  void AddTriangle(const std::array<int32_t, 3>& vertices);
-  void LinkCorner(int32_t corner, int32_t from, int32_t to);
-  std::pair<int32_t, uint32_t> FindEdge(int32_t near, uint32_t far) const;
-  bool LinkCrowded();
+  void TakeTriangles(const mesh::TriangleMesh& mesh);
+  void ListCorners();
+  bool LinkAround(int32_t vertex);
+  template <int kMaxValence>
+  bool LinkFew(int32_t vertex);
+  bool LinkMany(int32_t vertex);
   int32_t FanSize(int32_t corner) const;
-  void SplitFans();
+  void SplitPinched();
   void SplitOffFan(int32_t corner);
 
   std::vector<int32_t> table_;  // per triangle three vertices, -, three opposite corners, -
@@ -66,12 +57,13 @@ class CornerTable {
   int32_t num_triangles_ = 0;
   int32_t num_used_vertices_ = 0;
 
-  std::vector<EdgeBlock> blocks_;       // one per vertex, then those that are linked to
-  std::vector<uint8_t> num_edges_;      // per block
-  std::vector<int32_t> next_block_;     // per block; kNone
-  std::vector<int32_t> crowded_;        // corners whose edge had one waiting in their direction
-  std::vector<int32_t> vertex_corner_;  // per vertex one of its corners
-  int64_t num_waiting_ = 0;
+  // The corners of each vertex of the mesh, in order, one vertex after the other.
+  std::vector<int32_t> corners_;
+  std::vector<uint32_t> previous_;    // the vertex of the corner before, for each of them
+  std::vector<int32_t> corners_end_;  // per vertex
+  std::vector<uint64_t> edges_out_, edges_in_;
+  std::vector<int32_t> pinched_;    // vertices of several fans
+  std::vector<int32_t> unchecked_;  // vertices that may have several
 };
 
 }  // namespace liquidblend::encode

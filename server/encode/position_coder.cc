@@ -1,7 +1,7 @@
 #include "server/encode/position_coder.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "server/encode/bytes.h"
@@ -71,7 +71,7 @@ void PositionCoder::Round(const mesh::TriangleMesh& mesh, const PositionCoderOpt
   nodes_.resize(mesh.num_vertices());
   for (Eigen::Index v = 0; v < mesh.num_vertices(); ++v) {
     const float* const p = mesh.vertices.col(v).data();
-    nodes_[v] = {round(p[0], 0), round(p[1], 1), round(p[2], 2), 0};
+    nodes_[v] = Node{round(p[0], 0), round(p[1], 1), round(p[2], 2), 0};
   }
 }
 
@@ -81,18 +81,21 @@ void PositionCoder::FindBounds(const CornerTable& table) {
   for (int32_t v = 0; v < table.num_vertices(); ++v) {
     if (table.valences()[v] == 0) continue;
     const Node& node = nodes_[v];
-    min_ = std::min(min_, std::min(node.x, std::min(node.y, node.z)));
-    max_ = std::max(max_, std::max(node.x, std::max(node.y, node.z)));
+    for (int k = 0; k < kDimensions; ++k) {
+      min_ = std::min(min_, node[k]);
+      max_ = std::max(max_, node[k]);
+    }
   }
 }
 
 // The decoder walks over the components from the last one to the first.
 void PositionCoder::PredictAll(const CornerTable& table, std::span<const int32_t> last_corners) {
-  symbols_.resize(kDimensions * static_cast<size_t>(table.num_used_vertices()));
+  const size_t num_symbols = kDimensions * static_cast<size_t>(table.num_used_vertices());
+  symbols_.resize(num_symbols + 1);
   end_ = symbols_.data();
   is_triangle_done_.assign(table.num_triangles(), 0);
   is_vertex_done_.assign(table.num_vertices(), 0);
-  last_ = {0, 0, 0, 0};
+  last_ = Node{0, 0, 0, 0};
   for (size_t i = last_corners.size(); i > 0; --i) {
     const int32_t corner = last_corners[i - 1];
     // There is nothing to make a parallelogram of: each is predicted as the one before.
@@ -107,7 +110,7 @@ void PositionCoder::PredictAll(const CornerTable& table, std::span<const int32_t
 
 // As Edgebreaker walks, but only to the last vertex.
 void PositionCoder::Walk(const CornerTable& table, int32_t corner) {
-  const uint32_t* const all = symbols_.data() + symbols_.size();
+  const uint32_t* const all = symbols_.data() + symbols_.size() - 1;
   stack_.assign(1, corner);
   while (!stack_.empty() && end_ != all) {
     corner = stack_.back();
@@ -145,28 +148,22 @@ void PositionCoder::Walk(const CornerTable& table, int32_t corner) {
 
 // The walk came across the edge that faces the corner, so all vertices beyond it are known.
 void PositionCoder::Predict(const CornerTable& table, int32_t corner) {
-  const Node& next = nodes_[table.VertexOf(CornerTable::Next(corner))];
-  const Node& before = nodes_[table.VertexOf(CornerTable::Previous(corner))];
-  const Node& beyond = nodes_[table.VertexOf(table.Opposite(corner))];
-  PutResidual(nodes_[table.VertexOf(corner)],
-              {next.x + before.x - beyond.x, next.y + before.y - beyond.y,
-               next.z + before.z - beyond.z, 0});
+  const Node next = nodes_[table.VertexOf(CornerTable::Next(corner))];
+  const Node before = nodes_[table.VertexOf(CornerTable::Previous(corner))];
+  const Node beyond = nodes_[table.VertexOf(table.Opposite(corner))];
+  PutResidual(nodes_[table.VertexOf(corner)], next + before - beyond);
 }
 
 // Residuals are taken modulo the range of all coordinates; then the sign becomes the lowest bit.
-void PositionCoder::PutResidual(const Node& node, const Node& predicted) {
+void PositionCoder::PutResidual(Node node, Node predicted) {
   const int32_t range = max_ - min_ + 1;
-  const int32_t highest = (range - 1) / 2;
-  const int32_t lowest = -(range / 2);
-  const auto symbol = [&](int32_t x, int32_t x_predicted) {
-    int32_t residual = x - std::clamp(x_predicted, min_, max_);
-    residual += residual < lowest ? range : 0;
-    residual -= residual > highest ? range : 0;
-    return static_cast<uint32_t>(residual << 1) ^ static_cast<uint32_t>(residual >> 31);
-  };
-  end_[0] = symbol(node.x, predicted.x);
-  end_[1] = symbol(node.y, predicted.y);
-  end_[2] = symbol(node.z, predicted.z);
+  predicted = predicted < min_ ? Node{} + min_ : predicted;
+  predicted = predicted > max_ ? Node{} + max_ : predicted;
+  Node residual = node - predicted;
+  residual += (residual < -(range / 2)) & range;
+  residual -= (residual > (range - 1) / 2) & range;
+  const Node symbols = (residual << 1) ^ (residual >> 31);
+  std::memcpy(end_, &symbols, sizeof(symbols));
   end_ += kDimensions;
   last_ = node;
 }

@@ -34,22 +34,20 @@ class PositionCoder {
            SymbolCoder& coder, std::string& out);
 
  private:
-  struct alignas(16) Node {
-    int32_t x, y, z, unused;
-  };
+  using Node = int32_t __attribute__((vector_size(16)));  // x, y, z, 0
 
   void Round(const mesh::TriangleMesh& mesh, const PositionCoderOptions& options);
   void FindBounds(const CornerTable& table);
   void PredictAll(const CornerTable& table, std::span<const int32_t> last_corners);
   void Walk(const CornerTable& table, int32_t corner);
   void Predict(const CornerTable& table, int32_t corner);
-  void PutResidual(const Node& node, const Node& predicted);
+  void PutResidual(Node node, Node predicted);
 
-  std::vector<Node> nodes_;    // per vertex
-  int32_t min_ = 0, max_ = 0;  // of all coordinates of vertices that are used
-  Node last_;                  // that was put
-  std::vector<uint32_t> symbols_;
-  uint32_t* end_ = nullptr;  // of the symbols so far
+  std::vector<Node> nodes_;        // per vertex
+  int32_t min_ = 0, max_ = 0;      // of all coordinates of vertices that are used
+  Node last_;                      // that was put
+  std::vector<uint32_t> symbols_;  // and room for one more
+  uint32_t* end_ = nullptr;        // of the symbols so far
   std::vector<uint8_t> is_triangle_done_;
   std::vector<uint8_t> is_vertex_done_;
   std::vector<int32_t> stack_;
