@@ -11,7 +11,6 @@ namespace liquidblend::encode {
 namespace {
 
 constexpr int64_t kMaxTriangles = int64_t{1} << 27;  // 8 of each fit an int32_t
-constexpr int kMaxFew = 16;                          // corners, for which one mask is enough
 
 // Bit k: values[k] is `value`. No branches, as these could not be foretold.
 template <int kNumValues>
@@ -37,123 +36,145 @@ uint32_t MatchMask(const uint32_t* values, uint32_t value) {
 
 bool CornerTable::Build(const mesh::TriangleMesh& mesh) {
   if (mesh.num_triangles() >= kMaxTriangles) return false;
+  Reset(mesh);
   TakeTriangles(mesh);
-  ListCorners();
-  pinched_.clear();
-  unchecked_.clear();
-  split_parents_.clear();
-  num_used_vertices_ = 0;
-  for (int32_t v = 0; v < num_vertices(); ++v) {
-    if (valences_[v] == 0) continue;
-    if (!LinkAround(v)) return false;
-    ++num_used_vertices_;
-  }
-  SplitPinched();
+  if (!LinkAll()) return false;
+  for (const int32_t vertex : unsplit_) SplitFans(vertex);
   return true;
 }
 
-void CornerTable::TakeTriangles(const mesh::TriangleMesh& mesh) {
+void CornerTable::Reset(const mesh::TriangleMesh& mesh) {
+  const auto num_vertices = static_cast<size_t>(mesh.num_vertices());
   const size_t num_numbers = 8 * static_cast<size_t>(mesh.num_triangles());
   if (table_.size() < num_numbers) table_.resize(num_numbers);
-  valences_.assign(mesh.num_vertices(), 0);
+  if (blocks_.size() < num_vertices) blocks_.resize(num_vertices);
+  if (block_links_.size() < num_vertices) block_links_.resize(num_vertices);
+  num_blocks_ = static_cast<int32_t>(num_vertices);
+  valences_.assign(num_vertices, 0);
+  split_parents_.clear();
+  unsplit_.clear();
   num_triangles_ = 0;
+  num_used_vertices_ = 0;
+}
+
+void CornerTable::TakeTriangles(const mesh::TriangleMesh& mesh) {
+  const auto add = [this](int32_t vertex, int32_t before, int32_t corner) {
+    const int32_t place = valences_[vertex]++;
+    Block& block = blocks_[place < kPerBlock ? vertex : BlockFor(vertex, place)];
+    block.vertices[place % kPerBlock] = static_cast<uint32_t>(before);
+    block.corners[place % kPerBlock] = corner;
+  };
   for (Eigen::Index t = 0; t < mesh.num_triangles(); ++t) {
     const int32_t* const vertices = mesh.triangles.col(t).data();
     const int32_t a = vertices[0], b = vertices[1], c = vertices[2];
     if (a == b || b == c || c == a) continue;
-    int32_t* const out = &table_[8 * num_triangles_++];
-    out[0] = a;
-    out[1] = b;
-    out[2] = c;
-    ++valences_[a];
-    ++valences_[b];
-    ++valences_[c];
+    const int32_t corner = 8 * num_triangles_++;
+    table_[corner] = a;
+    table_[corner + 1] = b;
+    table_[corner + 2] = c;
+    add(a, c, corner + 1);
+    add(b, a, corner + 2);
+    add(c, b, corner);
   }
 }
 
-void CornerTable::ListCorners() {
-  corners_end_.resize(valences_.size());
-  int32_t num_corners = 0;
-  for (size_t v = 0; v < valences_.size(); ++v) {
-    corners_end_[v] = num_corners;
-    num_corners += valences_[v];
+// Of a place beyond the first block: the last one, which may be new.
+int32_t CornerTable::BlockFor(int32_t vertex, int32_t place) {
+  if (place % kPerBlock != 0) return block_links_[vertex];
+  const int32_t added = num_blocks_++;
+  if (blocks_.size() <= static_cast<size_t>(added)) {
+    blocks_.resize(2 * blocks_.size());
+    block_links_.resize(blocks_.size());
   }
-  if (corners_.size() < static_cast<size_t>(num_corners)) corners_.resize(num_corners);
-  // What is beyond the end is compared, too, but does not count.
-  previous_.resize(std::max(previous_.size(), static_cast<size_t>(num_corners) + kMaxFew));
-  const auto add = [&](int32_t corner, int32_t vertex, int32_t previous) {
-    const int32_t at = corners_end_[vertex]++;
-    corners_[at] = corner;
-    previous_[at] = static_cast<uint32_t>(previous);
-  };
-  for (int32_t corner = 0; corner < 8 * num_triangles_; corner += 8) {
-    const int32_t a = table_[corner], b = table_[corner + 1], c = table_[corner + 2];
-    add(corner, a, c);
-    add(corner + 1, b, a);
-    add(corner + 2, c, b);
-  }
+  block_links_[added] = block_links_[vertex];
+  block_links_[vertex] = added;
+  return added;
 }
 
-// Sets the opposites over all edges from the vertex; false if they do not pair up.
+bool CornerTable::LinkAll() {
+  const int32_t num_mesh_vertices = num_vertices();
+  for (int32_t v = 0; v < num_mesh_vertices; ++v) {
+    if (valences_[v] == 0) continue;
+    if (!LinkAround(v)) return false;
+    ++num_used_vertices_;
+  }
+  return true;
+}
+
+// Links the triangles across all edges out of the vertex; false if they do not pair up.
 bool CornerTable::LinkAround(int32_t vertex) {
   const int32_t valence = valences_[vertex];
-  if (valence <= kMaxFew / 2 && LinkFew<kMaxFew / 2>(vertex)) return true;
-  if (valence <= kMaxFew && LinkFew<kMaxFew>(vertex)) return true;
+  const Block& first = blocks_[vertex];
+  if (valence <= kPerBlock) {
+    if (LinkFan<kPerBlock>(first.vertices.data(), first.corners.data(), valence)) return true;
+  }
+  Collect(vertex);
+  if (valence > kPerBlock && valence <= 2 * kPerBlock &&
+      LinkFan<2 * kPerBlock>(around_vertices_.data(), around_corners_.data(), valence)) {
+    return true;
+  }
   return LinkMany(vertex);
 }
 
-// The edge out of a corner's triangle to the next vertex comes in from where that is the previous
-// one. False also if several edges lead to one vertex.
+// The triangle across the edge to the next vertex is the one where that is the vertex before.
+// False, too, if the triangles are not one ring in this way.
 template <int kMaxValence>
-bool CornerTable::LinkFew(int32_t vertex) {
-  const int32_t valence = valences_[vertex];
-  const int32_t* const corners = &corners_[corners_end_[vertex] - valence];
-  const uint32_t* const previous = &previous_[corners_end_[vertex] - valence];
+bool CornerTable::LinkFan(const uint32_t* vertices, const int32_t* corners, int valence) {
   const uint32_t all = (1U << valence) - 1;
-  uint32_t linked = 0;
-  uint32_t surplus = 0;
-  uint64_t order = 0;  // four bits for each corner: the next one around the vertex
-  for (int32_t i = 0; i < valence; ++i) {
-    const auto next = static_cast<uint32_t>(VertexOf(Next(corners[i])));
-    const uint32_t found = MatchMask<kMaxValence>(previous, next) & all;
-    linked |= found;
-    surplus |= found & (found - 1);
-    const auto across = static_cast<uint32_t>(std::countr_zero(found | 1U << (kMaxValence - 1)));
-    order |= uint64_t{across} << (4 * i);
-    table_[Previous(corners[i]) + 4] = Next(corners[across]);
+  uint32_t missing = 0;  // its highest bit
+  uint64_t ring = 0;     // four bits for each triangle: the one across
+  for (int i = 0; i < valence; ++i) {
+    const auto next = static_cast<uint32_t>(VertexOf(corners[i]));
+    const uint32_t found = MatchMask<kMaxValence>(vertices, next) & all;
+    missing |= found - 1;
+    const int across = std::countr_zero(found | 1U << (kMaxValence - 1));
+    ring |= static_cast<uint64_t>(across) << (4 * i);
+    table_[corners[i] + 4] = corners[across];
   }
-  if (linked != all || surplus != 0) return false;
-  int num_first = 0;
+  int num_rounds = 0;
   uint32_t at = 0;
-  for (int32_t i = 0; i < valence; ++i) {
-    at = (order >> (4 * at)) & 15;
-    num_first += at == 0 ? 1 : 0;
+  for (int i = 0; i < valence; ++i) {
+    at = (ring >> (4 * at)) & 15;
+    num_rounds += at == 0 ? 1 : 0;
   }
-  if (num_first > 1) pinched_.push_back(vertex);
-  return true;
+  return missing >> 31 == 0 && at == 0 && num_rounds == 1;
 }
 
-// For any number, and for edges of four triangles and more: the n-th edge out to a vertex belongs
-// to the n-th one in from it, which is the same pair seen from that vertex.
+// For any triangles. Of several edges between two vertices the n-th one out belongs to the n-th one
+// in, in the triangles' order, which is the same pair seen from either vertex.
 bool CornerTable::LinkMany(int32_t vertex) {
-  const int32_t first = corners_end_[vertex] - valences_[vertex];
   edges_out_.clear();
   edges_in_.clear();
-  for (int32_t i = first; i < corners_end_[vertex]; ++i) {
-    const auto corner = static_cast<uint64_t>(corners_[i]);
-    const auto next = static_cast<uint64_t>(VertexOf(Next(corners_[i])));
+  for (size_t i = 0; i < around_corners_.size(); ++i) {
+    const auto corner = static_cast<uint64_t>(around_corners_[i]);
+    const auto next = static_cast<uint64_t>(VertexOf(around_corners_[i]));
     edges_out_.push_back(next << 32 | corner);
-    edges_in_.push_back(uint64_t{previous_[i]} << 32 | corner);
+    edges_in_.push_back(uint64_t{around_vertices_[i]} << 32 | corner);
   }
   std::sort(edges_out_.begin(), edges_out_.end());
   std::sort(edges_in_.begin(), edges_in_.end());
-  for (int32_t i = 0; i < valences_[vertex]; ++i) {
+  for (size_t i = 0; i < edges_out_.size(); ++i) {
     if (edges_out_[i] >> 32 != edges_in_[i] >> 32) return false;
-    const auto corner = static_cast<int32_t>(edges_out_[i]);
-    table_[Previous(corner) + 4] = Next(static_cast<int32_t>(edges_in_[i]));
+    table_[static_cast<int32_t>(edges_out_[i]) + 4] = static_cast<int32_t>(edges_in_[i]);
   }
-  unchecked_.push_back(vertex);
+  unsplit_.push_back(vertex);
   return true;
+}
+
+void CornerTable::Collect(int32_t vertex) {
+  const int32_t valence = valences_[vertex];
+  const int32_t num_of_vertex = (valence + kPerBlock - 1) / kPerBlock;
+  around_vertices_.resize(static_cast<size_t>(num_of_vertex) * kPerBlock);
+  around_corners_.resize(around_vertices_.size());
+  int32_t block = vertex;
+  for (int32_t n = 0; n < num_of_vertex; ++n) {
+    // The first block is followed by the last one, which is the only one that may not be full.
+    const int32_t at = n == 0 ? 0 : (num_of_vertex - n) * kPerBlock;
+    std::copy_n(blocks_[block].vertices.begin(), kPerBlock, around_vertices_.begin() + at);
+    std::copy_n(blocks_[block].corners.begin(), kPerBlock, around_corners_.begin() + at);
+    block = block_links_[block];
+  }
+  around_corners_.resize(valence);
 }
 
 int32_t CornerTable::FanSize(int32_t corner) const {
@@ -161,37 +182,30 @@ int32_t CornerTable::FanSize(int32_t corner) const {
   int32_t c = corner;
   do {
     ++size;
-    c = Next(Opposite(Next(c)));
+    c = Next(RightOf(c));
   } while (c != corner);
   return size;
 }
 
-// All fans of a vertex that has several become vertices of their own; it is left without any.
-void CornerTable::SplitPinched() {
-  for (const int32_t vertex : unchecked_) {
-    const int32_t corner = corners_[corners_end_[vertex] - 1];
-    if (FanSize(corner) < valences_[vertex]) pinched_.push_back(vertex);
+// If there are several, all of them become vertices of their own, and the vertex is left with none.
+void CornerTable::SplitFans(int32_t vertex) {
+  Collect(vertex);
+  if (FanSize(Previous(around_corners_[0])) == valences_[vertex]) return;
+  for (const int32_t next : around_corners_) {
+    const int32_t corner = Previous(next);
+    if (VertexOf(corner) != vertex) continue;
+    const int32_t added = num_vertices();
+    valences_.push_back(FanSize(corner));
+    split_parents_.push_back(vertex);
+    ++num_used_vertices_;
+    int32_t c = corner;
+    do {
+      table_[c] = added;
+      c = Next(RightOf(c));
+    } while (c != corner);
   }
-  for (const int32_t vertex : pinched_) {
-    for (int32_t i = 1; i <= valences_[vertex]; ++i) {
-      const int32_t corner = corners_[corners_end_[vertex] - i];
-      if (VertexOf(corner) == vertex) SplitOffFan(corner);
-    }
-    valences_[vertex] = 0;
-    --num_used_vertices_;
-  }
-}
-
-void CornerTable::SplitOffFan(int32_t corner) {
-  const int32_t vertex = num_vertices();
-  split_parents_.push_back(VertexOf(corner));
-  valences_.push_back(FanSize(corner));
-  ++num_used_vertices_;
-  int32_t c = corner;
-  do {
-    table_[c] = vertex;
-    c = Next(Opposite(Next(c)));
-  } while (c != corner);
+  valences_[vertex] = 0;
+  --num_used_vertices_;
 }
 
 }  // namespace liquidblend::encode

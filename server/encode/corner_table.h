@@ -2,6 +2,7 @@
 // Szymczak, "3D compression made simple: Edgebreaker on a corner table", 2001).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -30,10 +31,13 @@ class CornerTable {
   int32_t num_used_vertices() const { return num_used_vertices_; }
 
   int32_t VertexOf(int32_t corner) const { return table_[corner]; }
-  // The corner beyond the edge that faces this one.
-  int32_t Opposite(int32_t corner) const { return table_[corner + 4]; }
-  int32_t RightOf(int32_t corner) const { return Opposite(Next(corner)); }
-  int32_t LeftOf(int32_t corner) const { return Opposite(Previous(corner)); }
+  // Beyond the edge from the corner to the one before it, which the next one faces, the corner that
+  // faces that edge.
+  int32_t RightOf(int32_t corner) const { return table_[corner + 4]; }
+  // The same beyond the edge from the corner to the next one.
+  int32_t LeftOf(int32_t corner) const { return RightOf(Next(corner)); }
+  // The same beyond the edge that this corner faces.
+  int32_t Opposite(int32_t corner) const { return RightOf(Previous(corner)); }
 
   // Per vertex the number of its triangles; 0 for those of no triangle.
   const std::vector<int32_t>& valences() const { return valences_; }
@@ -41,29 +45,41 @@ class CornerTable {
   const std::vector<int32_t>& split_parents() const { return split_parents_; }
 
  private:
+  static constexpr int kPerBlock = 8;
+  // Some of a vertex's triangles, a cache line: of each the vertex before it and the corner after
+  // it.
+  struct alignas(64) Block {
+    std::array<uint32_t, kPerBlock> vertices;
+    std::array<int32_t, kPerBlock> corners;
+  };
+
+  void Reset(const mesh::TriangleMesh& mesh);
   void TakeTriangles(const mesh::TriangleMesh& mesh);
-  void ListCorners();
+  int32_t BlockFor(int32_t vertex, int32_t place);
+  bool LinkAll();
   bool LinkAround(int32_t vertex);
   template <int kMaxValence>
-  bool LinkFew(int32_t vertex);
+  bool LinkFan(const uint32_t* vertices, const int32_t* corners, int valence);
   bool LinkMany(int32_t vertex);
+  void Collect(int32_t vertex);
   int32_t FanSize(int32_t corner) const;
-  void SplitPinched();
-  void SplitOffFan(int32_t corner);
+  void SplitFans(int32_t vertex);
 
-  std::vector<int32_t> table_;  // per triangle three vertices, -, three opposite corners, -
+  std::vector<int32_t> table_;  // per triangle its vertices, -, RightOf() its three corners, -
   std::vector<int32_t> valences_;
   std::vector<int32_t> split_parents_;
   int32_t num_triangles_ = 0;
   int32_t num_used_vertices_ = 0;
 
-  // The corners of each vertex of the mesh, in order, one vertex after the other.
-  std::vector<int32_t> corners_;
-  std::vector<uint32_t> previous_;    // the vertex of the corner before, for each of them
-  std::vector<int32_t> corners_end_;  // per vertex
+  std::vector<Block> blocks_;  // one per vertex of the mesh, then further ones
+  // Per block; of a vertex's first one its last one, of the last one the one before it and so on,
+  // to the second one, whose is not set.
+  std::vector<int32_t> block_links_;
+  int32_t num_blocks_ = 0;
+  std::vector<int32_t> unsplit_;           // vertices that may have several fans
+  std::vector<uint32_t> around_vertices_;  // of one vertex: all of its blocks
+  std::vector<int32_t> around_corners_;
   std::vector<uint64_t> edges_out_, edges_in_;
-  std::vector<int32_t> pinched_;    // vertices of several fans
-  std::vector<int32_t> unchecked_;  // vertices that may have several
 };
 
 }  // namespace liquidblend::encode

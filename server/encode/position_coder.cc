@@ -76,16 +76,15 @@ void PositionCoder::Round(const mesh::TriangleMesh& mesh, const PositionCoderOpt
 }
 
 void PositionCoder::FindBounds(const CornerTable& table) {
-  min_ = std::numeric_limits<int32_t>::max();
-  max_ = std::numeric_limits<int32_t>::min();
+  Node lowest = Node{} + std::numeric_limits<int32_t>::max();
+  Node highest = Node{} + std::numeric_limits<int32_t>::min();
   for (int32_t v = 0; v < table.num_vertices(); ++v) {
     if (table.valences()[v] == 0) continue;
-    const Node& node = nodes_[v];
-    for (int k = 0; k < kDimensions; ++k) {
-      min_ = std::min(min_, node[k]);
-      max_ = std::max(max_, node[k]);
-    }
+    lowest = nodes_[v] < lowest ? nodes_[v] : lowest;
+    highest = nodes_[v] > highest ? nodes_[v] : highest;
   }
+  min_ = std::min({lowest[0], lowest[1], lowest[2]});
+  max_ = std::max({highest[0], highest[1], highest[2]});
 }
 
 // The decoder walks over the components from the last one to the first.

@@ -228,12 +228,10 @@ void SymbolCoder::PutCoded(std::span<const Symbol> symbols, int precision_bits, 
   uint8_t* end = coded_.data();
   for (size_t i = symbols.size(); i > 0; --i) {
     const Probability& p = probabilities_[symbols[i - 1]];
-    // How many bytes leave the state is not foretellable: no branches.
-    const uint32_t limit = p.probability << 10;
-    const int num_bytes = (state >= limit) + (state >> 8 >= limit) + (state >> 16 >= limit);
-    std::memcpy(end, &state, sizeof(state));
-    end += num_bytes;
-    state >>= 8 * num_bytes;
+    while (state >= p.probability << 10) {
+      *end++ = static_cast<uint8_t>(state);
+      state >>= 8;
+    }
     const auto quotient = static_cast<uint32_t>((uint64_t{state} * p.reciprocal) >> 32) >> p.shift;
     state += p.bias + quotient * (precision - p.probability);
   }
