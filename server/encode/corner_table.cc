@@ -10,7 +10,7 @@
 namespace liquidblend::encode {
 namespace {
 
-constexpr int64_t kMaxTriangles = int64_t{1} << 27;  // 8 of each fit an int32_t
+constexpr int64_t kMaxTriangles = int64_t{1} << 28;  // 4 of each fit an int32_t
 
 // Bit k: values[k] is `value`. No branches, as these could not be foretold.
 template <int kNumValues>
@@ -37,50 +37,64 @@ uint32_t MatchMask(const uint32_t* values, uint32_t value) {
 bool CornerTable::Build(const mesh::TriangleMesh& mesh) {
   if (mesh.num_triangles() >= kMaxTriangles) return false;
   Reset(mesh);
-  TakeTriangles(mesh);
+  if (!ListCorners()) {
+    CopyTriangles(/*leave_out_degenerate=*/true);
+    ListCorners();
+  }
   if (!LinkAll()) return false;
   for (const int32_t vertex : unsplit_) SplitFans(vertex);
   return true;
 }
 
 void CornerTable::Reset(const mesh::TriangleMesh& mesh) {
+  vertices_ = mesh.triangles.data();
+  num_triangles_ = static_cast<int32_t>(mesh.num_triangles());
   const auto num_vertices = static_cast<size_t>(mesh.num_vertices());
-  const size_t num_numbers = 8 * static_cast<size_t>(mesh.num_triangles());
-  if (table_.size() < num_numbers) table_.resize(num_numbers);
+  right_.resize(3 * static_cast<size_t>(num_triangles_));
   if (blocks_.size() < num_vertices) blocks_.resize(num_vertices);
   if (block_links_.size() < num_vertices) block_links_.resize(num_vertices);
-  num_blocks_ = static_cast<int32_t>(num_vertices);
-  valences_.assign(num_vertices, 0);
+  valences_.resize(num_vertices);
   split_parents_.clear();
   unsplit_.clear();
-  num_triangles_ = 0;
   num_used_vertices_ = 0;
 }
 
-void CornerTable::TakeTriangles(const mesh::TriangleMesh& mesh) {
+// Puts each triangle into the blocks of its vertices; false at one that names a vertex twice.
+bool CornerTable::ListCorners() {
+  num_blocks_ = num_vertices();
+  std::fill(valences_.begin(), valences_.end(), 0);
   const auto add = [this](int32_t vertex, int32_t before, int32_t corner) {
-    const int32_t place = valences_[vertex]++;
-    Block& block = blocks_[place < kPerBlock ? vertex : BlockFor(vertex, place)];
-    block.vertices[place % kPerBlock] = static_cast<uint32_t>(before);
-    block.corners[place % kPerBlock] = corner;
+    const int32_t number = valences_[vertex]++;
+    Block& block = blocks_[number < kPerBlock ? vertex : BlockFor(vertex, number)];
+    const int32_t place = number & (kPerBlock - 1);
+    block.vertices[place] = static_cast<uint32_t>(before);
+    block.corners[place] = corner;
   };
-  for (Eigen::Index t = 0; t < mesh.num_triangles(); ++t) {
-    const int32_t* const vertices = mesh.triangles.col(t).data();
-    const int32_t a = vertices[0], b = vertices[1], c = vertices[2];
-    if (a == b || b == c || c == a) continue;
-    const int32_t corner = 8 * num_triangles_++;
-    table_[corner] = a;
-    table_[corner + 1] = b;
-    table_[corner + 2] = c;
-    add(a, c, corner + 1);
-    add(b, a, corner + 2);
-    add(c, b, corner);
+  for (int32_t t = 0; t < num_triangles_; ++t) {
+    const int32_t a = vertices_[3 * t], b = vertices_[3 * t + 1], c = vertices_[3 * t + 2];
+    if (a == b || b == c || c == a) return false;
+    add(a, c, 4 * t + 1);
+    add(b, a, 4 * t + 2);
+    add(c, b, 4 * t);
   }
+  return true;
 }
 
-// Of a place beyond the first block: the last one, which may be new.
-int32_t CornerTable::BlockFor(int32_t vertex, int32_t place) {
-  if (place % kPerBlock != 0) return block_links_[vertex];
+void CornerTable::CopyTriangles(bool leave_out_degenerate) {
+  copy_.resize(3 * static_cast<size_t>(num_triangles_));
+  int32_t* out = copy_.data();
+  for (int32_t t = 0; t < num_triangles_; ++t) {
+    const int32_t a = vertices_[3 * t], b = vertices_[3 * t + 1], c = vertices_[3 * t + 2];
+    if (leave_out_degenerate && (a == b || b == c || c == a)) continue;
+    for (const int32_t vertex : {a, b, c}) *out++ = vertex;
+  }
+  vertices_ = copy_.data();
+  num_triangles_ = static_cast<int32_t>(out - copy_.data()) / 3;
+}
+
+// Of a triangle beyond the first block: the last one, which may be new.
+int32_t CornerTable::BlockFor(int32_t vertex, int32_t number) {
+  if (number % kPerBlock != 0) return block_links_[vertex];
   const int32_t added = num_blocks_++;
   if (blocks_.size() <= static_cast<size_t>(added)) {
     blocks_.resize(2 * blocks_.size());
@@ -129,7 +143,7 @@ bool CornerTable::LinkFan(const uint32_t* vertices, const int32_t* corners, int 
     missing |= found - 1;
     const int across = std::countr_zero(found | 1U << (kMaxValence - 1));
     ring |= static_cast<uint64_t>(across) << (4 * i);
-    table_[corners[i] + 4] = corners[across];
+    right_[Place(corners[i])] = corners[across];
   }
   int num_rounds = 0;
   uint32_t at = 0;
@@ -155,7 +169,7 @@ bool CornerTable::LinkMany(int32_t vertex) {
   std::sort(edges_in_.begin(), edges_in_.end());
   for (size_t i = 0; i < edges_out_.size(); ++i) {
     if (edges_out_[i] >> 32 != edges_in_[i] >> 32) return false;
-    table_[static_cast<int32_t>(edges_out_[i]) + 4] = static_cast<int32_t>(edges_in_[i]);
+    right_[Place(static_cast<int32_t>(edges_out_[i]))] = static_cast<int32_t>(edges_in_[i]);
   }
   unsplit_.push_back(vertex);
   return true;
@@ -191,6 +205,7 @@ int32_t CornerTable::FanSize(int32_t corner) const {
 void CornerTable::SplitFans(int32_t vertex) {
   Collect(vertex);
   if (FanSize(Previous(around_corners_[0])) == valences_[vertex]) return;
+  if (vertices_ != copy_.data()) CopyTriangles(/*leave_out_degenerate=*/false);
   for (const int32_t next : around_corners_) {
     const int32_t corner = Previous(next);
     if (VertexOf(corner) != vertex) continue;
@@ -200,7 +215,7 @@ void CornerTable::SplitFans(int32_t vertex) {
     ++num_used_vertices_;
     int32_t c = corner;
     do {
-      table_[c] = added;
+      copy_[Place(c)] = added;
       c = Next(RightOf(c));
     } while (c != corner);
   }

@@ -10,10 +10,10 @@
 
 namespace liquidblend::encode {
 
-// A corner is 8 * triangle + k, k in {0, 1, 2}. Keeps its memory from one mesh to the next.
+// A corner is 4 * triangle + k, k in {0, 1, 2}. Keeps its memory from one mesh to the next.
 class CornerTable {
  public:
-  static int32_t TriangleOf(int32_t corner) { return corner >> 3; }
+  static int32_t TriangleOf(int32_t corner) { return corner >> 2; }
   // Without branches: which of the three a corner is cannot be foretold.
   static int32_t Next(int32_t corner) { return corner + 1 - 3 * ((corner >> 1) & 1); }
   static int32_t Previous(int32_t corner) { return corner + 2 - 3 * (((corner & 3) + 3) >> 2); }
@@ -21,8 +21,9 @@ class CornerTable {
   // Triangles that name a vertex twice are left out, the others keep their order. Of four triangles
   // or more at an edge two each become neighbours; a vertex with several fans of triangles becomes
   // several. Returns false, with nothing to be read, if the surface is not closed and oriented (an
-  // edge is run through more often in one direction than in the other) or has 2^27 triangles.
-  // Requires: mesh passed Validate().  Cost: O(triangles) for bounded valences.
+  // edge is run through more often in one direction than in the other) or has 2^28 triangles.
+  // Requires: mesh passed Validate() and stays while the table is used.  Cost: O(triangles) for
+  // bounded valences.
   bool Build(const mesh::TriangleMesh& mesh);
 
   int32_t num_triangles() const { return num_triangles_; }
@@ -30,10 +31,10 @@ class CornerTable {
   int32_t num_vertices() const { return static_cast<int32_t>(valences_.size()); }
   int32_t num_used_vertices() const { return num_used_vertices_; }
 
-  int32_t VertexOf(int32_t corner) const { return table_[corner]; }
+  int32_t VertexOf(int32_t corner) const { return vertices_[Place(corner)]; }
   // Beyond the edge from the corner to the one before it, which the next one faces, the corner that
   // faces that edge.
-  int32_t RightOf(int32_t corner) const { return table_[corner + 4]; }
+  int32_t RightOf(int32_t corner) const { return right_[Place(corner)]; }
   // The same beyond the edge from the corner to the next one.
   int32_t LeftOf(int32_t corner) const { return RightOf(Next(corner)); }
   // The same beyond the edge that this corner faces.
@@ -45,7 +46,7 @@ class CornerTable {
   const std::vector<int32_t>& split_parents() const { return split_parents_; }
 
  private:
-  static constexpr int kPerBlock = 8;
+  static constexpr int32_t kPerBlock = 8;
   // Some of a vertex's triangles, a cache line: of each the vertex before it and the corner after
   // it.
   struct alignas(64) Block {
@@ -54,8 +55,12 @@ class CornerTable {
   };
 
   void Reset(const mesh::TriangleMesh& mesh);
-  void TakeTriangles(const mesh::TriangleMesh& mesh);
-  int32_t BlockFor(int32_t vertex, int32_t place);
+  // Of a corner's numbers: three for each triangle.
+  static int32_t Place(int32_t corner) { return corner - TriangleOf(corner); }
+
+  bool ListCorners();
+  void CopyTriangles(bool leave_out_degenerate);
+  int32_t BlockFor(int32_t vertex, int32_t number);
   bool LinkAll();
   bool LinkAround(int32_t vertex);
   template <int kMaxValence>
@@ -65,7 +70,9 @@ class CornerTable {
   int32_t FanSize(int32_t corner) const;
   void SplitFans(int32_t vertex);
 
-  std::vector<int32_t> table_;  // per triangle its vertices, -, RightOf() its three corners, -
+  const int32_t* vertices_ = nullptr;  // of the corners: the mesh's own, or the copy
+  std::vector<int32_t> copy_;
+  std::vector<int32_t> right_;  // RightOf() the corners
   std::vector<int32_t> valences_;
   std::vector<int32_t> split_parents_;
   int32_t num_triangles_ = 0;

@@ -50,7 +50,7 @@ struct Edgebreaker::ValenceContexts {
   }
 
  private:
-  int32_t& Valence(int32_t corner) { return walk.valences_[walk.ContextVertexOf(corner)]; }
+  int32_t& Valence(int32_t corner) { return walk.valences_[walk.corner_vertex_[corner]]; }
   bool IsToDo(int32_t corner) const {
     return walk.triangle_state_[CornerTable::TriangleOf(corner)] == kToDo;
   }
@@ -64,7 +64,7 @@ struct Edgebreaker::ValenceContexts {
     int32_t num_right = 0;
     for (int32_t c = table.RightOf(corner); IsToDo(c); c = table.LeftOf(c)) {
       ++num_right;
-      walk.ContextVertexOf(CornerTable::Next(c)) = new_vertex;
+      walk.corner_vertex_[CornerTable::Next(c)] = new_vertex;
     }
     walk.valences_.push_back(num_right + 1);
   }
@@ -105,7 +105,7 @@ void Edgebreaker::ResetContexts(const CornerTable& table) {
   valences_ = table.valences();
   corner_vertex_.resize(4 * static_cast<size_t>(table.num_triangles()));
   for (int32_t t = 0; t < table.num_triangles(); ++t) {
-    for (int k = 0; k < 3; ++k) corner_vertex_[4 * t + k] = table.VertexOf(8 * t + k);
+    for (int k = 0; k < 3; ++k) corner_vertex_[4 * t + k] = table.VertexOf(4 * t + k);
   }
   for (std::vector<uint32_t>& symbols : context_symbols_) symbols.clear();
 }
@@ -115,11 +115,14 @@ template <typename Contexts>
 bool Edgebreaker::WalkAll(const CornerTable& table, Contexts contexts) {
   for (int32_t t = 0; t < table.num_triangles(); ++t) {
     if (triangle_state_[t] != kToDo) continue;
-    const int32_t corner = 8 * t;
+    const int32_t corner = 4 * t;
     triangle_state_[t] = kDone;
     for (int k = 0; k < 3; ++k) is_vertex_done_[table.VertexOf(corner + k)] = 1;
     const int32_t first = table.RightOf(corner);
-    if (table.RightOf(first) >> 3 == t && table.LeftOf(first) >> 3 == t) return false;
+    if (CornerTable::TriangleOf(table.RightOf(first)) == t &&
+        CornerTable::TriangleOf(table.LeftOf(first)) == t) {
+      return false;
+    }
     last_corners_.push_back(Walk(table, first, contexts));
   }
   return true;

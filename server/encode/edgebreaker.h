@@ -45,9 +45,6 @@ class Edgebreaker {
 
   void Reset(const CornerTable& table);
   void ResetContexts(const CornerTable& table);
-  int32_t& ContextVertexOf(int32_t corner) {
-    return corner_vertex_[4 * CornerTable::TriangleOf(corner) + (corner & 3)];
-  }
   template <typename Contexts>
   bool WalkAll(const CornerTable& table, Contexts contexts);
   // Returns the last corner.
@@ -70,7 +67,7 @@ class Edgebreaker {
 
   // Of what is not yet coded; vertices at which the walk splits become two.
   std::vector<int32_t> valences_;
-  std::vector<int32_t> corner_vertex_;  // four per triangle, the last unused
+  std::vector<int32_t> corner_vertex_;  // by corner
   std::array<std::vector<uint32_t>, kMaxValence - kMinValence + 1> context_symbols_;
 };
 
