@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
 
 namespace liquidblend::encode {
@@ -145,12 +146,16 @@ void ChooseMethods(const DracoOptions& options, const DracoMesh& mesh,
   encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
   encoder.options().SetGlobalInt("edgebreaker_method", static_cast<int>(settings.method));
   encoder.options().SetGlobalBool("split_mesh_on_seams", true);  // there are none
-  encoder.SetAttributeExplicitQuantization(kPosition, options.position_bits, kDimensions,
-                                           options.grid.origin.data(), options.grid.extent_m);
   if (mesh.normal >= 0) encoder.SetAttributeQuantization(mesh.normal, kNormalBits);
   if (mesh.velocity >= 0) encoder.SetAttributeQuantization(mesh.velocity, kVelocityBits);
-  // Its setter knows fewer schemes than its encoder.
-  encoder.options().SetAttributeInt(kPosition, "prediction_scheme", settings.prediction);
+  draco::Options position;  // its setters round to six decimals and know fewer schemes
+  position.SetInt("quantization_bits", options.position_bits);
+  const std::array<float, 3>& origin = options.grid.origin;
+  position.SetString("quantization_origin",
+                     absl::StrFormat("%.9g %.9g %.9g", origin[0], origin[1], origin[2]));
+  position.SetString("quantization_range", absl::StrFormat("%.9g", options.grid.extent_m));
+  position.SetInt("prediction_scheme", settings.prediction);
+  encoder.options().SetAttributeOptions(kPosition, position);
 }
 
 }  // namespace
