@@ -22,7 +22,8 @@ constexpr std::array<Pattern, 5> kPatterns = {{{0, 1}, {1, 3}, {3, 3}, {5, 3}, {
 }  // namespace
 
 struct Edgebreaker::NoContexts {
-  void Note(Symbol /*symbol*/, int32_t /*corner*/) {}
+  template <uint8_t kSymbol>
+  void Note(int32_t /*corner*/) {}
 };
 
 // The decoder goes from the last symbol to the first and knows the valences of what it has; so the
@@ -32,21 +33,22 @@ struct Edgebreaker::ValenceContexts {
   const CornerTable& table;
   int previous = -1;  // symbol
 
-  void Note(Symbol symbol, int32_t corner) {
+  template <uint8_t kSymbol>
+  void Note(int32_t corner) {
     int32_t& tip = Valence(corner);
     int32_t& next = Valence(CornerTable::Next(corner));
     int32_t& before = Valence(CornerTable::Previous(corner));
     const int32_t ahead = std::clamp(next, kMinValence, kMaxValence) - kMinValence;
     if (previous >= 0) walk.context_symbols_[ahead].push_back(static_cast<uint32_t>(previous));
-    previous = symbol;
+    previous = kSymbol;
     // The neighbours that are left keep their edges; the others' are gone.
     constexpr std::array<int8_t, 5> kOfTip = {0, 0, 1, 1, 2};
     constexpr std::array<int8_t, 5> kOfNext = {1, 1, 2, 1, 2};
     constexpr std::array<int8_t, 5> kOfPrevious = {1, 1, 1, 2, 2};
-    tip -= kOfTip[symbol];
-    next -= kOfNext[symbol];
-    before -= kOfPrevious[symbol];
-    if (symbol == kS) SplitTip(corner);
+    tip -= kOfTip[kSymbol];
+    next -= kOfNext[kSymbol];
+    before -= kOfPrevious[kSymbol];
+    if constexpr (kSymbol == kS) SplitTip(corner);
   }
 
  private:
@@ -130,10 +132,6 @@ bool Edgebreaker::WalkAll(const CornerTable& table, Contexts contexts) {
 
 template <typename Contexts>
 int32_t Edgebreaker::Walk(const CornerTable& table, int32_t corner, Contexts& contexts) {
-  const auto note = [&](Symbol symbol) {
-    contexts.Note(symbol, corner);
-    symbols_[num_symbols_++] = symbol;
-  };
   int32_t last = corner;
   stack_.assign(1, corner);
   while (!stack_.empty()) {
@@ -150,7 +148,7 @@ int32_t Edgebreaker::Walk(const CornerTable& table, int32_t corner, Contexts& co
       const int32_t right = table.RightOf(corner);
       if (is_tip_done == 0) {
         is_tip_done = 1;
-        note(kC);
+        Add<kC>(corner, contexts);
         corner = right;
         continue;
       }
@@ -159,26 +157,34 @@ int32_t Edgebreaker::Walk(const CornerTable& table, int32_t corner, Contexts& co
       const bool is_left_done = triangle_state_[CornerTable::TriangleOf(left)] != kToDo;
       if (is_right_done) NoteReunion(right, /*is_on_right=*/true);
       if (is_left_done) NoteReunion(left, /*is_on_right=*/false);
-      if (is_right_done && is_left_done) {
-        note(kE);
+      if (!is_right_done && is_left_done) {
+        Add<kL>(corner, contexts);
+        corner = right;
+      } else if (is_right_done && !is_left_done) {
+        Add<kR>(corner, contexts);
+        corner = left;
+      } else if (is_right_done) {
+        Add<kE>(corner, contexts);
         stack_.pop_back();
         break;
+      } else {
+        triangle_state_[triangle] = kDoneAsSplit;
+        split_symbol_[triangle] = num_symbols_;
+        ++num_splits_;
+        Add<kS>(corner, contexts);
+        stack_.back() = left;
+        stack_.push_back(right);
+        break;
       }
-      if (is_right_done || is_left_done) {
-        note(is_right_done ? kR : kL);
-        corner = is_right_done ? left : right;
-        continue;
-      }
-      triangle_state_[triangle] = kDoneAsSplit;
-      split_symbol_[triangle] = num_symbols_;
-      ++num_splits_;
-      note(kS);
-      stack_.back() = left;
-      stack_.push_back(right);
-      break;
     }
   }
   return last;
+}
+
+template <uint8_t kSymbol, typename Contexts>
+void Edgebreaker::Add(int32_t corner, Contexts& contexts) {
+  contexts.template Note<kSymbol>(corner);
+  symbols_[num_symbols_++] = kSymbol;
 }
 
 void Edgebreaker::NoteReunion(int32_t neighbor, bool is_on_right) {

@@ -1,11 +1,19 @@
-// Triangle surface -> Draco: our writer against libdraco at the same settings; vertices, preset.
+// Triangle surface -> Draco: our writer against libdraco at the same settings; vertices per frame,
+// whether it is a slice or a torus in order, preset.
 #include <benchmark/benchmark.h>
 
 #include <array>
 #include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "server/blend/blend.h"
 #include "server/encode/draco.h"
 #include "server/encode/libdraco.h"
+#include "server/slice/slice.h"
+#include "tests/synthetic/families.h"
 #include "tests/synthetic/shapes.h"
 
 namespace liquidblend {
@@ -13,12 +21,11 @@ namespace {
 
 constexpr std::array<const char*, 3> kPresetNames = {"fastest", "balanced", "smallest"};
 
-// A torus with ripples: as wavy as a liquid, so that residuals are of a frame's size.
-mesh::TriangleMesh Surface(int64_t num_vertices) {
-  const int num_minor = static_cast<int>(std::sqrt(static_cast<double>(num_vertices) / 2.0));
-  const int num_major = static_cast<int>(num_vertices) / num_minor;
+// A torus with ripples, row by row.
+mesh::TriangleMesh RippledTorus(int num_vertices) {
+  const int num_minor = static_cast<int>(std::sqrt(num_vertices / 2.0));
   mesh::TriangleMesh surface =
-      synthetic::Torus(Eigen::Vector3f::Zero(), 0.7, 0.25, num_major, num_minor);
+      synthetic::Torus(Eigen::Vector3f::Zero(), 0.7, 0.25, num_vertices / num_minor, num_minor);
   for (Eigen::Index v = 0; v < surface.num_vertices(); ++v) {
     const Eigen::Vector3f p = surface.vertices.col(v);
     surface.vertices.col(v) +=
@@ -27,9 +34,41 @@ mesh::TriangleMesh Surface(int64_t num_vertices) {
   return surface;
 }
 
+// The slice of a torus whose events are shifted in time: triangles of all shapes, in the order of
+// its clusters.
+mesh::TriangleMesh WarpedSlice(int num_vertices) {
+  const int num_minor = static_cast<int>(std::sqrt(num_vertices / 2.0));
+  synthetic::ComplexOptions options;
+  options.num_frames = 8;
+  options.growth_per_frame = 0.01F;
+  const mesh::RegisteredFamily family = synthetic::MakeFamily(
+      synthetic::HexahedralTorus(num_vertices / num_minor, num_minor, options),
+      {{synthetic::SmoothWarp(1, 0.1F, 1.5F), {}}});
+  const slice::CellIndex index(family);
+  slice::Workspace workspace;
+  std::vector<mesh::Float4> positions;
+  const std::vector<double> weights = {1.0};
+  if (!slice::FindCandidates(index, weights, family.duration_s() / 2, workspace).ok()) return {};
+  blend::BlendVertices(family, weights, workspace.vertex_ranges, positions);
+  mesh::TriangleMesh surface = slice::March(index, positions, workspace);
+  surface.vertices *= 0.5F;
+  return surface;
+}
+
+const mesh::TriangleMesh& SurfaceOf(const benchmark::State& state) {
+  static auto& surfaces = *new std::map<std::pair<int, bool>, mesh::TriangleMesh>;
+  const auto num_vertices = static_cast<int>(state.range(0));
+  const bool is_slice = state.range(1) != 0;
+  mesh::TriangleMesh& surface = surfaces[{num_vertices, is_slice}];
+  if (surface.num_triangles() == 0) {
+    surface = is_slice ? WarpedSlice(num_vertices) : RippledTorus(num_vertices);
+  }
+  return surface;
+}
+
 encode::DracoOptions OptionsOf(const benchmark::State& state) {
   encode::DracoOptions options;
-  options.preset = static_cast<encode::Preset>(state.range(1));
+  options.preset = static_cast<encode::Preset>(state.range(2));
   options.grid.origin = {-1.0F, -1.0F, -1.0F};
   options.grid.extent_m = 2.0F;
   return options;
@@ -38,7 +77,7 @@ encode::DracoOptions OptionsOf(const benchmark::State& state) {
 // encode(surface): absl::StatusOr<std::string>.
 template <typename Encode>
 void Run(benchmark::State& state, const Encode& encode) {
-  const mesh::TriangleMesh surface = Surface(state.range(0));
+  const mesh::TriangleMesh& surface = SurfaceOf(state);
   size_t num_bytes = 0;
   for (auto _ : state) {
     const auto data = encode(surface);
@@ -46,9 +85,10 @@ void Run(benchmark::State& state, const Encode& encode) {
     num_bytes = data->size();
   }
   const auto num_triangles = static_cast<double>(surface.num_triangles());
-  state.SetLabel(kPresetNames[state.range(1)]);
+  state.SetLabel(kPresetNames[state.range(2)]);
   state.counters["triangles/s"] =
       benchmark::Counter(num_triangles, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["triangles"] = num_triangles;
   state.counters["bytes/triangle"] = static_cast<double>(num_bytes) / num_triangles;
 }
 
@@ -60,8 +100,8 @@ void EncodeDraco(benchmark::State& state) {
   });
 }
 BENCHMARK(EncodeDraco)
-    ->ArgNames({"vertices", "preset"})
-    ->ArgsProduct({{2000, 50000}, {0, 1}})
+    ->ArgNames({"vertices", "slice", "preset"})
+    ->ArgsProduct({{2000, 50000}, {0, 1}, {0, 1}})
     ->Unit(benchmark::kMillisecond);
 
 void EncodeWithLibdraco(benchmark::State& state) {
@@ -71,8 +111,8 @@ void EncodeWithLibdraco(benchmark::State& state) {
   });
 }
 BENCHMARK(EncodeWithLibdraco)
-    ->ArgNames({"vertices", "preset"})
-    ->ArgsProduct({{2000, 50000}, {0, 1, 2}})
+    ->ArgNames({"vertices", "slice", "preset"})
+    ->ArgsProduct({{2000, 50000}, {0, 1}, {0, 1, 2}})
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace
