@@ -7,7 +7,9 @@
 namespace liquidblend::encode {
 namespace {
 
-enum TriangleState : uint8_t { kToDo, kDone, kDoneAsSplit };
+// Bits of a triangle's state. The highest three are of its corners: the vertex there is the one in
+// split_vertex_, not the table's.
+enum TriangleState : uint8_t { kDone = 1, kSplit = 2, kOtherVertex = 4 };
 
 // Whether the tip is a new vertex (C); if not, which neighbours are still to do: both (S), the
 // right one (L), the left one (R), none (E).
@@ -52,10 +54,12 @@ struct Edgebreaker::ValenceContexts {
   }
 
  private:
-  int32_t& Valence(int32_t corner) { return walk.valences_[walk.corner_vertex_[corner]]; }
-  bool IsToDo(int32_t corner) const {
-    return walk.triangle_state_[CornerTable::TriangleOf(corner)] == kToDo;
+  int32_t& Valence(int32_t corner) {
+    const uint8_t state = walk.triangle_state_[CornerTable::TriangleOf(corner)];
+    const bool is_other = (state & (kOtherVertex << (corner & 3))) != 0;
+    return walk.valences_[is_other ? walk.split_vertex_[corner] : table.VertexOf(corner)];
   }
+  bool IsToDo(int32_t corner) const { return !walk.IsDone(CornerTable::TriangleOf(corner)); }
 
   // The tip keeps the triangles on the left that are to do, those on the right get a new vertex.
   void SplitTip(int32_t corner) {
@@ -66,7 +70,10 @@ struct Edgebreaker::ValenceContexts {
     int32_t num_right = 0;
     for (int32_t c = table.RightOf(corner); IsToDo(c); c = table.LeftOf(c)) {
       ++num_right;
-      walk.corner_vertex_[CornerTable::Next(c)] = new_vertex;
+      const int32_t split = CornerTable::Next(c);
+      walk.split_vertex_[split] = new_vertex;
+      walk.triangle_state_[CornerTable::TriangleOf(split)] |=
+          static_cast<uint8_t>(kOtherVertex << (split & 3));
     }
     walk.valences_.push_back(num_right + 1);
   }
@@ -95,7 +102,7 @@ bool Edgebreaker::Put(const CornerTable& table, EdgebreakerMethod method, Symbol
 void Edgebreaker::Reset(const CornerTable& table) {
   symbols_.resize(table.num_triangles());
   split_symbol_.resize(table.num_triangles());
-  triangle_state_.assign(table.num_triangles(), kToDo);
+  triangle_state_.assign(table.num_triangles(), 0);
   is_vertex_done_.assign(table.num_vertices(), 0);
   last_corners_.clear();
   reunions_.clear();
@@ -105,10 +112,8 @@ void Edgebreaker::Reset(const CornerTable& table) {
 
 void Edgebreaker::ResetContexts(const CornerTable& table) {
   valences_ = table.valences();
-  corner_vertex_.resize(4 * static_cast<size_t>(table.num_triangles()));
-  for (int32_t t = 0; t < table.num_triangles(); ++t) {
-    for (int k = 0; k < 3; ++k) corner_vertex_[4 * t + k] = table.VertexOf(4 * t + k);
-  }
+  const size_t num_corners = 4 * static_cast<size_t>(table.num_triangles());
+  if (split_vertex_.size() < num_corners) split_vertex_.resize(num_corners);
   for (std::vector<uint32_t>& symbols : context_symbols_) symbols.clear();
 }
 
@@ -116,7 +121,7 @@ void Edgebreaker::ResetContexts(const CornerTable& table) {
 template <typename Contexts>
 bool Edgebreaker::WalkAll(const CornerTable& table, Contexts contexts) {
   for (int32_t t = 0; t < table.num_triangles(); ++t) {
-    if (triangle_state_[t] != kToDo) continue;
+    if (IsDone(t)) continue;
     const int32_t corner = 4 * t;
     triangle_state_[t] = kDone;
     for (int k = 0; k < 3; ++k) is_vertex_done_[table.VertexOf(corner + k)] = 1;
@@ -136,14 +141,14 @@ int32_t Edgebreaker::Walk(const CornerTable& table, int32_t corner, Contexts& co
   stack_.assign(1, corner);
   while (!stack_.empty()) {
     corner = stack_.back();
-    if (triangle_state_[CornerTable::TriangleOf(corner)] != kToDo) {
+    if (IsDone(CornerTable::TriangleOf(corner))) {
       stack_.pop_back();
       continue;
     }
     while (true) {
       last = corner;
       const int32_t triangle = CornerTable::TriangleOf(corner);
-      triangle_state_[triangle] = kDone;
+      triangle_state_[triangle] |= kDone;
       uint8_t& is_tip_done = is_vertex_done_[table.VertexOf(corner)];
       const int32_t right = table.RightOf(corner);
       if (is_tip_done == 0) {
@@ -153,8 +158,8 @@ int32_t Edgebreaker::Walk(const CornerTable& table, int32_t corner, Contexts& co
         continue;
       }
       const int32_t left = table.LeftOf(corner);
-      const bool is_right_done = triangle_state_[CornerTable::TriangleOf(right)] != kToDo;
-      const bool is_left_done = triangle_state_[CornerTable::TriangleOf(left)] != kToDo;
+      const bool is_right_done = IsDone(CornerTable::TriangleOf(right));
+      const bool is_left_done = IsDone(CornerTable::TriangleOf(left));
       if (is_right_done) NoteReunion(right, /*is_on_right=*/true);
       if (is_left_done) NoteReunion(left, /*is_on_right=*/false);
       if (!is_right_done && is_left_done) {
@@ -168,7 +173,7 @@ int32_t Edgebreaker::Walk(const CornerTable& table, int32_t corner, Contexts& co
         stack_.pop_back();
         break;
       } else {
-        triangle_state_[triangle] = kDoneAsSplit;
+        triangle_state_[triangle] |= kSplit;
         split_symbol_[triangle] = num_symbols_;
         ++num_splits_;
         Add<kS>(corner, contexts);
@@ -189,7 +194,7 @@ void Edgebreaker::Add(int32_t corner, Contexts& contexts) {
 
 void Edgebreaker::NoteReunion(int32_t neighbor, bool is_on_right) {
   const int32_t triangle = CornerTable::TriangleOf(neighbor);
-  if (triangle_state_[triangle] != kDoneAsSplit) return;
+  if ((triangle_state_[triangle] & kSplit) == 0) return;
   reunions_.push_back({num_symbols_, split_symbol_[triangle], is_on_right});
 }
 

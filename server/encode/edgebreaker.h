@@ -43,6 +43,7 @@ class Edgebreaker {
   struct NoContexts;
   struct ValenceContexts;
 
+  bool IsDone(int32_t triangle) const { return (triangle_state_[triangle] & 1) != 0; }
   void Reset(const CornerTable& table);
   void ResetContexts(const CornerTable& table);
   template <typename Contexts>
@@ -69,7 +70,7 @@ class Edgebreaker {
 
   // Of what is not yet coded; vertices at which the walk splits become two.
   std::vector<int32_t> valences_;
-  std::vector<int32_t> corner_vertex_;  // by corner
+  std::vector<int32_t> split_vertex_;  // by corner, where its triangle's state says so
   std::array<std::vector<uint32_t>, kMaxValence - kMinValence + 1> context_symbols_;
 };
 
