@@ -1,28 +1,29 @@
-// Draco meshes as clients see them.
+// What tests of the encoder share.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <string>
-#include <vector>
+#include <gtest/gtest.h>
 
-#include "core/mesh/triangle_mesh.h"
-#include "server/encode/draco.h"
+#include <string>
+#include <utility>
+
+#include "tests/server/encode/judge.h"
 
 namespace liquidblend::encode {
 
 // A grid around the origin, 4 m wide.
-DracoOptions OptionsWith(int position_bits);
+inline DracoOptions OptionsWith(int position_bits) {
+  DracoOptions options;
+  options.position_bits = position_bits;
+  options.grid.origin = {-2.0F, -2.0F, -2.0F};
+  options.grid.extent_m = 4.0F;
+  return options;
+}
 
-// Metres from one node of the grid to the next.
-double StepOf(const DracoOptions& options);
-
-// By libdraco. A failure of the test, and an empty mesh, if it refuses the bytes.
-mesh::TriangleMesh Decode(const std::string& data);
-
-// The nodes of the grid that the triangles' corners are rounded to: each triangle from its lowest
-// corner on, all in order. The same for two meshes exactly if they are the same surface.
-std::vector<std::array<int64_t, 9>> NodesOf(const mesh::TriangleMesh& mesh,
-                                            const DracoOptions& options);
+// A failure of the test, and an empty mesh, if TryDecode() refuses the bytes.
+inline mesh::TriangleMesh Decode(const std::string& data) {
+  absl::StatusOr<mesh::TriangleMesh> mesh = TryDecode(data);
+  EXPECT_TRUE(mesh.ok()) << mesh.status();
+  return mesh.ok() ? *std::move(mesh) : mesh::TriangleMesh();
+}
 
 }  // namespace liquidblend::encode

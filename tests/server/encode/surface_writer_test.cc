@@ -2,16 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <map>
+#include <array>
 #include <random>
-#include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "server/blend/blend.h"
 #include "server/encode/draco.h"
 #include "server/encode/libdraco.h"
 #include "server/slice/slice.h"
 #include "tests/server/encode/encode_testing.h"
+#include "tests/server/encode/scrambled_surface.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/voxels.h"
@@ -121,59 +123,19 @@ TEST(SurfaceWriter, WritesSurfacesThatTouchThemselves) {
   }
 }
 
-// A closed mesh whose edges are turned at random: triangles a, b, c and b, a, d become a, d, c and
-// d, b, c. Vertices may get any valence from 2 on, edges any even number of triangles.
-class RandomSurface {
- public:
-  explicit RandomSurface(uint32_t seed) : random_(seed) {
-    const auto subdivisions = static_cast<int>(random_() % 4);
-    mesh_ = random_() % 2 == 0 ? synthetic::Icosphere(Eigen::Vector3f::Zero(), 1.0, subdivisions)
-                               : synthetic::Torus(Eigen::Vector3f::Zero(), 1.0, 0.5,
-                                                  static_cast<int>(3 + random_() % 20),
-                                                  static_cast<int>(3 + random_() % 20));
-    for (float& x : mesh_.vertices.reshaped()) x = static_cast<float>(random_() % 1024);
-  }
+// A sphere or torus with vertices anywhere on the nodes of a grid.
+ScrambledSurface RandomSurface(std::mt19937& random) {
+  const auto below = [&](uint32_t end) { return static_cast<int>(random() % end); };
+  TriangleMesh mesh = below(2) == 0 ? synthetic::Icosphere(Eigen::Vector3f::Zero(), 1.0, below(4))
+                                    : synthetic::Torus(Eigen::Vector3f::Zero(), 1.0, 0.5,
+                                                       3 + below(20), 3 + below(20));
+  for (float& x : mesh.vertices.reshaped()) x = static_cast<float>(below(1024));
+  return ScrambledSurface(std::move(mesh));
+}
 
-  void TurnEdges(int count) {
-    for (; count > 0; --count) TurnEdge(AnyTriangle(), static_cast<int>(random_() % 3));
-  }
-
-  // Two vertices become one: surfaces touch, edges between them are lost.
-  void MergeVertices(int count) {
-    for (; count > 0; --count) {
-      const int from = AnyVertex(), to = AnyVertex();
-      mesh_.triangles = (mesh_.triangles.array() == from).select(to, mesh_.triangles);
-    }
-  }
-
-  void DropTriangles(int count) {
-    for (; count > 0; --count) mesh_.triangles.col(AnyTriangle()).setConstant(0);
-  }
-
-  const TriangleMesh& mesh() const { return mesh_; }
-
- private:
-  int AnyTriangle() { return static_cast<int>(random_() % mesh_.num_triangles()); }
-  int AnyVertex() { return static_cast<int>(random_() % mesh_.num_vertices()); }
-
-  void TurnEdge(int triangle, int k) {
-    const int a = mesh_.triangles(k, triangle), b = mesh_.triangles((k + 1) % 3, triangle);
-    const int c = mesh_.triangles((k + 2) % 3, triangle);
-    for (int other = 0; other < mesh_.num_triangles(); ++other) {
-      for (int j = 0; j < 3; ++j) {
-        if (mesh_.triangles(j, other) != b || mesh_.triangles((j + 1) % 3, other) != a) continue;
-        const int d = mesh_.triangles((j + 2) % 3, other);
-        if (d == c) return;
-        mesh_.triangles.col(triangle) = Eigen::Vector3i(a, d, c);
-        mesh_.triangles.col(other) = Eigen::Vector3i(d, b, c);
-        return;
-      }
-    }
-  }
-
-  std::mt19937 random_;
-  TriangleMesh mesh_;
-};
+void TurnEdges(int count, std::mt19937& random, ScrambledSurface& surface) {
+  for (; count > 0; --count) surface.TurnEdge(random(), random());
+}
 
 DracoOptions RandomSurfaceOptions(uint32_t seed) {
   DracoOptions options;
@@ -183,27 +145,18 @@ DracoOptions RandomSurfaceOptions(uint32_t seed) {
   return options;
 }
 
-TriangleMesh WithoutDegenerate(const TriangleMesh& mesh) {
-  TriangleMesh out = mesh;
-  Eigen::Index num_kept = 0;
-  for (Eigen::Index t = 0; t < mesh.num_triangles(); ++t) {
-    const Eigen::Vector3i v = mesh.triangles.col(t);
-    if (v[0] != v[1] && v[1] != v[2] && v[2] != v[0]) out.triangles.col(num_kept++) = v;
-  }
-  out.triangles.conservativeResize(Eigen::NoChange, num_kept);
-  return out;
-}
-
 TEST(SurfaceWriter, WritesRandomClosedSurfaces) {
   SurfaceWriter writer;
   int num_written = 0;
   int num_identical = 0;
   constexpr uint32_t kTrials = 600;
   for (uint32_t seed = 0; seed < kTrials; ++seed) {
-    RandomSurface surface(seed);
+    std::mt19937 random(seed);
+    ScrambledSurface surface = RandomSurface(random);
     const int effort = static_cast<int>(surface.mesh().num_triangles()) / (1 + seed % 7);
-    surface.TurnEdges(effort);
-    if (seed % 3 == 1) surface.MergeVertices(1 + effort / 30);
+    TurnEdges(effort, random, surface);
+    const int num_merged = seed % 3 == 1 ? 1 + effort / 30 : 0;
+    for (int i = 0; i < num_merged; ++i) surface.MergeVertices(random(), random());
     const DracoOptions options = RandomSurfaceOptions(seed);
     const std::string data = Written(surface.mesh(), options, writer);
     ASSERT_EQ(NodesOf(Decode(data), options), NodesOf(WithoutDegenerate(surface.mesh()), options))
@@ -225,9 +178,10 @@ TEST(SurfaceWriter, WritesRandomClosedSurfaces) {
 TEST(SurfaceWriter, LeavesSurfacesWithHolesToLibdraco) {
   SurfaceWriter writer;
   for (uint32_t seed = 0; seed < 200; ++seed) {
-    RandomSurface surface(seed);
-    surface.TurnEdges(static_cast<int>(seed % 10));
-    surface.DropTriangles(static_cast<int>(1 + seed % 20));
+    std::mt19937 random(seed);
+    ScrambledSurface surface = RandomSurface(random);
+    TurnEdges(static_cast<int>(seed % 10), random, surface);
+    for (uint32_t i = 0; i < 1 + seed % 20; ++i) surface.DropTriangle(random());
     const DracoOptions options = RandomSurfaceOptions(seed);
     const std::string data = Written(surface.mesh(), options, writer);
     EXPECT_TRUE(data == ByLibdraco(surface.mesh(), options));
@@ -251,8 +205,9 @@ TEST(SurfaceWriter, RefusesNothingAndTwoTrianglesBackToBack) {
 TEST(SurfaceWriter, GivesTheSameBytesWhateverItWroteBefore) {
   SurfaceWriter used;
   for (uint32_t seed = 0; seed < 40; ++seed) {
-    RandomSurface surface(seed);
-    surface.TurnEdges(50);
+    std::mt19937 random(seed);
+    ScrambledSurface surface = RandomSurface(random);
+    TurnEdges(50, random, surface);
     const DracoOptions options = RandomSurfaceOptions(seed / 2);
     SurfaceWriter fresh;
     EXPECT_TRUE(Written(surface.mesh(), options, used) == Written(surface.mesh(), options, fresh));

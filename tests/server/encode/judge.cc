@@ -1,39 +1,33 @@
-#include "tests/server/encode/encode_testing.h"
+#include "tests/server/encode/judge.h"
 
 #include <draco/compression/decode.h>
 #include <draco/mesh/mesh.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-namespace liquidblend::encode {
+#include "absl/status/status.h"
 
-DracoOptions OptionsWith(int position_bits) {
-  DracoOptions options;
-  options.position_bits = position_bits;
-  options.grid.origin = {-2.0F, -2.0F, -2.0F};
-  options.grid.extent_m = 4.0F;
-  return options;
-}
+namespace liquidblend::encode {
 
 double StepOf(const DracoOptions& options) {
   return options.grid.extent_m / (std::exp2(options.position_bits) - 1.0);
 }
 
-mesh::TriangleMesh Decode(const std::string& data) {
+absl::StatusOr<mesh::TriangleMesh> TryDecode(const std::string& data) {
   draco::DecoderBuffer buffer;
   buffer.Init(data.data(), data.size());
   draco::Decoder decoder;
   auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  EXPECT_TRUE(decoded.ok()) << decoded.status().error_msg_string();
-  if (!decoded.ok()) return {};
+  if (!decoded.ok()) return absl::DataLossError(decoded.status().error_msg_string());
   const draco::Mesh& mesh = *decoded.value();
   const draco::PointAttribute* position =
       mesh.GetNamedAttribute(draco::GeometryAttribute::POSITION);
   const draco::PointAttribute* normal = mesh.GetNamedAttribute(draco::GeometryAttribute::NORMAL);
   const int velocity = mesh.GetAttributeIdByMetadataEntry("name", kVelocityName);
-  EXPECT_EQ(mesh.num_attributes(), 1 + (normal != nullptr) + (velocity >= 0));
+  if (mesh.num_attributes() != 1 + (normal != nullptr) + (velocity >= 0)) {
+    return absl::DataLossError("other attributes");
+  }
   mesh::TriangleMesh out;
   const auto read = [&](const draco::PointAttribute* attribute, Eigen::Matrix3Xf& values) {
     values.resize(3, mesh.num_points());
