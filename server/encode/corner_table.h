@@ -54,10 +54,10 @@ class CornerTable {
     std::array<int32_t, kPerBlock> corners;
   };
 
-  void Reset(const mesh::TriangleMesh& mesh);
   // Of a corner's numbers: three for each triangle.
   static int32_t Place(int32_t corner) { return corner - TriangleOf(corner); }
 
+  void Reset(const mesh::TriangleMesh& mesh);
   bool ListCorners();
   void CopyTriangles(bool leave_out_degenerate);
   int32_t BlockFor(int32_t vertex, int32_t number);

@@ -15,6 +15,8 @@ enum TriangleState : uint8_t { kDone = 1, kSplit = 2, kOtherVertex = 4 };
 // right one (L), the left one (R), none (E).
 enum Symbol : uint8_t { kC, kS, kL, kR, kE };
 
+constexpr int32_t kNone = -1;
+
 struct Pattern {
   uint8_t bits;
   uint8_t num_bits;
@@ -145,45 +147,51 @@ int32_t Edgebreaker::Walk(const CornerTable& table, int32_t corner, Contexts& co
       stack_.pop_back();
       continue;
     }
-    while (true) {
+    while (corner != kNone) {
       last = corner;
-      const int32_t triangle = CornerTable::TriangleOf(corner);
-      triangle_state_[triangle] |= kDone;
-      uint8_t& is_tip_done = is_vertex_done_[table.VertexOf(corner)];
-      const int32_t right = table.RightOf(corner);
-      if (is_tip_done == 0) {
-        is_tip_done = 1;
-        Add<kC>(corner, contexts);
-        corner = right;
-        continue;
-      }
-      const int32_t left = table.LeftOf(corner);
-      const bool is_right_done = IsDone(CornerTable::TriangleOf(right));
-      const bool is_left_done = IsDone(CornerTable::TriangleOf(left));
-      if (is_right_done) NoteReunion(right, /*is_on_right=*/true);
-      if (is_left_done) NoteReunion(left, /*is_on_right=*/false);
-      if (!is_right_done && is_left_done) {
-        Add<kL>(corner, contexts);
-        corner = right;
-      } else if (is_right_done && !is_left_done) {
-        Add<kR>(corner, contexts);
-        corner = left;
-      } else if (is_right_done) {
-        Add<kE>(corner, contexts);
-        stack_.pop_back();
-        break;
-      } else {
-        triangle_state_[triangle] |= kSplit;
-        split_symbol_[triangle] = num_symbols_;
-        ++num_splits_;
-        Add<kS>(corner, contexts);
-        stack_.back() = left;
-        stack_.push_back(right);
-        break;
-      }
+      corner = Step(table, corner, contexts);
     }
   }
   return last;
+}
+
+// Codes the corner's triangle. Returns the corner to go on from, or kNone: then the stack has it.
+template <typename Contexts>
+int32_t Edgebreaker::Step(const CornerTable& table, int32_t corner, Contexts& contexts) {
+  const int32_t triangle = CornerTable::TriangleOf(corner);
+  triangle_state_[triangle] |= kDone;
+  uint8_t& is_tip_done = is_vertex_done_[table.VertexOf(corner)];
+  const int32_t right = table.RightOf(corner);
+  if (is_tip_done == 0) {
+    is_tip_done = 1;
+    Add<kC>(corner, contexts);
+    return right;
+  }
+  const int32_t left = table.LeftOf(corner);
+  const bool is_right_done = IsDone(CornerTable::TriangleOf(right));
+  const bool is_left_done = IsDone(CornerTable::TriangleOf(left));
+  if (is_right_done) NoteReunion(right, /*is_on_right=*/true);
+  if (is_left_done) NoteReunion(left, /*is_on_right=*/false);
+  if (!is_right_done && is_left_done) {
+    Add<kL>(corner, contexts);
+    return right;
+  }
+  if (is_right_done && !is_left_done) {
+    Add<kR>(corner, contexts);
+    return left;
+  }
+  if (is_right_done) {
+    Add<kE>(corner, contexts);
+    stack_.pop_back();
+    return kNone;
+  }
+  triangle_state_[triangle] |= kSplit;
+  split_symbol_[triangle] = num_symbols_;
+  ++num_splits_;
+  Add<kS>(corner, contexts);
+  stack_.back() = left;
+  stack_.push_back(right);
+  return kNone;
 }
 
 template <uint8_t kSymbol, typename Contexts>

@@ -51,6 +51,8 @@ class Edgebreaker {
   // Returns the last corner.
   template <typename Contexts>
   int32_t Walk(const CornerTable& table, int32_t corner, Contexts& contexts);
+  template <typename Contexts>
+  int32_t Step(const CornerTable& table, int32_t corner, Contexts& contexts);
   template <uint8_t kSymbol, typename Contexts>
   void Add(int32_t corner, Contexts& contexts);
   void NoteReunion(int32_t neighbor, bool is_on_right);
