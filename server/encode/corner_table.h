@@ -40,6 +40,12 @@ class CornerTable {
   // The same beyond the edge that this corner faces.
   int32_t Opposite(int32_t corner) const { return RightOf(Previous(corner)); }
 
+  // Fetches the numbers of a corner's triangle from memory ahead of their use.
+  void Prefetch(int32_t corner) const {
+    __builtin_prefetch(&vertices_[Place(corner)]);
+    __builtin_prefetch(&right_[Place(corner)]);
+  }
+
   // Per vertex the number of its triangles; 0 for those of no triangle.
   const std::vector<int32_t>& valences() const { return valences_; }
   // The mesh's vertex that each one beyond the mesh's own was split off.

@@ -50,11 +50,11 @@ absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh, const Dr
   LB_RETURN_IF_ERROR(options.Validate());
   LB_RETURN_IF_ERROR(mesh::Validate(mesh));
   const bool is_positions_only = mesh.normals.cols() == 0 && mesh.velocities.cols() == 0;
-  if (is_positions_only && options.preset != Preset::kSmallest) {
-    std::string data;
-    if (writer.Write(mesh, WriterOptionsOf(options), data)) return data;
-  }
-  return EncodeWithLibdraco(mesh, options);
+  std::string data;
+  const bool is_written = is_positions_only && writer.Write(mesh, WriterOptionsOf(options), data);
+  if (is_written && options.preset != Preset::kSmallest) return data;
+  LB_ASSIGN_OR_RETURN(std::string by_libdraco, EncodeWithLibdraco(mesh, options));
+  return is_written && data.size() < by_libdraco.size() ? data : by_libdraco;
 }
 
 absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh,

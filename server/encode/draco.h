@@ -16,7 +16,7 @@ namespace liquidblend::encode {
 enum class Preset : uint8_t {
   kFastest,   // standard Edgebreaker, parallelogram prediction
   kBalanced,  // valences as contexts, more precise probabilities
-  kSmallest,  // several parallelograms for each vertex; by libdraco
+  kSmallest,  // several parallelograms for each vertex, by libdraco, where that is fewer bytes
 };
 
 struct DracoOptions {

@@ -160,14 +160,16 @@ template <typename Contexts>
 int32_t Edgebreaker::Step(const CornerTable& table, int32_t corner, Contexts& contexts) {
   const int32_t triangle = CornerTable::TriangleOf(corner);
   triangle_state_[triangle] |= kDone;
-  uint8_t& is_tip_done = is_vertex_done_[table.VertexOf(corner)];
   const int32_t right = table.RightOf(corner);
+  const int32_t left = table.LeftOf(corner);
+  table.Prefetch(right);
+  table.Prefetch(left);
+  uint8_t& is_tip_done = is_vertex_done_[table.VertexOf(corner)];
   if (is_tip_done == 0) {
     is_tip_done = 1;
     Add<kC>(corner, contexts);
     return right;
   }
-  const int32_t left = table.LeftOf(corner);
   const bool is_right_done = IsDone(CornerTable::TriangleOf(right));
   const bool is_left_done = IsDone(CornerTable::TriangleOf(left));
   if (is_right_done) NoteReunion(right, /*is_on_right=*/true);

@@ -120,6 +120,9 @@ void PositionCoder::Walk(const CornerTable& table, int32_t corner) {
     while (true) {
       is_triangle_done_[CornerTable::TriangleOf(corner)] = 1;
       const int32_t right = table.RightOf(corner);
+      const int32_t left = table.LeftOf(corner);
+      table.Prefetch(right);
+      table.Prefetch(left);
       uint8_t& is_tip_done = is_vertex_done_[table.VertexOf(corner)];
       if (is_tip_done == 0) {
         is_tip_done = 1;
@@ -127,7 +130,6 @@ void PositionCoder::Walk(const CornerTable& table, int32_t corner) {
         corner = right;
         continue;
       }
-      const int32_t left = table.LeftOf(corner);
       const bool is_right_done = is_triangle_done_[CornerTable::TriangleOf(right)] != 0;
       const bool is_left_done = is_triangle_done_[CornerTable::TriangleOf(left)] != 0;
       if (is_right_done && is_left_done) {

@@ -173,6 +173,20 @@ TEST(EncodeDraco, KeepsTrianglesWithoutAreaAndEdgesOfFourTriangles) {
   EXPECT_EQ(decoded.num_triangles(), 8);
 }
 
+TEST(EncodeDraco, PresetsTakeFewerAndFewerBytes) {
+  for (const TriangleMesh& mesh : {synthetic::Icosphere(Eigen::Vector3f::Zero(), 1.0, 4),
+                                   synthetic::Torus(Eigen::Vector3f::Zero(), 1.2, 0.5, 30, 30)}) {
+    size_t num_bytes_before = std::numeric_limits<size_t>::max();
+    for (const Preset preset : {Preset::kFastest, Preset::kBalanced, Preset::kSmallest}) {
+      DracoOptions options = OptionsWith(14);
+      options.preset = preset;
+      const size_t num_bytes = EncodeDraco(mesh, options)->size();
+      EXPECT_LE(num_bytes, num_bytes_before);
+      num_bytes_before = num_bytes;
+    }
+  }
+}
+
 TEST(EncodeDraco, GivesTheSameBytesAgain) {
   const TriangleMesh sphere = synthetic::Icosphere(Eigen::Vector3f::Zero(), 1.0, 3);
   EXPECT_EQ(*EncodeDraco(sphere, OptionsWith(14)), *EncodeDraco(sphere, OptionsWith(14)));
