@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
+#include "client/cli/encoding_flags.h"
 #include "client/cli/files.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_file.h"
@@ -28,7 +29,7 @@ struct ExportFlags {
   std::string directory;
   std::string format = "ply";
   double frames_per_second = 0.0;  // 0: the family's
-  int position_bits = kExportBits;
+  EncodingFlags encoding = {.position_bits = kExportBits};
   SurfaceFlags surface;
 };
 
@@ -54,7 +55,8 @@ StreamSettings ToSettings(const ExportFlags& flags, const Blend& blend) {
   settings.parameters = blend.parameters;
   settings.extrapolate = blend.extrapolate;
   settings.time_s = 0.0;
-  settings.position_bits = flags.position_bits;
+  settings.position_bits = flags.encoding.position_bits;
+  settings.encoding = flags.encoding.preset;
   settings.loop = false;
   settings.lossless = true;
   settings.surface = ToSurfaceOptions(flags.surface);
@@ -132,9 +134,7 @@ void AddExport(CLI::App& app, Context& context) {
       ->capture_default_str();
   command->add_option("--fps", flags->frames_per_second, "Frames per second; default the family's")
       ->check(CLI::PositiveNumber);
-  command->add_option("--bits", flags->position_bits, "Bits per coordinate")
-      ->check(CLI::Range(8, 20))
-      ->capture_default_str();
+  AddEncodingFlags(*command, flags->encoding);
   AddSurfaceFlags(*command, flags->surface);
   command->callback([flags, &context] { context.status = RunExport(*flags, context); });
 }

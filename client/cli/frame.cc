@@ -4,6 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
+#include "client/cli/encoding_flags.h"
 #include "client/cli/files.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_file.h"
@@ -20,6 +21,7 @@ struct FrameFlags {
   FrameRequest request;
   BlendFlags blend;
   std::string output;
+  EncodingFlags encoding;
   SurfaceFlags surface;
 };
 
@@ -36,6 +38,8 @@ absl::Status RunFrame(const FrameFlags& flags, const Context& context) {
   }
   LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, Extension(flags.output)));
   FrameRequest request = flags.request;
+  request.position_bits = flags.encoding.position_bits;
+  request.encoding = flags.encoding.preset;
   request.surface = ToSurfaceOptions(flags.surface);
   LBC_ASSIGN_OR_RETURN(const Blend blend, ToRequiredBlend(flags.blend));
   request.weights = blend.weights;
@@ -72,8 +76,7 @@ void AddFrame(CLI::App& app, Context& context) {
   command->add_option("--time,-t", flags->request.time_s, "Seconds since the first frame")
       ->required();
   command->add_option("-o,--output", flags->output, "FILE.{drc,ply,obj,bobj.gz}")->required();
-  command->add_option("--bits", flags->request.position_bits, "Bits per coordinate")
-      ->check(CLI::Range(8, 20));
+  AddEncodingFlags(*command, flags->encoding);
   command->add_option("--version", flags->request.version, "Version of the family; 0: the latest");
   AddSurfaceFlags(*command, flags->surface);
   command->callback([flags, &context] { context.status = RunFrame(*flags, context); });

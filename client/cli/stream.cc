@@ -9,6 +9,7 @@
 #include "absl/time/clock.h"
 #include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
+#include "client/cli/encoding_flags.h"
 #include "client/cli/json.h"
 #include "client/cli/parse.h"
 #include "client/cli/progress_bar.h"
@@ -26,7 +27,7 @@ struct StreamFlags {
   double seconds = 10.0;
   double frames_per_second = 0.0;  // 0: the family's
   double rate = 1.0;
-  int position_bits = 0;
+  EncodingFlags encoding;
   bool sweep = false;
 };
 
@@ -72,7 +73,8 @@ StreamSettings ToSettings(const StreamFlags& flags, const Blend& blend) {
   settings.time_s = 0.0;
   settings.rate = flags.rate;
   if (flags.frames_per_second > 0.0) settings.frames_per_second = flags.frames_per_second;
-  settings.position_bits = flags.position_bits;
+  settings.position_bits = flags.encoding.position_bits;
+  settings.encoding = flags.encoding.preset;
   settings.loop = true;
   return settings;
 }
@@ -162,8 +164,7 @@ void AddStream(CLI::App& app, Context& context) {
       ->check(CLI::PositiveNumber);
   command->add_option("--rate", flags->rate, "Seconds of the animation per second of the clock")
       ->capture_default_str();
-  command->add_option("--bits", flags->position_bits, "Bits per coordinate")
-      ->check(CLI::Range(8, 20));
+  AddEncodingFlags(*command, flags->encoding);
   command
       ->add_flag("--sweep", flags->sweep,
                  "Change the first weight four times a second and report the reaction time")

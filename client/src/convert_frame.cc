@@ -16,6 +16,17 @@ void SetSurface(const SurfaceOptions& surface, v1::SurfaceOptions* proto) {
   if (surface.velocities) proto->add_attributes(v1::SurfaceOptions::VELOCITIES);
 }
 
+v1::Encoding::Preset ToProto(EncodingPreset preset) {
+  switch (preset) {
+    case EncodingPreset::kBalanced:
+      return v1::Encoding::BALANCED;
+    case EncodingPreset::kSmallest:
+      return v1::Encoding::SMALLEST;
+    default:
+      return v1::Encoding::FASTEST;
+  }
+}
+
 template <typename Request>
 void SetParameters(const Parameters& parameters, Request* proto) {
   for (const auto& [name, value] : parameters) {
@@ -35,6 +46,7 @@ v1::GetFrameRequest ToProto(const FrameRequest& request) {
   proto.set_extrapolate(request.extrapolate);
   proto.set_time_s(request.time_s);
   proto.mutable_encoding()->set_position_bits(request.position_bits);
+  proto.mutable_encoding()->set_preset(ToProto(request.encoding));
   proto.set_version(request.version);
   if (request.surface != SurfaceOptions()) SetSurface(request.surface, proto.mutable_surface());
   return proto;
@@ -52,6 +64,7 @@ v1::StreamFramesRequest ToProto(const StreamSettings& settings) {
   if (settings.position_bits != 0) {
     proto.mutable_encoding()->set_position_bits(settings.position_bits);
   }
+  if (settings.encoding) proto.mutable_encoding()->set_preset(ToProto(*settings.encoding));
   if (settings.loop) proto.set_loop(*settings.loop);
   if (settings.lossless) proto.set_lossless(*settings.lossless);
   if (settings.surface) SetSurface(*settings.surface, proto.mutable_surface());

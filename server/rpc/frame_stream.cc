@@ -48,7 +48,6 @@ void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest&
     request.clear_weights();
     request.clear_parameters();
   }
-  if (newer.has_encoding()) request.clear_encoding();
   if (newer.has_surface()) request.clear_surface();
   request.MergeFrom(newer);
 }

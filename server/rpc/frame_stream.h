@@ -15,8 +15,8 @@
 
 namespace liquidblend::rpc {
 
-// What `newer` sets replaces what `request` had: weights or parameters, encoding and surface as a
-// whole.
+// What `newer` sets replaces what `request` had: weights or parameters and surface as a whole, of
+// the encoding each field.
 void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest& request);
 
 // Threads: one at a time. May block while a family is loaded.

@@ -25,6 +25,8 @@ constexpr double kMaxTemporalOffsetEdges = 0.25;
 encode::DracoOptions DracoOptionsOf(const catalog::LoadedFamily& loaded,
                                     const v1::Encoding& encoding) {
   encode::DracoOptions options;
+  if (encoding.preset() == v1::Encoding::BALANCED) options.preset = encode::Preset::kBalanced;
+  if (encoding.preset() == v1::Encoding::SMALLEST) options.preset = encode::Preset::kSmallest;
   if (encoding.position_bits() != 0) options.position_bits = encoding.position_bits();
   options.grid = loaded.grid;
   return options;
@@ -147,6 +149,8 @@ absl::Status CheckQuery(const mesh::RegisteredFamily& family, const FrameQuery& 
                    "encoding.position_bits",
                    absl::StrCat("must be 0 or in [", kMinPositionBits, ", ", kMaxPositionBits,
                                 "], got ", encoding.position_bits()));
+  violations.AddIf(!v1::Encoding::Preset_IsValid(encoding.preset()), "encoding.preset",
+                   absl::StrCat("unknown preset ", encoding.preset()));
   CheckSurface(family, query.surface, violations);
   return violations.ToStatus();
 }
@@ -160,8 +164,9 @@ absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const F
   const std::vector<mesh::Float4>& positions = PlaceVertices(level, query, buffers);
   mesh::TriangleMesh surface = slice::March(level.index, positions, buffers.workspace);
   FinishSurface(level, query.surface, buffers, surface);
-  LB_ASSIGN_OR_RETURN(std::string data,
-                      encode::EncodeDraco(surface, DracoOptionsOf(loaded, query.encoding)));
+  LB_ASSIGN_OR_RETURN(
+      std::string data,
+      encode::EncodeDraco(surface, DracoOptionsOf(loaded, query.encoding), buffers.writer));
   return Reply(loaded.family, query, surface, std::move(data));
 }
 

@@ -7,6 +7,7 @@
 #include "core/mesh/registered_family.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/catalog/families.h"
+#include "server/encode/surface_writer.h"
 #include "server/finish/smooth_in_time.h"
 #include "server/slice/slice.h"
 
@@ -27,6 +28,7 @@ struct FrameBuffers {
   finish::TemporalWorkspace temporal;
   std::vector<mesh::Float4> wide_positions;    // with those a little earlier and later
   std::vector<mesh::Float4> smooth_positions;  // smoothed in time
+  encode::SurfaceWriter writer;
 };
 
 // Checks the query's weights, encoding and surface options; the violation names the field. For

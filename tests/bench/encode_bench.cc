@@ -1,37 +1,118 @@
-// Triangle surface -> Draco: vertices, position bits.
+// Triangle surface -> Draco: our writer against libdraco at the same settings; vertices per frame,
+// whether it is a slice or a torus in order, preset.
 #include <benchmark/benchmark.h>
 
+#include <array>
 #include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "server/blend/blend.h"
 #include "server/encode/draco.h"
+#include "server/encode/libdraco.h"
+#include "server/slice/slice.h"
+#include "tests/synthetic/families.h"
 #include "tests/synthetic/shapes.h"
 
 namespace liquidblend {
 namespace {
 
-void EncodeDraco(benchmark::State& state) {
-  const int num_minor = static_cast<int>(std::sqrt(static_cast<double>(state.range(0)) / 2.0));
-  const int num_major = static_cast<int>(state.range(0)) / num_minor;
-  const mesh::TriangleMesh surface =
-      synthetic::Torus(Eigen::Vector3f::Zero(), 0.7, 0.3, num_major, num_minor);
+constexpr std::array<const char*, 3> kPresetNames = {"fastest", "balanced", "smallest"};
+
+// A torus with ripples, row by row.
+mesh::TriangleMesh RippledTorus(int num_vertices) {
+  const int num_minor = static_cast<int>(std::sqrt(num_vertices / 2.0));
+  mesh::TriangleMesh surface =
+      synthetic::Torus(Eigen::Vector3f::Zero(), 0.7, 0.25, num_vertices / num_minor, num_minor);
+  for (Eigen::Index v = 0; v < surface.num_vertices(); ++v) {
+    const Eigen::Vector3f p = surface.vertices.col(v);
+    surface.vertices.col(v) +=
+        0.01F * Eigen::Vector3f(std::sin(40 * p.y()), std::sin(47 * p.z()), std::sin(53 * p.x()));
+  }
+  return surface;
+}
+
+// The slice of a torus whose events are shifted in time: triangles of all shapes, in the order of
+// its clusters.
+mesh::TriangleMesh WarpedSlice(int num_vertices) {
+  const int num_minor = static_cast<int>(std::sqrt(num_vertices / 2.0));
+  synthetic::ComplexOptions options;
+  options.num_frames = 8;
+  options.growth_per_frame = 0.01F;
+  const mesh::RegisteredFamily family = synthetic::MakeFamily(
+      synthetic::HexahedralTorus(num_vertices / num_minor, num_minor, options),
+      {{synthetic::SmoothWarp(1, 0.1F, 1.5F), {}}});
+  const slice::CellIndex index(family);
+  slice::Workspace workspace;
+  std::vector<mesh::Float4> positions;
+  const std::vector<double> weights = {1.0};
+  if (!slice::FindCandidates(index, weights, family.duration_s() / 2, workspace).ok()) return {};
+  blend::BlendVertices(family, weights, workspace.vertex_ranges, positions);
+  mesh::TriangleMesh surface = slice::March(index, positions, workspace);
+  surface.vertices *= 0.5F;
+  return surface;
+}
+
+const mesh::TriangleMesh& SurfaceOf(const benchmark::State& state) {
+  static auto& surfaces = *new std::map<std::pair<int, bool>, mesh::TriangleMesh>;
+  const auto num_vertices = static_cast<int>(state.range(0));
+  const bool is_slice = state.range(1) != 0;
+  mesh::TriangleMesh& surface = surfaces[{num_vertices, is_slice}];
+  if (surface.num_triangles() == 0) {
+    surface = is_slice ? WarpedSlice(num_vertices) : RippledTorus(num_vertices);
+  }
+  return surface;
+}
+
+encode::DracoOptions OptionsOf(const benchmark::State& state) {
   encode::DracoOptions options;
-  options.position_bits = static_cast<int>(state.range(1));
+  options.preset = static_cast<encode::Preset>(state.range(2));
   options.grid.origin = {-1.0F, -1.0F, -1.0F};
   options.grid.extent_m = 2.0F;
+  return options;
+}
+
+// encode(surface): absl::StatusOr<std::string>.
+template <typename Encode>
+void Run(benchmark::State& state, const Encode& encode) {
+  const mesh::TriangleMesh& surface = SurfaceOf(state);
   size_t num_bytes = 0;
   for (auto _ : state) {
-    const auto data = encode::EncodeDraco(surface, options);
+    const auto data = encode(surface);
     if (!data.ok()) return state.SkipWithError(std::string(data.status().message()).c_str());
     num_bytes = data->size();
   }
   const auto num_triangles = static_cast<double>(surface.num_triangles());
+  state.SetLabel(kPresetNames[state.range(2)]);
   state.counters["triangles/s"] =
       benchmark::Counter(num_triangles, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["triangles"] = num_triangles;
   state.counters["bytes/triangle"] = static_cast<double>(num_bytes) / num_triangles;
 }
+
+void EncodeDraco(benchmark::State& state) {
+  const encode::DracoOptions options = OptionsOf(state);
+  encode::SurfaceWriter writer;
+  Run(state, [&](const mesh::TriangleMesh& surface) {
+    return encode::EncodeDraco(surface, options, writer);
+  });
+}
 BENCHMARK(EncodeDraco)
-    ->ArgNames({"vertices", "bits"})
-    ->ArgsProduct({{5000, 50000}, {12, 14}})
+    ->ArgNames({"vertices", "slice", "preset"})
+    ->ArgsProduct({{2000, 50000}, {0, 1}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
+
+void EncodeWithLibdraco(benchmark::State& state) {
+  const encode::DracoOptions options = OptionsOf(state);
+  Run(state, [&](const mesh::TriangleMesh& surface) {
+    return encode::EncodeWithLibdraco(surface, options);
+  });
+}
+BENCHMARK(EncodeWithLibdraco)
+    ->ArgNames({"vertices", "slice", "preset"})
+    ->ArgsProduct({{2000, 50000}, {0, 1}, {0, 1, 2}})
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -6,10 +6,15 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/store/files.h"
+#include "server/encode/draco.h"
 #include "tests/fuzz/checksums.h"
+#include "tests/server/encode/judge.h"
+#include "tests/server/encode/scrambled_surface.h"
+#include "tests/synthetic/shapes.h"
 #include "tests/worker/ingest/encode_files.h"
 #include "worker/ingest/gzip.h"
 #include "worker/ingest/meta.h"
@@ -119,6 +124,45 @@ void RunFamilyFile(Bytes bytes) {
   Require(mesh::Validate(*family).ok(), "families are valid");
 }
 
+// What the bytes make of a torus: uint8 its rings, uint8 its sides, uint8 preset, then of each
+// change uint8 kind, uint16 and uint16 which triangles, edges or vertices. No triangle is dropped,
+// so the surface stays closed, however odd.
+mesh::TriangleMesh ReadSurface(Bytes bytes) {
+  const auto byte = [&](size_t i) { return std::to_integer<int>(bytes[i]); };
+  mesh::TriangleMesh torus =
+      synthetic::Torus(Eigen::Vector3f::Zero(), 2.0, 1.0, 3 + byte(0) % 14, 3 + byte(1) % 14);
+  for (Eigen::Index v = 0; v < torus.num_vertices(); ++v) {
+    torus.vertices.col(v) = Eigen::Vector3i(static_cast<int>(v), 17, 4).cast<float>();
+  }
+  encode::ScrambledSurface surface(std::move(torus));
+  for (size_t i = 3; i + 5 <= bytes.size(); i += 5) {
+    const uint64_t a = 256 * byte(i + 1) + byte(i + 2), b = 256 * byte(i + 3) + byte(i + 4);
+    if (byte(i) % 8 == 0) {
+      surface.MergeVertices(a, b);
+    } else {
+      surface.TurnEdge(a, b);
+    }
+  }
+  return encode::WithoutDegenerate(surface.mesh());
+}
+
+void RunSurface(Bytes bytes) {
+  if (bytes.size() < 3) return;
+  const mesh::TriangleMesh surface = ReadSurface(bytes);
+  encode::DracoOptions options;
+  options.preset = std::to_integer<int>(bytes[2]) % 2 == 0 ? encode::Preset::kFastest
+                                                           : encode::Preset::kBalanced;
+  options.position_bits = 9;
+  options.grid.extent_m = 511.0F;  // nodes at whole numbers
+  static encode::SurfaceWriter writer;
+  const absl::StatusOr<std::string> data = encode::EncodeDraco(surface, options, writer);
+  Require(data.ok(), "closed surfaces are encoded");
+  const absl::StatusOr<mesh::TriangleMesh> decoded = encode::TryDecode(*data);
+  Require(decoded.ok(), "libdraco reads what is written");
+  Require(encode::NodesOf(*decoded, options) == encode::NodesOf(surface, options),
+          "all triangles are there");
+}
+
 constexpr Entry kEntries[] = {{"mantaflow", RunMantaflow},
                               {"ply", RunPly},
                               {"obj", RunObj},
@@ -127,7 +171,8 @@ constexpr Entry kEntries[] = {{"mantaflow", RunMantaflow},
                               {"gzip", RunGzip},
                               {"meta", RunMeta},
                               {"animation_file", RunAnimationFile},
-                              {"family_file", RunFamilyFile}};
+                              {"family_file", RunFamilyFile},
+                              {"surface", RunSurface}};
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <string>
 
 #include "core/store/files.h"
@@ -109,6 +110,16 @@ void AddMeta(const Corpus& corpus) {
   corpus.Add("meta", "empty", ingest::ToBytes("{}"));
 }
 
+void AddSurfaces(const Corpus& corpus) {
+  corpus.Add("surface", "torus", ingest::ToBytes("abc"));
+  std::mt19937 random(1);
+  for (const std::string name : {"fastest", "balanced"}) {
+    std::string bytes = {20, 20, name == "fastest" ? '\0' : '\1'};
+    for (int i = 0; i < 5 * 200; ++i) bytes.push_back(static_cast<char>(random() % 256));
+    corpus.Add("surface", name, ingest::ToBytes(bytes));
+  }
+}
+
 void AddAnimationFiles(const Corpus& corpus) {
   mesh::Animation animation;
   animation.name = "seed";
@@ -163,5 +174,6 @@ int main(int argc, char** argv) {
   liquidblend::fuzz::AddMeta(corpus);
   liquidblend::fuzz::AddAnimationFiles(corpus);
   liquidblend::fuzz::AddFamilyFiles(corpus);
+  liquidblend::fuzz::AddSurfaces(corpus);
   return 0;
 }

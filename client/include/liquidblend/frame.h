@@ -28,6 +28,13 @@ struct SurfaceOptions {
   bool operator==(const SurfaceOptions&) const = default;
 };
 
+// Time against bytes; the triangles and their positions are the same.
+enum class EncodingPreset {
+  kFastest,   // the server's default
+  kBalanced,  // about three quarters of the bytes for half as much time again
+  kSmallest,  // a little less still for ten times the time
+};
+
 struct FrameRequest {
   std::string family;           // the id, with or without "families/"
   std::vector<double> weights;  // one per target; the source gets 1 - sum; [-1, 2]
@@ -37,7 +44,8 @@ struct FrameRequest {
   bool extrapolate = false;
   double time_s = 0.0;    // [0, duration_s]
   int position_bits = 0;  // 8 to 20; 0: the server's default
-  int64_t version = 0;    // 0: the latest
+  EncodingPreset encoding = EncodingPreset::kFastest;
+  int64_t version = 0;  // 0: the latest
   SurfaceOptions surface;
 };
 

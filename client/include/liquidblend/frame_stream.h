@@ -23,7 +23,8 @@ struct StreamSettings {
   std::optional<double> time_s;             // where to go on from; default 0
   std::optional<double> rate;               // seconds of animation per second; default 1; 0 holds
   std::optional<double> frames_per_second;  // of the clock; (0, 240]; default the family's
-  int position_bits = 0;                    // 8 to 20; 0: the server's default
+  int position_bits = 0;                    // 8 to 20; 0: as before; default the server's
+  std::optional<EncodingPreset> encoding;   // default kFastest
   std::optional<bool> loop;                 // start again at the end; default: end the stream
   std::optional<bool> lossless;  // the whole animation one by one, nothing skipped; default false
   std::optional<SurfaceOptions> surface;  // default: the slice itself

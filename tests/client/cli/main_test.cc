@@ -245,6 +245,24 @@ TEST_F(Command, FrameAsksForTheSurfaceThatItsFlagsDescribe) {
   EXPECT_EQ(run("f.ply", {"--smooth", "33"}).exit_code, 2);
 }
 
+TEST_F(Command, FramesAreEncodedAsTheFlagsSay) {
+  const std::vector<std::string> frame = {"frame", "drops", "-w", "0",
+                                          "-t",    "0",     "-o", dir_.File("f.drc")};
+  const auto run = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments = frame;
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    return Run(arguments).exit_code;
+  };
+  ASSERT_EQ(run({"--encoding", "smallest", "--bits", "11"}), 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("preset: SMALLEST"));
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("position_bits: 11"));
+  ASSERT_EQ(run({"--encoding", "balanced"}), 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("preset: BALANCED"));
+  ASSERT_EQ(run({}), 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("preset: FASTEST"));
+  EXPECT_EQ(run({"--encoding", "tiny"}), 2);
+}
+
 TEST_F(Command, ExportWritesAFilePerFrameOfTheFormat) {
   const std::map<std::string, std::string> first = {
       {"ply", "frame_0001.ply"}, {"obj", "frame_0001.obj"}, {"bobj", "fluid_mesh_0001.bobj.gz"}};

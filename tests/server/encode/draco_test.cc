@@ -1,19 +1,16 @@
 #include "server/encode/draco.h"
 
-#include <draco/compression/decode.h>
-#include <draco/mesh/mesh.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "tests/server/encode/encode_testing.h"
 #include "tests/synthetic/shapes.h"
 
 namespace liquidblend::encode {
@@ -25,75 +22,10 @@ using testing::HasSubstr;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-DracoOptions OptionsWith(int position_bits) {
-  DracoOptions options;
-  options.position_bits = position_bits;
-  options.grid.origin = {-2.0F, -2.0F, -2.0F};
-  options.grid.extent_m = 4.0F;
-  return options;
-}
-
-double StepOf(const DracoOptions& options) {
-  return options.grid.extent_m / (std::exp2(options.position_bits) - 1.0);
-}
-
-// What any client sees: the decoder is libdraco's own.
-TriangleMesh Decode(const std::string& data) {
-  draco::DecoderBuffer buffer;
-  buffer.Init(data.data(), data.size());
-  draco::Decoder decoder;
-  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  EXPECT_TRUE(decoded.ok()) << decoded.status().error_msg_string();
-  if (!decoded.ok()) return {};
-  const draco::Mesh& mesh = *decoded.value();
-  const draco::PointAttribute* position =
-      mesh.GetNamedAttribute(draco::GeometryAttribute::POSITION);
-  const draco::PointAttribute* normal = mesh.GetNamedAttribute(draco::GeometryAttribute::NORMAL);
-  const int velocity = mesh.GetAttributeIdByMetadataEntry("name", kVelocityName);
-  EXPECT_EQ(mesh.num_attributes(), 1 + (normal != nullptr) + (velocity >= 0));
-  TriangleMesh out;
-  const auto read = [&](const draco::PointAttribute* attribute, Eigen::Matrix3Xf& values) {
-    values.resize(3, mesh.num_points());
-    for (uint32_t v = 0; v < mesh.num_points(); ++v) {
-      attribute->GetMappedValue(draco::PointIndex(v), values.col(v).data());
-    }
-  };
-  read(position, out.vertices);
-  if (normal != nullptr) read(normal, out.normals);
-  if (velocity >= 0) read(mesh.attribute(velocity), out.velocities);
-  out.triangles.resize(3, mesh.num_faces());
-  for (uint32_t t = 0; t < mesh.num_faces(); ++t) {
-    for (int k = 0; k < 3; ++k) {
-      out.triangles(k, t) = static_cast<int>(mesh.face(draco::FaceIndex(t))[k].value());
-    }
-  }
-  return out;
-}
-
 TriangleMesh RoundTrip(const TriangleMesh& mesh, const DracoOptions& options) {
   const absl::StatusOr<std::string> data = EncodeDraco(mesh, options);
   EXPECT_TRUE(data.ok()) << data.status();
   return data.ok() ? Decode(*data) : TriangleMesh();
-}
-
-// The nodes of the grid that the triangles' corners are rounded to: each triangle from its lowest
-// corner on, all in order. The same for two meshes exactly if they are the same surface.
-std::vector<std::array<int64_t, 9>> NodesOf(const TriangleMesh& mesh, const DracoOptions& options) {
-  std::vector<std::array<int64_t, 9>> triangles;
-  for (Eigen::Index t = 0; t < mesh.num_triangles(); ++t) {
-    std::array<std::array<int64_t, 3>, 3> corners;
-    for (int k = 0; k < 3; ++k) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const double x = mesh.vertices(axis, mesh.triangles(k, t));
-        corners[k][axis] = std::llround((x - options.grid.origin[axis]) / StepOf(options));
-      }
-    }
-    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
-    std::array<int64_t, 9>& out = triangles.emplace_back();
-    for (int k = 0; k < 9; ++k) out[k] = corners[k / 3][k % 3];
-  }
-  std::sort(triangles.begin(), triangles.end());
-  return triangles;
 }
 
 TEST(EncodeDraco, DecodesToTheSameTrianglesOnTheGrid) {
@@ -146,10 +78,29 @@ TEST(EncodeDraco, PositionsAreOffByAtMostHalfAStep) {
   }
 }
 
+TEST(EncodeDraco, TakesGridsOfAnySizeAnywhere) {
+  for (const float radius_m : {1e-8F, 1e-4F, 1e4F}) {
+    DracoOptions options = OptionsWith(14);
+    options.grid.origin = {123.4567F * radius_m, -1.5F * radius_m, 0.0F};
+    options.grid.extent_m = 3.0F * radius_m;
+    const TriangleMesh sphere =
+        synthetic::Icosphere({124.9F * radius_m, 0.0F, 1.5F * radius_m}, radius_m, 3);
+    for (const Preset preset : {Preset::kFastest, Preset::kBalanced, Preset::kSmallest}) {
+      options.preset = preset;
+      const TriangleMesh decoded = RoundTrip(sphere, options);
+      EXPECT_NEAR(mesh::Volume(decoded) / mesh::Volume(sphere), 1.0, 0.001) << radius_m;
+      EXPECT_EQ(NodesOf(decoded, options).size(), 1280U);
+    }
+  }
+}
+
 TEST(EncodeDraco, KeepsEachTriangleAndItsOrientation) {
   const TriangleMesh sphere = synthetic::Icosphere(Eigen::Vector3f::Zero(), 1.0, 3);
   DracoOptions options = OptionsWith(12);
-  EXPECT_EQ(NodesOf(RoundTrip(sphere, options), options), NodesOf(sphere, options));
+  for (const Preset preset : {Preset::kFastest, Preset::kBalanced, Preset::kSmallest}) {
+    options.preset = preset;
+    EXPECT_EQ(NodesOf(RoundTrip(sphere, options), options), NodesOf(sphere, options));
+  }
 }
 
 TEST(EncodeDraco, APointDecodesTheSameInEveryFrameOfAFamily) {
@@ -220,6 +171,20 @@ TEST(EncodeDraco, KeepsTrianglesWithoutAreaAndEdgesOfFourTriangles) {
   ASSERT_TRUE(mesh::CheckClosed(mesh).closed());
   const TriangleMesh decoded = RoundTrip(mesh, OptionsWith(14));
   EXPECT_EQ(decoded.num_triangles(), 8);
+}
+
+TEST(EncodeDraco, PresetsTakeFewerAndFewerBytes) {
+  for (const TriangleMesh& mesh : {synthetic::Icosphere(Eigen::Vector3f::Zero(), 1.0, 4),
+                                   synthetic::Torus(Eigen::Vector3f::Zero(), 1.2, 0.5, 30, 30)}) {
+    size_t num_bytes_before = std::numeric_limits<size_t>::max();
+    for (const Preset preset : {Preset::kFastest, Preset::kBalanced, Preset::kSmallest}) {
+      DracoOptions options = OptionsWith(14);
+      options.preset = preset;
+      const size_t num_bytes = EncodeDraco(mesh, options)->size();
+      EXPECT_LE(num_bytes, num_bytes_before);
+      num_bytes_before = num_bytes;
+    }
+  }
 }
 
 TEST(EncodeDraco, GivesTheSameBytesAgain) {

@@ -210,6 +210,10 @@ TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
                    r.mutable_encoding()->set_format(static_cast<v1::Encoding::Format>(7));
                  }).status(),
        invalid, "encoding.format"},
+      {"preset", Frame([](auto& r) {
+                   r.mutable_encoding()->set_preset(static_cast<v1::Encoding::Preset>(9));
+                 }).status(),
+       invalid, "encoding.preset"},
 
       {"level", Frame([](auto& r) { r.mutable_surface()->set_level_of_detail(1); }).status(),
        invalid, "surface.level_of_detail"},
@@ -690,6 +694,19 @@ TEST_F(HandlersTest, AStreamShowsTheFramesThatGetFrameGives) {
   EXPECT_EQ(num_frames, kFamilyFrames);
 }
 
+TEST_F(HandlersTest, PresetsGiveOtherBytesOfTheSameTriangles) {
+  PublishSplash();
+  const auto fastest = Frame([](auto&) {});
+  ASSERT_THAT(fastest, Succeeds());
+  for (const auto preset :
+       {v1::Encoding::FASTEST, v1::Encoding::BALANCED, v1::Encoding::SMALLEST}) {
+    const auto frame = Frame([&](auto& r) { r.mutable_encoding()->set_preset(preset); });
+    ASSERT_THAT(frame, Succeeds());
+    EXPECT_EQ(frame->num_triangles(), fastest->num_triangles());
+    EXPECT_EQ(frame->data() == fastest->data(), preset == v1::Encoding::FASTEST);
+  }
+}
+
 TEST_F(HandlersTest, AStreamKeepsWhatAMessageDoesNotSet) {
   PublishSplash();
   FrameStream stream(backends_);
@@ -702,6 +719,7 @@ TEST_F(HandlersTest, AStreamKeepsWhatAMessageDoesNotSet) {
   ASSERT_TRUE(stream.Change(request, absl::ZeroDuration()).ok());
   v1::StreamFramesRequest other_weights;
   other_weights.add_weights(0.75);
+  other_weights.mutable_encoding()->set_preset(v1::Encoding::BALANCED);
   ASSERT_TRUE(stream.Change(other_weights, absl::ZeroDuration()).ok());
   const auto response = stream.Make(*stream.Next(absl::ZeroDuration()));
   ASSERT_THAT(response, Succeeds());
@@ -710,6 +728,7 @@ TEST_F(HandlersTest, AStreamKeepsWhatAMessageDoesNotSet) {
   const auto expected = Frame([](auto& r) {
     r.set_weights(0, 0.75);
     r.mutable_encoding()->set_position_bits(10);
+    r.mutable_encoding()->set_preset(v1::Encoding::BALANCED);
   });
   EXPECT_EQ(response->frame().data(), expected->data());
 }

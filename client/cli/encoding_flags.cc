@@ -1,0 +1,26 @@
+#include "client/cli/encoding_flags.h"
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <string>
+
+namespace liquidblend::cli {
+
+void AddEncodingFlags(CLI::App& command, EncodingFlags& flags) {
+  CLI::Option* const bits =
+      command.add_option("--bits", flags.position_bits, "Bits per coordinate")
+          ->check(CLI::Range(8, 20));
+  if (flags.position_bits != 0) bits->capture_default_str();
+  const std::map<std::string, EncodingPreset> presets = {
+      {"fastest", EncodingPreset::kFastest},
+      {"balanced", EncodingPreset::kBalanced},
+      {"smallest", EncodingPreset::kSmallest},
+  };
+  command
+      .add_option("--encoding", flags.preset,
+                  "The server's time against bytes; the same triangles (fastest)")
+      ->transform(CLI::CheckedTransformer(presets))
+      ->type_name("fastest|balanced|smallest");
+}
+
+}  // namespace liquidblend::cli

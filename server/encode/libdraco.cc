@@ -1,0 +1,182 @@
+#include "server/encode/libdraco.h"
+
+#include <draco/compression/config/compression_shared.h>
+#include <draco/compression/expert_encode.h>
+#include <draco/mesh/mesh.h>
+#include <draco/metadata/geometry_metadata.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/base/status_macros.h"
+
+namespace liquidblend::encode {
+namespace {
+
+constexpr int kPosition = 0;  // number of the attribute that is always there
+constexpr int kDimensions = 3;
+constexpr int kNormalBits = 10;    // octahedral: a tenth of a degree
+constexpr int kVelocityBits = 14;  // of the frame's own range
+
+absl::Status StatusOf(const draco::Status& status) {
+  if (status.ok()) return absl::OkStatus();
+  return absl::InternalError(absl::StrCat("libdraco: ", status.error_msg_string()));
+}
+
+// Triangles without repeated vertices, and the vertices that they use, renumbered by first use.
+struct UsedPart {
+  std::vector<std::array<uint32_t, 3>> triangles;
+  std::vector<int32_t> vertices;  // of the mesh
+};
+
+UsedPart FindUsedPart(const mesh::TriangleMesh& mesh) {
+  UsedPart used;
+  used.triangles.reserve(mesh.num_triangles());
+  used.vertices.reserve(mesh.num_vertices());
+  std::vector<int32_t> number(mesh.num_vertices(), -1);
+  for (Eigen::Index t = 0; t < mesh.num_triangles(); ++t) {
+    const Eigen::Vector3i corners = mesh.triangles.col(t);
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    std::array<uint32_t, 3>& triangle = used.triangles.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      int32_t& v = number[corners[k]];
+      if (v < 0) {
+        v = static_cast<int32_t>(used.vertices.size());
+        used.vertices.push_back(corners[k]);
+      }
+      triangle[k] = static_cast<uint32_t>(v);
+    }
+  }
+  return used;
+}
+
+// libdraco does not clamp: a position outside of the grid would need more bits than it has.
+std::array<float, 3> ClampToGrid(const Eigen::Vector3f& position, const Grid& grid) {
+  std::array<float, 3> clamped;
+  for (int k = 0; k < 3; ++k) {
+    clamped[k] = std::clamp(position[k], grid.origin[k], grid.origin[k] + grid.extent_m);
+  }
+  return clamped;
+}
+
+// Adds an attribute of three floats per vertex and returns its number; value(v): of vertex v of the
+// mesh.
+template <typename Value>
+int AddAttribute(draco::GeometryAttribute::Type type, const UsedPart& used, const Value& value,
+                 draco::Mesh& out) {
+  draco::GeometryAttribute attribute;
+  attribute.Init(type, nullptr, kDimensions, draco::DT_FLOAT32, false, sizeof(float) * kDimensions,
+                 0);
+  const int id = out.AddAttribute(attribute, /*identity_mapping=*/true, out.num_points());
+  for (uint32_t v = 0; v < out.num_points(); ++v) {
+    const std::array<float, 3> numbers = value(used.vertices[v]);
+    out.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(v), numbers.data());
+  }
+  return id;
+}
+
+// What the encoder is given, and the numbers of the optional attributes; -1: not there.
+struct DracoMesh {
+  std::unique_ptr<draco::Mesh> mesh;
+  int normal = -1;
+  int velocity = -1;
+};
+
+// Built by hand: libdraco's own builder removes duplicates, which is slow and changes the mesh.
+DracoMesh ToDraco(const mesh::TriangleMesh& mesh, const UsedPart& used, const Grid& grid) {
+  DracoMesh out{std::make_unique<draco::Mesh>()};
+  out.mesh->set_num_points(static_cast<uint32_t>(used.vertices.size()));
+  AddAttribute(
+      draco::GeometryAttribute::POSITION, used,
+      [&](int32_t v) { return ClampToGrid(mesh.vertices.col(v), grid); }, *out.mesh);
+  const auto column = [](const Eigen::Matrix3Xf& values, int32_t v) {
+    return std::array<float, 3>{values(0, v), values(1, v), values(2, v)};
+  };
+  if (mesh.normals.cols() > 0) {
+    out.normal = AddAttribute(
+        draco::GeometryAttribute::NORMAL, used, [&](int32_t v) { return column(mesh.normals, v); },
+        *out.mesh);
+  }
+  if (mesh.velocities.cols() > 0) {
+    out.velocity = AddAttribute(
+        draco::GeometryAttribute::GENERIC, used,
+        [&](int32_t v) { return column(mesh.velocities, v); }, *out.mesh);
+    auto metadata = std::make_unique<draco::AttributeMetadata>();
+    metadata->AddEntryString("name", kVelocityName);
+    out.mesh->AddAttributeMetadata(out.velocity, std::move(metadata));
+  }
+  out.mesh->SetNumFaces(used.triangles.size());
+  for (uint32_t t = 0; t < used.triangles.size(); ++t) {
+    const auto& [a, b, c] = used.triangles[t];
+    out.mesh->SetFace(draco::FaceIndex(t),
+                      {draco::PointIndex(a), draco::PointIndex(b), draco::PointIndex(c)});
+  }
+  return out;
+}
+
+// What libdraco is told for a preset. A higher speed also means less precise probabilities.
+struct Settings {
+  int speed;
+  EdgebreakerMethod method;
+  draco::PredictionSchemeMethod prediction;
+};
+
+Settings SettingsOf(Preset preset) {
+  switch (preset) {
+    case Preset::kBalanced:
+      return {4, EdgebreakerMethod::kValence, draco::MESH_PREDICTION_PARALLELOGRAM};
+    case Preset::kSmallest:
+      return {0, EdgebreakerMethod::kValence,
+              draco::MESH_PREDICTION_CONSTRAINED_MULTI_PARALLELOGRAM};
+    default:
+      return {7, EdgebreakerMethod::kStandard, draco::MESH_PREDICTION_PARALLELOGRAM};
+  }
+}
+
+void ChooseMethods(const DracoOptions& options, const DracoMesh& mesh,
+                   draco::ExpertEncoder& encoder) {
+  const Settings settings = SettingsOf(options.preset);
+  encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
+  encoder.options().SetGlobalInt("edgebreaker_method", static_cast<int>(settings.method));
+  encoder.options().SetGlobalBool("split_mesh_on_seams", true);  // there are none
+  if (mesh.normal >= 0) encoder.SetAttributeQuantization(mesh.normal, kNormalBits);
+  if (mesh.velocity >= 0) encoder.SetAttributeQuantization(mesh.velocity, kVelocityBits);
+  draco::Options position;  // its setters round to six decimals and know fewer schemes
+  position.SetInt("quantization_bits", options.position_bits);
+  const std::array<float, 3>& origin = options.grid.origin;
+  position.SetString("quantization_origin",
+                     absl::StrFormat("%.9g %.9g %.9g", origin[0], origin[1], origin[2]));
+  position.SetString("quantization_range", absl::StrFormat("%.9g", options.grid.extent_m));
+  position.SetInt("prediction_scheme", settings.prediction);
+  encoder.options().SetAttributeOptions(kPosition, position);
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> EncodeWithLibdraco(const mesh::TriangleMesh& mesh,
+                                               const DracoOptions& options) {
+  const UsedPart used = FindUsedPart(mesh);
+  const DracoMesh draco_mesh = ToDraco(mesh, used, options.grid);
+  draco::ExpertEncoder encoder(*draco_mesh.mesh);
+  const int speed = SettingsOf(options.preset).speed;
+  encoder.SetSpeedOptions(speed, speed);
+  if (used.triangles.empty()) {
+    // Edgebreaker refuses a mesh without triangles, and the decoder a quantised attribute without
+    // values; this is what every decoder reads.
+    encoder.SetEncodingMethod(draco::MESH_SEQUENTIAL_ENCODING);
+  } else {
+    ChooseMethods(options, draco_mesh, encoder);
+  }
+  draco::EncoderBuffer buffer;
+  LB_RETURN_IF_ERROR(StatusOf(encoder.EncodeToBuffer(&buffer)));
+  return std::string(buffer.data(), buffer.size());
+}
+
+}  // namespace liquidblend::encode

@@ -1,0 +1,19 @@
+// A triangle surface as a standard Draco mesh, by libdraco: for what SurfaceWriter leaves to it,
+// and as its judge in tests and benchmarks.
+#pragma once
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/triangle_mesh.h"
+#include "server/encode/draco.h"
+
+namespace liquidblend::encode {
+
+// As EncodeDraco(). Requires: mesh passed Validate(), options, too.
+// Errors: kInternal (libdraco's message).
+// Threads: safe, same bytes always.  Cost: 0.1 to 0.5 us per triangle.
+absl::StatusOr<std::string> EncodeWithLibdraco(const mesh::TriangleMesh& mesh,
+                                               const DracoOptions& options);
+
+}  // namespace liquidblend::encode
