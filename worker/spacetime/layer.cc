@@ -62,6 +62,7 @@ int32_t Layer::Part::TriangleNear(int i, int j, int k) const {
 Layer::Layer(const Grid& grid, GridSurface surface) {
   parts_.emplace_back(grid, std::move(surface), 1.0f);
   inside_ = parts_[0].inside;
+  MarkSheets(grid, parts_[0].surface);
 }
 
 Layer::Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share) {
@@ -70,6 +71,7 @@ Layer::Layer(const Grid& grid, GridSurface forward, GridSurface backward, float 
   parts_.emplace_back(grid, std::move(backward), share);
   inside_ = parts_[0].inside;
   BlendInside(grid);
+  MarkSheets(grid, parts_[share > 0.5f ? 1 : 0].surface);
 }
 
 // Where both parts agree so does their mean.
@@ -90,17 +92,34 @@ void Layer::BlendInside(const Grid& grid) {
   }
 }
 
+void Layer::MarkSheets(const Grid& grid, const GridSurface& surface) {
+  sheet_points_ = FindSheetPoints(grid, surface);
+  for (const SheetPoint& p : sheet_points_) {
+    inside_.MutableRow(grid.Row(p.j, p.k))[p.i >> 6] |= uint64_t{1} << (p.i & 63);
+  }
+}
+
+float Layer::SheetThickness(int i, int j, int k) const {
+  if (sheet_points_.empty()) return 0;
+  const auto found = std::lower_bound(sheet_points_.begin(), sheet_points_.end(),
+                                      SheetPoint{i, j, k, 0}, Precedes);
+  const bool is_there =
+      found != sheet_points_.end() && found->i == i && found->j == j && found->k == k;
+  return is_there ? found->thickness : 0;
+}
+
 bool Layer::has_velocities() const {
   return std::all_of(parts_.begin(), parts_.end(), [](const Part& part) {
     return part.surface.velocities.cols() > 0 || part.surface.vertices.cols() == 0;
   });
 }
 
+// Those of points where the parts cancel out are as BlendInside has it: outside.
 float Layer::Distance(int i, int j, int k) const {
   float sum = 0;
   for (const Part& part : parts_) sum += part.weight * part.Distance(i, j, k);
   const float distance = std::max(kTiny, std::abs(sum));
-  return inside_.At(i, j, k) ? -distance : distance;
+  return sum < 0 ? -distance : distance;
 }
 
 Eigen::Vector3f Layer::Gradient(int i, int j, int k) const {

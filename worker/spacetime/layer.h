@@ -8,6 +8,7 @@
 
 #include "worker/spacetime/distance_band.h"
 #include "worker/spacetime/grid.h"
+#include "worker/spacetime/sheet_points.h"
 
 namespace liquidblend::spacetime {
 
@@ -22,7 +23,10 @@ class Layer {
   // share: a frame moved forward and the next one moved back.
   Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share);
 
+  // The points of thin sheets among them, which may lie outside.
   const InsideBits& inside() const { return inside_; }
+  // Of the sheet in grid units if this is a point of a thin sheet (sheet_points.h); else 0.
+  float SheetThickness(int i, int j, int k) const;
   bool has_velocities() const;
 
   // Never zero; about kBandWidth beyond the band.
@@ -45,9 +49,11 @@ class Layer {
     float weight;
   };
   void BlendInside(const Grid& grid);
+  void MarkSheets(const Grid& grid, const GridSurface& surface);
 
   std::vector<Part> parts_;  // one or two
   InsideBits inside_;
+  std::vector<SheetPoint> sheet_points_;
 };
 
 }  // namespace liquidblend::spacetime

@@ -13,6 +13,8 @@ constexpr float kTimeMargin = 0.05f;  // vertices stay this far from the layers,
 // nearly as they are.
 constexpr int kMeetSteps = 3;
 constexpr float kDamping = 0.05f;  // per plane
+// The sides of a sheet may be further from its points than the points are from one another.
+constexpr float kBeyondCell = 1.5f;
 
 // The 16 signed distances at the corners of a 4D cell; bits of the index: x, y, z, t.
 using Corners = std::array<float, 16>;
@@ -39,8 +41,9 @@ Corners Sample(const Cell& cell) {
 }
 
 // A margin in space would push walls that lie in a grid plane off it.
-Eigen::Vector4f ClampToCell(const Eigen::Vector4f& p) {
-  Eigen::Vector4f clamped = p.cwiseMax(0.0f).cwiseMin(1.0f);
+//   beyond  how far outside of the cell it may be in space
+Eigen::Vector4f ClampToCell(const Eigen::Vector4f& p, float beyond = 0.0f) {
+  Eigen::Vector4f clamped = p.cwiseMax(-beyond).cwiseMin(1.0f + beyond);
   clamped.w() = std::clamp(clamped.w(), kTimeMargin, 1.0f - kTimeMargin);
   return clamped;
 }
@@ -69,6 +72,17 @@ Eigen::Vector4f MeanCrossing(const Corners& phi, uint32_t edges) {
   return ClampToCell(sum / static_cast<float>(count));
 }
 
+// Mean of the middles of a sheet's edges.
+Eigen::Vector4f Middle(uint32_t edges) {
+  Eigen::Vector4f sum = Eigen::Vector4f::Zero();
+  int count = 0;
+  ForEachEdge(edges, [&](int, int lower, int upper) {
+    sum += 0.5f * (CornerOf(lower) + CornerOf(upper));
+    ++count;
+  });
+  return sum / static_cast<float>(count);
+}
+
 // Hyperplanes that touch the space-time surface: normal . p = offset.
 struct Planes {
   std::array<Eigen::Vector4f, 16> normal;  // unit length
@@ -76,13 +90,18 @@ struct Planes {
   int count = 0;
 };
 
-// One plane for each end of a sheet's edges: where its distance, continued along its gradient, is
-// zero. The slope in time comes from the other layer.
-Planes TangentPlanes(const Cell& cell, const Corners& phi, uint32_t edges) {
+// Bits of the ends of a sheet's edges.
+uint32_t EndsOf(uint32_t edges) {
   uint32_t corners = 0;
   ForEachEdge(edges, [&](int, int lower, int upper) {
     corners |= uint32_t{1} << lower | uint32_t{1} << upper;
   });
+  return corners;
+}
+
+// One plane for each of the corners: where its distance, continued along its gradient, is zero. The
+// slope in time comes from the other layer.
+Planes TangentPlanes(const Cell& cell, const Corners& phi, uint32_t corners) {
   Planes planes;
   for (int c = 0; c < 16; ++c) {
     if ((corners >> c & 1) == 0) continue;
@@ -99,7 +118,7 @@ Planes TangentPlanes(const Cell& cell, const Corners& phi, uint32_t edges) {
 
 // The point nearest to all planes in the least-squares sense, from p: sharp edges of the surface
 // (walls meeting, say) keep their place, which the zero set of interpolated distances rounds off.
-Eigen::Vector4f Meet(const Planes& planes, Eigen::Vector4f p) {
+Eigen::Vector4f Meet(const Planes& planes, Eigen::Vector4f p, float beyond = 0.0f) {
   if (planes.count == 0) return p;
   Eigen::Matrix4f normal_matrix =
       kDamping * static_cast<float>(planes.count) * Eigen::Matrix4f::Identity();
@@ -114,7 +133,57 @@ Eigen::Vector4f Meet(const Planes& planes, Eigen::Vector4f p) {
     }
     p += factor.solve(rhs);
   }
-  return ClampToCell(p);
+  return ClampToCell(p, beyond);
+}
+
+// The mean thickness of thin sheets at the cell's corners; 0: there are none.
+float SheetThickness(const Cell& cell, uint16_t inside) {
+  float sum = 0;
+  int count = 0;
+  for (int c = 0; c < 16; ++c) {
+    if ((inside >> c & 1) == 0) continue;
+    const float thickness = cell.LayerOf(c).SheetThickness(cell.x(c), cell.y(c), cell.z(c));
+    sum += thickness;
+    count += thickness > 0 ? 1 : 0;
+  }
+  return count > 0 ? sum / static_cast<float>(count) : 0;
+}
+
+// Where the edges of a sheet of the surface lead out of the liquid.
+Eigen::Vector3f Outward(uint16_t inside, uint32_t edges) {
+  Eigen::Vector3f outward = Eigen::Vector3f::Zero();
+  ForEachEdge(edges, [&](int axis, int lower, int) {
+    if (axis < 3) outward[axis] += (inside >> lower & 1) != 0 ? 1.0f : -1.0f;
+  });
+  return outward;
+}
+
+// Of a thin sheet of liquid whose sides must not be mistaken for one another: on the side that its
+// edges lead out of, half-way in time, so that it never has another shape than in one of the
+// layers.
+Eigen::Vector4f PlaceOnSide(const Cell& cell, uint16_t inside, const Corners& phi, uint32_t edges,
+                            float thickness) {
+  const Eigen::Vector3f outward = Outward(inside, edges);
+  Corners to_side = phi;
+  uint32_t nearest = 0;  // corners that this side is the nearest to
+  for (int c = 0; c < 16; ++c) {
+    if (cell.LayerOf(c).Gradient(cell.x(c), cell.y(c), cell.z(c)).dot(outward) > 0) {
+      nearest |= uint32_t{1} << c;
+    } else {
+      to_side[c] = -phi[c] - thickness;
+    }
+  }
+  Planes planes = TangentPlanes(cell, to_side, nearest & EndsOf(edges));
+  for (int n = 0; n < planes.count; ++n) {
+    planes.offset[n] -= 0.5f * planes.normal[n].w();
+    planes.normal[n].w() = 0;
+    const float length = planes.normal[n].norm();
+    planes.normal[n] /= length;
+    planes.offset[n] /= length;
+  }
+  Eigen::Vector4f p = Middle(edges);
+  p.w() = 0.5f;
+  return Meet(planes, p, kBeyondCell);
 }
 
 // Bits of the cells of row (j, k) whose corners are mixed.
@@ -171,10 +240,13 @@ Slab PlaceVertices(const Grid& grid, const Layer& earlier, const Layer& later) {
         slab.cell_inside.push_back(inside);
         slab.first_vertex.push_back(static_cast<int32_t>(slab.num_vertices()));
         const CellSheets sheets = FindSheets(inside);
+        const float thickness = SheetThickness(cell, inside);
         for (int n = 0; n < sheets.count; ++n) {
           const uint32_t edges = sheets.edges[n];
           const Eigen::Vector4f local =
-              Meet(TangentPlanes(cell, phi, edges), MeanCrossing(phi, edges));
+              thickness > 0
+                  ? PlaceOnSide(cell, inside, phi, edges, thickness)
+                  : Meet(TangentPlanes(cell, phi, EndsOf(edges)), MeanCrossing(phi, edges));
           const Eigen::Vector4f p = local + Eigen::Vector4i(i, j, k, 0).cast<float>();
           slab.vertices.push_back(p);
           if (!has_velocities) continue;
