@@ -59,19 +59,20 @@ int32_t Layer::Part::TriangleNear(int i, int j, int k) const {
   return t;
 }
 
-Layer::Layer(const Grid& grid, GridSurface surface) {
+Layer::Layer(const Grid& grid, GridSurface surface, float motion) {
   parts_.emplace_back(grid, std::move(surface), 1.0f);
   inside_ = parts_[0].inside;
-  MarkSheets(grid, parts_[0].surface);
+  MarkSheets(grid, parts_[0].surface, motion);
 }
 
-Layer::Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share) {
+Layer::Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share,
+             float motion) {
   parts_.reserve(2);
   parts_.emplace_back(grid, std::move(forward), 1.0f - share);
   parts_.emplace_back(grid, std::move(backward), share);
   inside_ = parts_[0].inside;
   BlendInside(grid);
-  MarkSheets(grid, parts_[share > 0.5f ? 1 : 0].surface);
+  MarkSheets(grid, parts_[share > 0.5f ? 1 : 0].surface, motion);
 }
 
 // Where both parts agree so does their mean.
@@ -92,11 +93,11 @@ void Layer::BlendInside(const Grid& grid) {
   }
 }
 
-void Layer::MarkSheets(const Grid& grid, const GridSurface& surface) {
-  sheet_points_ = FindSheetPoints(grid, surface);
-  for (const SheetPoint& p : sheet_points_) {
-    inside_.MutableRow(grid.Row(p.j, p.k))[p.i >> 6] |= uint64_t{1} << (p.i & 63);
-  }
+void Layer::MarkSheets(const Grid& grid, const GridSurface& surface, float motion) {
+  sheet_points_ = FindSheetPoints(grid, surface, motion);
+  if (sheet_points_.empty()) return;
+  AddToInside(
+      grid, [&](int i, int j, int k) { return Distance(i, j, k); }, sheet_points_, inside_);
 }
 
 float Layer::SheetThickness(int i, int j, int k) const {

@@ -16,12 +16,13 @@ namespace liquidblend::spacetime {
 class Layer {
  public:
   // The distance to one surface.
+  //   motion  spacings that one metre per second goes from layer to layer
   // Requires: a closed, oriented surface within the grid.
-  Layer(const Grid& grid, GridSurface surface);
+  Layer(const Grid& grid, GridSurface surface, float motion = 0);
 
   // The mean of the distances to two surfaces that show the same moment, weighted 1 - share and
   // share: a frame moved forward and the next one moved back.
-  Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share);
+  Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share, float motion = 0);
 
   // The points of thin sheets among them, which may lie outside.
   const InsideBits& inside() const { return inside_; }
@@ -49,7 +50,7 @@ class Layer {
     float weight;
   };
   void BlendInside(const Grid& grid);
-  void MarkSheets(const Grid& grid, const GridSurface& surface);
+  void MarkSheets(const Grid& grid, const GridSurface& surface, float motion);
 
   std::vector<Part> parts_;  // one or two
   InsideBits inside_;

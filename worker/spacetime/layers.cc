@@ -51,11 +51,21 @@ GridSurface SurfaceAt(const mesh::Animation& animation, int frame, double time, 
           animation.frames[frame].velocities};
 }
 
-Layer SampleLayer(const mesh::Animation& animation, const LayerTime& layer, const Grid& grid) {
+// Spacings that one metre per second goes from layer l to the further one of its neighbours.
+float MotionAt(const mesh::Animation& animation, const std::vector<LayerTime>& times, int l,
+               const Grid& grid) {
+  const size_t before = std::max(0, l - 1), after = std::min<size_t>(l + 1, times.size() - 1);
+  const double frames =
+      std::max(times[l].time - times[before].time, times[after].time - times[l].time);
+  return static_cast<float>(frames / (animation.frames_per_second * grid.spacing_m));
+}
+
+Layer SampleLayer(const mesh::Animation& animation, const LayerTime& layer, const Grid& grid,
+                  float motion) {
   GridSurface earlier = SurfaceAt(animation, layer.earlier, layer.time, grid);
-  if (layer.earlier == layer.later) return Layer(grid, std::move(earlier));
+  if (layer.earlier == layer.later) return Layer(grid, std::move(earlier), motion);
   return Layer(grid, std::move(earlier), SurfaceAt(animation, layer.later, layer.time, grid),
-               static_cast<float>(layer.share));
+               static_cast<float>(layer.share), motion);
 }
 
 }  // namespace
@@ -75,7 +85,8 @@ absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, std::vecto
     const int count = std::min(kWaveLayers, num_layers - begin);
     arena.Run(count, [&](int64_t n) {
       const int l = begin + static_cast<int>(n);
-      wave[n + 1].emplace(SampleLayer(animation, result.times[l], grid));
+      wave[n + 1].emplace(SampleLayer(animation, result.times[l], grid,
+                                      MotionAt(animation, result.times, l, grid)));
       result.inside[l] = wave[n + 1]->inside();
     });
     arena.Run(count, [&](int64_t n) {

@@ -15,6 +15,7 @@ constexpr int kMeetSteps = 3;
 constexpr float kDamping = 0.05f;  // per plane
 // The sides of a sheet may be further from its points than the points are from one another.
 constexpr float kBeyondCell = 1.5f;
+constexpr float kMinSlope = 0.1f;  // of a plane in space
 
 // The 16 signed distances at the corners of a 4D cell; bits of the index: x, y, z, t.
 using Corners = std::array<float, 16>;
@@ -158,9 +159,24 @@ Eigen::Vector3f Outward(uint16_t inside, uint32_t edges) {
   return outward;
 }
 
-// Of a thin sheet of liquid whose sides must not be mistaken for one another: on the side that its
-// edges lead out of, half-way in time, so that it never has another shape than in one of the
-// layers.
+// The same planes half-way in time; without those that hardly depend on the place.
+Planes HalfWay(const Planes& planes) {
+  Planes result;
+  for (int n = 0; n < planes.count; ++n) {
+    Eigen::Vector4f normal = planes.normal[n];
+    const float offset = planes.offset[n] - 0.5f * normal.w();
+    normal.w() = 0;
+    const float length = normal.norm();
+    if (!(length > kMinSlope)) continue;
+    result.normal[result.count] = normal / length;
+    result.offset[result.count] = offset / length;
+    ++result.count;
+  }
+  return result;
+}
+
+// For a thin sheet, whose sides must not be mistaken for one another: on the side that the edges
+// lead to, and half-way in time, so that slices have no other parts and holes than the layers.
 Eigen::Vector4f PlaceOnSide(const Cell& cell, uint16_t inside, const Corners& phi, uint32_t edges,
                             float thickness) {
   const Eigen::Vector3f outward = Outward(inside, edges);
@@ -173,17 +189,9 @@ Eigen::Vector4f PlaceOnSide(const Cell& cell, uint16_t inside, const Corners& ph
       to_side[c] = -phi[c] - thickness;
     }
   }
-  Planes planes = TangentPlanes(cell, to_side, nearest & EndsOf(edges));
-  for (int n = 0; n < planes.count; ++n) {
-    planes.offset[n] -= 0.5f * planes.normal[n].w();
-    planes.normal[n].w() = 0;
-    const float length = planes.normal[n].norm();
-    planes.normal[n] /= length;
-    planes.offset[n] /= length;
-  }
-  Eigen::Vector4f p = Middle(edges);
-  p.w() = 0.5f;
-  return Meet(planes, p, kBeyondCell);
+  Eigen::Vector4f middle = Middle(edges);
+  middle.w() = 0.5f;
+  return Meet(HalfWay(TangentPlanes(cell, to_side, nearest & EndsOf(edges))), middle, kBeyondCell);
 }
 
 // Bits of the cells of row (j, k) whose corners are mixed.

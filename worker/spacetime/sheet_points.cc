@@ -16,10 +16,12 @@ namespace {
 constexpr float kOpposed = -0.5f;
 // A sheet's lines are those along the largest component of its normal, or one about as large.
 constexpr float kDominant = 0.9f;
-// So that triangles of either side can have: less is no side of such a sheet.
-constexpr float kMinSlope = 0.2f;
-// No sheet with points of its own is further through along a grid line.
-constexpr double kMaxLength = 2.5;
+constexpr float kMinSlope = 0.2f;  // of the triangles at such lines' ends
+// Sheets that bend need more points than flat ones.
+constexpr float kSlack = 0.25f;
+constexpr float kMaxMotion = 1.5f;  // what moves further until the next layer counts as if this far
+// No sheet with points of its own is further through along a line.
+constexpr double kMaxLength = 5.3;
 
 Eigen::Vector3f AreaNormal(const GridSurface& surface, int64_t t) {
   const Eigen::Vector3f a = surface.vertices.col(surface.triangles(0, t));
@@ -41,28 +43,39 @@ std::vector<Crossing> CrossingsAlong(const GridSurface& surface, const GridLines
   return crossings;
 }
 
+// How far the liquid at a triangle moves along `normal` from layer to layer.
+float MotionAlong(const GridSurface& surface, int32_t t, const Eigen::Vector3f& normal,
+                  float motion) {
+  if (surface.velocities.cols() == 0) return 0;
+  float sum = 0;
+  for (int c = 0; c < 3; ++c) sum += normal.dot(surface.velocities.col(surface.triangles(c, t)));
+  return std::clamp(motion * sum / 3, -kMaxMotion, kMaxMotion);
+}
+
 // What is between two crossings of a line.
 struct Interval {
   double begin = 0.0, end = -1.0;  // of the points that it needs; none
   float thickness = 0.0f;
 };
 
-Interval SheetInterval(const GridSurface& surface, int axis, const Crossing& in,
+Interval SheetInterval(const GridSurface& surface, int axis, float motion, const Crossing& in,
                        const Crossing& out) {
   const Eigen::Vector3f before = AreaNormal(surface, in.triangle).stableNormalized();
   const Eigen::Vector3f after = AreaNormal(surface, out.triangle).stableNormalized();
   if (!(before.dot(after) < kOpposed)) return {};
   const Eigen::Vector3f normal = (after - before).normalized();
-  std::array<float, 3> slope = {std::abs(normal[0]), std::abs(normal[1]), std::abs(normal[2])};
+  std::array<float, 4> slope = {std::abs(normal[0]), std::abs(normal[1]), std::abs(normal[2]), 0};
   const float along = slope[axis];
+  if (along < kDominant * std::max({slope[0], slope[1], slope[2]})) return {};
+  slope[3] = std::abs(0.5f * (MotionAlong(surface, in.triangle, normal, motion) +
+                              MotionAlong(surface, out.triangle, normal, motion)));
   std::sort(slope.begin(), slope.end());
-  if (along < kDominant * slope[2]) return {};
-  const double half = 0.5 * (slope[1] + slope[2]) / along, middle = 0.5 * (in.at + out.at);
+  const double half = 0.5 * (slope[2] + slope[3] + kSlack) / along, middle = 0.5 * (in.at + out.at);
   if (out.at - in.at >= 2 * half) return {};
   return {middle - half, middle + half, along * static_cast<float>(out.at - in.at)};
 }
 
-void AddPointsAlong(const Grid& grid, const GridSurface& surface, int axis,
+void AddPointsAlong(const Grid& grid, const GridSurface& surface, int axis, float motion,
                     std::vector<SheetPoint>& points) {
   const GridLines lines(grid, axis);
   const std::vector<Crossing> crossings = CrossingsAlong(surface, lines);
@@ -70,9 +83,9 @@ void AddPointsAlong(const Grid& grid, const GridSurface& surface, int axis,
     const Crossing &in = crossings[n], &out = crossings[n + 1];
     if (in.line != out.line || in.winding < 0 || out.winding > 0) continue;
     if (out.at - in.at > kMaxLength) continue;
-    const Interval interval = SheetInterval(surface, axis, in, out);
-    const int end = std::min(grid.dims[axis] - 1, static_cast<int>(std::floor(interval.end)));
-    for (int a = std::max(0, static_cast<int>(std::ceil(interval.begin))); a <= end; ++a) {
+    const Interval interval = SheetInterval(surface, axis, motion, in, out);
+    const int end = std::min(grid.dims[axis] - 2, static_cast<int>(std::floor(interval.end)));
+    for (int a = std::max(1, static_cast<int>(std::ceil(interval.begin))); a <= end; ++a) {
       std::array<int, 3> point;
       point[axis] = a;
       point[lines.u] = static_cast<int>(in.line % lines.num_u);
@@ -82,15 +95,53 @@ void AddPointsAlong(const Grid& grid, const GridSurface& surface, int axis,
   }
 }
 
+// The point `step` along an axis from p.
+SheetPoint Next(SheetPoint p, int axis, int step) {
+  (axis == 0 ? p.i : axis == 1 ? p.j : p.k) += step;
+  return p;
+}
+
+void SetInside(const Grid& grid, const SheetPoint& p, InsideBits& inside) {
+  inside.MutableRow(grid.Row(p.j, p.k))[p.i >> 6] |= uint64_t{1} << (p.i & 63);
+}
+
+bool IsInside(const SheetPoint& p, const InsideBits& inside) { return inside.At(p.i, p.j, p.k); }
+
+bool AtEnd(const Grid& grid, const SheetPoint& p) {
+  return p.i < 1 || p.j < 1 || p.k < 1 || p.i + 2 > grid.dims[0] || p.j + 2 > grid.dims[1] ||
+         p.k + 2 > grid.dims[2];
+}
+
 }  // namespace
 
-std::vector<SheetPoint> FindSheetPoints(const Grid& grid, const GridSurface& surface) {
+std::vector<SheetPoint> FindSheetPoints(const Grid& grid, const GridSurface& surface,
+                                        float motion) {
   std::vector<SheetPoint> points;
-  for (int axis = 0; axis < 3; ++axis) AddPointsAlong(grid, surface, axis, points);
+  for (int axis = 0; axis < 3; ++axis) AddPointsAlong(grid, surface, axis, motion, points);
   std::stable_sort(points.begin(), points.end(), Precedes);
   const auto same = [](const SheetPoint& a, const SheetPoint& b) { return !Precedes(a, b); };
   points.erase(std::unique(points.begin(), points.end(), same), points.end());
   return points;
+}
+
+void AddToInside(const Grid& grid, absl::FunctionRef<float(int, int, int)> distance,
+                 std::vector<SheetPoint>& points, InsideBits& inside) {
+  for (const SheetPoint& p : points) SetInside(grid, p, inside);
+  for (size_t n = 0; n < points.size(); ++n) {  // grows on the way
+    for (int face = 0; face < 12; ++face) {
+      const int axis = face / 4, other = (axis + 1) % 3;
+      const int step = (face & 1) != 0 ? 1 : -1, other_step = (face & 2) != 0 ? 1 : -1;
+      const SheetPoint a = Next(points[n], axis, step), b = Next(points[n], other, other_step);
+      if (IsInside(a, inside) || IsInside(b, inside)) continue;
+      if (!IsInside(Next(a, other, other_step), inside) || AtEnd(grid, a) || AtEnd(grid, b)) {
+        continue;
+      }
+      const float at_a = distance(a.i, a.j, a.k), at_b = distance(b.i, b.j, b.k);
+      points.push_back(at_a < at_b || (at_a == at_b && Precedes(a, b)) ? a : b);
+      SetInside(grid, points.back(), inside);
+    }
+  }
+  std::sort(points.begin(), points.end(), Precedes);
 }
 
 }  // namespace liquidblend::spacetime
