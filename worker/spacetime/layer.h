@@ -24,13 +24,13 @@ class Layer {
   // share: a frame moved forward and the next one moved back.
   Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share, float motion = 0);
 
-  // The points of thin sheets among them, which may lie outside.
+  // The sheet points among them, which may lie outside of the liquid.
   const InsideBits& inside() const { return inside_; }
   // Of the sheet in grid units if this is a point of a thin sheet (sheet_points.h); else 0.
   float SheetThickness(int i, int j, int k) const;
   bool has_velocities() const;
 
-  // Never zero; about kBandWidth beyond the band.
+  // Never zero; about kBandWidth beyond the band. Positive at sheet points outside of the liquid.
   float Distance(int i, int j, int k) const;
   // Exact, also at sharp edges, where the distance is; zero beyond the band.
   Eigen::Vector3f Gradient(int i, int j, int k) const;

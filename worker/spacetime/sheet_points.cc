@@ -16,7 +16,7 @@ namespace {
 constexpr float kOpposed = -0.5f;
 // A sheet's lines are those along the largest component of its normal, or one about as large.
 constexpr float kDominant = 0.9f;
-constexpr float kMinSlope = 0.2f;  // of the triangles at such lines' ends
+constexpr float kMinSlope = 0.4f;  // of the triangles at such lines' ends
 // Sheets that bend need more points than flat ones.
 constexpr float kSlack = 0.25f;
 constexpr float kMaxMotion = 1.5f;  // what moves further until the next layer counts as if this far
@@ -34,7 +34,8 @@ std::vector<Crossing> CrossingsAlong(const GridSurface& surface, const GridLines
   std::vector<Crossing> crossings;
   for (int64_t t = 0; t < surface.triangles.cols(); ++t) {
     const Eigen::Vector3f normal = AreaNormal(surface, t);
-    if (!(std::abs(normal[lines.axis]) > kMinSlope * normal.norm())) continue;
+    const float along = normal[lines.axis];
+    if (!(along * along > kMinSlope * kMinSlope * normal.squaredNorm())) continue;
     CrossLines(surface, t, lines, NthLineShift(0), crossings);
   }
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
@@ -75,6 +76,11 @@ Interval SheetInterval(const GridSurface& surface, int axis, float motion, const
   return {middle - half, middle + half, along * static_cast<float>(out.at - in.at)};
 }
 
+bool AtEnd(const Grid& grid, const SheetPoint& p) {
+  return p.i < 1 || p.j < 1 || p.k < 1 || p.i + 2 > grid.dims[0] || p.j + 2 > grid.dims[1] ||
+         p.k + 2 > grid.dims[2];
+}
+
 void AddPointsAlong(const Grid& grid, const GridSurface& surface, int axis, float motion,
                     std::vector<SheetPoint>& points) {
   const GridLines lines(grid, axis);
@@ -84,13 +90,14 @@ void AddPointsAlong(const Grid& grid, const GridSurface& surface, int axis, floa
     if (in.line != out.line || in.winding < 0 || out.winding > 0) continue;
     if (out.at - in.at > kMaxLength) continue;
     const Interval interval = SheetInterval(surface, axis, motion, in, out);
-    const int end = std::min(grid.dims[axis] - 2, static_cast<int>(std::floor(interval.end)));
-    for (int a = std::max(1, static_cast<int>(std::ceil(interval.begin))); a <= end; ++a) {
-      std::array<int, 3> point;
+    std::array<int, 3> point;
+    point[lines.u] = static_cast<int>(in.line % lines.num_u);
+    point[lines.v] = static_cast<int>(in.line / lines.num_u);
+    const int end = static_cast<int>(std::floor(interval.end));
+    for (int a = static_cast<int>(std::ceil(interval.begin)); a <= end; ++a) {
       point[axis] = a;
-      point[lines.u] = static_cast<int>(in.line % lines.num_u);
-      point[lines.v] = static_cast<int>(in.line / lines.num_u);
-      points.push_back({point[0], point[1], point[2], interval.thickness});
+      const SheetPoint added = {point[0], point[1], point[2], interval.thickness};
+      if (!AtEnd(grid, added)) points.push_back(added);
     }
   }
 }
@@ -106,11 +113,6 @@ void SetInside(const Grid& grid, const SheetPoint& p, InsideBits& inside) {
 }
 
 bool IsInside(const SheetPoint& p, const InsideBits& inside) { return inside.At(p.i, p.j, p.k); }
-
-bool AtEnd(const Grid& grid, const SheetPoint& p) {
-  return p.i < 1 || p.j < 1 || p.k < 1 || p.i + 2 > grid.dims[0] || p.j + 2 > grid.dims[1] ||
-         p.k + 2 > grid.dims[2];
-}
 
 }  // namespace
 
