@@ -109,6 +109,15 @@ float Layer::SheetThickness(int i, int j, int k) const {
   return is_there ? found->thickness : 0;
 }
 
+bool Layer::HasSheetPoints(int j, int k) const {
+  for (const int plane : {k, k + 1}) {
+    const auto found = std::lower_bound(sheet_points_.begin(), sheet_points_.end(),
+                                        SheetPoint{0, j, plane, 0}, Precedes);
+    if (found != sheet_points_.end() && found->k == plane && found->j <= j + 1) return true;
+  }
+  return false;
+}
+
 bool Layer::has_velocities() const {
   return std::all_of(parts_.begin(), parts_.end(), [](const Part& part) {
     return part.surface.velocities.cols() > 0 || part.surface.vertices.cols() == 0;

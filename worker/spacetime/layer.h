@@ -28,6 +28,8 @@ class Layer {
   const InsideBits& inside() const { return inside_; }
   // Of the sheet in grid units if this is a point of a thin sheet (sheet_points.h); else 0.
   float SheetThickness(int i, int j, int k) const;
+  // Whether one of rows j and j + 1 of planes k and k + 1 has a point of a thin sheet.
+  bool HasSheetPoints(int j, int k) const;
   bool has_velocities() const;
 
   // Never zero; about kBandWidth beyond the band. Positive at sheet points outside of the liquid.

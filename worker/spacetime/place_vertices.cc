@@ -240,6 +240,7 @@ Slab PlaceVertices(const Grid& grid, const Layer& earlier, const Layer& later) {
       slab.row_begin.push_back(slab.num_cells());
       if (j + 1 == grid.dims[1] || k + 1 == grid.dims[2]) continue;
       MixedCells(grid, earlier.inside(), later.inside(), j, k, mixed);
+      const bool has_sheets = earlier.HasSheetPoints(j, k) || later.HasSheetPoints(j, k);
       ForEachBit(mixed.data(), grid.words_per_row(), [&](int i) {
         const Cell cell{earlier, later, i, j, k};
         const Corners phi = Sample(cell);
@@ -248,7 +249,7 @@ Slab PlaceVertices(const Grid& grid, const Layer& earlier, const Layer& later) {
         slab.cell_inside.push_back(inside);
         slab.first_vertex.push_back(static_cast<int32_t>(slab.num_vertices()));
         const CellSheets sheets = FindSheets(inside);
-        const float thickness = SheetThickness(cell, inside);
+        const float thickness = has_sheets ? SheetThickness(cell, inside) : 0;
         for (int n = 0; n < sheets.count; ++n) {
           const uint32_t edges = sheets.edges[n];
           const Eigen::Vector4f local =

@@ -30,17 +30,26 @@ Eigen::Vector3f AreaNormal(const GridSurface& surface, int64_t t) {
   return ab.cross(ac);
 }
 
-std::vector<Crossing> CrossingsAlong(const GridSurface& surface, const GridLines& lines) {
-  std::vector<Crossing> crossings;
+using CrossingsByAxis = std::array<std::vector<Crossing>, 3>;
+
+// In order along each line.
+CrossingsByAxis FindCrossings(const Grid& grid, const GridSurface& surface) {
+  const std::array<GridLines, 3> lines = {GridLines(grid, 0), GridLines(grid, 1),
+                                          GridLines(grid, 2)};
+  CrossingsByAxis crossings;
   for (int64_t t = 0; t < surface.triangles.cols(); ++t) {
     const Eigen::Vector3f normal = AreaNormal(surface, t);
-    const float along = normal[lines.axis];
-    if (!(along * along > kMinSlope * kMinSlope * normal.squaredNorm())) continue;
-    CrossLines(surface, t, lines, NthLineShift(0), crossings);
+    const float least_sq = kMinSlope * kMinSlope * normal.squaredNorm();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(normal[axis] * normal[axis] > least_sq)) continue;
+      CrossLines(surface, t, lines[axis], NthLineShift(0), crossings[axis]);
+    }
   }
-  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
-    return std::tie(a.line, a.at, a.triangle) < std::tie(b.line, b.at, b.triangle);
-  });
+  for (std::vector<Crossing>& along : crossings) {
+    std::sort(along.begin(), along.end(), [](const Crossing& a, const Crossing& b) {
+      return std::tie(a.line, a.at, a.triangle) < std::tie(b.line, b.at, b.triangle);
+    });
+  }
   return crossings;
 }
 
@@ -82,9 +91,8 @@ bool AtEnd(const Grid& grid, const SheetPoint& p) {
 }
 
 void AddPointsAlong(const Grid& grid, const GridSurface& surface, int axis, float motion,
-                    std::vector<SheetPoint>& points) {
+                    const std::vector<Crossing>& crossings, std::vector<SheetPoint>& points) {
   const GridLines lines(grid, axis);
-  const std::vector<Crossing> crossings = CrossingsAlong(surface, lines);
   for (size_t n = 0; n + 1 < crossings.size(); ++n) {
     const Crossing &in = crossings[n], &out = crossings[n + 1];
     if (in.line != out.line || in.winding < 0 || out.winding > 0) continue;
@@ -118,8 +126,11 @@ bool IsInside(const SheetPoint& p, const InsideBits& inside) { return inside.At(
 
 std::vector<SheetPoint> FindSheetPoints(const Grid& grid, const GridSurface& surface,
                                         float motion) {
+  const CrossingsByAxis crossings = FindCrossings(grid, surface);
   std::vector<SheetPoint> points;
-  for (int axis = 0; axis < 3; ++axis) AddPointsAlong(grid, surface, axis, motion, points);
+  for (int axis = 0; axis < 3; ++axis) {
+    AddPointsAlong(grid, surface, axis, motion, crossings[axis], points);
+  }
   std::stable_sort(points.begin(), points.end(), Precedes);
   const auto same = [](const SheetPoint& a, const SheetPoint& b) { return !Precedes(a, b); };
   points.erase(std::unique(points.begin(), points.end(), same), points.end());
