@@ -62,18 +62,20 @@ int32_t Layer::Part::TriangleNear(int i, int j, int k) const {
   return t;
 }
 
-Layer::Layer(const Grid& grid, GridSurface surface) {
+Layer::Layer(const Grid& grid, GridSurface surface, float motion) {
   parts_.emplace_back(grid, std::move(surface), 1.0f, nullptr);
   inside_ = parts_[0].inside;
+  MarkSheets(grid, parts_[0].surface, motion);
 }
 
 Layer::Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share,
-             const SlabSteps& wanted) {
+             const SlabSteps& wanted, float motion) {
   parts_.reserve(2);
   parts_.emplace_back(grid, std::move(forward), 1.0f - share, &wanted);
   parts_.emplace_back(grid, std::move(backward), share, &wanted);
   inside_ = parts_[0].inside;
   BlendInside(grid);
+  MarkSheets(grid, parts_[share > 0.5f ? 1 : 0].surface, motion);
 }
 
 // Where both parts agree so does their mean.
@@ -94,17 +96,43 @@ void Layer::BlendInside(const Grid& grid) {
   }
 }
 
+void Layer::MarkSheets(const Grid& grid, const GridSurface& surface, float motion) {
+  sheet_points_ = FindSheetPoints(grid, surface, motion);
+  if (sheet_points_.empty()) return;
+  AddToInside(
+      grid, [&](int i, int j, int k) { return Distance(i, j, k); }, sheet_points_, inside_);
+}
+
+float Layer::SheetThickness(int i, int j, int k) const {
+  if (sheet_points_.empty()) return 0;
+  const auto found = std::lower_bound(sheet_points_.begin(), sheet_points_.end(),
+                                      SheetPoint{i, j, k, 0}, Precedes);
+  const bool is_there =
+      found != sheet_points_.end() && found->i == i && found->j == j && found->k == k;
+  return is_there ? found->thickness : 0;
+}
+
+bool Layer::HasSheetPoints(int j, int k) const {
+  for (const int plane : {k, k + 1}) {
+    const auto found = std::lower_bound(sheet_points_.begin(), sheet_points_.end(),
+                                        SheetPoint{0, j, plane, 0}, Precedes);
+    if (found != sheet_points_.end() && found->k == plane && found->j <= j + 1) return true;
+  }
+  return false;
+}
+
 bool Layer::has_velocities() const {
   return std::all_of(parts_.begin(), parts_.end(), [](const Part& part) {
     return part.surface.velocities.cols() > 0 || part.surface.vertices.cols() == 0;
   });
 }
 
+// Those of points where the parts cancel out are as BlendInside has it: outside.
 float Layer::Distance(int i, int j, int k) const {
   float sum = 0;
   for (const Part& part : parts_) sum += part.weight * part.Distance(i, j, k);
   const float distance = std::max(kTiny, std::abs(sum));
-  return inside_.At(i, j, k) ? -distance : distance;
+  return sum < 0 ? -distance : distance;
 }
 
 Eigen::Vector3f Layer::Gradient(int i, int j, int k) const {

@@ -8,6 +8,7 @@
 
 #include "worker/spacetime/distance_band.h"
 #include "worker/spacetime/grid.h"
+#include "worker/spacetime/sheet_points.h"
 #include "worker/spacetime/slab_steps.h"
 
 namespace liquidblend::spacetime {
@@ -16,19 +17,24 @@ namespace liquidblend::spacetime {
 class Layer {
  public:
   // The distance to one surface.
+  //   motion  spacings that one metre per second goes from layer to layer
   // Requires: a closed, oriented surface within the grid.
-  Layer(const Grid& grid, GridSurface surface);
+  Layer(const Grid& grid, GridSurface surface, float motion = 0);
 
   // The mean of the distances to two surfaces that show the same moment, weighted 1 - share and
-  // share: a frame moved forward and the next one moved back. Known where `wanted` is
-  // cut.
+  // share: a frame moved forward and the next one moved back. Known where `wanted` is cut.
   Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share,
-        const SlabSteps& wanted);
+        const SlabSteps& wanted, float motion = 0);
 
+  // The sheet points among them, which may lie outside of the liquid.
   const InsideBits& inside() const { return inside_; }
+  // Of the sheet in grid units if this is a point of a thin sheet (sheet_points.h); else 0.
+  float SheetThickness(int i, int j, int k) const;
+  // Whether one of rows j and j + 1 of planes k and k + 1 has a point of a thin sheet.
+  bool HasSheetPoints(int j, int k) const;
   bool has_velocities() const;
 
-  // Never zero; about kBandWidth beyond the band.
+  // Never zero; about kBandWidth beyond the band. Positive at sheet points outside of the liquid.
   float Distance(int i, int j, int k) const;
   // Exact, also at sharp edges, where the distance is; zero beyond the band.
   Eigen::Vector3f Gradient(int i, int j, int k) const;
@@ -48,9 +54,11 @@ class Layer {
     float weight;
   };
   void BlendInside(const Grid& grid);
+  void MarkSheets(const Grid& grid, const GridSurface& surface, float motion);
 
   std::vector<Part> parts_;  // one or two
   InsideBits inside_;
+  std::vector<SheetPoint> sheet_points_;
 };
 
 }  // namespace liquidblend::spacetime

@@ -51,13 +51,27 @@ GridSurface SurfaceAt(const mesh::Animation& animation, int frame, double time, 
           animation.frames[frame].velocities};
 }
 
+// Spacings that one metre per second goes from layer l to the furthest layer that a cell may join
+// it with.
+float MotionAt(const mesh::Animation& animation, const LayerPlan& plan, int l, const Grid& grid) {
+  const auto& layers = plan.layers;
+  const bool is_between = layers[l].earlier != layers[l].later;
+  const int last = static_cast<int>(layers.size()) - 1;
+  int before = std::max(0, l - 1), after = std::min(l + 1, last);
+  while (!is_between && layers[before].earlier != layers[before].later) --before;
+  while (!is_between && layers[after].earlier != layers[after].later) ++after;
+  const double frames =
+      std::max(layers[l].time - layers[before].time, layers[after].time - layers[l].time);
+  return static_cast<float>(frames / (animation.frames_per_second * grid.spacing_m));
+}
+
 // In between two frames, only where `wanted` is cut.
 Layer SampleLayer(const mesh::Animation& animation, const LayerTime& layer, const SlabSteps& wanted,
-                  const Grid& grid) {
+                  const Grid& grid, float motion) {
   GridSurface earlier = SurfaceAt(animation, layer.earlier, layer.time, grid);
-  if (layer.earlier == layer.later) return Layer(grid, std::move(earlier));
+  if (layer.earlier == layer.later) return Layer(grid, std::move(earlier), motion);
   return Layer(grid, std::move(earlier), SurfaceAt(animation, layer.later, layer.time, grid),
-               static_cast<float>(layer.share), wanted);
+               static_cast<float>(layer.share), wanted, motion);
 }
 
 }  // namespace
@@ -90,7 +104,8 @@ absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, double spa
       if (layers[l]) return;  // the last one of the wave before
       const auto slab = std::upper_bound(plan.first_layer.begin(), plan.first_layer.end() - 1, l) -
                         plan.first_layer.begin() - 1;
-      layers[l].emplace(SampleLayer(animation, plan.layers[l], around_steps[slab], grid));
+      layers[l].emplace(SampleLayer(animation, plan.layers[l], around_steps[slab], grid,
+                                    MotionAt(animation, plan, static_cast<int>(l), grid)));
       result.inside[l] = layers[l]->inside();
     });
     arena.Run(end - begin, [&](int64_t n) {

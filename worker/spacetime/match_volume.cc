@@ -8,7 +8,7 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr int kRounds = 2;
+constexpr int kRounds = 4;
 constexpr double kMaxOffsetEdges = 0.1;  // a frame that needs more is left as it is
 
 struct Slice {

@@ -22,7 +22,7 @@ struct FrameHexahedra {
 // hundredth of an edge length off on average, to the outside where the surface is convex.
 //   frames  ascending in time
 // Requires: mesh.normals.  Threads: same bytes for any thread count.
-// Cost: O(vertices + hexahedra), twice.
+// Cost: O(vertices + hexahedra), four times.
 void MatchVolumes(std::span<const FrameHexahedra> frames, const parallel::Arena& arena,
                   mesh::SpaceTimeMesh& mesh);
 

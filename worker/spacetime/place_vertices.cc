@@ -1,154 +1,13 @@
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <tuple>
 #include <utility>
 
-#include "worker/spacetime/cell_sheets.h"
-#include "worker/spacetime/cut_cell.h"
+#include "worker/spacetime/cell_vertices.h"
 #include "worker/spacetime/surface_nets.h"
 
 namespace liquidblend::spacetime {
 namespace {
-
-constexpr float kTimeMargin = 0.05f;  // vertices stay this far from the layers, in slabs
-// Steps towards the point where a cell's planes meet; each leaves directions that no plane holds
-// nearly as they are.
-constexpr int kMeetSteps = 3;
-constexpr float kDamping = 0.05f;  // per plane
-
-// The 16 signed distances at the corners of a 4D cell; bits of the index: x, y, z, t.
-using Corners = std::array<float, 16>;
-
-Eigen::Vector4f CornerOf(int c) {
-  return Eigen::Vector4i(c & 1, c >> 1 & 1, c >> 2 & 1, c >> 3 & 1).cast<float>();
-}
-
-struct Cell {
-  std::span<const Layer* const> layers;  // from its first to its last one
-  int i, j, k;
-
-  const Layer& LayerOf(int c) const { return (c & 8) != 0 ? *layers.back() : *layers.front(); }
-  int x(int c) const { return i + (c & 1); }
-  int y(int c) const { return j + (c >> 1 & 1); }
-  int z(int c) const { return k + (c >> 2 & 1); }
-};
-
-Corners Sample(const Cell& cell) {
-  Corners phi;
-  for (int c = 0; c < 16; ++c) phi[c] = cell.LayerOf(c).Distance(cell.x(c), cell.y(c), cell.z(c));
-  return phi;
-}
-
-// A margin in space would push walls that lie in a grid plane off it.
-Eigen::Vector4f ClampToCell(const Eigen::Vector4f& p) {
-  Eigen::Vector4f clamped = p.cwiseMax(0.0f).cwiseMin(1.0f);
-  clamped.w() = std::clamp(clamped.w(), kTimeMargin, 1.0f - kTimeMargin);
-  return clamped;
-}
-
-// Calls visit(axis, lower corner, upper corner) for each edge of a sheet.
-template <typename Visit>
-void ForEachEdge(uint32_t edges, Visit&& visit) {
-  for (int axis = 0; axis < 4; ++axis) {
-    for (int lower = 0; lower < 16; ++lower) {
-      if ((lower >> axis & 1) != 0 || (edges >> CellEdge(axis, lower) & 1) == 0) continue;
-      visit(axis, lower, lower | 1 << axis);
-    }
-  }
-}
-
-// The hyperplanes that touch the surface near a sheet, as normal equations of the point where they
-// meet, and where its edges are crossed.
-class Sheet {
- public:
-  // Where the distance `phi` at `p`, continued along its gradient, is zero.
-  void AddPlane(const Eigen::Vector4f& gradient, const Eigen::Vector4f& p, float phi) {
-    const float length = gradient.norm();
-    if (!(length > 1e-3f)) return;
-    const Eigen::Vector4f normal = gradient / length;
-    matrix_ += normal * normal.transpose();
-    rhs_ += (gradient.dot(p) - phi) / length * normal;
-    ++num_planes_;
-  }
-
-  // Of the edge between two points of opposite sign.
-  void AddCrossing(const Eigen::Vector4f& lower, float phi_lower, const Eigen::Vector4f& upper,
-                   float phi_upper) {
-    crossings_ += lower + phi_lower / (phi_lower - phi_upper) * (upper - lower);
-    ++num_crossings_;
-  }
-
-  // The point nearest to all planes in the least-squares sense, from the mean crossing: sharp edges
-  // of the surface (walls meeting, say) keep their place, which the zero set of interpolated
-  // distances rounds off.
-  Eigen::Vector4f Meet() const {
-    Eigen::Vector4f p = ClampToCell(crossings_ / static_cast<float>(num_crossings_));
-    if (num_planes_ == 0) return p;
-    const Eigen::Matrix4f damping =
-        kDamping * static_cast<float>(num_planes_) * Eigen::Matrix4f::Identity();
-    const Eigen::LLT<Eigen::Matrix4f> factor(matrix_ + damping);
-    for (int step = 0; step < kMeetSteps; ++step) p += factor.solve(rhs_ - matrix_ * p);
-    return ClampToCell(p);
-  }
-
- private:
-  Eigen::Matrix4f matrix_ = Eigen::Matrix4f::Zero();
-  Eigen::Vector4f rhs_ = Eigen::Vector4f::Zero();
-  Eigen::Vector4f crossings_ = Eigen::Vector4f::Zero();
-  int num_planes_ = 0, num_crossings_ = 0;
-};
-
-// One plane for each end of a sheet's edges. The slope in time comes from the other layer.
-Eigen::Vector4f MeetInCell(const Cell& cell, const Corners& phi, uint32_t edges) {
-  Sheet sheet;
-  uint32_t corners = 0;
-  ForEachEdge(edges, [&](int, int lower, int upper) {
-    corners |= uint32_t{1} << lower | uint32_t{1} << upper;
-    sheet.AddCrossing(CornerOf(lower), phi[lower], CornerOf(upper), phi[upper]);
-  });
-  for (int c = 0; c < 16; ++c) {
-    if ((corners >> c & 1) == 0) continue;
-    Eigen::Vector4f gradient;
-    gradient << cell.LayerOf(c).Gradient(cell.x(c), cell.y(c), cell.z(c)), phi[c | 8] - phi[c & 7];
-    sheet.AddPlane(gradient, CornerOf(c), phi[c]);
-  }
-  return sheet.Meet();
-}
-
-// The same in a cell that is cut.
-Eigen::Vector4f MeetInCutCell(const Cell& cell, const CutCell& cut, const Corners& phi,
-                              const CutCellSheets& sheets, int wanted) {
-  Sheet sheet;
-  std::array<LayerMask, 8> ends = {};
-  const auto distance = [&](int c, int layer) {
-    return cell.layers[layer]->Distance(cell.x(c), cell.y(c), cell.z(c));
-  };
-  const auto point = [&](int c, int layer) {
-    Eigen::Vector4f p = CornerOf(c);
-    p.w() = static_cast<float>(layer) / static_cast<float>(cut.span);
-    return p;
-  };
-  for (const CutCellEdge& edge : sheets.crossed) {
-    if (sheets.sheet_of[IndexOf(edge)] != wanted) continue;
-    const int c0 = edge.corner, l0 = edge.layer;
-    const int c1 = edge.axis == 3 ? c0 : c0 | 1 << edge.axis;
-    const int l1 = edge.axis == 3 ? NextLayer(cut.corner_layers[c0], l0) : l0;
-    ends[c0] = static_cast<LayerMask>(ends[c0] | 1u << l0);
-    ends[c1] = static_cast<LayerMask>(ends[c1] | 1u << l1);
-    sheet.AddCrossing(point(c0, l0), distance(c0, l0), point(c1, l1), distance(c1, l1));
-  }
-  for (int c = 0; c < 8; ++c) {
-    for (int l = 0; l <= cut.span; ++l) {
-      if ((ends[c] >> l & 1) == 0) continue;
-      Eigen::Vector4f gradient;
-      gradient << cell.layers[l]->Gradient(cell.x(c), cell.y(c), cell.z(c)), phi[c | 8] - phi[c];
-      sheet.AddPlane(gradient, point(c, l), distance(c, l));
-    }
-  }
-  return sheet.Meet();
-}
 
 // Bits of the cells of row (j, k) that have both inside and outside corners among these layers.
 void MixedCells(const Grid& grid, std::span<const InsideBits* const> layers, int j, int k,
@@ -235,23 +94,15 @@ class Placer {
                      0,
                      slab_.steps.IsBesideFiner(found.i, j, k)};
     if (added.is_cut) {
-      const CutCell cut = GatherCutCell(slab_.steps, inside_, found.i, j, k, found.begin_layer);
-      const CutCellSheets sheets = FindSheets(cut);
-      if (sheets.count == 0) return;
-      const Corners phi = Sample(cell);
-      for (int n = 0; n < sheets.count; ++n) {
-        AddVertex(cell, found, MeetInCutCell(cell, cut, phi, sheets, n));
-      }
-      added.num_sheets = static_cast<uint8_t>(sheets.count);
+      PlaceInCutCell(cell,
+                     GatherCutCell(slab_.steps, inside_, cell.i, cell.j, cell.k, found.begin_layer),
+                     placed_);
     } else {
-      if (inside == 0 || inside == 0xffff) return;
-      const Corners phi = Sample(cell);
-      const CellSheets sheets = FindSheets(inside);
-      for (int n = 0; n < sheets.count; ++n) {
-        AddVertex(cell, found, MeetInCell(cell, phi, sheets.edges[n]));
-      }
-      added.num_sheets = static_cast<uint8_t>(sheets.count);
+      PlaceInCell(cell, inside, placed_);
     }
+    if (placed_.empty()) return;
+    added.num_sheets = static_cast<uint8_t>(placed_.size());
+    for (const Eigen::Vector4f& local : placed_) AddVertex(cell, found, local);
     slab_.cells.push_back(added);
   }
 
@@ -277,6 +128,7 @@ class Placer {
   Slab slab_;
   std::vector<Found> row_;
   std::vector<uint64_t> mixed_;
+  std::vector<Eigen::Vector4f> placed_;  // of one cell
 };
 
 }  // namespace

@@ -1,0 +1,297 @@
+#include "worker/spacetime/cell_vertices.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "worker/spacetime/cell_sheets.h"
+
+namespace liquidblend::spacetime {
+namespace {
+
+constexpr float kTimeMargin = 0.05f;  // vertices stay this far from the layers, in slabs
+// Steps towards the point where a cell's planes meet; each leaves directions that no plane holds
+// nearly as they are.
+constexpr int kMeetSteps = 3;
+constexpr float kDamping = 0.05f;  // per plane
+// The sides of a thin sheet may be further from its points than the points are from one another.
+constexpr float kBeyondCell = 1.5f;
+constexpr float kMinSlope = 0.1f;  // of a plane in space
+
+// The 16 signed distances at the corners of a 4D cell; bits of the index: x, y, z, t.
+using Corners = std::array<float, 16>;
+
+Eigen::Vector4f CornerOf(int c) {
+  return Eigen::Vector4i(c & 1, c >> 1 & 1, c >> 2 & 1, c >> 3 & 1).cast<float>();
+}
+
+Corners Sample(const Cell& cell) {
+  Corners phi;
+  for (int c = 0; c < 16; ++c) phi[c] = cell.LayerOf(c).Distance(cell.x(c), cell.y(c), cell.z(c));
+  return phi;
+}
+
+// A margin in space would push walls that lie in a grid plane off it.
+//   beyond  how far outside of the cell it may be in space
+Eigen::Vector4f ClampToCell(const Eigen::Vector4f& p, float beyond = 0.0f) {
+  Eigen::Vector4f clamped = p.cwiseMax(-beyond).cwiseMin(1.0f + beyond);
+  clamped.w() = std::clamp(clamped.w(), kTimeMargin, 1.0f - kTimeMargin);
+  return clamped;
+}
+
+// Calls visit(axis, lower corner, upper corner) for each edge of a sheet.
+template <typename Visit>
+void ForEachEdge(uint32_t edges, Visit&& visit) {
+  for (int axis = 0; axis < 4; ++axis) {
+    for (int lower = 0; lower < 16; ++lower) {
+      if ((lower >> axis & 1) != 0 || (edges >> CellEdge(axis, lower) & 1) == 0) continue;
+      visit(axis, lower, lower | 1 << axis);
+    }
+  }
+}
+
+// The hyperplanes that touch the surface near a sheet, as normal equations of the point where they
+// meet.
+class Planes {
+ public:
+  // Where the distance `phi` at `p`, continued along its gradient, is zero.
+  void Add(const Eigen::Vector4f& gradient, const Eigen::Vector4f& p, float phi) {
+    const float length = gradient.norm();
+    if (!(length > 1e-3f)) return;
+    const Eigen::Vector4f normal = gradient / length;
+    AddPlane(normal, (gradient.dot(p) - phi) / length);
+  }
+  // The same half-way in time, unless it hardly depends on the place.
+  void AddHalfWay(const Eigen::Vector4f& gradient, const Eigen::Vector4f& p, float phi) {
+    const Eigen::Vector4f in_space(gradient.x(), gradient.y(), gradient.z(), 0);
+    const float length = in_space.norm();
+    if (!(length > kMinSlope * gradient.norm()) || !(length > 1e-3f)) return;
+    AddPlane(in_space / length, (gradient.dot(p) - phi - 0.5f * gradient.w()) / length);
+  }
+
+  // The point nearest to all planes in the least-squares sense, from p: sharp edges of the surface
+  // (walls meeting, say) keep their place, which the zero set of interpolated distances rounds off.
+  Eigen::Vector4f Meet(Eigen::Vector4f p, float beyond = 0.0f) const {
+    if (count_ == 0) return p;
+    const Eigen::Matrix4f damping =
+        kDamping * static_cast<float>(count_) * Eigen::Matrix4f::Identity();
+    const Eigen::LLT<Eigen::Matrix4f> factor(matrix_ + damping);
+    for (int step = 0; step < kMeetSteps; ++step) p += factor.solve(rhs_ - matrix_ * p);
+    return ClampToCell(p, beyond);
+  }
+
+ private:
+  void AddPlane(const Eigen::Vector4f& normal, float offset) {
+    matrix_ += normal * normal.transpose();
+    rhs_ += offset * normal;
+    ++count_;
+  }
+
+  Eigen::Matrix4f matrix_ = Eigen::Matrix4f::Zero();
+  Eigen::Vector4f rhs_ = Eigen::Vector4f::Zero();
+  int count_ = 0;
+};
+
+// The mean of points.
+class Mean {
+ public:
+  void Add(const Eigen::Vector4f& p) {
+    sum_ += p;
+    ++count_;
+  }
+  // Of the zero crossing between two points of opposite sign.
+  void AddCrossing(const Eigen::Vector4f& lower, float phi_lower, const Eigen::Vector4f& upper,
+                   float phi_upper) {
+    Add(lower + phi_lower / (phi_lower - phi_upper) * (upper - lower));
+  }
+  Eigen::Vector4f Get() const { return sum_ / static_cast<float>(count_); }
+
+ private:
+  Eigen::Vector4f sum_ = Eigen::Vector4f::Zero();
+  int count_ = 0;
+};
+
+// One plane for each end of a sheet's edges. The slope in time comes from the other layer.
+Eigen::Vector4f MeetInCell(const Cell& cell, const Corners& phi, uint32_t edges) {
+  Mean crossing;
+  uint32_t corners = 0;
+  ForEachEdge(edges, [&](int, int lower, int upper) {
+    corners |= uint32_t{1} << lower | uint32_t{1} << upper;
+    crossing.AddCrossing(CornerOf(lower), phi[lower], CornerOf(upper), phi[upper]);
+  });
+  Planes planes;
+  for (int c = 0; c < 16; ++c) {
+    if ((corners >> c & 1) == 0) continue;
+    Eigen::Vector4f gradient;
+    gradient << cell.LayerOf(c).Gradient(cell.x(c), cell.y(c), cell.z(c)), phi[c | 8] - phi[c & 7];
+    planes.Add(gradient, CornerOf(c), phi[c]);
+  }
+  return planes.Meet(ClampToCell(crossing.Get()));
+}
+
+// A crossed edge from (corner, layer) up to another corner or a later layer of the cell.
+struct Edge {
+  int axis;
+  int lower_corner, upper_corner;  // bits x, y, z
+  int lower_layer, upper_layer;
+  bool lower_is_inside;
+};
+
+// A corner of the cell at one of its layers.
+class CellPoints {
+ public:
+  explicit CellPoints(const Cell& cell) : cell_(cell) {}
+  int span() const { return static_cast<int>(cell_.layers.size()) - 1; }
+  Eigen::Vector4f At(int corner, int layer) const {
+    Eigen::Vector4f p = CornerOf(corner);
+    p.w() = static_cast<float>(layer) / static_cast<float>(span());
+    return p;
+  }
+  float Distance(int corner, int layer) const {
+    return cell_.layers[layer]->Distance(cell_.x(corner), cell_.y(corner), cell_.z(corner));
+  }
+  Eigen::Vector3f Gradient(int corner, int layer) const {
+    return cell_.layers[layer]->Gradient(cell_.x(corner), cell_.y(corner), cell_.z(corner));
+  }
+  float SheetThickness(int corner, int layer) const {
+    return cell_.layers[layer]->SheetThickness(cell_.x(corner), cell_.y(corner), cell_.z(corner));
+  }
+
+ private:
+  const Cell& cell_;
+};
+
+// Calls visit(corner, layer) once for each end of the edges, in their order.
+template <typename Visit>
+void ForEachEnd(std::span<const Edge> edges, Visit&& visit) {
+  std::array<LayerMask, 8> ends = {};
+  for (const Edge& edge : edges) {
+    ends[edge.lower_corner] |= static_cast<LayerMask>(1u << edge.lower_layer);
+    ends[edge.upper_corner] |= static_cast<LayerMask>(1u << edge.upper_layer);
+  }
+  for (int c = 0; c < 8; ++c) {
+    for (unsigned rest = ends[c]; rest != 0; rest &= rest - 1) visit(c, std::countr_zero(rest));
+  }
+}
+
+// As MeetInCell, in a cell that is cut.
+Eigen::Vector4f MeetInCutCell(const CellPoints& points, std::span<const Edge> edges) {
+  Mean crossing;
+  for (const Edge& edge : edges) {
+    crossing.AddCrossing(points.At(edge.lower_corner, edge.lower_layer),
+                         points.Distance(edge.lower_corner, edge.lower_layer),
+                         points.At(edge.upper_corner, edge.upper_layer),
+                         points.Distance(edge.upper_corner, edge.upper_layer));
+  }
+  Planes planes;
+  ForEachEnd(edges, [&](int c, int l) {
+    Eigen::Vector4f gradient;
+    gradient << points.Gradient(c, l), points.Distance(c, points.span()) - points.Distance(c, 0);
+    planes.Add(gradient, points.At(c, l), points.Distance(c, l));
+  });
+  return planes.Meet(ClampToCell(crossing.Get()));
+}
+
+// For a thin sheet, whose sides must not be mistaken for one another: on the side that the edges
+// lead to, and half-way in time, so that slices have no other parts and holes than the layers.
+Eigen::Vector4f PlaceOnSide(const CellPoints& points, std::span<const Edge> edges,
+                            float thickness) {
+  Eigen::Vector3f outward = Eigen::Vector3f::Zero();
+  Mean middle;
+  for (const Edge& edge : edges) {
+    if (edge.axis < 3) outward[edge.axis] += edge.lower_is_inside ? 1.0f : -1.0f;
+    middle.Add(0.5f * (points.At(edge.lower_corner, edge.lower_layer) +
+                       points.At(edge.upper_corner, edge.upper_layer)));
+  }
+  const auto is_nearest = [&](int c, int l) { return points.Gradient(c, l).dot(outward) > 0; };
+  const auto to_side = [&](int c, int l) {
+    return is_nearest(c, l) ? points.Distance(c, l) : -points.Distance(c, l) - thickness;
+  };
+  Planes planes;
+  ForEachEnd(edges, [&](int c, int l) {
+    if (!is_nearest(c, l)) return;
+    Eigen::Vector4f gradient;
+    gradient << points.Gradient(c, l), to_side(c, points.span()) - to_side(c, 0);
+    planes.AddHalfWay(gradient, points.At(c, l), to_side(c, l));
+  });
+  Eigen::Vector4f from = middle.Get();
+  from.w() = 0.5f;
+  return planes.Meet(from, kBeyondCell);
+}
+
+std::vector<Edge> EdgesOf(uint32_t edges, uint16_t inside, int span) {
+  std::vector<Edge> list;
+  ForEachEdge(edges, [&](int axis, int lower, int upper) {
+    list.push_back({axis, lower & 7, upper & 7, (lower & 8) != 0 ? span : 0,
+                    (upper & 8) != 0 ? span : 0, (inside >> lower & 1) != 0});
+  });
+  return list;
+}
+
+std::vector<Edge> EdgesOf(const CutCell& cut, const CutCellSheets& sheets, int sheet) {
+  std::vector<Edge> list;
+  for (const CutCellEdge& edge : sheets.crossed) {
+    if (sheets.sheet_of[IndexOf(edge)] != sheet) continue;
+    const bool in_time = edge.axis == 3;
+    list.push_back({edge.axis, edge.corner, in_time ? edge.corner : edge.corner | 1 << edge.axis,
+                    edge.layer,
+                    in_time ? NextLayer(cut.corner_layers[edge.corner], edge.layer) : edge.layer,
+                    (cut.corner_inside[edge.corner] >> edge.layer & 1) != 0});
+  }
+  return list;
+}
+
+// The mean thickness of thin sheets at the cell's corners; 0: there are none.
+//   inside  of a corner: the layers at which it is
+template <typename Inside>
+float SheetThickness(const Cell& cell, Inside&& inside) {
+  if (std::none_of(cell.layers.begin(), cell.layers.end(),
+                   [&](const Layer* layer) { return layer->HasSheetPoints(cell.j, cell.k); })) {
+    return 0;
+  }
+  const CellPoints points(cell);
+  float sum = 0;
+  int count = 0;
+  for (int c = 0; c < 8; ++c) {
+    for (unsigned rest = inside(c); rest != 0; rest &= rest - 1) {
+      const float thickness = points.SheetThickness(c, std::countr_zero(rest));
+      sum += thickness;
+      count += thickness > 0 ? 1 : 0;
+    }
+  }
+  return count > 0 ? sum / static_cast<float>(count) : 0;
+}
+
+}  // namespace
+
+void PlaceInCell(const Cell& cell, uint16_t inside, std::vector<Eigen::Vector4f>& placed) {
+  placed.clear();
+  if (inside == 0 || inside == 0xffff) return;
+  const CellSheets sheets = FindSheets(inside);
+  const CellPoints points(cell);
+  const float thickness = SheetThickness(cell, [&](int c) {
+    return static_cast<LayerMask>((inside >> c & 1) | (inside >> (c + 8) & 1) << points.span());
+  });
+  const Corners phi = Sample(cell);
+  for (int n = 0; n < sheets.count; ++n) {
+    const uint32_t edges = sheets.edges[n];
+    placed.push_back(thickness > 0
+                         ? PlaceOnSide(points, EdgesOf(edges, inside, points.span()), thickness)
+                         : MeetInCell(cell, phi, edges));
+  }
+}
+
+void PlaceInCutCell(const Cell& cell, const CutCell& cut, std::vector<Eigen::Vector4f>& placed) {
+  placed.clear();
+  const CutCellSheets sheets = FindSheets(cut);
+  const CellPoints points(cell);
+  const float thickness = SheetThickness(cell, [&](int c) { return cut.corner_inside[c]; });
+  for (int n = 0; n < sheets.count; ++n) {
+    const std::vector<Edge> edges = EdgesOf(cut, sheets, n);
+    placed.push_back(thickness > 0 ? PlaceOnSide(points, edges, thickness)
+                                   : MeetInCutCell(points, edges));
+  }
+}
+
+}  // namespace liquidblend::spacetime

@@ -1,0 +1,34 @@
+// The vertices of one 4D cell. Internal to worker/spacetime.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "worker/spacetime/cut_cell.h"
+#include "worker/spacetime/layer.h"
+
+namespace liquidblend::spacetime {
+
+struct Cell {
+  std::span<const Layer* const> layers;  // from its first to its last one
+  int i, j, k;
+
+  // Corners are numbered by their bits x, y, z, t.
+  const Layer& LayerOf(int c) const { return (c & 8) != 0 ? *layers.back() : *layers.front(); }
+  int x(int c) const { return i + (c & 1); }
+  int y(int c) const { return j + (c >> 1 & 1); }
+  int z(int c) const { return k + (c >> 2 & 1); }
+};
+
+// Sets `placed` to one vertex per sheet of the surface, each where the planes meet that touch the
+// surface near the ends of the sheet's edges; in [0, 1]^4 within the cell, but that those of thin
+// sheets may lie further out in space.
+//   inside  bit c: corner c is inside
+void PlaceInCell(const Cell& cell, uint16_t inside, std::vector<Eigen::Vector4f>& placed);
+
+// The same in a cell that is cut.
+void PlaceInCutCell(const Cell& cell, const CutCell& cut, std::vector<Eigen::Vector4f>& placed);
+
+}  // namespace liquidblend::spacetime
