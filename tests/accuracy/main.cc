@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/correspondences.h"
+#include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "tests/accuracy/registered_scene.h"
 #include "tests/accuracy/report.h"
@@ -123,6 +124,7 @@ absl::Status Run(const std::string& name, const Flags& flags, const parallel::Ar
 
 int main(int argc, char** argv) {
   using namespace liquidblend;
+  base::ReturnLargeBlocks();
   accuracy::Flags flags;
   CLI::App app("Registers scenes and prints how good their blends are, as Markdown tables.");
   accuracy::AddFlags(flags, app);

@@ -128,9 +128,11 @@ Features FindFeatures(const Surface& surface) {
 
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
                                                    const std::vector<Correspondence>& users,
-                                                   double edge_length_m) {
+                                                   double edge_length_m,
+                                                   const parallel::Arena& arena) {
   std::vector<AutomaticCorrespondence> result;
-  const Features from = FindFeatures(source), to = FindFeatures(target);
+  Features from, to;
+  arena.Run(2, [&](int64_t n) { (n == 0 ? from : to) = FindFeatures(n == 0 ? source : target); });
   const FeaturePairs pairs = PairFeatures(from, to, ScaleOf(source, target));
   const std::vector<PairedPoints> found = PointsOfPairs(from, to, pairs);
   if (found.empty()) return result;

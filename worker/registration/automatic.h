@@ -21,9 +21,10 @@ Features FindFeatures(const Surface& surface);
 // it when it starts, and if its life is more than 10 frames longer in one of the two, every 10
 // frames until it ends; an extremum gives itself. A pair of features gives none if one of its
 // points lies within 10 mean edges (a frame counts as one) of one of the user's. Requires: both
-// surfaces are in units of edge_length_m.
+// surfaces are in units of edge_length_m.  Threads: same bytes for any thread count.
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
                                                    const std::vector<Correspondence>& users,
-                                                   double edge_length_m);
+                                                   double edge_length_m,
+                                                   const parallel::Arena& arena);
 
 }  // namespace liquidblend::registration

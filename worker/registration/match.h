@@ -63,11 +63,16 @@ class Matcher {
                 const MatchOptions& options, const parallel::Arena& arena);
 
  private:
+  struct DeformedState;
+  struct DeformedTrees;
+
   std::vector<int32_t> DrawSource(const MatchOptions& options);
-  void MatchSource(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+  std::vector<int32_t> DrawTarget(const MatchOptions& options);
+  void MatchSource(const DeformedState& state, const std::vector<int32_t>& samples,
                    const MatchOptions& options, const parallel::Arena& arena, Matches& matches);
-  void MatchTarget(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
-                   const MatchOptions& options, const parallel::Arena& arena, Matches& matches);
+  void MatchTarget(const DeformedState& state, const DeformedTrees& trees,
+                   const std::vector<int32_t>& samples, const MatchOptions& options,
+                   const parallel::Arena& arena, Matches& matches) const;
 
   const Surface& source_;
   const IndexLists& source_neighbors_;

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
 #include "worker/registration/automatic.h"
@@ -25,7 +26,8 @@ constexpr double kAnnealedShare = 0.8;  // of the iterations; the rest stay soft
 // Of the samples, in the first iteration: a stiff surface is held by few, and its systems take the
 // most steps to solve.
 constexpr double kFirstSampleShare = 0.2;
-constexpr int kInitialPasses = 100;  // of the diffusion of correspondences
+constexpr double kFirstTolerance = 3e-3;  // of the solver, likewise
+constexpr int kInitialPasses = 100;       // of the diffusion of correspondences
 // A refinement: how far along the annealing it begins, far from changed correspondences and next to
 // them, how many node spacings they reach, and the diffusion's passes.
 constexpr double kRefineFrom = 0.6;
@@ -104,6 +106,7 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
   }
   SolverOptions solver_options;
   solver_options.smoothness = Anneal(options.first_smoothness, options.final_smoothness, f);
+  solver_options.tolerance = Anneal(kFirstTolerance, solver_options.tolerance, f);
   solver_options.max_direct_rows = options.max_direct_rows;
   const double f_near = schedule.from_near + (1 - schedule.from_near) * done;
   std::optional<NodeGraph> stiffer;
@@ -196,13 +199,15 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   const Surface &source = pair.source, &target = pair.target;
   const IndexLists& neighbors = pair.neighbors;
   std::vector<AutomaticCorrespondence> found;
-  if (options.automatic_correspondences) found = FindAutomatic(source, target, users, edge);
+  if (options.automatic_correspondences) found = FindAutomatic(source, target, users, edge, arena);
   const std::vector<Correspondence> correspondences = Join(users, found);
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
                       ExpandCorrespondences(correspondences, source, target));
   LB_RETURN_IF_ERROR(CheckContradictions(pins, source.points, edge));
-  const DeformationNodes nodes(source.points, neighbors, options.node_spacing_edges,
-                               VerticesOf(pins), options.seed, arena, source.rigid);
+  std::optional<const DeformationNodes> placed_nodes;
+  const DeformationNodes& nodes =
+      placed_nodes.emplace(source.points, neighbors, options.node_spacing_edges, VerticesOf(pins),
+                           options.seed, arena, source.rigid);
   const NodeGraph graph(nodes);
   Matcher matcher(source, neighbors, target, pair.target_search, options.seed);
   const HardPins hard_pins(nodes, source.points, pins);
@@ -216,6 +221,7 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
               arena, maps);
   const Problem problem{source, neighbors, nodes, graph, pins, hard_pins, schedule, options, arena};
 
+  base::ReturnFreeMemory();  // of the searches
   IterationReport last;
   for (int iteration = 1; iteration <= schedule.num_iterations; ++iteration) {
     LB_ASSIGN_OR_RETURN(last, Iterate(problem, iteration, matcher, maps));
@@ -223,16 +229,18 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
       return absl::CancelledError(absl::StrCat("cancelled after iteration ", iteration));
     }
   }
-  const auto hold_pins = [&](Points& displacement) {
-    return hard_pins.Restore(nodes, arena, displacement);
+  const auto hold_pins = [&](Points& moved) {
+    return hard_pins.empty() ? absl::OkStatus() : hard_pins.Restore(nodes, arena, moved);
   };
-  LB_ASSIGN_OR_RETURN(
-      Registration result,
-      Complete(pair, Deform(nodes, maps, source.points, arena) - source.points, hold_pins, arena));
+  Points displacement = Deform(nodes, maps, source.points, arena) - source.points;
+  const auto num_nodes = static_cast<int>(nodes.num_nodes());
+  if (hard_pins.empty()) placed_nodes.reset();  // they are large
+  LB_ASSIGN_OR_RETURN(Registration result,
+                      Complete(pair, std::move(displacement), hold_pins, arena));
   result.report.correspondences =
       ReportCorrespondences(correspondences, pins, InEdgeUnits(result.displacement, edge), edge);
   NameOrigins(found, result.report.correspondences);
-  result.report.num_nodes = static_cast<int>(nodes.num_nodes());
+  result.report.num_nodes = num_nodes;
   result.report.num_iterations = last.iteration;
   result.report.inlier_share = static_cast<double>(last.num_inliers) /
                                static_cast<double>(std::max<int64_t>(1, last.num_samples));

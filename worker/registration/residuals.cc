@@ -92,7 +92,7 @@ std::vector<Sample> SampleTarget(const Surface& source, const Points& moved, con
         const Eigen::Vector4f c = target.points.col(chosen[n]);
         samples[n] = {c, kNoCounterpart};
         if (!near_source.Has(c)) return;
-        std::array<int32_t, ClosestPointSearch::kNumCandidates> near;
+        std::array<int32_t, PointTree::kNumCandidates> near;
         const size_t num_near = tree.Nearest(c, near);
         for (size_t k = 0; k < num_near; ++k) {
           const Eigen::Vector4f normal = NormalAt(source, moved, near[k]);

@@ -11,7 +11,8 @@ namespace {
 class AutomaticTest : public ::testing::Test {
  protected:
   std::vector<AutomaticCorrespondence> Find(const std::vector<Correspondence>& users) const {
-    return FindAutomatic(source_.surface, Target(), users, source_.mesh.edge_length_m);
+    return FindAutomatic(source_.surface, Target(), users, source_.mesh.edge_length_m,
+                         parallel::Arena(2));
   }
   Surface Target() const { return Surface(target_, source_.mesh.edge_length_m); }
   TestSurface source_{Scene({DropAt(-0.2, 0.6)}, 0.6)};
@@ -36,7 +37,8 @@ TEST_F(AutomaticTest, ADropGivesSoftPointsAtItsSixSidesWhereItStarts) {
 TEST(Automatic, WhereADropLivesMuchLongerInOneOfThemItsCourseIsGivenToo) {
   const TestSurface source(Scene({DropAt(-0.2, 0.6)}, 0.6, 24));
   const TestSurface target(Scene({DropAt(0.1, 0.7, 9)}, 0.6, 24));
-  const auto found = FindAutomatic(source.surface, target.surface, {}, source.mesh.edge_length_m);
+  const auto found = FindAutomatic(source.surface, target.surface, {}, source.mesh.edge_length_m,
+                                   parallel::Arena(2));
   ASSERT_EQ(found.size(), 18u);
   for (const size_t n : {6, 12}) {
     const Correspondence &before = found[n - 6].correspondence, &c = found[n].correspondence;
@@ -80,7 +82,9 @@ TEST_F(AutomaticTest, TheReportTellsThemFromTheUsersAndTheOptionTurnsThemOff) {
 TEST(Automatic, NothingStandsOutOfOneBall) {
   const TestSurface ball(SphereMesh());
   EXPECT_TRUE(FindFeatures(ball.surface).tracks.empty());
-  EXPECT_TRUE(FindAutomatic(ball.surface, ball.surface, {}, ball.mesh.edge_length_m).empty());
+  EXPECT_TRUE(
+      FindAutomatic(ball.surface, ball.surface, {}, ball.mesh.edge_length_m, parallel::Arena(2))
+          .empty());
 }
 
 }  // namespace
