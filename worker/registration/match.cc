@@ -93,6 +93,14 @@ std::vector<int32_t> Surface::FreeVertices() const {
   return vertices;
 }
 
+bool IsBeforeTarget(const Surface& source, int64_t v, const Eigen::Vector4f& moved) {
+  return source.InFirstSlab(v) || moved[3] < 0;
+}
+
+bool IsOpenMatch(const Surface& source, const Surface& target, int64_t v, int64_t t) {
+  return source.IsOpen(v) && target.InFirstSlab(t);
+}
+
 Eigen::Vector4f DeformedNormal(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                                const Surface& source, int64_t v) {
   Eigen::Matrix4f jacobian = Eigen::Matrix4f::Identity();
@@ -199,12 +207,13 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
         const int32_t v = samples[s];
         if (!options.match_thin && source_.IsThin(v)) return;
         const Eigen::Vector4f p = state.points.col(v);
+        if (source_.IsOpen(v) && IsBeforeTarget(source_, v, p)) return;
         const Eigen::Vector4f n = DeformedNormal(state.nodes, state.maps, source_, v);
         const bool at_end = source_.InFirstSlab(v) || source_.InLastSlab(v);
         const auto end = source_.InFirstSlab(v) ? ClosestPointSearch::End::kFirst
                                                 : ClosestPointSearch::End::kLast;
         const auto match = at_end ? target_search_.FindAtEnd(end, p, n) : target_search_.Find(p, n);
-        if (!match) return;
+        if (!match || IsOpenMatch(source_, target_, v, match->vertex)) return;
         if (at_end) {
           found[s] = EndTerm(source_, v, p, match->position, match->normal, options);
           return;
@@ -247,7 +256,7 @@ void Matcher::MatchTarget(const DeformedState& state, const DeformedTrees& trees
           return DeformedNormal(state.nodes, state.maps, source_, v).dot(n) >
                  ClosestPointSearch::kMinCosine;
         });
-        if (best < 0) return;
+        if (best < 0 || (at_end && source_.IsOpen(best))) return;
         if (at_end) {
           found[s] = EndTerm(source_, best, deformed.col(best), c, n, options);
           return;
@@ -265,6 +274,7 @@ void Matcher::MatchTarget(const DeformedState& state, const DeformedTrees& trees
         if (!(weight > 0)) return;
         const Eigen::Vector4f along = n.dot(offset) * n;
         const bool near_foot = (offset - along).norm() <= kMaxTangentOffset;
+        if (!near_foot && source_.IsOpen(best)) return;
         const Eigen::Vector4f goal =
             deformed.col(best) + (near_foot ? along : offset) - source_.points.col(best);
         const Eigen::Matrix4f metric =

@@ -19,6 +19,8 @@ struct Surface {
   Points points;            // mean edge lengths and frames
   IndexLists cells_around;  // per vertex
   std::vector<char> rigid;  // per vertex: part of a rigid piece, so not of the fit
+  std::vector<char> open;   // per vertex, or empty: VerticesOf() an open start (starts.h)
+  bool IsOpen(int64_t v) const { return !open.empty() && open[v] != 0; }
   std::vector<int32_t> FreeVertices() const;  // the others, ascending
   bool IsThin(int64_t v) const { return !mesh.thin.empty() && mesh.thin[v] != 0; }
   bool InFirstSlab(int64_t v) const { return v < mesh.num_first_vertices; }
@@ -39,6 +41,14 @@ struct Matches {
   std::vector<FitTerm> terms;
   int64_t num_samples = 0;  // terms plus samples without a compatible point
 };
+
+// Where a part starts that the target does not have: vertices that came to lie before the target's
+// first frame, where nothing is known, and those of the first slab, which nothing holds.
+bool IsBeforeTarget(const Surface& source, int64_t v, const Eigen::Vector4f& moved);
+
+// Whether source vertex v, of such a start, and target vertex t must not be matched, because the
+// target's surface merely begins there.
+bool IsOpenMatch(const Surface& source, const Surface& target, int64_t v, int64_t t);
 
 // Image of a normal: sign(det J) J^-T N, normalised, J the blend's Jacobian at vertex v.
 Eigen::Vector4f DeformedNormal(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,

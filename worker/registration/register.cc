@@ -195,11 +195,15 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   LB_RETURN_IF_ERROR(CheckMeshes(source_mesh, target_mesh));
   const absl::Time start = absl::Now();
   const double edge = source_mesh.edge_length_m;
-  const SurfacePair pair(source_mesh, target_mesh, arena);
+  SurfacePair pair(source_mesh, target_mesh, arena);
   const Surface &source = pair.source, &target = pair.target;
   const IndexLists& neighbors = pair.neighbors;
+  const FeaturesOfPair features = FindFeatures(source, target, arena);
+  pair.Open(features.source.tracks, features.target.tracks);
   std::vector<AutomaticCorrespondence> found;
-  if (options.automatic_correspondences) found = FindAutomatic(source, target, users, edge, arena);
+  if (options.automatic_correspondences) {
+    found = FindAutomatic(source, target, features, users, edge);
+  }
   const std::vector<Correspondence> correspondences = Join(users, found);
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
                       ExpandCorrespondences(correspondences, source, target));

@@ -65,7 +65,10 @@ std::vector<Sample> SampleSource(const Surface& source, const Points& moved, con
                                  const ClosestPointSearch& target_search,
                                  const parallel::Arena& arena) {
   const Neighborhood near_target(target.points);
-  const std::vector<int32_t> chosen = ChooseSamples(source);
+  std::vector<int32_t> chosen = ChooseSamples(source);
+  std::erase_if(chosen, [&](int32_t v) {
+    return source.IsOpen(v) && IsBeforeTarget(source, v, moved.col(v));
+  });
   std::vector<Sample> samples(chosen.size());
   arena.For(
       static_cast<int64_t>(chosen.size()),

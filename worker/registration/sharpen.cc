@@ -88,7 +88,9 @@ absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
   const double edge = source.edge_length_m;
   Points displacement = InEdgeUnits(
       Transfer(coarse.source, source, arena).Apply(coarse.registration.displacement, arena), edge);
-  const SurfacePair pair(source, target, arena);
+  SurfacePair pair(source, target, arena);
+  pair.Open(FindTracks(FindParts(pair.source), source.num_frames),
+            FindTracks(FindParts(pair.target), target.num_frames));
   displacement = Smooth(displacement, pair.neighbors, kTransferSweeps, arena);
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
                       ExpandCorrespondences(correspondences, pair.source, pair.target));
