@@ -26,8 +26,7 @@ constexpr double kAnnealedShare = 0.8;  // of the iterations; the rest stay soft
 // Of the samples, in the first iteration: a stiff surface is held by few, and its systems take the
 // most steps to solve.
 constexpr double kFirstSampleShare = 0.2;
-constexpr double kFirstTolerance = 3e-3;  // of the solver, likewise
-constexpr int kInitialPasses = 100;       // of the diffusion of correspondences
+constexpr int kInitialPasses = 100;  // of the diffusion of correspondences
 // A refinement: how far along the annealing it begins, far from changed correspondences and next to
 // them, how many node spacings they reach, and the diffusion's passes.
 constexpr double kRefineFrom = 0.6;
@@ -106,7 +105,6 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
   }
   SolverOptions solver_options;
   solver_options.smoothness = Anneal(options.first_smoothness, options.final_smoothness, f);
-  solver_options.tolerance = Anneal(kFirstTolerance, solver_options.tolerance, f);
   solver_options.max_direct_rows = options.max_direct_rows;
   const double f_near = schedule.from_near + (1 - schedule.from_near) * done;
   std::optional<NodeGraph> stiffer;
