@@ -50,6 +50,10 @@ void AddFlags(Flags& flags, CLI::App& app) {
   app.add_option("--first-distance", options.first_distance_edges)->capture_default_str();
   app.add_option("--final-distance", options.final_distance_edges)->capture_default_str();
   app.add_option("--thin-sheets-from", options.thin_sheets_from)->capture_default_str();
+  app.add_option("--coarse-vertices", options.coarse_vertices,
+                 "of the meshes that large ones begin with")
+      ->capture_default_str();
+  app.add_option("--finer-from", options.finer_from_edges)->capture_default_str();
   app.add_option("--seed", options.seed)->capture_default_str();
   app.add_option("--automatic-correspondences", options.automatic_correspondences, "on or off")
       ->capture_default_str();

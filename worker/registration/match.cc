@@ -139,14 +139,15 @@ struct Matcher::DeformedTrees {
 };
 
 Matcher::Matcher(const Surface& source, const IndexLists& source_neighbors, const Surface& target,
-                 const ClosestPointSearch& target_search, uint64_t seed)
+                 const ClosestPointSearch& target_search, uint64_t seed,
+                 std::vector<int32_t> target_vertices)
     : source_(source),
       source_neighbors_(source_neighbors),
       target_(target),
       target_search_(target_search),
       random_(seed),
       source_order_(source.FreeVertices()),
-      target_order_(target.FreeVertices()) {}
+      target_order_(std::move(target_vertices)) {}
 
 Matches Matcher::Match(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                        const MatchOptions& options, const parallel::Arena& arena) {

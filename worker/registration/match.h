@@ -62,8 +62,10 @@ Eigen::Matrix4f MatchMetric(double weight, const Eigen::Vector4f& normal,
 class Matcher {
  public:
   // The arguments must outlive the matcher.
+  //   target_vertices  that are drawn from
   Matcher(const Surface& source, const IndexLists& source_neighbors, const Surface& target,
-          const ClosestPointSearch& target_search, uint64_t seed);
+          const ClosestPointSearch& target_search, uint64_t seed,
+          std::vector<int32_t> target_vertices);
 
   // Source samples to the target, and target samples to the deformed source, so that
   // thin parts of the target are not missed. Vertices of the end slabs match the target's end slab

@@ -177,6 +177,7 @@ absl::Status RegistrationOptions::Validate() const {
       mesh::CheckRange("refine_iterations", refine_iterations, mesh::kMaxIterations));
   LB_RETURN_IF_ERROR(mesh::CheckRange("thin_sheets_from", thin_sheets_from, mesh::kThinSheetsFrom));
   LB_RETURN_IF_ERROR(mesh::CheckRange("coarse_vertices", coarse_vertices, {1e3, 1e9}));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("finer_from_edges", finer_from_edges, kPositive));
   return mesh::CheckRange("max_direct_rows", max_direct_rows, kNotNegative);
 }
 
@@ -211,7 +212,8 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
       placed_nodes.emplace(source.points, neighbors, options.node_spacing_edges, VerticesOf(pins),
                            options.seed, arena, source.rigid);
   const NodeGraph graph(nodes);
-  Matcher matcher(source, neighbors, target, pair.target_search, options.seed);
+  Matcher matcher(source, neighbors, target, pair.target_search, options.seed,
+                  target.FreeVertices());
   const HardPins hard_pins(nodes, source.points, pins);
   std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());
   Schedule schedule{.num_iterations = options.max_iterations, .near = {}};
