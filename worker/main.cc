@@ -14,6 +14,7 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/base/log.h"
+#include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "core/parallel/arena.h"
 #include "core/store/blob_store.h"
@@ -141,6 +142,7 @@ int main(int argc, char** argv) {
   // Before any thread exists, so that only WatchSignals() hears of them.
   const sigset_t signals = liquidblend::worker::WatchedSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  liquidblend::base::ReturnLargeBlocks();
   liquidblend::base::StartLog("liquidblend-worker",
                               flags.verbose ? LogLevel::kDebug : LogLevel::kInfo);
   return liquidblend::worker::Main(flags);

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/correspondences.h"
+#include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "tests/accuracy/registered_scene.h"
 #include "tests/accuracy/report.h"
@@ -49,6 +50,10 @@ void AddFlags(Flags& flags, CLI::App& app) {
   app.add_option("--first-distance", options.first_distance_edges)->capture_default_str();
   app.add_option("--final-distance", options.final_distance_edges)->capture_default_str();
   app.add_option("--thin-sheets-from", options.thin_sheets_from)->capture_default_str();
+  app.add_option("--coarse-vertices", options.coarse_vertices,
+                 "of the meshes that large ones begin with")
+      ->capture_default_str();
+  app.add_option("--finer-from", options.finer_from_edges)->capture_default_str();
   app.add_option("--seed", options.seed)->capture_default_str();
   app.add_option("--automatic-correspondences", options.automatic_correspondences, "on or off")
       ->capture_default_str();
@@ -123,6 +128,7 @@ absl::Status Run(const std::string& name, const Flags& flags, const parallel::Ar
 
 int main(int argc, char** argv) {
   using namespace liquidblend;
+  base::ReturnLargeBlocks();
   accuracy::Flags flags;
   CLI::App app("Registers scenes and prints how good their blends are, as Markdown tables.");
   accuracy::AddFlags(flags, app);

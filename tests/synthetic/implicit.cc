@@ -184,7 +184,10 @@ TriangleMesh FrameOf(const FallingDropsOptions& options, int k) {
   const auto distance_to = [&](const SteadyDrop& drop, const Vector3d& p) {
     const double falls_s = std::max(0.0, k - drop.released_frame) / options.frames_per_second;
     const Vector3d centre_m = drop.centre_m + Vector3d(0, 0, options.velocity_m_per_s * falls_s);
-    return (p - centre_m).norm() - drop.radius_m;
+    const double to_drop = (p - centre_m).norm() - drop.radius_m;
+    if (!(drop.bridge_radius_m > 0)) return to_drop;
+    const double to_axis = (p - centre_m).head<2>().norm() - drop.bridge_radius_m;
+    return std::min(to_drop, std::max({to_axis, p.z() - centre_m.z(), -p.z()}));
   };
   TriangleMesh frame = Polygonize(
       [&](const Vector3d& p) {

@@ -40,6 +40,7 @@ struct SteadyDrop {
   Eigen::Vector3d centre_m = {0, 0, 0.55};  // at frame 0
   double radius_m = 0.25;                   // > 0
   double released_frame = 0.0;              // hangs in the air until then
+  double bridge_radius_m = 0.0;             // > 0: a column connects it with the pool
 };
 
 struct FallingDropsOptions {

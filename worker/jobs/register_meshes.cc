@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "worker/registration/transfer.h"
 
@@ -40,6 +41,7 @@ absl::StatusOr<Registration> RegisterMeshes(
     const std::vector<registration::Correspondence>& correspondences,
     const PreviousRegistration* previous, const RegisterMeshesOptions& options,
     const parallel::Arena& arena, const registration::ProgressCallback& progress) {
+  base::ReturnFreeMemory();  // of what the meshes were made from
   const double scale = registration::CoarseScale(source.mesh.num_vertices(), options.registration);
   if (scale == 1.0) {
     return RegisterOrRefine(source.mesh, target.mesh, correspondences, previous,

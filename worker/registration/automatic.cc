@@ -23,15 +23,6 @@ struct PairedPoints {
   double confidence;
 };
 
-SceneScale ScaleOf(const Surface& source, const Surface& target) {
-  const Eigen::Vector4f low =
-      source.points.rowwise().minCoeff().cwiseMin(target.points.rowwise().minCoeff());
-  const Eigen::Vector4f high =
-      source.points.rowwise().maxCoeff().cwiseMax(target.points.rowwise().maxCoeff());
-  return {std::max(1.0, static_cast<double>((high - low).head<3>().norm())),
-          std::max(1.0, source.mesh.num_frames - 1.0)};
-}
-
 Eigen::Vector4d Furthest(const Part& part, size_t direction, double time) {
   const auto& d = kReachDirections[direction];
   Eigen::Vector4d point = part.centre;
@@ -126,11 +117,21 @@ Features FindFeatures(const Surface& surface) {
   return {FindTracks(FindParts(surface), surface.mesh.num_frames), FindExtrema(surface)};
 }
 
+FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
+                            const parallel::Arena& arena) {
+  FeaturesOfPair features;
+  arena.Run(2, [&](int64_t n) {
+    (n == 0 ? features.source : features.target) = FindFeatures(n == 0 ? source : target);
+  });
+  return features;
+}
+
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
+                                                   const FeaturesOfPair& features,
                                                    const std::vector<Correspondence>& users,
                                                    double edge_length_m) {
   std::vector<AutomaticCorrespondence> result;
-  const Features from = FindFeatures(source), to = FindFeatures(target);
+  const Features &from = features.source, &to = features.target;
   const FeaturePairs pairs = PairFeatures(from, to, ScaleOf(source, target));
   const std::vector<PairedPoints> found = PointsOfPairs(from, to, pairs);
   if (found.empty()) return result;

@@ -17,12 +17,21 @@ struct AutomaticCorrespondence {
 // What stands out in one animation.
 Features FindFeatures(const Surface& surface);
 
+struct FeaturesOfPair {
+  Features source, target;
+};
+
+// Threads: same bytes for any thread count.
+FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
+                            const parallel::Arena& arena);
+
 // A detached part gives the points furthest up and down, left and right, to the front and back of
 // it when it starts, and if its life is more than 10 frames longer in one of the two, every 10
 // frames until it ends; an extremum gives itself. A pair of features gives none if one of its
 // points lies within 10 mean edges (a frame counts as one) of one of the user's. Requires: both
 // surfaces are in units of edge_length_m.
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
+                                                   const FeaturesOfPair& features,
                                                    const std::vector<Correspondence>& users,
                                                    double edge_length_m);
 

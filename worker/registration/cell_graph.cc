@@ -1,10 +1,16 @@
 #include "worker/registration/cell_graph.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
 namespace liquidblend::registration {
+namespace {
+
+constexpr float kBucketWidth = 0.5f;  // edges; about half of those between neighbours
+
+}  // namespace
 
 std::span<const int32_t> CornersOf(const mesh::SpaceTimeMesh& mesh, int64_t c) {
   const auto num = [](const auto& cells) { return static_cast<int64_t>(cells.size()); };
@@ -58,7 +64,7 @@ IndexLists VertexNeighbors(const mesh::SpaceTimeMesh& mesh, const IndexLists& ce
   lists.items.reserve(lists.begin.back());
   for (auto& items : of_chunk) {
     lists.items.insert(lists.items.end(), items.begin(), items.end());
-    items = {};
+    std::vector<int32_t>().swap(items);
   }
   return lists;
 }
@@ -75,31 +81,37 @@ GeodesicSearch::GeodesicSearch(const Points& points, const IndexLists& neighbors
       distance_(points.cols(), std::numeric_limits<float>::infinity()) {}
 
 const std::vector<GeodesicSearch::Reached>& GeodesicSearch::From(int32_t from, float radius) {
-  const auto later = [](const Reached& a, const Reached& b) {
-    return a.distance != b.distance ? a.distance > b.distance : a.vertex > b.vertex;
-  };
-  for (const int32_t v : touched_) distance_[v] = std::numeric_limits<float>::infinity();
-  touched_.assign(1, from);
-  reached_.clear();
-  heap_.assign(1, {from, 0.0f});
-  distance_[from] = 0.0f;
-  while (!heap_.empty()) {
-    std::pop_heap(heap_.begin(), heap_.end(), later);
-    const Reached nearest = heap_.back();
-    heap_.pop_back();
-    if (nearest.distance > distance_[nearest.vertex]) continue;
-    reached_.push_back(nearest);
-    for (const int32_t w : neighbors_[nearest.vertex]) {
-      const float distance =
-          nearest.distance + (points_.col(w) - points_.col(nearest.vertex)).norm();
-      if (distance >= radius || distance >= distance_[w]) continue;
-      if (distance_[w] == std::numeric_limits<float>::infinity()) touched_.push_back(w);
-      distance_[w] = distance;
-      heap_.push_back({w, distance});
-      std::push_heap(heap_.begin(), heap_.end(), later);
-    }
+  for (const Reached& reached : reached_) {
+    distance_[reached.vertex] = std::numeric_limits<float>::infinity();
   }
+  buckets_.resize(1 + static_cast<size_t>(radius / kBucketWidth));
+  reached_.assign(1, {from, 0.0f});
+  distance_[from] = 0.0f;
+  buckets_[0].assign(1, {from, 0.0f});
+  for (std::vector<Reached>& bucket : buckets_) {
+    for (size_t n = 0; n < bucket.size(); ++n) {  // it may grow
+      const Reached nearest = bucket[n];
+      if (nearest.distance == distance_[nearest.vertex]) Visit(nearest, radius);
+    }
+    bucket.clear();
+  }
+  for (Reached& reached : reached_) reached.distance = distance_[reached.vertex];
   return reached_;
+}
+
+void GeodesicSearch::Visit(const Reached& nearest, float radius) {
+  const Eigen::Vector4f position = points_.col(nearest.vertex);
+  for (const int32_t w : neighbors_[nearest.vertex]) {
+    // One test that seldom passes is faster than several that often do.
+    const float room = std::min(distance_[w], radius) - nearest.distance;
+    const float length_sq = (points_.col(w) - position).squaredNorm();
+    if (!(room > 0) | !(length_sq < room * room)) continue;
+    const float distance = nearest.distance + std::sqrt(length_sq);
+    if (distance >= radius || distance >= distance_[w]) continue;
+    if (distance_[w] == std::numeric_limits<float>::infinity()) reached_.push_back({w, 0.0f});
+    distance_[w] = distance;
+    buckets_[static_cast<size_t>(distance / kBucketWidth)].push_back({w, distance});
+  }
 }
 
 }  // namespace liquidblend::registration

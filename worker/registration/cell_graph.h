@@ -40,7 +40,8 @@ IndexLists VertexNeighbors(const mesh::SpaceTimeMesh& mesh, const IndexLists& ce
 // Positions in registration units, with the unit of length given.
 Points InEdgeUnits(const Eigen::Matrix4Xf& vertices, double edge_length_m);
 
-// Geodesic distances along the graph's edges from one vertex, out to a radius (Dijkstra). Keeps its
+// Geodesic distances along the graph's edges from one vertex, out to a radius (Dijkstra's, with
+// buckets instead of a heap: a vertex may be visited again, the distances are the same). Keeps its
 // scratch between calls. Threads: one at a time.
 class GeodesicSearch {
  public:
@@ -49,16 +50,17 @@ class GeodesicSearch {
     float distance;
   };
   GeodesicSearch(const Points& points, const IndexLists& neighbors);
-  // The vertices closer than `radius`, nearest first (ties: lower index first), `from` included.
+  // The vertices closer than `radius`, `from` first, the others in a fixed order.
   const std::vector<Reached>& From(int32_t from, float radius);
 
  private:
+  void Visit(const Reached& nearest, float radius);
+
   const Points& points_;
   const IndexLists& neighbors_;
   std::vector<float> distance_;  // of the vertices reached in this call, else infinity
-  std::vector<Reached> heap_;
+  std::vector<std::vector<Reached>> buckets_;  // by distance
   std::vector<Reached> reached_;
-  std::vector<int32_t> touched_;
 };
 
 }  // namespace liquidblend::registration

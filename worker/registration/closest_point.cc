@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <nanoflann.hpp>
+#include <numeric>
 #include <utility>
 
 namespace liquidblend::registration {
@@ -21,77 +22,59 @@ std::vector<int32_t> FreeVertices(const mesh::SpaceTimeMesh& mesh, int64_t begin
   return indices;
 }
 
-// The end slabs' vertices with time zero; other columns are not used.
-Points Flatten(const Points& points) {
-  Points flat = points;
-  flat.row(3).setZero();
-  return flat;
-}
+// What a cell interpolates between its corners: the sum of these times 1, x, y, z, xy, xz, yz and
+// xyz of its parameters, each in [0, 1].
+struct Interpolant {
+  Eigen::Vector4f one, x, y, z;
+  Eigen::Vector4f xy = Eigen::Vector4f::Zero(), xz = xy, yz = xy, xyz = xy;
 
-// Where a cell's point with parameters s lies, as weights of its corners; `slope` per parameter.
-struct Shape {
-  int num_corners;
-  std::array<float, 8> weight;
-  std::array<std::array<float, 3>, 8> slope;
+  Eigen::Vector4f At(const Eigen::Vector3f& s) const {
+    return one + s.x() * x + s.y() * y + s.z() * z + s.x() * s.y() * xy + s.x() * s.z() * xz +
+           s.y() * s.z() * yz + s.x() * s.y() * s.z() * xyz;
+  }
+  Eigen::Matrix<float, 4, 3> SlopeAt(const Eigen::Vector3f& s) const {
+    Eigen::Matrix<float, 4, 3> slope;
+    slope.col(0) = x + s.y() * xy + s.z() * xz + s.y() * s.z() * xyz;
+    slope.col(1) = y + s.x() * xy + s.z() * yz + s.x() * s.z() * xyz;
+    slope.col(2) = z + s.x() * xz + s.y() * yz + s.x() * s.y() * xyz;
+    return slope;
+  }
 };
 
-Shape HexahedronShape(const Eigen::Vector3f& s) {
-  Shape shape{8, {}, {}};
-  for (int c = 0; c < 8; ++c) {
-    std::array<float, 3> f, d;
-    for (int a = 0; a < 3; ++a) {
-      const bool upper = (c >> a & 1) != 0;
-      f[a] = upper ? s[a] : 1 - s[a];
-      d[a] = upper ? 1.0f : -1.0f;
-    }
-    shape.weight[c] = f[0] * f[1] * f[2];
-    shape.slope[c] = {d[0] * f[1] * f[2], f[0] * d[1] * f[2], f[0] * f[1] * d[2]};
-  }
-  return shape;
-}
-
-Shape WedgeShape(const Eigen::Vector3f& s) {  // s.x + s.y <= 1
-  Shape shape{6, {}, {}};
-  const std::array<float, 3> f = {1 - s.x() - s.y(), s.x(), s.y()};
-  constexpr std::array<std::array<float, 2>, 3> kSlope = {{{-1, -1}, {1, 0}, {0, 1}}};
-  for (int c = 0; c < 6; ++c) {
-    const float g = c < 3 ? 1 - s.z() : s.z();
-    shape.weight[c] = f[c % 3] * g;
-    shape.slope[c] = {kSlope[c % 3][0] * g, kSlope[c % 3][1] * g, c < 3 ? -f[c % 3] : f[c % 3]};
-  }
-  return shape;
-}
-
-Shape PyramidShape(const Eigen::Vector3f& s) {
-  constexpr std::array<std::array<int, 2>, 4> kCorner = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-  Shape shape{5, {}, {}};
-  for (int c = 0; c < 4; ++c) {
-    const float fx = kCorner[c][0] ? s.x() : 1 - s.x(), dx = kCorner[c][0] ? 1.0f : -1.0f;
-    const float fy = kCorner[c][1] ? s.y() : 1 - s.y(), dy = kCorner[c][1] ? 1.0f : -1.0f;
-    const float g = 1 - s.z();
-    shape.weight[c] = fx * fy * g;
-    shape.slope[c] = {dx * fy * g, fx * dy * g, -fx * fy};
-  }
-  shape.weight[4] = s.z();
-  shape.slope[4] = {0, 0, 1};
-  return shape;
-}
-
-Shape TetrahedronShape(const Eigen::Vector3f& s) {
-  return {4, {1 - s.sum(), s.x(), s.y(), s.z()}, {{{-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}};
-}
-
-Shape ShapeOf(size_t num_corners, const Eigen::Vector3f& s) {
-  switch (num_corners) {
-    case 8:
-      return HexahedronShape(s);
-    case 6:
-      return WedgeShape(s);
-    case 5:
-      return PyramidShape(s);
+//   values  a column per vertex
+Interpolant Interpolate(const Points& values, std::span<const int32_t> corners) {
+  const auto q = [&](int k) { return values.col(corners[k]); };
+  Interpolant f;
+  f.one = q(0);
+  f.x = q(1) - q(0);
+  switch (corners.size()) {
+    case 8:  // bit a of a corner's number: upper along axis a
+      f.y = q(2) - q(0);
+      f.z = q(4) - q(0);
+      f.xy = q(3) - q(2) - f.x;
+      f.xz = q(5) - q(4) - f.x;
+      f.yz = q(6) - q(4) - f.y;
+      f.xyz = q(7) - q(6) - q(5) + q(4) - f.xy;
+      break;
+    case 6:  // two triangles; x + y <= 1
+      f.y = q(2) - q(0);
+      f.z = q(3) - q(0);
+      f.xz = q(4) - q(3) - f.x;
+      f.yz = q(5) - q(3) - f.y;
+      break;
+    case 5:  // a quad that shrinks to the apex
+      f.y = q(3) - q(0);
+      f.z = q(4) - q(0);
+      f.xy = q(2) - q(3) - f.x;
+      f.xz = -f.x;
+      f.yz = -f.y;
+      f.xyz = -f.xy;
+      break;
     default:
-      return TetrahedronShape(s);
+      f.y = q(2) - q(0);
+      f.z = q(3) - q(0);
   }
+  return f;
 }
 
 // Parameters brought back into the cell: a box, or a simplex in the first `simplex` of them.
@@ -104,15 +87,19 @@ Eigen::Vector3f ClampToCell(size_t num_corners, Eigen::Vector3f s) {
 
 }  // namespace
 
+Points Flatten(Points points) {
+  points.row(3).setZero();
+  return points;
+}
+
 // ---- PointTree ----------------------------------------------------------------------------------
 
 struct PointTree::Impl {
   struct Adaptor {
-    const Points& points;
-    std::vector<int32_t> indices;
-    size_t kdtree_get_point_count() const { return indices.size(); }
+    Points points;
+    size_t kdtree_get_point_count() const { return static_cast<size_t>(points.cols()); }
     float kdtree_get_pt(size_t n, size_t dim) const {
-      return points(static_cast<int64_t>(dim), indices[n]);
+      return points(static_cast<int64_t>(dim), static_cast<int64_t>(n));
     }
     template <class Box>
     bool kdtree_get_bbox(Box&) const {
@@ -121,20 +108,34 @@ struct PointTree::Impl {
   };
   using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Adaptor>,
                                                    Adaptor, 4, uint32_t>;
-  Impl(const Points& points, std::vector<int32_t> indices)
-      : adaptor{points, std::move(indices)}, tree(4, adaptor, {16}) {}
+  Impl(const Points& points, std::vector<int32_t> columns)
+      : adaptor{points(Eigen::all, columns)}, indices(std::move(columns)), tree(4, adaptor, {16}) {}
+  void PutInOrderOfLeaves();
+
   Adaptor adaptor;
+  std::vector<int32_t> indices;
   Tree tree;
 };
 
+// A leaf's points lie next to one another then, which is most of what a search is about.
+void PointTree::Impl::PutInOrderOfLeaves() {
+  adaptor.points = Points(adaptor.points(Eigen::all, tree.vAcc));
+  std::vector<int32_t> ordered(indices.size());
+  for (size_t n = 0; n < ordered.size(); ++n) ordered[n] = indices[tree.vAcc[n]];
+  indices = std::move(ordered);
+  std::iota(tree.vAcc.begin(), tree.vAcc.end(), 0);
+}
+
 PointTree::PointTree(const Points& points, std::vector<int32_t> indices)
     : impl_(new Impl(points, std::move(indices))) {
-  if (!empty()) impl_->tree.buildIndex();
+  if (empty()) return;
+  impl_->tree.buildIndex();
+  impl_->PutInOrderOfLeaves();
 }
 PointTree::~PointTree() = default;
 PointTree::PointTree(PointTree&&) noexcept = default;
 
-bool PointTree::empty() const { return impl_->adaptor.indices.empty(); }
+bool PointTree::empty() const { return impl_->indices.empty(); }
 
 size_t PointTree::Nearest(const Eigen::Vector4f& query, std::span<int32_t> found) const {
   if (empty() || found.empty()) return 0;
@@ -142,8 +143,21 @@ size_t PointTree::Nearest(const Eigen::Vector4f& query, std::span<int32_t> found
   std::array<float, 64> distance_sq;
   const size_t wanted = std::min(found.size(), slot.size());
   const size_t count = impl_->tree.knnSearch(query.data(), wanted, slot.data(), distance_sq.data());
-  for (size_t n = 0; n < count; ++n) found[n] = impl_->adaptor.indices[slot[n]];
+  for (size_t n = 0; n < count; ++n) found[n] = impl_->indices[slot[n]];
   return count;
+}
+
+int32_t PointTree::NearestThat(const Eigen::Vector4f& query,
+                               absl::FunctionRef<bool(int32_t)> accept) const {
+  std::array<int32_t, kNumCandidates> found;
+  for (const size_t wanted : {kFirstCandidates, kNumCandidates}) {
+    const size_t count = Nearest(query, std::span(found).first(wanted));
+    for (size_t n = 0; n < count; ++n) {
+      if (accept(found[n])) return found[n];
+    }
+    if (count < wanted) break;
+  }
+  return -1;
 }
 
 // ---- ClosestPointSearch -------------------------------------------------------------------------
@@ -154,22 +168,20 @@ ClosestPointSearch::ClosestPointSearch(const mesh::SpaceTimeMesh& mesh, const Po
       points_(points),
       cells_around_(cells_around),
       tree_(points, FreeVertices(mesh, 0, points.cols())),
-      flat_points_(Flatten(points)),
-      first_tree_(flat_points_, FreeVertices(mesh, 0, mesh.num_first_vertices)),
-      last_tree_(flat_points_,
+      first_tree_(Flatten(points), FreeVertices(mesh, 0, mesh.num_first_vertices)),
+      last_tree_(Flatten(points),
                  FreeVertices(mesh, points.cols() - mesh.num_last_vertices, points.cols())) {}
 
 std::optional<SurfacePoint> ClosestPointSearch::Find(const Eigen::Vector4f& p,
                                                      const Eigen::Vector4f& normal) const {
-  std::array<int32_t, kNumCandidates> candidates;
-  const size_t count = tree_.Nearest(p, candidates);
-  for (size_t n = 0; n < count; ++n) {
-    const int32_t v = candidates[n];
-    if (mesh_.normals.col(v).dot(normal) <= kMinCosine) continue;
-    SurfacePoint point = ProjectOnCells(v, p);
-    if (point.normal.dot(normal) > kMinCosine) return point;
-  }
-  return std::nullopt;
+  SurfacePoint point;
+  const int32_t found = tree_.NearestThat(p, [&](int32_t v) {
+    if (mesh_.normals.col(v).dot(normal) <= kMinCosine) return false;
+    point = ProjectOnCells(v, p);
+    return point.normal.dot(normal) > kMinCosine;
+  });
+  if (found < 0) return std::nullopt;
+  return point;
 }
 
 std::optional<SurfacePoint> ClosestPointSearch::NearestVertex(const Eigen::Vector4f& p) const {
@@ -181,17 +193,13 @@ std::optional<SurfacePoint> ClosestPointSearch::NearestVertex(const Eigen::Vecto
 
 std::optional<SurfacePoint> ClosestPointSearch::FindAtEnd(End end, const Eigen::Vector4f& p,
                                                           const Eigen::Vector4f& normal) const {
-  std::array<int32_t, kNumCandidates> candidates;
   Eigen::Vector4f flat = p;
   flat[3] = 0;
   const PointTree& tree = end == End::kFirst ? first_tree_ : last_tree_;
-  const size_t count = tree.Nearest(flat, candidates);
-  for (size_t n = 0; n < count; ++n) {
-    const int32_t v = candidates[n];
-    if (mesh_.normals.col(v).dot(normal) <= kMinCosine) continue;
-    return SurfacePoint{points_.col(v), mesh_.normals.col(v), v};
-  }
-  return std::nullopt;
+  const int32_t v = tree.NearestThat(
+      flat, [&](int32_t w) { return mesh_.normals.col(w).dot(normal) > kMinCosine; });
+  if (v < 0) return std::nullopt;
+  return SurfacePoint{points_.col(v), mesh_.normals.col(v), v};
 }
 
 // Gauss-Newton over the cells' parameters, from the side of the given vertex.
@@ -201,26 +209,19 @@ SurfacePoint ClosestPointSearch::ProjectOnCells(int32_t vertex, const Eigen::Vec
   for (const int32_t c : cells_around_[vertex]) {
     const auto corners = CornersOf(mesh_, c);
     Eigen::Vector3f s = Eigen::Vector3f::Constant(corners.size() == 4 ? 0.25f : 0.3f);
-    Eigen::Vector4f position, normal;
-    for (int step = 0;; ++step) {
-      const Shape shape = ShapeOf(corners.size(), s);
-      Eigen::Matrix<float, 4, 3> slope = Eigen::Matrix<float, 4, 3>::Zero();
-      position.setZero();
-      normal.setZero();
-      for (int k = 0; k < shape.num_corners; ++k) {
-        const auto corner = points_.col(corners[k]);
-        position += shape.weight[k] * corner;
-        normal += shape.weight[k] * mesh_.normals.col(corners[k]);
-        for (int a = 0; a < 3; ++a) slope.col(a) += shape.slope[k][a] * corner;
-      }
-      if (step == kProjectionSteps) break;
+    const Interpolant place = Interpolate(points_, corners);
+    for (int step = 0; step < kProjectionSteps; ++step) {
+      const Eigen::Matrix<float, 4, 3> slope = place.SlopeAt(s);
       const Eigen::Matrix3f jtj = slope.transpose() * slope + 1e-6f * Eigen::Matrix3f::Identity();
-      const Eigen::Vector3f gradient = slope.transpose() * (p - position);
+      const Eigen::Vector3f gradient = slope.transpose() * (p - place.At(s));
       s = ClampToCell(corners.size(), s + Eigen::Vector3f(jtj.inverse() * gradient));
     }
+    const Eigen::Vector4f position = place.At(s);
     const float distance_sq = (p - position).squaredNorm();
+    if (!(distance_sq < best_distance_sq)) continue;
+    const Eigen::Vector4f normal = Interpolate(mesh_.normals, corners).At(s);
     const float length = normal.norm();
-    if (!(distance_sq < best_distance_sq) || !(length > 0)) continue;
+    if (!(length > 0)) continue;
     best_distance_sq = distance_sq;
     best.position = position;
     best.normal = normal / length;

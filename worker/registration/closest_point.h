@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "worker/registration/cell_graph.h"
 
 namespace liquidblend::registration {
@@ -18,19 +19,28 @@ struct SurfacePoint {
   int32_t vertex = -1;     // the mesh vertex next to it
 };
 
+// With time set to zero.
+Points Flatten(Points points);
+
 // Nearest neighbours among some columns of `points` (nanoflann).
 class PointTree {
  public:
-  // `indices`: the columns to search, ascending; `points` must outlive the tree.
+  static constexpr size_t kNumCandidates = 12;  // of NearestThat()
+
+  // `indices`: the columns to search, ascending. Keeps a copy of them.
   PointTree(const Points& points, std::vector<int32_t> indices);
   ~PointTree();
   PointTree(PointTree&&) noexcept;
 
   // The nearest columns, nearest first; at most found.size(). Returns how many.
   size_t Nearest(const Eigen::Vector4f& query, std::span<int32_t> found) const;
+  // Of the kNumCandidates nearest columns, the nearest one that is accepted; -1: none.
+  int32_t NearestThat(const Eigen::Vector4f& query, absl::FunctionRef<bool(int32_t)> accept) const;
   bool empty() const;
 
  private:
+  static constexpr size_t kFirstCandidates = 3;  // tried first: mostly one of them will do
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
@@ -38,7 +48,6 @@ class PointTree {
 // A mesh to find closest points on.  Threads: safe.
 class ClosestPointSearch {
  public:
-  static constexpr int kNumCandidates = 12;  // nearest vertices whose normals are tried
   static constexpr float kMinCosine = 0.3f;  // of the angle between compatible normals
 
   // All arguments must outlive the search.
@@ -63,8 +72,7 @@ class ClosestPointSearch {
   const Points& points_;
   const IndexLists& cells_around_;
   PointTree tree_;
-  Points flat_points_;  // of the end slabs, time set to zero
-  PointTree first_tree_;
+  PointTree first_tree_;  // of the end slabs, time set to zero
   PointTree last_tree_;
 };
 

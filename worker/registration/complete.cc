@@ -57,6 +57,12 @@ SurfacePair::SurfacePair(const mesh::SpaceTimeMesh& source_mesh,
       neighbors(VertexNeighbors(source_mesh, source.cells_around, arena)),
       target_search(target_mesh, target.points, target.cells_around) {}
 
+void SurfacePair::Open(const std::vector<Track>& source_tracks,
+                       const std::vector<Track>& target_tracks) {
+  open_starts = FindOpenStarts(source_tracks, target_tracks, source, target);
+  source.open = VerticesOf(open_starts, source);
+}
+
 absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displacement,
                                       const std::function<absl::Status(Points&)>& hold_pins,
                                       const parallel::Arena& arena) {
@@ -64,8 +70,8 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   const IndexLists& neighbors = pair.neighbors;
   Registration result;
   for (int n = 0; n < kNumProjections; ++n) {
-    const double residual =
-        ProjectOntoTarget(source, neighbors, pair.target_search, {}, arena, displacement);
+    const double residual = ProjectOntoTarget(source, neighbors, pair.target, pair.target_search,
+                                              {}, arena, displacement);
     if (n == 0) result.report.mean_residual_edges = residual;
   }
   LB_RETURN_IF_ERROR(hold_pins(displacement));
@@ -80,6 +86,7 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   result.report.verdict =
       Judge(source, neighbors, pair.target, pair.target_search, displacement, arena);
   const double edge = source.mesh.edge_length_m;
+  result.report.verdict.reason += Describe(pair.open_starts, edge);
   result.displacement = InMetres(std::move(displacement), edge);
   result.extrapolation = InMetres(std::move(extrapolation), edge);
   return result;

@@ -8,6 +8,7 @@
 #include "worker/registration/closest_point.h"
 #include "worker/registration/match.h"
 #include "worker/registration/register.h"
+#include "worker/registration/starts.h"
 
 namespace liquidblend::registration {
 
@@ -21,10 +22,14 @@ struct SurfacePair {
               const parallel::Arena& arena);
   SurfacePair(const SurfacePair&) = delete;
   SurfacePair& operator=(const SurfacePair&) = delete;
+  // Finds and marks the starts that only one of the two has.
+  void Open(const std::vector<Track>& source_tracks, const std::vector<Track>& target_tracks);
+
   Surface source;
   Surface target;
   IndexLists neighbors;  // of the source's vertices
   ClosestPointSearch target_search;
+  OpenStarts open_starts;
 };
 
 // From what the nodes have come to, to the result: projects onto the target, mends folds, carries

@@ -40,25 +40,36 @@ void DeformationNodes::PlaceNodes(const Points& rest, const IndexLists& neighbor
 
 void DeformationNodes::ComputeInfluences(const Points& rest, const IndexLists& neighbors,
                                          float radius, const parallel::Arena& arena) {
-  constexpr int64_t kNodesPerTask = 128;
-  std::vector<std::vector<GeodesicSearch::Reached>> reached_by(num_nodes());
-  arena.ForChunks(num_nodes(), kNodesPerTask, [&](int64_t, int64_t begin, int64_t end) {
+  constexpr int64_t kNodesPerTask = 64;
+  const int64_t num_tasks = (num_nodes() + kNodesPerTask - 1) / kNodesPerTask;
+  std::vector<std::vector<GeodesicSearch::Reached>> reached_in(num_tasks);
+  std::vector<int64_t> num_reached(num_nodes());
+  arena.ForChunks(num_nodes(), kNodesPerTask, [&](int64_t task, int64_t begin, int64_t end) {
     GeodesicSearch search(rest, neighbors);
-    for (int64_t n = begin; n < end; ++n) reached_by[n] = search.From(vertex_[n], radius);
+    for (int64_t n = begin; n < end; ++n) {
+      const auto& reached = search.From(vertex_[n], radius);
+      num_reached[n] = static_cast<int64_t>(reached.size());
+      reached_in[task].insert(reached_in[task].end(), reached.begin(), reached.end());
+    }
+    reached_in[task].shrink_to_fit();
   });
   begin_.assign(rest.cols() + 1, 0);
-  for (const auto& list : reached_by) {
+  for (const auto& list : reached_in) {
     for (const auto& reached : list) ++begin_[reached.vertex + 1];
   }
   std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-  influences_.resize(begin_.back());
+  influences_ = std::make_unique_for_overwrite<Influence[]>(begin_.back());
   std::vector<int64_t> next(begin_.begin(), begin_.end() - 1);
-  for (int64_t n = 0; n < num_nodes(); ++n) {
-    for (const auto& reached : reached_by[n]) {
-      const float q = reached.distance / radius, fall = 1 - q * q;
-      influences_[next[reached.vertex]++] = {static_cast<int32_t>(n), fall * fall * fall};
+  for (int64_t task = 0, n = 0; task < num_tasks; ++task) {
+    auto reached = reached_in[task].cbegin();
+    for (; reached != reached_in[task].cend(); ++n) {
+      for (const auto last = reached + num_reached[n]; reached != last; ++reached) {
+        const float q = reached->distance / radius, fall = 1 - q * q;
+        influences_[next[reached->vertex]++] = {static_cast<int32_t>(n), fall * fall * fall};
+      }
     }
-    reached_by[n] = {};
+    std::vector<GeodesicSearch::Reached>().swap(
+        reached_in[task]);  // pages of the influences are touched about as fast as these go
   }
   arena.For(rest.cols(), [&](int64_t v) {
     float sum = 0;
@@ -72,8 +83,10 @@ Eigen::Vector4f DisplacementOf(const DeformationNodes& nodes, const std::vector<
   Eigen::Vector4f sum = Eigen::Vector4f::Zero();
   for (const Influence& influence : nodes.influences(v)) {
     const NodeMap& map = maps[influence.node];
-    const Eigen::Vector4f offset = rest.col(v) - nodes.position(influence.node);
-    sum += influence.weight * (map.leftCols<4>() * offset + map.col(4));
+    const Eigen::Vector4f offset =
+        influence.weight * (rest.col(v) - nodes.position(influence.node));
+    for (int a = 0; a < 4; ++a) sum += offset[a] * map.col(a);
+    sum += influence.weight * map.col(4);
   }
   return sum;
 }

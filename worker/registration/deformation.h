@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <random>
 #include <span>
 #include <vector>
@@ -38,7 +39,7 @@ class DeformationNodes {
   // The nodes that move vertex v, by index; their weights add up to 1. None: an excluded vertex
   // that is not connected to others.
   std::span<const Influence> influences(int64_t v) const {
-    return {influences_.data() + begin_[v], static_cast<size_t>(begin_[v + 1] - begin_[v])};
+    return {influences_.get() + begin_[v], static_cast<size_t>(begin_[v + 1] - begin_[v])};
   }
 
  private:
@@ -50,7 +51,7 @@ class DeformationNodes {
   std::vector<int32_t> vertex_;  // per node
   Eigen::Matrix4Xf position_;    // per node
   std::vector<int64_t> begin_;   // num_vertices + 1
-  std::vector<Influence> influences_;
+  std::unique_ptr<Influence[]> influences_;
 };
 
 // Displacement of vertex v (equation 1, from the rest pose).

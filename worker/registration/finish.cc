@@ -15,16 +15,17 @@ struct Residual {
 };
 
 std::optional<Residual> ResidualAt(const Surface& source, const Points& normals,
-                                   const ClosestPointSearch& target,
+                                   const Surface& target, const ClosestPointSearch& target_search,
                                    const ProjectionOptions& options, const Points& displacement,
                                    int64_t v) {
   const Eigen::Vector4f p = source.points.col(v) + displacement.col(v);
+  if (source.IsOpen(v) && IsBeforeTarget(source, v, p)) return std::nullopt;
   const Eigen::Vector4f image = normals.col(v);
   const bool at_end = source.InFirstSlab(v) || source.InLastSlab(v);
   const auto end =
       source.InFirstSlab(v) ? ClosestPointSearch::End::kFirst : ClosestPointSearch::End::kLast;
-  auto match = at_end ? target.FindAtEnd(end, p, image) : target.Find(p, image);
-  if (!match) return std::nullopt;
+  auto match = at_end ? target_search.FindAtEnd(end, p, image) : target_search.Find(p, image);
+  if (!match || IsOpenMatch(source, target, v, match->vertex)) return std::nullopt;
   Eigen::Vector4f offset = match->position - p;
   if (at_end) {
     offset[3] = 0;
@@ -39,8 +40,8 @@ std::optional<Residual> ResidualAt(const Surface& source, const Points& normals,
 
 }  // namespace
 
-double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors,
-                         const ClosestPointSearch& target, const ProjectionOptions& options,
+double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors, const Surface& target,
+                         const ClosestPointSearch& target_search, const ProjectionOptions& options,
                          const parallel::Arena& arena, Points& displacement) {
   const int64_t count = source.points.cols();
   Points residual = Points::Zero(4, count);
@@ -48,7 +49,7 @@ double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors,
   Eigen::VectorXf distance = Eigen::VectorXf::Constant(count, -1.0f);
   const Points normals = ImageNormals(source, neighbors, displacement, 1, arena);
   arena.For(count, [&](int64_t v) {
-    const auto found = ResidualAt(source, normals, target, options, displacement, v);
+    const auto found = ResidualAt(source, normals, target, target_search, options, displacement, v);
     if (!found) return;
     residual.col(v) = found->along_normal;
     weight[v] = options.stiffness * found->weight;

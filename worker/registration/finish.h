@@ -13,8 +13,8 @@ struct ProjectionOptions {
 
 // Adds to the displacements the remaining distance to the target along its normals, smoothed over
 // the neighbours. Returns the mean distance to the target that was left before, in edges.
-double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors,
-                         const ClosestPointSearch& target, const ProjectionOptions& options,
+double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors, const Surface& target,
+                         const ClosestPointSearch& target_search, const ProjectionOptions& options,
                          const parallel::Arena& arena, Points& displacement);
 
 // Averages each displacement with its neighbours', `sweeps` times.

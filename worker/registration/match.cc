@@ -53,6 +53,23 @@ std::optional<FitTerm> EndTerm(const Surface& source, int32_t v, const Eigen::Ve
   return term;
 }
 
+std::vector<int32_t> Inner(const Surface& source) {
+  std::vector<int32_t> vertices;
+  for (int32_t v = 0; v < source.points.cols(); v += kTreeStride) {
+    if (source.rigid[v] || source.InFirstSlab(v) || source.InLastSlab(v)) continue;
+    vertices.push_back(v);
+  }
+  return vertices;
+}
+
+std::vector<int32_t> EndSlab(const Surface& source, bool (Surface::*contains)(int64_t) const) {
+  std::vector<int32_t> vertices;
+  for (int32_t v = 0; v < source.points.cols(); ++v) {
+    if (!source.rigid[v] && (source.*contains)(v)) vertices.push_back(v);
+  }
+  return vertices;
+}
+
 void AppendFound(const std::vector<std::optional<FitTerm>>& found, Matches& matches) {
   for (const auto& term : found) {
     if (term) matches.terms.push_back(*term);
@@ -76,6 +93,14 @@ std::vector<int32_t> Surface::FreeVertices() const {
   return vertices;
 }
 
+bool IsBeforeTarget(const Surface& source, int64_t v, const Eigen::Vector4f& moved) {
+  return source.InFirstSlab(v) || moved[3] < 0;
+}
+
+bool IsOpenMatch(const Surface& source, const Surface& target, int64_t v, int64_t t) {
+  return source.IsOpen(v) && target.InFirstSlab(t);
+}
+
 Eigen::Vector4f DeformedNormal(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                                const Surface& source, int64_t v) {
   Eigen::Matrix4f jacobian = Eigen::Matrix4f::Identity();
@@ -97,21 +122,51 @@ Eigen::Matrix4f MatchMetric(double weight, const Eigen::Vector4f& normal,
           static_cast<float>(options.plane_weight) * normal * normal.transpose());
 }
 
+// The nodes' maps and what they make of the source.
+struct Matcher::DeformedState {
+  const DeformationNodes& nodes;
+  const std::vector<NodeMap>& maps;
+  Points points;
+};
+
+// Some of the deformed source's vertices, and those of its end slabs with their time set to zero.
+struct Matcher::DeformedTrees {
+  DeformedTrees(const Surface& source, const Points& deformed)
+      : inner(deformed, Inner(source)),
+        first(Flatten(deformed), EndSlab(source, &Surface::InFirstSlab)),
+        last(Flatten(deformed), EndSlab(source, &Surface::InLastSlab)) {}
+  PointTree inner, first, last;
+};
+
 Matcher::Matcher(const Surface& source, const IndexLists& source_neighbors, const Surface& target,
-                 const ClosestPointSearch& target_search, uint64_t seed)
+                 const ClosestPointSearch& target_search, uint64_t seed,
+                 std::vector<int32_t> target_vertices)
     : source_(source),
       source_neighbors_(source_neighbors),
       target_(target),
       target_search_(target_search),
       random_(seed),
       source_order_(source.FreeVertices()),
-      target_order_(target.FreeVertices()) {}
+      target_order_(std::move(target_vertices)) {}
 
 Matches Matcher::Match(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                        const MatchOptions& options, const parallel::Arena& arena) {
+  const std::vector<int32_t> source_samples = DrawSource(options);
+  const std::vector<int32_t> target_samples = DrawTarget(options);
+  const DeformedState state{nodes, maps, Deform(nodes, maps, source_.points, arena)};
   Matches matches;
-  MatchSource(nodes, maps, options, arena, matches);
-  MatchTarget(nodes, maps, options, arena, matches);
+  std::optional<DeformedTrees> trees;
+  arena.Run(2, [&](int64_t n) {
+    if (n == 0) {
+      MatchSource(state, source_samples, options, arena, matches);
+    } else {
+      trees.emplace(source_, state.points);
+    }
+  });
+  MatchTarget(state, *trees, target_samples, options, arena, matches);
+  // So that sums over a node's terms go through memory in order.
+  std::stable_sort(matches.terms.begin(), matches.terms.end(),
+                   [](const FitTerm& a, const FitTerm& b) { return a.vertex < b.vertex; });
   return matches;
 }
 
@@ -131,10 +186,19 @@ std::vector<int32_t> Matcher::DrawSource(const MatchOptions& options) {
   return samples;
 }
 
-void Matcher::MatchSource(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+std::vector<int32_t> Matcher::DrawTarget(const MatchOptions& options) {
+  const int64_t count = std::min<int64_t>(static_cast<int64_t>(target_order_.size()),
+                                          std::llround(options.target_share * options.sample_share *
+                                                       static_cast<double>(source_order_.size())));
+  DrawToFront(target_order_, count, random_);
+  std::vector<int32_t> samples(target_order_.begin(), target_order_.begin() + count);
+  std::sort(samples.begin(), samples.end());
+  return samples;
+}
+
+void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>& samples,
                           const MatchOptions& options, const parallel::Arena& arena,
                           Matches& matches) {
-  const std::vector<int32_t> samples = DrawSource(options);
   const int64_t count = static_cast<int64_t>(samples.size());
   std::vector<std::optional<FitTerm>> found(count);
   std::vector<float> distance_sq(count, 0.0f);
@@ -143,14 +207,14 @@ void Matcher::MatchSource(const DeformationNodes& nodes, const std::vector<NodeM
       [&](int64_t s) {
         const int32_t v = samples[s];
         if (!options.match_thin && source_.IsThin(v)) return;
-        const Eigen::Vector4f p =
-            source_.points.col(v) + DisplacementOf(nodes, maps, source_.points, v);
-        const Eigen::Vector4f n = DeformedNormal(nodes, maps, source_, v);
+        const Eigen::Vector4f p = state.points.col(v);
+        if (source_.IsOpen(v) && IsBeforeTarget(source_, v, p)) return;
+        const Eigen::Vector4f n = DeformedNormal(state.nodes, state.maps, source_, v);
         const bool at_end = source_.InFirstSlab(v) || source_.InLastSlab(v);
         const auto end = source_.InFirstSlab(v) ? ClosestPointSearch::End::kFirst
                                                 : ClosestPointSearch::End::kLast;
         const auto match = at_end ? target_search_.FindAtEnd(end, p, n) : target_search_.Find(p, n);
-        if (!match) return;
+        if (!match || IsOpenMatch(source_, target_, v, match->vertex)) return;
         if (at_end) {
           found[s] = EndTerm(source_, v, p, match->position, match->normal, options);
           return;
@@ -171,31 +235,11 @@ void Matcher::MatchSource(const DeformationNodes& nodes, const std::vector<NodeM
   for (const int32_t s : order) worst_.push_back(samples[s]);
 }
 
-void Matcher::MatchTarget(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
-                          const MatchOptions& options, const parallel::Arena& arena,
-                          Matches& matches) {
-  const Points deformed = Deform(nodes, maps, source_.points, arena);
-  Points flat = deformed;
-  flat.row(3).setZero();
-  std::vector<int32_t> inner, first, last;
-  for (int32_t v = 0; v < deformed.cols(); ++v) {
-    if (source_.rigid[v]) continue;
-    if (source_.InFirstSlab(v)) {
-      first.push_back(v);
-    } else if (source_.InLastSlab(v)) {
-      last.push_back(v);
-    } else if (v % kTreeStride == 0) {
-      inner.push_back(v);
-    }
-  }
-  const PointTree tree(deformed, std::move(inner)), first_tree(flat, std::move(first)),
-      last_tree(flat, std::move(last));
-  const int64_t count = std::min<int64_t>(static_cast<int64_t>(target_order_.size()),
-                                          std::llround(options.target_share * options.sample_share *
-                                                       static_cast<double>(source_order_.size())));
-  DrawToFront(target_order_, count, random_);
-  std::vector<int32_t> samples(target_order_.begin(), target_order_.begin() + count);
-  std::sort(samples.begin(), samples.end());
+void Matcher::MatchTarget(const DeformedState& state, const DeformedTrees& trees,
+                          const std::vector<int32_t>& samples, const MatchOptions& options,
+                          const parallel::Arena& arena, Matches& matches) const {
+  const Points& deformed = state.points;
+  const int64_t count = static_cast<int64_t>(samples.size());
   std::vector<std::optional<FitTerm>> found(count);
   arena.For(
       count,
@@ -203,27 +247,25 @@ void Matcher::MatchTarget(const DeformationNodes& nodes, const std::vector<NodeM
         const int32_t t = samples[s];
         if (!options.match_thin && target_.IsThin(t)) return;
         const bool at_end = target_.InFirstSlab(t) || target_.InLastSlab(t);
-        const PointTree& near = target_.InFirstSlab(t)  ? first_tree
-                                : target_.InLastSlab(t) ? last_tree
-                                                        : tree;
+        const PointTree& near = target_.InFirstSlab(t)  ? trees.first
+                                : target_.InLastSlab(t) ? trees.last
+                                                        : trees.inner;
         const Eigen::Vector4f c = target_.points.col(t), n = target_.mesh.normals.col(t);
         Eigen::Vector4f query = c;
         if (at_end) query[3] = 0;
-        std::array<int32_t, ClosestPointSearch::kNumCandidates> candidates;
-        const size_t num_candidates = near.Nearest(query, candidates);
-        int32_t best = -1;
-        for (size_t k = 0; k < num_candidates && best < 0; ++k) {
-          const Eigen::Vector4f image = DeformedNormal(nodes, maps, source_, candidates[k]);
-          if (image.dot(n) > ClosestPointSearch::kMinCosine) best = candidates[k];
-        }
-        if (best < 0) return;
+        int32_t best = near.NearestThat(query, [&](int32_t v) {
+          return DeformedNormal(state.nodes, state.maps, source_, v).dot(n) >
+                 ClosestPointSearch::kMinCosine;
+        });
+        if (best < 0 || (at_end && source_.IsOpen(best))) return;
         if (at_end) {
           found[s] = EndTerm(source_, best, deformed.col(best), c, n, options);
           return;
         }
         for (const int32_t w : source_neighbors_[best]) {  // the tree holds only some vertices
           if ((deformed.col(w) - c).squaredNorm() < (deformed.col(best) - c).squaredNorm() &&
-              DeformedNormal(nodes, maps, source_, w).dot(n) > ClosestPointSearch::kMinCosine &&
+              DeformedNormal(state.nodes, state.maps, source_, w).dot(n) >
+                  ClosestPointSearch::kMinCosine &&
               !source_.InFirstSlab(w) && !source_.InLastSlab(w)) {
             best = w;
           }
@@ -233,6 +275,7 @@ void Matcher::MatchTarget(const DeformationNodes& nodes, const std::vector<NodeM
         if (!(weight > 0)) return;
         const Eigen::Vector4f along = n.dot(offset) * n;
         const bool near_foot = (offset - along).norm() <= kMaxTangentOffset;
+        if (!near_foot && source_.IsOpen(best)) return;
         const Eigen::Vector4f goal =
             deformed.col(best) + (near_foot ? along : offset) - source_.points.col(best);
         const Eigen::Matrix4f metric =

@@ -19,6 +19,8 @@ struct Surface {
   Points points;            // mean edge lengths and frames
   IndexLists cells_around;  // per vertex
   std::vector<char> rigid;  // per vertex: part of a rigid piece, so not of the fit
+  std::vector<char> open;   // per vertex, or empty: VerticesOf() an open start (starts.h)
+  bool IsOpen(int64_t v) const { return !open.empty() && open[v] != 0; }
   std::vector<int32_t> FreeVertices() const;  // the others, ascending
   bool IsThin(int64_t v) const { return !mesh.thin.empty() && mesh.thin[v] != 0; }
   bool InFirstSlab(int64_t v) const { return v < mesh.num_first_vertices; }
@@ -40,6 +42,14 @@ struct Matches {
   int64_t num_samples = 0;  // terms plus samples without a compatible point
 };
 
+// Where a part starts that the target does not have: vertices that came to lie before the target's
+// first frame, where nothing is known, and those of the first slab, which nothing holds.
+bool IsBeforeTarget(const Surface& source, int64_t v, const Eigen::Vector4f& moved);
+
+// Whether source vertex v, of such a start, and target vertex t must not be matched, because the
+// target's surface merely begins there.
+bool IsOpenMatch(const Surface& source, const Surface& target, int64_t v, int64_t t);
+
 // Image of a normal: sign(det J) J^-T N, normalised, J the blend's Jacobian at vertex v.
 Eigen::Vector4f DeformedNormal(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                                const Surface& source, int64_t v);
@@ -52,8 +62,10 @@ Eigen::Matrix4f MatchMetric(double weight, const Eigen::Vector4f& normal,
 class Matcher {
  public:
   // The arguments must outlive the matcher.
+  //   target_vertices  that are drawn from
   Matcher(const Surface& source, const IndexLists& source_neighbors, const Surface& target,
-          const ClosestPointSearch& target_search, uint64_t seed);
+          const ClosestPointSearch& target_search, uint64_t seed,
+          std::vector<int32_t> target_vertices);
 
   // Source samples to the target, and target samples to the deformed source, so that
   // thin parts of the target are not missed. Vertices of the end slabs match the target's end slab
@@ -63,11 +75,16 @@ class Matcher {
                 const MatchOptions& options, const parallel::Arena& arena);
 
  private:
+  struct DeformedState;
+  struct DeformedTrees;
+
   std::vector<int32_t> DrawSource(const MatchOptions& options);
-  void MatchSource(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
+  std::vector<int32_t> DrawTarget(const MatchOptions& options);
+  void MatchSource(const DeformedState& state, const std::vector<int32_t>& samples,
                    const MatchOptions& options, const parallel::Arena& arena, Matches& matches);
-  void MatchTarget(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
-                   const MatchOptions& options, const parallel::Arena& arena, Matches& matches);
+  void MatchTarget(const DeformedState& state, const DeformedTrees& trees,
+                   const std::vector<int32_t>& samples, const MatchOptions& options,
+                   const parallel::Arena& arena, Matches& matches) const;
 
   const Surface& source_;
   const IndexLists& source_neighbors_;

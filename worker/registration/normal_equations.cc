@@ -26,54 +26,55 @@ void AddKronecker(const Eigen::Matrix<double, 5, 5>& cc, const Metric& m,
 
 NormalEquations::NormalEquations(const DeformationNodes& nodes, const NodeGraph& graph,
                                  const Points& rest, const std::vector<FitTerm>& terms,
-                                 const SolverOptions& options, const parallel::Arena& arena)
-    : graph_(graph),
+                                 const SolverOptions& options)
+    : nodes_(nodes),
+      graph_(graph),
       terms_(terms),
       num_nodes_(nodes.num_nodes()),
       fit_scale_(static_cast<float>(static_cast<double>(num_nodes_) /
                                     static_cast<double>(std::max<size_t>(1, terms.size())))),
       smoothness_(static_cast<float>(options.smoothness)),
-      damping_(static_cast<float>(options.damping)) {
-  const int64_t num_terms = static_cast<int64_t>(terms.size());
-  node_of_.begin.assign(num_terms + 1, 0);
-  for (int64_t s = 0; s < num_terms; ++s) {
-    node_of_.begin[s + 1] =
-        node_of_.begin[s] + static_cast<int64_t>(nodes.influences(terms[s].vertex).size());
+      damping_(static_cast<float>(options.damping)),
+      begin_(num_nodes_ + 1, 0),
+      edge_forces_(graph.edges().size()) {
+  states_.reserve(terms.size());
+  term_begin_.reserve(terms.size() + 1);
+  term_begin_.push_back(0);
+  for (const FitTerm& term : terms) {
+    const auto influences = nodes.influences(term.vertex);
+    states_.push_back({rest.col(term.vertex), Eigen::Vector4f::Zero()});
+    term_begin_.push_back(term_begin_.back() + static_cast<int64_t>(influences.size()));
+    for (const Influence& influence : influences) ++begin_[influence.node + 1];
   }
-  node_of_.items.resize(node_of_.begin.back());
-  coefficients_.resize(node_of_.begin.back());
-  arena.For(num_terms, [&](int64_t s) {
-    int64_t entry = node_of_.begin[s];
+  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+  influences_.reserve(term_begin_.back());
+  entries_.resize(term_begin_.back());
+  std::vector<int64_t> next(begin_.begin(), begin_.end() - 1);
+  for (size_t s = 0; s < terms.size(); ++s) {
     for (const Influence& influence : nodes.influences(terms[s].vertex)) {
-      const Eigen::Vector4f offset =
-          influence.weight * (rest.col(terms[s].vertex) - nodes.position(influence.node));
-      node_of_.items[entry] = influence.node;
-      coefficients_[entry++] = {offset[0], offset[1], offset[2], offset[3], influence.weight};
-    }
-  });
-  entries_of_.begin.assign(num_nodes_ + 1, 0);
-  for (const int32_t node : node_of_.items) ++entries_of_.begin[node + 1];
-  std::partial_sum(entries_of_.begin.begin(), entries_of_.begin.end(), entries_of_.begin.begin());
-  entries_of_.items.resize(node_of_.items.size());
-  term_of_.resize(node_of_.items.size());
-  std::vector<int64_t> next(entries_of_.begin.begin(), entries_of_.begin.end() - 1);
-  for (int64_t s = 0; s < num_terms; ++s) {
-    for (int64_t entry = node_of_.begin[s]; entry < node_of_.begin[s + 1]; ++entry) {
-      const int64_t slot = next[node_of_.items[entry]]++;
-      entries_of_.items[slot] = static_cast<int32_t>(entry);
-      term_of_[slot] = static_cast<int32_t>(s);
+      influences_.push_back(influence);
+      entries_[next[influence.node]++] = {static_cast<int32_t>(s), influence.weight};
     }
   }
 }
 
 Eigen::Vector4f NormalEquations::Displacement(int64_t term, const std::vector<NodeMap>& x) const {
-  Eigen::Vector4f u = Eigen::Vector4f::Zero();
-  for (int64_t entry = node_of_.begin[term]; entry < node_of_.begin[term + 1]; ++entry) {
-    const NodeMap& map = x[node_of_.items[entry]];
-    const Coefficients& c = coefficients_[entry];
-    for (int a = 0; a < 5; ++a) u += c[a] * map.col(a);
+  Eigen::Vector4f sum = Eigen::Vector4f::Zero();
+  const Eigen::Vector4f position = states_[term].position;
+  for (const Influence& influence : InfluencesOn(term)) {
+    const NodeMap& map = x[influence.node];
+    const Eigen::Vector4f offset = influence.weight * (position - nodes_.position(influence.node));
+    for (int a = 0; a < 4; ++a) sum += offset[a] * map.col(a);
+    sum += influence.weight * map.col(4);
   }
-  return u;
+  return sum;
+}
+
+Eigen::Matrix<double, 5, 1> NormalEquations::Coefficients(int64_t term,
+                                                          const Influence& influence) const {
+  Eigen::Matrix<double, 5, 1> c;
+  c << (states_[term].position - nodes_.position(influence.node)).cast<double>(), 1.0;
+  return influence.weight * c;
 }
 
 // How far the map of edge.from misses the displacement of node edge.to.
@@ -83,25 +84,27 @@ Eigen::Vector4f NormalEquations::Prediction(const NodeGraph::Edge& edge,
   return from.leftCols<4>() * edge.offset + from.col(4) - x[edge.to].col(4);
 }
 
-void NormalEquations::Gather(const std::vector<Eigen::Vector4f>& of_term,
-                             const std::vector<Eigen::Vector4f>& of_edge,
-                             const parallel::Arena& arena, std::vector<NodeMap>& result) const {
+void NormalEquations::Gather(Edges edges, const parallel::Arena& arena,
+                             std::vector<NodeMap>& result) const {
   result.resize(num_nodes_);
   arena.For(
       num_nodes_,
       [&](int64_t n) {
+        const Eigen::Vector4f position = nodes_.position(n);
         NodeMap sum = NodeMap::Zero();
-        for (int64_t slot = entries_of_.begin[n]; slot < entries_of_.begin[n + 1]; ++slot) {
-          const Coefficients& c = coefficients_[entries_of_.items[slot]];
-          const Eigen::Vector4f& f = of_term[term_of_[slot]];
-          for (int a = 0; a < 5; ++a) sum.col(a) += c[a] * f;
+        for (const Entry& entry : EntriesOf(n)) {
+          const TermState& term = states_[entry.term];
+          const Eigen::Vector4f f = entry.weight * term.force;
+          const Eigen::Vector4f offset = term.position - position;
+          for (int a = 0; a < 4; ++a) sum.col(a) += offset[a] * f;
+          sum.col(4) += f;
         }
         NodeMap smooth = NodeMap::Zero();
-        if (!of_edge.empty()) {
+        if (edges == Edges::kYes) {
           for (const int32_t e : graph_.leaving()[n]) {
-            smooth += of_edge[e] * EdgeCoefficients(graph_.edges()[e]).transpose();
+            smooth += edge_forces_[e] * EdgeCoefficients(graph_.edges()[e]).transpose();
           }
-          for (const int32_t e : graph_.arriving()[n]) smooth.col(4) -= of_edge[e];
+          for (const int32_t e : graph_.arriving()[n]) smooth.col(4) -= edge_forces_[e];
         }
         result[n] = fit_scale_ * sum + smoothness_ * smooth;
       },
@@ -110,38 +113,40 @@ void NormalEquations::Gather(const std::vector<Eigen::Vector4f>& of_term,
 
 void NormalEquations::Multiply(const std::vector<NodeMap>& x, const parallel::Arena& arena,
                                std::vector<NodeMap>& result) const {
-  std::vector<Eigen::Vector4f> of_term(terms_.size()), of_edge(graph_.edges().size());
-  arena.For(static_cast<int64_t>(terms_.size()),
-            [&](int64_t s) { of_term[s] = terms_[s].metric * Displacement(s, x); });
-  arena.For(static_cast<int64_t>(of_edge.size()), [&](int64_t e) {
-    of_edge[e] = graph_.edges()[e].weight * Prediction(graph_.edges()[e], x);
+  arena.For(static_cast<int64_t>(states_.size()),
+            [&](int64_t s) { states_[s].force = terms_[s].metric * Displacement(s, x); });
+  arena.For(static_cast<int64_t>(edge_forces_.size()), [&](int64_t e) {
+    edge_forces_[e] = graph_.edges()[e].weight * Prediction(graph_.edges()[e], x);
   });
-  Gather(of_term, of_edge, arena, result);
+  Gather(Edges::kYes, arena, result);
   for (int64_t n = 0; n < num_nodes_; ++n) result[n] += damping_ * x[n];
 }
 
 std::vector<NodeMap> NormalEquations::RightHandSide(const parallel::Arena& arena) const {
-  std::vector<Eigen::Vector4f> of_term(terms_.size());
-  arena.For(static_cast<int64_t>(terms_.size()),
-            [&](int64_t s) { of_term[s] = terms_[s].metric * terms_[s].goal; });
+  arena.For(static_cast<int64_t>(states_.size()),
+            [&](int64_t s) { states_[s].force = terms_[s].metric * terms_[s].goal; });
   std::vector<NodeMap> result;
-  Gather(of_term, {}, arena, result);
+  Gather(Edges::kNo, arena, result);
   return result;
 }
 
 Eigen::Matrix<double, 20, 20> NormalEquations::DiagonalBlock(int64_t node) const {
-  // Symmetric, so only the upper parts of c c^T (15) and of the metric (10) are summed.
-  std::array<std::array<float, 10>, 15> sum{};
-  for (int64_t slot = entries_of_.begin[node]; slot < entries_of_.begin[node + 1]; ++slot) {
-    const Coefficients& c = coefficients_[entries_of_.items[slot]];
-    const Eigen::Matrix4f& m = terms_[term_of_[slot]].metric;
-    const std::array<float, 10> upper = {m(0, 0), m(0, 1), m(0, 2), m(0, 3), m(1, 1),
-                                         m(1, 2), m(1, 3), m(2, 2), m(2, 3), m(3, 3)};
+  // Symmetric, so only the upper parts of c c^T (15) and of the metric (10, filled up to 12) are
+  // summed.
+  using Upper = Eigen::Array<float, 12, 1>;
+  std::array<Upper, 15> sum;
+  sum.fill(Upper::Zero());
+  const Eigen::Vector4f position = nodes_.position(node);
+  for (const Entry& entry : EntriesOf(node)) {
+    const FitTerm& term = terms_[entry.term];
+    const Eigen::Vector4f offset = entry.weight * (states_[entry.term].position - position);
+    const Vector5f c = (Vector5f() << offset, entry.weight).finished();
+    const Eigen::Matrix4f& m = term.metric;
+    const Upper upper = (Upper() << m(0, 0), m(0, 1), m(0, 2), m(0, 3), m(1, 1), m(1, 2), m(1, 3),
+                         m(2, 2), m(2, 3), m(3, 3), 0, 0)
+                            .finished();
     for (int a = 0, ab = 0; a < 5; ++a) {
-      for (int b = a; b < 5; ++b, ++ab) {
-        const float cc = c[a] * c[b];
-        for (int k = 0; k < 10; ++k) sum[ab][k] += cc * upper[k];
-      }
+      for (int b = a; b < 5; ++b, ++ab) sum[ab] += c[a] * c[b] * upper;
     }
   }
   Eigen::Matrix<double, 20, 20> block = damping_ * Eigen::Matrix<double, 20, 20>::Identity();
@@ -177,14 +182,14 @@ Eigen::SparseMatrix<double> NormalEquations::Assemble() const {
     rows[row].emplace_back(col, Block::Zero());
     return rows[row].back().second;
   };
-  for (size_t s = 0; s < terms_.size(); ++s) {
+  for (int64_t s = 0; s < static_cast<int64_t>(terms_.size()); ++s) {
     const Eigen::Matrix4d metric = fit_scale_ * terms_[s].metric.cast<double>();
-    for (int64_t e = node_of_.begin[s]; e < node_of_.begin[s + 1]; ++e) {
-      const Vector5f c = Eigen::Map<const Vector5f>(coefficients_[e].data());
-      for (int64_t f = node_of_.begin[s]; f <= e; ++f) {
-        const Vector5f d = Eigen::Map<const Vector5f>(coefficients_[f].data());
-        AddKronecker(c.cast<double>() * d.cast<double>().transpose(), metric,
-                     at(node_of_.items[e], node_of_.items[f]));
+    const auto influences = InfluencesOn(s);
+    for (size_t e = 0; e < influences.size(); ++e) {
+      const Eigen::Matrix<double, 5, 1> c = Coefficients(s, influences[e]);
+      for (size_t f = 0; f <= e; ++f) {
+        const Eigen::Matrix<double, 5, 1> d = Coefficients(s, influences[f]);
+        AddKronecker(c * d.transpose(), metric, at(influences[e].node, influences[f].node));
       }
     }
   }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <span>
 #include <vector>
 
 #include "core/parallel/arena.h"
@@ -13,12 +14,13 @@
 namespace liquidblend::registration {
 
 // A x = rhs over x = [X | b] of all nodes, a 4 x 5 matrix each (20 unknowns, column by column).
-// Threads: safe; same bytes for any thread count.  Memory: about 30 bytes per term and influence.
+// The arguments of the constructor must outlive it.
+// Threads: one call at a time; same bytes for any thread count.  Memory: 16 bytes per term and
+// influence.
 class NormalEquations {
  public:
   NormalEquations(const DeformationNodes& nodes, const NodeGraph& graph, const Points& rest,
-                  const std::vector<FitTerm>& terms, const SolverOptions& options,
-                  const parallel::Arena& arena);
+                  const std::vector<FitTerm>& terms, const SolverOptions& options);
 
   int64_t num_nodes() const { return num_nodes_; }
   void Multiply(const std::vector<NodeMap>& x, const parallel::Arena& arena,
@@ -31,25 +33,44 @@ class NormalEquations {
   double SmoothnessEnergy(const std::vector<NodeMap>& x, const parallel::Arena& arena) const;
 
  private:
-  using Coefficients = std::array<float, 5>;  // weight * (v - n, 1)
+  // A term that a node moves.
+  struct Entry {
+    int32_t term;
+    float weight;
+  };
+  struct TermState {
+    Eigen::Vector4f position;  // at rest
+    Eigen::Vector4f force;     // what a product adds to the term's nodes
+  };
 
+  std::span<const Influence> InfluencesOn(int64_t term) const {
+    return {influences_.data() + term_begin_[term],
+            static_cast<size_t>(term_begin_[term + 1] - term_begin_[term])};
+  }
+  std::span<const Entry> EntriesOf(int64_t node) const {
+    return {entries_.data() + begin_[node], static_cast<size_t>(begin_[node + 1] - begin_[node])};
+  }
   Eigen::Vector4f Displacement(int64_t term, const std::vector<NodeMap>& x) const;
+  // weight * (v - n, 1)
+  Eigen::Matrix<double, 5, 1> Coefficients(int64_t term, const Influence& influence) const;
   Eigen::Vector4f Prediction(const NodeGraph::Edge& edge, const std::vector<NodeMap>& x) const;
-  // Sums fit[term] and edge residuals back onto the nodes.
-  void Gather(const std::vector<Eigen::Vector4f>& of_term,
-              const std::vector<Eigen::Vector4f>& of_edge, const parallel::Arena& arena,
-              std::vector<NodeMap>& result) const;
+  // Sums what the terms (and the edges, if asked) hold onto the nodes.
+  enum class Edges { kNo, kYes };
+  void Gather(Edges edges, const parallel::Arena& arena, std::vector<NodeMap>& result) const;
 
+  const DeformationNodes& nodes_;
   const NodeGraph& graph_;
   const std::vector<FitTerm>& terms_;
   int64_t num_nodes_;
   float fit_scale_;
   float smoothness_;
   float damping_;
-  IndexLists node_of_;                      // per term: nodes of its entries
-  std::vector<Coefficients> coefficients_;  // per entry
-  IndexLists entries_of_;                   // per node: its entries ...
-  std::vector<int32_t> term_of_;            // ... and the term of each, in the same order
+  std::vector<int64_t> term_begin_;    // num_terms + 1
+  std::vector<Influence> influences_;  // by term, then by node: next to one another, unlike nodes_'
+  std::vector<int64_t> begin_;         // num_nodes + 1
+  std::vector<Entry> entries_;         // by node, then by term
+  mutable std::vector<TermState> states_;  // per term; forces are scratch of the products,
+  mutable std::vector<Eigen::Vector4f> edge_forces_;  // and so are those of the edges
 };
 
 }  // namespace liquidblend::registration

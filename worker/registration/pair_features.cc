@@ -179,6 +179,15 @@ std::vector<AssignedPair> KeepOrdered(std::vector<AssignedPair> pairs, const Fea
 
 }  // namespace
 
+SceneScale ScaleOf(const Surface& source, const Surface& target) {
+  const Eigen::Vector4f low =
+      source.points.rowwise().minCoeff().cwiseMin(target.points.rowwise().minCoeff());
+  const Eigen::Vector4f high =
+      source.points.rowwise().maxCoeff().cwiseMax(target.points.rowwise().maxCoeff());
+  return {std::max(1.0, static_cast<double>((high - low).head<3>().norm())),
+          std::max(1.0, source.mesh.num_frames - 1.0)};
+}
+
 FeaturePairs PairFeatures(const Features& source, const Features& target, const SceneScale& scale,
                           const PairOptions& options) {
   const auto tracks_of = [](const Features& f) {

@@ -21,6 +21,8 @@ struct SceneScale {
   double frames = 1.0;  // > 0; from the first frame to the last
 };
 
+SceneScale ScaleOf(const Surface& source, const Surface& target);
+
 // Shares of SceneScale; beyond a limit two features are not the same thing.
 struct PairOptions {
   double max_shift = 0.75;        // between two tracks from the first frame on, at start and end

@@ -37,7 +37,7 @@ struct Side {
   }
   // The same, if possible without the end slabs, whose vertices cannot be moved in time.
   int32_t NearestInnerVertex(const Eigen::Vector4f& point) const {
-    std::array<int32_t, ClosestPointSearch::kNumCandidates> found = {};
+    std::array<int32_t, PointTree::kNumCandidates> found = {};
     const size_t count = tree.Nearest(point, found);
     for (size_t k = 0; k < count; ++k) {
       if (!surface.InFirstSlab(found[k]) && !surface.InLastSlab(found[k])) return found[k];

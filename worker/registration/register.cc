@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
 #include "worker/registration/automatic.h"
@@ -176,6 +177,7 @@ absl::Status RegistrationOptions::Validate() const {
       mesh::CheckRange("refine_iterations", refine_iterations, mesh::kMaxIterations));
   LB_RETURN_IF_ERROR(mesh::CheckRange("thin_sheets_from", thin_sheets_from, mesh::kThinSheetsFrom));
   LB_RETURN_IF_ERROR(mesh::CheckRange("coarse_vertices", coarse_vertices, {1e3, 1e9}));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("finer_from_edges", finer_from_edges, kPositive));
   return mesh::CheckRange("max_direct_rows", max_direct_rows, kNotNegative);
 }
 
@@ -192,19 +194,26 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   LB_RETURN_IF_ERROR(CheckMeshes(source_mesh, target_mesh));
   const absl::Time start = absl::Now();
   const double edge = source_mesh.edge_length_m;
-  const SurfacePair pair(source_mesh, target_mesh, arena);
+  SurfacePair pair(source_mesh, target_mesh, arena);
   const Surface &source = pair.source, &target = pair.target;
   const IndexLists& neighbors = pair.neighbors;
+  const FeaturesOfPair features = FindFeatures(source, target, arena);
+  pair.Open(features.source.tracks, features.target.tracks);
   std::vector<AutomaticCorrespondence> found;
-  if (options.automatic_correspondences) found = FindAutomatic(source, target, users, edge);
+  if (options.automatic_correspondences) {
+    found = FindAutomatic(source, target, features, users, edge);
+  }
   const std::vector<Correspondence> correspondences = Join(users, found);
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
                       ExpandCorrespondences(correspondences, source, target));
   LB_RETURN_IF_ERROR(CheckContradictions(pins, source.points, edge));
-  const DeformationNodes nodes(source.points, neighbors, options.node_spacing_edges,
-                               VerticesOf(pins), options.seed, arena, source.rigid);
+  std::optional<const DeformationNodes> placed_nodes;
+  const DeformationNodes& nodes =
+      placed_nodes.emplace(source.points, neighbors, options.node_spacing_edges, VerticesOf(pins),
+                           options.seed, arena, source.rigid);
   const NodeGraph graph(nodes);
-  Matcher matcher(source, neighbors, target, pair.target_search, options.seed);
+  Matcher matcher(source, neighbors, target, pair.target_search, options.seed,
+                  target.FreeVertices());
   const HardPins hard_pins(nodes, source.points, pins);
   std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());
   Schedule schedule{.num_iterations = options.max_iterations, .near = {}};
@@ -216,6 +225,7 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
               arena, maps);
   const Problem problem{source, neighbors, nodes, graph, pins, hard_pins, schedule, options, arena};
 
+  base::ReturnFreeMemory();  // of the searches
   IterationReport last;
   for (int iteration = 1; iteration <= schedule.num_iterations; ++iteration) {
     LB_ASSIGN_OR_RETURN(last, Iterate(problem, iteration, matcher, maps));
@@ -223,16 +233,18 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
       return absl::CancelledError(absl::StrCat("cancelled after iteration ", iteration));
     }
   }
-  const auto hold_pins = [&](Points& displacement) {
-    return hard_pins.Restore(nodes, arena, displacement);
+  const auto hold_pins = [&](Points& moved) {
+    return hard_pins.empty() ? absl::OkStatus() : hard_pins.Restore(nodes, arena, moved);
   };
-  LB_ASSIGN_OR_RETURN(
-      Registration result,
-      Complete(pair, Deform(nodes, maps, source.points, arena) - source.points, hold_pins, arena));
+  Points displacement = Deform(nodes, maps, source.points, arena) - source.points;
+  const auto num_nodes = static_cast<int>(nodes.num_nodes());
+  if (hard_pins.empty()) placed_nodes.reset();  // they are large
+  LB_ASSIGN_OR_RETURN(Registration result,
+                      Complete(pair, std::move(displacement), hold_pins, arena));
   result.report.correspondences =
       ReportCorrespondences(correspondences, pins, InEdgeUnits(result.displacement, edge), edge);
   NameOrigins(found, result.report.correspondences);
-  result.report.num_nodes = static_cast<int>(nodes.num_nodes());
+  result.report.num_nodes = num_nodes;
   result.report.num_iterations = last.iteration;
   result.report.inlier_share = static_cast<double>(last.num_inliers) /
                                static_cast<double>(std::max<int64_t>(1, last.num_samples));

@@ -38,6 +38,7 @@ struct RegistrationOptions {
   // >= 1e3; of the meshes that larger ones begin with, about. Fewer where layers between frames
   // make up most of the large mesh: the coarse one needs none.
   double coarse_vertices = 6e5;
+  double finer_from_edges = 1.0;  // > 0; what is further off after that gets nodes of its own
   uint64_t seed = 1;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
@@ -101,7 +102,8 @@ struct CoarseRegistration {
   const Registration& registration;
 };
 
-// Carries it over to these meshes and fits them to one another, without nodes of their own.
+// Carries it over to these meshes and fits them to one another, with nodes of their own only where
+// that leaves them apart (finer_from_edges).
 // Errors: as Register(); also kInvalidArgument if the registration is not one of its source.
 // Cost: O(vertices log vertices).
 absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,

@@ -65,7 +65,10 @@ std::vector<Sample> SampleSource(const Surface& source, const Points& moved, con
                                  const ClosestPointSearch& target_search,
                                  const parallel::Arena& arena) {
   const Neighborhood near_target(target.points);
-  const std::vector<int32_t> chosen = ChooseSamples(source);
+  std::vector<int32_t> chosen = ChooseSamples(source);
+  std::erase_if(chosen, [&](int32_t v) {
+    return source.IsOpen(v) && IsBeforeTarget(source, v, moved.col(v));
+  });
   std::vector<Sample> samples(chosen.size());
   arena.For(
       static_cast<int64_t>(chosen.size()),
@@ -92,7 +95,7 @@ std::vector<Sample> SampleTarget(const Surface& source, const Points& moved, con
         const Eigen::Vector4f c = target.points.col(chosen[n]);
         samples[n] = {c, kNoCounterpart};
         if (!near_source.Has(c)) return;
-        std::array<int32_t, ClosestPointSearch::kNumCandidates> near;
+        std::array<int32_t, PointTree::kNumCandidates> near;
         const size_t num_near = tree.Nearest(c, near);
         for (size_t k = 0; k < num_near; ++k) {
           const Eigen::Vector4f normal = NormalAt(source, moved, near[k]);

@@ -19,7 +19,8 @@ struct Sample {
   float distance;            // edges
 };
 
-// Vertices of the source that are not of end slabs or rigid pieces, some 20,000, as moved, with
+// Vertices of the source that are not of end slabs or rigid pieces nor came to lie before the
+// target's first frame as they should (starts.h), some 20,000, as moved, with
 // their distances to the target.  Threads: same bytes for any thread count.
 std::vector<Sample> SampleSource(const Surface& source, const Points& moved, const Surface& target,
                                  const ClosestPointSearch& target_search,

@@ -8,6 +8,7 @@
 #include "core/base/status_macros.h"
 #include "worker/registration/complete.h"
 #include "worker/registration/deformation.h"
+#include "worker/registration/finer_nodes.h"
 #include "worker/registration/finish.h"
 #include "worker/registration/hard_pins.h"
 #include "worker/registration/pins.h"
@@ -88,8 +89,11 @@ absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
   const double edge = source.edge_length_m;
   Points displacement = InEdgeUnits(
       Transfer(coarse.source, source, arena).Apply(coarse.registration.displacement, arena), edge);
-  const SurfacePair pair(source, target, arena);
+  SurfacePair pair(source, target, arena);
+  pair.Open(FindTracks(FindParts(pair.source), source.num_frames),
+            FindTracks(FindParts(pair.target), target.num_frames));
   displacement = Smooth(displacement, pair.neighbors, kTransferSweeps, arena);
+  LB_ASSIGN_OR_RETURN(const int num_finer_nodes, FitWhatIsFar(pair, options, arena, displacement));
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
                       ExpandCorrespondences(correspondences, pair.source, pair.target));
   LB_RETURN_IF_ERROR(CheckContradictions(pins, pair.source.points, edge));
@@ -104,7 +108,7 @@ absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
   for (const CorrespondenceReport& found : AutomaticOnes(coarse.registration)) {
     result.report.correspondences.push_back(found);
   }
-  result.report.num_nodes = before.num_nodes;
+  result.report.num_nodes = before.num_nodes + num_finer_nodes;
   result.report.num_iterations = before.num_iterations;
   result.report.inlier_share = before.inlier_share;
   result.report.verdict.fit_energy = before.verdict.fit_energy;

@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 mesh::Animation Drop(float height_m) {
   synthetic::FallingDropOptions options;
   options.drop_m[2] = height_m;
-  options.spacing_m = 0.07;
+  options.spacing_m = 0.1;
   options.num_frames = 6;
   return synthetic::FallingDrop(options);
 }
@@ -27,7 +27,8 @@ RegisterMeshesOptions Options(double coarse_vertices) {
   RegisterMeshesOptions options;
   options.build.connectivity = spacetime::Connectivity::kRebuilt;
   options.build.droplet_vertices = 0;
-  options.registration.max_iterations = 10;
+  options.registration.max_iterations = 6;
+  options.registration.refine_iterations = 3;
   options.registration.sample_share = 0.2;
   options.registration.automatic_correspondences = false;
   options.registration.coarse_vertices = coarse_vertices;
@@ -78,18 +79,18 @@ TEST_F(RegisterMeshesTest, SmallMeshesAreRegisteredAtOnce) {
 }
 
 TEST_F(RegisterMeshesTest, LargeOnesBeginCoarseAndComeAsClose) {
-  ASSERT_GT(source_.num_vertices(), 3 * 3000) << "large enough to begin coarse";
+  ASSERT_GT(source_.num_vertices(), 3 * 1000) << "large enough to begin coarse";
   const auto at_once = Register(Options(1e6));
-  const auto result = Register(Options(3000));
+  const auto result = Register(Options(1000));
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(num_reads_, 2);
   EXPECT_LT(2 * result->report.num_nodes, at_once->report.num_nodes);
-  EXPECT_EQ(result->report.num_iterations, 10);
+  EXPECT_EQ(result->report.num_iterations, 6);
   EXPECT_LT(Distance(*result), 0.1);
 }
 
 TEST_F(RegisterMeshesTest, CoarseToFineGivesTheSameBytesForAnyNumberOfThreads) {
-  const auto one = Register(Options(3000), 1), eight = Register(Options(3000), 8);
+  const auto one = Register(Options(1000), 1), eight = Register(Options(1000), 8);
   ASSERT_TRUE(one.ok() && eight.ok());
   EXPECT_EQ(one->displacement, eight->displacement);
   EXPECT_EQ(one->extrapolation, eight->extrapolation);
@@ -108,7 +109,7 @@ TEST_F(RegisterMeshesTest, HardCorrespondencesHoldOnTheFineMesh) {
   };
   top.source = event(source_.vertices.col(source));
   top.target = event(target_.vertices.col(target));
-  const auto result = Register(Options(3000), 2, {top});
+  const auto result = Register(Options(1000), 2, {top});
   ASSERT_TRUE(result.ok()) << result.status();
   ASSERT_EQ(result->report.correspondences.size(), 1u);
   EXPECT_LT(result->report.correspondences[0].residual_m, 1e-4);
@@ -116,11 +117,11 @@ TEST_F(RegisterMeshesTest, HardCorrespondencesHoldOnTheFineMesh) {
 }
 
 TEST_F(RegisterMeshesTest, RefinesCoarseToFine) {
-  const auto first = Register(Options(3000));
+  const auto first = Register(Options(1000));
   ASSERT_TRUE(first.ok()) << first.status();
   const std::vector<registration::Correspondence> none;
   const registration::PreviousRegistration previous{first->displacement, none};
-  const auto refined = Register(Options(3000), 2, {}, &previous);
+  const auto refined = Register(Options(1000), 2, {}, &previous);
   ASSERT_TRUE(refined.ok()) << refined.status();
   EXPECT_LT(refined->report.num_iterations, first->report.num_iterations);
   EXPECT_LT(Distance(*refined), 0.1);
@@ -145,7 +146,7 @@ TEST_F(RegisterMeshesTest, AnAnimationThatCannotBeReadIsTheError) {
   const auto fails = []() -> absl::StatusOr<mesh::Animation> {
     return absl::DataLossError("animation 'low' is gone");
   };
-  const auto result = RegisterMeshes({source_, fails}, {target_, fails}, {}, nullptr, Options(3000),
+  const auto result = RegisterMeshes({source_, fails}, {target_, fails}, {}, nullptr, Options(1000),
                                      parallel::Arena(2));
   EXPECT_EQ(result.status(), absl::DataLossError("animation 'low' is gone"));
 }

@@ -8,10 +8,17 @@
 namespace liquidblend::registration {
 namespace {
 
+std::vector<AutomaticCorrespondence> FindPoints(const Surface& source, const Surface& target,
+                                                const std::vector<Correspondence>& users,
+                                                double edge_length_m) {
+  const FeaturesOfPair features = FindFeatures(source, target, parallel::Arena(2));
+  return FindAutomatic(source, target, features, users, edge_length_m);
+}
+
 class AutomaticTest : public ::testing::Test {
  protected:
   std::vector<AutomaticCorrespondence> Find(const std::vector<Correspondence>& users) const {
-    return FindAutomatic(source_.surface, Target(), users, source_.mesh.edge_length_m);
+    return FindPoints(source_.surface, Target(), users, source_.mesh.edge_length_m);
   }
   Surface Target() const { return Surface(target_, source_.mesh.edge_length_m); }
   TestSurface source_{Scene({DropAt(-0.2, 0.6)}, 0.6)};
@@ -36,7 +43,7 @@ TEST_F(AutomaticTest, ADropGivesSoftPointsAtItsSixSidesWhereItStarts) {
 TEST(Automatic, WhereADropLivesMuchLongerInOneOfThemItsCourseIsGivenToo) {
   const TestSurface source(Scene({DropAt(-0.2, 0.6)}, 0.6, 24));
   const TestSurface target(Scene({DropAt(0.1, 0.7, 9)}, 0.6, 24));
-  const auto found = FindAutomatic(source.surface, target.surface, {}, source.mesh.edge_length_m);
+  const auto found = FindPoints(source.surface, target.surface, {}, source.mesh.edge_length_m);
   ASSERT_EQ(found.size(), 18u);
   for (const size_t n : {6, 12}) {
     const Correspondence &before = found[n - 6].correspondence, &c = found[n].correspondence;
@@ -80,7 +87,7 @@ TEST_F(AutomaticTest, TheReportTellsThemFromTheUsersAndTheOptionTurnsThemOff) {
 TEST(Automatic, NothingStandsOutOfOneBall) {
   const TestSurface ball(SphereMesh());
   EXPECT_TRUE(FindFeatures(ball.surface).tracks.empty());
-  EXPECT_TRUE(FindAutomatic(ball.surface, ball.surface, {}, ball.mesh.edge_length_m).empty());
+  EXPECT_TRUE(FindPoints(ball.surface, ball.surface, {}, ball.mesh.edge_length_m).empty());
 }
 
 }  // namespace

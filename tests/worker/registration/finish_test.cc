@@ -17,11 +17,11 @@ TEST(ProjectOntoTarget, ClosesASmallGap) {
   const Surface target_surface(target.mesh, source.mesh.edge_length_m);
   const ClosestPointSearch search(target.mesh, target_surface.points, target_surface.cells_around);
   Points displacement = Points::Zero(4, source.surface.points.cols());
-  const double before =
-      ProjectOntoTarget(source.surface, source.neighbors, search, {}, arena, displacement);
+  const double before = ProjectOntoTarget(source.surface, source.neighbors, target_surface, search,
+                                          {}, arena, displacement);
   Points unchanged = displacement;
-  const double after =
-      ProjectOntoTarget(source.surface, source.neighbors, search, {}, arena, unchanged);
+  const double after = ProjectOntoTarget(source.surface, source.neighbors, target_surface, search,
+                                         {}, arena, unchanged);
   EXPECT_GT(before, 0.1);
   EXPECT_LT(after, 0.4 * before);
 }

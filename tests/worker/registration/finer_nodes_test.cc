@@ -1,0 +1,95 @@
+#include "worker/registration/finer_nodes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/worker/registration/drops_testing.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr double kHeight = 0.8;
+constexpr int kNumFrames = 8;
+constexpr double kHalfWidth = 2.5;  // m; of the pool
+constexpr float kShift = 0.25f;     // m; of the target's drop, about three edges
+
+mesh::SpaceTimeMesh Drops(const std::vector<synthetic::SteadyDrop>& drops) {
+  return Scene(drops, kHalfWidth, kNumFrames);
+}
+
+struct Fitted {
+  int num_nodes;
+  Points displacement;
+};
+
+// What becomes of a registration that left everything in place.
+Fitted Fit(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
+           const RegistrationOptions& options = {}, int num_threads = 2) {
+  const parallel::Arena arena(num_threads);
+  const SurfacePair pair(source, target, arena);
+  Points displacement = Points::Zero(4, source.num_vertices());
+  const auto num_nodes = FitWhatIsFar(pair, options, arena, displacement);
+  EXPECT_TRUE(num_nodes.ok()) << num_nodes.status();
+  return {*num_nodes, displacement};
+}
+
+// Mean distance of the drop's vertices, while it is apart, from the target's, in edges.
+double Miss(const mesh::SpaceTimeMesh& source, const Points& displacement) {
+  double sum = 0, count = 0;
+  for (int64_t v = 0; v < source.num_vertices(); ++v) {
+    const Eigen::Vector4f p = source.vertices.col(v);
+    if (p[3] < 1 || p[3] > 6 || p[2] < 0.1f) continue;
+    const auto edge = static_cast<float>(source.edge_length_m);
+    const Eigen::Vector3f moved = p.head<3>() + edge * displacement.col(v).head<3>();
+    const float time = p[3] + displacement(3, v);
+    const Eigen::Vector3f centre(kShift, 0, static_cast<float>(kHeight) - 0.05f * time);
+    sum += std::abs((moved - centre).norm() - kDropRadius) / edge;
+    ++count;
+  }
+  return sum / count;
+}
+
+TEST(FitWhatIsFar, BringsItCloseAndLeavesTheRest) {
+  const auto source = Drops({DropAt(0, kHeight)}), target = Drops({DropAt(kShift, kHeight)});
+  const auto [num_nodes, displacement] = Fit(source, target);
+  EXPECT_GT(num_nodes, 10);
+  EXPECT_GT(Miss(source, Points::Zero(4, source.num_vertices())), 0.9);
+  EXPECT_LT(Miss(source, displacement), 0.3);
+  for (int64_t v = 0; v < displacement.cols(); ++v) {
+    if (std::abs(source.vertices(0, v)) < 2.3f) continue;  // the ends of the pool are far away
+    ASSERT_EQ(displacement.col(v), Eigen::Vector4f::Zero()) << v;
+  }
+}
+
+TEST(FitWhatIsFar, DoesNothingWhereNothingIsFar) {
+  const auto source = Drops({DropAt(0, kHeight)}), target = Drops({DropAt(kShift, kHeight)});
+  RegistrationOptions options;
+  options.finer_from_edges = 8.0;
+  const auto [num_nodes, displacement] = Fit(source, target, options);
+  EXPECT_EQ(num_nodes, 0);
+  EXPECT_EQ(displacement, Points::Zero(4, source.num_vertices()));
+}
+
+TEST(FitWhatIsFar, WhatThereIsNoRoomForAtOnceFollows) {
+  const auto source = Drops({DropAt(-1.5, kHeight), DropAt(1.5, kHeight)});
+  const auto target = Drops({DropAt(-1.5 + kShift, kHeight), DropAt(1.5 + 0.6 * kShift, kHeight)});
+  RegistrationOptions options;
+  options.coarse_vertices = 2000;  // room for one of them
+  options.finer_from_edges = 0.8;
+  const Points displacement = Fit(source, target, options).displacement;
+  double left = 0, right = 0;
+  for (int64_t v = 0; v < displacement.cols(); ++v) {
+    (source.vertices(0, v) < 0 ? left : right) += displacement.col(v).norm();
+  }
+  EXPECT_GT(left, 1000);
+  EXPECT_GT(right, 1000);
+}
+
+TEST(FitWhatIsFar, GivesTheSameBytesForAnyNumberOfThreads) {
+  const auto source = Drops({DropAt(0, kHeight)}), target = Drops({DropAt(kShift, kHeight)});
+  EXPECT_EQ(Fit(source, target, {}, 1).displacement, Fit(source, target, {}, 8).displacement);
+}
+
+}  // namespace
+}  // namespace liquidblend::registration

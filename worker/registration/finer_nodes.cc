@@ -1,0 +1,271 @@
+#include "worker/registration/finer_nodes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/base/status_macros.h"
+#include "worker/registration/energy.h"
+#include "worker/registration/hard_pins.h"
+#include "worker/registration/image_normals.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr int kStride = 2;        // of the vertices whose distances are looked at
+constexpr int kTreeStride = 4;    // of the moved source's vertices that the target looks for
+constexpr float kTreeGap = 0.7f;  // edges; from the surface to the vertex next to a place on it
+constexpr float kUnknown = 1.5f;  // edges; of what has nothing near by that faces the same way
+constexpr size_t kFewest = 8;     // far vertices in a box; fewer are corners and noise
+constexpr float kBox = 8.0f;      // edges and frames
+constexpr double kMaxVertices =
+    2.5;                         // times those of coarse meshes: as many as are registered at once
+constexpr int kRings = 10;       // of neighbours around what is far
+constexpr int kHeldRings = 2;    // the outermost ones are held,
+constexpr int kFadingRings = 4;  // from there on the fit counts more and more
+constexpr int kNumRounds = 3;
+constexpr int kNumIterations = 6;  // in each of them
+constexpr double kFirstSmoothness = 5.0;
+constexpr double kSampleShare = 0.3;
+constexpr double kHold = 1.0;  // weight of a vertex of the rim
+
+// Per source vertex, how far it is from the target, or the target from it; 0 where nobody looked.
+std::vector<float> Distances(const SurfacePair& pair, const Points& moved, const Points& normals,
+                             const RegistrationOptions& options, const parallel::Arena& arena) {
+  const auto largest = static_cast<float>(options.final_distance_edges);
+  const Surface &source = pair.source, &target = pair.target;
+  std::vector<float> distance(source.points.cols(), 0.0f);
+  const auto is_inner = [](const Surface& surface, int64_t v) {
+    return !surface.rigid[v] && !surface.InFirstSlab(v) && !surface.InLastSlab(v);
+  };
+  arena.For((moved.cols() + kStride - 1) / kStride, [&](int64_t n) {
+    const int64_t v = n * kStride;
+    if (!is_inner(source, v)) return;
+    const auto found = pair.target_search.Find(moved.col(v), normals.col(v));
+    distance[v] = found ? std::min(largest, (found->position - moved.col(v)).norm()) : kUnknown;
+  });
+  std::vector<int32_t> inner;
+  for (int32_t v = 0; v < moved.cols(); v += kTreeStride) {
+    if (is_inner(source, v)) inner.push_back(v);
+  }
+  const PointTree tree(moved, std::move(inner));
+  const int64_t count = (target.points.cols() + kStride - 1) / kStride;
+  std::vector<std::pair<int32_t, float>> of_target(count, {-1, 0.0f});
+  arena.For(count, [&](int64_t n) {
+    const Eigen::Vector4f c = target.points.col(n * kStride);
+    std::array<int32_t, 1> nearest;
+    if (!is_inner(target, n * kStride) || tree.Nearest(c, nearest) == 0) return;
+    float shortest = (moved.col(nearest[0]) - c).norm();
+    for (const int32_t w : pair.neighbors[nearest[0]]) {  // the tree holds only some vertices
+      shortest = std::min(shortest, (moved.col(w) - c).norm());
+    }
+    of_target[n] = {nearest[0], shortest - kTreeGap};
+  });
+  for (const auto& [v, far] : of_target) {
+    if (v >= 0) distance[v] = std::max(distance[v], std::min(largest, far));
+  }
+  return distance;
+}
+
+// Vertices that are far from the target, in boxes of kBox edges and frames, the worst box first.
+std::vector<std::vector<int32_t>> FarBoxes(const Points& moved, const std::vector<float>& distance,
+                                           double from) {
+  struct Box {
+    double excess = 0.0;
+    std::vector<int32_t> vertices = {};
+  };
+  std::map<std::array<int, 4>, Box> boxes;
+  for (int32_t v = 0; v < moved.cols(); ++v) {
+    if (!(distance[v] > from)) continue;
+    std::array<int, 4> key;
+    for (int k = 0; k < 4; ++k) key[k] = static_cast<int>(std::floor(moved(k, v) / kBox));
+    Box& box = boxes[key];
+    box.excess += distance[v] - from;
+    box.vertices.push_back(v);
+  }
+  std::vector<Box> sorted;
+  for (auto& [key, box] : boxes) {
+    if (box.vertices.size() >= kFewest) sorted.push_back(std::move(box));
+  }
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Box& a, const Box& b) { return a.excess > b.excess; });
+  std::vector<std::vector<int32_t>> result;
+  for (Box& box : sorted) result.push_back(std::move(box.vertices));
+  return result;
+}
+
+// What takes part.
+struct Region {
+  std::vector<char>
+      depth;  // per vertex: how many rings lie around it, itself included; 0: not of it
+  int64_t num_vertices = 0;
+};
+
+Region Grow(const SurfacePair& pair, std::span<const std::vector<int32_t>> boxes) {
+  Region region{std::vector<char>(pair.source.points.cols(), 0)};
+  std::vector<int32_t> front, next;
+  for (const std::vector<int32_t>& box : boxes) front.insert(front.end(), box.begin(), box.end());
+  for (const int32_t v : front) region.depth[v] = kRings + 1;
+  region.num_vertices = static_cast<int64_t>(front.size());
+  for (int ring = kRings; ring >= 1; --ring) {
+    next.clear();
+    for (const int32_t v : front) {
+      for (const int32_t w : pair.neighbors[v]) {
+        if (region.depth[w] != 0 || pair.source.rigid[w]) continue;
+        region.depth[w] = static_cast<char>(ring);
+        next.push_back(w);
+      }
+    }
+    front.swap(next);
+    region.num_vertices += static_cast<int64_t>(front.size());
+  }
+  return region;
+}
+
+// Around as many of the boxes, the worst first, as there is room for.
+Region GrowWithin(const SurfacePair& pair, const std::vector<std::vector<int32_t>>& boxes,
+                  double max_vertices) {
+  size_t fits = 0, too_many = boxes.size() + 1;
+  while (fits + 1 < too_many) {
+    const size_t tried = too_many > boxes.size() ? boxes.size() : (fits + too_many) / 2;
+    const Region region = Grow(pair, std::span(boxes).first(tried));
+    (static_cast<double>(region.num_vertices) <= max_vertices ? fits : too_many) = tried;
+  }
+  return Grow(pair, std::span(boxes).first(fits));
+}
+
+template <typename Cells>
+void CopyCells(const Cells& from, const std::vector<int32_t>& part_of, Cells& to) {
+  for (auto cell : from) {
+    if (std::any_of(cell.begin(), cell.end(), [&](int32_t v) { return part_of[v] < 0; })) continue;
+    for (int32_t& v : cell) v = part_of[v];
+    to.push_back(cell);
+  }
+}
+
+// What takes part, as a mesh of its own.
+struct Patch {
+  std::vector<int32_t> vertices;  // of the source, ascending
+  std::vector<char> depth;        // as Grow() says, per vertex of the patch
+  mesh::SpaceTimeMesh mesh;       // as moved
+};
+
+Patch CutOut(const Surface& source, const Points& moved, const Points& normals,
+             const std::vector<char>& depth) {
+  Patch patch;
+  std::vector<int32_t> part_of(depth.size(), -1);
+  for (int32_t v = 0; v < static_cast<int32_t>(depth.size()); ++v) {
+    if (depth[v] == 0) continue;
+    part_of[v] = static_cast<int32_t>(patch.vertices.size());
+    patch.vertices.push_back(v);
+    patch.depth.push_back(depth[v]);
+    patch.mesh.num_first_vertices += source.InFirstSlab(v) ? 1 : 0;
+    patch.mesh.num_last_vertices += source.InLastSlab(v) ? 1 : 0;
+    if (!source.mesh.thin.empty()) patch.mesh.thin.push_back(source.mesh.thin[v]);
+  }
+  patch.mesh.vertices = moved(Eigen::all, patch.vertices);
+  patch.mesh.normals = normals(Eigen::all, patch.vertices);
+  CopyCells(source.mesh.hexahedra, part_of, patch.mesh.hexahedra);
+  CopyCells(source.mesh.wedges, part_of, patch.mesh.wedges);
+  CopyCells(source.mesh.pyramids, part_of, patch.mesh.pyramids);
+  CopyCells(source.mesh.tetrahedra, part_of, patch.mesh.tetrahedra);
+  patch.mesh.num_frames = source.mesh.num_frames;
+  patch.mesh.edge_length_m = 1.0;  // the vertices are in edges
+  return patch;
+}
+
+// The target's vertices that are nearer to the patch than to the rest of the source.
+std::vector<int32_t> TargetOf(const SurfacePair& pair, const Points& moved,
+                              const std::vector<char>& depth, const parallel::Arena& arena) {
+  std::vector<int32_t> all = pair.source.FreeVertices(), strided;
+  for (size_t n = 0; n < all.size(); n += kTreeStride) strided.push_back(all[n]);
+  const PointTree tree(moved, std::move(strided));
+  std::vector<int32_t> candidates = pair.target.FreeVertices();
+  std::vector<char> is_near(candidates.size(), 0);
+  arena.For(static_cast<int64_t>(candidates.size()), [&](int64_t n) {
+    std::array<int32_t, 1> nearest;
+    tree.Nearest(pair.target.points.col(candidates[n]), nearest);
+    is_near[n] = depth[nearest[0]] > kHeldRings;
+  });
+  std::vector<int32_t> result;
+  for (size_t n = 0; n < candidates.size(); ++n) {
+    if (is_near[n]) result.push_back(candidates[n]);
+  }
+  return result;
+}
+
+void HoldRim(const Patch& patch, std::vector<FitTerm>& terms) {
+  for (size_t v = 0; v < patch.vertices.size(); ++v) {
+    if (patch.depth[v] > kHeldRings) continue;
+    terms.push_back({static_cast<int32_t>(v), Eigen::Vector4f::Zero(),
+                     Eigen::Matrix4f(kHold * Eigen::Matrix4f::Identity())});
+  }
+}
+
+// Registers the patch with nodes of its own and adds what comes of it to the displacement. Returns
+// the number of nodes.
+absl::StatusOr<int> Fit(const SurfacePair& pair, const Patch& patch,
+                        std::vector<int32_t> target_vertices, const RegistrationOptions& options,
+                        const parallel::Arena& arena, Points& displacement) {
+  Surface surface(patch.mesh, 1.0);
+  if (!pair.source.open.empty()) {
+    for (const int32_t v : patch.vertices) surface.open.push_back(pair.source.open[v]);
+  }
+  const IndexLists neighbors = VertexNeighbors(patch.mesh, surface.cells_around, arena);
+  const DeformationNodes nodes(surface.points, neighbors, options.node_spacing_edges, {},
+                               options.seed, arena);
+  const NodeGraph graph(nodes);
+  Matcher matcher(surface, neighbors, pair.target, pair.target_search, options.seed,
+                  std::move(target_vertices));
+  const MatchOptions match_options{.sample_share = kSampleShare,
+                                   .kept_share = options.kept_share,
+                                   .max_distance = options.final_distance_edges,
+                                   .point_weight = options.point_weight,
+                                   .plane_weight = options.plane_weight};
+  SolverOptions solver_options{.max_direct_rows = options.max_direct_rows};
+  std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());
+  for (int n = 0; n < kNumIterations; ++n) {
+    Matches matches = matcher.Match(nodes, maps, match_options, arena);
+    HoldRim(patch, matches.terms);
+    const double f = n / (kNumIterations - 1.0);
+    solver_options.smoothness =
+        kFirstSmoothness * std::pow(options.final_smoothness / kFirstSmoothness, f);
+    LB_RETURN_IF_ERROR(Minimize(nodes, graph, surface.points, matches.terms, HardPins(),
+                                solver_options, arena, maps)
+                           .status());
+  }
+  const Points fitted = Deform(nodes, maps, surface.points, arena);
+  for (size_t v = 0; v < patch.vertices.size(); ++v) {
+    const float inside = static_cast<float>(patch.depth[v] - kHeldRings) / kFadingRings;
+    displacement.col(patch.vertices[v]) +=
+        std::clamp(inside, 0.0f, 1.0f) * (fitted.col(v) - surface.points.col(v));
+  }
+  return static_cast<int>(nodes.num_nodes());
+}
+
+}  // namespace
+
+absl::StatusOr<int> FitWhatIsFar(const SurfacePair& pair, const RegistrationOptions& options,
+                                 const parallel::Arena& arena, Points& displacement) {
+  int num_nodes = 0;
+  for (int round = 0; round < kNumRounds; ++round) {
+    const Points moved = pair.source.points + displacement;
+    const Points normals = ImageNormals(pair.source, pair.neighbors, displacement, 1, arena);
+    const auto boxes =
+        FarBoxes(moved, Distances(pair, moved, normals, options, arena), options.finer_from_edges);
+    const Region region = GrowWithin(pair, boxes, kMaxVertices * options.coarse_vertices);
+    const Patch patch = CutOut(pair.source, moved, normals, region.depth);
+    if (patch.mesh.num_cells() == 0) break;
+    LB_ASSIGN_OR_RETURN(
+        const int added,
+        Fit(pair, patch, TargetOf(pair, moved, region.depth, arena), options, arena, displacement));
+    num_nodes += added;
+  }
+  return num_nodes;
+}
+
+}  // namespace liquidblend::registration
