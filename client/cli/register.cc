@@ -15,6 +15,10 @@
 namespace liquidblend::cli {
 namespace {
 
+CLI::CheckedTransformer OnOff() {
+  return CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}});
+}
+
 struct RegisterFlags {
   RegisterRequest request;
   std::vector<std::string> points;
@@ -70,8 +74,7 @@ void AddRegistrationFlags(RegistrationOptions& options, CLI::App& command) {
   command
       .add_option("--automatic-correspondences", options.automatic_correspondences,
                   "Whether soft ones are found from what stands out in both animations (on)")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}}))
+      ->transform(OnOff())
       ->type_name("on|off");
 }
 
@@ -100,6 +103,12 @@ void AddSpaceTimeFlags(SpaceTimeOptions& options, CLI::App& command) {
       .add_option("--levels", options.coarser_levels,
                   "Levels of detail beside the finest (2), each half of the one before")
       ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--keep-thin-sheets", options.keep_thin_sheets,
+                  "Sheets thinner than the grid's spacing stay whole instead of tearing, at the\n"
+                  "risk of small flakes inside out (off)")
+      ->transform(OnOff())
+      ->type_name("on|off");
 }
 
 }  // namespace

@@ -210,6 +210,7 @@ void SetSpaceTime(const SpaceTimeOptions& options, v1::SpaceTimeOptions* proto) 
     proto->set_sheet_thickness_edges(*options.sheet_thickness_edges);
   }
   if (options.coarser_levels) proto->set_coarser_levels(*options.coarser_levels);
+  if (options.keep_thin_sheets) proto->set_keep_thin_sheets(*options.keep_thin_sheets);
 }
 
 void SetCorrespondence(const Correspondence& correspondence, v1::Correspondence* proto) {

@@ -347,6 +347,7 @@ store::pb::SpaceTimeOptions ToRecord(const v1::SpaceTimeOptions& options) {
     record.set_sheet_thickness_edges(options.sheet_thickness_edges());
   }
   if (options.has_coarser_levels()) record.set_coarser_levels(options.coarser_levels());
+  if (options.has_keep_thin_sheets()) record.set_keep_thin_sheets(options.keep_thin_sheets());
   return record;
 }
 

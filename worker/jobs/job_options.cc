@@ -75,6 +75,7 @@ spacetime::BuildOptions ToBuildOptions(const store::v1::SpaceTimeOptions& option
   if (options.has_sheet_thickness_edges()) {
     result.sheet_thickness_edges = options.sheet_thickness_edges();
   }
+  if (options.has_keep_thin_sheets()) result.keep_thin_sheets = options.keep_thin_sheets();
   return result;
 }
 

@@ -187,9 +187,12 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
   for (const DropletTrack& track : split.tracks) droplets.push_back(MakeCells(track, animation));
 
   const double spacing_m = options.spacing_edges * edge_length_m;
-  LB_ASSIGN_OR_RETURN(
-      const Layers layers,
-      SampleLayers(rest, spacing_m, options.max_motion_spacings * spacing_m, arena, progress));
+  LB_ASSIGN_OR_RETURN(const Layers layers,
+                      SampleLayers(rest,
+                                   {.spacing_m = spacing_m,
+                                    .max_motion_m = options.max_motion_spacings * spacing_m,
+                                    .keep_thin_sheets = options.keep_thin_sheets},
+                                   arena, progress));
   const std::vector<int64_t> first_vertex = NumberVertices(layers, droplets);
   if (first_vertex.back() > std::numeric_limits<int32_t>::max()) {
     return absl::ResourceExhaustedError(

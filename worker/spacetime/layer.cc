@@ -62,20 +62,20 @@ int32_t Layer::Part::TriangleNear(int i, int j, int k) const {
   return t;
 }
 
-Layer::Layer(const Grid& grid, GridSurface surface, float motion) {
+Layer::Layer(const Grid& grid, GridSurface surface, std::optional<float> sheet_motion) {
   parts_.emplace_back(grid, std::move(surface), 1.0f, nullptr);
   inside_ = parts_[0].inside;
-  MarkSheets(grid, parts_[0].surface, motion);
+  MarkSheets(grid, parts_[0].surface, sheet_motion);
 }
 
 Layer::Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share,
-             const SlabSteps& wanted, float motion) {
+             const SlabSteps& wanted, std::optional<float> sheet_motion) {
   parts_.reserve(2);
   parts_.emplace_back(grid, std::move(forward), 1.0f - share, &wanted);
   parts_.emplace_back(grid, std::move(backward), share, &wanted);
   inside_ = parts_[0].inside;
   BlendInside(grid);
-  MarkSheets(grid, parts_[share > 0.5f ? 1 : 0].surface, motion);
+  MarkSheets(grid, parts_[share > 0.5f ? 1 : 0].surface, sheet_motion);
 }
 
 // Where both parts agree so does their mean.
@@ -96,8 +96,9 @@ void Layer::BlendInside(const Grid& grid) {
   }
 }
 
-void Layer::MarkSheets(const Grid& grid, const GridSurface& surface, float motion) {
-  sheet_points_ = FindSheetPoints(grid, surface, motion);
+void Layer::MarkSheets(const Grid& grid, const GridSurface& surface, std::optional<float> motion) {
+  if (!motion) return;
+  sheet_points_ = FindSheetPoints(grid, surface, *motion);
   if (sheet_points_.empty()) return;
   AddToInside(
       grid, [&](int i, int j, int k) { return Distance(i, j, k); }, sheet_points_, inside_);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "worker/spacetime/distance_band.h"
@@ -17,14 +18,15 @@ namespace liquidblend::spacetime {
 class Layer {
  public:
   // The distance to one surface.
-  //   motion  spacings that one metre per second goes from layer to layer
+  //   sheet_motion  spacings that one metre per second goes from layer to layer; without it, thin
+  //                 sheets get no points of their own
   // Requires: a closed, oriented surface within the grid.
-  Layer(const Grid& grid, GridSurface surface, float motion = 0);
+  Layer(const Grid& grid, GridSurface surface, std::optional<float> sheet_motion = {});
 
   // The mean of the distances to two surfaces that show the same moment, weighted 1 - share and
   // share: a frame moved forward and the next one moved back. Known where `wanted` is cut.
   Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share,
-        const SlabSteps& wanted, float motion = 0);
+        const SlabSteps& wanted, std::optional<float> sheet_motion = {});
 
   // The sheet points among them, which may lie outside of the liquid.
   const InsideBits& inside() const { return inside_; }
@@ -54,7 +56,7 @@ class Layer {
     float weight;
   };
   void BlendInside(const Grid& grid);
-  void MarkSheets(const Grid& grid, const GridSurface& surface, float motion);
+  void MarkSheets(const Grid& grid, const GridSurface& surface, std::optional<float> motion);
 
   std::vector<Part> parts_;  // one or two
   InsideBits inside_;

@@ -67,29 +67,29 @@ float MotionAt(const mesh::Animation& animation, const LayerPlan& plan, int l, c
 
 // In between two frames, only where `wanted` is cut.
 Layer SampleLayer(const mesh::Animation& animation, const LayerTime& layer, const SlabSteps& wanted,
-                  const Grid& grid, float motion) {
+                  const Grid& grid, std::optional<float> sheet_motion) {
   GridSurface earlier = SurfaceAt(animation, layer.earlier, layer.time, grid);
-  if (layer.earlier == layer.later) return Layer(grid, std::move(earlier), motion);
+  if (layer.earlier == layer.later) return Layer(grid, std::move(earlier), sheet_motion);
   return Layer(grid, std::move(earlier), SurfaceAt(animation, layer.later, layer.time, grid),
-               static_cast<float>(layer.share), wanted, motion);
+               static_cast<float>(layer.share), wanted, sheet_motion);
 }
 
 }  // namespace
 
-absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, double spacing_m,
-                                    double max_motion_m, const parallel::Arena& arena,
+absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, const LayerOptions& options,
+                                    const parallel::Arena& arena,
                                     const std::function<void(double)>& progress) {
   Layers result;
-  result.plan = PlanLayers(animation, max_motion_m);
+  result.plan = PlanLayers(animation, options.max_motion_m);
   const LayerPlan& plan = result.plan;
-  LB_ASSIGN_OR_RETURN(result.grid, ChooseGrid(animation, plan.layers, spacing_m));
+  LB_ASSIGN_OR_RETURN(result.grid, ChooseGrid(animation, plan.layers, options.spacing_m));
   const Grid& grid = result.grid;
   const int num_slabs = plan.num_slabs();
   result.inside.resize(plan.layers.size());
   result.slabs.resize(num_slabs);
   std::vector<SlabSteps> steps(num_slabs), around_steps(num_slabs);
   arena.Run(num_slabs, [&](int64_t s) {
-    steps[s] = PlanSteps(animation, plan, static_cast<int>(s), grid, max_motion_m);
+    steps[s] = PlanSteps(animation, plan, static_cast<int>(s), grid, options.max_motion_m);
     around_steps[s] = steps[s].Grown();
   });
   std::vector<std::optional<Layer>> layers(plan.layers.size());
@@ -104,8 +104,12 @@ absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, double spa
       if (layers[l]) return;  // the last one of the wave before
       const auto slab = std::upper_bound(plan.first_layer.begin(), plan.first_layer.end() - 1, l) -
                         plan.first_layer.begin() - 1;
-      layers[l].emplace(SampleLayer(animation, plan.layers[l], around_steps[slab], grid,
-                                    MotionAt(animation, plan, static_cast<int>(l), grid)));
+      std::optional<float> sheet_motion;
+      if (options.keep_thin_sheets) {
+        sheet_motion = MotionAt(animation, plan, static_cast<int>(l), grid);
+      }
+      layers[l].emplace(
+          SampleLayer(animation, plan.layers[l], around_steps[slab], grid, sheet_motion));
       result.inside[l] = layers[l]->inside();
     });
     arena.Run(end - begin, [&](int64_t n) {

@@ -12,6 +12,12 @@
 
 namespace liquidblend::spacetime {
 
+struct LayerOptions {
+  double spacing_m = 0.0;         // > 0; of the grid
+  double max_motion_m = 0.0;      // > 0; of the surface in one step of a slab; see PlanLayers
+  bool keep_thin_sheets = false;  // see BuildOptions
+};
+
 struct Layers {
   Grid grid;
   LayerPlan plan;
@@ -24,11 +30,10 @@ struct Layers {
 
 // Samples the layers and places the vertices, a few layers at a time: distances are only ever held
 // for those.
-//   max_motion_m  of the surface in one step of a slab; see PlanLayers
 // Errors: kResourceExhausted if the grid has 2^31 points or more.
 // Threads: same bytes for any thread count.
-absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, double spacing_m,
-                                    double max_motion_m, const parallel::Arena& arena,
+absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, const LayerOptions& options,
+                                    const parallel::Arena& arena,
                                     const std::function<void(double)>& progress);
 
 }  // namespace liquidblend::spacetime

@@ -126,7 +126,9 @@ TEST_F(Command, RegisterShowsProgressOnStandardErrorAndTheFamilyOnStandardOutput
                                     "--sheet-thickness",
                                     "2",
                                     "--levels",
-                                    "1"});
+                                    "1",
+                                    "--keep-thin-sheets",
+                                    "on"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("registration of target 1, iteration 7/16, fit 0.5"));
   EXPECT_THAT(result.err, HasSubstr("inliers 90 %, 1:05 left"));
@@ -134,9 +136,9 @@ TEST_F(Command, RegisterShowsProgressOnStandardErrorAndTheFamilyOnStandardOutput
   EXPECT_THAT(result.out, HasSubstr("families/drops: version 3"));
   EXPECT_THAT(server_.LastRequest(), HasSubstr("max_iterations: 9"));
   EXPECT_THAT(server_.LastRequest(), HasSubstr("time_s: 0.75"));
-  for (const char* part :
-       {"thin_sheets_from: 0.5", "connectivity: REBUILT", "spacing_edges: 0.75",
-        "droplet_vertices: 0", "sheet_thickness_edges: 2", "coarser_levels: 1"}) {
+  for (const char* part : {"thin_sheets_from: 0.5", "connectivity: REBUILT", "spacing_edges: 0.75",
+                           "droplet_vertices: 0", "sheet_thickness_edges: 2", "coarser_levels: 1",
+                           "keep_thin_sheets: true"}) {
     EXPECT_THAT(server_.LastRequest(), HasSubstr(part));
   }
   EXPECT_EQ(Run({"register", "drops", "--source", "drops-a", "--target", "drops-b",
