@@ -2,25 +2,57 @@
 # Installs every Debian 12 package that building, testing and measuring liquidblend needs.
 # Run again at any time: what is there stays as it is.
 #   deploy/install-deps.sh            everything
-#   deploy/install-deps.sh --list     only prints the packages
+#   deploy/install-deps.sh --build       only what compiling needs
+#   deploy/install-deps.sh --containers  everything, and what tests/containers.sh needs
+#   deploy/install-deps.sh --vtk         everything, and VTK for the benchmark against it
+#   deploy/install-deps.sh [..] --list   only prints the packages
 set -euo pipefail
 
-packages=(
+build=(
   # compilers and tools
-  g++ clang clang-tidy clang-format libclang-rt-14-dev cmake ninja-build ccache pkg-config git python3
+  g++ cmake ninja-build ccache pkg-config
   # libraries
   libgrpc++-dev protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libabsl-dev libeigen3-dev
   libnanoflann-dev libtbb-dev libdraco-dev libsqlite3-dev libxxhash-dev libspdlog-dev libcli11-dev
   nlohmann-json3-dev zlib1g-dev libstb-dev libembree-dev libopenvdb-dev libblosc-dev
-  libboost-dev libqhull-dev
+  libboost-dev libqhull-dev libhwy-dev libpqxx-dev libpq-dev libcurl4-openssl-dev libssl-dev
+  prometheus-cpp-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev
 )
+tools=(
+  clang clang-tidy clang-format libclang-rt-14-dev git python3
+  # a database and an object store of the tests' own
+  postgresql-15 ceph-mon ceph-osd ceph-mgr ceph-common radosgw curl
+)
+# Unless they are there: those of others than Debian are one package.
+command -v node >/dev/null || tools+=(nodejs)
+command -v npm >/dev/null || tools+=(npm)
+containers=(
+  podman buildah runc mmdebstrap netavark aardvark-dns catatonit podman-compose iptables systemd
+)
 
+packages=("${build[@]}" "${tools[@]}")
+case ${1:-} in
+  --vtk) packages+=(libvtk9-dev); shift ;;
+  --build) packages=("${build[@]}"); shift ;;
+  --containers) packages+=("${containers[@]}"); shift ;;
+esac
 if [ "${1:-}" = "--list" ]; then
   printf '%s\n' "${packages[@]}"
   exit 0
 fi
+
+# What only tests need from npm, in the versions that its package-lock.json pins. Building and serving
+# go without: if it cannot be fetched, that is said here, and the test is left out.
+install_wasm_decoder() {
+  local folder wanted=package-lock.json have=node_modules/.package-lock.json
+  folder=$(dirname "${BASH_SOURCE[0]}")/../tests/server/encode/wasm
+  if [ ! -d "$folder" ] || ! command -v npm >/dev/null; then return 0; fi
+  if [ "$folder/$have" -nt "$folder/$wanted" ]; then return 0; fi
+  if (cd "$folder" && npm ci --ignore-scripts --no-audit --no-fund); then return 0; fi
+  echo "install-deps: npm cannot fetch draco3d; tests/server/encode/wasm_decoder_test.cc is left out" >&2
+}
 
 missing=()
 for package in "${packages[@]}"; do
@@ -28,6 +60,7 @@ for package in "${packages[@]}"; do
 done
 if [ ${#missing[@]} -eq 0 ]; then
   echo "install-deps: all ${#packages[@]} packages are installed"
+  install_wasm_decoder
   exit 0
 fi
 
@@ -43,3 +76,4 @@ fi
 echo "install-deps: installing ${missing[*]}"
 "${as_root[@]}" apt-get update -q
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"
+install_wasm_decoder

@@ -12,7 +12,7 @@ bin=build/release/bin
 say() { printf '\n== %s\n' "$*"; }
 
 say "1/6 packages"
-deploy/install-deps.sh
+deploy/install-deps.sh --build
 
 say "2/6 build"
 cmake --preset release >/dev/null
@@ -21,7 +21,7 @@ cmake --build --preset release -j "$(nproc)" --target liquidblend liquidblend-se
 say "3/6 server and worker"
 mkdir -p "$out"
 rm -rf "$data"
-$bin/liquidblend-server --data "$data" --listen 127.0.0.1:0 --workers 1 >"$out/server.out" 2>"$out/server.log" &
+$bin/liquidblend-server --data "$data" --listen 127.0.0.1:0 --http 127.0.0.1:0 --workers 1 >"$out/server.out" 2>"$out/server.log" &
 server=$!
 stop() {
   kill "$server" 2>/dev/null || true
@@ -29,14 +29,15 @@ stop() {
 }
 trap stop EXIT
 for _ in $(seq 100); do
-  grep -q '^listening on ' "$out/server.out" 2>/dev/null && break
+  grep -q '^http on ' "$out/server.out" 2>/dev/null && break
   kill -0 "$server" 2>/dev/null || { echo "the server did not start:"; cat "$out/server.log"; exit 1; }
   sleep 0.1
 done
 LIQUIDBLEND_SERVER=$(sed -n 's/^listening on //p' "$out/server.out")
 export LIQUIDBLEND_SERVER
 [ -n "$LIQUIDBLEND_SERVER" ] || { echo "the server did not start in time:"; cat "$out/server.log"; exit 1; }
-echo "listening on $LIQUIDBLEND_SERVER, data in $data, log in $out/server.log"
+http=http://$(sed -n 's/^http on //p' "$out/server.out")
+echo "listening on $LIQUIDBLEND_SERVER, $http/v1/families, data in $data, log in $out/server.log"
 
 say "4/6 import and register: in A the left drop strikes first, in B the right one"
 $bin/liquidblend import drops_a tests/data/two_drops/A
@@ -63,7 +64,8 @@ Done.
   $out/half.drc      one Draco frame
 
 Try next:
-  $bin/liquidblend-server --data $data &        # serves what was registered
+  $bin/liquidblend-server --data $data --http 127.0.0.1:8080 &   # serves what was registered
+  curl -o frame.drc 'http://127.0.0.1:8080/v1/families/two_drops/frame.drc?weights=0.5&time=0.8'
   $bin/liquidblend frame two_drops --weights 1.25 --time 0.8 -o beyond_b.ply
   $bin/liquidblend stream two_drops --seconds 10 --fps 60 --sweep
   $bin/liquidblend import mine /path/to/frames  # Mantaflow cache, PLY, OBJ, STL or OpenVDB sequence

@@ -83,7 +83,8 @@ struct ThirdParty {
 };
 const Places kEverywhere = {""};
 const Places kRpc = {"server/rpc/", "client/src/"};
-const Places kMains = {"server/main.cc", "worker/main.cc", "client/cli/"};
+const Places kMains = {"server/main.cc",       "server/flags.",  "server/store_flags.",
+                       "server/admin/main.cc", "worker/main.cc", "client/cli/"};
 const ThirdParty kThirdParties[] = {
     {"absl/", kEverywhere},
     {"Eigen/", {"core/", "worker/", "server/", "client/src/", "client/cli/"}},
@@ -92,31 +93,36 @@ const ThirdParty kThirdParties[] = {
     {"Eigen/CholmodSupport", {"worker/registration/"}},
     {"nanoflann.hpp", {"worker/registration/"}},
     {"libqhull_r/", {"server/parameters/"}},
+    {"hwy/", {"server/slice/"}},
     {"tbb/", {"core/parallel/"}},
     {"oneapi/", {"core/parallel/"}},
     {"spdlog/", {"core/base/"}},
     {"sqlite3.h", {"core/store/"}},
     {"pqxx/", {"core/store/"}},
+    {"libpq-fe.h", {"core/store/"}},
     {"curl/", {"core/store/"}},
-    {"openssl/", {"core/store/"}},
+    {"openssl/", {"core/store/", "server/rpc/"}},
     {"xxhash.h", {"core/store/"}},
     {"openvdb/", {"worker/ingest/"}},
     {"blosc.h", {"worker/ingest/"}},
     {"zlib.h", {"worker/ingest/", "client/cli/"}},
-    {"nlohmann/", {"worker/ingest/", "worker/registration/", "client/cli/"}},
+    {"nlohmann/",
+     {"core/base/", "worker/ingest/", "worker/registration/", "server/admin/", "server/rpc/",
+      "client/cli/"}},
     {"draco/", {"server/encode/", "client/src/"}},
     {"boost/", {"server/http/"}},
-    {"prometheus/", {"server/rpc/", "server/http/"}},
+    {"prometheus/", {"server/metrics/"}},
     {"CLI/", kMains},
     {"embree3/", {"client/cli/"}},
     {"stb/", {"client/cli/"}},
     {"grpc/", kRpc},
     {"grpcpp/", {"server/rpc/", "client/src/", "server/main.cc", "worker/main.cc"}},
     {"google/protobuf/",
-     {"core/store/", "worker/jobs/", "server/catalog/", "server/rpc/", "client/src/"}},
+     {"core/store/", "worker/jobs/", "server/catalog/", "server/rpc/", "server/http/",
+      "client/src/"}},
     {"google/rpc/", {"core/store/", "worker/jobs/", "server/rpc/", "client/src/"}},
     {"google/longrunning/", kRpc},
-    {"liquidblend/v1/", kRpc},
+    {"liquidblend/v1/", {"server/rpc/", "server/http/", "client/src/"}},
     {"liquidblend/store/v1/", {"core/store/", "worker/jobs/", "server/catalog/", "server/rpc/"}},
 };
 

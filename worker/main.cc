@@ -1,4 +1,4 @@
-// liquidblend-worker: takes jobs from the queue of a data directory and does them.
+// liquidblend-worker: takes jobs from the queue and does them.
 #include <signal.h>
 #include <sys/prctl.h>
 #include <unistd.h>
@@ -15,11 +15,10 @@
 #include "absl/time/time.h"
 #include "core/base/log.h"
 #include "core/base/memory.h"
+#include "core/base/memory_limit.h"
 #include "core/base/status_macros.h"
 #include "core/parallel/arena.h"
-#include "core/store/blob_store.h"
-#include "core/store/catalog.h"
-#include "core/store/data_directory.h"
+#include "core/store/open_store.h"
 #include "worker/jobs/run_jobs.h"
 #include "worker/jobs/stop_signal.h"
 
@@ -31,26 +30,57 @@ namespace {
 constexpr absl::Duration kStopPatience = absl::Seconds(3);
 
 struct Flags {
-  std::string data;
-  int threads = 0;  // 0: one per core
+  store::StoreLocation store;
+  int threads = 0;     // 0: one per core
+  int64_t memory = 0;  // 0: base::MemoryForJobs()
   std::string lease = "30s";
   std::string poll = "500ms";
+  int checkpoint_iterations = 2;
+  std::string checkpoint_interval = "10s";
   bool once = false;
+  bool check = false;
   int parent = 0;  // 0: none
+  std::string log_format = "text";
   bool verbose = false;
 };
 
 void AddFlags(CLI::App& app, Flags& flags) {
-  app.add_option("--data", flags.data, "Directory of the server whose jobs to do")->required();
+  app.add_option("--data", flags.store.data, "Directory of the server whose jobs to do");
+  app.add_option("--store", flags.store.catalog_url,
+                 "Instead of --data: postgresql://..., shared by many machines")
+      ->envname("LIQUIDBLEND_STORE");
+  app.add_option("--blobs", flags.store.blobs_url, "With --store: s3://bucket/prefix")
+      ->envname("LIQUIDBLEND_BLOBS");
+  app.add_option("--cache", flags.store.cache, "With --store: directory for blobs that are in use")
+      ->envname("LIQUIDBLEND_CACHE");
+  app.add_option("--cache-size", flags.store.cache_bytes, "Disk space for --cache, e.g. 64GiB")
+      ->transform(CLI::AsSizeValue(false));
   app.add_option("--threads", flags.threads, "Threads; 0: one per core")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
+  app.add_option(
+         "--memory", flags.memory,
+         "What a job may need, e.g. 8GiB; larger ones are left to others; 0: four fifths of "
+         "the machine's or container's memory")
+      ->transform(CLI::AsSizeValue(false));
   app.add_option("--lease", flags.lease, "How long a job waits for this worker if it says nothing")
       ->capture_default_str();
   app.add_option("--poll", flags.poll, "How often to look at an empty queue")
       ->capture_default_str();
+  app.add_option("--checkpoint-iterations", flags.checkpoint_iterations,
+                 "Keep what a registration has come to after so many iterations; 0: never")
+      ->envname("LIQUIDBLEND_CHECKPOINT_ITERATIONS")
+      ->capture_default_str();
+  app.add_option("--checkpoint-interval", flags.checkpoint_interval,
+                 "... but no sooner after the last time")
+      ->envname("LIQUIDBLEND_CHECKPOINT_INTERVAL")
+      ->capture_default_str();
   app.add_flag("--once", flags.once, "Exit as soon as the queue is empty");
+  app.add_flag("--check", flags.check, "Exit 0 if the store can be reached from here, else 1");
   app.add_option("--parent", flags.parent, "Process to end with");
+  app.add_option("--log-format", flags.log_format, "text, or json: an object a line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
   app.add_flag("--verbose", flags.verbose, "Log details");
 }
 
@@ -60,18 +90,24 @@ std::string WorkerName() {
   return absl::StrCat(host.data(), ":", getpid());
 }
 
+absl::StatusOr<absl::Duration> DurationOf(const std::string& flag, const std::string& value) {
+  absl::Duration duration;
+  if (absl::ParseDuration(value, &duration)) return duration;
+  return absl::InvalidArgumentError(
+      absl::StrCat(flag, " must be a duration such as 500ms or 30s, got '", value, "'"));
+}
+
 absl::StatusOr<jobs::JobLoopOptions> LoopOptionsOf(const Flags& flags) {
   jobs::JobLoopOptions options;
   options.worker = WorkerName();
   options.exit_when_idle = flags.once;
-  if (!absl::ParseDuration(flags.lease, &options.lease.duration)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--lease must be a duration such as 30s, got '", flags.lease, "'"));
-  }
-  if (!absl::ParseDuration(flags.poll, &options.poll)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--poll must be a duration such as 500ms, got '", flags.poll, "'"));
-  }
+  options.checkpoints.iterations = flags.checkpoint_iterations;
+  LB_ASSIGN_OR_RETURN(options.lease.duration, DurationOf("--lease", flags.lease));
+  LB_ASSIGN_OR_RETURN(options.poll, DurationOf("--poll", flags.poll));
+  LB_ASSIGN_OR_RETURN(options.checkpoints.interval,
+                      DurationOf("--checkpoint-interval", flags.checkpoint_interval));
+  if (flags.memory != 0) options.memory_bytes = flags.memory;
+  if (flags.memory == 0 && base::MemoryForJobs() > 0) options.memory_bytes = base::MemoryForJobs();
   LB_RETURN_IF_ERROR(options.Validate());
   return options;
 }
@@ -110,12 +146,12 @@ void WatchSignals(jobs::StopSignal& stop, const jobs::StopSignal& done) {
 absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
   LB_ASSIGN_OR_RETURN(const jobs::JobLoopOptions options, LoopOptionsOf(flags));
   LB_RETURN_IF_ERROR(EndWithParent(flags.parent));
-  LB_ASSIGN_OR_RETURN(const auto catalog, store::OpenSqliteCatalog(store::CatalogPath(flags.data)));
-  LB_ASSIGN_OR_RETURN(const auto blobs, store::OpenLocalBlobStore(flags.data));
+  LB_ASSIGN_OR_RETURN(const store::Store store, store::OpenStore(flags.store));
+  if (flags.check) return store::CheckReachable(*store.catalog, *store.blobs);
   const parallel::Arena arena(flags.threads);
-  base::LogInfo(
-      absl::StrCat(options.worker, " with ", arena.num_threads(), " threads on ", flags.data));
-  return jobs::RunJobs(*catalog, *blobs, arena, stop, options);
+  base::LogInfo(absl::StrCat(options.worker, " with ", arena.num_threads(), " threads and ",
+                             base::FormatGibibytes(options.memory_bytes), " on ", store.name));
+  return jobs::RunJobs(*store.catalog, *store.blobs, arena, stop, options);
 }
 
 int Main(const Flags& flags) {
@@ -144,6 +180,7 @@ int main(int argc, char** argv) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   liquidblend::base::ReturnLargeBlocks();
   liquidblend::base::StartLog("liquidblend-worker",
-                              flags.verbose ? LogLevel::kDebug : LogLevel::kInfo);
+                              flags.verbose ? LogLevel::kDebug : LogLevel::kInfo,
+                              *liquidblend::base::ParseLogFormat(flags.log_format));
   return liquidblend::worker::Main(flags);
 }

@@ -1,14 +1,34 @@
 #include "client/cli/context.h"
 
 #include <cstdio>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "absl/strings/str_cat.h"
+#include "client/src/status_macros.h"
+
 namespace liquidblend::cli {
+namespace {
+
+// The first line.
+absl::StatusOr<std::string> ReadToken(const std::string& path) {
+  std::ifstream file(path);
+  std::string token;
+  if (std::getline(file, token) && !token.empty()) return token;
+  return absl::NotFoundError(absl::StrCat("--token-file ", path, ": holds no token"));
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<Client>> Context::Connect() const {
   ConnectOptions options;
   options.target = server;
   options.connect_timeout = absl::Seconds(connect_timeout_s);
+  options.retry.patience = absl::Seconds(patience_s);
+  options.security = security;
+  if (!token_file.empty()) {
+    LBC_ASSIGN_OR_RETURN(options.security.token, ReadToken(token_file));
+  }
   return Client::Connect(options);
 }
 

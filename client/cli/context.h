@@ -14,9 +14,12 @@ namespace liquidblend::cli {
 struct Context {
   std::string server = "127.0.0.1:50051";
   double connect_timeout_s = 5.0;  // > 0
-  bool json = false;               // results as JSON on standard output
-  bool quiet = false;              // no progress, no remarks; results and errors only
-  absl::Status status;             // of the subcommand that ran
+  double patience_s = 30.0;        // >= 0; RetryOptions::patience
+  SecurityOptions security;
+  std::string token_file;  // or the token is in security
+  bool json = false;       // results as JSON on standard output
+  bool quiet = false;      // no progress, no remarks; results and errors only
+  absl::Status status;     // of the subcommand that ran
 
   absl::StatusOr<std::unique_ptr<Client>> Connect() const;
 

@@ -11,6 +11,11 @@ void AddEncodingFlags(CLI::App& command, EncodingFlags& flags) {
       command.add_option("--bits", flags.position_bits, "Bits per coordinate")
           ->check(CLI::Range(8, 20));
   if (flags.position_bits != 0) bits->capture_default_str();
+  command
+      .add_option("--step", flags.position_step_m,
+                  "Longest step that coordinates are rounded to, metres, instead of --bits")
+      ->check(CLI::PositiveNumber)
+      ->excludes(bits);
   const std::map<std::string, EncodingPreset> presets = {
       {"fastest", EncodingPreset::kFastest},
       {"balanced", EncodingPreset::kBalanced},

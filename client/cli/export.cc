@@ -55,8 +55,7 @@ StreamSettings ToSettings(const ExportFlags& flags, const Blend& blend) {
   settings.parameters = blend.parameters;
   settings.extrapolate = blend.extrapolate;
   settings.time_s = 0.0;
-  settings.position_bits = flags.encoding.position_bits;
-  settings.encoding = flags.encoding.preset;
+  SetEncoding(flags.encoding, settings);
   settings.loop = false;
   settings.lossless = true;
   settings.surface = ToSurfaceOptions(flags.surface);

@@ -38,8 +38,7 @@ absl::Status RunFrame(const FrameFlags& flags, const Context& context) {
   }
   LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, Extension(flags.output)));
   FrameRequest request = flags.request;
-  request.position_bits = flags.encoding.position_bits;
-  request.encoding = flags.encoding.preset;
+  SetEncoding(flags.encoding, request);
   request.surface = ToSurfaceOptions(flags.surface);
   LBC_ASSIGN_OR_RETURN(const Blend blend, ToRequiredBlend(flags.blend));
   request.weights = blend.weights;

@@ -1,4 +1,4 @@
-// liquidblend import NAME DIR
+// liquidblend import NAME DIR | --from-server ROOT/DIR
 #include <map>
 #include <memory>
 
@@ -6,6 +6,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/describe.h"
 #include "client/cli/json.h"
+#include "client/cli/priority_flag.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/wait.h"
 #include "client/src/status_macros.h"
@@ -15,8 +16,10 @@ namespace {
 
 struct ImportFlags {
   std::string name;
-  std::string directory;
+  std::string directory;    // here
+  std::string from_server;  // or there
   ImportOptions options;
+  int priority = 0;
   bool no_wait = false;
 };
 
@@ -24,6 +27,7 @@ absl::StatusOr<Operation> Upload(Client& client, const ImportFlags& flags, const
   UploadRequest request;
   request.animation = flags.name;
   request.options = flags.options;
+  request.priority = flags.priority;
   LBC_ASSIGN_OR_RETURN(request.files, ListAnimationFiles(flags.directory));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
   return client.UploadAnimation(request, [&](const UploadProgress& progress) {
@@ -37,9 +41,17 @@ absl::StatusOr<Operation> Upload(Client& client, const ImportFlags& flags, const
   });
 }
 
+absl::StatusOr<Operation> Start(Client& client, const ImportFlags& flags, const Context& context) {
+  if (flags.directory.empty() == flags.from_server.empty()) {
+    return absl::InvalidArgumentError("give either DIR or --from-server ROOT/DIR");
+  }
+  if (flags.from_server.empty()) return Upload(client, flags, context);
+  return client.ImportAnimation({flags.name, flags.from_server, flags.options, flags.priority});
+}
+
 absl::Status RunImport(const ImportFlags& flags, const Context& context) {
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
-  LBC_ASSIGN_OR_RETURN(const Operation started, Upload(*client, flags, context));
+  LBC_ASSIGN_OR_RETURN(const Operation started, Start(*client, flags, context));
   if (flags.no_wait) {
     context.Print(started.name);
     context.PrintJson(ToJson(started));
@@ -63,14 +75,14 @@ absl::Status RunImport(const ImportFlags& flags, const Context& context) {
 void AddImport(CLI::App& app, Context& context) {
   const auto flags = std::make_shared<ImportFlags>();
   CLI::App* command =
-      app.add_subcommand("import", "Upload the frames in a directory as an animation");
+      app.add_subcommand("import", "Import the frames in a directory as an animation");
   command->add_option("NAME", flags->name, "Id of the new animation")->required();
-  command
-      ->add_option(
-          "DIR", flags->directory,
-          "Frames: *.bobj.gz with *.uni (Mantaflow), *.ply, *.obj, *.stl or *.vdb; meta.json "
-          "if there")
-      ->required();
+  command->add_option(
+      "DIR", flags->directory,
+      "Frames: *.bobj.gz with *.uni (Mantaflow), *.ply, *.obj, *.stl or *.vdb; meta.json "
+      "if there");
+  command->add_option("--from-server", flags->from_server,
+                      "ROOT/DIR: a directory there instead, below one of its import roots");
   const std::map<std::string, AnimationFormat> formats = {
       {"mantaflow", AnimationFormat::kMantaflow},
       {"ply", AnimationFormat::kPly},
@@ -96,6 +108,7 @@ void AddImport(CLI::App& app, Context& context) {
                    "T,T,...: when each frame is, in frames since the first, rising from 0; "
                    "otherwise from the numbers in the file names")
       ->delimiter(',');
+  AddPriority(flags->priority, *command);
   command->add_flag("--no-wait", flags->no_wait, "Return when the files are uploaded");
   command->footer("Flags that are left out come from meta.json beside the frames.");
   command->callback([flags, &context] { context.status = RunImport(*flags, context); });

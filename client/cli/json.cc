@@ -96,19 +96,27 @@ Json ToJson(const SpaceTimeReport& report) {
 }
 
 Json ToJson(const Progress& progress) {
-  return {{"stage", progress.stage},
-          {"fraction", progress.fraction},
-          {"target_index", progress.target_index},
-          {"iteration", progress.iteration},
-          {"num_iterations", progress.num_iterations},
-          {"fit_energy", progress.fit_energy},
-          {"smoothness_energy", progress.smoothness_energy},
-          {"num_inliers", progress.num_inliers},
-          {"num_samples", progress.num_samples},
-          {"seconds_elapsed", progress.seconds_elapsed},
-          {"seconds_left", progress.seconds_left},
-          {"attempt", progress.attempt},
-          {"worker", progress.worker}};
+  Json json = {{"stage", progress.stage},
+               {"fraction", progress.fraction},
+               {"target_index", progress.target_index},
+               {"iteration", progress.iteration},
+               {"num_iterations", progress.num_iterations},
+               {"fit_energy", progress.fit_energy},
+               {"smoothness_energy", progress.smoothness_energy},
+               {"num_inliers", progress.num_inliers},
+               {"num_samples", progress.num_samples},
+               {"seconds_elapsed", progress.seconds_elapsed},
+               {"seconds_left", progress.seconds_left},
+               {"attempt", progress.attempt},
+               {"worker", progress.worker},
+               {"priority", progress.priority},
+               {"waiting_for", progress.waiting_for},
+               {"memory_bytes", progress.memory_bytes}};
+  if (progress.next_attempt_time) {
+    json["next_attempt_time"] = FormatUtc(*progress.next_attempt_time);
+  }
+  if (!progress.last_failure.ok()) json["last_failure"] = ToJson(progress.last_failure);
+  return json;
 }
 
 }  // namespace
@@ -231,7 +239,9 @@ const char* ConnectivityName(Connectivity connectivity) {
 }
 
 const char* StateName(const Operation& operation) {
-  if (!operation.done) return operation.progress.attempt > 0 ? "running" : "queued";
+  const Progress& progress = operation.progress;
+  const bool is_queued = progress.attempt == 0 || progress.stage == "queued";
+  if (!operation.done) return is_queued ? "queued" : "running";
   if (operation.result.ok()) return "done";
   return absl::IsCancelled(operation.result) ? "cancelled" : "failed";
 }

@@ -9,13 +9,47 @@ namespace {
 
 using liquidblend::cli::Context;
 
+void AddSecurityFlags(CLI::App& app, Context& context) {
+  liquidblend::SecurityOptions& security = context.security;
+  const std::string group = "Security";
+  app.add_flag("--tls", security.tls, "Use TLS and the system's authorities")
+      ->envname("LIQUIDBLEND_TLS")
+      ->group(group);
+  app.add_option("--tls-ca", security.tls_ca, "PEM file of authorities to trust; means --tls")
+      ->envname("LIQUIDBLEND_TLS_CA")
+      ->group(group);
+  app.add_option("--tls-cert", security.tls_cert, "PEM file of a certificate to show")
+      ->envname("LIQUIDBLEND_TLS_CERT")
+      ->group(group);
+  app.add_option("--tls-key", security.tls_key, "PEM file of its key")
+      ->envname("LIQUIDBLEND_TLS_KEY")
+      ->group(group);
+  app.add_option("--tls-server-name", security.tls_server_name,
+                 "Name that the server's certificate is for, if not the host's")
+      ->envname("LIQUIDBLEND_TLS_SERVER_NAME")
+      ->group(group);
+  app.add_option("--token-file", context.token_file, "File with the bearer token")
+      ->envname("LIQUIDBLEND_TOKEN_FILE")
+      ->group(group);
+  app.add_option("--token", security.token,
+                 "The token itself; better in the environment, for others see command lines")
+      ->envname("LIQUIDBLEND_TOKEN")
+      ->group(group);
+}
+
 void AddGlobalFlags(CLI::App& app, Context& context) {
-  app.add_option("--server", context.server, "Where the server is, HOST:PORT")
+  app.add_option("--server", context.server,
+                 "Where the server is, HOST:PORT; several of one store: HOST:PORT,HOST:PORT")
       ->envname("LIQUIDBLEND_SERVER")
       ->capture_default_str();
   app.add_option("--connect-timeout", context.connect_timeout_s, "Seconds to wait for the server")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--patience", context.patience_s,
+                 "Seconds that a call waits in all if the server says to try again later; 0: never")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  AddSecurityFlags(app, context);
   app.add_flag("--json", context.json, "Print results as JSON");
   app.add_flag("--quiet,-q", context.quiet, "No progress and no remarks");
   app.footer(liquidblend::cli::kExitCodeHelp);

@@ -9,6 +9,7 @@
 #include "client/cli/describe.h"
 #include "client/cli/json.h"
 #include "client/cli/points.h"
+#include "client/cli/priority_flag.h"
 #include "client/cli/wait.h"
 #include "client/src/status_macros.h"
 
@@ -127,6 +128,7 @@ void AddRegister(CLI::App& app, Context& context) {
   command->add_flag("--refine", request.refine,
                     "Go on from the family's newest version, with the correspondences given "
                     "instead of its own; --source and --target may be left out");
+  AddPriority(request.priority, *command);
   command->add_flag("--wait", flags->wait, "Show progress until it is done");
   AddRegistrationFlags(request.options, *command);
   AddSpaceTimeFlags(request.space_time, *command);

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "absl/time/clock.h"
 #include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
@@ -29,6 +30,7 @@ struct StreamFlags {
   double rate = 1.0;
   EncodingFlags encoding;
   bool sweep = false;
+  bool adapt = false;
 };
 
 // Changes the first weight now and then, and notes how long the stream takes to show it.
@@ -73,17 +75,18 @@ StreamSettings ToSettings(const StreamFlags& flags, const Blend& blend) {
   settings.time_s = 0.0;
   settings.rate = flags.rate;
   if (flags.frames_per_second > 0.0) settings.frames_per_second = flags.frames_per_second;
-  settings.position_bits = flags.encoding.position_bits;
-  settings.encoding = flags.encoding.preset;
+  SetEncoding(flags.encoding, settings);
   settings.loop = true;
+  settings.adapt_level_of_detail = flags.adapt;
   return settings;
 }
 
 std::string DescribeLive(const StreamedFrame& streamed, const StreamStats& stats) {
-  return absl::StrFormat(
-      "t = %.2f s, weights %s, %.1f frames/s, %s, %d dropped", streamed.frame.time_s,
-      FormatNumbers(streamed.frame.weights), stats.FramesPerSecond(),
-      FormatBytes(static_cast<int64_t>(streamed.frame.data.size())), streamed.num_dropped);
+  return absl::StrFormat("t = %.2f s, weights %s, %.1f frames/s, %s at level %d, %d dropped",
+                         streamed.frame.time_s, FormatNumbers(streamed.frame.weights),
+                         stats.FramesPerSecond(),
+                         FormatBytes(static_cast<int64_t>(streamed.frame.data.size())),
+                         streamed.level_of_detail, streamed.num_dropped);
 }
 
 absl::Status Play(FrameStream& stream, const StreamFlags& flags, const std::vector<double>& weights,
@@ -112,7 +115,7 @@ Json ToJson(const Percentiles& ms) {
   return {{"p50", ms.p50}, {"p95", ms.p95}, {"p99", ms.p99}, {"max", ms.max}};
 }
 
-void Report(const StreamStats& stats, bool sweep, const Context& context) {
+void Report(const StreamStats& stats, const StreamFlags& flags, const Context& context) {
   context.Print(absl::StrFormat("%d frames in %.2f s: %.2f frames/s, %s, %d dropped",
                                 stats.num_frames(), stats.seconds(), stats.FramesPerSecond(),
                                 FormatBytes(stats.num_bytes()), stats.num_dropped()));
@@ -123,9 +126,14 @@ void Report(const StreamStats& stats, bool sweep, const Context& context) {
                {"frames_per_second", stats.FramesPerSecond()},
                {"num_bytes", stats.num_bytes()},
                {"num_dropped", stats.num_dropped()},
+               {"frames_by_level", stats.frames_by_level()},
                {"interval_ms", ToJson(stats.IntervalsMs())},
                {"lateness_ms", ToJson(stats.LatenessMs())}};
-  if (sweep) {
+  if (flags.adapt) {
+    context.Print(
+        absl::StrCat("frames by level of detail: ", absl::StrJoin(stats.frames_by_level(), ", ")));
+  }
+  if (flags.sweep) {
     context.Print(Describe("reaction", stats.ReactionsMs()));
     json["reaction_ms"] = ToJson(stats.ReactionsMs());
   }
@@ -145,7 +153,7 @@ absl::Status RunStream(const StreamFlags& flags, const Context& context) {
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
   LBC_RETURN_IF_ERROR(Play(*stream, flags, blend.weights, stats, bar));
   stream->Cancel();
-  Report(stats, flags.sweep, context);
+  Report(stats, flags, context);
   return absl::OkStatus();
 }
 
@@ -169,6 +177,8 @@ void AddStream(CLI::App& app, Context& context) {
       ->add_flag("--sweep", flags->sweep,
                  "Change the first weight four times a second and report the reaction time")
       ->excludes("--parameters");
+  command->add_flag("--adapt", flags->adapt,
+                    "Take coarser frames while the connection is too slow for the pace");
   command->footer(
       "Without --weights or --parameters: the source.\n"
       "interval: between frames. lateness: behind an even pace. reaction: from a change of\n"

@@ -21,6 +21,9 @@ void StreamStats::AddFrame(const StreamedFrame& frame, absl::Time arrival) {
   due_s_.push_back(static_cast<double>(frame.frame_index + frame.num_dropped) / frames_per_second_);
   num_bytes_ += static_cast<int64_t>(frame.frame.data.size());
   num_dropped_ = frame.num_dropped;
+  const auto level = static_cast<size_t>(std::max(0, frame.level_of_detail));
+  if (level >= frames_by_level_.size()) frames_by_level_.resize(level + 1);
+  ++frames_by_level_[level];
 }
 
 double StreamStats::seconds() const { return arrivals_s_.empty() ? 0.0 : arrivals_s_.back(); }

@@ -33,6 +33,8 @@ class StreamStats {
   int64_t num_frames() const { return static_cast<int64_t>(arrivals_s_.size()); }
   int64_t num_bytes() const { return num_bytes_; }
   int64_t num_dropped() const { return num_dropped_; }
+  // By level of detail, up to the coarsest one that came.
+  const std::vector<int64_t>& frames_by_level() const { return frames_by_level_; }
   double seconds() const;           // from the first frame to the last
   double FramesPerSecond() const;   // as they came
   Percentiles IntervalsMs() const;  // between frames
@@ -45,6 +47,7 @@ class StreamStats {
   double frames_per_second_;
   int64_t num_bytes_ = 0;
   int64_t num_dropped_ = 0;
+  std::vector<int64_t> frames_by_level_;
   absl::Time first_;
   std::vector<double> arrivals_s_;  // since the first frame
   std::vector<double> due_s_;       // likewise, at an even pace, dropped frames counted

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/time/time.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/progress_bar.h"
 #include "client/src/status_macros.h"
@@ -67,7 +68,16 @@ std::string DescribeProgress(const Progress& progress) {
     absl::StrAppend(&text, " of target ", progress.target_index + 1);
     AppendEnergies(progress, &text);
   }
-  if (progress.attempt > 1) absl::StrAppend(&text, ", attempt ", progress.attempt);
+  if (!progress.waiting_for.empty()) absl::StrAppend(&text, ": ", progress.waiting_for);
+  if (progress.next_attempt_time) {
+    absl::StrAppend(&text, " after attempt ", progress.attempt, ": ",
+                    progress.last_failure.message(), "; next one at ",
+                    absl::FormatTime("%H:%M:%S", *progress.next_attempt_time, absl::UTCTimeZone()),
+                    " UTC");
+  } else if (progress.attempt > 1) {
+    absl::StrAppend(&text, ", attempt ", progress.attempt);
+  }
+  if (progress.priority != 0) absl::StrAppend(&text, ", priority ", progress.priority);
   if (progress.seconds_left > 0.0) {
     absl::StrAppend(&text, ", ", FormatTimeLeft(progress.seconds_left), " left");
   }

@@ -12,16 +12,6 @@ namespace liquidblend {
 namespace {
 
 constexpr int kPageSize = 1000;
-constexpr int kMaxMessageBytes = 1 << 30;  // a frame of some hundred million triangles
-
-std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target) {
-  grpc::ChannelArguments arguments;
-  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
-  arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);  // the client counts its own
-  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
-  return grpc::CreateCustomChannel(target, grpc::InsecureChannelCredentials(), arguments);
-}
 
 template <typename Request>
 Request NamedRequest(const std::string& name) {
@@ -37,17 +27,14 @@ Client::~Client() = default;
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ConnectOptions& options) {
   LBC_RETURN_IF_ERROR(options.Validate());
-  std::shared_ptr<grpc::Channel> channel = OpenChannel(options.target);
-  const absl::Time deadline = absl::Now() + options.connect_timeout;
-  const bool connected = channel->WaitForConnected(
-      deadline == absl::InfiniteFuture() ? std::chrono::system_clock::time_point::max()
-                                         : absl::ToChronoTime(deadline));
-  if (!connected) {
-    return absl::UnavailableError(absl::StrCat("cannot reach a liquidblend server at ",
-                                               options.target, " within ",
-                                               absl::FormatDuration(options.connect_timeout)));
+  LBC_ASSIGN_OR_RETURN(std::unique_ptr<client::Servers> servers, client::Servers::Open(options));
+  if (!servers->WaitForAny(absl::Now() + options.connect_timeout)) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot reach a liquidblend server at ", options.target,
+                     options.security.uses_tls() ? " whose certificate is trusted" : "", " within ",
+                     absl::FormatDuration(options.connect_timeout)));
   }
-  return std::unique_ptr<Client>(new Client(std::make_unique<Impl>(options, std::move(channel))));
+  return std::unique_ptr<Client>(new Client(std::make_unique<Impl>(options, std::move(servers))));
 }
 
 // ---- animations -------------------------------------------------------------------------------
@@ -55,7 +42,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ConnectOptions& op
 absl::StatusOr<Animation> Client::GetAnimation(const std::string& name) {
   LBC_ASSIGN_OR_RETURN(
       const v1::Animation animation,
-      impl_->Call(impl_->service, &Impl::Service::GetAnimation,
+      impl_->Call(&Impl::Service::GetAnimation,
                   NamedRequest<v1::GetAnimationRequest>(client::ResourceName("animations", name))));
   return client::FromProto(animation);
 }
@@ -66,7 +53,7 @@ absl::StatusOr<std::vector<Animation>> Client::ListAnimations() {
   request.set_page_size(kPageSize);
   do {
     LBC_ASSIGN_OR_RETURN(const v1::ListAnimationsResponse page,
-                         impl_->Call(impl_->service, &Impl::Service::ListAnimations, request));
+                         impl_->Call(&Impl::Service::ListAnimations, request));
     for (const v1::Animation& animation : page.animations()) {
       animations.push_back(client::FromProto(animation));
     }
@@ -77,7 +64,7 @@ absl::StatusOr<std::vector<Animation>> Client::ListAnimations() {
 
 absl::Status Client::DeleteAnimation(const std::string& name) {
   return impl_->CallDelete(
-      impl_->service, &Impl::Service::DeleteAnimation,
+      &Impl::Service::DeleteAnimation,
       NamedRequest<v1::DeleteAnimationRequest>(client::ResourceName("animations", name)));
 }
 
@@ -89,14 +76,14 @@ absl::StatusOr<Operation> Client::RegisterFamily(const RegisterRequest& request)
   v1::RegisterFamilyRequest proto = client::ToProto(request);
   proto.set_request_id(client::MakeRequestId());
   LBC_ASSIGN_OR_RETURN(const google::longrunning::Operation operation,
-                       impl_->Call(impl_->service, &Impl::Service::RegisterFamily, proto));
+                       impl_->Call(&Impl::Service::RegisterFamily, proto));
   return client::FromProto(operation);
 }
 
 absl::StatusOr<Family> Client::GetFamily(const std::string& name) {
   LBC_ASSIGN_OR_RETURN(
       const v1::Family family,
-      impl_->Call(impl_->service, &Impl::Service::GetFamily,
+      impl_->Call(&Impl::Service::GetFamily,
                   NamedRequest<v1::GetFamilyRequest>(client::ResourceName("families", name))));
   return client::FromProto(family);
 }
@@ -107,7 +94,7 @@ absl::StatusOr<std::vector<Family>> Client::ListFamilies() {
   request.set_page_size(kPageSize);
   do {
     LBC_ASSIGN_OR_RETURN(const v1::ListFamiliesResponse page,
-                         impl_->Call(impl_->service, &Impl::Service::ListFamilies, request));
+                         impl_->Call(&Impl::Service::ListFamilies, request));
     for (const v1::Family& family : page.families()) {
       families.push_back(client::FromProto(family));
     }
@@ -118,15 +105,15 @@ absl::StatusOr<std::vector<Family>> Client::ListFamilies() {
 
 absl::Status Client::DeleteFamily(const std::string& name) {
   return impl_->CallDelete(
-      impl_->service, &Impl::Service::DeleteFamily,
+      &Impl::Service::DeleteFamily,
       NamedRequest<v1::DeleteFamilyRequest>(client::ResourceName("families", name)));
 }
 
 // ---- frames -----------------------------------------------------------------------------------
 
 absl::StatusOr<Frame> Client::GetFrame(const FrameRequest& request) {
-  LBC_ASSIGN_OR_RETURN(v1::Frame frame, impl_->Call(impl_->service, &Impl::Service::GetFrame,
-                                                    client::ToProto(request)));
+  LBC_ASSIGN_OR_RETURN(v1::Frame frame,
+                       impl_->Call(&Impl::Service::GetFrame, client::ToProto(request)));
   return client::FromProto(std::move(frame));
 }
 

@@ -1,41 +1,49 @@
-// What a Client holds: the channel, its stubs, and how a call is made. Includes gRPC: only for the
-// sources that make calls.
+// What a Client holds: its servers, and how a call is made. Includes gRPC: only for the sources
+// that make calls.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
 
 #include <chrono>
+#include <functional>
 #include <memory>
+#include <string>
+#include <tuple>
 #include <utility>
 
 #include "absl/status/statusor.h"
 #include "client/src/retry.h"
+#include "client/src/servers.h"
 #include "client/src/status.h"
-#include "google/longrunning/operations.grpc.pb.h"
 #include "liquidblend/client.h"
-#include "liquidblend/v1/liquidblend.grpc.pb.h"
 
 namespace liquidblend {
 
 class Client::Impl {
  public:
-  using Service = v1::LiquidBlend::Stub;
-  using Operations = google::longrunning::Operations::Stub;
+  using Service = client::ServiceStub;
+  using Operations = client::OperationsStub;
 
-  Impl(const ConnectOptions& connect_options, std::shared_ptr<grpc::Channel> open_channel)
-      : options(connect_options), channel(std::move(open_channel)) {}
+  Impl(const ConnectOptions& connect_options, std::unique_ptr<client::Servers> open_servers)
+      : options(connect_options), servers(std::move(open_servers)) {}
 
-  // Makes a short call that may be repeated, with the deadline and retries of the options.
+  // Makes a call that may be repeated, with the retries of the options and, unless another timeout
+  // is given, that of short calls.
   template <typename Stub, typename Request, typename Response>
-  absl::StatusOr<Response> Call(Stub& stub,
-                                grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
+  absl::StatusOr<Response> Call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
                                                              Response*),
                                 const Request& request) {
+    return Call(method, request, options.call_timeout);
+  }
+  template <typename Stub, typename Request, typename Response>
+  absl::StatusOr<Response> Call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
+                                                             Response*),
+                                const Request& request, absl::Duration timeout) {
     Response response;
-    absl::Status status = client::RetryUnavailable(options.retry, [&](int) {
+    absl::Status status = TryAll([&](client::Server& server) {
       grpc::ClientContext context;
-      SetTimeout(options.call_timeout, &context);
-      return client::FromGrpc((stub.*method)(&context, request, &response));
+      Prepare(timeout, &context);
+      return client::FromGrpc((std::get<Stub>(server.stubs).*method)(&context, request, &response));
     });
     if (!status.ok()) return status;
     return response;
@@ -43,28 +51,37 @@ class Client::Impl {
 
   // Likewise for a deletion: not found at a second attempt means that the first one did it.
   template <typename Stub, typename Request>
-  absl::Status CallDelete(Stub& stub,
-                          grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
+  absl::Status CallDelete(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
                                                        google::protobuf::Empty*),
                           const Request& request) {
-    return client::RetryUnavailable(options.retry, [&](int attempt) {
+    bool is_repeated = false;
+    return TryAll([&](client::Server& server) {
       grpc::ClientContext context;
-      SetTimeout(options.call_timeout, &context);
+      Prepare(options.call_timeout, &context);
       google::protobuf::Empty empty;
-      const absl::Status status = client::FromGrpc((stub.*method)(&context, request, &empty));
-      return attempt > 1 && absl::IsNotFound(status) ? absl::OkStatus() : status;
+      const absl::Status status =
+          client::FromGrpc((std::get<Stub>(server.stubs).*method)(&context, request, &empty));
+      const bool may_be_done = std::exchange(is_repeated, true);
+      return may_be_done && absl::IsNotFound(status) ? absl::OkStatus() : status;
     });
   }
 
-  static void SetTimeout(absl::Duration timeout, grpc::ClientContext* context) {
+  // Runs `call`, which may be repeated, until it succeeds, fails for another reason than
+  // kUnavailable, or the attempts are used up. An attempt asks every server once.
+  absl::Status TryAll(const std::function<absl::Status(client::Server& server)>& call) {
+    return client::RetryUnavailable(options.retry, [&](int) { return servers->TryEach(call); });
+  }
+
+  // Says who calls, and until when an answer is of use.
+  void Prepare(absl::Duration timeout, grpc::ClientContext* context) const {
+    const std::string& token = options.security.token;
+    if (!token.empty()) context->AddMetadata("authorization", "Bearer " + token);
     if (timeout == absl::InfiniteDuration()) return;
     context->set_deadline(std::chrono::system_clock::now() + absl::ToChronoMicroseconds(timeout));
   }
 
   const ConnectOptions options;
-  const std::shared_ptr<grpc::Channel> channel;
-  Service service{channel};
-  Operations operations{channel};
+  const std::unique_ptr<client::Servers> servers;
 };
 
 }  // namespace liquidblend

@@ -44,6 +44,11 @@ Progress ToProgress(const v1::Progress& proto) {
   progress.seconds_left = proto.seconds_left();
   progress.attempt = proto.attempt();
   progress.worker = proto.worker();
+  progress.priority = proto.priority();
+  progress.waiting_for = proto.waiting_for();
+  progress.memory_bytes = proto.memory_bytes();
+  if (proto.has_next_attempt_time()) progress.next_attempt_time = ToTime(proto.next_attempt_time());
+  if (proto.has_last_failure()) progress.last_failure = FromProto(proto.last_failure());
   return progress;
 }
 
@@ -371,6 +376,7 @@ v1::RegisterFamilyRequest ToProto(const RegisterRequest& request) {
   SetOptions(request.options, proto.mutable_options());
   SetSpaceTime(request.space_time, proto.mutable_space_time());
   proto.set_refine(request.refine);
+  proto.set_priority(request.priority);
   const ParameterSpace& space = request.parameter_space;
   if (!space.names.empty() || !space.points.empty()) {
     SetParameterSpace(space, proto.mutable_parameter_space());

@@ -46,6 +46,7 @@ v1::GetFrameRequest ToProto(const FrameRequest& request) {
   proto.set_extrapolate(request.extrapolate);
   proto.set_time_s(request.time_s);
   proto.mutable_encoding()->set_position_bits(request.position_bits);
+  proto.mutable_encoding()->set_position_step_m(request.position_step_m);
   proto.mutable_encoding()->set_preset(ToProto(request.encoding));
   proto.set_version(request.version);
   if (request.surface != SurfaceOptions()) SetSurface(request.surface, proto.mutable_surface());
@@ -64,10 +65,16 @@ v1::StreamFramesRequest ToProto(const StreamSettings& settings) {
   if (settings.position_bits != 0) {
     proto.mutable_encoding()->set_position_bits(settings.position_bits);
   }
+  if (settings.position_step_m != 0.0) {
+    proto.mutable_encoding()->set_position_step_m(settings.position_step_m);
+  }
   if (settings.encoding) proto.mutable_encoding()->set_preset(ToProto(*settings.encoding));
   if (settings.loop) proto.set_loop(*settings.loop);
   if (settings.lossless) proto.set_lossless(*settings.lossless);
   if (settings.surface) SetSurface(*settings.surface, proto.mutable_surface());
+  if (settings.adapt_level_of_detail) {
+    proto.set_adapt_level_of_detail(*settings.adapt_level_of_detail);
+  }
   return proto;
 }
 

@@ -1,11 +1,14 @@
 #include "liquidblend/frame_stream.h"
 
+#include <functional>
+#include <memory>
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "client/src/client_impl.h"
 #include "client/src/convert.h"
+#include "client/src/servers.h"
 
 namespace liquidblend {
 namespace {
@@ -13,8 +16,12 @@ namespace {
 using ReaderWriter =
     grpc::ClientReaderWriterInterface<v1::StreamFramesRequest, v1::StreamFramesResponse>;
 
+using Prepare = std::function<void(grpc::ClientContext*)>;
+
 // One attempt. The context must outlive the stream.
 struct StreamCall {
+  explicit StreamCall(client::Server& asked) : server(asked) {}
+  client::Server& server;
   grpc::ClientContext context;
   std::unique_ptr<ReaderWriter> stream;
 };
@@ -25,20 +32,29 @@ void Merge(const v1::StreamFramesRequest& change, v1::StreamFramesRequest* state
     state->clear_parameters();
   }
   if (change.has_surface()) state->clear_surface();
+  if (change.encoding().position_bits() != 0 || change.encoding().position_step_m() != 0) {
+    state->mutable_encoding()->clear_position_bits();
+    state->mutable_encoding()->clear_position_step_m();
+  }
   state->MergeFrom(change);
 }
 
 StreamedFrame FromProto(v1::StreamFramesResponse&& response) {
   return {client::FromProto(std::move(*response.mutable_frame())), response.frame_index(),
-          response.num_dropped()};
+          response.num_dropped(), response.level_of_detail()};
 }
 
 }  // namespace
 
 class FrameStream::Impl {
  public:
-  Impl(v1::LiquidBlend::Stub* service, const RetryOptions& retry, v1::StreamFramesRequest settings)
-      : service_(service), backoff_(retry), settings_(std::move(settings)) {
+  // `servers` must outlive this.
+  Impl(client::Servers& servers, Prepare prepare, const RetryOptions& retry,
+       v1::StreamFramesRequest settings)
+      : servers_(servers),
+        prepare_(std::move(prepare)),
+        backoff_(retry),
+        settings_(std::move(settings)) {
     Open();
   }
 
@@ -57,6 +73,7 @@ class FrameStream::Impl {
         return std::optional<StreamedFrame>(FromProto(std::move(response)));
       }
       last_status_ = client::FromGrpc(call->stream->Finish());
+      if (absl::IsUnavailable(last_status_)) servers_.Leave(call->server);
       // Once a frame has come, opening again would repeat frames: then the caller has to decide.
       ended_ = received_ || !backoff_.ShouldRetry(last_status_) || CancelledWithin(NextWait());
       if (!ended_) Open();
@@ -90,12 +107,13 @@ class FrameStream::Impl {
  private:
   void Open() {
     absl::MutexLock write_lock(&write_mutex_);
-    auto call = std::make_shared<StreamCall>();
+    auto call = std::make_shared<StreamCall>(servers_.current());
+    prepare_(&call->context);
     v1::StreamFramesRequest first;
     {
       absl::MutexLock lock(&mutex_);
       first = settings_;
-      call->stream = service_->StreamFrames(&call->context);
+      call->stream = call->server.service().StreamFrames(&call->context);
       call_ = call;
       if (cancelled_) call->context.TryCancel();
     }
@@ -114,7 +132,8 @@ class FrameStream::Impl {
     return mutex_.AwaitWithTimeout(absl::Condition(&cancelled_), wait);
   }
 
-  v1::LiquidBlend::Stub* const service_;
+  client::Servers& servers_;
+  const Prepare prepare_;
   client::Backoff backoff_;   // reading thread only, like the next three
   bool received_ = false;     // a frame has come
   bool ended_ = false;        // nothing more will come, for last_status_
@@ -139,7 +158,10 @@ absl::StatusOr<std::unique_ptr<FrameStream>> Client::StreamFrames(const StreamSe
   if (settings.family.empty()) {
     return absl::InvalidArgumentError("StreamSettings.family is empty; a stream starts with one");
   }
-  auto impl = std::make_unique<FrameStream::Impl>(&impl_->service, impl_->options.retry,
+  const auto prepare = [client = impl_.get()](grpc::ClientContext* context) {
+    client->Prepare(absl::InfiniteDuration(), context);
+  };
+  auto impl = std::make_unique<FrameStream::Impl>(*impl_->servers, prepare, impl_->options.retry,
                                                   client::ToProto(settings));
   return std::unique_ptr<FrameStream>(new FrameStream(std::move(impl)));
 }

@@ -24,7 +24,7 @@ Request OperationRequest(const std::string& name) {
 absl::StatusOr<Operation> Client::GetOperation(const std::string& name) {
   LBC_ASSIGN_OR_RETURN(
       const google::longrunning::Operation operation,
-      impl_->Call(impl_->operations, &Impl::Operations::GetOperation,
+      impl_->Call(&Impl::Operations::GetOperation,
                   OperationRequest<google::longrunning::GetOperationRequest>(name)));
   return client::FromProto(operation);
 }
@@ -35,9 +35,8 @@ absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
   request.set_name("operations");
   request.set_page_size(kPageSize);
   do {
-    LBC_ASSIGN_OR_RETURN(
-        const google::longrunning::ListOperationsResponse page,
-        impl_->Call(impl_->operations, &Impl::Operations::ListOperations, request));
+    LBC_ASSIGN_OR_RETURN(const google::longrunning::ListOperationsResponse page,
+                         impl_->Call(&Impl::Operations::ListOperations, request));
     for (const google::longrunning::Operation& operation : page.operations()) {
       operations.push_back(client::FromProto(operation));
     }
@@ -48,7 +47,7 @@ absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
 
 absl::Status Client::CancelOperation(const std::string& name) {
   return impl_
-      ->Call(impl_->operations, &Impl::Operations::CancelOperation,
+      ->Call(&Impl::Operations::CancelOperation,
              OperationRequest<google::longrunning::CancelOperationRequest>(name))
       .status();
 }
@@ -59,7 +58,9 @@ absl::StatusOr<Operation> Client::WatchOperation(
   client::Backoff backoff(impl_->options.retry);
   for (;;) {
     grpc::ClientContext context;
-    const auto stream = impl_->service.WatchOperation(&context, request);
+    impl_->Prepare(absl::InfiniteDuration(), &context);
+    client::Server& server = impl_->servers->current();
+    const auto stream = server.service().WatchOperation(&context, request);
     google::longrunning::Operation message;
     while (stream->Read(&message)) {
       backoff.Reset();
@@ -74,6 +75,7 @@ absl::StatusOr<Operation> Client::WatchOperation(
     absl::Status status = client::FromGrpc(stream->Finish());
     if (status.ok()) status = absl::UnavailableError("the server stopped reporting " + name);
     if (!backoff.ShouldRetry(status)) return status;
+    impl_->servers->Leave(server);
     absl::SleepFor(backoff.NextWait());
   }
 }

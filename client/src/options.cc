@@ -1,11 +1,15 @@
 // Validate() of the public options.
+#include <algorithm>
 #include <cmath>
 
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/src/status_macros.h"
 #include "liquidblend/animation.h"
 #include "liquidblend/client.h"
 #include "liquidblend/family.h"
+#include "liquidblend/security.h"
 #include "liquidblend/space_time.h"
 
 namespace liquidblend {
@@ -59,14 +63,33 @@ absl::Status SpaceTimeOptions::Validate() const {
   return CheckNotNegative("coarser_levels", coarser_levels.value_or(0));
 }
 
+absl::Status SecurityOptions::Validate() const {
+  if (tls_cert.empty() != tls_key.empty()) {
+    return absl::InvalidArgumentError(tls_cert.empty() ? "tls_key is given without tls_cert"
+                                                       : "tls_cert is given without tls_key");
+  }
+  const bool is_visible = std::all_of(token.begin(), token.end(), [](char c) {
+    return absl::ascii_isgraph(static_cast<unsigned char>(c));
+  });
+  if (is_visible) return absl::OkStatus();
+  return absl::InvalidArgumentError("token must be of visible ASCII characters, without blanks");
+}
+
 absl::Status ConnectOptions::Validate() const {
   if (target.empty()) return absl::InvalidArgumentError("target is empty; it must be HOST:PORT");
+  if (absl::StartsWith(target, ",") || absl::EndsWith(target, ",") ||
+      absl::StrContains(target, ",,")) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("target is '", target, "'; one of its addresses is empty"));
+  }
   LBC_RETURN_IF_ERROR(CheckPositive("connect_timeout", connect_timeout));
   LBC_RETURN_IF_ERROR(CheckPositive("call_timeout", call_timeout));
   LBC_RETURN_IF_ERROR(CheckPositive("upload_timeout", upload_timeout));
   LBC_RETURN_IF_ERROR(CheckRange("retry.max_attempts", retry.max_attempts, 1));
   LBC_RETURN_IF_ERROR(CheckPositive("retry.initial_backoff", retry.initial_backoff));
-  return CheckPositive("retry.max_backoff", retry.max_backoff);
+  LBC_RETURN_IF_ERROR(CheckPositive("retry.max_backoff", retry.max_backoff));
+  LBC_RETURN_IF_ERROR(CheckNotNegative("retry.patience", absl::ToDoubleSeconds(retry.patience)));
+  return security.Validate();
 }
 
 }  // namespace liquidblend

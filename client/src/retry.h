@@ -1,7 +1,8 @@
-// Repeats calls that failed because the server could not be reached.
+// Repeats calls that failed because the server could not be reached, or asked to try again later.
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <random>
 
 #include "absl/status/status.h"
@@ -10,15 +11,19 @@
 
 namespace liquidblend::client {
 
-// Counts attempts and says how long to wait before the next one. Threads: one.
+// Counts attempts and says how long to wait before the next one, as RetryOptions has it.
+// Threads: one.
 class Backoff {
  public:
   explicit Backoff(const RetryOptions& options);
 
-  // True if `status` is kUnavailable and an attempt is left.
-  bool ShouldRetry(const absl::Status& status) const;
+  // Whether another attempt should follow one that ended so. Takes note of the delay that the
+  // server asks for.
+  bool ShouldRetry(const absl::Status& status);
 
-  // The next wait: doubles up to max_backoff, times a random number in [0.5, 1]. Counts an attempt.
+  // The next wait: the delay that the server asks for, times a random number in [1, 1.25]; without
+  // one, what doubles up to max_backoff, times a random number in [0.5, 1]. Counts an attempt.
+  // Requires: ShouldRetry() was true.
   absl::Duration NextWait();
 
   // The connection worked: start counting from the beginning.
@@ -27,13 +32,18 @@ class Backoff {
   int num_attempts() const { return num_attempts_; }
 
  private:
+  absl::Duration Times(absl::Duration wait, double lowest, double highest);
+
   RetryOptions options_;
   int num_attempts_ = 1;
+  int num_unreached_ = 1;                // attempts whose end did not say when to try again
+  absl::Duration waited_;                // because the server asked for it
+  std::optional<absl::Duration> asked_;  // by the end of the last attempt
   std::minstd_rand random_;
 };
 
-// Runs `call` until it succeeds, fails for another reason, or the attempts are used up; then the
-// message says how many there were.
+// Runs `call` until it succeeds, fails for another reason, or attempts or patience are used up;
+// then the message says how many attempts there were.
 absl::Status RetryUnavailable(const RetryOptions& options,
                               const std::function<absl::Status(int attempt)>& call);
 

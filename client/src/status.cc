@@ -1,8 +1,12 @@
 #include "client/src/status.h"
 
+#include <algorithm>
+#include <iterator>
 #include <map>
 #include <string>
 
+#include "absl/strings/cord.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "google/rpc/error_details.pb.h"
@@ -10,9 +14,22 @@
 namespace liquidblend::client {
 namespace {
 
-// "" if it says no more than the code.
-std::string DescribeErrorInfo(const google::rpc::ErrorInfo& info, int code) {
-  const std::map<std::string, std::string> metadata(info.metadata().begin(), info.metadata().end());
+constexpr char kRetryInfoUrl[] = "type.googleapis.com/google.rpc.RetryInfo";
+
+absl::Duration DelayOf(const google::rpc::RetryInfo& info) {
+  return std::max(absl::ZeroDuration(), absl::Seconds(info.retry_delay().seconds()) +
+                                            absl::Nanoseconds(info.retry_delay().nanos()));
+}
+
+// "" if it says no more than the code and the message.
+std::string DescribeErrorInfo(const google::rpc::ErrorInfo& info, int code,
+                              const std::string& message) {
+  std::map<std::string, std::string> metadata(info.metadata().begin(), info.metadata().end());
+  for (auto entry = metadata.begin(); entry != metadata.end();) {
+    // "families/drops" is not needed beside "there is no family 'drops'".
+    const std::string id = entry->second.substr(entry->second.rfind('/') + 1);
+    entry = absl::StrContains(message, id) ? metadata.erase(entry) : std::next(entry);
+  }
   const auto code_name = absl::StatusCodeToString(static_cast<absl::StatusCode>(code));
   if (metadata.empty() && info.reason() == code_name) return "";
   std::string text = absl::StrCat("reason: ", info.reason());
@@ -29,22 +46,35 @@ std::string DescribeBadRequest(const google::rpc::BadRequest& bad_request) {
                        });
 }
 
-std::string DescribeDetail(const google::protobuf::Any& detail, int code) {
+std::string DescribeDetail(const google::protobuf::Any& detail, int code,
+                           const std::string& message) {
   google::rpc::ErrorInfo info;
-  if (detail.UnpackTo(&info)) return DescribeErrorInfo(info, code);
+  if (detail.UnpackTo(&info)) return DescribeErrorInfo(info, code, message);
   google::rpc::BadRequest bad_request;
   if (detail.UnpackTo(&bad_request)) return DescribeBadRequest(bad_request);
+  google::rpc::RetryInfo retry;
+  if (detail.UnpackTo(&retry)) {
+    // In milliseconds, as nobody reads more.
+    const absl::Duration delay = absl::Ceil(DelayOf(retry), absl::Milliseconds(1));
+    return absl::StrCat("try again in ", absl::FormatDuration(delay));
+  }
   return "";
 }
 
 absl::Status MakeStatus(int code, const std::string& message, const google::rpc::Status& details) {
   std::string text = message;
   for (const google::protobuf::Any& detail : details.details()) {
-    const std::string described = DescribeDetail(detail, code);
+    const std::string described = DescribeDetail(detail, code, message);
     if (!described.empty()) absl::StrAppend(&text, text.empty() ? "" : "; ", described);
   }
   // Google's codes have the same numbers in gRPC, google.rpc and Abseil; others become kUnknown.
-  return absl::Status(static_cast<absl::StatusCode>(code >= 0 && code <= 16 ? code : 2), text);
+  absl::Status status(static_cast<absl::StatusCode>(code >= 0 && code <= 16 ? code : 2), text);
+  for (const google::protobuf::Any& detail : details.details()) {
+    if (detail.Is<google::rpc::RetryInfo>()) {
+      status.SetPayload(kRetryInfoUrl, absl::Cord(detail.value()));
+    }
+  }
+  return status;
 }
 
 }  // namespace
@@ -58,6 +88,14 @@ absl::Status FromGrpc(const grpc::Status& status) {
 
 absl::Status FromProto(const google::rpc::Status& status) {
   return MakeStatus(status.code(), status.message(), status);
+}
+
+std::optional<absl::Duration> RetryDelay(const absl::Status& status) {
+  if (!absl::IsResourceExhausted(status) && !absl::IsUnavailable(status)) return std::nullopt;
+  const absl::optional<absl::Cord> payload = status.GetPayload(kRetryInfoUrl);
+  google::rpc::RetryInfo info;
+  if (!payload.has_value() || !info.ParseFromString(std::string(*payload))) return std::nullopt;
+  return DelayOf(info);
 }
 
 }  // namespace liquidblend::client

@@ -66,12 +66,13 @@ absl::StatusOr<Operation> Client::UploadAnimation(
   header.mutable_header()->set_animation_id(client::ResourceId("animations", request.animation));
   *header.mutable_header()->mutable_options() = client::ToProto(request.options);
   header.mutable_header()->set_request_id(client::MakeRequestId());
+  header.mutable_header()->set_priority(request.priority);
 
   google::longrunning::Operation operation;
-  LBC_RETURN_IF_ERROR(client::RetryUnavailable(impl_->options.retry, [&](int) {
+  LBC_RETURN_IF_ERROR(impl_->TryAll([&](client::Server& server) {
     grpc::ClientContext context;
-    Impl::SetTimeout(impl_->options.upload_timeout, &context);
-    const auto writer = impl_->service.UploadAnimation(&context, &operation);
+    impl_->Prepare(impl_->options.upload_timeout, &context);
+    const auto writer = server.service().UploadAnimation(&context, &operation);
     absl::Status local;
     if (writer->Write(header)) {
       local = SendFiles(files, request.chunk_bytes, writer.get(), progress);
@@ -80,6 +81,20 @@ absl::StatusOr<Operation> Client::UploadAnimation(
     const absl::Status remote = client::FromGrpc(writer->Finish());
     return local.ok() ? remote : local;
   }));
+  return client::FromProto(operation);
+}
+
+absl::StatusOr<Operation> Client::ImportAnimation(const ImportRequest& request) {
+  LBC_RETURN_IF_ERROR(request.options.Validate());
+  v1::ImportAnimationRequest proto;
+  proto.set_animation_id(client::ResourceId("animations", request.animation));
+  proto.set_location(request.location);
+  *proto.mutable_options() = client::ToProto(request.options);
+  proto.set_request_id(client::MakeRequestId());
+  proto.set_priority(request.priority);
+  LBC_ASSIGN_OR_RETURN(
+      const google::longrunning::Operation operation,
+      impl_->Call(&Impl::Service::ImportAnimation, proto, impl_->options.upload_timeout));
   return client::FromProto(operation);
 }
 

@@ -2,18 +2,36 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
 namespace liquidblend::base {
 
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
 
-// Sets the program's name (in every line) and the lowest level that is printed. Call once in main.
-void StartLog(absl::string_view program, LogLevel lowest);
+// kText: TIME PROGRAM[PID] LEVEL: MESSAGE name=value ...
+// kJson: {"time", "program", "pid", "level", "message", and each field as a string}
+enum class LogFormat { kText, kJson };
 
+// "text" or "json".  Errors: kInvalidArgument.
+absl::StatusOr<LogFormat> ParseLogFormat(absl::string_view name);
+
+// What an event is about, in order: names of [a-z_]+, any values.
+using LogFields = std::vector<std::pair<std::string, std::string>>;
+
+// Sets the program's name (in every line), the lowest level that is printed and the form of the
+// lines. Call once in main.
+void StartLog(absl::string_view program, LogLevel lowest, LogFormat format = LogFormat::kText);
+
+// Whether an event of this level is printed: whether it is worth putting together.
+bool IsLogged(LogLevel level);
+
+// Prints one line whatever the message and the values hold: control characters are escaped.
 // Threads: safe.
-void Log(LogLevel level, absl::string_view message);
+void Log(LogLevel level, absl::string_view message, const LogFields& fields = {});
 inline void LogInfo(absl::string_view message) { Log(LogLevel::kInfo, message); }
 inline void LogWarning(absl::string_view message) { Log(LogLevel::kWarning, message); }
 inline void LogError(absl::string_view message) { Log(LogLevel::kError, message); }

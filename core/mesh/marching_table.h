@@ -34,6 +34,7 @@ inline constexpr std::array<Facet, 6> kHexahedronFacets = {{{4, {0, 2, 3, 1}},
 // Closed polygons of crossed edges, counter-clockwise seen from outside of the liquid.
 struct Case {
   int8_t num_loops = 0;
+  int8_t num_edges = 0;  // of all loops
   std::array<int8_t, kMaxLoops> loop_size = {};
   std::array<int8_t, kMaxEdges> edges = {};  // of all loops, one loop after the other
 };
@@ -110,6 +111,7 @@ constexpr Case LinkLoops(const std::array<int8_t, kMaxEdges>& next) {
     }
     result.loop_size[result.num_loops++] = static_cast<int8_t>(num_edges - begin);
   }
+  result.num_edges = static_cast<int8_t>(num_edges);
   return result;
 }
 

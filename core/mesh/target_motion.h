@@ -1,15 +1,13 @@
-// How far a blend weight moves a family's vertices: the one rule that whoever moves vertices and
-// whoever bounds their motion share.
+// How a family's vertices move with the blend weights: the one rule that whoever moves vertices and
+// whoever bounds their motion share, and how a slice asks for the vertices that it needs.
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <span>
 
 #include "core/mesh/registered_family.h"
 
 namespace liquidblend::mesh {
-
-using VertexRange = std::array<int32_t, 2>;  // vertices [begin, end)
 
 // At this weight a vertex moves by
 //   displacement_factor * displacement + extrapolation_factor * extrapolation.
@@ -24,5 +22,16 @@ inline TargetMotion MotionAt(const FamilyTarget& target, double weight) {
   if (target.extrapolation.empty() || (w >= 0.0F && w <= 1.0F)) return {w, 0.0F};
   return w > 1.0F ? TargetMotion{1.0F, w - 1.0F} : TargetMotion{0.0F, w};
 }
+
+// Whoever knows where the family's vertices are in a blend.
+class VertexPlacer {
+ public:
+  virtual ~VertexPlacer() = default;
+  // positions[i]: of vertices[i]; x, y, z in metres, t in frames. The same for the same vertex,
+  // whenever it is asked for. Requires: they are vertices of the family.
+  virtual void Place(std::span<const int32_t> vertices, Float4* positions) const = 0;
+  // Place() will be called for them soon: memory can be fetched meanwhile.
+  virtual void Prefetch(std::span<const int32_t> vertices) const = 0;
+};
 
 }  // namespace liquidblend::mesh

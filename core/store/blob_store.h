@@ -54,8 +54,16 @@ class BlobStore {
   // Errors: kNotFound; kDataLoss if the content does not match or cannot be read;
   // kPermissionDenied; messages name the path. kInvalidArgument if `id` is no blob id.
   virtual absl::StatusOr<std::shared_ptr<const Blob>> Open(const BlobId& id) = 0;
+  // Reads what is kept, past any cache, and compares it with its name. Errors: as Open().
+  virtual absl::Status Verify(const BlobId& id) = 0;
   // OK too if there is no such blob.
   virtual absl::Status Delete(const BlobId& id) = 0;
+  // Deletes the blob unless it was committed after that time, also if that happens meanwhile: then
+  // it is there when both calls have returned. Returns whether it is gone.
+  virtual absl::StatusOr<bool> DeleteIfNotNewer(const BlobId& id, absl::Time time) = 0;
+  // Moves a damaged blob to where no other call finds it. Returns where that is.
+  // Errors: kNotFound; kFailedPrecondition if it is whole, and stays.
+  virtual absl::StatusOr<std::string> Quarantine(const BlobId& id) = 0;
   // In the order of their ids.
   virtual absl::StatusOr<std::vector<BlobInfo>> List() = 0;
 };
@@ -66,7 +74,13 @@ bool IsBlobId(absl::string_view id);
 // Blobs as files under `directory`, which is created if missing: blobs/<2 digits>/<id>, written as
 // tmp/<pid>-<unique>, flushed, then renamed; the directories are flushed too. A writer holds a lock
 // (flock) on its temporary file; those that nobody holds are left over and removed on opening.
-absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(const std::string& directory);
+// Quarantined ones lie in quarantine/.
+enum class Durability { kDurable, kCache };  // a cache flushes nothing
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(
+    const std::string& directory, Durability durability = Durability::kDurable);
+
+// The file of a blob there.
+std::string LocalBlobPath(const std::string& directory, const BlobId& id);
 
 // Convenience: one blob from bytes in memory.
 absl::StatusOr<BlobId> PutBlob(BlobStore& blobs, std::span<const std::byte> bytes);

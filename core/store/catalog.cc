@@ -1,16 +1,19 @@
 #include "core/store/catalog.h"
 
 #include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
 
 namespace liquidblend::store {
 
 absl::Status CatalogOptions::Validate() const {
-  if (max_attempts < 1) {
-    return absl::InvalidArgumentError(absl::StrCat("max_attempts = ", max_attempts, ", not >= 1"));
-  }
+  LB_RETURN_IF_ERROR(retry.Validate());
   if (busy_timeout < absl::ZeroDuration()) {
     return absl::InvalidArgumentError(
         absl::StrCat("busy_timeout = ", absl::FormatDuration(busy_timeout), ", not >= 0"));
+  }
+  if (max_connections < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("max_connections = ", max_connections, ", not >= 1"));
   }
   return absl::OkStatus();
 }

@@ -14,6 +14,10 @@ namespace liquidblend::store {
 //   blob.committed         durable; whoever needs it has not heard of it
 //   catalog.before_commit  a change is complete but not committed
 //   catalog.after_commit   committed; the caller has not heard of it
+//   checkpoint.before_write   a registration's state is about to be written
+//   checkpoint.after_write    it is a blob; the catalog has not heard of it
+//   checkpoint.before_commit  as catalog.before_commit, but only when a checkpoint is recorded
+//   checkpoint.after_commit   as catalog.after_commit, likewise; the one before is not deleted yet
 //   publish.before_commit  as catalog.before_commit, but only when a job's result is published
 //   publish.after_commit   as catalog.after_commit, likewise
 // Threads: safe as long as nobody changes the environment.  Cost: one getenv().

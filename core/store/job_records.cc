@@ -12,6 +12,16 @@ namespace {
 constexpr int kDefaultPageSize = 100;
 constexpr int kMaxPageSize = 1000;
 
+const std::string& TargetOf(const pb::JobRecord& part, const pb::JobRecord& parent) {
+  return parent.register_family().targets(part.register_target().target_index());
+}
+
+void AddFailure(const pb::FailedAttempt& attempt, pb::JobRecord& job) {
+  *job.add_failed_attempts() = attempt;
+  const int num_old = job.failed_attempts_size() - kKeptAttempts;
+  if (num_old > 0) job.mutable_failed_attempts()->DeleteSubrange(0, num_old);
+}
+
 }  // namespace
 
 bool IsUnfinished(const pb::JobRecord& job) {
@@ -62,6 +72,9 @@ pb::JobRecord NewJob(pb::JobRecord job, absl::Time now) {
   fresh.set_id(absl::StrCat(job.has_import_animation() ? "import-" : "register-", RandomHex(8)));
   fresh.set_state(pb::JobRecord::QUEUED);
   fresh.set_request_id(job.request_id());
+  fresh.set_owner(job.owner());
+  fresh.set_priority(job.priority());
+  fresh.set_memory_bytes(job.memory_bytes());
   if (job.has_import_animation()) {
     *fresh.mutable_import_animation() = std::move(*job.mutable_import_animation());
   } else {
@@ -77,6 +90,10 @@ pb::JobRecord NewPart(const pb::JobRecord& parent, int target_index, absl::Time 
   part.set_id(absl::StrCat(parent.id(), ".", target_index));
   part.set_parent(parent.id());
   part.set_state(pb::JobRecord::QUEUED);
+  part.set_owner(parent.owner());
+  part.set_priority(parent.priority());
+  part.set_memory_bytes(parent.memory_bytes());
+  part.set_turn(parent.turn() + target_index);
   part.mutable_register_target()->set_family(parent.register_family().family());
   part.mutable_register_target()->set_target_index(target_index);
   *part.mutable_create_time() = *part.mutable_update_time() = ToTimestamp(now);
@@ -85,11 +102,8 @@ pb::JobRecord NewPart(const pb::JobRecord& parent, int target_index, absl::Time 
 
 absl::Status ErrorOfPart(const absl::Status& error, const pb::JobRecord& part,
                          const pb::JobRecord& parent) {
-  return absl::Status(
-      error.code(),
-      absl::StrCat("target '",
-                   parent.register_family().targets(part.register_target().target_index()),
-                   "': ", error.message()));
+  return absl::Status(error.code(),
+                      absl::StrCat("target '", TargetOf(part, parent), "': ", error.message()));
 }
 
 pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, absl::Time now) {
@@ -105,18 +119,50 @@ void StartAttempt(const std::string& worker, absl::Time now, pb::JobRecord& job)
   job.set_attempts(job.attempts() + 1);
   job.set_worker(worker);
   job.clear_progress();
-  *job.mutable_update_time() = ToTimestamp(now);
+  job.clear_next_attempt_time();
+  *job.mutable_start_time() = *job.mutable_update_time() = ToTimestamp(now);
 }
 
 void ReturnToQueue(absl::Time now, pb::JobRecord& job) {
   job.set_state(pb::JobRecord::QUEUED);
   job.clear_worker();
   job.clear_progress();
+  job.clear_next_attempt_time();
+  job.clear_start_time();
   *job.mutable_update_time() = ToTimestamp(now);
+}
+
+void NoteFailure(const absl::Status& error, bool lost, absl::Time now, pb::JobRecord& job) {
+  pb::FailedAttempt attempt;
+  *attempt.mutable_end_time() = ToTimestamp(now);
+  attempt.set_worker(job.worker());
+  *attempt.mutable_error() = ToRpcStatus(error);
+  attempt.set_worker_lost(lost);
+  AddFailure(attempt, job);
+}
+
+void TakeFailures(const pb::JobRecord& part, pb::JobRecord& parent) {
+  for (pb::FailedAttempt attempt : part.failed_attempts()) {
+    attempt.mutable_error()->set_message(
+        absl::StrCat("target '", TargetOf(part, parent), "': ", attempt.error().message()));
+    AddFailure(attempt, parent);
+  }
+}
+
+void CountForEnvironment(pb::JobRecord& job) {
+  job.set_attempts(job.attempts() - 1);
+  job.set_environment_failures(job.environment_failures() + 1);
+}
+
+int NumLosses(const pb::JobRecord& job) {
+  const auto is_loss = [](const pb::FailedAttempt& attempt) { return attempt.worker_lost(); };
+  return static_cast<int>(
+      std::count_if(job.failed_attempts().begin(), job.failed_attempts().end(), is_loss));
 }
 
 void Succeed(absl::Time now, pb::JobRecord& job) {
   job.set_state(pb::JobRecord::SUCCEEDED);
+  job.clear_checkpoint_blob();
   job.mutable_progress()->set_fraction(1.0);
   job.mutable_progress()->set_seconds_left(0.0);
   *job.mutable_update_time() = ToTimestamp(now);
@@ -124,6 +170,7 @@ void Succeed(absl::Time now, pb::JobRecord& job) {
 
 void Fail(const absl::Status& error, absl::Time now, pb::JobRecord& job) {
   job.set_state(absl::IsCancelled(error) ? pb::JobRecord::CANCELLED : pb::JobRecord::FAILED);
+  job.clear_checkpoint_blob();
   *job.mutable_error() = ToRpcStatus(error);
   *job.mutable_update_time() = ToTimestamp(now);
 }

@@ -27,11 +27,12 @@ std::vector<std::string> AnimationsOf(const pb::JobRecord& job);
 absl::Status CheckImport(const pb::AnimationRecord& animation, const pb::JobRecord& job);
 absl::Status CheckRegistration(const pb::JobRecord& job);
 
-// A job with a new id and nothing done yet; payload and request_id are kept. A registration of
-// several targets waits for its parts, others are queued.
+// A job with a new id and nothing done yet; payload, request_id, owner, priority and memory
+// are kept. A
+// registration of several targets waits for its parts, others are queued.
 pb::JobRecord NewJob(pb::JobRecord job, absl::Time now);
 
-// The queued part of a registration for one of its targets.
+// The queued part of a registration for one of its targets. Each has a turn of its own.
 pb::JobRecord NewPart(const pb::JobRecord& parent, int target_index, absl::Time now);
 
 // What a part's error is to its registration: it names the target.
@@ -43,8 +44,22 @@ pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, absl::Time now);
 
 void StartAttempt(const std::string& worker, absl::Time now, pb::JobRecord& job);
 
-// Back to the queue, as it was before.
+// Back to the queue, as it was before but for its checkpoint.
 void ReturnToQueue(absl::Time now, pb::JobRecord& job);
+
+// Adds to the job's failed attempts, of which the newest kKeptAttempts are kept. `lost`: nobody
+// told of the end, the lease ran out.
+inline constexpr int kKeptAttempts = 20;
+void NoteFailure(const absl::Status& error, bool lost, absl::Time now, pb::JobRecord& job);
+// Those of a part become those of the job that it is a part of.
+void TakeFailures(const pb::JobRecord& part, pb::JobRecord& parent);
+
+// The attempt that was started last says nothing about the job, but something about its
+// environment.
+void CountForEnvironment(pb::JobRecord& job);
+
+// Of the failed attempts that are kept.
+int NumLosses(const pb::JobRecord& job);
 
 void Succeed(absl::Time now, pb::JobRecord& job);
 

@@ -27,13 +27,30 @@ namespace {
 constexpr int kNumShards = 256;
 constexpr int kBlobMode = 0444;  // immutable
 
+absl::Status LockFile(const FileHandle& file, const std::string& path) {
+  int locked = flock(file.fd(), LOCK_EX);
+  while (locked != 0 && errno == EINTR) locked = flock(file.fd(), LOCK_EX);
+  return locked == 0 ? absl::OkStatus() : ErrnoStatus(errno, "lock", path);
+}
+
 // The subfolders of blobs/, by the first two digits of the hash; made when they are first needed.
 class Shards {
  public:
-  explicit Shards(std::string blobs) : blobs_(std::move(blobs)) {}
+  Shards(std::string blobs, Durability durability)
+      : blobs_(std::move(blobs)), durability_(durability) {}
+
+  bool is_flushed() const { return durability_ == Durability::kDurable; }
 
   std::string Folder(const BlobId& id) const { return absl::StrCat(blobs_, "/", id.substr(5, 2)); }
   std::string Path(const BlobId& id) const { return absl::StrCat(Folder(id), "/", id); }
+
+  // Held by whoever makes the blob appear or go; the folder must be there.
+  absl::StatusOr<FileHandle> Lock(const BlobId& id) const {
+    const std::string folder = Folder(id);
+    LB_ASSIGN_OR_RETURN(FileHandle handle, OpenFile(folder, O_RDONLY | O_DIRECTORY));
+    LB_RETURN_IF_ERROR(LockFile(handle, folder));
+    return handle;
+  }
 
   // Makes the blob's folder, durably. One that is there already may be so new that whoever made it
   // has not flushed it yet, so each handle does that once.
@@ -44,13 +61,14 @@ class Shards {
     if (mkdir(folder.c_str(), 0755) != 0 && errno != EEXIST) {
       return ErrnoStatus(errno, "create directory", folder);
     }
-    LB_RETURN_IF_ERROR(SyncDirectory(blobs_));
+    if (is_flushed()) LB_RETURN_IF_ERROR(SyncDirectory(blobs_));
     durable = true;
     return absl::OkStatus();
   }
 
  private:
   const std::string blobs_;
+  const Durability durability_;
   std::array<std::atomic<bool>, kNumShards> durable_ = {};
 };
 
@@ -103,9 +121,7 @@ absl::StatusOr<TemporaryFile> CreateTemporaryFile(const std::string& folder) {
     auto file = OpenFile(temporary.path, O_RDWR | O_CREAT | O_EXCL, kBlobMode);
     if (!file.ok()) return file.status();
     temporary.file = *std::move(file);
-    int locked = flock(temporary.file.fd(), LOCK_EX);
-    while (locked != 0 && errno == EINTR) locked = flock(temporary.file.fd(), LOCK_EX);
-    if (locked != 0) return ErrnoStatus(errno, "lock", temporary.path);
+    LB_RETURN_IF_ERROR(LockFile(temporary.file, temporary.path));
     // Someone who cleans up may have come between creation and lock.
     struct stat info;
     if (fstat(temporary.file.fd(), &info) != 0) return ErrnoStatus(errno, "stat", temporary.path);
@@ -155,20 +171,29 @@ class LocalBlobWriter : public BlobWriter {
     const std::string path = shards_->Path(id);
     FaultPoint("blob.before_sync");
     LB_RETURN_IF_ERROR(shards_->Prepare(id));
-    LB_RETURN_IF_ERROR(Sync(temporary_.file, temporary_.path));
+    if (shards_->is_flushed()) LB_RETURN_IF_ERROR(Sync(temporary_.file, temporary_.path));
     FaultPoint("blob.before_rename");
-    if (rename(temporary_.path.c_str(), path.c_str()) != 0) {
-      return ErrnoStatus(errno, "rename to", path);
-    }
+    LB_RETURN_IF_ERROR(Show(id, path));
     committed_ = true;
     status_ = absl::FailedPreconditionError(absl::StrCat("blob ", id, " is committed already"));
     FaultPoint("blob.after_rename");
-    LB_RETURN_IF_ERROR(SyncDirectory(shards_->Folder(id)));
+    if (shards_->is_flushed()) LB_RETURN_IF_ERROR(SyncDirectory(shards_->Folder(id)));
     FaultPoint("blob.committed");
     return id;
   }
 
  private:
+  // Its age begins now, however long ago the bytes came, and nobody deletes what was there before
+  // between that and the rename (DeleteIfNotNewer).
+  absl::Status Show(const BlobId& id, const std::string& path) {
+    LB_ASSIGN_OR_RETURN(const FileHandle lock, shards_->Lock(id));
+    if (futimens(temporary_.file.fd(), nullptr) != 0) {
+      return ErrnoStatus(errno, "renew the time of", temporary_.path);
+    }
+    if (rename(temporary_.path.c_str(), path.c_str()) == 0) return absl::OkStatus();
+    return ErrnoStatus(errno, "rename to", path);
+  }
+
   std::shared_ptr<Shards> shards_;
   TemporaryFile temporary_;
   BlobHasher hasher_;
@@ -178,8 +203,11 @@ class LocalBlobWriter : public BlobWriter {
 
 class LocalBlobStore : public BlobStore {
  public:
-  explicit LocalBlobStore(const std::string& directory)
-      : blobs_(absl::StrCat(directory, "/blobs")), tmp_(absl::StrCat(directory, "/tmp")) {}
+  LocalBlobStore(const std::string& directory, Durability durability)
+      : blobs_(absl::StrCat(directory, "/blobs")),
+        tmp_(absl::StrCat(directory, "/tmp")),
+        quarantine_(absl::StrCat(directory, "/quarantine")),
+        shards_(std::make_shared<Shards>(blobs_, durability)) {}
 
   absl::Status Prepare() {
     LB_RETURN_IF_ERROR(MakeDirectories(blobs_));
@@ -215,10 +243,40 @@ class LocalBlobStore : public BlobStore {
     return std::make_shared<MappedBlob>(start, size);
   }
 
+  absl::Status Verify(const BlobId& id) override { return Open(id).status(); }
+
   absl::Status Delete(const BlobId& id) override {
     LB_ASSIGN_OR_RETURN(const std::string path, PathOf(id));
-    if (unlink(path.c_str()) == 0) return SyncDirectory(shards_->Folder(id));
+    if (unlink(path.c_str()) == 0) return SyncFolder(id);
     return errno == ENOENT ? absl::OkStatus() : ErrnoStatus(errno, "remove", path);
+  }
+
+  absl::StatusOr<bool> DeleteIfNotNewer(const BlobId& id, absl::Time time) override {
+    LB_ASSIGN_OR_RETURN(const std::string path, PathOf(id));
+    const absl::StatusOr<FileHandle> lock = shards_->Lock(id);
+    if (absl::IsNotFound(lock.status())) return true;
+    if (!lock.ok()) return lock.status();
+    struct stat info;
+    if (lstat(path.c_str(), &info) != 0) {
+      if (errno == ENOENT) return true;
+      return ErrnoStatus(errno, "stat", path);
+    }
+    if (absl::TimeFromTimespec(info.st_mtim) > time) return false;
+    LB_RETURN_IF_ERROR(Delete(id));
+    return true;
+  }
+
+  absl::StatusOr<std::string> Quarantine(const BlobId& id) override {
+    LB_ASSIGN_OR_RETURN(const std::string path, PathOf(id));
+    LB_RETURN_IF_ERROR(MakeDirectories(quarantine_));
+    LB_ASSIGN_OR_RETURN(const FileHandle lock, shards_->Lock(id));
+    if (Verify(id).ok())
+      return absl::FailedPreconditionError(absl::StrCat("blob ", path, " is whole"));
+    std::string aside = absl::StrCat(quarantine_, "/", id, "-", RandomHex(4));
+    if (rename(path.c_str(), aside.c_str()) != 0) return ErrnoStatus(errno, "move aside", path);
+    LB_RETURN_IF_ERROR(SyncDirectory(quarantine_));
+    LB_RETURN_IF_ERROR(SyncFolder(id));
+    return aside;
   }
 
   absl::StatusOr<std::vector<BlobInfo>> List() override {
@@ -243,6 +301,10 @@ class LocalBlobStore : public BlobStore {
   }
 
  private:
+  absl::Status SyncFolder(const BlobId& id) const {
+    return shards_->is_flushed() ? SyncDirectory(shards_->Folder(id)) : absl::OkStatus();
+  }
+
   absl::StatusOr<std::string> PathOf(const BlobId& id) const {
     if (!IsBlobId(id)) return absl::InvalidArgumentError(absl::StrCat("'", id, "' is no blob id"));
     return shards_->Path(id);
@@ -250,13 +312,19 @@ class LocalBlobStore : public BlobStore {
 
   const std::string blobs_;
   const std::string tmp_;
-  const std::shared_ptr<Shards> shards_ = std::make_shared<Shards>(blobs_);
+  const std::string quarantine_;
+  const std::shared_ptr<Shards> shards_;
 };
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(const std::string& directory) {
-  auto blobs = std::make_unique<LocalBlobStore>(directory);
+std::string LocalBlobPath(const std::string& directory, const BlobId& id) {
+  return absl::StrCat(directory, "/blobs/", id.substr(5, 2), "/", id);
+}
+
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(const std::string& directory,
+                                                              Durability durability) {
+  auto blobs = std::make_unique<LocalBlobStore>(directory, durability);
   LB_RETURN_IF_ERROR(blobs->Prepare());
   return blobs;
 }

@@ -1,4 +1,4 @@
-// Reports <-> their messages in manifests. Internal to core/store.
+// Reports <-> their messages in manifests.
 #pragma once
 
 #include "core/mesh/registered_family.h"

@@ -67,32 +67,47 @@ int BindValue(sqlite3_stmt* statement, int index, const SqlValue& value) {
   return sqlite3_bind_null(statement, index);
 }
 
+class SqliteRow : public SqlRow {
+ public:
+  explicit SqliteRow(sqlite3_stmt* statement) : statement_(statement) {}
+
+  int64_t Int(int column) const override { return sqlite3_column_int64(statement_, column); }
+  std::string String(int column) const override {
+    const void* const start = sqlite3_column_blob(statement_, column);
+    const int size = sqlite3_column_bytes(statement_, column);
+    return start == nullptr
+               ? std::string()
+               : std::string(static_cast<const char*>(start), static_cast<size_t>(size));
+  }
+
+ private:
+  sqlite3_stmt* statement_;
+};
+
 }  // namespace
 
-int64_t SqlRow::Int(int column) const { return sqlite3_column_int64(statement_, column); }
-
-std::string SqlRow::String(int column) const {
-  const void* const start = sqlite3_column_blob(statement_, column);
-  const int size = sqlite3_column_bytes(statement_, column);
-  return start == nullptr ? std::string()
-                          : std::string(static_cast<const char*>(start), static_cast<size_t>(size));
-}
-
 absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path,
-                                                         absl::Duration busy_timeout) {
+                                                         absl::Duration busy_timeout,
+                                                         std::function<absl::Time()> now) {
   sqlite3* connection = nullptr;
   errno = 0;
   const int code = sqlite3_open_v2(
       path.c_str(), &connection,
       SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE,
       nullptr);
-  std::unique_ptr<Database> database(new Database(path, connection));
+  std::unique_ptr<Database> database(new Database(path, std::move(now), connection));
   if (code != SQLITE_OK) return database->Error(code, "open");
   LB_RETURN_IF_ERROR(database->Configure(busy_timeout));
   return database;
 }
 
 Database::~Database() { sqlite3_close(db_); }
+
+std::string Database::indexed_by(absl::string_view index) const {
+  return absl::StrCat("INDEXED BY ", index);
+}
+
+absl::StatusOr<absl::Time> Database::Now() { return now_ ? now_() : absl::Now(); }
 
 absl::Status Database::Configure(absl::Duration busy_timeout) {
   const int64_t busy_ms =
@@ -127,8 +142,8 @@ absl::Status Database::SwitchToWal(absl::Duration busy_timeout) {
                    ": its file system does not allow write-ahead logging (mode ", mode, ")"));
 }
 
-absl::Status Database::Run(absl::string_view sql, std::initializer_list<SqlValue> values,
-                           absl::FunctionRef<absl::Status(const SqlRow&)> each_row) {
+absl::Status Database::RunStatement(absl::string_view sql, std::initializer_list<SqlValue> values,
+                                    EachRow each_row) {
   sqlite3_stmt* prepared = nullptr;
   int code = sqlite3_prepare_v2(db_, sql.data(), Length(sql), &prepared, nullptr);
   const Statement statement(prepared);
@@ -140,7 +155,7 @@ absl::Status Database::Run(absl::string_view sql, std::initializer_list<SqlValue
   }
   errno = 0;
   while ((code = sqlite3_step(statement.get())) == SQLITE_ROW) {
-    LB_RETURN_IF_ERROR(each_row(SqlRow(statement.get())));
+    LB_RETURN_IF_ERROR(each_row(SqliteRow(statement.get())));
   }
   return code == SQLITE_DONE ? absl::OkStatus() : Error(code, "run");
 }

@@ -1,3 +1,8 @@
+// The catalog in a SQLite file (docs/formats.md, "The catalog").
+#include <algorithm>
+#include <iterator>
+#include <memory>
+#include <string>
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
@@ -5,196 +10,118 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
-#include "core/store/catalog.h"
-#include "core/store/fault_point.h"
-#include "core/store/job_records.h"
 #include "core/store/posix_file.h"
+#include "core/store/sql_catalog.h"
 #include "core/store/sqlite.h"
-#include "core/store/sqlite_queue.h"
-#include "core/store/sqlite_tables.h"
 
 namespace liquidblend::store {
 namespace {
 
-// The result of a body that runs inside a transaction.
-template <typename Body>
-using ResultOf = decltype(std::declval<Body>()(std::declval<Database&>()));
+constexpr absl::Duration kPollInterval = absl::Milliseconds(50);
+constexpr int64_t kApplicationId = 0x4c51424c;  // "LQBL"
 
-absl::Status StatusOf(const absl::Status& result) { return result; }
-template <typename T>
-absl::Status StatusOf(const absl::StatusOr<T>& result) {
-  return result.status();
-}
+// kMigrations[k] makes version k + 1 (PRAGMA user_version) out of version k. Never changed once
+// released, only added to; docs/formats.md describes the newest.
+constexpr const char* kMigrations[] = {R"sql(
+  CREATE TABLE animations (
+    id TEXT PRIMARY KEY, state INTEGER NOT NULL, blob TEXT NOT NULL, record BLOB NOT NULL) STRICT;
+  CREATE TABLE families (
+    id TEXT PRIMARY KEY, version INTEGER NOT NULL, blob TEXT NOT NULL, record BLOB NOT NULL) STRICT;
+  CREATE TABLE family_members (
+    family TEXT NOT NULL, animation TEXT NOT NULL, PRIMARY KEY (family, animation))
+    STRICT, WITHOUT ROWID;
+  CREATE INDEX family_members_by_animation ON family_members (animation, family);
+  CREATE TABLE family_versions (
+    family TEXT PRIMARY KEY, last_version INTEGER NOT NULL) STRICT;
+  CREATE TABLE jobs (
+    number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL UNIQUE, state INTEGER NOT NULL,
+    subject TEXT NOT NULL, request_id TEXT UNIQUE, lease_id TEXT UNIQUE, lease_expires_us INTEGER,
+    record BLOB NOT NULL) STRICT;
+  CREATE INDEX jobs_by_state ON jobs (state, number);
+)sql",
+                                       R"sql(
+  ALTER TABLE jobs ADD COLUMN parent TEXT;
+  CREATE INDEX jobs_by_parent ON jobs (parent, number);
+)sql",
+                                       R"sql(
+  ALTER TABLE jobs RENAME COLUMN lease_expires_us TO due_us;
+  UPDATE jobs SET due_us = 0 WHERE state = 1;
+  ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';
+  ALTER TABLE jobs ADD COLUMN priority INTEGER NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN turn INTEGER NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN memory_bytes INTEGER NOT NULL DEFAULT 0;
+  CREATE TABLE workers (
+    name TEXT PRIMARY KEY, memory_bytes INTEGER NOT NULL, seen_us INTEGER NOT NULL) STRICT;
+  CREATE INDEX jobs_to_do ON jobs (priority DESC, turn, number, due_us, memory_bytes)
+    WHERE state IN (1, 2);
+  CREATE INDEX jobs_by_turn ON jobs (priority, turn) WHERE attempts > 0;
+  CREATE INDEX jobs_by_owner ON jobs (owner, priority, turn) WHERE state IN (1, 2, 6);
+)sql"};
+constexpr int64_t kSchemaVersion = std::size(kMigrations);
 
-absl::Status CheckDone(Database& db, const std::string& subject) {
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedJobs(db));
-  for (const pb::JobRecord& job : jobs) {
-    if (SubjectOf(job) != subject) continue;
+absl::Status Migrate(Database& db) {
+  LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(db, "PRAGMA user_version"));
+  LB_ASSIGN_OR_RETURN(const int64_t application, QueryInt(db, "PRAGMA application_id"));
+  LB_ASSIGN_OR_RETURN(const int64_t num_tables, QueryInt(db, "SELECT COUNT(*) FROM sqlite_schema"));
+  const bool is_new = version == 0 && application == 0 && num_tables == 0;
+  if (!is_new && application != kApplicationId) {
     return absl::FailedPreconditionError(
-        absl::StrCat(subject, " is needed by job '", job.id(), "', which is not done"));
+        absl::StrCat("database ", db.name(), " is not a liquidblend catalog"));
   }
-  return absl::OkStatus();
-}
-
-absl::Status CheckUnneeded(Database& db, const std::string& animation) {
-  LB_ASSIGN_OR_RETURN(const std::string family, FindFamilyWith(db, animation));
-  if (!family.empty()) {
+  if (version < 0 || version > kSchemaVersion) {
     return absl::FailedPreconditionError(
-        absl::StrCat("animation '", animation, "' is part of family '", family, "'"));
+        absl::StrCat("database ", db.name(), " has schema version ", version,
+                     "; this program knows 1 to ", kSchemaVersion));
   }
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedJobs(db));
-  for (const pb::JobRecord& job : jobs) {
-    for (const std::string& id : AnimationsOf(job)) {
-      if (id != animation) continue;
-      return absl::FailedPreconditionError(absl::StrCat(
-          "animation '", animation, "' is needed by job '", job.id(), "', which is not done"));
-    }
+  if (version == kSchemaVersion) return absl::OkStatus();
+  for (int64_t k = version; k < kSchemaVersion; ++k) {
+    LB_RETURN_IF_ERROR(db.RunScript(kMigrations[k]));
   }
-  return absl::OkStatus();
+  return db.RunScript(absl::StrCat("PRAGMA application_id = ", kApplicationId,
+                                   "; PRAGMA user_version = ", kSchemaVersion, ";"));
 }
 
-class SqliteCatalog : public Catalog {
+absl::Status PrepareTables(Database& db) {
+  LB_RETURN_IF_ERROR(db.Transaction([&] { return Migrate(db); }));
+  return db.Run("PRAGMA quick_check(1)", {}, [&](const SqlRow& row) {
+    const std::string verdict = row.String(0);
+    return verdict == "ok"
+               ? absl::OkStatus()
+               : absl::DataLossError(absl::StrCat("database ", db.name(), ": ", verdict));
+  });
+}
+
+class SqliteBackend : public SqlBackend {
  public:
-  SqliteCatalog(std::unique_ptr<Database> db, const CatalogOptions& options)
-      : options_(options), db_(std::move(db)) {}
+  explicit SqliteBackend(std::unique_ptr<Database> db) : db_(std::move(db)) {}
 
-  absl::StatusOr<pb::JobRecord> SubmitImport(const pb::AnimationRecord& animation,
-                                             pb::JobRecord job) override {
-    return Change([&](Database& db) { return store::SubmitImport(db, animation, job, Now()); });
-  }
-  absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job) override {
-    return Change([&](Database& db) { return store::SubmitRegistration(db, job, Now()); });
-  }
-
-  absl::StatusOr<pb::AnimationRecord> GetAnimation(const std::string& id) override {
-    return Read([&](Database& db) { return FindAnimation(db, id); });
-  }
-  absl::StatusOr<Page<pb::AnimationRecord>> ListAnimations(int page_size,
-                                                           const std::string& token) override {
-    return Read([&](Database& db) { return PageOfAnimations(db, page_size, token); });
-  }
-  absl::StatusOr<pb::FamilyRecord> GetFamily(const std::string& id) override {
-    return Read([&](Database& db) { return FindFamily(db, id); });
-  }
-  absl::StatusOr<Page<pb::FamilyRecord>> ListFamilies(int page_size,
-                                                      const std::string& token) override {
-    return Read([&](Database& db) { return PageOfFamilies(db, page_size, token); });
-  }
-  absl::StatusOr<pb::JobRecord> GetJob(const std::string& id) override {
-    LB_ASSIGN_OR_RETURN(JobRow row, Read([&](Database& db) { return FindJob(db, id); }));
-    return std::move(row.record);
-  }
-  absl::StatusOr<Page<pb::JobRecord>> ListJobs(int page_size, const std::string& token) override {
-    return Read([&](Database& db) { return PageOfJobs(db, page_size, token); });
-  }
-  absl::StatusOr<std::vector<pb::JobRecord>> ListParts(const std::string& job_id) override {
-    return Read([&](Database& db) { return FindParts(db, job_id); });
-  }
-  absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
-    return Change([&](Database& db) { return BlobsInUse(db); });  // all tables at one moment
-  }
-
-  absl::Status DeleteAnimation(const std::string& id) override {
-    return Change([&](Database& db) -> absl::Status {
-      LB_RETURN_IF_ERROR(FindAnimation(db, id).status());
-      LB_RETURN_IF_ERROR(CheckUnneeded(db, id));
-      return RemoveAnimation(db, id);
-    });
-  }
-  absl::Status DeleteFamily(const std::string& id) override {
-    return Change([&](Database& db) -> absl::Status {
-      LB_RETURN_IF_ERROR(FindFamily(db, id).status());
-      LB_RETURN_IF_ERROR(CheckDone(db, absl::StrCat("families/", id)));
-      return RemoveFamily(db, id);
-    });
-  }
-  absl::Status DeleteJob(const std::string& id) override {
-    return Change([&](Database& db) -> absl::Status {
-      LB_ASSIGN_OR_RETURN(const JobRow row, FindJob(db, id));
-      if (!IsUnfinished(row.record)) return RemoveJob(db, id);
-      return absl::FailedPreconditionError(absl::StrCat("job '", id, "' is not done"));
-    });
-  }
-
-  absl::StatusOr<std::optional<Lease>> LeaseJob(const std::string& worker,
-                                                absl::Duration duration) override {
-    // A worker that finds nothing to do must not hold up those that write.
-    LB_ASSIGN_OR_RETURN(const std::optional<JobRow> job, Read([&](Database& db) {
-                          return FindJobToDo(db, absl::ToUnixMicros(Now()));
-                        }));
-    if (!job.has_value()) return std::optional<Lease>();
-    return Change([&](Database& db) {
-      return store::LeaseJob(db, worker, duration, options_.max_attempts, Now());
-    });
-  }
-  absl::StatusOr<JobControl> Heartbeat(const std::string& lease_id, absl::Duration duration,
-                                       const pb::JobProgress& progress) override {
-    return Change(
-        [&](Database& db) { return store::Heartbeat(db, lease_id, duration, progress, Now()); });
-  }
-  absl::Status PublishAnimation(const std::string& lease_id,
-                                const pb::AnimationRecord& animation) override {
-    return Publish(
-        [&](Database& db) { return store::PublishAnimation(db, lease_id, animation, Now()); });
-  }
-  absl::StatusOr<int64_t> PublishFamily(const std::string& lease_id,
-                                        const pb::FamilyRecord& family) override {
-    return Publish([&](Database& db) { return store::PublishFamily(db, lease_id, family, Now()); });
-  }
-  absl::Status FinishPart(const std::string& lease_id, const std::string& blob) override {
-    return Publish([&](Database& db) { return store::FinishPart(db, lease_id, blob, Now()); });
-  }
-  absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
-                       bool retry) override {
-    return Change([&](Database& db) {
-      return store::FailJob(db, lease_id, error, retry, options_.max_attempts, Now());
-    });
-  }
-  absl::Status ReleaseJob(const std::string& lease_id) override {
-    return Change([&](Database& db) { return store::ReleaseJob(db, lease_id, Now()); });
-  }
-  absl::Status RequestCancel(const std::string& job_id) override {
-    return Change([&](Database& db) { return store::RequestCancel(db, job_id, Now()); });
-  }
-
- private:
-  absl::Time Now() const { return options_.now ? options_.now() : absl::Now(); }
-
-  // body: Database& -> Status or StatusOr, of one statement.
-  template <typename Body>
-  ResultOf<Body> Read(const Body& body) ABSL_LOCKS_EXCLUDED(mutex_) {
+  absl::Status Read(Body body) override ABSL_LOCKS_EXCLUDED(mutex_) {
     const absl::MutexLock lock(&mutex_);
     return body(*db_);
   }
 
-  // All of the body's statements, or none of them.
-  template <typename Body>
-  ResultOf<Body> Change(const Body& body) ABSL_LOCKS_EXCLUDED(mutex_) {
+  absl::Status Change(Body body) override ABSL_LOCKS_EXCLUDED(mutex_) {
     const absl::MutexLock lock(&mutex_);
     Database& db = *db_;
-    ResultOf<Body> result = absl::UnknownError("not run");
-    const absl::Status status = db.Transaction([&] {
-      result = body(db);
-      if (StatusOf(result).ok()) FaultPoint("catalog.before_commit");
-      return StatusOf(result);
-    });
-    if (!status.ok()) return status;
-    FaultPoint("catalog.after_commit");
-    return result;
+    return db.Transaction([&] { return body(db); });
   }
 
-  template <typename Body>
-  ResultOf<Body> Publish(const Body& body) ABSL_LOCKS_EXCLUDED(mutex_) {
-    auto result = Change([&](Database& db) {
-      auto published = body(db);
-      if (StatusOf(published).ok()) FaultPoint("publish.before_commit");
-      return published;
-    });
-    if (StatusOf(result).ok()) FaultPoint("publish.after_commit");
-    return result;
+  // There is one writer at a time in any case.
+  absl::Status ChangeJob(Body body) override { return Change(body); }
+
+  absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) override {
+    const absl::Time deadline = absl::Now() + timeout;
+    while (true) {
+      LB_ASSIGN_OR_RETURN(const absl::Duration pause, until_next());
+      const bool found = pause <= absl::ZeroDuration();
+      const absl::Duration left = deadline - absl::Now();
+      if (found || left <= absl::ZeroDuration()) return found;
+      absl::SleepFor(std::min(left, kPollInterval));
+    }
   }
 
-  const CatalogOptions options_;
+ private:
   absl::Mutex mutex_;
   const std::unique_ptr<Database> db_ ABSL_PT_GUARDED_BY(mutex_);
 };
@@ -207,10 +134,11 @@ absl::StatusOr<std::unique_ptr<Catalog>> OpenSqliteCatalog(const std::string& pa
   const size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
   LB_RETURN_IF_ERROR(MakeDirectories(folder));
-  LB_ASSIGN_OR_RETURN(std::unique_ptr<Database> db, Database::Open(path, options.busy_timeout));
+  LB_ASSIGN_OR_RETURN(std::unique_ptr<Database> db,
+                      Database::Open(path, options.busy_timeout, options.now));
   LB_RETURN_IF_ERROR(PrepareTables(*db));
   LB_RETURN_IF_ERROR(SyncDirectory(folder));
-  return std::make_unique<SqliteCatalog>(std::move(db), options);
+  return MakeSqlCatalog(std::make_unique<SqliteBackend>(std::move(db)), options);
 }
 
 }  // namespace liquidblend::store

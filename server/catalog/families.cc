@@ -5,6 +5,9 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
+#include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/store/files.h"
 
@@ -26,6 +29,22 @@ std::vector<std::unique_ptr<const LoadedLevel>> LevelsOf(const mesh::RegisteredF
     levels.push_back(std::make_unique<LoadedLevel>(level));
   }
   return levels;
+}
+
+absl::Status NoSuchVersion(const store::pb::FamilyRecord& published, int64_t version) {
+  return absl::NotFoundError(absl::StrCat("family ", published.id(), " has no version ", version,
+                                          "; the published one is ", published.version()));
+}
+
+bool IsSameVersion(const store::pb::FamilyRecord& a, const store::pb::FamilyRecord& b) {
+  return a.version() == b.version() && a.blob() == b.blob();
+}
+
+// A family that was deleted and made again is no later version of its namesake.
+bool IsLaterVersion(const store::pb::FamilyRecord& later, const store::pb::FamilyRecord& earlier) {
+  return later.version() > earlier.version() &&
+         later.create_time().seconds() == earlier.create_time().seconds() &&
+         later.create_time().nanos() == earlier.create_time().nanos();
 }
 
 absl::StatusOr<LoadedFamily::ParameterSpace> Triangulate(const mesh::ParameterSpace& space) {
@@ -51,22 +70,73 @@ absl::Status FamiliesOptions::Validate() const {
 Families::Families(store::Catalog& catalog, store::BlobStore& blobs, const FamiliesOptions& options)
     : catalog_(catalog), blobs_(blobs), options_(options) {}
 
-absl::StatusOr<std::shared_ptr<const LoadedFamily>> Families::Get(const std::string& id,
-                                                                  int64_t version) {
-  LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord record, FindPublished(id, version));
-  bool is_mine = false;
-  const EntryPtr entry = FindOrStartEntry(record, is_mine);
-  if (is_mine) LoadInto(record, entry);
-  absl::MutexLock lock(&mutex_);
-  mutex_.Await(absl::Condition(&entry->is_done));
-  if (!entry->error.ok()) return entry->error;
-  entry->last_use = ++num_uses_;
-  EvictIdle();
-  return entry->loaded;
+absl::StatusOr<FamilyPtr> Families::Get(const std::string& id, int64_t version) {
+  absl::StatusOr<FamilyPtr> result;
+  absl::Notification is_done;
+  const auto run_here = [](Task task) {
+    task();
+    return true;
+  };
+  Find(id, version, Wish::kNewest, run_here, [&](absl::StatusOr<FamilyPtr> found) {
+    result = std::move(found);
+    is_done.Notify();
+  });
+  is_done.WaitForNotification();
+  return result;
 }
 
-absl::StatusOr<store::pb::FamilyRecord> Families::FindPublished(const std::string& id,
-                                                                int64_t version) {
+void Families::GetReady(const std::string& id, int64_t version, Executor executor, Done done) {
+  Find(id, version, Wish::kReady, executor, std::move(done));
+}
+
+void Families::Refresh(Executor executor) {
+  if (IsEmpty()) return;
+  const auto versions = catalog_.ListFamilyVersions();
+  if (!versions.ok()) return;  // whoever asks for a family hears of it; the next look is soon
+  for (const std::string& id : ChangedSlots(*versions)) {
+    Find(id, 0, Wish::kRefresh, executor, [](const absl::StatusOr<FamilyPtr>&) {});
+  }
+}
+
+bool Families::IsEmpty() const {
+  absl::MutexLock lock(&mutex_);
+  return slots_.empty();
+}
+
+// Those whose version is another one than the one served, or that were deleted.
+std::vector<std::string> Families::ChangedSlots(
+    const std::map<std::string, int64_t>& versions) const {
+  std::vector<std::string> ids;
+  absl::MutexLock lock(&mutex_);
+  for (const auto& [id, slot] : slots_) {
+    const auto found = versions.find(id);
+    const bool is_served = slot.current != nullptr && found != versions.end() &&
+                           found->second == slot.current->record.version();
+    if (!is_served) ids.push_back(id);
+  }
+  return ids;
+}
+
+void Families::Find(const std::string& id, int64_t version, Wish wish, Executor executor,
+                    Done done) {
+  const absl::StatusOr<store::pb::FamilyRecord> record = FindPublished(id);
+  if (!record.ok()) return done(record.status());
+  Choice choice;
+  {
+    absl::MutexLock lock(&mutex_);
+    choice = Choose(*record, version, wish);
+    if (choice.wait != nullptr) choice.wait->waiting.push_back(std::move(done));
+    EvictIdle();
+  }
+  if (choice.start != nullptr && !executor([this, load = choice.start] { Run(load); })) {
+    Finish(choice.start, absl::UnavailableError(absl::StrCat(
+                             "family ", id, ": not loaded, the server is shutting down")));
+  }
+  if (!choice.error.ok()) return done(choice.error);
+  if (choice.ready != nullptr) done(std::move(choice.ready));
+}
+
+absl::StatusOr<store::pb::FamilyRecord> Families::FindPublished(const std::string& id) {
   absl::StatusOr<store::pb::FamilyRecord> record = catalog_.GetFamily(id);
   if (absl::IsNotFound(record.status())) Forget(id);
   if (!record.ok()) return record.status();
@@ -74,36 +144,58 @@ absl::StatusOr<store::pb::FamilyRecord> Families::FindPublished(const std::strin
     return absl::FailedPreconditionError(
         absl::StrCat("family ", id, " has no published version yet"));
   }
-  if (version != 0 && version != record->version()) {
-    return absl::NotFoundError(absl::StrCat("family ", id, " has no version ", version,
-                                            "; the published one is ", record->version()));
-  }
   return record;
 }
 
-// The entry of the record's version; is_mine: it is new, and the caller must load it.
-Families::EntryPtr Families::FindOrStartEntry(const store::pb::FamilyRecord& record,
-                                              bool& is_mine) {
-  absl::MutexLock lock(&mutex_);
-  EntryPtr& entry = entries_[record.id()];
-  is_mine = entry == nullptr || entry->version != record.version();
-  if (is_mine) {
-    entry = std::make_shared<Entry>();
-    entry->version = record.version();
+// What is served goes on until its successor is ready.
+Families::Choice Families::Choose(const store::pb::FamilyRecord& record, int64_t version,
+                                  Wish wish) {
+  Choice choice;
+  const bool asks_published = version == 0 || version == record.version();
+  const auto found = slots_.find(record.id());
+  const LoadPtr current = found == slots_.end() ? nullptr : found->second.current;
+  if (wish == Wish::kRefresh && current == nullptr) return choice;  // let go meanwhile
+  const bool is_current = current != nullptr && IsSameVersion(current->record, record);
+  const bool may_go_on = current != nullptr && wish != Wish::kNewest &&
+                         IsLaterVersion(record, current->record) &&
+                         (version == 0 || version == current->record.version());
+  if (!may_go_on && !asks_published) {
+    choice.error = NoSuchVersion(record, version);
+    return choice;
   }
-  return entry;
+  Slot& slot = slots_[record.id()];
+  if (wish != Wish::kRefresh) slot.last_use = ++num_uses_;
+  if (is_current) {
+    choice.ready = current->loaded;
+    return choice;
+  }
+  const LoadPtr next = slot.next;
+  const bool is_next = next != nullptr && IsSameVersion(next->record, record) &&
+                       (!next->is_done || (may_go_on && absl::Now() < next->retry_at));
+  if (!is_next) {
+    choice.start = std::make_shared<Load>();
+    choice.start->record = record;
+    slot.next = choice.start;
+  }
+  if (may_go_on) {
+    choice.ready = current->loaded;
+  } else {
+    choice.wait = slot.next;
+  }
+  return choice;
 }
 
-void Families::LoadInto(const store::pb::FamilyRecord& record, const EntryPtr& entry) {
+void Families::Run(const LoadPtr& load) {
   // Those who wait must hear of it too if loading throws (std::bad_alloc).
-  absl::StatusOr<std::shared_ptr<const LoadedFamily>> result =
-      absl::ResourceExhaustedError(absl::StrCat("family ", record.id(), ": loading broke off"));
-  const absl::Cleanup finish = [&] { Finish(record.id(), entry, std::move(result)); };
-  result = Load(record);
+  absl::StatusOr<FamilyPtr> result = absl::ResourceExhaustedError(
+      absl::StrCat("family ", load->record.id(), ": loading broke off"));
+  const absl::Cleanup finish = [&] { Finish(load, result); };
+  result = LoadFamily(load->record);
 }
 
-absl::StatusOr<std::shared_ptr<const LoadedFamily>> Families::Load(
-    const store::pb::FamilyRecord& record) {
+// Opening reads and checks every byte and every element, so what comes out is warm: frames of it
+// are made at full speed from the first one on.
+absl::StatusOr<FamilyPtr> Families::LoadFamily(const store::pb::FamilyRecord& record) {
   absl::StatusOr<std::shared_ptr<const store::Blob>> blob = blobs_.Open(record.blob());
   if (!blob.ok()) return LoadError(record.id(), blob.status());
   const auto file_bytes = static_cast<int64_t>((*blob)->bytes().size());
@@ -114,53 +206,82 @@ absl::StatusOr<std::shared_ptr<const LoadedFamily>> Families::Load(
   auto space = Triangulate(family->parameter_space);
   if (!space.ok()) return LoadError(record.id(), space.status());
   const auto loaded = std::make_shared<LoadedFamily>(*std::move(family), *std::move(space));
+  loaded->generation = absl::StrCat(record.id(), "/", record.version(), "/", record.blob());
   loaded->size_bytes = file_bytes;
   for (const auto& level : loaded->levels) {
     loaded->size_bytes += level->index.size_bytes() + level->time_links.size_bytes();
   }
-  return std::shared_ptr<const LoadedFamily>(loaded);
+  return FamilyPtr(loaded);
 }
 
-void Families::Finish(const std::string& id, const EntryPtr& entry,
-                      absl::StatusOr<std::shared_ptr<const LoadedFamily>> result) {
-  absl::MutexLock lock(&mutex_);
-  if (result.ok()) {
-    entry->loaded = *std::move(result);
-  } else {
-    entry->error = result.status();
-    const auto it = entries_.find(id);
-    if (it != entries_.end() && it->second == entry) entries_.erase(it);
+void Families::Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result) {
+  FamilyPtr replaced;  // let go without the lock: unmapping takes a while
+  std::vector<Done> waiting;
+  {
+    absl::MutexLock lock(&mutex_);
+    waiting.swap(load->waiting);
+    Settle(load, result, replaced);
   }
-  entry->is_done = true;
+  if (!result.ok() && waiting.empty()) base::LogError(result.status().ToString());
+  for (Done& done : waiting) done(result);
+}
+
+// A load that was overtaken by a newer version serves only those who wait for it.
+void Families::Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result,
+                      FamilyPtr& replaced) {
+  load->is_done = true;
+  const auto found = slots_.find(load->record.id());
+  if (found == slots_.end() || found->second.next != load) return;
+  Slot& slot = found->second;
+  if (result.ok()) {
+    load->loaded = *result;
+    if (slot.current != nullptr) replaced = std::move(slot.current->loaded);
+    slot.current = std::exchange(slot.next, nullptr);
+    EvictIdle();
+  } else if (slot.current == nullptr) {
+    slots_.erase(found);
+  } else {
+    load->retry_at = absl::Now() + kRetryPause;
+  }
 }
 
 void Families::Forget(const std::string& id) {
   absl::MutexLock lock(&mutex_);
-  entries_.erase(id);
+  slots_.erase(id);
 }
 
 // Lets go of the least recently used families that nobody holds, until the rest fits.
 void Families::EvictIdle() {
   while (SizeBytes() > options_.memory_budget_bytes) {
-    auto oldest = entries_.end();
-    for (auto it = entries_.begin(); it != entries_.end(); ++it) {
-      const Entry& entry = *it->second;
+    auto oldest = slots_.end();
+    for (auto it = slots_.begin(); it != slots_.end(); ++it) {
+      const Slot& slot = it->second;
+      const bool is_loading = slot.next != nullptr && !slot.next->is_done;
       const bool is_idle =
-          entry.loaded != nullptr && it->second.use_count() == 1 && entry.loaded.use_count() == 1;
+          !is_loading && slot.current != nullptr && slot.current->loaded.use_count() == 1;
       if (!is_idle) continue;
-      if (oldest == entries_.end() || entry.last_use < oldest->second->last_use) oldest = it;
+      if (oldest == slots_.end() || slot.last_use < oldest->second.last_use) oldest = it;
     }
-    if (oldest == entries_.end()) return;
-    entries_.erase(oldest);
+    if (oldest == slots_.end()) return;
+    slots_.erase(oldest);
   }
 }
 
 int64_t Families::SizeBytes() const {
   int64_t bytes = 0;
-  for (const auto& [id, entry] : entries_) {
-    if (entry->loaded != nullptr) bytes += entry->loaded->size_bytes;
+  for (const auto& [id, slot] : slots_) {
+    if (slot.current != nullptr) bytes += slot.current->loaded->size_bytes;
   }
   return bytes;
+}
+
+std::map<std::string, int64_t> Families::SizesBytes() const {
+  absl::MutexLock lock(&mutex_);
+  std::map<std::string, int64_t> sizes;
+  for (const auto& [id, slot] : slots_) {
+    if (slot.current != nullptr) sizes[id] = slot.current->loaded->size_bytes;
+  }
+  return sizes;
 }
 
 int64_t Families::size_bytes() const {

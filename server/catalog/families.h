@@ -1,5 +1,5 @@
-// The families that the server has in memory: loaded when first asked for, replaced when a newer
-// version is published, let go when memory is short.
+// The families that the server has in memory: loaded when first asked for, replaced by a newer
+// version once that is ready to be served, let go when memory is short.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,12 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/functional/any_invocable.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
 #include "core/mesh/registered_family.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
@@ -43,7 +46,10 @@ struct LoadedFamily {
   const encode::Grid grid;  // for every frame of `family` at any level
   const ParameterSpace parameter_space;
   int64_t size_bytes = 0;  // mapped file, indices and links
+  // Id, version and content: families that have it in common give the same frames.
+  std::string generation;
 };
+using FamilyPtr = std::shared_ptr<const LoadedFamily>;
 
 struct FamiliesOptions {
   // >= 0. Beyond it, each Get() lets go of those that nobody holds, the least recently used first.
@@ -54,37 +60,76 @@ struct FamiliesOptions {
 // Threads: safe; calls for one version load it once, calls for others do not wait for that.
 class Families {
  public:
+  using Task = absl::AnyInvocable<void()>;
+  // Runs a task soon, on another thread; false: it is dropped.
+  using Executor = absl::FunctionRef<bool(Task)>;
+  using Done = absl::AnyInvocable<void(absl::StatusOr<FamilyPtr>)>;
+
   // Requires: options.Validate().ok(); both stores outlive this.
   Families(store::Catalog& catalog, store::BlobStore& blobs, const FamiliesOptions& options = {});
 
-  // The version that is published now; it stays whole for as long as the caller holds it.
+  // The version that is published now, once it is loaded; it stays whole for as long as the caller
+  // holds it.
   // version 0: the latest. Another number: that one, which must be the latest.
   // Errors: kNotFound (no such family; another version than the one published, naming that),
   // kFailedPrecondition (nothing published yet), kDataLoss (its file is missing or damaged), and
   // those of the stores; the message names the family. A failed load is tried again by the next
   // call.
-  absl::StatusOr<std::shared_ptr<const LoadedFamily>> Get(const std::string& id,
-                                                          int64_t version = 0);
+  absl::StatusOr<FamilyPtr> Get(const std::string& id, int64_t version = 0);
 
-  int64_t size_bytes() const;  // of all families held here
+  // The same for those who must not wait: while a newer version is being loaded, `done` gets the
+  // one before at once, if it is in memory and version is 0 or its own. Loads run on `executor`,
+  // and so may `done`, else it runs before this returns. A newer version whose load failed is
+  // logged, and not tried again within kRetryPause unless it is asked for by its number.
+  void GetReady(const std::string& id, int64_t version, Executor executor, Done done);
+  static constexpr absl::Duration kRetryPause = absl::Seconds(5);
+
+  // Starts to load newer versions of the families in memory, and forgets those that were deleted.
+  // Cost: one query of the catalog, however many there are; none while nothing is in memory.
+  void Refresh(Executor executor);
+
+  int64_t size_bytes() const;                         // of all families held here
+  std::map<std::string, int64_t> SizesBytes() const;  // of each, by id
 
  private:
-  struct Entry {
-    int64_t version = 0;
-    bool is_done = false;  // then `loaded` or `error` is set
-    absl::Status error;
-    std::shared_ptr<const LoadedFamily> loaded;
+  enum class Wish { kNewest, kReady, kRefresh };
+
+  // One version on its way into memory. Guarded by mutex_.
+  struct Load {
+    store::pb::FamilyRecord record;
+    bool is_done = false;  // then `loaded` is set, unless it failed
+    FamilyPtr loaded;
+    absl::Time retry_at = absl::InfiniteFuture();  // failed: not before
+    std::vector<Done> waiting;
+  };
+  using LoadPtr = std::shared_ptr<Load>;
+
+  struct Slot {
+    LoadPtr current;  // served; or nothing yet
+    LoadPtr next;     // a newer version, being loaded or failed; or nothing
     int64_t last_use = 0;
   };
-  using EntryPtr = std::shared_ptr<Entry>;
 
-  absl::StatusOr<store::pb::FamilyRecord> FindPublished(const std::string& id, int64_t version);
-  EntryPtr FindOrStartEntry(const store::pb::FamilyRecord& record, bool& is_mine);
-  void LoadInto(const store::pb::FamilyRecord& record, const EntryPtr& entry);
-  absl::StatusOr<std::shared_ptr<const LoadedFamily>> Load(const store::pb::FamilyRecord& record);
-  void Finish(const std::string& id, const EntryPtr& entry,
-              absl::StatusOr<std::shared_ptr<const LoadedFamily>> result);
+  // How a call goes on: with `ready` or `error`, else when `wait` is done.
+  struct Choice {
+    absl::Status error;
+    FamilyPtr ready;
+    LoadPtr wait;
+    LoadPtr start;  // to be loaded by the caller
+  };
+
+  void Find(const std::string& id, int64_t version, Wish wish, Executor executor, Done done);
+  absl::StatusOr<store::pb::FamilyRecord> FindPublished(const std::string& id);
+  Choice Choose(const store::pb::FamilyRecord& record, int64_t version, Wish wish)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Run(const LoadPtr& load);
+  absl::StatusOr<FamilyPtr> LoadFamily(const store::pb::FamilyRecord& record);
+  void Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result);
+  void Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result, FamilyPtr& replaced)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Forget(const std::string& id);
+  bool IsEmpty() const;
+  std::vector<std::string> ChangedSlots(const std::map<std::string, int64_t>& versions) const;
   void EvictIdle() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t SizeBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
@@ -92,7 +137,7 @@ class Families {
   store::BlobStore& blobs_;
   const FamiliesOptions options_;
   mutable absl::Mutex mutex_;
-  std::map<std::string, EntryPtr> entries_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, Slot> slots_ ABSL_GUARDED_BY(mutex_);
   int64_t num_uses_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 

@@ -10,9 +10,6 @@
 namespace liquidblend::encode {
 namespace {
 
-constexpr int kMinPositionBits = 8;
-constexpr int kMaxPositionBits = 20;
-
 // As libdraco would at the preset's speed, 7 or 4.
 SurfaceWriterOptions WriterOptionsOf(const DracoOptions& options) {
   const bool is_fastest = options.preset == Preset::kFastest;

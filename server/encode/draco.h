@@ -21,7 +21,7 @@ enum class Preset : uint8_t {
 
 struct DracoOptions {
   Preset preset = Preset::kFastest;
-  int position_bits = 14;         // [8, 20]
+  int position_bits = 14;         // [kMinPositionBits, kMaxPositionBits]
   Grid grid;                      // finite; of the family
   absl::Status Validate() const;  // names the first field out of range, and its value
 };

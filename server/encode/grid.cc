@@ -6,6 +6,15 @@
 
 namespace liquidblend::encode {
 
+double StepOf(const Grid& grid, int bits) { return grid.extent_m / (std::exp2(bits) - 1.0); }
+
+std::optional<int> BitsForStep(const Grid& grid, double step_m) {
+  for (int bits = kMinPositionBits; bits <= kMaxPositionBits; ++bits) {
+    if (StepOf(grid, bits) <= step_m) return bits;
+  }
+  return std::nullopt;
+}
+
 Grid GridOf(const mesh::RegisteredFamily& family) {
   std::array<float, 3> low = family.domain_min;
   std::array<float, 3> high = family.domain_max;

@@ -3,16 +3,26 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "core/mesh/registered_family.h"
 
 namespace liquidblend::encode {
+
+inline constexpr int kMinPositionBits = 8;
+inline constexpr int kMaxPositionBits = 20;
 
 // A cube, cut into 2^position_bits - 1 steps along each axis; metres.
 struct Grid {
   std::array<float, 3> origin = {0, 0, 0};  // lowest corner
   float extent_m = 1.0F;                    // > 0; length of its edges
 };
+
+// Metres. Requires: bits in [kMinPositionBits, kMaxPositionBits].
+double StepOf(const Grid& grid, int bits);
+
+// The fewest bits whose step is no longer than this; nothing if not even the most are enough.
+std::optional<int> BitsForStep(const Grid& grid, double step_m);
 
 // The smallest cube, from the lowest corner, around the family's domain and its source's vertices,
 // so around every blend of it. Requires: family passed Validate().  Cost: O(vertices).

@@ -1,7 +1,6 @@
 #include "server/finish/smooth_in_time.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
@@ -10,22 +9,6 @@ namespace liquidblend::finish {
 namespace {
 
 using mesh::Float4;
-
-constexpr int32_t kVerticesPerBlock = 64;
-
-// Finds a vertex of the family among the wide positions.
-class WidePositions {
- public:
-  WidePositions(std::span<const Float4> positions, const TemporalWorkspace& workspace)
-      : positions_(positions.data()), block_offset_(workspace.block_offset.data()) {}
-  const Float4& operator[](int32_t v) const {
-    return positions_[block_offset_[v / kVerticesPerBlock] + v % kVerticesPerBlock];
-  }
-
- private:
-  const Float4* positions_;
-  const int32_t* block_offset_;
-};
 
 // Adds to `at` its share of the way to the line from `before` to `after`.
 void MoveTowardsLine(const Float4& before, const Float4& after, const TemporalOptions& options,
@@ -58,55 +41,22 @@ absl::Status TemporalOptions::Validate() const {
   return absl::OkStatus();
 }
 
-void FindTimeNeighbors(const TimeLinks& links, std::span<const mesh::VertexRange> ranges,
-                       TemporalWorkspace& workspace) {
-  const auto num_vertices = static_cast<int32_t>(links.earlier().size());
-  const int32_t num_blocks = (num_vertices + kVerticesPerBlock - 1) / kVerticesPerBlock;
-  workspace.is_block_needed.assign(num_blocks, 0);
-  const auto need = [&](int32_t v) {
-    if (v >= 0) workspace.is_block_needed[v / kVerticesPerBlock] = 1;
-  };
-  for (const mesh::VertexRange& range : ranges) {
-    for (int32_t v = range[0]; v < range[1]; ++v) {
-      need(v);
-      need(links.earlier()[v]);
-      need(links.later()[v]);
-    }
-  }
-  workspace.vertex_ranges.clear();
-  workspace.block_offset.resize(num_blocks);
-  int32_t offset = 0;
-  for (int32_t block = 0; block < num_blocks; ++block) {
-    if (!workspace.is_block_needed[block]) continue;
-    const int32_t begin = block * kVerticesPerBlock;
-    const int32_t end = std::min(num_vertices, begin + kVerticesPerBlock);
-    workspace.block_offset[block] = offset;
-    offset += end - begin;
-    auto& wide = workspace.vertex_ranges;
-    if (!wide.empty() && wide.back()[1] == begin) {
-      wide.back()[1] = end;
-    } else {
-      wide.push_back({begin, end});
-    }
-  }
+void TimeSmoother::PlaceNeighbors(std::span<const int32_t> vertices, std::span<const int32_t> links,
+                                  std::vector<Float4>& positions) const {
+  auto& neighbors = workspace_.neighbors;
+  neighbors.clear();
+  // One that has no link stands for itself, which is neither before nor after it.
+  for (const int32_t v : vertices) neighbors.push_back(links[v] >= 0 ? links[v] : v);
+  if (positions.size() < neighbors.size()) positions.resize(neighbors.size());
+  placer_.Place(neighbors, positions.data());
 }
 
-void SmoothInTime(const TimeLinks& links, std::span<const Float4> wide_positions,
-                  std::span<const mesh::VertexRange> ranges, const TemporalOptions& options,
-                  const TemporalWorkspace& workspace, std::vector<Float4>& positions) {
-  assert(options.Validate().ok());
-  const WidePositions wide(wide_positions, workspace);
-  size_t num_vertices = 0;
-  for (const mesh::VertexRange& range : ranges) num_vertices += range[1] - range[0];
-  if (positions.size() < num_vertices) positions.resize(num_vertices);
-  Float4* out = positions.data();
-  for (const mesh::VertexRange& range : ranges) {
-    for (int32_t v = range[0]; v < range[1]; ++v, ++out) {
-      *out = wide[v];
-      const int32_t before = links.earlier()[v];
-      const int32_t after = links.later()[v];
-      if (before >= 0 && after >= 0) MoveTowardsLine(wide[before], wide[after], options, *out);
-    }
+void TimeSmoother::Place(std::span<const int32_t> vertices, Float4* positions) const {
+  placer_.Place(vertices, positions);
+  PlaceNeighbors(vertices, links_.earlier(), workspace_.before);
+  PlaceNeighbors(vertices, links_.later(), workspace_.after);
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    MoveTowardsLine(workspace_.before[i], workspace_.after[i], options_, positions[i]);
   }
 }
 

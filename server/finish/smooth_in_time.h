@@ -2,9 +2,8 @@
 // towards the straight line between where their place on the surface is a little earlier and a
 // little later. Since vertices keep their times and cells, slices stay closed.
 //
-//   finish::FindTimeNeighbors(links, ranges, workspace);
-//   blend::BlendVertices(family, weights, workspace.vertex_ranges, wide_positions);
-//   finish::SmoothInTime(links, wide_positions, ranges, options, workspace, positions);
+//   const finish::TimeSmoother smooth(links, blender, options, workspace);
+//   surface = slice::March(index, smooth, slice_workspace);
 #pragma once
 
 #include <cstdint>
@@ -24,29 +23,33 @@ struct TemporalOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Keeps its memory from one frame to the next.
+// Keeps its memory from one call to the next.
 struct TemporalWorkspace {
-  // Set by FindTimeNeighbors: whose positions SmoothInTime() needs.
-  std::vector<mesh::VertexRange> vertex_ranges;  // ascending, not overlapping, not touching
-
-  // The stage's own.
-  std::vector<uint8_t> is_block_needed;  // per block of vertices
-  std::vector<int32_t> block_offset;     // per needed block: where its positions begin
+  std::vector<int32_t> neighbors;
+  std::vector<mesh::Float4> before, after;
 };
 
-// Finds the vertices of `ranges` and those that they are linked to.
-// Requires: ranges ascending, not overlapping, inside the family.  Cost: O(vertices in ranges).
-void FindTimeNeighbors(const TimeLinks& links, std::span<const mesh::VertexRange> ranges,
-                       TemporalWorkspace& workspace);
+// Threads: one at a time.
+class TimeSmoother final : public mesh::VertexPlacer {
+ public:
+  // Requires: options.Validate().ok(); all outlive this.
+  TimeSmoother(const TimeLinks& links, const mesh::VertexPlacer& placer,
+               const TemporalOptions& options, TemporalWorkspace& workspace)
+      : links_(links), placer_(placer), options_(options), workspace_(workspace) {}
 
-// Positions of `ranges`, smoothed; a vertex without a link on both sides, or whose links do not lie
-// before and after it in the blend, stays.
-//   wide_positions  as blended for workspace.vertex_ranges
-//   positions       grown if too small, never shrunk: the vertices of `ranges`, one after the other
-// Requires: options.Validate().ok(); FindTimeNeighbors() was called with the same links and ranges.
-// Threads: safe with a workspace per caller; same bytes always.  Cost: O(vertices in ranges).
-void SmoothInTime(const TimeLinks& links, std::span<const mesh::Float4> wide_positions,
-                  std::span<const mesh::VertexRange> ranges, const TemporalOptions& options,
-                  const TemporalWorkspace& workspace, std::vector<mesh::Float4>& positions);
+  // Where `placer` puts them, smoothed; a vertex without a link on both sides, or whose links do
+  // not lie before and after it in the blend, stays.  Cost: the placer's for three times as many.
+  void Place(std::span<const int32_t> vertices, mesh::Float4* positions) const override;
+  void Prefetch(std::span<const int32_t> vertices) const override { placer_.Prefetch(vertices); }
+
+ private:
+  void PlaceNeighbors(std::span<const int32_t> vertices, std::span<const int32_t> links,
+                      std::vector<mesh::Float4>& positions) const;
+
+  const TimeLinks& links_;
+  const mesh::VertexPlacer& placer_;
+  const TemporalOptions options_;
+  TemporalWorkspace& workspace_;
+};
 
 }  // namespace liquidblend::finish

@@ -25,15 +25,6 @@ Vector4f At(std::span<const mesh::Float4> values, int32_t v) {
   return Eigen::Map<const Vector4f>(values[v].data());
 }
 
-// The family's vertices of all ranges, one after the other.
-std::vector<int32_t> VerticesOf(std::span<const mesh::VertexRange> ranges) {
-  std::vector<int32_t> vertices;
-  for (const mesh::VertexRange& range : ranges) {
-    for (int32_t v = range[0]; v < range[1]; ++v) vertices.push_back(v);
-  }
-  return vertices;
-}
-
 // One vertex of the slice: the edge it lies on, as blended and in the source.
 struct Crossing {
   int32_t low, high;  // the family's vertices
@@ -45,14 +36,13 @@ struct Crossing {
 
 std::vector<Crossing> FindCrossings(const mesh::RegisteredFamily& family,
                                     const CrossedEdges& crossed) {
-  const std::vector<int32_t> vertices = VerticesOf(crossed.ranges);
   std::vector<Crossing> crossings(crossed.low.size());
-  for (size_t i = 0; i < crossings.size(); ++i) {
-    const Vector4f a = At(crossed.positions, crossed.low[i]);
-    const Vector4f b = At(crossed.positions, crossed.high[i]);
+  for (int32_t i = 0; i < static_cast<int32_t>(crossings.size()); ++i) {
+    const Vector4f a = At(crossed.low_positions, i);
+    const Vector4f b = At(crossed.high_positions, i);
     Crossing& crossing = crossings[i];
-    crossing.low = vertices[crossed.low[i]];
-    crossing.high = vertices[crossed.high[i]];
+    crossing.low = crossed.low[i];
+    crossing.high = crossed.high[i];
     crossing.share = static_cast<float>((crossed.time_frames - a[3]) /
                                         (static_cast<double>(b[3]) - static_cast<double>(a[3])));
     crossing.blended = b - a;

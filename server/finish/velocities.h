@@ -5,19 +5,17 @@
 #include <span>
 
 #include "core/mesh/registered_family.h"
-#include "core/mesh/target_motion.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace liquidblend::finish {
 
-// Where the vertices of a slice lie: vertex i on the edge between two blended vertices.
+// Where the vertices of a slice lie: vertex i on the edge between two vertices of the family.
 struct CrossedEdges {
-  std::span<const mesh::VertexRange> ranges;  // the blended vertices, as numbers of the family's
-  // Of all ranges, one after the other, as blended: smoothing in time, which moves vertices this
-  // way and that, would only disturb. Metres and frames.
-  std::span<const mesh::Float4> positions;
-  std::span<const int32_t> low, high;  // per vertex of the slice: indices of `positions`
-  double time_frames = 0.0;            // of the slice
+  std::span<const int32_t> low, high;  // per vertex of the slice
+  // Where the blend puts them: smoothing in time, which moves vertices this way and that, would
+  // only disturb. Metres and frames.
+  std::span<const mesh::Float4> low_positions, high_positions;
+  double time_frames = 0.0;  // of the slice
 };
 
 // Sets surface.velocities, m/s. If the family knows the velocities of its source, they are carried
@@ -28,7 +26,7 @@ struct CrossedEdges {
 // Otherwise the velocities are the surface's own, along its normals, from the slope of the crossed
 // edges in space-time.
 // Requires: surface as sliced, not moved since; family passed Validate().
-// Threads: safe, same bytes always.  Cost: O(triangles + vertices in ranges);
+// Threads: safe, same bytes always.  Cost: O(triangles);
 // carried along, about 0.1 us per triangle.
 void AddVelocities(const mesh::RegisteredFamily& family, const CrossedEdges& crossed,
                    mesh::TriangleMesh& surface);

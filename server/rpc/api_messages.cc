@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <vector>
 
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "core/base/status_macros.h"
+#include "server/rpc/job_memory.h"
 #include "server/rpc/names.h"
 #include "server/rpc/part_progress.h"
 
@@ -12,6 +15,9 @@ namespace {
 
 using google::longrunning::Operation;
 using store::pb::JobRecord;
+
+// A job that is queued for longer than this is told why.
+constexpr absl::Duration kPatience = absl::Seconds(15);
 
 void SetVector(const google::protobuf::RepeatedField<float>& from, v1::Vector3* to) {
   if (from.size() != 3) return;
@@ -131,12 +137,16 @@ v1::SpaceTimeReport ToReport(const std::string& animation,
   return report;
 }
 
-v1::Progress ToProgress(const JobRecord& job) {
+bool IsQueued(const JobRecord& job) {
+  return job.state() == JobRecord::QUEUED ||
+         (job.state() == JobRecord::WAITING && job.progress().stage().empty());
+}
+
+v1::Progress ToProgress(const JobRecord& job, const std::string& waiting_for) {
   const store::pb::JobProgress& from = job.progress();
   v1::Progress to;
-  const bool is_queued = job.state() == JobRecord::QUEUED ||
-                         (job.state() == JobRecord::WAITING && from.stage().empty());
-  to.set_stage(is_queued ? "queued" : from.stage());
+  to.set_waiting_for(waiting_for);
+  to.set_stage(IsQueued(job) ? "queued" : from.stage());
   to.set_fraction(job.state() == JobRecord::SUCCEEDED ? 1.0 : from.fraction());
   to.set_target_index(from.target_index());
   to.set_iteration(from.iteration());
@@ -147,8 +157,14 @@ v1::Progress ToProgress(const JobRecord& job) {
   to.set_num_samples(from.num_samples());
   to.set_seconds_elapsed(from.seconds_elapsed());
   to.set_seconds_left(from.seconds_left());
-  to.set_attempt(job.attempts());
+  to.set_attempt(job.attempts() + job.environment_failures());
   to.set_worker(job.worker());
+  to.set_priority(job.priority());
+  to.set_memory_bytes(job.memory_bytes());
+  if (job.has_next_attempt_time()) *to.mutable_next_attempt_time() = job.next_attempt_time();
+  if (!job.failed_attempts().empty()) {
+    *to.mutable_last_failure() = job.failed_attempts().rbegin()->error();
+  }
   return to;
 }
 
@@ -170,16 +186,16 @@ absl::StatusOr<v1::Family> ResultFamily(const std::string& id, store::Catalog& c
   return deleted;
 }
 
-void PackMetadata(const JobRecord& job, Operation& operation) {
+void PackMetadata(const JobRecord& job, const std::string& waiting_for, Operation& operation) {
   if (job.has_import_animation()) {
     v1::ImportAnimationMetadata metadata;
     metadata.set_animation(AnimationName(job.import_animation().animation()));
-    *metadata.mutable_progress() = ToProgress(job);
+    *metadata.mutable_progress() = ToProgress(job, waiting_for);
     operation.mutable_metadata()->PackFrom(metadata);
   } else {
     v1::RegisterFamilyMetadata metadata;
     metadata.set_family(FamilyName(job.register_family().family()));
-    *metadata.mutable_progress() = ToProgress(job);
+    *metadata.mutable_progress() = ToProgress(job, waiting_for);
     operation.mutable_metadata()->PackFrom(metadata);
   }
 }
@@ -211,6 +227,14 @@ absl::StatusOr<JobRecord> WithParts(const JobRecord& job, store::Catalog& catalo
   absl::StatusOr<JobRecord> ended = catalog.GetJob(job.id());  // since `job` was read
   if (absl::IsNotFound(ended.status())) return job;
   return ended;
+}
+
+// Of a job that nobody has taken for a while; else empty.
+absl::StatusOr<std::string> WaitingFor(const JobRecord& job, store::Catalog& catalog) {
+  const absl::Time since = absl::FromUnixSeconds(job.update_time().seconds());
+  const bool is_left = IsQueued(job) && !job.has_next_attempt_time();
+  if (!is_left || absl::Now() - since < kPatience) return std::string();
+  return WaitsFor(job, catalog);
 }
 
 void SetError(const JobRecord& job, Operation& operation) {
@@ -302,7 +326,8 @@ absl::StatusOr<Operation> ToOperation(const JobRecord& record, store::Catalog& c
   LB_ASSIGN_OR_RETURN(const JobRecord job, WithParts(record, catalog));
   Operation operation;
   operation.set_name(OperationName(job.id()));
-  PackMetadata(job, operation);
+  LB_ASSIGN_OR_RETURN(const std::string waiting_for, WaitingFor(job, catalog));
+  PackMetadata(job, waiting_for, operation);
   operation.set_done(IsDone(job));
   if (job.state() == JobRecord::SUCCEEDED) {
     LB_RETURN_IF_ERROR(PackResponse(job, catalog, operation));

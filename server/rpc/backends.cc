@@ -1,11 +1,14 @@
 #include "server/rpc/backends.h"
 
+#include <functional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 
 namespace liquidblend::rpc {
 namespace {
+
+constexpr int kNumLoadThreads = 2;  // so that a small family need not wait for a large one
 
 absl::Status OutOfRange(absl::string_view field, int64_t value) {
   return absl::InvalidArgumentError(absl::StrCat("limit ", field, " is out of range: ", value));
@@ -19,6 +22,8 @@ absl::Status Limits::Validate() const {
   if (max_chunk_bytes < 1) return OutOfRange("max_chunk_bytes", max_chunk_bytes);
   if (max_targets < 1) return OutOfRange("max_targets", max_targets);
   if (max_correspondences < 0) return OutOfRange("max_correspondences", max_correspondences);
+  if (worker_memory_bytes < 0) return OutOfRange("worker_memory_bytes", worker_memory_bytes);
+  if (max_stream_bytes < 0) return OutOfRange("max_stream_bytes", max_stream_bytes);
   if (watch_interval <= absl::ZeroDuration()) {
     return absl::InvalidArgumentError(absl::StrCat("limit watch_interval is out of range: ",
                                                    absl::FormatDuration(watch_interval)));
@@ -26,17 +31,28 @@ absl::Status Limits::Validate() const {
   return absl::OkStatus();
 }
 
-std::unique_ptr<FrameBuffers> BufferShelf::Take() {
-  absl::MutexLock lock(&mutex_);
-  if (buffers_.empty()) return std::make_unique<FrameBuffers>();
-  std::unique_ptr<FrameBuffers> buffers = std::move(buffers_.back());
-  buffers_.pop_back();
-  return buffers;
-}
+Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
+                   liquidblend::catalog::Families& loaded_families, const BackendsOptions& options)
+    : catalog(catalog_store),
+      blobs(blob_store),
+      families(loaded_families),
+      limits(options.limits),
+      frame_cache(options.frame_cache_bytes),
+      call_log([this](absl::Duration delay, std::function<void()> work) {
+        steps.PostAfter(delay, std::move(work));
+      }),
+      io(options.num_io_threads, options.max_waiting_calls),
+      loads(kNumLoadThreads, options.max_waiting_calls),
+      steps(1, options.max_waiting_calls),
+      frames(options.num_frame_threads, options.queue),
+      maker(frame_cache, frames, buffers, metrics) {}
 
-void BufferShelf::GiveBack(std::unique_ptr<FrameBuffers> buffers) {
-  absl::MutexLock lock(&mutex_);
-  buffers_.push_back(std::move(buffers));
+void Backends::Stop() {
+  io.Stop();
+  loads.Stop();
+  frames.Stop();
+  steps.Stop();
+  call_log.Flush();
 }
 
 }  // namespace liquidblend::rpc

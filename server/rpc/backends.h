@@ -2,17 +2,18 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
-#include <vector>
 
-#include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
 #include "server/catalog/families.h"
-#include "server/rpc/make_frame.h"
+#include "server/metrics/metrics.h"
+#include "server/rpc/buffer_shelf.h"
+#include "server/rpc/call_log.h"
+#include "server/rpc/frame_cache.h"
+#include "server/rpc/frame_maker.h"
+#include "server/rpc/frame_pool.h"
 #include "server/rpc/work_pool.h"
 
 namespace liquidblend::rpc {
@@ -24,29 +25,44 @@ struct Limits {
   int max_targets = 16;                                     // >= 1; of a family
   int max_correspondences = 10'000;                         // >= 0; per target
   absl::Duration watch_interval = absl::Milliseconds(150);  // > 0; between two looks at a job
+  // >= 0; of a stream, the frame under way and the one made ahead. A frame by itself may be larger.
+  int64_t max_stream_bytes = int64_t{16} << 20;
+  // >= 0; the largest job that the server's own workers take. 0: others may come; none is refused.
+  int64_t worker_memory_bytes = 0;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Hands out frame buffers and takes them back, so that their memory is reused.  Threads: safe.
-class BufferShelf {
- public:
-  std::unique_ptr<FrameBuffers> Take();
-  void GiveBack(std::unique_ptr<FrameBuffers> buffers);
-
- private:
-  absl::Mutex mutex_;
-  std::vector<std::unique_ptr<FrameBuffers>> buffers_ ABSL_GUARDED_BY(mutex_);
+struct BackendsOptions {
+  Limits limits;
+  int num_io_threads = 4;                          // >= 1
+  int num_frame_threads = 2;                       // >= 1
+  int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
+  FrameQueueOptions queue;                         // of frames to be made
+  int64_t frame_cache_bytes = int64_t{256} << 20;  // >= 0
 };
 
 // Outlives every call.
 struct Backends {
+  // The stores and families outlive it.
+  Backends(store::Catalog& catalog, store::BlobStore& blobs,
+           liquidblend::catalog::Families& families, const BackendsOptions& options);
+
+  // Runs what was accepted, and ends all threads. Idempotent.
+  void Stop();
+
   store::Catalog& catalog;
   store::BlobStore& blobs;
   liquidblend::catalog::Families& families;
   const Limits limits;
+  FrameCache frame_cache;
   BufferShelf buffers;
-  WorkPool io;      // waits for the catalog and the disk
-  WorkPool frames;  // computes
+  metrics::Metrics metrics;
+  CallLog call_log;
+  WorkPool io;       // waits for the catalog and the disk
+  WorkPool loads;    // loads families
+  WorkPool steps;    // decides what streams send next; never waits
+  FramePool frames;  // computes
+  FrameMaker maker;
 };
 
 }  // namespace liquidblend::rpc

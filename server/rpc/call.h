@@ -1,54 +1,33 @@
-// What the streaming methods share: how a call lives, ends once, and ends when the server does.
+// What the streaming methods share: how a call lives, and ends once.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
 
-#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
-#include "server/rpc/grpc_status.h"
+#include "server/rpc/admission.h"
+#include "server/rpc/open_calls.h"
 
 namespace liquidblend::rpc {
-
-class OpenCall {
- public:
-  virtual ~OpenCall() = default;
-  // Ends the call with this status as soon as no write is under way; only the first end counts.
-  virtual void Close(const absl::Status& status) = 0;
-};
-
-// The calls that may last, so that a server that stops can end them.  Threads: safe.
-class OpenCalls {
- public:
-  // A call that comes after CloseAll() is closed at once.
-  void Add(const std::shared_ptr<OpenCall>& call);
-  void Remove(const OpenCall* call);
-  void CloseAll(const absl::Status& status);
-
- private:
-  absl::Mutex mutex_;
-  std::map<const OpenCall*, std::weak_ptr<OpenCall>> calls_ ABSL_GUARDED_BY(mutex_);
-  std::optional<absl::Status> closed_ ABSL_GUARDED_BY(mutex_);
-};
 
 // Reactor: one of gRPC's server reactors. A Call keeps itself until OnDone(); tasks on other
 // threads hold a shared_ptr to it.
 template <typename Reactor>
 class Call : public Reactor, public OpenCall, public std::enable_shared_from_this<Call<Reactor>> {
  public:
-  explicit Call(OpenCalls& calls) : calls_(calls) {}
+  explicit Call(std::shared_ptr<Admission> admission) : admission_(std::move(admission)) {}
 
-  // Makes a call of class Derived and lets it begin.
+  // Makes a call of class Derived and lets it begin. Requires: it was admitted.
   template <typename Derived, typename... Args>
   static Derived* Start(Args&&... args) {
     const auto call = std::make_shared<Derived>(std::forward<Args>(args)...);
     Call& base = *call;
     base.self_ = call;
-    base.calls_.Add(call);
+    base.admission_->calls().Add(call);
     base.Begin();
     return call.get();
   }
@@ -62,12 +41,20 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
   void OnCancel() final { Close(absl::CancelledError("the client has cancelled the call")); }
 
   void OnDone() final {
-    calls_.Remove(this);
+    admission_->calls().Remove(this);
     self_.reset();  // deletes this, unless a task still holds it
   }
 
  protected:
   virtual void Begin() = 0;  // the first thing that is called
+
+  const Caller& caller() const { return admission_->caller(); }
+
+  // For errors and the log.
+  void set_resource(std::string resource) {
+    absl::MutexLock lock(&mutex_);
+    if (!is_finished_) admission_->set_resource(std::move(resource));
+  }
 
   // Starts a read unless the call has ended.
   template <typename StartRead>
@@ -94,6 +81,23 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
     return !end_.has_value();
   }
 
+  // Ends the call well, with the response that `fill` leaves, unless it has ended: then the
+  // response and the context may be gone already.
+  template <typename Fill>
+  void Answer(Fill&& fill) {
+    absl::MutexLock lock(&mutex_);
+    if (end_.has_value()) return;
+    fill();
+    end_ = absl::OkStatus();
+    FinishIfIdle();
+  }
+
+  // Whether the call has ended, or is about to because nobody waits for it any more.
+  bool is_abandoned(const grpc::CallbackServerContext& context) {
+    absl::MutexLock lock(&mutex_);
+    return end_.has_value() || context.IsCancelled();
+  }
+
   bool has_ended() {
     absl::MutexLock lock(&mutex_);
     return end_.has_value();
@@ -108,10 +112,10 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
   void FinishIfIdle() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     if (is_finished_ || is_writing_ || !end_.has_value()) return;
     is_finished_ = true;
-    this->Finish(ToGrpcStatus(*end_));
+    this->Finish(admission_->End(*end_));
   }
 
-  OpenCalls& calls_;
+  const std::shared_ptr<Admission> admission_;
   std::shared_ptr<Call> self_;
   absl::Mutex mutex_;
   std::optional<absl::Status> end_ ABSL_GUARDED_BY(mutex_);

@@ -1,5 +1,9 @@
 #include "server/rpc/frame_stream.h"
 
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -12,6 +16,8 @@
 
 namespace liquidblend::rpc {
 namespace {
+
+constexpr uint32_t kLengthDelimited = 2;  // protobuf's wire type of messages
 
 constexpr double kMaxFramesPerSecond = 240.0;
 constexpr double kMaxRate = 1000.0;
@@ -49,22 +55,45 @@ void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest&
     request.clear_parameters();
   }
   if (newer.has_surface()) request.clear_surface();
+  if (newer.encoding().position_bits() != 0 || newer.encoding().position_step_m() != 0) {
+    request.mutable_encoding()->clear_position_bits();
+    request.mutable_encoding()->clear_position_step_m();
+  }
   request.MergeFrom(newer);
 }
 
-absl::Status FrameStream::Change(const v1::StreamFramesRequest& request, absl::Duration now) {
+std::string ResponsePrefix(const StreamedFrame& streamed) {
+  v1::StreamFramesResponse response;
+  response.set_frame_index(streamed.frame_index);
+  response.set_num_dropped(streamed.num_dropped);
+  response.set_level_of_detail(streamed.level_of_detail);
+  std::string prefix = response.SerializeAsString();
+  google::protobuf::io::StringOutputStream stream(&prefix);  // appends
+  google::protobuf::io::CodedOutputStream coded(&stream);
+  coded.WriteTag((v1::StreamFramesResponse::kFrameFieldNumber << 3) | kLengthDelimited);
+  coded.WriteVarint64(streamed.frame->size());
+  coded.Trim();
+  return prefix;
+}
+
+absl::StatusOr<std::optional<std::string>> FrameStream::FamilyToFind(
+    const v1::StreamFramesRequest& request) const {
+  if (request.family().empty() && has_begun()) return std::optional<std::string>();
+  LB_ASSIGN_OR_RETURN(std::string id, FamilyId("family", request.family()));
+  return std::optional<std::string>(std::move(id));
+}
+
+absl::Status FrameStream::Change(const v1::StreamFramesRequest& request, catalog::FamilyPtr found,
+                                 absl::Duration now) {
   MergeRequest(request, values_);
   values_.clear_time_s();
   LB_RETURN_IF_ERROR(CheckPace(values_));
-  if (!request.family().empty() || loaded_ == nullptr) {
-    LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("family", values_.family()));
-    LB_ASSIGN_OR_RETURN(loaded_, backends_.families.Get(id));
-  }
+  if (found != nullptr) loaded_ = std::move(found);
   const AskedBlend blend = {values_.weights(), values_.parameters(), values_.extrapolate()};
   LB_RETURN_IF_ERROR(SetWeights(*loaded_, blend, query_));
   query_.encoding = values_.encoding();
   query_.surface = values_.surface();
-  LB_RETURN_IF_ERROR(CheckQuery(loaded_->family, query_));
+  LB_RETURN_IF_ERROR(CheckQuery(*loaded_, query_));
   std::optional<double> time_s;
   if (request.has_time_s()) {
     LB_RETURN_IF_ERROR(CheckTime(request.time_s(), loaded_->family.duration_s()));
@@ -85,18 +114,31 @@ Pace FrameStream::PaceOf(const v1::StreamFramesRequest& values) const {
   return pace;
 }
 
-absl::StatusOr<v1::StreamFramesResponse> FrameStream::Make(const FramePacer::Tick& tick) {
-  query_.time_s = tick.time_s;
-  std::unique_ptr<FrameBuffers> buffers = backends_.buffers.Take();
-  absl::StatusOr<v1::Frame> frame = MakeFrame(*loaded_, query_, *buffers);
-  backends_.buffers.GiveBack(std::move(buffers));
-  LB_RETURN_IF_ERROR(frame.status());
+int FrameStream::max_coarser() const {
+  return static_cast<int>(loaded_->levels.size()) - 1 - query_.surface.level_of_detail();
+}
+
+FrameQuery FrameStream::QueryAt(const FramePacer::Tick& tick) const {
+  FrameQuery query = query_;
+  query.time_s = tick.time_s;
+  if (values_.adapt_level_of_detail() && is_paced()) {
+    const int num_coarser = std::min(level_chooser_.num_coarser(), max_coarser());
+    query.surface.set_level_of_detail(query_.surface.level_of_detail() + num_coarser);
+  }
+  return query;
+}
+
+absl::Duration FrameStream::period() const {
+  return absl::Seconds(1) / PaceOf(values_).frames_per_second;
+}
+
+StreamedFrame FrameStream::Sent(const FrameQuery& query, FramePtr frame) {
   pacer_.Advance();
-  v1::StreamFramesResponse response;
-  *response.mutable_frame() = *std::move(frame);
-  response.set_frame_index(num_made_++);
-  response.set_num_dropped(pacer_.num_skipped());
-  return response;
+  return {std::move(frame), num_sent_++, pacer_.num_skipped(), query.surface.level_of_detail()};
+}
+
+void FrameStream::OnWritten(absl::Duration took, absl::Duration now) {
+  level_chooser_.OnWritten(took, period(), max_coarser(), now);
 }
 
 }  // namespace liquidblend::rpc

@@ -1,30 +1,88 @@
-#include <memory>
-#include <string>
+#include "server/rpc/get_frame.h"
+
 #include <utility>
 
 #include "core/base/status_macros.h"
 #include "server/rpc/errors.h"
-#include "server/rpc/handlers.h"
+#include "server/rpc/find_family.h"
+#include "server/rpc/guarded.h"
 #include "server/rpc/names.h"
 #include "server/rpc/query_weights.h"
 
 namespace liquidblend::rpc {
+namespace {
 
-absl::StatusOr<v1::Frame> GetFrame(Backends& backends, const v1::GetFrameRequest& request) {
-  LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("family", request.family()));
-  if (request.version() < 0) return InvalidField("version", "must not be negative");
-  LB_ASSIGN_OR_RETURN(const std::shared_ptr<const catalog::LoadedFamily> loaded,
-                      backends.families.Get(id, request.version()));
-  FrameQuery query;
+// Calls with the same patience are answered in the order in which they came.
+constexpr absl::Duration kPatience = absl::Milliseconds(100);
+
+}  // namespace
+
+std::shared_ptr<FrameCall> FrameCall::Start(Backends& backends, const v1::GetFrameRequest& request,
+                                            std::string client, FrameMaker::Done done) {
+  auto call = std::make_shared<FrameCall>(backends, std::move(client), std::move(done));
+  call->Look(request);
+  return call;
+}
+
+void FrameCall::Look(const v1::GetFrameRequest& request) {
+  const absl::StatusOr<std::string> id = FamilyId("family", request.family());
+  if (!id.ok()) return Finish(id.status());
+  if (request.version() < 0) return Finish(InvalidField("version", "must not be negative"));
+  const auto self = shared_from_this();
+  const auto go_on = [self, request](const absl::StatusOr<catalog::FamilyPtr>& found) {
+    const absl::Status status =
+        found.ok() ? Guarded([&] { return self->Order(request, *found); }) : found.status();
+    if (!status.ok()) self->Finish(status);
+  };
+  FindFamily(backends_, *id, request.version(), go_on);
+}
+
+absl::Status FrameCall::Order(const v1::GetFrameRequest& request, catalog::FamilyPtr loaded) {
+  FrameOrder order;
   const AskedBlend blend = {request.weights(), request.parameters(), request.extrapolate()};
-  LB_RETURN_IF_ERROR(SetWeights(*loaded, blend, query));
-  query.time_s = request.time_s();
-  query.encoding = request.encoding();
-  query.surface = request.surface();
-  std::unique_ptr<FrameBuffers> buffers = backends.buffers.Take();
-  absl::StatusOr<v1::Frame> frame = MakeFrame(*loaded, query, *buffers);
-  backends.buffers.GiveBack(std::move(buffers));
-  return frame;
+  LB_RETURN_IF_ERROR(SetWeights(*loaded, blend, order.query));
+  order.query.time_s = request.time_s();
+  order.query.encoding = request.encoding();
+  order.query.surface = request.surface();
+  LB_RETURN_IF_ERROR(CheckQuery(*loaded, order.query));
+  order.loaded = std::move(loaded);
+  order.client = client_;
+  order.deadline = SteadyNow() + kPatience;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (done_ == nullptr) return absl::OkStatus();  // cancelled meanwhile
+  }
+  const auto self = shared_from_this();
+  const FrameMaker::Ticket ticket = backends_.maker.Make(
+      std::move(order), [self](absl::StatusOr<FramePtr> made) { self->Finish(std::move(made)); });
+  bool is_over = false;
+  {
+    absl::MutexLock lock(&mutex_);
+    is_over = done_ == nullptr;
+    if (!is_over) ticket_ = ticket;
+  }
+  if (is_over) backends_.maker.Leave(ticket);
+  return absl::OkStatus();
+}
+
+void FrameCall::Cancel() {
+  FrameMaker::Ticket ticket;
+  {
+    absl::MutexLock lock(&mutex_);
+    ticket = std::move(ticket_);
+  }
+  backends_.maker.Leave(ticket);
+  Finish(absl::CancelledError("the client has cancelled the call, or its deadline has passed"));
+}
+
+void FrameCall::Finish(absl::StatusOr<FramePtr> result) {
+  FrameMaker::Done done;
+  {
+    absl::MutexLock lock(&mutex_);
+    std::swap(done, done_);
+    ticket_ = nullptr;
+  }
+  if (done != nullptr) done(std::move(result));
 }
 
 }  // namespace liquidblend::rpc

@@ -7,8 +7,7 @@
 
 namespace liquidblend::rpc {
 
-// Code and message as they are; details: the field violations if there are any, and always a
-// google.rpc.ErrorInfo (domain "liquidblend"; reason: WithReason()'s, or the code's name).
+// Code, message and details of ToStatusDetails().
 grpc::Status ToGrpcStatus(const absl::Status& status);
 
 }  // namespace liquidblend::rpc

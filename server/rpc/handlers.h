@@ -11,18 +11,17 @@
 #include "google/protobuf/empty.pb.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/rpc/backends.h"
+#include "server/rpc/principal.h"
 
 namespace liquidblend::rpc {
 
 namespace lro = ::google::longrunning;
 using google::protobuf::Empty;
 
-// get_frame.cc
-absl::StatusOr<v1::Frame> GetFrame(Backends& backends, const v1::GetFrameRequest& request);
-
 // register_family.cc
 absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
-                                              const v1::RegisterFamilyRequest& request);
+                                              const v1::RegisterFamilyRequest& request,
+                                              const Principal& principal = {});
 
 // animations.cc
 absl::StatusOr<v1::Animation> GetAnimation(Backends& backends,

@@ -12,25 +12,19 @@
 #include "server/finish/normals.h"
 #include "server/finish/smooth_surface.h"
 #include "server/finish/velocities.h"
+#include "server/rpc/encoding.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/names.h"
 
 namespace liquidblend::rpc {
 namespace {
 
-constexpr int kMinPositionBits = 8;
-constexpr int kMaxPositionBits = 20;
 constexpr double kMaxTemporalOffsetEdges = 0.25;
 
-encode::DracoOptions DracoOptionsOf(const catalog::LoadedFamily& loaded,
-                                    const v1::Encoding& encoding) {
-  encode::DracoOptions options;
-  if (encoding.preset() == v1::Encoding::BALANCED) options.preset = encode::Preset::kBalanced;
-  if (encoding.preset() == v1::Encoding::SMALLEST) options.preset = encode::Preset::kSmallest;
-  if (encoding.position_bits() != 0) options.position_bits = encoding.position_bits();
-  options.grid = loaded.grid;
-  return options;
-}
+// Of ExpectedCells: what every frame costs, and factors of what costs more than slice and writer.
+constexpr int64_t kCellsPerCall = 20'000;
+constexpr int64_t kLibdracoFactor = 8;
+constexpr int64_t kFinishFactor = 2;
 
 finish::SmoothingOptions SmoothingOf(const v1::SurfaceOptions& surface) {
   finish::SmoothingOptions options;
@@ -55,29 +49,35 @@ bool Wants(const v1::SurfaceOptions& surface, v1::SurfaceOptions::Attribute attr
          surface.attributes().end();
 }
 
-// Blends the vertices that the slice needs; returns them smoothed in time if that is asked for.
-const std::vector<mesh::Float4>& PlaceVertices(const catalog::LoadedLevel& level,
-                                               const FrameQuery& query, FrameBuffers& buffers) {
-  const auto& ranges = buffers.workspace.vertex_ranges;
-  blend::BlendVertices(level.family, query.weights, ranges, buffers.positions);
-  const finish::TemporalOptions options = TemporalOf(level.family, query.surface);
-  if (options.strength == 0.0) return buffers.positions;
-  finish::FindTimeNeighbors(level.time_links, ranges, buffers.temporal);
-  blend::BlendVertices(level.family, query.weights, buffers.temporal.vertex_ranges,
-                       buffers.wide_positions);
-  finish::SmoothInTime(level.time_links, buffers.wide_positions, ranges, options, buffers.temporal,
-                       buffers.smooth_positions);
-  return buffers.smooth_positions;
+// Cuts the candidate cells, smoothed in time if that is asked for.
+mesh::TriangleMesh CutCells(const catalog::LoadedLevel& level, const blend::Blender& blender,
+                            const v1::SurfaceOptions& surface, FrameBuffers& buffers) {
+  const finish::TemporalOptions options = TemporalOf(level.family, surface);
+  buffers.workspace.helpers = buffers.helpers;
+  if (options.strength == 0.0) return slice::March(level.index, blender, buffers.workspace);
+  buffers.workspace.helpers = nullptr;  // the smoother is for one thread
+  const finish::TimeSmoother smoother(level.time_links, blender, options, buffers.temporal);
+  return slice::March(level.index, smoother, buffers.workspace);
 }
 
-void FinishSurface(const catalog::LoadedLevel& level, const v1::SurfaceOptions& options,
-                   const FrameBuffers& buffers, mesh::TriangleMesh& surface) {
-  const slice::Workspace& workspace = buffers.workspace;
+std::span<const mesh::Float4> Place(const blend::Blender& blender,
+                                    std::span<const int32_t> vertices,
+                                    std::vector<mesh::Float4>& positions) {
+  positions.resize(vertices.size());
+  blender.Place(vertices, positions.data());
+  return positions;
+}
+
+void FinishSurface(const catalog::LoadedLevel& level, const blend::Blender& blender,
+                   const v1::SurfaceOptions& options, FrameBuffers& buffers,
+                   mesh::TriangleMesh& surface) {
   if (Wants(options, v1::SurfaceOptions::VELOCITIES)) {
+    const slice::Workspace& workspace = buffers.workspace;
     const auto num_vertices = static_cast<size_t>(surface.num_vertices());
-    const finish::CrossedEdges crossed{workspace.vertex_ranges, buffers.positions,
-                                       std::span(workspace.near_vertex).first(num_vertices),
-                                       std::span(workspace.far_vertex).first(num_vertices),
+    const auto near = std::span(workspace.near_vertex).first(num_vertices);
+    const auto far = std::span(workspace.far_vertex).first(num_vertices);
+    const finish::CrossedEdges crossed{near, far, Place(blender, near, buffers.near_positions),
+                                       Place(blender, far, buffers.far_positions),
                                        workspace.time_frames};
     finish::AddVelocities(level.family, crossed, surface);
   }
@@ -111,6 +111,14 @@ void CheckSurface(const mesh::RegisteredFamily& family, const v1::SurfaceOptions
   }
 }
 
+// To be asked between the stages.
+absl::Status CheckIsWanted(const FrameBuffers& buffers) {
+  if (buffers.stop == nullptr || !buffers.stop->load(std::memory_order_relaxed)) {
+    return absl::OkStatus();
+  }
+  return absl::CancelledError("nobody waits for the frame any more");
+}
+
 void SetVector(const Eigen::Vector3f& from, v1::Vector3* to) {
   to->set_x(from.x());
   to->set_y(from.y());
@@ -137,37 +145,54 @@ v1::Frame Reply(const mesh::RegisteredFamily& family, const FrameQuery& query,
 
 }  // namespace
 
-absl::Status CheckQuery(const mesh::RegisteredFamily& family, const FrameQuery& query) {
-  LB_RETURN_IF_ERROR(AtField("weights", blend::CheckWeights(family, query.weights)));
-  const v1::Encoding& encoding = query.encoding;
+absl::Status CheckQuery(const catalog::LoadedFamily& loaded, const FrameQuery& query) {
+  LB_RETURN_IF_ERROR(AtField("weights", blend::CheckWeights(loaded.family, query.weights)));
   FieldViolations violations;
-  violations.AddIf(encoding.format() != v1::Encoding::FORMAT_UNSPECIFIED &&
-                       encoding.format() != v1::Encoding::DRACO,
-                   "encoding.format", absl::StrCat("unknown format ", encoding.format()));
-  violations.AddIf(encoding.position_bits() != 0 && (encoding.position_bits() < kMinPositionBits ||
-                                                     encoding.position_bits() > kMaxPositionBits),
-                   "encoding.position_bits",
-                   absl::StrCat("must be 0 or in [", kMinPositionBits, ", ", kMaxPositionBits,
-                                "], got ", encoding.position_bits()));
-  violations.AddIf(!v1::Encoding::Preset_IsValid(encoding.preset()), "encoding.preset",
-                   absl::StrCat("unknown preset ", encoding.preset()));
-  CheckSurface(family, query.surface, violations);
+  CheckEncoding(loaded, query.encoding, violations);
+  CheckSurface(loaded.family, query.surface, violations);
   return violations.ToStatus();
+}
+
+int64_t ExpectedCells(const catalog::LoadedFamily& loaded, const FrameQuery& query) {
+  const mesh::RegisteredFamily& level = loaded.levels[query.surface.level_of_detail()]->family;
+  int64_t cells = level.num_cells() / std::max(1, level.num_frames);
+  const bool is_finished = query.surface.smoothing_passes() > 0 ||
+                           query.surface.temporal_smoothing() > 0 ||
+                           !query.surface.attributes().empty();
+  const bool is_by_libdraco =
+      query.encoding.preset() == v1::Encoding::SMALLEST || !query.surface.attributes().empty();
+  if (is_finished) cells *= kFinishFactor;
+  if (is_by_libdraco) cells *= kLibdracoFactor;
+  return kCellsPerCall + cells;
 }
 
 absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
                                     FrameBuffers& buffers) {
-  LB_RETURN_IF_ERROR(CheckQuery(loaded.family, query));
+  LB_RETURN_IF_ERROR(CheckQuery(loaded, query));
+  metrics::StopWatch watch;
   const catalog::LoadedLevel& level = *loaded.levels[query.surface.level_of_detail()];
   LB_RETURN_IF_ERROR(AtField("time_s", slice::FindCandidates(level.index, query.weights,
                                                              query.time_s, buffers.workspace)));
-  const std::vector<mesh::Float4>& positions = PlaceVertices(level, query, buffers);
-  mesh::TriangleMesh surface = slice::March(level.index, positions, buffers.workspace);
-  FinishSurface(level, query.surface, buffers, surface);
+  LB_RETURN_IF_ERROR(CheckIsWanted(buffers));
+  const blend::Blender blender(level.family, query.weights);
+  buffers.workspace.stop = buffers.stop;
+  mesh::TriangleMesh surface = CutCells(level, blender, query.surface, buffers);
+  LB_RETURN_IF_ERROR(CheckIsWanted(buffers));
+  buffers.times.slice = watch.Lap();
+  FinishSurface(level, blender, query.surface, buffers, surface);
+  LB_RETURN_IF_ERROR(CheckIsWanted(buffers));
+  buffers.times.finish = watch.Lap();
   LB_ASSIGN_OR_RETURN(
       std::string data,
       encode::EncodeDraco(surface, DracoOptionsOf(loaded, query.encoding), buffers.writer));
+  buffers.times.encode = watch.Lap();
   return Reply(loaded.family, query, surface, std::move(data));
+}
+
+void CountFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
+                const v1::Frame& frame, const FrameBuffers& buffers, metrics::Metrics& metrics) {
+  metrics.CountFrame(loaded.family.name, PresetLabel(query.encoding.preset()), frame.data().size(),
+                     buffers.times);
 }
 
 }  // namespace liquidblend::rpc

@@ -40,6 +40,20 @@ double SecondsLeft(const std::vector<JobRecord>& parts) {
   return std::max(longest, work * mean / num_running);
 }
 
+// The part that is tried again first, if all that are not done wait for their next attempts; else
+// null.
+const JobRecord* NextToBeTried(const std::vector<JobRecord>& parts) {
+  const JobRecord* next = nullptr;
+  for (const JobRecord& part : parts) {
+    if (part.state() == JobRecord::SUCCEEDED) continue;
+    if (!part.has_next_attempt_time()) return nullptr;
+    const bool is_sooner =
+        next == nullptr || part.next_attempt_time().seconds() < next->next_attempt_time().seconds();
+    if (is_sooner) next = &part;
+  }
+  return next;
+}
+
 }  // namespace
 
 JobRecord WithProgressOf(const std::vector<JobRecord>& parts, JobRecord job) {
@@ -53,7 +67,14 @@ JobRecord WithProgressOf(const std::vector<JobRecord>& parts, JobRecord job) {
     *job.mutable_progress() = slowest->progress();
     job.mutable_progress()->set_target_index(slowest->register_target().target_index());
     job.set_attempts(slowest->attempts());
+    job.set_environment_failures(slowest->environment_failures());
+    *job.mutable_failed_attempts() = slowest->failed_attempts();
     job.set_worker(slowest->worker());
+  } else if (const JobRecord* const next = NextToBeTried(parts)) {
+    job.set_attempts(next->attempts());
+    job.set_environment_failures(next->environment_failures());
+    *job.mutable_next_attempt_time() = next->next_attempt_time();
+    *job.mutable_failed_attempts() = next->failed_attempts();
   }
   job.mutable_progress()->set_fraction(store::kPartsShare * sum /
                                        static_cast<double>(parts.size()));

@@ -12,8 +12,10 @@
 #include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/handlers.h"
+#include "server/rpc/job_memory.h"
 #include "server/rpc/names.h"
 #include "server/rpc/refine_request.h"
+#include "server/rpc/submission.h"
 
 namespace liquidblend::rpc {
 namespace {
@@ -153,6 +155,7 @@ absl::Status Check(const v1::RegisterFamilyRequest& request, const Limits& limit
   CheckCorrespondences(request, limits, violations);
   const absl::Status space = CheckParameterSpace(request, limits);
   violations.AddIf(!space.ok(), "parameter_space", std::string(space.message()));
+  CheckPriority("priority", request.priority(), violations);
   violations.AddIf(request.request_id().size() > kMaxRequestIdLength, "request_id",
                    absl::StrCat("at most ", kMaxRequestIdLength, " characters"));
   return violations.ToStatus();
@@ -161,6 +164,7 @@ absl::Status Check(const v1::RegisterFamilyRequest& request, const Limits& limit
 absl::StatusOr<store::pb::JobRecord> JobOf(const v1::RegisterFamilyRequest& request) {
   store::pb::JobRecord job;
   job.set_request_id(request.request_id());
+  job.set_priority(request.priority());
   store::pb::RegisterJob& registration = *job.mutable_register_family();
   registration.set_family(request.family_id());
   LB_ASSIGN_OR_RETURN(*registration.mutable_source(), AnimationId("source", request.source()));
@@ -185,7 +189,8 @@ absl::StatusOr<store::pb::JobRecord> JobOf(const v1::RegisterFamilyRequest& requ
 }  // namespace
 
 absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
-                                              const v1::RegisterFamilyRequest& asked) {
+                                              const v1::RegisterFamilyRequest& asked,
+                                              const Principal& principal) {
   v1::RegisterFamilyRequest request = asked;
   int64_t refine_version = 0;
   if (request.refine()) {
@@ -194,6 +199,8 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
   LB_RETURN_IF_ERROR(Check(request, backends.limits));
   LB_ASSIGN_OR_RETURN(store::pb::JobRecord job, JobOf(request));
   job.mutable_register_family()->set_refine_version(refine_version);
+  SetOwner(principal, job);
+  LB_RETURN_IF_ERROR(NoteMemory(backends.catalog, backends.limits.worker_memory_bytes, job));
   LB_ASSIGN_OR_RETURN(job, backends.catalog.SubmitRegistration(std::move(job)));
   return ToOperation(job, backends.catalog);
 }

@@ -9,17 +9,27 @@
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
 #include "server/catalog/families.h"
+#include "server/rpc/authorizer.h"
 #include "server/rpc/backends.h"
+#include "server/rpc/frame_source.h"
+#include "server/rpc/import_source.h"
+#include "server/rpc/tls.h"
 
 namespace liquidblend::rpc {
 
 struct ServerOptions {
-  std::string listen = "127.0.0.1:50051";  // HOST:PORT; port 0: any free one
-  int num_io_threads = 4;                  // >= 1; wait for the catalog and the disk
-  int num_frame_threads = 2;               // >= 1; compute frames
-  int max_waiting_calls = 1000;            // >= 1; for a thread of each kind; more are refused
-  int max_message_bytes = 4 << 20;         // >= 64 KiB; of requests
+  std::string listen = "127.0.0.1:50051";          // HOST:PORT; port 0: any free one
+  int num_io_threads = 4;                          // >= 1; wait for the catalog and the disk
+  int num_frame_threads = 2;                       // >= 1; compute frames
+  int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
+  FrameQueueOptions queue;                         // frames that wait to be made; more are refused
+  int64_t frame_cache_bytes = int64_t{256} << 20;  // >= 0; encoded frames
+  int max_message_bytes = 4 << 20;                 // >= 64 KiB; of requests
   Limits limits;
+  std::shared_ptr<Authorizer> authorizer;  // none: everyone may do everything
+  TlsOptions tls;
+  ImportRoots import_roots;       // where clients may import animations from
+  bool allow_insecure = false;    // without TLS, listen elsewhere than on the loopback, too
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
@@ -34,12 +44,15 @@ class Server {
                                                        const ServerOptions& options);
   ~Server();  // Drain() without patience
 
+  // What other transports serve from; it lives as long as this.
+  FrameSource& frames();
+
   // HOST:PORT with the port that was chosen.
   const std::string& address() const;
   int port() const;
 
-  // Health says NOT_SERVING, new calls are refused, streams end with kUnavailable, and the others
-  // may finish for as long as `patience`. Idempotent.
+  // Health says NOT_SERVING, new calls and streams end with kUnavailable and a time to try again,
+  // and the others may finish for as long as `patience` after a moment. Idempotent.
   void Drain(absl::Duration patience);
 
  private:

@@ -1,12 +1,14 @@
 #include "server/rpc/services.h"
 
 #include <chrono>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "server/rpc/grpc_status.h"
 #include "server/rpc/guarded.h"
 #include "server/rpc/handlers.h"
+#include "server/rpc/refused_call.h"
 #include "server/rpc/streaming.h"
 
 namespace liquidblend::rpc {
@@ -21,117 +23,184 @@ absl::Status CheckIsWanted(const CallbackServerContext& context) {
   return absl::OkStatus();
 }
 
+// Ends a call that was not admitted.
+template <typename Reactor>
+Reactor* Refuse(Admission& admission) {
+  return new RefusedCall<Reactor>(admission.End(admission.verdict()));
+}
+
 // Answers one call on the pool.
-template <typename Request, typename Response>
-ServerUnaryReactor* Answer(CallbackServerContext* context, Backends& backends, WorkPool& pool,
-                           absl::StatusOr<Response> (*handle)(Backends&, const Request&),
+template <typename Handle, typename Request, typename Response>
+ServerUnaryReactor* Answer(CallbackServerContext* context, std::shared_ptr<Admission> admission,
+                           Backends& backends, WorkPool& pool, const Handle& handle,
                            const Request* request, Response* response) {
   ServerUnaryReactor* const reactor = context->DefaultReactor();
-  const absl::Status accepted = pool.Post([=, &backends] {
-    const absl::Status status = Guarded([&]() -> absl::Status {
-      LB_RETURN_IF_ERROR(CheckIsWanted(*context));
-      LB_ASSIGN_OR_RETURN(*response, handle(backends, *request));
-      return absl::OkStatus();
+  absl::Status accepted = admission->verdict();
+  if (accepted.ok()) {
+    accepted = pool.Post([=, &backends] {
+      const absl::Status status = Guarded([&]() -> absl::Status {
+        LB_RETURN_IF_ERROR(CheckIsWanted(*context));
+        LB_ASSIGN_OR_RETURN(*response, handle(backends, *request));
+        return absl::OkStatus();
+      });
+      reactor->Finish(admission->End(status));
     });
-    reactor->Finish(ToGrpcStatus(status));
-  });
-  if (!accepted.ok()) reactor->Finish(ToGrpcStatus(accepted));
+  }
+  if (!accepted.ok()) reactor->Finish(admission->End(accepted));
   return reactor;
 }
 
+constexpr Method kUploadAnimation = {"UploadAnimation", Scope::kWrite, Effect::kChanges,
+                                     Span::kLasts};
+constexpr Method kImportAnimation = {"ImportAnimation", Scope::kWrite, Effect::kChanges,
+                                     Span::kLasts};
+constexpr Method kGetAnimation = {"GetAnimation", std::nullopt};
+constexpr Method kListAnimations = {"ListAnimations", std::nullopt};
+constexpr Method kDeleteAnimation = {"DeleteAnimation", Scope::kWrite, Effect::kChanges};
+constexpr Method kRegisterFamily = {"RegisterFamily", Scope::kRegister, Effect::kChanges};
+constexpr Method kGetFamily = {"GetFamily", std::nullopt};
+constexpr Method kListFamilies = {"ListFamilies", std::nullopt};
+constexpr Method kDeleteFamily = {"DeleteFamily", Scope::kRegister, Effect::kChanges};
+constexpr Method kWatchOperation = {"WatchOperation", std::nullopt, Effect::kReads, Span::kLasts};
+constexpr Method kGetFrame = {"GetFrame", Scope::kFrames};
+constexpr Method kStreamFrames = {"StreamFrames", Scope::kFrames, Effect::kReads, Span::kLasts};
+constexpr Method kListOperations = {"ListOperations", std::nullopt};
+constexpr Method kGetOperation = {"GetOperation", std::nullopt};
+constexpr Method kDeleteOperation = {"DeleteOperation", Scope::kRegister, Effect::kChanges};
+constexpr Method kCancelOperation = {"CancelOperation", Scope::kRegister, Effect::kChanges};
+constexpr Method kWaitOperation = {"WaitOperation", std::nullopt, Effect::kReads, Span::kLasts};
+
 }  // namespace
 
-grpc::ServerReadReactor<v1::UploadAnimationRequest>* LiquidBlendService::UploadAnimation(
-    CallbackServerContext* context, lro::Operation* response) {
-  return rpc::UploadAnimation(backends_, calls_, context, response);
+grpc::ServerReadReactor<grpc::ByteBuffer>* LiquidBlendService::UploadAnimation(
+    CallbackServerContext* context, grpc::ByteBuffer* response) {
+  std::shared_ptr<Admission> admission = gate_.Admit(*context, kUploadAnimation);
+  if (!admission->verdict().ok()) {
+    return Refuse<grpc::ServerReadReactor<grpc::ByteBuffer>>(*admission);
+  }
+  return rpc::UploadAnimation(backends_, std::move(admission), context, response);
+}
+
+ServerUnaryReactor* LiquidBlendService::ImportAnimation(CallbackServerContext* context,
+                                                        const v1::ImportAnimationRequest* request,
+                                                        lro::Operation* response) {
+  std::shared_ptr<Admission> admission = gate_.Admit(*context, kImportAnimation, *request);
+  if (!admission->verdict().ok()) return Refuse<ServerUnaryReactor>(*admission);
+  return rpc::ImportAnimation(backends_, std::move(admission), roots_, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::GetAnimation(CallbackServerContext* context,
                                                      const v1::GetAnimationRequest* request,
                                                      v1::Animation* response) {
-  return Answer(context, backends_, backends_.io, rpc::GetAnimation, request, response);
+  return Answer(context, gate_.Admit(*context, kGetAnimation, *request), backends_, backends_.io,
+                rpc::GetAnimation, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::ListAnimations(CallbackServerContext* context,
                                                        const v1::ListAnimationsRequest* request,
                                                        v1::ListAnimationsResponse* response) {
-  return Answer(context, backends_, backends_.io, rpc::ListAnimations, request, response);
+  return Answer(context, gate_.Admit(*context, kListAnimations, *request), backends_, backends_.io,
+                rpc::ListAnimations, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::DeleteAnimation(CallbackServerContext* context,
                                                         const v1::DeleteAnimationRequest* request,
                                                         Empty* response) {
-  return Answer(context, backends_, backends_.io, rpc::DeleteAnimation, request, response);
+  return Answer(context, gate_.Admit(*context, kDeleteAnimation, *request), backends_, backends_.io,
+                rpc::DeleteAnimation, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::RegisterFamily(CallbackServerContext* context,
                                                        const v1::RegisterFamilyRequest* request,
                                                        lro::Operation* response) {
-  return Answer(context, backends_, backends_.io, rpc::RegisterFamily, request, response);
+  const std::shared_ptr<Admission> admission = gate_.Admit(*context, kRegisterFamily, *request);
+  const auto handle = [admission](Backends& backends, const v1::RegisterFamilyRequest& asked) {
+    return rpc::RegisterFamily(backends, asked, admission->caller().principal);
+  };
+  return Answer(context, admission, backends_, backends_.io, handle, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::GetFamily(CallbackServerContext* context,
                                                   const v1::GetFamilyRequest* request,
                                                   v1::Family* response) {
-  return Answer(context, backends_, backends_.io, rpc::GetFamily, request, response);
+  return Answer(context, gate_.Admit(*context, kGetFamily, *request), backends_, backends_.io,
+                rpc::GetFamily, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::ListFamilies(CallbackServerContext* context,
                                                      const v1::ListFamiliesRequest* request,
                                                      v1::ListFamiliesResponse* response) {
-  return Answer(context, backends_, backends_.io, rpc::ListFamilies, request, response);
+  return Answer(context, gate_.Admit(*context, kListFamilies, *request), backends_, backends_.io,
+                rpc::ListFamilies, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::DeleteFamily(CallbackServerContext* context,
                                                      const v1::DeleteFamilyRequest* request,
                                                      Empty* response) {
-  return Answer(context, backends_, backends_.io, rpc::DeleteFamily, request, response);
+  return Answer(context, gate_.Admit(*context, kDeleteFamily, *request), backends_, backends_.io,
+                rpc::DeleteFamily, request, response);
 }
 
 grpc::ServerWriteReactor<lro::Operation>* LiquidBlendService::WatchOperation(
-    CallbackServerContext*, const v1::WatchOperationRequest* request) {
-  return rpc::WatchOperation(backends_, calls_, request);
+    CallbackServerContext* context, const v1::WatchOperationRequest* request) {
+  std::shared_ptr<Admission> admission = gate_.Admit(*context, kWatchOperation, *request);
+  if (!admission->verdict().ok()) {
+    return Refuse<grpc::ServerWriteReactor<lro::Operation>>(*admission);
+  }
+  return rpc::WatchOperation(backends_, std::move(admission), request);
 }
 
 ServerUnaryReactor* LiquidBlendService::GetFrame(CallbackServerContext* context,
-                                                 const v1::GetFrameRequest* request,
-                                                 v1::Frame* response) {
-  return Answer(context, backends_, backends_.frames, rpc::GetFrame, request, response);
+                                                 const grpc::ByteBuffer* request,
+                                                 grpc::ByteBuffer* response) {
+  std::shared_ptr<Admission> admission = gate_.Admit(*context, kGetFrame);
+  if (!admission->verdict().ok()) return Refuse<ServerUnaryReactor>(*admission);
+  return AnswerFrame(backends_, std::move(admission), request, response);
 }
 
-grpc::ServerBidiReactor<v1::StreamFramesRequest, v1::StreamFramesResponse>*
-LiquidBlendService::StreamFrames(CallbackServerContext*) {
-  return rpc::StreamFrames(backends_, calls_);
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* LiquidBlendService::StreamFrames(
+    CallbackServerContext* context) {
+  std::shared_ptr<Admission> admission = gate_.Admit(*context, kStreamFrames);
+  if (!admission->verdict().ok()) {
+    return Refuse<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>(*admission);
+  }
+  return rpc::StreamFrames(backends_, std::move(admission));
 }
 
 ServerUnaryReactor* OperationsService::ListOperations(CallbackServerContext* context,
                                                       const lro::ListOperationsRequest* request,
                                                       lro::ListOperationsResponse* response) {
-  return Answer(context, backends_, backends_.io, rpc::ListOperations, request, response);
+  return Answer(context, gate_.Admit(*context, kListOperations, *request), backends_, backends_.io,
+                rpc::ListOperations, request, response);
 }
 
 ServerUnaryReactor* OperationsService::GetOperation(CallbackServerContext* context,
                                                     const lro::GetOperationRequest* request,
                                                     lro::Operation* response) {
-  return Answer(context, backends_, backends_.io, rpc::GetOperation, request, response);
+  return Answer(context, gate_.Admit(*context, kGetOperation, *request), backends_, backends_.io,
+                rpc::GetOperation, request, response);
 }
 
 ServerUnaryReactor* OperationsService::DeleteOperation(CallbackServerContext* context,
                                                        const lro::DeleteOperationRequest* request,
                                                        Empty* response) {
-  return Answer(context, backends_, backends_.io, rpc::DeleteOperation, request, response);
+  return Answer(context, gate_.Admit(*context, kDeleteOperation, *request), backends_, backends_.io,
+                rpc::DeleteOperation, request, response);
 }
 
 ServerUnaryReactor* OperationsService::CancelOperation(CallbackServerContext* context,
                                                        const lro::CancelOperationRequest* request,
                                                        Empty* response) {
-  return Answer(context, backends_, backends_.io, rpc::CancelOperation, request, response);
+  return Answer(context, gate_.Admit(*context, kCancelOperation, *request), backends_, backends_.io,
+                rpc::CancelOperation, request, response);
 }
 
-ServerUnaryReactor* OperationsService::WaitOperation(CallbackServerContext*,
+ServerUnaryReactor* OperationsService::WaitOperation(CallbackServerContext* context,
                                                      const lro::WaitOperationRequest* request,
                                                      lro::Operation* response) {
-  return rpc::WaitOperation(backends_, calls_, request, response);
+  std::shared_ptr<Admission> admission = gate_.Admit(*context, kWaitOperation, *request);
+  if (!admission->verdict().ok()) return Refuse<ServerUnaryReactor>(*admission);
+  return rpc::WaitOperation(backends_, std::move(admission), request, response);
 }
 
 }  // namespace liquidblend::rpc

@@ -3,20 +3,41 @@
 
 #include "google/longrunning/operations.grpc.pb.h"
 #include "liquidblend/v1/liquidblend.grpc.pb.h"
+#include "server/rpc/admission.h"
 #include "server/rpc/backends.h"
-#include "server/rpc/call.h"
+#include "server/rpc/import_source.h"
 
 namespace liquidblend::rpc {
 
 using grpc::CallbackServerContext;
 using grpc::ServerUnaryReactor;
 
-class LiquidBlendService final : public v1::LiquidBlend::CallbackService {
- public:
-  LiquidBlendService(Backends& backends, OpenCalls& calls) : backends_(backends), calls_(calls) {}
+// The methods whose messages gRPC reads and writes: all but those for frames and uploads, which are
+// answered in bytes (see AnswerFrame and UploadAnimation).
+using v1::LiquidBlend;
+using MethodsInMessages = LiquidBlend::WithCallbackMethod_ImportAnimation<
+    LiquidBlend::WithCallbackMethod_GetAnimation<LiquidBlend::WithCallbackMethod_ListAnimations<
+        LiquidBlend::WithCallbackMethod_DeleteAnimation<
+            LiquidBlend::WithCallbackMethod_RegisterFamily<
+                LiquidBlend::WithCallbackMethod_GetFamily<
+                    LiquidBlend::WithCallbackMethod_ListFamilies<
+                        LiquidBlend::WithCallbackMethod_DeleteFamily<
+                            LiquidBlend::WithCallbackMethod_WatchOperation<
+                                LiquidBlend::Service>>>>>>>>>;
+using AllMethods =
+    LiquidBlend::WithRawCallbackMethod_UploadAnimation<LiquidBlend::WithRawCallbackMethod_GetFrame<
+        LiquidBlend::WithRawCallbackMethod_StreamFrames<MethodsInMessages>>>;
 
-  grpc::ServerReadReactor<v1::UploadAnimationRequest>* UploadAnimation(
-      CallbackServerContext* context, google::longrunning::Operation* response) override;
+class LiquidBlendService final : public AllMethods {
+ public:
+  LiquidBlendService(Backends& backends, Gate& gate, const ImportRoots& roots)
+      : backends_(backends), gate_(gate), roots_(roots) {}
+
+  grpc::ServerReadReactor<grpc::ByteBuffer>* UploadAnimation(CallbackServerContext* context,
+                                                             grpc::ByteBuffer* response) override;
+  ServerUnaryReactor* ImportAnimation(CallbackServerContext* context,
+                                      const v1::ImportAnimationRequest* request,
+                                      google::longrunning::Operation* response) override;
   ServerUnaryReactor* GetAnimation(CallbackServerContext* context,
                                    const v1::GetAnimationRequest* request,
                                    v1::Animation* response) override;
@@ -39,19 +60,20 @@ class LiquidBlendService final : public v1::LiquidBlend::CallbackService {
                                    google::protobuf::Empty* response) override;
   grpc::ServerWriteReactor<google::longrunning::Operation>* WatchOperation(
       CallbackServerContext* context, const v1::WatchOperationRequest* request) override;
-  ServerUnaryReactor* GetFrame(CallbackServerContext* context, const v1::GetFrameRequest* request,
-                               v1::Frame* response) override;
-  grpc::ServerBidiReactor<v1::StreamFramesRequest, v1::StreamFramesResponse>* StreamFrames(
+  ServerUnaryReactor* GetFrame(CallbackServerContext* context, const grpc::ByteBuffer* request,
+                               grpc::ByteBuffer* response) override;
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StreamFrames(
       CallbackServerContext* context) override;
 
  private:
   Backends& backends_;
-  OpenCalls& calls_;
+  Gate& gate_;
+  const ImportRoots& roots_;
 };
 
 class OperationsService final : public google::longrunning::Operations::CallbackService {
  public:
-  OperationsService(Backends& backends, OpenCalls& calls) : backends_(backends), calls_(calls) {}
+  OperationsService(Backends& backends, Gate& gate) : backends_(backends), gate_(gate) {}
 
   ServerUnaryReactor* ListOperations(
       CallbackServerContext* context, const google::longrunning::ListOperationsRequest* request,
@@ -71,7 +93,7 @@ class OperationsService final : public google::longrunning::Operations::Callback
 
  private:
   Backends& backends_;
-  OpenCalls& calls_;
+  Gate& gate_;
 };
 
 }  // namespace liquidblend::rpc

@@ -1,5 +1,6 @@
 #include "server/rpc/upload.h"
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 #include <utility>
@@ -9,7 +10,9 @@
 #include "core/base/status_macros.h"
 #include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
+#include "server/rpc/job_memory.h"
 #include "server/rpc/names.h"
+#include "server/rpc/submission.h"
 
 namespace liquidblend::rpc {
 namespace {
@@ -26,25 +29,20 @@ bool IsBaseName(absl::string_view name) {
   return true;
 }
 
-absl::Status CheckOptions(const v1::ImportOptions& options) {
-  FieldViolations violations;
-  violations.AddIf(!v1::AnimationFormat_IsValid(options.format()), "header.options.format",
-                   absl::StrCat("unknown format ", options.format()));
-  const auto check = [&](absl::string_view field, double value) {
-    violations.AddIf(!(value >= 0) || !std::isfinite(value), absl::StrCat("header.options.", field),
-                     absl::StrCat("must be 0 (not given) or greater, got ", value));
-  };
-  check("frames_per_second", options.frames_per_second());
-  check("vertex_scale", options.vertex_scale());
-  check("velocity_scale", options.velocity_scale());
-  check("voxel_size_m", options.voxel_size_m());
-  for (int k = 0; k < options.frame_times_size(); ++k) {
-    check("frame_times", options.frame_times(k));
-  }
-  return violations.ToStatus();
+}  // namespace
+
+Limits LimitsOf(const Limits& limits, const Principal& principal) {
+  Limits both = limits;
+  const int64_t own = principal.limits.max_upload_bytes;
+  if (own > 0) both.max_upload_bytes = std::min(both.max_upload_bytes, own);
+  return both;
 }
 
-}  // namespace
+Upload::Upload(store::Catalog& catalog, store::BlobStore& blobs, const Limits& limits,
+               const Principal& principal, std::string header_field)
+    : catalog_(catalog), blobs_(blobs), limits_(limits), header_field_(std::move(header_field)) {
+  SetOwner(principal, job_);
+}
 
 absl::Status Upload::Add(const v1::UploadAnimationRequest& message) {
   const bool is_first = !job_.has_import_animation();
@@ -65,15 +63,42 @@ absl::Status Upload::Add(const v1::UploadAnimationRequest& message) {
   return InvalidField("payload", "is missing");
 }
 
+absl::Status Upload::CheckOptions(const v1::ImportOptions& options) const {
+  const std::string prefix = absl::StrCat(header_field_, "options.");
+  FieldViolations violations;
+  violations.AddIf(!v1::AnimationFormat_IsValid(options.format()), absl::StrCat(prefix, "format"),
+                   absl::StrCat("unknown format ", options.format()));
+  const auto check = [&](absl::string_view field, double value) {
+    violations.AddIf(!(value >= 0) || !std::isfinite(value), absl::StrCat(prefix, field),
+                     absl::StrCat("must be 0 (not given) or greater, got ", value));
+  };
+  check("frames_per_second", options.frames_per_second());
+  check("vertex_scale", options.vertex_scale());
+  check("velocity_scale", options.velocity_scale());
+  check("voxel_size_m", options.voxel_size_m());
+  violations.AddIf(options.frame_times_size() > limits_.max_upload_files,
+                   absl::StrCat(prefix, "frame_times"),
+                   absl::StrCat("at most ", limits_.max_upload_files, " numbers, got ",
+                                options.frame_times_size()));
+  for (int k = 0; k < options.frame_times_size(); ++k) {
+    check("frame_times", options.frame_times(k));
+  }
+  return violations.ToStatus();
+}
+
 absl::Status Upload::AddHeader(const v1::UploadAnimationRequest::Header& header) {
-  LB_RETURN_IF_ERROR(CheckId("header.animation_id", header.animation_id()));
+  LB_RETURN_IF_ERROR(CheckId(absl::StrCat(header_field_, "animation_id"), header.animation_id()));
   LB_RETURN_IF_ERROR(CheckOptions(header.options()));
+  FieldViolations violations;
+  CheckPriority(absl::StrCat(header_field_, "priority"), header.priority(), violations);
+  LB_RETURN_IF_ERROR(violations.ToStatus());
   if (header.request_id().size() > kMaxRequestIdLength) {
-    return InvalidField("header.request_id",
+    return InvalidField(absl::StrCat(header_field_, "request_id"),
                         absl::StrCat("at most ", kMaxRequestIdLength, " characters"));
   }
   if (header.request_id().empty()) LB_RETURN_IF_ERROR(CheckIsFree(header.animation_id()));
   job_.set_request_id(header.request_id());
+  job_.set_priority(header.priority());
   job_.mutable_import_animation()->set_animation(header.animation_id());
   *job_.mutable_import_animation()->mutable_options() = ToRecord(header.options());
   return absl::OkStatus();
@@ -85,8 +110,7 @@ absl::Status Upload::CheckIsFree(const std::string& animation_id) {
   if (absl::IsNotFound(there.status())) return absl::OkStatus();
   LB_RETURN_IF_ERROR(there.status());
   if (there->state() == store::pb::AnimationRecord::FAILED) return absl::OkStatus();
-  return absl::AlreadyExistsError(
-      absl::StrCat("there is a ", AnimationName(animation_id), " already"));
+  return absl::AlreadyExistsError(absl::StrCat(AnimationName(animation_id), " exists already"));
 }
 
 absl::Status Upload::AddFile(const v1::UploadAnimationRequest::File& file) {
@@ -115,13 +139,13 @@ absl::Status Upload::CheckFile(const v1::UploadAnimationRequest::File& file) con
   if (static_cast<int>(file_names_.size()) >= limits_.max_upload_files) {
     return WithReason(absl::ResourceExhaustedError(absl::StrCat(
                           "more than ", limits_.max_upload_files, " files in one upload")),
-                      "TOO_MANY_FILES");
+                      "TOO_MANY_FILES", {{"limit", absl::StrCat(limits_.max_upload_files)}});
   }
   if (file.size_bytes() > limits_.max_upload_bytes - declared_bytes_) {
     return WithReason(absl::ResourceExhaustedError(
                           absl::StrCat("more than ", limits_.max_upload_bytes,
                                        " bytes in one upload, with '", file.name(), "'")),
-                      "UPLOAD_TOO_LARGE");
+                      "UPLOAD_TOO_LARGE", {{"limit", absl::StrCat(limits_.max_upload_bytes)}});
   }
   return absl::OkStatus();
 }
@@ -171,6 +195,7 @@ absl::StatusOr<store::pb::JobRecord> Upload::Submit() {
   store::pb::AnimationRecord animation;
   animation.set_id(job_.import_animation().animation());
   animation.set_state(store::pb::AnimationRecord::IMPORTING);
+  LB_RETURN_IF_ERROR(NoteMemory(catalog_, limits_.worker_memory_bytes, job_));
   return catalog_.SubmitImport(animation, job_);
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -13,15 +14,20 @@
 #include "core/store/catalog.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/rpc/backends.h"
+#include "server/rpc/principal.h"
 
 namespace liquidblend::rpc {
+
+// The server's limits, and those of whoever uploads.
+Limits LimitsOf(const Limits& limits, const Principal& principal);
 
 // Nothing is visible before Submit(); dropped without it, only blobs that nobody refers to remain.
 // Threads: one at a time.
 class Upload {
  public:
-  Upload(store::Catalog& catalog, store::BlobStore& blobs, const Limits& limits)
-      : catalog_(catalog), blobs_(blobs), limits_(limits) {}
+  // header_field: what the fields of the header are called by whoever sent it.
+  Upload(store::Catalog& catalog, store::BlobStore& blobs, const Limits& limits,
+         const Principal& principal = {}, std::string header_field = "header.");
 
   // Takes the next message: the header first, then each file followed by its chunks.
   // Errors: kInvalidArgument with the field at fault, kResourceExhausted (limits, disk full),
@@ -33,6 +39,7 @@ class Upload {
   absl::StatusOr<store::pb::JobRecord> Submit();
 
  private:
+  absl::Status CheckOptions(const v1::ImportOptions& options) const;
   absl::Status AddHeader(const v1::UploadAnimationRequest::Header& header);
   absl::Status AddFile(const v1::UploadAnimationRequest::File& file);
   absl::Status AddChunk(const std::string& chunk);
@@ -44,6 +51,7 @@ class Upload {
   store::Catalog& catalog_;
   store::BlobStore& blobs_;
   const Limits limits_;
+  const std::string header_field_;
   store::pb::JobRecord job_;  // grows with each complete file
   std::set<std::string> file_names_;
   int64_t declared_bytes_ = 0;                 // of all files so far

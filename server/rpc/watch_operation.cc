@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/time/clock.h"
+#include "server/rpc/call.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/guarded.h"
 #include "server/rpc/handlers.h"
@@ -24,8 +25,8 @@ absl::StatusOr<Operation> Look(Backends& backends, const std::string& name) {
 
 class WatchCall final : public Call<WriteReactor> {
  public:
-  WatchCall(Backends& backends, OpenCalls& calls, std::string name)
-      : Call(calls), backends_(backends), name_(std::move(name)) {}
+  WatchCall(Backends& backends, std::shared_ptr<Admission> admission, std::string name)
+      : Call(std::move(admission)), backends_(backends), name_(std::move(name)) {}
 
   void OnWriteDone(bool ok) override {
     if (!EndWrite(ok)) return;
@@ -39,7 +40,7 @@ class WatchCall final : public Call<WriteReactor> {
   void PollAfter(absl::Duration delay) {
     const auto self = shared_from_this();
     if (!backends_.io.PostAfter(delay, [this, self] { Poll(); })) {
-      Close(absl::UnavailableError("the server is shutting down"));
+      Close(ShuttingDown());
     }
   }
 
@@ -61,9 +62,9 @@ class WatchCall final : public Call<WriteReactor> {
 
 class WaitCall final : public Call<grpc::ServerUnaryReactor> {
  public:
-  WaitCall(Backends& backends, OpenCalls& calls, std::string name, absl::Time deadline,
-           Operation* response)
-      : Call(calls),
+  WaitCall(Backends& backends, std::shared_ptr<Admission> admission, std::string name,
+           absl::Time deadline, Operation* response)
+      : Call(std::move(admission)),
         backends_(backends),
         name_(std::move(name)),
         deadline_(deadline),
@@ -75,7 +76,7 @@ class WaitCall final : public Call<grpc::ServerUnaryReactor> {
   void PollAfter(absl::Duration delay) {
     const auto self = shared_from_this();
     if (!backends_.io.PostAfter(delay, [this, self] { Poll(); })) {
-      Close(absl::UnavailableError("the server is shutting down"));
+      Close(ShuttingDown());
     }
   }
 
@@ -87,8 +88,7 @@ class WaitCall final : public Call<grpc::ServerUnaryReactor> {
     if (!operation->done() && left > absl::ZeroDuration()) {
       return PollAfter(std::min(left, backends_.limits.watch_interval));
     }
-    *response_ = *std::move(operation);
-    Close(absl::OkStatus());
+    Answer([&] { *response_ = *std::move(operation); });
   }
 
   Backends& backends_;
@@ -105,15 +105,15 @@ absl::Time DeadlineOf(const WaitOperationRequest& request) {
 
 }  // namespace
 
-WriteReactor* WatchOperation(Backends& backends, OpenCalls& calls,
+WriteReactor* WatchOperation(Backends& backends, std::shared_ptr<Admission> admission,
                              const v1::WatchOperationRequest* request) {
-  return Call<WriteReactor>::Start<WatchCall>(backends, calls, request->name());
+  return Call<WriteReactor>::Start<WatchCall>(backends, std::move(admission), request->name());
 }
 
-grpc::ServerUnaryReactor* WaitOperation(Backends& backends, OpenCalls& calls,
+grpc::ServerUnaryReactor* WaitOperation(Backends& backends, std::shared_ptr<Admission> admission,
                                         const WaitOperationRequest* request, Operation* response) {
-  return Call<grpc::ServerUnaryReactor>::Start<WaitCall>(backends, calls, request->name(),
-                                                         DeadlineOf(*request), response);
+  return Call<grpc::ServerUnaryReactor>::Start<WaitCall>(
+      backends, std::move(admission), request->name(), DeadlineOf(*request), response);
 }
 
 }  // namespace liquidblend::rpc

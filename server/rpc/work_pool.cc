@@ -43,6 +43,11 @@ bool WorkPool::PostAfter(absl::Duration delay, Task task) {
   return true;
 }
 
+int64_t WorkPool::num_waiting() const {
+  absl::MutexLock lock(&mutex_);
+  return static_cast<int64_t>(ready_.size());
+}
+
 void WorkPool::Stop() {
   std::multimap<Clock::time_point, Task> dropped;  // destroyed without the lock: tasks own objects
   {

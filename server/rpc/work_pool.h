@@ -35,6 +35,8 @@ class WorkPool {
   bool PostMore(Task task);
   bool PostAfter(absl::Duration delay, Task task);
 
+  int64_t num_waiting() const;  // tasks whose time has come and that no thread has taken yet
+
   // Runs what was posted, drops what was to come later, and ends the threads. Idempotent.
   void Stop();
 
@@ -46,7 +48,7 @@ class WorkPool {
   void MoveDueTasks() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const size_t max_waiting_;
-  absl::Mutex mutex_;
+  mutable absl::Mutex mutex_;
   absl::CondVar changed_;
   std::deque<Task> ready_ ABSL_GUARDED_BY(mutex_);
   std::multimap<Clock::time_point, Task> later_ ABSL_GUARDED_BY(mutex_);

@@ -3,94 +3,137 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/mesh/target_motion.h"
+#include "server/slice/cluster_builder.h"
+
 namespace liquidblend::slice {
 namespace {
 
-template <typename Cell>
-bool IsBefore(const Cell& a, const Cell& b) {
-  return *std::min_element(a.begin(), a.end()) < *std::min_element(b.begin(), b.end());
-}
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-void AddRange(std::span<const mesh::Float4> values, std::span<const int32_t> vertices,
-              TimeRanges& ranges) {
-  float min = std::numeric_limits<float>::infinity();
-  float max = -min;
-  for (const int32_t v : vertices) {
-    min = std::min(min, values[v][3]);
-    max = std::max(max, values[v][3]);
+constexpr int kNumCorners[] = {4, 5, 6, 8};  // by kind
+constexpr int kNumEdges[] = {6, 8, 9, 12};
+
+// The family's fields of times, in the order in which the index keeps them.
+std::vector<std::span<const mesh::Float4>> FieldsOf(const mesh::RegisteredFamily& family) {
+  std::vector<std::span<const mesh::Float4>> fields = {family.vertices};
+  for (const mesh::FamilyTarget& target : family.targets) {
+    fields.push_back(target.displacement);
+    if (!target.extrapolation.empty()) fields.push_back(target.extrapolation);
   }
-  ranges.min.push_back(min);
-  ranges.max.push_back(max);
+  return fields;
 }
 
-int64_t SizeBytes(const TimeRanges& ranges) {
-  return static_cast<int64_t>((ranges.min.capacity() + ranges.max.capacity()) * sizeof(float));
+TimeRanges GroupRanges(const TimeRanges& clusters) {
+  TimeRanges groups;
+  for (size_t begin = 0; begin < clusters.min.size(); begin += kClustersPerGroup) {
+    const size_t end = std::min(begin + kClustersPerGroup, clusters.min.size());
+    groups.min.push_back(*std::min_element(&clusters.min[begin], clusters.min.data() + end));
+    groups.max.push_back(*std::max_element(&clusters.max[begin], clusters.max.data() + end));
+  }
+  return groups;
+}
+
+template <typename T>
+int64_t SizeBytes(const std::vector<T>& values) {
+  return static_cast<int64_t>(values.capacity() * sizeof(T));
+}
+
+int64_t SizeBytes(const std::vector<TimeRanges>& fields) {
+  int64_t bytes = 0;
+  for (const TimeRanges& ranges : fields) bytes += SizeBytes(ranges.min) + SizeBytes(ranges.max);
+  return bytes;
 }
 
 }  // namespace
 
 CellIndex::CellIndex(const mesh::RegisteredFamily& family) : family_(&family) {
-  target_time_.resize(family.targets.size());
-  AddKind(family.tetrahedra, tetrahedra_);
-  AddKind(family.pyramids, pyramids_);
-  AddKind(family.wedges, wedges_);
-  AddKind(family.hexahedra, hexahedra_);
+  ClusterBuilder builder(family, *this);
+  builder.Add(family.tetrahedra, CellKind::kTetrahedron);
+  builder.Add(family.pyramids, CellKind::kPyramid);
+  builder.Add(family.wedges, CellKind::kWedge);
+  builder.Add(family.hexahedra, CellKind::kHexahedron);
+  bytes_.insert(bytes_.end(), kKernelOverrun, 0);
+  for (auto* numbers : {&vertices_, &owner_clusters_}) numbers->shrink_to_fit();
+  for (auto* numbers : {&bytes_, &owner_edges_}) numbers->shrink_to_fit();
+  CopyTimes();
 }
 
-template <typename Cell>
-void CellIndex::AddKind(std::span<const Cell> cells, SortedCells<Cell>& sorted) {
-  sorted.cells = cells;
-  sorted.first_cluster = num_clusters();
-  if (!std::is_sorted(cells.begin(), cells.end(), IsBefore<Cell>)) {
-    sorted.copy.assign(cells.begin(), cells.end());
-    std::stable_sort(sorted.copy.begin(), sorted.copy.end(), IsBefore<Cell>);
-    sorted.cells = sorted.copy;
-  }
-  std::vector<int32_t> scratch;
-  for (size_t begin = 0; begin < cells.size(); begin += kCellsPerCluster) {
-    const size_t count = std::min<size_t>(kCellsPerCluster, cells.size() - begin);
-    const Cell* first = &sorted.cells[begin];
-    AddCluster({first->data(), count * first->size()}, scratch);
-  }
+Cluster CellIndex::cluster(int32_t number) const {
+  const Record& record = records_[number];
+  Cluster cluster;
+  cluster.kind = record.kind;
+  cluster.num_cells = record.num_cells;
+  cluster.num_edges = record.num_edges;
+  cluster.num_own_edges = record.num_own_edges;
+  cluster.vertices = std::span(vertices_).subspan(record.first_vertex, record.num_vertices);
+  cluster.times = times_.data() + record.first_vertex * static_cast<int64_t>(cluster_times_.size());
+  cluster.num_first_vertices = record.num_first_vertices;
+  cluster.num_last_vertices = record.num_last_vertices;
+  cluster.corners = bytes_.data() + record.first_byte;
+  cluster.edges = cluster.corners + kNumCorners[static_cast<int>(record.kind)] * record.num_cells;
+  cluster.owner_clusters = owner_clusters_.data() + record.first_owner;
+  cluster.owner_edges = owner_edges_.data() + record.first_owner;
+  return cluster;
 }
 
-void CellIndex::AddCluster(std::span<const int32_t> corners, std::vector<int32_t>& scratch) {
-  AddRange(family_->vertices, corners, source_time_);
-  for (size_t k = 0; k < target_time_.size(); ++k) {
-    const mesh::FamilyTarget& target = family_->targets[k];
-    AddRange(target.displacement, corners, target_time_[k].displacement);
-    if (!target.extrapolation.empty()) {
-      AddRange(target.extrapolation, corners, target_time_[k].extrapolation);
+void CellIndex::Prefetch(int32_t number) const {
+  const Record& record = records_[number];
+  const Cluster of = cluster(number);
+  const auto fetch = [](const void* begin, int64_t bytes) {
+    for (int64_t b = 0; b < bytes; b += 64) __builtin_prefetch(static_cast<const char*>(begin) + b);
+  };
+  const auto kind = static_cast<int>(record.kind);
+  fetch(of.times, record.num_vertices * std::ssize(cluster_times_) * int64_t{sizeof(float)});
+  fetch(of.corners, (kNumCorners[kind] + kNumEdges[kind]) * record.num_cells);
+  fetch(of.vertices.data(), static_cast<int64_t>(of.vertices.size_bytes()));
+  const int num_shared = record.num_edges - record.num_own_edges;
+  fetch(of.owner_clusters, num_shared * int64_t{sizeof(int32_t)});
+  fetch(of.owner_edges, num_shared);
+}
+
+void CellIndex::CopyTimes() {
+  const std::vector<std::span<const mesh::Float4>> fields = FieldsOf(*family_);
+  const auto last_begin =
+      static_cast<int64_t>(family_->vertices.size()) - family_->num_last_vertices;
+  cluster_times_.resize(fields.size());
+  times_.reserve(vertices_.size() * fields.size() + kKernelOverrun / sizeof(float));
+  for (Record& record : records_) {
+    const auto vertices = std::span(vertices_).subspan(record.first_vertex, record.num_vertices);
+    for (size_t f = 0; f < fields.size(); ++f) {
+      const auto begin = times_.end();
+      for (const int32_t v : vertices) times_.push_back(fields[f][v][3]);
+      const auto [min, max] = std::minmax_element(begin, times_.end());
+      cluster_times_[f].min.push_back(*min);
+      cluster_times_[f].max.push_back(*max);
     }
+    for (const int32_t v : vertices) {
+      if (v < family_->num_first_vertices) ++record.num_first_vertices;
+      if (v >= last_begin) ++record.num_last_vertices;
+    }
+    if (record.num_first_vertices > 0) cluster_times_[0].min.back() = -kInfinity;
+    if (record.num_last_vertices > 0) cluster_times_[0].max.back() = kInfinity;
   }
-  const auto [lowest, highest] = std::minmax_element(corners.begin(), corners.end());
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const auto num_vertices = static_cast<int64_t>(family_->vertices.size());
-  if (*lowest < family_->num_first_vertices) source_time_.min.back() = -kInfinity;
-  if (*highest >= num_vertices - family_->num_last_vertices) source_time_.max.back() = kInfinity;
-
-  scratch.clear();
-  for (const int32_t v : corners) scratch.push_back(v / kVerticesPerBlock);
-  std::sort(scratch.begin(), scratch.end());
-  blocks_.insert(blocks_.end(), scratch.begin(), std::unique(scratch.begin(), scratch.end()));
-  first_block_.push_back(static_cast<int32_t>(blocks_.size()));
+  times_.resize(times_.capacity(), 0.0F);
+  for (const TimeRanges& field : cluster_times_) group_times_.push_back(GroupRanges(field));
 }
 
-int32_t CellIndex::num_blocks() const {
-  const auto num_vertices = static_cast<int64_t>(family_->vertices.size());
-  return static_cast<int32_t>((num_vertices + kVerticesPerBlock - 1) / kVerticesPerBlock);
+void CellIndex::AppendTerms(std::span<const double> weights, std::vector<TimeTerm>& terms) const {
+  int field = 1;
+  for (size_t k = 0; k < weights.size(); ++k) {
+    const mesh::FamilyTarget& target = family_->targets[k];
+    const mesh::TargetMotion motion = mesh::MotionAt(target, weights[k]);
+    if (motion.displacement_factor != 0.0F) terms.push_back({motion.displacement_factor, field});
+    ++field;
+    if (motion.extrapolation_factor != 0.0F) terms.push_back({motion.extrapolation_factor, field});
+    if (!target.extrapolation.empty()) ++field;
+  }
 }
 
 int64_t CellIndex::size_bytes() const {
-  int64_t bytes = SizeBytes(source_time_);
-  for (const TargetTimeRanges& target : target_time_) {
-    bytes += SizeBytes(target.displacement) + SizeBytes(target.extrapolation);
-  }
-  const auto of = [](const auto& array) {
-    return static_cast<int64_t>(array.capacity() * sizeof(array[0]));
-  };
-  return bytes + of(tetrahedra_.copy) + of(pyramids_.copy) + of(wedges_.copy) +
-         of(hexahedra_.copy) + of(first_block_) + of(blocks_);
+  return SizeBytes(records_) + SizeBytes(bytes_) + SizeBytes(vertices_) + SizeBytes(times_) +
+         SizeBytes(owner_clusters_) + SizeBytes(owner_edges_) + SizeBytes(cluster_times_) +
+         SizeBytes(group_times_);
 }
 
 }  // namespace liquidblend::slice

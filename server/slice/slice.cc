@@ -22,57 +22,32 @@ double FramesOf(const mesh::RegisteredFamily& family, double time_s) {
   return std::abs(frames - nearest) < kFrameSnap ? nearest : frames;
 }
 
-// Adds factor * [ranges.min, ranges.max] to each cluster's interval.
-void AddScaled(float factor, const TimeRanges& ranges, Workspace& workspace) {
-  if (factor == 0.0F) return;
-  const auto& low = factor > 0.0F ? ranges.min : ranges.max;
-  const auto& high = factor > 0.0F ? ranges.max : ranges.min;
-  for (size_t c = 0; c < low.size(); ++c) workspace.earliest[c] += factor * low[c];
-  for (size_t c = 0; c < high.size(); ++c) workspace.latest[c] += factor * high[c];
+// Adds factor * [ranges.min, ranges.max] to the intervals of `count` entries from `begin` on.
+void AddScaled(float factor, const TimeRanges& ranges, size_t begin, size_t count, float* earliest,
+               float* latest) {
+  const float* low = (factor > 0.0F ? ranges.min : ranges.max).data() + begin;
+  const float* high = (factor > 0.0F ? ranges.max : ranges.min).data() + begin;
+  for (size_t i = 0; i < count; ++i) earliest[i] += factor * low[i];
+  for (size_t i = 0; i < count; ++i) latest[i] += factor * high[i];
 }
 
-void BoundTimes(const CellIndex& index, std::span<const double> weights, Workspace& workspace) {
-  workspace.earliest = index.source_time().min;
-  workspace.latest = index.source_time().max;
-  for (int k = 0; k < static_cast<int>(weights.size()); ++k) {
-    const mesh::TargetMotion motion = mesh::MotionAt(index.family().targets[k], weights[k]);
-    AddScaled(motion.displacement_factor, index.target_time(k).displacement, workspace);
-    AddScaled(motion.extrapolation_factor, index.target_time(k).extrapolation, workspace);
-  }
-}
-
-// Written so that a bound that overflowed to NaN excludes nothing.
-void ChooseClusters(const CellIndex& index, Workspace& workspace) {
+// Calls cross(i) for each i in [begin, begin + count), clusters or groups of them, whose times may
+// be those of the slice, in order.
+template <typename Cross>
+void ForCrossing(std::span<const TimeRanges> times, size_t begin, size_t count,
+                 const Workspace& workspace, float* earliest, float* latest, Cross&& cross) {
   const auto time = static_cast<float>(workspace.time_frames);
   const float margin = kTimeMargin + kRelativeTimeMargin * time;
-  workspace.clusters.clear();
-  workspace.is_block_needed.assign(index.num_blocks(), 0);
-  for (int32_t c = 0; c < index.num_clusters(); ++c) {
-    const bool is_after = workspace.earliest[c] > time + margin;
-    const bool is_before = workspace.latest[c] < time - margin;
-    if (is_after || is_before) continue;
-    workspace.clusters.push_back(c);
-    for (const int32_t block : index.blocks(c)) workspace.is_block_needed[block] = 1;
+  std::copy_n(times[0].min.begin() + begin, count, earliest);
+  std::copy_n(times[0].max.begin() + begin, count, latest);
+  for (const TimeTerm& term : workspace.terms) {
+    AddScaled(term.factor, times[term.field], begin, count, earliest, latest);
   }
-}
-
-void PlaceBlocks(const CellIndex& index, Workspace& workspace) {
-  const auto num_vertices = static_cast<int32_t>(index.family().vertices.size());
-  workspace.vertex_ranges.clear();
-  workspace.num_vertices = 0;
-  workspace.block_offset.resize(index.num_blocks());
-  for (int32_t block = 0; block < index.num_blocks(); ++block) {
-    if (!workspace.is_block_needed[block]) continue;
-    const int32_t begin = block * kVerticesPerBlock;
-    const int32_t end = begin + std::min(kVerticesPerBlock, num_vertices - begin);
-    workspace.block_offset[block] = static_cast<int32_t>(workspace.num_vertices);
-    workspace.num_vertices += end - begin;
-    auto& ranges = workspace.vertex_ranges;
-    if (!ranges.empty() && ranges.back()[1] == begin) {
-      ranges.back()[1] = end;
-    } else {
-      ranges.push_back({begin, end});
-    }
+  for (size_t i = 0; i < count; ++i) {
+    // Written so that a bound that overflowed to NaN excludes nothing.
+    const bool is_after = earliest[i] > time + margin;
+    const bool is_before = latest[i] < time - margin;
+    if (!is_after && !is_before) cross(begin + i);
   }
 }
 
@@ -87,9 +62,24 @@ absl::Status FindCandidates(const CellIndex& index, std::span<const double> weig
                                               family.duration_s(), "] s of family ", family.name));
   }
   workspace.time_frames = FramesOf(family, time_s);
-  BoundTimes(index, weights, workspace);
-  ChooseClusters(index, workspace);
-  PlaceBlocks(index, workspace);
+  workspace.terms.clear();
+  index.AppendTerms(weights, workspace.terms);
+  workspace.clusters.clear();
+  const auto num_clusters = static_cast<size_t>(index.num_clusters());
+  const size_t num_groups = index.group_times()[0].min.size();
+  workspace.earliest.resize(num_groups);
+  workspace.latest.resize(num_groups);
+  std::array<float, kClustersPerGroup> earliest;
+  std::array<float, kClustersPerGroup> latest;
+  const auto add_cluster = [&](size_t c) { workspace.clusters.push_back(static_cast<int32_t>(c)); };
+  const auto search_group = [&](size_t group) {
+    const size_t begin = group * kClustersPerGroup;
+    const size_t count = std::min<size_t>(kClustersPerGroup, num_clusters - begin);
+    ForCrossing(index.cluster_times(), begin, count, workspace, earliest.data(), latest.data(),
+                add_cluster);
+  };
+  ForCrossing(index.group_times(), 0, num_groups, workspace, workspace.earliest.data(),
+              workspace.latest.data(), search_group);
   return absl::OkStatus();
 }
 

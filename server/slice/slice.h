@@ -1,14 +1,14 @@
 // Blended vertices -> the liquid's surface at one time, by marching cells (paper, section 8).
 //
-// Two steps, so that only the vertices that matter are ever blended:
-//   slice::Workspace workspace;             // one per thread, reused
-//   std::vector<mesh::Float4> positions;    // likewise
+// Two steps, of which the second asks for the vertices that it needs, cluster by cluster, so that
+// they are blended only where the surface is and while they are in the first cache:
+//   slice::Workspace workspace;  // one per thread, reused
 //   LB_RETURN_IF_ERROR(slice::FindCandidates(index, weights, time_s, workspace));
-//   blend::BlendVertices(family, weights, workspace.vertex_ranges, positions);
-//   const mesh::TriangleMesh surface = slice::March(index, positions, workspace);
+//   const mesh::TriangleMesh surface =
+//       slice::March(index, blend::Blender(family, weights), workspace);
 #pragma once
 
-#include <array>
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,39 +17,38 @@
 #include "core/mesh/registered_family.h"
 #include "core/mesh/target_motion.h"
 #include "core/mesh/triangle_mesh.h"
+#include "core/parallel/helpers.h"
 #include "server/slice/cell_index.h"
+#include "server/slice/surface_part.h"
 
 namespace liquidblend::slice {
 
 // What one slice needs besides its input; keeps its memory from one slice to the next.
 struct Workspace {
-  // Set by FindCandidates: whose positions March() needs.
-  std::vector<mesh::VertexRange> vertex_ranges;  // ascending, not overlapping, not touching
-  int64_t num_vertices = 0;                      // in all ranges
+  // Not the workspace's own: March() ends soon after it has become true; or nothing.
+  const std::atomic<bool>* stop = nullptr;
+  // Not the workspace's own: threads that may take a part in March(); or nothing.
+  parallel::Helpers* helpers = nullptr;
+
+  // Set by FindCandidates().
+  double time_frames = 0.0;
+  std::vector<TimeTerm> terms;    // of the weights
+  std::vector<int32_t> clusters;  // that may cross, ascending
+
+  // Set by March(): the edge that each output vertex lies on, as vertices of the family.
+  std::vector<int32_t> near_vertex;  // the lower one
+  std::vector<int32_t> far_vertex;   // the higher one
 
   // The stage's own.
-  double time_frames = 0.0;
-  std::vector<int32_t> clusters;         // that may cross, ascending
-  std::vector<float> earliest, latest;   // per cluster, frames
-  std::vector<uint8_t> is_block_needed;  // per vertex block
-  std::vector<int32_t> block_offset;     // per vertex block: where its positions begin
-  std::vector<uint8_t> is_later;         // per blended vertex: t >= time_frames
-  std::vector<int32_t> first_crossing;   // per blended vertex: head of its list of crossings
-
-  // Set by March(): the edge that each output vertex lies on, as indices of the positions.
-  std::vector<int32_t> near_vertex;  // its lower vertex
-  std::vector<int32_t> far_vertex;   // its higher vertex
-
-  // March()'s own.
-  std::vector<int32_t> next_crossing;  // per output vertex: the next one of the same lower one
-  std::vector<std::array<float, 3>> vertices;     // output, metres
-  std::vector<std::array<int32_t, 3>> triangles;  // output
+  std::vector<float> earliest, latest;  // per group of clusters, frames
+  std::vector<int32_t> first_crossing;  // per cluster: where its edges' begin in its part's
+  std::vector<SurfacePart> parts;       // and those of earlier slices, for their memory
 };
 
-// Finds the clusters of cells that may cross the hyperplane t = time_s, and their vertices.
+// Finds the clusters of cells that may cross the hyperplane t = time_s.
 // Requires: weights are one per target of the family, finite.
 // Errors: kOutOfRange if time_s is not in [0, duration_s] (the message names both).
-// Cost: O(clusters x targets).
+// Cost: O((groups of clusters + clusters near the time) x targets).
 absl::Status FindCandidates(const CellIndex& index, std::span<const double> weights, double time_s,
                             Workspace& workspace);
 
@@ -58,11 +57,13 @@ absl::Status FindCandidates(const CellIndex& index, std::span<const double> weig
 // closed, oriented surface however the vertices were moved. One vertex per crossed mesh edge,
 // numbered as first used; no triangle names a vertex twice, some may have no area. An edge has two
 // triangles, more only where parts of the liquid touch in the mesh itself.
-//   positions  as BlendVertices leaves them for workspace.vertex_ranges; finite
-// Requires: workspace as FindCandidates() left it for the same index.
-// Threads: safe with a workspace per caller; the same bytes always.
-// Cost: O(candidate cells), times the crossed edges per vertex where many cross.
-mesh::TriangleMesh March(const CellIndex& index, std::span<const mesh::Float4> positions,
+//   placer  finite; in time as the weights that FindCandidates() was given
+// If workspace.stop becomes true, a part of the surface, not closed.
+// Requires: workspace as FindCandidates() left it for the same index; with helpers, a placer that
+// may be asked from several threads at once.
+// Threads: safe with a workspace per caller; the same bytes always, however many helpers there are.
+// Cost: O(candidate cells).
+mesh::TriangleMesh March(const CellIndex& index, const mesh::VertexPlacer& placer,
                          Workspace& workspace);
 
 }  // namespace liquidblend::slice

@@ -3,13 +3,12 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <cassert>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
-#include "server/blend/blend.h"
+#include "tests/synthetic/slice_family.h"
 #include "worker/jobs/assemble_family.h"
 #include "worker/jobs/register_meshes.h"
 #include "worker/spacetime/build.h"
@@ -76,14 +75,8 @@ absl::StatusOr<RegisteredScene> RegisteredScene::Register(
 }
 
 mesh::TriangleMesh RegisteredScene::Cut(const std::vector<double>& weights, double frame) const {
-  slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
   const double time_s = std::min(frame / family_->frames_per_second, family_->duration_s());
-  const absl::Status found = slice::FindCandidates(*index_, weights, time_s, workspace);
-  assert(found.ok());
-  if (!found.ok()) return {};
-  blend::BlendVertices(*family_, weights, workspace.vertex_ranges, positions);
-  return slice::March(*index_, positions, workspace);
+  return synthetic::SliceFamily(*index_, weights, time_s);
 }
 
 }  // namespace liquidblend::accuracy

@@ -46,11 +46,9 @@ mesh::TriangleMesh WarpedSlice(int num_vertices) {
       {{synthetic::SmoothWarp(1, 0.1F, 1.5F), {}}});
   const slice::CellIndex index(family);
   slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
   const std::vector<double> weights = {1.0};
   if (!slice::FindCandidates(index, weights, family.duration_s() / 2, workspace).ok()) return {};
-  blend::BlendVertices(family, weights, workspace.vertex_ranges, positions);
-  mesh::TriangleMesh surface = slice::March(index, positions, workspace);
+  mesh::TriangleMesh surface = slice::March(index, blend::Blender(family, weights), workspace);
   surface.vertices *= 0.5F;
   return surface;
 }

@@ -61,12 +61,10 @@ void ExtractOurs(benchmark::State& state) {
   const mesh::RegisteredFamily family = mesh::ViewOf(mesh);
   const slice::CellIndex index(family);
   slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
   Run(state, [&](double time_frames) {
     const double time_s = time_frames / family.frames_per_second;
     if (!slice::FindCandidates(index, {}, time_s, workspace).ok()) return mesh::TriangleMesh();
-    blend::BlendVertices(family, {}, workspace.vertex_ranges, positions);
-    mesh::TriangleMesh surface = slice::March(index, positions, workspace);
+    mesh::TriangleMesh surface = slice::March(index, blend::Blender(family, {}), workspace);
     if (kIsSmoothed) reference::SmoothOnce(surface);
     return surface;
   });

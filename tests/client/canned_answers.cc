@@ -107,6 +107,19 @@ v1::Progress MakeProgress(const std::string& stage, double fraction, int iterati
   return progress;
 }
 
+// Queued again after two attempts.
+v1::Progress MakeRetried() {
+  v1::Progress progress;
+  progress.set_stage("queued");
+  progress.set_attempt(2);
+  progress.set_priority(5);
+  progress.set_memory_bytes(7);
+  progress.mutable_next_attempt_time()->set_seconds(1700000000);
+  progress.mutable_last_failure()->set_code(14);
+  progress.mutable_last_failure()->set_message("no S3");
+  return progress;
+}
+
 }  // namespace
 
 lro::Operation MakeOperation(const std::string& id) {
@@ -120,7 +133,8 @@ lro::Operation MakeOperation(const std::string& id) {
   } else {
     v1::RegisterFamilyMetadata metadata;
     metadata.set_family("families/drops");
-    *metadata.mutable_progress() = MakeProgress("registration", 0.4, 7);
+    *metadata.mutable_progress() =
+        id == "retried-1" ? MakeRetried() : MakeProgress("registration", 0.4, 7);
     operation.mutable_metadata()->PackFrom(metadata);
   }
   return operation;

@@ -190,6 +190,10 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     if (grpc::Status status = Enter("StreamFrames"); !status.ok()) return status;
     v1::StreamFramesRequest settings;
     if (!stream->Read(&settings)) return {grpc::StatusCode::INVALID_ARGUMENT, "no request"};
+    {
+      const absl::MutexLock lock(&mutex);
+      google::protobuf::TextFormat::PrintToString(settings, &last_request);
+    }
     if (settings.lossless()) return SendAll(settings, stream);
     return SendUntilCancelled(settings, context, stream);
   }
@@ -208,6 +212,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     *response->add_operations() = MakeFinished("import-1");
     *response->add_operations() = MakeOperation("register-1");
     *response->add_operations() = MakeFinished("failed-1");
+    *response->add_operations() = MakeOperation("retried-1");
     return grpc::Status::OK;
   }
 
@@ -260,12 +265,22 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     const absl::Status failure = planned.back();
     planned.pop_back();
     return {static_cast<grpc::StatusCode>(failure.code()), std::string(failure.message()),
-            with_details ? Details(failure) : ""};
+            Details(failure)};
   }
 
-  static std::string Details(const absl::Status& failure) {
+  std::string Details(const absl::Status& failure) const {
     google::rpc::Status status;
     status.set_code(static_cast<int>(failure.code()));
+    failure.ForEachPayload([&](absl::string_view url, const absl::Cord& payload) {
+      google::protobuf::Any& detail = *status.add_details();
+      detail.set_type_url(std::string(url));
+      detail.set_value(std::string(payload));
+    });
+    if (with_details) AddDetails(status);
+    return status.SerializeAsString();
+  }
+
+  static void AddDetails(google::rpc::Status& status) {
     google::rpc::ErrorInfo info;
     info.set_reason("FAMILY_BUSY");
     (*info.mutable_metadata())["family"] = "drops";
@@ -275,7 +290,6 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     violation->set_field("weights[0]");
     violation->set_description("is 7; it must be in [-1, 2]");
     status.add_details()->PackFrom(bad_request);
-    return status.SerializeAsString();
   }
 
   grpc::Status Delete(const std::string& method, const std::string& name) {
@@ -295,6 +309,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     v1::StreamFramesResponse response;
     *response.mutable_frame() = FrameFor(settings, time_s);
     response.set_frame_index(index);
+    response.set_level_of_detail(settings.adapt_level_of_detail() ? 1 : 0);
     stream->Write(response);
   }
 
@@ -353,6 +368,15 @@ std::string FakeServer::target() const { return absl::StrCat("127.0.0.1:", impl_
 void FakeServer::FailNext(const std::string& method, int times, const absl::Status& status) {
   const absl::MutexLock lock(&impl_->mutex);
   impl_->failures[method].assign(static_cast<size_t>(times), status);
+}
+
+absl::Status WithRetryDelay(absl::Status status, absl::Duration delay) {
+  google::rpc::RetryInfo info;
+  info.mutable_retry_delay()->set_seconds(absl::IDivDuration(delay, absl::Seconds(1), &delay));
+  info.mutable_retry_delay()->set_nanos(static_cast<int32_t>(absl::ToInt64Nanoseconds(delay)));
+  status.SetPayload("type.googleapis.com/google.rpc.RetryInfo",
+                    absl::Cord(info.SerializeAsString()));
+  return status;
 }
 
 void FakeServer::AddErrorDetails() {

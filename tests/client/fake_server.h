@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/time/time.h"
 #include "liquidblend/mesh.h"
 
 namespace liquidblend::testing {
@@ -35,7 +36,7 @@ class FakeServer {
 
   std::string target() const;  // HOST:PORT
 
-  // The next `times` calls of `method` ("GetFamily") fail with `status`.
+  // The next `times` calls of `method` ("GetFamily") fail with `status` and its payloads.
   void FailNext(const std::string& method, int times, const absl::Status& status);
   // The next failures carry google.rpc details: an ErrorInfo and a BadRequest.
   void AddErrorDetails();
@@ -47,13 +48,17 @@ class FakeServer {
   int NumCalls(const std::string& method) const;
   std::vector<std::string> RequestIds() const;  // of RegisterFamily, one per call
   std::vector<ReceivedUpload> Uploads() const;
-  std::string LastRequest() const;  // the last RegisterFamily, as protobuf text
+  // The last RegisterFamily, GetFrame or beginning of a StreamFrames, as protobuf text.
+  std::string LastRequest() const;
   std::vector<std::string> Deleted() const;
 
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// The status with a google.rpc.RetryInfo.
+absl::Status WithRetryDelay(absl::Status status, absl::Duration delay);
 
 // A closed, oriented mesh of 8 triangles: radius 1 + weight, centre (time, 0, 0).
 Mesh MakeOctahedron(double weight, double time_s);

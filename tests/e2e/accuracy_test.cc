@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "server/blend/blend.h"
 #include "server/slice/slice.h"
 #include "tests/e2e/two_drops.h"
+#include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/surface_distance.h"
 #include "worker/registration/register.h"
 #include "worker/spacetime/build.h"
@@ -67,12 +67,8 @@ class Blends {
   }
 
   mesh::TriangleMesh Cut(double weight, double frame) {
-    const double weights[] = {weight};
     const double time_s = std::min(frame / family_.frames_per_second, family_.duration_s());
-    const absl::Status found = slice::FindCandidates(*index_, weights, time_s, workspace_);
-    EXPECT_TRUE(found.ok()) << found;
-    blend::BlendVertices(family_, weights, workspace_.vertex_ranges, positions_);
-    return slice::March(*index_, positions_, workspace_);
+    return synthetic::SliceFamily(*index_, std::vector{weight}, time_s, workspace_);
   }
   double edge_length_m() const { return family_.edge_length_m; }
   int num_frames() const { return family_.num_frames; }
@@ -85,7 +81,6 @@ class Blends {
   mesh::RegisteredFamily family_;
   std::unique_ptr<slice::CellIndex> index_;
   slice::Workspace workspace_;
-  std::vector<mesh::Float4> positions_;
 };
 
 class AccuracyTest : public ::testing::Test {

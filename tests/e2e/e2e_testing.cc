@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
+#include <cstdlib>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "core/store/data_directory.h"
+#include "tests/core/store/ceph_environment.h"
+#include "tests/core/store/postgres_server.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/worker/ingest/encode_files.h"
 
@@ -20,7 +24,47 @@ void SetDeadline(grpc::ClientContext& context) {
   context.set_deadline(std::chrono::system_clock::now() + kPatience);
 }
 
+// Of a new catalog; empty: a data directory is enough.
+std::string CatalogUrl() {
+  const char* const tier = std::getenv("LIQUIDBLEND_E2E_TIER");
+  if (tier == nullptr || std::string(tier) != "shared") return "";
+  return store::SharedPostgresServer().NewUrl();
+}
+
+std::vector<std::string> RunningServers() {
+  const char* const servers = std::getenv("LIQUIDBLEND_E2E_SERVERS");
+  if (servers == nullptr) return {};
+  return absl::StrSplit(servers, ',', absl::SkipEmpty());
+}
+
 }  // namespace
+
+E2eTest::E2eTest() : catalog_url_(CatalogUrl()), running_servers_(RunningServers()) {}
+
+std::string E2eTest::blob_folder() const {
+  return catalog_url_.empty() ? data() : data() + "/cache";
+}
+
+std::unique_ptr<store::Catalog> E2eTest::OpenCatalog() const {
+  auto catalog = catalog_url_.empty() ? store::OpenSqliteCatalog(store::CatalogPath(data()))
+                                      : store::OpenPostgresCatalog(catalog_url_);
+  EXPECT_TRUE(catalog.ok()) << catalog.status();
+  return catalog.ok() ? *std::move(catalog) : nullptr;
+}
+
+std::vector<std::string> E2eTest::StoreArguments() const {
+  if (catalog_url_.empty()) return {"--data", data()};
+  return {"--cache", blob_folder(), "--blobs",
+          "s3://liquidblend/" + data().substr(data().rfind('/') + 1)};
+}
+
+std::vector<std::string> E2eTest::WithStore(const std::vector<std::string>& environment) const {
+  if (catalog_url_.empty()) return environment;
+  std::vector<std::string> all = store::CephEnvironment();
+  all.push_back("LIQUIDBLEND_STORE=" + catalog_url_);
+  all.insert(all.end(), environment.begin(), environment.end());
+  return all;
+}
 
 std::vector<NamedBytes> E2eTest::BallFiles(double velocity_m_per_s) {
   synthetic::MovingSphereOptions options;
@@ -35,31 +79,69 @@ std::vector<NamedBytes> E2eTest::BallFiles(double velocity_m_per_s) {
   return files;
 }
 
+void E2eTest::Connect(const std::string& address) {
+  address_ = address;
+  const auto channel = grpc::CreateChannel(address_, grpc::InsecureChannelCredentials());
+  stub_ = v1::LiquidBlend::NewStub(channel);
+  operations_ = google::longrunning::Operations::NewStub(channel);
+}
+
+void E2eTest::ConnectToNextRunningServer() {
+  static size_t turn = 0;
+  Connect(running_servers_[turn++ % running_servers_.size()]);
+  if (!is_empty_) DeleteEverything();
+  is_empty_ = true;
+}
+
+void E2eTest::DeleteEverything() {
+  const auto check = [](const grpc::Status& status) {
+    EXPECT_TRUE(status.ok()) << status.error_message();
+  };
+  google::protobuf::Empty empty;
+  v1::ListFamiliesResponse families;
+  check(stub_->ListFamilies(std::make_unique<grpc::ClientContext>().get(), {}, &families));
+  for (const v1::Family& family : families.families()) {
+    v1::DeleteFamilyRequest request;
+    request.set_name(family.name());
+    check(stub_->DeleteFamily(std::make_unique<grpc::ClientContext>().get(), request, &empty));
+  }
+  for (const std::string& name : AnimationNames()) {
+    v1::DeleteAnimationRequest request;
+    request.set_name(name);
+    check(stub_->DeleteAnimation(std::make_unique<grpc::ClientContext>().get(), request, &empty));
+  }
+  google::longrunning::ListOperationsResponse operations;
+  check(
+      operations_->ListOperations(std::make_unique<grpc::ClientContext>().get(), {}, &operations));
+  for (const Operation& operation : operations.operations()) {
+    google::longrunning::DeleteOperationRequest request;
+    request.set_name(operation.name());
+    check(operations_->DeleteOperation(std::make_unique<grpc::ClientContext>().get(), request,
+                                       &empty));
+  }
+}
+
 Process E2eTest::StartServer(int num_workers, const std::vector<std::string>& environment) {
-  Process server("liquidblend-server",
-                 {"--data", data(), "--listen", "127.0.0.1:0", "--worker-lease", "1s", "--workers",
-                  std::to_string(num_workers)},
-                 environment);
+  if (!running_servers_.empty()) {
+    ConnectToNextRunningServer();
+    return {};
+  }
+  std::vector<std::string> arguments = StoreArguments();
+  arguments.insert(arguments.end(), {"--listen", "127.0.0.1:0", "--worker-lease", "1s", "--workers",
+                                     std::to_string(num_workers)});
+  Process server("liquidblend-server", arguments, WithStore(environment));
   const std::string line = server.ReadLine();
   const std::string words = "listening on ";
   EXPECT_EQ(line.substr(0, words.size()), words);
-  const std::string address = line.substr(std::min(line.size(), words.size()));
-  const auto channel = grpc::CreateChannel(address, grpc::InsecureChannelCredentials());
-  stub_ = v1::LiquidBlend::NewStub(channel);
-  operations_ = google::longrunning::Operations::NewStub(channel);
+  Connect(line.substr(std::min(line.size(), words.size())));
   return server;
 }
 
-std::string E2eTest::Address() const {
-  int port = 0;
-  std::ifstream(data() + "/server.port") >> port;
-  return absl::StrCat("127.0.0.1:", port);
-}
-
 Process E2eTest::StartWorker(const std::vector<std::string>& environment) {
-  return Process("liquidblend-worker",
-                 {"--data", data(), "--lease", "1s", "--poll", "20ms", "--threads", "1"},
-                 environment);
+  if (!running_servers_.empty()) return {};
+  std::vector<std::string> arguments = StoreArguments();
+  arguments.insert(arguments.end(), {"--lease", "1s", "--poll", "20ms", "--threads", "1"});
+  return Process("liquidblend-worker", arguments, WithStore(environment));
 }
 
 grpc::Status E2eTest::Upload(const std::string& id, const std::vector<NamedBytes>& files,

@@ -1,4 +1,9 @@
-// A data directory, servers and workers on it, and a client that speaks the bare protocol.
+// A store, servers and workers on it, and a client that speaks the bare protocol.
+// The store is a data directory, or, if the environment variable LIQUIDBLEND_E2E_TIER is "shared",
+// a PostgreSQL of the test's own and the Ceph that ctest starts.
+// If LIQUIDBLEND_E2E_SERVERS is HOST:PORT[,HOST:PORT..], these servers and their workers, which run
+// already, are tested instead: nothing is started, each start of a server is a turn to the next of
+// them, and every test begins by deleting ALL that is in their store.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -11,6 +16,7 @@
 #include <vector>
 
 #include "core/mesh/triangle_mesh.h"
+#include "core/store/catalog.h"
 #include "google/longrunning/operations.grpc.pb.h"
 #include "liquidblend/v1/liquidblend.grpc.pb.h"
 #include "tests/core/store/store_testing.h"
@@ -26,17 +32,25 @@ struct NamedBytes {
   std::string bytes;
 };
 
-class E2eTest : public testing::Test {
+class E2eTest : public ::testing::Test {
  protected:
+  E2eTest();
+
   // Ball of 162 vertices over 6 frames, moving along x.
   static std::vector<NamedBytes> BallFiles(double velocity_m_per_s);
 
   const std::string& data() const { return folder_.path(); }
+  // Where blobs are while they are written: data(), or the cache.
+  std::string blob_folder() const;
+  // One more handle on the catalog.
+  std::unique_ptr<store::Catalog> OpenCatalog() const;
 
-  // On any free port; connects.
+  // On any free port (or the next of LIQUIDBLEND_E2E_SERVERS); connects.
   Process StartServer(int num_workers = 0, const std::vector<std::string>& environment = {});
-  // Of the server that was started last, as `liquidblend --server` takes it.
-  std::string Address() const;
+  // Talks to the server at HOST:PORT from now on.
+  void Connect(const std::string& address);
+  // Of the server that was connected to last, as `liquidblend --server` takes it.
+  const std::string& Address() const { return address_; }
   Process StartWorker(const std::vector<std::string>& environment = {});
 
   // Sends an animation. With fewer files than there are, it stops in the middle of the last of
@@ -67,8 +81,19 @@ class E2eTest : public testing::Test {
   std::unique_ptr<v1::LiquidBlend::Stub> stub_;
   std::unique_ptr<google::longrunning::Operations::Stub> operations_;
 
+  // Where the store is, as programs take it: flags, and NAME=VALUE of the environment.
+  std::vector<std::string> StoreArguments() const;
+  std::vector<std::string> WithStore(const std::vector<std::string>& environment = {}) const;
+
  private:
+  void ConnectToNextRunningServer();
+  void DeleteEverything();
+
   store::TemporaryFolder folder_;
+  const std::string catalog_url_;                   // empty: a data directory
+  const std::vector<std::string> running_servers_;  // empty: the test starts them
+  bool is_empty_ = false;                           // DeleteEverything() has been called
+  std::string address_;
 };
 
 // The mesh in a frame's bytes.

@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/store/catalog.h"
-#include "core/store/data_directory.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {
@@ -102,12 +101,12 @@ TEST_F(KillTest, AServerKilledInAnUploadLeavesNothingVisible) {
     ASSERT_TRUE(writer->Write(message));
     message.set_chunk(std::string(50, 'x'));
     ASSERT_TRUE(writer->Write(message));
-    Await([&] { return store::CountFiles(data() + "/tmp") > 0; });
+    Await([&] { return store::CountFiles(blob_folder() + "/tmp") > 0; });
     server.Kill();
     EXPECT_FALSE(writer->Finish().ok());
   }
   Process server = StartServer(1);
-  EXPECT_EQ(store::CountFiles(data() + "/tmp"), 0);
+  EXPECT_EQ(store::CountFiles(blob_folder() + "/tmp"), 0);
   EXPECT_THAT(AnimationNames(), IsEmpty());
   EXPECT_EQ(NumOperations(), 0);
   ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
@@ -201,7 +200,7 @@ class KillManyTargetsTest : public KillTest {
 
  private:
   store::Catalog* catalog() {
-    if (!catalog_) catalog_ = *store::OpenSqliteCatalog(store::CatalogPath(data()));
+    if (!catalog_) catalog_ = OpenCatalog();
     return catalog_.get();
   }
 

@@ -12,6 +12,8 @@
 #include <iostream>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+
 namespace liquidblend::e2e {
 namespace {
 
@@ -35,7 +37,9 @@ char StateOf(pid_t pid) {
 
 Process::Process(const std::string& program, const std::vector<std::string>& arguments,
                  const std::vector<std::string>& environment) {
-  const std::string path = std::string(LIQUIDBLEND_BINARY_DIR) + "/" + program;
+  const char* const folder = std::getenv("LIQUIDBLEND_BINARY_DIR");
+  const std::string path =
+      absl::StrCat(folder == nullptr ? LIQUIDBLEND_BINARY_DIR : folder, "/", program);
   std::vector<std::string> words = {path};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<std::string> variables;

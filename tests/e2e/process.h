@@ -11,8 +11,11 @@ namespace liquidblend::e2e {
 // Threads: one at a time. Not waited for at the end: killed.
 class Process {
  public:
-  // Runs BINARY_DIR/program; `environment` is added to this process' own, as NAME=VALUE. What it
-  // says on standard error goes to ours.
+  // Nothing that runs.
+  Process() = default;
+  // Runs BINARY_DIR/program (the build's, unless the environment has LIQUIDBLEND_BINARY_DIR);
+  // `environment` is added to this process' own, as NAME=VALUE. What it says on standard error goes
+  // to ours.
   Process(const std::string& program, const std::vector<std::string>& arguments,
           const std::vector<std::string>& environment = {});
   ~Process();

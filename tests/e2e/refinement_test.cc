@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "server/blend/blend.h"
 #include "server/slice/slice.h"
 #include "tests/e2e/two_drops.h"
+#include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/surface_distance.h"
 #include "worker/registration/register.h"
 #include "worker/spacetime/build.h"
@@ -71,18 +71,12 @@ class RefinementTest : public ::testing::Test {
     family.domain_min = {-9, -9, -9};
     family.domain_max = {9, 9, 9};
     const slice::CellIndex index(family);
-    const double weights[] = {weight};
     const int count = (family.num_frames - 1) / kFrameStep;
     const double sum = arena_.Sum(count, [&](int64_t n) {
       const int64_t frame = n * kFrameStep;
-      slice::Workspace workspace;
-      std::vector<mesh::Float4> positions;
-      const absl::Status found = slice::FindCandidates(
-          index, weights, static_cast<double>(frame) / family.frames_per_second, workspace);
-      EXPECT_TRUE(found.ok()) << found;
-      blend::BlendVertices(family, weights, workspace.vertex_ranges, positions);
-      return synthetic::MeanSymmetricDistance(slice::March(index, positions, workspace),
-                                              truth.frames[frame]);
+      const double time_s = static_cast<double>(frame) / family.frames_per_second;
+      return synthetic::MeanSymmetricDistance(
+          synthetic::SliceFamily(index, std::vector{weight}, time_s), truth.frames[frame]);
     });
     return sum / count / family.edge_length_m;
   }

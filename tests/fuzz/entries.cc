@@ -1,16 +1,20 @@
 #include "tests/fuzz/entries.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/store/files.h"
 #include "server/encode/draco.h"
+#include "server/http/query.h"
+#include "server/http/requests.h"
 #include "tests/fuzz/checksums.h"
 #include "tests/server/encode/judge.h"
 #include "tests/server/encode/scrambled_surface.h"
@@ -163,6 +167,26 @@ void RunSurface(Bytes bytes) {
           "all triangles are there");
 }
 
+bool AreFinite(const google::protobuf::RepeatedField<double>& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+// The query of a URL.
+void RunQuery(Bytes bytes) {
+  const std::string_view query(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const absl::StatusOr<std::vector<http::QueryField>> fields = http::ParseQuery(query);
+  Require(fields.ok() || !fields.status().message().empty(), "a refusal says why");
+  if (!fields.ok()) return;
+  const absl::StatusOr<v1::GetFrameRequest> request = http::ToGetFrame("fuzz", *fields);
+  Require(request.ok() || !request.status().message().empty(), "a refusal says why");
+  if (!request.ok()) return;
+  Require(AreFinite(request->weights()) && std::isfinite(request->time_s()), "numbers are finite");
+  for (const v1::Parameter& parameter : request->parameters()) {
+    Require(std::isfinite(parameter.value()), "numbers are finite");
+  }
+  Require(request->version() >= 0, "versions are positive");
+}
+
 constexpr Entry kEntries[] = {{"mantaflow", RunMantaflow},
                               {"ply", RunPly},
                               {"obj", RunObj},
@@ -172,7 +196,8 @@ constexpr Entry kEntries[] = {{"mantaflow", RunMantaflow},
                               {"meta", RunMeta},
                               {"animation_file", RunAnimationFile},
                               {"family_file", RunFamilyFile},
-                              {"surface", RunSurface}};
+                              {"surface", RunSurface},
+                              {"query", RunQuery}};
 
 }  // namespace
 

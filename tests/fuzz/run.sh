@@ -10,7 +10,7 @@ seconds=${1:-60}
 shift || true
 readers=("$@")
 [ ${#readers[@]} -gt 0 ] ||
-  readers=(mantaflow ply obj stl vdb gzip meta animation_file family_file surface)
+  readers=(mantaflow ply obj stl vdb gzip meta animation_file family_file surface query)
 
 cmake --preset fuzz >/dev/null
 cmake --build build/fuzz --target "${readers[@]/#/fuzz_}"

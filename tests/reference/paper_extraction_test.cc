@@ -8,9 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "server/blend/blend.h"
 #include "server/slice/slice.h"
 #include "tests/synthetic/families.h"
+#include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/surface_distance.h"
 #include "tests/synthetic/tracked.h"
 #include "worker/spacetime/build_tracked.h"
@@ -31,14 +31,8 @@ mesh::SpaceTimeMesh BuildOrDie(const mesh::Animation& animation) {
 
 mesh::TriangleMesh OurSlice(const mesh::SpaceTimeMesh& mesh, double time_frames) {
   const mesh::RegisteredFamily family = mesh::ViewOf(mesh);
-  const slice::CellIndex index(family);
-  slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
-  const absl::Status found =
-      slice::FindCandidates(index, {}, time_frames / family.frames_per_second, workspace);
-  EXPECT_TRUE(found.ok()) << found;
-  blend::BlendVertices(family, {}, workspace.vertex_ranges, positions);
-  return slice::March(index, positions, workspace);
+  return synthetic::SliceFamily(slice::CellIndex(family), {},
+                                time_frames / family.frames_per_second);
 }
 
 // A registration's displacement, as far as it moves without folding.

@@ -13,11 +13,13 @@ constexpr double kMinShareForEstimate = 0.05;
 }  // namespace
 
 JobContext::JobContext(store::Catalog& job_catalog, store::BlobStore& job_blobs,
-                       const parallel::Arena& job_arena, LeaseKeeper& job_keeper)
+                       const parallel::Arena& job_arena, LeaseKeeper& job_keeper,
+                       Checkpoints& job_checkpoints)
     : catalog(job_catalog),
       blobs(job_blobs),
       arena(job_arena),
       keeper(job_keeper),
+      checkpoints(job_checkpoints),
       start_(absl::Now()) {}
 
 absl::Status JobContext::BeginStage(const std::string& name, double begin, double end) {
@@ -47,6 +49,15 @@ registration::ProgressCallback JobContext::RegistrationProgress(int target_index
     ReportFraction(static_cast<double>(report.iteration) / std::max(1, report.num_iterations));
     return keeper.Check().ok();
   };
+}
+
+void JobContext::SetResumed(const registration::IterationReport& last) {
+  progress_.set_resumed_iteration(last.iteration);
+  progress_.set_iteration(last.iteration);
+  progress_.set_num_iterations(last.num_iterations);
+  const double before = progress_.fraction();
+  ReportFraction(static_cast<double>(last.iteration) / std::max(1, last.num_iterations));
+  first_fraction_ = first_fraction_.value_or(0.0) + progress_.fraction() - before;
 }
 
 void JobContext::ReportFraction(double stage_fraction) {

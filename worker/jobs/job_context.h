@@ -11,6 +11,7 @@
 #include "core/parallel/arena.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
+#include "worker/jobs/checkpoints.h"
 #include "worker/jobs/lease_keeper.h"
 #include "worker/registration/register.h"
 
@@ -20,12 +21,14 @@ namespace liquidblend::jobs {
 class JobContext {
  public:
   JobContext(store::Catalog& job_catalog, store::BlobStore& job_blobs,
-             const parallel::Arena& job_arena, LeaseKeeper& job_keeper);
+             const parallel::Arena& job_arena, LeaseKeeper& job_keeper,
+             Checkpoints& job_checkpoints);
 
   store::Catalog& catalog;
   store::BlobStore& blobs;
   const parallel::Arena& arena;
   LeaseKeeper& keeper;
+  Checkpoints& checkpoints;
 
   // Begins the next stage, which takes the job from one fraction of its whole work to another.
   // Errors: keeper.Check()'s, if the job is not to go on.
@@ -40,6 +43,9 @@ class JobContext {
   // For Register() of one target; cancels when the job is not to go on. The stage is called
   // "projection" after the last iteration.
   registration::ProgressCallback RegistrationProgress(int target_index);
+
+  // The registration goes on after this iteration: what is done before it was not done just now.
+  void SetResumed(const registration::IterationReport& last);
 
   const std::string& stage() const { return progress_.stage(); }
 

@@ -21,11 +21,12 @@ absl::Status LeaseOptions::Validate() const {
 }
 
 LeaseKeeper::LeaseKeeper(store::Catalog& catalog, store::Lease lease, const StopSignal& stop,
-                         const LeaseOptions& options)
+                         const LeaseOptions& options, std::function<void()> before_release)
     : catalog_(catalog),
       lease_(std::move(lease)),
       stop_(stop),
       options_(options),
+      before_release_(std::move(before_release)),
       renewed_(absl::Now()),
       thread_([this] { Keep(); }) {}
 
@@ -92,6 +93,7 @@ void LeaseKeeper::Renew() {
 }
 
 void LeaseKeeper::Release() {
+  if (before_release_) before_release_();
   const absl::Status released = catalog_.ReleaseJob(lease_id());
   if (!released.ok()) {
     base::LogWarning(

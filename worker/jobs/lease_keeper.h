@@ -1,6 +1,7 @@
 // Keeps the lease of a job while it is worked on.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <thread>
 
@@ -25,9 +26,11 @@ struct LeaseOptions {
 // Threads: safe.
 class LeaseKeeper {
  public:
+  //   before_release  called, from the keeper's thread, before the job goes back because of `stop`;
+  //                   it must not take much of the time that the worker has to stop
   // Requires: options.Validate().ok(); catalog and stop outlive this.
   LeaseKeeper(store::Catalog& catalog, store::Lease lease, const StopSignal& stop,
-              const LeaseOptions& options);
+              const LeaseOptions& options, std::function<void()> before_release = {});
   ~LeaseKeeper();
   LeaseKeeper(const LeaseKeeper&) = delete;
   LeaseKeeper& operator=(const LeaseKeeper&) = delete;
@@ -53,6 +56,7 @@ class LeaseKeeper {
   const store::Lease lease_;
   const StopSignal& stop_;
   const LeaseOptions options_;
+  const std::function<void()> before_release_;
   mutable absl::Mutex mutex_;
   store::pb::JobProgress progress_ ABSL_GUARDED_BY(mutex_);
   bool is_progress_new_ ABSL_GUARDED_BY(mutex_) = false;

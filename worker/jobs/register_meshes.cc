@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <variant>
 
 #include "core/base/memory.h"
 #include "core/base/status_macros.h"
@@ -17,11 +18,11 @@ absl::StatusOr<Registration> RegisterOrRefine(
     const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
     const std::vector<registration::Correspondence>& correspondences,
     const PreviousRegistration* previous, const registration::RegistrationOptions& options,
-    const parallel::Arena& arena, const registration::ProgressCallback& progress) {
+    const parallel::Arena& arena, const registration::RegistrationHooks& hooks) {
   if (previous == nullptr) {
-    return registration::Register(source, target, correspondences, options, arena, progress);
+    return registration::Register(source, target, correspondences, options, arena, hooks);
   }
-  return registration::Refine(source, target, correspondences, *previous, options, arena, progress);
+  return registration::Refine(source, target, correspondences, *previous, options, arena, hooks);
 }
 
 absl::StatusOr<mesh::SpaceTimeMesh> BuildCoarse(const MeshSource& fine, double scale,
@@ -34,18 +35,27 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildCoarse(const MeshSource& fine, double s
   return spacetime::Build(animation, options, arena);
 }
 
+// Where finer nodes are, if the state is of them.
+const registration::SharpenState* FinerNodesOf(const registration::RegistrationState* state) {
+  return state == nullptr ? nullptr : std::get_if<registration::SharpenState>(state);
+}
+
 }  // namespace
 
 absl::StatusOr<Registration> RegisterMeshes(
     const MeshSource& source, const MeshSource& target,
     const std::vector<registration::Correspondence>& correspondences,
     const PreviousRegistration* previous, const RegisterMeshesOptions& options,
-    const parallel::Arena& arena, const registration::ProgressCallback& progress) {
+    const parallel::Arena& arena, const registration::RegistrationHooks& hooks) {
   base::ReturnFreeMemory();  // of what the meshes were made from
   const double scale = registration::CoarseScale(source.mesh.num_vertices(), options.registration);
   if (scale == 1.0) {
     return RegisterOrRefine(source.mesh, target.mesh, correspondences, previous,
-                            options.registration, arena, progress);
+                            options.registration, arena, hooks);
+  }
+  if (const auto* const state = FinerNodesOf(hooks.resume)) {
+    return registration::ResumeSharpening(source.mesh, target.mesh, correspondences, *state,
+                                          options.registration, arena, hooks);
   }
   LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh coarse_source,
                       BuildCoarse(source, scale, options.build, arena));
@@ -61,9 +71,9 @@ absl::StatusOr<Registration> RegisterMeshes(
   LB_ASSIGN_OR_RETURN(const Registration coarse,
                       RegisterOrRefine(coarse_source, coarse_target, correspondences,
                                        coarse_previous ? &*coarse_previous : nullptr,
-                                       options.registration, arena, progress));
+                                       options.registration, arena, hooks));
   return registration::Sharpen(source.mesh, target.mesh, correspondences, {coarse_source, coarse},
-                               options.registration, arena);
+                               options.registration, arena, hooks);
 }
 
 }  // namespace liquidblend::jobs

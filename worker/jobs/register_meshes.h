@@ -26,12 +26,13 @@ struct RegisterMeshesOptions {
 };
 
 //   previous  what to refine; null: from scratch
+//   hooks     resume: coarse meshes are not made again if their registration is done
 // Errors: those of Build(), Register(), Refine(), Sharpen() and of reading the frames.
 // Threads: safe, same bytes for any thread count.
 absl::StatusOr<registration::Registration> RegisterMeshes(
     const MeshSource& source, const MeshSource& target,
     const std::vector<registration::Correspondence>& correspondences,
     const registration::PreviousRegistration* previous, const RegisterMeshesOptions& options,
-    const parallel::Arena& arena, const registration::ProgressCallback& progress = {});
+    const parallel::Arena& arena, const registration::RegistrationHooks& hooks = {});
 
 }  // namespace liquidblend::jobs

@@ -3,11 +3,14 @@
 #include <memory>
 #include <optional>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/store/files.h"
+#include "worker/jobs/fingerprint.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/previous_version.h"
 #include "worker/jobs/register_meshes.h"
@@ -18,11 +21,24 @@
 namespace liquidblend::jobs {
 namespace {
 
+using registration::Registration;
+
 constexpr double kTargetMeshShare = 0.15;  // of the work for one target
 
-absl::StatusOr<registration::Registration> RegisterOrRefine(
-    const store::v1::RegisterJob& job, int k, const mesh::RegisteredFamily* previous,
-    const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target, JobContext& context) {
+// What a registration is made from.
+struct Inputs {
+  const store::v1::RegisterJob& job;
+  int target_index;
+  const mesh::SpaceTimeMesh& source;
+  const mesh::SpaceTimeMesh& target;
+  const mesh::RegisteredFamily* previous;  // what to refine; null: from scratch
+};
+
+absl::StatusOr<Registration> RegisterOrRefine(const Inputs& inputs,
+                                              const registration::RegistrationHooks& hooks,
+                                              JobContext& context) {
+  const store::v1::RegisterJob& job = inputs.job;
+  const int k = inputs.target_index;
   const auto read = [&context](const std::string& id) {
     return [&context, id] { return ReadStored(id, context); };
   };
@@ -31,15 +47,56 @@ absl::StatusOr<registration::Registration> RegisterOrRefine(
   Eigen::Matrix4Xf displacement;
   std::vector<mesh::Correspondence> before;
   std::optional<registration::PreviousRegistration> refined;
-  if (previous != nullptr) {
-    displacement = MatrixOf(previous->targets[k].displacement);
-    before = CorrespondencesOf(previous->targets[k]);
+  if (inputs.previous != nullptr) {
+    displacement = MatrixOf(inputs.previous->targets[k].displacement);
+    before = CorrespondencesOf(inputs.previous->targets[k]);
     refined.emplace(displacement, before);
   }
-  return RegisterMeshes({source, read(job.source())}, {target, read(job.targets(k))},
-                        ToCorrespondences(job, k, source.frames_per_second),
-                        refined ? &*refined : nullptr, options, context.arena,
-                        context.RegistrationProgress(k));
+  return RegisterMeshes({inputs.source, read(job.source())}, {inputs.target, read(job.targets(k))},
+                        ToCorrespondences(job, k, inputs.source.frames_per_second),
+                        refined ? &*refined : nullptr, options, context.arena, hooks);
+}
+
+// The last iteration that the state knows of.
+registration::IterationReport LastOf(const registration::RegistrationState& state) {
+  if (const auto* const iterations = std::get_if<registration::IterationState>(&state)) {
+    return iterations->last;
+  }
+  const int count = std::get<registration::SharpenState>(state).coarse_report.num_iterations;
+  return {.iteration = count, .num_iterations = count};
+}
+
+// Goes on where an earlier attempt was interrupted, and leaves checkpoints for a later one.
+absl::StatusOr<Registration> RegisterWithCheckpoints(const Inputs& inputs, JobContext& context) {
+  LB_ASSIGN_OR_RETURN(
+      const std::optional<registration::RegistrationState> resumed,
+      context.checkpoints.Begin(FingerprintOf(inputs.job, inputs.target_index, inputs.source,
+                                              inputs.target, inputs.previous)));
+  registration::RegistrationHooks hooks;
+  hooks.progress = context.RegistrationProgress(inputs.target_index);
+  hooks.keep = [&context](registration::RegistrationState state) {
+    context.checkpoints.Offer(std::move(state));
+  };
+  if (!resumed) return RegisterOrRefine(inputs, hooks, context);
+  context.SetResumed(LastOf(*resumed));
+  hooks.resume = &*resumed;
+  absl::StatusOr<Registration> result = RegisterOrRefine(inputs, hooks, context);
+  if (!absl::IsFailedPrecondition(result.status())) return result;
+  base::LogWarning(absl::StrCat("job ", context.keeper.job().id(), ": begins anew, as its ",
+                                "checkpoint does not fit: ", result.status().ToString()));
+  context.SetResumed({});
+  hooks.resume = nullptr;
+  return RegisterOrRefine(inputs, hooks, context);
+}
+
+// Jobs of older programs may have several targets in one: of these nothing is kept.
+absl::StatusOr<Registration> RegisterInputs(const Inputs& inputs, JobContext& context) {
+  const bool is_one_of_several =
+      context.keeper.job().parent().empty() && inputs.job.targets_size() > 1;
+  if (!is_one_of_several) return RegisterWithCheckpoints(inputs, context);
+  registration::RegistrationHooks hooks;
+  hooks.progress = context.RegistrationProgress(inputs.target_index);
+  return RegisterOrRefine(inputs, hooks, context);
 }
 
 }  // namespace
@@ -76,7 +133,7 @@ absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& jo
   result.name = job.targets(target_index);
   result.space_time = target.report;
   LB_ASSIGN_OR_RETURN(result.registration,
-                      RegisterOrRefine(job, target_index, previous, source, target.mesh, context));
+                      RegisterInputs({job, target_index, source, target.mesh, previous}, context));
   return result;
 }
 

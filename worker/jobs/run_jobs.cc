@@ -1,11 +1,13 @@
 #include "worker/jobs/run_jobs.h"
 
+#include <algorithm>
 #include <exception>
 #include <new>
 #include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "worker/jobs/job_context.h"
@@ -15,6 +17,8 @@
 
 namespace liquidblend::jobs {
 namespace {
+
+constexpr absl::Duration kStopPoll = absl::Milliseconds(100);
 
 // Trouble with the catalog that waiting does not cure.
 bool IsFatal(const absl::Status& status) {
@@ -39,8 +43,8 @@ absl::Status RunGuarded(const store::pb::JobRecord& job, JobContext& context) {
   try {
     return RunStages(job, context);
   } catch (const std::bad_alloc&) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("out of memory in stage '", context.stage(), "'"));
+    // Not kResourceExhausted: that is a full disk, which passes without the job's doing.
+    return absl::InternalError(absl::StrCat("out of memory in stage '", context.stage(), "'"));
   } catch (const std::exception& error) {
     return absl::InternalError(
         absl::StrCat("unexpected in stage '", context.stage(), "': ", error.what()));
@@ -68,17 +72,33 @@ void Settle(store::Catalog& catalog, const store::Lease& lease, const absl::Stat
 }
 
 void RunJob(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
-            const StopSignal& stop, const store::Lease& lease, const LeaseOptions& options) {
+            const StopSignal& stop, const store::Lease& lease, const JobLoopOptions& options) {
   base::LogInfo(absl::StrCat("job ", lease.job.id(), ": attempt ", lease.job.attempts()));
   absl::Status outcome;
   bool is_released = false;
   {
-    LeaseKeeper keeper(catalog, lease, stop, options);
-    JobContext context(catalog, blobs, arena, keeper);
+    Checkpoints checkpoints(catalog, blobs, lease, options.checkpoints);
+    LeaseKeeper keeper(catalog, lease, stop, options.lease, [&] { checkpoints.Flush(); });
+    JobContext context(catalog, blobs, arena, keeper, checkpoints);
     outcome = Outcome(RunGuarded(lease.job, context), keeper);
+    checkpoints.End(/*is_done=*/outcome.ok());
     is_released = absl::IsUnavailable(keeper.Check());
   }
   Settle(catalog, lease, outcome, is_released);
+}
+
+// Waits until there may be something to do, but not longer than options.poll. It hears of a wish to
+// stop within kStopPoll.
+void AwaitJob(store::Catalog& catalog, const StopSignal& stop, const JobLoopOptions& options) {
+  const absl::Time deadline = absl::Now() + options.poll;
+  while (!stop.is_requested()) {
+    const absl::Duration left = deadline - absl::Now();
+    if (left <= absl::ZeroDuration()) return;
+    const absl::StatusOr<bool> has_job =
+        catalog.WaitForJob(std::min(left, kStopPoll), options.memory_bytes);
+    if (has_job.ok() && *has_job) return;
+    if (!has_job.ok()) stop.WaitFor(left);  // the next lease tells what the matter is
+  }
 }
 
 }  // namespace
@@ -89,7 +109,11 @@ absl::Status JobLoopOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("poll is out of range: ", absl::FormatDuration(poll)));
   }
-  return lease.Validate();
+  if (memory_bytes <= 0) {
+    return absl::InvalidArgumentError(absl::StrCat("memory_bytes is out of range: ", memory_bytes));
+  }
+  LB_RETURN_IF_ERROR(lease.Validate());
+  return checkpoints.Validate();
 }
 
 absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
@@ -97,15 +121,19 @@ absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const par
   LB_RETURN_IF_ERROR(options.Validate());
   while (!stop.is_requested()) {
     absl::StatusOr<std::optional<store::Lease>> lease =
-        catalog.LeaseJob(options.worker, options.lease.duration);
+        catalog.LeaseJob(options.worker, options.lease.duration, options.memory_bytes);
     if (lease.ok() && lease->has_value()) {
-      RunJob(catalog, blobs, arena, stop, **lease, options.lease);
+      RunJob(catalog, blobs, arena, stop, **lease, options);
       continue;
     }
     if (IsFatal(lease.status())) return lease.status();
     if (!lease.ok()) base::LogWarning(absl::StrCat("queue: ", lease.status().ToString()));
-    if (lease.ok() && options.exit_when_idle) return absl::OkStatus();
-    stop.WaitFor(options.poll);
+    if (!lease.ok()) {
+      stop.WaitFor(options.poll);
+      continue;
+    }
+    if (options.exit_when_idle) return absl::OkStatus();
+    AwaitJob(catalog, stop, options);
   }
   return absl::OkStatus();
 }

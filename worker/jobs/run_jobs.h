@@ -8,6 +8,7 @@
 #include "core/parallel/arena.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
+#include "worker/jobs/checkpoints.h"
 #include "worker/jobs/lease_keeper.h"
 #include "worker/jobs/stop_signal.h"
 
@@ -16,15 +17,18 @@ namespace liquidblend::jobs {
 struct JobLoopOptions {
   std::string worker = "worker";  // not empty; shown with the jobs that it takes
   LeaseOptions lease;
-  absl::Duration poll = absl::Milliseconds(500);  // > 0; between two looks at an empty queue
+  CheckpointOptions checkpoints;
+  absl::Duration poll = absl::Milliseconds(500);  // > 0; looks at an empty queue so often, unasked
+  int64_t memory_bytes = store::kAnyMemory;       // > 0; jobs that need more are left to others
   bool exit_when_idle = false;                    // return as soon as the queue is empty
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
 // Runs jobs until `stop` is requested. A job that meets bad input fails; one that meets trouble
 // which may pass (kUnavailable, kResourceExhausted, kInternal, out of memory) goes back to the
-// queue while it has attempts left; one that is interrupted by `stop` goes back as it was. Errors:
-// options out of range; kDataLoss or kPermissionDenied of the catalog. It waits out others.
+// queue, as Catalog::FailJob() says; one that is interrupted by `stop` goes back as it was. What a
+// registration had come to (CheckpointOptions) is gone on from. Errors: options out of range;
+// kDataLoss or kPermissionDenied of the catalog. It waits out others.
 absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
                      const StopSignal& stop, const JobLoopOptions& options);
 

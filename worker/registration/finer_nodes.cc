@@ -22,8 +22,8 @@ constexpr float kTreeGap = 0.7f;  // edges; from the surface to the vertex next 
 constexpr float kUnknown = 1.5f;  // edges; of what has nothing near by that faces the same way
 constexpr size_t kFewest = 8;     // far vertices in a box; fewer are corners and noise
 constexpr float kBox = 8.0f;      // edges and frames
-constexpr double kMaxVertices =
-    2.5;                         // times those of coarse meshes: as many as are registered at once
+// Times the vertices of coarse meshes: as many as are registered at once.
+constexpr double kMaxVertices = 2.5;
 constexpr int kRings = 10;       // of neighbours around what is far
 constexpr int kHeldRings = 2;    // the outermost ones are held,
 constexpr int kFadingRings = 4;  // from there on the fit counts more and more
@@ -100,8 +100,8 @@ std::vector<std::vector<int32_t>> FarBoxes(const Points& moved, const std::vecto
 
 // What takes part.
 struct Region {
-  std::vector<char>
-      depth;  // per vertex: how many rings lie around it, itself included; 0: not of it
+  // Per vertex: how many rings lie around it, itself included; 0: not of it.
+  std::vector<char> depth;
   int64_t num_vertices = 0;
 };
 
@@ -148,37 +148,37 @@ void CopyCells(const Cells& from, const std::vector<int32_t>& part_of, Cells& to
 }
 
 // What takes part, as a mesh of its own.
-struct Patch {
+struct Cutout {
   std::vector<int32_t> vertices;  // of the source, ascending
-  std::vector<char> depth;        // as Grow() says, per vertex of the patch
+  std::vector<char> depth;        // as Grow() says, per vertex of the cutout
   mesh::SpaceTimeMesh mesh;       // as moved
 };
 
-Patch CutOut(const Surface& source, const Points& moved, const Points& normals,
-             const std::vector<char>& depth) {
-  Patch patch;
+Cutout CutOut(const Surface& source, const Points& moved, const Points& normals,
+              const std::vector<char>& depth) {
+  Cutout cutout;
   std::vector<int32_t> part_of(depth.size(), -1);
   for (int32_t v = 0; v < static_cast<int32_t>(depth.size()); ++v) {
     if (depth[v] == 0) continue;
-    part_of[v] = static_cast<int32_t>(patch.vertices.size());
-    patch.vertices.push_back(v);
-    patch.depth.push_back(depth[v]);
-    patch.mesh.num_first_vertices += source.InFirstSlab(v) ? 1 : 0;
-    patch.mesh.num_last_vertices += source.InLastSlab(v) ? 1 : 0;
-    if (!source.mesh.thin.empty()) patch.mesh.thin.push_back(source.mesh.thin[v]);
+    part_of[v] = static_cast<int32_t>(cutout.vertices.size());
+    cutout.vertices.push_back(v);
+    cutout.depth.push_back(depth[v]);
+    cutout.mesh.num_first_vertices += source.InFirstSlab(v) ? 1 : 0;
+    cutout.mesh.num_last_vertices += source.InLastSlab(v) ? 1 : 0;
+    if (!source.mesh.thin.empty()) cutout.mesh.thin.push_back(source.mesh.thin[v]);
   }
-  patch.mesh.vertices = moved(Eigen::all, patch.vertices);
-  patch.mesh.normals = normals(Eigen::all, patch.vertices);
-  CopyCells(source.mesh.hexahedra, part_of, patch.mesh.hexahedra);
-  CopyCells(source.mesh.wedges, part_of, patch.mesh.wedges);
-  CopyCells(source.mesh.pyramids, part_of, patch.mesh.pyramids);
-  CopyCells(source.mesh.tetrahedra, part_of, patch.mesh.tetrahedra);
-  patch.mesh.num_frames = source.mesh.num_frames;
-  patch.mesh.edge_length_m = 1.0;  // the vertices are in edges
-  return patch;
+  cutout.mesh.vertices = moved(Eigen::all, cutout.vertices);
+  cutout.mesh.normals = normals(Eigen::all, cutout.vertices);
+  CopyCells(source.mesh.hexahedra, part_of, cutout.mesh.hexahedra);
+  CopyCells(source.mesh.wedges, part_of, cutout.mesh.wedges);
+  CopyCells(source.mesh.pyramids, part_of, cutout.mesh.pyramids);
+  CopyCells(source.mesh.tetrahedra, part_of, cutout.mesh.tetrahedra);
+  cutout.mesh.num_frames = source.mesh.num_frames;
+  cutout.mesh.edge_length_m = 1.0;  // the vertices are in edges
+  return cutout;
 }
 
-// The target's vertices that are nearer to the patch than to the rest of the source.
+// The target's vertices that are nearer to the cutout than to the rest of the source.
 std::vector<int32_t> TargetOf(const SurfacePair& pair, const Points& moved,
                               const std::vector<char>& depth, const parallel::Arena& arena) {
   std::vector<int32_t> all = pair.source.FreeVertices(), strided;
@@ -198,24 +198,24 @@ std::vector<int32_t> TargetOf(const SurfacePair& pair, const Points& moved,
   return result;
 }
 
-void HoldRim(const Patch& patch, std::vector<FitTerm>& terms) {
-  for (size_t v = 0; v < patch.vertices.size(); ++v) {
-    if (patch.depth[v] > kHeldRings) continue;
+void HoldRim(const Cutout& cutout, std::vector<FitTerm>& terms) {
+  for (size_t v = 0; v < cutout.vertices.size(); ++v) {
+    if (cutout.depth[v] > kHeldRings) continue;
     terms.push_back({static_cast<int32_t>(v), Eigen::Vector4f::Zero(),
                      Eigen::Matrix4f(kHold * Eigen::Matrix4f::Identity())});
   }
 }
 
-// Registers the patch with nodes of its own and adds what comes of it to the displacement. Returns
+// Registers the cutout with nodes of its own and adds what comes of it to the displacement. Returns
 // the number of nodes.
-absl::StatusOr<int> Fit(const SurfacePair& pair, const Patch& patch,
+absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
                         std::vector<int32_t> target_vertices, const RegistrationOptions& options,
                         const parallel::Arena& arena, Points& displacement) {
-  Surface surface(patch.mesh, 1.0);
+  Surface surface(cutout.mesh, 1.0);
   if (!pair.source.open.empty()) {
-    for (const int32_t v : patch.vertices) surface.open.push_back(pair.source.open[v]);
+    for (const int32_t v : cutout.vertices) surface.open.push_back(pair.source.open[v]);
   }
-  const IndexLists neighbors = VertexNeighbors(patch.mesh, surface.cells_around, arena);
+  const IndexLists neighbors = VertexNeighbors(cutout.mesh, surface.cells_around, arena);
   const DeformationNodes nodes(surface.points, neighbors, options.node_spacing_edges, {},
                                options.seed, arena);
   const NodeGraph graph(nodes);
@@ -230,7 +230,7 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Patch& patch,
   std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());
   for (int n = 0; n < kNumIterations; ++n) {
     Matches matches = matcher.Match(nodes, maps, match_options, arena);
-    HoldRim(patch, matches.terms);
+    HoldRim(cutout, matches.terms);
     const double f = n / (kNumIterations - 1.0);
     solver_options.smoothness =
         kFirstSmoothness * std::pow(options.final_smoothness / kFirstSmoothness, f);
@@ -239,9 +239,9 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Patch& patch,
                            .status());
   }
   const Points fitted = Deform(nodes, maps, surface.points, arena);
-  for (size_t v = 0; v < patch.vertices.size(); ++v) {
-    const float inside = static_cast<float>(patch.depth[v] - kHeldRings) / kFadingRings;
-    displacement.col(patch.vertices[v]) +=
+  for (size_t v = 0; v < cutout.vertices.size(); ++v) {
+    const float inside = static_cast<float>(cutout.depth[v] - kHeldRings) / kFadingRings;
+    displacement.col(cutout.vertices[v]) +=
         std::clamp(inside, 0.0f, 1.0f) * (fitted.col(v) - surface.points.col(v));
   }
   return static_cast<int>(nodes.num_nodes());
@@ -249,23 +249,26 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Patch& patch,
 
 }  // namespace
 
-absl::StatusOr<int> FitWhatIsFar(const SurfacePair& pair, const RegistrationOptions& options,
-                                 const parallel::Arena& arena, Points& displacement) {
-  int num_nodes = 0;
-  for (int round = 0; round < kNumRounds; ++round) {
+absl::Status FitWhatIsFar(const SurfacePair& pair, const RegistrationOptions& options,
+                          const parallel::Arena& arena, const std::function<void()>& keep,
+                          SharpenState& state) {
+  Points& displacement = state.displacement;
+  while (state.num_rounds < kNumRounds) {
     const Points moved = pair.source.points + displacement;
     const Points normals = ImageNormals(pair.source, pair.neighbors, displacement, 1, arena);
     const auto boxes =
         FarBoxes(moved, Distances(pair, moved, normals, options, arena), options.finer_from_edges);
     const Region region = GrowWithin(pair, boxes, kMaxVertices * options.coarse_vertices);
-    const Patch patch = CutOut(pair.source, moved, normals, region.depth);
-    if (patch.mesh.num_cells() == 0) break;
-    LB_ASSIGN_OR_RETURN(
-        const int added,
-        Fit(pair, patch, TargetOf(pair, moved, region.depth, arena), options, arena, displacement));
-    num_nodes += added;
+    const Cutout cutout = CutOut(pair.source, moved, normals, region.depth);
+    if (cutout.mesh.num_cells() == 0) break;
+    LB_ASSIGN_OR_RETURN(const int added,
+                        Fit(pair, cutout, TargetOf(pair, moved, region.depth, arena), options,
+                            arena, displacement));
+    state.num_finer_nodes += added;
+    ++state.num_rounds;
+    keep();
   }
-  return num_nodes;
+  return absl::OkStatus();
 }
 
 }  // namespace liquidblend::registration

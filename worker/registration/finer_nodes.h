@@ -2,7 +2,9 @@
 // coarser mesh is still far from its target. Internal to worker/registration.
 #pragma once
 
-#include "absl/status/statusor.h"
+#include <functional>
+
+#include "absl/status/status.h"
 #include "worker/registration/complete.h"
 #include "worker/registration/register.h"
 
@@ -13,11 +15,13 @@ namespace liquidblend::registration {
 // options.node_spacing_edges, all of its rim held, a few iterations that begin stiff; a few times.
 // The rest of the displacement stays. No more take part at a time than are registered at once, the
 // worst places first.
-//   displacement  in edges and frames
-// Returns the number of nodes: 0 if nothing is far.
+//   state  the rounds that are done are not done again; has the displacement, and counts the nodes:
+//          none if nothing is far
+//   keep   called after each round
 // Errors: kInternal if the solver breaks down.
 // Threads: same bytes for any thread count.
-absl::StatusOr<int> FitWhatIsFar(const SurfacePair& pair, const RegistrationOptions& options,
-                                 const parallel::Arena& arena, Points& displacement);
+absl::Status FitWhatIsFar(const SurfacePair& pair, const RegistrationOptions& options,
+                          const parallel::Arena& arena, const std::function<void()>& keep,
+                          SharpenState& state);
 
 }  // namespace liquidblend::registration

@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+
 namespace liquidblend::registration {
 namespace {
 
@@ -27,6 +29,10 @@ std::vector<int32_t> Iota(int64_t count) {
 void DrawToFront(std::vector<int32_t>& values, int64_t count, Random& random) {
   const int64_t size = static_cast<int64_t>(values.size());
   for (int64_t n = 0; n < count; ++n) std::swap(values[n], values[n + random.Below(size - n)]);
+}
+
+bool IsCount(int32_t count, const std::vector<int32_t>& values) {
+  return count >= 0 && static_cast<size_t>(count) <= values.size();
 }
 
 // 1 - d^2 / dm^2, squared: zero beyond dm.
@@ -179,6 +185,7 @@ std::vector<int32_t> Matcher::DrawSource(const MatchOptions& options) {
       std::min<int64_t>(std::llround(options.kept_share * static_cast<double>(count)),
                         static_cast<int64_t>(worst_.size()));
   std::vector<int32_t> samples(worst_.begin(), worst_.begin() + num_kept);
+  draws_.push_back({.num_source = static_cast<int32_t>(count - num_kept)});
   DrawToFront(source_order_, count - num_kept, random_);
   samples.insert(samples.end(), source_order_.begin(), source_order_.begin() + (count - num_kept));
   std::sort(samples.begin(), samples.end());
@@ -190,10 +197,33 @@ std::vector<int32_t> Matcher::DrawTarget(const MatchOptions& options) {
   const int64_t count = std::min<int64_t>(static_cast<int64_t>(target_order_.size()),
                                           std::llround(options.target_share * options.sample_share *
                                                        static_cast<double>(source_order_.size())));
+  draws_.back().num_target = static_cast<int32_t>(count);
   DrawToFront(target_order_, count, random_);
   std::vector<int32_t> samples(target_order_.begin(), target_order_.begin() + count);
   std::sort(samples.begin(), samples.end());
   return samples;
+}
+
+absl::Status Matcher::Resume(const std::vector<SampleDraw>& draws,
+                             const std::vector<int32_t>& worst) {
+  for (const SampleDraw& draw : draws) {
+    if (!IsCount(draw.num_source, source_order_) || !IsCount(draw.num_target, target_order_)) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "the state to go on from drew ", draw.num_source, " and ", draw.num_target,
+          " samples of ", source_order_.size(), " and ", target_order_.size(), " vertices"));
+    }
+    DrawToFront(source_order_, draw.num_source, random_);
+    DrawToFront(target_order_, draw.num_target, random_);
+  }
+  for (const int32_t v : worst) {
+    if (v < 0 || v >= source_.points.cols() || source_.rigid[v]) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "the state to go on from has a sample at vertex ", v, ", where none can be"));
+    }
+  }
+  draws_ = draws;
+  worst_ = worst;
+  return absl::OkStatus();
 }
 
 void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>& samples,

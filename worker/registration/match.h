@@ -4,11 +4,13 @@
 
 #include <vector>
 
+#include "absl/status/status.h"
 #include "core/mesh/space_time_mesh.h"
 #include "worker/registration/cell_graph.h"
 #include "worker/registration/closest_point.h"
 #include "worker/registration/deformation.h"
 #include "worker/registration/energy.h"
+#include "worker/registration/state.h"
 
 namespace liquidblend::registration {
 
@@ -74,6 +76,15 @@ class Matcher {
   Matches Match(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                 const MatchOptions& options, const parallel::Arena& arena);
 
+  // What the next call depends on beside its arguments: how many samples each call has drawn, and
+  // the source samples of the last one, the furthest first.
+  const std::vector<SampleDraw>& draws() const { return draws_; }
+  const std::vector<int32_t>& worst() const { return worst_; }
+
+  // As after the calls that left these behind. Requires: Match() has not been called.
+  // Errors: kFailedPrecondition if they are of other surfaces; then it cannot be used any more.
+  absl::Status Resume(const std::vector<SampleDraw>& draws, const std::vector<int32_t>& worst);
+
  private:
   struct DeformedState;
   struct DeformedTrees;
@@ -93,7 +104,8 @@ class Matcher {
   Random random_;
   std::vector<int32_t> source_order_;  // shuffled on and on
   std::vector<int32_t> target_order_;
-  std::vector<int32_t> worst_;  // source vertices of the call before with the largest distances
+  std::vector<SampleDraw> draws_;  // per call
+  std::vector<int32_t> worst_;     // source vertices of the call before with the largest distances
 };
 
 }  // namespace liquidblend::registration

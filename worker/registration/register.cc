@@ -18,6 +18,7 @@
 #include "worker/registration/match.h"
 #include "worker/registration/pins.h"
 #include "worker/registration/refine.h"
+#include "worker/registration/resume.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -62,6 +63,7 @@ struct Problem {
   const Schedule& schedule;
   const RegistrationOptions& options;
   const parallel::Arena& arena;
+  absl::Time start;  // of the work, as if it had not been interrupted
 };
 
 // The graph with stiffer edges where f is only `f_near`; its weights are relative to those at f.
@@ -119,6 +121,24 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
   report.fit_energy = solved->fit_energy;
   report.smoothness_energy = solved->smoothness_energy;
   return report;
+}
+
+// All iterations, or those after the state to go on from. Returns the last one's report.
+absl::StatusOr<IterationReport> IterateAll(const Problem& problem, const RegistrationHooks& hooks,
+                                           Matcher& matcher, std::vector<NodeMap>& maps) {
+  IterationReport last;
+  const int num_iterations = problem.schedule.num_iterations;
+  if (hooks.resume != nullptr) {
+    LB_ASSIGN_OR_RETURN(last, Resume(*hooks.resume, num_iterations, matcher, maps));
+  }
+  for (int iteration = last.iteration + 1; iteration <= num_iterations; ++iteration) {
+    LB_ASSIGN_OR_RETURN(last, Iterate(problem, iteration, matcher, maps));
+    if (hooks.keep) hooks.keep(StateAfter(last, maps, matcher, problem.start));
+    if (hooks.progress && !hooks.progress(last)) {
+      return absl::CancelledError(absl::StrCat("cancelled after iteration ", iteration));
+    }
+  }
+  return last;
 }
 
 // The maps that a refinement starts from, and the rest of the annealing.
@@ -189,10 +209,10 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
                                  const std::vector<Correspondence>& users,
                                  const PreviousRegistration* previous,
                                  const RegistrationOptions& options, const parallel::Arena& arena,
-                                 const ProgressCallback& progress) {
+                                 const RegistrationHooks& hooks) {
   LB_RETURN_IF_ERROR(options.Validate());
   LB_RETURN_IF_ERROR(CheckMeshes(source_mesh, target_mesh));
-  const absl::Time start = absl::Now();
+  const absl::Time start = StartOf(hooks.resume);
   const double edge = source_mesh.edge_length_m;
   SurfacePair pair(source_mesh, target_mesh, arena);
   const Surface &source = pair.source, &target = pair.target;
@@ -223,16 +243,11 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   }
   DiffusePins(nodes, graph, source, pins, previous != nullptr ? kRefinePasses : kInitialPasses,
               arena, maps);
-  const Problem problem{source, neighbors, nodes, graph, pins, hard_pins, schedule, options, arena};
+  const Problem problem{source,    neighbors, nodes,   graph, pins,
+                        hard_pins, schedule,  options, arena, start};
 
   base::ReturnFreeMemory();  // of the searches
-  IterationReport last;
-  for (int iteration = 1; iteration <= schedule.num_iterations; ++iteration) {
-    LB_ASSIGN_OR_RETURN(last, Iterate(problem, iteration, matcher, maps));
-    if (progress && !progress(last)) {
-      return absl::CancelledError(absl::StrCat("cancelled after iteration ", iteration));
-    }
-  }
+  LB_ASSIGN_OR_RETURN(const IterationReport last, IterateAll(problem, hooks, matcher, maps));
   const auto hold_pins = [&](Points& moved) {
     return hard_pins.empty() ? absl::OkStatus() : hard_pins.Restore(nodes, arena, moved);
   };
@@ -261,8 +276,8 @@ absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source,
                                       const std::vector<Correspondence>& correspondences,
                                       const RegistrationOptions& options,
                                       const parallel::Arena& arena,
-                                      const ProgressCallback& progress) {
-  return Run(source, target, correspondences, nullptr, options, arena, progress);
+                                      const RegistrationHooks& hooks) {
+  return Run(source, target, correspondences, nullptr, options, arena, hooks);
 }
 
 absl::StatusOr<Registration> Refine(const mesh::SpaceTimeMesh& source,
@@ -270,8 +285,7 @@ absl::StatusOr<Registration> Refine(const mesh::SpaceTimeMesh& source,
                                     const std::vector<Correspondence>& correspondences,
                                     const PreviousRegistration& previous,
                                     const RegistrationOptions& options,
-                                    const parallel::Arena& arena,
-                                    const ProgressCallback& progress) {
+                                    const parallel::Arena& arena, const RegistrationHooks& hooks) {
   if (previous.displacement.cols() != source.num_vertices()) {
     return absl::InvalidArgumentError(
         absl::StrCat("the displacement to go on from is of ", previous.displacement.cols(),
@@ -280,7 +294,7 @@ absl::StatusOr<Registration> Refine(const mesh::SpaceTimeMesh& source,
   if (!previous.displacement.allFinite()) {
     return absl::InvalidArgumentError("the displacement to go on from is not finite");
   }
-  return Run(source, target, correspondences, &previous, options, arena, progress);
+  return Run(source, target, correspondences, &previous, options, arena, hooks);
 }
 
 }  // namespace liquidblend::registration

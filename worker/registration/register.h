@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "core/mesh/space_time_mesh.h"
 #include "core/parallel/arena.h"
 #include "worker/registration/correspondence.h"
+#include "worker/registration/state.h"
 
 namespace liquidblend::registration {
 
@@ -43,15 +43,6 @@ struct RegistrationOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-struct IterationReport {
-  int iteration = 0;  // from 1
-  int num_iterations = 0;
-  double fit_energy = 0.0;
-  double smoothness_energy = 0.0;
-  int64_t num_inliers = 0;
-  int64_t num_samples = 0;
-};
-
 struct Registration {
   Eigen::Matrix4Xf displacement;   // one column per source vertex: m, m, m, frames
   Eigen::Matrix4Xf extrapolation;  // smoothed displacement for weights outside [0, 1]
@@ -64,22 +55,19 @@ struct PreviousRegistration {
   const std::vector<Correspondence>& correspondences;  // that it was made with
 };
 
-// Called after each iteration; returning false cancels (kCancelled).
-using ProgressCallback = std::function<bool(const IterationReport&)>;
-
 // Hard correspondences hold exactly in the result. The report has one entry per correspondence,
 // then the automatic ones.
 // Requires: both meshes have normals and passed Validate().
 // Errors: kInvalidArgument (options; frame rates differ; a mesh without cells; a correspondence off
 // the surfaces; two hard ones that contradict each other), kCancelled, kInternal if the solver
-// breaks down (names the iteration).
+// breaks down (names the iteration), kFailedPrecondition (RegistrationHooks::resume).
 // Threads: safe, same bytes for any thread count and a given seed.
 absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source,
                                       const mesh::SpaceTimeMesh& target,
                                       const std::vector<Correspondence>& correspondences,
                                       const RegistrationOptions& options,
                                       const parallel::Arena& arena,
-                                      const ProgressCallback& progress = {});
+                                      const RegistrationHooks& hooks = {});
 
 // The same from an earlier registration of the same meshes on, with other correspondences: only the
 // late part of the annealing, stiffer where correspondences were added, removed or changed.
@@ -90,7 +78,7 @@ absl::StatusOr<Registration> Refine(const mesh::SpaceTimeMesh& source,
                                     const PreviousRegistration& previous,
                                     const RegistrationOptions& options,
                                     const parallel::Arena& arena,
-                                    const ProgressCallback& progress = {});
+                                    const RegistrationHooks& hooks = {});
 
 // Coarse to fine: how many times longer the edges of the meshes should be that a registration of so
 // many vertices begins with; 1: it is small enough to be registered at once.
@@ -111,6 +99,17 @@ absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
                                      const std::vector<Correspondence>& correspondences,
                                      const CoarseRegistration& coarse,
                                      const RegistrationOptions& options,
-                                     const parallel::Arena& arena);
+                                     const parallel::Arena& arena,
+                                     const RegistrationHooks& hooks = {});
+
+// Goes on with that, without the coarse meshes. Errors: also kFailedPrecondition if the state is
+// not one of this source.
+absl::StatusOr<Registration> ResumeSharpening(const mesh::SpaceTimeMesh& source,
+                                              const mesh::SpaceTimeMesh& target,
+                                              const std::vector<Correspondence>& correspondences,
+                                              const SharpenState& state,
+                                              const RegistrationOptions& options,
+                                              const parallel::Arena& arena,
+                                              const RegistrationHooks& hooks = {});
 
 }  // namespace liquidblend::registration

@@ -13,6 +13,7 @@
 #include "worker/registration/hard_pins.h"
 #include "worker/registration/pins.h"
 #include "worker/registration/register.h"
+#include "worker/registration/resume.h"
 #include "worker/registration/transfer.h"
 
 namespace liquidblend::registration {
@@ -32,6 +33,13 @@ absl::Status CheckCoarse(const CoarseRegistration& coarse) {
     return absl::InvalidArgumentError("the coarse registration is not finite");
   }
   return absl::OkStatus();
+}
+
+void OpenStartsOf(SurfacePair& pair) {
+  const int source_frames = pair.source.mesh.num_frames,
+            target_frames = pair.target.mesh.num_frames;
+  pair.Open(FindTracks(FindParts(pair.source), source_frames),
+            FindTracks(FindParts(pair.target), target_frames));
 }
 
 // What holds the hard ones of the pins on a fine mesh: nodes as far apart as those of the coarse
@@ -61,12 +69,55 @@ class PinHolder {
 };
 
 // Of the coarse registration: those that it found by itself.
-std::vector<CorrespondenceReport> AutomaticOnes(const Registration& coarse) {
+std::vector<CorrespondenceReport> AutomaticOnes(const mesh::RegistrationReport& coarse) {
   std::vector<CorrespondenceReport> found;
-  for (const CorrespondenceReport& report : coarse.report.correspondences) {
+  for (const CorrespondenceReport& report : coarse.correspondences) {
     if (report.automatic) found.push_back(report);
   }
   return found;
+}
+
+// Hands out the state as it is now.
+struct Keeper {
+  const RegistrationHooks& hooks;
+  absl::Time start;  // of the work, as if it had not been interrupted
+  double Seconds() const { return absl::ToDoubleSeconds(absl::Now() - start); }
+  void Keep(SharpenState& state) const {
+    state.seconds = Seconds();
+    if (hooks.keep) hooks.keep(state);
+  }
+};
+
+// The rounds of finer nodes that are not done, and the end.
+absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
+                                              const std::vector<Correspondence>& correspondences,
+                                              SharpenState state,
+                                              const RegistrationOptions& options,
+                                              const parallel::Arena& arena, const Keeper& keeper) {
+  const double edge = pair.source.mesh.edge_length_m;
+  LB_RETURN_IF_ERROR(FitWhatIsFar(
+      pair, options, arena, [&] { keeper.Keep(state); }, state));
+  LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
+                      ExpandCorrespondences(correspondences, pair.source, pair.target));
+  LB_RETURN_IF_ERROR(CheckContradictions(pins, pair.source.points, edge));
+  const double spacing = options.node_spacing_edges * state.coarse_edge_length_m / edge;
+  const PinHolder holder(pair, pins, spacing, options.seed, arena);
+  const auto hold_pins = [&](Points& moved) { return holder.Restore(moved); };
+  LB_ASSIGN_OR_RETURN(Registration result,
+                      Complete(pair, std::move(state.displacement), hold_pins, arena));
+  const mesh::RegistrationReport& before = state.coarse_report;
+  result.report.correspondences =
+      ReportCorrespondences(correspondences, pins, InEdgeUnits(result.displacement, edge), edge);
+  for (const CorrespondenceReport& found : AutomaticOnes(before)) {
+    result.report.correspondences.push_back(found);
+  }
+  result.report.num_nodes = before.num_nodes + state.num_finer_nodes;
+  result.report.num_iterations = before.num_iterations;
+  result.report.inlier_share = before.inlier_share;
+  result.report.verdict.fit_energy = before.verdict.fit_energy;
+  result.report.verdict.smoothness_energy = before.verdict.smoothness_energy;
+  result.report.seconds = before.seconds + keeper.Seconds();
+  return result;
 }
 
 }  // namespace
@@ -81,40 +132,39 @@ absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
                                      const std::vector<Correspondence>& correspondences,
                                      const CoarseRegistration& coarse,
                                      const RegistrationOptions& options,
-                                     const parallel::Arena& arena) {
+                                     const parallel::Arena& arena, const RegistrationHooks& hooks) {
   LB_RETURN_IF_ERROR(options.Validate());
   LB_RETURN_IF_ERROR(CheckMeshes(source, target));
   LB_RETURN_IF_ERROR(CheckCoarse(coarse));
   const absl::Time start = absl::Now();
-  const double edge = source.edge_length_m;
-  Points displacement = InEdgeUnits(
-      Transfer(coarse.source, source, arena).Apply(coarse.registration.displacement, arena), edge);
+  SharpenState state;
+  state.displacement = InEdgeUnits(
+      Transfer(coarse.source, source, arena).Apply(coarse.registration.displacement, arena),
+      source.edge_length_m);
+  state.coarse_edge_length_m = coarse.source.edge_length_m;
+  state.coarse_report = coarse.registration.report;
   SurfacePair pair(source, target, arena);
-  pair.Open(FindTracks(FindParts(pair.source), source.num_frames),
-            FindTracks(FindParts(pair.target), target.num_frames));
-  displacement = Smooth(displacement, pair.neighbors, kTransferSweeps, arena);
-  LB_ASSIGN_OR_RETURN(const int num_finer_nodes, FitWhatIsFar(pair, options, arena, displacement));
-  LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
-                      ExpandCorrespondences(correspondences, pair.source, pair.target));
-  LB_RETURN_IF_ERROR(CheckContradictions(pins, pair.source.points, edge));
-  const double spacing = options.node_spacing_edges * coarse.source.edge_length_m / edge;
-  const PinHolder holder(pair, pins, spacing, options.seed, arena);
-  const auto hold_pins = [&](Points& moved) { return holder.Restore(moved); };
-  LB_ASSIGN_OR_RETURN(Registration result,
-                      Complete(pair, std::move(displacement), hold_pins, arena));
-  const mesh::RegistrationReport& before = coarse.registration.report;
-  result.report.correspondences =
-      ReportCorrespondences(correspondences, pins, InEdgeUnits(result.displacement, edge), edge);
-  for (const CorrespondenceReport& found : AutomaticOnes(coarse.registration)) {
-    result.report.correspondences.push_back(found);
-  }
-  result.report.num_nodes = before.num_nodes + num_finer_nodes;
-  result.report.num_iterations = before.num_iterations;
-  result.report.inlier_share = before.inlier_share;
-  result.report.verdict.fit_energy = before.verdict.fit_energy;
-  result.report.verdict.smoothness_energy = before.verdict.smoothness_energy;
-  result.report.seconds = before.seconds + absl::ToDoubleSeconds(absl::Now() - start);
-  return result;
+  OpenStartsOf(pair);
+  state.displacement = Smooth(state.displacement, pair.neighbors, kTransferSweeps, arena);
+  const Keeper keeper{hooks, start};
+  keeper.Keep(state);
+  return FinishSharpening(pair, correspondences, std::move(state), options, arena, keeper);
+}
+
+absl::StatusOr<Registration> ResumeSharpening(const mesh::SpaceTimeMesh& source,
+                                              const mesh::SpaceTimeMesh& target,
+                                              const std::vector<Correspondence>& correspondences,
+                                              const SharpenState& state,
+                                              const RegistrationOptions& options,
+                                              const parallel::Arena& arena,
+                                              const RegistrationHooks& hooks) {
+  LB_RETURN_IF_ERROR(options.Validate());
+  LB_RETURN_IF_ERROR(CheckMeshes(source, target));
+  LB_RETURN_IF_ERROR(CheckResumable(state, source.num_vertices()));
+  const Keeper keeper{hooks, absl::Now() - absl::Seconds(state.seconds)};
+  SurfacePair pair(source, target, arena);
+  OpenStartsOf(pair);
+  return FinishSharpening(pair, correspondences, state, options, arena, keeper);
 }
 
 }  // namespace liquidblend::registration

@@ -13,6 +13,7 @@
 #include "worker/spacetime/layers.h"
 #include "worker/spacetime/match_volume.h"
 #include "worker/spacetime/normals.h"
+#include "worker/spacetime/sheet_order.h"
 #include "worker/spacetime/thin_sheets.h"
 #include "worker/spacetime/time_extrema.h"
 
@@ -187,12 +188,13 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
   for (const DropletTrack& track : split.tracks) droplets.push_back(MakeCells(track, animation));
 
   const double spacing_m = options.spacing_edges * edge_length_m;
-  LB_ASSIGN_OR_RETURN(const Layers layers,
+  LB_ASSIGN_OR_RETURN(Layers layers,
                       SampleLayers(rest,
                                    {.spacing_m = spacing_m,
                                     .max_motion_m = options.max_motion_spacings * spacing_m,
                                     .keep_thin_sheets = options.keep_thin_sheets},
                                    arena, progress));
+  KeepSheetOrder(arena, layers);
   const std::vector<int64_t> first_vertex = NumberVertices(layers, droplets);
   if (first_vertex.back() > std::numeric_limits<int32_t>::max()) {
     return absl::ResourceExhaustedError(

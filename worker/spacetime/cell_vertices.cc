@@ -62,13 +62,15 @@ class Planes {
     const Eigen::Vector4f normal = gradient / length;
     AddPlane(normal, (gradient.dot(p) - phi) / length);
   }
-  // The same half-way in time, unless it hardly depends on the place.
-  void AddHalfWay(const Eigen::Vector4f& gradient, const Eigen::Vector4f& p, float phi) {
-    const Eigen::Vector4f in_space(gradient.x(), gradient.y(), gradient.z(), 0);
-    const float length = in_space.norm();
-    if (!(length > kMinSlope * gradient.norm()) || !(length > 1e-3f)) return;
-    AddPlane(in_space / length, (gradient.dot(p) - phi - 0.5f * gradient.w()) / length);
+  // One that stands still, through p.
+  void AddStill(const Eigen::Vector3f& normal, const Eigen::Vector3f& p) {
+    const float length = normal.norm();
+    if (!(length > kMinSlope)) return;
+    Eigen::Vector4f unit = Eigen::Vector4f::Zero();
+    unit.head<3>() = normal / length;
+    AddPlane(unit, unit.head<3>().dot(p));
   }
+  bool empty() const { return count_ == 0; }
 
   // The point nearest to all planes in the least-squares sense, from p: sharp edges of the surface
   // (walls meeting, say) keep their place, which the zero set of interpolated distances rounds off.
@@ -154,6 +156,14 @@ class CellPoints {
   Eigen::Vector3f Gradient(int corner, int layer) const {
     return cell_.layers[layer]->Gradient(cell_.x(corner), cell_.y(corner), cell_.z(corner));
   }
+  bool has_velocities() const {
+    return cell_.layers.front()->has_velocities() && cell_.layers.back()->has_velocities();
+  }
+  // Of the surface nearest to the point, from the cell's first to its last layer.
+  Eigen::Vector3f Motion(int corner, int layer) const {
+    return cell_.motion *
+           cell_.layers[layer]->SurfaceVelocity(cell_.x(corner), cell_.y(corner), cell_.z(corner));
+  }
   float SheetThickness(int corner, int layer) const {
     return cell_.layers[layer]->SheetThickness(cell_.x(corner), cell_.y(corner), cell_.z(corner));
   }
@@ -200,21 +210,37 @@ Eigen::Vector4f PlaceOnSide(const CellPoints& points, std::span<const Edge> edge
   Eigen::Vector3f outward = Eigen::Vector3f::Zero();
   Mean middle;
   for (const Edge& edge : edges) {
-    if (edge.axis < 3) outward[edge.axis] += edge.lower_is_inside ? 1.0f : -1.0f;
-    middle.Add(0.5f * (points.At(edge.lower_corner, edge.lower_layer) +
-                       points.At(edge.upper_corner, edge.upper_layer)));
+    const Eigen::Vector4f lower = points.At(edge.lower_corner, edge.lower_layer),
+                          upper = points.At(edge.upper_corner, edge.upper_layer);
+    middle.Add(0.5f * (lower + upper));
+    if (edge.axis < 3) {
+      outward[edge.axis] += edge.lower_is_inside ? 1.0f : -1.0f;
+    } else {
+      outward += edge.lower_is_inside ? points.Gradient(edge.upper_corner, edge.upper_layer)
+                                      : points.Gradient(edge.lower_corner, edge.lower_layer);
+    }
   }
-  const auto is_nearest = [&](int c, int l) { return points.Gradient(c, l).dot(outward) > 0; };
-  const auto to_side = [&](int c, int l) {
-    return is_nearest(c, l) ? points.Distance(c, l) : -points.Distance(c, l) - thickness;
-  };
   Planes planes;
-  ForEachEnd(edges, [&](int c, int l) {
-    if (!is_nearest(c, l)) return;
-    Eigen::Vector4f gradient;
-    gradient << points.Gradient(c, l), to_side(c, points.span()) - to_side(c, 0);
-    planes.AddHalfWay(gradient, points.At(c, l), to_side(c, l));
-  });
+  for (const bool nearest : {true, false}) {
+    if (!planes.empty()) break;
+    ForEachEnd(edges, [&](int c, int l) {
+      const float sign = points.Gradient(c, l).dot(outward) > 0 ? 1.0f : -1.0f;
+      if (nearest != (sign > 0)) return;
+      const Eigen::Vector3f normal = sign * points.Gradient(c, l);
+      const auto to_side = [&](int layer) {
+        const float phi = points.Distance(c, layer);
+        return points.Gradient(c, layer).dot(outward) > 0 ? phi : -phi - thickness;
+      };
+      const Eigen::Vector4f p = points.At(c, l);
+      Eigen::Vector3f foot = p.head<3>() - to_side(l) * normal;
+      if (points.has_velocities()) {
+        foot += (0.5f - p.w()) * points.Motion(c, l);
+      } else {
+        foot -= (0.5f - p.w()) * (to_side(points.span()) - to_side(0)) * normal;
+      }
+      planes.AddStill(normal, foot);
+    });
+  }
   Eigen::Vector4f from = middle.Get();
   from.w() = 0.5f;
   return planes.Meet(from, kBeyondCell);

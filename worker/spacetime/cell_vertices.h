@@ -14,6 +14,7 @@ namespace liquidblend::spacetime {
 struct Cell {
   std::span<const Layer* const> layers;  // from its first to its last one
   int i, j, k;
+  float motion = 0;  // spacings that one metre per second goes from the first to the last layer
 
   // Corners are numbered by their bits x, y, z, t.
   const Layer& LayerOf(int c) const { return (c & 8) != 0 ? *layers.back() : *layers.front(); }

@@ -25,23 +25,13 @@ struct GridEdge {
   int layer;  // of the slab; of a temporal edge: where it begins
 };
 
-const Slab::Cell& CellAt(const Grid& grid, const StepRef& at, const Point& voxel) {
-  const Slab& slab = *at.slab->slab;
-  const int64_t row = grid.Row(voxel[1], voxel[2]);
-  const auto begin = slab.cells.begin() + slab.row_begin[row];
-  const auto end = slab.cells.begin() + slab.row_begin[row + 1];
-  auto found = std::lower_bound(begin, end, voxel[0],
-                                [](const Slab::Cell& cell, int i) { return cell.i < i; });
-  while (found != end && found->i == voxel[0] && found->end_layer <= at.step) ++found;
-  assert(found != end && found->i == voxel[0] && found->begin_layer <= at.step);
-  return *found;
-}
-
 // The vertex of the voxel's cell at a step whose sheet crosses the edge; `corner` of the cell is
 // the edge's lower end in space. Requires: the edge is crossed.
 int32_t VertexOf(const Grid& grid, const StepRef& at, const Point& voxel, const GridEdge& edge,
                  int corner) {
-  const Slab::Cell& cell = CellAt(grid, at, voxel);
+  const Slab::Cell* found = FindCell(grid, *at.slab->slab, at.step, voxel[0], voxel[1], voxel[2]);
+  assert(found != nullptr);
+  const Slab::Cell& cell = *found;
   const int64_t first = at.slab->first_vertex + cell.first_vertex;
   if (cell.num_sheets == 1) return static_cast<int32_t>(first);
   if (cell.is_cut) {

@@ -143,10 +143,20 @@ Eigen::Vector3f Layer::Gradient(int i, int j, int k) const {
 }
 
 Eigen::Vector3f Layer::Velocity(int i, int j, int k, const Eigen::Vector3f& p) const {
+  return MeanVelocity(p, [&](const Part& part) { return part.TriangleNear(i, j, k); });
+}
+
+Eigen::Vector3f Layer::SurfaceVelocity(int i, int j, int k) const {
+  return MeanVelocity(Eigen::Vector3i(i, j, k).cast<float>(),
+                      [&](const Part& part) { return part.band.Triangle(i, j, k); });
+}
+
+template <typename TriangleOf>
+Eigen::Vector3f Layer::MeanVelocity(const Eigen::Vector3f& p, TriangleOf&& triangle_of) const {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   float total = 0;
   for (const Part& part : parts_) {
-    const int32_t t = part.TriangleNear(i, j, k);
+    const int32_t t = triangle_of(part);
     if (t < 0) continue;
     const Eigen::Vector3f w = BarycentricOn(CornersOf(part.surface, t), p);
     for (int c = 0; c < 3; ++c) {

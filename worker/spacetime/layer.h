@@ -42,6 +42,8 @@ class Layer {
   Eigen::Vector3f Gradient(int i, int j, int k) const;
   // Of the liquid at p near cell (i, j, k), metres per second.
   Eigen::Vector3f Velocity(int i, int j, int k, const Eigen::Vector3f& p) const;
+  // Of the liquid where the surface is closest to the point; zero beyond the band.
+  Eigen::Vector3f SurfaceVelocity(int i, int j, int k) const;
 
  private:
   struct Part {
@@ -55,6 +57,9 @@ class Layer {
     DistanceBand band;
     float weight;
   };
+  // At p, of each part's triangle_of(part), if it is not -1.
+  template <typename TriangleOf>
+  Eigen::Vector3f MeanVelocity(const Eigen::Vector3f& p, TriangleOf&& triangle_of) const;
   void BlendInside(const Grid& grid);
   void MarkSheets(const Grid& grid, const GridSurface& surface, std::optional<float> motion);
 

@@ -102,8 +102,7 @@ absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, const Laye
     arena.Run(last - first + 1, [&](int64_t n) {
       const int64_t l = first + n;
       if (layers[l]) return;  // the last one of the wave before
-      const auto slab = std::upper_bound(plan.first_layer.begin(), plan.first_layer.end() - 1, l) -
-                        plan.first_layer.begin() - 1;
+      const int slab = result.SlabOf(static_cast<int>(l));
       std::optional<float> sheet_motion;
       if (options.keep_thin_sheets) {
         sheet_motion = MotionAt(animation, plan, static_cast<int>(l), grid);
@@ -118,7 +117,10 @@ absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, const Laye
       for (int l = plan.first_layer[s]; l <= plan.first_layer[s + 1]; ++l) {
         of_slab.push_back(&*layers[l]);
       }
-      result.slabs[s] = PlaceVertices(grid, of_slab, std::move(steps[s]));
+      result.slabs[s] =
+          PlaceVertices(grid, of_slab, std::move(steps[s]),
+                        static_cast<float>((result.end(s) - result.begin(s)) /
+                                           (animation.frames_per_second * grid.spacing_m)));
     });
     for (int l = first; l < last; ++l) layers[l].reset();
     if (progress) progress(0.8 * end / num_slabs);

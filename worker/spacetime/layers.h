@@ -2,6 +2,7 @@
 // Internal to worker/spacetime.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <vector>
 
@@ -24,6 +25,13 @@ struct Layers {
   std::vector<InsideBits> inside;  // one per layer; in between, known around the blocks cut there
   std::vector<Slab> slabs;
 
+  // The slab that the step after a layer belongs to.
+  int SlabOf(int layer) const {
+    const auto& first = plan.first_layer;
+    return static_cast<int>(std::upper_bound(first.begin(), first.end() - 1, layer) -
+                            first.begin()) -
+           1;
+  }
   double begin(size_t slab) const { return plan.layers[plan.first_layer[slab]].time; }
   double end(size_t slab) const { return plan.layers[plan.first_layer[slab + 1]].time; }
 };

@@ -9,6 +9,10 @@
 namespace liquidblend::spacetime {
 namespace {
 
+// Of the place in a cell that a vertex outside of it may be drawn back to, from the cell's sides:
+// so that the sides of a thin sheet do not coincide.
+constexpr float kInset = 0.15f;
+
 // Bits of the cells of row (j, k) that have both inside and outside corners among these layers.
 void MixedCells(const Grid& grid, std::span<const InsideBits* const> layers, int j, int k,
                 std::vector<uint64_t>& mixed) {
@@ -39,8 +43,8 @@ struct Found {
 
 class Placer {
  public:
-  Placer(const Grid& grid, std::span<const Layer* const> layers, SlabSteps steps)
-      : grid_(grid), layers_(layers) {
+  Placer(const Grid& grid, std::span<const Layer* const> layers, SlabSteps steps, float motion)
+      : grid_(grid), layers_(layers), motion_(motion) {
     slab_.steps = std::move(steps);
     for (const Layer* layer : layers) inside_.push_back(&layer->inside());
     has_velocities_ = layers.front()->has_velocities() && layers.back()->has_velocities();
@@ -84,8 +88,9 @@ class Placer {
   void Add(const Found& found, int j, int k) {
     const uint16_t inside =
         InsideCorners(*inside_[found.begin_layer], *inside_[found.end_layer], found.i, j, k);
+    const auto span = static_cast<float>(found.end_layer - found.begin_layer);
     const Cell cell{layers_.subspan(found.begin_layer, found.end_layer - found.begin_layer + 1),
-                    found.i, j, k};
+                    found.i, j, k, span * motion_ / static_cast<float>(slab_.steps.num_steps())};
     Slab::Cell added{found.i,
                      static_cast<int32_t>(slab_.num_vertices()),
                      inside,
@@ -112,6 +117,12 @@ class Placer {
     const auto begin = static_cast<float>(found.begin_layer);
     const auto span = static_cast<float>(found.end_layer - found.begin_layer);
     p.w() = (begin + span * local.w()) / static_cast<float>(slab_.steps.num_steps());
+    const auto in_space = local.head<3>().array();
+    if ((in_space < 0.0f).any() || (in_space > 1.0f).any()) {
+      const Eigen::Vector3f in_cell = in_space.max(kInset).min(1.0f - kInset);
+      slab_.beyond.push_back({slab_.num_cells(), static_cast<int32_t>(slab_.num_vertices()),
+                              in_cell + p.head<3>() - local.head<3>()});
+    }
     slab_.vertices.push_back(p);
     if (!has_velocities_) return;
     const auto velocity = [&](const Layer& layer) {
@@ -124,6 +135,7 @@ class Placer {
   const Grid& grid_;
   std::span<const Layer* const> layers_;
   std::vector<const InsideBits*> inside_;
+  float motion_;
   bool has_velocities_;
   Slab slab_;
   std::vector<Found> row_;
@@ -132,6 +144,16 @@ class Placer {
 };
 
 }  // namespace
+
+const Slab::Cell* FindCell(const Grid& grid, const Slab& slab, int step, int i, int j, int k) {
+  const int64_t row = grid.Row(j, k);
+  const Slab::Cell* end = slab.cells.data() + slab.row_begin[row + 1];
+  const Slab::Cell* found =
+      std::lower_bound(slab.cells.data() + slab.row_begin[row], end, i,
+                       [](const Slab::Cell& cell, int at) { return cell.i < at; });
+  while (found != end && found->i == i && found->end_layer <= step) ++found;
+  return found != end && found->i == i && found->begin_layer <= step ? found : nullptr;
+}
 
 uint16_t InsideCorners(const InsideBits& earlier, const InsideBits& later, int i, int j, int k) {
   unsigned bits = 0;
@@ -142,9 +164,10 @@ uint16_t InsideCorners(const InsideBits& earlier, const InsideBits& later, int i
   return static_cast<uint16_t>(bits);
 }
 
-Slab PlaceVertices(const Grid& grid, std::span<const Layer* const> layers, SlabSteps steps) {
+Slab PlaceVertices(const Grid& grid, std::span<const Layer* const> layers, SlabSteps steps,
+                   float motion) {
   assert(static_cast<int>(layers.size()) == steps.num_steps() + 1);
-  return Placer(grid, layers, std::move(steps)).Place();
+  return Placer(grid, layers, std::move(steps), motion).Place();
 }
 
 }  // namespace liquidblend::spacetime

@@ -1,11 +1,12 @@
 #include "worker/spacetime/plan_layers.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <functional>
 #include <utility>
+
+#include "worker/spacetime/frame_topology.h"
 
 namespace liquidblend::spacetime {
 namespace {
@@ -17,17 +18,10 @@ constexpr int kReach = 2;            // voxels around the path of a vertex
 // surface's place. Empty without velocities.
 std::vector<float> SurfaceSpeeds(const mesh::TriangleMesh& frame) {
   if (frame.velocities.cols() == 0) return {};
-  Eigen::Matrix3Xf normals = Eigen::Matrix3Xf::Zero(3, frame.num_vertices());
-  for (int64_t t = 0; t < frame.num_triangles(); ++t) {
-    const Eigen::Vector3i triangle = frame.triangles.col(t);
-    const Eigen::Vector3f a = frame.vertices.col(triangle[0]);
-    const Eigen::Vector3f ab = frame.vertices.col(triangle[1]) - a;
-    const Eigen::Vector3f ac = frame.vertices.col(triangle[2]) - a;
-    for (const int v : triangle) normals.col(v) += ab.cross(ac);
-  }
+  const Eigen::Matrix3Xf normals = VertexNormals(frame);
   std::vector<float> speeds(frame.num_vertices());
   for (int64_t v = 0; v < frame.num_vertices(); ++v) {
-    speeds[v] = std::abs(frame.velocities.col(v).dot(normals.col(v).stableNormalized()));
+    speeds[v] = std::abs(frame.velocities.col(v).dot(normals.col(v)));
   }
   return speeds;
 }

@@ -31,14 +31,25 @@ struct Slab {
     uint8_t num_sheets;
     bool is_cut;  // cut_cell.h: the corners do not tell the sheets
   };
+  // A vertex that lies outside of its cell, next to a thin sheet.
+  struct VertexBeyond {
+    int64_t cell;
+    int32_t vertex;
+    Eigen::Vector3f in_cell;  // the nearest place in the cell
+  };
   SlabSteps steps;
   std::vector<int64_t> row_begin;  // num_rows + 1: where each row of cells starts below
   std::vector<Cell> cells;
   std::vector<Eigen::Vector4f> vertices;    // grid units; t in [0, 1] within the slab
   std::vector<Eigen::Vector3f> velocities;  // metres per second; empty if not known
+  std::vector<VertexBeyond> beyond;         // ascending
   int64_t num_cells() const { return static_cast<int64_t>(cells.size()); }
   int64_t num_vertices() const { return static_cast<int64_t>(vertices.size()); }
 };
+
+// The cell of a slab at voxel (i, j, k) that has the step after layer `step`; null if none is
+// mixed.
+const Slab::Cell* FindCell(const Grid& grid, const Slab& slab, int step, int i, int j, int k);
 
 // The corners of cell (i, j, k) that are inside: bits x, y, z, t.
 uint16_t InsideCorners(const InsideBits& earlier, const InsideBits& later, int i, int j, int k);
@@ -47,7 +58,9 @@ uint16_t InsideCorners(const InsideBits& earlier, const InsideBits& later, int i
 // cell's corners meet.
 //   layers  steps.num_steps() + 1; those in between only need to be known around the blocks that
 //           have them
-Slab PlaceVertices(const Grid& grid, std::span<const Layer* const> layers, SlabSteps steps = {});
+//   motion  spacings that one metre per second goes from the first to the last of them
+Slab PlaceVertices(const Grid& grid, std::span<const Layer* const> layers, SlabSteps steps = {},
+                   float motion = 0);
 
 // What the hexahedra of one step in time need.
 struct SlabRef {

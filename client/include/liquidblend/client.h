@@ -15,24 +15,33 @@
 #include "liquidblend/frame.h"
 #include "liquidblend/frame_stream.h"
 #include "liquidblend/operation.h"
+#include "liquidblend/security.h"
 
 namespace liquidblend {
 
-// Calls that may be repeated safely are repeated while the server cannot be reached (kUnavailable):
+// Calls that may be repeated safely are repeated while no server can be reached (kUnavailable):
 // after initial_backoff, then twice as long each time up to max_backoff, each wait times a random
-// number in [0.5, 1]. Writes carry a request id, so a repeated write is done once.
+// number in [0.5, 1]. Calls that the server refuses for now (kResourceExhausted or kUnavailable
+// with google.rpc.RetryInfo) are repeated after the delay that it asks for, times a random number
+// in [1, 1.25], whatever max_attempts is, while these waits fit into `patience`; otherwise the
+// error names the delay. Writes carry a request id, so a repeated write is done once.
 struct RetryOptions {
   int max_attempts = 5;  // >= 1
   absl::Duration initial_backoff = absl::Milliseconds(100);
   absl::Duration max_backoff = absl::Seconds(5);
+  // >= 0; of one call, for waits that the server asks for; 0: they are not waited for.
+  absl::Duration patience = absl::Seconds(30);
 };
 
 struct ConnectOptions {
-  std::string target = "127.0.0.1:50051";             // HOST:PORT, or any gRPC target
+  // HOST:PORT, or any gRPC target; or several, separated by commas: servers of one store. While the
+  // one that is used cannot be reached, calls go to the next at once, and stay there.
+  std::string target = "127.0.0.1:50051";
   absl::Duration connect_timeout = absl::Seconds(5);  // how long Connect waits for the server
   absl::Duration call_timeout = absl::Seconds(30);    // per attempt of a short call
   absl::Duration upload_timeout = absl::InfiniteDuration();
   RetryOptions retry;
+  SecurityOptions security;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
@@ -42,6 +51,16 @@ struct UploadRequest {
   std::vector<std::string> files;  // paths; base names must differ
   ImportOptions options;
   int64_t chunk_bytes = 512 << 10;  // [1, 1 MiB]
+  int priority = 0;                 // [-100, 100]; larger ones are worked on first
+};
+
+// An animation in a directory that the server may read: ROOT/directory, ROOT being one of the
+// import roots that its operator has named.
+struct ImportRequest {
+  std::string animation;  // the id, with or without "animations/"
+  std::string location;
+  ImportOptions options;
+  int priority = 0;  // [-100, 100]; larger ones are worked on first
 };
 
 struct UploadProgress {
@@ -73,6 +92,8 @@ class Client {
   absl::StatusOr<Operation> UploadAnimation(
       const UploadRequest& request,
       const std::function<void(const UploadProgress&)>& progress = {});
+  // Has the server copy the files there and starts their import; takes up to upload_timeout.
+  absl::StatusOr<Operation> ImportAnimation(const ImportRequest& request);
   absl::StatusOr<Animation> GetAnimation(const std::string& name);
   absl::StatusOr<std::vector<Animation>> ListAnimations();  // all pages
   absl::Status DeleteAnimation(const std::string& name);

@@ -141,6 +141,7 @@ struct RegisterRequest {
   // Go on from the family's newest version, with these correspondences instead of its own; source,
   // targets and parameter space may be empty: as they are.
   bool refine = false;
+  int priority = 0;  // [-100, 100]; larger ones are worked on first
 };
 
 }  // namespace liquidblend

@@ -44,6 +44,8 @@ struct FrameRequest {
   bool extrapolate = false;
   double time_s = 0.0;    // [0, duration_s]
   int position_bits = 0;  // 8 to 20; 0: the server's default
+  // Instead of position_bits: the longest step of the grid that positions are rounded to, metres.
+  double position_step_m = 0.0;  // 0: by position_bits
   EncodingPreset encoding = EncodingPreset::kFastest;
   int64_t version = 0;  // 0: the latest
   SurfaceOptions surface;

@@ -24,16 +24,21 @@ struct StreamSettings {
   std::optional<double> rate;               // seconds of animation per second; default 1; 0 holds
   std::optional<double> frames_per_second;  // of the clock; (0, 240]; default the family's
   int position_bits = 0;                    // 8 to 20; 0: as before; default the server's
+  double position_step_m = 0.0;             // as FrameRequest's; replaces bits, and they it
   std::optional<EncodingPreset> encoding;   // default kFastest
   std::optional<bool> loop;                 // start again at the end; default: end the stream
   std::optional<bool> lossless;  // the whole animation one by one, nothing skipped; default false
   std::optional<SurfaceOptions> surface;  // default: the slice itself
+  // Frames are coarser than surface.level_of_detail while the connection is too slow for them; not
+  // of a lossless stream. Default false.
+  std::optional<bool> adapt_level_of_detail;
 };
 
 struct StreamedFrame {
   Frame frame;
   int64_t frame_index = 0;  // counts sent frames from 0
   int64_t num_dropped = 0;  // frames skipped so far because they would have been late
+  int level_of_detail = 0;  // of this frame
 };
 
 // One running stream; made by Client::StreamFrames. The destructor cancels it.

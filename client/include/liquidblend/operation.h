@@ -6,6 +6,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/time/time.h"
 #include "liquidblend/animation.h"
 #include "liquidblend/family.h"
 
@@ -26,6 +27,12 @@ struct Progress {
   double seconds_left = 0.0;  // 0: unknown
   int attempt = 0;            // 1 for the first worker that took the job
   std::string worker;
+  int priority = 0;
+  std::string waiting_for;   // what keeps it queued, if it is not just its turn
+  int64_t memory_bytes = 0;  // what it needs, by estimate; 0: not known
+  // While it is queued after an attempt that failed: it is not tried again before this.
+  std::optional<absl::Time> next_attempt_time;
+  absl::Status last_failure;  // of the newest attempt that failed; OK: none has
 };
 
 // A job on the server: an import or a registration.

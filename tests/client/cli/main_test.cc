@@ -263,6 +263,20 @@ TEST_F(Command, FramesAreEncodedAsTheFlagsSay) {
   ASSERT_EQ(run({}), 0);
   EXPECT_THAT(server_.LastRequest(), HasSubstr("preset: FASTEST"));
   EXPECT_EQ(run({"--encoding", "tiny"}), 2);
+  ASSERT_EQ(run({"--step", "0.0002"}), 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("position_step_m: 0.0002"));
+  EXPECT_THAT(server_.LastRequest(), Not(HasSubstr("position_bits")));
+  EXPECT_EQ(run({"--step", "0.0002", "--bits", "12"}), 2);
+  EXPECT_EQ(run({"--step", "-1"}), 2);
+}
+
+TEST_F(Command, AStepTakesThePlaceOfTheDefaultBitsOfStreams) {
+  ASSERT_EQ(
+      Run({"export", "drops", "-w", "0", "-o", dir_.File("out"), "--step", "0.001"}).exit_code, 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("position_step_m: 0.001"));
+  EXPECT_THAT(server_.LastRequest(), Not(HasSubstr("position_bits")));
+  ASSERT_EQ(Run({"stream", "drops", "--seconds", "0.1", "--step", "0.002"}).exit_code, 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("position_step_m: 0.002"));
 }
 
 TEST_F(Command, ExportWritesAFilePerFrameOfTheFormat) {
@@ -305,6 +319,27 @@ TEST_F(Command, ListInspectAndOperationsSpeakJson) {
   const json operations = json::parse(Run({"operations", "--json"}).out);
   EXPECT_EQ(operations[1]["state"], "running");
   EXPECT_EQ(operations[2]["error"]["code"], "DATA_LOSS");
+}
+
+TEST_F(Command, OperationsTellWhenAndWhyAJobIsTriedAgain) {
+  EXPECT_THAT(Run({"operations"}).out,
+              HasSubstr("queued after attempt 2: no S3; next one at 22:13:20 UTC, priority 5"));
+  const json retried = json::parse(Run({"operations", "--json"}).out)[3];
+  EXPECT_EQ(retried["state"], "queued");
+  EXPECT_EQ(retried["progress"]["attempt"], 2);
+  EXPECT_EQ(retried["progress"]["priority"], 5);
+  EXPECT_EQ(retried["progress"]["memory_bytes"], 7);
+  EXPECT_EQ(retried["progress"]["waiting_for"], "");
+  EXPECT_EQ(retried["progress"]["next_attempt_time"], "2023-11-14T22:13:20Z");
+  EXPECT_EQ(retried["progress"]["last_failure"]["code"], "UNAVAILABLE");
+}
+
+TEST_F(Command, PrioritiesOutOfRangeAreRefusedHere) {
+  for (const char* priority : {"-101", "101", "high"}) {
+    EXPECT_EQ(
+        Run({"register", "f", "--source", "a", "--target", "b", "--priority", priority}).exit_code,
+        2);
+  }
 }
 
 TEST_F(Command, InspectTellsHowWellAFamilyShowsItsAnimations) {
@@ -353,6 +388,25 @@ TEST_F(Command, StreamReportsPaceAndReaction) {
   EXPECT_GT(report["num_bytes"], 1000);
   EXPECT_GT(report["interval_ms"]["p99"], 0.0);
   EXPECT_GT(report["reaction_ms"]["p50"], 0.0);
+  EXPECT_EQ(report["frames_by_level"].size(), 1u);
+}
+
+TEST_F(Command, AnAdaptingStreamTellsTheLevelsThatCame) {
+  const CommandResult result = Run({"stream", "drops", "--seconds", "0.1", "--adapt"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("frames by level of detail: 0, "));  // all at 1: fake_server.cc
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("adapt_level_of_detail: true"));
+}
+
+TEST_F(Command, WaitsWhenTheServerSaysSoAndNotBeyondItsPatience) {
+  const absl::Status busy =
+      testing::WithRetryDelay(absl::ResourceExhaustedError("busy"), absl::Milliseconds(150));
+  server_.FailNext("GetFamily", 1, busy);
+  EXPECT_EQ(Run({"inspect", "drops"}).exit_code, 0);
+  server_.FailNext("GetFamily", 1, busy);
+  const CommandResult impatient = Run({"--patience", "0", "inspect", "drops"});
+  EXPECT_NE(impatient.exit_code, 0);
+  EXPECT_THAT(impatient.err, HasSubstr("busy; try again in 150ms"));
 }
 
 TEST_F(Command, RenderMakesASheetOfWeightsByTimes) {

@@ -28,11 +28,13 @@ TEST(StreamStats, MeasuresAgainstAnEvenPace) {
     streamed.frame.data = "1234";
     streamed.frame_index = i;
     streamed.num_dropped = dropped[i];
+    streamed.level_of_detail = i < 3 ? 0 : 2;
     stats.AddFrame(streamed, start + absl::Milliseconds(at_ms[i]));
   }
   EXPECT_EQ(stats.num_frames(), 4);
   EXPECT_EQ(stats.num_bytes(), 16);
   EXPECT_EQ(stats.num_dropped(), 1);
+  EXPECT_EQ(stats.frames_by_level(), (std::vector<int64_t>{3, 0, 1}));
   EXPECT_NEAR(stats.FramesPerSecond(), 3.0 / 0.4, 1e-9);
   EXPECT_NEAR(stats.IntervalsMs().max, 150.0, 1e-6);
   EXPECT_NEAR(stats.LatenessMs().max, 50.0, 1e-6);

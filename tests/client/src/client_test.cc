@@ -5,6 +5,8 @@
 
 #include <set>
 
+#include "absl/time/clock.h"
+
 #include "tests/client/fake_server.h"
 #include "tests/client/temp_files.h"
 
@@ -55,6 +57,24 @@ TEST(ClientConnect, RefusesOptionsOutOfRangeByName) {
   const absl::Status status = Client::Connect(options).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(status.message()), HasSubstr("retry.max_attempts is 0"));
+}
+
+TEST(ClientConnect, SendsNoTokenForEveryoneToRead) {
+  ConnectOptions options;
+  options.target = "liquid.example:50051";
+  options.security.token = "secret";
+  const absl::Status status = Client::Connect(options).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("without TLS"));
+  EXPECT_THAT(std::string(status.message()), Not(HasSubstr("secret")));
+}
+
+TEST(ClientConnect, NamesAMissingCertificateFile) {
+  ConnectOptions options;
+  options.security.tls_ca = "/none/ca.crt";
+  const absl::Status status = Client::Connect(options).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("tls_ca: /none/ca.crt"));
 }
 
 TEST_F(ClientTest, UploadSendsEveryByteInChunksOfAtMostTheSizeAsked) {
@@ -137,6 +157,25 @@ TEST_F(ClientTest, GivesUpAfterTheAttemptsAndSaysHowMany) {
   EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
   EXPECT_THAT(std::string(status.message()), HasSubstr("after 5 attempts"));
   EXPECT_EQ(server_.NumCalls("GetFamily"), 5);
+}
+
+TEST_F(ClientTest, ACallThatIsRefusedForNowIsRepeatedWhenTheServerSays) {
+  const absl::Duration delay = absl::Milliseconds(20);
+  const auto busy = testing::WithRetryDelay(absl::ResourceExhaustedError("busy"), delay);
+  server_.FailNext("GetFamily", 7, busy);  // more than max_attempts
+  const absl::Time begin = absl::Now();
+  EXPECT_TRUE(client_->GetFamily("drops").ok());
+  EXPECT_GE(absl::Now() - begin, 7 * delay);
+  EXPECT_EQ(server_.NumCalls("GetFamily"), 8);
+}
+
+TEST_F(ClientTest, AWaitBeyondThePatienceIsTheCallersToDecide) {
+  server_.FailNext("GetFamily", 1,
+                   testing::WithRetryDelay(absl::ResourceExhaustedError("busy"), absl::Hours(1)));
+  const absl::Status status = client_->GetFamily("drops").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(status.message(), "busy; try again in 1h");
+  EXPECT_EQ(server_.NumCalls("GetFamily"), 1);
 }
 
 TEST_F(ClientTest, OtherErrorsAreNotRepeated) {
@@ -295,7 +334,7 @@ TEST_F(ClientTest, AFailedOperationIsAnAnswerWithItsReason) {
 TEST_F(ClientTest, OperationsAreListedGotAndCancelled) {
   const auto operations = client_->ListOperations();
   ASSERT_TRUE(operations.ok()) << operations.status();
-  EXPECT_EQ(operations->size(), 3u);
+  EXPECT_EQ(operations->size(), 4u);
   const auto one = client_->GetOperation("register-1");
   ASSERT_TRUE(one.ok()) << one.status();
   EXPECT_EQ(one->progress.iteration, 7);

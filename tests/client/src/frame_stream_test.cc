@@ -13,6 +13,8 @@ namespace liquidblend {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 class FrameStreamTest : public ::testing::Test {
  protected:
@@ -84,6 +86,33 @@ TEST_F(FrameStreamTest, ParametersReplaceWeightsInLaterFrames) {
     }
     ASSERT_THAT((*streamed)->frame.weights, ElementsAre(0.5));
   }
+}
+
+TEST_F(FrameStreamTest, TellsTheLevelsThatTheServerHasAdaptedTo) {
+  StreamSettings settings;
+  settings.family = "drops";
+  settings.adapt_level_of_detail = true;
+  const auto stream = client_->StreamFrames(settings);
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  const auto streamed = (*stream)->Read();
+  ASSERT_TRUE(streamed.ok()) << streamed.status();
+  EXPECT_EQ((*streamed)->level_of_detail, 1);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("adapt_level_of_detail: true"));
+}
+
+TEST_F(FrameStreamTest, BitsAndStepReplaceEachOtherAlsoForAStreamThatIsOpenedAgain) {
+  server_.FailNext("StreamFrames", 1, absl::UnavailableError("going away"));
+  StreamSettings settings;
+  settings.family = "drops";
+  settings.position_bits = 12;
+  const auto stream = client_->StreamFrames(settings);
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  StreamSettings change;
+  change.position_step_m = 0.001;
+  (void)(*stream)->Change(change);  // may find the first attempt ended; it counts for the next
+  ASSERT_TRUE((*stream)->Read().ok());
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("position_step_m: 0.001"));
+  EXPECT_THAT(server_.LastRequest(), Not(HasSubstr("position_bits")));
 }
 
 TEST_F(FrameStreamTest, CancelFromAnotherThreadEndsAWaitingRead) {

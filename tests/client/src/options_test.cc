@@ -9,6 +9,7 @@ namespace liquidblend {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(Options, DefaultsAreInRange) {
   EXPECT_TRUE(ImportOptions().Validate().ok());
@@ -34,6 +35,14 @@ TEST(Options, ValidateNamesTheFieldAndItsValue) {
   EXPECT_TRUE(space_time.Validate().ok());
   space_time.coarser_levels = -1;
   EXPECT_THAT(space_time.Validate().ToString(), HasSubstr("coarser_levels is -1"));
+  SecurityOptions security;
+  security.tls_cert = "client.crt";
+  EXPECT_THAT(security.Validate().ToString(), HasSubstr("tls_cert is given without tls_key"));
+  security.tls_key = "client.key";
+  EXPECT_TRUE(security.Validate().ok());
+  security.token = "secret\n";
+  EXPECT_THAT(security.Validate().ToString(), HasSubstr("token must be"));
+  EXPECT_THAT(security.Validate().ToString(), Not(HasSubstr("secret")));
   ConnectOptions connect;
   connect.call_timeout = absl::ZeroDuration();
   EXPECT_THAT(connect.Validate().ToString(), HasSubstr("call_timeout"));

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "client/src/status.h"
+#include "tests/client/fake_server.h"
+
 namespace liquidblend::client {
 namespace {
 
@@ -30,6 +33,64 @@ TEST(Backoff, RepeatsOnlyWhatWasUnavailableAndOnlySoOften) {
   EXPECT_FALSE(backoff.ShouldRetry(absl::UnavailableError("")));
   backoff.Reset();
   EXPECT_TRUE(backoff.ShouldRetry(absl::UnavailableError("")));
+}
+
+absl::Status Busy(absl::Duration delay) {
+  return testing::WithRetryDelay(absl::ResourceExhaustedError("busy"), delay);
+}
+
+TEST(Backoff, WaitsAsLongAsTheServerAsksAndALittleLonger) {
+  RetryOptions options;
+  options.max_attempts = 1;  // does not count here
+  options.initial_backoff = absl::Milliseconds(1);
+  options.patience = absl::Hours(1);
+  Backoff backoff(options);
+  for (int i = 0; i < 80; ++i) {
+    ASSERT_TRUE(backoff.ShouldRetry(Busy(absl::Milliseconds(400))));
+    const absl::Duration wait = backoff.NextWait();
+    EXPECT_GE(wait, absl::Milliseconds(400));
+    EXPECT_LE(wait, absl::Milliseconds(500));
+  }
+  ASSERT_TRUE(backoff.ShouldRetry(Busy(absl::ZeroDuration())));
+  EXPECT_GE(backoff.NextWait(), options.initial_backoff) << "never at once";
+}
+
+TEST(Backoff, WhatTheServerAsksForMustFitIntoThePatience) {
+  RetryOptions options;
+  options.patience = absl::Seconds(10);
+  Backoff backoff(options);
+  EXPECT_FALSE(backoff.ShouldRetry(Busy(absl::Seconds(11))));
+  absl::Duration waited;
+  int num_waits = 0;
+  while (backoff.ShouldRetry(Busy(absl::Seconds(3)))) {
+    waited += backoff.NextWait();
+    ++num_waits;
+  }
+  EXPECT_GE(num_waits, 2);
+  EXPECT_LE(waited, options.patience);
+  backoff.Reset();
+  EXPECT_TRUE(backoff.ShouldRetry(Busy(absl::Seconds(3))));
+}
+
+TEST(Backoff, WithoutPatienceOnlyWhatWasUnavailableIsRepeated) {
+  RetryOptions options;
+  options.patience = absl::ZeroDuration();
+  Backoff backoff(options);
+  EXPECT_FALSE(backoff.ShouldRetry(Busy(absl::Milliseconds(1))));
+  const absl::Status away = testing::WithRetryDelay(absl::UnavailableError("away"), absl::Hours(1));
+  ASSERT_TRUE(backoff.ShouldRetry(away));
+  EXPECT_LE(backoff.NextWait(), options.initial_backoff);
+}
+
+TEST(RetryUnavailable, AnErrorThatIsGivenUpOnKeepsItsDelay) {
+  RetryOptions options;
+  options.initial_backoff = absl::Microseconds(1);
+  options.patience = absl::Milliseconds(30);
+  const absl::Status status =
+      RetryUnavailable(options, [&](int attempt) { return Busy(absl::Milliseconds(9) * attempt); });
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(status.message(), "busy (after 3 attempts)");
+  EXPECT_EQ(RetryDelay(status), absl::Milliseconds(27));
 }
 
 TEST(RetryUnavailable, TellsTheCallWhichAttemptItIs) {

@@ -35,6 +35,41 @@ TEST(FromProto, AReasonThatOnlyRepeatsTheCodeIsLeftOut) {
             absl::NotFoundError("family 'none' does not exist; reason: FAMILY_EVICTED"));
 }
 
+TEST(FromProto, MetadataThatTheMessageHoldsIsNotRepeated) {
+  google::rpc::Status proto;
+  proto.set_code(5);
+  proto.set_message("family 'none' does not exist");
+  google::rpc::ErrorInfo info;
+  info.set_reason("NOT_FOUND");
+  (*info.mutable_metadata())["resource"] = "families/none";
+  proto.add_details()->PackFrom(info);
+  EXPECT_EQ(FromProto(proto), absl::NotFoundError("family 'none' does not exist"));
+  (*info.mutable_metadata())["scope"] = "write";
+  proto.mutable_details(0)->PackFrom(info);
+  EXPECT_EQ(FromProto(proto), absl::NotFoundError("family 'none' does not exist; reason: NOT_FOUND "
+                                                  "(scope=write)"));
+}
+
+TEST(FromProto, ADelayIsToldAndKept) {
+  google::rpc::Status proto;
+  proto.set_code(8);
+  proto.set_message("too busy");
+  google::rpc::RetryInfo info;
+  info.mutable_retry_delay()->set_seconds(1);
+  info.mutable_retry_delay()->set_nanos(499'100'000);
+  proto.add_details()->PackFrom(info);
+  const absl::Status busy = FromProto(proto);
+  EXPECT_EQ(busy.message(), "too busy; try again in 1.5s");
+  EXPECT_EQ(RetryDelay(busy), absl::Microseconds(1'499'100));
+  proto.set_code(5);
+  EXPECT_EQ(RetryDelay(FromProto(proto)), std::nullopt) << "the same call fails later, too";
+  EXPECT_EQ(RetryDelay(absl::ResourceExhaustedError("full")), std::nullopt);
+  proto.set_code(8);
+  info.mutable_retry_delay()->set_seconds(-5);
+  proto.mutable_details(0)->PackFrom(info);
+  EXPECT_EQ(RetryDelay(FromProto(proto)), absl::ZeroDuration());
+}
+
 TEST(FromProto, AnUnknownCodeIsAnUnknownError) {
   google::rpc::Status proto;
   proto.set_code(99);

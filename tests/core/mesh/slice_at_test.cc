@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "server/blend/blend.h"
 #include "server/slice/slice.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/implicit.h"
+#include "tests/synthetic/slice_family.h"
 #include "worker/spacetime/build.h"
 
 namespace liquidblend::mesh {
@@ -18,14 +18,7 @@ const std::vector<double> kTimes = {0, 1, 2.5, 3.25, 7};
 
 mesh::TriangleMesh AsServed(const mesh::SpaceTimeMesh& mesh, double time) {
   const mesh::RegisteredFamily family = mesh::ViewOf(mesh);
-  const slice::CellIndex index(family);
-  slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
-  const absl::Status found =
-      slice::FindCandidates(index, {}, time / family.frames_per_second, workspace);
-  EXPECT_TRUE(found.ok()) << found;
-  blend::BlendVertices(family, {}, workspace.vertex_ranges, positions);
-  return slice::March(index, positions, workspace);
+  return synthetic::SliceFamily(slice::CellIndex(family), {}, time / family.frames_per_second);
 }
 
 // The vertices in an order that does not depend on who made them.

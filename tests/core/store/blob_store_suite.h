@@ -96,6 +96,10 @@ TEST_P(BlobStoreSuite, RefusesWhatIsNoBlobId) {
     EXPECT_FALSE(IsBlobId(id));
     EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
     EXPECT_THAT(blobs_->Delete(id), Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
+    EXPECT_THAT(blobs_->Verify(id), Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
+    EXPECT_THAT(blobs_->Quarantine(id), Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
+    EXPECT_THAT(blobs_->DeleteIfNotNewer(id, absl::InfiniteFuture()),
+                Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
   }
 }
 
@@ -161,6 +165,46 @@ TEST_P(BlobStoreSuite, NoticesDamage) {
     EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kDataLoss, id));
     EXPECT_EQ(Put(SampleBytes(size)), id);  // and putting it again repairs it
     EXPECT_THAT(blobs_->Open(id), Succeeds());
+  }
+}
+
+TEST_P(BlobStoreSuite, VerifiesWhatIsKeptAndNotACopy) {
+  const BlobId id = Put(SampleBytes(100000));
+  EXPECT_THAT(blobs_->Verify(id), Succeeds());
+  backend_->Damage(id);
+  EXPECT_THAT(blobs_->Verify(id), Fails(absl::StatusCode::kDataLoss, id));
+  EXPECT_THAT(blobs_->Delete(id), Succeeds());
+  EXPECT_THAT(blobs_->Verify(id), Fails(absl::StatusCode::kNotFound, id));
+}
+
+TEST_P(BlobStoreSuite, MovesADamagedBlobOutOfTheWay) {
+  const BlobId id = Put(SampleBytes(100000));
+  EXPECT_THAT(blobs_->Quarantine(id), Fails(absl::StatusCode::kFailedPrecondition, "is whole"));
+  backend_->Damage(id);
+  const auto aside = blobs_->Quarantine(id);
+  ASSERT_THAT(aside, Succeeds());
+  EXPECT_THAT(*aside, ::testing::HasSubstr("quarantine/" + id));
+  EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kNotFound, id));
+  EXPECT_THAT(ListIds(), ::testing::IsEmpty());
+  EXPECT_THAT(blobs_->Quarantine(id), Fails(absl::StatusCode::kNotFound, id));
+  EXPECT_EQ(Put(SampleBytes(100000)), id);
+  EXPECT_THAT(backend_->Open()->Open(id), Succeeds());
+}
+
+TEST_P(BlobStoreSuite, DeletesOnlyWhatIsAsOldAsItIsSaidToBe) {
+  const BlobId id = Put("water");
+  const auto infos = blobs_->List();
+  ASSERT_THAT(infos, Succeeds());
+  const absl::Time modified = infos->front().modified;
+  auto is_gone = blobs_->DeleteIfNotNewer(id, modified - absl::Seconds(1));
+  ASSERT_THAT(is_gone, Succeeds());
+  EXPECT_FALSE(*is_gone);
+  EXPECT_EQ(Get(*blobs_, id), "water");
+  for (int call = 0; call < 2; ++call) {
+    is_gone = blobs_->DeleteIfNotNewer(id, modified);
+    ASSERT_THAT(is_gone, Succeeds());
+    EXPECT_TRUE(*is_gone);
+    EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kNotFound, id));
   }
 }
 

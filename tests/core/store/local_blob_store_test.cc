@@ -172,6 +172,36 @@ TEST(LocalBlobStore, PuttingABlobAgainRenewsItsTime) {
   EXPECT_GT(blobs->List()->front().modified, absl::Now() - absl::Hours(1));
 }
 
+// Whoever deletes what is old and whoever commits it again at that moment: the commit counts.
+TEST(LocalBlobStore, KeepsWhatIsCommittedWhileItIsBeingDeletedAsOld) {
+  const TemporaryFolder folder;
+  const auto blobs = *OpenLocalBlobStore(folder.path());
+  const auto other = *OpenLocalBlobStore(folder.path());
+  const BlobId id = *PutBlob(*blobs, AsBytes("water"));
+  const auto long_ago = std::filesystem::file_time_type::clock::now() - std::chrono::hours(48);
+  const absl::Time yesterday = absl::Now() - absl::Hours(24);
+  for (int round = 0; round < 300; ++round) {
+    std::filesystem::last_write_time(LocalBlobPath(folder.path(), id), long_ago);
+    std::thread collector([&] { other->DeleteIfNotNewer(id, yesterday).IgnoreError(); });
+    ASSERT_THAT(PutBlob(*blobs, AsBytes("water")), Succeeds());
+    collector.join();
+    ASSERT_THAT(blobs->Open(id), Succeeds()) << "round " << round;
+  }
+}
+
+TEST(LocalBlobStore, IsAsOldAsItsCommit) {
+  const TemporaryFolder folder;
+  const auto blobs = *OpenLocalBlobStore(folder.path());
+  const auto writer = *blobs->Create();
+  ASSERT_THAT(writer->Append(AsBytes("water")), Succeeds());
+  const std::string temporary =
+      std::filesystem::directory_iterator(folder.path() + "/tmp")->path().string();
+  std::filesystem::last_write_time(
+      temporary, std::filesystem::file_time_type::clock::now() - std::chrono::hours(48));
+  ASSERT_THAT(writer->Commit(), Succeeds());
+  EXPECT_GT(blobs->List()->front().modified, absl::Now() - absl::Minutes(1));
+}
+
 TEST(LocalBlobStore, WritesBlobsReadOnly) {
   const TemporaryFolder folder;
   const auto id = PutBlob(*MustOpen(folder.path()), AsBytes("water"));

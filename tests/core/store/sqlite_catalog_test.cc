@@ -2,9 +2,12 @@
 
 #include <csignal>
 
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/store/sqlite.h"
 #include "tests/core/store/catalog_suite.h"
+#include "tests/core/store/old_catalogs.h"
 
 namespace liquidblend::store {
 namespace {
@@ -36,6 +39,12 @@ class SqliteCatalogTest : public ::testing::Test {
     return catalog.ok() ? *std::move(catalog) : nullptr;
   }
 
+  static std::string OldRows() {
+    return FillOldCatalog([](const std::string& bytes) {
+      return absl::StrCat("X'", absl::BytesToHexString(bytes), "'");
+    });
+  }
+
   // One connection past the catalog.
   std::unique_ptr<Database> OpenRaw() {
     auto db = Database::Open(path_, absl::Seconds(10));
@@ -55,7 +64,7 @@ TEST_F(SqliteCatalogTest, KeepsEverythingWhenItIsOpenedAgain) {
 
 TEST_F(SqliteCatalogTest, NamesOptionsOutOfRange) {
   CatalogOptions options;
-  options.max_attempts = 0;
+  options.retry.max_attempts = 0;
   EXPECT_THAT(OpenSqliteCatalog(path_, options), Fails(Code::kInvalidArgument, "max_attempts = 0"));
   options = {};
   options.busy_timeout = -absl::Seconds(1);
@@ -85,31 +94,73 @@ TEST_F(SqliteCatalogTest, KnowsItsSchemaVersion) {
     return absl::OkStatus();
   };
   EXPECT_THAT(OpenRaw()->Run("PRAGMA user_version", {}, read), Succeeds());
-  EXPECT_EQ(version, 2);
-  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 3"), Succeeds());
+  EXPECT_EQ(version, 3);
+  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 4"), Succeeds());
   EXPECT_THAT(OpenSqliteCatalog(path_),
-              Fails(Code::kFailedPrecondition, path_ + " has schema version 3"));
+              Fails(Code::kFailedPrecondition, path_ + " has schema version 4"));
 }
 
-// As version 1 left it: no parts, and a registration of two targets that is one job.
-TEST_F(SqliteCatalogTest, BringsAnOlderDatabaseUpToDate) {
-  pb::JobRecord old = RegistrationOf("f", "a", {"b", "c"});
-  old.set_id("register-old");
-  old.set_state(pb::JobRecord::QUEUED);
-  ASSERT_THAT(MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
-  ASSERT_THAT(OpenRaw()->RunScript("DROP INDEX jobs_by_parent;"
-                                   "ALTER TABLE jobs DROP COLUMN parent;"
-                                   "PRAGMA user_version = 1;"),
+TEST_F(SqliteCatalogTest, BringsOlderDatabasesUpToDate) {
+  for (const char* second : {"", kSqliteVersion2}) {
+    path_ = absl::StrCat(folder_.path(), "/", *second == 0 ? 1 : 2, ".db");
+    ASSERT_THAT(OpenRaw()->RunScript(absl::StrCat(kSqliteVersion1, second, OldRows())), Succeeds());
+    absl::Time now;
+    CatalogOptions options;
+    options.now = [&] { return now; };
+    const auto catalog = OpenSqliteCatalog(path_, options);
+    ASSERT_THAT(catalog, Succeeds());
+    CheckOldRows(**catalog, now);
+  }
+}
+
+TEST_F(SqliteCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
+  path_ = folder_.path() + "/old.db";
+  ASSERT_THAT(OpenRaw()->RunScript(absl::StrCat(kSqliteVersion1, OldRows())), Succeeds());
+  std::vector<pid_t> children;
+  for (int child = 0; child < 6; ++child) {
+    children.push_back(StartChild([&] {
+      const auto catalog = OpenSqliteCatalog(path_);
+      if (!catalog.ok()) return 1;
+      const std::string id = absl::StrCat("new", child);
+      return (*catalog)->SubmitImport(AnimationCalled(id), ImportOf(id)).ok() ? 0 : 2;
+    }));
+  }
+  for (const pid_t child : children) EXPECT_EQ(WaitFor(child), 0);
+  EXPECT_EQ(MustOpen()->ListJobs(0, "")->records.size(), 9);
+}
+
+// A step that cannot be made leaves the former version.
+TEST_F(SqliteCatalogTest, LeavesADatabaseThatItCannotBringUpToDate) {
+  path_ = folder_.path() + "/old.db";
+  ASSERT_THAT(OpenRaw()->RunScript(absl::StrCat(kSqliteVersion1, "DROP TABLE families;",
+                                                "CREATE TABLE jobs_to_do (theirs TEXT);")),
               Succeeds());
-  ASSERT_THAT(OpenRaw()->Run(
-                  "INSERT INTO jobs (id, state, subject, record) VALUES (?, ?, ?, ?)",
-                  {old.id(), int64_t{old.state()}, "families/f", Bytes{old.SerializeAsString()}}),
-              Succeeds());
-  const auto catalog = MustOpen();
-  ASSERT_EQ(catalog->ListJobs(0, "")->records.size(), 2);
-  EXPECT_TRUE((*catalog->LeaseJob("worker", absl::Minutes(1)))->job.has_import_animation());
-  EXPECT_EQ((*catalog->LeaseJob("worker", absl::Minutes(1)))->job.id(), old.id());
-  EXPECT_TRUE(catalog->ListParts(old.id())->empty());
+  EXPECT_FALSE(OpenSqliteCatalog(path_).ok());
+  EXPECT_EQ(*QueryInt(*OpenRaw(), "PRAGMA user_version"), 1);
+  EXPECT_EQ(*QueryInt(*OpenRaw(), "SELECT COUNT(lease_expires_us) FROM jobs"), 0);
+}
+
+TEST_F(SqliteCatalogTest, FindsTheNextJobByAnIndexHoweverLongTheHistory) {
+  MustOpen();
+  const auto plan = [&](const std::string& statement) {
+    std::string text;
+    const auto read = [&](const SqlRow& row) {
+      absl::StrAppend(&text, row.String(3), "\n");
+      return absl::OkStatus();
+    };
+    EXPECT_THAT(OpenRaw()->Run("EXPLAIN QUERY PLAN " + statement, {}, read), Succeeds());
+    return text;
+  };
+  const std::string next = plan(
+      "SELECT record FROM jobs INDEXED BY jobs_to_do WHERE state IN (1, 2) AND (due_us <= 7 OR "
+      "due_us > 9) AND memory_bytes <= 5 ORDER BY priority DESC, turn, number LIMIT 1");
+  EXPECT_THAT(next, ::testing::HasSubstr("jobs_to_do"));
+  EXPECT_THAT(next, ::testing::Not(::testing::HasSubstr("TEMP B-TREE")));
+  EXPECT_THAT(plan("SELECT MAX(turn) FROM jobs WHERE priority = 0 AND attempts > 0"),
+              ::testing::HasSubstr("jobs_by_turn"));
+  EXPECT_THAT(plan("SELECT MAX(turn) FROM jobs WHERE owner = 'a' AND priority = 0 AND state IN (1, "
+                   "2, 6)"),
+              ::testing::HasSubstr("jobs_by_owner"));
 }
 
 TEST_F(SqliteCatalogTest, LeavesOtherDatabasesAlone) {

@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -15,7 +17,6 @@ namespace {
 
 using mesh::Float4;
 using mesh::RegisteredFamily;
-using mesh::VertexRange;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -30,6 +31,8 @@ RegisteredFamily TwoTargets() {
        {synthetic::Noise(3, 0.05F, 0.5F), {}}});
 }
 
+using VertexRange = std::array<int32_t, 2>;  // vertices [begin, end)
+
 VertexRange All(const RegisteredFamily& family) {
   return {0, static_cast<int32_t>(family.vertices.size())};
 }
@@ -42,9 +45,11 @@ VertexRange Inner(const RegisteredFamily& family) {
 }
 
 std::vector<Float4> Blend(const RegisteredFamily& family, const std::vector<double>& weights,
-                          const std::vector<VertexRange>& ranges) {
-  std::vector<Float4> positions;
-  BlendVertices(family, weights, ranges, positions);
+                          VertexRange range) {
+  std::vector<int32_t> vertices(range[1] - range[0]);
+  std::iota(vertices.begin(), vertices.end(), range[0]);
+  std::vector<Float4> positions(vertices.size());
+  Blender(family, weights).Place(vertices, positions.data());
   return positions;
 }
 
@@ -78,20 +83,20 @@ TEST(CheckWeights, NamesIndexTargetAndValue) {
               AllOf(HasSubstr("weights[0]"), HasSubstr("2.5")));
 }
 
-TEST(BlendVertices, AtWeightZeroIsTheSourceBitForBit) {
+TEST(Blender, AtWeightZeroIsTheSourceBitForBit) {
   RegisteredFamily family = TwoTargets();
   family.domain_max[0] = 0.25F;  // much of the source lies outside of its domain
-  const std::vector<Float4> positions = Blend(family, {0.0, -0.0}, {All(family)});
+  const std::vector<Float4> positions = Blend(family, {0.0, -0.0}, All(family));
   EXPECT_EQ(std::memcmp(positions.data(), family.vertices.data(), family.vertices.size_bytes()), 0);
 }
 
-TEST(BlendVertices, FollowsThePiecewiseLinearRule) {
+TEST(Blender, FollowsThePiecewiseLinearRule) {
   const RegisteredFamily family = TwoTargets();
   const auto& d = family.targets[0].displacement;
   const auto& e = family.targets[0].extrapolation;
   const VertexRange inner = Inner(family);
   for (const double w : {-1.0, -0.25, 0.3, 1.0, 1.25, 2.0}) {
-    const std::vector<Float4> positions = Blend(family, {w, 0.0}, {inner});
+    const std::vector<Float4> positions = Blend(family, {w, 0.0}, inner);
     for (int32_t v = inner[0]; v < inner[1]; ++v) {
       for (int k = 0; k < 4; ++k) {
         const double moved = w < 0   ? w * e[v][k]
@@ -104,11 +109,11 @@ TEST(BlendVertices, FollowsThePiecewiseLinearRule) {
   }
 }
 
-TEST(BlendVertices, WithoutAnExtrapolationTheDisplacementGoesOn) {
+TEST(Blender, WithoutAnExtrapolationTheDisplacementGoesOn) {
   const RegisteredFamily family = TwoTargets();
   const VertexRange inner = Inner(family);
   for (const double w : {-1.0, 2.0}) {
-    const std::vector<Float4> positions = Blend(family, {0.0, w}, {inner});
+    const std::vector<Float4> positions = Blend(family, {0.0, w}, inner);
     for (int32_t v = inner[0]; v < inner[1]; ++v) {
       const double moved = w * family.targets[1].displacement[v][3];
       ASSERT_NEAR(positions[v - inner[0]][3], family.vertices[v][3] + moved, kTolerance);
@@ -116,12 +121,12 @@ TEST(BlendVertices, WithoutAnExtrapolationTheDisplacementGoesOn) {
   }
 }
 
-TEST(BlendVertices, AddsTheTargetsMotions) {
+TEST(Blender, AddsTheTargetsMotions) {
   const RegisteredFamily family = TwoTargets();
   const VertexRange inner = Inner(family);
-  const std::vector<Float4> first = Blend(family, {0.75, 0.0}, {inner});
-  const std::vector<Float4> second = Blend(family, {0.0, -0.5}, {inner});
-  const std::vector<Float4> both = Blend(family, {0.75, -0.5}, {inner});
+  const std::vector<Float4> first = Blend(family, {0.75, 0.0}, inner);
+  const std::vector<Float4> second = Blend(family, {0.0, -0.5}, inner);
+  const std::vector<Float4> both = Blend(family, {0.75, -0.5}, inner);
   for (size_t i = 0; i < both.size(); ++i) {
     for (int k = 0; k < 4; ++k) {
       const float source = family.vertices[inner[0] + i][k];
@@ -130,27 +135,23 @@ TEST(BlendVertices, AddsTheTargetsMotions) {
   }
 }
 
-TEST(BlendVertices, GivesTheRangesOneAfterTheOtherAndNeverShrinksTheBuffer) {
+TEST(Blender, PlacesAVertexAlikeInAnyList) {
   const RegisteredFamily family = TwoTargets();
-  const std::vector<Float4> all = Blend(family, {0.5, 1.5}, {All(family)});
-  const std::vector<VertexRange> ranges = {{3, 4}, {7, 300}, {513, 900}};
-  std::vector<Float4> positions(all.size() + 5, Float4{9, 9, 9, 9});
-  BlendVertices(family, std::vector{0.5, 1.5}, ranges, positions);
-  std::vector<Float4> expected;
-  for (const VertexRange& r : ranges) {
-    expected.insert(expected.end(), all.begin() + r[0], all.begin() + r[1]);
-  }
-  EXPECT_EQ(positions.size(), all.size() + 5);
-  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), positions.begin()));
-  EXPECT_EQ(positions[expected.size()], (Float4{9, 9, 9, 9}));  // the rest is left alone
+  const std::vector<Float4> all = Blend(family, {0.5, 1.5}, All(family));
+  const Blender blender(family, std::vector{0.5, 1.5});
+  const std::vector<int32_t> vertices = {513, 3, 899, 3, 0};
+  std::vector<Float4> positions(vertices.size() + 1, Float4{9, 9, 9, 9});
+  blender.Place(vertices, positions.data());
+  for (size_t i = 0; i < vertices.size(); ++i) EXPECT_EQ(positions[i], all[vertices[i]]);
+  EXPECT_EQ(positions.back(), (Float4{9, 9, 9, 9}));  // the rest is left alone
 }
 
-TEST(BlendVertices, StayInTheDomainUnlessTheSourceLeavesIt) {
+TEST(Blender, StaysInTheDomainUnlessTheSourceLeavesIt) {
   RegisteredFamily family = synthetic::MakeFamily(synthetic::HexahedralSphere(4),
                                                   {{synthetic::Noise(1, 5.0F, 1.0F), {}}});
   family.domain_min = {-1.0F, -1.0F, -1.0F};
   family.domain_max = {1.0F, 0.5F, 1.0F};
-  const std::vector<Float4> positions = Blend(family, {1.5}, {All(family)});
+  const std::vector<Float4> positions = Blend(family, {1.5}, All(family));
   int num_at_wall = 0;
   for (size_t v = 0; v < positions.size(); ++v) {
     for (int k = 0; k < 3; ++k) {
@@ -162,12 +163,12 @@ TEST(BlendVertices, StayInTheDomainUnlessTheSourceLeavesIt) {
   EXPECT_GT(num_at_wall, 100);
 }
 
-TEST(BlendVertices, KeepTheEndSlabsOutsideOfTheAnimation) {
+TEST(Blender, KeepsTheEndSlabsOutsideOfTheAnimation) {
   const RegisteredFamily family = synthetic::MakeFamily(synthetic::HexahedralSphere(4),
                                                         {{synthetic::Noise(1, 0.1F, 20.0F), {}}});
   const VertexRange inner = Inner(family);
   for (const double w : {-1.0, 0.5, 2.0}) {
-    const std::vector<Float4> positions = Blend(family, {w}, {All(family)});
+    const std::vector<Float4> positions = Blend(family, {w}, All(family));
     for (int32_t v = 0; v < inner[0]; ++v) EXPECT_LT(positions[v][3], 0.0F);
     for (size_t v = inner[1]; v < positions.size(); ++v) {
       EXPECT_GT(positions[v][3], static_cast<float>(family.num_frames - 1));
@@ -175,7 +176,7 @@ TEST(BlendVertices, KeepTheEndSlabsOutsideOfTheAnimation) {
   }
 }
 
-TEST(BlendVertices, StayFiniteWhereNumbersOverflow) {
+TEST(Blender, StaysFiniteWhereNumbersOverflow) {
   const auto huge = [](float sign) {
     return [sign](int64_t, const Eigen::Vector4f&) -> Eigen::Vector4f {
       return Eigen::Vector4f::Constant(sign * std::numeric_limits<float>::max());
@@ -183,7 +184,7 @@ TEST(BlendVertices, StayFiniteWhereNumbersOverflow) {
   };
   const RegisteredFamily family =
       synthetic::MakeFamily(synthetic::HexahedralSphere(2), {{huge(1.0F), {}}, {huge(-1.0F), {}}});
-  for (const Float4& position : Blend(family, {2.0, 2.0}, {All(family)})) {
+  for (const Float4& position : Blend(family, {2.0, 2.0}, All(family))) {
     for (const float x : position) EXPECT_TRUE(std::isfinite(x)) << x;
   }
 }

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -31,7 +32,14 @@ class CountingBlobs : public store::BlobStore {
     ++num_opened;
     return blobs_->Open(id);
   }
+  absl::Status Verify(const store::BlobId& id) override { return blobs_->Verify(id); }
   absl::Status Delete(const store::BlobId& id) override { return blobs_->Delete(id); }
+  absl::StatusOr<bool> DeleteIfNotNewer(const store::BlobId& id, absl::Time time) override {
+    return blobs_->DeleteIfNotNewer(id, time);
+  }
+  absl::StatusOr<std::string> Quarantine(const store::BlobId& id) override {
+    return blobs_->Quarantine(id);
+  }
   absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_->List(); }
 
   std::atomic<int> num_opened = 0;
@@ -292,6 +300,132 @@ TEST_F(FamiliesTest, AFileThatIsNoFamilyIsDataLoss) {
   Publish("splash", Put("this is no family file"));
   Families families(*catalog_, *blobs_);
   EXPECT_EQ(families.Get("splash").status().code(), absl::StatusCode::kDataLoss);
+}
+
+// Keeps loads until they are asked for.
+struct LateLoads {
+  auto executor() {
+    return [this](Families::Task task) {
+      tasks.push_back(std::move(task));
+      return true;
+    };
+  }
+  void RunAll() {
+    for (Families::Task& task : std::exchange(tasks, {})) task();
+  }
+  std::vector<Families::Task> tasks;
+};
+
+// What GetReady gives: nothing before `done` was called.
+struct Answer {
+  std::optional<absl::StatusOr<FamilyPtr>> result;
+  Families::Done Done() {
+    return [this](absl::StatusOr<FamilyPtr> found) { result = std::move(found); };
+  }
+  int64_t version() const {
+    return result.has_value() && result->ok() ? (**result)->family.version : -1;
+  }
+  absl::StatusCode code() const {
+    return result.has_value() ? result->status().code() : absl::StatusCode::kUnknown;
+  }
+};
+
+TEST_F(FamiliesTest, TheOldVersionIsServedUntilTheNewOneIsReady) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  ASSERT_TRUE(families.Get("splash").ok());
+  Publish("splash", PutFamily(2));
+  LateLoads loads;
+  Answer latest, old, fresh;
+  families.GetReady("splash", 0, loads.executor(), latest.Done());
+  families.GetReady("splash", 1, loads.executor(), old.Done());
+  families.GetReady("splash", 2, loads.executor(), fresh.Done());
+  EXPECT_EQ(latest.version(), 1);
+  EXPECT_EQ(old.version(), 1);
+  EXPECT_FALSE(fresh.result.has_value());  // waits
+  ASSERT_EQ(loads.tasks.size(), 1U);       // all three load it once
+  loads.RunAll();
+  EXPECT_EQ(fresh.version(), 2);
+  families.GetReady("splash", 0, loads.executor(), latest.Done());
+  families.GetReady("splash", 1, loads.executor(), old.Done());
+  EXPECT_EQ(latest.version(), 2);
+  EXPECT_EQ(old.code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(FamiliesTest, RefreshLoadsNewVersionsBeforeAnybodyAsks) {
+  Publish("splash", PutFamily(1));
+  Publish("other", PutFamily(3));
+  Families families(*catalog_, *blobs_);
+  ASSERT_TRUE(families.Get("splash").ok());
+  Publish("splash", PutFamily(2));
+  LateLoads loads;
+  families.Refresh(loads.executor());
+  EXPECT_EQ(loads.tasks.size(), 1U);  // not of families that nobody has asked for
+  loads.RunAll();
+  const int before = blobs_->num_opened;
+  EXPECT_EQ((*families.Get("splash"))->family.version, 2);
+  EXPECT_EQ(blobs_->num_opened, before);
+  ASSERT_TRUE(catalog_->DeleteFamily("splash").ok());
+  families.Refresh(loads.executor());
+  EXPECT_EQ(families.size_bytes(), 0);
+}
+
+TEST_F(FamiliesTest, ANewVersionThatCannotBeLoadedLeavesTheOldOneServed) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  ASSERT_TRUE(families.Get("splash").ok());
+  Publish("splash", Put("this is no family file"));
+  LateLoads loads;
+  Answer latest, fresh;
+  families.GetReady("splash", 0, loads.executor(), latest.Done());
+  loads.RunAll();
+  families.GetReady("splash", 0, loads.executor(), latest.Done());
+  EXPECT_EQ(latest.version(), 1);
+  EXPECT_TRUE(loads.tasks.empty());  // not again so soon
+  families.GetReady("splash", 2, loads.executor(), fresh.Done());
+  loads.RunAll();
+  EXPECT_EQ(fresh.code(), absl::StatusCode::kDataLoss);
+}
+
+TEST_F(FamiliesTest, ANamesakeOfADeletedFamilyIsNotMistakenForIt) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  const std::string generation = (*families.Get("splash"))->generation;
+  ASSERT_TRUE(catalog_->DeleteFamily("splash").ok());
+  Publish("splash", PutFamily(2));
+  LateLoads loads;
+  Answer latest;
+  families.GetReady("splash", 0, loads.executor(), latest.Done());
+  EXPECT_FALSE(latest.result.has_value());
+  loads.RunAll();
+  ASSERT_GT(latest.version(), 0);
+  EXPECT_NE((**latest.result)->generation, generation);
+}
+
+TEST_F(FamiliesTest, AnOvertakenLoadServesOnlyThoseWhoAskedForIt) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  LateLoads loads;
+  Answer first, second;
+  families.GetReady("splash", 0, loads.executor(), first.Done());
+  Publish("splash", PutFamily(2));
+  families.GetReady("splash", 0, loads.executor(), second.Done());
+  ASSERT_EQ(loads.tasks.size(), 2U);
+  std::swap(loads.tasks[0], loads.tasks[1]);
+  loads.RunAll();
+  EXPECT_EQ(first.version(), 1);
+  EXPECT_EQ(second.version(), 2);
+  EXPECT_EQ((*families.Get("splash"))->family.version, 2);
+}
+
+TEST_F(FamiliesTest, AnExecutorThatHasStoppedIsAnError) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  Answer answer;
+  families.GetReady(
+      "splash", 0, [](const Families::Task&) { return false; }, answer.Done());
+  EXPECT_EQ(answer.code(), absl::StatusCode::kUnavailable);
+  EXPECT_TRUE(families.Get("splash").ok());
 }
 
 TEST(FamiliesOptions, NamesTheBudget) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/synthetic/families.h"
 
 namespace liquidblend::encode {
@@ -23,6 +25,21 @@ TEST(Grid, OfASinglePointHasAPositiveExtent) {
   const mesh::SpaceTimeMesh mesh;
   const Grid grid = GridOf(mesh::ViewOf(mesh));
   EXPECT_GT(grid.extent_m, 0.0F);
+}
+
+TEST(Grid, TheFewestBitsForAStepGiveStepsNoLonger) {
+  Grid grid;
+  grid.extent_m = 2.0F;
+  EXPECT_EQ(BitsForStep(grid, 0.0002), 14);  // 0.122 mm; 13 bits: 0.244 mm
+  for (int bits = kMinPositionBits; bits <= kMaxPositionBits; ++bits) {
+    EXPECT_EQ(BitsForStep(grid, StepOf(grid, bits)), bits);
+    if (bits < kMaxPositionBits) {
+      EXPECT_EQ(BitsForStep(grid, StepOf(grid, bits) * (1 - 1e-12)), bits + 1);
+    }
+  }
+  EXPECT_EQ(BitsForStep(grid, 1e9), kMinPositionBits);
+  EXPECT_EQ(BitsForStep(grid, StepOf(grid, kMaxPositionBits) * (1 - 1e-12)), std::nullopt);
+  EXPECT_EQ(BitsForStep(grid, NAN), std::nullopt);
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "server/blend/blend.h"
 #include "server/encode/draco.h"
 #include "server/encode/libdraco.h"
 #include "server/slice/slice.h"
@@ -16,6 +15,7 @@
 #include "tests/server/encode/scrambled_surface.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/shapes.h"
+#include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/voxels.h"
 
 namespace liquidblend::encode {
@@ -78,15 +78,12 @@ TEST(SurfaceWriter, WritesWarpedSlices) {
                              {synthetic::Noise(4, 0.02F, 1.5F), nullptr}});
   const slice::CellIndex index(family);
   slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
   SurfaceWriter writer;
   int num_identical = 0;
   int num_slices = 0;
   for (const auto& weights : std::vector<std::vector<double>>{{0, 0}, {1, 0}, {0.5, 0.5}, {0, 1}}) {
     for (double time_s = 0.01; time_s < 0.29; time_s += 0.03) {
-      ASSERT_TRUE(slice::FindCandidates(index, weights, time_s, workspace).ok());
-      blend::BlendVertices(family, weights, workspace.vertex_ranges, positions);
-      const TriangleMesh surface = slice::March(index, positions, workspace);
+      const TriangleMesh surface = synthetic::SliceFamily(index, weights, time_s, workspace);
       for (const Preset preset : kOwnPresets) {
         DracoOptions options = OptionsWith(14);
         options.preset = preset;

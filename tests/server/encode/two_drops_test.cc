@@ -5,11 +5,11 @@
 #include <string>
 
 #include "core/parallel/arena.h"
-#include "server/blend/blend.h"
 #include "server/encode/draco.h"
 #include "server/encode/libdraco.h"
 #include "server/slice/slice.h"
 #include "tests/server/encode/encode_testing.h"
+#include "tests/synthetic/slice_family.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/read_directory.h"
 #include "worker/spacetime/build.h"
@@ -28,7 +28,6 @@ TEST(TwoDrops, SlicesAreLibdracosByteForByte) {
   const mesh::RegisteredFamily family = mesh::ViewOf(*built);
   const slice::CellIndex index(family);
   slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
   SurfaceWriter writer;
   DracoOptions options;
   options.grid = GridOf(family);
@@ -36,9 +35,8 @@ TEST(TwoDrops, SlicesAreLibdracosByteForByte) {
   std::array<double, 3> bytes = {0, 0, 0};
   double num_triangles = 0;
   for (double frame = 0.5; frame < family.num_frames - 1; frame += 3.25) {
-    ASSERT_TRUE(slice::FindCandidates(index, {}, frame / family.frames_per_second, workspace).ok());
-    blend::BlendVertices(family, {}, workspace.vertex_ranges, positions);
-    const mesh::TriangleMesh surface = slice::March(index, positions, workspace);
+    const mesh::TriangleMesh surface =
+        synthetic::SliceFamily(index, {}, frame / family.frames_per_second, workspace);
     const bool is_crowded = mesh::CheckClosed(surface).num_crowded_edges > 0;
     num_crowded += is_crowded ? 1 : 0;
     num_triangles += static_cast<double>(surface.num_triangles());

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -29,22 +30,22 @@ class Slicer {
     const double time_s = std::min(frame / family_.frames_per_second, family_.duration_s());
     const absl::Status found = slice::FindCandidates(index_, weights, time_s, workspace_);
     EXPECT_TRUE(found.ok()) << found;
-    blend::BlendVertices(family_, weights, workspace_.vertex_ranges, positions_);
-    if (temporal.strength == 0.0) return slice::March(index_, positions_, workspace_);
-    FindTimeNeighbors(links_, workspace_.vertex_ranges, temporal_);
-    blend::BlendVertices(family_, weights, temporal_.vertex_ranges, wide_positions_);
-    SmoothInTime(links_, wide_positions_, workspace_.vertex_ranges, temporal, temporal_,
-                 smooth_positions_);
-    return slice::March(index_, smooth_positions_, workspace_);
+    blender_.emplace(family_, weights);
+    if (temporal.strength == 0.0) return slice::March(index_, *blender_, workspace_);
+    return slice::March(index_, TimeSmoother(links_, *blender_, temporal, temporal_), workspace_);
   }
 
   // Of the surface that was cut last.
   void AddVelocitiesTo(mesh::TriangleMesh& surface) const {
     const auto count = static_cast<size_t>(surface.num_vertices());
-    const CrossedEdges crossed{
-        workspace_.vertex_ranges, positions_, std::span(workspace_.near_vertex).first(count),
-        std::span(workspace_.far_vertex).first(count), workspace_.time_frames};
-    AddVelocities(family_, crossed, surface);
+    const auto near = std::span(workspace_.near_vertex).first(count);
+    const auto far = std::span(workspace_.far_vertex).first(count);
+    std::vector<mesh::Float4> near_positions(count);
+    std::vector<mesh::Float4> far_positions(count);
+    blender_->Place(near, near_positions.data());
+    blender_->Place(far, far_positions.data());
+    AddVelocities(family_, {near, far, near_positions, far_positions, workspace_.time_frames},
+                  surface);
   }
 
  private:
@@ -53,9 +54,7 @@ class Slicer {
   const TimeLinks links_;
   slice::Workspace workspace_;
   TemporalWorkspace temporal_;
-  std::vector<mesh::Float4> positions_;
-  std::vector<mesh::Float4> wide_positions_;
-  std::vector<mesh::Float4> smooth_positions_;
+  std::optional<blend::Blender> blender_;  // of the surface that was cut last
 };
 
 }  // namespace liquidblend::finish

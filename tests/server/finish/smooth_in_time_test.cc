@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "tests/server/finish/finish_testing.h"
@@ -63,13 +64,13 @@ TEST(SmoothInTime, NoVertexGoesFurtherThanTheLimit) {
   const mesh::RegisteredFamily family = synthetic::MakeFamily(
       synthetic::HexahedralSphere(6, Moving()), {{synthetic::Noise(6, 0.5F, 0.2F), {}}});
   const TimeLinks links(family);
-  const std::vector<mesh::VertexRange> ranges = {{100, 500}, {700, 900}};
+  std::vector<int32_t> vertices(600);
+  std::iota(vertices.begin(), vertices.end(), 100);
+  const blend::Blender blender(family, std::vector{1.0});
+  std::vector<mesh::Float4> plain(600), smooth(600);
+  blender.Place(vertices, plain.data());
   TemporalWorkspace workspace;
-  FindTimeNeighbors(links, ranges, workspace);
-  std::vector<mesh::Float4> wide, plain, smooth;
-  blend::BlendVertices(family, std::vector{1.0}, workspace.vertex_ranges, wide);
-  blend::BlendVertices(family, std::vector{1.0}, ranges, plain);
-  SmoothInTime(links, wide, ranges, Strength(1.0), workspace, smooth);
+  TimeSmoother(links, blender, Strength(1.0), workspace).Place(vertices, smooth.data());
   float longest = 0.0F;
   for (size_t v = 0; v < 600; ++v) {
     EXPECT_EQ(smooth[v][3], plain[v][3]);

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "server/rpc/api_messages.h"
-#include "server/rpc/frame_stream.h"
 #include "tests/server/rpc/rpc_testing.h"
 
 namespace liquidblend::rpc {
@@ -19,7 +18,7 @@ using testing::ElementsAre;
 
 class HandlersTest : public RpcTest {
  protected:
-  HandlersTest() : backends_{*catalog_, *blobs_, families_, SmallLimits(), {}, {1, 10}, {1, 10}} {}
+  HandlersTest() : backends_(*catalog_, *blobs_, families_, SmallBackends()) {}
 
   static v1::RegisterFamilyRequest Registration() {
     v1::RegisterFamilyRequest request;
@@ -60,8 +59,8 @@ class HandlersTest : public RpcTest {
     request.set_family("families/splash");
     request.add_weights(0.5);
     change(request);
-    FrameStream stream(backends_);
-    return stream.Change(request, absl::ZeroDuration());
+    SimpleStream stream(families_);
+    return stream.Change(request);
   }
 
   Backends backends_;
@@ -441,6 +440,72 @@ TEST(ApiMessages, AFamilyTellsWhatBecameOfItsCorrespondences) {
   EXPECT_EQ(told.confidence(), 0.75);
 }
 
+TEST_F(HandlersTest, APriorityOutOfRangeIsNamed) {
+  for (const int priority : {-101, 101}) {
+    EXPECT_THAT(Register([&](auto& request) { request.set_priority(priority); }),
+                Fails(absl::StatusCode::kInvalidArgument,
+                      absl::StrCat("priority: must be in [-100, 100], got ", priority)));
+  }
+}
+
+TEST_F(HandlersTest, ARegistrationKnowsWhoseItIsAndHowUrgent) {
+  ImportAnimation("a");
+  ImportAnimation("b");
+  v1::RegisterFamilyRequest request = Registration();
+  request.set_priority(-7);
+  Principal principal;
+  principal.name = "studio";
+  const auto operation = RegisterFamily(backends_, request, principal);
+  ASSERT_THAT(operation, Succeeds());
+  const store::pb::JobRecord job = catalog_->ListJobs(1, "")->records[0];
+  EXPECT_EQ(job.owner(), "studio");
+  EXPECT_EQ(job.priority(), -7);
+  v1::RegisterFamilyMetadata metadata;
+  EXPECT_TRUE(operation->metadata().UnpackTo(&metadata));
+  EXPECT_EQ(metadata.progress().priority(), -7);
+}
+
+TEST_F(HandlersTest, AnOperationThatNobodyTakesSaysWhatItWaitsFor) {
+  store::pb::JobRecord job;
+  job.set_state(store::pb::JobRecord::QUEUED);  // since 1970
+  job.mutable_import_animation()->set_animation("drop");
+  job.set_memory_bytes(int64_t{12} << 30);
+  ASSERT_TRUE(catalog_->LeaseJob("small", absl::Minutes(1), int64_t{8} << 30).ok());
+  const auto progress = [&] {
+    const auto operation = ToOperation(job, *catalog_);
+    EXPECT_THAT(operation, Succeeds());
+    v1::ImportAnimationMetadata metadata;
+    EXPECT_TRUE(operation->metadata().UnpackTo(&metadata));
+    return metadata.progress();
+  };
+  EXPECT_EQ(progress().waiting_for(),
+            "needs about 12.0 GiB of memory; no worker that asked lately can hold it");
+  EXPECT_EQ(progress().memory_bytes(), int64_t{12} << 30);
+  job.mutable_update_time()->set_seconds(absl::ToUnixSeconds(absl::Now()));
+  EXPECT_EQ(progress().waiting_for(), "");  // not yet
+}
+
+TEST_F(HandlersTest, AnOperationThatIsTriedAgainSaysWhenAndWhy) {
+  const store::pb::JobRecord job = SubmitImport("drop");
+  ASSERT_THAT(catalog_->FailJob(TakeJob().lease_id, absl::UnavailableError("no S3"), true),
+              Succeeds());
+  lro::GetOperationRequest request;
+  request.set_name("operations/" + job.id());
+  const auto operation = GetOperation(backends_, request);
+  ASSERT_THAT(operation, Succeeds());
+  EXPECT_FALSE(operation->done());
+  v1::ImportAnimationMetadata metadata;
+  EXPECT_TRUE(operation->metadata().UnpackTo(&metadata));
+  const v1::Progress& progress = metadata.progress();
+  EXPECT_EQ(progress.stage(), "queued");
+  EXPECT_EQ(progress.attempt(), 1);
+  EXPECT_EQ(progress.last_failure().code(), 14);
+  EXPECT_EQ(progress.last_failure().message(), "no S3");
+  EXPECT_EQ(progress.next_attempt_time().seconds(),
+            catalog_->GetJob(job.id())->next_attempt_time().seconds());
+  EXPECT_GT(progress.next_attempt_time().seconds(), 0);
+}
+
 TEST_F(HandlersTest, ARepeatedRequestIdGivesTheFirstOperation) {
   ImportAnimation("a");
   ImportAnimation("b");
@@ -667,23 +732,24 @@ TEST_F(HandlersTest, AFrameFollowsTheNewestVersionAndNamesIt) {
   PublishSplash();
   const auto old = Frame([](auto&) {});
   PublishFamily("splash", "a", "b", 2);
-  const auto now = Frame([](auto&) {});
+  const auto now = Frame([](auto& r) { r.set_version(2); });  // waits until it is loaded
   ASSERT_THAT(now, Succeeds());
   EXPECT_EQ(now->version(), 2);
+  EXPECT_EQ(Frame([](auto&) {})->version(), 2);
   EXPECT_NE(now->data(), old->data());
   EXPECT_THAT(Frame([](auto& r) { r.set_version(1); }), Fails(absl::StatusCode::kNotFound, "1"));
 }
 
 TEST_F(HandlersTest, AStreamShowsTheFramesThatGetFrameGives) {
   PublishSplash();
-  FrameStream stream(backends_);
+  SimpleStream stream(families_);
   v1::StreamFramesRequest request;
   request.set_family("families/splash");
   request.add_weights(0.5);
   request.set_lossless(true);
-  ASSERT_TRUE(stream.Change(request, absl::ZeroDuration()).ok());
+  ASSERT_TRUE(stream.Change(request).ok());
   int num_frames = 0;
-  while (const auto tick = stream.Next(absl::ZeroDuration())) {
+  while (const auto tick = stream.stream.Next(absl::ZeroDuration())) {
     const auto response = stream.Make(*tick);
     ASSERT_THAT(response, Succeeds());
     EXPECT_EQ(response->frame_index(), num_frames);
@@ -709,19 +775,19 @@ TEST_F(HandlersTest, PresetsGiveOtherBytesOfTheSameTriangles) {
 
 TEST_F(HandlersTest, AStreamKeepsWhatAMessageDoesNotSet) {
   PublishSplash();
-  FrameStream stream(backends_);
+  SimpleStream stream(families_);
   v1::StreamFramesRequest request;
   request.set_family("families/splash");
   request.add_weights(0.25);
   request.set_time_s(0.1);
   request.set_rate(0);
   request.mutable_encoding()->set_position_bits(10);
-  ASSERT_TRUE(stream.Change(request, absl::ZeroDuration()).ok());
+  ASSERT_TRUE(stream.Change(request).ok());
   v1::StreamFramesRequest other_weights;
   other_weights.add_weights(0.75);
   other_weights.mutable_encoding()->set_preset(v1::Encoding::BALANCED);
-  ASSERT_TRUE(stream.Change(other_weights, absl::ZeroDuration()).ok());
-  const auto response = stream.Make(*stream.Next(absl::ZeroDuration()));
+  ASSERT_TRUE(stream.Change(other_weights).ok());
+  const auto response = stream.MakeNext();
   ASSERT_THAT(response, Succeeds());
   EXPECT_THAT(response->frame().weights(), ElementsAre(0.75));
   EXPECT_EQ(response->frame().time_s(), 0.1);

@@ -31,6 +31,22 @@ JobRecord Waiting() {
   return job;
 }
 
+TEST(PartProgress, TellsWhenPartsThatAllWaitAreTriedAgain) {
+  JobRecord done = Part(0, JobRecord::SUCCEEDED, 1.0, 8, 0);
+  JobRecord late = Part(1, JobRecord::QUEUED, 0, 0, 0);
+  JobRecord soon = Part(2, JobRecord::QUEUED, 0, 0, 0);
+  late.mutable_next_attempt_time()->set_seconds(20);
+  soon.mutable_next_attempt_time()->set_seconds(10);
+  soon.set_environment_failures(2);
+  soon.add_failed_attempts()->mutable_error()->set_message("no S3");
+  const JobRecord job = WithProgressOf({done, late, soon}, Waiting());
+  EXPECT_EQ(job.next_attempt_time().seconds(), 10);
+  EXPECT_EQ(job.environment_failures(), 2);
+  EXPECT_EQ(job.failed_attempts(0).error().message(), "no S3");
+  const JobRecord fresh = Part(3, JobRecord::QUEUED, 0, 0, 0);
+  EXPECT_FALSE(WithProgressOf({soon, fresh}, Waiting()).has_next_attempt_time());
+}
+
 TEST(PartProgress, IsTheMeanAndTheDetailsOfTheSlowest) {
   const JobRecord job = WithProgressOf(
       {Part(0, JobRecord::SUCCEEDED, 1.0, 8, 0), Part(1, JobRecord::RUNNING, 0.75, 6, 2),

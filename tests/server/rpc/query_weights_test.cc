@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "server/rpc/frame_stream.h"
 #include "server/rpc/handlers.h"
 #include "tests/server/rpc/rpc_testing.h"
 
@@ -101,7 +100,7 @@ TEST(SetWeights, EveryMistakeIsToldByName) {
 
 class ParametersTest : public RpcTest {
  protected:
-  ParametersTest() : backends_{*catalog_, *blobs_, families_, SmallLimits(), {}, {1, 10}, {1, 10}} {
+  ParametersTest() : backends_(*catalog_, *blobs_, families_, SmallBackends()) {
     ImportAnimation("a");
     ImportAnimation("b");
     PublishFamily("drops", "a", "b", 1, {{"height"}, {{1}, {3}}});
@@ -221,14 +220,14 @@ TEST_F(ParametersTest, ARefinementCanMoveThePoints) {
 }
 
 TEST_F(ParametersTest, AStreamChangesParametersAndWeightsForOneAnother) {
-  FrameStream stream(backends_);
+  SimpleStream stream(families_);
   v1::StreamFramesRequest request;
   request.set_family("families/drops");
   request.set_lossless(true);
   SetPoint({{"height", 2}}, request);
   const auto next = [&] {
-    EXPECT_THAT(stream.Change(request, absl::ZeroDuration()), Succeeds());
-    const auto response = stream.Make(*stream.Next(absl::ZeroDuration()));
+    EXPECT_THAT(stream.Change(request), Succeeds());
+    const auto response = stream.MakeNext();
     EXPECT_THAT(response, Succeeds());
     request.Clear();
     return response->frame();
@@ -244,8 +243,7 @@ TEST_F(ParametersTest, AStreamChangesParametersAndWeightsForOneAnother) {
   SetPoint({{"height", 4}}, request);
   EXPECT_TRUE(next().extrapolated());
   request.set_extrapolate(false);
-  EXPECT_THAT(stream.Change(request, absl::ZeroDuration()),
-              Fails(Code::kOutOfRange, "outside of the hull"));
+  EXPECT_THAT(stream.Change(request), Fails(Code::kOutOfRange, "outside of the hull"));
 }
 
 }  // namespace

@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/synchronization/notification.h"
+#include "core/base/status_macros.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
 #include "core/store/data_directory.h"
@@ -17,6 +20,8 @@
 #include "google/rpc/error_details.pb.h"
 #include "server/rpc/backends.h"
 #include "server/rpc/errors.h"
+#include "server/rpc/frame_stream.h"
+#include "server/rpc/get_frame.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/synthetic/families.h"
 
@@ -32,6 +37,75 @@ inline std::vector<std::string> BlamedFields(const absl::Status& status) {
   if (!payload.has_value() || !details.ParseFromString(std::string(*payload))) return fields;
   for (const auto& violation : details.field_violations()) fields.push_back(violation.field());
   return fields;
+}
+
+// A GetFrame call from beginning to end.
+inline absl::StatusOr<v1::Frame> GetFrame(Backends& backends, const v1::GetFrameRequest& request) {
+  absl::StatusOr<FramePtr> result;
+  absl::Notification is_done;
+  FrameCall::Start(backends, request, "test", [&](absl::StatusOr<FramePtr> made) {
+    result = std::move(made);
+    is_done.Notify();
+  });
+  is_done.WaitForNotification();
+  if (!result.ok()) return result.status();
+  v1::Frame frame;
+  EXPECT_TRUE(frame.ParseFromString(**result));
+  return frame;
+}
+
+// A FrameStream whose families are found and whose frames are made at once.
+class SimpleStream {
+ public:
+  explicit SimpleStream(catalog::Families& families) : families_(families) {}
+
+  absl::Status Change(const v1::StreamFramesRequest& request) {
+    LB_ASSIGN_OR_RETURN(const std::optional<std::string> id, stream.FamilyToFind(request));
+    catalog::FamilyPtr found;
+    if (id.has_value()) {
+      LB_ASSIGN_OR_RETURN(found, families_.Get(*id));
+    }
+    return stream.Change(request, found, absl::ZeroDuration());
+  }
+
+  // What the client reads.
+  absl::StatusOr<v1::StreamFramesResponse> Make(const FramePacer::Tick& tick) {
+    FrameBuffers buffers;
+    const FrameQuery query = stream.QueryAt(tick);
+    LB_ASSIGN_OR_RETURN(const v1::Frame frame, MakeFrame(*stream.loaded(), query, buffers));
+    const StreamedFrame streamed =
+        stream.Sent(query, std::make_shared<const std::string>(frame.SerializeAsString()));
+    v1::StreamFramesResponse response;
+    EXPECT_TRUE(response.ParseFromString(ResponsePrefix(streamed) + *streamed.frame));
+    return response;
+  }
+
+  absl::StatusOr<v1::StreamFramesResponse> MakeNext() {
+    return Make(*stream.Next(absl::ZeroDuration()));
+  }
+
+  FrameStream stream;
+
+ private:
+  catalog::Families& families_;
+};
+
+// The google.rpc detail that a status carries under `url`; empty if there is none.
+template <typename Detail>
+Detail PayloadOf(const absl::Status& status, const char* url) {
+  Detail detail;
+  const absl::optional<absl::Cord> payload = status.GetPayload(url);
+  if (payload.has_value()) detail.ParseFromString(std::string(*payload));
+  return detail;
+}
+
+inline std::string ReasonOf(const absl::Status& status) {
+  return PayloadOf<google::rpc::ErrorInfo>(status, kErrorInfoUrl).reason();
+}
+
+inline absl::Duration RetryDelayOf(const absl::Status& status) {
+  const auto delay = PayloadOf<google::rpc::RetryInfo>(status, kRetryInfoUrl).retry_delay();
+  return absl::Seconds(delay.seconds()) + absl::Nanoseconds(delay.nanos());
 }
 
 class RpcTest : public testing::Test {
@@ -50,6 +124,14 @@ class RpcTest : public testing::Test {
     limits.max_correspondences = 2;
     limits.watch_interval = absl::Milliseconds(5);
     return limits;
+  }
+
+  static BackendsOptions SmallBackends() {
+    BackendsOptions options;
+    options.limits = SmallLimits();
+    options.num_io_threads = 1;
+    options.num_frame_threads = 1;
+    return options;
   }
 
   store::Lease TakeJob() {
@@ -80,7 +162,8 @@ class RpcTest : public testing::Test {
   // A growing sphere and one target that moves every vertex by up to 0.1 m. The animations that it
   // is made of must be there.
   void PublishFamily(const std::string& id, const std::string& source, const std::string& target,
-                     uint64_t seed = 1, const mesh::ParameterSpace& space = {}) {
+                     uint64_t seed = 1, const mesh::ParameterSpace& space = {},
+                     int num_coarser_levels = 0) {
     store::pb::JobRecord job;
     job.mutable_register_family()->set_family(id);
     job.mutable_register_family()->set_source(source);
@@ -89,8 +172,12 @@ class RpcTest : public testing::Test {
     synthetic::ComplexOptions options;
     options.num_frames = kFamilyFrames;
     options.growth_per_frame = 0.05F;
-    mesh::RegisteredFamily family = synthetic::MakeFamily(
-        synthetic::MixedSphere(4, options), {{synthetic::SmoothWarp(seed, 0.1F, 0.3F), {}}});
+    const auto make = [&](int cells_per_side) {
+      return synthetic::MakeFamily(synthetic::MixedSphere(cells_per_side, options),
+                                   {{synthetic::SmoothWarp(seed, 0.1F, 0.3F), {}}});
+    };
+    mesh::RegisteredFamily family = make(4);
+    for (int k = 1; k <= num_coarser_levels; ++k) family.coarser_levels.push_back(make(4 - k));
     family.name = id;
     family.source = source;
     family.targets[0].name = target;

@@ -181,6 +181,23 @@ TEST_F(UploadTest, AFailedImportMayBeReplaced) {
   EXPECT_THAT(Send({Header("drop"), File("f", 0)}), Succeeds());
 }
 
+TEST_F(UploadTest, TheJobKnowsWhoseItIsAndHowUrgent) {
+  Principal principal;
+  principal.name = "studio";
+  v1::UploadAnimationRequest header = Header("drop");
+  header.mutable_header()->set_priority(100);
+  Upload upload(*catalog_, *blobs_, SmallLimits(), principal);
+  ASSERT_THAT(upload.Add(header), Succeeds());
+  ASSERT_THAT(upload.Add(File("f", 0)), Succeeds());
+  const auto job = upload.Submit();
+  ASSERT_THAT(job, Succeeds());
+  EXPECT_EQ(job->owner(), "studio");
+  EXPECT_EQ(job->priority(), 100);
+  header.mutable_header()->set_priority(101);
+  EXPECT_THAT(Upload(*catalog_, *blobs_, SmallLimits()).Add(header),
+              Fails(absl::StatusCode::kInvalidArgument, "header.priority: must be in [-100, 100]"));
+}
+
 TEST_F(UploadTest, ARepeatedRequestIdGivesTheFirstJob) {
   const auto first = Send({Header("drop", "once"), File("f", 1), Chunk("x")});
   const auto second = Send({Header("drop", "once"), File("f", 1), Chunk("x")});

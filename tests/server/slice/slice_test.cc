@@ -4,20 +4,24 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <set>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "core/parallel/arena.h"
-#include "server/blend/blend.h"
+#include "core/parallel/helpers.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/shapes.h"
+#include "tests/synthetic/slice_family.h"
 
 namespace liquidblend::slice {
 namespace {
@@ -31,18 +35,8 @@ struct Query {
   double time_s = 0.0;
 };
 
-TriangleMesh BlendAndSlice(const CellIndex& index, const Query& query, Workspace& workspace,
-                           std::vector<mesh::Float4>& positions) {
-  const absl::Status found = FindCandidates(index, query.weights, query.time_s, workspace);
-  EXPECT_TRUE(found.ok()) << found;
-  blend::BlendVertices(index.family(), query.weights, workspace.vertex_ranges, positions);
-  return March(index, positions, workspace);
-}
-
 TriangleMesh BlendAndSlice(const CellIndex& index, const Query& query) {
-  Workspace workspace;
-  std::vector<mesh::Float4> positions;
-  return BlendAndSlice(index, query, workspace, positions);
+  return synthetic::SliceFamily(index, query.weights, query.time_s);
 }
 
 bool HasRepeatedVertex(const TriangleMesh& surface) {
@@ -122,9 +116,10 @@ std::vector<Query> RandomQueries(const RegisteredFamily& family, int count) {
 
 // Time edges that run backwards at these weights.
 int64_t NumFoldedEdges(const RegisteredFamily& family, const std::vector<double>& weights) {
-  std::vector<mesh::Float4> positions;
-  const std::vector<mesh::VertexRange> all = {{0, static_cast<int32_t>(family.vertices.size())}};
-  blend::BlendVertices(family, weights, all, positions);
+  std::vector<int32_t> all(family.vertices.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::vector<mesh::Float4> positions(all.size());
+  blend::Blender(family, weights).Place(all, positions.data());
   int64_t num_folded = 0;
   for (const mesh::Hexahedron& cell : family.hexahedra) {
     for (int k = 0; k < 4; ++k) num_folded += positions[cell[k]][3] > positions[cell[k + 4]][3];
@@ -230,14 +225,14 @@ TEST(Slice, HasTheSameBytesAtAnyThreadCount) {
   for (const int num_threads : {1, 2, 8}) {
     const parallel::Arena arena(num_threads);
     std::vector<std::string> bytes(queries.size());
-    arena.ForChunks(static_cast<int64_t>(queries.size()), 10,
-                    [&](int64_t, int64_t begin, int64_t end) {
-                      Workspace workspace;  // used again and again
-                      std::vector<mesh::Float4> positions;
-                      for (int64_t q = begin; q < end; ++q) {
-                        bytes[q] = BytesOf(BlendAndSlice(index, queries[q], workspace, positions));
-                      }
-                    });
+    arena.ForChunks(
+        static_cast<int64_t>(queries.size()), 10, [&](int64_t, int64_t begin, int64_t end) {
+          Workspace workspace;  // used again and again
+          for (int64_t q = begin; q < end; ++q) {
+            bytes[q] = BytesOf(
+                synthetic::SliceFamily(index, queries[q].weights, queries[q].time_s, workspace));
+          }
+        });
     if (expected.empty()) {
       for (const Query& query : queries) expected.push_back(BytesOf(BlendAndSlice(index, query)));
     }
@@ -314,7 +309,7 @@ TEST(Slice, FollowsAShiftInTime) {
   }
 }
 
-TEST(Slice, AsksOnlyForVerticesNearTheTime) {
+TEST(Slice, LooksOnlyAtCellsNearTheTime) {
   synthetic::ComplexOptions options;
   options.num_frames = 100;
   const RegisteredFamily family = synthetic::MakeFamily(synthetic::HexahedralSphere(12, options),
@@ -322,8 +317,90 @@ TEST(Slice, AsksOnlyForVerticesNearTheTime) {
   const CellIndex index(family);
   Workspace workspace;
   ASSERT_TRUE(FindCandidates(index, std::vector{1.0}, 2.0, workspace).ok());
-  EXPECT_GT(workspace.num_vertices, 2 * 866);
-  EXPECT_LT(workspace.num_vertices, static_cast<int64_t>(family.vertices.size()) / 10);
+  int64_t num_cells = 0;
+  for (const int32_t c : workspace.clusters) num_cells += index.cluster(c).num_cells;
+  EXPECT_GT(num_cells, 6 * 12 * 12);  // a frame's
+  EXPECT_LT(num_cells, family.num_cells() / 10);
+}
+
+TEST(Slice, EndsEarlyWhenNobodyWaitsForItAnyMore) {
+  const RegisteredFamily family = synthetic::MakeFamily(synthetic::HexahedralSphere(12), {});
+  const CellIndex index(family);
+  std::atomic<bool> stop = false;
+  Workspace workspace;
+  workspace.stop = &stop;
+  EXPECT_GT(synthetic::SliceFamily(index, {}, 0.1, workspace).num_triangles(), 1000);
+  stop = true;
+  EXPECT_EQ(synthetic::SliceFamily(index, {}, 0.1, workspace).num_triangles(), 0);
+}
+
+// So many threads that have nothing else to do.
+class IdleThreads : public parallel::Helpers {
+ public:
+  explicit IdleThreads(int num_idle) : num_idle_(num_idle) {}
+  int num_idle() const override { return num_idle_; }
+  void Run(int num_tasks, absl::FunctionRef<void(int)> task) override {
+    most_tasks = std::max(most_tasks, num_tasks);
+    std::vector<std::thread> threads;
+    for (int k = 0; k < num_tasks; ++k) threads.emplace_back([&task, k] { task(k); });
+    for (std::thread& thread : threads) thread.join();
+  }
+  int most_tasks = 0;
+
+ private:
+  const int num_idle_;
+};
+
+TEST(Slice, HasTheSameBytesInAnyNumberOfParts) {
+  const RegisteredFamily family = SmoothFamily(synthetic::HexahedralSphere(36));
+  const CellIndex index(family);
+  Workspace alone;
+  Workspace shared;  // used for slices in few and in many parts
+  for (const int num_idle : {7, 1, 3}) {
+    IdleThreads idle(num_idle);
+    shared.helpers = &idle;
+    for (const Query& query : RandomQueries(family, 20)) {
+      const std::string expected =
+          BytesOf(synthetic::SliceFamily(index, query.weights, query.time_s, alone));
+      EXPECT_EQ(BytesOf(synthetic::SliceFamily(index, query.weights, query.time_s, shared)),
+                expected);
+      EXPECT_EQ(shared.near_vertex, alone.near_vertex);
+      EXPECT_EQ(shared.far_vertex, alone.far_vertex);
+    }
+    EXPECT_EQ(idle.most_tasks, 2 * (num_idle + 1));
+  }
+}
+
+// Nobody waits any more from the given part on; the parts are made one after another.
+class StoppedFrom : public IdleThreads {
+ public:
+  explicit StoppedFrom(int part) : IdleThreads(3), part_(part) {}
+  void Run(int num_tasks, absl::FunctionRef<void(int)> task) override {
+    for (int k = num_tasks - 1; k >= 0; --k) {
+      stop = k <= part_;
+      task(k);
+    }
+  }
+  std::atomic<bool> stop = false;
+
+ private:
+  const int part_;
+};
+
+TEST(Slice, ThatIsStoppedBetweenItsPartsNamesOnlyItsOwnVertices) {
+  const RegisteredFamily family = SmoothFamily(synthetic::HexahedralSphere(36));
+  const CellIndex index(family);
+  StoppedFrom stopped(2);
+  Workspace workspace;
+  workspace.helpers = &stopped;
+  workspace.stop = &stopped.stop;
+  for (const Query& query : RandomQueries(family, 10)) {
+    const TriangleMesh surface =
+        synthetic::SliceFamily(index, query.weights, query.time_s, workspace);
+    EXPECT_GT(surface.num_triangles(), 1000);
+    EXPECT_TRUE(mesh::Validate(surface).ok());
+    EXPECT_EQ(workspace.near_vertex.size(), static_cast<size_t>(surface.num_vertices()));
+  }
 }
 
 TEST(Slice, RefusesTimesOutsideOfTheAnimation) {
@@ -347,24 +424,6 @@ TEST(Slice, OfAFamilyWithoutCellsIsEmpty) {
   const TriangleMesh surface = BlendAndSlice(index, {{}, 1.0 / 24.0});
   EXPECT_EQ(surface.num_vertices(), 0);
   EXPECT_EQ(surface.num_triangles(), 0);
-}
-
-TEST(CellIndex, SortsCellsOnlyIfTheyAreNotSorted) {
-  SpaceTimeMesh mesh = synthetic::HexahedralSphere(4);
-  std::reverse(mesh.hexahedra.begin(), mesh.hexahedra.end());
-  const RegisteredFamily reversed = mesh::ViewOf(mesh);
-  const CellIndex index(reversed);
-  const auto lowest = [](const mesh::Hexahedron& a, const mesh::Hexahedron& b) {
-    return *std::min_element(a.begin(), a.end()) < *std::min_element(b.begin(), b.end());
-  };
-  SpaceTimeMesh sorted_mesh = mesh;
-  sorted_mesh.hexahedra.assign(index.hexahedra().cells.begin(), index.hexahedra().cells.end());
-  EXPECT_TRUE(std::is_sorted(sorted_mesh.hexahedra.begin(), sorted_mesh.hexahedra.end(), lowest));
-  const RegisteredFamily sorted = mesh::ViewOf(sorted_mesh);
-  const CellIndex second(sorted);
-  EXPECT_TRUE(second.hexahedra().copy.empty());
-  EXPECT_EQ(second.hexahedra().cells.data(), sorted.hexahedra.data());
-  EXPECT_LT(second.size_bytes(), index.size_bytes());
 }
 
 }  // namespace

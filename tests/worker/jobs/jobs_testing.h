@@ -24,21 +24,33 @@
 
 namespace liquidblend::jobs {
 
-// A blob store that does something each time that a blob is opened.
+// A blob store that does something each time that a blob is opened or begun.
 class HookedBlobs : public store::BlobStore {
  public:
   explicit HookedBlobs(std::unique_ptr<store::BlobStore> blobs) : blobs_(std::move(blobs)) {}
-  absl::StatusOr<std::unique_ptr<store::BlobWriter>> Create() override { return blobs_->Create(); }
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> Create() override {
+    if (on_create) {
+      if (absl::Status status = on_create(); !status.ok()) return status;
+    }
+    return blobs_->Create();
+  }
   absl::StatusOr<std::shared_ptr<const store::Blob>> Open(const store::BlobId& id) override {
     if (on_open) {
       if (absl::Status status = on_open(); !status.ok()) return status;
     }
     return blobs_->Open(id);
   }
+  absl::Status Verify(const store::BlobId& id) override { return blobs_->Verify(id); }
   absl::Status Delete(const store::BlobId& id) override { return blobs_->Delete(id); }
+  absl::StatusOr<bool> DeleteIfNotNewer(const store::BlobId& id, absl::Time time) override {
+    return blobs_->DeleteIfNotNewer(id, time);
+  }
+  absl::StatusOr<std::string> Quarantine(const store::BlobId& id) override {
+    return blobs_->Quarantine(id);
+  }
   absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_->List(); }
 
-  std::function<absl::Status()> on_open;
+  std::function<absl::Status()> on_open, on_create;
 
  private:
   std::unique_ptr<store::BlobStore> blobs_;
@@ -48,6 +60,7 @@ class JobsTest : public testing::Test {
  protected:
   JobsTest() : blobs_(*store::OpenLocalBlobStore(folder_.path())) {
     store::CatalogOptions options;
+    options.retry.first_pause = absl::ZeroDuration();
     options.now = [this] { return start_ + absl::Milliseconds(clock_ms_.load()); };
     catalog_ = *store::OpenSqliteCatalog(store::CatalogPath(folder_.path()), options);
   }
@@ -118,7 +131,7 @@ class JobsTest : public testing::Test {
     job.set_state(store::pb::JobRecord::QUEUED);
     const auto db = *store::Database::Open(store::CatalogPath(folder_.path()), absl::Seconds(10));
     EXPECT_THAT(db->Run("DELETE FROM jobs WHERE parent = ?", {job_id}), store::Succeeds());
-    EXPECT_THAT(db->Run("UPDATE jobs SET state = ?, record = ? WHERE id = ?",
+    EXPECT_THAT(db->Run("UPDATE jobs SET state = ?, due_us = 0, record = ? WHERE id = ?",
                         {int64_t{job.state()}, store::Bytes{job.SerializeAsString()}, job_id}),
                 store::Succeeds());
   }

@@ -81,5 +81,17 @@ TEST(LeaseOptions, NamesTheFirstFieldOutOfRange) {
   EXPECT_THAT(std::string(options.Validate().message()), testing::HasSubstr("report_interval"));
 }
 
+TEST_F(LeaseKeeperTest, LetsTheWorkBeSavedBeforeTheJobGoesBack) {
+  const store::Lease lease = Take("one");
+  absl::Status saved = absl::UnknownError("not called");
+  LeaseKeeper keeper(*catalog_, lease, stop_, options_,
+                     [&] { saved = catalog_->SaveCheckpoint(lease.lease_id, "blob"); });
+  stop_.Request();
+  Await([&] { return !keeper.Check().ok(); });
+  EXPECT_THAT(saved, store::Succeeds());
+  EXPECT_EQ(Job(job_id_).state(), store::pb::JobRecord::QUEUED);
+  EXPECT_EQ(Job(job_id_).checkpoint_blob(), "blob");
+}
+
 }  // namespace
 }  // namespace liquidblend::jobs

@@ -4,9 +4,9 @@
 #include <cstdio>
 
 #include "core/store/files.h"
-#include "server/blend/blend.h"
 #include "server/slice/slice.h"
 #include "tests/synthetic/implicit.h"
+#include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/surface_distance.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
@@ -39,13 +39,8 @@ class LevelsTest : public JobsTest {
 
 mesh::TriangleMesh Cut(const mesh::RegisteredFamily& family, double weight, double frame) {
   const slice::CellIndex index(family);
-  slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
-  const std::vector<double> weights = {weight};
   const double time_s = std::min(frame / family.frames_per_second, family.duration_s());
-  EXPECT_THAT(slice::FindCandidates(index, weights, time_s, workspace), Succeeds());
-  blend::BlendVertices(family, weights, workspace.vertex_ranges, positions);
-  return slice::March(index, positions, workspace);
+  return synthetic::SliceFamily(index, std::vector{weight}, time_s);
 }
 
 TEST_F(LevelsTest, AreSmallerClosedAndCloseToTheFinest) {

@@ -66,7 +66,8 @@ TEST_F(RunJobsTest, TroubleThatPassesIsWaitedOut) {
   };
   ASSERT_THAT(Work(), Succeeds());
   EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
-  EXPECT_EQ(Job(job).attempts(), 2);
+  EXPECT_EQ(Job(job).attempts(), 1);
+  EXPECT_EQ(Job(job).environment_failures(), 1);
 }
 
 TEST_F(RunJobsTest, OutOfMemoryFailsTheJobNotTheWorker) {

@@ -28,10 +28,14 @@ Fitted Fit(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
            const RegistrationOptions& options = {}, int num_threads = 2) {
   const parallel::Arena arena(num_threads);
   const SurfacePair pair(source, target, arena);
-  Points displacement = Points::Zero(4, source.num_vertices());
-  const auto num_nodes = FitWhatIsFar(pair, options, arena, displacement);
-  EXPECT_TRUE(num_nodes.ok()) << num_nodes.status();
-  return {*num_nodes, displacement};
+  SharpenState state;
+  state.displacement = Points::Zero(4, source.num_vertices());
+  int num_rounds = 0;
+  const absl::Status fitted = FitWhatIsFar(
+      pair, options, arena, [&] { ++num_rounds; }, state);
+  EXPECT_TRUE(fitted.ok()) << fitted;
+  EXPECT_EQ(state.num_rounds, num_rounds);
+  return {state.num_finer_nodes, state.displacement};
 }
 
 // Mean distance of the drop's vertices, while it is apart, from the target's, in edges.

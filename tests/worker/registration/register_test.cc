@@ -5,8 +5,8 @@
 
 #include <cstring>
 
-#include "server/blend/blend.h"
 #include "server/slice/slice.h"
+#include "tests/synthetic/slice_family.h"
 #include "tests/worker/registration/registration_testing.h"
 
 namespace liquidblend::registration {
@@ -39,7 +39,8 @@ RegistrationOptions FewIterations() {
 absl::StatusOr<Registration> RegisterDrops(const mesh::SpaceTimeMesh& source,
                                            const mesh::SpaceTimeMesh& target, int num_threads,
                                            const ProgressCallback& progress = {}) {
-  return Register(source, target, {}, SmallOptions(), parallel::Arena(num_threads), progress);
+  return Register(source, target, {}, SmallOptions(), parallel::Arena(num_threads),
+                  {.progress = progress});
 }
 
 mesh::TriangleMesh Cut(const mesh::SpaceTimeMesh& mesh, const Registration& registration,
@@ -56,13 +57,7 @@ mesh::TriangleMesh Cut(const mesh::SpaceTimeMesh& mesh, const Registration& regi
   family.domain_min = {-9, -9, -9};
   family.domain_max = {9, 9, 9};
   const slice::CellIndex index(family);
-  slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
-  const double weights[] = {weight};
-  const absl::Status found = slice::FindCandidates(index, weights, time_s, workspace);
-  EXPECT_TRUE(found.ok()) << found;
-  blend::BlendVertices(family, weights, workspace.vertex_ranges, positions);
-  return slice::March(index, positions, workspace);
+  return synthetic::SliceFamily(index, std::vector{weight}, time_s);
 }
 
 // Height of the drop's centre at frame 0: the vertices above the pool.

@@ -7,10 +7,10 @@
 #include <cstring>
 #include <numbers>
 
-#include "server/blend/blend.h"
 #include "server/slice/slice.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
+#include "tests/synthetic/slice_family.h"
 
 namespace liquidblend::spacetime {
 namespace {
@@ -32,13 +32,7 @@ mesh::SpaceTimeMesh BuildOrDie(const mesh::Animation& animation, int num_threads
 
 mesh::TriangleMesh Cut(const mesh::SpaceTimeMesh& mesh, double time_s) {
   const mesh::RegisteredFamily family = mesh::ViewOf(mesh);
-  const slice::CellIndex index(family);
-  slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
-  const absl::Status found = slice::FindCandidates(index, {}, time_s, workspace);
-  EXPECT_TRUE(found.ok()) << found;
-  blend::BlendVertices(family, {}, workspace.vertex_ranges, positions);
-  return slice::March(index, positions, workspace);
+  return synthetic::SliceFamily(slice::CellIndex(family), {}, time_s);
 }
 
 double SphereVolume(double radius) {

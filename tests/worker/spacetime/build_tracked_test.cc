@@ -12,11 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "server/blend/blend.h"
 #include "server/slice/slice.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
+#include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/surface_distance.h"
 #include "tests/synthetic/tracked.h"
 #include "worker/spacetime/build.h"
@@ -44,14 +44,7 @@ mesh::SpaceTimeMesh BuildOrDie(const mesh::Animation& animation, int num_threads
 
 mesh::TriangleMesh Cut(const slice::CellIndex& index, const std::vector<double>& weights,
                        double time_frames) {
-  const mesh::RegisteredFamily& family = index.family();
-  slice::Workspace workspace;
-  std::vector<mesh::Float4> positions;
-  const absl::Status found =
-      slice::FindCandidates(index, weights, time_frames / family.frames_per_second, workspace);
-  EXPECT_TRUE(found.ok()) << found;
-  blend::BlendVertices(family, weights, workspace.vertex_ranges, positions);
-  return slice::March(index, positions, workspace);
+  return synthetic::SliceFamily(index, weights, time_frames / index.family().frames_per_second);
 }
 
 mesh::TriangleMesh Cut(const mesh::SpaceTimeMesh& mesh, double time_frames) {

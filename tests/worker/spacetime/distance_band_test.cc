@@ -49,6 +49,28 @@ TEST(DistanceBand, FarFromTheSurfaceThereIsNoTriangle) {
   EXPECT_GE(band.Triangle(25, 20, 20), 0);
 }
 
+TEST(DistanceBand, KnowsThePointsOfCutBlocksAsIfItKnewAll) {
+  const Grid grid = CubeGrid(kSide);
+  const GridSurface surface = InGrid(synthetic::Icosphere({20, 20, 20}, 9, 4));
+  SlabSteps steps(grid, 2);
+  const int lo = 8, hi = 4 * SlabSteps::kBlock - 1;  // whole blocks
+  steps.Refine({lo, lo, lo}, {hi, hi, hi}, 2);
+  const SlabSteps wanted = steps.Grown();
+  const DistanceBand all(grid, surface), some(grid, surface, &wanted);
+  int num_known = 0;
+  for (int k = lo; k <= hi + 1; ++k) {
+    for (int j = lo; j <= hi + 1; ++j) {
+      for (int i = lo; i <= hi + 1; ++i) {
+        EXPECT_EQ(some.Distance(i, j, k), all.Distance(i, j, k)) << i << ' ' << j << ' ' << k;
+        num_known += some.Triangle(i, j, k) >= 0 ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(num_known, 100);
+  EXPECT_GE(all.Triangle(29, 20, 20), 0);
+  EXPECT_EQ(some.Triangle(29, 20, 20), -1) << "far from what is wanted";
+}
+
 TEST(ClosestBarycentric, FindsFacesEdgesCornersAndSurvivesTrianglesWithoutArea) {
   const Eigen::Vector3f a(0, 0, 0), b(1, 0, 0), c(0, 1, 0);
   EXPECT_TRUE(

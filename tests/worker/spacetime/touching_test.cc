@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "server/blend/blend.h"
 #include "server/slice/slice.h"
+#include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/voxels.h"
 #include "worker/ingest/clean.h"
 #include "worker/spacetime/build.h"
@@ -54,12 +54,7 @@ std::vector<double> BuildAndCut(const mesh::Animation& animation, Connectivity c
   const slice::CellIndex index(family);
   std::vector<double> volume_shares;
   for (int half = 0; half <= 2 * (kNumFrames - 1); ++half) {
-    slice::Workspace workspace;
-    std::vector<mesh::Float4> positions;
-    const absl::Status found = slice::FindCandidates(index, {}, half / 48.0, workspace);
-    EXPECT_TRUE(found.ok()) << found;
-    blend::BlendVertices(family, {}, workspace.vertex_ranges, positions);
-    const mesh::TriangleMesh surface = slice::March(index, positions, workspace);
+    const mesh::TriangleMesh surface = synthetic::SliceFamily(index, {}, half / 48.0);
     EXPECT_TRUE(mesh::CheckClosed(surface).closed()) << half;
     const double volume = (mesh::Volume(animation.frames[half / 2]) +
                            mesh::Volume(animation.frames[(half + 1) / 2])) /

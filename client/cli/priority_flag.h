@@ -1,0 +1,13 @@
+// --priority of what is worked on by the server's workers.
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace liquidblend::cli {
+
+inline void AddPriority(int& priority, CLI::App& command) {
+  command.add_option("--priority", priority, "-100 to 100 (0); larger ones are worked on first")
+      ->check(CLI::Range(-100, 100));
+}
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,63 @@
+// The servers that a client may speak to, and the one that it speaks to now. Includes gRPC: only
+// for the sources that make calls.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "google/longrunning/operations.grpc.pb.h"
+#include "liquidblend/client.h"
+#include "liquidblend/v1/liquidblend.grpc.pb.h"
+
+namespace liquidblend::client {
+
+using ServiceStub = v1::LiquidBlend::Stub;
+using OperationsStub = google::longrunning::Operations::Stub;
+
+struct Server {
+  explicit Server(std::shared_ptr<grpc::Channel> open_channel)
+      : channel(std::move(open_channel)), stubs(channel, channel) {}
+  ServiceStub& service() { return std::get<ServiceStub>(stubs); }
+  OperationsStub& operations() { return std::get<OperationsStub>(stubs); }
+
+  const std::shared_ptr<grpc::Channel> channel;
+  std::tuple<ServiceStub, OperationsStub> stubs;
+};
+
+// The addresses in ConnectOptions::target: "a:1,b:2" are two, "ipv4:1.2.3.4:1,1.2.3.5:1" is one.
+std::vector<std::string> AddressesIn(const std::string& target);
+
+// Threads: safe.
+class Servers {
+ public:
+  // One channel an address.  Errors: kInvalidArgument, kNotFound: see CredentialsOf() and
+  // CheckTokenIsSafe().
+  static absl::StatusOr<std::unique_ptr<Servers>> Open(const ConnectOptions& options);
+
+  // Takes the first that can be reached; false if none can before the deadline.
+  bool WaitForAny(absl::Time deadline);
+
+  Server& current() { return *servers_[current_]; }
+
+  // `left` could not be reached: the next one is to be taken, unless another thread has moved on.
+  void Leave(const Server& left);
+
+  // Runs `call` with the current server, and as long as it is kUnavailable with the others, each
+  // once.
+  absl::Status TryEach(const std::function<absl::Status(Server& server)>& call);
+
+ private:
+  std::vector<std::unique_ptr<Server>> servers_;  // never empty
+  std::atomic<size_t> current_ = 0;
+};
+
+}  // namespace liquidblend::client

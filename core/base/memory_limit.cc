@@ -1,0 +1,85 @@
+#include "core/base/memory_limit.h"
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/string_view.h"
+
+namespace liquidblend::base {
+namespace {
+
+constexpr int64_t kNoLimit = std::numeric_limits<int64_t>::max();
+
+// Of a file that holds one number; what is none ("max") is no limit.
+int64_t LimitIn(const std::string& path) {
+  std::string text;
+  int64_t limit = 0;
+  std::getline(std::ifstream(path), text);
+  return absl::SimpleAtoi(text, &limit) && limit > 0 ? limit : kNoLimit;
+}
+
+// The smallest limit of a group and those above it. `group` begins with a slash.
+int64_t LimitOfGroup(const std::string& hierarchy, std::string group, const char* file) {
+  int64_t limit = LimitIn(absl::StrCat(hierarchy, "/", file));
+  while (group.size() > 1) {
+    limit = std::min(limit, LimitIn(absl::StrCat(hierarchy, group, "/", file)));
+    group.resize(group.rfind('/'));
+  }
+  return limit;
+}
+
+// Lines of /proc/self/cgroup are "0::/group" (version 2) and "7:memory:/group" (version 1).
+int64_t LimitOfGroups(const std::string& root) {
+  int64_t limit = kNoLimit;
+  std::ifstream groups(absl::StrCat(root, "/proc/self/cgroup"));
+  for (std::string line; std::getline(groups, line);) {
+    const size_t slash = line.find(":/");
+    if (slash == std::string::npos) continue;
+    const std::string group = line.substr(slash + 1);
+    if (absl::StartsWith(line, "0::")) {
+      limit =
+          std::min(limit, LimitOfGroup(absl::StrCat(root, "/sys/fs/cgroup"), group, "memory.max"));
+    } else if (absl::StrContains(line, ":memory:")) {
+      limit = std::min(limit, LimitOfGroup(absl::StrCat(root, "/sys/fs/cgroup/memory"), group,
+                                           "memory.limit_in_bytes"));
+    }
+  }
+  return limit;
+}
+
+int64_t MachineMemory(const std::string& root) {
+  std::ifstream info(absl::StrCat(root, "/proc/meminfo"));
+  for (std::string line; std::getline(info, line);) {
+    std::istringstream words(line);
+    std::string name;
+    int64_t kibibytes = 0;
+    if (words >> name >> kibibytes && name == "MemTotal:" && kibibytes > 0) return kibibytes << 10;
+  }
+  return kNoLimit;
+}
+
+}  // namespace
+
+int64_t MemoryLimit() { return MemoryLimitUnder(""); }
+
+int64_t MemoryForJobs() { return MemoryLimit() / 5 * 4; }
+
+int64_t MemoryLimitUnder(const std::string& root) {
+  const int64_t limit = std::min(MachineMemory(root), LimitOfGroups(root));
+  return limit == kNoLimit ? 0 : limit;
+}
+
+std::string FormatGibibytes(int64_t bytes) {
+  const double value = static_cast<double>(bytes);
+  if (bytes >= int64_t{1} << 30) return absl::StrFormat("%.1f GiB", value / (1 << 30));
+  if (bytes >= int64_t{1} << 20) return absl::StrFormat("%.0f MiB", value / (1 << 20));
+  return absl::StrCat(bytes, " bytes");
+}
+
+}  // namespace liquidblend::base

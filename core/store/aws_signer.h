@@ -1,0 +1,44 @@
+// Signature Version 4 of Amazon's services, as S3 wants it.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <span>
+#include <string>
+
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+
+namespace liquidblend::store {
+
+struct AwsCredentials {
+  std::string access_key_id;
+  std::string secret_access_key;
+  std::string session_token;  // of temporary credentials; else empty
+};
+
+// What is signed of a request to S3.
+struct AwsRequest {
+  std::string method;
+  std::string host;                          // with the port, as in the Host header
+  std::string path;                          // not encoded; begins with a slash
+  std::map<std::string, std::string> query;  // not encoded
+  std::string body_sha256;                   // in hexadecimal
+};
+
+// Percent-encodes all bytes but A-Z a-z 0-9 - . _ ~, and slashes unless `also_slashes`.
+enum class EncodeSlashes { kNo, kYes };
+std::string UriEncode(absl::string_view text, EncodeSlashes slashes);
+
+// "a=1&b=2", encoded, in order.
+std::string EncodeQuery(const std::map<std::string, std::string>& query);
+
+std::string Sha256Hex(std::span<const std::byte> bytes);
+
+// The headers to send with it: Authorization, x-amz-date, x-amz-content-sha256 and, with temporary
+// credentials, x-amz-security-token.
+std::map<std::string, std::string> SignRequest(const AwsRequest& request,
+                                               const AwsCredentials& credentials,
+                                               const std::string& region, absl::Time now);
+
+}  // namespace liquidblend::store

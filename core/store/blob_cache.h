@@ -1,0 +1,42 @@
+// Blobs of a remote store, kept on the local disk as far as a budget goes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/store/blob_store.h"
+
+namespace liquidblend::store {
+
+// Threads: safe; processes: safe, several may share a directory.
+class BlobCache {
+ public:
+  // Creates the directory if missing.  Requires: max_bytes >= 0.
+  static absl::StatusOr<std::unique_ptr<BlobCache>> Open(const std::string& directory,
+                                                         int64_t max_bytes);
+
+  // Verified like any local blob. kNotFound too if the file is damaged, which removes it.
+  absl::StatusOr<std::shared_ptr<const Blob>> Find(const BlobId& id);
+
+  // Of a blob that is to be kept.
+  absl::StatusOr<std::unique_ptr<BlobWriter>> Create() { return blobs_->Create(); }
+
+  // Removes what was not used for the longest time, until the rest fits into the budget; but
+  // nothing that was used within the last minute. Blobs that are open stay readable.
+  absl::Status Trim();
+
+  absl::Status Delete(const BlobId& id) { return blobs_->Delete(id); }
+
+ private:
+  BlobCache(std::string directory, int64_t max_bytes, std::unique_ptr<BlobStore> blobs)
+      : directory_(std::move(directory)), max_bytes_(max_bytes), blobs_(std::move(blobs)) {}
+
+  const std::string directory_;
+  const int64_t max_bytes_;
+  const std::unique_ptr<BlobStore> blobs_;
+};
+
+}  // namespace liquidblend::store

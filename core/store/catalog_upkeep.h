@@ -1,0 +1,69 @@
+// What keeping a catalog takes, beside the work that goes through it: looking at all of it, moving
+// it to another place, telling who works on what.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "liquidblend/store/v1/export.pb.h"
+#include "liquidblend/store/v1/records.pb.h"
+
+namespace liquidblend::store {
+
+namespace pb = ::liquidblend::store::v1;
+
+// All records of a catalog, each in the order of its ids, jobs as they were submitted.
+struct CatalogContents {
+  std::vector<pb::AnimationRecord> animations;
+  std::vector<pb::FamilyRecord> families;
+  std::vector<pb::FamilyMember> members;    // of the published versions
+  std::vector<pb::FamilyVersion> versions;  // the last ones ever given, deleted families included
+  std::vector<pb::JobRecord> jobs;          // and parts of jobs
+};
+
+struct CatalogInspection {
+  CatalogContents contents;         // without what cannot be read
+  std::vector<std::string> blobs;   // as Catalog::ListReferencedBlobs()
+  std::vector<std::string> damage;  // records that cannot be read or contradict others, by name
+};
+
+struct HeldJob {
+  pb::JobRecord job;
+  absl::Time lease_expires = absl::InfinitePast();  // of one that is RUNNING
+};
+
+// A part of Catalog, whose errors and threads it shares.
+class CatalogUpkeep {
+ public:
+  virtual ~CatalogUpkeep() = default;
+
+  // The version of each family, 0 if it has none yet: what others published or deleted shows here.
+  // Cost: one query; meant for every second.
+  virtual absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions() = 0;
+
+  // Jobs and parts of jobs that are queued, running or waiting, as they were submitted.
+  virtual absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs() = 0;
+
+  // Reads everything, at one moment. Damage of records is no error.
+  virtual absl::StatusOr<CatalogInspection> Inspect() = 0;
+
+  // Adds records of another catalog, all or none; nobody holds a lease on their jobs.
+  // Errors: kAlreadyExists if an animation, a family (or a deleted one of its name), a job or a
+  // request_id is there already, naming it.
+  virtual absl::Status Import(const CatalogContents& contents) = 0;
+  // Whether Import() would find the names free now.  Errors: as Import().
+  virtual absl::Status CheckImport(const CatalogContents& contents) = 0;
+
+  // Tells of an animation that is READY that its file cannot be read: it becomes FAILED with this
+  // error, keeps its blob's id, and may be imported again. With OK, one of which that was told is
+  // READY again. Nothing changes if the animation has another blob by now.
+  virtual absl::Status SetAnimationReadable(const std::string& id, const std::string& blob,
+                                            const absl::Status& readable) = 0;
+};
+
+}  // namespace liquidblend::store

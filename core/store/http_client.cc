@@ -1,0 +1,190 @@
+#include "core/store/http_client.h"
+
+#include <curl/curl.h>
+
+#include <algorithm>
+#include <new>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+
+namespace liquidblend::store {
+namespace {
+
+struct FreeEasy {
+  void operator()(CURL* easy) const { curl_easy_cleanup(easy); }
+};
+struct FreeList {
+  void operator()(curl_slist* list) const { curl_slist_free_all(list); }
+};
+
+// One request on its way.
+struct Exchange {
+  std::unique_ptr<CURL, FreeEasy> easy;
+  std::unique_ptr<curl_slist, FreeList> headers;
+  int64_t max_answer_bytes = 0;
+  bool is_too_long = false;
+  HttpAnswer answer;
+  CURLcode code = CURLE_FAILED_INIT;
+};
+
+size_t TakeBody(char* bytes, size_t size, size_t count, void* exchange_pointer) {
+  Exchange& exchange = *static_cast<Exchange*>(exchange_pointer);
+  const size_t num_bytes = size * count;
+  if (exchange.answer.body.size() + num_bytes > static_cast<size_t>(exchange.max_answer_bytes)) {
+    exchange.is_too_long = true;
+    return 0;
+  }
+  try {
+    exchange.answer.body.append(bytes, num_bytes);
+  } catch (const std::bad_alloc&) {
+    exchange.is_too_long = true;
+    return 0;
+  }
+  return num_bytes;
+}
+
+size_t TakeHeader(char* bytes, size_t size, size_t count, void* exchange_pointer) {
+  Exchange& exchange = *static_cast<Exchange*>(exchange_pointer);
+  const absl::string_view line(bytes, size * count);
+  const size_t colon = line.find(':');
+  if (colon != absl::string_view::npos) {
+    exchange.answer.headers[absl::AsciiStrToLower(line.substr(0, colon))] =
+        std::string(absl::StripAsciiWhitespace(line.substr(colon + 1)));
+  }
+  return line.size();
+}
+
+void AddHeader(const std::string& line, Exchange& exchange) {
+  curl_slist* const longer = curl_slist_append(exchange.headers.get(), line.c_str());
+  if (longer == nullptr) throw std::bad_alloc();
+  exchange.headers.release();
+  exchange.headers.reset(longer);
+}
+
+void SetBody(const HttpRequest& request, CURL* easy) {
+  if (request.method == "HEAD") {
+    curl_easy_setopt(easy, CURLOPT_NOBODY, 1L);
+  } else if (request.method != "GET") {
+    curl_easy_setopt(easy, CURLOPT_POST, 1L);
+    curl_easy_setopt(
+        easy, CURLOPT_POSTFIELDS,
+        request.body.empty() ? "" : reinterpret_cast<const char*>(request.body.data()));
+    curl_easy_setopt(easy, CURLOPT_POSTFIELDSIZE_LARGE,
+                     static_cast<curl_off_t>(request.body.size()));
+    curl_easy_setopt(easy, CURLOPT_CUSTOMREQUEST, request.method.c_str());
+  }
+}
+
+std::unique_ptr<Exchange> Prepare(const HttpRequest& request, const HttpOptions& options) {
+  auto exchange = std::make_unique<Exchange>();
+  exchange->easy.reset(curl_easy_init());
+  CURL* const easy = exchange->easy.get();
+  if (easy == nullptr) throw std::bad_alloc();
+  exchange->max_answer_bytes = request.max_answer_bytes;
+  curl_easy_setopt(easy, CURLOPT_URL, request.url.c_str());
+  curl_easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https");
+  curl_easy_setopt(easy, CURLOPT_PATH_AS_IS, 1L);  // it is signed as it is
+  curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
+  curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS,
+                   static_cast<long>(absl::ToInt64Milliseconds(options.connect_timeout)));
+  curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, 1L);
+  curl_easy_setopt(
+      easy, CURLOPT_LOW_SPEED_TIME,
+      static_cast<long>(std::max<int64_t>(1, absl::ToInt64Seconds(options.stall_timeout))));
+  if (!options.ca_file.empty()) curl_easy_setopt(easy, CURLOPT_CAINFO, options.ca_file.c_str());
+  SetBody(request, easy);
+  for (const auto& [name, value] : request.headers) {
+    AddHeader(absl::StrCat(name, ": ", value), *exchange);
+  }
+  // What curl adds on its own, but nobody signs or needs.
+  for (const char* name : {"Expect:", "Content-Type:", "Accept:"}) AddHeader(name, *exchange);
+  curl_easy_setopt(easy, CURLOPT_HTTPHEADER, exchange->headers.get());
+  curl_easy_setopt(easy, CURLOPT_WRITEFUNCTION, TakeBody);
+  curl_easy_setopt(easy, CURLOPT_WRITEDATA, exchange.get());
+  curl_easy_setopt(easy, CURLOPT_HEADERFUNCTION, TakeHeader);
+  curl_easy_setopt(easy, CURLOPT_HEADERDATA, exchange.get());
+  return exchange;
+}
+
+absl::StatusOr<HttpAnswer> AnswerOf(Exchange& exchange, const HttpRequest& request) {
+  if (exchange.is_too_long) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("an answer of more than ", request.max_answer_bytes, " bytes"));
+  }
+  if (exchange.code == CURLE_URL_MALFORMAT || exchange.code == CURLE_UNSUPPORTED_PROTOCOL) {
+    return absl::InvalidArgumentError(curl_easy_strerror(exchange.code));
+  }
+  if (exchange.code != CURLE_OK) {
+    return absl::UnavailableError(curl_easy_strerror(exchange.code));
+  }
+  long status = 0;
+  curl_easy_getinfo(exchange.easy.get(), CURLINFO_RESPONSE_CODE, &status);
+  exchange.answer.status = static_cast<int>(status);
+  return std::move(exchange.answer);
+}
+
+}  // namespace
+
+// Connections of one thread at a time.
+class HttpClient::Connections {
+ public:
+  Connections() : multi_(curl_multi_init()) {
+    if (multi_ == nullptr) throw std::bad_alloc();
+  }
+  ~Connections() { curl_multi_cleanup(multi_); }
+  Connections(const Connections&) = delete;
+  Connections& operator=(const Connections&) = delete;
+
+  void Run(std::span<const std::unique_ptr<Exchange>> exchanges) {
+    for (const auto& exchange : exchanges) {
+      curl_easy_setopt(exchange->easy.get(), CURLOPT_PRIVATE, exchange.get());
+      curl_multi_add_handle(multi_, exchange->easy.get());
+    }
+    int num_running = 1;
+    while (num_running > 0 && curl_multi_perform(multi_, &num_running) == CURLM_OK) {
+      if (num_running > 0) curl_multi_poll(multi_, nullptr, 0, 1000, nullptr);
+    }
+    int num_left = 0;
+    while (const CURLMsg* message = curl_multi_info_read(multi_, &num_left)) {
+      void* exchange = nullptr;
+      curl_easy_getinfo(message->easy_handle, CURLINFO_PRIVATE, &exchange);
+      static_cast<Exchange*>(exchange)->code = message->data.result;
+    }
+    for (const auto& exchange : exchanges) curl_multi_remove_handle(multi_, exchange->easy.get());
+  }
+
+ private:
+  CURLM* multi_;
+};
+
+HttpClient::HttpClient(HttpOptions options) : options_(std::move(options)) {
+  static const CURLcode initialised = curl_global_init(CURL_GLOBAL_ALL);
+  static_cast<void>(initialised);
+}
+
+HttpClient::~HttpClient() = default;
+
+std::vector<absl::StatusOr<HttpAnswer>> HttpClient::Run(std::span<const HttpRequest> requests) {
+  std::vector<std::unique_ptr<Exchange>> exchanges;
+  for (const HttpRequest& request : requests) exchanges.push_back(Prepare(request, options_));
+  std::unique_ptr<Connections> connections;
+  {
+    const absl::MutexLock lock(&mutex_);
+    if (!idle_.empty()) {
+      connections = std::move(idle_.back());
+      idle_.pop_back();
+    }
+  }
+  if (connections == nullptr) connections = std::make_unique<Connections>();
+  connections->Run(exchanges);
+  std::vector<absl::StatusOr<HttpAnswer>> answers;
+  for (size_t k = 0; k < requests.size(); ++k) {
+    answers.push_back(AnswerOf(*exchanges[k], requests[k]));
+  }
+  const absl::MutexLock lock(&mutex_);
+  idle_.push_back(std::move(connections));
+  return answers;
+}
+
+}  // namespace liquidblend::store

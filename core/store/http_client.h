@@ -1,0 +1,63 @@
+// HTTP requests, several side by side on the thread that asks.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+
+namespace liquidblend::store {
+
+struct HttpRequest {
+  std::string method = "GET";
+  std::string url;
+  std::vector<std::pair<std::string, std::string>> headers;
+  std::span<const std::byte> body;  // must stay until the request is done
+  int64_t max_answer_bytes = int64_t{16} << 20;
+};
+
+struct HttpAnswer {
+  int status = 0;
+  std::map<std::string, std::string> headers;  // names in lower case
+  std::string body;
+};
+
+struct HttpOptions {
+  std::string ca_file = {};  // who vouches for https servers; empty: whom the system trusts
+  absl::Duration connect_timeout = absl::Seconds(5);
+  absl::Duration stall_timeout = absl::Seconds(20);  // an exchange that stands still for so long
+};
+
+// Connections are kept for later requests. Redirects are not followed.
+// Threads: safe.
+class HttpClient {
+ public:
+  explicit HttpClient(HttpOptions options);
+  ~HttpClient();
+  HttpClient(const HttpClient&) = delete;
+  HttpClient& operator=(const HttpClient&) = delete;
+
+  // The answers in the order of the requests, whatever their status. Errors: kUnavailable if there
+  // is no whole answer (no connection, reset, cut off, too slow), kResourceExhausted if it is
+  // longer than it may be, kInvalidArgument for a url that is none.
+  std::vector<absl::StatusOr<HttpAnswer>> Run(std::span<const HttpRequest> requests)
+      ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  class Connections;
+
+  const HttpOptions options_;
+  absl::Mutex mutex_;
+  std::vector<std::unique_ptr<Connections>> idle_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace liquidblend::store

@@ -1,0 +1,63 @@
+#include "core/store/open_store.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/store/data_directory.h"
+#include "core/store/postgres_url.h"
+#include "core/store/s3_blob_store.h"
+
+namespace liquidblend::store {
+namespace {
+
+constexpr char kNoBlob[] = "xxh3-00000000000000000000000000000000";
+
+absl::StatusOr<Store> OpenShared(const StoreLocation& location) {
+  S3Options options;
+  options.cache_directory = location.cache;
+  options.cache_bytes = location.cache_bytes;
+  Store store;
+  LB_ASSIGN_OR_RETURN(const PostgresTarget target,
+                      ParsePostgresUrl(location.catalog_url, CatalogOptions().busy_timeout));
+  store.name = absl::StrCat(target.name, " and ", location.blobs_url);
+  LB_ASSIGN_OR_RETURN(store.catalog, OpenPostgresCatalog(location.catalog_url));
+  LB_ASSIGN_OR_RETURN(store.blobs, OpenS3BlobStore(location.blobs_url, options));
+  return store;
+}
+
+}  // namespace
+
+absl::Status StoreLocation::Validate() const {
+  if (data.empty() == catalog_url.empty()) {
+    return absl::InvalidArgumentError(
+        "either --data DIR, or --store postgresql://..., --blobs s3://... and --cache DIR");
+  }
+  for (const auto& [flag, value] :
+       {std::pair("--blobs", &blobs_url), std::pair("--cache", &cache)}) {
+    if (value->empty() != catalog_url.empty()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(flag, " goes with --store, and --store with ", flag));
+    }
+  }
+  if (cache_bytes >= 0) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("--cache-size is out of range: ", cache_bytes));
+}
+
+absl::StatusOr<Store> OpenStore(const StoreLocation& location) {
+  LB_RETURN_IF_ERROR(location.Validate());
+  if (location.is_shared()) return OpenShared(location);
+  Store store;
+  store.name = location.data;
+  LB_ASSIGN_OR_RETURN(store.catalog, OpenSqliteCatalog(CatalogPath(location.data)));
+  LB_ASSIGN_OR_RETURN(store.blobs, OpenLocalBlobStore(location.data));
+  return store;
+}
+
+absl::Status CheckReachable(Catalog& catalog, BlobStore& blobs) {
+  LB_RETURN_IF_ERROR(catalog.ListFamilies(1, "").status());
+  const absl::Status opened = blobs.Open(kNoBlob).status();
+  return absl::IsNotFound(opened) ? absl::OkStatus() : opened;
+}
+
+}  // namespace liquidblend::store

@@ -1,0 +1,41 @@
+// Opens catalog and blobs where a program is told that they are.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/store/blob_store.h"
+#include "core/store/catalog.h"
+
+namespace liquidblend::store {
+
+// Either a data directory of one machine, or the places that many machines share.
+struct StoreLocation {
+  std::string data;                         // directory; SQLite and local files
+  std::string catalog_url;                  // postgresql://...; may hold a password
+  std::string blobs_url;                    // s3://bucket/prefix
+  std::string cache;                        // directory for blobs of S3
+  int64_t cache_bytes = int64_t{64} << 30;  // >= 0
+
+  bool is_shared() const { return !catalog_url.empty(); }
+  // Errors: kInvalidArgument that names the flag (--data, --store, --blobs, --cache) which is
+  // missing or too many.
+  absl::Status Validate() const;
+};
+
+struct Store {
+  std::unique_ptr<Catalog> catalog;
+  std::unique_ptr<BlobStore> blobs;
+  std::string name;  // for the log; without secrets
+};
+
+// Errors: Validate()'s, and those of the catalogs and blob stores.
+absl::StatusOr<Store> OpenStore(const StoreLocation& location);
+
+// Whether both answer; for probes.  Errors: those of the stores.
+absl::Status CheckReachable(Catalog& catalog, BlobStore& blobs);
+
+}  // namespace liquidblend::store

@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Puts programs, units and user onto this machine.
+#   deploy/systemd/install.sh [PROGRAMS]    default build/release/bin; run as root
+#   DESTDIR=DIR                             below DIR, without telling systemd
+set -euo pipefail
+cd "$(dirname "$0")"
+programs=$(cd "${1:-../../build/release/bin}" && pwd)
+root=${DESTDIR:-}
+
+install -D -t "$root/usr/bin" "$programs"/liquidblend{,-server,-worker}
+install -D -m 644 -t "$root/usr/lib/systemd/system" liquidblend-server.service liquidblend-worker@.service
+install -D -m 644 liquidblend.sysusers "$root/usr/lib/sysusers.d/liquidblend.conf"
+install -D -m 644 ../../docs/operations.md "$root/usr/share/doc/liquidblend/operations.md"
+install -d -m 750 "$root/etc/liquidblend"
+if [ -n "$root" ]; then exit 0; fi
+systemd-sysusers
+systemctl daemon-reload
+echo "next: systemctl enable --now liquidblend-server"

@@ -1,0 +1,51 @@
+// Whether everything in a store can be read, and what is lost if not.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/parallel/arena.h"
+#include "core/store/open_store.h"
+#include "server/admin/progress.h"
+
+namespace liquidblend::admin {
+
+struct CheckOptions {
+  bool repair = false;
+};
+
+// One blob, or one record of the catalog, that is missing or damaged.
+struct Damage {
+  std::string blob;                    // empty: in the catalog
+  absl::Status error;                  // kNotFound: missing
+  std::vector<std::string> needed_by;  // "families/x", "animations/y", "jobs/z"
+  std::string repair;                  // what was done about it; empty: nothing
+};
+
+struct CheckReport {
+  int64_t num_blobs = 0;
+  int64_t num_bytes = 0;
+  int64_t num_animations = 0;
+  int64_t num_families = 0;
+  int64_t num_jobs = 0;
+  int64_t num_unreferenced = 0;  // blobs that nothing refers to
+  int64_t unreferenced_bytes = 0;
+  std::vector<std::string> repaired;  // "animations/x": readable again, and told so
+  std::vector<Damage> damage;         // the catalog's, then in the order of the blobs' ids
+};
+
+// Reads every blob and compares it with its name, past any cache; opens the file of each family;
+// looks for every blob that is referred to; reads every record, and lets SQLite check its file. The
+// store may be in use.
+// With `repair`, which loses nothing: damaged blobs are put into quarantine, and put again if the
+// cache has them whole; animations whose file is lost are FAILED, with the reason, until it is
+// there again. (Temporary files that nobody writes are removed whenever a store is opened.)
+// Errors: those of the stores, but damage is none.
+absl::StatusOr<CheckReport> Check(const store::StoreLocation& location,
+                                  const parallel::Arena& arena, Progress& progress,
+                                  const CheckOptions& options = {});
+
+}  // namespace liquidblend::admin

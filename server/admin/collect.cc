@@ -1,0 +1,95 @@
+#include "server/admin/collect.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/base/status_macros.h"
+#include "core/store/random_id.h"
+
+namespace liquidblend::admin {
+namespace {
+
+// What is referred to is looked at again so often while blobs are being deleted.
+constexpr absl::Duration kFreshness = absl::Seconds(1);
+
+struct Listing {
+  std::vector<store::BlobInfo> blobs;
+  absl::Time now;  // by the clock that wrote the blobs' times
+};
+
+// A blob that is written just now tells what the store's clock says, which need not be ours.
+absl::StatusOr<Listing> ListWithClock(store::BlobStore& blobs) {
+  const std::string text = absl::StrCat("what is the time? ", store::RandomHex(16));
+  LB_ASSIGN_OR_RETURN(const store::BlobId probe,
+                      store::PutBlob(blobs, std::as_bytes(std::span(text.data(), text.size()))));
+  Listing listing;
+  LB_ASSIGN_OR_RETURN(listing.blobs, blobs.List());
+  LB_RETURN_IF_ERROR(blobs.Delete(probe));
+  const auto found = std::find_if(listing.blobs.begin(), listing.blobs.end(),
+                                  [&](const store::BlobInfo& blob) { return blob.id == probe; });
+  if (found == listing.blobs.end()) {
+    return absl::UnavailableError(
+        absl::StrCat("blob ", probe, ", just written, is not in the list of blobs"));
+  }
+  listing.now = found->modified;
+  listing.blobs.erase(found);
+  return listing;
+}
+
+// The blobs that are referred to, as of a moment ago.
+class References {
+ public:
+  explicit References(store::Catalog& catalog) : catalog_(catalog) {}
+
+  absl::StatusOr<bool> Contain(const store::BlobId& id) {
+    const absl::Time now = absl::Now();
+    if (now < read_at_ || now - read_at_ > kFreshness) {
+      LB_ASSIGN_OR_RETURN(ids_, catalog_.ListReferencedBlobs());
+      read_at_ = now;
+    }
+    return std::binary_search(ids_.begin(), ids_.end(), id);
+  }
+
+ private:
+  store::Catalog& catalog_;
+  std::vector<std::string> ids_;
+  absl::Time read_at_ = absl::InfinitePast();
+};
+
+}  // namespace
+
+absl::Status CollectOptions::Validate() const {
+  if (older_than >= absl::ZeroDuration()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("older_than is out of range: ", absl::FormatDuration(older_than)));
+}
+
+// In this order: what is referred to since the blobs were listed counts as needed.
+absl::StatusOr<CollectReport> Collect(store::Catalog& catalog, store::BlobStore& blobs,
+                                      const CollectOptions& options) {
+  LB_RETURN_IF_ERROR(options.Validate());
+  LB_ASSIGN_OR_RETURN(const Listing listing, ListWithClock(blobs));
+  const absl::Time newest = listing.now - options.older_than;
+  References references(catalog);
+  CollectReport report;
+  for (const store::BlobInfo& blob : listing.blobs) {
+    if (options.must_stop && options.must_stop()) break;
+    LB_ASSIGN_OR_RETURN(const bool is_needed, references.Contain(blob.id));
+    if (is_needed) continue;
+    ++report.num_unreferenced;
+    report.unreferenced_bytes += blob.size_bytes;
+    if (blob.modified > newest) continue;
+    if (!options.dry_run) {
+      LB_ASSIGN_OR_RETURN(const bool is_gone, blobs.DeleteIfNotNewer(blob.id, newest));
+      if (!is_gone) continue;  // committed again meanwhile
+    }
+    ++report.num_deleted;
+    report.deleted_bytes += blob.size_bytes;
+  }
+  return report;
+}
+
+}  // namespace liquidblend::admin

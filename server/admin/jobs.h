@@ -1,0 +1,47 @@
+// What is in the queue, and who works on it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/store/catalog.h"
+
+namespace liquidblend::admin {
+
+struct QueueReport {
+  store::JobCounts counts;                   // jobs and parts, by state
+  std::vector<store::HeldJob> unfinished;    // as they were submitted
+  std::vector<store::pb::JobRecord> failed;  // the newest first
+};
+
+// The last `num_failed` jobs that failed are among them; they are looked for among the last
+// kHistory jobs. Errors: those of the catalog.
+inline constexpr int kHistory = 10'000;
+absl::StatusOr<QueueReport> InspectQueue(store::Catalog& catalog, int num_failed);
+
+struct HeldWork {
+  std::string job;      // "import-..", "register-..", or a part of such
+  std::string subject;  // "animations/x" or "families/x"
+  std::string stage;
+  double fraction = 0;
+  absl::Time since;
+  absl::Time last_heartbeat;
+  absl::Time lease_expires;
+};
+
+struct Worker {
+  std::string name;  // host:process
+  std::vector<HeldWork> work;
+};
+
+// The workers that hold leases, by name. Who waits for work does not show in a store.
+absl::StatusOr<std::vector<Worker>> InspectWorkers(store::Catalog& catalog);
+
+// "QUEUED" -> "queued"
+std::string StateName(store::pb::JobRecord::State state);
+
+absl::Time ToTime(const google::protobuf::Timestamp& timestamp);
+
+}  // namespace liquidblend::admin

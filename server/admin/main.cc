@@ -1,0 +1,213 @@
+// liquidblend-admin: looks after a store: checks it, frees what nothing needs, moves it, shows the
+// queue.
+#include <sys/stat.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <functional>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/base/log.h"
+#include "core/base/status_macros.h"
+#include "core/parallel/arena.h"
+#include "core/store/data_directory.h"
+#include "core/store/open_store.h"
+#include "server/admin/check.h"
+#include "server/admin/collect.h"
+#include "server/admin/jobs.h"
+#include "server/admin/print.h"
+#include "server/admin/progress.h"
+#include "server/admin/transfer.h"
+#include "server/store_flags.h"
+
+namespace liquidblend::admin {
+namespace {
+
+enum ExitCode { kDone = 0, kDamaged = 1, kUsage = 2, kUnreachable = 3, kFailed = 4 };
+
+constexpr char kExitCodes[] =
+    "Exit status: 0 done, and no damage found; 1 something in the store or the export is damaged\n"
+    "or missing; 2 a flag or value that is refused; 3 the store cannot be reached; 4 anything "
+    "else.";
+
+struct Flags {
+  store::StoreLocation store;
+  int threads = 0;  // 0: one per core
+  bool json = false;
+  bool repair = false;
+  bool dry_run = false;
+  std::string older_than = "24h";
+  std::string place;  // of an export
+  int num_failed = 20;
+};
+
+// What a subcommand does; returns the exit code.
+using Command = absl::StatusOr<int> (*)(const Flags&);
+
+Format FormatOf(const Flags& flags) { return flags.json ? Format::kJson : Format::kText; }
+
+// An archive on standard output leaves no room for the report.
+void Show(const std::string& text, std::FILE* file = stdout) { std::fputs(text.c_str(), file); }
+
+// A mistyped --data would make a new store, in which all is well.
+absl::Status CheckIsThere(const store::StoreLocation& location) {
+  LB_RETURN_IF_ERROR(location.Validate());
+  struct stat info;
+  const std::string path = store::CatalogPath(location.data);
+  if (location.is_shared() || stat(path.c_str(), &info) == 0) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("--data: there is no ", path));
+}
+
+absl::StatusOr<store::Store> OpenExisting(const Flags& flags) {
+  LB_RETURN_IF_ERROR(CheckIsThere(flags.store));
+  return store::OpenStore(flags.store);
+}
+
+absl::StatusOr<int> RunCheck(const Flags& flags) {
+  LB_RETURN_IF_ERROR(CheckIsThere(flags.store));
+  const parallel::Arena arena(flags.threads);
+  Progress progress(Progress::ChooseStyle());
+  LB_ASSIGN_OR_RETURN(const CheckReport report,
+                      Check(flags.store, arena, progress, {.repair = flags.repair}));
+  Show(Print(report, FormatOf(flags)));
+  return report.damage.empty() ? kDone : kDamaged;
+}
+
+absl::StatusOr<int> RunCollect(const Flags& flags) {
+  CollectOptions options;
+  options.dry_run = flags.dry_run;
+  if (!absl::ParseDuration(flags.older_than, &options.older_than) || !options.Validate().ok()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--older-than must be a duration such as 24h, got '", flags.older_than, "'"));
+  }
+  LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
+  LB_ASSIGN_OR_RETURN(const CollectReport report, Collect(*store.catalog, *store.blobs, options));
+  Show(Print(report, flags.dry_run, FormatOf(flags)));
+  return kDone;
+}
+
+absl::StatusOr<int> RunExport(const Flags& flags) {
+  LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
+  const parallel::Arena arena(flags.threads);
+  Progress progress(Progress::ChooseStyle());
+  const bool is_stream = flags.place == "-";
+  LB_ASSIGN_OR_RETURN(const TransferReport report,
+                      is_stream ? ExportToStream(store, std::cout, progress)
+                                : ExportToDirectory(store, flags.place, arena, progress));
+  Show(Print(report, "exported", FormatOf(flags)), is_stream ? stderr : stdout);
+  return kDone;
+}
+
+absl::StatusOr<int> RunImport(const Flags& flags) {
+  LB_ASSIGN_OR_RETURN(const store::Store store, store::OpenStore(flags.store));
+  const parallel::Arena arena(flags.threads);
+  Progress progress(Progress::ChooseStyle());
+  LB_ASSIGN_OR_RETURN(const TransferReport report,
+                      flags.place == "-"
+                          ? ImportFromStream(std::cin, store, progress)
+                          : ImportFromDirectory(flags.place, store, arena, progress));
+  Show(Print(report, "imported", FormatOf(flags)));
+  return kDone;
+}
+
+absl::StatusOr<int> RunQueue(const Flags& flags) {
+  LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
+  LB_ASSIGN_OR_RETURN(const QueueReport report, InspectQueue(*store.catalog, flags.num_failed));
+  Show(Print(report, absl::Now(), FormatOf(flags)));
+  return kDone;
+}
+
+absl::StatusOr<int> RunWorkers(const Flags& flags) {
+  LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
+  LB_ASSIGN_OR_RETURN(const std::vector<Worker> workers, InspectWorkers(*store.catalog));
+  Show(Print(workers, absl::Now(), FormatOf(flags)));
+  return kDone;
+}
+
+// One with the flags that all of them have.
+CLI::App& AddCommand(CLI::App& app, Flags& flags, const char* name, const char* help,
+                     Command command, Command& chosen) {
+  CLI::App& made = *app.add_subcommand(name, help);
+  server::AddStoreFlags(made, flags.store);
+  made.add_flag("--json", flags.json, "Print one JSON object instead of text");
+  made.footer(kExitCodes);
+  made.callback([command, &chosen] { chosen = command; });
+  return made;
+}
+
+void AddThreads(CLI::App& command, Flags& flags) {
+  command.add_option("--threads", flags.threads, "Blobs at a time; 0: one per core")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+}
+
+void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
+  CLI::App& check =
+      AddCommand(app, flags, "check",
+                 "Read and verify everything; name what is damaged or missing, and who needs it",
+                 RunCheck, chosen);
+  check.add_flag("--repair", flags.repair,
+                 "Put damaged blobs into quarantine, mark animations whose file is lost as "
+                 "failed; loses nothing (docs/operations.md)");
+  AddThreads(check, flags);
+  CLI::App& collect =
+      AddCommand(app, flags, "collect", "Delete blobs that nothing refers to", RunCollect, chosen);
+  collect
+      .add_option("--older-than", flags.older_than,
+                  "Only those written longer ago; longer than any upload or import takes")
+      ->capture_default_str();
+  collect.add_flag("--dry-run", flags.dry_run, "Only count them");
+  CLI::App& exports =
+      AddCommand(app, flags, "export",
+                 "Write everything into a directory, or as a tar archive to standard output (-); "
+                 "repeat it after an error, and it goes on",
+                 RunExport, chosen);
+  exports.add_option("place", flags.place, "DIR or -")->required();
+  AddThreads(exports, flags);
+  CLI::App& imports = AddCommand(app, flags, "import",
+                                 "Add what was exported, from a directory or a tar archive (-); "
+                                 "refused as a whole if a name is taken",
+                                 RunImport, chosen);
+  imports.add_option("place", flags.place, "DIR or -")->required();
+  AddThreads(imports, flags);
+  AddCommand(app, flags, "queue", "Show jobs: how many are in which state, which wait or failed",
+             RunQueue, chosen)
+      .add_option("--failed", flags.num_failed, "Show so many of the jobs that failed last")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  AddCommand(app, flags, "workers", "Show who works on what since when", RunWorkers, chosen);
+}
+
+int ExitCodeOf(const absl::Status& status) {
+  if (absl::IsDataLoss(status)) return kDamaged;
+  if (absl::IsInvalidArgument(status)) return kUsage;
+  return absl::IsUnavailable(status) ? kUnreachable : kFailed;
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app("Looks after a store of liquidblend, which may be in use");
+  app.footer(kExitCodes);
+  app.require_subcommand(1);
+  Flags flags;
+  Command command = nullptr;
+  AddCommands(app, flags, command);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kUsage;
+  }
+  base::StartLog("liquidblend-admin", base::LogLevel::kInfo);
+  const absl::StatusOr<int> code = command(flags);
+  if (code.ok()) return *code;
+  Show(absl::StrCat("liquidblend-admin: ", std::string(code.status().message()), "\n"), stderr);
+  return ExitCodeOf(code.status());
+}
+
+}  // namespace
+}  // namespace liquidblend::admin
+
+int main(int argc, char** argv) { return liquidblend::admin::Main(argc, argv); }

@@ -1,0 +1,42 @@
+#include "server/collector.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/log.h"
+#include "server/admin/collect.h"
+
+namespace liquidblend::server {
+
+Collector::Collector(store::Catalog& catalog, store::BlobStore& blobs,
+                     const CollectorOptions& options)
+    : catalog_(catalog), blobs_(blobs), options_(options) {
+  if (options_.every > absl::ZeroDuration()) thread_ = std::thread([this] { Run(); });
+}
+
+Collector::~Collector() {
+  stop_.Notify();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Collector::Run() {
+  absl::Duration pause = std::min(options_.first_after, options_.every);
+  while (!stop_.WaitForNotificationWithTimeout(pause)) {
+    CollectOnce();
+    pause = options_.every;
+  }
+}
+
+void Collector::CollectOnce() {
+  admin::CollectOptions options;
+  options.older_than = options_.older_than;
+  options.must_stop = [this] { return stop_.HasBeenNotified(); };
+  const absl::StatusOr<admin::CollectReport> report = admin::Collect(catalog_, blobs_, options);
+  if (!report.ok()) return base::LogWarning(absl::StrCat("collect: ", report.status().ToString()));
+  if (report->num_deleted == 0) return;
+  base::Log(base::LogLevel::kInfo, "collected blobs that nothing needs",
+            {{"blobs", absl::StrCat(report->num_deleted)},
+             {"bytes", absl::StrCat(report->deleted_bytes)}});
+}
+
+}  // namespace liquidblend::server

@@ -1,0 +1,39 @@
+// The server's own garbage collection, every so often.
+#pragma once
+
+#include <thread>
+
+#include "absl/synchronization/notification.h"
+#include "absl/time/time.h"
+#include "core/store/blob_store.h"
+#include "core/store/catalog.h"
+
+namespace liquidblend::server {
+
+struct CollectorOptions {
+  absl::Duration every = absl::Hours(1);          // >= 0; 0: never
+  absl::Duration older_than = absl::Hours(24);    // >= 0
+  absl::Duration first_after = absl::Minutes(1);  // >= 0; but not later than `every`
+};
+
+// A thread that collects, and tells the log what it freed. Servers that share a store may do so at
+// once. Threads: one at a time.
+class Collector {
+ public:
+  // The stores outlive it.
+  Collector(store::Catalog& catalog, store::BlobStore& blobs, const CollectorOptions& options);
+  // Waits until the deletion under way is done.
+  ~Collector();
+
+ private:
+  void Run();
+  void CollectOnce();
+
+  store::Catalog& catalog_;
+  store::BlobStore& blobs_;
+  const CollectorOptions options_;
+  absl::Notification stop_;
+  std::thread thread_;
+};
+
+}  // namespace liquidblend::server

@@ -1,0 +1,196 @@
+#include "server/flags.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <limits>
+#include <thread>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/memory_limit.h"
+#include "core/base/status_macros.h"
+#include "server/store_flags.h"
+
+namespace liquidblend::server {
+namespace {
+
+void AddSecurityFlags(CLI::App& app, Flags& flags) {
+  const std::string group = "Security (docs/operations.md)";
+  app.add_option("--tls-cert", flags.tls.certificate, "PEM file of the server's certificate chain")
+      ->group(group);
+  app.add_option("--tls-key", flags.tls.key, "PEM file of its key")->group(group);
+  app.add_option("--tls-client-ca", flags.tls.client_ca,
+                 "PEM file of authorities; clients must show a certificate of theirs")
+      ->group(group);
+  app.add_flag("--insecure", flags.insecure,
+               "Without TLS, listen where other machines can reach, too")
+      ->group(group);
+  app.add_option(
+         "--tokens", flags.tokens,
+         "JSON file of who may do what; reloaded when it changes; none: everyone everything")
+      ->group(group);
+  app.add_option("--import-root", flags.import_roots,
+                 "NAME=DIR: clients may import animations from below DIR as NAME/...; repeatable")
+      ->group(group);
+  app.add_option("--make-token", flags.make_token,
+                 "Print a new token for a principal of this name and its entry for --tokens; exit")
+      ->group(group);
+  app.add_option("--scopes", flags.scopes, "Of --make-token: some of frames,write,register")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->group(group);
+}
+
+absl::StatusOr<absl::Duration> ParseFlag(const char* name, const std::string& text) {
+  absl::Duration duration;
+  if (absl::ParseDuration(text, &duration) && duration >= absl::ZeroDuration()) return duration;
+  return absl::InvalidArgumentError(
+      absl::StrCat(name, " must be a duration such as 30s or 500ms, got '", text, "'"));
+}
+
+// Of each of the server's workers; 0 if that is not known.
+int64_t WorkerMemory(const Flags& flags) {
+  return flags.worker_memory != 0 ? flags.worker_memory
+                                  : base::MemoryForJobs() / std::max(1, flags.workers);
+}
+
+absl::StatusOr<rpc::ServerOptions> ServerOptionsOf(const Flags& flags) {
+  rpc::ServerOptions options;
+  options.listen = flags.listen;
+  const unsigned num_cores = std::max(1U, std::thread::hardware_concurrency());
+  options.num_frame_threads = flags.threads > 0 ? flags.threads : static_cast<int>(num_cores);
+  if (flags.max_message > std::numeric_limits<int>::max()) {
+    return absl::InvalidArgumentError("--max-message must be below 2 GiB");
+  }
+  options.max_message_bytes = static_cast<int>(flags.max_message);
+  options.limits.max_upload_bytes = flags.max_upload;
+  // Of a store that is shared, workers elsewhere may hold more.
+  const bool knows_workers = flags.workers > 0 && !flags.store.is_shared();
+  options.limits.worker_memory_bytes = knows_workers ? WorkerMemory(flags) : 0;
+  options.frame_cache_bytes = flags.frame_cache;
+  options.queue.max_waiting_cost = flags.max_waiting_cells;
+  options.tls = flags.tls;
+  options.allow_insecure = flags.insecure;
+  LB_ASSIGN_OR_RETURN(options.import_roots, rpc::ParseImportRoots(flags.import_roots));
+  LB_RETURN_IF_ERROR(options.Validate());
+  if (!flags.tokens.empty()) {
+    LB_ASSIGN_OR_RETURN(options.authorizer, rpc::Authorizer::Open(flags.tokens));
+  }
+  return options;
+}
+
+absl::StatusOr<http::PortOptions> HttpOptionsOf(const Flags& flags) {
+  http::PortOptions options;
+  options.listen = flags.http;
+  options.router.allowed_origin = flags.http_origin;
+  LB_RETURN_IF_ERROR(options.Validate());
+  if (!flags.insecure && !rpc::IsLoopback(flags.http)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("other machines can reach --http ", flags.http,
+                     ", which has no TLS: listen on 127.0.0.1, behind what ends TLS, or say "
+                     "--insecure if the network itself protects it"));
+  }
+  return options;
+}
+
+// The url of the catalog goes by the environment: everyone on this machine sees arguments.
+void AddStoreArguments(const store::StoreLocation& store, std::vector<std::string>& arguments) {
+  if (!store.is_shared()) {
+    arguments.insert(arguments.end(), {"--data", store.data});
+    return;
+  }
+  setenv("LIQUIDBLEND_STORE", store.catalog_url.c_str(), 1);
+  arguments.insert(arguments.end(), {"--blobs", store.blobs_url, "--cache", store.cache,
+                                     "--cache-size", absl::StrCat(store.cache_bytes)});
+}
+
+absl::StatusOr<WorkerProcessesOptions> WorkerOptionsOf(const Flags& flags) {
+  WorkerProcessesOptions options;
+  options.binary = WorkerBinaryBesideThis();
+  options.count = flags.workers;
+  options.arguments = {"--threads",    absl::StrCat(flags.worker_threads),
+                       "--memory",     absl::StrCat(WorkerMemory(flags)),
+                       "--lease",      flags.worker_lease,
+                       "--log-format", flags.log_format};
+  AddStoreArguments(flags.store, options.arguments);
+  if (flags.verbose) options.arguments.push_back("--verbose");
+  if (flags.workers > 0 && access(options.binary.c_str(), X_OK) != 0) {
+    return absl::NotFoundError(absl::StrCat("there is no '", options.binary, "' to run"));
+  }
+  return options;
+}
+
+}  // namespace
+
+void AddFlags(CLI::App& app, Flags& flags) {
+  AddStoreFlags(app, flags.store);
+  app.add_option("--listen", flags.listen, "HOST:PORT; port 0: any free one")
+      ->capture_default_str();
+  app.add_option("--http", flags.http,
+                 "HOST:PORT for browsers and probes (docs/operations.md); port 0: any free one");
+  app.add_option("--http-origin", flags.http_origin,
+                 "Whose pages may use the HTTP port, e.g. https://example.org; *: all");
+  app.add_option("--workers", flags.workers, "Worker processes to run on this machine")
+      ->check(CLI::Range(0, 256))
+      ->capture_default_str();
+  app.add_option("--threads", flags.threads, "Threads that compute frames; 0: one per core")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_option("--worker-threads", flags.worker_threads, "Threads of a worker; 0: one per core")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_option("--worker-memory", flags.worker_memory,
+                 "What a job of a worker may need, e.g. 8GiB; larger ones are refused, or with "
+                 "--store left to others; 0: four fifths of the machine's or container's memory, "
+                 "divided by --workers")
+      ->transform(CLI::AsSizeValue(false));
+  app.add_option("--worker-lease", flags.worker_lease,
+                 "How long a job waits for a worker that says nothing more")
+      ->capture_default_str();
+  app.add_option("--grace", flags.grace, "How long calls and workers may take to end on SIGTERM")
+      ->capture_default_str();
+  app.add_option("--collect-every", flags.collect_every,
+                 "How often files that nothing refers to are looked for; 0: never")
+      ->capture_default_str();
+  app.add_option("--collect-older-than", flags.collect_older_than,
+                 "How long they are kept; longer than any upload takes")
+      ->capture_default_str();
+  app.add_option("--max-message", flags.max_message, "Largest request, e.g. 4MiB")
+      ->transform(CLI::AsSizeValue(false));
+  app.add_option("--max-upload", flags.max_upload, "Largest upload of one animation, e.g. 64GiB")
+      ->transform(CLI::AsSizeValue(false));
+  app.add_option("--memory", flags.memory, "Memory for loaded families, e.g. 8GiB")
+      ->transform(CLI::AsSizeValue(false));
+  app.add_option("--frame-cache", flags.frame_cache, "Memory for encoded frames, e.g. 256MiB")
+      ->transform(CLI::AsSizeValue(false));
+  app.add_option("--max-waiting-cells", flags.max_waiting_cells,
+                 "Frames that wait to be made, as cells to be sliced; more are refused")
+      ->capture_default_str();
+  app.add_option("--log-format", flags.log_format, "text, or json: an object a line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
+  app.add_flag("--verbose", flags.verbose, "Log details");
+  app.add_flag("--check", flags.check,
+               "Exit 0 if the server that runs with this --listen and --tls-* serves, else 1");
+  AddSecurityFlags(app, flags);
+}
+
+absl::StatusOr<Settings> SettingsOf(const Flags& flags) {
+  Settings settings;
+  LB_ASSIGN_OR_RETURN(settings.server, ServerOptionsOf(flags));
+  if (!flags.http.empty()) {
+    LB_ASSIGN_OR_RETURN(settings.http, HttpOptionsOf(flags));
+  }
+  LB_ASSIGN_OR_RETURN(settings.workers, WorkerOptionsOf(flags));
+  LB_ASSIGN_OR_RETURN(settings.grace, ParseFlag("--grace", flags.grace));
+  LB_ASSIGN_OR_RETURN(settings.collector.every, ParseFlag("--collect-every", flags.collect_every));
+  LB_ASSIGN_OR_RETURN(settings.collector.older_than,
+                      ParseFlag("--collect-older-than", flags.collect_older_than));
+  LB_RETURN_IF_ERROR(ParseFlag("--worker-lease", flags.worker_lease).status());
+  settings.families.memory_budget_bytes = flags.memory;
+  LB_RETURN_IF_ERROR(settings.families.Validate());
+  return settings;
+}
+
+}  // namespace liquidblend::server

@@ -1,0 +1,67 @@
+// The flags of liquidblend-server, and what follows from them.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/store/open_store.h"
+#include "server/catalog/families.h"
+#include "server/collector.h"
+#include "server/http/port.h"
+#include "server/rpc/server.h"
+#include "server/worker_processes.h"
+
+namespace liquidblend::server {
+
+struct Flags {
+  store::StoreLocation store;
+  std::string listen = "127.0.0.1:50051";
+  std::string http;  // empty: no HTTP port
+  std::string http_origin;
+  int workers = 1;
+  int threads = 0;            // 0: one per core
+  int worker_threads = 0;     // 0: one per core
+  int64_t worker_memory = 0;  // 0: a share of base::MemoryForJobs()
+  std::string worker_lease = "30s";
+  std::string grace = "5s";
+  std::string collect_every = "1h";
+  std::string collect_older_than = "24h";
+  int64_t max_message = int64_t{4} << 20;
+  int64_t max_upload = int64_t{64} << 30;
+  int64_t memory = int64_t{8} << 30;
+  int64_t frame_cache = int64_t{256} << 20;
+  int64_t max_waiting_cells = rpc::FrameQueueOptions().max_waiting_cost;
+  std::string log_format = "text";
+  bool verbose = false;
+
+  rpc::TlsOptions tls;
+  bool insecure = false;
+  std::string tokens;
+  std::vector<std::string> import_roots;  // NAME=DIR
+
+  bool check = false;      // ask the one that runs; then nothing is served
+  std::string make_token;  // the name of a new principal; then nothing is served
+  std::vector<std::string> scopes = {"frames"};
+};
+
+void AddFlags(CLI::App& app, Flags& flags);
+
+// What Flags says, checked.
+struct Settings {
+  rpc::ServerOptions server;
+  std::optional<http::PortOptions> http;  // nothing: no HTTP port
+  WorkerProcessesOptions workers;
+  liquidblend::catalog::FamiliesOptions families;
+  absl::Duration grace;
+  CollectorOptions collector;
+};
+
+// Errors: kInvalidArgument and others that name the flag.
+absl::StatusOr<Settings> SettingsOf(const Flags& flags);
+
+}  // namespace liquidblend::server

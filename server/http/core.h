@@ -1,0 +1,51 @@
+// What the sessions of a port share. Only for port.cc: Boost.Beast takes half a minute to compile.
+#pragma once
+
+#include <utility>  // which this version of asio forgets
+
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <chrono>
+#include <memory>
+
+#include "server/http/connections.h"
+#include "server/http/port.h"
+
+namespace liquidblend::http {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace bhttp = boost::beast::http;
+namespace websocket = boost::beast::websocket;
+using asio::ip::tcp;
+using boost::system::error_code;
+using HttpRequest = bhttp::request<bhttp::empty_body>;
+using HttpResponse = bhttp::response<bhttp::string_body>;
+
+inline constexpr char kServerName[] = "liquidblend";
+
+// Sessions hold it, so it outlives them.
+struct Core {
+  Core(rpc::FrameSource& frame_source, const PortOptions& port_options)
+      : options(port_options), source(frame_source), router(source, options.router) {}
+
+  const PortOptions options;
+  rpc::FrameSource& source;
+  Router router;
+  const std::shared_ptr<Connections> connections = std::make_shared<Connections>();
+  asio::io_context io;
+};
+
+inline std::chrono::nanoseconds ChronoOf(absl::Duration duration) {
+  return absl::ToChronoNanoseconds(duration);
+}
+
+}  // namespace liquidblend::http

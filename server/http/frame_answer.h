@@ -1,0 +1,57 @@
+// The answer to GET /v1/families/{family}/frame.drc: a frame, or that the client has it already.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/functional/any_invocable.h"
+#include "server/http/cancellation.h"
+#include "server/http/messages.h"
+#include "server/rpc/frame_source.h"
+
+namespace liquidblend::http {
+
+struct FrameAsk {
+  v1::GetFrameRequest request;
+  std::string if_none_match;  // the header's value, or empty
+  std::string client;         // who is charged
+  bool is_private = false;    // others may get another answer
+};
+
+// While a family's new version is being loaded, the one before is served. Then two requests for the
+// same path may see different versions; who has a newer one already does not get an older one.
+class FrameAnswer : public std::enable_shared_from_this<FrameAnswer> {
+ public:
+  using Done = absl::AnyInvocable<void(Response)>;
+
+  // Calls `done` once, at once or on a thread of the source, which outlives the answer.
+  static void Start(rpc::FrameSource& source, FrameAsk ask,
+                    std::shared_ptr<Cancellation> cancellation, Done done);
+
+  // Start() makes them.
+  FrameAnswer(rpc::FrameSource& source, FrameAsk ask, std::shared_ptr<Cancellation> cancellation,
+              Done done)
+      : source_(source),
+        ask_(std::move(ask)),
+        cancellation_(std::move(cancellation)),
+        done_(std::move(done)) {}
+
+ private:
+  void Look();
+  void Decide(int64_t published);
+  void Make(int64_t version);
+  void OnMade(int64_t asked_version, absl::StatusOr<v1::Frame> made);
+  bool HasClient(const std::string& tag) const;
+  void SayUnchanged(const std::string& tag);
+
+  rpc::FrameSource& source_;
+  const FrameAsk ask_;
+  const std::shared_ptr<Cancellation> cancellation_;
+  Done done_;
+  int64_t published_ = 0;  // the catalog's version; 0: not looked at
+  int num_looks_ = 0;
+};
+
+}  // namespace liquidblend::http

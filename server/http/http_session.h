@@ -1,0 +1,218 @@
+// A connection of HTTP/1.1. Only for port.cc.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "server/http/core.h"
+#include "server/http/replies.h"
+#include "server/http/web_socket_session.h"
+#include "server/rpc/errors.h"
+#include "server/rpc/request_id.h"
+
+namespace liquidblend::http {
+
+inline std::string TextOf(beast::string_view text) { return {text.data(), text.size()}; }
+
+// Requests and answers, one after the other. All but OnPhase() runs on its strand.
+class HttpSession final : public Connection, public std::enable_shared_from_this<HttpSession> {
+ public:
+  HttpSession(std::shared_ptr<Core> core, Connections::Ticket ticket, tcp::socket socket,
+              std::string peer)
+      : core_(std::move(core)),
+        ticket_(std::move(ticket)),
+        stream_(std::move(socket)),
+        peer_(std::move(peer)) {
+    core_->source.metrics().AddConnections("http", 1);
+  }
+
+  ~HttpSession() override { core_->source.metrics().AddConnections("http", -1); }
+
+  void Begin() {
+    ticket_.Watch(shared_from_this());
+    asio::dispatch(stream_.get_executor(), [self = shared_from_this()] { self->ReadHeader(); });
+  }
+
+  void OnPhase(Phase phase) override {
+    if (phase == Phase::kDraining) return;
+    asio::post(stream_.get_executor(), [self = shared_from_this(), phase] {
+      self->is_last_ = true;
+      if (self->is_reading_ || phase == Phase::kAborting) self->stream_.close();
+    });
+  }
+
+ private:
+  static constexpr char kDateFormat[] = "%a, %d %b %E4Y %H:%M:%S GMT";
+  static constexpr std::chrono::seconds kLinger{2};  // for a client to read its refusal
+  static constexpr size_t kDiscarded = 4096;
+
+  void ReadHeader() {
+    if (is_last_) return;
+    parser_.emplace();
+    parser_->header_limit(static_cast<uint32_t>(core_->options.max_header_bytes));
+    stream_.expires_after(ChronoOf(core_->options.idle_timeout));
+    is_reading_ = true;
+    is_head_ = false;
+    bhttp::async_read_header(stream_, buffer_, *parser_,
+                             [self = shared_from_this()](error_code error, size_t) {
+                               self->is_reading_ = false;
+                               error ? self->OnBadHeader(error) : self->OnHeader();
+                             });
+  }
+
+  void OnHeader() {
+    const HttpRequest& message = parser_->get();
+    const Request request = ToRequest(message);
+    if (request.has_body || !message.keep_alive()) is_last_ = true;
+    is_head_ = message.method() == bhttp::verb::head;
+    if (websocket::is_upgrade(message) && Router::IsStream(request)) return Upgrade(request);
+    stream_.expires_never();
+    ++num_requests_;
+    cancellation_ = core_->router.Answer(request, [self = shared_from_this()](Response response) {
+      asio::post(self->stream_.get_executor(), [self, response = std::move(response)]() mutable {
+        self->Write(std::move(response));
+      });
+    });
+    WatchClient();
+  }
+
+  // While an answer is being made: what a client that has gone was waiting for is not made.
+  void WatchClient() {
+    const auto look = [self = shared_from_this(), number = num_requests_](error_code error) {
+      if (self->cancellation_ == nullptr || self->num_requests_ != number) return;
+      error ? self->OnGone() : self->OnReadable();
+    };
+    stream_.socket().async_wait(tcp::socket::wait_read, look);
+  }
+
+  // Either the client has closed the connection, or it sends its next requests already; then it is
+  // watched for as long as there is room for them.
+  void OnReadable() {
+    const size_t limit = static_cast<size_t>(core_->options.max_header_bytes);
+    if (buffer_.size() >= limit) return;
+    error_code error;
+    const auto room = buffer_.prepare(limit - buffer_.size());
+    buffer_.commit(stream_.socket().read_some(room, error));
+    error&& error != asio::error::would_block ? OnGone() : WatchClient();
+  }
+
+  void OnGone() {
+    is_last_ = true;
+    stream_.close();
+    std::exchange(cancellation_, nullptr)->Cancel();
+  }
+
+  Request ToRequest(const HttpRequest& message) const {
+    Request request;
+    request.method = TextOf(message.method_string());
+    request.target = TextOf(message.target());
+    request.host = TextOf(message[bhttp::field::host]);
+    request.origin = TextOf(message[bhttp::field::origin]);
+    request.authorization = TextOf(message[bhttp::field::authorization]);
+    request.if_none_match = TextOf(message[bhttp::field::if_none_match]);
+    request.request_id = TextOf(message[rpc::kRequestIdHeader]);
+    request.peer = peer_;
+    request.has_body = parser_->chunked() || parser_->content_length().value_or(0) > 0;
+    return request;
+  }
+
+  // A client that has gone, or was too slow, gets no answer.
+  void OnBadHeader(error_code error) {
+    const bool is_malformed = error.category() == error_code(bhttp::error::bad_method).category() &&
+                              error != bhttp::error::end_of_stream &&
+                              error != bhttp::error::partial_message;
+    if (!is_malformed) return;
+    is_last_ = true;
+    const bool is_long = error == bhttp::error::header_limit;
+    Request request;
+    request.peer = peer_;
+    Write(core_->router.Refused(
+        request, CallerOf(request),
+        ErrorReply(absl::InvalidArgumentError(
+                       is_long ? absl::StrCat("the request's header is longer than ",
+                                              core_->options.max_header_bytes, " bytes")
+                               : absl::StrCat("this is no HTTP/1.1 request: ", error.message())),
+                   is_long ? 431 : 400)));
+  }
+
+  void Upgrade(const Request& request) {
+    StreamVisit visit = {CallerOf(request), {}};
+    absl::Status verdict = rpc::ShuttingDown();
+    if (core_->connections->phase() == Phase::kServing) {
+      verdict = core_->router.AdmitStream(request, visit);
+    }
+    if (!verdict.ok()) {
+      is_last_ = true;
+      return Write(core_->router.Refused(request, visit.caller, ErrorReply(verdict)));
+    }
+    const auto session = std::make_shared<WebSocketSession>(core_, std::move(ticket_),
+                                                            std::move(stream_), std::move(visit));
+    session->Begin(parser_->get());
+  }
+
+  void Write(Response response) {
+    cancellation_ = nullptr;
+    const unsigned version = parser_->get().version();
+    response_ = HttpResponse(static_cast<bhttp::status>(response.code), version > 0 ? version : 11);
+    response_.set(bhttp::field::server, kServerName);
+    response_.set(bhttp::field::date,
+                  absl::FormatTime(kDateFormat, absl::Now(), absl::UTCTimeZone()));
+    for (const auto& [name, value] : response.headers) response_.set(name, value);
+    response_.keep_alive(!is_last_);
+    response_.body() = std::move(response.body);
+    if (response.code != 204 && response.code != 304) response_.prepare_payload();
+    serializer_.emplace(response_);
+    stream_.expires_after(ChronoOf(core_->options.write_timeout));
+    is_frame_ = response.is_frame;
+    write_.Lap();
+    const auto written = [self = shared_from_this()](error_code error, size_t) {
+      if (!error) self->OnWritten();
+    };
+    is_head_ ? bhttp::async_write_header(stream_, *serializer_, written)
+             : bhttp::async_write(stream_, *serializer_, written);
+  }
+
+  void OnWritten() {
+    if (is_frame_) core_->source.metrics().ObserveStage(metrics::Stage::kWrite, write_.Lap());
+    is_last_ ? Linger() : ReadHeader();
+  }
+
+  // Closing with unread bytes would take the answer away from the client.
+  void Linger() {
+    error_code ignored;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    stream_.expires_after(kLinger);
+    Discard();
+  }
+
+  void Discard() {
+    buffer_.clear();
+    stream_.async_read_some(buffer_.prepare(kDiscarded),
+                            [self = shared_from_this()](error_code error, size_t) {
+                              if (!error) self->Discard();
+                            });
+  }
+
+  const std::shared_ptr<Core> core_;  // destroyed last
+  Connections::Ticket ticket_;
+  beast::tcp_stream stream_;
+  const std::string peer_;
+  beast::flat_buffer buffer_;  // may hold requests that follow
+  std::optional<bhttp::request_parser<bhttp::empty_body>> parser_;
+  HttpResponse response_;
+  std::optional<bhttp::response_serializer<bhttp::string_body>> serializer_;
+  std::shared_ptr<Cancellation> cancellation_;  // of the answer that is being made, if one is
+  int64_t num_requests_ = 0;
+  bool is_reading_ = false;
+  bool is_head_ = false;
+  bool is_frame_ = false;
+  bool is_last_ = false;  // the connection ends after this answer
+  metrics::StopWatch write_;
+};
+
+}  // namespace liquidblend::http

@@ -1,0 +1,30 @@
+// Requests and answers of the HTTP port as plain values: what the routes see of them.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace liquidblend::http {
+
+struct Request {
+  std::string method;         // "GET", "HEAD", "OPTIONS" or what else was sent
+  std::string target;         // path and query as sent
+  std::string host;           // these headers, or empty
+  std::string origin;         //
+  std::string authorization;  //
+  std::string if_none_match;  //
+  std::string request_id;     //
+  std::string peer;           // address of the client, e.g. "127.0.0.1:51234"
+  bool has_body = false;
+};
+
+struct Response {
+  int code = 200;
+  std::vector<std::pair<std::string, std::string>> headers;  // without those of the connection
+  std::string body;                                          // empty for codes 204 and 304
+  bool is_frame = false;                                     // for metrics
+  std::string error;                                         // for the log; empty: it went well
+};
+
+}  // namespace liquidblend::http

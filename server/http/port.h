@@ -1,0 +1,56 @@
+// The HTTP port: listens, answers by the router's paths, carries streams over WebSockets, and stops
+// in good order.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "server/http/router.h"
+#include "server/rpc/frame_source.h"
+
+namespace liquidblend::http {
+
+struct PortOptions {
+  std::string listen = "127.0.0.1:8080";  // HOST:PORT; port 0: any free one; HOST may be [IPv6]
+  RouterOptions router;
+  int num_threads = 2;               // >= 1; move bytes, compute nothing
+  int max_connections = 1000;        // >= 1; more are closed at once
+  int max_header_bytes = 8 << 10;    // [256, 1 MiB]; of a request; bodies are refused
+  int max_message_bytes = 64 << 10;  // [256, 64 MiB]; of a WebSocket's client
+  // > 0. Until a request's header must be whole, from the connection's begin or the last answer on;
+  // a WebSocket's client that is not heard of for so long is pinged, and closed after the next.
+  absl::Duration idle_timeout = absl::Seconds(30);
+  absl::Duration write_timeout = absl::Seconds(60);  // > 0; until an answer must have gone out
+  absl::Status Validate() const;  // names the first field out of range, and its value
+};
+
+// Threads: safe.
+class Port {
+ public:
+  // Listens and serves. The source outlives this.
+  // Errors: kInvalidArgument (options), kUnavailable if it cannot listen there.
+  static absl::StatusOr<std::unique_ptr<Port>> Start(rpc::FrameSource& source,
+                                                     const PortOptions& options);
+  ~Port();  // Stop() without patience
+
+  // HOST:PORT with the port that was chosen.
+  const std::string& address() const;
+  int port() const;
+
+  // /readyz says 503, WebSockets are closed with 1001 (going away); all else is answered as before.
+  void Drain();
+
+  // Drain(); no new connections; what is being answered may finish for as long as `patience`.
+  // Idempotent.
+  void Stop(absl::Duration patience);
+
+ private:
+  struct Impl;
+  explicit Port(std::shared_ptr<Impl> impl);
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace liquidblend::http

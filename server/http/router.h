@@ -1,0 +1,87 @@
+// Which path leads where: requests of HTTP -> calls of the FrameSource -> answers. Knows no
+// sockets.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/functional/any_invocable.h"
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "server/http/cancellation.h"
+#include "server/http/messages.h"
+#include "server/rpc/frame_source.h"
+#include "server/rpc/principal.h"
+
+namespace liquidblend::http {
+
+struct RouterOptions {
+  // Whose scripts may read answers and open streams beside those of this server's own pages:
+  // "https://example.org", "*" for all, or empty.
+  std::string allowed_origin;
+};
+
+// Who opens a WebSocket.
+struct StreamVisit {
+  rpc::Caller caller;
+  rpc::StreamPermit permit;  // held for as long as it is open
+};
+
+// The caller of a request, before it is known who that is.
+rpc::Caller CallerOf(const Request& request);
+
+// Paths: docs/operations.md. All but /healthz and /readyz ask who calls.  Threads: safe.
+class Router {
+ public:
+  using Done = absl::AnyInvocable<void(Response)>;
+
+  // The source outlives this.
+  Router(rpc::FrameSource& source, RouterOptions options)
+      : source_(source), options_(std::move(options)) {}
+
+  // Calls `done` once, at once or on a thread of the source. HEAD gets its body, too. What it
+  // returns ends work on the answer early.
+  std::shared_ptr<Cancellation> Answer(const Request& request, Done done);
+
+  // Whether the path is that of the WebSocket.
+  static bool IsStream(const Request& request);
+
+  // Whether one may be opened; `visit`, with the request's caller, gets to know who that is.
+  // Errors: kPermissionDenied for a page of another origin, and those of FrameSource::Admit().
+  absl::Status AdmitStream(const Request& request, StreamVisit& visit);
+
+  // The response to a request that does not come to Answer(), with what every answer has, counted
+  // and logged as one.
+  Response Refused(const Request& request, const rpc::Caller& caller, Response response);
+
+  // Counts and logs a WebSocket that has ended.
+  //   close_code  RFC 6455's, or as CloseCode()
+  void NoteStream(const rpc::Caller& caller, int close_code, const std::string& reason,
+                  absl::Duration took);
+
+  // From now on /readyz says 503.
+  void SetDraining() { is_draining_ = true; }
+
+ private:
+  struct Call;  // a request on its way
+
+  void Complete(const Request& request, const rpc::Caller& caller, absl::Duration took,
+                Response& response);
+  absl::Status Admit(const Request& request, const rpc::Errand& errand, rpc::Caller& caller,
+                     rpc::StreamPermit& permit);
+  void AnswerTo(Call call, const std::string& path, const std::string& query);
+  void Dispatch(Call call);
+  void AnswerReady(Call call);
+  void AnswerMetrics(Call call);
+  void AnswerFamilies(Call call);
+  void AnswerFamily(Call call);
+  void AnswerFrame(Call call);
+
+  rpc::FrameSource& source_;
+  const RouterOptions options_;
+  std::atomic<bool> is_draining_ = false;
+};
+
+}  // namespace liquidblend::http

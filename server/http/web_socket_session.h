@@ -1,0 +1,173 @@
+// A WebSocket that carries a stream of frames. Only for port.cc.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/http/core.h"
+#include "server/http/replies.h"
+#include "server/rpc/request_id.h"
+
+namespace liquidblend::http {
+
+// A stream of frames over a WebSocket. All but OnPhase() runs on its strand. A read is always under
+// way; its failure ends the session.
+class WebSocketSession final : public Connection,
+                               public rpc::StreamSession::Sink,
+                               public std::enable_shared_from_this<WebSocketSession> {
+ public:
+  WebSocketSession(std::shared_ptr<Core> core, Connections::Ticket ticket, beast::tcp_stream stream,
+                   StreamVisit visit)
+      : core_(std::move(core)),
+        ticket_(std::move(ticket)),
+        visit_(std::move(visit)),
+        ws_(std::move(stream)) {
+    metrics().AddConnections("websocket", 1);
+  }
+
+  ~WebSocketSession() override {
+    if (frames_ != nullptr) frames_->Stop();
+    metrics().AddConnections("websocket", -1);
+    core_->router.NoteStream(visit_.caller, EndCode(), EndReason(), watch_.Lap());
+  }
+
+  void Begin(const HttpRequest& request) {
+    ticket_.Watch(shared_from_this());
+    beast::get_lowest_layer(ws_).expires_never();
+    const std::chrono::nanoseconds idle = ChronoOf(core_->options.idle_timeout);
+    ws_.set_option(websocket::stream_base::timeout{kHandshake, idle, /*keep_alive_pings=*/true});
+    const std::string request_id = visit_.caller.request_id;
+    ws_.set_option(
+        websocket::stream_base::decorator([request_id](websocket::response_type& response) {
+          response.set(bhttp::field::server, kServerName);
+          response.set(rpc::kRequestIdHeader, request_id);
+        }));
+    ws_.read_message_max(static_cast<size_t>(core_->options.max_message_bytes));
+    ws_.auto_fragment(false);
+    ws_.binary(true);
+    ws_.async_accept(request, [self = shared_from_this()](error_code error) {
+      if (!error) self->OnAccepted();
+    });
+  }
+
+  void OnPhase(Phase phase) override {
+    asio::post(ws_.get_executor(), [self = shared_from_this(), phase] {
+      if (phase == Phase::kAborting) return self->Abort();
+      self->Close(websocket::close_code::going_away, "the server is shutting down");
+    });
+  }
+
+  void Send(const rpc::StreamedFrame& streamed) override {
+    asio::post(ws_.get_executor(),
+               [self = shared_from_this(), streamed] { self->Write(streamed); });
+  }
+
+  void End(const absl::Status& status) override {
+    asio::post(ws_.get_executor(), [self = shared_from_this(), status] {
+      self->Close(static_cast<uint16_t>(CloseCode(status)), CloseReason(status));
+    });
+  }
+
+ private:
+  static constexpr std::chrono::seconds kHandshake{10};  // for its end, too
+  static constexpr int kNoCloseFrame = 1006;
+
+  metrics::Metrics& metrics() { return core_->source.metrics(); }
+
+  void OnAccepted() {
+    is_open_ = true;
+    frames_ = core_->source.OpenStream(visit_.caller.principal.key, weak_from_this());
+    if (close_.has_value()) return Finish();
+    Read();
+  }
+
+  void Read() {
+    ws_.async_read(inbox_,
+                   [self = shared_from_this()](error_code error, size_t) { self->OnRead(error); });
+  }
+
+  void OnRead(error_code error) {
+    if (error) return frames_->Stop();
+    v1::StreamFramesRequest request;
+    const bool is_read =
+        request.ParseFromArray(inbox_.data().data(), static_cast<int>(inbox_.size()));
+    inbox_.consume(inbox_.size());
+    if (!ws_.got_binary()) {
+      Close(websocket::close_code::unknown_data, "messages are binary StreamFramesRequest");
+    } else if (!is_read) {
+      Close(websocket::close_code::bad_payload, "this message is no StreamFramesRequest");
+    } else if (!close_.has_value()) {
+      frames_->OnRequest(request);
+    }
+    Read();
+  }
+
+  // The frame's bytes go out as they are kept.
+  void Write(const rpc::StreamedFrame& streamed) {
+    if (close_.has_value()) return;
+    prefix_ = rpc::ResponsePrefix(streamed);
+    frame_ = streamed.frame;
+    is_writing_ = true;
+    write_.Lap();
+    const std::array<asio::const_buffer, 2> message = {asio::buffer(prefix_),
+                                                       asio::buffer(*frame_)};
+    ws_.async_write(
+        message, [self = shared_from_this()](error_code error, size_t) { self->OnWritten(error); });
+  }
+
+  void OnWritten(error_code error) {
+    is_writing_ = false;
+    frame_ = nullptr;
+    if (error) return frames_->Stop();
+    metrics().ObserveStage(metrics::Stage::kWrite, write_.Lap());
+    close_.has_value() ? Finish() : frames_->OnWritten();
+  }
+
+  // Only the first end counts. The close frame follows the frame that is being written.
+  void Close(uint16_t code, const std::string& reason) {
+    if (close_.has_value()) return;
+    close_ = websocket::close_reason(static_cast<websocket::close_code>(code), reason);
+    if (is_open_ && !is_writing_) Finish();
+  }
+
+  void Finish() {
+    frames_->Stop();
+    ws_.async_close(*close_, [self = shared_from_this()](error_code) {});
+  }
+
+  void Abort() {
+    if (frames_ != nullptr) frames_->Stop();
+    beast::get_lowest_layer(ws_).close();
+  }
+
+  int EndCode() const {
+    if (close_.has_value()) return close_->code;
+    return ws_.reason().code != 0 ? ws_.reason().code : kNoCloseFrame;
+  }
+
+  std::string EndReason() const {
+    const websocket::close_reason& reason = close_.has_value() ? *close_ : ws_.reason();
+    return {reason.reason.data(), reason.reason.size()};
+  }
+
+  const std::shared_ptr<Core> core_;  // destroyed last
+  Connections::Ticket ticket_;
+  const StreamVisit visit_;
+  websocket::stream<beast::tcp_stream> ws_;
+  beast::flat_buffer inbox_;
+  std::string prefix_;  // of the write under way
+  rpc::FramePtr frame_;
+  std::shared_ptr<rpc::StreamSession> frames_;
+  std::optional<websocket::close_reason> close_;  // decided
+  bool is_open_ = false;
+  bool is_writing_ = false;
+  metrics::StopWatch watch_;
+  metrics::StopWatch write_;
+};
+
+}  // namespace liquidblend::http

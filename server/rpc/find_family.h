@@ -1,0 +1,20 @@
+// How calls for frames get at the family they name.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "server/rpc/backends.h"
+
+namespace liquidblend::rpc {
+
+// Calls `done` once: before this returns if the call is refused, else on a thread of `io` or
+// `loads`. Errors: Families::GetReady's; kResourceExhausted, kUnavailable (WorkPool::Post).
+void FindFamily(Backends& backends, const std::string& id, int64_t version,
+                liquidblend::catalog::Families::Done done);
+
+// From now on looks for new versions of the families in memory every now and then, until the pools
+// stop; so they are ready before anybody has to wait for them.
+void KeepFamiliesFresh(Backends& backends);
+
+}  // namespace liquidblend::rpc

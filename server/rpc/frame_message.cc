@@ -1,0 +1,35 @@
+#include "server/rpc/frame_message.h"
+
+#include <grpcpp/support/proto_buffer_reader.h>
+
+#include "server/rpc/errors.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+grpc::Slice SliceOf(const FramePtr& frame) {
+  const auto let_go = [](void* held) { delete static_cast<FramePtr*>(held); };
+  return grpc::Slice(const_cast<char*>(frame->data()), frame->size(), let_go, new FramePtr(frame));
+}
+
+}  // namespace
+
+grpc::ByteBuffer ToByteBuffer(const FramePtr& frame) {
+  const grpc::Slice slice = SliceOf(frame);
+  return grpc::ByteBuffer(&slice, 1);
+}
+
+grpc::ByteBuffer ToByteBuffer(const StreamedFrame& streamed) {
+  const grpc::Slice slices[] = {grpc::Slice(ResponsePrefix(streamed)), SliceOf(streamed.frame)};
+  return grpc::ByteBuffer(slices, 2);
+}
+
+absl::Status Parse(const grpc::ByteBuffer& bytes, absl::string_view method,
+                   google::protobuf::Message& message) {
+  grpc::ByteBuffer shared = bytes;  // the reader wants one that it may change
+  grpc::ProtoBufferReader reader(&shared);
+  if (reader.status().ok() && message.ParseFromZeroCopyStream(&reader)) return absl::OkStatus();
+  return MalformedRequest(method);
+}
+
+}  // namespace liquidblend::rpc

@@ -1,0 +1,23 @@
+// Frames and requests for them as gRPC's byte buffers.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "google/protobuf/message.h"
+#include "server/rpc/frame_cache.h"
+#include "server/rpc/frame_stream.h"
+
+namespace liquidblend::rpc {
+
+// Both refer to the frame's bytes and keep them alive; nothing is copied.
+grpc::ByteBuffer ToByteBuffer(const FramePtr& frame);          // a v1::Frame
+grpc::ByteBuffer ToByteBuffer(const StreamedFrame& streamed);  // a v1::StreamFramesResponse
+
+// Errors: kInvalidArgument if the bytes are no such message, naming the method.
+absl::Status Parse(const grpc::ByteBuffer& bytes, absl::string_view method,
+                   google::protobuf::Message& message);
+
+}  // namespace liquidblend::rpc

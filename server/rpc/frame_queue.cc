@@ -1,0 +1,100 @@
+#include "server/rpc/frame_queue.h"
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+
+namespace liquidblend::rpc {
+
+absl::Status FrameQueueOptions::Validate() const {
+  if (max_waiting_cost < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("max_waiting_cost is ", max_waiting_cost, ", not at least 1"));
+  }
+  if (quantum < 1) {
+    return absl::InvalidArgumentError(absl::StrCat("quantum is ", quantum, ", not at least 1"));
+  }
+  return absl::OkStatus();
+}
+
+bool FrameQueue::HasRoomFor(const FrameWork& work) const {
+  if (waiting_cost_ == 0 || waiting_cost_ + work.cost <= options_.max_waiting_cost) return true;
+  const auto found = accounts_.find({work.client, work.is_paced});
+  const bool is_new = found == accounts_.end() || found->second.waiting.empty();
+  const int64_t part = options_.max_waiting_cost / (num_waiting_accounts_ + (is_new ? 1 : 0));
+  return (is_new ? 0 : found->second.waiting_cost) + work.cost <= part;
+}
+
+FrameQueue::Place FrameQueue::Push(FrameWork work) {
+  const Place place = {{work.client, work.is_paced}, {work.deadline, num_pushed_++}};
+  Balance& balance = accounts_[place.account];
+  if (balance.waiting.empty()) {
+    ++num_waiting_accounts_;
+    balance.tag = std::max(balance.tag, round_);
+  }
+  balance.waiting_cost += work.cost;
+  waiting_cost_ += work.cost;
+  balance.waiting.emplace(place.order, std::move(work));
+  return place;
+}
+
+FrameWork FrameQueue::Pop() {
+  assert(!empty());
+  Balance& balance = NextAccount()->second;
+  FrameWork work = Take(balance, balance.waiting.begin()->first);
+  round_ = std::max(round_, balance.tag);
+  balance.tag += work.cost;
+  ForgetIdle();
+  return work;
+}
+
+std::optional<FrameWork> FrameQueue::Remove(const Place& place) {
+  const auto account = accounts_.find(place.account);
+  if (account == accounts_.end() || !account->second.waiting.contains(place.order)) {
+    return std::nullopt;
+  }
+  FrameWork removed = Take(account->second, place.order);
+  ForgetIdle();
+  return removed;
+}
+
+FrameQueue::Accounts::iterator FrameQueue::NextAccount() {
+  int64_t lowest = std::numeric_limits<int64_t>::max();
+  for (const auto& [account, balance] : accounts_) {
+    if (!balance.waiting.empty()) lowest = std::min(lowest, balance.tag);
+  }
+  // Paced work before other work, then by deadline.
+  const auto urgency = [](const Accounts::iterator& it) {
+    return std::pair(!it->first.second, it->second.waiting.begin()->first);
+  };
+  auto best = accounts_.end();
+  for (auto it = accounts_.begin(); it != accounts_.end(); ++it) {
+    const Balance& balance = it->second;
+    if (balance.waiting.empty() || balance.tag - lowest > options_.quantum) continue;
+    if (best == accounts_.end() || urgency(it) < urgency(best)) best = it;
+  }
+  return best;
+}
+
+FrameWork FrameQueue::Take(Balance& balance, const Order& order) {
+  const auto found = balance.waiting.find(order);
+  FrameWork taken = std::move(found->second);
+  balance.waiting.erase(found);
+  balance.waiting_cost -= taken.cost;
+  waiting_cost_ -= taken.cost;
+  if (balance.waiting.empty()) --num_waiting_accounts_;
+  return taken;
+}
+
+// Those without work whose tag the round has passed would start at the round anyway.
+void FrameQueue::ForgetIdle() {
+  std::erase_if(accounts_, [&](const auto& account) {
+    const Balance& balance = account.second;
+    return balance.waiting.empty() && (empty() || balance.tag <= round_);
+  });
+  if (accounts_.empty()) round_ = 0;
+}
+
+}  // namespace liquidblend::rpc

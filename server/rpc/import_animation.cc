@@ -1,0 +1,97 @@
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "server/rpc/api_messages.h"
+#include "server/rpc/call.h"
+#include "server/rpc/errors.h"
+#include "server/rpc/guarded.h"
+#include "server/rpc/import_source.h"
+#include "server/rpc/streaming.h"
+#include "server/rpc/upload.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+using google::longrunning::Operation;
+using Reactor = grpc::ServerUnaryReactor;
+
+// One chunk at a time goes from file to blob, so that others get their turns on the pool, and a
+// client that goes away ends it.
+class ImportCall final : public Call<Reactor> {
+ public:
+  ImportCall(Backends& backends, std::shared_ptr<Admission> admission, const ImportRoots& roots,
+             const v1::ImportAnimationRequest* request, Operation* response)
+      : Call(std::move(admission)),
+        backends_(backends),
+        roots_(roots),
+        request_(*request),
+        response_(response),
+        limits_(LimitsOf(backends.limits, caller().principal)),
+        upload_(backends.catalog, backends.blobs, limits_, caller().principal,
+                /*header_field=*/"") {}
+
+ private:
+  void Begin() override { PostStep(); }
+
+  void PostStep() {
+    const auto self = shared_from_this();
+    if (!backends_.io.PostMore([this, self] { Step(); })) Close(ShuttingDown());
+  }
+
+  void Step() {
+    if (has_ended()) return;
+    const absl::StatusOr<bool> has_more = Guarded([this] { return Copy(); });
+    if (!has_more.ok()) return Close(has_more.status());
+    if (*has_more) return PostStep();
+    absl::StatusOr<Operation> operation = Guarded([this]() -> absl::StatusOr<Operation> {
+      LB_ASSIGN_OR_RETURN(const store::pb::JobRecord job, upload_.Submit());
+      return ToOperation(job, backends_.catalog);
+    });
+    if (!operation.ok()) return Close(operation.status());
+    Answer([&] { *response_ = *std::move(operation); });
+  }
+
+  // The header first, then message by message what the source has; false: nothing more.
+  absl::StatusOr<bool> Copy() {
+    v1::UploadAnimationRequest message;
+    if (source_.has_value()) {
+      LB_ASSIGN_OR_RETURN(const bool has_more, source_->Next(message));
+      if (!has_more) return false;
+      const absl::Status added = upload_.Add(message);
+      // What is wrong with a file is wrong with the place that it is in.
+      if (absl::IsInvalidArgument(added)) return AtField("location", added);
+      LB_RETURN_IF_ERROR(added);
+      return true;
+    }
+    message.mutable_header()->set_animation_id(request_.animation_id());
+    *message.mutable_header()->mutable_options() = request_.options();
+    message.mutable_header()->set_request_id(request_.request_id());
+    message.mutable_header()->set_priority(request_.priority());
+    LB_RETURN_IF_ERROR(upload_.Add(message));
+    absl::StatusOr<ImportSource> source =
+        ImportSource::Open(roots_, request_.location(), limits_.max_upload_files);
+    LB_RETURN_IF_ERROR(source.status());
+    source_.emplace(*std::move(source));
+    return true;
+  }
+
+  Backends& backends_;
+  const ImportRoots& roots_;
+  const v1::ImportAnimationRequest request_;
+  Operation* const response_;
+  const Limits limits_;
+  Upload upload_;
+  std::optional<ImportSource> source_;
+};
+
+}  // namespace
+
+Reactor* ImportAnimation(Backends& backends, std::shared_ptr<Admission> admission,
+                         const ImportRoots& roots, const v1::ImportAnimationRequest* request,
+                         Operation* response) {
+  return Call<Reactor>::Start<ImportCall>(backends, std::move(admission), roots, request, response);
+}
+
+}  // namespace liquidblend::rpc

@@ -1,0 +1,16 @@
+// What the log and the answers call a request.
+#pragma once
+
+#include <string>
+
+#include "absl/strings/string_view.h"
+
+namespace liquidblend::rpc {
+
+inline constexpr char kRequestIdHeader[] = "x-request-id";
+
+// The value of the client's header, if it is up to 64 of [A-Za-z0-9._:-]; otherwise 16 random
+// hexadecimal digits.  Threads: safe.
+std::string RequestIdOf(absl::string_view header);
+
+}  // namespace liquidblend::rpc

@@ -1,0 +1,187 @@
+#include "tests/bench/load_clients.h"
+
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <thread>
+
+#include "liquidblend/v1/liquidblend.grpc.pb.h"
+#include "tests/bench/load_server.h"
+
+namespace liquidblend::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kNumRepeated = 16;
+
+double MsSince(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+// A connection of its own, as clients on different machines have.
+std::shared_ptr<grpc::Channel> Connect(const LoadTarget& target) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  arguments.SetMaxReceiveMessageSize(-1);
+  return grpc::CreateCustomChannel(target.address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+// Numbers that spread evenly over [0, 1).
+double Spread(int64_t k) { return std::fmod(static_cast<double>(k) * 0.6180339887498949, 1.0); }
+
+// Another number for each call, so that no client finds what another one has asked for before.
+int64_t NextNumber() {
+  static std::atomic<int64_t> number = kNumRepeated;
+  return number++;
+}
+
+v1::StreamFramesRequest StreamRequest(double frames_per_second) {
+  v1::StreamFramesRequest request;
+  request.set_family(kLoadFamily);
+  request.add_weights(0.5);
+  request.set_loop(true);
+  request.set_frames_per_second(frames_per_second);
+  return request;
+}
+
+}  // namespace
+
+ClientReport CallFrames(const LoadTarget& target, Frames frames, const std::stop_token& stop) {
+  const auto stub = v1::LiquidBlend::NewStub(Connect(target));
+  ClientReport report;
+  for (int64_t k = 0; !stop.stop_requested(); ++k) {
+    const int64_t n = frames == Frames::kRepeated ? k % kNumRepeated : NextNumber();
+    v1::GetFrameRequest request;
+    request.set_family(kLoadFamily);
+    request.add_weights(Spread(n));
+    request.set_time_s(target.duration_s * Spread(3 * n + 1));
+    grpc::ClientContext context;
+    v1::Frame frame;
+    const Clock::time_point begin = Clock::now();
+    if (!stub->GetFrame(&context, request, &frame).ok()) {
+      ++report.num_errors;
+      continue;
+    }
+    report.latencies_ms.push_back(MsSince(begin));
+    report.num_bytes += static_cast<int64_t>(frame.data().size());
+  }
+  return report;
+}
+
+ClientReport WatchStream(const LoadTarget& target, double frames_per_second,
+                         const std::stop_token& stop) {
+  const auto stub = v1::LiquidBlend::NewStub(Connect(target));
+  grpc::ClientContext context;
+  const auto stream = stub->StreamFrames(&context);
+  stream->Write(StreamRequest(frames_per_second));
+  ClientReport report;
+  const double period_ms = 1000.0 / frames_per_second;
+  std::vector<double> arrivals_ms;  // less when the frame was due
+  v1::StreamFramesResponse response;
+  const Clock::time_point begin = Clock::now();
+  while (!stop.stop_requested() && stream->Read(&response)) {
+    const auto tick = static_cast<double>(response.frame_index() + response.num_dropped());
+    arrivals_ms.push_back(MsSince(begin) - tick * period_ms);
+    report.num_dropped = response.num_dropped();
+    report.num_bytes += static_cast<int64_t>(response.frame().data().size());
+    v1::StreamFramesRequest change;
+    change.add_weights(Spread(NextNumber()));
+    stream->Write(change);
+  }
+  if (!stop.stop_requested()) ++report.num_errors;
+  context.TryCancel();
+  stream->Finish();
+  if (arrivals_ms.empty()) return report;
+  const double first = *std::min_element(arrivals_ms.begin(), arrivals_ms.end());
+  for (const double arrival : arrivals_ms) {
+    report.latencies_ms.push_back(arrival - first);
+    if (arrival - first > period_ms) ++report.num_late;
+  }
+  return report;
+}
+
+ClientReport WatchSlowly(const LoadTarget& target, const std::stop_token& stop) {
+  const auto stub = v1::LiquidBlend::NewStub(Connect(target));
+  grpc::ClientContext context;
+  const auto stream = stub->StreamFrames(&context);
+  stream->Write(StreamRequest(60));
+  ClientReport report;
+  v1::StreamFramesResponse response;
+  while (!stop.stop_requested() && stream->Read(&response)) {
+    report.num_dropped = response.num_dropped();
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  }
+  if (!stop.stop_requested()) ++report.num_errors;
+  context.TryCancel();
+  stream->Finish();
+  return report;
+}
+
+ClientReport Vanish(const LoadTarget& target, int client, const std::stop_token& stop) {
+  ClientReport report;
+  for (int64_t k = client; !stop.stop_requested(); ++k) {
+    const auto stub = v1::LiquidBlend::NewStub(Connect(target));
+    grpc::ClientContext context;
+    const auto stream = stub->StreamFrames(&context);
+    stream->Write(StreamRequest(60));
+    v1::StreamFramesResponse response;
+    for (int64_t read = 0; read < k % 5; ++read) stream->Read(&response);
+    context.TryCancel();
+    stream->Finish();
+    v1::GetFrameRequest request;
+    request.set_family(kLoadFamily);
+    request.add_weights(Spread(NextNumber()));
+    grpc::ClientContext hurried;
+    hurried.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(k % 4));
+    v1::Frame frame;
+    stub->GetFrame(&hurried, request, &frame);
+    report.latencies_ms.push_back(0.0);  // only counted
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return report;
+}
+
+ClientReport SendGarbage(const LoadTarget& target, int client, const std::stop_token& stop) {
+  const auto channel = Connect(target);
+  const auto stub = v1::LiquidBlend::NewStub(channel);
+  grpc::GenericStub generic(channel);
+  std::mt19937 random(client);
+  ClientReport report;
+  while (!stop.stop_requested()) {
+    std::string bytes(random() % 200, '\0');
+    for (char& byte : bytes) byte = static_cast<char>(random());
+    const grpc::Slice slice(bytes);
+    const grpc::ByteBuffer buffer(&slice, 1);
+    grpc::ClientContext context;
+    grpc::CompletionQueue queue;
+    const auto call =
+        generic.PrepareUnaryCall(&context, "/liquidblend.v1.LiquidBlend/GetFrame", buffer, &queue);
+    call->StartCall();
+    grpc::ByteBuffer reply;
+    grpc::Status status;
+    call->Finish(&reply, &status, &report);
+    void* tag = nullptr;
+    bool ok = false;
+    queue.Next(&tag, &ok);
+    if (status.error_code() != grpc::StatusCode::INVALID_ARGUMENT) ++report.num_errors;
+    v1::GetFrameRequest request;
+    request.set_family(kLoadFamily);
+    request.add_weights(1e9);
+    grpc::ClientContext other;
+    v1::Frame frame;
+    const grpc::Status refused = stub->GetFrame(&other, request, &frame);
+    if (refused.error_code() != grpc::StatusCode::INVALID_ARGUMENT) ++report.num_errors;
+    report.latencies_ms.push_back(0.0);  // only counted
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return report;
+}
+
+}  // namespace liquidblend::bench

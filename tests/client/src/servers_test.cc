@@ -1,0 +1,154 @@
+#include "client/src/servers.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "tests/client/fake_server.h"
+#include "tests/client/temp_files.h"
+
+namespace liquidblend {
+namespace {
+
+using ::testing::ElementsAre;
+using testing::FakeServer;
+using ::testing::HasSubstr;
+
+const absl::Status kAway = absl::UnavailableError("going away");
+
+TEST(AddressesIn, SplitsAtCommasUnlessGrpcKnowsTheList) {
+  EXPECT_THAT(client::AddressesIn("a:1"), ElementsAre("a:1"));
+  EXPECT_THAT(client::AddressesIn("a:1,b:2"), ElementsAre("a:1", "b:2"));
+  EXPECT_THAT(client::AddressesIn("ipv4:1.2.3.4:1,1.2.3.5:1"),
+              ElementsAre("ipv4:1.2.3.4:1,1.2.3.5:1"));
+}
+
+// Two servers; a client that speaks to the first. Waiting before a call is repeated would take
+// longer than a test may.
+class ServersTest : public ::testing::Test {
+ protected:
+  ServersTest() {
+    options_.target = absl::StrCat(first_->target(), ",", second_.target());
+    options_.retry.initial_backoff = absl::Hours(1);
+    options_.retry.max_backoff = absl::Hours(1);
+    client_ = *Client::Connect(options_);
+  }
+
+  std::optional<FakeServer> first_{std::in_place};
+  FakeServer second_;
+  ConnectOptions options_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(ServersTest, CallsStayAtTheFirstWhileItAnswers) {
+  EXPECT_TRUE(client_->GetFamily("drops").ok());
+  EXPECT_FALSE(client_->GetFamily("none").ok());
+  EXPECT_EQ(first_->NumCalls("GetFamily"), 2);
+  EXPECT_EQ(second_.NumCalls("GetFamily"), 0);
+}
+
+TEST_F(ServersTest, ACallGoesToTheNextAtOnceAndLaterOnesStayThere) {
+  first_->FailNext("GetFamily", 1, kAway);
+  EXPECT_TRUE(client_->GetFamily("drops").ok());
+  EXPECT_TRUE(client_->GetFamily("drops").ok());
+  EXPECT_EQ(first_->NumCalls("GetFamily"), 1);
+  EXPECT_EQ(second_.NumCalls("GetFamily"), 2);
+}
+
+TEST_F(ServersTest, AServerThatIsGoneIsDoneWithout) {
+  first_.reset();
+  EXPECT_TRUE(client_->GetFamily("drops").ok());
+}
+
+TEST_F(ServersTest, TheFirstIsAskedAgainWhenTheSecondGoesAway) {
+  first_->FailNext("GetFamily", 1, kAway);
+  EXPECT_TRUE(client_->GetFamily("drops").ok());
+  second_.FailNext("GetFamily", 1, kAway);
+  EXPECT_TRUE(client_->GetFamily("drops").ok());
+  EXPECT_EQ(first_->NumCalls("GetFamily"), 2);
+}
+
+TEST_F(ServersTest, AllAwayIsOneAttempt) {
+  options_.retry.max_attempts = 2;
+  options_.retry.initial_backoff = absl::Milliseconds(1);
+  client_ = *Client::Connect(options_);
+  first_->FailNext("GetFamily", 100, kAway);
+  second_.FailNext("GetFamily", 100, kAway);
+  const absl::Status status = client_->GetFamily("drops").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("after 2 attempts"));
+  EXPECT_EQ(first_->NumCalls("GetFamily"), 2);
+  EXPECT_EQ(second_.NumCalls("GetFamily"), 2);
+}
+
+TEST_F(ServersTest, ARegistrationHasOneRequestIdOnEveryServer) {
+  first_->FailNext("RegisterFamily", 1, kAway);
+  RegisterRequest request;
+  request.family = "drops";
+  request.source = "drops-a";
+  request.targets = {"drops-b"};
+  ASSERT_TRUE(client_->RegisterFamily(request).ok());
+  ASSERT_EQ(first_->RequestIds().size(), 1u);
+  EXPECT_EQ(second_.RequestIds(), first_->RequestIds());
+}
+
+TEST_F(ServersTest, ADeletionWhoseAnswerWasLostIsDoneAtTheNextServer) {
+  first_->FailNext("DeleteFamily", 1, kAway);
+  second_.FailNext("DeleteFamily", 1, absl::NotFoundError("gone"));
+  EXPECT_TRUE(client_->DeleteFamily("drops").ok());
+}
+
+TEST_F(ServersTest, AnUploadIsRepeatedWholeAtTheNext) {
+  first_->RefuseNextUpload(kAway);
+  const testing::TempDir dir;
+  UploadRequest request;
+  request.animation = "drops-a";
+  request.files = {dir.Write("a.ply", "bytes"), dir.Write("b.ply", "more")};
+  ASSERT_TRUE(client_->UploadAnimation(request).ok());
+  ASSERT_EQ(second_.Uploads().size(), 1u);
+  EXPECT_EQ(second_.Uploads()[0].files.size(), 2u);
+}
+
+TEST_F(ServersTest, WatchesAndStreamsGoOnAtTheNext) {
+  options_.retry.initial_backoff = absl::Milliseconds(1);
+  client_ = *Client::Connect(options_);
+  first_->BreakNextWatch();
+  const absl::StatusOr<Operation> done = client_->WaitOperation("register-1");
+  ASSERT_TRUE(done.ok()) << done.status();
+  EXPECT_EQ(second_.NumCalls("WatchOperation"), 1);
+
+  second_.FailNext("StreamFrames", 1, kAway);
+  StreamSettings settings;
+  settings.family = "drops";
+  settings.weights = {0.5};
+  const auto stream = *client_->StreamFrames(settings);
+  ASSERT_TRUE(stream->Read().ok());
+  EXPECT_EQ(first_->NumCalls("StreamFrames"), 1);
+}
+
+TEST_F(ServersTest, ConnectTakesTheOneThatIsThere) {
+  first_.reset();
+  const auto client = Client::Connect(options_);
+  ASSERT_TRUE(client.ok()) << client.status();
+  EXPECT_TRUE((*client)->GetFamily("drops").ok());
+}
+
+TEST_F(ServersTest, ATokenMustBeSafeOnTheWayToEveryServer) {
+  options_.target = absl::StrCat(second_.target(), ",liquid.example:50051");
+  options_.security.token = "secret";
+  const absl::Status status = Client::Connect(options_).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("liquid.example:50051"));
+}
+
+TEST_F(ServersTest, AnEmptyAddressIsRefused) {
+  for (const char* target : {",a:1", "a:1,", "a:1,,b:2"}) {
+    options_.target = target;
+    EXPECT_THAT(Client::Connect(options_).status().ToString(), HasSubstr(target));
+  }
+}
+
+}  // namespace
+}  // namespace liquidblend

@@ -1,0 +1,302 @@
+# What tests/containers.sh does, a function a phase. Sourced after stack.sh.
+operations=()  # all registrations that were accepted
+version=0      # of the family drops
+expected=      # its frames
+
+check_host() {
+  command -v podman >/dev/null || cannot "there is no podman; deploy/install-deps.sh --containers"
+  [ "$(id -u)" = 0 ] || cannot "root is needed (networks that containers are cut off from)"
+  if [ -z "${BASE:-}" ]; then
+    BASE=localhost/liquidblend-base:12
+    podman image exists "$BASE" || deploy/images/make-base.sh "$BASE" ||
+      cannot "no base image: mmdebstrap failed"
+  fi
+  make_network || cannot "no network: podman network create failed"
+  local said
+  said=$(podman run --rm --network "$network" "$BASE" echo fine 2>&1) && [ "${said##*$'\n'}" = fine ] ||
+    cannot "podman run failed: $said"
+}
+
+build() {  # TARGET
+  podman build --quiet --format docker --network host --build-arg "BASE=$BASE" \
+    --build-arg "PREBUILT=$from" --target "$1" --tag "$(image "$1")" \
+    --file deploy/Containerfile . >/dev/null
+}
+
+# The same programs in an image of their own (by --label alone, podman 4.3 takes the cached one).
+build_next() {  # TARGET
+  printf 'FROM %s\nLABEL org.opencontainers.image.version=next\n' "$(image "$1")" |
+    podman build --quiet --format docker --tag "$(image "$1" next)" --file - . >/dev/null
+}
+
+build_images() {
+  local from= target
+  if [ "$prebuilt" = 1 ]; then
+    deploy/images/prebuild.sh build/prebuilt
+    from=build/prebuilt
+  fi
+  for target in server worker client e2e postgres s3; do build $target; done
+  for target in server worker; do build_next $target; done
+  podman images --filter "reference=localhost/liquidblend-*:test" \
+    --format '{{.Repository}} {{.Size}}' | sed 's|localhost/||'
+}
+
+start_stack() {
+  install -m 600 /dev/null "$scratch/service.env"
+  cat >"$scratch/service.env" <<ENV
+POSTGRES_USER=liquidblend
+POSTGRES_PASSWORD=$(od -An -N16 -tx1 /dev/urandom | tr -d ' \n')
+AWS_ACCESS_KEY_ID=liquidblendkey
+AWS_SECRET_ACCESS_KEY=$(od -An -N16 -tx1 /dev/urandom | tr -d ' \n')
+AWS_ENDPOINT_URL=http://s3:7480
+LIQUIDBLEND_BLOBS=s3://liquidblend/store
+LIQUIDBLEND_CACHE=/var/lib/liquidblend/cache
+LIQUIDBLEND_SERVER=$(both_servers)
+ENV
+  local password
+  password=$(sed -n 's/^POSTGRES_PASSWORD=//p' "$scratch/service.env")
+  echo "LIQUIDBLEND_STORE=postgresql://liquidblend:$password@postgres:5432/liquidblend" \
+    >>"$scratch/service.env"
+  run postgres "$(image postgres)" --memory 1g
+  run s3 "$(image s3)" --memory 3g --env S3_BYTES=2147483648
+  await 60 is_healthy postgres
+  await 120 podman exec "$project-s3" test -f /var/lib/ceph/one/ready
+  local k
+  for k in 1 2; do
+    start_server server$k "$(image server)"
+    start_worker worker$k "$(image worker)"
+  done
+  run client "$(image e2e)" -- sleep infinity
+  for k in 1 2; do
+    await 60 is_healthy server$k
+    await 60 is_healthy worker$k
+  done
+}
+
+# All but those that stop processes or look into the data directory.
+run_e2e() {
+  local not=WholeWayTest.OneServerAtATimeHasADataDirectory
+  not+=:WholeWayTest.ThePortIsInTheDataDirectory
+  not+=:WholeWayTest.SigtermEndsServerAndWorkersAndLosesNoJob
+  client env "LIQUIDBLEND_E2E_SERVERS=$(both_servers)" \
+    e2e_whole_way_test --gtest_brief=1 "--gtest_filter=-$not"
+}
+
+submit() {  # starts a registration of drops; sets `operation`
+  operation=$(liquidblend --json register drops --source drops_a --target drops_b \
+    --spacing 2 --levels 0 --iterations 24 | python3 -c '
+import json, sys
+print(json.load(sys.stdin)["name"])')
+  operations+=("$operation")
+}
+
+is_iterating() { [ "$(field "$1" '["progress"]["iteration"]')" -gt 1 ]; }
+
+# submit, until a worker iterates; sets `worker` to its container's name
+submit_and_await_work() {
+  submit
+  await 120 is_iterating "$operation"
+  worker=$(field "$operation" '["progress"]["worker"]')
+  worker=${worker%%:*}
+}
+
+# It is done, made the next version and no other, and the frames are what they were.
+check_done() {
+  liquidblend operations "$operation" --wait >/dev/null
+  [ "$(field "$operation" '["state"]')" = done ] || fail "$operation did not succeed"
+  local published
+  published=$(field "$operation" '["family"]["version"]')
+  [ "$published" = $((version + 1)) ] || fail "version $published instead of $((version + 1))"
+  version=$published
+  local server
+  for server in server1 server2; do
+    [ "$(frames_of drops $server)" = "$expected" ] || fail "$server has other frames"
+  done
+}
+
+make_scene() {
+  liquidblend import drops_a /data/two_drops/A >/dev/null
+  liquidblend import drops_b /data/two_drops/B >/dev/null
+  submit
+  liquidblend operations "$operation" --wait >/dev/null
+  version=$(field "$operation" '["family"]["version"]')
+  expected=$(frames_of drops server1)
+  [ "$(frames_of drops server2)" = "$expected" ] || fail "the servers' frames differ"
+}
+
+kill_worker() {
+  submit_and_await_work
+  podman kill --signal KILL "$project-$worker" >/dev/null
+  check_done
+  [ "$(field "$operation" '["progress"]["attempt"]')" -gt 1 ] || fail "$worker had not been at it"
+  quietly podman start "$project-$worker" >/dev/null
+  await 60 is_healthy "$worker"
+}
+
+start_steady_client() {
+  run steady "$(image e2e)" -- steady_client "$(both_servers)" drops
+  await 30 sh -c "podman logs $project-steady 2>&1 | grep -q ^asking"
+}
+
+stop_steady_client() {
+  quietly podman stop --time 60 "$project-steady" >/dev/null
+  podman logs "$project-steady" 2>&1 | tail -n +2
+  [ "$(podman wait "$project-steady")" = 0 ] || fail "requests failed, or frames differed"
+  quietly podman rm "$project-steady" >/dev/null
+}
+
+kill_server() {
+  start_steady_client
+  submit_and_await_work
+  liquidblend import drops_c /data/two_drops/A >"$scratch/import" 2>&1 &
+  local import=$!
+  sleep 0.4  # in the middle of 6 MB
+  podman kill --signal KILL "$project-server1" >/dev/null
+  wait $import || { cat "$scratch/import" >&2; fail "the import was lost"; }
+  sleep 2
+  quietly podman start "$project-server1" >/dev/null
+  await 60 is_healthy server1
+  stop_steady_client
+  check_done
+}
+
+kill_postgres() {
+  submit_and_await_work
+  podman kill --signal KILL "$project-postgres" >/dev/null
+  sleep 2
+  quietly podman start "$project-postgres" >/dev/null
+  await 60 is_healthy postgres
+  await 60 frames_of drops server1
+  await 60 frames_of drops server2
+  check_done
+}
+
+has_gone_on() { [ "$(field "$operation" '["progress"]["worker"]')" != "$1" ]; }
+
+# For longer than its lease; it is back before the other one has finished, with a stale lease.
+cut_off_worker() {
+  submit_and_await_work
+  local name
+  name=$(field "$operation" '["progress"]["worker"]')
+  podman network disconnect "$network" "$project-$worker"
+  sleep $((lease_s + 1))
+  await 60 has_gone_on "$name"
+  podman network connect --ip "$(address_of "$worker")" "$network" "$project-$worker"
+  check_done
+  [ "$(podman inspect --format '{{.State.Running}}' "$project-$worker")" = true ] ||
+    fail "$worker ended"
+  await 60 is_healthy "$worker"
+}
+
+roll() {
+  start_steady_client
+  submit_and_await_work
+  liquidblend import drops_d /data/two_drops/B >"$scratch/import" 2>&1 &
+  local import=$! name
+  for name in server1 server2; do replace server $name "$(image server next)"; done
+  for name in worker1 worker2; do replace worker $name "$(image worker next)"; done
+  wait $import || { cat "$scratch/import" >&2; fail "the import failed"; }
+  check_done
+  stop_steady_client
+  for name in server1 server2 worker1 worker2; do
+    [ "$(podman inspect --format '{{index .Config.Labels "org.opencontainers.image.version"}}' \
+      "$project-$name")" = next ] || fail "$name is of the old image"
+  done
+}
+
+read_metrics() {
+  local server name
+  for server in server1 server2; do
+    client curl -sf "http://$server:8080/metrics" >"$scratch/metrics"
+    for name in liquidblend_frames_total 'liquidblend_jobs{state="succeeded"}' \
+      liquidblend_requests_total process_resident_memory_bytes; do
+      grep -qF "$name" "$scratch/metrics" || fail "$server has no metric $name"
+    done
+    echo "$server: $(awk '/^liquidblend_frames_total/ {n += $NF} END {print n}' \
+      "$scratch/metrics") frames since its start"
+  done
+}
+
+check_nothing_lost() {
+  local name
+  for name in "${operations[@]}"; do
+    [ "$(field "$name" '["state"]')" = done ] || fail "$name is not done"
+  done
+  for name in drops_a drops_b drops_c drops_d; do
+    liquidblend inspect "animations/$name" >/dev/null
+  done
+  echo "${#operations[@]} registrations and 4 imports accepted, all done; drops is at version $version"
+}
+
+check_units() {
+  deploy/systemd/verify.sh
+}
+
+compose() { podman-compose --project-name "$project$compose_tier" --file "$compose_file" "$@"; }
+compose_tier=
+
+compose_down() {
+  [ -z "$compose_tier" ] || compose down --volumes --timeout 5
+}
+
+# compose_up FILE SERVICE...: up, until all of these are healthy
+compose_up() {
+  compose_tier=$(basename "$1" .yaml | tr -d -)
+  compose_file=$scratch/$(basename "$1")
+  cp "$1" "$compose_file"
+  shift
+  export LIQUIDBLEND_SERVER_IMAGE LIQUIDBLEND_WORKER_IMAGE LIQUIDBLEND_POSTGRES_IMAGE
+  export LIQUIDBLEND_S3_IMAGE LIQUIDBLEND_PORT LIQUIDBLEND_HTTP_PORT LIQUIDBLEND_PORT1
+  export LIQUIDBLEND_PORT2 LIQUIDBLEND_HTTP_PORT1 LIQUIDBLEND_HTTP_PORT2
+  LIQUIDBLEND_SERVER_IMAGE=$(image server)
+  LIQUIDBLEND_WORKER_IMAGE=$(image worker)
+  LIQUIDBLEND_POSTGRES_IMAGE=$(image postgres)
+  LIQUIDBLEND_S3_IMAGE=$(image s3)
+  read -r LIQUIDBLEND_PORT LIQUIDBLEND_HTTP_PORT LIQUIDBLEND_PORT1 LIQUIDBLEND_PORT2 \
+    LIQUIDBLEND_HTTP_PORT1 LIQUIDBLEND_HTTP_PORT2 < <(free_ports 6)
+  compose up -d >"$scratch/compose" 2>&1 || { cat "$scratch/compose" >&2; fail "compose up"; }
+  local service
+  for service in "$@"; do
+    await 120 podman healthcheck run "$project${compose_tier}_${service}_1"
+  done
+}
+
+free_ports() {
+  python3 - "$1" <<'PYTHON'
+import socket, sys
+sockets = [socket.socket() for _ in range(int(sys.argv[1]))]
+for s in sockets:
+    s.bind(("127.0.0.1", 0))
+print(*(s.getsockname()[1] for s in sockets))
+PYTHON
+}
+
+# The way of the scene once more, over the published ports; its frames are those of before.
+compose_scene() {  # ADDRESSES
+  podman run --rm --network host --read-only --tmpfs /tmp --label "$project" \
+    --env "LIQUIDBLEND_SERVER=$1" "$(image e2e)" sh -ec '
+      liquidblend --quiet import drops_a /data/two_drops/A >/dev/null
+      liquidblend --quiet import drops_b /data/two_drops/B >/dev/null
+      liquidblend --quiet register drops --source drops_a --target drops_b --spacing 2 --levels 0 \
+        --iterations 24 --wait >/dev/null
+      for weight in 0 0.5 1.25; do for time in 0 0.8 2; do
+        liquidblend --quiet frame drops -w $weight -t $time -o /tmp/frame.drc >/dev/null
+        sha256sum </tmp/frame.drc
+      done; done' >"$scratch/frames"
+  [ "$(cat "$scratch/frames")" = "$expected" ] || fail "other frames"
+}
+
+compose_embedded() {
+  compose_up deploy/compose/one-machine.yaml server
+  compose_scene "127.0.0.1:$LIQUIDBLEND_PORT"
+  compose_down >/dev/null 2>&1
+  compose_tier=
+}
+
+compose_scale_out() {
+  deploy/compose/make-secrets.sh "$scratch"
+  compose_up deploy/compose/many-machines.yaml postgres s3 server1 server2 worker1 worker2
+  compose_scene "127.0.0.1:$LIQUIDBLEND_PORT1,127.0.0.1:$LIQUIDBLEND_PORT2"
+  compose_down >/dev/null 2>&1
+  compose_tier=
+}

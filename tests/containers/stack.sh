@@ -1,0 +1,158 @@
+# Containers of tests/containers.sh: how they are started, asked and removed.
+# Sourced; wants the working directory to be the repository's.
+export CONTAINERS_CONF=${CONTAINERS_CONF:-$PWD/tests/containers.conf}
+project=lbtest$$
+network=$project
+lease_s=5
+scratch=$(mktemp -d)
+phases=()  # "seconds<tab>what"
+current_phase=
+
+# Everyone has a fixed address and knows the others' from /etc/hosts, and clients of gRPC, which asks
+# name servers for IPv6 in any case, are given addresses: podman's name server passes on to the
+# host's what it does not know, and how soon that answers is not to be tested here.
+members=(postgres s3 server1 server2 worker1 worker2 client steady)
+subnet=  # of the network: 10.89.0
+
+make_network() {
+  podman network create --disable-dns "$network" >/dev/null || return 1
+  subnet=$(podman network inspect "$network" | sed -n 's/.*"subnet": "\(.*\)\.0\/.*/\1/p')
+}
+
+address_of() {  # MEMBER
+  local k
+  for k in "${!members[@]}"; do [ "${members[k]}" != "$1" ] || echo "$subnet.$((k + 10))"; done
+}
+
+both_servers() { echo "$(address_of server1):50051,$(address_of server2):50051"; }
+
+hosts_options() {
+  local member
+  for member in "${members[@]}"; do echo "--add-host=$member:$(address_of "$member")"; done
+}
+
+image() { echo "localhost/liquidblend-$1:${2:-test}"; }
+
+phase() {
+  current_phase=$1
+  local begin=$SECONDS
+  printf '== %s\n' "$1"
+  "$2"
+  phases+=("$((SECONDS - begin))	$1")
+}
+
+print_table() {
+  echo
+  echo "| phase | s |"
+  echo "| --- | --- |"
+  printf '%s\n' "${phases[@]}" | awk -F'\t' '{print "| " $2 " | " $1 " |"; sum += $1}
+    END {print "| all | " sum " |"}'
+}
+
+cannot() {
+  echo "containers.sh: this host cannot run containers: $*" >&2
+  trap - ERR
+  exit 77
+}
+
+fail() {
+  echo "containers.sh: $current_phase: $*" >&2
+  show_logs
+  trap - ERR
+  exit 1
+}
+
+show_failure() {
+  echo "containers.sh: $current_phase: failed at: $1" >&2
+  show_logs
+}
+
+show_logs() {
+  local name
+  for name in $(podman ps -a --filter "label=$project" --format '{{.Names}}'); do
+    echo "---- $name" >&2
+    podman logs --tail 15 "$name" >&2 2>&1 || true
+  done
+}
+
+clean_up() {
+  local status=$?
+  trap - ERR EXIT
+  trap '' INT TERM
+  set +e
+  {
+    [ -z "$(type -t compose_down)" ] || compose_down
+    podman ps -aq --filter "label=$project" | xargs -r podman rm --force --volumes --time 0
+    podman network exists "$network" && podman network rm --force "$network"
+    podman volume ls -q --filter "name=$project" | xargs -r podman volume rm --force
+  } >/dev/null 2>&1
+  rm -rf "$scratch"
+  exit $status
+}
+
+# await SECONDS COMMAND...: until it succeeds
+await() {
+  local end=$((SECONDS + $1))
+  shift
+  until "$@" >"$scratch/await" 2>&1; do
+    [ $SECONDS -lt $end ] || { cat "$scratch/await" >&2; fail "gave up waiting for: $*"; }
+    sleep 0.3
+  done
+}
+
+# run NAME IMAGE [podman's options] -- [the container's arguments]
+run() {
+  local name=$1 of=$2 options=()
+  shift 2
+  while [ $# -gt 0 ] && [ "$1" != -- ]; do options+=("$1"); shift; done
+  shift || true
+  quietly podman run --detach --name "$project-$name" --hostname "$name" --label "$project" \
+    --network "$network" --ip "$(address_of "$name")" $(hosts_options) --read-only --tmpfs /tmp --cap-drop ALL \
+    --security-opt no-new-privileges --env-file "$scratch/service.env" "${options[@]}" \
+    "$of" "$@" >/dev/null
+}
+
+# Without podman's complaint that nobody runs health checks by the clock where systemd is not.
+quietly() {
+  "$@" 2>"$scratch/quiet" && return
+  cat "$scratch/quiet" >&2
+  return 1
+}
+
+start_server() {  # NAME IMAGE
+  run "$1" "$2" --memory 2g -- --listen 0.0.0.0:50051 --http 0.0.0.0:8080 --insecure --workers 0 \
+    --threads 1 --log-format json
+}
+
+start_worker() {  # NAME IMAGE
+  run "$1" "$2" --memory 4g -- --lease ${lease_s}s --poll 200ms --threads 1 --log-format json
+}
+
+is_healthy() { podman healthcheck run "$project-$1"; }
+
+replace() {  # server|worker NAME IMAGE: as an operator does it
+  quietly podman stop --time 30 "$project-$2" >/dev/null
+  quietly podman rm --volumes "$project-$2" >/dev/null
+  "start_$1" "$2" "$3"
+  await 60 is_healthy "$2"
+}
+
+client() { podman exec "$project-client" "$@"; }
+
+# The command in the client container, patient on a busy machine.
+liquidblend() { client liquidblend --connect-timeout 30 --quiet "$@"; }
+
+# Which bytes a family's frames have at one server.
+frames_of() {  # FAMILY SERVER
+  client sh -c 'for weight in 0 0.5 1.25; do for time in 0 0.8 2; do
+      liquidblend --server "$2" --connect-timeout 30 --quiet frame "$1" -w $weight -t $time -o /tmp/frame.drc \
+        >/dev/null && sha256sum </tmp/frame.drc || exit 1
+    done; done' sh "$1" "$(address_of "$2"):50051"
+}
+
+# The field of an operation: `field OPERATION '["progress"]["worker"]'`
+field() {
+  liquidblend --json operations "$1" | python3 -c "
+import json, sys
+print(json.load(sys.stdin)$2)"
+}

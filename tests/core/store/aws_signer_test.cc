@@ -1,0 +1,55 @@
+#include "core/store/aws_signer.h"
+
+#include <gtest/gtest.h>
+
+namespace liquidblend::store {
+namespace {
+
+// The examples of "Signature Calculations for the Authorization Header" in S3's manual.
+const AwsCredentials kCredentials = {"AKIAIOSFODNN7EXAMPLE",
+                                     "wJalrXUtnFEMI/K7MDENG/bPxRfiCYEXAMPLEKEY", ""};
+const absl::Time kTime = absl::FromCivil(absl::CivilSecond(2013, 5, 24), absl::UTCTimeZone());
+
+TEST(AwsSigner, SignsTheManualsListOfABucket) {
+  const AwsRequest request = {"GET",
+                              "examplebucket.s3.amazonaws.com",
+                              "/",
+                              {{"prefix", "J"}, {"max-keys", "2"}},
+                              Sha256Hex({})};
+  const auto headers = SignRequest(request, kCredentials, "us-east-1", kTime);
+  EXPECT_EQ(headers.at("x-amz-date"), "20130524T000000Z");
+  EXPECT_EQ(headers.at("x-amz-content-sha256"),
+            "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(headers.at("Authorization"),
+            "AWS4-HMAC-SHA256 "
+            "Credential=AKIAIOSFODNN7EXAMPLE/20130524/us-east-1/s3/aws4_request, "
+            "SignedHeaders=host;x-amz-content-sha256;x-amz-date, "
+            "Signature=34b48302e7b5fa45bde8084f4b7868a86f0a534bc59db6670ed5711ef69dc6f7");
+}
+
+TEST(AwsSigner, SignsTheManualsQueryWithoutAValue) {
+  const AwsRequest request = {
+      "GET", "examplebucket.s3.amazonaws.com", "/", {{"lifecycle", ""}}, Sha256Hex({})};
+  const auto headers = SignRequest(request, kCredentials, "us-east-1", kTime);
+  EXPECT_NE(headers.at("Authorization")
+                .find("fea454ca298b7da1c68078a5d1bdbfbbe0d65c699e0f91ac7a200a0136783543"),
+            std::string::npos);
+}
+
+TEST(AwsSigner, SignsTheTokenOfTemporaryCredentials) {
+  AwsCredentials credentials = kCredentials;
+  credentials.session_token = "token";
+  const AwsRequest request = {"GET", "host", "/", {}, Sha256Hex({})};
+  const auto headers = SignRequest(request, credentials, "us-east-1", kTime);
+  EXPECT_EQ(headers.at("x-amz-security-token"), "token");
+  EXPECT_NE(headers.at("Authorization").find(";x-amz-security-token,"), std::string::npos);
+}
+
+TEST(AwsSigner, EncodesAllButPlainCharacters) {
+  EXPECT_EQ(UriEncode("aZ09-._~/ +\xc3\xa4", EncodeSlashes::kNo), "aZ09-._~/%20%2B%C3%A4");
+  EXPECT_EQ(UriEncode("a/b", EncodeSlashes::kYes), "a%2Fb");
+  EXPECT_EQ(EncodeQuery({{"b", "1 2"}, {"a", ""}}), "a=&b=1%202");
+}
+
+}  // namespace
+}  // namespace liquidblend::store

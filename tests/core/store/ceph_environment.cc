@@ -1,0 +1,14 @@
+#include "tests/core/store/ceph_environment.h"
+
+#include "absl/strings/str_split.h"
+#include "tests/core/store/store_testing.h"
+
+namespace liquidblend::store {
+
+std::vector<std::string> CephEnvironment() {
+  const std::string text = ReadFile(LIQUIDBLEND_CEPH "/s3.env");
+  EXPECT_FALSE(text.empty()) << "tests/ceph.sh start " LIQUIDBLEND_CEPH " has not run";
+  return absl::StrSplit(text, '\n', absl::SkipEmpty());
+}
+
+}  // namespace liquidblend::store

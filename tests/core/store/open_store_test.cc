@@ -1,0 +1,46 @@
+#include "core/store/open_store.h"
+
+#include "core/store/data_directory.h"
+#include "tests/core/store/store_testing.h"
+
+namespace liquidblend::store {
+namespace {
+
+using Code = absl::StatusCode;
+
+TEST(OpenStore, OpensADataDirectory) {
+  const TemporaryFolder folder;
+  StoreLocation location;
+  location.data = folder.path();
+  const auto store = OpenStore(location);
+  ASSERT_THAT(store, Succeeds());
+  EXPECT_EQ(store->name, folder.path());
+  EXPECT_TRUE(std::filesystem::exists(CatalogPath(folder.path())));
+  EXPECT_THAT(PutBlob(*store->blobs, AsBytes("water")), Succeeds());
+}
+
+TEST(OpenStore, NamesTheFlagThatIsMissingOrTooMany) {
+  StoreLocation location;
+  EXPECT_THAT(OpenStore(location), Fails(Code::kInvalidArgument, "either --data DIR"));
+  location.catalog_url = "postgresql://u:secret@h/d";
+  EXPECT_THAT(OpenStore(location), Fails(Code::kInvalidArgument, "--blobs"));
+  location.blobs_url = "s3://bucket";
+  EXPECT_THAT(OpenStore(location), Fails(Code::kInvalidArgument, "--cache"));
+  location.cache = "cache";
+  location.data = "data";
+  EXPECT_THAT(OpenStore(location), Fails(Code::kInvalidArgument, "either --data DIR"));
+  location.catalog_url = "";
+  EXPECT_THAT(OpenStore(location), Fails(Code::kInvalidArgument, "--blobs goes with --store"));
+}
+
+TEST(CheckReachable, IsOkWhereBothAnswer) {
+  const TemporaryFolder folder;
+  StoreLocation location;
+  location.data = folder.path();
+  const auto store = OpenStore(location);
+  ASSERT_THAT(store, Succeeds());
+  EXPECT_THAT(CheckReachable(*store->catalog, *store->blobs), Succeeds());
+}
+
+}  // namespace
+}  // namespace liquidblend::store

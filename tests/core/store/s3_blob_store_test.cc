@@ -1,0 +1,238 @@
+// What the S3 blob store does when S3 does not do what it should. The suite that every blob store
+// passes runs against a real one in s3_ceph_test.cc.
+#include "core/store/s3_blob_store.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "tests/core/store/fake_s3.h"
+#include "tests/core/store/store_testing.h"
+
+namespace liquidblend::store {
+namespace {
+
+using Code = absl::StatusCode;
+using Fault = FakeS3::Fault;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class S3BlobStoreTest : public ::testing::Test {
+ protected:
+  S3BlobStoreTest() {
+    options_.endpoint = s3_.endpoint();
+    options_.access_key_id = "key";
+    options_.secret_access_key = "secret";
+    options_.first_pause = absl::Milliseconds(1);
+    options_.longest_pause = absl::Milliseconds(4);
+    options_.part_bytes = int64_t{5} << 20;
+    blobs_ = MustOpen();
+  }
+
+  // With a cache of its own.
+  std::unique_ptr<BlobStore> MustOpen() {
+    options_.cache_directory = absl::StrCat(folder_.path(), "/cache", num_caches_++);
+    auto blobs = OpenS3BlobStore("s3://bucket/some/prefix", options_);
+    EXPECT_THAT(blobs, Succeeds());
+    return blobs.ok() ? *std::move(blobs) : nullptr;
+  }
+
+  BlobId MustPut(const std::string& content) {
+    const auto id = PutBlob(*blobs_, AsBytes(content));
+    EXPECT_THAT(id, Succeeds());
+    return id.ok() ? *id : BlobId();
+  }
+
+  static std::string NameOf(const BlobId& id) {
+    return "s3://bucket/some/prefix/blobs/" + id.substr(5, 2) + "/" + id;
+  }
+
+  FakeS3 s3_;
+  TemporaryFolder folder_;
+  S3Options options_;
+  int num_caches_ = 0;
+  std::unique_ptr<BlobStore> blobs_;
+};
+
+TEST_F(S3BlobStoreTest, NamesWhatIsWrongWithUrlAndOptions) {
+  for (const std::string url : {"", "s3://", "s3:///prefix", "http://bucket/prefix", "bucket"}) {
+    EXPECT_THAT(OpenS3BlobStore(url, options_),
+                Fails(Code::kInvalidArgument, "s3://bucket/prefix"));
+  }
+  S3Options options = options_;
+  options.num_parallel = 0;
+  EXPECT_THAT(OpenS3BlobStore("s3://bucket", options),
+              Fails(Code::kInvalidArgument, "num_parallel is out of range: 0"));
+  options = options_;
+  options.cache_directory = "";
+  EXPECT_THAT(OpenS3BlobStore("s3://bucket", options),
+              Fails(Code::kInvalidArgument, "cache_directory"));
+  EXPECT_THAT(OpenS3BlobStore("s3://elsewhere/x", options_),
+              Fails(Code::kNotFound, "s3://elsewhere: HTTP status 404, NoSuchBucket"));
+}
+
+TEST_F(S3BlobStoreTest, TakesCredentialsFromTheEnvironment) {
+  for (const char* name : {"AWS_ENDPOINT_URL_S3", "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"}) {
+    unsetenv(name);
+  }
+  S3Options options;
+  options.cache_directory = folder_.path() + "/other";
+  setenv("AWS_ENDPOINT_URL", s3_.endpoint().c_str(), 1);
+  EXPECT_THAT(OpenS3BlobStore("s3://bucket", options),
+              Fails(Code::kInvalidArgument, "AWS_ACCESS_KEY_ID"));
+  setenv("AWS_ACCESS_KEY_ID", "key", 1);
+  setenv("AWS_SECRET_ACCESS_KEY", "secret", 1);
+  EXPECT_THAT(OpenS3BlobStore("s3://bucket", options), Succeeds());
+  for (const char* name : {"AWS_ENDPOINT_URL", "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"}) {
+    unsetenv(name);
+  }
+}
+
+TEST_F(S3BlobStoreTest, UsesTheKeysOfALocalStore) {
+  const BlobId id = MustPut("water");
+  ASSERT_EQ(s3_.Objects().size(), 1);
+  EXPECT_EQ(s3_.Objects().begin()->first, "some/prefix/blobs/" + id.substr(5, 2) + "/" + id);
+  EXPECT_EQ(s3_.Objects().begin()->second, "water");
+}
+
+TEST_F(S3BlobStoreTest, TriesAgainWhateverPasses) {
+  const std::vector<Fault> faults = {Fault::kStatus500, Fault::kStatus503, Fault::kReset,
+                                     Fault::kStatus500, Fault::kStatus503};
+  s3_.Plan("PUT", faults);
+  const BlobId id = MustPut(SampleBytes(100000));
+  EXPECT_EQ(s3_.Count("PUT"), 6);
+  const auto other = MustOpen();
+  s3_.Plan("HEAD", faults);
+  s3_.Plan("GET", {Fault::kStatus500, Fault::kTruncate, Fault::kReset, Fault::kTruncate,
+                   Fault::kStatus503});
+  const auto blob = other->Open(id);
+  ASSERT_THAT(blob, Succeeds());
+  EXPECT_TRUE(AsString((*blob)->bytes()) == SampleBytes(100000));
+  s3_.Plan("DELETE", faults);
+  EXPECT_THAT(other->Delete(id), Succeeds());
+  EXPECT_TRUE(s3_.Objects().empty());
+}
+
+TEST_F(S3BlobStoreTest, GivesUpAfterTheLastAttemptAndNamesTheKey) {
+  const BlobId id = MustPut("water");
+  const auto other = MustOpen();
+  s3_.Plan("HEAD", std::vector<Fault>(6, Fault::kStatus503));
+  EXPECT_THAT(other->Open(id), Fails(Code::kUnavailable, NameOf(id)));
+  s3_.Plan("GET", std::vector<Fault>(6, Fault::kReset));
+  EXPECT_THAT(other->Open(id), Fails(Code::kUnavailable, NameOf(id)));
+  EXPECT_THAT(other->Open(id), Succeeds());
+  s3_.Plan("PUT", std::vector<Fault>(6, Fault::kStatus500));
+  const absl::Status status = PutBlob(*blobs_, AsBytes("fire")).status();
+  EXPECT_THAT(status, Fails(Code::kUnavailable, "HTTP status 500, InternalError"));
+  EXPECT_EQ(s3_.Objects().size(), 1);
+}
+
+TEST_F(S3BlobStoreTest, DoesNotRepeatWhatIsRefused) {
+  s3_.Plan("PUT", {Fault::kStatus403});
+  const absl::Status status = PutBlob(*blobs_, AsBytes("water")).status();
+  EXPECT_THAT(status, Fails(Code::kPermissionDenied, "PUT s3://bucket/some/prefix/blobs/"));
+  EXPECT_THAT(std::string(status.message()), Not(HasSubstr("secret")));
+  EXPECT_EQ(s3_.Count("PUT"), 1);
+}
+
+TEST_F(S3BlobStoreTest, GetsABlobAgainThatArrivesDamaged) {
+  const BlobId id = MustPut(SampleBytes(100000));
+  s3_.Plan("GET", {Fault::kNone, Fault::kFlip});  // the first is the list of the new store
+  const auto blob = MustOpen()->Open(id);
+  ASSERT_THAT(blob, Succeeds());
+  EXPECT_TRUE(AsString((*blob)->bytes()) == SampleBytes(100000));
+  s3_.Plan("GET", {Fault::kNone, Fault::kFlip, Fault::kFlip});
+  EXPECT_THAT(MustOpen()->Open(id), Fails(Code::kDataLoss, NameOf(id) + " is damaged"));
+}
+
+TEST_F(S3BlobStoreTest, SendsAndGetsLargeBlobsInParts) {
+  const std::string content = SampleBytes((size_t{5} << 20) * 6 + 7);
+  s3_.Plan("PUT", {Fault::kNone, Fault::kReset, Fault::kStatus503});
+  s3_.Plan("POST", {Fault::kStatus500});
+  const BlobId id = MustPut(content);
+  EXPECT_EQ(s3_.Count("PUT"), 9);
+  EXPECT_EQ(s3_.NumOpenUploads(), 0);
+  ASSERT_EQ(s3_.Objects().size(), 1);
+  EXPECT_TRUE(s3_.Objects().begin()->second == content);
+  s3_.Plan("GET", {Fault::kNone, Fault::kReset, Fault::kTruncate});
+  const int before = s3_.Count("GET");
+  const auto blob = MustOpen()->Open(id);
+  ASSERT_THAT(blob, Succeeds());
+  EXPECT_TRUE(AsString((*blob)->bytes()) == content);
+  EXPECT_EQ(s3_.Count("GET") - before, 1 + 7 + 2);
+}
+
+TEST_F(S3BlobStoreTest, LeavesNoPartsBehindWhenItFails) {
+  s3_.Plan("PUT", {Fault::kNone, Fault::kStatus403});
+  EXPECT_THAT(PutBlob(*blobs_, AsBytes(SampleBytes(size_t{11} << 20))),
+              Fails(Code::kPermissionDenied, "AccessDenied"));
+  EXPECT_EQ(s3_.NumOpenUploads(), 0);
+  EXPECT_TRUE(s3_.Objects().empty());
+}
+
+TEST_F(S3BlobStoreTest, ListsPageByPage) {
+  std::vector<BlobId> ids;
+  for (int k = 0; k < 10; ++k) ids.push_back(MustPut(absl::StrCat(k)));
+  std::sort(ids.begin(), ids.end());
+  const auto infos = blobs_->List();
+  ASSERT_THAT(infos, Succeeds());
+  std::vector<BlobId> listed;
+  for (const BlobInfo& info : *infos) listed.push_back(info.id);
+  EXPECT_EQ(listed, ids);
+  EXPECT_EQ(absl::FormatTime(infos->front().modified, absl::UTCTimeZone()),
+            "2026-01-02T03:04:05+00:00");
+}
+
+// ---- the cache
+
+TEST_F(S3BlobStoreTest, GetsABlobOnce) {
+  const BlobId id = MustPut("water");
+  const auto other = MustOpen();
+  EXPECT_THAT(other->Open(id), Succeeds());
+  const int num_gets = s3_.Count("GET");
+  EXPECT_THAT(other->Open(id), Succeeds());
+  EXPECT_THAT(blobs_->Open(id), Succeeds());
+  EXPECT_EQ(s3_.Count("GET"), num_gets);
+}
+
+TEST_F(S3BlobStoreTest, ServesWhatIsInTheCacheWhileS3CannotBeReached) {
+  const BlobId id = MustPut("water");
+  s3_.Plan("HEAD", std::vector<Fault>(6, Fault::kStatus503));
+  EXPECT_THAT(blobs_->Open(id), Succeeds());
+}
+
+TEST_F(S3BlobStoreTest, GetsABlobAgainWhoseCopyIsDamaged) {
+  const BlobId id = MustPut("water");
+  WriteFile(LocalBlobPath(options_.cache_directory, id), "wafer");
+  const auto blob = blobs_->Open(id);
+  ASSERT_THAT(blob, Succeeds());
+  EXPECT_EQ(AsString((*blob)->bytes()), "water");
+}
+
+TEST_F(S3BlobStoreTest, ForgetsWhatWasNotUsedForTheLongestTime) {
+  options_.cache_bytes = 2500;
+  blobs_ = MustOpen();
+  std::vector<BlobId> ids;
+  for (int k = 0; k < 4; ++k) {
+    ids.push_back(MustPut(SampleBytes(1000, static_cast<uint32_t>(k))));
+    const std::string path = LocalBlobPath(options_.cache_directory, ids.back());
+    std::filesystem::last_write_time(
+        path, std::filesystem::file_time_type::clock::now() - std::chrono::hours(100 - k));
+  }
+  const auto open = blobs_->Open(ids[0]);  // used now
+  ASSERT_THAT(open, Succeeds());
+  MustPut("one more");
+  const auto is_cached = [&](const BlobId& id) {
+    return std::filesystem::exists(LocalBlobPath(options_.cache_directory, id));
+  };
+  EXPECT_TRUE(is_cached(ids[0]));
+  EXPECT_FALSE(is_cached(ids[1]));
+  EXPECT_FALSE(is_cached(ids[2]));
+  EXPECT_TRUE(is_cached(ids[3]));
+  EXPECT_EQ(blobs_->List()->size(), 5);
+  EXPECT_THAT(blobs_->Open(ids[1]), Succeeds());
+}
+
+}  // namespace
+}  // namespace liquidblend::store

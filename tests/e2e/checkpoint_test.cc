@@ -1,0 +1,187 @@
+// Workers that are killed or stopped in mid-registration: another one goes on from the last
+// checkpoint, and the family is the same bytes.
+#include <signal.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/store/catalog.h"
+#include "tests/e2e/e2e_testing.h"
+
+namespace liquidblend::e2e {
+namespace {
+
+using store::pb::JobRecord;
+
+constexpr int kEvery = 2;  // iterations
+
+class CheckpointTest : public E2eTest {
+ protected:
+  // One checkpoint every kEvery iterations; dies at a point, if one is given.
+  static std::vector<std::string> Often(const std::string& fault_point = "") {
+    std::vector<std::string> environment = {"LIQUIDBLEND_CHECKPOINT_INTERVAL=1ms"};
+    if (!fault_point.empty()) environment.push_back("LIQUIDBLEND_FAULT_POINT=" + fault_point);
+    return environment;
+  }
+
+  // balls: a -> targets, by one worker that nothing happens to. Returns the family's file, which is
+  // called by its content.
+  std::string RegisterUndisturbed(const std::vector<std::string>& targets) {
+    Process worker = StartWorker();
+    double velocity = 1.0;
+    ExpectSuccess(AwaitDone(ImportBall("a", velocity).name()));
+    for (const std::string& target : targets) {
+      ExpectSuccess(AwaitDone(ImportBall(target, velocity += 1.0).name()));
+    }
+    ExpectSuccess(AwaitDone(Submit(targets).name()));
+    return FamilyBlob();
+  }
+
+  Operation Submit(const std::vector<std::string>& targets) {
+    v1::RegisterFamilyRequest request;
+    request.set_family_id("balls");
+    request.set_source("animations/a");
+    for (const std::string& target : targets) request.add_targets("animations/" + target);
+    request.mutable_options()->set_max_iterations(num_iterations_);
+    request.mutable_options()->set_sample_share(1.0);
+    request.mutable_options()->set_node_spacing_edges(node_spacing_edges_);
+    grpc::ClientContext context;
+    Operation registration;
+    const grpc::Status status = stub_->RegisterFamily(&context, request, &registration);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return registration;
+  }
+
+  std::string FamilyBlob() { return catalog()->GetFamily("balls")->blob(); }
+
+  // The workers' own view of an operation: the job, or, of several targets, its parts.
+  std::vector<JobRecord> JobsOf(const Operation& operation) {
+    const std::string id = operation.name().substr(std::string("operations/").size());
+    const auto parts = catalog()->ListParts(id);
+    if (parts.ok() && !parts->empty()) return *parts;
+    return {*catalog()->GetJob(id)};
+  }
+
+  // Waits until one of them is in this state.
+  JobRecord AwaitJob(const Operation& operation, const std::function<bool(const JobRecord&)>& is) {
+    JobRecord found;
+    Await([&] {
+      const std::vector<JobRecord> jobs = JobsOf(operation);
+      const auto job = std::find_if(jobs.begin(), jobs.end(), is);
+      if (job != jobs.end()) found = *job;
+      return job != jobs.end();
+    });
+    return found;
+  }
+
+  // Seconds of work, so that something can happen in the middle of it.
+  void TakeLonger() {
+    num_iterations_ = 200;
+    node_spacing_edges_ = 1.3;
+  }
+
+  static bool IsResumed(const JobRecord& job) { return job.progress().resumed_iteration() > 0; }
+
+ private:
+  store::Catalog* catalog() {
+    if (!catalog_) catalog_ = OpenCatalog();
+    return catalog_.get();
+  }
+
+  std::unique_ptr<store::Catalog> catalog_;
+  int num_iterations_ = 120;
+  double node_spacing_edges_ = 2.0;
+};
+
+TEST_F(CheckpointTest, AnotherWorkerGoesOnWhereAKilledOneWas) {
+  TakeLonger();
+  Process server = StartServer();
+  const std::string expected = RegisterUndisturbed({"b"});
+  const Operation registration = Submit({"b"});
+  Process killed = StartWorker(Often());
+  const JobRecord running = AwaitJob(registration, [](const JobRecord& job) {
+    return !job.checkpoint_blob().empty() && job.progress().iteration() > 4;
+  });
+  EXPECT_EQ(killed.Kill(), -SIGKILL);
+  const int reached = JobsOf(registration)[0].progress().iteration();
+
+  Process other = StartWorker(Often());
+  const JobRecord resumed = AwaitJob(registration, IsResumed);
+  EXPECT_NE(resumed.worker(), running.worker());
+  EXPECT_EQ(resumed.attempts(), 2);
+  EXPECT_LE(resumed.progress().resumed_iteration(), reached);
+  ExpectSuccess(AwaitDone(registration.name()));
+  EXPECT_EQ(FamilyBlob(), expected);
+  EXPECT_EQ(JobsOf(registration)[0].checkpoint_blob(), "");
+}
+
+// The first worker leaves a checkpoint; the second dies at the point while it makes another one.
+TEST_F(CheckpointTest, AKillAtAnyPointCostsNoMoreThanTheWorkSinceTheLastCheckpoint) {
+  Process server = StartServer();
+  const std::string expected = RegisterUndisturbed({"b"});
+  for (const std::string point : {"checkpoint.before_write", "checkpoint.after_write",
+                                  "checkpoint.before_commit", "checkpoint.after_commit"}) {
+    SCOPED_TRACE(point);
+    const Operation registration = Submit({"b"});
+    Process first = StartWorker(Often("checkpoint.after_commit"));
+    EXPECT_EQ(first.Wait(), -SIGKILL);
+    const std::string before = JobsOf(registration)[0].checkpoint_blob();
+    EXPECT_NE(before, "");
+
+    Process second = StartWorker(Often(point));
+    EXPECT_EQ(second.Wait(), -SIGKILL);
+    const std::string after = JobsOf(registration)[0].checkpoint_blob();
+    EXPECT_EQ(after != before, point == "checkpoint.after_commit");
+
+    Process third = StartWorker();  // makes none in so short a time
+    const int resumed = AwaitJob(registration, IsResumed).progress().resumed_iteration();
+    EXPECT_GE(resumed, point == "checkpoint.after_commit" ? 2 * kEvery : kEvery);
+    ExpectSuccess(AwaitDone(registration.name()));
+    EXPECT_EQ(FamilyBlob(), expected);
+  }
+}
+
+TEST_F(CheckpointTest, EachTargetOfAFamilyGoesOnByItself) {
+  Process server = StartServer();
+  const std::vector<std::string> targets = {"b", "c", "d"};
+  const std::string expected = RegisterUndisturbed(targets);
+  const Operation registration = Submit(targets);
+  for (int k = 0; k < 2; ++k) {
+    Process killed = StartWorker(Often("checkpoint.after_commit"));
+    EXPECT_EQ(killed.Wait(), -SIGKILL);
+  }
+  // Whose lease has ended is taken first, so that may be one part twice.
+  const std::vector<JobRecord> left = JobsOf(registration);
+  const auto has_checkpoint = [](const JobRecord& job) { return !job.checkpoint_blob().empty(); };
+  EXPECT_GE(std::count_if(left.begin(), left.end(), has_checkpoint), 1);
+  Process worker = StartWorker();
+  AwaitJob(registration, IsResumed);
+  ExpectSuccess(AwaitDone(registration.name()));
+  EXPECT_EQ(FamilyBlob(), expected);
+}
+
+// Without SIGTERM there would be none: by default they are 10 s apart.
+TEST_F(CheckpointTest, AWorkerThatIsStoppedLeavesOneBehind) {
+  TakeLonger();
+  Process server = StartServer();
+  const std::string expected = RegisterUndisturbed({"b"});
+  const Operation registration = Submit({"b"});
+  Process stopped = StartWorker();
+  AwaitJob(registration, [](const JobRecord& job) { return job.progress().iteration() > 4; });
+  stopped.Signal(SIGTERM);
+  EXPECT_EQ(stopped.Wait(), 0);
+  const JobRecord job = JobsOf(registration)[0];
+  EXPECT_EQ(job.state(), JobRecord::QUEUED);
+  EXPECT_EQ(job.attempts(), 0);
+  EXPECT_NE(job.checkpoint_blob(), "");
+
+  Process other = StartWorker();
+  EXPECT_GE(AwaitJob(registration, IsResumed).progress().resumed_iteration(), 5);
+  ExpectSuccess(AwaitDone(registration.name()));
+  EXPECT_EQ(FamilyBlob(), expected);
+}
+
+}  // namespace
+}  // namespace liquidblend::e2e

@@ -1,0 +1,116 @@
+// A server with TLS and tokens, and the command line that goes with it.
+#include <unistd.h>
+
+#include <fstream>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "tests/client/run_command.h"
+#include "tests/e2e/e2e_testing.h"
+#include "tests/server/rpc/certificates.h"
+
+namespace liquidblend::e2e {
+namespace {
+
+using liquidblend::testing::CommandResult;
+using liquidblend::testing::RunLiquidblend;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class SecureTest : public E2eTest {
+ protected:
+  std::string path(const std::string& name) const { return folder_.path() + "/" + name; }
+
+  // As an operator does: the token goes to NAME.token, the entry is returned.
+  std::string MakeToken(const std::string& name, const std::string& scopes) const {
+    Process server("liquidblend-server", {"--make-token", name, "--scopes", scopes});
+    const std::string token = server.ReadLine(), entry = server.ReadLine();
+    EXPECT_EQ(server.Wait(), 0);
+    rpc::ReplaceFile(path(name + ".token"), token.substr(token.rfind(' ') + 1) + "\n");
+    return entry.substr(entry.find('{'));
+  }
+
+  void WriteTokens(const std::string& entries) const {
+    rpc::ReplaceFile(path("tokens.json"), absl::StrCat(R"({"principals": [)", entries, "]}"));
+  }
+
+  Process StartSecureServer(std::string& address) {
+    const rpc::PemPair pair = authority_.Sign("the server");
+    rpc::ReplaceFile(path("server.crt"), pair.certificate);
+    rpc::ReplaceFile(path("server.key"), pair.key);
+    rpc::ReplaceFile(path("ca.crt"), authority_.certificate());
+    Process server(
+        "liquidblend-server",
+        {"--data", data(), "--listen", "127.0.0.1:0", "--workers", "0", "--tls-cert",
+         path("server.crt"), "--tls-key", path("server.key"), "--tokens", path("tokens.json"),
+         "--import-root", "sims=" + folder_.path(), "--log-format", "json"});
+    const std::string line = server.ReadLine();
+    EXPECT_THAT(line, StartsWith("listening on "));
+    address = line.substr(std::min(line.size(), std::string("listening on ").size()));
+    return server;
+  }
+
+  CommandResult Run(const std::string& address, const std::string& as,
+                    const std::vector<std::string>& words) const {
+    std::vector<std::string> arguments = {"--server", address, "--tls-ca", path("ca.crt")};
+    if (!as.empty()) {
+      arguments.insert(arguments.end(), {"--token-file", path(as + ".token")});
+    }
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    return RunLiquidblend(arguments);
+  }
+
+  const store::TemporaryFolder folder_;
+  rpc::TestAuthority authority_{"an authority"};
+};
+
+TEST_F(SecureTest, TheCommandLineGetsThroughWithCertificateAndToken) {
+  const std::string viewer = MakeToken("viewer", "frames");
+  WriteTokens(viewer);
+  std::string address;
+  const Process server = StartSecureServer(address);
+  const CommandResult listed = Run(address, "viewer", {"list"});
+  EXPECT_EQ(listed.exit_code, 0) << listed.err;
+  const CommandResult nobody = Run(address, "", {"list"});
+  EXPECT_EQ(nobody.exit_code, 1);
+  EXPECT_THAT(nobody.err, HasSubstr("TOKEN_MISSING"));
+  EXPECT_EQ(RunLiquidblend({"--server", address, "--connect-timeout", "0.3", "list"}).exit_code, 3)
+      << "without TLS";
+
+  // The uploader's token counts as soon as the file has it, without a restart.
+  const std::string uploader = MakeToken("uploader", "write");
+  EXPECT_EQ(Run(address, "uploader", {"list"}).exit_code, 1);
+  WriteTokens(absl::StrCat(viewer, ",", uploader));
+  Await([&] { return Run(address, "uploader", {"list"}).exit_code == 0; });
+}
+
+TEST_F(SecureTest, ImportsFromTheServersOwnDiskNeedTheScopeAndStayBelowTheRoot) {
+  WriteTokens(absl::StrCat(MakeToken("viewer", "frames"), ",", MakeToken("uploader", "write")));
+  std::string address;
+  const Process server = StartSecureServer(address);
+  std::filesystem::create_directory(path("ball"));
+  for (const NamedBytes& file : BallFiles(1.0)) {
+    std::ofstream(path("ball/" + file.name), std::ios::binary) << file.bytes;
+  }
+  const std::vector<std::string> import = {"import", "a", "--from-server", "sims/ball"};
+  const CommandResult denied = Run(address, "viewer", import);
+  EXPECT_EQ(denied.exit_code, 1);
+  EXPECT_THAT(denied.err, HasSubstr("lacks the scope write"));
+  const CommandResult outside =
+      Run(address, "uploader", {"import", "a", "--from-server", "sims/../ball"});
+  EXPECT_EQ(outside.exit_code, 2);
+  EXPECT_THAT(outside.err, HasSubstr("location"));
+  const Process worker = StartWorker();
+  const CommandResult done = Run(address, "uploader", import);
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("animations/a: ready"));
+}
+
+TEST_F(SecureTest, AServerThatOthersCouldListenToDoesNotStart) {
+  Process server("liquidblend-server", {"--data", data(), "--listen", "0.0.0.0:0"});
+  EXPECT_EQ(server.ReadLine(), "");
+  EXPECT_EQ(server.Wait(), 1);
+}
+
+}  // namespace
+}  // namespace liquidblend::e2e

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Runs a throw-away PostgreSQL 15 in the foreground until it gets SIGINT or SIGTERM, or whoever
+# started it ends. It listens on a unix socket alone; its only user is liquidblend, without password.
+#   tests/postgres.sh DIRECTORY [SETTING=VALUE ...]
+# DIRECTORY keeps the data (an earlier run's are taken up again) and DIRECTORY/sock the socket; as
+# root, the server runs as the user postgres, to whom DIRECTORY is given.
+set -euo pipefail
+directory=$1
+shift
+bin=${LIQUIDBLEND_POSTGRES_BIN:-/usr/lib/postgresql/15/bin}
+settings=()
+for setting in "$@"; do settings+=(-c "$setting"); done
+
+become=()
+mkdir -p "$directory/sock"
+if [ "$(id -u)" = 0 ]; then
+  become=(--reuid postgres --regid postgres --init-groups)
+  chown -R postgres "$directory"
+fi
+chmod 755 "$directory" "$directory/sock"
+
+if [ ! -f "$directory/data/PG_VERSION" ]; then
+  setpriv "${become[@]}" "$bin/initdb" -D "$directory/data" -A trust -U liquidblend -E UTF8 \
+    --locale=C --no-sync >"$directory/initdb.log" 2>&1 || { cat "$directory/initdb.log" >&2; exit 1; }
+fi
+exec setpriv "${become[@]}" --pdeathsig INT "$bin/postgres" -D "$directory/data" \
+  -k "$directory/sock" -c listen_addresses= -c max_connections=100 "${settings[@]}" \
+  >>"$directory/postgres.log" 2>&1

@@ -1,0 +1,208 @@
+#include "server/admin/check.h"
+
+#include "core/store/sqlite.h"
+#include "server/catalog/families.h"
+#include "tests/server/admin/admin_testing.h"
+
+namespace liquidblend::admin {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+class CheckTest : public AdminTest {
+ protected:
+  CheckReport MustCheck(const CheckOptions& options = {}) {
+    const parallel::Arena arena(2);
+    Progress progress(Progress::Style::kNone);
+    const auto report = Check(data_.location(), arena, progress, options);
+    EXPECT_THAT(report, Succeeds());
+    return report.ok() ? *report : CheckReport();
+  }
+
+  store::pb::AnimationRecord::State StateOf(const std::string& animation) {
+    return data_.catalog().GetAnimation(animation)->state();
+  }
+
+  std::unique_ptr<store::Database> OpenRaw() {
+    return *store::Database::Open(store::CatalogPath(data_.location().data), absl::Seconds(10));
+  }
+};
+
+TEST_F(CheckTest, FindsNothingInAWholeStore) {
+  data_.MakeAnimation("a");
+  data_.MakeAnimation("b");
+  data_.MakeFamily("f", 1);
+  data_.SubmitImport("c");
+  const CheckReport report = MustCheck();
+  EXPECT_THAT(report.damage, IsEmpty());
+  EXPECT_EQ(report.num_animations, 3);
+  EXPECT_EQ(report.num_families, 1);
+  EXPECT_EQ(report.num_jobs, 4);
+  EXPECT_EQ(report.num_blobs, 6);
+  EXPECT_EQ(report.num_unreferenced, 2);  // the uploaded files of a and b
+  EXPECT_EQ(report.unreferenced_bytes, 2 * 11);
+}
+
+TEST_F(CheckTest, NamesWhatIsMissingAndWhoNeedsIt) {
+  const store::BlobId a = data_.MakeAnimation("a");
+  data_.MakeAnimation("b");
+  const store::BlobId family = data_.MakeFamily("f", 1);
+  const store::BlobId file = data_.SubmitImport("c");
+  for (const store::BlobId& id : {a, family, file}) {
+    ASSERT_THAT(data_.blobs().Delete(id), Succeeds());
+  }
+  std::map<store::BlobId, std::vector<std::string>> missing;
+  for (const admin::Damage& damage : MustCheck().damage) {
+    EXPECT_TRUE(absl::IsNotFound(damage.error)) << damage.error;
+    EXPECT_THAT(std::string(damage.error.message()), HasSubstr(damage.blob));
+    missing[damage.blob] = damage.needed_by;
+  }
+  EXPECT_EQ(missing.size(), 3);
+  EXPECT_THAT(missing[a], ElementsAre("animations/a"));
+  EXPECT_THAT(missing[family], ElementsAre("families/f"));
+  EXPECT_THAT(missing[file], ElementsAre(StartsWith("jobs/import-")));
+}
+
+TEST_F(CheckTest, NamesDamagedBlobsNeededOrNot) {
+  const store::BlobId a = data_.MakeAnimation("a");
+  const store::BlobId garbage = data_.Put("left over");
+  Damage(a);
+  Damage(garbage);
+  const CheckReport report = MustCheck();
+  ASSERT_EQ(report.damage.size(), 2);
+  for (const admin::Damage& damage : report.damage) {
+    EXPECT_TRUE(absl::IsDataLoss(damage.error)) << damage.error;
+    EXPECT_THAT(std::string(damage.error.message()), HasSubstr(PathOf(damage.blob)));
+    EXPECT_EQ(damage.needed_by.empty(), damage.blob == garbage);
+    EXPECT_EQ(damage.repair, "");
+  }
+}
+
+TEST_F(CheckTest, OpensTheFilesOfFamilies) {
+  data_.MakeAnimation("a");
+  data_.MakeAnimation("b");
+  data_.SubmitRegistration("f", "a", {"b"});
+  store::pb::FamilyRecord family;
+  family.set_id("f");
+  family.set_blob(data_.Put("whole, but no family file"));
+  ASSERT_THAT(data_.catalog().PublishFamily(data_.TakeJob().lease_id, family), Succeeds());
+  for (const bool repair : {true, false}) {  // moving it away would help nobody
+    const CheckReport report = MustCheck({.repair = repair});
+    ASSERT_EQ(report.damage.size(), 1);
+    EXPECT_THAT(report.damage[0].error,
+                Fails(absl::StatusCode::kInvalidArgument, "is no family file"));
+    EXPECT_THAT(report.damage[0].needed_by, ElementsAre("families/f"));
+  }
+}
+
+TEST_F(CheckTest, NamesRecordsThatCannotBeReadOrContradictOthers) {
+  data_.MakeAnimation("a");
+  data_.MakeAnimation("b");
+  data_.MakeFamily("f", 1);
+  ASSERT_THAT(OpenRaw()->RunScript("UPDATE animations SET record = X'FFFF' WHERE id = 'a';"
+                                   "UPDATE families SET version = 2;"
+                                   "DELETE FROM animations WHERE id = 'b';"),
+              Succeeds());
+  std::vector<std::string> faults;
+  for (const admin::Damage& damage : MustCheck().damage) {
+    faults.emplace_back(damage.error.message());
+  }
+  EXPECT_THAT(faults, ElementsAre("the record of animation 'a' cannot be read",
+                                  "the record of family 'f' contradicts the columns of its row",
+                                  HasSubstr("family 'f' has animation 'b', but not both")));
+}
+
+TEST_F(CheckTest, TellsOfADamagedDatabase) {
+  for (int k = 0; k < 30; ++k) data_.SubmitImport(absl::StrCat("drop", k));
+  ASSERT_THAT(OpenRaw()->RunScript("PRAGMA wal_checkpoint(TRUNCATE)"), Succeeds());
+  const std::string path = store::CatalogPath(data_.location().data);
+  const std::string whole = store::ReadFile(path);
+  int num_noticed = 0;
+  for (size_t page = 1; page < whole.size() / 4096; ++page) {
+    const store::TemporaryFolder folder;
+    std::string damaged = whole;
+    damaged.replace(page * 4096, 64, std::string(64, '\x7f'));
+    store::WriteFile(store::CatalogPath(folder.path()), damaged);
+    const parallel::Arena arena(1);
+    Progress progress(Progress::Style::kNone);
+    const auto report = Check(LocationIn(folder.path()), arena, progress);
+    ASSERT_THAT(report, Succeeds());
+    num_noticed += report->damage.empty() ? 0 : 1;
+  }
+  // What lies in pages that are free is nobody's.
+  EXPECT_GT(num_noticed, static_cast<int>(whole.size() / 4096) / 2);
+}
+
+// ---- repair
+
+TEST_F(CheckTest, RepairMovesDamageAsideAndLosesNothing) {
+  const store::BlobId a = data_.MakeAnimation("a");
+  data_.MakeAnimation("b");
+  const store::BlobId garbage = data_.Put("left over");
+  Damage(a);
+  Damage(garbage);
+  const std::string damaged = store::ReadFile(PathOf(a));
+  const CheckReport report = MustCheck({.repair = true});
+  ASSERT_EQ(report.damage.size(), 2);
+  const admin::Damage& of_a = report.damage[report.damage[0].blob == a ? 0 : 1];
+  EXPECT_THAT(of_a.repair, HasSubstr("animations/a is FAILED"));
+  const std::string aside = of_a.repair.substr(std::string("moved to ").size());
+  EXPECT_EQ(store::ReadFile(aside.substr(0, aside.find(';'))), damaged);
+  EXPECT_EQ(StateOf("a"), store::pb::AnimationRecord::FAILED);
+  EXPECT_EQ(StateOf("b"), store::pb::AnimationRecord::READY);
+  EXPECT_THAT(data_.catalog().GetAnimation("a")->error().message(), HasSubstr("is damaged"));
+
+  // It stays known until it is there again: put back, or imported anew.
+  const CheckReport second = MustCheck({.repair = true});
+  ASSERT_EQ(second.damage.size(), 1);
+  EXPECT_THAT(second.damage[0].needed_by, ElementsAre("animations/a"));
+  EXPECT_EQ(data_.Put("animation a"), a);
+  const CheckReport third = MustCheck({.repair = true});
+  EXPECT_THAT(third.damage, IsEmpty());
+  EXPECT_THAT(third.repaired, ElementsAre("animations/a"));
+  EXPECT_EQ(StateOf("a"), store::pb::AnimationRecord::READY);
+  EXPECT_FALSE(data_.catalog().GetAnimation("a")->has_error());
+}
+
+TEST_F(CheckTest, WithoutRepairNothingChanges) {
+  const store::BlobId a = data_.MakeAnimation("a");
+  Damage(a);
+  const std::string damaged = store::ReadFile(PathOf(a));
+  MustCheck();
+  EXPECT_EQ(store::ReadFile(PathOf(a)), damaged);
+  EXPECT_EQ(StateOf("a"), store::pb::AnimationRecord::READY);
+}
+
+// ---- any byte
+
+TEST_F(CheckTest, AnyChangedByteOfAFamilyIsFoundOnLoadAndByTheCheckAndTheOthersAreServed) {
+  data_.MakeAnimation("a");
+  data_.MakeAnimation("b");
+  const store::BlobId broken = data_.MakeFamily("broken", 1);
+  data_.MakeFamily("whole", 2);
+  const std::string content = store::ReadFile(PathOf(broken));
+  ASSERT_GT(content.size(), 1000);
+  for (size_t k = 0; k < content.size(); ++k) {  // header, manifest, sections, padding
+    std::string damaged = content;
+    damaged[k] = static_cast<char>(damaged[k] ^ 0x10);
+    store::WriteFile(PathOf(broken), damaged);
+    liquidblend::catalog::Families families(data_.catalog(), data_.blobs());
+    EXPECT_THAT(families.Get("broken"), Fails(absl::StatusCode::kDataLoss, "family broken: "))
+        << "byte " << k;
+    EXPECT_THAT(families.Get("broken"), Fails(absl::StatusCode::kDataLoss, PathOf(broken)));
+    EXPECT_THAT(families.Get("whole"), Succeeds()) << "byte " << k;
+    if (k % 16 != 0) continue;  // it takes longer
+    const CheckReport report = MustCheck();
+    ASSERT_EQ(report.damage.size(), 1) << "byte " << k;
+    EXPECT_EQ(report.damage[0].blob, broken);
+    EXPECT_THAT(report.damage[0].needed_by, ElementsAre("families/broken"));
+  }
+  store::WriteFile(PathOf(broken), content);
+  EXPECT_THAT(MustCheck().damage, IsEmpty());
+}
+
+}  // namespace
+}  // namespace liquidblend::admin

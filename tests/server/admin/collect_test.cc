@@ -1,0 +1,111 @@
+#include "server/admin/collect.h"
+
+#include <thread>
+
+#include "tests/server/admin/admin_testing.h"
+
+namespace liquidblend::admin {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::UnorderedElementsAre;
+
+class CollectTest : public AdminTest {
+ protected:
+  CollectReport MustCollect(const CollectOptions& options = {}) {
+    const auto report = Collect(data_.catalog(), data_.blobs(), options);
+    EXPECT_THAT(report, Succeeds());
+    return report.ok() ? *report : CollectReport();
+  }
+
+  // As old as garbage is.
+  store::BlobId PutOld(const std::string& text) {
+    const store::BlobId id = data_.Put(text);
+    Age(id, std::chrono::hours(25));
+    return id;
+  }
+};
+
+TEST_F(CollectTest, WhatAnUnfinishedJobNeedsStays) {
+  const store::BlobId needed = data_.SubmitImport("drop");
+  Age(needed, std::chrono::hours(25));
+  PutOld("left over");
+  const CollectReport report = MustCollect();
+  EXPECT_EQ(report.num_deleted, 1);
+  EXPECT_EQ(report.deleted_bytes, 9);
+  EXPECT_EQ(report.num_unreferenced, 1);
+  EXPECT_THAT(data_.Present(), ElementsAre(needed));
+}
+
+TEST_F(CollectTest, UploadedFilesGoWhenTheImportIsPublished) {
+  const store::BlobId file = data_.SubmitImport("a");
+  store::pb::AnimationRecord animation;
+  animation.set_id("a");
+  animation.set_blob(data_.Put("animation"));
+  ASSERT_THAT(data_.catalog().PublishAnimation(data_.TakeJob().lease_id, animation), Succeeds());
+  for (const store::BlobId& id : {file, animation.blob()}) Age(id, std::chrono::hours(25));
+  EXPECT_EQ(MustCollect().num_deleted, 1);
+  EXPECT_THAT(data_.Present(), ElementsAre(animation.blob()));
+}
+
+TEST_F(CollectTest, OldVersionsGoAndWhatWasDeletedToo) {
+  const store::BlobId a = data_.MakeAnimation("a");
+  const store::BlobId b = data_.MakeAnimation("b");
+  data_.MakeFamily("f", 1);
+  const store::BlobId second = data_.MakeFamily("f", 2);
+  data_.MakeFamily("g", 3);
+  ASSERT_THAT(data_.catalog().DeleteFamily("g"), Succeeds());
+  for (const store::BlobId& id : data_.Present()) Age(id, std::chrono::hours(25));
+  EXPECT_EQ(MustCollect().num_deleted, 4);  // and the two uploads
+  EXPECT_THAT(data_.Present(), UnorderedElementsAre(a, b, second));
+}
+
+TEST_F(CollectTest, WhatIsYoungStays) {
+  const store::BlobId upload = data_.Put("an upload that goes on");
+  PutOld("left over");
+  EXPECT_EQ(MustCollect().num_unreferenced, 2);
+  EXPECT_THAT(data_.Present(), ElementsAre(upload));
+  EXPECT_EQ(MustCollect({.older_than = absl::ZeroDuration()}).num_deleted, 1);
+}
+
+TEST_F(CollectTest, ADryRunDeletesNothing) {
+  const store::BlobId id = PutOld("left over");
+  EXPECT_EQ(MustCollect({.dry_run = true}).num_deleted, 1);
+  EXPECT_THAT(data_.Present(), ElementsAre(id));
+}
+
+TEST_F(CollectTest, StopsWhenItIsAskedTo) {
+  const store::BlobId id = PutOld("left over");
+  EXPECT_EQ(MustCollect({.must_stop = [] { return true; }}).num_deleted, 0);
+  EXPECT_THAT(data_.Present(), ElementsAre(id));
+}
+
+TEST_F(CollectTest, RefusesAnAgeBelowZero) {
+  EXPECT_THAT(Collect(data_.catalog(), data_.blobs(), {.older_than = -absl::Seconds(1)}),
+              Fails(absl::StatusCode::kInvalidArgument, "older_than is out of range: -1s"));
+}
+
+// Whoever publishes content that lay about as old garbage must find it there afterwards, whatever
+// collectors on other handles do meanwhile.
+TEST_F(CollectTest, NothingThatIsBeingPublishedGoes) {
+  std::atomic<bool> is_done = false;
+  std::vector<std::thread> collectors;
+  for (int k = 0; k < 2; ++k) {
+    collectors.emplace_back([&] {
+      const TestedStore other(data_.location());
+      while (!is_done) EXPECT_THAT(Collect(other.catalog(), other.blobs()), Succeeds());
+    });
+  }
+  for (int round = 0; round < 40; ++round) {
+    const std::string id = absl::StrCat("drop", round);
+    for (const std::string text : {"frames of ", "animation "}) PutOld(text + id);
+    const store::BlobId blob = data_.MakeAnimation(id);
+    EXPECT_THAT(data_.blobs().Open(blob), Succeeds()) << "round " << round;
+  }
+  is_done = true;
+  for (std::thread& collector : collectors) collector.join();
+}
+
+}  // namespace
+}  // namespace liquidblend::admin

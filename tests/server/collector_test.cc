@@ -1,0 +1,40 @@
+#include "server/collector.h"
+
+#include "tests/server/admin/admin_testing.h"
+
+namespace liquidblend::server {
+namespace {
+
+using store::Succeeds;
+
+class CollectorTest : public admin::AdminTest {};
+
+TEST_F(CollectorTest, CollectsSoonAndThenEverySoOften) {
+  const store::BlobId needed = data_.SubmitImport("a");
+  for (int round = 0; round < 3; ++round) data_.Put(absl::StrCat("left over ", round));
+  const Collector collector(data_.catalog(), data_.blobs(),
+                            {.every = absl::Milliseconds(5), .older_than = absl::ZeroDuration()});
+  const absl::Time deadline = absl::Now() + absl::Seconds(60);
+  for (int round = 0; round < 2; ++round) {
+    data_.Put(absl::StrCat("left over later ", round));
+    while (data_.Present() != std::vector<store::BlobId>{needed}) {
+      ASSERT_LT(absl::Now(), deadline);
+    }
+  }
+}
+
+TEST_F(CollectorTest, EndsAtOnce) {
+  const absl::Time start = absl::Now();
+  Collector(data_.catalog(), data_.blobs(), {});
+  EXPECT_LT(absl::Now() - start, absl::Seconds(30));
+}
+
+TEST_F(CollectorTest, NeverCollectsIfToldSo) {
+  data_.Put("left over");
+  Collector(data_.catalog(), data_.blobs(),
+            {.every = absl::ZeroDuration(), .older_than = absl::ZeroDuration()});
+  EXPECT_EQ(data_.Present().size(), 1);
+}
+
+}  // namespace
+}  // namespace liquidblend::server

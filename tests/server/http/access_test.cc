@@ -1,0 +1,82 @@
+// Who may have what over HTTP.
+#include <fstream>
+#include <map>
+#include <thread>
+
+#include "server/rpc/token_file.h"
+#include "tests/server/http/port_testing.h"
+
+namespace liquidblend::http {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr char kSplash[] = "/v1/families/splash/frame.drc?weights=0.5&version=1";
+
+// "frames" and "write" have the scope of that name, "narrow" one stream at a time.
+class AccessTest : public PortTest {
+ protected:
+  void SetUp() override {
+    PublishSplash();
+    std::string entries;
+    for (const char* name : {"frames", "write", "narrow"}) {
+      const std::string scope = name == std::string("write") ? "write" : "frames";
+      rpc::NewToken made = *rpc::MakeToken(name, {scope});
+      if (name == std::string("narrow")) {
+        made.entry.insert(made.entry.size() - 1, R"(, "limits": {"max_streams": 1})");
+      }
+      headers_[name] = absl::StrCat("Authorization: Bearer ", made.token, "\r\n");
+      absl::StrAppend(&entries, entries.empty() ? "" : ",", made.entry);
+    }
+    const std::string path = folder_.path() + "/tokens.json";
+    std::ofstream(path) << R"({"principals": [)" << entries << "]}";
+    authorizer_ = *rpc::Authorizer::Open(path);
+    guarded_ = std::make_unique<rpc::Entrance>(*authorizer_);
+    source_ = rpc::MakeFrameSource(backends_, *guarded_);
+    Start({});
+  }
+  ~AccessTest() override { port_.reset(); }
+
+  HttpReply Get(const std::string& target, const std::string& as) {
+    return HttpClient(port_->port()).Get(target, headers_[as]);
+  }
+
+  std::map<std::string, std::string> headers_;
+  std::unique_ptr<rpc::Authorizer> authorizer_;
+  std::unique_ptr<rpc::Entrance> guarded_;
+};
+
+TEST_F(AccessTest, TokensCountAsOverGrpc) {
+  for (const char* target : {kSplash, "/v1/families", "/metrics"}) {
+    EXPECT_EQ(Get(target, "").code, 401) << target;
+    EXPECT_THAT(Get(target, "").body, HasSubstr("TOKEN_MISSING"));
+  }
+  HttpReply frame = Get(kSplash, "frames");
+  EXPECT_EQ(frame.code, 200);
+  EXPECT_EQ(frame.headers["cache-control"], "private, immutable, max-age=31536000");
+  EXPECT_EQ(Get(kSplash, "write").code, 403);
+  EXPECT_THAT(Get(kSplash, "write").body, HasSubstr("SCOPE_MISSING"));
+  EXPECT_EQ(Get("/v1/families", "write").code, 200);
+  EXPECT_EQ(Get("/healthz", "").code, 200);
+}
+
+TEST_F(AccessTest, AWebSocketCountsAsAStreamUntilItEnds) {
+  {
+    HttpClient first(port_->port());
+    EXPECT_EQ(first.Upgrade(headers_["narrow"]).code, 101);
+    const HttpReply refused = HttpClient(port_->port()).Upgrade(headers_["narrow"]);
+    EXPECT_EQ(refused.code, 429);
+    EXPECT_THAT(refused.body, HasSubstr("TOO_MANY_STREAMS"));
+    EXPECT_EQ(HttpClient(port_->port()).Upgrade(headers_["write"]).code, 403);
+    EXPECT_EQ(HttpClient(port_->port()).Upgrade().code, 401);
+  }
+  int code = 429;
+  while (code == 429) {
+    std::this_thread::yield();
+    code = HttpClient(port_->port()).Upgrade(headers_["narrow"]).code;
+  }
+  EXPECT_EQ(code, 101);
+}
+
+}  // namespace
+}  // namespace liquidblend::http

@@ -1,0 +1,115 @@
+#include "server/http/query.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "absl/strings/str_cat.h"
+#include "server/http/requests.h"
+#include "tests/core/store/store_testing.h"
+
+namespace liquidblend::http {
+namespace {
+
+using store::Fails;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+MATCHER_P2(Is, name, value, "") { return arg.name == name && arg.value == value; }
+
+const auto kInvalid = absl::StatusCode::kInvalidArgument;
+
+TEST(ParseQuery, KeepsOrderAndDecodes) {
+  const auto fields = ParseQuery("weights=0.5,0.1&time=1e+0&name=a%3d%62&flag&&empty=");
+  ASSERT_TRUE(fields.ok()) << fields.status();
+  EXPECT_THAT(*fields, ElementsAre(Is("weights", "0.5,0.1"), Is("time", "1e+0"), Is("name", "a=b"),
+                                   Is("flag", ""), Is("empty", "")));
+  EXPECT_TRUE(ParseQuery("")->empty());
+  EXPECT_THAT(*ParseQuery("a=b=c"), ElementsAre(Is("a", "b=c")));
+}
+
+TEST(ParseQuery, RefusesWhatIsBroken) {
+  EXPECT_THAT(ParseQuery("a=%4"), Fails(kInvalid, "'%4'"));
+  EXPECT_THAT(ParseQuery("a=%zz1"), Fails(kInvalid, "'%zz1'"));
+  EXPECT_THAT(ParseQuery("a=%00"), Fails(kInvalid, "printable"));
+  EXPECT_THAT(ParseQuery("a=\xff"), Fails(kInvalid, "printable"));
+  EXPECT_THAT(ParseQuery("=1"), Fails(kInvalid, "no name"));
+  EXPECT_THAT(ParseQuery("a=1&b=2&%61=3"), Fails(kInvalid, "a is there twice"));
+  std::string many;
+  for (int i = 0; i < 33; ++i) absl::StrAppend(&many, "f", i, "=1&");
+  EXPECT_THAT(ParseQuery(many), Fails(kInvalid, "32"));
+}
+
+absl::StatusOr<v1::GetFrameRequest> Frame(const std::string& query) {
+  return ToGetFrame("splash", *ParseQuery(query));
+}
+
+TEST(ToGetFrame, ReadsEveryField) {
+  const auto request = Frame(
+      "weights=0.5,-0.25&time=1.25&version=7&preset=smallest&position_bits=12&level_of_detail=1&"
+      "smoothing_passes=3&smoothing=laplacian&smoothing_strength=0.7&temporal_smoothing=1&"
+      "attributes=normals,velocities&extrapolate=true");
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->family(), "families/splash");
+  EXPECT_THAT(request->weights(), ElementsAre(0.5, -0.25));
+  EXPECT_EQ(request->time_s(), 1.25);
+  EXPECT_EQ(request->version(), 7);
+  EXPECT_EQ(request->encoding().preset(), v1::Encoding::SMALLEST);
+  EXPECT_EQ(request->encoding().position_bits(), 12);
+  EXPECT_EQ(request->surface().level_of_detail(), 1);
+  EXPECT_EQ(request->surface().smoothing_passes(), 3);
+  EXPECT_EQ(request->surface().smoothing(), v1::SurfaceOptions::LAPLACIAN);
+  EXPECT_EQ(request->surface().smoothing_strength(), 0.7);
+  EXPECT_EQ(request->surface().temporal_smoothing(), 1.0);
+  EXPECT_THAT(request->surface().attributes(),
+              ElementsAre(v1::SurfaceOptions::NORMALS, v1::SurfaceOptions::VELOCITIES));
+  EXPECT_TRUE(request->extrapolate());
+  EXPECT_EQ(Frame("position_step=0.0002")->encoding().position_step_m(), 0.0002);
+}
+
+TEST(ToGetFrame, ReadsAPointInParameterSpace) {
+  const auto request = Frame("parameters=height%3D1.5,width=-2e-1");
+  ASSERT_TRUE(request.ok()) << request.status();
+  ASSERT_EQ(request->parameters_size(), 2);
+  EXPECT_EQ(request->parameters(0).name(), "height");
+  EXPECT_EQ(request->parameters(0).value(), 1.5);
+  EXPECT_EQ(request->parameters(1).name(), "width");
+  EXPECT_EQ(request->parameters(1).value(), -0.2);
+}
+
+TEST(ToGetFrame, NamesEveryFieldAtFault) {
+  for (const auto& [query, words] : std::vector<std::pair<std::string, std::string>>{
+           {"weights=", "weights: must be a finite number, got ''"},
+           {"weights=0.5,x", "weights: must be a finite number"},
+           {"time=nan", "time: must be a finite number, got 'nan'"},
+           {"time=inf", "time: must be a finite number"},
+           {"version=0", "version: must be the number of a version"},
+           {"version=latest", "version: must be the number of a version"},
+           {"preset=best", "preset: must be fastest, balanced or smallest, got 'best'"},
+           {"preset=preset_unspecified", "preset: must be"},
+           {"position_bits=1.5", "position_bits: must be a whole number"},
+           {"position_step=thin", "position_step: must be a finite number, got 'thin'"},
+           {"level_of_detail=99999999999", "level_of_detail: must be a whole number"},
+           {"smoothing=gauss", "smoothing: must be laplacian or taubin"},
+           {"attributes=normals,colors", "attributes: must be normals"},
+           {"extrapolate=maybe", "extrapolate: must be true or false"},
+           {"parameters=height", "parameters: must be NAME=VALUE"},
+           {"parameters=height=tall", "parameters: must be a finite number"},
+           {"wieghts=1", "wieghts: is no field of this query"}}) {
+    EXPECT_THAT(Frame(query), Fails(kInvalid, words)) << query;
+  }
+  const auto both = Frame("time=x&preset=y");
+  EXPECT_THAT(both, Fails(kInvalid, "time: "));
+  EXPECT_THAT(both, Fails(kInvalid, "preset: "));
+}
+
+TEST(ToListFamilies, ReadsPages) {
+  const auto request = ToListFamilies(*ParseQuery("page_size=3&page_token=a%2Bb"));
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->page_size(), 3);
+  EXPECT_EQ(request->page_token(), "a+b");
+  EXPECT_THAT(ToListFamilies(*ParseQuery("page=3")), Fails(kInvalid, "page: "));
+  EXPECT_THAT(ToGetFamily("splash", *ParseQuery("version=3")), Fails(kInvalid, "version: "));
+}
+
+}  // namespace
+}  // namespace liquidblend::http

@@ -1,0 +1,476 @@
+#include "server/http/router.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "server/http/replies.h"
+#include "server/rpc/errors.h"
+
+namespace liquidblend::http {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::StartsWith;
+
+constexpr int64_t kVersion = 3;
+
+// Answers at once, and counts the frames that it makes.
+class FakeSource final : public rpc::FrameSource {
+ public:
+  absl::Status Admit(const rpc::Visitor& visitor, const rpc::Errand& errand,
+                     rpc::Admitted& admitted) override {
+    errands.push_back(errand);
+    if (needs_token && visitor.authorization != "Bearer good") {
+      return absl::UnauthenticatedError("no token");
+    }
+    admitted.principal.name = needs_token ? "render" : rpc::kAnonymous;
+    admitted.principal.key = admitted.principal.name;
+    return absl::OkStatus();
+  }
+  Cancel GetFrame(v1::GetFrameRequest request, std::string client, Done<v1::Frame> done) override {
+    clients.push_back(client);
+    if (is_slow) {
+      return [this, done = std::make_shared<Done<v1::Frame>>(std::move(done))] {
+        ++num_cancelled;
+        (*done)(absl::CancelledError("left"));
+      };
+    }
+    ++num_frames;
+    if (!error.ok()) {
+      done(error);
+      return [] {};
+    }
+    if (request.version() > published_version) {
+      done(absl::NotFoundError("no such version"));
+      return [] {};
+    }
+    v1::Frame frame;
+    frame.set_data("DRACO");
+    frame.set_version(request.version() == 0 ? served_version : request.version());
+    *frame.mutable_weights() = request.weights();
+    frame.set_time_s(request.time_s());
+    frame.set_num_vertices(8);
+    frame.set_num_triangles(12);
+    frame.mutable_bounds()->mutable_min()->set_x(-1.5);
+    frame.mutable_bounds()->mutable_max()->set_z(2);
+    done(std::move(frame));
+    return [] {};
+  }
+  void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override {
+    if (request.name() != "families/splash") return done(absl::NotFoundError(request.name()));
+    v1::Family family;
+    family.set_name(request.name());
+    family.set_version(published_version);
+    family.set_duration_s(2.5);
+    done(std::move(family));
+  }
+  void ListFamilies(v1::ListFamiliesRequest request, Done<v1::ListFamiliesResponse> done) override {
+    v1::ListFamiliesResponse response;
+    response.add_families()->set_name("families/splash");
+    response.set_next_page_token("after " + request.page_token());
+    done(std::move(response));
+  }
+  std::shared_ptr<rpc::StreamSession> OpenStream(std::string,
+                                                 std::weak_ptr<rpc::StreamSession::Sink>) override {
+    return nullptr;
+  }
+  void CheckStores(Done<std::string> done) override {
+    if (!error.ok()) return done(error);
+    done(std::string("ok"));
+  }
+  void GetMetricsText(Done<std::string> done) override { done(metrics_.Text({})); }
+  metrics::Metrics& metrics() override { return metrics_; }
+  rpc::CallLog& call_log() override { return call_log_; }
+
+  absl::Status error;
+  int num_frames = 0;
+  int64_t published_version = kVersion;
+  int64_t served_version = kVersion;  // without a version: older while a new one is being loaded
+  bool needs_token = false;
+  bool is_slow = false;  // frames are never made
+  int num_cancelled = 0;
+  std::vector<rpc::Errand> errands;
+  std::vector<std::string> clients;
+
+ private:
+  metrics::Metrics metrics_;
+  rpc::CallLog call_log_{[](absl::Duration, const std::function<void()>&) {}};
+};
+
+struct Reply {
+  int code = 0;
+  std::map<std::string, std::string> headers;
+  std::string body;
+};
+
+constexpr char kFrame[] = "/v1/families/splash/frame.drc?weights=0.5&time=1.25";
+constexpr char kFixedFrame[] = "/v1/families/splash/frame.drc?weights=0.5&time=1.25&version=3";
+
+class RouterTest : public testing::Test {
+ protected:
+  Reply Send(const Request& request) {
+    Router router(source_, options_);
+    return Send(router, request);
+  }
+
+  static Reply Send(Router& router, const Request& request) {
+    int num_answers = 0;
+    Reply reply;
+    router.Answer(request, [&](Response response) {
+      ++num_answers;
+      reply = {response.code, {response.headers.begin(), response.headers.end()}, response.body};
+    });
+    EXPECT_EQ(num_answers, 1);
+    return reply;
+  }
+
+  Reply Get(const std::string& target, const std::string& if_none_match = "") {
+    Request request;
+    request.method = "GET";
+    request.target = target;
+    request.if_none_match = if_none_match;
+    return Send(request);
+  }
+
+  // With a token.
+  static Request Frame() {
+    Request request;
+    request.method = "GET";
+    request.target = kFrame;
+    request.authorization = "Bearer good";
+    return request;
+  }
+
+  FakeSource source_;
+  RouterOptions options_;
+};
+
+TEST_F(RouterTest, AFrameComesWithWhatItIs) {
+  Reply reply = Get(kFrame);
+  EXPECT_EQ(reply.code, 200);
+  EXPECT_EQ(reply.body, "DRACO");
+  EXPECT_EQ(reply.headers["Content-Type"], "model/vnd.draco");
+  EXPECT_EQ(reply.headers["X-Liquidblend-Version"], "3");
+  EXPECT_EQ(reply.headers["X-Liquidblend-Weights"], "0.5");
+  EXPECT_EQ(reply.headers["X-Liquidblend-Time"], "1.25");
+  EXPECT_EQ(reply.headers["X-Liquidblend-Vertices"], "8");
+  EXPECT_EQ(reply.headers["X-Liquidblend-Triangles"], "12");
+  EXPECT_EQ(reply.headers["X-Liquidblend-Bounds"], "-1.5,0,0,0,0,2");
+}
+
+TEST_F(RouterTest, AFixedVersionMayBeKeptForever) {
+  EXPECT_EQ(Get(kFixedFrame).headers["Cache-Control"], "public, immutable, max-age=31536000");
+  EXPECT_EQ(Get(kFrame).headers["Cache-Control"], "public, no-cache");
+  source_.needs_token = true;
+  Request request = Frame();
+  request.target = kFixedFrame;
+  EXPECT_EQ(Send(request).headers["Cache-Control"], "private, immutable, max-age=31536000");
+}
+
+TEST_F(RouterTest, WhatTheClientHasIsNotMadeAgain) {
+  const std::string tag = Get(kFixedFrame).headers["ETag"];
+  EXPECT_THAT(tag, StartsWith("\"3-"));
+  EXPECT_EQ(Get(kFrame).headers["ETag"], tag);  // the same bytes
+  EXPECT_EQ(source_.num_frames, 2);
+  for (const char* target : {kFixedFrame, kFrame}) {
+    for (const std::string& tags : {tag, "\"x\", " + tag, "W/" + tag, std::string("*")}) {
+      Reply reply = Get(target, tags);
+      EXPECT_EQ(reply.code, 304) << tags;
+      EXPECT_EQ(reply.headers["ETag"], tag);
+      EXPECT_THAT(reply.body, IsEmpty());
+    }
+  }
+  EXPECT_EQ(source_.num_frames, 2);
+  EXPECT_EQ(Get(kFixedFrame, "\"3-0\"").code, 200);
+  EXPECT_EQ(Get(kFrame, "\"3-0\"").code, 200);
+  EXPECT_EQ(source_.num_frames, 4);
+}
+
+TEST_F(RouterTest, WhileAVersionIsLoadedNobodyGetsAnOlderOneThanTheyHave) {
+  source_.published_version = 4;  // served: 3
+  const std::string third = Get(absl::StrCat(kFrame, "&version=3")).headers["ETag"];
+  const std::string fourth = Get(absl::StrCat(kFrame, "&version=4")).headers["ETag"];
+  EXPECT_EQ(Get(kFrame).headers["X-Liquidblend-Version"], "3");
+  EXPECT_EQ(Get(kFrame, third).code, 304) << "as for those who have nothing";
+  EXPECT_EQ(Get(kFrame, fourth).code, 304);
+  EXPECT_EQ(Get(kFrame, third + ", " + fourth).code, 304);
+  EXPECT_EQ(Get(kFrame, "\"2-00\"").headers["X-Liquidblend-Version"], "3");
+  // The fourth version from a server of another build, whose tags differ.
+  const Reply newest = Get(kFrame, "\"4-00\"");
+  EXPECT_EQ(newest.code, 200);
+  EXPECT_EQ(newest.headers.at("X-Liquidblend-Version"), "4");
+  EXPECT_EQ(newest.headers.at("ETag"), fourth);
+  EXPECT_EQ(Get(kFrame, "\"9999-00\"").headers["X-Liquidblend-Version"], "4");
+}
+
+TEST_F(RouterTest, TagsTellRequestsAndVersionsApart) {
+  v1::GetFrameRequest request;
+  request.set_family("families/splash");
+  request.add_weights(0.5);
+  const std::string tag = FrameTag(request, 1);
+  EXPECT_NE(FrameTag(request, 2), tag);
+  request.set_time_s(0.1);
+  EXPECT_NE(FrameTag(request, 1), tag);
+}
+
+TEST_F(RouterTest, FamiliesAreJson) {
+  const Reply one = Get("/v1/families/splash");
+  EXPECT_EQ(one.code, 200);
+  EXPECT_EQ(one.headers.at("Content-Type"), "application/json");
+  const nlohmann::json family = nlohmann::json::parse(one.body);
+  EXPECT_EQ(family["name"], "families/splash");
+  EXPECT_EQ(family["durationS"], 2.5);
+  const nlohmann::json all = nlohmann::json::parse(Get("/v1/families?page_token=x").body);
+  EXPECT_EQ(all["families"][0]["name"], "families/splash");
+  EXPECT_EQ(all["nextPageToken"], "after x");
+}
+
+TEST_F(RouterTest, ErrorsAreJsonStatusesWithTheirCode) {
+  const Reply reply = Get("/v1/families/none");
+  EXPECT_EQ(reply.code, 404);
+  const nlohmann::json error = nlohmann::json::parse(reply.body);
+  EXPECT_EQ(error["code"], 5);
+  EXPECT_EQ(error["message"], "families/none");
+  EXPECT_EQ(error["details"][0]["@type"], "type.googleapis.com/google.rpc.ErrorInfo");
+  EXPECT_EQ(error["details"][0]["reason"], "NOT_FOUND");
+
+  source_.error = rpc::InvalidField("weights", "must be 1");
+  const Reply bad = Get(kFrame);
+  EXPECT_EQ(bad.code, 400);
+  EXPECT_EQ(nlohmann::json::parse(bad.body)["details"][0]["fieldViolations"][0]["field"],
+            "weights");
+  source_.error = absl::ResourceExhaustedError("too busy");
+  EXPECT_EQ(Get(kFrame).code, 429);
+  EXPECT_EQ(Get(kFrame).headers["Retry-After"], "1");
+  source_.error = rpc::WithRetryDelay(source_.error, absl::Milliseconds(2500));
+  EXPECT_EQ(Get(kFrame).headers["Retry-After"], "3");
+  source_.error = absl::InternalError("odd");
+  EXPECT_EQ(Get(kFrame).code, 500);
+  EXPECT_EQ(Get("/v1/families/splash/frame.drc?time=x").code, 400);
+  EXPECT_EQ(Get("/v1/families/splash/frame.drc?time=%").code, 400);
+  EXPECT_EQ(Get("/v1/families?size=3").code, 400);
+}
+
+TEST_F(RouterTest, UnknownPathsAndMethodsAreNamed) {
+  for (const char* target : {"/", "/v1", "/v1/families/", "/v1/families/a/b", "", "*", "http://h",
+                             "/v1/families/a/frame.drc/b", "/metrics/"}) {
+    const Reply reply = Get(target);
+    EXPECT_EQ(reply.code, 404) << target;
+  }
+  EXPECT_THAT(Get("/nowhere").body, HasSubstr("/nowhere"));
+  EXPECT_THAT(Get("/\xff\xfe").body, HasSubstr("/\\\\xff"));  // not as it is: that is no UTF-8
+  for (const char* method : {"POST", "PUT", "DELETE", "TRACE", "BREW"}) {
+    Request request;
+    request.method = method;
+    request.target = kFrame;
+    Reply reply = Send(request);
+    EXPECT_EQ(reply.code, 405) << method;
+    EXPECT_EQ(reply.headers["Allow"], "GET, HEAD, OPTIONS");
+    EXPECT_THAT(reply.body, HasSubstr(method));
+  }
+  EXPECT_EQ(source_.num_frames, 0);
+}
+
+TEST_F(RouterTest, BodiesAreRefused) {
+  Request request;
+  request.method = "GET";
+  request.target = kFrame;
+  request.has_body = true;
+  EXPECT_EQ(Send(request).code, 413);
+}
+
+TEST_F(RouterTest, AbsoluteTargetsAreTheSame) {
+  EXPECT_EQ(Get("http://example.org/healthz").body, "ok\n");
+  EXPECT_EQ(Get("https://example.org:8443/v1/families/splash").code, 200);
+}
+
+TEST_F(RouterTest, AStreamNeedsAnUpgrade) {
+  Reply reply = Get("/v1/stream");
+  EXPECT_EQ(reply.code, 426);
+  EXPECT_EQ(reply.headers["Upgrade"], "websocket");
+}
+
+TEST_F(RouterTest, ReadinessFollowsStoresAndDraining) {
+  EXPECT_EQ(Get("/readyz").code, 200);
+  source_.error = absl::DataLossError("catalog is gone");
+  const Reply reply = Get("/readyz");
+  EXPECT_EQ(reply.code, 503);
+  EXPECT_THAT(reply.body, HasSubstr("catalog is gone"));
+  EXPECT_EQ(Get("/healthz").code, 200);
+  source_.error = absl::OkStatus();
+  Router router(source_, options_);
+  router.SetDraining();
+  Request request;
+  request.method = "GET";
+  request.target = "/readyz";
+  EXPECT_EQ(Send(router, request).code, 503);
+  request.target = "/healthz";
+  EXPECT_EQ(Send(router, request).code, 200);
+}
+
+TEST_F(RouterTest, RequestsAreCountedByPattern) {
+  Get(kFrame);
+  Get("/v1/families/none");
+  Get("/wp-admin.php");
+  Reply reply = Get("/metrics");
+  EXPECT_THAT(reply.headers["Content-Type"], StartsWith("text/plain; version=0.0.4"));
+  EXPECT_THAT(reply.body, HasSubstr("code=\"200\",method=\"GET /v1/families/{family}/frame.drc\""));
+  EXPECT_THAT(reply.body, HasSubstr("code=\"404\",method=\"GET /v1/families/{family}\""));
+  EXPECT_THAT(reply.body, HasSubstr("code=\"404\",method=\"GET other\""));
+  EXPECT_THAT(reply.body, Not(HasSubstr("wp-admin")));
+}
+
+TEST_F(RouterTest, AnswersCarryTheIdOfTheirRequest) {
+  Request request = Frame();
+  request.request_id = "shot-17";
+  EXPECT_EQ(Send(request).headers["X-Request-Id"], "shot-17");
+  request.request_id = "two words";
+  EXPECT_THAT(Send(request).headers["X-Request-Id"], testing::MatchesRegex("[0-9a-f]{16}"));
+  request.target = "/nowhere";
+  request.request_id = "lost";
+  EXPECT_EQ(Send(request).headers["X-Request-Id"], "lost");
+}
+
+TEST_F(RouterTest, TheLogTellsOfEachAnswer) {
+  base::StartLog("server", base::LogLevel::kDebug, base::LogFormat::kJson);
+  testing::internal::CaptureStderr();
+  Request request = Frame();
+  request.peer = "127.0.0.1:5";
+  request.request_id = "r1";
+  source_.needs_token = true;
+  Send(request);
+  request.authorization = "Bearer guess";
+  Send(request);
+  source_.error = absl::InternalError("broken");
+  request.authorization = "Bearer good";
+  Send(request);
+  const std::string log = testing::internal::GetCapturedStderr();
+  const std::string path =
+      R"("message":"call","method":"GET","path":"/v1/families/splash/frame.drc","status":)";
+  EXPECT_THAT(log, HasSubstr(R"("level":"debug",)" + path + R"("200","ms":)"));
+  EXPECT_THAT(log, HasSubstr(R"("principal":"render","client":"render","request_id":"r1"})"));
+  EXPECT_THAT(log, HasSubstr(R"("level":"info",)" + path + R"("401","ms":)"));
+  EXPECT_THAT(log, HasSubstr(R"("principal":"","client":"127.0.0.1:5","request_id":"r1",)"
+                             R"("error":"no token"})"));
+  EXPECT_THAT(log, HasSubstr(R"("level":"error",)" + path + R"("500","ms":)"));
+  EXPECT_THAT(log, Not(HasSubstr("guess")));
+  EXPECT_THAT(log, Not(HasSubstr("weights"))) << "the query is not told";
+}
+
+TEST_F(RouterTest, TheLogTellsHowStreamsEnd) {
+  base::StartLog("server", base::LogLevel::kDebug, base::LogFormat::kJson);
+  testing::internal::CaptureStderr();
+  Router router(source_, options_);
+  const rpc::Caller caller = CallerOf(Frame());
+  router.NoteStream(caller, 1000, "the animation has ended", absl::Seconds(2));
+  router.NoteStream(caller, 4400, "rate: must be in [-1000, 1000]", absl::Seconds(2));
+  router.NoteStream(caller, 1006, "", absl::Seconds(2));
+  const std::string log = testing::internal::GetCapturedStderr();
+  const std::string path = R"("message":"call","method":"GET","path":"/v1/stream","status":)";
+  EXPECT_THAT(log, HasSubstr(R"("level":"debug",)" + path + R"("1000","ms":"2000.0")"));
+  EXPECT_THAT(log, HasSubstr(R"("level":"info",)" + path + R"("4400")"));
+  EXPECT_THAT(log, HasSubstr(R"("error":"rate: must be in [-1000, 1000]"})"));
+  EXPECT_THAT(log, HasSubstr(R"("error":"the connection was lost"})"));
+}
+
+TEST_F(RouterTest, AllButProbesAskWhoCalls) {
+  source_.needs_token = true;
+  Reply reply = Get(kFrame);
+  EXPECT_EQ(reply.code, 401);
+  EXPECT_EQ(reply.headers["WWW-Authenticate"], "Bearer");
+  EXPECT_EQ(Get(kFixedFrame, "*").code, 401);
+  EXPECT_EQ(Get("/metrics").code, 401);
+  EXPECT_EQ(Get("/v1/families").code, 401);
+  EXPECT_EQ(source_.num_frames, 0);
+  ASSERT_EQ(source_.errands.size(), 4U);
+  EXPECT_EQ(source_.errands[0].scope, rpc::Scope::kFrames);
+  EXPECT_EQ(source_.errands[3].scope, std::nullopt);
+  EXPECT_EQ(Get("/healthz").code, 200);
+  EXPECT_EQ(Get("/readyz").code, 200);
+  EXPECT_EQ(source_.errands.size(), 4U);
+  Request request = Frame();
+  EXPECT_EQ(Send(request).code, 200);
+  EXPECT_THAT(source_.clients, testing::ElementsAre("render"));
+  request.target = "/v1/stream";
+  StreamVisit visit = {CallerOf(request), {}};
+  EXPECT_TRUE(Router(source_, options_).AdmitStream(request, visit).ok());
+  EXPECT_EQ(visit.caller.principal.name, "render");
+  EXPECT_EQ(visit.caller.client, "render");
+  EXPECT_TRUE(source_.errands.back().lasts);
+  EXPECT_EQ(source_.errands.back().scope, rpc::Scope::kFrames);
+  request.authorization.clear();
+  EXPECT_TRUE(absl::IsUnauthenticated(Router(source_, options_).AdmitStream(request, visit)));
+}
+
+TEST_F(RouterTest, AFrameThatNobodyWaitsForIsCancelled) {
+  source_.is_slow = true;
+  Router router(source_, options_);
+  int code = 0;
+  const auto cancellation =
+      router.Answer(Frame(), [&](const Response& response) { code = response.code; });
+  EXPECT_EQ(code, 0);
+  cancellation->Cancel();
+  EXPECT_EQ(code, 499);
+  cancellation->Cancel();
+  EXPECT_EQ(source_.num_cancelled, 1);
+}
+
+TEST_F(RouterTest, OtherOriginsAreLetInByOption) {
+  Reply closed = Get(kFrame);
+  EXPECT_FALSE(closed.headers.contains("Access-Control-Allow-Origin"));
+  options_.allowed_origin = "https://example.org";
+  Reply open = Get(kFrame);
+  EXPECT_EQ(open.headers["Access-Control-Allow-Origin"], "https://example.org");
+  EXPECT_THAT(open.headers["Access-Control-Expose-Headers"], HasSubstr("X-Liquidblend-Bounds"));
+  Request request;
+  request.method = "OPTIONS";
+  request.target = kFrame;
+  Reply preflight = Send(request);
+  EXPECT_EQ(preflight.code, 204);
+  EXPECT_EQ(preflight.headers["Access-Control-Allow-Methods"], "GET, HEAD, OPTIONS");
+  EXPECT_THAT(preflight.headers["Access-Control-Allow-Headers"], HasSubstr("Authorization"));
+}
+
+TEST_F(RouterTest, StreamsAreForPagesOfAllowedOrigins) {
+  Request request;
+  request.method = "GET";
+  request.target = "/v1/stream";
+  request.host = "localhost:8080";
+  const auto may_stream = [&](const std::string& origin) {
+    request.origin = origin;
+    StreamVisit visit = {CallerOf(request), {}};
+    return Router(source_, options_).AdmitStream(request, visit).ok();
+  };
+  EXPECT_TRUE(may_stream(""));  // no browser
+  EXPECT_TRUE(may_stream("http://localhost:8080"));
+  EXPECT_FALSE(may_stream("https://evil.example"));
+  EXPECT_FALSE(may_stream("null"));
+  options_.allowed_origin = "https://app.example";
+  EXPECT_TRUE(may_stream("https://app.example"));
+  EXPECT_FALSE(may_stream("https://evil.example"));
+  options_.allowed_origin = "*";
+  EXPECT_TRUE(may_stream("https://evil.example"));
+}
+
+TEST(Replies, CloseCodesFollowTheStatus) {
+  EXPECT_EQ(CloseCode(absl::OkStatus()), 1000);
+  EXPECT_EQ(CloseCode(absl::NotFoundError("x")), 4404);
+  EXPECT_EQ(CloseCode(absl::OutOfRangeError("x")), 4400);
+  EXPECT_EQ(CloseReason(absl::NotFoundError("family")), "family");
+  std::string text(122, 'a');
+  text += "\xc3\xa9";  // two bytes of one character, of which one would fit
+  EXPECT_EQ(CloseReason(absl::NotFoundError(text)), std::string(122, 'a'));
+  EXPECT_EQ(CloseReason(absl::NotFoundError(std::string(500, 'b'))).size(), 123U);
+}
+
+}  // namespace
+}  // namespace liquidblend::http

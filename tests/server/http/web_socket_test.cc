@@ -1,0 +1,241 @@
+#include <thread>
+#include <vector>
+
+#include "server/http/port.h"
+#include "tests/server/http/port_testing.h"
+
+namespace liquidblend::http {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class WebSocketTest : public PortTest {
+ protected:
+  static v1::StreamFramesRequest Lossless() {
+    v1::StreamFramesRequest request;
+    request.set_family("families/splash");
+    request.add_weights(0.5);
+    request.set_lossless(true);
+    return request;
+  }
+
+  // Loops in real time, at this rate.
+  static v1::StreamFramesRequest Endless(double frames_per_second) {
+    v1::StreamFramesRequest request = Lossless();
+    request.set_lossless(false);
+    request.set_loop(true);
+    request.set_frames_per_second(frames_per_second);
+    return request;
+  }
+
+  static bool Send(HttpClient& client, const v1::StreamFramesRequest& request) {
+    return client.SendMessage(2, request.SerializeAsString());
+  }
+
+  static v1::StreamFramesResponse ReadFrame(HttpClient& client) {
+    const WebSocketMessage message = client.ReadMessage();
+    EXPECT_EQ(message.opcode, 2) << message.close_code() << " " << message.close_reason();
+    v1::StreamFramesResponse response;
+    EXPECT_TRUE(response.ParseFromString(message.payload));
+    return response;
+  }
+
+  // The first message that is no frame.
+  static WebSocketMessage ReadToEnd(HttpClient& client) {
+    while (true) {
+      WebSocketMessage message = client.ReadMessage();
+      if (message.opcode != 2) return message;
+    }
+  }
+};
+
+TEST_F(WebSocketTest, ALosslessStreamGivesAllFramesAndEnds) {
+  HttpClient client(port_->port());
+  EXPECT_EQ(client.Upgrade().code, 101);
+  ASSERT_TRUE(Send(client, Lossless()));
+  for (int i = 0; i < rpc::kFamilyFrames; ++i) {
+    const v1::StreamFramesResponse response = ReadFrame(client);
+    EXPECT_EQ(response.frame_index(), i);
+    EXPECT_EQ(response.frame().data().substr(0, 5), "DRACO");
+  }
+  const WebSocketMessage end = client.ReadMessage();
+  EXPECT_EQ(end.close_code(), 1000);
+  EXPECT_EQ(end.close_reason(), "the animation has ended");
+}
+
+TEST_F(WebSocketTest, TheLogTellsOfItWhenItHasEnded) {
+  base::StartLog("server", base::LogLevel::kDebug, base::LogFormat::kJson);
+  testing::internal::CaptureStderr();
+  {
+    HttpClient client(port_->port());
+    const auto upgraded = client.Upgrade("X-Request-Id: shot-17\r\n");
+    EXPECT_EQ(upgraded.code, 101);
+    EXPECT_EQ(upgraded.headers.at("x-request-id"), "shot-17");
+    v1::StreamFramesRequest request = Lossless();
+    request.set_rate(1e9);
+    ASSERT_TRUE(Send(client, request));
+    EXPECT_EQ(client.ReadMessage().close_code(), 4400);
+  }
+  port_.reset();
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(log, testing::ContainsRegex(
+                       R"("message":"call","method":"GET","path":"/v1/stream","status":"4400",)"
+                       R"("ms":"[0-9.]+","principal":"anonymous","client":"127.0.0.1:[0-9]+",)"
+                       R"("request_id":"shot-17","error":"rate: )"));
+}
+
+TEST_F(WebSocketTest, WeightsMayChangeWithEveryFrame) {
+  HttpClient client(port_->port());
+  ASSERT_EQ(client.Upgrade().code, 101);
+  ASSERT_TRUE(Send(client, Endless(200)));
+  EXPECT_THAT(ReadFrame(client).frame().weights(), ElementsAre(0.5));
+  for (int i = 0; i < 30; ++i) {
+    v1::StreamFramesRequest change;
+    change.add_weights(0.01 * i);
+    ASSERT_TRUE(Send(client, change));
+    int num_old = 0;
+    while (ReadFrame(client).frame().weights(0) != 0.01 * i) ASSERT_LT(++num_old, 100);
+  }
+  v1::StreamFramesRequest other;
+  other.set_family("families/drops");
+  ASSERT_TRUE(Send(client, other));
+  while (ReadFrame(client).frame().family() != "families/drops") {
+  }
+}
+
+TEST_F(WebSocketTest, LateFramesAreDroppedAndCounted) {
+  HttpClient client(port_->port());
+  ASSERT_EQ(client.Upgrade().code, 101);
+  ASSERT_TRUE(Send(client, Endless(100)));
+  const int64_t num_before = ReadFrame(client).num_dropped();
+  rpc::FrameWork work;
+  work.run = [] { absl::SleepFor(absl::Milliseconds(200)); };
+  ASSERT_TRUE(backends_.frames.Post(std::move(work), false).ok());
+  int64_t num_dropped = num_before;
+  for (int i = 0; i < 100 && num_dropped == num_before; ++i) {
+    num_dropped = ReadFrame(client).num_dropped();
+  }
+  EXPECT_GE(num_dropped - num_before, 10);
+  EXPECT_THAT(MetricsText(), HasSubstr("liquidblend_frames_dropped_total{family=\"splash\"} "));
+}
+
+TEST_F(WebSocketTest, MistakesCloseWithCodeAndReason) {
+  const auto end_of = [&](int opcode, const std::string& payload) {
+    HttpClient client(port_->port());
+    EXPECT_EQ(client.Upgrade().code, 101);
+    EXPECT_TRUE(client.SendMessage(opcode, payload));
+    return ReadToEnd(client);
+  };
+  v1::StreamFramesRequest unknown = Lossless();
+  unknown.set_family("families/none");
+  const WebSocketMessage not_found = end_of(2, unknown.SerializeAsString());
+  EXPECT_EQ(not_found.close_code(), 4404);
+  EXPECT_THAT(not_found.close_reason(), HasSubstr("none"));
+  v1::StreamFramesRequest weights = Lossless();
+  weights.add_weights(3);
+  EXPECT_EQ(end_of(2, weights.SerializeAsString()).close_code(), 4400);
+  EXPECT_EQ(end_of(2, "\x0a\xff").close_code(), 1007);
+  EXPECT_EQ(end_of(1, "hello").close_code(), 1003);
+  EXPECT_EQ(end_of(2, "").close_code(), 4400);          // no family is named
+  EXPECT_EQ(end_of(8, "\x03\xe8").close_code(), 1000);  // the client's close comes back
+  EXPECT_EQ(end_of(11, "").close_code(), 1002);         // a reserved opcode
+}
+
+TEST_F(WebSocketTest, LongMessagesAreRefused) {
+  PortOptions options;
+  options.max_message_bytes = 1000;
+  Start(options);
+  HttpClient client(port_->port());
+  ASSERT_EQ(client.Upgrade().code, 101);
+  ASSERT_TRUE(client.SendMessage(2, std::string(2000, 'a')));
+  EXPECT_EQ(ReadToEnd(client).close_code(), 1009);
+}
+
+TEST_F(WebSocketTest, PagesOfOtherOriginsAreRefused) {
+  HttpClient client(port_->port());
+  EXPECT_EQ(client.Upgrade("Origin: https://evil.example\r\n").code, 403);
+  HttpClient own(port_->port());
+  EXPECT_EQ(own.Upgrade("Origin: http://localhost\r\n").code, 101);
+}
+
+TEST_F(WebSocketTest, SilentClientsArePingedAndThenClosed) {
+  PortOptions options;
+  options.idle_timeout = absl::Milliseconds(300);
+  Start(options);
+  HttpClient client(port_->port());
+  ASSERT_EQ(client.Upgrade().code, 101);
+  EXPECT_EQ(client.ReadMessage().opcode, 9);
+  EXPECT_TRUE(client.IsClosed());
+}
+
+TEST_F(WebSocketTest, PingsAreAnswered) {
+  HttpClient client(port_->port());
+  ASSERT_EQ(client.Upgrade().code, 101);
+  ASSERT_TRUE(client.SendMessage(9, "are you there"));
+  const WebSocketMessage pong = client.ReadMessage();
+  EXPECT_EQ(pong.opcode, 10);
+  EXPECT_EQ(pong.payload, "are you there");
+}
+
+TEST_F(WebSocketTest, DrainingClosesStreamsAsGoingAway) {
+  HttpClient busy(port_->port()), idle(port_->port());
+  ASSERT_EQ(busy.Upgrade().code, 101);
+  ASSERT_EQ(idle.Upgrade().code, 101);
+  ASSERT_TRUE(Send(busy, Endless(100)));
+  ReadFrame(busy);
+  port_->Drain();
+  for (HttpClient* client : {&busy, &idle}) {
+    const WebSocketMessage end = ReadToEnd(*client);
+    EXPECT_EQ(end.close_code(), 1001);
+    EXPECT_THAT(end.close_reason(), HasSubstr("shutting down"));
+  }
+  HttpClient late(port_->port());
+  EXPECT_EQ(late.Upgrade().code, 503);
+}
+
+TEST_F(WebSocketTest, AStopDoesNotWaitForClientsThatDoNotRead) {
+  HttpClient client(port_->port());
+  ASSERT_EQ(client.Upgrade().code, 101);
+  v1::StreamFramesRequest request = Endless(240);
+  ASSERT_TRUE(Send(client, request));
+  ReadFrame(client);
+  absl::SleepFor(absl::Milliseconds(300));
+  const absl::Time begin = absl::Now();
+  port_->Stop(absl::Milliseconds(100));
+  EXPECT_LT(absl::Now() - begin, absl::Seconds(5));
+}
+
+TEST_F(WebSocketTest, ClientsMayVanishAtAnyTime) {
+  for (int i = 0; i < 20; ++i) {
+    HttpClient client(port_->port());
+    ASSERT_EQ(client.Upgrade().code, 101);
+    ASSERT_TRUE(Send(client, Endless(240)));
+    if (i % 2 == 0) ReadFrame(client);
+  }
+  while (
+      !absl::StrContains(MetricsText(), "liquidblend_http_connections{kind=\"websocket\"} 0\n")) {
+    std::this_thread::yield();
+  }
+}
+
+TEST_F(WebSocketTest, ManyStreamsAtOnceAreAllWhole) {
+  std::vector<std::string> all(8);
+  {
+    std::vector<std::jthread> clients;
+    for (std::string& bytes : all) {
+      clients.emplace_back([&] {
+        HttpClient client(port_->port());
+        EXPECT_EQ(client.Upgrade().code, 101);
+        EXPECT_TRUE(Send(client, Lossless()));
+        for (int i = 0; i < rpc::kFamilyFrames; ++i) bytes += ReadFrame(client).frame().data();
+        EXPECT_EQ(client.ReadMessage().close_code(), 1000);
+      });
+    }
+  }
+  for (const std::string& bytes : all) EXPECT_EQ(bytes, all[0]);
+  EXPECT_FALSE(all[0].empty());
+}
+
+}  // namespace
+}  // namespace liquidblend::http

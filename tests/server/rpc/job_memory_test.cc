@@ -1,0 +1,93 @@
+#include "server/rpc/job_memory.h"
+
+#include "tests/server/rpc/rpc_testing.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+using store::Fails;
+using store::Succeeds;
+using store::v1::AnimationRecord;
+using store::v1::RegisterJob;
+
+AnimationRecord OfVertices(int64_t num_vertices) {
+  AnimationRecord animation;
+  animation.set_num_vertices(num_vertices);
+  return animation;
+}
+
+// docs/benchmarks.md: what was seen, and no more than half as much again.
+TEST(MemoryToRegister, IsWhatWasMeasured) {
+  const int64_t small = MemoryToRegister({}, OfVertices(570'000), {OfVertices(600'000)});
+  EXPECT_GT(small, 411'000'000);  // "Cost by stage"
+  EXPECT_LT(small, 800'000'000);
+  const int64_t large = MemoryToRegister({}, OfVertices(4'200'000), {OfVertices(4'200'000)});
+  EXPECT_GT(large, 4'400'000'000);  // "Large animations"
+  EXPECT_LT(large, 6'600'000'000);
+}
+
+TEST(MemoryToRegister, IsThatOfTheLargestTarget) {
+  const AnimationRecord source = OfVertices(1'000'000), target = OfVertices(3'000'000);
+  EXPECT_EQ(MemoryToRegister({}, source, {source, target}), MemoryToRegister({}, source, {target}));
+}
+
+TEST(MemoryToRegister, GrowsWithFinerGridsAndWithManyTargets) {
+  const AnimationRecord animation = OfVertices(1'000'000);
+  RegisterJob coarse, fine;
+  coarse.mutable_space_time()->set_spacing_edges(1.8);
+  fine.mutable_space_time()->set_spacing_edges(0.45);
+  const int64_t usual = MemoryToRegister({}, animation, {animation});
+  EXPECT_LT(MemoryToRegister(coarse, animation, {animation}), usual / 2);
+  EXPECT_GT(MemoryToRegister(fine, animation, {animation}), 7 * usual);
+  const std::vector<AnimationRecord> many(16, animation);
+  EXPECT_GT(MemoryToRegister({}, animation, many), 2 * usual);  // to put them together
+}
+
+TEST(MemoryToImport, GoesByTheFilesAndWhetherTheyArePacked) {
+  store::v1::ImportJob job;
+  const int64_t none = MemoryToImport(job);
+  job.add_files()->set_size_bytes(1000);
+  EXPECT_EQ(MemoryToImport(job) - none, 8'000);
+  store::v1::SourceFile& packed = *job.add_files();
+  packed.set_size_bytes(1000);
+  packed.set_name("fluid_mesh_0001.bobj.gz");
+  EXPECT_EQ(MemoryToImport(job) - none, 32'000);
+}
+
+class JobMemoryTest : public RpcTest {
+ protected:
+  store::v1::JobRecord job_ = [] {
+    store::v1::JobRecord job;
+    job.mutable_import_animation()->add_files()->set_size_bytes(int64_t{1} << 30);
+    return job;
+  }();
+};
+
+TEST_F(JobMemoryTest, AJobThatIsTooLargeForTheServersWorkersIsRefusedWithTheEstimate) {
+  const absl::Status refused = NoteMemory(*catalog_, int64_t{4} << 30, job_);
+  EXPECT_THAT(refused,
+              Fails(absl::StatusCode::kResourceExhausted,
+                    "needs about 8.1 GiB of memory; the server's workers can hold 4.0 GiB"));
+  EXPECT_TRUE(refused.GetPayload(kErrorInfoUrl).has_value());
+  EXPECT_THAT(NoteMemory(*catalog_, int64_t{9} << 30, job_), Succeeds());
+  EXPECT_GT(job_.memory_bytes(), int64_t{8} << 30);
+  EXPECT_THAT(NoteMemory(*catalog_, 0, job_), Succeeds());  // who knows who comes
+}
+
+TEST_F(JobMemoryTest, AWorkerFromElsewhereMayTakeWhatTheServersOwnCannot) {
+  ASSERT_TRUE(catalog_->LeaseJob("large", absl::Minutes(1), int64_t{16} << 30).ok());
+  EXPECT_THAT(NoteMemory(*catalog_, int64_t{4} << 30, job_), Succeeds());
+}
+
+TEST_F(JobMemoryTest, TellsWhyAJobIsLeft) {
+  job_.set_memory_bytes(int64_t{12} << 30);
+  EXPECT_EQ(*WaitsFor(job_, *catalog_), "no worker has asked for work lately");
+  ASSERT_TRUE(catalog_->LeaseJob("small", absl::Minutes(1), int64_t{8} << 30).ok());
+  EXPECT_EQ(*WaitsFor(job_, *catalog_),
+            "needs about 12.0 GiB of memory; no worker that asked lately can hold it");
+  ASSERT_TRUE(catalog_->LeaseJob("large", absl::Minutes(1), int64_t{16} << 30).ok());
+  EXPECT_EQ(*WaitsFor(job_, *catalog_), "");
+}
+
+}  // namespace
+}  // namespace liquidblend::rpc

@@ -1,0 +1,141 @@
+// StreamFrames over the wire.
+#include <cmath>
+#include <thread>
+
+#include "absl/time/clock.h"
+#include "google/rpc/error_details.pb.h"
+#include "tests/server/rpc/raw_call.h"
+#include "tests/server/rpc/server_testing.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+using testing::ElementsAre;
+
+TEST_F(ServerTest, ALosslessStreamGivesAllFramesAndEnds) {
+  PublishSplash();
+  grpc::ClientContext context;
+  auto stream = stub_->StreamFrames(&context);
+  ASSERT_TRUE(stream->Write(Lossless()));
+  stream->WritesDone();
+  v1::StreamFramesResponse response;
+  int num_frames = 0;
+  while (stream->Read(&response)) {
+    EXPECT_EQ(response.frame_index(), num_frames++);
+    EXPECT_EQ(response.num_dropped(), 0);
+  }
+  EXPECT_THAT(stream->Finish(), IsOk());
+  EXPECT_EQ(num_frames, kFamilyFrames);
+}
+
+TEST_F(ServerTest, APacedStreamNeverRunsAheadOfTheClock) {
+  PublishSplash();
+  grpc::ClientContext context;
+  auto stream = stub_->StreamFrames(&context);
+  v1::StreamFramesRequest request = Lossless();
+  request.set_lossless(false);
+  request.set_frames_per_second(100);
+  const absl::Time begin = absl::Now();
+  ASSERT_TRUE(stream->Write(request));
+  stream->WritesDone();
+  v1::StreamFramesResponse response;
+  int64_t num_frames = 0;
+  while (stream->Read(&response)) ++num_frames;
+  EXPECT_THAT(stream->Finish(), IsOk());
+  // 7 frames' time of the family at 24 frames per second, in steps of 10 ms; the last is not late.
+  const double expected_s = std::floor((kFamilyFrames - 1) / 24.0 * 100) / 100;
+  EXPECT_GE(absl::ToDoubleSeconds(absl::Now() - begin), expected_s - 0.01);
+  EXPECT_EQ(num_frames + response.num_dropped(), std::lround(expected_s * 100) + 1);
+}
+
+TEST_F(ServerTest, NewWeightsCountFromTheNextFrameOn) {
+  PublishSplash();
+  grpc::ClientContext context;
+  auto stream = stub_->StreamFrames(&context);
+  v1::StreamFramesRequest request = Lossless();
+  request.set_lossless(false);
+  request.set_loop(true);
+  request.set_frames_per_second(200);
+  ASSERT_TRUE(stream->Write(request));
+  v1::StreamFramesResponse response;
+  ASSERT_TRUE(stream->Read(&response));
+  EXPECT_THAT(response.frame().weights(), ElementsAre(0.5));
+  v1::StreamFramesRequest change;
+  change.add_weights(1.25);
+  ASSERT_TRUE(stream->Write(change));
+  int num_old = 0;
+  while (stream->Read(&response) && response.frame().weights(0) == 0.5) ++num_old;
+  EXPECT_THAT(response.frame().weights(), ElementsAre(1.25));
+  EXPECT_LT(num_old, 100);
+  context.TryCancel();
+  EXPECT_THAT(stream->Finish(), EndsWith(grpc::StatusCode::CANCELLED, ""));
+}
+
+TEST_F(ServerTest, AMistakeInAStreamEndsItByName) {
+  PublishSplash();
+  grpc::ClientContext context;
+  auto stream = stub_->StreamFrames(&context);
+  v1::StreamFramesRequest request = Lossless();
+  request.set_lossless(false);
+  request.set_rate(0);
+  ASSERT_TRUE(stream->Write(request));
+  v1::StreamFramesResponse response;
+  ASSERT_TRUE(stream->Read(&response));
+  v1::StreamFramesRequest change;
+  change.set_family("families/none");
+  stream->Write(change);
+  while (stream->Read(&response)) {
+  }
+  EXPECT_THAT(stream->Finish(), EndsWith(grpc::StatusCode::NOT_FOUND, "none"));
+}
+
+TEST_F(ServerTest, AStreamWithoutARequestIsRefused) {
+  grpc::ClientContext context;
+  auto stream = stub_->StreamFrames(&context);
+  stream->WritesDone();
+  v1::StreamFramesResponse response;
+  EXPECT_FALSE(stream->Read(&response));
+  EXPECT_THAT(stream->Finish(), EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "family"));
+}
+
+TEST_F(ServerTest, BytesThatAreNoMessageAreNotTheEndOfAStreamsRequests) {
+  PublishSplash();
+  v1::StreamFramesRequest held = Lossless();
+  held.set_lossless(false);
+  held.set_rate(0);
+  held.set_frames_per_second(0.001);  // one frame
+  const std::string request = held.SerializeAsString();
+  for (const std::vector<std::string>& messages :
+       {std::vector<std::string>{"\xFF\xFF\xFF"}, {request, "\xFF\xFF\xFF"}}) {
+    const grpc::Status status =
+        CallInBytes(channel_, "/liquidblend.v1.LiquidBlend/StreamFrames", messages);
+    EXPECT_THAT(status, EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "no message of the method"));
+    const auto info = DetailOf<google::rpc::ErrorInfo>(status);
+    EXPECT_EQ(info.reason(), "REQUEST_MALFORMED");
+    EXPECT_EQ(info.metadata().at("method"), "StreamFrames");
+  }
+}
+
+TEST_F(ServerTest, ManyStreamsAtOnceAreAllWhole) {
+  PublishSplash();
+  std::vector<std::string> all(8);
+  {
+    std::vector<std::jthread> clients;
+    for (std::string& bytes : all) {
+      clients.emplace_back([&] {
+        grpc::ClientContext context;
+        auto stream = stub_->StreamFrames(&context);
+        stream->Write(Lossless());
+        stream->WritesDone();
+        v1::StreamFramesResponse response;
+        while (stream->Read(&response)) bytes += response.frame().data();
+        EXPECT_THAT(stream->Finish(), IsOk());
+      });
+    }
+  }
+  for (const std::string& bytes : all) EXPECT_EQ(bytes, all[0]);
+  EXPECT_FALSE(all[0].empty());
+}
+
+}  // namespace
+}  // namespace liquidblend::rpc

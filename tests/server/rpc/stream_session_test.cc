@@ -1,0 +1,280 @@
+#include "server/rpc/stream_session.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "absl/time/clock.h"
+#include "tests/server/rpc/rpc_testing.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+using testing::ElementsAre;
+
+// Generous for machines that are busy; nothing waits that long when all is well.
+constexpr absl::Duration kPatience = absl::Seconds(20);
+
+// A client that takes each frame after `delay`, or when the test says so.
+class TestSink : public StreamSession::Sink {
+ public:
+  void Send(const StreamedFrame& streamed) override {
+    absl::MutexLock lock(&mutex_);
+    EXPECT_FALSE(is_writing_) << "two writes at once";
+    is_writing_ = true;
+    v1::StreamFramesResponse& response = responses_.emplace_back();
+    EXPECT_TRUE(response.ParseFromString(ResponsePrefix(streamed) + *streamed.frame));
+    EXPECT_EQ(response.level_of_detail(), streamed.level_of_detail);
+  }
+
+  void End(const absl::Status& status) override {
+    absl::MutexLock lock(&mutex_);
+    EXPECT_FALSE(end_.has_value()) << "ended twice";
+    end_ = status;
+  }
+
+  // Waits for response n.
+  v1::StreamFramesResponse Await(size_t n) {
+    absl::MutexLock lock(&mutex_);
+    const auto is_there = [&] { return responses_.size() > n; };
+    EXPECT_TRUE(mutex_.AwaitWithTimeout(absl::Condition(&is_there), kPatience));
+    return responses_.size() > n ? responses_[n] : v1::StreamFramesResponse();
+  }
+
+  absl::Status AwaitEnd() {
+    absl::MutexLock lock(&mutex_);
+    const auto has_ended = [&] { return end_.has_value(); };
+    EXPECT_TRUE(mutex_.AwaitWithTimeout(absl::Condition(&has_ended), kPatience));
+    return end_.value_or(absl::UnknownError("has not ended"));
+  }
+
+  // Takes what is being written.
+  void Take(StreamSession& session) {
+    {
+      absl::MutexLock lock(&mutex_);
+      if (!std::exchange(is_writing_, false)) return;
+    }
+    session.OnWritten();
+  }
+
+  size_t num_sent() {
+    absl::MutexLock lock(&mutex_);
+    return responses_.size();
+  }
+
+  bool has_ended() {
+    absl::MutexLock lock(&mutex_);
+    return end_.has_value();
+  }
+
+ private:
+  absl::Mutex mutex_;
+  std::vector<v1::StreamFramesResponse> responses_ ABSL_GUARDED_BY(mutex_);
+  std::optional<absl::Status> end_ ABSL_GUARDED_BY(mutex_);
+  bool is_writing_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+class StreamSessionTest : public RpcTest {
+ protected:
+  StreamSessionTest() : sink_(std::make_shared<TestSink>()) { Start(SmallBackends()); }
+  ~StreamSessionTest() override {
+    session_->Stop();
+    backends_->Stop();
+  }
+
+  void Start(const BackendsOptions& options) {
+    backends_ = std::make_unique<Backends>(*catalog_, *blobs_, families_, options);
+    session_ = std::make_shared<StreamSession>(*backends_, "test", sink_);
+  }
+
+  static v1::StreamFramesRequest Request() {
+    v1::StreamFramesRequest request;
+    request.set_family("families/splash");
+    request.add_weights(0.5);
+    return request;
+  }
+
+  // A client that takes each frame `delay` after it was sent.
+  std::jthread TakeAll(absl::Duration delay) {
+    return std::jthread([this, delay](const std::stop_token& stop) {
+      size_t num_taken = 0;
+      while (!stop.stop_requested() && !sink_->has_ended()) {
+        if (sink_->num_sent() > num_taken) {
+          absl::SleepFor(delay);
+          ++num_taken;
+          sink_->Take(*session_);
+        } else {
+          absl::SleepFor(absl::Microseconds(200));
+        }
+      }
+    });
+  }
+
+  int64_t NumMade() { return backends_->frame_cache.stats().num_frames; }
+
+  bool AwaitMade(int64_t count) {
+    const absl::Time give_up = absl::Now() + kPatience;
+    while (absl::Now() < give_up && NumMade() < count) absl::SleepFor(absl::Milliseconds(1));
+    return NumMade() >= count;
+  }
+
+  std::shared_ptr<TestSink> sink_;
+  std::unique_ptr<Backends> backends_;
+  std::shared_ptr<StreamSession> session_;
+};
+
+TEST_F(StreamSessionTest, ALosslessStreamSendsEveryFrameAndEnds) {
+  PublishSplash();
+  const std::jthread client = TakeAll(absl::ZeroDuration());
+  v1::StreamFramesRequest request = Request();
+  request.set_lossless(true);
+  session_->OnRequest(request);
+  session_->OnHalfClosed();
+  EXPECT_TRUE(sink_->AwaitEnd().ok());
+  ASSERT_EQ(sink_->num_sent(), static_cast<size_t>(kFamilyFrames));
+  for (int k = 0; k < kFamilyFrames; ++k) {
+    const v1::StreamFramesResponse response = sink_->Await(k);
+    EXPECT_EQ(response.frame_index(), k);
+    EXPECT_EQ(response.num_dropped(), 0);
+    EXPECT_NEAR(response.frame().time_s(), k / 24.0, 1e-9);
+  }
+}
+
+TEST_F(StreamSessionTest, ASlowClientGetsOneFrameAtATimeAndTheNewestOne) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Request();
+  request.set_frames_per_second(100);
+  request.set_loop(true);
+  session_->OnRequest(request);
+  sink_->Await(0);
+  absl::SleepFor(absl::Milliseconds(105));  // ten more are due
+  EXPECT_EQ(sink_->num_sent(), 1U);
+  sink_->Take(*session_);
+  const v1::StreamFramesResponse second = sink_->Await(1);
+  EXPECT_GE(second.num_dropped(), 8);
+  EXPECT_EQ(second.frame_index(), 1);
+}
+
+TEST_F(StreamSessionTest, TheNewestValuesOfSeveralMessagesCount) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Request();
+  request.set_rate(0);
+  request.set_frames_per_second(100);
+  session_->OnRequest(request);
+  sink_->Await(0);
+  for (const double weight : {0.1, 0.2, 0.3}) {
+    v1::StreamFramesRequest change;
+    change.add_weights(weight);
+    session_->OnRequest(change);
+  }
+  sink_->Take(*session_);
+  EXPECT_THAT(sink_->Await(1).frame().weights(), ElementsAre(0.3));
+}
+
+TEST_F(StreamSessionTest, TheNextFrameIsMadeWhileTheClientConsumesThisOne) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Request();
+  request.set_frames_per_second(5);
+  request.set_loop(true);
+  session_->OnRequest(request);
+  sink_->Await(0);
+  sink_->Take(*session_);
+  sink_->Await(1);  // from here on, values are steady
+  EXPECT_TRUE(AwaitMade(3));
+  EXPECT_EQ(sink_->num_sent(), 2U);
+}
+
+TEST_F(StreamSessionTest, WhatWasMadeAheadIsDroppedWhenValuesChange) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Request();
+  request.set_frames_per_second(5);
+  request.set_loop(true);
+  session_->OnRequest(request);
+  sink_->Await(0);
+  sink_->Take(*session_);
+  sink_->Await(1);
+  ASSERT_TRUE(AwaitMade(3));
+  v1::StreamFramesRequest change;
+  change.add_weights(0.75);
+  session_->OnRequest(change);
+  sink_->Take(*session_);
+  const v1::StreamFramesResponse response = sink_->Await(2);
+  EXPECT_THAT(response.frame().weights(), ElementsAre(0.75));
+  EXPECT_EQ(response.num_dropped(), 0);
+}
+
+TEST_F(StreamSessionTest, NothingIsMadeAheadBeyondTheByteCap) {
+  BackendsOptions options = SmallBackends();
+  options.limits.max_stream_bytes = 0;
+  Start(options);
+  PublishSplash();
+  const std::jthread client = TakeAll(absl::ZeroDuration());
+  v1::StreamFramesRequest request = Request();
+  request.set_frames_per_second(50);
+  session_->OnRequest(request);
+  int64_t most_ahead = 0;
+  while (!sink_->has_ended()) {
+    const int64_t num_made = NumMade();
+    if (sink_->num_sent() > 0) {
+      most_ahead = std::max(most_ahead, num_made - static_cast<int64_t>(sink_->num_sent()));
+    }
+  }
+  EXPECT_LE(most_ahead, 1);  // the one that is due, between its making and its sending
+  EXPECT_TRUE(sink_->AwaitEnd().ok());
+}
+
+TEST_F(StreamSessionTest, TheLevelOfDetailFollowsTheConnectionIfAskedTo) {
+  ImportAnimation("a");
+  ImportAnimation("b");
+  PublishFamily("splash", "a", "b", 1, {}, 2);
+  const std::jthread client = TakeAll(absl::Milliseconds(40));
+  v1::StreamFramesRequest request = Request();
+  request.set_frames_per_second(50);
+  request.set_loop(true);
+  session_->OnRequest(request);
+  EXPECT_EQ(sink_->Await(10).level_of_detail(), 0);
+  v1::StreamFramesRequest adapt;
+  adapt.set_adapt_level_of_detail(true);
+  session_->OnRequest(adapt);
+  const size_t before = sink_->num_sent();
+  const v1::StreamFramesResponse coarse = sink_->Await(before + 20);
+  EXPECT_EQ(coarse.level_of_detail(), 2);
+  EXPECT_LT(coarse.frame().num_triangles(), sink_->Await(0).frame().num_triangles());
+}
+
+TEST_F(StreamSessionTest, AMistakeEndsTheStream) {
+  PublishSplash();
+  const std::jthread client = TakeAll(absl::ZeroDuration());
+  session_->OnRequest(Request());
+  sink_->Await(0);
+  v1::StreamFramesRequest mistake;
+  mistake.add_weights(7);
+  session_->OnRequest(mistake);
+  EXPECT_THAT(BlamedFields(sink_->AwaitEnd()), ElementsAre("weights"));
+}
+
+TEST_F(StreamSessionTest, WithoutAFamilyThereIsNoStream) {
+  session_->OnHalfClosed();
+  EXPECT_THAT(BlamedFields(sink_->AwaitEnd()), ElementsAre("family"));
+}
+
+TEST_F(StreamSessionTest, AfterStopNothingIsSentOrMade) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Request();
+  request.set_frames_per_second(100);
+  request.set_loop(true);
+  session_->OnRequest(request);
+  sink_->Await(0);
+  session_->Stop();
+  sink_->Take(*session_);
+  backends_->Stop();
+  EXPECT_EQ(sink_->num_sent(), 1U);
+  EXPECT_FALSE(sink_->has_ended());
+}
+
+}  // namespace
+}  // namespace liquidblend::rpc

@@ -1,0 +1,59 @@
+// WatchOperation and WaitOperation over the wire.
+#include "tests/server/rpc/server_testing.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+TEST_F(ServerTest, WatchShowsEachChangeAndEndsWhenDone) {
+  const store::pb::JobRecord job = SubmitImport("drop");
+  grpc::ClientContext context;
+  v1::WatchOperationRequest request;
+  request.set_name("operations/" + job.id());
+  auto reader = stub_->WatchOperation(&context, request);
+  Operation operation;
+  v1::ImportAnimationMetadata metadata;
+  ASSERT_TRUE(reader->Read(&operation));
+  ASSERT_TRUE(operation.metadata().UnpackTo(&metadata));
+  EXPECT_EQ(metadata.progress().stage(), "queued");
+  const store::Lease lease = TakeJob();
+  ASSERT_TRUE(reader->Read(&operation));  // running
+  EXPECT_FALSE(operation.done());
+  ASSERT_TRUE(catalog_->FailJob(lease.lease_id, absl::DataLossError("torn"), false).ok());
+  ASSERT_TRUE(reader->Read(&operation));
+  EXPECT_TRUE(operation.done());
+  EXPECT_EQ(operation.error().message(), "torn");
+  EXPECT_FALSE(reader->Read(&operation));
+  EXPECT_THAT(reader->Finish(), IsOk());
+}
+
+TEST_F(ServerTest, WatchOfNothingIsNotFound) {
+  grpc::ClientContext context;
+  v1::WatchOperationRequest request;
+  request.set_name("operations/none");
+  auto reader = stub_->WatchOperation(&context, request);
+  Operation operation;
+  EXPECT_FALSE(reader->Read(&operation));
+  EXPECT_THAT(reader->Finish(), EndsWith(grpc::StatusCode::NOT_FOUND, "none"));
+}
+
+TEST_F(ServerTest, WaitAnswersAfterItsTimeoutOrWhenTheJobIsDone) {
+  const store::pb::JobRecord job = SubmitImport("drop");
+  google::longrunning::WaitOperationRequest request;
+  request.set_name("operations/" + job.id());
+  request.mutable_timeout()->set_nanos(20'000'000);
+  Operation operation;
+  {
+    grpc::ClientContext context;
+    ASSERT_THAT(operations_->WaitOperation(&context, request, &operation), IsOk());
+    EXPECT_FALSE(operation.done());
+  }
+  ASSERT_TRUE(catalog_->RequestCancel(job.id()).ok());
+  grpc::ClientContext context;
+  request.clear_timeout();
+  ASSERT_THAT(operations_->WaitOperation(&context, request, &operation), IsOk());
+  EXPECT_TRUE(operation.done());
+  EXPECT_EQ(operation.error().code(), grpc::StatusCode::CANCELLED);
+}
+
+}  // namespace
+}  // namespace liquidblend::rpc

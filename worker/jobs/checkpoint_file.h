@@ -1,0 +1,35 @@
+// A registration's state on its way to whoever goes on with it (docs/formats.md, "Checkpoint
+// file").
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/store/blob_store.h"
+#include "worker/registration/state.h"
+
+namespace liquidblend::jobs {
+
+struct CheckpointLabel {
+  std::string fingerprint;  // of all that the registration is made from
+  std::string lease;        // of who wrote it; with the number, no two files are alike
+  int64_t number = 0;
+};
+
+struct Checkpoint {
+  CheckpointLabel label;
+  registration::RegistrationState state;
+};
+
+// Errors: the writer's.
+absl::Status WriteCheckpoint(const CheckpointLabel& label,
+                             const registration::RegistrationState& state, store::BlobWriter& out);
+
+//   name  how messages call the file
+// Errors: kDataLoss if the file is damaged, naming the section; kInvalidArgument if it is no
+// checkpoint file, of a format version that is not known, or its content contradicts itself.
+absl::StatusOr<Checkpoint> ReadCheckpoint(const store::Blob& blob, const std::string& name);
+
+}  // namespace liquidblend::jobs

@@ -1,0 +1,196 @@
+#include "worker/jobs/checkpoints.h"
+
+#include <exception>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/base/log.h"
+#include "core/base/status_macros.h"
+#include "core/store/fault_point.h"
+#include "worker/jobs/checkpoint_file.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+using registration::IterationState;
+using registration::RegistrationState;
+using registration::SharpenState;
+
+// Trouble with the store after which the same blob may be read all the same.
+bool MayPass(const absl::Status& status) {
+  return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
+}
+
+// Whether nothing comes after it for a while, or a lot went into it.
+bool IsMilestone(const RegistrationState& state) {
+  const auto* const iterations = std::get_if<IterationState>(&state);
+  return iterations == nullptr || iterations->last.iteration == iterations->last.num_iterations;
+}
+
+std::string Describe(const RegistrationState& state) {
+  if (const auto* const finer = std::get_if<SharpenState>(&state)) {
+    return absl::StrCat("round ", finer->num_rounds, " of finer nodes");
+  }
+  return absl::StrCat("iteration ", std::get<IterationState>(state).last.iteration);
+}
+
+}  // namespace
+
+absl::Status CheckpointOptions::Validate() const {
+  if (iterations < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("checkpoint iterations are out of range: ", iterations));
+  }
+  if (interval < absl::ZeroDuration()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("checkpoint interval is out of range: ", absl::FormatDuration(interval)));
+  }
+  if (patience < absl::ZeroDuration()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("checkpoint patience is out of range: ", absl::FormatDuration(patience)));
+  }
+  return absl::OkStatus();
+}
+
+Checkpoints::Checkpoints(store::Catalog& catalog, store::BlobStore& blobs,
+                         const store::Lease& lease, const CheckpointOptions& options)
+    : catalog_(catalog),
+      blobs_(blobs),
+      job_id_(lease.job.id()),
+      lease_id_(lease.lease_id),
+      first_(lease.job.checkpoint_blob()),
+      options_(options) {
+  if (!first_.empty()) earlier_.push_back(first_);
+}
+
+Checkpoints::~Checkpoints() { End(/*is_done=*/false); }
+
+absl::StatusOr<std::optional<RegistrationState>> Checkpoints::Begin(std::string fingerprint) {
+  fingerprint_ = std::move(fingerprint);
+  if (options_.iterations > 0) {
+    absl::MutexLock lock(&mutex_);
+    is_running_ = true;
+    thread_ = std::thread([this] { Run(); });
+  }
+  if (first_.empty()) return std::optional<RegistrationState>();
+  absl::StatusOr<RegistrationState> state = Load(fingerprint_);
+  if (state.ok()) {
+    base::LogInfo(absl::StrCat("job ", job_id_, ": resumed after ", Describe(*state)));
+    return std::optional<RegistrationState>(*std::move(state));
+  }
+  if (MayPass(state.status())) return state.status();
+  LogTrouble("begins anew, as its checkpoint cannot be used", state.status());
+  return std::optional<RegistrationState>();
+}
+
+absl::StatusOr<RegistrationState> Checkpoints::Load(const std::string& fingerprint) {
+  const std::string name = absl::StrCat("checkpoint ", first_);
+  const absl::StatusOr<std::shared_ptr<const store::Blob>> blob = blobs_.Open(first_);
+  if (!blob.ok()) {
+    return absl::Status(blob.status().code(), absl::StrCat(name, ": ", blob.status().message()));
+  }
+  LB_ASSIGN_OR_RETURN(Checkpoint checkpoint, ReadCheckpoint(**blob, name));
+  if (checkpoint.label.fingerprint == fingerprint) return std::move(checkpoint.state);
+  return absl::FailedPreconditionError(
+      absl::StrCat(name, " is of ", checkpoint.label.fingerprint, ", and this registration is ",
+                   fingerprint, ": another program, or other inputs or options"));
+}
+
+void Checkpoints::Offer(RegistrationState state) {
+  auto newest = std::make_shared<const RegistrationState>(std::move(state));
+  absl::MutexLock lock(&mutex_);
+  newest_.swap(newest);
+  ++num_offered_;
+}
+
+void Checkpoints::Flush() {
+  absl::MutexLock lock(&mutex_);
+  if (!is_running_) return;
+  num_flushed_ = num_offered_;  // newer ones do not count: they may come faster than they are saved
+  mutex_.AwaitWithTimeout(absl::Condition(this, &Checkpoints::IsFlushed), options_.patience);
+}
+
+void Checkpoints::End(bool is_done) {
+  {
+    absl::MutexLock lock(&mutex_);
+    is_ended_ = true;
+  }
+  if (thread_.joinable()) thread_.join();
+  if (is_done) DeleteEarlier();
+}
+
+void Checkpoints::Run() {
+  while (const std::shared_ptr<const State> state = AwaitNext()) {
+    try {
+      Save(*state);
+    } catch (const std::exception& error) {  // memory: of this thread nobody else hears
+      LogTrouble("cannot make a checkpoint", absl::ResourceExhaustedError(error.what()));
+    }
+    absl::MutexLock lock(&mutex_);
+    num_done_ = num_taken_;
+  }
+}
+
+std::shared_ptr<const RegistrationState> Checkpoints::AwaitNext() {
+  absl::MutexLock lock(&mutex_);
+  mutex_.AwaitWithTimeout(absl::Condition(this, &Checkpoints::IsUrgent), options_.interval);
+  mutex_.Await(absl::Condition(this, &Checkpoints::IsDueOrUrgent));
+  if (is_ended_) return nullptr;
+  num_taken_ = num_offered_;
+  return std::exchange(newest_, nullptr);  // they may be large
+}
+
+bool Checkpoints::IsDue() const {
+  const int64_t num_new = num_offered_ - num_taken_;
+  return num_new >= options_.iterations || (num_new > 0 && IsMilestone(*newest_));
+}
+
+bool Checkpoints::IsUrgent() const { return is_ended_ || num_taken_ < num_flushed_; }
+
+bool Checkpoints::IsFlushed() const { return is_ended_ || num_done_ >= num_flushed_; }
+
+void Checkpoints::Save(const RegistrationState& state) {
+  const absl::Time begin = absl::Now();
+  const absl::StatusOr<store::BlobId> blob = Write(state);
+  if (!blob.ok()) return LogTrouble("cannot write a checkpoint", blob.status());
+  store::FaultPoint("checkpoint.after_write");
+  const absl::Status recorded = catalog_.SaveCheckpoint(lease_id_, *blob);
+  if (absl::IsAborted(recorded)) {  // the job is no longer ours, and has not heard of this one
+    earlier_ = {*blob};
+    DeleteEarlier();
+    absl::MutexLock lock(&mutex_);
+    is_ended_ = true;
+    return;
+  }
+  if (!recorded.ok()) {  // the record may name this one or the one before: both stay
+    earlier_.push_back(*blob);
+    return LogTrouble("cannot record a checkpoint", recorded);
+  }
+  DeleteEarlier();
+  earlier_ = {*blob};
+  base::Log(base::LogLevel::kDebug,
+            absl::StrCat("job ", job_id_, ": checkpoint after ", Describe(state)),
+            {{"ms", absl::StrCat(absl::ToInt64Milliseconds(absl::Now() - begin))}});
+}
+
+absl::StatusOr<store::BlobId> Checkpoints::Write(const RegistrationState& state) {
+  store::FaultPoint("checkpoint.before_write");
+  LB_ASSIGN_OR_RETURN(const std::unique_ptr<store::BlobWriter> out, blobs_.Create());
+  LB_RETURN_IF_ERROR(WriteCheckpoint({fingerprint_, lease_id_, ++num_written_}, state, *out));
+  return out->Commit();
+}
+
+void Checkpoints::DeleteEarlier() {
+  for (const store::BlobId& id : std::exchange(earlier_, {})) {
+    const absl::Status deleted = blobs_.Delete(id);
+    if (!deleted.ok()) LogTrouble("cannot delete an old checkpoint", deleted);
+  }
+}
+
+void Checkpoints::LogTrouble(const std::string& what, const absl::Status& status) const {
+  base::LogWarning(absl::StrCat("job ", job_id_, ": ", what, ": ", status.ToString()));
+}
+
+}  // namespace liquidblend::jobs

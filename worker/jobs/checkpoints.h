@@ -1,0 +1,97 @@
+// Keeps what a registration has come to where another worker finds it, while it goes on.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "core/store/blob_store.h"
+#include "core/store/catalog.h"
+#include "worker/registration/state.h"
+
+namespace liquidblend::jobs {
+
+struct CheckpointOptions {
+  int iterations = 2;  // >= 0; at least so many between two checkpoints; 0: none are made
+  absl::Duration interval = absl::Seconds(10);  // >= 0; at least so long between two of them
+  // >= 0; how long a worker that is to stop waits for a last one.
+  absl::Duration patience = absl::Seconds(1);
+  absl::Status Validate() const;  // names the first field out of range, and its value
+};
+
+// The checkpoints of one job. They are written by a thread of their own, so that slow storage holds
+// nothing up; what cannot be written is logged, and the work goes on. Each replaces the one before,
+// whose blob is then deleted: as no two checkpoints have the same bytes, nobody else can need it.
+// What a killed worker leaves behind is unreferenced, and swept with the rest.
+// Threads: Offer() and Flush() from any, the others from the job's.
+class Checkpoints {
+ public:
+  // Requires: options.Validate().ok(); catalog and blobs outlive this.
+  Checkpoints(store::Catalog& catalog, store::BlobStore& blobs, const store::Lease& lease,
+              const CheckpointOptions& options);
+  ~Checkpoints();
+  Checkpoints(const Checkpoints&) = delete;
+  Checkpoints& operator=(const Checkpoints&) = delete;
+
+  // From now on states are of the registration of this fingerprint. Returns where an earlier
+  // attempt got to; nothing if there is none, or (logged) it is gone, damaged or of something else.
+  // At most once. Errors: of the store, if they may pass: the checkpoint may still be good.
+  absl::StatusOr<std::optional<registration::RegistrationState>> Begin(std::string fingerprint);
+
+  // The newest state. Cost: does not wait.
+  void Offer(registration::RegistrationState state);
+
+  // Saves the newest state now, whatever the options say, but waits no longer than their patience.
+  void Flush();
+
+  // No more of them. Waits for one that is being written; then deletes the last one, if the job is
+  // done.
+  void End(bool is_done);
+
+ private:
+  using State = registration::RegistrationState;
+
+  absl::StatusOr<State> Load(const std::string& fingerprint);
+  void Run();
+  // Waits for a state that is due; null: the end.
+  std::shared_ptr<const State> AwaitNext();
+  void Save(const State& state);
+  absl::StatusOr<store::BlobId> Write(const State& state);
+  void DeleteEarlier();
+  void LogTrouble(const std::string& what, const absl::Status& status) const;
+
+  bool IsDue() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool IsUrgent() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool IsDueOrUrgent() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return IsDue() || IsUrgent(); }
+  bool IsFlushed() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  store::Catalog& catalog_;
+  store::BlobStore& blobs_;
+  const std::string job_id_, lease_id_;
+  const std::string first_;  // the checkpoint that the job came with, or empty
+  const CheckpointOptions options_;
+  std::string fingerprint_;             // set before the thread starts
+  int64_t num_written_ = 0;             // of the thread
+  std::vector<store::BlobId> earlier_;  // of the thread: the record names the last one at most
+
+  absl::Mutex mutex_;
+  std::shared_ptr<const State> newest_ ABSL_GUARDED_BY(mutex_);
+  // States so far: offered, taken to be saved, done with (saved or not), and to be flushed.
+  int64_t num_offered_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t num_taken_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t num_done_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t num_flushed_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool is_running_ ABSL_GUARDED_BY(mutex_) = false;  // the thread is there
+  bool is_ended_ ABSL_GUARDED_BY(mutex_) = false;    // or the lease is lost
+  std::thread thread_;                               // of who calls Begin() and End()
+};
+
+}  // namespace liquidblend::jobs

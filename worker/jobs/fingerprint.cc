@@ -1,0 +1,63 @@
+#include "worker/jobs/fingerprint.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <span>
+
+#include "core/base/log.h"
+#include "core/base/status_macros.h"
+#include "core/store/content_hash.h"
+#include "core/store/posix_file.h"
+#include "core/store/random_id.h"
+#include "worker/jobs/registered_part.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+constexpr char kProgramFile[] = "/proc/self/exe";  // also when another has taken its place
+
+absl::StatusOr<std::string> HashOfProgram() {
+  const std::string path = kProgramFile;
+  LB_ASSIGN_OR_RETURN(const store::FileHandle file, store::OpenFile(path, O_RDONLY));
+  struct stat info;
+  if (fstat(file.fd(), &info) != 0) return store::ErrnoStatus(errno, "stat", path);
+  store::BlobHasher hasher;
+  LB_RETURN_IF_ERROR(store::ReadAll(file, static_cast<size_t>(info.st_size), path,
+                                    [&](std::span<const std::byte> bytes) { hasher.Add(bytes); }));
+  return hasher.Id();
+}
+
+// Where it cannot be told, this process counts as a program of its own.
+std::string ProgramId() {
+  static const std::string id = [] {
+    const absl::StatusOr<std::string> hash = HashOfProgram();
+    if (hash.ok()) return *hash;
+    base::LogWarning("checkpoints are for this process alone: " + hash.status().ToString());
+    return store::RandomHex(16);
+  }();
+  return id;
+}
+
+void Add(const std::string& text, store::BlobHasher& hasher) {
+  const uint64_t size = text.size();
+  hasher.Add(std::as_bytes(std::span(&size, 1)));
+  hasher.Add(std::as_bytes(std::span(text)));
+}
+
+}  // namespace
+
+std::string FingerprintOf(const store::v1::RegisterJob& job, int target_index,
+                          const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
+                          const mesh::RegisteredFamily* previous) {
+  store::BlobHasher hasher;
+  Add(ProgramId(), hasher);
+  Add(job.SerializeAsString(), hasher);
+  Add(std::to_string(target_index), hasher);
+  Add(HashOf(source), hasher);
+  Add(HashOf(target), hasher);
+  if (previous != nullptr) hasher.Add(std::as_bytes(previous->targets[target_index].displacement));
+  return hasher.Id();
+}
+
+}  // namespace liquidblend::jobs

@@ -1,0 +1,68 @@
+// What a registration that was interrupted goes on from, on any machine, to the same bytes.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <variant>
+#include <vector>
+
+#include "core/mesh/registered_family.h"
+
+namespace liquidblend::registration {
+
+struct IterationReport {
+  int iteration = 0;  // from 1
+  int num_iterations = 0;
+  double fit_energy = 0.0;
+  double smoothness_energy = 0.0;
+  int64_t num_inliers = 0;
+  int64_t num_samples = 0;
+};
+
+// How many vertices one iteration drew at random.
+struct SampleDraw {
+  int32_t num_source = 0;
+  int32_t num_target = 0;
+};
+
+// After an iteration of Register() or Refine(): all that the next one needs beside the arguments.
+// What follows from these alone is made anew: graphs, features, correspondences, nodes. So are the
+// random numbers, by drawing as many as were drawn.
+struct IterationState {
+  IterationReport last;                     // of that iteration
+  std::vector<std::array<float, 20>> maps;  // per node: X, column by column, then b
+  std::vector<SampleDraw> draws;            // per iteration
+  std::vector<int32_t> worst;               // source vertices of the last samples, furthest first
+  double seconds = 0.0;                     // worked so far
+};
+
+// After the coarse registration was carried over to the fine meshes, or after a round of finer
+// nodes: the coarse meshes are not needed any more.
+struct SharpenState {
+  int num_rounds = 0;             // of finer nodes, done
+  int num_finer_nodes = 0;        // of these rounds
+  Eigen::Matrix4Xf displacement;  // per vertex of the fine source: mean edges and frames
+  double coarse_edge_length_m = 0.0;
+  mesh::RegistrationReport coarse_report;
+  double seconds = 0.0;  // worked since the coarse registration
+};
+
+using RegistrationState = std::variant<IterationState, SharpenState>;
+
+// Called after each iteration; returning false cancels (kCancelled).
+using ProgressCallback = std::function<bool(const IterationReport&)>;
+
+// Who listens to a registration.
+struct RegistrationHooks {
+  ProgressCallback progress = {};
+  // Called after each iteration (before `progress`) and each round of finer nodes. Cost: a copy of
+  // the state.
+  std::function<void(RegistrationState)> keep = {};
+  // Where to go on; of the same call with the same arguments. Null: from the beginning.
+  // Errors: kFailedPrecondition if it is not.
+  const RegistrationState* resume = nullptr;
+};
+
+}  // namespace liquidblend::registration
