@@ -76,7 +76,7 @@ TriangleMesh ReadDecoded(const std::string& path) {
   mesh.normals.resize(3, counts[2] * counts[0]);
   mesh.velocities.resize(3, counts[3] * counts[0]);
   for (Eigen::Matrix3Xf* values : {&mesh.vertices, &mesh.normals, &mesh.velocities}) {
-    take(values->data(), 12 * static_cast<size_t>(values->cols()));
+    if (values->cols() > 0) take(values->data(), 12 * static_cast<size_t>(values->cols()));
   }
   EXPECT_EQ(at, bytes.size()) << path;
   return mesh;
