@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "server/rpc/authorizer.h"
 #include "server/rpc/guarded.h"
 
 namespace liquidblend::rpc {
@@ -58,6 +59,7 @@ absl::Status FrameMaker::Join(FrameOrder order, const FrameKey& key, const Ticke
   flight->waiting.push_back(ticket);
   if (flight->is_running) return absl::OkStatus();
   FrameWork work;
+  work.host = HostOfPeer(order.client);
   work.client = std::move(order.client);
   work.is_paced = order.is_paced;
   work.cost = ExpectedCells(*order.loaded, order.query);

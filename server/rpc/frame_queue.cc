@@ -29,7 +29,7 @@ bool FrameQueue::HasRoomFor(const FrameWork& work) const {
 
 FrameQueue::Place FrameQueue::Push(FrameWork work) {
   const Place place = {{work.client, work.is_paced}, {work.deadline, num_pushed_++}};
-  Balance& balance = accounts_[place.account];
+  Balance& balance = BalanceOf(place.account, work.host);
   if (balance.waiting.empty()) {
     ++num_waiting_accounts_;
     balance.tag = std::max(balance.tag, round_);
@@ -38,6 +38,19 @@ FrameQueue::Place FrameQueue::Push(FrameWork work) {
   waiting_cost_ += work.cost;
   balance.waiting.emplace(place.order, std::move(work));
   return place;
+}
+
+FrameQueue::Balance& FrameQueue::BalanceOf(const Account& account, const std::string& host) {
+  const auto [found, is_new] = accounts_.try_emplace(account);
+  Balance& balance = found->second;
+  if (!is_new || host.empty()) return balance;
+  for (const auto& [other, before] : accounts_) {
+    const bool is_idle_kin =
+        other.second == account.second && before.host == host && before.waiting.empty();
+    if (is_idle_kin) balance.tag = std::max(balance.tag, before.tag);
+  }
+  balance.host = host;
+  return balance;
 }
 
 FrameWork FrameQueue::Pop() {

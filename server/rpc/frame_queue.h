@@ -20,6 +20,7 @@ struct FrameWork {
   int64_t cost = 1;         // >= 1; expected cells
   absl::Duration deadline;  // when it becomes late, on a clock that only goes forward
   absl::AnyInvocable<void()> run;
+  std::string host = {};  // of a client that may come back as another one; or empty
 };
 
 struct FrameQueueOptions {
@@ -32,10 +33,11 @@ struct FrameQueueOptions {
 
 // Start-time fair queueing. A client has an account for its paced work and one for the rest. Each
 // account with work owns a tag, the cost served to it so far; one that comes back starts at the
-// present round and is owed nothing for its absence. Of the accounts within a quantum of the lowest
-// tag, paced work goes first, then the earliest deadline. So a stream that asks for less than its
-// share is served at once, whatever others ask for, and nobody starves.
-// Threads: one at a time.  Cost: O(log work) to push, O(accounts with work) to pop.
+// present round and is owed nothing for its absence; a new one starts where those of its host that
+// have no work stand, so that nobody gets ahead by new connections. Of the accounts within a
+// quantum of the lowest tag, paced work goes first, then the earliest deadline. So a stream that
+// asks for less than its share is served at once, whatever others ask for, and nobody starves.
+// Threads: one at a time.  Cost: O(log work) to push, O(accounts) to pop and for a new one.
 class FrameQueue {
  public:
   using Account = std::pair<std::string, bool>;      // client, is_paced
@@ -62,12 +64,14 @@ class FrameQueue {
 
  private:
   struct Balance {
+    std::string host;
     std::map<Order, FrameWork> waiting;
     int64_t waiting_cost = 0;
     int64_t tag = 0;
   };
   using Accounts = std::map<Account, Balance>;
 
+  Balance& BalanceOf(const Account& account, const std::string& host);
   Accounts::iterator NextAccount();
   FrameWork Take(Balance& balance, const Order& order);
   void ForgetIdle();

@@ -17,6 +17,12 @@ FrameWork Work(const std::string& client, int64_t cost, int deadline_ms = 0) {
   return {client, false, cost, absl::Milliseconds(deadline_ms), [] {}};
 }
 
+// Of a connection, the first of its host's or a later one.
+FrameWork PacedWorkFrom(const std::string& host, int connection, int64_t cost) {
+  return {host + std::to_string(connection), true,  cost,
+          absl::Milliseconds(connection),    [] {}, host};
+}
+
 FrameWork PacedWork(const std::string& client, int64_t cost, int deadline_ms) {
   return {client, true, cost, absl::Milliseconds(deadline_ms), [] {}};
 }
@@ -95,6 +101,27 @@ TEST(FrameQueue, OfTwoLateStreamsTheEarlierOneGoesFirst) {
   EXPECT_EQ(queue.Pop().client, "b");
   EXPECT_EQ(queue.Pop().client, "a");
   EXPECT_EQ(queue.Pop().client, "c");
+}
+
+TEST(FrameQueue, NobodyGetsAheadByNewConnections) {
+  FrameQueue queue({.max_waiting_cost = 1'000'000, .quantum = 20});
+  for (int k = 0; k < 100; ++k) queue.Push(Work("patient", 10));
+  int num_connections = 0;
+  queue.Push(PacedWorkFrom("host", num_connections++, 10));
+  for (int k = 0; k < 100; ++k) {
+    if (queue.Pop().is_paced) queue.Push(PacedWorkFrom("host", num_connections++, 10));
+  }
+  EXPECT_NEAR(num_connections, 50, 4);
+}
+
+TEST(FrameQueue, ConnectionsOfAHostThatHaveWorkOweNothingForEachOther) {
+  FrameQueue queue({.max_waiting_cost = 1'000'000, .quantum = 1});
+  for (int k = 0; k < 20; ++k) queue.Push(PacedWorkFrom("host", 0, 10));
+  for (int k = 0; k < 10; ++k) queue.Pop();
+  for (int k = 0; k < 10; ++k) queue.Push(PacedWorkFrom("host", 1, 10));
+  int num_late = 0;
+  for (int k = 0; k < 10; ++k) num_late += queue.Pop().client == "host1" ? 1 : 0;
+  EXPECT_NEAR(num_late, 5, 1);
 }
 
 TEST(FrameQueue, RefusesWhoHasHadItsPartWhenFull) {
