@@ -51,17 +51,47 @@ v1::StreamFramesRequest StreamRequest(double frames_per_second) {
   return request;
 }
 
+// Calls at even times, from any point of the first period on; those that come too late follow at
+// once.
+class Pace {
+ public:
+  explicit Pace(double per_second) {
+    if (per_second <= 0.0) return;
+    period_ = std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(1.0 / per_second));
+    next_ += std::chrono::duration_cast<Clock::duration>(period_ * Spread(NextNumber()));
+  }
+  void Wait() {
+    if (period_ == Clock::duration::zero()) return;
+    std::this_thread::sleep_until(next_);
+    next_ += period_;
+  }
+
+ private:
+  Clock::duration period_ = Clock::duration::zero();
+  Clock::time_point next_ = Clock::now();
+};
+
+void Count(const v1::Frame& frame, ClientReport& report) {
+  report.num_bytes += static_cast<int64_t>(frame.data().size());
+  report.num_vertices += frame.num_vertices();
+  report.num_triangles += frame.num_triangles();
+}
+
 }  // namespace
 
-ClientReport CallFrames(const LoadTarget& target, Frames frames, const std::stop_token& stop) {
+ClientReport CallFrames(const LoadTarget& target, const Calls& calls, const std::stop_token& stop) {
   const auto stub = v1::LiquidBlend::NewStub(Connect(target));
   ClientReport report;
+  Pace pace(calls.per_second);
   for (int64_t k = 0; !stop.stop_requested(); ++k) {
-    const int64_t n = frames == Frames::kRepeated ? k % kNumRepeated : NextNumber();
+    pace.Wait();
+    const int64_t n = calls.frames == Frames::kRepeated ? k % kNumRepeated : NextNumber();
     v1::GetFrameRequest request;
     request.set_family(kLoadFamily);
     request.add_weights(Spread(n));
     request.set_time_s(target.duration_s * Spread(3 * n + 1));
+    request.mutable_encoding()->set_preset(calls.preset);
     grpc::ClientContext context;
     v1::Frame frame;
     const Clock::time_point begin = Clock::now();
@@ -70,7 +100,7 @@ ClientReport CallFrames(const LoadTarget& target, Frames frames, const std::stop
       continue;
     }
     report.latencies_ms.push_back(MsSince(begin));
-    report.num_bytes += static_cast<int64_t>(frame.data().size());
+    Count(frame, report);
   }
   return report;
 }
@@ -90,7 +120,7 @@ ClientReport WatchStream(const LoadTarget& target, double frames_per_second,
     const auto tick = static_cast<double>(response.frame_index() + response.num_dropped());
     arrivals_ms.push_back(MsSince(begin) - tick * period_ms);
     report.num_dropped = response.num_dropped();
-    report.num_bytes += static_cast<int64_t>(response.frame().data().size());
+    Count(response.frame(), report);
     v1::StreamFramesRequest change;
     change.add_weights(Spread(NextNumber()));
     stream->Write(change);
@@ -143,7 +173,7 @@ ClientReport Vanish(const LoadTarget& target, int client, const std::stop_token&
     v1::Frame frame;
     stub->GetFrame(&hurried, request, &frame);
     report.latencies_ms.push_back(0.0);  // only counted
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    std::this_thread::sleep_for(std::chrono::milliseconds(250));
   }
   return report;
 }

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "liquidblend/v1/liquidblend.pb.h"
+
 namespace liquidblend::bench {
 
 struct LoadTarget {
@@ -20,12 +22,22 @@ struct ClientReport {
   int64_t num_errors = 0;
   int64_t num_late = 0;     // of streams: frames later than one period
   int64_t num_dropped = 0;  // of streams: frames that the server skipped
+  // Of all frames together.
   int64_t num_bytes = 0;
+  int64_t num_vertices = 0;
+  int64_t num_triangles = 0;
 };
 
-// One call after another. Frames repeat: of 16 that everybody asks for; else no two are the same.
+// Frames repeat: of 16 that everybody asks for; else no two are the same.
 enum class Frames { kRepeated, kDifferent };
-ClientReport CallFrames(const LoadTarget& target, Frames frames, const std::stop_token& stop);
+
+struct Calls {
+  Frames frames = Frames::kDifferent;
+  v1::Encoding::Preset preset = v1::Encoding::FASTEST;
+  double per_second = 0.0;  // as many as this; 0: one after another
+};
+
+ClientReport CallFrames(const LoadTarget& target, const Calls& calls, const std::stop_token& stop);
 
 // A stream in a loop whose weights the client changes at every frame.
 ClientReport WatchStream(const LoadTarget& target, double frames_per_second,

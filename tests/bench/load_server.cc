@@ -8,6 +8,8 @@
 
 #include "core/store/data_directory.h"
 #include "core/store/files.h"
+#include "server/blend/blend.h"
+#include "server/slice/slice.h"
 #include "tests/synthetic/families.h"
 
 namespace liquidblend::bench {
@@ -49,6 +51,42 @@ mesh::RegisteredFamily MakeFamily(int vertices_per_frame, double warp_frames) {
   return family;
 }
 
+// Of its frames, over weights and times.
+double MeanVertices(const mesh::RegisteredFamily& family) {
+  constexpr int kNumSteps = 6;
+  const slice::CellIndex index(family);
+  slice::Workspace workspace;
+  double num_vertices = 0.0;
+  for (int w = 0; w < kNumSteps; ++w) {
+    for (int t = 0; t < kNumSteps; ++t) {
+      const std::vector<double> weights = {(w + 0.5) / kNumSteps};
+      const double time_s = family.duration_s() * (t + 0.5) / kNumSteps;
+      Require(slice::FindCandidates(index, weights, time_s, workspace));
+      const blend::Blender blender(family, weights);
+      num_vertices += static_cast<double>(slice::March(index, blender, workspace).num_vertices());
+    }
+  }
+  return num_vertices / (kNumSteps * kNumSteps);
+}
+
+// How many vertices the source's frames need for this many on average.
+int SourceVertices(int vertices_per_frame, double warp_frames) {
+  constexpr int kNumRounds = 3;
+  double needed = vertices_per_frame;
+  for (int round = 0; round < kNumRounds; ++round) {
+    const auto now = static_cast<int>(needed);
+    needed *= vertices_per_frame / MeanVertices(MakeFamily(now, warp_frames));
+  }
+  return static_cast<int>(needed);
+}
+
+// The value of a sample in Prometheus' text format; 0 if it is not there.
+double ValueOf(const std::string& text, const std::string& sample) {
+  const size_t at = text.find("\n" + sample + " ");
+  return at == std::string::npos ? 0.0
+                                 : std::strtod(text.c_str() + at + sample.size() + 2, nullptr);
+}
+
 void Import(store::Catalog& catalog, const std::string& id) {
   store::pb::AnimationRecord animation;
   animation.set_id(id);
@@ -63,17 +101,27 @@ void Import(store::Catalog& catalog, const std::string& id) {
 }  // namespace
 
 LoadServer::LoadServer(int vertices_per_frame, double warp_frames, int num_threads)
-    : catalog_(Require(store::OpenSqliteCatalog(store::CatalogPath(folder_.path())))),
+    : source_vertices_(SourceVertices(vertices_per_frame, warp_frames)),
+      catalog_(Require(store::OpenSqliteCatalog(store::CatalogPath(folder_.path())))),
       blobs_(Require(store::OpenLocalBlobStore(folder_.path()))),
       families_(*catalog_, *blobs_) {
-  Publish(vertices_per_frame, warp_frames);
+  Publish(warp_frames);
   rpc::ServerOptions options;
   options.listen = "127.0.0.1:0";
   options.num_frame_threads = num_threads;
   server_ = Require(rpc::Server::Start(*catalog_, *blobs_, families_, options));
 }
 
-void LoadServer::Publish(int vertices_per_frame, double warp_frames) {
+StageSums LoadServer::stage_sums() const {
+  const std::string text = server_->frames().metrics().Text({});
+  const auto seconds = [&](const std::string& stage) {
+    return ValueOf(text, "liquidblend_frame_stage_seconds_sum{stage=\"" + stage + "\"}");
+  };
+  return {seconds("queue"), seconds("slice"), seconds("encode"),
+          ValueOf(text, "liquidblend_frame_stage_seconds_count{stage=\"encode\"}")};
+}
+
+void LoadServer::Publish(double warp_frames) {
   Import(*catalog_, kSource);
   Import(*catalog_, kTarget);
   store::pb::JobRecord job;
@@ -81,7 +129,7 @@ void LoadServer::Publish(int vertices_per_frame, double warp_frames) {
   job.mutable_register_family()->set_source(kSource);
   job.mutable_register_family()->add_targets(kTarget);
   Require(catalog_->SubmitRegistration(job).status());
-  const mesh::RegisteredFamily family = MakeFamily(vertices_per_frame, warp_frames);
+  const mesh::RegisteredFamily family = MakeFamily(source_vertices_, warp_frames);
   duration_s_ = family.duration_s();
   const auto writer = Require(blobs_->Create());
   Require(store::WriteFamily(family, *writer));

@@ -1,0 +1,13 @@
+// Where the time of a call goes.
+#pragma once
+
+#include "tests/bench/load_clients.h"
+#include "tests/bench/load_server.h"
+
+namespace liquidblend::bench {
+
+// One client calls for frames of each preset in turn, uncached; prints a row for each: what the
+// server says of its stages, and what remains of what the client sees.
+void PrintStages(const LoadServer& server, const LoadTarget& target, double seconds);
+
+}  // namespace liquidblend::bench
