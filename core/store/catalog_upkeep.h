@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -37,6 +38,13 @@ struct HeldJob {
   absl::Time lease_expires = absl::InfinitePast();  // of one that is RUNNING
 };
 
+struct PruneOptions {
+  absl::Duration keep = absl::Hours(24 * 30);  // >= 0, after the end of a job; 0: for ever
+  bool dry_run = false;                        // only count
+  std::function<bool()> must_stop = {};        // asked now and then; empty: never
+  absl::Status Validate() const;               // names the first field out of range, and its value
+};
+
 // A part of Catalog, whose errors and threads it shares.
 class CatalogUpkeep {
  public:
@@ -58,6 +66,11 @@ class CatalogUpkeep {
   virtual absl::Status Import(const CatalogContents& contents) = 0;
   // Whether Import() would find the names free now.  Errors: as Import().
   virtual absl::Status CheckImport(const CatalogContents& contents) = 0;
+
+  // Deletes the records of jobs that ended (in whatever state) longer ago than that, by the clock
+  // of the catalog, and returns how many. What they made stays, but their request ids are
+  // forgotten.
+  virtual absl::StatusOr<int64_t> PruneHistory(const PruneOptions& options) = 0;
 
   // Tells of an animation that is READY that its file cannot be read: it becomes FAILED with this
   // error, keeps its blob's id, and may be imported again. With OK, one of which that was told is

@@ -69,6 +69,12 @@ constexpr const char* kMigrations[] = {R"sql(
     WHERE state IN (1, 2);
   CREATE INDEX jobs_by_turn ON jobs (priority, turn) WHERE attempts > 0;
   CREATE INDEX jobs_by_owner ON jobs (owner, priority, turn) WHERE state IN (1, 2, 6);
+)sql",
+                                       R"sql(
+  ALTER TABLE jobs ADD COLUMN ended_us BIGINT;
+  UPDATE jobs SET ended_us = (extract(epoch FROM clock_timestamp()) * 1000000)::bigint
+    WHERE state IN (3, 4, 5) AND parent IS NULL;
+  CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
 )sql"};
 constexpr int64_t kSchemaVersion = std::size(kMigrations);
 constexpr absl::Duration kSlowPoll = absl::Seconds(5);

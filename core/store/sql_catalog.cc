@@ -20,6 +20,8 @@
 namespace liquidblend::store {
 namespace {
 
+constexpr int64_t kPrunedAtOnce = 500;  // so that others get their turns
+
 // The result of a body.
 template <typename Body>
 using ReadResult = std::invoke_result_t<Body, Sql&>;
@@ -125,6 +127,26 @@ class SqlCatalog : public Catalog {
                                     const absl::Status& readable) override {
     return Change(
         [&](Sql& sql, absl::Time) { return store::SetAnimationReadable(sql, id, blob, readable); });
+  }
+
+  absl::StatusOr<int64_t> PruneHistory(const PruneOptions& options) override {
+    LB_RETURN_IF_ERROR(options.Validate());
+    if (options.keep == absl::ZeroDuration()) return 0;
+    if (options.dry_run) {
+      return Read([&](Sql& sql) -> absl::StatusOr<int64_t> {
+        LB_ASSIGN_OR_RETURN(const absl::Time now, sql.Now());
+        return CountHistory(sql, now - options.keep);
+      });
+    }
+    int64_t num_pruned = 0;
+    while (!options.must_stop || !options.must_stop()) {
+      LB_ASSIGN_OR_RETURN(const int64_t num, Change([&](Sql& sql, absl::Time now) {
+                            return RemoveHistory(sql, now - options.keep, kPrunedAtOnce);
+                          }));
+      num_pruned += num;
+      if (num < kPrunedAtOnce) break;
+    }
+    return num_pruned;
   }
 
   absl::Status DeleteAnimation(const std::string& id) override {

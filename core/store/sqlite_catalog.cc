@@ -57,6 +57,12 @@ constexpr const char* kMigrations[] = {R"sql(
     WHERE state IN (1, 2);
   CREATE INDEX jobs_by_turn ON jobs (priority, turn) WHERE attempts > 0;
   CREATE INDEX jobs_by_owner ON jobs (owner, priority, turn) WHERE state IN (1, 2, 6);
+)sql",
+                                       R"sql(
+  ALTER TABLE jobs ADD COLUMN ended_us INTEGER;
+  UPDATE jobs SET ended_us = CAST(strftime('%s', 'now') AS INTEGER) * 1000000
+    WHERE state IN (3, 4, 5) AND parent IS NULL;
+  CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
 )sql"};
 constexpr int64_t kSchemaVersion = std::size(kMigrations);
 

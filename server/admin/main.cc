@@ -41,6 +41,7 @@ struct Flags {
   bool repair = false;
   bool dry_run = false;
   std::string older_than = "24h";
+  std::string keep_history = "30d";
   std::string place;  // of an export
   int num_failed = 20;
 };
@@ -80,10 +81,10 @@ absl::StatusOr<int> RunCheck(const Flags& flags) {
 absl::StatusOr<int> RunCollect(const Flags& flags) {
   CollectOptions options;
   options.dry_run = flags.dry_run;
-  if (!absl::ParseDuration(flags.older_than, &options.older_than) || !options.Validate().ok()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--older-than must be a duration such as 24h, got '", flags.older_than, "'"));
-  }
+  LB_ASSIGN_OR_RETURN(options.older_than,
+                      server::ParseDurationFlag("--older-than", flags.older_than));
+  LB_ASSIGN_OR_RETURN(options.keep_history,
+                      server::ParseDurationFlag("--keep-history", flags.keep_history));
   LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
   LB_ASSIGN_OR_RETURN(const CollectReport report, Collect(*store.catalog, *store.blobs, options));
   Show(Print(report, flags.dry_run, FormatOf(flags)));
@@ -154,12 +155,14 @@ void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
                  "Put damaged blobs into quarantine, mark animations whose file is lost as "
                  "failed; loses nothing (docs/operations.md)");
   AddThreads(check, flags);
-  CLI::App& collect =
-      AddCommand(app, flags, "collect", "Delete blobs that nothing refers to", RunCollect, chosen);
+  CLI::App& collect = AddCommand(
+      app, flags, "collect", "Delete blobs that nothing refers to, and jobs that ended long ago",
+      RunCollect, chosen);
   collect
       .add_option("--older-than", flags.older_than,
                   "Only those written longer ago; longer than any upload or import takes")
       ->capture_default_str();
+  server::AddHistoryFlag(collect, flags.keep_history);
   collect.add_flag("--dry-run", flags.dry_run, "Only count them");
   CLI::App& exports =
       AddCommand(app, flags, "export",

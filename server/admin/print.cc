@@ -115,12 +115,14 @@ std::string Print(const CollectReport& report, bool dry_run, Format format) {
                  {"unreferenced_bytes", report.unreferenced_bytes},
                  {"deleted_blobs", report.num_deleted},
                  {"deleted_bytes", report.deleted_bytes},
+                 {"pruned_jobs", report.num_pruned},
                  {"dry_run", dry_run}});
   }
+  const char* const deleted = dry_run ? "would delete " : "deleted ";
   return absl::StrCat(report.num_unreferenced, " blobs that nothing refers to, ",
-                      FormatBytes(report.unreferenced_bytes), "; ",
-                      dry_run ? "would delete " : "deleted ", report.num_deleted, ", ",
-                      FormatBytes(report.deleted_bytes), "\n");
+                      FormatBytes(report.unreferenced_bytes), "; ", deleted, report.num_deleted,
+                      ", ", FormatBytes(report.deleted_bytes), "; ", deleted, report.num_pruned,
+                      " jobs of the history\n");
 }
 
 std::string Print(const TransferReport& report, const std::string& action, Format format) {

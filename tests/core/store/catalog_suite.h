@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/store/catalog.h"
+#include "tests/core/store/catalog_history_suite.h"
 #include "tests/core/store/catalog_memory_suite.h"
 #include "tests/core/store/catalog_order_suite.h"
 #include "tests/core/store/catalog_parts_suite.h"

@@ -94,16 +94,17 @@ TEST_F(SqliteCatalogTest, KnowsItsSchemaVersion) {
     return absl::OkStatus();
   };
   EXPECT_THAT(OpenRaw()->Run("PRAGMA user_version", {}, read), Succeeds());
-  EXPECT_EQ(version, 3);
-  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 4"), Succeeds());
+  EXPECT_EQ(version, 4);
+  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 5"), Succeeds());
   EXPECT_THAT(OpenSqliteCatalog(path_),
-              Fails(Code::kFailedPrecondition, path_ + " has schema version 4"));
+              Fails(Code::kFailedPrecondition, path_ + " has schema version 5"));
 }
 
 TEST_F(SqliteCatalogTest, BringsOlderDatabasesUpToDate) {
-  for (const char* second : {"", kSqliteVersion2}) {
-    path_ = absl::StrCat(folder_.path(), "/", *second == 0 ? 1 : 2, ".db");
-    ASSERT_THAT(OpenRaw()->RunScript(absl::StrCat(kSqliteVersion1, second, OldRows())), Succeeds());
+  for (const std::string& later : {std::string(), std::string(kSqliteVersion2),
+                                   absl::StrCat(kSqliteVersion2, kSqliteVersion3)}) {
+    path_ = absl::StrCat(folder_.path(), "/", later.size(), ".db");
+    ASSERT_THAT(OpenRaw()->RunScript(absl::StrCat(kSqliteVersion1, OldRows(), later)), Succeeds());
     absl::Time now;
     CatalogOptions options;
     options.now = [&] { return now; };
@@ -158,6 +159,10 @@ TEST_F(SqliteCatalogTest, FindsTheNextJobByAnIndexHoweverLongTheHistory) {
   EXPECT_THAT(next, ::testing::Not(::testing::HasSubstr("TEMP B-TREE")));
   EXPECT_THAT(plan("SELECT MAX(turn) FROM jobs WHERE priority = 0 AND attempts > 0"),
               ::testing::HasSubstr("jobs_by_turn"));
+  EXPECT_THAT(plan("SELECT MIN(turn) FROM jobs WHERE priority = 0 AND state IN (1, 2)"),
+              ::testing::HasSubstr("jobs_to_do"));
+  EXPECT_THAT(plan("SELECT number FROM jobs WHERE ended_us < 5 ORDER BY ended_us LIMIT 7"),
+              ::testing::HasSubstr("jobs_by_end"));
   EXPECT_THAT(plan("SELECT MAX(turn) FROM jobs WHERE owner = 'a' AND priority = 0 AND state IN (1, "
                    "2, 6)"),
               ::testing::HasSubstr("jobs_by_owner"));
