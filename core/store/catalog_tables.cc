@@ -103,6 +103,12 @@ SqlValue EndOf(const pb::JobRecord& job) {
   return int64_t{end.seconds()} * 1'000'000 + end.nanos() / 1000;
 }
 
+// What the animation counts for: its file, or while it has none the files that it is made from.
+int64_t StoredBytes(const pb::AnimationRecord& animation) {
+  if (!animation.blob().empty()) return animation.size_bytes();
+  return animation.state() == pb::AnimationRecord::IMPORTING ? animation.upload_bytes() : 0;
+}
+
 SqlValue TextOrNull(const std::string& text) {
   return text.empty() ? SqlValue(nullptr) : SqlValue(text);
 }
@@ -221,20 +227,24 @@ absl::Status SaveAnimation(Sql& sql, const pb::AnimationRecord& animation) {
   LB_ASSIGN_OR_RETURN(std::string bytes,
                       Serialize(animation, absl::StrCat("animation '", animation.id(), "'")));
   return sql.Run(
-      "INSERT INTO animations (id, state, blob, record) VALUES ($1, $2, $3, $4) ON CONFLICT (id) "
-      "DO "
-      "UPDATE SET state = excluded.state, blob = excluded.blob, record = excluded.record",
-      {animation.id(), int64_t{animation.state()}, animation.blob(), Bytes{std::move(bytes)}});
+      "INSERT INTO animations (id, state, blob, owner, stored_bytes, record) "
+      "VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (id) DO UPDATE SET state = excluded.state, "
+      "blob = excluded.blob, owner = excluded.owner, stored_bytes = excluded.stored_bytes, "
+      "record = excluded.record",
+      {animation.id(), int64_t{animation.state()}, animation.blob(), animation.owner(),
+       StoredBytes(animation), Bytes{std::move(bytes)}});
 }
 
 absl::Status SaveFamily(Sql& sql, const pb::FamilyRecord& family) {
   LB_ASSIGN_OR_RETURN(std::string bytes,
                       Serialize(family, absl::StrCat("family '", family.id(), "'")));
   return sql.Run(
-      "INSERT INTO families (id, version, blob, record) VALUES ($1, $2, $3, $4) ON CONFLICT (id) "
-      "DO "
-      "UPDATE SET version = excluded.version, blob = excluded.blob, record = excluded.record",
-      {family.id(), family.version(), family.blob(), Bytes{std::move(bytes)}});
+      "INSERT INTO families (id, version, blob, owner, stored_bytes, record) "
+      "VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (id) DO UPDATE SET version = excluded.version, "
+      "blob = excluded.blob, owner = excluded.owner, stored_bytes = excluded.stored_bytes, "
+      "record = excluded.record",
+      {family.id(), family.version(), family.blob(), family.owner(),
+       family.blob().empty() ? int64_t{0} : int64_t{family.size_bytes()}, Bytes{std::move(bytes)}});
 }
 
 absl::Status SetFamilyMembers(Sql& sql, const std::string& family,

@@ -15,6 +15,7 @@
 #include "core/store/fault_point.h"
 #include "core/store/job_queue.h"
 #include "core/store/job_records.h"
+#include "core/store/owner_tables.h"
 #include "core/store/upkeep_tables.h"
 
 namespace liquidblend::store {
@@ -67,13 +68,18 @@ class SqlCatalog : public Catalog {
       : options_(options), backend_(std::move(backend)) {}
 
   absl::StatusOr<pb::JobRecord> SubmitImport(const pb::AnimationRecord& animation,
-                                             pb::JobRecord job) override {
-    return Change(
-        [&](Sql& sql, absl::Time now) { return store::SubmitImport(sql, animation, job, now); });
+                                             pb::JobRecord job, const OwnerCheck& check) override {
+    return Change([&](Sql& sql, absl::Time now) {
+      return store::SubmitImport(sql, animation, job, check, now);
+    });
   }
-  absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job) override {
+  absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job,
+                                                   const OwnerCheck& check) override {
     return Change(
-        [&](Sql& sql, absl::Time now) { return store::SubmitRegistration(sql, job, now); });
+        [&](Sql& sql, absl::Time now) { return store::SubmitRegistration(sql, job, check, now); });
+  }
+  absl::Status CheckOwner(const pb::JobRecord& job, const OwnerCheck& check) override {
+    return Read([&](Sql& sql) { return store::CheckOwner(sql, job, check); });
   }
 
   absl::StatusOr<pb::AnimationRecord> GetAnimation(const std::string& id) override {
@@ -129,6 +135,9 @@ class SqlCatalog : public Catalog {
         [&](Sql& sql, absl::Time) { return store::SetAnimationReadable(sql, id, blob, readable); });
   }
 
+  absl::StatusOr<std::vector<OwnerUse>> ListOwners() override {
+    return Read([](Sql& sql) { return FindOwners(sql); });
+  }
   absl::StatusOr<int64_t> PruneHistory(const PruneOptions& options) override {
     LB_RETURN_IF_ERROR(options.Validate());
     if (options.keep == absl::ZeroDuration()) return 0;

@@ -107,6 +107,24 @@ inline constexpr char kPostgresVersion2[] = R"sql(
   UPDATE catalog_version SET version = 2, changed_at = now();
 )sql";
 
+// After version 3.
+inline constexpr char kSqliteVersion4[] = R"sql(
+  ALTER TABLE jobs ADD COLUMN ended_us INTEGER;
+  UPDATE jobs SET ended_us = CAST(strftime('%s', 'now') AS INTEGER) * 1000000
+    WHERE state IN (3, 4, 5) AND parent IS NULL;
+  CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
+  PRAGMA user_version = 4;
+)sql";
+
+// After version 2.
+inline constexpr char kPostgresVersion3[] = R"sql(
+  ALTER TABLE jobs ADD COLUMN ended_us BIGINT;
+  UPDATE jobs SET ended_us = (extract(epoch FROM clock_timestamp()) * 1000000)::bigint
+    WHERE state IN (3, 4, 5) AND parent IS NULL;
+  CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
+  UPDATE catalog_version SET version = 3, changed_at = now();
+)sql";
+
 // ---- what is in them; CheckOldRows() says whether a catalog still has it
 
 inline pb::JobRecord OldJob(const std::string& id, pb::JobRecord job, pb::JobRecord::State state) {
@@ -165,10 +183,19 @@ std::string FillOldCatalog(const Literal& literal) {
   return script;
 }
 
+// After OldRows(), from when jobs had owners: whose the first one was.
+inline constexpr char kOwnerOfOldJob[] = "UPDATE jobs SET owner = 'ann' WHERE id = 'import-a';";
+
 // A catalog whose clock stands at `now`, and that has been brought up to date.
-inline void CheckOldRows(Catalog& catalog, absl::Time& now) {
+inline void CheckOldRows(Catalog& catalog, absl::Time& now, bool with_owners = false) {
   now = absl::FromUnixSeconds(kOldLeaseEnd) - absl::Seconds(1);
   EXPECT_EQ(catalog.GetAnimation("a")->blob(), "blob-of-a");
+  const auto owners = catalog.ListOwners();
+  ASSERT_THAT(owners, Succeeds());
+  ASSERT_EQ(owners->size(), with_owners ? 2 : 1);
+  EXPECT_EQ(owners->front().stored_bytes, with_owners ? 100 : 200);
+  EXPECT_EQ(owners->back().owner, with_owners ? "ann" : "");
+  EXPECT_EQ(owners->back().stored_bytes, with_owners ? 100 : 200);
   EXPECT_EQ(catalog.GetFamily("f")->version(), 3);
   EXPECT_EQ(catalog.ListJobs(0, "")->records.size(), 3);
   EXPECT_THAT(catalog.DeleteAnimation("a"), Fails(absl::StatusCode::kFailedPrecondition, "'f'"));

@@ -55,14 +55,14 @@ class PostgresCatalogTest : public ::testing::Test {
   }
 
   // What FillOldCatalog() has put there.
-  void CheckIsBroughtUpToDate() {
+  void CheckIsBroughtUpToDate(bool with_owners = false) {
     absl::Time now;
     CatalogOptions options;
     options.now = [&] { return now; };
     const auto catalog = MustOpen(options);
     ASSERT_NE(catalog, nullptr);
-    EXPECT_EQ(Run("SELECT version FROM catalog_version"), "3");
-    CheckOldRows(*catalog, now);
+    EXPECT_EQ(Run("SELECT version FROM catalog_version"), "4");
+    CheckOldRows(*catalog, now, with_owners);
   }
 
   PostgresServer& server_ = SharedPostgresServer();
@@ -117,9 +117,15 @@ TEST_F(PostgresCatalogTest, BringsAnOlderDatabaseUpToDate) {
   CheckIsBroughtUpToDate();
 }
 
-TEST_F(PostgresCatalogTest, BringsTheFormerVersionUpToDate) {
+TEST_F(PostgresCatalogTest, BringsTheSecondVersionUpToDate) {
   RunScript(absl::StrCat(kPostgresVersion1, OldRows(), kPostgresVersion2));
   CheckIsBroughtUpToDate();
+}
+
+TEST_F(PostgresCatalogTest, BringsTheVersionWithoutOwnersUpToDate) {
+  RunScript(absl::StrCat(kPostgresVersion1, OldRows(), kPostgresVersion2, kPostgresVersion3,
+                         kOwnerOfOldJob));
+  CheckIsBroughtUpToDate(/*with_owners=*/true);
 }
 
 TEST_F(PostgresCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
@@ -135,7 +141,7 @@ TEST_F(PostgresCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
   }
   for (const pid_t child : children) EXPECT_EQ(WaitFor(child), 0);
   EXPECT_EQ(MustOpen()->ListJobs(0, "")->records.size(), 9);
-  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "3");
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "4");
 }
 
 // A step that cannot be made leaves the former version.
@@ -157,13 +163,13 @@ TEST_F(PostgresCatalogTest, StatementsOfTheFormerVersionFail) {
 
 TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
   const auto catalog = MustOpen();
-  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "3");
-  Run("UPDATE catalog_version SET version = 4");
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "4");
+  Run("UPDATE catalog_version SET version = 5");
   EXPECT_THAT(OpenPostgresCatalog(url_),
-              Fails(Code::kFailedPrecondition, "has schema version 4; this program knows 1 to 3"));
+              Fails(Code::kFailedPrecondition, "has schema version 5; this program knows 1 to 4"));
   // One that was open already changes nothing any more, either.
   EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
-              Fails(Code::kFailedPrecondition, "has schema version 4"));
+              Fails(Code::kFailedPrecondition, "has schema version 5"));
 }
 
 TEST_F(PostgresCatalogTest, LeavesOtherDatabasesAlone) {
