@@ -129,6 +129,13 @@ absl::StatusOr<int> RunWorkers(const Flags& flags) {
   return kDone;
 }
 
+absl::StatusOr<int> RunOwners(const Flags& flags) {
+  LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
+  LB_ASSIGN_OR_RETURN(const std::vector<store::OwnerUse> owners, store.catalog->ListOwners());
+  Show(Print(owners, FormatOf(flags)));
+  return kDone;
+}
+
 // One with the flags that all of them have.
 CLI::App& AddCommand(CLI::App& app, Flags& flags, const char* name, const char* help,
                      Command command, Command& chosen) {
@@ -182,7 +189,10 @@ void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
       .add_option("--failed", flags.num_failed, "Show so many of the jobs that failed last")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  AddCommand(app, flags, "workers", "Show who works on what since when", RunWorkers, chosen);
+  AddCommand(app, flags, "workers", "Show the workers, and who works on what since when",
+             RunWorkers, chosen);
+  AddCommand(app, flags, "owners", "Show what each owner has in the store and in the queue",
+             RunOwners, chosen);
 }
 
 int ExitCodeOf(const absl::Status& status) {
