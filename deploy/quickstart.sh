@@ -16,7 +16,8 @@ deploy/install-deps.sh --build
 
 say "2/6 build"
 cmake --preset release >/dev/null
-cmake --build --preset release -j "$(nproc)" --target liquidblend liquidblend-server liquidblend-worker
+cmake --build --preset release -j "$(nproc)" --target liquidblend liquidblend-admin \
+  liquidblend-server liquidblend-worker
 
 say "3/6 server and worker"
 mkdir -p "$out"

@@ -30,9 +30,14 @@ void Collector::Run() {
 void Collector::CollectOnce() {
   admin::CollectOptions options;
   options.older_than = options_.older_than;
+  options.keep_history = options_.keep_history;
   options.must_stop = [this] { return stop_.HasBeenNotified(); };
   const absl::StatusOr<admin::CollectReport> report = admin::Collect(catalog_, blobs_, options);
   if (!report.ok()) return base::LogWarning(absl::StrCat("collect: ", report.status().ToString()));
+  if (report->num_pruned > 0) {
+    base::Log(base::LogLevel::kInfo, "forgot jobs that ended long ago",
+              {{"jobs", absl::StrCat(report->num_pruned)}});
+  }
   if (report->num_deleted == 0) return;
   base::Log(base::LogLevel::kInfo, "collected blobs that nothing needs",
             {{"blobs", absl::StrCat(report->num_deleted)},

@@ -1,4 +1,4 @@
-// The server's own garbage collection, every so often.
+// The server's own garbage collection, and pruning of the history, every so often.
 #pragma once
 
 #include <thread>
@@ -11,9 +11,10 @@
 namespace liquidblend::server {
 
 struct CollectorOptions {
-  absl::Duration every = absl::Hours(1);          // >= 0; 0: never
-  absl::Duration older_than = absl::Hours(24);    // >= 0
-  absl::Duration first_after = absl::Minutes(1);  // >= 0; but not later than `every`
+  absl::Duration every = absl::Hours(1);               // >= 0; 0: never
+  absl::Duration older_than = absl::Hours(24);         // >= 0
+  absl::Duration keep_history = absl::Hours(24 * 30);  // >= 0; 0: for ever
+  absl::Duration first_after = absl::Minutes(1);       // >= 0; but not later than `every`
 };
 
 // A thread that collects, and tells the log what it freed. Servers that share a store may do so at

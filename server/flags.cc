@@ -42,13 +42,6 @@ void AddSecurityFlags(CLI::App& app, Flags& flags) {
       ->group(group);
 }
 
-absl::StatusOr<absl::Duration> ParseFlag(const char* name, const std::string& text) {
-  absl::Duration duration;
-  if (absl::ParseDuration(text, &duration) && duration >= absl::ZeroDuration()) return duration;
-  return absl::InvalidArgumentError(
-      absl::StrCat(name, " must be a duration such as 30s or 500ms, got '", text, "'"));
-}
-
 // Of each of the server's workers; 0 if that is not known.
 int64_t WorkerMemory(const Flags& flags) {
   return flags.worker_memory != 0 ? flags.worker_memory
@@ -156,6 +149,7 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--collect-older-than", flags.collect_older_than,
                  "How long they are kept; longer than any upload takes")
       ->capture_default_str();
+  AddHistoryFlag(app, flags.keep_history);
   app.add_option("--max-message", flags.max_message, "Largest request, e.g. 4MiB")
       ->transform(CLI::AsSizeValue(false));
   app.add_option("--max-upload", flags.max_upload, "Largest upload of one animation, e.g. 64GiB")
@@ -183,11 +177,14 @@ absl::StatusOr<Settings> SettingsOf(const Flags& flags) {
     LB_ASSIGN_OR_RETURN(settings.http, HttpOptionsOf(flags));
   }
   LB_ASSIGN_OR_RETURN(settings.workers, WorkerOptionsOf(flags));
-  LB_ASSIGN_OR_RETURN(settings.grace, ParseFlag("--grace", flags.grace));
-  LB_ASSIGN_OR_RETURN(settings.collector.every, ParseFlag("--collect-every", flags.collect_every));
+  LB_ASSIGN_OR_RETURN(settings.grace, ParseDurationFlag("--grace", flags.grace));
+  LB_ASSIGN_OR_RETURN(settings.collector.every,
+                      ParseDurationFlag("--collect-every", flags.collect_every));
   LB_ASSIGN_OR_RETURN(settings.collector.older_than,
-                      ParseFlag("--collect-older-than", flags.collect_older_than));
-  LB_RETURN_IF_ERROR(ParseFlag("--worker-lease", flags.worker_lease).status());
+                      ParseDurationFlag("--collect-older-than", flags.collect_older_than));
+  LB_ASSIGN_OR_RETURN(settings.collector.keep_history,
+                      ParseDurationFlag("--keep-history", flags.keep_history));
+  LB_RETURN_IF_ERROR(ParseDurationFlag("--worker-lease", flags.worker_lease).status());
   settings.families.memory_budget_bytes = flags.memory;
   LB_RETURN_IF_ERROR(settings.families.Validate());
   return settings;

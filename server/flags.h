@@ -31,6 +31,7 @@ struct Flags {
   std::string grace = "5s";
   std::string collect_every = "1h";
   std::string collect_older_than = "24h";
+  std::string keep_history = "30d";
   int64_t max_message = int64_t{4} << 20;
   int64_t max_upload = int64_t{64} << 30;
   int64_t memory = int64_t{8} << 30;

@@ -2,6 +2,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+
 namespace liquidblend::server {
 
 void AddStoreFlags(CLI::App& app, store::StoreLocation& location) {
@@ -15,6 +19,24 @@ void AddStoreFlags(CLI::App& app, store::StoreLocation& location) {
       ->envname("LIQUIDBLEND_CACHE");
   app.add_option("--cache-size", location.cache_bytes, "Disk space for --cache, e.g. 64GiB")
       ->transform(CLI::AsSizeValue(false));
+}
+
+void AddHistoryFlag(CLI::App& app, std::string& keep_history) {
+  app.add_option("--keep-history", keep_history,
+                 "How long jobs that have ended are remembered, and their request ids; 0: for ever")
+      ->capture_default_str();
+}
+
+absl::StatusOr<absl::Duration> ParseDurationFlag(const char* name, const std::string& text) {
+  absl::Duration duration;
+  absl::string_view days = text;
+  int num_days = 0;
+  if (absl::ConsumeSuffix(&days, "d") && absl::SimpleAtoi(days, &num_days) && num_days >= 0) {
+    return num_days * absl::Hours(24);
+  }
+  if (absl::ParseDuration(text, &duration) && duration >= absl::ZeroDuration()) return duration;
+  return absl::InvalidArgumentError(
+      absl::StrCat(name, " must be a duration such as 30d, 24h or 500ms, got '", text, "'"));
 }
 
 }  // namespace liquidblend::server

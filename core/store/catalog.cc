@@ -18,4 +18,10 @@ absl::Status CatalogOptions::Validate() const {
   return absl::OkStatus();
 }
 
+absl::Status PruneOptions::Validate() const {
+  if (keep >= absl::ZeroDuration()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("keep = ", absl::FormatDuration(keep), ", not >= 0"));
+}
+
 }  // namespace liquidblend::store

@@ -46,6 +46,10 @@ inline constexpr int64_t kAnyMemory = std::numeric_limits<int64_t>::max();
 // asks for jobs, and with heartbeats.
 inline constexpr absl::Duration kWorkerSilence = absl::Minutes(2);
 
+// Asked by calls that submit work, in their transaction, what the work's owner has without it; an
+// error refuses the work. Not asked about a request that was accepted before. Empty: all may.
+using OwnerCheck = std::function<absl::Status(const OwnerUse&)>;
+
 using JobCounts = std::map<pb::JobRecord::State, int64_t>;
 
 struct CatalogOptions {
@@ -82,11 +86,15 @@ class Catalog : public CatalogUpkeep {
   // (kInvalidArgument if it belongs to other work).
   // Errors: kAlreadyExists if the animation's id is taken (a FAILED one is replaced).
   virtual absl::StatusOr<pb::JobRecord> SubmitImport(const pb::AnimationRecord& animation,
-                                                     pb::JobRecord job) = 0;
+                                                     pb::JobRecord job,
+                                                     const OwnerCheck& check = {}) = 0;
   // Creates the family's row if it is new. Errors: kNotFound or kFailedPrecondition if an animation
   // is missing or not READY, naming it; kFailedPrecondition if a registration of the family is not
   // done.
-  virtual absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job) = 0;
+  virtual absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job,
+                                                           const OwnerCheck& check = {}) = 0;
+  // What `check` would say now, were the job submitted: to spare its owner work in vain.
+  virtual absl::Status CheckOwner(const pb::JobRecord& job, const OwnerCheck& check) = 0;
 
   // ---- reading
   virtual absl::StatusOr<pb::AnimationRecord> GetAnimation(const std::string& id) = 0;

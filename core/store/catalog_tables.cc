@@ -96,6 +96,19 @@ SqlValue DueOf(const JobRow& job) {
   return is_in_queue ? SqlValue(job.due_us) : SqlValue(nullptr);
 }
 
+// Parts are no history: they go with the job that they are a part of.
+SqlValue EndOf(const pb::JobRecord& job) {
+  if (IsUnfinished(job) || !job.parent().empty()) return nullptr;
+  const google::protobuf::Timestamp& end = job.update_time();
+  return int64_t{end.seconds()} * 1'000'000 + end.nanos() / 1000;
+}
+
+// What the animation counts for: its file, or while it has none the files that it is made from.
+int64_t StoredBytes(const pb::AnimationRecord& animation) {
+  if (!animation.blob().empty()) return animation.size_bytes();
+  return animation.state() == pb::AnimationRecord::IMPORTING ? animation.upload_bytes() : 0;
+}
+
 SqlValue TextOrNull(const std::string& text) {
   return text.empty() ? SqlValue(nullptr) : SqlValue(text);
 }
@@ -163,7 +176,12 @@ absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job) {
                "SELECT MAX(turn) FROM jobs WHERE owner = $1 AND priority = $2 AND state IN "
                "(1, 2, 6)",
                {job.owner(), int64_t{job.priority()}}));
-  return std::max(given_out, owners_last) + 1;
+  // Once the history is pruned, what waits tells where the turns are.
+  LB_ASSIGN_OR_RETURN(
+      const int64_t next,
+      QueryInt(sql, "SELECT MIN(turn) FROM jobs WHERE priority = $1 AND state IN (1, 2)",
+               {int64_t{job.priority()}}));
+  return std::max({given_out, owners_last, next - 1}) + 1;
 }
 
 absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::string& request_id) {
@@ -209,20 +227,24 @@ absl::Status SaveAnimation(Sql& sql, const pb::AnimationRecord& animation) {
   LB_ASSIGN_OR_RETURN(std::string bytes,
                       Serialize(animation, absl::StrCat("animation '", animation.id(), "'")));
   return sql.Run(
-      "INSERT INTO animations (id, state, blob, record) VALUES ($1, $2, $3, $4) ON CONFLICT (id) "
-      "DO "
-      "UPDATE SET state = excluded.state, blob = excluded.blob, record = excluded.record",
-      {animation.id(), int64_t{animation.state()}, animation.blob(), Bytes{std::move(bytes)}});
+      "INSERT INTO animations (id, state, blob, owner, stored_bytes, record) "
+      "VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (id) DO UPDATE SET state = excluded.state, "
+      "blob = excluded.blob, owner = excluded.owner, stored_bytes = excluded.stored_bytes, "
+      "record = excluded.record",
+      {animation.id(), int64_t{animation.state()}, animation.blob(), animation.owner(),
+       StoredBytes(animation), Bytes{std::move(bytes)}});
 }
 
 absl::Status SaveFamily(Sql& sql, const pb::FamilyRecord& family) {
   LB_ASSIGN_OR_RETURN(std::string bytes,
                       Serialize(family, absl::StrCat("family '", family.id(), "'")));
   return sql.Run(
-      "INSERT INTO families (id, version, blob, record) VALUES ($1, $2, $3, $4) ON CONFLICT (id) "
-      "DO "
-      "UPDATE SET version = excluded.version, blob = excluded.blob, record = excluded.record",
-      {family.id(), family.version(), family.blob(), Bytes{std::move(bytes)}});
+      "INSERT INTO families (id, version, blob, owner, stored_bytes, record) "
+      "VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (id) DO UPDATE SET version = excluded.version, "
+      "blob = excluded.blob, owner = excluded.owner, stored_bytes = excluded.stored_bytes, "
+      "record = excluded.record",
+      {family.id(), family.version(), family.blob(), family.owner(),
+       family.blob().empty() ? int64_t{0} : int64_t{family.size_bytes()}, Bytes{std::move(bytes)}});
 }
 
 absl::Status SetFamilyMembers(Sql& sql, const std::string& family,
@@ -249,20 +271,21 @@ absl::Status InsertJob(Sql& sql, const pb::JobRecord& job) {
   LB_ASSIGN_OR_RETURN(std::string bytes, Serialize(job, absl::StrCat("job '", job.id(), "'")));
   return sql.Run(
       "INSERT INTO jobs (id, state, subject, request_id, parent, due_us, owner, priority, turn, "
-      "memory_bytes, record) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
+      "memory_bytes, ended_us, record) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
       {job.id(), int64_t{job.state()}, SubjectOf(job), TextOrNull(job.request_id()),
        TextOrNull(job.parent()), DueOf({job, "", 0}), job.owner(), int64_t{job.priority()},
-       job.turn(), job.memory_bytes(), Bytes{std::move(bytes)}});
+       job.turn(), job.memory_bytes(), EndOf(job), Bytes{std::move(bytes)}});
 }
 
 absl::Status UpdateJob(Sql& sql, const JobRow& job) {
   LB_ASSIGN_OR_RETURN(std::string bytes,
                       Serialize(job.record, absl::StrCat("job '", job.record.id(), "'")));
   return sql.Run(
-      "UPDATE jobs SET state = $1, lease_id = $2, due_us = $3, attempts = $4, record = $5 "
-      "WHERE id = $6",
+      "UPDATE jobs SET state = $1, lease_id = $2, due_us = $3, attempts = $4, ended_us = $5, "
+      "record = $6 WHERE id = $7",
       {int64_t{job.record.state()}, TextOrNull(job.lease_id), DueOf(job),
-       int64_t{job.record.attempts()}, Bytes{std::move(bytes)}, job.record.id()});
+       int64_t{job.record.attempts()}, EndOf(job.record), Bytes{std::move(bytes)},
+       job.record.id()});
 }
 
 absl::Status SaveWorker(Sql& sql, const pb::WorkerRecord& worker, absl::Time now) {
@@ -299,6 +322,22 @@ absl::Status RemoveFamily(Sql& sql, const std::string& id) {
 
 absl::Status RemoveJob(Sql& sql, const std::string& id) {
   return sql.Run("DELETE FROM jobs WHERE id = $1", {id});
+}
+
+absl::StatusOr<int64_t> CountHistory(Sql& sql, absl::Time end) {
+  return QueryInt(sql, "SELECT COUNT(*) FROM jobs WHERE ended_us < $1", {absl::ToUnixMicros(end)});
+}
+
+absl::StatusOr<int64_t> RemoveHistory(Sql& sql, absl::Time end, int64_t max_num) {
+  int64_t num_removed = 0;
+  LB_RETURN_IF_ERROR(
+      sql.Run("DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE ended_us < $1 "
+              "ORDER BY ended_us LIMIT $2) RETURNING number",
+              {absl::ToUnixMicros(end), max_num}, [&](const SqlRow&) {
+                ++num_removed;
+                return absl::OkStatus();
+              }));
+  return num_removed;
 }
 
 absl::Status RemoveParts(Sql& sql, const std::string& parent) {

@@ -37,8 +37,8 @@ absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int6
 // How long until there may be one: 0 if there is; infinite if none is queued or running.
 absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t memory_bytes);
 // The turn of a new job of that priority and owner: the next one after the owner's last that is not
-// done, but not before the last turn that was given out. So whoever asks for much waits for whoever
-// asks for little (start-time fair queueing).
+// done, but not before the last turn that was given out, nor before whoever waits longest. So
+// whoever asks for much waits for whoever asks for little (start-time fair queueing).
 absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job);
 absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::string& request_id);
 // Without parts.
@@ -68,6 +68,9 @@ absl::Status RemoveAnimation(Sql& sql, const std::string& id);
 absl::Status RemoveFamily(Sql& sql, const std::string& id);
 absl::Status RemoveJob(Sql& sql, const std::string& id);
 absl::Status RemoveParts(Sql& sql, const std::string& parent);
+// The jobs that ended before; the oldest ones first, and how many were removed.
+absl::StatusOr<int64_t> CountHistory(Sql& sql, absl::Time end);
+absl::StatusOr<int64_t> RemoveHistory(Sql& sql, absl::Time end, int64_t max_num);
 
 // Up to `page_size` records after the page that `token` ends.
 absl::StatusOr<Page<pb::AnimationRecord>> PageOfAnimations(Sql& sql, int page_size,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -37,6 +38,23 @@ struct HeldJob {
   absl::Time lease_expires = absl::InfinitePast();  // of one that is RUNNING
 };
 
+// What an owner (a principal's name) has.
+struct OwnerUse {
+  std::string owner;
+  // The files of animations and families, each once, and what animations are being imported from.
+  int64_t stored_bytes = 0;
+  int64_t num_queued_jobs = 0;  // accepted, and not done; parts do not count
+  int64_t num_animations = 0;   // ListOwners() tells these
+  int64_t num_families = 0;     // whose version is this owner's
+};
+
+struct PruneOptions {
+  absl::Duration keep = absl::Hours(24 * 30);  // >= 0, after the end of a job; 0: for ever
+  bool dry_run = false;                        // only count
+  std::function<bool()> must_stop = {};        // asked now and then; empty: never
+  absl::Status Validate() const;               // names the first field out of range, and its value
+};
+
 // A part of Catalog, whose errors and threads it shares.
 class CatalogUpkeep {
  public:
@@ -58,6 +76,14 @@ class CatalogUpkeep {
   virtual absl::Status Import(const CatalogContents& contents) = 0;
   // Whether Import() would find the names free now.  Errors: as Import().
   virtual absl::Status CheckImport(const CatalogContents& contents) = 0;
+
+  // By name; those who have nothing are left out. The name of what is nobody's is empty.
+  virtual absl::StatusOr<std::vector<OwnerUse>> ListOwners() = 0;
+
+  // Deletes the records of jobs that ended (in whatever state) longer ago than that, by the clock
+  // of the catalog, and returns how many. What they made stays, but their request ids are
+  // forgotten.
+  virtual absl::StatusOr<int64_t> PruneHistory(const PruneOptions& options) = 0;
 
   // Tells of an animation that is READY that its file cannot be read: it becomes FAILED with this
   // error, keeps its blob's id, and may be imported again. With OK, one of which that was told is

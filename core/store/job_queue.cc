@@ -8,6 +8,7 @@
 #include "core/base/status_macros.h"
 #include "core/store/catalog_tables.h"
 #include "core/store/job_records.h"
+#include "core/store/owner_tables.h"
 #include "core/store/random_id.h"
 
 namespace liquidblend::store {
@@ -24,6 +25,12 @@ absl::StatusOr<std::optional<pb::JobRecord>> FindEarlier(Sql& sql, const pb::Job
   if (!earlier.has_value() || SubjectOf(*earlier) == SubjectOf(job)) return earlier;
   return absl::InvalidArgumentError(absl::StrCat(
       "request_id '", job.request_id(), "' was used for ", SubjectOf(*earlier), " before"));
+}
+
+absl::Status AskAboutOwner(Sql& sql, const pb::JobRecord& job, const OwnerCheck& check) {
+  if (!check) return absl::OkStatus();
+  LB_ASSIGN_OR_RETURN(const OwnerUse use, FindOwnerUse(sql, job.owner()));
+  return check(use);
 }
 
 absl::Status CheckReady(Sql& sql, const std::string& animation) {
@@ -120,7 +127,8 @@ int64_t LeaseEnd(absl::Time now, absl::Duration duration) {
 }  // namespace
 
 absl::StatusOr<pb::JobRecord> SubmitImport(Sql& sql, const pb::AnimationRecord& animation,
-                                           pb::JobRecord job, absl::Time now) {
+                                           pb::JobRecord job, const OwnerCheck& check,
+                                           absl::Time now) {
   LB_RETURN_IF_ERROR(CheckImport(animation, job));
   LB_ASSIGN_OR_RETURN(std::optional<pb::JobRecord> earlier, FindEarlier(sql, job));
   if (earlier.has_value()) return *std::move(earlier);
@@ -130,15 +138,17 @@ absl::StatusOr<pb::JobRecord> SubmitImport(Sql& sql, const pb::AnimationRecord& 
         absl::StrCat("animation '", animation.id(), "' exists already"));
   }
   if (!existing.ok() && !absl::IsNotFound(existing.status())) return existing.status();
+  LB_RETURN_IF_ERROR(AskAboutOwner(sql, job, check));
   job = NewJob(std::move(job), now);
   LB_ASSIGN_OR_RETURN(const int64_t turn, NextTurn(sql, job));
   job.set_turn(turn);
-  LB_RETURN_IF_ERROR(SaveAnimation(sql, NewAnimation(animation, now)));
+  LB_RETURN_IF_ERROR(SaveAnimation(sql, NewAnimation(animation, job, now)));
   LB_RETURN_IF_ERROR(InsertJob(sql, job));
   return job;
 }
 
-absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job, absl::Time now) {
+absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
+                                                 const OwnerCheck& check, absl::Time now) {
   LB_RETURN_IF_ERROR(CheckRegistration(job));
   LB_ASSIGN_OR_RETURN(std::optional<pb::JobRecord> earlier, FindEarlier(sql, job));
   if (earlier.has_value()) return *std::move(earlier);
@@ -146,6 +156,7 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job, ab
     LB_RETURN_IF_ERROR(CheckReady(sql, animation));
   }
   LB_RETURN_IF_ERROR(CheckNobodyWorksOn(sql, SubjectOf(job)));
+  LB_RETURN_IF_ERROR(AskAboutOwner(sql, job, check));
   const std::string& family = job.register_family().family();
   const auto existing = FindFamily(sql, family);
   if (absl::IsNotFound(existing.status())) {
@@ -162,6 +173,11 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job, ab
   LB_RETURN_IF_ERROR(InsertJob(sql, job));
   if (job.state() == pb::JobRecord::WAITING) LB_RETURN_IF_ERROR(InsertParts(sql, job, now));
   return job;
+}
+
+absl::Status CheckOwner(Sql& sql, const pb::JobRecord& job, const OwnerCheck& check) {
+  LB_ASSIGN_OR_RETURN(const std::optional<pb::JobRecord> earlier, FindEarlier(sql, job));
+  return earlier.has_value() ? absl::OkStatus() : AskAboutOwner(sql, job, check);
 }
 
 absl::StatusOr<LeaseAttempt> LeaseJob(Sql& sql, const pb::WorkerRecord& worker,
@@ -222,6 +238,8 @@ absl::Status PublishAnimation(Sql& sql, const std::string& lease_id, pb::Animati
   LB_ASSIGN_OR_RETURN(const pb::AnimationRecord existing, FindAnimation(sql, animation.id()));
   animation.set_state(pb::AnimationRecord::READY);
   animation.clear_error();
+  animation.set_owner(row.record.owner());
+  animation.set_upload_bytes(existing.upload_bytes());
   *animation.mutable_create_time() = existing.create_time();
   LB_RETURN_IF_ERROR(SaveAnimation(sql, animation));
   Succeed(now, row.record);
@@ -239,6 +257,7 @@ absl::StatusOr<int64_t> PublishFamily(Sql& sql, const std::string& lease_id,
   LB_ASSIGN_OR_RETURN(const int64_t version, TakeFamilyVersion(sql, family.id()));
   family.set_version(version);
   family.mutable_manifest()->set_version(version);
+  family.set_owner(row.record.owner());
   *family.mutable_create_time() = existing.create_time();
   *family.mutable_update_time() = ToTimestamp(now);
   LB_RETURN_IF_ERROR(SaveFamily(sql, family));

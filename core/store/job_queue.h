@@ -15,8 +15,11 @@
 namespace liquidblend::store {
 
 absl::StatusOr<pb::JobRecord> SubmitImport(Sql& sql, const pb::AnimationRecord& animation,
-                                           pb::JobRecord job, absl::Time now);
-absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job, absl::Time now);
+                                           pb::JobRecord job, const OwnerCheck& check,
+                                           absl::Time now);
+absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
+                                                 const OwnerCheck& check, absl::Time now);
+absl::Status CheckOwner(Sql& sql, const pb::JobRecord& job, const OwnerCheck& check);
 
 struct LeaseAttempt {
   // kEndDeadJobs: the next job must not start again; EndDeadJobs(), then try again.

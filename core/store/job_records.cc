@@ -106,10 +106,17 @@ absl::Status ErrorOfPart(const absl::Status& error, const pb::JobRecord& part,
                       absl::StrCat("target '", TargetOf(part, parent), "': ", error.message()));
 }
 
-pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, absl::Time now) {
+pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, const pb::JobRecord& job,
+                                 absl::Time now) {
   animation.set_state(pb::AnimationRecord::IMPORTING);
   animation.clear_error();
   animation.clear_blob();
+  animation.set_owner(job.owner());
+  int64_t upload_bytes = 0;
+  for (const pb::SourceFile& file : job.import_animation().files()) {
+    upload_bytes += file.size_bytes();
+  }
+  animation.set_upload_bytes(upload_bytes);
   *animation.mutable_create_time() = ToTimestamp(now);
   return animation;
 }

@@ -39,8 +39,9 @@ pb::JobRecord NewPart(const pb::JobRecord& parent, int target_index, absl::Time 
 absl::Status ErrorOfPart(const absl::Status& error, const pb::JobRecord& part,
                          const pb::JobRecord& parent);
 
-// The animation's record while its import is not done.
-pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, absl::Time now);
+// The animation's record while its import `job` is not done.
+pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, const pb::JobRecord& job,
+                                 absl::Time now);
 
 void StartAttempt(const std::string& worker, absl::Time now, pb::JobRecord& job);
 

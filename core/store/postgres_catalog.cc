@@ -11,6 +11,7 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/base/status_macros.h"
+#include "core/store/owner_tables.h"
 #include "core/store/postgres.h"
 #include "core/store/postgres_pool.h"
 #include "core/store/sql_catalog.h"
@@ -69,8 +70,23 @@ constexpr const char* kMigrations[] = {R"sql(
     WHERE state IN (1, 2);
   CREATE INDEX jobs_by_turn ON jobs (priority, turn) WHERE attempts > 0;
   CREATE INDEX jobs_by_owner ON jobs (owner, priority, turn) WHERE state IN (1, 2, 6);
+)sql",
+                                       R"sql(
+  ALTER TABLE jobs ADD COLUMN ended_us BIGINT;
+  UPDATE jobs SET ended_us = (extract(epoch FROM clock_timestamp()) * 1000000)::bigint
+    WHERE state IN (3, 4, 5) AND parent IS NULL;
+  CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
+)sql",
+                                       R"sql(
+  ALTER TABLE animations ADD COLUMN owner TEXT COLLATE "C" NOT NULL DEFAULT '';
+  ALTER TABLE animations ADD COLUMN stored_bytes BIGINT NOT NULL DEFAULT 0;
+  ALTER TABLE families ADD COLUMN owner TEXT COLLATE "C" NOT NULL DEFAULT '';
+  ALTER TABLE families ADD COLUMN stored_bytes BIGINT NOT NULL DEFAULT 0;
+  CREATE INDEX animations_by_owner ON animations (owner, blob, stored_bytes);
+  CREATE INDEX families_by_owner ON families (owner, blob, stored_bytes);
 )sql"};
 constexpr int64_t kSchemaVersion = std::size(kMigrations);
+constexpr int64_t kFirstWithOwners = 4;
 constexpr absl::Duration kSlowPoll = absl::Seconds(5);
 constexpr char kChannel[] = "liquidblend_jobs";
 
@@ -106,6 +122,7 @@ absl::Status Migrate(PostgresConnection& sql) {
   for (int64_t k = version; k < kSchemaVersion; ++k) {
     LB_RETURN_IF_ERROR(sql.RunScript(kMigrations[k]));
   }
+  if (version < kFirstWithOwners) LB_RETURN_IF_ERROR(NoteOwners(sql));
   return sql.Run("UPDATE catalog_version SET version = $1, changed_at = now()", {kSchemaVersion});
 }
 

@@ -15,10 +15,13 @@
 #include "core/store/fault_point.h"
 #include "core/store/job_queue.h"
 #include "core/store/job_records.h"
+#include "core/store/owner_tables.h"
 #include "core/store/upkeep_tables.h"
 
 namespace liquidblend::store {
 namespace {
+
+constexpr int64_t kPrunedAtOnce = 500;  // so that others get their turns
 
 // The result of a body.
 template <typename Body>
@@ -65,13 +68,18 @@ class SqlCatalog : public Catalog {
       : options_(options), backend_(std::move(backend)) {}
 
   absl::StatusOr<pb::JobRecord> SubmitImport(const pb::AnimationRecord& animation,
-                                             pb::JobRecord job) override {
-    return Change(
-        [&](Sql& sql, absl::Time now) { return store::SubmitImport(sql, animation, job, now); });
+                                             pb::JobRecord job, const OwnerCheck& check) override {
+    return Change([&](Sql& sql, absl::Time now) {
+      return store::SubmitImport(sql, animation, job, check, now);
+    });
   }
-  absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job) override {
+  absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job,
+                                                   const OwnerCheck& check) override {
     return Change(
-        [&](Sql& sql, absl::Time now) { return store::SubmitRegistration(sql, job, now); });
+        [&](Sql& sql, absl::Time now) { return store::SubmitRegistration(sql, job, check, now); });
+  }
+  absl::Status CheckOwner(const pb::JobRecord& job, const OwnerCheck& check) override {
+    return Read([&](Sql& sql) { return store::CheckOwner(sql, job, check); });
   }
 
   absl::StatusOr<pb::AnimationRecord> GetAnimation(const std::string& id) override {
@@ -125,6 +133,29 @@ class SqlCatalog : public Catalog {
                                     const absl::Status& readable) override {
     return Change(
         [&](Sql& sql, absl::Time) { return store::SetAnimationReadable(sql, id, blob, readable); });
+  }
+
+  absl::StatusOr<std::vector<OwnerUse>> ListOwners() override {
+    return Read([](Sql& sql) { return FindOwners(sql); });
+  }
+  absl::StatusOr<int64_t> PruneHistory(const PruneOptions& options) override {
+    LB_RETURN_IF_ERROR(options.Validate());
+    if (options.keep == absl::ZeroDuration()) return 0;
+    if (options.dry_run) {
+      return Read([&](Sql& sql) -> absl::StatusOr<int64_t> {
+        LB_ASSIGN_OR_RETURN(const absl::Time now, sql.Now());
+        return CountHistory(sql, now - options.keep);
+      });
+    }
+    int64_t num_pruned = 0;
+    while (!options.must_stop || !options.must_stop()) {
+      LB_ASSIGN_OR_RETURN(const int64_t num, Change([&](Sql& sql, absl::Time now) {
+                            return RemoveHistory(sql, now - options.keep, kPrunedAtOnce);
+                          }));
+      num_pruned += num;
+      if (num < kPrunedAtOnce) break;
+    }
+    return num_pruned;
   }
 
   absl::Status DeleteAnimation(const std::string& id) override {

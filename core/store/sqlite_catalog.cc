@@ -10,6 +10,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
+#include "core/store/owner_tables.h"
 #include "core/store/posix_file.h"
 #include "core/store/sql_catalog.h"
 #include "core/store/sqlite.h"
@@ -57,8 +58,23 @@ constexpr const char* kMigrations[] = {R"sql(
     WHERE state IN (1, 2);
   CREATE INDEX jobs_by_turn ON jobs (priority, turn) WHERE attempts > 0;
   CREATE INDEX jobs_by_owner ON jobs (owner, priority, turn) WHERE state IN (1, 2, 6);
+)sql",
+                                       R"sql(
+  ALTER TABLE jobs ADD COLUMN ended_us INTEGER;
+  UPDATE jobs SET ended_us = CAST(strftime('%s', 'now') AS INTEGER) * 1000000
+    WHERE state IN (3, 4, 5) AND parent IS NULL;
+  CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
+)sql",
+                                       R"sql(
+  ALTER TABLE animations ADD COLUMN owner TEXT NOT NULL DEFAULT '';
+  ALTER TABLE animations ADD COLUMN stored_bytes INTEGER NOT NULL DEFAULT 0;
+  ALTER TABLE families ADD COLUMN owner TEXT NOT NULL DEFAULT '';
+  ALTER TABLE families ADD COLUMN stored_bytes INTEGER NOT NULL DEFAULT 0;
+  CREATE INDEX animations_by_owner ON animations (owner, blob, stored_bytes);
+  CREATE INDEX families_by_owner ON families (owner, blob, stored_bytes);
 )sql"};
 constexpr int64_t kSchemaVersion = std::size(kMigrations);
+constexpr int64_t kFirstWithOwners = 5;
 
 absl::Status Migrate(Database& db) {
   LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(db, "PRAGMA user_version"));
@@ -78,6 +94,7 @@ absl::Status Migrate(Database& db) {
   for (int64_t k = version; k < kSchemaVersion; ++k) {
     LB_RETURN_IF_ERROR(db.RunScript(kMigrations[k]));
   }
+  if (version < kFirstWithOwners) LB_RETURN_IF_ERROR(NoteOwners(db));
   return db.RunScript(absl::StrCat("PRAGMA application_id = ", kApplicationId,
                                    "; PRAGMA user_version = ", kSchemaVersion, ";"));
 }

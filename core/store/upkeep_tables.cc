@@ -7,6 +7,7 @@
 #include "core/base/status_macros.h"
 #include "core/store/catalog_tables.h"
 #include "core/store/job_records.h"
+#include "core/store/owner_tables.h"
 
 namespace liquidblend::store {
 namespace {
@@ -228,7 +229,7 @@ absl::Status ImportContents(Sql& sql, const CatalogContents& contents) {
                 {version.family(), int64_t{version.last_version()}}));
   }
   for (const pb::JobRecord& job : contents.jobs) LB_RETURN_IF_ERROR(InsertJob(sql, job));
-  return absl::OkStatus();
+  return NoteOwners(sql);  // of records that an older program wrote
 }
 
 absl::Status SetAnimationReadable(Sql& sql, const std::string& id, const std::string& blob,

@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=${1:-build/prebuilt}
-programs=(liquidblend liquidblend-server liquidblend-worker)
+programs=(liquidblend liquidblend-admin liquidblend-server liquidblend-worker)
 tests=(e2e_whole_way_test steady_client)
 
 export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$PWD} CCACHE_NOHASHDIR=1

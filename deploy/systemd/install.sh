@@ -7,7 +7,7 @@ cd "$(dirname "$0")"
 programs=$(cd "${1:-../../build/release/bin}" && pwd)
 root=${DESTDIR:-}
 
-install -D -t "$root/usr/bin" "$programs"/liquidblend{,-server,-worker}
+install -D -t "$root/usr/bin" "$programs"/liquidblend{,-admin,-server,-worker}
 install -D -m 644 -t "$root/usr/lib/systemd/system" liquidblend-server.service liquidblend-worker@.service
 install -D -m 644 liquidblend.sysusers "$root/usr/lib/sysusers.d/liquidblend.conf"
 install -D -m 644 ../../docs/operations.md "$root/usr/share/doc/liquidblend/operations.md"

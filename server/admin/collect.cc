@@ -62,19 +62,26 @@ class References {
 }  // namespace
 
 absl::Status CollectOptions::Validate() const {
-  if (older_than >= absl::ZeroDuration()) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("older_than is out of range: ", absl::FormatDuration(older_than)));
+  const auto out_of_range = [](const char* field, absl::Duration value) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(field, " is out of range: ", absl::FormatDuration(value)));
+  };
+  if (older_than < absl::ZeroDuration()) return out_of_range("older_than", older_than);
+  if (keep_history < absl::ZeroDuration()) return out_of_range("keep_history", keep_history);
+  return absl::OkStatus();
 }
 
 // In this order: what is referred to since the blobs were listed counts as needed.
 absl::StatusOr<CollectReport> Collect(store::Catalog& catalog, store::BlobStore& blobs,
                                       const CollectOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());
+  CollectReport report;
+  LB_ASSIGN_OR_RETURN(report.num_pruned, catalog.PruneHistory({.keep = options.keep_history,
+                                                               .dry_run = options.dry_run,
+                                                               .must_stop = options.must_stop}));
   LB_ASSIGN_OR_RETURN(const Listing listing, ListWithClock(blobs));
   const absl::Time newest = listing.now - options.older_than;
   References references(catalog);
-  CollectReport report;
   for (const store::BlobInfo& blob : listing.blobs) {
     if (options.must_stop && options.must_stop()) break;
     LB_ASSIGN_OR_RETURN(const bool is_needed, references.Contain(blob.id));

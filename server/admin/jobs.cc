@@ -1,5 +1,6 @@
 #include "server/admin/jobs.h"
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -31,11 +32,19 @@ absl::StatusOr<QueueReport> InspectQueue(store::Catalog& catalog, int num_failed
 
 absl::StatusOr<std::vector<Worker>> InspectWorkers(store::Catalog& catalog) {
   LB_ASSIGN_OR_RETURN(const std::vector<store::HeldJob> jobs, catalog.ListUnfinishedJobs());
+  LB_ASSIGN_OR_RETURN(const std::vector<store::pb::WorkerRecord> seen, catalog.ListWorkers());
   std::map<std::string, Worker> workers;
+  for (const store::pb::WorkerRecord& record : seen) {
+    workers[record.name()] = {.name = record.name(),
+                              .last_seen = ToTime(record.seen_time()),
+                              .memory_bytes = record.memory_bytes(),
+                              .work = {}};
+  }
   for (const store::HeldJob& held : jobs) {
     if (held.job.state() != store::pb::JobRecord::RUNNING) continue;
     Worker& worker = workers[held.job.worker()];
     worker.name = held.job.worker();
+    worker.last_seen = std::max(worker.last_seen, ToTime(held.job.update_time()));
     worker.work.push_back({.job = held.job.id(),
                            .subject = store::SubjectOf(held.job),
                            .stage = held.job.progress().stage(),

@@ -1,6 +1,7 @@
 // What is in the queue, and who works on it.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -32,11 +33,13 @@ struct HeldWork {
 };
 
 struct Worker {
-  std::string name;  // host:process
-  std::vector<HeldWork> work;
+  std::string name;                             // host:process
+  absl::Time last_seen = absl::InfinitePast();  // by the catalog's clock
+  int64_t memory_bytes = 0;                     // the largest job that it takes; 0: not known
+  std::vector<HeldWork> work;                   // none: it waits for some
 };
 
-// The workers that hold leases, by name. Who waits for work does not show in a store.
+// The workers that hold leases or have told of themselves within store::kWorkerSilence, by name.
 absl::StatusOr<std::vector<Worker>> InspectWorkers(store::Catalog& catalog);
 
 // "QUEUED" -> "queued"

@@ -41,6 +41,7 @@ struct Flags {
   bool repair = false;
   bool dry_run = false;
   std::string older_than = "24h";
+  std::string keep_history = "30d";
   std::string place;  // of an export
   int num_failed = 20;
 };
@@ -80,10 +81,10 @@ absl::StatusOr<int> RunCheck(const Flags& flags) {
 absl::StatusOr<int> RunCollect(const Flags& flags) {
   CollectOptions options;
   options.dry_run = flags.dry_run;
-  if (!absl::ParseDuration(flags.older_than, &options.older_than) || !options.Validate().ok()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--older-than must be a duration such as 24h, got '", flags.older_than, "'"));
-  }
+  LB_ASSIGN_OR_RETURN(options.older_than,
+                      server::ParseDurationFlag("--older-than", flags.older_than));
+  LB_ASSIGN_OR_RETURN(options.keep_history,
+                      server::ParseDurationFlag("--keep-history", flags.keep_history));
   LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
   LB_ASSIGN_OR_RETURN(const CollectReport report, Collect(*store.catalog, *store.blobs, options));
   Show(Print(report, flags.dry_run, FormatOf(flags)));
@@ -128,6 +129,13 @@ absl::StatusOr<int> RunWorkers(const Flags& flags) {
   return kDone;
 }
 
+absl::StatusOr<int> RunOwners(const Flags& flags) {
+  LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
+  LB_ASSIGN_OR_RETURN(const std::vector<store::OwnerUse> owners, store.catalog->ListOwners());
+  Show(Print(owners, FormatOf(flags)));
+  return kDone;
+}
+
 // One with the flags that all of them have.
 CLI::App& AddCommand(CLI::App& app, Flags& flags, const char* name, const char* help,
                      Command command, Command& chosen) {
@@ -154,12 +162,14 @@ void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
                  "Put damaged blobs into quarantine, mark animations whose file is lost as "
                  "failed; loses nothing (docs/operations.md)");
   AddThreads(check, flags);
-  CLI::App& collect =
-      AddCommand(app, flags, "collect", "Delete blobs that nothing refers to", RunCollect, chosen);
+  CLI::App& collect = AddCommand(
+      app, flags, "collect", "Delete blobs that nothing refers to, and jobs that ended long ago",
+      RunCollect, chosen);
   collect
       .add_option("--older-than", flags.older_than,
                   "Only those written longer ago; longer than any upload or import takes")
       ->capture_default_str();
+  server::AddHistoryFlag(collect, flags.keep_history);
   collect.add_flag("--dry-run", flags.dry_run, "Only count them");
   CLI::App& exports =
       AddCommand(app, flags, "export",
@@ -179,7 +189,10 @@ void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
       .add_option("--failed", flags.num_failed, "Show so many of the jobs that failed last")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  AddCommand(app, flags, "workers", "Show who works on what since when", RunWorkers, chosen);
+  AddCommand(app, flags, "workers", "Show the workers, and who works on what since when",
+             RunWorkers, chosen);
+  AddCommand(app, flags, "owners", "Show what each owner has in the store and in the queue",
+             RunOwners, chosen);
 }
 
 int ExitCodeOf(const absl::Status& status) {

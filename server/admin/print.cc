@@ -79,6 +79,47 @@ std::string TextOf(const Damage& damage) {
   return text;
 }
 
+Json JsonOf(const Worker& worker) {
+  Json held = Json::array();
+  for (const HeldWork& work : worker.work) {
+    held.push_back({{"job", work.job},
+                    {"subject", work.subject},
+                    {"stage", work.stage},
+                    {"fraction", work.fraction},
+                    {"since", UtcOf(work.since)},
+                    {"last_heartbeat", UtcOf(work.last_heartbeat)},
+                    {"lease_expires", UtcOf(work.lease_expires)}});
+  }
+  return {{"worker", worker.name},
+          {"last_seen", UtcOf(worker.last_seen)},
+          {"memory_bytes", worker.memory_bytes},
+          {"work", held}};
+}
+
+// A line for each job that it holds, or one.
+std::string TextOf(const Worker& worker, absl::Time now) {
+  const std::string seen =
+      absl::StrCat("seen ", FormatAge(now - worker.last_seen), " ago",
+                   worker.memory_bytes == 0                   ? ""
+                   : worker.memory_bytes == store::kAnyMemory ? ", takes any job"
+                                                              : ", takes jobs up to ",
+                   worker.memory_bytes == 0 || worker.memory_bytes == store::kAnyMemory
+                       ? ""
+                       : FormatBytes(worker.memory_bytes));
+  if (worker.work.empty()) return absl::StrFormat("%-28s idle, %s\n", worker.name, seen);
+  std::string text;
+  for (const HeldWork& work : worker.work) {
+    absl::StrAppend(
+        &text,
+        absl::StrFormat("%-28s %-32s %s, %.0f %% of it, %s, for %s, heartbeat %s ago%s; %s\n",
+                        worker.name, work.job, work.subject, 100 * work.fraction,
+                        work.stage.empty() ? "starting" : work.stage, FormatAge(now - work.since),
+                        FormatAge(now - work.last_heartbeat),
+                        work.lease_expires < now ? ", lease has expired" : "", seen));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string Print(const CheckReport& report, Format format) {
@@ -115,12 +156,14 @@ std::string Print(const CollectReport& report, bool dry_run, Format format) {
                  {"unreferenced_bytes", report.unreferenced_bytes},
                  {"deleted_blobs", report.num_deleted},
                  {"deleted_bytes", report.deleted_bytes},
+                 {"pruned_jobs", report.num_pruned},
                  {"dry_run", dry_run}});
   }
+  const char* const deleted = dry_run ? "would delete " : "deleted ";
   return absl::StrCat(report.num_unreferenced, " blobs that nothing refers to, ",
-                      FormatBytes(report.unreferenced_bytes), "; ",
-                      dry_run ? "would delete " : "deleted ", report.num_deleted, ", ",
-                      FormatBytes(report.deleted_bytes), "\n");
+                      FormatBytes(report.unreferenced_bytes), "; ", deleted, report.num_deleted,
+                      ", ", FormatBytes(report.deleted_bytes), "; ", deleted, report.num_pruned,
+                      " jobs of the history\n");
 }
 
 std::string Print(const TransferReport& report, const std::string& action, Format format) {
@@ -165,29 +208,37 @@ std::string Print(const QueueReport& report, absl::Time now, Format format) {
 }
 
 std::string Print(const std::vector<Worker>& workers, absl::Time now, Format format) {
+  if (format == Format::kJson) {
+    Json list = Json::array();
+    for (const Worker& worker : workers) list.push_back(JsonOf(worker));
+    return Line({{"workers", list}});
+  }
+  std::string text;
+  size_t num_idle = 0;
+  for (const Worker& worker : workers) {
+    if (worker.work.empty()) ++num_idle;
+    text += TextOf(worker, now);
+  }
+  return absl::StrCat(text, workers.size() - num_idle, " workers at work, ", num_idle, " idle\n");
+}
+
+std::string Print(const std::vector<store::OwnerUse>& owners, Format format) {
   Json list = Json::array();
   std::string text;
-  for (const Worker& worker : workers) {
-    Json held = Json::array();
-    for (const HeldWork& work : worker.work) {
-      held.push_back({{"job", work.job},
-                      {"subject", work.subject},
-                      {"stage", work.stage},
-                      {"fraction", work.fraction},
-                      {"since", UtcOf(work.since)},
-                      {"last_heartbeat", UtcOf(work.last_heartbeat)},
-                      {"lease_expires", UtcOf(work.lease_expires)}});
-      absl::StrAppend(
-          &text, absl::StrFormat("%-28s %-32s %s, %.0f %% of it, %s, for %s, heartbeat %s ago%s\n",
-                                 worker.name, work.job, work.subject, 100 * work.fraction,
-                                 work.stage.empty() ? "starting" : work.stage,
-                                 FormatAge(now - work.since), FormatAge(now - work.last_heartbeat),
-                                 work.lease_expires < now ? ", lease has expired" : ""));
-    }
-    list.push_back({{"worker", worker.name}, {"work", held}});
+  for (const store::OwnerUse& use : owners) {
+    list.push_back({{"owner", use.owner},
+                    {"stored_bytes", use.stored_bytes},
+                    {"queued_jobs", use.num_queued_jobs},
+                    {"animations", use.num_animations},
+                    {"families", use.num_families}});
+    absl::StrAppend(
+        &text,
+        absl::StrFormat("%-28s %10s, %d animations, %d families, %d jobs not done\n",
+                        use.owner.empty() ? "(nobody)" : use.owner, FormatBytes(use.stored_bytes),
+                        use.num_animations, use.num_families, use.num_queued_jobs));
   }
-  if (format == Format::kJson) return Line({{"workers", list}});
-  return absl::StrCat(text, workers.size(), " workers at work\n");
+  if (format == Format::kJson) return Line({{"owners", list}});
+  return absl::StrCat(text, owners.size(), " owners\n");
 }
 
 }  // namespace liquidblend::admin

@@ -21,5 +21,6 @@ std::string Print(const TransferReport& report, const std::string& action, Forma
 // Ages are those at `now`; only for people, JSON has times.
 std::string Print(const QueueReport& report, absl::Time now, Format format);
 std::string Print(const std::vector<Worker>& workers, absl::Time now, Format format);
+std::string Print(const std::vector<store::OwnerUse>& owners, Format format);
 
 }  // namespace liquidblend::admin

@@ -115,6 +115,16 @@ absl::Status WithMetadata(absl::Status status, const ErrorMetadata& metadata) {
   return status;
 }
 
+absl::Status WithQuotaFailure(absl::Status status, absl::string_view subject,
+                              absl::string_view description) {
+  google::rpc::QuotaFailure failure;
+  google::rpc::QuotaFailure::Violation* const violation = failure.add_violations();
+  violation->set_subject(CleanText(subject));
+  violation->set_description(CleanText(description));
+  status.SetPayload(kQuotaFailureUrl, absl::Cord(failure.SerializeAsString()));
+  return status;
+}
+
 absl::Status WithRetryDelay(absl::Status status, absl::Duration delay) {
   google::rpc::RetryInfo info;
   const int64_t nanoseconds = absl::ToInt64Nanoseconds(delay);

@@ -14,6 +14,7 @@ namespace liquidblend::rpc {
 inline constexpr char kBadRequestUrl[] = "type.googleapis.com/google.rpc.BadRequest";
 inline constexpr char kErrorInfoUrl[] = "type.googleapis.com/google.rpc.ErrorInfo";
 inline constexpr char kRetryInfoUrl[] = "type.googleapis.com/google.rpc.RetryInfo";
+inline constexpr char kQuotaFailureUrl[] = "type.googleapis.com/google.rpc.QuotaFailure";
 
 // Errors travel in HTTP/2 headers, which may hold 8 KiB: no more than this is told of each.
 inline constexpr int kMaxViolations = 8;
@@ -55,6 +56,10 @@ absl::Status WithReason(absl::Status status, absl::string_view reason,
 // Adds metadata to the status' google.rpc.ErrorInfo, which it gets if it has none (the reason is
 // the code's name then). What is there already stays. OK stays OK.
 absl::Status WithMetadata(absl::Status status, const ErrorMetadata& metadata);
+
+// Adds google.rpc.QuotaFailure: whose quota it was, and which.
+absl::Status WithQuotaFailure(absl::Status status, absl::string_view subject,
+                              absl::string_view description);
 
 // Adds google.rpc.RetryInfo: when it makes sense to try again.
 absl::Status WithRetryDelay(absl::Status status, absl::Duration delay);

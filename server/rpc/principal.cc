@@ -37,6 +37,8 @@ absl::Status PrincipalLimits::Validate() const {
   if (!(requests_per_second >= 0) || !std::isfinite(requests_per_second)) {
     return out_of_range("requests_per_second", requests_per_second);
   }
+  if (max_stored_bytes < 0) return out_of_range("max_stored_bytes", max_stored_bytes);
+  if (max_queued_jobs < 0) return out_of_range("max_queued_jobs", max_queued_jobs);
   return absl::OkStatus();
 }
 

@@ -28,6 +28,8 @@ struct PrincipalLimits {
   int max_streams = 0;             // >= 0; calls that may last, at a time: streams of frames,
                                    // uploads, imports, watched or awaited operations
   double requests_per_second = 0;  // >= 0; calls, on average over seconds
+  int64_t max_stored_bytes = 0;    // >= 0; owner_limits.h
+  int64_t max_queued_jobs = 0;     // >= 0; owner_limits.h
   absl::Status Validate() const;   // names the first field out of range, and its value
 };
 

@@ -14,6 +14,7 @@
 #include "server/rpc/handlers.h"
 #include "server/rpc/job_memory.h"
 #include "server/rpc/names.h"
+#include "server/rpc/owner_limits.h"
 #include "server/rpc/refine_request.h"
 #include "server/rpc/submission.h"
 
@@ -201,7 +202,8 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
   job.mutable_register_family()->set_refine_version(refine_version);
   SetOwner(principal, job);
   LB_RETURN_IF_ERROR(NoteMemory(backends.catalog, backends.limits.worker_memory_bytes, job));
-  LB_ASSIGN_OR_RETURN(job, backends.catalog.SubmitRegistration(std::move(job)));
+  LB_ASSIGN_OR_RETURN(job, backends.catalog.SubmitRegistration(
+                               std::move(job), OwnerCheckOf(principal, /*new_bytes=*/0)));
   return ToOperation(job, backends.catalog);
 }
 

@@ -28,7 +28,7 @@ google::rpc::Status ToStatusDetails(const absl::Status& status) {
   google::rpc::Status details;
   details.set_code(static_cast<int>(told.code()));
   details.set_message(CleanText(told.message(), kMaxMessage));
-  for (const char* url : {kBadRequestUrl, kErrorInfoUrl, kRetryInfoUrl}) {
+  for (const char* url : {kBadRequestUrl, kErrorInfoUrl, kQuotaFailureUrl, kRetryInfoUrl}) {
     const absl::optional<absl::Cord> payload = told.GetPayload(url);
     if (!payload.has_value()) continue;
     google::protobuf::Any* detail = details.add_details();

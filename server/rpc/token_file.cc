@@ -72,8 +72,9 @@ absl::StatusOr<PrincipalLimits> LimitsOf(const Json& entry, const std::string& w
   if (!entry.contains("limits")) return limits;
   const Json& object = entry["limits"];
   const std::string inside = absl::StrCat(where, ".limits");
-  LB_RETURN_IF_ERROR(
-      CheckKeys(object, inside, {"max_upload_bytes", "max_streams", "requests_per_second"}));
+  LB_RETURN_IF_ERROR(CheckKeys(object, inside,
+                               {"max_upload_bytes", "max_streams", "requests_per_second",
+                                "max_stored_bytes", "max_queued_jobs"}));
   for (const auto& [key, value] : object.items()) {
     const bool is_right =
         key == "requests_per_second" ? value.is_number() : value.is_number_integer();
@@ -83,6 +84,8 @@ absl::StatusOr<PrincipalLimits> LimitsOf(const Json& entry, const std::string& w
   const int64_t max_streams = object.value("max_streams", int64_t{0});
   limits.max_streams = static_cast<int>(std::clamp<int64_t>(max_streams, -1, 1'000'000));
   limits.requests_per_second = object.value("requests_per_second", 0.0);
+  limits.max_stored_bytes = object.value("max_stored_bytes", int64_t{0});
+  limits.max_queued_jobs = object.value("max_queued_jobs", int64_t{0});
   const absl::Status status = limits.Validate();
   if (!status.ok()) return Wrong(inside, status.message());
   return limits;

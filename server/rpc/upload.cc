@@ -12,6 +12,7 @@
 #include "server/rpc/errors.h"
 #include "server/rpc/job_memory.h"
 #include "server/rpc/names.h"
+#include "server/rpc/owner_limits.h"
 #include "server/rpc/submission.h"
 
 namespace liquidblend::rpc {
@@ -40,7 +41,11 @@ Limits LimitsOf(const Limits& limits, const Principal& principal) {
 
 Upload::Upload(store::Catalog& catalog, store::BlobStore& blobs, const Limits& limits,
                const Principal& principal, std::string header_field)
-    : catalog_(catalog), blobs_(blobs), limits_(limits), header_field_(std::move(header_field)) {
+    : catalog_(catalog),
+      blobs_(blobs),
+      limits_(limits),
+      principal_(principal),
+      header_field_(std::move(header_field)) {
   SetOwner(principal, job_);
 }
 
@@ -101,7 +106,17 @@ absl::Status Upload::AddHeader(const v1::UploadAnimationRequest::Header& header)
   job_.set_priority(header.priority());
   job_.mutable_import_animation()->set_animation(header.animation_id());
   *job_.mutable_import_animation()->mutable_options() = ToRecord(header.options());
-  return absl::OkStatus();
+  return CheckOwner();
+}
+
+// Only spares the client a useless upload, too. A request that was accepted before is not asked
+// about.
+absl::Status Upload::CheckOwner() {
+  if (!OwnerCheckOf(principal_, 0)) return absl::OkStatus();
+  return catalog_.CheckOwner(job_, [this](const store::OwnerUse& use) {
+    use_ = use;
+    return CheckOwnerLimits(principal_, use, 0);
+  });
 }
 
 // Only spares the client a useless upload: SubmitImport() decides.
@@ -147,7 +162,8 @@ absl::Status Upload::CheckFile(const v1::UploadAnimationRequest::File& file) con
                                        " bytes in one upload, with '", file.name(), "'")),
                       "UPLOAD_TOO_LARGE", {{"limit", absl::StrCat(limits_.max_upload_bytes)}});
   }
-  return absl::OkStatus();
+  if (!use_.has_value()) return absl::OkStatus();
+  return CheckOwnerLimits(principal_, *use_, declared_bytes_ + file.size_bytes());
 }
 
 absl::Status Upload::AddChunk(const std::string& chunk) {
@@ -196,7 +212,7 @@ absl::StatusOr<store::pb::JobRecord> Upload::Submit() {
   animation.set_id(job_.import_animation().animation());
   animation.set_state(store::pb::AnimationRecord::IMPORTING);
   LB_RETURN_IF_ERROR(NoteMemory(catalog_, limits_.worker_memory_bytes, job_));
-  return catalog_.SubmitImport(animation, job_);
+  return catalog_.SubmitImport(animation, job_, OwnerCheckOf(principal_, declared_bytes_));
 }
 
 }  // namespace liquidblend::rpc

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -31,7 +32,8 @@ class Upload {
 
   // Takes the next message: the header first, then each file followed by its chunks.
   // Errors: kInvalidArgument with the field at fault, kResourceExhausted (limits, disk full),
-  // kAlreadyExists (early, unless the header has a request_id).
+  // kAlreadyExists (early, unless the header has a request_id). What its owner may have is looked
+  // at when the upload begins, at each file and when it is submitted.
   absl::Status Add(const v1::UploadAnimationRequest& message);
 
   // After the last message. Errors: kInvalidArgument if a file is incomplete or there is none, and
@@ -45,14 +47,17 @@ class Upload {
   absl::Status AddChunk(const std::string& chunk);
   absl::Status CheckFile(const v1::UploadAnimationRequest::File& file) const;
   absl::Status CheckIsFree(const std::string& animation_id);
+  absl::Status CheckOwner();
   absl::Status CheckFileIsComplete() const;
   absl::Status CommitFileIfComplete();
 
   store::Catalog& catalog_;
   store::BlobStore& blobs_;
   const Limits limits_;
+  const Principal principal_;
   const std::string header_field_;
-  store::pb::JobRecord job_;  // grows with each complete file
+  store::pb::JobRecord job_;            // grows with each complete file
+  std::optional<store::OwnerUse> use_;  // what the owner had at the beginning, if it is limited
   std::set<std::string> file_names_;
   int64_t declared_bytes_ = 0;                 // of all files so far
   store::pb::SourceFile file_;                 // the one that chunks go to

@@ -23,6 +23,15 @@ TEST_F(CollectorTest, CollectsSoonAndThenEverySoOften) {
   }
 }
 
+TEST_F(CollectorTest, ForgetsJobsThatEndedLongAgo) {
+  data_.MakeAnimation("a");
+  const Collector collector(data_.catalog(), data_.blobs(),
+                            {.every = absl::Milliseconds(5), .keep_history = absl::Nanoseconds(1)});
+  const absl::Time deadline = absl::Now() + absl::Seconds(60);
+  while (!data_.catalog().ListJobs(0, "")->records.empty()) ASSERT_LT(absl::Now(), deadline);
+  EXPECT_THAT(data_.catalog().GetAnimation("a"), store::Succeeds());
+}
+
 TEST_F(CollectorTest, EndsAtOnce) {
   const absl::Time start = absl::Now();
   Collector(data_.catalog(), data_.blobs(), {});

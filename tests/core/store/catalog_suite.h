@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "core/store/catalog.h"
+#include "tests/core/store/catalog_history_suite.h"
 #include "tests/core/store/catalog_memory_suite.h"
 #include "tests/core/store/catalog_order_suite.h"
+#include "tests/core/store/catalog_owners_suite.h"
 #include "tests/core/store/catalog_parts_suite.h"
 #include "tests/core/store/catalog_queue_suite.h"
 #include "tests/core/store/catalog_retry_suite.h"

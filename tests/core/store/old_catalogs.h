@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "tests/core/store/catalog_testing.h"
 
 namespace liquidblend::store {
@@ -33,6 +34,24 @@ inline constexpr char kSqliteVersion2[] = R"sql(
   ALTER TABLE jobs ADD COLUMN parent TEXT;
   CREATE INDEX jobs_by_parent ON jobs (parent, number);
   PRAGMA user_version = 2;
+)sql";
+
+// After version 2.
+inline constexpr char kSqliteVersion3[] = R"sql(
+  ALTER TABLE jobs RENAME COLUMN lease_expires_us TO due_us;
+  UPDATE jobs SET due_us = 0 WHERE state = 1;
+  ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';
+  ALTER TABLE jobs ADD COLUMN priority INTEGER NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN turn INTEGER NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN attempts INTEGER NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN memory_bytes INTEGER NOT NULL DEFAULT 0;
+  CREATE TABLE workers (
+    name TEXT PRIMARY KEY, memory_bytes INTEGER NOT NULL, seen_us INTEGER NOT NULL) STRICT;
+  CREATE INDEX jobs_to_do ON jobs (priority DESC, turn, number, due_us, memory_bytes)
+    WHERE state IN (1, 2);
+  CREATE INDEX jobs_by_turn ON jobs (priority, turn) WHERE attempts > 0;
+  CREATE INDEX jobs_by_owner ON jobs (owner, priority, turn) WHERE state IN (1, 2, 6);
+  PRAGMA user_version = 3;
 )sql";
 
 inline constexpr char kPostgresVersion1[] = R"sql(
@@ -67,6 +86,43 @@ inline constexpr char kPostgresVersion1[] = R"sql(
   CREATE TRIGGER jobs_queued AFTER INSERT OR UPDATE OF state ON jobs
     FOR EACH ROW WHEN (NEW.state = 1) EXECUTE FUNCTION notify_job();
   UPDATE catalog_version SET version = 1, changed_at = now();
+)sql";
+
+// After version 1.
+inline constexpr char kPostgresVersion2[] = R"sql(
+  ALTER TABLE jobs RENAME COLUMN lease_expires_us TO due_us;
+  UPDATE jobs SET due_us = 0 WHERE state = 1;
+  DROP INDEX jobs_to_do;
+  ALTER TABLE jobs ADD COLUMN owner TEXT COLLATE "C" NOT NULL DEFAULT '';
+  ALTER TABLE jobs ADD COLUMN priority BIGINT NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN turn BIGINT NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN attempts BIGINT NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN memory_bytes BIGINT NOT NULL DEFAULT 0;
+  CREATE TABLE workers (
+    name TEXT COLLATE "C" PRIMARY KEY, memory_bytes BIGINT NOT NULL, seen_us BIGINT NOT NULL);
+  CREATE INDEX jobs_to_do ON jobs (priority DESC, turn, number, due_us, memory_bytes)
+    WHERE state IN (1, 2);
+  CREATE INDEX jobs_by_turn ON jobs (priority, turn) WHERE attempts > 0;
+  CREATE INDEX jobs_by_owner ON jobs (owner, priority, turn) WHERE state IN (1, 2, 6);
+  UPDATE catalog_version SET version = 2, changed_at = now();
+)sql";
+
+// After version 3.
+inline constexpr char kSqliteVersion4[] = R"sql(
+  ALTER TABLE jobs ADD COLUMN ended_us INTEGER;
+  UPDATE jobs SET ended_us = CAST(strftime('%s', 'now') AS INTEGER) * 1000000
+    WHERE state IN (3, 4, 5) AND parent IS NULL;
+  CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
+  PRAGMA user_version = 4;
+)sql";
+
+// After version 2.
+inline constexpr char kPostgresVersion3[] = R"sql(
+  ALTER TABLE jobs ADD COLUMN ended_us BIGINT;
+  UPDATE jobs SET ended_us = (extract(epoch FROM clock_timestamp()) * 1000000)::bigint
+    WHERE state IN (3, 4, 5) AND parent IS NULL;
+  CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
+  UPDATE catalog_version SET version = 3, changed_at = now();
 )sql";
 
 // ---- what is in them; CheckOldRows() says whether a catalog still has it
@@ -127,10 +183,19 @@ std::string FillOldCatalog(const Literal& literal) {
   return script;
 }
 
+// After OldRows(), from when jobs had owners: whose the first one was.
+inline constexpr char kOwnerOfOldJob[] = "UPDATE jobs SET owner = 'ann' WHERE id = 'import-a';";
+
 // A catalog whose clock stands at `now`, and that has been brought up to date.
-inline void CheckOldRows(Catalog& catalog, absl::Time& now) {
+inline void CheckOldRows(Catalog& catalog, absl::Time& now, bool with_owners = false) {
   now = absl::FromUnixSeconds(kOldLeaseEnd) - absl::Seconds(1);
   EXPECT_EQ(catalog.GetAnimation("a")->blob(), "blob-of-a");
+  const auto owners = catalog.ListOwners();
+  ASSERT_THAT(owners, Succeeds());
+  ASSERT_EQ(owners->size(), with_owners ? 2 : 1);
+  EXPECT_EQ(owners->front().stored_bytes, with_owners ? 100 : 200);
+  EXPECT_EQ(owners->back().owner, with_owners ? "ann" : "");
+  EXPECT_EQ(owners->back().stored_bytes, with_owners ? 100 : 200);
   EXPECT_EQ(catalog.GetFamily("f")->version(), 3);
   EXPECT_EQ(catalog.ListJobs(0, "")->records.size(), 3);
   EXPECT_THAT(catalog.DeleteAnimation("a"), Fails(absl::StatusCode::kFailedPrecondition, "'f'"));
@@ -148,6 +213,14 @@ inline void CheckOldRows(Catalog& catalog, absl::Time& now) {
   EXPECT_THAT(catalog.Heartbeat("lease", absl::Seconds(1), {}),
               Fails(absl::StatusCode::kAborted, "'lease'"));
   EXPECT_THAT(catalog.SubmitImport(AnimationCalled("c"), ImportOf("c")), Succeeds());
+  // To the history, what had ended by then ended when the catalog was brought up to date.
+  const auto prune = [&](absl::Time at) {
+    now = at;
+    return *catalog.PruneHistory({.keep = absl::Hours(24)});
+  };
+  EXPECT_EQ(prune(absl::Now() + absl::Hours(23)), 0);
+  EXPECT_EQ(prune(absl::Now() + absl::Hours(25)), 1);
+  EXPECT_THAT(catalog.GetJob("import-a"), Fails(absl::StatusCode::kNotFound, "import-a"));
 }
 
 }  // namespace liquidblend::store

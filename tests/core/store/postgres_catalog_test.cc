@@ -54,6 +54,17 @@ class PostgresCatalogTest : public ::testing::Test {
     EXPECT_THAT((*connection)->RunScript(script), Succeeds());
   }
 
+  // What FillOldCatalog() has put there.
+  void CheckIsBroughtUpToDate(bool with_owners = false) {
+    absl::Time now;
+    CatalogOptions options;
+    options.now = [&] { return now; };
+    const auto catalog = MustOpen(options);
+    ASSERT_NE(catalog, nullptr);
+    EXPECT_EQ(Run("SELECT version FROM catalog_version"), "4");
+    CheckOldRows(*catalog, now, with_owners);
+  }
+
   PostgresServer& server_ = SharedPostgresServer();
   const std::string url_ = server_.NewUrl();
 };
@@ -103,13 +114,18 @@ TEST_F(PostgresCatalogTest, MayBeMadeBySeveralProcessesAtOnce) {
 
 TEST_F(PostgresCatalogTest, BringsAnOlderDatabaseUpToDate) {
   RunScript(absl::StrCat(kPostgresVersion1, OldRows()));
-  absl::Time now;
-  CatalogOptions options;
-  options.now = [&] { return now; };
-  const auto catalog = MustOpen(options);
-  ASSERT_NE(catalog, nullptr);
-  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "2");
-  CheckOldRows(*catalog, now);
+  CheckIsBroughtUpToDate();
+}
+
+TEST_F(PostgresCatalogTest, BringsTheSecondVersionUpToDate) {
+  RunScript(absl::StrCat(kPostgresVersion1, OldRows(), kPostgresVersion2));
+  CheckIsBroughtUpToDate();
+}
+
+TEST_F(PostgresCatalogTest, BringsTheVersionWithoutOwnersUpToDate) {
+  RunScript(absl::StrCat(kPostgresVersion1, OldRows(), kPostgresVersion2, kPostgresVersion3,
+                         kOwnerOfOldJob));
+  CheckIsBroughtUpToDate(/*with_owners=*/true);
 }
 
 TEST_F(PostgresCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
@@ -125,7 +141,7 @@ TEST_F(PostgresCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
   }
   for (const pid_t child : children) EXPECT_EQ(WaitFor(child), 0);
   EXPECT_EQ(MustOpen()->ListJobs(0, "")->records.size(), 9);
-  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "2");
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "4");
 }
 
 // A step that cannot be made leaves the former version.
@@ -147,13 +163,13 @@ TEST_F(PostgresCatalogTest, StatementsOfTheFormerVersionFail) {
 
 TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
   const auto catalog = MustOpen();
-  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "2");
-  Run("UPDATE catalog_version SET version = 3");
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "4");
+  Run("UPDATE catalog_version SET version = 5");
   EXPECT_THAT(OpenPostgresCatalog(url_),
-              Fails(Code::kFailedPrecondition, "has schema version 3; this program knows 1 to 2"));
+              Fails(Code::kFailedPrecondition, "has schema version 5; this program knows 1 to 4"));
   // One that was open already changes nothing any more, either.
   EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
-              Fails(Code::kFailedPrecondition, "has schema version 3"));
+              Fails(Code::kFailedPrecondition, "has schema version 5"));
 }
 
 TEST_F(PostgresCatalogTest, LeavesOtherDatabasesAlone) {

@@ -94,22 +94,24 @@ TEST_F(SqliteCatalogTest, KnowsItsSchemaVersion) {
     return absl::OkStatus();
   };
   EXPECT_THAT(OpenRaw()->Run("PRAGMA user_version", {}, read), Succeeds());
-  EXPECT_EQ(version, 3);
-  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 4"), Succeeds());
+  EXPECT_EQ(version, 5);
+  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 6"), Succeeds());
   EXPECT_THAT(OpenSqliteCatalog(path_),
-              Fails(Code::kFailedPrecondition, path_ + " has schema version 4"));
+              Fails(Code::kFailedPrecondition, path_ + " has schema version 6"));
 }
 
 TEST_F(SqliteCatalogTest, BringsOlderDatabasesUpToDate) {
-  for (const char* second : {"", kSqliteVersion2}) {
-    path_ = absl::StrCat(folder_.path(), "/", *second == 0 ? 1 : 2, ".db");
-    ASSERT_THAT(OpenRaw()->RunScript(absl::StrCat(kSqliteVersion1, second, OldRows())), Succeeds());
+  const std::string third = absl::StrCat(kSqliteVersion2, kSqliteVersion3);
+  const std::string fourth = absl::StrCat(third, kSqliteVersion4, kOwnerOfOldJob);
+  for (const std::string& later : {std::string(), std::string(kSqliteVersion2), third, fourth}) {
+    path_ = absl::StrCat(folder_.path(), "/", later.size(), ".db");
+    ASSERT_THAT(OpenRaw()->RunScript(absl::StrCat(kSqliteVersion1, OldRows(), later)), Succeeds());
     absl::Time now;
     CatalogOptions options;
     options.now = [&] { return now; };
     const auto catalog = OpenSqliteCatalog(path_, options);
     ASSERT_THAT(catalog, Succeeds());
-    CheckOldRows(**catalog, now);
+    CheckOldRows(**catalog, now, /*with_owners=*/later == fourth);
   }
 }
 
@@ -158,6 +160,12 @@ TEST_F(SqliteCatalogTest, FindsTheNextJobByAnIndexHoweverLongTheHistory) {
   EXPECT_THAT(next, ::testing::Not(::testing::HasSubstr("TEMP B-TREE")));
   EXPECT_THAT(plan("SELECT MAX(turn) FROM jobs WHERE priority = 0 AND attempts > 0"),
               ::testing::HasSubstr("jobs_by_turn"));
+  EXPECT_THAT(plan("SELECT blob, stored_bytes FROM animations WHERE owner = 'a' AND blob <> ''"),
+              ::testing::HasSubstr("COVERING INDEX animations_by_owner"));
+  EXPECT_THAT(plan("SELECT MIN(turn) FROM jobs WHERE priority = 0 AND state IN (1, 2)"),
+              ::testing::HasSubstr("jobs_to_do"));
+  EXPECT_THAT(plan("SELECT number FROM jobs WHERE ended_us < 5 ORDER BY ended_us LIMIT 7"),
+              ::testing::HasSubstr("jobs_by_end"));
   EXPECT_THAT(plan("SELECT MAX(turn) FROM jobs WHERE owner = 'a' AND priority = 0 AND state IN (1, "
                    "2, 6)"),
               ::testing::HasSubstr("jobs_by_owner"));

@@ -81,9 +81,22 @@ TEST_F(CollectTest, StopsWhenItIsAskedTo) {
   EXPECT_THAT(data_.Present(), ElementsAre(id));
 }
 
+TEST_F(CollectTest, ForgetsJobsThatEndedLongAgo) {
+  data_.MakeAnimation("a");
+  data_.SubmitImport("b");
+  EXPECT_EQ(MustCollect().num_pruned, 0);
+  EXPECT_EQ(MustCollect({.keep_history = absl::ZeroDuration()}).num_pruned, 0);
+  EXPECT_EQ(MustCollect({.keep_history = absl::Nanoseconds(1), .dry_run = true}).num_pruned, 1);
+  EXPECT_EQ(MustCollect({.keep_history = absl::Nanoseconds(1)}).num_pruned, 1);
+  EXPECT_EQ(data_.catalog().ListJobs(0, "")->records.size(), 1);
+  EXPECT_THAT(data_.catalog().GetAnimation("a"), Succeeds());
+}
+
 TEST_F(CollectTest, RefusesAnAgeBelowZero) {
   EXPECT_THAT(Collect(data_.catalog(), data_.blobs(), {.older_than = -absl::Seconds(1)}),
               Fails(absl::StatusCode::kInvalidArgument, "older_than is out of range: -1s"));
+  EXPECT_THAT(Collect(data_.catalog(), data_.blobs(), {.keep_history = -absl::Seconds(1)}),
+              Fails(absl::StatusCode::kInvalidArgument, "keep_history is out of range: -1s"));
 }
 
 // Whoever publishes content that lay about as old garbage must find it there afterwards, whatever

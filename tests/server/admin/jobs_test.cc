@@ -54,7 +54,7 @@ TEST_F(JobsTest, TheQueueHasWhatIsNotDoneAndWhatFailedLast) {
 
 TEST_F(JobsTest, WorkersTellWhatTheyHoldSinceWhen) {
   EXPECT_EQ(Print(*InspectWorkers(data_.catalog()), absl::Now(), Format::kText),
-            "0 workers at work\n");
+            "0 workers at work, 0 idle\n");
   data_.SubmitImport("a");
   data_.SubmitImport("b");
   const store::Lease lease = data_.TakeJob();
@@ -78,7 +78,58 @@ TEST_F(JobsTest, WorkersTellWhatTheyHoldSinceWhen) {
   EXPECT_EQ(printed["workers"][0]["work"][0]["fraction"], 0.25);
   EXPECT_THAT(Print(*workers, absl::Now() + absl::Minutes(5), Format::kText),
               AllOf(HasSubstr("animations/a, 25 % of it, reading, for 5m"),
-                    HasSubstr("lease has expired"), HasSubstr("2 workers at work")));
+                    HasSubstr("lease has expired"), HasSubstr("2 workers at work, 0 idle")));
+}
+
+TEST_F(JobsTest, WorkersShowThatWaitForWork) {
+  data_.SubmitImport("a");
+  data_.TakeJob();
+  const int64_t memory_bytes = int64_t{2} << 30;
+  // A handle each, as workers have.
+  for (const auto& [name, memory] :
+       {std::pair("host:2", memory_bytes), std::pair("host:3", store::kAnyMemory)}) {
+    const TestedStore other(data_.location());
+    const auto lease = other.catalog().LeaseJob(name, absl::Minutes(1), memory);
+    ASSERT_TRUE(lease.ok() && !lease->has_value());
+  }
+  const auto workers = InspectWorkers(data_.catalog());
+  ASSERT_THAT(workers, Succeeds());
+  const json printed = json::parse(Print(*workers, absl::Now(), Format::kJson));
+  ASSERT_EQ(printed["workers"].size(), 3);
+  EXPECT_EQ(printed["workers"][0]["work"].size(), 1);
+  EXPECT_EQ(printed["workers"][1]["worker"], "host:2");
+  EXPECT_EQ(printed["workers"][1]["memory_bytes"], memory_bytes);
+  EXPECT_TRUE(printed["workers"][1]["work"].empty());
+  EXPECT_GT((*workers)[1].last_seen, absl::Now() - absl::Minutes(1));
+  EXPECT_THAT(Print(*workers, (*workers)[1].last_seen + absl::Seconds(7), Format::kText),
+              AllOf(testing::ContainsRegex("host:2 +idle, seen 7s ago, takes jobs up to 2.1 GB\n"),
+                    testing::ContainsRegex("host:3 +idle, seen [0-9]+s ago, takes any job\n"),
+                    HasSubstr("1 workers at work, 2 idle")));
+}
+
+TEST_F(JobsTest, OwnersShowWithWhatTheyHave) {
+  EXPECT_EQ(Print(*data_.catalog().ListOwners(), Format::kText), "0 owners\n");
+  store::pb::AnimationRecord animation;
+  animation.set_id("a");
+  store::pb::JobRecord job;
+  job.set_owner("studio");
+  job.mutable_import_animation()->set_animation("a");
+  job.mutable_import_animation()->add_files()->set_size_bytes(2'000'000);
+  ASSERT_THAT(data_.catalog().SubmitImport(animation, job), Succeeds());
+  data_.SubmitImport("b");
+  const auto owners = data_.catalog().ListOwners();
+  ASSERT_THAT(owners, Succeeds());
+  const json printed = json::parse(Print(*owners, Format::kJson));
+  ASSERT_EQ(printed["owners"].size(), 2);
+  EXPECT_EQ(printed["owners"][1], (json{{"owner", "studio"},
+                                        {"stored_bytes", 2'000'000},
+                                        {"queued_jobs", 1},
+                                        {"animations", 1},
+                                        {"families", 0}}));
+  EXPECT_THAT(Print(*owners, Format::kText),
+              AllOf(testing::ContainsRegex("\\(nobody\\) .* 1 jobs not done"),
+                    testing::ContainsRegex("studio +2.0 MB, 1 animations, 0 families, 1 jobs"),
+                    HasSubstr("2 owners\n")));
 }
 
 }  // namespace

@@ -127,6 +127,14 @@ const std::vector<Case> kStrangers = {
     {"CancelOperation", {R"(name: "operations/none")"}, "viewer"},
     {"GetFrame", {R"(family: "families/splash")"}, "uploader"},
     {"ListFamilies", {""}, "slow"},
+    {"UploadAnimation", {R"(header { animation_id: "new" })"}, "busy"},
+    {"ImportAnimation", {R"(animation_id: "new" location: "sims/shot")"}, "busy"},
+    {"RegisterFamily",
+     {R"(family_id: "new" source: "animations/a" targets: "animations/b")"},
+     "busy"},
+    {"UploadAnimation",
+     {R"(header { animation_id: "new" })", R"(file { name: "f1.ply" size_bytes: 101 })"},
+     "small"},
 };
 
 class ErrorTableTest : public ServerTest {
@@ -142,6 +150,12 @@ class ErrorTableTest : public ServerTest {
     const auto submitted = catalog_->SubmitRegistration(job);
     ASSERT_TRUE(submitted.ok()) << submitted.status();
     job_id_ = submitted->id();
+    store::pb::AnimationRecord animation;
+    animation.set_id("busys");
+    store::pb::JobRecord import;
+    import.set_owner("busy");
+    import.mutable_import_animation()->set_animation("busys");
+    ASSERT_TRUE(catalog_->SubmitImport(animation, import).ok());
   }
 
   ServerOptions Options() const {
@@ -156,12 +170,22 @@ class ErrorTableTest : public ServerTest {
   std::shared_ptr<Authorizer> Principals() {
     const std::string path = folder_.path() + "/tokens.json";
     std::vector<std::string> entries;
-    for (const auto& [name, scope] : std::map<std::string, std::string>{
-             {"viewer", "frames"}, {"uploader", "write"}, {"slow", "frames"}}) {
-      NewToken made = *MakeToken(name, {scope});
+    for (const auto& [name, scope] : std::map<std::string, std::string>{{"viewer", "frames"},
+                                                                        {"uploader", "write"},
+                                                                        {"slow", "frames"},
+                                                                        {"busy", "write"},
+                                                                        {"small", "write"}}) {
+      const std::map<std::string, std::string> limits = {{"slow", R"("requests_per_second": 0.01)"},
+                                                         {"busy", R"("max_queued_jobs": 1)"},
+                                                         {"small", R"("max_stored_bytes": 100)"}};
+      std::vector<std::string> scopes = {scope};
+      if (name == "busy") scopes.push_back("register");
+      NewToken made = *MakeToken(name, scopes);
       tokens_[name] = made.token;
-      if (name == "slow") {
-        made.entry.insert(made.entry.size() - 1, R"(, "limits": {"requests_per_second": 0.01})");
+      const auto limit = limits.find(name);
+      if (limit != limits.end()) {
+        made.entry.insert(made.entry.size() - 1,
+                          absl::StrCat(R"(, "limits": {)", limit->second, "}"));
       }
       entries.push_back(made.entry);
     }
@@ -237,9 +261,11 @@ TEST_F(ErrorTableTest, IsWhatTheDocumentSays) {
   options.authorizer = Principals();
   Start(options);
   EXPECT_THAT(Call({"ListFamilies", {""}, "slow"}), IsOk());
-  absl::StrAppend(&text, "\n## Callers\nWith a tokens file, in which `viewer` and `slow` have the ",
-                  "scope frames, `uploader` has write, and `slow` may call once in 100 s.\n\n",
-                  Table(kStrangers));
+  absl::StrAppend(
+      &text, "\n## Callers\nWith a tokens file, in which `viewer` and `slow` have the ",
+      "scope frames, `uploader` has write, `slow` may call once in 100 s, `busy` may have one "
+      "operation that is not done and has it, and `small` may store 100 bytes.\n\n",
+      Table(kStrangers));
 
   const std::string path = absl::StrCat(LIQUIDBLEND_SOURCE_DIR, "/docs/errors.md");
   if (getenv("LIQUIDBLEND_WRITE_DOCS") != nullptr) std::ofstream(path) << text;

@@ -799,5 +799,32 @@ TEST_F(HandlersTest, AStreamKeepsWhatAMessageDoesNotSet) {
   EXPECT_EQ(response->frame().data(), expected->data());
 }
 
+TEST_F(HandlersTest, ARegistrationCountsAgainstItsOwnersLimits) {
+  PublishSplash();
+  Principal ann;
+  ann.name = ann.key = "ann";
+  ann.limits.max_queued_jobs = 1;
+  v1::RegisterFamilyRequest request = Registration();
+  request.set_family_id("one");
+  const auto first = RegisterFamily(backends_, request, ann);
+  ASSERT_THAT(first, Succeeds());
+  request.set_family_id("two");
+  EXPECT_EQ(ReasonOf(RegisterFamily(backends_, request, ann).status()), "QUEUED_JOBS_EXCEEDED");
+  request = Registration();
+  request.set_refine(true);
+  EXPECT_EQ(ReasonOf(RegisterFamily(backends_, request, ann).status()), "QUEUED_JOBS_EXCEEDED");
+  EXPECT_THAT(catalog_->GetFamily("two"), Fails(absl::StatusCode::kNotFound, "two"));
+
+  store::pb::FamilyRecord family;
+  family.set_id("one");
+  family.set_blob("blob");
+  family.set_size_bytes(1000);
+  ASSERT_THAT(catalog_->PublishFamily(TakeJob().lease_id, family), Succeeds());
+  ann.limits.max_stored_bytes = 1000;
+  EXPECT_EQ(ReasonOf(RegisterFamily(backends_, request, ann).status()), "STORED_BYTES_EXCEEDED");
+  ASSERT_THAT(catalog_->DeleteFamily("one"), Succeeds());
+  EXPECT_THAT(RegisterFamily(backends_, request, ann), Succeeds());
+}
+
 }  // namespace
 }  // namespace liquidblend::rpc

@@ -27,7 +27,8 @@ std::string File(const std::string& more, const std::string& hash = kHashOfHello
 TEST(TokenFile, HoldsPrincipalsWithTheirScopesAndLimits) {
   const auto file = ParseTokenFile(File(R"(, "certificate_subject": "CN=render-1",
       "scopes": ["frames", "register"],
-      "limits": {"max_upload_bytes": 1000, "max_streams": 2, "requests_per_second": 0.5})"));
+      "limits": {"max_upload_bytes": 1000, "max_streams": 2, "requests_per_second": 0.5,
+                 "max_stored_bytes": 5000000000000, "max_queued_jobs": 7})"));
   ASSERT_TRUE(file.ok()) << file.status();
   ASSERT_EQ(file->entries.size(), 1U);
   const TokenEntry& entry = file->entries[0];
@@ -36,6 +37,8 @@ TEST(TokenFile, HoldsPrincipalsWithTheirScopesAndLimits) {
   EXPECT_EQ(entry.principal.limits.max_upload_bytes, 1000);
   EXPECT_EQ(entry.principal.limits.max_streams, 2);
   EXPECT_EQ(entry.principal.limits.requests_per_second, 0.5);
+  EXPECT_EQ(entry.principal.limits.max_stored_bytes, 5'000'000'000'000);
+  EXPECT_EQ(entry.principal.limits.max_queued_jobs, 7);
   EXPECT_THAT(entry.token_hashes, ElementsAre(HashToken("hello")));
   EXPECT_EQ(entry.certificate_subject, "CN=render-1");
   EXPECT_FALSE(file->anonymous.has_value());
@@ -68,6 +71,12 @@ TEST(TokenFile, NamesWhatIsWrong) {
               HasSubstr("principals[0].limits: limit max_streams"));
   EXPECT_THAT(message(File(scopes + R"(, "limits": {"max_streams": 1.5})")),
               HasSubstr("max_streams must be a number"));
+  EXPECT_THAT(message(File(scopes + R"(, "limits": {"max_stored_bytes": -1})")),
+              HasSubstr("limit max_stored_bytes is out of range: -1"));
+  EXPECT_THAT(message(File(scopes + R"(, "limits": {"max_queued_jobs": -1})")),
+              HasSubstr("limit max_queued_jobs is out of range: -1"));
+  EXPECT_THAT(message(File(scopes + R"(, "limits": {"max_queued_jobs": "7"})")),
+              HasSubstr("max_queued_jobs must be a number"));
   EXPECT_THAT(message(File(scopes + R"(, "limits": {"streams": 1})")), HasSubstr("'streams'"));
   EXPECT_THAT(message(R"({"principals": [{"name": "a", "scopes": ["write"]}]})"),
               HasSubstr("token_sha256 or a certificate_subject"));

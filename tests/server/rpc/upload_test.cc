@@ -1,7 +1,9 @@
 #include "server/rpc/upload.h"
 
 #include <functional>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/server/rpc/rpc_testing.h"
@@ -13,6 +15,7 @@ using store::Fails;
 using store::Succeeds;
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::Pair;
 
 v1::UploadAnimationRequest Header(const std::string& id, const std::string& request_id = "") {
   v1::UploadAnimationRequest message;
@@ -216,6 +219,97 @@ TEST_F(UploadTest, ADroppedUploadLeavesNoTemporaryFile) {
   }
   EXPECT_EQ(store::CountFiles(folder_.path() + "/tmp"), 0);
   EXPECT_TRUE(blobs_->List()->empty());
+}
+
+// ---- what its owner may have
+
+class OwnedUploadTest : public UploadTest {
+ protected:
+  OwnedUploadTest() { ann_.name = ann_.key = "ann"; }
+
+  // Up to the first error, then submitted.
+  absl::StatusOr<store::pb::JobRecord> SendAs(const Principal& principal,
+                                              const std::vector<v1::UploadAnimationRequest>& all) {
+    Upload upload(*catalog_, *blobs_, SmallLimits(), principal);
+    for (const v1::UploadAnimationRequest& message : all) {
+      if (absl::Status status = upload.Add(message); !status.ok()) return status;
+    }
+    return upload.Submit();
+  }
+
+  std::map<std::string, std::string> MetadataOf(const absl::Status& status) {
+    const auto info = PayloadOf<google::rpc::ErrorInfo>(status, kErrorInfoUrl);
+    return {info.metadata().begin(), info.metadata().end()};
+  }
+
+  Principal ann_;
+};
+
+TEST_F(OwnedUploadTest, IsRefusedBeyondTheBytesThatTheyMayStore) {
+  ann_.limits.max_stored_bytes = 10;
+  ASSERT_THAT(SendAs(ann_, {Header("a"), File("f", 6), Chunk("abcdef")}), Succeeds());
+  // At the file that would be too much, before its bytes are sent.
+  const absl::Status status =
+      SendAs(ann_, {Header("b"), File("f", 2), Chunk("ab"), File("g", 3)}).status();
+  EXPECT_THAT(status, Fails(absl::StatusCode::kResourceExhausted,
+                            "'ann' may have 10 bytes stored and has 6; 5 more"));
+  EXPECT_EQ(ReasonOf(status), "STORED_BYTES_EXCEEDED");
+  EXPECT_THAT(MetadataOf(status), ElementsAre(Pair("limit", "10"), Pair("needed", "5"),
+                                              Pair("principal", "ann"), Pair("used", "6")));
+  const auto failure = PayloadOf<google::rpc::QuotaFailure>(status, kQuotaFailureUrl);
+  ASSERT_EQ(failure.violations_size(), 1);
+  EXPECT_EQ(failure.violations(0).subject(), "principal:ann");
+  EXPECT_EQ(failure.violations(0).description(), std::string(status.message()));
+  ASSERT_THAT(SendAs(ann_, {Header("b"), File("f", 4), Chunk("abcd")}), Succeeds());
+  // At the limit an upload does not even begin.
+  EXPECT_THAT(SendAs(ann_, {Header("c")}), Fails(absl::StatusCode::kResourceExhausted, "has 10"));
+  Principal bob = ann_;
+  bob.name = bob.key = "bob";
+  EXPECT_THAT(SendAs(bob, {Header("c"), File("f", 4), Chunk("abcd")}), Succeeds());
+}
+
+TEST_F(OwnedUploadTest, TwoAtOnceDoNotPassTogether) {
+  ann_.limits.max_stored_bytes = 10;
+  Upload one(*catalog_, *blobs_, SmallLimits(), ann_);
+  Upload two(*catalog_, *blobs_, SmallLimits(), ann_);
+  for (auto& [upload, id] : {std::pair(&one, "a"), std::pair(&two, "b")}) {
+    for (const auto& message : {Header(id), File("f", 6), Chunk("abcdef")}) {
+      ASSERT_THAT(upload->Add(message), Succeeds());
+    }
+  }
+  ASSERT_THAT(one.Submit(), Succeeds());
+  const absl::Status status = two.Submit().status();
+  EXPECT_EQ(ReasonOf(status), "STORED_BYTES_EXCEEDED");
+  EXPECT_THAT(catalog_->GetAnimation("b"), Fails(absl::StatusCode::kNotFound, "'b'"));
+}
+
+TEST_F(OwnedUploadTest, DeletingGivesRoomBack) {
+  ann_.limits.max_stored_bytes = 10;
+  ASSERT_THAT(SendAs(ann_, {Header("a"), File("f", 10), Chunk("abcdefghij")}), Succeeds());
+  store::pb::AnimationRecord animation;
+  animation.set_id("a");
+  animation.set_blob("blob");
+  animation.set_size_bytes(12);  // what is made of an upload may be larger
+  ASSERT_THAT(catalog_->PublishAnimation(TakeJob().lease_id, animation), Succeeds());
+  EXPECT_THAT(SendAs(ann_, {Header("b")}), Fails(absl::StatusCode::kResourceExhausted, "has 12"));
+  ASSERT_THAT(catalog_->DeleteAnimation("a"), Succeeds());
+  EXPECT_THAT(SendAs(ann_, {Header("b"), File("f", 10), Chunk("abcdefghij")}), Succeeds());
+}
+
+TEST_F(OwnedUploadTest, IsRefusedBeyondTheOperationsThatTheyMayQueue) {
+  ann_.limits.max_queued_jobs = 1;
+  const auto first = SendAs(ann_, {Header("a", "r1"), File("f", 0)});
+  ASSERT_THAT(first, Succeeds());
+  const absl::Status status = SendAs(ann_, {Header("b")}).status();
+  EXPECT_THAT(status, Fails(absl::StatusCode::kResourceExhausted,
+                            "'ann' may have 1 operations that are not done and has 1"));
+  EXPECT_EQ(ReasonOf(status), "QUEUED_JOBS_EXCEEDED");
+  // A call that is repeated is answered.
+  const auto again = SendAs(ann_, {Header("a", "r1"), File("f", 0)});
+  ASSERT_THAT(again, Succeeds());
+  EXPECT_EQ(again->id(), first->id());
+  ASSERT_THAT(catalog_->RequestCancel(first->id()), Succeeds());
+  EXPECT_THAT(SendAs(ann_, {Header("b"), File("f", 0)}), Succeeds());
 }
 
 }  // namespace
