@@ -12,6 +12,13 @@
 namespace liquidblend::e2e {
 namespace {
 
+struct Failure {
+  const char* name;
+  FaultyCall call;
+  int error_number;
+  bool of_server;
+};
+
 class FaultsDiskTest : public FaultTest {
  protected:
   // Lets the work be done on a layer that does nothing, for the sake of its counts.
@@ -37,7 +44,7 @@ class FaultsDiskTest : public FaultTest {
     RunUndisturbed(counting);
     const int64_t num_syncs = counting.control().num_syncs;
     EXPECT_GT(num_syncs, 20);
-    line.num_runs = line.num_accepted = line.num_retried = line.num_published = 0;
+    line.Restart();
     const int num_runs = NumFaultRuns();
     for (int run = 1; run <= num_runs; ++run) {
       BeginRun(line, Tier::kEmbedded);
@@ -54,23 +61,35 @@ class FaultsDiskTest : public FaultTest {
     }
   }
 
-  // The programs' calls from the run-th of this kind on fail, some of them.
-  void FailCallsInEachRun(FaultLine& line, bool of_server, FaultyCall call, int error_number) {
-    for (int run = 1; run <= NumFaultRuns(); ++run) {
-      BeginRun(line, Tier::kEmbedded);
-      FaultLayer& layer = MakeLayer(/*has_disk=*/false);
-      Process server = StartServer(0, of_server ? layer.environment() : kNoEnvironment);
-      if (of_server) layer.FailCalls(call, error_number, run, 1 + run % 3);
-      SubmitWork();
-      if (!of_server) layer.FailCalls(call, error_number, run, 1 + run % 3);
-      Process worker = StartFaultWorker(of_server ? kNoEnvironment : layer.environment());
-      if (!of_server) Await([&] { return layer.control().num_failed > 0; });
-      EndRun(std::move(server), std::move(worker));
-      EXPECT_GT(layer.control().num_failed, 0) << run;
-    }
+  // One run in which calls of a program from the first-th of this kind on fail, `count` of them.
+  // Returns how many there were.
+  int64_t FailCalls(const Failure& failure, int64_t first, int64_t count) {
+    FaultLayer& layer = MakeLayer(/*has_disk=*/false);
+    const std::vector<std::string> none, layered = layer.environment();
+    Process server = StartServer(0, failure.of_server ? layered : none);
+    if (failure.of_server) layer.FailCalls(failure.call, failure.error_number, first, count);
+    SubmitWork();
+    if (failure.of_server) layer.Heal();  // what was refused is asked for again
+    if (!failure.of_server) layer.FailCalls(failure.call, failure.error_number, first, count);
+    Process worker = StartFaultWorker(failure.of_server ? none : layered);
+    EndRun(std::move(server), std::move(worker));
+    EXPECT_EQ(layer.control().num_failed > 0, count > 0) << first;
+    for (const std::string& error : errors()) EXPECT_THAT(error, testing::HasSubstr(data()));
+    return layer.control().num_calls;
   }
 
-  const std::vector<std::string> kNoEnvironment;
+  // From the first to the last of the calls that there are, another one in each run.
+  void FailCallsInEachRun(FaultLine& line, const Failure& failure) {
+    BeginRun(line, Tier::kEmbedded);
+    const int64_t num_calls = FailCalls(failure, 1, 0);
+    // Some depend on how long the work takes.
+    const int64_t num_certain = std::max<int64_t>(1, num_calls * 2 / 3);
+    line.Restart();
+    for (int run = 1; run <= NumFaultRuns(); ++run) {
+      BeginRun(line, Tier::kEmbedded);
+      FailCalls(failure, 1 + (run - 1) % num_certain, 1 + run % 3);
+    }
+  }
 };
 
 TEST_F(FaultsDiskTest, APowerCutLosesNothing) {
@@ -83,13 +102,6 @@ TEST_F(FaultsDiskTest, APowerCutThatLosesSomePagesLosesNothing) {
                  Tier::kEmbedded);
   LosePowerInEachRun(line, /*by_chance=*/true);
 }
-
-struct Failure {
-  const char* name;
-  FaultyCall call;
-  int error_number;
-  bool of_server;
-};
 
 std::vector<Failure> AllFailures() {
   std::vector<Failure> failures;
@@ -116,7 +128,7 @@ TEST_P(FaultsDiskErrorTest, LosesNothing) {
   FaultLine line(absl::StrCat(failure.error_number == EIO ? "EIO" : "ENOSPC", " of the ",
                               failure.of_server ? "server's" : "worker's", " Nth ", failure.name),
                  Tier::kEmbedded);
-  FailCallsInEachRun(line, failure.of_server, failure.call, failure.error_number);
+  FailCallsInEachRun(line, failure);
 }
 
 INSTANTIATE_TEST_SUITE_P(Calls, FaultsDiskErrorTest, testing::ValuesIn(AllFailures()), NameOf);

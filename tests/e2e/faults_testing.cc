@@ -52,6 +52,7 @@ void FaultTest::BeginRun(FaultLine& line, Tier tier) {
   tier_ = tier;
   run_ = ++line.num_runs;
   names_.clear();
+  errors_.clear();
   catalog_.reset();
   if (expected_.frame.empty()) return MakeStore();
   if (tier == Tier::kShared) return;
@@ -128,7 +129,10 @@ bool FaultTest::Submit(const std::string& what) {
     SetDeadline(context);
     status = stub_->RegisterFamily(&context, request, &operation);
   }
-  if (!status.ok()) return false;
+  if (!status.ok()) {
+    errors_.push_back(status.error_message());
+    return false;
+  }
   names_[what] = operation.name();
   ++line_->num_accepted;
   return true;
@@ -178,7 +182,11 @@ void FaultTest::EndRun(Process server, Process worker) {
       }
       std::this_thread::sleep_for(kPoll);
     }
-    line_->num_retried += JobOf(operation).failed_attempts_size();
+    const JobRecord job = JobOf(operation);
+    for (const auto& attempt : job.failed_attempts()) {
+      ++line_->num_retried;
+      if (!attempt.worker_lost()) errors_.push_back(attempt.error().message());
+    }
   }
   CheckPublished();
   if (tier_ == Tier::kShared) ForgetImport();

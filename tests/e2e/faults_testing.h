@@ -28,6 +28,9 @@ class FaultLine {
   FaultLine(const FaultLine&) = delete;
   FaultLine& operator=(const FaultLine&) = delete;
 
+  // Forgets a run that was there to find something out, but not what it lost.
+  void Restart() { num_runs = num_accepted = num_retried = num_published = 0; }
+
   int num_runs = 0;
   int num_accepted = 0;           // jobs whose submission was answered OK
   int num_retried = 0;            // attempts of jobs that failed or lost their worker
@@ -74,6 +77,9 @@ class FaultTest : public E2eTest {
   // The layer that programs of this run may have; its environment is the caller's to pass on.
   FaultLayer& MakeLayer(bool has_disk);
 
+  // What calls were refused with, and, after EndRun(), what attempts at jobs failed with.
+  const std::vector<std::string>& errors() const { return errors_; }
+
   int num_iterations_ = 3;
 
  private:
@@ -92,7 +98,8 @@ class FaultTest : public E2eTest {
   int run_ = 0;
   std::map<std::string, std::string> names_;  // of operations, by what they do
   std::string catalog_url_;                   // shared tier; past any proxy
-  int64_t num_versions_ = 0;                  // of balls, published
+  std::vector<std::string> errors_;
+  int64_t num_versions_ = 0;  // of balls, published
   struct {
     std::string family_blob, import_blob, frame;
   } expected_;
