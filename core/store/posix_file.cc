@@ -40,9 +40,7 @@ absl::StatusCode CodeOf(int error_number) {
     case ENFILE:
     case ENOMEM:
       return absl::StatusCode::kResourceExhausted;
-    case EIO:
-      return absl::StatusCode::kDataLoss;
-    default:
+    default:  // EIO, too: what was to be written can be written again, perhaps elsewhere
       return absl::StatusCode::kUnavailable;
   }
 }
@@ -88,6 +86,9 @@ absl::Status ReadAll(const FileHandle& file, size_t size, const std::string& pat
     const size_t wanted = std::min(chunk.size(), size - offset);
     const ssize_t num_read = Uninterrupted(
         [&] { return pread(file.fd(), chunk.data(), wanted, static_cast<off_t>(offset)); });
+    if (num_read < 0 && errno == EIO) {
+      return absl::DataLossError(ErrnoStatus(errno, "read", path).message());
+    }
     if (num_read < 0) return ErrnoStatus(errno, "read", path);
     if (num_read == 0) {
       return absl::DataLossError(

@@ -30,8 +30,9 @@ class FileHandle {
 };
 
 // What `error_number` means for a caller: kNotFound, kPermissionDenied, kResourceExhausted (disk,
-// quota, size limit, descriptors or memory used up), kDataLoss (the disk failed), kUnavailable
-// otherwise. The message is "<action> <path>: <the system's words>".
+// quota, size limit, descriptors or memory used up), kUnavailable otherwise, also for a disk that
+// failed: ReadAll() alone knows of data that are lost. The message is "<action> <path>: <the
+// system's words>".
 absl::Status ErrnoStatus(int error_number, absl::string_view action, const std::string& path);
 
 // Opens with O_CLOEXEC; `mode` counts when the file is created.

@@ -13,6 +13,7 @@
 #include "core/store/blob_cache.h"
 #include "core/store/blob_store.h"
 #include "core/store/content_hash.h"
+#include "core/store/fault_point.h"
 #include "core/store/random_id.h"
 #include "core/store/s3_client.h"
 
@@ -42,7 +43,9 @@ class S3BlobWriter : public BlobWriter {
   absl::StatusOr<BlobId> Commit() override {
     LB_ASSIGN_OR_RETURN(const BlobId id, local_->Commit());
     LB_ASSIGN_OR_RETURN(const std::shared_ptr<const Blob> blob, shared_->cache->Find(id));
+    FaultPoint("blob.before_upload");
     LB_RETURN_IF_ERROR(shared_->s3->Put(KeyOf(id), blob->bytes()));
+    FaultPoint("blob.after_upload");
     LB_RETURN_IF_ERROR(shared_->cache->Trim());
     return id;
   }

@@ -185,6 +185,7 @@ absl::Status Database::Error(int code, absl::string_view action) const {
     if (error_number == 0) error_number = failed_call;
     const absl::Status cause = ErrnoStatus(error_number, "", path_);
     if (error_number != 0 && !absl::IsNotFound(cause)) status_code = cause.code();
+    if (code == SQLITE_IOERR_READ && error_number == EIO) status_code = absl::StatusCode::kDataLoss;
     absl::StrAppend(&detail, ", ", std::generic_category().message(error_number));
   }
   return absl::Status(

@@ -24,11 +24,9 @@ void SetDeadline(grpc::ClientContext& context) {
   context.set_deadline(std::chrono::system_clock::now() + kPatience);
 }
 
-// Of a new catalog; empty: a data directory is enough.
-std::string CatalogUrl() {
+bool IsOnSharedTier() {
   const char* const tier = std::getenv("LIQUIDBLEND_E2E_TIER");
-  if (tier == nullptr || std::string(tier) != "shared") return "";
-  return store::SharedPostgresServer().NewUrl();
+  return tier != nullptr && std::string(tier) == "shared";
 }
 
 std::vector<std::string> RunningServers() {
@@ -39,30 +37,38 @@ std::vector<std::string> RunningServers() {
 
 }  // namespace
 
-E2eTest::E2eTest() : catalog_url_(CatalogUrl()), running_servers_(RunningServers()) {}
+E2eTest::E2eTest()
+    : folder_(std::make_unique<store::TemporaryFolder>()), running_servers_(RunningServers()) {
+  if (!IsOnSharedTier()) return;
+  place_ = {store::SharedPostgresServer().NewUrl(), "s3://liquidblend", store::CephEnvironment()};
+}
+
+void E2eTest::MoveTo(const Place& place) {
+  folder_ = std::make_unique<store::TemporaryFolder>();
+  place_ = place;
+}
 
 std::string E2eTest::blob_folder() const {
-  return catalog_url_.empty() ? data() : data() + "/cache";
+  return place_.catalog_url.empty() ? data() : data() + "/cache";
 }
 
 std::unique_ptr<store::Catalog> E2eTest::OpenCatalog() const {
-  auto catalog = catalog_url_.empty() ? store::OpenSqliteCatalog(store::CatalogPath(data()))
-                                      : store::OpenPostgresCatalog(catalog_url_);
+  auto catalog = place_.catalog_url.empty() ? store::OpenSqliteCatalog(store::CatalogPath(data()))
+                                            : store::OpenPostgresCatalog(place_.catalog_url);
   EXPECT_TRUE(catalog.ok()) << catalog.status();
   return catalog.ok() ? *std::move(catalog) : nullptr;
 }
 
 std::vector<std::string> E2eTest::StoreArguments() const {
-  if (catalog_url_.empty()) return {"--data", data()};
-  return {"--cache", blob_folder(), "--blobs",
-          "s3://liquidblend/" + data().substr(data().rfind('/') + 1)};
+  if (place_.catalog_url.empty()) return {"--data", data()};
+  return {"--cache", blob_folder(), "--blobs", place_.blobs_url + data().substr(data().rfind('/'))};
 }
 
+// The first of a name counts.
 std::vector<std::string> E2eTest::WithStore(const std::vector<std::string>& environment) const {
-  if (catalog_url_.empty()) return environment;
-  std::vector<std::string> all = store::CephEnvironment();
-  all.push_back("LIQUIDBLEND_STORE=" + catalog_url_);
-  all.insert(all.end(), environment.begin(), environment.end());
+  std::vector<std::string> all = environment;
+  if (!place_.catalog_url.empty()) all.push_back("LIQUIDBLEND_STORE=" + place_.catalog_url);
+  all.insert(all.end(), place_.environment.begin(), place_.environment.end());
   return all;
 }
 
@@ -139,9 +145,13 @@ Process E2eTest::StartServer(int num_workers, const std::vector<std::string>& en
 
 Process E2eTest::StartWorker(const std::vector<std::string>& environment) {
   if (!running_servers_.empty()) return {};
+  return Process("liquidblend-worker", WorkerArguments(), WithStore(environment));
+}
+
+std::vector<std::string> E2eTest::WorkerArguments() const {
   std::vector<std::string> arguments = StoreArguments();
   arguments.insert(arguments.end(), {"--lease", "1s", "--poll", "20ms", "--threads", "1"});
-  return Process("liquidblend-worker", arguments, WithStore(environment));
+  return arguments;
 }
 
 grpc::Status E2eTest::Upload(const std::string& id, const std::vector<NamedBytes>& files,

@@ -39,7 +39,16 @@ class E2eTest : public ::testing::Test {
   // Ball of 162 vertices over 6 frames, moving along x.
   static std::vector<NamedBytes> BallFiles(double velocity_m_per_s);
 
-  const std::string& data() const { return folder_.path(); }
+  // Where the store is.
+  struct Place {
+    std::string catalog_url;               // empty: a data directory
+    std::string blobs_url;                 // s3://bucket
+    std::vector<std::string> environment;  // of the programs, as NAME=VALUE
+  };
+  // Goes on with another store, and a data directory (or cache) that is empty.
+  void MoveTo(const Place& place);
+
+  const std::string& data() const { return folder_->path(); }
   // Where blobs are while they are written: data(), or the cache.
   std::string blob_folder() const;
   // One more handle on the catalog.
@@ -52,6 +61,7 @@ class E2eTest : public ::testing::Test {
   // Of the server that was connected to last, as `liquidblend --server` takes it.
   const std::string& Address() const { return address_; }
   Process StartWorker(const std::vector<std::string>& environment = {});
+  std::vector<std::string> WorkerArguments() const;
 
   // Sends an animation. With fewer files than there are, it stops in the middle of the last of
   // them.
@@ -89,8 +99,8 @@ class E2eTest : public ::testing::Test {
   void ConnectToNextRunningServer();
   void DeleteEverything();
 
-  store::TemporaryFolder folder_;
-  const std::string catalog_url_;                   // empty: a data directory
+  std::unique_ptr<store::TemporaryFolder> folder_;
+  Place place_;
   const std::vector<std::string> running_servers_;  // empty: the test starts them
   bool is_empty_ = false;                           // DeleteEverything() has been called
   std::string address_;

@@ -64,7 +64,7 @@ TEST(ErrnoStatus, TellsCallersWhatToDo) {
   EXPECT_THAT(ErrnoStatus(ENOSPC, "write", "/a"), Fails(Code::kResourceExhausted, "/a"));
   EXPECT_THAT(ErrnoStatus(EDQUOT, "write", "/a"), Fails(Code::kResourceExhausted, "/a"));
   EXPECT_THAT(ErrnoStatus(EMFILE, "open", "/a"), Fails(Code::kResourceExhausted, "/a"));
-  EXPECT_THAT(ErrnoStatus(EIO, "read", "/a"), Fails(Code::kDataLoss, "/a"));
+  EXPECT_THAT(ErrnoStatus(EIO, "write", "/a"), Fails(Code::kUnavailable, "/a"));
   EXPECT_THAT(ErrnoStatus(ENOTDIR, "open", "/a"), Fails(Code::kUnavailable, "/a"));
 }
 

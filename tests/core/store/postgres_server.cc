@@ -56,6 +56,15 @@ void PostgresServer::Stop() { End(SIGINT); }
 // SIGQUIT, since backends would outlive a postmaster that gets SIGKILL for a while.
 void PostgresServer::Crash() { End(SIGQUIT); }
 
+void PostgresServer::Kill() {
+  const std::string id = absl::StrCat(pid_);
+  std::ifstream file("/proc/" + id + "/task/" + id + "/children");
+  std::vector<pid_t> processes;
+  for (pid_t process = 0; file >> process;) processes.push_back(process);
+  End(SIGKILL);
+  for (const pid_t process : processes) kill(process, SIGKILL);
+}
+
 void PostgresServer::End(int signal) {
   if (pid_ == 0) return;
   kill(pid_, signal);

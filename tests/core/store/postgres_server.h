@@ -27,6 +27,8 @@ class PostgresServer {
   void Start();
   void Stop();   // ends all connections
   void Crash();  // at once; the next start recovers from the log
+  void Kill();   // likewise, by SIGKILL: the postmaster, then its processes
+  std::string socket() const { return folder_.path() + "/sock/.s.PGSQL.5432"; }
   void Restart() {
     Stop();
     Start();

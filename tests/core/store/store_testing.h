@@ -24,7 +24,7 @@ namespace liquidblend::store {
 // A new folder that is removed at the end.
 class TemporaryFolder {
  public:
-  TemporaryFolder() : path_(::testing::TempDir() + "/lb_store_XXXXXX") {
+  TemporaryFolder() : path_(std::filesystem::canonical(::testing::TempDir()) / "lb_store_XXXXXX") {
     EXPECT_NE(mkdtemp(path_.data()), nullptr);
     std::filesystem::permissions(path_, std::filesystem::perms(0755));
   }
