@@ -11,6 +11,8 @@ namespace liquidblend::encode {
 namespace {
 
 constexpr int64_t kMaxTriangles = int64_t{1} << 28;  // 4 of each fit an int32_t
+// Some 80 us of work, which pays for waking a thread.
+constexpr int32_t kMinVerticesPerPart = 4096;
 
 // Bit k: values[k] is `value`. No branches, as these could not be foretold.
 template <int kNumValues>
@@ -34,15 +36,17 @@ uint32_t MatchMask(const uint32_t* values, uint32_t value) {
 
 }  // namespace
 
-bool CornerTable::Build(const mesh::TriangleMesh& mesh) {
+bool CornerTable::Build(const mesh::TriangleMesh& mesh, parallel::Helpers* helpers) {
   if (mesh.num_triangles() >= kMaxTriangles) return false;
   Reset(mesh);
   if (!ListCorners()) {
     CopyTriangles(/*leave_out_degenerate=*/true);
     ListCorners();
   }
-  if (!LinkAll()) return false;
-  for (const int32_t vertex : unsplit_) SplitFans(vertex);
+  if (!LinkAll(helpers)) return false;
+  for (const Linker& linker : linkers_) {
+    for (const int32_t vertex : linker.unsplit) SplitFans(vertex);
+  }
   return true;
 }
 
@@ -55,7 +59,6 @@ void CornerTable::Reset(const mesh::TriangleMesh& mesh) {
   if (block_links_.size() < num_vertices) block_links_.resize(num_vertices);
   valences_.resize(num_vertices);
   split_parents_.clear();
-  unsplit_.clear();
   num_used_vertices_ = 0;
 }
 
@@ -105,29 +108,54 @@ int32_t CornerTable::BlockFor(int32_t vertex, int32_t number) {
   return added;
 }
 
-bool CornerTable::LinkAll() {
+bool CornerTable::LinkAll(parallel::Helpers* helpers) {
   const int32_t num_mesh_vertices = num_vertices();
-  for (int32_t v = 0; v < num_mesh_vertices; ++v) {
-    if (valences_[v] == 0) continue;
-    if (!LinkAround(v)) return false;
-    ++num_used_vertices_;
+  const int num_idle = helpers == nullptr ? 0 : helpers->num_idle();
+  const int num_parts =
+      num_idle == 0 ? 1
+                    : std::clamp(num_mesh_vertices / kMinVerticesPerPart, 1, 2 * (num_idle + 1));
+  linkers_.resize(num_parts);
+  const auto link = [&](int p) {
+    const auto begin_of = [&](int part) {
+      return static_cast<int32_t>(int64_t{num_mesh_vertices} * part / num_parts);
+    };
+    LinkSome(begin_of(p), begin_of(p + 1), linkers_[p]);
+  };
+  num_parts == 1 ? link(0) : helpers->Run(num_parts, link);
+  bool is_closed = true;
+  for (const Linker& linker : linkers_) {
+    num_used_vertices_ += linker.num_used_vertices;
+    is_closed &= linker.is_closed;
   }
-  return true;
+  return is_closed;
+}
+
+// Writes what no other vertices' linking reads or writes.
+void CornerTable::LinkSome(int32_t begin, int32_t end, Linker& linker) {
+  linker.num_used_vertices = 0;
+  linker.is_closed = true;
+  linker.unsplit.clear();
+  for (int32_t v = begin; v < end && linker.is_closed; ++v) {
+    if (valences_[v] == 0) continue;
+    linker.is_closed = LinkAround(v, linker);
+    ++linker.num_used_vertices;
+  }
 }
 
 // Links the triangles across all edges out of the vertex; false if they do not pair up.
-bool CornerTable::LinkAround(int32_t vertex) {
+bool CornerTable::LinkAround(int32_t vertex, Linker& linker) {
   const int32_t valence = valences_[vertex];
   const Block& first = blocks_[vertex];
   if (valence <= kPerBlock) {
     if (LinkFan<kPerBlock>(first.vertices.data(), first.corners.data(), valence)) return true;
   }
-  Collect(vertex);
+  Collect(vertex, linker);
   if (valence > kPerBlock && valence <= 2 * kPerBlock &&
-      LinkFan<2 * kPerBlock>(around_vertices_.data(), around_corners_.data(), valence)) {
+      LinkFan<2 * kPerBlock>(linker.around_vertices.data(), linker.around_corners.data(),
+                             valence)) {
     return true;
   }
-  return LinkMany(vertex);
+  return LinkMany(vertex, linker);
 }
 
 // The triangle across the edge to the next vertex is the one where that is the vertex before.
@@ -156,39 +184,40 @@ bool CornerTable::LinkFan(const uint32_t* vertices, const int32_t* corners, int 
 
 // For any triangles. Of several edges between two vertices the n-th one out belongs to the n-th one
 // in, in the triangles' order, which is the same pair seen from either vertex.
-bool CornerTable::LinkMany(int32_t vertex) {
-  edges_out_.clear();
-  edges_in_.clear();
-  for (size_t i = 0; i < around_corners_.size(); ++i) {
-    const auto corner = static_cast<uint64_t>(around_corners_[i]);
-    const auto next = static_cast<uint64_t>(VertexOf(around_corners_[i]));
-    edges_out_.push_back(next << 32 | corner);
-    edges_in_.push_back(uint64_t{around_vertices_[i]} << 32 | corner);
+bool CornerTable::LinkMany(int32_t vertex, Linker& linker) {
+  linker.edges_out.clear();
+  linker.edges_in.clear();
+  for (size_t i = 0; i < linker.around_corners.size(); ++i) {
+    const auto corner = static_cast<uint64_t>(linker.around_corners[i]);
+    const auto next = static_cast<uint64_t>(VertexOf(linker.around_corners[i]));
+    linker.edges_out.push_back(next << 32 | corner);
+    linker.edges_in.push_back(uint64_t{linker.around_vertices[i]} << 32 | corner);
   }
-  std::sort(edges_out_.begin(), edges_out_.end());
-  std::sort(edges_in_.begin(), edges_in_.end());
-  for (size_t i = 0; i < edges_out_.size(); ++i) {
-    if (edges_out_[i] >> 32 != edges_in_[i] >> 32) return false;
-    right_[Place(static_cast<int32_t>(edges_out_[i]))] = static_cast<int32_t>(edges_in_[i]);
+  std::sort(linker.edges_out.begin(), linker.edges_out.end());
+  std::sort(linker.edges_in.begin(), linker.edges_in.end());
+  for (size_t i = 0; i < linker.edges_out.size(); ++i) {
+    if (linker.edges_out[i] >> 32 != linker.edges_in[i] >> 32) return false;
+    right_[Place(static_cast<int32_t>(linker.edges_out[i]))] =
+        static_cast<int32_t>(linker.edges_in[i]);
   }
-  unsplit_.push_back(vertex);
+  linker.unsplit.push_back(vertex);
   return true;
 }
 
-void CornerTable::Collect(int32_t vertex) {
+void CornerTable::Collect(int32_t vertex, Linker& linker) const {
   const int32_t valence = valences_[vertex];
   const int32_t num_of_vertex = (valence + kPerBlock - 1) / kPerBlock;
-  around_vertices_.resize(static_cast<size_t>(num_of_vertex) * kPerBlock);
-  around_corners_.resize(around_vertices_.size());
+  linker.around_vertices.resize(static_cast<size_t>(num_of_vertex) * kPerBlock);
+  linker.around_corners.resize(linker.around_vertices.size());
   int32_t block = vertex;
   for (int32_t n = 0; n < num_of_vertex; ++n) {
     // The first block is followed by the last one, which is the only one that may not be full.
     const int32_t at = n == 0 ? 0 : (num_of_vertex - n) * kPerBlock;
-    std::copy_n(blocks_[block].vertices.begin(), kPerBlock, around_vertices_.begin() + at);
-    std::copy_n(blocks_[block].corners.begin(), kPerBlock, around_corners_.begin() + at);
+    std::copy_n(blocks_[block].vertices.begin(), kPerBlock, linker.around_vertices.begin() + at);
+    std::copy_n(blocks_[block].corners.begin(), kPerBlock, linker.around_corners.begin() + at);
     block = block_links_[block];
   }
-  around_corners_.resize(valence);
+  linker.around_corners.resize(valence);
 }
 
 int32_t CornerTable::FanSize(int32_t corner) const {
@@ -203,10 +232,11 @@ int32_t CornerTable::FanSize(int32_t corner) const {
 
 // If there are several, all of them become vertices of their own, and the vertex is left with none.
 void CornerTable::SplitFans(int32_t vertex) {
-  Collect(vertex);
-  if (FanSize(Previous(around_corners_[0])) == valences_[vertex]) return;
+  Linker& linker = linkers_[0];
+  Collect(vertex, linker);
+  if (FanSize(Previous(linker.around_corners[0])) == valences_[vertex]) return;
   if (vertices_ != copy_.data()) CopyTriangles(/*leave_out_degenerate=*/false);
-  for (const int32_t next : around_corners_) {
+  for (const int32_t next : linker.around_corners) {
     const int32_t corner = Previous(next);
     if (VertexOf(corner) != vertex) continue;
     const int32_t added = num_vertices();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/mesh/triangle_mesh.h"
+#include "core/parallel/helpers.h"
 
 namespace liquidblend::encode {
 
@@ -22,9 +23,10 @@ class CornerTable {
   // or more at an edge two each become neighbours; a vertex with several fans of triangles becomes
   // several. Returns false, with nothing to be read, if the surface is not closed and oriented (an
   // edge is run through more often in one direction than in the other) or has 2^28 triangles.
+  //   helpers  threads that may take a part; the same result with any number of them, or with none
   // Requires: mesh passed Validate() and stays while the table is used.  Cost: O(triangles) for
   // bounded valences.
-  bool Build(const mesh::TriangleMesh& mesh);
+  bool Build(const mesh::TriangleMesh& mesh, parallel::Helpers* helpers = nullptr);
 
   int32_t num_triangles() const { return num_triangles_; }
   // The mesh's vertices, then those that were split off.
@@ -60,6 +62,16 @@ class CornerTable {
     std::array<int32_t, kPerBlock> corners;
   };
 
+  // What some vertices are linked with, one after the other.
+  struct Linker {
+    int32_t num_used_vertices = 0;
+    bool is_closed = true;
+    std::vector<int32_t> unsplit;           // vertices that may have several fans
+    std::vector<uint32_t> around_vertices;  // of one vertex: all of its blocks
+    std::vector<int32_t> around_corners;
+    std::vector<uint64_t> edges_out, edges_in;
+  };
+
   // Of a corner's numbers: three for each triangle.
   static int32_t Place(int32_t corner) { return corner - TriangleOf(corner); }
 
@@ -67,12 +79,13 @@ class CornerTable {
   bool ListCorners();
   void CopyTriangles(bool leave_out_degenerate);
   int32_t BlockFor(int32_t vertex, int32_t number);
-  bool LinkAll();
-  bool LinkAround(int32_t vertex);
+  bool LinkAll(parallel::Helpers* helpers);
+  void LinkSome(int32_t begin, int32_t end, Linker& linker);
+  bool LinkAround(int32_t vertex, Linker& linker);
   template <int kMaxValence>
   bool LinkFan(const uint32_t* vertices, const int32_t* corners, int valence);
-  bool LinkMany(int32_t vertex);
-  void Collect(int32_t vertex);
+  bool LinkMany(int32_t vertex, Linker& linker);
+  void Collect(int32_t vertex, Linker& linker) const;
   int32_t FanSize(int32_t corner) const;
   void SplitFans(int32_t vertex);
 
@@ -89,10 +102,7 @@ class CornerTable {
   // to the second one, whose is not set.
   std::vector<int32_t> block_links_;
   int32_t num_blocks_ = 0;
-  std::vector<int32_t> unsplit_;           // vertices that may have several fans
-  std::vector<uint32_t> around_vertices_;  // of one vertex: all of its blocks
-  std::vector<int32_t> around_corners_;
-  std::vector<uint64_t> edges_out_, edges_in_;
+  std::vector<Linker> linkers_;
 };
 
 }  // namespace liquidblend::encode

@@ -43,12 +43,13 @@ absl::Status DracoOptions::Validate() const {
 }
 
 absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh, const DracoOptions& options,
-                                        SurfaceWriter& writer) {
+                                        SurfaceWriter& writer, parallel::Helpers* helpers) {
   LB_RETURN_IF_ERROR(options.Validate());
   LB_RETURN_IF_ERROR(mesh::Validate(mesh));
   const bool is_positions_only = mesh.normals.cols() == 0 && mesh.velocities.cols() == 0;
   std::string data;
-  const bool is_written = is_positions_only && writer.Write(mesh, WriterOptionsOf(options), data);
+  const bool is_written =
+      is_positions_only && writer.Write(mesh, WriterOptionsOf(options), data, helpers);
   if (is_written && options.preset != Preset::kSmallest) return data;
   LB_ASSIGN_OR_RETURN(std::string by_libdraco, EncodeWithLibdraco(mesh, options));
   return is_written && data.size() < by_libdraco.size() ? data : by_libdraco;

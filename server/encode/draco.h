@@ -38,10 +38,12 @@ inline constexpr char kVelocityName[] = "velocity";
 // triangle are left out. A mesh without triangles gives a valid Draco mesh without triangles and
 // points. Errors: kInvalidArgument (options; indices out of range or numbers not finite, naming the
 // element), kInternal (libdraco's message).
+//   helpers  threads that may take a part while they are idle, or nothing
 // Threads: safe with a writer per caller, same bytes always.  Cost: at kFastest and kBalanced about
 // 0.04 us per triangle of a closed surface of positions alone, otherwise libdraco's 0.1 to 0.5.
 absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh, const DracoOptions& options,
-                                        SurfaceWriter& writer);
+                                        SurfaceWriter& writer,
+                                        parallel::Helpers* helpers = nullptr);
 
 // The same with a writer for this call only, which costs the time to get its memory.
 absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh,

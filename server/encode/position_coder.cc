@@ -37,10 +37,8 @@ void PutDescription(std::string& out) {
 
 }  // namespace
 
-bool PositionCoder::Put(const mesh::TriangleMesh& mesh, const CornerTable& table,
-                        std::span<const int32_t> last_corners, const PositionCoderOptions& options,
-                        SymbolCoder& coder, std::string& out) {
-  Round(mesh, options);
+bool PositionCoder::Put(const CornerTable& table, std::span<const int32_t> last_corners,
+                        const PositionCoderOptions& options, SymbolCoder& coder, std::string& out) {
   for (const int32_t v : table.split_parents()) nodes_.push_back(Node(nodes_[v]));
   FindBounds(table);
   PredictAll(table, last_corners);

@@ -25,18 +25,19 @@ struct PositionCoderOptions {
 // Keeps its memory from one surface to the next.
 class PositionCoder {
  public:
+  // To be called before Put(), with the same options: rounds the positions to the grid.
+  void Round(const mesh::TriangleMesh& mesh, const PositionCoderOptions& options);
+
   // Appends the only attribute of the table's vertices, as libdraco does, byte for byte. Returns
   // false, with `out` as it may be, if the symbol coder does.
   //   last_corners  as Edgebreaker::last_corners() of the table
-  // Requires: the table is mesh's, of at least one triangle.
-  bool Put(const mesh::TriangleMesh& mesh, const CornerTable& table,
-           std::span<const int32_t> last_corners, const PositionCoderOptions& options,
-           SymbolCoder& coder, std::string& out);
+  // Requires: the table is that of the mesh that was rounded, of at least one triangle.
+  bool Put(const CornerTable& table, std::span<const int32_t> last_corners,
+           const PositionCoderOptions& options, SymbolCoder& coder, std::string& out);
 
  private:
   using Node = int32_t __attribute__((vector_size(16)));  // x, y, z, 0
 
-  void Round(const mesh::TriangleMesh& mesh, const PositionCoderOptions& options);
   void FindBounds(const CornerTable& table);
   void PredictAll(const CornerTable& table, std::span<const int32_t> last_corners);
   void Walk(const CornerTable& table, int32_t corner);

@@ -24,13 +24,26 @@ void PutHeader(std::string& out) {
 }  // namespace
 
 bool SurfaceWriter::Write(const mesh::TriangleMesh& mesh, const SurfaceWriterOptions& options,
-                          std::string& out) {
-  if (!table_.Build(mesh) || table_.num_triangles() == 0) return false;
+                          std::string& out, parallel::Helpers* helpers) {
+  bool is_closed = false;
+  const auto prepare = [&](int part) {
+    if (part == 0) {
+      is_closed = table_.Build(mesh, helpers);
+    } else {
+      position_coder_.Round(mesh, options.positions);
+    }
+  };
+  if (helpers != nullptr && helpers->num_idle() > 0) {
+    helpers->Run(2, prepare);
+  } else {
+    for (const int part : {0, 1}) prepare(part);
+  }
+  if (!is_closed || table_.num_triangles() == 0) return false;
   out.clear();
   PutHeader(out);
   return edgebreaker_.Put(table_, options.method, symbol_coder_, out) &&
-         position_coder_.Put(mesh, table_, edgebreaker_.last_corners(), options.positions,
-                             symbol_coder_, out);
+         position_coder_.Put(table_, edgebreaker_.last_corners(), options.positions, symbol_coder_,
+                             out);
 }
 
 }  // namespace liquidblend::encode

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/mesh/triangle_mesh.h"
+#include "core/parallel/helpers.h"
 #include "server/encode/corner_table.h"
 #include "server/encode/edgebreaker.h"
 #include "server/encode/position_coder.h"
@@ -25,9 +26,12 @@ class SurfaceWriter {
   // while libdraco cuts the surface open along such edges. Returns false, with `out` as it may be,
   // for what is left to libdraco: surfaces that are not closed and oriented, have no triangles, or
   // have two triangles for a component. Normals and velocities are not written.
+  //   helpers  threads that may take a part while they are idle, or nothing
   // Requires: mesh passed Validate(); options are in range.
-  // Threads: safe with a writer per caller; the same bytes always.  Cost: 30 to 50 ns per triangle.
-  bool Write(const mesh::TriangleMesh& mesh, const SurfaceWriterOptions& options, std::string& out);
+  // Threads: safe with a writer per caller; the same bytes always, however many helpers there are.
+  // Cost: 30 to 50 ns per triangle.
+  bool Write(const mesh::TriangleMesh& mesh, const SurfaceWriterOptions& options, std::string& out,
+             parallel::Helpers* helpers = nullptr);
 
  private:
   CornerTable table_;

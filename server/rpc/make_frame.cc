@@ -182,9 +182,9 @@ absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const F
   FinishSurface(level, blender, query.surface, buffers, surface);
   LB_RETURN_IF_ERROR(CheckIsWanted(buffers));
   buffers.times.finish = watch.Lap();
-  LB_ASSIGN_OR_RETURN(
-      std::string data,
-      encode::EncodeDraco(surface, DracoOptionsOf(loaded, query.encoding), buffers.writer));
+  LB_ASSIGN_OR_RETURN(std::string data,
+                      encode::EncodeDraco(surface, DracoOptionsOf(loaded, query.encoding),
+                                          buffers.writer, buffers.helpers));
   buffers.times.encode = watch.Lap();
   return Reply(loaded.family, query, surface, std::move(data));
 }

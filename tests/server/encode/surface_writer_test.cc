@@ -11,6 +11,7 @@
 #include "server/encode/draco.h"
 #include "server/encode/libdraco.h"
 #include "server/slice/slice.h"
+#include "tests/core/parallel/idle_threads.h"
 #include "tests/server/encode/encode_testing.h"
 #include "tests/server/encode/scrambled_surface.h"
 #include "tests/synthetic/families.h"
@@ -25,8 +26,9 @@ using mesh::TriangleMesh;
 
 constexpr std::array<Preset, 2> kOwnPresets = {Preset::kFastest, Preset::kBalanced};
 
-std::string Written(const TriangleMesh& mesh, const DracoOptions& options, SurfaceWriter& writer) {
-  const absl::StatusOr<std::string> data = EncodeDraco(mesh, options, writer);
+std::string Written(const TriangleMesh& mesh, const DracoOptions& options, SurfaceWriter& writer,
+                    parallel::Helpers* helpers = nullptr) {
+  const absl::StatusOr<std::string> data = EncodeDraco(mesh, options, writer, helpers);
   EXPECT_TRUE(data.ok()) << data.status();
   return data.ok() ? *data : std::string();
 }
@@ -170,6 +172,28 @@ TEST(SurfaceWriter, WritesRandomClosedSurfaces) {
   EXPECT_GT(num_identical, kTrials / 5);
   RecordProperty("num_written", num_written);
   RecordProperty("num_identical", num_identical);
+}
+
+// Large ones with vertices of many fans and triangles; the last one has a hole.
+TEST(SurfaceWriter, WritesTheSameHoweverManyHelp) {
+  std::mt19937 random(1);
+  ScrambledSurface surface(synthetic::Torus(Eigen::Vector3f::Zero(), 1.0, 0.5, 200, 150));
+  TurnEdges(20'000, random, surface);
+  for (int i = 0; i < 300; ++i) surface.MergeVertices(random(), random());
+  std::vector<TriangleMesh> surfaces = {
+      synthetic::VoxelSurface(synthetic::RandomVoxels(30, 0.5, 7)), surface.mesh()};
+  surface.DropTriangle(random());
+  surfaces.push_back(surface.mesh());
+  SurfaceWriter alone, helped;  // the latter used for few and for many parts
+  for (const int num_idle : {3, 1, 2}) {
+    parallel::IdleThreads idle(num_idle);
+    for (const TriangleMesh& mesh : surfaces) {
+      ASSERT_GT(mesh.num_vertices(), 25'000);
+      EXPECT_TRUE(Written(mesh, OptionsWith(14), helped, &idle) ==
+                  Written(mesh, OptionsWith(14), alone));
+    }
+    EXPECT_GE(idle.most_tasks, 2 * num_idle);
+  }
 }
 
 TEST(SurfaceWriter, LeavesSurfacesWithHolesToLibdraco) {

@@ -13,12 +13,11 @@
 #include <random>
 #include <set>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "core/parallel/arena.h"
-#include "core/parallel/helpers.h"
+#include "tests/core/parallel/idle_threads.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/slice_family.h"
@@ -334,30 +333,13 @@ TEST(Slice, EndsEarlyWhenNobodyWaitsForItAnyMore) {
   EXPECT_EQ(synthetic::SliceFamily(index, {}, 0.1, workspace).num_triangles(), 0);
 }
 
-// So many threads that have nothing else to do.
-class IdleThreads : public parallel::Helpers {
- public:
-  explicit IdleThreads(int num_idle) : num_idle_(num_idle) {}
-  int num_idle() const override { return num_idle_; }
-  void Run(int num_tasks, absl::FunctionRef<void(int)> task) override {
-    most_tasks = std::max(most_tasks, num_tasks);
-    std::vector<std::thread> threads;
-    for (int k = 0; k < num_tasks; ++k) threads.emplace_back([&task, k] { task(k); });
-    for (std::thread& thread : threads) thread.join();
-  }
-  int most_tasks = 0;
-
- private:
-  const int num_idle_;
-};
-
 TEST(Slice, HasTheSameBytesInAnyNumberOfParts) {
   const RegisteredFamily family = SmoothFamily(synthetic::HexahedralSphere(36));
   const CellIndex index(family);
   Workspace alone;
   Workspace shared;  // used for slices in few and in many parts
   for (const int num_idle : {7, 1, 3}) {
-    IdleThreads idle(num_idle);
+    parallel::IdleThreads idle(num_idle);
     shared.helpers = &idle;
     for (const Query& query : RandomQueries(family, 20)) {
       const std::string expected =
@@ -372,7 +354,7 @@ TEST(Slice, HasTheSameBytesInAnyNumberOfParts) {
 }
 
 // Nobody waits any more from the given part on; the parts are made one after another.
-class StoppedFrom : public IdleThreads {
+class StoppedFrom : public parallel::IdleThreads {
  public:
   explicit StoppedFrom(int part) : IdleThreads(3), part_(part) {}
   void Run(int num_tasks, absl::FunctionRef<void(int)> task) override {
