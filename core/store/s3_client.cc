@@ -16,7 +16,8 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr int64_t kMaxParts = 10000;  // of S3
+constexpr int64_t kMaxParts = 10000;      // of S3
+constexpr int64_t kMaxSignedParts = 100;  // an url each
 
 std::string FirstOf(const std::string& given, std::initializer_list<const char*> variables,
                     const std::string& fallback = "") {
@@ -180,7 +181,8 @@ absl::StatusOr<DirectUpload> S3Client::PresignPut(const std::string& key, int64_
   LB_ASSIGN_OR_RETURN(const HttpAnswer created,
                       RunOne({.method = "POST", .key = key, .query = {{"uploads", ""}}}));
   const std::string upload_id = Element(created.body, "UploadId");
-  upload.part_bytes = PartBytes(size_bytes);
+  upload.part_bytes =
+      std::max(options_.part_bytes, (size_bytes + kMaxSignedParts - 1) / kMaxSignedParts);
   for (int64_t begin = 0; begin < size_bytes; begin += upload.part_bytes) {
     const int64_t length = std::min(upload.part_bytes, size_bytes - begin);
     upload.part_urls.push_back(
