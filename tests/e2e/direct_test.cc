@@ -3,11 +3,12 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "absl/strings/match.h"
 #include "absl/strings/strip.h"
-#include "core/store/files.h"
+#include "core/store/open_store.h"
 #include "core/store/s3_blob_store.h"
 #include "liquidblend/client.h"
+#include "server/admin/collect.h"
+#include "server/admin/transfer.h"
 #include "tests/core/store/ceph_environment.h"
 #include "tests/e2e/e2e_testing.h"
 
@@ -54,15 +55,19 @@ class DirectTest : public E2eTest {
     ExpectSuccess(AwaitDone(operation->name));
   }
 
-  // How many files were sent past the server.
-  int64_t NumSentDirectly() {
+  std::unique_ptr<store::BlobStore> OpenBlobs() {
     store::S3Options options;
     options.cache_directory = data() + "/another-cache";
     const std::vector<std::string> arguments = StoreArguments();
     const auto flag = std::find(arguments.begin(), arguments.end(), "--blobs");
-    const auto blobs = store::OpenS3BlobStore(*(flag + 1), options);
+    auto blobs = store::OpenS3BlobStore(*(flag + 1), options);
     EXPECT_TRUE(blobs.ok()) << blobs.status();
-    const std::vector<store::BlobInfo> list = *(*blobs)->List();
+    return *std::move(blobs);
+  }
+
+  // How many files were sent past the server.
+  int64_t NumSentDirectly() {
+    const std::vector<store::BlobInfo> list = *OpenBlobs()->List();
     return std::count_if(list.begin(), list.end(),
                          [](const store::BlobInfo& blob) { return store::IsUploadId(blob.id); });
   }
@@ -95,6 +100,39 @@ TEST_F(DirectTest, FilesGoStraightToTheStoreAndComeFromThere) {
 
   Import(*MustConnect(/*direct_transfers=*/false), "b");
   EXPECT_EQ(NumSentDirectly(), num_files_);
+}
+
+// While their import waits: nobody collects them, and elsewhere they are blobs like all others.
+TEST_F(DirectTest, WhatWaitsForItsImportIsKeptAndExported) {
+  const Process server = StartServer(0, {"LIQUIDBLEND_CLIENT_S3=" + endpoint_});
+  UploadRequest request;
+  request.animation = "a";
+  request.files = *ListAnimationFiles(frames_);
+  ASSERT_TRUE(MustConnect()->UploadAnimation(request).ok());
+  const store::Store from = {OpenCatalog(), OpenBlobs(), "here"};
+  const auto collected =
+      admin::Collect(*from.catalog, *from.blobs, {.older_than = absl::ZeroDuration()});
+  ASSERT_TRUE(collected.ok()) << collected.status();
+  EXPECT_EQ(collected->num_deleted, 0);
+  EXPECT_EQ(NumSentDirectly(), num_files_);
+
+  const parallel::Arena arena(1);
+  admin::Progress progress(admin::Progress::Style::kNone);
+  const std::string folder = data() + "/export";
+  const auto exported = admin::ExportToDirectory(from, folder, arena, progress);
+  ASSERT_TRUE(exported.ok()) << exported.status();
+  store::StoreLocation location;
+  location.data = data() + "/elsewhere";
+  const store::Store to = *store::OpenStore(location);
+  const auto imported = admin::ImportFromDirectory(folder, to, arena, progress);
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  const store::pb::JobRecord job = to.catalog->ListJobs(1, "")->records.front();
+  ASSERT_EQ(job.import_animation().files_size(), num_files_);
+  for (const store::pb::SourceFile& file : job.import_animation().files()) {
+    const auto blob = to.blobs->Open(file.blob());
+    ASSERT_TRUE(blob.ok()) << blob.status();
+    EXPECT_EQ(store::AsString((*blob)->bytes()), store::ReadFile(frames_ + "/" + file.name()));
+  }
 }
 
 TEST_F(DirectTest, FilesGoByTheServerWhereTheStoreIsOutOfReach) {
