@@ -118,6 +118,11 @@ absl::StatusOr<WorkerProcessesOptions> WorkerOptionsOf(const Flags& flags) {
 
 void AddFlags(CLI::App& app, Flags& flags) {
   AddStoreFlags(app, flags.store);
+  app.add_option(
+         "--client-s3", flags.store.client_endpoint,
+         "With --store: the endpoint of S3 as clients reach it, http(s)://host[:port]; then "
+         "they send and get files there themselves, by urls that are good for 15 minutes")
+      ->envname("LIQUIDBLEND_CLIENT_S3");
   app.add_option("--listen", flags.listen, "HOST:PORT; port 0: any free one")
       ->capture_default_str();
   app.add_option("--http", flags.http,

@@ -19,5 +19,6 @@ void AddInspect(CLI::App& app, Context& context);
 void AddOperations(CLI::App& app, Context& context);
 void AddCancel(CLI::App& app, Context& context);
 void AddDelete(CLI::App& app, Context& context);
+void AddDownload(CLI::App& app, Context& context);
 
 }  // namespace liquidblend::cli

@@ -26,6 +26,7 @@ absl::StatusOr<std::unique_ptr<Client>> Context::Connect() const {
   options.connect_timeout = absl::Seconds(connect_timeout_s);
   options.retry.patience = absl::Seconds(patience_s);
   options.security = security;
+  options.direct_transfers = !no_direct;
   if (!token_file.empty()) {
     LBC_ASSIGN_OR_RETURN(options.security.token, ReadToken(token_file));
   }

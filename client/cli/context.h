@@ -17,6 +17,7 @@ struct Context {
   double patience_s = 30.0;        // >= 0; RetryOptions::patience
   SecurityOptions security;
   std::string token_file;  // or the token is in security
+  bool no_direct = false;  // not ConnectOptions::direct_transfers
   bool json = false;       // results as JSON on standard output
   bool quiet = false;      // no progress, no remarks; results and errors only
   absl::Status status;     // of the subcommand that ran

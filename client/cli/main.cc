@@ -28,6 +28,10 @@ void AddSecurityFlags(CLI::App& app, Context& context) {
                  "Name that the server's certificate is for, if not the host's")
       ->envname("LIQUIDBLEND_TLS_SERVER_NAME")
       ->group(group);
+  app.add_option("--storage-ca", security.storage_ca,
+                 "PEM file of authorities that vouch for the object store; otherwise the system's")
+      ->envname("LIQUIDBLEND_STORAGE_CA")
+      ->group(group);
   app.add_option("--token-file", context.token_file, "File with the bearer token")
       ->envname("LIQUIDBLEND_TOKEN_FILE")
       ->group(group);
@@ -49,6 +53,9 @@ void AddGlobalFlags(CLI::App& app, Context& context) {
                  "Seconds that a call waits in all if the server says to try again later; 0: never")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  app.add_flag("--no-direct", context.no_direct,
+               "Send files by the server, even if it gives urls of its object store")
+      ->envname("LIQUIDBLEND_NO_DIRECT");
   AddSecurityFlags(app, context);
   app.add_flag("--json", context.json, "Print results as JSON");
   app.add_flag("--quiet,-q", context.quiet, "No progress and no remarks");
@@ -70,6 +77,7 @@ void AddCommands(CLI::App& app, Context& context) {
   AddOperations(app, context);
   AddCancel(app, context);
   AddDelete(app, context);
+  AddDownload(app, context);
 }
 
 int ReportStatus(const absl::Status& status) {

@@ -10,11 +10,13 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "client/src/retry.h"
 #include "client/src/servers.h"
 #include "client/src/status.h"
+#include "client/src/upload_files.h"
 #include "liquidblend/client.h"
 
 namespace liquidblend {
@@ -71,6 +73,12 @@ class Client::Impl {
   absl::Status TryAll(const std::function<absl::Status(client::Server& server)>& call) {
     return client::RetryUnavailable(options.retry, [&](int) { return servers->TryEach(call); });
   }
+
+  // upload.cc: sends the files past the server; what it calls them, in their order. None if the
+  // server gives no urls, or they lead nowhere: then the files go to the server.
+  absl::StatusOr<std::vector<std::string>> SendDirectly(
+      const UploadRequest& upload, const std::vector<client::UploadFile>& files,
+      const std::function<void(const UploadProgress&)>& report);
 
   // Says who calls, and until when an answer is of use.
   void Prepare(absl::Duration timeout, grpc::ClientContext* context) const {

@@ -4,6 +4,7 @@
 
 #include "client/src/client_impl.h"
 #include "client/src/convert.h"
+#include "client/src/direct_files.h"
 #include "client/src/names.h"
 #include "client/src/status_macros.h"
 #include "client/src/upload_files.h"
@@ -38,6 +39,20 @@ absl::Status SendFile(const client::UploadFile& file, int64_t chunk_bytes, Write
   });
 }
 
+// Files that are at their place already.
+absl::Status NameFiles(const std::vector<client::UploadFile>& files,
+                       const std::vector<std::string>& blobs, Writer* writer) {
+  for (size_t k = 0; k < files.size(); ++k) {
+    v1::UploadAnimationRequest message;
+    message.mutable_file()->set_name(files[k].name);
+    message.mutable_file()->set_size_bytes(files[k].size_bytes);
+    message.mutable_file()->set_blob(blobs[k]);
+    if (!writer->Write(message)) return absl::OkStatus();  // the call's status says why
+  }
+  writer->WritesDone();
+  return absl::OkStatus();
+}
+
 // All files. A call that the server has ended early is no error here: its status says why.
 absl::Status SendFiles(const std::vector<client::UploadFile>& files, int64_t chunk_bytes,
                        Writer* writer, const std::function<void(const UploadProgress&)>& report) {
@@ -59,6 +74,59 @@ absl::Status SendFiles(const std::vector<client::UploadFile>& files, int64_t chu
 
 }  // namespace
 
+absl::StatusOr<std::vector<std::string>> Client::Impl::SendDirectly(
+    const UploadRequest& upload, const std::vector<client::UploadFile>& files,
+    const std::function<void(const UploadProgress&)>& report) {
+  std::vector<std::string> blobs;
+  if (!options.direct_transfers) return blobs;
+  UploadProgress progress = StartProgress(files);
+  client::Http http(options.security.storage_ca);
+  const auto sent = [&](int64_t bytes) {
+    progress.bytes_sent += bytes;
+    if (report) report(progress);
+  };
+  while (blobs.size() < files.size()) {
+    const size_t first = blobs.size();
+    v1::PresignUploadRequest request;
+    request.set_animation_id(client::ResourceId("animations", upload.animation));
+    for (int k = client::NumInCall(files, first); k > 0; --k) {
+      const client::UploadFile& file = files[first + static_cast<size_t>(request.files_size())];
+      v1::PresignUploadRequest::File& asked = *request.add_files();
+      asked.set_size_bytes(file.size_bytes);
+      LBC_ASSIGN_OR_RETURN(*asked.mutable_checksum(), client::ChecksumOf(file));
+    }
+    const auto urls = Call(&Service::PresignUpload, request);
+    // The server gives none, or is older than this.
+    if (absl::IsUnimplemented(urls.status())) return std::vector<std::string>();
+    LBC_RETURN_IF_ERROR(urls.status());
+    if (urls->files_size() != request.files_size()) {
+      return absl::InternalError("the server gave urls for another number of files");
+    }
+    for (const v1::PresignUploadResponse::File& file_urls : urls->files()) {
+      const absl::Status status =
+          client::SendToUrls(http, files[blobs.size()], file_urls, options.retry, sent);
+      // A network in which only the server is reached.
+      if (absl::IsUnavailable(status) && blobs.empty()) return std::vector<std::string>();
+      LBC_RETURN_IF_ERROR(status);
+      blobs.push_back(file_urls.blob());
+      ++progress.files_sent;
+    }
+  }
+  if (report) report(progress);
+  return blobs;
+}
+
+absl::StatusOr<int64_t> Client::Download(const std::string& name, const std::string& path) {
+  v1::PresignDownloadRequest request;
+  request.set_name(name);
+  LBC_ASSIGN_OR_RETURN(const v1::PresignDownloadResponse from,
+                       impl_->Call(&Impl::Service::PresignDownload, request));
+  client::Http http(impl_->options.security.storage_ca);
+  LBC_RETURN_IF_ERROR(client::RetryUnavailable(
+      impl_->options.retry, [&](int) { return client::GetFromUrl(http, from, path); }));
+  return from.size_bytes();
+}
+
 absl::StatusOr<Operation> Client::UploadAnimation(
     const UploadRequest& request, const std::function<void(const UploadProgress&)>& progress) {
   LBC_ASSIGN_OR_RETURN(const std::vector<client::UploadFile> files, client::CheckUpload(request));
@@ -67,6 +135,8 @@ absl::StatusOr<Operation> Client::UploadAnimation(
   *header.mutable_header()->mutable_options() = client::ToProto(request.options);
   header.mutable_header()->set_request_id(client::MakeRequestId());
   header.mutable_header()->set_priority(request.priority);
+  LBC_ASSIGN_OR_RETURN(const std::vector<std::string> blobs,
+                       impl_->SendDirectly(request, files, progress));
 
   google::longrunning::Operation operation;
   LBC_RETURN_IF_ERROR(impl_->TryAll([&](client::Server& server) {
@@ -75,7 +145,8 @@ absl::StatusOr<Operation> Client::UploadAnimation(
     const auto writer = server.service().UploadAnimation(&context, &operation);
     absl::Status local;
     if (writer->Write(header)) {
-      local = SendFiles(files, request.chunk_bytes, writer.get(), progress);
+      local = blobs.empty() ? SendFiles(files, request.chunk_bytes, writer.get(), progress)
+                            : NameFiles(files, blobs, writer.get());
     }
     if (!local.ok()) context.TryCancel();
     const absl::Status remote = client::FromGrpc(writer->Finish());

@@ -27,6 +27,46 @@ std::string Hmac(absl::string_view key, absl::string_view text) {
   return std::string(reinterpret_cast<const char*>(digest.data()), digest.size());
 }
 
+// What stands in canonical requests of the headers that are signed: a line each, and their names.
+struct SignedHeaders {
+  explicit SignedHeaders(const std::map<std::string, std::string>& headers) {
+    for (const auto& [name, value] : headers) {
+      absl::StrAppend(&lines, name, ":", value, "\n");
+      absl::StrAppend(&names, names.empty() ? "" : ";", name);
+    }
+  }
+  std::string lines;
+  std::string names;
+};
+
+// Time and place that a signature is for.
+struct Scope {
+  Scope(const std::string& in_region, absl::Time now)
+      : time(absl::FormatTime("%Y%m%dT%H%M%SZ", now, absl::UTCTimeZone())), region(in_region) {}
+  std::string day() const { return time.substr(0, 8); }
+  std::string Name() const { return absl::StrCat(day(), "/", region, "/s3/aws4_request"); }
+  std::string time;
+  std::string region;
+};
+
+// "Signature Version 4 signing process": canonical request, string to sign, derived key.
+std::string SignatureOf(const AwsRequest& request, const SignedHeaders& headers,
+                        const std::string& secret, const Scope& scope) {
+  const std::string canonical =
+      absl::StrCat(request.method, "\n", UriEncode(request.path, EncodeSlashes::kNo), "\n",
+                   EncodeQuery(request.query), "\n", headers.lines, "\n", headers.names, "\n",
+                   request.body_sha256);
+  const std::string to_sign =
+      absl::StrCat("AWS4-HMAC-SHA256\n", scope.time, "\n", scope.Name(), "\n",
+                   Sha256Hex(std::as_bytes(std::span(canonical.data(), canonical.size()))));
+  std::string key = absl::StrCat("AWS4", secret);
+  for (const std::string& part :
+       {scope.day(), scope.region, std::string("s3"), std::string("aws4_request")}) {
+    key = Hmac(key, part);
+  }
+  return absl::BytesToHexString(Hmac(key, to_sign));
+}
+
 }  // namespace
 
 std::string UriEncode(absl::string_view text, EncodeSlashes slashes) {
@@ -59,38 +99,45 @@ std::string Sha256Hex(std::span<const std::byte> bytes) {
   return Hex(digest);
 }
 
-// "Signature Version 4 signing process": canonical request, string to sign, derived key.
 std::map<std::string, std::string> SignRequest(const AwsRequest& request,
                                                const AwsCredentials& credentials,
                                                const std::string& region, absl::Time now) {
-  const std::string time = absl::FormatTime("%Y%m%dT%H%M%SZ", now, absl::UTCTimeZone());
-  const std::string day = time.substr(0, 8);
-  std::map<std::string, std::string> headers = {
-      {"host", request.host}, {"x-amz-content-sha256", request.body_sha256}, {"x-amz-date", time}};
+  const Scope scope(region, now);
+  std::map<std::string, std::string> headers = {{"host", request.host},
+                                                {"x-amz-content-sha256", request.body_sha256},
+                                                {"x-amz-date", scope.time}};
   if (!credentials.session_token.empty()) {
     headers["x-amz-security-token"] = credentials.session_token;
   }
-  std::string lines;
-  std::string names;
-  for (const auto& [name, value] : headers) {
-    absl::StrAppend(&lines, name, ":", value, "\n");
-    absl::StrAppend(&names, names.empty() ? "" : ";", name);
-  }
-  const std::string canonical =
-      absl::StrCat(request.method, "\n", UriEncode(request.path, EncodeSlashes::kNo), "\n",
-                   EncodeQuery(request.query), "\n", lines, "\n", names, "\n", request.body_sha256);
-  const std::string scope = absl::StrCat(day, "/", region, "/s3/aws4_request");
-  const std::string to_sign =
-      absl::StrCat("AWS4-HMAC-SHA256\n", time, "\n", scope, "\n",
-                   Sha256Hex(std::as_bytes(std::span(canonical.data(), canonical.size()))));
-  std::string key = absl::StrCat("AWS4", credentials.secret_access_key);
-  for (const std::string& part : {day, region, std::string("s3"), std::string("aws4_request")}) {
-    key = Hmac(key, part);
-  }
+  const SignedHeaders signed_headers(headers);
   headers["Authorization"] = absl::StrCat(
-      "AWS4-HMAC-SHA256 Credential=", credentials.access_key_id, "/", scope,
-      ", SignedHeaders=", names, ", Signature=", absl::BytesToHexString(Hmac(key, to_sign)));
+      "AWS4-HMAC-SHA256 Credential=", credentials.access_key_id, "/", scope.Name(),
+      ", SignedHeaders=", signed_headers.names,
+      ", Signature=", SignatureOf(request, signed_headers, credentials.secret_access_key, scope));
   return headers;
+}
+
+// "Authenticating requests: using query parameters".
+std::string PresignQuery(const AwsRequest& request,
+                         const std::map<std::string, std::string>& headers,
+                         const AwsCredentials& credentials, const std::string& region,
+                         absl::Time now, absl::Duration expires) {
+  const Scope scope(region, now);
+  std::map<std::string, std::string> all = headers;
+  all["host"] = request.host;
+  const SignedHeaders signed_headers(all);
+  AwsRequest to_sign = request;
+  to_sign.body_sha256 = "UNSIGNED-PAYLOAD";
+  to_sign.query["X-Amz-Algorithm"] = "AWS4-HMAC-SHA256";
+  to_sign.query["X-Amz-Credential"] = absl::StrCat(credentials.access_key_id, "/", scope.Name());
+  to_sign.query["X-Amz-Date"] = scope.time;
+  to_sign.query["X-Amz-Expires"] = absl::StrCat(absl::ToInt64Seconds(expires));
+  to_sign.query["X-Amz-SignedHeaders"] = signed_headers.names;
+  if (!credentials.session_token.empty()) {
+    to_sign.query["X-Amz-Security-Token"] = credentials.session_token;
+  }
+  return absl::StrCat(EncodeQuery(to_sign.query), "&X-Amz-Signature=",
+                      SignatureOf(to_sign, signed_headers, credentials.secret_access_key, scope));
 }
 
 }  // namespace liquidblend::store

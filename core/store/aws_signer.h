@@ -41,4 +41,13 @@ std::map<std::string, std::string> SignRequest(const AwsRequest& request,
                                                const AwsCredentials& credentials,
                                                const std::string& region, absl::Time now);
 
+// The query that lets whoever has it make the request until `expires` later, without credentials
+// ("presigned"): that of the request, and what signs it, encoded. The body is not signed.
+//   headers  beside Host, that must be sent just so; names in lower case
+// Requires: expires in [1 s, 7 days].
+std::string PresignQuery(const AwsRequest& request,
+                         const std::map<std::string, std::string>& headers,
+                         const AwsCredentials& credentials, const std::string& region,
+                         absl::Time now, absl::Duration expires);
+
 }  // namespace liquidblend::store

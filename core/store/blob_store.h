@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -44,6 +45,17 @@ struct BlobInfo {
   absl::Time modified;
 };
 
+// How someone without credentials sends a blob to where it is kept: each url takes its bytes by
+// PUT, with these headers. Of more than one part, the answers' ETags go to complete_url by POST, as
+// <CompleteMultipartUpload><Part><PartNumber>1</PartNumber><ETag>..</ETag></Part>...
+struct DirectUpload {
+  BlobId id;  // what it can be opened by, once it is there
+  int64_t part_bytes = 0;
+  std::vector<std::string> part_urls;  // of part_bytes each, the last one of the rest
+  std::map<std::string, std::string> headers;
+  std::string complete_url;  // empty: of one part
+};
+
 // Threads: safe; processes: safe. Errors as BlobWriter's, and those given.
 class BlobStore {
  public:
@@ -64,12 +76,29 @@ class BlobStore {
   // Moves a damaged blob to where no other call finds it. Returns where that is.
   // Errors: kNotFound; kFailedPrecondition if it is whole, and stays.
   virtual absl::StatusOr<std::string> Quarantine(const BlobId& id) = 0;
-  // In the order of their ids.
+  // In the order of their ids, directly sent ones last.
   virtual absl::StatusOr<std::vector<BlobInfo>> List() = 0;
+
+  // Urls for a blob of this content (as its sender says) and size, that are good until `expires`
+  // later. It gets an id of its own (IsUploadId), and is compared with what the sender said when it
+  // is opened; once there, it cannot be replaced by way of the urls.
+  // Errors: kUnimplemented if the store offers none.
+  virtual absl::StatusOr<DirectUpload> PresignUpload(const BlobId& content, int64_t size_bytes,
+                                                     absl::Duration expires);
+  // A url to GET the blob from, good until `expires` later.
+  // Errors: kUnimplemented as above; kNotFound.
+  virtual absl::StatusOr<std::string> PresignDownload(const BlobId& id, absl::Duration expires);
+  // Of one that was sent directly, without reading it.  Errors: kUnimplemented as above; kNotFound.
+  virtual absl::StatusOr<int64_t> SizeOfUpload(const BlobId& id);
 };
 
 // Whether `id` is written like a blob id.
 bool IsBlobId(absl::string_view id);
+
+// Blobs that were sent directly have names of their own, since nobody has seen their content when
+// they get them: that of the content that they should have, "-", and 32 hexadecimal digits.
+bool IsUploadId(absl::string_view id);
+BlobId ContentIdOf(absl::string_view id);  // of either kind
 
 // Blobs as files under `directory`, which is created if missing: blobs/<2 digits>/<id>, written as
 // tmp/<pid>-<unique>, flushed, then renamed; the directories are flushed too. A writer holds a lock

@@ -58,7 +58,7 @@ void CollectBlobIds(const google::protobuf::Message& record, std::vector<BlobId>
       } else if (field->cpp_type() == Field::CPPTYPE_STRING) {
         std::string text = field->is_repeated() ? reflection.GetRepeatedString(record, field, k)
                                                 : reflection.GetString(record, field);
-        if (IsBlobId(text)) ids.push_back(std::move(text));
+        if (IsBlobId(text) || IsUploadId(text)) ids.push_back(std::move(text));
       }
     }
   }

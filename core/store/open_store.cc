@@ -17,6 +17,7 @@ absl::StatusOr<Store> OpenShared(const StoreLocation& location) {
   S3Options options;
   options.cache_directory = location.cache;
   options.cache_bytes = location.cache_bytes;
+  options.client_endpoint = location.client_endpoint;
   Store store;
   LB_ASSIGN_OR_RETURN(const PostgresTarget target,
                       ParsePostgresUrl(location.catalog_url, CatalogOptions().busy_timeout));
@@ -39,6 +40,9 @@ absl::Status StoreLocation::Validate() const {
       return absl::InvalidArgumentError(
           absl::StrCat(flag, " goes with --store, and --store with ", flag));
     }
+  }
+  if (!client_endpoint.empty() && catalog_url.empty()) {
+    return absl::InvalidArgumentError("--client-s3 goes with --store");
   }
   if (cache_bytes >= 0) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("--cache-size is out of range: ", cache_bytes));

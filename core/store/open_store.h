@@ -18,6 +18,7 @@ struct StoreLocation {
   std::string catalog_url;                  // postgresql://...; may hold a password
   std::string blobs_url;                    // s3://bucket/prefix
   std::string cache;                        // directory for blobs of S3
+  std::string client_endpoint;              // S3Options::client_endpoint
   int64_t cache_bytes = int64_t{64} << 30;  // >= 0
 
   bool is_shared() const { return !catalog_url.empty(); }

@@ -21,10 +21,13 @@ namespace liquidblend::store {
 namespace {
 
 constexpr char kBlobs[] = "blobs/";
+constexpr char kUploads[] = "uploads/";  // sent by clients
 constexpr char kQuarantine[] = "quarantine/";
 constexpr int kMaxDownloads = 2;  // of a blob that arrives damaged
 
-std::string KeyOf(const BlobId& id) { return absl::StrCat(kBlobs, id.substr(5, 2), "/", id); }
+std::string KeyOf(const BlobId& id) {
+  return absl::StrCat(IsUploadId(id) ? kUploads : kBlobs, id.substr(5, 2), "/", id);
+}
 
 // What blobs and writers need of the store; they may outlive it.
 struct Shared {
@@ -89,12 +92,14 @@ class S3BlobStore : public BlobStore {
     LB_RETURN_IF_ERROR(CheckId(id));
     const absl::StatusOr<S3Object> object = shared_->s3->Find(KeyOf(id));
     if (!object.ok() && !absl::IsUnavailable(object.status())) return object.status();
-    auto cached = shared_->cache->Find(id);
-    if (cached.ok() || !absl::IsNotFound(cached.status())) return cached;
+    if (!IsUploadId(id)) {  // what a client has sent must be there itself
+      auto cached = shared_->cache->Find(id);
+      if (cached.ok() || !absl::IsNotFound(cached.status())) return cached;
+    }
     if (!object.ok()) return object.status();
     for (int attempt = 1;; ++attempt) {
       const absl::Status status = Fetch(id, object->size_bytes);
-      if (status.ok()) return shared_->cache->Find(id);
+      if (status.ok()) return shared_->cache->Find(ContentIdOf(id));
       if (!absl::IsDataLoss(status) || attempt == kMaxDownloads) return status;
       base::LogWarning(absl::StrCat(status.message(), "; once more"));
     }
@@ -106,7 +111,7 @@ class S3BlobStore : public BlobStore {
     for (int attempt = 1;; ++attempt) {
       LB_ASSIGN_OR_RETURN(const BlobId found, Download(*shared_->s3, object.key, object.size_bytes,
                                                        [](auto) { return absl::OkStatus(); }));
-      if (found == id) return absl::OkStatus();
+      if (found == ContentIdOf(id)) return absl::OkStatus();
       if (attempt == kMaxDownloads) return DamageOf(object.key, object.size_bytes, found);
     }
   }
@@ -114,13 +119,13 @@ class S3BlobStore : public BlobStore {
   absl::Status Delete(const BlobId& id) override {
     LB_RETURN_IF_ERROR(CheckId(id));
     LB_RETURN_IF_ERROR(shared_->s3->Delete(KeyOf(id)));
-    return shared_->cache->Delete(id);
+    return shared_->cache->Delete(ContentIdOf(id));
   }
 
   absl::StatusOr<bool> DeleteIfNotNewer(const BlobId& id, absl::Time time) override {
     LB_RETURN_IF_ERROR(CheckId(id));
     LB_ASSIGN_OR_RETURN(const bool is_gone, shared_->s3->DeleteIfNotNewer(KeyOf(id), time));
-    if (is_gone) LB_RETURN_IF_ERROR(shared_->cache->Delete(id));
+    if (is_gone) LB_RETURN_IF_ERROR(shared_->cache->Delete(ContentIdOf(id)));
     return is_gone;
   }
 
@@ -133,7 +138,7 @@ class S3BlobStore : public BlobStore {
                          return writer->Append(bytes);
                        }).status());
     LB_ASSIGN_OR_RETURN(const BlobId found, writer->Commit());
-    if (found == id) {
+    if (found == ContentIdOf(id)) {
       return absl::FailedPreconditionError(
           absl::StrCat("blob ", shared_->s3->NameOf(object.key), " is whole"));
     }
@@ -147,22 +152,58 @@ class S3BlobStore : public BlobStore {
 
   absl::StatusOr<std::vector<BlobInfo>> List() override {
     std::vector<BlobInfo> blobs;
+    for (const char* const prefix : {kBlobs, kUploads}) {
+      LB_RETURN_IF_ERROR(ListBelow(prefix, blobs));
+    }
+    return blobs;
+  }
+
+  absl::StatusOr<DirectUpload> PresignUpload(const BlobId& content, int64_t size_bytes,
+                                             absl::Duration expires) override {
+    if (!IsBlobId(content)) return CheckId("");
+    LB_RETURN_IF_ERROR(CheckIsOffered());
+    const BlobId id = absl::StrCat(content, "-", RandomHex(16));
+    LB_ASSIGN_OR_RETURN(DirectUpload upload,
+                        shared_->s3->PresignPut(KeyOf(id), size_bytes, expires));
+    upload.id = id;
+    return upload;
+  }
+
+  absl::StatusOr<std::string> PresignDownload(const BlobId& id, absl::Duration expires) override {
+    LB_RETURN_IF_ERROR(CheckId(id));
+    LB_RETURN_IF_ERROR(CheckIsOffered());
+    LB_RETURN_IF_ERROR(shared_->s3->Find(KeyOf(id)).status());
+    return shared_->s3->PresignGet(KeyOf(id), expires);
+  }
+
+  absl::StatusOr<int64_t> SizeOfUpload(const BlobId& id) override {
+    if (!IsUploadId(id)) return CheckId("");
+    LB_ASSIGN_OR_RETURN(const S3Object object, shared_->s3->Find(KeyOf(id)));
+    return object.size_bytes;
+  }
+
+ private:
+  absl::Status CheckIsOffered() const {
+    if (!shared_->s3->options().client_endpoint.empty()) return absl::OkStatus();
+    return absl::UnimplementedError("clients are given no urls of S3 here");
+  }
+
+  absl::Status ListBelow(const std::string& prefix, std::vector<BlobInfo>& blobs) {
     std::string token;
     do {
-      LB_ASSIGN_OR_RETURN(S3Page page, shared_->s3->List(kBlobs, token));
+      LB_ASSIGN_OR_RETURN(S3Page page, shared_->s3->List(prefix, token));
       for (const S3Object& object : page.objects) {
         const std::string id = object.key.substr(object.key.rfind('/') + 1);
-        if (!IsBlobId(id) || object.key != KeyOf(id)) continue;
+        if (!CheckId(id).ok() || object.key != KeyOf(id)) continue;
         blobs.push_back({id, object.size_bytes, object.modified});
       }
       token = std::move(page.next_token);
     } while (!token.empty());
-    return blobs;
+    return absl::OkStatus();
   }
 
- private:
   static absl::Status CheckId(const BlobId& id) {
-    if (IsBlobId(id)) return absl::OkStatus();
+    if (IsBlobId(id) || IsUploadId(id)) return absl::OkStatus();
     return absl::InvalidArgumentError(absl::StrCat("'", id, "' is no blob id"));
   }
 
@@ -178,7 +219,7 @@ class S3BlobStore : public BlobStore {
     LB_ASSIGN_OR_RETURN(const BlobId found, Download(*shared_->s3, key, size, [&](auto bytes) {
                           return writer->Append(bytes);
                         }));
-    if (found != id) return DamageOf(key, size, found);
+    if (found != ContentIdOf(id)) return DamageOf(key, size, found);
     LB_RETURN_IF_ERROR(writer->Commit().status());
     return shared_->cache->Trim();
   }

@@ -16,7 +16,8 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr int64_t kMaxParts = 10000;  // of S3
+constexpr int64_t kMaxParts = 10000;      // of S3
+constexpr int64_t kMaxSignedParts = 100;  // an url each
 
 std::string FirstOf(const std::string& given, std::initializer_list<const char*> variables,
                     const std::string& fallback = "") {
@@ -36,7 +37,16 @@ void FillFromEnvironment(S3Options& options) {
   options.secret_access_key = FirstOf(options.secret_access_key, {"AWS_SECRET_ACCESS_KEY"});
   options.session_token = FirstOf(options.session_token, {"AWS_SESSION_TOKEN"});
   options.ca_file = FirstOf(options.ca_file, {"AWS_CA_BUNDLE"});
-  while (absl::EndsWith(options.endpoint, "/")) options.endpoint.pop_back();
+  for (std::string* const endpoint : {&options.endpoint, &options.client_endpoint}) {
+    while (absl::EndsWith(*endpoint, "/")) endpoint->pop_back();
+  }
+}
+
+// With the port.
+std::string HostOf(const std::string& endpoint) { return endpoint.substr(endpoint.find("//") + 2); }
+
+bool IsEndpoint(const std::string& url) {
+  return absl::StartsWith(url, "http://") || absl::StartsWith(url, "https://");
 }
 
 // The content of the first <tag> at or after `position`, which moves behind it; empty: there is
@@ -92,10 +102,10 @@ absl::StatusOr<std::unique_ptr<S3Client>> S3Client::Make(const std::string& url,
     return absl::InvalidArgumentError(absl::StrCat(
         "no credentials for ", url, ": AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY must be set"));
   }
-  if (!absl::StartsWith(options.endpoint, "http://") &&
-      !absl::StartsWith(options.endpoint, "https://")) {
+  for (const std::string& endpoint : {options.endpoint, options.client_endpoint}) {
+    if (IsEndpoint(endpoint) || (endpoint.empty() && !options.endpoint.empty())) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("endpoint '", options.endpoint, "' is not http://host or https://host"));
+        absl::StrCat("endpoint '", endpoint, "' is not http://host or https://host"));
   }
   std::string prefix = slash == std::string::npos ? "" : url.substr(slash + 1);
   while (absl::EndsWith(prefix, "/")) prefix.pop_back();
@@ -122,7 +132,7 @@ std::string S3Client::PathOf(const Call& call) const {
 HttpRequest S3Client::RequestOf(const Call& call) const {
   AwsRequest signed_part;
   signed_part.method = call.method;
-  signed_part.host = options_.endpoint.substr(options_.endpoint.find("//") + 2);
+  signed_part.host = HostOf(options_.endpoint);
   signed_part.path = PathOf(call);
   signed_part.query = call.query;
   signed_part.body_sha256 = Sha256Hex(call.body);  // S3 compares it with what arrives
@@ -138,6 +148,53 @@ HttpRequest S3Client::RequestOf(const Call& call) const {
   request.body = call.body;
   request.max_answer_bytes = call.max_answer_bytes;
   return request;
+}
+
+std::string S3Client::Presign(const Call& call, const std::map<std::string, std::string>& headers,
+                              absl::Duration expires) const {
+  const std::string& endpoint = options_.client_endpoint;
+  AwsRequest request;
+  request.method = call.method;
+  request.host = HostOf(endpoint);
+  request.path = PathOf(call);
+  request.query = call.query;
+  return absl::StrCat(
+      endpoint, UriEncode(request.path, EncodeSlashes::kNo), "?",
+      PresignQuery(request, headers, credentials_, options_.region, absl::Now(), expires));
+}
+
+std::string S3Client::PresignGet(const std::string& key, absl::Duration expires) const {
+  return Presign({.key = key}, {}, expires);
+}
+
+absl::StatusOr<DirectUpload> S3Client::PresignPut(const std::string& key, int64_t size_bytes,
+                                                  absl::Duration expires) {
+  DirectUpload upload;
+  if (size_bytes <= options_.part_bytes) {
+    upload.part_bytes = size_bytes;
+    upload.headers = {{"If-None-Match", "*"}};
+    upload.part_urls = {
+        Presign({.method = "PUT", .key = key},
+                {{"content-length", absl::StrCat(size_bytes)}, {"if-none-match", "*"}}, expires)};
+    return upload;
+  }
+  LB_ASSIGN_OR_RETURN(const HttpAnswer created,
+                      RunOne({.method = "POST", .key = key, .query = {{"uploads", ""}}}));
+  const std::string upload_id = Element(created.body, "UploadId");
+  upload.part_bytes =
+      std::max(options_.part_bytes, (size_bytes + kMaxSignedParts - 1) / kMaxSignedParts);
+  for (int64_t begin = 0; begin < size_bytes; begin += upload.part_bytes) {
+    const int64_t length = std::min(upload.part_bytes, size_bytes - begin);
+    upload.part_urls.push_back(
+        Presign({.method = "PUT",
+                 .key = key,
+                 .query = {{"partNumber", absl::StrCat(upload.part_urls.size() + 1)},
+                           {"uploadId", upload_id}}},
+                {{"content-length", absl::StrCat(length)}}, expires));
+  }
+  upload.complete_url =
+      Presign({.method = "POST", .key = key, .query = {{"uploadId", upload_id}}}, {}, expires);
+  return upload;
 }
 
 absl::Status S3Client::ErrorOf(const Call& call, const absl::StatusOr<HttpAnswer>& answer) const {
@@ -261,12 +318,16 @@ absl::Status S3Client::PutParts(const std::string& key, std::span<const std::byt
   return status;
 }
 
+int64_t S3Client::PartBytes(int64_t size_bytes) const {
+  return std::max(options_.part_bytes, (size_bytes + kMaxParts - 1) / kMaxParts);
+}
+
 // The list of parts that completes the upload.
 absl::StatusOr<std::string> S3Client::UploadParts(const std::string& key,
                                                   const std::string& upload_id,
                                                   std::span<const std::byte> bytes) {
   const auto size = static_cast<int64_t>(bytes.size());
-  const int64_t part_bytes = std::max(options_.part_bytes, (size + kMaxParts - 1) / kMaxParts);
+  const int64_t part_bytes = PartBytes(size);
   std::string list = "<CompleteMultipartUpload>";
   int number = 0;
   for (int64_t begin = 0; begin < size;) {

@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "core/store/aws_signer.h"
+#include "core/store/blob_store.h"
 #include "core/store/http_client.h"
 #include "core/store/s3_options.h"
 
@@ -60,6 +61,14 @@ class S3Client {
   absl::StatusOr<bool> DeleteIfNotNewer(const std::string& key, absl::Time time);
   absl::StatusOr<S3Page> List(const std::string& prefix, const std::string& token);
 
+  // Urls on client_endpoint.  Requires: there is one.
+  std::string PresignGet(const std::string& key, absl::Duration expires) const;
+  // For an object of that size, which is signed with the urls; its id is left empty. None of them
+  // replaces an object. In parts if it is large: then S3 keeps those of an upload that is never
+  // completed until its bucket's rules drop them.
+  absl::StatusOr<DirectUpload> PresignPut(const std::string& key, int64_t size_bytes,
+                                          absl::Duration expires);
+
  private:
   struct Call {
     std::string method = "GET";
@@ -73,11 +82,14 @@ class S3Client {
 
   S3Client(std::string bucket, std::string prefix, S3Options options);
   HttpRequest RequestOf(const Call& call) const;
+  std::string Presign(const Call& call, const std::map<std::string, std::string>& headers,
+                      absl::Duration expires) const;
   std::string PathOf(const Call& call) const;
   // Side by side; the answers in the order of the calls, each of a status below 300.
   absl::StatusOr<std::vector<HttpAnswer>> Run(std::span<const Call> calls);
   absl::StatusOr<HttpAnswer> RunOne(const Call& call);
   absl::Status ErrorOf(const Call& call, const absl::StatusOr<HttpAnswer>& answer) const;
+  int64_t PartBytes(int64_t size_bytes) const;
   absl::Status PutParts(const std::string& key, std::span<const std::byte> bytes);
   absl::StatusOr<std::string> UploadParts(const std::string& key, const std::string& upload_id,
                                           std::span<const std::byte> bytes);

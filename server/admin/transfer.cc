@@ -52,6 +52,16 @@ void QueueAgain(store::CatalogContents& contents) {
   }
 }
 
+// Files that clients have sent directly become blobs like all others.
+void NameByContent(store::CatalogContents& contents) {
+  for (store::pb::JobRecord& job : contents.jobs) {
+    if (!job.has_import_animation()) continue;
+    for (store::pb::SourceFile& file : *job.mutable_import_animation()->mutable_files()) {
+      if (store::IsUploadId(file.blob())) file.set_blob(store::ContentIdOf(file.blob()));
+    }
+  }
+}
+
 // What a catalog holds at one moment, and the blobs that go with it.
 struct Snapshot {
   store::CatalogContents contents;
@@ -79,6 +89,7 @@ absl::StatusOr<Snapshot> TakeSnapshot(store::Catalog& catalog) {
   Snapshot snapshot;
   snapshot.contents = std::move(inspection.contents);
   QueueAgain(snapshot.contents);
+  NameByContent(snapshot.contents);
   const std::set<store::BlobId> lost = LostBlobs(snapshot.contents);
   std::copy_if(inspection.blobs.begin(), inspection.blobs.end(), std::back_inserter(snapshot.blobs),
                [&](const store::BlobId& id) { return !lost.contains(id); });
@@ -103,7 +114,7 @@ std::vector<store::BlobId> BlobsOf(const store::CatalogContents& contents) {
 }
 
 std::string NameOf(const store::BlobId& id) {
-  return absl::StrCat("blobs/", id.substr(5, 2), "/", id);
+  return absl::StrCat("blobs/", id.substr(5, 2), "/", store::ContentIdOf(id));
 }
 
 absl::Status CopyBlob(store::BlobStore& from, const store::BlobId& id, store::BlobStore& to,
@@ -111,7 +122,7 @@ absl::Status CopyBlob(store::BlobStore& from, const store::BlobId& id, store::Bl
   LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob, from.Open(id));
   LB_ASSIGN_OR_RETURN(const store::BlobId written, store::PutBlob(to, blob->bytes()));
   *size_bytes = static_cast<int64_t>(blob->bytes().size());
-  if (written == id) return absl::OkStatus();
+  if (written == store::ContentIdOf(id)) return absl::OkStatus();
   return absl::DataLossError(absl::StrCat("blob ", id, " became ", written, " on the way"));
 }
 

@@ -23,6 +23,13 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
                                               const v1::RegisterFamilyRequest& request,
                                               const Principal& principal = {});
 
+// presign.cc; kUnimplemented where no urls are given. What the principal may store is looked at.
+absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
+                                                        const v1::PresignUploadRequest& request,
+                                                        const Principal& principal = {});
+absl::StatusOr<v1::PresignDownloadResponse> PresignDownload(
+    Backends& backends, const v1::PresignDownloadRequest& request);
+
 // animations.cc
 absl::StatusOr<v1::Animation> GetAnimation(Backends& backends,
                                            const v1::GetAnimationRequest& request);

@@ -52,6 +52,8 @@ ServerUnaryReactor* Answer(CallbackServerContext* context, std::shared_ptr<Admis
 
 constexpr Method kUploadAnimation = {"UploadAnimation", Scope::kWrite, Effect::kChanges,
                                      Span::kLasts};
+constexpr Method kPresignUpload = {"PresignUpload", Scope::kWrite};
+constexpr Method kPresignDownload = {"PresignDownload", Scope::kFrames};
 constexpr Method kImportAnimation = {"ImportAnimation", Scope::kWrite, Effect::kChanges,
                                      Span::kLasts};
 constexpr Method kGetAnimation = {"GetAnimation", std::nullopt};
@@ -79,6 +81,23 @@ grpc::ServerReadReactor<grpc::ByteBuffer>* LiquidBlendService::UploadAnimation(
     return Refuse<grpc::ServerReadReactor<grpc::ByteBuffer>>(*admission);
   }
   return rpc::UploadAnimation(backends_, std::move(admission), context, response);
+}
+
+ServerUnaryReactor* LiquidBlendService::PresignUpload(CallbackServerContext* context,
+                                                      const v1::PresignUploadRequest* request,
+                                                      v1::PresignUploadResponse* response) {
+  const std::shared_ptr<Admission> admission = gate_.Admit(*context, kPresignUpload, *request);
+  const auto handle = [admission](Backends& backends, const v1::PresignUploadRequest& asked) {
+    return rpc::PresignUpload(backends, asked, admission->caller().principal);
+  };
+  return Answer(context, admission, backends_, backends_.io, handle, request, response);
+}
+
+ServerUnaryReactor* LiquidBlendService::PresignDownload(CallbackServerContext* context,
+                                                        const v1::PresignDownloadRequest* request,
+                                                        v1::PresignDownloadResponse* response) {
+  return Answer(context, gate_.Admit(*context, kPresignDownload, *request), backends_, backends_.io,
+                rpc::PresignDownload, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::ImportAnimation(CallbackServerContext* context,

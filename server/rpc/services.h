@@ -15,15 +15,16 @@ using grpc::ServerUnaryReactor;
 // The methods whose messages gRPC reads and writes: all but those for frames and uploads, which are
 // answered in bytes (see AnswerFrame and UploadAnimation).
 using v1::LiquidBlend;
-using MethodsInMessages = LiquidBlend::WithCallbackMethod_ImportAnimation<
-    LiquidBlend::WithCallbackMethod_GetAnimation<LiquidBlend::WithCallbackMethod_ListAnimations<
-        LiquidBlend::WithCallbackMethod_DeleteAnimation<
-            LiquidBlend::WithCallbackMethod_RegisterFamily<
-                LiquidBlend::WithCallbackMethod_GetFamily<
-                    LiquidBlend::WithCallbackMethod_ListFamilies<
-                        LiquidBlend::WithCallbackMethod_DeleteFamily<
-                            LiquidBlend::WithCallbackMethod_WatchOperation<
-                                LiquidBlend::Service>>>>>>>>>;
+using MethodsInMessages = LiquidBlend::WithCallbackMethod_PresignUpload<
+    LiquidBlend::WithCallbackMethod_PresignDownload<LiquidBlend::WithCallbackMethod_ImportAnimation<
+        LiquidBlend::WithCallbackMethod_GetAnimation<LiquidBlend::WithCallbackMethod_ListAnimations<
+            LiquidBlend::WithCallbackMethod_DeleteAnimation<
+                LiquidBlend::WithCallbackMethod_RegisterFamily<
+                    LiquidBlend::WithCallbackMethod_GetFamily<
+                        LiquidBlend::WithCallbackMethod_ListFamilies<
+                            LiquidBlend::WithCallbackMethod_DeleteFamily<
+                                LiquidBlend::WithCallbackMethod_WatchOperation<
+                                    LiquidBlend::Service>>>>>>>>>>>;
 using AllMethods =
     LiquidBlend::WithRawCallbackMethod_UploadAnimation<LiquidBlend::WithRawCallbackMethod_GetFrame<
         LiquidBlend::WithRawCallbackMethod_StreamFrames<MethodsInMessages>>>;
@@ -35,6 +36,12 @@ class LiquidBlendService final : public AllMethods {
 
   grpc::ServerReadReactor<grpc::ByteBuffer>* UploadAnimation(CallbackServerContext* context,
                                                              grpc::ByteBuffer* response) override;
+  ServerUnaryReactor* PresignUpload(CallbackServerContext* context,
+                                    const v1::PresignUploadRequest* request,
+                                    v1::PresignUploadResponse* response) override;
+  ServerUnaryReactor* PresignDownload(CallbackServerContext* context,
+                                      const v1::PresignDownloadRequest* request,
+                                      v1::PresignDownloadResponse* response) override;
   ServerUnaryReactor* ImportAnimation(CallbackServerContext* context,
                                       const v1::ImportAnimationRequest* request,
                                       google::longrunning::Operation* response) override;

@@ -39,6 +39,21 @@ Limits LimitsOf(const Limits& limits, const Principal& principal) {
   return both;
 }
 
+absl::Status UploadTooLarge(const Limits& limits, const std::string& file) {
+  return WithReason(absl::ResourceExhaustedError(
+                        absl::StrCat("more than ", limits.max_upload_bytes, " bytes in one upload",
+                                     file.empty() ? "" : absl::StrCat(", with '", file, "'"))),
+                    "UPLOAD_TOO_LARGE", {{"limit", absl::StrCat(limits.max_upload_bytes)}});
+}
+
+absl::Status CheckIsFree(store::Catalog& catalog, const std::string& animation_id) {
+  absl::StatusOr<store::pb::AnimationRecord> there = catalog.GetAnimation(animation_id);
+  if (absl::IsNotFound(there.status())) return absl::OkStatus();
+  LB_RETURN_IF_ERROR(there.status());
+  if (there->state() == store::pb::AnimationRecord::FAILED) return absl::OkStatus();
+  return absl::AlreadyExistsError(absl::StrCat(AnimationName(animation_id), " exists already"));
+}
+
 Upload::Upload(store::Catalog& catalog, store::BlobStore& blobs, const Limits& limits,
                const Principal& principal, std::string header_field)
     : catalog_(catalog),
@@ -101,7 +116,7 @@ absl::Status Upload::AddHeader(const v1::UploadAnimationRequest::Header& header)
     return InvalidField(absl::StrCat(header_field_, "request_id"),
                         absl::StrCat("at most ", kMaxRequestIdLength, " characters"));
   }
-  if (header.request_id().empty()) LB_RETURN_IF_ERROR(CheckIsFree(header.animation_id()));
+  if (header.request_id().empty()) LB_RETURN_IF_ERROR(CheckIsFree(catalog_, header.animation_id()));
   job_.set_request_id(header.request_id());
   job_.set_priority(header.priority());
   job_.mutable_import_animation()->set_animation(header.animation_id());
@@ -119,15 +134,6 @@ absl::Status Upload::CheckOwner() {
   });
 }
 
-// Only spares the client a useless upload: SubmitImport() decides.
-absl::Status Upload::CheckIsFree(const std::string& animation_id) {
-  absl::StatusOr<store::pb::AnimationRecord> there = catalog_.GetAnimation(animation_id);
-  if (absl::IsNotFound(there.status())) return absl::OkStatus();
-  LB_RETURN_IF_ERROR(there.status());
-  if (there->state() == store::pb::AnimationRecord::FAILED) return absl::OkStatus();
-  return absl::AlreadyExistsError(absl::StrCat(AnimationName(animation_id), " exists already"));
-}
-
 absl::Status Upload::AddFile(const v1::UploadAnimationRequest::File& file) {
   LB_RETURN_IF_ERROR(CheckFileIsComplete());
   LB_RETURN_IF_ERROR(CheckFile(file));
@@ -136,8 +142,28 @@ absl::Status Upload::AddFile(const v1::UploadAnimationRequest::File& file) {
   received_bytes_ = 0;
   file_.set_name(file.name());
   file_.set_size_bytes(file.size_bytes());
+  if (!file.blob().empty()) return AddSentFile(file);
   LB_ASSIGN_OR_RETURN(writer_, blobs_.Create());
   return CommitFileIfComplete();
+}
+
+// Its content is compared with its checksum by the worker, who reads it.
+absl::Status Upload::AddSentFile(const v1::UploadAnimationRequest::File& file) {
+  if (!store::IsUploadId(file.blob())) return InvalidField("file.blob", "is not of PresignUpload");
+  const absl::StatusOr<int64_t> size_bytes = blobs_.SizeOfUpload(file.blob());
+  if (absl::IsNotFound(size_bytes.status())) {
+    return InvalidField("file.blob", absl::StrCat("'", file.name(), "' has not been sent"));
+  }
+  LB_RETURN_IF_ERROR(size_bytes.status());
+  if (*size_bytes != file.size_bytes()) {
+    return InvalidField("file.size_bytes",
+                        absl::StrCat("of '", file.name(), "' ", *size_bytes,
+                                     " bytes were sent, not ", file.size_bytes()));
+  }
+  received_bytes_ = file.size_bytes();
+  file_.set_blob(file.blob());
+  *job_.mutable_import_animation()->add_files() = file_;
+  return absl::OkStatus();
 }
 
 absl::Status Upload::CheckFile(const v1::UploadAnimationRequest::File& file) const {
@@ -157,10 +183,7 @@ absl::Status Upload::CheckFile(const v1::UploadAnimationRequest::File& file) con
                       "TOO_MANY_FILES", {{"limit", absl::StrCat(limits_.max_upload_files)}});
   }
   if (file.size_bytes() > limits_.max_upload_bytes - declared_bytes_) {
-    return WithReason(absl::ResourceExhaustedError(
-                          absl::StrCat("more than ", limits_.max_upload_bytes,
-                                       " bytes in one upload, with '", file.name(), "'")),
-                      "UPLOAD_TOO_LARGE", {{"limit", absl::StrCat(limits_.max_upload_bytes)}});
+    return UploadTooLarge(limits_, file.name());
   }
   if (!use_.has_value()) return absl::OkStatus();
   return CheckOwnerLimits(principal_, *use_, declared_bytes_ + file.size_bytes());

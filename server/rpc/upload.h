@@ -22,6 +22,12 @@ namespace liquidblend::rpc {
 // The server's limits, and those of whoever uploads.
 Limits LimitsOf(const Limits& limits, const Principal& principal);
 
+// kResourceExhausted (UPLOAD_TOO_LARGE); `file`: the one that is too much, or empty.
+absl::Status UploadTooLarge(const Limits& limits, const std::string& file);
+
+// Only spares clients a useless upload: Catalog::SubmitImport() decides.  Errors: kAlreadyExists.
+absl::Status CheckIsFree(store::Catalog& catalog, const std::string& animation_id);
+
 // Nothing is visible before Submit(); dropped without it, only blobs that nobody refers to remain.
 // Threads: one at a time.
 class Upload {
@@ -46,10 +52,10 @@ class Upload {
   absl::Status AddFile(const v1::UploadAnimationRequest::File& file);
   absl::Status AddChunk(const std::string& chunk);
   absl::Status CheckFile(const v1::UploadAnimationRequest::File& file) const;
-  absl::Status CheckIsFree(const std::string& animation_id);
   absl::Status CheckOwner();
   absl::Status CheckFileIsComplete() const;
   absl::Status CommitFileIfComplete();
+  absl::Status AddSentFile(const v1::UploadAnimationRequest::File& file);
 
   store::Catalog& catalog_;
   store::BlobStore& blobs_;

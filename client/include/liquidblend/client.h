@@ -40,6 +40,8 @@ struct ConnectOptions {
   absl::Duration connect_timeout = absl::Seconds(5);  // how long Connect waits for the server
   absl::Duration call_timeout = absl::Seconds(30);    // per attempt of a short call
   absl::Duration upload_timeout = absl::InfiniteDuration();
+  // Where servers give urls of their object store, files are sent and got there directly.
+  bool direct_transfers = true;
   RetryOptions retry;
   SecurityOptions security;
   absl::Status Validate() const;  // names the first field out of range, and its value
@@ -94,6 +96,10 @@ class Client {
       const std::function<void(const UploadProgress&)>& progress = {});
   // Has the server copy the files there and starts their import; takes up to upload_timeout.
   absl::StatusOr<Operation> ImportAnimation(const ImportRequest& request);
+  // Gets the stored file (docs/formats.md) of "animations/a" or "families/f" into the file `path`,
+  // which is whole and as the server says, or not there. Returns its bytes.
+  // Errors: kUnimplemented if the server gives no urls; kDataLoss if what came is something else.
+  absl::StatusOr<int64_t> Download(const std::string& name, const std::string& path);
   absl::StatusOr<Animation> GetAnimation(const std::string& name);
   absl::StatusOr<std::vector<Animation>> ListAnimations();  // all pages
   absl::Status DeleteAnimation(const std::string& name);

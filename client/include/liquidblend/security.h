@@ -14,6 +14,7 @@ struct SecurityOptions {
   std::string tls_cert;  // file of a certificate to show (mutual TLS), with its key; "": none
   std::string tls_key;
   std::string tls_server_name;  // that the server's certificate is for; "": the target's host
+  std::string storage_ca;       // file of authorities that may vouch for the object store
   std::string token;            // bearer token; "": none. Only sent with TLS, or on this machine
   bool uses_tls() const { return tls || !tls_ca.empty() || !tls_cert.empty(); }
   // Names the field at fault; never says what the token is.

@@ -45,6 +45,30 @@ TEST(AwsSigner, SignsTheTokenOfTemporaryCredentials) {
   EXPECT_NE(headers.at("Authorization").find(";x-amz-security-token,"), std::string::npos);
 }
 
+// The example of "Authenticating Requests: Using Query Parameters" there.
+TEST(AwsSigner, PresignsTheManualsGet) {
+  const AwsRequest request = {"GET", "examplebucket.s3.amazonaws.com", "/test.txt", {}, ""};
+  EXPECT_EQ(PresignQuery(request, {}, kCredentials, "us-east-1", kTime, absl::Hours(24)),
+            "X-Amz-Algorithm=AWS4-HMAC-SHA256&X-Amz-Credential=AKIAIOSFODNN7EXAMPLE%2F20130524%2F"
+            "us-east-1%2Fs3%2Faws4_request&X-Amz-Date=20130524T000000Z&X-Amz-Expires=86400&"
+            "X-Amz-SignedHeaders=host&X-Amz-Signature="
+            "aeeed9bbccd4d02ee5c0109b86d86835f995330da4c265957d157751f604d404");
+}
+
+TEST(AwsSigner, PresignsHeadersAndTheTokenOfTemporaryCredentials) {
+  AwsCredentials credentials = kCredentials;
+  credentials.session_token = "to/ken";
+  const AwsRequest request = {"PUT", "host", "/key", {{"partNumber", "2"}}, ""};
+  const auto query = [&](const std::string& length) {
+    return PresignQuery(request, {{"content-length", length}}, credentials, "us-east-1", kTime,
+                        absl::Minutes(15));
+  };
+  EXPECT_NE(query("7").find("X-Amz-SignedHeaders=content-length%3Bhost"), std::string::npos);
+  EXPECT_NE(query("7").find("X-Amz-Security-Token=to%2Fken"), std::string::npos);
+  EXPECT_NE(query("7").find("&partNumber=2&X-Amz-Signature="), std::string::npos);
+  EXPECT_NE(query("7"), query("8"));
+}
+
 TEST(AwsSigner, EncodesAllButPlainCharacters) {
   EXPECT_EQ(UriEncode("aZ09-._~/ +\xc3\xa4", EncodeSlashes::kNo), "aZ09-._~/%20%2B%C3%A4");
   EXPECT_EQ(UriEncode("a/b", EncodeSlashes::kYes), "a%2Fb");

@@ -3,6 +3,9 @@
 #include <cstdlib>
 
 #include "absl/strings/str_split.h"
+#include "absl/time/clock.h"
+#include "core/store/content_hash.h"
+#include "core/store/http_client.h"
 #include "core/store/s3_blob_store.h"
 #include "core/store/s3_client.h"
 #include "tests/core/store/blob_store_suite.h"
@@ -73,6 +76,149 @@ TEST(S3Ceph, SendsAndGetsLargeBlobsInParts) {
   ASSERT_THAT(blob, Succeeds());
   EXPECT_TRUE(AsString((*blob)->bytes()) == content);
   EXPECT_EQ(backend.Open()->List()->size(), 1);
+}
+
+// ---- what clients send and get themselves
+
+class S3CephDirect : public ::testing::Test {
+ protected:
+  S3CephDirect() {
+    CephOptions();
+    options_.cache_directory = folder_.path() + "/cache";
+    options_.client_endpoint = getenv("AWS_ENDPOINT_URL");
+    options_.part_bytes = int64_t{5} << 20;
+    blobs_ = *OpenS3BlobStore(url_, options_);
+  }
+
+  HttpAnswer Send(const std::string& method, const std::string& url, const std::string& body,
+                  const std::map<std::string, std::string>& headers = {}) {
+    HttpRequest request;
+    request.method = method;
+    request.url = url;
+    request.body = AsBytes(body);
+    for (const auto& [name, value] : headers) request.headers.emplace_back(name, value);
+    std::vector<absl::StatusOr<HttpAnswer>> answers = http_.Run({&request, 1});
+    EXPECT_THAT(answers.front(), Succeeds());
+    return answers.front().ok() ? *answers.front() : HttpAnswer();
+  }
+
+  DirectUpload MustPresign(const std::string& content, const std::string& sent) {
+    BlobHasher hasher;
+    hasher.Add(AsBytes(content));
+    const auto upload =
+        blobs_->PresignUpload(hasher.Id(), static_cast<int64_t>(sent.size()), absl::Minutes(15));
+    EXPECT_THAT(upload, Succeeds());
+    return upload.ok() ? *upload : DirectUpload();
+  }
+
+  TemporaryFolder folder_;
+  S3Options options_;
+  const std::string url_ =
+      "s3://liquidblend/" + folder_.path().substr(folder_.path().rfind('/') + 1) + "/a b+c";
+  std::unique_ptr<BlobStore> blobs_;
+  HttpClient http_{HttpOptions()};
+};
+
+TEST_F(S3CephDirect, AFileThatAClientSendsIsOpenedByItsName) {
+  const DirectUpload upload = MustPresign("water", "water");
+  ASSERT_TRUE(IsUploadId(upload.id));
+  ASSERT_EQ(upload.part_urls.size(), 1);
+  EXPECT_TRUE(upload.complete_url.empty());
+  EXPECT_THAT(blobs_->Open(upload.id), Fails(absl::StatusCode::kNotFound, "uploads/"));
+  EXPECT_THAT(blobs_->SizeOfUpload(upload.id), Fails(absl::StatusCode::kNotFound, "uploads/"));
+  ASSERT_EQ(Send("PUT", upload.part_urls[0], "water", upload.headers).status, 200);
+  EXPECT_EQ(*blobs_->SizeOfUpload(upload.id), 5);
+  const auto blob = blobs_->Open(upload.id);
+  ASSERT_THAT(blob, Succeeds());
+  EXPECT_EQ(AsString((*blob)->bytes()), "water");
+  EXPECT_THAT(blobs_->Verify(upload.id), Succeeds());
+  // It is there for collectors, and goes like any other.
+  ASSERT_EQ(blobs_->List()->size(), 1);
+  EXPECT_EQ(blobs_->List()->front().id, upload.id);
+  EXPECT_FALSE(*blobs_->DeleteIfNotNewer(upload.id, absl::UnixEpoch()));
+  EXPECT_TRUE(*blobs_->DeleteIfNotNewer(upload.id, absl::InfiniteFuture()));
+  EXPECT_TRUE(blobs_->List()->empty());
+}
+
+TEST_F(S3CephDirect, WhatAClientHasSentCannotBeReplaced) {
+  const DirectUpload upload = MustPresign("water", "water");
+  ASSERT_EQ(Send("PUT", upload.part_urls[0], "water", upload.headers).status, 200);
+  EXPECT_EQ(Send("PUT", upload.part_urls[0], "flood", upload.headers).status, 412);
+  EXPECT_EQ(Send("PUT", upload.part_urls[0], "flood").status, 403) << "without If-None-Match";
+  EXPECT_THAT(blobs_->Verify(upload.id), Succeeds());
+}
+
+TEST_F(S3CephDirect, AUrlIsGoodForItsRequestAlone) {
+  const DirectUpload upload = MustPresign("water", "water");
+  const std::string& url = upload.part_urls[0];
+  EXPECT_EQ(Send("PUT", url, "more water", upload.headers).status, 403) << "another size";
+  EXPECT_EQ(Send("GET", url, "").status, 403);
+  EXPECT_EQ(Send("DELETE", url, "", upload.headers).status, 403);
+  std::string other = url;
+  other.replace(other.find(upload.id), 6, "xxh3-0");
+  EXPECT_EQ(Send("PUT", other, "water", upload.headers).status, 403) << "another key";
+  EXPECT_TRUE(blobs_->List()->empty());
+}
+
+TEST_F(S3CephDirect, AUrlExpires) {
+  const BlobId id = *PutBlob(*blobs_, AsBytes("water"));
+  const std::string url = *blobs_->PresignDownload(id, absl::Seconds(1));
+  const absl::Time deadline = absl::Now() + absl::Seconds(30);
+  while (Send("GET", url, "").status == 200) ASSERT_LT(absl::Now(), deadline);
+  EXPECT_EQ(Send("GET", url, "").status, 403);
+}
+
+TEST_F(S3CephDirect, WhatIsNotAsItsSenderSaidIsNotOpened) {
+  const DirectUpload upload = MustPresign("water", "blood");
+  ASSERT_EQ(Send("PUT", upload.part_urls[0], "blood", upload.headers).status, 200);
+  EXPECT_THAT(blobs_->Open(upload.id), Fails(absl::StatusCode::kDataLoss, "is damaged"));
+  // Neither does it by way of a blob of that content.
+  ASSERT_THAT(PutBlob(*blobs_, AsBytes("water")), Succeeds());
+  EXPECT_THAT(blobs_->Open(upload.id), Fails(absl::StatusCode::kDataLoss, "is damaged"));
+}
+
+TEST_F(S3CephDirect, LargeFilesAreSentInParts) {
+  const std::string content = SampleBytes((size_t{5} << 20) * 2 + 7);
+  const DirectUpload upload = MustPresign(content, content);
+  ASSERT_EQ(upload.part_urls.size(), 3);
+  std::string list = "<CompleteMultipartUpload>";
+  for (size_t k = 0; k < 3; ++k) {
+    const auto begin = k * static_cast<size_t>(upload.part_bytes);
+    const HttpAnswer answer =
+        Send("PUT", upload.part_urls[k],
+             content.substr(begin, static_cast<size_t>(upload.part_bytes)), upload.headers);
+    ASSERT_EQ(answer.status, 200) << answer.body;
+    absl::StrAppend(&list, "<Part><PartNumber>", k + 1, "</PartNumber><ETag>",
+                    answer.headers.at("etag"), "</ETag></Part>");
+  }
+  list += "</CompleteMultipartUpload>";
+  EXPECT_THAT(blobs_->Open(upload.id), Fails(absl::StatusCode::kNotFound, "uploads/"));
+  ASSERT_EQ(Send("POST", upload.complete_url, list).status, 200);
+  const auto blob = blobs_->Open(upload.id);
+  ASSERT_THAT(blob, Succeeds());
+  EXPECT_TRUE(AsString((*blob)->bytes()) == content);
+}
+
+TEST_F(S3CephDirect, BlobsCanBeGotByTheirUrl) {
+  const BlobId id = *PutBlob(*blobs_, AsBytes("water"));
+  const HttpAnswer answer = Send("GET", *blobs_->PresignDownload(id, absl::Minutes(15)), "");
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_EQ(answer.body, "water");
+  EXPECT_THAT(blobs_->PresignDownload("xxh3-00000000000000000000000000000000", absl::Minutes(1)),
+              Fails(absl::StatusCode::kNotFound, "xxh3-0000"));
+}
+
+TEST_F(S3CephDirect, UrlsAreGivenOnlyWhereTheyAreOffered) {
+  options_.client_endpoint.clear();
+  const auto closed = *OpenS3BlobStore(url_, options_);
+  const BlobId id = *PutBlob(*closed, AsBytes("water"));
+  EXPECT_THAT(closed->PresignUpload(id, 5, absl::Minutes(15)),
+              Fails(absl::StatusCode::kUnimplemented, "no urls"));
+  EXPECT_THAT(closed->PresignDownload(id, absl::Minutes(15)),
+              Fails(absl::StatusCode::kUnimplemented, "no urls"));
+  options_.client_endpoint = "s3.example.org";
+  EXPECT_THAT(OpenS3BlobStore(url_, options_),
+              Fails(absl::StatusCode::kInvalidArgument, "'s3.example.org'"));
 }
 
 TEST(S3Ceph, SaysWhoRefusesWhat) {

@@ -22,6 +22,8 @@ const std::map<std::string, std::vector<std::string>> kSeeds = {
     {"UploadAnimation",
      {R"(header { animation_id: "drop" options { frames_per_second: 24 frame_times: [0, 1] } })",
       R"(file { name: "f1.ply" size_bytes: 3 })", R"(chunk: "abc")"}},
+    {"PresignUpload", {R"(animation_id: "drop" files { size_bytes: 3
+         checksum: "xxh3-00000000000000000000000000000000" })"}},
     {"ImportAnimation", {R"(animation_id: "drop" location: "sims/shot" request_id: "r")"}},
     {"RegisterFamily", {R"(family_id: "other" source: "animations/a" targets: "animations/b"
          options { max_iterations: 3 sample_share: 0.5 } space_time { spacing_edges: 1 }

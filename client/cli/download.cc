@@ -1,0 +1,41 @@
+// liquidblend download NAME -o FILE
+#include <memory>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "client/cli/commands.h"
+#include "client/cli/json.h"
+#include "client/src/status_macros.h"
+
+namespace liquidblend::cli {
+namespace {
+
+struct DownloadFlags {
+  std::string name;
+  std::string output;
+};
+
+absl::Status RunDownload(const DownloadFlags& flags, const Context& context) {
+  if (!absl::StartsWith(flags.name, "families/") && !absl::StartsWith(flags.name, "animations/")) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(flags.name, ": say families/ID or animations/ID"));
+  }
+  LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
+  LBC_ASSIGN_OR_RETURN(const int64_t num_bytes, client->Download(flags.name, flags.output));
+  context.Print(absl::StrCat(flags.output, ": ", num_bytes, " bytes"));
+  context.PrintJson({{"name", flags.name}, {"path", flags.output}, {"bytes", num_bytes}});
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddDownload(CLI::App& app, Context& context) {
+  const auto flags = std::make_shared<DownloadFlags>();
+  CLI::App* command = app.add_subcommand(
+      "download", "Get the stored file of a family or an animation from the object store");
+  command->add_option("NAME", flags->name, "families/ID or animations/ID")->required();
+  command->add_option("-o,--output", flags->output, "File to write")->required();
+  command->callback([flags, &context] { context.status = RunDownload(*flags, context); });
+}
+
+}  // namespace liquidblend::cli

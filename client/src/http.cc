@@ -1,0 +1,136 @@
+#include "client/src/http.h"
+
+#include <curl/curl.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+
+namespace liquidblend::client {
+
+struct Http::Exchange {
+  ~Exchange() { curl_slist_free_all(headers); }
+  void AddHeader(const std::string& line) { headers = curl_slist_append(headers, line.c_str()); }
+
+  CURL* easy = nullptr;
+  curl_slist* headers = nullptr;
+  const Source* source = nullptr;
+  int64_t left = 0;  // of what it gives
+  const Sink* sink = nullptr;
+  HttpAnswer answer;
+};
+
+namespace {
+
+constexpr size_t kMaxBody = 64 << 10;
+constexpr long kConnectTimeoutMs = 5000;
+constexpr long kStallSeconds = 30;
+
+std::string WithoutQuery(const std::string& url) { return url.substr(0, url.find('?')); }
+
+}  // namespace
+
+Http::Http(std::string ca_file) : ca_file_(std::move(ca_file)), easy_(curl_easy_init()) {}
+
+Http::~Http() { curl_easy_cleanup(static_cast<CURL*>(easy_)); }
+
+absl::StatusOr<HttpAnswer> Http::Put(const std::string& url,
+                                     const std::map<std::string, std::string>& headers,
+                                     int64_t size, const Source& source) {
+  Exchange exchange;
+  exchange.source = &source;
+  exchange.left = size;
+  for (const auto& [name, value] : headers) exchange.AddHeader(absl::StrCat(name, ": ", value));
+  CURL* const easy = static_cast<CURL*>(easy_);
+  curl_easy_reset(easy);
+  curl_easy_setopt(easy, CURLOPT_UPLOAD, 1L);
+  curl_easy_setopt(easy, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(size));
+  const auto read = [](char* buffer, size_t width, size_t count, void* taken) -> size_t {
+    Exchange& from = *static_cast<Exchange*>(taken);
+    if (from.left == 0) return 0;
+    const size_t got = (*from.source)(buffer, width * count);
+    from.left -= static_cast<int64_t>(got);
+    return got == 0 ? CURL_READFUNC_ABORT : got;
+  };
+  curl_easy_setopt(easy, CURLOPT_READFUNCTION, static_cast<curl_read_callback>(read));
+  curl_easy_setopt(easy, CURLOPT_READDATA, &exchange);
+  return Run(url, exchange);
+}
+
+absl::StatusOr<HttpAnswer> Http::Post(const std::string& url, const std::string& body) {
+  Exchange exchange;
+  CURL* const easy = static_cast<CURL*>(easy_);
+  curl_easy_reset(easy);
+  curl_easy_setopt(easy, CURLOPT_POST, 1L);
+  curl_easy_setopt(easy, CURLOPT_POSTFIELDS, body.c_str());
+  curl_easy_setopt(easy, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(body.size()));
+  return Run(url, exchange);
+}
+
+absl::StatusOr<HttpAnswer> Http::Get(const std::string& url, const Sink& sink) {
+  Exchange exchange;
+  exchange.sink = &sink;
+  curl_easy_reset(static_cast<CURL*>(easy_));
+  return Run(url, exchange);
+}
+
+absl::StatusOr<HttpAnswer> Http::Run(const std::string& url, Exchange& exchange) {
+  CURL* const easy = static_cast<CURL*>(easy_);
+  exchange.easy = easy;
+  curl_easy_setopt(easy, CURLOPT_URL, url.c_str());
+  curl_easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https");
+  curl_easy_setopt(easy, CURLOPT_PATH_AS_IS, 1L);  // it is signed as it is
+  curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
+  curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, kConnectTimeoutMs);
+  curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, 1L);
+  curl_easy_setopt(easy, CURLOPT_LOW_SPEED_TIME, kStallSeconds);
+  if (!ca_file_.empty()) curl_easy_setopt(easy, CURLOPT_CAINFO, ca_file_.c_str());
+  for (const char* name : {"Expect:", "Content-Type:"}) exchange.AddHeader(name);
+  curl_easy_setopt(easy, CURLOPT_HTTPHEADER, exchange.headers);
+  const auto take = [](char* bytes, size_t width, size_t count, void* taken) -> size_t {
+    Exchange& to = *static_cast<Exchange*>(taken);
+    const absl::string_view text(bytes, width * count);
+    long status = 0;
+    curl_easy_getinfo(to.easy, CURLINFO_RESPONSE_CODE, &status);
+    if (to.sink != nullptr && status == 200) return (*to.sink)(text) ? text.size() : 0;
+    absl::StrAppend(&to.answer.body,
+                    text.substr(0, kMaxBody - std::min(kMaxBody, to.answer.body.size())));
+    return text.size();
+  };
+  curl_easy_setopt(easy, CURLOPT_WRITEFUNCTION, static_cast<curl_write_callback>(take));
+  curl_easy_setopt(easy, CURLOPT_WRITEDATA, &exchange);
+  const auto note = [](char* bytes, size_t width, size_t count, void* taken) -> size_t {
+    const absl::string_view line(bytes, width * count);
+    if (absl::StartsWithIgnoreCase(line, "etag:")) {
+      static_cast<Exchange*>(taken)->answer.etag =
+          std::string(absl::StripAsciiWhitespace(line.substr(5)));
+    }
+    return line.size();
+  };
+  curl_easy_setopt(easy, CURLOPT_HEADERFUNCTION, static_cast<curl_write_callback>(note));
+  curl_easy_setopt(easy, CURLOPT_HEADERDATA, &exchange);
+  const CURLcode code = curl_easy_perform(easy);
+  long status = 0;
+  curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &status);
+  exchange.answer.status = static_cast<int>(status);
+  // Who refuses a request may answer and hang up before its body has gone out.
+  if (code == CURLE_OK || status >= 400) return std::move(exchange.answer);
+  return absl::UnavailableError(absl::StrCat(WithoutQuery(url), ": ", curl_easy_strerror(code)));
+}
+
+absl::Status StatusOf(const HttpAnswer& answer) {
+  const int status = answer.status;
+  if (status >= 200 && status < 300) return absl::OkStatus();
+  const std::string message = absl::StrCat("HTTP status ", status, " of the object store");
+  if (status == 403) {
+    return absl::PermissionDeniedError(absl::StrCat(message, "; the url may have expired"));
+  }
+  if (status == 404) return absl::NotFoundError(message);
+  if (status == 408 || status == 429 || status >= 500) return absl::UnavailableError(message);
+  return absl::InternalError(message);
+}
+
+}  // namespace liquidblend::client

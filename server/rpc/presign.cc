@@ -1,0 +1,108 @@
+#include <string>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/base/status_macros.h"
+#include "core/store/job_records.h"
+#include "server/rpc/errors.h"
+#include "server/rpc/handlers.h"
+#include "server/rpc/names.h"
+#include "server/rpc/owner_limits.h"
+#include "server/rpc/submission.h"
+#include "server/rpc/upload.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+// Short: who needs longer asks again.
+constexpr absl::Duration kUrlsLast = absl::Minutes(15);
+constexpr int kMaxFiles = 100;     // of a call
+constexpr size_t kMaxUrls = 1000;  // of an answer
+
+absl::Status CheckFiles(const v1::PresignUploadRequest& request, const Limits& limits) {
+  FieldViolations violations;
+  violations.AddIf(request.files().empty() || request.files_size() > kMaxFiles, "files",
+                   absl::StrCat("there must be 1 to ", kMaxFiles, ", got ", request.files_size()));
+  int64_t left = limits.max_upload_bytes;
+  for (int k = 0; k < request.files_size() && k < kMaxFiles; ++k) {
+    const v1::PresignUploadRequest::File& file = request.files(k);
+    const std::string field = absl::StrCat("files[", k, "]");
+    violations.AddIf(file.size_bytes() < 0, absl::StrCat(field, ".size_bytes"),
+                     absl::StrCat("must be >= 0, got ", file.size_bytes()));
+    violations.AddIf(!store::IsBlobId(file.checksum()), absl::StrCat(field, ".checksum"),
+                     "must be 'xxh3-' and 32 hexadecimal digits");
+    if (file.size_bytes() < 0) continue;
+    if (file.size_bytes() > left) return UploadTooLarge(limits, "");
+    left -= file.size_bytes();
+  }
+  return violations.ToStatus();
+}
+
+// Errors: kFailedPrecondition if there is no file yet.
+absl::StatusOr<store::BlobId> FileOf(store::Catalog& catalog, const std::string& name,
+                                     v1::PresignDownloadResponse& response) {
+  std::string blob;
+  if (absl::StartsWith(name, "families/")) {
+    LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("name", name));
+    LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord family, catalog.GetFamily(id));
+    response.set_size_bytes(family.size_bytes());
+    response.set_version(family.version());
+    blob = family.blob();
+  } else {
+    LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("name", name));
+    LB_ASSIGN_OR_RETURN(const store::pb::AnimationRecord animation, catalog.GetAnimation(id));
+    response.set_size_bytes(animation.size_bytes());
+    if (animation.state() == store::pb::AnimationRecord::READY) blob = animation.blob();
+  }
+  if (!blob.empty()) return blob;
+  return absl::FailedPreconditionError(absl::StrCat(name, " has no file yet"));
+}
+
+}  // namespace
+
+absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
+                                                        const v1::PresignUploadRequest& request,
+                                                        const Principal& principal) {
+  LB_RETURN_IF_ERROR(CheckFiles(request, LimitsOf(backends.limits, principal)));
+  if (!request.animation_id().empty()) {
+    LB_RETURN_IF_ERROR(CheckId("animation_id", request.animation_id()));
+    LB_RETURN_IF_ERROR(CheckIsFree(backends.catalog, request.animation_id()));
+  }
+  int64_t num_bytes = 0;
+  for (const v1::PresignUploadRequest::File& file : request.files()) num_bytes += file.size_bytes();
+  store::pb::JobRecord job;
+  SetOwner(principal, job);
+  const store::OwnerCheck check = OwnerCheckOf(principal, num_bytes);
+  if (check) LB_RETURN_IF_ERROR(backends.catalog.CheckOwner(job, check));
+  v1::PresignUploadResponse response;
+  size_t num_urls = 0;
+  *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);
+  for (const v1::PresignUploadRequest::File& file : request.files()) {
+    LB_ASSIGN_OR_RETURN(
+        store::DirectUpload upload,
+        backends.blobs.PresignUpload(file.checksum(), file.size_bytes(), kUrlsLast));
+    v1::PresignUploadResponse::File& to = *response.add_files();
+    to.set_blob(upload.id);
+    to.set_part_bytes(upload.part_bytes);
+    to.set_complete_url(upload.complete_url);
+    num_urls += upload.part_urls.size();
+    if (num_urls > kMaxUrls) return InvalidField("files", "too large for one call: ask for fewer");
+    for (std::string& url : upload.part_urls) to.add_part_urls(std::move(url));
+    to.mutable_headers()->insert(upload.headers.begin(), upload.headers.end());
+  }
+  return response;
+}
+
+absl::StatusOr<v1::PresignDownloadResponse> PresignDownload(
+    Backends& backends, const v1::PresignDownloadRequest& request) {
+  v1::PresignDownloadResponse response;
+  LB_ASSIGN_OR_RETURN(const store::BlobId blob, FileOf(backends.catalog, request.name(), response));
+  *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);
+  LB_ASSIGN_OR_RETURN(*response.mutable_url(), backends.blobs.PresignDownload(blob, kUrlsLast));
+  response.set_checksum(blob);
+  return response;
+}
+
+}  // namespace liquidblend::rpc

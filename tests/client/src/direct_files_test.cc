@@ -1,0 +1,148 @@
+// Files between a client and a real object store (tests/ceph.sh), past a server that signs urls.
+#include "client/src/direct_files.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "core/store/s3_blob_store.h"
+#include "server/rpc/server.h"
+#include "tests/core/store/ceph_environment.h"
+#include "tests/server/rpc/rpc_testing.h"
+
+namespace liquidblend {
+namespace {
+
+using store::Fails;
+using store::Succeeds;
+using Code = absl::StatusCode;
+
+class DirectFilesTest : public rpc::RpcTest {
+ protected:
+  DirectFilesTest() {
+    for (const std::string& line : store::CephEnvironment()) {
+      const size_t equals = line.find('=');
+      setenv(line.substr(0, equals).c_str(), line.substr(equals + 1).c_str(), 1);
+    }
+  }
+
+  // A server whose clients reach the object store at that endpoint, and a client of it.
+  void Start(const std::string& client_endpoint, bool direct_transfers = true) {
+    store::S3Options options;
+    options.client_endpoint = client_endpoint;
+    options.cache_directory = folder_.path() + "/cache";
+    options.part_bytes = int64_t{5} << 20;
+    const std::string url =
+        "s3://liquidblend/" + folder_.path().substr(folder_.path().rfind('/') + 1);
+    s3_ = *store::OpenS3BlobStore(url, options);
+    rpc::ServerOptions server;
+    server.listen = "127.0.0.1:0";
+    server_ = *rpc::Server::Start(*catalog_, *s3_, families_, server);
+    ConnectOptions connect;
+    connect.target = absl::StrCat("127.0.0.1:", server_->port());
+    connect.direct_transfers = direct_transfers;
+    connect.retry.max_attempts = 2;
+    client_ = *Client::Connect(connect);
+  }
+
+  static std::string Endpoint() { return getenv("AWS_ENDPOINT_URL"); }
+
+  std::string Write(const std::string& name, const std::string& content) {
+    const std::string path = absl::StrCat(folder_.path(), "/", name);
+    store::WriteFile(path, content);
+    return path;
+  }
+
+  // The files of the import that an upload of these makes.
+  std::vector<store::pb::SourceFile> Upload(const std::vector<std::string>& paths) {
+    UploadProgress last;
+    const auto operation =
+        client_->UploadAnimation({.animation = "drop", .files = paths, .options = {}},
+                                 [&](const UploadProgress& progress) { last = progress; });
+    EXPECT_THAT(operation, Succeeds());
+    EXPECT_EQ(last.bytes_sent, last.bytes_total);
+    EXPECT_EQ(last.files_sent, static_cast<int>(paths.size()));
+    const store::Lease lease = TakeJob();
+    const auto& files = lease.job.import_animation().files();
+    return {files.begin(), files.end()};
+  }
+
+  std::string ContentOf(const store::pb::SourceFile& file) {
+    const auto blob = s3_->Open(file.blob());
+    EXPECT_THAT(blob, Succeeds());
+    return blob.ok() ? store::AsString((*blob)->bytes()) : "";
+  }
+
+  std::unique_ptr<store::BlobStore> s3_;
+  std::unique_ptr<rpc::Server> server_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(DirectFilesTest, FilesGoStraightToTheStore) {
+  Start(Endpoint());
+  const std::string large((size_t{5} << 20) * 2 + 7, 'x');  // in three parts
+  const auto files = Upload({Write("a.ply", "water"), Write("b.ply", large), Write("c.ply", "")});
+  ASSERT_EQ(files.size(), 3);
+  for (const store::pb::SourceFile& file : files) EXPECT_TRUE(store::IsUploadId(file.blob()));
+  EXPECT_EQ(ContentOf(files[0]), "water");
+  EXPECT_TRUE(ContentOf(files[1]) == large);
+  EXPECT_EQ(ContentOf(files[2]), "");
+  EXPECT_EQ(s3_->List()->size(), 3);
+  // A second one of that name is refused before anything is sent.
+  EXPECT_THAT(client_->UploadAnimation(
+                  {.animation = "drop", .files = {Write("d.ply", "wine")}, .options = {}}),
+              Fails(Code::kAlreadyExists, "animations/drop"));
+  EXPECT_EQ(s3_->List()->size(), 3);
+}
+
+TEST_F(DirectFilesTest, FilesGoByTheServerWhereTheStoreIsOutOfReach) {
+  Start("http://127.0.0.1:1");
+  const auto files = Upload({Write("a.ply", "water")});
+  EXPECT_TRUE(store::IsBlobId(files[0].blob()));
+  EXPECT_EQ(ContentOf(files[0]), "water");
+}
+
+TEST_F(DirectFilesTest, FilesGoByTheServerIfItGivesNoUrls) {
+  Start("");
+  EXPECT_TRUE(store::IsBlobId(Upload({Write("a.ply", "water")})[0].blob()));
+}
+
+TEST_F(DirectFilesTest, AClientMayDoWithout) {
+  Start(Endpoint(), /*direct_transfers=*/false);
+  EXPECT_TRUE(store::IsBlobId(Upload({Write("a.ply", "water")})[0].blob()));
+}
+
+TEST_F(DirectFilesTest, StoredFilesAreGotAndChecked) {
+  Start(Endpoint());
+  const store::BlobId blob = *store::PutBlob(*s3_, store::AsBytes("an animation"));
+  SubmitImport("a");
+  store::pb::AnimationRecord animation;
+  animation.set_id("a");
+  animation.set_blob(blob);
+  animation.set_size_bytes(12);
+  ASSERT_THAT(catalog_->PublishAnimation(TakeJob().lease_id, animation), Succeeds());
+  const std::string path = folder_.path() + "/a.file";
+  const auto size = client_->Download("animations/a", path);
+  ASSERT_THAT(size, Succeeds());
+  EXPECT_EQ(*size, 12);
+  EXPECT_EQ(store::ReadFile(path), "an animation");
+
+  v1::PresignDownloadResponse wrong;
+  wrong.set_url(*s3_->PresignDownload(blob, absl::Minutes(15)));
+  wrong.set_checksum("xxh3-00000000000000000000000000000000");
+  client::Http http("");
+  const std::string other = folder_.path() + "/b.file";
+  EXPECT_THAT(client::GetFromUrl(http, wrong, other), Fails(Code::kDataLoss, blob));
+  EXPECT_FALSE(std::filesystem::exists(other));
+  EXPECT_FALSE(std::filesystem::exists(other + ".part"));
+}
+
+}  // namespace
+}  // namespace liquidblend

@@ -1,0 +1,154 @@
+// Files on their way past the server: between client and radosgw, by urls that the server signs.
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "absl/strings/strip.h"
+#include "core/store/open_store.h"
+#include "core/store/s3_blob_store.h"
+#include "liquidblend/client.h"
+#include "server/admin/collect.h"
+#include "server/admin/transfer.h"
+#include "tests/core/store/ceph_environment.h"
+#include "tests/e2e/e2e_testing.h"
+
+namespace liquidblend::e2e {
+namespace {
+
+class DirectTest : public E2eTest {
+ protected:
+  DirectTest() {
+    for (const std::string& line : store::CephEnvironment()) {
+      absl::string_view value = line;
+      if (absl::ConsumePrefix(&value, "AWS_ENDPOINT_URL=")) endpoint_ = std::string(value);
+      const size_t equals = line.find('=');
+      setenv(line.substr(0, equals).c_str(), line.substr(equals + 1).c_str(), 1);
+    }
+    std::filesystem::create_directories(frames_);
+    for (const NamedBytes& file : BallFiles(1.0)) {
+      store::WriteFile(frames_ + "/" + file.name, file.bytes);
+      ++num_files_;
+    }
+  }
+
+  std::unique_ptr<Client> MustConnect(bool direct_transfers = true) {
+    ConnectOptions options;
+    options.target = Address();
+    options.direct_transfers = direct_transfers;
+    options.retry.max_attempts = 2;
+    auto client = Client::Connect(options);
+    EXPECT_TRUE(client.ok()) << client.status();
+    return *std::move(client);
+  }
+
+  // Uploads the ball and waits until it is imported.
+  void Import(Client& client, const std::string& id) {
+    UploadRequest request;
+    request.animation = id;
+    request.files = *ListAnimationFiles(frames_);
+    UploadProgress last;
+    const auto operation =
+        client.UploadAnimation(request, [&](const UploadProgress& progress) { last = progress; });
+    ASSERT_TRUE(operation.ok()) << operation.status();
+    EXPECT_EQ(last.bytes_sent, last.bytes_total);
+    EXPECT_EQ(last.files_sent, num_files_);
+    ExpectSuccess(AwaitDone(operation->name));
+  }
+
+  std::unique_ptr<store::BlobStore> OpenBlobs() {
+    store::S3Options options;
+    options.cache_directory = data() + "/another-cache";
+    const std::vector<std::string> arguments = StoreArguments();
+    const auto flag = std::find(arguments.begin(), arguments.end(), "--blobs");
+    auto blobs = store::OpenS3BlobStore(*(flag + 1), options);
+    EXPECT_TRUE(blobs.ok()) << blobs.status();
+    return *std::move(blobs);
+  }
+
+  // How many files were sent past the server.
+  int64_t NumSentDirectly() {
+    const std::vector<store::BlobInfo> list = *OpenBlobs()->List();
+    return std::count_if(list.begin(), list.end(),
+                         [](const store::BlobInfo& blob) { return store::IsUploadId(blob.id); });
+  }
+
+  const std::string frames_ = data() + "/frames";
+  int num_files_ = 0;
+  std::string endpoint_;
+};
+
+TEST_F(DirectTest, FilesGoStraightToTheStoreAndComeFromThere) {
+  const Process server = StartServer(1, {"LIQUIDBLEND_CLIENT_S3=" + endpoint_});
+  const auto client = MustConnect();
+  Import(*client, "a");
+  EXPECT_EQ(NumSentDirectly(), num_files_);
+
+  const std::string path = data() + "/a.lbanim";
+  const auto size = client->Download("animations/a", path);
+  ASSERT_TRUE(size.ok()) << size.status();
+  EXPECT_EQ(*size, client->GetAnimation("a")->size_bytes);
+  EXPECT_EQ(static_cast<int64_t>(std::filesystem::file_size(path)), *size);
+  EXPECT_FALSE(std::filesystem::exists(path + ".part"));
+  EXPECT_EQ(client->Download("animations/none", path).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(client
+                ->UploadAnimation(
+                    {.animation = "a", .files = *ListAnimationFiles(frames_), .options = {}})
+                .status()
+                .code(),
+            absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(NumSentDirectly(), num_files_);  // refused before anything was sent
+
+  Import(*MustConnect(/*direct_transfers=*/false), "b");
+  EXPECT_EQ(NumSentDirectly(), num_files_);
+}
+
+// While their import waits: nobody collects them, and elsewhere they are blobs like all others.
+TEST_F(DirectTest, WhatWaitsForItsImportIsKeptAndExported) {
+  const Process server = StartServer(0, {"LIQUIDBLEND_CLIENT_S3=" + endpoint_});
+  UploadRequest request;
+  request.animation = "a";
+  request.files = *ListAnimationFiles(frames_);
+  ASSERT_TRUE(MustConnect()->UploadAnimation(request).ok());
+  const store::Store from = {OpenCatalog(), OpenBlobs(), "here"};
+  const auto collected =
+      admin::Collect(*from.catalog, *from.blobs, {.older_than = absl::ZeroDuration()});
+  ASSERT_TRUE(collected.ok()) << collected.status();
+  EXPECT_EQ(collected->num_deleted, 0);
+  EXPECT_EQ(NumSentDirectly(), num_files_);
+
+  const parallel::Arena arena(1);
+  admin::Progress progress(admin::Progress::Style::kNone);
+  const std::string folder = data() + "/export";
+  const auto exported = admin::ExportToDirectory(from, folder, arena, progress);
+  ASSERT_TRUE(exported.ok()) << exported.status();
+  store::StoreLocation location;
+  location.data = data() + "/elsewhere";
+  const store::Store to = *store::OpenStore(location);
+  const auto imported = admin::ImportFromDirectory(folder, to, arena, progress);
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  const store::pb::JobRecord job = to.catalog->ListJobs(1, "")->records.front();
+  ASSERT_EQ(job.import_animation().files_size(), num_files_);
+  for (const store::pb::SourceFile& file : job.import_animation().files()) {
+    const auto blob = to.blobs->Open(file.blob());
+    ASSERT_TRUE(blob.ok()) << blob.status();
+    EXPECT_EQ(store::AsString((*blob)->bytes()), store::ReadFile(frames_ + "/" + file.name()));
+  }
+}
+
+TEST_F(DirectTest, FilesGoByTheServerWhereTheStoreIsOutOfReach) {
+  const Process server = StartServer(1, {"LIQUIDBLEND_CLIENT_S3=http://127.0.0.1:1"});
+  Import(*MustConnect(), "a");
+  EXPECT_EQ(NumSentDirectly(), 0);
+}
+
+TEST_F(DirectTest, FilesGoByTheServerUnlessItOffersUrls) {
+  const Process server = StartServer(1);
+  const auto client = MustConnect();
+  Import(*client, "a");
+  EXPECT_EQ(NumSentDirectly(), 0);
+  EXPECT_EQ(client->Download("animations/a", data() + "/a").status().code(),
+            absl::StatusCode::kUnimplemented);
+}
+
+}  // namespace
+}  // namespace liquidblend::e2e
