@@ -69,11 +69,11 @@ WorkerProcesses::~WorkerProcesses() {
 absl::Duration WorkerProcesses::Tend() {
   ReapAll();
   if (is_stopping_) return absl::InfiniteDuration();
-  const absl::Time now = absl::Now();
+  const base::SteadyClock::time_point now = base::SteadyClock::now();
   absl::Duration wait = absl::InfiniteDuration();
   for (Worker& worker : workers_) {
     if (worker.pid == 0 && worker.next_start <= now) Start(worker);
-    if (worker.pid == 0) wait = std::min(wait, worker.next_start - now);
+    if (worker.pid == 0) wait = std::min(wait, absl::FromChrono(worker.next_start - now));
   }
   return wait;
 }
@@ -83,11 +83,11 @@ void WorkerProcesses::Start(Worker& worker) {
   arguments.insert(arguments.end(), options_.arguments.begin(), options_.arguments.end());
   arguments.push_back("--parent");
   arguments.push_back(absl::StrCat(getpid()));
-  worker.started = absl::Now();
+  worker.started = base::SteadyClock::now();
   const int error = Spawn(options_.binary, std::move(arguments), worker.pid);
   if (error == 0) return base::LogInfo(absl::StrCat("worker ", worker.pid, " started"));
   worker.pid = 0;
-  worker.next_start = worker.started + worker.pause;
+  worker.next_start = worker.started + absl::ToChronoNanoseconds(worker.pause);
   worker.pause = std::min(2 * worker.pause, options_.longest_pause);
   base::LogError(absl::StrCat("cannot start '", options_.binary, "': ", std::strerror(error)));
 }
@@ -96,9 +96,10 @@ void WorkerProcesses::NoteEnd(Worker& worker, int wait_status) {
   const std::string event = absl::StrCat("worker ", worker.pid, " ended: ", Describe(wait_status));
   worker.pid = 0;
   if (is_stopping_) return base::LogInfo(event);
-  const absl::Time now = absl::Now();
-  if (now - worker.started >= options_.good_run) worker.pause = options_.first_pause;
-  worker.next_start = now + worker.pause;
+  const base::SteadyClock::time_point now = base::SteadyClock::now();
+  if (absl::FromChrono(now - worker.started) >= options_.good_run)
+    worker.pause = options_.first_pause;
+  worker.next_start = now + absl::ToChronoNanoseconds(worker.pause);
   base::LogWarning(
       absl::StrCat(event, "; the next one starts in ", absl::FormatDuration(worker.pause)));
   worker.pause = std::min(2 * worker.pause, options_.longest_pause);
@@ -124,9 +125,9 @@ void WorkerProcesses::AskToStop() {
 }
 
 void WorkerProcesses::Stop(absl::Duration patience) {
-  const absl::Time deadline = absl::Now() + patience;
+  const base::SteadyClock::time_point begin = base::SteadyClock::now();
   while (!ReapAll()) {
-    if (absl::Now() >= deadline) {
+    if (base::Since(begin) >= patience) {
       for (const Worker& worker : workers_) {
         if (worker.pid != 0) kill(worker.pid, SIGKILL);
       }

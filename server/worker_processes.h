@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/time/time.h"
+#include "core/base/steady_cond_var.h"
 
 namespace liquidblend::server {
 
@@ -41,8 +42,8 @@ class WorkerProcesses {
  private:
   struct Worker {
     pid_t pid = 0;  // 0: not running
-    absl::Time started;
-    absl::Time next_start = absl::InfinitePast();
+    base::SteadyClock::time_point started;
+    base::SteadyClock::time_point next_start;  // at once
     absl::Duration pause;
   };
 

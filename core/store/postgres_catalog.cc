@@ -8,9 +8,9 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
-#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/base/status_macros.h"
+#include "core/base/steady_cond_var.h"
 #include "core/store/owner_tables.h"
 #include "core/store/postgres.h"
 #include "core/store/postgres_pool.h"
@@ -163,21 +163,22 @@ class PostgresBackend : public SqlBackend {
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) override
       ABSL_LOCKS_EXCLUDED(listener_mutex_) {
     const absl::MutexLock lock(&listener_mutex_);
-    const absl::Time deadline = absl::Now() + timeout;
+    const base::SteadyClock::time_point begin = base::SteadyClock::now();
     if (listener_ == nullptr) LB_RETURN_IF_ERROR(Listen());
     while (true) {
-      if (absl::Now() >= next_look_) {
+      if (base::Since(looked_) >= until_look_) {
         LB_ASSIGN_OR_RETURN(const absl::Duration pause, until_next());
         if (pause <= absl::ZeroDuration()) return true;
-        next_look_ = absl::Now() + std::min(pause, kSlowPoll);
+        LookAfter(std::min(pause, kSlowPoll));
       }
-      const absl::Duration left = std::min(deadline, next_look_) - absl::Now();
+      const absl::Duration left =
+          std::min(timeout - base::Since(begin), until_look_ - base::Since(looked_));
       const absl::StatusOr<bool> heard =
           listener_->AwaitNotification(std::max(left, absl::ZeroDuration()));
       if (!heard.ok()) listener_ = nullptr;
-      if (heard.ok() && *heard) next_look_ = absl::InfinitePast();
+      if (heard.ok() && *heard) LookAfter(absl::ZeroDuration());
       if (!heard.ok() || *heard) return heard;
-      if (absl::Now() >= deadline) return false;
+      if (base::Since(begin) >= timeout) return false;
     }
   }
 
@@ -186,15 +187,21 @@ class PostgresBackend : public SqlBackend {
     LB_ASSIGN_OR_RETURN(std::unique_ptr<PostgresConnection> listener, pool_.Open());
     LB_RETURN_IF_ERROR(listener->Listen(kChannel));
     listener_ = std::move(listener);
-    next_look_ = absl::InfinitePast();  // what was queued before told nobody
+    LookAfter(absl::ZeroDuration());  // what was queued before told nobody
     return absl::OkStatus();
+  }
+
+  void LookAfter(absl::Duration pause) ABSL_EXCLUSIVE_LOCKS_REQUIRED(listener_mutex_) {
+    looked_ = base::SteadyClock::now();
+    until_look_ = pause;
   }
 
   PostgresPool pool_;
   absl::Mutex listener_mutex_;
   std::unique_ptr<PostgresConnection> listener_ ABSL_GUARDED_BY(listener_mutex_);
   // When a job may be due of which nobody will tell.
-  absl::Time next_look_ ABSL_GUARDED_BY(listener_mutex_) = absl::InfinitePast();
+  base::SteadyClock::time_point looked_ ABSL_GUARDED_BY(listener_mutex_);
+  absl::Duration until_look_ ABSL_GUARDED_BY(listener_mutex_);
 };
 
 }  // namespace

@@ -9,8 +9,8 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
-#include "absl/time/clock.h"
 #include "core/base/status_macros.h"
+#include "core/base/steady_cond_var.h"
 #include "core/store/catalog_tables.h"
 #include "core/store/fault_point.h"
 #include "core/store/job_queue.h"
@@ -261,15 +261,16 @@ class SqlCatalog : public Catalog {
       const absl::MutexLock lock(&worker_mutex_);
       const bool is_same =
           worker.name() == worker_.name() && worker.memory_bytes() == worker_.memory_bytes();
-      if (is_same && absl::Now() - told_ < kWorkerSilence / 4) return;
+      if (is_same && was_told_ && base::Since(told_) < kWorkerSilence / 4) return;
       worker_ = worker;
-      told_ = absl::Now();
+      told_ = base::SteadyClock::now();
+      was_told_ = true;
     }
     const absl::Status told =
         ChangeJob([&](Sql& sql, absl::Time now) { return SaveWorker(sql, worker, now); });
     if (told.ok()) return;
     const absl::MutexLock lock(&worker_mutex_);
-    told_ = absl::InfinitePast();
+    was_told_ = false;
   }
   void TellAgain() ABSL_LOCKS_EXCLUDED(worker_mutex_) {
     pb::WorkerRecord worker;
@@ -341,7 +342,8 @@ class SqlCatalog : public Catalog {
   const std::unique_ptr<SqlBackend> backend_;
   absl::Mutex worker_mutex_;
   pb::WorkerRecord worker_ ABSL_GUARDED_BY(worker_mutex_);  // that asked last
-  absl::Time told_ ABSL_GUARDED_BY(worker_mutex_) = absl::InfinitePast();
+  base::SteadyClock::time_point told_ ABSL_GUARDED_BY(worker_mutex_);
+  bool was_told_ ABSL_GUARDED_BY(worker_mutex_) = false;
 };
 
 }  // namespace

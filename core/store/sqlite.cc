@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
+#include "core/base/steady_cond_var.h"
 #include "core/store/posix_file.h"
 
 namespace liquidblend::store {
@@ -122,7 +123,7 @@ absl::Status Database::Configure(absl::Duration busy_timeout) {
 // Two processes that open a new database at once get in each other's way here, and SQLite does not
 // wait on its own where it could mean a deadlock.
 absl::Status Database::SwitchToWal(absl::Duration busy_timeout) {
-  const absl::Time deadline = absl::Now() + busy_timeout;
+  const base::SteadyClock::time_point begin = base::SteadyClock::now();
   std::string mode;
   const auto attempt = [&] {
     return Run("PRAGMA journal_mode = WAL", {}, [&](const SqlRow& row) {
@@ -131,7 +132,7 @@ absl::Status Database::SwitchToWal(absl::Duration busy_timeout) {
     });
   };
   absl::Status status = attempt();
-  while (absl::IsUnavailable(status) && absl::Now() < deadline) {
+  while (absl::IsUnavailable(status) && base::Since(begin) < busy_timeout) {
     absl::SleepFor(absl::Milliseconds(5));
     status = attempt();
   }

@@ -10,6 +10,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
+#include "core/base/steady_cond_var.h"
 #include "core/store/owner_tables.h"
 #include "core/store/posix_file.h"
 #include "core/store/sql_catalog.h"
@@ -128,11 +129,11 @@ class SqliteBackend : public SqlBackend {
   absl::Status ChangeJob(Body body) override { return Change(body); }
 
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) override {
-    const absl::Time deadline = absl::Now() + timeout;
+    const base::SteadyClock::time_point begin = base::SteadyClock::now();
     while (true) {
       LB_ASSIGN_OR_RETURN(const absl::Duration pause, until_next());
       const bool found = pause <= absl::ZeroDuration();
-      const absl::Duration left = deadline - absl::Now();
+      const absl::Duration left = timeout - base::Since(begin);
       if (found || left <= absl::ZeroDuration()) return found;
       absl::SleepFor(std::min(left, kPollInterval));
     }

@@ -171,7 +171,7 @@ Families::Choice Families::Choose(const store::pb::FamilyRecord& record, int64_t
   }
   const LoadPtr next = slot.next;
   const bool is_next = next != nullptr && IsSameVersion(next->record, record) &&
-                       (!next->is_done || (may_go_on && absl::Now() < next->retry_at));
+                       (!next->is_done || (may_go_on && base::SteadyClock::now() < next->retry_at));
   if (!is_next) {
     choice.start = std::make_shared<Load>();
     choice.start->record = record;
@@ -241,7 +241,7 @@ void Families::Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& resu
   } else if (slot.current == nullptr) {
     slots_.erase(found);
   } else {
-    load->retry_at = absl::Now() + kRetryPause;
+    load->retry_at = base::SteadyClock::now() + absl::ToChronoNanoseconds(kRetryPause);
   }
 }
 

@@ -16,6 +16,7 @@
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "core/base/steady_cond_var.h"
 #include "core/mesh/registered_family.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
@@ -99,7 +100,8 @@ class Families {
     store::pb::FamilyRecord record;
     bool is_done = false;  // then `loaded` is set, unless it failed
     FamilyPtr loaded;
-    absl::Time retry_at = absl::InfiniteFuture();  // failed: not before
+    // Failed: not before.
+    base::SteadyClock::time_point retry_at = base::SteadyClock::time_point::max();
     std::vector<Done> waiting;
   };
   using LoadPtr = std::shared_ptr<Load>;

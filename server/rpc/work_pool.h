@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "core/base/steady_cond_var.h"
 
 namespace liquidblend::rpc {
 
@@ -49,7 +50,7 @@ class WorkPool {
 
   const size_t max_waiting_;
   mutable absl::Mutex mutex_;
-  absl::CondVar changed_;
+  base::SteadyCondVar changed_;
   std::deque<Task> ready_ ABSL_GUARDED_BY(mutex_);
   std::multimap<Clock::time_point, Task> later_ ABSL_GUARDED_BY(mutex_);
   bool stopped_ ABSL_GUARDED_BY(mutex_) = false;

@@ -61,11 +61,11 @@ FaultProxy::~FaultProxy() {
   close(listener_);
 }
 
-void FaultProxy::Once(const std::string& words, std::function<void()> before,
+void FaultProxy::Once(const std::string& words, int number, std::function<void()> before,
                       std::function<void()> after) {
   is_struck_ = false;
   const absl::MutexLock lock(&mutex_);
-  strike_ = {words, std::move(before), std::move(after)};
+  strike_ = {words, number, std::move(before), std::move(after)};
 }
 
 void FaultProxy::Serve() {
@@ -115,6 +115,7 @@ bool FaultProxy::Forward(int from, int to, bool is_from_client) {
 FaultProxy::Strike FaultProxy::StrikeAt(const std::string& bytes) {
   const absl::MutexLock lock(&mutex_);
   if (strike_.words.empty() || bytes.find(strike_.words) == std::string::npos) return {};
+  if (--strike_.number > 0) return {};
   return std::exchange(strike_, {});
 }
 

@@ -27,16 +27,20 @@ class FaultProxy {
   // Nothing goes either way, and nobody hears of it; what is sent meanwhile arrives later.
   void Cut() { is_cut_ = true; }
   void Heal() { is_cut_ = false; }
+  bool is_cut() const { return is_cut_; }
 
-  // Once, when bytes with these words come from a program: `before` is called, then they go on,
-  // then `after`, before any answer goes back. From a thread of the proxy's.
-  void Once(const std::string& words, std::function<void()> before, std::function<void()> after);
+  // When bytes with these words come from a program for the number-th time, `before` is called,
+  // then they go on, then `after` is called, before any answer goes back. From a thread of the
+  // proxy's.
+  void Once(const std::string& words, int number, std::function<void()> before,
+            std::function<void()> after);
   // Whether that has happened.
   bool is_struck() const { return is_struck_; }
 
  private:
   struct Strike {
-    std::string words;
+    std::string words;  // empty: never
+    int number = 1;
     std::function<void()> before;
     std::function<void()> after;
   };

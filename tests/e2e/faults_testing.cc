@@ -1,5 +1,6 @@
 #include "tests/e2e/faults_testing.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -78,7 +79,7 @@ void FaultTest::MakeStore() {
   ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
   ExpectSuccess(AwaitDone(ImportBall(kImported, kImportVelocity).name()));
   Operation registration;
-  ASSERT_TRUE(Register(num_iterations_, registration).ok());
+  ASSERT_TRUE(Register(*stub_, "first", registration).ok());
   ExpectSuccess(AwaitDone(registration.name()));
   expected_ = {catalog().GetFamily("balls")->blob(), catalog().GetAnimation(kImported)->blob(),
                FrameOf("balls")};
@@ -112,30 +113,45 @@ bool FaultTest::SubmitWork() {
 
 bool FaultTest::Submit(const std::string& what) {
   if (names_.count(what) > 0) return true;
-  const std::string request_id = absl::StrCat(what, " of run ", run_);
   Operation operation;
-  grpc::Status status;
-  if (what == kImport) {
-    const auto files = BallFiles(kImportVelocity);
-    status = Upload(kImported, files, request_id, operation);
+  const grpc::Status status =
+      what == kImport ? Upload(kImported, BallFiles(kImportVelocity), RequestId(what), operation)
+                      : Register(*stub_, what, operation);
+  if (status.ok()) {
+    NoteAccepted(what, operation);
   } else {
-    v1::RegisterFamilyRequest request;
-    request.set_family_id("balls");
-    request.set_source("animations/a");
-    request.add_targets("animations/b");
-    request.set_request_id(request_id);
-    request.mutable_options()->set_max_iterations(num_iterations_);
-    grpc::ClientContext context;
-    SetDeadline(context);
-    status = stub_->RegisterFamily(&context, request, &operation);
-  }
-  if (!status.ok()) {
     errors_.push_back(status.error_message());
-    return false;
   }
+  return status.ok();
+}
+
+grpc::Status FaultTest::Register(v1::LiquidBlend::Stub& stub, const std::string& what,
+                                 Operation& operation) const {
+  v1::RegisterFamilyRequest request;
+  request.set_family_id("balls");
+  request.set_source("animations/a");
+  request.add_targets("animations/b");
+  request.set_request_id(RequestId(what));
+  request.mutable_options()->set_max_iterations(num_iterations_);
+  grpc::ClientContext context;
+  SetDeadline(context);
+  return stub.RegisterFamily(&context, request, &operation);
+}
+
+void FaultTest::RegisterUntilAccepted(v1::LiquidBlend::Stub& stub, const std::string& what) {
+  Operation operation;
+  Await([&] { return Register(stub, what, operation).ok(); });
+  NoteAccepted(what, operation);
+}
+
+void FaultTest::NoteAccepted(const std::string& what, const Operation& operation) {
+  const absl::MutexLock lock(&names_mutex_);
   names_[what] = operation.name();
   ++line_->num_accepted;
-  return true;
+}
+
+std::string FaultTest::RequestId(const std::string& what) const {
+  return absl::StrCat(what, " of run ", run_);
 }
 
 JobRecord FaultTest::JobOf(const std::string& operation) {
@@ -167,12 +183,23 @@ void FaultTest::Lose(const std::string& what) {
   line_->lost.push_back(absl::StrCat("run ", run_, ": ", what));
 }
 
-// What is refused now is not accepted, but must be, with nothing in its way.
-void FaultTest::EndRun(Process server, Process worker) {
+void FaultTest::EndRun(Process server, Process worker, const std::function<void()>& when_done) {
   if (server.pid() == 0) server = StartServer();
-  for (const char* what : {kImport, kRegistration}) {
-    if (!Submit(what)) Lose(absl::StrCat("no ", what, " is accepted any more"));
+  Await([&] { return Submit(kImport); });
+  const auto is_registration = [](const auto& name) {
+    return name.first.find(kRegistration) != std::string::npos;
+  };
+  if (std::none_of(names_.begin(), names_.end(), is_registration)) {
+    Await([&] { return Submit(kRegistration); });
   }
+  num_versions_ += std::count_if(names_.begin(), names_.end(), is_registration);
+  AwaitAll(worker);
+  if (when_done) when_done();
+  CheckPublished();
+  if (tier_ == Tier::kShared) ForgetImport();
+}
+
+void FaultTest::AwaitAll(Process& worker) {
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   for (const auto& [what, operation] : names_) {
     while (!IsDone(what, operation)) {
@@ -188,8 +215,6 @@ void FaultTest::EndRun(Process server, Process worker) {
       if (!attempt.worker_lost()) errors_.push_back(attempt.error().message());
     }
   }
-  CheckPublished();
-  if (tier_ == Tier::kShared) ForgetImport();
 }
 
 bool FaultTest::IsDone(const std::string& what, const std::string& operation) {
@@ -211,7 +236,7 @@ bool FaultTest::IsDone(const std::string& what, const std::string& operation) {
 void FaultTest::CheckPublished() {
   const auto family = catalog().GetFamily("balls");
   if (!family.ok() || family->blob() != expected_.family_blob) Lose("the family has other bytes");
-  if (!family.ok() || family->version() != ++num_versions_) {
+  if (!family.ok() || family->version() != num_versions_) {
     Lose(absl::StrCat("the family has version ", family.ok() ? family->version() : 0, ", not ",
                       num_versions_));
   }

@@ -2,11 +2,13 @@
 // what had been accepted or published.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "absl/synchronization/mutex.h"
 #include "tests/core/store/fake_s3.h"
 #include "tests/core/store/postgres_server.h"
 #include "tests/e2e/e2e_testing.h"
@@ -58,7 +60,11 @@ class FaultTest : public E2eTest {
   // read or has other bytes.
   //   server  that runs, or nothing that runs
   //   worker  likewise
-  void EndRun(Process server, Process worker);
+  //   when_done  called before the results are looked at
+  void EndRun(Process server, Process worker, const std::function<void()>& when_done = {});
+  // Registers balls through that server; `what` is one of the run's accepted jobs then.
+  // Threads: safe.
+  void RegisterUntilAccepted(v1::LiquidBlend::Stub& stub, const std::string& what);
 
   // With a short lease, and a checkpoint after every iteration.
   Process StartFaultWorker(const std::vector<std::string>& environment = {});
@@ -86,6 +92,12 @@ class FaultTest : public E2eTest {
   void MakeStore();
   void TakeTemplate();
   bool Submit(const std::string& what);
+  grpc::Status Register(v1::LiquidBlend::Stub& stub, const std::string& what,
+                        Operation& operation) const;
+  void NoteAccepted(const std::string& what, const Operation& operation)
+      ABSL_LOCKS_EXCLUDED(names_mutex_);
+  std::string RequestId(const std::string& what) const;
+  void AwaitAll(Process& worker);
   bool IsDone(const std::string& what, const std::string& operation);
   void CheckPublished();
   // The import and all that it left: no later one finds its bytes.
@@ -96,6 +108,7 @@ class FaultTest : public E2eTest {
   FaultLine* line_ = nullptr;
   Tier tier_ = Tier::kEmbedded;
   int run_ = 0;
+  absl::Mutex names_mutex_;                   // only RegisterUntilAccepted() may run beside itself
   std::map<std::string, std::string> names_;  // of operations, by what they do
   std::string catalog_url_;                   // shared tier; past any proxy
   std::vector<std::string> errors_;

@@ -109,13 +109,20 @@ void Checkpoints::Flush() {
   absl::MutexLock lock(&mutex_);
   if (!is_running_) return;
   num_flushed_ = num_offered_;  // newer ones do not count: they may come faster than they are saved
-  mutex_.AwaitWithTimeout(absl::Condition(this, &Checkpoints::IsFlushed), options_.patience);
+  urgent_.SignalAll();
+  const auto is_flushed = [this] {
+    mutex_.AssertHeld();
+    return IsFlushed();
+  };
+  flushed_.Await(&mutex_, is_flushed, options_.patience);
 }
 
 void Checkpoints::End(bool is_done) {
   {
     absl::MutexLock lock(&mutex_);
     is_ended_ = true;
+    urgent_.SignalAll();
+    flushed_.SignalAll();
   }
   if (thread_.joinable()) thread_.join();
   if (is_done) DeleteEarlier();
@@ -130,12 +137,17 @@ void Checkpoints::Run() {
     }
     absl::MutexLock lock(&mutex_);
     num_done_ = num_taken_;
+    flushed_.SignalAll();
   }
 }
 
 std::shared_ptr<const RegistrationState> Checkpoints::AwaitNext() {
   absl::MutexLock lock(&mutex_);
-  mutex_.AwaitWithTimeout(absl::Condition(this, &Checkpoints::IsUrgent), options_.interval);
+  const auto is_urgent = [this] {
+    mutex_.AssertHeld();
+    return IsUrgent();
+  };
+  urgent_.Await(&mutex_, is_urgent, options_.interval);
   mutex_.Await(absl::Condition(this, &Checkpoints::IsDueOrUrgent));
   if (is_ended_) return nullptr;
   num_taken_ = num_offered_;
@@ -162,6 +174,7 @@ void Checkpoints::Save(const RegistrationState& state) {
     DeleteEarlier();
     absl::MutexLock lock(&mutex_);
     is_ended_ = true;
+    flushed_.SignalAll();
     return;
   }
   if (!recorded.ok()) {  // the record may name this one or the one before: both stay

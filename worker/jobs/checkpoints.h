@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "core/base/steady_cond_var.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
 #include "worker/registration/state.h"
@@ -83,6 +84,7 @@ class Checkpoints {
   std::vector<store::BlobId> earlier_;  // of the thread: the record names the last one at most
 
   absl::Mutex mutex_;
+  base::SteadyCondVar urgent_, flushed_;  // what IsUrgent() and IsFlushed() look at has changed
   std::shared_ptr<const State> newest_ ABSL_GUARDED_BY(mutex_);
   // States so far: offered, taken to be saved, done with (saved or not), and to be flushed.
   int64_t num_offered_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "core/base/log.h"
 
 namespace liquidblend::jobs {
@@ -27,13 +26,14 @@ LeaseKeeper::LeaseKeeper(store::Catalog& catalog, store::Lease lease, const Stop
       stop_(stop),
       options_(options),
       before_release_(std::move(before_release)),
-      renewed_(absl::Now()),
+      renewed_(base::SteadyClock::now()),
       thread_([this] { Keep(); }) {}
 
 LeaseKeeper::~LeaseKeeper() {
   {
     absl::MutexLock lock(&mutex_);
     is_done_ = true;
+    done_.SignalAll();
   }
   thread_.join();
 }
@@ -55,7 +55,11 @@ void LeaseKeeper::Keep() {
     bool is_due = false;
     {
       absl::MutexLock lock(&mutex_);
-      if (mutex_.AwaitWithTimeout(absl::Condition(&is_done_), pause)) return;
+      const auto is_done = [this] {
+        mutex_.AssertHeld();
+        return is_done_;
+      };
+      if (done_.Await(&mutex_, is_done, pause)) return;
       is_due = IsRenewalDue();
     }
     if (stop_.is_requested()) return Release();
@@ -65,7 +69,7 @@ void LeaseKeeper::Keep() {
 }
 
 bool LeaseKeeper::IsRenewalDue() const {
-  return is_progress_new_ || absl::Now() - renewed_ >= options_.duration / 3;
+  return is_progress_new_ || base::Since(renewed_) >= options_.duration / 3;
 }
 
 void LeaseKeeper::Renew() {
@@ -75,7 +79,7 @@ void LeaseKeeper::Renew() {
     progress = progress_;
     is_progress_new_ = false;
   }
-  const absl::Time begin = absl::Now();
+  const base::SteadyClock::time_point begin = base::SteadyClock::now();
   const absl::StatusOr<store::JobControl> control =
       catalog_.Heartbeat(lease_id(), options_.duration, progress);
   if (absl::IsAborted(control.status())) return End(control.status());
@@ -87,7 +91,7 @@ void LeaseKeeper::Renew() {
   }
   base::LogWarning(
       absl::StrCat("job ", job().id(), ": cannot renew the lease: ", control.status().ToString()));
-  if (begin - renewed_ > options_.duration) {
+  if (absl::FromChrono(begin - renewed_) > options_.duration) {
     state_ = absl::AbortedError(absl::StrCat("the lease of job '", job().id(), "' has run out"));
   }
 }

@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "core/base/steady_cond_var.h"
 #include "core/store/catalog.h"
 #include "worker/jobs/stop_signal.h"
 
@@ -62,7 +63,8 @@ class LeaseKeeper {
   bool is_progress_new_ ABSL_GUARDED_BY(mutex_) = false;
   bool is_done_ ABSL_GUARDED_BY(mutex_) = false;  // the destructor has begun
   absl::Status state_ ABSL_GUARDED_BY(mutex_);    // what Check() returns
-  absl::Time renewed_ ABSL_GUARDED_BY(mutex_);
+  base::SteadyCondVar done_;
+  base::SteadyClock::time_point renewed_ ABSL_GUARDED_BY(mutex_);
   std::thread thread_;
 };
 

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
+#include "core/base/steady_cond_var.h"
 #include "worker/jobs/job_context.h"
 #include "worker/jobs/run_import.h"
 #include "worker/jobs/run_part.h"
@@ -90,9 +90,9 @@ void RunJob(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Ar
 // Waits until there may be something to do, but not longer than options.poll. It hears of a wish to
 // stop within kStopPoll.
 void AwaitJob(store::Catalog& catalog, const StopSignal& stop, const JobLoopOptions& options) {
-  const absl::Time deadline = absl::Now() + options.poll;
+  const base::SteadyClock::time_point begin = base::SteadyClock::now();
   while (!stop.is_requested()) {
-    const absl::Duration left = deadline - absl::Now();
+    const absl::Duration left = options.poll - base::Since(begin);
     if (left <= absl::ZeroDuration()) return;
     const absl::StatusOr<bool> has_job =
         catalog.WaitForJob(std::min(left, kStopPoll), options.memory_bytes);

@@ -4,6 +4,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "core/base/steady_cond_var.h"
 
 namespace liquidblend::jobs {
 
@@ -13,6 +14,7 @@ class StopSignal {
   void Request() {
     absl::MutexLock lock(&mutex_);
     is_requested_ = true;
+    changed_.SignalAll();
   }
 
   bool is_requested() const {
@@ -23,12 +25,16 @@ class StopSignal {
   // Waits until it is requested, at most this long. Returns whether it is.
   bool WaitFor(absl::Duration duration) const {
     absl::MutexLock lock(&mutex_);
-    mutex_.AwaitWithTimeout(absl::Condition(&is_requested_), duration);
-    return is_requested_;
+    const auto is_requested = [this] {
+      mutex_.AssertHeld();
+      return is_requested_;
+    };
+    return changed_.Await(&mutex_, is_requested, duration);
   }
 
  private:
   mutable absl::Mutex mutex_;
+  mutable base::SteadyCondVar changed_;
   bool is_requested_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
