@@ -15,6 +15,7 @@ say "1/6 packages"
 deploy/install-deps.sh --build
 
 say "2/6 build"
+export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1  # as tests/run.sh: what one has built is there for the other
 cmake --preset release >/dev/null
 cmake --build --preset release -j "$(nproc)" --target liquidblend liquidblend-admin \
   liquidblend-server liquidblend-worker
