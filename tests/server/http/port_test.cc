@@ -259,8 +259,7 @@ TEST_F(PortTest, DrainingTellsProbesFirst) {
 }
 
 TEST_F(PortTest, WhatIsBeingAnsweredIsFinishedOnStop) {
-  absl::Notification release;
-  OccupyFrames(release);
+  OccupyFrames();
   std::vector<HttpReply> replies(2);
   {
     std::vector<std::jthread> threads;
@@ -271,14 +270,13 @@ TEST_F(PortTest, WhatIsBeingAnsweredIsFinishedOnStop) {
     }
     threads.emplace_back([&] { port_->Stop(absl::Seconds(30)); });
     while (HttpClient(port_->port()).is_connected()) std::this_thread::yield();
-    release.Notify();
+    release_.Notify();
   }
   for (const HttpReply& reply : replies) EXPECT_EQ(reply.code, 200);
 }
 
 TEST_F(PortTest, AFrameThatItsClientHasLeftIsNotMade) {
-  absl::Notification release;
-  OccupyFrames(release);
+  OccupyFrames();
   const std::string request = absl::StrCat("GET ", kSplash, " HTTP/1.1\r\nHost: h\r\n\r\n");
   for (int num_requests = 1; num_requests <= 2; ++num_requests) {
     {
@@ -290,7 +288,7 @@ TEST_F(PortTest, AFrameThatItsClientHasLeftIsNotMade) {
     while (WaitingCost() > 0 && absl::Now() < give_up) std::this_thread::yield();
     EXPECT_EQ(WaitingCost(), 0) << "after " << num_requests;
   }
-  release.Notify();
+  release_.Notify();
   // The call is counted a moment after its frame is given up.
   const std::string both_left =
       "code=\"499\",method=\"GET /v1/families/{family}/frame.drc\",protocol=\"http\"} 2\n";
@@ -302,8 +300,7 @@ TEST_F(PortTest, AFrameThatItsClientHasLeftIsNotMade) {
 }
 
 TEST_F(PortTest, WhoLeavesDoesNotTakeTheFrameFromOthers) {
-  absl::Notification release;
-  OccupyFrames(release);
+  OccupyFrames();
   HttpReply reply;
   {
     HttpClient leaver(port_->port());
@@ -314,7 +311,7 @@ TEST_F(PortTest, WhoLeavesDoesNotTakeTheFrameFromOthers) {
     while (WaitingCost() == one) std::this_thread::yield();
     leaver.Close();
     while (WaitingCost() != one) std::this_thread::yield();
-    release.Notify();
+    release_.Notify();
   }
   EXPECT_EQ(reply.code, 200);
 }

@@ -46,13 +46,13 @@ class PortTest : public rpc::RpcTest {
   std::string MetricsText() { return HttpClient(port_->port()).Get("/metrics").body; }
 
   // Keeps the pool's only thread busy until the release.
-  void OccupyFrames(const absl::Notification& release) {
+  void OccupyFrames() {
     absl::Notification begun;
     rpc::FrameWork work;
     work.client = "occupier";
     work.run = [&] {
       begun.Notify();
-      release.WaitForNotification();
+      release_.WaitForNotification();
     };
     ASSERT_TRUE(backends_.frames.Post(std::move(work), false).ok());
     begun.WaitForNotification();
@@ -60,6 +60,7 @@ class PortTest : public rpc::RpcTest {
 
   int64_t WaitingCost() const { return backends_.frames.stats().waiting_cost; }
 
+  absl::Notification release_;  // of the thread that is occupied, which may be slow to notice
   rpc::Authorizer everyone_;
   rpc::Entrance entrance_{everyone_};
   rpc::Backends backends_;
