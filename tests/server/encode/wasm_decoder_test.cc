@@ -66,7 +66,7 @@ TriangleMesh ReadDecoded(const std::string& path) {
   size_t at = 0;
   const auto take = [&](void* to, size_t size) {
     ASSERT_LE(at + size, bytes.size()) << path;
-    std::memcpy(to, bytes.data() + at, size);
+    if (size > 0) std::memcpy(to, bytes.data() + at, size);  // `to` is null of no numbers
     at += size;
   };
   take(counts.data(), sizeof(counts));
@@ -76,7 +76,7 @@ TriangleMesh ReadDecoded(const std::string& path) {
   mesh.normals.resize(3, counts[2] * counts[0]);
   mesh.velocities.resize(3, counts[3] * counts[0]);
   for (Eigen::Matrix3Xf* values : {&mesh.vertices, &mesh.normals, &mesh.velocities}) {
-    if (values->cols() > 0) take(values->data(), 12 * static_cast<size_t>(values->cols()));
+    take(values->data(), 12 * static_cast<size_t>(values->cols()));
   }
   EXPECT_EQ(at, bytes.size()) << path;
   return mesh;
