@@ -23,7 +23,8 @@ bool FrameQueue::HasRoomFor(const FrameWork& work) const {
   if (waiting_cost_ == 0 || waiting_cost_ + work.cost <= options_.max_waiting_cost) return true;
   const auto found = accounts_.find({work.client, work.is_paced});
   const bool is_new = found == accounts_.end() || found->second.waiting.empty();
-  const int64_t part = options_.max_waiting_cost / (num_waiting_accounts_ + (is_new ? 1 : 0));
+  const int64_t part =
+      options_.max_waiting_cost / (std::ssize(waiting_accounts_) + (is_new ? 1 : 0));
   return (is_new ? 0 : found->second.waiting_cost) + work.cost <= part;
 }
 
@@ -31,8 +32,8 @@ FrameQueue::Place FrameQueue::Push(FrameWork work) {
   const Place place = {{work.client, work.is_paced}, {work.deadline, num_pushed_++}};
   Balance& balance = BalanceOf(place.account, work.host);
   if (balance.waiting.empty()) {
-    ++num_waiting_accounts_;
-    balance.tag = std::max(balance.tag, round_);
+    waiting_accounts_.push_back(&balance);
+    balance.tag = std::max(balance.tag, EarliestTag());
   }
   balance.waiting_cost += work.cost;
   waiting_cost_ += work.cost;
@@ -41,25 +42,30 @@ FrameQueue::Place FrameQueue::Push(FrameWork work) {
 }
 
 FrameQueue::Balance& FrameQueue::BalanceOf(const Account& account, const std::string& host) {
+  if (accounts_.size() >= kManyAccounts) ForgetIdle();
   const auto [found, is_new] = accounts_.try_emplace(account);
   Balance& balance = found->second;
-  if (!is_new || host.empty()) return balance;
+  if (!is_new) return balance;
+  balance.account = account;
+  balance.host = host;
+  balance.tag = round_;
+  if (host.empty()) return balance;
   for (const auto& [other, before] : accounts_) {
     const bool is_idle_kin =
         other.second == account.second && before.host == host && before.waiting.empty();
     if (is_idle_kin) balance.tag = std::max(balance.tag, before.tag);
   }
-  balance.host = host;
   return balance;
 }
 
 FrameWork FrameQueue::Pop() {
   assert(!empty());
-  Balance& balance = NextAccount()->second;
+  Balance& balance = NextAccount();
   FrameWork work = Take(balance, balance.waiting.begin()->first);
   round_ = std::max(round_, balance.tag);
   balance.tag += work.cost;
-  ForgetIdle();
+  largest_tag_ = std::max(largest_tag_, balance.tag);
+  if (empty()) round_ = largest_tag_;
   return work;
 }
 
@@ -68,27 +74,22 @@ std::optional<FrameWork> FrameQueue::Remove(const Place& place) {
   if (account == accounts_.end() || !account->second.waiting.contains(place.order)) {
     return std::nullopt;
   }
-  FrameWork removed = Take(account->second, place.order);
-  ForgetIdle();
-  return removed;
+  return Take(account->second, place.order);
 }
 
-FrameQueue::Accounts::iterator FrameQueue::NextAccount() {
+FrameQueue::Balance& FrameQueue::NextAccount() const {
   int64_t lowest = std::numeric_limits<int64_t>::max();
-  for (const auto& [account, balance] : accounts_) {
-    if (!balance.waiting.empty()) lowest = std::min(lowest, balance.tag);
-  }
+  for (const Balance* balance : waiting_accounts_) lowest = std::min(lowest, balance->tag);
   // Paced work before other work, then by deadline.
-  const auto urgency = [](const Accounts::iterator& it) {
-    return std::pair(!it->first.second, it->second.waiting.begin()->first);
+  const auto urgency = [](const Balance& balance) {
+    return std::pair(!balance.account.second, balance.waiting.begin()->first);
   };
-  auto best = accounts_.end();
-  for (auto it = accounts_.begin(); it != accounts_.end(); ++it) {
-    const Balance& balance = it->second;
-    if (balance.waiting.empty() || balance.tag - lowest > options_.quantum) continue;
-    if (best == accounts_.end() || urgency(it) < urgency(best)) best = it;
+  Balance* best = nullptr;
+  for (Balance* balance : waiting_accounts_) {
+    if (balance->tag - lowest > options_.quantum) continue;
+    if (best == nullptr || urgency(*balance) < urgency(*best)) best = balance;
   }
-  return best;
+  return *best;
 }
 
 FrameWork FrameQueue::Take(Balance& balance, const Order& order) {
@@ -97,17 +98,15 @@ FrameWork FrameQueue::Take(Balance& balance, const Order& order) {
   balance.waiting.erase(found);
   balance.waiting_cost -= taken.cost;
   waiting_cost_ -= taken.cost;
-  if (balance.waiting.empty()) --num_waiting_accounts_;
+  if (balance.waiting.empty()) std::erase(waiting_accounts_, &balance);
   return taken;
 }
 
-// Those without work whose tag the round has passed would start at the round anyway.
+// Those that would start at the round or before it, if they were new.
 void FrameQueue::ForgetIdle() {
   std::erase_if(accounts_, [&](const auto& account) {
-    const Balance& balance = account.second;
-    return balance.waiting.empty() && (empty() || balance.tag <= round_);
+    return account.second.waiting.empty() && account.second.tag <= round_;
   });
-  if (accounts_.empty()) round_ = 0;
 }
 
 }  // namespace liquidblend::rpc

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
@@ -27,17 +28,18 @@ struct FrameQueueOptions {
   // >= 1; cells. Some 2 s of work for two cores.
   int64_t max_waiting_cost = 200'000'000;
   // >= 1; cells. How far ahead of the others a client may get because its work is more urgent.
-  int64_t quantum = 1'000'000;
+  int64_t quantum = 500'000;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Start-time fair queueing. A client has an account for its paced work and one for the rest. Each
-// account with work owns a tag, the cost served to it so far; one that comes back starts at the
-// present round and is owed nothing for its absence; a new one starts where those of its host that
-// have no work stand, so that nobody gets ahead by new connections. Of the accounts within a
-// quantum of the lowest tag, paced work goes first, then the earliest deadline. So a stream that
-// asks for less than its share is served at once, whatever others ask for, and nobody starves.
-// Threads: one at a time.  Cost: O(log work) to push, O(accounts) to pop and for a new one.
+// Start-time fair queueing. A client has an account for its paced work and one for the rest, whose
+// tag is the cost served to it so far. A new account starts at the present round, or where those of
+// its host that have no work stand, so that nobody gets ahead by new connections; one that comes
+// back starts up to two quanta before the round, but not before its own tag. Of the accounts within
+// a quantum of the lowest tag, paced work goes first, then the earliest deadline. So who asks for
+// less than his share goes before all that ask for more, streams before calls, and nobody starves.
+// Threads: one at a time.  Cost: O(log work) to push, O(accounts with work) to pop; O(accounts) for
+// a new one.
 class FrameQueue {
  public:
   using Account = std::pair<std::string, bool>;      // client, is_paced
@@ -59,28 +61,34 @@ class FrameQueue {
   // What waits there, or nothing if that has been popped.
   std::optional<FrameWork> Remove(const Place& place);
 
-  bool empty() const { return num_waiting_accounts_ == 0; }
+  bool empty() const { return waiting_accounts_.empty(); }
   int64_t waiting_cost() const { return waiting_cost_; }
+  size_t num_accounts() const { return accounts_.size(); }  // that are remembered
 
  private:
   struct Balance {
+    Account account;
     std::string host;
     std::map<Order, FrameWork> waiting;
     int64_t waiting_cost = 0;
     int64_t tag = 0;
   };
-  using Accounts = std::map<Account, Balance>;
+  // How long an account is remembered: nothing is forgotten while there are fewer.
+  static constexpr size_t kManyAccounts = 4096;
 
   Balance& BalanceOf(const Account& account, const std::string& host);
-  Accounts::iterator NextAccount();
+  Balance& NextAccount() const;
   FrameWork Take(Balance& balance, const Order& order);
   void ForgetIdle();
+  // Where an account starts that comes back after a long time.
+  int64_t EarliestTag() const { return round_ - 2 * options_.quantum; }
 
   const FrameQueueOptions options_;
-  Accounts accounts_;  // those with work, and those ahead of the present round
-  int64_t num_waiting_accounts_ = 0;
+  std::map<Account, Balance> accounts_;
+  std::vector<Balance*> waiting_accounts_;  // those with work
   int64_t waiting_cost_ = 0;
-  int64_t round_ = 0;  // the largest tag that was served
+  int64_t largest_tag_ = 0;
+  int64_t round_ = 0;  // the largest tag of work that was served; the largest of all in a pause
   int64_t num_pushed_ = 0;
 };
 

@@ -146,6 +146,8 @@ ClientReport WatchSlowly(const LoadTarget& target, const std::stop_token& stop) 
   v1::StreamFramesResponse response;
   while (!stop.stop_requested() && stream->Read(&response)) {
     report.num_dropped = response.num_dropped();
+    report.latencies_ms.push_back(0.0);  // only counted
+    Count(response.frame(), report);
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
   }
   if (!stop.stop_requested()) ++report.num_errors;

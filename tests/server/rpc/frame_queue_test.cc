@@ -103,6 +103,37 @@ TEST(FrameQueue, OfTwoLateStreamsTheEarlierOneGoesFirst) {
   EXPECT_EQ(queue.Pop().client, "c");
 }
 
+// Both streams ask for more than their share, the caller for less.
+TEST(FrameQueue, WhoAsksForLessThanItsShareGoesBeforeThoseThatAskForMore) {
+  FrameQueue queue({.max_waiting_cost = 1'000'000, .quantum = 40});
+  queue.Push(Work("caller", 10));
+  queue.Pop();
+  for (int k = 0; k < 1000; ++k) {
+    queue.Push(PacedWork("a", 10, k));
+    queue.Push(PacedWork("b", 10, k));
+  }
+  for (int call = 0; call < 50; ++call) {
+    for (int k = 0; k < 20; ++k) EXPECT_TRUE(queue.Pop().is_paced);
+    queue.Push(Work("caller", 10));
+    EXPECT_EQ(queue.Pop().client, "caller") << call;
+  }
+  // More than that is no longer less than its share.
+  for (int k = 0; k < 100; ++k) queue.Push(Work("caller", 10));
+  int num_calls = 0;
+  for (int k = 0; k < 99; ++k) num_calls += queue.Pop().is_paced ? 0 : 1;
+  EXPECT_NEAR(num_calls, 33, 8);
+}
+
+TEST(FrameQueue, RemembersManyAccountsAndForgetsThoseThatOweNothing) {
+  FrameQueue queue({.max_waiting_cost = 1'000'000, .quantum = 20});
+  const auto serve = [&](const std::string& client) {
+    queue.Push(Work(client, 10));
+    return queue.Pop().client;
+  };
+  for (int k = 0; k < 10'000; ++k) EXPECT_EQ(serve(std::to_string(k)), std::to_string(k));
+  EXPECT_LE(queue.num_accounts(), 5'000U);
+}
+
 TEST(FrameQueue, NobodyGetsAheadByNewConnections) {
   FrameQueue queue({.max_waiting_cost = 1'000'000, .quantum = 20});
   for (int k = 0; k < 100; ++k) queue.Push(Work("patient", 10));
