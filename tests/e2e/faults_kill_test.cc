@@ -94,8 +94,13 @@ class FaultsKillTest : public FaultTest, public testing::WithParamInterface<Kill
     Process server = StartServer();
     EXPECT_TRUE(SubmitWork());
     Process worker = StartFaultWorker(environment);
-    EXPECT_EQ(worker.Wait(), -SIGKILL);
-    EndRun(std::move(server), {});
+    // A job that is fast may be done before its first checkpoint is recorded.
+    if (AwaitDeath(worker)) {
+      EXPECT_EQ(worker.Wait(), -SIGKILL);
+    } else {
+      line()->Miss();
+    }
+    EndRun(std::move(server), std::move(worker));
   }
 
   void KillServer(const std::vector<std::string>& environment) {
@@ -111,11 +116,13 @@ TEST_P(FaultsKillTest, LosesNothing) {
   FaultLine line(
       absl::StrCat("`kill -9` of the ", of_server ? "server" : "worker", " at `", point.name, "`"),
       tier);
-  for (int run = 1; run <= NumFaultRuns(); ++run) {
+  const int most_missed = 3 + NumFaultRuns();
+  while (line.num_runs < NumFaultRuns() && line.num_missed < most_missed) {
     BeginRun(line, tier);
-    const std::vector<std::string> environment = DieInRun(point, run);
+    const std::vector<std::string> environment = DieInRun(point, line.num_runs);
     of_server ? KillServer(environment) : KillWorker(environment);
   }
+  EXPECT_EQ(line.num_runs, NumFaultRuns());
 }
 
 INSTANTIATE_TEST_SUITE_P(Points, FaultsKillTest, testing::ValuesIn(AllKills()), NameOf);

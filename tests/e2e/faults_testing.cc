@@ -51,7 +51,7 @@ FaultTest::~FaultTest() = default;
 void FaultTest::BeginRun(FaultLine& line, Tier tier) {
   line_ = &line;
   tier_ = tier;
-  run_ = ++line.num_runs;
+  run_ = ++line.num_runs + line.num_missed;
   names_.clear();
   errors_.clear();
   catalog_.reset();
@@ -197,6 +197,22 @@ void FaultTest::EndRun(Process server, Process worker, const std::function<void(
   if (when_done) when_done();
   CheckPublished();
   if (tier_ == Tier::kShared) ForgetImport();
+}
+
+bool FaultTest::AwaitDeath(const Process& program) {
+  constexpr auto kLingers = std::chrono::seconds(3);  // after the last job
+  const auto all_done = [this] {
+    return std::all_of(names_.begin(), names_.end(),
+                       [this](const auto& name) { return IsDone(name.first, name.second); });
+  };
+  auto end = std::chrono::steady_clock::time_point::max();
+  while (IsAlive(program.pid())) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now > end) return false;
+    if (end == std::chrono::steady_clock::time_point::max() && all_done()) end = now + kLingers;
+    std::this_thread::sleep_for(kPoll);
+  }
+  return true;
 }
 
 void FaultTest::AwaitAll(Process& worker) {

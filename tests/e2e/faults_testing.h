@@ -32,8 +32,11 @@ class FaultLine {
 
   // Forgets a run that was there to find something out, but not what it lost.
   void Restart() { num_runs = num_accepted = num_retried = num_published = 0; }
+  // The fault did not strike in this run, which does not count then.
+  void Miss() { --num_runs, ++num_missed; }
 
   int num_runs = 0;
+  int num_missed = 0;
   int num_accepted = 0;           // jobs whose submission was answered OK
   int num_retried = 0;            // attempts of jobs that failed or lost their worker
   int num_published = 0;          // animations and families that were to be read at the end
@@ -68,6 +71,9 @@ class FaultTest : public E2eTest {
 
   // With a short lease, and a checkpoint after every iteration.
   Process StartFaultWorker(const std::vector<std::string>& environment = {});
+  // Until a program that is to die has died, or all that was accepted has been done for a while
+  // without that: false.
+  bool AwaitDeath(const Process& program);
   FaultLine* line() const { return line_; }
   const std::string& registration() const { return names_.at("registration"); }
   store::pb::JobRecord JobOf(const std::string& operation);
