@@ -1,6 +1,5 @@
 #include "worker/spacetime/cell_vertices.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -19,17 +18,8 @@ constexpr float kDamping = 0.05f;  // per plane
 constexpr float kBeyondCell = 1.5f;
 constexpr float kMinSlope = 0.1f;  // of a plane in space
 
-// The 16 signed distances at the corners of a 4D cell; bits of the index: x, y, z, t.
-using Corners = std::array<float, 16>;
-
 Eigen::Vector4f CornerOf(int c) {
   return Eigen::Vector4i(c & 1, c >> 1 & 1, c >> 2 & 1, c >> 3 & 1).cast<float>();
-}
-
-Corners Sample(const Cell& cell) {
-  Corners phi;
-  for (int c = 0; c < 16; ++c) phi[c] = cell.LayerOf(c).Distance(cell.x(c), cell.y(c), cell.z(c));
-  return phi;
 }
 
 // A margin in space would push walls that lie in a grid plane off it.
@@ -43,13 +33,44 @@ Eigen::Vector4f ClampToCell(const Eigen::Vector4f& p, float beyond = 0.0f) {
 // Calls visit(axis, lower corner, upper corner) for each edge of a sheet.
 template <typename Visit>
 void ForEachEdge(uint32_t edges, Visit&& visit) {
-  for (int axis = 0; axis < 4; ++axis) {
-    for (int lower = 0; lower < 16; ++lower) {
-      if ((lower >> axis & 1) != 0 || (edges >> CellEdge(axis, lower) & 1) == 0) continue;
-      visit(axis, lower, lower | 1 << axis);
-    }
+  for (; edges != 0; edges &= edges - 1) {
+    const int edge = std::countr_zero(edges), axis = AxisOf(edge), lower = LowerEnd(edge);
+    visit(axis, lower, lower | 1 << axis);
   }
 }
+
+// Solves matrix * x = rhs for a symmetric, positive definite matrix.
+class SolverOf4 {
+ public:
+  explicit SolverOf4(const Eigen::Matrix4f& matrix) {
+    std::array<std::array<float, 4>, 4> scaled;  // the factor times the diagonal
+    for (int c = 0; c < 4; ++c) {
+      float pivot = matrix(c, c);
+      for (int m = 0; m < c; ++m) pivot -= factor_[c][m] * scaled[c][m];
+      inverse_[c] = 1.0f / pivot;
+      for (int r = c + 1; r < 4; ++r) {
+        scaled[r][c] = matrix(r, c);
+        for (int m = 0; m < c; ++m) scaled[r][c] -= factor_[r][m] * scaled[c][m];
+        factor_[r][c] = scaled[r][c] * inverse_[c];
+      }
+    }
+  }
+  Eigen::Vector4f Solve(Eigen::Vector4f x) const {
+    for (int r = 1; r < 4; ++r) {
+      for (int c = 0; c < r; ++c) x[r] -= factor_[r][c] * x[c];
+    }
+    for (int r = 3; r >= 0; --r) {
+      x[r] *= inverse_[r];
+      for (int c = r + 1; c < 4; ++c) x[r] -= factor_[c][r] * x[c];
+    }
+    return x;
+  }
+
+ private:
+  // matrix = factor * diagonal * factor^T with ones on the factor's diagonal.
+  std::array<std::array<float, 4>, 4> factor_;
+  std::array<float, 4> inverse_;  // of the diagonal
+};
 
 // The hyperplanes that touch the surface near a sheet, as normal equations of the point where they
 // meet.
@@ -78,8 +99,8 @@ class Planes {
     if (count_ == 0) return p;
     const Eigen::Matrix4f damping =
         kDamping * static_cast<float>(count_) * Eigen::Matrix4f::Identity();
-    const Eigen::LLT<Eigen::Matrix4f> factor(matrix_ + damping);
-    for (int step = 0; step < kMeetSteps; ++step) p += factor.solve(rhs_ - matrix_ * p);
+    const SolverOf4 solver(matrix_ + damping);
+    for (int step = 0; step < kMeetSteps; ++step) p += solver.Solve(rhs_ - matrix_ * p);
     return ClampToCell(p, beyond);
   }
 
@@ -115,19 +136,20 @@ class Mean {
 };
 
 // One plane for each end of a sheet's edges. The slope in time comes from the other layer.
-Eigen::Vector4f MeetInCell(const Cell& cell, const Corners& phi, uint32_t edges) {
+Eigen::Vector4f MeetInCell(const Cell& cell, uint32_t edges) {
   Mean crossing;
   uint32_t corners = 0;
   ForEachEdge(edges, [&](int, int lower, int upper) {
     corners |= uint32_t{1} << lower | uint32_t{1} << upper;
-    crossing.AddCrossing(CornerOf(lower), phi[lower], CornerOf(upper), phi[upper]);
+    crossing.AddCrossing(CornerOf(lower), cell.Distance(lower), CornerOf(upper),
+                         cell.Distance(upper));
   });
   Planes planes;
-  for (int c = 0; c < 16; ++c) {
-    if ((corners >> c & 1) == 0) continue;
+  for (; corners != 0; corners &= corners - 1) {
+    const int c = std::countr_zero(corners);
     Eigen::Vector4f gradient;
-    gradient << cell.LayerOf(c).Gradient(cell.x(c), cell.y(c), cell.z(c)), phi[c | 8] - phi[c & 7];
-    planes.Add(gradient, CornerOf(c), phi[c]);
+    gradient << cell.Gradient(c), cell.Distance(c | 8) - cell.Distance(c & 7);
+    planes.Add(gradient, CornerOf(c), cell.Distance(c));
   }
   return planes.Meet(ClampToCell(crossing.Get()));
 }
@@ -151,9 +173,13 @@ class CellPoints {
     return p;
   }
   float Distance(int corner, int layer) const {
+    if (layer == 0) return cell_.first.Distance(corner);
+    if (layer == span()) return cell_.last.Distance(corner);
     return cell_.layers[layer]->Distance(cell_.x(corner), cell_.y(corner), cell_.z(corner));
   }
   Eigen::Vector3f Gradient(int corner, int layer) const {
+    if (layer == 0) return cell_.first.Gradient(corner);
+    if (layer == span()) return cell_.last.Gradient(corner);
     return cell_.layers[layer]->Gradient(cell_.x(corner), cell_.y(corner), cell_.z(corner));
   }
   bool has_velocities() const {
@@ -294,18 +320,21 @@ float SheetThickness(const Cell& cell, Inside&& inside) {
 void PlaceInCell(const Cell& cell, uint16_t inside, std::vector<Eigen::Vector4f>& placed) {
   placed.clear();
   if (inside == 0 || inside == 0xffff) return;
-  const CellSheets sheets = FindSheets(inside);
   const CellPoints points(cell);
   const float thickness = SheetThickness(cell, [&](int c) {
     return static_cast<LayerMask>((inside >> c & 1) | (inside >> (c + 8) & 1) << points.span());
   });
-  const Corners phi = Sample(cell);
-  for (int n = 0; n < sheets.count; ++n) {
-    const uint32_t edges = sheets.edges[n];
+  const auto place = [&](uint32_t edges) {
     placed.push_back(thickness > 0
                          ? PlaceOnSide(points, EdgesOf(edges, inside, points.span()), thickness)
-                         : MeetInCell(cell, phi, edges));
+                         : MeetInCell(cell, edges));
+  };
+  if (NumSheets(inside) == 1) {
+    place(CrossedEdges(inside));
+    return;
   }
+  const CellSheets sheets = FindSheets(inside);
+  for (int n = 0; n < sheets.count; ++n) place(sheets.edges[n]);
 }
 
 void PlaceInCutCell(const Cell& cell, const CutCell& cut, std::vector<Eigen::Vector4f>& placed) {

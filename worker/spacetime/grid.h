@@ -38,6 +38,17 @@ class InsideBits {
         words_(grid.num_rows() * grid.words_per_row(), 0) {}
 
   bool At(int i, int j, int k) const { return (Row(j, k)[i >> 6] >> (i & 63)) & 1u; }
+  // Of the corners of voxel (i, j, k), numbered by their bits x, y, z.
+  uint8_t AtCorners(int i, int j, int k) const {
+    const int word = i >> 6, bit = i & 63;
+    unsigned corners = 0;
+    for (int r = 0; r < 4; ++r) {
+      const uint64_t* row = Row(j + (r & 1), k + (r >> 1)) + word;
+      const uint64_t pair = bit < 63 ? row[0] >> bit : row[0] >> 63 | row[1] << 1;
+      corners |= static_cast<unsigned>(pair & 3) << (2 * r);
+    }
+    return static_cast<uint8_t>(corners);
+  }
   const uint64_t* Row(int j, int k) const {
     return words_.data() + (static_cast<int64_t>(k) * num_y_ + j) * words_per_row_;
   }

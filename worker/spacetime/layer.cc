@@ -19,6 +19,14 @@ Eigen::Matrix3f CornersOf(const GridSurface& surface, int32_t t) {
   return corners;
 }
 
+float Signed(float distance, bool is_inside) {
+  return is_inside ? -std::max(kTiny, distance) : std::max(kTiny, distance);
+}
+
+float NotZero(float distance) {
+  return distance < 0 ? std::min(-kTiny, distance) : std::max(kTiny, distance);
+}
+
 Eigen::Vector3f BarycentricOn(const Eigen::Matrix3f& corners, const Eigen::Vector3f& p) {
   return ClosestBarycentric(p, corners.col(0), corners.col(1), corners.col(2));
 }
@@ -32,34 +40,18 @@ Layer::Part::Part(const Grid& grid, GridSurface s, float w, const SlabSteps* wan
       weight(w) {}
 
 float Layer::Part::Distance(int i, int j, int k) const {
-  const float distance = std::max(kTiny, band.Distance(i, j, k));
-  return inside.At(i, j, k) ? -distance : distance;
+  return Signed(band.Distance(i, j, k), inside.At(i, j, k));
 }
 
-Eigen::Vector3f Layer::Part::Gradient(int i, int j, int k) const {
-  const int32_t t = band.Triangle(i, j, k);
-  if (t < 0) return Eigen::Vector3f::Zero();
-  const float length = band.Distance(i, j, k);
-  if (length > kOnSurface) {
-    return (inside.At(i, j, k) ? -1 / length : 1 / length) * band.Offset(i, j, k);
+Eigen::Vector3f Layer::Part::Gradient(const DistanceBand::Entry& entry, bool is_inside) const {
+  if (entry.triangle < 0) return Eigen::Vector3f::Zero();
+  if (entry.distance > kOnSurface) {
+    return (is_inside ? -1 / entry.distance : 1 / entry.distance) * entry.offset;
   }
-  const Eigen::Matrix3f corners = CornersOf(surface, t);
+  const Eigen::Matrix3f corners = CornersOf(surface, entry.triangle);
   return (corners.col(1) - corners.col(0))
       .cross(corners.col(2) - corners.col(0))
       .stableNormalized();
-}
-
-int32_t Layer::Part::TriangleNear(int i, int j, int k) const {
-  float best = DistanceBand::kBandWidth;
-  int32_t t = -1;
-  for (int c = 0; c < 8; ++c) {
-    const int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2 & 1);
-    const float distance = band.Distance(x, y, z);
-    if (distance >= best) continue;
-    best = distance;
-    t = band.Triangle(x, y, z);
-  }
-  return t;
 }
 
 Layer::Layer(const Grid& grid, GridSurface surface, std::optional<float> sheet_motion) {
@@ -132,18 +124,55 @@ bool Layer::has_velocities() const {
 float Layer::Distance(int i, int j, int k) const {
   float sum = 0;
   for (const Part& part : parts_) sum += part.weight * part.Distance(i, j, k);
-  const float distance = std::max(kTiny, std::abs(sum));
-  return sum < 0 ? -distance : distance;
+  return NotZero(sum);
 }
 
 Eigen::Vector3f Layer::Gradient(int i, int j, int k) const {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  for (const Part& part : parts_) sum += part.weight * part.Gradient(i, j, k);
+  for (const Part& part : parts_) {
+    sum += part.weight * part.Gradient(part.band.At(i, j, k), part.inside.At(i, j, k));
+  }
   return sum;
 }
 
-Eigen::Vector3f Layer::Velocity(int i, int j, int k, const Eigen::Vector3f& p) const {
-  return MeanVelocity(p, [&](const Part& part) { return part.TriangleNear(i, j, k); });
+Layer::Corners Layer::AtCorners(int i, int j, int k) const {
+  Corners corners(*this);
+  for (size_t n = 0; n < parts_.size(); ++n) {
+    corners.parts_[n] = {parts_[n].band.AtCorners(i, j, k), parts_[n].inside.AtCorners(i, j, k)};
+  }
+  for (int c = 0; c < 8; ++c) {
+    float sum = 0;
+    for (size_t n = 0; n < parts_.size(); ++n) {
+      const Corners::OfPart& part = corners.parts_[n];
+      sum += parts_[n].weight * Signed(part.entries[c]->distance, (part.inside >> c & 1) != 0);
+    }
+    corners.distance_[c] = NotZero(sum);
+  }
+  return corners;
+}
+
+Eigen::Vector3f Layer::Corners::Gradient(int c) const {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (size_t n = 0; n < layer_->parts_.size(); ++n) {
+    const Part& part = layer_->parts_[n];
+    sum += part.weight * part.Gradient(*parts_[n].entries[c], (parts_[n].inside >> c & 1) != 0);
+  }
+  return sum;
+}
+
+// Of the triangle that is nearest to a corner.
+Eigen::Vector3f Layer::Corners::Velocity(const Eigen::Vector3f& p) const {
+  return layer_->MeanVelocity(p, [&](const Part& part) {
+    const OfPart& corners = parts_[&part - layer_->parts_.data()];
+    float best = DistanceBand::kBandWidth;
+    int32_t t = -1;
+    for (const DistanceBand::Entry* entry : corners.entries) {
+      if (entry->distance >= best) continue;
+      best = entry->distance;
+      t = entry->triangle;
+    }
+    return t;
+  });
 }
 
 Eigen::Vector3f Layer::SurfaceVelocity(int i, int j, int k) const {

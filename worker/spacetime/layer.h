@@ -40,8 +40,9 @@ class Layer {
   float Distance(int i, int j, int k) const;
   // Exact, also at sharp edges, where the distance is; zero beyond the band.
   Eigen::Vector3f Gradient(int i, int j, int k) const;
-  // Of the liquid at p near cell (i, j, k), metres per second.
-  Eigen::Vector3f Velocity(int i, int j, int k, const Eigen::Vector3f& p) const;
+  // The same at the corners of a voxel.
+  class Corners;
+  Corners AtCorners(int i, int j, int k) const;
   // Of the liquid where the surface is closest to the point; zero beyond the band.
   Eigen::Vector3f SurfaceVelocity(int i, int j, int k) const;
 
@@ -49,8 +50,7 @@ class Layer {
   struct Part {
     Part(const Grid& grid, GridSurface s, float w, const SlabSteps* wanted);
     float Distance(int i, int j, int k) const;
-    Eigen::Vector3f Gradient(int i, int j, int k) const;
-    int32_t TriangleNear(int i, int j, int k) const;
+    Eigen::Vector3f Gradient(const DistanceBand::Entry& entry, bool is_inside) const;
 
     GridSurface surface;
     InsideBits inside;
@@ -66,6 +66,28 @@ class Layer {
   std::vector<Part> parts_;  // one or two
   InsideBits inside_;
   std::vector<SheetPoint> sheet_points_;
+};
+
+// What a layer, which must outlive it, knows at the corners of a voxel, numbered by their bits x,
+// y, z.
+class Layer::Corners {
+ public:
+  float Distance(int c) const { return distance_[c]; }
+  Eigen::Vector3f Gradient(int c) const;
+  // Of the liquid at p near the voxel, metres per second.
+  Eigen::Vector3f Velocity(const Eigen::Vector3f& p) const;
+
+ private:
+  friend class Layer;
+  struct OfPart {
+    DistanceBand::Corners entries;
+    uint8_t inside;  // bit c: corner c is
+  };
+  explicit Corners(const Layer& layer) : layer_(&layer) {}
+
+  const Layer* layer_;
+  std::array<OfPart, 2> parts_;
+  std::array<float, 8> distance_;
 };
 
 }  // namespace liquidblend::spacetime

@@ -89,8 +89,8 @@ class Placer {
     const uint16_t inside =
         InsideCorners(*inside_[found.begin_layer], *inside_[found.end_layer], found.i, j, k);
     const auto span = static_cast<float>(found.end_layer - found.begin_layer);
-    const Cell cell{layers_.subspan(found.begin_layer, found.end_layer - found.begin_layer + 1),
-                    found.i, j, k, span * motion_ / static_cast<float>(slab_.steps.num_steps())};
+    const Cell cell(layers_.subspan(found.begin_layer, found.end_layer - found.begin_layer + 1),
+                    found.i, j, k, span * motion_ / static_cast<float>(slab_.steps.num_steps()));
     Slab::Cell added{found.i,
                      static_cast<int32_t>(slab_.num_vertices()),
                      inside,
@@ -125,11 +125,9 @@ class Placer {
     }
     slab_.vertices.push_back(p);
     if (!has_velocities_) return;
-    const auto velocity = [&](const Layer& layer) {
-      return layer.Velocity(cell.i, cell.j, cell.k, p.head<3>());
-    };
-    slab_.velocities.push_back((1.0f - local.w()) * velocity(*cell.layers.front()) +
-                               local.w() * velocity(*cell.layers.back()));
+    const Eigen::Vector3f at = p.head<3>();
+    slab_.velocities.push_back((1.0f - local.w()) * cell.first.Velocity(at) +
+                               local.w() * cell.last.Velocity(at));
   }
 
   const Grid& grid_;
@@ -156,12 +154,7 @@ const Slab::Cell* FindCell(const Grid& grid, const Slab& slab, int step, int i, 
 }
 
 uint16_t InsideCorners(const InsideBits& earlier, const InsideBits& later, int i, int j, int k) {
-  unsigned bits = 0;
-  for (int c = 0; c < 16; ++c) {
-    const InsideBits& layer = (c & 8) != 0 ? later : earlier;
-    if (layer.At(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2 & 1))) bits |= 1u << c;
-  }
-  return static_cast<uint16_t>(bits);
+  return static_cast<uint16_t>(earlier.AtCorners(i, j, k) | later.AtCorners(i, j, k) << 8);
 }
 
 Slab PlaceVertices(const Grid& grid, std::span<const Layer* const> layers, SlabSteps steps,
