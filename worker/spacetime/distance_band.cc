@@ -3,11 +3,16 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <optional>
 
 namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kNumRings = 3;  // beyond the points next to a triangle: 4 spacings in all
+// Triangles are handed on to what is further away; what is nearer is next to its triangle's box.
+constexpr float kExact = 1.0f;
 constexpr std::array<std::array<int, 3>, 6> kNeighbors = {
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
@@ -17,8 +22,26 @@ Eigen::Matrix3f CornersOf(const GridSurface& surface, int64_t t) {
   return corners;
 }
 
-Eigen::Vector3f OffsetFrom(const Eigen::Matrix3f& corners, const Eigen::Vector3f& p) {
-  return p - corners * ClosestBarycentric(p, corners.col(0), corners.col(1), corners.col(2));
+Eigen::Vector3f PointAt(int i, int j, int k) {
+  return {static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)};
+}
+
+template <typename Visit>
+void ForEachPoint(const Grid& grid, const PointBits& points, Visit&& visit) {
+  for (int k = 0; k < grid.dims[2]; ++k) {
+    for (int j = 0; j < grid.dims[1]; ++j) {
+      ForEachBit(points.Row(j, k), grid.words_per_row(), [&](int i) { visit(i, j, k); });
+    }
+  }
+}
+
+PointBits AllPoints(const Grid& grid) {
+  PointBits all(grid);
+  for (int64_t row = 0; row < grid.num_rows(); ++row) {
+    uint64_t* words = all.MutableRow(row);
+    for (int i = 0; i < grid.dims[0]; ++i) words[i >> 6] |= uint64_t{1} << (i & 63);
+  }
+  return all;
 }
 
 // Requires: x > -2^31.
@@ -99,11 +122,23 @@ Eigen::Vector3f ClosestBarycentric(const Eigen::Vector3f& p, const Eigen::Vector
       {ab.dot(ap), ac.dot(ap), ab.dot(bp), ac.dot(bp), ab.dot(cp), ac.dot(cp)});
 }
 
-DistanceBand::DistanceBand(const Grid& grid, const GridSurface& surface, const SlabSteps* wanted) {
-  for (int axis = 0; axis < 3; ++axis) block_dims_[axis] = (grid.dims[axis] + 7) / 8;
+DistanceBand::DistanceBand(const Grid& grid, const GridSurface& surface, const PointBits* needed)
+    : dims_(grid.dims) {
+  for (int axis = 0; axis < 3; ++axis) block_dims_[axis] = (dims_[axis] + 7) / 8;
   block_of_.assign(static_cast<int64_t>(block_dims_[0]) * block_dims_[1] * block_dims_[2], -1);
-  std::vector<Point> front = Rasterize(grid, surface, wanted);
-  for (int ring = 0; ring < kNumRings; ++ring) front = Grow(grid, surface, wanted, front);
+  if (needed == nullptr) {
+    const PointBits all = AllPoints(grid);
+    *this = DistanceBand(grid, surface, &all);
+    return;
+  }
+  FarPoints far = Rasterize(grid, surface, *needed);
+  if (!far.unknown.empty()) {
+    const FarPoints ways = Rasterize(grid, surface, WaysTo(grid, far.unknown, *needed));
+    far.known.insert(far.known.end(), ways.known.begin(), ways.known.end());
+    far.unknown.insert(far.unknown.end(), ways.unknown.begin(), ways.unknown.end());
+  }
+  far.known.insert(far.known.end(), far.unknown.begin(), far.unknown.end());
+  Grow(surface, std::move(far.known));
 }
 
 const DistanceBand::Entry DistanceBand::kBeyond;
@@ -124,95 +159,131 @@ DistanceBand::Corners DistanceBand::AtCorners(int i, int j, int k) const {
   return corners;
 }
 
-DistanceBand::Entry& DistanceBand::FindOrAdd(int i, int j, int k) {
-  int32_t& block = block_of_[BlockIndex(i, j, k)];
-  if (block < 0) {
-    block = static_cast<int32_t>(blocks_.size());
-    blocks_.emplace_back();
-  }
-  return blocks_[block][Slot(i, j, k)];
+int32_t DistanceBand::AddBlock() {
+  blocks_.emplace_back();
+  return static_cast<int32_t>(blocks_.size()) - 1;
 }
 
-// Exact distances at the grid points within one spacing of a triangle's box. They are squared until
-// all are known: a point that is not known yet is taken to be two spacings away.
-std::vector<DistanceBand::Point> DistanceBand::Rasterize(const Grid& grid,
-                                                         const GridSurface& surface,
-                                                         const SlabSteps* wanted) {
-  std::vector<Point> added;
-  for (int64_t t = 0; t < surface.triangles.cols(); ++t) {
-    const Eigen::Matrix3f corners = CornersOf(surface, t);
-    const Eigen::Array3f least = corners.rowwise().minCoeff(), most = corners.rowwise().maxCoeff();
-    Point lo, hi;
-    for (int axis = 0; axis < 3; ++axis) {
-      lo[axis] = std::max(0, Ceil(least[axis] - 1));
-      hi[axis] = std::min(grid.dims[axis] - 1, static_cast<int>(most[axis] + 1));
-    }
-    if (wanted != nullptr && wanted->Most(lo, hi) == 1) continue;
-    const auto sq_beyond = [&](int axis, int at) {
-      const auto x = static_cast<float>(at);
-      const float beyond = std::max({0.0f, least[axis] - x, x - most[axis]});
-      return beyond * beyond;
-    };
-    const Near triangle(corners);
-    for (int k = lo[2]; k <= hi[2]; ++k) {
-      const float beyond_z_sq = sq_beyond(2, k);
-      for (int j = lo[1]; j <= hi[1]; ++j) {
-        const float beyond_yz_sq = beyond_z_sq + sq_beyond(1, j);
-        for (int i = lo[0]; i <= hi[0]; ++i) {
-          Entry& entry = FindOrAdd(i, j, k);
-          const Eigen::Vector3f p(static_cast<float>(i), static_cast<float>(j),
-                                  static_cast<float>(k));
-          if (beyond_yz_sq + sq_beyond(0, i) >= entry.distance) continue;
-          if (triangle.IsPlaneBeyond(p, entry.distance)) continue;
-          const Eigen::Vector3f offset = triangle.Offset(p);
-          const float distance_sq = offset.squaredNorm();
-          if (distance_sq >= entry.distance) continue;
-          if (entry.triangle < 0) added.push_back({i, j, k});
-          entry = {distance_sq, static_cast<int32_t>(t), offset};
-        }
+// Exact distances at the grid points within one spacing of the triangle's box. They are squared
+// until those of all triangles are known: a point that is not known yet is taken to be two spacings
+// away.
+void DistanceBand::Rasterize(const GridSurface& surface, int32_t t, const PointBits& needed) {
+  const Eigen::Matrix3f corners = CornersOf(surface, t);
+  const Eigen::Array3f least = corners.rowwise().minCoeff(), most = corners.rowwise().maxCoeff();
+  Point lo, hi;
+  for (int axis = 0; axis < 3; ++axis) {
+    lo[axis] = std::max(0, Ceil(least[axis] - 1));
+    hi[axis] = std::min(dims_[axis] - 1, static_cast<int>(most[axis] + 1));
+  }
+  const auto sq_beyond = [&](int axis, int at) {
+    const auto x = static_cast<float>(at);
+    const float beyond = std::max({0.0f, least[axis] - x, x - most[axis]});
+    return beyond * beyond;
+  };
+  std::optional<Near> triangle;
+  const auto consider = [&](int i, int j, int k, float sq_beyond_yz) {
+    Entry& entry = FindOrAdd(i, j, k);
+    if (sq_beyond_yz + sq_beyond(0, i) >= entry.distance) return;
+    if (!triangle) triangle.emplace(corners);
+    const Eigen::Vector3f p = PointAt(i, j, k);
+    if (triangle->IsPlaneBeyond(p, entry.distance)) return;
+    const Eigen::Vector3f offset = triangle->Offset(p);
+    const float distance_sq = offset.squaredNorm();
+    if (distance_sq < entry.distance) entry = {distance_sq, t, offset};
+  };
+  for (int k = lo[2]; k <= hi[2]; ++k) {
+    for (int j = lo[1]; j <= hi[1]; ++j) {
+      const float sq_beyond_yz = sq_beyond(1, j) + sq_beyond(2, k);
+      for (int begin = lo[0]; begin <= hi[0]; begin += 64) {
+        uint64_t bits = needed.From(begin, j, k);
+        if (hi[0] - begin < 63) bits &= (uint64_t{2} << (hi[0] - begin)) - 1;
+        ForEachBit(&bits, 1, [&](int n) { consider(begin + n, j, k, sq_beyond_yz); });
       }
     }
   }
-  for (const Point& p : added) {
-    Entry& entry = FindOrAdd(p[0], p[1], p[2]);
-    entry.distance = std::sqrt(entry.distance);
-  }
-  return added;
 }
 
-// Adds the points next to `front`, each with that of its known neighbours' triangles whose closest
-// point to the neighbour is nearest.
-std::vector<DistanceBand::Point> DistanceBand::Grow(const Grid& grid, const GridSurface& surface,
-                                                    const SlabSteps* wanted,
-                                                    const std::vector<Point>& front) {
-  std::vector<Point> added;
-  for (const Point& from : front) {
+DistanceBand::FarPoints DistanceBand::Rasterize(const Grid& grid, const GridSurface& surface,
+                                                const PointBits& needed) {
+  for (int32_t t = 0; t < surface.triangles.cols(); ++t) Rasterize(surface, t, needed);
+  FarPoints far;
+  ForEachPoint(grid, needed, [&](int i, int j, int k) {
+    const int32_t block = block_of_[BlockIndex(i, j, k)];
+    Entry* entry = block < 0 ? nullptr : &blocks_[block][Slot(i, j, k)];
+    if (entry == nullptr || entry->triangle < 0) {
+      far.unknown.push_back({i, j, k});
+      return;
+    }
+    entry->distance = std::sqrt(entry->distance);
+    if (entry->distance > kExact) far.known.push_back({i, j, k});
+  });
+  return far;
+}
+
+// The points on the way to unknown ones that are not needed themselves.
+PointBits DistanceBand::WaysTo(const Grid& grid, const std::vector<Point>& unknown,
+                               const PointBits& needed) {
+  PointBits ways(grid);
+  for (const Point& p : unknown) {
+    for (int dk = -kNumRings; dk <= kNumRings; ++dk) {
+      const int across = kNumRings - std::abs(dk);
+      for (int dj = -across; dj <= across; ++dj) {
+        const int along = across - std::abs(dj), j = p[1] + dj, k = p[2] + dk;
+        if (j < 0 || j >= grid.dims[1] || k < 0 || k >= grid.dims[2]) continue;
+        const int end = std::min(grid.dims[0] - 1, p[0] + along);
+        for (int i = std::max(0, p[0] - along); i <= end; ++i) ways.Set(grid, i, j, k);
+      }
+    }
+  }
+  for (size_t w = 0; w < needed.words().size(); ++w) ways.words()[w] &= ~needed.words()[w];
+  return ways;
+}
+
+// Of the points next to p, the triangle whose closest point to its neighbour is nearest to p; -1:
+// none is nearer than what p has.
+int32_t DistanceBand::TriangleAround(const Point& p) const {
+  const Entry& own = At(p[0], p[1], p[2]);
+  float nearest_sq =
+      own.triangle < 0 ? std::numeric_limits<float>::infinity() : own.distance * own.distance;
+  int32_t triangle = -1;
+  for (const auto& step : kNeighbors) {
+    const Point from = {p[0] - step[0], p[1] - step[1], p[2] - step[2]};
+    bool outside = false;
+    for (int axis = 0; axis < 3; ++axis) outside |= from[axis] < 0 || from[axis] >= dims_[axis];
+    if (outside) continue;
     const Entry& known = At(from[0], from[1], from[2]);
-    const int32_t triangle = known.triangle;
-    const Eigen::Vector3f offset = known.offset;
-    for (const auto& step : kNeighbors) {
-      const Point to = {from[0] + step[0], from[1] + step[1], from[2] + step[2]};
-      bool outside = false;
-      for (int axis = 0; axis < 3; ++axis) {
-        outside |= to[axis] < 0 || to[axis] >= grid.dims[axis];
+    if (known.triangle < 0 || known.triangle == own.triangle) continue;
+    const float sq = (known.offset + PointAt(step[0], step[1], step[2])).squaredNorm();
+    if (sq >= nearest_sq) continue;
+    nearest_sq = sq;
+    triangle = known.triangle;
+  }
+  return triangle;
+}
+
+// Hands triangles on to the points, one step in each ring.
+void DistanceBand::Grow(const GridSurface& surface, std::vector<Point> points) {
+  std::vector<int32_t> triangles;
+  for (int ring = 0; ring < kNumRings && !points.empty(); ++ring) {
+    triangles.clear();
+    for (const Point& p : points) triangles.push_back(TriangleAround(p));
+    size_t num_left = 0;
+    for (size_t n = 0; n < points.size(); ++n) {
+      const Point& p = points[n];
+      if (triangles[n] >= 0) {
+        const Eigen::Vector3f offset =
+            Near(CornersOf(surface, triangles[n])).Offset(PointAt(p[0], p[1], p[2]));
+        Entry& entry = FindOrAdd(p[0], p[1], p[2]);
+        const float distance = offset.norm();
+        if (entry.triangle < 0 || distance < entry.distance) {
+          entry = {distance, triangles[n], offset};
+        }
+      } else if (At(p[0], p[1], p[2]).triangle < 0) {
+        points[num_left++] = p;
       }
-      if (outside || (wanted != nullptr && wanted->OfVoxel(to[0], to[1], to[2]) == 1)) continue;
-      Entry& entry = FindOrAdd(to[0], to[1], to[2]);
-      if (entry.triangle == triangle) continue;
-      const Eigen::Vector3f along = Eigen::Vector3i(step[0], step[1], step[2]).cast<float>();
-      const float bound = (offset + along).norm();
-      if (entry.triangle >= 0 && bound >= entry.distance) continue;
-      if (entry.triangle < 0) added.push_back(to);
-      entry = {bound, triangle, offset + along};
     }
+    points.resize(num_left);
   }
-  for (const Point& p : added) {
-    Entry& entry = FindOrAdd(p[0], p[1], p[2]);
-    entry.offset = OffsetFrom(CornersOf(surface, entry.triangle),
-                              Eigen::Vector3i(p[0], p[1], p[2]).cast<float>());
-    entry.distance = entry.offset.norm();
-  }
-  return added;
 }
 
 }  // namespace liquidblend::spacetime

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "worker/spacetime/grid.h"
-#include "worker/spacetime/slab_steps.h"
 
 namespace liquidblend::spacetime {
 
@@ -28,8 +27,8 @@ class DistanceBand {
 
   // Exact next to the surface; further out a triangle is handed on from point to point, not always
   // the very closest: up to a tenth of a spacing too far.
-  //   wanted  if not null: only where this is cut
-  DistanceBand(const Grid& grid, const GridSurface& surface, const SlabSteps* wanted = nullptr);
+  //   needed  if not null: what is asked for
+  DistanceBand(const Grid& grid, const GridSurface& surface, const PointBits* needed = nullptr);
 
   const Entry& At(int i, int j, int k) const {
     const int32_t block = block_of_[BlockIndex(i, j, k)];
@@ -47,14 +46,25 @@ class DistanceBand {
   int64_t BlockIndex(int i, int j, int k) const {
     return (static_cast<int64_t>(k >> 3) * block_dims_[1] + (j >> 3)) * block_dims_[0] + (i >> 3);
   }
-  Entry& FindOrAdd(int i, int j, int k);
-  std::vector<Point> Rasterize(const Grid& grid, const GridSurface& surface,
-                               const SlabSteps* wanted);
-  std::vector<Point> Grow(const Grid& grid, const GridSurface& surface, const SlabSteps* wanted,
-                          const std::vector<Point>& front);
+  Entry& FindOrAdd(int i, int j, int k) {
+    int32_t& block = block_of_[BlockIndex(i, j, k)];
+    if (block < 0) block = AddBlock();
+    return blocks_[block][Slot(i, j, k)];
+  }
+  int32_t AddBlock();
+  // Not next to the surface, or not known at all yet.
+  struct FarPoints {
+    std::vector<Point> known, unknown;
+  };
+  FarPoints Rasterize(const Grid& grid, const GridSurface& surface, const PointBits& needed);
+  void Rasterize(const GridSurface& surface, int32_t t, const PointBits& needed);
+  static PointBits WaysTo(const Grid& grid, const std::vector<Point>& unknown,
+                          const PointBits& needed);
+  void Grow(const GridSurface& surface, std::vector<Point> points);
+  int32_t TriangleAround(const Point& p) const;
 
   static const Entry kBeyond;
-  std::array<int, 3> block_dims_;
+  std::array<int, 3> dims_, block_dims_;
   std::vector<int32_t> block_of_;
   std::vector<Block> blocks_;
 };

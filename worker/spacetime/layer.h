@@ -10,23 +10,41 @@
 #include "worker/spacetime/distance_band.h"
 #include "worker/spacetime/grid.h"
 #include "worker/spacetime/sheet_points.h"
-#include "worker/spacetime/slab_steps.h"
 
 namespace liquidblend::spacetime {
+
+// What a layer is sampled from.
+struct LayerSource {
+  // A surface that shows the moment.
+  struct View {
+    GridSurface surface;
+    InsideBits inside;
+    float weight;
+  };
+
+  // One surface.
+  //   sheet_motion  spacings that one metre per second goes from layer to layer; without it, thin
+  //                 sheets get no points of their own
+  // Requires: a closed, oriented surface within the grid.
+  LayerSource(const Grid& grid, GridSurface surface, std::optional<float> sheet_motion = {});
+  // A frame moved forward and the next one moved back, weighted 1 - share and share.
+  LayerSource(const Grid& grid, GridSurface forward, GridSurface backward, float share,
+              std::optional<float> sheet_motion = {});
+
+  // What may be inside of the layer, the points around its thin sheets among it; empty without any.
+  InsideBits AroundSheets(const Grid& grid) const;
+
+  std::vector<View> views;  // one or two
+  std::vector<SheetPoint> sheet_points;
+};
 
 // Distances and gradients are in grid units, negative inside.
 class Layer {
  public:
-  // The distance to one surface.
-  //   sheet_motion  spacings that one metre per second goes from layer to layer; without it, thin
-  //                 sheets get no points of their own
-  // Requires: a closed, oriented surface within the grid.
-  Layer(const Grid& grid, GridSurface surface, std::optional<float> sheet_motion = {});
-
-  // The mean of the distances to two surfaces that show the same moment, weighted 1 - share and
-  // share: a frame moved forward and the next one moved back. Known where `wanted` is cut.
-  Layer(const Grid& grid, GridSurface forward, GridSurface backward, float share,
-        const SlabSteps& wanted, std::optional<float> sheet_motion = {});
+  // The mean of the distances to the source's surfaces.
+  //   needed  if not null: the points that are known, among them those where the views differ and
+  //           those around thin sheets
+  Layer(const Grid& grid, LayerSource source, const PointBits* needed = nullptr);
 
   // The sheet points among them, which may lie outside of the liquid.
   const InsideBits& inside() const { return inside_; }
@@ -48,20 +66,17 @@ class Layer {
 
  private:
   struct Part {
-    Part(const Grid& grid, GridSurface s, float w, const SlabSteps* wanted);
+    Part(const Grid& grid, LayerSource::View v, const PointBits* needed);
     float Distance(int i, int j, int k) const;
     Eigen::Vector3f Gradient(const DistanceBand::Entry& entry, bool is_inside) const;
 
-    GridSurface surface;
-    InsideBits inside;
+    LayerSource::View view;
     DistanceBand band;
-    float weight;
   };
   // At p, of each part's triangle_of(part), if it is not -1.
   template <typename TriangleOf>
   Eigen::Vector3f MeanVelocity(const Eigen::Vector3f& p, TriangleOf&& triangle_of) const;
   void BlendInside(const Grid& grid);
-  void MarkSheets(const Grid& grid, const GridSurface& surface, std::optional<float> motion);
 
   std::vector<Part> parts_;  // one or two
   InsideBits inside_;
