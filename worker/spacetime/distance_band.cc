@@ -2,10 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <optional>
+
+#include "worker/spacetime/near_triangle.h"
 
 namespace liquidblend::spacetime {
 namespace {
@@ -50,76 +53,42 @@ int Ceil(float x) {
   return static_cast<float>(truncated) < x ? truncated + 1 : truncated;
 }
 
-// The dot products of a triangle's sides ab and ac with the ways from its corners to a point p.
-struct Dots {
-  float ab_ap, ac_ap, ab_bp, ac_bp, ab_cp, ac_cp;
-};
+Eigen::Vector3f OffsetFrom(const Eigen::Matrix3f& corners, const Eigen::Vector3f& p) {
+  return p - corners * ClosestBarycentric(p, corners.col(0), corners.col(1), corners.col(2));
+}
+
+}  // namespace
 
 // Ericson, Real-Time Collision Detection, section 5.1.5.
-Eigen::Vector3f ClosestBarycentric(const Dots& d) {
-  if (d.ab_ap <= 0 && d.ac_ap <= 0) return {1, 0, 0};
-  if (d.ab_bp >= 0 && d.ac_bp <= d.ab_bp) return {0, 1, 0};
-  const float vc = d.ab_ap * d.ac_bp - d.ab_bp * d.ac_ap;
-  if (vc <= 0 && d.ab_ap >= 0 && d.ab_bp <= 0 && d.ab_ap - d.ab_bp > 0) {
-    const float v = d.ab_ap / (d.ab_ap - d.ab_bp);
+Eigen::Vector3f ClosestBarycentric(const Eigen::Vector3f& p, const Eigen::Vector3f& a,
+                                   const Eigen::Vector3f& b, const Eigen::Vector3f& c) {
+  const Eigen::Vector3f ab = b - a, ac = c - a, ap = p - a;
+  const float d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const Eigen::Vector3f bp = p - b;
+  const float d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const float vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 - d3 > 0) {
+    const float v = d1 / (d1 - d3);
     return {1 - v, v, 0};
   }
-  if (d.ac_cp >= 0 && d.ab_cp <= d.ac_cp) return {0, 0, 1};
-  const float vb = d.ab_cp * d.ac_ap - d.ab_ap * d.ac_cp;
-  if (vb <= 0 && d.ac_ap >= 0 && d.ac_cp <= 0 && d.ac_ap - d.ac_cp > 0) {
-    const float w = d.ac_ap / (d.ac_ap - d.ac_cp);
+  const Eigen::Vector3f cp = p - c;
+  const float d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const float vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 - d6 > 0) {
+    const float w = d2 / (d2 - d6);
     return {1 - w, 0, w};
   }
-  const float va = d.ab_bp * d.ac_cp - d.ab_cp * d.ac_bp;
-  const float to_b = d.ab_cp - d.ac_cp, to_c = d.ac_bp - d.ab_bp;
-  if (va <= 0 && to_c >= 0 && to_b >= 0 && to_c + to_b > 0) {
-    const float w = to_c / (to_c + to_b);
+  const float va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0 && (d4 - d3) + (d5 - d6) > 0) {
+    const float w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
     return {0, 1 - w, w};
   }
   const float sum = va + vb + vc;
   if (!(sum > 0)) return {1, 0, 0};  // a triangle without area
   return {va / sum, vb / sum, vc / sum};
-}
-
-// A triangle and what its distances to many points have in common.
-class Near {
- public:
-  explicit Near(const Eigen::Matrix3f& corners)
-      : a_(corners.col(0)),
-        ab_(corners.col(1) - corners.col(0)),
-        ac_(corners.col(2) - corners.col(0)),
-        normal_(ab_.cross(ac_)),
-        ab_ab_(ab_.squaredNorm()),
-        ab_ac_(ab_.dot(ac_)),
-        ac_ac_(ac_.squaredNorm()),
-        normal_sq_(normal_.squaredNorm()) {}
-
-  // Whether its plane is further from p than this; then so are all of its points.
-  bool IsPlaneBeyond(const Eigen::Vector3f& p, float distance_sq) const {
-    const float scaled = normal_.dot(p - a_);
-    return scaled * scaled > distance_sq * normal_sq_;
-  }
-  // From the closest point to p.
-  Eigen::Vector3f Offset(const Eigen::Vector3f& p) const {
-    const Eigen::Vector3f ap = p - a_;
-    const float ab_ap = ab_.dot(ap), ac_ap = ac_.dot(ap);
-    const Eigen::Vector3f w = ClosestBarycentric(
-        {ab_ap, ac_ap, ab_ap - ab_ab_, ac_ap - ab_ac_, ab_ap - ab_ac_, ac_ap - ac_ac_});
-    return ap - w[1] * ab_ - w[2] * ac_;
-  }
-
- private:
-  Eigen::Vector3f a_, ab_, ac_, normal_;
-  float ab_ab_, ab_ac_, ac_ac_, normal_sq_;
-};
-
-}  // namespace
-
-Eigen::Vector3f ClosestBarycentric(const Eigen::Vector3f& p, const Eigen::Vector3f& a,
-                                   const Eigen::Vector3f& b, const Eigen::Vector3f& c) {
-  const Eigen::Vector3f ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  return ClosestBarycentric(
-      {ab.dot(ap), ac.dot(ap), ab.dot(bp), ac.dot(bp), ab.dot(cp), ac.dot(cp)});
 }
 
 DistanceBand::DistanceBand(const Grid& grid, const GridSurface& surface, const PointBits* needed)
@@ -180,24 +149,41 @@ void DistanceBand::Rasterize(const GridSurface& surface, int32_t t, const PointB
     const float beyond = std::max({0.0f, least[axis] - x, x - most[axis]});
     return beyond * beyond;
   };
-  std::optional<Near> triangle;
-  const auto consider = [&](int i, int j, int k, float sq_beyond_yz) {
-    Entry& entry = FindOrAdd(i, j, k);
-    if (sq_beyond_yz + sq_beyond(0, i) >= entry.distance) return;
-    if (!triangle) triangle.emplace(corners);
-    const Eigen::Vector3f p = PointAt(i, j, k);
-    if (triangle->IsPlaneBeyond(p, entry.distance)) return;
-    const Eigen::Vector3f offset = triangle->Offset(p);
-    const float distance_sq = offset.squaredNorm();
-    if (distance_sq < entry.distance) entry = {distance_sq, t, offset};
-  };
+  std::optional<NearTriangle> triangle;
   for (int k = lo[2]; k <= hi[2]; ++k) {
     for (int j = lo[1]; j <= hi[1]; ++j) {
       const float sq_beyond_yz = sq_beyond(1, j) + sq_beyond(2, k);
-      for (int begin = lo[0]; begin <= hi[0]; begin += 64) {
-        uint64_t bits = needed.From(begin, j, k);
-        if (hi[0] - begin < 63) bits &= (uint64_t{2} << (hi[0] - begin)) - 1;
-        ForEachBit(&bits, 1, [&](int n) { consider(begin + n, j, k, sq_beyond_yz); });
+      for (int i = lo[0]; i <= hi[0]; i += 4) {
+        const unsigned in_box = hi[0] - i < 3 ? (2u << (hi[0] - i)) - 1 : 15u;
+        const unsigned points = static_cast<unsigned>(needed.From(i, j, k)) & in_box;
+        std::array<Entry*, 4> entries;
+        float furthest_sq = 0;
+        for (unsigned rest = points; rest != 0; rest &= rest - 1) {
+          const int n = std::countr_zero(rest);
+          entries[n] = &blocks_[block_of_[BlockIndex(i + n, j, k)]][Slot(i + n, j, k)];
+          furthest_sq = std::max(furthest_sq, entries[n]->distance);
+        }
+        if (sq_beyond_yz >= furthest_sq) continue;
+        if (!triangle) triangle.emplace(corners);
+        const FourOffsets offsets = triangle->OffsetsOfRow(
+            static_cast<float>(i), static_cast<float>(j), static_cast<float>(k));
+        for (unsigned rest = points; rest != 0; rest &= rest - 1) {
+          const int n = std::countr_zero(rest);
+          if (offsets.length_sq[n] >= entries[n]->distance) continue;
+          *entries[n] = {offsets.length_sq[n], t, {offsets.x[n], offsets.y[n], offsets.z[n]}};
+        }
+      }
+    }
+  }
+}
+
+// The blocks of these points.
+void DistanceBand::AddBlocks(const Grid& grid, const PointBits& points) {
+  for (int k = 0; k < grid.dims[2]; ++k) {
+    for (int j = 0; j < grid.dims[1]; ++j) {
+      const uint64_t* row = points.Row(j, k);
+      for (int i = 0; i < grid.dims[0]; i += 8) {
+        if ((row[i >> 6] >> (i & 63) & 0xff) != 0) FindOrAdd(i, j, k);
       }
     }
   }
@@ -205,17 +191,17 @@ void DistanceBand::Rasterize(const GridSurface& surface, int32_t t, const PointB
 
 DistanceBand::FarPoints DistanceBand::Rasterize(const Grid& grid, const GridSurface& surface,
                                                 const PointBits& needed) {
+  AddBlocks(grid, needed);
   for (int32_t t = 0; t < surface.triangles.cols(); ++t) Rasterize(surface, t, needed);
   FarPoints far;
   ForEachPoint(grid, needed, [&](int i, int j, int k) {
-    const int32_t block = block_of_[BlockIndex(i, j, k)];
-    Entry* entry = block < 0 ? nullptr : &blocks_[block][Slot(i, j, k)];
-    if (entry == nullptr || entry->triangle < 0) {
+    Entry& entry = FindOrAdd(i, j, k);
+    if (entry.triangle < 0) {
       far.unknown.push_back({i, j, k});
       return;
     }
-    entry->distance = std::sqrt(entry->distance);
-    if (entry->distance > kExact) far.known.push_back({i, j, k});
+    entry.distance = std::sqrt(entry.distance);
+    if (entry.distance > kExact) far.known.push_back({i, j, k});
   });
   return far;
 }
@@ -272,7 +258,7 @@ void DistanceBand::Grow(const GridSurface& surface, std::vector<Point> points) {
       const Point& p = points[n];
       if (triangles[n] >= 0) {
         const Eigen::Vector3f offset =
-            Near(CornersOf(surface, triangles[n])).Offset(PointAt(p[0], p[1], p[2]));
+            OffsetFrom(CornersOf(surface, triangles[n]), PointAt(p[0], p[1], p[2]));
         Entry& entry = FindOrAdd(p[0], p[1], p[2]);
         const float distance = offset.norm();
         if (entry.triangle < 0 || distance < entry.distance) {

@@ -52,6 +52,7 @@ class DistanceBand {
     return blocks_[block][Slot(i, j, k)];
   }
   int32_t AddBlock();
+  void AddBlocks(const Grid& grid, const PointBits& points);
   // Not next to the surface, or not known at all yet.
   struct FarPoints {
     std::vector<Point> known, unknown;
