@@ -16,11 +16,17 @@ constexpr int kMeetSteps = 3;
 constexpr float kDamping = 0.05f;  // per plane
 // The sides of a thin sheet may be further from its points than the points are from one another.
 constexpr float kBeyondCell = 1.5f;
+constexpr float kLeastGradient = 1e-3f;
 constexpr float kMinSlope = 0.1f;  // of a plane in space
 
-Eigen::Vector4f CornerOf(int c) {
-  return Eigen::Vector4i(c & 1, c >> 1 & 1, c >> 2 & 1, c >> 3 & 1).cast<float>();
-}
+// Bits of the index: x, y, z, t.
+const std::array<Eigen::Vector4f, 16> kCorners = [] {
+  std::array<Eigen::Vector4f, 16> corners;
+  for (int c = 0; c < 16; ++c) {
+    corners[c] = Eigen::Vector4i(c & 1, c >> 1 & 1, c >> 2 & 1, c >> 3).cast<float>();
+  }
+  return corners;
+}();
 
 // A margin in space would push walls that lie in a grid plane off it.
 //   beyond  how far outside of the cell it may be in space
@@ -78,10 +84,9 @@ class Planes {
  public:
   // Where the distance `phi` at `p`, continued along its gradient, is zero.
   void Add(const Eigen::Vector4f& gradient, const Eigen::Vector4f& p, float phi) {
-    const float length = gradient.norm();
-    if (!(length > 1e-3f)) return;
-    const Eigen::Vector4f normal = gradient / length;
-    AddPlane(normal, (gradient.dot(p) - phi) / length);
+    const float length_sq = gradient.squaredNorm();
+    if (!(length_sq > kLeastGradient * kLeastGradient)) return;
+    AddPlane(gradient, gradient.dot(p) - phi, 1.0f / length_sq);
   }
   // One that stands still, through p.
   void AddStill(const Eigen::Vector3f& normal, const Eigen::Vector3f& p) {
@@ -89,7 +94,7 @@ class Planes {
     if (!(length > kMinSlope)) return;
     Eigen::Vector4f unit = Eigen::Vector4f::Zero();
     unit.head<3>() = normal / length;
-    AddPlane(unit, unit.head<3>().dot(p));
+    AddPlane(unit, unit.head<3>().dot(p), 1.0f);
   }
   bool empty() const { return count_ == 0; }
 
@@ -105,9 +110,11 @@ class Planes {
   }
 
  private:
-  void AddPlane(const Eigen::Vector4f& normal, float offset) {
-    matrix_ += normal * normal.transpose();
-    rhs_ += offset * normal;
+  // Where normal * x = offset.
+  void AddPlane(const Eigen::Vector4f& normal, float offset, float inverse_sq_of_normal) {
+    const Eigen::Vector4f scaled = inverse_sq_of_normal * normal;
+    matrix_ += scaled * normal.transpose();
+    rhs_ += offset * scaled;
     ++count_;
   }
 
@@ -141,7 +148,7 @@ Eigen::Vector4f MeetInCell(const Cell& cell, uint32_t edges) {
   uint32_t corners = 0;
   ForEachEdge(edges, [&](int, int lower, int upper) {
     corners |= uint32_t{1} << lower | uint32_t{1} << upper;
-    crossing.AddCrossing(CornerOf(lower), cell.Distance(lower), CornerOf(upper),
+    crossing.AddCrossing(kCorners[lower], cell.Distance(lower), kCorners[upper],
                          cell.Distance(upper));
   });
   Planes planes;
@@ -149,7 +156,7 @@ Eigen::Vector4f MeetInCell(const Cell& cell, uint32_t edges) {
     const int c = std::countr_zero(corners);
     Eigen::Vector4f gradient;
     gradient << cell.Gradient(c), cell.Distance(c | 8) - cell.Distance(c & 7);
-    planes.Add(gradient, CornerOf(c), cell.Distance(c));
+    planes.Add(gradient, kCorners[c], cell.Distance(c));
   }
   return planes.Meet(ClampToCell(crossing.Get()));
 }
@@ -168,7 +175,7 @@ class CellPoints {
   explicit CellPoints(const Cell& cell) : cell_(cell) {}
   int span() const { return static_cast<int>(cell_.layers.size()) - 1; }
   Eigen::Vector4f At(int corner, int layer) const {
-    Eigen::Vector4f p = CornerOf(corner);
+    Eigen::Vector4f p = kCorners[corner];
     p.w() = static_cast<float>(layer) / static_cast<float>(span());
     return p;
   }

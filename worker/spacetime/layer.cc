@@ -19,6 +19,13 @@ Eigen::Matrix3f CornersOf(const GridSurface& surface, int32_t t) {
   return corners;
 }
 
+Eigen::Vector3f UnitNormal(const GridSurface& surface, int32_t t) {
+  const Eigen::Matrix3f corners = CornersOf(surface, t);
+  return (corners.col(1) - corners.col(0))
+      .cross(corners.col(2) - corners.col(0))
+      .stableNormalized();
+}
+
 float Signed(float distance, bool is_inside) {
   return is_inside ? -std::max(kTiny, distance) : std::max(kTiny, distance);
 }
@@ -76,10 +83,7 @@ Eigen::Vector3f Layer::Part::Gradient(const DistanceBand::Entry& entry, bool is_
   if (entry.distance > kOnSurface) {
     return (is_inside ? -1 / entry.distance : 1 / entry.distance) * entry.offset;
   }
-  const Eigen::Matrix3f corners = CornersOf(view.surface, entry.triangle);
-  return (corners.col(1) - corners.col(0))
-      .cross(corners.col(2) - corners.col(0))
-      .stableNormalized();
+  return UnitNormal(view.surface, entry.triangle);
 }
 
 Layer::Layer(const Grid& grid, LayerSource source, const PointBits* needed) {
