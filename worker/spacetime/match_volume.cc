@@ -9,8 +9,7 @@ namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kRounds = 4;
-constexpr double kLeastOffsetEdges = 1e-5;  // of all frames: that is near enough
-constexpr double kMaxOffsetEdges = 0.1;     // a frame that needs more is left as it is
+constexpr double kMaxOffsetEdges = 0.1;  // a frame that needs more is left as it is
 
 struct Slice {
   double volume_m3 = 0, area_m2 = 0;
@@ -53,11 +52,6 @@ void MatchVolumes(std::span<const FrameHexahedra> frames, const parallel::Arena&
   for (int round = 0; round < kRounds; ++round) {
     arena.Run(static_cast<int64_t>(frames.size()),
               [&](int64_t n) { offset[n] = OffsetOf(mesh, frames[n]); });
-    if (std::all_of(offset.begin(), offset.end(), [&](double offset_m) {
-          return std::abs(offset_m) < kLeastOffsetEdges * mesh.edge_length_m;
-        })) {
-      return;
-    }
     arena.For(mesh.num_vertices(), [&](int64_t v) {
       if (rigid[v]) return;
       const double time = mesh.vertices(3, v);
