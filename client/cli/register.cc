@@ -106,8 +106,8 @@ void AddSpaceTimeFlags(SpaceTimeOptions& options, CLI::App& command) {
       ->check(CLI::NonNegativeNumber);
   command
       .add_option("--keep-thin-sheets", options.keep_thin_sheets,
-                  "Sheets thinner than the grid's spacing stay whole instead of tearing, at the\n"
-                  "risk of small flakes inside out (off)")
+                  "Sheets thinner than the grid's spacing stay whole instead of tearing (on), at\n"
+                  "the cost of some time and of a few small flakes inside out")
       ->transform(OnOff())
       ->type_name("on|off");
 }

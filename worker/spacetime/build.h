@@ -31,8 +31,8 @@ struct BuildOptions {
   // first, coarse registration. [1, 32]; a tracked animation has no coarser mesh and takes 1 only.
   double edge_scale = 1.0;
   // Sheets thinner than the spacing stay whole instead of tearing (sheet_points.h). At rims and
-  // where such a sheet moves fast, pieces of it may then be inside out.
-  bool keep_thin_sheets = false;
+  // where such a sheet moves fast, a few flakes of it may then be inside out.
+  bool keep_thin_sheets = true;
   // Of all animations: sheets up to this thickness are flagged; [0, 16] mean edge lengths, 0: none
   double sheet_thickness_edges = 1.5;
   absl::Status Validate() const;  // names the first field out of range, and its value

@@ -35,18 +35,6 @@ std::array<Face, kNumFaces> MakeFaces() {
   return faces;
 }
 
-uint32_t CrossedEdges(uint16_t inside) {
-  uint32_t crossed = 0;
-  for (int axis = 0; axis < 4; ++axis) {
-    for (int corner = 0; corner < 16; ++corner) {
-      if ((corner >> axis & 1) != 0) continue;
-      const bool differ = ((inside >> corner ^ inside >> (corner | 1 << axis)) & 1) != 0;
-      if (differ) crossed |= uint32_t{1} << CellEdge(axis, corner);
-    }
-  }
-  return crossed;
-}
-
 using Links = std::array<uint32_t, kNumCellEdges>;  // per edge: those it is connected to
 
 void Link(int a, int b, Links& links) {
@@ -73,6 +61,18 @@ Links LinkEdges(uint16_t inside, uint32_t crossed) {
 }
 
 }  // namespace
+
+uint32_t CrossedEdges(uint16_t inside) {
+  const uint32_t bits = inside;
+  // Along each axis the ends that differ, at the lower ones, whose numbers then close up.
+  uint32_t x = (bits ^ bits >> 1) & 0x5555, y = (bits ^ bits >> 2) & 0x3333;
+  x = (x | x >> 1) & 0x3333;
+  x = (x | x >> 2) & 0x0f0f;
+  y = (y | y >> 2) & 0x0f0f;
+  const uint32_t z = (bits ^ bits >> 4) & 0x0f0f, t = (bits ^ bits >> 8) & 0xff;
+  const auto halves = [](uint32_t low_nibbles) { return (low_nibbles | low_nibbles >> 4) & 0xff; };
+  return halves(x) | halves(y) << 8 | halves(z) << 16 | t << 24;
+}
 
 CellSheets FindSheets(uint16_t inside) {
   CellSheets sheets;

@@ -12,6 +12,15 @@ inline int CellEdge(int axis, int lower_corner) {
   const int below = lower_corner & ((1 << axis) - 1), above = lower_corner >> (axis + 1);
   return axis * 8 + (below | above << axis);
 }
+inline int AxisOf(int edge) { return edge / 8; }
+inline int LowerEnd(int edge) {
+  const int axis = AxisOf(edge), rest = edge % 8;
+  return (rest & ((1 << axis) - 1)) | rest >> axis << (axis + 1);
+}
+
+// The edges whose ends differ, a bit each.
+//   inside  bit c: corner c is inside
+uint32_t CrossedEdges(uint16_t inside);
 
 struct CellSheets {
   int count = 0;                               // 0: the corners are all inside or all outside
@@ -24,6 +33,7 @@ struct CellSheets {
 // kept apart, alike in all cells that share the face. So each facet of the dual complex belongs to
 // two cells of it, but for rare faces whose two sheets meet again in all four cells around.
 //   inside  bit c: corner c is inside
+// Most cells have one sheet (NumSheets), to which all crossed edges belong.
 CellSheets FindSheets(uint16_t inside);
 
 // FindSheets(inside).count, from a table.

@@ -1,6 +1,5 @@
 #include "worker/spacetime/cell_vertices.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -17,20 +16,17 @@ constexpr int kMeetSteps = 3;
 constexpr float kDamping = 0.05f;  // per plane
 // The sides of a thin sheet may be further from its points than the points are from one another.
 constexpr float kBeyondCell = 1.5f;
+constexpr float kLeastGradient = 1e-3f;
 constexpr float kMinSlope = 0.1f;  // of a plane in space
 
-// The 16 signed distances at the corners of a 4D cell; bits of the index: x, y, z, t.
-using Corners = std::array<float, 16>;
-
-Eigen::Vector4f CornerOf(int c) {
-  return Eigen::Vector4i(c & 1, c >> 1 & 1, c >> 2 & 1, c >> 3 & 1).cast<float>();
-}
-
-Corners Sample(const Cell& cell) {
-  Corners phi;
-  for (int c = 0; c < 16; ++c) phi[c] = cell.LayerOf(c).Distance(cell.x(c), cell.y(c), cell.z(c));
-  return phi;
-}
+// Bits of the index: x, y, z, t.
+const std::array<Eigen::Vector4f, 16> kCorners = [] {
+  std::array<Eigen::Vector4f, 16> corners;
+  for (int c = 0; c < 16; ++c) {
+    corners[c] = Eigen::Vector4i(c & 1, c >> 1 & 1, c >> 2 & 1, c >> 3).cast<float>();
+  }
+  return corners;
+}();
 
 // A margin in space would push walls that lie in a grid plane off it.
 //   beyond  how far outside of the cell it may be in space
@@ -43,13 +39,44 @@ Eigen::Vector4f ClampToCell(const Eigen::Vector4f& p, float beyond = 0.0f) {
 // Calls visit(axis, lower corner, upper corner) for each edge of a sheet.
 template <typename Visit>
 void ForEachEdge(uint32_t edges, Visit&& visit) {
-  for (int axis = 0; axis < 4; ++axis) {
-    for (int lower = 0; lower < 16; ++lower) {
-      if ((lower >> axis & 1) != 0 || (edges >> CellEdge(axis, lower) & 1) == 0) continue;
-      visit(axis, lower, lower | 1 << axis);
-    }
+  for (; edges != 0; edges &= edges - 1) {
+    const int edge = std::countr_zero(edges), axis = AxisOf(edge), lower = LowerEnd(edge);
+    visit(axis, lower, lower | 1 << axis);
   }
 }
+
+// Solves matrix * x = rhs for a symmetric, positive definite matrix.
+class SolverOf4 {
+ public:
+  explicit SolverOf4(const Eigen::Matrix4f& matrix) {
+    std::array<std::array<float, 4>, 4> scaled;  // the factor times the diagonal
+    for (int c = 0; c < 4; ++c) {
+      float pivot = matrix(c, c);
+      for (int m = 0; m < c; ++m) pivot -= factor_[c][m] * scaled[c][m];
+      inverse_[c] = 1.0f / pivot;
+      for (int r = c + 1; r < 4; ++r) {
+        scaled[r][c] = matrix(r, c);
+        for (int m = 0; m < c; ++m) scaled[r][c] -= factor_[r][m] * scaled[c][m];
+        factor_[r][c] = scaled[r][c] * inverse_[c];
+      }
+    }
+  }
+  Eigen::Vector4f Solve(Eigen::Vector4f x) const {
+    for (int r = 1; r < 4; ++r) {
+      for (int c = 0; c < r; ++c) x[r] -= factor_[r][c] * x[c];
+    }
+    for (int r = 3; r >= 0; --r) {
+      x[r] *= inverse_[r];
+      for (int c = r + 1; c < 4; ++c) x[r] -= factor_[c][r] * x[c];
+    }
+    return x;
+  }
+
+ private:
+  // matrix = factor * diagonal * factor^T with ones on the factor's diagonal.
+  std::array<std::array<float, 4>, 4> factor_;
+  std::array<float, 4> inverse_;  // of the diagonal
+};
 
 // The hyperplanes that touch the surface near a sheet, as normal equations of the point where they
 // meet.
@@ -57,10 +84,9 @@ class Planes {
  public:
   // Where the distance `phi` at `p`, continued along its gradient, is zero.
   void Add(const Eigen::Vector4f& gradient, const Eigen::Vector4f& p, float phi) {
-    const float length = gradient.norm();
-    if (!(length > 1e-3f)) return;
-    const Eigen::Vector4f normal = gradient / length;
-    AddPlane(normal, (gradient.dot(p) - phi) / length);
+    const float length_sq = gradient.squaredNorm();
+    if (!(length_sq > kLeastGradient * kLeastGradient)) return;
+    AddPlane(gradient, gradient.dot(p) - phi, 1.0f / length_sq);
   }
   // One that stands still, through p.
   void AddStill(const Eigen::Vector3f& normal, const Eigen::Vector3f& p) {
@@ -68,7 +94,7 @@ class Planes {
     if (!(length > kMinSlope)) return;
     Eigen::Vector4f unit = Eigen::Vector4f::Zero();
     unit.head<3>() = normal / length;
-    AddPlane(unit, unit.head<3>().dot(p));
+    AddPlane(unit, unit.head<3>().dot(p), 1.0f);
   }
   bool empty() const { return count_ == 0; }
 
@@ -78,15 +104,17 @@ class Planes {
     if (count_ == 0) return p;
     const Eigen::Matrix4f damping =
         kDamping * static_cast<float>(count_) * Eigen::Matrix4f::Identity();
-    const Eigen::LLT<Eigen::Matrix4f> factor(matrix_ + damping);
-    for (int step = 0; step < kMeetSteps; ++step) p += factor.solve(rhs_ - matrix_ * p);
+    const SolverOf4 solver(matrix_ + damping);
+    for (int step = 0; step < kMeetSteps; ++step) p += solver.Solve(rhs_ - matrix_ * p);
     return ClampToCell(p, beyond);
   }
 
  private:
-  void AddPlane(const Eigen::Vector4f& normal, float offset) {
-    matrix_ += normal * normal.transpose();
-    rhs_ += offset * normal;
+  // Where normal * x = offset.
+  void AddPlane(const Eigen::Vector4f& normal, float offset, float inverse_sq_of_normal) {
+    const Eigen::Vector4f scaled = inverse_sq_of_normal * normal;
+    matrix_ += scaled * normal.transpose();
+    rhs_ += offset * scaled;
     ++count_;
   }
 
@@ -115,19 +143,20 @@ class Mean {
 };
 
 // One plane for each end of a sheet's edges. The slope in time comes from the other layer.
-Eigen::Vector4f MeetInCell(const Cell& cell, const Corners& phi, uint32_t edges) {
+Eigen::Vector4f MeetInCell(const Cell& cell, uint32_t edges) {
   Mean crossing;
   uint32_t corners = 0;
   ForEachEdge(edges, [&](int, int lower, int upper) {
     corners |= uint32_t{1} << lower | uint32_t{1} << upper;
-    crossing.AddCrossing(CornerOf(lower), phi[lower], CornerOf(upper), phi[upper]);
+    crossing.AddCrossing(kCorners[lower], cell.Distance(lower), kCorners[upper],
+                         cell.Distance(upper));
   });
   Planes planes;
-  for (int c = 0; c < 16; ++c) {
-    if ((corners >> c & 1) == 0) continue;
+  for (; corners != 0; corners &= corners - 1) {
+    const int c = std::countr_zero(corners);
     Eigen::Vector4f gradient;
-    gradient << cell.LayerOf(c).Gradient(cell.x(c), cell.y(c), cell.z(c)), phi[c | 8] - phi[c & 7];
-    planes.Add(gradient, CornerOf(c), phi[c]);
+    gradient << cell.Gradient(c), cell.Distance(c | 8) - cell.Distance(c & 7);
+    planes.Add(gradient, kCorners[c], cell.Distance(c));
   }
   return planes.Meet(ClampToCell(crossing.Get()));
 }
@@ -146,14 +175,18 @@ class CellPoints {
   explicit CellPoints(const Cell& cell) : cell_(cell) {}
   int span() const { return static_cast<int>(cell_.layers.size()) - 1; }
   Eigen::Vector4f At(int corner, int layer) const {
-    Eigen::Vector4f p = CornerOf(corner);
+    Eigen::Vector4f p = kCorners[corner];
     p.w() = static_cast<float>(layer) / static_cast<float>(span());
     return p;
   }
   float Distance(int corner, int layer) const {
+    if (layer == 0) return cell_.first.Distance(corner);
+    if (layer == span()) return cell_.last.Distance(corner);
     return cell_.layers[layer]->Distance(cell_.x(corner), cell_.y(corner), cell_.z(corner));
   }
   Eigen::Vector3f Gradient(int corner, int layer) const {
+    if (layer == 0) return cell_.first.Gradient(corner);
+    if (layer == span()) return cell_.last.Gradient(corner);
     return cell_.layers[layer]->Gradient(cell_.x(corner), cell_.y(corner), cell_.z(corner));
   }
   bool has_velocities() const {
@@ -294,18 +327,21 @@ float SheetThickness(const Cell& cell, Inside&& inside) {
 void PlaceInCell(const Cell& cell, uint16_t inside, std::vector<Eigen::Vector4f>& placed) {
   placed.clear();
   if (inside == 0 || inside == 0xffff) return;
-  const CellSheets sheets = FindSheets(inside);
   const CellPoints points(cell);
   const float thickness = SheetThickness(cell, [&](int c) {
     return static_cast<LayerMask>((inside >> c & 1) | (inside >> (c + 8) & 1) << points.span());
   });
-  const Corners phi = Sample(cell);
-  for (int n = 0; n < sheets.count; ++n) {
-    const uint32_t edges = sheets.edges[n];
+  const auto place = [&](uint32_t edges) {
     placed.push_back(thickness > 0
                          ? PlaceOnSide(points, EdgesOf(edges, inside, points.span()), thickness)
-                         : MeetInCell(cell, phi, edges));
+                         : MeetInCell(cell, edges));
+  };
+  if (NumSheets(inside) == 1) {
+    place(CrossedEdges(inside));
+    return;
   }
+  const CellSheets sheets = FindSheets(inside);
+  for (int n = 0; n < sheets.count; ++n) place(sheets.edges[n]);
 }
 
 void PlaceInCutCell(const Cell& cell, const CutCell& cut, std::vector<Eigen::Vector4f>& placed) {

@@ -12,12 +12,24 @@
 namespace liquidblend::spacetime {
 
 struct Cell {
+  // The layers must outlive it.
+  Cell(std::span<const Layer* const> of_layers, int x0, int y0, int z0, float with_motion)
+      : layers(of_layers),
+        i(x0),
+        j(y0),
+        k(z0),
+        motion(with_motion),
+        first(layers.front()->AtCorners(i, j, k)),
+        last(layers.back()->AtCorners(i, j, k)) {}
+
   std::span<const Layer* const> layers;  // from its first to its last one
   int i, j, k;
-  float motion = 0;  // spacings that one metre per second goes from the first to the last layer
+  float motion;  // spacings that one metre per second goes from the first to the last layer
+  Layer::Corners first, last;
 
   // Corners are numbered by their bits x, y, z, t.
-  const Layer& LayerOf(int c) const { return (c & 8) != 0 ? *layers.back() : *layers.front(); }
+  float Distance(int c) const { return c < 8 ? first.Distance(c) : last.Distance(c - 8); }
+  Eigen::Vector3f Gradient(int c) const { return c < 8 ? first.Gradient(c) : last.Gradient(c - 8); }
   int x(int c) const { return i + (c & 1); }
   int y(int c) const { return j + (c >> 1 & 1); }
   int z(int c) const { return k + (c >> 2 & 1); }

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "worker/spacetime/grid.h"
-#include "worker/spacetime/slab_steps.h"
 
 namespace liquidblend::spacetime {
 
@@ -16,30 +15,30 @@ class DistanceBand {
  public:
   static constexpr float kBandWidth = 4.0f;
 
+  // What is known at a grid point.
+  struct Entry {
+    float distance = kBandWidth;  // kBandWidth beyond the band
+    int32_t triangle = -1;        // the closest one; -1 beyond the band
+    // From the closest point to the grid point; zero beyond the band.
+    Eigen::Vector3f offset = Eigen::Vector3f::Zero();
+  };
+  // Those of a voxel's corners, numbered by their bits x, y, z.
+  using Corners = std::array<const Entry*, 8>;
+
   // Exact next to the surface; further out a triangle is handed on from point to point, not always
   // the very closest: up to a tenth of a spacing too far.
-  //   wanted  if not null: only where this is cut
-  DistanceBand(const Grid& grid, const GridSurface& surface, const SlabSteps* wanted = nullptr);
+  //   needed  if not null: what is asked for
+  DistanceBand(const Grid& grid, const GridSurface& surface, const PointBits* needed = nullptr);
 
-  // kBandWidth beyond the band.
-  float Distance(int i, int j, int k) const {
-    const Entry* entry = Find(i, j, k);
-    return entry == nullptr || entry->triangle < 0 ? kBandWidth : entry->distance;
+  const Entry& At(int i, int j, int k) const {
+    const int32_t block = block_of_[BlockIndex(i, j, k)];
+    return block < 0 ? kBeyond : blocks_[block][Slot(i, j, k)];
   }
-  // The closest triangle, or -1 beyond the band.
-  int32_t Triangle(int i, int j, int k) const {
-    const Entry* entry = Find(i, j, k);
-    return entry == nullptr ? -1 : entry->triangle;
-  }
-  // From the closest point to the grid point, which must be in the band.
-  const Eigen::Vector3f& Offset(int i, int j, int k) const { return Find(i, j, k)->offset; }
+  Corners AtCorners(int i, int j, int k) const;
+  float Distance(int i, int j, int k) const { return At(i, j, k).distance; }
+  int32_t Triangle(int i, int j, int k) const { return At(i, j, k).triangle; }
 
  private:
-  struct Entry {
-    float distance = kBandWidth;
-    int32_t triangle = -1;
-    Eigen::Vector3f offset = Eigen::Vector3f::Zero();  // of that length, away from the triangle
-  };
   using Block = std::array<Entry, 512>;
   using Point = std::array<int, 3>;
 
@@ -47,17 +46,26 @@ class DistanceBand {
   int64_t BlockIndex(int i, int j, int k) const {
     return (static_cast<int64_t>(k >> 3) * block_dims_[1] + (j >> 3)) * block_dims_[0] + (i >> 3);
   }
-  const Entry* Find(int i, int j, int k) const {
-    const int32_t block = block_of_[BlockIndex(i, j, k)];
-    return block < 0 ? nullptr : &blocks_[block][Slot(i, j, k)];
+  Entry& FindOrAdd(int i, int j, int k) {
+    int32_t& block = block_of_[BlockIndex(i, j, k)];
+    if (block < 0) block = AddBlock();
+    return blocks_[block][Slot(i, j, k)];
   }
-  Entry& FindOrAdd(int i, int j, int k);
-  std::vector<Point> Rasterize(const Grid& grid, const GridSurface& surface,
-                               const SlabSteps* wanted);
-  std::vector<Point> Grow(const Grid& grid, const GridSurface& surface, const SlabSteps* wanted,
-                          const std::vector<Point>& front);
+  int32_t AddBlock();
+  void AddBlocks(const Grid& grid, const PointBits& points);
+  // Not next to the surface, or not known at all yet.
+  struct FarPoints {
+    std::vector<Point> known, unknown;
+  };
+  FarPoints Rasterize(const Grid& grid, const GridSurface& surface, const PointBits& needed);
+  void Rasterize(const GridSurface& surface, int32_t t, const PointBits& needed);
+  static PointBits WaysTo(const Grid& grid, const std::vector<Point>& unknown,
+                          const PointBits& needed);
+  void Grow(const GridSurface& surface, std::vector<Point> points);
+  int32_t TriangleAround(const Point& p) const;
 
-  std::array<int, 3> block_dims_;
+  static const Entry kBeyond;
+  std::array<int, 3> dims_, block_dims_;
   std::vector<int32_t> block_of_;
   std::vector<Block> blocks_;
 };

@@ -44,6 +44,9 @@ int32_t FrameTopology::Opposite(int32_t a, int32_t b) const {
 
 bool FrameTopology::IsNear(int32_t a, int32_t b, float limit) const {
   const Eigen::Matrix3Xf& at = frame_->vertices;
+  // Most are next to each other.
+  const float straight = (at.col(b) - at.col(a)).norm();
+  if (straight < limit && (a == b || Opposite(a, b) >= 0 || Opposite(b, a) >= 0)) return true;
   using Reached = std::pair<float, int32_t>;  // distance, vertex
   std::priority_queue<Reached, std::vector<Reached>, std::greater<>> queue;
   std::map<int32_t, float> distance = {{a, 0.0f}};

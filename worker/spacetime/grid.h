@@ -28,26 +28,53 @@ struct GridSurface {
   Eigen::Matrix3Xf velocities;  // metres per second, or no columns
 };
 
-// One bit per grid point: is it inside the liquid? Rows along x, padded to whole words.
-class InsideBits {
+// One bit per grid point. Rows along x, padded to whole words.
+class PointBits {
  public:
-  InsideBits() = default;
-  explicit InsideBits(const Grid& grid)
+  PointBits() = default;
+  explicit PointBits(const Grid& grid)
       : words_per_row_(grid.words_per_row()),
         num_y_(grid.dims[1]),
         words_(grid.num_rows() * grid.words_per_row(), 0) {}
 
   bool At(int i, int j, int k) const { return (Row(j, k)[i >> 6] >> (i & 63)) & 1u; }
+  // Of the corners of voxel (i, j, k), numbered by their bits x, y, z.
+  uint8_t AtCorners(int i, int j, int k) const {
+    const int word = i >> 6, bit = i & 63;
+    unsigned corners = 0;
+    for (int r = 0; r < 4; ++r) {
+      const uint64_t* row = Row(j + (r & 1), k + (r >> 1)) + word;
+      const uint64_t pair = bit < 63 ? row[0] >> bit : row[0] >> 63 | row[1] << 1;
+      corners |= static_cast<unsigned>(pair & 3) << (2 * r);
+    }
+    return static_cast<uint8_t>(corners);
+  }
+  // The bits of 64 points along x from (i, j, k) on; 0 beyond the row.
+  uint64_t From(int i, int j, int k) const {
+    const int word = i >> 6, bit = i & 63;
+    const uint64_t* row = Row(j, k);
+    const uint64_t low = row[word] >> bit;
+    return bit == 0 || word + 1 == words_per_row_ ? low : low | row[word + 1] << (64 - bit);
+  }
   const uint64_t* Row(int j, int k) const {
     return words_.data() + (static_cast<int64_t>(k) * num_y_ + j) * words_per_row_;
   }
   uint64_t* MutableRow(int64_t row) { return words_.data() + row * words_per_row_; }
+  void Set(const Grid& grid, int i, int j, int k) {
+    MutableRow(grid.Row(j, k))[i >> 6] |= uint64_t{1} << (i & 63);
+  }
+  // All rows, one after another.
+  std::vector<uint64_t>& words() { return words_; }
+  const std::vector<uint64_t>& words() const { return words_; }
 
  private:
   int words_per_row_ = 0;
   int num_y_ = 0;
   std::vector<uint64_t> words_;
 };
+
+// Which points are inside the liquid.
+using InsideBits = PointBits;
 
 // Calls visit(bit) for each set bit of a row of words, lowest first.
 template <typename Visit>

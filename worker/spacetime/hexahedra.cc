@@ -12,10 +12,41 @@ namespace {
 constexpr int kTime = 3;
 using Point = std::array<int, 3>;
 
+// Finds the cells of a slab. Quick if those of neighbouring rows are asked for along x.
+class CellFinder {
+ public:
+  CellFinder(const Grid& grid, const Slab& slab) : grid_(grid), slab_(slab) {}
+
+  // As FindCell. Requires: there is one.
+  const Slab::Cell& Find(int step, const Point& voxel) {
+    const int64_t row = grid_.Row(voxel[1], voxel[2]);
+    Cursor& cursor = cursors_[(voxel[1] & 1) | (voxel[2] & 1) << 1];
+    const Slab::Cell* begin = slab_.cells.data() + slab_.row_begin[row];
+    if (cursor.row != row || (cursor.at > begin && cursor.at[-1].i >= voxel[0])) {
+      cursor = {row, begin};
+    }
+    while (cursor.at->i < voxel[0] - 1) ++cursor.at;  // the one before may be asked for next
+    const Slab::Cell* found = cursor.at;
+    while (found->i < voxel[0] || found->end_layer <= step) ++found;
+    assert(found == FindCell(grid_, slab_, step, voxel[0], voxel[1], voxel[2]));
+    return *found;
+  }
+
+ private:
+  struct Cursor {
+    int64_t row = -1;
+    const Slab::Cell* at = nullptr;
+  };
+  const Grid& grid_;
+  const Slab& slab_;
+  std::array<Cursor, 4> cursors_;  // of rows that are even or odd in y and z
+};
+
 // One step of a slab; the cells that contain it lie before or after a layer.
 struct StepRef {
   const SlabRef* slab;
   int step;
+  CellFinder* finder;
 };
 
 // The grid edge along `axis` from `point` up, as the cells of one slab see it.
@@ -27,11 +58,8 @@ struct GridEdge {
 
 // The vertex of the voxel's cell at a step whose sheet crosses the edge; `corner` of the cell is
 // the edge's lower end in space. Requires: the edge is crossed.
-int32_t VertexOf(const Grid& grid, const StepRef& at, const Point& voxel, const GridEdge& edge,
-                 int corner) {
-  const Slab::Cell* found = FindCell(grid, *at.slab->slab, at.step, voxel[0], voxel[1], voxel[2]);
-  assert(found != nullptr);
-  const Slab::Cell& cell = *found;
+int32_t VertexOf(const StepRef& at, const Point& voxel, const GridEdge& edge, int corner) {
+  const Slab::Cell& cell = at.finder->Find(at.step, voxel);
   const int64_t first = at.slab->first_vertex + cell.first_vertex;
   if (cell.num_sheets == 1) return static_cast<int32_t>(first);
   if (cell.is_cut) {
@@ -51,8 +79,8 @@ int32_t VertexOf(const Grid& grid, const StepRef& at, const Point& voxel, const 
 // step `before` it and of the step `after` it; for a temporal edge, both are the edge's own. The
 // normal points from inside to outside; the edges along the other three axes, in order, followed by
 // the normal, have the parity of the permutation (others, axis).
-mesh::Hexahedron HexahedronOf(const Grid& grid, const StepRef& before, const StepRef& after,
-                              int axis, const Point& point, bool lower_end_inside) {
+mesh::Hexahedron HexahedronOf(const StepRef& before, const StepRef& after, int axis,
+                              const Point& point, bool lower_end_inside) {
   std::array<int, 3> others{};
   for (int n = 0, a = 0; a < 4; ++a) {
     if (a != axis) others[n++] = a;
@@ -73,7 +101,7 @@ mesh::Hexahedron HexahedronOf(const Grid& grid, const StepRef& before, const Ste
       }
     }
     const int layer = at == &after ? after.step : end_of_before;
-    corners[c] = VertexOf(grid, *at, voxel, {axis, point, layer}, corner);
+    corners[c] = VertexOf(*at, voxel, {axis, point, layer}, corner);
   }
   const bool even_permutation = axis == 1 || axis == kTime;
   if (even_permutation != lower_end_inside) {
@@ -137,33 +165,36 @@ bool HasLayer(const SlabSteps& steps, int num_steps, int layer) {
 
 void AddSpatialHexahedra(const Grid& grid, const SlabRef& before, const SlabRef& after,
                          std::vector<mesh::Hexahedron>& hexahedra) {
-  const StepRef last{&before, before.slab->steps.num_steps() - 1}, first{&after, 0};
+  CellFinder before_finder(grid, *before.slab), after_finder(grid, *after.slab);
+  const StepRef last{&before, before.slab->steps.num_steps() - 1, &before_finder};
+  const StepRef first{&after, 0, &after_finder};
   const InsideBits& layer = *after.layers.front();
   ForEachCrossedEdge(grid, layer, [&](int axis, const Point& p) {
-    hexahedra.push_back(HexahedronOf(grid, last, first, axis, p, layer.At(p[0], p[1], p[2])));
+    hexahedra.push_back(HexahedronOf(last, first, axis, p, layer.At(p[0], p[1], p[2])));
   });
 }
 
 void AddInnerHexahedra(const Grid& grid, const SlabRef& slab,
                        std::vector<mesh::Hexahedron>& hexahedra) {
   const SlabSteps& steps = slab.slab->steps;
+  CellFinder finder(grid, *slab.slab);
   for (int num_steps = 1; num_steps <= steps.num_steps(); num_steps *= 2) {
     const int span = steps.num_steps() / num_steps;
     for (int l = 0; l < steps.num_steps(); l += span) {
       const InsideBits &earlier = *slab.layers[l], &later = *slab.layers[l + span];
       ForEachChangedPoint(grid, earlier, later, [&](const Point& p) {
         if (steps.OfPoint(p[0], p[1], p[2]) != num_steps) return;
-        const StepRef step{&slab, l};
-        hexahedra.push_back(HexahedronOf(grid, step, step, kTime, p, earlier.At(p[0], p[1], p[2])));
+        const StepRef step{&slab, l, &finder};
+        hexahedra.push_back(HexahedronOf(step, step, kTime, p, earlier.At(p[0], p[1], p[2])));
       });
     }
   }
   for (int l = 1; l < steps.num_steps(); ++l) {
     const InsideBits& layer = *slab.layers[l];
-    const StepRef before{&slab, l - 1}, after{&slab, l};
+    const StepRef before{&slab, l - 1, &finder}, after{&slab, l, &finder};
     ForEachCrossedEdge(grid, layer, [&](int axis, const Point& p) {
       if (!HasLayer(steps, steps.OfEdge(axis, p[0], p[1], p[2]), l)) return;
-      hexahedra.push_back(HexahedronOf(grid, before, after, axis, p, layer.At(p[0], p[1], p[2])));
+      hexahedra.push_back(HexahedronOf(before, after, axis, p, layer.At(p[0], p[1], p[2])));
     });
   }
 }

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "worker/spacetime/mixed_cells.h"
 
 namespace liquidblend::spacetime {
 namespace {
@@ -65,14 +66,116 @@ float MotionAt(const mesh::Animation& animation, const LayerPlan& plan, int l, c
   return static_cast<float>(frames / (animation.frames_per_second * grid.spacing_m));
 }
 
-// In between two frames, only where `wanted` is cut.
-Layer SampleLayer(const mesh::Animation& animation, const LayerTime& layer, const SlabSteps& wanted,
-                  const Grid& grid, std::optional<float> sheet_motion) {
+LayerSource SourceOf(const mesh::Animation& animation, const LayerTime& layer, const Grid& grid,
+                     std::optional<float> sheet_motion) {
   GridSurface earlier = SurfaceAt(animation, layer.earlier, layer.time, grid);
-  if (layer.earlier == layer.later) return Layer(grid, std::move(earlier), sheet_motion);
-  return Layer(grid, std::move(earlier), SurfaceAt(animation, layer.later, layer.time, grid),
-               static_cast<float>(layer.share), wanted, sheet_motion);
+  if (layer.earlier == layer.later) return LayerSource(grid, std::move(earlier), sheet_motion);
+  return LayerSource(grid, std::move(earlier), SurfaceAt(animation, layer.later, layer.time, grid),
+                     static_cast<float>(layer.share), sheet_motion);
 }
+
+// Samples slabs in waves, a few layers at a time.
+class Sampler {
+ public:
+  Sampler(const mesh::Animation& animation, const LayerOptions& options,
+          const parallel::Arena& arena, Layers& result)
+      : animation_(animation), options_(options), arena_(arena), result_(result) {
+    const int num_slabs = result.plan.num_slabs();
+    result.inside.resize(result.plan.layers.size());
+    result.slabs.resize(num_slabs);
+    sources_.resize(result.plan.layers.size());
+    layers_.resize(result.plan.layers.size());
+    needed_.resize(num_slabs);
+    steps_.resize(num_slabs);
+    arena.Run(num_slabs, [&](int64_t s) {
+      steps_[s] =
+          PlanSteps(animation, result.plan, static_cast<int>(s), result.grid, options.max_motion_m);
+    });
+  }
+
+  // The end of the wave that begins with a slab.
+  int EndOfWave(int begin) const {
+    const LayerPlan& plan = result_.plan;
+    int end = begin + 1;
+    while (end < plan.num_slabs() &&
+           plan.first_layer[end + 1] - plan.first_layer[begin] <= kWaveLayers) {
+      ++end;
+    }
+    return end;
+  }
+
+  void Sample(int begin, int end) {
+    const LayerPlan& plan = result_.plan;
+    // The last layer is also that of the slab after.
+    const int next = std::min(end + 1, plan.num_slabs());
+    const int first = plan.first_layer[begin], last = plan.first_layer[end];
+    arena_.Run(plan.first_layer[next] - first + 1, [&](int64_t n) { FindSource(first + n); });
+    arena_.Run(next - begin, [&](int64_t n) { FindNeeded(begin + n); });
+    arena_.Run(last - first + 1, [&](int64_t n) { SampleLayer(first + n); });
+    arena_.Run(end - begin, [&](int64_t n) { Place(begin + n); });
+    for (int l = first; l < last; ++l) layers_[l].reset();
+    for (int s = begin; s < end; ++s) needed_[s] = {};
+  }
+
+ private:
+  void FindSource(int64_t l) {
+    if (sources_[l] || layers_[l]) return;  // in the wave before
+    std::optional<float> sheet_motion;
+    if (options_.keep_thin_sheets) {
+      sheet_motion = MotionAt(animation_, result_.plan, static_cast<int>(l), result_.grid);
+    }
+    sources_[l].emplace(SourceOf(animation_, result_.plan.layers[l], result_.grid, sheet_motion));
+  }
+
+  // The corners of all cells that the slab may have.
+  void FindNeeded(int64_t s) {
+    if (!needed_[s].words().empty()) return;
+    std::vector<const InsideBits*> inside;
+    std::vector<InsideBits> around_sheets(result_.plan.num_steps(static_cast<int>(s)) + 1);
+    for (int n = 0; n <= result_.plan.num_steps(static_cast<int>(s)); ++n) {
+      const LayerSource& source = *sources_[result_.plan.first_layer[s] + n];
+      for (const LayerSource::View& view : source.views) inside.push_back(&view.inside);
+      around_sheets[n] = source.AroundSheets(result_.grid);
+      if (!around_sheets[n].words().empty()) inside.push_back(&around_sheets[n]);
+    }
+    needed_[s] = CornersOfMixedCells(result_.grid, inside);
+  }
+
+  void SampleLayer(int64_t l) {
+    if (layers_[l]) return;
+    const int slab = result_.SlabOf(static_cast<int>(l));
+    PointBits needed = needed_[slab];
+    if (sources_[l]->views.size() > 1) {
+      const PointBits cut = steps_[slab].Grown().CutPoints(result_.grid);
+      for (size_t w = 0; w < cut.words().size(); ++w) needed.words()[w] &= cut.words()[w];
+    } else if (slab > 0 && l == result_.plan.first_layer[slab]) {
+      const PointBits& before = needed_[slab - 1];
+      for (size_t w = 0; w < before.words().size(); ++w) needed.words()[w] |= before.words()[w];
+    }
+    layers_[l].emplace(result_.grid, std::move(*sources_[l]), &needed);
+    sources_[l].reset();
+    result_.inside[l] = layers_[l]->inside();
+  }
+
+  void Place(int64_t s) {
+    std::vector<const Layer*> of_slab;
+    for (int l = result_.plan.first_layer[s]; l <= result_.plan.first_layer[s + 1]; ++l) {
+      of_slab.push_back(&*layers_[l]);
+    }
+    const double seconds = (result_.end(s) - result_.begin(s)) / animation_.frames_per_second;
+    result_.slabs[s] = PlaceVertices(result_.grid, of_slab, std::move(steps_[s]),
+                                     static_cast<float>(seconds / result_.grid.spacing_m));
+  }
+
+  const mesh::Animation& animation_;
+  const LayerOptions& options_;
+  const parallel::Arena& arena_;
+  Layers& result_;
+  std::vector<SlabSteps> steps_;                     // per slab, until it is placed
+  std::vector<PointBits> needed_;                    // per slab, for this wave and one slab more
+  std::vector<std::optional<LayerSource>> sources_;  // until they are sampled
+  std::vector<std::optional<Layer>> layers_;
+};
 
 }  // namespace
 
@@ -81,48 +184,12 @@ absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, const Laye
                                     const std::function<void(double)>& progress) {
   Layers result;
   result.plan = PlanLayers(animation, options.max_motion_m);
-  const LayerPlan& plan = result.plan;
-  LB_ASSIGN_OR_RETURN(result.grid, ChooseGrid(animation, plan.layers, options.spacing_m));
-  const Grid& grid = result.grid;
-  const int num_slabs = plan.num_slabs();
-  result.inside.resize(plan.layers.size());
-  result.slabs.resize(num_slabs);
-  std::vector<SlabSteps> steps(num_slabs), around_steps(num_slabs);
-  arena.Run(num_slabs, [&](int64_t s) {
-    steps[s] = PlanSteps(animation, plan, static_cast<int>(s), grid, options.max_motion_m);
-    around_steps[s] = steps[s].Grown();
-  });
-  std::vector<std::optional<Layer>> layers(plan.layers.size());
+  LB_ASSIGN_OR_RETURN(result.grid, ChooseGrid(animation, result.plan.layers, options.spacing_m));
+  Sampler sampler(animation, options, arena, result);
+  const int num_slabs = result.plan.num_slabs();
   for (int begin = 0; begin < num_slabs;) {
-    int end = begin + 1;
-    while (end < num_slabs && plan.first_layer[end + 1] - plan.first_layer[begin] <= kWaveLayers) {
-      ++end;
-    }
-    const int first = plan.first_layer[begin], last = plan.first_layer[end];
-    arena.Run(last - first + 1, [&](int64_t n) {
-      const int64_t l = first + n;
-      if (layers[l]) return;  // the last one of the wave before
-      const int slab = result.SlabOf(static_cast<int>(l));
-      std::optional<float> sheet_motion;
-      if (options.keep_thin_sheets) {
-        sheet_motion = MotionAt(animation, plan, static_cast<int>(l), grid);
-      }
-      layers[l].emplace(
-          SampleLayer(animation, plan.layers[l], around_steps[slab], grid, sheet_motion));
-      result.inside[l] = layers[l]->inside();
-    });
-    arena.Run(end - begin, [&](int64_t n) {
-      const int64_t s = begin + n;
-      std::vector<const Layer*> of_slab;
-      for (int l = plan.first_layer[s]; l <= plan.first_layer[s + 1]; ++l) {
-        of_slab.push_back(&*layers[l]);
-      }
-      result.slabs[s] =
-          PlaceVertices(grid, of_slab, std::move(steps[s]),
-                        static_cast<float>((result.end(s) - result.begin(s)) /
-                                           (animation.frames_per_second * grid.spacing_m)));
-    });
-    for (int l = first; l < last; ++l) layers[l].reset();
+    const int end = sampler.EndOfWave(begin);
+    sampler.Sample(begin, end);
     if (progress) progress(0.8 * end / num_slabs);
     begin = end;
   }

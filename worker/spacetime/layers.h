@@ -14,9 +14,9 @@
 namespace liquidblend::spacetime {
 
 struct LayerOptions {
-  double spacing_m = 0.0;         // > 0; of the grid
-  double max_motion_m = 0.0;      // > 0; of the surface in one step of a slab; see PlanLayers
-  bool keep_thin_sheets = false;  // see BuildOptions
+  double spacing_m = 0.0;        // > 0; of the grid
+  double max_motion_m = 0.0;     // > 0; of the surface in one step of a slab; see PlanLayers
+  bool keep_thin_sheets = true;  // see BuildOptions
 };
 
 struct Layers {

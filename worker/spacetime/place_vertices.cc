@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "worker/spacetime/cell_vertices.h"
+#include "worker/spacetime/mixed_cells.h"
 #include "worker/spacetime/surface_nets.h"
 
 namespace liquidblend::spacetime {
@@ -12,29 +13,6 @@ namespace {
 // Of the place in a cell that a vertex outside of it may be drawn back to, from the cell's sides:
 // so that the sides of a thin sheet do not coincide.
 constexpr float kInset = 0.15f;
-
-// Bits of the cells of row (j, k) that have both inside and outside corners among these layers.
-void MixedCells(const Grid& grid, std::span<const InsideBits* const> layers, int j, int k,
-                std::vector<uint64_t>& mixed) {
-  const int num_words = grid.words_per_row();
-  std::vector<uint64_t> any(num_words + 1, 0), all(num_words + 1, ~uint64_t{0});
-  for (const InsideBits* layer : layers) {
-    for (int r = 0; r < 4; ++r) {
-      const uint64_t* row = layer->Row(j + (r & 1), k + (r >> 1));
-      for (int w = 0; w < num_words; ++w) {
-        any[w] |= row[w];
-        all[w] &= row[w];
-      }
-    }
-  }
-  all[num_words] = 0;
-  mixed.assign(num_words, 0);
-  for (int w = 0; w < num_words; ++w) {
-    const uint64_t any_next = any[w] >> 1 | any[w + 1] << 63;
-    const uint64_t all_next = all[w] >> 1 | all[w + 1] << 63;
-    mixed[w] = (any[w] | any_next) & ~(all[w] & all_next);
-  }
-}
 
 // A cell of a row before its vertices are placed.
 struct Found {
@@ -47,6 +25,12 @@ class Placer {
       : grid_(grid), layers_(layers), motion_(motion) {
     slab_.steps = std::move(steps);
     for (const Layer* layer : layers) inside_.push_back(&layer->inside());
+    for (int num_steps = 1; num_steps <= slab_.steps.num_steps(); num_steps *= 2) {
+      const int span = slab_.steps.num_steps() / num_steps;
+      for (int l = 0; l < slab_.steps.num_steps(); l += span) {
+        mixed_.emplace_back(grid, std::span(inside_).subspan(l, span + 1));
+      }
+    }
     has_velocities_ = layers.front()->has_velocities() && layers.back()->has_velocities();
   }
 
@@ -71,8 +55,8 @@ class Placer {
     for (int num_steps = 1; num_steps <= steps.num_steps(); num_steps *= 2) {
       const int span = steps.num_steps() / num_steps;
       for (int l = 0; l < steps.num_steps(); l += span) {
-        MixedCells(grid_, std::span(inside_).subspan(l, span + 1), j, k, mixed_);
-        ForEachBit(mixed_.data(), grid_.words_per_row(), [&](int i) {
+        const std::vector<uint64_t>& mixed = mixed_[num_steps - 1 + l / span].Row(j, k);
+        ForEachBit(mixed.data(), grid_.words_per_row(), [&](int i) {
           if (steps.OfVoxel(i, j, k) == num_steps) row_.push_back({i, l, l + span});
         });
       }
@@ -89,8 +73,8 @@ class Placer {
     const uint16_t inside =
         InsideCorners(*inside_[found.begin_layer], *inside_[found.end_layer], found.i, j, k);
     const auto span = static_cast<float>(found.end_layer - found.begin_layer);
-    const Cell cell{layers_.subspan(found.begin_layer, found.end_layer - found.begin_layer + 1),
-                    found.i, j, k, span * motion_ / static_cast<float>(slab_.steps.num_steps())};
+    const Cell cell(layers_.subspan(found.begin_layer, found.end_layer - found.begin_layer + 1),
+                    found.i, j, k, span * motion_ / static_cast<float>(slab_.steps.num_steps()));
     Slab::Cell added{found.i,
                      static_cast<int32_t>(slab_.num_vertices()),
                      inside,
@@ -125,11 +109,9 @@ class Placer {
     }
     slab_.vertices.push_back(p);
     if (!has_velocities_) return;
-    const auto velocity = [&](const Layer& layer) {
-      return layer.Velocity(cell.i, cell.j, cell.k, p.head<3>());
-    };
-    slab_.velocities.push_back((1.0f - local.w()) * velocity(*cell.layers.front()) +
-                               local.w() * velocity(*cell.layers.back()));
+    const Eigen::Vector3f at = p.head<3>();
+    slab_.velocities.push_back((1.0f - local.w()) * cell.first.Velocity(at) +
+                               local.w() * cell.last.Velocity(at));
   }
 
   const Grid& grid_;
@@ -139,7 +121,7 @@ class Placer {
   bool has_velocities_;
   Slab slab_;
   std::vector<Found> row_;
-  std::vector<uint64_t> mixed_;
+  std::vector<MixedCells> mixed_;        // of the whole slab, of its halves, ...
   std::vector<Eigen::Vector4f> placed_;  // of one cell
 };
 
@@ -156,12 +138,7 @@ const Slab::Cell* FindCell(const Grid& grid, const Slab& slab, int step, int i, 
 }
 
 uint16_t InsideCorners(const InsideBits& earlier, const InsideBits& later, int i, int j, int k) {
-  unsigned bits = 0;
-  for (int c = 0; c < 16; ++c) {
-    const InsideBits& layer = (c & 8) != 0 ? later : earlier;
-    if (layer.At(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2 & 1))) bits |= 1u << c;
-  }
-  return static_cast<uint16_t>(bits);
+  return static_cast<uint16_t>(earlier.AtCorners(i, j, k) | later.AtCorners(i, j, k) << 8);
 }
 
 Slab PlaceVertices(const Grid& grid, std::span<const Layer* const> layers, SlabSteps steps,

@@ -1,4 +1,4 @@
-// Points in space, hashed into cubes, to find those near a place. Internal to worker/spacetime.
+// Points in space, sorted into cubes, to find those near a place. Internal to worker/spacetime.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,8 @@ namespace liquidblend::spacetime {
 // A place among the cubes.
 using PointCube = std::array<int64_t, 3>;
 
-// Memory: 40 bytes a point and 4 a bucket, of which there are one to two a point.
+// A bucket for each cube of the box around the points, or, where these lie far apart, hashed cubes.
+// Memory: 40 bytes a point and 4 a bucket, of which there are up to eight a point.
 class PointGrid {
  public:
   // Requires: radius > 0, finite points.
@@ -21,16 +22,13 @@ class PointGrid {
   // order; leaves out the points of buckets for which is_wanted(bucket) is false.
   template <typename IsWanted, typename Visit>
   void ForEachNear(const Eigen::Vector3f& at, IsWanted&& is_wanted, Visit&& visit) const {
-    const PointCube centre = CubeOf(at);
-    for (int n = 0; n < 27; ++n) {
-      const PointCube cube = Neighbor(centre, n);
-      const size_t bucket = BucketOf(cube);
-      if (first_[bucket] == first_[bucket + 1] || !is_wanted(bucket)) continue;
+    ForEachBucket(CubeOf(at), [&](size_t bucket, const PointCube& cube) {
+      if (first_[bucket] == first_[bucket + 1] || !is_wanted(bucket)) return;
       for (int32_t e = first_[bucket]; e < first_[bucket + 1]; ++e) {
-        if (!AreSame(entries_[e].cube, cube)) continue;
+        if (!cubes_.empty() && !AreSame(cubes_[e], cube)) continue;
         if ((entries_[e].point - at).squaredNorm() < radius_ * radius_) visit(entries_[e].index);
       }
-    }
+    });
   }
   template <typename Visit>
   void ForEachNear(const Eigen::Vector3f& at, Visit&& visit) const {
@@ -38,29 +36,58 @@ class PointGrid {
         at, [](size_t) { return true; }, visit);
   }
 
-  // The cubes that ForEachNear looks at are the neighbours 0 to 26 of the point's own one.
-  // Different cubes may share a bucket.
-  PointCube CubeOf(const Eigen::Vector3f& at) const;
-  static PointCube Neighbor(const PointCube& cube, int n) {
-    return {cube[0] + n % 3 - 1, cube[1] + n / 3 % 3 - 1, cube[2] + n / 9 - 1};
+  // Calls visit(index) for all points, bucket by bucket.
+  template <typename Visit>
+  void ForEach(Visit&& visit) const {
+    for (const Entry& entry : entries_) visit(entry.index);
   }
+  // Calls visit(bucket, cube) for the cubes that ForEachNear looks at around a cube: its neighbours
+  // 0 to 26. Hashed cubes may share a bucket; those beyond the box share an empty one.
+  template <typename Visit>
+  void ForEachBucket(const PointCube& centre, Visit&& visit) const {
+    if (!is_hashed_ && IsWithin(centre)) {
+      const size_t middle = BucketOf(centre);
+      for (int n = 0; n < 27; ++n) visit(middle + step_[n], centre);
+      return;
+    }
+    for (int n = 0; n < 27; ++n) {
+      const PointCube cube = Neighbor(centre, n);
+      visit(BucketOf(cube), cube);
+    }
+  }
+  PointCube CubeOf(const Eigen::Vector3f& at) const;
   size_t num_buckets() const { return first_.size() - 1; }
   size_t BucketOf(const PointCube& cube) const;
 
  private:
   struct Entry {
-    PointCube cube;
     Eigen::Vector3f point;
     int32_t index;
   };
 
+  static PointCube Neighbor(const PointCube& cube, int n) {
+    return {cube[0] + n % 3 - 1, cube[1] + n / 3 % 3 - 1, cube[2] + n / 9 - 1};
+  }
   // Without a call for each entry, which comparing the arrays costs.
   static bool AreSame(const PointCube& a, const PointCube& b) {
     return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) == 0;
   }
+  // So that all neighbours are in the box.
+  bool IsWithin(const PointCube& cube) const {
+    bool is_within = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      is_within &= cube[axis] > lowest_[axis] && cube[axis] < lowest_[axis] + dims_[axis] - 1;
+    }
+    return is_within;
+  }
+
   float radius_;
-  std::vector<int32_t> first_;  // per bucket, and the end
-  std::vector<Entry> entries_;  // by bucket, then by index
+  bool is_hashed_ = false;
+  PointCube lowest_ = {0, 0, 0}, dims_ = {0, 0, 0};  // of the box, one cube wider than the points
+  std::array<int64_t, 27> step_;                     // from a cube's bucket to its neighbours'
+  std::vector<int32_t> first_;                       // per bucket, and the end
+  std::vector<Entry> entries_;                       // by bucket, then by index
+  std::vector<PointCube> cubes_;                     // of the entries, if they are hashed
 };
 
 }  // namespace liquidblend::spacetime

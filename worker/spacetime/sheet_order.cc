@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <tuple>
 #include <vector>
 
 #include "worker/spacetime/line_crossings.h"
@@ -13,7 +12,7 @@ namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kNumDraws = 4;  // equal steps back into the cell
-constexpr int kRaysPerSpacing = 4;
+constexpr int kRaysPerSpacing = 3;
 constexpr float kReach = 1.0f;  // spacings; what is this near to liquid inside out is drawn back
 // Where more than this share of the vertices around is, a sheet is torn rather than whole, and the
 // rest follows.
@@ -49,7 +48,8 @@ void AddInverted(const Grid& rays, const GridSurface& surface, int axis,
     CrossLines(surface, t, lines, NthLineShift(0), crossings);
   }
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
-    return std::tuple(a.line, a.at, -a.winding) < std::tuple(b.line, b.at, -b.winding);
+    if (a.line != b.line) return a.line < b.line;
+    return a.at != b.at ? a.at < b.at : a.winding > b.winding;
   });
   int winding = 0;
   for (size_t n = 0; n < crossings.size(); ++n) {

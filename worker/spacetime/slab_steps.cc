@@ -48,6 +48,23 @@ SlabSteps SlabSteps::Grown() const {
   return grown;
 }
 
+PointBits SlabSteps::CutPoints(const Grid& grid) const {
+  PointBits points(grid);
+  if (num_steps_ == 1) return points;
+  constexpr uint64_t kBits = (uint64_t{1} << kBlock) - 1;
+  for (int k = 0; k < grid.dims[2]; ++k) {
+    for (int j = 0; j < grid.dims[1]; ++j) {
+      uint64_t* row = points.MutableRow(grid.Row(j, k));
+      for (int i = 0; i < grid.dims[0]; i += kBlock) {
+        if (OfVoxel(i, j, k) > 1) row[i >> 6] |= kBits << (i & 63);
+      }
+      const int rest = grid.dims[0] & 63;
+      if (rest != 0) row[grid.words_per_row() - 1] &= (uint64_t{1} << rest) - 1;
+    }
+  }
+  return points;
+}
+
 int SlabSteps::Most(Voxel lo, Voxel hi) const {
   if (num_steps_ == 1) return 1;
   int most = 1;

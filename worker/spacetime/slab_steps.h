@@ -35,6 +35,9 @@ class SlabSteps {
   // The most of the blocks that touch voxels lo to hi; those outside of the grid do not count.
   int Most(Voxel lo, Voxel hi) const;
 
+  // The points of the blocks that are cut.
+  PointBits CutPoints(const Grid& grid) const;
+
   int OfVoxel(int i, int j, int k) const {
     return num_steps_ == 1 ? 1 : of_block_[BlockOf({i, j, k})];
   }

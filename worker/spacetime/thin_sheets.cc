@@ -66,24 +66,24 @@ void FlagFrame(const std::vector<int32_t>& vertices, float thickness_m, mesh::Sp
   const std::vector<NormalBox> boxes = BoxesOf(grid, points, normals);
   std::optional<PointCube> cube;
   NormalBox around;  // of the cube
-  for (int64_t n = 0; n < count; ++n) {
+  grid.ForEach([&](int32_t n) {
     const Eigen::Vector3f p = points.col(n), normal = normals.col(n);
     if (const PointCube own = grid.CubeOf(p); own != cube) {
       cube = own;
       around = {};
-      for (int m = 0; m < 27; ++m) around.Add(boxes[grid.BucketOf(PointGrid::Neighbor(own, m))]);
+      grid.ForEachBucket(own, [&](size_t bucket, const PointCube&) { around.Add(boxes[bucket]); });
     }
-    if (around.LeastDot(normal) >= kOpposed) continue;
+    if (around.LeastDot(normal) >= kOpposed) return;
     int num_near = 0, num_opposed = 0;
     grid.ForEachNear(
         p, [&](size_t bucket) { return boxes[bucket].LeastDot(normal) < kOpposed; },
         [&](int32_t other) {
           if (AreOpposed(p, normal, points.col(other), normals.col(other))) ++num_opposed;
         });
-    if (num_opposed == 0) continue;
+    if (num_opposed == 0) return;
     grid.ForEachNear(p, [&](int32_t) { ++num_near; });
     if (num_opposed > kMinOpposedShare * num_near) mesh.thin[vertices[n]] = 1;
-  }
+  });
 }
 
 // All corners of cells that have a flagged one.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <vector>
 
 namespace liquidblend::spacetime {
 namespace {
@@ -16,11 +17,13 @@ struct Around {
   int count = 0;
 };
 
-// The times of each vertex' neighbours, as often as hexahedra join them.
-std::vector<Around> TimesAround(const mesh::SpaceTimeMesh& mesh) {
-  std::vector<Around> around(mesh.num_vertices());
+// The times of the neighbours of vertices with a flag, as often as hexahedra join them.
+void FindTimesAround(const mesh::SpaceTimeMesh& mesh, const std::vector<char>& flags,
+                     std::vector<Around>& around) {
+  around.assign(mesh.num_vertices(), {});
   for (const mesh::Hexahedron& cell : mesh.hexahedra) {
     for (int c = 0; c < 8; ++c) {
+      if (flags[cell[c]] == 0) continue;
       Around& a = around[cell[c]];
       for (const int axis : {1, 2, 4}) {
         if (cell[c ^ axis] == cell[c]) continue;
@@ -32,40 +35,56 @@ std::vector<Around> TimesAround(const mesh::SpaceTimeMesh& mesh) {
       }
     }
   }
-  return around;
 }
 
-// Returns how many moved.
-int64_t FlattenOnce(const Layers& layers, const std::vector<int64_t>& first_vertex,
-                    mesh::SpaceTimeMesh& mesh) {
-  const std::vector<Around> around = TimesAround(mesh);
-  int64_t num_moved = 0;
+// Moves vertices in time that something is known around; returns them.
+std::vector<int64_t> FlattenOnce(const Layers& layers, const std::vector<int64_t>& first_vertex,
+                                 const std::vector<Around>& around, mesh::SpaceTimeMesh& mesh) {
+  std::vector<int64_t> moved;
   for (size_t s = 1; s + 1 < layers.slabs.size(); ++s) {
     const Slab& slab = layers.slabs[s];
     const double begin = layers.begin(s);
     const double step = (layers.end(s) - begin) / slab.steps.num_steps();
     for (const Slab::Cell& cell : slab.cells) {
-      const auto earliest = static_cast<float>(begin + step * (cell.begin_layer + kMargin));
-      const auto latest = static_cast<float>(begin + step * (cell.end_layer - kMargin));
       for (int sheet = 0; sheet < cell.num_sheets; ++sheet) {
         const int64_t v = first_vertex[s] + cell.first_vertex + sheet;
         const Around& a = around[v];
         float& time = mesh.vertices(3, v);
         if (a.count == 0 || (time >= a.earliest && time <= a.latest)) continue;
+        const auto earliest = static_cast<float>(begin + step * (cell.begin_layer + kMargin));
+        const auto latest = static_cast<float>(begin + step * (cell.end_layer - kMargin));
         time = std::clamp(a.sum / static_cast<float>(a.count), earliest, latest);
-        ++num_moved;
+        moved.push_back(v);
       }
     }
   }
-  return num_moved;
+  return moved;
+}
+
+// Flags what has a moved vertex in one of its hexahedra.
+std::vector<char> FlagAround(const mesh::SpaceTimeMesh& mesh, const std::vector<int64_t>& moved) {
+  std::vector<char> is_moved(mesh.num_vertices(), 0), flags(mesh.num_vertices(), 0);
+  for (const int64_t v : moved) is_moved[v] = 1;
+  for (const mesh::Hexahedron& cell : mesh.hexahedra) {
+    if (std::none_of(cell.begin(), cell.end(), [&](int32_t v) { return is_moved[v] != 0; })) {
+      continue;
+    }
+    for (const int32_t v : cell) flags[v] = 1;
+  }
+  return flags;
 }
 
 }  // namespace
 
 void FlattenTimeExtrema(const Layers& layers, const std::vector<int64_t>& first_vertex,
                         mesh::SpaceTimeMesh& mesh) {
+  std::vector<char> flags(mesh.num_vertices(), 1);
+  std::vector<Around> around;
   for (int pass = 0; pass < kNumPasses; ++pass) {
-    if (FlattenOnce(layers, first_vertex, mesh) == 0) return;
+    FindTimesAround(mesh, flags, around);
+    const std::vector<int64_t> moved = FlattenOnce(layers, first_vertex, around, mesh);
+    if (moved.empty()) return;
+    if (pass + 1 < kNumPasses) flags = FlagAround(mesh, moved);
   }
 }
 

@@ -1,7 +1,6 @@
 #include "worker/spacetime/track_links.h"
 
 #include <algorithm>
-#include <map>
 #include <numeric>
 #include <utility>
 
@@ -163,8 +162,9 @@ class Linker {
   // Each triangle (i, v, w) asks for the third corner of the later triangle on the links of v and
   // w; i takes what more of them ask for than have a partner now.
   void Vote(std::vector<int32_t>& link) const {
+    std::vector<int32_t> votes;
     for (int32_t i = 0; i < a_.frame.num_vertices(); ++i) {
-      std::map<int32_t, int> votes;
+      votes.clear();
       for (const int32_t t : a_.topology.TrianglesAt(i)) {
         const Corners c = CornersOf(a_.frame, t);
         const int k = c[0] == i ? 0 : c[1] == i ? 1 : 2;
@@ -172,13 +172,15 @@ class Linker {
         const int32_t w = link[c[(k + 2) % 3]];
         if (v < 0 || w < 0 || v == w) continue;
         const int32_t third = b_.topology.Opposite(v, w);
-        if (third >= 0) ++votes[third];
+        if (third >= 0) votes.push_back(third);
       }
-      int most = link[i] >= 0 && votes.count(link[i]) > 0 ? votes[link[i]] : 0;
-      for (const auto& [j, num] : votes) {
-        if (num <= most || Gap(i, j) >= reach_) continue;
-        most = num;
-        link[i] = j;
+      std::sort(votes.begin(), votes.end());
+      auto most = std::count(votes.begin(), votes.end(), link[i]);
+      for (auto begin = votes.begin(), end = begin; begin != votes.end(); begin = end) {
+        end = std::upper_bound(begin, votes.end(), *begin);
+        if (end - begin <= most || Gap(i, *begin) >= reach_) continue;
+        most = end - begin;
+        link[i] = *begin;
       }
     }
   }

@@ -22,7 +22,7 @@ struct SpaceTimeOptions {
   std::optional<int> droplet_vertices;          // >= 0; smaller components are rigid pieces
   std::optional<double> sheet_thickness_edges;  // >= 0; up to this sheets are thin; 0: none are
   std::optional<int> coarser_levels;            // >= 0; levels of detail beside the finest
-  std::optional<bool> keep_thin_sheets;         // thinner than the spacing, untorn; false
+  std::optional<bool> keep_thin_sheets;         // thinner than the spacing, untorn; true
   absl::Status Validate() const;                // names the first field out of range, and its value
 };
 

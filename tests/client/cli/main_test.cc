@@ -128,7 +128,7 @@ TEST_F(Command, RegisterShowsProgressOnStandardErrorAndTheFamilyOnStandardOutput
                                     "--levels",
                                     "1",
                                     "--keep-thin-sheets",
-                                    "on"});
+                                    "off"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("registration of target 1, iteration 7/16, fit 0.5"));
   EXPECT_THAT(result.err, HasSubstr("inliers 90 %, 1:05 left"));
@@ -138,7 +138,7 @@ TEST_F(Command, RegisterShowsProgressOnStandardErrorAndTheFamilyOnStandardOutput
   EXPECT_THAT(server_.LastRequest(), HasSubstr("time_s: 0.75"));
   for (const char* part : {"thin_sheets_from: 0.5", "connectivity: REBUILT", "spacing_edges: 0.75",
                            "droplet_vertices: 0", "sheet_thickness_edges: 2", "coarser_levels: 1",
-                           "keep_thin_sheets: true"}) {
+                           "keep_thin_sheets: false"}) {
     EXPECT_THAT(server_.LastRequest(), HasSubstr(part));
   }
   EXPECT_EQ(Run({"register", "drops", "--source", "drops-a", "--target", "drops-b",

@@ -74,13 +74,15 @@ TEST(JobOptions, ZeroOfAnOptionalFieldIsAValue) {
   record.set_connectivity(store::v1::TRACKED);
   record.set_droplet_vertices(0);
   record.set_sheet_thickness_edges(0);
-  record.set_keep_thin_sheets(true);
+  record.set_keep_thin_sheets(false);
   record.set_coarser_levels(0);
   const spacetime::BuildOptions options = ToBuildOptions(record);
   EXPECT_EQ(options.connectivity, spacetime::Connectivity::kTracked);
   EXPECT_EQ(options.droplet_vertices, 0);
   EXPECT_EQ(options.sheet_thickness_edges, 0);
-  EXPECT_TRUE(options.keep_thin_sheets);
+  EXPECT_FALSE(options.keep_thin_sheets);
+  record.clear_keep_thin_sheets();
+  EXPECT_TRUE(ToBuildOptions(record).keep_thin_sheets);
   EXPECT_EQ(NumCoarserLevels(record), 0);
 }
 

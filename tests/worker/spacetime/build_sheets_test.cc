@@ -93,7 +93,6 @@ double MeanDistance(const mesh::TriangleMesh& from, const mesh::TriangleMesh& to
 mesh::SpaceTimeMesh BuildOrDie(const mesh::Animation& animation, int num_threads = 2) {
   BuildOptions options;
   options.connectivity = Connectivity::kRebuilt;
-  options.keep_thin_sheets = true;
   auto mesh = Build(animation, options, parallel::Arena(num_threads));
   EXPECT_TRUE(mesh.ok()) << mesh.status();
   return *std::move(mesh);

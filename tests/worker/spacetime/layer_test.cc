@@ -17,7 +17,7 @@ GridSurface Ball(const Eigen::Vector3f& centre, double radius) {
 
 TEST(Layer, HasTheSignedDistanceAndItsGradient) {
   const Eigen::Vector3f centre(15.3f, 15.7f, 15.1f);
-  const Layer layer(CubeGrid(kSide), Ball(centre, 8));
+  const Layer layer(CubeGrid(kSide), {CubeGrid(kSide), Ball(centre, 8)});
   int num_near = 0;
   for (int k = 2; k < 30; ++k) {
     for (int j = 2; j < 30; ++j) {
@@ -38,9 +38,8 @@ TEST(Layer, HasTheSignedDistanceAndItsGradient) {
 // Two views of one moment that disagree a little: the mean is between them.
 TEST(Layer, BlendsTwoSurfaces) {
   const Eigen::Vector3f centre(15.3f, 15.7f, 15.1f);
-  SlabSteps everywhere(CubeGrid(kSide), 2);
-  everywhere.Refine({0, 0, 0}, {kSide, kSide, kSide}, 2);
-  const Layer layer(CubeGrid(kSide), Ball(centre, 7), Ball(centre, 9), 0.25f, everywhere);
+  const Grid grid = CubeGrid(kSide);
+  const Layer layer(grid, {grid, Ball(centre, 7), Ball(centre, 9), 0.25f});
   for (int i = 2; i < 30; ++i) {
     const float distance = (PointAt(i, 15, 15) - centre).norm() - 7.5f;
     if (std::abs(distance) > 1) continue;
@@ -50,7 +49,7 @@ TEST(Layer, BlendsTwoSurfaces) {
 }
 
 TEST(Layer, NothingIsKnownFarFromTheSurface) {
-  const Layer layer(CubeGrid(kSide), Ball({15, 15, 15}, 4));
+  const Layer layer(CubeGrid(kSide), {CubeGrid(kSide), Ball({15, 15, 15}, 4)});
   EXPECT_GE(layer.Distance(1, 1, 1), DistanceBand::kBandWidth);
   EXPECT_EQ(layer.Gradient(1, 1, 1).norm(), 0);
 }

@@ -12,8 +12,13 @@ namespace {
 constexpr int kSide = 32;
 constexpr float kRadius = 8.0f;
 
+Layer LayerOf(const mesh::TriangleMesh& mesh) {
+  const Grid grid = CubeGrid(kSide);
+  return Layer(grid, {grid, InGrid(mesh)});
+}
+
 Layer SphereLayer(const Eigen::Vector3f& centre) {
-  return Layer(CubeGrid(kSide), InGrid(synthetic::Icosphere(centre, kRadius, 5)));
+  return LayerOf(synthetic::Icosphere(centre, kRadius, 5));
 }
 
 // Of one step.
@@ -59,8 +64,7 @@ TEST(PlaceVertices, StayOffTheLayersAndInsideTheirCells) {
 }
 
 TEST(PlaceVertices, PutsAWallThatLiesInAGridPlaneThere) {
-  const Layer layer =
-      Layer(CubeGrid(kSide), InGrid(synthetic::Box({8, 8, 8}, {20.02f, 20.5f, 20.5f}, 8)));
+  const Layer layer = LayerOf(synthetic::Box({8, 8, 8}, {20.02f, 20.5f, 20.5f}, 8));
   const Slab slab = PlaceBetween(layer, layer);
   int on_wall = 0;
   for (const auto& p : slab.vertices) {
@@ -75,7 +79,7 @@ TEST(PlaceVertices, CarryVelocities) {
   mesh::TriangleMesh sphere = synthetic::Icosphere({15, 15, 15}, kRadius, 4);
   sphere.velocities = Eigen::Matrix3Xf::Zero(3, sphere.num_vertices());
   sphere.velocities.row(1).setConstant(2.5f);
-  const Layer layer = Layer(CubeGrid(kSide), InGrid(sphere));
+  const Layer layer = LayerOf(sphere);
   const Slab slab = PlaceBetween(layer, layer);
   ASSERT_EQ(static_cast<int64_t>(slab.velocities.size()), slab.num_vertices());
   for (const auto& u : slab.velocities) {

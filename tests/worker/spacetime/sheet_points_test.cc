@@ -93,7 +93,8 @@ TEST(SheetPoints, LeaveNoWayThroughTheDiagonalOfAFace) {
     for (const Eigen::Vector3f& normal :
          {Eigen::Vector3f(0.2f, 0.35f, 1), Eigen::Vector3f(-0.78f, 0.29f, 0.56f),
           Eigen::Vector3f(0.4f, 0.5f, 0.1f)}) {
-      const Layer layer(CubeGrid(kSide), SheetInGrid(0.3, bend, normal), 0.0f);
+      const Grid grid = CubeGrid(kSide);
+      const Layer layer(grid, {grid, SheetInGrid(0.3, bend, normal), 0.0f});
       EXPECT_EQ(NumCheckerboards(layer.inside()), 0) << bend << ' ' << normal.transpose();
     }
   }
