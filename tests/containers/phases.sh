@@ -101,8 +101,8 @@ run_faults_suite() { run_suite faults --network none; }
 
 # With a PostgreSQL of their own, and the S3 of the stack.
 run_shared_suite() {
-  grep '^AWS_' "$scratch/service.env" >"$scratch/s3.env"
-  run_suite shared $(on_network suite) --env-file "$scratch/s3.env"
+  grep '^AWS_' "$scratch/service.env" >"$scratch/suite.env"
+  run_suite shared $(on_network suite) --env-file "$scratch/suite.env"
 }
 
 submit() {  # starts a registration of drops; sets `operation`
