@@ -8,7 +8,8 @@
 #     --prebuilt    put the programs of build/release into the images instead of compiling there
 #     --no-compose  without the compose files
 # Needs root and deploy/install-deps.sh --containers. BASE: the base image; made if not given.
-# Cleans up what it started, also after Ctrl-C; images stay for the next run.
+# Ends with a table of the phases that have passed. Cleans up what it started, also after Ctrl-C;
+# images stay for the next run.
 # Exit: 0 all is well; 1 something is not; 2 usage; 77 this host cannot run containers.
 set -Eeuo pipefail
 cd "$(dirname "$0")/.."
@@ -50,4 +51,3 @@ if [ $compose = 1 ]; then
   phase "compose: many machines" compose_scale_out
 fi
 phase "systemd units" check_units
-print_table

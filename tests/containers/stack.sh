@@ -80,6 +80,7 @@ clean_up() {
   trap - ERR EXIT
   trap '' INT TERM
   set +e
+  [ ${#phases[@]} = 0 ] || print_table
   {
     [ -z "$(type -t compose_down)" ] || compose_down
     podman ps -aq --filter "label=$project" | xargs -r podman rm --force --volumes --time 0
