@@ -165,7 +165,7 @@ stop_steady_client() {
   quietly podman stop --time 60 "$project-steady" >/dev/null
   podman logs "$project-steady" 2>&1 | tail -n +2
   [ "$(podman wait "$project-steady")" = 0 ] || fail "requests failed, or frames differed"
-  quietly podman rm "$project-steady" >/dev/null
+  quietly podman rm --volumes "$project-steady" >/dev/null
 }
 
 kill_server() {
