@@ -1,18 +1,21 @@
 #!/usr/bin/env bash
 # The service as it runs on many machines, in containers: two servers, two workers, PostgreSQL and
-# S3 on a network of their own; the e2e tests from a client container; containers killed, cut off
-# and replaced by a new image in the middle of work. Nothing that was accepted may be lost, frames
-# must stay the same to the byte, and no request of a client that knows both servers may fail.
+# S3 on a network of their own. The e2e tests: of this service, and, in a container of their own, of
+# programs that they start there, on both tiers. Containers killed, cut off and replaced by a new
+# image in the middle of work: nothing that was accepted may be lost, frames must stay the same to
+# the byte, and no request of a client that knows both servers may fail.
 #   tests/containers.sh [--prebuilt] [--no-compose]
 #     --prebuilt    put the programs of build/release into the images instead of compiling there
 #     --no-compose  without the compose files
 # Needs root and deploy/install-deps.sh --containers. BASE: the base image; made if not given.
-# Cleans up what it started, also after Ctrl-C; images stay for the next run.
+# Ends with a table of the phases that have passed. Cleans up what it started, also after Ctrl-C;
+# images stay for the next run.
 # Exit: 0 all is well; 1 something is not; 2 usage; 77 this host cannot run containers.
 set -Eeuo pipefail
 cd "$(dirname "$0")/.."
 . tests/containers/stack.sh
 . tests/containers/phases.sh
+. tests/containers/compose.sh
 
 prebuilt=0
 compose=1
@@ -30,8 +33,11 @@ trap 'exit 130' INT TERM
 
 phase "host can run containers" check_host
 phase "images" build_images
+phase "e2e tests in a container: embedded" run_embedded_suite
+phase "e2e tests in a container: faults" run_faults_suite
 phase "start" start_stack
-phase "e2e tests" run_e2e
+phase "e2e tests of the stack" run_e2e
+phase "e2e tests in a container: shared" run_shared_suite
 phase "scene: import, register" make_scene
 phase "worker killed" kill_worker
 phase "server killed" kill_server
@@ -45,4 +51,3 @@ if [ $compose = 1 ]; then
   phase "compose: many machines" compose_scale_out
 fi
 phase "systemd units" check_units
-print_table

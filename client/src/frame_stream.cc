@@ -72,7 +72,7 @@ class FrameStream::Impl {
         received_ = true;
         return std::optional<StreamedFrame>(FromProto(std::move(response)));
       }
-      last_status_ = client::FromGrpc(call->stream->Finish());
+      last_status_ = EndOf(*call);
       if (absl::IsUnavailable(last_status_)) servers_.Leave(call->server);
       // Once a frame has come, opening again would repeat frames: then the caller has to decide.
       ended_ = received_ || !backoff_.ShouldRetry(last_status_) || CancelledWithin(NextWait());
@@ -118,6 +118,13 @@ class FrameStream::Impl {
       if (cancelled_) call->context.TryCancel();
     }
     call->stream->Write(first);  // if it fails, Read gets the reason
+  }
+
+  absl::Status EndOf(StreamCall& call) {
+    const absl::Status status = client::FromGrpc(call.stream->Finish());
+    absl::MutexLock lock(&mutex_);
+    if (!cancelled_ || !absl::IsUnavailable(status)) return status;
+    return absl::CancelledError("the stream was cancelled");
   }
 
   std::shared_ptr<StreamCall> CurrentCall() {

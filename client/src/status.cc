@@ -81,6 +81,11 @@ absl::Status MakeStatus(int code, const std::string& message, const google::rpc:
 
 absl::Status FromGrpc(const grpc::Status& status) {
   if (status.ok()) return absl::OkStatus();
+  // Our servers' own errors have details. gRPC ends calls like this that are on their way when a
+  // server shuts down.
+  if (status.error_code() == grpc::StatusCode::CANCELLED && status.error_details().empty()) {
+    return absl::UnavailableError("the server has ended the call");
+  }
   google::rpc::Status details;
   if (!details.ParseFromString(status.error_details())) details.Clear();
   return MakeStatus(status.error_code(), status.error_message(), details);

@@ -12,7 +12,8 @@
 namespace liquidblend::client {
 
 // Same code; the message also carries the details that it does not hold already: the reason and
-// metadata of ErrorInfo, each field violation of BadRequest, and the delay of RetryInfo.
+// metadata of ErrorInfo, each field violation of BadRequest, and the delay of RetryInfo. But a bare
+// CANCELLED is kUnavailable: whoever has cancelled a call knows that without asking.
 absl::Status FromGrpc(const grpc::Status& status);
 absl::Status FromProto(const google::rpc::Status& status);
 

@@ -7,7 +7,7 @@ cd "$(dirname "$0")"
 root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT
 mkdir "$root/programs"
-for program in liquidblend liquidblend-server liquidblend-worker; do
+for program in liquidblend liquidblend-{admin,server,worker}; do
   install /bin/true "$root/programs/$program"
 done
 DESTDIR=$root ./install.sh "$root/programs"

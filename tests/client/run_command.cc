@@ -8,11 +8,10 @@
 #include <cstdlib>
 
 #include "tests/client/temp_files.h"
+#include "tests/paths.h"
 
 namespace liquidblend::testing {
 namespace {
-
-constexpr char kProgram[] = LIQUIDBLEND_BINARY_DIR "/liquidblend";
 
 int OpenToWrite(const std::string& path) { return open(path.c_str(), O_WRONLY | O_CREAT, 0600); }
 
@@ -20,10 +19,11 @@ int OpenToWrite(const std::string& path) { return open(path.c_str(), O_WRONLY | 
   dup2(out, STDOUT_FILENO);
   dup2(err, STDERR_FILENO);
   unsetenv("LIQUIDBLEND_SERVER");
-  std::vector<char*> argv{const_cast<char*>(kProgram)};
+  const std::string program = paths::Program("liquidblend");
+  std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  execv(kProgram, argv.data());
+  execv(program.c_str(), argv.data());
   _exit(127);
 }
 

@@ -29,6 +29,16 @@ build_next() {  # TARGET
     podman build --quiet --format docker --tag "$(image "$1" next)" --file - . >/dev/null
 }
 
+# All that its programs link is in it.
+check_libraries() {  # TARGET
+  podman run --rm --no-healthcheck --label "$project" --network none --entrypoint sh \
+    "$(image "$1")" -c '
+    find /usr/local/bin /opt -type f \( -perm -100 -o -name "*.so" \) ! -name "*.sh" -exec ldd {} +
+    ' >"$scratch/libraries"
+  grep -q "libtbb.so" "$scratch/libraries" || fail "$1: no program is linked"
+  ! grep "not found" "$scratch/libraries" || fail "$1: libraries are missing"
+}
+
 build_images() {
   local from= target
   if [ "$prebuilt" = 1 ]; then
@@ -37,6 +47,7 @@ build_images() {
   fi
   for target in server worker client e2e postgres s3; do build $target; done
   for target in server worker; do build_next $target; done
+  for target in server worker client e2e; do check_libraries $target; done
   podman images --filter "reference=localhost/liquidblend-*:test" \
     --format '{{.Repository}} {{.Size}}' | sed 's|localhost/||'
 }
@@ -66,20 +77,32 @@ ENV
     start_server server$k "$(image server)"
     start_worker worker$k "$(image worker)"
   done
-  run client "$(image e2e)" -- sleep infinity
+  run client "$(image client)" "${scene[@]}" --entrypoint sleep -- infinity
+  run tests "$(image e2e)" -- sleep infinity
   for k in 1 2; do
     await 60 is_healthy server$k
     await 60 is_healthy worker$k
   done
 }
 
-# All but those that stop processes or look into the data directory.
-run_e2e() {
-  local not=WholeWayTest.OneServerAtATimeHasADataDirectory
-  not+=:WholeWayTest.ThePortIsInTheDataDirectory
-  not+=:WholeWayTest.SigtermEndsServerAndWorkersAndLosesNoJob
-  client env "LIQUIDBLEND_E2E_SERVERS=$(both_servers)" \
-    e2e_whole_way_test --gtest_brief=1 "--gtest_filter=-$not"
+run_e2e() { tests env "LIQUIDBLEND_E2E_SERVERS=$(both_servers)" suite.sh running; }
+
+# Tests that start their programs and stores themselves, all in one container.
+run_suite() {  # SUITE [podman's options]
+  local suite=$1
+  shift
+  podman run --rm --init --no-healthcheck --name "$project-suite" "${confined[@]}" --memory 4g \
+    --pids-limit 1024 "$@" "$(image e2e)" suite.sh "$suite" || fail "not all tests pass"
+}
+
+run_embedded_suite() { run_suite embedded --network none; }
+
+run_faults_suite() { run_suite faults --network none; }
+
+# With a PostgreSQL of their own, and the S3 of the stack.
+run_shared_suite() {
+  grep '^AWS_' "$scratch/service.env" >"$scratch/suite.env"
+  run_suite shared $(on_network suite) --env-file "$scratch/suite.env"
 }
 
 submit() {  # starts a registration of drops; sets `operation`
@@ -142,7 +165,7 @@ stop_steady_client() {
   quietly podman stop --time 60 "$project-steady" >/dev/null
   podman logs "$project-steady" 2>&1 | tail -n +2
   [ "$(podman wait "$project-steady")" = 0 ] || fail "requests failed, or frames differed"
-  quietly podman rm "$project-steady" >/dev/null
+  quietly podman rm --volumes "$project-steady" >/dev/null
 }
 
 kill_server() {
@@ -207,7 +230,7 @@ roll() {
 read_metrics() {
   local server name
   for server in server1 server2; do
-    client curl -sf "http://$server:8080/metrics" >"$scratch/metrics"
+    tests curl -sf "http://$server:8080/metrics" >"$scratch/metrics"
     for name in liquidblend_frames_total 'liquidblend_jobs{state="succeeded"}' \
       liquidblend_requests_total process_resident_memory_bytes; do
       grep -qF "$name" "$scratch/metrics" || fail "$server has no metric $name"
@@ -230,73 +253,4 @@ check_nothing_lost() {
 
 check_units() {
   deploy/systemd/verify.sh
-}
-
-compose() { podman-compose --project-name "$project$compose_tier" --file "$compose_file" "$@"; }
-compose_tier=
-
-compose_down() {
-  [ -z "$compose_tier" ] || compose down --volumes --timeout 5
-}
-
-# compose_up FILE SERVICE...: up, until all of these are healthy
-compose_up() {
-  compose_tier=$(basename "$1" .yaml | tr -d -)
-  compose_file=$scratch/$(basename "$1")
-  cp "$1" "$compose_file"
-  shift
-  export LIQUIDBLEND_SERVER_IMAGE LIQUIDBLEND_WORKER_IMAGE LIQUIDBLEND_POSTGRES_IMAGE
-  export LIQUIDBLEND_S3_IMAGE LIQUIDBLEND_PORT LIQUIDBLEND_HTTP_PORT LIQUIDBLEND_PORT1
-  export LIQUIDBLEND_PORT2 LIQUIDBLEND_HTTP_PORT1 LIQUIDBLEND_HTTP_PORT2
-  LIQUIDBLEND_SERVER_IMAGE=$(image server)
-  LIQUIDBLEND_WORKER_IMAGE=$(image worker)
-  LIQUIDBLEND_POSTGRES_IMAGE=$(image postgres)
-  LIQUIDBLEND_S3_IMAGE=$(image s3)
-  read -r LIQUIDBLEND_PORT LIQUIDBLEND_HTTP_PORT LIQUIDBLEND_PORT1 LIQUIDBLEND_PORT2 \
-    LIQUIDBLEND_HTTP_PORT1 LIQUIDBLEND_HTTP_PORT2 < <(free_ports 6)
-  compose up -d >"$scratch/compose" 2>&1 || { cat "$scratch/compose" >&2; fail "compose up"; }
-  local service
-  for service in "$@"; do
-    await 120 podman healthcheck run "$project${compose_tier}_${service}_1"
-  done
-}
-
-free_ports() {
-  python3 - "$1" <<'PYTHON'
-import socket, sys
-sockets = [socket.socket() for _ in range(int(sys.argv[1]))]
-for s in sockets:
-    s.bind(("127.0.0.1", 0))
-print(*(s.getsockname()[1] for s in sockets))
-PYTHON
-}
-
-# The way of the scene once more, over the published ports; its frames are those of before.
-compose_scene() {  # ADDRESSES
-  podman run --rm --network host --read-only --tmpfs /tmp --label "$project" \
-    --env "LIQUIDBLEND_SERVER=$1" "$(image e2e)" sh -ec '
-      liquidblend --quiet import drops_a /data/two_drops/A >/dev/null
-      liquidblend --quiet import drops_b /data/two_drops/B >/dev/null
-      liquidblend --quiet register drops --source drops_a --target drops_b --spacing 2 --levels 0 \
-        --iterations 24 --wait >/dev/null
-      for weight in 0 0.5 1.25; do for time in 0 0.8 2; do
-        liquidblend --quiet frame drops -w $weight -t $time -o /tmp/frame.drc >/dev/null
-        sha256sum </tmp/frame.drc
-      done; done' >"$scratch/frames"
-  [ "$(cat "$scratch/frames")" = "$expected" ] || fail "other frames"
-}
-
-compose_embedded() {
-  compose_up deploy/compose/one-machine.yaml server
-  compose_scene "127.0.0.1:$LIQUIDBLEND_PORT"
-  compose_down >/dev/null 2>&1
-  compose_tier=
-}
-
-compose_scale_out() {
-  deploy/compose/make-secrets.sh "$scratch"
-  compose_up deploy/compose/many-machines.yaml postgres s3 server1 server2 worker1 worker2
-  compose_scene "127.0.0.1:$LIQUIDBLEND_PORT1,127.0.0.1:$LIQUIDBLEND_PORT2"
-  compose_down >/dev/null 2>&1
-  compose_tier=
 }

@@ -11,7 +11,7 @@ current_phase=
 # Everyone has a fixed address and knows the others' from /etc/hosts, and clients of gRPC, which asks
 # name servers for IPv6 in any case, are given addresses: podman's name server passes on to the
 # host's what it does not know, and how soon that answers is not to be tested here.
-members=(postgres s3 server1 server2 worker1 worker2 client steady)
+members=(postgres s3 server1 server2 worker1 worker2 client tests steady suite)
 subnet=  # of the network: 10.89.0
 
 make_network() {
@@ -80,6 +80,7 @@ clean_up() {
   trap - ERR EXIT
   trap '' INT TERM
   set +e
+  [ ${#phases[@]} = 0 ] || print_table
   {
     [ -z "$(type -t compose_down)" ] || compose_down
     podman ps -aq --filter "label=$project" | xargs -r podman rm --force --volumes --time 0
@@ -100,16 +101,24 @@ await() {
   done
 }
 
+# How every container of ours runs.
+confined=(--label "$project" --read-only --tmpfs /tmp --cap-drop ALL
+  --security-opt no-new-privileges)
+# The scene, for the image client.
+scene=(--volume "$PWD/tests/data/two_drops:/data/two_drops:ro")
+
+on_network() {  # MEMBER
+  echo --network "$network" --ip "$(address_of "$1")" $(hosts_options)
+}
+
 # run NAME IMAGE [podman's options] -- [the container's arguments]
 run() {
   local name=$1 of=$2 options=()
   shift 2
   while [ $# -gt 0 ] && [ "$1" != -- ]; do options+=("$1"); shift; done
   shift || true
-  quietly podman run --detach --name "$project-$name" --hostname "$name" --label "$project" \
-    --network "$network" --ip "$(address_of "$name")" $(hosts_options) --read-only --tmpfs /tmp --cap-drop ALL \
-    --security-opt no-new-privileges --env-file "$scratch/service.env" "${options[@]}" \
-    "$of" "$@" >/dev/null
+  quietly podman run --detach --name "$project-$name" --hostname "$name" "${confined[@]}" \
+    $(on_network "$name") --env-file "$scratch/service.env" "${options[@]}" "$of" "$@" >/dev/null
 }
 
 # Without podman's complaint that nobody runs health checks by the clock where systemd is not.
@@ -138,6 +147,7 @@ replace() {  # server|worker NAME IMAGE: as an operator does it
 }
 
 client() { podman exec "$project-client" "$@"; }
+tests() { podman exec "$project-tests" "$@"; }
 
 # The command in the client container, patient on a busy machine.
 liquidblend() { client liquidblend --connect-timeout 30 --quiet "$@"; }

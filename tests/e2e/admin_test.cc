@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "tests/e2e/e2e_testing.h"
+#include "tests/paths.h"
 
 namespace liquidblend::e2e {
 namespace {
@@ -62,7 +63,7 @@ class AdminTest : public E2eTest {
       const size_t equals = variable.find('=');
       text += variable.substr(0, equals) + "='" + variable.substr(equals + 1) + "' ";
     }
-    text += LIQUIDBLEND_BINARY_DIR "/liquidblend-admin";
+    text += paths::Program("liquidblend-admin");
     for (const std::string& argument : arguments) text += " '" + argument + "'";
     return text;
   }
@@ -84,7 +85,7 @@ TEST_F(AdminTest, AStoreMovesToManyMachinesAndBackAndServesTheSameBytes) {
     Stop(server);
   }
   ASSERT_GT(frame.size(), 100);
-  const std::string program = LIQUIDBLEND_BINARY_DIR "/liquidblend-admin ";
+  const std::string program = paths::Program("liquidblend-admin") + " ";
   ASSERT_EQ(std::system((program + "export --data " + one + " " + exported).c_str()), 0);
   ASSERT_EQ(Admin("import", Shared({exported})), 0);
   {
@@ -113,7 +114,7 @@ TEST_F(AdminTest, AStoreMovesToManyMachinesAndBackAndServesTheSameBytes) {
 }
 
 TEST_F(AdminTest, TellsWhatIsWrongByItsExitCode) {
-  const std::string program = LIQUIDBLEND_BINARY_DIR "/liquidblend-admin ";
+  const std::string program = paths::Program("liquidblend-admin") + " ";
   const auto run = [&](const std::string& arguments) {
     return WEXITSTATUS(std::system((program + arguments + " 2>/dev/null >/dev/null").c_str()));
   };

@@ -133,8 +133,8 @@ Process E2eTest::StartServer(int num_workers, const std::vector<std::string>& en
     return {};
   }
   std::vector<std::string> arguments = StoreArguments();
-  arguments.insert(arguments.end(), {"--listen", "127.0.0.1:0", "--worker-lease", "1s", "--workers",
-                                     std::to_string(num_workers)});
+  arguments.insert(arguments.end(), {"--listen", "127.0.0.1:0", "--worker-lease", lease_,
+                                     "--workers", std::to_string(num_workers)});
   Process server("liquidblend-server", arguments, WithStore(environment));
   const std::string line = server.ReadLine();
   const std::string words = "listening on ";
@@ -150,7 +150,7 @@ Process E2eTest::StartWorker(const std::vector<std::string>& environment) {
 
 std::vector<std::string> E2eTest::WorkerArguments() const {
   std::vector<std::string> arguments = StoreArguments();
-  arguments.insert(arguments.end(), {"--lease", "1s", "--poll", "20ms", "--threads", "1"});
+  arguments.insert(arguments.end(), {"--lease", lease_, "--poll", "20ms", "--threads", "1"});
   return arguments;
 }
 

@@ -91,6 +91,10 @@ class E2eTest : public ::testing::Test {
   std::unique_ptr<v1::LiquidBlend::Stub> stub_;
   std::unique_ptr<google::longrunning::Operations::Stub> operations_;
 
+  // Of workers: who is lost, is found out by then. Longer where none is, since a machine that is
+  // busier than that loses one.
+  std::string lease_ = "1s";
+
   // Where the store is, as programs take it: flags, and NAME=VALUE of the environment.
   std::vector<std::string> StoreArguments() const;
   std::vector<std::string> WithStore(const std::vector<std::string>& environment = {}) const;

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <filesystem>
 
 #include "tests/e2e/fault_layer.h"
 
@@ -20,34 +19,6 @@ FaultControl* MapFaultControl(const std::string& path) {
   close(fd);
   if (start == MAP_FAILED) std::abort();
   return static_cast<FaultControl*>(start);  // zeros are a valid one
-}
-
-FaultLayer::FaultLayer(const std::string& folder, const std::string& own, bool has_disk)
-    : folder_(folder), own_(own), has_disk_(has_disk) {
-  std::filesystem::create_directories(FaultDiskFolder(own_));
-  control_ = MapFaultControl(FaultControlFile(own_));
-}
-
-FaultLayer::~FaultLayer() { munmap(control_, sizeof(FaultControl)); }
-
-std::vector<std::string> FaultLayer::environment() const {
-  std::vector<std::string> variables = {std::string("LD_PRELOAD=") + LIQUIDBLEND_FAULT_LAYER,
-                                        std::string(kFaultFolderVariable) + "=" + folder_,
-                                        std::string(kFaultOwnVariable) + "=" + own_};
-  if (has_disk_) variables.push_back(std::string(kFaultDiskVariable) + "=1");
-  return variables;
-}
-
-std::string FaultLayer::disk() const { return FaultDiskFolder(own_); }
-
-void FaultLayer::FailCalls(FaultyCall call, int error_number, int64_t first, int64_t num_failing) {
-  Heal();
-  control_->error_number = error_number;
-  control_->first = first;
-  control_->num_failing = num_failing;
-  control_->num_calls = 0;
-  control_->num_failed = 0;
-  control_->call = call;
 }
 
 }  // namespace liquidblend::e2e

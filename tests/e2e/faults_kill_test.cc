@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "tests/e2e/faults_testing.h"
+#include "tests/paths.h"
 
 namespace liquidblend::e2e {
 namespace {
@@ -42,9 +43,8 @@ constexpr KillPoint kPoints[] = {
 TEST(FaultPoints, AreAllInTheTable) {
   std::set<std::string> in_sources, in_table;
   const std::regex call("FaultPoint\\(\"([^\"]+)\"\\)");
-  for (const char* folder : {"/core", "/worker", "/server"}) {
-    const std::string root = std::string(LIQUIDBLEND_SOURCE_DIR) + folder;
-    for (const auto& file : std::filesystem::recursive_directory_iterator(root)) {
+  for (const char* folder : {"core", "worker", "server"}) {
+    for (const auto& file : std::filesystem::recursive_directory_iterator(paths::Source(folder))) {
       if (file.path().extension() != ".cc") continue;
       const std::string text = store::ReadFile(file.path());
       for (std::sregex_iterator match(text.begin(), text.end(), call), end; match != end; ++match) {

@@ -17,6 +17,7 @@
 #include "tests/client/run_command.h"
 #include "tests/client/temp_files.h"
 #include "tests/e2e/process.h"
+#include "tests/paths.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/voxels.h"
@@ -143,7 +144,7 @@ TEST_F(InputsTest, FramesThatTouchThemselvesGoAllTheWayAndExportsComeBack) {
 }
 
 TEST_F(InputsTest, AnExportedBlendOfTwoDropsCanBeImported) {
-  const fs::path simulations = fs::path(LIQUIDBLEND_TEST_DATA) / "two_drops";
+  const fs::path simulations = paths::Source("tests/data/two_drops");
   for (const std::string name : {"A", "B"}) {
     const std::string folder = MakeFolder(name);
     for (const std::string file :

@@ -12,7 +12,7 @@
 #include <iostream>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
+#include "tests/paths.h"
 
 namespace liquidblend::e2e {
 namespace {
@@ -37,9 +37,7 @@ char StateOf(pid_t pid) {
 
 Process::Process(const std::string& program, const std::vector<std::string>& arguments,
                  const std::vector<std::string>& environment) {
-  const char* const folder = std::getenv("LIQUIDBLEND_BINARY_DIR");
-  const std::string path =
-      absl::StrCat(folder == nullptr ? LIQUIDBLEND_BINARY_DIR : folder, "/", program);
+  const std::string path = paths::Program(program);
   std::vector<std::string> words = {path};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<std::string> variables;

@@ -13,9 +13,8 @@ class Process {
  public:
   // Nothing that runs.
   Process() = default;
-  // Runs BINARY_DIR/program (the build's, unless the environment has LIQUIDBLEND_BINARY_DIR);
-  // `environment` is added to this process' own, as NAME=VALUE. What it says on standard error goes
-  // to ours.
+  // Runs that program of ours (tests/paths.h); `environment` is added to this process' own, as
+  // NAME=VALUE. What it says on standard error goes to ours.
   Process(const std::string& program, const std::vector<std::string>& arguments,
           const std::vector<std::string>& environment = {});
   ~Process();

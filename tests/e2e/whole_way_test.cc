@@ -19,6 +19,8 @@ using testing::Not;
 
 class WholeWayTest : public E2eTest {
  protected:
+  WholeWayTest() { lease_ = "30s"; }  // no worker is lost here
+
   // Imports a and b, and registers them as balls.
   void MakeFamily() {
     const Operation a = ImportBall("a", 1.0);

@@ -9,11 +9,21 @@ namespace {
 
 TEST(FromGrpc, KeepsCodeAndMessage) {
   EXPECT_TRUE(FromGrpc(grpc::Status::OK).ok());
-  for (int code = 1; code <= 16; ++code) {
+  for (int code = 2; code <= 16; ++code) {
     const absl::Status status = FromGrpc({static_cast<grpc::StatusCode>(code), "why"});
     EXPECT_EQ(static_cast<int>(status.code()), code);
     EXPECT_EQ(status.message(), "why");
   }
+}
+
+// As gRPC ends calls that are on their way when a server shuts down: they go to another one.
+TEST(FromGrpc, ABareCancellationIsAServerThatIsGone) {
+  EXPECT_EQ(FromGrpc({grpc::StatusCode::CANCELLED, "CANCELLED"}),
+            absl::UnavailableError("the server has ended the call"));
+  google::rpc::Status details;
+  details.add_details()->PackFrom(google::rpc::ErrorInfo());
+  EXPECT_TRUE(absl::IsCancelled(
+      FromGrpc({grpc::StatusCode::CANCELLED, "why", details.SerializeAsString()})));
 }
 
 TEST(FromGrpc, IgnoresDetailsThatAreNoStatus) {

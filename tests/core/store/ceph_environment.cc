@@ -2,12 +2,14 @@
 
 #include "absl/strings/str_split.h"
 #include "tests/core/store/store_testing.h"
+#include "tests/paths.h"
 
 namespace liquidblend::store {
 
 std::vector<std::string> CephEnvironment() {
-  const std::string text = ReadFile(LIQUIDBLEND_CEPH "/s3.env");
-  EXPECT_FALSE(text.empty()) << "tests/ceph.sh start " LIQUIDBLEND_CEPH " has not run";
+  const std::string folder = paths::CephFolder();
+  const std::string text = ReadFile(folder + "/s3.env");
+  EXPECT_FALSE(text.empty()) << "tests/ceph.sh start " << folder << " has not run";
   return absl::StrSplit(text, '\n', absl::SkipEmpty());
 }
 

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/store/postgres.h"
+#include "tests/paths.h"
 
 namespace liquidblend::store {
 namespace {
@@ -29,14 +30,14 @@ PostgresServer::PostgresServer() { Start(); }
 PostgresServer::~PostgresServer() { Stop(); }
 
 void PostgresServer::Start() {
+  const std::string program = paths::Source("tests/postgres.sh");
   pid_ = fork();
   if (pid_ == 0) {
     sigset_t none;
     sigemptyset(&none);
     sigprocmask(SIG_SETMASK, &none, nullptr);
     // Nothing here needs to survive a loss of power.
-    execl(LIQUIDBLEND_TESTS "/postgres.sh", "postgres.sh", folder_.path().c_str(), "fsync=off",
-          nullptr);
+    execl(program.c_str(), "postgres.sh", folder_.path().c_str(), "fsync=off", nullptr);
     _exit(127);
   }
   const absl::Time deadline = absl::Now() + kPatience;
