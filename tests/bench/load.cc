@@ -21,6 +21,7 @@ struct Flags {
   int vertices = 50'000;
   double warp = 10.0;
   int threads = 2;
+  double frame_cache_mb = 256.0;
   double seconds = 5.0;
   double frames_per_second = 60.0;
   std::vector<int> callers = {1, 4, 16};
@@ -81,7 +82,7 @@ void RunMixed(const LoadTarget& target, const Flags& flags) {
 }
 
 void RunAll(const Flags& flags) {
-  const LoadServer server(flags.vertices, flags.warp, flags.threads);
+  const LoadServer server(flags.vertices, flags.warp, flags.threads, flags.frame_cache_mb);
   const LoadTarget target = {server.address(), server.duration_s()};
   std::vector<Group> warm_up = {Callers(target, Frames::kRepeated, 2)};
   Run(warm_up, 1.0);
@@ -113,6 +114,9 @@ int main(int argc, char** argv) {
   app.add_option("--warp", flags.warp, "Largest time warp at weight 1, frames")
       ->capture_default_str();
   app.add_option("--threads", flags.threads, "Of the server, for frames")->capture_default_str();
+  app.add_option("--frame-cache", flags.frame_cache_mb,
+                 "Of the server, MB; memory grows until it is full")
+      ->capture_default_str();
   app.add_option("--seconds", flags.seconds, "Of each load")->capture_default_str();
   app.add_option("--frames-per-second", flags.frames_per_second, "Of streams")
       ->capture_default_str();

@@ -100,7 +100,8 @@ void Import(store::Catalog& catalog, const std::string& id) {
 
 }  // namespace
 
-LoadServer::LoadServer(int vertices_per_frame, double warp_frames, int num_threads)
+LoadServer::LoadServer(int vertices_per_frame, double warp_frames, int num_threads,
+                       double frame_cache_mb)
     : source_vertices_(SourceVertices(vertices_per_frame, warp_frames)),
       catalog_(Require(store::OpenSqliteCatalog(store::CatalogPath(folder_.path())))),
       blobs_(Require(store::OpenLocalBlobStore(folder_.path()))),
@@ -109,6 +110,7 @@ LoadServer::LoadServer(int vertices_per_frame, double warp_frames, int num_threa
   rpc::ServerOptions options;
   options.listen = "127.0.0.1:0";
   options.num_frame_threads = num_threads;
+  options.frame_cache_bytes = static_cast<int64_t>(frame_cache_mb * 1e6);
   server_ = Require(rpc::Server::Start(*catalog_, *blobs_, families_, options));
 }
 

@@ -28,7 +28,7 @@ struct StageSums {
 // average over weights in [0, 1] and times. Aborts with a message if it cannot be set up.
 class LoadServer {
  public:
-  LoadServer(int vertices_per_frame, double warp_frames, int num_threads);
+  LoadServer(int vertices_per_frame, double warp_frames, int num_threads, double frame_cache_mb);
 
   const std::string& address() const { return server_->address(); }
   double duration_s() const { return duration_s_; }
