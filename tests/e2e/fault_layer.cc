@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <climits>
 #include <cstdarg>
@@ -252,7 +253,10 @@ time_t time(time_t* where) noexcept {
 // Abseil waits until times of day.
 long syscall(long number, ...) noexcept {
   using Call = long(long, long, long, long, long, long, long);
-  static Call* const next = Next<Call>("syscall");
+  // Not found out while others wait for that: they would wait by this very call.
+  static std::atomic<Call*> known = nullptr;
+  if (known == nullptr) known = Next<Call>("syscall");
+  Call* const next = known;
   long a[6];
   va_list arguments;
   va_start(arguments, number);

@@ -67,8 +67,9 @@ TEST_P(FaultsClockTest, InMidJob) {
   });
   // Leases in SQLite look as if they had run out, or were of no length that there is, until they
   // are renewed; PostgreSQL has a clock of its own.
+  // A machine that is very busy may stop a worker for as long as its lease once in a while.
   const bool may_retry = GetParam().tier == Tier::kEmbedded;
-  EXPECT_LE(num_retried_, may_retry ? 2 * NumFaultRuns() : 0);
+  EXPECT_LE(num_retried_, may_retry ? 2 * NumFaultRuns() : NumFaultRuns() / 10);
 }
 
 // Whoever waits for the lease of a lost worker does not wait for an hour.
