@@ -1,7 +1,7 @@
 // The fault table's clocks: they are set, forth and back, while programs wait and work.
-#include <algorithm>
-
 #include <signal.h>
+
+#include <algorithm>
 
 #include "absl/strings/str_cat.h"
 #include "tests/e2e/faults_testing.h"
