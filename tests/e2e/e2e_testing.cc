@@ -48,26 +48,24 @@ void E2eTest::MoveTo(const Place& place) {
   place_ = place;
 }
 
-std::string E2eTest::blob_folder() const {
-  return place_.catalog_url.empty() ? data() : data() + "/cache";
-}
+std::string E2eTest::blob_folder() const { return HasDataDirectory() ? data() : data() + "/cache"; }
 
 std::unique_ptr<store::Catalog> E2eTest::OpenCatalog() const {
-  auto catalog = place_.catalog_url.empty() ? store::OpenSqliteCatalog(store::CatalogPath(data()))
-                                            : store::OpenPostgresCatalog(place_.catalog_url);
+  auto catalog = HasDataDirectory() ? store::OpenSqliteCatalog(store::CatalogPath(data()))
+                                    : store::OpenPostgresCatalog(place_.catalog_url);
   EXPECT_TRUE(catalog.ok()) << catalog.status();
   return catalog.ok() ? *std::move(catalog) : nullptr;
 }
 
 std::vector<std::string> E2eTest::StoreArguments() const {
-  if (place_.catalog_url.empty()) return {"--data", data()};
+  if (HasDataDirectory()) return {"--data", data()};
   return {"--cache", blob_folder(), "--blobs", place_.blobs_url + data().substr(data().rfind('/'))};
 }
 
 // The first of a name counts.
 std::vector<std::string> E2eTest::WithStore(const std::vector<std::string>& environment) const {
   std::vector<std::string> all = environment;
-  if (!place_.catalog_url.empty()) all.push_back("LIQUIDBLEND_STORE=" + place_.catalog_url);
+  if (!HasDataDirectory()) all.push_back("LIQUIDBLEND_STORE=" + place_.catalog_url);
   all.insert(all.end(), place_.environment.begin(), place_.environment.end());
   return all;
 }

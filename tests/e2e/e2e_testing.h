@@ -49,6 +49,8 @@ class E2eTest : public ::testing::Test {
   void MoveTo(const Place& place);
 
   const std::string& data() const { return folder_->path(); }
+  // Whether data() is the store's; otherwise it has the cache alone.
+  bool HasDataDirectory() const { return place_.catalog_url.empty(); }
   // Where blobs are while they are written: data(), or the cache.
   std::string blob_folder() const;
   // One more handle on the catalog.

@@ -33,7 +33,10 @@ class FaultLine {
   // Forgets a run that was there to find something out, but not what it lost.
   void Restart() { num_runs = num_accepted = num_retried = num_published = 0; }
   // The fault did not strike in this run, which does not count then.
-  void Miss() { --num_runs, ++num_missed; }
+  void Miss() {
+    --num_runs;
+    ++num_missed;
+  }
 
   int num_runs = 0;
   int num_missed = 0;

@@ -16,7 +16,7 @@
 #include "core/mesh/triangle_mesh.h"
 #include "tests/client/run_command.h"
 #include "tests/client/temp_files.h"
-#include "tests/e2e/process.h"
+#include "tests/e2e/e2e_testing.h"
 #include "tests/paths.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
@@ -31,19 +31,15 @@ using liquidblend::testing::CommandResult;
 using liquidblend::testing::TempDir;
 using ::testing::HasSubstr;
 
-class InputsTest : public ::testing::Test {
+class InputsTest : public E2eTest {
  protected:
-  InputsTest()
-      : server_("liquidblend-server",
-                {"--data", folder_.File("data"), "--listen", "127.0.0.1:0", "--workers", "1"}) {
-    const std::string words = "listening on ";
-    const std::string line = server_.ReadLine();
-    EXPECT_EQ(line.substr(0, words.size()), words);
-    address_ = line.substr(std::min(line.size(), words.size()));
+  InputsTest() {
+    lease_ = "30s";  // no worker is lost here
+    server_ = StartServer(/*num_workers=*/1);
   }
 
   CommandResult Run(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), {"--server", address_, "--quiet"});
+    arguments.insert(arguments.begin(), {"--server", Address(), "--quiet"});
     return liquidblend::testing::RunLiquidblend(arguments);
   }
 
@@ -97,7 +93,6 @@ class InputsTest : public ::testing::Test {
 
   TempDir folder_;
   Process server_;
-  std::string address_;
 };
 
 double CentreX(const cli::MeshStats& stats) {

@@ -39,11 +39,12 @@ class SecureTest : public E2eTest {
     rpc::ReplaceFile(path("server.crt"), pair.certificate);
     rpc::ReplaceFile(path("server.key"), pair.key);
     rpc::ReplaceFile(path("ca.crt"), authority_.certificate());
-    Process server(
-        "liquidblend-server",
-        {"--data", data(), "--listen", "127.0.0.1:0", "--workers", "0", "--tls-cert",
-         path("server.crt"), "--tls-key", path("server.key"), "--tokens", path("tokens.json"),
-         "--import-root", "sims=" + folder_.path(), "--log-format", "json"});
+    std::vector<std::string> arguments = StoreArguments();
+    arguments.insert(arguments.end(),
+                     {"--listen", "127.0.0.1:0", "--workers", "0", "--tls-cert", path("server.crt"),
+                      "--tls-key", path("server.key"), "--tokens", path("tokens.json"),
+                      "--import-root", "sims=" + folder_.path(), "--log-format", "json"});
+    Process server("liquidblend-server", arguments, WithStore());
     const std::string line = server.ReadLine();
     EXPECT_THAT(line, StartsWith("listening on "));
     address = line.substr(std::min(line.size(), std::string("listening on ").size()));
@@ -107,7 +108,9 @@ TEST_F(SecureTest, ImportsFromTheServersOwnDiskNeedTheScopeAndStayBelowTheRoot) 
 }
 
 TEST_F(SecureTest, AServerThatOthersCouldListenToDoesNotStart) {
-  Process server("liquidblend-server", {"--data", data(), "--listen", "0.0.0.0:0"});
+  std::vector<std::string> arguments = StoreArguments();
+  arguments.insert(arguments.end(), {"--listen", "0.0.0.0:0"});
+  Process server("liquidblend-server", arguments, WithStore());
   EXPECT_EQ(server.ReadLine(), "");
   EXPECT_EQ(server.Wait(), 1);
 }
