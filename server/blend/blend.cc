@@ -88,8 +88,8 @@ void Blender::Place(std::span<const int32_t> vertices, Float4* positions) const 
 
 void Blender::Prefetch(std::span<const int32_t> vertices) const {
   for (const int32_t v : vertices) {
-    __builtin_prefetch(&family_->vertices[v]);
-    for (const Term& term : terms_) __builtin_prefetch(&term.field[v]);
+    __builtin_prefetch(&family_->vertices[v], 0, 2);
+    for (const Term& term : terms_) __builtin_prefetch(&term.field[v], 0, 2);
   }
 }
 

@@ -72,6 +72,9 @@ Cluster CellIndex::cluster(int32_t number) const {
   cluster.num_last_vertices = record.num_last_vertices;
   cluster.corners = bytes_.data() + record.first_byte;
   cluster.edges = cluster.corners + kNumCorners[static_cast<int>(record.kind)] * record.num_cells;
+  cluster.low_ends = cluster.edges + kNumEdges[static_cast<int>(record.kind)] * record.num_cells;
+  cluster.high_ends = cluster.low_ends + record.num_edges;
+  cluster.has_repeated_corners = record.has_repeated_corners;
   cluster.owner_clusters = owner_clusters_.data() + record.first_owner;
   cluster.owner_edges = owner_edges_.data() + record.first_owner;
   return cluster;
@@ -81,11 +84,13 @@ void CellIndex::Prefetch(int32_t number) const {
   const Record& record = records_[number];
   const Cluster of = cluster(number);
   const auto fetch = [](const void* begin, int64_t bytes) {
-    for (int64_t b = 0; b < bytes; b += 64) __builtin_prefetch(static_cast<const char*>(begin) + b);
+    for (int64_t b = 0; b < bytes; b += 64)
+      __builtin_prefetch(static_cast<const char*>(begin) + b, 0, 2);
   };
   const auto kind = static_cast<int>(record.kind);
   fetch(of.times, record.num_vertices * std::ssize(cluster_times_) * int64_t{sizeof(float)});
-  fetch(of.corners, (kNumCorners[kind] + kNumEdges[kind]) * record.num_cells);
+  fetch(of.corners,
+        (kNumCorners[kind] + kNumEdges[kind]) * record.num_cells + 2 * record.num_edges);
   fetch(of.vertices.data(), static_cast<int64_t>(of.vertices.size_bytes()));
   const int num_shared = record.num_edges - record.num_own_edges;
   fetch(of.owner_clusters, num_shared * int64_t{sizeof(int32_t)});

@@ -23,14 +23,17 @@ enum class CellKind : uint8_t { kTetrahedron, kPyramid, kWedge, kHexahedron };
 struct Cluster {
   CellKind kind = CellKind::kTetrahedron;
   int num_cells = 0;
-  int num_edges = 0;                  // that its cells have
-  int num_own_edges = 0;              // that belong to it
-  std::span<const int32_t> vertices;  // of the family, ascending
-  const float* times = nullptr;       // per field of times and vertex
-  int num_first_vertices = 0;         // of the slab before the first frame: the first ones
-  int num_last_vertices = 0;          // of the slab after the last frame: the last ones
-  const uint8_t* corners = nullptr;   // per corner and cell: one of `vertices`
-  const uint8_t* edges = nullptr;     // per cell and edge, as the marching table numbers them
+  int num_edges = 0;                   // that its cells have
+  int num_own_edges = 0;               // that belong to it
+  std::span<const int32_t> vertices;   // of the family, ascending
+  const float* times = nullptr;        // per field of times and vertex
+  int num_first_vertices = 0;          // of the slab before the first frame: the first ones
+  int num_last_vertices = 0;           // of the slab after the last frame: the last ones
+  const uint8_t* corners = nullptr;    // per corner and cell: one of `vertices`
+  const uint8_t* edges = nullptr;      // per cell and edge, as the marching table numbers them
+  const uint8_t* low_ends = nullptr;   // per edge: the lower one of the vertices that it joins ...
+  const uint8_t* high_ends = nullptr;  // ... and the higher one
+  bool has_repeated_corners = false;   // some cell has one of its vertices twice
   // Per edge from num_own_edges on: the cluster it belongs to, and its number there.
   const int32_t* owner_clusters = nullptr;
   const uint8_t* owner_edges = nullptr;
@@ -56,7 +59,9 @@ class CellIndex {
   int32_t num_clusters() const { return static_cast<int32_t>(records_.size()); }
   // Those of one kind follow one another.
   Cluster cluster(int32_t number) const;
-  // cluster() will be looked at soon: memory can be fetched meanwhile.
+  // cluster() will be looked at soon: memory can be fetched meanwhile, in two steps, first where it
+  // is and then what it has.
+  void PrefetchRecord(int32_t number) const { __builtin_prefetch(&records_[number]); }
   void Prefetch(int32_t number) const;
   // By field of times: the source's, then each target's displacement and, if it has one of its own,
   // extrapolation.
@@ -81,13 +86,14 @@ class CellIndex {
     uint8_t num_own_edges = 0;
     uint8_t num_first_vertices = 0;
     uint8_t num_last_vertices = 0;
+    bool has_repeated_corners = false;
   };
 
   void CopyTimes();
 
   const mesh::RegisteredFamily* family_;
   std::vector<Record> records_;
-  std::vector<uint8_t> bytes_;  // per cluster: corners, then edges; then kKernelOverrun more
+  std::vector<uint8_t> bytes_;  // per cluster: corners, edges, ends; then kKernelOverrun more
   std::vector<int32_t> vertices_;
   std::vector<float> times_;  // per cluster: of its vertices, field by field
   std::vector<int32_t> owner_clusters_;

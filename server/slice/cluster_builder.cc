@@ -62,6 +62,12 @@ bool ClusterBuilder::Grow(const Cell& cell, const Table& table) {
     const auto& ends = table.edges[e];
     growing.cell_edges.push_back(EdgeNumber(corners[ends[0]], corners[ends[1]]));
   }
+  for (size_t k = 1; k < corners.size(); ++k) {
+    const auto before = corners.begin() + k;
+    if (std::find(corners.begin(), before, corners[k]) != before) {
+      growing.has_repeated_corners = true;
+    }
+  }
   ++growing.num_cells;
   return true;
 }
@@ -93,6 +99,7 @@ void ClusterBuilder::Finish(CellKind kind) {
   record.num_cells = static_cast<uint8_t>(growing_.num_cells);
   record.num_vertices = static_cast<uint8_t>(growing_.num_vertices);
   record.num_edges = static_cast<uint8_t>(growing_.num_edges);
+  record.has_repeated_corners = growing_.has_repeated_corners;
   ShareEdges(record);
   index_.records_.push_back(record);
   auto& bytes = index_.bytes_;
@@ -103,9 +110,13 @@ void ClusterBuilder::Finish(CellKind kind) {
     }
   }
   bytes.insert(bytes.end(), growing_.cell_edges.begin(), growing_.cell_edges.end());
+  const auto edges = std::span(growing_.edges).first(growing_.num_edges);
+  for (const auto& [low, high] : edges) bytes.push_back(low);
+  for (const auto& [low, high] : edges) bytes.push_back(high);
   index_.vertices_.insert(index_.vertices_.end(), growing_.vertices.begin(),
                           growing_.vertices.begin() + growing_.num_vertices);
   growing_.num_vertices = growing_.num_edges = growing_.num_cells = 0;
+  growing_.has_repeated_corners = false;
   growing_.cell_corners.clear();
   growing_.cell_edges.clear();
 }
@@ -155,6 +166,8 @@ void ClusterBuilder::ShareEdges(CellIndex::Record& record) {
     first = static_cast<int32_t>(edges_.size() - 1);
   }
   for (uint8_t& edge : growing_.cell_edges) edge = number[edge];
+  const auto edges = growing_.edges;
+  for (int e = 0; e < growing_.num_edges; ++e) growing_.edges[number[e]] = edges[e];
   record.num_own_edges = static_cast<uint8_t>(num_own);
 }
 

@@ -38,6 +38,7 @@ class ClusterBuilder {
     std::vector<uint8_t> cell_corners;  // per cell
     std::vector<uint8_t> cell_edges;
     int num_cells = 0;
+    bool has_repeated_corners = false;
   };
 
   template <typename Cell, typename Table>

@@ -10,6 +10,9 @@ namespace liquidblend::slice {
 // A bit per vertex of a cluster.
 struct alignas(16) VertexBits : std::array<uint8_t, 16> {};
 
+// A bit per edge of a cluster.
+using EdgeBits = std::array<uint64_t, 4>;
+
 // Added to the source's times: factor times a field of numbers, one per vertex.
 struct TimeTerm {
   float factor = 0.0F;
@@ -26,9 +29,14 @@ inline constexpr int kKernelOverrun = 64;
 void FindLater(const float* times, int num_vertices, std::span<const TimeTerm> terms,
                float first_later, VertexBits& later);
 
-// codes[c]: bit k is that of corners[k * num_cells + c].  Requires: corners < 128; num_corners
-// <= 8.
-void FindCodes(const VertexBits& later, const uint8_t* corners, int num_corners, int num_cells,
-               uint8_t* codes);
+// codes[c]: bit k is that of corners[k * num_cells + c]. Returns the set of the cells that are cut:
+// not all of their bits are alike.  Requires: corners < 128; num_corners <= 8, num_cells <= 64.
+uint64_t FindCodes(const VertexBits& later, const uint8_t* corners, int num_corners, int num_cells,
+                   uint8_t* codes);
+
+// Sets bit e where those of low_ends[e] and high_ends[e] differ, and none beyond num_edges.
+// Requires: ends < 128; num_edges <= 256.
+void FindCrossed(const VertexBits& later, const uint8_t* low_ends, const uint8_t* high_ends,
+                 int num_edges, EdgeBits& crossed);
 
 }  // namespace liquidblend::slice

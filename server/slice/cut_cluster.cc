@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 
 namespace liquidblend::slice {
 namespace {
 
-constexpr uint8_t kNone = 255;
-static_assert(kMaxClusterEdges <= kNone);
+// Most cells that are cut have no more corners than this.
+constexpr int kUsualCorners = 6;
 
 void SetBit(int v, bool value, VertexBits& bits) {
   const unsigned bit = 1U << v % 8;
@@ -16,18 +15,17 @@ void SetBit(int v, bool value, VertexBits& bits) {
   bits[v / 8] = static_cast<uint8_t>(value ? others | bit : others);
 }
 
-int NumSet(const VertexBits& bits) {
-  std::array<uint64_t, 2> words;
-  static_assert(sizeof(words) == sizeof(bits));
-  std::memcpy(words.data(), bits.data(), sizeof(words));
-  return std::popcount(words[0]) + std::popcount(words[1]);
+// Calls visit(k) for each member k of the set, ascending.
+template <typename Visit>
+void ForEachIn(uint64_t set, Visit&& visit) {
+  for (; set != 0; set &= set - 1) visit(std::countr_zero(set));
 }
 
 }  // namespace
 
 bool CutCluster::Cut(const Cluster& cluster, std::span<const TimeTerm> terms, float first_later) {
   cluster_ = cluster;
-  if (!FindSigns(terms, first_later)) return false;
+  FindSigns(terms, first_later);
   switch (cluster.kind) {
     case CellKind::kTetrahedron:
       return CutCells(mesh::kTetrahedronTable);
@@ -41,92 +39,69 @@ bool CutCluster::Cut(const Cluster& cluster, std::span<const TimeTerm> terms, fl
   return false;
 }
 
-// Which vertices are later than the slice; false if they all are, or none.
-bool CutCluster::FindSigns(std::span<const TimeTerm> terms, float first_later) {
+// Which vertices are later than the slice.
+void CutCluster::FindSigns(std::span<const TimeTerm> terms, float first_later) {
   const auto num_vertices = static_cast<int>(cluster_.vertices.size());
   FindLater(cluster_.times, num_vertices, terms, first_later, is_later_);
   for (int v = 0; v < cluster_.num_first_vertices; ++v) SetBit(v, false, is_later_);
   for (int v = num_vertices - cluster_.num_last_vertices; v < num_vertices; ++v) {
     SetBit(v, true, is_later_);
   }
-  const int num_later = NumSet(is_later_);
-  return num_later != 0 && num_later != num_vertices;
 }
 
-// Counts are local while lists of bytes are written, which might be anything's for the compiler.
 template <int kCorners>
 bool CutCluster::CutCells(const mesh::MarchingTable<kCorners>& table) {
-  constexpr unsigned kAllLater = (1U << kCorners) - 1;
-  FindCodes(is_later_, cluster_.corners, kCorners, cluster_.num_cells, codes_.data());
-  std::array<uint8_t, kMaxClusterCells + 1> cut_cells;
-  int num_cut = 0;
-  for (int c = 0; c < cluster_.num_cells; ++c) {
-    cut_cells[num_cut] = static_cast<uint8_t>(c);
-    num_cut += codes_[c] != 0 && codes_[c] != kAllLater ? 1 : 0;
-  }
-  AddLoops(table, std::span(cut_cells).first(num_cut));
-  AddCrossings(table, std::span(cut_cells).first(num_cut));
-  int num_own = 0;
-  for (int k = 0; k < num_crossings_; ++k) {
-    own_[num_own] = shared_[k - num_own] = static_cast<uint8_t>(k);
-    num_own += static_cast<int>(crossings_[k].edge < cluster_.num_own_edges);
-  }
-  num_own_ = num_own;
-  table_edges_ = &table.edges;
-  for (int i = 0; i < num_own; ++i) {
-    const auto [low, high] = EndsOf(crossings_[own_[i]]);
-    near_[i] = cluster_.vertices[low];
-    far_[i] = cluster_.vertices[high];
-  }
+  const uint64_t cells =
+      FindCodes(is_later_, cluster_.corners, kCorners, cluster_.num_cells, codes_.data());
+  if (cells == 0) return false;
+  ListCrossings();
   facet_mates_ = &table.facet_mates;
-  return num_cut > 0;
+  AddLoops(table, cells);
+  return true;
 }
 
+// Every edge is some cell's, so that these are the edges of the cells that are cut.
+void CutCluster::ListCrossings() {
+  FindCrossed(is_later_, cluster_.low_ends, cluster_.high_ends, cluster_.num_edges, crossed_.edges);
+  int n = 0;
+  for (size_t word = 0; word < crossed_.edges.size(); ++word) {
+    crossed_.num_before_word[word] = static_cast<uint8_t>(n);
+    ForEachIn(crossed_.edges[word], [&](int bit) {
+      const auto edge = static_cast<uint8_t>(64 * word + bit);
+      edges_[n] = edge;
+      crossing_of_edge_[edge] = static_cast<uint8_t>(n);
+      near_[n] = cluster_.vertices[cluster_.low_ends[edge]];
+      far_[n] = cluster_.vertices[cluster_.high_ends[edge]];
+      ++n;
+    });
+  }
+  num_crossings_ = n;
+  num_own_ = crossed_.NumBefore(cluster_.num_own_edges);
+}
+
+// Counts are local while bytes are written, which might be anything's for the compiler.
 template <int kCorners>
-void CutCluster::AddLoops(const mesh::MarchingTable<kCorners>& table,
-                          std::span<const uint8_t> cells) {
+void CutCluster::AddLoops(const mesh::MarchingTable<kCorners>& table, uint64_t cells) {
   int begin = 0;
-  int num_quads = 0;
-  int num_triangles = 0;
-  num_polygons_ = 0;
-  for (const uint8_t cell : cells) {
+  std::array<int, 3> num_loops = {};
+  ForEachIn(cells, [&](int cell) {
     const mesh::Case& cut = table.cases[codes_[cell]];
-    const int first = begin;
+    const uint8_t* edges = cluster_.edges + cell * table.num_edges;
+    uint8_t* corner = corners_.data() + begin;
+    const int8_t* cell_edge = cut.edges.data();
+    for (int k = 0; k < kUsualCorners; ++k) corner[k] = crossing_of_edge_[edges[cell_edge[k]]];
+    for (int k = kUsualCorners; k < cut.num_edges; ++k) {
+      corner[k] = crossing_of_edge_[edges[cell_edge[k]]];
+    }
     for (int loop = 0; loop < cut.num_loops; ++loop) {
       const int size = cut.loop_size[loop];
-      quads_[num_quads] = triangles_[num_triangles] = static_cast<int16_t>(begin);
-      num_quads += size == 4 ? 1 : 0;
-      num_triangles += size == 3 ? 1 : 0;
-      if (size > 4) polygons_[num_polygons_++] = {begin, size, &cut.edges[begin - first]};
+      const int size_class = std::min(size - 3, 2);
+      loops_[size_class][num_loops[size_class]++] = {begin, size, cell_edge};
       begin += size;
+      cell_edge += size;
     }
-  }
-  num_quads_ = num_quads;
-  num_triangles_ = num_triangles;
-}
-
-template <int kCorners>
-void CutCluster::AddCrossings(const mesh::MarchingTable<kCorners>& table,
-                              std::span<const uint8_t> cells) {
-  std::array<uint8_t, kMaxClusterEdges> crossing_of_edge;
-  std::fill_n(crossing_of_edge.begin(), cluster_.num_edges, kNone);
-  int num_crossings = 0;
-  uint8_t* corner = corners_.data();
-  for (const uint8_t cell : cells) {
-    const mesh::Case& cut = table.cases[codes_[cell]];
-    const int num_edges = cut.num_edges;
-    const uint8_t* edges = cluster_.edges + cell * table.num_edges;
-    for (int k = 0; k < num_edges; ++k) {
-      const uint8_t edge = edges[cut.edges[k]];
-      const int known = crossing_of_edge[edge];
-      const int is_new = known == kNone ? 1 : 0;
-      crossings_[num_crossings] = {edge, cell, cut.edges[k]};
-      const auto crossing = static_cast<uint8_t>(known + is_new * (num_crossings - known));
-      num_crossings += is_new;
-      crossing_of_edge[edge] = *corner++ = crossing;
-    }
-  }
-  num_crossings_ = num_crossings;
+  });
+  num_loops_ = num_loops;
 }
 
 }  // namespace liquidblend::slice

@@ -1,8 +1,8 @@
 // One cluster of cells, cut at a time: which edges are crossed, and how the crossings are linked.
 #pragma once
 
-#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 
@@ -12,14 +12,19 @@
 
 namespace liquidblend::slice {
 
-// A crossed edge of a cluster, and one of the cells that have it.
-struct Crossing {
-  uint8_t edge;
-  uint8_t cell;
-  int8_t cell_edge;  // as the marching table numbers them
+// Which of a cluster's edges are crossed.
+struct CrossedEdges {
+  EdgeBits edges = {};
+  std::array<uint8_t, 4> num_before_word = {};
+
+  // How many of them come before this edge.
+  int NumBefore(int edge) const {
+    const uint64_t lower = edges[edge / 64] & ((uint64_t{1} << edge % 64) - 1);
+    return num_before_word[edge / 64] + std::popcount(lower);
+  }
 };
 
-// A closed polygon of five corners or more.
+// A closed polygon.
 struct Loop {
   int begin;  // its first corner
   int size;
@@ -36,32 +41,19 @@ class CutCluster {
 
   // The following are those of the last cut.
   const Cluster& cluster() const { return cluster_; }
-  // Each crossed edge once, in the order of their first use.
-  std::span<const Crossing> crossings() const {
-    return std::span(crossings_).first(num_crossings_);
-  }
-  // Those on edges that belong to this cluster, and the others.
-  std::span<const uint8_t> own() const { return std::span(own_).first(num_own_); }
-  std::span<const uint8_t> shared() const {
-    return std::span(shared_).first(num_crossings_ - num_own_);
-  }
-  // Its vertices in the cluster, the lower one first.
-  std::array<uint8_t, 2> EndsOf(const Crossing& crossing) const {
-    const auto& ends = (*table_edges_)[crossing.cell_edge];
-    const uint8_t* corners = cluster_.corners + crossing.cell;
-    const uint8_t a = corners[ends[0] * cluster_.num_cells];
-    const uint8_t b = corners[ends[1] * cluster_.num_cells];
-    return {std::min(a, b), std::max(a, b)};
-  }
-  // Per crossing of own(): the ends of its edge, as vertices of the family.
-  std::span<const int32_t> near_vertices() const { return std::span(near_).first(num_own_); }
-  std::span<const int32_t> far_vertices() const { return std::span(far_).first(num_own_); }
-  // The crossing at each corner of all loops.
+  // The crossed edges, ascending: first the num_own() ones that belong to this cluster.
+  std::span<const uint8_t> crossed_edges() const { return std::span(edges_).first(num_crossings_); }
+  const CrossedEdges& crossed() const { return crossed_; }
+  int num_own() const { return num_own_; }
+  // Per crossed edge: its ends, as vertices of the family.
+  std::span<const int32_t> near_vertices() const { return std::span(near_).first(num_crossings_); }
+  std::span<const int32_t> far_vertices() const { return std::span(far_).first(num_crossings_); }
+  // At each corner of all loops: which of the crossed edges it lies on.
   const uint8_t* corners() const { return corners_.data(); }
-  // First corners of the loops of three and of four corners, and the others.
-  std::span<const int16_t> triangles() const { return std::span(triangles_).first(num_triangles_); }
-  std::span<const int16_t> quads() const { return std::span(quads_).first(num_quads_); }
-  std::span<const Loop> polygons() const { return std::span(polygons_).first(num_polygons_); }
+  // The loops of three, of four and of more corners.
+  std::span<const Loop> triangles() const { return LoopsOf(0); }
+  std::span<const Loop> quads() const { return LoopsOf(1); }
+  std::span<const Loop> polygons() const { return LoopsOf(2); }
   // Per edge of a cell of this kind: bit set of the edges that share a facet with it.
   const std::array<uint16_t, mesh::kMaxEdges>& facet_mates() const { return *facet_mates_; }
 
@@ -69,34 +61,32 @@ class CutCluster {
   static constexpr int kMaxLoops = kMaxClusterCells * mesh::kMaxLoops;
   static constexpr int kMaxCorners = kMaxClusterCells * mesh::kMaxEdges;
 
-  bool FindSigns(std::span<const TimeTerm> terms, float first_later);
+  std::span<const Loop> LoopsOf(int size_class) const {
+    return std::span(loops_[size_class]).first(num_loops_[size_class]);
+  }
+  void FindSigns(std::span<const TimeTerm> terms, float first_later);
   template <int kCorners>
   bool CutCells(const mesh::MarchingTable<kCorners>& table);
+  void ListCrossings();
   template <int kCorners>
-  void AddLoops(const mesh::MarchingTable<kCorners>& table, std::span<const uint8_t> cells);
-  template <int kCorners>
-  void AddCrossings(const mesh::MarchingTable<kCorners>& table, std::span<const uint8_t> cells);
+  void AddLoops(const mesh::MarchingTable<kCorners>& table, uint64_t cells);
 
-  // Lists have one place more, for what is written and not kept.
   Cluster cluster_;
-  const std::array<std::array<int8_t, 2>, mesh::kMaxEdges>* table_edges_ = nullptr;
   const std::array<uint16_t, mesh::kMaxEdges>* facet_mates_ = nullptr;
   VertexBits is_later_;
   std::array<uint8_t, kMaxClusterCells + kKernelOverrun> codes_;  // per cell: its corners' bits
+  CrossedEdges crossed_;
   int num_crossings_ = 0;
-  std::array<Crossing, kMaxClusterEdges + 1> crossings_;
   int num_own_ = 0;
-  std::array<uint8_t, kMaxClusterEdges + 1> own_;
-  std::array<uint8_t, kMaxClusterEdges + 1> shared_;
+  std::array<uint8_t, kMaxClusterEdges> edges_;
   std::array<int32_t, kMaxClusterEdges> near_;
   std::array<int32_t, kMaxClusterEdges> far_;
-  std::array<uint8_t, kMaxCorners> corners_;
-  int num_triangles_ = 0;
-  int num_quads_ = 0;
-  int num_polygons_ = 0;
-  std::array<int16_t, kMaxLoops + 1> triangles_;
-  std::array<int16_t, kMaxLoops + 1> quads_;
-  std::array<Loop, kMaxLoops> polygons_;
+  // Per edge: the crossing on it, or anything.
+  std::array<uint8_t, kMaxClusterEdges + 1> crossing_of_edge_ = {};
+  // The last cell may write further than it has corners.
+  std::array<uint8_t, kMaxCorners + mesh::kMaxEdges> corners_;
+  std::array<int, 3> num_loops_ = {};
+  std::array<std::array<Loop, kMaxLoops>, 3> loops_;
 };
 
 }  // namespace liquidblend::slice

@@ -15,12 +15,12 @@ const SurfacePart& PartOf(std::span<const SurfacePart> parts, int32_t cluster) {
 
 // The vertex of the whole surface, or -1 if the edge's cluster has not crossed it, which its bounds
 // rule out unless the slice was stopped.
-int32_t FindVertex(std::span<const SurfacePart> parts, std::span<const int32_t> first_crossing,
+int32_t FindVertex(std::span<const SurfacePart> parts, std::span<const ClusterVertices> clusters,
                    const OuterVertex& outer) {
   const SurfacePart& part = PartOf(parts, outer.cluster);
-  const int64_t crossing = int64_t{first_crossing[outer.cluster]} + outer.edge;
-  const int32_t v = part.Find(crossing, outer.itself.near_vertex, outer.itself.far_vertex);
-  return v < 0 ? -1 : static_cast<int32_t>(part.first_vertex) + v;
+  const int32_t v = clusters[outer.cluster].VertexOn(outer.edge);
+  if (!part.Has(v, outer.itself.near_vertex, outer.itself.far_vertex)) return -1;
+  return static_cast<int32_t>(part.first_vertex) + v;
 }
 
 // Where the vertices go.
@@ -57,7 +57,8 @@ void CopyPart(const SurfacePart& part, Result result) {
 
 }  // namespace
 
-mesh::TriangleMesh JoinParts(std::span<SurfacePart> parts, std::span<const int32_t> first_crossing,
+mesh::TriangleMesh JoinParts(std::span<SurfacePart> parts,
+                             std::span<const ClusterVertices> clusters,
                              absl::FunctionRef<void(absl::FunctionRef<void(int)>)> for_each,
                              std::vector<int32_t>& near_vertex, std::vector<int32_t>& far_vertex) {
   size_t num_vertices = 0;
@@ -71,7 +72,7 @@ mesh::TriangleMesh JoinParts(std::span<SurfacePart> parts, std::span<const int32
   std::vector<const OuterVertex*> left_over;
   for (SurfacePart& part : parts) {
     for (OuterVertex& outer : part.outer) {
-      outer.vertex = FindVertex(parts, first_crossing, outer);
+      outer.vertex = FindVertex(parts, clusters, outer);
       if (outer.vertex >= 0) continue;
       outer.vertex = static_cast<int32_t>(num_vertices + left_over.size());
       left_over.push_back(&outer);

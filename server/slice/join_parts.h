@@ -13,11 +13,12 @@ namespace liquidblend::slice {
 
 // The parts' surfaces in turn, as if they had been made as one: outer vertices become those of the
 // earlier part, so the result does not depend on where the parts begin.
-//   first_crossing         per cluster: where its edges begin in its part's crossings
+//   clusters                 per cluster: its vertices in its part
 //   near_vertex, far_vertex  out: per vertex of the result
 //   for_each               calls a function once for each part's number, in any order, on any
 //   thread
-mesh::TriangleMesh JoinParts(std::span<SurfacePart> parts, std::span<const int32_t> first_crossing,
+mesh::TriangleMesh JoinParts(std::span<SurfacePart> parts,
+                             std::span<const ClusterVertices> clusters,
                              absl::FunctionRef<void(absl::FunctionRef<void(int)>)> for_each,
                              std::vector<int32_t>& near_vertex, std::vector<int32_t>& far_vertex);
 

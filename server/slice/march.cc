@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "server/slice/cut_cluster.h"
 #include "server/slice/join_parts.h"
+#include "server/slice/polygon.h"
 #include "server/slice/slice.h"
 
 namespace liquidblend::slice {
@@ -15,8 +17,9 @@ using Point = std::array<float, 3>;
 
 // A loop of k corners becomes k - 2 triangles, and a cell's loops have kMaxEdges corners at most.
 constexpr int kMaxCellTriangles = mesh::kMaxEdges;
-// How many clusters ahead memory is fetched.
-constexpr size_t kLookahead = 3;
+// How many clusters ahead memory is fetched, and where it is.
+constexpr size_t kLookahead = 5;
+constexpr size_t kRecordLookahead = 13;
 // Some 50 us of work, which pays for waking a thread.
 constexpr size_t kMinClustersPerPart = 64;
 
@@ -34,48 +37,36 @@ float FirstFloatFrom(double time) {
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
-// A loop that is being cut into triangles.
-struct Polygon {
-  int size = 0;
-  std::array<uint8_t, mesh::kMaxEdges> crossings;  // its corners
-  std::array<int8_t, mesh::kMaxEdges> cell_edges;  // that they lie on
-  int Previous(int k) const { return k == 0 ? size - 1 : k - 1; }
-  int Next(int k) const { return k + 1 == size ? 0 : k + 1; }
-
-  void Remove(int k) {
-    for (int i = k; i + 1 < size; ++i) {
-      crossings[i] = crossings[i + 1];
-      cell_edges[i] = cell_edges[i + 1];
-    }
-    --size;
-  }
-};
-
 // Makes the surface of cut clusters, in one part of it.
 class Marcher {
  public:
   Marcher(const mesh::VertexPlacer& placer, double time_frames,
-          std::vector<int32_t>& first_crossing, SurfacePart& part)
-      : placer_(placer), time_(time_frames), first_crossing_(first_crossing), part_(part) {}
+          std::span<ClusterVertices> cluster_vertices, SurfacePart& part)
+      : placer_(placer), time_(time_frames), cluster_vertices_(cluster_vertices), part_(part) {}
 
   // To be called some time before Add().
   void Prefetch(const CutCluster& cut) const {
-    placer_.Prefetch(cut.near_vertices());
-    placer_.Prefetch(cut.far_vertices());
+    placer_.Prefetch(cut.near_vertices().first(cut.num_own()));
+    placer_.Prefetch(cut.far_vertices().first(cut.num_own()));
+    const Cluster& cluster = cut.cluster();
+    for (const uint8_t edge : cut.crossed_edges().subspan(cut.num_own())) {
+      const int32_t owner = cluster.owner_clusters[edge - cluster.num_own_edges];
+      __builtin_prefetch(&cluster_vertices_[owner]);
+    }
   }
 
   // Clusters come in ascending order.
   void Add(int32_t number, const CutCluster& cut) {
     MakeRoom();
-    first_crossing_[number] = static_cast<int32_t>(part_.num_crossings);
-    part_.num_crossings += cut.cluster().num_own_edges;
-    FindVertices(cut, &part_.crossings[first_crossing_[number]]);
-    for (const int16_t quad : cut.quads()) AddQuad(cut.corners() + quad);
-    for (const int16_t triangle : cut.triangles()) {
-      const uint8_t* corner = cut.corners() + triangle;
-      AddTriangle(corner[0], corner[1], corner[2]);
+    FindShared(cut);
+    cluster_vertices_[number] = {cut.crossed(), static_cast<int32_t>(part_.num_vertices)};
+    AddVertices(cut, 0, cut.num_own());
+    TakeShared(cut);
+    if (cut.cluster().has_repeated_corners) {
+      AddLoops<true>(cut);
+    } else {
+      AddLoops<false>(cut);
     }
-    for (const Loop& loop : cut.polygons()) AddPolygon(cut, loop);
   }
 
  private:
@@ -86,40 +77,49 @@ class Marcher {
     };
     grow(part_.num_vertices, kMaxClusterEdges, part_.vertices);
     grow(part_.num_triangles, kMaxClusterCells * kMaxCellTriangles, part_.triangles);
-    grow(part_.num_crossings, kMaxClusterEdges, part_.crossings);
   }
 
-  // Gives each crossing its output vertex: that of the cluster before this one which the edge
-  // belongs to, or a new one.
-  //   own  vertices of the cluster's own edges
-  void FindVertices(const CutCluster& cut, int32_t* own) {
-    AddVertices(cut, cut.own(), cut.near_vertices(), cut.far_vertices(), own);
-    for (const uint8_t k : cut.shared()) {
-      const auto [low, high] = cut.EndsOf(cut.crossings()[k]);
-      const int32_t near = cut.cluster().vertices[low];
-      const int32_t far = cut.cluster().vertices[high];
-      if (!TakeShared(cut, k, near, far)) AddVertices(cut, {&k, 1}, {&near, 1}, {&far, 1}, own);
-    }
-  }
-
-  // False if the edge's cluster has not crossed it, which its bounds rule out.
-  bool TakeShared(const CutCluster& cut, uint8_t k, int32_t near, int32_t far) {
+  // Where the vertices on the edges of earlier clusters of this part should be.
+  void FindShared(const CutCluster& cut) {
     const Cluster& cluster = cut.cluster();
-    const int shared = cut.crossings()[k].edge - cluster.num_own_edges;
-    const int32_t owner = cluster.owner_clusters[shared];
-    const int32_t edge = cluster.owner_edges[shared];
-    if (owner < part_.first_cluster) {
-      AddOuter({{{}, near, far}, owner, edge}, k);
-      return true;
+    const std::span<const uint8_t> edges = cut.crossed_edges();
+    for (size_t k = cut.num_own(); k < edges.size(); ++k) {
+      const int shared = edges[k] - cluster.num_own_edges;
+      const int32_t owner = cluster.owner_clusters[shared];
+      output_[k] = owner < part_.first_cluster
+                       ? -1
+                       : cluster_vertices_[owner].VertexOn(cluster.owner_edges[shared]);
+      const auto vertex = static_cast<size_t>(std::max(output_[k], 0));
+      __builtin_prefetch(&part_.vertices[std::min(vertex, part_.num_vertices)]);
     }
-    const int32_t v = part_.Find(int64_t{first_crossing_[owner]} + edge, near, far);
-    if (v < 0) return false;
-    output_[k] = v;
-    points_[k] = part_.vertices[v].point;
-    return true;
   }
 
-  void AddOuter(OuterVertex outer, uint8_t k) {
+  void TakeShared(const CutCluster& cut) {
+    const auto num_crossings = static_cast<int>(cut.crossed_edges().size());
+    for (int k = cut.num_own(); k < num_crossings; ++k) {
+      const int32_t near = cut.near_vertices()[k];
+      const int32_t far = cut.far_vertices()[k];
+      if (part_.Has(output_[k], near, far)) {
+        points_[k] = part_.vertices[output_[k]].point;
+      } else {
+        TakeOuter(cut, k);
+      }
+    }
+  }
+
+  // An edge of a cluster of an earlier part, or of one that has not crossed it, which its bounds
+  // rule out.
+  void TakeOuter(const CutCluster& cut, int k) {
+    const Cluster& cluster = cut.cluster();
+    const int shared = cut.crossed_edges()[k] - cluster.num_own_edges;
+    const int32_t owner = cluster.owner_clusters[shared];
+    if (owner >= part_.first_cluster) return AddVertices(cut, k, k + 1);
+    AddOuter(
+        {{{}, cut.near_vertices()[k], cut.far_vertices()[k]}, owner, cluster.owner_edges[shared]},
+        k);
+  }
+
+  void AddOuter(OuterVertex outer, int k) {
     placer_.Place({&outer.itself.near_vertex, 1}, near_positions_.data());
     placer_.Place({&outer.itself.far_vertex, 1}, far_positions_.data());
     outer.itself.point = points_[k] = Interpolate(near_positions_[0], far_positions_[0]);
@@ -127,19 +127,20 @@ class Marcher {
     part_.outer.push_back(outer);
   }
 
-  void AddVertices(const CutCluster& cut, std::span<const uint8_t> crossings,
-                   std::span<const int32_t> near, std::span<const int32_t> far, int32_t* own) {
-    const size_t first = part_.num_vertices;
+  // Of the crossings [begin, end).
+  void AddVertices(const CutCluster& cut, int begin, int end) {
+    const auto near = cut.near_vertices().subspan(begin, end - begin);
+    const auto far = cut.far_vertices().subspan(begin, end - begin);
     placer_.Place(near, near_positions_.data());
     placer_.Place(far, far_positions_.data());
-    PartVertex* vertices = &part_.vertices[first];
-    for (size_t i = 0; i < crossings.size(); ++i) {
-      const uint8_t k = crossings[i];
-      output_[k] = own[cut.crossings()[k].edge] = static_cast<int32_t>(first + i);
-      points_[k] = Interpolate(near_positions_[i], far_positions_[i]);
-      vertices[i] = {points_[k], near[i], far[i]};
+    auto number = static_cast<int32_t>(part_.num_vertices);
+    PartVertex* vertex = &part_.vertices[number];
+    for (int i = 0; i < end - begin; ++i) {
+      output_[begin + i] = number++;
+      points_[begin + i] = Interpolate(near_positions_[i], far_positions_[i]);
+      *vertex++ = {points_[begin + i], near[i], far[i]};
     }
-    part_.num_vertices += crossings.size();
+    part_.num_vertices += end - begin;
   }
 
   // Exactly one end where its time is the slice's.
@@ -150,61 +151,77 @@ class Marcher {
             static_cast<float>(r * a[2] + s * b[2])};
   }
 
+  template <bool kMayRepeat>
+  void AddLoops(const CutCluster& cut) {
+    const uint8_t* corners = cut.corners();
+    for (const Loop& quad : cut.quads()) AddQuad<kMayRepeat>(corners + quad.begin);
+    for (const Loop& triangle : cut.triangles()) {
+      const uint8_t* v = corners + triangle.begin;
+      AddTriangle<kMayRepeat>(v[0], v[1], v[2]);
+    }
+    for (const Loop& loop : cut.polygons()) AddPolygon<kMayRepeat>(cut, loop);
+  }
+
   // Along the shorter diagonal.
+  template <bool kMayRepeat>
   void AddQuad(const uint8_t* v) {
     const int first = static_cast<int>(DistanceSq(points_[v[1]], points_[v[3]]) <
                                        DistanceSq(points_[v[0]], points_[v[2]]));
     const uint8_t a = v[first];
     const uint8_t c = v[first + 2];
-    AddTriangle(a, v[first + 1], c);
-    AddTriangle(a, c, v[(first + 3) % 4]);
+    AddTriangle<kMayRepeat>(a, v[first + 1], c);
+    AddTriangle<kMayRepeat>(a, c, v[(first + 3) % 4]);
   }
 
+  template <bool kMayRepeat>
   void AddPolygon(const CutCluster& cut, const Loop& loop) {
     Polygon polygon;
-    polygon.size = loop.size;
-    std::copy_n(cut.corners() + loop.begin, loop.size, polygon.crossings.begin());
-    std::copy_n(loop.cell_edges, loop.size, polygon.cell_edges.begin());
-    while (polygon.size > 3) {
-      const int ear = BestEar(polygon, cut.facet_mates());
-      AddTriangle(polygon.crossings[polygon.Previous(ear)], polygon.crossings[ear],
-                  polygon.crossings[polygon.Next(ear)]);
-      polygon.Remove(ear);
+    for (int k = 0; k < loop.size; ++k) {
+      const int8_t edge = loop.cell_edges[k];
+      const Polygon::Corner corner = {cut.corners()[loop.begin + k],
+                                      static_cast<uint16_t>(1U << edge), cut.facet_mates()[edge]};
+      kMayRepeat ? polygon.Merge(corner) : polygon.Add(corner);
     }
-    AddTriangle(polygon.crossings[0], polygon.crossings[1], polygon.crossings[2]);
+    if (kMayRepeat) polygon.MergeEnds();
+    const auto& v = polygon.corners;
+    while (polygon.size > 3) {
+      polygon.Close();
+      const int base = BestBase(polygon);
+      AddTriangle<kMayRepeat>(v[base].crossing, v[base + 1].crossing, v[base + 2].crossing);
+      polygon.Remove(base + 1 < polygon.size ? base + 1 : 0);
+    }
+    if (kMayRepeat && polygon.size < 3) return;
+    AddTriangle<kMayRepeat>(v[0].crossing, v[1].crossing, v[2].crossing);
   }
 
-  // The ear with the shortest base; a base inside of a facet, which the neighbour might choose as
-  // well (four triangles on one edge), only if there is no other.
-  int BestEar(const Polygon& polygon,
-              const std::array<uint16_t, mesh::kMaxEdges>& facet_mates) const {
-    int best = 0;
-    auto best_cost = std::pair(true, std::numeric_limits<float>::infinity());
-    for (int k = 0; k < polygon.size; ++k) {
-      const int before = polygon.Previous(k);
-      const int after = polygon.Next(k);
-      const bool is_in_facet =
-          (facet_mates[polygon.cell_edges[before]] >> polygon.cell_edges[after] & 1) != 0;
-      const float base_sq =
-          DistanceSq(points_[polygon.crossings[before]], points_[polygon.crossings[after]]);
-      const auto cost = std::pair(is_in_facet, base_sq);
-      if (cost < best_cost) {
-        best = k;
-        best_cost = cost;
-      }
+  // The first corner of the ear with the shortest base; a base inside of a facet, which the
+  // neighbour might choose as well (four triangles on one edge), only if there is no other.
+  int BestBase(const Polygon& polygon) const {
+    const int num_bases = polygon.size == 4 ? 2 : polygon.size;  // a quad's are its diagonals
+    uint64_t best = ~uint64_t{0};
+    for (int k = 0; k < num_bases; ++k) {
+      const Polygon::Corner& a = polygon.corners[k];
+      const Polygon::Corner& b = polygon.corners[k + 2];
+      const auto is_in_facet = static_cast<uint64_t>((a.mates & b.edge) != 0);
+      // Its bits are in the order of the numbers, as it is not negative.
+      const auto base_sq =
+          std::bit_cast<uint32_t>(DistanceSq(points_[a.crossing], points_[b.crossing]));
+      best = std::min(best, is_in_facet << 40 | uint64_t{base_sq} << 8 | static_cast<uint64_t>(k));
     }
-    return best;
+    return static_cast<int>(best & 255);
   }
 
   // A cell with a corner twice can name a vertex twice; left out, such a triangle leaves no gap.
+  template <bool kMayRepeat>
   void AddTriangle(uint8_t a, uint8_t b, uint8_t c) {
     part_.triangles[part_.num_triangles] = {output_[a], output_[b], output_[c]};
-    part_.num_triangles += a != b && b != c && c != a ? 1 : 0;
+    const bool is_kept = !kMayRepeat || (a != b && b != c && c != a);
+    part_.num_triangles += static_cast<size_t>(is_kept);
   }
 
   const mesh::VertexPlacer& placer_;
   const double time_;
-  std::vector<int32_t>& first_crossing_;  // of all parts: each has the clusters' from its first on
+  std::span<ClusterVertices> cluster_vertices_;  // each part sets those of its own clusters
   SurfacePart& part_;
   // Of the cluster that is being added.
   std::array<int32_t, kMaxClusterEdges> output_;               // per crossing: the output vertex
@@ -217,7 +234,7 @@ class Marcher {
 void MarchPart(const CellIndex& index, const mesh::VertexPlacer& placer,
                std::span<const int32_t> clusters, Workspace& workspace, SurfacePart& part) {
   part.Clear(clusters.empty() ? 0 : clusters.front());
-  Marcher marcher(placer, workspace.time_frames, workspace.first_crossing, part);
+  Marcher marcher(placer, workspace.time_frames, workspace.cluster_vertices, part);
   const float first_later = FirstFloatFrom(workspace.time_frames);
   std::array<CutCluster, 2> cuts;
   CutCluster* cut = &cuts[0];
@@ -225,6 +242,9 @@ void MarchPart(const CellIndex& index, const mesh::VertexPlacer& placer,
   int32_t waiting_number = -1;
   for (size_t i = 0; i < clusters.size(); ++i) {
     if (workspace.stop != nullptr && workspace.stop->load(std::memory_order_relaxed)) break;
+    if (i + kRecordLookahead < clusters.size()) {
+      index.PrefetchRecord(clusters[i + kRecordLookahead]);
+    }
     if (i + kLookahead < clusters.size()) index.Prefetch(clusters[i + kLookahead]);
     if (!cut->Cut(index.cluster(clusters[i]), workspace.terms, first_later)) continue;
     marcher.Prefetch(*cut);
@@ -247,8 +267,8 @@ size_t NumParts(const Workspace& workspace) {
 
 mesh::TriangleMesh March(const CellIndex& index, const mesh::VertexPlacer& placer,
                          Workspace& workspace) {
-  if (workspace.first_crossing.size() < static_cast<size_t>(index.num_clusters())) {
-    workspace.first_crossing.resize(index.num_clusters(), 0);
+  if (workspace.cluster_vertices.size() < static_cast<size_t>(index.num_clusters())) {
+    workspace.cluster_vertices.resize(index.num_clusters());
   }
   const std::span<const int32_t> clusters = workspace.clusters;
   const size_t num_parts = NumParts(workspace);
@@ -262,8 +282,8 @@ mesh::TriangleMesh March(const CellIndex& index, const mesh::VertexPlacer& place
     const size_t end = clusters.size() * (p + 1) / num_parts;
     MarchPart(index, placer, clusters.subspan(begin, end - begin), workspace, workspace.parts[p]);
   });
-  return JoinParts(std::span(workspace.parts).first(num_parts), workspace.first_crossing, for_each,
-                   workspace.near_vertex, workspace.far_vertex);
+  return JoinParts(std::span(workspace.parts).first(num_parts), workspace.cluster_vertices,
+                   for_each, workspace.near_vertex, workspace.far_vertex);
 }
 
 }  // namespace liquidblend::slice

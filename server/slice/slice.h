@@ -40,9 +40,9 @@ struct Workspace {
   std::vector<int32_t> far_vertex;   // the higher one
 
   // The stage's own.
-  std::vector<float> earliest, latest;  // per group of clusters, frames
-  std::vector<int32_t> first_crossing;  // per cluster: where its edges' begin in its part's
-  std::vector<SurfacePart> parts;       // and those of earlier slices, for their memory
+  std::vector<float> earliest, latest;            // per group of clusters, frames
+  std::vector<ClusterVertices> cluster_vertices;  // per cluster; of earlier slices, too
+  std::vector<SurfacePart> parts;                 // and those of earlier slices, for their memory
 };
 
 // Finds the clusters of cells that may cross the hyperplane t = time_s.
@@ -55,8 +55,9 @@ absl::Status FindCandidates(const CellIndex& index, std::span<const double> weig
 // Cuts the candidate cells. Every facet is cut alike by both of its cells, from the signs of
 // t - time_s at its corners alone, and each mesh edge is crossed in one point, so the result is a
 // closed, oriented surface however the vertices were moved. One vertex per crossed mesh edge,
-// numbered as first used; no triangle names a vertex twice, some may have no area. An edge has two
-// triangles, more only where parts of the liquid touch in the mesh itself.
+// numbered in the order of the clusters that the edges belong to; no triangle names a vertex twice,
+// some may have no area. An edge has two triangles, more only where parts of the liquid touch in
+// the mesh itself.
 //   placer  finite; in time as the weights that FindCandidates() was given
 // If workspace.stop becomes true, a part of the surface, not closed.
 // Requires: workspace as FindCandidates() left it for the same index; with helpers, a placer that

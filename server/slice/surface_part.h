@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/slice/cut_cluster.h"
+
 namespace liquidblend::slice {
 
 // A vertex and the edge of the family that it lies on.
@@ -13,6 +15,15 @@ struct PartVertex {
   std::array<float, 3> point;  // metres
   int32_t near_vertex;         // the lower end
   int32_t far_vertex;          // the higher one
+};
+
+// The vertices on the edges that belong to a cluster: they follow one another in its part.
+struct alignas(64) ClusterVertices {
+  CrossedEdges crossed;
+  int32_t first_vertex = 0;
+
+  // On one of the crossed edges that belong to the cluster; on others, anything.
+  int32_t VertexOn(int edge) const { return first_vertex + crossed.NumBefore(edge); }
 };
 
 // A vertex on an edge that belongs to a cluster of an earlier part.
@@ -28,11 +39,9 @@ struct SurfacePart {
   int32_t first_cluster = 0;
   size_t num_vertices = 0;
   size_t num_triangles = 0;
-  size_t num_crossings = 0;
   std::vector<PartVertex> vertices;
   // Of vertices; -1 - k is outer[k].
   std::vector<std::array<int32_t, 3>> triangles;
-  std::vector<int32_t> crossings;  // per edge of the clusters in turn: its vertex, or anything
   std::vector<OuterVertex> outer;
   // Of the whole surface: the part's first ones; set by JoinParts().
   size_t first_vertex = 0;
@@ -40,17 +49,14 @@ struct SurfacePart {
 
   void Clear(int32_t first) {
     first_cluster = first;
-    num_vertices = num_triangles = num_crossings = 0;
+    num_vertices = num_triangles = 0;
     outer.clear();
   }
 
-  // The vertex on edge `crossing` of crossings; -1 if it is none of these two's.
-  int32_t Find(int64_t crossing, int32_t near, int32_t far) const {
-    if (crossing >= static_cast<int64_t>(num_crossings)) return -1;
-    const int32_t v = crossings[crossing];
-    const bool is_vertex = v >= 0 && static_cast<size_t>(v) < num_vertices;
-    if (!is_vertex) return -1;
-    return vertices[v].near_vertex == near && vertices[v].far_vertex == far ? v : -1;
+  // Whether there is such a vertex, and it lies on the edge with these ends.
+  bool Has(int32_t vertex, int32_t near, int32_t far) const {
+    if (vertex < 0 || static_cast<size_t>(vertex) >= num_vertices) return false;
+    return vertices[vertex].near_vertex == near && vertices[vertex].far_vertex == far;
   }
 };
 

@@ -77,15 +77,40 @@ TEST_P(ClusterKernel, FindsEachCellsCode) {
       std::vector<uint8_t> corners(num_corners * num_cells + kKernelOverrun, 255);
       for (int i = 0; i < num_corners * num_cells; ++i) corners[i] = random() % 128;
       std::vector<uint8_t> codes(num_cells + kKernelOverrun);
-      FindCodes(later, corners.data(), num_corners, num_cells, codes.data());
+      const uint64_t cut = FindCodes(later, corners.data(), num_corners, num_cells, codes.data());
+      uint64_t expected_cut = 0;
       for (int c = 0; c < num_cells; ++c) {
         int expected = 0;
         for (int k = 0; k < num_corners; ++k) {
           expected |= static_cast<int>(IsSet(later, corners[k * num_cells + c])) << k;
         }
         ASSERT_EQ(codes[c], expected) << "cell " << c << " of " << num_cells;
+        const bool is_cut = expected != 0 && expected != (1 << num_corners) - 1;
+        expected_cut |= static_cast<uint64_t>(is_cut) << c;
       }
+      ASSERT_EQ(cut, expected_cut) << num_cells << " cells of " << num_corners << " corners";
     }
+  }
+}
+
+TEST_P(ClusterKernel, FindsTheCrossedEdges) {
+  std::mt19937 random(3);
+  for (int num_edges = 1; num_edges <= 256; ++num_edges) {
+    VertexBits later;
+    for (uint8_t& bits : later) bits = static_cast<uint8_t>(random());
+    std::vector<uint8_t> low(num_edges + kKernelOverrun, 255);
+    std::vector<uint8_t> high(num_edges + kKernelOverrun, 0);
+    EdgeBits expected = {};
+    for (int e = 0; e < num_edges; ++e) {
+      low[e] = random() % 128;
+      high[e] = random() % 128;
+      const bool is_crossed = IsSet(later, low[e]) != IsSet(later, high[e]);
+      expected[e / 64] |= static_cast<uint64_t>(is_crossed) << e % 64;
+    }
+    EdgeBits crossed;
+    crossed.fill(~uint64_t{0});  // as an earlier cluster may have left them
+    FindCrossed(later, low.data(), high.data(), num_edges, crossed);
+    ASSERT_EQ(crossed, expected) << num_edges << " edges";
   }
 }
 

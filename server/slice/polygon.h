@@ -1,0 +1,50 @@
+// A loop of crossings that is cut into triangles, ear by ear.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/mesh/marching_table.h"
+
+namespace liquidblend::slice {
+
+// Keeps to small arrays: there are thousands of them in a slice.
+struct Polygon {
+  struct Corner {
+    uint8_t crossing;
+    uint16_t edge;   // bit set of the cell's edges that it lies on: one, or two that coincide
+    uint16_t mates;  // of those that share a facet with it
+  };
+  std::array<Corner, mesh::kMaxEdges + 2> corners;  // see Close()
+  int size = 0;
+
+  void Add(const Corner& corner) { corners[size++] = corner; }
+
+  // A corner that is the same as the one before it becomes one with it.
+  void Merge(const Corner& corner) {
+    if (size == 0 || corners[size - 1].crossing != corner.crossing) return Add(corner);
+    corners[size - 1].edge |= corner.edge;
+    corners[size - 1].mates |= corner.mates;
+  }
+
+  void MergeEnds() {
+    if (size < 2 || corners[0].crossing != corners[size - 1].crossing) return;
+    corners[0].edge |= corners[size - 1].edge;
+    corners[0].mates |= corners[size - 1].mates;
+    --size;
+  }
+
+  // Its first two corners follow the last one once more, so that base k is that from corner k to
+  // corner k + 2.
+  void Close() {
+    corners[size] = corners[0];
+    corners[size + 1] = corners[1];
+  }
+
+  void Remove(int corner) {
+    --size;
+    for (int k = corner; k < size; ++k) corners[k] = corners[k + 1];
+  }
+};
+
+}  // namespace liquidblend::slice
