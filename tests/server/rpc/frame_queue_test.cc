@@ -124,6 +124,19 @@ TEST(FrameQueue, WhoAsksForLessThanItsShareGoesBeforeThoseThatAskForMore) {
   EXPECT_NEAR(num_calls, 33, 8);
 }
 
+// The stream stands at 210 then, the round at 200; 40 of the caller's 80 make it as urgent.
+TEST(FrameQueue, WhoComesBackIsOwedTwoQuanta) {
+  FrameQueue queue({.max_waiting_cost = 1'000'000, .quantum = 40});
+  queue.Push(Work("caller", 10));
+  queue.Pop();
+  for (int k = 0; k < 100; ++k) queue.Push(PacedWork("stream", 10, k));
+  for (int k = 0; k < 20; ++k) queue.Pop();
+  for (int k = 0; k < 100; ++k) queue.Push(Work("caller", 10));
+  int num_calls = 0;
+  while (!queue.Pop().is_paced) ++num_calls;
+  EXPECT_EQ(num_calls, 5);
+}
+
 TEST(FrameQueue, RemembersManyAccountsAndForgetsThoseThatOweNothing) {
   FrameQueue queue({.max_waiting_cost = 1'000'000, .quantum = 20});
   const auto serve = [&](const std::string& client) {
