@@ -95,14 +95,17 @@ DistanceBand::DistanceBand(const Grid& grid, const GridSurface& surface, const P
     : dims_(grid.dims) {
   for (int axis = 0; axis < 3; ++axis) block_dims_[axis] = (dims_[axis] + 7) / 8;
   block_of_.assign(static_cast<int64_t>(block_dims_[0]) * block_dims_[1] * block_dims_[2], -1);
-  if (needed == nullptr) {
-    const PointBits all = AllPoints(grid);
-    *this = DistanceBand(grid, surface, &all);
-    return;
+  if (needed != nullptr) {
+    Fill(grid, surface, *needed);
+  } else {
+    Fill(grid, surface, AllPoints(grid));
   }
-  FarPoints far = Rasterize(grid, surface, *needed);
+}
+
+void DistanceBand::Fill(const Grid& grid, const GridSurface& surface, const PointBits& needed) {
+  FarPoints far = Rasterize(grid, surface, needed);
   if (!far.unknown.empty()) {
-    const FarPoints ways = Rasterize(grid, surface, WaysTo(grid, far.unknown, *needed));
+    const FarPoints ways = Rasterize(grid, surface, WaysTo(grid, far.unknown, needed));
     far.known.insert(far.known.end(), ways.known.begin(), ways.known.end());
     far.unknown.insert(far.unknown.end(), ways.unknown.begin(), ways.unknown.end());
   }

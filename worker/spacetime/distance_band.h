@@ -53,6 +53,7 @@ class DistanceBand {
   }
   int32_t AddBlock();
   void AddBlocks(const Grid& grid, const PointBits& points);
+  void Fill(const Grid& grid, const GridSurface& surface, const PointBits& needed);
   // Not next to the surface, or not known at all yet.
   struct FarPoints {
     std::vector<Point> known, unknown;
