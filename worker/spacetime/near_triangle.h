@@ -2,7 +2,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstdint>
+#include <algorithm>
+#include <limits>
 
 namespace liquidblend::spacetime {
 
@@ -27,7 +28,11 @@ class NearTriangle {
         bc_bc_((ac_ - ab_).squaredNorm()),
         inverse_ab_(Inverse(ab_ab_)),
         inverse_ac_(Inverse(ac_ac_)),
-        inverse_bc_(Inverse(bc_bc_)) {}
+        inverse_bc_(Inverse(bc_bc_)) {
+    const float longest_sq = std::max({ab_ab_, ac_ac_, bc_bc_});
+    const bool is_flat = ab_.cross(ac_).squaredNorm() <= kFlat * longest_sq * longest_sq;
+    within_from_ = is_flat ? std::numeric_limits<float>::infinity() : 0.0f;
+  }
 
   // Of the points (x + n, y, z), n from 0 to 3: from the closest points of the sides, or of the
   // plane where that is within the triangle (compare ClosestBarycentric), all without branches.
@@ -54,7 +59,7 @@ class NearTriangle {
     take(ab_ab_ - 2 * ab_ap + on_bc * (on_bc * bc_bc_ - 2 * bc_bp), 1 - on_bc, on_bc);
     const Four at_a = ab_bp * ac_cp - ab_cp * ac_bp, at_b = ab_cp * ac_ap - ab_ap * ac_cp;
     const Four at_c = ab_ap * ac_bp - ab_bp * ac_ap, inverse_sum = 1 / (at_a + at_b + at_c);
-    const auto is_within = (at_a > zero) & (at_b > zero) & (at_c > zero);
+    const auto is_within = (at_a > within_from_) & (at_b > within_from_) & (at_c > within_from_);
     v = is_within ? at_b * inverse_sum : v;
     w = is_within ? at_c * inverse_sum : w;
     FourOffsets offsets;
@@ -66,6 +71,10 @@ class NearTriangle {
   }
 
  private:
+  // A triangle's height over its longest side, squared, up to which it is no more than its sides:
+  // barycentric coordinates would be what rounding makes them.
+  static constexpr float kFlat = 1e-9f;
+
   static float Inverse(float length_sq) { return length_sq > 0 ? 1 / length_sq : 0.0f; }
   static Four Clamped(Four x) {
     const Four zero = {0, 0, 0, 0}, one = {1, 1, 1, 1};
@@ -76,6 +85,7 @@ class NearTriangle {
   Eigen::Vector3f a_, ab_, ac_;
   float ab_ab_, ab_ac_, ac_ac_, bc_bc_;
   float inverse_ab_, inverse_ac_, inverse_bc_;  // of the sides' squared lengths; 0 for none
+  float within_from_;                           // 0; infinite if the triangle has no inside
 };
 
 }  // namespace liquidblend::spacetime
