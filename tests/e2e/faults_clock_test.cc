@@ -1,7 +1,10 @@
 // The fault table's clocks: they are set, forth and back, while programs wait and work.
 #include <signal.h>
 
-#include <algorithm>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "tests/e2e/faults_testing.h"
@@ -34,13 +37,24 @@ std::string NameOf(const testing::TestParamInfo<Jump>& jump) {
 
 class FaultsClockTest : public FaultTest, public testing::WithParamInterface<Jump> {
  protected:
-  void Each(const std::string& fault, const std::function<void(FaultLayer&)>& run_once) {
+  //   max_retried  attempts in all runs that may be lost
+  void Each(const std::string& fault, int max_retried,
+            const std::function<void(FaultLayer&)>& run_once) {
     FaultLine line(absl::StrCat(DescriptionOf(GetParam()), fault), GetParam().tier);
-    for (int run = 1; run <= NumFaultRuns(); ++run) {
-      BeginRun(line, GetParam().tier);
-      run_once(MakeLayer(/*has_disk=*/false));
+    const auto run_all = [&] {
+      for (int run = 1; run <= NumFaultRuns(); ++run) {
+        BeginRun(line, GetParam().tier);
+        run_once(MakeLayer(/*has_disk=*/false));
+      }
+    };
+    run_all();
+    // A worker that a busy machine stops for its whole lease loses an attempt, too, but hardly
+    // twice in so few runs; what the clock does comes again.
+    if (max_retried == 0 && line.num_retried > 0) {
+      line.Restart();
+      run_all();
     }
-    num_retried_ = line.num_retried;
+    EXPECT_LE(line.num_retried, max_retried);
   }
 
   std::vector<std::string> Layered(FaultLayer& layer, Whose whose) {
@@ -51,13 +65,15 @@ class FaultsClockTest : public FaultTest, public testing::WithParamInterface<Jum
   void SetClock(FaultLayer& layer) { layer.control().clock_ahead_us = GetParam().hours * kHourUs; }
 
   const std::vector<std::string> kRightClock;
-  int num_retried_ = 0;
 };
 
 // The job takes longer than its lease, and a second worker waits for that to end.
 TEST_P(FaultsClockTest, InMidJob) {
   num_iterations_ = 200;
-  Each(" in mid-job", [&](FaultLayer& layer) {
+  // Leases in SQLite look as if they had run out, or were of no length that there is, until they
+  // are renewed; PostgreSQL has a clock of its own.
+  const bool may_retry = GetParam().tier == Tier::kEmbedded;
+  Each(" in mid-job", may_retry ? 2 * NumFaultRuns() : NumFaultRuns() / 10, [&](FaultLayer& layer) {
     Process server = StartServer(0, Layered(layer, Whose::kServer));
     Process worker = StartFaultWorker(Layered(layer, Whose::kWorker));
     EXPECT_TRUE(SubmitWork());
@@ -67,16 +83,12 @@ TEST_P(FaultsClockTest, InMidJob) {
     SetClock(layer);
     EndRun(std::move(server), std::move(worker));
   });
-  // Leases in SQLite look as if they had run out, or were of no length that there is, until they
-  // are renewed; PostgreSQL has a clock of its own.
-  // A machine that is very busy may stop a worker for as long as its lease once in a while.
-  const bool may_retry = GetParam().tier == Tier::kEmbedded;
-  EXPECT_LE(num_retried_, may_retry ? 2 * NumFaultRuns() : std::max(1, NumFaultRuns() / 10));
 }
 
 // Whoever waits for the lease of a lost worker does not wait for an hour.
 TEST_P(FaultsClockTest, AfterAWorkerWasLost) {
-  Each(" after a worker was lost", [&](FaultLayer& layer) {
+  constexpr int kAnyNumber = std::numeric_limits<int>::max();
+  Each(" after a worker was lost", kAnyNumber, [&](FaultLayer& layer) {
     Process server = StartServer(0, Layered(layer, Whose::kServer));
     EXPECT_TRUE(SubmitWork());
     Process lost = StartFaultWorker({"LIQUIDBLEND_FAULT_POINT=checkpoint.after_commit"});

@@ -30,8 +30,11 @@ class FaultLine {
   FaultLine(const FaultLine&) = delete;
   FaultLine& operator=(const FaultLine&) = delete;
 
-  // Forgets a run that was there to find something out, but not what it lost.
-  void Restart() { num_runs = num_accepted = num_retried = num_published = 0; }
+  // Forgets the runs so far, which were there to find something out, but not what they lost.
+  void Restart() {
+    num_missed += num_runs;
+    num_runs = num_accepted = num_retried = num_published = 0;
+  }
   // The fault did not strike in this run, which does not count then.
   void Miss() {
     --num_runs;
@@ -39,7 +42,7 @@ class FaultLine {
   }
 
   int num_runs = 0;
-  int num_missed = 0;
+  int num_missed = 0;             // runs that do not count
   int num_accepted = 0;           // jobs whose submission was answered OK
   int num_retried = 0;            // attempts of jobs that failed or lost their worker
   int num_published = 0;          // animations and families that were to be read at the end
