@@ -4,6 +4,7 @@
 #   tests/ceph.sh stop DIRECTORY      also after a start that failed
 # DIRECTORY is emptied by start. The bucket `liquidblend` is there.
 set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
 command=$1
 mkdir -p "$2"
 directory=$(cd "$2" && pwd)
@@ -11,16 +12,6 @@ config=$directory/ceph.conf
 admin=(ceph -c "$config" -k "$directory/keyring")
 as_root=()
 [ "$(id -u)" != 0 ] || as_root=(--setuser root --setgroup root)
-
-free_ports() {
-  python3 - "$1" <<'PYTHON'
-import socket, sys
-sockets = [socket.socket() for _ in range(int(sys.argv[1]))]
-for s in sockets:
-    s.bind(("127.0.0.1", 0))
-print(*(s.getsockname()[1] for s in sockets))
-PYTHON
-}
 
 # await SECONDS COMMAND...
 await() {
@@ -84,7 +75,7 @@ start() {
   stop  # what an interrupted run has left
   mkdir -p "$directory"/{mon,osd,rgw,run,log}
   local mon_v2 mon_v1 rgw uuid fsid
-  read -r mon_v2 mon_v1 rgw < <(free_ports 3)
+  read -r mon_v2 mon_v1 rgw < <("$here/free_ports.sh" 3)
   fsid=$(cat /proc/sys/kernel/random/uuid)
   uuid=$(cat /proc/sys/kernel/random/uuid)
   write_config "$mon_v2" "$mon_v1" "$rgw"

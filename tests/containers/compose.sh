@@ -20,22 +20,12 @@ compose_up() {
   LIQUIDBLEND_POSTGRES_IMAGE=$(image postgres)
   LIQUIDBLEND_S3_IMAGE=$(image s3)
   read -r LIQUIDBLEND_PORT LIQUIDBLEND_HTTP_PORT LIQUIDBLEND_PORT1 LIQUIDBLEND_PORT2 \
-    LIQUIDBLEND_HTTP_PORT1 LIQUIDBLEND_HTTP_PORT2 < <(free_ports 6)
+    LIQUIDBLEND_HTTP_PORT1 LIQUIDBLEND_HTTP_PORT2 < <(tests/free_ports.sh 6)
   compose up -d >"$scratch/compose" 2>&1 || { cat "$scratch/compose" >&2; fail "compose up"; }
   local service
   for service in "$@"; do
     await 120 podman healthcheck run "$project${compose_tier}_${service}_1"
   done
-}
-
-free_ports() {
-  python3 - "$1" <<'PYTHON'
-import socket, sys
-sockets = [socket.socket() for _ in range(int(sys.argv[1]))]
-for s in sockets:
-    s.bind(("127.0.0.1", 0))
-print(*(s.getsockname()[1] for s in sockets))
-PYTHON
 }
 
 # The way of the scene once more, over the published ports; its frames are those of before.
