@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
 # Installs every Debian 12 package that building, testing and measuring liquidblend needs.
 # Run again at any time: what is there stays as it is.
-#   deploy/install-deps.sh            everything
+#   deploy/install-deps.sh               everything
 #   deploy/install-deps.sh --build       only what compiling needs
 #   deploy/install-deps.sh --containers  everything, and what tests/containers.sh needs
 #   deploy/install-deps.sh --vtk         everything, and VTK for the benchmark against it
 #   deploy/install-deps.sh [..] --list   only prints the packages
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "install-deps.sh: $1" >&2; usage >&2; exit 2; }
 
 build=(
   # compilers and tools
@@ -32,13 +34,21 @@ containers=(
   podman buildah runc mmdebstrap netavark aardvark-dns catatonit podman-compose iptables systemd
 )
 
-packages=("${build[@]}" "${tools[@]}")
-case ${1:-} in
-  --vtk) packages+=(libvtk9-dev); shift ;;
-  --build) packages=("${build[@]}"); shift ;;
-  --containers) packages+=("${containers[@]}"); shift ;;
-esac
-if [ "${1:-}" = "--list" ]; then
+packages=("${build[@]}")
+more=("${tools[@]}")
+list=0
+for argument in "$@"; do
+  case $argument in
+    --vtk) packages+=(libvtk9-dev) ;;
+    --build) more=() ;;
+    --containers) packages+=("${containers[@]}") ;;
+    --list) list=1 ;;
+    --help) usage; exit 0 ;;
+    *) refuse "unknown argument: $argument" ;;
+  esac
+done
+packages+=("${more[@]}")
+if [ $list = 1 ]; then
   printf '%s\n' "${packages[@]}"
   exit 0
 fi

@@ -2,8 +2,16 @@
 # From nothing to moving water: installs, builds, starts a server with a worker, imports the two
 # bundled simulations, registers them, streams blended frames, and leaves pictures to look at.
 # Stops what it started. Asks nothing; run it again at any time.
+#   deploy/quickstart.sh
 #   OUT=DIR  where things go (default out)
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "quickstart.sh: $1" >&2; usage >&2; exit 2; }
+case ${1:-} in
+  '') ;;
+  --help) usage; exit 0 ;;
+  *) refuse "unknown argument: $1" ;;
+esac
 cd "$(dirname "$0")/.."
 
 out=${OUT:-out}

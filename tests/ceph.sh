@@ -4,8 +4,15 @@
 #   tests/ceph.sh stop DIRECTORY      also after a start that failed
 # DIRECTORY is emptied by start. The bucket `liquidblend` is there.
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "ceph.sh: $1" >&2; usage >&2; exit 2; }
+command=${1:-}
+case $command in
+  --help) usage; exit 0 ;;
+  start | stop) [ $# = 2 ] || refuse "$command wants one DIRECTORY" ;;
+  *) refuse "unknown command: $command" ;;
+esac
 here=$(cd "$(dirname "$0")" && pwd)
-command=$1
 mkdir -p "$2"
 directory=$(cd "$2" && pwd)
 config=$directory/ceph.conf
@@ -117,7 +124,4 @@ stop() {
   rm -rf "$directory"
 }
 
-case $command in
-  start | stop) "$command" ;;
-  *) echo "usage: tests/ceph.sh start|stop DIRECTORY" >&2; exit 2 ;;
-esac
+"$command"

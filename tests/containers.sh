@@ -12,10 +12,8 @@
 # images stay for the next run.
 # Exit: 0 all is well; 1 something is not; 2 usage; 77 this host cannot run containers.
 set -Eeuo pipefail
-cd "$(dirname "$0")/.."
-. tests/containers/stack.sh
-. tests/containers/phases.sh
-. tests/containers/compose.sh
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "containers.sh: $1" >&2; usage >&2; exit 2; }
 
 prebuilt=0
 compose=1
@@ -23,9 +21,15 @@ for argument in "$@"; do
   case $argument in
     --prebuilt) prebuilt=1 ;;
     --no-compose) compose=0 ;;
-    *) sed -n '2,/^set/p' "$0" | sed '$d; s/^# \?//' >&2; exit 2 ;;
+    --help) usage; exit 0 ;;
+    *) refuse "unknown argument: $argument" ;;
   esac
 done
+
+cd "$(dirname "$0")/.."
+. tests/containers/stack.sh
+. tests/containers/phases.sh
+. tests/containers/compose.sh
 
 trap 'show_failure "$BASH_COMMAND"' ERR
 trap clean_up EXIT

@@ -5,11 +5,21 @@
 # DIRECTORY keeps the data (an earlier run's are taken up again) and DIRECTORY/sock the socket; as
 # root, the server runs as the user postgres, to whom DIRECTORY is given.
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "postgres.sh: $1" >&2; usage >&2; exit 2; }
+case ${1:-} in
+  --help) usage; exit 0 ;;
+  '') refuse "no DIRECTORY given" ;;
+  -*) refuse "unknown argument: $1" ;;
+esac
 directory=$1
 shift
 bin=${LIQUIDBLEND_POSTGRES_BIN:-/usr/lib/postgresql/15/bin}
 settings=()
-for setting in "$@"; do settings+=(-c "$setting"); done
+for setting in "$@"; do
+  [[ $setting = [a-z]*=* ]] || refuse "unknown argument: $setting"
+  settings+=(-c "$setting")
+done
 
 become=()
 mkdir -p "$directory/sock"

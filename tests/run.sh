@@ -3,7 +3,8 @@
 # unit tests again under AddressSanitizer and UndefinedBehaviorSanitizer.
 #   tests/run.sh [--no-install] [--no-asan]
 set -euo pipefail
-cd "$(dirname "$0")/.."
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "run.sh: $1" >&2; usage >&2; exit 2; }
 
 install=1
 asan=1
@@ -11,9 +12,11 @@ for argument in "$@"; do
   case $argument in
     --no-install) install=0 ;;
     --no-asan) asan=0 ;;
-    *) echo "usage: tests/run.sh [--no-install] [--no-asan]" >&2; exit 2 ;;
+    --help) usage; exit 0 ;;
+    *) refuse "unknown argument: $argument" ;;
   esac
 done
+cd "$(dirname "$0")/.."
 
 [ "$install" = 0 ] || deploy/install-deps.sh
 jobs=$(nproc)

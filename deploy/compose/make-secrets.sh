@@ -3,6 +3,13 @@
 # their owner alone. Leaves what is there as it is.
 #   deploy/compose/make-secrets.sh [DIRECTORY]    default: beside this script
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "make-secrets.sh: $1" >&2; usage >&2; exit 2; }
+case ${1:-} in
+  --help) usage; exit 0 ;;
+  -*) refuse "unknown argument: $1" ;;
+esac
+[ $# -le 1 ] || refuse "unknown argument: $2"
 cd "${1:-$(dirname "$0")}"
 umask 077
 random() { od -An -N20 -tx1 /dev/urandom | tr -d ' \n'; }

@@ -3,6 +3,13 @@
 #   deploy/images/make-base.sh [NAME]     default localhost/liquidblend-base:12; a minute
 # Needs root, podman and mmdebstrap (deploy/install-deps.sh --containers).
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "make-base.sh: $1" >&2; usage >&2; exit 2; }
+case ${1:-} in
+  --help) usage; exit 0 ;;
+  -*) refuse "unknown argument: $1" ;;
+esac
+[ $# -le 1 ] || refuse "unknown argument: $2"
 name=${1:-localhost/liquidblend-base:12}
 file=$(mktemp --suffix=.tar)
 trap 'rm -f "$file"' EXIT

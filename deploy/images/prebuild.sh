@@ -3,6 +3,13 @@
 #   deploy/images/prebuild.sh [DIRECTORY]    default build/prebuilt, from build/release
 # Runs in the images' build stage as well. JOBS: compilers at a time.
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "prebuild.sh: $1" >&2; usage >&2; exit 2; }
+case ${1:-} in
+  --help) usage; exit 0 ;;
+  -*) refuse "unknown argument: $1" ;;
+esac
+[ $# -le 1 ] || refuse "unknown argument: $2"
 cd "$(dirname "$0")/../.."
 out=${1:-build/prebuilt}
 programs=(liquidblend liquidblend-admin liquidblend-server liquidblend-worker)

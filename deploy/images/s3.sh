@@ -3,15 +3,23 @@
 #   AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY   of the only user
 #   S3_BUCKET=liquidblend                      made at the first start
 #   S3_BYTES=8589934592                        of the disk file in the volume
-# s3.sh --check: exit 0 if it answers
+#   s3.sh            in the foreground
+#   s3.sh --check    exit 0 if it answers
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "s3.sh: $1" >&2; usage >&2; exit 2; }
 directory=/var/lib/ceph/one
 config=$directory/ceph.conf
 bucket=${S3_BUCKET:-liquidblend}
 url=http://127.0.0.1:7480
 admin=(ceph -c "$config" -k "$directory/keyring")
 
-if [ "${1:-}" = --check ]; then exec curl -s -o /dev/null --max-time 4 "$url/"; fi
+case ${1:-} in
+  '') ;;
+  --check) exec curl -s -o /dev/null --max-time 4 "$url/" ;;
+  --help) usage; exit 0 ;;
+  *) refuse "unknown argument: $1" ;;
+esac
 
 # await SECONDS COMMAND...
 await() {

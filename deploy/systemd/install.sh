@@ -3,6 +3,13 @@
 #   deploy/systemd/install.sh [PROGRAMS]    default build/release/bin; run as root
 #   DESTDIR=DIR                             below DIR, without telling systemd
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "install.sh: $1" >&2; usage >&2; exit 2; }
+case ${1:-} in
+  --help) usage; exit 0 ;;
+  -*) refuse "unknown argument: $1" ;;
+esac
+[ $# -le 1 ] || refuse "unknown argument: $2"
 cd "$(dirname "$0")"
 programs=$(cd "${1:-../../build/release/bin}" && pwd)
 root=${DESTDIR:-}

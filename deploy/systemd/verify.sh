@@ -3,6 +3,13 @@
 # they are: below 3 of 10.
 #   deploy/systemd/verify.sh
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "verify.sh: $1" >&2; usage >&2; exit 2; }
+case ${1:-} in
+  '') ;;
+  --help) usage; exit 0 ;;
+  *) refuse "unknown argument: $1" ;;
+esac
 cd "$(dirname "$0")"
 root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT

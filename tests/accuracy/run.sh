@@ -5,6 +5,8 @@
 #   tests/accuracy/run.sh [DATA_FOLDER] [flags of lb_accuracy, e.g. --iterations 24 --seed 2]
 # BUILD names the build folder (default build/release), which must hold the target lb_accuracy.
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+if [ "${1:-}" = --help ]; then usage; exit 0; fi
 root=$(cd "$(dirname "$0")/../.." && pwd)
 program=${BUILD:-$root/build/release}/tests/lb_accuracy
 data=$root/tests/data

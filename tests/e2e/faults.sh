@@ -5,6 +5,13 @@
 # LIQUIDBLEND_FAULT_RUNS runs a line, 20 unless set; FAULT_FILTER: some lines only, as gtest's
 # filter. What the programs say goes to BUILD_DIRECTORY/faults.log.
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "faults.sh: $1" >&2; usage >&2; exit 2; }
+case ${1:-} in
+  --help) usage; exit 0 ;;
+  -*) refuse "unknown argument: $1" ;;
+esac
+[ $# -le 1 ] || refuse "unknown argument: $2"
 build=$(cd "${1:-$(dirname "$0")/../../build/release}" && pwd)
 export LIQUIDBLEND_FAULT_RUNS=${LIQUIDBLEND_FAULT_RUNS:-20}
 export LIQUIDBLEND_FAULT_TABLE=$build/faults.md

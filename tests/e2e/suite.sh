@@ -7,9 +7,16 @@
 # themselves. Prints a line a program; of one that fails, all that it has said.
 # Exit: 0 if every test has passed; 1 if not; 2 usage.
 set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "suite.sh: $1" >&2; usage >&2; exit 2; }
 here=$(cd "$(dirname "$0")" && pwd)
 suite=${1:-}
-grep -q "^$suite " "$here/e2e_tests.txt" || { sed -n '4p' "$0" >&2; exit 2; }
+case $suite in
+  --help) usage; exit 0 ;;
+  embedded | shared | faults | running) [ $# = 1 ] || refuse "unknown argument: $2" ;;
+  *) refuse "unknown suite: $suite" ;;
+esac
+grep -q "^$suite " "$here/e2e_tests.txt" || refuse "not in $here/e2e_tests.txt: $suite"
 [ "$suite" != running ] || : "${LIQUIDBLEND_E2E_SERVERS:?is not set}"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -5,12 +5,20 @@
 # to tests/fuzz/regressions/READER, which the test fuzz_replay_test runs in every build.
 # A file of up to 64 KiB may allocate at most 48 MiB at once and must be read within 10 seconds.
 set -euo pipefail
-cd "$(dirname "$0")/../.."
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "run.sh: $1" >&2; usage >&2; exit 2; }
+if [ "${1:-}" = --help ]; then usage; exit 0; fi
 seconds=${1:-60}
+[[ $seconds =~ ^[0-9]+$ ]] || refuse "unknown argument: $seconds"
 shift || true
 readers=("$@")
 [ ${#readers[@]} -gt 0 ] ||
   readers=(mantaflow ply obj stl vdb gzip meta animation_file family_file surface query)
+
+for reader in "${readers[@]}"; do
+  [ -d "$(dirname "$0")/corpus/$reader" ] || refuse "unknown reader: $reader"
+done
+cd "$(dirname "$0")/../.."
 
 cmake --preset fuzz >/dev/null
 cmake --build build/fuzz --target "${readers[@]/#/fuzz_}"
