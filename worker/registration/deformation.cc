@@ -5,6 +5,11 @@
 #include <utility>
 
 namespace liquidblend::registration {
+namespace {
+
+uint16_t Quantize(float weight) { return static_cast<uint16_t>(weight * Influences::kOne + 0.5F); }
+
+}  // namespace
 
 DeformationNodes::DeformationNodes(const Points& rest, const IndexLists& neighbors, double spacing,
                                    std::span<const int32_t> first, uint64_t seed,
@@ -58,24 +63,44 @@ void DeformationNodes::ComputeInfluences(const Points& rest, const IndexLists& n
     for (const auto& reached : list) ++begin_[reached.vertex + 1];
   }
   std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-  influences_ = std::make_unique_for_overwrite<Influence[]>(begin_.back());
+  influences_ = std::make_unique_for_overwrite<Influences::Packed[]>(begin_.back());
+  if (num_nodes() > 1 << 16) {
+    high_nodes_ = std::make_unique_for_overwrite<uint16_t[]>(begin_.back());
+  }
   std::vector<int64_t> next(begin_.begin(), begin_.end() - 1);
   for (int64_t task = 0, n = 0; task < num_tasks; ++task) {
     auto reached = reached_in[task].cbegin();
     for (; reached != reached_in[task].cend(); ++n) {
       for (const auto last = reached + num_reached[n]; reached != last; ++reached) {
         const float q = reached->distance / radius, fall = 1 - q * q;
-        influences_[next[reached->vertex]++] = {static_cast<int32_t>(n), fall * fall * fall};
+        const int64_t k = next[reached->vertex]++;
+        // At least the least there is: a vertex may have no other.
+        const uint16_t weight = std::max<uint16_t>(1, Quantize(fall * fall * fall));
+        influences_[k] = {static_cast<uint16_t>(n & 0xFFFF), weight};
+        if (high_nodes_ != nullptr) high_nodes_[k] = static_cast<uint16_t>(n >> 16);
       }
     }
     std::vector<GeodesicSearch::Reached>().swap(
         reached_in[task]);  // pages of the influences are touched about as fast as these go
   }
-  arena.For(rest.cols(), [&](int64_t v) {
-    float sum = 0;
-    for (int64_t k = begin_[v]; k < begin_[v + 1]; ++k) sum += influences_[k].weight;
-    for (int64_t k = begin_[v]; k < begin_[v + 1]; ++k) influences_[k].weight /= sum;
-  });
+  arena.For(rest.cols(), [&](int64_t v) { Normalize(begin_[v], begin_[v + 1]); });
+}
+
+// Makes the weights add up to one exactly: what rounding leaves goes to the largest.
+void DeformationNodes::Normalize(int64_t begin, int64_t end) {
+  if (begin == end) return;
+  const std::span<Influences::Packed> influences(&influences_[begin], end - begin);
+  float sum = 0;
+  for (const auto& influence : influences) sum += static_cast<float>(influence.weight);
+  int rest = Influences::kOne;
+  for (auto& influence : influences) {
+    influence.weight = Quantize(static_cast<float>(influence.weight) / sum);
+    rest -= influence.weight;
+  }
+  auto& largest =
+      *std::max_element(influences.begin(), influences.end(),
+                        [](const auto& a, const auto& b) { return a.weight < b.weight; });
+  largest.weight = static_cast<uint16_t>(largest.weight + rest);
 }
 
 Eigen::Vector4f DisplacementOf(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,

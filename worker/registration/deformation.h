@@ -21,6 +21,48 @@ struct Influence {
   float weight;
 };
 
+// Those on one vertex, unpacked one by one.
+class Influences {
+ public:
+  // Half of what an Influence takes: there are some twenty for each vertex.
+  struct Packed {
+    uint16_t low_node;
+    uint16_t weight;  // times kOne
+  };
+  static constexpr uint16_t kOne = 65535;
+
+  class Iterator {
+   public:
+    Iterator(const Packed* at, const uint16_t* high_node) : at_(at), high_node_(high_node) {}
+    Influence operator*() const {
+      const uint32_t high = high_node_ == nullptr ? 0U : *high_node_;
+      return {static_cast<int32_t>(high << 16 | at_->low_node),
+              static_cast<float>(at_->weight) * (1.0F / kOne)};
+    }
+    Iterator& operator++() {
+      ++at_;
+      if (high_node_ != nullptr) ++high_node_;
+      return *this;
+    }
+    bool operator==(const Iterator& other) const { return at_ == other.at_; }
+
+   private:
+    const Packed* at_;
+    const uint16_t* high_node_;
+  };
+
+  // high_nodes: the nodes' upper 16 bits, or nullptr if they are 0.
+  Influences(std::span<const Packed> packed, const uint16_t* high_nodes)
+      : packed_(packed), high_nodes_(high_nodes) {}
+  Iterator begin() const { return {packed_.data(), high_nodes_}; }
+  Iterator end() const { return {packed_.data() + packed_.size(), nullptr}; }
+  size_t size() const { return packed_.size(); }
+
+ private:
+  std::span<const Packed> packed_;
+  const uint16_t* high_nodes_;
+};
+
 // Nodes and how strongly each moves each vertex.
 class DeformationNodes {
  public:
@@ -38,8 +80,10 @@ class DeformationNodes {
   Eigen::Vector4f position(int64_t node) const { return position_.col(node); }
   // The nodes that move vertex v, by index; their weights add up to 1. None: an excluded vertex
   // that is not connected to others.
-  std::span<const Influence> influences(int64_t v) const {
-    return {influences_.get() + begin_[v], static_cast<size_t>(begin_[v + 1] - begin_[v])};
+  Influences influences(int64_t v) const {
+    const auto count = static_cast<size_t>(begin_[v + 1] - begin_[v]);
+    const uint16_t* high_nodes = high_nodes_ == nullptr ? nullptr : high_nodes_.get() + begin_[v];
+    return {{influences_.get() + begin_[v], count}, high_nodes};
   }
 
  private:
@@ -47,11 +91,13 @@ class DeformationNodes {
                   std::span<const int32_t> first, std::vector<char> covered, uint64_t seed);
   void ComputeInfluences(const Points& rest, const IndexLists& neighbors, float radius,
                          const parallel::Arena& arena);
+  void Normalize(int64_t begin, int64_t end);
 
   std::vector<int32_t> vertex_;  // per node
   Eigen::Matrix4Xf position_;    // per node
   std::vector<int64_t> begin_;   // num_vertices + 1
-  std::unique_ptr<Influence[]> influences_;
+  std::unique_ptr<Influences::Packed[]> influences_;
+  std::unique_ptr<uint16_t[]> high_nodes_;  // only if there are more nodes than 16 bits tell apart
 };
 
 // Displacement of vertex v (equation 1, from the rest pose).

@@ -1,6 +1,9 @@
 #include "worker/registration/deformation.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "tests/worker/registration/registration_testing.h"
 
@@ -68,10 +71,28 @@ TEST_F(DeformationNodesTest, AreTheSameAtAnyThreadCountAndOthersForAnotherSeed) 
   for (int64_t v = 0; v < sphere_.surface.points.cols(); ++v) {
     const auto a = one.influences(v), b = eight.influences(v);
     ASSERT_EQ(a.size(), b.size());
-    for (size_t k = 0; k < a.size(); ++k) {
-      EXPECT_EQ(a[k].node, b[k].node);
-      EXPECT_EQ(a[k].weight, b[k].weight);
-    }
+    EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), [](Influence x, Influence y) {
+      return x.node == y.node && x.weight == y.weight;
+    }));
+  }
+}
+
+TEST_F(DeformationNodesTest, MayBeMoreThan16BitsTellApart) {
+  constexpr int32_t kCount = 70000;  // along a line, each a node that reaches the next ones
+  Points line = Points::Zero(4, kCount);
+  IndexLists neighbors;
+  for (int32_t v = 0; v < kCount; ++v) {
+    line(0, v) = static_cast<float>(v);
+    if (v > 0) neighbors.items.push_back(v - 1);
+    if (v + 1 < kCount) neighbors.items.push_back(v + 1);
+    neighbors.begin.push_back(static_cast<int64_t>(neighbors.items.size()));
+  }
+  const DeformationNodes nodes(line, neighbors, 0.6, {}, 1, parallel::Arena(2));
+  ASSERT_EQ(nodes.num_nodes(), kCount);
+  for (int32_t v = 1; v + 1 < kCount; ++v) {
+    std::vector<int32_t> reached;
+    for (const Influence& influence : nodes.influences(v)) reached.push_back(influence.node);
+    ASSERT_THAT(reached, testing::ElementsAre(v - 1, v, v + 1));
   }
 }
 
