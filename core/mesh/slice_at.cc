@@ -4,29 +4,29 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
+#include "absl/container/flat_hash_map.h"
 #include "core/mesh/marching_table.h"
 
 namespace liquidblend::mesh {
 namespace {
-
-// A crossed mesh edge, by its vertices, the lower one first.
-using Crossing = std::array<int32_t, 2>;
 
 // Of each kind the cells that one slice cuts.
 struct CutCells {
   std::vector<int32_t> tetrahedra, pyramids, wedges, hexahedra;
 };
 
+//   vertex_times  of the mesh's vertices
 template <typename Cell>
-void FindCutCells(const Eigen::Matrix4Xf& vertices, const std::vector<Cell>& cells,
+void FindCutCells(const Eigen::VectorXf& vertex_times, const std::vector<Cell>& cells,
                   std::span<const double> times, std::vector<int32_t> CutCells::*kind,
                   std::vector<CutCells>& cut) {
   for (size_t c = 0; c < cells.size(); ++c) {
     float first = std::numeric_limits<float>::infinity(), last = -first;
     for (const int32_t v : cells[c]) {
-      first = std::min(first, vertices(3, v));
-      last = std::max(last, vertices(3, v));
+      first = std::min(first, vertex_times[v]);
+      last = std::max(last, vertex_times[v]);
     }
     // Corners at the time itself count as later.
     const auto begin = std::upper_bound(times.begin(), times.end(), static_cast<double>(first));
@@ -54,42 +54,45 @@ class Slicer {
       for (int loop = 0; loop < found.num_loops; ++loop) {
         for (int k = 0; k < found.loop_size[loop]; ++k, ++edge) {
           const auto [a, b] = table.edges[*edge];
-          corners_.push_back({std::min(cell[a], cell[b]), std::max(cell[a], cell[b])});
+          polygons_.push_back(VertexOn(cell[a], cell[b]));
         }
-        polygon_ends_.push_back(corners_.size());
+        polygon_ends_.push_back(polygons_.size());
       }
     }
   }
 
-  // A vertex per crossed mesh edge, ascending.
-  TriangleMesh Surface() const {
-    std::vector<Crossing> crossings = corners_;
-    std::sort(crossings.begin(), crossings.end());
-    crossings.erase(std::unique(crossings.begin(), crossings.end()), crossings.end());
+  TracedSlice Finish() && {
     TriangleMesh surface;
-    surface.vertices.resize(3, static_cast<int64_t>(crossings.size()));
-    for (size_t n = 0; n < crossings.size(); ++n) surface.vertices.col(n) = PointOf(crossings[n]);
+    surface.vertices.resize(3, static_cast<int64_t>(edges_.size()));
+    for (size_t n = 0; n < edges_.size(); ++n) surface.vertices.col(n) = PointOn(edges_[n]);
     std::vector<Eigen::Vector3i> triangles;
+    std::vector<int32_t> polygon;
     size_t begin = 0;
     for (const size_t end : polygon_ends_) {
-      std::vector<int32_t> polygon;
-      for (; begin < end; ++begin) {
-        const auto at = std::lower_bound(crossings.begin(), crossings.end(), corners_[begin]);
-        polygon.push_back(static_cast<int32_t>(at - crossings.begin()));
-      }
+      polygon.assign(polygons_.begin() + begin, polygons_.begin() + end);
       Triangulate(surface.vertices, polygon, triangles);
+      begin = end;
     }
     surface.triangles.resize(3, static_cast<int64_t>(triangles.size()));
     for (size_t n = 0; n < triangles.size(); ++n) surface.triangles.col(n) = triangles[n];
-    return surface;
+    return {std::move(surface), std::move(edges_)};
   }
 
  private:
   bool IsLater(int32_t v) const { return static_cast<double>(vertices_(3, v)) >= time_; }
 
-  Eigen::Vector3f PointOf(const Crossing& crossing) const {
-    const Eigen::Vector4d a = vertices_.col(crossing[0]).cast<double>();
-    const Eigen::Vector4d b = vertices_.col(crossing[1]).cast<double>();
+  // The slice's vertex on a mesh edge; they are numbered as they come.
+  int32_t VertexOn(int32_t a, int32_t b) {
+    const std::array<int32_t, 2> edge = {std::min(a, b), std::max(a, b)};
+    const uint64_t key = static_cast<uint64_t>(edge[0]) << 32 | static_cast<uint32_t>(edge[1]);
+    const auto [found, is_new] = numbers_.try_emplace(key, static_cast<int32_t>(edges_.size()));
+    if (is_new) edges_.push_back(edge);
+    return found->second;
+  }
+
+  Eigen::Vector3f PointOn(const std::array<int32_t, 2>& edge) const {
+    const Eigen::Vector4d a = vertices_.col(edge[0]).cast<double>();
+    const Eigen::Vector4d b = vertices_.col(edge[1]).cast<double>();
     const double s = (time_ - a.w()) / (b.w() - a.w());
     return ((1 - s) * a + s * b).head<3>().cast<float>();
   }
@@ -120,8 +123,10 @@ class Slicer {
 
   const Eigen::Matrix4Xf& vertices_;
   const double time_;
-  std::vector<Crossing> corners_;     // of all polygons, one after the other
-  std::vector<size_t> polygon_ends_;  // in `corners_`
+  std::vector<std::array<int32_t, 2>> edges_;       // per vertex of the slice
+  absl::flat_hash_map<uint64_t, int32_t> numbers_;  // of edges_; never walked through
+  std::vector<int32_t> polygons_;     // vertices of the slice, one polygon after the other
+  std::vector<size_t> polygon_ends_;  // in `polygons_`
 };
 
 }  // namespace
@@ -133,21 +138,29 @@ std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, std::span<const dou
 
 std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices,
                                   std::span<const double> times, const parallel::Arena& arena) {
-  std::vector<CutCells> cut(times.size());
-  FindCutCells(vertices, mesh.tetrahedra, times, &CutCells::tetrahedra, cut);
-  FindCutCells(vertices, mesh.pyramids, times, &CutCells::pyramids, cut);
-  FindCutCells(vertices, mesh.wedges, times, &CutCells::wedges, cut);
-  FindCutCells(vertices, mesh.hexahedra, times, &CutCells::hexahedra, cut);
   std::vector<TriangleMesh> slices(times.size());
+  VisitSlices(mesh, vertices, times, arena,
+              [&](int64_t n, TracedSlice slice) { slices[n] = std::move(slice.surface); });
+  return slices;
+}
+
+void VisitSlices(const SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices,
+                 std::span<const double> times, const parallel::Arena& arena,
+                 const std::function<void(int64_t, TracedSlice)>& visit) {
+  const Eigen::VectorXf vertex_times = vertices.row(3);
+  std::vector<CutCells> cut(times.size());
+  FindCutCells(vertex_times, mesh.tetrahedra, times, &CutCells::tetrahedra, cut);
+  FindCutCells(vertex_times, mesh.pyramids, times, &CutCells::pyramids, cut);
+  FindCutCells(vertex_times, mesh.wedges, times, &CutCells::wedges, cut);
+  FindCutCells(vertex_times, mesh.hexahedra, times, &CutCells::hexahedra, cut);
   arena.Run(static_cast<int64_t>(times.size()), [&](int64_t n) {
     Slicer slicer(vertices, times[n]);
     slicer.Cut(mesh.tetrahedra, cut[n].tetrahedra, kTetrahedronTable);
     slicer.Cut(mesh.pyramids, cut[n].pyramids, kPyramidTable);
     slicer.Cut(mesh.wedges, cut[n].wedges, kWedgeTable);
     slicer.Cut(mesh.hexahedra, cut[n].hexahedra, kHexahedronTable);
-    slices[n] = slicer.Surface();
+    visit(n, std::move(slicer).Finish());
   });
-  return slices;
 }
 
 }  // namespace liquidblend::mesh

@@ -1,6 +1,9 @@
 // Slices of a space-time mesh for whoever measures them; the server has a faster way.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -21,5 +24,18 @@ std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, std::span<const dou
 // outside of [0, num_frames - 1] in time.
 std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices,
                                   std::span<const double> times, const parallel::Arena& arena);
+
+// A slice that knows what it was cut from.
+struct TracedSlice {
+  TriangleMesh surface;
+  // Per vertex of the surface the ends of the mesh edge that it lies on, the lower one first.
+  std::vector<std::array<int32_t, 2>> edges;
+};
+
+// Hands out the n-th of the same slices as visit(n, slice), from several threads and in any order;
+// they are not kept.
+void VisitSlices(const SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices,
+                 std::span<const double> times, const parallel::Arena& arena,
+                 const std::function<void(int64_t, TracedSlice)>& visit);
 
 }  // namespace liquidblend::mesh

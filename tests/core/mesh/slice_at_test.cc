@@ -71,5 +71,29 @@ TEST(SliceAt, HasTheSameBytesForAnyNumberOfThreads) {
   }
 }
 
+TEST(VisitSlices, KnowsTheEdgeOfEachVertex) {
+  const mesh::SpaceTimeMesh mesh = synthetic::MixedSphere(6);
+  const auto slices = SliceAt(mesh, kTimes, parallel::Arena(2));
+  std::vector<int> num_visits(kTimes.size(), 0);
+  VisitSlices(mesh, mesh.vertices, kTimes, parallel::Arena(2), [&](int64_t n, TracedSlice slice) {
+    ++num_visits[n];
+    EXPECT_EQ(slice.surface.vertices, slices[n].vertices);
+    EXPECT_EQ(slice.surface.triangles, slices[n].triangles);
+    ASSERT_EQ(static_cast<int64_t>(slice.edges.size()), slice.surface.num_vertices());
+    for (size_t v = 0; v < slice.edges.size(); ++v) {
+      const auto [a, b] = slice.edges[v];
+      ASSERT_LT(a, b);
+      const Eigen::Vector4f from = mesh.vertices.col(a), to = mesh.vertices.col(b);
+      const float share = (static_cast<float>(kTimes[n]) - from.w()) / (to.w() - from.w());
+      ASSERT_GE(share, 0.0F);
+      ASSERT_LE(share, 1.0F);
+      const Eigen::Vector3f expected = (from + share * (to - from)).head<3>();
+      // Rounding of numbers about 1.
+      ASSERT_LT((slice.surface.vertices.col(static_cast<int64_t>(v)) - expected).norm(), 1e-5F);
+    }
+  });
+  EXPECT_EQ(num_visits, std::vector<int>(kTimes.size(), 1));
+}
+
 }  // namespace
 }  // namespace liquidblend::mesh
