@@ -21,11 +21,13 @@ struct RayGrid {
 };
 
 // Rays along an axis through all of a surface; the first lies `offset` spacings inside of its box.
+// No more than 1,024 rays along any side of the box: further apart if it is larger.
 RayGrid RaysThrough(const mesh::TriangleMesh& surface, int axis, double spacing_m, double offset);
 
 struct Crossing {
   float depth_m;  // coordinate along the axis
   int step;       // of the winding number: 1 into the surface, -1 out of it
+  int32_t triangle;
 };
 
 // The crossings of all rays with a surface. A ray through an edge or a vertex crosses as one beside
@@ -37,17 +39,25 @@ class AxisRays {
 
   // In the order of their depths; at the same depth those that enter come first.
   std::span<const Crossing> Crossings(int u, int v) const {
-    return crossings_[static_cast<size_t>(v) * grid_.counts[0] + u];
+    const size_t ray = static_cast<size_t>(v) * grid_.counts[0] + u;
+    return {crossings_.data() + begin_[ray], begin_[ray + 1] - begin_[ray]};
   }
   // How many times the surface winds around the ray's point at this depth.
   int Winding(int u, int v, double depth_m) const;
 
  private:
-  void AddTriangle(const mesh::TriangleMesh& surface, int64_t triangle);
-
   RayGrid grid_;
-  std::vector<std::vector<Crossing>> crossings_;  // per ray, u fastest
+  std::vector<size_t> begin_;        // per ray, u fastest, and the end: in `crossings_`
+  std::vector<Crossing> crossings_;  // ray by ray
 };
+
+// Where a ray is inside out: it leaves the surface before it enters it.
+struct InvertedSpan {
+  Eigen::Vector2d at_m;  // the ray, in the two axes after the grid's
+  Crossing leaves, enters;
+};
+
+std::vector<InvertedSpan> FindInvertedSpans(const mesh::TriangleMesh& surface, const RayGrid& grid);
 
 struct InvertedCrossings {
   int64_t num_crossings = 0;              // of all rays
