@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "worker/registration/image_normals.h"
@@ -34,16 +35,23 @@ bool IsTurned(const Surface& source, const IndexLists& neighbors, const Points& 
   return num_turned > kMaxTurnedShare * num_same;
 }
 
-// The vertices flagged and their neighbours, ascending.
-std::vector<int32_t> WithRing(const std::vector<int32_t>& vertices, const IndexLists& neighbors) {
-  std::vector<int32_t> region = vertices;
-  for (const int32_t v : vertices) {
-    const auto around = neighbors[v];
-    region.insert(region.end(), around.begin(), around.end());
+// Those flagged, ascending.
+std::vector<int32_t> Flagged(const std::vector<char>& flags) {
+  std::vector<int32_t> flagged;
+  for (size_t v = 0; v < flags.size(); ++v) {
+    if (flags[v] != 0) flagged.push_back(static_cast<int32_t>(v));
   }
-  std::sort(region.begin(), region.end());
-  region.erase(std::unique(region.begin(), region.end()), region.end());
-  return region;
+  return flagged;
+}
+
+// The vertices and their neighbours, ascending.
+std::vector<int32_t> WithRing(const std::vector<int32_t>& vertices, const IndexLists& neighbors) {
+  std::vector<char> flags(neighbors.num_rows(), 0);
+  for (const int32_t v : vertices) {
+    flags[v] = 1;
+    for (const int32_t w : neighbors[v]) flags[w] = 1;
+  }
+  return Flagged(flags);
 }
 
 // Inverse-distance averaging of the displacements inside a region; outside they stay.
@@ -83,6 +91,37 @@ std::optional<Eigen::Vector4f> TuckOf(const Surface& source, const Points& norma
   return (-kTuckDepth - height) * near->normal;
 }
 
+// Tucks what is turned in the region, and moves what is around with it. The region becomes what has
+// moved. Returns how many were tucked.
+int64_t TuckRound(const Surface& source, const IndexLists& neighbors, const Points& normals,
+                  const ClosestPointSearch& target, const parallel::Arena& arena,
+                  std::vector<int32_t>& region, Points& displacement) {
+  Points moves = Points::Zero(4, source.points.cols());
+  std::vector<char> is_tucked(source.points.cols(), 0);
+  arena.For(static_cast<int64_t>(region.size()), [&](int64_t n) {
+    const auto move = TuckOf(source, normals, target, displacement, region[n]);
+    if (!move) return;
+    moves.col(region[n]) = *move;
+    is_tucked[region[n]] = 1;
+  });
+  region = Flagged(is_tucked);
+  const int64_t num_tucked = static_cast<int64_t>(region.size());
+  for (int sweep = 0; sweep < kTuckSweeps; ++sweep) {
+    region = WithRing(region, neighbors);
+    Points next(4, static_cast<int64_t>(region.size()));
+    arena.For(next.cols(), [&](int64_t n) {
+      const int32_t v = region[n];
+      Eigen::Vector4f sum = Eigen::Vector4f::Zero();
+      for (const int32_t w : neighbors[v]) sum += moves.col(w);
+      const float num_around = static_cast<float>(std::max<size_t>(1, neighbors[v].size()));
+      next.col(n) = is_tucked[v] ? moves.col(v) : Eigen::Vector4f(0.5f / num_around * sum);
+    });
+    for (int64_t n = 0; n < next.cols(); ++n) moves.col(region[n]) = next.col(n);
+  }
+  for (const int32_t v : region) displacement.col(v) += moves.col(v);
+  return num_tucked;
+}
+
 }  // namespace
 
 int64_t RelaxFolds(const Surface& source, const IndexLists& neighbors, float weight,
@@ -92,10 +131,7 @@ int64_t RelaxFolds(const Surface& source, const IndexLists& neighbors, float wei
   std::vector<char> turned(count, 0);
   arena.For(count, [&](int64_t v) { turned[v] = IsTurned(source, neighbors, normals, v); });
   for (int round = 0;; ++round) {
-    std::vector<int32_t> bad;
-    for (int64_t v = 0; v < count; ++v) {
-      if (turned[v]) bad.push_back(static_cast<int32_t>(v));
-    }
+    const std::vector<int32_t> bad = Flagged(turned);
     if (bad.empty() || round == kMaxRelaxRounds) return static_cast<int64_t>(bad.size());
     const std::vector<int32_t> region = WithRing(bad, neighbors);
     AverageInside(source, neighbors, region, arena, displacement);
@@ -114,31 +150,21 @@ int64_t RelaxFolds(const Surface& source, const IndexLists& neighbors, float wei
 int64_t TuckTurnedLayers(const Surface& source, const IndexLists& neighbors,
                          const ClosestPointSearch& target, const parallel::Arena& arena,
                          Points& displacement) {
-  const int64_t count = source.points.cols();
-  double num_tucked = 0;
+  Points normals = ImageNormals(source, neighbors, displacement, 1, arena);
+  std::vector<int32_t> region(source.points.cols());
+  std::iota(region.begin(), region.end(), 0);
+  int64_t num_tucked = 0;
   for (int round = 0; round < kTuckRounds; ++round) {
-    const Points normals = ImageNormals(source, neighbors, displacement, 1, arena);
-    Points moves = Points::Zero(4, count), next(4, count);
-    std::vector<char> is_tucked(count, 0);
-    arena.For(count, [&](int64_t v) {
-      const auto move = TuckOf(source, normals, target, displacement, v);
-      if (!move) return;
-      moves.col(v) = *move;
-      is_tucked[v] = 1;
-    });
-    for (int sweep = 0; sweep < kTuckSweeps; ++sweep) {
-      arena.For(count, [&](int64_t v) {
-        Eigen::Vector4f sum = Eigen::Vector4f::Zero();
-        for (const int32_t w : neighbors[v]) sum += moves.col(w);
-        const float num_around = static_cast<float>(std::max<size_t>(1, neighbors[v].size()));
-        next.col(v) = is_tucked[v] ? moves.col(v) : Eigen::Vector4f(0.5f / num_around * sum);
+    if (round > 0) {  // nothing is new elsewhere
+      region = WithRing(region, neighbors);
+      arena.For(static_cast<int64_t>(region.size()), [&](int64_t n) {
+        const int32_t v = region[n];
+        normals.col(v) = ImageNormal(source, neighbors, displacement, 1, v);
       });
-      moves.swap(next);
     }
-    displacement += moves;
-    num_tucked = arena.Sum(count, [&](int64_t v) { return is_tucked[v] ? 1.0 : 0.0; });
+    num_tucked = TuckRound(source, neighbors, normals, target, arena, region, displacement);
   }
-  return static_cast<int64_t>(num_tucked);
+  return num_tucked;
 }
 
 }  // namespace liquidblend::registration
