@@ -13,21 +13,6 @@ constexpr int kNumTimes = 12;
 constexpr double kRaySpacing = 0.5;     // edges
 constexpr double kRayOffset = 0.4;      // of the spacing
 constexpr double kSmallestPart = 1e-3;  // of the liquid; less is a speck
-constexpr int kMaxRays = 1024;          // along one side of a slice, however large it became
-
-// The source's vertices at a weight, metres and frames; end slabs stay outside of the animation.
-Eigen::Matrix4Xf BlendAt(const Surface& source, const Points& displacement, float weight) {
-  Eigen::Matrix4Xf vertices = displacement * weight;
-  vertices.topRows<3>() *= static_cast<float>(source.mesh.edge_length_m);
-  vertices += source.mesh.vertices;
-  const int64_t num_first = source.mesh.num_first_vertices;
-  const int64_t num_last = source.mesh.num_last_vertices;
-  constexpr float kOutside = 1e-3f;
-  const float last = static_cast<float>(source.mesh.num_frames - 1) + kOutside;
-  vertices.row(3).leftCols(num_first) = vertices.row(3).leftCols(num_first).cwiseMin(-kOutside);
-  vertices.row(3).rightCols(num_last) = vertices.row(3).rightCols(num_last).cwiseMax(last);
-  return vertices;
-}
 
 double NumParts(const mesh::TriangleMesh& slice) {
   const std::vector<double> volumes = mesh::ComponentVolumes(slice);
@@ -41,11 +26,8 @@ double NumParts(const mesh::TriangleMesh& slice) {
 InvertedCrossings CountInverted(const mesh::TriangleMesh& surface, double spacing_m) {
   InvertedCrossings all;
   if (surface.num_triangles() == 0) return all;
-  const Eigen::Vector3d size = surface.vertices.rowwise().maxCoeff().cast<double>() -
-                               surface.vertices.rowwise().minCoeff().cast<double>();
-  const double spacing = std::max(spacing_m, size.maxCoeff() / kMaxRays);
   for (const int axis : {0, 2}) {
-    const auto found = FindInverted(surface, RaysThrough(surface, axis, spacing, kRayOffset));
+    const auto found = FindInverted(surface, RaysThrough(surface, axis, spacing_m, kRayOffset));
     all.num_crossings += found.num_crossings;
     all.inverted.insert(all.inverted.end(), found.inverted.begin(), found.inverted.end());
   }
@@ -53,6 +35,19 @@ InvertedCrossings CountInverted(const mesh::TriangleMesh& surface, double spacin
 }
 
 }  // namespace
+
+Eigen::Matrix4Xf BlendAt(const Surface& source, const Points& displacement, float weight) {
+  Eigen::Matrix4Xf vertices = displacement * weight;
+  vertices.topRows<3>() *= static_cast<float>(source.mesh.edge_length_m);
+  vertices += source.mesh.vertices;
+  const int64_t num_first = source.mesh.num_first_vertices;
+  const int64_t num_last = source.mesh.num_last_vertices;
+  constexpr float kOutside = 1e-3f;
+  const float last = static_cast<float>(source.mesh.num_frames - 1) + kOutside;
+  vertices.row(3).leftCols(num_first) = vertices.row(3).leftCols(num_first).cwiseMin(-kOutside);
+  vertices.row(3).rightCols(num_last) = vertices.row(3).rightCols(num_last).cwiseMax(last);
+  return vertices;
+}
 
 std::vector<double> SliceTimes(const mesh::SpaceTimeMesh& mesh) {
   std::vector<double> times;

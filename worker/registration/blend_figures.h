@@ -9,6 +9,10 @@
 
 namespace liquidblend::registration {
 
+// The source's vertices at a weight, metres and frames; end slabs stay outside of the animation.
+//   displacement  a column per source vertex, registration units
+Eigen::Matrix4Xf BlendAt(const Surface& source, const Points& displacement, float weight);
+
 // Some times from the first frame to the last, evenly spread, frames.
 std::vector<double> SliceTimes(const mesh::SpaceTimeMesh& mesh);
 

@@ -11,6 +11,7 @@
 #include "worker/registration/finish.h"
 #include "worker/registration/folds.h"
 #include "worker/registration/rigid_pieces.h"
+#include "worker/registration/untangle.h"
 #include "worker/registration/verdict.h"
 
 namespace liquidblend::registration {
@@ -83,6 +84,8 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   CarryRigidPieces(source, arena, displacement);
   Points extrapolation = Extrapolation(source, neighbors, displacement, arena);
   CarryRigidPieces(source, arena, extrapolation);
+  Untangle(source, extrapolation, arena, displacement);
+  LB_RETURN_IF_ERROR(hold_pins(displacement));
   result.report.verdict =
       Judge(source, neighbors, pair.target, pair.target_search, displacement, arena);
   const double edge = source.mesh.edge_length_m;
