@@ -14,7 +14,7 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr float kWeights[] = {0.75f, 1.0f, 1.25f};
-constexpr int kRounds = 2;
+constexpr int kRounds = 2;           // the second half a frame around what the first has found, too
 constexpr double kRaySpacing = 0.5;  // edges
 constexpr double kRayOffset = 0.4;   // of the spacing
 constexpr double kOverlap = 0.2;     // edges; how far beyond the other each side is moved
@@ -131,6 +131,20 @@ int64_t UntangleAt(const Surface& source, const Points& extrapolation, float wei
   return total;
 }
 
+// Those marked, and half a frame before and after each.
+std::vector<double> TimesAround(const std::vector<double>& times, const std::vector<char>& marked,
+                                double last) {
+  std::vector<double> around;
+  for (size_t n = 0; n < times.size(); ++n) {
+    if (marked[n] == 0) continue;
+    for (const double time : {times[n] - 0.5, times[n], times[n] + 0.5}) {
+      const bool is_new = around.empty() || time > around.back();
+      if (is_new && time >= 0 && time <= last) around.push_back(time);
+    }
+  }
+  return around;
+}
+
 }  // namespace
 
 int64_t Untangle(const Surface& source, const Points& extrapolation, const parallel::Arena& arena,
@@ -144,11 +158,7 @@ int64_t Untangle(const Surface& source, const Points& extrapolation, const paral
     for (const float weight : kWeights) {
       num_left += UntangleAt(source, extrapolation, weight, times, arena, displacement, is_tangled);
     }
-    std::vector<double> tangled;
-    for (size_t n = 0; n < times.size(); ++n) {
-      if (is_tangled[n] != 0) tangled.push_back(times[n]);
-    }
-    times = std::move(tangled);
+    times = TimesAround(times, is_tangled, source.mesh.num_frames - 1);
   }
   return num_left;
 }
