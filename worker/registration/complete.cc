@@ -17,8 +17,9 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr int kNumProjections = 2;
 constexpr float kRelaxedWeights[] = {0.5f, 0.75f};
+// Back onto the target, from which relaxing has drawn tips and rims.
+constexpr ProjectionOptions kLastProjection = {.stiffness = 2.0f, .sweeps = 10};
 
 // Registration units -> metres and frames.
 Eigen::Matrix4Xf InMetres(Points displacement, double edge_length_m) {
@@ -70,15 +71,14 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   const Surface& source = pair.source;
   const IndexLists& neighbors = pair.neighbors;
   Registration result;
-  for (int n = 0; n < kNumProjections; ++n) {
-    const double residual = ProjectOntoTarget(source, neighbors, pair.target, pair.target_search,
-                                              {}, arena, displacement);
-    if (n == 0) result.report.mean_residual_edges = residual;
-  }
+  result.report.mean_residual_edges = ProjectOntoTarget(
+      source, neighbors, pair.target, pair.target_search, {}, arena, displacement);
   LB_RETURN_IF_ERROR(hold_pins(displacement));
   for (const float weight : kRelaxedWeights) {
     RelaxFolds(source, neighbors, weight, arena, displacement);
   }
+  ProjectOntoTarget(source, neighbors, pair.target, pair.target_search, kLastProjection, arena,
+                    displacement);
   TuckTurnedLayers(source, neighbors, pair.target_search, arena, displacement);
   LB_RETURN_IF_ERROR(hold_pins(displacement));
   CarryRigidPieces(source, arena, displacement);
