@@ -85,7 +85,11 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   Points extrapolation = Extrapolation(source, neighbors, displacement, arena);
   CarryRigidPieces(source, arena, extrapolation);
   Untangle(source, extrapolation, arena, displacement);
+  const Points untangled = displacement;
   LB_RETURN_IF_ERROR(hold_pins(displacement));
+  for (int64_t v = 0; v < displacement.cols(); ++v) {  // which may reach rigid pieces
+    if (source.rigid[v]) displacement.col(v) = untangled.col(v);
+  }
   result.report.verdict =
       Judge(source, neighbors, pair.target, pair.target_search, displacement, arena);
   const double edge = source.mesh.edge_length_m;
