@@ -1,0 +1,215 @@
+// Tells ThreadSanitizer of the locks of a libabsl that was built without it.
+//
+// Whatever synchronises through absl::Mutex would be reported as a race: the library's atomics are
+// not instrumented. These definitions come before the library's, call them, and say what happens
+// before what. Part of every executable of the tsan preset.
+#include <dlfcn.h>
+#include <sanitizer/tsan_interface.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "absl/synchronization/blocking_counter.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/synchronization/notification.h"
+
+extern "C" {
+void AnnotateIgnoreReadsBegin(const char* file, int line);
+void AnnotateIgnoreReadsEnd(const char* file, int line);
+}
+
+namespace {
+
+// Conditions are looked at within the library, by whoever unlocks, for whoever waits.
+class IgnoreReads {
+ public:
+  IgnoreReads() { AnnotateIgnoreReadsBegin(__FILE__, __LINE__); }
+  ~IgnoreReads() { AnnotateIgnoreReadsEnd(__FILE__, __LINE__); }
+  IgnoreReads(const IgnoreReads&) = delete;
+  IgnoreReads& operator=(const IgnoreReads&) = delete;
+};
+
+// The library's own function of this type.
+template <typename Function>
+Function* Library(const char* symbol) {
+  auto* const function = reinterpret_cast<Function*>(dlsym(RTLD_NEXT, symbol));
+  if (function == nullptr) {
+    std::fprintf(stderr, "absl_mutex.cc is made for another libabsl: no %s\n", symbol);
+    std::abort();
+  }
+  return function;
+}
+
+}  // namespace
+
+namespace absl {
+ABSL_NAMESPACE_BEGIN
+
+void Mutex::Lock() {
+  static auto* const library = Library<void(Mutex*)>("_ZN4absl7debian35Mutex4LockEv");
+  library(this);
+  __tsan_acquire(this);
+}
+
+void Mutex::Unlock() {
+  static auto* const library = Library<void(Mutex*)>("_ZN4absl7debian35Mutex6UnlockEv");
+  __tsan_release(this);
+  const IgnoreReads ignore;
+  library(this);
+}
+
+bool Mutex::TryLock() {
+  static auto* const library = Library<bool(Mutex*)>("_ZN4absl7debian35Mutex7TryLockEv");
+  const bool is_locked = library(this);
+  if (is_locked) __tsan_acquire(this);
+  return is_locked;
+}
+
+void Mutex::ReaderLock() {
+  static auto* const library = Library<void(Mutex*)>("_ZN4absl7debian35Mutex10ReaderLockEv");
+  library(this);
+  __tsan_acquire(this);
+}
+
+void Mutex::ReaderUnlock() {
+  static auto* const library = Library<void(Mutex*)>("_ZN4absl7debian35Mutex12ReaderUnlockEv");
+  __tsan_release(this);
+  const IgnoreReads ignore;
+  library(this);
+}
+
+void Mutex::Await(const Condition& condition) {
+  static auto* const library =
+      Library<void(Mutex*, const Condition&)>("_ZN4absl7debian35Mutex5AwaitERKNS0_9ConditionE");
+  __tsan_release(this);
+  {
+    const IgnoreReads ignore;
+    library(this, condition);
+  }
+  __tsan_acquire(this);
+}
+
+void Mutex::LockWhen(const Condition& condition) {
+  static auto* const library =
+      Library<void(Mutex*, const Condition&)>("_ZN4absl7debian35Mutex8LockWhenERKNS0_9ConditionE");
+  {
+    const IgnoreReads ignore;
+    library(this, condition);
+  }
+  __tsan_acquire(this);
+}
+
+bool Mutex::AwaitWithTimeout(const Condition& condition, Duration timeout) {
+  static auto* const library = Library<bool(Mutex*, const Condition&, Duration)>(
+      "_ZN4absl7debian35Mutex16AwaitWithTimeoutERKNS0_9ConditionENS0_8DurationE");
+  __tsan_release(this);
+  bool result;
+  {
+    const IgnoreReads ignore;
+    result = library(this, condition, timeout);
+  }
+  __tsan_acquire(this);
+  return result;
+}
+
+bool Mutex::AwaitWithDeadline(const Condition& condition, Time deadline) {
+  static auto* const library = Library<bool(Mutex*, const Condition&, Time)>(
+      "_ZN4absl7debian35Mutex17AwaitWithDeadlineERKNS0_9ConditionENS0_4TimeE");
+  __tsan_release(this);
+  bool result;
+  {
+    const IgnoreReads ignore;
+    result = library(this, condition, deadline);
+  }
+  __tsan_acquire(this);
+  return result;
+}
+
+bool Mutex::LockWhenWithTimeout(const Condition& condition, Duration timeout) {
+  static auto* const library = Library<bool(Mutex*, const Condition&, Duration)>(
+      "_ZN4absl7debian35Mutex19LockWhenWithTimeoutERKNS0_9ConditionENS0_8DurationE");
+  bool result;
+  {
+    const IgnoreReads ignore;
+    result = library(this, condition, timeout);
+  }
+  __tsan_acquire(this);
+  return result;
+}
+
+bool Mutex::LockWhenWithDeadline(const Condition& condition, Time deadline) {
+  static auto* const library = Library<bool(Mutex*, const Condition&, Time)>(
+      "_ZN4absl7debian35Mutex20LockWhenWithDeadlineERKNS0_9ConditionENS0_4TimeE");
+  bool result;
+  {
+    const IgnoreReads ignore;
+    result = library(this, condition, deadline);
+  }
+  __tsan_acquire(this);
+  return result;
+}
+
+void CondVar::Wait(Mutex* mutex) {
+  static auto* const library =
+      Library<void(CondVar*, Mutex*)>("_ZN4absl7debian37CondVar4WaitEPNS0_5MutexE");
+  __tsan_release(mutex);
+  library(this, mutex);
+  __tsan_acquire(mutex);
+}
+
+bool CondVar::WaitWithTimeout(Mutex* mutex, Duration timeout) {
+  static auto* const library = Library<bool(CondVar*, Mutex*, Duration)>(
+      "_ZN4absl7debian37CondVar15WaitWithTimeoutEPNS0_5MutexENS0_8DurationE");
+  __tsan_release(mutex);
+  const bool result = library(this, mutex, timeout);
+  __tsan_acquire(mutex);
+  return result;
+}
+
+bool CondVar::WaitWithDeadline(Mutex* mutex, Time deadline) {
+  static auto* const library = Library<bool(CondVar*, Mutex*, Time)>(
+      "_ZN4absl7debian37CondVar16WaitWithDeadlineEPNS0_5MutexENS0_4TimeE");
+  __tsan_release(mutex);
+  const bool result = library(this, mutex, deadline);
+  __tsan_acquire(mutex);
+  return result;
+}
+
+void Notification::Notify() {
+  static auto* const library =
+      Library<void(Notification*)>("_ZN4absl7debian312Notification6NotifyEv");
+  __tsan_release(this);
+  library(this);
+}
+
+void Notification::WaitForNotification() const {
+  static auto* const library =
+      Library<void(const Notification*)>("_ZNK4absl7debian312Notification19WaitForNotificationEv");
+  library(this);
+  __tsan_acquire(const_cast<Notification*>(this));
+}
+
+bool Notification::WaitForNotificationWithTimeout(Duration timeout) const {
+  static auto* const library = Library<bool(const Notification*, Duration)>(
+      "_ZNK4absl7debian312Notification30WaitForNotificationWithTimeoutENS0_8DurationE");
+  const bool result = library(this, timeout);
+  if (result) __tsan_acquire(const_cast<Notification*>(this));
+  return result;
+}
+
+bool BlockingCounter::DecrementCount() {
+  static auto* const library =
+      Library<bool(BlockingCounter*)>("_ZN4absl7debian315BlockingCounter14DecrementCountEv");
+  __tsan_release(this);
+  return library(this);
+}
+
+void BlockingCounter::Wait() {
+  static auto* const library =
+      Library<void(BlockingCounter*)>("_ZN4absl7debian315BlockingCounter4WaitEv");
+  library(this);
+  __tsan_acquire(this);
+}
+
+ABSL_NAMESPACE_END
+}  // namespace absl
