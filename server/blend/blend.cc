@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/prefetch.h"
 
 namespace liquidblend::blend {
 namespace {
@@ -88,8 +89,8 @@ void Blender::Place(std::span<const int32_t> vertices, Float4* positions) const 
 
 void Blender::Prefetch(std::span<const int32_t> vertices) const {
   for (const int32_t v : vertices) {
-    __builtin_prefetch(&family_->vertices[v], 0, 2);
-    for (const Term& term : terms_) __builtin_prefetch(&term.field[v], 0, 2);
+    base::PrefetchIntoL2(&family_->vertices[v]);
+    for (const Term& term : terms_) base::PrefetchIntoL2(&term.field[v]);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/prefetch.h"
 #include "core/mesh/target_motion.h"
 #include "server/slice/cluster_builder.h"
 
@@ -84,8 +85,9 @@ void CellIndex::Prefetch(int32_t number) const {
   const Record& record = records_[number];
   const Cluster of = cluster(number);
   const auto fetch = [](const void* begin, int64_t bytes) {
-    for (int64_t b = 0; b < bytes; b += 64)
-      __builtin_prefetch(static_cast<const char*>(begin) + b, 0, 2);
+    for (int64_t b = 0; b < bytes; b += 64) {
+      base::PrefetchIntoL2(static_cast<const char*>(begin) + b);
+    }
   };
   const auto kind = static_cast<int>(record.kind);
   fetch(of.times, record.num_vertices * std::ssize(cluster_times_) * int64_t{sizeof(float)});
