@@ -41,6 +41,8 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
   void OnCancel() final { Close(absl::CancelledError("the client has cancelled the call")); }
 
   void OnDone() final {
+    // gRPC calls this after OnCancel(), but ThreadSanitizer cannot see how.
+    { const absl::MutexLock lock(&mutex_); }
     admission_->calls().Remove(this);
     self_.reset();  // deletes this, unless a task still holds it
   }
