@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "absl/synchronization/blocking_counter.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/synchronization/notification.h"
 
@@ -21,12 +20,30 @@ void AnnotateIgnoreReadsEnd(const char* file, int line);
 namespace {
 
 // Conditions are looked at within the library, by whoever unlocks, for whoever waits.
-class IgnoreReads {
- public:
-  IgnoreReads() { AnnotateIgnoreReadsBegin(__FILE__, __LINE__); }
-  ~IgnoreReads() { AnnotateIgnoreReadsEnd(__FILE__, __LINE__); }
-  IgnoreReads(const IgnoreReads&) = delete;
-  IgnoreReads& operator=(const IgnoreReads&) = delete;
+struct Looking {
+  Looking() { AnnotateIgnoreReadsBegin(__FILE__, __LINE__); }
+  ~Looking() { AnnotateIgnoreReadsEnd(__FILE__, __LINE__); }
+};
+
+// While the library gets the lock: what was done under it before, has been when this ends.
+struct Locking {
+  explicit Locking(absl::Mutex* locked) : mutex(locked) {}
+  ~Locking() { __tsan_acquire(mutex); }
+  absl::Mutex* const mutex;
+  const Looking looking;
+};
+
+// While the library lets it go.
+struct Unlocking {
+  explicit Unlocking(absl::Mutex* mutex) { __tsan_release(mutex); }
+  const Looking looking;
+};
+
+// While the library lets it go and gets it again.
+struct Waiting {
+  explicit Waiting(absl::Mutex* mutex) : unlocking(mutex), locking(mutex) {}
+  const Unlocking unlocking;
+  const Locking locking;
 };
 
 // The library's own function of this type.
@@ -47,14 +64,25 @@ ABSL_NAMESPACE_BEGIN
 
 void Mutex::Lock() {
   static auto* const library = Library<void(Mutex*)>("_ZN4absl7debian35Mutex4LockEv");
+  const Locking locking(this);
   library(this);
-  __tsan_acquire(this);
 }
 
 void Mutex::Unlock() {
   static auto* const library = Library<void(Mutex*)>("_ZN4absl7debian35Mutex6UnlockEv");
-  __tsan_release(this);
-  const IgnoreReads ignore;
+  const Unlocking unlocking(this);
+  library(this);
+}
+
+void Mutex::ReaderLock() {
+  static auto* const library = Library<void(Mutex*)>("_ZN4absl7debian35Mutex10ReaderLockEv");
+  const Locking locking(this);
+  library(this);
+}
+
+void Mutex::ReaderUnlock() {
+  static auto* const library = Library<void(Mutex*)>("_ZN4absl7debian35Mutex12ReaderUnlockEv");
+  const Unlocking unlocking(this);
   library(this);
 }
 
@@ -65,114 +93,67 @@ bool Mutex::TryLock() {
   return is_locked;
 }
 
-void Mutex::ReaderLock() {
-  static auto* const library = Library<void(Mutex*)>("_ZN4absl7debian35Mutex10ReaderLockEv");
-  library(this);
-  __tsan_acquire(this);
-}
-
-void Mutex::ReaderUnlock() {
-  static auto* const library = Library<void(Mutex*)>("_ZN4absl7debian35Mutex12ReaderUnlockEv");
-  __tsan_release(this);
-  const IgnoreReads ignore;
-  library(this);
-}
-
 void Mutex::Await(const Condition& condition) {
   static auto* const library =
       Library<void(Mutex*, const Condition&)>("_ZN4absl7debian35Mutex5AwaitERKNS0_9ConditionE");
-  __tsan_release(this);
-  {
-    const IgnoreReads ignore;
-    library(this, condition);
-  }
-  __tsan_acquire(this);
-}
-
-void Mutex::LockWhen(const Condition& condition) {
-  static auto* const library =
-      Library<void(Mutex*, const Condition&)>("_ZN4absl7debian35Mutex8LockWhenERKNS0_9ConditionE");
-  {
-    const IgnoreReads ignore;
-    library(this, condition);
-  }
-  __tsan_acquire(this);
+  const Waiting waiting(this);
+  library(this, condition);
 }
 
 bool Mutex::AwaitWithTimeout(const Condition& condition, Duration timeout) {
   static auto* const library = Library<bool(Mutex*, const Condition&, Duration)>(
       "_ZN4absl7debian35Mutex16AwaitWithTimeoutERKNS0_9ConditionENS0_8DurationE");
-  __tsan_release(this);
-  bool result;
-  {
-    const IgnoreReads ignore;
-    result = library(this, condition, timeout);
-  }
-  __tsan_acquire(this);
-  return result;
+  const Waiting waiting(this);
+  return library(this, condition, timeout);
 }
 
 bool Mutex::AwaitWithDeadline(const Condition& condition, Time deadline) {
   static auto* const library = Library<bool(Mutex*, const Condition&, Time)>(
       "_ZN4absl7debian35Mutex17AwaitWithDeadlineERKNS0_9ConditionENS0_4TimeE");
-  __tsan_release(this);
-  bool result;
-  {
-    const IgnoreReads ignore;
-    result = library(this, condition, deadline);
-  }
-  __tsan_acquire(this);
-  return result;
+  const Waiting waiting(this);
+  return library(this, condition, deadline);
+}
+
+void Mutex::LockWhen(const Condition& condition) {
+  static auto* const library =
+      Library<void(Mutex*, const Condition&)>("_ZN4absl7debian35Mutex8LockWhenERKNS0_9ConditionE");
+  const Locking locking(this);
+  library(this, condition);
 }
 
 bool Mutex::LockWhenWithTimeout(const Condition& condition, Duration timeout) {
   static auto* const library = Library<bool(Mutex*, const Condition&, Duration)>(
       "_ZN4absl7debian35Mutex19LockWhenWithTimeoutERKNS0_9ConditionENS0_8DurationE");
-  bool result;
-  {
-    const IgnoreReads ignore;
-    result = library(this, condition, timeout);
-  }
-  __tsan_acquire(this);
-  return result;
+  const Locking locking(this);
+  return library(this, condition, timeout);
 }
 
 bool Mutex::LockWhenWithDeadline(const Condition& condition, Time deadline) {
   static auto* const library = Library<bool(Mutex*, const Condition&, Time)>(
       "_ZN4absl7debian35Mutex20LockWhenWithDeadlineERKNS0_9ConditionENS0_4TimeE");
-  bool result;
-  {
-    const IgnoreReads ignore;
-    result = library(this, condition, deadline);
-  }
-  __tsan_acquire(this);
-  return result;
+  const Locking locking(this);
+  return library(this, condition, deadline);
 }
 
 void CondVar::Wait(Mutex* mutex) {
   static auto* const library =
       Library<void(CondVar*, Mutex*)>("_ZN4absl7debian37CondVar4WaitEPNS0_5MutexE");
-  __tsan_release(mutex);
+  const Waiting waiting(mutex);
   library(this, mutex);
-  __tsan_acquire(mutex);
 }
 
 bool CondVar::WaitWithTimeout(Mutex* mutex, Duration timeout) {
   static auto* const library = Library<bool(CondVar*, Mutex*, Duration)>(
       "_ZN4absl7debian37CondVar15WaitWithTimeoutEPNS0_5MutexENS0_8DurationE");
-  __tsan_release(mutex);
-  const bool result = library(this, mutex, timeout);
-  __tsan_acquire(mutex);
-  return result;
+  const Waiting waiting(mutex);
+  return library(this, mutex, timeout);
 }
 
 bool CondVar::WaitWithDeadline(Mutex* mutex, Time deadline) {
   static auto* const library = Library<bool(CondVar*, Mutex*, Time)>(
       "_ZN4absl7debian37CondVar16WaitWithDeadlineEPNS0_5MutexENS0_4TimeE");
-  __tsan_release(mutex);
-  const bool result = library(this, mutex, deadline);
-  __tsan_acquire(mutex);
-  return result;
+  const Waiting waiting(mutex);
+  return library(this, mutex, deadline);
 }
 
 void Notification::Notify() {
@@ -192,23 +173,9 @@ void Notification::WaitForNotification() const {
 bool Notification::WaitForNotificationWithTimeout(Duration timeout) const {
   static auto* const library = Library<bool(const Notification*, Duration)>(
       "_ZNK4absl7debian312Notification30WaitForNotificationWithTimeoutENS0_8DurationE");
-  const bool result = library(this, timeout);
-  if (result) __tsan_acquire(const_cast<Notification*>(this));
-  return result;
-}
-
-bool BlockingCounter::DecrementCount() {
-  static auto* const library =
-      Library<bool(BlockingCounter*)>("_ZN4absl7debian315BlockingCounter14DecrementCountEv");
-  __tsan_release(this);
-  return library(this);
-}
-
-void BlockingCounter::Wait() {
-  static auto* const library =
-      Library<void(BlockingCounter*)>("_ZN4absl7debian315BlockingCounter4WaitEv");
-  library(this);
-  __tsan_acquire(this);
+  const bool is_notified = library(this, timeout);
+  if (is_notified) __tsan_acquire(const_cast<Notification*>(this));
+  return is_notified;
 }
 
 ABSL_NAMESPACE_END
