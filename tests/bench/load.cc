@@ -1,4 +1,4 @@
-// lb_load: a server in this process under loads of several kinds, and what its clients see of it.
+// lb_load: the server's program under loads of several kinds, and what its clients see of it.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
@@ -6,18 +6,21 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "core/base/log.h"
-#include "core/base/memory.h"
 #include "tests/bench/load_clients.h"
+#include "tests/bench/load_family.h"
 #include "tests/bench/load_report.h"
 #include "tests/bench/load_server.h"
 #include "tests/bench/load_stages.h"
+#include "tests/bench/machine_stops.h"
 #include "tests/bench/memory_slope.h"
+#include "tests/core/store/store_testing.h"
 
 namespace liquidblend::bench {
 namespace {
 
 struct Flags {
+  std::string data;  // empty: one with a synthetic family is made
+  std::string family = kLoadFamily;
   int vertices = 50'000;
   double warp = 10.0;
   int threads = 2;
@@ -47,13 +50,16 @@ Group Streams(const LoadTarget& target, double fps, int count) {
 }
 
 void RunAndPrint(std::vector<Group> groups, double seconds) {
+  MachineStops stops;
   Run(groups, seconds);
+  const std::vector<Interval>& found = stops.Stop();
   for (Group& group : groups) Print(group, seconds);
+  PrintStops(stops.is_known(), found, groups);
 }
 
 // 32 clients of all kinds; what the good ones see without the bad ones comes first. These keep a
 // pace, as players and tools do, that leaves the machine some time.
-void RunMixed(const LoadTarget& target, const Flags& flags) {
+void RunMixed(const LoadServer& server, const LoadTarget& target, const Flags& flags) {
   const auto good = [&] {
     return std::vector<Group>{Callers(target, Frames::kDifferent, 8, 4.0),
                               Callers(target, Frames::kRepeated, 8, 20.0), Streams(target, 24, 2)};
@@ -76,21 +82,26 @@ void RunMixed(const LoadTarget& target, const Flags& flags) {
   PrintTitle("the same with all bad ones");
   groups = good();
   groups.insert(groups.end(), {slow, vanishing, garbage});
-  MemorySlope memory;
+  MemorySlope memory(server.pid());
   RunAndPrint(std::move(groups), flags.mixed_seconds);
   memory.Print();
 }
 
 void RunAll(const Flags& flags) {
-  const LoadServer server(flags.vertices, flags.warp, flags.threads, flags.frame_cache_mb);
-  const LoadTarget target = {server.address(), server.duration_s()};
+  const store::TemporaryFolder folder;
+  if (flags.data.empty()) {
+    const int source_vertices = MakeLoadFamily(folder.path(), flags.vertices, flags.warp);
+    std::printf("Frames of %d vertices on average (%d in the source's), time warp of %.0f frames; ",
+                flags.vertices, source_vertices, flags.warp);
+  }
+  const LoadServer server({.data = flags.data.empty() ? folder.path() : flags.data,
+                           .num_threads = flags.threads,
+                           .frame_cache_mb = flags.frame_cache_mb});
+  const LoadTarget target = server.Target(flags.family);
+  std::printf("'%s', %d threads, %.0f s each\n", target.family.c_str(), flags.threads,
+              flags.seconds);
   std::vector<Group> warm_up = {Callers(target, Frames::kRepeated, 2)};
   Run(warm_up, 1.0);
-  std::printf(
-      "Frames of %d vertices on average (%d in the source's), time warp of %.0f frames, %d "
-      "threads, "
-      "%.0f s each\n",
-      flags.vertices, server.source_vertices(), flags.warp, flags.threads, flags.seconds);
   if (flags.stages) PrintStages(server, target, flags.seconds);
   PrintHeader();
   for (const Frames frames : {Frames::kDifferent, Frames::kRepeated}) {
@@ -101,15 +112,19 @@ void RunAll(const Flags& flags) {
   for (const int count : flags.streams) {
     RunAndPrint({Streams(target, flags.frames_per_second, count)}, flags.seconds);
   }
-  if (flags.mixed) RunMixed(target, flags);
+  if (flags.mixed) RunMixed(server, target, flags);
 }
 
 }  // namespace
 }  // namespace liquidblend::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Puts a server in this process under load");
+  CLI::App app("Puts a server under load; its log goes to standard error");
   liquidblend::bench::Flags flags;
+  app.add_option("--data", flags.data,
+                 "Data directory with a registered family, in use by no server; default: one with "
+                 "a synthetic family, for as long as this runs");
+  app.add_option("--family", flags.family, "Of --data: its id")->capture_default_str();
   app.add_option("--vertices", flags.vertices, "Of a frame, on average")->capture_default_str();
   app.add_option("--warp", flags.warp, "Largest time warp at weight 1, frames")
       ->capture_default_str();
@@ -129,9 +144,6 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--mixed", flags.mixed, "Whether to run the mixed load")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  liquidblend::base::KeepFreedMemory();  // as the server's program does
-  // What clients do wrong on purpose is none of the table's business.
-  liquidblend::base::StartLog("lb_load", liquidblend::base::LogLevel::kError);
   liquidblend::bench::RunAll(flags);
   return 0;
 }

@@ -12,17 +12,19 @@
 #include <thread>
 
 #include "liquidblend/v1/liquidblend.grpc.pb.h"
-#include "tests/bench/load_server.h"
 
 namespace liquidblend::bench {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr int kNumRepeated = 16;
 
-double MsSince(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+double MsBetween(Clock::time_point begin, Clock::time_point end) {
+  return std::chrono::duration<double, std::milli>(end - begin).count();
+}
+
+Clock::time_point Before(Clock::time_point end, double ms) {
+  return end -
+         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::milli>(ms));
 }
 
 // A connection of its own, as clients on different machines have.
@@ -42,10 +44,25 @@ int64_t NextNumber() {
   return number++;
 }
 
-v1::StreamFramesRequest StreamRequest(double frames_per_second) {
+// Weights that spread evenly over each target's range.
+template <typename Request>
+void AddWeights(const LoadTarget& target, int64_t n, Request& request) {
+  for (int k = 0; k < target.num_weights; ++k) {
+    request.add_weights(Spread(n + 7 * k) / target.num_weights);
+  }
+}
+
+v1::GetFrameRequest FrameRequest(const LoadTarget& target, int64_t n) {
+  v1::GetFrameRequest request;
+  request.set_family(target.family);
+  AddWeights(target, n, request);
+  return request;
+}
+
+v1::StreamFramesRequest StreamRequest(const LoadTarget& target, double frames_per_second) {
   v1::StreamFramesRequest request;
-  request.set_family(kLoadFamily);
-  request.add_weights(0.5);
+  request.set_family(target.family);
+  AddWeights(target, 1, request);
   request.set_loop(true);
   request.set_frames_per_second(frames_per_second);
   return request;
@@ -87,9 +104,7 @@ ClientReport CallFrames(const LoadTarget& target, const Calls& calls, const std:
   for (int64_t k = 0; !stop.stop_requested(); ++k) {
     pace.Wait();
     const int64_t n = calls.frames == Frames::kRepeated ? k % kNumRepeated : NextNumber();
-    v1::GetFrameRequest request;
-    request.set_family(kLoadFamily);
-    request.add_weights(Spread(n));
+    v1::GetFrameRequest request = FrameRequest(target, n);
     request.set_time_s(target.duration_s * Spread(3 * n + 1));
     request.mutable_encoding()->set_preset(calls.preset);
     grpc::ClientContext context;
@@ -99,7 +114,7 @@ ClientReport CallFrames(const LoadTarget& target, const Calls& calls, const std:
       ++report.num_errors;
       continue;
     }
-    report.latencies_ms.push_back(MsSince(begin));
+    report.latencies_ms.push_back(MsBetween(begin, Clock::now()));
     Count(frame, report);
   }
   return report;
@@ -110,29 +125,32 @@ ClientReport WatchStream(const LoadTarget& target, double frames_per_second,
   const auto stub = v1::LiquidBlend::NewStub(Connect(target));
   grpc::ClientContext context;
   const auto stream = stub->StreamFrames(&context);
-  stream->Write(StreamRequest(frames_per_second));
+  stream->Write(StreamRequest(target, frames_per_second));
   ClientReport report;
   const double period_ms = 1000.0 / frames_per_second;
-  std::vector<double> arrivals_ms;  // less when the frame was due
+  std::vector<Clock::time_point> arrivals;
+  std::vector<double> behind_ms;  // the pace of the very first frame
   v1::StreamFramesResponse response;
   const Clock::time_point begin = Clock::now();
   while (!stop.stop_requested() && stream->Read(&response)) {
     const auto tick = static_cast<double>(response.frame_index() + response.num_dropped());
-    arrivals_ms.push_back(MsSince(begin) - tick * period_ms);
+    arrivals.push_back(Clock::now());
+    behind_ms.push_back(MsBetween(begin, arrivals.back()) - tick * period_ms);
     report.num_dropped = response.num_dropped();
     Count(response.frame(), report);
     v1::StreamFramesRequest change;
-    change.add_weights(Spread(NextNumber()));
+    AddWeights(target, NextNumber(), change);
     stream->Write(change);
   }
   if (!stop.stop_requested()) ++report.num_errors;
   context.TryCancel();
   stream->Finish();
-  if (arrivals_ms.empty()) return report;
-  const double first = *std::min_element(arrivals_ms.begin(), arrivals_ms.end());
-  for (const double arrival : arrivals_ms) {
-    report.latencies_ms.push_back(arrival - first);
-    if (arrival - first > period_ms) ++report.num_late;
+  if (arrivals.empty()) return report;
+  const double first = *std::min_element(behind_ms.begin(), behind_ms.end());
+  for (size_t k = 0; k < arrivals.size(); ++k) {
+    const double late_ms = behind_ms[k] - first;
+    report.latencies_ms.push_back(late_ms);
+    if (late_ms > period_ms) report.late.push_back({Before(arrivals[k], late_ms), arrivals[k]});
   }
   return report;
 }
@@ -141,7 +159,7 @@ ClientReport WatchSlowly(const LoadTarget& target, const std::stop_token& stop) 
   const auto stub = v1::LiquidBlend::NewStub(Connect(target));
   grpc::ClientContext context;
   const auto stream = stub->StreamFrames(&context);
-  stream->Write(StreamRequest(60));
+  stream->Write(StreamRequest(target, 60));
   ClientReport report;
   v1::StreamFramesResponse response;
   while (!stop.stop_requested() && stream->Read(&response)) {
@@ -162,14 +180,12 @@ ClientReport Vanish(const LoadTarget& target, int client, const std::stop_token&
     const auto stub = v1::LiquidBlend::NewStub(Connect(target));
     grpc::ClientContext context;
     const auto stream = stub->StreamFrames(&context);
-    stream->Write(StreamRequest(60));
+    stream->Write(StreamRequest(target, 60));
     v1::StreamFramesResponse response;
     for (int64_t read = 0; read < k % 5; ++read) stream->Read(&response);
     context.TryCancel();
     stream->Finish();
-    v1::GetFrameRequest request;
-    request.set_family(kLoadFamily);
-    request.add_weights(Spread(NextNumber()));
+    const v1::GetFrameRequest request = FrameRequest(target, NextNumber());
     grpc::ClientContext hurried;
     hurried.set_deadline(std::chrono::system_clock::now() + std::chrono::milliseconds(k % 4));
     v1::Frame frame;
@@ -203,9 +219,8 @@ ClientReport SendGarbage(const LoadTarget& target, int client, const std::stop_t
     bool ok = false;
     queue.Next(&tag, &ok);
     if (status.error_code() != grpc::StatusCode::INVALID_ARGUMENT) ++report.num_errors;
-    v1::GetFrameRequest request;
-    request.set_family(kLoadFamily);
-    request.add_weights(1e9);
+    v1::GetFrameRequest request = FrameRequest(target, 1);
+    request.set_weights(0, 1e9);
     grpc::ClientContext other;
     v1::Frame frame;
     const grpc::Status refused = stub->GetFrame(&other, request, &frame);

@@ -8,11 +8,14 @@
 #include <vector>
 
 #include "liquidblend/v1/liquidblend.pb.h"
+#include "tests/bench/machine_stops.h"
 
 namespace liquidblend::bench {
 
 struct LoadTarget {
   std::string address;
+  std::string family;  // families/{id}
+  int num_weights = 1;
   double duration_s = 0.0;
 };
 
@@ -20,8 +23,9 @@ struct LoadTarget {
 struct ClientReport {
   std::vector<double> latencies_ms;  // of calls; of streams: behind the pace of the first frame
   int64_t num_errors = 0;
-  int64_t num_late = 0;     // of streams: frames later than one period
-  int64_t num_dropped = 0;  // of streams: frames that the server skipped
+  std::vector<Interval> late;  // of streams: from when a frame was due until it came, where that
+                               // is more than a period
+  int64_t num_dropped = 0;     // of streams: frames that the server skipped
   // Of all frames together.
   int64_t num_bytes = 0;
   int64_t num_vertices = 0;

@@ -6,13 +6,15 @@
 #include <thread>
 #include <utility>
 
+#include "absl/strings/str_format.h"
+
 namespace liquidblend::bench {
 namespace {
 
 void AddUp(const ClientReport& one, ClientReport& all) {
   all.latencies_ms.insert(all.latencies_ms.end(), one.latencies_ms.begin(), one.latencies_ms.end());
   all.num_errors += one.num_errors;
-  all.num_late += one.num_late;
+  all.late.insert(all.late.end(), one.late.begin(), one.late.end());
   all.num_dropped += one.num_dropped;
   all.num_bytes += one.num_bytes;
   all.num_vertices += one.num_vertices;
@@ -67,13 +69,33 @@ void Print(Group& group, double seconds) {
   const ClientReport& report = group.report;
   const std::vector<double>& ms = report.latencies_ms;
   const double num_frames = std::max<double>(1.0, static_cast<double>(ms.size()));
-  std::printf("| %s | %zu | %.0f | %.0f | %.1f | %.2f | %.2f | %.2f | %.2f | %ld | %ld | %ld |\n",
+  std::printf("| %s | %zu | %.0f | %.0f | %.1f | %.2f | %.2f | %.2f | %.2f | %zu | %ld | %ld |\n",
               group.name.c_str(), group.clients.size(), static_cast<double>(ms.size()) / seconds,
               static_cast<double>(report.num_vertices) / num_frames,
               static_cast<double>(report.num_bytes) / seconds / 1e6, Percentile(ms, 0.5),
               Percentile(ms, 0.95), Percentile(ms, 0.99), ms.empty() ? 0.0 : ms.back(),
-              report.num_late, report.num_dropped, report.num_errors);
+              report.late.size(), report.num_dropped, report.num_errors);
   std::fflush(stdout);
+}
+
+void PrintStops(bool is_known, const std::vector<Interval>& stops,
+                const std::vector<Group>& groups) {
+  if (!is_known) PrintTitle("whether the machine stops: only for those who may use SCHED_FIFO");
+  if (stops.empty()) return;
+  double longest_ms = 0.0;
+  for (const Interval& stop : stops) {
+    const std::chrono::duration<double, std::milli> length = stop.end - stop.begin;
+    longest_ms = std::max(longest_ms, length.count());
+  }
+  int64_t num_late = 0, num_touched = 0;
+  for (const Group& group : groups) {
+    num_late += std::ssize(group.report.late);
+    num_touched += CountTouched(group.report.late, stops);
+  }
+  PrintTitle(
+      absl::StrFormat("the machine stood still %d times, for %.0f ms at most, while %d of "
+                      "%d late frames were due",
+                      stops.size(), longest_ms, num_touched, num_late));
 }
 
 }  // namespace liquidblend::bench

@@ -1,83 +1,37 @@
 #include "tests/bench/load_server.h"
 
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <numbers>
-#include <utility>
+#include <grpcpp/grpcpp.h>
 
-#include "core/store/data_directory.h"
-#include "core/store/files.h"
-#include "server/blend/blend.h"
-#include "server/slice/slice.h"
-#include "tests/synthetic/families.h"
+#include <cstdlib>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "absl/strings/strip.h"
+#include "liquidblend/v1/liquidblend.grpc.pb.h"
+#include "tests/bench/load_family.h"
+#include "tests/server/http/http_client.h"
 
 namespace liquidblend::bench {
 namespace {
 
-const std::string kSource = "source";
-const std::string kTarget = "target";
-
-void Require(const absl::Status& status) {
-  if (status.ok()) return;
-  std::fprintf(stderr, "lb_load: %s\n", status.ToString().c_str());
-  std::abort();
+std::vector<std::string> Arguments(const LoadServerOptions& options) {
+  return {"--data",        options.data,
+          "--listen",      "127.0.0.1:0",
+          "--http",        "127.0.0.1:0",
+          "--workers",     "0",
+          "--threads",     absl::StrCat(options.num_threads),
+          "--frame-cache", absl::StrCat(static_cast<int64_t>(1e6 * options.frame_cache_mb))};
 }
 
-template <typename T>
-T Require(absl::StatusOr<T> result) {
-  Require(result.status());
-  return *std::move(result);
-}
-
-synthetic::Field TimeWarp(double warp_frames) {
-  return [=](int64_t, const Eigen::Vector4f& at) {
-    const double phase = std::numbers::pi * (2.0 * at[0] + at[1]);
-    return Eigen::Vector4f(0.05F, 0.0F, 0.0F, static_cast<float>(warp_frames * std::sin(phase)));
-  };
-}
-
-mesh::RegisteredFamily MakeFamily(int vertices_per_frame, double warp_frames) {
-  const int num_minor = static_cast<int>(std::sqrt(vertices_per_frame / 2.0));
-  synthetic::ComplexOptions options;
-  options.num_frames = kLoadFrames;
-  options.growth_per_frame = 0.01F;
-  mesh::RegisteredFamily family = synthetic::MakeFamily(
-      synthetic::HexahedralTorus(vertices_per_frame / num_minor, num_minor, options),
-      {{TimeWarp(warp_frames), {}}});
-  family.name = "load";
-  family.source = kSource;
-  family.targets[0].name = kTarget;
-  return family;
-}
-
-// Of its frames, over weights and times.
-double MeanVertices(const mesh::RegisteredFamily& family) {
-  constexpr int kNumSteps = 6;
-  const slice::CellIndex index(family);
-  slice::Workspace workspace;
-  double num_vertices = 0.0;
-  for (int w = 0; w < kNumSteps; ++w) {
-    for (int t = 0; t < kNumSteps; ++t) {
-      const std::vector<double> weights = {(w + 0.5) / kNumSteps};
-      const double time_s = family.duration_s() * (t + 0.5) / kNumSteps;
-      Require(slice::FindCandidates(index, weights, time_s, workspace));
-      const blend::Blender blender(family, weights);
-      num_vertices += static_cast<double>(slice::March(index, blender, workspace).num_vertices());
-    }
-  }
-  return num_vertices / (kNumSteps * kNumSteps);
-}
-
-// How many vertices the source's frames need for this many on average.
-int SourceVertices(int vertices_per_frame, double warp_frames) {
-  constexpr int kNumRounds = 3;
-  double needed = vertices_per_frame;
-  for (int round = 0; round < kNumRounds; ++round) {
-    const auto now = static_cast<int>(needed);
-    needed *= vertices_per_frame / MeanVertices(MakeFamily(now, warp_frames));
-  }
-  return static_cast<int>(needed);
+// What follows `prefix` on the next line that the program prints.
+std::string Announced(e2e::Process& process, const std::string& prefix) {
+  const std::string line = process.ReadLine();
+  absl::string_view rest = line;
+  if (absl::ConsumePrefix(&rest, prefix)) return std::string(rest);
+  Require(absl::UnavailableError(absl::StrCat("the server says '", line, "', not '", prefix, "'")));
+  return "";
 }
 
 // The value of a sample in Prometheus' text format; 0 if it is not there.
@@ -87,60 +41,36 @@ double ValueOf(const std::string& text, const std::string& sample) {
                                  : std::strtod(text.c_str() + at + sample.size() + 2, nullptr);
 }
 
-void Import(store::Catalog& catalog, const std::string& id) {
-  store::pb::AnimationRecord animation;
-  animation.set_id(id);
-  store::pb::JobRecord job;
-  job.mutable_import_animation()->set_animation(id);
-  Require(catalog.SubmitImport(animation, job).status());
-  animation.mutable_manifest()->set_num_frames(kLoadFrames);
-  const auto lease = Require(catalog.LeaseJob("load", absl::Hours(1)));
-  Require(catalog.PublishAnimation(lease->lease_id, animation));
-}
-
 }  // namespace
 
-LoadServer::LoadServer(int vertices_per_frame, double warp_frames, int num_threads,
-                       double frame_cache_mb)
-    : source_vertices_(SourceVertices(vertices_per_frame, warp_frames)),
-      catalog_(Require(store::OpenSqliteCatalog(store::CatalogPath(folder_.path())))),
-      blobs_(Require(store::OpenLocalBlobStore(folder_.path()))),
-      families_(*catalog_, *blobs_) {
-  Publish(warp_frames);
-  rpc::ServerOptions options;
-  options.listen = "127.0.0.1:0";
-  options.num_frame_threads = num_threads;
-  options.frame_cache_bytes = static_cast<int64_t>(frame_cache_mb * 1e6);
-  server_ = Require(rpc::Server::Start(*catalog_, *blobs_, families_, options));
+LoadServer::LoadServer(const LoadServerOptions& options)
+    : process_("liquidblend-server", Arguments(options)),
+      address_(Announced(process_, "listening on ")) {
+  const std::string http = Announced(process_, "http on ");
+  if (!absl::SimpleAtoi(http.substr(http.rfind(':') + 1), &http_port_)) {
+    Require(absl::UnavailableError(absl::StrCat("no port in '", http, "'")));
+  }
+}
+
+LoadTarget LoadServer::Target(const std::string& family) const {
+  const auto stub =
+      v1::LiquidBlend::NewStub(grpc::CreateChannel(address_, grpc::InsecureChannelCredentials()));
+  v1::GetFamilyRequest request;
+  request.set_name(absl::StrCat("families/", family));
+  grpc::ClientContext context;
+  v1::Family found;
+  const grpc::Status status = stub->GetFamily(&context, request, &found);
+  if (!status.ok()) Require(absl::NotFoundError(status.error_message()));
+  return {address_, request.name(), found.targets_size(), found.duration_s()};
 }
 
 StageSums LoadServer::stage_sums() const {
-  const std::string text = server_->frames().metrics().Text({});
+  const std::string text = http::HttpClient(http_port_).Get("/metrics").body;
   const auto seconds = [&](const std::string& stage) {
     return ValueOf(text, "liquidblend_frame_stage_seconds_sum{stage=\"" + stage + "\"}");
   };
   return {seconds("queue"), seconds("slice"), seconds("encode"),
           ValueOf(text, "liquidblend_frame_stage_seconds_count{stage=\"encode\"}")};
-}
-
-void LoadServer::Publish(double warp_frames) {
-  Import(*catalog_, kSource);
-  Import(*catalog_, kTarget);
-  store::pb::JobRecord job;
-  job.mutable_register_family()->set_family("load");
-  job.mutable_register_family()->set_source(kSource);
-  job.mutable_register_family()->add_targets(kTarget);
-  Require(catalog_->SubmitRegistration(job).status());
-  const mesh::RegisteredFamily family = MakeFamily(source_vertices_, warp_frames);
-  duration_s_ = family.duration_s();
-  const auto writer = Require(blobs_->Create());
-  Require(store::WriteFamily(family, *writer));
-  store::pb::FamilyRecord record;
-  record.set_id("load");
-  record.set_blob(Require(writer->Commit()));
-  *record.mutable_manifest() = store::ManifestOf(family);
-  const auto lease = Require(catalog_->LeaseJob("load", absl::Hours(1)));
-  Require(catalog_->PublishFamily(lease->lease_id, record).status());
 }
 
 }  // namespace liquidblend::bench

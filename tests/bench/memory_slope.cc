@@ -1,19 +1,26 @@
 #include "tests/bench/memory_slope.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
+#include <fstream>
 #include <mutex>
 #include <span>
 
-#include "server/metrics/process.h"
+#include "absl/strings/str_cat.h"
 
 namespace liquidblend::bench {
 namespace {
 
-double MegabytesNow() {
-  return static_cast<double>(metrics::ReadProcessFigures().resident_bytes) / 1e6;
+// 0 once it has ended.
+double ResidentMegabytes(pid_t pid) {
+  std::ifstream file(absl::StrCat("/proc/", pid, "/statm"));
+  int64_t virtual_pages = 0, resident_pages = 0;
+  file >> virtual_pages >> resident_pages;
+  return static_cast<double>(resident_pages * sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
 // Per second.
@@ -33,13 +40,13 @@ double SlopeOf(std::span<const double> values) {
 
 }  // namespace
 
-MemorySlope::MemorySlope()
-    : thread_([this](const std::stop_token& stop) {
+MemorySlope::MemorySlope(pid_t pid)
+    : thread_([this, pid](const std::stop_token& stop) {
         std::mutex mutex;
         std::condition_variable_any stopped;
         std::unique_lock lock(mutex);
         while (!stop.stop_requested()) {
-          megabytes_.push_back(MegabytesNow());
+          megabytes_.push_back(ResidentMegabytes(pid));
           stopped.wait_for(lock, stop, std::chrono::seconds(1), [] { return false; });
         }
       }) {}
@@ -50,7 +57,8 @@ void MemorySlope::Print() {
   const auto warm = std::span(megabytes_).subspan(megabytes_.size() / 5);
   const auto [lowest, highest] = std::minmax_element(warm.begin(), warm.end());
   std::printf(
-      "\nResident memory of %zu s after a warm-up of %zu s: %.0f MB first, %.0f MB last, %.0f to "
+      "\nThe server's resident memory in %zu s after a warm-up of %zu s: %.0f MB first, %.0f MB "
+      "last, %.0f to "
       "%.0f MB, slope %+.2f MB a minute\n",
       warm.size(), megabytes_.size() - warm.size(), warm.front(), warm.back(), *lowest, *highest,
       60.0 * SlopeOf(warm));

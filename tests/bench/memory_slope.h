@@ -1,15 +1,17 @@
 // Whether a process' memory grows.
 #pragma once
 
+#include <sys/types.h>
+
 #include <thread>
 #include <vector>
 
 namespace liquidblend::bench {
 
-// Looks at the resident memory of this process once a second from its making to Print().
+// Looks at a process' resident memory once a second from its making to Print().
 class MemorySlope {
  public:
-  MemorySlope();
+  explicit MemorySlope(pid_t pid);
 
   // The slope of the line that fits best, without the first fifth: memory that is filled once.
   void Print();

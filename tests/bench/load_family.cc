@@ -1,0 +1,116 @@
+#include "tests/bench/load_family.h"
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <vector>
+
+#include "core/store/blob_store.h"
+#include "core/store/catalog.h"
+#include "core/store/data_directory.h"
+#include "core/store/files.h"
+#include "server/blend/blend.h"
+#include "server/slice/slice.h"
+#include "tests/synthetic/families.h"
+
+namespace liquidblend::bench {
+namespace {
+
+constexpr int kNumFrames = 40;
+
+const std::string kSource = "source";
+const std::string kTarget = "target";
+
+synthetic::Field TimeWarp(double warp_frames) {
+  return [=](int64_t, const Eigen::Vector4f& at) {
+    const double phase = std::numbers::pi * (2.0 * at[0] + at[1]);
+    return Eigen::Vector4f(0.05F, 0.0F, 0.0F, static_cast<float>(warp_frames * std::sin(phase)));
+  };
+}
+
+mesh::RegisteredFamily MakeFamily(int vertices_per_frame, double warp_frames) {
+  const int num_minor = static_cast<int>(std::sqrt(vertices_per_frame / 2.0));
+  synthetic::ComplexOptions options;
+  options.num_frames = kNumFrames;
+  options.growth_per_frame = 0.01F;
+  mesh::RegisteredFamily family = synthetic::MakeFamily(
+      synthetic::HexahedralTorus(vertices_per_frame / num_minor, num_minor, options),
+      {{TimeWarp(warp_frames), {}}});
+  family.name = "load";
+  family.source = kSource;
+  family.targets[0].name = kTarget;
+  return family;
+}
+
+// Of its frames, over weights and times.
+double MeanVertices(const mesh::RegisteredFamily& family) {
+  constexpr int kNumSteps = 6;
+  const slice::CellIndex index(family);
+  slice::Workspace workspace;
+  double num_vertices = 0.0;
+  for (int w = 0; w < kNumSteps; ++w) {
+    for (int t = 0; t < kNumSteps; ++t) {
+      const std::vector<double> weights = {(w + 0.5) / kNumSteps};
+      const double time_s = family.duration_s() * (t + 0.5) / kNumSteps;
+      Require(slice::FindCandidates(index, weights, time_s, workspace));
+      const blend::Blender blender(family, weights);
+      num_vertices += static_cast<double>(slice::March(index, blender, workspace).num_vertices());
+    }
+  }
+  return num_vertices / (kNumSteps * kNumSteps);
+}
+
+// How many vertices the source's frames need for this many on average.
+int SourceVertices(int vertices_per_frame, double warp_frames) {
+  constexpr int kNumRounds = 3;
+  double needed = vertices_per_frame;
+  for (int round = 0; round < kNumRounds; ++round) {
+    const auto now = static_cast<int>(needed);
+    needed *= vertices_per_frame / MeanVertices(MakeFamily(now, warp_frames));
+  }
+  return static_cast<int>(needed);
+}
+
+void Import(store::Catalog& catalog, const std::string& id) {
+  store::pb::AnimationRecord animation;
+  animation.set_id(id);
+  store::pb::JobRecord job;
+  job.mutable_import_animation()->set_animation(id);
+  Require(catalog.SubmitImport(animation, job).status());
+  animation.mutable_manifest()->set_num_frames(kNumFrames);
+  const auto lease = Require(catalog.LeaseJob("load", absl::Hours(1)));
+  Require(catalog.PublishAnimation(lease->lease_id, animation));
+}
+
+}  // namespace
+
+void Require(const absl::Status& status) {
+  if (status.ok()) return;
+  std::fprintf(stderr, "lb_load: %s\n", status.ToString().c_str());
+  std::abort();
+}
+
+int MakeLoadFamily(const std::string& data_directory, int vertices_per_frame, double warp_frames) {
+  const auto catalog = Require(store::OpenSqliteCatalog(store::CatalogPath(data_directory)));
+  const auto blobs = Require(store::OpenLocalBlobStore(data_directory));
+  Import(*catalog, kSource);
+  Import(*catalog, kTarget);
+  store::pb::JobRecord job;
+  job.mutable_register_family()->set_family(kLoadFamily);
+  job.mutable_register_family()->set_source(kSource);
+  job.mutable_register_family()->add_targets(kTarget);
+  Require(catalog->SubmitRegistration(job).status());
+  const int source_vertices = SourceVertices(vertices_per_frame, warp_frames);
+  const mesh::RegisteredFamily family = MakeFamily(source_vertices, warp_frames);
+  const auto writer = Require(blobs->Create());
+  Require(store::WriteFamily(family, *writer));
+  store::pb::FamilyRecord record;
+  record.set_id(kLoadFamily);
+  record.set_blob(Require(writer->Commit()));
+  *record.mutable_manifest() = store::ManifestOf(family);
+  const auto lease = Require(catalog->LeaseJob("load", absl::Hours(1)));
+  Require(catalog->PublishFamily(lease->lease_id, record).status());
+  return source_vertices;
+}
+
+}  // namespace liquidblend::bench
