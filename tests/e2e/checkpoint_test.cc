@@ -148,12 +148,15 @@ TEST_F(CheckpointTest, AKillAtAnyPointCostsNoMoreThanTheWorkSinceTheLastCheckpoi
 
     Process second = StartWorker(Often(point));
     EXPECT_EQ(second.Wait(), -SIGKILL);
-    const std::string after = JobsOf(registration)[0].checkpoint_blob();
-    EXPECT_EQ(after != before, point == "checkpoint.after_commit");
+    const JobRecord left = JobsOf(registration)[0];  // with the second one's progress
+    EXPECT_EQ(left.checkpoint_blob() != before, point == "checkpoint.after_commit");
 
     Process third = StartWorker();  // makes none in so short a time
-    const int resumed = AwaitJob(registration, IsResumed).progress().resumed_iteration();
-    EXPECT_GE(resumed, point == "checkpoint.after_commit" ? 2 * kEvery : kEvery);
+    const JobRecord resumed = AwaitJob(registration, [&](const JobRecord& job) {
+      return job.attempts() > left.attempts() && IsResumed(job);
+    });
+    const int checkpointed = point == "checkpoint.after_commit" ? 2 * kEvery : kEvery;
+    EXPECT_GE(resumed.progress().resumed_iteration(), checkpointed);
     ExpectSuccess(AwaitDone(registration.name()));
     EXPECT_EQ(FamilyBlob(), expected);
   }

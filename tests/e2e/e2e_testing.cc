@@ -18,10 +18,8 @@
 namespace liquidblend::e2e {
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds(60);
-
 void SetDeadline(grpc::ClientContext& context) {
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_deadline(std::chrono::system_clock::now() + Patience());
 }
 
 bool IsOnSharedTier() {
@@ -246,7 +244,7 @@ void E2eTest::ExpectSuccess(const Operation& operation) {
 }
 
 void E2eTest::Await(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  const auto deadline = std::chrono::steady_clock::now() + Patience();
   while (!condition()) {
     ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "did not happen";
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -17,7 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 using store::pb::JobRecord;
 
-constexpr auto kPatience = std::chrono::seconds(60);
 constexpr auto kPoll = std::chrono::milliseconds(5);
 constexpr double kImportVelocity = 3.0;
 constexpr char kImported[] = "c";
@@ -216,7 +215,7 @@ bool FaultTest::AwaitDeath(const Process& program) {
 }
 
 void FaultTest::AwaitAll(Process& worker) {
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  const auto deadline = std::chrono::steady_clock::now() + Patience();
   for (const auto& [what, operation] : names_) {
     while (!IsDone(what, operation)) {
       if (worker.pid() == 0 || !IsAlive(worker.pid())) worker = StartFaultWorker();

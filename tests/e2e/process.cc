@@ -108,6 +108,11 @@ std::vector<pid_t> ChildrenOf(pid_t pid) {
   return children;
 }
 
+std::chrono::seconds Patience() {
+  const char* const seconds = std::getenv("LIQUIDBLEND_E2E_PATIENCE");
+  return std::chrono::seconds(seconds == nullptr ? 60 : std::atoi(seconds));
+}
+
 bool IsAlive(pid_t pid) {
   const char state = StateOf(pid);
   return state != '\0' && state != 'Z' && state != 'X';

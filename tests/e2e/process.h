@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,10 @@ class Process {
 
 // Direct children of a process.
 std::vector<pid_t> ChildrenOf(pid_t pid);
+
+// How long a test waits for what must happen: a minute, or so many seconds as the environment
+// variable LIQUIDBLEND_E2E_PATIENCE says, where programs under a sanitizer are slow.
+std::chrono::seconds Patience();
 
 // Whether there is such a process (a zombie does not count).
 bool IsAlive(pid_t pid);

@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Runs the end-to-end tests of the release build with programs of a sanitizer's.
+#   tests/sanitized.sh asan|tsan [CTEST_ARGUMENT..]     such as: -R StopTest
+# What a sanitizer reports is in build/PRESET/reports.
+# Exit: 0 if every test has passed and nothing was reported; 1 if not; 2 usage.
+set -euo pipefail
+usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "sanitized.sh: $1" >&2; usage >&2; exit 2; }
+preset=${1:-}
+case $preset in
+  --help) usage; exit 0 ;;
+  asan | tsan) shift ;;
+  *) refuse "unknown sanitizer: $preset" ;;
+esac
+cd "$(dirname "$0")/.."
+programs=(liquidblend liquidblend-admin liquidblend-server liquidblend-worker)
+export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1  # another clone of the same sources hits the cache
+
+cmake --preset "$preset" >/dev/null
+cmake --build --preset "$preset" --target "${programs[@]}"
+cmake --preset release >/dev/null
+cmake --build --preset release
+
+reports=$PWD/build/$preset/reports
+rm -rf "$reports"
+mkdir -p "$reports"
+export ASAN_OPTIONS=log_path=$reports/asan:verify_asan_link_order=0  # the layer of faults comes first
+export UBSAN_OPTIONS=log_path=$reports/ubsan:print_stacktrace=1:halt_on_error=1
+export LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0
+export TSAN_OPTIONS="log_path=$reports/tsan ignore_noninstrumented_modules=1
+  suppressions=$PWD/tests/tsan/grpc.supp"
+export LIQUIDBLEND_BINARY_DIR=$PWD/build/$preset/bin LIQUIDBLEND_E2E_PATIENCE=600
+status=0
+ctest --preset release --timeout 3000 -L '^e2e$' "$@" || status=1
+if [ -n "$(ls "$reports")" ]; then
+  head -n 40 "$reports"/*
+  status=1
+fi
+exit $status
