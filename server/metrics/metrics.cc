@@ -111,6 +111,10 @@ void AddProcess(std::vector<MetricFamily>& all) {
                          static_cast<double>(now.resident_bytes)));
   all.push_back(OneGauge("process_virtual_memory_bytes", "Virtual memory",
                          static_cast<double>(now.virtual_bytes)));
+  all.push_back(Gauges("liquidblend_heap_bytes", "Memory of the heap, mapped files left out",
+                       "state",
+                       {{"used", static_cast<double>(now.heap_used_bytes)},
+                        {"free", static_cast<double>(now.heap_free_bytes)}}));
   all.push_back(
       OneCounter("process_cpu_seconds_total", "User and system time, in seconds", now.cpu_s));
   all.push_back(OneGauge("process_open_fds", "Open file descriptors",

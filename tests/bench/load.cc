@@ -82,7 +82,7 @@ void RunMixed(const LoadServer& server, const LoadTarget& target, const Flags& f
   PrintTitle("the same with all bad ones");
   groups = good();
   groups.insert(groups.end(), {slow, vanishing, garbage});
-  MemorySlope memory(server.pid());
+  MemorySlope memory(server);
   RunAndPrint(std::move(groups), flags.mixed_seconds);
   memory.Print();
 }

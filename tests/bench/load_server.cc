@@ -73,4 +73,10 @@ StageSums LoadServer::stage_sums() const {
           ValueOf(text, "liquidblend_frame_stage_seconds_count{stage=\"encode\"}")};
 }
 
+MemoryFigures LoadServer::memory() const {
+  const std::string text = http::HttpClient(http_port_).Get("/metrics").body;
+  return {ValueOf(text, "process_resident_memory_bytes") / 1e6,
+          ValueOf(text, "liquidblend_heap_bytes{state=\"used\"}") / 1e6};
+}
+
 }  // namespace liquidblend::bench

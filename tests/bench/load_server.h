@@ -1,8 +1,6 @@
 // The server's program on a data directory, for load tests.
 #pragma once
 
-#include <sys/types.h>
-
 #include <string>
 
 #include "tests/bench/load_clients.h"
@@ -18,6 +16,11 @@ struct StageSums {
   double num_frames = 0.0;
 };
 
+struct MemoryFigures {
+  double resident_mb = 0.0;
+  double heap_used_mb = 0.0;  // allocated and not freed
+};
+
 struct LoadServerOptions {
   std::string data;  // directory
   int num_threads = 2;
@@ -30,10 +33,10 @@ class LoadServer {
  public:
   explicit LoadServer(const LoadServerOptions& options);
 
-  pid_t pid() const { return process_.pid(); }
   // Of frames of this family.  Aborts if there is none.
   LoadTarget Target(const std::string& family) const;
   StageSums stage_sums() const;
+  MemoryFigures memory() const;
 
  private:
   e2e::Process process_;

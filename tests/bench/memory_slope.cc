@@ -1,27 +1,14 @@
 #include "tests/bench/memory_slope.h"
 
-#include <unistd.h>
-
-#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
-#include <fstream>
 #include <mutex>
+#include <numeric>
 #include <span>
-
-#include "absl/strings/str_cat.h"
 
 namespace liquidblend::bench {
 namespace {
-
-// 0 once it has ended.
-double ResidentMegabytes(pid_t pid) {
-  std::ifstream file(absl::StrCat("/proc/", pid, "/statm"));
-  int64_t virtual_pages = 0, resident_pages = 0;
-  file >> virtual_pages >> resident_pages;
-  return static_cast<double>(resident_pages * sysconf(_SC_PAGESIZE)) / 1e6;
-}
 
 // Per second.
 double SlopeOf(std::span<const double> values) {
@@ -38,15 +25,34 @@ double SlopeOf(std::span<const double> values) {
   return spread > 0.0 ? (n * sum_kv - sum_k * sum) / spread : 0.0;
 }
 
+double MeanOf(std::span<const double> values) {
+  return values.empty() ? 0.0
+                        : std::accumulate(values.begin(), values.end(), 0.0) /
+                              static_cast<double>(values.size());
+}
+
+void PrintRow(const char* name, std::span<const double> megabytes) {
+  constexpr size_t kNumParts = 10;
+  std::printf("| %s", name);
+  for (size_t part = 0; part < kNumParts; ++part) {
+    const size_t begin = megabytes.size() * part / kNumParts;
+    const size_t end = megabytes.size() * (part + 1) / kNumParts;
+    std::printf(" | %.1f", MeanOf(megabytes.subspan(begin, end - begin)));
+  }
+  std::printf(" | %+.2f |\n", 60.0 * SlopeOf(megabytes.subspan(megabytes.size() / 5)));
+}
+
 }  // namespace
 
-MemorySlope::MemorySlope(pid_t pid)
-    : thread_([this, pid](const std::stop_token& stop) {
+MemorySlope::MemorySlope(const LoadServer& server)
+    : thread_([this, &server](const std::stop_token& stop) {
         std::mutex mutex;
         std::condition_variable_any stopped;
         std::unique_lock lock(mutex);
         while (!stop.stop_requested()) {
-          megabytes_.push_back(ResidentMegabytes(pid));
+          const MemoryFigures now = server.memory();
+          resident_mb_.push_back(now.resident_mb);
+          heap_used_mb_.push_back(now.heap_used_mb);
           stopped.wait_for(lock, stop, std::chrono::seconds(1), [] { return false; });
         }
       }) {}
@@ -54,14 +60,13 @@ MemorySlope::MemorySlope(pid_t pid)
 void MemorySlope::Print() {
   thread_.request_stop();
   thread_.join();
-  const auto warm = std::span(megabytes_).subspan(megabytes_.size() / 5);
-  const auto [lowest, highest] = std::minmax_element(warm.begin(), warm.end());
   std::printf(
-      "\nThe server's resident memory in %zu s after a warm-up of %zu s: %.0f MB first, %.0f MB "
-      "last, %.0f to "
-      "%.0f MB, slope %+.2f MB a minute\n",
-      warm.size(), megabytes_.size() - warm.size(), warm.front(), warm.back(), *lowest, *highest,
-      60.0 * SlopeOf(warm));
+      "\n| the server's memory in %zu s, MB by tenths | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | 9 | 10 | "
+      "MB a minute from the third on |\n"
+      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+      resident_mb_.size());
+  PrintRow("resident", resident_mb_);
+  PrintRow("heap, used", heap_used_mb_);
 }
 
 }  // namespace liquidblend::bench

@@ -1,24 +1,26 @@
-// Whether a process' memory grows.
+// Whether a server's memory grows.
 #pragma once
-
-#include <sys/types.h>
 
 #include <thread>
 #include <vector>
 
+#include "tests/bench/load_server.h"
+
 namespace liquidblend::bench {
 
-// Looks at a process' resident memory once a second from its making to Print().
+// Looks at its memory once a second from its making to Print().
 class MemorySlope {
  public:
-  explicit MemorySlope(pid_t pid);
+  // The server must outlive it.
+  explicit MemorySlope(const LoadServer& server);
 
-  // The slope of the line that fits best, without the first fifth: memory that is filled once.
+  // Means of each tenth of the time, and the slopes of the lines that fit best, without the first
+  // fifth: memory that is filled once.
   void Print();
 
  private:
-  std::vector<double> megabytes_;  // by second
-  std::jthread thread_;            // writes megabytes_ until it is joined
+  std::vector<double> resident_mb_, heap_used_mb_;  // by second
+  std::jthread thread_;                             // writes them until it is joined
 };
 
 }  // namespace liquidblend::bench

@@ -126,6 +126,20 @@ TEST(Metrics, ThreadsCountTogether) {
               HasSubstr("liquidblend_frames_total{family=\"splash\",preset=\"fastest\"} 2000\n"));
 }
 
+TEST(ProcessFigures, KnowWhatIsAllocated) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers have a heap of their own";
+#endif
+  constexpr int64_t kSize = 50'000'000;
+  const int64_t before = ReadProcessFigures().heap_used_bytes;
+  auto block = std::make_unique<char[]>(kSize);
+  const int64_t with_block = ReadProcessFigures().heap_used_bytes;
+  EXPECT_GE(with_block, before + kSize) << block.get();
+  block.reset();
+  EXPECT_LE(ReadProcessFigures().heap_used_bytes, with_block - kSize);
+  EXPECT_THAT(Metrics().Text({}), HasSubstr("liquidblend_heap_bytes{state=\"used\"} "));
+}
+
 TEST(ProcessFigures, AreThoseOfARunningProgram) {
   const ProcessFigures figures = ReadProcessFigures();
   EXPECT_GT(figures.resident_bytes, 100'000);
