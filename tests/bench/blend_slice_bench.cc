@@ -1,27 +1,28 @@
 // Blend weights and time -> surface, one thread: vertices per frame, frames of the animation,
-// largest time warp in frames, weight in percent.
+// largest time warp in frames, weight in percent; of a stored family the weight of its first
+// target.
 #include <benchmark/benchmark.h>
 
 #include <vector>
 
 #include "server/blend/blend.h"
 #include "server/slice/slice.h"
+#include "tests/bench/stored_family.h"
 #include "tests/bench/warped_family.h"
 
 namespace liquidblend {
 namespace {
 
-void BlendSlice(benchmark::State& state) {
-  const bench::Loaded& loaded =
-      bench::FamilyOf({static_cast<int>(state.range(0)), static_cast<int>(state.range(1)),
-                       static_cast<int>(state.range(2))});
-  const std::vector<double> weights = {static_cast<double>(state.range(3)) / 100.0};
+// Each slice at another time, as in a stream.
+void Slice(const bench::Loaded& loaded, int64_t percent, benchmark::State& state) {
+  std::vector<double> weights(loaded.family.targets.size());
+  weights[0] = static_cast<double>(percent) / 100.0;
   slice::Workspace workspace;
   int64_t num_triangles = 0;
   int64_t num_candidates = 0;
   double share = 0.25;
   for (auto _ : state) {
-    share = share < 0.75 ? share + 0.0137 : 0.25;  // another time, as in a stream
+    share = share < 0.75 ? share + 0.0137 : 0.25;
     const double time_s = share * loaded.family.duration_s();
     if (!slice::FindCandidates(loaded.index, weights, time_s, workspace).ok()) {
       return state.SkipWithError("time");
@@ -40,6 +41,12 @@ void BlendSlice(benchmark::State& state) {
       benchmark::Counter(static_cast<double>(num_triangles), benchmark::Counter::kAvgIterations);
   state.counters["candidate cells"] = static_cast<double>(num_candidates);
 }
+
+void BlendSlice(benchmark::State& state) {
+  Slice(bench::FamilyOf({static_cast<int>(state.range(0)), static_cast<int>(state.range(1)),
+                         static_cast<int>(state.range(2))}),
+        state.range(3), state);
+}
 BENCHMARK(BlendSlice)
     ->ArgNames({"vertices", "frames", "warp", "percent"})
     ->ArgsProduct({{5000, 50000}, {40}, {0}, {100}})
@@ -47,6 +54,20 @@ BENCHMARK(BlendSlice)
     ->ArgsProduct({{50000}, {80, 160}, {10}, {50}})       // by length
     ->ArgsProduct({{200000, 1000000}, {24}, {10}, {50}})  // by size
     ->Unit(benchmark::kMillisecond);
+
+[[maybe_unused]] const bool kIsStoredMeasured = [] {
+  if (!bench::HasStoredFamily()) return false;
+  const auto slice = [](benchmark::State& state) {
+    Slice(bench::StoredFamily(), state.range(0), state);
+  };
+  benchmark::RegisterBenchmark("BlendSliceStored", slice)
+      ->ArgName("percent")
+      ->Arg(0)
+      ->Arg(50)
+      ->Arg(100)
+      ->Unit(benchmark::kMillisecond);
+  return true;
+}();
 
 void BuildCellIndex(benchmark::State& state) {
   const bench::Loaded& loaded =

@@ -1,5 +1,6 @@
 // Triangle surface -> Draco: our writer against libdraco at the same settings; vertices per frame,
-// whether it is a slice or a torus in order, preset.
+// whether it is a slice or a torus in order, preset. Of a stored family the slice at half of its
+// first target's weight and of the time.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -13,6 +14,7 @@
 #include "server/encode/draco.h"
 #include "server/encode/libdraco.h"
 #include "server/slice/slice.h"
+#include "tests/bench/stored_family.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/shapes.h"
 
@@ -34,6 +36,13 @@ mesh::TriangleMesh RippledTorus(int num_vertices) {
   return surface;
 }
 
+mesh::TriangleMesh MiddleOf(const mesh::RegisteredFamily& family, const slice::CellIndex& index,
+                            const std::vector<double>& weights) {
+  slice::Workspace workspace;
+  if (!slice::FindCandidates(index, weights, family.duration_s() / 2, workspace).ok()) return {};
+  return slice::March(index, blend::Blender(family, weights), workspace);
+}
+
 // The slice of a torus whose events are shifted in time: triangles of all shapes, in the order of
 // its clusters.
 mesh::TriangleMesh WarpedSlice(int num_vertices) {
@@ -44,13 +53,19 @@ mesh::TriangleMesh WarpedSlice(int num_vertices) {
   const mesh::RegisteredFamily family = synthetic::MakeFamily(
       synthetic::HexahedralTorus(num_vertices / num_minor, num_minor, options),
       {{synthetic::SmoothWarp(1, 0.1F, 1.5F), {}}});
-  const slice::CellIndex index(family);
-  slice::Workspace workspace;
-  const std::vector<double> weights = {1.0};
-  if (!slice::FindCandidates(index, weights, family.duration_s() / 2, workspace).ok()) return {};
-  mesh::TriangleMesh surface = slice::March(index, blend::Blender(family, weights), workspace);
+  mesh::TriangleMesh surface = MiddleOf(family, slice::CellIndex(family), {1.0});
   surface.vertices *= 0.5F;
   return surface;
+}
+
+const mesh::TriangleMesh& StoredSlice() {
+  static const auto& slice = *new mesh::TriangleMesh([] {
+    const bench::Loaded& loaded = bench::StoredFamily();
+    std::vector<double> weights(loaded.family.targets.size());
+    weights[0] = 0.5;
+    return MiddleOf(loaded.family, loaded.index, weights);
+  }());
+  return slice;
 }
 
 const mesh::TriangleMesh& SurfaceOf(const benchmark::State& state) {
@@ -64,9 +79,9 @@ const mesh::TriangleMesh& SurfaceOf(const benchmark::State& state) {
   return surface;
 }
 
-encode::DracoOptions OptionsOf(const benchmark::State& state) {
+encode::DracoOptions OptionsFor(int64_t preset) {
   encode::DracoOptions options;
-  options.preset = static_cast<encode::Preset>(state.range(2));
+  options.preset = static_cast<encode::Preset>(preset);
   options.grid.origin = {-1.0F, -1.0F, -1.0F};
   options.grid.extent_m = 2.0F;
   return options;
@@ -74,8 +89,8 @@ encode::DracoOptions OptionsOf(const benchmark::State& state) {
 
 // encode(surface): absl::StatusOr<std::string>.
 template <typename Encode>
-void Run(benchmark::State& state, const Encode& encode) {
-  const mesh::TriangleMesh& surface = SurfaceOf(state);
+void Run(const mesh::TriangleMesh& surface, int64_t preset, const Encode& encode,
+         benchmark::State& state) {
   size_t num_bytes = 0;
   for (auto _ : state) {
     const auto data = encode(surface);
@@ -83,19 +98,32 @@ void Run(benchmark::State& state, const Encode& encode) {
     num_bytes = data->size();
   }
   const auto num_triangles = static_cast<double>(surface.num_triangles());
-  state.SetLabel(kPresetNames[state.range(2)]);
+  state.SetLabel(kPresetNames[preset]);
   state.counters["triangles/s"] =
       benchmark::Counter(num_triangles, benchmark::Counter::kIsIterationInvariantRate);
   state.counters["triangles"] = num_triangles;
   state.counters["bytes/triangle"] = static_cast<double>(num_bytes) / num_triangles;
 }
 
-void EncodeDraco(benchmark::State& state) {
-  const encode::DracoOptions options = OptionsOf(state);
+void RunOurs(const mesh::TriangleMesh& surface, const encode::DracoOptions& options,
+             benchmark::State& state) {
   encode::SurfaceWriter writer;
-  Run(state, [&](const mesh::TriangleMesh& surface) {
-    return encode::EncodeDraco(surface, options, writer);
-  });
+  const auto encode = [&](const mesh::TriangleMesh& mesh) {
+    return encode::EncodeDraco(mesh, options, writer);
+  };
+  Run(surface, static_cast<int64_t>(options.preset), encode, state);
+}
+
+void RunLibdraco(const mesh::TriangleMesh& surface, const encode::DracoOptions& options,
+                 benchmark::State& state) {
+  const auto encode = [&](const mesh::TriangleMesh& mesh) {
+    return encode::EncodeWithLibdraco(mesh, options);
+  };
+  Run(surface, static_cast<int64_t>(options.preset), encode, state);
+}
+
+void EncodeDraco(benchmark::State& state) {
+  RunOurs(SurfaceOf(state), OptionsFor(state.range(2)), state);
 }
 BENCHMARK(EncodeDraco)
     ->ArgNames({"vertices", "slice", "preset"})
@@ -103,15 +131,38 @@ BENCHMARK(EncodeDraco)
     ->Unit(benchmark::kMillisecond);
 
 void EncodeWithLibdraco(benchmark::State& state) {
-  const encode::DracoOptions options = OptionsOf(state);
-  Run(state, [&](const mesh::TriangleMesh& surface) {
-    return encode::EncodeWithLibdraco(surface, options);
-  });
+  RunLibdraco(SurfaceOf(state), OptionsFor(state.range(2)), state);
 }
 BENCHMARK(EncodeWithLibdraco)
     ->ArgNames({"vertices", "slice", "preset"})
     ->ArgsProduct({{2000, 50000}, {0, 1}, {0, 1, 2}})
     ->Unit(benchmark::kMillisecond);
+
+[[maybe_unused]] const bool kIsStoredMeasured = [] {
+  if (!bench::HasStoredFamily()) return false;
+  const auto options_of = [](const benchmark::State& state) {
+    encode::DracoOptions options = OptionsFor(state.range(0));
+    options.grid = encode::GridOf(bench::StoredFamily().family);
+    return options;
+  };
+  const auto ours = [=](benchmark::State& state) {
+    RunOurs(StoredSlice(), options_of(state), state);
+  };
+  const auto libdraco = [=](benchmark::State& state) {
+    RunLibdraco(StoredSlice(), options_of(state), state);
+  };
+  for (const int64_t preset : {0, 1}) {
+    benchmark::RegisterBenchmark("EncodeDracoStored", ours)
+        ->ArgName("preset")
+        ->Arg(preset)
+        ->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark("EncodeWithLibdracoStored", libdraco)
+        ->ArgName("preset")
+        ->Arg(preset)
+        ->Unit(benchmark::kMillisecond);
+  }
+  return true;
+}();
 
 }  // namespace
 }  // namespace liquidblend
