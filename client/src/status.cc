@@ -4,6 +4,8 @@
 #include <iterator>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/cord.h"
 #include "absl/strings/match.h"
@@ -39,11 +41,15 @@ std::string DescribeErrorInfo(const google::rpc::ErrorInfo& info, int code,
   return text;
 }
 
-std::string DescribeBadRequest(const google::rpc::BadRequest& bad_request) {
-  return absl::StrJoin(bad_request.field_violations(), "; ",
-                       [](std::string* out, const auto& violation) {
-                         absl::StrAppend(out, violation.field(), ": ", violation.description());
-                       });
+// Without what the message says already.
+std::string DescribeBadRequest(const google::rpc::BadRequest& bad_request,
+                               const std::string& message) {
+  std::vector<std::string> violations;
+  for (const auto& violation : bad_request.field_violations()) {
+    std::string text = absl::StrCat(violation.field(), ": ", violation.description());
+    if (!absl::StrContains(message, text)) violations.push_back(std::move(text));
+  }
+  return absl::StrJoin(violations, "; ");
 }
 
 std::string DescribeDetail(const google::protobuf::Any& detail, int code,
@@ -51,7 +57,7 @@ std::string DescribeDetail(const google::protobuf::Any& detail, int code,
   google::rpc::ErrorInfo info;
   if (detail.UnpackTo(&info)) return DescribeErrorInfo(info, code, message);
   google::rpc::BadRequest bad_request;
-  if (detail.UnpackTo(&bad_request)) return DescribeBadRequest(bad_request);
+  if (detail.UnpackTo(&bad_request)) return DescribeBadRequest(bad_request, message);
   google::rpc::RetryInfo retry;
   if (detail.UnpackTo(&retry)) {
     // In milliseconds, as nobody reads more.

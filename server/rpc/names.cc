@@ -11,7 +11,8 @@ namespace liquidblend::rpc {
 namespace {
 
 constexpr size_t kMaxIdLength = 63;
-constexpr size_t kMaxShown = 80;  // of a wrong name, in a message
+constexpr char kIdPattern[] = "[a-z0-9][a-z0-9_.-]{0,62}";  // of IsResourceId()
+constexpr size_t kMaxShown = 80;                            // of a wrong name, in a message
 
 bool IsLowerOrDigit(char c) { return absl::ascii_islower(c) || absl::ascii_isdigit(c); }
 
@@ -21,7 +22,7 @@ absl::StatusOr<std::string> IdIn(absl::string_view collection, absl::string_view
   if (absl::ConsumePrefix(&id, absl::StrCat(collection, "/")) && IsResourceId(id)) {
     return std::string(id);
   }
-  return InvalidField(field, absl::StrCat("must look like ", collection, "/{id}, got '",
+  return InvalidField(field, absl::StrCat("must match ", collection, "/", kIdPattern, ", got '",
                                           name.substr(0, kMaxShown), "'"));
 }
 
@@ -35,8 +36,8 @@ bool IsResourceId(absl::string_view id) {
 
 absl::Status CheckId(absl::string_view field, absl::string_view id) {
   if (IsResourceId(id)) return absl::OkStatus();
-  return InvalidField(field, absl::StrCat("must match [a-z0-9][a-z0-9_.-]{0,62}, got '",
-                                          id.substr(0, kMaxShown), "'"));
+  return InvalidField(
+      field, absl::StrCat("must match ", kIdPattern, ", got '", id.substr(0, kMaxShown), "'"));
 }
 
 absl::StatusOr<std::string> AnimationId(absl::string_view field, absl::string_view name) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "google/rpc/error_details.pb.h"
 
 namespace liquidblend::client {
@@ -58,6 +60,25 @@ TEST(FromProto, MetadataThatTheMessageHoldsIsNotRepeated) {
   proto.mutable_details(0)->PackFrom(info);
   EXPECT_EQ(FromProto(proto), absl::NotFoundError("family 'none' does not exist; reason: NOT_FOUND "
                                                   "(scope=write)"));
+}
+
+TEST(FromProto, ViolationsThatTheMessageHoldsAreNotRepeated) {
+  google::rpc::Status proto;
+  proto.set_code(3);
+  proto.set_message("source: must be set");
+  google::rpc::BadRequest bad_request;
+  const auto add = [&](const std::string& field) {
+    auto* const violation = bad_request.add_field_violations();
+    violation->set_field(field);
+    violation->set_description("must be set");
+    proto.clear_details();
+    proto.add_details()->PackFrom(bad_request);
+  };
+  add("source");
+  EXPECT_EQ(FromProto(proto), absl::InvalidArgumentError("source: must be set"));
+  add("targets");
+  EXPECT_EQ(FromProto(proto),
+            absl::InvalidArgumentError("source: must be set; targets: must be set"));
 }
 
 TEST(FromProto, ADelayIsToldAndKept) {
