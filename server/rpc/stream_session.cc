@@ -23,6 +23,7 @@ void StreamSession::OnRequest(const v1::StreamFramesRequest& request) {
   Leave([&](Notes& inbox) {
     if (!inbox.newest.has_value()) inbox.newest.emplace();
     MergeRequest(request, *inbox.newest);
+    ++inbox.num_newest;
   });
 }
 
@@ -62,6 +63,7 @@ bool StreamSession::BeginStep() {
   if (inbox_.newest.has_value()) {
     if (!notes_.newest.has_value()) notes_.newest.emplace();
     MergeRequest(*inbox_.newest, *notes_.newest);
+    notes_.num_newest += inbox_.num_newest;
   }
   if (inbox_.found.has_value()) notes_.found = std::move(inbox_.found);
   if (inbox_.made.has_value()) {
@@ -115,7 +117,6 @@ absl::Status StreamSession::TakeValues() {
     const absl::StatusOr<catalog::FamilyPtr> found = *std::exchange(notes_.found, std::nullopt);
     LB_RETURN_IF_ERROR(found.status());
     const v1::StreamFramesRequest request = *std::exchange(waiting_request_, std::nullopt);
-    has_changed_ = true;
     return stream_.Change(request, *found, SteadyNow());
   }
   if (!notes_.newest.has_value()) {
@@ -123,8 +124,8 @@ absl::Status StreamSession::TakeValues() {
     return InvalidField("family", "must be named in the first message");
   }
   const v1::StreamFramesRequest request = *std::exchange(notes_.newest, std::nullopt);
+  num_changes_ += std::exchange(notes_.num_newest, 0);
   LB_ASSIGN_OR_RETURN(const std::optional<std::string> id, stream_.FamilyToFind(request));
-  has_changed_ = true;
   if (!id.has_value()) return stream_.Change(request, nullptr, SteadyNow());
   waiting_request_ = request;
   const auto self = shared_from_this();
@@ -159,7 +160,7 @@ absl::Status StreamSession::GoOn(absl::Duration now) {
 }
 
 bool StreamSession::MayMakeAhead() const {
-  return is_steady_ && !has_changed_ && stream_.num_skipped() == num_skipped_ &&
+  return num_changes_before_ == num_changes_ && stream_.num_skipped() == num_skipped_ &&
          !waiting_request_.has_value() && 2 * last_bytes_ <= backends_.limits.max_stream_bytes;
 }
 
@@ -199,8 +200,9 @@ void StreamSession::SendOrder(absl::Duration now) {
   if (num_dropped > 0) {
     backends_.metrics.CountDroppedFrames(stream_.loaded()->family.name, num_dropped);
   }
-  is_steady_ = !has_changed_ && num_dropped == 0;
-  has_changed_ = false;
+  num_changes_before_ = num_changes_;
+  if (num_dropped > 0) num_changes_before_.reset();
+  num_changes_ = 0;
   num_skipped_ = stream_.num_skipped();
   is_writing_ = true;
   write_began_ = now;

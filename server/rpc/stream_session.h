@@ -16,7 +16,9 @@ namespace liquidblend::rpc {
 
 // Whatever happens only leaves a note; steps on backends.steps, one at a time, take the notes and
 // go on: find a family, order the frame that is due, send it, set the alarm. While the client
-// consumes a frame and its values are steady, the next one is made ahead.
+// consumes a frame, the next one is made ahead, as soon as as many changes have come as between the
+// two frames before: of steady values at once, of a client that sets weights once a frame when it
+// has.
 // Threads: safe. All calls return at once.
 class StreamSession : public std::enable_shared_from_this<StreamSession> {
  public:
@@ -43,6 +45,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   // What has happened since the last step.
   struct Notes {
     std::optional<v1::StreamFramesRequest> newest;
+    int64_t num_newest = 0;  // messages that are in it
     std::optional<absl::StatusOr<catalog::FamilyPtr>> found;
     std::optional<absl::StatusOr<FramePtr>> made;
     int64_t made_number = 0;  // of the order that it belongs to
@@ -97,10 +100,11 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   int64_t num_orders_ = 0;
   bool is_writing_ = false;
   bool has_ended_ = false;
-  bool has_changed_ = false;  // since the last frame was sent
-  bool is_steady_ = false;    // no change between the last two frames, and none skipped
-  int64_t num_skipped_ = 0;   // when the last frame was sent
-  int64_t last_bytes_ = 0;    // of that frame
+  int64_t num_changes_ = 0;  // since the last frame was sent
+  // Between the last two frames; nothing if there was none, or one was skipped.
+  std::optional<int64_t> num_changes_before_;
+  int64_t num_skipped_ = 0;  // when the last frame was sent
+  int64_t last_bytes_ = 0;   // of that frame
   absl::Duration write_began_;
 };
 

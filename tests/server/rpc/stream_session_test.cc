@@ -207,6 +207,35 @@ TEST_F(StreamSessionTest, WhatWasMadeAheadIsDroppedWhenValuesChange) {
   EXPECT_EQ(response.num_dropped(), 0);
 }
 
+TEST_F(StreamSessionTest, WhatChangesOnceAFrameIsMadeAheadOnceItHasChanged) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Request();
+  request.set_frames_per_second(3);
+  request.set_loop(true);
+  session_->OnRequest(request);
+  const auto change_to = [&](double weight) {
+    v1::StreamFramesRequest change;
+    change.add_weights(weight);
+    session_->OnRequest(change);
+  };
+  for (size_t n = 0; n < 3; ++n) {
+    const double weight = 0.1 * static_cast<double>(n + 1);
+    sink_->Await(n);
+    sink_->Take(*session_);
+    change_to(weight);
+    EXPECT_TRUE(AwaitMade(static_cast<int64_t>(n) + 2));
+    EXPECT_EQ(sink_->num_sent(), n + 1) << "not due yet";
+    EXPECT_THAT(sink_->Await(n + 1).frame().weights(), ElementsAre(weight));
+  }
+  EXPECT_EQ(NumMade(), 4) << "none that was not sent";
+  // One change more than there were before: the next frame shows it, not what was made ahead.
+  sink_->Take(*session_);
+  change_to(0.4);
+  EXPECT_TRUE(AwaitMade(5));
+  change_to(0.5);
+  EXPECT_THAT(sink_->Await(4).frame().weights(), ElementsAre(0.5));
+}
+
 TEST_F(StreamSessionTest, NothingIsMadeAheadBeyondTheByteCap) {
   BackendsOptions options = SmallBackends();
   options.limits.max_stream_bytes = 0;
