@@ -127,7 +127,7 @@ void EncodeDraco(benchmark::State& state) {
 }
 BENCHMARK(EncodeDraco)
     ->ArgNames({"vertices", "slice", "preset"})
-    ->ArgsProduct({{2000, 50000}, {0, 1}, {0, 1}})
+    ->ArgsProduct({{2000, 50000, 200000}, {0, 1}, {0, 1}})
     ->Unit(benchmark::kMillisecond);
 
 void EncodeWithLibdraco(benchmark::State& state) {
@@ -135,7 +135,7 @@ void EncodeWithLibdraco(benchmark::State& state) {
 }
 BENCHMARK(EncodeWithLibdraco)
     ->ArgNames({"vertices", "slice", "preset"})
-    ->ArgsProduct({{2000, 50000}, {0, 1}, {0, 1, 2}})
+    ->ArgsProduct({{2000, 50000, 200000}, {0, 1}, {0, 1, 2}})
     ->Unit(benchmark::kMillisecond);
 
 [[maybe_unused]] const bool kIsStoredMeasured = [] {
