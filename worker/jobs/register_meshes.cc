@@ -68,10 +68,11 @@ absl::StatusOr<Registration> RegisterMeshes(
                               .Apply(previous->displacement, arena);
     coarse_previous.emplace(coarse_displacement, previous->correspondences);
   }
-  LB_ASSIGN_OR_RETURN(const Registration coarse,
-                      RegisterOrRefine(coarse_source, coarse_target, correspondences,
-                                       coarse_previous ? &*coarse_previous : nullptr,
-                                       options.registration, arena, hooks));
+  LB_ASSIGN_OR_RETURN(
+      const Registration coarse,
+      RegisterOrRefine(coarse_source, coarse_target, correspondences,
+                       coarse_previous ? &*coarse_previous : nullptr,
+                       registration::CoarseOptions(scale, options.registration), arena, hooks));
   return registration::Sharpen(source.mesh, target.mesh, correspondences, {coarse_source, coarse},
                                options.registration, arena, hooks);
 }

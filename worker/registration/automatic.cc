@@ -113,15 +113,15 @@ class OnSurface {
 
 }  // namespace
 
-Features FindFeatures(const Surface& surface) {
-  return {FindTracks(FindParts(surface), surface.mesh.num_frames), FindExtrema(surface)};
+Features FindFeatures(const Surface& surface, const TrackOptions& options) {
+  return {FindTracks(FindParts(surface), surface.mesh.num_frames, options), FindExtrema(surface)};
 }
 
 FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
-                            const parallel::Arena& arena) {
+                            const TrackOptions& options, const parallel::Arena& arena) {
   FeaturesOfPair features;
   arena.Run(2, [&](int64_t n) {
-    (n == 0 ? features.source : features.target) = FindFeatures(n == 0 ? source : target);
+    (n == 0 ? features.source : features.target) = FindFeatures(n == 0 ? source : target, options);
   });
   return features;
 }

@@ -15,7 +15,7 @@ struct AutomaticCorrespondence {
 };
 
 // What stands out in one animation.
-Features FindFeatures(const Surface& surface);
+Features FindFeatures(const Surface& surface, const TrackOptions& options = {});
 
 struct FeaturesOfPair {
   Features source, target;
@@ -23,7 +23,7 @@ struct FeaturesOfPair {
 
 // Threads: same bytes for any thread count.
 FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
-                            const parallel::Arena& arena);
+                            const TrackOptions& options, const parallel::Arena& arena);
 
 // A detached part gives the points furthest up and down, left and right, to the front and back of
 // it when it starts, and if its life is more than 10 frames longer in one of the two, every 10

@@ -197,6 +197,7 @@ absl::Status RegistrationOptions::Validate() const {
       mesh::CheckRange("refine_iterations", refine_iterations, mesh::kMaxIterations));
   LB_RETURN_IF_ERROR(mesh::CheckRange("thin_sheets_from", thin_sheets_from, mesh::kThinSheetsFrom));
   LB_RETURN_IF_ERROR(mesh::CheckRange("coarse_vertices", coarse_vertices, {1e3, 1e9}));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("smallest_part_edges", smallest_part_edges, kNotNegative));
   LB_RETURN_IF_ERROR(mesh::CheckRange("finer_from_edges", finer_from_edges, kPositive));
   return mesh::CheckRange("max_direct_rows", max_direct_rows, kNotNegative);
 }
@@ -217,7 +218,8 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   SurfacePair pair(source_mesh, target_mesh, arena);
   const Surface &source = pair.source, &target = pair.target;
   const IndexLists& neighbors = pair.neighbors;
-  const FeaturesOfPair features = FindFeatures(source, target, arena);
+  const FeaturesOfPair features =
+      FindFeatures(source, target, {.min_diameter = options.smallest_part_edges}, arena);
   pair.Open(features.source.tracks, features.target.tracks);
   std::vector<AutomaticCorrespondence> found;
   if (options.automatic_correspondences) {

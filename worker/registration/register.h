@@ -33,6 +33,7 @@ struct RegistrationOptions {
   double correspondence_weight = 20.0;    // >= 0; of a soft one, in matches of an average node
   double soft_release = 0.5;              // [0, 1]; share of the iterations that soft ones last
   bool automatic_correspondences = true;  // soft ones of what stands out in both, after the user's
+  double smallest_part_edges = 4.0;       // >= 0; in diameter: smaller ones tell nothing of it
   int refine_iterations = 6;              // [1, 200]; of Refine() instead of max_iterations
   int max_direct_rows = 400;              // larger systems by conjugate gradients (section 6.3)
   // >= 1e3; of the meshes that larger ones begin with, about. Fewer where layers between frames
@@ -83,6 +84,10 @@ absl::StatusOr<Registration> Refine(const mesh::SpaceTimeMesh& source,
 // Coarse to fine: how many times longer the edges of the meshes should be that a registration of so
 // many vertices begins with; 1: it is small enough to be registered at once.
 double CoarseScale(int64_t num_vertices, const RegistrationOptions& options);
+
+// For the registration of these coarser meshes: parts of few of their edges are found, and what
+// holds them does so for longer, because few nodes and samples are left to each.
+RegistrationOptions CoarseOptions(double scale, RegistrationOptions options);
 
 // A registration of coarser meshes of the same animations; the references must outlive the call.
 struct CoarseRegistration {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -19,7 +20,11 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr double kLargeFrom = 2.5;   // times the coarse mesh's vertices
+constexpr double kLargeFrom = 2.5;  // times the coarse mesh's vertices
+// Of a coarse registration: parts that are larger are no noise (edges), and how long soft
+// correspondences last.
+constexpr double kSmallestCoarsePart = 2.0;
+constexpr double kCoarseSoftRelease = 0.8;
 constexpr int kTransferSweeps = 10;  // of the averaging over what came from single coarse vertices
 
 absl::Status CheckCoarse(const CoarseRegistration& coarse) {
@@ -125,6 +130,14 @@ absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
 double CoarseScale(int64_t num_vertices, const RegistrationOptions& options) {
   const double ratio = static_cast<double>(num_vertices) / options.coarse_vertices;
   return ratio > kLargeFrom ? std::sqrt(ratio) : 1.0;
+}
+
+RegistrationOptions CoarseOptions(double scale, RegistrationOptions options) {
+  options.smallest_part_edges =
+      std::min(options.smallest_part_edges,
+               std::max(kSmallestCoarsePart, options.smallest_part_edges / scale));
+  options.soft_release = std::max(options.soft_release, kCoarseSoftRelease);
+  return options;
 }
 
 absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,

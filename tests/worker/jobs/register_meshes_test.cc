@@ -15,8 +15,9 @@ namespace {
 using ::testing::HasSubstr;
 
 // A drop that falls into a pool from a height.
-mesh::Animation Drop(float height_m) {
+mesh::Animation Drop(float height_m, double radius_m = 0.2) {
   synthetic::FallingDropOptions options;
+  options.drop_radius_m = radius_m;
   options.drop_m[2] = height_m;
   options.spacing_m = 0.1;
   options.num_frames = 6;
@@ -87,6 +88,36 @@ TEST_F(RegisterMeshesTest, LargeOnesBeginCoarseAndComeAsClose) {
   EXPECT_LT(2 * result->report.num_nodes, at_once->report.num_nodes);
   EXPECT_EQ(result->report.num_iterations, 6);
   EXPECT_LT(Distance(*result), 0.1);
+}
+
+TEST(RegisterMeshes, ADropOfFewCoarseEdgesIsStillFound) {
+  const mesh::Animation low = Drop(0.6f, 0.3), high = Drop(0.8f, 0.3);
+  RegisterMeshesOptions options = Options(1500);
+  options.registration.automatic_correspondences = true;
+  const parallel::Arena arena(2);
+  const auto source = spacetime::Build(low, options.build, arena);
+  const auto target = spacetime::Build(high, options.build, arena);
+  ASSERT_TRUE(source.ok() && target.ok());
+  const double scale = registration::CoarseScale(source->num_vertices(), options.registration);
+  const double diameter = 0.6 / (scale * source->edge_length_m);
+  ASSERT_LT(diameter, options.registration.smallest_part_edges) << "too few edges for a fine mesh";
+  ASSERT_GT(diameter, 2.0);
+  const auto result = RegisterMeshes({*source, [&] { return low; }},
+                                     {*target, [&] { return high; }}, {}, nullptr, options, arena);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->report.correspondences.size(), 6u) << "the sides of the drop";
+}
+
+TEST(CoarseOptions, FindSmallerPartsAndHoldThemForLonger) {
+  registration::RegistrationOptions options;
+  EXPECT_DOUBLE_EQ(registration::CoarseOptions(1.6, options).smallest_part_edges, 2.5);
+  const auto coarse = registration::CoarseOptions(8.0, options);
+  EXPECT_DOUBLE_EQ(coarse.smallest_part_edges, 2.0) << "less is noise";
+  EXPECT_GT(coarse.soft_release, options.soft_release);
+  options.smallest_part_edges = 1.0;
+  options.soft_release = 1.0;
+  EXPECT_DOUBLE_EQ(registration::CoarseOptions(8.0, options).smallest_part_edges, 1.0);
+  EXPECT_DOUBLE_EQ(registration::CoarseOptions(8.0, options).soft_release, 1.0);
 }
 
 TEST_F(RegisterMeshesTest, CoarseToFineGivesTheSameBytesForAnyNumberOfThreads) {

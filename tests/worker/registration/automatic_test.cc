@@ -11,7 +11,7 @@ namespace {
 std::vector<AutomaticCorrespondence> FindPoints(const Surface& source, const Surface& target,
                                                 const std::vector<Correspondence>& users,
                                                 double edge_length_m) {
-  const FeaturesOfPair features = FindFeatures(source, target, parallel::Arena(2));
+  const FeaturesOfPair features = FindFeatures(source, target, {}, parallel::Arena(2));
   return FindAutomatic(source, target, features, users, edge_length_m);
 }
 
@@ -82,6 +82,13 @@ TEST_F(AutomaticTest, TheReportTellsThemFromTheUsersAndTheOptionTurnsThemOff) {
   const auto off = Register(source_.mesh, target_, {user}, options, parallel::Arena(2));
   ASSERT_TRUE(off.ok()) << off.status();
   EXPECT_EQ(off->report.correspondences.size(), 1u);
+}
+
+TEST_F(AutomaticTest, PartsAreFoundFromADiameterOn) {
+  const double diameter_edges = 2 * kDropRadius / source_.mesh.edge_length_m;
+  EXPECT_EQ(FindFeatures(source_.surface, {.min_diameter = 0.9 * diameter_edges}).tracks.size(),
+            1u);
+  EXPECT_TRUE(FindFeatures(source_.surface, {.min_diameter = 1.1 * diameter_edges}).tracks.empty());
 }
 
 TEST(Automatic, NothingStandsOutOfOneBall) {
