@@ -16,22 +16,29 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr int kStride = 2;        // of the vertices whose distances are looked at
+constexpr int kStride = 4;        // of the vertices whose distances are looked at
 constexpr int kTreeStride = 4;    // of the moved source's vertices that the target looks for
 constexpr float kTreeGap = 0.7f;  // edges; from the surface to the vertex next to a place on it
 constexpr float kUnknown = 1.5f;  // edges; of what has nothing near by that faces the same way
-constexpr size_t kFewest = 8;     // far vertices in a box; fewer are corners and noise
+constexpr size_t kFewest = 4;     // far vertices in a box; fewer are corners and noise
 constexpr float kBox = 8.0f;      // edges and frames
 // Times the vertices of coarse meshes: as many as are registered at once.
 constexpr double kMaxVertices = 2.5;
-constexpr int kRings = 10;       // of neighbours around what is far
-constexpr int kHeldRings = 2;    // the outermost ones are held,
-constexpr int kFadingRings = 4;  // from there on the fit counts more and more
-constexpr int kNumRounds = 3;
-constexpr int kNumIterations = 6;  // in each of them
-constexpr double kFirstSmoothness = 5.0;
-constexpr double kSampleShare = 0.3;
-constexpr double kHold = 1.0;  // weight of a vertex of the rim
+constexpr double kFilled = 0.85;    // of that; less is not worth looking for more boxes
+constexpr double kAim = 0.95;       // of that
+constexpr size_t kFirstBoxes = 64;  // that are tried
+constexpr int kGrowTries = 6;
+constexpr int kRings = 6;            // of neighbours around what is far
+constexpr int kHeldRings = 2;        // the outermost ones are held,
+constexpr int kFadingRings = 4;      // from there on the fit counts more and more
+constexpr int kNumRounds = 3;        // at most
+constexpr double kAgainFrom = 0.04;  // share of the surface that is far, after the first round
+constexpr int kNumIterations = 4;    // in each of them
+constexpr double kFirstSmoothness = 1.0;
+constexpr double kTolerance = 1e-2;  // of the solver: the next iteration corrects it
+constexpr double kSampleShare = 0.1;
+constexpr int kTargetStride = 3;  // of the target's vertices that samples are drawn from
+constexpr double kHold = 1.0;     // weight of a vertex of the rim
 
 // Per source vertex, how far it is from the target, or the target from it; 0 where nobody looked.
 std::vector<float> Distances(const SurfacePair& pair, const Points& moved, const Points& normals,
@@ -109,7 +116,7 @@ Region Grow(const SurfacePair& pair, std::span<const std::vector<int32_t>> boxes
   Region region{std::vector<char>(pair.source.points.cols(), 0)};
   std::vector<int32_t> front, next;
   for (const std::vector<int32_t>& box : boxes) front.insert(front.end(), box.begin(), box.end());
-  for (const int32_t v : front) region.depth[v] = kRings + 1;
+  for (const int32_t v : front) region.depth[v] = static_cast<char>(kRings + 1);
   region.num_vertices = static_cast<int64_t>(front.size());
   for (int ring = kRings; ring >= 1; --ring) {
     next.clear();
@@ -126,16 +133,26 @@ Region Grow(const SurfacePair& pair, std::span<const std::vector<int32_t>> boxes
   return region;
 }
 
-// Around as many of the boxes, the worst first, as there is room for.
+// Around about as many of the boxes, the worst first, as there is room for.
 Region GrowWithin(const SurfacePair& pair, const std::vector<std::vector<int32_t>>& boxes,
                   double max_vertices) {
-  size_t fits = 0, too_many = boxes.size() + 1;
-  while (fits + 1 < too_many) {
-    const size_t tried = too_many > boxes.size() ? boxes.size() : (fits + too_many) / 2;
-    const Region region = Grow(pair, std::span(boxes).first(tried));
-    (static_cast<double>(region.num_vertices) <= max_vertices ? fits : too_many) = tried;
+  Region best = Grow(pair, {});
+  size_t fits = 0, too_many = boxes.size() + 1, tried = std::min(boxes.size(), kFirstBoxes);
+  for (int n = 0; tried > fits && tried < too_many && (n < kGrowTries || fits == 0); ++n) {
+    Region region = Grow(pair, std::span(boxes).first(tried));
+    const double share = static_cast<double>(region.num_vertices) / max_vertices;
+    if (share <= 1) {
+      fits = tried;
+      best = std::move(region);
+      if (share >= kFilled) break;
+    } else {
+      too_many = tried;
+    }
+    // Boxes overlap more and more, so that more of them fit than this.
+    const double predicted = kAim * static_cast<double>(tried) / std::max(share, 1e-3);
+    tried = std::clamp(static_cast<size_t>(predicted), fits + 1, std::max(fits + 1, too_many - 1));
   }
-  return Grow(pair, std::span(boxes).first(fits));
+  return best;
 }
 
 template <typename Cells>
@@ -178,13 +195,15 @@ Cutout CutOut(const Surface& source, const Points& moved, const Points& normals,
   return cutout;
 }
 
-// The target's vertices that are nearer to the cutout than to the rest of the source.
+// Some of the target's vertices that are nearer to the cutout than to the rest of the source.
 std::vector<int32_t> TargetOf(const SurfacePair& pair, const Points& moved,
                               const std::vector<char>& depth, const parallel::Arena& arena) {
   std::vector<int32_t> all = pair.source.FreeVertices(), strided;
   for (size_t n = 0; n < all.size(); n += kTreeStride) strided.push_back(all[n]);
   const PointTree tree(moved, std::move(strided));
-  std::vector<int32_t> candidates = pair.target.FreeVertices();
+  const std::vector<int32_t> every = pair.target.FreeVertices();
+  std::vector<int32_t> candidates;
+  for (size_t n = 0; n < every.size(); n += kTargetStride) candidates.push_back(every[n]);
   std::vector<char> is_near(candidates.size(), 0);
   arena.For(static_cast<int64_t>(candidates.size()), [&](int64_t n) {
     std::array<int32_t, 1> nearest;
@@ -226,7 +245,7 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
                                    .max_distance = options.final_distance_edges,
                                    .point_weight = options.point_weight,
                                    .plane_weight = options.plane_weight};
-  SolverOptions solver_options{.max_direct_rows = options.max_direct_rows};
+  SolverOptions solver_options{.tolerance = kTolerance, .max_direct_rows = options.max_direct_rows};
   std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());
   for (int n = 0; n < kNumIterations; ++n) {
     Matches matches = matcher.Match(nodes, maps, match_options, arena);
@@ -247,23 +266,44 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
   return static_cast<int>(nodes.num_nodes());
 }
 
+double ShareOf(const std::vector<std::vector<int32_t>>& boxes, int64_t num_vertices) {
+  size_t num_far = 0;
+  for (const auto& box : boxes) num_far += box.size();
+  return static_cast<double>(num_far * kStride) / static_cast<double>(num_vertices);
+}
+
+// What is far, with what of the target belongs to it.
+struct FarPart {
+  double share = 0.0;  // of the vertices looked at that are far, all of them
+  Cutout cutout;
+  std::vector<int32_t> target_vertices;
+};
+
+FarPart FindFarPart(const SurfacePair& pair, const Points& displacement,
+                    const RegistrationOptions& options, const parallel::Arena& arena) {
+  const Points moved = pair.source.points + displacement;
+  const Points normals = ImageNormals(pair.source, pair.neighbors, displacement, 1, arena);
+  const auto boxes =
+      FarBoxes(moved, Distances(pair, moved, normals, options, arena), options.finer_from_edges);
+  const Region region = GrowWithin(pair, boxes, kMaxVertices * options.coarse_vertices);
+  FarPart part{ShareOf(boxes, moved.cols()), CutOut(pair.source, moved, normals, region.depth), {}};
+  if (part.cutout.mesh.num_cells() > 0) {
+    part.target_vertices = TargetOf(pair, moved, region.depth, arena);
+  }
+  return part;
+}
+
 }  // namespace
 
 absl::Status FitWhatIsFar(const SurfacePair& pair, const RegistrationOptions& options,
                           const parallel::Arena& arena, const std::function<void()>& keep,
                           SharpenState& state) {
-  Points& displacement = state.displacement;
   while (state.num_rounds < kNumRounds) {
-    const Points moved = pair.source.points + displacement;
-    const Points normals = ImageNormals(pair.source, pair.neighbors, displacement, 1, arena);
-    const auto boxes =
-        FarBoxes(moved, Distances(pair, moved, normals, options, arena), options.finer_from_edges);
-    const Region region = GrowWithin(pair, boxes, kMaxVertices * options.coarse_vertices);
-    const Cutout cutout = CutOut(pair.source, moved, normals, region.depth);
-    if (cutout.mesh.num_cells() == 0) break;
-    LB_ASSIGN_OR_RETURN(const int added,
-                        Fit(pair, cutout, TargetOf(pair, moved, region.depth, arena), options,
-                            arena, displacement));
+    FarPart part = FindFarPart(pair, state.displacement, options, arena);
+    if (part.cutout.mesh.num_cells() == 0) break;
+    if (state.num_rounds > 0 && part.share < kAgainFrom) break;
+    LB_ASSIGN_OR_RETURN(const int added, Fit(pair, part.cutout, std::move(part.target_vertices),
+                                             options, arena, state.displacement));
     state.num_finer_nodes += added;
     ++state.num_rounds;
     keep();
