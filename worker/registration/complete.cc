@@ -19,7 +19,13 @@ namespace {
 
 constexpr float kRelaxedWeights[] = {0.5f, 0.75f};
 // Back onto the target, from which relaxing has drawn tips and rims.
+constexpr ProjectionOptions kFirstProjection;
 constexpr ProjectionOptions kLastProjection = {.stiffness = 2.0f, .sweeps = 10};
+
+ProjectionOptions With(Detail detail, ProjectionOptions options) {
+  if (detail == Detail::kHalf) options.stride = 2;
+  return options;
+}
 
 // Registration units -> metres and frames.
 Eigen::Matrix4Xf InMetres(Points displacement, double edge_length_m) {
@@ -65,14 +71,15 @@ void SurfacePair::Open(const std::vector<Track>& source_tracks,
   source.open = VerticesOf(open_starts, source);
 }
 
-absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displacement,
+absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displacement, Detail detail,
                                       const std::function<absl::Status(Points&)>& hold_pins,
                                       const parallel::Arena& arena) {
   const Surface& source = pair.source;
   const IndexLists& neighbors = pair.neighbors;
   Registration result;
-  result.report.mean_residual_edges = ProjectOntoTarget(
-      source, neighbors, pair.target, pair.target_search, {}, arena, displacement);
+  result.report.mean_residual_edges =
+      ProjectOntoTarget(source, neighbors, pair.target, pair.target_search,
+                        With(detail, kFirstProjection), arena, displacement);
   LB_RETURN_IF_ERROR(hold_pins(displacement));
   for (const float weight : kRelaxedWeights) {
     RelaxFolds(source, neighbors, weight, arena, displacement);

@@ -32,12 +32,15 @@ struct SurfacePair {
   OpenStarts open_starts;
 };
 
+// How many of the vertices the first projection onto the target looks at; the others follow.
+enum class Detail { kAll, kHalf };
+
 // From what the nodes have come to, to the result: projects onto the target, mends folds, carries
 // droplets, extrapolates and judges. The report lacks what only the iterations know.
 //   displacement  in edges and frames
 //   hold_pins     moves hard correspondences back to their goals
 // Errors: those of hold_pins.
-absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displacement,
+absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displacement, Detail detail,
                                       const std::function<absl::Status(Points&)>& hold_pins,
                                       const parallel::Arena& arena);
 

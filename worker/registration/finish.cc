@@ -14,13 +14,13 @@ struct Residual {
   float distance;
 };
 
-std::optional<Residual> ResidualAt(const Surface& source, const Points& normals,
+std::optional<Residual> ResidualAt(const Surface& source, const IndexLists& neighbors,
                                    const Surface& target, const ClosestPointSearch& target_search,
                                    const ProjectionOptions& options, const Points& displacement,
                                    int64_t v) {
   const Eigen::Vector4f p = source.points.col(v) + displacement.col(v);
   if (source.IsOpen(v) && IsBeforeTarget(source, v, p)) return std::nullopt;
-  const Eigen::Vector4f image = normals.col(v);
+  const Eigen::Vector4f image = ImageNormal(source, neighbors, displacement, 1, v);
   const bool at_end = source.InFirstSlab(v) || source.InLastSlab(v);
   const auto end =
       source.InFirstSlab(v) ? ClosestPointSearch::End::kFirst : ClosestPointSearch::End::kLast;
@@ -47,9 +47,10 @@ double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors, con
   Points residual = Points::Zero(4, count);
   Eigen::VectorXf weight = Eigen::VectorXf::Zero(count);
   Eigen::VectorXf distance = Eigen::VectorXf::Constant(count, -1.0f);
-  const Points normals = ImageNormals(source, neighbors, displacement, 1, arena);
-  arena.For(count, [&](int64_t v) {
-    const auto found = ResidualAt(source, normals, target, target_search, options, displacement, v);
+  arena.For((count + options.stride - 1) / options.stride, [&](int64_t n) {
+    const int64_t v = n * options.stride;
+    const auto found =
+        ResidualAt(source, neighbors, target, target_search, options, displacement, v);
     if (!found) return;
     residual.col(v) = found->along_normal;
     weight[v] = options.stiffness * found->weight;

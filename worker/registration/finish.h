@@ -9,6 +9,7 @@ struct ProjectionOptions {
   float max_distance = 3.0f;  // edges; further residuals are not trusted
   float stiffness = 0.3f;     // of a residual against the mean of its neighbours
   int sweeps = 30;
+  int stride = 1;  // of the vertices whose residuals are looked at; the others follow
 };
 
 // Adds to the displacements the remaining distance to the target along its normals, smoothed over

@@ -257,7 +257,7 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   const auto num_nodes = static_cast<int>(nodes.num_nodes());
   if (hard_pins.empty()) placed_nodes.reset();  // they are large
   LB_ASSIGN_OR_RETURN(Registration result,
-                      Complete(pair, std::move(displacement), hold_pins, arena));
+                      Complete(pair, std::move(displacement), Detail::kAll, hold_pins, arena));
   result.report.correspondences =
       ReportCorrespondences(correspondences, pins, InEdgeUnits(result.displacement, edge), edge);
   NameOrigins(found, result.report.correspondences);

@@ -108,8 +108,8 @@ absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
   const double spacing = options.node_spacing_edges * state.coarse_edge_length_m / edge;
   const PinHolder holder(pair, pins, spacing, options.seed, arena);
   const auto hold_pins = [&](Points& moved) { return holder.Restore(moved); };
-  LB_ASSIGN_OR_RETURN(Registration result,
-                      Complete(pair, std::move(state.displacement), hold_pins, arena));
+  LB_ASSIGN_OR_RETURN(Registration result, Complete(pair, std::move(state.displacement),
+                                                    Detail::kHalf, hold_pins, arena));
   const mesh::RegistrationReport& before = state.coarse_report;
   result.report.correspondences =
       ReportCorrespondences(correspondences, pins, InEdgeUnits(result.displacement, edge), edge);
