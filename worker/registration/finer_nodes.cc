@@ -28,12 +28,12 @@ constexpr double kFilled = 0.85;    // of that; less is not worth looking for mo
 constexpr double kAim = 0.95;       // of that
 constexpr size_t kFirstBoxes = 64;  // that are tried
 constexpr int kGrowTries = 6;
-constexpr int kRings = 6;            // of neighbours around what is far
-constexpr int kHeldRings = 2;        // the outermost ones are held,
-constexpr int kFadingRings = 4;      // from there on the fit counts more and more
-constexpr int kNumRounds = 3;        // at most
-constexpr double kAgainFrom = 0.04;  // share of the surface that is far, after the first round
-constexpr int kNumIterations = 4;    // in each of them
+constexpr int kRings = 6;          // of neighbours around what is far
+constexpr int kHeldRings = 2;      // the outermost ones are held,
+constexpr int kFadingRings = 4;    // from there on the fit counts more and more
+constexpr int kNumRounds = 3;      // at most
+constexpr double kEnough = 0.75;   // of what is far; if less had room there is another round
+constexpr int kNumIterations = 4;  // in each of them
 constexpr double kFirstSmoothness = 1.0;
 constexpr double kTolerance = 1e-2;  // of the solver: the next iteration corrects it
 constexpr double kSampleShare = 0.1;
@@ -110,6 +110,7 @@ struct Region {
   // Per vertex: how many rings lie around it, itself included; 0: not of it.
   std::vector<char> depth;
   int64_t num_vertices = 0;
+  bool is_enough = true;  // most of what is far is in it
 };
 
 Region Grow(const SurfacePair& pair, std::span<const std::vector<int32_t>> boxes) {
@@ -133,13 +134,19 @@ Region Grow(const SurfacePair& pair, std::span<const std::vector<int32_t>> boxes
   return region;
 }
 
+size_t NumFar(std::span<const std::vector<int32_t>> boxes) {
+  size_t num_far = 0;
+  for (const std::vector<int32_t>& box : boxes) num_far += box.size();
+  return num_far;
+}
+
 // Around about as many of the boxes, the worst first, as there is room for.
-Region GrowWithin(const SurfacePair& pair, const std::vector<std::vector<int32_t>>& boxes,
+Region GrowWithin(const SurfacePair& pair, std::span<const std::vector<int32_t>> boxes,
                   double max_vertices) {
   Region best = Grow(pair, {});
   size_t fits = 0, too_many = boxes.size() + 1, tried = std::min(boxes.size(), kFirstBoxes);
   for (int n = 0; tried > fits && tried < too_many && (n < kGrowTries || fits == 0); ++n) {
-    Region region = Grow(pair, std::span(boxes).first(tried));
+    Region region = Grow(pair, boxes.first(tried));
     const double share = static_cast<double>(region.num_vertices) / max_vertices;
     if (share <= 1) {
       fits = tried;
@@ -152,6 +159,8 @@ Region GrowWithin(const SurfacePair& pair, const std::vector<std::vector<int32_t
     const double predicted = kAim * static_cast<double>(tried) / std::max(share, 1e-3);
     tried = std::clamp(static_cast<size_t>(predicted), fits + 1, std::max(fits + 1, too_many - 1));
   }
+  best.is_enough = static_cast<double>(NumFar(boxes.first(fits))) >=
+                   kEnough * static_cast<double>(NumFar(boxes));
   return best;
 }
 
@@ -266,17 +275,11 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
   return static_cast<int>(nodes.num_nodes());
 }
 
-double ShareOf(const std::vector<std::vector<int32_t>>& boxes, int64_t num_vertices) {
-  size_t num_far = 0;
-  for (const auto& box : boxes) num_far += box.size();
-  return static_cast<double>(num_far * kStride) / static_cast<double>(num_vertices);
-}
-
 // What is far, with what of the target belongs to it.
 struct FarPart {
-  double share = 0.0;  // of the vertices looked at that are far, all of them
   Cutout cutout;
   std::vector<int32_t> target_vertices;
+  bool is_enough;  // most of what is far takes part
 };
 
 FarPart FindFarPart(const SurfacePair& pair, const Points& displacement,
@@ -286,7 +289,7 @@ FarPart FindFarPart(const SurfacePair& pair, const Points& displacement,
   const auto boxes =
       FarBoxes(moved, Distances(pair, moved, normals, options, arena), options.finer_from_edges);
   const Region region = GrowWithin(pair, boxes, kMaxVertices * options.coarse_vertices);
-  FarPart part{ShareOf(boxes, moved.cols()), CutOut(pair.source, moved, normals, region.depth), {}};
+  FarPart part{CutOut(pair.source, moved, normals, region.depth), {}, region.is_enough};
   if (part.cutout.mesh.num_cells() > 0) {
     part.target_vertices = TargetOf(pair, moved, region.depth, arena);
   }
@@ -301,11 +304,10 @@ absl::Status FitWhatIsFar(const SurfacePair& pair, const RegistrationOptions& op
   while (state.num_rounds < kNumRounds) {
     FarPart part = FindFarPart(pair, state.displacement, options, arena);
     if (part.cutout.mesh.num_cells() == 0) break;
-    if (state.num_rounds > 0 && part.share < kAgainFrom) break;
     LB_ASSIGN_OR_RETURN(const int added, Fit(pair, part.cutout, std::move(part.target_vertices),
                                              options, arena, state.displacement));
     state.num_finer_nodes += added;
-    ++state.num_rounds;
+    state.num_rounds = part.is_enough ? kNumRounds : state.num_rounds + 1;
     keep();
   }
   return absl::OkStatus();

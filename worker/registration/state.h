@@ -41,7 +41,7 @@ struct IterationState {
 // After the coarse registration was carried over to the fine meshes, or after a round of finer
 // nodes: the coarse meshes are not needed any more.
 struct SharpenState {
-  int num_rounds = 0;             // of finer nodes, done
+  int num_rounds = 0;             // of finer nodes, done or not needed
   int num_finer_nodes = 0;        // of these rounds
   Eigen::Matrix4Xf displacement;  // per vertex of the fine source: mean edges and frames
   double coarse_edge_length_m = 0.0;

@@ -179,7 +179,7 @@ class ResumeFinerNodesTest : public ResumeTest {
 };
 
 TEST_F(ResumeFinerNodesTest, CoarseToFine) {
-  Task task = {Options(static_cast<double>(source_.num_vertices()) / 2.6), {Tops(/*hard=*/true)}};
+  Task task = {Options(static_cast<double>(source_.num_vertices()) / 8), {Tops(/*hard=*/true)}};
   task.options.registration.max_iterations = 2;  // so that something is left apart
   task.options.registration.automatic_correspondences = false;
   task.options.registration.finer_from_edges = 0.05;

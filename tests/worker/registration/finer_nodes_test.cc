@@ -34,7 +34,7 @@ Fitted Fit(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
   const absl::Status fitted = FitWhatIsFar(
       pair, options, arena, [&] { ++num_rounds; }, state);
   EXPECT_TRUE(fitted.ok()) << fitted;
-  EXPECT_EQ(state.num_rounds, num_rounds);
+  EXPECT_GE(state.num_rounds, num_rounds);
   return {state.num_finer_nodes, state.displacement};
 }
 
