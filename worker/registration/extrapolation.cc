@@ -43,15 +43,24 @@ struct Place {
   }
 };
 
+// The grid's points around the place that was asked for last: the next one is mostly in the same
+// cell.
+struct LastCell {
+  GridPoint corner = {};
+  std::array<size_t, 16> points = {};
+  bool is_known = false;
+};
+
 // Sums of values and of weights at the points of a grid that have some.
 class SparseGrid {
  public:
   using Sum = Eigen::Matrix<double, 5, 1>;  // values, weight
 
-  void Add(const Place& place, const Eigen::Vector4f& value) {
+  void Add(const Place& place, const Eigen::Vector4f& value, LastCell& cell) {
     Sum sum;
     sum << value.cast<double>(), 1.0;
-    for (int c = 0; c < 16; ++c) At(place.Point(c)) += place.Weight(c) * sum;
+    FindPoints(place, cell, [this](const GridPoint& point) { return FindOrAdd(point); });
+    for (int c = 0; c < 16; ++c) sums_[cell.points[c]] += place.Weight(c) * sum;
   }
   // Half of each point's sums go to its neighbours along each axis in turn.
   void Blur() {
@@ -69,20 +78,27 @@ class SparseGrid {
       sums_.swap(next);
     }
   }
-  Eigen::Vector4f Mean(const Place& place) const {
+  Eigen::Vector4f Mean(const Place& place, LastCell& cell) const {
     Sum sum = Sum::Zero();
-    for (int c = 0; c < 16; ++c) sum += place.Weight(c) * sums_[index_.at(place.Point(c))];
+    FindPoints(place, cell, [this](const GridPoint& point) { return index_.at(point); });
+    for (int c = 0; c < 16; ++c) sum += place.Weight(c) * sums_[cell.points[c]];
     return (sum.head<4>() / sum[4]).cast<float>();
   }
 
  private:
-  Sum& At(const GridPoint& point) {
+  template <typename Find>
+  static void FindPoints(const Place& place, LastCell& cell, const Find& find) {
+    if (cell.is_known && cell.corner == place.corner) return;
+    cell = {.corner = place.corner, .points = {}, .is_known = true};
+    for (int c = 0; c < 16; ++c) cell.points[c] = find(place.Point(c));
+  }
+  size_t FindOrAdd(const GridPoint& point) {
     const auto [found, is_new] = index_.try_emplace(point, sums_.size());
     if (is_new) {
       sums_.push_back(Sum::Zero());
       points_.push_back(point);
     }
-    return sums_[found->second];
+    return found->second;
   }
 
   absl::flat_hash_map<GridPoint, size_t> index_;  // never walked through
@@ -97,10 +113,18 @@ Points Extrapolation(const Surface& source, const IndexLists& neighbors, const P
   const Points smooth = Smooth(displacement, neighbors, kSweeps, arena);
   const Points deformed = source.points + displacement;
   SparseGrid grid;
-  for (int64_t v = 0; v < deformed.cols(); ++v) grid.Add(Place(deformed.col(v)), smooth.col(v));
+  LastCell cell;
+  for (int64_t v = 0; v < deformed.cols(); ++v) {
+    grid.Add(Place(deformed.col(v)), smooth.col(v), cell);
+  }
   grid.Blur();
   Points mean(4, deformed.cols());
-  arena.For(mean.cols(), [&](int64_t v) { mean.col(v) = grid.Mean(Place(deformed.col(v))); });
+  arena.ForChunks(mean.cols(), 512, [&](int64_t, int64_t begin, int64_t end) {
+    LastCell last;
+    for (int64_t v = begin; v < end; ++v) {
+      mean.col(v) = grid.Mean(Place(deformed.col(v)), last);
+    }
+  });
   return mean;
 }
 
