@@ -1,11 +1,13 @@
 // lb_load: the server's program under loads of several kinds, and what its clients see of it.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
 #include "tests/bench/load_clients.h"
 #include "tests/bench/load_family.h"
 #include "tests/bench/load_report.h"
@@ -54,7 +56,13 @@ void RunAndPrint(std::vector<Group> groups, double seconds) {
   Run(groups, seconds);
   const std::vector<Interval>& found = stops.Stop();
   for (Group& group : groups) Print(group, seconds);
-  PrintStops(stops.is_known(), found, groups);
+  PrintStops(found, groups);
+  static bool is_said = false;
+  if (!stops.is_known() && !std::exchange(is_said, true)) {
+    std::fprintf(stderr,
+                 "lb_load: without the right to SCHED_FIFO, whether the machine stands "
+                 "still is not known\n");
+  }
 }
 
 // 32 clients of all kinds; what the good ones see without the bad ones comes first. These keep a
@@ -87,22 +95,24 @@ void RunMixed(const LoadServer& server, const LoadTarget& target, const Flags& f
   memory.Print();
 }
 
-void RunAll(const Flags& flags) {
+absl::Status RunAll(const Flags& flags) {
   const store::TemporaryFolder folder;
   if (flags.data.empty()) {
-    const int source_vertices = MakeLoadFamily(folder.path(), flags.vertices, flags.warp);
+    LB_ASSIGN_OR_RETURN(const int source_vertices,
+                        MakeLoadFamily(folder.path(), flags.vertices, flags.warp));
     std::printf("Frames of %d vertices on average (%d in the source's), time warp of %.0f frames; ",
                 flags.vertices, source_vertices, flags.warp);
   }
-  const LoadServer server({.data = flags.data.empty() ? folder.path() : flags.data,
-                           .num_threads = flags.threads,
-                           .frame_cache_mb = flags.frame_cache_mb});
-  const LoadTarget target = server.Target(flags.family);
+  LB_ASSIGN_OR_RETURN(const std::unique_ptr<LoadServer> server,
+                      LoadServer::Start({.data = flags.data.empty() ? folder.path() : flags.data,
+                                         .num_threads = flags.threads,
+                                         .frame_cache_mb = flags.frame_cache_mb}));
+  LB_ASSIGN_OR_RETURN(const LoadTarget target, server->Target(flags.family));
   std::printf("'%s', %d threads, %.0f s each\n", target.family.c_str(), flags.threads,
               flags.seconds);
   std::vector<Group> warm_up = {Callers(target, Frames::kRepeated, 2)};
   Run(warm_up, 1.0);
-  if (flags.stages) PrintStages(server, target, flags.seconds);
+  if (flags.stages) LB_RETURN_IF_ERROR(PrintStages(*server, target, flags.seconds));
   PrintHeader();
   for (const Frames frames : {Frames::kDifferent, Frames::kRepeated}) {
     for (const int count : flags.callers) {
@@ -112,7 +122,8 @@ void RunAll(const Flags& flags) {
   for (const int count : flags.streams) {
     RunAndPrint({Streams(target, flags.frames_per_second, count)}, flags.seconds);
   }
-  if (flags.mixed) RunMixed(server, target, flags);
+  if (flags.mixed) RunMixed(*server, target, flags);
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -144,6 +155,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--mixed", flags.mixed, "Whether to run the mixed load")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  liquidblend::bench::RunAll(flags);
-  return 0;
+  const absl::Status status = liquidblend::bench::RunAll(flags);
+  if (status.ok()) return 0;
+  std::fprintf(stderr, "lb_load: %s\n", status.ToString().c_str());
+  return 1;
 }

@@ -1,10 +1,10 @@
 #include "tests/bench/load_family.h"
 
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <vector>
 
+#include "core/base/status_macros.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
 #include "core/store/data_directory.h"
@@ -20,6 +20,7 @@ constexpr int kNumFrames = 40;
 
 const std::string kSource = "source";
 const std::string kTarget = "target";
+const std::string kWorker = "load";
 
 synthetic::Field TimeWarp(double warp_frames) {
   return [=](int64_t, const Eigen::Vector4f& at) {
@@ -43,7 +44,7 @@ mesh::RegisteredFamily MakeFamily(int vertices_per_frame, double warp_frames) {
 }
 
 // Of its frames, over weights and times.
-double MeanVertices(const mesh::RegisteredFamily& family) {
+absl::StatusOr<double> MeanVertices(const mesh::RegisteredFamily& family) {
   constexpr int kNumSteps = 6;
   const slice::CellIndex index(family);
   slice::Workspace workspace;
@@ -52,7 +53,7 @@ double MeanVertices(const mesh::RegisteredFamily& family) {
     for (int t = 0; t < kNumSteps; ++t) {
       const std::vector<double> weights = {(w + 0.5) / kNumSteps};
       const double time_s = family.duration_s() * (t + 0.5) / kNumSteps;
-      Require(slice::FindCandidates(index, weights, time_s, workspace));
+      LB_RETURN_IF_ERROR(slice::FindCandidates(index, weights, time_s, workspace));
       const blend::Blender blender(family, weights);
       num_vertices += static_cast<double>(slice::March(index, blender, workspace).num_vertices());
     }
@@ -61,55 +62,56 @@ double MeanVertices(const mesh::RegisteredFamily& family) {
 }
 
 // How many vertices the source's frames need for this many on average.
-int SourceVertices(int vertices_per_frame, double warp_frames) {
+absl::StatusOr<int> SourceVertices(int vertices_per_frame, double warp_frames) {
   constexpr int kNumRounds = 3;
   double needed = vertices_per_frame;
   for (int round = 0; round < kNumRounds; ++round) {
     const auto now = static_cast<int>(needed);
-    needed *= vertices_per_frame / MeanVertices(MakeFamily(now, warp_frames));
+    LB_ASSIGN_OR_RETURN(const double mean, MeanVertices(MakeFamily(now, warp_frames)));
+    needed *= vertices_per_frame / mean;
   }
   return static_cast<int>(needed);
 }
 
-void Import(store::Catalog& catalog, const std::string& id) {
+absl::Status Import(store::Catalog& catalog, const std::string& id) {
   store::pb::AnimationRecord animation;
   animation.set_id(id);
   store::pb::JobRecord job;
   job.mutable_import_animation()->set_animation(id);
-  Require(catalog.SubmitImport(animation, job).status());
+  LB_RETURN_IF_ERROR(catalog.SubmitImport(animation, job).status());
   animation.mutable_manifest()->set_num_frames(kNumFrames);
-  const auto lease = Require(catalog.LeaseJob("load", absl::Hours(1)));
-  Require(catalog.PublishAnimation(lease->lease_id, animation));
+  LB_ASSIGN_OR_RETURN(const auto lease, catalog.LeaseJob(kWorker, absl::Hours(1)));
+  return catalog.PublishAnimation(lease->lease_id, animation);
 }
 
-}  // namespace
-
-void Require(const absl::Status& status) {
-  if (status.ok()) return;
-  std::fprintf(stderr, "lb_load: %s\n", status.ToString().c_str());
-  std::abort();
-}
-
-int MakeLoadFamily(const std::string& data_directory, int vertices_per_frame, double warp_frames) {
-  const auto catalog = Require(store::OpenSqliteCatalog(store::CatalogPath(data_directory)));
-  const auto blobs = Require(store::OpenLocalBlobStore(data_directory));
-  Import(*catalog, kSource);
-  Import(*catalog, kTarget);
+absl::Status Publish(const mesh::RegisteredFamily& family, store::Catalog& catalog,
+                     store::BlobStore& blobs) {
   store::pb::JobRecord job;
   job.mutable_register_family()->set_family(kLoadFamily);
   job.mutable_register_family()->set_source(kSource);
   job.mutable_register_family()->add_targets(kTarget);
-  Require(catalog->SubmitRegistration(job).status());
-  const int source_vertices = SourceVertices(vertices_per_frame, warp_frames);
-  const mesh::RegisteredFamily family = MakeFamily(source_vertices, warp_frames);
-  const auto writer = Require(blobs->Create());
-  Require(store::WriteFamily(family, *writer));
+  LB_RETURN_IF_ERROR(catalog.SubmitRegistration(job).status());
+  LB_ASSIGN_OR_RETURN(const auto writer, blobs.Create());
+  LB_RETURN_IF_ERROR(store::WriteFamily(family, *writer));
   store::pb::FamilyRecord record;
   record.set_id(kLoadFamily);
-  record.set_blob(Require(writer->Commit()));
+  LB_ASSIGN_OR_RETURN(*record.mutable_blob(), writer->Commit());
   *record.mutable_manifest() = store::ManifestOf(family);
-  const auto lease = Require(catalog->LeaseJob("load", absl::Hours(1)));
-  Require(catalog->PublishFamily(lease->lease_id, record).status());
+  LB_ASSIGN_OR_RETURN(const auto lease, catalog.LeaseJob(kWorker, absl::Hours(1)));
+  return catalog.PublishFamily(lease->lease_id, record).status();
+}
+
+}  // namespace
+
+absl::StatusOr<int> MakeLoadFamily(const std::string& data_directory, int vertices_per_frame,
+                                   double warp_frames) {
+  LB_ASSIGN_OR_RETURN(const auto catalog,
+                      store::OpenSqliteCatalog(store::CatalogPath(data_directory)));
+  LB_ASSIGN_OR_RETURN(const auto blobs, store::OpenLocalBlobStore(data_directory));
+  LB_RETURN_IF_ERROR(Import(*catalog, kSource));
+  LB_RETURN_IF_ERROR(Import(*catalog, kTarget));
+  LB_ASSIGN_OR_RETURN(const int source_vertices, SourceVertices(vertices_per_frame, warp_frames));
+  LB_RETURN_IF_ERROR(Publish(MakeFamily(source_vertices, warp_frames), *catalog, *blobs));
   return source_vertices;
 }
 

@@ -78,9 +78,7 @@ void Print(Group& group, double seconds) {
   std::fflush(stdout);
 }
 
-void PrintStops(bool is_known, const std::vector<Interval>& stops,
-                const std::vector<Group>& groups) {
-  if (!is_known) PrintTitle("whether the machine stops: only for those who may use SCHED_FIFO");
+void PrintStops(const std::vector<Interval>& stops, const std::vector<Group>& groups) {
   if (stops.empty()) return;
   double longest_ms = 0.0;
   for (const Interval& stop : stops) {
@@ -92,10 +90,10 @@ void PrintStops(bool is_known, const std::vector<Interval>& stops,
     num_late += std::ssize(group.report.late);
     num_touched += CountTouched(group.report.late, stops);
   }
-  PrintTitle(
-      absl::StrFormat("the machine stood still %d times, for %.0f ms at most, while %d of "
-                      "%d late frames were due",
-                      stops.size(), longest_ms, num_touched, num_late));
+  PrintTitle(absl::StrFormat(
+      "a core of the machine stood still %d times, for %.0f ms at most, while %d of "
+      "%d late frames were due",
+      stops.size(), longest_ms, num_touched, num_late));
 }
 
 }  // namespace liquidblend::bench

@@ -32,8 +32,7 @@ double Percentile(const std::vector<double>& sorted, double share);
 void PrintHeader();
 void PrintTitle(const std::string& title);  // of rows, in place of a group
 void Print(Group& group, double seconds);
-// A title if the machine stopped: how often, how long, and how many of the late frames it touched.
-void PrintStops(bool is_known, const std::vector<Interval>& stops,
-                const std::vector<Group>& groups);
+// A title if there are any: how many, how long, and how many of the late frames they touched.
+void PrintStops(const std::vector<Interval>& stops, const std::vector<Group>& groups);
 
 }  // namespace liquidblend::bench

@@ -5,12 +5,13 @@
 #include <cstdlib>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "absl/strings/strip.h"
+#include "core/base/status_macros.h"
 #include "liquidblend/v1/liquidblend.grpc.pb.h"
-#include "tests/bench/load_family.h"
 #include "tests/server/http/http_client.h"
 
 namespace liquidblend::bench {
@@ -26,33 +27,39 @@ std::vector<std::string> Arguments(const LoadServerOptions& options) {
 }
 
 // What follows `prefix` on the next line that the program prints.
-std::string Announced(e2e::Process& process, const std::string& prefix) {
+absl::StatusOr<std::string> Announced(const std::string& prefix, e2e::Process& process) {
   const std::string line = process.ReadLine();
   absl::string_view rest = line;
   if (absl::ConsumePrefix(&rest, prefix)) return std::string(rest);
-  Require(absl::UnavailableError(absl::StrCat("the server says '", line, "', not '", prefix, "'")));
-  return "";
+  return absl::UnavailableError(absl::StrCat("the server says '", line, "', not '", prefix, "'"));
 }
 
-// The value of a sample in Prometheus' text format; 0 if it is not there.
-double ValueOf(const std::string& text, const std::string& sample) {
+// The value of a sample in Prometheus' text format.
+absl::StatusOr<double> ValueOf(const std::string& sample, const std::string& text) {
   const size_t at = text.find("\n" + sample + " ");
-  return at == std::string::npos ? 0.0
-                                 : std::strtod(text.c_str() + at + sample.size() + 2, nullptr);
+  if (at == std::string::npos) return absl::UnavailableError("no metric " + sample);
+  return std::strtod(text.c_str() + at + sample.size() + 2, nullptr);
+}
+
+// What an event that has not been counted yet leaves out.
+double ValueOrZero(const std::string& sample, const std::string& text) {
+  return ValueOf(sample, text).value_or(0.0);
 }
 
 }  // namespace
 
-LoadServer::LoadServer(const LoadServerOptions& options)
-    : process_("liquidblend-server", Arguments(options)),
-      address_(Announced(process_, "listening on ")) {
-  const std::string http = Announced(process_, "http on ");
-  if (!absl::SimpleAtoi(http.substr(http.rfind(':') + 1), &http_port_)) {
-    Require(absl::UnavailableError(absl::StrCat("no port in '", http, "'")));
+absl::StatusOr<std::unique_ptr<LoadServer>> LoadServer::Start(const LoadServerOptions& options) {
+  e2e::Process process("liquidblend-server", Arguments(options));
+  LB_ASSIGN_OR_RETURN(const std::string address, Announced("listening on ", process));
+  LB_ASSIGN_OR_RETURN(const std::string http, Announced("http on ", process));
+  int http_port = 0;
+  if (!absl::SimpleAtoi(http.substr(http.rfind(':') + 1), &http_port)) {
+    return absl::UnavailableError(absl::StrCat("no port in '", http, "'"));
   }
+  return std::unique_ptr<LoadServer>(new LoadServer(std::move(process), address, http_port));
 }
 
-LoadTarget LoadServer::Target(const std::string& family) const {
+absl::StatusOr<LoadTarget> LoadServer::Target(const std::string& family) const {
   const auto stub =
       v1::LiquidBlend::NewStub(grpc::CreateChannel(address_, grpc::InsecureChannelCredentials()));
   v1::GetFamilyRequest request;
@@ -60,23 +67,30 @@ LoadTarget LoadServer::Target(const std::string& family) const {
   grpc::ClientContext context;
   v1::Family found;
   const grpc::Status status = stub->GetFamily(&context, request, &found);
-  if (!status.ok()) Require(absl::NotFoundError(status.error_message()));
-  return {address_, request.name(), found.targets_size(), found.duration_s()};
+  if (!status.ok()) return absl::NotFoundError(status.error_message());
+  return LoadTarget{address_, request.name(), found.targets_size(), found.duration_s()};
 }
 
-StageSums LoadServer::stage_sums() const {
-  const std::string text = http::HttpClient(http_port_).Get("/metrics").body;
+absl::StatusOr<std::string> LoadServer::ReadMetrics() const {
+  const http::HttpReply reply = http::HttpClient(http_port_).Get("/metrics");
+  if (reply.code == 200) return reply.body;
+  return absl::UnavailableError(absl::StrCat("/metrics answers ", reply.code));
+}
+
+absl::StatusOr<StageSums> LoadServer::ReadStageSums() const {
+  LB_ASSIGN_OR_RETURN(const std::string text, ReadMetrics());
   const auto seconds = [&](const std::string& stage) {
-    return ValueOf(text, "liquidblend_frame_stage_seconds_sum{stage=\"" + stage + "\"}");
+    return ValueOrZero("liquidblend_frame_stage_seconds_sum{stage=\"" + stage + "\"}", text);
   };
-  return {seconds("queue"), seconds("slice"), seconds("encode"),
-          ValueOf(text, "liquidblend_frame_stage_seconds_count{stage=\"encode\"}")};
+  return StageSums{seconds("queue"), seconds("slice"), seconds("encode"),
+                   ValueOrZero("liquidblend_frame_stage_seconds_count{stage=\"encode\"}", text)};
 }
 
-MemoryFigures LoadServer::memory() const {
-  const std::string text = http::HttpClient(http_port_).Get("/metrics").body;
-  return {ValueOf(text, "process_resident_memory_bytes") / 1e6,
-          ValueOf(text, "liquidblend_heap_bytes{state=\"used\"}") / 1e6};
+absl::StatusOr<MemoryFigures> LoadServer::ReadMemory() const {
+  LB_ASSIGN_OR_RETURN(const std::string text, ReadMetrics());
+  LB_ASSIGN_OR_RETURN(const double resident, ValueOf("process_resident_memory_bytes", text));
+  LB_ASSIGN_OR_RETURN(const double used, ValueOf("liquidblend_heap_bytes{state=\"used\"}", text));
+  return MemoryFigures{resident / 1e6, used / 1e6};
 }
 
 }  // namespace liquidblend::bench

@@ -1,8 +1,11 @@
 // The server's program on a data directory, for load tests.
 #pragma once
 
+#include <memory>
 #include <string>
+#include <utility>
 
+#include "absl/status/statusor.h"
 #include "tests/bench/load_clients.h"
 #include "tests/e2e/process.h"
 
@@ -27,21 +30,25 @@ struct LoadServerOptions {
   double frame_cache_mb = 256.0;
 };
 
-// A process of its own, without workers; its log goes to standard error. Aborts with a message if
-// it does not start.
+// A process of its own, without workers; its log goes to standard error.
+// Errors: kUnavailable if it does not start, or does not tell what is asked.  Threads: safe.
 class LoadServer {
  public:
-  explicit LoadServer(const LoadServerOptions& options);
+  static absl::StatusOr<std::unique_ptr<LoadServer>> Start(const LoadServerOptions& options);
 
-  // Of frames of this family.  Aborts if there is none.
-  LoadTarget Target(const std::string& family) const;
-  StageSums stage_sums() const;
-  MemoryFigures memory() const;
+  // Of frames of this family.  Errors: kNotFound if there is none.
+  absl::StatusOr<LoadTarget> Target(const std::string& family) const;
+  absl::StatusOr<StageSums> ReadStageSums() const;
+  absl::StatusOr<MemoryFigures> ReadMemory() const;
 
  private:
+  LoadServer(e2e::Process process, std::string address, int http_port)
+      : process_(std::move(process)), address_(std::move(address)), http_port_(http_port) {}
+  absl::StatusOr<std::string> ReadMetrics() const;
+
   e2e::Process process_;
-  std::string address_;
-  int http_port_ = 0;
+  const std::string address_;
+  const int http_port_;
 };
 
 }  // namespace liquidblend::bench

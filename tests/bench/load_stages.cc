@@ -4,6 +4,7 @@
 #include <numeric>
 #include <vector>
 
+#include "core/base/status_macros.h"
 #include "tests/bench/load_report.h"
 
 namespace liquidblend::bench {
@@ -31,21 +32,24 @@ void PrintRow(v1::Encoding::Preset preset, const StageSums& before, const StageS
 
 }  // namespace
 
-void PrintStages(const LoadServer& server, const LoadTarget& target, double seconds) {
+absl::Status PrintStages(const LoadServer& server, const LoadTarget& target, double seconds) {
   std::printf(
       "\n| preset | vertices | triangles | wait ms | blend and slice ms | encode ms | wire ms | "
       "sum ms | bytes/triangle |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const auto preset :
        {v1::Encoding::FASTEST, v1::Encoding::BALANCED, v1::Encoding::SMALLEST}) {
-    const StageSums before = server.stage_sums();
+    LB_ASSIGN_OR_RETURN(const StageSums before, server.ReadStageSums());
     std::vector<Group> groups = {Repeat("stages", 1, [=](int) {
       return
           [=](const std::stop_token& stop) { return CallFrames(target, {.preset = preset}, stop); };
     })};
     Run(groups, seconds);
-    PrintRow(preset, before, server.stage_sums(), groups[0].report);
+    LB_ASSIGN_OR_RETURN(const StageSums after, server.ReadStageSums());
+    if (after.num_frames == before.num_frames) return absl::UnavailableError("no frame was made");
+    PrintRow(preset, before, after, groups[0].report);
   }
   std::printf("\n");
+  return absl::OkStatus();
 }
 
 }  // namespace liquidblend::bench

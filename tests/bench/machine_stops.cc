@@ -4,7 +4,8 @@
 #include <sched.h>
 
 #include <algorithm>
-#include <cstdint>
+#include <stop_token>
+#include <utility>
 
 namespace liquidblend::bench {
 namespace {
@@ -12,16 +13,17 @@ namespace {
 constexpr std::chrono::milliseconds kNap(1);
 
 // False: the thread may not.
-bool PutAhead(pthread_t thread, int core) {
+bool PutThisThreadAhead(int core) {
   cpu_set_t cores;
   CPU_ZERO(&cores);
   CPU_SET(core, &cores);
   const sched_param priority = {.sched_priority = 1};
-  return pthread_setaffinity_np(thread, sizeof(cores), &cores) == 0 &&
-         pthread_setschedparam(thread, SCHED_FIFO, &priority) == 0;
+  return pthread_setaffinity_np(pthread_self(), sizeof(cores), &cores) == 0 &&
+         pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) == 0;
 }
 
-void Watch(const std::stop_token& stop, std::vector<Interval>& found) {
+std::vector<Interval> Watch(const std::stop_token& stop) {
+  std::vector<Interval> found;
   Clock::time_point last = Clock::now();
   while (!stop.stop_requested()) {
     std::this_thread::sleep_for(kNap);
@@ -30,15 +32,32 @@ void Watch(const std::stop_token& stop, std::vector<Interval>& found) {
     if (gap.count() > MachineStops::kShortestMs) found.push_back({last + kNap, now});
     last = now;
   }
+  return found;
+}
+
+// One for all that overlap.
+std::vector<Interval> Unite(std::vector<Interval> intervals) {
+  std::sort(intervals.begin(), intervals.end(),
+            [](const Interval& a, const Interval& b) { return a.begin < b.begin; });
+  std::vector<Interval> united;
+  for (const Interval& interval : intervals) {
+    if (united.empty() || united.back().end < interval.begin) {
+      united.push_back(interval);
+    } else {
+      united.back().end = std::max(united.back().end, interval.end);
+    }
+  }
+  return united;
 }
 
 }  // namespace
 
-MachineStops::MachineStops() : of_core_(std::thread::hardware_concurrency()) {
-  for (size_t core = 0; core < of_core_.size(); ++core) {
-    std::jthread& thread = threads_.emplace_back(
-        [&found = of_core_[core]](const std::stop_token& stop) { Watch(stop, found); });
-    if (!PutAhead(thread.native_handle(), static_cast<int>(core))) is_known_ = false;
+MachineStops::MachineStops() : cores_(std::thread::hardware_concurrency()) {
+  for (size_t core = 0; core < cores_.size(); ++core) {
+    threads_.emplace_back([core, &watched = cores_[core]](const std::stop_token& stop) {
+      watched.is_ahead = PutThisThreadAhead(static_cast<int>(core));
+      if (watched.is_ahead) watched.stops = Watch(stop);
+    });
   }
 }
 
@@ -46,12 +65,13 @@ MachineStops::~MachineStops() = default;
 
 const std::vector<Interval>& MachineStops::Stop() {
   threads_.clear();
-  for (const auto& of_one : of_core_) all_.insert(all_.end(), of_one.begin(), of_one.end());
-  of_core_.clear();
-  std::sort(all_.begin(), all_.end(),
-            [](const Interval& a, const Interval& b) { return a.begin < b.begin; });
-  if (!is_known_) all_.clear();
-  return all_;
+  std::vector<Interval> all;
+  for (const Watched& core : cores_) {
+    is_known_ &= core.is_ahead;
+    all.insert(all.end(), core.stops.begin(), core.stops.end());
+  }
+  if (is_known_) stops_ = Unite(std::move(all));
+  return stops_;
 }
 
 int64_t CountTouched(const std::vector<Interval>& intervals, const std::vector<Interval>& stops) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <thread>
 #include <vector>
 
@@ -26,14 +27,21 @@ class MachineStops {
   MachineStops(const MachineStops&) = delete;
   MachineStops& operator=(const MachineStops&) = delete;
 
-  // Ends the threads. Of all cores, by when they began; each longer than kShortestMs.
+  // Ends the threads. When some core stood still for longer than kShortestMs, one after the other.
   const std::vector<Interval>& Stop();
-  // Without the right to be ahead of others (root's, say) nothing is found out.
+  // After Stop(): false without the right to be ahead of others (root's, say); there are no stops
+  // then.
   bool is_known() const { return is_known_; }
 
  private:
-  std::vector<std::vector<Interval>> of_core_;  // each written by its thread until it is joined
-  std::vector<Interval> all_;
+  // Of one core; its thread's until that is joined.
+  struct Watched {
+    bool is_ahead = false;
+    std::vector<Interval> stops;
+  };
+
+  std::vector<Watched> cores_;
+  std::vector<Interval> stops_;
   std::vector<std::jthread> threads_;
   bool is_known_ = true;
 };

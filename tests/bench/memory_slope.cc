@@ -49,11 +49,15 @@ MemorySlope::MemorySlope(const LoadServer& server)
         std::mutex mutex;
         std::condition_variable_any stopped;
         std::unique_lock lock(mutex);
+        auto next = std::chrono::steady_clock::now();
         while (!stop.stop_requested()) {
-          const MemoryFigures now = server.memory();
-          resident_mb_.push_back(now.resident_mb);
-          heap_used_mb_.push_back(now.heap_used_mb);
-          stopped.wait_for(lock, stop, std::chrono::seconds(1), [] { return false; });
+          const absl::StatusOr<MemoryFigures> now = server.ReadMemory();
+          if (now.ok()) {
+            resident_mb_.push_back(now->resident_mb);
+            heap_used_mb_.push_back(now->heap_used_mb);
+          }
+          next += std::chrono::seconds(1);
+          stopped.wait_until(lock, stop, next, [] { return false; });
         }
       }) {}
 

@@ -8,7 +8,7 @@
 
 namespace liquidblend::bench {
 
-// Looks at its memory once a second from its making to Print().
+// Looks at its memory every second from its making to Print(); leaves out what it is not told.
 class MemorySlope {
  public:
   // The server must outlive it.
@@ -19,7 +19,7 @@ class MemorySlope {
   void Print();
 
  private:
-  std::vector<double> resident_mb_, heap_used_mb_;  // by second
+  std::vector<double> resident_mb_, heap_used_mb_;  // by second since its making, nearly
   std::jthread thread_;                             // writes them until it is joined
 };
 
