@@ -31,7 +31,7 @@ export TSAN_OPTIONS="log_path=$reports/tsan ignore_noninstrumented_modules=1
   suppressions=$PWD/tests/tsan/grpc.supp"
 export LIQUIDBLEND_BINARY_DIR=$PWD/build/$preset/bin LIQUIDBLEND_E2E_PATIENCE=600
 status=0
-ctest --preset release --timeout 3000 -L '^e2e$' "$@" || status=1
+ctest --preset release --timeout 3000 --no-tests=error -L '^e2e$' "$@" || status=1
 if [ -n "$(ls "$reports")" ]; then
   head -n 40 "$reports"/*
   status=1

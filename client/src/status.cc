@@ -41,13 +41,19 @@ std::string DescribeErrorInfo(const google::rpc::ErrorInfo& info, int code,
   return text;
 }
 
+// Whether `message` is made of sentences of which `text` is one.
+bool Says(const std::string& message, const std::string& text) {
+  return absl::StartsWith(message, text) || absl::StrContains(message, "; " + text) ||
+         absl::StrContains(message, ": " + text);
+}
+
 // Without what the message says already.
 std::string DescribeBadRequest(const google::rpc::BadRequest& bad_request,
                                const std::string& message) {
   std::vector<std::string> violations;
   for (const auto& violation : bad_request.field_violations()) {
     std::string text = absl::StrCat(violation.field(), ": ", violation.description());
-    if (!absl::StrContains(message, text)) violations.push_back(std::move(text));
+    if (!Says(message, text)) violations.push_back(std::move(text));
   }
   return absl::StrJoin(violations, "; ");
 }

@@ -111,8 +111,8 @@ void AddProcess(std::vector<MetricFamily>& all) {
                          static_cast<double>(now.resident_bytes)));
   all.push_back(OneGauge("process_virtual_memory_bytes", "Virtual memory",
                          static_cast<double>(now.virtual_bytes)));
-  all.push_back(Gauges("liquidblend_heap_bytes", "Memory of the heap, mapped files left out",
-                       "state",
+  all.push_back(Gauges("liquidblend_heap_bytes",
+                       "Memory that is allocated, and that was freed and is kept", "state",
                        {{"used", static_cast<double>(now.heap_used_bytes)},
                         {"free", static_cast<double>(now.heap_free_bytes)}}));
   all.push_back(

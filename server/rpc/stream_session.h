@@ -16,9 +16,9 @@ namespace liquidblend::rpc {
 
 // Whatever happens only leaves a note; steps on backends.steps, one at a time, take the notes and
 // go on: find a family, order the frame that is due, send it, set the alarm. While the client
-// consumes a frame, the next one is made ahead, as soon as as many changes have come as between the
-// two frames before: of steady values at once, of a client that sets weights once a frame when it
-// has.
+// consumes a frame, the next one is made ahead, once as many changes have come since that frame as
+// had come before it: of steady values at once, of a client that sets weights once a frame when it
+// has set them.
 // Threads: safe. All calls return at once.
 class StreamSession : public std::enable_shared_from_this<StreamSession> {
  public:
@@ -101,7 +101,8 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   bool is_writing_ = false;
   bool has_ended_ = false;
   int64_t num_changes_ = 0;  // since the last frame was sent
-  // Between the last two frames; nothing if there was none, or one was skipped.
+  // Between the last frame and the one before it, or the beginning; nothing if there was no frame,
+  // or one was skipped.
   std::optional<int64_t> num_changes_before_;
   int64_t num_skipped_ = 0;  // when the last frame was sent
   int64_t last_bytes_ = 0;   // of that frame

@@ -50,7 +50,7 @@ struct TimeRanges {
 class CellIndex {
  public:
   // Requires: family passed Validate(); it must outlive the index.
-  // Cost: O(cells log cells), about 0.7 us per cell (docs/benchmarks.md).
+  // Cost: O(cells log cells), about 0.7 us per cell (lb_bench, BuildCellIndex).
   explicit CellIndex(const mesh::RegisteredFamily& family);
   CellIndex(const CellIndex&) = delete;
   CellIndex& operator=(const CellIndex&) = delete;

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/status_macros.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
 #include "tests/e2e/e2e_testing.h"
@@ -86,12 +87,13 @@ class CheckpointTest : public E2eTest {
   }
 
   // Of a job that nobody works on: the iteration that its checkpoint is of.
-  int CheckpointedIteration(const Operation& operation) {
-    const auto blobs = store::OpenLocalBlobStore(data());
-    const auto blob = (*blobs)->Open(JobsOf(operation)[0].checkpoint_blob());
-    const auto checkpoint = jobs::ReadCheckpoint(**blob, "the checkpoint");
-    EXPECT_TRUE(checkpoint.ok()) << checkpoint.status();
-    return std::get<registration::IterationState>(checkpoint->state).last.iteration;
+  absl::StatusOr<int> CheckpointedIteration(const Operation& operation) {
+    LB_ASSIGN_OR_RETURN(const auto blobs, store::OpenLocalBlobStore(data()));
+    LB_ASSIGN_OR_RETURN(const auto blob, blobs->Open(JobsOf(operation)[0].checkpoint_blob()));
+    LB_ASSIGN_OR_RETURN(const auto checkpoint, jobs::ReadCheckpoint(*blob, "the checkpoint"));
+    const auto* const state = std::get_if<registration::IterationState>(&checkpoint.state);
+    if (state == nullptr) return absl::FailedPreconditionError("all iterations are done");
+    return state->last.iteration;
   }
 
   static bool IsResumed(const JobRecord& job) { return job.progress().resumed_iteration() > 0; }
@@ -118,7 +120,9 @@ TEST_F(CheckpointTest, AnotherWorkerGoesOnWhereAKilledOneWas) {
   });
   EXPECT_EQ(killed.Kill(), -SIGKILL);
   // The progress may tell of an earlier one: it comes with the heartbeat.
-  const int checkpointed = HasDataDirectory() ? CheckpointedIteration(registration) : 0;
+  const absl::StatusOr<int> checkpointed =
+      HasDataDirectory() ? CheckpointedIteration(registration) : 0;
+  ASSERT_TRUE(checkpointed.ok()) << checkpointed.status();
 
   Process other = StartWorker(Often());
   const JobRecord resumed = AwaitJob(registration, IsResumed);
@@ -126,7 +130,7 @@ TEST_F(CheckpointTest, AnotherWorkerGoesOnWhereAKilledOneWas) {
   EXPECT_EQ(resumed.attempts(), 2);
   EXPECT_GE(resumed.progress().resumed_iteration(), kEvery);
   if (HasDataDirectory()) {
-    EXPECT_EQ(resumed.progress().resumed_iteration(), checkpointed);
+    EXPECT_EQ(resumed.progress().resumed_iteration(), *checkpointed);
   }
   ExpectSuccess(AwaitDone(registration.name()));
   EXPECT_EQ(FamilyBlob(), expected);

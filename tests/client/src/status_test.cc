@@ -79,6 +79,10 @@ TEST(FromProto, ViolationsThatTheMessageHoldsAreNotRepeated) {
   add("targets");
   EXPECT_EQ(FromProto(proto),
             absl::InvalidArgumentError("source: must be set; targets: must be set"));
+  add("urce");
+  EXPECT_EQ(FromProto(proto),
+            absl::InvalidArgumentError("source: must be set; targets: must be set; urce: must be "
+                                       "set"));
 }
 
 TEST(FromProto, ADelayIsToldAndKept) {
