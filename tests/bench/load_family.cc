@@ -7,8 +7,8 @@
 #include "core/base/status_macros.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
-#include "core/store/data_directory.h"
 #include "core/store/files.h"
+#include "core/store/open_store.h"
 #include "server/blend/blend.h"
 #include "server/slice/slice.h"
 #include "tests/synthetic/families.h"
@@ -105,13 +105,14 @@ absl::Status Publish(const mesh::RegisteredFamily& family, store::Catalog& catal
 
 absl::StatusOr<int> MakeLoadFamily(const std::string& data_directory, int vertices_per_frame,
                                    double warp_frames) {
-  LB_ASSIGN_OR_RETURN(const auto catalog,
-                      store::OpenSqliteCatalog(store::CatalogPath(data_directory)));
-  LB_ASSIGN_OR_RETURN(const auto blobs, store::OpenLocalBlobStore(data_directory));
-  LB_RETURN_IF_ERROR(Import(*catalog, kSource));
-  LB_RETURN_IF_ERROR(Import(*catalog, kTarget));
+  store::StoreLocation location;
+  location.data = data_directory;
+  LB_ASSIGN_OR_RETURN(const store::Store store, store::OpenStore(location));
+  LB_RETURN_IF_ERROR(Import(*store.catalog, kSource));
+  LB_RETURN_IF_ERROR(Import(*store.catalog, kTarget));
   LB_ASSIGN_OR_RETURN(const int source_vertices, SourceVertices(vertices_per_frame, warp_frames));
-  LB_RETURN_IF_ERROR(Publish(MakeFamily(source_vertices, warp_frames), *catalog, *blobs));
+  LB_RETURN_IF_ERROR(
+      Publish(MakeFamily(source_vertices, warp_frames), *store.catalog, *store.blobs));
   return source_vertices;
 }
 

@@ -6,10 +6,8 @@
 #include <string>
 
 #include "core/base/status_macros.h"
-#include "core/store/blob_store.h"
-#include "core/store/catalog.h"
-#include "core/store/data_directory.h"
 #include "core/store/files.h"
+#include "core/store/open_store.h"
 
 namespace liquidblend::bench {
 namespace {
@@ -18,10 +16,11 @@ const char* DataDirectory() { return std::getenv("LIQUIDBLEND_BENCH_DATA"); }
 const char* Id() { return std::getenv("LIQUIDBLEND_BENCH_FAMILY"); }
 
 absl::StatusOr<mesh::RegisteredFamily> Load(const std::string& data, const std::string& id) {
-  LB_ASSIGN_OR_RETURN(const auto catalog, store::OpenSqliteCatalog(store::CatalogPath(data)));
-  LB_ASSIGN_OR_RETURN(const auto blobs, store::OpenLocalBlobStore(data));
-  LB_ASSIGN_OR_RETURN(const auto record, catalog->GetFamily(id));
-  LB_ASSIGN_OR_RETURN(std::shared_ptr<const store::Blob> blob, blobs->Open(record.blob()));
+  store::StoreLocation location;
+  location.data = data;
+  LB_ASSIGN_OR_RETURN(const store::Store store, store::OpenStore(location));
+  LB_ASSIGN_OR_RETURN(const auto record, store.catalog->GetFamily(id));
+  LB_ASSIGN_OR_RETURN(std::shared_ptr<const store::Blob> blob, store.blobs->Open(record.blob()));
   return store::OpenFamily(std::move(blob), id);
 }
 
