@@ -137,6 +137,13 @@ const Slab::Cell* FindCell(const Grid& grid, const Slab& slab, int step, int i, 
   return found != end && found->i == i && found->begin_layer <= step ? found : nullptr;
 }
 
+const Slab::VertexBeyond* FindBeyond(const Slab& slab, int32_t vertex) {
+  const auto at = std::lower_bound(
+      slab.beyond.begin(), slab.beyond.end(), vertex,
+      [](const Slab::VertexBeyond& beyond, int32_t v) { return beyond.vertex < v; });
+  return at == slab.beyond.end() || at->vertex != vertex ? nullptr : &*at;
+}
+
 uint16_t InsideCorners(const InsideBits& earlier, const InsideBits& later, int i, int j, int k) {
   return static_cast<uint16_t>(earlier.AtCorners(i, j, k) | later.AtCorners(i, j, k) << 8);
 }

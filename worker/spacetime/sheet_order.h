@@ -13,7 +13,7 @@ namespace liquidblend::spacetime {
 // into their cells, in a few steps, until there is none or they are all there: a surface whose
 // vertices lie in their cells is hardly ever inside out.
 // Returns the number of vertices drawn back. Threads: same bytes for any thread count.
-// Cost: O(n log n) in the boxes next to such vertices, once more where something moved.
+// Cost: O(n log n) in the boxes next to such vertices, and again for those in line with what moved.
 int64_t KeepSheetOrder(const parallel::Arena& arena, Layers& layers);
 
 }  // namespace liquidblend::spacetime

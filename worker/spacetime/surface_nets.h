@@ -51,6 +51,9 @@ struct Slab {
 // mixed.
 const Slab::Cell* FindCell(const Grid& grid, const Slab& slab, int step, int i, int j, int k);
 
+// What the slab tells of a vertex that lies outside of its cell; null if it lies within.
+const Slab::VertexBeyond* FindBeyond(const Slab& slab, int32_t vertex);
+
 // The corners of cell (i, j, k) that are inside: bits x, y, z, t.
 uint16_t InsideCorners(const InsideBits& earlier, const InsideBits& later, int i, int j, int k);
 
