@@ -131,11 +131,6 @@ DistanceBand::Corners DistanceBand::AtCorners(int i, int j, int k) const {
   return corners;
 }
 
-int32_t DistanceBand::AddBlock() {
-  blocks_.emplace_back();
-  return static_cast<int32_t>(blocks_.size()) - 1;
-}
-
 // Exact distances at the grid points within one spacing of the triangle's box. They are squared
 // until those of all triangles are known: a point that is not known yet is taken to be two spacings
 // away.
@@ -163,7 +158,7 @@ void DistanceBand::Rasterize(const GridSurface& surface, int32_t t, const PointB
         float furthest_sq = 0;
         for (unsigned rest = points; rest != 0; rest &= rest - 1) {
           const int n = std::countr_zero(rest);
-          entries[n] = &blocks_[block_of_[BlockIndex(i + n, j, k)]][Slot(i + n, j, k)];
+          entries[n] = &EntryAt(i + n, j, k);
           furthest_sq = std::max(furthest_sq, entries[n]->distance);
         }
         if (sq_beyond_yz >= furthest_sq) continue;
@@ -182,14 +177,18 @@ void DistanceBand::Rasterize(const GridSurface& surface, int32_t t, const PointB
 
 // The blocks of these points.
 void DistanceBand::AddBlocks(const Grid& grid, const PointBits& points) {
+  auto num_blocks = static_cast<int32_t>(blocks_.size());
   for (int k = 0; k < grid.dims[2]; ++k) {
     for (int j = 0; j < grid.dims[1]; ++j) {
       const uint64_t* row = points.Row(j, k);
       for (int i = 0; i < grid.dims[0]; i += 8) {
-        if ((row[i >> 6] >> (i & 63) & 0xff) != 0) FindOrAdd(i, j, k);
+        if ((row[i >> 6] >> (i & 63) & 0xff) == 0) continue;
+        int32_t& block = block_of_[BlockIndex(i, j, k)];
+        if (block < 0) block = num_blocks++;
       }
     }
   }
+  blocks_.resize(num_blocks);  // all at once: they are large
 }
 
 DistanceBand::FarPoints DistanceBand::Rasterize(const Grid& grid, const GridSurface& surface,
@@ -198,7 +197,7 @@ DistanceBand::FarPoints DistanceBand::Rasterize(const Grid& grid, const GridSurf
   for (int32_t t = 0; t < surface.triangles.cols(); ++t) Rasterize(surface, t, needed);
   FarPoints far;
   ForEachPoint(grid, needed, [&](int i, int j, int k) {
-    Entry& entry = FindOrAdd(i, j, k);
+    Entry& entry = EntryAt(i, j, k);
     if (entry.triangle < 0) {
       far.unknown.push_back({i, j, k});
       return;
@@ -262,7 +261,7 @@ void DistanceBand::Grow(const GridSurface& surface, std::vector<Point> points) {
       if (triangles[n] >= 0) {
         const Eigen::Vector3f offset =
             OffsetFrom(CornersOf(surface, triangles[n]), PointAt(p[0], p[1], p[2]));
-        Entry& entry = FindOrAdd(p[0], p[1], p[2]);
+        Entry& entry = EntryAt(p[0], p[1], p[2]);
         const float distance = offset.norm();
         if (entry.triangle < 0 || distance < entry.distance) {
           entry = {distance, triangles[n], offset};

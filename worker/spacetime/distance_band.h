@@ -46,12 +46,10 @@ class DistanceBand {
   int64_t BlockIndex(int i, int j, int k) const {
     return (static_cast<int64_t>(k >> 3) * block_dims_[1] + (j >> 3)) * block_dims_[0] + (i >> 3);
   }
-  Entry& FindOrAdd(int i, int j, int k) {
-    int32_t& block = block_of_[BlockIndex(i, j, k)];
-    if (block < 0) block = AddBlock();
-    return blocks_[block][Slot(i, j, k)];
+  // Requires: the point's block is there (AddBlocks).
+  Entry& EntryAt(int i, int j, int k) {
+    return blocks_[block_of_[BlockIndex(i, j, k)]][Slot(i, j, k)];
   }
-  int32_t AddBlock();
   void AddBlocks(const Grid& grid, const PointBits& points);
   void Fill(const Grid& grid, const GridSurface& surface, const PointBits& needed);
   // Not next to the surface, or not known at all yet.
