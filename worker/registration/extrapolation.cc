@@ -1,11 +1,13 @@
 #include "worker/registration/extrapolation.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "absl/numeric/int128.h"
 #include "worker/registration/finish.h"
 
 namespace liquidblend::registration {
@@ -15,6 +17,15 @@ constexpr int kSweeps = 5;            // of the averaging along the surface, aga
 constexpr float kGridSpacing = 3.0f;  // edges and frames
 
 using GridPoint = std::array<int32_t, 4>;
+
+// Compared faster than the four numbers.
+absl::uint128 KeyOf(const GridPoint& point) {
+  const auto pair = [&](int k) {
+    return static_cast<uint64_t>(static_cast<uint32_t>(point[k])) << 32 |
+           static_cast<uint32_t>(point[k + 1]);
+  };
+  return absl::MakeUint128(pair(0), pair(2));
+}
 
 // A point's place in the grid: the lowest corner of its cell, and where in the cell it is.
 struct Place {
@@ -62,25 +73,30 @@ class SparseGrid {
     FindPoints(place, cell, [this](const GridPoint& point) { return FindOrAdd(point); });
     for (int c = 0; c < 16; ++c) sums_[cell.points[c]] += place.Weight(c) * sum;
   }
+  void Add(const SparseGrid& other) {
+    for (size_t n = 0; n < other.sums_.size(); ++n) {
+      sums_[FindOrAdd(other.points_[n])] += other.sums_[n];
+    }
+  }
   // Half of each point's sums go to its neighbours along each axis in turn.
-  void Blur() {
+  void Blur(const parallel::Arena& arena) {
     std::vector<Sum> next(sums_.size());
     for (int axis = 0; axis < 4; ++axis) {
-      for (size_t n = 0; n < sums_.size(); ++n) {
+      arena.For(static_cast<int64_t>(sums_.size()), [&](int64_t n) {
         next[n] = 0.5 * sums_[n];
         for (const int step : {-1, 1}) {
           GridPoint point = points_[n];
           point[axis] += step;
-          const auto found = index_.find(point);
+          const auto found = index_.find(KeyOf(point));
           if (found != index_.end()) next[n] += 0.25 * sums_[found->second];
         }
-      }
+      });
       sums_.swap(next);
     }
   }
   Eigen::Vector4f Mean(const Place& place, LastCell& cell) const {
     Sum sum = Sum::Zero();
-    FindPoints(place, cell, [this](const GridPoint& point) { return index_.at(point); });
+    FindPoints(place, cell, [this](const GridPoint& point) { return index_.at(KeyOf(point)); });
     for (int c = 0; c < 16; ++c) sum += place.Weight(c) * sums_[cell.points[c]];
     return (sum.head<4>() / sum[4]).cast<float>();
   }
@@ -93,7 +109,7 @@ class SparseGrid {
     for (int c = 0; c < 16; ++c) cell.points[c] = find(place.Point(c));
   }
   size_t FindOrAdd(const GridPoint& point) {
-    const auto [found, is_new] = index_.try_emplace(point, sums_.size());
+    const auto [found, is_new] = index_.try_emplace(KeyOf(point), sums_.size());
     if (is_new) {
       sums_.push_back(Sum::Zero());
       points_.push_back(point);
@@ -101,10 +117,30 @@ class SparseGrid {
     return found->second;
   }
 
-  absl::flat_hash_map<GridPoint, size_t> index_;  // never walked through
+  absl::flat_hash_map<absl::uint128, size_t> index_;  // by KeyOf(); never walked through
   std::vector<GridPoint> points_;
   std::vector<Sum> sums_;
 };
+
+// Sums of the values at the points: of kChunk of them each for itself, then of these in their
+// order.
+void AddAll(const Points& points, const Points& values, const parallel::Arena& arena,
+            SparseGrid& grid) {
+  constexpr int64_t kChunk = 1 << 16;
+  constexpr int64_t kBatch = 16;  // chunks whose grids are in memory at a time
+  const int64_t num_chunks = (points.cols() + kChunk - 1) / kChunk;
+  for (int64_t first = 0; first < num_chunks; first += kBatch) {
+    std::vector<SparseGrid> of_chunk(std::min(kBatch, num_chunks - first));
+    arena.Run(static_cast<int64_t>(of_chunk.size()), [&](int64_t n) {
+      LastCell cell;
+      const int64_t begin = (first + n) * kChunk, end = std::min(begin + kChunk, points.cols());
+      for (int64_t v = begin; v < end; ++v) {
+        of_chunk[n].Add(Place(points.col(v)), values.col(v), cell);
+      }
+    });
+    for (const SparseGrid& some : of_chunk) grid.Add(some);
+  }
+}
 
 }  // namespace
 
@@ -113,11 +149,8 @@ Points Extrapolation(const Surface& source, const IndexLists& neighbors, const P
   const Points smooth = Smooth(displacement, neighbors, kSweeps, arena);
   const Points deformed = source.points + displacement;
   SparseGrid grid;
-  LastCell cell;
-  for (int64_t v = 0; v < deformed.cols(); ++v) {
-    grid.Add(Place(deformed.col(v)), smooth.col(v), cell);
-  }
-  grid.Blur();
+  AddAll(deformed, smooth, arena, grid);
+  grid.Blur(arena);
   Points mean(4, deformed.cols());
   arena.ForChunks(mean.cols(), 512, [&](int64_t, int64_t begin, int64_t end) {
     LastCell last;
