@@ -1,5 +1,6 @@
 #include "worker/registration/preconditioner.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <utility>
 
@@ -10,12 +11,20 @@ namespace liquidblend::registration {
 namespace {
 
 using Column = Eigen::Matrix<double, 20, 1>;
+using BlockFactor = Eigen::LLT<Eigen::Matrix<double, 20, 20>>;
 
 // Row `component` of what the entry adds to C, as a column.
 Column ConstraintColumn(const HardPins::Entry& entry, int component) {
   Column column = Column::Zero();
   for (int a = 0; a < 5; ++a) column[4 * a + component] = entry.coefficients[a];
   return column;
+}
+
+// Symmetric to the last bit. A product with it costs less than two triangles of M in turn.
+Eigen::Matrix<float, 20, 20> InverseOf(const BlockFactor& factor) {
+  const Eigen::Matrix<double, 20, 20> inverse =
+      factor.solve(Eigen::Matrix<double, 20, 20>::Identity());
+  return (0.5 * (inverse + inverse.transpose())).cast<float>();
 }
 
 struct PinEntry {
@@ -30,11 +39,18 @@ absl::StatusOr<Preconditioner> Preconditioner::Make(const NormalEquations& equat
                                                     const parallel::Arena& arena) {
   Preconditioner result(pins);
   const int64_t num_nodes = equations.num_nodes();
-  result.blocks_.resize(num_nodes);
+  result.inverse_.resize(num_nodes);
+  std::vector<char> is_definite(num_nodes, 0);
   arena.For(
-      num_nodes, [&](int64_t n) { result.blocks_[n].compute(equations.DiagonalBlock(n)); }, 16);
+      num_nodes,
+      [&](int64_t n) {
+        const BlockFactor factor(equations.DiagonalBlock(n));
+        is_definite[n] = factor.info() == Eigen::Success;
+        if (is_definite[n] != 0) result.inverse_[n] = InverseOf(factor);
+      },
+      16);
   for (int64_t n = 0; n < num_nodes; ++n) {
-    if (result.blocks_[n].info() != Eigen::Success) {
+    if (is_definite[n] == 0) {
       return absl::InternalError(
           absl::StrCat("the block of deformation node ", n, " is not positive definite"));
     }
@@ -44,7 +60,7 @@ absl::StatusOr<Preconditioner> Preconditioner::Make(const NormalEquations& equat
 }
 
 absl::Status Preconditioner::FactorConstraints() {
-  std::vector<std::vector<PinEntry>> pins_of_node(blocks_.size());
+  std::vector<std::vector<PinEntry>> pins_of_node(inverse_.size());
   for (int64_t p = 0; p < pins_->num_pins(); ++p) {
     for (const HardPins::Entry& entry : pins_->entries(p)) {
       pins_of_node[entry.node].push_back({p, &entry});
@@ -54,12 +70,12 @@ absl::Status Preconditioner::FactorConstraints() {
   for (int64_t p = 0; p < pins_->num_pins(); ++p) {
     if (!pins_->pin(p).in_time) triplets.emplace_back(4 * p + 3, 4 * p + 3, 1.0);
   }
-  for (size_t n = 0; n < blocks_.size(); ++n) {
+  for (size_t n = 0; n < inverse_.size(); ++n) {
     if (!pins_of_node[n].empty()) pinned_nodes_.push_back(static_cast<int32_t>(n));
     for (const PinEntry& a : pins_of_node[n]) {
       for (int i = 0; i < 4; ++i) {
         if (pins_->Mask(a.pin)[i] == 0) continue;
-        const Column solved = blocks_[n].solve(ConstraintColumn(*a.entry, i));
+        const Column solved = inverse_[n].cast<double>() * ConstraintColumn(*a.entry, i);
         for (const PinEntry& b : pins_of_node[n]) {
           for (int j = 0; j < 4; ++j) {
             if (pins_->Mask(b.pin)[j] == 0) continue;
@@ -82,9 +98,8 @@ absl::Status Preconditioner::FactorConstraints() {
 
 NodeMap Preconditioner::Solve(int64_t node, const NodeMap& residual) const {
   const Eigen::Map<const Eigen::Matrix<float, 20, 1>> flat(residual.data());
-  const Column solved = blocks_[node].solve(flat.cast<double>());
   NodeMap result;
-  Eigen::Map<Eigen::Matrix<float, 20, 1>>(result.data()) = solved.cast<float>();
+  Eigen::Map<Eigen::Matrix<float, 20, 1>>(result.data()).noalias() = inverse_[node] * flat;
   return result;
 }
 

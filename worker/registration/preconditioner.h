@@ -1,7 +1,7 @@
 // Block Jacobi within the hard correspondences' constraints. Internal to worker/registration.
 #pragma once
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <memory>
@@ -13,7 +13,7 @@
 
 namespace liquidblend::registration {
 
-// M: each node's own 20 x 20 block, factorised. Search directions made by Apply() lie in the null
+// M: each node's own 20 x 20 block, inverted. Search directions made by Apply() lie in the null
 // space of the constraints, so conjugate gradients never leave them: what they hold is no unknown
 // (Gould, Hribar, Nocedal 2001).  Threads: safe; same bytes for any thread count.
 class Preconditioner {
@@ -30,7 +30,7 @@ class Preconditioner {
   void Restore(std::vector<NodeMap>& x) const;
 
  private:
-  using BlockFactor = Eigen::LLT<Eigen::Matrix<double, 20, 20>>;
+  using Block = Eigen::Matrix<float, 20, 20>;
   using SparseFactor = Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>;
 
   explicit Preconditioner(const HardPins& pins) : pins_(&pins) {}
@@ -38,7 +38,7 @@ class Preconditioner {
   absl::Status FactorConstraints();
 
   const HardPins* pins_;
-  std::vector<BlockFactor> blocks_;            // per node
+  std::vector<Block> inverse_;                 // per node; of M
   std::vector<int32_t> pinned_nodes_;          // those that move a pin, ascending
   std::unique_ptr<SparseFactor> constraints_;  // of C M^-1 C^T; none without pins
 };
