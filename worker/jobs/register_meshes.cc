@@ -1,7 +1,9 @@
 #include "worker/jobs/register_meshes.h"
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
+#include <utility>
 #include <variant>
 
 #include "core/base/memory.h"
@@ -57,15 +59,18 @@ absl::StatusOr<Registration> RegisterMeshes(
     return registration::ResumeSharpening(source.mesh, target.mesh, correspondences, *state,
                                           options.registration, arena, hooks);
   }
-  LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh coarse_source,
-                      BuildCoarse(source, scale, options.build, arena));
-  LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh coarse_target,
-                      BuildCoarse(target, scale, options.build, arena));
+  std::array<absl::StatusOr<mesh::SpaceTimeMesh>, 2> built;
+  arena.Run(2, [&](int64_t n) {
+    built[n] = BuildCoarse(n == 0 ? source : target, scale, options.build, arena);
+  });
+  LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh coarse_source, std::move(built[0]));
+  LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh coarse_target, std::move(built[1]));
   Eigen::Matrix4Xf coarse_displacement;
   std::optional<PreviousRegistration> coarse_previous;
   if (previous != nullptr) {
-    coarse_displacement = registration::Transfer(source.mesh, coarse_source, arena)
-                              .Apply(previous->displacement, arena);
+    const registration::TransferSource fine(source.mesh, arena);
+    coarse_displacement =
+        registration::Transfer(fine, coarse_source, arena).Apply(previous->displacement, arena);
     coarse_previous.emplace(coarse_displacement, previous->correspondences);
   }
   LB_ASSIGN_OR_RETURN(

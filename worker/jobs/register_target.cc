@@ -1,12 +1,16 @@
 #include "worker/jobs/register_target.h"
 
+#include <functional>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/store/files.h"
@@ -22,8 +26,6 @@ namespace liquidblend::jobs {
 namespace {
 
 using registration::Registration;
-
-constexpr double kTargetMeshShare = 0.15;  // of the work for one target
 
 // What a registration is made from.
 struct Inputs {
@@ -99,6 +101,40 @@ absl::StatusOr<Registration> RegisterInputs(const Inputs& inputs, JobContext& co
   return RegisterOrRefine(inputs, hooks, context);
 }
 
+// How far several are that go on side by side, each on threads of its own.
+class SharedProgress {
+ public:
+  SharedProgress(size_t count, std::function<void(double)> report)
+      : report_(std::move(report)), done_(count, 0.0) {}
+
+  std::function<void(double)> Of(size_t n) {
+    return [this, n](double fraction) {
+      const absl::MutexLock lock(&mutex_);
+      done_[n] = fraction;
+      const double sum = std::accumulate(done_.begin(), done_.end(), 0.0);
+      report_(sum / static_cast<double>(done_.size()));
+    };
+  }
+
+ private:
+  const std::function<void(double)> report_;
+  absl::Mutex mutex_;
+  std::vector<double> done_ ABSL_GUARDED_BY(mutex_);
+};
+
+absl::StatusOr<BuiltMesh> BuildMesh(const std::string& id, const store::v1::RegisterJob& job,
+                                    const std::function<void(double)>& progress,
+                                    JobContext& context) {
+  spacetime::BuildOptions options = ToBuildOptions(job.space_time());
+  LB_ASSIGN_OR_RETURN(const mesh::Animation animation, ReadStored(id, context));
+  LB_ASSIGN_OR_RETURN(options.connectivity,
+                      spacetime::ChooseConnectivity(animation, options, context.arena));
+  BuiltMesh built;
+  LB_ASSIGN_OR_RETURN(built.mesh, spacetime::Build(animation, options, context.arena, progress));
+  built.report = spacetime::Report(animation, built.mesh, options, context.arena);
+  return built;
+}
+
 }  // namespace
 
 absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& context) {
@@ -108,27 +144,27 @@ absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& co
   return store::ReadAnimation(*blob, absl::StrCat("animation '", id, "'"));
 }
 
-absl::StatusOr<BuiltMesh> BuildMesh(const std::string& id, const store::v1::RegisterJob& job,
-                                    JobContext& context) {
-  spacetime::BuildOptions options = ToBuildOptions(job.space_time());
-  LB_ASSIGN_OR_RETURN(const mesh::Animation animation, ReadStored(id, context));
-  LB_ASSIGN_OR_RETURN(options.connectivity,
-                      spacetime::ChooseConnectivity(animation, options, context.arena));
-  BuiltMesh built;
-  LB_ASSIGN_OR_RETURN(built.mesh,
-                      spacetime::Build(animation, options, context.arena, context.StageProgress()));
-  built.report = spacetime::Report(animation, built.mesh, options, context.arena);
-  return built;
+absl::StatusOr<std::vector<BuiltMesh>> BuildMeshes(const std::vector<std::string>& ids,
+                                                   const store::v1::RegisterJob& job,
+                                                   JobContext& context) {
+  SharedProgress progress(ids.size(), context.StageProgress());
+  std::vector<absl::StatusOr<BuiltMesh>> built(ids.size());
+  context.arena.Run(static_cast<int64_t>(ids.size()),
+                    [&](int64_t n) { built[n] = BuildMesh(ids[n], job, progress.Of(n), context); });
+  std::vector<BuiltMesh> meshes;
+  for (absl::StatusOr<BuiltMesh>& one : built) {
+    if (!one.ok()) return one.status();
+    meshes.push_back(*std::move(one));
+  }
+  return meshes;
 }
 
 absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& job, int target_index,
                                                 const mesh::SpaceTimeMesh& source,
+                                                const BuiltMesh& target,
                                                 const mesh::RegisteredFamily* previous,
                                                 const StageRange& range, JobContext& context) {
-  const double middle = range.begin + kTargetMeshShare * (range.end - range.begin);
-  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", range.begin, middle));
-  LB_ASSIGN_OR_RETURN(const BuiltMesh target, BuildMesh(job.targets(target_index), job, context));
-  LB_RETURN_IF_ERROR(context.BeginStage("registration", middle, range.end));
+  LB_RETURN_IF_ERROR(context.BeginStage("registration", range.begin, range.end));
   RegisteredTarget result;
   result.name = job.targets(target_index);
   result.space_time = target.report;

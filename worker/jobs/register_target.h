@@ -21,10 +21,11 @@ struct BuiltMesh {
   mesh::SpaceTimeReport report;
 };
 
-// Reads an animation and makes its space-time mesh: the same on any worker, for any number of
-// threads. Errors: those of the stages and the store.
-absl::StatusOr<BuiltMesh> BuildMesh(const std::string& id, const store::v1::RegisterJob& job,
-                                    JobContext& context);
+// Reads animations and makes their space-time meshes, side by side: the same on any worker, for any
+// number of threads. Errors: those of the stages and the store, for the first one that has any.
+absl::StatusOr<std::vector<BuiltMesh>> BuildMeshes(const std::vector<std::string>& ids,
+                                                   const store::v1::RegisterJob& job,
+                                                   JobContext& context);
 
 // Shares of the whole job.
 struct StageRange {
@@ -36,6 +37,7 @@ struct StageRange {
 // Errors: those of the stages and the store, and why the job was not to go on.
 absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& job, int target_index,
                                                 const mesh::SpaceTimeMesh& source,
+                                                const BuiltMesh& target,
                                                 const mesh::RegisteredFamily* previous,
                                                 const StageRange& range, JobContext& context);
 

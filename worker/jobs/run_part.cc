@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/status_macros.h"
 #include "worker/jobs/job_options.h"
@@ -12,22 +13,24 @@
 namespace liquidblend::jobs {
 namespace {
 
-// Shares of the part: the source's mesh, the target, storing the result.
-constexpr double kSourceEnd = 0.1;
+// Shares of the part: the meshes, the registration, storing the result.
+constexpr double kMeshesEnd = 0.22;
 constexpr double kTargetEnd = 0.98;
 
 // Registers the target, and stores the result.
 absl::StatusOr<store::BlobId> MakePart(const store::v1::RegisterJob& job, int k,
                                        const mesh::RegisteredFamily* previous,
                                        JobContext& context) {
-  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", 0.0, kSourceEnd));
-  LB_ASSIGN_OR_RETURN(const BuiltMesh source, BuildMesh(job.source(), job, context));
-  if (previous != nullptr) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source.mesh));
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", 0.0, kMeshesEnd));
+  LB_ASSIGN_OR_RETURN(const std::vector<BuiltMesh> built,
+                      BuildMeshes({job.source(), job.targets(k)}, job, context));
+  const mesh::SpaceTimeMesh& source = built.front().mesh;
+  if (previous != nullptr) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source));
   LB_ASSIGN_OR_RETURN(
       const RegisteredTarget target,
-      RegisterTarget(job, k, source.mesh, previous, {kSourceEnd, kTargetEnd}, context));
+      RegisterTarget(job, k, source, built.back(), previous, {kMeshesEnd, kTargetEnd}, context));
   LB_RETURN_IF_ERROR(context.BeginStage("storing", kTargetEnd, 1.0));
-  return StorePart(target, HashOf(source.mesh), context.blobs);
+  return StorePart(target, HashOf(source), context.blobs);
 }
 
 }  // namespace

@@ -22,9 +22,11 @@
 namespace liquidblend::jobs {
 namespace {
 
-// Shares of the whole job: the source's mesh, the targets (or their parts), the levels of detail,
-// publishing.
+// Shares of the whole job: the source's mesh, or those of source and target, the targets (or their
+// parts), the levels of detail, publishing.
 constexpr double kSourceEnd = 0.1;
+constexpr double kMeshesEnd = 0.22;
+constexpr double kTargetMeshShare = 0.15;  // of one of several targets
 constexpr double kTargetsEnd = store::kPartsShare;
 constexpr double kSourceAfterPartsEnd = 0.93;
 constexpr double kLevelsEnd = 0.97;
@@ -47,9 +49,24 @@ absl::StatusOr<Eigen::AlignedBox3f> BoundsOf(const store::v1::RegisterJob& job,
   return bounds;
 }
 
-absl::StatusOr<std::vector<RegisteredTarget>> RegisterTargets(
-    const store::v1::RegisterJob& job, const mesh::SpaceTimeMesh& source,
-    const mesh::RegisteredFamily* previous, JobContext& context) {
+// Of a job with a single target, whose mesh there is already.
+absl::StatusOr<std::vector<RegisteredTarget>> RegisterOnly(const store::v1::RegisterJob& job,
+                                                           const mesh::SpaceTimeMesh& source,
+                                                           const BuiltMesh& target,
+                                                           const mesh::RegisteredFamily* previous,
+                                                           JobContext& context) {
+  LB_ASSIGN_OR_RETURN(
+      RegisteredTarget registered,
+      RegisterTarget(job, 0, source, target, previous, {kMeshesEnd, kTargetsEnd}, context));
+  std::vector<RegisteredTarget> targets;
+  targets.push_back(std::move(registered));
+  return targets;
+}
+
+absl::StatusOr<std::vector<RegisteredTarget>> RegisterEach(const store::v1::RegisterJob& job,
+                                                           const mesh::SpaceTimeMesh& source,
+                                                           const mesh::RegisteredFamily* previous,
+                                                           JobContext& context) {
   const double share = (kTargetsEnd - kSourceEnd) / job.targets_size();
   std::vector<RegisteredTarget> targets;
   for (int k = 0; k < job.targets_size(); ++k) {
@@ -57,9 +74,13 @@ absl::StatusOr<std::vector<RegisteredTarget>> RegisterTargets(
       targets.push_back(KeptTarget(*previous, k));
       continue;
     }
-    const StageRange range = {kSourceEnd + k * share, kSourceEnd + (k + 1) * share};
-    LB_ASSIGN_OR_RETURN(RegisteredTarget target,
-                        RegisterTarget(job, k, source, previous, range, context));
+    const double begin = kSourceEnd + k * share, middle = begin + kTargetMeshShare * share;
+    LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", begin, middle));
+    LB_ASSIGN_OR_RETURN(const std::vector<BuiltMesh> built,
+                        BuildMeshes({job.targets(k)}, job, context));
+    LB_ASSIGN_OR_RETURN(
+        RegisteredTarget target,
+        RegisterTarget(job, k, source, built.front(), previous, {middle, begin + share}, context));
     targets.push_back(std::move(target));
   }
   return targets;
@@ -83,10 +104,12 @@ absl::StatusOr<std::vector<RegisteredTarget>> ReadTargets(
 // The source's mesh on a coarser grid, moved as the finest one is.
 absl::StatusOr<FamilyLevel> MakeLevel(const mesh::Animation& source,
                                       const spacetime::BuildOptions& options,
-                                      const FamilyParts& parts, JobContext& context) {
+                                      const FamilyParts& parts,
+                                      const registration::TransferSource& finest,
+                                      JobContext& context) {
   FamilyLevel level;
   LB_ASSIGN_OR_RETURN(level.mesh, spacetime::Build(source, options, context.arena));
-  const registration::Transfer transfer(parts.source, level.mesh, context.arena);
+  const registration::Transfer transfer(finest, level.mesh, context.arena);
   for (const RegisteredTarget& target : parts.targets) {
     registration::Registration& moved = level.targets.emplace_back();
     moved.displacement = transfer.Apply(target.registration.displacement, context.arena);
@@ -101,13 +124,18 @@ absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyParts& parts,
   if (num_levels == 0) return absl::OkStatus();
   LB_RETURN_IF_ERROR(context.BeginStage("levels of detail", kTargetsEnd, kLevelsEnd));
   LB_ASSIGN_OR_RETURN(const mesh::Animation source, ReadStored(job.source(), context));
-  for (int level = 1; level <= num_levels; ++level) {
-    LB_RETURN_IF_ERROR(context.keeper.Check());
-    LB_ASSIGN_OR_RETURN(FamilyLevel made,
-                        MakeLevel(source, ToLevelOptions(job.space_time(), level), parts, context));
-    parts.coarser_levels.push_back(std::move(made));
+  const registration::TransferSource finest(parts.source, context.arena);
+  std::vector<absl::StatusOr<FamilyLevel>> levels(static_cast<size_t>(num_levels));
+  context.arena.Run(num_levels, [&](int64_t n) {
+    const spacetime::BuildOptions options =
+        ToLevelOptions(job.space_time(), static_cast<int>(n) + 1);
+    levels[n] = MakeLevel(source, options, parts, finest, context);
+  });
+  for (absl::StatusOr<FamilyLevel>& level : levels) {
+    if (!level.ok()) return level.status();
+    parts.coarser_levels.push_back(*std::move(level));
   }
-  return absl::OkStatus();
+  return context.keeper.Check();
 }
 
 }  // namespace
@@ -116,23 +144,33 @@ absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& cont
   LB_RETURN_IF_ERROR(CheckOptions(job));
   LB_ASSIGN_OR_RETURN(const std::vector<store::v1::JobRecord> done,
                       context.catalog.ListParts(context.keeper.job().id()));
-  LB_ASSIGN_OR_RETURN(const std::optional<mesh::RegisteredFamily> previous,
+  LB_ASSIGN_OR_RETURN(const std::optional<mesh::RegisteredFamily> opened,
                       OpenPreviousVersion(job, context));
-  LB_RETURN_IF_ERROR(context.BeginStage("space-time mesh", done.empty() ? 0.0 : kTargetsEnd,
-                                        done.empty() ? kSourceEnd : kSourceAfterPartsEnd));
-  LB_ASSIGN_OR_RETURN(BuiltMesh source, BuildMesh(job.source(), job, context));
-  if (previous) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source.mesh));
+  const mesh::RegisteredFamily* const previous = opened ? &*opened : nullptr;
+  const bool is_pair = done.empty() && job.targets_size() == 1 &&
+                       (previous == nullptr || !IsKept(job, 0, *previous));
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", done.empty() ? 0.0 : kTargetsEnd,
+                                        is_pair        ? kMeshesEnd
+                                        : done.empty() ? kSourceEnd
+                                                       : kSourceAfterPartsEnd));
+  std::vector<std::string> inputs = {job.source()};
+  if (is_pair) inputs.push_back(job.targets(0));
+  LB_ASSIGN_OR_RETURN(std::vector<BuiltMesh> built, BuildMeshes(inputs, job, context));
+  if (previous != nullptr) {
+    LB_RETURN_IF_ERROR(CheckSameVertices(*previous, built.front().mesh));
+  }
   FamilyParts parts;
   parts.name = job.family();
   parts.source_name = job.source();
   parts.parameter_space = store::FromMessage(job.parameter_space());
-  parts.source = std::move(source.mesh);
-  parts.source_report = source.report;
+  parts.source = std::move(built.front().mesh);
+  parts.source_report = built.front().report;
   LB_ASSIGN_OR_RETURN(parts.bounds, BoundsOf(job, context.catalog));
-  LB_ASSIGN_OR_RETURN(
-      parts.targets,
-      done.empty() ? RegisterTargets(job, parts.source, previous ? &*previous : nullptr, context)
-                   : ReadTargets(job, done, parts.source, context));
+  LB_ASSIGN_OR_RETURN(parts.targets,
+                      !done.empty() ? ReadTargets(job, done, parts.source, context)
+                      : is_pair ? RegisterOnly(job, parts.source, built.back(), previous, context)
+                                : RegisterEach(job, parts.source, previous, context));
+  built.clear();  // the target's mesh is not needed any more
   LB_RETURN_IF_ERROR(MakeLevels(job, parts, context));
   LB_RETURN_IF_ERROR(context.BeginStage("publishing", kLevelsEnd, 1.0));
   LB_ASSIGN_OR_RETURN(const mesh::RegisteredFamily family, AssembleFamily(std::move(parts)));

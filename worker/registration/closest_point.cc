@@ -1,6 +1,7 @@
 #include "worker/registration/closest_point.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <nanoflann.hpp>
@@ -11,6 +12,7 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr int kProjectionSteps = 3;
+constexpr size_t kMostFound = 64;  // by one search
 
 // Of [begin, end), those outside of rigid pieces.
 std::vector<int32_t> FreeVertices(const mesh::SpaceTimeMesh& mesh, int64_t begin, int64_t end) {
@@ -94,7 +96,7 @@ Points Flatten(Points points) {
 
 // ---- PointTree ----------------------------------------------------------------------------------
 
-struct PointTree::Impl {
+struct PointTree::Part {
   struct Adaptor {
     Points points;
     size_t kdtree_get_point_count() const { return static_cast<size_t>(points.cols()); }
@@ -106,19 +108,42 @@ struct PointTree::Impl {
       return false;
     }
   };
-  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Adaptor>,
-                                                   Adaptor, 4, uint32_t>;
-  Impl(const Points& points, std::vector<int32_t> columns)
-      : adaptor{points(Eigen::all, columns)}, indices(std::move(columns)), tree(4, adaptor, {16}) {}
+  // Squared, of all four coordinates at once.
+  struct Distance {
+    using ElementType = float;
+    using DistanceType = float;
+    explicit Distance(const Adaptor& from) : adaptor(from) {}
+    float evalMetric(const float* query, uint32_t n, size_t) const {
+      return (adaptor.points.col(n) - Eigen::Map<const Eigen::Vector4f>(query)).squaredNorm();
+    }
+    static float accum_dist(float a, float b, int) { return (a - b) * (a - b); }
+    const Adaptor& adaptor;
+  };
+  using Tree = nanoflann::KDTreeSingleIndexAdaptor<Distance, Adaptor, 4, uint32_t>;
+
+  Part(const Points& points, std::span<const int32_t> columns)
+      : adaptor{points(Eigen::all, columns)},
+        indices(columns.begin(), columns.end()),
+        lowest(adaptor.points.rowwise().minCoeff()),
+        highest(adaptor.points.rowwise().maxCoeff()),
+        tree(4, adaptor, {16}) {
+    tree.buildIndex();
+    PutInOrderOfLeaves();
+  }
   void PutInOrderOfLeaves();
+  // Squared, from the box around all points; 0 within it.
+  float DistanceTo(const Eigen::Vector4f& p) const {
+    return (lowest - p).cwiseMax(p - highest).cwiseMax(0.0f).squaredNorm();
+  }
 
   Adaptor adaptor;
   std::vector<int32_t> indices;
+  Eigen::Vector4f lowest, highest;
   Tree tree;
 };
 
 // A leaf's points lie next to one another then, which is most of what a search is about.
-void PointTree::Impl::PutInOrderOfLeaves() {
+void PointTree::Part::PutInOrderOfLeaves() {
   adaptor.points = Points(adaptor.points(Eigen::all, tree.vAcc));
   std::vector<int32_t> ordered(indices.size());
   for (size_t n = 0; n < ordered.size(); ++n) ordered[n] = indices[tree.vAcc[n]];
@@ -126,25 +151,71 @@ void PointTree::Impl::PutInOrderOfLeaves() {
   std::iota(tree.vAcc.begin(), tree.vAcc.end(), 0);
 }
 
-PointTree::PointTree(const Points& points, std::vector<int32_t> indices)
-    : impl_(new Impl(points, std::move(indices))) {
-  if (empty()) return;
-  impl_->tree.buildIndex();
-  impl_->PutInOrderOfLeaves();
+namespace {
+
+// Of several parts: columns instead of places in a part.
+class NearestColumns {
+ public:
+  using DistanceType = float;
+  explicit NearestColumns(std::span<int32_t> found) : found_(found), set_(found.size()) {
+    set_.init(found.data(), distance_sq_.data());
+  }
+  void set_indices(const std::vector<int32_t>& indices) { indices_ = &indices; }
+  size_t size() const { return set_.size(); }
+  bool full() const { return set_.full(); }
+  float worstDist() const { return set_.worstDist(); }
+  bool addPoint(float distance_sq, uint32_t n) {
+    return set_.addPoint(distance_sq, (*indices_)[n]);
+  }
+
+ private:
+  std::span<int32_t> found_;
+  std::array<float, kMostFound> distance_sq_;
+  nanoflann::KNNResultSet<float, int32_t> set_;
+  const std::vector<int32_t>* indices_ = nullptr;
+};
+
+}  // namespace
+
+PointTree::PointTree(const Points& points, const std::vector<int32_t>& indices,
+                     const parallel::Arena& arena)
+    : parts_((indices.size() + kPartPoints - 1) / kPartPoints) {
+  arena.Run(static_cast<int64_t>(parts_.size()), [&](int64_t n) {
+    const size_t begin = indices.size() * n / parts_.size();
+    const size_t end = indices.size() * (n + 1) / parts_.size();
+    parts_[n] = std::make_unique<Part>(points, std::span(indices).subspan(begin, end - begin));
+  });
 }
 PointTree::~PointTree() = default;
 PointTree::PointTree(PointTree&&) noexcept = default;
 
-bool PointTree::empty() const { return impl_->indices.empty(); }
+size_t PointTree::size() const {
+  size_t size = 0;
+  for (const std::unique_ptr<Part>& part : parts_) size += part->indices.size();
+  return size;
+}
 
 size_t PointTree::Nearest(const Eigen::Vector4f& query, std::span<int32_t> found) const {
   if (empty() || found.empty()) return 0;
-  std::array<uint32_t, 64> slot;
-  std::array<float, 64> distance_sq;
-  const size_t wanted = std::min(found.size(), slot.size());
-  const size_t count = impl_->tree.knnSearch(query.data(), wanted, slot.data(), distance_sq.data());
-  for (size_t n = 0; n < count; ++n) found[n] = impl_->indices[slot[n]];
-  return count;
+  NearestColumns nearest(found.first(std::min(found.size(), kMostFound)));
+  const auto search = [&](const Part& part) {
+    nearest.set_indices(part.indices);
+    part.tree.findNeighbors(nearest, query.data(), {});
+  };
+  // The part that is nearest first: mostly the others are too far then.
+  const Part* first = nullptr;
+  float shortest = std::numeric_limits<float>::infinity();
+  for (const std::unique_ptr<Part>& part : parts_) {
+    const float distance = part->DistanceTo(query);
+    if (first != nullptr && !(distance < shortest)) continue;
+    first = part.get();
+    shortest = distance;
+  }
+  search(*first);
+  for (const std::unique_ptr<Part>& part : parts_) {
+    if (part.get() != first && part->DistanceTo(query) < nearest.worstDist()) search(*part);
+  }
+  return nearest.size();
 }
 
 int32_t PointTree::NearestThat(const Eigen::Vector4f& query,
@@ -163,14 +234,15 @@ int32_t PointTree::NearestThat(const Eigen::Vector4f& query,
 // ---- ClosestPointSearch -------------------------------------------------------------------------
 
 ClosestPointSearch::ClosestPointSearch(const mesh::SpaceTimeMesh& mesh, const Points& points,
-                                       const IndexLists& cells_around)
+                                       const IndexLists& cells_around, const parallel::Arena& arena)
     : mesh_(mesh),
       points_(points),
       cells_around_(cells_around),
-      tree_(points, FreeVertices(mesh, 0, points.cols())),
-      first_tree_(Flatten(points), FreeVertices(mesh, 0, mesh.num_first_vertices)),
+      tree_(points, FreeVertices(mesh, 0, points.cols()), arena),
+      first_tree_(Flatten(points), FreeVertices(mesh, 0, mesh.num_first_vertices), arena),
       last_tree_(Flatten(points),
-                 FreeVertices(mesh, points.cols() - mesh.num_last_vertices, points.cols())) {}
+                 FreeVertices(mesh, points.cols() - mesh.num_last_vertices, points.cols()), arena) {
+}
 
 std::optional<SurfacePoint> ClosestPointSearch::Find(const Eigen::Vector4f& p,
                                                      const Eigen::Vector4f& normal) const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/functional/function_ref.h"
+#include "core/parallel/arena.h"
 #include "worker/registration/cell_graph.h"
 
 namespace liquidblend::registration {
@@ -22,13 +23,17 @@ struct SurfacePoint {
 // With time set to zero.
 Points Flatten(Points points);
 
-// Nearest neighbours among some columns of `points` (nanoflann).
+// Nearest neighbours among some columns of `points` (nanoflann). Large sets are cut into parts of
+// columns that follow one another, so mostly are of one time, with a tree each.
+// Threads: same bytes for any thread count; safe once it is made.
 class PointTree {
  public:
-  static constexpr size_t kNumCandidates = 12;  // of NearestThat()
+  static constexpr size_t kNumCandidates = 12;            // of NearestThat()
+  static constexpr size_t kPartPoints = size_t{1} << 18;  // the most that a part has
 
   // `indices`: the columns to search, ascending. Keeps a copy of them.
-  PointTree(const Points& points, std::vector<int32_t> indices);
+  PointTree(const Points& points, const std::vector<int32_t>& indices,
+            const parallel::Arena& arena);
   ~PointTree();
   PointTree(PointTree&&) noexcept;
 
@@ -36,13 +41,14 @@ class PointTree {
   size_t Nearest(const Eigen::Vector4f& query, std::span<int32_t> found) const;
   // Of the kNumCandidates nearest columns, the nearest one that is accepted; -1: none.
   int32_t NearestThat(const Eigen::Vector4f& query, absl::FunctionRef<bool(int32_t)> accept) const;
-  bool empty() const;
+  bool empty() const { return parts_.empty(); }
+  size_t size() const;
 
  private:
   static constexpr size_t kFirstCandidates = 3;  // tried first: mostly one of them will do
 
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  struct Part;
+  std::vector<std::unique_ptr<Part>> parts_;
 };
 
 // A mesh to find closest points on.  Threads: safe.
@@ -52,7 +58,7 @@ class ClosestPointSearch {
 
   // All arguments must outlive the search.
   ClosestPointSearch(const mesh::SpaceTimeMesh& mesh, const Points& points,
-                     const IndexLists& cells_around);
+                     const IndexLists& cells_around, const parallel::Arena& arena);
 
   // The point closest to p on the cells around the nearest vertex whose normal is compatible.
   std::optional<SurfacePoint> Find(const Eigen::Vector4f& p, const Eigen::Vector4f& normal) const;

@@ -63,7 +63,7 @@ SurfacePair::SurfacePair(const mesh::SpaceTimeMesh& source_mesh,
     : source(source_mesh, source_mesh.edge_length_m),
       target(target_mesh, source_mesh.edge_length_m),
       neighbors(VertexNeighbors(source_mesh, source.cells_around, arena)),
-      target_search(target_mesh, target.points, target.cells_around) {}
+      target_search(target_mesh, target.points, target.cells_around, arena) {}
 
 void SurfacePair::Open(const std::vector<Track>& source_tracks,
                        const std::vector<Track>& target_tracks) {

@@ -59,7 +59,7 @@ std::vector<float> Distances(const SurfacePair& pair, const Points& moved, const
   for (int32_t v = 0; v < moved.cols(); v += kTreeStride) {
     if (is_inner(source, v)) inner.push_back(v);
   }
-  const PointTree tree(moved, std::move(inner));
+  const PointTree tree(moved, inner, arena);
   const int64_t count = (target.points.cols() + kStride - 1) / kStride;
   std::vector<std::pair<int32_t, float>> of_target(count, {-1, 0.0f});
   arena.For(count, [&](int64_t n) {
@@ -209,7 +209,7 @@ std::vector<int32_t> TargetOf(const SurfacePair& pair, const Points& moved,
                               const std::vector<char>& depth, const parallel::Arena& arena) {
   std::vector<int32_t> all = pair.source.FreeVertices(), strided;
   for (size_t n = 0; n < all.size(); n += kTreeStride) strided.push_back(all[n]);
-  const PointTree tree(moved, std::move(strided));
+  const PointTree tree(moved, strided, arena);
   const std::vector<int32_t> every = pair.target.FreeVertices();
   std::vector<int32_t> candidates;
   for (size_t n = 0; n < every.size(); n += kTargetStride) candidates.push_back(every[n]);

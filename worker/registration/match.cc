@@ -137,10 +137,10 @@ struct Matcher::DeformedState {
 
 // Some of the deformed source's vertices, and those of its end slabs with their time set to zero.
 struct Matcher::DeformedTrees {
-  DeformedTrees(const Surface& source, const Points& deformed)
-      : inner(deformed, Inner(source)),
-        first(Flatten(deformed), EndSlab(source, &Surface::InFirstSlab)),
-        last(Flatten(deformed), EndSlab(source, &Surface::InLastSlab)) {}
+  DeformedTrees(const Surface& source, const Points& deformed, const parallel::Arena& arena)
+      : inner(deformed, Inner(source), arena),
+        first(Flatten(deformed), EndSlab(source, &Surface::InFirstSlab), arena),
+        last(Flatten(deformed), EndSlab(source, &Surface::InLastSlab), arena) {}
   PointTree inner, first, last;
 };
 
@@ -166,7 +166,7 @@ Matches Matcher::Match(const DeformationNodes& nodes, const std::vector<NodeMap>
     if (n == 0) {
       MatchSource(state, source_samples, options, arena, matches);
     } else {
-      trees.emplace(source_, state.points);
+      trees.emplace(source_, state.points, arena);
     }
   });
   MatchTarget(state, *trees, target_samples, options, arena, matches);

@@ -17,8 +17,8 @@ constexpr double kOverruled = 3.0;      // edges; residual of a soft one that wa
 
 // One animation's side of the correspondences.
 struct Side {
-  Side(const Surface& s, double edge_length_m, const char* side_name)
-      : surface(s), edge(edge_length_m), name(side_name), tree(s.points, s.FreeVertices()) {}
+  Side(const Surface& s, double edge_length_m, const char* side_name, const parallel::Arena& arena)
+      : surface(s), edge(edge_length_m), name(side_name), tree(s.points, s.FreeVertices(), arena) {}
   const Surface& surface;
   double edge;  // metres per registration unit
   const char* name;
@@ -123,11 +123,11 @@ void Expand(const Correspondence& c, size_t index, const Side& source, const Sid
 
 absl::StatusOr<std::vector<Pin>> ExpandCorrespondences(
     const std::vector<Correspondence>& correspondences, const Surface& source,
-    const Surface& target) {
+    const Surface& target, const parallel::Arena& arena) {
   std::vector<Pin> pins;
   if (correspondences.empty()) return pins;
   const double edge = source.mesh.edge_length_m;
-  const Side from(source, edge, "source"), to(target, edge, "target");
+  const Side from(source, edge, "source", arena), to(target, edge, "target", arena);
   for (size_t n = 0; n < correspondences.size(); ++n) {
     const Correspondence& c = correspondences[n];
     const bool in_time = c.kind != CorrespondenceKind::kSpace;  // else it may get there any time

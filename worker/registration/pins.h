@@ -26,7 +26,7 @@ struct Pin {
 // time, far off their surfaces, are not finite, or need velocities that a mesh does not have.
 absl::StatusOr<std::vector<Pin>> ExpandCorrespondences(
     const std::vector<Correspondence>& correspondences, const Surface& source,
-    const Surface& target);
+    const Surface& target, const parallel::Arena& arena);
 
 // Soft correspondences take the place of the closest points of their vertices. Each weighs as much
 // as `weight` matches of an average node, however many terms there are.

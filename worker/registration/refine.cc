@@ -49,7 +49,8 @@ std::vector<NodeMap> FitMaps(const DeformationNodes& nodes, const Points& rest,
 
 absl::StatusOr<std::vector<Pin>> ChangedPins(const std::vector<Correspondence>& before,
                                              const std::vector<Correspondence>& now,
-                                             const Surface& source, const Surface& target) {
+                                             const Surface& source, const Surface& target,
+                                             const parallel::Arena& arena) {
   std::vector<Correspondence> changed = now, removed;
   for (const Correspondence& old : before) {
     const auto same =
@@ -62,7 +63,7 @@ absl::StatusOr<std::vector<Pin>> ChangedPins(const std::vector<Correspondence>& 
     }
   }
   changed.insert(changed.end(), removed.begin(), removed.end());
-  return ExpandCorrespondences(changed, source, target);
+  return ExpandCorrespondences(changed, source, target, arena);
 }
 
 std::vector<float> ClosenessToPins(const DeformationNodes& nodes, const Points& rest,

@@ -23,7 +23,8 @@ std::vector<NodeMap> FitMaps(const DeformationNodes& nodes, const Points& rest,
 // Errors: those of ExpandCorrespondences().
 absl::StatusOr<std::vector<Pin>> ChangedPins(const std::vector<Correspondence>& before,
                                              const std::vector<Correspondence>& now,
-                                             const Surface& source, const Surface& target);
+                                             const Surface& source, const Surface& target,
+                                             const parallel::Arena& arena);
 
 // Per node 1 next to one of the pins, falling to 0 at `radius` from the nearest of them.
 std::vector<float> ClosenessToPins(const DeformationNodes& nodes, const Points& rest,

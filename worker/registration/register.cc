@@ -151,8 +151,9 @@ absl::StatusOr<Schedule> BeginRefinement(const PreviousRegistration& previous,
   const double spacing = options.node_spacing_edges;
   maps = FitMaps(nodes, source.points, neighbors,
                  InEdgeUnits(previous.displacement, source.mesh.edge_length_m), spacing, arena);
-  LB_ASSIGN_OR_RETURN(const std::vector<Pin> changed,
-                      ChangedPins(previous.correspondences, correspondences, source, target));
+  LB_ASSIGN_OR_RETURN(
+      const std::vector<Pin> changed,
+      ChangedPins(previous.correspondences, correspondences, source, target, arena));
   return Schedule{options.refine_iterations, kRefineFrom, kRefineFromNear,
                   ClosenessToPins(nodes, source.points, changed, kRefineReach * spacing)};
 }
@@ -227,7 +228,7 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   }
   const std::vector<Correspondence> correspondences = Join(users, found);
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
-                      ExpandCorrespondences(correspondences, source, target));
+                      ExpandCorrespondences(correspondences, source, target, arena));
   LB_RETURN_IF_ERROR(CheckContradictions(pins, source.points, edge));
   std::optional<const DeformationNodes> placed_nodes;
   const DeformationNodes& nodes =

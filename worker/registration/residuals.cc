@@ -85,7 +85,7 @@ std::vector<Sample> SampleSource(const Surface& source, const Points& moved, con
 
 std::vector<Sample> SampleTarget(const Surface& source, const Points& moved, const Surface& target,
                                  const parallel::Arena& arena) {
-  const PointTree tree(moved, source.FreeVertices());
+  const PointTree tree(moved, source.FreeVertices(), arena);
   const Neighborhood near_source(moved);
   const std::vector<int32_t> chosen = ChooseSamples(target);
   std::vector<Sample> samples(chosen.size());

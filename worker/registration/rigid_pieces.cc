@@ -49,7 +49,7 @@ void CarryRigidPieces(const Surface& surface, const parallel::Arena& arena, Poin
   const auto& pieces = surface.mesh.rigid_pieces;
   const int64_t count = static_cast<int64_t>(pieces.size());
   if (count == 0) return;
-  const PointTree tree(surface.points, surface.FreeVertices());
+  const PointTree tree(surface.points, surface.FreeVertices(), arena);
   Points centres(4, count), moves(4, count);
   arena.For(
       count,

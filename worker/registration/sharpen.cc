@@ -103,7 +103,7 @@ absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
   LB_RETURN_IF_ERROR(FitWhatIsFar(
       pair, options, arena, [&] { keeper.Keep(state); }, state));
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
-                      ExpandCorrespondences(correspondences, pair.source, pair.target));
+                      ExpandCorrespondences(correspondences, pair.source, pair.target, arena));
   LB_RETURN_IF_ERROR(CheckContradictions(pins, pair.source.points, edge));
   const double spacing = options.node_spacing_edges * state.coarse_edge_length_m / edge;
   const PinHolder holder(pair, pins, spacing, options.seed, arena);
@@ -151,9 +151,9 @@ absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
   LB_RETURN_IF_ERROR(CheckCoarse(coarse));
   const absl::Time start = absl::Now();
   SharpenState state;
-  state.displacement = InEdgeUnits(
-      Transfer(coarse.source, source, arena).Apply(coarse.registration.displacement, arena),
-      source.edge_length_m);
+  state.displacement = InEdgeUnits(Transfer(TransferSource(coarse.source, arena), source, arena)
+                                       .Apply(coarse.registration.displacement, arena),
+                                   source.edge_length_m);
   state.coarse_edge_length_m = coarse.source.edge_length_m;
   state.coarse_report = coarse.registration.report;
   SurfacePair pair(source, target, arena);

@@ -24,21 +24,42 @@ Eigen::Matrix4Xf PointsOf(const mesh::SpaceTimeMesh& mesh, double edge_length_m)
   return points;
 }
 
+std::vector<int32_t> FreeVertices(const mesh::SpaceTimeMesh& mesh) {
+  const std::vector<char> rigid = mesh::RigidVertices(mesh);
+  std::vector<int32_t> vertices;
+  for (int32_t v = 0; v < mesh.num_vertices(); ++v) {
+    if (!rigid[v]) vertices.push_back(v);
+  }
+  return vertices;
+}
+
 }  // namespace
 
-Transfer::Transfer(const mesh::SpaceTimeMesh& from, const mesh::SpaceTimeMesh& to,
+struct TransferSource::Impl {
+  Impl(const mesh::SpaceTimeMesh& from, const parallel::Arena& arena)
+      : mesh(from),
+        points(PointsOf(from, from.edge_length_m)),
+        tree(points, FreeVertices(from), arena) {}
+  const mesh::SpaceTimeMesh& mesh;
+  Eigen::Matrix4Xf points;
+  PointTree tree;
+};
+
+TransferSource::TransferSource(const mesh::SpaceTimeMesh& mesh, const parallel::Arena& arena)
+    : impl_(std::make_unique<Impl>(mesh, arena)) {
+  assert(!impl_->tree.empty());
+  assert(mesh.normals.cols() == mesh.num_vertices());
+}
+TransferSource::~TransferSource() = default;
+
+Transfer::Transfer(const TransferSource& source, const mesh::SpaceTimeMesh& to,
                    const parallel::Arena& arena) {
-  assert(from.num_vertices() > 0);
-  assert(from.normals.cols() == from.num_vertices() && to.normals.cols() == to.num_vertices());
-  const Eigen::Matrix4Xf from_points = PointsOf(from, from.edge_length_m);
+  assert(to.normals.cols() == to.num_vertices());
+  const mesh::SpaceTimeMesh& from = source.impl_->mesh;
+  const Eigen::Matrix4Xf& from_points = source.impl_->points;
+  const PointTree& tree = source.impl_->tree;
   const Eigen::Matrix4Xf to_points = PointsOf(to, from.edge_length_m);
-  const std::vector<char> rigid = mesh::RigidVertices(from);
-  std::vector<int32_t> free_vertices;
-  for (int32_t v = 0; v < from.num_vertices(); ++v) {
-    if (!rigid[v]) free_vertices.push_back(v);
-  }
-  const auto count = static_cast<int>(std::min<size_t>(kNumNeighbors, free_vertices.size()));
-  const PointTree tree(from_points, std::move(free_vertices));
+  const auto count = static_cast<int>(std::min<size_t>(kNumNeighbors, tree.size()));
   neighbors_.setZero(count, to.num_vertices());
   weights_.setZero(count, to.num_vertices());
   arena.For(to.num_vertices(), [&](int64_t v) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "core/mesh/space_time_mesh.h"
@@ -11,17 +12,30 @@
 
 namespace liquidblend::registration {
 
+// A mesh that values are to be carried over from, to one mesh or to several. The mesh must outlive
+// it.  Threads: safe.
+class TransferSource {
+ public:
+  // Requires: the mesh has normals, and vertices outside of rigid pieces.
+  // Cost: O(vertices log vertices).
+  TransferSource(const mesh::SpaceTimeMesh& mesh, const parallel::Arena& arena);
+  ~TransferSource();
+
+ private:
+  friend class Transfer;
+  struct Impl;
+  std::unique_ptr<const Impl> impl_;
+};
+
 // For each vertex of a mesh, weights of the nearest vertices of another one.
 class Transfer {
  public:
   // Vertices of `from` count by their closeness, with a frame of time as long as a mean edge, and
   // by how much their normals agree, so that the two sides of a thin sheet do not mix. Where no
   // normal near by agrees, the nearest vertex alone counts. A rigid piece moves as the same one of
-  // `from` if both meshes have as many, else as its first vertex. Requires: both meshes have
-  // normals, and `from` has vertices outside of rigid pieces. Threads: same bytes for any thread
-  // count.  Cost: O(vertices log vertices).
-  Transfer(const mesh::SpaceTimeMesh& from, const mesh::SpaceTimeMesh& to,
-           const parallel::Arena& arena);
+  // `from` if both meshes have as many, else as its first vertex. Requires: `to` has normals.
+  // Threads: same bytes for any thread count.  Cost: O(vertices log vertices).
+  Transfer(const TransferSource& from, const mesh::SpaceTimeMesh& to, const parallel::Arena& arena);
 
   // Weighted means of the columns of `values`, of which there is one per vertex of `from`, or none:
   // then the result has none either.

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
 #include "core/mesh/animation.h"
 #include "core/parallel/arena.h"
@@ -36,6 +37,7 @@ class HookedBlobs : public store::BlobStore {
   }
   absl::StatusOr<std::shared_ptr<const store::Blob>> Open(const store::BlobId& id) override {
     if (on_open) {
+      const absl::MutexLock lock(&mutex_);
       if (absl::Status status = on_open(); !status.ok()) return status;
     }
     return blobs_->Open(id);
@@ -50,9 +52,10 @@ class HookedBlobs : public store::BlobStore {
   }
   absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_->List(); }
 
-  std::function<absl::Status()> on_open, on_create;
+  std::function<absl::Status()> on_open, on_create;  // on_open: one call at a time
 
  private:
+  absl::Mutex mutex_;
   std::unique_ptr<store::BlobStore> blobs_;
 };
 

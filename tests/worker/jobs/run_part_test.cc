@@ -182,7 +182,7 @@ TEST_F(RunPartTest, ProgressTellsOfTheTargetFromTheStart) {
     const auto parts = catalog_->ListParts(job);
     if (was_told || (*parts)[1].state() != JobRecord::RUNNING) return absl::OkStatus();
     Await([&] { return (*catalog_->ListParts(job))[1].progress().target_index() == 1; });
-    EXPECT_EQ((*catalog_->ListParts(job))[1].progress().stage(), "space-time mesh");
+    EXPECT_EQ((*catalog_->ListParts(job))[1].progress().stage(), "space-time meshes");
     was_told = true;
     return absl::OkStatus();
   };

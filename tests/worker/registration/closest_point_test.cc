@@ -2,12 +2,59 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <random>
+
 #include "tests/synthetic/families.h"
 #include "tests/worker/registration/registration_testing.h"
 #include "worker/spacetime/normals.h"
 
 namespace liquidblend::registration {
 namespace {
+
+// The distances of the `count` nearest points, one of each pair of columns being left out.
+std::vector<float> NearestDistances(const Points& points, const Eigen::Vector4f& query,
+                                    size_t count) {
+  std::vector<float> all;
+  for (int64_t n = 0; n < points.cols(); n += 2) all.push_back((points.col(n) - query).norm());
+  std::partial_sort(all.begin(), all.begin() + static_cast<int64_t>(count), all.end());
+  all.resize(count);
+  return all;
+}
+
+TEST(PointTree, FindsTheNearestOfAllParts) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  constexpr int64_t kNumPoints = 5 * PointTree::kPartPoints;
+  Points points(4, kNumPoints);
+  std::vector<int32_t> every_second;
+  for (int64_t n = 0; n < kNumPoints; ++n) {  // from part to part later in time, with some overlap
+    const float time = 20 * (static_cast<float>(n) / kNumPoints + 0.3f * uniform(random));
+    points.col(n) << 9 * uniform(random), 9 * uniform(random), 9 * uniform(random), time;
+    if (n % 2 == 0) every_second.push_back(static_cast<int32_t>(n));
+  }
+  const PointTree tree(points, every_second, parallel::Arena(2));
+  ASSERT_EQ(tree.size(), every_second.size());
+  for (int n = 0; n < 60; ++n) {
+    const Eigen::Vector4f query(12 * uniform(random) - 1, 9 * uniform(random), 9 * uniform(random),
+                                32 * uniform(random) - 3);
+    std::vector<int32_t> found(static_cast<size_t>(1 + n % 12));
+    ASSERT_EQ(tree.Nearest(query, found), found.size());
+    const std::vector<float> expected = NearestDistances(points, query, found.size());
+    for (size_t k = 0; k < found.size(); ++k) {
+      EXPECT_EQ(found[k] % 2, 0);
+      EXPECT_NEAR((points.col(found[k]) - query).norm(), expected[k], 1e-5f);
+    }
+  }
+}
+
+TEST(PointTree, OfNoPointsFindsNone) {
+  const PointTree tree(Points(4, 3), {}, parallel::Arena(2));
+  EXPECT_TRUE(tree.empty());
+  std::array<int32_t, 2> found;
+  EXPECT_EQ(tree.Nearest(Eigen::Vector4f::Zero(), found), 0U);
+}
 
 TEST(ClosestPointSearch, FindsTheFootOnASphereOfEachCellKind) {
   using Maker = mesh::SpaceTimeMesh (*)(int, const synthetic::ComplexOptions&);
@@ -25,7 +72,7 @@ TEST(ClosestPointSearch, FindsTheFootOnASphereOfEachCellKind) {
     mesh.edge_length_m = 0.2;
     spacetime::ComputeNormals(mesh, parallel::Arena(1));
     const Surface surface(mesh, mesh.edge_length_m);
-    const ClosestPointSearch search(mesh, surface.points, surface.cells_around);
+    const ClosestPointSearch search(mesh, surface.points, surface.cells_around, parallel::Arena(2));
     const float radius = static_cast<float>(1.0 / mesh.edge_length_m);
     for (int n = 0; n < 40; ++n) {
       const float a = 0.37f * static_cast<float>(n), z = -0.9f + 0.045f * static_cast<float>(n);
@@ -45,7 +92,8 @@ TEST(ClosestPointSearch, FindsTheFootOnASphereOfEachCellKind) {
 
 TEST(ClosestPointSearch, NeverMatchesASurfaceThatFacesAway) {
   const TestSurface sphere(SphereMesh());
-  const ClosestPointSearch search(sphere.mesh, sphere.surface.points, sphere.surface.cells_around);
+  const ClosestPointSearch search(sphere.mesh, sphere.surface.points, sphere.surface.cells_around,
+                                  parallel::Arena(2));
   const Eigen::Vector4f top = sphere.surface.points.col(sphere.surface.points.cols() / 2);
   const Eigen::Vector4f normal = sphere.mesh.normals.col(sphere.surface.points.cols() / 2);
   EXPECT_TRUE(search.Find(top, normal).has_value());
@@ -54,7 +102,8 @@ TEST(ClosestPointSearch, NeverMatchesASurfaceThatFacesAway) {
 
 TEST(ClosestPointSearch, AtTheEndsOnlyTheEndSlabsCount) {
   const TestSurface sphere(SphereMesh());
-  const ClosestPointSearch search(sphere.mesh, sphere.surface.points, sphere.surface.cells_around);
+  const ClosestPointSearch search(sphere.mesh, sphere.surface.points, sphere.surface.cells_around,
+                                  parallel::Arena(2));
   for (int64_t v = 0; v < sphere.surface.points.cols(); v += 97) {
     const auto found = search.FindAtEnd(ClosestPointSearch::End::kFirst,
                                         sphere.surface.points.col(v), sphere.mesh.normals.col(v));

@@ -25,7 +25,8 @@ class ProjectOntoTargetTest : public ::testing::Test {
   const TestSurface source_{SphereMesh()};
   const mesh::SpaceTimeMesh target_mesh_ = LargerSphere();
   const Surface target_{target_mesh_, source_.mesh.edge_length_m};
-  const ClosestPointSearch search_{target_mesh_, target_.points, target_.cells_around};
+  const ClosestPointSearch search_{target_mesh_, target_.points, target_.cells_around,
+                                   parallel::Arena(2)};
 };
 
 TEST_F(ProjectOntoTargetTest, ClosesASmallGap) {

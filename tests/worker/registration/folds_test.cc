@@ -43,7 +43,7 @@ struct OnItself : TestSurface {
   OnItself()
       : TestSurface(
             BuildMesh(synthetic::MovingSphere({.velocity_m_per_s = Eigen::Vector3f::Zero()}))),
-        search(mesh, surface.points, surface.cells_around) {}
+        search(mesh, surface.points, surface.cells_around, parallel::Arena(2)) {}
   int64_t Tuck(Points& displacement) const {
     return TuckTurnedLayers(surface, neighbors, search, parallel::Arena(2), displacement);
   }

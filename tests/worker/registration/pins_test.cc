@@ -29,7 +29,7 @@ class PinsTest : public ::testing::Test {
     return c;
   }
   absl::StatusOr<std::vector<Pin>> Expand(const Correspondence& c) const {
-    return ExpandCorrespondences({c}, source_.surface, target_.surface);
+    return ExpandCorrespondences({c}, source_.surface, target_.surface, parallel::Arena(2));
   }
   float edge() const { return static_cast<float>(source_.mesh.edge_length_m); }
 
@@ -105,7 +105,8 @@ TEST_F(PinsTest, TheReportSaysWhichAreOverruledAndByHowMuch) {
   hard.hard = true;
   Correspondence space = Tops(CorrespondenceKind::kSpace);
   const std::vector<Correspondence> all = {soft, hard, space};
-  const auto pins = ExpandCorrespondences(all, source_.surface, target_.surface);
+  const auto pins =
+      ExpandCorrespondences(all, source_.surface, target_.surface, parallel::Arena(2));
   ASSERT_TRUE(pins.ok()) << pins.status();
   Points displacement = Points::Zero(4, source_.surface.points.cols());
   for (const Pin& pin : *pins) displacement.col(pin.vertex) = pin.goal;

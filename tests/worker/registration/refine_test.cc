@@ -55,7 +55,8 @@ TEST_F(RefineTest, MapsOfASpeckOfOneVertexAreFinite) {
 TEST_F(RefineTest, ChangedAreAddedRemovedAndAltered) {
   const auto changed = [&](const std::vector<Correspondence>& before,
                            const std::vector<Correspondence>& now) {
-    const auto pins = ChangedPins(before, now, sphere_.surface, sphere_.surface);
+    const auto pins =
+        ChangedPins(before, now, sphere_.surface, sphere_.surface, parallel::Arena(2));
     EXPECT_TRUE(pins.ok()) << pins.status();
     return pins->size();
   };

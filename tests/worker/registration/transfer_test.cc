@@ -53,7 +53,8 @@ TEST(Transfer, ASmoothFieldStaysTheSame) {
   const mesh::SpaceTimeMesh fine = MeshOf(ball, 1.0);
   const mesh::SpaceTimeMesh coarse = MeshOf(ball, 2.0);
   const parallel::Arena arena(2);
-  const Eigen::Matrix4Xf moved = Transfer(fine, coarse, arena).Apply(SmoothField(fine), arena);
+  const Eigen::Matrix4Xf moved =
+      Transfer(TransferSource(fine, arena), coarse, arena).Apply(SmoothField(fine), arena);
   const Eigen::Matrix4Xf error = moved - SmoothField(coarse);
   const auto edge_m = static_cast<float>(fine.edge_length_m);
   EXPECT_LT(error.topRows<3>().colwise().norm().mean(), 0.05F * edge_m);
@@ -63,7 +64,7 @@ TEST(Transfer, ASmoothFieldStaysTheSame) {
 TEST(Transfer, OntoItselfGivesAlmostTheSameAndConstantsExactly) {
   const mesh::SpaceTimeMesh mesh = SphereMesh();
   const parallel::Arena arena(2);
-  const Transfer transfer(mesh, mesh, arena);
+  const Transfer transfer(TransferSource(mesh, arena), mesh, arena);
   const Eigen::Matrix4Xf field = SmoothField(mesh);
   EXPECT_LT((transfer.Apply(field, arena) - field).topRows<3>().cwiseAbs().mean(), 2e-3F);
   const Eigen::Matrix4Xf constant = Eigen::Matrix4Xf::Constant(4, mesh.num_vertices(), 0.5F);
@@ -83,7 +84,8 @@ TEST(Transfer, DropletsStayRigidAndMoveAsTheSameOnes) {
     field.middleCols(piece.first_vertex, piece.num_vertices).setConstant(FieldOfPiece(n));
   }
   const parallel::Arena arena(2);
-  const Eigen::Matrix4Xf moved = Transfer(fine, coarse, arena).Apply(field, arena);
+  const Eigen::Matrix4Xf moved =
+      Transfer(TransferSource(fine, arena), coarse, arena).Apply(field, arena);
   const std::vector<char> is_rigid = mesh::RigidVertices(coarse);
   for (size_t n = 0; n < coarse.rigid_pieces.size(); ++n) {
     const mesh::RigidPiece& piece = coarse.rigid_pieces[n];
@@ -111,7 +113,8 @@ TEST(Transfer, TheOtherSideOfAThinSheetDoesNotCount) {
     side(0, v) = is_upper ? 1.0F : -1.0F;
   }
   const parallel::Arena arena(1);
-  const Eigen::Matrix4Xf moved = Transfer(sheet, sheet, arena).Apply(side, arena);
+  const Eigen::Matrix4Xf moved =
+      Transfer(TransferSource(sheet, arena), sheet, arena).Apply(side, arena);
   EXPECT_LT((moved - side).cwiseAbs().maxCoeff(), 1e-6F);
 }
 
@@ -121,10 +124,12 @@ TEST(Transfer, GivesTheSameBytesForAnyThreadCount) {
   const mesh::SpaceTimeMesh coarse = MeshOf(ball, 2.0);
   const Eigen::Matrix4Xf field = SmoothField(fine);
   const parallel::Arena one(1);
-  const Eigen::Matrix4Xf expected = Transfer(fine, coarse, one).Apply(field, one);
+  const Eigen::Matrix4Xf expected =
+      Transfer(TransferSource(fine, one), coarse, one).Apply(field, one);
   for (const int num_threads : {2, 8}) {
     const parallel::Arena arena(num_threads);
-    const Eigen::Matrix4Xf moved = Transfer(fine, coarse, arena).Apply(field, arena);
+    const Eigen::Matrix4Xf moved =
+        Transfer(TransferSource(fine, arena), coarse, arena).Apply(field, arena);
     EXPECT_TRUE(moved == expected) << num_threads;
   }
 }
