@@ -20,11 +20,11 @@ Column ConstraintColumn(const HardPins::Entry& entry, int component) {
   return column;
 }
 
-// Symmetric to the last bit. A product with it costs less than two triangles of M in turn.
-Eigen::Matrix<float, 20, 20> InverseOf(const BlockFactor& factor) {
-  const Eigen::Matrix<double, 20, 20> inverse =
-      factor.solve(Eigen::Matrix<double, 20, 20>::Identity());
-  return (0.5 * (inverse + inverse.transpose())).cast<float>();
+// Two products with it cost less than two triangles of M in double, one unknown after another.
+Eigen::Matrix<float, 20, 20> InverseRoot(const BlockFactor& factor) {
+  const Eigen::Matrix<double, 20, 20> root =
+      factor.matrixL().solve(Eigen::Matrix<double, 20, 20>::Identity());
+  return root.cast<float>();
 }
 
 struct PinEntry {
@@ -39,14 +39,14 @@ absl::StatusOr<Preconditioner> Preconditioner::Make(const NormalEquations& equat
                                                     const parallel::Arena& arena) {
   Preconditioner result(pins);
   const int64_t num_nodes = equations.num_nodes();
-  result.inverse_.resize(num_nodes);
+  result.inverse_root_.resize(num_nodes);
   std::vector<char> is_definite(num_nodes, 0);
   arena.For(
       num_nodes,
       [&](int64_t n) {
         const BlockFactor factor(equations.DiagonalBlock(n));
         is_definite[n] = factor.info() == Eigen::Success;
-        if (is_definite[n] != 0) result.inverse_[n] = InverseOf(factor);
+        if (is_definite[n] != 0) result.inverse_root_[n] = InverseRoot(factor);
       },
       16);
   for (int64_t n = 0; n < num_nodes; ++n) {
@@ -60,7 +60,7 @@ absl::StatusOr<Preconditioner> Preconditioner::Make(const NormalEquations& equat
 }
 
 absl::Status Preconditioner::FactorConstraints() {
-  std::vector<std::vector<PinEntry>> pins_of_node(inverse_.size());
+  std::vector<std::vector<PinEntry>> pins_of_node(inverse_root_.size());
   for (int64_t p = 0; p < pins_->num_pins(); ++p) {
     for (const HardPins::Entry& entry : pins_->entries(p)) {
       pins_of_node[entry.node].push_back({p, &entry});
@@ -70,12 +70,13 @@ absl::Status Preconditioner::FactorConstraints() {
   for (int64_t p = 0; p < pins_->num_pins(); ++p) {
     if (!pins_->pin(p).in_time) triplets.emplace_back(4 * p + 3, 4 * p + 3, 1.0);
   }
-  for (size_t n = 0; n < inverse_.size(); ++n) {
+  for (size_t n = 0; n < inverse_root_.size(); ++n) {
     if (!pins_of_node[n].empty()) pinned_nodes_.push_back(static_cast<int32_t>(n));
+    const Eigen::Matrix<double, 20, 20> root = inverse_root_[n].cast<double>();
     for (const PinEntry& a : pins_of_node[n]) {
       for (int i = 0; i < 4; ++i) {
         if (pins_->Mask(a.pin)[i] == 0) continue;
-        const Column solved = inverse_[n].cast<double>() * ConstraintColumn(*a.entry, i);
+        const Column solved = root.transpose() * (root * ConstraintColumn(*a.entry, i));
         for (const PinEntry& b : pins_of_node[n]) {
           for (int j = 0; j < 4; ++j) {
             if (pins_->Mask(b.pin)[j] == 0) continue;
@@ -98,8 +99,10 @@ absl::Status Preconditioner::FactorConstraints() {
 
 NodeMap Preconditioner::Solve(int64_t node, const NodeMap& residual) const {
   const Eigen::Map<const Eigen::Matrix<float, 20, 1>> flat(residual.data());
+  const Eigen::Matrix<float, 20, 1> half = inverse_root_[node] * flat;
   NodeMap result;
-  Eigen::Map<Eigen::Matrix<float, 20, 1>>(result.data()).noalias() = inverse_[node] * flat;
+  Eigen::Map<Eigen::Matrix<float, 20, 1>>(result.data()).noalias() =
+      inverse_root_[node].transpose().lazyProduct(half);
   return result;
 }
 

@@ -13,7 +13,7 @@
 
 namespace liquidblend::registration {
 
-// M: each node's own 20 x 20 block, inverted. Search directions made by Apply() lie in the null
+// M: each node's own 20 x 20 block, factorised. Search directions made by Apply() lie in the null
 // space of the constraints, so conjugate gradients never leave them: what they hold is no unknown
 // (Gould, Hribar, Nocedal 2001).  Threads: safe; same bytes for any thread count.
 class Preconditioner {
@@ -38,7 +38,9 @@ class Preconditioner {
   absl::Status FactorConstraints();
 
   const HardPins* pins_;
-  std::vector<Block> inverse_;                 // per node; of M
+  // Per node W, with M^-1 = W^T W: positive definite, however W is rounded, and nearer to M^-1 than
+  // that itself in float, as M's condition is up to 1e11 where few edges and terms hold a node.
+  std::vector<Block> inverse_root_;
   std::vector<int32_t> pinned_nodes_;          // those that move a pin, ascending
   std::unique_ptr<SparseFactor> constraints_;  // of C M^-1 C^T; none without pins
 };

@@ -114,5 +114,40 @@ TEST_F(MinimizeTest, WithoutTermsNothingMoves) {
   for (const NodeMap& map : Solve({}, Iterative(), 1)) EXPECT_EQ(map.norm(), 0.0f);
 }
 
+// A speck of a few nodes, with terms at hardly any of its vertices: what holds their maps is some
+// 1e9 times weaker in some directions than in others.
+TEST(Minimize, SolvesWhatHoldsANodeWeaklyAsTheDirectSolverDoes) {
+  const TestSurface source(BuildMesh(BlockAndDroplet(1.0f)));
+  const Points& rest = source.surface.points;
+  const DeformationNodes nodes(rest, source.neighbors, 5.0, {}, 1, parallel::Arena(2));
+  const NodeGraph graph(nodes);
+  const float beside = 1.2f / static_cast<float>(source.mesh.edge_length_m);
+  std::vector<FitTerm> terms;
+  int num_of_speck = 0;
+  for (int32_t v = 0; v < rest.cols(); v += 5) {
+    const bool is_of_speck = rest(1, v) > beside;
+    if (is_of_speck && ++num_of_speck > 2) continue;
+    const Eigen::Vector4f goal(0.2f * rest(2, v), 1, std::sin(0.2f * rest(0, v)), 0);
+    const Eigen::Vector4f n = source.mesh.normals.col(v);
+    terms.push_back({v, goal, 0.1f * Eigen::Matrix4f::Identity() + n * n.transpose()});
+  }
+  ASSERT_EQ(std::min(num_of_speck, 3), 3);
+  const auto solve = [&](int max_direct_rows) {
+    const SolverOptions options = {.smoothness = 500,
+                                   .damping = 1e-6,
+                                   .tolerance = 1e-6,
+                                   .max_steps = 4000,
+                                   .max_direct_rows = max_direct_rows};
+    std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());
+    const auto solved =
+        Minimize(nodes, graph, rest, terms, HardPins(), options, parallel::Arena(2), maps);
+    EXPECT_TRUE(solved.ok()) << solved.status();
+    return solved->fit_energy + options.smoothness * solved->smoothness_energy;
+  };
+  const double least = solve(1 << 20);
+  EXPECT_GT(least, 0.1);
+  EXPECT_NEAR(solve(0), least, 1e-4 * least);
+}
+
 }  // namespace
 }  // namespace liquidblend::registration
