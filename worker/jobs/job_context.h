@@ -17,7 +17,8 @@
 
 namespace liquidblend::jobs {
 
-// Threads: one at a time (stages report from one thread at a time).
+// Threads: stages begin and report one at a time; the stores, the arena and the keeper may be used
+// by several threads.
 class JobContext {
  public:
   JobContext(store::Catalog& job_catalog, store::BlobStore& job_blobs,

@@ -14,7 +14,7 @@
 namespace liquidblend::jobs {
 
 // A space-time mesh, and how to get the frames that it was made of, for a coarser one. The mesh
-// must outlive it.
+// must outlive it. Those of source and target may be read at the same time.
 struct MeshSource {
   const mesh::SpaceTimeMesh& mesh;
   std::function<absl::StatusOr<mesh::Animation>()> read;

@@ -125,6 +125,7 @@ class SharedProgress {
 absl::StatusOr<BuiltMesh> BuildMesh(const std::string& id, const store::v1::RegisterJob& job,
                                     const std::function<void(double)>& progress,
                                     JobContext& context) {
+  LB_RETURN_IF_ERROR(context.keeper.Check());
   spacetime::BuildOptions options = ToBuildOptions(job.space_time());
   LB_ASSIGN_OR_RETURN(const mesh::Animation animation, ReadStored(id, context));
   LB_ASSIGN_OR_RETURN(options.connectivity,

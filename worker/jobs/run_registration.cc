@@ -107,6 +107,7 @@ absl::StatusOr<FamilyLevel> MakeLevel(const mesh::Animation& source,
                                       const FamilyParts& parts,
                                       const registration::TransferSource& finest,
                                       JobContext& context) {
+  LB_RETURN_IF_ERROR(context.keeper.Check());
   FamilyLevel level;
   LB_ASSIGN_OR_RETURN(level.mesh, spacetime::Build(source, options, context.arena));
   const registration::Transfer transfer(finest, level.mesh, context.arena);

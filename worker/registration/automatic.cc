@@ -1,6 +1,7 @@
 #include "worker/registration/automatic.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace liquidblend::registration {
@@ -93,16 +94,22 @@ bool IsNearUsers(const PairedPoints& pair, const std::vector<Correspondence>& us
   });
 }
 
-// Whether a point belongs to the part of a surface that is registered. There are too few to ask for
-// that a search tree would pay.
-bool IsOnSurface(const Surface& surface, const Eigen::Vector4d& point) {
-  const Eigen::Vector4f query = point.cast<float>();
-  for (int64_t v = 0; v < surface.points.cols(); ++v) {
-    const float distance_sq = (surface.points.col(v) - query).squaredNorm();
-    if (distance_sq <= kOnSurface * kOnSurface && !surface.rigid[v]) return true;
+// Whether a point belongs to the part of a surface that is registered.
+class OnSurface {
+ public:
+  OnSurface(const Surface& surface, const parallel::Arena& arena)
+      : surface_(surface), tree_(surface.points, surface.FreeVertices(), arena) {}
+  bool operator()(const Eigen::Vector4d& point) const {
+    const Eigen::Vector4f query = point.cast<float>();
+    std::array<int32_t, 1> found = {0};
+    return tree_.Nearest(query, found) > 0 &&
+           (surface_.points.col(found[0]) - query).norm() <= kOnSurface;
   }
-  return false;
-}
+
+ private:
+  const Surface& surface_;
+  PointTree tree_;
+};
 
 }  // namespace
 
@@ -122,15 +129,18 @@ FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
                                                    const FeaturesOfPair& features,
                                                    const std::vector<Correspondence>& users,
-                                                   double edge_length_m) {
+                                                   double edge_length_m,
+                                                   const parallel::Arena& arena) {
   std::vector<AutomaticCorrespondence> result;
   const Features &from = features.source, &to = features.target;
   const FeaturePairs pairs = PairFeatures(from, to, ScaleOf(source, target));
   const std::vector<PairedPoints> found = PointsOfPairs(from, to, pairs);
+  if (found.empty()) return result;
+  const OnSurface on_source(source, arena), on_target(target, arena);
   for (const PairedPoints& pair : found) {
     if (IsNearUsers(pair, users, edge_length_m)) continue;
     for (const EventPair& point : pair.points) {
-      if (!IsOnSurface(source, point.source) || !IsOnSurface(target, point.target)) continue;
+      if (!on_source(point.source) || !on_target(point.target)) continue;
       AutomaticCorrespondence& added = result.emplace_back();
       added.correspondence.source = FromUnits(point.source, edge_length_m);
       added.correspondence.target = FromUnits(point.target, edge_length_m);

@@ -33,6 +33,7 @@ FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
                                                    const FeaturesOfPair& features,
                                                    const std::vector<Correspondence>& users,
-                                                   double edge_length_m);
+                                                   double edge_length_m,
+                                                   const parallel::Arena& arena);
 
 }  // namespace liquidblend::registration

@@ -126,7 +126,7 @@ struct PointTree::Part {
         indices(columns.begin(), columns.end()),
         lowest(adaptor.points.rowwise().minCoeff()),
         highest(adaptor.points.rowwise().maxCoeff()),
-        tree(4, adaptor, {16}) {
+        tree(4, adaptor, {16, nanoflann::KDTreeSingleIndexAdaptorFlags::SkipInitialBuildIndex}) {
     tree.buildIndex();
     PutInOrderOfLeaves();
   }
@@ -157,7 +157,7 @@ namespace {
 class NearestColumns {
  public:
   using DistanceType = float;
-  explicit NearestColumns(std::span<int32_t> found) : found_(found), set_(found.size()) {
+  explicit NearestColumns(std::span<int32_t> found) : set_(found.size()) {
     set_.init(found.data(), distance_sq_.data());
   }
   void set_indices(const std::vector<int32_t>& indices) { indices_ = &indices; }
@@ -169,7 +169,6 @@ class NearestColumns {
   }
 
  private:
-  std::span<int32_t> found_;
   std::array<float, kMostFound> distance_sq_;
   nanoflann::KNNResultSet<float, int32_t> set_;
   const std::vector<int32_t>* indices_ = nullptr;

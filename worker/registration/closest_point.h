@@ -37,7 +37,8 @@ class PointTree {
   ~PointTree();
   PointTree(PointTree&&) noexcept;
 
-  // The nearest columns, nearest first; at most found.size(). Returns how many.
+  // The nearest columns, nearest first; at most found.size() and 64, none if the query is not
+  // finite. Returns how many.
   size_t Nearest(const Eigen::Vector4f& query, std::span<int32_t> found) const;
   // Of the kNumCandidates nearest columns, the nearest one that is accepted; -1: none.
   int32_t NearestThat(const Eigen::Vector4f& query, absl::FunctionRef<bool(int32_t)> accept) const;

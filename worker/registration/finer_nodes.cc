@@ -216,8 +216,8 @@ std::vector<int32_t> TargetOf(const SurfacePair& pair, const Points& moved,
   std::vector<char> is_near(candidates.size(), 0);
   arena.For(static_cast<int64_t>(candidates.size()), [&](int64_t n) {
     std::array<int32_t, 1> nearest;
-    tree.Nearest(pair.target.points.col(candidates[n]), nearest);
-    is_near[n] = depth[nearest[0]] > kHeldRings;
+    const Eigen::Vector4f c = pair.target.points.col(candidates[n]);
+    is_near[n] = tree.Nearest(c, nearest) > 0 && depth[nearest[0]] > kHeldRings;
   });
   std::vector<int32_t> result;
   for (size_t n = 0; n < candidates.size(); ++n) {

@@ -224,7 +224,7 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   pair.Open(features.source.tracks, features.target.tracks);
   std::vector<AutomaticCorrespondence> found;
   if (options.automatic_correspondences) {
-    found = FindAutomatic(source, target, features, users, edge);
+    found = FindAutomatic(source, target, features, users, edge, arena);
   }
   const std::vector<Correspondence> correspondences = Join(users, found);
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,

@@ -30,12 +30,13 @@ class TransferSource {
 // For each vertex of a mesh, weights of the nearest vertices of another one.
 class Transfer {
  public:
-  // Vertices of `from` count by their closeness, with a frame of time as long as a mean edge, and
-  // by how much their normals agree, so that the two sides of a thin sheet do not mix. Where no
+  // Vertices of the source count by their closeness, with a frame of time as long as a mean edge,
+  // and by how much their normals agree, so that the two sides of a thin sheet do not mix. Where no
   // normal near by agrees, the nearest vertex alone counts. A rigid piece moves as the same one of
-  // `from` if both meshes have as many, else as its first vertex. Requires: `to` has normals.
+  // the source if both meshes have as many, else as its first vertex. Requires: `to` has normals.
   // Threads: same bytes for any thread count.  Cost: O(vertices log vertices).
-  Transfer(const TransferSource& from, const mesh::SpaceTimeMesh& to, const parallel::Arena& arena);
+  Transfer(const TransferSource& source, const mesh::SpaceTimeMesh& to,
+           const parallel::Arena& arena);
 
   // Weighted means of the columns of `values`, of which there is one per vertex of `from`, or none:
   // then the result has none either.

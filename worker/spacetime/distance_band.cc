@@ -188,7 +188,8 @@ void DistanceBand::AddBlocks(const Grid& grid, const PointBits& points) {
       }
     }
   }
-  blocks_.resize(num_blocks);  // all at once: they are large
+  blocks_.reserve(num_blocks);  // no more: they are large
+  blocks_.resize(num_blocks);
 }
 
 DistanceBand::FarPoints DistanceBand::Rasterize(const Grid& grid, const GridSurface& surface,

@@ -1,6 +1,7 @@
 #include "worker/spacetime/inverted_rays.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -145,6 +146,7 @@ std::array<InvertedRays::Marks, 3> InvertedRays::MarkAround(
 }
 
 void InvertedRays::Update(const Layers& layers, const std::vector<char>& has_moved) {
+  assert(has_moved.size() == boxes_.before.size());
   const std::array<Marks, 3> marks = MarkAround(has_moved);
   std::vector<size_t> faces;
   std::array<std::vector<int64_t>, 3> crossed;  // of `faces`, per axis

@@ -19,8 +19,9 @@ class InvertedRays {
   // Vertices of Slab::beyond may move from where they are now towards their cells, no others.
   InvertedRays(const Layers& layers, BoxFaces boxes);
 
-  // Looks along the rays at corners (of before or after) whose vertices have moved since; the first
-  // time, all have to be.
+  // Looks along the rays through faces at corners whose vertices, before or after, have moved
+  // since.
+  //   has_moved  one per corner of boxes(); the first time all are set
   void Update(const Layers& layers, const std::vector<char>& has_moved);
 
   // Where they touch a winding number below 0, in grid units.

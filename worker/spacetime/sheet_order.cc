@@ -77,7 +77,7 @@ class SheetOrder {
   }
 
  private:
-  // A layer that has any at its boxes.
+  // A layer with boxes, and the free vertices at their corners.
   struct OfLayer {
     OfLayer(const Layers& layers, BoxFaces boxes) : rays(layers, std::move(boxes)) {}
     InvertedRays rays;
@@ -130,7 +130,7 @@ class SheetOrder {
     return Join(near);
   }
 
-  // Whether any of the layer has moved.
+  // Looks again if any of the layer's vertices have moved; whether any have.
   bool Update(OfLayer& of_layer, const std::vector<char>& moved) const {
     std::vector<char> has_moved(of_layer.rays.boxes().before.size(), of_layer.is_new ? 1 : 0);
     bool any = std::exchange(of_layer.is_new, false);

@@ -12,7 +12,7 @@ std::vector<AutomaticCorrespondence> FindPoints(const Surface& source, const Sur
                                                 const std::vector<Correspondence>& users,
                                                 double edge_length_m) {
   const FeaturesOfPair features = FindFeatures(source, target, {}, parallel::Arena(2));
-  return FindAutomatic(source, target, features, users, edge_length_m);
+  return FindAutomatic(source, target, features, users, edge_length_m, parallel::Arena(2));
 }
 
 class AutomaticTest : public ::testing::Test {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
+#include <numeric>
 #include <random>
 
 #include "tests/synthetic/families.h"
@@ -46,6 +48,33 @@ TEST(PointTree, FindsTheNearestOfAllParts) {
       EXPECT_EQ(found[k] % 2, 0);
       EXPECT_NEAR((points.col(found[k]) - query).norm(), expected[k], 1e-5f);
     }
+  }
+}
+
+TEST(PointTree, GivesTheSameForAnyThreadCount) {
+  std::mt19937 random(3);
+  constexpr int64_t kNumPoints = 2 * PointTree::kPartPoints + 10;
+  Points points(4, kNumPoints);  // many of them the same
+  for (float& x : points.reshaped()) x = static_cast<float>(random() % 40);
+  std::vector<int32_t> all(kNumPoints);
+  std::iota(all.begin(), all.end(), 0);
+  const PointTree one(points, all, parallel::Arena(1)), eight(points, all, parallel::Arena(8));
+  for (int n = 0; n < 100; ++n) {
+    const Eigen::Vector4f query = points.col(1000 * n);
+    std::array<int32_t, 5> of_one, of_eight;
+    ASSERT_EQ(one.Nearest(query, of_one), 5U);
+    ASSERT_EQ(eight.Nearest(query, of_eight), 5U);
+    EXPECT_EQ(of_one, of_eight);
+  }
+}
+
+TEST(PointTree, ToNowhereFindsNone) {
+  const Points points = Points::Random(4, 100);
+  const PointTree tree(points, {0, 1, 2, 50, 99}, parallel::Arena(2));
+  std::array<int32_t, 2> found;
+  for (const float x :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    EXPECT_EQ(tree.Nearest(Eigen::Vector4f(0, x, 0, 0), found), 0U);
   }
 }
 

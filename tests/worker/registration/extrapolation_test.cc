@@ -30,8 +30,11 @@ TEST(Extrapolation, KeepsTogetherWhatCameTogether) {
   EXPECT_LT(result.row(2).cwiseAbs().maxCoeff(), 0.35f * before);
 }
 
+// Of more points than are summed at a time.
 TEST(Extrapolation, IsTheSameForAnyNumberOfThreads) {
-  const TestSurface source(SphereMesh());
+  const TestSurface source(
+      BuildMesh(synthetic::MovingSphere({.num_frames = 16, .subdivisions = 5})));
+  ASSERT_GT(source.surface.points.cols(), 1 << 17);
   Random random(7);
   Points displacement(4, source.surface.points.cols());
   for (float& x : displacement.reshaped()) x = static_cast<float>(random.Below(2001) - 1000) / 500;

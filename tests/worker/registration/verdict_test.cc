@@ -23,7 +23,7 @@ struct Pair {
       : source(BuildMesh(a)),
         target_mesh(BuildMesh(b)),
         target(target_mesh, source.mesh.edge_length_m),
-        search(target_mesh, target.points, target.cells_around) {}
+        search(target_mesh, target.points, target.cells_around, parallel::Arena(2)) {}
   mesh::Verdict Judged(const Points& displacement, int num_threads = 2) const {
     return Judge(source.surface, source.neighbors, target, search, displacement,
                  parallel::Arena(num_threads));
