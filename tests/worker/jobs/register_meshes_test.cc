@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <limits>
 
 #include "core/mesh/slice_at.h"
@@ -69,7 +70,7 @@ class RegisterMeshesTest : public ::testing::Test {
 
   const mesh::Animation low_ = Drop(0.45f), high_ = Drop(0.65f);
   const mesh::SpaceTimeMesh source_ = Build(low_), target_ = Build(high_);
-  int num_reads_ = 0;
+  std::atomic<int> num_reads_ = 0;  // of both meshes at the same time
 };
 
 TEST_F(RegisterMeshesTest, SmallMeshesAreRegisteredAtOnce) {
