@@ -75,6 +75,15 @@ Points InEdgeUnits(const Eigen::Matrix4Xf& vertices, double edge_length_m) {
   return points;
 }
 
+std::vector<int32_t> FreeVertices(const mesh::SpaceTimeMesh& mesh, int64_t begin, int64_t end) {
+  const std::vector<char> rigid = mesh::RigidVertices(mesh);
+  std::vector<int32_t> indices;
+  for (int64_t v = begin; v < end; ++v) {
+    if (!rigid[v]) indices.push_back(static_cast<int32_t>(v));
+  }
+  return indices;
+}
+
 GeodesicSearch::GeodesicSearch(const Points& points, const IndexLists& neighbors)
     : points_(points),
       neighbors_(neighbors),

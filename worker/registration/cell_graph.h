@@ -40,6 +40,9 @@ IndexLists VertexNeighbors(const mesh::SpaceTimeMesh& mesh, const IndexLists& ce
 // Positions in registration units, with the unit of length given.
 Points InEdgeUnits(const Eigen::Matrix4Xf& vertices, double edge_length_m);
 
+// The vertices of [begin, end) outside of rigid pieces, ascending.
+std::vector<int32_t> FreeVertices(const mesh::SpaceTimeMesh& mesh, int64_t begin, int64_t end);
+
 // Geodesic distances along the graph's edges from one vertex, out to a radius (Dijkstra's, with
 // buckets instead of a heap: a vertex may be visited again, the distances are the same). Keeps its
 // scratch between calls. Threads: one at a time.

@@ -14,16 +14,6 @@ namespace {
 constexpr int kProjectionSteps = 3;
 constexpr size_t kMostFound = 64;  // by one search
 
-// Of [begin, end), those outside of rigid pieces.
-std::vector<int32_t> FreeVertices(const mesh::SpaceTimeMesh& mesh, int64_t begin, int64_t end) {
-  const std::vector<char> rigid = mesh::RigidVertices(mesh);
-  std::vector<int32_t> indices;
-  for (int64_t v = begin; v < end; ++v) {
-    if (!rigid[v]) indices.push_back(static_cast<int32_t>(v));
-  }
-  return indices;
-}
-
 // What a cell interpolates between its corners: the sum of these times 1, x, y, z, xy, xz, yz and
 // xyz of its parameters, each in [0, 1].
 struct Interpolant {

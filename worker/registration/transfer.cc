@@ -17,31 +17,15 @@ constexpr float kMinAgreement = 0.3F;  // cosine between normals
 constexpr float kSoftening =
     0.01F;  // squared edges: keeps the weight of a vertex met exactly finite
 
-// Space in mean edge lengths of the animation, time in frames.
-Eigen::Matrix4Xf PointsOf(const mesh::SpaceTimeMesh& mesh, double edge_length_m) {
-  Eigen::Matrix4Xf points = mesh.vertices;
-  points.topRows<3>() /= static_cast<float>(edge_length_m);
-  return points;
-}
-
-std::vector<int32_t> FreeVertices(const mesh::SpaceTimeMesh& mesh) {
-  const std::vector<char> rigid = mesh::RigidVertices(mesh);
-  std::vector<int32_t> vertices;
-  for (int32_t v = 0; v < mesh.num_vertices(); ++v) {
-    if (!rigid[v]) vertices.push_back(v);
-  }
-  return vertices;
-}
-
 }  // namespace
 
 struct TransferSource::Impl {
   Impl(const mesh::SpaceTimeMesh& from, const parallel::Arena& arena)
       : mesh(from),
-        points(PointsOf(from, from.edge_length_m)),
-        tree(points, FreeVertices(from), arena) {}
+        points(InEdgeUnits(from.vertices, from.edge_length_m)),
+        tree(points, FreeVertices(from, 0, from.num_vertices()), arena) {}
   const mesh::SpaceTimeMesh& mesh;
-  Eigen::Matrix4Xf points;
+  Points points;
   PointTree tree;
 };
 
@@ -56,9 +40,9 @@ Transfer::Transfer(const TransferSource& source, const mesh::SpaceTimeMesh& to,
                    const parallel::Arena& arena) {
   assert(to.normals.cols() == to.num_vertices());
   const mesh::SpaceTimeMesh& from = source.impl_->mesh;
-  const Eigen::Matrix4Xf& from_points = source.impl_->points;
+  const Points& from_points = source.impl_->points;
   const PointTree& tree = source.impl_->tree;
-  const Eigen::Matrix4Xf to_points = PointsOf(to, from.edge_length_m);
+  const Points to_points = InEdgeUnits(to.vertices, from.edge_length_m);
   const auto count = static_cast<int>(std::min<size_t>(kNumNeighbors, tree.size()));
   neighbors_.setZero(count, to.num_vertices());
   weights_.setZero(count, to.num_vertices());
