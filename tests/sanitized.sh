@@ -24,12 +24,14 @@ cmake --build --preset release
 reports=$PWD/build/$preset/reports
 rm -rf "$reports"
 mkdir -p "$reports"
-export ASAN_OPTIONS=log_path=$reports/asan:verify_asan_link_order=0  # the layer of faults comes first
+export ASAN_OPTIONS=log_path=$reports/asan
 export UBSAN_OPTIONS=log_path=$reports/ubsan:print_stacktrace=1:halt_on_error=1
 export LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0
 export TSAN_OPTIONS="log_path=$reports/tsan ignore_noninstrumented_modules=1
   suppressions=$PWD/tests/tsan/grpc.supp"
 export LIQUIDBLEND_BINARY_DIR=$PWD/build/$preset/bin LIQUIDBLEND_E2E_PATIENCE=600
+LIQUIDBLEND_E2E_SANITIZER=$(g++ -print-file-name="lib$preset.so")  # comes before the layer of faults
+export LIQUIDBLEND_E2E_SANITIZER
 status=0
 ctest --preset release --timeout 3000 --no-tests=error -L '^e2e$' "$@" || status=1
 if [ -n "$(ls "$reports")" ]; then

@@ -1,11 +1,21 @@
 #include <sys/mman.h>
 
+#include <cstdlib>
 #include <filesystem>
 
 #include "tests/e2e/fault_layer.h"
 #include "tests/paths.h"
 
 namespace liquidblend::e2e {
+namespace {
+
+// A sanitizer's runtime has to come before all else, and its calls then reach the layer.
+std::string Preloaded() {
+  const char* const runtime = std::getenv("LIQUIDBLEND_E2E_SANITIZER");
+  return (runtime == nullptr ? "" : std::string(runtime) + ":") + paths::FaultLayer();
+}
+
+}  // namespace
 
 FaultLayer::FaultLayer(const std::string& folder, const std::string& own, bool has_disk)
     : folder_(folder), own_(own), has_disk_(has_disk) {
@@ -16,7 +26,7 @@ FaultLayer::FaultLayer(const std::string& folder, const std::string& own, bool h
 FaultLayer::~FaultLayer() { munmap(control_, sizeof(FaultControl)); }
 
 std::vector<std::string> FaultLayer::environment() const {
-  std::vector<std::string> variables = {"LD_PRELOAD=" + paths::FaultLayer(),
+  std::vector<std::string> variables = {"LD_PRELOAD=" + Preloaded(),
                                         std::string(kFaultFolderVariable) + "=" + folder_,
                                         std::string(kFaultOwnVariable) + "=" + own_};
   if (has_disk_) variables.push_back(std::string(kFaultDiskVariable) + "=1");

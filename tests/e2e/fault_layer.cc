@@ -19,6 +19,8 @@
 #include <cstdarg>
 #include <cstdlib>
 #include <ctime>
+#include <string>
+#include <string_view>
 
 #include "tests/e2e/fault_disk.h"
 
@@ -48,10 +50,15 @@ std::atomic<const Layer*> the_layer = nullptr;
 
 __attribute__((constructor)) void MakeLayer() { the_layer = new Layer(); }
 
-bool IsConcerned(const std::string& path) {
+// Until the library is ready no memory is asked for: a sanitizer's runtime, which makes calls of
+// its own while it starts, could not give any.
+bool IsReady() {
   const Layer* const layer = the_layer;
-  return layer != nullptr && layer->control != nullptr &&
-         path.compare(0, layer->folder.size(), layer->folder) == 0;
+  return layer != nullptr && layer->control != nullptr;
+}
+
+bool IsConcerned(std::string_view path) {
+  return IsReady() && path.starts_with(the_layer.load()->folder);
 }
 
 std::string PathOf(int fd) {
@@ -60,6 +67,7 @@ std::string PathOf(int fd) {
   const ssize_t size = readlink(link.c_str(), path.data(), path.size());
   return size < 0 ? "" : std::string(path.data(), static_cast<size_t>(size));
 }
+bool IsConcerned(int fd) { return IsReady() && IsConcerned(PathOf(fd)); }
 
 // Whether this call is one of those that fail; then errno says how.
 bool Fails(FaultyCall call) {
@@ -85,8 +93,7 @@ size_t Part(size_t size) {
 // once.
 template <typename Flush>
 int SyncTo(int fd, const Flush& flush) {
-  const std::string path = PathOf(fd);
-  if (!IsConcerned(path)) return flush();
+  if (!IsConcerned(fd)) return flush();
   if (Fails(FaultyCall::kSync)) return -1;
   const Layer& layer = *the_layer.load();
   if (!layer.has_disk) return flush();
@@ -98,7 +105,7 @@ int SyncTo(int fd, const Flush& flush) {
   const int result = flush();
   struct stat info = {};
   const bool is_folder = fstat(fd, &info) == 0 && S_ISDIR(info.st_mode);
-  (is_folder ? KeepFolder : KeepFile)(FaultDiskFolder(layer.own), path);
+  (is_folder ? KeepFolder : KeepFile)(FaultDiskFolder(layer.own), PathOf(fd));
   close(turn);
   return result;
 }
@@ -166,7 +173,7 @@ using namespace liquidblend::e2e;  // NOLINT: what follows has to be outside of 
 extern "C" {
 
 ssize_t write(int fd, const void* bytes, size_t size) {
-  const bool is_concerned = IsConcerned(PathOf(fd));
+  const bool is_concerned = IsConcerned(fd);
   if (is_concerned) size = Part(size);
   if (is_concerned && Fails(FaultyCall::kWrite)) return -1;
   static auto* const next = Next<ssize_t(int, const void*, size_t)>("write");
@@ -174,7 +181,7 @@ ssize_t write(int fd, const void* bytes, size_t size) {
 }
 
 ssize_t pwrite64(int fd, const void* bytes, size_t size, off_t offset) {
-  const bool is_concerned = IsConcerned(PathOf(fd));
+  const bool is_concerned = IsConcerned(fd);
   if (is_concerned) size = Part(size);
   if (is_concerned && Fails(FaultyCall::kWrite)) return -1;
   static auto* const next = Next<ssize_t(int, const void*, size_t, off_t)>("pwrite64");
@@ -185,7 +192,7 @@ ssize_t pwrite(int fd, const void* bytes, size_t size, off_t offset) {
 }
 
 int ftruncate64(int fd, off_t size) noexcept {
-  if (IsConcerned(PathOf(fd)) && Fails(FaultyCall::kWrite)) return -1;
+  if (IsConcerned(fd) && Fails(FaultyCall::kWrite)) return -1;
   static auto* const next = Next<int(int, off_t)>("ftruncate64");
   return next(fd, size);
 }
