@@ -27,11 +27,28 @@
 namespace liquidblend::e2e {
 namespace {
 
-// The call that this library stands in front of.
+// The call that this library stands in front of, found out when it is first made. Made as a
+// constant: the guards of other static variables are calls of a sanitizer's runtime, which makes
+// some of the calls below while it starts. Nor do others wait while it is found out: they would by
+// these very calls.
 template <typename Function>
-Function* Next(const char* name) {
-  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
-}
+class Next {
+ public:
+  explicit constexpr Next(const char* name) : name_(name) {}
+  template <typename... Arguments>
+  auto operator()(Arguments... arguments) {
+    Function* found = found_;
+    if (found == nullptr) {
+      found = reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name_));
+      found_ = found;
+    }
+    return found(arguments...);
+  }
+
+ private:
+  const char* const name_;
+  std::atomic<Function*> found_ = nullptr;
+};
 
 std::string Variable(const char* name) {
   const char* const value = std::getenv(name);
@@ -155,10 +172,10 @@ bool IsNew(const char* path) {
 
 using OpenCall = int(const char*, int, ...);
 
-int OpenBy(const char* name, const char* path, int flags, int mode) {
+int OpenBy(Next<OpenCall>& next, const char* path, int flags, int mode) {
   const bool is_new = (flags & O_CREAT) != 0 && IsConcerned(path) && IsNew(path);
   if (is_new && Fails(FaultyCall::kCreate)) return -1;
-  return Next<OpenCall>(name)(path, flags, mode);
+  return next(path, flags, mode);
 }
 
 int ModeOf(int flags, va_list arguments) {
@@ -176,7 +193,7 @@ ssize_t write(int fd, const void* bytes, size_t size) {
   const bool is_concerned = IsConcerned(fd);
   if (is_concerned) size = Part(size);
   if (is_concerned && Fails(FaultyCall::kWrite)) return -1;
-  static auto* const next = Next<ssize_t(int, const void*, size_t)>("write");
+  static constinit Next<ssize_t(int, const void*, size_t)> next("write");
   return next(fd, bytes, size);
 }
 
@@ -184,7 +201,7 @@ ssize_t pwrite64(int fd, const void* bytes, size_t size, off_t offset) {
   const bool is_concerned = IsConcerned(fd);
   if (is_concerned) size = Part(size);
   if (is_concerned && Fails(FaultyCall::kWrite)) return -1;
-  static auto* const next = Next<ssize_t(int, const void*, size_t, off_t)>("pwrite64");
+  static constinit Next<ssize_t(int, const void*, size_t, off_t)> next("pwrite64");
   return next(fd, bytes, size, offset);
 }
 ssize_t pwrite(int fd, const void* bytes, size_t size, off_t offset) {
@@ -193,34 +210,34 @@ ssize_t pwrite(int fd, const void* bytes, size_t size, off_t offset) {
 
 int ftruncate64(int fd, off_t size) noexcept {
   if (IsConcerned(fd) && Fails(FaultyCall::kWrite)) return -1;
-  static auto* const next = Next<int(int, off_t)>("ftruncate64");
+  static constinit Next<int(int, off_t)> next("ftruncate64");
   return next(fd, size);
 }
 int ftruncate(int fd, off_t size) noexcept { return ftruncate64(fd, size); }
 
 int fsync(int fd) {
-  static auto* const next = Next<int(int)>("fsync");
+  static constinit Next<int(int)> next("fsync");
   return SyncTo(fd, [&] { return next(fd); });
 }
 int fdatasync(int fd) {
-  static auto* const next = Next<int(int)>("fdatasync");
+  static constinit Next<int(int)> next("fdatasync");
   return SyncTo(fd, [&] { return next(fd); });
 }
 
 int rename(const char* from, const char* to) noexcept {
   if (IsConcerned(to) && Fails(FaultyCall::kRename)) return -1;
-  static auto* const next = Next<int(const char*, const char*)>("rename");
+  static constinit Next<int(const char*, const char*)> next("rename");
   return next(from, to);
 }
 int unlink(const char* path) noexcept {
   if (IsConcerned(path) && Fails(FaultyCall::kRename)) return -1;
-  static auto* const next = Next<int(const char*)>("unlink");
+  static constinit Next<int(const char*)> next("unlink");
   return next(path);
 }
 
 int mkdir(const char* path, mode_t mode) noexcept {
   if (IsConcerned(path) && IsNew(path) && Fails(FaultyCall::kCreate)) return -1;
-  static auto* const next = Next<int(const char*, mode_t)>("mkdir");
+  static constinit Next<int(const char*, mode_t)> next("mkdir");
   return next(path, mode);
 }
 int open(const char* path, int flags, ...) {
@@ -228,19 +245,21 @@ int open(const char* path, int flags, ...) {
   va_start(arguments, flags);
   const int mode = ModeOf(flags, arguments);
   va_end(arguments);
-  return OpenBy("open", path, flags, mode);
+  static constinit Next<OpenCall> next("open");
+  return OpenBy(next, path, flags, mode);
 }
 int open64(const char* path, int flags, ...) {
   va_list arguments;
   va_start(arguments, flags);
   const int mode = ModeOf(flags, arguments);
   va_end(arguments);
-  return OpenBy("open64", path, flags, mode);
+  static constinit Next<OpenCall> next("open64");
+  return OpenBy(next, path, flags, mode);
 }
 
 int clock_gettime(clockid_t clock, timespec* time) noexcept {
   if (clock != CLOCK_REALTIME || AheadUs() == 0) {
-    static auto* const next = Next<int(clockid_t, timespec*)>("clock_gettime");
+    static constinit Next<int(clockid_t, timespec*)> next("clock_gettime");
     return next(clock, time);
   }
   *time = RealTime();
@@ -260,10 +279,7 @@ time_t time(time_t* where) noexcept {
 // Abseil waits until times of day.
 long syscall(long number, ...) noexcept {
   using Call = long(long, long, long, long, long, long, long);
-  // Not found out while others wait for that: they would wait by this very call.
-  static std::atomic<Call*> known = nullptr;
-  if (known == nullptr) known = Next<Call>("syscall");
-  Call* const next = known;
+  static constinit Next<Call> next("syscall");
   long a[6];
   va_list arguments;
   va_start(arguments, number);
