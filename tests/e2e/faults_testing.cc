@@ -24,7 +24,7 @@ constexpr char kRegistration[] = "registration";
 constexpr char kImport[] = "import";
 
 void SetDeadline(grpc::ClientContext& context) {
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+  context.set_deadline(std::chrono::system_clock::now() + Slowness() * std::chrono::seconds(20));
 }
 
 }  // namespace
@@ -98,7 +98,8 @@ void FaultTest::TakeTemplate() {
 
 Process FaultTest::StartFaultWorker(const std::vector<std::string>& environment) {
   std::vector<std::string> arguments = StoreArguments();
-  arguments.insert(arguments.end(), {"--lease", "600ms", "--poll", "20ms", "--threads", "1"});
+  const std::string lease = absl::StrCat(600 * Slowness(), "ms");  // slow ones renew it late, too
+  arguments.insert(arguments.end(), {"--lease", lease, "--poll", "20ms", "--threads", "1"});
   std::vector<std::string> all = environment;
   all.push_back("LIQUIDBLEND_CHECKPOINT_INTERVAL=1ms");
   all.push_back("LIQUIDBLEND_CHECKPOINT_ITERATIONS=1");
@@ -199,7 +200,7 @@ void FaultTest::EndRun(Process server, Process worker, const std::function<void(
 }
 
 bool FaultTest::AwaitDeath(const Process& program) {
-  constexpr auto kLingers = std::chrono::seconds(3);  // after the last job
+  const auto lingers = Slowness() * std::chrono::seconds(3);  // after the last job
   const auto all_done = [this] {
     return std::all_of(names_.begin(), names_.end(),
                        [this](const auto& name) { return IsDone(name.first, name.second); });
@@ -208,7 +209,7 @@ bool FaultTest::AwaitDeath(const Process& program) {
   while (IsAlive(program.pid())) {
     const auto now = std::chrono::steady_clock::now();
     if (now > end) return false;
-    if (end == std::chrono::steady_clock::time_point::max() && all_done()) end = now + kLingers;
+    if (end == std::chrono::steady_clock::time_point::max() && all_done()) end = now + lingers;
     std::this_thread::sleep_for(kPoll);
   }
   return true;

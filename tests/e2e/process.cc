@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <fstream>
@@ -112,6 +113,8 @@ std::chrono::seconds Patience() {
   const char* const seconds = std::getenv("LIQUIDBLEND_E2E_PATIENCE");
   return std::chrono::seconds(seconds == nullptr ? 60 : std::atoi(seconds));
 }
+
+int Slowness() { return std::max(1, static_cast<int>(Patience() / std::chrono::minutes(1))); }
 
 bool IsAlive(pid_t pid) {
   const char state = StateOf(pid);

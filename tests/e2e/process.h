@@ -46,6 +46,9 @@ std::vector<pid_t> ChildrenOf(pid_t pid);
 // variable LIQUIDBLEND_E2E_PATIENCE says, where programs under a sanitizer are slow.
 std::chrono::seconds Patience();
 
+// How many times as long as usual: 1, or what the same variable makes of a minute.
+int Slowness();
+
 // Whether there is such a process (a zombie does not count).
 bool IsAlive(pid_t pid);
 
