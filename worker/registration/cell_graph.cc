@@ -22,51 +22,34 @@ std::span<const int32_t> CornersOf(const mesh::SpaceTimeMesh& mesh, int64_t c) {
   return mesh.tetrahedra[c - num(mesh.pyramids)];
 }
 
-IndexLists CellsAroundVertices(const mesh::SpaceTimeMesh& mesh) {
-  IndexLists lists;
-  lists.begin.assign(mesh.num_vertices() + 1, 0);
+PackedLists CellsAroundVertices(const mesh::SpaceTimeMesh& mesh, const parallel::Arena& arena) {
+  std::vector<int64_t> begin(mesh.num_vertices() + 1, 0);
   const int64_t num_cells = mesh.num_cells();
   for (int64_t c = 0; c < num_cells; ++c) {
-    for (const int32_t v : CornersOf(mesh, c)) ++lists.begin[v + 1];
+    for (const int32_t v : CornersOf(mesh, c)) ++begin[v + 1];
   }
-  std::partial_sum(lists.begin.begin(), lists.begin.end(), lists.begin.begin());
-  lists.items.resize(lists.begin.back());
-  std::vector<int64_t> next(lists.begin.begin(), lists.begin.end() - 1);
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<int32_t> cells(begin.back());
+  std::vector<int64_t> next(begin.begin(), begin.end() - 1);
   for (int64_t c = 0; c < num_cells; ++c) {
-    for (const int32_t v : CornersOf(mesh, c)) lists.items[next[v]++] = static_cast<int32_t>(c);
+    for (const int32_t v : CornersOf(mesh, c)) cells[next[v]++] = static_cast<int32_t>(c);
   }
-  return lists;
+  return PackedLists(mesh.num_vertices(), arena, [&](int64_t v, std::vector<int32_t>& around) {
+    around.assign(cells.begin() + begin[v], cells.begin() + begin[v + 1]);
+  });
 }
 
-IndexLists VertexNeighbors(const mesh::SpaceTimeMesh& mesh, const IndexLists& cells_around,
-                           const parallel::Arena& arena) {
-  constexpr int64_t kChunk = 4096;
-  const int64_t num_vertices = mesh.num_vertices();
-  IndexLists lists;
-  lists.begin.assign(num_vertices + 1, 0);
-  std::vector<std::vector<int32_t>> of_chunk((num_vertices + kChunk - 1) / kChunk);
-  arena.ForChunks(num_vertices, kChunk, [&](int64_t chunk, int64_t begin, int64_t end) {
-    std::vector<int32_t> around;
-    for (int64_t v = begin; v < end; ++v) {
-      around.clear();
-      for (const int32_t c : cells_around[v]) {
-        const auto corners = CornersOf(mesh, c);
-        around.insert(around.end(), corners.begin(), corners.end());
-      }
-      std::sort(around.begin(), around.end());
-      around.erase(std::unique(around.begin(), around.end()), around.end());
-      std::erase(around, static_cast<int32_t>(v));
-      lists.begin[v + 1] = static_cast<int64_t>(around.size());
-      of_chunk[chunk].insert(of_chunk[chunk].end(), around.begin(), around.end());
+PackedLists VertexNeighbors(const mesh::SpaceTimeMesh& mesh, const PackedLists& cells_around,
+                            const parallel::Arena& arena) {
+  return PackedLists(mesh.num_vertices(), arena, [&](int64_t v, std::vector<int32_t>& around) {
+    for (const int32_t c : cells_around[v]) {
+      const auto corners = CornersOf(mesh, c);
+      around.insert(around.end(), corners.begin(), corners.end());
     }
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    std::erase(around, static_cast<int32_t>(v));
   });
-  std::partial_sum(lists.begin.begin(), lists.begin.end(), lists.begin.begin());
-  lists.items.reserve(lists.begin.back());
-  for (auto& items : of_chunk) {
-    lists.items.insert(lists.items.end(), items.begin(), items.end());
-    std::vector<int32_t>().swap(items);
-  }
-  return lists;
 }
 
 Points InEdgeUnits(const Eigen::Matrix4Xf& vertices, double edge_length_m) {
@@ -84,7 +67,7 @@ std::vector<int32_t> FreeVertices(const mesh::SpaceTimeMesh& mesh, int64_t begin
   return indices;
 }
 
-GeodesicSearch::GeodesicSearch(const Points& points, const IndexLists& neighbors)
+GeodesicSearch::GeodesicSearch(const Points& points, const PackedLists& neighbors)
     : points_(points),
       neighbors_(neighbors),
       distance_(points.cols(), std::numeric_limits<float>::infinity()) {}

@@ -9,6 +9,7 @@
 
 #include "core/mesh/space_time_mesh.h"
 #include "core/parallel/arena.h"
+#include "worker/registration/packed_lists.h"
 
 namespace liquidblend::registration {
 
@@ -28,14 +29,15 @@ struct IndexLists {
 // Corners of cell c, all kinds numbered through: hexahedra, wedges, pyramids, tetrahedra.
 std::span<const int32_t> CornersOf(const mesh::SpaceTimeMesh& mesh, int64_t c);
 
-// The cells around each vertex, ascending.
-IndexLists CellsAroundVertices(const mesh::SpaceTimeMesh& mesh);
+// The cells around each vertex, ascending; twice where a flat cell has the vertex twice.
+// Threads: same bytes for any thread count.
+PackedLists CellsAroundVertices(const mesh::SpaceTimeMesh& mesh, const parallel::Arena& arena);
 
 // The neighbours of each vertex: all that share a cell with it, ascending (about 26). The six axis
 // neighbours alone would measure Manhattan distances.
 // Threads: same bytes for any thread count.
-IndexLists VertexNeighbors(const mesh::SpaceTimeMesh& mesh, const IndexLists& cells_around,
-                           const parallel::Arena& arena);
+PackedLists VertexNeighbors(const mesh::SpaceTimeMesh& mesh, const PackedLists& cells_around,
+                            const parallel::Arena& arena);
 
 // Positions in registration units, with the unit of length given.
 Points InEdgeUnits(const Eigen::Matrix4Xf& vertices, double edge_length_m);
@@ -52,7 +54,7 @@ class GeodesicSearch {
     int32_t vertex;
     float distance;
   };
-  GeodesicSearch(const Points& points, const IndexLists& neighbors);
+  GeodesicSearch(const Points& points, const PackedLists& neighbors);
   // The vertices closer than `radius`, `from` first, the others in a fixed order.
   const std::vector<Reached>& From(int32_t from, float radius);
 
@@ -60,7 +62,7 @@ class GeodesicSearch {
   void Visit(const Reached& nearest, float radius);
 
   const Points& points_;
-  const IndexLists& neighbors_;
+  const PackedLists& neighbors_;
   std::vector<float> distance_;  // of the vertices reached in this call, else infinity
   std::vector<std::vector<Reached>> buckets_;  // by distance
   std::vector<Reached> reached_;

@@ -223,7 +223,8 @@ int32_t PointTree::NearestThat(const Eigen::Vector4f& query,
 // ---- ClosestPointSearch -------------------------------------------------------------------------
 
 ClosestPointSearch::ClosestPointSearch(const mesh::SpaceTimeMesh& mesh, const Points& points,
-                                       const IndexLists& cells_around, const parallel::Arena& arena)
+                                       const PackedLists& cells_around,
+                                       const parallel::Arena& arena)
     : mesh_(mesh),
       points_(points),
       cells_around_(cells_around),

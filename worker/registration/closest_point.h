@@ -59,7 +59,7 @@ class ClosestPointSearch {
 
   // All arguments must outlive the search.
   ClosestPointSearch(const mesh::SpaceTimeMesh& mesh, const Points& points,
-                     const IndexLists& cells_around, const parallel::Arena& arena);
+                     const PackedLists& cells_around, const parallel::Arena& arena);
 
   // The point closest to p on the cells around the nearest vertex whose normal is compatible.
   std::optional<SurfacePoint> Find(const Eigen::Vector4f& p, const Eigen::Vector4f& normal) const;
@@ -77,7 +77,7 @@ class ClosestPointSearch {
 
   const mesh::SpaceTimeMesh& mesh_;
   const Points& points_;
-  const IndexLists& cells_around_;
+  const PackedLists& cells_around_;
   PointTree tree_;
   PointTree first_tree_;  // of the end slabs, time set to zero
   PointTree last_tree_;

@@ -60,8 +60,8 @@ absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTim
 
 SurfacePair::SurfacePair(const mesh::SpaceTimeMesh& source_mesh,
                          const mesh::SpaceTimeMesh& target_mesh, const parallel::Arena& arena)
-    : source(source_mesh, source_mesh.edge_length_m),
-      target(target_mesh, source_mesh.edge_length_m),
+    : source(source_mesh, source_mesh.edge_length_m, arena),
+      target(target_mesh, source_mesh.edge_length_m, arena),
       neighbors(VertexNeighbors(source_mesh, source.cells_around, arena)),
       target_search(target_mesh, target.points, target.cells_around, arena) {}
 
@@ -75,7 +75,7 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
                                       const std::function<absl::Status(Points&)>& hold_pins,
                                       const parallel::Arena& arena) {
   const Surface& source = pair.source;
-  const IndexLists& neighbors = pair.neighbors;
+  const PackedLists& neighbors = pair.neighbors;
   Registration result;
   result.report.mean_residual_edges =
       ProjectOntoTarget(source, neighbors, pair.target, pair.target_search,

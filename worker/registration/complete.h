@@ -27,7 +27,7 @@ struct SurfacePair {
 
   Surface source;
   Surface target;
-  IndexLists neighbors;  // of the source's vertices
+  PackedLists neighbors;  // of the source's vertices
   ClosestPointSearch target_search;
   OpenStarts open_starts;
 };

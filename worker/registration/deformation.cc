@@ -11,14 +11,14 @@ uint16_t Quantize(float weight) { return static_cast<uint16_t>(weight * Influenc
 
 }  // namespace
 
-DeformationNodes::DeformationNodes(const Points& rest, const IndexLists& neighbors, double spacing,
+DeformationNodes::DeformationNodes(const Points& rest, const PackedLists& neighbors, double spacing,
                                    std::span<const int32_t> first, uint64_t seed,
                                    const parallel::Arena& arena, std::vector<char> excluded) {
   PlaceNodes(rest, neighbors, static_cast<float>(spacing), first, std::move(excluded), seed);
   ComputeInfluences(rest, neighbors, static_cast<float>(2 * spacing), arena);
 }
 
-void DeformationNodes::PlaceNodes(const Points& rest, const IndexLists& neighbors, float spacing,
+void DeformationNodes::PlaceNodes(const Points& rest, const PackedLists& neighbors, float spacing,
                                   std::span<const int32_t> first, std::vector<char> covered,
                                   uint64_t seed) {
   std::vector<int32_t> order(rest.cols());
@@ -43,7 +43,7 @@ void DeformationNodes::PlaceNodes(const Points& rest, const IndexLists& neighbor
   for (int64_t n = 0; n < num_nodes(); ++n) position_.col(n) = rest.col(vertex_[n]);
 }
 
-void DeformationNodes::ComputeInfluences(const Points& rest, const IndexLists& neighbors,
+void DeformationNodes::ComputeInfluences(const Points& rest, const PackedLists& neighbors,
                                          float radius, const parallel::Arena& arena) {
   constexpr int64_t kNodesPerTask = 64;
   const int64_t num_tasks = (num_nodes() + kNodesPerTask - 1) / kNodesPerTask;

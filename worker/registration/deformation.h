@@ -70,7 +70,7 @@ class DeformationNodes {
   // `first` before others, none at an excluded vertex; every other is within `spacing` of a node. A
   // node reaches 2 * spacing; its weight is (1 - d^2 / r^2)^3 of the geodesic distance d,
   // normalised over the nodes. Threads: same bytes for any thread count and a given seed.
-  DeformationNodes(const Points& rest, const IndexLists& neighbors, double spacing,
+  DeformationNodes(const Points& rest, const PackedLists& neighbors, double spacing,
                    std::span<const int32_t> first, uint64_t seed, const parallel::Arena& arena,
                    std::vector<char> excluded = {});
 
@@ -87,9 +87,9 @@ class DeformationNodes {
   }
 
  private:
-  void PlaceNodes(const Points& rest, const IndexLists& neighbors, float spacing,
+  void PlaceNodes(const Points& rest, const PackedLists& neighbors, float spacing,
                   std::span<const int32_t> first, std::vector<char> covered, uint64_t seed);
-  void ComputeInfluences(const Points& rest, const IndexLists& neighbors, float radius,
+  void ComputeInfluences(const Points& rest, const PackedLists& neighbors, float radius,
                          const parallel::Arena& arena);
   void Normalize(int64_t begin, int64_t end);
 

@@ -144,8 +144,8 @@ void AddAll(const Points& points, const Points& values, const parallel::Arena& a
 
 }  // namespace
 
-Points Extrapolation(const Surface& source, const IndexLists& neighbors, const Points& displacement,
-                     const parallel::Arena& arena) {
+Points Extrapolation(const Surface& source, const PackedLists& neighbors,
+                     const Points& displacement, const parallel::Arena& arena) {
   const Points smooth = Smooth(displacement, neighbors, kSweeps, arena);
   const Points deformed = source.points + displacement;
   SparseGrid grid;

@@ -8,7 +8,7 @@ namespace liquidblend::registration {
 // The displacements, averaged over what is next to each other when deformed, not along the surface
 // alone: layers and sides of a thin sheet that come together at weight 1 stay together beyond.
 // Threads: same bytes for any thread count.  Cost: O(vertices).
-Points Extrapolation(const Surface& source, const IndexLists& neighbors, const Points& displacement,
-                     const parallel::Arena& arena);
+Points Extrapolation(const Surface& source, const PackedLists& neighbors,
+                     const Points& displacement, const parallel::Arena& arena);
 
 }  // namespace liquidblend::registration

@@ -239,11 +239,11 @@ void HoldRim(const Cutout& cutout, std::vector<FitTerm>& terms) {
 absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
                         std::vector<int32_t> target_vertices, const RegistrationOptions& options,
                         const parallel::Arena& arena, Points& displacement) {
-  Surface surface(cutout.mesh, 1.0);
+  Surface surface(cutout.mesh, 1.0, arena);
   if (!pair.source.open.empty()) {
     for (const int32_t v : cutout.vertices) surface.open.push_back(pair.source.open[v]);
   }
-  const IndexLists neighbors = VertexNeighbors(cutout.mesh, surface.cells_around, arena);
+  const PackedLists neighbors = VertexNeighbors(cutout.mesh, surface.cells_around, arena);
   const DeformationNodes nodes(surface.points, neighbors, options.node_spacing_edges, {},
                                options.seed, arena);
   const NodeGraph graph(nodes);

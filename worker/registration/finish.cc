@@ -14,7 +14,7 @@ struct Residual {
   float distance;
 };
 
-std::optional<Residual> ResidualAt(const Surface& source, const IndexLists& neighbors,
+std::optional<Residual> ResidualAt(const Surface& source, const PackedLists& neighbors,
                                    const Surface& target, const ClosestPointSearch& target_search,
                                    const ProjectionOptions& options, const Points& displacement,
                                    int64_t v) {
@@ -40,7 +40,7 @@ std::optional<Residual> ResidualAt(const Surface& source, const IndexLists& neig
 
 }  // namespace
 
-double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors, const Surface& target,
+double ProjectOntoTarget(const Surface& source, const PackedLists& neighbors, const Surface& target,
                          const ClosestPointSearch& target_search, const ProjectionOptions& options,
                          const parallel::Arena& arena, Points& displacement) {
   const int64_t count = source.points.cols();
@@ -74,7 +74,7 @@ double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors, con
              : 0.0;
 }
 
-Points Smooth(const Points& displacement, const IndexLists& neighbors, int sweeps,
+Points Smooth(const Points& displacement, const PackedLists& neighbors, int sweeps,
               const parallel::Arena& arena) {
   Points smooth = displacement, next(4, displacement.cols());
   for (int sweep = 0; sweep < sweeps; ++sweep) {

@@ -14,12 +14,12 @@ struct ProjectionOptions {
 
 // Adds to the displacements the remaining distance to the target along its normals, smoothed over
 // the neighbours. Returns the mean distance to the target that was left before, in edges.
-double ProjectOntoTarget(const Surface& source, const IndexLists& neighbors, const Surface& target,
+double ProjectOntoTarget(const Surface& source, const PackedLists& neighbors, const Surface& target,
                          const ClosestPointSearch& target_search, const ProjectionOptions& options,
                          const parallel::Arena& arena, Points& displacement);
 
 // Averages each displacement with its neighbours', `sweeps` times.
-Points Smooth(const Points& displacement, const IndexLists& neighbors, int sweeps,
+Points Smooth(const Points& displacement, const PackedLists& neighbors, int sweeps,
               const parallel::Arena& arena);
 
 }  // namespace liquidblend::registration

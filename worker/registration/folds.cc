@@ -24,7 +24,7 @@ constexpr float kTuckDepth = 0.3f;  // edges
 constexpr int kTuckSweeps = 3;
 constexpr int kTuckRounds = 2;
 
-bool IsTurned(const Surface& source, const IndexLists& neighbors, const Points& normals,
+bool IsTurned(const Surface& source, const PackedLists& neighbors, const Points& normals,
               int64_t v) {
   int num_same = 0, num_turned = 0;
   for (const int32_t w : neighbors[v]) {
@@ -45,7 +45,7 @@ std::vector<int32_t> Flagged(const std::vector<char>& flags) {
 }
 
 // The vertices and their neighbours, ascending.
-std::vector<int32_t> WithRing(const std::vector<int32_t>& vertices, const IndexLists& neighbors) {
+std::vector<int32_t> WithRing(const std::vector<int32_t>& vertices, const PackedLists& neighbors) {
   std::vector<char> flags(neighbors.num_rows(), 0);
   for (const int32_t v : vertices) {
     flags[v] = 1;
@@ -55,7 +55,7 @@ std::vector<int32_t> WithRing(const std::vector<int32_t>& vertices, const IndexL
 }
 
 // Inverse-distance averaging of the displacements inside a region; outside they stay.
-void AverageInside(const Surface& source, const IndexLists& neighbors,
+void AverageInside(const Surface& source, const PackedLists& neighbors,
                    const std::vector<int32_t>& region, const parallel::Arena& arena,
                    Points& displacement) {
   const int64_t count = static_cast<int64_t>(region.size());
@@ -93,7 +93,7 @@ std::optional<Eigen::Vector4f> TuckOf(const Surface& source, const Points& norma
 
 // Tucks what is turned in the region, and moves what is around with it. The region becomes what has
 // moved. Returns how many were tucked.
-int64_t TuckRound(const Surface& source, const IndexLists& neighbors, const Points& normals,
+int64_t TuckRound(const Surface& source, const PackedLists& neighbors, const Points& normals,
                   const ClosestPointSearch& target, const parallel::Arena& arena,
                   std::vector<int32_t>& region, Points& displacement) {
   Points moves = Points::Zero(4, source.points.cols());
@@ -124,7 +124,7 @@ int64_t TuckRound(const Surface& source, const IndexLists& neighbors, const Poin
 
 }  // namespace
 
-int64_t RelaxFolds(const Surface& source, const IndexLists& neighbors, float weight,
+int64_t RelaxFolds(const Surface& source, const PackedLists& neighbors, float weight,
                    const parallel::Arena& arena, Points& displacement) {
   const int64_t count = source.points.cols();
   Points normals = ImageNormals(source, neighbors, displacement, weight, arena);
@@ -147,7 +147,7 @@ int64_t RelaxFolds(const Surface& source, const IndexLists& neighbors, float wei
   }
 }
 
-int64_t TuckTurnedLayers(const Surface& source, const IndexLists& neighbors,
+int64_t TuckTurnedLayers(const Surface& source, const PackedLists& neighbors,
                          const ClosestPointSearch& target, const parallel::Arena& arena,
                          Points& displacement) {
   Points normals = ImageNormals(source, neighbors, displacement, 1, arena);

@@ -27,7 +27,7 @@ Eigen::Matrix<float, 4, 3> TangentBasis(const Eigen::Vector4f& normal) {
 
 }  // namespace
 
-Eigen::Vector4f ImageNormal(const Surface& source, const IndexLists& neighbors,
+Eigen::Vector4f ImageNormal(const Surface& source, const PackedLists& neighbors,
                             const Points& displacement, float weight, int64_t v) {
   const Eigen::Matrix<float, 4, 3> basis = TangentBasis(source.mesh.normals.col(v));
   Eigen::Matrix<float, 4, 3> image = Eigen::Matrix<float, 4, 3>::Zero();
@@ -44,7 +44,7 @@ Eigen::Vector4f ImageNormal(const Surface& source, const IndexLists& neighbors,
   return length > 0 ? Eigen::Vector4f(normal / length) : Eigen::Vector4f(Eigen::Vector4f::Zero());
 }
 
-Points ImageNormals(const Surface& source, const IndexLists& neighbors, const Points& displacement,
+Points ImageNormals(const Surface& source, const PackedLists& neighbors, const Points& displacement,
                     float weight, const parallel::Arena& arena) {
   Points normals(4, source.points.cols());
   arena.For(normals.cols(), [&](int64_t v) {

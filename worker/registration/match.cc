@@ -85,10 +85,11 @@ void AppendFound(const std::vector<std::optional<FitTerm>>& found, Matches& matc
 
 }  // namespace
 
-Surface::Surface(const mesh::SpaceTimeMesh& space_time_mesh, double edge_length_m)
+Surface::Surface(const mesh::SpaceTimeMesh& space_time_mesh, double edge_length_m,
+                 const parallel::Arena& arena)
     : mesh(space_time_mesh),
       points(InEdgeUnits(space_time_mesh.vertices, edge_length_m)),
-      cells_around(CellsAroundVertices(space_time_mesh)),
+      cells_around(CellsAroundVertices(space_time_mesh, arena)),
       rigid(mesh::RigidVertices(space_time_mesh)) {}
 
 std::vector<int32_t> Surface::FreeVertices() const {
@@ -144,7 +145,7 @@ struct Matcher::DeformedTrees {
   PointTree inner, first, last;
 };
 
-Matcher::Matcher(const Surface& source, const IndexLists& source_neighbors, const Surface& target,
+Matcher::Matcher(const Surface& source, const PackedLists& source_neighbors, const Surface& target,
                  const ClosestPointSearch& target_search, uint64_t seed,
                  std::vector<int32_t> target_vertices)
     : source_(source),

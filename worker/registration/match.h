@@ -16,12 +16,13 @@ namespace liquidblend::registration {
 
 // A mesh as registration sees it. The references must outlive it.
 struct Surface {
-  Surface(const mesh::SpaceTimeMesh& space_time_mesh, double edge_length_m);
+  Surface(const mesh::SpaceTimeMesh& space_time_mesh, double edge_length_m,
+          const parallel::Arena& arena);
   const mesh::SpaceTimeMesh& mesh;
-  Points points;            // mean edge lengths and frames
-  IndexLists cells_around;  // per vertex
-  std::vector<char> rigid;  // per vertex: part of a rigid piece, so not of the fit
-  std::vector<char> open;   // per vertex, or empty: VerticesOf() an open start (starts.h)
+  Points points;             // mean edge lengths and frames
+  PackedLists cells_around;  // per vertex
+  std::vector<char> rigid;   // per vertex: part of a rigid piece, so not of the fit
+  std::vector<char> open;    // per vertex, or empty: VerticesOf() an open start (starts.h)
   bool IsOpen(int64_t v) const { return !open.empty() && open[v] != 0; }
   std::vector<int32_t> FreeVertices() const;  // the others, ascending
   bool IsThin(int64_t v) const { return !mesh.thin.empty() && mesh.thin[v] != 0; }
@@ -65,7 +66,7 @@ class Matcher {
  public:
   // The arguments must outlive the matcher.
   //   target_vertices  that are drawn from
-  Matcher(const Surface& source, const IndexLists& source_neighbors, const Surface& target,
+  Matcher(const Surface& source, const PackedLists& source_neighbors, const Surface& target,
           const ClosestPointSearch& target_search, uint64_t seed,
           std::vector<int32_t> target_vertices);
 
@@ -98,7 +99,7 @@ class Matcher {
                    const parallel::Arena& arena, Matches& matches) const;
 
   const Surface& source_;
-  const IndexLists& source_neighbors_;
+  const PackedLists& source_neighbors_;
   const Surface& target_;
   const ClosestPointSearch& target_search_;
   Random random_;

@@ -32,8 +32,8 @@ NodeMap FitMap(const std::vector<GeodesicSearch::Reached>& around, const Points&
 }  // namespace
 
 std::vector<NodeMap> FitMaps(const DeformationNodes& nodes, const Points& rest,
-                             const IndexLists& neighbors, const Points& displacement, double radius,
-                             const parallel::Arena& arena) {
+                             const PackedLists& neighbors, const Points& displacement,
+                             double radius, const parallel::Arena& arena) {
   constexpr int64_t kNodesPerTask = 128;
   const float reach = static_cast<float>(radius);
   std::vector<NodeMap> maps(nodes.num_nodes());

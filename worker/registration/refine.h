@@ -16,8 +16,8 @@ namespace liquidblend::registration {
 // node an affine least-squares fit over the vertices closer than `radius` to it.
 // Threads: same bytes for any thread count.
 std::vector<NodeMap> FitMaps(const DeformationNodes& nodes, const Points& rest,
-                             const IndexLists& neighbors, const Points& displacement, double radius,
-                             const parallel::Arena& arena);
+                             const PackedLists& neighbors, const Points& displacement,
+                             double radius, const parallel::Arena& arena);
 
 // The pins of all correspondences that are in only one of the lists: added, removed, changed.
 // Errors: those of ExpandCorrespondences().

@@ -55,7 +55,7 @@ struct Schedule {
 // The state of one registration: what each iteration reads and changes.
 struct Problem {
   const Surface& source;
-  const IndexLists& neighbors;
+  const PackedLists& neighbors;
   const DeformationNodes& nodes;
   const NodeGraph& graph;
   const std::vector<Pin>& pins;
@@ -145,7 +145,8 @@ absl::StatusOr<IterationReport> IterateAll(const Problem& problem, const Registr
 absl::StatusOr<Schedule> BeginRefinement(const PreviousRegistration& previous,
                                          const std::vector<Correspondence>& correspondences,
                                          const Surface& source, const Surface& target,
-                                         const IndexLists& neighbors, const DeformationNodes& nodes,
+                                         const PackedLists& neighbors,
+                                         const DeformationNodes& nodes,
                                          const RegistrationOptions& options,
                                          const parallel::Arena& arena, std::vector<NodeMap>& maps) {
   const double spacing = options.node_spacing_edges;
@@ -218,7 +219,7 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   const double edge = source_mesh.edge_length_m;
   SurfacePair pair(source_mesh, target_mesh, arena);
   const Surface &source = pair.source, &target = pair.target;
-  const IndexLists& neighbors = pair.neighbors;
+  const PackedLists& neighbors = pair.neighbors;
   const FeaturesOfPair features =
       FindFeatures(source, target, {.min_diameter = options.smallest_part_edges}, arena);
   pair.Open(features.source.tracks, features.target.tracks);

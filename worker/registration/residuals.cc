@@ -145,7 +145,7 @@ void AddDistances(const std::vector<Sample>& samples, Regions& regions) {
   }
 }
 
-double MeanStretch(const Surface& source, const IndexLists& neighbors, const Points& moved,
+double MeanStretch(const Surface& source, const PackedLists& neighbors, const Points& moved,
                    const parallel::Arena& arena, Regions& regions) {
   const std::vector<int32_t> chosen = ChooseSamples(source);
   std::vector<double> stretch(chosen.size());

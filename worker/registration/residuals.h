@@ -41,7 +41,7 @@ double LargestUnmatchedShare(const std::vector<Sample>& samples, int num_frames)
 void AddDistances(const std::vector<Sample>& samples, Regions& regions);
 
 // The mean change of the distances between neighbours, as a share of them; adds it to the regions.
-double MeanStretch(const Surface& source, const IndexLists& neighbors, const Points& moved,
+double MeanStretch(const Surface& source, const PackedLists& neighbors, const Points& moved,
                    const parallel::Arena& arena, Regions& regions);
 
 }  // namespace liquidblend::registration

@@ -102,7 +102,7 @@ Eigen::Vector4d InMetres(Eigen::Vector4d place, const mesh::SpaceTimeMesh& mesh)
 
 }  // namespace
 
-mesh::Verdict Judge(const Surface& source, const IndexLists& neighbors, const Surface& target,
+mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const Surface& target,
                     const ClosestPointSearch& target_search, const Points& displacement,
                     const parallel::Arena& arena) {
   mesh::Verdict verdict;

@@ -12,7 +12,7 @@ namespace liquidblend::registration {
 // blends at weights 0.5 and 1 are sliced at some times for folds and volumes.
 //   displacement  final, a column per source vertex, registration units, finite
 // Threads: same bytes for any thread count.  Cost: some hundredths of the registration's.
-mesh::Verdict Judge(const Surface& source, const IndexLists& neighbors, const Surface& target,
+mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const Surface& target,
                     const ClosestPointSearch& target_search, const Points& displacement,
                     const parallel::Arena& arena);
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "worker/spacetime/build_tracked.h"
 #include "worker/spacetime/droplet_cells.h"
@@ -205,8 +206,11 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
   Hexahedra hexahedra = ConnectVertices(layers, first_vertex, arena);
   mesh.hexahedra = std::move(hexahedra.all);
   FlattenTimeExtrema(layers, first_vertex, mesh);
+  const std::vector<FrameHexahedra> frames = FramesOf(rest, layers, hexahedra, mesh.hexahedra);
+  layers = {};
+  base::ReturnFreeMemory();  // of the layers, half as large as the mesh
   ComputeNormals(mesh, arena);
-  MatchVolumes(FramesOf(rest, layers, hexahedra, mesh.hexahedra), arena, mesh);
+  MatchVolumes(frames, arena, mesh);
   if (progress) progress(1.0);
   return mesh;
 }

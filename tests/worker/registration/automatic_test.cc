@@ -20,7 +20,9 @@ class AutomaticTest : public ::testing::Test {
   std::vector<AutomaticCorrespondence> Find(const std::vector<Correspondence>& users) const {
     return FindPoints(source_.surface, Target(), users, source_.mesh.edge_length_m);
   }
-  Surface Target() const { return Surface(target_, source_.mesh.edge_length_m); }
+  Surface Target() const {
+    return Surface(target_, source_.mesh.edge_length_m, parallel::Arena(2));
+  }
   TestSurface source_{Scene({DropAt(-0.2, 0.6)}, 0.6)};
   mesh::SpaceTimeMesh target_ = Scene({DropAt(0.1, 0.7)}, 0.6);
 };

@@ -100,7 +100,7 @@ TEST(ClosestPointSearch, FindsTheFootOnASphereOfEachCellKind) {
     mesh::SpaceTimeMesh mesh = make(size, {});
     mesh.edge_length_m = 0.2;
     spacetime::ComputeNormals(mesh, parallel::Arena(1));
-    const Surface surface(mesh, mesh.edge_length_m);
+    const Surface surface(mesh, mesh.edge_length_m, parallel::Arena(2));
     const ClosestPointSearch search(mesh, surface.points, surface.cells_around, parallel::Arena(2));
     const float radius = static_cast<float>(1.0 / mesh.edge_length_m);
     for (int n = 0; n < 40; ++n) {

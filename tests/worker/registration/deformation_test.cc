@@ -80,13 +80,12 @@ TEST_F(DeformationNodesTest, AreTheSameAtAnyThreadCountAndOthersForAnotherSeed) 
 TEST_F(DeformationNodesTest, MayBeMoreThan16BitsTellApart) {
   constexpr int32_t kCount = 70000;  // along a line, each a node that reaches the next ones
   Points line = Points::Zero(4, kCount);
-  IndexLists neighbors;
-  for (int32_t v = 0; v < kCount; ++v) {
-    line(0, v) = static_cast<float>(v);
-    if (v > 0) neighbors.items.push_back(v - 1);
-    if (v + 1 < kCount) neighbors.items.push_back(v + 1);
-    neighbors.begin.push_back(static_cast<int64_t>(neighbors.items.size()));
-  }
+  for (int32_t v = 0; v < kCount; ++v) line(0, v) = static_cast<float>(v);
+  const PackedLists neighbors(kCount, parallel::Arena(2), [](int64_t row, auto& list) {
+    const auto v = static_cast<int32_t>(row);
+    if (v > 0) list.push_back(v - 1);
+    if (v + 1 < kCount) list.push_back(v + 1);
+  });
   const DeformationNodes nodes(line, neighbors, 0.6, {}, 1, parallel::Arena(2));
   ASSERT_EQ(nodes.num_nodes(), kCount);
   for (int32_t v = 1; v + 1 < kCount; ++v) {

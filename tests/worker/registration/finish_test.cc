@@ -24,7 +24,7 @@ class ProjectOntoTargetTest : public ::testing::Test {
 
   const TestSurface source_{SphereMesh()};
   const mesh::SpaceTimeMesh target_mesh_ = LargerSphere();
-  const Surface target_{target_mesh_, source_.mesh.edge_length_m};
+  const Surface target_{target_mesh_, source_.mesh.edge_length_m, parallel::Arena(2)};
   const ClosestPointSearch search_{target_mesh_, target_.points, target_.cells_around,
                                    parallel::Arena(2)};
 };

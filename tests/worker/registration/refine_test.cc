@@ -42,8 +42,7 @@ TEST_F(RefineTest, FittedMapsGiveBackASmoothDisplacement) {
 
 TEST_F(RefineTest, MapsOfASpeckOfOneVertexAreFinite) {
   const Points rest = Points::Zero(4, 1);
-  IndexLists alone;
-  alone.begin = {0, 0};
+  const PackedLists alone(1, parallel::Arena(1), [](int64_t, std::vector<int32_t>&) {});
   const DeformationNodes node(rest, alone, 4.0, {}, 1, parallel::Arena(1));
   const Points displacement = Points::Constant(4, 1, 2.0f);
   const auto maps = FitMaps(node, rest, alone, displacement, 4.0, parallel::Arena(1));

@@ -157,8 +157,8 @@ TEST_F(RegisterTest, AHardPointHoldsExactlyAndTearsNothing) {
   EXPECT_EQ(pinned->report.correspondences[0].num_nodes, 1);
   EXPECT_LT(pinned->report.correspondences[0].residual_m, 1e-3 * edge);
 
-  const Surface surface(source_, edge);
-  const IndexLists neighbors = VertexNeighbors(source_, surface.cells_around, parallel::Arena(2));
+  const Surface surface(source_, edge, parallel::Arena(2));
+  const PackedLists neighbors = VertexNeighbors(source_, surface.cells_around, parallel::Arena(2));
   const Points displacement = InEdgeUnits(pinned->displacement, edge);
   for (const int32_t w : neighbors[top]) {
     const float distance = (surface.points.col(w) - surface.points.col(top)).norm();

@@ -48,13 +48,13 @@ inline mesh::Animation BlockAndDroplet(float top_m) {
 struct TestSurface {
   explicit TestSurface(mesh::SpaceTimeMesh space_time_mesh)
       : mesh(std::move(space_time_mesh)),
-        surface(mesh, mesh.edge_length_m),
+        surface(mesh, mesh.edge_length_m, parallel::Arena(2)),
         neighbors(VertexNeighbors(mesh, surface.cells_around, parallel::Arena(2))) {}
   TestSurface(const TestSurface&) = delete;
   TestSurface& operator=(const TestSurface&) = delete;
   mesh::SpaceTimeMesh mesh;
   Surface surface;
-  IndexLists neighbors;
+  PackedLists neighbors;
 };
 
 }  // namespace liquidblend::registration

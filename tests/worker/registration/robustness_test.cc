@@ -30,7 +30,7 @@ RegistrationOptions FewIterations() {
 // Blends of any weight are closed and of finite numbers.
 void ExpectBlends(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& displacement_m,
                   const parallel::Arena& arena) {
-  const Surface source(mesh, mesh.edge_length_m);
+  const Surface source(mesh, mesh.edge_length_m, parallel::Arena(2));
   const Points displacement = InEdgeUnits(displacement_m, mesh.edge_length_m);
   for (const float weight : {-0.5f, 0.5f, 1.0f}) {
     for (const mesh::TriangleMesh& slice : SliceBlend(source, displacement, weight, arena)) {

@@ -22,7 +22,7 @@ struct Pair {
   Pair(const mesh::Animation& a, const mesh::Animation& b)
       : source(BuildMesh(a)),
         target_mesh(BuildMesh(b)),
-        target(target_mesh, source.mesh.edge_length_m),
+        target(target_mesh, source.mesh.edge_length_m, parallel::Arena(2)),
         search(target_mesh, target.points, target.cells_around, parallel::Arena(2)) {}
   mesh::Verdict Judged(const Points& displacement, int num_threads = 2) const {
     return Judge(source.surface, source.neighbors, target, search, displacement,
