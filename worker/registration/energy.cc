@@ -178,7 +178,7 @@ absl::StatusOr<SolveReport> Minimize(const DeformationNodes& nodes, const NodeGr
                                      const Points& rest, const std::vector<FitTerm>& terms,
                                      const HardPins& pins, const SolverOptions& options,
                                      const parallel::Arena& arena, std::vector<NodeMap>& maps) {
-  const NormalEquations equations(nodes, graph, rest, terms, options);
+  const NormalEquations equations(nodes, graph, rest, terms, options, arena);
   SolveReport report;
   if (20 * nodes.num_nodes() <= options.max_direct_rows) {
     const absl::Status solved = SolveDirectly(equations, pins, arena, maps);

@@ -20,7 +20,8 @@ namespace liquidblend::registration {
 class NormalEquations {
  public:
   NormalEquations(const DeformationNodes& nodes, const NodeGraph& graph, const Points& rest,
-                  const std::vector<FitTerm>& terms, const SolverOptions& options);
+                  const std::vector<FitTerm>& terms, const SolverOptions& options,
+                  const parallel::Arena& arena);
 
   int64_t num_nodes() const { return num_nodes_; }
   void Multiply(const std::vector<NodeMap>& x, const parallel::Arena& arena,
@@ -54,9 +55,12 @@ class NormalEquations {
   // weight * (v - n, 1)
   Eigen::Matrix<double, 5, 1> Coefficients(int64_t term, const Influence& influence) const;
   Eigen::Vector4f Prediction(const NodeGraph::Edge& edge, const std::vector<NodeMap>& x) const;
-  // Sums what the terms (and the edges, if asked) hold onto the nodes.
-  enum class Edges { kNo, kYes };
-  void Gather(Edges edges, const parallel::Arena& arena, std::vector<NodeMap>& result) const;
+  void ListTermsOfNodes(const parallel::Arena& arena);
+  // Sums what the terms hold onto the nodes; of a product with x also what the edges hold, and the
+  // damping.
+  //   x  null: the terms alone
+  void Gather(const std::vector<NodeMap>* x, const parallel::Arena& arena,
+              std::vector<NodeMap>& result) const;
 
   const DeformationNodes& nodes_;
   const NodeGraph& graph_;
