@@ -250,6 +250,68 @@ Eigen::SparseMatrix<double> NormalEquations::Assemble() const {
   return matrix;
 }
 
+// A node's map is its group's after a shift by the node's offset from the centre. So a term sees
+// each group as a node at the centre with the sum of the weights, and an edge within a group
+// sees nothing.
+NormalEquations::Vector5d NormalEquations::FromCentre(const Eigen::Vector4f& point, int32_t node,
+                                                      const NodeGroups& groups) const {
+  Vector5d c;
+  c << (point - nodes_.position(node) + groups.offset.col(node)).cast<double>(), 1.0;
+  return c;
+}
+
+std::vector<NormalEquations::Seen> NormalEquations::GroupsOf(int64_t term,
+                                                             const NodeGroups& groups) const {
+  std::vector<Seen> all;
+  for (const Influence& influence : InfluencesOn(term)) {
+    const int32_t group = groups.of_node[influence.node];
+    auto seen = std::find_if(all.begin(), all.end(),
+                             [&](const Seen& other) { return other.group == group; });
+    if (seen == all.end()) seen = all.insert(all.end(), {group, Vector5d::Zero()});
+    seen->coefficients +=
+        influence.weight * FromCentre(states_[term].position, influence.node, groups);
+  }
+  return all;
+}
+
+Eigen::MatrixXd NormalEquations::AssembleFor(const NodeGroups& groups,
+                                             const parallel::Arena& arena) const {
+  constexpr int64_t kNumChunks = 4;
+  const int64_t num_terms = static_cast<int64_t>(terms_.size()), size = 20 * groups.size();
+  std::vector<Eigen::MatrixXd> sums(kNumChunks, Eigen::MatrixXd::Zero(size, size));
+  const auto add = [](const std::vector<Seen>& all, const Eigen::Matrix4d& metric,
+                      Eigen::MatrixXd& sum) {
+    for (const auto& [row, c] : all) {
+      for (const auto& [col, d] : all) {
+        if (row < col) continue;
+        for (int ab = 0; ab < 25; ++ab) {
+          sum.block<4, 4>(20 * row + 4 * (ab / 5), 20 * col + 4 * (ab % 5)) +=
+              c[ab / 5] * d[ab % 5] * metric;
+        }
+      }
+    }
+  };
+  arena.ForChunks(
+      num_terms, num_terms / kNumChunks + 1, [&](int64_t k, int64_t begin, int64_t end) {
+        for (int64_t s = begin; s < end; ++s) {
+          add(GroupsOf(s, groups), fit_scale_ * terms_[s].metric.cast<double>(), sums[k]);
+        }
+      });
+  for (int64_t k = 1; k < kNumChunks; ++k) sums[0] += sums[k];
+  for (const NodeGraph::Edge& edge : graph_.edges()) {
+    const int32_t from = groups.of_node[edge.from], to = groups.of_node[edge.to];
+    if (from == to) continue;
+    const Eigen::Vector4f end = nodes_.position(edge.to);
+    add({{from, FromCentre(end, edge.from, groups)}, {to, -FromCentre(end, edge.to, groups)}},
+        smoothness_ * edge.weight * Eigen::Matrix4d::Identity(), sums[0]);
+  }
+  for (int64_t c = 0; c < groups.size(); ++c) {
+    sums[0].diagonal().segment<20>(20 * c).array() +=
+        damping_ * static_cast<float>(groups.nodes[c].size());
+  }
+  return sums[0];
+}
+
 double NormalEquations::FitEnergy(const std::vector<NodeMap>& x,
                                   const parallel::Arena& arena) const {
   return fit_scale_ * arena.Sum(static_cast<int64_t>(terms_.size()), [&](int64_t s) {
