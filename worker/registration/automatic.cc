@@ -111,17 +111,27 @@ class OnSurface {
   PointTree tree_;
 };
 
+std::vector<Track> TracksOf(const Surface& surface, const TrackOptions& options) {
+  return FindTracks(FindParts(surface), surface.mesh.num_frames, options);
+}
+
 }  // namespace
 
 Features FindFeatures(const Surface& surface, const TrackOptions& options) {
-  return {FindTracks(FindParts(surface), surface.mesh.num_frames, options), FindExtrema(surface)};
+  return {TracksOf(surface, options), FindExtrema(surface)};
 }
 
 FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
                             const TrackOptions& options, const parallel::Arena& arena) {
   FeaturesOfPair features;
-  arena.Run(2, [&](int64_t n) {
-    (n == 0 ? features.source : features.target) = FindFeatures(n == 0 ? source : target, options);
+  arena.Run(4, [&](int64_t n) {  // the longest first
+    const Surface& surface = n % 2 == 0 ? source : target;
+    Features& found = n % 2 == 0 ? features.source : features.target;
+    if (n < 2) {
+      found.extrema = FindExtrema(surface);
+    } else {
+      found.tracks = TracksOf(surface, options);
+    }
   });
   return features;
 }

@@ -8,11 +8,17 @@
 #include <numeric>
 #include <utility>
 
+#include "absl/container/inlined_vector.h"
+
 namespace liquidblend::registration {
 namespace {
 
 constexpr int kProjectionSteps = 3;
 constexpr size_t kMostFound = 64;  // by one search
+constexpr size_t kMostBoxes = 32;  // of the cells around a vertex
+// How much further a box must be than what is found, for rounding.
+constexpr float kBoxMargin = 1.001f;
+constexpr float kBoxMarginSq = 1e-6f;  // squared edges
 
 // What a cell interpolates between its corners: the sum of these times 1, x, y, z, xy, xz, yz and
 // xyz of its parameters, each in [0, 1].
@@ -75,6 +81,38 @@ Eigen::Vector3f ClampToCell(size_t num_corners, Eigen::Vector3f s) {
   const float sum = num_corners == 6 ? s.head<2>().sum() : num_corners == 4 ? s.sum() : 0.0f;
   if (sum > 1) s.head(num_corners == 6 ? 2 : 3) /= sum;
   return s;
+}
+
+struct CellPoint {
+  Eigen::Vector3f parameters;
+  Eigen::Vector4f position;
+  float distance_sq;
+};
+
+// Gauss-Newton over the cell's parameters.
+CellPoint ClosestInCell(const Points& points, std::span<const int32_t> corners,
+                        const Eigen::Vector4f& p) {
+  Eigen::Vector3f s = Eigen::Vector3f::Constant(corners.size() == 4 ? 0.25f : 0.3f);
+  const Interpolant place = Interpolate(points, corners);
+  for (int step = 0; step < kProjectionSteps; ++step) {
+    const Eigen::Matrix<float, 4, 3> slope = place.SlopeAt(s);
+    const Eigen::Matrix3f jtj = slope.transpose() * slope + 1e-6f * Eigen::Matrix3f::Identity();
+    const Eigen::Vector3f gradient = slope.transpose() * (p - place.At(s));
+    s = ClampToCell(corners.size(), s + Eigen::Vector3f(jtj.inverse() * gradient));
+  }
+  const Eigen::Vector4f position = place.At(s);
+  return {s, position, (p - position).squaredNorm()};
+}
+
+// Squared, from the box around the corners, in which all of the cell lies; 0 within it.
+float DistanceToBoxSq(const Points& points, std::span<const int32_t> corners,
+                      const Eigen::Vector4f& p) {
+  Eigen::Vector4f low = points.col(corners[0]), high = low;
+  for (const int32_t corner : corners.subspan(1)) {
+    low = low.cwiseMin(points.col(corner));
+    high = high.cwiseMax(points.col(corner));
+  }
+  return (low - p).cwiseMax(p - high).cwiseMax(0.0f).squaredNorm();
 }
 
 }  // namespace
@@ -264,28 +302,34 @@ std::optional<SurfacePoint> ClosestPointSearch::FindAtEnd(End end, const Eigen::
   return SurfacePoint{points_.col(v), mesh_.normals.col(v), v};
 }
 
-// Gauss-Newton over the cells' parameters, from the side of the given vertex.
+// Of the cells around a vertex that may have the point closest to p only: those in whose box around
+// the corners it could be nearer than the one found in the nearest box.
 SurfacePoint ClosestPointSearch::ProjectOnCells(int32_t vertex, const Eigen::Vector4f& p) const {
+  absl::InlinedVector<int32_t, kMostBoxes> cells;
+  for (const int32_t c : cells_around_[vertex]) cells.push_back(c);
   SurfacePoint best{points_.col(vertex), mesh_.normals.col(vertex), vertex};
   float best_distance_sq = (p - best.position).squaredNorm();
-  for (const int32_t c : cells_around_[vertex]) {
-    const auto corners = CornersOf(mesh_, c);
-    Eigen::Vector3f s = Eigen::Vector3f::Constant(corners.size() == 4 ? 0.25f : 0.3f);
-    const Interpolant place = Interpolate(points_, corners);
-    for (int step = 0; step < kProjectionSteps; ++step) {
-      const Eigen::Matrix<float, 4, 3> slope = place.SlopeAt(s);
-      const Eigen::Matrix3f jtj = slope.transpose() * slope + 1e-6f * Eigen::Matrix3f::Identity();
-      const Eigen::Vector3f gradient = slope.transpose() * (p - place.At(s));
-      s = ClampToCell(corners.size(), s + Eigen::Vector3f(jtj.inverse() * gradient));
-    }
-    const Eigen::Vector4f position = place.At(s);
-    const float distance_sq = (p - position).squaredNorm();
-    if (!(distance_sq < best_distance_sq)) continue;
-    const Eigen::Vector4f normal = Interpolate(mesh_.normals, corners).At(s);
+  std::array<float, kMostBoxes> box_distance_sq = {};  // of further cells 0: these are looked at
+  const size_t num_boxes = std::min(cells.size(), kMostBoxes);
+  size_t nearest = 0;
+  for (size_t n = 0; n < num_boxes; ++n) {
+    box_distance_sq[n] = DistanceToBoxSq(points_, CornersOf(mesh_, cells[n]), p);
+    if (box_distance_sq[n] < box_distance_sq[nearest]) nearest = n;
+  }
+  std::optional<CellPoint> in_nearest;
+  if (!cells.empty()) in_nearest = ClosestInCell(points_, CornersOf(mesh_, cells[nearest]), p);
+  const float reach_sq =
+      in_nearest ? std::min(best_distance_sq, in_nearest->distance_sq) : best_distance_sq;
+  for (size_t n = 0; n < cells.size(); ++n) {
+    if (n < num_boxes && box_distance_sq[n] > kBoxMargin * reach_sq + kBoxMarginSq) continue;
+    const auto corners = CornersOf(mesh_, cells[n]);
+    const CellPoint found = n == nearest ? *in_nearest : ClosestInCell(points_, corners, p);
+    if (!(found.distance_sq < best_distance_sq)) continue;
+    const Eigen::Vector4f normal = Interpolate(mesh_.normals, corners).At(found.parameters);
     const float length = normal.norm();
     if (!(length > 0)) continue;
-    best_distance_sq = distance_sq;
-    best.position = position;
+    best_distance_sq = found.distance_sq;
+    best.position = found.position;
     best.normal = normal / length;
   }
   return best;

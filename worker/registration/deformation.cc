@@ -7,6 +7,8 @@
 namespace liquidblend::registration {
 namespace {
 
+constexpr size_t kPlacedAtOnce = 4;  // nodes; each search keeps a number per vertex
+
 uint16_t Quantize(float weight) { return static_cast<uint16_t>(weight * Influences::kOne + 0.5F); }
 
 }  // namespace
@@ -14,29 +16,42 @@ uint16_t Quantize(float weight) { return static_cast<uint16_t>(weight * Influenc
 DeformationNodes::DeformationNodes(const Points& rest, const PackedLists& neighbors, double spacing,
                                    std::span<const int32_t> first, uint64_t seed,
                                    const parallel::Arena& arena, std::vector<char> excluded) {
-  PlaceNodes(rest, neighbors, static_cast<float>(spacing), first, std::move(excluded), seed);
+  PlaceNodes(rest, neighbors, static_cast<float>(spacing), first, std::move(excluded), seed, arena);
   ComputeInfluences(rest, neighbors, static_cast<float>(2 * spacing), arena);
 }
 
 void DeformationNodes::PlaceNodes(const Points& rest, const PackedLists& neighbors, float spacing,
                                   std::span<const int32_t> first, std::vector<char> covered,
-                                  uint64_t seed) {
+                                  uint64_t seed, const parallel::Arena& arena) {
   std::vector<int32_t> order(rest.cols());
   std::iota(order.begin(), order.end(), 0);
   Random random(seed);
   for (int64_t n = rest.cols() - 1; n > 0; --n) std::swap(order[n], order[random.Below(n + 1)]);
 
   covered.resize(rest.cols(), 0);
-  GeodesicSearch search(rest, neighbors);
-  const auto place = [&](int32_t v) {
+  std::vector<GeodesicSearch> searches(kPlacedAtOnce, GeodesicSearch(rest, neighbors));
+  const auto place = [&](int32_t v, const std::vector<GeodesicSearch::Reached>& around) {
     vertex_.push_back(v);
-    for (const auto& reached : search.From(v, spacing)) covered[reached.vertex] = 1;
+    for (const auto& reached : around) covered[reached.vertex] = 1;
   };
   for (const int32_t v : first) {
-    if (std::find(vertex_.begin(), vertex_.end(), v) == vertex_.end()) place(v);
+    if (std::find(vertex_.begin(), vertex_.end(), v) == vertex_.end()) {
+      place(v, searches[0].From(v, spacing));
+    }
   }
-  for (const int32_t v : order) {
-    if (!covered[v]) place(v);
+  // Several are looked at side by side, and those dropped that one before them has covered: it is
+  // seldom that one does. So the nodes are those of a walk one by one.
+  for (auto next = order.cbegin(); next != order.cend();) {
+    std::vector<int32_t> open;
+    for (; next != order.cend() && open.size() < searches.size(); ++next) {
+      if (!covered[*next]) open.push_back(*next);
+    }
+    std::vector<const std::vector<GeodesicSearch::Reached>*> around(open.size());
+    arena.Run(static_cast<int64_t>(open.size()),
+              [&](int64_t n) { around[n] = &searches[n].From(open[n], spacing); });
+    for (size_t n = 0; n < open.size(); ++n) {
+      if (!covered[open[n]]) place(open[n], *around[n]);
+    }
   }
   std::sort(vertex_.begin(), vertex_.end());
   position_.resize(4, num_nodes());

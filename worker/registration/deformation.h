@@ -88,7 +88,8 @@ class DeformationNodes {
 
  private:
   void PlaceNodes(const Points& rest, const PackedLists& neighbors, float spacing,
-                  std::span<const int32_t> first, std::vector<char> covered, uint64_t seed);
+                  std::span<const int32_t> first, std::vector<char> covered, uint64_t seed,
+                  const parallel::Arena& arena);
   void ComputeInfluences(const Points& rest, const PackedLists& neighbors, float radius,
                          const parallel::Arena& arena);
   void Normalize(int64_t begin, int64_t end);

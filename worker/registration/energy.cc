@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "worker/registration/coarse_solver.h"
 #include "worker/registration/hard_pins.h"
 #include "worker/registration/normal_equations.h"
 #include "worker/registration/preconditioner.h"
@@ -17,6 +19,9 @@ namespace liquidblend::registration {
 namespace {
 
 using NodeVector = std::vector<NodeMap>;
+
+// From there on the groups' equations take longer than the steps that they save.
+constexpr double kCoarseFromSmoothness = 10;
 
 double Dot(const NodeVector& a, const NodeVector& b, const parallel::Arena& arena) {
   return arena.Sum(static_cast<int64_t>(a.size()), [&](int64_t n) {
@@ -39,11 +44,20 @@ double SizeOfRightHandSide(const NormalEquations& equations, const NodeVector& r
 }
 
 // Preconditioned conjugate gradients, started from the given maps.
-absl::StatusOr<int> SolveIteratively(const NormalEquations& equations, const HardPins& pins,
+absl::StatusOr<int> SolveIteratively(const DeformationNodes& nodes,
+                                     const NormalEquations& equations, const HardPins& pins,
                                      const SolverOptions& options, const parallel::Arena& arena,
                                      NodeVector& x) {
   LB_ASSIGN_OR_RETURN(const Preconditioner preconditioner,
                       Preconditioner::Make(equations, pins, arena));
+  std::optional<CoarseSolver> coarse;
+  if (pins.empty() && options.smoothness >= kCoarseFromSmoothness) {
+    coarse = CoarseSolver::Make(nodes, equations, arena);
+  }
+  const auto precondition = [&](NodeVector& residual, NodeVector& z) {
+    preconditioner.Apply(arena, residual, z);
+    if (coarse) coarse->AddTo(residual, arena, z);
+  };
   const int64_t n = equations.num_nodes();
   const NodeVector rhs = equations.RightHandSide(arena);
   const double goal_sq = options.tolerance * options.tolerance *
@@ -52,7 +66,7 @@ absl::StatusOr<int> SolveIteratively(const NormalEquations& equations, const Har
   preconditioner.Restore(x);
   equations.Multiply(x, arena, ap);
   arena.For(n, [&](int64_t i) { r[i] = rhs[i] - ap[i]; });
-  preconditioner.Apply(arena, r, z);
+  precondition(r, z);
   NodeVector p = z;
   double rz = Dot(r, z, arena);
   int step = 0;
@@ -65,7 +79,7 @@ absl::StatusOr<int> SolveIteratively(const NormalEquations& equations, const Har
       x[i] += alpha * p[i];
       r[i] -= alpha * ap[i];
     });
-    preconditioner.Apply(arena, r, z);
+    precondition(r, z);
     const double rz_next = Dot(r, z, arena);
     const float beta = static_cast<float>(rz_next / rz);
     rz = rz_next;
@@ -178,13 +192,13 @@ absl::StatusOr<SolveReport> Minimize(const DeformationNodes& nodes, const NodeGr
                                      const Points& rest, const std::vector<FitTerm>& terms,
                                      const HardPins& pins, const SolverOptions& options,
                                      const parallel::Arena& arena, std::vector<NodeMap>& maps) {
-  const NormalEquations equations(nodes, graph, rest, terms, options);
+  const NormalEquations equations(nodes, graph, rest, terms, options, arena);
   SolveReport report;
   if (20 * nodes.num_nodes() <= options.max_direct_rows) {
     const absl::Status solved = SolveDirectly(equations, pins, arena, maps);
     if (!solved.ok()) return solved;
   } else {
-    const auto steps = SolveIteratively(equations, pins, options, arena, maps);
+    const auto steps = SolveIteratively(nodes, equations, pins, options, arena, maps);
     if (!steps.ok()) return steps.status();
     report.num_steps = *steps;
   }

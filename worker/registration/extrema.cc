@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/prefetch.h"
+
 namespace liquidblend::registration {
 namespace {
 
-constexpr float kFacesUp = 0.3f;  // z of a normal that points up
-constexpr double kLeast = 1.0;    // edges; less is never asked for
+constexpr float kFacesUp = 0.3f;      // z of a normal that points up
+constexpr double kLeast = 1.0;        // edges; less is never asked for
+constexpr size_t kPrefetchAhead = 8;  // vertices
 
 // Sweeps the heights from the top (craters: from the bottom) and joins what meets (persistence of
 // the components of superlevel sets).
@@ -26,7 +29,13 @@ class Sweep {
     }
     std::stable_sort(order.begin(), order.end(),
                      [&](int32_t a, int32_t b) { return Height(a) > Height(b); });
-    for (const int32_t v : order) Add(v);
+    for (size_t n = 0; n < order.size(); ++n) {
+      if (n + 2 * kPrefetchAhead < order.size()) {
+        base::PrefetchIntoL2(surface_.cells_around.bytes(order[n + 2 * kPrefetchAhead]));
+      }
+      if (n + kPrefetchAhead < order.size()) Prefetch(order[n + kPrefetchAhead]);
+      Add(order[n]);
+    }
     const double needed =
         std::max(options.min_persistence, options.min_height_share * SceneHeight());
     const double last = surface_.mesh.num_frames - 1 - options.end_frames;
@@ -40,6 +49,12 @@ class Sweep {
   }
 
  private:
+  // Vertices of one height are all over the mesh.
+  void Prefetch(int32_t v) const {
+    for (const int32_t c : surface_.cells_around[v]) {
+      base::PrefetchIntoL2(CornersOf(surface_.mesh, c).data());
+    }
+  }
   bool TakesPart(int32_t v) const {
     return !surface_.rigid[v] &&
            (kind_ == ExtremumKind::kApex || surface_.mesh.normals(2, v) > kFacesUp);

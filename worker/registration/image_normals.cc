@@ -29,16 +29,18 @@ Eigen::Matrix<float, 4, 3> TangentBasis(const Eigen::Vector4f& normal) {
 
 Eigen::Vector4f ImageNormal(const Surface& source, const PackedLists& neighbors,
                             const Points& displacement, float weight, int64_t v) {
-  const Eigen::Matrix<float, 4, 3> basis = TangentBasis(source.mesh.normals.col(v));
-  Eigen::Matrix<float, 4, 3> image = Eigen::Matrix<float, 4, 3>::Zero();
-  Eigen::Matrix3f spread = 1e-4f * Eigen::Matrix3f::Identity();
+  // In all four coordinates first: the tangent space's three would be sums across a vector.
+  Eigen::Matrix4f moments = Eigen::Matrix4f::Zero(), moved_moments = moments;
   for (const int32_t w : neighbors[v]) {
     const Eigen::Vector4f offset = source.points.col(w) - source.points.col(v);
-    const Eigen::Vector3f local = basis.transpose() * offset;
     const Eigen::Vector4f moved = offset + weight * (displacement.col(w) - displacement.col(v));
-    image += moved * local.transpose();
-    spread += local * local.transpose();
+    moments += offset * offset.transpose();
+    moved_moments += moved * offset.transpose();
   }
+  const Eigen::Matrix<float, 4, 3> basis = TangentBasis(source.mesh.normals.col(v));
+  const Eigen::Matrix<float, 4, 3> image = moved_moments * basis;
+  const Eigen::Matrix3f spread =
+      basis.transpose() * moments * basis + 1e-4f * Eigen::Matrix3f::Identity();
   const Eigen::Vector4f normal = mesh::CrossProduct(image * spread.inverse());
   const float length = normal.norm();
   return length > 0 ? Eigen::Vector4f(normal / length) : Eigen::Vector4f(Eigen::Vector4f::Zero());

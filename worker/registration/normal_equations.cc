@@ -1,6 +1,7 @@
 #include "worker/registration/normal_equations.h"
 
-#include <numeric>
+#include <algorithm>
+#include <utility>
 
 namespace liquidblend::registration {
 namespace {
@@ -26,7 +27,7 @@ void AddKronecker(const Eigen::Matrix<double, 5, 5>& cc, const Metric& m,
 
 NormalEquations::NormalEquations(const DeformationNodes& nodes, const NodeGraph& graph,
                                  const Points& rest, const std::vector<FitTerm>& terms,
-                                 const SolverOptions& options)
+                                 const SolverOptions& options, const parallel::Arena& arena)
     : nodes_(nodes),
       graph_(graph),
       terms_(terms),
@@ -37,25 +38,51 @@ NormalEquations::NormalEquations(const DeformationNodes& nodes, const NodeGraph&
       damping_(static_cast<float>(options.damping)),
       begin_(num_nodes_ + 1, 0),
       edge_forces_(graph.edges().size()) {
-  states_.reserve(terms.size());
+  const auto num_terms = static_cast<int64_t>(terms.size());
   term_begin_.reserve(terms.size() + 1);
   term_begin_.push_back(0);
   for (const FitTerm& term : terms) {
-    const auto influences = nodes.influences(term.vertex);
-    states_.push_back({rest.col(term.vertex), Eigen::Vector4f::Zero()});
-    term_begin_.push_back(term_begin_.back() + static_cast<int64_t>(influences.size()));
-    for (const Influence& influence : influences) ++begin_[influence.node + 1];
+    const auto count = static_cast<int64_t>(nodes.influences(term.vertex).size());
+    term_begin_.push_back(term_begin_.back() + count);
   }
-  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-  influences_.reserve(term_begin_.back());
-  entries_.resize(term_begin_.back());
-  std::vector<int64_t> next(begin_.begin(), begin_.end() - 1);
-  for (size_t s = 0; s < terms.size(); ++s) {
+  states_.resize(terms.size());
+  influences_.resize(term_begin_.back());
+  arena.For(num_terms, [&](int64_t s) {
+    states_[s] = {rest.col(terms[s].vertex), Eigen::Vector4f::Zero()};
+    int64_t next = term_begin_[s];
     for (const Influence& influence : nodes.influences(terms[s].vertex)) {
-      influences_.push_back(influence);
-      entries_[next[influence.node]++] = {static_cast<int32_t>(s), influence.weight};
+      influences_[next++] = influence;
+    }
+  });
+  ListTermsOfNodes(arena);
+}
+
+// A counting sort, in chunks of terms: first how many entries each node has in each, then where
+// those of a chunk begin, then the entries.
+void NormalEquations::ListTermsOfNodes(const parallel::Arena& arena) {
+  constexpr int64_t kNumChunks = 8;
+  const auto num_terms = static_cast<int64_t>(terms_.size());
+  const int64_t chunk_size = num_terms / kNumChunks + 1;
+  std::vector<std::vector<int64_t>> next(kNumChunks, std::vector<int64_t>(num_nodes_, 0));
+  arena.ForChunks(num_terms, chunk_size, [&](int64_t chunk, int64_t first, int64_t last) {
+    for (int64_t e = term_begin_[first]; e < term_begin_[last]; ++e) {
+      ++next[chunk][influences_[e].node];
+    }
+  });
+  for (int64_t n = 0; n < num_nodes_; ++n) {
+    begin_[n + 1] = begin_[n];
+    for (std::vector<int64_t>& of_chunk : next) {
+      begin_[n + 1] += std::exchange(of_chunk[n], begin_[n + 1]);
     }
   }
+  entries_.resize(term_begin_.back());
+  arena.ForChunks(num_terms, chunk_size, [&](int64_t chunk, int64_t first, int64_t last) {
+    for (int64_t s = first; s < last; ++s) {
+      for (const Influence& influence : InfluencesOn(s)) {
+        entries_[next[chunk][influence.node]++] = {static_cast<int32_t>(s), influence.weight};
+      }
+    }
+  });
 }
 
 Eigen::Vector4f NormalEquations::Displacement(int64_t term, const std::vector<NodeMap>& x) const {
@@ -84,7 +111,7 @@ Eigen::Vector4f NormalEquations::Prediction(const NodeGraph::Edge& edge,
   return from.leftCols<4>() * edge.offset + from.col(4) - x[edge.to].col(4);
 }
 
-void NormalEquations::Gather(Edges edges, const parallel::Arena& arena,
+void NormalEquations::Gather(const std::vector<NodeMap>* x, const parallel::Arena& arena,
                              std::vector<NodeMap>& result) const {
   result.resize(num_nodes_);
   arena.For(
@@ -100,13 +127,14 @@ void NormalEquations::Gather(Edges edges, const parallel::Arena& arena,
           sum.col(4) += f;
         }
         NodeMap smooth = NodeMap::Zero();
-        if (edges == Edges::kYes) {
+        if (x != nullptr) {
           for (const int32_t e : graph_.leaving()[n]) {
             smooth += edge_forces_[e] * EdgeCoefficients(graph_.edges()[e]).transpose();
           }
           for (const int32_t e : graph_.arriving()[n]) smooth.col(4) -= edge_forces_[e];
         }
         result[n] = fit_scale_ * sum + smoothness_ * smooth;
+        if (x != nullptr) result[n] += damping_ * (*x)[n];
       },
       16);
 }
@@ -118,15 +146,14 @@ void NormalEquations::Multiply(const std::vector<NodeMap>& x, const parallel::Ar
   arena.For(static_cast<int64_t>(edge_forces_.size()), [&](int64_t e) {
     edge_forces_[e] = graph_.edges()[e].weight * Prediction(graph_.edges()[e], x);
   });
-  Gather(Edges::kYes, arena, result);
-  for (int64_t n = 0; n < num_nodes_; ++n) result[n] += damping_ * x[n];
+  Gather(&x, arena, result);
 }
 
 std::vector<NodeMap> NormalEquations::RightHandSide(const parallel::Arena& arena) const {
   arena.For(static_cast<int64_t>(states_.size()),
             [&](int64_t s) { states_[s].force = terms_[s].metric * terms_[s].goal; });
   std::vector<NodeMap> result;
-  Gather(Edges::kNo, arena, result);
+  Gather(nullptr, arena, result);
   return result;
 }
 
@@ -221,6 +248,68 @@ Eigen::SparseMatrix<double> NormalEquations::Assemble() const {
   Eigen::SparseMatrix<double> matrix(20 * num_nodes_, 20 * num_nodes_);
   matrix.setFromTriplets(triplets.begin(), triplets.end());
   return matrix;
+}
+
+// A node's map is its group's after a shift by the node's offset from the centre. So a term sees
+// each group as a node at the centre with the sum of the weights, and an edge within a group
+// sees nothing.
+NormalEquations::Vector5d NormalEquations::FromCentre(const Eigen::Vector4f& point, int32_t node,
+                                                      const NodeGroups& groups) const {
+  Vector5d c;
+  c << (point - nodes_.position(node) + groups.offset.col(node)).cast<double>(), 1.0;
+  return c;
+}
+
+std::vector<NormalEquations::Seen> NormalEquations::GroupsOf(int64_t term,
+                                                             const NodeGroups& groups) const {
+  std::vector<Seen> all;
+  for (const Influence& influence : InfluencesOn(term)) {
+    const int32_t group = groups.of_node[influence.node];
+    auto seen = std::find_if(all.begin(), all.end(),
+                             [&](const Seen& other) { return other.group == group; });
+    if (seen == all.end()) seen = all.insert(all.end(), {group, Vector5d::Zero()});
+    seen->coefficients +=
+        influence.weight * FromCentre(states_[term].position, influence.node, groups);
+  }
+  return all;
+}
+
+Eigen::MatrixXd NormalEquations::AssembleFor(const NodeGroups& groups,
+                                             const parallel::Arena& arena) const {
+  constexpr int64_t kNumChunks = 4;
+  const int64_t num_terms = static_cast<int64_t>(terms_.size()), size = 20 * groups.size();
+  std::vector<Eigen::MatrixXd> sums(kNumChunks, Eigen::MatrixXd::Zero(size, size));
+  const auto add = [](const std::vector<Seen>& all, const Eigen::Matrix4d& metric,
+                      Eigen::MatrixXd& sum) {
+    for (const auto& [row, c] : all) {
+      for (const auto& [col, d] : all) {
+        if (row < col) continue;
+        for (int ab = 0; ab < 25; ++ab) {
+          sum.block<4, 4>(20 * row + 4 * (ab / 5), 20 * col + 4 * (ab % 5)) +=
+              c[ab / 5] * d[ab % 5] * metric;
+        }
+      }
+    }
+  };
+  arena.ForChunks(
+      num_terms, num_terms / kNumChunks + 1, [&](int64_t k, int64_t begin, int64_t end) {
+        for (int64_t s = begin; s < end; ++s) {
+          add(GroupsOf(s, groups), fit_scale_ * terms_[s].metric.cast<double>(), sums[k]);
+        }
+      });
+  for (int64_t k = 1; k < kNumChunks; ++k) sums[0] += sums[k];
+  for (const NodeGraph::Edge& edge : graph_.edges()) {
+    const int32_t from = groups.of_node[edge.from], to = groups.of_node[edge.to];
+    if (from == to) continue;
+    const Eigen::Vector4f end = nodes_.position(edge.to);
+    add({{from, FromCentre(end, edge.from, groups)}, {to, -FromCentre(end, edge.to, groups)}},
+        smoothness_ * edge.weight * Eigen::Matrix4d::Identity(), sums[0]);
+  }
+  for (int64_t c = 0; c < groups.size(); ++c) {
+    sums[0].diagonal().segment<20>(20 * c).array() +=
+        damping_ * static_cast<float>(groups.nodes[c].size());
+  }
+  return sums[0];
 }
 
 double NormalEquations::FitEnergy(const std::vector<NodeMap>& x,

@@ -10,6 +10,7 @@
 #include "core/parallel/arena.h"
 #include "worker/registration/deformation.h"
 #include "worker/registration/energy.h"
+#include "worker/registration/node_groups.h"
 
 namespace liquidblend::registration {
 
@@ -20,7 +21,8 @@ namespace liquidblend::registration {
 class NormalEquations {
  public:
   NormalEquations(const DeformationNodes& nodes, const NodeGraph& graph, const Points& rest,
-                  const std::vector<FitTerm>& terms, const SolverOptions& options);
+                  const std::vector<FitTerm>& terms, const SolverOptions& options,
+                  const parallel::Arena& arena);
 
   int64_t num_nodes() const { return num_nodes_; }
   void Multiply(const std::vector<NodeMap>& x, const parallel::Arena& arena,
@@ -28,6 +30,9 @@ class NormalEquations {
   std::vector<NodeMap> RightHandSide(const parallel::Arena& arena) const;
   Eigen::Matrix<double, 20, 20> DiagonalBlock(int64_t node) const;
   Eigen::SparseMatrix<double> Assemble() const;
+  // With 20 unknowns per group, those of its map; the blocks above the diagonal are left out, and
+  // of the damping what the centres' maps feel.
+  Eigen::MatrixXd AssembleFor(const NodeGroups& groups, const parallel::Arena& arena) const;
 
   double FitEnergy(const std::vector<NodeMap>& x, const parallel::Arena& arena) const;
   double SmoothnessEnergy(const std::vector<NodeMap>& x, const parallel::Arena& arena) const;
@@ -54,9 +59,21 @@ class NormalEquations {
   // weight * (v - n, 1)
   Eigen::Matrix<double, 5, 1> Coefficients(int64_t term, const Influence& influence) const;
   Eigen::Vector4f Prediction(const NodeGraph::Edge& edge, const std::vector<NodeMap>& x) const;
-  // Sums what the terms (and the edges, if asked) hold onto the nodes.
-  enum class Edges { kNo, kYes };
-  void Gather(Edges edges, const parallel::Arena& arena, std::vector<NodeMap>& result) const;
+  using Vector5d = Eigen::Matrix<double, 5, 1>;
+  // How the map of a group moves a term.
+  struct Seen {
+    int32_t group;
+    Vector5d coefficients;
+  };
+  // (point - centre of the node's group, 1)
+  Vector5d FromCentre(const Eigen::Vector4f& point, int32_t node, const NodeGroups& groups) const;
+  std::vector<Seen> GroupsOf(int64_t term, const NodeGroups& groups) const;
+  void ListTermsOfNodes(const parallel::Arena& arena);
+  // Sums what the terms hold onto the nodes; of a product with x also what the edges hold, and the
+  // damping.
+  //   x  null: the terms alone
+  void Gather(const std::vector<NodeMap>* x, const parallel::Arena& arena,
+              std::vector<NodeMap>& result) const;
 
   const DeformationNodes& nodes_;
   const NodeGraph& graph_;

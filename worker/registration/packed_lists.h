@@ -93,6 +93,11 @@ class PackedLists {
     const Chunk& chunk = chunks_[row / kChunkRows];
     return List(&chunk.bytes[chunk.begin[row % kChunkRows]]);
   }
+  // Where a list's bytes begin, for who fetches them ahead.
+  const void* bytes(int64_t row) const {
+    const Chunk& chunk = chunks_[row / kChunkRows];
+    return &chunk.bytes[chunk.begin[row % kChunkRows]];
+  }
 
  private:
   static constexpr int64_t kChunkRows = 4096;

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
+#include <vector>
 
 #include "tests/worker/registration/registration_testing.h"
 
@@ -75,6 +78,28 @@ TEST_F(DeformationNodesTest, AreTheSameAtAnyThreadCountAndOthersForAnotherSeed) 
       return x.node == y.node && x.weight == y.weight;
     }));
   }
+}
+
+TEST_F(DeformationNodesTest, ArePlacedAsOneByOne) {
+  const int64_t count = sphere_.surface.points.cols();
+  std::vector<int32_t> order(count), expected;
+  std::iota(order.begin(), order.end(), 0);
+  Random random(1);
+  for (int64_t n = count - 1; n > 0; --n) std::swap(order[n], order[random.Below(n + 1)]);
+  std::vector<char> covered(count, 0);
+  GeodesicSearch search(sphere_.surface.points, sphere_.neighbors);
+  for (const int32_t v : order) {
+    if (covered[v] != 0) continue;
+    expected.push_back(v);
+    for (const auto& reached : search.From(v, static_cast<float>(kSpacing))) {
+      covered[reached.vertex] = 1;
+    }
+  }
+  std::sort(expected.begin(), expected.end());
+  const DeformationNodes nodes = Make(8);
+  std::vector<int32_t> placed;
+  for (int64_t n = 0; n < nodes.num_nodes(); ++n) placed.push_back(nodes.vertex(n));
+  EXPECT_EQ(placed, expected);
 }
 
 TEST_F(DeformationNodesTest, MayBeMoreThan16BitsTellApart) {

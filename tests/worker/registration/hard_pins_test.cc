@@ -18,7 +18,8 @@ class HardPinsTest : public ::testing::Test {
   // Far apart, near each other, one free in time, and the first one once more.
   std::vector<Pin> MakePins() const {
     const int32_t v = static_cast<int32_t>(points().cols() / 2);
-    const int32_t next = sphere_.neighbors[v].back();
+    int32_t next = v;  // its last neighbour
+    for (const int32_t w : sphere_.neighbors[v]) next = w;
     const int32_t far = static_cast<int32_t>(points().cols() / 4);
     return {{v, {3, -2, 1, 2}, true, true, 0},
             {next, {3.2f, -2, 1, 2}, true, true, 1},
