@@ -10,6 +10,7 @@ namespace {
 constexpr double kEveryFrames = 10.0;  // as nodes of a user's trajectory
 constexpr double kEndFrames = 1.0;     // before a part ends: there it is one with the rest
 constexpr double kNearUsers = 10.0;    // edges and frames; there the user knows better
+constexpr double kMovedEdges = 3.0;    // an obstacle that has moved less has not
 constexpr float kOnSurface = 3.0f;     // edges; what is further off belongs to no vertex
 
 // A point in both animations; registration units.
@@ -17,8 +18,9 @@ struct EventPair {
   Eigen::Vector4d source, target;
 };
 
-// One pair of features as points.
+// One pair of features.
 struct PairedPoints {
+  CorrespondenceKind kind;
   std::vector<EventPair> points;
   double confidence;
 };
@@ -58,16 +60,41 @@ std::vector<EventPair> PointsOf(const Track& source, const Track& target) {
   return points;
 }
 
+Eigen::Vector4d EventOf(const Contact& contact) {
+  return {contact.place[0], contact.place[1], contact.place[2],
+          static_cast<double>(contact.first_frame)};
+}
+
+// None where the obstacle has stayed where it is: closest points find that.
+std::vector<EventPair> PointsOf(const Obstacle& source, const Obstacle& target) {
+  std::vector<EventPair> points;
+  double furthest = 0;
+  for (const auto& [a, b] : PairContacts(source, target)) {
+    points.push_back({EventOf(source.contacts[a]), EventOf(target.contacts[b])});
+    const EventPair& last = points.back();
+    furthest = std::max(furthest, (last.target - last.source).head<3>().norm());
+  }
+  if (furthest < kMovedEdges) points.clear();
+  return points;
+}
+
 std::vector<PairedPoints> PointsOfPairs(const Features& source, const Features& target,
                                         const FeaturePairs& pairs) {
   std::vector<PairedPoints> result;
   for (const AssignedPair& pair : pairs.tracks) {
-    result.push_back(
-        {PointsOf(source.tracks[pair.row], target.tracks[pair.column]), pair.confidence});
+    result.push_back({CorrespondenceKind::kPoint,
+                      PointsOf(source.tracks[pair.row], target.tracks[pair.column]),
+                      pair.confidence});
   }
   for (const AssignedPair& pair : pairs.extrema) {
-    result.push_back(
-        {{{source.extrema[pair.row].point, target.extrema[pair.column].point}}, pair.confidence});
+    result.push_back({CorrespondenceKind::kPoint,
+                      {{source.extrema[pair.row].point, target.extrema[pair.column].point}},
+                      pair.confidence});
+  }
+  for (const AssignedPair& pair : pairs.obstacles) {
+    result.push_back({CorrespondenceKind::kSpace,
+                      PointsOf(source.obstacles[pair.row], target.obstacles[pair.column]),
+                      pair.confidence});
   }
   return result;
 }
@@ -84,12 +111,16 @@ Eigen::Vector4d FromUnits(Eigen::Vector4d event, double edge_length_m) {
 
 bool IsNearUsers(const PairedPoints& pair, const std::vector<Correspondence>& users,
                  double edge_length_m) {
+  const int used = pair.kind == CorrespondenceKind::kSpace ? 3 : 4;  // coordinates
+  const auto distance = [&](const Eigen::Vector4d& a, const Eigen::Vector4d& b) {
+    return (a - b).head(used).norm();
+  };
   return std::any_of(users.begin(), users.end(), [&](const Correspondence& user) {
     const Eigen::Vector4d source = InUnits(user.source, edge_length_m);
     const Eigen::Vector4d target = InUnits(user.target, edge_length_m);
     return std::any_of(pair.points.begin(), pair.points.end(), [&](const EventPair& point) {
-      return (point.source - source).norm() < kNearUsers ||
-             (point.target - target).norm() < kNearUsers;
+      return distance(point.source, source) < kNearUsers ||
+             distance(point.target, target) < kNearUsers;
     });
   });
 }
@@ -118,19 +149,21 @@ std::vector<Track> TracksOf(const Surface& surface, const TrackOptions& options)
 }  // namespace
 
 Features FindFeatures(const Surface& surface, const TrackOptions& options) {
-  return {TracksOf(surface, options), FindExtrema(surface)};
+  return {TracksOf(surface, options), FindExtrema(surface), FindObstacles(surface)};
 }
 
 FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
                             const TrackOptions& options, const parallel::Arena& arena) {
   FeaturesOfPair features;
-  arena.Run(4, [&](int64_t n) {  // the longest first
+  arena.Run(6, [&](int64_t n) {  // the longest first
     const Surface& surface = n % 2 == 0 ? source : target;
     Features& found = n % 2 == 0 ? features.source : features.target;
     if (n < 2) {
       found.extrema = FindExtrema(surface);
-    } else {
+    } else if (n < 4) {
       found.tracks = TracksOf(surface, options);
+    } else {
+      found.obstacles = FindObstacles(surface);
     }
   });
   return features;
@@ -152,6 +185,7 @@ std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const 
     for (const EventPair& point : pair.points) {
       if (!on_source(point.source) || !on_target(point.target)) continue;
       AutomaticCorrespondence& added = result.emplace_back();
+      added.correspondence.kind = pair.kind;
       added.correspondence.source = FromUnits(point.source, edge_length_m);
       added.correspondence.target = FromUnits(point.target, edge_length_m);
       added.confidence = pair.confidence;

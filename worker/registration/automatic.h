@@ -10,7 +10,7 @@
 namespace liquidblend::registration {
 
 struct AutomaticCorrespondence {
-  Correspondence correspondence;  // a soft point
+  Correspondence correspondence;  // soft
   double confidence = 0.0;        // (0, 1]; of the pair of features that it comes from
 };
 
@@ -25,11 +25,12 @@ struct FeaturesOfPair {
 FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
                             const TrackOptions& options, const parallel::Arena& arena);
 
-// A detached part gives the points furthest up and down, left and right, to the front and back of
-// it when it starts, and if its life is more than 10 frames longer in one of the two, every 10
-// frames until it ends; an extremum gives itself. A pair of features gives none if one of its
-// points lies within 10 mean edges (a frame counts as one) of one of the user's. Requires: both
-// surfaces are in units of edge_length_m.
+// As points: a detached part gives those furthest up and down, left and right, to the front and
+// back of it when it starts, and if its life is more than 10 frames longer in one of the two, every
+// 10 frames until it ends; an extremum gives itself. As spaces: an obstacle that is elsewhere, or
+// of another size, gives some of its contacts. A pair of features gives none if one of its points
+// lies within 10 mean edges (a frame counts as one; for spaces it does not) of one of the user's.
+// Requires: both surfaces are in units of edge_length_m.
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
                                                    const FeaturesOfPair& features,
                                                    const std::vector<Correspondence>& users,

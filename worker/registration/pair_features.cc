@@ -112,6 +112,15 @@ double ExtremumCost(const Extremum& a, const Extremum& b, const std::vector<Merg
   return cost.mean();
 }
 
+double ObstacleCost(const Obstacle& a, const Obstacle& b, const SceneScale& scale,
+                    const PairOptions& options) {
+  CostMean cost;
+  cost.Add((a.box.center() - b.box.center()).norm(), options.max_obstacle_shift * scale.length);
+  cost.Add(std::log(a.box.diagonal().norm() / b.box.diagonal().norm()),
+           std::log(options.max_obstacle_ratio));
+  return cost.mean();
+}
+
 // Pairs of rows and columns as numbers of the features themselves.
 std::vector<AssignedPair> Renumber(std::vector<AssignedPair> pairs, const std::vector<int>& rows,
                                    const std::vector<int>& columns, double min_confidence) {
@@ -196,6 +205,9 @@ FeaturePairs PairFeatures(const Features& source, const Features& target, const 
   const auto extrema_of = [](const Features& f) {
     return Strongest(f.extrema.size(), [&](int n) { return f.extrema[n].persistence; });
   };
+  const auto obstacles_of = [](const Features& f) {
+    return Strongest(f.obstacles.size(), [&](int n) { return f.obstacles[n].contacts.size(); });
+  };
   const std::vector<int> rows = tracks_of(source), columns = tracks_of(target);
   FeaturePairs pairs;
   pairs.tracks = AssignChosen(rows, columns, options.min_confidence, [&](int a, int b) {
@@ -213,6 +225,10 @@ FeaturePairs PairFeatures(const Features& source, const Features& target, const 
                                                      scale, options);
                                }),
                   source, target, merges);
+  pairs.obstacles = AssignChosen(
+      obstacles_of(source), obstacles_of(target), options.min_confidence, [&](int a, int b) {
+        return ObstacleCost(source.obstacles[a], target.obstacles[b], scale, options);
+      });
   return pairs;
 }
 

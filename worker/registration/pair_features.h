@@ -5,14 +5,16 @@
 
 #include "worker/registration/assignment.h"
 #include "worker/registration/extrema.h"
+#include "worker/registration/obstacles.h"
 #include "worker/registration/tracks.h"
 
 namespace liquidblend::registration {
 
 // What stands out in one animation; registration units.
 struct Features {
-  std::vector<Track> tracks;      // by start time
-  std::vector<Extremum> extrema;  // as FindExtrema() says
+  std::vector<Track> tracks;             // by start time
+  std::vector<Extremum> extrema;         // as FindExtrema() says
+  std::vector<Obstacle> obstacles = {};  // as FindObstacles() says
 };
 
 // What features' differences are measured in.
@@ -32,19 +34,23 @@ struct PairOptions {
   double max_event_shift = 0.12;
   double max_event_lead = 0.12;
   double max_persistence_ratio = 2.0;  // >= 1
+  double max_obstacle_shift = 0.5;     // between the middles of two obstacles
+  double max_obstacle_ratio = 2.5;     // >= 1; of their diagonals
   double min_confidence = 0.5;         // [0, 1]; only surer pairs are kept
 };
 
 struct FeaturePairs {
   std::vector<AssignedPair> tracks;   // row: source's, column: target's
   std::vector<AssignedPair> extrema;  // likewise, into Features::extrema
+  std::vector<AssignedPair> obstacles = {};
 };
 
 // Pairs first the tracks that begin at the first frame, of like volume, place and life: the
 // assignment of least squared differences over all of them, so that two drops that are moved the
 // same way do not swap their partners. Then later tracks (splashes) and extrema, by what they are
 // relative to the merges of the first pairs. Pairs of extrema that go against the order in time of
-// those merges, or of surer pairs, are dropped. The strongest kMaxAssigned of each are looked at.
+// those merges, or of surer pairs, are dropped. Obstacles by place and size. The strongest
+// kMaxAssigned of each are looked at.
 FeaturePairs PairFeatures(const Features& source, const Features& target, const SceneScale& scale,
                           const PairOptions& options = {});
 

@@ -8,7 +8,9 @@
 #include <map>
 
 #include "core/mesh/slice_at.h"
+#include "tests/synthetic/surface_distance.h"
 #include "tests/worker/registration/drops_testing.h"
+#include "tests/worker/registration/pillar_testing.h"
 #include "worker/registration/register.h"
 
 namespace liquidblend::registration {
@@ -115,6 +117,24 @@ TEST(Automatic, ADropThatFallsFifteenFramesLaterStrikesHalfWayBetween) {
   const double late = 12;
   EXPECT_EQ(BallsHalfWay(source, *with, late).size(), 1u);
   EXPECT_EQ(BallsHalfWay(source, *without, late).size(), 0u);
+}
+
+// Twice its width away, so that what is nearest to one is the open water beside the other.
+TEST(Automatic, APillarElsewhereStandsHalfWayBetween) {
+  const mesh::SpaceTimeMesh source = BuildMesh(PoolAroundPillar({.x = -0.4}));
+  const mesh::SpaceTimeMesh target = BuildMesh(PoolAroundPillar({.x = 0.4}));
+  const mesh::Animation middle = PoolAroundPillar({.x = 0});
+  const auto distance_edges = [&](bool automatic) {
+    const auto registration = RegisterScenes(source, target, automatic);
+    EXPECT_TRUE(registration.ok()) << registration.status();
+    const double times[] = {6.0};
+    const Eigen::Matrix4Xf half = source.vertices + 0.5f * registration->displacement;
+    const auto slice = mesh::SliceAt(source, half, times, parallel::Arena(2))[0];
+    return synthetic::MeanSymmetricDistance(slice, middle.frames[6]) / source.edge_length_m;
+  };
+  const double with = distance_edges(true), without = distance_edges(false);
+  EXPECT_LT(with, 0.22);
+  EXPECT_GT(without, 1.5 * with);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/worker/registration/drops_testing.h"
+#include "tests/worker/registration/pillar_testing.h"
 #include "worker/registration/register.h"
 
 namespace liquidblend::registration {
@@ -64,6 +65,28 @@ TEST_F(AutomaticTest, AUsersOwnNearByTakesItsPlace) {
   user.source = {0.5, 0.3, -0.3, 11};
   user.target = user.source;
   EXPECT_EQ(Find({user}).size(), 6u) << "far from the drop";
+}
+
+TEST(Automatic, APillarElsewhereGivesSoftSpacesUnlessAUsersIsNear) {
+  const TestSurface source(BuildMesh(PoolAroundPillar({.x = -0.4})));
+  const TestSurface target(BuildMesh(PoolAroundPillar({.x = 0.4})));
+  const double edge = source.mesh.edge_length_m;
+  const auto found = FindPoints(source.surface, target.surface, {}, edge);
+  EXPECT_EQ(found.size(), kMaxContactPairs);
+  for (const auto& [c, confidence] : found) {
+    EXPECT_EQ(c.kind, CorrespondenceKind::kSpace);
+    EXPECT_FALSE(c.hard);
+    EXPECT_GT(confidence, 0.5);
+    EXPECT_NEAR(c.target[0] - c.source[0], 0.8, 2 * edge);
+  }
+  Correspondence user;
+  user.source = user.target = {-0.4 + kPillarRadius, 0, -0.3, 11};
+  EXPECT_TRUE(FindPoints(source.surface, target.surface, {user}, edge).empty());
+}
+
+TEST(Automatic, APillarThatStaysGivesNone) {
+  const TestSurface test(BuildMesh(PoolAroundPillar({.x = 0.2})));
+  EXPECT_TRUE(FindPoints(test.surface, test.surface, {}, test.mesh.edge_length_m).empty());
 }
 
 TEST_F(AutomaticTest, TheReportTellsThemFromTheUsersAndTheOptionTurnsThemOff) {
