@@ -56,7 +56,7 @@ struct CatalogOptions {
   RetryOptions retry;                               // of jobs
   absl::Duration busy_timeout = absl::Seconds(10);  // >= 0; how long to wait for other processes
   int max_connections = 8;                          // >= 1; PostgreSQL: so many calls at once
-  // The clock of times and leases; empty: absl::Now with SQLite, the database's with PostgreSQL.
+  // The clock of times and leases; empty: the system's with SQLite, the database's with PostgreSQL.
   std::function<absl::Time()> now;
   absl::Status Validate() const;  // names the first field out of range
 };

@@ -1,9 +1,11 @@
 #include "core/store/sqlite.h"
 
 #include <sqlite3.h>
+#include <chrono>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <limits>
 #include <system_error>
 
@@ -108,7 +110,11 @@ std::string Database::indexed_by(absl::string_view index) const {
   return absl::StrCat("INDEXED BY ", index);
 }
 
-absl::StatusOr<absl::Time> Database::Now() { return now_ ? now_() : absl::Now(); }
+// Not absl::Now(): where the clock is set, that tells the former time for seconds more, in one
+// process and not in another, and two workers would take each other's leases for lapsed.
+absl::StatusOr<absl::Time> Database::Now() {
+  return now_ ? now_() : absl::FromChrono(std::chrono::system_clock::now());
+}
 
 absl::Status Database::Configure(absl::Duration busy_timeout) {
   const int64_t busy_ms =

@@ -24,7 +24,7 @@ namespace liquidblend::store {
 // Threads: one at a time.
 class Database : public Sql {
  public:
-  // Creates the file if missing. An empty `now` stands for absl::Now.
+  // Creates the file if missing. An empty `now` stands for the system's clock.
   static absl::StatusOr<std::unique_ptr<Database>> Open(const std::string& path,
                                                         absl::Duration busy_timeout,
                                                         std::function<absl::Time()> now = {});
