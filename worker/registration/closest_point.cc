@@ -318,8 +318,12 @@ SurfacePoint ClosestPointSearch::ProjectOnCells(int32_t vertex, const Eigen::Vec
   }
   std::optional<CellPoint> in_nearest;
   if (!cells.empty()) in_nearest = ClosestInCell(points_, CornersOf(mesh_, cells[nearest]), p);
+  const bool has_normal =
+      in_nearest && !Interpolate(mesh_.normals, CornersOf(mesh_, cells[nearest]))
+                         .At(in_nearest->parameters)
+                         .isZero(0);  // else it is none, and a cell further away may be the one
   const float reach_sq =
-      in_nearest ? std::min(best_distance_sq, in_nearest->distance_sq) : best_distance_sq;
+      has_normal ? std::min(best_distance_sq, in_nearest->distance_sq) : best_distance_sq;
   for (size_t n = 0; n < cells.size(); ++n) {
     if (n < num_boxes && box_distance_sq[n] > kBoxMargin * reach_sq + kBoxMarginSq) continue;
     const auto corners = CornersOf(mesh_, cells[n]);

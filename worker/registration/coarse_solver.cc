@@ -18,7 +18,9 @@ std::optional<CoarseSolver> CoarseSolver::Make(const DeformationNodes& nodes,
                                                const parallel::Arena& arena) {
   if (nodes.num_nodes() < kFewestNodes * kNumGroups) return std::nullopt;
   CoarseSolver result;
-  result.groups_ = GroupNodes(nodes, kNumGroups);
+  result.groups_ =
+      GroupNodes(nodes, equations.graph(), equations.HeldNodes(), kNumGroups, kFewestNodes);
+  if (result.groups_.size() == 0) return std::nullopt;
   const Eigen::LLT<Eigen::MatrixXd> factor(equations.AssembleFor(result.groups_, arena));
   if (factor.info() != Eigen::Success) return std::nullopt;
   result.factor_ = factor.matrixLLT();
@@ -42,6 +44,7 @@ void CoarseSolver::AddTo(const std::vector<NodeMap>& r, const parallel::Arena& a
   factor_.triangularView<Eigen::Lower>().solveInPlace(flat);
   factor_.triangularView<Eigen::Lower>().transpose().solveInPlace(flat);
   arena.For(static_cast<int64_t>(z.size()), [&](int64_t n) {
+    if (groups_.of_node[n] < 0) return;
     const NodeMap move =
         Eigen::Map<const DoubleMap>(flat.data() + 20 * groups_.of_node[n]).cast<float>();
     z[n] += move;

@@ -20,7 +20,7 @@ namespace {
 
 using NodeVector = std::vector<NodeMap>;
 
-// From there on the groups' equations take longer than the steps that they save.
+// Below it the groups' equations take longer than the steps that they save.
 constexpr double kCoarseFromSmoothness = 10;
 
 double Dot(const NodeVector& a, const NodeVector& b, const parallel::Arena& arena) {
@@ -51,6 +51,7 @@ absl::StatusOr<int> SolveIteratively(const DeformationNodes& nodes,
   LB_ASSIGN_OR_RETURN(const Preconditioner preconditioner,
                       Preconditioner::Make(equations, pins, arena));
   std::optional<CoarseSolver> coarse;
+  // What pins hold, the groups' moves would not leave alone.
   if (pins.empty() && options.smoothness >= kCoarseFromSmoothness) {
     coarse = CoarseSolver::Make(nodes, equations, arena);
   }

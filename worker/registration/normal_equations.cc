@@ -265,6 +265,7 @@ std::vector<NormalEquations::Seen> NormalEquations::GroupsOf(int64_t term,
   std::vector<Seen> all;
   for (const Influence& influence : InfluencesOn(term)) {
     const int32_t group = groups.of_node[influence.node];
+    if (group < 0) continue;
     auto seen = std::find_if(all.begin(), all.end(),
                              [&](const Seen& other) { return other.group == group; });
     if (seen == all.end()) seen = all.insert(all.end(), {group, Vector5d::Zero()});
@@ -272,6 +273,15 @@ std::vector<NormalEquations::Seen> NormalEquations::GroupsOf(int64_t term,
         influence.weight * FromCentre(states_[term].position, influence.node, groups);
   }
   return all;
+}
+
+std::vector<char> NormalEquations::HeldNodes() const {
+  std::vector<char> is_held(num_nodes(), 0);
+  for (int64_t s = 0; s < static_cast<int64_t>(terms_.size()); ++s) {
+    if (!(terms_[s].metric.trace() > 0)) continue;
+    for (const Influence& influence : InfluencesOn(s)) is_held[influence.node] = 1;
+  }
+  return is_held;
 }
 
 Eigen::MatrixXd NormalEquations::AssembleFor(const NodeGroups& groups,
@@ -300,7 +310,7 @@ Eigen::MatrixXd NormalEquations::AssembleFor(const NodeGroups& groups,
   for (int64_t k = 1; k < kNumChunks; ++k) sums[0] += sums[k];
   for (const NodeGraph::Edge& edge : graph_.edges()) {
     const int32_t from = groups.of_node[edge.from], to = groups.of_node[edge.to];
-    if (from == to) continue;
+    if (from == to || from < 0 || to < 0) continue;
     const Eigen::Vector4f end = nodes_.position(edge.to);
     add({{from, FromCentre(end, edge.from, groups)}, {to, -FromCentre(end, edge.to, groups)}},
         smoothness_ * edge.weight * Eigen::Matrix4d::Identity(), sums[0]);

@@ -25,6 +25,9 @@ class NormalEquations {
                   const parallel::Arena& arena);
 
   int64_t num_nodes() const { return num_nodes_; }
+  const NodeGraph& graph() const { return graph_; }
+  // Per node: whether a term asks for something where it has influence.
+  std::vector<char> HeldNodes() const;
   void Multiply(const std::vector<NodeMap>& x, const parallel::Arena& arena,
                 std::vector<NodeMap>& result) const;
   std::vector<NodeMap> RightHandSide(const parallel::Arena& arena) const;

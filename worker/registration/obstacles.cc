@@ -1,12 +1,12 @@
 #include "worker/registration/obstacles.h"
 
-#include <absl/container/flat_hash_map.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <limits>
 #include <utility>
+
+#include "absl/container/flat_hash_map.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -22,7 +22,7 @@ Place PlaceOf(const Eigen::Vector3f& point) {
   return {floor[0], floor[1], floor[2]};
 }
 
-// How fast the surface moves along its normal, in edges per frame.
+// Whether the surface moves along its normal by so little; in edges per frame.
 bool IsStill(const Eigen::Vector4f& normal, double max_speed) {
   return std::abs(normal[3]) <= max_speed * normal.head<3>().norm();
 }
@@ -50,10 +50,12 @@ struct Sums {
     frames.push_back(static_cast<int>(surface.points(3, v)));
   }
   float count() const { return static_cast<float>(frames.size()); }
-  // Those of the frames that differ.
-  int num_frames() {
-    std::sort(frames.begin(), frames.end());
-    return static_cast<int>(std::unique(frames.begin(), frames.end()) - frames.begin());
+  int first_frame() const { return *std::min_element(frames.begin(), frames.end()); }
+  // Those that differ.
+  int num_frames() const {
+    std::vector<int> sorted = frames;
+    std::sort(sorted.begin(), sorted.end());
+    return static_cast<int>(std::unique(sorted.begin(), sorted.end()) - sorted.begin());
   }
 };
 
@@ -69,7 +71,7 @@ std::vector<Contact> FindContacts(const Surface& surface, const ObstacleOptions&
     }
     const float count = sums.count();
     if (sums.normals.norm() < kOneWay * count || sums.num_frames() < needed) continue;
-    contacts.push_back({sums.points / count, sums.normals.normalized(), sums.frames.front()});
+    contacts.push_back({sums.points / count, sums.normals.normalized(), sums.first_frame()});
   }
   return contacts;
 }

@@ -34,12 +34,13 @@ struct ObstacleOptions {
 // Connected contacts beside each of which the surface bends inward. The largest first. Walls of a
 // container and the still surface of a pool do not, nor does a wall from side to side; the corners
 // of a large box are one each. Droplets carried as rigid pieces are left out.
-// Cost: O(vertices log vertices + contacts).
+// Cost: O(vertices log vertices) and some 900 look-ups per contact.
 std::vector<Obstacle> FindObstacles(const Surface& surface, const ObstacleOptions& options = {});
 
 // Contacts that are the same place of one obstacle and another, as the numbers of both: some that
 // lie far apart from each other on `a`, at most kMaxContactPairs, each with what on `b` is at the
-// same place within its box and faces the same way. None if most have no such partner.
+// same place within its box and faces the same way. None if most have no such partner. Requires:
+// both have contacts.
 inline constexpr int kMaxContactPairs = 12;
 struct ContactPair {
   int a = 0, b = 0;

@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "tests/worker/registration/registration_testing.h"
+#include "tests/worker/registration/drops_testing.h"
 #include "worker/registration/hard_pins.h"
 
 namespace liquidblend::registration {
@@ -19,6 +19,10 @@ class CoarseSolverTest : public ::testing::Test {
       terms.push_back({v, n, 0.1f * Eigen::Matrix4f::Identity() + n * n.transpose()});
     }
     return terms;
+  }
+  NodeGroups Group(int count) const {
+    const std::vector<char> all_held(nodes_.num_nodes(), 1);
+    return GroupNodes(nodes_, graph_, all_held, count, 8);
   }
   // 20 columns per group: the maps of its nodes that a component of its map makes.
   Eigen::MatrixXd Prolongation(const NodeGroups& groups) const {
@@ -42,7 +46,7 @@ class CoarseSolverTest : public ::testing::Test {
 };
 
 TEST_F(CoarseSolverTest, GroupsAreOfLikeSizeAndHaveEachNodeOnce) {
-  const NodeGroups groups = GroupNodes(nodes_, 16);
+  const NodeGroups groups = Group(16);
   ASSERT_EQ(groups.size(), 16);
   std::vector<int> count(nodes_.num_nodes(), 0);
   for (int32_t c = 0; c < 16; ++c) {
@@ -61,7 +65,7 @@ TEST_F(CoarseSolverTest, TheGroupsEquationsAreThoseOfTheNodesRestricted) {
   const parallel::Arena arena(2);
   const std::vector<FitTerm> terms = Terms();
   const NormalEquations equations(nodes_, graph_, sphere_.surface.points, terms, options, arena);
-  const NodeGroups groups = GroupNodes(nodes_, 4);
+  const NodeGroups groups = Group(4);
   const Eigen::MatrixXd matrix =
       Eigen::MatrixXd(equations.Assemble()).selfadjointView<Eigen::Lower>();
   const Eigen::MatrixXd all = Prolongation(groups);
@@ -77,6 +81,36 @@ TEST_F(CoarseSolverTest, StiffSurfacesTakeFewSteps) {
                                {.smoothness = 500, .max_direct_rows = 0}, parallel::Arena(2), maps);
   ASSERT_TRUE(solved.ok()) << solved.status();
   EXPECT_LE(solved->num_steps, 60);  // 26; 193 without
+}
+
+// Two drops above a pool that moves; nothing says where the one is to go, little holds the other.
+TEST(CoarseSolver, WhatIsHeldByNothingOrLittleStaysWhereItIs) {
+  const TestSurface scene(Scene({DropAt(-0.6, 0.95), DropAt(0.6, 0.95)}));
+  const parallel::Arena arena(2);
+  const DeformationNodes nodes(scene.surface.points, scene.neighbors, 2.0, {}, 1, arena);
+  const NodeGraph graph(nodes);
+  const double edge = scene.mesh.edge_length_m;
+  std::vector<FitTerm> terms;
+  for (int32_t v = 0; v < scene.surface.points.cols(); v += 5) {
+    const Eigen::Vector3f place = static_cast<float>(edge) * scene.surface.points.col(v).head<3>();
+    if (place[2] < 0.1f) {
+      terms.push_back({v, Eigen::Vector4f(10, 0, 0, 0), Eigen::Matrix4f::Identity()});
+    } else if (place[0] > 0) {
+      terms.push_back({v, Eigen::Vector4f::Zero(), 1e-4f * Eigen::Matrix4f::Identity()});
+    }
+  }
+  std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());
+  const auto solved =
+      Minimize(nodes, graph, scene.surface.points, terms, HardPins(),
+               {.smoothness = 500, .max_steps = 4000, .max_direct_rows = 0}, arena, maps);
+  ASSERT_TRUE(solved.ok()) << solved.status();
+  int num_drops = 0;
+  for (int64_t n = 0; n < nodes.num_nodes(); ++n) {
+    const bool is_drop = edge * nodes.position(n)[2] > 0.1;
+    num_drops += is_drop ? 1 : 0;
+    EXPECT_NEAR(maps[n](0, 4), is_drop ? 0 : 10, 0.2) << edge * nodes.position(n).transpose();
+  }
+  EXPECT_GT(num_drops, 50);
 }
 
 TEST_F(CoarseSolverTest, SameBytesAtAnyThreadCount) {
