@@ -85,8 +85,9 @@ class Neighborhood {
       at_[PlaceOf(contacts[n].place)] = static_cast<int>(n);
     }
   }
-  template <typename Function>
-  void ForEachNear(int n, const Function& function) const {
+  // Whether the predicate holds of one that is near; which is then the last it is asked of.
+  template <typename Predicate>
+  bool AnyNear(int n, const Predicate& predicate) const {
     const Eigen::Vector3f& from = contacts_[n].place;
     const Place low = PlaceOf(from.array() - reach_), high = PlaceOf(from.array() + reach_);
     for (int z = low[2]; z <= high[2]; ++z) {
@@ -94,10 +95,12 @@ class Neighborhood {
         for (int x = low[0]; x <= high[0]; ++x) {
           const auto found = at_.find(Place{x, y, z});
           if (found == at_.end() || found->second == n) continue;
-          if ((contacts_[found->second].place - from).norm() <= reach_) function(found->second);
+          if ((contacts_[found->second].place - from).norm() > reach_) continue;
+          if (predicate(found->second)) return true;
         }
       }
     }
+    return false;
   }
 
  private:
@@ -119,9 +122,8 @@ std::vector<Contact> KeepBent(const std::vector<Contact>& contacts,
   const Neighborhood near(contacts, options.reach);
   std::vector<Contact> bent;
   for (size_t n = 0; n < contacts.size(); ++n) {
-    bool bends = false;
-    near.ForEachNear(static_cast<int>(n), [&](int other) {
-      bends = bends || BendsInward(contacts[n], contacts[other], options);
+    const bool bends = near.AnyNear(static_cast<int>(n), [&](int other) {
+      return BendsInward(contacts[n], contacts[other], options);
     });
     if (bends) bent.push_back(contacts[n]);
   }
@@ -138,10 +140,9 @@ std::vector<Obstacle> Group(const std::vector<Contact>& contacts, float reach) {
     std::vector<int> members = {static_cast<int>(first)};
     taken[first] = 1;
     for (size_t n = 0; n < members.size(); ++n) {
-      near.ForEachNear(members[n], [&](int other) {
-        if (taken[other]) return;
-        taken[other] = 1;
-        members.push_back(other);
+      near.AnyNear(members[n], [&](int other) {
+        if (!std::exchange(taken[other], 1)) members.push_back(other);
+        return false;
       });
     }
     std::sort(members.begin(), members.end());

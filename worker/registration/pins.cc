@@ -12,16 +12,21 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr double kPinEveryFrames = 10;  // section 6, "typically every 10 frames"
-constexpr float kOnSurface = 5.0f;      // edges; points further off belong to no vertex
 constexpr double kOverruled = 3.0;      // edges; residual of a soft one that was not obeyed
 
 // One animation's side of the correspondences.
 struct Side {
-  Side(const Surface& s, double edge_length_m, const char* side_name, const parallel::Arena& arena)
-      : surface(s), edge(edge_length_m), name(side_name), tree(s.points, s.FreeVertices(), arena) {}
+  Side(const Surface& s, double edge_length_m, const char* side_name, const parallel::Arena& arena,
+       float reach)
+      : surface(s),
+        edge(edge_length_m),
+        name(side_name),
+        on_surface(reach),
+        tree(s.points, s.FreeVertices(), arena) {}
   const Surface& surface;
   double edge;  // metres per registration unit
   const char* name;
+  float on_surface;  // registration units; points further off belong to no vertex
   PointTree tree;
 
   double last_frame() const { return surface.mesh.num_frames - 1; }
@@ -75,10 +80,10 @@ absl::Status Check(size_t index, const Side& side, const Eigen::Vector4d& event,
         where + ": a trajectory needs velocities, which the animation does not have");
   }
   const float distance = on_surface ? side.DistanceTo(side.ToUnits(event)) : 0.0f;
-  if (!(distance <= kOnSurface)) {
+  if (!(distance <= side.on_surface)) {
     return absl::InvalidArgumentError(absl::StrCat(
         where, ": it lies ", distance, " mean edges (frames in time) off the surface",
-        ", more than ", kOnSurface, "; droplets carried as rigid pieces do not count"));
+        ", more than ", side.on_surface, "; droplets carried as rigid pieces do not count"));
   }
   return absl::OkStatus();
 }
@@ -106,12 +111,12 @@ void Expand(const Correspondence& c, size_t index, const Side& source, const Sid
     if (traced) {
       from = source.Trace(from, kPinEveryFrames);
       to = target.Trace(to, kPinEveryFrames);
-      if (!(target.DistanceTo(to) <= kOnSurface)) return;
+      if (!(target.DistanceTo(to) <= target.on_surface)) return;
     } else {
       from[3] += static_cast<float>(kPinEveryFrames);
       to[3] += static_cast<float>(kPinEveryFrames);
     }
-    if (source.DistanceTo(from) <= kOnSurface) {
+    if (source.DistanceTo(from) <= source.on_surface) {
       pins.push_back(MakePin(c, index, source, from, to));
     } else if (traced) {
       return;
@@ -123,11 +128,12 @@ void Expand(const Correspondence& c, size_t index, const Side& source, const Sid
 
 absl::StatusOr<std::vector<Pin>> ExpandCorrespondences(
     const std::vector<Correspondence>& correspondences, const Surface& source,
-    const Surface& target, const parallel::Arena& arena) {
+    const Surface& target, const parallel::Arena& arena, float on_surface) {
   std::vector<Pin> pins;
   if (correspondences.empty()) return pins;
   const double edge = source.mesh.edge_length_m;
-  const Side from(source, edge, "source", arena), to(target, edge, "target", arena);
+  const Side from(source, edge, "source", arena, on_surface);
+  const Side to(target, edge, "target", arena, on_surface);
   for (size_t n = 0; n < correspondences.size(); ++n) {
     const Correspondence& c = correspondences[n];
     const bool in_time = c.kind != CorrespondenceKind::kSpace;  // else it may get there any time

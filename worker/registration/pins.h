@@ -19,14 +19,17 @@ struct Pin {
   int32_t correspondence;  // which one it comes from
 };
 
+inline constexpr float kOnSurfaceEdges = 5.0f;  // points further off belong to no vertex
+
 // One pin per point; per trajectory one every 10 frames, followed through the velocity fields of
 // both meshes until it leaves one of the surfaces; per space correspondence one every 10 frames at
 // a fixed place, where the source's surface is there. In the order of the correspondences. Errors:
 // kInvalidArgument naming the correspondence (from 0) whose points lie outside of the animations in
-// time, far off their surfaces, are not finite, or need velocities that a mesh does not have.
+// time, further off their surfaces than `on_surface`, are not finite, or need velocities that a
+// mesh does not have.
 absl::StatusOr<std::vector<Pin>> ExpandCorrespondences(
     const std::vector<Correspondence>& correspondences, const Surface& source,
-    const Surface& target, const parallel::Arena& arena);
+    const Surface& target, const parallel::Arena& arena, float on_surface = kOnSurfaceEdges);
 
 // Soft correspondences take the place of the closest points of their vertices. Each weighs as much
 // as `weight` matches of an average node, however many terms there are.

@@ -102,10 +102,14 @@ absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
   const double edge = pair.source.mesh.edge_length_m;
   LB_RETURN_IF_ERROR(FitWhatIsFar(
       pair, options, arena, [&] { keeper.Keep(state); }, state));
-  LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
-                      ExpandCorrespondences(correspondences, pair.source, pair.target, arena));
+  const double scale = state.coarse_edge_length_m / edge;
+  // As far off as the coarse registration has taken them.
+  const float on_surface = std::max(1.0f, static_cast<float>(scale)) * kOnSurfaceEdges;
+  LB_ASSIGN_OR_RETURN(
+      const std::vector<Pin> pins,
+      ExpandCorrespondences(correspondences, pair.source, pair.target, arena, on_surface));
   LB_RETURN_IF_ERROR(CheckContradictions(pins, pair.source.points, edge));
-  const double spacing = options.node_spacing_edges * state.coarse_edge_length_m / edge;
+  const double spacing = options.node_spacing_edges * scale;
   const PinHolder holder(pair, pins, spacing, options.seed, arena);
   const auto hold_pins = [&](Points& moved) { return holder.Restore(moved); };
   LB_ASSIGN_OR_RETURN(Registration result, Complete(pair, std::move(state.displacement),

@@ -28,8 +28,10 @@ class PinsTest : public ::testing::Test {
     c.target = {2.0 / 24, 0, 1.5, 2};
     return c;
   }
-  absl::StatusOr<std::vector<Pin>> Expand(const Correspondence& c) const {
-    return ExpandCorrespondences({c}, source_.surface, target_.surface, parallel::Arena(2));
+  absl::StatusOr<std::vector<Pin>> Expand(const Correspondence& c,
+                                          float on_surface = kOnSurfaceEdges) const {
+    return ExpandCorrespondences({c}, source_.surface, target_.surface, parallel::Arena(2),
+                                 on_surface);
   }
   float edge() const { return static_cast<float>(source_.mesh.edge_length_m); }
 
@@ -144,6 +146,7 @@ TEST_F(PinsTest, RefusesWithTheNumberOfTheCorrespondence) {
   astray.source[2] = 3;
   EXPECT_THAT(Expand(astray).status().message(), HasSubstr("source: it lies"));
   EXPECT_THAT(Expand(astray).status().message(), HasSubstr("off the surface"));
+  EXPECT_TRUE(Expand(astray, /*on_surface=*/1e3f).ok());
 }
 
 }  // namespace
