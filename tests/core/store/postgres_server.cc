@@ -23,6 +23,12 @@ std::unique_ptr<PostgresConnection> Connect(const std::string& url) {
   return connection.ok() ? *std::move(connection) : nullptr;
 }
 
+// Neither a zombie has, nor what is gone.
+bool HasMemory(pid_t process) {
+  std::ifstream maps(absl::StrCat("/proc/", process, "/maps"));
+  return maps.peek() != std::ifstream::traits_type::eof();
+}
+
 }  // namespace
 
 PostgresServer::PostgresServer() { Start(); }
@@ -58,12 +64,17 @@ void PostgresServer::Stop() { End(SIGINT); }
 void PostgresServer::Crash() { End(SIGQUIT); }
 
 void PostgresServer::Kill() {
+  kill(pid_, SIGSTOP);  // no more children
   const std::string id = absl::StrCat(pid_);
   std::ifstream file("/proc/" + id + "/task/" + id + "/children");
   std::vector<pid_t> processes;
   for (pid_t process = 0; file >> process;) processes.push_back(process);
   End(SIGKILL);
   for (const pid_t process : processes) kill(process, SIGKILL);
+  // As long as one lives, another server does not start: they share memory.
+  for (const pid_t process : processes) {
+    while (HasMemory(process)) absl::SleepFor(absl::Milliseconds(1));
+  }
 }
 
 void PostgresServer::End(int signal) {
