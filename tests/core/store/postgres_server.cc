@@ -23,10 +23,17 @@ std::unique_ptr<PostgresConnection> Connect(const std::string& url) {
   return connection.ok() ? *std::move(connection) : nullptr;
 }
 
-// Neither a zombie has, nor what is gone.
-bool HasMemory(pid_t process) {
-  std::ifstream maps(absl::StrCat("/proc/", process, "/maps"));
-  return maps.peek() != std::ifstream::traits_type::eof();
+// As /proc/PID/stat has it; 'X' for one that is gone.
+char StateOf(pid_t process) {
+  std::ifstream file(absl::StrCat("/proc/", process, "/stat"));
+  std::string text;
+  std::getline(file, text);
+  const size_t end_of_name = text.rfind(") ");
+  return end_of_name == std::string::npos ? 'X' : text[end_of_name + 2];
+}
+
+void AwaitState(pid_t process, const std::string& states) {
+  while (states.find(StateOf(process)) == std::string::npos) absl::SleepFor(absl::Milliseconds(1));
 }
 
 }  // namespace
@@ -64,7 +71,8 @@ void PostgresServer::Stop() { End(SIGINT); }
 void PostgresServer::Crash() { End(SIGQUIT); }
 
 void PostgresServer::Kill() {
-  kill(pid_, SIGSTOP);  // no more children
+  kill(pid_, SIGSTOP);
+  AwaitState(pid_, "TZX");  // no more children
   const std::string id = absl::StrCat(pid_);
   std::ifstream file("/proc/" + id + "/task/" + id + "/children");
   std::vector<pid_t> processes;
@@ -72,9 +80,7 @@ void PostgresServer::Kill() {
   End(SIGKILL);
   for (const pid_t process : processes) kill(process, SIGKILL);
   // As long as one lives, another server does not start: they share memory.
-  for (const pid_t process : processes) {
-    while (HasMemory(process)) absl::SleepFor(absl::Milliseconds(1));
-  }
+  for (const pid_t process : processes) AwaitState(process, "ZX");
 }
 
 void PostgresServer::End(int signal) {
