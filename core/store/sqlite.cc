@@ -1,7 +1,6 @@
 #include "core/store/sqlite.h"
 
 #include <sqlite3.h>
-#include <chrono>
 
 #include <algorithm>
 #include <cerrno>
@@ -110,7 +109,7 @@ std::string Database::indexed_by(absl::string_view index) const {
   return absl::StrCat("INDEXED BY ", index);
 }
 
-// Not absl::Now(): where the clock is set, that tells the former time for seconds more, in one
+// Not absl::Now(): where the clock is set, that may tell the former time for a while, in one
 // process and not in another, and two workers would take each other's leases for lapsed.
 absl::StatusOr<absl::Time> Database::Now() {
   return now_ ? now_() : absl::FromChrono(std::chrono::system_clock::now());

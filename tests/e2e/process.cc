@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "tests/paths.h"
+#include "tests/process_state.h"
 
 namespace liquidblend::e2e {
 namespace {
@@ -23,15 +24,6 @@ std::vector<char*> PointersTo(std::vector<std::string>& strings) {
   for (std::string& string : strings) pointers.push_back(string.data());
   pointers.push_back(nullptr);
   return pointers;
-}
-
-// The state letter in /proc/PID/stat; 0 if there is no such process.
-char StateOf(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  const size_t end_of_name = text.rfind(") ");
-  return end_of_name == std::string::npos ? '\0' : text[end_of_name + 2];
 }
 
 }  // namespace
@@ -118,7 +110,7 @@ int Slowness() { return std::max(1, static_cast<int>(Patience() / std::chrono::m
 
 bool IsAlive(pid_t pid) {
   const char state = StateOf(pid);
-  return state != '\0' && state != 'Z' && state != 'X';
+  return state != 'Z' && state != 'X';
 }
 
 }  // namespace liquidblend::e2e

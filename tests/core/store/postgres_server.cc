@@ -10,6 +10,7 @@
 #include "absl/time/clock.h"
 #include "core/store/postgres.h"
 #include "tests/paths.h"
+#include "tests/process_state.h"
 
 namespace liquidblend::store {
 namespace {
@@ -21,15 +22,6 @@ std::unique_ptr<PostgresConnection> Connect(const std::string& url) {
   if (!target.ok()) return nullptr;
   auto connection = PostgresConnection::Open(*target, PostgresOptions());
   return connection.ok() ? *std::move(connection) : nullptr;
-}
-
-// As /proc/PID/stat has it; 'X' for one that is gone.
-char StateOf(pid_t process) {
-  std::ifstream file(absl::StrCat("/proc/", process, "/stat"));
-  std::string text;
-  std::getline(file, text);
-  const size_t end_of_name = text.rfind(") ");
-  return end_of_name == std::string::npos ? 'X' : text[end_of_name + 2];
 }
 
 void AwaitState(pid_t process, const std::string& states) {
