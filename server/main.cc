@@ -15,7 +15,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "core/base/log.h"
-#include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "core/store/open_store.h"
 #include "server/catalog/families.h"
@@ -157,7 +156,6 @@ int main(int argc, char** argv) {
   liquidblend::server::Flags flags;
   liquidblend::server::AddFlags(app, flags);
   CLI11_PARSE(app, argc, argv);
-  liquidblend::base::KeepFreedMemory();  // frames need the same blocks again and again
   // Before any thread exists, so that only WaitForSignal() hears of them.
   const sigset_t signals = liquidblend::server::WatchedSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);

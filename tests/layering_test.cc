@@ -111,6 +111,7 @@ const ThirdParty kThirdParties[] = {
       "client/cli/"}},
     {"draco/", {"server/encode/", "client/src/"}},
     {"boost/", {"server/http/"}},
+    {"jemalloc/", {"server/allocator.cc"}},
     {"prometheus/", {"server/metrics/"}},
     {"CLI/", kMains},
     {"embree3/", {"client/cli/"}},

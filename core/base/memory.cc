@@ -2,15 +2,40 @@
 
 #include <malloc.h>
 
+#include <algorithm>
+#include <cstddef>
+
+// There if the program is linked with jemalloc.
+extern "C" __attribute__((weak)) int mallctl(const char* name, void* old_value, size_t* old_size,
+                                             void* new_value, size_t new_size) noexcept;
+
 namespace liquidblend::base {
+namespace {
+
+int64_t JemallocFigure(const char* name) {
+  size_t value = 0, size = sizeof(value);
+  return mallctl(name, &value, &size, nullptr, 0) == 0 ? static_cast<int64_t>(value) : 0;
+}
+
+HeapBytes ReadJemalloc() {
+  uint64_t epoch = 1;  // figures are those of when this was set
+  mallctl("epoch", nullptr, nullptr, &epoch, sizeof(epoch));
+  HeapBytes heap;
+  heap.used = JemallocFigure("stats.allocated");
+  heap.free = std::max<int64_t>(0, JemallocFigure("stats.resident") - heap.used);
+  return heap;
+}
+
+}  // namespace
 
 void ReturnLargeBlocks() { mallopt(M_MMAP_THRESHOLD, 1 << 20); }
 
-void KeepFreedMemory() {
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);
-  mallopt(M_TRIM_THRESHOLD, 128 << 20);
-}
-
 void ReturnFreeMemory() { malloc_trim(0); }
+
+HeapBytes ReadHeap() {
+  if (mallctl != nullptr) return ReadJemalloc();
+  const struct mallinfo2 heap = mallinfo2();
+  return {static_cast<int64_t>(heap.uordblks + heap.hblkhd), static_cast<int64_t>(heap.fordblks)};
+}
 
 }  // namespace liquidblend::base

@@ -1,6 +1,8 @@
 // Memory that a process has freed but still occupies.
 #pragma once
 
+#include <cstdint>
+
 namespace liquidblend::base {
 
 // Blocks of a MiB and more go back to the system as soon as they are freed, whatever was freed
@@ -8,12 +10,15 @@ namespace liquidblend::base {
 // start. Cost: the pages of such blocks are cleared again when they are allocated.
 void ReturnLargeBlocks();
 
-// The opposite, for who allocates the same again and again: what was freed is kept, up to 128 MiB
-// at the end of each heap, and blocks of up to 32 MiB are not mapped one by one. Call once in main,
-// before threads start.
-void KeepFreedMemory();
-
 // Gives back what smaller blocks have left free.  Threads: safe.  Cost: milliseconds.
 void ReturnFreeMemory();
+
+struct HeapBytes {
+  int64_t used = 0;  // allocated; of glibc's heap with what threads keep of small blocks they freed
+  int64_t free = 0;  // freed and kept for what is allocated next
+};
+
+// Of the process' allocator, jemalloc's or glibc's.  Threads: safe.  Cost: some 50 microseconds.
+HeapBytes ReadHeap();
 
 }  // namespace liquidblend::base

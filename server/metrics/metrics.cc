@@ -113,8 +113,8 @@ void AddProcess(std::vector<MetricFamily>& all) {
                          static_cast<double>(now.virtual_bytes)));
   all.push_back(Gauges("liquidblend_heap_bytes",
                        "Memory that is allocated, and that was freed and is kept", "state",
-                       {{"used", static_cast<double>(now.heap_used_bytes)},
-                        {"free", static_cast<double>(now.heap_free_bytes)}}));
+                       {{"used", static_cast<double>(now.heap.used)},
+                        {"free", static_cast<double>(now.heap.free)}}));
   all.push_back(
       OneCounter("process_cpu_seconds_total", "User and system time, in seconds", now.cpu_s));
   all.push_back(OneGauge("process_open_fds", "Open file descriptors",

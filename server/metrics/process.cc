@@ -1,6 +1,5 @@
 #include "server/metrics/process.h"
 
-#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -36,9 +35,7 @@ ProcessFigures ReadProcessFigures() {
     figures.virtual_bytes = virtual_pages * page_bytes;
     figures.resident_bytes = resident_pages * page_bytes;
   }
-  const struct mallinfo2 heap = mallinfo2();
-  figures.heap_used_bytes = static_cast<int64_t>(heap.uordblks + heap.hblkhd);
-  figures.heap_free_bytes = static_cast<int64_t>(heap.fordblks);
+  figures.heap = base::ReadHeap();
   rusage usage = {};
   if (getrusage(RUSAGE_SELF, &usage) == 0) {
     figures.cpu_s = Seconds(usage.ru_utime) + Seconds(usage.ru_stime);

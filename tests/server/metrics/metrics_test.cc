@@ -131,12 +131,12 @@ TEST(ProcessFigures, KnowWhatIsAllocated) {
   GTEST_SKIP() << "sanitizers have a heap of their own";
 #endif
   constexpr int64_t kSize = 50'000'000;
-  const int64_t before = ReadProcessFigures().heap_used_bytes;
+  const int64_t before = ReadProcessFigures().heap.used;
   auto block = std::make_unique<char[]>(kSize);
-  const int64_t with_block = ReadProcessFigures().heap_used_bytes;
+  const int64_t with_block = ReadProcessFigures().heap.used;
   EXPECT_GE(with_block, before + kSize) << block.get();
   block.reset();
-  EXPECT_LE(ReadProcessFigures().heap_used_bytes, with_block - kSize);
+  EXPECT_LE(ReadProcessFigures().heap.used, with_block - kSize);
   EXPECT_THAT(Metrics().Text({}), HasSubstr("liquidblend_heap_bytes{state=\"used\"} "));
 }
 

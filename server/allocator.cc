@@ -1,0 +1,7 @@
+// The server's malloc is jemalloc's: hours of load fragment glibc's heaps, and resident memory
+// grows while what is allocated does not (docs/benchmarks.md, "Memory").
+#include <jemalloc/jemalloc.h>
+
+// Read before main. Pages that have been free for ten seconds go back to the system, by a thread of
+// the allocator's own, so that no request waits for it.
+const char* malloc_conf = "background_thread:true";
