@@ -131,6 +131,10 @@ std::string Describe(const Family& family) {
   absl::StrAppend(&text, "\n  velocities ",
                   family.has_velocities ? "of the simulation" : "from the surface's motion only");
   absl::StrAppend(&text, DescribePoints(family));
+  if (family.time_blending.kind == TimeBlending::Kind::kSquares) {
+    absl::StrAppendFormat(&text, "\n  times blend as squares of those since %.4g s",
+                          family.time_blending.rest_time_s);
+  }
   for (const SpaceTimeReport& report : family.space_time_reports) {
     absl::StrAppend(&text, "\n  ", Describe(report));
   }

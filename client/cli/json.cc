@@ -121,6 +121,11 @@ Json ToJson(const Progress& progress) {
 
 }  // namespace
 
+Json ToJson(const TimeBlending& blending) {
+  const bool is_squares = blending.kind == TimeBlending::Kind::kSquares;
+  return {{"kind", is_squares ? "squares" : "linear"}, {"rest_time_s", blending.rest_time_s}};
+}
+
 Json ToJson(const Bounds& bounds) {
   return {{"min", ToJson(bounds.min)}, {"max", ToJson(bounds.max)}};
 }
@@ -168,6 +173,7 @@ Json ToJson(const Family& family) {
           {"space_time_reports", space_time_reports},
           {"parameter_space",
            {{"names", family.parameter_space.names}, {"points", family.parameter_space.points}}},
+          {"time_blending", ToJson(family.time_blending)},
           {"size_bytes", family.size_bytes},
           {"create_time", FormatUtc(family.create_time)},
           {"update_time", FormatUtc(family.update_time)}};

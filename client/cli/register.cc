@@ -79,6 +79,21 @@ void AddRegistrationFlags(RegistrationOptions& options, CLI::App& command) {
       ->type_name("on|off");
 }
 
+void AddTimeBlendingFlags(TimeBlending& blending, CLI::App& command) {
+  const std::map<std::string, TimeBlending::Kind> names = {
+      {"linear", TimeBlending::Kind::kLinear}, {"squares", TimeBlending::Kind::kSquares}};
+  command
+      .add_option(
+          "--time-blending", blending.kind,
+          "How times of matching events blend: as positions do (linear), or their squares,\n"
+          "which is right for falls from rest, from different heights")
+      ->transform(CLI::CheckedTransformer(names))
+      ->type_name("linear|squares");
+  command.add_option("--rest-time", blending.rest_time_s,
+                     "Squares of the times since then, seconds since the first frame (0); "
+                     "not positive");
+}
+
 void AddSpaceTimeFlags(SpaceTimeOptions& options, CLI::App& command) {
   const std::map<std::string, Connectivity> names = {{"auto", Connectivity::kAuto},
                                                      {"tracked", Connectivity::kTracked},
@@ -130,6 +145,7 @@ void AddRegister(CLI::App& app, Context& context) {
                     "instead of its own; --source and --target may be left out");
   AddPriority(request.priority, *command);
   command->add_flag("--wait", flags->wait, "Show progress until it is done");
+  AddTimeBlendingFlags(request.time_blending, *command);
   AddRegistrationFlags(request.options, *command);
   AddSpaceTimeFlags(request.space_time, *command);
   command->add_option(

@@ -275,6 +275,20 @@ ParameterSpace ToParameterSpace(const v1::ParameterSpace& proto) {
   return space;
 }
 
+TimeBlending ToTimeBlending(const v1::TimeBlending& proto) {
+  TimeBlending blending;
+  if (proto.kind() == v1::TimeBlending::LINEAR) blending.kind = TimeBlending::Kind::kLinear;
+  if (proto.kind() == v1::TimeBlending::SQUARES) blending.kind = TimeBlending::Kind::kSquares;
+  blending.rest_time_s = proto.rest_time_s();
+  return blending;
+}
+
+void SetTimeBlending(const TimeBlending& blending, v1::TimeBlending* proto) {
+  if (blending.kind == TimeBlending::Kind::kLinear) proto->set_kind(v1::TimeBlending::LINEAR);
+  if (blending.kind == TimeBlending::Kind::kSquares) proto->set_kind(v1::TimeBlending::SQUARES);
+  proto->set_rest_time_s(blending.rest_time_s);
+}
+
 void SetParameterSpace(const ParameterSpace& space, v1::ParameterSpace* proto) {
   proto->mutable_names()->Assign(space.names.begin(), space.names.end());
   for (const std::vector<double>& point : space.points) {
@@ -324,6 +338,7 @@ Family FromProto(const v1::Family& proto) {
     family.space_time_reports.push_back(ToReport(report));
   }
   family.parameter_space = ToParameterSpace(proto.parameter_space());
+  family.time_blending = ToTimeBlending(proto.time_blending());
   family.size_bytes = proto.size_bytes();
   family.create_time = ToTime(proto.create_time());
   family.update_time = ToTime(proto.update_time());
@@ -380,6 +395,10 @@ v1::RegisterFamilyRequest ToProto(const RegisterRequest& request) {
   const ParameterSpace& space = request.parameter_space;
   if (!space.names.empty() || !space.points.empty()) {
     SetParameterSpace(space, proto.mutable_parameter_space());
+  }
+  const TimeBlending& times = request.time_blending;
+  if (times.kind != TimeBlending::Kind::kUnspecified || times.rest_time_s != 0) {
+    SetTimeBlending(times, proto.mutable_time_blending());
   }
   for (const std::vector<Correspondence>& of_target : request.correspondences) {
     auto* list = proto.add_correspondences();

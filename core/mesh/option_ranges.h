@@ -29,6 +29,9 @@ inline constexpr Range kDropletVertices = {0, 10'000};
 inline constexpr Range kSheetThicknessEdges = {0, 16};
 inline constexpr Range kCoarserLevels = {0, 6};
 
+// Of the family: when the liquid was at rest, seconds since the first frame (time_axis.h).
+inline constexpr Range kRestTimeS = {-3600, 0};
+
 inline constexpr double kDefaultSpacingEdges = 0.9;
 inline constexpr int kDefaultCoarserLevels = 2;
 

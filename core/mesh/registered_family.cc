@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
 
 namespace liquidblend::mesh {
 namespace {
@@ -24,6 +25,9 @@ absl::Status CheckNumbers(const RegisteredFamily& family) {
   if (family.num_frames < 1) return Fault(family, absl::StrCat("num_frames = ", family.num_frames));
   if (!std::isfinite(family.frames_per_second) || family.frames_per_second <= 0.0) {
     return Fault(family, absl::StrCat("frames_per_second = ", family.frames_per_second));
+  }
+  if (family.rest_time_s && !kRestTimeS.Holds(*family.rest_time_s)) {
+    return Fault(family, absl::StrCat("rest_time_s = ", *family.rest_time_s));
   }
   if (!std::isfinite(family.edge_length_m) || family.edge_length_m < 0.0) {
     return Fault(family, absl::StrCat("edge_length_m = ", family.edge_length_m));
@@ -110,14 +114,16 @@ absl::Status CheckTarget(const RegisteredFamily& family, const FamilyTarget& tar
 
 absl::Status CheckLevel(const RegisteredFamily& family, size_t k) {
   const RegisteredFamily& level = family.coarser_levels[k];
-  const bool is_alike = level.targets.size() == family.targets.size() &&
-                        level.num_frames == family.num_frames &&
-                        level.frames_per_second == family.frames_per_second &&
-                        level.domain_min == family.domain_min &&
-                        level.domain_max == family.domain_max && level.coarser_levels.empty();
+  const bool is_alike =
+      level.targets.size() == family.targets.size() && level.num_frames == family.num_frames &&
+      level.frames_per_second == family.frames_per_second &&
+      level.rest_time_s == family.rest_time_s && level.domain_min == family.domain_min &&
+      level.domain_max == family.domain_max && level.coarser_levels.empty();
   if (!is_alike) {
-    return Fault(family, absl::StrCat("level of detail ", k + 1,
-                                      " has other targets, frames, domain, or levels of its own"));
+    return Fault(
+        family,
+        absl::StrCat("level of detail ", k + 1,
+                     " has other targets, frames, domain, rest time, or levels of its own"));
   }
   const absl::Status status = Validate(level);
   if (status.ok()) return status;

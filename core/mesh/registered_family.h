@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,12 +14,13 @@
 #include "core/mesh/parameter_space.h"
 #include "core/mesh/space_time_mesh.h"
 #include "core/mesh/space_time_report.h"
+#include "core/mesh/time_axis.h"
 #include "core/mesh/verdict.h"
 
 namespace liquidblend::mesh {
 
 using Float3 = std::array<float, 3>;
-using Float4 = std::array<float, 4>;  // x, y, z in metres, t in frames
+using Float4 = std::array<float, 4>;  // x, y, z in metres, t in ticks of the family's time axis
 
 // How the registration of one target went.
 struct RegistrationReport {
@@ -60,6 +62,8 @@ struct RegisteredFamily {
   int64_t num_last_vertices = 0;   // ... and after the last frame, whatever the weights
   int num_frames = 0;
   double frames_per_second = 24.0;
+  // Times blend as squares of those since then, seconds since the first frame; none: linearly.
+  std::optional<double> rest_time_s;
   double edge_length_m = 0.0;
   std::array<float, 3> domain_min = {0, 0, 0};  // blended vertices are clamped to this box
   std::array<float, 3> domain_max = {0, 0, 0};
@@ -71,6 +75,7 @@ struct RegisteredFamily {
   std::vector<RegisteredFamily> coarser_levels;
 
   double duration_s() const { return (num_frames - 1) / frames_per_second; }
+  TimeAxis time_axis() const { return {rest_time_s, frames_per_second, num_frames}; }
   int64_t num_cells() const {
     return static_cast<int64_t>(tetrahedra.size() + pyramids.size() + wedges.size() +
                                 hexahedra.size());

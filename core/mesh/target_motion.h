@@ -27,8 +27,8 @@ inline TargetMotion MotionAt(const FamilyTarget& target, double weight) {
 class VertexPlacer {
  public:
   virtual ~VertexPlacer() = default;
-  // positions[i]: of vertices[i]; x, y, z in metres, t in frames. The same for the same vertex,
-  // whenever it is asked for. Requires: they are vertices of the family.
+  // positions[i]: of vertices[i]; x, y, z in metres, t in ticks of the family's time axis. The same
+  // for the same vertex, whenever it is asked for. Requires: they are vertices of the family.
   virtual void Place(std::span<const int32_t> vertices, Float4* positions) const = 0;
   // Place() will be called for them soon: memory can be fetched meanwhile.
   virtual void Prefetch(std::span<const int32_t> vertices) const = 0;

@@ -11,8 +11,10 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr FileFormat kFamilyFormat = {"family file", "\x89LBFAM\r\n", 2, 1};
-// Version 1 has neither velocities nor levels; a family without them is still written as such.
+constexpr FileFormat kFamilyFormat = {"family file", "\x89LBFAM\r\n", 3, 1};
+// Version 2 counts times in frames, version 1 has neither velocities nor levels; a family that
+// needs no more is still written as such.
+constexpr FileFormat kFramesFormat = {kFamilyFormat.name, kFamilyFormat.magic, 2};
 constexpr FileFormat kPlainFormat = {kFamilyFormat.name, kFamilyFormat.magic, 1};
 constexpr int kMeshSections = 5;
 constexpr int kSectionsPerTarget = 2;
@@ -20,8 +22,10 @@ constexpr int kSectionsPerTarget = 2;
 // What the names of a level's sections begin with; level 0 is the family itself.
 std::string PrefixOf(int level) { return level == 0 ? "" : absl::StrCat("lod", level, "."); }
 
-bool IsPlain(const mesh::RegisteredFamily& family) {
-  return family.velocities.empty() && family.coarser_levels.empty();
+const FileFormat& FormatOf(const mesh::RegisteredFamily& family) {
+  if (family.rest_time_s) return kFamilyFormat;
+  const bool is_plain = family.velocities.empty() && family.coarser_levels.empty();
+  return is_plain ? kPlainFormat : kFramesFormat;
 }
 
 int64_t NumSections(uint32_t version, const v1::FamilyManifest& manifest) {
@@ -51,6 +55,10 @@ absl::Status CheckManifest(const SectionReader& reader, const v1::FamilyManifest
       }
     }
   }
+  if (manifest.has_rest_time_s() != (reader.version() >= 3)) {
+    return reader.Invalid(absl::StrCat("has ", manifest.has_rest_time_s() ? "a" : "no",
+                                       " rest time, in version ", reader.version()));
+  }
   if (manifest.domain().min_size() != 3 || manifest.domain().max_size() != 3) {
     return reader.Invalid("the domain is no box in three dimensions");
   }
@@ -66,6 +74,7 @@ mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
   family.num_last_vertices = manifest.num_last_vertices();
   family.num_frames = manifest.num_frames();
   family.frames_per_second = manifest.frames_per_second();
+  if (manifest.has_rest_time_s()) family.rest_time_s = manifest.rest_time_s();
   family.edge_length_m = manifest.edge_length_m();
   std::copy_n(manifest.domain().min().begin(), 3, family.domain_min.begin());
   std::copy_n(manifest.domain().max().begin(), 3, family.domain_max.begin());
@@ -166,6 +175,7 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
   manifest.set_source(family.source);
   manifest.set_frames_per_second(family.frames_per_second);
   manifest.set_num_frames(family.num_frames);
+  if (family.rest_time_s) manifest.set_rest_time_s(*family.rest_time_s);
   manifest.set_edge_length_m(family.edge_length_m);
   manifest.set_num_first_vertices(static_cast<int32_t>(family.num_first_vertices));
   manifest.set_num_last_vertices(static_cast<int32_t>(family.num_last_vertices));
@@ -195,17 +205,17 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
 }
 
 absl::Status WriteFamily(const mesh::RegisteredFamily& family, BlobWriter& out) {
-  const bool is_plain = IsPlain(family);
+  const FileFormat& format = FormatOf(family);
+  const bool has_velocities = format.version > 1;
   std::vector<SectionData> sections;
-  AddSections(family, 0, !is_plain, sections);
+  AddSections(family, 0, has_velocities, sections);
   for (size_t k = 0; k < family.coarser_levels.size(); ++k) {
-    AddSections(family.coarser_levels[k], static_cast<int>(k) + 1, !is_plain, sections);
+    AddSections(family.coarser_levels[k], static_cast<int>(k) + 1, has_velocities, sections);
   }
   v1::FamilyManifest manifest = ManifestOf(family);
   manifest.clear_version();
   for (v1::RegistrationReport& report : *manifest.mutable_reports()) report.clear_seconds();
-  return WriteSectionFile(is_plain ? kPlainFormat : kFamilyFormat, sections, manifest,
-                          *manifest.mutable_sections(), out);
+  return WriteSectionFile(format, sections, manifest, *manifest.mutable_sections(), out);
 }
 
 absl::StatusOr<mesh::RegisteredFamily> OpenFamily(std::shared_ptr<const Blob> blob,

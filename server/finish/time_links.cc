@@ -23,12 +23,13 @@ constexpr ParallelEdges<3> kWedgeEdges = {{{0, 3}, {1, 4}, {2, 5}}};
 
 class Linker {
  public:
-  Linker(std::span<const Float4> vertices, std::vector<int32_t>& earlier,
+  Linker(const mesh::RegisteredFamily& family, std::vector<int32_t>& earlier,
          std::vector<int32_t>& later)
-      : vertices_(vertices),
+      : vertices_(family.vertices),
+        axis_(family.time_axis()),
         earlier_(earlier),
         later_(later),
-        earlier_sq_(vertices.size(), std::numeric_limits<float>::infinity()),
+        earlier_sq_(vertices_.size(), std::numeric_limits<float>::infinity()),
         later_sq_(earlier_sq_) {}
 
   // The mean time from the first to the second corners if all have one sign, else 0.
@@ -38,7 +39,7 @@ class Linker {
     float least = std::numeric_limits<float>::infinity();
     float most = -least;
     for (const auto& [a, b] : edges) {
-      const float step = vertices_[cell[b]][3] - vertices_[cell[a]][3];
+      const float step = FrameOf(cell[b]) - FrameOf(cell[a]);
       sum += step;
       least = std::min(least, step);
       most = std::max(most, step);
@@ -60,6 +61,8 @@ class Linker {
   }
 
  private:
+  float FrameOf(int32_t v) const { return static_cast<float>(axis_.Frames(vertices_[v][3])); }
+
   void Link(int32_t before, int32_t after) {
     float length_sq = 0.0F;
     for (int k = 0; k < 3; ++k) {
@@ -77,6 +80,7 @@ class Linker {
   }
 
   std::span<const Float4> vertices_;
+  mesh::TimeAxis axis_;
   std::vector<int32_t>& earlier_;
   std::vector<int32_t>& later_;
   std::vector<float> earlier_sq_;  // squared length of the link in space
@@ -87,7 +91,7 @@ class Linker {
 
 TimeLinks::TimeLinks(const mesh::RegisteredFamily& family)
     : earlier_(family.vertices.size(), -1), later_(family.vertices.size(), -1) {
-  Linker linker(family.vertices, earlier_, later_);
+  Linker linker(family, earlier_, later_);
   for (const mesh::Hexahedron& cell : family.hexahedra) {
     std::array<float, 3> steps;
     int longest = 0;

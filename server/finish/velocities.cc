@@ -21,8 +21,11 @@ constexpr float kLeastTimeRate = 0.1F;
 // vertex race: a velocity changes by no more than its own length and this.
 constexpr float kMostChange = 0.1F;  // edges per frame
 
-Vector4f At(std::span<const mesh::Float4> values, int32_t v) {
-  return Eigen::Map<const Vector4f>(values[v].data());
+// x, y, z in metres, t in frames.
+Vector4f At(const mesh::TimeAxis& axis, std::span<const mesh::Float4> values, int32_t v) {
+  Vector4f at = Eigen::Map<const Vector4f>(values[v].data());
+  at[3] = static_cast<float>(axis.Frames(at[3]));
+  return at;
 }
 
 // One vertex of the slice: the edge it lies on, as blended and in the source.
@@ -36,18 +39,20 @@ struct Crossing {
 
 std::vector<Crossing> FindCrossings(const mesh::RegisteredFamily& family,
                                     const CrossedEdges& crossed) {
+  const mesh::TimeAxis axis = family.time_axis();
   std::vector<Crossing> crossings(crossed.low.size());
   for (int32_t i = 0; i < static_cast<int32_t>(crossings.size()); ++i) {
-    const Vector4f a = At(crossed.low_positions, i);
-    const Vector4f b = At(crossed.high_positions, i);
+    const Vector4f a = At(axis, crossed.low_positions, i);
+    const Vector4f b = At(axis, crossed.high_positions, i);
+    const double from = crossed.low_positions[i][3], to = crossed.high_positions[i][3];
     Crossing& crossing = crossings[i];
     crossing.low = crossed.low[i];
     crossing.high = crossed.high[i];
-    crossing.share = static_cast<float>((crossed.time_frames - a[3]) /
-                                        (static_cast<double>(b[3]) - static_cast<double>(a[3])));
+    crossing.share = static_cast<float>((crossed.time_ticks - from) / (to - from));
     crossing.blended = b - a;
     crossing.place = a + crossing.share * (b - a);
-    crossing.source = At(family.vertices, crossing.high) - At(family.vertices, crossing.low);
+    crossing.source =
+        At(axis, family.vertices, crossing.high) - At(axis, family.vertices, crossing.low);
   }
   return crossings;
 }
@@ -114,6 +119,7 @@ struct Fit {
 std::vector<Fit> FitMotion(const mesh::RegisteredFamily& family,
                            const std::vector<Crossing>& crossings, const Vector4f& scale,
                            const mesh::TriangleMesh& surface) {
+  const mesh::TimeAxis axis = family.time_axis();
   std::vector<Vector4f> source(crossings.size());  // where the slice's vertices come from
   std::vector<Vector4f> moved(crossings.size());   // and how far
   std::vector<Fit> fits(crossings.size());
@@ -121,7 +127,7 @@ std::vector<Fit> FitMotion(const mesh::RegisteredFamily& family,
     const Crossing& crossing = crossings[i];
     const Vector4f edge = scale.cwiseProduct(crossing.source);
     fits[i].Add(scale.cwiseProduct(crossing.blended) - edge, edge);
-    const Vector4f low = scale.cwiseProduct(At(family.vertices, crossing.low));
+    const Vector4f low = scale.cwiseProduct(At(axis, family.vertices, crossing.low));
     source[i] = low + crossing.share * edge;
     moved[i] = scale.cwiseProduct(crossing.place) - source[i];
   }

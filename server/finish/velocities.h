@@ -13,9 +13,9 @@ namespace liquidblend::finish {
 struct CrossedEdges {
   std::span<const int32_t> low, high;  // per vertex of the slice
   // Where the blend puts them: smoothing in time, which moves vertices this way and that, would
-  // only disturb. Metres and frames.
+  // only disturb. Metres and ticks.
   std::span<const mesh::Float4> low_positions, high_positions;
-  double time_frames = 0.0;  // of the slice
+  double time_ticks = 0.0;  // of the slice
 };
 
 // Sets surface.velocities, m/s. If the family knows the velocities of its source, they are carried

@@ -308,9 +308,18 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record) {
   if (manifest.has_parameter_space()) {
     *family.mutable_parameter_space() = ToParameterSpace(manifest.parameter_space());
   }
+  *family.mutable_time_blending() = ToTimeBlending(manifest);
   *family.mutable_create_time() = record.create_time();
   *family.mutable_update_time() = record.update_time();
   return family;
+}
+
+v1::TimeBlending ToTimeBlending(const store::pb::FamilyManifest& manifest) {
+  v1::TimeBlending blending;
+  blending.set_kind(manifest.has_rest_time_s() ? v1::TimeBlending::SQUARES
+                                               : v1::TimeBlending::LINEAR);
+  blending.set_rest_time_s(manifest.rest_time_s());
+  return blending;
 }
 
 v1::ParameterSpace ToParameterSpace(const store::pb::ParameterSpace& record) {

@@ -12,6 +12,7 @@ namespace liquidblend::rpc {
 v1::Animation ToAnimation(const store::pb::AnimationRecord& record);
 v1::Family ToFamily(const store::pb::FamilyRecord& record);
 v1::ParameterSpace ToParameterSpace(const store::pb::ParameterSpace& record);
+v1::TimeBlending ToTimeBlending(const store::pb::FamilyManifest& manifest);
 
 // The operation that a job is to clients. Its response is the animation or family as it is now, and
 // no more than its name if it has been deleted since.

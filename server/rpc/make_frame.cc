@@ -78,7 +78,7 @@ void FinishSurface(const catalog::LoadedLevel& level, const blend::Blender& blen
     const auto far = std::span(workspace.far_vertex).first(num_vertices);
     const finish::CrossedEdges crossed{near, far, Place(blender, near, buffers.near_positions),
                                        Place(blender, far, buffers.far_positions),
-                                       workspace.time_frames};
+                                       workspace.time_ticks};
     finish::AddVelocities(level.family, crossed, surface);
   }
   finish::SmoothSurface(SmoothingOf(options), surface);

@@ -29,6 +29,10 @@ absl::StatusOr<int64_t> CompleteRefinement(store::Catalog& catalog,
   if (!request.has_parameter_space() && family.manifest().has_parameter_space()) {
     *request.mutable_parameter_space() = ToParameterSpace(family.manifest().parameter_space());
   }
+  if (request.time_blending().kind() == v1::TimeBlending::KIND_UNSPECIFIED &&
+      request.time_blending().rest_time_s() == 0) {
+    *request.mutable_time_blending() = ToTimeBlending(family.manifest());
+  }
   FieldViolations violations;
   violations.AddIf(
       request.source() != source, "source",

@@ -77,6 +77,17 @@ void CheckSpaceTime(const v1::SpaceTimeOptions& options, FieldViolations& violat
   CheckCoarsestSpacing(options, violations);
 }
 
+void CheckTimeBlending(const v1::TimeBlending& blending, FieldViolations& violations) {
+  violations.AddIf(!v1::TimeBlending::Kind_IsValid(blending.kind()), "time_blending.kind",
+                   absl::StrCat("must be unspecified, LINEAR or SQUARES, got ", blending.kind()));
+  if (blending.kind() == v1::TimeBlending::SQUARES) {
+    CheckRange("time_blending.rest_time_s", blending.rest_time_s(), mesh::kRestTimeS, violations);
+  } else {
+    violations.AddIf(blending.rest_time_s() != 0, "time_blending.rest_time_s",
+                     absl::StrCat("is for SQUARES only, got ", blending.rest_time_s()));
+  }
+}
+
 bool IsFinite(const v1::Event& event) {
   return std::isfinite(event.position().x()) && std::isfinite(event.position().y()) &&
          std::isfinite(event.position().z());
@@ -153,6 +164,7 @@ absl::Status Check(const v1::RegisterFamilyRequest& request, const Limits& limit
   CheckTargets(request, limits, violations);
   CheckOptions(request.options(), violations);
   CheckSpaceTime(request.space_time(), violations);
+  CheckTimeBlending(request.time_blending(), violations);
   CheckCorrespondences(request, limits, violations);
   const absl::Status space = CheckParameterSpace(request, limits);
   violations.AddIf(!space.ok(), "parameter_space", std::string(space.message()));
@@ -177,6 +189,9 @@ absl::StatusOr<store::pb::JobRecord> JobOf(const v1::RegisterFamilyRequest& requ
   *registration.mutable_space_time() = ToRecord(request.space_time());
   if (request.has_parameter_space()) {
     *registration.mutable_parameter_space() = ToRecord(request.parameter_space());
+  }
+  if (request.time_blending().kind() == v1::TimeBlending::SQUARES) {
+    registration.set_rest_time_s(request.time_blending().rest_time_s());
   }
   for (const auto& list : request.correspondences()) {
     store::pb::RegisterJob::Correspondences& records = *registration.add_correspondences();

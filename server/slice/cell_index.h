@@ -40,7 +40,7 @@ struct Cluster {
 };
 
 // Smallest and largest value of one field over the vertices of each cluster, or of a group of them;
-// frames. In the source, a cluster with a vertex of an end slab, whose time is clamped when
+// ticks. In the source, a cluster with a vertex of an end slab, whose time is clamped when
 // blending, reaches to infinity on that side.
 struct TimeRanges {
   std::vector<float> min, max;

@@ -81,6 +81,7 @@ template <typename Cell>
 std::vector<OrderedCell> OrderCells(const mesh::RegisteredFamily& family,
                                     std::span<const Cell> cells) {
   const Grid grid(family);
+  const mesh::TimeAxis axis = family.time_axis();
   std::vector<OrderedCell> ordered(cells.size());
   for (size_t c = 0; c < cells.size(); ++c) {
     mesh::Float3 centre = {};
@@ -91,8 +92,9 @@ std::vector<OrderedCell> OrderCells(const mesh::RegisteredFamily& family,
       earliest = std::min(earliest, v[3]);
     }
     // From 0 on, whatever lies before the first frame.
-    const float frame =
-        std::clamp(std::floor(earliest), -1.0F, static_cast<float>(family.num_frames)) + 1.0F;
+    const double frame = std::clamp(std::floor(axis.Frames(earliest)), -1.0,
+                                    static_cast<double>(family.num_frames)) +
+                         1.0;
     const uint64_t slab = static_cast<uint64_t>(frame) / kFramesPerSlab;
     ordered[c].key = slab << (3 * kBits) | HilbertPlace(grid.PointOf(centre));
     ordered[c].cell = static_cast<int32_t>(c);

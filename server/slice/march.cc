@@ -40,9 +40,9 @@ float FirstFloatFrom(double time) {
 // Makes the surface of cut clusters, in one part of it.
 class Marcher {
  public:
-  Marcher(const mesh::VertexPlacer& placer, double time_frames,
+  Marcher(const mesh::VertexPlacer& placer, double time_ticks,
           std::span<ClusterVertices> cluster_vertices, SurfacePart& part)
-      : placer_(placer), time_(time_frames), cluster_vertices_(cluster_vertices), part_(part) {}
+      : placer_(placer), time_(time_ticks), cluster_vertices_(cluster_vertices), part_(part) {}
 
   // To be called some time before Add().
   void Prefetch(const CutCluster& cut) const {
@@ -234,8 +234,8 @@ class Marcher {
 void MarchPart(const CellIndex& index, const mesh::VertexPlacer& placer,
                std::span<const int32_t> clusters, Workspace& workspace, SurfacePart& part) {
   part.Clear(clusters.empty() ? 0 : clusters.front());
-  Marcher marcher(placer, workspace.time_frames, workspace.cluster_vertices, part);
-  const float first_later = FirstFloatFrom(workspace.time_frames);
+  Marcher marcher(placer, workspace.time_ticks, workspace.cluster_vertices, part);
+  const float first_later = FirstFloatFrom(workspace.time_ticks);
   std::array<CutCluster, 2> cuts;
   CutCluster* cut = &cuts[0];
   CutCluster* waiting = &cuts[1];

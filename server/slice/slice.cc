@@ -10,8 +10,8 @@ namespace liquidblend::slice {
 namespace {
 
 // What rounding may add to a blended time beyond its bounds; too little opens the surface.
-constexpr float kTimeMargin = 1e-3F;          // frames ...
-constexpr float kRelativeTimeMargin = 1e-6F;  // ... and per frame of the time
+constexpr float kTimeMargin = 1e-3F;          // ticks ...
+constexpr float kRelativeTimeMargin = 1e-6F;  // ... and per tick of the time
 // Times are given in seconds; a product this close to a frame means the frame.
 constexpr double kFrameSnap = 1e-6;  // frames
 
@@ -36,7 +36,7 @@ void AddScaled(float factor, const TimeRanges& ranges, size_t begin, size_t coun
 template <typename Cross>
 void ForCrossing(std::span<const TimeRanges> times, size_t begin, size_t count,
                  const Workspace& workspace, float* earliest, float* latest, Cross&& cross) {
-  const auto time = static_cast<float>(workspace.time_frames);
+  const auto time = static_cast<float>(workspace.time_ticks);
   const float margin = kTimeMargin + kRelativeTimeMargin * time;
   std::copy_n(times[0].min.begin() + begin, count, earliest);
   std::copy_n(times[0].max.begin() + begin, count, latest);
@@ -61,7 +61,7 @@ absl::Status FindCandidates(const CellIndex& index, std::span<const double> weig
     return absl::OutOfRangeError(absl::StrCat("time ", time_s, " s is not in [0, ",
                                               family.duration_s(), "] s of family ", family.name));
   }
-  workspace.time_frames = FramesOf(family, time_s);
+  workspace.time_ticks = family.time_axis().Ticks(FramesOf(family, time_s));
   workspace.terms.clear();
   index.AppendTerms(weights, workspace.terms);
   workspace.clusters.clear();

@@ -31,7 +31,7 @@ struct Workspace {
   parallel::Helpers* helpers = nullptr;
 
   // Set by FindCandidates().
-  double time_frames = 0.0;
+  double time_ticks = 0.0;        // of the slice, as the family's time axis counts
   std::vector<TimeTerm> terms;    // of the weights
   std::vector<int32_t> clusters;  // that may cross, ascending
 
@@ -40,7 +40,7 @@ struct Workspace {
   std::vector<int32_t> far_vertex;   // the higher one
 
   // The stage's own.
-  std::vector<float> earliest, latest;            // per group of clusters, frames
+  std::vector<float> earliest, latest;            // per group of clusters, ticks
   std::vector<ClusterVertices> cluster_vertices;  // per cluster; of earlier slices, too
   std::vector<SurfacePart> parts;                 // and those of earlier slices, for their memory
 };

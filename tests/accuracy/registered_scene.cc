@@ -50,6 +50,7 @@ absl::StatusOr<RegisteredScene> RegisteredScene::Register(
   jobs::FamilyParts parts;
   parts.name = scene.name;
   parts.source_name = scene.inputs[0].name;
+  parts.rest_time_s = scene.rest_time_s;
   LB_ASSIGN_OR_RETURN(parts.source, Build(scene.inputs[0], arena, result.costs_));
   parts.bounds = BoxOf(scene.inputs[0]);
   for (size_t k = 1; k < scene.inputs.size(); ++k) {

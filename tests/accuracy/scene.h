@@ -22,6 +22,7 @@ struct Scene {
   std::vector<mesh::Animation> inputs;   // the source, then the targets; all with as many frames
   std::optional<mesh::Animation> truth;  // the simulation of the middle; none: not known
   std::vector<Middle> middles;           // ways to say it in weights, at least one
+  std::optional<double> rest_time_s;     // what falls in it has been at rest then; or none
   int num_early_frames = 0;              // later motion is chaotic
 };
 

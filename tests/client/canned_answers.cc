@@ -38,6 +38,8 @@ v1::Family MakeFamily(const std::string& id) {
   for (const double height : {1.0, 3.0}) {
     family.mutable_parameter_space()->add_points()->add_values(height);
   }
+  family.mutable_time_blending()->set_kind(v1::TimeBlending::SQUARES);
+  family.mutable_time_blending()->set_rest_time_s(-0.5);
   v1::RegistrationReport* report = family.add_reports();
   report->set_target("animations/drops-b");
   report->set_num_iterations(16);

@@ -18,6 +18,7 @@
 #include "tests/synthetic/inverted_share.h"
 #include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/surface_distance.h"
+#include "worker/jobs/assemble_family.h"
 #include "worker/registration/register.h"
 #include "worker/spacetime/build.h"
 
@@ -43,45 +44,55 @@ class Blends {
     auto source = spacetime::Build(a, {}, arena);
     auto target = spacetime::Build(b, {}, arena);
     EXPECT_TRUE(source.ok() && target.ok()) << source.status() << target.status();
-    mesh_ = *std::move(source);
-    auto result = registration::Register(mesh_, *target, {}, {}, arena);
+    auto result = registration::Register(*source, *target, {}, {}, arena);
     EXPECT_TRUE(result.ok()) << result.status();
-    registration_ = *std::move(result);
-    std::printf("registered in %.1f s: %d nodes, residual %.3f edges\n",
-                registration_.report.seconds, registration_.report.num_nodes,
-                registration_.report.mean_residual_edges);
-    family_ = mesh::ViewOf(mesh_);
-    const auto view = [](const Eigen::Matrix4Xf& columns) {
-      return std::span(reinterpret_cast<const mesh::Float4*>(columns.data()),
-                       static_cast<size_t>(columns.cols()));
-    };
-    mesh::FamilyTarget target_view;
-    target_view.name = "B";
-    target_view.displacement = view(registration_.displacement);
-    target_view.extrapolation = view(registration_.extrapolation);
-    family_.targets = {target_view};
-    const auto bounds_a = mesh::Bounds(a), bounds_b = mesh::Bounds(b);
-    for (int axis = 0; axis < 3; ++axis) {
-      family_.domain_min[axis] = std::min(bounds_a(axis, 0), bounds_b(axis, 0));
-      family_.domain_max[axis] = std::max(bounds_a(axis, 1), bounds_b(axis, 1));
+    std::printf("registered in %.1f s: %d nodes, residual %.3f edges\n", result->report.seconds,
+                result->report.num_nodes, result->report.mean_residual_edges);
+    jobs::FamilyParts parts;
+    parts.source = *std::move(source);
+    parts.targets.resize(1);
+    parts.targets[0].name = "B";
+    parts.targets[0].registration = *std::move(result);
+    for (const mesh::Animation* animation : {&a, &b}) {
+      const auto bounds = mesh::Bounds(*animation);
+      parts.bounds.extend(Eigen::AlignedBox3f(bounds.col(0), bounds.col(1)));
     }
-    index_ = std::make_unique<slice::CellIndex>(family_);
+    Add(parts, linear_);
+    parts.rest_time_s = 0.0;  // the drops are at rest in the first frame
+    Add(std::move(parts), squares_);
   }
 
-  mesh::TriangleMesh Cut(double weight, double frame) {
-    const double time_s = std::min(frame / family_.frames_per_second, family_.duration_s());
-    return synthetic::SliceFamily(*index_, std::vector{weight}, time_s, workspace_);
+  mesh::TriangleMesh Cut(double weight, double frame) { return Cut(linear_, weight, frame); }
+  // Times blend as squares.
+  mesh::TriangleMesh CutSquares(double weight, double frame) {
+    return Cut(squares_, weight, frame);
   }
-  double edge_length_m() const { return family_.edge_length_m; }
-  int num_frames() const { return family_.num_frames; }
+  double edge_length_m() const { return linear_.family.edge_length_m; }
+  int num_frames() const { return linear_.family.num_frames; }
 
   mesh::Animation a, b, mid;
 
  private:
-  mesh::SpaceTimeMesh mesh_;
-  registration::Registration registration_;
-  mesh::RegisteredFamily family_;
-  std::unique_ptr<slice::CellIndex> index_;
+  struct Indexed {
+    mesh::RegisteredFamily family;
+    std::unique_ptr<slice::CellIndex> index;
+  };
+
+  static void Add(jobs::FamilyParts parts, Indexed& indexed) {
+    auto family = jobs::AssembleFamily(std::move(parts));
+    EXPECT_TRUE(family.ok()) << family.status();
+    indexed.family = *std::move(family);
+    indexed.index = std::make_unique<slice::CellIndex>(indexed.family);
+  }
+
+  mesh::TriangleMesh Cut(const Indexed& indexed, double weight, double frame) {
+    const mesh::RegisteredFamily& family = indexed.family;
+    const double time_s = std::min(frame / family.frames_per_second, family.duration_s());
+    return synthetic::SliceFamily(*indexed.index, std::vector{weight}, time_s, workspace_);
+  }
+
+  Indexed linear_;
+  Indexed squares_;
   slice::Workspace workspace_;
 };
 
@@ -138,6 +149,9 @@ TEST_F(AccuracyTest, BlendsAreCloseToTheSimulations) {
   const Row source = MeasureBlend("weight 0    against A", 0.0, blends_->a);
   const Row target = MeasureBlend("weight 1    against B", 1.0, blends_->b);
   const Row half = MeasureBlend("weight 0.5  against MID", 0.5, blends_->mid);
+  const Row squares = Measure(
+      "weight 0.5  times as squares", [](int k) { return blends_->CutSquares(0.5, k); },
+      blends_->mid);
   const Row nearest = Measure(
       "input A     against MID", [](int k) { return blends_->a.frames[k]; }, blends_->mid);
   // What chaos makes of physically equal simulations: no blend is expected to come nearer.
@@ -152,6 +166,8 @@ TEST_F(AccuracyTest, BlendsAreCloseToTheSimulations) {
   EXPECT_LE(half.all, 0.21);  // docs/benchmarks.md says why not 0.17
   EXPECT_LE(half.all, 1.35 * floor.all);
   EXPECT_LE(half.early, 0.075);
+  EXPECT_LE(squares.early, 0.062);
+  EXPECT_LT(squares.all, half.all);
   EXPECT_GT(nearest.early, 4 * half.early);  // the blend is worth more than either input
 }
 
@@ -188,11 +204,14 @@ TEST_F(AccuracyTest, EveryFrameAtAnyWeightAndTimeIsClosedAndOriented) {
     for (int k = 0; k < blends_->num_frames(); ++k) frames.push_back(k);
     for (int n = 0; n < 20; ++n) frames.push_back(anywhere(random));
     for (const double frame : frames) {
-      const mesh::ClosednessReport report = mesh::CheckClosed(blends_->Cut(weight, frame));
-      num_odd += report.num_odd_edges;
-      num_misoriented += report.num_misoriented_edges;
-      num_crowded += report.num_crowded_edges;
-      ++num_surfaces;
+      for (const mesh::TriangleMesh& surface :
+           {blends_->Cut(weight, frame), blends_->CutSquares(weight, frame)}) {
+        const mesh::ClosednessReport report = mesh::CheckClosed(surface);
+        num_odd += report.num_odd_edges;
+        num_misoriented += report.num_misoriented_edges;
+        num_crowded += report.num_crowded_edges;
+        ++num_surfaces;
+      }
     }
   }
   std::printf("%ld surfaces: %ld odd, %ld misoriented, %ld crowded edges\n",

@@ -138,6 +138,38 @@ TEST_F(WholeWayTest, AFamilyIsMadeAsAskedForAndTellsHowWellItShowsItsAnimations)
   EXPECT_NE(refused.Wait(), 0);
 }
 
+// Both balls move at a constant speed, so that each is where it is by weight 0 or 1, and between
+// the two in between, however times blend.
+TEST_F(WholeWayTest, TimesBlendAsAskedForUntilARefinementAsksForAnother) {
+  Process server = StartServer(1);
+  ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
+  ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
+  const std::string address = Address();
+  Process made("liquidblend",
+               {"--server", address, "register", "balls", "--source", "a", "--target", "b",
+                "--time-blending", "squares", "--iterations", "5", "--wait"});
+  EXPECT_THAT(OutputOf(made), HasSubstr("\n  times blend as squares of those since 0 s\n"));
+  const auto expect_on_the_way = [&] {
+    for (const double weight : {0.0, 0.5, 1.0}) {
+      EXPECT_NEAR(CentreX(GetFrame(weight, 3 / 24.0)), (1 + weight) * 3 / 24.0, 0.03) << weight;
+      EXPECT_NEAR(CentreX(GetFrame(weight, 5 / 24.0)), (1 + weight) * 5 / 24.0, 0.03) << weight;
+      EXPECT_TRUE(mesh::CheckClosed(Decode(GetFrame(weight, 0.09).data())).closed()) << weight;
+    }
+  };
+  expect_on_the_way();
+  const auto refine = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments = {"--server", address,        "register", "balls",
+                                          "--refine", "--iterations", "2",        "--wait"};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    Process refined("liquidblend", arguments);
+    return OutputOf(refined);
+  };
+  EXPECT_THAT(refine({}), HasSubstr("times blend as squares"));
+  expect_on_the_way();
+  EXPECT_THAT(refine({"--time-blending", "linear"}), Not(HasSubstr("times blend")));
+  expect_on_the_way();
+}
+
 TEST_F(WholeWayTest, APointInParameterSpaceIsTheSameFrameAsItsWeights) {
   Process server = StartServer(1);
   ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));

@@ -10,11 +10,6 @@ namespace {
 
 static_assert(sizeof(mesh::Float4) == 4 * sizeof(float));
 
-// A column of the matrix is an element of the span.
-std::span<const mesh::Float4> ColumnsOf(const Eigen::Matrix4Xf& matrix) {
-  return {reinterpret_cast<const mesh::Float4*>(matrix.data()), static_cast<size_t>(matrix.cols())};
-}
-
 mesh::FamilyTarget TargetOf(const std::string& name,
                             const registration::Registration& registration) {
   mesh::FamilyTarget result;
@@ -33,11 +28,34 @@ void SetDomain(const FamilyParts& parts, mesh::RegisteredFamily& family) {
   }
 }
 
+void ToTicks(const mesh::TimeAxis& axis, mesh::SpaceTimeMesh& mesh,
+             std::span<registration::Registration* const> targets) {
+  for (registration::Registration* const target : targets) {
+    axis.ToTicks(mesh.vertices, target->displacement);
+    axis.ToTicks(mesh.vertices, target->extrapolation);
+  }
+  axis.ToTicks(mesh.vertices);
+}
+
+void ToTicks(FamilyParts& parts) {
+  const mesh::TimeAxis axis(parts.rest_time_s, parts.source.frames_per_second,
+                            parts.source.num_frames);
+  std::vector<registration::Registration*> targets;
+  for (RegisteredTarget& target : parts.targets) targets.push_back(&target.registration);
+  ToTicks(axis, parts.source, targets);
+  for (FamilyLevel& level : parts.coarser_levels) {
+    targets.clear();
+    for (registration::Registration& target : level.targets) targets.push_back(&target);
+    ToTicks(axis, level.mesh, targets);
+  }
+}
+
 // What the family has, on the level's mesh.
 mesh::RegisteredFamily LevelOf(const FamilyLevel& level, const mesh::RegisteredFamily& family) {
   mesh::RegisteredFamily result = mesh::ViewOf(level.mesh);
   result.name = family.name;
   result.source = family.source;
+  result.rest_time_s = family.rest_time_s;
   result.edge_length_m = family.edge_length_m;
   result.domain_min = family.domain_min;
   result.domain_max = family.domain_max;
@@ -54,6 +72,10 @@ mesh::FamilyTarget ViewOf(const RegisteredTarget& target) {
   return TargetOf(target.name, target.registration);
 }
 
+std::span<const mesh::Float4> ColumnsOf(const Eigen::Matrix4Xf& matrix) {
+  return {reinterpret_cast<const mesh::Float4*>(matrix.data()), static_cast<size_t>(matrix.cols())};
+}
+
 Eigen::Matrix4Xf MatrixOf(std::span<const mesh::Float4> elements) {
   Eigen::Matrix4Xf matrix(4, static_cast<Eigen::Index>(elements.size()));
   for (Eigen::Index v = 0; v < matrix.cols(); ++v) {
@@ -63,12 +85,14 @@ Eigen::Matrix4Xf MatrixOf(std::span<const mesh::Float4> elements) {
 }
 
 absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts) {
+  ToTicks(parts);
   const auto owned = std::make_shared<const FamilyParts>(std::move(parts));
   mesh::RegisteredFamily family = mesh::ViewOf(owned->source);
   family.storage = owned;
   family.name = owned->name;
   family.source = owned->source_name;
   family.parameter_space = owned->parameter_space;
+  family.rest_time_s = owned->rest_time_s;
   family.space_time_reports.push_back(owned->source_report);
   for (const RegisteredTarget& target : owned->targets) {
     family.targets.push_back(ViewOf(target));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,6 +30,7 @@ struct FamilyParts {
   std::string name;
   std::string source_name;
   mesh::ParameterSpace parameter_space;  // or empty
+  std::optional<double> rest_time_s;     // of the family
   mesh::SpaceTimeMesh source;
   mesh::SpaceTimeReport source_report;
   std::vector<RegisteredTarget> targets;
@@ -41,9 +43,11 @@ mesh::FamilyTarget ViewOf(const RegisteredTarget& target);
 
 // The columns of the matrix are the elements.
 Eigen::Matrix4Xf MatrixOf(std::span<const mesh::Float4> elements);
+// A view on the matrix.
+std::span<const mesh::Float4> ColumnsOf(const Eigen::Matrix4Xf& matrix);
 
-// The family owns the parts. Its domain is the bounds, one edge length larger on every side: the
-// space-time mesh follows the surface to a fraction of that.
+// The family owns the parts, whose times are in frames. Its domain is the bounds, one edge length
+// larger on every side: the space-time mesh follows the surface to a fraction of that.
 // Errors: kInternal if the result does not pass Validate(), with the element at fault.
 absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts);
 

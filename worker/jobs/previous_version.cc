@@ -18,6 +18,36 @@ namespace {
 
 constexpr float kSameVertexEdges = 0.1f;
 
+// The same family with times in frames, as registrations have them, on memory of its own; without
+// its levels.
+mesh::RegisteredFamily InFrames(const mesh::RegisteredFamily& family) {
+  struct Arrays {
+    Eigen::Matrix4Xf vertices;
+    std::vector<Eigen::Matrix4Xf> displacements;
+  };
+  const mesh::TimeAxis axis = family.time_axis();
+  const auto arrays = std::make_shared<Arrays>();
+  arrays->vertices = MatrixOf(family.vertices);
+  axis.ToFrames(arrays->vertices);
+  const auto add = [&](std::span<const mesh::Float4> displacement) {
+    Eigen::Matrix4Xf matrix = MatrixOf(displacement);
+    axis.ToFrames(arrays->vertices, matrix);
+    return ColumnsOf(arrays->displacements.emplace_back(std::move(matrix)));
+  };
+  mesh::RegisteredFamily result = family;
+  result.rest_time_s.reset();
+  result.coarser_levels.clear();
+  result.vertices = ColumnsOf(arrays->vertices);
+  for (mesh::FamilyTarget& target : result.targets) {
+    target.displacement = add(target.displacement);
+    target.extrapolation = add(target.extrapolation);
+  }
+  result.storage =
+      std::make_shared<std::pair<std::shared_ptr<const void>, std::shared_ptr<Arrays>>>(
+          family.storage, arrays);
+  return result;
+}
+
 absl::Status CheckSameAnimations(const store::v1::RegisterJob& job,
                                  const mesh::RegisteredFamily& family) {
   std::vector<std::string> targets;
@@ -62,7 +92,7 @@ absl::StatusOr<std::optional<mesh::RegisteredFamily>> OpenPreviousVersion(
   LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family,
                       store::OpenFamily(blob, absl::StrCat("family '", job.family(), "'")));
   LB_RETURN_IF_ERROR(CheckSameAnimations(job, family));
-  return std::optional(std::move(family));
+  return std::optional(family.rest_time_s ? InFrames(family) : std::move(family));
 }
 
 absl::Status CheckSameVertices(const mesh::RegisteredFamily& family,

@@ -14,7 +14,8 @@
 
 namespace liquidblend::jobs {
 
-// Nothing if the job goes on from nothing: job.refine_version() is 0.
+// Its times are in frames, whatever the family's own axis counts. Nothing if the job goes on from
+// nothing: job.refine_version() is 0.
 // Errors: kFailedPrecondition if the family is at another version by now; kInvalidArgument if it is
 // not of the job's source and targets; those of catalog and store.
 absl::StatusOr<std::optional<mesh::RegisteredFamily>> OpenPreviousVersion(

@@ -164,6 +164,7 @@ absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& cont
   parts.name = job.family();
   parts.source_name = job.source();
   parts.parameter_space = store::FromMessage(job.parameter_space());
+  if (job.has_rest_time_s()) parts.rest_time_s = job.rest_time_s();
   parts.source = std::move(built.front().mesh);
   parts.source_report = built.front().report;
   LB_ASSIGN_OR_RETURN(parts.bounds, BoundsOf(job, context.catalog));

@@ -91,6 +91,17 @@ struct RegistrationReport {
   Verdict verdict;
 };
 
+// How times of matching events blend.
+struct TimeBlending {
+  enum class Kind {
+    kUnspecified,  // kLinear; in a refinement, as the family has it
+    kLinear,       // as positions do
+    kSquares,      // their squares do: right for falls from rest, from different heights
+  };
+  Kind kind = Kind::kUnspecified;
+  double rest_time_s = 0.0;  // kSquares: of times since then; [-3600, 0]
+};
+
 struct LevelOfDetail {
   int64_t num_vertices = 0;  // of the space-time mesh
   int64_t num_cells = 0;
@@ -113,6 +124,7 @@ struct Family {
   // The source's, then one per target; none if an older program registered the family.
   std::vector<SpaceTimeReport> space_time_reports;
   ParameterSpace parameter_space;
+  TimeBlending time_blending;
   int64_t size_bytes = 0;
   absl::Time create_time = absl::UnixEpoch();
   absl::Time update_time = absl::UnixEpoch();
@@ -138,6 +150,7 @@ struct RegisterRequest {
   SpaceTimeOptions space_time;                               // of the source and all targets
   std::vector<std::vector<Correspondence>> correspondences;  // none, or one list per target
   ParameterSpace parameter_space;                            // may be empty
+  TimeBlending time_blending;
   // Go on from the family's newest version, with these correspondences instead of its own; source,
   // targets and parameter space may be empty: as they are.
   bool refine = false;

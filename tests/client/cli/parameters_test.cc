@@ -42,6 +42,29 @@ TEST_F(ParametersCommand, RegisterSendsAPointPerAnimation) {
   EXPECT_THAT(missing.err, HasSubstr("--at is missing for 'drops-b'"));
 }
 
+TEST_F(ParametersCommand, RegisterSendsHowTimesBlend) {
+  const auto request = [&](std::vector<std::string> flags) {
+    flags.insert(flags.begin(),
+                 {"register", "drops", "--source", "drops-a", "--target", "drops-b"});
+    EXPECT_EQ(Run(flags).exit_code, 0);
+    return server_.LastRequest();
+  };
+  EXPECT_THAT(request({}), Not(HasSubstr("time_blending")));
+  EXPECT_THAT(request({"--time-blending", "linear"}),
+              HasSubstr("time_blending {\n  kind: LINEAR\n}"));
+  EXPECT_THAT(request({"--time-blending", "squares", "--rest-time", "-0.5"}),
+              HasSubstr("time_blending {\n  kind: SQUARES\n  rest_time_s: -0.5\n}"));
+  EXPECT_EQ(Run({"register", "drops", "--time-blending", "cubes"}).exit_code, 2);
+}
+
+TEST_F(ParametersCommand, InspectTellsHowTimesBlend) {
+  EXPECT_THAT(Run({"inspect", "drops"}).out,
+              HasSubstr("\n  times blend as squares of those since -0.5 s\n"));
+  const json blending = json::parse(Run({"inspect", "drops", "--json"}).out)["time_blending"];
+  EXPECT_EQ(blending, json({{"kind", "squares"}, {"rest_time_s", -0.5}}));
+  EXPECT_THAT(Run({"inspect", "families/empty"}).out, Not(HasSubstr("squares")));
+}
+
 TEST_F(ParametersCommand, RegisterWithoutPointsSendsNone) {
   ASSERT_EQ(Run({"register", "drops", "--source", "drops-a", "--target", "drops-b"}).exit_code, 0);
   EXPECT_THAT(server_.LastRequest(), Not(HasSubstr("parameter_space")));

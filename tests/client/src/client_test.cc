@@ -216,6 +216,7 @@ TEST_F(ClientTest, RegistrationCarriesOptionsAndCorrespondences) {
   track.source = {{1, 2, 3}, 0.5};
   track.length_s = 0.25;
   request.parameter_space = {{"height"}, {{1.5}, {3.5}}};
+  request.time_blending = {TimeBlending::Kind::kSquares, -0.75};
   request.correspondences = {{track}};
   ASSERT_TRUE(client_->RegisterFamily(request).ok());
   const std::string sent = server_.LastRequest();
@@ -223,7 +224,8 @@ TEST_F(ClientTest, RegistrationCarriesOptionsAndCorrespondences) {
        {"family_id: \"drops\"", "source: \"animations/drops-a\"", "targets: \"animations/drops-b\"",
         "max_iterations: 9", "seed: 42", "kind: TRAJECTORY", "hard: true", "z: 3", "time_s: 0.5",
         "length_s: 0.25", "thin_sheets_from: 0.25", "connectivity: TRACKED", "droplet_vertices: 0",
-        "coarser_levels: 3", "names: \"height\"", "values: 1.5", "values: 3.5"}) {
+        "coarser_levels: 3", "names: \"height\"", "values: 1.5", "values: 3.5", "kind: SQUARES",
+        "rest_time_s: -0.75"}) {
     EXPECT_THAT(sent, HasSubstr(part));
   }
   EXPECT_THAT(sent, Not(HasSubstr("sheet_thickness_edges"))) << "not set: the server's default";
@@ -294,6 +296,14 @@ TEST_F(ClientTest, AFamilyTellsItsPoints) {
   EXPECT_THAT(family->parameter_space.names, ElementsAre("height"));
   EXPECT_THAT(family->parameter_space.points, ElementsAre(ElementsAre(1), ElementsAre(3)));
   EXPECT_TRUE(client_->GetFamily("empty")->parameter_space.names.empty());
+}
+
+TEST_F(ClientTest, AFamilyTellsHowItsTimesBlend) {
+  const auto family = client_->GetFamily("drops");
+  ASSERT_TRUE(family.ok()) << family.status();
+  EXPECT_EQ(family->time_blending.kind, TimeBlending::Kind::kSquares);
+  EXPECT_EQ(family->time_blending.rest_time_s, -0.5);
+  EXPECT_EQ(client_->GetFamily("empty")->time_blending.kind, TimeBlending::Kind::kUnspecified);
 }
 
 TEST_F(ClientTest, WatchReportsEveryChangeAndReturnsTheResult) {

@@ -114,8 +114,10 @@ TEST(ValidateRegisteredFamily, NamesLevelsThatDoNotFit) {
   expect_fault([](auto& level) { level.targets.clear(); }, " has other targets");
   expect_fault([](auto& level) { level.num_frames = 8; }, " has other targets, frames");
   expect_fault([](auto& level) { level.domain_max[0] = 2; }, " has other targets, frames, domain");
+  expect_fault([](auto& level) { level.rest_time_s = -1; },
+               " has other targets, frames, domain, rest time");
   expect_fault([&](auto& level) { level.coarser_levels = {sample.View()}; },
-               " has other targets, frames, domain, or levels of its own");
+               " has other targets, frames, domain, rest time, or levels of its own");
   expect_fault([](auto& level) { level.vertices = level.vertices.first(9); },
                ": family walls: vertex 8 of the last slab");
 }

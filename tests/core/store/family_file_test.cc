@@ -275,11 +275,39 @@ TEST(FamilyFile, GivesBackVelocitiesAndLevels) {
   EXPECT_EQ(manifest.coarser_levels(0).num_cells(), 2);
 }
 
-TEST(FamilyFile, IsOfVersionOneUnlessItNeedsTwo) {
+TEST(FamilyFile, IsOfTheLowestVersionThatCanHoldIt) {
   const Sample sample;
   constexpr size_t kVersion = 16;  // its place in the header
   EXPECT_EQ(Whole()[kVersion], 1);
   EXPECT_EQ(Written(sample.Complete())[kVersion], 2);
+  mesh::RegisteredFamily squares = sample.View();
+  squares.rest_time_s = 0;
+  EXPECT_EQ(Written(squares)[kVersion], 3);
+}
+
+TEST(FamilyFile, GivesBackTheRestTimeOfAllLevels) {
+  const Sample sample;
+  mesh::RegisteredFamily family = sample.Complete();
+  EXPECT_FALSE(Open(Written(family))->rest_time_s.has_value());
+  family.rest_time_s = family.coarser_levels[0].rest_time_s = -0.25;
+  const auto opened = Open(Written(family));
+  ASSERT_THAT(opened, Succeeds());
+  EXPECT_EQ(opened->rest_time_s, -0.25);
+  EXPECT_EQ(opened->coarser_levels[0].rest_time_s, -0.25);
+  EXPECT_EQ(Copy(opened->vertices), sample.vertices);
+}
+
+TEST(FamilyFile, RefusesARestTimeThatCannotBeMeant) {
+  const Sample sample;
+  mesh::RegisteredFamily family = sample.View();
+  family.rest_time_s = 1;
+  EXPECT_THAT(Open(Written(family)), Fails(Code::kInvalidArgument, "rest_time_s = 1"));
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.set_rest_time_s(0); })),
+              Fails(Code::kInvalidArgument, "has a rest time, in version 1"));
+  family.rest_time_s = 0;
+  EXPECT_THAT(
+      Open(WithManifest<Manifest>(Written(family), [](Manifest& m) { m.clear_rest_time_s(); })),
+      Fails(Code::kInvalidArgument, "has no rest time, in version 3"));
 }
 
 TEST(FamilyFile, NoticesEachByteThatChangesInALevel) {

@@ -44,7 +44,7 @@ class Slicer {
     std::vector<mesh::Float4> far_positions(count);
     blender_->Place(near, near_positions.data());
     blender_->Place(far, far_positions.data());
-    AddVelocities(family_, {near, far, near_positions, far_positions, workspace_.time_frames},
+    AddVelocities(family_, {near, far, near_positions, far_positions, workspace_.time_ticks},
                   surface);
   }
 

@@ -82,6 +82,75 @@ TEST_F(RegisterFamilyTest, ARefinementTakesTheFamilysAnimationsAndNewestVersion)
   EXPECT_EQ(job.refine_version(), 1);
 }
 
+TEST_F(RegisterFamilyTest, TheRestTimeReachesTheJobIfTimesBlendAsSquares) {
+  ImportAnimation("a");
+  ImportAnimation("b");
+  ASSERT_THAT(Register([](auto& r) {
+                r.mutable_time_blending()->set_kind(v1::TimeBlending::SQUARES);
+                r.mutable_time_blending()->set_rest_time_s(-0.5);
+              }),
+              Succeeds());
+  EXPECT_EQ(TakeJob().job.register_family().rest_time_s(), -0.5);
+  for (const auto kind : {v1::TimeBlending::KIND_UNSPECIFIED, v1::TimeBlending::LINEAR}) {
+    ASSERT_THAT(Register([&](auto& r) {
+                  r.set_family_id(absl::StrCat("linear", kind));
+                  r.mutable_time_blending()->set_kind(kind);
+                }),
+                Succeeds());
+    EXPECT_FALSE(TakeJob().job.register_family().has_rest_time_s());
+  }
+}
+
+TEST_F(RegisterFamilyTest, ARefinementBlendsTimesAsTheFamilyUnlessItIsAskedTo) {
+  PublishSplash();
+  store::pb::FamilyRecord family = *catalog_->GetFamily("splash");
+  ASSERT_FALSE(family.manifest().has_rest_time_s());
+  const auto refined = [&](v1::TimeBlending::Kind kind) {
+    v1::RegisterFamilyRequest request;
+    request.set_family_id("splash");
+    request.set_refine(true);
+    request.mutable_time_blending()->set_kind(kind);
+    EXPECT_THAT(RegisterFamily(backends_, request), Succeeds());
+    const auto leased = TakeJob();
+    family.mutable_manifest()->clear_rest_time_s();
+    if (leased.job.register_family().has_rest_time_s()) {
+      family.mutable_manifest()->set_rest_time_s(leased.job.register_family().rest_time_s());
+    }
+    EXPECT_THAT(catalog_->PublishFamily(leased.lease_id, family), Succeeds());
+    v1::GetFamilyRequest get;
+    get.set_name("families/splash");
+    return GetFamily(backends_, get)->time_blending().kind();
+  };
+  EXPECT_EQ(refined(v1::TimeBlending::KIND_UNSPECIFIED), v1::TimeBlending::LINEAR);
+  EXPECT_EQ(refined(v1::TimeBlending::SQUARES), v1::TimeBlending::SQUARES);
+  EXPECT_EQ(refined(v1::TimeBlending::KIND_UNSPECIFIED), v1::TimeBlending::SQUARES);
+  EXPECT_EQ(refined(v1::TimeBlending::LINEAR), v1::TimeBlending::LINEAR);
+}
+
+TEST_F(RegisterFamilyTest, ATimeBlendingThatCannotBeMeantIsNamed) {
+  const auto refused = [&](int kind, double rest_time_s) {
+    return Register([&](auto& r) {
+      r.mutable_time_blending()->set_kind(static_cast<v1::TimeBlending::Kind>(kind));
+      r.mutable_time_blending()->set_rest_time_s(rest_time_s);
+    });
+  };
+  constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+  EXPECT_THAT(refused(7, 0), Fails(kInvalid, "time_blending.kind: must be unspecified, LINEAR or"));
+  for (const double rest_time_s : {0.1, -3601.0, std::nan("")}) {
+    EXPECT_THAT(refused(v1::TimeBlending::SQUARES, rest_time_s),
+                Fails(kInvalid, "time_blending.rest_time_s: must be in [-3600, 0], got "));
+  }
+  EXPECT_THAT(refused(v1::TimeBlending::LINEAR, -1),
+              Fails(kInvalid, "time_blending.rest_time_s: is for SQUARES only, got -1"));
+  PublishSplash();
+  v1::RegisterFamilyRequest refinement;
+  refinement.set_family_id("splash");
+  refinement.set_refine(true);
+  refinement.mutable_time_blending()->set_rest_time_s(-1);
+  EXPECT_THAT(RegisterFamily(backends_, refinement),
+              Fails(kInvalid, "time_blending.rest_time_s: is for SQUARES only, got -1"));
+}
+
 TEST_F(RegisterFamilyTest, ARefinementOfOtherAnimationsOrOfNothingIsRefused) {
   PublishSplash();
   const auto refine = [&](const char* family, const char* source) {

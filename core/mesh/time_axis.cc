@@ -1,0 +1,59 @@
+#include "core/mesh/time_axis.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace liquidblend::mesh {
+
+TimeAxis::TimeAxis(const std::optional<double>& rest_time_s, double frames_per_second,
+                   int num_frames)
+    : squares_(rest_time_s.has_value() && num_frames > 1), last_(num_frames - 1) {
+  if (squares_) since_rest_ = -2.0 * *rest_time_s * frames_per_second;
+}
+
+// (t + c)^2 - c^2 for t frames since the first and c from rest to there, scaled.
+double TimeAxis::Ticks(double frames) const {
+  if (!squares_ || frames <= 0.0) return frames;
+  const double ticks = frames * (frames + since_rest_) / (last_ + since_rest_);
+  return frames <= last_ ? std::min(ticks, last_) : std::max(ticks, last_);
+}
+
+double TimeAxis::Frames(double ticks) const {
+  if (!squares_ || ticks <= 0.0) return ticks;
+  const double half = 0.5 * since_rest_;
+  // Of sqrt(product + half^2) - half what does not cancel.
+  const double product = ticks * (last_ + since_rest_);
+  const double frames = product / (std::sqrt(product + half * half) + half);
+  return ticks <= last_ ? std::min(frames, last_) : std::max(frames, last_);
+}
+
+void TimeAxis::ToTicks(Eigen::Matrix4Xf& vertices) const {
+  if (!squares_) return;
+  for (float& t : vertices.row(3)) t = static_cast<float>(Ticks(t));
+}
+
+void TimeAxis::ToFrames(Eigen::Matrix4Xf& vertices) const {
+  if (!squares_) return;
+  for (float& t : vertices.row(3)) t = static_cast<float>(Frames(t));
+}
+
+void TimeAxis::ToTicks(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displacement) const {
+  assert(displacement.cols() == 0 || displacement.cols() == vertices.cols());
+  if (!squares_) return;
+  for (Eigen::Index v = 0; v < displacement.cols(); ++v) {
+    const double from = vertices(3, v);
+    displacement(3, v) = static_cast<float>(Ticks(from + displacement(3, v)) - Ticks(from));
+  }
+}
+
+void TimeAxis::ToFrames(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displacement) const {
+  assert(displacement.cols() == 0 || displacement.cols() == vertices.cols());
+  if (!squares_) return;
+  for (Eigen::Index v = 0; v < displacement.cols(); ++v) {
+    const double from = vertices(3, v);
+    displacement(3, v) = static_cast<float>(Frames(Ticks(from) + displacement(3, v)) - from);
+  }
+}
+
+}  // namespace liquidblend::mesh

@@ -1,0 +1,46 @@
+// What the fourth coordinate of a family's vertices counts.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+namespace liquidblend::mesh {
+
+// A blend mixes coordinates linearly: positions, and times as this axis counts them, in ticks.
+//
+// Without a rest time ticks are frames, as in the paper (equation 8). With one they are squares of
+// the time since then: what falls from rest by h lands after sqrt(2 h / g), so where heights blend
+// linearly, squares of times do (Froude's similarity: lengths scale as squares of times). A drop
+// from half-way between two heights then falls with the same g as both; blended linearly in time it
+// would land too early, by d^2 / (2 t) if both land d from their mean t.
+//
+// Ticks are scaled so that the first frame is at 0 and the last one at num_frames - 1, both ways.
+// Threads: safe, immutable.
+class TimeAxis {
+ public:
+  TimeAxis() = default;  // ticks are frames
+  // Requires: num_frames >= 1, frames_per_second > 0; the rest time, if there is one, is in
+  // kRestTimeS (option_ranges.h).
+  TimeAxis(const std::optional<double>& rest_time_s, double frames_per_second, int num_frames);
+
+  bool counts_frames() const { return !squares_; }
+  // Both are increasing, and the inverse of one another but for rounding; what lies before the
+  // first frame stays as far before it. Requires: finite.
+  double Ticks(double frames) const;
+  double Frames(double ticks) const;
+
+  // Positions and displacements of them (or none), columns of x, y, z, t, from one to the other.
+  void ToTicks(Eigen::Matrix4Xf& vertices) const;
+  void ToFrames(Eigen::Matrix4Xf& vertices) const;
+  // `vertices` are those that are displaced, in frames. Requires: as many columns, or no
+  // displacement.
+  void ToTicks(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displacement) const;
+  void ToFrames(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displacement) const;
+
+ private:
+  bool squares_ = false;
+  double since_rest_ = 0.0;  // twice the frames from rest to the first frame
+  double last_ = 0.0;        // frame
+};
+
+}  // namespace liquidblend::mesh

@@ -1,0 +1,126 @@
+// Two spheres that fall from rest, from different heights, and the one that the server makes
+// half-way between them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "core/mesh/registered_family.h"
+#include "server/blend/blend.h"
+#include "server/finish/velocities.h"
+#include "server/slice/slice.h"
+#include "tests/synthetic/families.h"
+#include "worker/jobs/assemble_family.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+constexpr double kFps = 24.0;
+constexpr float kGravity = 9.81F / (24.0F * 24.0F);  // metres per frame squared
+constexpr int kNumFrames = 25;
+// The source falls from 9 m, the target from 16 m and so takes 4/3 of the time to each place on the
+// way that is the same share of the whole.
+constexpr float kLow_m = 9, kHigh_m = 16, kSlower = 4.0F / 3.0F;
+
+// x, y, z of the source's sphere of 1 m follow the fall.
+mesh::SpaceTimeMesh FallingSphere(int subdivisions) {
+  mesh::SpaceTimeMesh mesh = synthetic::WedgeSphere(subdivisions, {.num_frames = kNumFrames});
+  mesh.velocities = Eigen::Matrix3Xf::Zero(3, mesh.num_vertices());
+  for (int64_t v = 0; v < mesh.num_vertices(); ++v) {
+    const float t = mesh.vertices(3, v);
+    mesh.vertices(2, v) += kLow_m - kGravity * t * t / 2;
+    mesh.velocities(2, v) = -kGravity * t * static_cast<float>(kFps);
+  }
+  return mesh;
+}
+
+registration::Registration ToHighFall(const mesh::SpaceTimeMesh& mesh) {
+  registration::Registration result;
+  result.displacement.setZero(4, mesh.num_vertices());
+  for (int64_t v = 0; v < mesh.num_vertices(); ++v) {
+    const float t = mesh.vertices(3, v);
+    // 16 - g (4/3 t)^2 / 2 is 16/9 of 9 - g t^2 / 2.
+    result.displacement(2, v) = (kHigh_m / kLow_m - 1) * (kLow_m - kGravity * t * t / 2);
+    result.displacement(3, v) = (kSlower - 1) * t;
+  }
+  return result;
+}
+
+mesh::RegisteredFamily Family(const std::optional<double>& rest_time_s) {
+  FamilyParts parts;
+  parts.name = "falls";
+  parts.source_name = "low";
+  parts.rest_time_s = rest_time_s;
+  parts.source = FallingSphere(3);
+  parts.targets.resize(1);
+  parts.targets[0].name = "high";
+  parts.targets[0].registration = ToHighFall(parts.source);
+  FamilyLevel& level = parts.coarser_levels.emplace_back();
+  level.mesh = FallingSphere(2);
+  level.targets.push_back(ToHighFall(level.mesh));
+  parts.bounds =
+      Eigen::AlignedBox3f(Eigen::Vector3f(-2, -2, -2), Eigen::Vector3f(2, 2, kHigh_m + 2));
+  auto family = AssembleFamily(std::move(parts));
+  EXPECT_TRUE(family.ok()) << family.status();
+  return *std::move(family);
+}
+
+struct Seen {
+  double height_m = 0;
+  double speed_m_s = 0;  // downward
+};
+
+Seen Look(const mesh::RegisteredFamily& family, double weight, double frame) {
+  const slice::CellIndex index(family);
+  const std::vector<double> weights = {weight};
+  slice::Workspace workspace;
+  EXPECT_TRUE(slice::FindCandidates(index, weights, frame / kFps, workspace).ok());
+  const blend::Blender blender(family, weights);
+  mesh::TriangleMesh surface = slice::March(index, blender, workspace);
+  const auto count = static_cast<size_t>(surface.num_vertices());
+  EXPECT_GT(count, 0U);
+  const auto near = std::span(workspace.near_vertex).first(count);
+  const auto far = std::span(workspace.far_vertex).first(count);
+  std::vector<mesh::Float4> near_positions(count), far_positions(count);
+  blender.Place(near, near_positions.data());
+  blender.Place(far, far_positions.data());
+  finish::AddVelocities(family, {near, far, near_positions, far_positions, workspace.time_ticks},
+                        surface);
+  return {0.5 * (surface.vertices.row(2).minCoeff() + surface.vertices.row(2).maxCoeff()),
+          -surface.velocities.row(2).mean()};
+}
+
+TEST(TimeBlending, InSquaresADropFromAnyHeightFallsAsItWould) {
+  const mesh::RegisteredFamily family = Family(0.0);
+  for (const double weight : {0.0, 0.25, 0.5, 1.0}) {
+    const double height_m = (1 - weight) * kLow_m + weight * kHigh_m;
+    for (const mesh::RegisteredFamily* level :
+         {&std::as_const(family), family.coarser_levels.data()}) {
+      for (const double frame : {1.0, 6.0, 13.5, 20.0}) {
+        const Seen seen = Look(*level, weight, frame);
+        EXPECT_NEAR(seen.height_m, height_m - kGravity * frame * frame / 2, 5e-3) << frame;
+        EXPECT_NEAR(seen.speed_m_s, kGravity * frame * kFps, 0.15) << frame;
+      }
+    }
+  }
+}
+
+// So the test above shows something.
+TEST(TimeBlending, LinearlyItFallsTooFast) {
+  const mesh::RegisteredFamily family = Family(std::nullopt);
+  const double frame = 20.0;
+  const double right = 0.5 * (kLow_m + kHigh_m) - kGravity * frame * frame / 2;
+  EXPECT_LT(Look(family, 0.5, frame).height_m, right - 0.05);
+  EXPECT_NEAR(Look(family, 0.0, frame).height_m, kLow_m - kGravity * frame * frame / 2, 5e-3);
+}
+
+TEST(TimeBlending, AtWholeFramesWeightZeroIsTheSource) {
+  const mesh::RegisteredFamily linear = Family(std::nullopt), squares = Family(0.0);
+  for (const double frame : {0.0, 1.0, 2.0, 24.0}) {
+    EXPECT_NEAR(Look(squares, 0, frame).height_m, Look(linear, 0, frame).height_m, 1e-4) << frame;
+  }
+}
+
+}  // namespace
+}  // namespace liquidblend::jobs
