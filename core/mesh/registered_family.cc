@@ -11,6 +11,8 @@
 namespace liquidblend::mesh {
 namespace {
 
+constexpr double kMostFramesPerSecond = 1e9;  // that a time axis of squares can count
+
 static_assert(sizeof(Float4) == 16, "a column of Matrix4Xf is a Float4");
 static_assert(sizeof(Float3) == 12, "a column of Matrix3Xf is a Float3");
 
@@ -28,6 +30,10 @@ absl::Status CheckNumbers(const RegisteredFamily& family) {
   }
   if (family.rest_time_s && !kRestTimeS.Holds(*family.rest_time_s)) {
     return Fault(family, absl::StrCat("rest_time_s = ", *family.rest_time_s));
+  }
+  if (family.rest_time_s && family.frames_per_second > kMostFramesPerSecond) {
+    return Fault(family, absl::StrCat("a rest time with frames_per_second = ",
+                                      family.frames_per_second));  // its square would overflow
   }
   if (!std::isfinite(family.edge_length_m) || family.edge_length_m < 0.0) {
     return Fault(family, absl::StrCat("edge_length_m = ", family.edge_length_m));

@@ -14,13 +14,13 @@ TimeAxis::TimeAxis(const std::optional<double>& rest_time_s, double frames_per_s
 
 // (t + c)^2 - c^2 for t frames since the first and c from rest to there, scaled.
 double TimeAxis::Ticks(double frames) const {
-  if (!squares_ || frames <= 0.0) return frames;
+  if (!squares_ || frames <= 0.0 || frames == last_) return frames;
   const double ticks = frames * (frames + since_rest_) / (last_ + since_rest_);
   return frames <= last_ ? std::min(ticks, last_) : std::max(ticks, last_);
 }
 
 double TimeAxis::Frames(double ticks) const {
-  if (!squares_ || ticks <= 0.0) return ticks;
+  if (!squares_ || ticks <= 0.0 || ticks == last_) return ticks;
   const double half = 0.5 * since_rest_;
   // Of sqrt(product + half^2) - half what does not cancel.
   const double product = ticks * (last_ + since_rest_);

@@ -11,10 +11,11 @@ namespace {
 using mesh::Float4;
 
 // Adds to `at` its share of the way to the line from `before` to `after`.
-void MoveTowardsLine(const Float4& before, const Float4& after, const TemporalOptions& options,
-                     Float4& at) {
+void MoveTowardsLine(const Float4& before, const Float4& after, const mesh::TimeAxis& axis,
+                     const TemporalOptions& options, Float4& at) {
   if (!(before[3] < at[3] && at[3] < after[3])) return;
-  const float s = (at[3] - before[3]) / (after[3] - before[3]);
+  const double from = axis.Frames(before[3]);
+  const auto s = static_cast<float>((axis.Frames(at[3]) - from) / (axis.Frames(after[3]) - from));
   Float4 offset = {};
   float length_sq = 0.0F;
   for (int k = 0; k < 3; ++k) {
@@ -56,7 +57,8 @@ void TimeSmoother::Place(std::span<const int32_t> vertices, Float4* positions) c
   PlaceNeighbors(vertices, links_.earlier(), workspace_.before);
   PlaceNeighbors(vertices, links_.later(), workspace_.after);
   for (size_t i = 0; i < vertices.size(); ++i) {
-    MoveTowardsLine(workspace_.before[i], workspace_.after[i], options_, positions[i]);
+    MoveTowardsLine(workspace_.before[i], workspace_.after[i], links_.axis(), options_,
+                    positions[i]);
   }
 }
 

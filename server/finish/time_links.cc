@@ -26,7 +26,7 @@ class Linker {
   Linker(const mesh::RegisteredFamily& family, std::vector<int32_t>& earlier,
          std::vector<int32_t>& later)
       : vertices_(family.vertices),
-        axis_(family.time_axis()),
+        frames_(FramesOf(family)),
         earlier_(earlier),
         later_(later),
         earlier_sq_(vertices_.size(), std::numeric_limits<float>::infinity()),
@@ -39,7 +39,7 @@ class Linker {
     float least = std::numeric_limits<float>::infinity();
     float most = -least;
     for (const auto& [a, b] : edges) {
-      const float step = FrameOf(cell[b]) - FrameOf(cell[a]);
+      const float step = frames_[cell[b]] - frames_[cell[a]];
       sum += step;
       least = std::min(least, step);
       most = std::max(most, step);
@@ -61,7 +61,15 @@ class Linker {
   }
 
  private:
-  float FrameOf(int32_t v) const { return static_cast<float>(axis_.Frames(vertices_[v][3])); }
+  static std::vector<float> FramesOf(const mesh::RegisteredFamily& family) {
+    const mesh::TimeAxis axis = family.time_axis();
+    std::vector<float> frames;
+    frames.reserve(family.vertices.size());
+    for (const Float4& v : family.vertices) {
+      frames.push_back(static_cast<float>(axis.Frames(v[3])));
+    }
+    return frames;
+  }
 
   void Link(int32_t before, int32_t after) {
     float length_sq = 0.0F;
@@ -80,7 +88,7 @@ class Linker {
   }
 
   std::span<const Float4> vertices_;
-  mesh::TimeAxis axis_;
+  const std::vector<float> frames_;  // when each vertex is
   std::vector<int32_t>& earlier_;
   std::vector<int32_t>& later_;
   std::vector<float> earlier_sq_;  // squared length of the link in space
@@ -90,7 +98,9 @@ class Linker {
 }  // namespace
 
 TimeLinks::TimeLinks(const mesh::RegisteredFamily& family)
-    : earlier_(family.vertices.size(), -1), later_(family.vertices.size(), -1) {
+    : axis_(family.time_axis()),
+      earlier_(family.vertices.size(), -1),
+      later_(family.vertices.size(), -1) {
   Linker linker(family, earlier_, later_);
   for (const mesh::Hexahedron& cell : family.hexahedra) {
     std::array<float, 3> steps;

@@ -20,9 +20,11 @@ class TimeLinks {
   // Per vertex of the family: the linked vertex, or -1.
   std::span<const int32_t> earlier() const { return earlier_; }
   std::span<const int32_t> later() const { return later_; }
+  const mesh::TimeAxis& axis() const { return axis_; }  // of the family
   int64_t size_bytes() const;
 
  private:
+  mesh::TimeAxis axis_;
   std::vector<int32_t> earlier_;
   std::vector<int32_t> later_;
 };

@@ -40,15 +40,17 @@ struct Crossing {
 std::vector<Crossing> FindCrossings(const mesh::RegisteredFamily& family,
                                     const CrossedEdges& crossed) {
   const mesh::TimeAxis axis = family.time_axis();
+  const double time = axis.Frames(crossed.time_ticks);
   std::vector<Crossing> crossings(crossed.low.size());
   for (int32_t i = 0; i < static_cast<int32_t>(crossings.size()); ++i) {
     const Vector4f a = At(axis, crossed.low_positions, i);
     const Vector4f b = At(axis, crossed.high_positions, i);
-    const double from = crossed.low_positions[i][3], to = crossed.high_positions[i][3];
+    const double from = axis.Frames(crossed.low_positions[i][3]);
+    const double to = axis.Frames(crossed.high_positions[i][3]);
     Crossing& crossing = crossings[i];
     crossing.low = crossed.low[i];
     crossing.high = crossed.high[i];
-    crossing.share = static_cast<float>((crossed.time_ticks - from) / (to - from));
+    crossing.share = static_cast<float>((time - from) / (to - from));
     crossing.blended = b - a;
     crossing.place = a + crossing.share * (b - a);
     crossing.source =

@@ -12,6 +12,7 @@ constexpr int kBits = 10;  // of the grid, along each axis
 // Clusters of one frame interval are flat: fewer cells are looked at in vain where nothing is
 // warped, but more edges lie between clusters. Two were as fast or faster, and smaller.
 constexpr uint64_t kFramesPerSlab = 2;
+constexpr double kRounding = 1e-3;  // frames: of ticks
 constexpr uint32_t kMostCoordinate = (1U << kBits) - 1;
 
 // Maps the family's source to the grid.
@@ -92,7 +93,7 @@ std::vector<OrderedCell> OrderCells(const mesh::RegisteredFamily& family,
       earliest = std::min(earliest, v[3]);
     }
     // From 0 on, whatever lies before the first frame.
-    const double frame = std::clamp(std::floor(axis.Frames(earliest)), -1.0,
+    const double frame = std::clamp(std::floor(axis.Frames(earliest) + kRounding), -1.0,
                                     static_cast<double>(family.num_frames)) +
                          1.0;
     const uint64_t slab = static_cast<uint64_t>(frame) / kFramesPerSlab;

@@ -40,9 +40,13 @@ float FirstFloatFrom(double time) {
 // Makes the surface of cut clusters, in one part of it.
 class Marcher {
  public:
-  Marcher(const mesh::VertexPlacer& placer, double time_ticks,
+  Marcher(const mesh::VertexPlacer& placer, const mesh::TimeAxis& axis, double time_ticks,
           std::span<ClusterVertices> cluster_vertices, SurfacePart& part)
-      : placer_(placer), time_(time_ticks), cluster_vertices_(cluster_vertices), part_(part) {}
+      : placer_(placer),
+        axis_(axis),
+        time_(axis.Frames(time_ticks)),
+        cluster_vertices_(cluster_vertices),
+        part_(part) {}
 
   // To be called some time before Add().
   void Prefetch(const CutCluster& cut) const {
@@ -122,13 +126,22 @@ class Marcher {
   void AddOuter(OuterVertex outer, int k) {
     placer_.Place({&outer.itself.near_vertex, 1}, near_positions_.data());
     placer_.Place({&outer.itself.far_vertex, 1}, far_positions_.data());
-    outer.itself.point = points_[k] = Interpolate(near_positions_[0], far_positions_[0]);
+    const double s = axis_.counts_frames() ? Share<true>(near_positions_[0], far_positions_[0])
+                                           : Share<false>(near_positions_[0], far_positions_[0]);
+    outer.itself.point = points_[k] = Interpolate(near_positions_[0], far_positions_[0], s);
     output_[k] = -1 - static_cast<int32_t>(part_.outer.size());
     part_.outer.push_back(outer);
   }
 
-  // Of the crossings [begin, end).
+  // Of the crossings [begin, end). Two loops: of one with the choice inside GCC 12.2 made wrong code
+  // at -O3 (loops split, then distributed).
   void AddVertices(const CutCluster& cut, int begin, int end) {
+    axis_.counts_frames() ? AddVerticesBy<true>(cut, begin, end)
+                          : AddVerticesBy<false>(cut, begin, end);
+  }
+
+  template <bool kCountsFrames>
+  void AddVerticesBy(const CutCluster& cut, int begin, int end) {
     const auto near = cut.near_vertices().subspan(begin, end - begin);
     const auto far = cut.far_vertices().subspan(begin, end - begin);
     placer_.Place(near, near_positions_.data());
@@ -137,15 +150,24 @@ class Marcher {
     PartVertex* vertex = &part_.vertices[number];
     for (int i = 0; i < end - begin; ++i) {
       output_[begin + i] = number++;
-      points_[begin + i] = Interpolate(near_positions_[i], far_positions_[i]);
+      const double s = Share<kCountsFrames>(near_positions_[i], far_positions_[i]);
+      points_[begin + i] = Interpolate(near_positions_[i], far_positions_[i], s);
       *vertex++ = {points_[begin + i], near[i], far[i]};
     }
     part_.num_vertices += end - begin;
   }
 
+  // What is between two ends is linear in frames, whatever ticks are: so weight 0 is the source,
+  // also where it is not cut at a vertex.
+  template <bool kCountsFrames>
+  double Share(const mesh::Float4& a, const mesh::Float4& b) const {
+    if constexpr (kCountsFrames) return (time_ - a[3]) / (static_cast<double>(b[3]) - a[3]);
+    const double from = axis_.Frames(a[3]);
+    return (time_ - from) / (axis_.Frames(b[3]) - from);
+  }
+
   // Exactly one end where its time is the slice's.
-  Point Interpolate(const mesh::Float4& a, const mesh::Float4& b) const {
-    const double s = (time_ - a[3]) / (static_cast<double>(b[3]) - a[3]);
+  static Point Interpolate(const mesh::Float4& a, const mesh::Float4& b, double s) {
     const double r = 1.0 - s;
     return {static_cast<float>(r * a[0] + s * b[0]), static_cast<float>(r * a[1] + s * b[1]),
             static_cast<float>(r * a[2] + s * b[2])};
@@ -220,7 +242,8 @@ class Marcher {
   }
 
   const mesh::VertexPlacer& placer_;
-  const double time_;
+  const mesh::TimeAxis axis_;
+  const double time_;                            // frames
   std::span<ClusterVertices> cluster_vertices_;  // each part sets those of its own clusters
   SurfacePart& part_;
   // Of the cluster that is being added.
@@ -234,7 +257,8 @@ class Marcher {
 void MarchPart(const CellIndex& index, const mesh::VertexPlacer& placer,
                std::span<const int32_t> clusters, Workspace& workspace, SurfacePart& part) {
   part.Clear(clusters.empty() ? 0 : clusters.front());
-  Marcher marcher(placer, workspace.time_ticks, workspace.cluster_vertices, part);
+  Marcher marcher(placer, index.family().time_axis(), workspace.time_ticks,
+                  workspace.cluster_vertices, part);
   const float first_later = FirstFloatFrom(workspace.time_ticks);
   std::array<CutCluster, 2> cuts;
   CutCluster* cut = &cuts[0];

@@ -15,6 +15,11 @@ constexpr float kRelativeTimeMargin = 1e-6F;  // ... and per tick of the time
 // Times are given in seconds; a product this close to a frame means the frame.
 constexpr double kFrameSnap = 1e-6;  // frames
 
+// Rounded as the vertices' ticks are, so that a vertex of a frame is not earlier than it.
+double TicksOf(const mesh::TimeAxis& axis, double frames) {
+  return axis.counts_frames() ? frames : static_cast<float>(axis.Ticks(frames));
+}
+
 double FramesOf(const mesh::RegisteredFamily& family, double time_s) {
   const double frames = std::clamp(time_s * family.frames_per_second, 0.0,
                                    static_cast<double>(family.num_frames - 1));
@@ -61,7 +66,7 @@ absl::Status FindCandidates(const CellIndex& index, std::span<const double> weig
     return absl::OutOfRangeError(absl::StrCat("time ", time_s, " s is not in [0, ",
                                               family.duration_s(), "] s of family ", family.name));
   }
-  workspace.time_ticks = family.time_axis().Ticks(FramesOf(family, time_s));
+  workspace.time_ticks = TicksOf(family.time_axis(), FramesOf(family, time_s));
   workspace.terms.clear();
   index.AppendTerms(weights, workspace.terms);
   workspace.clusters.clear();

@@ -39,7 +39,12 @@ TEST_F(HttpTest, IsAnnouncedAndEndsInOrder) {
   }
   http::HttpClient client(port);
   EXPECT_EQ(client.Get("/readyz").code, 200);
-  EXPECT_THAT(client.Get("/metrics").body, HasSubstr("process_resident_memory_bytes"));
+  const std::string metrics = client.Get("/metrics").body;
+  EXPECT_THAT(metrics, HasSubstr("process_resident_memory_bytes"));
+  const std::string used = "liquidblend_heap_bytes{state=\"used\"} ";
+  const size_t at = metrics.find(used);
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_GT(std::strtod(metrics.c_str() + at + used.size(), nullptr), 1e5);
   http::HttpClient stream(port);
   EXPECT_EQ(stream.Upgrade().code, 101);
   server.Signal(SIGTERM);

@@ -18,36 +18,6 @@ namespace {
 
 constexpr float kSameVertexEdges = 0.1f;
 
-// The same family with times in frames, as registrations have them, on memory of its own; without
-// its levels.
-mesh::RegisteredFamily InFrames(const mesh::RegisteredFamily& family) {
-  struct Arrays {
-    Eigen::Matrix4Xf vertices;
-    std::vector<Eigen::Matrix4Xf> displacements;
-  };
-  const mesh::TimeAxis axis = family.time_axis();
-  const auto arrays = std::make_shared<Arrays>();
-  arrays->vertices = MatrixOf(family.vertices);
-  axis.ToFrames(arrays->vertices);
-  const auto add = [&](std::span<const mesh::Float4> displacement) {
-    Eigen::Matrix4Xf matrix = MatrixOf(displacement);
-    axis.ToFrames(arrays->vertices, matrix);
-    return ColumnsOf(arrays->displacements.emplace_back(std::move(matrix)));
-  };
-  mesh::RegisteredFamily result = family;
-  result.rest_time_s.reset();
-  result.coarser_levels.clear();
-  result.vertices = ColumnsOf(arrays->vertices);
-  for (mesh::FamilyTarget& target : result.targets) {
-    target.displacement = add(target.displacement);
-    target.extrapolation = add(target.extrapolation);
-  }
-  result.storage =
-      std::make_shared<std::pair<std::shared_ptr<const void>, std::shared_ptr<Arrays>>>(
-          family.storage, arrays);
-  return result;
-}
-
 absl::Status CheckSameAnimations(const store::v1::RegisterJob& job,
                                  const mesh::RegisteredFamily& family) {
   std::vector<std::string> targets;
@@ -76,6 +46,35 @@ bool HasNewCorrespondences(const store::v1::RegisterJob& job, int k,
 }
 
 }  // namespace
+
+mesh::RegisteredFamily InFrames(const mesh::RegisteredFamily& family) {
+  struct Arrays {
+    Eigen::Matrix4Xf vertices;
+    std::vector<Eigen::Matrix4Xf> displacements;
+  };
+  const mesh::TimeAxis axis = family.time_axis();
+  const auto arrays = std::make_shared<Arrays>();
+  arrays->vertices = MatrixOf(family.vertices);
+  arrays->displacements.reserve(2 * family.targets.size());
+  axis.ToFrames(arrays->vertices);
+  const auto add = [&](std::span<const mesh::Float4> displacement) {
+    Eigen::Matrix4Xf matrix = MatrixOf(displacement);
+    axis.ToFrames(arrays->vertices, matrix);
+    return ColumnsOf(arrays->displacements.emplace_back(std::move(matrix)));
+  };
+  mesh::RegisteredFamily result = family;
+  result.rest_time_s.reset();
+  result.coarser_levels.clear();
+  result.vertices = ColumnsOf(arrays->vertices);
+  for (mesh::FamilyTarget& target : result.targets) {
+    target.displacement = add(target.displacement);
+    target.extrapolation = add(target.extrapolation);
+  }
+  result.storage =
+      std::make_shared<std::pair<std::shared_ptr<const void>, std::shared_ptr<Arrays>>>(
+          family.storage, arrays);
+  return result;
+}
 
 absl::StatusOr<std::optional<mesh::RegisteredFamily>> OpenPreviousVersion(
     const store::v1::RegisterJob& job, JobContext& context) {

@@ -14,6 +14,10 @@
 
 namespace liquidblend::jobs {
 
+// The same family with times in frames, as registrations have them, on memory of its own; without
+// its levels.
+mesh::RegisteredFamily InFrames(const mesh::RegisteredFamily& family);
+
 // Its times are in frames, whatever the family's own axis counts. Nothing if the job goes on from
 // nothing: job.refine_version() is 0.
 // Errors: kFailedPrecondition if the family is at another version by now; kInvalidArgument if it is

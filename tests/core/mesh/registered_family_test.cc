@@ -159,6 +159,13 @@ TEST(ValidateRegisteredFamily, NamesUnusableNumbers) {
   family = sample.View();
   family.frames_per_second = -24.0;
   ExpectFault(family, "frames_per_second = -24");
+  family.frames_per_second = 1e200;
+  EXPECT_TRUE(Validate(family).ok());
+  family.rest_time_s = -3600;
+  ExpectFault(family, "a rest time with frames_per_second = 1e+200");
+  family.frames_per_second = 24;
+  family.rest_time_s = 0.5;
+  ExpectFault(family, "rest_time_s = 0.5");
   family = sample.View();
   family.edge_length_m = std::numeric_limits<double>::infinity();
   ExpectFault(family, "edge_length_m = inf");

@@ -57,6 +57,14 @@ TEST_P(SquaresTest, AMeanOfFallsTakesAsLongAsTheFallFromTheMeanHeight) {
 
 INSTANTIATE_TEST_SUITE_P(RestTimes, SquaresTest, testing::Values(0.0, -0.05, -0.4));
 
+TEST(TimeAxis, TheLastFrameStaysWhateverTheRestTime) {
+  for (int n = 2; n < 300; ++n) {
+    const TimeAxis axis(-0.01 * (n % 97), 24.0 + n, n);
+    EXPECT_EQ(axis.Ticks(n - 1), n - 1);
+    EXPECT_EQ(axis.Frames(n - 1), n - 1);
+  }
+}
+
 TEST(TimeAxis, RestLongAgoIsAlmostLinear) {
   const TimeAxis axis(-3600.0, kFps, 72);
   for (double frame = 0; frame <= 71; ++frame) EXPECT_NEAR(axis.Ticks(frame), frame, 0.02);

@@ -11,7 +11,11 @@
 #include "server/finish/velocities.h"
 #include "server/slice/slice.h"
 #include "tests/synthetic/families.h"
+#include "tests/synthetic/shapes.h"
+#include "tests/synthetic/slice_family.h"
 #include "worker/jobs/assemble_family.h"
+#include "worker/jobs/previous_version.h"
+#include "worker/spacetime/build.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -115,10 +119,67 @@ TEST(TimeBlending, LinearlyItFallsTooFast) {
   EXPECT_NEAR(Look(family, 0.0, frame).height_m, kLow_m - kGravity * frame * frame / 2, 5e-3);
 }
 
-TEST(TimeBlending, AtWholeFramesWeightZeroIsTheSource) {
+// Nowhere along an edge between two layers, as rebuilt meshes are cut at whole frames, either.
+TEST(TimeBlending, WeightZeroIsTheSourceHoweverTimesBlend) {
   const mesh::RegisteredFamily linear = Family(std::nullopt), squares = Family(0.0);
-  for (const double frame : {0.0, 1.0, 2.0, 24.0}) {
-    EXPECT_NEAR(Look(squares, 0, frame).height_m, Look(linear, 0, frame).height_m, 1e-4) << frame;
+  for (const double frame : {0.0, 0.25, 0.5, 1.0, 1.7, 12.5, 24.0}) {
+    const Seen expected = Look(linear, 0, frame), seen = Look(squares, 0, frame);
+    EXPECT_NEAR(seen.height_m, expected.height_m, 1e-5) << frame;
+    EXPECT_NEAR(seen.speed_m_s, expected.speed_m_s, 1e-3) << frame;
+  }
+}
+
+TEST(TimeBlending, ARebuiltBallIsWhereItWasInEachFrame) {
+  const parallel::Arena arena(1);
+  constexpr double kSpeed = 3.6;  // m/s: about 1.5 edges a frame
+  synthetic::MovingSphereOptions options;
+  options.velocity_m_per_s = {static_cast<float>(kSpeed), 0, 0};
+  options.num_frames = 5;
+  spacetime::BuildOptions build;
+  build.connectivity = spacetime::Connectivity::kRebuilt;
+  auto mesh = spacetime::Build(synthetic::MovingSphere(options), build, arena);
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  FamilyParts parts;
+  parts.source = *std::move(mesh);
+  parts.rest_time_s = 0.0;
+  parts.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-2, -2, -2), Eigen::Vector3f(2, 2, 2));
+  const auto family = AssembleFamily(std::move(parts));
+  ASSERT_TRUE(family.ok()) << family.status();
+  const slice::CellIndex index(*family);
+  for (int k = 0; k < 5; ++k) {
+    const mesh::TriangleMesh surface =
+        synthetic::SliceFamily(index, {}, k / family->frames_per_second);
+    const float centre =
+        0.5F * (surface.vertices.row(0).minCoeff() + surface.vertices.row(0).maxCoeff());
+    EXPECT_NEAR(centre, kSpeed * k / kFps, 5e-3) << k;
+  }
+}
+
+// What a refinement starts from, and the targets that it keeps.
+TEST(TimeBlending, InFramesAgainAllIsAsItWas) {
+  mesh::SpaceTimeMesh mesh = FallingSphere(2);
+  registration::Registration target = ToHighFall(mesh);
+  target.extrapolation = 0.5F * target.displacement;
+  const Eigen::Matrix4Xf vertices = mesh.vertices;
+  const registration::Registration before = target;
+  FamilyParts parts;
+  parts.rest_time_s = -0.25;
+  parts.source = std::move(mesh);
+  parts.targets.resize(2);
+  for (RegisteredTarget& each : parts.targets) each.registration = target;
+  parts.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-2, -2, -2), Eigen::Vector3f(2, 2, 99));
+  const auto family = AssembleFamily(std::move(parts));
+  ASSERT_TRUE(family.ok()) << family.status();
+  ASSERT_GT((MatrixOf(family->vertices) - vertices).cwiseAbs().maxCoeff(), 1.0F);
+  const mesh::RegisteredFamily again = InFrames(*family);
+  EXPECT_FALSE(again.rest_time_s.has_value());
+  EXPECT_LT((MatrixOf(again.vertices) - vertices).cwiseAbs().maxCoeff(), 1e-5F);
+  for (const mesh::FamilyTarget& each : again.targets) {
+    const auto error = [](std::span<const mesh::Float4> a, const Eigen::Matrix4Xf& b) {
+      return (MatrixOf(a) - b).cwiseAbs().maxCoeff();
+    };
+    EXPECT_LT(error(each.displacement, before.displacement), 2e-5F);
+    EXPECT_LT(error(each.extrapolation, before.extrapolation), 2e-5F);
   }
 }
 
