@@ -1,5 +1,6 @@
 // The HTTP port of the program itself: announced, written down, and closed in order.
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -44,7 +45,10 @@ TEST_F(HttpTest, IsAnnouncedAndEndsInOrder) {
   const std::string used = "liquidblend_heap_bytes{state=\"used\"} ";
   const size_t at = metrics.find(used);
   ASSERT_NE(at, std::string::npos);
-  EXPECT_GT(std::strtod(metrics.c_str() + at + used.size(), nullptr), 1e5);
+  // A sanitizer's programs have a heap that tells nothing.
+  if (std::getenv("LIQUIDBLEND_E2E_SANITIZER") == nullptr) {
+    EXPECT_GT(std::strtod(metrics.c_str() + at + used.size(), nullptr), 1e5);
+  }
   http::HttpClient stream(port);
   EXPECT_EQ(stream.Upgrade().code, 101);
   server.Signal(SIGTERM);
