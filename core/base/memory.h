@@ -15,7 +15,7 @@ void ReturnFreeMemory();
 
 struct HeapBytes {
   int64_t used = 0;  // allocated; of glibc's heap with what threads keep of small blocks they freed
-  int64_t free = 0;  // freed and kept for what is allocated next
+  int64_t free = 0;  // kept for what is allocated next; of jemalloc's with its own books
 };
 
 // Of the process' allocator, jemalloc's or glibc's.  Threads: safe.  Cost: some 50 microseconds.

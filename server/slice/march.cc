@@ -133,8 +133,8 @@ class Marcher {
     part_.outer.push_back(outer);
   }
 
-  // Of the crossings [begin, end). Two loops: of one with the choice inside GCC 12.2 made wrong code
-  // at -O3 (loops split, then distributed).
+  // Of the crossings [begin, end). Two loops: one with the choice inside put vertices elsewhere
+  // with GCC 12.2 at -O3, not at -O2 or with -fno-split-loops (time_blending_test.cc showed it).
   void AddVertices(const CutCluster& cut, int begin, int end) {
     axis_.counts_frames() ? AddVerticesBy<true>(cut, begin, end)
                           : AddVerticesBy<false>(cut, begin, end);
