@@ -89,12 +89,34 @@ void Families::GetReady(const std::string& id, int64_t version, Executor executo
   Find(id, version, Wish::kReady, executor, std::move(done));
 }
 
+FamilyPtr Families::Peek(const std::string& id, int64_t version) {
+  absl::MutexLock lock(&mutex_);
+  const auto found = slots_.find(id);
+  if (found == slots_.end() || found->second.current == nullptr) return nullptr;
+  Slot& slot = found->second;
+  if (version != 0 && version != slot.current->record.version()) return nullptr;
+  slot.last_use = ++num_uses_;
+  return slot.current->loaded;
+}
+
 void Families::Refresh(Executor executor) {
   if (IsEmpty()) return;
   const auto versions = catalog_.ListFamilyVersions();
-  if (!versions.ok()) return;  // whoever asks for a family hears of it; the next look is soon
+  NoteRefresh(versions.status());
+  if (!versions.ok()) return;
   for (const std::string& id : ChangedSlots(*versions)) {
     Find(id, 0, Wish::kRefresh, executor, [](const absl::StatusOr<FamilyPtr>&) {});
+  }
+}
+
+void Families::NoteRefresh(const absl::Status& status) {
+  absl::MutexLock lock(&mutex_);
+  if (std::exchange(is_catalog_away_, !status.ok()) != status.ok()) return;
+  if (status.ok()) {
+    base::LogInfo("families in memory follow the catalog again");
+  } else {
+    base::LogError("families in memory are served as they are, whatever becomes of them: " +
+                   status.ToString());
   }
 }
 

@@ -85,9 +85,18 @@ class Families {
   void GetReady(const std::string& id, int64_t version, Executor executor, Done done);
   static constexpr absl::Duration kRetryPause = absl::Seconds(5);
 
+  // What is in memory, if version is 0 or its own: as new as Refresh() and calls that asked the
+  // catalog have made it, whether or not the catalog can be asked now. Null: GetReady() tells.
+  // Cost: a look-up by name.
+  FamilyPtr Peek(const std::string& id, int64_t version);
+
   // Starts to load newer versions of the families in memory, and forgets those that were deleted.
+  // While the catalog cannot be asked they stay as they are, which is logged once.
   // Cost: one query of the catalog, however many there are; none while nothing is in memory.
   void Refresh(Executor executor);
+
+  // Lets go of a family, deleted by the caller say, before Refresh() hears of it.
+  void Forget(const std::string& id);
 
   int64_t size_bytes() const;                         // of all families held here
   std::map<std::string, int64_t> SizesBytes() const;  // of each, by id
@@ -129,7 +138,7 @@ class Families {
   void Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result);
   void Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result, FamilyPtr& replaced)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void Forget(const std::string& id);
+  void NoteRefresh(const absl::Status& status);
   bool IsEmpty() const;
   std::vector<std::string> ChangedSlots(const std::map<std::string, int64_t>& versions) const;
   void EvictIdle() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -141,6 +150,7 @@ class Families {
   mutable absl::Mutex mutex_;
   std::map<std::string, Slot> slots_ ABSL_GUARDED_BY(mutex_);
   int64_t num_uses_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool is_catalog_away_ ABSL_GUARDED_BY(mutex_) = false;  // when Refresh() asked last
 };
 
 }  // namespace liquidblend::catalog

@@ -28,6 +28,7 @@ absl::StatusOr<v1::ListFamiliesResponse> ListFamilies(Backends& backends,
 absl::StatusOr<Empty> DeleteFamily(Backends& backends, const v1::DeleteFamilyRequest& request) {
   LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("name", request.name()));
   LB_RETURN_IF_ERROR(backends.catalog.DeleteFamily(id));
+  backends.families.Forget(id);
   return Empty();
 }
 

@@ -18,15 +18,16 @@ auto LoadsOf(Backends& backends) {
 }  // namespace
 
 void FindFamily(Backends& backends, const std::string& id, int64_t version, Families::Done done) {
-  const auto shared = std::make_shared<Families::Done>(std::move(done));
-  const absl::Status accepted = backends.io.Post([&backends, id, version, shared] {
-    const auto announce = [&backends, shared](absl::StatusOr<FamilyPtr> found) {
-      if (found.ok()) backends.frame_cache.Announce(**found);
-      (*shared)(std::move(found));
-    };
+  const auto announce = [&backends, done = std::make_shared<Families::Done>(std::move(done))](
+                            absl::StatusOr<FamilyPtr> found) {
+    if (found.ok()) backends.frame_cache.Announce(**found);
+    (*done)(std::move(found));
+  };
+  if (FamilyPtr found = backends.families.Peek(id, version)) return announce(std::move(found));
+  const absl::Status accepted = backends.io.Post([&backends, id, version, announce] {
     backends.families.GetReady(id, version, LoadsOf(backends), announce);
   });
-  if (!accepted.ok()) (*shared)(accepted);
+  if (!accepted.ok()) announce(accepted);
 }
 
 void KeepFamiliesFresh(Backends& backends) {

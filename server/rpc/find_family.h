@@ -8,8 +8,10 @@
 
 namespace liquidblend::rpc {
 
-// Calls `done` once: before this returns if the call is refused, else on a thread of `io` or
-// `loads`. Errors: Families::GetReady's; kResourceExhausted, kUnavailable (WorkPool::Post).
+// Calls `done` once: before this returns if the family is in memory or the call is refused, else on
+// a thread of `io` or `loads`. What is in memory is at most about half a second behind the catalog,
+// and a deletion by this server not at all.
+// Errors: Families::GetReady's; kResourceExhausted, kUnavailable (WorkPool::Post).
 void FindFamily(Backends& backends, const std::string& id, int64_t version,
                 liquidblend::catalog::Families::Done done);
 

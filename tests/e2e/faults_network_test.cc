@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "tests/e2e/fault_proxy.h"
 #include "tests/e2e/faults_testing.h"
 
@@ -88,6 +89,38 @@ TEST_F(FaultsNetworkTest, PostgresRestartedInMidJob) {
     AwaitMidJob();
     postgres().Restart();
     EndRun(std::move(server), std::move(worker));
+  });
+}
+
+// Who has a family in memory needs no database for frames of it.
+TEST_F(FaultsNetworkTest, FramesGoOnWhilePostgresIsAway) {
+  Each("PostgreSQL away while frames are asked for", [&](int) {
+    Process server = StartServer();
+    const auto get_frame = [&] {
+      grpc::ClientContext context;
+      v1::GetFrameRequest request;
+      request.set_family("families/balls");
+      request.add_weights(0.5);
+      v1::Frame frame;
+      const grpc::Status status = stub_->GetFrame(&context, request, &frame);
+      EXPECT_TRUE(status.ok()) << status.error_message();
+    };
+    get_frame();
+    EXPECT_TRUE(SubmitWork());
+    postgres().Kill();
+    const absl::Time end = absl::Now() + absl::Seconds(2);  // it is looked for four times
+    while (absl::Now() < end && !HasFailure()) {
+      get_frame();
+      absl::SleepFor(absl::Milliseconds(20));
+    }
+    grpc::ClientContext context;
+    v1::GetFamilyRequest request;
+    request.set_name("families/balls");
+    v1::Family family;
+    EXPECT_EQ(stub_->GetFamily(&context, request, &family).error_code(),
+              grpc::StatusCode::UNAVAILABLE);
+    postgres().Start();
+    EndRun(std::move(server), StartFaultWorker());
   });
 }
 

@@ -370,6 +370,51 @@ TEST_F(FamiliesTest, RefreshLoadsNewVersionsBeforeAnybodyAsks) {
   EXPECT_EQ(families.size_bytes(), 0);
 }
 
+TEST_F(FamiliesTest, PeekGivesWhatIsInMemoryAndAsksNobody) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  EXPECT_EQ(families.Peek("splash", 0), nullptr);
+  const auto loaded = families.Get("splash");
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(families.Peek("splash", 0), *loaded);
+  EXPECT_EQ(families.Peek("splash", 1), *loaded);
+  EXPECT_EQ(families.Peek("splash", 2), nullptr);
+  EXPECT_EQ(families.Peek("other", 0), nullptr);
+
+  Publish("splash", PutFamily(2));
+  EXPECT_EQ(families.Peek("splash", 0), *loaded);
+  LateLoads loads;
+  families.Refresh(loads.executor());
+  EXPECT_EQ(families.Peek("splash", 0), *loaded) << "until the next one is ready";
+  EXPECT_EQ(families.Peek("splash", 2), nullptr);
+  loads.RunAll();
+  EXPECT_EQ(families.Peek("splash", 2), *families.Get("splash"));
+
+  ASSERT_TRUE(catalog_->DeleteFamily("splash").ok());
+  EXPECT_NE(families.Peek("splash", 0), nullptr);
+  families.Forget("splash");
+  EXPECT_EQ(families.Peek("splash", 0), nullptr);
+}
+
+TEST_F(FamiliesTest, PeekCountsAsUse) {
+  Publish("f1", PutFamily(1));
+  Publish("f2", PutFamily(2));
+  Publish("f3", PutFamily(3));
+  int64_t size = 0;
+  {
+    Families families(*catalog_, *blobs_);
+    ASSERT_TRUE(families.Get("f1").ok());
+    size = families.size_bytes();
+  }
+  Families families(*catalog_, *blobs_, {.memory_budget_bytes = 5 * size / 2});
+  ASSERT_TRUE(families.Get("f1").ok());
+  ASSERT_TRUE(families.Get("f2").ok());
+  ASSERT_NE(families.Peek("f1", 0), nullptr);
+  ASSERT_TRUE(families.Get("f3").ok());
+  EXPECT_NE(families.Peek("f1", 0), nullptr);
+  EXPECT_EQ(families.Peek("f2", 0), nullptr);
+}
+
 TEST_F(FamiliesTest, ANewVersionThatCannotBeLoadedLeavesTheOldOneServed) {
   Publish("splash", PutFamily(1));
   Families families(*catalog_, *blobs_);

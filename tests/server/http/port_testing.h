@@ -7,6 +7,7 @@
 #include "absl/synchronization/notification.h"
 #include "server/http/port.h"
 #include "server/rpc/backends.h"
+#include "server/rpc/find_family.h"
 #include "server/rpc/frame_source.h"
 #include "tests/server/http/http_client.h"
 #include "tests/server/rpc/rpc_testing.h"
@@ -17,7 +18,9 @@ class PortTest : public rpc::RpcTest {
  protected:
   PortTest()
       : backends_(*catalog_, *blobs_, families_, Options()),
-        source_(rpc::MakeFrameSource(backends_, entrance_)) {}
+        source_(rpc::MakeFrameSource(backends_, entrance_)) {
+    rpc::KeepFamiliesFresh(backends_);  // as a server does
+  }
   ~PortTest() override {
     port_.reset();
     backends_.Stop();
