@@ -69,7 +69,7 @@ std::vector<FrameHexahedra> FramesOf(const mesh::Animation& animation, const Lay
   for (size_t s = 1; s < layers.slabs.size(); ++s) {
     const LayerTime& layer = layers.plan.layers[layers.plan.first_layer[s]];
     frames.push_back(
-        {layer.time, mesh::Volume(animation.frames[layer.earlier]),
+        {layer.time, mesh::FindComponents(animation.frames[layer.earlier]),
          std::span(cells).subspan(hexahedra.begin[s], hexahedra.end[s] - hexahedra.begin[s])});
   }
   return frames;

@@ -4,72 +4,267 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+
+#include "core/mesh/union_find.h"
 
 namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kRounds = 4;
-constexpr double kMaxOffsetEdges = 0.1;  // a frame that needs more is left as it is
+// What needs more is left as it is: a part that is the frame's, and all others together.
+constexpr double kMaxOffsetEdges = 0.15;
+constexpr double kMaxRestOffsetEdges = 0.1;
+// Of unit normals in space-time: shorter ones are of surfaces that come and go within a frame,
+// where no direction in space is theirs.
+constexpr float kMinSpatial = 0.1f;
+constexpr double kMaxShift = 2.0;   // edges; between a part's centres in slice and frame ...
+constexpr double kMaxChange = 1.3;  // ... and its volumes' ratio
 
-struct Slice {
-  double volume_m3 = 0, area_m2 = 0;
+// One frame's hexahedra by part.
+struct FrameSlice {
+  const FrameHexahedra* frame = nullptr;
+  std::vector<int32_t> part_of;   // per hexahedron
+  std::vector<int32_t> group_of;  // per part: of parts of which only the sum is known
+  std::vector<double> wanted_m3;  // per group
+  std::vector<double> offset_m;   // per part, outward
 };
 
-Slice Measure(const mesh::SpaceTimeMesh& mesh, const FrameHexahedra& frame) {
-  Slice slice;
-  for (const mesh::Hexahedron& hexahedron : frame.hexahedra) {
+// Hexahedra that share an earlier corner are of one part.
+std::vector<int32_t> NumberParts(std::span<const mesh::Hexahedron> hexahedra) {
+  std::vector<int32_t> part_of;
+  if (hexahedra.empty()) return part_of;
+  int32_t low = hexahedra.front()[0], high = low;
+  for (const mesh::Hexahedron& hexahedron : hexahedra) {
+    const auto [first, last] = std::minmax_element(hexahedron.begin(), hexahedron.begin() + 4);
+    low = std::min(low, *first);
+    high = std::max(high, *last);
+  }
+  mesh::UnionFind sets(high - low + 1);
+  for (const mesh::Hexahedron& hexahedron : hexahedra) {
+    for (int c = 1; c < 4; ++c) sets.Join(hexahedron[0] - low, hexahedron[c] - low);
+  }
+  std::vector<int32_t> number(high - low + 1, -1);
+  int32_t count = 0;
+  for (const mesh::Hexahedron& hexahedron : hexahedra) {
+    int32_t& part = number[sets.Root(hexahedron[0] - low)];
+    if (part < 0) part = count++;
+    part_of.push_back(part);
+  }
+  return part_of;
+}
+
+std::vector<mesh::Component> Measure(const mesh::SpaceTimeMesh& mesh, const FrameSlice& slice) {
+  mesh::ComponentSums parts;
+  for (size_t h = 0; h < slice.part_of.size(); ++h) {
+    const mesh::Hexahedron& hexahedron = slice.frame->hexahedra[h];
     std::array<Eigen::Vector3d, 4> corner;
     for (int c = 0; c < 4; ++c) {
       const Eigen::Vector4d a = mesh.vertices.col(hexahedron[c]).cast<double>();
       const Eigen::Vector4d b = mesh.vertices.col(hexahedron[c + 4]).cast<double>();
-      corner[c] = (a + (frame.time - a.w()) / (b.w() - a.w()) * (b - a)).head<3>();
+      corner[c] = (a + (slice.frame->time - a.w()) / (b.w() - a.w()) * (b - a)).head<3>();
     }
     // Corners 0, 2, 3, 1 go round the quad, seen from outside of the liquid.
     const Eigen::Vector3d across = corner[3] - corner[0], other = corner[2] - corner[1];
-    const Eigen::Vector3d area = 0.5 * other.cross(across);
-    const Eigen::Vector3d centre = 0.25 * (corner[0] + corner[1] + corner[2] + corner[3]);
-    slice.volume_m3 += area.dot(centre) / 3;
-    slice.area_m2 += area.norm();
+    parts.Add(static_cast<size_t>(slice.part_of[h]),
+              0.25 * (corner[0] + corner[1] + corner[2] + corner[3]), 0.5 * other.cross(across));
   }
+  return parts.Components();
+}
+
+// The part of the same place and volume whose own nearest one that is; -1: none.
+std::vector<int32_t> Partners(const std::vector<mesh::Component>& parts,
+                              const std::vector<mesh::Component>& others, double max_shift_m) {
+  const auto nearest = [&](const mesh::Component& part, const std::vector<mesh::Component>& among) {
+    int32_t best = -1;
+    double least = max_shift_m;
+    for (size_t n = 0; n < among.size(); ++n) {
+      const double ratio = among[n].volume / part.volume;
+      const double distance = (among[n].centre - part.centre).norm();
+      if (!(ratio < kMaxChange && ratio > 1 / kMaxChange) || !(distance <= least)) continue;
+      best = static_cast<int32_t>(n);
+      least = distance;
+    }
+    return best;
+  };
+  std::vector<int32_t> partners;
+  for (size_t n = 0; n < parts.size(); ++n) {
+    const int32_t best = nearest(parts[n], others);
+    const bool is_mutual = best >= 0 && nearest(others[best], parts) == static_cast<int32_t>(n);
+    partners.push_back(is_mutual ? best : -1);
+  }
+  return partners;
+}
+
+FrameSlice SliceOf(const mesh::SpaceTimeMesh& mesh, const FrameHexahedra& frame) {
+  FrameSlice slice = {&frame, NumberParts(frame.hexahedra), {}, {}, {}};
+  const std::vector<mesh::Component> parts = Measure(mesh, slice);
+  const std::vector<int32_t> partners =
+      Partners(parts, frame.parts, kMaxShift * mesh.edge_length_m);
+  double rest_m3 = 0;  // group 0: all that has no partner
+  for (const mesh::Component& part : frame.parts) rest_m3 += part.volume;
+  slice.wanted_m3 = {0.0};
+  for (const int32_t partner : partners) {
+    slice.group_of.push_back(partner < 0 ? 0 : static_cast<int32_t>(slice.wanted_m3.size()));
+    if (partner < 0) continue;
+    slice.wanted_m3.push_back(frame.parts[partner].volume);
+    rest_m3 -= slice.wanted_m3.back();
+  }
+  slice.wanted_m3[0] = rest_m3;
+  slice.offset_m.resize(parts.size());
   return slice;
 }
 
-// Outward, metres.
-double OffsetOf(const mesh::SpaceTimeMesh& mesh, const FrameHexahedra& frame) {
-  const Slice slice = Measure(mesh, frame);
-  if (!(slice.area_m2 > 0)) return 0.0;
-  const double offset = (frame.volume_m3 - slice.volume_m3) / slice.area_m2;
-  return std::abs(offset) <= kMaxOffsetEdges * mesh.edge_length_m ? offset : 0.0;
+void UpdateOffsets(const mesh::SpaceTimeMesh& mesh, FrameSlice& slice) {
+  const std::vector<mesh::Component> parts = Measure(mesh, slice);
+  std::vector<double> volume_m3(slice.wanted_m3.size()), area_m2(slice.wanted_m3.size());
+  for (size_t n = 0; n < parts.size(); ++n) {
+    volume_m3[slice.group_of[n]] += parts[n].volume;
+    area_m2[slice.group_of[n]] += parts[n].area;
+  }
+  for (size_t n = 0; n < parts.size(); ++n) {
+    const int32_t group = slice.group_of[n];
+    const double offset =
+        area_m2[group] > 0 ? (slice.wanted_m3[group] - volume_m3[group]) / area_m2[group] : 0.0;
+    const double limit = group == 0 ? kMaxRestOffsetEdges : kMaxOffsetEdges;
+    slice.offset_m[n] = std::abs(offset) <= limit * mesh.edge_length_m ? offset : 0.0;
+  }
 }
+
+Eigen::Vector3f InSpace(const Eigen::Vector4f& normal) {
+  const Eigen::Vector3f space = normal.head<3>();
+  return space / std::max(space.norm(), kMinSpatial);
+}
+
+// Vertices that cells connect without crossing a frame.
+struct SlabParts {
+  std::vector<int32_t> of_vertex;
+  int32_t count = 0;
+};
+
+SlabParts NumberSlabParts(std::span<const FrameHexahedra> frames, const mesh::SpaceTimeMesh& mesh) {
+  std::vector<char> is_crossed(mesh.hexahedra.size(), 0);
+  for (const FrameHexahedra& frame : frames) {
+    const auto first = frame.hexahedra.data() - mesh.hexahedra.data();
+    std::fill_n(is_crossed.begin() + first, frame.hexahedra.size(), char{1});
+  }
+  mesh::UnionFind sets(mesh.num_vertices());
+  for (size_t h = 0; h < mesh.hexahedra.size(); ++h) {
+    const mesh::Hexahedron& corners = mesh.hexahedra[h];
+    for (int c = 1; c < 4; ++c) {
+      sets.Join(corners[0], corners[c]);
+      sets.Join(corners[4], corners[c + 4]);
+    }
+    if (is_crossed[h] == 0) sets.Join(corners[0], corners[4]);
+  }
+  SlabParts parts;
+  parts.of_vertex.resize(mesh.num_vertices());
+  for (int32_t v = 0; v < mesh.num_vertices(); ++v) {  // a root is the lowest of its set
+    const int32_t root = sets.Root(v);
+    parts.of_vertex[v] = root == v ? parts.count++ : parts.of_vertex[root];
+  }
+  return parts;
+}
+
+// A part of a slice beside a vertex; -1: none.
+struct PartsBeside {
+  int32_t before = -1, after = -1;
+};
+
+// What vertices have to be moved by, from what parts of slices need. Vertices that none of their
+// own time edges connects with a frame, on layers within a slab, follow those that they are
+// connected with.
+class Offsets {
+ public:
+  Offsets(std::span<const FrameHexahedra> frames, const std::vector<FrameSlice>& slices,
+          const mesh::SpaceTimeMesh& mesh)
+      : slab_parts_(NumberSlabParts(frames, mesh)), beside_(mesh.num_vertices()) {
+    for (const FrameSlice& slice : slices) {
+      const auto first = static_cast<int32_t>(time_.size());
+      for (size_t h = 0; h < slice.part_of.size(); ++h) {
+        for (int c = 0; c < 4; ++c) {
+          beside_[slice.frame->hexahedra[h][c]].after = first + slice.part_of[h];
+          beside_[slice.frame->hexahedra[h][c + 4]].before = first + slice.part_of[h];
+        }
+      }
+      time_.resize(time_.size() + slice.offset_m.size(), slice.frame->time);
+    }
+  }
+
+  void Set(const std::vector<FrameSlice>& slices) {
+    offset_m_.clear();
+    for (const FrameSlice& slice : slices) {
+      offset_m_.insert(offset_m_.end(), slice.offset_m.begin(), slice.offset_m.end());
+    }
+    means_.assign(slab_parts_.count, {});
+    for (size_t v = 0; v < beside_.size(); ++v) {
+      Means& means = means_[slab_parts_.of_vertex[v]];
+      AddTo(means.before, beside_[v].before);
+      AddTo(means.after, beside_[v].after);
+    }
+  }
+
+  // Metres, outward, at a vertex of this time.
+  double At(int64_t v, double time) const {
+    const Means& means = means_[slab_parts_.of_vertex[v]];
+    const std::optional<Needed> before = NeededBy(beside_[v].before, means.before);
+    const std::optional<Needed> after = NeededBy(beside_[v].after, means.after);
+    if (!before) return after ? after->offset_m : 0.0;
+    if (!after) return before->offset_m;
+    const double share = std::clamp((time - before->time) / (after->time - before->time), 0.0, 1.0);
+    return (1 - share) * before->offset_m + share * after->offset_m;
+  }
+
+ private:
+  struct Needed {
+    double time = 0, offset_m = 0;
+  };
+  struct MeanNeeded {
+    Needed sum;
+    int64_t count = 0;
+  };
+  struct Means {
+    MeanNeeded before, after;
+  };
+
+  void AddTo(MeanNeeded& mean, int32_t part) const {
+    if (part < 0) return;
+    mean.sum.time += time_[part];
+    mean.sum.offset_m += offset_m_[part];
+    ++mean.count;
+  }
+  std::optional<Needed> NeededBy(int32_t part, const MeanNeeded& mean) const {
+    if (part >= 0) return Needed{time_[part], offset_m_[part]};
+    if (mean.count == 0) return std::nullopt;
+    const auto count = static_cast<double>(mean.count);
+    return Needed{mean.sum.time / count, mean.sum.offset_m / count};
+  }
+
+  const SlabParts slab_parts_;
+  std::vector<PartsBeside> beside_;  // per vertex
+  std::vector<double> time_;         // per part of all slices: its frame's
+  std::vector<double> offset_m_;     // likewise
+  std::vector<Means> means_;         // per part of a slab
+};
 
 }  // namespace
 
 void MatchVolumes(std::span<const FrameHexahedra> frames, const parallel::Arena& arena,
                   mesh::SpaceTimeMesh& mesh) {
   if (frames.empty()) return;
-  std::vector<double> offset(frames.size());
+  std::vector<FrameSlice> slices(frames.size());
+  arena.Run(static_cast<int64_t>(frames.size()),
+            [&](int64_t n) { slices[n] = SliceOf(mesh, frames[n]); });
+  Offsets offsets(frames, slices, mesh);
   const std::vector<char> rigid = mesh::RigidVertices(mesh);
   for (int round = 0; round < kRounds; ++round) {
     arena.Run(static_cast<int64_t>(frames.size()),
-              [&](int64_t n) { offset[n] = OffsetOf(mesh, frames[n]); });
+              [&](int64_t n) { UpdateOffsets(mesh, slices[n]); });
+    offsets.Set(slices);
     arena.For(mesh.num_vertices(), [&](int64_t v) {
       if (rigid[v]) return;
-      const double time = mesh.vertices(3, v);
-      const auto after =
-          std::lower_bound(frames.begin(), frames.end(), time,
-                           [](const FrameHexahedra& frame, double t) { return frame.time < t; });
-      const int64_t n = after - frames.begin();
-      double wanted = 0;
-      if (after == frames.begin()) {
-        wanted = offset.front();
-      } else if (after == frames.end()) {
-        wanted = offset.back();
-      } else {
-        const double share = (time - frames[n - 1].time) / (frames[n].time - frames[n - 1].time);
-        wanted = (1 - share) * offset[n - 1] + share * offset[n];
-      }
-      const Eigen::Vector3f normal = mesh.normals.col(v).head<3>();
-      mesh.vertices.col(v).head<3>() += static_cast<float>(wanted) * normal;
+      const auto offset = static_cast<float>(offsets.At(v, mesh.vertices(3, v)));
+      mesh.vertices.col(v).head<3>() += offset * InSpace(mesh.normals.col(v));
     });
   }
 }

@@ -182,7 +182,7 @@ TEST_F(ResumeFinerNodesTest, CoarseToFine) {
   Task task = {Options(static_cast<double>(source_.num_vertices()) / 8), {Tops(/*hard=*/true)}};
   task.options.registration.max_iterations = 2;  // so that something is left apart
   task.options.registration.automatic_correspondences = false;
-  task.options.registration.finer_from_edges = 0.05;
+  task.options.registration.finer_from_edges = 0.04;
   const auto states = ExpectSameBytesFromAnyState(task);
   ASSERT_GE(states.size(), 5u) << "two iterations, carried over, and rounds of finer nodes";
   EXPECT_EQ(std::get<IterationState>(states[1]).last.iteration, 2);

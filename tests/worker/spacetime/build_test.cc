@@ -99,6 +99,28 @@ TEST(Build, SlicesHaveTheVolumeOfTheFrames) {
   }
 }
 
+// As fast as drops get: three edges a frame, a dozen over their way.
+TEST(Build, AFastDropHasTheVolumeOfTheFramesByItself) {
+  synthetic::FallingDropsOptions options;
+  options.drops = {{{0, 0, 2.9}, 0.25, 0}};
+  options.velocity_m_per_s = -7.2;
+  options.height_m = 3.5;
+  options.num_frames = 9;
+  const mesh::Animation drop = synthetic::FallingDrops(options);
+  const auto mesh = BuildOrDie(drop);
+  for (int k = 0; k < drop.num_frames(); ++k) {
+    const std::vector<double> in_slice =
+        mesh::ComponentVolumes(Cut(mesh, k / drop.frames_per_second));
+    const std::vector<double> in_frame = mesh::ComponentVolumes(drop.frames[k]);
+    ASSERT_EQ(in_frame.size(), 2u) << k;
+    ASSERT_EQ(in_slice.size(), 2u) << k;
+    EXPECT_NEAR(in_slice[0] / in_frame[0], 1.0, 0.002) << k;
+    // Nothing tells how it moves before the first frame and after the last one.
+    const bool is_end = k == 0 || k == drop.num_frames() - 1;
+    EXPECT_NEAR(in_slice[1] / in_frame[1], 1.0, is_end ? 0.15 : 0.005) << k;
+  }
+}
+
 // Two boxes whose edges nearly touch: in the grid's checkerboard faces they stay apart.
 TEST(Build, PartsThatNearlyTouchStayApart) {
   mesh::Animation boxes;

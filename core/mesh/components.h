@@ -1,0 +1,34 @@
+// The connected parts of a triangle surface, measured.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/mesh/triangle_mesh.h"
+
+namespace liquidblend::mesh {
+
+// What is connected through triangles (or, where it says so, in another way). In the units of the
+// surface's vertices.
+struct Component {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // of its surface
+  double volume = 0.0;                               // signed: of a bubble below 0
+  double area = 0.0;
+};
+
+// Sums up components from flat pieces of surface.
+class ComponentSums {
+ public:
+  //   centre, area  of the piece; the latter along its outward normal
+  void Add(size_t component, const Eigen::Vector3d& centre, const Eigen::Vector3d& area);
+  // By number; one without pieces is all zero.
+  std::vector<Component> Components() const;
+
+ private:
+  std::vector<Component> sums_;  // centres times areas
+};
+
+// In the order of their first triangles. Requires: indices in range.
+std::vector<Component> FindComponents(const TriangleMesh& mesh);
+
+}  // namespace liquidblend::mesh
