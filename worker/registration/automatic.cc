@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace liquidblend::registration {
 namespace {
@@ -142,14 +143,30 @@ class OnSurface {
   PointTree tree_;
 };
 
-std::vector<Track> TracksOf(const Surface& surface, const TrackOptions& options) {
-  return FindTracks(FindParts(surface), surface.mesh.num_frames, options);
-}
-
 }  // namespace
 
+Features FindTrackFeatures(const Surface& surface, const TrackOptions& options) {
+  Features features;
+  const PartGraph graph = FindParts(surface);
+  features.tracks = FindTracks(graph, surface.mesh.num_frames, options);
+  std::vector<int32_t> track_of_part(graph.parts.size(), -1);
+  for (size_t n = 0; n < features.tracks.size(); ++n) {
+    for (const Part& part : features.tracks[n].parts) {
+      track_of_part[part.number] = static_cast<int32_t>(n);
+    }
+  }
+  features.track_of.reserve(graph.part_of.size());
+  for (const int32_t part : graph.part_of) {
+    features.track_of.push_back(part < 0 ? -1 : track_of_part[part]);
+  }
+  return features;
+}
+
 Features FindFeatures(const Surface& surface, const TrackOptions& options) {
-  return {TracksOf(surface, options), FindExtrema(surface), FindObstacles(surface)};
+  Features features = FindTrackFeatures(surface, options);
+  features.extrema = FindExtrema(surface);
+  features.obstacles = FindObstacles(surface);
+  return features;
 }
 
 FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
@@ -161,7 +178,9 @@ FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
     if (n < 2) {
       found.extrema = FindExtrema(surface);
     } else if (n < 4) {
-      found.tracks = TracksOf(surface, options);
+      Features tracks = FindTrackFeatures(surface, options);
+      found.tracks = std::move(tracks.tracks);
+      found.track_of = std::move(tracks.track_of);
     } else {
       found.obstacles = FindObstacles(surface);
     }
@@ -171,13 +190,12 @@ FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
 
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
                                                    const FeaturesOfPair& features,
+                                                   const FeaturePairs& pairs,
                                                    const std::vector<Correspondence>& users,
                                                    double edge_length_m,
                                                    const parallel::Arena& arena) {
   std::vector<AutomaticCorrespondence> result;
-  const Features &from = features.source, &to = features.target;
-  const FeaturePairs pairs = PairFeatures(from, to, ScaleOf(source, target));
-  const std::vector<PairedPoints> found = PointsOfPairs(from, to, pairs);
+  const std::vector<PairedPoints> found = PointsOfPairs(features.source, features.target, pairs);
   if (found.empty()) return result;
   const OnSurface on_source(source, arena), on_target(target, arena);
   for (const PairedPoints& pair : found) {

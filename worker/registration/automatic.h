@@ -21,6 +21,9 @@ struct FeaturesOfPair {
   Features source, target;
 };
 
+// Only tracks, and which vertices are theirs.
+Features FindTrackFeatures(const Surface& surface, const TrackOptions& options = {});
+
 // Threads: same bytes for any thread count.
 FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
                             const TrackOptions& options, const parallel::Arena& arena);
@@ -31,8 +34,10 @@ FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
 // of another size, gives some of its contacts. A pair of features gives none if one of its points
 // lies within 10 mean edges (a frame counts as one; for spaces it does not) of one of the user's.
 // Requires: both surfaces are in units of edge_length_m.
+//   pairs  of those features
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,
                                                    const FeaturesOfPair& features,
+                                                   const FeaturePairs& pairs,
                                                    const std::vector<Correspondence>& users,
                                                    double edge_length_m,
                                                    const parallel::Arena& arena);

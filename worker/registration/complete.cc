@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "worker/registration/course_volumes.h"
 #include "worker/registration/extrapolation.h"
 #include "worker/registration/finish.h"
 #include "worker/registration/folds.h"
@@ -87,6 +88,7 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   ProjectOntoTarget(source, neighbors, pair.target, pair.target_search, kLastProjection, arena,
                     displacement);
   TuckTurnedLayers(source, neighbors, pair.target_search, arena, displacement);
+  MatchCourseVolumes(source, neighbors, pair.target, pair.courses, arena, displacement);
   LB_RETURN_IF_ERROR(hold_pins(displacement));
   CarryRigidPieces(source, arena, displacement);
   Points extrapolation = Extrapolation(source, neighbors, displacement, arena);

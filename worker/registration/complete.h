@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "worker/registration/closest_point.h"
+#include "worker/registration/courses.h"
 #include "worker/registration/match.h"
 #include "worker/registration/register.h"
 #include "worker/registration/starts.h"
@@ -22,6 +23,12 @@ struct SurfacePair {
               const parallel::Arena& arena);
   SurfacePair(const SurfacePair&) = delete;
   SurfacePair& operator=(const SurfacePair&) = delete;
+  // Finds the courses that both have, unless the users' correspondences say otherwise.
+  void FindCourses(const Features& source_features, const Features& target_features,
+                   const std::vector<AssignedPair>& tracks,
+                   const std::vector<Correspondence>& users) {
+    courses = Courses(source_features, target_features, tracks, users, source.mesh.edge_length_m);
+  }
   // Finds and marks the starts that only one of the two has.
   void Open(const std::vector<Track>& source_tracks, const std::vector<Track>& target_tracks);
 
@@ -30,6 +37,7 @@ struct SurfacePair {
   PackedLists neighbors;  // of the source's vertices
   ClosestPointSearch target_search;
   OpenStarts open_starts;
+  Courses courses;
 };
 
 // How many of the vertices the first projection onto the target looks at; the others follow.

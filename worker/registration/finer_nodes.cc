@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "worker/registration/courses.h"
 #include "worker/registration/energy.h"
 #include "worker/registration/hard_pins.h"
 #include "worker/registration/image_normals.h"
@@ -247,7 +248,8 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
   const DeformationNodes nodes(surface.points, neighbors, options.node_spacing_edges, {},
                                options.seed, arena);
   const NodeGraph graph(nodes);
-  Matcher matcher(surface, neighbors, pair.target, pair.target_search, options.seed,
+  const Courses none;  // what is far is not on its course
+  Matcher matcher(surface, neighbors, pair.target, pair.target_search, none, options.seed,
                   std::move(target_vertices));
   const MatchOptions match_options{.sample_share = kSampleShare,
                                    .kept_share = options.kept_share,

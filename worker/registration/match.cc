@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "worker/registration/courses.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -17,7 +18,8 @@ constexpr float kMaxTangentOffset = 0.8f;  // edges; below it a match only pulls
 // A target sample far from the nearest source vertex along the surface belongs to a part that the
 // source does not reach yet, a jet's tip say: it pulls as a point.
 constexpr float kMissedPointWeight = 1.0f;
-constexpr int kTreeStride = 4;  // of the deformed source's vertices in the search tree
+constexpr float kCourseWeight = 1.0f;  // of what a part's course says, in space and time
+constexpr int kTreeStride = 4;         // of the deformed source's vertices in the search tree
 
 std::vector<int32_t> Iota(int64_t count) {
   std::vector<int32_t> values(count);
@@ -57,6 +59,16 @@ std::optional<FitTerm> EndTerm(const Surface& source, int32_t v, const Eigen::Ve
                 static_cast<float>(options.plane_weight) * n * n.transpose());
   term.metric(3, 3) = kEndTimeWeight;
   return term;
+}
+
+// Of a course at the ends of time: the goal is the expected point itself, brought into the plane of
+// its match.
+void HoldAsPoint(const Surface& source, const Eigen::Vector4f& expected,
+                 const Eigen::Vector4f& normal, FitTerm& term) {
+  const Eigen::Vector3f n = normal.head<3>().normalized();
+  const Eigen::Vector3f from = expected.head<3>() - source.points.col(term.vertex).head<3>();
+  term.goal.head<3>() = from + n.dot(term.goal.head<3>() - from) * n;
+  term.metric.topLeftCorner<3, 3>() = kCourseWeight * Eigen::Matrix3f::Identity();
 }
 
 std::vector<int32_t> Inner(const Surface& source) {
@@ -146,12 +158,13 @@ struct Matcher::DeformedTrees {
 };
 
 Matcher::Matcher(const Surface& source, const PackedLists& source_neighbors, const Surface& target,
-                 const ClosestPointSearch& target_search, uint64_t seed,
+                 const ClosestPointSearch& target_search, const Courses& courses, uint64_t seed,
                  std::vector<int32_t> target_vertices)
     : source_(source),
       source_neighbors_(source_neighbors),
       target_(target),
       target_search_(target_search),
+      courses_(courses),
       random_(seed),
       source_order_(source.FreeVertices()),
       target_order_(std::move(target_vertices)) {}
@@ -238,9 +251,16 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
       [&](int64_t s) {
         const int32_t v = samples[s];
         if (!options.match_thin && source_.IsThin(v)) return;
-        const Eigen::Vector4f p = state.points.col(v);
+        Eigen::Vector4f p = state.points.col(v);
         if (source_.IsOpen(v) && IsBeforeTarget(source_, v, p)) return;
-        const Eigen::Vector4f n = DeformedNormal(state.nodes, state.maps, source_, v);
+        Eigen::Vector4f n = DeformedNormal(state.nodes, state.maps, source_, v);
+        const Course* const course = courses_.Of(v);
+        if (course != nullptr) {
+          const Expected expected =
+              ExpectedOn(*course, source_.points.col(v), source_.mesh.normals.col(v));
+          p = expected.point;
+          n = expected.normal;
+        }
         const bool at_end = source_.InFirstSlab(v) || source_.InLastSlab(v);
         const auto end = source_.InFirstSlab(v) ? ClosestPointSearch::End::kFirst
                                                 : ClosestPointSearch::End::kLast;
@@ -248,13 +268,17 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
         if (!match || IsOpenMatch(source_, target_, v, match->vertex)) return;
         if (at_end) {
           found[s] = EndTerm(source_, v, p, match->position, match->normal, options);
+          if (found[s] && course != nullptr) HoldAsPoint(source_, p, match->normal, *found[s]);
           return;
         }
         distance_sq[s] = (match->position - p).squaredNorm();
         const float weight = Closeness(distance_sq[s], options);
         if (!(weight > 0)) return;
-        found[s] = FitTerm{v, match->position - source_.points.col(v),
-                           MatchMetric(weight, match->normal, options)};
+        found[s] =
+            FitTerm{v, match->position - source_.points.col(v),
+                    course != nullptr
+                        ? Eigen::Matrix4f(weight * kCourseWeight * Eigen::Matrix4f::Identity())
+                        : MatchMetric(weight, match->normal, options)};
       },
       64);
   AppendFound(found, matches);
@@ -277,6 +301,7 @@ void Matcher::MatchTarget(const DeformedState& state, const DeformedTrees& trees
       [&](int64_t s) {
         const int32_t t = samples[s];
         if (!options.match_thin && target_.IsThin(t)) return;
+        if (courses_.HasTarget(t)) return;
         const bool at_end = target_.InFirstSlab(t) || target_.InLastSlab(t);
         const PointTree& near = target_.InFirstSlab(t)  ? trees.first
                                 : target_.InLastSlab(t) ? trees.last

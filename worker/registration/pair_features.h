@@ -15,6 +15,7 @@ struct Features {
   std::vector<Track> tracks;             // by start time
   std::vector<Extremum> extrema;         // as FindExtrema() says
   std::vector<Obstacle> obstacles = {};  // as FindObstacles() says
+  std::vector<int32_t> track_of = {};    // per vertex; -1: of none
 };
 
 // What features' differences are measured in.

@@ -44,9 +44,9 @@ Eigen::Vector4d AreaVector(const Surface& surface, std::span<const int32_t> corn
 
 struct Builder {
   const Surface& surface;
-  std::vector<int32_t> slab;     // per vertex
-  std::vector<int32_t> part_of;  // per vertex; -1: rigid
+  std::vector<int32_t> slab;  // per vertex
   PartGraph graph = {};
+  std::vector<int32_t>& part_of = graph.part_of;
 
   void NumberParts();
   void MeasureVertices();
@@ -76,7 +76,7 @@ void Builder::NumberParts() {
   part_of.assign(count, -1);
   for (size_t n = 0; n < roots.size(); ++n) {
     part_of[roots[n]] = static_cast<int32_t>(n);
-    graph.parts.push_back({.slab = slab[roots[n]]});
+    graph.parts.push_back({.slab = slab[roots[n]], .number = static_cast<int32_t>(n)});
   }
   for (int32_t v = 0; v < count; ++v) {
     if (!surface.rigid[v]) part_of[v] = part_of[sets.Root(v)];
@@ -131,7 +131,7 @@ void Builder::MeasureCells() {
 }  // namespace
 
 PartGraph FindParts(const Surface& surface) {
-  Builder builder{surface, std::vector<int32_t>(surface.points.cols()), {}};
+  Builder builder{surface, std::vector<int32_t>(surface.points.cols())};
   for (int32_t v = 0; v < surface.points.cols(); ++v) builder.slab[v] = SlabOf(surface, v);
   builder.NumberParts();
   builder.MeasureVertices();

@@ -17,7 +17,8 @@ inline constexpr std::array<std::array<int, 3>, 6> kReachDirections = {
 
 // What is connected within one slab, the time between two frames. Registration units.
 struct Part {
-  int slab = 0;  // times [slab - 1, slab)
+  int slab = 0;        // times [slab - 1, slab)
+  int32_t number = 0;  // its place among the graph's parts
   int64_t num_vertices = 0;
   Eigen::Vector4d centre = Eigen::Vector4d::Zero();  // mean of its vertices
   std::array<double, 6> reach = {};  // furthest vertex from the centre in each of kReachDirections
@@ -33,8 +34,9 @@ struct PartLink {
 };
 
 struct PartGraph {
-  std::vector<Part> parts;      // by slab, then by lowest vertex
-  std::vector<PartLink> links;  // ascending
+  std::vector<Part> parts;       // by slab, then by lowest vertex
+  std::vector<PartLink> links;   // ascending
+  std::vector<int32_t> part_of;  // per vertex; -1: of a rigid piece
 };
 
 // Droplets that are carried as rigid pieces are left out.

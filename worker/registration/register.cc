@@ -225,7 +225,10 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
   pair.Open(features.source.tracks, features.target.tracks);
   std::vector<AutomaticCorrespondence> found;
   if (options.automatic_correspondences) {
-    found = FindAutomatic(source, target, features, users, edge, arena);
+    const FeaturePairs pairs =
+        PairFeatures(features.source, features.target, ScaleOf(source, target));
+    found = FindAutomatic(source, target, features, pairs, users, edge, arena);
+    pair.FindCourses(features.source, features.target, pairs.tracks, users);
   }
   const std::vector<Correspondence> correspondences = Join(users, found);
   LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
@@ -236,7 +239,7 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
       placed_nodes.emplace(source.points, neighbors, options.node_spacing_edges, VerticesOf(pins),
                            options.seed, arena, source.rigid);
   const NodeGraph graph(nodes);
-  Matcher matcher(source, neighbors, target, pair.target_search, options.seed,
+  Matcher matcher(source, neighbors, target, pair.target_search, pair.courses, options.seed,
                   target.FreeVertices());
   const HardPins hard_pins(nodes, source.points, pins);
   std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());

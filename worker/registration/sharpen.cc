@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
+#include "worker/registration/automatic.h"
 #include "worker/registration/complete.h"
 #include "worker/registration/deformation.h"
 #include "worker/registration/finer_nodes.h"
@@ -40,11 +41,14 @@ absl::Status CheckCoarse(const CoarseRegistration& coarse) {
   return absl::OkStatus();
 }
 
-void OpenStartsOf(SurfacePair& pair) {
-  const int source_frames = pair.source.mesh.num_frames,
-            target_frames = pair.target.mesh.num_frames;
-  pair.Open(FindTracks(FindParts(pair.source), source_frames),
-            FindTracks(FindParts(pair.target), target_frames));
+// What both animations' tracks tell.
+void FollowTracks(const std::vector<Correspondence>& users, const RegistrationOptions& options,
+                  SurfacePair& pair) {
+  const Features source = FindTrackFeatures(pair.source), target = FindTrackFeatures(pair.target);
+  pair.Open(source.tracks, target.tracks);
+  if (!options.automatic_correspondences) return;
+  const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target));
+  pair.FindCourses(source, target, pairs.tracks, users);
 }
 
 // What holds the hard ones of the pins on a fine mesh: nodes as far apart as those of the coarse
@@ -161,7 +165,7 @@ absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
   state.coarse_edge_length_m = coarse.source.edge_length_m;
   state.coarse_report = coarse.registration.report;
   SurfacePair pair(source, target, arena);
-  OpenStartsOf(pair);
+  FollowTracks(correspondences, options, pair);
   state.displacement = Smooth(state.displacement, pair.neighbors, kTransferSweeps, arena);
   const Keeper keeper{hooks, start};
   keeper.Keep(state);
@@ -180,7 +184,7 @@ absl::StatusOr<Registration> ResumeSharpening(const mesh::SpaceTimeMesh& source,
   LB_RETURN_IF_ERROR(CheckResumable(state, source.num_vertices()));
   const Keeper keeper{hooks, absl::Now() - absl::Seconds(state.seconds)};
   SurfacePair pair(source, target, arena);
-  OpenStartsOf(pair);
+  FollowTracks(correspondences, options, pair);
   return FinishSharpening(pair, correspondences, state, options, arena, keeper);
 }
 

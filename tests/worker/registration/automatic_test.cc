@@ -13,7 +13,9 @@ std::vector<AutomaticCorrespondence> FindPoints(const Surface& source, const Sur
                                                 const std::vector<Correspondence>& users,
                                                 double edge_length_m) {
   const FeaturesOfPair features = FindFeatures(source, target, {}, parallel::Arena(2));
-  return FindAutomatic(source, target, features, users, edge_length_m, parallel::Arena(2));
+  const FeaturePairs pairs =
+      PairFeatures(features.source, features.target, ScaleOf(source, target));
+  return FindAutomatic(source, target, features, pairs, users, edge_length_m, parallel::Arena(2));
 }
 
 class AutomaticTest : public ::testing::Test {

@@ -1,0 +1,121 @@
+#include "worker/registration/course_volumes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <span>
+
+#include "core/mesh/components.h"
+#include "core/mesh/slice_at.h"
+#include "worker/registration/blend_figures.h"
+#include "worker/registration/image_normals.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr int kRounds = 3;
+constexpr double kMaxOffset = 0.2;   // edges
+constexpr double kMaxChange = 1.3;   // ratio of volumes within which a part is the same one
+constexpr float kMinSpatial = 0.1f;  // as of match_volume.cc
+
+using Slices = std::vector<std::vector<mesh::Component>>;  // per time
+
+Slices Measure(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices_m,
+               std::span<const double> times, const parallel::Arena& arena) {
+  Slices slices(times.size());
+  mesh::VisitSlices(mesh, vertices_m, times, arena, [&](int64_t n, const mesh::TracedSlice& slice) {
+    slices[n] = mesh::FindComponents(slice.surface);
+  });
+  return slices;
+}
+
+// Whole frames of the target in which a part is detached, as far as the source has frames, too.
+std::vector<double> TimesOf(const Courses& courses, int num_frames) {
+  std::set<double> times;
+  for (const Course& course : courses.courses()) {
+    for (double time = std::ceil(course.target.start_time);
+         time < course.target.end_time && time < num_frames; ++time) {
+      times.insert(time);
+    }
+  }
+  return {times.begin(), times.end()};
+}
+
+// The component where the part is to be; null: none that near.
+const mesh::Component* FindPart(const std::vector<mesh::Component>& components, const Track& track,
+                                double time, double edge_length_m) {
+  const Part part = track.At(time);
+  const double radius = *std::max_element(part.reach.begin(), part.reach.end());
+  const mesh::Component* nearest = nullptr;
+  double least = radius * edge_length_m;
+  for (const mesh::Component& component : components) {
+    const double distance = (component.centre - edge_length_m * part.centre.head<3>()).norm();
+    if (!(distance < least) || !(component.volume > 0)) continue;
+    nearest = &component;
+    least = distance;
+  }
+  return nearest;
+}
+
+// In edges, outward; per time, none where the part is not found in both.
+std::vector<std::optional<double>> OffsetsOf(const Course& course, std::span<const double> times,
+                                             const Slices& moved, const Slices& target,
+                                             double edge_length_m) {
+  std::vector<std::optional<double>> offsets(times.size());
+  for (size_t n = 0; n < times.size(); ++n) {
+    const mesh::Component* const is = FindPart(moved[n], course.target, times[n], edge_length_m);
+    const mesh::Component* const wanted =
+        FindPart(target[n], course.target, times[n], edge_length_m);
+    if (is == nullptr || wanted == nullptr) continue;
+    if (std::abs(std::log(is->volume / wanted->volume)) > std::log(kMaxChange)) continue;
+    const double offset = (wanted->volume - is->volume) / is->area / edge_length_m;
+    if (std::abs(offset) <= kMaxOffset) offsets[n] = offset;
+  }
+  return offsets;
+}
+
+// Between the times that have one; zero without any.
+double OffsetAt(const std::vector<std::optional<double>>& offsets, std::span<const double> times,
+                double time) {
+  std::optional<size_t> before, after;
+  for (size_t n = 0; n < times.size() && !after; ++n) {
+    if (!offsets[n]) continue;
+    if (times[n] <= time) before = n;
+    if (times[n] > time) after = n;
+  }
+  if (!before || !after) return before ? *offsets[*before] : after ? *offsets[*after] : 0.0;
+  const double share = (time - times[*before]) / (times[*after] - times[*before]);
+  return (1 - share) * *offsets[*before] + share * *offsets[*after];
+}
+
+}  // namespace
+
+void MatchCourseVolumes(const Surface& source, const PackedLists& neighbors, const Surface& target,
+                        const Courses& courses, const parallel::Arena& arena,
+                        Points& displacement) {
+  const std::vector<double> times = TimesOf(courses, source.mesh.num_frames);
+  if (times.empty()) return;
+  const double edge = source.mesh.edge_length_m;
+  const Slices wanted = Measure(target.mesh, target.mesh.vertices, times, arena);
+  for (int round = 0; round < kRounds; ++round) {
+    const Slices moved = Measure(source.mesh, BlendAt(source, displacement, 1), times, arena);
+    std::vector<std::vector<std::optional<double>>> offsets;
+    for (const Course& course : courses.courses()) {
+      offsets.push_back(OffsetsOf(course, times, moved, wanted, edge));
+    }
+    Points correction = Points::Zero(4, displacement.cols());
+    arena.For(displacement.cols(), [&](int64_t v) {
+      const Course* const course = courses.Of(v);
+      if (course == nullptr) return;
+      const double time = source.points(3, v) + displacement(3, v);
+      const double offset = OffsetAt(offsets[course - courses.courses().data()], times, time);
+      const Eigen::Vector3f normal = ImageNormal(source, neighbors, displacement, 1, v).head<3>();
+      correction.col(v).head<3>() =
+          static_cast<float>(offset) * normal / std::max(normal.norm(), kMinSpatial);
+    });
+    displacement += correction;
+  }
+}
+
+}  // namespace liquidblend::registration
