@@ -149,15 +149,19 @@ void AddFamilyFiles(const Corpus& corpus) {
   family.tetrahedra = tetrahedra;
   MemoryWriter small;
   MemoryWriter large;
+  MemoryWriter squares;
   bool ok = store::WriteFamily(family, small).ok();
   family.pyramids = pyramids;
   family.targets = {{"b", displacement, displacement, {}}, {"c", displacement, {}, {}}};
   family.domain_max = {2, 2, 2};
   family.edge_length_m = 1.0;
   ok = store::WriteFamily(family, large).ok() && ok;
+  family.rest_time_s = -0.25;
+  ok = store::WriteFamily(family, squares).ok() && ok;
   if (!ok) std::abort();
   corpus.Add("family_file", "source_alone", small.content);
   corpus.Add("family_file", "two_targets", large.content);
+  corpus.Add("family_file", "squares", squares.content);
 }
 
 }  // namespace
