@@ -20,6 +20,7 @@ constexpr double kMaxRestOffsetEdges = 0.1;
 constexpr float kMinSpatial = 0.1f;
 constexpr double kMaxShift = 2.0;   // edges; between a part's centres in slice and frame ...
 constexpr double kMaxChange = 1.3;  // ... and its volumes' ratio
+constexpr double kExplained = 0.5;  // of what parts without partners lack, left by the one that met
 
 // One frame's hexahedra by part.
 struct FrameSlice {
@@ -96,11 +97,41 @@ std::vector<int32_t> Partners(const std::vector<mesh::Component>& parts,
   return partners;
 }
 
+// A part that has met another one between two frames, or only there, still passes for its old self:
+// a pool for the pool that has taken in a drop. It has no partner if what it lacks, or has too much
+// of, is what the parts without partners are too large or too small by: more than they can be moved
+// by.
+void PartFromMet(const std::vector<mesh::Component>& parts,
+                 const std::vector<mesh::Component>& wanted, double max_offset_m,
+                 std::vector<int32_t>& partners) {
+  double missing_m3 = 0, area_m2 = 0;  // of those without partners
+  for (const mesh::Component& part : wanted) missing_m3 += part.volume;
+  for (size_t n = 0; n < parts.size(); ++n) {
+    missing_m3 -= partners[n] < 0 ? parts[n].volume : wanted[partners[n]].volume;
+    if (partners[n] < 0) area_m2 += parts[n].area;
+  }
+  const auto lacks_m3 = [&](size_t n) { return wanted[partners[n]].volume - parts[n].volume; };
+  while (std::abs(missing_m3) > max_offset_m * area_m2) {
+    int32_t best = -1;
+    double least = kExplained * std::abs(missing_m3);
+    for (size_t n = 0; n < parts.size(); ++n) {
+      const double left = partners[n] < 0 ? least : std::abs(missing_m3 + lacks_m3(n));
+      if (!(left < least)) continue;
+      best = static_cast<int32_t>(n);
+      least = left;
+    }
+    if (best < 0) return;
+    missing_m3 += lacks_m3(best);
+    area_m2 += parts[best].area;
+    partners[best] = -1;
+  }
+}
+
 FrameSlice SliceOf(const mesh::SpaceTimeMesh& mesh, const FrameHexahedra& frame) {
   FrameSlice slice = {&frame, NumberParts(frame.hexahedra), {}, {}, {}};
   const std::vector<mesh::Component> parts = Measure(mesh, slice);
-  const std::vector<int32_t> partners =
-      Partners(parts, frame.parts, kMaxShift * mesh.edge_length_m);
+  std::vector<int32_t> partners = Partners(parts, frame.parts, kMaxShift * mesh.edge_length_m);
+  PartFromMet(parts, frame.parts, kMaxRestOffsetEdges * mesh.edge_length_m, partners);
   double rest_m3 = 0;  // group 0: all that has no partner
   for (const mesh::Component& part : frame.parts) rest_m3 += part.volume;
   slice.wanted_m3 = {0.0};

@@ -25,7 +25,7 @@ struct FrameHexahedra {
 // taken together.
 //   frames  ascending in time
 // Requires: mesh.normals.  Threads: same bytes for any thread count.
-// Cost: O(vertices + hexahedra), four times.
+// Cost: O(vertices + hexahedra), five times; parts of a slice times those of its frame.
 void MatchVolumes(std::span<const FrameHexahedra> frames, const parallel::Arena& arena,
                   mesh::SpaceTimeMesh& mesh);
 
