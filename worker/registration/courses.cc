@@ -13,7 +13,7 @@ constexpr double kMaxCorrection = 1.0;  // frames; ends are known to a frame
 constexpr double kMaxScale = 2.0;
 // Users' points: what belongs to the part, in its radii, and how far they may be from the course.
 constexpr double kOfPart = 1.3;
-constexpr double kSameTime = 2.0;  // frames
+constexpr double kSameTime = 2.0;  // frames; as far beyond the ends of a life, too
 
 double Lowest(const Track& track) {
   static_assert(kReachDirections[1][2] == -1);
@@ -25,8 +25,8 @@ Eigen::Vector3d VelocityAt(const Track& track, double time) {
   return (track.At(time + 0.5).centre - track.At(time - 0.5).centre).head<3>();
 }
 
-bool IsOfPart(const Track& track, const Eigen::Vector4d& point) {
-  if (point[3] < track.start_time || point[3] > track.end_time) return false;
+bool IsOfPart(const Track& track, const Eigen::Vector4d& point, double beyond = 0.0) {
+  if (point[3] < track.start_time - beyond || point[3] > track.end_time + beyond) return false;
   const Part part = track.At(point[3]);
   const double radius = *std::max_element(part.reach.begin(), part.reach.end());
   return (point - part.centre).head<3>().norm() <= kOfPart * radius;
@@ -37,9 +37,10 @@ bool Contradicts(const Correspondence& user, const Course& course, double edge_l
   Eigen::Vector4d source = user.source, target = user.target;
   source.head<3>() /= edge_length_m;
   target.head<3>() /= edge_length_m;
-  const bool from = IsOfPart(course.source, source), to = IsOfPart(course.target, target);
-  if (from != to) return true;
-  return from && std::abs(source[3] * course.pace + course.lead - target[3]) > kSameTime;
+  if (!IsOfPart(course.source, source) && !IsOfPart(course.target, target)) return false;
+  return !IsOfPart(course.source, source, kSameTime) ||
+         !IsOfPart(course.target, target, kSameTime) ||
+         std::abs(source[3] * course.pace + course.lead - target[3]) > kSameTime;
 }
 
 std::vector<int8_t> OfVertices(const std::vector<int32_t>& track_of,

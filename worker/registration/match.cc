@@ -167,7 +167,10 @@ Matcher::Matcher(const Surface& source, const PackedLists& source_neighbors, con
       courses_(courses),
       random_(seed),
       source_order_(source.FreeVertices()),
-      target_order_(std::move(target_vertices)) {}
+      target_order_(std::move(target_vertices)) {
+  // Those on a course are the source's to find.
+  std::erase_if(target_order_, [&](int32_t t) { return courses.HasTarget(t); });
+}
 
 Matches Matcher::Match(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                        const MatchOptions& options, const parallel::Arena& arena) {
@@ -271,6 +274,8 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
           if (found[s] && course != nullptr) HoldAsPoint(source_, p, match->normal, *found[s]);
           return;
         }
+        // What is on a course stays among the worst if its shape is another one there: measured from
+        // where it is now, falling drops' volumes half-way are 1.2 % off instead of 0.8.
         distance_sq[s] = (match->position - p).squaredNorm();
         const float weight = Closeness(distance_sq[s], options);
         if (!(weight > 0)) return;
@@ -301,7 +306,6 @@ void Matcher::MatchTarget(const DeformedState& state, const DeformedTrees& trees
       [&](int64_t s) {
         const int32_t t = samples[s];
         if (!options.match_thin && target_.IsThin(t)) return;
-        if (courses_.HasTarget(t)) return;
         const bool at_end = target_.InFirstSlab(t) || target_.InLastSlab(t);
         const PointTree& near = target_.InFirstSlab(t)  ? trees.first
                                 : target_.InLastSlab(t) ? trees.last

@@ -44,7 +44,9 @@ absl::Status CheckCoarse(const CoarseRegistration& coarse) {
 // What both animations' tracks tell.
 void FollowTracks(const std::vector<Correspondence>& users, const RegistrationOptions& options,
                   SurfacePair& pair) {
-  const Features source = FindTrackFeatures(pair.source), target = FindTrackFeatures(pair.target);
+  const TrackOptions tracks = {.min_diameter = options.smallest_part_edges};
+  const Features source = FindTrackFeatures(pair.source, tracks),
+                 target = FindTrackFeatures(pair.target, tracks);
   pair.Open(source.tracks, target.tracks);
   if (!options.automatic_correspondences) return;
   const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target));

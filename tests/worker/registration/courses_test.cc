@@ -103,6 +103,29 @@ TEST_F(CoursesOfScenes, AUserWhoSendsAPointElsewhereKnowsBetter) {
   EXPECT_EQ(Find({user}).courses().size(), 1u) << "of the pool";
 }
 
+TEST_F(CoursesOfScenes, AUsersPointsAtTheStrikeMayBeAFrameLate) {
+  const Courses courses = Find({});
+  ASSERT_EQ(courses.courses().size(), 1u);
+  const Track &from = courses.courses()[0].source, &to = courses.courses()[0].target;
+  const auto top = [&](const Track& track, double time) -> Eigen::Vector4d {
+    const double edge = source_.mesh.edge_length_m;
+    Eigen::Vector4d point = track.At(time).centre;
+    point.head<3>() *= edge;
+    point[2] += kDropRadius;
+    point[3] = time;
+    return point;
+  };
+  Correspondence user;
+  user.source = top(from, from.end_time - 0.5);
+  user.target = top(to, to.end_time + 0.5);
+  EXPECT_EQ(Find({user}).courses().size(), 1u) << "the target a little late";
+  user.source = top(from, from.end_time + 0.5);
+  user.target = top(to, to.end_time - 0.5);
+  EXPECT_EQ(Find({user}).courses().size(), 1u) << "the source a little late";
+  user.target = {0.5, 0.3, 0, to.end_time};
+  EXPECT_EQ(Find({user}).courses().size(), 1u) << "after its end, of the pool";
+}
+
 TEST_F(CoursesOfScenes, PartsGetTheTargetsVolumes) {
   const Courses courses = Find({});
   ASSERT_EQ(courses.courses().size(), 1u);
@@ -132,9 +155,16 @@ TEST_F(CoursesOfScenes, PartsGetTheTargetsVolumes) {
            1;
   };
   for (const int frame : {0, 1, 2}) EXPECT_GT(error(frame), 0.1) << frame;
+  const Points before = displacement;
   MatchCourseVolumes(source_.surface, source_.neighbors, target_, courses, parallel::Arena(2),
                      displacement);
   for (const int frame : {0, 1, 2}) EXPECT_NEAR(error(frame), 0, 0.01) << frame;
+  for (const int num_threads : {1, 8}) {
+    Points again = before;
+    MatchCourseVolumes(source_.surface, source_.neighbors, target_, courses,
+                       parallel::Arena(num_threads), again);
+    EXPECT_TRUE(again == displacement) << num_threads << " threads";
+  }
 }
 
 }  // namespace
