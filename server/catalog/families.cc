@@ -101,6 +101,11 @@ FamilyPtr Families::Peek(const std::string& id, int64_t version) {
 
 void Families::Refresh(Executor executor) {
   if (IsEmpty()) return;
+  Dropped dropped;
+  {
+    absl::MutexLock lock(&mutex_);
+    EvictIdle(dropped);
+  }
   const auto versions = catalog_.ListFamilyVersions();
   NoteRefresh(versions.status());
   if (!versions.ok()) return;
@@ -144,11 +149,12 @@ void Families::Find(const std::string& id, int64_t version, Wish wish, Executor 
   const absl::StatusOr<store::pb::FamilyRecord> record = FindPublished(id);
   if (!record.ok()) return done(record.status());
   Choice choice;
+  Dropped dropped;
   {
     absl::MutexLock lock(&mutex_);
     choice = Choose(*record, version, wish);
     if (choice.wait != nullptr) choice.wait->waiting.push_back(std::move(done));
-    EvictIdle();
+    EvictIdle(dropped);
   }
   if (choice.start != nullptr && !executor([this, load = choice.start] { Run(load); })) {
     Finish(choice.start, absl::UnavailableError(absl::StrCat(
@@ -237,12 +243,12 @@ absl::StatusOr<FamilyPtr> Families::LoadFamily(const store::pb::FamilyRecord& re
 }
 
 void Families::Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result) {
-  FamilyPtr replaced;  // let go without the lock: unmapping takes a while
+  Dropped dropped;
   std::vector<Done> waiting;
   {
     absl::MutexLock lock(&mutex_);
     waiting.swap(load->waiting);
-    Settle(load, result, replaced);
+    Settle(load, result, dropped);
   }
   if (!result.ok() && waiting.empty()) base::LogError(result.status().ToString());
   for (Done& done : waiting) done(result);
@@ -250,16 +256,16 @@ void Families::Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& resu
 
 // A load that was overtaken by a newer version serves only those who wait for it.
 void Families::Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result,
-                      FamilyPtr& replaced) {
+                      Dropped& dropped) {
   load->is_done = true;
   const auto found = slots_.find(load->record.id());
   if (found == slots_.end() || found->second.next != load) return;
   Slot& slot = found->second;
   if (result.ok()) {
     load->loaded = *result;
-    if (slot.current != nullptr) replaced = std::move(slot.current->loaded);
+    if (slot.current != nullptr) dropped.push_back(std::move(slot.current->loaded));
     slot.current = std::exchange(slot.next, nullptr);
-    EvictIdle();
+    EvictIdle(dropped);
   } else if (slot.current == nullptr) {
     slots_.erase(found);
   } else {
@@ -268,12 +274,16 @@ void Families::Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& resu
 }
 
 void Families::Forget(const std::string& id) {
+  Slot dropped;  // without the lock
   absl::MutexLock lock(&mutex_);
-  slots_.erase(id);
+  const auto found = slots_.find(id);
+  if (found == slots_.end()) return;
+  dropped = std::move(found->second);
+  slots_.erase(found);
 }
 
 // Lets go of the least recently used families that nobody holds, until the rest fits.
-void Families::EvictIdle() {
+void Families::EvictIdle(Dropped& dropped) {
   while (SizeBytes() > options_.memory_budget_bytes) {
     auto oldest = slots_.end();
     for (auto it = slots_.begin(); it != slots_.end(); ++it) {
@@ -285,6 +295,7 @@ void Families::EvictIdle() {
       if (oldest == slots_.end() || slot.last_use < oldest->second.last_use) oldest = it;
     }
     if (oldest == slots_.end()) return;
+    dropped.push_back(std::move(oldest->second.current->loaded));
     slots_.erase(oldest);
   }
 }

@@ -53,7 +53,8 @@ struct LoadedFamily {
 using FamilyPtr = std::shared_ptr<const LoadedFamily>;
 
 struct FamiliesOptions {
-  // >= 0. Beyond it, each Get() lets go of those that nobody holds, the least recently used first.
+  // >= 0. Beyond it, Refresh() and whatever looks into the catalog let go of those that nobody
+  // holds, the least recently used first.
   int64_t memory_budget_bytes = int64_t{8} << 30;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
@@ -90,7 +91,8 @@ class Families {
   // Cost: a look-up by name.
   FamilyPtr Peek(const std::string& id, int64_t version);
 
-  // Starts to load newer versions of the families in memory, and forgets those that were deleted.
+  // Starts to load newer versions of the families in memory, forgets those that were deleted, and
+  // keeps to the budget.
   // While the catalog cannot be asked they stay as they are, which is logged once.
   // Cost: one query of the catalog, however many there are; none while nothing is in memory.
   void Refresh(Executor executor);
@@ -136,12 +138,14 @@ class Families {
   void Run(const LoadPtr& load);
   absl::StatusOr<FamilyPtr> LoadFamily(const store::pb::FamilyRecord& record);
   void Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result);
-  void Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result, FamilyPtr& replaced)
+  // What is let go of, to be destroyed without the lock: unmapping takes a while.
+  using Dropped = std::vector<FamilyPtr>;
+  void Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result, Dropped& dropped)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void NoteRefresh(const absl::Status& status);
   bool IsEmpty() const;
   std::vector<std::string> ChangedSlots(const std::map<std::string, int64_t>& versions) const;
-  void EvictIdle() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void EvictIdle(Dropped& dropped) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t SizeBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   store::Catalog& catalog_;

@@ -41,10 +41,12 @@ void FrameAnswer::Decide(int64_t published) {
 void FrameAnswer::Make(int64_t version) {
   v1::GetFrameRequest request = ask_.request;
   request.set_version(version);
-  cancellation_->Arm(source_.GetFrame(
+  const int number = ++num_made_;
+  auto cancel = source_.GetFrame(
       request, ask_.client, [self = shared_from_this(), version](absl::StatusOr<v1::Frame> made) {
         self->OnMade(version, std::move(made));
-      }));
+      });
+  if (num_made_ == number) cancellation_->Arm(std::move(cancel));  // it may have asked for the next
 }
 
 void FrameAnswer::OnMade(int64_t asked_version, absl::StatusOr<v1::Frame> made) {

@@ -1,6 +1,7 @@
 // The answer to GET /v1/families/{family}/frame.drc: a frame, or that the client has it already.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -52,6 +53,7 @@ class FrameAnswer : public std::enable_shared_from_this<FrameAnswer> {
   Done done_;
   int64_t published_ = 0;  // the catalog's version; 0: not looked at
   int num_looks_ = 0;
+  std::atomic<int> num_made_ = 0;  // frames that the source was asked for
 };
 
 }  // namespace liquidblend::http

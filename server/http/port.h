@@ -16,7 +16,7 @@ namespace liquidblend::http {
 struct PortOptions {
   std::string listen = "127.0.0.1:8080";  // HOST:PORT; port 0: any free one; HOST may be [IPv6]
   RouterOptions router;
-  int num_threads = 2;               // >= 1; move bytes, compute nothing
+  int num_threads = 2;               // >= 1; move bytes and find frames in memory, make none
   int max_connections = 1000;        // >= 1; more are closed at once
   int max_header_bytes = 8 << 10;    // [256, 1 MiB]; of a request; bodies are refused
   int max_message_bytes = 64 << 10;  // [256, 64 MiB]; of a WebSocket's client

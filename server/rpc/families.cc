@@ -27,8 +27,9 @@ absl::StatusOr<v1::ListFamiliesResponse> ListFamilies(Backends& backends,
 
 absl::StatusOr<Empty> DeleteFamily(Backends& backends, const v1::DeleteFamilyRequest& request) {
   LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("name", request.name()));
-  LB_RETURN_IF_ERROR(backends.catalog.DeleteFamily(id));
-  backends.families.Forget(id);
+  const absl::Status deleted = backends.catalog.DeleteFamily(id);
+  if (deleted.ok() || absl::IsNotFound(deleted)) backends.families.Forget(id);
+  LB_RETURN_IF_ERROR(deleted);
   return Empty();
 }
 

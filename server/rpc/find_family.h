@@ -9,8 +9,9 @@
 namespace liquidblend::rpc {
 
 // Calls `done` once: before this returns if the family is in memory or the call is refused, else on
-// a thread of `io` or `loads`. What is in memory is at most about half a second behind the catalog,
-// and a deletion by this server not at all.
+// a thread of `io` or `loads`. What is in memory is about half a second behind the catalog at most
+// while that can be asked (KeepFamiliesFresh), and later than a deletion by this server only where
+// a look into the catalog was under way.
 // Errors: Families::GetReady's; kResourceExhausted, kUnavailable (WorkPool::Post).
 void FindFamily(Backends& backends, const std::string& id, int64_t version,
                 liquidblend::catalog::Families::Done done);

@@ -396,6 +396,24 @@ TEST_F(FamiliesTest, PeekGivesWhatIsInMemoryAndAsksNobody) {
   EXPECT_EQ(families.Peek("splash", 0), nullptr);
 }
 
+// Calls that find their family in memory look into no catalog, and let go of nothing.
+TEST_F(FamiliesTest, RefreshKeepsToTheBudget) {
+  Publish("f1", PutFamily(1));
+  Publish("f2", PutFamily(2));
+  Families families(*catalog_, *blobs_, {.memory_budget_bytes = 1});
+  LateLoads loads;
+  {
+    const auto first = families.Get("f1"), second = families.Get("f2");
+    ASSERT_TRUE(first.ok() && second.ok());
+    families.Refresh(loads.executor());
+    EXPECT_EQ(families.SizesBytes().size(), 2u) << "both are held";
+  }
+  EXPECT_NE(families.Peek("f1", 0), nullptr);
+  EXPECT_EQ(families.SizesBytes().size(), 2u);
+  families.Refresh(loads.executor());
+  EXPECT_TRUE(families.SizesBytes().empty());
+}
+
 TEST_F(FamiliesTest, PeekCountsAsUse) {
   Publish("f1", PutFamily(1));
   Publish("f2", PutFamily(2));

@@ -243,6 +243,28 @@ TEST_F(HandlersTest, WhatIsNeededIsNotDeleted) {
   EXPECT_THAT(DeleteAnimation(backends_, request), Succeeds());
 }
 
+// Families in memory are served without a look into the catalog.
+TEST_F(HandlersTest, ADeletedFamilyIsNotServedFromMemory) {
+  PublishSplash();
+  v1::DeleteFamilyRequest request;
+  request.set_name("families/splash");
+  EXPECT_THAT(Frame([](auto&) {}), Succeeds());
+  EXPECT_THAT(DeleteFamily(backends_, request), Succeeds());
+  EXPECT_THAT(Frame([](auto&) {}), Fails(absl::StatusCode::kNotFound, "splash"));
+}
+
+// A call that is made again, say: the first one's answer was lost, and so was what it did here.
+TEST_F(HandlersTest, AFamilyThatIsFoundDeletedIsNotServedFromMemory) {
+  PublishSplash();
+  v1::DeleteFamilyRequest request;
+  request.set_name("families/splash");
+  EXPECT_THAT(Frame([](auto&) {}), Succeeds());
+  ASSERT_THAT(catalog_->DeleteFamily("splash"), Succeeds());
+  EXPECT_THAT(Frame([](auto&) {}), Succeeds());
+  EXPECT_THAT(DeleteFamily(backends_, request), Fails(absl::StatusCode::kNotFound, "splash"));
+  EXPECT_THAT(Frame([](auto&) {}), Fails(absl::StatusCode::kNotFound, "splash"));
+}
+
 TEST_F(HandlersTest, PagesGiveEachAnimationOnce) {
   for (const char* id : {"a", "b", "c", "d", "e"}) ImportAnimation(id);
   std::vector<std::string> names;
