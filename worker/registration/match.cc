@@ -274,8 +274,8 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
           if (found[s] && course != nullptr) HoldAsPoint(source_, p, match->normal, *found[s]);
           return;
         }
-        // What is on a course stays among the worst if its shape is another one there: measured from
-        // where it is now, falling drops' volumes half-way are 1.2 % off instead of 0.8.
+        // What has another shape on its course stays among the worst: measured from where it is
+        // now, falling drops' volumes half-way are 1.2 % off instead of 0.8.
         distance_sq[s] = (match->position - p).squaredNorm();
         const float weight = Closeness(distance_sq[s], options);
         if (!(weight > 0)) return;
