@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/components.h"
 #include "core/mesh/union_find.h"
 
 namespace liquidblend::mesh {
@@ -133,18 +134,8 @@ int64_t NumComponents(const TriangleMesh& mesh) {
 }
 
 std::vector<double> ComponentVolumes(const TriangleMesh& mesh) {
-  const std::vector<int32_t> root = ComponentRoots(mesh);
-  std::vector<double> volume(mesh.num_vertices(), 0.0);
-  std::vector<char> used(mesh.num_vertices(), 0);
-  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
-    const int component = root[mesh.triangles(0, t)];
-    used[component] = 1;
-    volume[component] += TetrahedronVolume(mesh, t, mesh.vertices.col(component).cast<double>());
-  }
   std::vector<double> volumes;
-  for (size_t v = 0; v < volume.size(); ++v) {
-    if (used[v]) volumes.push_back(volume[v]);
-  }
+  for (const Component& component : FindComponents(mesh)) volumes.push_back(component.volume);
   std::sort(volumes.rbegin(), volumes.rend());
   return volumes;
 }

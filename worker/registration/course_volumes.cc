@@ -46,9 +46,8 @@ std::vector<double> TimesOf(const Courses& courses, int num_frames) {
 const mesh::Component* FindPart(const std::vector<mesh::Component>& components, const Track& track,
                                 double time, double edge_length_m) {
   const Part part = track.At(time);
-  const double radius = *std::max_element(part.reach.begin(), part.reach.end());
   const mesh::Component* nearest = nullptr;
-  double least = radius * edge_length_m;
+  double least = part.radius() * edge_length_m;
   for (const mesh::Component& component : components) {
     const double distance = (component.centre - edge_length_m * part.centre.head<3>()).norm();
     if (!(distance < least) || !(component.volume > 0)) continue;

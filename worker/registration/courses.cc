@@ -28,8 +28,7 @@ Eigen::Vector3d VelocityAt(const Track& track, double time) {
 bool IsOfPart(const Track& track, const Eigen::Vector4d& point, double beyond = 0.0) {
   if (point[3] < track.start_time - beyond || point[3] > track.end_time + beyond) return false;
   const Part part = track.At(point[3]);
-  const double radius = *std::max_element(part.reach.begin(), part.reach.end());
-  return (point - part.centre).head<3>().norm() <= kOfPart * radius;
+  return (point - part.centre).head<3>().norm() <= kOfPart * part.radius();
 }
 
 bool Contradicts(const Correspondence& user, const Course& course, double edge_length_m) {

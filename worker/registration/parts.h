@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -22,7 +23,8 @@ struct Part {
   int64_t num_vertices = 0;
   Eigen::Vector4d centre = Eigen::Vector4d::Zero();  // mean of its vertices
   std::array<double, 6> reach = {};  // furthest vertex from the centre in each of kReachDirections
-  double volume = 0.0;               // mean over the slab; of a bubble below 0
+  double radius() const { return *std::max_element(reach.begin(), reach.end()); }
+  double volume = 0.0;  // mean over the slab; of a bubble below 0
 };
 
 // An edge of the graph of parts: they touch from one slab to a later one.

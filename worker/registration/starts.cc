@@ -19,8 +19,6 @@ std::vector<Track> FromFirstFrame(const std::vector<Track>& tracks) {
   return result;
 }
 
-double Radius(const Part& part) { return *std::max_element(part.reach.begin(), part.reach.end()); }
-
 Eigen::Vector3d OffsetFrom(const Part& part, const Eigen::Vector4f& point) {
   return point.head<3>().cast<double>() - part.centre.head<3>();
 }
@@ -29,8 +27,8 @@ Eigen::Vector3d OffsetFrom(const Part& part, const Eigen::Vector4f& point) {
 bool IsAroundPart(const Track& track, const Eigen::Vector4f& point) {
   if (point[3] > track.end_time) return false;
   const Part now = track.At(point[3]), last = track.At(track.end_time);
-  return OffsetFrom(now, point).norm() <= kAround * Radius(now) ||
-         OffsetFrom(last, point).norm() <= kBeneath * Radius(last);
+  return OffsetFrom(now, point).norm() <= kAround * now.radius() ||
+         OffsetFrom(last, point).norm() <= kBeneath * last.radius();
 }
 
 void Append(const std::vector<Track>& tracks, const char* whose, const char* others,
