@@ -17,6 +17,7 @@
 #include "absl/time/time.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
+#include "core/store/mapped_file.h"
 #include "core/store/open_store.h"
 #include "server/catalog/families.h"
 #include "server/collector.h"
@@ -117,6 +118,7 @@ absl::Status Run(const Flags& flags) {
     LB_ASSIGN_OR_RETURN(DataLock taken, DataLock::Take(flags.store.data));
     lock.emplace(std::move(taken));
   }
+  store::SurviveUnreadablePages();
   LB_ASSIGN_OR_RETURN(const store::Store store, store::OpenStore(flags.store));
   catalog::Families families(*store.catalog, *store.blobs, settings.families);
   WorkerProcesses workers(settings.workers);

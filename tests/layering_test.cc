@@ -101,7 +101,7 @@ const ThirdParty kThirdParties[] = {
     {"pqxx/", {"core/store/"}},
     {"libpq-fe.h", {"core/store/"}},
     {"curl/", {"core/store/", "client/src/"}},
-    {"openssl/", {"core/store/", "server/rpc/"}},
+    {"openssl/", {"core/store/", "client/src/", "server/rpc/"}},
     {"xxhash.h", {"core/store/", "client/src/"}},
     {"openvdb/", {"worker/ingest/"}},
     {"blosc.h", {"worker/ingest/"}},

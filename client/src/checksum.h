@@ -8,13 +8,15 @@
 
 namespace liquidblend::client {
 
-// "xxh3-" and the XXH3-128 of the bytes that went by, in hexadecimal digits.
+// Hashes the bytes that pass.  Threads: one at a time.
 class Checksum {
  public:
-  Checksum();
+  // like: a checksum of the kind to be made: "sha256-...", or "xxh3-..." of older stores.
+  explicit Checksum(absl::string_view like = "sha256-");
   ~Checksum();
   void Add(absl::string_view bytes);
-  std::string Text() const;
+  // The kind, and the hash in hexadecimal digits. Call it last.
+  std::string Text();
 
  private:
   struct State;

@@ -113,7 +113,7 @@ absl::Status GetFromUrl(Http& http, const v1::PresignDownloadResponse& from,
                         const std::string& path) {
   const std::string part = absl::StrCat(path, ".part");
   std::ofstream output(part, std::ios::binary | std::ios::trunc);
-  Checksum checksum;
+  Checksum checksum(from.checksum());
   const auto sink = [&](absl::string_view bytes) {
     checksum.Add(bytes);
     output.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
@@ -125,9 +125,9 @@ absl::Status GetFromUrl(Http& http, const v1::PresignDownloadResponse& from,
   absl::Status status = answer.ok() ? StatusOf(*answer) : answer.status();
   if (!is_written || output.fail()) {
     status = absl::PermissionDeniedError(absl::StrCat(part, ": cannot be written"));
-  } else if (status.ok() && checksum.Text() != from.checksum()) {
-    status = absl::DataLossError(absl::StrCat("what came has the checksum ", checksum.Text(),
-                                              " instead of ", from.checksum()));
+  } else if (const std::string sum = checksum.Text(); status.ok() && sum != from.checksum()) {
+    status = absl::DataLossError(
+        absl::StrCat("what came has the checksum ", sum, " instead of ", from.checksum()));
   }
   if (status.ok() && std::rename(part.c_str(), path.c_str()) != 0) {
     status = absl::PermissionDeniedError(absl::StrCat(path, ": cannot be written"));

@@ -134,6 +134,7 @@ absl::StatusOr<Operation> Client::UploadAnimation(
   header.mutable_header()->set_animation_id(client::ResourceId("animations", request.animation));
   *header.mutable_header()->mutable_options() = client::ToProto(request.options);
   header.mutable_header()->set_request_id(client::MakeRequestId());
+  header.mutable_header()->set_num_files(static_cast<int>(files.size()));
   header.mutable_header()->set_priority(request.priority);
   LBC_ASSIGN_OR_RETURN(const std::vector<std::string> blobs,
                        impl_->SendDirectly(request, files, progress));

@@ -23,6 +23,9 @@ class BlobCache {
 
   // Of a blob that is to be kept.
   absl::StatusOr<std::unique_ptr<BlobWriter>> Create() { return blobs_->Create(); }
+  absl::StatusOr<std::unique_ptr<BlobWriter>> CreateAs(const BlobId& id) {
+    return blobs_->CreateAs(id);
+  }
 
   // Removes what was not used for the longest time, until the rest fits into the budget; but
   // nothing that was used within the last minute. Blobs that are open stay readable.

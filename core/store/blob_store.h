@@ -16,7 +16,10 @@
 
 namespace liquidblend::store {
 
-// "xxh3-" and the 32 hexadecimal digits of the content's XXH3-128.
+// "sha256-" and the 64 hexadecimal digits of the content's SHA-256. Blobs of older stores are
+// called "xxh3-" and the 32 digits of their XXH3-128: they stay readable, but no content gets such
+// a name any more unless it is copied from such a store (CreateAs), since anyone can make two
+// contents of one XXH3.
 using BlobId = std::string;
 
 // The bytes of one blob; memory-mapped where the backend can.  Threads: safe, immutable.
@@ -24,6 +27,9 @@ class Blob {
  public:
   virtual ~Blob() = default;
   virtual std::span<const std::byte> bytes() const = 0;
+  // kDataLoss once a part of the bytes could not be read and read as zeros (mapped_file.h). Whoever
+  // uses the bytes of a blob for long looks here before it hands out what it made of them.
+  virtual absl::Status Check() const { return absl::OkStatus(); }
 };
 
 // Receives one blob's bytes in order. Dropped without Commit(), it leaves nothing behind that a
@@ -35,7 +41,10 @@ class BlobWriter {
   // kUnavailable; the message names the path. After an error the writer can only be dropped.
   virtual absl::Status Append(std::span<const std::byte> bytes) = 0;
   // Makes the blob durable and visible, and returns its id. At most once, nothing after it. If the
-  // store has this content already it is written afresh: BlobInfo::modified is now in any case.
+  // store has this content already it stays, and BlobInfo::modified becomes now. A damaged blob of
+  // that id is moved to quarantine first.
+  // Errors, also: kAlreadyExists if another content that matches the id is there (only ids of XXH3
+  // have such collisions): what is there stays.
   virtual absl::StatusOr<BlobId> Commit() = 0;
 };
 
@@ -60,9 +69,17 @@ struct DirectUpload {
 class BlobStore {
  public:
   virtual ~BlobStore() = default;
+  // A new blob, named by its content.
   virtual absl::StatusOr<std::unique_ptr<BlobWriter>> Create() = 0;
-  // Verifies the whole content against its name on open. A blob that is deleted or replaced while
-  // it is open stays readable.
+  // A blob whose id is known, as when it is copied from another store. Commit() fails with
+  // kDataLoss and changes nothing unless the bytes match the id.  Errors: kInvalidArgument if it is
+  // none.
+  virtual absl::StatusOr<std::unique_ptr<BlobWriter>> CreateAs(const BlobId& id) = 0;
+  // A file that a client sends through the server. It gets an id of its own (IsUploadId), even if
+  // the same content is there, so whoever breaks off an upload can delete it: nobody else needs it.
+  virtual absl::StatusOr<std::unique_ptr<BlobWriter>> CreateUpload() = 0;
+  // Verifies the whole content against its name on open. A blob that is deleted while it is open
+  // stays readable.
   // Errors: kNotFound; kDataLoss if the content does not match or cannot be read;
   // kPermissionDenied; messages name the path. kInvalidArgument if `id` is no blob id.
   virtual absl::StatusOr<std::shared_ptr<const Blob>> Open(const BlobId& id) = 0;
@@ -76,7 +93,7 @@ class BlobStore {
   // Moves a damaged blob to where no other call finds it. Returns where that is.
   // Errors: kNotFound; kFailedPrecondition if it is whole, and stays.
   virtual absl::StatusOr<std::string> Quarantine(const BlobId& id) = 0;
-  // In the order of their ids, directly sent ones last.
+  // In the order of their ids, files of uploads last.
   virtual absl::StatusOr<std::vector<BlobInfo>> List() = 0;
 
   // Urls for a blob of this content (as its sender says) and size, that are good until `expires`
@@ -95,12 +112,21 @@ class BlobStore {
 // Whether `id` is written like a blob id.
 bool IsBlobId(absl::string_view id);
 
-// Blobs that were sent directly have names of their own, since nobody has seen their content when
-// they get them: that of the content that they should have, "-", and 32 hexadecimal digits.
+// Files of uploads have ids of their own: that of their content (where it was sent directly, of the
+// content that the client promised), "-", and 32 random hexadecimal digits.
 bool IsUploadId(absl::string_view id);
-BlobId ContentIdOf(absl::string_view id);  // of either kind
 
-// Blobs as files under `directory`, which is created if missing: blobs/<2 digits>/<id>, written as
+// The part of either kind of id that says what the content is.  Requires: it is such an id.
+BlobId ContentIdOf(absl::string_view id);
+
+// Where a blob lies below its store's directory or prefix: "blobs/<2 digits>/<id>", of uploads
+// "uploads/<2 digits>/<id>".  Requires: IsBlobId(id) or IsUploadId(id).
+std::string BlobKey(const BlobId& id);
+
+// kInvalidArgument unless `id` is of a blob or an upload.
+absl::Status CheckBlobId(absl::string_view id);
+
+// Blobs as files under `directory`, which is created if missing: BlobKey(id), written as
 // tmp/<pid>-<unique>, flushed, then renamed; the directories are flushed too. A writer holds a lock
 // (flock) on its temporary file; those that nobody holds are left over and removed on opening.
 // Quarantined ones lie in quarantine/.
@@ -111,7 +137,8 @@ absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(
 // The file of a blob there.
 std::string LocalBlobPath(const std::string& directory, const BlobId& id);
 
-// Convenience: one blob from bytes in memory.
+// One blob from bytes in memory; as CreateAs() with an id.
 absl::StatusOr<BlobId> PutBlob(BlobStore& blobs, std::span<const std::byte> bytes);
+absl::Status PutBlobAs(BlobStore& blobs, const BlobId& id, std::span<const std::byte> bytes);
 
 }  // namespace liquidblend::store

@@ -11,7 +11,9 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr char kNoBlob[] = "xxh3-00000000000000000000000000000000";
+// The id of no content that anyone knows.
+constexpr char kNoBlob[] =
+    "sha256-0000000000000000000000000000000000000000000000000000000000000000";
 
 absl::StatusOr<Store> OpenShared(const StoreLocation& location) {
   S3Options options;

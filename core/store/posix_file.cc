@@ -79,25 +79,60 @@ absl::Status WriteAll(const FileHandle& file, std::span<const std::byte> bytes,
   return absl::OkStatus();
 }
 
+absl::StatusOr<size_t> ReadAt(const FileHandle& file, size_t offset, std::span<std::byte> into,
+                              const std::string& path) {
+  size_t num_read = 0;
+  while (num_read < into.size()) {
+    const auto position = static_cast<off_t>(offset + num_read);
+    const ssize_t num_more = Uninterrupted(
+        [&] { return pread(file.fd(), into.data() + num_read, into.size() - num_read, position); });
+    if (num_more < 0 && errno == EIO) {
+      return absl::DataLossError(ErrnoStatus(errno, "read", path).message());
+    }
+    if (num_more < 0) return ErrnoStatus(errno, "read", path);
+    if (num_more == 0) break;
+    num_read += static_cast<size_t>(num_more);
+  }
+  return num_read;
+}
+
 absl::Status ReadAll(const FileHandle& file, size_t size, const std::string& path,
                      absl::FunctionRef<void(std::span<const std::byte>)> take) {
   std::vector<std::byte> chunk(std::min(size, kChunkBytes));
   for (size_t offset = 0; offset < size;) {
-    const size_t wanted = std::min(chunk.size(), size - offset);
-    const ssize_t num_read = Uninterrupted(
-        [&] { return pread(file.fd(), chunk.data(), wanted, static_cast<off_t>(offset)); });
-    if (num_read < 0 && errno == EIO) {
-      return absl::DataLossError(ErrnoStatus(errno, "read", path).message());
-    }
-    if (num_read < 0) return ErrnoStatus(errno, "read", path);
-    if (num_read == 0) {
+    const auto wanted = std::span(chunk).first(std::min(chunk.size(), size - offset));
+    LB_ASSIGN_OR_RETURN(const size_t num_read, ReadAt(file, offset, wanted, path));
+    if (num_read < wanted.size()) {
       return absl::DataLossError(
-          absl::StrCat("read ", path, ": ends after ", offset, " of ", size, " bytes"));
+          absl::StrCat("read ", path, ": ends after ", offset + num_read, " of ", size, " bytes"));
     }
-    take(std::span(chunk).first(static_cast<size_t>(num_read)));
-    offset += static_cast<size_t>(num_read);
+    take(wanted);
+    offset += num_read;
   }
   return absl::OkStatus();
+}
+
+absl::StatusOr<size_t> SizeOfFile(const FileHandle& file, const std::string& path) {
+  struct stat info;
+  if (fstat(file.fd(), &info) != 0) return ErrnoStatus(errno, "stat", path);
+  if (S_ISREG(info.st_mode)) return static_cast<size_t>(info.st_size);
+  return absl::DataLossError(absl::StrCat(path, " is not a regular file"));
+}
+
+absl::StatusOr<bool> HaveSameBytes(const FileHandle& a, const std::string& path_a,
+                                   const FileHandle& b, const std::string& path_b) {
+  LB_ASSIGN_OR_RETURN(const size_t size, SizeOfFile(a, path_a));
+  LB_ASSIGN_OR_RETURN(const size_t size_b, SizeOfFile(b, path_b));
+  if (size != size_b) return false;
+  std::vector<std::byte> chunk_a(std::min(size, kChunkBytes)), chunk_b(chunk_a.size());
+  for (size_t offset = 0; offset < size; offset += chunk_a.size()) {
+    LB_ASSIGN_OR_RETURN(const size_t num_a, ReadAt(a, offset, chunk_a, path_a));
+    LB_ASSIGN_OR_RETURN(const size_t num_b, ReadAt(b, offset, chunk_b, path_b));
+    if (num_a != num_b || !std::equal(chunk_a.begin(), chunk_a.begin() + num_a, chunk_b.begin())) {
+      return false;
+    }
+  }
+  return true;
 }
 
 absl::Status Sync(const FileHandle& file, const std::string& path) {

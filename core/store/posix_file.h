@@ -42,10 +42,22 @@ absl::StatusOr<FileHandle> OpenFile(const std::string& path, int flags, int mode
 absl::Status WriteAll(const FileHandle& file, std::span<const std::byte> bytes,
                       const std::string& path);
 
+// Reads bytes from `offset` on until `into` is full or the file ends; returns how many.
+// Errors: kDataLoss if the disk fails.
+absl::StatusOr<size_t> ReadAt(const FileHandle& file, size_t offset, std::span<std::byte> into,
+                              const std::string& path);
+
 // Hands the first `size` bytes of the file to `take`, chunk by chunk in order.
 // Errors: kDataLoss if the file ends early or the disk fails.
 absl::Status ReadAll(const FileHandle& file, size_t size, const std::string& path,
                      absl::FunctionRef<void(std::span<const std::byte>)> take);
+
+// The size of a regular file.  Errors: kDataLoss if it is something else.
+absl::StatusOr<size_t> SizeOfFile(const FileHandle& file, const std::string& path);
+
+// Whether both files have the same bytes.  Errors: as ReadAt() and SizeOfFile().
+absl::StatusOr<bool> HaveSameBytes(const FileHandle& a, const std::string& path_a,
+                                   const FileHandle& b, const std::string& path_b);
 
 // Makes the content, or a directory's entries, survive a loss of power.
 absl::Status Sync(const FileHandle& file, const std::string& path);

@@ -21,13 +21,9 @@ namespace liquidblend::store {
 namespace {
 
 constexpr char kBlobs[] = "blobs/";
-constexpr char kUploads[] = "uploads/";  // sent by clients
+constexpr char kUploads[] = "uploads/";
 constexpr char kQuarantine[] = "quarantine/";
 constexpr int kMaxDownloads = 2;  // of a blob that arrives damaged
-
-std::string KeyOf(const BlobId& id) {
-  return absl::StrCat(IsUploadId(id) ? kUploads : kBlobs, id.substr(5, 2), "/", id);
-}
 
 // What blobs and writers need of the store; they may outlive it.
 struct Shared {
@@ -35,34 +31,10 @@ struct Shared {
   std::unique_ptr<BlobCache> cache;
 };
 
-// Collects the bytes in the cache, since their name, and so their key, is known at the end only.
-class S3BlobWriter : public BlobWriter {
- public:
-  S3BlobWriter(std::shared_ptr<const Shared> shared, std::unique_ptr<BlobWriter> local)
-      : shared_(std::move(shared)), local_(std::move(local)) {}
-
-  absl::Status Append(std::span<const std::byte> bytes) override { return local_->Append(bytes); }
-
-  absl::StatusOr<BlobId> Commit() override {
-    LB_ASSIGN_OR_RETURN(const BlobId id, local_->Commit());
-    LB_ASSIGN_OR_RETURN(const std::shared_ptr<const Blob> blob, shared_->cache->Find(id));
-    FaultPoint("blob.before_upload");
-    LB_RETURN_IF_ERROR(shared_->s3->Put(KeyOf(id), blob->bytes()));
-    FaultPoint("blob.after_upload");
-    LB_RETURN_IF_ERROR(shared_->cache->Trim());
-    return id;
-  }
-
- private:
-  const std::shared_ptr<const Shared> shared_;
-  const std::unique_ptr<BlobWriter> local_;
-};
-
-// Gets a whole object, several parts at once, and tells what its bytes hash to.
-absl::StatusOr<BlobId> Download(S3Client& s3, const std::string& key, int64_t size,
-                                absl::FunctionRef<absl::Status(std::span<const std::byte>)> take) {
+// Gets a whole object, several parts at once.
+absl::Status Download(S3Client& s3, const std::string& key, int64_t size,
+                      absl::FunctionRef<absl::Status(std::span<const std::byte>)> take) {
   const S3Options& options = s3.options();
-  BlobHasher hasher;
   for (int64_t begin = 0; begin < size;) {
     std::vector<S3Client::Range> ranges;
     while (begin < size && ranges.size() < static_cast<size_t>(options.num_parallel)) {
@@ -71,13 +43,67 @@ absl::StatusOr<BlobId> Download(S3Client& s3, const std::string& key, int64_t si
     }
     LB_ASSIGN_OR_RETURN(const std::vector<std::string> parts, s3.Get(key, ranges));
     for (const std::string& part : parts) {
-      const auto bytes = std::as_bytes(std::span(part.data(), part.size()));
-      hasher.Add(bytes);
-      LB_RETURN_IF_ERROR(take(bytes));
+      LB_RETURN_IF_ERROR(take(std::as_bytes(std::span(part.data(), part.size()))));
     }
   }
-  return hasher.Id();
+  return absl::OkStatus();
 }
+
+// Errors: kAlreadyExists if the object of this id has other bytes, and yet matches the id. Only ids
+// of XXH3 need the look.
+absl::Status CheckNoCollision(S3Client& s3, const BlobId& id, std::span<const std::byte> bytes) {
+  const absl::StatusOr<S3Object> object = s3.Find(BlobKey(id));
+  if (absl::IsNotFound(object.status())) return absl::OkStatus();
+  LB_RETURN_IF_ERROR(object.status());
+  BlobHasher named(HashKindOf(id)), there, ours;
+  LB_RETURN_IF_ERROR(
+      Download(s3, object->key, object->size_bytes, [&](std::span<const std::byte> part) {
+        named.Add(part);
+        there.Add(part);
+        return absl::OkStatus();
+      }));
+  ours.Add(bytes);
+  if (there.Id() == ours.Id() || named.Id() != ContentIdOf(id)) return absl::OkStatus();
+  return absl::AlreadyExistsError(
+      absl::StrCat("blob ", s3.NameOf(object->key), " has other content with the same hash"));
+}
+
+// What a new blob will be called; as in the local store.
+struct NewName {
+  BlobId id;               // empty: made from the content ...
+  bool is_upload = false;  // ... with digits that make it unique
+};
+
+// Collects the bytes in the cache, since their name, and so their key, is known at the end only.
+class S3BlobWriter : public BlobWriter {
+ public:
+  S3BlobWriter(std::shared_ptr<const Shared> shared, std::unique_ptr<BlobWriter> local,
+               NewName name)
+      : shared_(std::move(shared)), local_(std::move(local)), name_(std::move(name)) {}
+
+  absl::Status Append(std::span<const std::byte> bytes) override { return local_->Append(bytes); }
+
+  // An object of the same SHA-256 is replaced by the same bytes, which renews its age.
+  absl::StatusOr<BlobId> Commit() override {
+    LB_ASSIGN_OR_RETURN(const BlobId content, local_->Commit());
+    LB_ASSIGN_OR_RETURN(const std::shared_ptr<const Blob> blob, shared_->cache->Find(content));
+    BlobId id = name_.id.empty() ? content : name_.id;
+    if (name_.is_upload) absl::StrAppend(&id, "-", RandomHex(16));
+    if (HashKindOf(id) != HashKind::kSha256) {
+      LB_RETURN_IF_ERROR(CheckNoCollision(*shared_->s3, id, blob->bytes()));
+    }
+    FaultPoint("blob.before_upload");
+    LB_RETURN_IF_ERROR(shared_->s3->Put(BlobKey(id), blob->bytes()));
+    FaultPoint("blob.after_upload");
+    LB_RETURN_IF_ERROR(shared_->cache->Trim());
+    return id;
+  }
+
+ private:
+  const std::shared_ptr<const Shared> shared_;
+  const std::unique_ptr<BlobWriter> local_;
+  const NewName name_;
+};
 
 class S3BlobStore : public BlobStore {
  public:
@@ -85,63 +111,85 @@ class S3BlobStore : public BlobStore {
 
   absl::StatusOr<std::unique_ptr<BlobWriter>> Create() override {
     LB_ASSIGN_OR_RETURN(std::unique_ptr<BlobWriter> local, shared_->cache->Create());
-    return std::make_unique<S3BlobWriter>(shared_, std::move(local));
+    return std::make_unique<S3BlobWriter>(shared_, std::move(local), NewName());
+  }
+
+  absl::StatusOr<std::unique_ptr<BlobWriter>> CreateAs(const BlobId& id) override {
+    LB_RETURN_IF_ERROR(CheckBlobId(id));
+    if (!IsCachedByName(id)) {
+      return absl::InvalidArgumentError(absl::StrCat("'", id, "' is of an older client's upload"));
+    }
+    LB_ASSIGN_OR_RETURN(std::unique_ptr<BlobWriter> local,
+                        shared_->cache->CreateAs(ContentIdOf(id)));
+    return std::make_unique<S3BlobWriter>(shared_, std::move(local), NewName{.id = id});
+  }
+
+  absl::StatusOr<std::unique_ptr<BlobWriter>> CreateUpload() override {
+    LB_ASSIGN_OR_RETURN(std::unique_ptr<BlobWriter> local, shared_->cache->Create());
+    return std::make_unique<S3BlobWriter>(shared_, std::move(local),
+                                          NewName{.id = "", .is_upload = true});
   }
 
   absl::StatusOr<std::shared_ptr<const Blob>> Open(const BlobId& id) override {
-    LB_RETURN_IF_ERROR(CheckId(id));
-    const absl::StatusOr<S3Object> object = shared_->s3->Find(KeyOf(id));
-    if (!object.ok() && !absl::IsUnavailable(object.status())) return object.status();
-    if (!IsUploadId(id)) {  // what a client has sent must be there itself
-      auto cached = shared_->cache->Find(id);
+    LB_RETURN_IF_ERROR(CheckBlobId(id));
+    const absl::StatusOr<S3Object> object = shared_->s3->Find(BlobKey(id));
+    const bool is_away = absl::IsUnavailable(object.status());
+    // The object of an upload must be there itself.
+    if (!object.ok() && (!is_away || IsUploadId(id))) return object.status();
+    if (IsCachedByName(id)) {
+      auto cached = shared_->cache->Find(ContentIdOf(id));
       if (cached.ok() || !absl::IsNotFound(cached.status())) return cached;
     }
     if (!object.ok()) return object.status();
     for (int attempt = 1;; ++attempt) {
-      const absl::Status status = Fetch(id, object->size_bytes);
-      if (status.ok()) return shared_->cache->Find(ContentIdOf(id));
-      if (!absl::IsDataLoss(status) || attempt == kMaxDownloads) return status;
-      base::LogWarning(absl::StrCat(status.message(), "; once more"));
+      absl::StatusOr<std::shared_ptr<const Blob>> blob = Fetch(id, object->size_bytes);
+      if (!absl::IsDataLoss(blob.status()) || attempt == kMaxDownloads) return blob;
+      base::LogWarning(absl::StrCat(blob.status().message(), "; once more"));
     }
   }
 
   absl::Status Verify(const BlobId& id) override {
-    LB_RETURN_IF_ERROR(CheckId(id));
-    LB_ASSIGN_OR_RETURN(const S3Object object, shared_->s3->Find(KeyOf(id)));
+    LB_RETURN_IF_ERROR(CheckBlobId(id));
+    LB_ASSIGN_OR_RETURN(const S3Object object, shared_->s3->Find(BlobKey(id)));
     for (int attempt = 1;; ++attempt) {
-      LB_ASSIGN_OR_RETURN(const BlobId found, Download(*shared_->s3, object.key, object.size_bytes,
-                                                       [](auto) { return absl::OkStatus(); }));
-      if (found == ContentIdOf(id)) return absl::OkStatus();
-      if (attempt == kMaxDownloads) return DamageOf(object.key, object.size_bytes, found);
+      BlobHasher hasher(HashKindOf(id));
+      LB_RETURN_IF_ERROR(Download(*shared_->s3, object.key, object.size_bytes, [&](auto bytes) {
+        hasher.Add(bytes);
+        return absl::OkStatus();
+      }));
+      if (hasher.Id() == ContentIdOf(id)) return absl::OkStatus();
+      if (attempt == kMaxDownloads) return DamageOf(object.key, object.size_bytes, hasher.Id());
     }
   }
 
   absl::Status Delete(const BlobId& id) override {
-    LB_RETURN_IF_ERROR(CheckId(id));
-    LB_RETURN_IF_ERROR(shared_->s3->Delete(KeyOf(id)));
-    return shared_->cache->Delete(ContentIdOf(id));
+    LB_RETURN_IF_ERROR(CheckBlobId(id));
+    LB_RETURN_IF_ERROR(shared_->s3->Delete(BlobKey(id)));
+    return Forget(id);
   }
 
   absl::StatusOr<bool> DeleteIfNotNewer(const BlobId& id, absl::Time time) override {
-    LB_RETURN_IF_ERROR(CheckId(id));
-    LB_ASSIGN_OR_RETURN(const bool is_gone, shared_->s3->DeleteIfNotNewer(KeyOf(id), time));
-    if (is_gone) LB_RETURN_IF_ERROR(shared_->cache->Delete(ContentIdOf(id)));
+    LB_RETURN_IF_ERROR(CheckBlobId(id));
+    LB_ASSIGN_OR_RETURN(const bool is_gone, shared_->s3->DeleteIfNotNewer(BlobKey(id), time));
+    if (is_gone) LB_RETURN_IF_ERROR(Forget(id));
     return is_gone;
   }
 
   // By way of the cache, where it lies under the name of what it is now.
   absl::StatusOr<std::string> Quarantine(const BlobId& id) override {
-    LB_RETURN_IF_ERROR(CheckId(id));
-    LB_ASSIGN_OR_RETURN(const S3Object object, shared_->s3->Find(KeyOf(id)));
+    LB_RETURN_IF_ERROR(CheckBlobId(id));
+    LB_ASSIGN_OR_RETURN(const S3Object object, shared_->s3->Find(BlobKey(id)));
     LB_ASSIGN_OR_RETURN(const std::unique_ptr<BlobWriter> writer, shared_->cache->Create());
+    BlobHasher named(HashKindOf(id));
     LB_RETURN_IF_ERROR(Download(*shared_->s3, object.key, object.size_bytes, [&](auto bytes) {
-                         return writer->Append(bytes);
-                       }).status());
-    LB_ASSIGN_OR_RETURN(const BlobId found, writer->Commit());
-    if (found == ContentIdOf(id)) {
+      named.Add(bytes);
+      return writer->Append(bytes);
+    }));
+    if (named.Id() == ContentIdOf(id)) {
       return absl::FailedPreconditionError(
           absl::StrCat("blob ", shared_->s3->NameOf(object.key), " is whole"));
     }
+    LB_ASSIGN_OR_RETURN(const BlobId found, writer->Commit());
     LB_ASSIGN_OR_RETURN(const std::shared_ptr<const Blob> blob, shared_->cache->Find(found));
     const std::string aside = absl::StrCat(kQuarantine, id, "-", RandomHex(4));
     LB_RETURN_IF_ERROR(shared_->s3->Put(aside, blob->bytes()));
@@ -151,34 +199,34 @@ class S3BlobStore : public BlobStore {
   }
 
   absl::StatusOr<std::vector<BlobInfo>> List() override {
-    std::vector<BlobInfo> blobs;
-    for (const char* const prefix : {kBlobs, kUploads}) {
-      LB_RETURN_IF_ERROR(ListBelow(prefix, blobs));
-    }
+    std::vector<BlobInfo> blobs, uploads;
+    LB_RETURN_IF_ERROR(ListBelow(kBlobs, blobs));
+    LB_RETURN_IF_ERROR(ListBelow(kUploads, uploads));
+    blobs.insert(blobs.end(), uploads.begin(), uploads.end());
     return blobs;
   }
 
   absl::StatusOr<DirectUpload> PresignUpload(const BlobId& content, int64_t size_bytes,
                                              absl::Duration expires) override {
-    if (!IsBlobId(content)) return CheckId("");
+    if (!IsBlobId(content)) return CheckBlobId("");
     LB_RETURN_IF_ERROR(CheckIsOffered());
     const BlobId id = absl::StrCat(content, "-", RandomHex(16));
     LB_ASSIGN_OR_RETURN(DirectUpload upload,
-                        shared_->s3->PresignPut(KeyOf(id), size_bytes, expires));
+                        shared_->s3->PresignPut(BlobKey(id), size_bytes, expires));
     upload.id = id;
     return upload;
   }
 
   absl::StatusOr<std::string> PresignDownload(const BlobId& id, absl::Duration expires) override {
-    LB_RETURN_IF_ERROR(CheckId(id));
+    LB_RETURN_IF_ERROR(CheckBlobId(id));
     LB_RETURN_IF_ERROR(CheckIsOffered());
-    LB_RETURN_IF_ERROR(shared_->s3->Find(KeyOf(id)).status());
-    return shared_->s3->PresignGet(KeyOf(id), expires);
+    LB_RETURN_IF_ERROR(shared_->s3->Find(BlobKey(id)).status());
+    return shared_->s3->PresignGet(BlobKey(id), expires);
   }
 
   absl::StatusOr<int64_t> SizeOfUpload(const BlobId& id) override {
-    if (!IsUploadId(id)) return CheckId("");
-    LB_ASSIGN_OR_RETURN(const S3Object object, shared_->s3->Find(KeyOf(id)));
+    if (!IsUploadId(id)) return CheckBlobId("");
+    LB_ASSIGN_OR_RETURN(const S3Object object, shared_->s3->Find(BlobKey(id)));
     return object.size_bytes;
   }
 
@@ -194,17 +242,24 @@ class S3BlobStore : public BlobStore {
       LB_ASSIGN_OR_RETURN(S3Page page, shared_->s3->List(prefix, token));
       for (const S3Object& object : page.objects) {
         const std::string id = object.key.substr(object.key.rfind('/') + 1);
-        if (!CheckId(id).ok() || object.key != KeyOf(id)) continue;
+        if (!CheckBlobId(id).ok() || object.key != BlobKey(id)) continue;
         blobs.push_back({id, object.size_bytes, object.modified});
       }
       token = std::move(page.next_token);
     } while (!token.empty());
+    std::ranges::sort(blobs, {}, &BlobInfo::id);
     return absl::OkStatus();
   }
 
-  static absl::Status CheckId(const BlobId& id) {
-    if (IsBlobId(id) || IsUploadId(id)) return absl::OkStatus();
-    return absl::InvalidArgumentError(absl::StrCat("'", id, "' is no blob id"));
+  // Deletes the copy of a deleted object. That of an upload may be one of other blobs, too.
+  absl::Status Forget(const BlobId& id) {
+    return IsUploadId(id) ? absl::OkStatus() : shared_->cache->Delete(id);
+  }
+
+  // Whether the cache may answer for this id. What a client has sent under a XXH3 may be made to
+  // collide with something else, so it never gets that name in the cache.
+  static bool IsCachedByName(const BlobId& id) {
+    return !IsUploadId(id) || HashKindOf(id) == HashKind::kSha256;
   }
 
   absl::Status DamageOf(const std::string& key, int64_t size, const BlobId& found) const {
@@ -212,16 +267,26 @@ class S3BlobStore : public BlobStore {
                                             size, " bytes hash to ", found));
   }
 
-  // Into the cache.
-  absl::Status Fetch(const BlobId& id, int64_t size) {
-    const std::string key = KeyOf(id);
-    LB_ASSIGN_OR_RETURN(const std::unique_ptr<BlobWriter> writer, shared_->cache->Create());
-    LB_ASSIGN_OR_RETURN(const BlobId found, Download(*shared_->s3, key, size, [&](auto bytes) {
-                          return writer->Append(bytes);
-                        }));
-    if (found != ContentIdOf(id)) return DamageOf(key, size, found);
-    LB_RETURN_IF_ERROR(writer->Commit().status());
-    return shared_->cache->Trim();
+  // Gets the object by way of the cache, where it stays as far as there is room.
+  absl::StatusOr<std::shared_ptr<const Blob>> Fetch(const BlobId& id, int64_t size) {
+    const std::string key = BlobKey(id);
+    LB_ASSIGN_OR_RETURN(
+        const std::unique_ptr<BlobWriter> writer,
+        IsCachedByName(id) ? shared_->cache->CreateAs(ContentIdOf(id)) : shared_->cache->Create());
+    BlobHasher named(HashKindOf(id));
+    LB_RETURN_IF_ERROR(Download(*shared_->s3, key, size, [&](auto bytes) {
+      if (!IsCachedByName(id)) named.Add(bytes);
+      return writer->Append(bytes);
+    }));
+    if (!IsCachedByName(id) && named.Id() != ContentIdOf(id)) {
+      return DamageOf(key, size, named.Id());
+    }
+    const absl::StatusOr<BlobId> cached = writer->Commit();  // compares the hash
+    if (absl::IsDataLoss(cached.status())) return DamageOf(key, size, "something else");
+    LB_RETURN_IF_ERROR(cached.status());
+    auto blob = shared_->cache->Find(*cached);
+    LB_RETURN_IF_ERROR(shared_->cache->Trim());
+    return blob;
   }
 
   const std::shared_ptr<const Shared> shared_;

@@ -169,7 +169,7 @@ class Checker {
     if (!aside.ok()) return aside.status();
     item.repair = absl::StrCat("moved to ", *aside);
     if (!copy.ok()) return absl::OkStatus();
-    LB_RETURN_IF_ERROR(store::PutBlob(*store_.blobs, (*copy)->bytes()).status());
+    LB_RETURN_IF_ERROR(store::PutBlobAs(*store_.blobs, item.blob, (*copy)->bytes()));
     absl::StrAppend(&item.repair, "; put again from the cache");
     return absl::OkStatus();
   }

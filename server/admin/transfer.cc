@@ -18,6 +18,7 @@
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
 #include "core/store/catalog_file.h"
+#include "core/store/content_hash.h"
 #include "core/store/data_directory.h"
 #include "core/store/job_records.h"
 #include "core/store/posix_file.h"
@@ -52,20 +53,32 @@ void QueueAgain(store::CatalogContents& contents) {
   }
 }
 
-// Files that clients have sent directly become blobs like all others.
-void NameByContent(store::CatalogContents& contents) {
+// The id that a blob has in an export. A file of an upload becomes a blob like all others.
+absl::StatusOr<store::BlobId> ExportedId(const store::BlobId& id, store::BlobStore& blobs) {
+  if (!store::IsUploadId(id)) return id;
+  const store::BlobId content = store::ContentIdOf(id);
+  if (store::HashKindOf(content) == store::HashKind::kSha256) return content;
+  // An older client's: a client may have made its XXH3 equal to that of another blob.
+  LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob, blobs.Open(id));
+  store::BlobHasher hasher;
+  hasher.Add(blob->bytes());
+  return hasher.Id();
+}
+
+absl::Status NameByContent(store::BlobStore& blobs, store::CatalogContents& contents) {
   for (store::pb::JobRecord& job : contents.jobs) {
-    if (!job.has_import_animation()) continue;
+    if (!job.has_import_animation() || !store::IsUnfinished(job)) continue;
     for (store::pb::SourceFile& file : *job.mutable_import_animation()->mutable_files()) {
-      if (store::IsUploadId(file.blob())) file.set_blob(store::ContentIdOf(file.blob()));
+      LB_ASSIGN_OR_RETURN(*file.mutable_blob(), ExportedId(file.blob(), blobs));
     }
   }
+  return absl::OkStatus();
 }
 
 // What a catalog holds at one moment, and the blobs that go with it.
 struct Snapshot {
   store::CatalogContents contents;
-  std::vector<store::BlobId> blobs;  // sorted
+  std::map<store::BlobId, store::BlobId> blobs;  // id in the store -> id in the export
 };
 
 // Of animations whose file is lost (Check() has found that out) the record goes alone.
@@ -80,8 +93,8 @@ std::set<store::BlobId> LostBlobs(const store::CatalogContents& contents) {
   return lost;
 }
 
-absl::StatusOr<Snapshot> TakeSnapshot(store::Catalog& catalog) {
-  LB_ASSIGN_OR_RETURN(store::CatalogInspection inspection, catalog.Inspect());
+absl::StatusOr<Snapshot> TakeSnapshot(const store::Store& store) {
+  LB_ASSIGN_OR_RETURN(store::CatalogInspection inspection, store.catalog->Inspect());
   if (!inspection.damage.empty()) {
     return absl::DataLossError(absl::StrCat(inspection.damage.front(), " (of ",
                                             inspection.damage.size(), " faults of the catalog)"));
@@ -89,10 +102,12 @@ absl::StatusOr<Snapshot> TakeSnapshot(store::Catalog& catalog) {
   Snapshot snapshot;
   snapshot.contents = std::move(inspection.contents);
   QueueAgain(snapshot.contents);
-  NameByContent(snapshot.contents);
+  LB_RETURN_IF_ERROR(NameByContent(*store.blobs, snapshot.contents));
   const std::set<store::BlobId> lost = LostBlobs(snapshot.contents);
-  std::copy_if(inspection.blobs.begin(), inspection.blobs.end(), std::back_inserter(snapshot.blobs),
-               [&](const store::BlobId& id) { return !lost.contains(id); });
+  for (const store::BlobId& id : inspection.blobs) {
+    if (lost.contains(id)) continue;
+    LB_ASSIGN_OR_RETURN(snapshot.blobs[id], ExportedId(id, *store.blobs));
+  }
   return snapshot;
 }
 
@@ -113,21 +128,19 @@ std::vector<store::BlobId> BlobsOf(const store::CatalogContents& contents) {
   return std::vector<store::BlobId>(needed.begin(), needed.end());
 }
 
-std::string NameOf(const store::BlobId& id) {
-  return absl::StrCat("blobs/", id.substr(5, 2), "/", store::ContentIdOf(id));
-}
+// A blob to be copied: its ids here and there.
+using BlobPair = std::pair<store::BlobId, store::BlobId>;
 
-absl::Status CopyBlob(store::BlobStore& from, const store::BlobId& id, store::BlobStore& to,
+absl::Status CopyBlob(store::BlobStore& from, const BlobPair& ids, store::BlobStore& to,
                       int64_t* size_bytes) {
-  LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob, from.Open(id));
-  LB_ASSIGN_OR_RETURN(const store::BlobId written, store::PutBlob(to, blob->bytes()));
+  LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob, from.Open(ids.first));
   *size_bytes = static_cast<int64_t>(blob->bytes().size());
-  if (written == store::ContentIdOf(id)) return absl::OkStatus();
-  return absl::DataLossError(absl::StrCat("blob ", id, " became ", written, " on the way"));
+  LB_RETURN_IF_ERROR(store::PutBlobAs(to, ids.second, blob->bytes()));
+  return blob->Check();
 }
 
 // Copies those, several at a time; the first error in their order.
-absl::Status CopyBlobs(store::BlobStore& from, const std::vector<store::BlobId>& ids,
+absl::Status CopyBlobs(store::BlobStore& from, const std::vector<BlobPair>& ids,
                        store::BlobStore& to, const parallel::Arena& arena, Progress& progress,
                        TransferReport& report) {
   std::vector<absl::Status> statuses(ids.size());
@@ -156,10 +169,10 @@ void CountRecords(const store::CatalogContents& contents, TransferReport& report
 
 // Hands snapshots to `copy` until all blobs of one could be copied: others may be replaced or
 // deleted, and collected, meanwhile.
-absl::StatusOr<Snapshot> CopySnapshot(store::Catalog& catalog,
+absl::StatusOr<Snapshot> CopySnapshot(const store::Store& store,
                                       absl::FunctionRef<absl::Status(const Snapshot&)> copy) {
   for (int attempt = 1;; ++attempt) {
-    LB_ASSIGN_OR_RETURN(Snapshot snapshot, TakeSnapshot(catalog));
+    LB_ASSIGN_OR_RETURN(Snapshot snapshot, TakeSnapshot(store));
     const absl::Status status = copy(snapshot);
     if (status.ok()) return snapshot;
     if (!absl::IsNotFound(status)) return status;
@@ -220,17 +233,17 @@ absl::StatusOr<std::vector<store::BlobId>> MissingBlobs(const std::vector<store:
 // A blob's id, if that is what the file's name says.
 std::optional<store::BlobId> BlobOf(const std::string& name) {
   const std::string id = name.substr(name.rfind('/') + 1);
-  if (store::IsBlobId(id) && absl::EndsWith(name, NameOf(id))) return id;
+  if (store::IsBlobId(id) && absl::EndsWith(name, store::BlobKey(id))) return id;
   return std::nullopt;
 }
 
 absl::Status ImportBlob(TarReader& archive, const store::BlobId& id, store::BlobStore& blobs) {
-  LB_ASSIGN_OR_RETURN(const std::unique_ptr<store::BlobWriter> writer, blobs.Create());
+  LB_ASSIGN_OR_RETURN(const std::unique_ptr<store::BlobWriter> writer, blobs.CreateAs(id));
   LB_RETURN_IF_ERROR(archive.Read([&](auto bytes) { return writer->Append(bytes); }));
-  LB_ASSIGN_OR_RETURN(const store::BlobId written, writer->Commit());
-  if (written == id) return absl::OkStatus();
+  const absl::Status committed = writer->Commit().status();
+  if (!absl::IsDataLoss(committed)) return committed;
   return absl::DataLossError(
-      absl::StrCat("blob ", id, " of the archive is damaged: its bytes hash to ", written));
+      absl::StrCat("blob ", id, " of the archive is damaged: ", committed.message()));
 }
 
 // Copies the archive's blobs and returns its catalog.
@@ -290,16 +303,15 @@ absl::StatusOr<TransferReport> ExportToDirectory(const store::Store& store,
   LB_ASSIGN_OR_RETURN(const auto blobs, store::OpenLocalBlobStore(directory));
   TransferReport report;
   progress.Begin("exported", -1);
-  LB_ASSIGN_OR_RETURN(const Snapshot snapshot,
-                      CopySnapshot(*store.catalog, [&](const Snapshot& current) -> absl::Status {
-                        std::vector<store::BlobId> missing;
-                        for (const store::BlobId& id : current.blobs) {
-                          if (!blobs->Verify(id).ok()) missing.push_back(id);
-                        }
-                        report.num_skipped =
-                            static_cast<int64_t>(current.blobs.size() - missing.size());
-                        return CopyBlobs(*store.blobs, missing, *blobs, arena, progress, report);
-                      }));
+  LB_ASSIGN_OR_RETURN(
+      const Snapshot snapshot, CopySnapshot(store, [&](const Snapshot& current) -> absl::Status {
+        std::vector<BlobPair> missing;
+        for (const BlobPair& ids : current.blobs) {
+          if (!blobs->Verify(ids.second).ok()) missing.push_back(ids);
+        }
+        report.num_skipped = static_cast<int64_t>(current.blobs.size() - missing.size());
+        return CopyBlobs(*store.blobs, missing, *blobs, arena, progress, report);
+      }));
   progress.End();
   CountRecords(snapshot.contents, report);
   LB_ASSIGN_OR_RETURN(const std::string catalog, CatalogFileOf(snapshot, store.name));
@@ -314,18 +326,19 @@ absl::StatusOr<TransferReport> ExportToStream(const store::Store& store, std::os
   std::set<store::BlobId> written;
   progress.Begin("exported", -1);
   const auto copy = [&](const Snapshot& current) -> absl::Status {
-    for (const store::BlobId& id : current.blobs) {
-      if (written.contains(id)) continue;
+    for (const auto& [id, exported] : current.blobs) {
+      if (written.contains(exported)) continue;
       LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob, store.blobs->Open(id));
-      LB_RETURN_IF_ERROR(archive.Add(NameOf(id), blob->bytes()));
-      written.insert(id);
+      LB_RETURN_IF_ERROR(archive.Add(store::BlobKey(exported), blob->bytes()));
+      LB_RETURN_IF_ERROR(blob->Check());
+      written.insert(exported);
       ++report.num_copied;
       report.copied_bytes += static_cast<int64_t>(blob->bytes().size());
       progress.Add(static_cast<int64_t>(blob->bytes().size()));
     }
     return absl::OkStatus();
   };
-  LB_ASSIGN_OR_RETURN(const Snapshot snapshot, CopySnapshot(*store.catalog, copy));
+  LB_ASSIGN_OR_RETURN(const Snapshot snapshot, CopySnapshot(store, copy));
   progress.End();
   CountRecords(snapshot.contents, report);
   LB_ASSIGN_OR_RETURN(const std::string catalog, CatalogFileOf(snapshot, store.name));
@@ -350,7 +363,9 @@ absl::StatusOr<TransferReport> ImportFromDirectory(const std::string& directory,
   LB_ASSIGN_OR_RETURN(std::vector<store::BlobId> missing, MissingBlobs(needed, *store.blobs));
   report.num_skipped = static_cast<int64_t>(needed.size() - missing.size());
   while (!missing.empty()) {  // again what has become old while it took so long
-    const absl::Status status = CopyBlobs(*blobs, missing, *store.blobs, arena, progress, report);
+    std::vector<BlobPair> pairs;
+    for (const store::BlobId& id : missing) pairs.emplace_back(id, id);
+    const absl::Status status = CopyBlobs(*blobs, pairs, *store.blobs, arena, progress, report);
     if (absl::IsNotFound(status)) {
       return absl::DataLossError(absl::StrCat("the export is not complete: ", status.message()));
     }

@@ -14,9 +14,12 @@
 namespace liquidblend::catalog {
 namespace {
 
+constexpr int kMaxLooks = 3;  // at versions that are replaced before they can be loaded
+
 // The same status with the family's name in front. A blob or file that the catalog refers to and
 // that is not there, or is no family file, is lost data.
 absl::Status LoadError(const std::string& id, const absl::Status& status) {
+  if (status.ok()) return status;
   const bool is_loss = absl::IsNotFound(status) || absl::IsInvalidArgument(status);
   return absl::Status(is_loss ? absl::StatusCode::kDataLoss : status.code(),
                       absl::StrCat("family ", id, ": ", std::string(status.message())));
@@ -61,6 +64,10 @@ LoadedFamily::LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace tri
       grid(encode::GridOf(family)),
       parameter_space(std::move(triangulated)) {}
 
+absl::Status LoadedFamily::CheckFile() const {
+  return file == nullptr ? absl::OkStatus() : LoadError(family.name, file->Check());
+}
+
 absl::Status FamiliesOptions::Validate() const {
   if (memory_budget_bytes >= 0) return absl::OkStatus();
   return absl::InvalidArgumentError(
@@ -95,6 +102,7 @@ FamilyPtr Families::Peek(const std::string& id, int64_t version) {
   if (found == slots_.end() || found->second.current == nullptr) return nullptr;
   Slot& slot = found->second;
   if (version != 0 && version != slot.current->record.version()) return nullptr;
+  if (!slot.current->loaded->CheckFile().ok()) return nullptr;
   slot.last_use = ++num_uses_;
   return slot.current->loaded;
 }
@@ -153,7 +161,7 @@ void Families::Find(const std::string& id, int64_t version, Wish wish, Executor 
   {
     absl::MutexLock lock(&mutex_);
     choice = Choose(*record, version, wish);
-    if (choice.wait != nullptr) choice.wait->waiting.push_back(std::move(done));
+    if (choice.wait != nullptr) choice.wait->waiting.push_back({version, std::move(done)});
     EvictIdle(dropped);
   }
   if (choice.start != nullptr && !executor([this, load = choice.start] { Run(load); })) {
@@ -181,7 +189,8 @@ Families::Choice Families::Choose(const store::pb::FamilyRecord& record, int64_t
   Choice choice;
   const bool asks_published = version == 0 || version == record.version();
   const auto found = slots_.find(record.id());
-  const LoadPtr current = found == slots_.end() ? nullptr : found->second.current;
+  LoadPtr current = found == slots_.end() ? nullptr : found->second.current;
+  if (current != nullptr && !current->loaded->CheckFile().ok()) current = nullptr;  // load it anew
   if (wish == Wish::kRefresh && current == nullptr) return choice;  // let go meanwhile
   const bool is_current = current != nullptr && IsSameVersion(current->record, record);
   const bool may_go_on = current != nullptr && wish != Wish::kNewest &&
@@ -218,7 +227,22 @@ void Families::Run(const LoadPtr& load) {
   absl::StatusOr<FamilyPtr> result = absl::ResourceExhaustedError(
       absl::StrCat("family ", load->record.id(), ": loading broke off"));
   const absl::Cleanup finish = [&] { Finish(load, result); };
-  result = LoadFamily(load->record);
+  result = LoadPublished(load);
+}
+
+// A version that is replaced before its file is opened may have been collected by then: its
+// successor is loaded instead.
+absl::StatusOr<FamilyPtr> Families::LoadPublished(const LoadPtr& load) {
+  store::pb::FamilyRecord record = load->record;
+  for (int attempt = 1;; ++attempt) {
+    absl::StatusOr<FamilyPtr> loaded = LoadFamily(record);
+    if (!absl::IsDataLoss(loaded.status()) || attempt == kMaxLooks) return loaded;
+    LB_ASSIGN_OR_RETURN(store::pb::FamilyRecord published, FindPublished(record.id()));
+    if (IsSameVersion(published, record)) return loaded;
+    record = std::move(published);
+    absl::MutexLock lock(&mutex_);
+    load->record = record;
+  }
 }
 
 // Opening reads and checks every byte and every element, so what comes out is warm: frames of it
@@ -226,8 +250,7 @@ void Families::Run(const LoadPtr& load) {
 absl::StatusOr<FamilyPtr> Families::LoadFamily(const store::pb::FamilyRecord& record) {
   absl::StatusOr<std::shared_ptr<const store::Blob>> blob = blobs_.Open(record.blob());
   if (!blob.ok()) return LoadError(record.id(), blob.status());
-  const auto file_bytes = static_cast<int64_t>((*blob)->bytes().size());
-  absl::StatusOr<mesh::RegisteredFamily> family = store::OpenFamily(*std::move(blob), record.id());
+  absl::StatusOr<mesh::RegisteredFamily> family = store::OpenFamily(*blob, record.id());
   if (!family.ok()) return LoadError(record.id(), family.status());
   family->name = record.id();
   family->version = record.version();
@@ -235,7 +258,9 @@ absl::StatusOr<FamilyPtr> Families::LoadFamily(const store::pb::FamilyRecord& re
   if (!space.ok()) return LoadError(record.id(), space.status());
   const auto loaded = std::make_shared<LoadedFamily>(*std::move(family), *std::move(space));
   loaded->generation = absl::StrCat(record.id(), "/", record.version(), "/", record.blob());
-  loaded->size_bytes = file_bytes;
+  loaded->file = *blob;
+  LB_RETURN_IF_ERROR(loaded->CheckFile());
+  loaded->size_bytes = static_cast<int64_t>((*blob)->bytes().size());
   for (const auto& level : loaded->levels) {
     loaded->size_bytes += level->index.size_bytes() + level->time_links.size_bytes();
   }
@@ -244,14 +269,18 @@ absl::StatusOr<FamilyPtr> Families::LoadFamily(const store::pb::FamilyRecord& re
 
 void Families::Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result) {
   Dropped dropped;
-  std::vector<Done> waiting;
+  std::vector<Waiter> waiting;
   {
     absl::MutexLock lock(&mutex_);
     waiting.swap(load->waiting);
     Settle(load, result, dropped);
   }
   if (!result.ok() && waiting.empty()) base::LogError(result.status().ToString());
-  for (Done& done : waiting) done(result);
+  for (Waiter& waiter : waiting) {
+    const bool is_asked_for = waiter.version == 0 || waiter.version == load->record.version();
+    result.ok() && !is_asked_for ? waiter.done(NoSuchVersion(load->record, waiter.version))
+                                 : waiter.done(result);
+  }
 }
 
 // A load that was overtaken by a newer version serves only those who wait for it.

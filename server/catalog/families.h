@@ -46,6 +46,9 @@ struct LoadedFamily {
   const std::vector<std::unique_ptr<const LoadedLevel>> levels;
   const encode::Grid grid;  // for every frame of `family` at any level
   const ParameterSpace parameter_space;
+  std::shared_ptr<const store::Blob> file;  // that `family` views; null: it views other memory
+  // kDataLoss once a part of the file could not be read: frames made since then are not to be sent.
+  absl::Status CheckFile() const;
   int64_t size_bytes = 0;  // mapped file, indices and links
   // Id, version and content: families that have it in common give the same frames.
   std::string generation;
@@ -106,14 +109,19 @@ class Families {
  private:
   enum class Wish { kNewest, kReady, kRefresh };
 
+  struct Waiter {
+    int64_t version = 0;  // that it asked for; 0: any
+    Done done;
+  };
+
   // One version on its way into memory. Guarded by mutex_.
   struct Load {
-    store::pb::FamilyRecord record;
+    store::pb::FamilyRecord record;  // of a newer version if this one was replaced meanwhile
     bool is_done = false;  // then `loaded` is set, unless it failed
     FamilyPtr loaded;
     // Failed: not before.
     base::SteadyClock::time_point retry_at = base::SteadyClock::time_point::max();
-    std::vector<Done> waiting;
+    std::vector<Waiter> waiting;
   };
   using LoadPtr = std::shared_ptr<Load>;
 
@@ -136,6 +144,7 @@ class Families {
   Choice Choose(const store::pb::FamilyRecord& record, int64_t version, Wish wish)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Run(const LoadPtr& load);
+  absl::StatusOr<FamilyPtr> LoadPublished(const LoadPtr& load);
   absl::StatusOr<FamilyPtr> LoadFamily(const store::pb::FamilyRecord& record);
   void Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result);
   // What is let go of, to be destroyed without the lock: unmapping takes a while.

@@ -14,6 +14,7 @@
 #include "server/rpc/frame_cache.h"
 #include "server/rpc/frame_maker.h"
 #include "server/rpc/frame_pool.h"
+#include "server/rpc/upload_tally.h"
 #include "server/rpc/work_pool.h"
 
 namespace liquidblend::rpc {
@@ -58,6 +59,7 @@ struct Backends {
   BufferShelf buffers;
   metrics::Metrics metrics;
   CallLog call_log;
+  UploadTally uploads;
   WorkPool io;       // waits for the catalog and the disk
   WorkPool loads;    // loads families
   WorkPool steps;    // decides what streams send next; never waits

@@ -29,8 +29,14 @@ class ImportCall final : public Call<Reactor> {
         request_(*request),
         response_(response),
         limits_(LimitsOf(backends.limits, caller().principal)),
-        upload_(backends.catalog, backends.blobs, limits_, caller().principal,
-                /*header_field=*/"") {}
+        upload_(std::make_shared<Upload>(
+            UploadStores{backends.catalog, backends.blobs, backends.uploads}, limits_,
+            caller().principal, /*header_field=*/"")) {}
+
+  // Deleting the files of an import that broke off waits for the store.
+  ~ImportCall() override {
+    backends_.io.PostMore([upload = std::move(upload_)]() mutable { upload = nullptr; });
+  }
 
  private:
   void Begin() override { PostStep(); }
@@ -46,7 +52,7 @@ class ImportCall final : public Call<Reactor> {
     if (!has_more.ok()) return Close(has_more.status());
     if (*has_more) return PostStep();
     absl::StatusOr<Operation> operation = Guarded([this]() -> absl::StatusOr<Operation> {
-      LB_ASSIGN_OR_RETURN(const store::pb::JobRecord job, upload_.Submit());
+      LB_ASSIGN_OR_RETURN(const store::pb::JobRecord job, upload_->Submit());
       return ToOperation(job, backends_.catalog);
     });
     if (!operation.ok()) return Close(operation.status());
@@ -59,7 +65,7 @@ class ImportCall final : public Call<Reactor> {
     if (source_.has_value()) {
       LB_ASSIGN_OR_RETURN(const bool has_more, source_->Next(message));
       if (!has_more) return false;
-      const absl::Status added = upload_.Add(message);
+      const absl::Status added = upload_->Add(message);
       // What is wrong with a file is wrong with the place that it is in.
       if (absl::IsInvalidArgument(added)) return AtField("location", added);
       LB_RETURN_IF_ERROR(added);
@@ -69,7 +75,7 @@ class ImportCall final : public Call<Reactor> {
     *message.mutable_header()->mutable_options() = request_.options();
     message.mutable_header()->set_request_id(request_.request_id());
     message.mutable_header()->set_priority(request_.priority());
-    LB_RETURN_IF_ERROR(upload_.Add(message));
+    LB_RETURN_IF_ERROR(upload_->Add(message));
     absl::StatusOr<ImportSource> source =
         ImportSource::Open(roots_, request_.location(), limits_.max_upload_files);
     LB_RETURN_IF_ERROR(source.status());
@@ -82,7 +88,7 @@ class ImportCall final : public Call<Reactor> {
   const v1::ImportAnimationRequest request_;
   Operation* const response_;
   const Limits limits_;
-  Upload upload_;
+  std::shared_ptr<Upload> upload_;
   std::optional<ImportSource> source_;
 };
 

@@ -178,6 +178,7 @@ absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const F
   buffers.workspace.stop = buffers.stop;
   mesh::TriangleMesh surface = CutCells(level, blender, query.surface, buffers);
   LB_RETURN_IF_ERROR(CheckIsWanted(buffers));
+  LB_RETURN_IF_ERROR(loaded.CheckFile());  // encoders take closed surfaces only
   buffers.times.slice = watch.Lap();
   FinishSurface(level, blender, query.surface, buffers, surface);
   LB_RETURN_IF_ERROR(CheckIsWanted(buffers));
@@ -186,6 +187,7 @@ absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const F
                       encode::EncodeDraco(surface, DracoOptionsOf(loaded, query.encoding),
                                           buffers.writer, buffers.helpers));
   buffers.times.encode = watch.Lap();
+  LB_RETURN_IF_ERROR(loaded.CheckFile());
   return Reply(loaded.family, query, surface, std::move(data));
 }
 

@@ -32,12 +32,24 @@ absl::Status CheckFiles(const v1::PresignUploadRequest& request, const Limits& l
     violations.AddIf(file.size_bytes() < 0, absl::StrCat(field, ".size_bytes"),
                      absl::StrCat("must be >= 0, got ", file.size_bytes()));
     violations.AddIf(!store::IsBlobId(file.checksum()), absl::StrCat(field, ".checksum"),
-                     "must be 'xxh3-' and 32 hexadecimal digits");
+                     "must be 'sha256-' and 64 hexadecimal digits");
     if (file.size_bytes() < 0) continue;
     if (file.size_bytes() > left) return UploadTooLarge(limits, "");
     left -= file.size_bytes();
   }
   return violations.ToStatus();
+}
+
+// Whether the principal may store the files beside what it has and what is under way.
+absl::Status CheckStoredBytes(Backends& backends, const v1::PresignUploadRequest& request,
+                              const Principal& principal) {
+  int64_t num_bytes = backends.uploads.Add(principal.name, 0);
+  for (const v1::PresignUploadRequest::File& file : request.files()) num_bytes += file.size_bytes();
+  const store::OwnerCheck check = OwnerCheckOf(principal, num_bytes);
+  if (!check) return absl::OkStatus();
+  store::pb::JobRecord job;
+  SetOwner(principal, job);
+  return backends.catalog.CheckOwner(job, check);
 }
 
 // Errors: kFailedPrecondition if there is no file yet.
@@ -70,12 +82,7 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
     LB_RETURN_IF_ERROR(CheckId("animation_id", request.animation_id()));
     LB_RETURN_IF_ERROR(CheckIsFree(backends.catalog, request.animation_id()));
   }
-  int64_t num_bytes = 0;
-  for (const v1::PresignUploadRequest::File& file : request.files()) num_bytes += file.size_bytes();
-  store::pb::JobRecord job;
-  SetOwner(principal, job);
-  const store::OwnerCheck check = OwnerCheckOf(principal, num_bytes);
-  if (check) LB_RETURN_IF_ERROR(backends.catalog.CheckOwner(job, check));
+  LB_RETURN_IF_ERROR(CheckStoredBytes(backends, request, principal));
   v1::PresignUploadResponse response;
   size_t num_urls = 0;
   *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);
@@ -83,6 +90,7 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
     LB_ASSIGN_OR_RETURN(
         store::DirectUpload upload,
         backends.blobs.PresignUpload(file.checksum(), file.size_bytes(), kUrlsLast));
+    backends.uploads.Promise(principal.name, upload.id, file.size_bytes(), kUrlsLast);
     v1::PresignUploadResponse::File& to = *response.add_files();
     to.set_blob(upload.id);
     to.set_part_bytes(upload.part_bytes);

@@ -7,7 +7,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "core/base/log.h"
 #include "core/base/status_macros.h"
+#include "core/base/steady_cond_var.h"
 #include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/job_memory.h"
@@ -20,6 +22,16 @@ namespace {
 
 constexpr size_t kMaxFileNameLength = 255;
 constexpr size_t kMaxRequestIdLength = 128;
+
+// How long deleting the files of an upload may take; the collector deletes the rest.
+constexpr absl::Duration kDeletePatience = absl::Seconds(5);
+
+// Whether the catalog has certainly not accepted the job.
+bool IsRefusal(const absl::Status& error) {
+  return absl::IsInvalidArgument(error) || absl::IsAlreadyExists(error) ||
+         absl::IsFailedPrecondition(error) || absl::IsNotFound(error) ||
+         error.GetPayload(kErrorInfoUrl).has_value();
+}
 
 // A base name that is safe to show and to write.
 bool IsBaseName(absl::string_view name) {
@@ -54,14 +66,18 @@ absl::Status CheckIsFree(store::Catalog& catalog, const std::string& animation_i
   return absl::AlreadyExistsError(absl::StrCat(AnimationName(animation_id), " exists already"));
 }
 
-Upload::Upload(store::Catalog& catalog, store::BlobStore& blobs, const Limits& limits,
-               const Principal& principal, std::string header_field)
-    : catalog_(catalog),
-      blobs_(blobs),
+Upload::Upload(const UploadStores& stores, const Limits& limits, const Principal& principal,
+               std::string header_field)
+    : stores_(stores),
       limits_(limits),
       principal_(principal),
       header_field_(std::move(header_field)) {
   SetOwner(principal, job_);
+}
+
+Upload::~Upload() {
+  DeleteFiles();
+  stores_.tally.Add(principal_.name, -declared_bytes_);
 }
 
 absl::Status Upload::Add(const v1::UploadAnimationRequest& message) {
@@ -116,7 +132,14 @@ absl::Status Upload::AddHeader(const v1::UploadAnimationRequest::Header& header)
     return InvalidField(absl::StrCat(header_field_, "request_id"),
                         absl::StrCat("at most ", kMaxRequestIdLength, " characters"));
   }
-  if (header.request_id().empty()) LB_RETURN_IF_ERROR(CheckIsFree(catalog_, header.animation_id()));
+  if (header.request_id().empty())
+    LB_RETURN_IF_ERROR(CheckIsFree(stores_.catalog, header.animation_id()));
+  if (header.num_files() < 0 || header.num_files() > limits_.max_upload_files) {
+    return InvalidField(
+        absl::StrCat(header_field_, "num_files"),
+        absl::StrCat("must be in [0, ", limits_.max_upload_files, "], got ", header.num_files()));
+  }
+  num_files_ = header.num_files();
   job_.set_request_id(header.request_id());
   job_.set_priority(header.priority());
   job_.mutable_import_animation()->set_animation(header.animation_id());
@@ -128,7 +151,7 @@ absl::Status Upload::AddHeader(const v1::UploadAnimationRequest::Header& header)
 // about.
 absl::Status Upload::CheckOwner() {
   if (!OwnerCheckOf(principal_, 0)) return absl::OkStatus();
-  return catalog_.CheckOwner(job_, [this](const store::OwnerUse& use) {
+  return stores_.catalog.CheckOwner(job_, [this](const store::OwnerUse& use) {
     use_ = use;
     return CheckOwnerLimits(principal_, use, 0);
   });
@@ -137,20 +160,21 @@ absl::Status Upload::CheckOwner() {
 absl::Status Upload::AddFile(const v1::UploadAnimationRequest::File& file) {
   LB_RETURN_IF_ERROR(CheckFileIsComplete());
   LB_RETURN_IF_ERROR(CheckFile(file));
+  if (!file.blob().empty()) stores_.tally.EndPromise(principal_.name, file.blob());
+  LB_RETURN_IF_ERROR(Reserve(file));
   file_names_.insert(file.name());
-  declared_bytes_ += file.size_bytes();
   received_bytes_ = 0;
   file_.set_name(file.name());
   file_.set_size_bytes(file.size_bytes());
   if (!file.blob().empty()) return AddSentFile(file);
-  LB_ASSIGN_OR_RETURN(writer_, blobs_.Create());
+  LB_ASSIGN_OR_RETURN(writer_, stores_.blobs.CreateUpload());
   return CommitFileIfComplete();
 }
 
 // Its content is compared with its checksum by the worker, who reads it.
 absl::Status Upload::AddSentFile(const v1::UploadAnimationRequest::File& file) {
   if (!store::IsUploadId(file.blob())) return InvalidField("file.blob", "is not of PresignUpload");
-  const absl::StatusOr<int64_t> size_bytes = blobs_.SizeOfUpload(file.blob());
+  const absl::StatusOr<int64_t> size_bytes = stores_.blobs.SizeOfUpload(file.blob());
   if (absl::IsNotFound(size_bytes.status())) {
     return InvalidField("file.blob", absl::StrCat("'", file.name(), "' has not been sent"));
   }
@@ -185,8 +209,14 @@ absl::Status Upload::CheckFile(const v1::UploadAnimationRequest::File& file) con
   if (file.size_bytes() > limits_.max_upload_bytes - declared_bytes_) {
     return UploadTooLarge(limits_, file.name());
   }
-  if (!use_.has_value()) return absl::OkStatus();
-  return CheckOwnerLimits(principal_, *use_, declared_bytes_ + file.size_bytes());
+  return absl::OkStatus();
+}
+
+// Counts the file's bytes for its owner, whose other uploads may be under way.
+absl::Status Upload::Reserve(const v1::UploadAnimationRequest::File& file) {
+  const int64_t under_way = stores_.tally.Add(principal_.name, file.size_bytes());
+  declared_bytes_ += file.size_bytes();
+  return use_.has_value() ? CheckOwnerLimits(principal_, *use_, under_way) : absl::OkStatus();
 }
 
 absl::Status Upload::AddChunk(const std::string& chunk) {
@@ -220,22 +250,54 @@ absl::Status Upload::CheckFileIsComplete() const {
 absl::Status Upload::CommitFileIfComplete() {
   if (received_bytes_ < file_.size_bytes()) return absl::OkStatus();
   LB_ASSIGN_OR_RETURN(*file_.mutable_blob(), writer_->Commit());
+  to_delete_.push_back(file_.blob());
   writer_ = nullptr;
   *job_.mutable_import_animation()->add_files() = file_;
   return absl::OkStatus();
 }
 
+// A client that is lost may look like one that has sent everything.
+absl::Status Upload::CheckNumFiles() const {
+  const int num_files = job_.import_animation().files_size();
+  if (num_files == 0) return InvalidField("file", "there must be at least one");
+  if (num_files_ == 0 || num_files == num_files_) return absl::OkStatus();
+  return InvalidField(absl::StrCat(header_field_, "num_files"),
+                      absl::StrCat(num_files, " of ", num_files_, " files were sent"));
+}
+
 absl::StatusOr<store::pb::JobRecord> Upload::Submit() {
   if (!job_.has_import_animation()) return InvalidField("header", "must be the first message");
   LB_RETURN_IF_ERROR(CheckFileIsComplete());
-  if (job_.import_animation().files().empty()) {
-    return InvalidField("file", "there must be at least one");
-  }
+  LB_RETURN_IF_ERROR(CheckNumFiles());
   store::pb::AnimationRecord animation;
   animation.set_id(job_.import_animation().animation());
   animation.set_state(store::pb::AnimationRecord::IMPORTING);
-  LB_RETURN_IF_ERROR(NoteMemory(catalog_, limits_.worker_memory_bytes, job_));
-  return catalog_.SubmitImport(animation, job_, OwnerCheckOf(principal_, declared_bytes_));
+  LB_RETURN_IF_ERROR(NoteMemory(stores_.catalog, limits_.worker_memory_bytes, job_));
+  // Only a refusal shows that nothing refers to the files; after other errors the job may be there.
+  std::vector<store::BlobId> files = std::exchange(to_delete_, {});
+  absl::StatusOr<store::pb::JobRecord> accepted =
+      stores_.catalog.SubmitImport(animation, job_, OwnerCheckOf(principal_, declared_bytes_));
+  if (accepted.ok() || IsRefusal(accepted.status())) to_delete_ = std::move(files);
+  if (accepted.ok()) KeepFilesOf(*accepted);
+  return accepted;
+}
+
+// A repeated request gets the job of the first one, which has files of its own.
+void Upload::KeepFilesOf(const store::pb::JobRecord& job) {
+  for (const store::pb::SourceFile& file : job.import_animation().files()) {
+    std::erase(to_delete_, file.blob());
+  }
+}
+
+void Upload::DeleteFiles() {
+  const base::SteadyClock::time_point begin = base::SteadyClock::now();
+  for (const store::BlobId& blob : to_delete_) {
+    if (base::Since(begin) > kDeletePatience) return;
+    const absl::Status deleted = stores_.blobs.Delete(blob);
+    if (deleted.ok()) continue;
+    return base::LogWarning(
+        absl::StrCat("files of an upload are left to be collected: ", deleted.ToString()));
+  }
 }
 
 }  // namespace liquidblend::rpc

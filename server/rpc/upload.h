@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -16,6 +17,7 @@
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/rpc/backends.h"
 #include "server/rpc/principal.h"
+#include "server/rpc/upload_tally.h"
 
 namespace liquidblend::rpc {
 
@@ -28,13 +30,24 @@ absl::Status UploadTooLarge(const Limits& limits, const std::string& file);
 // Only spares clients a useless upload: Catalog::SubmitImport() decides.  Errors: kAlreadyExists.
 absl::Status CheckIsFree(store::Catalog& catalog, const std::string& animation_id);
 
-// Nothing is visible before Submit(); dropped without it, only blobs that nobody refers to remain.
-// Threads: one at a time.
+// Where uploads go; all outlive them.
+struct UploadStores {
+  store::Catalog& catalog;
+  store::BlobStore& blobs;
+  UploadTally& tally;
+};
+
+// Nothing is visible before Submit(). The destructor deletes the files of an upload that was not
+// accepted, which may wait for the store; files that a client has sent directly, and what cannot be
+// deleted within some seconds, stay until they are collected.  Threads: one at a time.
 class Upload {
  public:
   // header_field: what the fields of the header are called by whoever sent it.
-  Upload(store::Catalog& catalog, store::BlobStore& blobs, const Limits& limits,
-         const Principal& principal = {}, std::string header_field = "header.");
+  Upload(const UploadStores& stores, const Limits& limits, const Principal& principal = {},
+         std::string header_field = "header.");
+  ~Upload();
+  Upload(const Upload&) = delete;
+  Upload& operator=(const Upload&) = delete;
 
   // Takes the next message: the header first, then each file followed by its chunks.
   // Errors: kInvalidArgument with the field at fault, kResourceExhausted (limits, disk full),
@@ -42,8 +55,8 @@ class Upload {
   // at when the upload begins, at each file and when it is submitted.
   absl::Status Add(const v1::UploadAnimationRequest& message);
 
-  // After the last message. Errors: kInvalidArgument if a file is incomplete or there is none, and
-  // those of Catalog::SubmitImport.
+  // After the last message. Errors: kInvalidArgument if a file is incomplete, there is none, or
+  // their number is not the header's; those of Catalog::SubmitImport.
   absl::StatusOr<store::pb::JobRecord> Submit();
 
  private:
@@ -56,15 +69,20 @@ class Upload {
   absl::Status CheckFileIsComplete() const;
   absl::Status CommitFileIfComplete();
   absl::Status AddSentFile(const v1::UploadAnimationRequest::File& file);
+  absl::Status CheckNumFiles() const;
+  absl::Status Reserve(const v1::UploadAnimationRequest::File& file);
+  void KeepFilesOf(const store::pb::JobRecord& job);
+  void DeleteFiles();
 
-  store::Catalog& catalog_;
-  store::BlobStore& blobs_;
+  const UploadStores stores_;
   const Limits limits_;
   const Principal principal_;
   const std::string header_field_;
   store::pb::JobRecord job_;            // grows with each complete file
   std::optional<store::OwnerUse> use_;  // what the owner had at the beginning, if it is limited
   std::set<std::string> file_names_;
+  int num_files_ = 0;                          // that the header promises; 0: not said
+  std::vector<store::BlobId> to_delete_;       // what was stored and nobody has accepted
   int64_t declared_bytes_ = 0;                 // of all files so far
   store::pb::SourceFile file_;                 // the one that chunks go to
   int64_t received_bytes_ = 0;                 // of that file

@@ -30,8 +30,14 @@ class UploadCall final : public Call<Reactor> {
         backends_(backends),
         context_(context),
         response_(response),
-        upload_(backends.catalog, backends.blobs, LimitsOf(backends.limits, caller().principal),
-                caller().principal) {}
+        upload_(std::make_shared<Upload>(
+            UploadStores{backends.catalog, backends.blobs, backends.uploads},
+            LimitsOf(backends.limits, caller().principal), caller().principal)) {}
+
+  // Deleting the files of an upload that broke off waits for the store.
+  ~UploadCall() override {
+    backends_.io.PostMore([upload = std::move(upload_)]() mutable { upload = nullptr; });
+  }
 
   void OnReadDone(bool ok) override {
     const auto self = shared_from_this();
@@ -55,7 +61,7 @@ class UploadCall final : public Call<Reactor> {
       return Close(MalformedRequest("UploadAnimation"));
     }
     if (message_.has_header()) set_resource(AnimationName(message_.header().animation_id()));
-    const absl::Status status = Guarded([&] { return upload_.Add(message_); });
+    const absl::Status status = Guarded([&] { return upload_->Add(message_); });
     if (!status.ok()) return Close(status);
     ReadNext();
   }
@@ -63,7 +69,7 @@ class UploadCall final : public Call<Reactor> {
   void Submit() {
     if (is_abandoned(*context_)) return Close(absl::CancelledError("the client has gone"));
     absl::StatusOr<Operation> operation = Guarded([&]() -> absl::StatusOr<Operation> {
-      absl::StatusOr<store::pb::JobRecord> job = upload_.Submit();
+      absl::StatusOr<store::pb::JobRecord> job = upload_->Submit();
       if (!job.ok()) return job.status();
       return ToOperation(*job, backends_.catalog);
     });
@@ -77,7 +83,7 @@ class UploadCall final : public Call<Reactor> {
   Backends& backends_;
   grpc::CallbackServerContext* const context_;
   grpc::ByteBuffer* const response_;
-  Upload upload_;
+  std::shared_ptr<Upload> upload_;
   grpc::ByteBuffer bytes_;  // the read under way
   v1::UploadAnimationRequest message_;
 };

@@ -22,7 +22,7 @@ absl::StatusOr<std::string> HashOfProgram() {
   LB_ASSIGN_OR_RETURN(const store::FileHandle file, store::OpenFile(path, O_RDONLY));
   struct stat info;
   if (fstat(file.fd(), &info) != 0) return store::ErrnoStatus(errno, "stat", path);
-  store::BlobHasher hasher;
+  store::BlobHasher hasher(store::HashKind::kXxh3_128);
   LB_RETURN_IF_ERROR(store::ReadAll(file, static_cast<size_t>(info.st_size), path,
                                     [&](std::span<const std::byte> bytes) { hasher.Add(bytes); }));
   return hasher.Id();
@@ -50,7 +50,7 @@ void Add(const std::string& text, store::BlobHasher& hasher) {
 std::string FingerprintOf(const store::v1::RegisterJob& job, int target_index,
                           const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
                           const mesh::RegisteredFamily* previous) {
-  store::BlobHasher hasher;
+  store::BlobHasher hasher(store::HashKind::kXxh3_128);
   Add(ProgramId(), hasher);
   Add(job.SerializeAsString(), hasher);
   Add(std::to_string(target_index), hasher);

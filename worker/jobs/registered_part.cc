@@ -23,7 +23,7 @@ void Add(std::span<const Element> elements, store::BlobHasher& hasher) {
 
 std::string HashOf(const mesh::SpaceTimeMesh& mesh) {
   const mesh::RegisteredFamily view = mesh::ViewOf(mesh);
-  store::BlobHasher hasher;
+  store::BlobHasher hasher(store::HashKind::kXxh3_128);
   Add(view.vertices, hasher);
   Add(view.velocities, hasher);
   Add(view.tetrahedra, hasher);

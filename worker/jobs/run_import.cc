@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/jobs/job_options.h"
@@ -32,6 +33,18 @@ absl::StatusOr<OpenFiles> OpenBlobs(const store::v1::ImportJob& job, store::Blob
   return open;
 }
 
+// Deletes the files that the animation was made from: each upload has its own. What is left, because
+// the store is away or the worker dies, is collected.
+void DeleteUploads(const store::v1::ImportJob& job, store::BlobStore& blobs) {
+  for (const store::v1::SourceFile& file : job.files()) {
+    if (!store::IsUploadId(file.blob())) continue;
+    const absl::Status deleted = blobs.Delete(file.blob());
+    if (deleted.ok()) continue;
+    return base::LogWarning(
+        absl::StrCat("files of an upload are left to be collected: ", deleted.ToString()));
+  }
+}
+
 }  // namespace
 
 absl::Status RunImport(const store::v1::ImportJob& job, JobContext& context) {
@@ -46,7 +59,9 @@ absl::Status RunImport(const store::v1::ImportJob& job, JobContext& context) {
   LB_ASSIGN_OR_RETURN(const store::v1::AnimationRecord record,
                       StoreAnimation(animation, context.blobs));
   LB_RETURN_IF_ERROR(context.keeper.Check());
-  return context.catalog.PublishAnimation(context.keeper.lease_id(), record);
+  LB_RETURN_IF_ERROR(context.catalog.PublishAnimation(context.keeper.lease_id(), record));
+  DeleteUploads(job, context.blobs);
+  return absl::OkStatus();
 }
 
 }  // namespace liquidblend::jobs

@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "core/store/content_hash.h"
 #include "core/store/s3_blob_store.h"
 #include "server/rpc/server.h"
 #include "tests/core/store/ceph_environment.h"
@@ -74,6 +75,13 @@ class DirectFilesTest : public rpc::RpcTest {
     return {files.begin(), files.end()};
   }
 
+  // The server keeps a copy in its cache of what it sends to the store.
+  bool WentByTheServer(const store::pb::SourceFile& file) const {
+    EXPECT_TRUE(store::IsUploadId(file.blob()));
+    return std::filesystem::exists(
+        store::LocalBlobPath(folder_.path() + "/cache", store::ContentIdOf(file.blob())));
+  }
+
   std::string ContentOf(const store::pb::SourceFile& file) {
     const auto blob = s3_->Open(file.blob());
     EXPECT_THAT(blob, Succeeds());
@@ -90,7 +98,7 @@ TEST_F(DirectFilesTest, FilesGoStraightToTheStore) {
   const std::string large((size_t{5} << 20) * 2 + 7, 'x');  // in three parts
   const auto files = Upload({Write("a.ply", "water"), Write("b.ply", large), Write("c.ply", "")});
   ASSERT_EQ(files.size(), 3);
-  for (const store::pb::SourceFile& file : files) EXPECT_TRUE(store::IsUploadId(file.blob()));
+  for (const store::pb::SourceFile& file : files) EXPECT_FALSE(WentByTheServer(file));
   EXPECT_EQ(ContentOf(files[0]), "water");
   EXPECT_TRUE(ContentOf(files[1]) == large);
   EXPECT_EQ(ContentOf(files[2]), "");
@@ -105,18 +113,18 @@ TEST_F(DirectFilesTest, FilesGoStraightToTheStore) {
 TEST_F(DirectFilesTest, FilesGoByTheServerWhereTheStoreIsOutOfReach) {
   Start("http://127.0.0.1:1");
   const auto files = Upload({Write("a.ply", "water")});
-  EXPECT_TRUE(store::IsBlobId(files[0].blob()));
+  EXPECT_TRUE(WentByTheServer(files[0]));
   EXPECT_EQ(ContentOf(files[0]), "water");
 }
 
 TEST_F(DirectFilesTest, FilesGoByTheServerIfItGivesNoUrls) {
   Start("");
-  EXPECT_TRUE(store::IsBlobId(Upload({Write("a.ply", "water")})[0].blob()));
+  EXPECT_TRUE(WentByTheServer(Upload({Write("a.ply", "water")})[0]));
 }
 
 TEST_F(DirectFilesTest, AClientMayDoWithout) {
   Start(Endpoint(), /*direct_transfers=*/false);
-  EXPECT_TRUE(store::IsBlobId(Upload({Write("a.ply", "water")})[0].blob()));
+  EXPECT_TRUE(WentByTheServer(Upload({Write("a.ply", "water")})[0]));
 }
 
 TEST_F(DirectFilesTest, StoredFilesAreGotAndChecked) {
@@ -136,12 +144,21 @@ TEST_F(DirectFilesTest, StoredFilesAreGotAndChecked) {
 
   v1::PresignDownloadResponse wrong;
   wrong.set_url(*s3_->PresignDownload(blob, absl::Minutes(15)));
-  wrong.set_checksum("xxh3-00000000000000000000000000000000");
   client::Http http("");
   const std::string other = folder_.path() + "/b.file";
-  EXPECT_THAT(client::GetFromUrl(http, wrong, other), Fails(Code::kDataLoss, blob));
-  EXPECT_FALSE(std::filesystem::exists(other));
-  EXPECT_FALSE(std::filesystem::exists(other + ".part"));
+  for (const std::string& checksum :
+       {"sha256-" + std::string(64, '0'), "xxh3-" + std::string(32, '0')}) {
+    wrong.set_checksum(checksum);
+    EXPECT_THAT(client::GetFromUrl(http, wrong, other),
+                Fails(Code::kDataLoss, "instead of " + checksum));
+    EXPECT_FALSE(std::filesystem::exists(other));
+    EXPECT_FALSE(std::filesystem::exists(other + ".part"));
+  }
+  // Of an older store.
+  store::BlobHasher hasher(store::HashKind::kXxh3_128);
+  hasher.Add(store::AsBytes("an animation"));
+  wrong.set_checksum(hasher.Id());
+  EXPECT_THAT(client::GetFromUrl(http, wrong, other), Succeeds());
 }
 
 }  // namespace

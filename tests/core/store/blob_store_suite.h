@@ -12,6 +12,7 @@
 
 #include "absl/time/clock.h"
 #include "core/store/blob_store.h"
+#include "core/store/content_hash.h"
 #include "tests/core/store/store_testing.h"
 
 namespace liquidblend::store {
@@ -32,6 +33,21 @@ class BlobStoreSuite : public ::testing::TestWithParam<std::unique_ptr<BlobBacke
     auto id = PutBlob(*blobs_, AsBytes(content));
     EXPECT_THAT(id, Succeeds());
     return id.ok() ? *id : BlobId();
+  }
+
+  BlobId PutUpload(const std::string& content) {
+    auto writer = blobs_->CreateUpload();
+    EXPECT_THAT(writer, Succeeds());
+    EXPECT_THAT((*writer)->Append(AsBytes(content)), Succeeds());
+    auto id = (*writer)->Commit();
+    EXPECT_THAT(id, Succeeds());
+    return id.ok() ? *id : BlobId();
+  }
+
+  static BlobId Xxh3IdOf(const std::string& content) {
+    BlobHasher hasher(HashKind::kXxh3_128);
+    hasher.Add(AsBytes(content));
+    return hasher.Id();
   }
 
   std::string Get(BlobStore& blobs, const BlobId& id) {
@@ -75,16 +91,87 @@ TEST_P(BlobStoreSuite, JoinsWhatIsAppended) {
 }
 
 TEST_P(BlobStoreSuite, NamesBlobsByTheirContent) {
-  EXPECT_EQ(Put(""), "xxh3-99aa06d3014798d86001c324468d497f");  // from the specification of XXH3
+  EXPECT_EQ(Put(""),  // from FIPS 180-4's examples
+            "sha256-e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(Put("water"), Put("water"));
   EXPECT_NE(Put("water"), Put("Water"));
   EXPECT_TRUE(IsBlobId(Put("water")));
   EXPECT_EQ(ListIds().size(), 3);
 }
 
-TEST_P(BlobStoreSuite, SaysWhichBlobIsMissing) {
-  const BlobId id = "xxh3-00000000000000000000000000000000";
+TEST_P(BlobStoreSuite, ContentsThatCollideInXxh3AreTwoBlobs) {
+  const auto [a, b] = CollidingContents();
+  ASSERT_NE(a, b);
+  ASSERT_EQ(Xxh3IdOf(a), Xxh3IdOf(b));
+  const BlobId id_a = Put(a), id_b = Put(b);
+  EXPECT_NE(id_a, id_b);
+  EXPECT_TRUE(Get(*backend_->Open(), id_a) == a);
+  EXPECT_TRUE(Get(*backend_->Open(), id_b) == b);
+}
+
+// ---- blobs of known ids, also of older stores
+
+TEST_P(BlobStoreSuite, ReadsBlobsOfOlderStores) {
+  const std::string content = SampleBytes(100000);
+  const BlobId id = Xxh3IdOf(content), other = Put("water");
+  ASSERT_THAT(PutBlobAs(*blobs_, id, AsBytes(content)), Succeeds());
+  EXPECT_TRUE(Get(*backend_->Open(), id) == content);
+  EXPECT_THAT(blobs_->Verify(id), Succeeds());
+  EXPECT_EQ(ListIds(), (std::vector<BlobId>{other, id}));
+  EXPECT_NE(Put(content), id);  // new blobs get new names
+  backend_->Damage(id);
+  EXPECT_THAT(backend_->Open()->Verify(id), Fails(absl::StatusCode::kDataLoss, id));
+  EXPECT_THAT(blobs_->Quarantine(id), Succeeds());
   EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kNotFound, id));
+}
+
+TEST_P(BlobStoreSuite, TakesNoOtherBytesForAKnownId) {
+  for (const BlobId& id : {Xxh3IdOf("water"), Put("water")}) {
+    EXPECT_THAT(blobs_->Delete(id), Succeeds());
+    EXPECT_THAT(PutBlobAs(*blobs_, id, AsBytes("wine")), Fails(absl::StatusCode::kDataLoss, id));
+    EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kNotFound, id));
+    EXPECT_THAT(PutBlobAs(*blobs_, id, AsBytes("water")), Succeeds());
+    EXPECT_EQ(Get(*blobs_, id), "water");
+  }
+}
+
+TEST_P(BlobStoreSuite, NeverReplacesAWholeBlobByOneThatCollides) {
+  const auto [a, b] = CollidingContents();
+  const BlobId id = Xxh3IdOf(a);
+  ASSERT_THAT(PutBlobAs(*blobs_, id, AsBytes(a)), Succeeds());
+  EXPECT_THAT(PutBlobAs(*backend_->Open(), id, AsBytes(b)),
+              Fails(absl::StatusCode::kAlreadyExists, "other content with the same hash"));
+  EXPECT_TRUE(Get(*backend_->Open(), id) == a);
+  EXPECT_THAT(PutBlobAs(*blobs_, id, AsBytes(a)), Succeeds());
+}
+
+// ---- files of uploads
+
+TEST_P(BlobStoreSuite, FilesOfUploadsAreSharedWithNobody) {
+  const BlobId blob = Put("water");
+  const BlobId first = PutUpload("water"), second = PutUpload("water");
+  for (const BlobId& id : {first, second}) {
+    EXPECT_TRUE(IsUploadId(id)) << id;
+    EXPECT_EQ(ContentIdOf(id), blob);
+    EXPECT_EQ(Get(*backend_->Open(), id), "water");
+    EXPECT_THAT(blobs_->Verify(id), Succeeds());
+  }
+  EXPECT_EQ(ListIds(),
+            (std::vector<BlobId>{blob, std::min(first, second), std::max(first, second)}));
+  EXPECT_THAT(blobs_->Delete(first), Succeeds());
+  EXPECT_THAT(blobs_->Open(first), Fails(absl::StatusCode::kNotFound, first));
+  EXPECT_EQ(Get(*backend_->Open(), second), "water");
+  EXPECT_EQ(Get(*backend_->Open(), blob), "water");
+  EXPECT_THAT(blobs_->DeleteIfNotNewer(second, absl::InfiniteFuture()), Succeeds());
+  EXPECT_EQ(ListIds(), std::vector<BlobId>{blob});
+}
+
+TEST_P(BlobStoreSuite, SaysWhichBlobIsMissing) {
+  for (const BlobId& id :
+       {BlobId("xxh3-00000000000000000000000000000000"), "sha256-" + std::string(64, '0'),
+        "sha256-" + std::string(64, '0') + "-" + std::string(32, '1')}) {
+    EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kNotFound, id));
+  }
 }
 
 TEST_P(BlobStoreSuite, RefusesWhatIsNoBlobId) {
@@ -92,14 +179,16 @@ TEST_P(BlobStoreSuite, RefusesWhatIsNoBlobId) {
        {"", "water", "../../etc/passwd", "xxh3-", "xxh3-0000000000000000000000000000000",
         "xxh3-000000000000000000000000000000000", "xxh3-0000000000000000000000000000000G",
         "xxh3-0000000000000000000000000000000A", "xxh3-../../00000000000000000000000000",
-        "xxh2-00000000000000000000000000000000"}) {
+        "xxh2-00000000000000000000000000000000", "sha256-00000000000000000000000000000000",
+        "xxh3-0000000000000000000000000000000000000000000000000000000000000000"}) {
     EXPECT_FALSE(IsBlobId(id));
-    EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
-    EXPECT_THAT(blobs_->Delete(id), Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
-    EXPECT_THAT(blobs_->Verify(id), Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
-    EXPECT_THAT(blobs_->Quarantine(id), Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
+    EXPECT_THAT(blobs_->Open(id), Fails(absl::StatusCode::kInvalidArgument, "not a blob id"));
+    EXPECT_THAT(blobs_->Delete(id), Fails(absl::StatusCode::kInvalidArgument, "not a blob id"));
+    EXPECT_THAT(blobs_->Verify(id), Fails(absl::StatusCode::kInvalidArgument, "not a blob id"));
+    EXPECT_THAT(blobs_->Quarantine(id), Fails(absl::StatusCode::kInvalidArgument, "not a blob id"));
+    EXPECT_THAT(blobs_->CreateAs(id), Fails(absl::StatusCode::kInvalidArgument, "not a blob id"));
     EXPECT_THAT(blobs_->DeleteIfNotNewer(id, absl::InfiniteFuture()),
-                Fails(absl::StatusCode::kInvalidArgument, "no blob id"));
+                Fails(absl::StatusCode::kInvalidArgument, "not a blob id"));
   }
 }
 

@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string PathOf(const std::string& directory, const BlobId& id) {
-  return absl::StrCat(directory, "/blobs/", id.substr(5, 2), "/", id);
+  return absl::StrCat(directory, "/blobs/", id.substr(id.find('-') + 1, 2), "/", id);
 }
 
 std::unique_ptr<BlobStore> MustOpen(const std::string& directory) {
@@ -158,6 +158,30 @@ TEST(LocalBlobStore, NoticesATruncatedBlobAndOneThatIsNoFile) {
   fs::remove(path);
   fs::create_directory(path);
   EXPECT_THAT(blobs->Open(*id), Fails(absl::StatusCode::kDataLoss, path));
+}
+
+TEST(LocalBlobStore, LeavesABlobThatIsThereAsItIs) {
+  const TemporaryFolder folder;
+  const auto blobs = MustOpen(folder.path());
+  const BlobId id = *PutBlob(*blobs, AsBytes("water"));
+  struct stat before, after;
+  ASSERT_EQ(stat(PathOf(folder.path(), id).c_str(), &before), 0);
+  EXPECT_EQ(*PutBlob(*MustOpen(folder.path()), AsBytes("water")), id);
+  ASSERT_EQ(stat(PathOf(folder.path(), id).c_str(), &after), 0);
+  EXPECT_EQ(before.st_ino, after.st_ino);
+  EXPECT_EQ(CountFiles(folder.path()), 1);
+}
+
+TEST(LocalBlobStore, MovesADamagedBlobAsideBeforeItIsPutAgain) {
+  const TemporaryFolder folder;
+  const auto blobs = MustOpen(folder.path());
+  const BlobId id = *PutBlob(*blobs, AsBytes("water"));
+  WriteFile(PathOf(folder.path(), id), "wafer");
+  EXPECT_EQ(*PutBlob(*blobs, AsBytes("water")), id);
+  EXPECT_EQ(AsString((*blobs->Open(id))->bytes()), "water");
+  const fs::path aside = *fs::directory_iterator(folder.path() + "/quarantine");
+  EXPECT_TRUE(absl::StartsWith(aside.filename().string(), id));
+  EXPECT_EQ(ReadFile(aside), "wafer");
 }
 
 TEST(LocalBlobStore, PuttingABlobAgainRenewsItsTime) {

@@ -7,6 +7,8 @@
 
 #include <chrono>
 
+#include "core/store/content_hash.h"
+#include "core/store/http_client.h"
 #include "tests/core/store/fake_s3.h"
 #include "tests/core/store/store_testing.h"
 
@@ -45,7 +47,7 @@ class S3BlobStoreTest : public ::testing::Test {
   }
 
   static std::string NameOf(const BlobId& id) {
-    return "s3://bucket/some/prefix/blobs/" + id.substr(5, 2) + "/" + id;
+    return "s3://bucket/some/prefix/blobs/" + id.substr(id.find('-') + 1, 2) + "/" + id;
   }
 
   FakeS3 s3_;
@@ -92,7 +94,8 @@ TEST_F(S3BlobStoreTest, TakesCredentialsFromTheEnvironment) {
 TEST_F(S3BlobStoreTest, UsesTheKeysOfALocalStore) {
   const BlobId id = MustPut("water");
   ASSERT_EQ(s3_.Objects().size(), 1);
-  EXPECT_EQ(s3_.Objects().begin()->first, "some/prefix/blobs/" + id.substr(5, 2) + "/" + id);
+  EXPECT_EQ(s3_.Objects().begin()->first,
+            "some/prefix/blobs/" + id.substr(id.find('-') + 1, 2) + "/" + id);
   EXPECT_EQ(s3_.Objects().begin()->second, "water");
 }
 
@@ -208,6 +211,32 @@ TEST_F(S3BlobStoreTest, GetsABlobAgainWhoseCopyIsDamaged) {
   const auto blob = blobs_->Open(id);
   ASSERT_THAT(blob, Succeeds());
   EXPECT_EQ(AsString((*blob)->bytes()), "water");
+}
+
+// A client that sends other bytes of the same XXH3 as a blob of an older store gets neither into
+// its place nor into its cached copy.
+TEST_F(S3BlobStoreTest, FilesSentDirectlyNeverStandInForABlob) {
+  options_.client_endpoint = s3_.endpoint();
+  blobs_ = MustOpen();
+  const auto [a, b] = CollidingContents();
+  BlobHasher hasher(HashKind::kXxh3_128);
+  hasher.Add(AsBytes(a));
+  const BlobId id = hasher.Id();
+  ASSERT_THAT(PutBlobAs(*blobs_, id, AsBytes(a)), Succeeds());
+  const auto upload = blobs_->PresignUpload(id, static_cast<int64_t>(b.size()), absl::Minutes(1));
+  ASSERT_THAT(upload, Succeeds());
+  HttpClient http{HttpOptions()};
+  const HttpRequest request = {
+      .method = "PUT", .url = upload->part_urls[0], .headers = {}, .body = AsBytes(b)};
+  ASSERT_EQ(http.Run({&request, 1})[0]->status, 200);
+  for (int round = 0; round < 2; ++round) {
+    const auto sent = blobs_->Open(upload->id);
+    ASSERT_THAT(sent, Succeeds());
+    EXPECT_TRUE(AsString((*sent)->bytes()) == b);
+    const auto blob = blobs_->Open(id);
+    ASSERT_THAT(blob, Succeeds());
+    EXPECT_TRUE(AsString((*blob)->bytes()) == a);
+  }
 }
 
 TEST_F(S3BlobStoreTest, ForgetsWhatWasNotUsedForTheLongestTime) {

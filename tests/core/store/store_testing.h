@@ -81,6 +81,22 @@ inline std::string SampleBytes(size_t size, uint32_t seed = 1) {
   return bytes;
 }
 
+// Two contents of one XXH3-128. In two stripes of a block, lane 0 is made equal to the low half of
+// the hash's secret, so that the product it contributes is zero whatever the high half is, and the
+// sum of the high halves stays the same.
+inline std::pair<std::string, std::string> CollidingContents() {
+  constexpr uint32_t kSecretLow[2] = {0x396cfeb8, 0x2c81017c};  // of bytes 0 to 3 and 8 to 11
+  const auto make = [&](uint32_t high0, uint32_t high1) {
+    std::string bytes = SampleBytes(1024);
+    std::memcpy(bytes.data(), &kSecretLow[0], 4);
+    std::memcpy(bytes.data() + 4, &high0, 4);
+    std::memcpy(bytes.data() + 64, &kSecretLow[1], 4);
+    std::memcpy(bytes.data() + 68, &high1, 4);
+    return bytes;
+  };
+  return {make(5, 7), make(6, 6)};
+}
+
 inline std::string ReadFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return std::string(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <thread>
@@ -15,6 +16,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/barrier.h"
 #include "core/store/files.h"
+#include "core/store/mapped_file.h"
+#include "tests/core/store/store_testing.h"
 #include "tests/synthetic/families.h"
 
 namespace liquidblend::catalog {
@@ -28,8 +31,15 @@ class CountingBlobs : public store::BlobStore {
  public:
   explicit CountingBlobs(std::unique_ptr<store::BlobStore> blobs) : blobs_(std::move(blobs)) {}
   absl::StatusOr<std::unique_ptr<store::BlobWriter>> Create() override { return blobs_->Create(); }
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateAs(const store::BlobId& id) override {
+    return blobs_->CreateAs(id);
+  }
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateUpload() override {
+    return blobs_->CreateUpload();
+  }
   absl::StatusOr<std::shared_ptr<const store::Blob>> Open(const store::BlobId& id) override {
     ++num_opened;
+    if (before_open) std::exchange(before_open, nullptr)();
     return blobs_->Open(id);
   }
   absl::Status Verify(const store::BlobId& id) override { return blobs_->Verify(id); }
@@ -43,6 +53,7 @@ class CountingBlobs : public store::BlobStore {
   absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_->List(); }
 
   std::atomic<int> num_opened = 0;
+  std::function<void()> before_open;  // once
 
  private:
   std::unique_ptr<store::BlobStore> blobs_;
@@ -135,6 +146,52 @@ class FamiliesTest : public testing::Test {
   std::unique_ptr<CountingBlobs> blobs_;
   std::unique_ptr<store::Catalog> catalog_;
 };
+
+// A registration publishes, and the collector deletes, between the look at the catalog and the
+// file.
+TEST_F(FamiliesTest, AVersionThatIsReplacedAndCollectedBeforeItIsOpenedGivesItsSuccessor) {
+  for (const int64_t asked : {0, 1}) {
+    const std::string id = absl::StrCat("splash", asked);
+    const store::BlobId first = PutFamily(2 * asked + 1), second = PutFamily(2 * asked + 2);
+    Publish(id, first);
+    Families families(*catalog_, *blobs_);
+    blobs_->before_open = [&] {
+      Publish(id, second);
+      ASSERT_TRUE(blobs_->Delete(first).ok());
+    };
+    const auto loaded = families.Get(id, asked);
+    if (asked == 0) {
+      ASSERT_TRUE(loaded.ok()) << loaded.status();
+      EXPECT_EQ((*loaded)->family.version, 2);
+    } else {
+      EXPECT_EQ(loaded.status().code(), absl::StatusCode::kNotFound) << loaded.status();
+      EXPECT_THAT(loaded.status().ToString(), HasSubstr("the published one is 2"));
+    }
+    EXPECT_EQ((*families.Get(id))->family.version, 2);
+  }
+}
+
+TEST_F(FamiliesTest, AFamilyWhoseFileCannotBeReadAnyMoreIsLoadedAnew) {
+  store::SurviveUnreadablePages();
+  const store::BlobId blob = PutFamily(1);
+  Publish("splash", blob);
+  Families families(*catalog_, *blobs_);
+  const auto loaded = families.Get("splash");
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_TRUE((*loaded)->CheckFile().ok());
+  const std::string path = store::LocalBlobPath(directory_, blob);
+  const std::string content = store::ReadFile(path);
+  std::filesystem::permissions(path, std::filesystem::perms(0644));
+  std::filesystem::resize_file(path, 0);
+  EXPECT_EQ((*loaded)->family.vertices.front()[0], 0.0F);  // reads as zeros
+  EXPECT_EQ((*loaded)->CheckFile().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(families.Peek("splash", 0), nullptr);
+  EXPECT_EQ(families.Get("splash").status().code(), absl::StatusCode::kDataLoss);
+  store::WriteFile(path, content);
+  const auto again = families.Get("splash");
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_TRUE((*again)->CheckFile().ok());
+}
 
 TEST_F(FamiliesTest, GetGivesThePublishedFamilyWithItsIndexAndGrid) {
   Publish("splash", PutFamily(1));

@@ -70,13 +70,14 @@ class PresignTest : public RpcTest {
 
   // What comes of one file that was sent.
   absl::Status NameFile(int64_t size_bytes, const std::string& blob) {
-    Upload upload(*catalog_, *urls_, SmallLimits());
+    Upload upload({*catalog_, *urls_, tally_}, SmallLimits());
     EXPECT_THAT(upload.Add(HeaderMessage("drop")), Succeeds());
     return upload.Add(FileMessage("f1.ply", size_bytes, blob));
   }
 
   store::FakeS3 s3_;
   std::unique_ptr<store::BlobStore> urls_;
+  UploadTally tally_;
   std::unique_ptr<Backends> backends_;
   store::HttpClient http_{store::HttpOptions()};
 };
@@ -88,7 +89,7 @@ TEST_F(PresignTest, FilesThatWereSentBecomeAnImport) {
   EXPECT_GT(urls->expire_time().seconds(), absl::ToUnixSeconds(absl::Now()));
   EXPECT_EQ(Put(urls->files(0), "water"), 200);
   EXPECT_EQ(Put(urls->files(1), "wine"), 200);
-  Upload upload(*catalog_, *urls_, SmallLimits());
+  Upload upload({*catalog_, *urls_, tally_}, SmallLimits());
   ASSERT_THAT(upload.Add(HeaderMessage("drop")), Succeeds());
   ASSERT_THAT(upload.Add(FileMessage("f1.ply", 5, urls->files(0).blob())), Succeeds());
   ASSERT_THAT(upload.Add(FileMessage("f2.ply", 4, urls->files(1).blob())), Succeeds());
@@ -115,7 +116,7 @@ TEST_F(PresignTest, AFileMustBeThereAsItIsNamed) {
     EXPECT_THAT(NameFile(6, name), Fails(Code::kInvalidArgument, "file.blob"));
   }
   // No chunks follow.
-  Upload upload(*catalog_, *urls_, SmallLimits());
+  Upload upload({*catalog_, *urls_, tally_}, SmallLimits());
   ASSERT_THAT(upload.Add(HeaderMessage("drop")), Succeeds());
   ASSERT_THAT(upload.Add(FileMessage("f1.ply", 5, blob)), Succeeds());
   v1::UploadAnimationRequest chunk;
@@ -144,6 +145,21 @@ TEST_F(PresignTest, RequestsAreCheckedBeforeAnythingIsSent) {
   request = RequestFor({"a"});
   request.mutable_files(0)->set_size_bytes(1001);
   EXPECT_EQ(ReasonOf(PresignUpload(*backends_, request).status()), "UPLOAD_TOO_LARGE");
+}
+
+// Files that are sent and never named would belong to nobody.
+TEST_F(PresignTest, PromisedFilesCountUntilTheyAreNamed) {
+  Principal ann;
+  ann.name = ann.key = "ann";
+  ann.limits.max_stored_bytes = 9;
+  const auto urls = PresignUpload(*backends_, RequestFor({"water"}), ann);
+  ASSERT_THAT(urls, Succeeds());
+  EXPECT_EQ(ReasonOf(PresignUpload(*backends_, RequestFor({"water"}), ann).status()),
+            "STORED_BYTES_EXCEEDED");
+  EXPECT_EQ(Put(urls->files(0), "water"), 200);
+  Upload upload({*catalog_, *urls_, backends_->uploads}, SmallLimits(), ann);
+  ASSERT_THAT(upload.Add(HeaderMessage("drop")), Succeeds());
+  EXPECT_THAT(upload.Add(FileMessage("f1.ply", 5, urls->files(0).blob())), Succeeds());
 }
 
 TEST_F(PresignTest, WhatThePrincipalMayStoreCounts) {

@@ -47,12 +47,15 @@ class UploadTest : public RpcTest {
  protected:
   // Sends the messages up to the first error, then submits.
   absl::StatusOr<store::pb::JobRecord> Send(const std::vector<v1::UploadAnimationRequest>& all) {
-    Upload upload(*catalog_, *blobs_, SmallLimits());
+    Upload upload(stores_, SmallLimits());
     for (const v1::UploadAnimationRequest& message : all) {
       if (absl::Status status = upload.Add(message); !status.ok()) return status;
     }
     return upload.Submit();
   }
+
+  UploadTally tally_;
+  const UploadStores stores_ = {*catalog_, *blobs_, tally_};
 
   std::string ContentOf(const store::pb::SourceFile& file) {
     const auto blob = blobs_->Open(file.blob());
@@ -174,7 +177,7 @@ TEST_F(UploadTest, EveryMistakeIsRefusedByNameAndLeavesNothingVisible) {
 
 TEST_F(UploadTest, ATakenIdIsRefusedBeforeAnyFileIsSent) {
   ImportAnimation("drop");
-  Upload upload(*catalog_, *blobs_, SmallLimits());
+  Upload upload(stores_, SmallLimits());
   EXPECT_THAT(upload.Add(Header("drop")), Fails(absl::StatusCode::kAlreadyExists, "drop"));
 }
 
@@ -189,7 +192,7 @@ TEST_F(UploadTest, TheJobKnowsWhoseItIsAndHowUrgent) {
   principal.name = "studio";
   v1::UploadAnimationRequest header = Header("drop");
   header.mutable_header()->set_priority(100);
-  Upload upload(*catalog_, *blobs_, SmallLimits(), principal);
+  Upload upload(stores_, SmallLimits(), principal);
   ASSERT_THAT(upload.Add(header), Succeeds());
   ASSERT_THAT(upload.Add(File("f", 0)), Succeeds());
   const auto job = upload.Submit();
@@ -197,7 +200,7 @@ TEST_F(UploadTest, TheJobKnowsWhoseItIsAndHowUrgent) {
   EXPECT_EQ(job->owner(), "studio");
   EXPECT_EQ(job->priority(), 100);
   header.mutable_header()->set_priority(101);
-  EXPECT_THAT(Upload(*catalog_, *blobs_, SmallLimits()).Add(header),
+  EXPECT_THAT(Upload(stores_, SmallLimits()).Add(header),
               Fails(absl::StatusCode::kInvalidArgument, "header.priority: must be in [-100, 100]"));
 }
 
@@ -208,11 +211,48 @@ TEST_F(UploadTest, ARepeatedRequestIdGivesTheFirstJob) {
   ASSERT_THAT(second, Succeeds());
   EXPECT_EQ(first->id(), second->id());
   EXPECT_EQ(catalog_->ListJobs(100, "")->records.size(), 1U);
+  EXPECT_EQ(blobs_->List()->size(), 1U);  // the first one's
+  EXPECT_EQ(ContentOf(first->import_animation().files(0)), "x");
+}
+
+TEST_F(UploadTest, ABrokenOffUploadLeavesNoFiles) {
+  {
+    Upload upload(stores_, SmallLimits());
+    ASSERT_TRUE(upload.Add(Header("drop")).ok());
+    ASSERT_TRUE(upload.Add(File("f", 3)).ok());
+    ASSERT_TRUE(upload.Add(Chunk("abc")).ok());
+    ASSERT_TRUE(upload.Add(File("g", 3)).ok());
+    ASSERT_TRUE(upload.Add(Chunk("abc")).ok());
+    EXPECT_EQ(blobs_->List()->size(), 2U);
+  }
+  EXPECT_TRUE(blobs_->List()->empty());
+}
+
+TEST_F(UploadTest, ARefusedUploadLeavesNoFilesAndThoseOfOthersStay) {
+  ASSERT_THAT(Send({Header("drop", "first"), File("f", 1), Chunk("x")}), Succeeds());
+  EXPECT_THAT(Send({Header("drop", "second"), File("f", 1), Chunk("x")}),
+              Fails(absl::StatusCode::kAlreadyExists, "drop"));
+  ASSERT_EQ(blobs_->List()->size(), 1U);
+  EXPECT_EQ(ContentOf(catalog_->ListJobs(1, "")->records[0].import_animation().files(0)), "x");
+}
+
+TEST_F(UploadTest, AnUploadWithoutAllOfItsFilesIsRefused) {
+  v1::UploadAnimationRequest header = Header("drop");
+  header.mutable_header()->set_num_files(2);
+  const auto part = Send({header, File("f", 1), Chunk("x")});
+  EXPECT_THAT(part, Fails(absl::StatusCode::kInvalidArgument, "1 of 2 files were sent"));
+  EXPECT_THAT(BlamedFields(part.status()), ElementsAre("header.num_files"));
+  EXPECT_THAT(Send({header, File("f", 1), Chunk("x"), File("g", 0)}), Succeeds());
+  header.mutable_header()->set_animation_id("other");
+  for (const int num_files : {-1, 5}) {
+    header.mutable_header()->set_num_files(num_files);
+    EXPECT_THAT(Send({header}), Fails(absl::StatusCode::kInvalidArgument, "must be in [0, 4]"));
+  }
 }
 
 TEST_F(UploadTest, ADroppedUploadLeavesNoTemporaryFile) {
   {
-    Upload upload(*catalog_, *blobs_, SmallLimits());
+    Upload upload(stores_, SmallLimits());
     ASSERT_TRUE(upload.Add(Header("drop")).ok());
     ASSERT_TRUE(upload.Add(File("f", 10)).ok());
     ASSERT_TRUE(upload.Add(Chunk("half")).ok());
@@ -230,7 +270,7 @@ class OwnedUploadTest : public UploadTest {
   // Up to the first error, then submitted.
   absl::StatusOr<store::pb::JobRecord> SendAs(const Principal& principal,
                                               const std::vector<v1::UploadAnimationRequest>& all) {
-    Upload upload(*catalog_, *blobs_, SmallLimits(), principal);
+    Upload upload(stores_, SmallLimits(), principal);
     for (const v1::UploadAnimationRequest& message : all) {
       if (absl::Status status = upload.Add(message); !status.ok()) return status;
     }
@@ -244,6 +284,24 @@ class OwnedUploadTest : public UploadTest {
 
   Principal ann_;
 };
+
+TEST_F(OwnedUploadTest, ParallelUploadsShareTheBytesThatTheyMayStore) {
+  ann_.limits.max_stored_bytes = 10;
+  auto first = std::make_unique<Upload>(stores_, SmallLimits(), ann_);
+  Upload second(stores_, SmallLimits(), ann_);
+  ASSERT_THAT(first->Add(Header("a")), Succeeds());
+  ASSERT_THAT(second.Add(Header("b")), Succeeds());
+  ASSERT_THAT(first->Add(File("f", 6)), Succeeds());
+  EXPECT_EQ(ReasonOf(second.Add(File("f", 5))), "STORED_BYTES_EXCEEDED");
+  first = nullptr;  // broken off
+  Upload third(stores_, SmallLimits(), ann_);
+  ASSERT_THAT(third.Add(Header("c")), Succeeds());
+  EXPECT_EQ(ReasonOf(third.Add(File("f", 10))), "STORED_BYTES_EXCEEDED");
+  Principal other;
+  other.name = other.key = "ben";
+  other.limits.max_stored_bytes = 10;
+  EXPECT_THAT(SendAs(other, {Header("d"), File("f", 10), Chunk("0123456789")}), Succeeds());
+}
 
 TEST_F(OwnedUploadTest, IsRefusedBeyondTheBytesThatTheyMayStore) {
   ann_.limits.max_stored_bytes = 10;
@@ -268,10 +326,12 @@ TEST_F(OwnedUploadTest, IsRefusedBeyondTheBytesThatTheyMayStore) {
   EXPECT_THAT(SendAs(bob, {Header("c"), File("f", 4), Chunk("abcd")}), Succeeds());
 }
 
+// Each by a server of its own: the catalog decides.
 TEST_F(OwnedUploadTest, TwoAtOnceDoNotPassTogether) {
   ann_.limits.max_stored_bytes = 10;
-  Upload one(*catalog_, *blobs_, SmallLimits(), ann_);
-  Upload two(*catalog_, *blobs_, SmallLimits(), ann_);
+  UploadTally other_tally;
+  Upload one(stores_, SmallLimits(), ann_);
+  Upload two({*catalog_, *blobs_, other_tally}, SmallLimits(), ann_);
   for (auto& [upload, id] : {std::pair(&one, "a"), std::pair(&two, "b")}) {
     for (const auto& message : {Header(id), File("f", 6), Chunk("abcdef")}) {
       ASSERT_THAT(upload->Add(message), Succeeds());

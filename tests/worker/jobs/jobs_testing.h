@@ -35,6 +35,12 @@ class HookedBlobs : public store::BlobStore {
     }
     return blobs_->Create();
   }
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateAs(const store::BlobId& id) override {
+    return blobs_->CreateAs(id);
+  }
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateUpload() override {
+    return blobs_->CreateUpload();
+  }
   absl::StatusOr<std::shared_ptr<const store::Blob>> Open(const store::BlobId& id) override {
     if (on_open) {
       const absl::MutexLock lock(&mutex_);
