@@ -41,8 +41,9 @@ class DirectTest : public E2eTest {
     return *std::move(client);
   }
 
-  // Uploads the ball and waits until it is imported.
-  void Import(Client& client, const std::string& id) {
+  // Uploads the ball, whose files must go that way, and waits until it is imported.
+  enum class Way { kDirect, kByTheServer };
+  void Import(Client& client, const std::string& id, Way way) {
     UploadRequest request;
     request.animation = id;
     request.files = *ListAnimationFiles(frames_);
@@ -52,6 +53,9 @@ class DirectTest : public E2eTest {
     ASSERT_TRUE(operation.ok()) << operation.status();
     EXPECT_EQ(last.bytes_sent, last.bytes_total);
     EXPECT_EQ(last.files_sent, num_files_);
+    EXPECT_EQ(NumUploads(), num_files_);
+    EXPECT_EQ(NumCachedUploads(), way == Way::kDirect ? 0 : num_files_);
+    const Process worker = StartWorker();
     ExpectSuccess(AwaitDone(operation->name));
   }
 
@@ -65,11 +69,20 @@ class DirectTest : public E2eTest {
     return *std::move(blobs);
   }
 
-  // How many files were sent past the server.
-  int64_t NumSentDirectly() {
+  // Files of uploads that are in the store.
+  int64_t NumUploads() {
     const std::vector<store::BlobInfo> list = *OpenBlobs()->List();
     return std::count_if(list.begin(), list.end(),
                          [](const store::BlobInfo& blob) { return store::IsUploadId(blob.id); });
+  }
+
+  // Those of which the server has a copy: they came by it, if no worker has opened them.
+  int64_t NumCachedUploads() {
+    const std::vector<store::BlobInfo> list = *OpenBlobs()->List();
+    return std::count_if(list.begin(), list.end(), [&](const store::BlobInfo& blob) {
+      return store::IsUploadId(blob.id) && std::filesystem::exists(store::LocalBlobPath(
+                                               blob_folder(), store::ContentIdOf(blob.id)));
+    });
   }
 
   const std::string frames_ = data() + "/frames";
@@ -78,10 +91,10 @@ class DirectTest : public E2eTest {
 };
 
 TEST_F(DirectTest, FilesGoStraightToTheStoreAndComeFromThere) {
-  const Process server = StartServer(1, {"LIQUIDBLEND_CLIENT_S3=" + endpoint_});
+  const Process server = StartServer(0, {"LIQUIDBLEND_CLIENT_S3=" + endpoint_});
   const auto client = MustConnect();
-  Import(*client, "a");
-  EXPECT_EQ(NumSentDirectly(), num_files_);
+  Import(*client, "a", Way::kDirect);
+  EXPECT_EQ(NumUploads(), 0);  // deleted with their import
 
   const std::string path = data() + "/a.lbanim";
   const auto size = client->Download("animations/a", path);
@@ -96,10 +109,9 @@ TEST_F(DirectTest, FilesGoStraightToTheStoreAndComeFromThere) {
                 .status()
                 .code(),
             absl::StatusCode::kAlreadyExists);
-  EXPECT_EQ(NumSentDirectly(), num_files_);  // refused before anything was sent
+  EXPECT_EQ(NumUploads(), 0);  // refused before anything was sent
 
-  Import(*MustConnect(/*direct_transfers=*/false), "b");
-  EXPECT_EQ(NumSentDirectly(), num_files_);
+  Import(*MustConnect(/*direct_transfers=*/false), "b", Way::kByTheServer);
 }
 
 // While their import waits: nobody collects them, and elsewhere they are blobs like all others.
@@ -114,7 +126,7 @@ TEST_F(DirectTest, WhatWaitsForItsImportIsKeptAndExported) {
       admin::Collect(*from.catalog, *from.blobs, {.older_than = absl::ZeroDuration()});
   ASSERT_TRUE(collected.ok()) << collected.status();
   EXPECT_EQ(collected->num_deleted, 0);
-  EXPECT_EQ(NumSentDirectly(), num_files_);
+  EXPECT_EQ(NumUploads(), num_files_);
 
   const parallel::Arena arena(1);
   admin::Progress progress(admin::Progress::Style::kNone);
@@ -136,16 +148,14 @@ TEST_F(DirectTest, WhatWaitsForItsImportIsKeptAndExported) {
 }
 
 TEST_F(DirectTest, FilesGoByTheServerWhereTheStoreIsOutOfReach) {
-  const Process server = StartServer(1, {"LIQUIDBLEND_CLIENT_S3=http://127.0.0.1:1"});
-  Import(*MustConnect(), "a");
-  EXPECT_EQ(NumSentDirectly(), 0);
+  const Process server = StartServer(0, {"LIQUIDBLEND_CLIENT_S3=http://127.0.0.1:1"});
+  Import(*MustConnect(), "a", Way::kByTheServer);
 }
 
 TEST_F(DirectTest, FilesGoByTheServerUnlessItOffersUrls) {
-  const Process server = StartServer(1);
+  const Process server = StartServer(0);
   const auto client = MustConnect();
-  Import(*client, "a");
-  EXPECT_EQ(NumSentDirectly(), 0);
+  Import(*client, "a", Way::kByTheServer);
   EXPECT_EQ(client->Download("animations/a", data() + "/a").status().code(),
             absl::StatusCode::kUnimplemented);
 }
