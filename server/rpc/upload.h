@@ -55,6 +55,9 @@ class Upload {
   // at when the upload begins, at each file and when it is submitted.
   absl::Status Add(const v1::UploadAnimationRequest& message);
 
+  // Whether the header says how many files follow.
+  bool knows_num_files() const { return num_files_ > 0; }
+
   // After the last message. Errors: kInvalidArgument if a file is incomplete, there is none, or
   // their number is not the header's; those of Catalog::SubmitImport.
   absl::StatusOr<store::pb::JobRecord> Submit();

@@ -18,8 +18,9 @@ namespace {
 using google::longrunning::Operation;
 using Reactor = grpc::ServerReadReactor<grpc::ByteBuffer>;
 
-// When a client is lost, the end of its messages may be told a moment before the cancellation. What
-// it has sent so far must not be taken for the whole.
+// When a client is lost, the end of its messages may be seen a moment before the cancellation. What
+// an older client, which does not say how many files it sends, has sent by then must not be taken
+// for the whole.
 constexpr absl::Duration kGoneClientDelay = absl::Milliseconds(50);
 
 class UploadCall final : public Call<Reactor> {
@@ -43,7 +44,9 @@ class UploadCall final : public Call<Reactor> {
     const auto self = shared_from_this();
     const bool is_accepted =
         ok ? backends_.io.PostMore([this, self] { AddMessage(); })
-           : backends_.io.PostAfter(kGoneClientDelay, [this, self] { Submit(); });
+           : backends_.io.PostAfter(
+                 upload_->knows_num_files() ? absl::ZeroDuration() : kGoneClientDelay,
+                 [this, self] { Submit(); });
     if (!is_accepted) Close(ShuttingDown());
   }
 
