@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/animation_limits.h"
 #include "worker/ingest/clean.h"
 #include "worker/ingest/frame_files.h"
 #include "worker/ingest/frame_times.h"
@@ -277,6 +278,7 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
   animation.times = std::move(times.times);
   animation.notes = AllNotes(sequence, frames, times.note);
   for (Frame& frame : frames) animation.frames.push_back(std::move(frame.mesh));
+  LB_RETURN_IF_ERROR(mesh::CheckExtent(animation));
   return animation;
 }
 

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/memory.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/animation_limits.h"
 #include "worker/spacetime/build_tracked.h"
 #include "worker/spacetime/droplet_cells.h"
 #include "worker/spacetime/layers.h"
@@ -265,6 +266,9 @@ absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
                      " frames and a mean edge length of ", edge_length_m,
                      " m; a space-time mesh needs at least 2 frames and some liquid"));
   }
+  // Of animations that were imported before there were limits.
+  LB_RETURN_IF_ERROR(mesh::CheckTimes(animation));
+  LB_RETURN_IF_ERROR(mesh::CheckExtent(animation));
   LB_ASSIGN_OR_RETURN(mesh::SpaceTimeMesh mesh,
                       BuildAs(animation, options, edge_length_m, arena, progress));
   if (options.sheet_thickness_edges > 0) {
