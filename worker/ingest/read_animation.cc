@@ -9,6 +9,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
+#include "core/base/data_limit.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/animation_limits.h"
 #include "worker/ingest/clean.h"
@@ -38,7 +39,9 @@ struct Frame {
 };
 
 absl::Status WithContext(const absl::Status& status, const std::string& context) {
-  return absl::Status(status.code(), absl::StrCat(context, ": ", std::string(status.message())));
+  const std::string message = absl::StrCat(context, ": ", std::string(status.message()));
+  if (base::IsOverMemoryLimit(status)) return base::MemoryLimitError(message);
+  return absl::Status(status.code(), message);
 }
 
 // The first of the values that is known, i.e. not 0.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/data_limit.h"
 #include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/animation_limits.h"
@@ -199,7 +200,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
   KeepSheetOrder(arena, layers);
   const std::vector<int64_t> first_vertex = NumberVertices(layers, droplets);
   if (first_vertex.back() > std::numeric_limits<int32_t>::max()) {
-    return absl::ResourceExhaustedError(
+    return base::MemoryLimitError(
         absl::StrCat("animation '", animation.name, "' needs ", first_vertex.back(),
                      " space-time vertices, more than 2^31: use a larger spacing"));
   }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/data_limit.h"
 #include "core/base/status_macros.h"
 #include "worker/spacetime/mixed_cells.h"
 
@@ -35,10 +36,10 @@ absl::StatusOr<Grid> ChooseGrid(const mesh::Animation& animation,
   grid.origin_m = lo - kMargin * spacing_m;
   const Eigen::Array3d dims = ((hi - lo) / spacing_m).ceil() + 2 * kMargin + 1;
   if (!(dims.prod() < static_cast<double>(std::numeric_limits<int32_t>::max()))) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("animation '", animation.name, "' needs a grid of ", dims[0], " x ", dims[1],
-                     " x ", dims[2], " points at a spacing of ", spacing_m,
-                     " m, more than 2^31: use a larger spacing"));
+    return base::MemoryLimitError(absl::StrCat("animation '", animation.name, "' needs a grid of ",
+                                               dims[0], " x ", dims[1], " x ", dims[2],
+                                               " points at a spacing of ", spacing_m,
+                                               " m, more than 2^31: use a larger spacing"));
   }
   for (int axis = 0; axis < 3; ++axis) grid.dims[axis] = static_cast<int>(dims[axis]);
   return grid;

@@ -122,6 +122,9 @@ class JobsTest : public testing::Test {
   absl::Status Work(int num_threads = 2, const std::string& worker = "test") {
     JobLoopOptions options;
     options.worker = worker;
+    return WorkWith(std::move(options), num_threads);
+  }
+  absl::Status WorkWith(JobLoopOptions options, int num_threads = 2) {
     options.exit_when_idle = true;
     options.lease.report_interval = absl::Milliseconds(5);
     const parallel::Arena arena(num_threads);

@@ -26,6 +26,15 @@ class LeaseKeeperTest : public JobsTest {
   const std::string job_id_;
 };
 
+// The catalog cuts longer leases: renewed every third of what was asked, they would lapse.
+TEST(LeaseOptions, AreNoLongerThanTheCatalogGrants) {
+  LeaseOptions options;
+  options.duration = store::kLongestLease;
+  EXPECT_TRUE(options.Validate().ok());
+  options.duration = absl::Minutes(40);
+  EXPECT_EQ(options.Validate(), absl::InvalidArgumentError("lease duration is above 10m: 40m"));
+}
+
 TEST_F(LeaseKeeperTest, TellsProgress) {
   LeaseKeeper keeper(*catalog_, Take("one"), stop_, options_);
   store::pb::JobProgress progress;
