@@ -12,6 +12,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/log.h"
+#include "core/base/memory_limit.h"
 
 namespace liquidblend::base {
 namespace {
@@ -41,6 +42,15 @@ int64_t DataBytes() {
     return absl::SimpleAtoi(line.substr(digits, end - digits), &kibibytes) ? kibibytes << 10 : 0;
   }
   return 0;
+}
+
+int64_t DataBytesLeft() {
+  int64_t left = MemoryForJobs() > 0 ? MemoryForJobs() : std::numeric_limits<int64_t>::max();
+  rlimit limit = {};
+  if (getrlimit(RLIMIT_DATA, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return left;
+  const auto most =
+      static_cast<int64_t>(std::min<rlim_t>(limit.rlim_cur, std::numeric_limits<int64_t>::max()));
+  return std::min(left, std::max<int64_t>(0, most - DataBytes()));
 }
 
 ScopedDataLimit::ScopedDataLimit(int64_t bytes) {

@@ -21,6 +21,10 @@ bool IsOverMemoryLimit(const absl::Status& status);
 // known.
 int64_t DataBytes();
 
+// How much more of it the process may map: up to its limit (ScopedDataLimit), and no more than
+// MemoryForJobs(). For work that knows what it needs and would rather be refused than fail midway.
+int64_t DataBytesLeft();
+
 // While this lives, the process may map `bytes` more such memory than it has at the start. What
 // goes beyond fails in any thread: operator new throws std::bad_alloc, mmap and pthread_create
 // return an error. A lower limit that was set before stays in force.

@@ -71,6 +71,16 @@ TEST(ScopedDataLimit, AHugeOneIsNone) {
   EXPECT_FALSE(limit.IsNearlyReached());
 }
 
+TEST(DataBytesLeft, IsWhatTheLimitLeavesAndTheMachineHas) {
+  const int64_t without = DataBytesLeft();
+  EXPECT_GT(without, 256 * kMebibyte);
+  const ScopedDataLimit limit(256 * kMebibyte);
+  EXPECT_LE(DataBytesLeft(), 256 * kMebibyte);
+  EXPECT_GT(DataBytesLeft(), 250 * kMebibyte);
+  const std::vector<char> memory(100 * kMebibyte);
+  EXPECT_LT(DataBytesLeft(), 157 * kMebibyte);
+}
+
 TEST(MemoryLimitError, IsToldFromAFullDisk) {
   EXPECT_TRUE(absl::IsResourceExhausted(MemoryLimitError("too much")));
   EXPECT_TRUE(IsOverMemoryLimit(MemoryLimitError("too much")));
