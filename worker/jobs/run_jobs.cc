@@ -50,7 +50,8 @@ absl::Status Outcome(const absl::Status& stages, const LeaseKeeper& keeper) {
 void Settle(store::Catalog& catalog, const store::Lease& lease, const absl::Status& outcome,
             bool is_released) {
   if (outcome.ok()) return base::LogInfo(absl::StrCat("job ", lease.job.id(), ": done"));
-  base::LogWarning(absl::StrCat("job ", lease.job.id(), ": ", outcome.ToString()));
+  base::LogWarning(absl::StrCat("job ", lease.job.id(), ": ",
+                                outcome.ToString(absl::StatusToStringMode::kWithNoExtraData)));
   if (absl::IsAborted(outcome) || is_released) return;
   const absl::Status settled = catalog.FailJob(lease.lease_id, outcome, MayPass(outcome));
   if (!settled.ok()) {

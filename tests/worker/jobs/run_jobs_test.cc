@@ -1,7 +1,10 @@
 #include "worker/jobs/run_jobs.h"
 
+#include <pthread.h>
+
 #include <cerrno>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -145,6 +148,53 @@ TEST_F(RunJobsTest, RunningOutOfMemoryAnywhereHarmsNeitherWorkerNorQueue) {
   }
   EXPECT_GT(num_failed, 0);
   EXPECT_GT(num_done, 0);
+}
+
+TEST_F(RunJobsTest, OutOfMemoryBetweenJobsIsWaitedOut) {
+  const std::string job = SubmitBall("ball", 1.0);
+  int num_failures = 0;
+  on_clock_ = [&] {
+    if (num_failures < 2) {
+      ++num_failures;
+      throw std::bad_alloc();
+    }
+  };
+  JobLoopOptions options;
+  options.poll = absl::Milliseconds(1);
+  ASSERT_THAT(WorkWith(std::move(options)), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
+  EXPECT_EQ(Job(job).attempts(), 1);
+}
+
+// While this lives, no thread can start: no address space has room for its stack.
+class NoThreads {
+ public:
+  NoThreads() {
+    pthread_getattr_default_np(&former_);
+    pthread_attr_t huge = former_;
+    pthread_attr_setstacksize(&huge, size_t{1} << 46);
+    pthread_setattr_default_np(&huge);
+  }
+  ~NoThreads() { pthread_setattr_default_np(&former_); }
+  NoThreads(const NoThreads&) = delete;
+  NoThreads& operator=(const NoThreads&) = delete;
+
+ private:
+  pthread_attr_t former_;
+};
+
+TEST_F(RunJobsTest, AJobWhoseKeeperCannotStartGoesBackToTheQueue) {
+  const std::string job = SubmitBall("ball", 1.0);
+  std::optional<NoThreads> no_threads(std::in_place);
+  int num_looks = 0;
+  on_clock_ = [&] {
+    if (++num_looks == 6) no_threads.reset();  // after at least one attempt
+  };
+  ASSERT_THAT(Work(/*num_threads=*/1), Succeeds());
+  EXPECT_FALSE(no_threads.has_value());
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
+  EXPECT_EQ(Job(job).attempts(), 1);
+  EXPECT_GE(Job(job).environment_failures(), 1);
 }
 
 TEST_F(RunJobsTest, MissingThreadsAndFilesAreTroubleOfTheEnvironment) {
