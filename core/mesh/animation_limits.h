@@ -7,9 +7,12 @@
 
 namespace liquidblend::mesh {
 
-inline constexpr double kLongestTime = 100'000;     // frames from the first frame to the last one
-inline constexpr double kLongestGap = 1'000;        // frames between successive frames
-inline constexpr double kLargestExtentEdges = 1e6;  // of mean edges: coordinates, largest absolute
+inline constexpr double kLongestTime = 100'000;  // frames from the first frame to the last one
+// Frames between successive frames. Registrations of animations with longer gaps may fail, as the
+// surface says too little about the time between.
+inline constexpr double kLongestGap = 250;
+inline constexpr double kLargestExtentEdges =
+    1e6;  // mean edge lengths; of a coordinate's absolute value
 
 // The smallest step to a frame at this time, in frames: at least 0.001, and 8 to 16 times what a
 // float resolves there.

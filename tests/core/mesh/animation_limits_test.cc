@@ -32,13 +32,13 @@ std::string ErrorOf(const absl::Status& status) {
 TEST(CheckTimes, AllowsGapsUpToTheLimit) {
   EXPECT_TRUE(CheckTimes(At({0, 1, 2})).ok());
   EXPECT_TRUE(CheckTimes(At({})).ok());
-  EXPECT_TRUE(CheckTimes(At({0, 0.001, 1000, 2000})).ok());
+  EXPECT_TRUE(CheckTimes(At({0, 0.001, 250, 500})).ok());
 }
 
 TEST(CheckTimes, NamesTheFrameTheTimeAndTheLimit) {
   EXPECT_THAT(ErrorOf(CheckTimes(At({0, 1, 1e9}))),
               HasSubstr("animation 'drop', frame 2: its time is 1e+09 frames, not in [0, 100000]"));
-  EXPECT_THAT(ErrorOf(CheckTimes(At({0, 1, 1002}))), HasSubstr("frame 2: it comes 1001 frames"));
+  EXPECT_THAT(ErrorOf(CheckTimes(At({0, 1, 252}))), HasSubstr("frame 2: it comes 251 frames"));
   EXPECT_THAT(ErrorOf(CheckTimes(At({0, 1, 1}))), HasSubstr("frame 2: it comes 0 frames"));
   EXPECT_THAT(ErrorOf(CheckTimes(At({0, std::numeric_limits<double>::quiet_NaN()}))),
               HasSubstr("frame 1: its time is nan"));

@@ -360,7 +360,7 @@ TEST(Build, BridgesTheLongestGap) {
     const auto mesh = Build(animation, options, parallel::Arena(1));
     ASSERT_TRUE(mesh.ok()) << mesh.status();
     EXPECT_TRUE(mesh::Validate(*mesh).ok());
-    EXPECT_TRUE(mesh::CheckClosed(Cut(*mesh, 500 / animation.frames_per_second)).closed());
+    EXPECT_TRUE(mesh::CheckClosed(Cut(*mesh, 125 / animation.frames_per_second)).closed());
   }
 }
 
