@@ -10,10 +10,13 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/memory_limit.h"
 #include "core/base/status_macros.h"
+#include "core/store/catalog.h"
 #include "server/store_flags.h"
 
 namespace liquidblend::server {
 namespace {
+
+constexpr absl::Duration kShortestLease = absl::Milliseconds(100);  // as of the worker's
 
 void AddSecurityFlags(CLI::App& app, Flags& flags) {
   const std::string group = "Security (docs/operations.md)";
@@ -40,6 +43,15 @@ void AddSecurityFlags(CLI::App& app, Flags& flags) {
       ->delimiter(',')
       ->capture_default_str()
       ->group(group);
+}
+
+// A worker would refuse another one, and end at once.
+absl::Status CheckLease(const std::string& text) {
+  LB_ASSIGN_OR_RETURN(const absl::Duration lease, ParseDurationFlag("--worker-lease", text));
+  if (lease >= kShortestLease && lease <= store::kLongestLease) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("--worker-lease must be from ", absl::FormatDuration(kShortestLease), " to ",
+                   absl::FormatDuration(store::kLongestLease), ", got '", text, "'"));
 }
 
 // Of each of the server's workers; 0 if that is not known.
@@ -189,7 +201,7 @@ absl::StatusOr<Settings> SettingsOf(const Flags& flags) {
                       ParseDurationFlag("--collect-older-than", flags.collect_older_than));
   LB_ASSIGN_OR_RETURN(settings.collector.keep_history,
                       ParseDurationFlag("--keep-history", flags.keep_history));
-  LB_RETURN_IF_ERROR(ParseDurationFlag("--worker-lease", flags.worker_lease).status());
+  LB_RETURN_IF_ERROR(CheckLease(flags.worker_lease));
   settings.families.memory_budget_bytes = flags.memory;
   LB_RETURN_IF_ERROR(settings.families.Validate());
   return settings;

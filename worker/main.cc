@@ -136,8 +136,8 @@ void WatchSignals(jobs::StopSignal& stop, const jobs::StopSignal& done) {
   while (sigtimedwait(&signals, nullptr, &poll) < 0) {
     if (done.is_requested()) return;
   }
-  base::LogInfo("stopping");
   stop.Request();
+  base::LogInfo("stopping");
   if (done.WaitFor(kStopPatience)) return;
   base::LogInfo("the current stage takes long; ending without it");
   _exit(0);

@@ -12,6 +12,8 @@
 namespace liquidblend::mesh {
 namespace {
 
+constexpr size_t kBatch = 64;  // slices whose cells are found at once: bounds the memory
+
 // Of each kind the cells that one slice cuts.
 struct CutCells {
   std::vector<int32_t> tetrahedra, pyramids, wedges, hexahedra;
@@ -129,6 +131,26 @@ class Slicer {
   std::vector<size_t> polygon_ends_;  // in `polygons_`
 };
 
+// The slices at a few times; the same contract as VisitSlices().
+void VisitBatch(const SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices,
+                std::span<const double> times, const parallel::Arena& arena,
+                const std::function<void(int64_t, TracedSlice)>& visit) {
+  const Eigen::VectorXf vertex_times = vertices.row(3);
+  std::vector<CutCells> cut(times.size());
+  FindCutCells(vertex_times, mesh.tetrahedra, times, &CutCells::tetrahedra, cut);
+  FindCutCells(vertex_times, mesh.pyramids, times, &CutCells::pyramids, cut);
+  FindCutCells(vertex_times, mesh.wedges, times, &CutCells::wedges, cut);
+  FindCutCells(vertex_times, mesh.hexahedra, times, &CutCells::hexahedra, cut);
+  arena.Run(static_cast<int64_t>(times.size()), [&](int64_t n) {
+    Slicer slicer(vertices, times[n]);
+    slicer.Cut(mesh.tetrahedra, cut[n].tetrahedra, kTetrahedronTable);
+    slicer.Cut(mesh.pyramids, cut[n].pyramids, kPyramidTable);
+    slicer.Cut(mesh.wedges, cut[n].wedges, kWedgeTable);
+    slicer.Cut(mesh.hexahedra, cut[n].hexahedra, kHexahedronTable);
+    visit(n, std::move(slicer).Finish());
+  });
+}
+
 }  // namespace
 
 std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, std::span<const double> times,
@@ -147,20 +169,13 @@ std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, const Eigen::Matrix
 void VisitSlices(const SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices,
                  std::span<const double> times, const parallel::Arena& arena,
                  const std::function<void(int64_t, TracedSlice)>& visit) {
-  const Eigen::VectorXf vertex_times = vertices.row(3);
-  std::vector<CutCells> cut(times.size());
-  FindCutCells(vertex_times, mesh.tetrahedra, times, &CutCells::tetrahedra, cut);
-  FindCutCells(vertex_times, mesh.pyramids, times, &CutCells::pyramids, cut);
-  FindCutCells(vertex_times, mesh.wedges, times, &CutCells::wedges, cut);
-  FindCutCells(vertex_times, mesh.hexahedra, times, &CutCells::hexahedra, cut);
-  arena.Run(static_cast<int64_t>(times.size()), [&](int64_t n) {
-    Slicer slicer(vertices, times[n]);
-    slicer.Cut(mesh.tetrahedra, cut[n].tetrahedra, kTetrahedronTable);
-    slicer.Cut(mesh.pyramids, cut[n].pyramids, kPyramidTable);
-    slicer.Cut(mesh.wedges, cut[n].wedges, kWedgeTable);
-    slicer.Cut(mesh.hexahedra, cut[n].hexahedra, kHexahedronTable);
-    visit(n, std::move(slicer).Finish());
-  });
+  for (size_t begin = 0; begin < times.size(); begin += kBatch) {
+    const size_t count = std::min(kBatch, times.size() - begin);
+    VisitBatch(mesh, vertices, times.subspan(begin, count), arena,
+               [&](int64_t n, TracedSlice slice) {
+                 visit(static_cast<int64_t>(begin) + n, std::move(slice));
+               });
+  }
 }
 
 }  // namespace liquidblend::mesh

@@ -16,7 +16,8 @@ namespace liquidblend::mesh {
 // The surface at each of the times (frames, ascending): as the server shows it at weight 0, but for
 // the choice of diagonals in polygons of five corners and more.
 // Requires: times in [0, num_frames - 1].  Threads: same bytes for any thread count.
-// Cost: O(cells) once, and O(n log n) in the size of each slice.
+// Cost: O(cells) for each 64 slices, and O(n log n) in the size of each slice. Memory: up to 256
+// bytes for each cell, if all slices cut it.
 std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, std::span<const double> times,
                                   const parallel::Arena& arena);
 

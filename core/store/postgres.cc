@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -161,16 +162,25 @@ absl::Status PostgresConnection::RunScript(const std::string& script) {
 absl::Status PostgresConnection::Transaction(absl::FunctionRef<absl::Status()> body) {
   LB_RETURN_IF_ERROR(RunScript("BEGIN"));
   in_transaction_ = true;
-  absl::Status status = body();
+  absl::Cleanup roll_back = [this] { RollBack(); };  // also if the body throws
+  LB_RETURN_IF_ERROR(body());
+  std::move(roll_back).Cancel();
   in_transaction_ = false;
-  if (!status.ok()) {
-    if (is_open()) RunScript("ROLLBACK").IgnoreError();
-    return status;
-  }
-  status = RunScript("COMMIT");
+  const absl::Status status = RunScript("COMMIT");
   if (status.ok() || is_open()) return status;
   return absl::Status(status.code(),
                       absl::StrCat(status.message(), "; whether the change is done is not known"));
+}
+
+// A connection that cannot even roll back is closed: its next user would continue the transaction.
+void PostgresConnection::RollBack() {
+  in_transaction_ = false;
+  if (!is_open()) return;
+  try {
+    if (RunScript("ROLLBACK").ok()) return;
+  } catch (const std::exception&) {  // no memory for the error
+  }
+  impl_->connection->disconnect();
 }
 
 absl::Status PostgresConnection::Listen(const std::string& channel) {

@@ -48,8 +48,8 @@ class PostgresConnection : public Sql {
   // Runs statements without values, separated by semicolons.
   absl::Status RunScript(const std::string& script);
 
-  // BEGIN, body, COMMIT; ROLLBACK if the body fails. READ COMMITTED: each statement sees what is
-  // committed when it begins.
+  // BEGIN, body, COMMIT; ROLLBACK if the body throws or fails. READ COMMITTED: each statement sees
+  // what is committed when it begins.
   absl::Status Transaction(absl::FunctionRef<absl::Status()> body);
 
   // What NOTIFY says on the channel is heard from now on. Once only.
@@ -63,6 +63,7 @@ class PostgresConnection : public Sql {
   absl::Status RunStatement(absl::string_view statement, std::initializer_list<SqlValue> values,
                             EachRow each_row) override;
   absl::Status Configure();
+  void RollBack();
   // Runs `action`, which may throw what libpqxx throws.
   absl::Status Guard(absl::string_view what, absl::FunctionRef<void()> action);
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 
@@ -9,10 +10,11 @@ namespace liquidblend::store {
 
 absl::Status PostgresPool::Use(absl::FunctionRef<absl::Status(PostgresConnection&)> body) {
   LB_RETURN_IF_ERROR(Wait());
-  const absl::Status status = UseOne(body);
-  const absl::MutexLock lock(&mutex_);
-  ++num_free_;
-  return status;
+  const absl::Cleanup release = [this] {  // also if the body throws
+    const absl::MutexLock lock(&mutex_);
+    ++num_free_;
+  };
+  return UseOne(body);
 }
 
 // Counts the caller as one of those who use a connection.

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/data_limit.h"
 
 namespace liquidblend::store {
 namespace {
@@ -41,6 +42,7 @@ absl::Status RetryOptions::Validate() const {
 }
 
 bool IsOfEnvironment(const absl::Status& error) {
+  if (base::IsOverMemoryLimit(error)) return false;
   return absl::IsUnavailable(error) || absl::IsResourceExhausted(error);
 }
 

@@ -22,7 +22,7 @@ struct RetryOptions {
 };
 
 // Whether the failure says nothing about the job: what it needs was away (kUnavailable), or a disk
-// full (kResourceExhausted).
+// full (kResourceExhausted). A base::MemoryLimitError() is the job's own.
 bool IsOfEnvironment(const absl::Status& error);
 
 // The pause after the num_failures-th failure.  Requires: num_failures >= 1; options are valid.

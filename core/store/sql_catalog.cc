@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "core/base/status_macros.h"
@@ -266,11 +267,13 @@ class SqlCatalog : public Catalog {
       told_ = base::SteadyClock::now();
       was_told_ = true;
     }
+    absl::Cleanup tell_again = [this] {  // also if the call throws
+      const absl::MutexLock lock(&worker_mutex_);
+      was_told_ = false;
+    };
     const absl::Status told =
         ChangeJob([&](Sql& sql, absl::Time now) { return SaveWorker(sql, worker, now); });
-    if (told.ok()) return;
-    const absl::MutexLock lock(&worker_mutex_);
-    was_told_ = false;
+    if (told.ok()) std::move(tell_again).Cancel();
   }
   void TellAgain() ABSL_LOCKS_EXCLUDED(worker_mutex_) {
     pb::WorkerRecord worker;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <system_error>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
@@ -173,12 +174,17 @@ absl::Status Database::RunScript(const std::string& sql) {
 }
 
 absl::Status Database::Transaction(absl::FunctionRef<absl::Status()> body) {
+  RollBack();  // what could not be rolled back before, for lack of memory
   LB_RETURN_IF_ERROR(Run("BEGIN IMMEDIATE"));
-  absl::Status status = body();
-  if (status.ok()) status = Run("COMMIT");
-  // SQLite has rolled back already where the error left it no choice.
-  if (!status.ok() && sqlite3_get_autocommit(db_) == 0) Run("ROLLBACK").IgnoreError();
-  return status;
+  const absl::Cleanup end = [this] { RollBack(); };  // also if the body throws
+  LB_RETURN_IF_ERROR(body());
+  return Run("COMMIT");
+}
+
+// SQLite has rolled back already where an error left it no choice.
+void Database::RollBack() {
+  if (sqlite3_get_autocommit(db_) != 0) return;
+  sqlite3_exec(db_, "ROLLBACK", nullptr, nullptr, nullptr);  // does not throw
 }
 
 absl::Status Database::Error(int code, absl::string_view action) const {

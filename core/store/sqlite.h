@@ -39,7 +39,7 @@ class Database : public Sql {
   // Runs statements without values, separated by semicolons.
   absl::Status RunScript(const std::string& sql);
 
-  // BEGIN IMMEDIATE, body, COMMIT; ROLLBACK if the body or the commit fails.
+  // BEGIN IMMEDIATE, body, COMMIT; ROLLBACK if the body throws or fails, or the commit fails.
   absl::Status Transaction(absl::FunctionRef<absl::Status()> body);
 
  private:
@@ -48,6 +48,7 @@ class Database : public Sql {
   absl::Status RunStatement(absl::string_view statement, std::initializer_list<SqlValue> values,
                             EachRow each_row) override;
   absl::Status Configure(absl::Duration busy_timeout);
+  void RollBack();
   absl::Status SwitchToWal(absl::Duration busy_timeout);
   absl::Status Error(int code, absl::string_view action) const;
 

@@ -28,14 +28,25 @@ constexpr double kBytesPerVertex = 400;
 // of each target what is moved and extrapolated, 4 floats each, twice: as read, and as written.
 constexpr double kMeshBytesPerVertex = 250;
 constexpr double kTargetBytesPerVertex = 64;
-constexpr double kAllLevels = 2;  // 1 + 1/2 + 1/4 + ...
+// Space-time grids: a bit for each point and layer. There is a layer a frame, and more where the
+// surface moves fast; some forty are worked on at a time.
+constexpr double kLayersPerFrame = 2;
+constexpr double kMoreLayers = 40;
+constexpr double kMoreGridPoints = 5;  // along each axis
+// Measuring slices: each of up to 64 at a time lists the cells that it cuts (core/mesh/slice_at.h).
+constexpr double kBytesPerCutCell = 4;
+constexpr double kMostSlices = 64;
 
 // "Fuzzing the readers": 15 to 21 bytes of memory for a byte of Mantaflow's, 1.3 to 6.4 of others.
 // The files of frames are compressed once more when they are stored, a frame at a time.
 constexpr double kBytesPerGzipByte = 24;
 constexpr double kBytesPerFileByte = 8;
 
-int64_t ToBytes(double bytes) { return static_cast<int64_t>(std::ceil(bytes)); }
+constexpr double kMostBytes = 0x1p62;  // of animations that nobody can register
+
+int64_t ToBytes(double bytes) {
+  return static_cast<int64_t>(std::min(std::ceil(bytes), kMostBytes));
+}
 
 // A hypersurface of space-time has the square as many vertices on a coarser grid; on a finer one
 // the steps between frames are divided as well.
@@ -44,6 +55,49 @@ double VerticesOf(const AnimationRecord& animation, double spacing_edges) {
   const double growth = finer > 1 ? finer * finer * finer : finer * finer;
   const double num_frame_vertices = static_cast<double>(animation.num_vertices());
   return kVerticesPerFrameVertex * num_frame_vertices * growth;
+}
+
+double SpacingOf(const store::v1::RegisterJob& job) {
+  const double asked = job.space_time().spacing_edges();
+  return asked > 0 ? asked : mesh::kDefaultSpacingEdges;
+}
+
+// 1 + 1/2 + 1/4 + ..., as far as there are levels.
+double AllLevels(const store::v1::RegisterJob& job) {
+  const store::v1::SpaceTimeOptions& options = job.space_time();
+  const int num_coarser =
+      options.has_coarser_levels() ? options.coarser_levels() : mesh::kDefaultCoarserLevels;
+  return 2.0 - std::exp2(-std::max(0, num_coarser));
+}
+
+// Of the grid of an animation that is rebuilt; 0 if its bounds are not known.
+double GridBytes(const AnimationRecord& animation, const store::v1::RegisterJob& job) {
+  const store::v1::AnimationManifest& manifest = animation.manifest();
+  const double spacing_m = SpacingOf(job) * manifest.mean_edge_length_m();
+  const bool is_known =
+      spacing_m > 0 && manifest.bounds().min_size() == 3 && manifest.bounds().max_size() == 3;
+  if (!is_known || job.space_time().connectivity() == store::v1::TRACKED) return 0;
+  double num_points = 1;
+  for (int k = 0; k < 3; ++k) {
+    const double extent_m =
+        static_cast<double>(manifest.bounds().max(k)) - manifest.bounds().min(k);
+    num_points *= kMoreGridPoints + std::max(0.0, extent_m) / spacing_m;
+  }
+  return num_points / 8 * (kMoreLayers + kLayersPerFrame * manifest.num_frames());
+}
+
+// Frames between successive frames, the most of all.
+double LongestStep(const AnimationRecord& animation) {
+  const auto& times = animation.manifest().times();
+  double longest = 1;
+  for (int k = 1; k < times.size(); ++k) longest = std::max(longest, times[k] - times[k - 1]);
+  return longest;
+}
+
+// Of measuring slices, for each vertex: cells between two frames that lie far apart are cut by
+// many.
+double SliceBytesPerVertex(const AnimationRecord& animation) {
+  return kBytesPerCutCell * (std::min(LongestStep(animation), kMostSlices) - 1);
 }
 
 absl::StatusOr<int64_t> MemoryOf(const store::v1::JobRecord& job, store::Catalog& catalog) {
@@ -77,17 +131,21 @@ int64_t MemoryToImport(const store::v1::ImportJob& job) {
 
 int64_t MemoryToRegister(const store::v1::RegisterJob& job, const AnimationRecord& source,
                          const std::vector<AnimationRecord>& targets) {
-  const double asked = job.space_time().spacing_edges();
-  const double spacing = asked > 0 ? asked : mesh::kDefaultSpacingEdges;
+  const double spacing = SpacingOf(job);
   const double num_source = VerticesOf(source, spacing);
-  double num_largest = 0;
+  double num_largest = 0, largest_grid = 0, slice_bytes = SliceBytesPerVertex(source);
   for (const AnimationRecord& target : targets) {
     num_largest = std::max(num_largest, VerticesOf(target, spacing));
+    largest_grid = std::max(largest_grid, GridBytes(target, job));
+    slice_bytes = std::max(slice_bytes, SliceBytesPerVertex(target));
   }
-  const double to_register = kBytesPerVertex * (num_source + num_largest);
+  const double num_both = num_source + num_largest;
+  const double to_build = GridBytes(source, job) + largest_grid + kMeshBytesPerVertex * num_both;
+  const double to_register = (kBytesPerVertex + slice_bytes) * num_both;
   const double per_vertex =
       kMeshBytesPerVertex + kTargetBytesPerVertex * static_cast<double>(targets.size());
-  return ToBytes(kBaseBytes + std::max(to_register, kAllLevels * per_vertex * num_source));
+  const double to_assemble = AllLevels(job) * per_vertex * num_source;
+  return ToBytes(kBaseBytes + std::max({to_build, to_register, to_assemble}));
 }
 
 absl::Status NoteMemory(store::Catalog& catalog, int64_t worker_memory_bytes,

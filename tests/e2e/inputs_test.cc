@@ -218,6 +218,29 @@ TEST_P(GapsTest, LiquidGoesOnThroughMissingFramesAndSamplesBetween) {
   }
 }
 
+// Lists as long as the duration once took 22 GB.
+TEST_P(GapsTest, AbsurdTimesAreRefusedAndLongGapsBridged) {
+  const auto ball = GetParam() ? RebuiltBall : TrackedBall;
+  const std::string frames = WriteFrames("a", {"a_1.ply", "a_2.ply", "a_3.ply"}, ball({1, 2, 3}));
+  const std::string numbers =
+      WriteFrames("n", {"a_1.ply", "a_2.ply", "a_999999999.ply"}, ball({1, 2, 3}));
+  EXPECT_THAT(Run({"import", "t", frames, "--frame-times", "0,1,1000000000"}).err,
+              HasSubstr("frame_times[2] is 1000000000, not a time up to 100000"));
+  EXPECT_THAT(Run({"import", "n", numbers, "--allow-gaps"}).err,
+              HasSubstr("frame 999999999 comes more than 100000 frames after frame 1"));
+  // So slow that its positions meet across the gap.
+  const std::vector<std::string> times = {"--frame-times", "0,1,251", "--fps", "3000"};
+  const auto import = [&](const std::string& name, const std::string& folder) {
+    std::vector<std::string> arguments = {"import", name, folder};
+    arguments.insert(arguments.end(), times.begin(), times.end());
+    RunOrDie(arguments);
+  };
+  import("a", frames);
+  import("b", frames);
+  RunOrDie({"register", "f", "--source", "a", "--target", "b", "--wait", "--iterations", "2"});
+  EXPECT_TRUE(Frame("f", 0.5, 125.0 / 3000).closed());
+}
+
 INSTANTIATE_TEST_SUITE_P(Frames, GapsTest, ::testing::Bool(), [](const auto& param) {
   return std::string(param.param ? "Rebuilt" : "Tracked");
 });

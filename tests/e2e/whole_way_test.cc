@@ -365,6 +365,18 @@ TEST_F(WholeWayTest, OneServerAtATimeHasADataDirectory) {
   EXPECT_THAT(AnimationNames(), IsEmpty());  // the first one is well
 }
 
+// The catalog cuts longer leases; renewed every third of what was asked, they would lapse.
+TEST_F(WholeWayTest, LeasesThatWouldLapseAreRefused) {
+  for (const std::string lease : {"40m", "10ms"}) {
+    Process server("liquidblend-server", {"--data", data(), "--listen", "127.0.0.1:0", "--workers",
+                                          "0", "--worker-lease", lease});
+    EXPECT_EQ(server.ReadLine(), "") << lease;
+    EXPECT_EQ(server.Wait(), 1) << lease;
+    Process worker("liquidblend-worker", {"--data", data(), "--once", "--lease", lease});
+    EXPECT_EQ(worker.Wait(), 1) << lease;
+  }
+}
+
 TEST_F(WholeWayTest, ThePortIsInTheDataDirectory) {
   Process server = StartServer();
   int port = 0;

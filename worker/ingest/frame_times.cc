@@ -5,19 +5,31 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/animation_limits.h"
 
 namespace liquidblend::ingest {
 namespace {
 
-// Closer frames are a mistake; and time differences stay far above what floats of times resolve.
-constexpr double kMinStep = 0.001;
-constexpr double kMaxTime = 1e9;
-
-absl::Status CheckStep(const FrameFiles& before, const FrameFiles& after) {
-  if (after.number - before.number >= kMinStep) return absl::OkStatus();
+// Between the frames of two files. `time` is that of the later one.
+absl::Status CheckStep(const FrameFiles& before, const FrameFiles& after, double time) {
+  const double step = after.number - before.number;
+  const std::string frames =
+      absl::StrCat("frames ", Shown(before.number), " and ", Shown(after.number));
+  const std::string files = absl::StrCat(Shown(*before.mesh), " and ", Shown(*after.mesh));
+  if (step < mesh::SmallestStep(time)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        frames, " are less than ", mesh::SmallestStep(time), " frames apart: ", files));
+  }
+  if (step <= mesh::kLongestGap) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat("frames ", Shown(before.number), " and ", Shown(after.number), " are less than ",
-                   kMinStep, " frames apart: ", Shown(*before.mesh), " and ", Shown(*after.mesh)));
+      absl::StrCat(frames, " are more than ", mesh::kLongestGap, " frames apart: ", files));
+}
+
+absl::Status CheckDuration(const FrameFiles& first, const FrameFiles& last) {
+  if (last.number - first.number <= mesh::kLongestTime) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("frame ", Shown(last.number), " comes more than ",
+                                                 Shown(mesh::kLongestTime), " frames after frame ",
+                                                 Shown(first.number), ": ", Shown(*last.mesh)));
 }
 
 absl::Status GapError(const FrameFiles& before, const FrameFiles& after) {
@@ -40,15 +52,22 @@ std::vector<double> Canonical(std::vector<double> times) {
 absl::Status CheckFrameTimes(std::span<const double> times, const std::string& name) {
   for (size_t k = 0; k < times.size(); ++k) {
     const std::string element = absl::StrCat(name, "[", k, "] is ", Shown(times[k]));
-    if (!std::isfinite(times[k]) || times[k] > kMaxTime) {
-      return absl::InvalidArgumentError(absl::StrCat(element, ", not a time up to ", kMaxTime));
+    if (!std::isfinite(times[k]) || times[k] > mesh::kLongestTime) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(element, ", not a time up to ", Shown(mesh::kLongestTime)));
     }
     if (k == 0 && times[k] != 0.0) {
       return absl::InvalidArgumentError(absl::StrCat(element, ", but times begin with 0"));
     }
-    if (k > 0 && times[k] - times[k - 1] < kMinStep) {
+    if (k == 0) continue;
+    const double step = times[k] - times[k - 1], smallest = mesh::SmallestStep(times[k]);
+    if (step < smallest) {
       return absl::InvalidArgumentError(
-          absl::StrCat(element, ", not above ", Shown(times[k - 1]), " by ", kMinStep));
+          absl::StrCat(element, ", not above ", Shown(times[k - 1]), " by ", smallest));
+    }
+    if (step > mesh::kLongestGap) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(element, ", more than ", mesh::kLongestGap, " above ", Shown(times[k - 1])));
     }
   }
   return absl::OkStatus();
@@ -68,7 +87,8 @@ absl::StatusOr<FrameTimes> FindFrameTimes(const FrameSequence& sequence,
   for (size_t k = 0; k < frames.size(); ++k) {
     result.times.push_back(frames[k].number - frames[0].number);
     if (k == 0) continue;
-    LB_RETURN_IF_ERROR(CheckStep(frames[k - 1], frames[k]));
+    LB_RETURN_IF_ERROR(CheckDuration(frames[0], frames[k]));
+    LB_RETURN_IF_ERROR(CheckStep(frames[k - 1], frames[k], result.times[k]));
     const double step = frames[k].number - frames[k - 1].number;
     if (sequence.has_fractions || step == 1.0) continue;
     if (!allow_gaps) return GapError(frames[k - 1], frames[k]);

@@ -16,12 +16,14 @@ struct FrameTimes {
   std::string note;  // one sentence, if numbers are missing; or empty
 };
 
-// OK if there are none, or they rise from 0 by at least 0.001 each.
+// OK if there are none, or they rise from 0 within the limits of core/mesh/animation_limits.h:
+// kLongestTime, kLongestGap, SmallestStep().
 // Errors: kInvalidArgument with the first that does not; the message begins with `name`.
 absl::Status CheckFrameTimes(std::span<const double> times, const std::string& name);
 
 // `given` if there are some, one per frame; else the frames' numbers, where a whole number may be
-// missing only if allow_gaps. Requires: CheckFrameTimes(given).  Errors: kInvalidArgument.
+// missing only if allow_gaps. The same limits hold for numbers.
+// Requires: CheckFrameTimes(given).  Errors: kInvalidArgument, naming the frames and the limit.
 absl::StatusOr<FrameTimes> FindFrameTimes(const FrameSequence& sequence,
                                           const std::vector<double>& given, bool allow_gaps);
 

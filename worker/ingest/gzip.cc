@@ -6,6 +6,7 @@
 #include <array>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/data_limit.h"
 #include "core/base/status_macros.h"
 
 namespace liquidblend::ingest {
@@ -38,7 +39,7 @@ GzipReader::~GzipReader() {
 }
 
 absl::Status GzipReader::Read(std::span<std::byte> out) {
-  if (!stream_->is_ready) return absl::ResourceExhaustedError("zlib has no memory");
+  if (!stream_->is_ready) return base::MemoryLimitError("zlib has no memory");
   z_stream& z = stream_->z;
   while (!out.empty()) {
     if (at_end_) {

@@ -9,7 +9,9 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
+#include "core/base/data_limit.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/animation_limits.h"
 #include "worker/ingest/clean.h"
 #include "worker/ingest/frame_files.h"
 #include "worker/ingest/frame_times.h"
@@ -37,7 +39,9 @@ struct Frame {
 };
 
 absl::Status WithContext(const absl::Status& status, const std::string& context) {
-  return absl::Status(status.code(), absl::StrCat(context, ": ", std::string(status.message())));
+  const std::string message = absl::StrCat(context, ": ", std::string(status.message()));
+  if (base::IsOverMemoryLimit(status)) return base::MemoryLimitError(message);
+  return absl::Status(status.code(), message);
 }
 
 // The first of the values that is known, i.e. not 0.
@@ -277,6 +281,7 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
   animation.times = std::move(times.times);
   animation.notes = AllNotes(sequence, frames, times.note);
   for (Frame& frame : frames) animation.frames.push_back(std::move(frame.mesh));
+  LB_RETURN_IF_ERROR(mesh::CheckExtent(animation));
   return animation;
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/data_limit.h"
 #include "core/base/status_macros.h"
 #include "worker/ingest/readers.h"
 #include "worker/ingest/text.h"
@@ -155,7 +156,7 @@ absl::StatusOr<VdbFrame> ReadVdb(std::span<const std::byte> bytes) {
   try {
     return ReadFrame(bytes);
   } catch (const std::bad_alloc&) {
-    return absl::ResourceExhaustedError("there is not enough memory for the voxels");
+    return base::MemoryLimitError("there is not enough memory for the voxels");
   } catch (const std::exception& error) {  // OpenVDB's
     return absl::InvalidArgumentError(absl::StrCat("OpenVDB: ", error.what()));
   }

@@ -1,6 +1,5 @@
 #include "worker/jobs/checkpoints.h"
 
-#include <exception>
 #include <utility>
 #include <variant>
 
@@ -10,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/store/fault_point.h"
 #include "worker/jobs/checkpoint_file.h"
+#include "worker/jobs/run_guarded.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -71,8 +71,8 @@ absl::StatusOr<std::optional<RegistrationState>> Checkpoints::Begin(std::string 
   fingerprint_ = std::move(fingerprint);
   if (options_.iterations > 0) {
     absl::MutexLock lock(&mutex_);
+    thread_ = std::thread([this] { Run(); });  // may throw
     is_running_ = true;
-    thread_ = std::thread([this] { Run(); });
   }
   if (first_.empty()) return std::optional<RegistrationState>();
   absl::StatusOr<RegistrationState> state = Load(fingerprint_);
@@ -130,10 +130,17 @@ void Checkpoints::End(bool is_done) {
 
 void Checkpoints::Run() {
   while (const std::shared_ptr<const State> state = AwaitNext()) {
-    try {
+    const absl::Status saved = Guarded("no checkpoint", [&] {
       Save(*state);
-    } catch (const std::exception& error) {  // memory: of this thread nobody else hears
-      LogTrouble("cannot make a checkpoint", absl::ResourceExhaustedError(error.what()));
+      return absl::OkStatus();
+    });
+    if (!saved.ok()) {
+      Guarded("log",
+              [&] {  // it needs memory, too
+                LogTrouble("cannot make a checkpoint", saved);
+                return absl::OkStatus();
+              })
+          .IgnoreError();
     }
     absl::MutexLock lock(&mutex_);
     num_done_ = num_taken_;

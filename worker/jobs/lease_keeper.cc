@@ -1,5 +1,6 @@
 #include "worker/jobs/lease_keeper.h"
 
+#include <exception>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,6 +12,11 @@ absl::Status LeaseOptions::Validate() const {
   if (duration < absl::Milliseconds(100)) {
     return absl::InvalidArgumentError(
         absl::StrCat("lease duration is below 100 ms: ", absl::FormatDuration(duration)));
+  }
+  if (duration > store::kLongestLease) {
+    return absl::InvalidArgumentError(absl::StrCat("lease duration is above ",
+                                                   absl::FormatDuration(store::kLongestLease), ": ",
+                                                   absl::FormatDuration(duration)));
   }
   if (report_interval <= absl::ZeroDuration()) {
     return absl::InvalidArgumentError(
@@ -62,9 +68,14 @@ void LeaseKeeper::Keep() {
       if (done_.Await(&mutex_, is_done, pause)) return;
       is_due = IsRenewalDue();
     }
-    if (stop_.is_requested()) return Release();
-    if (is_due) Renew();
-    if (absl::IsAborted(Check())) return;
+    try {
+      if (stop_.is_requested()) return Release();
+      if (is_due) Renew();
+      if (absl::IsAborted(Check())) return;
+    } catch (const std::exception&) {
+      // The job has used up the memory that it may have; it is about to fail and to free that. The
+      // next round tries again. Nothing is said here, as that would need memory, too.
+    }
   }
 }
 

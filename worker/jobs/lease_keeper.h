@@ -16,13 +16,16 @@
 namespace liquidblend::jobs {
 
 struct LeaseOptions {
-  absl::Duration duration = absl::Seconds(30);  // >= 100 ms; renewed three times as often
+  // From 100 ms to store::kLongestLease, which the catalog would cut it to; renewed three times as
+  // often.
+  absl::Duration duration = absl::Seconds(30);
   absl::Duration report_interval = absl::Milliseconds(250);  // > 0; between two reports of progress
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
 // Renews the lease and tells the catalog of progress from a thread of its own, so that work which
-// says nothing for a while loses nothing. When the worker is to stop, the job goes back to the
+// says nothing for a while loses nothing. A lack of memory does not end it: the next round tries
+// again. When the worker is to stop, the job goes back to the
 // queue at once: another worker need not wait for this one to come to a halt.
 // Threads: safe.
 class LeaseKeeper {

@@ -1,16 +1,16 @@
 #include "worker/jobs/run_jobs.h"
 
 #include <algorithm>
-#include <exception>
-#include <new>
 #include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/data_limit.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
 #include "worker/jobs/job_context.h"
+#include "worker/jobs/run_guarded.h"
 #include "worker/jobs/run_import.h"
 #include "worker/jobs/run_part.h"
 #include "worker/jobs/run_registration.h"
@@ -27,6 +27,7 @@ bool IsFatal(const absl::Status& status) {
 
 // Trouble that another attempt, perhaps on another machine, may not meet.
 bool MayPass(const absl::Status& status) {
+  if (base::IsOverMemoryLimit(status)) return false;
   return absl::IsUnavailable(status) || absl::IsResourceExhausted(status) ||
          absl::IsInternal(status);
 }
@@ -36,19 +37,6 @@ absl::Status RunStages(const store::pb::JobRecord& job, JobContext& context) {
   if (job.has_register_family()) return RunRegistration(job.register_family(), context);
   if (job.has_register_target()) return RunPart(job, context);
   return absl::InvalidArgumentError("the job says nothing to do: it may be from a newer program");
-}
-
-// The one place where the worker catches what others throw.
-absl::Status RunGuarded(const store::pb::JobRecord& job, JobContext& context) {
-  try {
-    return RunStages(job, context);
-  } catch (const std::bad_alloc&) {
-    // Not kResourceExhausted: that is a full disk, which passes without the job's doing.
-    return absl::InternalError(absl::StrCat("out of memory in stage '", context.stage(), "'"));
-  } catch (const std::exception& error) {
-    return absl::InternalError(
-        absl::StrCat("unexpected in stage '", context.stage(), "': ", error.what()));
-  }
 }
 
 // Why the stages ended: a job that was not to go on may have met that as any error of a stage.
@@ -62,7 +50,8 @@ absl::Status Outcome(const absl::Status& stages, const LeaseKeeper& keeper) {
 void Settle(store::Catalog& catalog, const store::Lease& lease, const absl::Status& outcome,
             bool is_released) {
   if (outcome.ok()) return base::LogInfo(absl::StrCat("job ", lease.job.id(), ": done"));
-  base::LogWarning(absl::StrCat("job ", lease.job.id(), ": ", outcome.ToString()));
+  base::LogWarning(absl::StrCat("job ", lease.job.id(), ": ",
+                                outcome.ToString(absl::StatusToStringMode::kWithNoExtraData)));
   if (absl::IsAborted(outcome) || is_released) return;
   const absl::Status settled = catalog.FailJob(lease.lease_id, outcome, MayPass(outcome));
   if (!settled.ok()) {
@@ -80,11 +69,40 @@ void RunJob(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Ar
     Checkpoints checkpoints(catalog, blobs, lease, options.checkpoints);
     LeaseKeeper keeper(catalog, lease, stop, options.lease, [&] { checkpoints.Flush(); });
     JobContext context(catalog, blobs, arena, keeper, checkpoints);
-    outcome = Outcome(RunGuarded(lease.job, context), keeper);
+    const absl::Status stages = RunWithinMemory(
+        {lease.job.memory_bytes(), options.memory_bytes}, [&] { return context.stage(); },
+        [&] { return RunStages(lease.job, context); });
+    outcome = Outcome(stages, keeper);
     checkpoints.End(/*is_done=*/outcome.ok());
     is_released = absl::IsUnavailable(keeper.Check());
   }
   Settle(catalog, lease, outcome, is_released);
+}
+
+// What is thrown outside of the stages, where threads start and end, is trouble of the worker.
+void RunJobGuarded(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
+                   const StopSignal& stop, const store::Lease& lease,
+                   const JobLoopOptions& options) {
+  const absl::Status trouble = Guarded("worker", [&] {
+    RunJob(catalog, blobs, arena, stop, lease, options);
+    return absl::OkStatus();
+  });
+  if (trouble.ok()) return;
+  Guarded("worker", [&] {
+    Settle(catalog, lease, absl::UnavailableError(trouble.message()), /*is_released=*/false);
+    return absl::OkStatus();
+  }).IgnoreError();  // the lease lapses
+}
+
+absl::StatusOr<std::optional<store::Lease>> LeaseGuarded(store::Catalog& catalog,
+                                                         const JobLoopOptions& options) {
+  absl::StatusOr<std::optional<store::Lease>> lease;
+  const absl::Status status = Guarded("worker", [&] {
+    lease = catalog.LeaseJob(options.worker, options.lease.duration, options.memory_bytes);
+    return lease.status();
+  });
+  if (!status.ok()) return status;
+  return lease;
 }
 
 // Waits until there may be something to do, but not longer than options.poll. It hears of a wish to
@@ -120,10 +138,9 @@ absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const par
                      const StopSignal& stop, const JobLoopOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());
   while (!stop.is_requested()) {
-    absl::StatusOr<std::optional<store::Lease>> lease =
-        catalog.LeaseJob(options.worker, options.lease.duration, options.memory_bytes);
+    absl::StatusOr<std::optional<store::Lease>> lease = LeaseGuarded(catalog, options);
     if (lease.ok() && lease->has_value()) {
-      RunJob(catalog, blobs, arena, stop, **lease, options);
+      RunJobGuarded(catalog, blobs, arena, stop, **lease, options);
       continue;
     }
     if (IsFatal(lease.status())) return lease.status();
@@ -133,7 +150,10 @@ absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const par
       continue;
     }
     if (options.exit_when_idle) return absl::OkStatus();
-    AwaitJob(catalog, stop, options);
+    Guarded("worker", [&] {
+      AwaitJob(catalog, stop, options);
+      return absl::OkStatus();
+    }).IgnoreError();  // the next lease tells what the matter is
   }
   return absl::OkStatus();
 }

@@ -24,11 +24,12 @@ struct JobLoopOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Runs jobs until `stop` is requested. A job that meets bad input fails; one that meets trouble
-// which may pass (kUnavailable, kResourceExhausted, kInternal, out of memory) goes back to the
-// queue, as Catalog::FailJob() says; one that is interrupted by `stop` goes back as it was. What a
-// registration had come to (CheckpointOptions) is gone on from. Errors: options out of range;
-// kDataLoss or kPermissionDenied of the catalog. It waits out others.
+// Runs jobs until `stop` is requested. A job that meets bad input, or allocates more memory than it
+// may (run_guarded.h), fails; one that meets trouble which may pass (kUnavailable,
+// kResourceExhausted, kInternal) goes back to the queue, as Catalog::FailJob() says; one that is
+// interrupted by `stop` goes back as it was. What a registration had come to (CheckpointOptions) is
+// gone on from. Errors: options out of range; kDataLoss or kPermissionDenied of the catalog. It
+// waits out others.
 absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
                      const StopSignal& stop, const JobLoopOptions& options);
 

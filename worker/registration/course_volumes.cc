@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <set>
 #include <span>
 
 #include "core/mesh/components.h"
 #include "core/mesh/slice_at.h"
+#include "core/mesh/whole_frames.h"
 #include "worker/registration/blend_figures.h"
 #include "worker/registration/image_normals.h"
 
@@ -30,16 +30,19 @@ Slices Measure(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices
   return slices;
 }
 
-// Whole frames of the target in which a part is detached, as far as the source has frames, too.
-std::vector<double> TimesOf(const Courses& courses, int num_frames) {
-  std::set<double> times;
-  for (const Course& course : courses.courses()) {
-    for (double time = std::ceil(course.target.start_time);
-         time < course.target.end_time && time < num_frames; ++time) {
-      times.insert(time);
-    }
-  }
-  return {times.begin(), times.end()};
+// Those of the target's whole frames in which a part is detached, as far as the source has frames,
+// too.
+std::vector<double> TimesOf(const Courses& courses, const mesh::SpaceTimeMesh& target,
+                            int num_frames) {
+  std::vector<double> times = mesh::WholeFrames(target);
+  std::erase_if(times, [&](double time) {
+    return time >= num_frames ||
+           std::none_of(courses.courses().begin(), courses.courses().end(),
+                        [time](const Course& course) {
+                          return time >= course.target.start_time && time < course.target.end_time;
+                        });
+  });
+  return times;
 }
 
 // The component where the part is to be; null: none that near.
@@ -93,7 +96,7 @@ double OffsetAt(const std::vector<std::optional<double>>& offsets, std::span<con
 void MatchCourseVolumes(const Surface& source, const PackedLists& neighbors, const Surface& target,
                         const Courses& courses, const parallel::Arena& arena,
                         Points& displacement) {
-  const std::vector<double> times = TimesOf(courses, source.mesh.num_frames);
+  const std::vector<double> times = TimesOf(courses, target.mesh, source.mesh.num_frames);
   if (times.empty()) return;
   const double edge = source.mesh.edge_length_m;
   const Slices wanted = Measure(target.mesh, target.mesh.vertices, times, arena);

@@ -27,6 +27,20 @@ Eigen::Matrix<float, 20, 20> InverseRoot(const BlockFactor& factor) {
   return root.cast<float>();
 }
 
+// Of a block that rounding has left slightly indefinite, as where nodes are hundreds of frames
+// apart, the factor of one with a larger diagonal: still a preconditioner, and only that.
+BlockFactor FactorOf(const Eigen::Matrix<double, 20, 20>& block) {
+  constexpr double kShifts[] = {1e-6, 1e-4, 1e-2};  // of the largest diagonal entry
+  BlockFactor factor(block);
+  for (const double shift : kShifts) {
+    if (factor.info() == Eigen::Success) break;
+    Eigen::Matrix<double, 20, 20> shifted = block;
+    shifted.diagonal().array() += shift * block.diagonal().maxCoeff();
+    factor.compute(shifted);
+  }
+  return factor;
+}
+
 struct PinEntry {
   int64_t pin;
   const HardPins::Entry* entry;
@@ -44,7 +58,7 @@ absl::StatusOr<Preconditioner> Preconditioner::Make(const NormalEquations& equat
   arena.For(
       num_nodes,
       [&](int64_t n) {
-        const BlockFactor factor(equations.DiagonalBlock(n));
+        const BlockFactor factor = FactorOf(equations.DiagonalBlock(n));
         is_definite[n] = factor.info() == Eigen::Success;
         if (is_definite[n] != 0) result.inverse_root_[n] = InverseRoot(factor);
       },

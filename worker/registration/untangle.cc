@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/mesh/slice_at.h"
+#include "core/mesh/whole_frames.h"
 #include "worker/registration/axis_rays.h"
 #include "worker/registration/blend_figures.h"
 
@@ -149,8 +150,7 @@ std::vector<double> TimesAround(const std::vector<double>& times, const std::vec
 
 int64_t Untangle(const Surface& source, const Points& extrapolation, const parallel::Arena& arena,
                  Points& displacement) {
-  std::vector<double> times;
-  for (int frame = 0; frame < source.mesh.num_frames; ++frame) times.push_back(frame);
+  std::vector<double> times = mesh::WholeFrames(source.mesh);
   int64_t num_left = 0;
   for (int round = 0; round < kRounds && !times.empty(); ++round) {
     num_left = 0;

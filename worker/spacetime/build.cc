@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/data_limit.h"
 #include "core/base/memory.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/animation_limits.h"
 #include "worker/spacetime/build_tracked.h"
 #include "worker/spacetime/droplet_cells.h"
 #include "worker/spacetime/layers.h"
@@ -198,7 +200,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
   KeepSheetOrder(arena, layers);
   const std::vector<int64_t> first_vertex = NumberVertices(layers, droplets);
   if (first_vertex.back() > std::numeric_limits<int32_t>::max()) {
-    return absl::ResourceExhaustedError(
+    return base::MemoryLimitError(
         absl::StrCat("animation '", animation.name, "' needs ", first_vertex.back(),
                      " space-time vertices, more than 2^31: use a larger spacing"));
   }
@@ -265,6 +267,9 @@ absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
                      " frames and a mean edge length of ", edge_length_m,
                      " m; a space-time mesh needs at least 2 frames and some liquid"));
   }
+  // Of animations that were imported before there were limits.
+  LB_RETURN_IF_ERROR(mesh::CheckTimes(animation));
+  LB_RETURN_IF_ERROR(mesh::CheckExtent(animation));
   LB_ASSIGN_OR_RETURN(mesh::SpaceTimeMesh mesh,
                       BuildAs(animation, options, edge_length_m, arena, progress));
   if (options.sheet_thickness_edges > 0) {

@@ -46,7 +46,8 @@ absl::StatusOr<Connectivity> ChooseConnectivity(const mesh::Animation& animation
 
 // Builds the cell complex; its slice at frame k lies on frame k's surface.
 // Requires: frames closed and oriented.  Errors: kInvalidArgument (options, fewer than 2 frames, no
-// triangles at all); kResourceExhausted if the grid would be larger than its index type holds.
+// triangles at all, beyond core/mesh/animation_limits.h); base::MemoryLimitError() if the grid is
+// larger than its index type or the memory that is left can hold.
 // Threads: safe, same bytes for any thread count.
 absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
                                           const BuildOptions& options, const parallel::Arena& arena,

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/data_limit.h"
 #include "core/base/status_macros.h"
 #include "worker/spacetime/fill_patch.h"
 #include "worker/spacetime/normals.h"
@@ -264,9 +265,9 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildTracked(const mesh::Animation& animatio
   if (progress) progress(0.5);
   const std::vector<int64_t> first = FirstVertices(layers, cells);
   if (first.back() > std::numeric_limits<int32_t>::max()) {
-    return absl::ResourceExhaustedError(absl::StrCat("animation '", animation.name, "' needs ",
-                                                     first.back(),
-                                                     " space-time vertices, more than 2^31"));
+    return base::MemoryLimitError(absl::StrCat("animation '", animation.name, "' needs ",
+                                               first.back(),
+                                               " space-time vertices, more than 2^31"));
   }
   mesh::SpaceTimeMesh mesh;
   // Slices reach to the last whole frame.

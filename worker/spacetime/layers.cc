@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/data_limit.h"
+#include "core/base/memory_limit.h"
 #include "core/base/status_macros.h"
 #include "worker/spacetime/mixed_cells.h"
 
@@ -14,6 +16,18 @@ namespace {
 
 constexpr int kWaveLayers = 8;   // steps sampled at a time: bounds the memory
 constexpr double kMargin = 2.0;  // grid spacings around the liquid
+
+// Each layer keeps a bit for each point: much, if a little liquid is far from the rest.
+absl::Status CheckMemory(const mesh::Animation& animation, const Grid& grid, int64_t num_layers) {
+  const int64_t bytes_per_layer = grid.num_rows() * grid.words_per_row() * int64_t{8};
+  const int64_t bytes = bytes_per_layer * num_layers, left = base::DataBytesLeft();
+  if (bytes <= left) return absl::OkStatus();
+  return base::MemoryLimitError(absl::StrCat(
+      "animation '", animation.name, "' needs a grid of ", grid.dims[0], " x ", grid.dims[1], " x ",
+      grid.dims[2], " points at a spacing of ", grid.spacing_m, " m and ", num_layers,
+      " times, hence ", base::FormatGibibytes(bytes), ", more than the ",
+      base::FormatGibibytes(left), " that the job may still allocate: use a larger spacing"));
+}
 
 absl::StatusOr<Grid> ChooseGrid(const mesh::Animation& animation,
                                 const std::vector<LayerTime>& times, double spacing_m) {
@@ -35,12 +49,13 @@ absl::StatusOr<Grid> ChooseGrid(const mesh::Animation& animation,
   grid.origin_m = lo - kMargin * spacing_m;
   const Eigen::Array3d dims = ((hi - lo) / spacing_m).ceil() + 2 * kMargin + 1;
   if (!(dims.prod() < static_cast<double>(std::numeric_limits<int32_t>::max()))) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("animation '", animation.name, "' needs a grid of ", dims[0], " x ", dims[1],
-                     " x ", dims[2], " points at a spacing of ", spacing_m,
-                     " m, more than 2^31: use a larger spacing"));
+    return base::MemoryLimitError(absl::StrCat("animation '", animation.name, "' needs a grid of ",
+                                               dims[0], " x ", dims[1], " x ", dims[2],
+                                               " points at a spacing of ", spacing_m,
+                                               " m, more than 2^31: use a larger spacing"));
   }
   for (int axis = 0; axis < 3; ++axis) grid.dims[axis] = static_cast<int>(dims[axis]);
+  LB_RETURN_IF_ERROR(CheckMemory(animation, grid, static_cast<int64_t>(times.size())));
   return grid;
 }
 

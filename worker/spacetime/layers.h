@@ -38,7 +38,8 @@ struct Layers {
 
 // Samples the layers and places the vertices, a few layers at a time: distances are only ever held
 // for those.
-// Errors: kResourceExhausted if the grid has 2^31 points or more.
+// Errors: base::MemoryLimitError() if the grid has 2^31 points or more, or needs more memory than
+// the process may still allocate.
 // Threads: same bytes for any thread count.
 absl::StatusOr<Layers> SampleLayers(const mesh::Animation& animation, const LayerOptions& options,
                                     const parallel::Arena& arena,

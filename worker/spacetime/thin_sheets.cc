@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "worker/spacetime/point_grid.h"
 
@@ -13,16 +15,22 @@ constexpr float kOpposed = -0.3f;  // cosine between normals
 constexpr double kMinOpposedShare = 0.1;
 constexpr int kRings = 2;
 
-// The free vertices of each frame of time, ascending.
+// The free vertices of each frame of time that has some, ascending. What lies before or after all
+// frames counts as one frame each.
 std::vector<std::vector<int32_t>> VerticesByFrame(const mesh::SpaceTimeMesh& mesh) {
   const std::vector<char> rigid = mesh::RigidVertices(mesh);
-  std::vector<std::vector<int32_t>> by_frame(mesh.num_frames + 2);
+  std::map<float, std::vector<int32_t>> by_frame;
+  auto last = by_frame.end();  // vertices come by slabs
   for (int32_t v = 0; v < mesh.num_vertices(); ++v) {
     if (rigid[v]) continue;
-    const int frame = static_cast<int>(std::floor(mesh.vertices(3, v))) + 1;
-    by_frame[std::clamp(frame, 0, mesh.num_frames + 1)].push_back(v);
+    const float frame =
+        std::clamp(std::floor(mesh.vertices(3, v)), -1.0F, static_cast<float>(mesh.num_frames));
+    if (last == by_frame.end() || last->first != frame) last = by_frame.try_emplace(frame).first;
+    last->second.push_back(v);
   }
-  return by_frame;
+  std::vector<std::vector<int32_t>> lists;
+  for (auto& [frame, vertices] : by_frame) lists.push_back(std::move(vertices));
+  return lists;
 }
 
 // The two sides of a sheet look away from each other. Normals have unit length.
@@ -101,9 +109,8 @@ void FlagAround(const std::vector<Cell>& cells, const std::vector<char>& before,
 void FlagThinSheets(double thickness_m, const parallel::Arena& arena, mesh::SpaceTimeMesh& mesh) {
   mesh.thin.assign(mesh.num_vertices(), 0);
   const auto by_frame = VerticesByFrame(mesh);
-  arena.Run(static_cast<int64_t>(by_frame.size()), [&](int64_t f) {
-    if (!by_frame[f].empty()) FlagFrame(by_frame[f], static_cast<float>(thickness_m), mesh);
-  });
+  arena.Run(static_cast<int64_t>(by_frame.size()),
+            [&](int64_t f) { FlagFrame(by_frame[f], static_cast<float>(thickness_m), mesh); });
   for (int ring = 0; ring < kRings; ++ring) {
     const std::vector<char> before = mesh.thin;
     FlagAround(mesh.hexahedra, before, mesh.thin);

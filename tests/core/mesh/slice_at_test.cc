@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/base/data_limit.h"
 #include "server/slice/slice.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/implicit.h"
@@ -43,6 +44,21 @@ void ExpectAsServed(const mesh::SpaceTimeMesh& mesh) {
     // 0.1 %: polygons of five corners may be cut otherwise.
     EXPECT_NEAR(mesh::Volume(slices[n]) / mesh::Volume(served), 1.0, 1e-3) << kTimes[n];
   }
+}
+
+// Cells that last long are cut by many slices. A list of the cells of each slice would take 17 MB.
+TEST(SliceAt, MemoryDoesNotFollowTheDurationOfCells) {
+  synthetic::ComplexOptions options;
+  options.num_frames = 2;
+  SpaceTimeMesh mesh = synthetic::HexahedralSphere(12, options);
+  constexpr int kNumSlices = 5000;
+  std::vector<double> times(kNumSlices);
+  for (int n = 0; n < kNumSlices; ++n) times[n] = static_cast<double>(n) / kNumSlices;
+  int64_t num_slices = 0;
+  const base::ScopedDataLimit limit(8 << 20);
+  VisitSlices(mesh, mesh.vertices, times, parallel::Arena(1),
+              [&](int64_t, const TracedSlice&) { ++num_slices; });
+  EXPECT_EQ(num_slices, kNumSlices);
 }
 
 TEST(SliceAt, ShowsWhatTheServerShowsOfEachCellKind) {

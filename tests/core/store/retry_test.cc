@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "core/base/data_limit.h"
 #include "tests/core/store/store_testing.h"
 
 namespace liquidblend::store {
@@ -72,6 +73,13 @@ TEST(RetryOptions, NamesWhatIsOutOfRange) {
   EXPECT_THAT(status([](auto& o) { o.longest_pause = absl::Minutes(9); }),
               Fails(Code::kInvalidArgument, "longest_pause = 9m"));
   EXPECT_THAT(status([](auto& o) { o.jitter = 1.0; }), Fails(Code::kInvalidArgument, "jitter = 1"));
+}
+
+TEST(IsOfEnvironment, IsNotWhatAJobNeedsTooMuchOf) {
+  EXPECT_TRUE(IsOfEnvironment(absl::UnavailableError("S3 is away")));
+  EXPECT_TRUE(IsOfEnvironment(absl::ResourceExhaustedError("disk full")));
+  EXPECT_FALSE(IsOfEnvironment(base::MemoryLimitError("out of memory")));
+  EXPECT_FALSE(IsOfEnvironment(absl::InternalError("no")));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "core/store/sqlite.h"
 
+#include <new>
+
 #include "tests/core/store/store_testing.h"
 
 namespace liquidblend::store {
@@ -77,6 +79,21 @@ TEST_F(SqliteTest, UndoesATransactionThatFails) {
   EXPECT_THAT(db->Transaction([&] { return db->Run("INSERT INTO t VALUES (1)"); }),
               Fails(Code::kInternal, path_));
   EXPECT_EQ(Int(*db, "SELECT COUNT(*) FROM t"), 1);
+}
+
+TEST_F(SqliteTest, UndoesATransactionWhoseBodyThrows) {
+  const auto db = Open();
+  const auto other = Open(absl::ZeroDuration());
+  ASSERT_THAT(db->RunScript("CREATE TABLE t (a INTEGER)"), Succeeds());
+  EXPECT_THROW(db->Transaction([&]() -> absl::Status {
+                   EXPECT_THAT(db->Run("INSERT INTO t VALUES (1)"), Succeeds());
+                   throw std::bad_alloc();
+                 }).IgnoreError(),
+               std::bad_alloc);
+  EXPECT_THAT(other->Transaction([&] { return other->Run("INSERT INTO t VALUES (2)"); }),
+              Succeeds());
+  EXPECT_THAT(db->Transaction([&] { return db->Run("INSERT INTO t VALUES (3)"); }), Succeeds());
+  EXPECT_EQ(Int(*db, "SELECT COUNT(*) FROM t"), 2);
 }
 
 TEST_F(SqliteTest, NamesALockedDatabase) {

@@ -54,6 +54,56 @@ TEST(MemoryToImport, GoesByTheFilesAndWhetherTheyArePacked) {
   EXPECT_EQ(MemoryToImport(job) - none, 32'000);
 }
 
+AnimationRecord OfFrames(int num_frames, float extent_m) {
+  AnimationRecord animation = OfVertices(1000 * num_frames);
+  store::v1::AnimationManifest& manifest = *animation.mutable_manifest();
+  manifest.set_num_frames(num_frames);
+  manifest.set_mean_edge_length_m(0.01);
+  for (int k = 0; k < 3; ++k) {
+    manifest.mutable_bounds()->add_min(0);
+    manifest.mutable_bounds()->add_max(extent_m);
+  }
+  return animation;
+}
+
+TEST(MemoryToRegister, GrowsWithGridsOfWideAnimations) {
+  const AnimationRecord usual = OfFrames(100, 1), wide = OfFrames(100, 10);
+  EXPECT_LT(MemoryToRegister({}, usual, {usual}), 300'000'000);
+  // A bit for 1,111^3 points at 100 times.
+  EXPECT_GT(MemoryToRegister({}, usual, {wide}), int64_t{1111} * 1111 * 1111 / 8 * 100);
+  RegisterJob tracked;
+  tracked.mutable_space_time()->set_connectivity(store::v1::TRACKED);
+  EXPECT_EQ(MemoryToRegister(tracked, usual, {wide}), MemoryToRegister(tracked, usual, {usual}));
+}
+
+TEST(MemoryToRegister, GrowsWithFramesOfWideAnimations) {
+  EXPECT_GT(MemoryToRegister({}, OfFrames(400, 10), {OfFrames(4, 1)}),
+            5 * MemoryToRegister({}, OfFrames(40, 10), {OfFrames(4, 1)}));
+}
+
+TEST(MemoryToRegister, GrowsWithGapsBetweenFrames) {
+  const AnimationRecord animation = OfVertices(1'000'000);
+  AnimationRecord with_gap = animation;
+  for (const double time : {0, 1, 101}) with_gap.mutable_manifest()->add_times(time);
+  EXPECT_GT(MemoryToRegister({}, animation, {with_gap}),
+            MemoryToRegister({}, animation, {animation}) + 2 * 1'400'000 * 4 * 60);
+}
+
+TEST(MemoryToRegister, GrowsWithLevelsOfDetail) {
+  const AnimationRecord animation = OfVertices(1'000'000);
+  const std::vector<AnimationRecord> many(16, animation);
+  RegisterJob one, all;
+  one.mutable_space_time()->set_coarser_levels(0);
+  all.mutable_space_time()->set_coarser_levels(6);
+  EXPECT_GT(MemoryToRegister(all, animation, many),
+            1.8 * static_cast<double>(MemoryToRegister(one, animation, many)));
+}
+
+TEST(MemoryToRegister, NeverOverflows) {
+  AnimationRecord absurd = OfFrames(2'000'000'000, 1e30F);
+  EXPECT_GT(MemoryToRegister({}, absurd, {absurd}), int64_t{1} << 60);
+}
+
 class JobMemoryTest : public RpcTest {
  protected:
   store::v1::JobRecord job_ = [] {

@@ -70,7 +70,10 @@ class JobsTest : public testing::Test {
   JobsTest() : blobs_(*store::OpenLocalBlobStore(folder_.path())) {
     store::CatalogOptions options;
     options.retry.first_pause = absl::ZeroDuration();
-    options.now = [this] { return start_ + absl::Milliseconds(clock_ms_.load()); };
+    options.now = [this] {
+      if (on_clock_) on_clock_();
+      return start_ + absl::Milliseconds(clock_ms_.load());
+    };
     catalog_ = *store::OpenSqliteCatalog(store::CatalogPath(folder_.path()), options);
   }
 
@@ -128,6 +131,9 @@ class JobsTest : public testing::Test {
   absl::Status Work(int num_threads = 2, const std::string& worker = "test") {
     JobLoopOptions options;
     options.worker = worker;
+    return WorkWith(std::move(options), num_threads);
+  }
+  absl::Status WorkWith(JobLoopOptions options, int num_threads = 2) {
     options.exit_when_idle = true;
     options.lease.report_interval = absl::Milliseconds(5);
     const parallel::Arena arena(num_threads);
@@ -158,6 +164,7 @@ class JobsTest : public testing::Test {
 
   const absl::Time start_ = absl::FromUnixSeconds(1'700'000'000);
   std::atomic<int64_t> clock_ms_ = 0;  // of the catalog
+  std::function<void()> on_clock_;     // called by any thread in each change of the catalog
   store::TemporaryFolder folder_;
   HookedBlobs blobs_;
   std::unique_ptr<store::Catalog> catalog_;

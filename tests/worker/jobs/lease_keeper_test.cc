@@ -1,5 +1,8 @@
 #include "worker/jobs/lease_keeper.h"
 
+#include <atomic>
+#include <new>
+
 #include "tests/worker/jobs/jobs_testing.h"
 
 namespace liquidblend::jobs {
@@ -26,6 +29,15 @@ class LeaseKeeperTest : public JobsTest {
   const std::string job_id_;
 };
 
+// The catalog cuts longer leases: renewed every third of what was asked, they would lapse.
+TEST(LeaseOptions, AreNoLongerThanTheCatalogGrants) {
+  LeaseOptions options;
+  options.duration = store::kLongestLease;
+  EXPECT_TRUE(options.Validate().ok());
+  options.duration = absl::Minutes(40);
+  EXPECT_EQ(options.Validate(), absl::InvalidArgumentError("lease duration is above 10m: 40m"));
+}
+
 TEST_F(LeaseKeeperTest, TellsProgress) {
   LeaseKeeper keeper(*catalog_, Take("one"), stop_, options_);
   store::pb::JobProgress progress;
@@ -43,6 +55,27 @@ TEST_F(LeaseKeeperTest, RenewsTheLeaseOfSilentWork) {
   Await([&] { return Job(job_id_).update_time().nanos() == 900'000'000; });
   clock_ms_ = 1500;
   EXPECT_FALSE((*catalog_->LeaseJob("two", options_.duration)).has_value());
+  EXPECT_TRUE(keeper.Check().ok());
+}
+
+// What the job allocates may leave no memory for the keeper's thread.
+TEST_F(LeaseKeeperTest, GoesOnAfterFailedAllocations) {
+  const store::Lease lease = Take("one");
+  std::atomic<int> num_failures = 0;
+  on_clock_ = [&] {
+    if (num_failures < 3) {
+      ++num_failures;
+      throw std::bad_alloc();
+    }
+  };
+  LeaseKeeper keeper(*catalog_, lease, stop_, options_);
+  Await([&] {
+    store::pb::JobProgress progress;
+    progress.set_iteration(7);
+    keeper.Report(progress);
+    return Job(job_id_).progress().iteration() == 7;
+  });
+  EXPECT_EQ(num_failures, 3);
   EXPECT_TRUE(keeper.Check().ok());
 }
 

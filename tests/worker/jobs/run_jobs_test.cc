@@ -1,7 +1,14 @@
 #include "worker/jobs/run_jobs.h"
 
+#include <pthread.h>
+
+#include <cerrno>
 #include <new>
+#include <optional>
 #include <stdexcept>
+#include <system_error>
+#include <utility>
+#include <vector>
 
 #include "core/store/files.h"
 #include "tests/worker/jobs/jobs_testing.h"
@@ -15,7 +22,14 @@ using store::pb::AnimationRecord;
 using store::pb::JobRecord;
 using testing::HasSubstr;
 
-class RunJobsTest : public JobsTest {};
+class RunJobsTest : public JobsTest {
+ protected:
+  absl::Status WorkWithin(int64_t memory_bytes) {
+    JobLoopOptions options;
+    options.memory_bytes = memory_bytes;
+    return WorkWith(std::move(options));
+  }
+};
 
 TEST_F(RunJobsTest, AnImportPublishesTheAnimation) {
   const std::string job = SubmitBall("ball", 1.0);
@@ -75,13 +89,125 @@ TEST_F(RunJobsTest, OutOfMemoryFailsTheJobNotTheWorker) {
   blobs_.on_open = []() -> absl::Status { throw std::bad_alloc(); };
   ASSERT_THAT(Work(), Succeeds());
   EXPECT_EQ(Job(first).state(), JobRecord::FAILED);
-  EXPECT_EQ(Job(first).attempts(), 3);
+  EXPECT_EQ(Job(first).attempts(), 1);
+  EXPECT_EQ(Job(first).error().code(), static_cast<int>(absl::StatusCode::kResourceExhausted));
   EXPECT_THAT(Job(first).error().message(), HasSubstr("out of memory in stage 'opening files'"));
 
   blobs_.on_open = nullptr;
   const std::string second = SubmitBall("second", 1.0);
   ASSERT_THAT(Work(), Succeeds());
   EXPECT_EQ(Job(second).state(), JobRecord::SUCCEEDED);
+}
+
+// Far more than the ball needs, and far less than what it is made to allocate.
+constexpr int64_t kLimitBytes = 256 << 20;
+
+TEST_F(RunJobsTest, AJobThatNeedsFarMoreThanEstimatedFailsAtOnce) {
+  const std::string large = SubmitBall("large", 1.0);
+  std::vector<std::vector<char>> held;
+  blobs_.on_open = [&] {
+    held.emplace_back(kLimitBytes / 2);
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(WorkWithin(kLimitBytes), Succeeds());
+  EXPECT_LT(held.size(), 3);
+  held.clear();
+  EXPECT_EQ(Job(large).state(), JobRecord::FAILED);
+  EXPECT_EQ(Job(large).attempts(), 1);
+  EXPECT_EQ(Job(large).environment_failures(), 0);
+  EXPECT_EQ(Job(large).error().code(), static_cast<int>(absl::StatusCode::kResourceExhausted));
+  EXPECT_EQ(Job(large).error().message(),
+            "out of memory in stage 'opening files': the job may allocate 256 MiB on this worker; "
+            "there is no estimate");
+
+  blobs_.on_open = nullptr;
+  const std::string small = SubmitBall("small", 1.0);
+  ASSERT_THAT(WorkWithin(kLimitBytes), Succeeds());
+  EXPECT_EQ(Job(small).state(), JobRecord::SUCCEEDED) << Job(small).error().message();
+}
+
+// Whatever allocation it is that fails, in the job's threads, in TBB or in a library.
+TEST_F(RunJobsTest, RunningOutOfMemoryAnywhereHarmsNeitherWorkerNorQueue) {
+  SubmitBall("slow", 1.0);
+  SubmitBall("fast", 2.0);
+  ASSERT_THAT(Work(), Succeeds());
+  int num_failed = 0, num_done = 0;
+  for (int64_t limit = 1 << 20; limit <= 256 << 20; limit += limit / 4) {
+    const std::string id = SubmitRegistration(absl::StrCat("family", limit), "slow", {"fast"});
+    ASSERT_THAT(WorkWithin(limit), Succeeds());
+    const JobRecord job = Job(id);
+    if (job.state() == JobRecord::SUCCEEDED) {
+      ++num_done;
+      continue;
+    }
+    ++num_failed;
+    EXPECT_EQ(job.state(), JobRecord::FAILED) << limit;
+    EXPECT_EQ(job.error().code(), static_cast<int>(absl::StatusCode::kResourceExhausted))
+        << limit << ": " << job.error().message();
+    EXPECT_EQ(job.attempts(), 1) << limit << ": " << job.error().message();
+  }
+  EXPECT_GT(num_failed, 0);
+  EXPECT_GT(num_done, 0);
+}
+
+TEST_F(RunJobsTest, OutOfMemoryBetweenJobsIsWaitedOut) {
+  const std::string job = SubmitBall("ball", 1.0);
+  int num_failures = 0;
+  on_clock_ = [&] {
+    if (num_failures < 2) {
+      ++num_failures;
+      throw std::bad_alloc();
+    }
+  };
+  JobLoopOptions options;
+  options.poll = absl::Milliseconds(1);
+  ASSERT_THAT(WorkWith(std::move(options)), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
+  EXPECT_EQ(Job(job).attempts(), 1);
+}
+
+// While this lives, no thread can start: no address space has room for its stack.
+class NoThreads {
+ public:
+  NoThreads() {
+    pthread_getattr_default_np(&former_);
+    pthread_attr_t huge = former_;
+    pthread_attr_setstacksize(&huge, size_t{1} << 46);
+    pthread_setattr_default_np(&huge);
+  }
+  ~NoThreads() { pthread_setattr_default_np(&former_); }
+  NoThreads(const NoThreads&) = delete;
+  NoThreads& operator=(const NoThreads&) = delete;
+
+ private:
+  pthread_attr_t former_;
+};
+
+TEST_F(RunJobsTest, AJobWhoseKeeperCannotStartGoesBackToTheQueue) {
+  const std::string job = SubmitBall("ball", 1.0);
+  std::optional<NoThreads> no_threads(std::in_place);
+  int num_looks = 0;
+  on_clock_ = [&] {
+    if (++num_looks == 6) no_threads.reset();  // after at least one attempt
+  };
+  ASSERT_THAT(Work(/*num_threads=*/1), Succeeds());
+  EXPECT_FALSE(no_threads.has_value());
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
+  EXPECT_EQ(Job(job).attempts(), 1);
+  EXPECT_GE(Job(job).environment_failures(), 1);
+}
+
+TEST_F(RunJobsTest, MissingThreadsAndFilesAreTroubleOfTheEnvironment) {
+  const std::string job = SubmitBall("ball", 1.0);
+  int num_opened = 0;
+  blobs_.on_open = [&] {
+    if (++num_opened == 1) throw std::system_error(EAGAIN, std::generic_category(), "thread");
+    return absl::OkStatus();
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
+  EXPECT_EQ(Job(job).attempts(), 1);
+  EXPECT_EQ(Job(job).environment_failures(), 1);
 }
 
 TEST_F(RunJobsTest, WhatOthersThrowFailsTheJobWithItsText) {

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/base/data_limit.h"
 #include "core/mesh/slice_at.h"
 #include "tests/synthetic/inverted_share.h"
 #include "tests/worker/registration/registration_testing.h"
@@ -47,6 +48,14 @@ TEST(Untangle, LeavesWhatIsInOrderAsItIs) {
   const Points before = displacement;
   EXPECT_EQ(source.Untangle(source.By(0.2f), displacement), 0);
   EXPECT_TRUE(displacement == before);
+}
+
+TEST(Untangle, LooksWhereVerticesAreWhateverTheDuration) {
+  Squashed source;
+  source.mesh.num_frames = 2'000'000'000;  // a number for each would be 16 GB
+  Points displacement = source.By(0.7f);
+  const base::ScopedDataLimit limit(256 << 20);
+  EXPECT_EQ(source.Untangle(source.AtRest(), displacement), 0);
 }
 
 TEST(Untangle, PutsTheSidesOfASheetInOrder) {

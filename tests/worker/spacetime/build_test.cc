@@ -7,6 +7,8 @@
 #include <cstring>
 #include <numbers>
 
+#include "core/base/data_limit.h"
+#include "core/mesh/animation_limits.h"
 #include "server/slice/slice.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
@@ -302,6 +304,63 @@ TEST(Build, SameBytesAtAnyThreadCount) {
         std::memcmp(many.normals.data(), one.normals.data(), sizeof(float) * one.normals.size()),
         0);
     EXPECT_EQ(many.hexahedra, one.hexahedra);
+  }
+}
+
+// A grid has points between two bodies that are far apart, too.
+mesh::Animation TwoSpheres(float distance_m) {
+  mesh::Animation animation = synthetic::MovingSphere();
+  for (mesh::TriangleMesh& frame : animation.frames) {
+    const int64_t num_vertices = frame.num_vertices(), num_triangles = frame.num_triangles();
+    const Eigen::Matrix3Xf far = frame.vertices.array() + distance_m;
+    const Eigen::Matrix3Xi triangles = frame.triangles.array() + static_cast<int>(num_vertices);
+    const Eigen::Matrix3Xf velocities = frame.velocities;
+    frame.vertices.conservativeResize(3, 2 * num_vertices);
+    frame.vertices.rightCols(num_vertices) = far;
+    frame.triangles.conservativeResize(3, 2 * num_triangles);
+    frame.triangles.rightCols(num_triangles) = triangles;
+    frame.velocities.conservativeResize(3, 2 * velocities.cols());
+    frame.velocities.rightCols(velocities.cols()) = velocities;
+  }
+  return animation;
+}
+
+TEST(Build, RefusesAGridThatMemoryCannotHold) {
+  const parallel::Arena arena(1);
+  const base::ScopedDataLimit limit(128 << 20);
+  EXPECT_TRUE(Build(TwoSpheres(10), Rebuilt(), arena).ok());
+  const absl::Status status = Build(TwoSpheres(60), Rebuilt(), arena).status();
+  EXPECT_TRUE(base::IsOverMemoryLimit(status)) << status;
+  EXPECT_THAT(status.message(), HasSubstr("needs a grid of "));
+  EXPECT_THAT(status.message(), HasSubstr("that the job may still allocate"));
+}
+
+TEST(Build, RefusesTimesBeyondTheLimits) {
+  const parallel::Arena arena(1);
+  mesh::Animation animation = synthetic::MovingSphere();
+  for (int k = 0; k < animation.num_frames(); ++k) animation.times.push_back(k);
+  animation.times.back() = 1e9;
+  for (const Connectivity connectivity : {Connectivity::kRebuilt, Connectivity::kTracked}) {
+    BuildOptions options;
+    options.connectivity = connectivity;
+    const absl::Status status = Build(animation, options, arena).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(status.message(), HasSubstr("its time is 1e+09 frames, not in [0, 100000]"));
+  }
+}
+
+TEST(Build, BridgesTheLongestGap) {
+  mesh::Animation animation = synthetic::MovingSphere();
+  animation.frames.resize(3);
+  animation.times = {0, 1, 1 + mesh::kLongestGap};
+  for (const Connectivity connectivity : {Connectivity::kRebuilt, Connectivity::kTracked}) {
+    BuildOptions options;
+    options.connectivity = connectivity;
+    for (mesh::TriangleMesh& frame : animation.frames) frame.velocities.resize(3, 0);
+    const auto mesh = Build(animation, options, parallel::Arena(1));
+    ASSERT_TRUE(mesh.ok()) << mesh.status();
+    EXPECT_TRUE(mesh::Validate(*mesh).ok());
+    EXPECT_TRUE(mesh::CheckClosed(Cut(*mesh, 125 / animation.frames_per_second)).closed());
   }
 }
 

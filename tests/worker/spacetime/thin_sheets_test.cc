@@ -57,6 +57,15 @@ TEST(FlagThinSheets, AnotherFrameOfTimeDoesNotCount) {
   EXPECT_THAT(Flags(MeshOf({.upper_time = 1.5F}), 0.6), Each(0));
 }
 
+TEST(FlagThinSheets, MemoryDoesNotFollowTheDuration) {
+  mesh::SpaceTimeMesh mesh = MeshOf({});
+  mesh.num_frames = 2'000'000'000;  // a list a frame would be 48 GB
+  mesh.vertices.rightCols(1)(3, 0) = 1e9F;
+  std::vector<char> expected(mesh.num_vertices(), 1);
+  expected.back() = expected[kSide * kSide - 1] = 0;  // the moved one and its counterpart
+  EXPECT_EQ(Flags(mesh, 0.6), expected);
+}
+
 TEST(FlagThinSheets, DropletsAreNone) {
   mesh::SpaceTimeMesh mesh = MeshOf({});
   mesh.rigid_pieces.push_back({0, 2 * kSide * kSide, 0});

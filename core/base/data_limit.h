@@ -1,0 +1,55 @@
+// A limit for what the process may allocate: work that needs too much memory fails, not the
+// machine.
+#pragma once
+
+#include <sys/resource.h>
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+
+namespace liquidblend::base {
+
+// The error of work that needs more memory than it may have. It is kResourceExhausted and marked,
+// so that IsOverMemoryLimit() tells it from trouble of the environment such as a full disk.
+absl::Status MemoryLimitError(const std::string& message);
+bool IsOverMemoryLimit(const absl::Status& status);
+
+// Bytes of private writable memory that the process has mapped now, touched or not: heap and
+// stacks. Not files that are mapped for reading, and not addresses that are only reserved. 0 if not
+// known.
+int64_t DataBytes();
+
+// How much more of it the process may map: up to its limit (ScopedDataLimit), and no more than
+// MemoryForJobs(). For work that knows what it needs and would rather be refused than fail midway.
+int64_t DataBytesLeft();
+
+// While this lives, the process may map `bytes` more such memory than it has at the start. What
+// goes beyond fails in any thread: operator new throws std::bad_alloc, mmap and pthread_create
+// return an error. A lower limit that was set before stays in force.
+//
+// It is RLIMIT_DATA, which the kernel (4.7 and later) checks when memory is mapped. RLIMIT_AS would
+// count mapped blobs and the 64 MiB of addresses that glibc reserves for each thread's heap, too.
+// Threads: one instance at a time.
+class ScopedDataLimit {
+ public:
+  // Requires: bytes >= 0.
+  explicit ScopedDataLimit(int64_t bytes);
+  ~ScopedDataLimit();
+  ScopedDataLimit(const ScopedDataLimit&) = delete;
+  ScopedDataLimit& operator=(const ScopedDataLimit&) = delete;
+
+  // False if the system did not accept the limit (logged).
+  bool is_set() const { return is_set_; }
+
+  // Whether less than 16 MiB are left: what fails now, such as starting a thread, fails for that.
+  bool IsNearlyReached() const;
+
+ private:
+  rlimit former_ = {};
+  int64_t limit_bytes_ = 0;
+  bool is_set_ = false;
+};
+
+}  // namespace liquidblend::base
