@@ -355,6 +355,9 @@ TEST(PortOptions, NamesTheFirstFieldOutOfRange) {
     EXPECT_THAT(message([&](auto& o) { o.router.allowed_origin = origin; }),
                 HasSubstr("allowed_origin"));
   }
+  for (const char* host : {"", "a:80", "http://a", "a b"}) {
+    EXPECT_THAT(message([&](auto& o) { o.router.hosts = {host}; }), HasSubstr("hosts"));
+  }
 }
 
 }  // namespace

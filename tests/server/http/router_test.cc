@@ -261,7 +261,7 @@ TEST_F(RouterTest, ErrorsAreJsonStatusesWithTheirCode) {
 }
 
 TEST_F(RouterTest, UnknownPathsAndMethodsAreNamed) {
-  for (const char* target : {"/", "/v1", "/v1/families/", "/v1/families/a/b", "", "*", "http://h",
+  for (const char* target : {"/", "/v1", "/v1/families/", "/v1/families/a/b", "", "*", "http://localhost",
                              "/v1/families/a/frame.drc/b", "/metrics/"}) {
     const Reply reply = Get(target);
     EXPECT_EQ(reply.code, 404) << target;
@@ -290,7 +290,50 @@ TEST_F(RouterTest, BodiesAreRefused) {
 
 TEST_F(RouterTest, AbsoluteTargetsAreTheSame) {
   EXPECT_EQ(Get("http://example.org/healthz").body, "ok\n");
-  EXPECT_EQ(Get("https://example.org:8443/v1/families/splash").code, 200);
+  EXPECT_EQ(Get("https://localhost:8443/v1/families/splash").code, 200);
+}
+
+// A page whose name resolves to this machine (DNS rebinding) still sends its own name.
+TEST_F(RouterTest, OnlyKnownHostsAreAnswered) {
+  options_.hosts = {"frames.example.org"};
+  const auto code_of = [this](const std::string& host, const std::string& target) {
+    Request request;
+    request.method = "GET";
+    request.target = target;
+    request.host = host;
+    return Send(request).code;
+  };
+  const std::vector<std::string> targets = {"/v1/families", "/v1/families/splash", kFrame,
+                                            "/metrics"};
+  for (const std::string& target : targets) {
+    EXPECT_EQ(code_of("evil.example:8080", target), 403) << target;
+    EXPECT_EQ(code_of("localhost:8080", target), 200) << target;
+    EXPECT_EQ(code_of("frames.example.org", target), 200) << target;
+    EXPECT_EQ(code_of("localhost", absl::StrCat("http://evil.example", target)), 403) << target;
+  }
+  EXPECT_EQ(code_of("evil.example", "/nowhere"), 403);
+  EXPECT_EQ(code_of("evil.example", "/healthz"), 200);
+  EXPECT_EQ(code_of("evil.example", "/readyz"), 200);
+  Request request;
+  request.method = "OPTIONS";
+  request.target = kFrame;
+  request.host = "evil.example";
+  EXPECT_EQ(Send(request).code, 403);
+  const nlohmann::json error = nlohmann::json::parse(Send(request).body);
+  EXPECT_THAT(std::string(error["message"]), HasSubstr("--http-host"));
+  EXPECT_EQ(error["details"][0]["reason"], "HOST_NOT_ALLOWED");
+}
+
+TEST_F(RouterTest, OnlyKnownHostsMayOpenStreams) {
+  Request request;
+  request.method = "GET";
+  request.target = "/v1/stream";
+  request.host = "evil.example";
+  request.origin = "http://evil.example";
+  StreamVisit visit = {CallerOf(request), {}};
+  EXPECT_TRUE(absl::IsPermissionDenied(Router(source_, options_).AdmitStream(request, visit)));
+  options_.hosts = {"evil.example"};
+  EXPECT_TRUE(Router(source_, options_).AdmitStream(request, visit).ok());
 }
 
 TEST_F(RouterTest, AStreamNeedsAnUpgrade) {
