@@ -62,6 +62,7 @@ struct Backends {
   UploadTally uploads;
   WorkPool io;       // waits for the catalog and the disk
   WorkPool loads;    // loads families
+  WorkPool probes;   // asks the stores for probes and metrics
   WorkPool steps;    // decides what streams send next; never waits
   FramePool frames;  // computes
   FrameMaker maker;
