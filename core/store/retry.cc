@@ -41,7 +41,8 @@ absl::Status RetryOptions::Validate() const {
 }
 
 bool IsOfEnvironment(const absl::Status& error) {
-  return absl::IsUnavailable(error) || absl::IsResourceExhausted(error);
+  return absl::IsUnavailable(error) || absl::IsResourceExhausted(error) ||
+         absl::IsPermissionDenied(error);
 }
 
 absl::Duration PauseAfter(int num_failures, const RetryOptions& options) {
