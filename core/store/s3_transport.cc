@@ -1,9 +1,11 @@
 #include "core/store/s3_transport.h"
 
+#include <algorithm>
 #include <numeric>
 #include <optional>
 #include <random>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
@@ -22,7 +24,18 @@ enum class Verdict { kDone, kTransient, kRefused, kFailed };
 // With the port.
 std::string HostOf(const std::string& endpoint) { return endpoint.substr(endpoint.find("//") + 2); }
 
-std::string CodeOf(const HttpAnswer& answer) { return XmlElement(answer.body, "Code"); }
+constexpr size_t kMaxMessage = 300;
+
+// What S3 says goes into logs and records, which hold text alone.
+std::string Printable(std::string text) {
+  text.resize(std::min(text.size(), kMaxMessage));
+  for (char& c : text) {
+    if (!absl::ascii_isprint(static_cast<unsigned char>(c))) c = '?';
+  }
+  return text;
+}
+
+std::string CodeOf(const HttpAnswer& answer) { return Printable(XmlElement(answer.body, "Code")); }
 
 bool IsWhole(const S3Call& call, const HttpAnswer& answer) {
   if (call.answer_bytes >= 0 && static_cast<int64_t>(answer.body.size()) != call.answer_bytes) {
@@ -85,7 +98,7 @@ absl::Status ErrorOf(const S3Call& call, const absl::StatusOr<HttpAnswer>& answe
                       absl::StrCat(what, ": HTTP status ", answer->status,
                                    answer->status < 300 ? ", an answer that is cut short" : "",
                                    code.empty() ? "" : ", ", code, code.empty() ? "" : ": ",
-                                   XmlElement(answer->body, "Message")));
+                                   Printable(XmlElement(answer->body, "Message"))));
 }
 
 // Between half and all of the pause, so that clients that failed together do not come back

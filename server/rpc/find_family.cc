@@ -3,6 +3,8 @@
 #include <memory>
 #include <utility>
 
+#include "server/rpc/guarded.h"
+
 namespace liquidblend::rpc {
 namespace {
 
@@ -21,7 +23,7 @@ void FindFamily(Backends& backends, const std::string& id, int64_t version, Fami
   const auto announce = [&backends, done = std::make_shared<Families::Done>(std::move(done))](
                             absl::StatusOr<FamilyPtr> found) {
     if (found.ok()) backends.frame_cache.Announce(**found);
-    (*done)(std::move(found));
+    (*done)(FromServer(std::move(found)));
   };
   if (FamilyPtr found = backends.families.Peek(id, version)) return announce(std::move(found));
   const absl::Status accepted = backends.io.Post([&backends, id, version, announce] {

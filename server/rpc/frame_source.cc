@@ -110,12 +110,14 @@ class PooledSource final : public FrameSource {
     absl::MutexLock lock(&mutex_);
     if (absl::Now() - counted_at_ > kCountInterval) CountJobs();
     snapshot.jobs = jobs_;
+    snapshot.workers = workers_;
     return snapshot;
   }
 
   void CountJobs() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     counted_at_ = absl::Now();
     jobs_.clear();
+    workers_.clear();
     const absl::StatusOr<store::JobCounts> counts = backends_.catalog.CountJobs();
     if (!counts.ok()) return base::LogWarning("metrics: jobs: " + counts.status().ToString());
     for (const auto& [state, count] : *counts) {
@@ -123,13 +125,24 @@ class PooledSource final : public FrameSource {
     }
     jobs_.try_emplace("queued", 0);
     jobs_.try_emplace("running", 0);
+    CountWorkers();
+  }
+
+  void CountWorkers() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    const auto workers = backends_.catalog.ListWorkers();
+    if (!workers.ok()) return base::LogWarning("metrics: workers: " + workers.status().ToString());
+    workers_ = {{"ready", 0}, {"refused", 0}};
+    for (const store::pb::WorkerRecord& worker : *workers) {
+      ++workers_[worker.refusal().empty() ? "ready" : "refused"];
+    }
   }
 
   Backends& backends_;
   Entrance& entrance_;
   absl::Mutex mutex_;
   absl::Time counted_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
-  std::map<std::string, int64_t> jobs_ ABSL_GUARDED_BY(mutex_);  // by state
+  std::map<std::string, int64_t> jobs_ ABSL_GUARDED_BY(mutex_);     // by state
+  std::map<std::string, int64_t> workers_ ABSL_GUARDED_BY(mutex_);  // by state
 };
 
 }  // namespace

@@ -118,12 +118,19 @@ class JobsTest : public testing::Test {
     return submitted->id();
   }
 
-  // Works until the queue is empty.
-  absl::Status Work(int num_threads = 2, const std::string& worker = "test") {
+  static JobLoopOptions Options() {
     JobLoopOptions options;
-    options.worker = worker;
+    options.worker = "test";
     options.exit_when_idle = true;
     options.lease.report_interval = absl::Milliseconds(5);
+    options.access = {absl::Milliseconds(1), absl::Milliseconds(4)};
+    return options;
+  }
+
+  // Works until the queue is empty.
+  absl::Status Work(int num_threads = 2, const std::string& worker = "test") {
+    JobLoopOptions options = Options();
+    options.worker = worker;
     const parallel::Arena arena(num_threads);
     return RunJobs(*catalog_, blobs_, arena, stop_, options);
   }
