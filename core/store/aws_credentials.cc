@@ -137,7 +137,8 @@ absl::StatusOr<AwsCredentials> AwsCredentialsProvider::Get() {
 bool AwsCredentialsProvider::Renew(const AwsCredentials& refused) {
   const absl::MutexLock lock(&mutex_);
   if (current_.has_value() && !IsSame(current_->credentials, refused)) return true;
-  if (absl::AbsDuration(absl::Now() - read_at_) < kReadInterval) return false;
+  if (absl::AbsDuration(absl::Now() - renewed_at_) < kReadInterval) return false;
+  renewed_at_ = absl::Now();
   const absl::Status updated = Update();
   if (!updated.ok()) {
     base::LogWarning(absl::StrCat("credentials for S3: ", updated.ToString()));

@@ -43,8 +43,8 @@ class AwsCredentialsProvider {
   // Errors: kInvalidArgument if no source is configured; kUnavailable as above.
   absl::StatusOr<AwsCredentials> Get() ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // S3 refused these: reads the sources again, but at most once a second, however many requests are
-  // refused. Returns whether Get() returns others now.
+  // S3 refused these: reads the sources again, but for refusals at most once a second, however many
+  // requests are refused. Returns whether Get() returns others now.
   bool Renew(const AwsCredentials& refused) ABSL_LOCKS_EXCLUDED(mutex_);
 
  private:
@@ -56,6 +56,7 @@ class AwsCredentialsProvider {
   absl::Mutex mutex_;
   std::optional<FoundCredentials> current_ ABSL_GUARDED_BY(mutex_);
   absl::Time read_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
+  absl::Time renewed_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();  // by Renew()
 };
 
 }  // namespace liquidblend::store

@@ -108,11 +108,14 @@ TEST_F(AwsCredentialsTest, AFileIsReadAgainWhenItsKeyIsRefusedButNotInAStorm) {
   const AwsCredentials old = *provider.Get();
   write("new");
   EXPECT_EQ(KeyId(provider), "old");  // as long as nobody refuses it
-  EXPECT_FALSE(provider.Renew(old));  // read less than a second ago
-  absl::SleepFor(absl::Milliseconds(1100));
   EXPECT_TRUE(provider.Renew(old));
   EXPECT_EQ(KeyId(provider), "new");
   EXPECT_TRUE(provider.Renew(old));  // another request with the old one, refused meanwhile
+  const AwsCredentials current = *provider.Get();
+  write("newest");
+  EXPECT_FALSE(provider.Renew(current));  // read for a refusal less than a second ago
+  absl::SleepFor(absl::Milliseconds(1100));
+  EXPECT_TRUE(provider.Renew(current));
   absl::SleepFor(absl::Milliseconds(1100));
   EXPECT_FALSE(provider.Renew(*provider.Get()));  // nothing newer
 }
