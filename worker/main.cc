@@ -6,9 +6,11 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
+#include <type_traits>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
@@ -19,6 +21,7 @@
 #include "core/base/status_macros.h"
 #include "core/parallel/arena.h"
 #include "core/store/open_store.h"
+#include "core/store/retry.h"
 #include "worker/jobs/run_jobs.h"
 #include "worker/jobs/stop_signal.h"
 
@@ -28,6 +31,7 @@ namespace {
 // A stage that does not listen is given so long to end after SIGTERM. Its job is back in the queue
 // by then (LeaseKeeper), so nothing is lost when the process just ends.
 constexpr absl::Duration kStopPatience = absl::Seconds(3);
+constexpr absl::Duration kLongestOpenPause = absl::Minutes(1);
 
 struct Flags {
   store::StoreLocation store;
@@ -143,11 +147,58 @@ void WatchSignals(jobs::StopSignal& stop, const jobs::StopSignal& done) {
   _exit(0);
 }
 
+// Opens a store, again and again while it is away or refuses us; `report` hears of each failure,
+// the log of each new one.  Errors: others; kCancelled once it is to stop.
+template <typename Open>
+std::invoke_result_t<Open> OpenPatiently(const jobs::StopSignal& stop, const Open& open,
+                                         const std::function<void(const absl::Status&)>& report) {
+  store::RetryOptions pauses;
+  pauses.longest_pause = kLongestOpenPause;
+  std::string last_message;
+  for (int num_failures = 1;; ++num_failures) {
+    auto opened = open();
+    if (opened.ok() || !store::IsOfEnvironment(opened.status())) return opened;
+    if (opened.status().message() != last_message) {
+      base::LogWarning(absl::StrCat("waits for its store: ", opened.status().ToString()));
+    }
+    last_message = std::string(opened.status().message());
+    report(opened.status());
+    if (stop.WaitFor(store::PauseAfter(num_failures, pauses))) {
+      return absl::CancelledError("asked to stop before the store could be opened");
+    }
+  }
+}
+
+absl::StatusOr<store::Store> OpenStorePatiently(const Flags& flags,
+                                                const jobs::JobLoopOptions& options,
+                                                const jobs::StopSignal& stop) {
+  LB_RETURN_IF_ERROR(flags.store.Validate());
+  store::Store store;
+  LB_ASSIGN_OR_RETURN(store.name, store::NameOfStore(flags.store));
+  LB_ASSIGN_OR_RETURN(store.catalog, OpenPatiently(
+                                         stop, [&] { return store::OpenCatalog(flags.store); },
+                                         [](const absl::Status&) {}));
+  const auto record = [&](const absl::Status& refusal) {
+    jobs::RecordRefusal(*store.catalog, options, refusal);
+  };
+  LB_ASSIGN_OR_RETURN(store.blobs,
+                      OpenPatiently(
+                          stop, [&] { return store::OpenBlobs(flags.store); }, record));
+  return store;
+}
+
 absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
-  LB_ASSIGN_OR_RETURN(const jobs::JobLoopOptions options, LoopOptionsOf(flags));
+  LB_ASSIGN_OR_RETURN(jobs::JobLoopOptions options, LoopOptionsOf(flags));
   LB_RETURN_IF_ERROR(EndWithParent(flags.parent));
-  LB_ASSIGN_OR_RETURN(const store::Store store, store::OpenStore(flags.store));
-  if (flags.check) return store::CheckReachable(*store.catalog, *store.blobs);
+  const bool is_patient = !flags.check && !flags.once;
+  const absl::StatusOr<store::Store> opened =
+      is_patient ? OpenStorePatiently(flags, options, stop) : store::OpenStore(flags.store);
+  if (stop.is_requested()) return absl::OkStatus();
+  if (!opened.ok()) return opened.status();
+  const store::Store& store = *opened;
+  const absl::Status reachable = store::CheckReachable(*store.catalog, *store.blobs);
+  if (flags.check || (flags.once && !reachable.ok())) return reachable;
+  if (store::IsOfEnvironment(reachable)) options.refusal = reachable;
   const parallel::Arena arena(flags.threads);
   base::LogInfo(absl::StrCat(options.worker, " with ", arena.num_threads(), " threads and ",
                              base::FormatGibibytes(options.memory_bytes), " on ", store.name));

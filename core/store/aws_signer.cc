@@ -3,6 +3,7 @@
 #include <openssl/evp.h>
 #include <openssl/hmac.h>
 
+#include <algorithm>
 #include <array>
 
 #include "absl/strings/ascii.h"
@@ -97,6 +98,26 @@ std::string Sha256Hex(std::span<const std::byte> bytes) {
   Digest digest = {};
   EVP_Digest(bytes.data(), bytes.size(), digest.data(), nullptr, EVP_sha256(), nullptr);
   return Hex(digest);
+}
+
+std::string Md5Hex(std::span<const std::byte> bytes) {
+  std::array<char, 16> digest = {};
+  EVP_Digest(bytes.data(), bytes.size(), reinterpret_cast<unsigned char*>(digest.data()), nullptr,
+             EVP_md5(), nullptr);
+  return absl::BytesToHexString(absl::string_view(digest.data(), digest.size()));
+}
+
+std::string EtagOfParts(std::span<const std::string> etags) {
+  std::string digests;
+  for (const std::string& etag : etags) {
+    const bool is_md5 = etag.size() == 32 && std::all_of(etag.begin(), etag.end(), [](char c) {
+                          return absl::ascii_isxdigit(static_cast<unsigned char>(c));
+                        });
+    if (!is_md5) return "";
+    digests += absl::HexStringToBytes(etag);
+  }
+  return absl::StrCat(Md5Hex(std::as_bytes(std::span(digests.data(), digests.size()))), "-",
+                      etags.size());
 }
 
 std::map<std::string, std::string> SignRequest(const AwsRequest& request,

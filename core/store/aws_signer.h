@@ -35,6 +35,12 @@ std::string EncodeQuery(const std::map<std::string, std::string>& query);
 
 std::string Sha256Hex(std::span<const std::byte> bytes);
 
+// The ETag that S3 gives an object of one part: the MD5 of its bytes, in hexadecimal.
+std::string Md5Hex(std::span<const std::byte> bytes);
+// The ETag that S3 gives an object of several parts, from theirs: the MD5 of their MD5s, and their
+// number; empty if one of them is not an MD5.
+std::string EtagOfParts(std::span<const std::string> etags);
+
 // The headers to send with it: Authorization, x-amz-date, x-amz-content-sha256 and, with temporary
 // credentials, x-amz-security-token.
 std::map<std::string, std::string> SignRequest(const AwsRequest& request,

@@ -132,6 +132,10 @@ class Catalog : public CatalogUpkeep {
   // Waits until there may be a job to take, but not longer than this. Returns whether there may be.
   virtual absl::StatusOr<bool> WaitForJob(absl::Duration timeout,
                                           int64_t memory_bytes = kAnyMemory) = 0;
+  // Records that the worker is there, and whether it takes jobs (WorkerRecord::refusal). Cheap if
+  // that was recorded a moment ago. LeaseJob() does so, too: whoever asks for a job takes jobs.
+  // seen_time is filled here.
+  virtual absl::Status RecordWorker(const pb::WorkerRecord& worker) = 0;
   // Those that have told of themselves within kWorkerSilence, by name.
   virtual absl::StatusOr<std::vector<pb::WorkerRecord>> ListWorkers() = 0;
   // Renews the lease, records progress, tells whether someone asked to cancel.

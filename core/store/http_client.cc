@@ -7,9 +7,12 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/steady_cond_var.h"
 
 namespace liquidblend::store {
 namespace {
+
+constexpr int kPollMs = 200;  // between two looks at what stands still
 
 struct FreeEasy {
   void operator()(CURL* easy) const { curl_easy_cleanup(easy); }
@@ -24,6 +27,10 @@ struct Exchange {
   std::unique_ptr<curl_slist, FreeList> headers;
   int64_t max_answer_bytes = 0;
   bool is_too_long = false;
+  bool is_stalled = false;
+  absl::Duration stall_timeout;
+  curl_off_t num_moved = 0;  // bytes, both ways
+  base::SteadyClock::time_point moved_at = base::SteadyClock::now();
   HttpAnswer answer;
   CURLcode code = CURLE_FAILED_INIT;
 };
@@ -53,6 +60,18 @@ size_t TakeHeader(char* bytes, size_t size, size_t count, void* exchange_pointer
         std::string(absl::StripAsciiWhitespace(line.substr(colon + 1)));
   }
   return line.size();
+}
+
+// Ends an exchange that stands still. (CURLOPT_LOW_SPEED_TIME takes some five seconds longer.)
+int WatchProgress(void* exchange_pointer, curl_off_t, curl_off_t num_received, curl_off_t,
+                  curl_off_t num_sent) {
+  Exchange& exchange = *static_cast<Exchange*>(exchange_pointer);
+  if (num_received + num_sent != exchange.num_moved) {
+    exchange.num_moved = num_received + num_sent;
+    exchange.moved_at = base::SteadyClock::now();
+  }
+  exchange.is_stalled = base::Since(exchange.moved_at) > exchange.stall_timeout;
+  return exchange.is_stalled ? 1 : 0;
 }
 
 void AddHeader(const std::string& line, Exchange& exchange) {
@@ -88,11 +107,12 @@ std::unique_ptr<Exchange> Prepare(const HttpRequest& request, const HttpOptions&
   curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
   curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS,
                    static_cast<long>(absl::ToInt64Milliseconds(options.connect_timeout)));
-  curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, 1L);
-  curl_easy_setopt(
-      easy, CURLOPT_LOW_SPEED_TIME,
-      static_cast<long>(std::max<int64_t>(1, absl::ToInt64Seconds(options.stall_timeout))));
+  exchange->stall_timeout = std::max(options.connect_timeout, options.stall_timeout);
+  curl_easy_setopt(easy, CURLOPT_NOPROGRESS, 0L);
+  curl_easy_setopt(easy, CURLOPT_XFERINFOFUNCTION, WatchProgress);
+  curl_easy_setopt(easy, CURLOPT_XFERINFODATA, exchange.get());
   if (!options.ca_file.empty()) curl_easy_setopt(easy, CURLOPT_CAINFO, options.ca_file.c_str());
+  if (!options.is_proxied) curl_easy_setopt(easy, CURLOPT_NOPROXY, "*");
   SetBody(request, easy);
   for (const auto& [name, value] : request.headers) {
     AddHeader(absl::StrCat(name, ": ", value), *exchange);
@@ -114,6 +134,10 @@ absl::StatusOr<HttpAnswer> AnswerOf(Exchange& exchange, const HttpRequest& reque
   }
   if (exchange.code == CURLE_URL_MALFORMAT || exchange.code == CURLE_UNSUPPORTED_PROTOCOL) {
     return absl::InvalidArgumentError(curl_easy_strerror(exchange.code));
+  }
+  if (exchange.is_stalled) {
+    return absl::UnavailableError(
+        absl::StrCat("no progress for ", absl::FormatDuration(exchange.stall_timeout)));
   }
   if (exchange.code != CURLE_OK) {
     return absl::UnavailableError(curl_easy_strerror(exchange.code));
@@ -143,7 +167,7 @@ class HttpClient::Connections {
     }
     int num_running = 1;
     while (num_running > 0 && curl_multi_perform(multi_, &num_running) == CURLM_OK) {
-      if (num_running > 0) curl_multi_poll(multi_, nullptr, 0, 1000, nullptr);
+      if (num_running > 0) curl_multi_poll(multi_, nullptr, 0, kPollMs, nullptr);
     }
     int num_left = 0;
     while (const CURLMsg* message = curl_multi_info_read(multi_, &num_left)) {

@@ -15,20 +15,6 @@ namespace {
 constexpr char kNoBlob[] =
     "sha256-0000000000000000000000000000000000000000000000000000000000000000";
 
-absl::StatusOr<Store> OpenShared(const StoreLocation& location) {
-  S3Options options;
-  options.cache_directory = location.cache;
-  options.cache_bytes = location.cache_bytes;
-  options.client_endpoint = location.client_endpoint;
-  Store store;
-  LB_ASSIGN_OR_RETURN(const PostgresTarget target,
-                      ParsePostgresUrl(location.catalog_url, CatalogOptions().busy_timeout));
-  store.name = absl::StrCat(target.name, " and ", location.blobs_url);
-  LB_ASSIGN_OR_RETURN(store.catalog, OpenPostgresCatalog(location.catalog_url));
-  LB_ASSIGN_OR_RETURN(store.blobs, OpenS3BlobStore(location.blobs_url, options));
-  return store;
-}
-
 }  // namespace
 
 absl::Status StoreLocation::Validate() const {
@@ -50,13 +36,35 @@ absl::Status StoreLocation::Validate() const {
   return absl::InvalidArgumentError(absl::StrCat("--cache-size is out of range: ", cache_bytes));
 }
 
+absl::StatusOr<std::string> NameOfStore(const StoreLocation& location) {
+  if (!location.is_shared()) return location.data;
+  LB_ASSIGN_OR_RETURN(const PostgresTarget target,
+                      ParsePostgresUrl(location.catalog_url, CatalogOptions().busy_timeout));
+  return absl::StrCat(target.name, " and ", location.blobs_url);
+}
+
+absl::StatusOr<std::unique_ptr<Catalog>> OpenCatalog(const StoreLocation& location) {
+  LB_RETURN_IF_ERROR(location.Validate());
+  if (location.is_shared()) return OpenPostgresCatalog(location.catalog_url);
+  return OpenSqliteCatalog(CatalogPath(location.data));
+}
+
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobs(const StoreLocation& location) {
+  LB_RETURN_IF_ERROR(location.Validate());
+  if (!location.is_shared()) return OpenLocalBlobStore(location.data);
+  S3Options options;
+  options.cache_directory = location.cache;
+  options.cache_bytes = location.cache_bytes;
+  options.client_endpoint = location.client_endpoint;
+  return OpenS3BlobStore(location.blobs_url, options);
+}
+
 absl::StatusOr<Store> OpenStore(const StoreLocation& location) {
   LB_RETURN_IF_ERROR(location.Validate());
-  if (location.is_shared()) return OpenShared(location);
   Store store;
-  store.name = location.data;
-  LB_ASSIGN_OR_RETURN(store.catalog, OpenSqliteCatalog(CatalogPath(location.data)));
-  LB_ASSIGN_OR_RETURN(store.blobs, OpenLocalBlobStore(location.data));
+  LB_ASSIGN_OR_RETURN(store.name, NameOfStore(location));
+  LB_ASSIGN_OR_RETURN(store.catalog, OpenCatalog(location));
+  LB_ASSIGN_OR_RETURN(store.blobs, OpenBlobs(location));
   return store;
 }
 

@@ -36,6 +36,12 @@ struct Store {
 // Errors: Validate()'s, and those of the catalogs and blob stores.
 absl::StatusOr<Store> OpenStore(const StoreLocation& location);
 
+// The same one by one.
+absl::StatusOr<std::unique_ptr<Catalog>> OpenCatalog(const StoreLocation& location);
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobs(const StoreLocation& location);
+// Without secrets.
+absl::StatusOr<std::string> NameOfStore(const StoreLocation& location);
+
 // Whether both answer; for probes.  Errors: those of the stores.
 absl::Status CheckReachable(Catalog& catalog, BlobStore& blobs);
 

@@ -43,7 +43,8 @@ absl::Status RetryOptions::Validate() const {
 
 bool IsOfEnvironment(const absl::Status& error) {
   if (base::IsOverMemoryLimit(error)) return false;
-  return absl::IsUnavailable(error) || absl::IsResourceExhausted(error);
+  return absl::IsUnavailable(error) || absl::IsResourceExhausted(error) ||
+         absl::IsPermissionDenied(error);
 }
 
 absl::Duration PauseAfter(int num_failures, const RetryOptions& options) {

@@ -21,8 +21,9 @@ struct RetryOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Whether the failure says nothing about the job: what it needs was away (kUnavailable), or a disk
-// full (kResourceExhausted). A base::MemoryLimitError() is the job's own.
+// Whether the failure says nothing about the job: a service it needs was away (kUnavailable), a
+// disk was full (kResourceExhausted), or S3, a disk or the database refused the program
+// (kPermissionDenied). A base::MemoryLimitError() is the job's own.
 bool IsOfEnvironment(const absl::Status& error);
 
 // The pause after the num_failures-th failure.  Requires: num_failures >= 1; options are valid.

@@ -15,6 +15,7 @@
 #include "core/store/content_hash.h"
 #include "core/store/fault_point.h"
 #include "core/store/random_id.h"
+#include "core/store/retry.h"
 #include "core/store/s3_client.h"
 
 namespace liquidblend::store {
@@ -133,7 +134,7 @@ class S3BlobStore : public BlobStore {
   absl::StatusOr<std::shared_ptr<const Blob>> Open(const BlobId& id) override {
     LB_RETURN_IF_ERROR(CheckBlobId(id));
     const absl::StatusOr<S3Object> object = shared_->s3->Find(BlobKey(id));
-    const bool is_away = absl::IsUnavailable(object.status());
+    const bool is_away = IsOfEnvironment(object.status());
     // The object of an upload must be there itself.
     if (!object.ok() && (!is_away || IsUploadId(id))) return object.status();
     if (IsCachedByName(id)) {
@@ -299,8 +300,12 @@ absl::StatusOr<std::unique_ptr<BlobStore>> OpenS3BlobStore(const std::string& ur
   auto shared = std::make_shared<Shared>();
   LB_ASSIGN_OR_RETURN(shared->s3, S3Client::Make(url, options));
   LB_ASSIGN_OR_RETURN(shared->cache, BlobCache::Open(options.cache_directory, options.cache_bytes));
-  // A wrong bucket or wrong credentials show now, not at the first blob.
-  LB_RETURN_IF_ERROR(shared->s3->List(kBlobs, "").status());
+  // A wrong bucket shows now, not at the first blob.
+  const absl::Status listed = shared->s3->List(kBlobs, "").status();
+  if (!listed.ok() && !IsOfEnvironment(listed)) return listed;
+  if (!listed.ok()) {
+    base::LogWarning(absl::StrCat("opened without S3, which fails now: ", listed.ToString()));
+  }
   return std::make_unique<S3BlobStore>(std::move(shared));
 }
 

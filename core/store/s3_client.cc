@@ -1,17 +1,16 @@
 #include "core/store/s3_client.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <random>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_replace.h"
-#include "absl/time/clock.h"
+#include "absl/strings/strip.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
+#include "core/store/s3_xml.h"
 
 namespace liquidblend::store {
 namespace {
@@ -19,88 +18,60 @@ namespace {
 constexpr int64_t kMaxParts = 10000;      // of S3
 constexpr int64_t kMaxSignedParts = 100;  // an url each
 
-std::string FirstOf(const std::string& given, std::initializer_list<const char*> variables,
-                    const std::string& fallback = "") {
-  if (!given.empty()) return given;
-  for (const char* variable : variables) {
-    const char* const value = std::getenv(variable);
-    if (value != nullptr && *value != '\0') return value;
-  }
-  return fallback;
-}
-
-void FillFromEnvironment(S3Options& options) {
-  options.region = FirstOf(options.region, {"AWS_REGION", "AWS_DEFAULT_REGION"}, "us-east-1");
-  options.endpoint = FirstOf(options.endpoint, {"AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL"},
-                             absl::StrCat("https://s3.", options.region, ".amazonaws.com"));
-  options.access_key_id = FirstOf(options.access_key_id, {"AWS_ACCESS_KEY_ID"});
-  options.secret_access_key = FirstOf(options.secret_access_key, {"AWS_SECRET_ACCESS_KEY"});
-  options.session_token = FirstOf(options.session_token, {"AWS_SESSION_TOKEN"});
-  options.ca_file = FirstOf(options.ca_file, {"AWS_CA_BUNDLE"});
-  for (std::string* const endpoint : {&options.endpoint, &options.client_endpoint}) {
-    while (absl::EndsWith(*endpoint, "/")) endpoint->pop_back();
-  }
-}
-
-// With the port.
-std::string HostOf(const std::string& endpoint) { return endpoint.substr(endpoint.find("//") + 2); }
-
 bool IsEndpoint(const std::string& url) {
   return absl::StartsWith(url, "http://") || absl::StartsWith(url, "https://");
 }
 
-// The content of the first <tag> at or after `position`, which moves behind it; empty: there is
-// none.
-std::string NextElement(const std::string& xml, const std::string& tag, size_t& position) {
-  const std::string open = absl::StrCat("<", tag, ">");
-  const size_t begin = xml.find(open, position);
-  const size_t end = begin == std::string::npos ? begin : xml.find(absl::StrCat("</", tag), begin);
-  if (end == std::string::npos) {
-    position = xml.size();
-    return "";
+std::string HeaderOf(const HttpAnswer& answer, const char* name) {
+  const auto found = answer.headers.find(name);
+  return found == answer.headers.end() ? "" : found->second;
+}
+
+std::string EtagOf(const HttpAnswer& answer) {
+  const std::string etag = HeaderOf(answer, "etag");
+  return std::string(absl::StripSuffix(absl::StripPrefix(etag, "\""), "\""));
+}
+
+std::string ListOfParts(const std::vector<std::string>& etags) {
+  std::string list = "<CompleteMultipartUpload>";
+  for (size_t k = 0; k < etags.size(); ++k) {
+    absl::StrAppend(&list, "<Part><PartNumber>", k + 1, "</PartNumber><ETag>\"", etags[k],
+                    "\"</ETag></Part>");
   }
-  position = end;
-  return xml.substr(begin + open.size(), end - begin - open.size());
+  return absl::StrCat(list, "</CompleteMultipartUpload>");
 }
 
-std::string Element(const std::string& xml, const std::string& tag) {
-  size_t position = 0;
-  return absl::StrReplaceAll(NextElement(xml, tag, position), {{"&lt;", "<"},
-                                                               {"&gt;", ">"},
-                                                               {"&quot;", "\""},
-                                                               {"&#34;", "\""},
-                                                               {"&apos;", "'"},
-                                                               {"&amp;", "&"}});
+std::span<const std::byte> PartOf(std::span<const std::byte> bytes, size_t k, int64_t part_bytes) {
+  const size_t begin = k * static_cast<size_t>(part_bytes);
+  return bytes.subspan(begin, std::min(bytes.size() - begin, static_cast<size_t>(part_bytes)));
 }
 
-bool MayPass(const absl::StatusOr<HttpAnswer>& answer) {
-  if (!answer.ok()) return absl::IsUnavailable(answer.status());
-  return answer->status == 408 || answer->status == 429 || answer->status >= 500;
-}
-
-// Between half and all of the pause, so that those who met the same trouble do not come back
-// together.
-absl::Duration Jittered(absl::Duration pause) {
-  thread_local std::minstd_rand random{std::random_device()()};
-  return pause * std::uniform_real_distribution<double>(0.5, 1.0)(random);
+absl::StatusOr<S3Object> ParseContents(const std::string& contents, const std::string& prefix) {
+  S3Object object;
+  object.key = XmlElement(contents, "Key");
+  std::string error;
+  if (!absl::StartsWith(object.key, prefix) ||
+      !absl::SimpleAtoi(XmlElement(contents, "Size"), &object.size_bytes) ||
+      !absl::ParseTime(absl::RFC3339_full, XmlElement(contents, "LastModified"), &object.modified,
+                       &error)) {
+    return absl::InternalError("a list that makes no sense");
+  }
+  object.key = object.key.substr(prefix.size());
+  return object;
 }
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<S3Client>> S3Client::Make(const std::string& url,
                                                          S3Options options) {
+  LB_RETURN_IF_ERROR(options.FillFromEnvironment());
   LB_RETURN_IF_ERROR(options.Validate());
-  FillFromEnvironment(options);
   const std::string scheme = "s3://";
   const size_t slash = url.find('/', scheme.size());
   const std::string bucket =
       absl::StartsWith(url, scheme) ? url.substr(scheme.size(), slash - scheme.size()) : "";
   if (bucket.empty()) {
     return absl::InvalidArgumentError(absl::StrCat("'", url, "' is not s3://bucket/prefix"));
-  }
-  if (options.access_key_id.empty() || options.secret_access_key.empty()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "no credentials for ", url, ": AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY must be set"));
   }
   for (const std::string& endpoint : {options.endpoint, options.client_endpoint}) {
     if (IsEndpoint(endpoint) || (endpoint.empty() && !options.endpoint.empty())) continue;
@@ -110,61 +81,27 @@ absl::StatusOr<std::unique_ptr<S3Client>> S3Client::Make(const std::string& url,
   std::string prefix = slash == std::string::npos ? "" : url.substr(slash + 1);
   while (absl::EndsWith(prefix, "/")) prefix.pop_back();
   if (!prefix.empty()) prefix += "/";
-  return std::unique_ptr<S3Client>(new S3Client(bucket, prefix, std::move(options)));
+  std::unique_ptr<S3Client> client(new S3Client(bucket, prefix, options));
+  LB_RETURN_IF_ERROR(client->transport_.Prepare());
+  return client;
 }
 
-S3Client::S3Client(std::string bucket, std::string prefix, S3Options options)
+S3Client::S3Client(std::string bucket, std::string prefix, const S3Options& options)
     : bucket_(std::move(bucket)),
       prefix_(std::move(prefix)),
-      options_(std::move(options)),
-      credentials_{options_.access_key_id, options_.secret_access_key, options_.session_token},
-      http_(HttpOptions{.ca_file = options_.ca_file}) {}
+      options_(options),
+      transport_(options) {}
 
 std::string S3Client::NameOf(const std::string& key) const {
   return absl::StrCat("s3://", bucket_, "/", prefix_, key);
 }
 
-// An empty key stands for the bucket.
-std::string S3Client::PathOf(const Call& call) const {
-  return absl::StrCat("/", bucket_, call.key.empty() ? "" : absl::StrCat("/", prefix_, call.key));
+std::string S3Client::PathOf(const std::string& key) const {
+  return absl::StrCat("/", bucket_, "/", prefix_, key);
 }
 
-HttpRequest S3Client::RequestOf(const Call& call) const {
-  AwsRequest signed_part;
-  signed_part.method = call.method;
-  signed_part.host = HostOf(options_.endpoint);
-  signed_part.path = PathOf(call);
-  signed_part.query = call.query;
-  signed_part.body_sha256 = Sha256Hex(call.body);  // S3 compares it with what arrives
-  HttpRequest request;
-  request.method = call.method;
-  request.url = absl::StrCat(options_.endpoint, UriEncode(signed_part.path, EncodeSlashes::kNo),
-                             call.query.empty() ? "" : "?", EncodeQuery(call.query));
-  request.headers = call.headers;
-  for (const auto& [name, value] :
-       SignRequest(signed_part, credentials_, options_.region, absl::Now())) {
-    request.headers.emplace_back(name, value);
-  }
-  request.body = call.body;
-  request.max_answer_bytes = call.max_answer_bytes;
-  return request;
-}
-
-std::string S3Client::Presign(const Call& call, const std::map<std::string, std::string>& headers,
-                              absl::Duration expires) const {
-  const std::string& endpoint = options_.client_endpoint;
-  AwsRequest request;
-  request.method = call.method;
-  request.host = HostOf(endpoint);
-  request.path = PathOf(call);
-  request.query = call.query;
-  return absl::StrCat(
-      endpoint, UriEncode(request.path, EncodeSlashes::kNo), "?",
-      PresignQuery(request, headers, credentials_, options_.region, absl::Now(), expires));
-}
-
-std::string S3Client::PresignGet(const std::string& key, absl::Duration expires) const {
-  return Presign({.key = key}, {}, expires);
+absl::StatusOr<std::string> S3Client::PresignGet(const std::string& key, absl::Duration expires) {
+  return transport_.Presign({.path = PathOf(key)}, {}, expires);
 }
 
 absl::StatusOr<DirectUpload> S3Client::PresignPut(const std::string& key, int64_t size_bytes,
@@ -173,93 +110,43 @@ absl::StatusOr<DirectUpload> S3Client::PresignPut(const std::string& key, int64_
   if (size_bytes <= options_.part_bytes) {
     upload.part_bytes = size_bytes;
     upload.headers = {{"If-None-Match", "*"}};
-    upload.part_urls = {
-        Presign({.method = "PUT", .key = key},
-                {{"content-length", absl::StrCat(size_bytes)}, {"if-none-match", "*"}}, expires)};
+    LB_ASSIGN_OR_RETURN(
+        upload.part_urls.emplace_back(),
+        transport_.Presign({.method = "PUT", .path = PathOf(key)},
+                           {{"content-length", absl::StrCat(size_bytes)}, {"if-none-match", "*"}},
+                           expires));
     return upload;
   }
-  LB_ASSIGN_OR_RETURN(const HttpAnswer created,
-                      RunOne({.method = "POST", .key = key, .query = {{"uploads", ""}}}));
-  const std::string upload_id = Element(created.body, "UploadId");
+  LB_ASSIGN_OR_RETURN(const std::string upload_id, CreateUpload(key));
   upload.part_bytes =
       std::max(options_.part_bytes, (size_bytes + kMaxSignedParts - 1) / kMaxSignedParts);
   for (int64_t begin = 0; begin < size_bytes; begin += upload.part_bytes) {
     const int64_t length = std::min(upload.part_bytes, size_bytes - begin);
-    upload.part_urls.push_back(
-        Presign({.method = "PUT",
-                 .key = key,
-                 .query = {{"partNumber", absl::StrCat(upload.part_urls.size() + 1)},
-                           {"uploadId", upload_id}}},
-                {{"content-length", absl::StrCat(length)}}, expires));
+    const std::string number = absl::StrCat(upload.part_urls.size() + 1);
+    LB_ASSIGN_OR_RETURN(
+        upload.part_urls.emplace_back(),
+        transport_.Presign({.method = "PUT",
+                            .path = PathOf(key),
+                            .query = {{"partNumber", number}, {"uploadId", upload_id}}},
+                           {{"content-length", absl::StrCat(length)}}, expires));
   }
-  upload.complete_url =
-      Presign({.method = "POST", .key = key, .query = {{"uploadId", upload_id}}}, {}, expires);
+  LB_ASSIGN_OR_RETURN(upload.complete_url, transport_.Presign({.method = "POST",
+                                                               .path = PathOf(key),
+                                                               .query = {{"uploadId", upload_id}}},
+                                                              {}, expires));
   return upload;
 }
 
-absl::Status S3Client::ErrorOf(const Call& call, const absl::StatusOr<HttpAnswer>& answer) const {
-  const std::string what = absl::StrCat(
-      call.method, " ", call.key.empty() ? absl::StrCat("s3://", bucket_) : NameOf(call.key));
-  if (!answer.ok()) {
-    return absl::Status(answer.status().code(),
-                        absl::StrCat(what, ": ", answer.status().message()));
-  }
-  const int status = answer->status;
-  const std::string code = Element(answer->body, "Code");
-  absl::StatusCode result = absl::StatusCode::kInternal;
-  if (status == 404) result = absl::StatusCode::kNotFound;
-  if (status == 401 || status == 403) result = absl::StatusCode::kPermissionDenied;
-  if (code == "QuotaExceeded" || status == 507) result = absl::StatusCode::kResourceExhausted;
-  if (MayPass(answer)) result = absl::StatusCode::kUnavailable;
-  return absl::Status(result,
-                      absl::StrCat(what, ": HTTP status ", status, code.empty() ? "" : ", ", code,
-                                   code.empty() ? "" : ": ", Element(answer->body, "Message")));
-}
-
-absl::StatusOr<std::vector<HttpAnswer>> S3Client::Run(std::span<const Call> calls) {
-  std::vector<HttpAnswer> answers(calls.size());
-  std::vector<size_t> open(calls.size());
-  for (size_t k = 0; k < calls.size(); ++k) open[k] = k;
-  absl::Duration pause = options_.first_pause;
-  for (int attempt = 1;; ++attempt) {
-    std::vector<HttpRequest> requests;
-    for (const size_t k : open) requests.push_back(RequestOf(calls[k]));
-    std::vector<absl::StatusOr<HttpAnswer>> results = http_.Run(requests);
-    std::vector<size_t> again;
-    absl::Status error;
-    for (size_t r = 0; r < results.size(); ++r) {
-      if (results[r].ok() && results[r]->status < 300) {
-        answers[open[r]] = *std::move(results[r]);
-        continue;
-      }
-      error = ErrorOf(calls[open[r]], results[r]);
-      if (!MayPass(results[r])) return error;
-      again.push_back(open[r]);
-    }
-    if (again.empty()) return answers;
-    if (attempt >= options_.max_attempts || !calls[open.front()].is_repeated) return error;
-    base::LogInfo(absl::StrCat("attempt ", attempt, ": ", error.ToString()));
-    absl::SleepFor(Jittered(pause));
-    pause = std::min(2 * pause, options_.longest_pause);
-    open = std::move(again);
-  }
-}
-
-absl::StatusOr<HttpAnswer> S3Client::RunOne(const Call& call) {
-  LB_ASSIGN_OR_RETURN(std::vector<HttpAnswer> answers, Run({&call, 1}));
-  return std::move(answers.front());
-}
-
 absl::StatusOr<S3Object> S3Client::Find(const std::string& key) {
-  LB_ASSIGN_OR_RETURN(const HttpAnswer answer, RunOne({.method = "HEAD", .key = key}));
+  LB_ASSIGN_OR_RETURN(const HttpAnswer answer,
+                      transport_.RunOne({.method = "HEAD", .path = PathOf(key)}));
   S3Object object;
   object.key = key;
-  const auto length = answer.headers.find("content-length");
-  const auto modified = answer.headers.find("last-modified");
+  object.etag = EtagOf(answer);
   std::string error;
-  if (length != answer.headers.end() && modified != answer.headers.end() &&
-      absl::SimpleAtoi(length->second, &object.size_bytes) &&
-      absl::ParseTime("%a, %d %b %Y %H:%M:%S GMT", modified->second, &object.modified, &error)) {
+  if (absl::SimpleAtoi(HeaderOf(answer, "content-length"), &object.size_bytes) &&
+      absl::ParseTime("%a, %d %b %Y %H:%M:%S GMT", HeaderOf(answer, "last-modified"),
+                      &object.modified, &error)) {
     return object;
   }
   return absl::InternalError(
@@ -268,132 +155,168 @@ absl::StatusOr<S3Object> S3Client::Find(const std::string& key) {
 
 absl::StatusOr<std::vector<std::string>> S3Client::Get(const std::string& key,
                                                        std::span<const Range> ranges) {
-  std::vector<Call> calls;
+  std::vector<S3Call> calls;
   for (const Range& range : ranges) {
-    Call call{.key = key, .max_answer_bytes = std::max<int64_t>(range.size, 1 << 16)};
+    S3Call call{.path = PathOf(key),
+                .max_answer_bytes = std::max<int64_t>(range.size, 1 << 16),
+                .answer_bytes = range.size};
     call.headers.emplace_back(
         "Range", absl::StrCat("bytes=", range.offset, "-", range.offset + range.size - 1));
     calls.push_back(std::move(call));
   }
-  LB_ASSIGN_OR_RETURN(std::vector<HttpAnswer> answers, Run(calls));
+  LB_ASSIGN_OR_RETURN(std::vector<HttpAnswer> answers, transport_.Run(calls));
   std::vector<std::string> bodies;
-  for (size_t k = 0; k < answers.size(); ++k) {
-    if (answers[k].body.size() != static_cast<size_t>(ranges[k].size)) {
-      return absl::DataLossError(absl::StrCat("GET ", NameOf(key), ": ", answers[k].body.size(),
-                                              " bytes instead of ", ranges[k].size));
-    }
-    bodies.push_back(std::move(answers[k].body));
-  }
+  for (HttpAnswer& answer : answers) bodies.push_back(std::move(answer.body));
   return bodies;
 }
 
 absl::Status S3Client::Put(const std::string& key, std::span<const std::byte> bytes) {
   if (static_cast<int64_t>(bytes.size()) > options_.part_bytes) return PutParts(key, bytes);
-  return RunOne({.method = "PUT", .key = key, .body = bytes}).status();
+  return transport_.RunOne({.method = "PUT", .path = PathOf(key), .body = bytes}).status();
 }
 
 absl::Status S3Client::PutParts(const std::string& key, std::span<const std::byte> bytes) {
-  LB_ASSIGN_OR_RETURN(const HttpAnswer created,
-                      RunOne({.method = "POST", .key = key, .query = {{"uploads", ""}}}));
-  const std::string upload_id = Element(created.body, "UploadId");
-  absl::StatusOr<std::string> parts = UploadParts(key, upload_id, bytes);
-  absl::Status status = parts.status();
-  if (status.ok()) {
-    const auto body = std::as_bytes(std::span(parts->data(), parts->size()));
-    const auto completed =
-        RunOne({.method = "POST", .key = key, .query = {{"uploadId", upload_id}}, .body = body});
-    status = completed.status();
-    // S3 may find out that it cannot after it has begun to answer 200.
-    if (completed.ok() && absl::StrContains(completed->body, "<Error>")) {
-      status = absl::UnavailableError(
-          absl::StrCat("POST ", NameOf(key), ": ", Element(completed->body, "Code")));
-    }
+  for (int num_failures = 1;; ++num_failures) {
+    const absl::Status status = PutPartsOnce(key, bytes);
+    if (!absl::IsAborted(status)) return status;
+    if (num_failures >= options_.max_attempts) return absl::UnavailableError(status.message());
+    base::LogInfo(absl::StrCat("upload ", num_failures, " vanished: ", status.message()));
+    transport_.PauseAfter(num_failures);
   }
-  if (status.ok()) return status;
-  const absl::Status aborted =
-      RunOne({.method = "DELETE", .key = key, .query = {{"uploadId", upload_id}}}).status();
-  if (!aborted.ok()) {
-    base::LogWarning(absl::StrCat("parts may be left over: ", aborted.ToString()));
-  }
+}
+
+// Errors: kAborted if S3 does not know the upload any more, and the object is not there either.
+absl::Status S3Client::PutPartsOnce(const std::string& key, std::span<const std::byte> bytes) {
+  LB_ASSIGN_OR_RETURN(const std::string upload_id, CreateUpload(key));
+  const absl::StatusOr<std::vector<std::string>> etags = UploadParts(key, upload_id, bytes);
+  const absl::Status status = etags.ok() ? Complete(key, upload_id, *etags, bytes) : etags.status();
+  if (!status.ok()) Abort(key, upload_id);
   return status;
+}
+
+// If the answer is lost, another upload is created, and the first one stays open.
+absl::StatusOr<std::string> S3Client::CreateUpload(const std::string& key) {
+  LB_ASSIGN_OR_RETURN(const HttpAnswer created, transport_.RunOne({.method = "POST",
+                                                                   .path = PathOf(key),
+                                                                   .query = {{"uploads", ""}},
+                                                                   .closing_tag = "</UploadId>"}));
+  return XmlElement(created.body, "UploadId");
 }
 
 int64_t S3Client::PartBytes(int64_t size_bytes) const {
   return std::max(options_.part_bytes, (size_bytes + kMaxParts - 1) / kMaxParts);
 }
 
-// The list of parts that completes the upload.
-absl::StatusOr<std::string> S3Client::UploadParts(const std::string& key,
-                                                  const std::string& upload_id,
-                                                  std::span<const std::byte> bytes) {
-  const auto size = static_cast<int64_t>(bytes.size());
-  const int64_t part_bytes = PartBytes(size);
-  std::string list = "<CompleteMultipartUpload>";
-  int number = 0;
-  for (int64_t begin = 0; begin < size;) {
-    std::vector<Call> calls;
-    for (; begin < size && calls.size() < static_cast<size_t>(options_.num_parallel);
-         begin += part_bytes) {
-      const int64_t length = std::min(part_bytes, size - begin);
-      const std::string part = absl::StrCat(number + static_cast<int>(calls.size()) + 1);
-      calls.push_back(
-          {.method = "PUT",
-           .key = key,
-           .query = {{"partNumber", part}, {"uploadId", upload_id}},
-           .body = bytes.subspan(static_cast<size_t>(begin), static_cast<size_t>(length))});
+// The parts' ETags, in order.
+absl::StatusOr<std::vector<std::string>> S3Client::UploadParts(const std::string& key,
+                                                               const std::string& upload_id,
+                                                               std::span<const std::byte> bytes) {
+  const int64_t part_bytes = PartBytes(static_cast<int64_t>(bytes.size()));
+  const size_t num_parts =
+      (bytes.size() + static_cast<size_t>(part_bytes) - 1) / static_cast<size_t>(part_bytes);
+  std::vector<std::string> etags;
+  while (etags.size() < num_parts) {
+    std::vector<S3Call> calls;
+    for (size_t k = etags.size();
+         k < num_parts && calls.size() < static_cast<size_t>(options_.num_parallel); ++k) {
+      calls.push_back({.method = "PUT",
+                       .path = PathOf(key),
+                       .query = {{"partNumber", absl::StrCat(k + 1)}, {"uploadId", upload_id}},
+                       .body = PartOf(bytes, k, part_bytes)});
     }
-    LB_ASSIGN_OR_RETURN(const std::vector<HttpAnswer> answers, Run(calls));
+    LB_ASSIGN_OR_RETURN(const std::vector<HttpAnswer> answers, transport_.Run(calls));
     for (const HttpAnswer& answer : answers) {
-      const auto tag = answer.headers.find("etag");
-      if (tag == answer.headers.end()) {
-        return absl::InternalError(absl::StrCat("PUT ", NameOf(key), ": no etag of a part"));
-      }
-      absl::StrAppend(&list, "<Part><PartNumber>", ++number, "</PartNumber><ETag>", tag->second,
-                      "</ETag></Part>");
+      etags.push_back(EtagOf(answer));
+      if (!etags.back().empty()) continue;
+      return absl::InternalError(absl::StrCat("PUT ", NameOf(key), ": no etag of a part"));
     }
   }
-  return absl::StrCat(list, "</CompleteMultipartUpload>");
+  return etags;
+}
+
+// S3 may find out that it cannot after it has begun to answer 200: then the answer's closing tag is
+// missing. An upload that does not exist may have been completed by a request whose answer was
+// lost.
+absl::Status S3Client::Complete(const std::string& key, const std::string& upload_id,
+                                const std::vector<std::string>& etags,
+                                std::span<const std::byte> bytes) {
+  const std::string list = ListOfParts(etags);
+  const absl::Status status =
+      transport_
+          .RunOne({.method = "POST",
+                   .path = PathOf(key),
+                   .query = {{"uploadId", upload_id}},
+                   .body = std::as_bytes(std::span(list.data(), list.size())),
+                   .closing_tag = "</CompleteMultipartUploadResult>"})
+          .status();
+  if (!absl::IsAborted(status)) return status;
+  LB_ASSIGN_OR_RETURN(const bool is_there, IsThere(key, etags, bytes));
+  return is_there ? absl::OkStatus() : status;
+}
+
+// Whether the object is what these parts make. Where S3 encrypts with keys of its own, ETags are
+// not MD5s and say nothing: then the size decides.
+absl::StatusOr<bool> S3Client::IsThere(const std::string& key,
+                                       const std::vector<std::string>& etags,
+                                       std::span<const std::byte> bytes) {
+  const absl::StatusOr<S3Object> object = Find(key);
+  if (absl::IsNotFound(object.status())) return false;
+  if (!object.ok()) return object.status();
+  if (object->size_bytes != static_cast<int64_t>(bytes.size())) return false;
+  const int64_t part_bytes = PartBytes(static_cast<int64_t>(bytes.size()));
+  for (size_t k = 0; k < etags.size(); ++k) {
+    if (etags[k] != Md5Hex(PartOf(bytes, k, part_bytes))) return true;
+  }
+  return object->etag == EtagOfParts(etags);
+}
+
+void S3Client::Abort(const std::string& key, const std::string& upload_id) {
+  const absl::Status aborted =
+      transport_
+          .RunOne({.method = "DELETE", .path = PathOf(key), .query = {{"uploadId", upload_id}}})
+          .status();
+  if (aborted.ok() || absl::IsAborted(aborted) || absl::IsNotFound(aborted)) return;
+  base::LogWarning(absl::StrCat("parts may be left over: ", aborted.ToString()));
 }
 
 absl::Status S3Client::Delete(const std::string& key) {
-  const absl::Status status = RunOne({.method = "DELETE", .key = key}).status();
+  const absl::Status status = transport_.RunOne({.method = "DELETE", .path = PathOf(key)}).status();
   return absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 
 absl::StatusOr<bool> S3Client::DeleteIfNotNewer(const std::string& key, absl::Time time) {
-  const absl::StatusOr<S3Object> object = Find(key);
-  if (absl::IsNotFound(object.status())) return true;
-  if (!object.ok()) return object.status();
-  if (object->modified > time) return false;
-  const absl::Status status =
-      RunOne({.method = "DELETE", .key = key, .is_repeated = false}).status();
-  if (status.ok() || absl::IsNotFound(status)) return true;
-  return status;
+  for (int num_failures = 1;; ++num_failures) {
+    const absl::StatusOr<S3Object> object = Find(key);
+    if (absl::IsNotFound(object.status())) return true;
+    if (!object.ok()) return object.status();
+    if (object->modified > time) return false;
+    const absl::Status status =
+        transport_.RunOne({.method = "DELETE", .path = PathOf(key), .is_repeated = false}).status();
+    if (status.ok() || absl::IsNotFound(status)) return true;
+    if (!absl::IsUnavailable(status) || num_failures >= options_.max_attempts) return status;
+    transport_.PauseAfter(num_failures);
+  }
 }
 
 absl::StatusOr<S3Page> S3Client::List(const std::string& prefix, const std::string& token) {
-  Call call;
+  S3Call call;
+  call.path = absl::StrCat("/", bucket_);
   call.query = {{"list-type", "2"}, {"prefix", absl::StrCat(prefix_, prefix)}};
+  call.closing_tag = "</ListBucketResult>";
   if (!token.empty()) call.query["continuation-token"] = token;
-  LB_ASSIGN_OR_RETURN(const HttpAnswer answer, RunOne(call));
+  LB_ASSIGN_OR_RETURN(const HttpAnswer answer, transport_.RunOne(call));
   S3Page page;
   for (size_t position = 0;;) {
-    const std::string content = NextElement(answer.body, "Contents", position);
-    if (content.empty()) break;
-    S3Object object;
-    object.key = Element(content, "Key");
-    std::string error;
-    if (!absl::StartsWith(object.key, prefix_) ||
-        !absl::SimpleAtoi(Element(content, "Size"), &object.size_bytes) ||
-        !absl::ParseTime(absl::RFC3339_full, Element(content, "LastModified"), &object.modified,
-                         &error)) {
+    const std::string contents = NextXmlElement(answer.body, "Contents", position);
+    if (contents.empty()) break;
+    absl::StatusOr<S3Object> object = ParseContents(contents, prefix_);
+    if (!object.ok()) {
       return absl::InternalError(
-          absl::StrCat("GET s3://", bucket_, ": a list that makes no sense"));
+          absl::StrCat("GET s3://", bucket_, ": ", object.status().message()));
     }
-    object.key = object.key.substr(prefix_.size());
-    page.objects.push_back(std::move(object));
+    page.objects.push_back(*std::move(object));
   }
-  page.next_token = Element(answer.body, "NextContinuationToken");
+  page.next_token = XmlElement(answer.body, "NextContinuationToken");
   return page;
 }
 

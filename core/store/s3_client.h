@@ -2,20 +2,17 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "core/store/aws_signer.h"
 #include "core/store/blob_store.h"
-#include "core/store/http_client.h"
 #include "core/store/s3_options.h"
+#include "core/store/s3_transport.h"
 
 namespace liquidblend::store {
 
@@ -23,6 +20,7 @@ struct S3Object {
   std::string key;
   int64_t size_bytes = 0;
   absl::Time modified;
+  std::string etag;  // without quotes; lists leave it empty
 };
 
 struct S3Page {
@@ -30,15 +28,17 @@ struct S3Page {
   std::string next_token;         // empty: no more
 };
 
-// One bucket. A request that meets a lost connection, an answer that is cut off, or one of the
-// statuses 408, 429 and 5xx is sent again, after a pause that doubles, with jitter.
+// One bucket; S3Transport says which requests are sent again. All verbs but the creation of a
+// multipart upload come to the same whether an earlier request was carried out or not, so a lost
+// answer does no harm; that one leaves an upload open, which the bucket's rules should drop.
 // Errors of all calls name bucket and key: kUnavailable after the last attempt, kNotFound,
 // kPermissionDenied, kResourceExhausted (quota), kInternal (what S3 does not accept). No message
 // has a secret. Threads: safe.
 class S3Client {
  public:
   // `url` is s3://bucket/prefix; the prefix may be missing.
-  // Errors: kInvalidArgument for another url, options out of range, or missing credentials.
+  // Errors: kInvalidArgument for another url, options out of range, or missing credentials;
+  // kUnavailable if credentials cannot be got now.
   static absl::StatusOr<std::unique_ptr<S3Client>> Make(const std::string& url, S3Options options);
 
   const S3Options& options() const { return options_; }
@@ -53,16 +53,17 @@ class S3Client {
   };
   absl::StatusOr<std::vector<std::string>> Get(const std::string& key,
                                                std::span<const Range> ranges);
-  // In parts if it is large; then nothing is left behind if it fails.
+  // In parts if it is large; then nothing is left behind if it fails. An upload of parts that S3
+  // loses begins again, up to max_attempts times.
   absl::Status Put(const std::string& key, std::span<const std::byte> bytes);
   absl::Status Delete(const std::string& key);  // OK too if it is not there
   // Looks at the object, and if it was last written by then deletes it right away: that request is
-  // not repeated. Returns whether the object is gone.
+  // not repeated without another look. Returns whether the object is gone.
   absl::StatusOr<bool> DeleteIfNotNewer(const std::string& key, absl::Time time);
   absl::StatusOr<S3Page> List(const std::string& prefix, const std::string& token);
 
   // Urls on client_endpoint.  Requires: there is one.
-  std::string PresignGet(const std::string& key, absl::Duration expires) const;
+  absl::StatusOr<std::string> PresignGet(const std::string& key, absl::Duration expires);
   // For an object of that size, which is signed with the urls; its id is left empty. None of them
   // replaces an object. In parts if it is large: then S3 keeps those of an upload that is never
   // completed until its bucket's rules drop them.
@@ -70,35 +71,25 @@ class S3Client {
                                           absl::Duration expires);
 
  private:
-  struct Call {
-    std::string method = "GET";
-    std::string key = {};
-    std::map<std::string, std::string> query = {};
-    std::vector<std::pair<std::string, std::string>> headers = {};
-    std::span<const std::byte> body = {};
-    bool is_repeated = true;
-    int64_t max_answer_bytes = int64_t{16} << 20;
-  };
-
-  S3Client(std::string bucket, std::string prefix, S3Options options);
-  HttpRequest RequestOf(const Call& call) const;
-  std::string Presign(const Call& call, const std::map<std::string, std::string>& headers,
-                      absl::Duration expires) const;
-  std::string PathOf(const Call& call) const;
-  // Side by side; the answers in the order of the calls, each of a status below 300.
-  absl::StatusOr<std::vector<HttpAnswer>> Run(std::span<const Call> calls);
-  absl::StatusOr<HttpAnswer> RunOne(const Call& call);
-  absl::Status ErrorOf(const Call& call, const absl::StatusOr<HttpAnswer>& answer) const;
+  S3Client(std::string bucket, std::string prefix, const S3Options& options);
+  std::string PathOf(const std::string& key) const;
   int64_t PartBytes(int64_t size_bytes) const;
+  absl::StatusOr<std::string> CreateUpload(const std::string& key);
   absl::Status PutParts(const std::string& key, std::span<const std::byte> bytes);
-  absl::StatusOr<std::string> UploadParts(const std::string& key, const std::string& upload_id,
-                                          std::span<const std::byte> bytes);
+  absl::Status PutPartsOnce(const std::string& key, std::span<const std::byte> bytes);
+  absl::StatusOr<std::vector<std::string>> UploadParts(const std::string& key,
+                                                       const std::string& upload_id,
+                                                       std::span<const std::byte> bytes);
+  absl::Status Complete(const std::string& key, const std::string& upload_id,
+                        const std::vector<std::string>& etags, std::span<const std::byte> bytes);
+  absl::StatusOr<bool> IsThere(const std::string& key, const std::vector<std::string>& etags,
+                               std::span<const std::byte> bytes);
+  void Abort(const std::string& key, const std::string& upload_id);
 
   const std::string bucket_;
   const std::string prefix_;  // empty, or ends with a slash
   const S3Options options_;
-  const AwsCredentials credentials_;
-  HttpClient http_;
+  S3Transport transport_;
 };
 
 }  // namespace liquidblend::store

@@ -9,24 +9,42 @@
 
 namespace liquidblend::store {
 
-// Empty strings stand for the environment variable that is named, if it is set.
+// A field that is followed by the name of an environment variable is taken from there by
+// FillFromEnvironment(): strings that are empty, numbers and durations whenever the variable is
+// set.
 struct S3Options {
   std::string endpoint;  // http(s)://host[:port]; AWS_ENDPOINT_URL_S3, AWS_ENDPOINT_URL
   // The same as clients of the server reach it; empty: they are given no urls.
   std::string client_endpoint = {};
-  std::string region;                       // AWS_REGION, AWS_DEFAULT_REGION, us-east-1
-  std::string access_key_id;                // AWS_ACCESS_KEY_ID
-  std::string secret_access_key;            // AWS_SECRET_ACCESS_KEY
-  std::string session_token;                // AWS_SESSION_TOKEN
-  std::string ca_file;                      // AWS_CA_BUNDLE
-  std::string cache_directory;              // not empty; blobs in use lie here
-  int64_t cache_bytes = int64_t{64} << 30;  // >= 0; beside what is in use now
-  int max_attempts = 6;                     // >= 1; of a request
+  std::string region;  // AWS_REGION, AWS_DEFAULT_REGION, us-east-1
+  // Without a key id: whatever AwsCredentialsProvider finds, which is read again when S3 refuses
+  // it.
+  std::string access_key_id;
+  std::string secret_access_key;
+  std::string session_token;
+  std::string ca_file;                                   // AWS_CA_BUNDLE
+  std::string cache_directory;                           // not empty; blobs in use lie here
+  int64_t cache_bytes = int64_t{64} << 30;               // >= 0; beside what is in use now
+  int max_attempts = 6;                                  // >= 1; of a request
   absl::Duration first_pause = absl::Milliseconds(100);  // > 0; doubles with each attempt ...
   absl::Duration longest_pause = absl::Seconds(5);       // >= first_pause; ... up to this
-  int64_t part_bytes = int64_t{16} << 20;  // >= 5 MiB; larger blobs are sent and got in such parts
-  int num_parallel = 4;                    // 1 to 64; parts on their way at once
-  absl::Status Validate() const;           // names the first field out of range, and its value
+  // >= 1 ms; until a connection stands; LIQUIDBLEND_S3_CONNECT_TIMEOUT
+  absl::Duration connect_timeout = absl::Seconds(5);
+  // >= connect_timeout; of a request that makes no progress; LIQUIDBLEND_S3_STALL_TIMEOUT
+  absl::Duration stall_timeout = absl::Seconds(20);
+  // >= 1 KiB; larger blobs are sent and got in such parts. Amazon takes no part below 5 MiB but the
+  // last, other stores may; LIQUIDBLEND_S3_PART_BYTES
+  int64_t part_bytes = int64_t{16} << 20;
+  int num_parallel = 4;           // 1 to 64; parts on their way at once
+  absl::Status Validate() const;  // names the first field out of range, and its value
+
+  // Takes what is not given from the environment variables that are named above, credentials apart.
+  // Errors: kInvalidArgument for a variable that is not a number or duration, naming it.
+  absl::Status FillFromEnvironment();
+
+  // The pause after so many failed attempts in a row, before jitter; four times as long if S3 asks
+  // to be spared (SlowDown).  Requires: num_failures >= 1.
+  absl::Duration PauseAfter(int num_failures, bool is_slow_down) const;
 };
 
 }  // namespace liquidblend::store

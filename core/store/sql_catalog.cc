@@ -186,7 +186,7 @@ class SqlCatalog : public Catalog {
     pb::WorkerRecord asking;
     asking.set_name(worker);
     asking.set_memory_bytes(memory_bytes);
-    TellOf(asking);
+    RecordSeen(asking).IgnoreError();  // the job counts
     while (true) {
       // A worker that finds nothing to do must not hold up those that write.
       LB_ASSIGN_OR_RETURN(const absl::Duration until_next, UntilNextJob(memory_bytes));
@@ -204,6 +204,7 @@ class SqlCatalog : public Catalog {
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, int64_t memory_bytes) override {
     return backend_->WaitForJob(timeout, [&] { return UntilNextJob(memory_bytes); });
   }
+  absl::Status RecordWorker(const pb::WorkerRecord& worker) override { return RecordSeen(worker); }
   absl::StatusOr<std::vector<pb::WorkerRecord>> ListWorkers() override {
     return Read([](Sql& sql) -> absl::StatusOr<std::vector<pb::WorkerRecord>> {
       LB_ASSIGN_OR_RETURN(const absl::Time now, sql.Now());
@@ -212,7 +213,7 @@ class SqlCatalog : public Catalog {
   }
   absl::StatusOr<JobControl> Heartbeat(const std::string& lease_id, absl::Duration duration,
                                        const pb::JobProgress& progress) override {
-    TellAgain();
+    RecordSeenAgain();
     return ChangeJob([&](Sql& sql, absl::Time now) {
       return store::Heartbeat(sql, lease_id, duration, progress, now);
     });
@@ -255,14 +256,16 @@ class SqlCatalog : public Catalog {
   }
 
  private:
-  // Notes now and then that the worker is there. If that fails, it is told again with the next
-  // call.
-  void TellOf(const pb::WorkerRecord& worker) ABSL_LOCKS_EXCLUDED(worker_mutex_) {
+  // Records now and then that the worker is there. If that fails, the next call does so again.
+  absl::Status RecordSeen(const pb::WorkerRecord& worker) ABSL_LOCKS_EXCLUDED(worker_mutex_) {
     {
       const absl::MutexLock lock(&worker_mutex_);
-      const bool is_same =
-          worker.name() == worker_.name() && worker.memory_bytes() == worker_.memory_bytes();
-      if (is_same && was_told_ && base::Since(told_) < kWorkerSilence / 4) return;
+      const bool is_same = worker.name() == worker_.name() &&
+                           worker.memory_bytes() == worker_.memory_bytes() &&
+                           worker.refusal() == worker_.refusal();
+      if (is_same && was_told_ && base::Since(told_) < kWorkerSilence / 4) {
+        return absl::OkStatus();
+      }
       worker_ = worker;
       told_ = base::SteadyClock::now();
       was_told_ = true;
@@ -274,14 +277,15 @@ class SqlCatalog : public Catalog {
     const absl::Status told =
         ChangeJob([&](Sql& sql, absl::Time now) { return SaveWorker(sql, worker, now); });
     if (told.ok()) std::move(tell_again).Cancel();
+    return told;
   }
-  void TellAgain() ABSL_LOCKS_EXCLUDED(worker_mutex_) {
+  void RecordSeenAgain() ABSL_LOCKS_EXCLUDED(worker_mutex_) {
     pb::WorkerRecord worker;
     {
       const absl::MutexLock lock(&worker_mutex_);
       worker = worker_;
     }
-    if (!worker.name().empty()) TellOf(worker);
+    if (!worker.name().empty()) RecordSeen(worker).IgnoreError();
   }
 
   absl::StatusOr<absl::Duration> UntilNextJob(int64_t memory_bytes) {

@@ -73,6 +73,9 @@ constexpr const char* kMigrations[] = {R"sql(
   ALTER TABLE families ADD COLUMN stored_bytes INTEGER NOT NULL DEFAULT 0;
   CREATE INDEX animations_by_owner ON animations (owner, blob, stored_bytes);
   CREATE INDEX families_by_owner ON families (owner, blob, stored_bytes);
+)sql",
+                                       R"sql(
+  ALTER TABLE workers ADD COLUMN refusal TEXT NOT NULL DEFAULT '';
 )sql"};
 constexpr int64_t kSchemaVersion = std::size(kMigrations);
 constexpr int64_t kFirstWithOwners = 5;

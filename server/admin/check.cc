@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,6 +12,7 @@
 #include "core/store/data_directory.h"
 #include "core/store/files.h"
 #include "core/store/job_records.h"
+#include "core/store/retry.h"
 #include "core/store/sqlite.h"
 
 namespace liquidblend::admin {
@@ -82,8 +84,9 @@ class Checker {
     report.num_animations = static_cast<int64_t>(contents_.animations.size());
     report.num_families = static_cast<int64_t>(contents_.families.size());
     report.num_jobs = static_cast<int64_t>(contents_.jobs.size());
-    LB_ASSIGN_OR_RETURN(const std::vector<store::BlobInfo> blobs, store_.blobs->List());
+    LB_ASSIGN_OR_RETURN(std::vector<store::BlobInfo> blobs, store_.blobs->List());
     Count(blobs, report);
+    AddUnlisted(blobs);
     LB_ASSIGN_OR_RETURN(std::vector<Damage> damage, FindDamage(blobs));
     if (options_.repair) LB_RETURN_IF_ERROR(Repair(damage, report));
     std::move(damage.begin(), damage.end(), std::back_inserter(report.damage));
@@ -101,7 +104,17 @@ class Checker {
     }
   }
 
+  // A listing may lag behind: a blob that is needed and not listed is looked for by its name.
+  void AddUnlisted(std::vector<store::BlobInfo>& blobs) const {
+    std::set<store::BlobId> listed;
+    for (const store::BlobInfo& blob : blobs) listed.insert(blob.id);
+    for (const auto& [id, names] : uses_) {
+      if (!listed.contains(id)) blobs.push_back({.id = id, .size_bytes = 0, .modified = {}});
+    }
+  }
+
   // In the order of the blobs' ids.
+  // Errors: what keeps blobs from being read for now, which says nothing about them.
   absl::StatusOr<std::vector<Damage>> FindDamage(const std::vector<store::BlobInfo>& blobs) {
     std::map<store::BlobId, absl::Status> faults;
     for (const auto& [id, names] : uses_) {
@@ -109,12 +122,14 @@ class Checker {
     }
     const std::vector<absl::Status> verdicts = VerifyAll(blobs);
     for (size_t k = 0; k < blobs.size(); ++k) {
+      if (store::IsOfEnvironment(verdicts[k])) return verdicts[k];
       // One that is gone by now may have been collected.
       if (!absl::IsNotFound(verdicts[k])) faults[blobs[k].id] = verdicts[k];
     }
     for (const store::pb::FamilyRecord& family : contents_.families) {
       absl::Status& fault = faults[family.blob()];
       if (!family.blob().empty() && fault.ok()) fault = OpenFamily(family);
+      if (store::IsOfEnvironment(fault)) return fault;
     }
     // What was replaced or deleted meanwhile is not missed.
     LB_ASSIGN_OR_RETURN(const Names in_use, store_.catalog->ListReferencedBlobs());
@@ -179,7 +194,10 @@ class Checker {
                               std::vector<Damage>& damage, CheckReport& report) {
     const bool was_lost = animation.state() == store::pb::AnimationRecord::FAILED;
     const auto found = lost.find(animation.blob());
-    const bool is_back = found == lost.end() || store_.blobs->Verify(animation.blob()).ok();
+    const absl::Status verdict =
+        found == lost.end() ? absl::OkStatus() : store_.blobs->Verify(animation.blob());
+    if (store::IsOfEnvironment(verdict)) return verdict;
+    const bool is_back = verdict.ok();
     if (is_back == !was_lost) return absl::OkStatus();
     const std::string name = absl::StrCat("animations/", animation.id());
     if (is_back) {
@@ -205,6 +223,13 @@ class Checker {
 };
 
 }  // namespace
+
+absl::StatusOr<CheckReport> CheckStore(const store::Store& store, const parallel::Arena& arena,
+                                       Progress& progress, const CheckOptions& options) {
+  CheckReport report;
+  LB_RETURN_IF_ERROR(Checker(store, arena, progress, options).Run(report));
+  return report;
+}
 
 absl::StatusOr<CheckReport> Check(const store::StoreLocation& location,
                                   const parallel::Arena& arena, Progress& progress,

@@ -43,9 +43,13 @@ struct CheckReport {
 // With `repair`, which loses nothing: damaged blobs are put into quarantine, and put again if the
 // cache has them whole; animations whose file is lost are FAILED, with the reason, until it is
 // there again. (Temporary files that nobody writes are removed whenever a store is opened.)
-// Errors: those of the stores, but damage is none.
+// Errors: those of the stores, but damage is none: a blob that cannot be read for now (the store is
+// away, or refuses us) ends the check and is not called damaged.
 absl::StatusOr<CheckReport> Check(const store::StoreLocation& location,
                                   const parallel::Arena& arena, Progress& progress,
                                   const CheckOptions& options = {});
+// The same of a store that is open, without SQLite's check of its file.
+absl::StatusOr<CheckReport> CheckStore(const store::Store& store, const parallel::Arena& arena,
+                                       Progress& progress, const CheckOptions& options = {});
 
 }  // namespace liquidblend::admin

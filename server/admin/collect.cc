@@ -1,7 +1,9 @@
 #include "server/admin/collect.h"
 
 #include <algorithm>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -15,28 +17,45 @@ namespace {
 // What is referred to is looked at again so often while blobs are being deleted.
 constexpr absl::Duration kFreshness = absl::Seconds(1);
 
+// A listing that lacks what was just written is asked for so many times more, with pauses that
+// double.
+constexpr int kNumMoreLists = 6;
+constexpr absl::Duration kListPause = absl::Milliseconds(100);
+
 struct Listing {
   std::vector<store::BlobInfo> blobs;
   absl::Time now;  // by the clock that wrote the blobs' times
 };
+
+// Lists the blobs and takes the time from the probe; nothing if the listing lacks the probe.
+absl::StatusOr<std::optional<Listing>> ListWith(store::BlobStore& blobs,
+                                                const store::BlobId& probe) {
+  Listing listing;
+  LB_ASSIGN_OR_RETURN(listing.blobs, blobs.List());
+  const auto found = std::find_if(listing.blobs.begin(), listing.blobs.end(),
+                                  [&](const store::BlobInfo& blob) { return blob.id == probe; });
+  if (found == listing.blobs.end()) return std::optional<Listing>();
+  listing.now = found->modified;
+  listing.blobs.erase(found);
+  return std::optional(std::move(listing));
+}
 
 // A blob that is written just now tells what the store's clock says, which need not be ours.
 absl::StatusOr<Listing> ListWithClock(store::BlobStore& blobs) {
   const std::string text = absl::StrCat("what is the time? ", store::RandomHex(16));
   LB_ASSIGN_OR_RETURN(const store::BlobId probe,
                       store::PutBlob(blobs, std::as_bytes(std::span(text.data(), text.size()))));
-  Listing listing;
-  LB_ASSIGN_OR_RETURN(listing.blobs, blobs.List());
-  LB_RETURN_IF_ERROR(blobs.Delete(probe));
-  const auto found = std::find_if(listing.blobs.begin(), listing.blobs.end(),
-                                  [&](const store::BlobInfo& blob) { return blob.id == probe; });
-  if (found == listing.blobs.end()) {
-    return absl::UnavailableError(
-        absl::StrCat("blob ", probe, ", just written, is not in the list of blobs"));
+  absl::StatusOr<std::optional<Listing>> listing = ListWith(blobs, probe);
+  for (int k = 0; k < kNumMoreLists && listing.ok() && !listing->has_value(); ++k) {
+    absl::SleepFor(kListPause * (1 << k));
+    listing = ListWith(blobs, probe);
   }
-  listing.now = found->modified;
-  listing.blobs.erase(found);
-  return listing;
+  const absl::Status deleted = blobs.Delete(probe);
+  if (!listing.ok()) return listing.status();
+  LB_RETURN_IF_ERROR(deleted);
+  if (listing->has_value()) return **std::move(listing);
+  return absl::UnavailableError(
+      absl::StrCat("blob ", probe, ", just written, is not in the list of blobs"));
 }
 
 // The blobs that are referred to, as of a moment ago.

@@ -38,6 +38,7 @@ absl::StatusOr<std::vector<Worker>> InspectWorkers(store::Catalog& catalog) {
     workers[record.name()] = {.name = record.name(),
                               .last_seen = ToTime(record.seen_time()),
                               .memory_bytes = record.memory_bytes(),
+                              .refusal = record.refusal(),
                               .work = {}};
   }
   for (const store::HeldJob& held : jobs) {

@@ -36,6 +36,7 @@ struct Worker {
   std::string name;                             // host:process
   absl::Time last_seen = absl::InfinitePast();  // by the catalog's clock
   int64_t memory_bytes = 0;                     // the largest job that it takes; 0: not known
+  std::string refusal;                          // why it takes no jobs; empty: it takes them
   std::vector<HeldWork> work;                   // none: it waits for some
 };
 

@@ -93,6 +93,7 @@ Json JsonOf(const Worker& worker) {
   return {{"worker", worker.name},
           {"last_seen", UtcOf(worker.last_seen)},
           {"memory_bytes", worker.memory_bytes},
+          {"refusal", worker.refusal},
           {"work", held}};
 }
 
@@ -106,6 +107,10 @@ std::string TextOf(const Worker& worker, absl::Time now) {
                    worker.memory_bytes == 0 || worker.memory_bytes == store::kAnyMemory
                        ? ""
                        : FormatBytes(worker.memory_bytes));
+  if (!worker.refusal.empty() && worker.work.empty()) {
+    return absl::StrFormat("%-28s takes no jobs for now, %s: %s\n", worker.name, seen,
+                           worker.refusal);
+  }
   if (worker.work.empty()) return absl::StrFormat("%-28s idle, %s\n", worker.name, seen);
   std::string text;
   for (const HeldWork& work : worker.work) {
@@ -214,12 +219,14 @@ std::string Print(const std::vector<Worker>& workers, absl::Time now, Format for
     return Line({{"workers", list}});
   }
   std::string text;
-  size_t num_idle = 0;
+  size_t num_idle = 0, num_refused = 0;
   for (const Worker& worker : workers) {
-    if (worker.work.empty()) ++num_idle;
+    if (worker.work.empty()) ++(worker.refusal.empty() ? num_idle : num_refused);
     text += TextOf(worker, now);
   }
-  return absl::StrCat(text, workers.size() - num_idle, " workers at work, ", num_idle, " idle\n");
+  return absl::StrCat(text, workers.size() - num_idle - num_refused, " workers at work, ", num_idle,
+                      " idle", num_refused == 0 ? "" : absl::StrCat(", ", num_refused, " refused"),
+                      "\n");
 }
 
 std::string Print(const std::vector<store::OwnerUse>& owners, Format format) {

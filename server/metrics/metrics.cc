@@ -84,6 +84,9 @@ void AddSnapshot(const Snapshot& now, std::vector<MetricFamily>& all) {
                          static_cast<double>(now.family_bytes.size())));
   all.push_back(Gauges("liquidblend_jobs", "Jobs and parts of jobs in the catalog, by state",
                        "state", now.jobs));
+  all.push_back(Gauges("liquidblend_workers",
+                       "Workers seen within two minutes, by whether they take jobs", "state",
+                       now.workers));
   all.push_back(Gauges("liquidblend_waiting_calls", "Calls that wait for a thread of a pool",
                        "pool", now.waiting_calls));
   all.push_back(OneGauge("liquidblend_frame_queue_cells",

@@ -59,6 +59,7 @@ struct Snapshot {
   };
   std::map<std::string, int64_t> family_bytes;   // loaded now, by id
   std::map<std::string, int64_t> jobs;           // by state, e.g. "queued"
+  std::map<std::string, int64_t> workers;        // "ready" and "refused"
   std::map<std::string, int64_t> waiting_calls;  // by the pool that they wait for
   Cache frame_cache;
   Queue frame_queue;  // of frames that wait to be made

@@ -229,11 +229,11 @@ absl::StatusOr<JobRecord> WithParts(const JobRecord& job, store::Catalog& catalo
   return ended;
 }
 
-// Of a job that nobody has taken for a while; else empty.
+// Of a job that nobody has taken for a while since it could be; else empty.
 absl::StatusOr<std::string> WaitingFor(const JobRecord& job, store::Catalog& catalog) {
-  const absl::Time since = absl::FromUnixSeconds(job.update_time().seconds());
-  const bool is_left = IsQueued(job) && !job.has_next_attempt_time();
-  if (!is_left || absl::Now() - since < kPatience) return std::string();
+  const int64_t since_s = std::max(job.update_time().seconds(), job.next_attempt_time().seconds());
+  const bool is_left = absl::Now() - absl::FromUnixSeconds(since_s) >= kPatience;
+  if (!IsQueued(job) || !is_left) return std::string();
   return WaitsFor(job, catalog);
 }
 

@@ -26,7 +26,7 @@ void FindFamily(Backends& backends, const std::string& id, int64_t version, Fami
     std::swap(once, *done);
     if (once == nullptr) return;
     if (found.ok()) backends.frame_cache.Announce(**found);
-    once(std::move(found));
+    once(FromServer(std::move(found)));
   };
   if (FamilyPtr found = backends.families.Peek(id, version)) return announce(std::move(found));
   const auto ask = [&backends, id, version, announce] {

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/ascii.h"
 #include "absl/time/time.h"
@@ -18,7 +19,11 @@
 namespace liquidblend::rpc {
 namespace {
 
-using JobCounts = std::map<std::string, int64_t>;  // by state
+// Figures of the catalog, by state.
+struct Counts {
+  std::map<std::string, int64_t> jobs;
+  std::map<std::string, int64_t> workers;
+};
 
 // Of probes: those of orchestrators come every few seconds, and wait for one or a few.
 SharedLookOptions ReachableOptions() {
@@ -62,17 +67,23 @@ absl::StatusOr<std::string> LookAt(Backends& backends) {
 }
 
 // Without them, Prometheus shows a gap.
-absl::StatusOr<JobCounts> CountJobs(Backends& backends) {
-  const absl::StatusOr<store::JobCounts> counts = backends.catalog.CountJobs();
-  if (!counts.ok()) {
-    base::LogWarning("metrics: jobs: " + counts.status().ToString());
-    return counts.status();
+absl::StatusOr<Counts> Count(Backends& backends) {
+  const absl::StatusOr<store::JobCounts> jobs = backends.catalog.CountJobs();
+  const absl::StatusOr<std::vector<store::pb::WorkerRecord>> workers =
+      jobs.ok() ? backends.catalog.ListWorkers() : jobs.status();
+  if (!workers.ok()) {
+    base::LogWarning("metrics: the catalog's figures: " + workers.status().ToString());
+    return workers.status();
   }
-  JobCounts jobs = {{"queued", 0}, {"running", 0}};
-  for (const auto& [state, count] : *counts) {
-    jobs[absl::AsciiStrToLower(store::pb::JobRecord::State_Name(state))] = count;
+  Counts counts = {.jobs = {{"queued", 0}, {"running", 0}},
+                   .workers = {{"ready", 0}, {"refused", 0}}};
+  for (const auto& [state, count] : *jobs) {
+    counts.jobs[absl::AsciiStrToLower(store::pb::JobRecord::State_Name(state))] = count;
   }
-  return jobs;
+  for (const store::pb::WorkerRecord& worker : *workers) {
+    ++counts.workers[worker.refusal().empty() ? "ready" : "refused"];
+  }
+  return counts;
 }
 
 class PooledSource final : public FrameSource {
@@ -122,7 +133,7 @@ class PooledSource final : public FrameSource {
   }
   void GetMetricsText(Done<std::string> done) override {
     const auto shared = std::make_shared<Done<std::string>>(std::move(done));
-    job_counts_->Ask([this, shared](const absl::StatusOr<JobCounts>& counts) {
+    counts_->Ask([this, shared](const absl::StatusOr<Counts>& counts) {
       const absl::Status posted = backends_.probes.Post([this, shared, counts] {
         Deliver([&] { (*shared)(Guarded([&] { return MetricsText(counts); })); });
       });
@@ -143,7 +154,7 @@ class PooledSource final : public FrameSource {
     if (!accepted.ok()) call->second(accepted);
   }
 
-  absl::StatusOr<std::string> MetricsText(const absl::StatusOr<JobCounts>& counts) {
+  absl::StatusOr<std::string> MetricsText(const absl::StatusOr<Counts>& counts) {
     metrics::Snapshot snapshot;
     snapshot.family_bytes = backends_.families.SizesBytes();
     snapshot.waiting_calls = {{"io", backends_.io.num_waiting()},
@@ -152,7 +163,8 @@ class PooledSource final : public FrameSource {
     snapshot.frame_cache = {cache.num_hits, cache.num_misses, cache.num_frames, cache.size_bytes};
     const FramePool::Stats queue = backends_.frames.stats();
     snapshot.frame_queue = {queue.waiting_cost, queue.num_refused};
-    if (counts.ok()) snapshot.jobs = *counts;
+    if (counts.ok()) snapshot.jobs = counts->jobs;
+    if (counts.ok()) snapshot.workers = counts->workers;
     return backends_.metrics.Text(snapshot);
   }
 
@@ -162,10 +174,9 @@ class PooledSource final : public FrameSource {
       std::make_shared<SharedLook<std::string>>(
           backends_.probes, backends_.steps, [&backends = backends_] { return LookAt(backends); },
           ReachableOptions());
-  const std::shared_ptr<SharedLook<JobCounts>> job_counts_ =
-      std::make_shared<SharedLook<JobCounts>>(
-          backends_.probes, backends_.steps,
-          [&backends = backends_] { return CountJobs(backends); }, CountOptions());
+  const std::shared_ptr<SharedLook<Counts>> counts_ = std::make_shared<SharedLook<Counts>>(
+      backends_.probes, backends_.steps, [&backends = backends_] { return Count(backends); },
+      CountOptions());
 };
 
 }  // namespace

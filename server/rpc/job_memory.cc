@@ -117,6 +117,12 @@ bool CanHold(const std::vector<WorkerRecord>& workers, int64_t bytes) {
   });
 }
 
+bool CanTake(const std::vector<WorkerRecord>& workers, int64_t bytes) {
+  return std::any_of(workers.begin(), workers.end(), [bytes](const WorkerRecord& worker) {
+    return worker.memory_bytes() >= bytes && worker.refusal().empty();
+  });
+}
+
 }  // namespace
 
 int64_t MemoryToImport(const store::v1::ImportJob& job) {
@@ -169,7 +175,11 @@ absl::Status NoteMemory(store::Catalog& catalog, int64_t worker_memory_bytes,
 absl::StatusOr<std::string> WaitsFor(const store::v1::JobRecord& job, store::Catalog& catalog) {
   LB_ASSIGN_OR_RETURN(const std::vector<WorkerRecord> workers, catalog.ListWorkers());
   if (workers.empty()) return std::string("no worker has asked for work lately");
-  if (CanHold(workers, job.memory_bytes())) return std::string();
+  if (CanTake(workers, job.memory_bytes())) return std::string();
+  for (const WorkerRecord& worker : workers) {
+    if (worker.memory_bytes() < job.memory_bytes()) continue;
+    return absl::StrCat("workers take no jobs for now; ", worker.name(), ": ", worker.refusal());
+  }
   return absl::StrCat("needs about ", base::FormatGibibytes(job.memory_bytes()),
                       " of memory; no worker that asked lately can hold it");
 }

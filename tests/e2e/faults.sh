@@ -19,7 +19,7 @@ rm -f "$LIQUIDBLEND_FAULT_TABLE"
 : >"$build/faults.log"
 
 status=0
-for test in kill disk network clock; do
+for test in kill disk network s3 clock; do
   "$build/tests/e2e_faults_${test}_test" --gtest_filter="${FAULT_FILTER:-*}" \
     >>"$build/faults.log" 2>&1 || status=1
 done

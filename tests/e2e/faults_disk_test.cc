@@ -1,5 +1,5 @@
 // The fault table's disks: one that loses what was not flushed when the power goes, one that is
-// full, one that fails.
+// full, one that fails, one that is read-only.
 #include <signal.h>
 
 #include <algorithm>
@@ -106,7 +106,7 @@ TEST_F(FaultsDiskTest, APowerCutThatLosesSomePagesLosesNothing) {
 std::vector<Failure> AllFailures() {
   std::vector<Failure> failures;
   for (const bool of_server : {false, true}) {
-    for (const int error : {ENOSPC, EIO}) {
+    for (const int error : {ENOSPC, EIO, EROFS}) {
       failures.push_back({"write", FaultyCall::kWrite, error, of_server});
       failures.push_back({"flush", FaultyCall::kSync, error, of_server});
       failures.push_back({"rename", FaultyCall::kRename, error, of_server});
@@ -116,16 +116,21 @@ std::vector<Failure> AllFailures() {
   return failures;
 }
 
+const char* ErrorName(int error_number) {
+  if (error_number == EROFS) return "EROFS";
+  return error_number == EIO ? "EIO" : "ENOSPC";
+}
+
 std::string NameOf(const testing::TestParamInfo<Failure>& failure) {
   return absl::StrCat(failure.param.of_server ? "server_" : "worker_",
-                      failure.param.error_number == EIO ? "EIO_" : "ENOSPC_", failure.param.name);
+                      ErrorName(failure.param.error_number), "_", failure.param.name);
 }
 
 class FaultsDiskErrorTest : public FaultsDiskTest, public testing::WithParamInterface<Failure> {};
 
 TEST_P(FaultsDiskErrorTest, LosesNothing) {
   const Failure& failure = GetParam();
-  FaultLine line(absl::StrCat(failure.error_number == EIO ? "EIO" : "ENOSPC", " of the ",
+  FaultLine line(absl::StrCat(ErrorName(failure.error_number), " of the ",
                               failure.of_server ? "server's" : "worker's", " Nth ", failure.name),
                  Tier::kEmbedded);
   FailCallsInEachRun(line, failure);

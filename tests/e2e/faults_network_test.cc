@@ -1,20 +1,16 @@
-// The fault table's networks and services: PostgreSQL killed, restarted and cut off, S3 that fails,
-// two servers at once.
+// The fault table's database: PostgreSQL killed, restarted and cut off; two servers at once.
 #include <signal.h>
 
-#include <algorithm>
-#include <random>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "tests/e2e/balls_stream.h"
 #include "tests/e2e/fault_proxy.h"
 #include "tests/e2e/faults_testing.h"
 
 namespace liquidblend::e2e {
 namespace {
-
-using Fault = store::FakeS3::Fault;
 
 class FaultsNetworkTest : public FaultTest {
  protected:
@@ -23,14 +19,6 @@ class FaultsNetworkTest : public FaultTest {
     const std::string options = catalog_url().substr(catalog_url().find("&options="));
     return {absl::StrCat("LIQUIDBLEND_STORE=postgresql://liquidblend:secret@127.0.0.1:",
                          proxy.port(), "/postgres?sslmode=disable&gssencmode=disable", options)};
-  }
-
-  void Each(const std::string& fault, const std::function<void(int)>& run_once) {
-    FaultLine line(fault, Tier::kShared);
-    for (int run = 1; run <= NumFaultRuns(); ++run) {
-      BeginRun(line, Tier::kShared);
-      run_once(run);
-    }
   }
 
   // PostgreSQL dies at the worker's number-th statement with these words, before or after that
@@ -46,8 +34,6 @@ class FaultsNetworkTest : public FaultTest {
     postgres().Start();
     EndRun(std::move(server), std::move(worker));
   }
-
-  void TakeTime() { num_iterations_ = 60; }
 };
 
 TEST_F(FaultsNetworkTest, PostgresKilledInMidJob) {
@@ -92,55 +78,20 @@ TEST_F(FaultsNetworkTest, PostgresRestartedInMidJob) {
   });
 }
 
-// A stream of balls that goes on for ever.
-class BallsStream {
- public:
-  explicit BallsStream(v1::LiquidBlend::Stub& stub) : stream_(stub.StreamFrames(&context_)) {
-    v1::StreamFramesRequest request;
-    request.set_family("families/balls");
-    request.add_weights(0.5);
-    request.set_loop(true);
-    EXPECT_TRUE(stream_->Write(request));
-  }
-  ~BallsStream() {
-    context_.TryCancel();
-    stream_->Finish();
-  }
-  void ExpectFrame() {
-    v1::StreamFramesResponse response;
-    EXPECT_TRUE(stream_->Read(&response));
-    EXPECT_FALSE(response.frame().data().empty());
-  }
-
- private:
-  grpc::ClientContext context_;
-  std::unique_ptr<grpc::ClientReaderWriter<v1::StreamFramesRequest, v1::StreamFramesResponse>>
-      stream_;
-};
-
 // Who has a family in memory needs no database for frames of it.
 TEST_F(FaultsNetworkTest, FramesGoOnWhilePostgresIsAway) {
   Each("PostgreSQL away while frames are asked for", [&](int) {
     Process server = StartServer();
-    const auto expect_frame = [&] {
-      grpc::ClientContext context;
-      v1::GetFrameRequest request;
-      request.set_family("families/balls");
-      request.add_weights(0.5);
-      v1::Frame frame;
-      const grpc::Status status = stub_->GetFrame(&context, request, &frame);
-      EXPECT_TRUE(status.ok()) << status.error_message();
-    };
     {
       BallsStream begun(*stub_);
       begun.ExpectFrame();
-      expect_frame();
+      ExpectFrame(*stub_);
       EXPECT_TRUE(SubmitWork());
       postgres().Kill();
       BallsStream new_one(*stub_);
       const absl::Time end = absl::Now() + absl::Seconds(2);  // it is looked for four times
       while (absl::Now() < end && !HasFailure()) {
-        expect_frame();
+        ExpectFrame(*stub_);
         begun.ExpectFrame();
         new_one.ExpectFrame();
       }
@@ -182,40 +133,6 @@ TEST_F(FaultsNetworkTest, PartitionLongerThanTheLease) {
     });
   });
 }
-
-struct S3Fault {
-  const char* name;
-  Fault fault;
-};
-
-class FaultsS3Test : public FaultsNetworkTest, public testing::WithParamInterface<S3Fault> {};
-
-// Of each kind of request some fail, so many in a row that now and then a whole attempt does.
-TEST_P(FaultsS3Test, LosesNothing) {
-  Each(absl::StrCat("S3 answers with ", GetParam().name), [&](int run) {
-    std::mt19937 random(static_cast<uint32_t>(run));
-    for (const char* method : {"PUT", "GET", "HEAD"}) {
-      std::vector<Fault> faults;
-      for (int k = 0; k < 8; ++k) {
-        faults.push_back(random() % 2 == 0 ? GetParam().fault : Fault::kNone);
-      }
-      s3().Plan(method, faults);
-    }
-    Process server = StartServer();
-    SubmitWork();
-    EndRun(std::move(server), StartFaultWorker());
-    for (const char* method : {"PUT", "GET", "HEAD"}) s3().Plan(method, {});
-  });
-}
-
-INSTANTIATE_TEST_SUITE_P(Faults, FaultsS3Test,
-                         testing::Values(S3Fault{"500", Fault::kStatus500},
-                                         S3Fault{"503", Fault::kStatus503},
-                                         S3Fault{"a reset connection", Fault::kReset},
-                                         S3Fault{"half of the body", Fault::kTruncate}),
-                         [](const testing::TestParamInfo<S3Fault>& fault) {
-                           return absl::StrCat("Fault", fault.index);
-                         });
 
 // One is refused while the other's is not done, and asks again.
 TEST_F(FaultsNetworkTest, TwoServersRegisterOneFamilyAtOnce) {

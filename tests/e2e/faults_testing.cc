@@ -61,16 +61,23 @@ void FaultTest::BeginRun(FaultLine& line, Tier tier) {
   num_versions_ = 1;
 }
 
+void FaultTest::Each(const std::string& fault, const std::function<void(int)>& run_once) {
+  FaultLine line(fault, Tier::kShared);
+  for (int run = 1; run <= NumFaultRuns(); ++run) {
+    BeginRun(line, Tier::kShared);
+    run_once(run);
+  }
+}
+
 void FaultTest::MakeStore() {
   if (tier_ == Tier::kEmbedded) MoveTo({});
   if (tier_ == Tier::kShared) {
     postgres_ = std::make_unique<store::PostgresServer>();
     s3_ = std::make_unique<store::FakeS3>();
     catalog_url_ = postgres_->NewUrl();
-    MoveTo({catalog_url_,
-            "s3://bucket",
-            {"AWS_ENDPOINT_URL=" + s3_->endpoint(), "AWS_ACCESS_KEY_ID=id",
-             "AWS_SECRET_ACCESS_KEY=secret"}});
+    std::vector<std::string> environment = s3_environment_;
+    environment.push_back("AWS_ENDPOINT_URL=" + s3_->endpoint());
+    MoveTo({catalog_url_, "s3://bucket", environment});
   }
   Process server = StartServer();
   Process worker = StartFaultWorker();

@@ -75,6 +75,11 @@ class FaultTest : public E2eTest {
   // Threads: safe.
   void RegisterUntilAccepted(v1::LiquidBlend::Stub& stub, const std::string& what);
 
+  // So many runs as one line of the shared tier.
+  void Each(const std::string& fault, const std::function<void(int)>& run_once);
+  // Makes registrations long enough to be met in mid-job.
+  void TakeTime() { num_iterations_ = 60; }
+
   // With a short lease, and a checkpoint after every iteration.
   Process StartFaultWorker(const std::vector<std::string>& environment = {});
   // Until a program that is to die has died, or all that was accepted has been done for a while
@@ -99,6 +104,9 @@ class FaultTest : public E2eTest {
   const std::vector<std::string>& errors() const { return errors_; }
 
   int num_iterations_ = 3;
+  // What programs know of the fake S3 beside its address; read by the first BeginRun().
+  std::vector<std::string> s3_environment_ = {"AWS_ACCESS_KEY_ID=id",
+                                              "AWS_SECRET_ACCESS_KEY=secret"};
 
  private:
   void MakeStore();

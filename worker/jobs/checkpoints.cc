@@ -8,6 +8,7 @@
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/store/fault_point.h"
+#include "core/store/retry.h"
 #include "worker/jobs/checkpoint_file.h"
 #include "worker/jobs/run_guarded.h"
 
@@ -17,11 +18,6 @@ namespace {
 using registration::IterationState;
 using registration::RegistrationState;
 using registration::SharpenState;
-
-// Trouble with the store after which the same blob may be read all the same.
-bool MayPass(const absl::Status& status) {
-  return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
-}
 
 // Whether nothing comes after it for a while, or a lot went into it.
 bool IsMilestone(const RegistrationState& state) {
@@ -80,7 +76,7 @@ absl::StatusOr<std::optional<RegistrationState>> Checkpoints::Begin(std::string 
     base::LogInfo(absl::StrCat("job ", job_id_, ": resumed after ", Describe(*state)));
     return std::optional<RegistrationState>(*std::move(state));
   }
-  if (MayPass(state.status())) return state.status();
+  if (store::IsOfEnvironment(state.status())) return state.status();
   LogTrouble("begins anew, as its checkpoint cannot be used", state.status());
   return std::optional<RegistrationState>();
 }

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/base/data_limit.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
+#include "core/store/retry.h"
 #include "worker/jobs/job_context.h"
 #include "worker/jobs/run_guarded.h"
 #include "worker/jobs/run_import.h"
@@ -20,16 +20,9 @@ namespace {
 
 constexpr absl::Duration kStopPoll = absl::Milliseconds(100);
 
-// Trouble with the catalog that waiting does not cure.
-bool IsFatal(const absl::Status& status) {
-  return absl::IsDataLoss(status) || absl::IsPermissionDenied(status);
-}
-
 // Trouble that another attempt, perhaps on another machine, may not meet.
 bool MayPass(const absl::Status& status) {
-  if (base::IsOverMemoryLimit(status)) return false;
-  return absl::IsUnavailable(status) || absl::IsResourceExhausted(status) ||
-         absl::IsInternal(status);
+  return store::IsOfEnvironment(status) || absl::IsInternal(status);
 }
 
 absl::Status RunStages(const store::pb::JobRecord& job, JobContext& context) {
@@ -45,23 +38,36 @@ absl::Status Outcome(const absl::Status& stages, const LeaseKeeper& keeper) {
   return stages.ok() || kept.ok() ? stages : kept;
 }
 
-// Tells the catalog how the job ended. A published job has ended already; one that is lost, or has
-// gone back to the queue, is no longer ours.
-void Settle(store::Catalog& catalog, const store::Lease& lease, const absl::Status& outcome,
-            bool is_released) {
-  if (outcome.ok()) return base::LogInfo(absl::StrCat("job ", lease.job.id(), ": done"));
-  base::LogWarning(absl::StrCat("job ", lease.job.id(), ": ",
-                                outcome.ToString(absl::StatusToStringMode::kWithNoExtraData)));
-  if (absl::IsAborted(outcome) || is_released) return;
-  const absl::Status settled = catalog.FailJob(lease.lease_id, outcome, MayPass(outcome));
-  if (!settled.ok()) {
+// Tells the catalog that the job failed, and returns whether it took that.
+absl::Status RecordFailure(store::Catalog& catalog, const store::Lease& lease,
+                           const absl::Status& outcome) {
+  const absl::Status recorded = catalog.FailJob(lease.lease_id, outcome, MayPass(outcome));
+  if (!recorded.ok()) {
     base::LogWarning(
-        absl::StrCat("job ", lease.job.id(), ": cannot say that it failed: ", settled.ToString()));
+        absl::StrCat("job ", lease.job.id(), ": cannot say that it failed: ", recorded.ToString()));
   }
+  return recorded;
+}
+
+// Tells the catalog how the job ended. A published job has ended already; one that is lost, or has
+// gone back to the queue, is no longer ours. A worker that is refused waits here; if the catalog
+// itself refused to hear of the failure, it is told afterwards, so that no attempt is used up.
+void Settle(store::Catalog& catalog, const store::Lease& lease, const absl::Status& outcome,
+            bool is_released, Access& access) {
+  if (outcome.ok()) base::LogInfo(absl::StrCat("job ", lease.job.id(), ": done"));
+  if (!outcome.ok())
+    base::LogWarning(absl::StrCat("job ", lease.job.id(), ": ",
+                                  outcome.ToString(absl::StatusToStringMode::kWithNoExtraData)));
+  const bool is_ours = !outcome.ok() && !absl::IsAborted(outcome) && !is_released;
+  const absl::Status recorded = is_ours ? RecordFailure(catalog, lease, outcome) : absl::OkStatus();
+  if (!IsRefusal(outcome) && !IsRefusal(recorded)) return access.Granted();
+  access.AwaitAfter(IsRefusal(outcome) ? outcome : recorded);
+  if (IsRefusal(recorded)) RecordFailure(catalog, lease, outcome).IgnoreError();
 }
 
 void RunJob(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
-            const StopSignal& stop, const store::Lease& lease, const JobLoopOptions& options) {
+            const StopSignal& stop, const store::Lease& lease, const JobLoopOptions& options,
+            Access& access) {
   base::LogInfo(absl::StrCat("job ", lease.job.id(), ": attempt ", lease.job.attempts()));
   absl::Status outcome;
   bool is_released = false;
@@ -76,20 +82,21 @@ void RunJob(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Ar
     checkpoints.End(/*is_done=*/outcome.ok());
     is_released = absl::IsUnavailable(keeper.Check());
   }
-  Settle(catalog, lease, outcome, is_released);
+  Settle(catalog, lease, outcome, is_released, access);
 }
 
 // What is thrown outside of the stages, where threads start and end, is trouble of the worker.
 void RunJobGuarded(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
-                   const StopSignal& stop, const store::Lease& lease,
-                   const JobLoopOptions& options) {
+                   const StopSignal& stop, const store::Lease& lease, const JobLoopOptions& options,
+                   Access& access) {
   const absl::Status trouble = Guarded("worker", [&] {
-    RunJob(catalog, blobs, arena, stop, lease, options);
+    RunJob(catalog, blobs, arena, stop, lease, options, access);
     return absl::OkStatus();
   });
   if (trouble.ok()) return;
   Guarded("worker", [&] {
-    Settle(catalog, lease, absl::UnavailableError(trouble.message()), /*is_released=*/false);
+    Settle(catalog, lease, absl::UnavailableError(trouble.message()), /*is_released=*/false,
+           access);
     return absl::OkStatus();
   }).IgnoreError();  // the lease lapses
 }
@@ -119,7 +126,21 @@ void AwaitJob(store::Catalog& catalog, const StopSignal& stop, const JobLoopOpti
   }
 }
 
+store::pb::WorkerRecord RecordOf(const JobLoopOptions& options) {
+  store::pb::WorkerRecord worker;
+  worker.set_name(options.worker);
+  worker.set_memory_bytes(options.memory_bytes);
+  return worker;
+}
+
 }  // namespace
+
+void RecordRefusal(store::Catalog& catalog, const JobLoopOptions& options,
+                   const absl::Status& refusal) {
+  store::pb::WorkerRecord worker = RecordOf(options);
+  worker.set_refusal(RefusalOf(refusal));
+  catalog.RecordWorker(worker).IgnoreError();
+}
 
 absl::Status JobLoopOptions::Validate() const {
   if (worker.empty()) return absl::InvalidArgumentError("worker must have a name");
@@ -131,19 +152,26 @@ absl::Status JobLoopOptions::Validate() const {
     return absl::InvalidArgumentError(absl::StrCat("memory_bytes is out of range: ", memory_bytes));
   }
   LB_RETURN_IF_ERROR(lease.Validate());
+  LB_RETURN_IF_ERROR(access.Validate());
   return checkpoints.Validate();
 }
 
 absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
                      const StopSignal& stop, const JobLoopOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());
+  Access access(catalog, blobs, stop, RecordOf(options), options.access);
+  if (!options.refusal.ok()) access.AwaitAfter(options.refusal);
   while (!stop.is_requested()) {
     absl::StatusOr<std::optional<store::Lease>> lease = LeaseGuarded(catalog, options);
     if (lease.ok() && lease->has_value()) {
-      RunJobGuarded(catalog, blobs, arena, stop, **lease, options);
+      RunJobGuarded(catalog, blobs, arena, stop, **lease, options, access);
       continue;
     }
-    if (IsFatal(lease.status())) return lease.status();
+    if (absl::IsDataLoss(lease.status())) return lease.status();
+    if (IsRefusal(lease.status())) {
+      access.AwaitAfter(lease.status());
+      continue;
+    }
     if (!lease.ok()) base::LogWarning(absl::StrCat("queue: ", lease.status().ToString()));
     if (!lease.ok()) {
       stop.WaitFor(options.poll);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/core/store/store_testing.h"
+
 namespace liquidblend::store {
 namespace {
 
@@ -67,6 +69,15 @@ TEST(AwsSigner, PresignsHeadersAndTheTokenOfTemporaryCredentials) {
   EXPECT_NE(query("7").find("X-Amz-Security-Token=to%2Fken"), std::string::npos);
   EXPECT_NE(query("7").find("&partNumber=2&X-Amz-Signature="), std::string::npos);
   EXPECT_NE(query("7"), query("8"));
+}
+
+TEST(AwsSigner, MakesEtagsOfPartsAsS3Does) {
+  const std::string a = "0cc175b9c0f1b6a831c399e269772661", b = "92eb5ffee6ae2fec3ad71c777531578f";
+  EXPECT_EQ(Md5Hex(AsBytes(std::string("a"))), a);
+  const std::vector<std::string> parts = {a, b};
+  EXPECT_EQ(EtagOfParts(parts), "96e024ba2074fe77e8e965ba43a704be-2");
+  const std::vector<std::string> encrypted = {a, "92eb5ffee6ae2fec3ad71c777531578f-x"};
+  EXPECT_EQ(EtagOfParts(encrypted), "");
 }
 
 TEST(AwsSigner, EncodesAllButPlainCharacters) {

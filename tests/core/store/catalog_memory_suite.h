@@ -74,4 +74,21 @@ TEST_P(CatalogSuite, KnowsTheWorkersThatAskedLately) {
   EXPECT_EQ(catalog_->ListWorkers()->at(0).memory_bytes(), 8);
 }
 
+TEST_P(CatalogSuite, KnowsWhyAWorkerTakesNoJobs) {
+  pb::WorkerRecord worker;
+  worker.set_name("a");
+  worker.set_memory_bytes(7);
+  worker.set_refusal("S3 refuses");
+  ASSERT_THAT(catalog_->RecordWorker(worker), Succeeds());
+  ASSERT_EQ(catalog_->ListWorkers()->size(), 1);
+  EXPECT_EQ(catalog_->ListWorkers()->at(0).refusal(), "S3 refuses");
+  EXPECT_EQ(catalog_->ListWorkers()->at(0).memory_bytes(), 7);
+  EXPECT_EQ(catalog_->ListWorkers()->at(0).seen_time().seconds(), 1700000000);
+  worker.set_refusal("the disk is read-only");
+  ASSERT_THAT(catalog_->RecordWorker(worker), Succeeds());
+  EXPECT_EQ(catalog_->ListWorkers()->at(0).refusal(), "the disk is read-only");
+  EXPECT_FALSE((*catalog_->LeaseJob("a", kLease, 7)).has_value());
+  EXPECT_EQ(catalog_->ListWorkers()->at(0).refusal(), "");
+}
+
 }  // namespace liquidblend::store

@@ -1,89 +1,106 @@
 #include "tests/core/store/fake_s3.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
+#include <openssl/evp.h>
 
-#include <algorithm>
 #include <cstdlib>
+#include <utility>
 
-#include "absl/strings/ascii.h"
+#include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "absl/time/clock.h"
 
 namespace liquidblend::store {
 namespace {
 
 constexpr size_t kPageSize = 3;  // small, so that there are several
+constexpr absl::Duration kMostSkew = absl::Minutes(15);
+constexpr char kHttpDate[] = "%a, %d %b %Y %H:%M:%S GMT";
 
-std::string Decode(absl::string_view text) {
-  std::string decoded;
-  for (size_t k = 0; k < text.size(); ++k) {
-    if (text[k] == '%' && k + 2 < text.size()) {
-      decoded.push_back(
-          static_cast<char>(std::strtol(std::string(text.substr(k + 1, 2)).c_str(), nullptr, 16)));
-      k += 2;
-    } else {
-      decoded.push_back(text[k]);
-    }
-  }
-  return decoded;
+std::string ErrorXml(absl::string_view code) {
+  return absl::StrCat("<Error><Code>", code, "</Code><Message>planned</Message></Error>");
 }
 
-bool SendAll(int connection, absl::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t sent = send(connection, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (sent <= 0) return false;
-    bytes.remove_prefix(static_cast<size_t>(sent));
-  }
-  return true;
+std::string Md5(absl::string_view bytes) {
+  unsigned char digest[16];
+  EVP_Digest(bytes.data(), bytes.size(), digest, nullptr, EVP_md5(), nullptr);
+  return std::string(reinterpret_cast<const char*>(digest), sizeof(digest));
 }
 
-void Reset(int connection) {
-  const linger at_once = {1, 0};
-  setsockopt(connection, SOL_SOCKET, SO_LINGER, &at_once, sizeof(at_once));
-}
+std::string Md5Hex(absl::string_view bytes) { return absl::BytesToHexString(Md5(bytes)); }
+
+std::string EtagLine(absl::string_view etag) { return absl::StrCat("ETag: \"", etag, "\"\r\n"); }
 
 }  // namespace
 
-FakeS3::FakeS3() : listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof(address);
-  if (bind(listener_, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
-      listen(listener_, 64) != 0 ||
-      getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
-    std::abort();
-  }
-  port_ = ntohs(address.sin_port);
-  thread_ = std::thread([this] { Serve(); });
-}
+FakeS3::FakeS3()
+    : http_(std::make_unique<HttpFake>(
+          HttpFake::RawHandler([this](HttpFake::Connection& connection, Request request) {
+            Handle(connection, std::move(request));
+          }))) {}
 
 FakeS3::~FakeS3() {
-  shutdown(listener_, SHUT_RDWR);
-  thread_.join();
-  close(listener_);
+  {
+    const absl::MutexLock lock(&mutex_);
+    faults_.clear();
+  }
+  StopHanging();
+  http_.reset();
 }
 
-std::string FakeS3::endpoint() const { return absl::StrCat("http://127.0.0.1:", port_); }
-
-void FakeS3::Plan(const std::string& method, std::vector<Fault> faults) {
+void FakeS3::Plan(const std::string& kind, std::vector<Fault> faults) {
   const absl::MutexLock lock(&mutex_);
-  faults_[method].assign(faults.begin(), faults.end());
+  faults_[kind].assign(faults.begin(), faults.end());
 }
 
-int FakeS3::Count(const std::string& method) {
+void FakeS3::SetFault(Fault fault) {
   const absl::MutexLock lock(&mutex_);
-  return counts_[method];
+  fault_of_all_ = fault;
+}
+
+void FakeS3::StopHanging() {
+  const absl::MutexLock lock(&mutex_);
+  if (fault_of_all_ == Fault::kHang) fault_of_all_ = Fault::kNone;
+  ++hang_round_;
+}
+
+void FakeS3::SetClockAhead(absl::Duration ahead) {
+  const absl::MutexLock lock(&mutex_);
+  clock_ahead_ = ahead;
+}
+
+void FakeS3::SetKeyId(const std::string& key_id) {
+  const absl::MutexLock lock(&mutex_);
+  key_id_ = key_id;
+}
+
+void FakeS3::ExpireToken(const std::string& token) {
+  const absl::MutexLock lock(&mutex_);
+  expired_tokens_.insert(token);
+}
+
+void FakeS3::SetListLag(absl::Duration lag) {
+  const absl::MutexLock lock(&mutex_);
+  list_lag_ = lag;
+}
+
+int FakeS3::Count(const std::string& kind) {
+  const absl::MutexLock lock(&mutex_);
+  return counts_[kind];
+}
+
+int FakeS3::NumHanging() {
+  const absl::MutexLock lock(&mutex_);
+  return num_hanging_;
 }
 
 std::map<std::string, std::string> FakeS3::Objects() {
   const absl::MutexLock lock(&mutex_);
-  return objects_;
+  std::map<std::string, std::string> contents;
+  for (const auto& [key, object] : objects_) contents[key] = object.content;
+  return contents;
 }
 
 int FakeS3::NumOpenUploads() {
@@ -91,149 +108,183 @@ int FakeS3::NumOpenUploads() {
   return static_cast<int>(uploads_.size());
 }
 
-void FakeS3::Serve() {
-  std::vector<std::thread> threads;
-  while (true) {
-    const int connection = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
-    if (connection < 0) break;
-    threads.emplace_back([this, connection] {
-      Handle(connection);
-      close(connection);
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-}
+absl::Time FakeS3::Now() const { return absl::Now() + clock_ahead_; }
 
-// One request for each connection.
-void FakeS3::Handle(int connection) {
-  Request request;
-  if (!Read(connection, request)) return;
-  const Fault fault = NextFault(request.method);
-  if (fault == Fault::kReset) return Reset(connection);
-  Answer answer;
-  if (fault == Fault::kStatus500) answer = {500, "", "<Error><Code>InternalError</Code></Error>"};
-  if (fault == Fault::kStatus503) answer = {503, "", "<Error><Code>SlowDown</Code></Error>"};
-  if (fault == Fault::kStatus403) answer = {403, "", "<Error><Code>AccessDenied</Code></Error>"};
-  if (answer.status == 200) answer = Do(request);
-  if (fault == Fault::kFlip && !answer.body.empty()) answer.body[answer.body.size() / 2] ^= 4;
-  const std::string head =
-      absl::StrCat("HTTP/1.1 ", answer.status,
-                   " Status\r\nConnection: close\r\nContent-Length: ", answer.body.size(), "\r\n",
-                   answer.headers, "\r\n");
-  const bool is_head = request.method == "HEAD";
-  absl::string_view body = is_head ? absl::string_view() : absl::string_view(answer.body);
-  if (fault == Fault::kTruncate) body = body.substr(0, body.size() / 2);
-  if (SendAll(connection, head)) SendAll(connection, body);
-}
-
-bool FakeS3::Read(int connection, Request& request) {
-  std::string bytes;
-  char buffer[65536];
-  const auto more = [&] {
-    const ssize_t received = recv(connection, buffer, sizeof(buffer), 0);
-    if (received > 0) bytes.append(buffer, static_cast<size_t>(received));
-    return received > 0;
-  };
-  while (!absl::StrContains(bytes, "\r\n\r\n")) {
-    if (!more()) return false;
-  }
-  const size_t end = bytes.find("\r\n\r\n");
-  const std::vector<std::string> lines = absl::StrSplit(bytes.substr(0, end), "\r\n");
-  const std::vector<std::string> words = absl::StrSplit(lines[0], ' ');
-  const std::vector<std::string> target = absl::StrSplit(words[1], absl::MaxSplits('?', 1));
-  request.method = words[0];
-  request.path = Decode(target[0]);
-  for (size_t k = 1; k < lines.size(); ++k) {
-    const std::pair<std::string, std::string> header =
-        absl::StrSplit(lines[k], absl::MaxSplits(':', 1));
-    request.headers[absl::AsciiStrToLower(header.first)] =
-        std::string(absl::StripAsciiWhitespace(header.second));
-  }
-  if (target.size() > 1) {
-    for (const auto& item : absl::StrSplit(target[1], '&')) {
-      const std::pair<std::string, std::string> pair =
-          absl::StrSplit(item, absl::MaxSplits('=', 1));
-      request.query[Decode(pair.first)] = Decode(pair.second);
-    }
-  }
-  size_t length = 0;
-  if (!absl::SimpleAtoi(request.headers["content-length"], &length)) length = 0;
-  while (bytes.size() < end + 4 + length) {
-    if (!more()) return false;
-  }
-  request.body = bytes.substr(end + 4, length);
-  return true;
-}
-
-FakeS3::Fault FakeS3::NextFault(const std::string& method) {
+void FakeS3::Hang() {
   const absl::MutexLock lock(&mutex_);
-  ++counts_[method];
-  std::deque<Fault>& faults = faults_[method];
+  ++num_hanging_;
+  const auto is_over = [this, round = hang_round_] {
+    mutex_.AssertHeld();
+    return hang_round_ != round;
+  };
+  mutex_.Await(absl::Condition(&is_over));
+  --num_hanging_;
+}
+
+void FakeS3::Handle(HttpFake::Connection& connection, Request request) {
+  const Fault fault = NextFault(request);
+  if (fault == Fault::kReset) return connection.Reset();
+  if (fault == Fault::kHang) {
+    Hang();
+    return connection.Reset();
+  }
+  if (fault == Fault::kUploadVanished) {
+    const absl::MutexLock lock(&mutex_);
+    uploads_.erase(request.query["uploadId"]);
+  }
+  Answer answer;
+  if (fault == Fault::kStatus500) answer = {500, ErrorXml("InternalError")};
+  if (fault == Fault::kStatus503) answer = {503, ErrorXml("SlowDown")};
+  if (fault == Fault::kStatus403) answer = {403, ErrorXml("AccessDenied")};
+  if (fault == Fault::kExpiredToken) answer = {403, ErrorXml("ExpiredToken")};
+  if (answer.status == 200) answer = Do(request);
+  if (fault == Fault::kAnswerLost) return connection.Reset();
+  Send(connection, request, fault, std::move(answer));
+}
+
+void FakeS3::Send(HttpFake::Connection& connection, const Request& request, Fault fault,
+                  Answer answer) {
+  {
+    const absl::MutexLock lock(&mutex_);
+    absl::StrAppend(&answer.headers,
+                    "Date: ", absl::FormatTime(kHttpDate, Now(), absl::UTCTimeZone()), "\r\n");
+  }
+  if (fault == Fault::kFlip && !answer.body.empty()) answer.body[answer.body.size() / 2] ^= 4;
+  if (fault == Fault::kErrorInBody) {
+    answer.body = answer.body.substr(0, answer.body.size() / 2) + ErrorXml("InternalError");
+  }
+  size_t num_sent = request.method == "HEAD" ? 0 : answer.body.size();
+  if (fault == Fault::kTruncate) num_sent /= 2;
+  connection.Send(answer, num_sent);
+}
+
+std::string FakeS3::KindOf(const Request& request) {
+  if (request.query.count("uploads") > 0) return "create upload";
+  if (request.query.count("list-type") > 0) return "list";
+  if (request.query.count("uploadId") == 0) return "";
+  if (request.method == "PUT") return "upload part";
+  return request.method == "POST" ? "complete upload" : "abort upload";
+}
+
+FakeS3::Fault FakeS3::TakePlanned(const std::string& kind) {
+  ++counts_[kind];
+  std::deque<Fault>& faults = faults_[kind];
   if (faults.empty()) return Fault::kNone;
   const Fault fault = faults.front();
   faults.pop_front();
   return fault;
 }
 
+FakeS3::Fault FakeS3::NextFault(const Request& request) {
+  const absl::MutexLock lock(&mutex_);
+  const Fault of_method = TakePlanned(request.method);
+  const std::string kind = KindOf(request);
+  const Fault of_kind = kind.empty() ? Fault::kNone : TakePlanned(kind);
+  if (of_method != Fault::kNone) return of_method;
+  return of_kind != Fault::kNone ? of_kind : fault_of_all_;
+}
+
+FakeS3::Answer FakeS3::Refusal(const Request& request) {
+  const auto header = [&](const char* name) {
+    const auto found = request.headers.find(name);
+    return found == request.headers.end() ? std::string() : found->second;
+  };
+  absl::Time date;
+  std::string error;
+  if (absl::ParseTime("%E4Y%m%dT%H%M%SZ", header("x-amz-date"), &date, &error) &&
+      absl::AbsDuration(date - Now()) > kMostSkew) {
+    return {403, ErrorXml("RequestTimeTooSkewed")};
+  }
+  if (expired_tokens_.count(header("x-amz-security-token")) > 0) {
+    return {400, ErrorXml("ExpiredToken")};
+  }
+  if (!key_id_.empty() &&
+      !absl::StrContains(header("authorization"), absl::StrCat("Credential=", key_id_, "/"))) {
+    return {403, ErrorXml("InvalidAccessKeyId")};
+  }
+  return {};
+}
+
 FakeS3::Answer FakeS3::Do(const Request& request) {
   const absl::MutexLock lock(&mutex_);
+  Answer refusal = Refusal(request);
+  if (refusal.status != 200) return refusal;
   const std::string bucket = "/bucket";
-  if (!absl::StartsWith(request.path, bucket)) {
-    return {404, "", "<Error><Code>NoSuchBucket</Code><Message>none</Message></Error>"};
-  }
+  if (!absl::StartsWith(request.path, bucket)) return {404, ErrorXml("NoSuchBucket")};
   const std::string key =
       request.path.size() > bucket.size() ? request.path.substr(bucket.size() + 1) : "";
   if (key.empty()) return List(request);
   if (request.query.count("uploads") + request.query.count("uploadId") > 0) {
     return DoUpload(request, key);
   }
-  if (request.method == "PUT") {
-    objects_[key] = request.body;
-    return {200, "ETag: \"1\"\r\n", ""};
-  }
-  if (request.method == "DELETE") return {objects_.erase(key) > 0 ? 204 : 404, "", ""};
+  return DoObject(request, key);
+}
+
+FakeS3::Answer FakeS3::DoObject(const Request& request, const std::string& key) {
   const auto object = objects_.find(key);
-  if (object == objects_.end()) return {404, "", "<Error><Code>NoSuchKey</Code></Error>"};
+  if (request.method == "PUT") {
+    if (object != objects_.end() && request.headers.count("if-none-match") > 0) {
+      return {412, ErrorXml("PreconditionFailed")};
+    }
+    objects_[key] = {request.body, Md5Hex(request.body), Now()};
+    return {200, "", EtagLine(objects_[key].etag)};
+  }
+  if (request.method == "DELETE") return {objects_.erase(key) > 0 ? 204 : 404};
+  if (object == objects_.end()) return {404, ErrorXml("NoSuchKey")};
+  const std::string& content = object->second.content;
   const auto range = request.headers.find("range");
   if (range == request.headers.end()) {
-    return {200, "Last-Modified: Fri, 02 Jan 2026 03:04:05 GMT\r\n", object->second};
+    const std::string modified =
+        absl::FormatTime(kHttpDate, object->second.modified, absl::UTCTimeZone());
+    return {200, content,
+            absl::StrCat("Last-Modified: ", modified, "\r\n", EtagLine(object->second.etag))};
   }
   size_t begin = 0, last = 0;
   const std::vector<std::string> ends =
       absl::StrSplit(range->second.substr(std::string("bytes=").size()), '-');
   if (!absl::SimpleAtoi(ends[0], &begin) || !absl::SimpleAtoi(ends[1], &last) ||
-      begin >= object->second.size()) {
-    return {416, "", "<Error><Code>InvalidRange</Code></Error>"};
+      begin >= content.size()) {
+    return {416, ErrorXml("InvalidRange")};
   }
-  return {206, "", object->second.substr(begin, last - begin + 1)};
+  return {206, content.substr(begin, last - begin + 1)};
 }
 
 FakeS3::Answer FakeS3::DoUpload(const Request& request, const std::string& key) {
   if (request.query.count("uploads") > 0) {
     const std::string id = absl::StrCat("upload ", ++num_uploads_);
     uploads_[id];
-    return {200, "", absl::StrCat("<UploadId>", id, "</UploadId>")};
+    return {200, absl::StrCat("<InitiateMultipartUploadResult><UploadId>", id,
+                              "</UploadId></InitiateMultipartUploadResult>")};
   }
   const auto upload = uploads_.find(request.query.at("uploadId"));
-  if (upload == uploads_.end()) return {404, "", "<Error><Code>NoSuchUpload</Code></Error>"};
+  if (upload == uploads_.end()) return {404, ErrorXml("NoSuchUpload")};
   if (request.method == "PUT") {
     int number = 0;
-    if (!absl::SimpleAtoi(request.query.at("partNumber"), &number)) return {400, "", ""};
+    if (!absl::SimpleAtoi(request.query.at("partNumber"), &number)) return {400};
     upload->second[number] = request.body;
-    return {200, absl::StrCat("ETag: \"part-", number, "\"\r\n"), ""};
+    return {200, "", EtagLine(Md5Hex(request.body))};
   }
-  std::string whole;
+  if (request.method == "POST") return Complete(request, key);
+  uploads_.erase(upload);
+  return {204};
+}
+
+FakeS3::Answer FakeS3::Complete(const Request& request, const std::string& key) {
+  const auto upload = uploads_.find(request.query.at("uploadId"));
+  std::string whole, digests;
   for (const auto& [number, part] : upload->second) {
-    if (request.method == "POST" &&
-        !absl::StrContains(request.body, absl::StrCat("<PartNumber>", number, "</PartNumber><ETag>",
-                                                      "\"part-", number, "\""))) {
-      return {400, "", "<Error><Code>InvalidPart</Code></Error>"};
+    if (!absl::StrContains(request.body, absl::StrCat("<PartNumber>", number, "</PartNumber><ETag>",
+                                                      "\"", Md5Hex(part), "\""))) {
+      return {400, ErrorXml("InvalidPart")};
     }
     whole += part;
+    digests += Md5(part);
   }
+  const std::string etag = absl::StrCat(Md5Hex(digests), "-", upload->second.size());
   uploads_.erase(upload);
-  if (request.method == "POST") objects_[key] = std::move(whole);
-  return {200, "", "<CompleteMultipartUploadResult/>"};
+  objects_[key] = {std::move(whole), etag, Now()};
+  return {200, absl::StrCat("<CompleteMultipartUploadResult><ETag>\"", etag,
+                            "\"</ETag></CompleteMultipartUploadResult>")};
 }
 
 FakeS3::Answer FakeS3::List(const Request& request) {
@@ -244,18 +295,20 @@ FakeS3::Answer FakeS3::List(const Request& request) {
   std::string body = "<ListBucketResult>";
   size_t count = 0;
   std::string last;
-  for (const auto& [key, content] : objects_) {
+  for (const auto& [key, object] : objects_) {
     if (!absl::StartsWith(key, get("prefix")) || key <= get("continuation-token")) continue;
+    if (list_lag_ > absl::ZeroDuration() && object.modified > Now() - list_lag_) continue;
     if (count++ == kPageSize) {
       absl::StrAppend(&body, "<NextContinuationToken>", last, "</NextContinuationToken>");
       break;
     }
     last = key;
-    absl::StrAppend(&body, "<Contents><Key>", key,
-                    "</Key><LastModified>2026-01-02T03:04:05.000Z</LastModified><Size>",
-                    content.size(), "</Size></Contents>");
+    absl::StrAppend(
+        &body, "<Contents><Key>", key, "</Key><LastModified>",
+        absl::FormatTime("%Y-%m-%dT%H:%M:%S.000Z", object.modified, absl::UTCTimeZone()),
+        "</LastModified><Size>", object.content.size(), "</Size></Contents>");
   }
-  return {200, "", body + "</ListBucketResult>"};
+  return {200, body + "</ListBucketResult>"};
 }
 
 }  // namespace liquidblend::store

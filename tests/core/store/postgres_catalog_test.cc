@@ -61,7 +61,7 @@ class PostgresCatalogTest : public ::testing::Test {
     options.now = [&] { return now; };
     const auto catalog = MustOpen(options);
     ASSERT_NE(catalog, nullptr);
-    EXPECT_EQ(Run("SELECT version FROM catalog_version"), "4");
+    EXPECT_EQ(Run("SELECT version FROM catalog_version"), "5");
     CheckOldRows(*catalog, now, with_owners);
   }
 
@@ -141,7 +141,7 @@ TEST_F(PostgresCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
   }
   for (const pid_t child : children) EXPECT_EQ(WaitFor(child), 0);
   EXPECT_EQ(MustOpen()->ListJobs(0, "")->records.size(), 9);
-  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "4");
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "5");
 }
 
 // A step that cannot be made leaves the former version.
@@ -163,13 +163,13 @@ TEST_F(PostgresCatalogTest, StatementsOfTheFormerVersionFail) {
 
 TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
   const auto catalog = MustOpen();
-  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "4");
-  Run("UPDATE catalog_version SET version = 5");
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "5");
+  Run("UPDATE catalog_version SET version = 6");
   EXPECT_THAT(OpenPostgresCatalog(url_),
-              Fails(Code::kFailedPrecondition, "has schema version 5; this program knows 1 to 4"));
+              Fails(Code::kFailedPrecondition, "has schema version 6; this program knows 1 to 5"));
   // One that was open already changes nothing any more, either.
   EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
-              Fails(Code::kFailedPrecondition, "has schema version 5"));
+              Fails(Code::kFailedPrecondition, "has schema version 6"));
 }
 
 TEST_F(PostgresCatalogTest, LeavesOtherDatabasesAlone) {

@@ -55,6 +55,16 @@ TEST(PauseAfter, MayBeNone) {
   EXPECT_EQ(PauseAfter(7, options), absl::ZeroDuration());
 }
 
+TEST(IsOfEnvironment, KnowsFailuresThatSayNothingOfTheJob) {
+  for (const Code code : {Code::kUnavailable, Code::kResourceExhausted, Code::kPermissionDenied}) {
+    EXPECT_TRUE(IsOfEnvironment(absl::Status(code, ""))) << absl::StatusCodeToString(code);
+  }
+  for (const Code code : {Code::kOk, Code::kInternal, Code::kDataLoss, Code::kNotFound,
+                          Code::kInvalidArgument, Code::kAborted}) {
+    EXPECT_FALSE(IsOfEnvironment(absl::Status(code, ""))) << absl::StatusCodeToString(code);
+  }
+}
+
 TEST(RetryOptions, NamesWhatIsOutOfRange) {
   EXPECT_THAT(RetryOptions().Validate(), Succeeds());
   const auto status = [](const auto& change) {

@@ -67,6 +67,27 @@ INSTANTIATE_TEST_SUITE_P(Ceph, BlobStoreSuite,
                            return std::make_unique<CephBackend>();
                          }));
 
+// S3Client recognises an object whose completion it has not heard of by this.
+TEST(S3Ceph, ObjectsOfSeveralPartsHaveTheEtagOfTheirParts) {
+  TemporaryFolder folder;
+  S3Options options = CephOptions();
+  options.cache_directory = folder.path();
+  const auto s3 = S3Client::Make("s3://liquidblend" + folder.path(), options);
+  ASSERT_THAT(s3, Succeeds());
+  const auto part_bytes = static_cast<size_t>(options.part_bytes);
+  const std::string content = SampleBytes(2 * part_bytes + 7);
+  ASSERT_THAT((*s3)->Put("key", AsBytes(content)), Succeeds());
+  std::vector<std::string> parts;
+  for (size_t k = 0; k < 3; ++k) {
+    const std::string part = content.substr(k * part_bytes, part_bytes);
+    parts.push_back(Md5Hex(AsBytes(part)));
+  }
+  const auto object = (*s3)->Find("key");
+  ASSERT_THAT(object, Succeeds());
+  EXPECT_EQ(object->etag, EtagOfParts(parts));
+  EXPECT_THAT((*s3)->Delete("key"), Succeeds());
+}
+
 TEST(S3Ceph, SendsAndGetsLargeBlobsInParts) {
   CephBackend backend;
   const std::string content = SampleBytes((size_t{5} << 20) * 5 + 7);
@@ -231,8 +252,11 @@ TEST(S3Ceph, SaysWhoRefusesWhat) {
   options.cache_directory = folder.path();
   EXPECT_THAT(OpenS3BlobStore("s3://no-such-bucket/x", options),
               Fails(absl::StatusCode::kNotFound, "NoSuchBucket"));
+  options.access_key_id = getenv("AWS_ACCESS_KEY_ID");
   options.secret_access_key = "wrong";
-  EXPECT_THAT(OpenS3BlobStore("s3://liquidblend/x", options),
+  const auto refused = OpenS3BlobStore("s3://liquidblend/x", options);
+  ASSERT_THAT(refused, Succeeds());
+  EXPECT_THAT((*refused)->List(),
               Fails(absl::StatusCode::kPermissionDenied, "SignatureDoesNotMatch"));
 }
 

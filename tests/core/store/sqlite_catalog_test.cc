@@ -94,10 +94,10 @@ TEST_F(SqliteCatalogTest, KnowsItsSchemaVersion) {
     return absl::OkStatus();
   };
   EXPECT_THAT(OpenRaw()->Run("PRAGMA user_version", {}, read), Succeeds());
-  EXPECT_EQ(version, 5);
-  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 6"), Succeeds());
+  EXPECT_EQ(version, 6);
+  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 7"), Succeeds());
   EXPECT_THAT(OpenSqliteCatalog(path_),
-              Fails(Code::kFailedPrecondition, path_ + " has schema version 6"));
+              Fails(Code::kFailedPrecondition, path_ + " has schema version 7"));
 }
 
 TEST_F(SqliteCatalogTest, BringsOlderDatabasesUpToDate) {

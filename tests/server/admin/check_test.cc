@@ -1,8 +1,10 @@
 #include "server/admin/check.h"
 
+#include "core/store/retry.h"
 #include "core/store/sqlite.h"
 #include "server/catalog/families.h"
 #include "tests/server/admin/admin_testing.h"
+#include "tests/server/admin/s3_testing.h"
 
 namespace liquidblend::admin {
 namespace {
@@ -202,6 +204,60 @@ TEST_F(CheckTest, AnyChangedByteOfAFamilyIsFoundOnLoadAndByTheCheckAndTheOthersA
   }
   store::WriteFile(PathOf(broken), content);
   EXPECT_THAT(MustCheck().damage, IsEmpty());
+}
+
+// ---- an S3 that is not what it should be
+
+class CheckS3Test : public testing::Test {
+ protected:
+  CheckS3Test() {
+    store::pb::AnimationRecord animation;
+    animation.set_id("a");
+    store::pb::JobRecord job;
+    job.mutable_import_animation()->set_animation("a");
+    EXPECT_THAT(store_.catalog->SubmitImport(animation, job), Succeeds());
+    const auto lease = store_.catalog->LeaseJob("host:1", absl::Minutes(1));
+    animation.set_blob(*store::PutBlob(*store_.blobs, AsBytes(std::string("animation"))));
+    EXPECT_THAT(store_.catalog->PublishAnimation((*lease)->lease_id, animation), Succeeds());
+  }
+  absl::StatusOr<CheckReport> Check(const CheckOptions& options = {}) {
+    const parallel::Arena arena(2);
+    Progress progress(Progress::Style::kNone);
+    return CheckStore(store_, arena, progress, options);
+  }
+
+  store::FakeS3 s3_;
+  store::TemporaryFolder folder_;
+  const store::Store store_ = OpenFakeS3Store(s3_, folder_.path());
+};
+
+TEST_F(CheckS3Test, ABlobThatIsNotListedYetIsNotMissing) {
+  s3_.SetListLag(absl::Hours(1));
+  const auto report = Check();
+  ASSERT_THAT(report, Succeeds());
+  EXPECT_THAT(report->damage, IsEmpty());
+}
+
+TEST_F(CheckS3Test, ABlobThatIsGoneIsMissing) {
+  const store::BlobId blob = store_.catalog->GetAnimation("a")->blob();
+  ASSERT_THAT(store_.blobs->Delete(blob), Succeeds());
+  const auto report = Check();
+  ASSERT_THAT(report, Succeeds());
+  ASSERT_EQ(report->damage.size(), 1);
+  EXPECT_TRUE(absl::IsNotFound(report->damage.front().error));
+}
+
+// An animation must not be given up because S3 refuses or is away.
+TEST_F(CheckS3Test, BlobsThatCannotBeReadNowAreNotDamaged) {
+  for (const store::FakeS3::Fault fault :
+       {store::FakeS3::Fault::kStatus403, store::FakeS3::Fault::kStatus500}) {
+    s3_.Plan("HEAD", std::vector<store::FakeS3::Fault>(100, fault));
+    const absl::Status status = Check({.repair = true}).status();
+    EXPECT_TRUE(store::IsOfEnvironment(status)) << status;
+    EXPECT_EQ(store_.catalog->GetAnimation("a")->state(), store::pb::AnimationRecord::READY);
+    s3_.Plan("HEAD", {});
+  }
+  EXPECT_THAT(Check()->damage, IsEmpty());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "tests/server/admin/admin_testing.h"
+#include "tests/server/admin/s3_testing.h"
 
 namespace liquidblend::admin {
 namespace {
@@ -118,6 +119,36 @@ TEST_F(CollectTest, NothingThatIsBeingPublishedGoes) {
   }
   is_done = true;
   for (std::thread& collector : collectors) collector.join();
+}
+
+// ---- listings that lag behind
+
+class LaggingCollectTest : public testing::Test {
+ protected:
+  store::FakeS3 s3_;
+  store::TemporaryFolder folder_;
+  const store::Store store_ = OpenFakeS3Store(s3_, folder_.path());
+};
+
+TEST_F(LaggingCollectTest, AListingThatLagsIsAskedForAgain) {
+  const store::BlobId garbage = *store::PutBlob(*store_.blobs, AsBytes(std::string("left over")));
+  s3_.SetListLag(absl::Milliseconds(1500));
+  CollectOptions options;
+  options.older_than = absl::ZeroDuration();
+  const auto report = Collect(*store_.catalog, *store_.blobs, options);
+  ASSERT_THAT(report, Succeeds());
+  EXPECT_EQ(report->num_deleted, 1);
+  EXPECT_TRUE(s3_.Objects().empty());
+}
+
+TEST_F(LaggingCollectTest, NothingIsCollectedByAListingThatKeepsLagging) {
+  ASSERT_THAT(store::PutBlob(*store_.blobs, AsBytes(std::string("left over"))), Succeeds());
+  s3_.SetListLag(absl::Hours(1));
+  CollectOptions options;
+  options.older_than = absl::ZeroDuration();
+  EXPECT_THAT(Collect(*store_.catalog, *store_.blobs, options),
+              Fails(absl::StatusCode::kUnavailable, "not in the list"));
+  EXPECT_EQ(s3_.Objects().size(), 1);  // the probe is gone
 }
 
 }  // namespace

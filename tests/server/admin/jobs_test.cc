@@ -107,6 +107,21 @@ TEST_F(JobsTest, WorkersShowThatWaitForWork) {
                     HasSubstr("1 workers at work, 2 idle")));
 }
 
+TEST_F(JobsTest, WorkersShowWhyTheyTakeNoJobs) {
+  store::pb::WorkerRecord worker;
+  worker.set_name("host:2");
+  worker.set_memory_bytes(store::kAnyMemory);
+  worker.set_refusal("S3 denies it");
+  ASSERT_THAT(data_.catalog().RecordWorker(worker), Succeeds());
+  const auto workers = InspectWorkers(data_.catalog());
+  ASSERT_THAT(workers, Succeeds());
+  EXPECT_EQ(json::parse(Print(*workers, absl::Now(), Format::kJson))["workers"][0]["refusal"],
+            "S3 denies it");
+  EXPECT_THAT(Print(*workers, absl::Now(), Format::kText),
+              AllOf(HasSubstr("takes no jobs for now"), HasSubstr(": S3 denies it\n"),
+                    HasSubstr("0 workers at work, 0 idle, 1 refused")));
+}
+
 TEST_F(JobsTest, OwnersShowWithWhatTheyHave) {
   EXPECT_EQ(Print(*data_.catalog().ListOwners(), Format::kText), "0 owners\n");
   store::pb::AnimationRecord animation;

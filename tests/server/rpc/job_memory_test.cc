@@ -139,5 +139,19 @@ TEST_F(JobMemoryTest, TellsWhyAJobIsLeft) {
   EXPECT_EQ(*WaitsFor(job_, *catalog_), "");
 }
 
+TEST_F(JobMemoryTest, TellsThatWorkersAreRefused) {
+  job_.set_memory_bytes(int64_t{12} << 30);
+  store::v1::WorkerRecord worker;
+  worker.set_name("host:1");
+  worker.set_memory_bytes(int64_t{16} << 30);
+  worker.set_refusal("PUT s3://bucket/x: HTTP status 403, AccessDenied");
+  ASSERT_TRUE(catalog_->RecordWorker(worker).ok());
+  EXPECT_EQ(*WaitsFor(job_, *catalog_),
+            "workers take no jobs for now; host:1: PUT s3://bucket/x: HTTP status 403, "
+            "AccessDenied");
+  ASSERT_TRUE(catalog_->LeaseJob("large", absl::Minutes(1), int64_t{16} << 30).ok());
+  EXPECT_EQ(*WaitsFor(job_, *catalog_), "");
+}
+
 }  // namespace
 }  // namespace liquidblend::rpc

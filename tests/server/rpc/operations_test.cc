@@ -32,6 +32,27 @@ TEST_F(OperationsTest, AnOperationThatNobodyTakesSaysWhatItWaitsFor) {
   EXPECT_EQ(progress().waiting_for(), "");  // not yet
 }
 
+TEST_F(OperationsTest, AnOperationThatRefusedWorkersLeaveSaysSo) {
+  store::pb::JobRecord job;
+  job.set_state(store::pb::JobRecord::QUEUED);
+  job.mutable_import_animation()->set_animation("drop");
+  job.mutable_next_attempt_time()->set_seconds(1);  // it was tried before, and is due
+  store::pb::WorkerRecord worker;
+  worker.set_name("host:1");
+  worker.set_refusal("HTTP status 403, AccessDenied");
+  ASSERT_THAT(catalog_->RecordWorker(worker), Succeeds());
+  const auto waiting_for = [&] {
+    const auto operation = ToOperation(job, *catalog_);
+    EXPECT_THAT(operation, Succeeds());
+    v1::ImportAnimationMetadata metadata;
+    EXPECT_TRUE(operation->metadata().UnpackTo(&metadata));
+    return metadata.progress().waiting_for();
+  };
+  EXPECT_EQ(waiting_for(), "workers take no jobs for now; host:1: HTTP status 403, AccessDenied");
+  job.mutable_next_attempt_time()->set_seconds(absl::ToUnixSeconds(absl::Now()) + 60);
+  EXPECT_EQ(waiting_for(), "");  // it would wait in any case
+}
+
 TEST_F(OperationsTest, AnOperationThatIsTriedAgainSaysWhenAndWhy) {
   const store::pb::JobRecord job = SubmitImport("drop");
   ASSERT_THAT(catalog_->FailJob(TakeJob().lease_id, absl::UnavailableError("no S3"), true),

@@ -127,15 +127,22 @@ class JobsTest : public testing::Test {
     return submitted->id();
   }
 
+  static JobLoopOptions Options() {
+    JobLoopOptions options;
+    options.worker = "test";
+    options.exit_when_idle = true;
+    options.lease.report_interval = absl::Milliseconds(5);
+    options.access = {absl::Milliseconds(1), absl::Milliseconds(4)};
+    return options;
+  }
+
   // Works until the queue is empty.
   absl::Status Work(int num_threads = 2, const std::string& worker = "test") {
-    JobLoopOptions options;
+    JobLoopOptions options = Options();
     options.worker = worker;
     return WorkWith(std::move(options), num_threads);
   }
-  absl::Status WorkWith(JobLoopOptions options, int num_threads = 2) {
-    options.exit_when_idle = true;
-    options.lease.report_interval = absl::Milliseconds(5);
+  absl::Status WorkWith(const JobLoopOptions& options, int num_threads = 2) {
     const parallel::Arena arena(num_threads);
     return RunJobs(*catalog_, blobs_, arena, stop_, options);
   }

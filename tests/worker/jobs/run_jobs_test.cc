@@ -7,10 +7,12 @@
 #include <optional>
 #include <stdexcept>
 #include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "core/store/files.h"
+#include "core/store/posix_file.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
 namespace liquidblend::jobs {
@@ -82,6 +84,87 @@ TEST_F(RunJobsTest, TroubleThatPassesIsWaitedOut) {
   EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
   EXPECT_EQ(Job(job).attempts(), 1);
   EXPECT_EQ(Job(job).environment_failures(), 1);
+}
+
+// ---- a worker that is refused
+
+class RefusedTest : public RunJobsTest {
+ protected:
+  // Works, and once the worker says that it is refused lets it in.
+  void WorkUntilLetIn(const std::function<void()>& look_at_refused) {
+    std::jthread worker([this] { EXPECT_THAT(Work(), Succeeds()); });
+    Await([&] { return !Refusal().empty(); });
+    look_at_refused();
+    is_refused_ = false;
+  }
+  std::string Refusal() {
+    const auto workers = catalog_->ListWorkers();
+    return workers.ok() && !workers->empty() ? workers->front().refusal() : "";
+  }
+  absl::Status Access() const {
+    return is_refused_ ? absl::PermissionDeniedError("PUT s3://bucket/x: HTTP status 403")
+                       : absl::OkStatus();
+  }
+  std::atomic<bool> is_refused_ = true;
+};
+
+TEST_F(RefusedTest, TakesNoMoreJobsUntilItIsLetInAgain) {
+  std::vector<std::string> jobs;
+  for (const char* id : {"a", "b", "c"}) jobs.push_back(SubmitBall(id, 1.0));
+  blobs_.on_create = [&] { return Access(); };
+  WorkUntilLetIn([&] {
+    EXPECT_THAT(Refusal(), HasSubstr("HTTP status 403"));
+    EXPECT_EQ(Job(jobs[0]).state(), JobRecord::QUEUED);
+    EXPECT_EQ(Job(jobs[0]).attempts(), 0);
+    EXPECT_EQ(Job(jobs[0]).environment_failures(), 1);
+    for (const size_t k : {1, 2}) {
+      EXPECT_EQ(Job(jobs[k]).state(), JobRecord::QUEUED);
+      EXPECT_EQ(Job(jobs[k]).failed_attempts_size(), 0);
+    }
+  });
+  for (const std::string& job : jobs) {
+    EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED) << Job(job).error().message();
+    EXPECT_EQ(Job(job).attempts(), 1);
+  }
+  EXPECT_EQ(Job(jobs[0]).environment_failures(), 1);
+  EXPECT_EQ(Refusal(), "");
+}
+
+TEST_F(RefusedTest, AReadOnlyDiskIsARefusal) {
+  const std::string job = SubmitBall("ball", 1.0);
+  blobs_.on_create = [&] {
+    return is_refused_ ? store::ErrnoStatus(EROFS, "create", "/data/tmp/1") : absl::OkStatus();
+  };
+  WorkUntilLetIn([&] { EXPECT_THAT(Refusal(), HasSubstr("/data/tmp/1")); });
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
+}
+
+TEST_F(RefusedTest, AWorkerThatStartsRefusedTakesNoJob) {
+  const std::string job = SubmitBall("ball", 1.0);
+  blobs_.on_create = [&] { return Access(); };
+  JobLoopOptions options = Options();
+  options.refusal = Access();
+  const parallel::Arena arena(1);
+  std::jthread worker(
+      [&] { EXPECT_THAT(RunJobs(*catalog_, blobs_, arena, stop_, options), Succeeds()); });
+  Await([&] { return !Refusal().empty(); });
+  EXPECT_EQ(Job(job).failed_attempts_size(), 0);
+  is_refused_ = false;
+  worker.join();
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
+  EXPECT_EQ(Job(job).failed_attempts_size(), 0);
+}
+
+TEST_F(RefusedTest, AWorkerThatIsRefusedCanBeStopped) {
+  SubmitBall("ball", 1.0);
+  blobs_.on_create = [&] { return Access(); };
+  WorkUntilLetIn([&] { stop_.Request(); });
+}
+
+TEST(Access, TellsPrintableAndShortReasons) {
+  EXPECT_EQ(RefusalOf(absl::PermissionDeniedError("a\nb\xff")), "a?b?");
+  EXPECT_EQ(RefusalOf(absl::PermissionDeniedError("")), "refused");
+  EXPECT_EQ(RefusalOf(absl::PermissionDeniedError(std::string(1000, 'x'))).size(), 300);
 }
 
 TEST_F(RunJobsTest, OutOfMemoryFailsTheJobNotTheWorker) {
