@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/store/files.h"
+#include "tests/allocation_testing.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
 namespace liquidblend::jobs {
@@ -103,6 +104,7 @@ TEST_F(RunJobsTest, OutOfMemoryFailsTheJobNotTheWorker) {
 constexpr int64_t kLimitBytes = 256 << 20;
 
 TEST_F(RunJobsTest, AJobThatNeedsFarMoreThanEstimatedFailsAtOnce) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   const std::string large = SubmitBall("large", 1.0);
   std::vector<std::vector<char>> held;
   blobs_.on_open = [&] {
@@ -128,6 +130,7 @@ TEST_F(RunJobsTest, AJobThatNeedsFarMoreThanEstimatedFailsAtOnce) {
 
 // Whatever allocation it is that fails, in the job's threads, in TBB or in a library.
 TEST_F(RunJobsTest, RunningOutOfMemoryAnywhereHarmsNeitherWorkerNorQueue) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   SubmitBall("slow", 1.0);
   SubmitBall("fast", 2.0);
   ASSERT_THAT(Work(), Succeeds());
@@ -184,6 +187,7 @@ class NoThreads {
 };
 
 TEST_F(RunJobsTest, AJobWhoseKeeperCannotStartGoesBackToTheQueue) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   const std::string job = SubmitBall("ball", 1.0);
   std::optional<NoThreads> no_threads(std::in_place);
   int num_looks = 0;
