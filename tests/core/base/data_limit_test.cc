@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/allocation_testing.h"
+
 namespace liquidblend::base {
 namespace {
 
@@ -23,6 +25,7 @@ bool CanAllocate(int64_t bytes) {
 }
 
 TEST(ScopedDataLimit, RefusesWhatGoesBeyondUntilItEnds) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   {
     const ScopedDataLimit limit(256 * kMebibyte);
     ASSERT_TRUE(limit.is_set());
@@ -34,6 +37,7 @@ TEST(ScopedDataLimit, RefusesWhatGoesBeyondUntilItEnds) {
 }
 
 TEST(ScopedDataLimit, CountsManySmallBlocks) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   const ScopedDataLimit limit(64 * kMebibyte);
   std::vector<std::vector<char>> blocks;
   bool is_nearly_reached = false;
@@ -48,6 +52,7 @@ TEST(ScopedDataLimit, CountsManySmallBlocks) {
 }
 
 TEST(ScopedDataLimit, HoldsForOtherThreads) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   const ScopedDataLimit limit(256 * kMebibyte);
   bool can_allocate = true;
   std::thread([&] { can_allocate = CanAllocate(512 * kMebibyte); }).join();
@@ -72,6 +77,7 @@ TEST(ScopedDataLimit, AHugeOneIsNone) {
 }
 
 TEST(DataBytesLeft, IsWhatTheLimitLeavesAndTheMachineHas) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   const int64_t without = DataBytesLeft();
   EXPECT_GT(without, 256 * kMebibyte);
   const ScopedDataLimit limit(256 * kMebibyte);

@@ -7,6 +7,7 @@
 
 #include "core/base/data_limit.h"
 #include "server/slice/slice.h"
+#include "tests/allocation_testing.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/slice_family.h"
@@ -48,6 +49,7 @@ void ExpectAsServed(const mesh::SpaceTimeMesh& mesh) {
 
 // Cells that last long are cut by many slices. A list of the cells of each slice would take 17 MB.
 TEST(SliceAt, MemoryDoesNotFollowTheDurationOfCells) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   synthetic::ComplexOptions options;
   options.num_frames = 2;
   SpaceTimeMesh mesh = synthetic::HexahedralSphere(12, options);

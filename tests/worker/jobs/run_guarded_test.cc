@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/data_limit.h"
+#include "tests/allocation_testing.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -46,6 +47,7 @@ absl::Status AllocateMebibytes(int64_t mebibytes) {
 }
 
 TEST(RunWithinMemory, NamesTheStageTheLimitAndTheEstimate) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   std::string stage = "opening files";
   const JobMemory memory = {20 * kMebibyte, 128 * kMebibyte};
   const absl::Status status = RunWithinMemory(
@@ -66,6 +68,7 @@ TEST(RunWithinMemory, NamesTheStageTheLimitAndTheEstimate) {
 
 // A thread's stack is memory, too.
 TEST(RunWithinMemory, AThreadThatDoesNotFitIsOverTheLimit) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   const absl::Status status = RunWithinMemory(
       {0, kMebibyte}, [] { return "a stage"; },
       [] {

@@ -13,6 +13,7 @@
 
 #include "core/store/files.h"
 #include "core/store/posix_file.h"
+#include "tests/allocation_testing.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
 namespace liquidblend::jobs {
@@ -27,7 +28,7 @@ using testing::HasSubstr;
 class RunJobsTest : public JobsTest {
  protected:
   absl::Status WorkWithin(int64_t memory_bytes) {
-    JobLoopOptions options;
+    JobLoopOptions options = Options();
     options.memory_bytes = memory_bytes;
     return WorkWith(std::move(options));
   }
@@ -186,6 +187,7 @@ TEST_F(RunJobsTest, OutOfMemoryFailsTheJobNotTheWorker) {
 constexpr int64_t kLimitBytes = 256 << 20;
 
 TEST_F(RunJobsTest, AJobThatNeedsFarMoreThanEstimatedFailsAtOnce) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   const std::string large = SubmitBall("large", 1.0);
   std::vector<std::vector<char>> held;
   blobs_.on_open = [&] {
@@ -211,6 +213,7 @@ TEST_F(RunJobsTest, AJobThatNeedsFarMoreThanEstimatedFailsAtOnce) {
 
 // Whatever allocation it is that fails, in the job's threads, in TBB or in a library.
 TEST_F(RunJobsTest, RunningOutOfMemoryAnywhereHarmsNeitherWorkerNorQueue) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   SubmitBall("slow", 1.0);
   SubmitBall("fast", 2.0);
   ASSERT_THAT(Work(), Succeeds());
@@ -242,7 +245,7 @@ TEST_F(RunJobsTest, OutOfMemoryBetweenJobsIsWaitedOut) {
       throw std::bad_alloc();
     }
   };
-  JobLoopOptions options;
+  JobLoopOptions options = Options();
   options.poll = absl::Milliseconds(1);
   ASSERT_THAT(WorkWith(std::move(options)), Succeeds());
   EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
@@ -267,6 +270,7 @@ class NoThreads {
 };
 
 TEST_F(RunJobsTest, AJobWhoseKeeperCannotStartGoesBackToTheQueue) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   const std::string job = SubmitBall("ball", 1.0);
   std::optional<NoThreads> no_threads(std::in_place);
   int num_looks = 0;
@@ -475,7 +479,7 @@ TEST_F(RunJobsTest, AnimationsOfDifferentFrameRatesAreNotRegistered) {
 
 TEST(JobLoopOptions, NamesTheFirstFieldOutOfRange) {
   const auto message = [](auto change) {
-    JobLoopOptions options;
+    JobLoopOptions options = Options();
     change(options);
     return std::string(options.Validate().message());
   };

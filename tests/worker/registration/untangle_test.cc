@@ -6,6 +6,7 @@
 
 #include "core/base/data_limit.h"
 #include "core/mesh/slice_at.h"
+#include "tests/allocation_testing.h"
 #include "tests/synthetic/inverted_share.h"
 #include "tests/worker/registration/registration_testing.h"
 #include "worker/registration/blend_figures.h"
@@ -51,6 +52,7 @@ TEST(Untangle, LeavesWhatIsInOrderAsItIs) {
 }
 
 TEST(Untangle, LooksWhereVerticesAreWhateverTheDuration) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   Squashed source;
   source.mesh.num_frames = 2'000'000'000;  // a number for each would be 16 GB
   Points displacement = source.By(0.7f);

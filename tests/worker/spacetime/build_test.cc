@@ -10,6 +10,7 @@
 #include "core/base/data_limit.h"
 #include "core/mesh/animation_limits.h"
 #include "server/slice/slice.h"
+#include "tests/allocation_testing.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/slice_family.h"
@@ -326,6 +327,7 @@ mesh::Animation TwoSpheres(float distance_m) {
 }
 
 TEST(Build, RefusesAGridThatMemoryCannotHold) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   const parallel::Arena arena(1);
   const base::ScopedDataLimit limit(128 << 20);
   EXPECT_TRUE(Build(TwoSpheres(10), Rebuilt(), arena).ok());
