@@ -28,10 +28,12 @@ constexpr double kBytesPerVertex = 400;
 // of each target what is moved and extrapolated, 4 floats each, twice: as read, and as written.
 constexpr double kMeshBytesPerVertex = 250;
 constexpr double kTargetBytesPerVertex = 64;
-// Space-time grids: a bit for each point and layer. There is a layer a frame, and more where the
-// surface moves fast; some forty are worked on at a time.
-constexpr double kLayersPerFrame = 2;
-constexpr double kMoreLayers = 40;
+// Space-time grids: a bit for each point and layer. There are one or two layers a frame, and some
+// forty are worked on at a time. But droplets need no grid, and bounds include those that fly far:
+// a quarter is counted, so that no job is refused for them. Workers let jobs have four times the
+// estimate, and refuse grids that do not fit into that.
+constexpr double kLayersPerFrame = 0.5;
+constexpr double kMoreLayers = 10;
 constexpr double kMoreGridPoints = 5;  // along each axis
 // Measuring slices: each of up to 64 at a time lists the cells that it cuts (core/mesh/slice_at.h).
 constexpr double kBytesPerCutCell = 4;

@@ -69,8 +69,8 @@ AnimationRecord OfFrames(int num_frames, float extent_m) {
 TEST(MemoryToRegister, GrowsWithGridsOfWideAnimations) {
   const AnimationRecord usual = OfFrames(100, 1), wide = OfFrames(100, 10);
   EXPECT_LT(MemoryToRegister({}, usual, {usual}), 300'000'000);
-  // A bit for 1,111^3 points at 100 times.
-  EXPECT_GT(MemoryToRegister({}, usual, {wide}), int64_t{1111} * 1111 * 1111 / 8 * 100);
+  // A quarter of a bit for 1,111^3 points at 200 times.
+  EXPECT_GT(MemoryToRegister({}, usual, {wide}), int64_t{1111} * 1111 * 1111 / 8 * 200 / 4);
   RegisterJob tracked;
   tracked.mutable_space_time()->set_connectivity(store::v1::TRACKED);
   EXPECT_EQ(MemoryToRegister(tracked, usual, {wide}), MemoryToRegister(tracked, usual, {usual}));
@@ -78,7 +78,7 @@ TEST(MemoryToRegister, GrowsWithGridsOfWideAnimations) {
 
 TEST(MemoryToRegister, GrowsWithFramesOfWideAnimations) {
   EXPECT_GT(MemoryToRegister({}, OfFrames(400, 10), {OfFrames(4, 1)}),
-            5 * MemoryToRegister({}, OfFrames(40, 10), {OfFrames(4, 1)}));
+            4 * MemoryToRegister({}, OfFrames(40, 10), {OfFrames(4, 1)}));
 }
 
 TEST(MemoryToRegister, GrowsWithGapsBetweenFrames) {

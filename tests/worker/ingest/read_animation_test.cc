@@ -108,6 +108,15 @@ TEST(ReadAnimation, GoesOnAcrossGapsThatAreAllowed) {
                                        "goes on across them."));
 }
 
+TEST(ReadAnimation, RefusesWhatIsTooFarAwayForFloats) {
+  mesh::Animation animation = SmallAnimation();
+  animation.frames[2].vertices.array() += 1000.0F;
+  EXPECT_TRUE(Read(Files(animation, Format::kObj)).ok());
+  animation.frames[2].vertices.array() += 2e6F;
+  EXPECT_THAT(Error(Files(animation, Format::kObj)),
+              HasSubstr("frame 2: a coordinate of 2.001e+06 m is beyond 1e+06 mean edge lengths"));
+}
+
 TEST(ReadAnimation, HasNoTimesOfItsOwnWithoutGaps) {
   const absl::StatusOr<mesh::Animation> read =
       Read(Files(SmallAnimation(), Format::kPly), {.allow_gaps = true});
