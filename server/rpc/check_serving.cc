@@ -77,8 +77,10 @@ absl::Status CheckServing(const std::string& listen, const TlsOptions& tls,
                           absl::Duration timeout) {
   LB_RETURN_IF_ERROR(tls.Validate());
   LB_ASSIGN_OR_RETURN(const std::string address, AddressToAsk(listen));
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // the server is on this machine
   const absl::StatusOr<std::string> answer =
-      Ask(grpc::CreateChannel(address, CredentialsFor(tls)), timeout);
+      Ask(grpc::CreateCustomChannel(address, CredentialsFor(tls), arguments), timeout);
   if (!answer.ok()) {
     return absl::UnavailableError(absl::StrCat(address, ": ", answer.status().message()));
   }

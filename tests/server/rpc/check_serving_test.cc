@@ -49,6 +49,13 @@ TEST_F(CheckServingTest, AsksTheLoopbackOfAServerThatListensEverywhere) {
   EXPECT_THAT(CheckServing(everywhere, {}, kPatience), Succeeds());
 }
 
+TEST_F(CheckServingTest, AsksNoProxyOfTheEnvironment) {
+  setenv("http_proxy", "http://127.0.0.1:1", 1);  // where nobody listens
+  const absl::Status status = CheckServing(server_->address(), {}, kPatience);
+  unsetenv("http_proxy");
+  EXPECT_THAT(status, Succeeds());
+}
+
 TEST_F(CheckServingTest, NeedsToKnowThePort) {
   for (const char* listen : {"127.0.0.1:0", "127.0.0.1:", "127.0.0.1"}) {
     EXPECT_THAT(CheckServing(listen, {}, kPatience), Fails(Code::kInvalidArgument, listen));
