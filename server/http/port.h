@@ -25,6 +25,7 @@ struct PortOptions {
   // of it.
   absl::Duration idle_timeout = absl::Seconds(30);
   absl::Duration write_timeout = absl::Seconds(60);  // > 0; until an answer must have gone out
+  absl::Duration close_timeout = absl::Seconds(10);  // > 0; of a WebSocket's begin and end
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 

@@ -42,6 +42,9 @@ absl::Status PortOptions::Validate() const {
   if (write_timeout <= absl::ZeroDuration()) {
     return OutOfRange("write_timeout", absl::FormatDuration(write_timeout));
   }
+  if (close_timeout <= absl::ZeroDuration()) {
+    return OutOfRange("close_timeout", absl::FormatDuration(close_timeout));
+  }
   return absl::OkStatus();
 }
 

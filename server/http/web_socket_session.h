@@ -16,7 +16,7 @@
 namespace liquidblend::http {
 
 // A stream of frames over a WebSocket. All but OnPhase() runs on its strand. A read is always under
-// way; its failure ends the session.
+// way, and its failure ends the session; from its close on, Boost.Beast's close reads by itself.
 class WebSocketSession final : public Connection,
                                public rpc::StreamSession::Sink,
                                public std::enable_shared_from_this<WebSocketSession> {
@@ -26,7 +26,9 @@ class WebSocketSession final : public Connection,
       : core_(std::move(core)),
         ticket_(std::move(ticket)),
         visit_(std::move(visit)),
-        ws_(std::move(stream)) {
+        ws_(std::move(stream)),
+        executor_(ws_->get_executor()),
+        close_timer_(executor_) {
     metrics().AddConnections("websocket", 1);
   }
 
@@ -38,44 +40,44 @@ class WebSocketSession final : public Connection,
 
   void Begin(const HttpRequest& request) {
     ticket_.Watch(shared_from_this());
-    beast::get_lowest_layer(ws_).expires_never();
+    beast::get_lowest_layer(*ws_).expires_never();
+    const std::chrono::nanoseconds close = ChronoOf(core_->options.close_timeout);
     const std::chrono::nanoseconds idle = ChronoOf(core_->options.idle_timeout);
-    ws_.set_option(websocket::stream_base::timeout{kHandshake, idle, /*keep_alive_pings=*/true});
+    ws_->set_option(websocket::stream_base::timeout{close, idle, /*keep_alive_pings=*/true});
     const std::string request_id = visit_.caller.request_id;
-    ws_.set_option(
+    ws_->set_option(
         websocket::stream_base::decorator([request_id](websocket::response_type& response) {
           response.set(bhttp::field::server, kServerName);
           response.set(rpc::kRequestIdHeader, request_id);
         }));
-    ws_.read_message_max(static_cast<size_t>(core_->options.max_message_bytes));
-    ws_.auto_fragment(false);
-    ws_.binary(true);
-    ws_.async_accept(request, [self = shared_from_this()](error_code error) {
+    ws_->read_message_max(static_cast<size_t>(core_->options.max_message_bytes));
+    ws_->auto_fragment(false);
+    ws_->binary(true);
+    ws_->async_accept(request, [self = shared_from_this()](error_code error) {
       if (!error) self->OnAccepted();
     });
   }
 
   void OnPhase(Phase phase) override {
-    asio::post(ws_.get_executor(), [self = shared_from_this(), phase] {
+    asio::post(executor_, [self = shared_from_this(), phase] {
       if (phase == Phase::kAborting) return self->Abort();
       self->Close(websocket::close_code::going_away, "the server is shutting down");
     });
   }
 
   void Send(const rpc::StreamedFrame& streamed) override {
-    asio::post(ws_.get_executor(),
-               [self = shared_from_this(), streamed] { self->Write(streamed); });
+    asio::post(executor_, [self = shared_from_this(), streamed] { self->Write(streamed); });
   }
 
   void End(const absl::Status& status) override {
-    asio::post(ws_.get_executor(), [self = shared_from_this(), status] {
+    asio::post(executor_, [self = shared_from_this(), status] {
       self->Close(static_cast<uint16_t>(CloseCode(status)), CloseReason(status));
     });
   }
 
  private:
-  static constexpr std::chrono::seconds kHandshake{10};  // for its end, too
   static constexpr int kNoCloseFrame = 1006;
+  static constexpr std::chrono::milliseconds kAbortDelay{100};
 
   metrics::Metrics& metrics() { return core_->source.metrics(); }
 
@@ -87,24 +89,24 @@ class WebSocketSession final : public Connection,
   }
 
   void Read() {
-    ws_.async_read(inbox_,
-                   [self = shared_from_this()](error_code error, size_t) { self->OnRead(error); });
+    ws_->async_read(inbox_,
+                    [self = shared_from_this()](error_code error, size_t) { self->OnRead(error); });
   }
 
   void OnRead(error_code error) {
-    if (error) return frames_->Stop();
+    if (error || !ws_.has_value()) return frames_->Stop();
     v1::StreamFramesRequest request;
     const bool is_read =
         request.ParseFromArray(inbox_.data().data(), static_cast<int>(inbox_.size()));
     inbox_.consume(inbox_.size());
-    if (!ws_.got_binary()) {
+    if (!ws_->got_binary()) {
       Close(websocket::close_code::unknown_data, "messages are binary StreamFramesRequest");
     } else if (!is_read) {
       Close(websocket::close_code::bad_payload, "this message is no StreamFramesRequest");
     } else if (!close_.has_value()) {
       frames_->OnRequest(request);
     }
-    Read();
+    if (!has_close_begun_) Read();
   }
 
   // The frame's bytes go out as they are kept.
@@ -116,14 +118,14 @@ class WebSocketSession final : public Connection,
     write_.Lap();
     const std::array<asio::const_buffer, 2> message = {asio::buffer(prefix_),
                                                        asio::buffer(*frame_)};
-    ws_.async_write(
+    ws_->async_write(
         message, [self = shared_from_this()](error_code error, size_t) { self->OnWritten(error); });
   }
 
   void OnWritten(error_code error) {
     is_writing_ = false;
     frame_ = nullptr;
-    if (error) return frames_->Stop();
+    if (error || !ws_.has_value()) return frames_->Stop();
     metrics().ObserveStage(metrics::Stage::kWrite, write_.Lap());
     close_.has_value() ? Finish() : frames_->OnWritten();
   }
@@ -137,28 +139,54 @@ class WebSocketSession final : public Connection,
 
   void Finish() {
     frames_->Stop();
-    ws_.async_close(*close_, [self = shared_from_this()](error_code) {});
+    if (!ws_.has_value()) return;
+    has_close_begun_ = true;
+    ws_->async_close(*close_, [self = shared_from_this()](error_code) {});
+    // If a read under way finds a malformed frame before the close frame is written, Boost.Beast
+    // 1.74 deadlocks: read and close wait for each other, and its timeout only closes the socket.
+    After(ChronoOf(core_->options.close_timeout), &WebSocketSession::Abort);
   }
 
   void Abort() {
     if (frames_ != nullptr) frames_->Stop();
-    beast::get_lowest_layer(ws_).close();
+    if (!ws_.has_value()) return;
+    beast::get_lowest_layer(*ws_).close();
+    After(kAbortDelay, &WebSocketSession::Release);
+  }
+
+  // Drops operations that wait for each other, which hold the session. Those that waited for the
+  // socket, and refer to it, have ended when it was closed.
+  void Release() {
+    if (!close_.has_value()) close_ = ws_->reason();
+    ws_.reset();
+  }
+
+  // Does so unless the session has ended by then, or After() is called again.
+  void After(std::chrono::nanoseconds delay, void (WebSocketSession::*step)()) {
+    close_timer_.expires_after(delay);
+    close_timer_.async_wait([weak = weak_from_this(), step](error_code error) {
+      const std::shared_ptr<WebSocketSession> self = weak.lock();
+      if (!error && self != nullptr) ((*self).*step)();
+    });
   }
 
   int EndCode() const {
-    if (close_.has_value()) return close_->code;
-    return ws_.reason().code != 0 ? ws_.reason().code : kNoCloseFrame;
+    const websocket::close_reason& reason = close_.has_value() ? *close_ : ws_->reason();
+    return reason.code != 0 ? reason.code : kNoCloseFrame;
   }
 
   std::string EndReason() const {
-    const websocket::close_reason& reason = close_.has_value() ? *close_ : ws_.reason();
+    const websocket::close_reason& reason = close_.has_value() ? *close_ : ws_->reason();
     return {reason.reason.data(), reason.reason.size()};
   }
 
   const std::shared_ptr<Core> core_;  // destroyed last
   Connections::Ticket ticket_;
   const StreamVisit visit_;
-  websocket::stream<beast::tcp_stream> ws_;
+  // Empty after Release().
+  std::optional<websocket::stream<beast::tcp_stream>> ws_;
+  const asio::any_io_executor executor_;
+  asio::steady_timer close_timer_;
   beast::flat_buffer inbox_;
   std::string prefix_;  // of the write under way
   rpc::FramePtr frame_;
@@ -166,6 +194,7 @@ class WebSocketSession final : public Connection,
   std::optional<websocket::close_reason> close_;  // decided
   bool is_open_ = false;
   bool is_writing_ = false;
+  bool has_close_begun_ = false;  // no read may begin: see Finish()
   metrics::StopWatch watch_;
   metrics::StopWatch write_;
 };

@@ -5,7 +5,6 @@
 
 #include "core/base/status_macros.h"
 #include "server/rpc/errors.h"
-#include "server/rpc/find_family.h"
 #include "server/rpc/guarded.h"
 
 namespace liquidblend::rpc {
@@ -32,7 +31,7 @@ void StreamSession::OnHalfClosed() {
 }
 
 void StreamSession::OnWritten() {
-  Leave([](Notes& inbox) { inbox.written_at = SteadyNow(); });
+  Leave([this](Notes& inbox) { inbox.written_at = host_->Now(); });
 }
 
 void StreamSession::Stop() {
@@ -46,7 +45,7 @@ void StreamSession::WantStep() {
   }
   // Refused only after the server has ended all calls.
   const absl::Status posted = Guarded([this] {
-    backends_.steps.PostMore([self = shared_from_this()] { self->TakeSteps(); });
+    host_->Post([self = shared_from_this()] { self->TakeSteps(); });
     return absl::OkStatus();
   });
   if (posted.ok()) return;
@@ -98,7 +97,7 @@ absl::Status StreamSession::Step() {
   LB_RETURN_IF_ERROR(TakeMade());
   LB_RETURN_IF_ERROR(TakeValues());
   if (!stream_.has_begun()) return absl::OkStatus();
-  return GoOn(SteadyNow());
+  return GoOn(host_->Now());
 }
 
 void StreamSession::TakeWritten() {
@@ -128,7 +127,7 @@ absl::Status StreamSession::TakeValues() {
     const absl::StatusOr<catalog::FamilyPtr> found = *std::exchange(notes_.found, std::nullopt);
     LB_RETURN_IF_ERROR(found.status());
     const v1::StreamFramesRequest request = *std::exchange(waiting_request_, std::nullopt);
-    return stream_.Change(request, *found, SteadyNow());
+    return stream_.Change(request, *found, host_->Now());
   }
   if (!notes_.newest.has_value()) {
     if (!notes_.is_half_closed || stream_.has_begun()) return absl::OkStatus();
@@ -137,10 +136,10 @@ absl::Status StreamSession::TakeValues() {
   const v1::StreamFramesRequest request = *std::exchange(notes_.newest, std::nullopt);
   num_changes_ += std::exchange(notes_.num_newest, 0);
   LB_ASSIGN_OR_RETURN(const std::optional<std::string> id, stream_.FamilyToFind(request));
-  if (!id.has_value()) return stream_.Change(request, nullptr, SteadyNow());
+  if (!id.has_value()) return stream_.Change(request, nullptr, host_->Now());
   waiting_request_ = request;
   const auto self = shared_from_this();
-  FindFamily(backends_, *id, 0, [self](absl::StatusOr<catalog::FamilyPtr> found) {
+  host_->FindFamily(*id, [self](absl::StatusOr<catalog::FamilyPtr> found) {
     self->Leave([&](Notes& inbox) { inbox.found = std::move(found); });
   });
   return absl::OkStatus();
@@ -172,11 +171,11 @@ absl::Status StreamSession::GoOn(absl::Duration now) {
 
 bool StreamSession::MayMakeAhead() const {
   return num_changes_before_ == num_changes_ && stream_.num_skipped() == num_skipped_ &&
-         !waiting_request_.has_value() && 2 * last_bytes_ <= backends_.limits.max_stream_bytes;
+         !waiting_request_.has_value() && 2 * last_bytes_ <= host_->max_stream_bytes();
 }
 
 void StreamSession::StartOrder(const FramePacer::Tick& tick, absl::Duration now) {
-  Order& order = order_.emplace();
+  Order& order = order_.emplace(Order{});
   order.number = ++num_orders_;
   order.query = stream_.QueryAt(tick);
   order.key = KeyOf(*stream_.loaded(), order.query);
@@ -188,18 +187,18 @@ void StreamSession::StartOrder(const FramePacer::Tick& tick, absl::Duration now)
   asked.deadline = std::max(tick.due, now) + stream_.period();
   asked.is_refusable = num_orders_ == 1;
   const int64_t number = order.number;
-  order.ticket = backends_.maker.Make(
-      std::move(asked), [self = shared_from_this(), number](absl::StatusOr<FramePtr> made) {
-        self->Leave([&](Notes& inbox) {
-          if (inbox.made.has_value() && inbox.made_number > number) return;
-          inbox.made = std::move(made);
-          inbox.made_number = number;
-        });
-      });
+  order.ticket = host_->Make(std::move(asked),
+                             [self = shared_from_this(), number](absl::StatusOr<FramePtr> made) {
+                               self->Leave([&](Notes& inbox) {
+                                 if (inbox.made.has_value() && inbox.made_number > number) return;
+                                 inbox.made = std::move(made);
+                                 inbox.made_number = number;
+                               });
+                             });
 }
 
 void StreamSession::DropOrder() {
-  if (order_.has_value()) backends_.maker.Leave(order_->ticket);
+  if (order_.has_value()) host_->Leave(order_->ticket);
   order_.reset();
 }
 
@@ -209,7 +208,7 @@ void StreamSession::SendOrder(absl::Duration now) {
   order_.reset();
   const int64_t num_dropped = stream_.num_skipped() - num_skipped_;
   if (num_dropped > 0) {
-    backends_.metrics.CountDroppedFrames(stream_.loaded()->family.name, num_dropped);
+    host_->CountDroppedFrames(stream_.loaded()->family.name, num_dropped);
   }
   num_changes_before_ = num_changes_;
   if (num_dropped > 0) num_changes_before_.reset();
@@ -229,8 +228,8 @@ void StreamSession::WakeAt(absl::Duration due, absl::Duration now) {
     if (alarm_ <= due) return;
     alarm_ = due;
   }
-  if (alarm_timer_.has_value()) backends_.steps.Cancel(*alarm_timer_);
-  alarm_timer_ = backends_.steps.StartTimer(due - now, [self = weak_from_this(), due] {
+  host_->Cancel(alarm_timer_);
+  alarm_timer_ = host_->StartTimer(due - now, [self = weak_from_this(), due] {
     const std::shared_ptr<StreamSession> session = self.lock();
     if (session == nullptr) return;
     {
@@ -243,8 +242,8 @@ void StreamSession::WakeAt(absl::Duration due, absl::Duration now) {
 
 // Otherwise its memory would be kept until then.
 void StreamSession::CancelAlarm() {
-  if (alarm_timer_.has_value()) backends_.steps.Cancel(*alarm_timer_);
-  alarm_timer_.reset();
+  host_->Cancel(alarm_timer_);
+  alarm_timer_ = nullptr;
 }
 
 void StreamSession::End(const absl::Status& status) {

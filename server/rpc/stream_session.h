@@ -11,11 +11,12 @@
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/rpc/backends.h"
 #include "server/rpc/frame_stream.h"
+#include "server/rpc/stream_host.h"
 
 namespace liquidblend::rpc {
 
-// Whatever happens only leaves a note; steps on backends.steps, one at a time, take the notes and
-// go on: find a family, order the frame that is due, send it, set the alarm. While the client
+// Whatever happens only leaves a note; steps on the host's executor, one at a time, take the notes
+// and go on: find a family, order the frame that is due, send it, set the alarm. While the client
 // consumes a frame, the next one is made ahead, once as many changes have come since that frame as
 // had come before it: of steady values at once, of a client that sets weights once a frame when it
 // has set them.
@@ -34,7 +35,9 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   // To be owned by a shared_ptr, as a rule the sink's.
   //   client  who is charged for frames
   StreamSession(Backends& backends, std::string client, std::weak_ptr<Sink> sink)
-      : backends_(backends), client_(std::move(client)), sink_(std::move(sink)) {}
+      : StreamSession(MakeStreamHost(backends), std::move(client), std::move(sink)) {}
+  StreamSession(std::shared_ptr<StreamHost> host, std::string client, std::weak_ptr<Sink> sink)
+      : host_(std::move(host)), client_(std::move(client)), sink_(std::move(sink)) {}
 
   void OnRequest(const v1::StreamFramesRequest& request);
   void OnHalfClosed();  // no more requests will come; frames go on
@@ -59,7 +62,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
     int64_t number = 0;
     FrameKey key;
     FrameQuery query;
-    FrameMaker::Ticket ticket;
+    StreamHost::Ticket ticket;
     FramePtr frame;             // when it is made
     bool is_committed = false;  // its turn has come: it is sent, whatever changes
   };
@@ -83,7 +86,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   void CancelAlarm();
   void End(const absl::Status& status);
 
-  Backends& backends_;
+  const std::shared_ptr<StreamHost> host_;
   const std::string client_;
   const std::weak_ptr<Sink> sink_;
 
@@ -94,7 +97,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   absl::Duration alarm_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteDuration();
 
   // The steps' own.
-  std::optional<WorkPool::Timer> alarm_timer_;
+  StreamHost::Timer alarm_timer_;
   Notes notes_;
   FrameStream stream_;
   std::optional<v1::StreamFramesRequest> waiting_request_;  // its family is being looked for

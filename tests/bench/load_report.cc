@@ -9,7 +9,6 @@
 #include "absl/strings/str_format.h"
 
 namespace liquidblend::bench {
-namespace {
 
 void AddUp(const ClientReport& one, ClientReport& all) {
   all.latencies_ms.insert(all.latencies_ms.end(), one.latencies_ms.begin(), one.latencies_ms.end());
@@ -21,7 +20,9 @@ void AddUp(const ClientReport& one, ClientReport& all) {
   all.num_triangles += one.num_triangles;
 }
 
-}  // namespace
+void Sort(ClientReport& report) {
+  std::sort(report.latencies_ms.begin(), report.latencies_ms.end());
+}
 
 Group Repeat(std::string name, int count, const std::function<Client(int)>& make) {
   Group group{std::move(name), {}, {}};
@@ -44,7 +45,7 @@ void Run(std::vector<Group>& groups, double seconds) {
   }
   for (size_t g = 0; g < groups.size(); ++g) {
     for (const ClientReport& report : reports[g]) AddUp(report, groups[g].report);
-    std::sort(groups[g].report.latencies_ms.begin(), groups[g].report.latencies_ms.end());
+    Sort(groups[g].report);
   }
 }
 

@@ -22,6 +22,10 @@ struct Group {
 // Of clients make(0), make(1)...
 Group Repeat(std::string name, int count, const std::function<Client(int)>& make);
 
+// Adds what one client saw to what all saw; their latencies are to be sorted at the end.
+void AddUp(const ClientReport& one, ClientReport& all);
+void Sort(ClientReport& report);
+
 // Runs all clients of all groups side by side and sets the groups' reports.
 void Run(std::vector<Group>& groups, double seconds);
 

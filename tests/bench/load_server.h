@@ -36,6 +36,9 @@ class LoadServer {
  public:
   static absl::StatusOr<std::unique_ptr<LoadServer>> Start(const LoadServerOptions& options);
 
+  pid_t pid() const { return process_.pid(); }
+  int http_port() const { return http_port_; }
+
   // Of frames of this family.  Errors: kNotFound if there is none.
   absl::StatusOr<LoadTarget> Target(const std::string& family) const;
   absl::StatusOr<StageSums> ReadStageSums() const;

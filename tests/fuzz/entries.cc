@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "server/http/query.h"
 #include "server/http/requests.h"
 #include "tests/fuzz/checksums.h"
+#include "tests/fuzz/require.h"
 #include "tests/server/encode/judge.h"
 #include "tests/server/encode/scrambled_surface.h"
 #include "tests/synthetic/shapes.h"
@@ -28,12 +28,6 @@ namespace liquidblend::fuzz {
 namespace {
 
 using Bytes = std::span<const std::byte>;
-
-void Require(bool condition, const char* promise) {
-  if (condition) return;
-  std::fprintf(stderr, "a promise is broken: %s\n", promise);
-  std::abort();
-}
 
 void RunAnimation(const std::vector<ingest::InputFile>& files) {
   static const parallel::Arena arena(1);
@@ -201,12 +195,6 @@ constexpr Entry kEntries[] = {{"mantaflow", RunMantaflow},
 
 }  // namespace
 
-std::span<const Entry> Entries() { return kEntries; }
-
-const Entry* FindEntry(std::string_view name) {
-  const auto found = std::find_if(std::begin(kEntries), std::end(kEntries),
-                                  [&](const Entry& entry) { return entry.name == name; });
-  return found == std::end(kEntries) ? nullptr : found;
-}
+std::span<const Entry> ReaderEntries() { return kEntries; }
 
 }  // namespace liquidblend::fuzz

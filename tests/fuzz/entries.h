@@ -1,4 +1,4 @@
-// What the fuzzers and the replay of their findings call: bytes in, each reader's promises checked.
+// What the fuzzers and the replay of their findings call: bytes in, promises checked.
 #pragma once
 
 #include <cstddef>
@@ -9,13 +9,21 @@ namespace liquidblend::fuzz {
 
 struct Entry {
   std::string_view name;  // of the folders in tests/fuzz/corpus and tests/fuzz/regressions, too
-  // Reads the bytes; ends the process if what is accepted is not what the reader promises.
+  // Takes the bytes; ends the process if a promise is broken.
   void (*run)(std::span<const std::byte> bytes);
 };
 
-std::span<const Entry> Entries();
+// Readers of files and parsers.
+std::span<const Entry> ReaderEntries();
 
-// Null if there is none of that name.
-const Entry* FindEntry(std::string_view name);
+// What clients on the network reach: connections, streams, requests. The same bytes give the same
+// run.
+std::span<const Entry> PeerEntries();
+void RunHttp(std::span<const std::byte> bytes);
+void RunWebSocket(std::span<const std::byte> bytes);
+void RunStream(std::span<const std::byte> bytes);
+void RunTokens(std::span<const std::byte> bytes);
+void RunUpload(std::span<const std::byte> bytes);
+void RunPages(std::span<const std::byte> bytes);
 
 }  // namespace liquidblend::fuzz

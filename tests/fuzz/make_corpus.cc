@@ -2,12 +2,11 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <random>
 #include <string>
 
 #include "core/store/files.h"
+#include "tests/fuzz/corpus.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/voxels.h"
 #include "tests/worker/ingest/encode_files.h"
@@ -17,22 +16,6 @@ namespace liquidblend::fuzz {
 namespace {
 
 using ingest::Bytes;
-
-class Corpus {
- public:
-  explicit Corpus(std::string root) : root_(std::move(root)) {}
-
-  void Add(const std::string& reader, const std::string& name, const Bytes& bytes) const {
-    const std::filesystem::path folder = std::filesystem::path(root_) / reader;
-    std::filesystem::create_directories(folder);
-    std::ofstream(folder / name, std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()),
-               static_cast<std::streamsize>(bytes.size()));
-  }
-
- private:
-  std::string root_;
-};
 
 class MemoryWriter : public store::BlobWriter {
  public:
@@ -179,5 +162,6 @@ int main(int argc, char** argv) {
   liquidblend::fuzz::AddAnimationFiles(corpus);
   liquidblend::fuzz::AddFamilyFiles(corpus);
   liquidblend::fuzz::AddSurfaces(corpus);
+  liquidblend::fuzz::AddPeerSeeds(corpus);
   return 0;
 }

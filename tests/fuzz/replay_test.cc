@@ -32,7 +32,7 @@ std::vector<char> Load(const fs::path& path) {
 }
 
 // A finding ends the process, or the sanitizers end it.
-TEST_P(Replay, SeedsAndFindingsKeepTheReadersPromises) {
+TEST_P(Replay, SeedsAndFindingsKeepThePromises) {
   const std::string name(GetParam().name);
   const fs::path root = LIQUIDBLEND_FUZZ_DIR;
   const std::vector<fs::path> seeds = FilesIn(root / "corpus" / name);
@@ -46,8 +46,14 @@ TEST_P(Replay, SeedsAndFindingsKeepTheReadersPromises) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Replay, testing::ValuesIn(Entries().begin(), Entries().end()),
-                         [](const auto& param) { return std::string(param.param.name); });
+std::string NameOf(const testing::TestParamInfo<Entry>& info) {
+  return std::string(info.param.name);
+}
+
+INSTANTIATE_TEST_SUITE_P(Readers, Replay,
+                         testing::ValuesIn(ReaderEntries().begin(), ReaderEntries().end()), NameOf);
+INSTANTIATE_TEST_SUITE_P(Peers, Replay,
+                         testing::ValuesIn(PeerEntries().begin(), PeerEntries().end()), NameOf);
 
 }  // namespace
 }  // namespace liquidblend::fuzz

@@ -1,36 +1,60 @@
 #!/usr/bin/env bash
-# Builds the fuzzers (preset "fuzz") and runs each for a while on the seeds in corpus/.
-#   tests/fuzz/run.sh [SECONDS [READER...]]     60 seconds, all readers
-# A finding ends the script; its bytes are in build/fuzz/findings/READER. Once it is mended, they go
-# to tests/fuzz/regressions/READER, which the test fuzz_replay_test runs in every build.
-# A file of up to 64 KiB may allocate at most 48 MiB at once and must be read within 10 seconds.
+# Builds the fuzzers (preset "fuzz") and runs each for a while on the seeds in corpus/, one after the
+# other. Prints a table at the end.
+#   tests/fuzz/run.sh [SECONDS [TARGET...]]     600 seconds, all targets: about three hours
+# A finding ends its target but not the others; then the exit status is 1. Its bytes and the log are
+# in build/fuzz/findings/TARGET. Once it is mended, the bytes go to tests/fuzz/regressions/TARGET,
+# which the test fuzz_replay_test runs in every build.
+# An input of up to 64 KiB may allocate at most 48 MiB at once and must be done within 10 seconds.
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
 refuse() { echo "run.sh: $1" >&2; usage >&2; exit 2; }
 if [ "${1:-}" = --help ]; then usage; exit 0; fi
-seconds=${1:-60}
+seconds=${1:-600}
 [[ $seconds =~ ^[0-9]+$ ]] || refuse "unknown argument: $seconds"
 shift || true
-readers=("$@")
-[ ${#readers[@]} -gt 0 ] ||
-  readers=(mantaflow ply obj stl vdb gzip meta animation_file family_file surface query)
+readers=(mantaflow ply obj stl vdb gzip meta animation_file family_file surface query)
+peers=(http websocket stream tokens upload pages)
+targets=("$@")
+[ ${#targets[@]} -gt 0 ] || targets=("${readers[@]}" "${peers[@]}")
 
-for reader in "${readers[@]}"; do
-  [ -d "$(dirname "$0")/corpus/$reader" ] || refuse "unknown reader: $reader"
+for target in "${targets[@]}"; do
+  [ -d "$(dirname "$0")/corpus/$target" ] || refuse "unknown target: $target"
 done
 cd "$(dirname "$0")/../.."
 
 cmake --preset fuzz >/dev/null
-cmake --build build/fuzz --target "${readers[@]/#/fuzz_}"
-for reader in "${readers[@]}"; do
-  echo "== $reader"
-  corpus=build/fuzz/corpus/$reader
-  findings=build/fuzz/findings/$reader
+cmake --build build/fuzz --target "${targets[@]/#/fuzz_}"
+
+# A statistic of libFuzzer in a log, or "?" if it ended without any.
+statistic() { sed -n "s/^stat::$1: *//p" "$2" | tail -n 1 | grep . || echo "?"; }
+
+rows=()
+status=0
+for target in "${targets[@]}"; do
+  echo "== $target"
+  corpus=build/fuzz/corpus/$target
+  findings=build/fuzz/findings/$target
   mkdir -p "$corpus" "$findings"
-  ASAN_OPTIONS=allocator_may_return_null=0 UBSAN_OPTIONS=print_stacktrace=1 \
-    "build/fuzz/fuzz/fuzz_$reader" "$corpus" "tests/fuzz/corpus/$reader" \
-    -max_total_time="$seconds" -max_len=65536 -malloc_limit_mb=48 -timeout=10 \
-    -artifact_prefix="$findings/" -print_final_stats=1 -verbosity=0 2>"$findings/log" ||
-    { tail -n 60 "$findings/log" >&2; echo "$reader: a finding, see $findings" >&2; exit 1; }
-  grep -E 'number_of_executed_units|peak_rss_mb' "$findings/log"
+  options=(-max_total_time="$seconds" -max_len=65536 -malloc_limit_mb=48 -timeout=10)
+  # Runs of the peers touch so much code that weighing it takes libFuzzer longer than the runs, and
+  # their metrics and loggers are kept on purpose.
+  if [[ " ${peers[*]} " == *" $target "* ]]; then options+=(-entropic=0 -detect_leaks=0); fi
+  num_findings=0
+  begin=$SECONDS
+  if ! ASAN_OPTIONS=allocator_may_return_null=0 UBSAN_OPTIONS=print_stacktrace=1 \
+    "build/fuzz/fuzz/fuzz_$target" "$corpus" "tests/fuzz/corpus/$target" "${options[@]}" \
+    -artifact_prefix="$findings/" -print_final_stats=1 -verbosity=0 2>"$findings/log"; then
+    tail -n 60 "$findings/log" >&2
+    echo "$target: a finding, see $findings" >&2
+    num_findings=1
+    status=1
+  fi
+  rows+=("| $target | $(statistic number_of_executed_units "$findings/log") | $((SECONDS - begin)) \
+| $(statistic peak_rss_mb "$findings/log") | $num_findings |")
 done
+
+printf '\n| target | executions | seconds | peak RSS (MiB) | findings |\n'
+echo "| --- | --- | --- | --- | --- |"
+printf '%s\n' "${rows[@]}"
+exit $status

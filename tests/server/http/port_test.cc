@@ -351,6 +351,8 @@ TEST(PortOptions, NamesTheFirstFieldOutOfRange) {
               HasSubstr("idle_timeout"));
   EXPECT_THAT(message([](auto& o) { o.write_timeout = absl::ZeroDuration(); }),
               HasSubstr("write_timeout"));
+  EXPECT_THAT(message([](auto& o) { o.close_timeout = absl::ZeroDuration(); }),
+              HasSubstr("close_timeout"));
   for (const char* origin :
        {"example.org", "https://", "https://a/b", "https://a\r\nX: y", "://a"}) {
     EXPECT_THAT(message([&](auto& o) { o.router.allowed_origin = origin; }),

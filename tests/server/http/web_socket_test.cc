@@ -142,6 +142,28 @@ TEST_F(WebSocketTest, MistakesCloseWithCodeAndReason) {
   EXPECT_EQ(end_of(11, "").close_code(), 1002);         // a reserved opcode
 }
 
+// Boost.Beast deadlocks if it reads a malformed frame while it closes the connection. Both frames
+// come in one piece, so that the second one is there when the first one is refused.
+TEST_F(WebSocketTest, AMalformedFrameBehindAMistakeLeavesNoConnection) {
+  PortOptions options;
+  options.close_timeout = absl::Milliseconds(200);
+  Start(options);
+  const std::string text_message("\x81\x80\0\0\0\0", 6);
+  const std::string unmasked("\x82\0", 2);
+  {
+    HttpClient client(port_->port());
+    ASSERT_EQ(client.Upgrade().code, 101);
+    ASSERT_TRUE(client.Send(text_message + unmasked));
+    EXPECT_EQ(ReadToEnd(client).close_code(), 1003);
+  }
+  const std::string none_left = "liquidblend_http_connections{kind=\"websocket\"} 0\n";
+  const absl::Time give_up = absl::Now() + absl::Seconds(20);
+  while (!absl::StrContains(MetricsText(), none_left) && absl::Now() < give_up) {
+    std::this_thread::yield();
+  }
+  EXPECT_THAT(MetricsText(), HasSubstr(none_left));
+}
+
 TEST_F(WebSocketTest, LongMessagesAreRefused) {
   PortOptions options;
   options.max_message_bytes = 1000;

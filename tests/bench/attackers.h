@@ -1,0 +1,36 @@
+// Hostile clients of a server, each a function that goes on until it is told to stop, on a thread
+// of its own. Each keeps to a rate: a load generator that takes the cores for itself would measure
+// the machine and not the server.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "tests/bench/load_clients.h"
+
+namespace liquidblend::bench {
+
+// Addresses are on the loopback interface.
+struct AttackTarget {
+  LoadTarget grpc;
+  int http_port = 0;
+};
+
+struct AttackReport {
+  int64_t num_attempts = 0;
+  int64_t num_wrong = 0;  // answers that the server should not give, or none where one is due
+};
+
+struct Attacker {
+  std::string name;
+  std::string rate;  // its limit, for the report
+  std::function<AttackReport(const AttackTarget&, const std::stop_token&)> run;
+};
+
+// All kinds, one of each.
+std::vector<Attacker> AllAttackers();
+
+}  // namespace liquidblend::bench

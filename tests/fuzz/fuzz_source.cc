@@ -1,0 +1,95 @@
+#include "tests/fuzz/fuzz_source.h"
+
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace liquidblend::fuzz {
+
+template <typename Reply>
+void FuzzSource::Give(absl::StatusOr<Reply> reply, Done<Reply> done) {
+  if (options_.fails) reply = absl::UnavailableError("the store is away");
+  if (!options_.is_deferred) return done(std::move(reply));
+  waiting_.push_back(
+      [reply = std::move(reply), done = std::move(done)]() mutable { done(std::move(reply)); });
+}
+
+bool FuzzSource::AnswerNext() {
+  if (waiting_.empty()) return false;
+  absl::AnyInvocable<void()> answer = std::move(waiting_.front());
+  waiting_.pop_front();
+  answer();
+  return true;
+}
+
+absl::Status FuzzSource::Admit(const rpc::Visitor& visitor, const rpc::Errand&,
+                               rpc::Admitted& admitted) {
+  if (options_.needs_token && visitor.authorization != "Bearer good") {
+    return absl::UnauthenticatedError("no token");
+  }
+  admitted.principal.name = rpc::kAnonymous;
+  admitted.principal.key = rpc::kAnonymous;
+  return absl::OkStatus();
+}
+
+rpc::FrameSource::Cancel FuzzSource::GetFrame(v1::GetFrameRequest request, std::string,
+                                              Done<v1::Frame> done) {
+  v1::Frame frame;
+  frame.set_data("DRACO");
+  frame.set_version(request.version() == 0 ? 1 : request.version());
+  *frame.mutable_weights() = request.weights();
+  frame.set_time_s(request.time_s());
+  // Answered or cancelled, whichever comes first.
+  auto open = std::make_shared<std::optional<Done<v1::Frame>>>(std::move(done));
+  const auto finish = [open](absl::StatusOr<v1::Frame> reply) {
+    if (!open->has_value()) return;
+    Done<v1::Frame> callback = *std::exchange(*open, std::nullopt);
+    callback(std::move(reply));
+  };
+  Give<v1::Frame>(std::move(frame), finish);
+  return [finish] { finish(absl::CancelledError("the client has gone")); };
+}
+
+void FuzzSource::GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) {
+  v1::Family family;
+  family.set_name(request.name());
+  family.set_version(1);
+  if (request.name() == "families/drops")
+    return Give<v1::Family>(std::move(family), std::move(done));
+  Give<v1::Family>(absl::NotFoundError(absl::StrCat("no ", request.name())), std::move(done));
+}
+
+void FuzzSource::ListFamilies(v1::ListFamiliesRequest request,
+                              Done<v1::ListFamiliesResponse> done) {
+  v1::ListFamiliesResponse response;
+  response.add_families()->set_name("families/drops");
+  response.set_next_page_token(request.page_token());
+  Give<v1::ListFamiliesResponse>(std::move(response), std::move(done));
+}
+
+std::shared_ptr<rpc::StreamSession> FuzzSource::OpenStream(
+    std::string client, std::weak_ptr<rpc::StreamSession::Sink> sink) {
+  return std::make_shared<rpc::StreamSession>(host_, std::move(client), std::move(sink));
+}
+
+void FuzzSource::CheckStores(Done<std::string> done) {
+  Give<std::string>(std::string("ok"), std::move(done));
+}
+
+void FuzzSource::GetMetricsText(Done<std::string> done) {
+  Give<std::string>(std::string("# none\n"), std::move(done));
+}
+
+// Made once: they take longer to make than a run takes, and keep no state that a client can see.
+metrics::Metrics& FuzzSource::metrics() {
+  static auto& metrics = *new metrics::Metrics();
+  return metrics;
+}
+
+rpc::CallLog& FuzzSource::call_log() {
+  static auto& log = *new rpc::CallLog([](absl::Duration, const std::function<void()>&) {});
+  return log;
+}
+
+}  // namespace liquidblend::fuzz

@@ -1,0 +1,51 @@
+// What the HTTP port answers from, as a fuzzer controls it.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "server/rpc/frame_source.h"
+#include "tests/fuzz/fuzz_host.h"
+
+namespace liquidblend::fuzz {
+
+struct FuzzSourceOptions {
+  bool needs_token = false;  // "Bearer good"
+  bool is_deferred = false;  // answers wait for AnswerNext()
+  bool fails = false;        // answers are kUnavailable
+};
+
+// Threads: one at a time.
+class FuzzSource final : public rpc::FrameSource {
+ public:
+  explicit FuzzSource(const FuzzSourceOptions& options)
+      : host_(std::make_shared<FuzzHost>()), options_(options) {}
+
+  // Gives the oldest answer that waits. False: none does.
+  bool AnswerNext();
+  FuzzHost& host() { return *host_; }
+
+  absl::Status Admit(const rpc::Visitor& visitor, const rpc::Errand& errand,
+                     rpc::Admitted& admitted) override;
+  Cancel GetFrame(v1::GetFrameRequest request, std::string client, Done<v1::Frame> done) override;
+  void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override;
+  void ListFamilies(v1::ListFamiliesRequest request, Done<v1::ListFamiliesResponse> done) override;
+  std::shared_ptr<rpc::StreamSession> OpenStream(
+      std::string client, std::weak_ptr<rpc::StreamSession::Sink> sink) override;
+  void CheckStores(Done<std::string> done) override;
+  void GetMetricsText(Done<std::string> done) override;
+  metrics::Metrics& metrics() override;
+  rpc::CallLog& call_log() override;
+
+ private:
+  template <typename Reply>
+  void Give(absl::StatusOr<Reply> reply, Done<Reply> done);
+
+  const std::shared_ptr<FuzzHost> host_;
+  const FuzzSourceOptions options_;
+  std::deque<absl::AnyInvocable<void()>> waiting_;
+};
+
+}  // namespace liquidblend::fuzz
