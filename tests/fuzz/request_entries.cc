@@ -56,7 +56,8 @@ class Store {
 // An upload, and what has been accepted of it.
 class UploadRun {
  public:
-  explicit UploadRun(Store& store) : upload_(store.catalog(), store.blobs(), SmallLimits()) {}
+  explicit UploadRun(Store& store)
+      : upload_({store.catalog(), store.blobs(), tally_}, SmallLimits()) {}
 
   static rpc::Limits SmallLimits() {
     rpc::Limits limits;
@@ -102,6 +103,7 @@ class UploadRun {
     Require(!absl::IsInternal(status) && !absl::IsUnknown(status), "no client causes INTERNAL");
   }
 
+  rpc::UploadTally tally_;
   rpc::Upload upload_;
   std::string name_;                      // of the file that chunks go to
   std::map<std::string, int64_t> sizes_;  // of the files, as far as they have come

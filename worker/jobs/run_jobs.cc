@@ -178,10 +178,11 @@ absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const par
       continue;
     }
     if (options.exit_when_idle) return absl::OkStatus();
-    Guarded("worker", [&] {
+    const absl::Status awaited = Guarded("worker", [&] {
       AwaitJob(catalog, stop, options);
       return absl::OkStatus();
-    }).IgnoreError();  // the next lease tells what the matter is
+    });
+    if (!awaited.ok()) stop.WaitFor(options.poll);  // the next lease tells what the matter is
   }
   return absl::OkStatus();
 }

@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <set>
 
 #include "core/base/data_limit.h"
+#include "core/store/posix_file.h"
 #include "tests/core/store/store_testing.h"
 
 namespace liquidblend::store {
@@ -83,6 +85,12 @@ TEST(RetryOptions, NamesWhatIsOutOfRange) {
   EXPECT_THAT(status([](auto& o) { o.longest_pause = absl::Minutes(9); }),
               Fails(Code::kInvalidArgument, "longest_pause = 9m"));
   EXPECT_THAT(status([](auto& o) { o.jitter = 1.0; }), Fails(Code::kInvalidArgument, "jitter = 1"));
+}
+
+TEST(IsOfEnvironment, IsALackOfFilesThreadsAndAddresses) {
+  for (const int error_number : {EMFILE, ENFILE, ENOMEM, EAGAIN, ENOSPC}) {
+    EXPECT_TRUE(IsOfEnvironment(ErrnoStatus(error_number, "map", "/data/blob"))) << error_number;
+  }
 }
 
 TEST(IsOfEnvironment, IsNotWhatAJobNeedsTooMuchOf) {

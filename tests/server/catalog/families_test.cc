@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
+#include <new>
 #include <optional>
 #include <string>
 #include <thread>
@@ -386,6 +387,16 @@ struct Answer {
     return result.has_value() ? result->status().code() : absl::StatusCode::kUnknown;
   }
 };
+
+TEST_F(FamiliesTest, ALoadThatCannotBeStartedTellsThoseWhoWait) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  const auto full = [](Families::Task) -> bool { throw std::bad_alloc(); };
+  Answer answer;
+  EXPECT_THROW(families.GetReady("splash", 0, full, answer.Done()), std::bad_alloc);
+  EXPECT_EQ(answer.code(), absl::StatusCode::kUnavailable);
+  EXPECT_TRUE(families.Get("splash").ok()) << "a later call begins anew";
+}
 
 TEST_F(FamiliesTest, TheOldVersionIsServedUntilTheNewOneIsReady) {
   Publish("splash", PutFamily(1));

@@ -29,6 +29,12 @@ class HangingBlobs final : public store::BlobStore {
     return blobs_.Open(id);
   }
   absl::StatusOr<std::unique_ptr<store::BlobWriter>> Create() override { return blobs_.Create(); }
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateAs(const store::BlobId& id) override {
+    return blobs_.CreateAs(id);
+  }
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateUpload() override {
+    return blobs_.CreateUpload();
+  }
   absl::Status Verify(const store::BlobId& id) override { return blobs_.Verify(id); }
   absl::Status Delete(const store::BlobId& id) override { return blobs_.Delete(id); }
   absl::StatusOr<bool> DeleteIfNotNewer(const store::BlobId& id, absl::Time time) override {

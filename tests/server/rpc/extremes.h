@@ -56,21 +56,21 @@ inline std::vector<FieldPath> NumericFieldsOf(const google::protobuf::Descriptor
 }
 
 inline std::vector<double> ExtremeNumbers() {
-  using Limits = std::numeric_limits<double>;
+  using Double = std::numeric_limits<double>;
   return {0.0,
           -0.0,
           1.0,
           -1.0,
-          Limits::denorm_min(),
-          -Limits::denorm_min(),
+          Double::denorm_min(),
+          -Double::denorm_min(),
           1e-15,
           1e-10,
-          Limits::min(),
-          Limits::max(),
-          Limits::lowest(),
-          Limits::infinity(),
-          -Limits::infinity(),
-          Limits::quiet_NaN(),
+          Double::min(),
+          Double::max(),
+          Double::lowest(),
+          Double::infinity(),
+          -Double::infinity(),
+          Double::quiet_NaN(),
           0x1p31,
           0x1p63};
 }
@@ -144,6 +144,24 @@ inline std::string SetExtreme(Message& message, const FieldPath& path, size_t nu
       return put(&Reflection::SetEnumValue, &Reflection::AddEnumValue, static_cast<int>(whole));
     default:
       return "";
+  }
+}
+
+// Adds a field that no version of the API has to the message and to all that it holds.
+inline void AddUnknownFields(Message& message, const std::string& bytes) {
+  constexpr int kNoField = 15000;
+  const auto* reflection = message.GetReflection();
+  reflection->MutableUnknownFields(&message)->AddLengthDelimited(kNoField, bytes);
+  std::vector<const FieldDescriptor*> fields;
+  reflection->ListFields(message, &fields);
+  for (const FieldDescriptor* field : fields) {
+    if (field->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) continue;
+    if (!field->is_repeated()) {
+      AddUnknownFields(*reflection->MutableMessage(&message, field), bytes);
+    }
+    for (int k = 0; field->is_repeated() && k < reflection->FieldSize(message, field); ++k) {
+      AddUnknownFields(*reflection->MutableRepeatedMessage(&message, field, k), bytes);
+    }
   }
 }
 

@@ -1,5 +1,6 @@
 #include "server/rpc/handlers.h"
 
+#include "tests/server/rpc/extremes.h"
 #include "tests/server/rpc/handlers_testing.h"
 
 namespace liquidblend::rpc {
@@ -31,6 +32,28 @@ TEST_F(RegisterFamilyTest, AnOptionOutOfRangeIsToldWithItsValueAndRange) {
   EXPECT_THAT(status, Fails(absl::StatusCode::kInvalidArgument,
                             "space_time.coarser_levels: with 2 and spacing_edges 3, the coarsest "
                             "level has a spacing of 6 mean edges, above 4"));
+}
+
+// Whoever sends them would otherwise fill the catalog.
+TEST_F(RegisterFamilyTest, UnknownFieldsDoNotReachTheJob) {
+  ImportAnimation("a");
+  ImportAnimation("b");
+  v1::RegisterFamilyRequest request = Registration();
+  request.mutable_options()->set_max_iterations(7);
+  request.mutable_space_time()->set_spacing_edges(1);
+  request.mutable_time_blending()->set_kind(v1::TimeBlending::SQUARES);
+  request.mutable_parameter_space()->add_names("height");
+  request.mutable_parameter_space()->add_points()->add_values(0);
+  request.mutable_parameter_space()->add_points()->add_values(1);
+  v1::Correspondence& pair = *request.add_correspondences()->add_correspondences();
+  pair.set_kind(v1::Correspondence::POINT);
+  pair.mutable_source()->mutable_position()->set_x(1);
+  pair.mutable_target()->mutable_position()->set_x(2);
+  const std::string mark = "a mark of the test";
+  AddUnknownFields(request, mark);
+  ASSERT_THAT(RegisterFamily(backends_, request), Succeeds());
+  const std::string stored = TakeJob().job.SerializeAsString();
+  EXPECT_EQ(stored.find(mark), std::string::npos);
 }
 
 TEST_F(RegisterFamilyTest, OptionsAndCorrespondencesReachTheJob) {

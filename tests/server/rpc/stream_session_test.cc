@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "absl/time/clock.h"
+#include "tests/server/rpc/extremes.h"
 #include "tests/server/rpc/rpc_testing.h"
 
 namespace liquidblend::rpc {
@@ -322,24 +323,14 @@ TEST_F(StreamSessionTest, AfterStopNothingIsSentOrMade) {
   EXPECT_FALSE(sink_->has_ended());
 }
 
-// A field that no version of the API has, in the message itself and in those inside of it.
-void AddUnknownFields(v1::StreamFramesRequest& request, const std::string& bytes) {
-  constexpr int kNoField = 15000;
-  const auto add = [&](google::protobuf::Message& message) {
-    message.GetReflection()->MutableUnknownFields(&message)->AddLengthDelimited(kNoField, bytes);
-  };
-  add(request);
-  add(*request.mutable_encoding());
-  add(*request.mutable_surface());
-  for (v1::Parameter& parameter : *request.mutable_parameters()) add(parameter);
-}
-
 // They used to be appended to what the stream keeps, for as long as it lived.
 TEST(MergeRequest, UnknownFieldsAreNotKept) {
   v1::StreamFramesRequest kept;
   for (int k = 0; k < 100; ++k) {
     v1::StreamFramesRequest request;
     request.add_parameters()->set_name("height");
+    request.mutable_encoding()->set_position_bits(12);
+    request.mutable_surface()->set_smoothing_passes(1);
     AddUnknownFields(request, std::string(1000, 'x'));
     MergeRequest(request, kept);
   }

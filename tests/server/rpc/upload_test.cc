@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/server/rpc/extremes.h"
 #include "tests/server/rpc/rpc_testing.h"
 
 namespace liquidblend::rpc {
@@ -63,6 +64,17 @@ class UploadTest : public RpcTest {
     return store::AsString((*blob)->bytes());
   }
 };
+
+TEST_F(UploadTest, UnknownFieldsDoNotReachTheJob) {
+  v1::UploadAnimationRequest header = Header("drop", "r1");
+  header.mutable_header()->mutable_options()->set_frames_per_second(30);
+  v1::UploadAnimationRequest file = File("f1.ply", 3);
+  const std::string mark = "a mark of the test";
+  for (v1::UploadAnimationRequest* message : {&header, &file}) AddUnknownFields(*message, mark);
+  const auto job = Send({header, file, Chunk("abc")});
+  ASSERT_THAT(job, Succeeds());
+  EXPECT_EQ(job->SerializeAsString().find(mark), std::string::npos);
+}
 
 TEST_F(UploadTest, FilesArriveWholeAndInOrder) {
   v1::UploadAnimationRequest header = Header("drop", "r1");
