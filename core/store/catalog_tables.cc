@@ -34,8 +34,6 @@ absl::StatusOr<Record> FindRecord(Sql& sql, absl::string_view statement, const s
   return found;
 }
 
-constexpr absl::Duration kKeptWorkers = absl::Hours(24);
-
 // Columns record, lease_id, due_us.
 constexpr char kSelectJob[] = "SELECT record, lease_id, due_us FROM jobs ";
 
@@ -286,32 +284,6 @@ absl::Status UpdateJob(Sql& sql, const JobRow& job) {
       {int64_t{job.record.state()}, TextOrNull(job.lease_id), DueOf(job),
        int64_t{job.record.attempts()}, EndOf(job.record), Bytes{std::move(bytes)},
        job.record.id()});
-}
-
-absl::Status SaveWorker(Sql& sql, const pb::WorkerRecord& worker, absl::Time now) {
-  LB_RETURN_IF_ERROR(
-      sql.Run("INSERT INTO workers (name, memory_bytes, seen_us, refusal) VALUES ($1, $2, $3, $4) "
-              "ON CONFLICT (name) DO UPDATE SET memory_bytes = excluded.memory_bytes, "
-              "seen_us = excluded.seen_us, refusal = excluded.refusal",
-              {worker.name(), worker.memory_bytes(), absl::ToUnixMicros(now), worker.refusal()}));
-  return sql.Run("DELETE FROM workers WHERE seen_us < $1",
-                 {absl::ToUnixMicros(now - kKeptWorkers)});
-}
-
-absl::StatusOr<std::vector<pb::WorkerRecord>> FindWorkers(Sql& sql, absl::Time since) {
-  std::vector<pb::WorkerRecord> workers;
-  LB_RETURN_IF_ERROR(
-      sql.Run("SELECT name, memory_bytes, seen_us, refusal FROM workers WHERE seen_us >= $1 "
-              "ORDER BY name",
-              {absl::ToUnixMicros(since)}, [&](const SqlRow& row) {
-                pb::WorkerRecord& worker = workers.emplace_back();
-                worker.set_name(row.String(0));
-                worker.set_memory_bytes(row.Int(1));
-                *worker.mutable_seen_time() = ToTimestamp(absl::FromUnixMicros(row.Int(2)));
-                worker.set_refusal(row.String(3));
-                return absl::OkStatus();
-              }));
-  return workers;
 }
 
 absl::Status RemoveAnimation(Sql& sql, const std::string& id) {

@@ -60,10 +60,6 @@ absl::Status InsertJob(Sql& sql, const pb::JobRecord& job);
 // All but what never changes: id, subject, request id, parent, owner, priority and turn.
 absl::Status UpdateJob(Sql& sql, const JobRow& job);
 
-// Notes that the worker is there; forgets those that have been gone for a day.
-absl::Status SaveWorker(Sql& sql, const pb::WorkerRecord& worker, absl::Time now);
-absl::StatusOr<std::vector<pb::WorkerRecord>> FindWorkers(Sql& sql, absl::Time since);
-
 absl::Status RemoveAnimation(Sql& sql, const std::string& id);
 absl::Status RemoveFamily(Sql& sql, const std::string& id);
 absl::Status RemoveJob(Sql& sql, const std::string& id);

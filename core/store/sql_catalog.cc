@@ -18,6 +18,7 @@
 #include "core/store/job_records.h"
 #include "core/store/owner_tables.h"
 #include "core/store/upkeep_tables.h"
+#include "core/store/worker_tables.h"
 
 namespace liquidblend::store {
 namespace {

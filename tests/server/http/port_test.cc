@@ -228,6 +228,15 @@ TEST_F(PortTest, ThereAreOnlySoManyConnections) {
               HasSubstr("\nliquidblend_http_connections{kind=\"http\"} "));
 }
 
+TEST_F(PortTest, MetricsCountWorkersThatAreRefused) {
+  store::pb::WorkerRecord worker;
+  worker.set_name("host:1");
+  worker.set_refusal("HTTP status 403");
+  ASSERT_TRUE(catalog_->RecordWorker(worker).ok());
+  EXPECT_THAT(HttpClient(port_->port()).Get("/metrics").body,
+              HasSubstr("liquidblend_workers{state=\"refused\"} 1\n"));
+}
+
 TEST_F(PortTest, MetricsTellOfFamiliesJobsAndTheProcess) {
   HttpClient client(port_->port());
   client.Get(kSplash);
