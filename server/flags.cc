@@ -77,6 +77,7 @@ absl::StatusOr<http::PortOptions> HttpOptionsOf(const Flags& flags) {
   http::PortOptions options;
   options.listen = flags.http;
   options.router.allowed_origin = flags.http_origin;
+  options.router.hosts = flags.http_hosts;
   LB_RETURN_IF_ERROR(options.Validate());
   if (!flags.insecure && !rpc::IsLoopback(flags.http)) {
     return absl::InvalidArgumentError(
@@ -129,6 +130,9 @@ void AddFlags(CLI::App& app, Flags& flags) {
                  "HOST:PORT for browsers and probes (docs/operations.md); port 0: any free one");
   app.add_option("--http-origin", flags.http_origin,
                  "Whose pages may use the HTTP port, e.g. https://example.org; *: all");
+  app.add_option("--http-host", flags.http_hosts,
+                 "Name by which clients ask for the HTTP port, beside IP addresses, localhost and "
+                 "the name in --http; repeatable; *: any");
   app.add_option("--workers", flags.workers, "Worker processes to run on this machine")
       ->check(CLI::Range(0, 256))
       ->capture_default_str();

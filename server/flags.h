@@ -23,6 +23,7 @@ struct Flags {
   std::string listen = "127.0.0.1:50051";
   std::string http;  // empty: no HTTP port
   std::string http_origin;
+  std::vector<std::string> http_hosts;
   int workers = 1;
   int threads = 0;            // 0: one per core
   int worker_threads = 0;     // 0: one per core

@@ -3,8 +3,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "client/src/loopback.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::client {
@@ -17,12 +17,6 @@ absl::StatusOr<std::string> ReadPem(const char* field, const std::string& path) 
   std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (file.is_open() && !file.bad() && !text.empty()) return text;
   return absl::NotFoundError(absl::StrCat(field, ": ", path, " cannot be read, or is empty"));
-}
-
-bool IsThisMachine(const std::string& target) {
-  if (absl::StartsWith(target, "unix:")) return true;
-  const std::string host = target.substr(0, target.rfind(':'));
-  return host == "localhost" || host == "[::1]" || absl::StartsWith(host, "127.");
 }
 
 }  // namespace

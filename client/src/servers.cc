@@ -7,6 +7,7 @@
 #include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
 #include "client/src/credentials.h"
+#include "client/src/loopback.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::client {
@@ -17,7 +18,7 @@ constexpr int kConnectMs = 5000;           // then the address counts as one tha
 constexpr int kResolveMs = 3000;           // for one look-up of a name, of any kind of address
 constexpr absl::Duration kGlance = absl::Milliseconds(50);
 
-grpc::ChannelArguments ArgumentsFor(const ConnectOptions& options) {
+grpc::ChannelArguments ArgumentsFor(const ConnectOptions& options, const std::string& address) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);  // the client counts its own
@@ -27,6 +28,9 @@ grpc::ChannelArguments ArgumentsFor(const ConnectOptions& options) {
   // A server that was replaced may have another address, and an answer of DNS may be lost.
   arguments.SetInt(GRPC_ARG_DNS_MIN_TIME_BETWEEN_RESOLUTIONS_MS, 1000);
   arguments.SetInt(GRPC_ARG_DNS_ARES_QUERY_TIMEOUT_MS, kResolveMs);
+  // What stays on this machine must not go through a proxy of the environment (http_proxy): that
+  // one would read the token, and reach another machine under this one's name.
+  if (IsThisMachine(address)) arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   const std::string& name = options.security.tls_server_name;
   if (!name.empty()) arguments.SetSslTargetNameOverride(name);
   return arguments;
@@ -53,7 +57,7 @@ absl::StatusOr<std::unique_ptr<Servers>> Servers::Open(const ConnectOptions& opt
   for (const std::string& address : AddressesIn(options.target)) {
     LBC_RETURN_IF_ERROR(CheckTokenIsSafe(options.security, address));
     servers->servers_.push_back(std::make_unique<Server>(
-        grpc::CreateCustomChannel(address, credentials, ArgumentsFor(options))));
+        grpc::CreateCustomChannel(address, credentials, ArgumentsFor(options, address))));
   }
   return servers;
 }

@@ -1,5 +1,5 @@
-// Ranges of what a registration can be asked for. The server refuses what lies outside of them when
-// it is asked; the worker's stages check them again.
+// Ranges of what an import or a registration can be asked for. The server refuses what lies outside
+// of them when it is asked; the worker's stages check them again.
 #pragma once
 
 #include <cmath>
@@ -15,6 +15,9 @@ struct Range {
 
 // Errors: kInvalidArgument "NAME is VALUE, not in [MIN, MAX]".
 absl::Status CheckRange(const char* name, double value, const Range& range);
+
+// Of an animation: from a frame every 1000 s to one every microsecond.
+inline constexpr Range kFramesPerSecond = {1e-3, 1e6};
 
 // Of the registration; lengths in mean edge lengths.
 inline constexpr Range kMaxIterations = {1, 200};

@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/store/files.h"
 #include "core/store/sections.h"
@@ -11,7 +12,8 @@ namespace liquidblend::store {
 namespace {
 
 constexpr FileFormat kWithoutTimes = {"animation file", "\x89LBANM\r\n", 1};
-constexpr FileFormat kAnimationFormat = {"animation file", "\x89LBANM\r\n", 2, /*oldest_version=*/1};
+constexpr FileFormat kAnimationFormat = {"animation file", "\x89LBANM\r\n", 2,
+                                         /*oldest_version=*/1};
 constexpr int kSectionsPerFrame = 3;
 
 // Columns of three are the elements.
@@ -48,7 +50,7 @@ absl::Status CheckTimes(const SectionReader& reader, const v1::AnimationManifest
 }
 
 absl::Status CheckManifest(const SectionReader& reader, const v1::AnimationManifest& manifest) {
-  if (!std::isfinite(manifest.frames_per_second()) || manifest.frames_per_second() <= 0.0) {
+  if (!mesh::kFramesPerSecond.Holds(manifest.frames_per_second())) {
     return reader.Invalid(absl::StrCat("frames_per_second = ", manifest.frames_per_second()));
   }
   const int64_t num_sections = int64_t{kSectionsPerFrame} * manifest.num_frames();

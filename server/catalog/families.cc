@@ -61,6 +61,10 @@ LoadedFamily::LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace tri
       grid(encode::GridOf(family)),
       parameter_space(std::move(triangulated)) {}
 
+std::string GenerationOf(const store::pb::FamilyRecord& record) {
+  return absl::StrCat(record.id(), "/", record.version(), "/", record.blob());
+}
+
 absl::Status FamiliesOptions::Validate() const {
   if (memory_budget_bytes >= 0) return absl::OkStatus();
   return absl::InvalidArgumentError(
@@ -156,9 +160,14 @@ void Families::Find(const std::string& id, int64_t version, Wish wish, Executor 
     if (choice.wait != nullptr) choice.wait->waiting.push_back(std::move(done));
     EvictIdle(dropped);
   }
-  if (choice.start != nullptr && !executor([this, load = choice.start] { Run(load); })) {
-    Finish(choice.start, absl::UnavailableError(absl::StrCat(
-                             "family ", id, ": not loaded, the server is shutting down")));
+  if (choice.start != nullptr) {
+    // Those who wait must hear of it, too, if the executor throws (std::bad_alloc).
+    absl::Cleanup drop = [&] {
+      Finish(choice.start,
+             absl::UnavailableError(absl::StrCat(
+                 "family ", id, ": not loaded, the server is shutting down or out of memory")));
+    };
+    if (executor([this, load = choice.start] { Run(load); })) std::move(drop).Cancel();
   }
   if (!choice.error.ok()) return done(choice.error);
   if (choice.ready != nullptr) done(std::move(choice.ready));
@@ -234,7 +243,7 @@ absl::StatusOr<FamilyPtr> Families::LoadFamily(const store::pb::FamilyRecord& re
   auto space = Triangulate(family->parameter_space);
   if (!space.ok()) return LoadError(record.id(), space.status());
   const auto loaded = std::make_shared<LoadedFamily>(*std::move(family), *std::move(space));
-  loaded->generation = absl::StrCat(record.id(), "/", record.version(), "/", record.blob());
+  loaded->generation = GenerationOf(record);
   loaded->size_bytes = file_bytes;
   for (const auto& level : loaded->levels) {
     loaded->size_bytes += level->index.size_bytes() + level->time_links.size_bytes();

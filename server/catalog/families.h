@@ -52,6 +52,9 @@ struct LoadedFamily {
 };
 using FamilyPtr = std::shared_ptr<const LoadedFamily>;
 
+// The generation of what a record publishes.
+std::string GenerationOf(const store::pb::FamilyRecord& record);
+
 struct FamiliesOptions {
   // >= 0. Beyond it, Refresh() and whatever looks into the catalog let go of those that nobody
   // holds, the least recently used first.

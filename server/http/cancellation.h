@@ -13,11 +13,16 @@ namespace liquidblend::http {
 class Cancellation {
  public:
   // What Cancel() shall run; if that came before, it runs now.
-  void Arm(std::function<void()> cancel) {
+  //   number  of the step of the answer that it ends. Steps may be told of in any order, by several
+  //           threads: only the last one's counts, for those before are over
+  void Arm(int number, std::function<void()> cancel) {
+    std::function<void()> former;  // destroyed without the lock
     {
       absl::MutexLock lock(&mutex_);
       if (!is_cancelled_) {
-        cancel_ = std::move(cancel);
+        if (number < number_) return;
+        number_ = number;
+        former = std::exchange(cancel_, std::move(cancel));
         return;
       }
     }
@@ -37,6 +42,7 @@ class Cancellation {
  private:
   absl::Mutex mutex_;
   bool is_cancelled_ ABSL_GUARDED_BY(mutex_) = false;
+  int number_ ABSL_GUARDED_BY(mutex_) = 0;
   std::function<void()> cancel_ ABSL_GUARDED_BY(mutex_);
 };
 

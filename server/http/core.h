@@ -15,8 +15,10 @@
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <memory>
+#include <string>
 
 #include "server/http/connections.h"
+#include "server/http/host.h"
 #include "server/http/port.h"
 
 namespace liquidblend::http {
@@ -32,10 +34,18 @@ using HttpResponse = bhttp::response<bhttp::string_body>;
 
 inline constexpr char kServerName[] = "liquidblend";
 
+// The router's options, with the name that the port listens on, if it is one.
+inline RouterOptions RouterOptionsOf(const PortOptions& options) {
+  RouterOptions router = options.router;
+  const std::string host = options.listen.substr(0, options.listen.rfind(':'));
+  if (IsHostName(host)) router.hosts.push_back(host);
+  return router;
+}
+
 // Sessions hold it, so it outlives them.
 struct Core {
   Core(rpc::FrameSource& frame_source, const PortOptions& port_options)
-      : options(port_options), source(frame_source), router(source, options.router) {}
+      : options(port_options), source(frame_source), router(source, RouterOptionsOf(options)) {}
 
   const PortOptions options;
   rpc::FrameSource& source;

@@ -22,43 +22,48 @@ void FrameAnswer::Start(rpc::FrameSource& source, FrameAsk ask,
 // What the client has is neither made nor sent again.
 void FrameAnswer::Look() {
   ++num_looks_;
-  if (ask_.request.version() != 0) return Decide(ask_.request.version());
-  v1::GetFamilyRequest request;
-  request.set_name(ask_.request.family());
-  source_.GetFamily(request, [self = shared_from_this()](const absl::StatusOr<v1::Family>& family) {
-    if (!family.ok()) return self->done_(ErrorReply(family.status()));
-    self->Decide(family->version());
-  });
+  source_.FindVersion(ask_.request.family(), ask_.request.version(),
+                      [self = shared_from_this()](const absl::StatusOr<rpc::FamilyVersion>& found) {
+                        if (!found.ok()) return self->done_(ErrorReply(found.status()));
+                        self->Decide(*found);
+                      });
 }
 
-void FrameAnswer::Decide(int64_t published) {
-  published_ = published;
-  const std::string tag = FrameTag(ask_.request, published);
-  if (HasClient(tag)) return SayUnchanged(tag);
-  Make(num_looks_ > 1 ? published : ask_.request.version());
+void FrameAnswer::Decide(const rpc::FamilyVersion& published) {
+  const int64_t asked = ask_.request.version();
+  published_ = published.version;
+  const bool is_asked = published.version > 0 && (asked == 0 || asked == published.version);
+  if (is_asked) {
+    const std::string tag = FrameTag(ask_.request, published.version, published.generation);
+    if (HasClient(tag)) return SayUnchanged(tag);
+  }
+  Make(num_looks_ > 1 ? published.version : asked);
 }
 
+// When the source returns, another thread may have answered and asked for the next frame already.
 void FrameAnswer::Make(int64_t version) {
   v1::GetFrameRequest request = ask_.request;
   request.set_version(version);
   const int number = ++num_made_;
-  auto cancel = source_.GetFrame(
-      request, ask_.client, [self = shared_from_this(), version](absl::StatusOr<v1::Frame> made) {
-        self->OnMade(version, std::move(made));
-      });
-  if (num_made_ == number) cancellation_->Arm(std::move(cancel));  // it may have asked for the next
+  auto cancel =
+      source_.GetFrame(request, ask_.client,
+                       [self = shared_from_this(), version](absl::StatusOr<rpc::MadeFrame> made) {
+                         self->OnMade(version, std::move(made));
+                       });
+  cancellation_->Arm(number, std::move(cancel));
 }
 
-void FrameAnswer::OnMade(int64_t asked_version, absl::StatusOr<v1::Frame> made) {
+void FrameAnswer::OnMade(int64_t asked_version, absl::StatusOr<rpc::MadeFrame> made) {
   const bool is_replaced = ask_.request.version() == 0 && asked_version != 0 &&
                            absl::IsNotFound(made.status()) && num_looks_ < kMaxLooks;
   if (is_replaced) return Look();
   if (!made.ok()) return done_(ErrorReply(made.status()));
-  const std::string tag = FrameTag(ask_.request, made->version());
+  const int64_t version = made->frame.version();
+  const std::string tag = FrameTag(ask_.request, version, made->generation);
   if (HasClient(tag)) return SayUnchanged(tag);
   const int64_t newest_known = std::min(NewestTagged(ask_.if_none_match), published_);
-  if (asked_version == 0 && made->version() < newest_known) return Make(published_);
-  Response response = FrameReply(*std::move(made));
+  if (asked_version == 0 && version < newest_known) return Make(published_);
+  Response response = FrameReply(std::move(made->frame));
   AddCaching(ask_.request, tag, ask_.is_private, response);
   done_(std::move(response));
 }

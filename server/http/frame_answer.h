@@ -1,7 +1,6 @@
 // The answer to GET /v1/families/{family}/frame.drc: a frame, or that the client has it already.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -41,19 +40,20 @@ class FrameAnswer : public std::enable_shared_from_this<FrameAnswer> {
 
  private:
   void Look();
-  void Decide(int64_t published);
+  void Decide(const rpc::FamilyVersion& published);
   void Make(int64_t version);
-  void OnMade(int64_t asked_version, absl::StatusOr<v1::Frame> made);
+  void OnMade(int64_t asked_version, absl::StatusOr<rpc::MadeFrame> made);
   bool HasClient(const std::string& tag) const;
   void SayUnchanged(const std::string& tag);
 
   rpc::FrameSource& source_;
   const FrameAsk ask_;
   const std::shared_ptr<Cancellation> cancellation_;
+  // Of whichever thread goes on with the answer; one hands over to the next.
   Done done_;
   int64_t published_ = 0;  // the catalog's version; 0: not looked at
   int num_looks_ = 0;
-  std::atomic<int> num_made_ = 0;  // frames that the source was asked for
+  int num_made_ = 0;  // frames that the source was asked for
 };
 
 }  // namespace liquidblend::http

@@ -111,7 +111,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     Request request;
     request.method = TextOf(message.method_string());
     request.target = TextOf(message.target());
-    request.host = TextOf(message[bhttp::field::host]);
+    request.host = HostsOf(message);
     request.origin = TextOf(message[bhttp::field::origin]);
     request.authorization = TextOf(message[bhttp::field::authorization]);
     request.if_none_match = TextOf(message[bhttp::field::if_none_match]);
@@ -119,6 +119,16 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     request.peer = peer_;
     request.has_body = parser_->chunked() || parser_->content_length().value_or(0) > 0;
     return request;
+  }
+
+  // Of several headers all, which is no name of any host.
+  static std::string HostsOf(const HttpRequest& message) {
+    const auto [begin, end] = message.equal_range(bhttp::field::host);
+    std::string hosts;
+    for (auto field = begin; field != end; ++field) {
+      absl::StrAppend(&hosts, hosts.empty() ? "" : ", ", TextOf(field->value()));
+    }
+    return hosts;
   }
 
   // A client that has gone, or was too slow, gets no answer.

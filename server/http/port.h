@@ -20,8 +20,9 @@ struct PortOptions {
   int max_connections = 1000;        // >= 1; more are closed at once
   int max_header_bytes = 8 << 10;    // [256, 1 MiB]; of a request; bodies are refused
   int max_message_bytes = 64 << 10;  // [256, 64 MiB]; of a WebSocket's client
-  // > 0. Until a request's header must be whole, from the connection's begin or the last answer on;
-  // a WebSocket's client that is not heard of for so long is pinged, and closed after the next.
+  // > 0. Until a request's header must be whole, from the connection's begin or the last answer on.
+  // A WebSocket's client from which nothing comes is pinged after half of it, and closed after all
+  // of it.
   absl::Duration idle_timeout = absl::Seconds(30);
   absl::Duration write_timeout = absl::Seconds(60);  // > 0; until an answer must have gone out
   absl::Duration close_timeout = absl::Seconds(10);  // > 0; of a WebSocket's begin and end

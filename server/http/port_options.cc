@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "server/http/host.h"
 #include "server/http/port.h"
 
 namespace liquidblend::http {
@@ -24,6 +25,9 @@ bool IsOrigin(const std::string& text) {
 absl::Status PortOptions::Validate() const {
   if (listen.rfind(':') == std::string::npos) return OutOfRange("listen", listen);
   if (!IsOrigin(router.allowed_origin)) return OutOfRange("allowed_origin", router.allowed_origin);
+  for (const std::string& name : router.hosts) {
+    if (!IsHostName(name)) return OutOfRange("hosts", name);
+  }
   if (num_threads < 1) return OutOfRange("num_threads", absl::StrCat(num_threads));
   if (max_connections < 1) return OutOfRange("max_connections", absl::StrCat(max_connections));
   if (max_header_bytes < 256 || max_header_bytes > 1 << 20) {

@@ -23,8 +23,10 @@ Response TextReply(std::string text);
 Response JsonReply(const google::protobuf::Message& message);
 
 // A strong entity tag, quotes included: the same for all requests that this program answers with
-// the same bytes for the same reason, and another one for another version of family or program.
-std::string FrameTag(v1::GetFrameRequest request, int64_t version);
+// the same bytes for the same reason, and another one for another version of family or program, or
+// for other content: after a backup was restored, a version may come again with other content.
+//   generation  of the family that frames are made from
+std::string FrameTag(v1::GetFrameRequest request, int64_t version, const std::string& generation);
 
 // Whether the value of If-None-Match has the tag, or is "*".
 bool HasTag(const std::string& if_none_match, const std::string& tag);

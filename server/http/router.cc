@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/http/call_lines.h"
 #include "server/http/frame_answer.h"
+#include "server/http/host.h"
 #include "server/http/query.h"
 #include "server/http/replies.h"
 #include "server/http/requests.h"
@@ -31,16 +32,21 @@ std::string Shown(const std::string& text) { return absl::CHexEscape(text.substr
 struct Target {
   std::string path;
   std::string query;
+  std::string host;  // with its port, or empty
 };
 
 // Of a target that may begin with scheme and host.
 Target SplitTarget(const std::string& target) {
   size_t begin = 0;
+  std::string host;
   if (absl::StartsWith(target, "http://") || absl::StartsWith(target, "https://")) {
-    begin = std::min(target.find('/', target.find("//") + 2), target.size());
+    const size_t host_begin = target.find("//") + 2;
+    begin = std::min(target.find_first_of("/?", host_begin), target.size());
+    host = target.substr(host_begin, begin - host_begin);
   }
   const size_t query = std::min(target.find('?', begin), target.size());
-  return {target.substr(begin, query - begin), target.substr(std::min(query + 1, target.size()))};
+  return {target.substr(begin, query - begin), target.substr(std::min(query + 1, target.size())),
+          std::move(host)};
 }
 
 enum class Resource { kNone, kHealth, kReady, kMetrics, kFamilies, kFamily, kFrame, kStream };
@@ -171,8 +177,18 @@ std::shared_ptr<Cancellation> Router::Answer(const Request& request, Done done) 
   return cancellation;
 }
 
+// A target may name a host, too.
+absl::Status Router::CheckHosts(const Request& request) const {
+  const absl::Status status = CheckHost(SplitTarget(request.target).host, options_.hosts);
+  return status.ok() ? CheckHost(request.host, options_.hosts) : status;
+}
+
 void Router::AnswerTo(Call call, const std::string& path, const std::string& query) {
   const std::string& method = call.request.method;
+  if (!IsForProbes(call.route.resource)) {
+    const absl::Status verdict = CheckHosts(call.request);
+    if (!verdict.ok()) return call.done(ErrorReply(verdict));
+  }
   if (call.route.resource == Resource::kNone) return call.done(NoSuchPath(path));
   if (!IsKnownMethod(method)) return call.done(MethodNotAllowed(method));
   if (call.request.has_body) return call.done(BodyNotTaken());
@@ -297,6 +313,8 @@ bool Router::IsStream(const Request& request) {
 }
 
 absl::Status Router::AdmitStream(const Request& request, StreamVisit& visit) {
+  const absl::Status host = CheckHosts(request);
+  if (!host.ok()) return host;
   const std::string& allowed = options_.allowed_origin;
   if (!request.origin.empty() && allowed != "*" && request.origin != allowed &&
       HostOf(request.origin) != request.host) {

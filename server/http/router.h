@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
@@ -21,6 +22,9 @@ struct RouterOptions {
   // Whose scripts may read answers and open streams beside those of this server's own pages:
   // "https://example.org", "*" for all, or empty.
   std::string allowed_origin;
+  // Names of hosts by which the server may be asked, beside IP addresses and localhost; see
+  // CheckHost().
+  std::vector<std::string> hosts;
 };
 
 // Who opens a WebSocket.
@@ -32,7 +36,8 @@ struct StreamVisit {
 // The caller of a request, before it is known who that is.
 rpc::Caller CallerOf(const Request& request);
 
-// Paths: docs/operations.md. All but /healthz and /readyz ask who calls.  Threads: safe.
+// Paths: docs/operations.md. All but /healthz and /readyz look at the Host and ask who calls.
+// Threads: safe.
 class Router {
  public:
   using Done = absl::AnyInvocable<void(Response)>;
@@ -49,7 +54,7 @@ class Router {
   static bool IsStream(const Request& request);
 
   // Whether one may be opened; `visit`, with the request's caller, gets to know who that is.
-  // Errors: kPermissionDenied for a page of another origin, and those of FrameSource::Admit().
+  // Errors: kPermissionDenied for a page of another origin; CheckHost's and FrameSource::Admit()'s.
   absl::Status AdmitStream(const Request& request, StreamVisit& visit);
 
   // The response to a request that does not come to Answer(), with what every answer has, counted
@@ -71,6 +76,7 @@ class Router {
                 Response& response);
   absl::Status Admit(const Request& request, const rpc::Errand& errand, rpc::Caller& caller,
                      rpc::StreamPermit& permit);
+  absl::Status CheckHosts(const Request& request) const;
   void AnswerTo(Call call, const std::string& path, const std::string& query);
   void Dispatch(Call call);
   void AnswerReady(Call call);

@@ -119,6 +119,10 @@ std::shared_ptr<Admission> Gate::Admit(grpc::CallbackServerContext& context, con
                                        const google::protobuf::Message& request) {
   std::shared_ptr<Admission> admission = Admit(context, method);
   admission->set_resource(ResourceOf(request));
+  const auto size_bytes = static_cast<int64_t>(request.ByteSizeLong());
+  if (admission->verdict_.ok() && size_bytes > method.max_request_bytes) {
+    admission->verdict_ = RequestTooLarge(method.name, size_bytes, method.max_request_bytes);
+  }
   return admission;
 }
 

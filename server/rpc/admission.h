@@ -6,6 +6,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,6 +31,8 @@ struct Method {
   std::optional<Scope> scope;  // none: any principal
   Effect effect = Effect::kReads;
   Span span = Span::kShort;
+  // Of a request that gRPC keeps for as long as the call lasts.
+  int64_t max_request_bytes = std::numeric_limits<int64_t>::max();
 };
 
 // One call.  Threads: safe, but for set_resource(), which belongs before End().
@@ -81,7 +84,7 @@ class Gate {
   // The client hears the call's request id in the header x-request-id. `method` stays.
   std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method);
 
-  // With the resource that the request names.
+  // With the resource that the request names; its size is checked.
   std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method,
                                    const google::protobuf::Message& request);
 

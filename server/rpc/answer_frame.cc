@@ -1,10 +1,13 @@
+#include <atomic>
 #include <memory>
 #include <utility>
 
+#include "core/base/status_macros.h"
 #include "server/rpc/admission.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/frame_message.h"
 #include "server/rpc/get_frame.h"
+#include "server/rpc/guarded.h"
 #include "server/rpc/streaming.h"
 
 namespace liquidblend::rpc {
@@ -15,18 +18,8 @@ class FrameReactor final : public grpc::ServerUnaryReactor {
   FrameReactor(Backends& backends, std::shared_ptr<Admission> admission,
                const grpc::ByteBuffer& bytes, grpc::ByteBuffer* response)
       : admission_(std::move(admission)) {
-    v1::GetFrameRequest request;
-    const absl::Status parsed = Parse(bytes, "GetFrame", request);
-    if (!parsed.ok()) {
-      Finish(admission_->End(parsed));
-      return;
-    }
-    admission_->set_resource(CleanText(request.family(), 80));
-    call_ = FrameCall::Start(backends, request, admission_->caller().client,
-                             [this, response](const absl::StatusOr<FramePtr>& made) {
-                               if (made.ok()) *response = ToByteBuffer(*made);
-                               Finish(admission_->End(made.status()));
-                             });
+    const absl::Status begun = Guarded([&] { return Begin(backends, bytes, response); });
+    if (!begun.ok()) End(begun);
   }
 
   // Also when the call's deadline passes.
@@ -37,7 +30,26 @@ class FrameReactor final : public grpc::ServerUnaryReactor {
   void OnDone() override { delete this; }
 
  private:
+  absl::Status Begin(Backends& backends, const grpc::ByteBuffer& bytes,
+                     grpc::ByteBuffer* response) {
+    v1::GetFrameRequest request;
+    LB_RETURN_IF_ERROR(Parse(bytes, "GetFrame", request));
+    admission_->set_resource(CleanText(request.family(), 80));
+    call_ = FrameCall::Start(backends, request, admission_->caller().client,
+                             [this, response](const absl::StatusOr<AnsweredFrame>& made) {
+                               if (made.ok()) *response = ToByteBuffer(made->bytes);
+                               End(made.status());
+                             });
+    return absl::OkStatus();
+  }
+
+  // The first end counts.
+  void End(const absl::Status& status) {
+    if (!has_ended_.exchange(true)) Finish(admission_->End(status));
+  }
+
   const std::shared_ptr<Admission> admission_;
+  std::atomic<bool> has_ended_ = false;
   std::shared_ptr<FrameCall> call_;
 };
 

@@ -9,6 +9,8 @@ namespace liquidblend::rpc {
 namespace {
 
 constexpr int kNumLoadThreads = 2;  // so that a small family need not wait for a large one
+// One for each question that is shared (SharedLook), and one that never waits for a store.
+constexpr int kNumProbeThreads = 3;
 
 absl::Status OutOfRange(absl::string_view field, int64_t value) {
   return absl::InvalidArgumentError(absl::StrCat("limit ", field, " is out of range: ", value));
@@ -43,6 +45,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
       }),
       io(options.num_io_threads, options.max_waiting_calls),
       loads(kNumLoadThreads, options.max_waiting_calls),
+      probes(kNumProbeThreads, options.max_waiting_calls),
       steps(1, options.max_waiting_calls),
       frames(options.num_frame_threads, options.queue),
       maker(frame_cache, frames, buffers, metrics) {}
@@ -50,6 +53,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
 void Backends::Stop() {
   io.Stop();
   loads.Stop();
+  probes.Stop();
   frames.Stop();
   steps.Stop();
   call_log.Flush();

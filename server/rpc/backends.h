@@ -60,6 +60,7 @@ struct Backends {
   CallLog call_log;
   WorkPool io;       // waits for the catalog and the disk
   WorkPool loads;    // loads families
+  WorkPool probes;   // asks the stores for probes and metrics
   WorkPool steps;    // decides what streams send next; never waits
   FramePool frames;  // computes
   FrameMaker maker;

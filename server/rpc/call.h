@@ -10,6 +10,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "server/rpc/admission.h"
+#include "server/rpc/guarded.h"
 #include "server/rpc/open_calls.h"
 
 namespace liquidblend::rpc {
@@ -28,7 +29,7 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
     Call& base = *call;
     base.self_ = call;
     base.admission_->calls().Add(call);
-    base.Begin();
+    base.Attempt([&] { base.Begin(); });
     return call.get();
   }
 
@@ -56,6 +57,16 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
   void set_resource(std::string resource) {
     absl::MutexLock lock(&mutex_);
     if (!is_finished_) admission_->set_resource(std::move(resource));
+  }
+
+  // Runs work() for the call: what it throws ends the call instead of the thread's work.
+  template <typename Work>
+  void Attempt(Work&& work) {
+    const absl::Status status = Guarded([&] {
+      work();
+      return absl::OkStatus();
+    });
+    if (!status.ok()) Close(status);
   }
 
   // Starts a read unless the call has ended.

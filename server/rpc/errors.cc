@@ -140,6 +140,14 @@ absl::Status MalformedRequest(absl::string_view method) {
       "REQUEST_MALFORMED", {{"method", std::string(method)}});
 }
 
+absl::Status RequestTooLarge(absl::string_view method, int64_t size_bytes, int64_t limit_bytes) {
+  return WithReason(absl::InvalidArgumentError(absl::StrCat("the request has ", size_bytes,
+                                                            " bytes, more than the ", limit_bytes,
+                                                            " that this method takes")),
+                    "REQUEST_TOO_LARGE",
+                    {{"method", std::string(method)}, {"limit", absl::StrCat(limit_bytes)}});
+}
+
 absl::Status ShuttingDown() {
   return WithRetryDelay(
       WithReason(absl::UnavailableError("the server is shutting down"), "SHUTTING_DOWN"),

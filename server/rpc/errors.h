@@ -67,6 +67,13 @@ absl::Status WithRetryDelay(absl::Status status, absl::Duration delay);
 // kInvalidArgument, REQUEST_MALFORMED: what came is no message of the method.
 absl::Status MalformedRequest(absl::string_view method);
 
+// The largest request about frames or a call that waits. Real ones take some hundred bytes; a
+// parsed message may take 30 times its size in memory, and streams keep theirs.
+inline constexpr int64_t kMaxSmallRequestBytes = int64_t{64} << 10;
+
+// kInvalidArgument, REQUEST_TOO_LARGE.
+absl::Status RequestTooLarge(absl::string_view method, int64_t size_bytes, int64_t limit_bytes);
+
 // How calls end that a server which stops cannot finish: kUnavailable, SHUTTING_DOWN, try again.
 absl::Status ShuttingDown();
 

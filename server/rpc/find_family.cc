@@ -3,6 +3,8 @@
 #include <memory>
 #include <utility>
 
+#include "server/rpc/guarded.h"
+
 namespace liquidblend::rpc {
 namespace {
 
@@ -20,19 +22,28 @@ auto LoadsOf(Backends& backends) {
 void FindFamily(Backends& backends, const std::string& id, int64_t version, Families::Done done) {
   const auto announce = [&backends, done = std::make_shared<Families::Done>(std::move(done))](
                             absl::StatusOr<FamilyPtr> found) {
+    Families::Done once;
+    std::swap(once, *done);
+    if (once == nullptr) return;
     if (found.ok()) backends.frame_cache.Announce(**found);
-    (*done)(std::move(found));
+    once(std::move(found));
   };
   if (FamilyPtr found = backends.families.Peek(id, version)) return announce(std::move(found));
-  const absl::Status accepted = backends.io.Post([&backends, id, version, announce] {
-    backends.families.GetReady(id, version, LoadsOf(backends), announce);
-  });
+  const auto ask = [&backends, id, version, announce] {
+    // Those who wait must hear of it if there is no memory.
+    const absl::Status asked = Guarded([&] {
+      backends.families.GetReady(id, version, LoadsOf(backends), announce);
+      return absl::OkStatus();
+    });
+    if (!asked.ok()) announce(asked);
+  };
+  const absl::Status accepted = Guarded([&] { return backends.io.Post(ask); });
   if (!accepted.ok()) announce(accepted);
 }
 
 void KeepFamiliesFresh(Backends& backends) {
   backends.io.PostAfter(kFreshInterval, [&backends] {
-    backends.families.Refresh(LoadsOf(backends));
+    RunGuarded("refreshing families", [&] { backends.families.Refresh(LoadsOf(backends)); });
     KeepFamiliesFresh(backends);
   });
 }

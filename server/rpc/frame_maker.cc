@@ -106,14 +106,15 @@ void FrameMaker::Run(const FlightPtr& flight) {
   std::vector<Ticket> waiting;
   {
     absl::MutexLock lock(&mutex_);
-    if (result.ok()) cache_.Insert(flight->key, *result);
+    // Without memory for the cache, the frame still goes to those who wait for it.
+    if (result.ok()) RunGuarded("frame cache", [&] { cache_.Insert(flight->key, *result); });
     waiting.swap(flight->waiting);
     EraseFlight(flight);
     for (const Ticket& ticket : waiting) {
       if (ticket->place.has_value()) pool_.Cancel(*ticket->place);
     }
   }
-  for (const Ticket& ticket : waiting) ticket->done(result);
+  for (const Ticket& ticket : waiting) RunGuarded("a frame's call", [&] { ticket->done(result); });
 }
 
 absl::StatusOr<FramePtr> FrameMaker::MakeMessage(const Flight& flight) {

@@ -26,10 +26,17 @@ grpc::ByteBuffer ToByteBuffer(const StreamedFrame& streamed) {
 
 absl::Status Parse(const grpc::ByteBuffer& bytes, absl::string_view method,
                    google::protobuf::Message& message) {
+  const auto size_bytes = static_cast<int64_t>(bytes.Length());
+  if (size_bytes > kMaxSmallRequestBytes) {
+    return RequestTooLarge(method, size_bytes, kMaxSmallRequestBytes);
+  }
   grpc::ByteBuffer shared = bytes;  // the reader wants one that it may change
   grpc::ProtoBufferReader reader(&shared);
-  if (reader.status().ok() && message.ParseFromZeroCopyStream(&reader)) return absl::OkStatus();
-  return MalformedRequest(method);
+  if (!reader.status().ok() || !message.ParseFromZeroCopyStream(&reader)) {
+    return MalformedRequest(method);
+  }
+  message.DiscardUnknownFields();
+  return absl::OkStatus();
 }
 
 }  // namespace liquidblend::rpc

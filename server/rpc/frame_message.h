@@ -16,7 +16,8 @@ namespace liquidblend::rpc {
 grpc::ByteBuffer ToByteBuffer(const FramePtr& frame);          // a v1::Frame
 grpc::ByteBuffer ToByteBuffer(const StreamedFrame& streamed);  // a v1::StreamFramesResponse
 
-// Errors: kInvalidArgument if the bytes are no such message, naming the method.
+// A request of at most kMaxSmallRequestBytes, without its unknown fields.
+// Errors: kInvalidArgument, naming the method, if the bytes are too many or no such message.
 absl::Status Parse(const grpc::ByteBuffer& bytes, absl::string_view method,
                    google::protobuf::Message& message);
 

@@ -9,6 +9,24 @@ namespace {
 // Rounding must not lose the last frame: a tick this much of a step past the end is still on it.
 constexpr double kEndTolerance = 1e-6;
 
+// Whole numbers up to this are exact as double. At any pace it takes 285 years to get there.
+constexpr double kMaxTicks = 9e15;
+
+double InRange(double value, double min, double max, double if_nan) {
+  return std::isnan(value) ? if_nan : std::clamp(value, min, max);
+}
+
+// With the ranges of the header, every product and quotient below is finite.
+Pace Bounded(const Pace& pace) {
+  const Pace defaults;
+  Pace bounded = pace;
+  bounded.duration_s = InRange(pace.duration_s, 0.0, 1e15, defaults.duration_s);
+  bounded.frames_per_second =
+      InRange(pace.frames_per_second, 1e-6, 1e6, defaults.frames_per_second);
+  bounded.rate = InRange(pace.rate, -1e9, 1e9, defaults.rate);
+  return bounded;
+}
+
 }  // namespace
 
 // The new pace takes over at the next tick, in its place on the clock, so that changes do not
@@ -16,9 +34,9 @@ constexpr double kEndTolerance = 1e-6;
 void FramePacer::Change(const Pace& pace, std::optional<double> time_s, absl::Duration now) {
   const double start_time_s = time_s.has_value() ? *time_s : TimeOf(next_tick_);
   const absl::Duration due = pace_.lossless ? now : DueOf(next_tick_);
-  pace_ = pace;
-  start_ = std::clamp(due, now, now + absl::Seconds(1) / pace.frames_per_second);
-  start_time_s_ = std::clamp(start_time_s, 0.0, pace.duration_s);
+  pace_ = Bounded(pace);
+  start_ = std::clamp(due, now, now + absl::Seconds(1) / pace_.frames_per_second);
+  start_time_s_ = InRange(start_time_s, 0.0, pace_.duration_s, 0.0);
   next_tick_ = 0;
 }
 
@@ -29,7 +47,8 @@ std::optional<FramePacer::Tick> FramePacer::Next(absl::Duration now) {
   const absl::Duration late = now - DueOf(next_tick_);
   if (!pace_.lossless && late > period) {
     // The newest tick that is due; at the end the last one, so that the end is always shown.
-    int64_t newest = next_tick_ + static_cast<int64_t>(absl::FDivDuration(late, period));
+    const double num_late = std::min(absl::FDivDuration(late, period), kMaxTicks);
+    int64_t newest = next_tick_ + static_cast<int64_t>(num_late);
     if (last.has_value()) newest = std::min(newest, *last);
     num_skipped_ += newest - next_tick_;
     next_tick_ = newest;
@@ -55,14 +74,14 @@ double FramePacer::TimeOf(int64_t tick) const {
     const double round_s = pace_.duration_s + step_s;
     time_s -= std::floor((time_s + tolerance_s) / round_s) * round_s;
   }
-  return std::clamp(time_s, 0.0, pace_.duration_s);
+  return InRange(time_s, 0.0, pace_.duration_s, 0.0);  // NaN: a round that takes no time
 }
 
 std::optional<int64_t> FramePacer::LastTick() const {
   if (pace_.loop || pace_.rate == 0) return std::nullopt;
   const double way_s = pace_.rate > 0 ? pace_.duration_s - start_time_s_ : start_time_s_;
   const double num_steps = way_s / std::abs(pace_.rate) * pace_.frames_per_second;
-  if (num_steps > 9e15) return std::nullopt;
+  if (num_steps > kMaxTicks) return std::nullopt;
   return static_cast<int64_t>(std::floor(num_steps + kEndTolerance));
 }
 

@@ -8,16 +8,19 @@
 
 namespace liquidblend::rpc {
 
+// Numbers outside of the ranges given here are moved to the nearest end; a NaN counts as the
+// default.
 struct Pace {
-  double duration_s = 0.0;          // >= 0; of the animation
-  double frames_per_second = 24.0;  // > 0; of the clock
-  double rate = 1.0;                // finite; seconds of the animation per second of the clock
+  double duration_s = 0.0;          // [0, 1e15]; of the animation
+  double frames_per_second = 24.0;  // [1e-6, 1e6]; of the clock
+  double rate = 1.0;                // [-1e9, 1e9]; seconds of the animation per second of the clock
   bool loop = false;                // else the frames end where the animation ends
   bool lossless = false;            // every frame is due at once, and none is skipped
 };
 
 // Ticks at a steady pace. A tick is skipped if it is late by more than one period by the time that
-// it is asked for; what is left is always the newest one.  Threads: one at a time.
+// it is asked for; what is left is always the newest one. Any numbers are safe: families of older
+// stores may have been imported with any frame rate.  Threads: one at a time.
 class FramePacer {
  public:
   struct Tick {
@@ -26,7 +29,7 @@ class FramePacer {
   };
 
   // Goes on with another pace, from time_s if it is set, else from the time that `now` shows.
-  // now: on any clock that only goes forward; the same one for all calls.
+  // now: finite, on any clock that only goes forward; the same one for all calls.
   void Change(const Pace& pace, std::optional<double> time_s, absl::Duration now);
 
   // The next tick; nothing when the animation has ended. The same one again until Advance(), unless

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/rpc/errors.h"
+#include "server/rpc/guarded.h"
 
 namespace liquidblend::rpc {
 namespace {
@@ -74,7 +75,7 @@ void FramePool::RunWork() {
   FrameWork work;
   while (Next(work)) {
     const absl::Duration begin = SteadyNow();
-    work.run();
+    RunGuarded("making a frame", work.run);
     work.run = nullptr;
     absl::MutexLock lock(&mutex_);
     seconds_done_ = kMemory * seconds_done_ + absl::ToDoubleSeconds(SteadyNow() - begin);

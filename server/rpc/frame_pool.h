@@ -19,7 +19,8 @@ absl::Duration SteadyNow();
 
 // A thread that finds no work in the queue helps with a frame that is being made (Helpers): so one
 // frame uses all cores when nothing else is to be done, and one when there is.
-// Threads: safe. Work must not throw; what a task throws, Run() throws when all are done.
+// Threads: safe. Work that throws is logged and dropped; what a task throws, Run() throws when all
+// are done.
 class FramePool : public parallel::Helpers {
  public:
   struct Stats {

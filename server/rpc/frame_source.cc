@@ -3,10 +3,8 @@
 #include <map>
 #include <utility>
 
-#include "absl/base/thread_annotations.h"
 #include "absl/strings/ascii.h"
-#include "absl/synchronization/mutex.h"
-#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/store/open_store.h"
@@ -14,11 +12,24 @@
 #include "server/rpc/get_frame.h"
 #include "server/rpc/guarded.h"
 #include "server/rpc/handlers.h"
+#include "server/rpc/names.h"
+#include "server/rpc/shared_look.h"
 
 namespace liquidblend::rpc {
 namespace {
 
-constexpr absl::Duration kCountInterval = absl::Seconds(5);
+using JobCounts = std::map<std::string, int64_t>;  // by state
+
+// Of probes: those of orchestrators come every few seconds, and wait for one or a few.
+SharedLookOptions ReachableOptions() {
+  return {.name = "the catalog or the object store",
+          .kept = absl::Seconds(1),
+          .limit = absl::Seconds(2)};
+}
+
+SharedLookOptions CountOptions() {
+  return {.name = "the catalog", .kept = absl::Seconds(5), .limit = absl::Seconds(2)};
+}
 
 // Runs what tells of an answer; whatever it throws must not end the thread.
 template <typename Tell>
@@ -30,11 +41,38 @@ void Deliver(const Tell& tell) {
   if (!delivered.ok()) base::LogError("an answer is lost: " + delivered.ToString());
 }
 
-absl::StatusOr<v1::Frame> ToFrame(const absl::StatusOr<FramePtr>& made) {
+absl::StatusOr<MadeFrame> ToFrame(const absl::StatusOr<AnsweredFrame>& made) {
   LB_RETURN_IF_ERROR(made.status());
-  v1::Frame frame;
-  if (!frame.ParseFromString(**made)) return absl::InternalError("a frame's bytes are no Frame");
-  return frame;
+  MadeFrame result;
+  if (!result.frame.ParseFromString(*made->bytes)) {
+    return absl::InternalError("a frame's bytes are no Frame");
+  }
+  result.generation = made->generation;
+  return result;
+}
+
+absl::StatusOr<FamilyVersion> FindPublished(Backends& backends, const std::string& id) {
+  LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord record, backends.catalog.GetFamily(id));
+  return FamilyVersion{record.version(), liquidblend::catalog::GenerationOf(record)};
+}
+
+absl::StatusOr<std::string> LookAt(Backends& backends) {
+  LB_RETURN_IF_ERROR(store::CheckReachable(backends.catalog, backends.blobs));
+  return "ok";
+}
+
+// Without them, Prometheus shows a gap.
+absl::StatusOr<JobCounts> CountJobs(Backends& backends) {
+  const absl::StatusOr<store::JobCounts> counts = backends.catalog.CountJobs();
+  if (!counts.ok()) {
+    base::LogWarning("metrics: jobs: " + counts.status().ToString());
+    return counts.status();
+  }
+  JobCounts jobs = {{"queued", 0}, {"running", 0}};
+  for (const auto& [state, count] : *counts) {
+    jobs[absl::AsciiStrToLower(store::pb::JobRecord::State_Name(state))] = count;
+  }
+  return jobs;
 }
 
 class PooledSource final : public FrameSource {
@@ -45,13 +83,21 @@ class PooledSource final : public FrameSource {
     return entrance_.Enter(visitor, errand, admitted);
   }
 
-  Cancel GetFrame(v1::GetFrameRequest request, std::string client, Done<v1::Frame> done) override {
-    const auto call =
-        FrameCall::Start(backends_, request, std::move(client),
-                         [done = std::move(done)](const absl::StatusOr<FramePtr>& made) mutable {
-                           Deliver([&] { done(Guarded([&] { return ToFrame(made); })); });
-                         });
+  Cancel GetFrame(v1::GetFrameRequest request, std::string client, Done<MadeFrame> done) override {
+    const auto call = FrameCall::Start(
+        backends_, request, std::move(client),
+        [done = std::move(done)](const absl::StatusOr<AnsweredFrame>& made) mutable {
+          Deliver([&] { done(Guarded([&] { return ToFrame(made); })); });
+        });
     return [call] { call->Cancel(); };
+  }
+  void FindVersion(const std::string& family, int64_t version, Done<FamilyVersion> done) override {
+    const absl::StatusOr<std::string> id = FamilyId("family", family);
+    if (!id.ok()) return done(id.status());
+    const auto loaded = version == 0 ? nullptr : backends_.families.Peek(*id, version);
+    if (loaded != nullptr) return done(FamilyVersion{version, loaded->generation});
+    Answer(
+        backends_.io, [this, id = *id] { return FindPublished(backends_, id); }, std::move(done));
   }
   void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override {
     Answer(
@@ -70,14 +116,18 @@ class PooledSource final : public FrameSource {
     return std::make_shared<StreamSession>(backends_, std::move(client), std::move(sink));
   }
   void CheckStores(Done<std::string> done) override {
-    Answer(
-        backends_.io, [this] { return LookAtStores(); }, std::move(done));
+    reachable_->Ask([done = std::move(done)](const absl::StatusOr<std::string>& state) mutable {
+      done(state);
+    });
   }
   void GetMetricsText(Done<std::string> done) override {
-    Answer(
-        backends_.io,
-        [this]() -> absl::StatusOr<std::string> { return backends_.metrics.Text(TakeSnapshot()); },
-        std::move(done));
+    const auto shared = std::make_shared<Done<std::string>>(std::move(done));
+    job_counts_->Ask([this, shared](const absl::StatusOr<JobCounts>& counts) {
+      const absl::Status posted = backends_.probes.Post([this, shared, counts] {
+        Deliver([&] { (*shared)(Guarded([&] { return MetricsText(counts); })); });
+      });
+      if (!posted.ok()) (*shared)(posted);
+    });
   }
   metrics::Metrics& metrics() override { return backends_.metrics; }
   CallLog& call_log() override { return backends_.call_log; }
@@ -93,12 +143,7 @@ class PooledSource final : public FrameSource {
     if (!accepted.ok()) call->second(accepted);
   }
 
-  absl::StatusOr<std::string> LookAtStores() {
-    LB_RETURN_IF_ERROR(store::CheckReachable(backends_.catalog, backends_.blobs));
-    return "ok";
-  }
-
-  metrics::Snapshot TakeSnapshot() {
+  absl::StatusOr<std::string> MetricsText(const absl::StatusOr<JobCounts>& counts) {
     metrics::Snapshot snapshot;
     snapshot.family_bytes = backends_.families.SizesBytes();
     snapshot.waiting_calls = {{"io", backends_.io.num_waiting()},
@@ -107,29 +152,20 @@ class PooledSource final : public FrameSource {
     snapshot.frame_cache = {cache.num_hits, cache.num_misses, cache.num_frames, cache.size_bytes};
     const FramePool::Stats queue = backends_.frames.stats();
     snapshot.frame_queue = {queue.waiting_cost, queue.num_refused};
-    absl::MutexLock lock(&mutex_);
-    if (absl::Now() - counted_at_ > kCountInterval) CountJobs();
-    snapshot.jobs = jobs_;
-    return snapshot;
-  }
-
-  void CountJobs() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    counted_at_ = absl::Now();
-    jobs_.clear();
-    const absl::StatusOr<store::JobCounts> counts = backends_.catalog.CountJobs();
-    if (!counts.ok()) return base::LogWarning("metrics: jobs: " + counts.status().ToString());
-    for (const auto& [state, count] : *counts) {
-      jobs_[absl::AsciiStrToLower(store::pb::JobRecord::State_Name(state))] = count;
-    }
-    jobs_.try_emplace("queued", 0);
-    jobs_.try_emplace("running", 0);
+    if (counts.ok()) snapshot.jobs = *counts;
+    return backends_.metrics.Text(snapshot);
   }
 
   Backends& backends_;
   Entrance& entrance_;
-  absl::Mutex mutex_;
-  absl::Time counted_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
-  std::map<std::string, int64_t> jobs_ ABSL_GUARDED_BY(mutex_);  // by state
+  const std::shared_ptr<SharedLook<std::string>> reachable_ =
+      std::make_shared<SharedLook<std::string>>(
+          backends_.probes, backends_.steps, [&backends = backends_] { return LookAt(backends); },
+          ReachableOptions());
+  const std::shared_ptr<SharedLook<JobCounts>> job_counts_ =
+      std::make_shared<SharedLook<JobCounts>>(
+          backends_.probes, backends_.steps,
+          [&backends = backends_] { return CountJobs(backends); }, CountOptions());
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 // gRPC nor HTTP.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -14,6 +15,16 @@
 #include "server/rpc/stream_session.h"
 
 namespace liquidblend::rpc {
+
+struct MadeFrame {
+  v1::Frame frame;
+  std::string generation;  // what it was made from: frames of one query and generation are the same
+};
+
+struct FamilyVersion {
+  int64_t version = 0;  // 0: none is published yet
+  std::string generation;
+};
 
 // Nothing here blocks or computes on the caller's thread. A callback is called exactly once, on a
 // thread of a pool, or before the call returns (a frame that is kept, a refusal); it must not
@@ -33,7 +44,10 @@ class FrameSource {
   //   client  who is charged for it
   // Returns what ends the call with kCancelled unless it is over.
   virtual Cancel GetFrame(v1::GetFrameRequest request, std::string client,
-                          Done<v1::Frame> done) = 0;
+                          Done<MadeFrame> done) = 0;
+  // The version that is published; of another one than 0 that is in memory, that one.
+  virtual void FindVersion(const std::string& family, int64_t version,
+                           Done<FamilyVersion> done) = 0;
   virtual void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) = 0;
   virtual void ListFamilies(v1::ListFamiliesRequest request,
                             Done<v1::ListFamiliesResponse> done) = 0;
@@ -41,9 +55,11 @@ class FrameSource {
   virtual std::shared_ptr<StreamSession> OpenStream(std::string client,
                                                     std::weak_ptr<StreamSession::Sink> sink) = 0;
 
-  // "ok", or why catalog or blobs cannot be reached.
+  // "ok", or why catalog or blobs cannot be reached. Whoever asks within a second hears the same;
+  // kUnavailable if they have not answered within 2 s. Takes no thread that calls need.
   virtual void CheckStores(Done<std::string> done) = 0;
-  // What Prometheus asks for. The catalog is looked at every 5 seconds at most.
+  // What Prometheus asks for; without numbers of jobs if the catalog has not answered within 2 s.
+  // The catalog is asked every 5 seconds at most. Takes no thread that calls need.
   virtual void GetMetricsText(Done<std::string> done) = 0;
   virtual metrics::Metrics& metrics() = 0;
   virtual CallLog& call_log() = 0;

@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/names.h"
 #include "server/rpc/query_weights.h"
@@ -19,7 +20,8 @@ namespace {
 
 constexpr uint32_t kLengthDelimited = 2;  // protobuf's wire type of messages
 
-constexpr double kMaxFramesPerSecond = 240.0;
+// Of the clock. A frame every 1000 seconds is as good as none.
+constexpr mesh::Range kClockFramesPerSecond = {0.001, 240.0};
 constexpr double kMaxRate = 1000.0;
 
 bool SetsPace(const v1::StreamFramesRequest& request) {
@@ -33,9 +35,10 @@ absl::Status CheckPace(const v1::StreamFramesRequest& values) {
   violations.AddIf(
       !(std::abs(values.rate()) <= kMaxRate), "rate",
       absl::StrCat("must be in [", -kMaxRate, ", ", kMaxRate, "], got ", values.rate()));
-  violations.AddIf(values.has_frames_per_second() && !(fps > 0 && fps <= kMaxFramesPerSecond),
+  violations.AddIf(values.has_frames_per_second() && !kClockFramesPerSecond.Holds(fps),
                    "frames_per_second",
-                   absl::StrCat("must be in (0, ", kMaxFramesPerSecond, "], got ", fps));
+                   absl::StrCat("must be in [", kClockFramesPerSecond.min, ", ",
+                                kClockFramesPerSecond.max, "], got ", fps));
   violations.AddIf(values.lossless() && values.has_rate() && values.rate() == 0, "rate",
                    "must not be 0 in a lossless stream, which would never end");
   return violations.ToStatus();
@@ -60,6 +63,8 @@ void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest&
     request.mutable_encoding()->clear_position_step_m();
   }
   request.MergeFrom(newer);
+  // MergeFrom() appends unknown fields, so they would grow with every message.
+  request.DiscardUnknownFields();
 }
 
 std::string ResponsePrefix(const StreamedFrame& streamed) {
@@ -103,11 +108,18 @@ absl::Status FrameStream::Change(const v1::StreamFramesRequest& request, catalog
   return absl::OkStatus();
 }
 
+// The animation's; on the clock, as far as the clock's range allows.
+double FrameStream::DefaultFramesPerSecond(const v1::StreamFramesRequest& values) const {
+  const double fps = loaded_->family.frames_per_second;
+  const mesh::Range range = values.lossless() ? mesh::kFramesPerSecond : kClockFramesPerSecond;
+  return std::clamp(fps, range.min, range.max);
+}
+
 Pace FrameStream::PaceOf(const v1::StreamFramesRequest& values) const {
   Pace pace;
   pace.duration_s = loaded_->family.duration_s();
-  pace.frames_per_second = values.has_frames_per_second() ? values.frames_per_second()
-                                                          : loaded_->family.frames_per_second;
+  pace.frames_per_second =
+      values.has_frames_per_second() ? values.frames_per_second() : DefaultFramesPerSecond(values);
   pace.rate = values.has_rate() ? values.rate() : 1.0;
   pace.loop = values.loop();
   pace.lossless = values.lossless();

@@ -19,7 +19,8 @@
 namespace liquidblend::rpc {
 
 // What `newer` sets replaces what `request` had: weights or parameters and surface as a whole, of
-// the encoding each field, but bits and step as one.
+// the encoding each field, but bits and step as one. Unknown fields are dropped, so `request` never
+// gets larger than the largest message.
 void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest& request);
 
 // One frame of a stream, on its way to the client.
@@ -70,6 +71,7 @@ class FrameStream {
   void OnWritten(absl::Duration took, absl::Duration now);
 
  private:
+  double DefaultFramesPerSecond(const v1::StreamFramesRequest& values) const;
   Pace PaceOf(const v1::StreamFramesRequest& values) const;
   int max_coarser() const;
 

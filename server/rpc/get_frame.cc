@@ -18,7 +18,7 @@ constexpr absl::Duration kPatience = absl::Milliseconds(100);
 }  // namespace
 
 std::shared_ptr<FrameCall> FrameCall::Start(Backends& backends, const v1::GetFrameRequest& request,
-                                            std::string client, FrameMaker::Done done) {
+                                            std::string client, Done done) {
   auto call = std::make_shared<FrameCall>(backends, std::move(client), std::move(done));
   call->Look(request);
   return call;
@@ -52,9 +52,12 @@ absl::Status FrameCall::Order(const v1::GetFrameRequest& request, catalog::Famil
     absl::MutexLock lock(&mutex_);
     if (done_ == nullptr) return absl::OkStatus();  // cancelled meanwhile
   }
-  const auto self = shared_from_this();
-  const FrameMaker::Ticket ticket = backends_.maker.Make(
-      std::move(order), [self](absl::StatusOr<FramePtr> made) { self->Finish(std::move(made)); });
+  const auto finish = [self = shared_from_this(),
+                       generation = order.loaded->generation](absl::StatusOr<FramePtr> made) {
+    if (!made.ok()) return self->Finish(made.status());
+    self->Finish(AnsweredFrame{*std::move(made), generation});
+  };
+  const FrameMaker::Ticket ticket = backends_.maker.Make(std::move(order), finish);
   bool is_over = false;
   {
     absl::MutexLock lock(&mutex_);
@@ -75,8 +78,8 @@ void FrameCall::Cancel() {
   Finish(absl::CancelledError("the client has cancelled the call, or its deadline has passed"));
 }
 
-void FrameCall::Finish(absl::StatusOr<FramePtr> result) {
-  FrameMaker::Done done;
+void FrameCall::Finish(absl::StatusOr<AnsweredFrame> result) {
+  Done done;
   {
     absl::MutexLock lock(&mutex_);
     std::swap(done, done_);

@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/log.h"
 
 namespace liquidblend::rpc {
 
@@ -19,6 +20,20 @@ auto Guarded(Work&& work) -> decltype(work()) {
     return absl::ResourceExhaustedError("the server is out of memory");
   } catch (const std::exception& error) {
     return absl::InternalError(absl::StrCat("unexpected: ", error.what()));
+  }
+}
+
+// Runs work() on behalf of a thread that must go on whatever happens: exceptions are logged under
+// `name`. The last line of defence: a call whose work ends here is not answered.
+template <typename Work>
+void RunGuarded(const char* name, Work&& work) noexcept {
+  try {
+    const absl::Status status = Guarded([&] {
+      work();
+      return absl::OkStatus();
+    });
+    if (!status.ok()) base::LogError(absl::StrCat(name, " failed: ", status.ToString()));
+  } catch (...) {  // not even memory for the message
   }
 }
 

@@ -37,7 +37,8 @@ class ImportCall final : public Call<Reactor> {
 
   void PostStep() {
     const auto self = shared_from_this();
-    if (!backends_.io.PostMore([this, self] { Step(); })) Close(ShuttingDown());
+    if (!backends_.io.PostMore([this, self] { Attempt([this] { Step(); }); }))
+      Close(ShuttingDown());
   }
 
   void Step() {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "server/rpc/errors.h"
 #include "server/rpc/guarded.h"
 #include "server/rpc/handlers.h"
 #include "server/rpc/refused_call.h"
@@ -37,14 +38,15 @@ ServerUnaryReactor* Answer(CallbackServerContext* context, std::shared_ptr<Admis
   ServerUnaryReactor* const reactor = context->DefaultReactor();
   absl::Status accepted = admission->verdict();
   if (accepted.ok()) {
-    accepted = pool.Post([=, &backends] {
+    const auto answer = [=, &backends] {
       const absl::Status status = Guarded([&]() -> absl::Status {
         LB_RETURN_IF_ERROR(CheckIsWanted(*context));
         LB_ASSIGN_OR_RETURN(*response, handle(backends, *request));
         return absl::OkStatus();
       });
       reactor->Finish(admission->End(status));
-    });
+    };
+    accepted = Guarded([&] { return pool.Post(answer); });
   }
   if (!accepted.ok()) reactor->Finish(admission->End(accepted));
   return reactor;
@@ -63,14 +65,16 @@ constexpr Method kRegisterFamily = {"RegisterFamily", Scope::kRegister, Effect::
 constexpr Method kGetFamily = {"GetFamily", std::nullopt};
 constexpr Method kListFamilies = {"ListFamilies", std::nullopt};
 constexpr Method kDeleteFamily = {"DeleteFamily", Scope::kRegister, Effect::kChanges};
-constexpr Method kWatchOperation = {"WatchOperation", std::nullopt, Effect::kReads, Span::kLasts};
+constexpr Method kWatchOperation = {"WatchOperation", std::nullopt, Effect::kReads, Span::kLasts,
+                                    kMaxSmallRequestBytes};
 constexpr Method kGetFrame = {"GetFrame", Scope::kFrames};
 constexpr Method kStreamFrames = {"StreamFrames", Scope::kFrames, Effect::kReads, Span::kLasts};
 constexpr Method kListOperations = {"ListOperations", std::nullopt};
 constexpr Method kGetOperation = {"GetOperation", std::nullopt};
 constexpr Method kDeleteOperation = {"DeleteOperation", Scope::kRegister, Effect::kChanges};
 constexpr Method kCancelOperation = {"CancelOperation", Scope::kRegister, Effect::kChanges};
-constexpr Method kWaitOperation = {"WaitOperation", std::nullopt, Effect::kReads, Span::kLasts};
+constexpr Method kWaitOperation = {"WaitOperation", std::nullopt, Effect::kReads, Span::kLasts,
+                                   kMaxSmallRequestBytes};
 
 }  // namespace
 

@@ -24,17 +24,11 @@ class StreamCall final : public Call<Reactor>, public StreamSession::Sink {
   }
 
   void OnReadDone(bool ok) override {
-    if (!ok) return session_->OnHalfClosed();
-    v1::StreamFramesRequest request;
-    const absl::Status parsed = Parse(read_, "StreamFrames", request);
-    if (!parsed.ok()) return Close(parsed);
-    if (!request.family().empty()) set_resource(CleanText(request.family(), 80));
-    session_->OnRequest(request);
-    ReadNext();
+    Attempt([this, ok] { ok ? TakeRequest() : session_->OnHalfClosed(); });
   }
 
   void OnWriteDone(bool ok) override {
-    if (EndWrite(ok)) session_->OnWritten();
+    if (EndWrite(ok)) Attempt([this] { session_->OnWritten(); });
   }
 
   void Send(const StreamedFrame& streamed) override {
@@ -48,6 +42,15 @@ class StreamCall final : public Call<Reactor>, public StreamSession::Sink {
   void Begin() override {
     const auto self = std::static_pointer_cast<StreamCall>(shared_from_this());
     session_ = std::make_shared<StreamSession>(backends_, caller().client, self);
+    ReadNext();
+  }
+
+  void TakeRequest() {
+    v1::StreamFramesRequest request;
+    const absl::Status parsed = Parse(read_, "StreamFrames", request);
+    if (!parsed.ok()) return Close(parsed);
+    if (!request.family().empty()) set_resource(CleanText(request.family(), 80));
+    session_->OnRequest(request);
     ReadNext();
   }
 

@@ -13,9 +13,10 @@ class BackendsHost final : public StreamHost {
 
   absl::Duration Now() const override { return SteadyNow(); }
   void Post(Task task) override { backends_.steps.PostMore(std::move(task)); }
-  void PostAfter(absl::Duration delay, Task task) override {
-    backends_.steps.PostAfter(delay, std::move(task));
+  std::optional<Timer> StartTimer(absl::Duration delay, Task task) override {
+    return backends_.steps.StartTimer(delay, std::move(task));
   }
+  void CancelTimer(const Timer& timer) override { backends_.steps.Cancel(timer); }
   void FindFamily(const std::string& id, catalog::Families::Done done) override {
     rpc::FindFamily(backends_, id, 0, std::move(done));
   }

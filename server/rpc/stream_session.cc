@@ -44,12 +44,22 @@ void StreamSession::WantStep() {
     if (std::exchange(is_step_wanted_, true) || is_stepping_) return;
   }
   // Refused only after the server has ended all calls.
-  host_->Post([self = shared_from_this()] { self->TakeSteps(); });
+  const absl::Status posted = Guarded([this] {
+    host_->Post([self = shared_from_this()] { self->TakeSteps(); });
+    return absl::OkStatus();
+  });
+  if (posted.ok()) return;
+  absl::MutexLock lock(&mutex_);
+  is_step_wanted_ = false;  // so that the next note tries again
 }
 
 void StreamSession::TakeSteps() {
-  while (BeginStep()) {
-    const absl::Status status = Guarded([this] { return Step(); });
+  bool has_step = true;
+  while (has_step) {
+    const absl::Status status = Guarded([this, &has_step] {
+      has_step = BeginStep();
+      return has_step ? Step() : absl::OkStatus();
+    });
     if (!status.ok()) End(status);
   }
 }
@@ -79,6 +89,7 @@ bool StreamSession::BeginStep() {
 absl::Status StreamSession::Step() {
   if (notes_.is_stopped) {
     DropOrder();
+    CancelAlarm();
     has_ended_ = true;
   }
   if (has_ended_) return absl::OkStatus();
@@ -209,14 +220,16 @@ void StreamSession::SendOrder(absl::Duration now) {
   WantStep();  // the next frame's
 }
 
-// A step that comes too early only sets the next alarm, so one alarm at a time is enough.
+// A step that comes too early only sets the next alarm, so one alarm at a time is enough: a client
+// that changes its pace all the time must not pile them up.
 void StreamSession::WakeAt(absl::Duration due, absl::Duration now) {
   {
     absl::MutexLock lock(&mutex_);
     if (alarm_ <= due) return;
     alarm_ = due;
   }
-  host_->PostAfter(due - now, [self = weak_from_this(), due] {
+  if (alarm_timer_.has_value()) host_->CancelTimer(*alarm_timer_);
+  alarm_timer_ = host_->StartTimer(due - now, [self = weak_from_this(), due] {
     const std::shared_ptr<StreamSession> session = self.lock();
     if (session == nullptr) return;
     {
@@ -227,8 +240,15 @@ void StreamSession::WakeAt(absl::Duration due, absl::Duration now) {
   });
 }
 
+// Otherwise its memory would be kept until then.
+void StreamSession::CancelAlarm() {
+  if (alarm_timer_.has_value()) host_->CancelTimer(*alarm_timer_);
+  alarm_timer_.reset();
+}
+
 void StreamSession::End(const absl::Status& status) {
   DropOrder();
+  CancelAlarm();
   if (std::exchange(has_ended_, true)) return;
   if (const std::shared_ptr<Sink> sink = sink_.lock()) sink->End(status);
 }

@@ -83,6 +83,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   void DropOrder();
   void SendOrder(absl::Duration now);
   void WakeAt(absl::Duration due, absl::Duration now);
+  void CancelAlarm();
   void End(const absl::Status& status);
 
   const std::shared_ptr<StreamHost> host_;
@@ -96,6 +97,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   absl::Duration alarm_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteDuration();
 
   // The steps' own.
+  std::optional<StreamHost::Timer> alarm_timer_;
   Notes notes_;
   FrameStream stream_;
   std::optional<v1::StreamFramesRequest> waiting_request_;  // its family is being looked for

@@ -8,8 +8,8 @@
 #include <openssl/x509.h>
 
 #include "absl/status/statusor.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/host.h"
 #include "core/base/status_macros.h"
 
 namespace liquidblend::rpc {
@@ -82,10 +82,8 @@ std::shared_ptr<grpc::ServerCredentials> ServerCredentialsOf(const TlsOptions& o
 }
 
 bool IsLoopback(absl::string_view address) {
-  const absl::string_view host = address.substr(0, address.rfind(':'));
-  return host == "localhost" || host == "[::1]" || host == "::1" ||
-         (absl::StartsWith(host, "127.") &&
-          host.find_first_not_of("0123456789.") == absl::string_view::npos);
+  const auto parts = base::SplitHostPort(address);
+  return parts.has_value() && base::IsLoopbackHost(parts->host);
 }
 
 }  // namespace liquidblend::rpc

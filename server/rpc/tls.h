@@ -26,7 +26,7 @@ struct TlsOptions {
 
 std::shared_ptr<grpc::ServerCredentials> ServerCredentialsOf(const TlsOptions& options);
 
-// Whether only programs of this machine can reach HOST:PORT.
+// Whether only programs of this machine can reach HOST:PORT (base::IsLoopbackHost).
 bool IsLoopback(absl::string_view address);
 
 }  // namespace liquidblend::rpc

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
 #include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/job_memory.h"
@@ -92,7 +93,11 @@ absl::Status Upload::CheckOptions(const v1::ImportOptions& options) const {
     violations.AddIf(!(value >= 0) || !std::isfinite(value), absl::StrCat(prefix, field),
                      absl::StrCat("must be 0 (not given) or greater, got ", value));
   };
-  check("frames_per_second", options.frames_per_second());
+  const double fps = options.frames_per_second();
+  violations.AddIf(fps != 0 && !mesh::kFramesPerSecond.Holds(fps),
+                   absl::StrCat(prefix, "frames_per_second"),
+                   absl::StrCat("must be 0 (not given) or in [", mesh::kFramesPerSecond.min, ", ",
+                                mesh::kFramesPerSecond.max, "], got ", fps));
   check("vertex_scale", options.vertex_scale());
   check("velocity_scale", options.velocity_scale());
   check("voxel_size_m", options.voxel_size_m());

@@ -31,7 +31,7 @@ class WatchCall final : public Call<WriteReactor> {
   void OnWriteDone(bool ok) override {
     if (!EndWrite(ok)) return;
     if (shown_.done()) return Close(absl::OkStatus());
-    PollAfter(backends_.limits.watch_interval);
+    Attempt([this] { PollAfter(backends_.limits.watch_interval); });
   }
 
  private:
@@ -39,7 +39,7 @@ class WatchCall final : public Call<WriteReactor> {
 
   void PollAfter(absl::Duration delay) {
     const auto self = shared_from_this();
-    if (!backends_.io.PostAfter(delay, [this, self] { Poll(); })) {
+    if (!backends_.io.PostAfter(delay, [this, self] { Attempt([this] { Poll(); }); })) {
       Close(ShuttingDown());
     }
   }
@@ -75,7 +75,7 @@ class WaitCall final : public Call<grpc::ServerUnaryReactor> {
 
   void PollAfter(absl::Duration delay) {
     const auto self = shared_from_this();
-    if (!backends_.io.PostAfter(delay, [this, self] { Poll(); })) {
+    if (!backends_.io.PostAfter(delay, [this, self] { Attempt([this] { Poll(); }); })) {
       Close(ShuttingDown());
     }
   }

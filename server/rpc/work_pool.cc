@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/rpc/guarded.h"
 
 namespace liquidblend::rpc {
 
@@ -36,11 +37,25 @@ bool WorkPool::PostMore(Task task) {
 }
 
 bool WorkPool::PostAfter(absl::Duration delay, Task task) {
+  return StartTimer(delay, std::move(task)).has_value();
+}
+
+std::optional<WorkPool::Timer> WorkPool::StartTimer(absl::Duration delay, Task task) {
+  const absl::Duration bounded = std::clamp(delay, absl::ZeroDuration(), kMaxDelay);
+  std::list<Task> tasks;
+  tasks.push_back(std::move(task));
   absl::MutexLock lock(&mutex_);
-  if (stopped_) return false;
-  later_.emplace(Clock::now() + absl::ToChronoNanoseconds(delay), std::move(task));
+  if (stopped_) return std::nullopt;
+  const Timer timer = {Clock::now() + absl::ToChronoNanoseconds(bounded), ++num_started_timers_};
+  later_.emplace(timer, std::move(tasks));
   changed_.Signal();
-  return true;
+  return timer;
+}
+
+void WorkPool::Cancel(const Timer& timer) {
+  decltype(later_)::node_type dropped;  // destroyed without the lock: tasks own objects
+  absl::MutexLock lock(&mutex_);
+  dropped = later_.extract(timer);
 }
 
 int64_t WorkPool::num_waiting() const {
@@ -48,8 +63,13 @@ int64_t WorkPool::num_waiting() const {
   return static_cast<int64_t>(ready_.size());
 }
 
+int64_t WorkPool::num_timers() const {
+  absl::MutexLock lock(&mutex_);
+  return static_cast<int64_t>(later_.size());
+}
+
 void WorkPool::Stop() {
-  std::multimap<Clock::time_point, Task> dropped;  // destroyed without the lock: tasks own objects
+  decltype(later_) dropped;  // destroyed without the lock: tasks own objects
   {
     absl::MutexLock lock(&mutex_);
     stopped_ = true;
@@ -64,7 +84,7 @@ void WorkPool::Stop() {
 void WorkPool::RunTasks() {
   Task task;
   while (NextTask(task)) {
-    task();
+    RunGuarded("a task", task);
     task = nullptr;
   }
 }
@@ -78,7 +98,8 @@ bool WorkPool::NextTask(Task& task) {
     if (later_.empty()) {
       changed_.Wait(&mutex_);
     } else {
-      changed_.WaitWithTimeout(&mutex_, absl::FromChrono(later_.begin()->first - Clock::now()));
+      changed_.WaitWithTimeout(&mutex_,
+                               absl::FromChrono(later_.begin()->first.first - Clock::now()));
     }
   }
   task = std::move(ready_.front());
@@ -89,8 +110,8 @@ bool WorkPool::NextTask(Task& task) {
 
 void WorkPool::MoveDueTasks() {
   const Clock::time_point now = Clock::now();
-  while (!later_.empty() && later_.begin()->first <= now) {
-    ready_.push_back(std::move(later_.begin()->second));
+  while (!later_.empty() && later_.begin()->first.first <= now) {
+    ready_.splice(ready_.end(), later_.begin()->second);
     later_.erase(later_.begin());
   }
 }

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <chrono>
-#include <deque>
+#include <cstdint>
+#include <list>
 #include <map>
+#include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
@@ -17,10 +20,15 @@
 namespace liquidblend::rpc {
 
 // Runs tasks in the order they were posted, and later ones when their time has come.
-// Threads: safe. Tasks must not throw.
+// A task that throws is logged and dropped; whoever waits for its result must be told by the task
+// itself, see Guarded().
+// Threads: safe.
 class WorkPool {
  public:
   using Task = absl::AnyInvocable<void()>;
+  using Clock = std::chrono::steady_clock;
+  // Identifies a task that waits for its time.
+  using Timer = std::pair<Clock::time_point, int64_t>;
 
   // Starts num_threads >= 1 threads; at most max_waiting >= 1 posted tasks wait for one of them.
   WorkPool(int num_threads, int max_waiting);
@@ -36,14 +44,21 @@ class WorkPool {
   bool PostMore(Task task);
   bool PostAfter(absl::Duration delay, Task task);
 
+  // PostAfter() that can be cancelled; nothing if the pool has stopped.
+  //   delay  any value; negative ones count as 0, those above kMaxDelay as kMaxDelay
+  std::optional<Timer> StartTimer(absl::Duration delay, Task task);
+  static constexpr absl::Duration kMaxDelay = absl::Hours(24 * 365);
+
+  // Drops the task unless its time has come already.
+  void Cancel(const Timer& timer);
+
   int64_t num_waiting() const;  // tasks whose time has come and that no thread has taken yet
+  int64_t num_timers() const;   // tasks whose time has not come
 
   // Runs what was posted, drops what was to come later, and ends the threads. Idempotent.
   void Stop();
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   void RunTasks();
   bool NextTask(Task& task);  // false: stopped
   void MoveDueTasks() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -51,8 +66,10 @@ class WorkPool {
   const size_t max_waiting_;
   mutable absl::Mutex mutex_;
   base::SteadyCondVar changed_;
-  std::deque<Task> ready_ ABSL_GUARDED_BY(mutex_);
-  std::multimap<Clock::time_point, Task> later_ ABSL_GUARDED_BY(mutex_);
+  std::list<Task> ready_ ABSL_GUARDED_BY(mutex_);
+  // Lists of one task each, so that no memory is needed to make them ready.
+  std::map<Timer, std::list<Task>> later_ ABSL_GUARDED_BY(mutex_);
+  int64_t num_started_timers_ ABSL_GUARDED_BY(mutex_) = 0;
   bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };

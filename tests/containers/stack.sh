@@ -129,8 +129,8 @@ quietly() {
 }
 
 start_server() {  # NAME IMAGE
-  run "$1" "$2" --memory 2g -- --listen 0.0.0.0:50051 --http 0.0.0.0:8080 --insecure --workers 0 \
-    --threads 1 --log-format json
+  run "$1" "$2" --memory 2g -- --listen 0.0.0.0:50051 --http 0.0.0.0:8080 --http-host "$1" \
+    --insecure --workers 0 --threads 1 --log-format json
 }
 
 start_worker() {  # NAME IMAGE

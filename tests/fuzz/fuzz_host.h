@@ -6,6 +6,7 @@
 #include <list>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -25,12 +26,13 @@ class FuzzHost final : public rpc::StreamHost {
  public:
   // Steps that one event may cause.
   static constexpr int kMaxSteps = 32;
-  static constexpr size_t kMaxTimers = 64;
+  static constexpr size_t kMaxTimers = 1;
   static constexpr size_t kMaxOrders = 2;
 
   absl::Duration Now() const override { return now_; }
   void Post(Task task) override { ready_.push_back(std::move(task)); }
-  void PostAfter(absl::Duration delay, Task task) override;
+  std::optional<Timer> StartTimer(absl::Duration delay, Task task) override;
+  void CancelTimer(const Timer& timer) override;
   void FindFamily(const std::string& id, catalog::Families::Done done) override;
   Ticket Make(rpc::FrameOrder order, rpc::FrameMaker::Done done) override;
   void Leave(const Ticket& ticket) override;
@@ -71,7 +73,8 @@ class FuzzHost final : public rpc::StreamHost {
 
   absl::Duration now_ = absl::Seconds(1'000'000);
   std::deque<Task> ready_;
-  std::multimap<absl::Duration, Task> timers_;
+  std::map<std::pair<absl::Duration, int64_t>, Task> timers_;  // by due time and number
+  int64_t num_timers_ = 0;                                     // that were started
   std::deque<Search> searches_;
   std::list<OrderPtr> orders_;
   bool is_at_once_ = false;

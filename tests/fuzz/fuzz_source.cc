@@ -6,6 +6,11 @@
 #include "absl/strings/str_cat.h"
 
 namespace liquidblend::fuzz {
+namespace {
+
+constexpr char kGeneration[] = "generation";
+
+}  // namespace
 
 template <typename Reply>
 void FuzzSource::Give(absl::StatusOr<Reply> reply, Done<Reply> done) {
@@ -34,21 +39,27 @@ absl::Status FuzzSource::Admit(const rpc::Visitor& visitor, const rpc::Errand&,
 }
 
 rpc::FrameSource::Cancel FuzzSource::GetFrame(v1::GetFrameRequest request, std::string,
-                                              Done<v1::Frame> done) {
+                                              Done<rpc::MadeFrame> done) {
   v1::Frame frame;
   frame.set_data("DRACO");
   frame.set_version(request.version() == 0 ? 1 : request.version());
   *frame.mutable_weights() = request.weights();
   frame.set_time_s(request.time_s());
   // Answered or cancelled, whichever comes first.
-  auto open = std::make_shared<std::optional<Done<v1::Frame>>>(std::move(done));
-  const auto finish = [open](absl::StatusOr<v1::Frame> reply) {
+  auto open = std::make_shared<std::optional<Done<rpc::MadeFrame>>>(std::move(done));
+  const auto finish = [open](absl::StatusOr<rpc::MadeFrame> reply) {
     if (!open->has_value()) return;
-    Done<v1::Frame> callback = *std::exchange(*open, std::nullopt);
+    Done<rpc::MadeFrame> callback = *std::exchange(*open, std::nullopt);
     callback(std::move(reply));
   };
-  Give<v1::Frame>(std::move(frame), finish);
+  Give<rpc::MadeFrame>(rpc::MadeFrame{std::move(frame), kGeneration}, finish);
   return [finish] { finish(absl::CancelledError("the client has gone")); };
+}
+
+void FuzzSource::FindVersion(const std::string& family, int64_t version,
+                             Done<rpc::FamilyVersion> done) {
+  if (version > 1) return Give<rpc::FamilyVersion>(absl::NotFoundError(family), std::move(done));
+  Give<rpc::FamilyVersion>(rpc::FamilyVersion{1, kGeneration}, std::move(done));
 }
 
 void FuzzSource::GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) {

@@ -29,7 +29,10 @@ class FuzzSource final : public rpc::FrameSource {
 
   absl::Status Admit(const rpc::Visitor& visitor, const rpc::Errand& errand,
                      rpc::Admitted& admitted) override;
-  Cancel GetFrame(v1::GetFrameRequest request, std::string client, Done<v1::Frame> done) override;
+  Cancel GetFrame(v1::GetFrameRequest request, std::string client,
+                  Done<rpc::MadeFrame> done) override;
+  void FindVersion(const std::string& family, int64_t version,
+                   Done<rpc::FamilyVersion> done) override;
   void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override;
   void ListFamilies(v1::ListFamiliesRequest request, Done<v1::ListFamiliesResponse> done) override;
   std::shared_ptr<rpc::StreamSession> OpenStream(

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
 #include "worker/ingest/frame_times.h"
 #include "worker/ingest/text.h"
 
@@ -78,6 +79,9 @@ absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
   if (!object.is_object()) return absl::InvalidArgumentError("the file is not a JSON object");
   Meta meta;
   LB_RETURN_IF_ERROR(ReadField(object, "fps", meta.frames_per_second));
+  if (object.contains("fps")) {
+    LB_RETURN_IF_ERROR(mesh::CheckRange("fps", meta.frames_per_second, mesh::kFramesPerSecond));
+  }
   LB_RETURN_IF_ERROR(ReadField(object, "voxel_size_m", meta.voxel_size_m));
   LB_RETURN_IF_ERROR(ReadDomainSize(object, meta.longest_side_m));
   LB_RETURN_IF_ERROR(ReadFrameTimes(object, meta.frame_times));

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
 #include "worker/ingest/clean.h"
 #include "worker/ingest/frame_files.h"
 #include "worker/ingest/frame_times.h"
@@ -249,7 +250,10 @@ absl::Status CheckPositive(double value, const char* name) {
 }  // namespace
 
 absl::Status ImportOptions::Validate() const {
-  LB_RETURN_IF_ERROR(CheckPositive(frames_per_second, "frames_per_second"));
+  if (frames_per_second != 0) {
+    LB_RETURN_IF_ERROR(
+        mesh::CheckRange("frames_per_second", frames_per_second, mesh::kFramesPerSecond));
+  }
   LB_RETURN_IF_ERROR(CheckPositive(vertex_scale, "vertex_scale"));
   LB_RETURN_IF_ERROR(CheckPositive(velocity_scale, "velocity_scale"));
   LB_RETURN_IF_ERROR(CheckPositive(voxel_size_m, "voxel_size_m"));

@@ -26,7 +26,7 @@ enum class Format { kAny, kMantaflow, kPly, kObj, kStl, kVdb };
 // longest of domain_size_m as vertex_scale), or, where that is silent too, the default.
 struct ImportOptions {
   Format format = Format::kAny;    // kAny: found from the file names
-  double frames_per_second = 0.0;  // > 0; default 24
+  double frames_per_second = 0.0;  // in mesh::kFramesPerSecond; default 24
   double vertex_scale = 0.0;       // > 0; metres per unit of the files' positions; default 1
   double velocity_scale = 0.0;     // > 0; metres per second per unit of the files' velocities;
                                    // default vertex_scale, for Mantaflow see voxel_size_m

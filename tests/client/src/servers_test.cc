@@ -18,6 +18,18 @@ using ::testing::HasSubstr;
 
 const absl::Status kAway = absl::UnavailableError("going away");
 
+// A proxy would read the token, and take this machine's name for its own.
+TEST(Servers, AreReachedWithoutAProxyOnThisMachine) {
+  FakeServer server;
+  setenv("http_proxy", "http://127.0.0.1:1", 1);  // where nobody listens
+  ConnectOptions options;
+  options.target = server.target();
+  const auto client = Client::Connect(options);
+  unsetenv("http_proxy");
+  ASSERT_TRUE(client.ok()) << client.status();
+  EXPECT_TRUE((*client)->GetFamily("drops").ok());
+}
+
 TEST(AddressesIn, SplitsAtCommasUnlessGrpcKnowsTheList) {
   EXPECT_THAT(client::AddressesIn("a:1"), ElementsAre("a:1"));
   EXPECT_THAT(client::AddressesIn("a:1,b:2"), ElementsAre("a:1", "b:2"));

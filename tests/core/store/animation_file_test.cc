@@ -150,6 +150,8 @@ TEST(AnimationFile, RefusesAManifestThatContradictsItself) {
               Fails(Code::kInvalidArgument, "sections for 1073741824 frames"));
   EXPECT_THAT(Read(Changed([](Manifest& m) { m.set_frames_per_second(0.0); })),
               Fails(Code::kInvalidArgument, "frames_per_second = 0"));
+  EXPECT_THAT(Read(Changed([](Manifest& m) { m.set_frames_per_second(1e10); })),
+              Fails(Code::kInvalidArgument, "frames_per_second = 1e+10"));
   EXPECT_THAT(Read(Changed([](Manifest& m) { m.mutable_sections(4)->set_name("faces.1"); })),
               Fails(Code::kInvalidArgument, "has section faces.1 in the place of triangles.1"));
 }

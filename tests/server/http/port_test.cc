@@ -108,7 +108,7 @@ TEST_F(PortTest, PipelinedRequestsAreAnsweredInOrder) {
   HttpClient client(port_->port());
   std::string requests;
   for (const char* target : {kSplash, "/healthz", "/nowhere", "/v1/families/drops", kSplash}) {
-    absl::StrAppend(&requests, "GET ", target, " HTTP/1.1\r\nHost: h\r\n\r\n");
+    absl::StrAppend(&requests, "GET ", target, " HTTP/1.1\r\nHost: localhost\r\n\r\n");
   }
   ASSERT_TRUE(client.Send(requests));
   const HttpReply first = client.ReadReply();
@@ -162,7 +162,7 @@ TEST_F(PortTest, SlowClientsAreDisconnected) {
   HttpClient silent(port_->port());
   EXPECT_TRUE(silent.IsClosed());
   HttpClient slow(port_->port());  // a byte now and then does not help
-  const std::string request = "GET /healthz HTTP/1.1\r\nHost: h\r\n";
+  const std::string request = "GET /healthz HTTP/1.1\r\nHost: localhost\r\n";
   const absl::Time begin = absl::Now();
   size_t num_sent = 0;
   while (num_sent < 10 * request.size() &&
@@ -180,7 +180,7 @@ TEST_F(PortTest, AClientThatDoesNotReadIsDisconnected) {
   options.idle_timeout = absl::Milliseconds(500);
   Start(options);
   HttpClient client(port_->port());
-  const std::string request = absl::StrCat("GET ", kSplash, " HTTP/1.1\r\nHost: h\r\n\r\n");
+  const std::string request = absl::StrCat("GET ", kSplash, " HTTP/1.1\r\nHost: localhost\r\n\r\n");
   const absl::Time begin = absl::Now();
   while (client.Send(request) && absl::Now() - begin < absl::Seconds(20)) {
   }
@@ -277,7 +277,7 @@ TEST_F(PortTest, WhatIsBeingAnsweredIsFinishedOnStop) {
 
 TEST_F(PortTest, AFrameThatItsClientHasLeftIsNotMade) {
   OccupyFrames();
-  const std::string request = absl::StrCat("GET ", kSplash, " HTTP/1.1\r\nHost: h\r\n\r\n");
+  const std::string request = absl::StrCat("GET ", kSplash, " HTTP/1.1\r\nHost: localhost\r\n\r\n");
   for (int num_requests = 1; num_requests <= 2; ++num_requests) {
     {
       HttpClient client(port_->port());
@@ -304,7 +304,7 @@ TEST_F(PortTest, WhoLeavesDoesNotTakeTheFrameFromOthers) {
   HttpReply reply;
   {
     HttpClient leaver(port_->port());
-    leaver.Send(absl::StrCat("GET ", kSplash, " HTTP/1.1\r\nHost: h\r\n\r\n"));
+    leaver.Send(absl::StrCat("GET ", kSplash, " HTTP/1.1\r\nHost: localhost\r\n\r\n"));
     while (WaitingCost() == 0) std::this_thread::yield();
     const int64_t one = WaitingCost();
     const std::jthread stayer([&] { reply = HttpClient(port_->port()).Get(kSplash); });
@@ -356,6 +356,9 @@ TEST(PortOptions, NamesTheFirstFieldOutOfRange) {
        {"example.org", "https://", "https://a/b", "https://a\r\nX: y", "://a"}) {
     EXPECT_THAT(message([&](auto& o) { o.router.allowed_origin = origin; }),
                 HasSubstr("allowed_origin"));
+  }
+  for (const char* host : {"", "a:80", "http://a", "a b"}) {
+    EXPECT_THAT(message([&](auto& o) { o.router.hosts = {host}; }), HasSubstr("hosts"));
   }
 }
 

@@ -36,10 +36,11 @@ class FakeSource final : public rpc::FrameSource {
     admitted.principal.key = admitted.principal.name;
     return absl::OkStatus();
   }
-  Cancel GetFrame(v1::GetFrameRequest request, std::string client, Done<v1::Frame> done) override {
+  Cancel GetFrame(v1::GetFrameRequest request, std::string client,
+                  Done<rpc::MadeFrame> done) override {
     clients.push_back(client);
     if (is_slow) {
-      return [this, done = std::make_shared<Done<v1::Frame>>(std::move(done))] {
+      return [this, done = std::make_shared<Done<rpc::MadeFrame>>(std::move(done))] {
         ++num_cancelled;
         (*done)(absl::CancelledError("left"));
       };
@@ -53,7 +54,8 @@ class FakeSource final : public rpc::FrameSource {
       done(absl::NotFoundError("no such version"));
       return [] {};
     }
-    v1::Frame frame;
+    rpc::MadeFrame made;
+    v1::Frame& frame = made.frame;
     frame.set_data("DRACO");
     frame.set_version(request.version() == 0 ? served_version : request.version());
     *frame.mutable_weights() = request.weights();
@@ -62,8 +64,13 @@ class FakeSource final : public rpc::FrameSource {
     frame.set_num_triangles(12);
     frame.mutable_bounds()->mutable_min()->set_x(-1.5);
     frame.mutable_bounds()->mutable_max()->set_z(2);
-    done(std::move(frame));
+    made.generation = GenerationOf(frame.version());
+    done(std::move(made));
     return [] {};
+  }
+  void FindVersion(const std::string& family, int64_t, Done<rpc::FamilyVersion> done) override {
+    if (family != "families/splash") return done(absl::NotFoundError(family));
+    done(rpc::FamilyVersion{published_version, GenerationOf(published_version)});
   }
   void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override {
     if (request.name() != "families/splash") return done(absl::NotFoundError(request.name()));
@@ -91,7 +98,12 @@ class FakeSource final : public rpc::FrameSource {
   metrics::Metrics& metrics() override { return metrics_; }
   rpc::CallLog& call_log() override { return call_log_; }
 
+  std::string GenerationOf(int64_t version) const {
+    return absl::StrCat("splash/", version, "/", content);
+  }
+
   absl::Status error;
+  std::string content = "first";
   int num_frames = 0;
   int64_t published_version = kVersion;
   int64_t served_version = kVersion;  // without a version: older while a new one is being loaded
@@ -216,10 +228,30 @@ TEST_F(RouterTest, TagsTellRequestsAndVersionsApart) {
   v1::GetFrameRequest request;
   request.set_family("families/splash");
   request.add_weights(0.5);
-  const std::string tag = FrameTag(request, 1);
-  EXPECT_NE(FrameTag(request, 2), tag);
+  const std::string tag = FrameTag(request, 1, "a");
+  EXPECT_NE(FrameTag(request, 2, "a"), tag);
+  EXPECT_NE(FrameTag(request, 1, "b"), tag);
   request.set_time_s(0.1);
-  EXPECT_NE(FrameTag(request, 1), tag);
+  EXPECT_NE(FrameTag(request, 1, "a"), tag);
+}
+
+// As after a backup was restored: the number comes again, but not the frames.
+TEST_F(RouterTest, AVersionWithOtherContentIsAnother) {
+  for (const char* target : {kFrame, kFixedFrame}) {
+    source_.content = "first";
+    const std::string tag = Get(target).headers["ETag"];
+    EXPECT_EQ(Get(target, tag).code, 304) << target;
+    source_.content = "restored";
+    const Reply other = Get(target, tag);
+    EXPECT_EQ(other.code, 200) << target;
+    EXPECT_NE(other.headers.at("ETag"), tag);
+    EXPECT_EQ(Get(target, other.headers.at("ETag")).code, 304) << target;
+  }
+}
+
+TEST_F(RouterTest, AVersionThatDoesNotExistIsNotUnchanged) {
+  const std::string target = absl::StrCat(kFrame, "&version=9");
+  EXPECT_EQ(Get(target, "*").code, 404);
 }
 
 TEST_F(RouterTest, FamiliesAreJson) {
@@ -261,8 +293,8 @@ TEST_F(RouterTest, ErrorsAreJsonStatusesWithTheirCode) {
 }
 
 TEST_F(RouterTest, UnknownPathsAndMethodsAreNamed) {
-  for (const char* target : {"/", "/v1", "/v1/families/", "/v1/families/a/b", "", "*", "http://h",
-                             "/v1/families/a/frame.drc/b", "/metrics/"}) {
+  for (const char* target : {"/", "/v1", "/v1/families/", "/v1/families/a/b", "", "*",
+                             "http://localhost", "/v1/families/a/frame.drc/b", "/metrics/"}) {
     const Reply reply = Get(target);
     EXPECT_EQ(reply.code, 404) << target;
   }
@@ -290,7 +322,61 @@ TEST_F(RouterTest, BodiesAreRefused) {
 
 TEST_F(RouterTest, AbsoluteTargetsAreTheSame) {
   EXPECT_EQ(Get("http://example.org/healthz").body, "ok\n");
-  EXPECT_EQ(Get("https://example.org:8443/v1/families/splash").code, 200);
+  EXPECT_EQ(Get("https://localhost:8443/v1/families/splash").code, 200);
+}
+
+// A page whose name resolves to this machine (DNS rebinding) still sends its own name.
+TEST_F(RouterTest, OnlyKnownHostsAreAnswered) {
+  options_.hosts = {"frames.example.org"};
+  const auto code_of = [this](const std::string& host, const std::string& target) {
+    Request request;
+    request.method = "GET";
+    request.target = target;
+    request.host = host;
+    return Send(request).code;
+  };
+  const std::vector<std::string> targets = {"/v1/families", "/v1/families/splash", kFrame,
+                                            "/metrics"};
+  for (const std::string& target : targets) {
+    EXPECT_EQ(code_of("evil.example:8080", target), 403) << target;
+    EXPECT_EQ(code_of("localhost:8080", target), 200) << target;
+    EXPECT_EQ(code_of("frames.example.org", target), 200) << target;
+    EXPECT_EQ(code_of("localhost", absl::StrCat("http://evil.example", target)), 403) << target;
+  }
+  EXPECT_EQ(code_of("evil.example", "/nowhere"), 403);
+  EXPECT_EQ(code_of("evil.example", "/healthz"), 200);
+  EXPECT_EQ(code_of("evil.example", "/readyz"), 200);
+  Request request;
+  request.method = "OPTIONS";
+  request.target = kFrame;
+  request.host = "evil.example";
+  EXPECT_EQ(Send(request).code, 403);
+  const nlohmann::json error = nlohmann::json::parse(Send(request).body);
+  EXPECT_THAT(std::string(error["message"]), HasSubstr("--http-host"));
+  EXPECT_EQ(error["details"][0]["reason"], "HOST_NOT_ALLOWED");
+}
+
+TEST_F(RouterTest, OnlyKnownHostsMayOpenStreams) {
+  Request request;
+  request.method = "GET";
+  request.target = "/v1/stream";
+  request.host = "evil.example";
+  request.origin = "http://evil.example";
+  StreamVisit visit = {CallerOf(request), {}};
+  EXPECT_TRUE(absl::IsPermissionDenied(Router(source_, options_).AdmitStream(request, visit)));
+  options_.hosts = {"evil.example"};
+  EXPECT_TRUE(Router(source_, options_).AdmitStream(request, visit).ok());
+}
+
+TEST(Cancellation, TheLastStepCounts) {
+  Cancellation cancellation;
+  std::vector<int> cancelled;
+  cancellation.Arm(2, [&] { cancelled.push_back(2); });
+  cancellation.Arm(1, [&] { cancelled.push_back(1); });  // a thread that was slow to return
+  cancellation.Cancel();
+  EXPECT_THAT(cancelled, testing::ElementsAre(2));
+  cancellation.Arm(3, [&] { cancelled.push_back(3); });
+  EXPECT_THAT(cancelled, testing::ElementsAre(2, 3));
 }
 
 TEST_F(RouterTest, AStreamNeedsAnUpgrade) {

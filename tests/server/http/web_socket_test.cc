@@ -181,6 +181,41 @@ TEST_F(WebSocketTest, PagesOfOtherOriginsAreRefused) {
   EXPECT_EQ(own.Upgrade("Origin: http://localhost\r\n").code, 101);
 }
 
+TEST_F(WebSocketTest, PagesThatCallThisMachineByTheirNameAreRefused) {
+  const auto upgrade = [this](const std::string& hosts) {
+    HttpClient client(port_->port());
+    client.Send(absl::StrCat("GET /v1/stream HTTP/1.1\r\n", hosts,
+                             "Origin: http://evil.example\r\nConnection: Upgrade\r\n"
+                             "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"));
+    return client.ReadReply().code;
+  };
+  EXPECT_EQ(upgrade("Host: evil.example\r\n"), 403);
+  EXPECT_EQ(upgrade("Host: localhost\r\nHost: evil.example\r\n"), 403);
+  PortOptions options;
+  options.router.hosts = {"evil.example"};
+  Start(options);
+  EXPECT_EQ(upgrade("Host: evil.example\r\n"), 101);
+}
+
+// As docs/operations.md says: pinged after half of the idle timeout, closed after all of it.
+TEST_F(WebSocketTest, ASilentClientIsClosedAfterTheIdleTimeout) {
+  PortOptions options;
+  options.idle_timeout = absl::Seconds(3);
+  Start(options);
+  HttpClient client(port_->port());
+  ASSERT_EQ(client.Upgrade().code, 101);
+  const absl::Time begin = absl::Now();
+  EXPECT_EQ(client.ReadMessage().opcode, 9);
+  const absl::Duration pinged = absl::Now() - begin;
+  EXPECT_TRUE(client.IsClosed());
+  const absl::Duration closed = absl::Now() - begin;
+  EXPECT_GE(pinged, absl::Seconds(1));
+  EXPECT_LT(pinged, options.idle_timeout);
+  EXPECT_GE(closed, absl::Seconds(2.5));
+  EXPECT_LT(closed, 2 * options.idle_timeout);
+}
+
 TEST_F(WebSocketTest, SilentClientsArePingedAndThenClosed) {
   PortOptions options;
   options.idle_timeout = absl::Milliseconds(300);

@@ -92,6 +92,7 @@ const std::vector<Case> kRequests = {
     {"UploadAnimation", {R"(header { animation_id: "No!" })"}},
     {"UploadAnimation", {R"(header { animation_id: "a" })"}},
     {"UploadAnimation", {R"(header { animation_id: "new" options { vertex_scale: -1 } })"}},
+    {"UploadAnimation", {R"(header { animation_id: "new" options { frames_per_second: 1e10 } })"}},
     {"UploadAnimation", {R"(header { animation_id: "new" })"}},
     {"UploadAnimation", {R"(header { animation_id: "new" })", R"(header { animation_id: "new" })"}},
     {"UploadAnimation", {R"(header { animation_id: "new" })", R"(file { name: "../f1.ply" })"}},
@@ -266,10 +267,12 @@ TEST_F(ErrorTableTest, IsWhatTheDocumentSays) {
       CallInBytes(channel_, "/liquidblend.v1.LiquidBlend/GetFrame", {"\xFF"});
   const grpc::Status broken_stream =
       CallInBytes(channel_, "/liquidblend.v1.LiquidBlend/StreamFrames", {"\xFF"});
+  const grpc::Status too_large =
+      CallInBytes(channel_, "/liquidblend.v1.LiquidBlend/GetFrame", {std::string(65'537, '\0')});
   const grpc::Status unknown = CallInBytes(channel_, "/liquidblend.v1.LiquidBlend/Fly", {""});
   absl::StrAppend(&text, RowOf({"GetFrame", {"bytes that are no message"}}, malformed),
                   RowOf({"StreamFrames", {"bytes that are no message"}}, broken_stream),
-                  RowOf({"Fly", {""}}, unknown));
+                  RowOf({"GetFrame", {"65,537 bytes"}}, too_large), RowOf({"Fly", {""}}, unknown));
   options.authorizer = Principals();
   Start(options);
   EXPECT_THAT(Call({"ListFamilies", {""}, "slow"}), IsOk());

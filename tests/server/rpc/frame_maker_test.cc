@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string>
 #include <utility>
@@ -83,6 +84,16 @@ TEST_F(FrameMakerTest, AFrameIsMadeOnceForAllThatWait) {
   v1::Frame frame;
   ASSERT_TRUE(frame.ParseFromString(*first.frame()));
   EXPECT_EQ(frame.data().substr(0, 5), "DRACO");
+}
+
+TEST_F(FrameMakerTest, ACallThatThrowsDoesNotKeepTheFrameFromOthers) {
+  Answer second, later;
+  maker_.Make(Order(0.5, "a"), [](const absl::StatusOr<FramePtr>&) { throw std::bad_alloc(); });
+  maker_.Make(Order(0.5, "b"), second.Done());
+  Release();
+  ASSERT_NE(second.frame(), nullptr);
+  maker_.Make(Order(0.5, "b"), later.Done());
+  EXPECT_EQ(later.frame(), second.frame());
 }
 
 TEST_F(FrameMakerTest, AFrameThatIsKeptIsAnsweredAtOnce) {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace liquidblend::rpc {
@@ -194,6 +197,49 @@ TEST(FramePacer, RoundingLosesNoFrame) {
       ASSERT_EQ(times.size(), static_cast<size_t>(num_frames)) << fps;
       EXPECT_EQ(times.front(), 0.0);
       EXPECT_NEAR(times.back(), pace.duration_s, kTolerance);
+    }
+  }
+}
+
+// Old stores may hold families of any frame rate, and clients send any numbers.
+TEST(FramePacer, AnyNumbersGiveTicksInsideOfTheAnimation) {
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  const std::vector<double> extremes = {0.0,
+                                        -0.0,
+                                        1e-320,
+                                        1e-15,
+                                        1e-10,
+                                        1.0,
+                                        1e10,
+                                        1e300,
+                                        std::numeric_limits<double>::max(),
+                                        -1.0,
+                                        -1e300,
+                                        kInf,
+                                        -kInf,
+                                        std::numeric_limits<double>::quiet_NaN()};
+  for (const double fps : extremes) {
+    for (const double rate : extremes) {
+      for (const double duration_s : extremes) {
+        for (const bool is_lossless : {false, true}) {
+          const Pace pace = {duration_s, fps, rate, /*loop=*/true, is_lossless};
+          const double end_s = std::isnan(duration_s) ? 0.0 : std::max(duration_s, 0.0);
+          FramePacer pacer;
+          pacer.Change(pace, std::nullopt, Ms(0));
+          int64_t num_skipped = 0;
+          for (const double now_s : {0.0, 0.1, 1e3, 1e9, 9e9}) {
+            const auto tick = pacer.Next(absl::Seconds(now_s));
+            ASSERT_TRUE(tick.has_value());
+            ASSERT_GE(tick->time_s, 0.0) << fps << " " << rate << " " << duration_s;
+            ASSERT_LE(tick->time_s, end_s) << fps << " " << rate << " " << duration_s;
+            ASSERT_LT(tick->due, absl::InfiniteDuration());
+            ASSERT_GE(pacer.num_skipped(), num_skipped) << fps << " " << rate << " " << duration_s;
+            num_skipped = pacer.num_skipped();
+            pacer.Advance();
+          }
+          pacer.Change(pace, 0.5, absl::Seconds(9e9));
+        }
+      }
     }
   }
 }

@@ -43,6 +43,14 @@ class FramePoolTest : public testing::Test {
   FramePool pool_;
 };
 
+TEST_F(FramePoolTest, WorkThatThrowsDoesNotEndTheThread) {
+  absl::Notification done;
+  ASSERT_TRUE(Post("a", 1, [] { throw std::bad_alloc(); }).ok());
+  ASSERT_TRUE(Post("a", 1, [&] { done.Notify(); }).ok());
+  Release();
+  done.WaitForNotification();
+}
+
 TEST_F(FramePoolTest, WhatIsFullSaysWhenToTryAgain) {
   int num_run = 0;
   ASSERT_TRUE(Post("a", 100, [&] { ++num_run; }).ok());

@@ -41,16 +41,16 @@ inline std::vector<std::string> BlamedFields(const absl::Status& status) {
 
 // A GetFrame call from beginning to end.
 inline absl::StatusOr<v1::Frame> GetFrame(Backends& backends, const v1::GetFrameRequest& request) {
-  absl::StatusOr<FramePtr> result;
+  absl::StatusOr<AnsweredFrame> result;
   absl::Notification is_done;
-  FrameCall::Start(backends, request, "test", [&](absl::StatusOr<FramePtr> made) {
+  FrameCall::Start(backends, request, "test", [&](absl::StatusOr<AnsweredFrame> made) {
     result = std::move(made);
     is_done.Notify();
   });
   is_done.WaitForNotification();
   if (!result.ok()) return result.status();
   v1::Frame frame;
-  EXPECT_TRUE(frame.ParseFromString(**result));
+  EXPECT_TRUE(frame.ParseFromString(*result->bytes));
   return frame;
 }
 

@@ -4,6 +4,7 @@
 
 #include "absl/time/clock.h"
 #include "google/rpc/error_details.pb.h"
+#include "tests/server/rpc/extremes.h"
 #include "tests/server/rpc/raw_call.h"
 #include "tests/server/rpc/server_testing.h"
 
@@ -113,6 +114,60 @@ TEST_F(ServerTest, BytesThatAreNoMessageAreNotTheEndOfAStreamsRequests) {
     const auto info = DetailOf<google::rpc::ErrorInfo>(status);
     EXPECT_EQ(info.reason(), "REQUEST_MALFORMED");
     EXPECT_EQ(info.metadata().at("method"), "StreamFrames");
+  }
+}
+
+// Fields that no version of the API has are appended by protobuf, message after message: they
+// filled the memory of a server in seconds.
+TEST_F(ServerTest, UnknownFieldsOfAStreamAreNotKept) {
+  constexpr int kNumMessages = 1000;
+  PublishSplash();
+  v1::StreamFramesRequest held = Lossless();
+  held.set_lossless(false);
+  held.set_rate(0);
+  held.set_frames_per_second(0.001);
+  v1::StreamFramesRequest unknown;
+  unknown.GetReflection()->MutableUnknownFields(&unknown)->AddLengthDelimited(
+      15000, std::string(60'000, 'x'));
+  grpc::ClientContext context;
+  const auto stream = stub_->StreamFrames(&context);
+  ASSERT_TRUE(stream->Write(held));
+  v1::StreamFramesResponse response;
+  ASSERT_TRUE(stream->Read(&response));
+  const int64_t before = ResidentBytes();
+  for (int k = 0; k < kNumMessages; ++k) ASSERT_TRUE(stream->Write(unknown));
+  held.set_frames_per_second(100);  // the stream has read them all when this has its effect
+  ASSERT_TRUE(stream->Write(held));
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE(stream->Read(&response));
+  EXPECT_LT(ResidentBytes() - before, kNumMessages * 60'000 / 2);
+  context.TryCancel();
+}
+
+TEST_F(ServerTest, RequestsForFramesAreSmall) {
+  PublishSplash();
+  v1::GetFrameRequest request;
+  request.set_family("families/splash");
+  for (int k = 0; k < 40'000; ++k) request.add_parameters();
+  for (const char* method : {"GetFrame", "StreamFrames"}) {
+    const grpc::Status status =
+        CallInBytes(channel_, absl::StrCat("/liquidblend.v1.LiquidBlend/", method),
+                    {request.SerializeAsString()});
+    EXPECT_THAT(status, EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "more than the 65536"));
+    const auto info = DetailOf<google::rpc::ErrorInfo>(status);
+    EXPECT_EQ(info.reason(), "REQUEST_TOO_LARGE");
+    EXPECT_EQ(info.metadata().at("method"), method);
+  }
+}
+
+// gRPC keeps them for as long as the call lasts.
+TEST_F(ServerTest, RequestsOfCallsThatWaitAreSmall) {
+  for (const char* method : {"liquidblend.v1.LiquidBlend/WatchOperation",
+                             "google.longrunning.Operations/WaitOperation"}) {
+    v1::WatchOperationRequest request;  // field 1 of both is the name
+    request.set_name("operations/" + std::string(70'000, 'x'));
+    const grpc::Status status =
+        CallInBytes(channel_, absl::StrCat("/", method), {request.SerializeAsString()});
+    EXPECT_THAT(status, EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "more than the 65536"));
   }
 }
 

@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -126,6 +128,21 @@ class StreamSessionTest : public RpcTest {
   std::unique_ptr<Backends> backends_;
   std::shared_ptr<StreamSession> session_;
 };
+
+mesh::RegisteredFamily TinyFamily(double frames_per_second) {
+  synthetic::ComplexOptions options;
+  options.num_frames = kFamilyFrames;
+  mesh::RegisteredFamily family = synthetic::MakeFamily(
+      synthetic::MixedSphere(3, options), {{synthetic::SmoothWarp(1, 0.1F, 0.3F), {}}});
+  family.name = "splash";
+  family.frames_per_second = frames_per_second;
+  return family;
+}
+
+// Refers to `loaded`, which must live longer.
+catalog::FamilyPtr Unowned(const catalog::LoadedFamily& loaded) {
+  return catalog::FamilyPtr(catalog::FamilyPtr(), &loaded);
+}
 
 TEST_F(StreamSessionTest, ALosslessStreamSendsEveryFrameAndEnds) {
   PublishSplash();
@@ -303,6 +320,99 @@ TEST_F(StreamSessionTest, AfterStopNothingIsSentOrMade) {
   backends_->Stop();
   EXPECT_EQ(sink_->num_sent(), 1U);
   EXPECT_FALSE(sink_->has_ended());
+}
+
+// A field that no version of the API has, in the message itself and in those inside of it.
+void AddUnknownFields(v1::StreamFramesRequest& request, const std::string& bytes) {
+  constexpr int kNoField = 15000;
+  const auto add = [&](google::protobuf::Message& message) {
+    message.GetReflection()->MutableUnknownFields(&message)->AddLengthDelimited(kNoField, bytes);
+  };
+  add(request);
+  add(*request.mutable_encoding());
+  add(*request.mutable_surface());
+  for (v1::Parameter& parameter : *request.mutable_parameters()) add(parameter);
+}
+
+// They used to be appended to what the stream keeps, for as long as it lived.
+TEST(MergeRequest, UnknownFieldsAreNotKept) {
+  v1::StreamFramesRequest kept;
+  for (int k = 0; k < 100; ++k) {
+    v1::StreamFramesRequest request;
+    request.add_parameters()->set_name("height");
+    AddUnknownFields(request, std::string(1000, 'x'));
+    MergeRequest(request, kept);
+  }
+  EXPECT_EQ(kept.parameters_size(), 1);
+  EXPECT_LT(kept.ByteSizeLong(), 100U);
+  EXPECT_LT(kept.SpaceUsedLong(), 2000U);
+}
+
+TEST(MergeRequest, RepeatedFieldsReplaceTheFormerOnes) {
+  v1::StreamFramesRequest kept;
+  v1::StreamFramesRequest request;
+  for (int k = 0; k < 10; ++k) request.add_weights(k);
+  request.mutable_surface()->add_attributes(v1::SurfaceOptions::NORMALS);
+  for (int k = 0; k < 100; ++k) MergeRequest(request, kept);
+  EXPECT_EQ(kept.weights_size(), 10);
+  EXPECT_EQ(kept.surface().attributes_size(), 1);
+}
+
+TEST_F(StreamSessionTest, PacesThatNobodyCanWatchAreRefused) {
+  PublishSplash();
+  for (const double fps : {0.0, -1.0, 1e-320, 1e-15, 1e-10, 0.00099, 240.1, 1e300}) {
+    sink_ = std::make_shared<TestSink>();
+    Start(SmallBackends());
+    v1::StreamFramesRequest request = Request();
+    request.set_frames_per_second(fps);
+    session_->OnRequest(request);
+    EXPECT_THAT(BlamedFields(sink_->AwaitEnd()), ElementsAre("frames_per_second")) << fps;
+  }
+}
+
+TEST_F(StreamSessionTest, AClientThatChangesItsPaceAllTheTimeLeavesOneAlarm) {
+  PublishSplash();
+  const auto await_steps = [this] {
+    absl::Notification done;
+    ASSERT_TRUE(backends_->steps.PostMore([&] { done.Notify(); }));
+    done.WaitForNotification();
+  };
+  const int64_t num_others = backends_->steps.num_timers();
+  v1::StreamFramesRequest request = Request();
+  request.set_frames_per_second(0.01);
+  request.set_rate(0);
+  session_->OnRequest(request);
+  sink_->Await(0);
+  sink_->Take(*session_);
+  await_steps();
+  for (int k = 1; k <= 100; ++k) {  // each frame is due earlier than the one before it was
+    v1::StreamFramesRequest change;
+    change.set_frames_per_second(0.01 * (1 + 0.01 * k));
+    session_->OnRequest(change);
+    await_steps();
+  }
+  EXPECT_EQ(backends_->steps.num_timers(), num_others + 1);
+  session_->Stop();
+  await_steps();
+  EXPECT_EQ(backends_->steps.num_timers(), num_others);
+}
+
+// On the clock, its frames are due as fast as a client may ask for; a lossless stream has them all.
+TEST_F(StreamSessionTest, AFamilyOfAnyFrameRateCanBeStreamed) {
+  for (const double fps : {1e-9, 1e10, 1e300}) {
+    catalog::LoadedFamily loaded(TinyFamily(fps), std::nullopt);
+    FrameStream stream;
+    v1::StreamFramesRequest request = Request();
+    ASSERT_TRUE(stream.Change(request, Unowned(loaded), absl::ZeroDuration()).ok());
+    EXPECT_GE(stream.period(), absl::Seconds(1) / 240.0) << fps;
+    EXPECT_LE(stream.period(), absl::Seconds(1000)) << fps;
+    request.set_lossless(true);
+    ASSERT_TRUE(stream.Change(request, Unowned(loaded), absl::ZeroDuration()).ok());
+    EXPECT_GT(stream.period(), absl::ZeroDuration()) << fps;
+    const auto tick = stream.Next(absl::Seconds(1e6));
+    ASSERT_TRUE(tick.has_value()) << fps;
+    EXPECT_TRUE(std::isfinite(tick->time_s)) << fps;
+  }
 }
 
 }  // namespace

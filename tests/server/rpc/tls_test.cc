@@ -148,8 +148,9 @@ TEST(IsLoopback, IsWhatOnlyThisMachineReaches) {
   for (const char* local : {"127.0.0.1:50051", "127.1.2.3:1", "localhost:0", "[::1]:50051"}) {
     EXPECT_TRUE(IsLoopback(local)) << local;
   }
-  for (const char* open : {"0.0.0.0:50051", "[::]:1", "10.0.0.1:1", "127.evil.example:1",
-                           "localhost.example:1", ":50051"}) {
+  for (const char* open :
+       {"0.0.0.0:50051", "[::]:1", "10.0.0.1:1", "127.evil.example:1", "localhost.example:1",
+        ":50051", "127.0.0.1.5:1", "127.:1", "::1:50051"}) {
     EXPECT_FALSE(IsLoopback(open)) << open;
   }
 }

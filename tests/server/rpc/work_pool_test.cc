@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <new>
+#include <stdexcept>
 #include <vector>
 
 #include "absl/synchronization/notification.h"
@@ -64,6 +66,45 @@ TEST(WorkPool, AfterStopEverythingIsRefusedAndLaterTasksAreDropped) {
   EXPECT_FALSE(pool.PostMore([] {}));
   EXPECT_FALSE(pool.PostAfter(absl::ZeroDuration(), [] {}));
   EXPECT_FALSE(has_run);
+}
+
+// Adding these to the clock's time used to overflow, which made them due at once.
+TEST(WorkPool, DelaysOfAnySizeAreSafe) {
+  std::atomic<int> num_early = 0;
+  absl::Notification done;
+  WorkPool pool(1, 10);
+  for (const absl::Duration delay : {absl::InfiniteDuration(), absl::Seconds(1e10),
+                                     absl::Hours(24 * 365 * 290), WorkPool::kMaxDelay}) {
+    EXPECT_TRUE(pool.PostAfter(delay, [&] { ++num_early; }));
+  }
+  EXPECT_TRUE(pool.PostAfter(-absl::InfiniteDuration(), [] {}));
+  EXPECT_TRUE(pool.PostAfter(absl::Milliseconds(5), [&] { done.Notify(); }));
+  done.WaitForNotification();
+  EXPECT_EQ(num_early, 0);
+  EXPECT_EQ(pool.num_timers(), 4);
+}
+
+TEST(WorkPool, ACancelledTimerIsGone) {
+  std::atomic<bool> has_run = false;
+  absl::Notification done;
+  WorkPool pool(1, 10);
+  const auto timer = pool.StartTimer(absl::Milliseconds(5), [&] { has_run = true; });
+  ASSERT_TRUE(timer.has_value());
+  pool.Cancel(*timer);
+  pool.Cancel(*timer);
+  EXPECT_TRUE(pool.PostAfter(absl::Milliseconds(20), [&] { done.Notify(); }));
+  EXPECT_EQ(pool.num_timers(), 1);
+  done.WaitForNotification();
+  EXPECT_FALSE(has_run);
+}
+
+TEST(WorkPool, ATaskThatThrowsDoesNotEndTheThread) {
+  absl::Notification done;
+  WorkPool pool(1, 10);
+  EXPECT_TRUE(pool.PostMore([] { throw std::bad_alloc(); }));
+  EXPECT_TRUE(pool.PostMore([] { throw std::runtime_error("thrown by the test"); }));
+  EXPECT_TRUE(pool.PostMore([&] { done.Notify(); }));
+  done.WaitForNotification();
 }
 
 }  // namespace

@@ -1,0 +1,57 @@
+#include "server/http/host.h"
+
+#include <algorithm>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "core/base/host.h"
+#include "server/rpc/errors.h"
+
+namespace liquidblend::http {
+namespace {
+
+constexpr char kAny[] = "*";
+constexpr size_t kMaxName = 253;  // of DNS
+constexpr size_t kMaxShown = 80;
+
+// The dot at the end only says that nothing is to be added.
+bool IsSameName(absl::string_view a, absl::string_view b) {
+  return absl::EqualsIgnoreCase(absl::StripSuffix(a, "."), absl::StripSuffix(b, "."));
+}
+
+bool IsServed(const std::string& host, const std::vector<std::string>& names) {
+  const auto is_served_as = [&](absl::string_view name) {
+    return std::any_of(names.begin(), names.end(),
+                       [&](const std::string& one) { return IsSameName(one, name); });
+  };
+  if (host.empty() || is_served_as(kAny)) return true;
+  const auto parts = base::SplitHostPort(host);
+  if (!parts.has_value()) return false;
+  if (base::IsIpAddress(parts->host)) return true;
+  return !parts->is_bracketed &&
+         (IsSameName(parts->host, "localhost") || is_served_as(parts->host));
+}
+
+}  // namespace
+
+absl::Status CheckHost(const std::string& host, const std::vector<std::string>& names) {
+  if (IsServed(host, names)) return absl::OkStatus();
+  const std::string shown = rpc::CleanText(host, kMaxShown);
+  return rpc::WithReason(
+      absl::PermissionDeniedError(absl::StrCat(
+          "this server is not known as '", shown,
+          "': ask for it by IP address or localhost, or start it with --http-host NAME")),
+      "HOST_NOT_ALLOWED", {{"host", shown}});
+}
+
+bool IsHostName(const std::string& name) {
+  if (name == kAny) return true;
+  const auto is_good = [](char c) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '-' || c == '_';
+  };
+  return !name.empty() && name.size() <= kMaxName && std::all_of(name.begin(), name.end(), is_good);
+}
+
+}  // namespace liquidblend::http

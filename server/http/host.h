@@ -1,0 +1,22 @@
+// The Host of a request: which names this server answers to.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+
+namespace liquidblend::http {
+
+// OK if `host`, a value of the header Host, is an IP address, localhost, or one of `names`, with or
+// without a port; also if it is empty, which browsers never send. "*" among the names takes any.
+// Otherwise a page of any site could read this server: its own name may resolve to this machine's
+// address as soon as the page is loaded (DNS rebinding), and then the browser takes both for one
+// site. The Host still is the page's name.
+// Errors: kPermissionDenied, HOST_NOT_ALLOWED, naming the flag --http-host.
+absl::Status CheckHost(const std::string& host, const std::vector<std::string>& names);
+
+// Whether it is a name that CheckHost() can take: of a host without port, or "*".
+bool IsHostName(const std::string& name);
+
+}  // namespace liquidblend::http

@@ -1,0 +1,122 @@
+// Whatever numbers come in the place of the right ones, by query or WebSocket: see
+// tests/server/rpc/extremes_test.cc.
+#include "tests/server/rpc/extremes.h"
+
+#include <set>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "tests/server/http/port_testing.h"
+
+namespace liquidblend::http {
+namespace {
+
+using rpc::FieldPath;
+
+// Fields of requests that queries do not have: there is one format.
+const std::set<std::string> kNotInQueries = {"encoding.format"};
+
+constexpr const char* kExtremeTexts[] = {"0",
+                                         "-0",
+                                         "1",
+                                         "-1",
+                                         "4.9e-324",
+                                         "-4.9e-324",
+                                         "1e-15",
+                                         "1e308",
+                                         "-1e308",
+                                         "1e400",
+                                         "nan",
+                                         "-nan",
+                                         "inf",
+                                         "-inf",
+                                         "2147483647",
+                                         "2147483648",
+                                         "-2147483649",
+                                         "9223372036854775807",
+                                         "9223372036854775808",
+                                         "-9223372036854775809",
+                                         "1e-400",
+                                         "0x7fffffff",
+                                         "1e",
+                                         "",
+                                         ",",
+                                         "1,,2"};
+
+// Fields of the query have the names of the message's, without units.
+std::string QueryNameOf(const FieldPath& path) {
+  if (path[0]->name() == "parameters") return "parameters";
+  absl::string_view name = path.back()->name();
+  if (!absl::ConsumeSuffix(&name, "_s")) absl::ConsumeSuffix(&name, "_m");
+  return std::string(name);
+}
+
+class ExtremesTest : public PortTest {
+ protected:
+  // The query is understood: what is wrong with it is a value.
+  void ExpectGoodAnswer(const std::string& target) {
+    const HttpReply reply = HttpClient(port_->port()).Get(target);
+    EXPECT_GE(reply.code, 200) << target << ": the connection ended";
+    EXPECT_LT(reply.code, 500) << target << ": " << reply.body;
+    EXPECT_FALSE(absl::StrContains(reply.body, "is no field of this query")) << target;
+  }
+
+  bool ServesFrames() {
+    return HttpClient(port_->port())
+               .Get("/v1/families/splash/frame.drc?weights=0.5&time=0.1")
+               .code == 200;
+  }
+};
+
+TEST_F(ExtremesTest, EveryNumberOfAQueryMayBeAnything) {
+  const int64_t before = rpc::ResidentBytes();
+  int num_fields = 0;
+  for (const FieldPath& path : rpc::NumericFieldsOf(*v1::GetFrameRequest::descriptor())) {
+    if (kNotInQueries.contains(rpc::NameOf(path))) continue;
+    ++num_fields;
+    const std::string name = QueryNameOf(path);
+    const std::string begin =
+        absl::StrCat("/v1/families/splash/frame.drc?",
+                     name == "weights" || name == "parameters" ? "" : "weights=0.5&", name, "=",
+                     name == "parameters" ? "h%3D" : "");
+    for (const char* text : kExtremeTexts) ExpectGoodAnswer(absl::StrCat(begin, text));
+  }
+  EXPECT_GE(num_fields, 10);
+  for (const char* text : kExtremeTexts) {
+    ExpectGoodAnswer(absl::StrCat("/v1/families?page_size=", text));
+  }
+  EXPECT_LT(rpc::ResidentBytes() - before, rpc::kMaxGrowthBytes);
+  EXPECT_LT(rpc::IdleCpuTime(), rpc::kMaxIdleCpu);
+  EXPECT_TRUE(ServesFrames());
+}
+
+TEST_F(ExtremesTest, WebSocketsThatStayOpenCostNothing) {
+  constexpr int kServersMistake = 4500;
+  const int64_t before = rpc::ResidentBytes();
+  std::vector<std::unique_ptr<HttpClient>> open;
+  for (const FieldPath& path : rpc::NumericFieldsOf(*v1::StreamFramesRequest::descriptor())) {
+    for (size_t k = 0; k < rpc::NumExtremesOf(path); ++k) {
+      v1::StreamFramesRequest request;
+      request.set_family("families/splash");
+      if (path[0]->name() != "parameters") request.add_weights(0.5);
+      request.set_rate(0);
+      request.set_frames_per_second(0.001);
+      const std::string value = rpc::SetExtreme(request, path, k);
+      auto client = std::make_unique<HttpClient>(port_->port());
+      ASSERT_EQ(client->Upgrade().code, 101);
+      ASSERT_TRUE(client->SendMessage(2, request.SerializeAsString()));
+      const WebSocketMessage answer = client->ReadMessage();
+      EXPECT_TRUE(answer.opcode == 2 || answer.opcode == 8) << rpc::NameOf(path) << " = " << value;
+      EXPECT_LT(answer.close_code(), kServersMistake) << rpc::NameOf(path) << " = " << value;
+      open.push_back(std::move(client));
+    }
+  }
+  EXPECT_GT(open.size(), 100U);
+  EXPECT_LT(rpc::IdleCpuTime(), rpc::kMaxIdleCpu);
+  EXPECT_LT(rpc::ResidentBytes() - before, rpc::kMaxGrowthBytes);
+  EXPECT_TRUE(ServesFrames());
+}
+
+}  // namespace
+}  // namespace liquidblend::http

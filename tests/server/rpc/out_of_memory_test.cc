@@ -1,0 +1,65 @@
+// Wherever in a call memory runs out, the call ends with an error and the server goes on.
+#include "absl/strings/str_cat.h"
+#include "tests/server/rpc/failing_new.h"
+#include "tests/server/rpc/raw_call.h"
+#include "tests/server/rpc/server_testing.h"
+
+namespace liquidblend::rpc {
+namespace {
+
+using testing_memory::FailingNew;
+
+// Messages of parameters without a name take three bytes each on the wire, and a pointer in memory:
+// so only copies of the message are as large as this, and nothing of gRPC's own.
+constexpr int kNumParameters = 20'000;
+constexpr size_t kLarge = 100'000;  // bytes
+constexpr int kMaxFailures = 60;    // more large allocations than a call makes
+
+class OutOfMemoryTest : public ServerTest {
+ protected:
+  void SetUp() override {
+    ServerTest::SetUp();
+    PublishSplash();
+    // From here on the family is in memory.
+    ASSERT_THAT(Call("GetFrame", Request(0)), IsOk());
+  }
+
+  // The only message of a call.
+  static std::vector<std::string> Request(int num_parameters) {
+    v1::StreamFramesRequest request;
+    request.set_family("families/splash");
+    if (num_parameters == 0) request.add_weights(0.5);
+    for (int k = 0; k < num_parameters; ++k) request.add_parameters();
+    return {request.SerializeAsString()};
+  }
+
+  grpc::Status Call(const std::string& method, const std::vector<std::string>& messages) {
+    return CallInBytes(channel_, absl::StrCat("/liquidblend.v1.LiquidBlend/", method), messages);
+  }
+};
+
+TEST_F(OutOfMemoryTest, EndsTheCallAndNotTheServer) {
+  const std::vector<std::string> large = Request(kNumParameters);  // copied before memory fails
+  for (const char* method : {"GetFrame", "StreamFrames"}) {
+    int num_failures = 0;
+    bool has_failed = true;
+    for (int n = 0; has_failed && n < kMaxFailures; ++n) {
+      {
+        const FailingNew failing(kLarge, n);
+        const grpc::Status status = Call(method, large);
+        has_failed = FailingNew::has_failed();
+        // Without a failure: the family has no parameters.
+        EXPECT_EQ(status.error_code(), has_failed ? grpc::StatusCode::RESOURCE_EXHAUSTED
+                                                  : grpc::StatusCode::FAILED_PRECONDITION)
+            << method << " " << n << ": " << status.error_message();
+      }
+      if (has_failed) ++num_failures;
+      EXPECT_THAT(Call("GetFrame", Request(0)), IsOk()) << method << " " << n;
+    }
+    EXPECT_FALSE(has_failed) << method << ": not every place was tried";
+    EXPECT_GE(num_failures, 3) << method;
+  }
+}
+
+}  // namespace
+}  // namespace liquidblend::rpc
