@@ -7,10 +7,12 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "absl/time/clock.h"
 #include "core/base/log.h"
 #include "server/http/http_session.h"
 #include "tests/fuzz/entries.h"
@@ -28,8 +30,9 @@ constexpr char kUpgrade[] =
 constexpr size_t kMaxPieces = 64;
 constexpr int kMaxHandlers = 100'000;  // of one connection
 constexpr size_t kMaxOutput = size_t{64} << 20;
-constexpr size_t kMaxStreamFrames = 64;  // that a client takes before it reads no more
-constexpr absl::Duration kCloseTimeout = absl::Milliseconds(20);
+constexpr int kMaxRounds = 64;  // of Settle(): a looping stream would go on
+// On the machine's clock: longer than a run, so that only a close that hangs meets it.
+constexpr absl::Duration kCloseTimeout = absl::Milliseconds(500);
 constexpr absl::Duration kPatience = absl::Seconds(5);
 constexpr absl::Duration kBetweenPieces = absl::Milliseconds(20);
 
@@ -97,7 +100,7 @@ class Connection {
 
   // Lets the source answer and the server work until nothing is left to do. The client reads.
   void Settle() {
-    for (size_t k = 0; k < kMaxStreamFrames; ++k) {
+    for (int k = 0; k < kMaxRounds; ++k) {
       size_t num_done = RunServer() + static_cast<size_t>(source_.host().RunReady());
       if (source_.AnswerNext() || source_.host().AnswerSearch() || source_.host().AnswerOrder()) {
         ++num_done;
@@ -149,7 +152,7 @@ class Connection {
     Require(core_.use_count() == 1, "nothing is left of a connection");
   }
 
-  std::string& output() { return output_; }
+  const std::string& output() const { return output_; }
 
  private:
   bool HasEnded() const { return core_->connections->AwaitNone(absl::ZeroDuration()); }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the fuzzers (preset "fuzz") and runs each for a while on the seeds in corpus/, one after the
-# other. Prints a table at the end.
+# Builds the fuzzers (preset "fuzz") and runs each for a while on the seeds in corpus/, one after
+# the other. Prints a table at the end.
 #   tests/fuzz/run.sh [SECONDS [TARGET...]]     600 seconds, all targets: about three hours
 # A finding ends its target but not the others; then the exit status is 1. Its bytes and the log are
 # in build/fuzz/findings/TARGET. Once it is mended, the bytes go to tests/fuzz/regressions/TARGET,
