@@ -20,7 +20,6 @@ class BackendsHost final : public StreamHost {
   void Cancel(const Timer& timer) override {
     if (timer != nullptr) backends_.steps.Cancel(*std::static_pointer_cast<WorkPool::Timer>(timer));
   }
-  void CancelTimer(const Timer& timer) override { backends_.steps.Cancel(timer); }
   void FindFamily(const std::string& id, catalog::Families::Done done) override {
     rpc::FindFamily(backends_, id, 0, std::move(done));
   }

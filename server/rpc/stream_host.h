@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "absl/functional/any_invocable.h"
@@ -11,7 +10,6 @@
 #include "server/catalog/families.h"
 #include "server/rpc/backends.h"
 #include "server/rpc/frame_maker.h"
-#include "server/rpc/work_pool.h"
 
 namespace liquidblend::rpc {
 
@@ -20,7 +18,6 @@ namespace liquidblend::rpc {
 class StreamHost {
  public:
   using Task = absl::AnyInvocable<void()>;
-  using Timer = WorkPool::Timer;
   // Identifies an order for a frame.
   using Ticket = std::shared_ptr<void>;
   // Identifies a task that waits for its time; null: there is none.
@@ -30,8 +27,8 @@ class StreamHost {
 
   // A clock that only goes forward.
   virtual absl::Duration Now() const = 0;
-  // Runs the task soon, on another thread or after this has returned. Drops it once the server has
-  // stopped.
+  // Runs the task soon, or after the delay, on another thread or after this has returned. Both drop
+  // the task once the server has stopped.
   virtual void Post(Task task) = 0;
   virtual Timer StartTimer(absl::Duration delay, Task task) = 0;
   // Drops the task unless its time has come already.
