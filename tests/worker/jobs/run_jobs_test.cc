@@ -479,7 +479,7 @@ TEST_F(RunJobsTest, AnimationsOfDifferentFrameRatesAreNotRegistered) {
 
 TEST(JobLoopOptions, NamesTheFirstFieldOutOfRange) {
   const auto message = [](auto change) {
-    JobLoopOptions options = Options();
+    JobLoopOptions options;
     change(options);
     return std::string(options.Validate().message());
   };
