@@ -113,11 +113,11 @@ absl::StatusOr<FoundCredentials> AwsCredentialsProvider::Read() {
 }
 
 absl::Status AwsCredentialsProvider::Update() {
-  read_at_ = absl::Now();
   absl::StatusOr<FoundCredentials> found = Read();
-  if (!found.ok()) return found.status();
-  current_ = *std::move(found);
-  return absl::OkStatus();
+  read_at_ = absl::Now();  // afterwards: an endpoint may take longer to fail than kReadInterval
+  read_error_ = found.status();
+  if (found.ok()) current_ = *std::move(found);
+  return read_error_;
 }
 
 absl::StatusOr<AwsCredentials> AwsCredentialsProvider::Get() {
@@ -127,7 +127,10 @@ absl::StatusOr<AwsCredentials> AwsCredentialsProvider::Get() {
   const bool may_wait = current_.has_value() && now < current_->expires &&
                         absl::AbsDuration(now - read_at_) < kReadInterval;
   if (!is_due || may_wait) return current_->credentials;
-  const absl::Status updated = Update();
+  // Those who waited while a source failed to answer do not ask it once more each.
+  const bool has_just_failed =
+      !read_error_.ok() && absl::AbsDuration(now - read_at_) < kReadInterval;
+  const absl::Status updated = has_just_failed ? read_error_ : Update();
   if (updated.ok()) return current_->credentials;
   if (!current_.has_value() || now >= current_->expires) return updated;
   base::LogWarning(absl::StrCat("credentials for S3 cannot be renewed yet: ", updated.ToString()));
@@ -138,8 +141,8 @@ bool AwsCredentialsProvider::Renew(const AwsCredentials& refused) {
   const absl::MutexLock lock(&mutex_);
   if (current_.has_value() && !IsSame(current_->credentials, refused)) return true;
   if (absl::AbsDuration(absl::Now() - renewed_at_) < kReadInterval) return false;
-  renewed_at_ = absl::Now();
   const absl::Status updated = Update();
+  renewed_at_ = absl::Now();
   if (!updated.ok()) {
     base::LogWarning(absl::StrCat("credentials for S3: ", updated.ToString()));
     return false;

@@ -56,6 +56,7 @@ class AwsCredentialsProvider {
   absl::Mutex mutex_;
   std::optional<FoundCredentials> current_ ABSL_GUARDED_BY(mutex_);
   absl::Time read_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
+  absl::Status read_error_ ABSL_GUARDED_BY(mutex_);                       // of the last time
   absl::Time renewed_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();  // by Renew()
 };
 

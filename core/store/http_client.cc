@@ -27,6 +27,7 @@ struct Exchange {
   std::unique_ptr<curl_slist, FreeList> headers;
   int64_t max_answer_bytes = 0;
   bool is_too_long = false;
+  bool is_out_of_memory = false;
   bool is_stalled = false;
   absl::Duration stall_timeout;
   curl_off_t num_moved = 0;  // bytes, both ways
@@ -45,19 +46,24 @@ size_t TakeBody(char* bytes, size_t size, size_t count, void* exchange_pointer) 
   try {
     exchange.answer.body.append(bytes, num_bytes);
   } catch (const std::bad_alloc&) {
-    exchange.is_too_long = true;
+    exchange.is_out_of_memory = true;
     return 0;
   }
   return num_bytes;
 }
 
+// Nothing may be thrown through libcurl.
 size_t TakeHeader(char* bytes, size_t size, size_t count, void* exchange_pointer) {
   Exchange& exchange = *static_cast<Exchange*>(exchange_pointer);
   const absl::string_view line(bytes, size * count);
   const size_t colon = line.find(':');
-  if (colon != absl::string_view::npos) {
+  if (colon == absl::string_view::npos) return line.size();
+  try {
     exchange.answer.headers[absl::AsciiStrToLower(line.substr(0, colon))] =
         std::string(absl::StripAsciiWhitespace(line.substr(colon + 1)));
+  } catch (const std::bad_alloc&) {
+    exchange.is_out_of_memory = true;
+    return 0;
   }
   return line.size();
 }
@@ -128,6 +134,7 @@ std::unique_ptr<Exchange> Prepare(const HttpRequest& request, const HttpOptions&
 }
 
 absl::StatusOr<HttpAnswer> AnswerOf(Exchange& exchange, const HttpRequest& request) {
+  if (exchange.is_out_of_memory || exchange.code == CURLE_OUT_OF_MEMORY) throw std::bad_alloc();
   if (exchange.is_too_long) {
     return absl::ResourceExhaustedError(
         absl::StrCat("an answer of more than ", request.max_answer_bytes, " bytes"));

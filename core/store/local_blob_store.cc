@@ -111,10 +111,15 @@ class LocalBlobWriter : public BlobWriter {
       if (utimensat(AT_FDCWD, path.c_str(), nullptr, 0) == 0) return true;
       return ErrnoStatus(errno, "renew the time of", path);
     }
-    if (CheckContent(*file, path, id).ok()) {
+    const absl::Status content = CheckContent(*file, path, id);
+    if (content.ok() && !is_same.ok()) {  // the temporary file is the one that cannot be read
+      return absl::UnavailableError(is_same.status().message());
+    }
+    if (content.ok()) {
       return absl::AlreadyExistsError(
           absl::StrCat("blob ", path, " has other content with the same hash"));
     }
+    if (!absl::IsDataLoss(content)) return content;
     LB_ASSIGN_OR_RETURN(const std::string aside, folders_->MoveAside(id));
     base::LogWarning(absl::StrCat("blob ", path, " was damaged: moved to ", aside));
     return false;

@@ -91,7 +91,9 @@ class S3BlobWriter : public BlobWriter {
     BlobId id = name_.id.empty() ? content : name_.id;
     if (name_.is_upload) absl::StrAppend(&id, "-", RandomHex(16));
     if (HashKindOf(id) != HashKind::kSha256) {
-      LB_RETURN_IF_ERROR(CheckNoCollision(*shared_->s3, id, blob->bytes()));
+      const absl::Status compared = CheckNoCollision(*shared_->s3, id, blob->bytes());
+      if (!compared.ok()) shared_->cache->Delete(content).IgnoreError();
+      LB_RETURN_IF_ERROR(compared);
     }
     FaultPoint("blob.before_upload");
     LB_RETURN_IF_ERROR(shared_->s3->Put(BlobKey(id), blob->bytes()));

@@ -17,6 +17,9 @@ namespace {
 
 constexpr int64_t kMaxParts = 10000;      // of S3
 constexpr int64_t kMaxSignedParts = 100;  // an url each
+constexpr char kHttpTime[] = "%a, %d %b %Y %H:%M:%S GMT";
+constexpr absl::Duration kTimeTolerance = absl::Seconds(2);  // between hosts of S3
+constexpr size_t kHiddenDigits = 24;                         // of the 32 that make an upload's id
 
 bool IsEndpoint(const std::string& url) {
   return absl::StartsWith(url, "http://") || absl::StartsWith(url, "https://");
@@ -92,8 +95,12 @@ S3Client::S3Client(std::string bucket, std::string prefix, const S3Options& opti
       options_(options),
       transport_(options) {}
 
+// Who knows the id of a file that a client has sent could import it as its own.
 std::string S3Client::NameOf(const std::string& key) const {
-  return absl::StrCat("s3://", bucket_, "/", prefix_, key);
+  const bool is_upload = IsUploadId(key.substr(key.rfind('/') + 1));
+  const std::string shown =
+      is_upload ? absl::StrCat(key.substr(0, key.size() - kHiddenDigits), "...") : key;
+  return absl::StrCat("s3://", bucket_, "/", prefix_, shown);
 }
 
 std::string S3Client::PathOf(const std::string& key) const {
@@ -117,7 +124,8 @@ absl::StatusOr<DirectUpload> S3Client::PresignPut(const std::string& key, int64_
                            expires));
     return upload;
   }
-  LB_ASSIGN_OR_RETURN(const std::string upload_id, CreateUpload(key));
+  LB_ASSIGN_OR_RETURN(const Upload created, CreateUpload(key));
+  const std::string& upload_id = created.id;
   upload.part_bytes =
       std::max(options_.part_bytes, (size_bytes + kMaxSignedParts - 1) / kMaxSignedParts);
   for (int64_t begin = 0; begin < size_bytes; begin += upload.part_bytes) {
@@ -145,8 +153,7 @@ absl::StatusOr<S3Object> S3Client::Find(const std::string& key) {
   object.etag = EtagOf(answer);
   std::string error;
   if (absl::SimpleAtoi(HeaderOf(answer, "content-length"), &object.size_bytes) &&
-      absl::ParseTime("%a, %d %b %Y %H:%M:%S GMT", HeaderOf(answer, "last-modified"),
-                      &object.modified, &error)) {
+      absl::ParseTime(kHttpTime, HeaderOf(answer, "last-modified"), &object.modified, &error)) {
     return object;
   }
   return absl::InternalError(
@@ -187,20 +194,23 @@ absl::Status S3Client::PutParts(const std::string& key, std::span<const std::byt
 
 // Errors: kAborted if S3 does not know the upload any more, and the object is not there either.
 absl::Status S3Client::PutPartsOnce(const std::string& key, std::span<const std::byte> bytes) {
-  LB_ASSIGN_OR_RETURN(const std::string upload_id, CreateUpload(key));
-  const absl::StatusOr<std::vector<std::string>> etags = UploadParts(key, upload_id, bytes);
-  const absl::Status status = etags.ok() ? Complete(key, upload_id, *etags, bytes) : etags.status();
-  if (!status.ok()) Abort(key, upload_id);
+  LB_ASSIGN_OR_RETURN(const Upload upload, CreateUpload(key));
+  const absl::StatusOr<std::vector<std::string>> etags = UploadParts(key, upload.id, bytes);
+  const absl::Status status = etags.ok() ? Complete(key, upload, *etags, bytes) : etags.status();
+  if (!status.ok()) Abort(key, upload.id);
   return status;
 }
 
 // If the answer is lost, another upload is created, and the first one stays open.
-absl::StatusOr<std::string> S3Client::CreateUpload(const std::string& key) {
+absl::StatusOr<S3Client::Upload> S3Client::CreateUpload(const std::string& key) {
   LB_ASSIGN_OR_RETURN(const HttpAnswer created, transport_.RunOne({.method = "POST",
                                                                    .path = PathOf(key),
                                                                    .query = {{"uploads", ""}},
                                                                    .closing_tag = "</UploadId>"}));
-  return XmlElement(created.body, "UploadId");
+  Upload upload = {.id = XmlElement(created.body, "UploadId")};
+  std::string error;  // without a date the object's age is not looked at
+  absl::ParseTime(kHttpTime, HeaderOf(created, "date"), &upload.created, &error);
+  return upload;
 }
 
 int64_t S3Client::PartBytes(int64_t size_bytes) const {
@@ -237,7 +247,7 @@ absl::StatusOr<std::vector<std::string>> S3Client::UploadParts(const std::string
 // S3 may find out that it cannot after it has begun to answer 200: then the answer's closing tag is
 // missing. An upload that does not exist may have been completed by a request whose answer was
 // lost.
-absl::Status S3Client::Complete(const std::string& key, const std::string& upload_id,
+absl::Status S3Client::Complete(const std::string& key, const Upload& upload,
                                 const std::vector<std::string>& etags,
                                 std::span<const std::byte> bytes) {
   const std::string list = ListOfParts(etags);
@@ -245,24 +255,26 @@ absl::Status S3Client::Complete(const std::string& key, const std::string& uploa
       transport_
           .RunOne({.method = "POST",
                    .path = PathOf(key),
-                   .query = {{"uploadId", upload_id}},
+                   .query = {{"uploadId", upload.id}},
                    .body = std::as_bytes(std::span(list.data(), list.size())),
                    .closing_tag = "</CompleteMultipartUploadResult>"})
           .status();
   if (!absl::IsAborted(status)) return status;
-  LB_ASSIGN_OR_RETURN(const bool is_there, IsThere(key, etags, bytes));
+  LB_ASSIGN_OR_RETURN(const bool is_there, IsThere(key, upload, etags, bytes));
   return is_there ? absl::OkStatus() : status;
 }
 
-// Whether the object is what these parts make. Where S3 encrypts with keys of its own, ETags are
+// Whether the object is what these parts make, and not an older one of the same bytes, whose age
+// would not be renewed. Where S3 encrypts with keys of its own, ETags are
 // not MD5s and say nothing: then the size decides.
-absl::StatusOr<bool> S3Client::IsThere(const std::string& key,
+absl::StatusOr<bool> S3Client::IsThere(const std::string& key, const Upload& upload,
                                        const std::vector<std::string>& etags,
                                        std::span<const std::byte> bytes) {
   const absl::StatusOr<S3Object> object = Find(key);
   if (absl::IsNotFound(object.status())) return false;
   if (!object.ok()) return object.status();
   if (object->size_bytes != static_cast<int64_t>(bytes.size())) return false;
+  if (object->modified < upload.created - kTimeTolerance) return false;
   const int64_t part_bytes = PartBytes(static_cast<int64_t>(bytes.size()));
   for (size_t k = 0; k < etags.size(); ++k) {
     if (etags[k] != Md5Hex(PartOf(bytes, k, part_bytes))) return true;

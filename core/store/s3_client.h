@@ -71,18 +71,25 @@ class S3Client {
                                           absl::Duration expires);
 
  private:
+  // An upload in parts that was begun.
+  struct Upload {
+    std::string id;
+    absl::Time created = absl::InfinitePast();  // by the clock of S3, in whole seconds
+  };
+
   S3Client(std::string bucket, std::string prefix, const S3Options& options);
   std::string PathOf(const std::string& key) const;
   int64_t PartBytes(int64_t size_bytes) const;
-  absl::StatusOr<std::string> CreateUpload(const std::string& key);
+  absl::StatusOr<Upload> CreateUpload(const std::string& key);
   absl::Status PutParts(const std::string& key, std::span<const std::byte> bytes);
   absl::Status PutPartsOnce(const std::string& key, std::span<const std::byte> bytes);
   absl::StatusOr<std::vector<std::string>> UploadParts(const std::string& key,
                                                        const std::string& upload_id,
                                                        std::span<const std::byte> bytes);
-  absl::Status Complete(const std::string& key, const std::string& upload_id,
+  absl::Status Complete(const std::string& key, const Upload& upload,
                         const std::vector<std::string>& etags, std::span<const std::byte> bytes);
-  absl::StatusOr<bool> IsThere(const std::string& key, const std::vector<std::string>& etags,
+  absl::StatusOr<bool> IsThere(const std::string& key, const Upload& upload,
+                               const std::vector<std::string>& etags,
                                std::span<const std::byte> bytes);
   void Abort(const std::string& key, const std::string& upload_id);
 

@@ -66,6 +66,17 @@ TEST_F(S3ClientTest, CompletionWithALostAnswerSucceeds) {
   EXPECT_EQ(s3_.NumOpenUploads(), 0);
 }
 
+// An older object of the same bytes is not taken for this upload: its age would not be renewed, and
+// a collector could delete it.
+TEST_F(S3ClientTest, AnOlderObjectOfTheSameBytesIsNoCompletedUpload) {
+  ASSERT_THAT(Put(large_), Succeeds());
+  const absl::Time before = client_->Find("key")->modified;
+  s3_.SetClockAhead(absl::Hours(10));
+  s3_.Plan("complete upload", {Fault::kUploadVanished});
+  EXPECT_THAT(Put(large_), Succeeds());
+  EXPECT_GT(client_->Find("key")->modified, before + absl::Hours(9));
+}
+
 TEST_F(S3ClientTest, CompletionWithALostAnswerSucceedsEvenIfTheLookIsLostToo) {
   s3_.Plan("complete upload", {Fault::kAnswerLost});
   s3_.Plan("HEAD", {Fault::kStatus500, Fault::kReset});
