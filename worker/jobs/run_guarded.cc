@@ -11,6 +11,7 @@
 #include "core/base/memory.h"
 #include "core/base/memory_limit.h"
 #include "core/store/catalog.h"
+#include "core/store/retry.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -75,7 +76,11 @@ absl::Status RunWithinMemory(const JobMemory& memory, absl::FunctionRef<std::str
   base::ReturnFreeMemory();  // of the job before, so that it counts for this one
   std::optional<base::ScopedDataLimit> limit(MemoryAllowance(memory));
   try {
-    return stages();
+    const absl::Status status = stages();
+    // Libraries that are refused memory say so in their own words, as if the disk were full.
+    if (!store::IsOfEnvironment(status) || !limit->IsNearlyReached()) return status;
+    limit.reset();
+    return OverLimit(memory, stage());
   } catch (const std::bad_alloc&) {
     limit.reset();  // the message needs memory, too
     return OverLimit(memory, stage());

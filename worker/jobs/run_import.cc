@@ -33,18 +33,6 @@ absl::StatusOr<OpenFiles> OpenBlobs(const store::v1::ImportJob& job, store::Blob
   return open;
 }
 
-// Deletes the files that the animation was made from: each upload has its own. What is left, because
-// the store is away or the worker dies, is collected.
-void DeleteUploads(const store::v1::ImportJob& job, store::BlobStore& blobs) {
-  for (const store::v1::SourceFile& file : job.files()) {
-    if (!store::IsUploadId(file.blob())) continue;
-    const absl::Status deleted = blobs.Delete(file.blob());
-    if (deleted.ok()) continue;
-    return base::LogWarning(
-        absl::StrCat("files of an upload are left to be collected: ", deleted.ToString()));
-  }
-}
-
 }  // namespace
 
 absl::Status RunImport(const store::v1::ImportJob& job, JobContext& context) {
@@ -59,9 +47,17 @@ absl::Status RunImport(const store::v1::ImportJob& job, JobContext& context) {
   LB_ASSIGN_OR_RETURN(const store::v1::AnimationRecord record,
                       StoreAnimation(animation, context.blobs));
   LB_RETURN_IF_ERROR(context.keeper.Check());
-  LB_RETURN_IF_ERROR(context.catalog.PublishAnimation(context.keeper.lease_id(), record));
-  DeleteUploads(job, context.blobs);
-  return absl::OkStatus();
+  return context.catalog.PublishAnimation(context.keeper.lease_id(), record);
+}
+
+void DeleteFiles(const store::v1::ImportJob& job, store::BlobStore& blobs) {
+  for (const store::v1::SourceFile& file : job.files()) {
+    if (file.sent_directly() || !store::IsUploadId(file.blob())) continue;
+    const absl::Status deleted = blobs.Delete(file.blob());
+    if (deleted.ok()) continue;
+    return base::LogWarning(
+        absl::StrCat("files of an import are left to be collected: ", deleted.ToString()));
+  }
 }
 
 }  // namespace liquidblend::jobs

@@ -52,14 +52,16 @@ absl::Status RecordFailure(store::Catalog& catalog, const store::Lease& lease,
 // Tells the catalog how the job ended. A published job has ended already; one that is lost, or has
 // gone back to the queue, is no longer ours. A worker that is refused waits here; if the catalog
 // itself refused to hear of the failure, it is told afterwards, so that no attempt is used up.
-void Settle(store::Catalog& catalog, const store::Lease& lease, const absl::Status& outcome,
-            bool is_released, Access& access) {
+void Settle(store::Catalog& catalog, store::BlobStore& blobs, const store::Lease& lease,
+            const absl::Status& outcome, bool is_released, Access& access) {
   if (outcome.ok()) base::LogInfo(absl::StrCat("job ", lease.job.id(), ": done"));
   if (!outcome.ok())
     base::LogWarning(absl::StrCat("job ", lease.job.id(), ": ",
                                   outcome.ToString(absl::StatusToStringMode::kWithNoExtraData)));
   const bool is_ours = !outcome.ok() && !absl::IsAborted(outcome) && !is_released;
   const absl::Status recorded = is_ours ? RecordFailure(catalog, lease, outcome) : absl::OkStatus();
+  const bool is_final = is_ours && recorded.ok() && !MayPass(outcome);
+  if (is_final) DeleteFiles(lease.job.import_animation(), blobs);  // they count for nobody now
   if (!IsRefusal(outcome) && !IsRefusal(recorded)) return access.Granted();
   access.AwaitAfter(IsRefusal(outcome) ? outcome : recorded);
   if (IsRefusal(recorded)) RecordFailure(catalog, lease, outcome).IgnoreError();
@@ -82,7 +84,7 @@ void RunJob(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Ar
     checkpoints.End(/*is_done=*/outcome.ok());
     is_released = absl::IsUnavailable(keeper.Check());
   }
-  Settle(catalog, lease, outcome, is_released, access);
+  Settle(catalog, blobs, lease, outcome, is_released, access);
 }
 
 // What is thrown outside of the stages, where threads start and end, is trouble of the worker.
@@ -95,7 +97,7 @@ void RunJobGuarded(store::Catalog& catalog, store::BlobStore& blobs, const paral
   });
   if (trouble.ok()) return;
   Guarded("worker", [&] {
-    Settle(catalog, lease, absl::UnavailableError(trouble.message()), /*is_released=*/false,
+    Settle(catalog, blobs, lease, absl::UnavailableError(trouble.message()), /*is_released=*/false,
            access);
     return absl::OkStatus();
   }).IgnoreError();  // the lease lapses
@@ -110,6 +112,13 @@ absl::StatusOr<std::optional<store::Lease>> LeaseGuarded(store::Catalog& catalog
   });
   if (!status.ok()) return status;
   return lease;
+}
+
+void AwaitGuarded(Access& access, const absl::Status& refusal) {
+  Guarded("worker", [&] {
+    access.AwaitAfter(refusal);
+    return absl::OkStatus();
+  }).IgnoreError();  // the next lease tells what the matter is
 }
 
 // Waits until there may be something to do, but not longer than options.poll. It hears of a wish to
@@ -160,7 +169,7 @@ absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const par
                      const StopSignal& stop, const JobLoopOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());
   Access access(catalog, blobs, stop, RecordOf(options), options.access);
-  if (!options.refusal.ok()) access.AwaitAfter(options.refusal);
+  if (!options.refusal.ok()) AwaitGuarded(access, options.refusal);
   while (!stop.is_requested()) {
     absl::StatusOr<std::optional<store::Lease>> lease = LeaseGuarded(catalog, options);
     if (lease.ok() && lease->has_value()) {
@@ -169,7 +178,7 @@ absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const par
     }
     if (absl::IsDataLoss(lease.status())) return lease.status();
     if (IsRefusal(lease.status())) {
-      access.AwaitAfter(lease.status());
+      AwaitGuarded(access, lease.status());
       continue;
     }
     if (!lease.ok()) base::LogWarning(absl::StrCat("queue: ", lease.status().ToString()));

@@ -32,8 +32,8 @@ struct JobLoopOptions {
 // may (run_guarded.h), fails; one that meets trouble which may pass (kUnavailable,
 // kResourceExhausted, kPermissionDenied, kInternal) goes back to the queue, as Catalog::FailJob()
 // says; one that is interrupted by `stop` goes back as it was. What a registration had come to
-// (CheckpointOptions) is gone on from. A worker that is refused (kPermissionDenied, of the stores in
-// a job or of the queue) takes no jobs until it is let in again (Access). Errors: options out of
+// (CheckpointOptions) is gone on from. A worker that is refused (kPermissionDenied, of the stores
+// in a job or of the queue) takes no jobs until it is let in again (Access). Errors: options out of
 // range; kDataLoss of the catalog. It waits out others.
 absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
                      const StopSignal& stop, const JobLoopOptions& options);

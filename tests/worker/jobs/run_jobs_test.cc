@@ -65,6 +65,31 @@ TEST_F(RunJobsTest, BadInputFailsAtOnceAndSaysWhere) {
   EXPECT_EQ(catalog_->GetAnimation("ball")->state(), AnimationRecord::FAILED);
 }
 
+// Files of its own go, as they count for nobody from now on; those that a client has sent to the
+// store itself may be named by another import.
+TEST_F(RunJobsTest, AFailedImportLeavesNoFiles) {
+  AnimationRecord animation;
+  animation.set_id("ball");
+  JobRecord job;
+  job.mutable_import_animation()->set_animation("ball");
+  for (const bool sent_directly : {false, true}) {
+    const auto file = blobs_.CreateUpload();
+    ASSERT_THAT(file, Succeeds());
+    store::pb::SourceFile& record = *job.mutable_import_animation()->add_files();
+    record.set_name(sent_directly ? "f2.ply" : "f1.ply");
+    record.set_blob(*(*file)->Commit());
+    record.set_sent_directly(sent_directly);
+  }
+  const auto submitted = catalog_->SubmitImport(animation, job);
+  ASSERT_THAT(submitted, Succeeds());
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(submitted->id()).state(), JobRecord::FAILED);
+  const auto left = blobs_.List();
+  ASSERT_THAT(left, Succeeds());
+  ASSERT_EQ(left->size(), 1);
+  EXPECT_EQ(left->front().id, job.import_animation().files(1).blob());
+}
+
 TEST_F(RunJobsTest, ALostFileFailsAtOnceByName) {
   const std::vector<ingest::LoadedFile> files = ingest::Files(Ball(1.0), ingest::Format::kPly);
   const std::string job = SubmitImport("ball", files);
