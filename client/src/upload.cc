@@ -2,6 +2,7 @@
 #include <memory>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "client/src/client_impl.h"
 #include "client/src/convert.h"
 #include "client/src/direct_files.h"
@@ -96,8 +97,10 @@ absl::StatusOr<std::vector<std::string>> Client::Impl::SendDirectly(
       LBC_ASSIGN_OR_RETURN(*asked.mutable_checksum(), client::ChecksumOf(file));
     }
     const auto urls = Call(&Service::PresignUpload, request);
-    // The server gives none, or is older than this.
-    if (absl::IsUnimplemented(urls.status())) return std::vector<std::string>();
+    // The server gives none, or is older than this: then it knows no such checksums either.
+    const bool is_older = absl::IsInvalidArgument(urls.status()) &&
+                          absl::StrContains(urls.status().message(), "checksum");
+    if (is_older || absl::IsUnimplemented(urls.status())) return std::vector<std::string>();
     LBC_RETURN_IF_ERROR(urls.status());
     if (urls->files_size() != request.files_size()) {
       return absl::InternalError("the server gave urls for another number of files");

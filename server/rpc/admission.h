@@ -16,6 +16,7 @@
 #include "absl/time/time.h"
 #include "server/rpc/call_log.h"
 #include "server/rpc/entrance.h"
+#include "server/rpc/errors.h"
 #include "server/rpc/principal.h"
 
 namespace liquidblend::rpc {
@@ -32,7 +33,7 @@ struct Method {
   Effect effect = Effect::kReads;
   Span span = Span::kShort;
   // Of a request that gRPC keeps for as long as the call lasts.
-  int64_t max_request_bytes = std::numeric_limits<int64_t>::max();
+  int64_t max_request_bytes = kMaxSmallRequestBytes;
 };
 
 // One call.  Threads: safe, but for set_resource(), which belongs before End().

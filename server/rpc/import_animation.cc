@@ -35,11 +35,16 @@ class ImportCall final : public Call<Reactor> {
 
   // Deleting the files of an import that broke off waits for the store.
   ~ImportCall() override {
-    backends_.io.PostMore([upload = std::move(upload_)]() mutable { upload = nullptr; });
+    RunGuarded("the end of an upload", [this] {
+      backends_.io.PostMore([upload = std::move(upload_)]() mutable { upload = nullptr; });
+    });
   }
 
  private:
-  void Begin() override { PostStep(); }
+  void Begin() override {
+    request_.DiscardUnknownFields();
+    PostStep();
+  }
 
   void PostStep() {
     const auto self = shared_from_this();
@@ -86,7 +91,7 @@ class ImportCall final : public Call<Reactor> {
 
   Backends& backends_;
   const ImportRoots& roots_;
-  const v1::ImportAnimationRequest request_;
+  v1::ImportAnimationRequest request_;
   Operation* const response_;
   const Limits limits_;
   std::shared_ptr<Upload> upload_;

@@ -1,6 +1,8 @@
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
@@ -40,17 +42,48 @@ absl::Status CheckFiles(const v1::PresignUploadRequest& request, const Limits& l
   return violations.ToStatus();
 }
 
-// Whether the principal may store the files beside what it has and what is under way.
-absl::Status CheckStoredBytes(Backends& backends, const v1::PresignUploadRequest& request,
-                              const Principal& principal) {
-  int64_t num_bytes = backends.uploads.Add(principal.name, 0);
+int64_t SumOfSizes(const v1::PresignUploadRequest& request) {
+  int64_t num_bytes = 0;
   for (const v1::PresignUploadRequest::File& file : request.files()) num_bytes += file.size_bytes();
+  return num_bytes;
+}
+
+// Whether the principal may store `num_bytes`, with what is under way, beside what it has.
+absl::Status CheckStoredBytes(Backends& backends, int64_t num_bytes, const Principal& principal) {
   const store::OwnerCheck check = OwnerCheckOf(principal, num_bytes);
   if (!check) return absl::OkStatus();
   store::pb::JobRecord job;
   SetOwner(principal, job);
   return backends.catalog.CheckOwner(job, check);
 }
+
+// Counts files that may arrive past the server for their owner, if that one is limited. Takes back
+// what was counted unless Keep() is called.
+class Promises {
+ public:
+  Promises(UploadTally& tally, const Principal& principal)
+      : tally_(tally), owner_(principal.name), is_limited_(principal.limits.max_stored_bytes > 0) {}
+  ~Promises() {
+    for (const std::string& id : ids_) tally_.EndPromise(owner_, id);
+  }
+  Promises(const Promises&) = delete;
+  Promises& operator=(const Promises&) = delete;
+
+  absl::Status Add(const std::string& id, int64_t bytes) {
+    if (!is_limited_) return absl::OkStatus();
+    ids_.push_back(id);
+    if (tally_.Promise(owner_, id, bytes, kUrlsLast)) return absl::OkStatus();
+    return absl::ResourceExhaustedError(absl::StrCat("'", owner_, "' has asked for urls of ",
+                                                     UploadTally::kMaxPromises, " files lately"));
+  }
+  void Keep() { ids_.clear(); }
+
+ private:
+  UploadTally& tally_;
+  const std::string owner_;
+  const bool is_limited_;
+  std::vector<std::string> ids_;
+};
 
 // Errors: kFailedPrecondition if there is no file yet.
 absl::StatusOr<store::BlobId> FileOf(store::Catalog& catalog, const std::string& name,
@@ -82,7 +115,12 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
     LB_RETURN_IF_ERROR(CheckId("animation_id", request.animation_id()));
     LB_RETURN_IF_ERROR(CheckIsFree(backends.catalog, request.animation_id()));
   }
-  LB_RETURN_IF_ERROR(CheckStoredBytes(backends, request, principal));
+  // Reserved before it is looked at, so that calls side by side do not pass together.
+  const int64_t num_bytes = SumOfSizes(request);
+  const int64_t under_way = backends.uploads.Add(principal.name, num_bytes);
+  const absl::Cleanup release = [&] { backends.uploads.Add(principal.name, -num_bytes); };
+  LB_RETURN_IF_ERROR(CheckStoredBytes(backends, under_way, principal));
+  Promises promises(backends.uploads, principal);
   v1::PresignUploadResponse response;
   size_t num_urls = 0;
   *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);
@@ -90,7 +128,7 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
     LB_ASSIGN_OR_RETURN(
         store::DirectUpload upload,
         backends.blobs.PresignUpload(file.checksum(), file.size_bytes(), kUrlsLast));
-    backends.uploads.Promise(principal.name, upload.id, file.size_bytes(), kUrlsLast);
+    LB_RETURN_IF_ERROR(promises.Add(upload.id, file.size_bytes()));
     v1::PresignUploadResponse::File& to = *response.add_files();
     to.set_blob(upload.id);
     to.set_part_bytes(upload.part_bytes);
@@ -100,6 +138,7 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
     for (std::string& url : upload.part_urls) to.add_part_urls(std::move(url));
     to.mutable_headers()->insert(upload.headers.begin(), upload.headers.end());
   }
+  promises.Keep();
   return response;
 }
 

@@ -1,6 +1,7 @@
 #include "server/rpc/services.h"
 
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -57,24 +58,24 @@ constexpr Method kUploadAnimation = {"UploadAnimation", Scope::kWrite, Effect::k
 constexpr Method kPresignUpload = {"PresignUpload", Scope::kWrite};
 constexpr Method kPresignDownload = {"PresignDownload", Scope::kFrames};
 constexpr Method kImportAnimation = {"ImportAnimation", Scope::kWrite, Effect::kChanges,
-                                     Span::kLasts};
+                                     Span::kLasts, int64_t{256} << 10};  // 20,000 times of frames
 constexpr Method kGetAnimation = {"GetAnimation", std::nullopt};
 constexpr Method kListAnimations = {"ListAnimations", std::nullopt};
 constexpr Method kDeleteAnimation = {"DeleteAnimation", Scope::kWrite, Effect::kChanges};
-constexpr Method kRegisterFamily = {"RegisterFamily", Scope::kRegister, Effect::kChanges};
+constexpr Method kRegisterFamily = {
+    "RegisterFamily", Scope::kRegister, Effect::kChanges, Span::kShort,
+    std::numeric_limits<int64_t>::max()};  // gRPC's limit: correspondences are many
 constexpr Method kGetFamily = {"GetFamily", std::nullopt};
 constexpr Method kListFamilies = {"ListFamilies", std::nullopt};
 constexpr Method kDeleteFamily = {"DeleteFamily", Scope::kRegister, Effect::kChanges};
-constexpr Method kWatchOperation = {"WatchOperation", std::nullopt, Effect::kReads, Span::kLasts,
-                                    kMaxSmallRequestBytes};
+constexpr Method kWatchOperation = {"WatchOperation", std::nullopt, Effect::kReads, Span::kLasts};
 constexpr Method kGetFrame = {"GetFrame", Scope::kFrames};
 constexpr Method kStreamFrames = {"StreamFrames", Scope::kFrames, Effect::kReads, Span::kLasts};
 constexpr Method kListOperations = {"ListOperations", std::nullopt};
 constexpr Method kGetOperation = {"GetOperation", std::nullopt};
 constexpr Method kDeleteOperation = {"DeleteOperation", Scope::kRegister, Effect::kChanges};
 constexpr Method kCancelOperation = {"CancelOperation", Scope::kRegister, Effect::kChanges};
-constexpr Method kWaitOperation = {"WaitOperation", std::nullopt, Effect::kReads, Span::kLasts,
-                                   kMaxSmallRequestBytes};
+constexpr Method kWaitOperation = {"WaitOperation", std::nullopt, Effect::kReads, Span::kLasts};
 
 }  // namespace
 

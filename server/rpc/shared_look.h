@@ -62,13 +62,19 @@ class SharedLook : public std::enable_shared_from_this<SharedLook<Answer>> {
  private:
   void Begin(int64_t number) {
     const auto self = this->shared_from_this();
-    const auto timer = timers_.StartTimer(options_.limit, [self, number] { self->GiveUp(number); });
-    const bool is_posted = timer.has_value() && lookers_.PostMore([self, number, timer] {
-      const absl::StatusOr<Answer> answer = Guarded(self->look_);
-      self->timers_.Cancel(*timer);
-      self->Finish(number, answer, /*is_overdue=*/false);
+    std::optional<WorkPool::Timer> timer;
+    const absl::Status begun = Guarded([&] {
+      timer = timers_.StartTimer(options_.limit, [self, number] { self->GiveUp(number); });
+      const bool is_posted = timer.has_value() && lookers_.PostMore([self, number, timer] {
+        const absl::StatusOr<Answer> answer = Guarded(self->look_);
+        self->timers_.Cancel(*timer);
+        self->Finish(number, answer, /*is_overdue=*/false);
+      });
+      return is_posted ? absl::OkStatus() : ShuttingDown();
     });
-    if (!is_posted) Finish(number, ShuttingDown(), /*is_overdue=*/false);
+    if (begun.ok()) return;
+    if (timer.has_value()) timers_.Cancel(*timer);
+    Finish(number, begun, /*is_overdue=*/false);
   }
 
   // The look goes on: until it ends, this is what everybody hears.

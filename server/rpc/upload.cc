@@ -13,6 +13,7 @@
 #include "core/mesh/option_ranges.h"
 #include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
+#include "server/rpc/guarded.h"
 #include "server/rpc/job_memory.h"
 #include "server/rpc/names.h"
 #include "server/rpc/owner_limits.h"
@@ -77,8 +78,8 @@ Upload::Upload(const UploadStores& stores, const Limits& limits, const Principal
 }
 
 Upload::~Upload() {
-  DeleteFiles();
-  stores_.tally.Add(principal_.name, -declared_bytes_);
+  RunGuarded("the end of an upload", [this] { DeleteFiles(); });
+  stores_.tally.Add(principal_.name, -reserved_bytes_);
 }
 
 absl::Status Upload::Add(const v1::UploadAnimationRequest& message) {
@@ -165,12 +166,12 @@ absl::Status Upload::CheckOwner() {
 absl::Status Upload::AddFile(const v1::UploadAnimationRequest::File& file) {
   LB_RETURN_IF_ERROR(CheckFileIsComplete());
   LB_RETURN_IF_ERROR(CheckFile(file));
-  if (!file.blob().empty()) stores_.tally.EndPromise(principal_.name, file.blob());
   LB_RETURN_IF_ERROR(Reserve(file));
   file_names_.insert(file.name());
   received_bytes_ = 0;
   file_.set_name(file.name());
   file_.set_size_bytes(file.size_bytes());
+  file_.set_sent_directly(false);
   if (!file.blob().empty()) return AddSentFile(file);
   LB_ASSIGN_OR_RETURN(writer_, stores_.blobs.CreateUpload());
   return CommitFileIfComplete();
@@ -191,6 +192,7 @@ absl::Status Upload::AddSentFile(const v1::UploadAnimationRequest::File& file) {
   }
   received_bytes_ = file.size_bytes();
   file_.set_blob(file.blob());
+  file_.set_sent_directly(true);
   *job_.mutable_import_animation()->add_files() = file_;
   return absl::OkStatus();
 }
@@ -217,9 +219,14 @@ absl::Status Upload::CheckFile(const v1::UploadAnimationRequest::File& file) con
   return absl::OkStatus();
 }
 
-// Counts the file's bytes for its owner, whose other uploads may be under way.
+// Counts the file's bytes for its owner, whose other uploads may be under way. Those of a file that
+// was promised count already, and go on doing so if this upload breaks off.
 absl::Status Upload::Reserve(const v1::UploadAnimationRequest::File& file) {
-  const int64_t under_way = stores_.tally.Add(principal_.name, file.size_bytes());
+  const bool is_promised =
+      !file.blob().empty() && stores_.tally.HasPromise(principal_.name, file.blob());
+  const int64_t new_bytes = is_promised ? 0 : file.size_bytes();
+  const int64_t under_way = stores_.tally.Add(principal_.name, new_bytes);
+  reserved_bytes_ += new_bytes;
   declared_bytes_ += file.size_bytes();
   return use_.has_value() ? CheckOwnerLimits(principal_, *use_, under_way) : absl::OkStatus();
 }
@@ -283,15 +290,18 @@ absl::StatusOr<store::pb::JobRecord> Upload::Submit() {
   absl::StatusOr<store::pb::JobRecord> accepted =
       stores_.catalog.SubmitImport(animation, job_, OwnerCheckOf(principal_, declared_bytes_));
   if (accepted.ok() || IsRefusal(accepted.status())) to_delete_ = std::move(files);
-  if (accepted.ok()) KeepFilesOf(*accepted);
+  if (accepted.ok()) OnAccepted(*accepted);
   return accepted;
 }
 
-// A repeated request gets the job of the first one, which has files of its own.
-void Upload::KeepFilesOf(const store::pb::JobRecord& job) {
+// From now on the catalog counts the files. A repeated request gets the job of the first one, which
+// has files of its own.
+void Upload::OnAccepted(const store::pb::JobRecord& job) {
   for (const store::pb::SourceFile& file : job.import_animation().files()) {
     std::erase(to_delete_, file.blob());
+    stores_.tally.EndPromise(principal_.name, file.blob());
   }
+  stores_.tally.Add(principal_.name, -std::exchange(reserved_bytes_, 0));
 }
 
 void Upload::DeleteFiles() {

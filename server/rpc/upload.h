@@ -74,7 +74,7 @@ class Upload {
   absl::Status AddSentFile(const v1::UploadAnimationRequest::File& file);
   absl::Status CheckNumFiles() const;
   absl::Status Reserve(const v1::UploadAnimationRequest::File& file);
-  void KeepFilesOf(const store::pb::JobRecord& job);
+  void OnAccepted(const store::pb::JobRecord& job);
   void DeleteFiles();
 
   const UploadStores stores_;
@@ -87,6 +87,7 @@ class Upload {
   int num_files_ = 0;                          // that the header promises; 0: not said
   std::vector<store::BlobId> to_delete_;       // what was stored and nobody has accepted
   int64_t declared_bytes_ = 0;                 // of all files so far
+  int64_t reserved_bytes_ = 0;                 // of them, in the tally and not promised
   store::pb::SourceFile file_;                 // the one that chunks go to
   int64_t received_bytes_ = 0;                 // of that file
   std::unique_ptr<store::BlobWriter> writer_;  // of that file, while it is not complete

@@ -23,6 +23,9 @@ using Reactor = grpc::ServerReadReactor<grpc::ByteBuffer>;
 // for the whole.
 constexpr absl::Duration kGoneClientDelay = absl::Milliseconds(50);
 
+// Of a message without a chunk: 20,000 times of frames take 160,000 bytes.
+constexpr int64_t kMaxHeaderBytes = int64_t{256} << 10;
+
 class UploadCall final : public Call<Reactor> {
  public:
   UploadCall(Backends& backends, std::shared_ptr<Admission> admission,
@@ -37,21 +40,27 @@ class UploadCall final : public Call<Reactor> {
 
   // Deleting the files of an upload that broke off waits for the store.
   ~UploadCall() override {
-    backends_.io.PostMore([upload = std::move(upload_)]() mutable { upload = nullptr; });
+    RunGuarded("the end of an upload", [this] {
+      backends_.io.PostMore([upload = std::move(upload_)]() mutable { upload = nullptr; });
+    });
   }
 
   void OnReadDone(bool ok) override {
-    const auto self = shared_from_this();
-    const bool is_accepted =
-        ok ? backends_.io.PostMore([this, self] { AddMessage(); })
-           : backends_.io.PostAfter(
-                 upload_->knows_num_files() ? absl::ZeroDuration() : kGoneClientDelay,
-                 [this, self] { Submit(); });
-    if (!is_accepted) Close(ShuttingDown());
+    Attempt([this, ok] { Go(ok); });
   }
 
  private:
   void Begin() override { ReadNext(); }
+
+  void Go(bool ok) {
+    const auto self = shared_from_this();
+    const bool is_accepted =
+        ok ? backends_.io.PostMore([this, self] { Attempt([this] { AddMessage(); }); })
+           : backends_.io.PostAfter(
+                 upload_->knows_num_files() ? absl::ZeroDuration() : kGoneClientDelay,
+                 [this, self] { Attempt([this] { Submit(); }); });
+    if (!is_accepted) Close(ShuttingDown());
+  }
 
   void ReadNext() {
     Read([this] { StartRead(&bytes_); });
@@ -59,14 +68,25 @@ class UploadCall final : public Call<Reactor> {
 
   void AddMessage() {
     if (has_ended()) return;
-    if (!grpc::SerializationTraits<v1::UploadAnimationRequest>::Deserialize(&bytes_, &message_)
-             .ok()) {
-      return Close(MalformedRequest("UploadAnimation"));
-    }
-    if (message_.has_header()) set_resource(AnimationName(message_.header().animation_id()));
-    const absl::Status status = Guarded([&] { return upload_->Add(message_); });
+    const absl::Status status = Add();
     if (!status.ok()) return Close(status);
     ReadNext();
+  }
+
+  // The message is gone afterwards: a parsed one may take 30 times its size, and the next may never
+  // come.
+  absl::Status Add() {
+    const auto size_bytes = static_cast<int64_t>(bytes_.Length());
+    v1::UploadAnimationRequest message;
+    const bool is_parsed =
+        grpc::SerializationTraits<v1::UploadAnimationRequest>::Deserialize(&bytes_, &message).ok();
+    bytes_.Clear();
+    if (!is_parsed) return MalformedRequest("UploadAnimation");
+    if (!message.has_chunk() && size_bytes > kMaxHeaderBytes) {
+      return RequestTooLarge("UploadAnimation", size_bytes, kMaxHeaderBytes);
+    }
+    if (message.has_header()) set_resource(AnimationName(message.header().animation_id()));
+    return upload_->Add(message);
   }
 
   void Submit() {
@@ -88,7 +108,6 @@ class UploadCall final : public Call<Reactor> {
   grpc::ByteBuffer* const response_;
   std::shared_ptr<Upload> upload_;
   grpc::ByteBuffer bytes_;  // the read under way
-  v1::UploadAnimationRequest message_;
 };
 
 }  // namespace

@@ -1,44 +1,63 @@
 #include "server/rpc/upload_tally.h"
 
-#include <utility>
-
 namespace liquidblend::rpc {
+namespace {
+
+void End(const std::string& id, std::map<std::string, int64_t>& promised, int64_t& bytes) {
+  const auto found = promised.find(id);
+  if (found == promised.end()) return;
+  bytes -= found->second;
+  promised.erase(found);
+}
+
+}  // namespace
 
 int64_t UploadTally::Add(const std::string& owner, int64_t bytes) {
   const absl::MutexLock lock(&mutex_);
-  return AddTo(owner, bytes);
+  Count* count = Find(owner);
+  if (count == nullptr && bytes <= 0) return 0;
+  if (count == nullptr) count = &counts_[owner];
+  count->bytes += bytes;
+  const int64_t sum = count->bytes;
+  if (sum == 0 && count->ends.empty()) counts_.erase(owner);
+  return sum;
 }
 
-int64_t UploadTally::Promise(const std::string& owner, const std::string& id, int64_t bytes,
-                             absl::Duration duration) {
+bool UploadTally::Promise(const std::string& owner, const std::string& id, int64_t bytes,
+                          absl::Duration duration) {
   const absl::MutexLock lock(&mutex_);
+  Count* count = Find(owner);
+  if (count == nullptr) count = &counts_[owner];
+  if (count->ends.size() >= kMaxPromises) return false;
   const auto end = base::SteadyClock::now() + absl::ToChronoNanoseconds(duration);
-  counts_[owner].promised[id] = {end, bytes};
-  return AddTo(owner, bytes);
+  count->ends.emplace_back(end, id);
+  count->promised[id] = bytes;
+  count->bytes += bytes;
+  return true;
+}
+
+bool UploadTally::HasPromise(const std::string& owner, const std::string& id) {
+  const absl::MutexLock lock(&mutex_);
+  const Count* const count = Find(owner);
+  return count != nullptr && count->promised.contains(id);
 }
 
 void UploadTally::EndPromise(const std::string& owner, const std::string& id) {
   const absl::MutexLock lock(&mutex_);
-  const auto count = counts_.find(owner);
-  if (count == counts_.end()) return;
-  const auto promised = count->second.promised.find(id);
-  if (promised != count->second.promised.end()) promised->second.end = {};
-  AddTo(owner, 0);
+  Count* const count = Find(owner);
+  if (count != nullptr) End(id, count->promised, count->bytes);
 }
 
-// Takes off what is promised no longer.
-int64_t UploadTally::AddTo(const std::string& owner, int64_t bytes) {
-  Count& count = counts_[owner];
-  count.bytes += bytes;
+UploadTally::Count* UploadTally::Find(const std::string& owner) {
+  const auto found = counts_.find(owner);
+  if (found == counts_.end()) return nullptr;
+  Count& count = found->second;
   const base::SteadyClock::time_point now = base::SteadyClock::now();
-  std::erase_if(count.promised, [&](const auto& entry) {
-    if (entry.second.end > now) return false;
-    count.bytes -= entry.second.bytes;
-    return true;
-  });
-  const int64_t sum = count.bytes;
-  if (sum == 0 && count.promised.empty()) counts_.erase(owner);
-  return sum;
+  while (!count.ends.empty() && count.ends.front().first <= now) {
+    End(count.ends.front().second, count.promised, count.bytes);
+    count.ends.pop_front();
+  }
+  return &count;
 }
 
 }  // namespace liquidblend::rpc

@@ -147,19 +147,42 @@ TEST_F(PresignTest, RequestsAreCheckedBeforeAnythingIsSent) {
   EXPECT_EQ(ReasonOf(PresignUpload(*backends_, request).status()), "UPLOAD_TOO_LARGE");
 }
 
-// Files that are sent and never named would belong to nobody.
-TEST_F(PresignTest, PromisedFilesCountUntilTheyAreNamed) {
+// Files that are sent and never imported would belong to nobody.
+TEST_F(PresignTest, PromisedFilesCountUntilTheyAreImported) {
   Principal ann;
   ann.name = ann.key = "ann";
   ann.limits.max_stored_bytes = 9;
+  const auto ask_for_more = [&] {
+    return ReasonOf(PresignUpload(*backends_, RequestFor({"water"}), ann).status());
+  };
   const auto urls = PresignUpload(*backends_, RequestFor({"water"}), ann);
   ASSERT_THAT(urls, Succeeds());
-  EXPECT_EQ(ReasonOf(PresignUpload(*backends_, RequestFor({"water"}), ann).status()),
-            "STORED_BYTES_EXCEEDED");
+  EXPECT_EQ(ask_for_more(), "STORED_BYTES_EXCEEDED");
   EXPECT_EQ(Put(urls->files(0), "water"), 200);
-  Upload upload({*catalog_, *urls_, backends_->uploads}, SmallLimits(), ann);
-  ASSERT_THAT(upload.Add(HeaderMessage("drop")), Succeeds());
-  EXPECT_THAT(upload.Add(FileMessage("f1.ply", 5, urls->files(0).blob())), Succeeds());
+  for (const bool is_submitted : {false, true}) {
+    Upload upload({*catalog_, *urls_, backends_->uploads}, SmallLimits(), ann);
+    ASSERT_THAT(upload.Add(HeaderMessage("drop")), Succeeds());
+    ASSERT_THAT(upload.Add(FileMessage("f1.ply", 5, urls->files(0).blob())), Succeeds());
+    EXPECT_EQ(ask_for_more(), "STORED_BYTES_EXCEEDED");
+    if (is_submitted) {
+      ASSERT_THAT(upload.Submit(), Succeeds());
+    }
+  }
+  EXPECT_EQ(backends_->uploads.Add("ann", 0), 0);  // the catalog counts it
+  EXPECT_EQ(ask_for_more(), "STORED_BYTES_EXCEEDED");
+}
+
+TEST_F(PresignTest, ARefusedRequestPromisesNothing) {
+  Principal ann;
+  ann.name = ann.key = "ann";
+  ann.limits.max_stored_bytes = 9;
+  EXPECT_EQ(ReasonOf(PresignUpload(*backends_, RequestFor({"water", "water"}), ann).status()),
+            "STORED_BYTES_EXCEEDED");
+  EXPECT_EQ(backends_->uploads.Add("ann", 0), 0);
+  Principal unlimited;
+  unlimited.name = unlimited.key = "ben";
+  EXPECT_THAT(PresignUpload(*backends_, RequestFor({"water"}), unlimited), Succeeds());
+  EXPECT_EQ(backends_->uploads.Add("ben", 0), 0);  // nobody asks
 }
 
 TEST_F(PresignTest, WhatThePrincipalMayStoreCounts) {

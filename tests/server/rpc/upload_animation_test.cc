@@ -35,6 +35,20 @@ TEST_F(ServerTest, ABadMessageEndsTheUploadAtOnce) {
               EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "header.animation_id"));
 }
 
+// A parsed message may take 30 times its size, and the next one may never come.
+TEST_F(ServerTest, OnlyChunksOfAnUploadAreLarge) {
+  grpc::ClientContext context;
+  Operation operation;
+  auto writer = stub_->UploadAnimation(&context, &operation);
+  v1::UploadAnimationRequest message;
+  message.mutable_header()->set_animation_id("drop");
+  message.GetReflection()->MutableUnknownFields(&message)->AddLengthDelimited(
+      1000, std::string(300'000, 'x'));
+  writer->Write(message);
+  EXPECT_THAT(writer->Finish(),
+              EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "more than the 262144"));
+}
+
 TEST_F(ServerTest, AClientThatGoesAwayLeavesNothingVisible) {
   {
     grpc::ClientContext context;

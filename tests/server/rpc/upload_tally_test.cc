@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 namespace liquidblend::rpc {
 namespace {
 
@@ -17,14 +19,28 @@ TEST(UploadTally, SumsByOwner) {
 
 TEST(UploadTally, PromisesCountUntilTheyEndOrAreOver) {
   UploadTally tally;
-  EXPECT_EQ(tally.Promise("ann", "one", 5, absl::Hours(1)), 5);
-  EXPECT_EQ(tally.Promise("ann", "two", 7, absl::Hours(1)), 12);
+  EXPECT_TRUE(tally.Promise("ann", "one", 5, absl::Hours(1)));
+  EXPECT_TRUE(tally.Promise("ann", "two", 7, absl::Hours(1)));
+  EXPECT_EQ(tally.Add("ann", 0), 12);
+  EXPECT_TRUE(tally.HasPromise("ann", "one"));
+  EXPECT_FALSE(tally.HasPromise("ben", "one"));
   tally.EndPromise("ann", "one");
   tally.EndPromise("ann", "one");
   tally.EndPromise("ben", "two");
-  EXPECT_EQ(tally.Add("ann", 0), 7);
-  EXPECT_EQ(tally.Promise("ann", "over", 100, absl::ZeroDuration()), 7);
+  EXPECT_FALSE(tally.HasPromise("ann", "one"));
   EXPECT_EQ(tally.Add("ann", 1), 8);
+  EXPECT_TRUE(tally.Promise("cid", "over", 100, absl::ZeroDuration()));
+  EXPECT_EQ(tally.Add("cid", 0), 0);
+}
+
+TEST(UploadTally, PromisesAreBounded) {
+  UploadTally tally;
+  for (size_t k = 0; k < UploadTally::kMaxPromises; ++k) {
+    ASSERT_TRUE(tally.Promise("ann", std::to_string(k), 1, absl::Hours(1)));
+  }
+  EXPECT_FALSE(tally.Promise("ann", "one more", 1, absl::Hours(1)));
+  EXPECT_EQ(tally.Add("ann", 0), static_cast<int64_t>(UploadTally::kMaxPromises));
+  EXPECT_TRUE(tally.Promise("ben", "one", 1, absl::Hours(1)));
 }
 
 }  // namespace
