@@ -144,7 +144,9 @@ void AddFlags(CLI::App& app, Flags& flags) {
                  "Whose pages may use the HTTP port, e.g. https://example.org; *: all");
   app.add_option("--http-host", flags.http_hosts,
                  "Name by which clients ask for the HTTP port, beside IP addresses, localhost and "
-                 "the name in --http; repeatable; *: any");
+                 "the name in --http; repeatable; *: any")
+      ->envname("LIQUIDBLEND_HTTP_HOST")
+      ->delimiter(',');
   app.add_option("--workers", flags.workers, "Worker processes to run on this machine")
       ->check(CLI::Range(0, 256))
       ->capture_default_str();

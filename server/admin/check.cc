@@ -183,7 +183,7 @@ class Checker {
     if (absl::IsFailedPrecondition(aside.status())) return absl::OkStatus();  // the file's fault
     if (!aside.ok()) return aside.status();
     item.repair = absl::StrCat("moved to ", *aside);
-    if (!copy.ok()) return absl::OkStatus();
+    if (!copy.ok() || store::IsUploadId(item.blob)) return absl::OkStatus();
     LB_RETURN_IF_ERROR(store::PutBlobAs(*store_.blobs, item.blob, (*copy)->bytes()));
     absl::StrAppend(&item.repair, "; put again from the cache");
     return absl::OkStatus();

@@ -162,21 +162,22 @@ void Families::Find(const std::string& id, int64_t version, Wish wish, Executor 
   if (!record.ok()) return done(record.status());
   Choice choice;
   Dropped dropped;
+  // Those who wait must hear of it, too, if something throws (std::bad_alloc).
+  absl::Cleanup drop = [&] {
+    if (choice.start == nullptr) return;
+    Finish(choice.start,
+           absl::UnavailableError(absl::StrCat(
+               "family ", id, ": not loaded, the server is shutting down or out of memory")));
+  };
   {
     absl::MutexLock lock(&mutex_);
     choice = Choose(*record, version, wish);
     if (choice.wait != nullptr) choice.wait->waiting.push_back({version, std::move(done)});
     EvictIdle(dropped);
   }
-  if (choice.start != nullptr) {
-    // Those who wait must hear of it, too, if the executor throws (std::bad_alloc).
-    absl::Cleanup drop = [&] {
-      Finish(choice.start,
-             absl::UnavailableError(absl::StrCat(
-                 "family ", id, ": not loaded, the server is shutting down or out of memory")));
-    };
-    if (executor([this, load = choice.start] { Run(load); })) std::move(drop).Cancel();
-  }
+  const bool is_started =
+      choice.start == nullptr || executor([this, load = choice.start] { Run(load); });
+  if (is_started) std::move(drop).Cancel();
   if (!choice.error.ok()) return done(choice.error);
   if (choice.ready != nullptr) done(std::move(choice.ready));
 }

@@ -34,6 +34,7 @@ struct Port::Impl : std::enable_shared_from_this<Port::Impl> {
 
   absl::Status Listen();
   void Accept();
+  void AcceptLater();
   void OnAccept(error_code error, tcp::socket socket);
   void Run();
 
@@ -75,15 +76,26 @@ void Port::Impl::Accept() {
                         });
 }
 
+void Port::Impl::AcceptLater() {
+  pause.expires_after(kAcceptPause);
+  pause.async_wait([self = shared_from_this()](error_code cancelled) {
+    if (cancelled || !self->acceptor.is_open()) return;
+    try {
+      self->Accept();
+    } catch (const std::exception&) {
+      self->AcceptLater();
+    }
+  });
+}
+
 void Port::Impl::OnAccept(error_code error, tcp::socket socket) {
   if (!acceptor.is_open()) return;
-  if (error) {  // out of file descriptors: some will be free again
-    pause.expires_after(kAcceptPause);
-    return pause.async_wait([self = shared_from_this()](error_code cancelled) {
-      if (!cancelled && self->acceptor.is_open()) self->Accept();
-    });
+  if (error) return AcceptLater();  // out of file descriptors: some will be free again
+  try {
+    Accept();
+  } catch (const std::exception&) {  // out of memory: likewise
+    AcceptLater();
   }
-  Accept();
   std::optional<Connections::Ticket> ticket =
       core->connections->Enter(core->options.max_connections);
   if (!ticket.has_value()) return core->source.metrics().CountRefusedConnection();
