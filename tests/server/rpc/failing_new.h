@@ -36,9 +36,12 @@ inline void* Allocate(size_t size) {
 
 }  // namespace liquidblend::testing_memory
 
+// A sanitizer has operators of its own; tests skip themselves there (allocation_testing.h).
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 void* operator new(size_t size) { return liquidblend::testing_memory::Allocate(size); }
 void* operator new[](size_t size) { return liquidblend::testing_memory::Allocate(size); }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete[](void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 void operator delete[](void* memory, size_t) noexcept { std::free(memory); }
+#endif
