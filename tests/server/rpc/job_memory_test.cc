@@ -55,7 +55,7 @@ TEST(MemoryToImport, GoesByTheFilesAndWhetherTheyArePacked) {
 }
 
 AnimationRecord OfFrames(int num_frames, float extent_m) {
-  AnimationRecord animation = OfVertices(1000 * num_frames);
+  AnimationRecord animation = OfVertices(int64_t{1000} * num_frames);
   store::v1::AnimationManifest& manifest = *animation.mutable_manifest();
   manifest.set_num_frames(num_frames);
   manifest.set_mean_edge_length_m(0.01);
