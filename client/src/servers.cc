@@ -28,7 +28,7 @@ grpc::ChannelArguments ArgumentsFor(const ConnectOptions& options, const std::st
   // A server that was replaced may have another address, and an answer of DNS may be lost.
   arguments.SetInt(GRPC_ARG_DNS_MIN_TIME_BETWEEN_RESOLUTIONS_MS, 1000);
   arguments.SetInt(GRPC_ARG_DNS_ARES_QUERY_TIMEOUT_MS, kResolveMs);
-  // What stays on this machine must not go through a proxy of the environment (http_proxy): that
+  // Channels to this machine must not go through a proxy of the environment (http_proxy): that
   // one would read the token, and reach another machine under this one's name.
   if (IsThisMachine(address)) arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   const std::string& name = options.security.tls_server_name;

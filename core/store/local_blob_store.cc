@@ -30,7 +30,7 @@ absl::Status CheckContent(const FileHandle& file, const std::string& path, const
       absl::StrCat("blob ", path, " is damaged: its ", size, " bytes hash to ", hasher.Id()));
 }
 
-// What a new blob will be called.
+// Name of a new blob.
 struct NewName {
   BlobId id;               // the bytes must match it; empty: made from their content ...
   bool is_upload = false;  // ... with digits that make it unique

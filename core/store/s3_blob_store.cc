@@ -69,7 +69,7 @@ absl::Status CheckNoCollision(S3Client& s3, const BlobId& id, std::span<const st
       absl::StrCat("blob ", s3.NameOf(object->key), " has other content with the same hash"));
 }
 
-// What a new blob will be called; as in the local store.
+// Name of a new blob, as in the local store.
 struct NewName {
   BlobId id;               // empty: made from the content ...
   bool is_upload = false;  // ... with digits that make it unique

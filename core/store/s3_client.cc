@@ -95,7 +95,7 @@ S3Client::S3Client(std::string bucket, std::string prefix, const S3Options& opti
       options_(options),
       transport_(options) {}
 
-// Who knows the id of a file that a client has sent could import it as its own.
+// Hides most of an upload's id: a client that reads it could import the file as its own.
 std::string S3Client::NameOf(const std::string& key) const {
   const bool is_upload = IsUploadId(key.substr(key.rfind('/') + 1));
   const std::string shown =

@@ -26,7 +26,7 @@ std::string HostOf(const std::string& endpoint) { return endpoint.substr(endpoin
 
 constexpr size_t kMaxMessage = 300;
 
-// What S3 says goes into logs and records, which hold text alone.
+// Text of S3's messages for logs and records, without unprintable bytes.
 std::string Printable(std::string text) {
   text.resize(std::min(text.size(), kMaxMessage));
   for (char& c : text) {
@@ -110,7 +110,7 @@ absl::Duration Jittered(absl::Duration pause) {
 
 }  // namespace
 
-// What became of the calls that were open.
+// Results of one round of requests.
 struct S3Transport::Round {
   std::vector<size_t> open;  // still; in the order of the calls
   absl::Status error;        // of the last one that is
@@ -120,7 +120,7 @@ struct S3Transport::Round {
   std::optional<absl::Time> server_time;  // of a refusal
 };
 
-// What was tried against refusals.
+// Remedies that were tried after refusals.
 struct S3Transport::Remedies {
   bool is_clock_set = false;
   bool is_renewed = false;

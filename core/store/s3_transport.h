@@ -28,7 +28,7 @@ struct S3Call {
   std::span<const std::byte> body = {};
   bool is_repeated = true;
   int64_t max_answer_bytes = int64_t{16} << 20;
-  // What a whole answer has; one without it is cut short, whatever its status. The size of its
+  // Marks of a complete answer; without them it is cut short, whatever its status. The size of its
   // body, -1: any; an XML tag that ends it, empty: none.
   int64_t answer_bytes = -1;
   std::string closing_tag = {};

@@ -121,7 +121,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     return request;
   }
 
-  // Of several headers all, which is no name of any host.
+  // All values if there are several headers: joined, they are no host's name.
   static std::string HostsOf(const HttpRequest& message) {
     const auto [begin, end] = message.equal_range(bhttp::field::host);
     std::string hosts;

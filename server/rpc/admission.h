@@ -32,7 +32,7 @@ struct Method {
   std::optional<Scope> scope;  // none: any principal
   Effect effect = Effect::kReads;
   Span span = Span::kShort;
-  // Of a request that gRPC keeps for as long as the call lasts.
+  // Size limit of a request; gRPC keeps it for as long as the call lasts.
   int64_t max_request_bytes = kMaxSmallRequestBytes;
 };
 

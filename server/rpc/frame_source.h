@@ -58,7 +58,7 @@ class FrameSource {
   // "ok", or why catalog or blobs cannot be reached. Whoever asks within a second hears the same;
   // kUnavailable if they have not answered within 2 s. Takes no thread that calls need.
   virtual void CheckStores(Done<std::string> done) = 0;
-  // What Prometheus asks for; without numbers of jobs if the catalog has not answered within 2 s.
+  // Metrics in Prometheus' text format; without jobs if the catalog does not answer within 2 s.
   // The catalog is asked every 5 seconds at most. Takes no thread that calls need.
   virtual void GetMetricsText(Done<std::string> done) = 0;
   virtual metrics::Metrics& metrics() = 0;

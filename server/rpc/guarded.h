@@ -1,4 +1,4 @@
-// What calls make of exceptions, and of stores that refuse the server.
+// Conversion of exceptions, and of refusals by the stores, into the status of a call.
 #pragma once
 
 #include <exception>

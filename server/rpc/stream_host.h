@@ -1,4 +1,4 @@
-// What a stream of frames needs from the server around it: a clock, an executor, families, frames.
+// Interface of a stream to the server around it: clock, executor, families, frames.
 #pragma once
 
 #include <cstdint>

@@ -23,7 +23,7 @@ using Reactor = grpc::ServerReadReactor<grpc::ByteBuffer>;
 // for the whole.
 constexpr absl::Duration kGoneClientDelay = absl::Milliseconds(50);
 
-// Of a message without a chunk: 20,000 times of frames take 160,000 bytes.
+// Size limit of a message without a chunk: 20,000 times of frames take 160,000 bytes.
 constexpr int64_t kMaxHeaderBytes = int64_t{256} << 10;
 
 class UploadCall final : public Call<Reactor> {

@@ -1,4 +1,4 @@
-// What a process takes of the machine.
+// Memory and processor time of a process.
 #pragma once
 
 #include <sys/types.h>

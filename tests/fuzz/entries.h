@@ -1,4 +1,4 @@
-// What the fuzzers and the replay of their findings call: bytes in, promises checked.
+// Entry points of the fuzzers and of the replay of findings: bytes in, promises checked.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What the HTTP port answers from, as a fuzzer controls it.
+// FrameSource of the HTTP port that a fuzzer controls.
 #pragma once
 
 #include <deque>

@@ -14,7 +14,7 @@ struct JobMemory {
   int64_t worker_bytes = 0;    // > 0; what the worker may hold
 };
 
-// What a job may allocate beyond what its worker has allocated before: four times the estimate and
+// Limit of a job's allocations, beyond what its worker had before: four times the estimate and
 // 1 GiB, but no more than the worker may hold; without an estimate, what the worker may hold.
 int64_t MemoryAllowance(const JobMemory& memory);
 

@@ -87,7 +87,7 @@ void RunJob(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Ar
   Settle(catalog, blobs, lease, outcome, is_released, access);
 }
 
-// What is thrown outside of the stages, where threads start and end, is trouble of the worker.
+// Exceptions outside of the stages, where threads start and end, are trouble of the worker.
 void RunJobGuarded(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
                    const StopSignal& stop, const store::Lease& lease, const JobLoopOptions& options,
                    Access& access) {

@@ -1,4 +1,4 @@
-// What the client of S3 does about lost answers, refusals, wrong clocks and hanging connections.
+// Tests of the S3 client: lost answers, refusals, wrong clocks and hanging connections.
 #include "core/store/s3_client.h"
 
 #include <gmock/gmock.h>
