@@ -26,7 +26,8 @@ struct AttackReport {
 
 struct Attacker {
   std::string name;
-  std::string rate;  // its limit, for the report
+  double per_second = 0.0;  // most attempts that it makes
+  std::string rate;         // the same for the report, in words
   std::function<AttackReport(const AttackTarget&, const std::stop_token&)> run;
 };
 
