@@ -1,6 +1,7 @@
 #include <string>
 
 #include "core/base/status_macros.h"
+#include "core/store/upload_files.h"
 #include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/handlers.h"
@@ -8,6 +9,17 @@
 #include "server/rpc/paging.h"
 
 namespace liquidblend::rpc {
+namespace {
+
+// No worker sees an import again that is cancelled in the queue. One that a worker has is left to
+// that worker.
+void DeleteFilesIfCancelled(Backends& backends, const std::string& id) {
+  const absl::StatusOr<store::pb::JobRecord> job = backends.catalog.GetJob(id);
+  if (!job.ok() || job->state() != store::pb::JobRecord::CANCELLED) return;
+  store::DeleteUploadedFiles(job->import_animation(), backends.blobs);
+}
+
+}  // namespace
 
 absl::StatusOr<lro::Operation> GetOperation(Backends& backends,
                                             const lro::GetOperationRequest& request) {
@@ -38,6 +50,7 @@ absl::StatusOr<Empty> CancelOperation(Backends& backends,
                                       const lro::CancelOperationRequest& request) {
   LB_ASSIGN_OR_RETURN(const std::string id, OperationId("name", request.name()));
   LB_RETURN_IF_ERROR(backends.catalog.RequestCancel(id));
+  DeleteFilesIfCancelled(backends, id);
   return Empty();
 }
 

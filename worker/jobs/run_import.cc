@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/jobs/job_options.h"
@@ -48,16 +47,6 @@ absl::Status RunImport(const store::v1::ImportJob& job, JobContext& context) {
                       StoreAnimation(animation, context.blobs));
   LB_RETURN_IF_ERROR(context.keeper.Check());
   return context.catalog.PublishAnimation(context.keeper.lease_id(), record);
-}
-
-void DeleteFiles(const store::v1::ImportJob& job, store::BlobStore& blobs) {
-  for (const store::v1::SourceFile& file : job.files()) {
-    if (file.sent_directly() || !store::IsUploadId(file.blob())) continue;
-    const absl::Status deleted = blobs.Delete(file.blob());
-    if (deleted.ok()) continue;
-    return base::LogWarning(
-        absl::StrCat("files of an import are left to be collected: ", deleted.ToString()));
-  }
 }
 
 }  // namespace liquidblend::jobs

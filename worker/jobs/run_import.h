@@ -11,8 +11,4 @@ namespace liquidblend::jobs {
 // job was not to go on (LeaseKeeper::Check).
 absl::Status RunImport(const store::v1::ImportJob& job, JobContext& context);
 
-// Deletes the files that came through the server for this job alone, of an import that has failed
-// for good. What the store does not delete now is collected. Nothing without files.
-void DeleteFiles(const store::v1::ImportJob& job, store::BlobStore& blobs);
-
 }  // namespace liquidblend::jobs

@@ -9,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
 #include "core/store/retry.h"
+#include "core/store/upload_files.h"
 #include "worker/jobs/job_context.h"
 #include "worker/jobs/run_guarded.h"
 #include "worker/jobs/run_import.h"
@@ -61,7 +62,7 @@ void Settle(store::Catalog& catalog, store::BlobStore& blobs, const store::Lease
   const bool is_ours = !outcome.ok() && !absl::IsAborted(outcome) && !is_released;
   const absl::Status recorded = is_ours ? RecordFailure(catalog, lease, outcome) : absl::OkStatus();
   const bool is_final = is_ours && recorded.ok() && !MayPass(outcome);
-  if (is_final) DeleteFiles(lease.job.import_animation(), blobs);  // they count for nobody now
+  if (is_final) store::DeleteUploadedFiles(lease.job.import_animation(), blobs);  // they count for nobody now
   if (!IsRefusal(outcome) && !IsRefusal(recorded)) return access.Granted();
   access.AwaitAfter(IsRefusal(outcome) ? outcome : recorded);
   if (IsRefusal(recorded)) RecordFailure(catalog, lease, outcome).IgnoreError();

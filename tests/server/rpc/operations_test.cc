@@ -1,6 +1,7 @@
 #include "server/rpc/handlers.h"
 
 #include <string>
+#include <vector>
 
 #include "server/rpc/api_messages.h"
 #include "tests/server/rpc/handlers_testing.h"
@@ -180,6 +181,46 @@ TEST_F(OperationsTest, ACancelledOperationSaysSo) {
   ASSERT_EQ(operations->operations_size(), 1);
   EXPECT_TRUE(operations->operations(0).done());
   EXPECT_EQ(operations->operations(0).error().code(), 1);
+}
+
+class CancelledImportTest : public OperationsTest {
+ protected:
+  // An import that has been accepted, with an empty file for each entry.
+  store::pb::JobRecord Submit(const std::vector<bool>& are_sent_directly) {
+    store::pb::JobRecord job;
+    job.mutable_import_animation()->set_animation("drop");
+    store::pb::AnimationRecord animation;
+    animation.set_id("drop");
+    for (const bool is_sent_directly : are_sent_directly) {
+      store::pb::SourceFile& file = *job.mutable_import_animation()->add_files();
+      file.set_blob((*blobs_->CreateUpload())->Commit().value());
+      file.set_sent_directly(is_sent_directly);
+    }
+    return catalog_->SubmitImport(animation, job, {}).value();
+  }
+  void Cancel(const store::pb::JobRecord& job) {
+    lro::CancelOperationRequest request;
+    request.set_name("operations/" + job.id());
+    EXPECT_THAT(CancelOperation(backends_, request), Succeeds());
+  }
+  bool HasFile(const store::pb::JobRecord& job, int k) {
+    return blobs_->Open(job.import_animation().files(k).blob()).ok();
+  }
+};
+
+TEST_F(CancelledImportTest, InTheQueueLeavesOnlyFilesThatWereSentDirectly) {
+  const store::pb::JobRecord job = Submit({false, true});
+  ASSERT_TRUE(HasFile(job, 0));
+  Cancel(job);
+  EXPECT_FALSE(HasFile(job, 0));
+  EXPECT_TRUE(HasFile(job, 1));
+}
+
+TEST_F(CancelledImportTest, WhileItRunsKeepsItsFilesForItsWorker) {
+  const store::pb::JobRecord job = Submit({false});
+  TakeJob();
+  Cancel(job);
+  EXPECT_TRUE(HasFile(job, 0));
 }
 
 }  // namespace
