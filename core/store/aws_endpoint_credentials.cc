@@ -1,10 +1,8 @@
 // Credentials that services of a container's or an instance's host give out over HTTP.
-#include <google/protobuf/struct.pb.h>
-#include <google/protobuf/util/json_util.h>
-
 #include <array>
 #include <cstdlib>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
 
@@ -50,11 +48,11 @@ absl::StatusOr<std::string> Ask(HttpClient& http, const std::string& method, con
 }
 
 absl::StatusOr<FoundCredentials> Parse(const std::string& json, const std::string& url) {
-  google::protobuf::Struct document;
-  const bool is_json = google::protobuf::util::JsonStringToMessage(json, &document).ok();
+  constexpr bool kNoExceptions = false;
+  const nlohmann::json document = nlohmann::json::parse(json, nullptr, kNoExceptions);
   const auto text = [&](const char* name) {
-    const auto field = document.fields().find(name);
-    return field == document.fields().end() ? std::string() : field->second.string_value();
+    const auto field = document.find(name);  // the end, unless the document is an object
+    return field == document.end() || !field->is_string() ? "" : field->get<std::string>();
   };
   FoundCredentials found;
   found.credentials = {text("AccessKeyId"), text("SecretAccessKey"), text("Token")};
@@ -62,7 +60,7 @@ absl::StatusOr<FoundCredentials> Parse(const std::string& json, const std::strin
   const std::string expiration = text("Expiration");
   const bool has_time =
       expiration.empty() || absl::ParseTime(absl::RFC3339_full, expiration, &found.expires, &error);
-  if (is_json && has_time && !found.credentials.access_key_id.empty() &&
+  if (has_time && !found.credentials.access_key_id.empty() &&
       !found.credentials.secret_access_key.empty()) {
     return found;
   }
