@@ -13,6 +13,7 @@
 #include "core/store/content_hash.h"
 #include "core/store/fault_point.h"
 #include "core/store/mapped_file.h"
+#include "core/store/new_blob_name.h"
 #include "core/store/posix_file.h"
 #include "core/store/random_id.h"
 
@@ -30,15 +31,9 @@ absl::Status CheckContent(const FileHandle& file, const std::string& path, const
       absl::StrCat("blob ", path, " is damaged: its ", size, " bytes hash to ", hasher.Id()));
 }
 
-// Name of a new blob.
-struct NewName {
-  BlobId id;               // the bytes must match it; empty: made from their content ...
-  bool is_upload = false;  // ... with digits that make it unique
-};
-
 class LocalBlobWriter : public BlobWriter {
  public:
-  LocalBlobWriter(std::shared_ptr<BlobFolders> folders, TemporaryFile temporary, NewName name)
+  LocalBlobWriter(std::shared_ptr<BlobFolders> folders, TemporaryFile temporary, NewBlobName name)
       : folders_(std::move(folders)),
         temporary_(std::move(temporary)),
         name_(std::move(name)),
@@ -127,7 +122,7 @@ class LocalBlobWriter : public BlobWriter {
 
   const std::shared_ptr<BlobFolders> folders_;
   TemporaryFile temporary_;
-  const NewName name_;
+  const NewBlobName name_;
   BlobHasher hasher_;
   absl::Status status_;  // the first error; committed: what a further call gets
   bool is_renamed_ = false;
@@ -212,7 +207,7 @@ class LocalBlobStore : public BlobStore {
  private:
   std::string tmp() const { return absl::StrCat(directory_, "/tmp"); }
 
-  absl::StatusOr<std::unique_ptr<BlobWriter>> CreateNamed(NewName name) {
+  absl::StatusOr<std::unique_ptr<BlobWriter>> CreateNamed(NewBlobName name) {
     LB_ASSIGN_OR_RETURN(TemporaryFile temporary, CreateTemporaryFile(tmp()));
     return std::make_unique<LocalBlobWriter>(folders_, std::move(temporary), std::move(name));
   }

@@ -14,6 +14,7 @@
 #include "core/store/blob_store.h"
 #include "core/store/content_hash.h"
 #include "core/store/fault_point.h"
+#include "core/store/new_blob_name.h"
 #include "core/store/random_id.h"
 #include "core/store/retry.h"
 #include "core/store/s3_client.h"
@@ -69,17 +70,11 @@ absl::Status CheckNoCollision(S3Client& s3, const BlobId& id, std::span<const st
       absl::StrCat("blob ", s3.NameOf(object->key), " has other content with the same hash"));
 }
 
-// Name of a new blob, as in the local store.
-struct NewName {
-  BlobId id;               // empty: made from the content ...
-  bool is_upload = false;  // ... with digits that make it unique
-};
-
 // Collects the bytes in the cache, since their name, and so their key, is known at the end only.
 class S3BlobWriter : public BlobWriter {
  public:
   S3BlobWriter(std::shared_ptr<const Shared> shared, std::unique_ptr<BlobWriter> local,
-               NewName name)
+               NewBlobName name)
       : shared_(std::move(shared)), local_(std::move(local)), name_(std::move(name)) {}
 
   absl::Status Append(std::span<const std::byte> bytes) override { return local_->Append(bytes); }
@@ -105,7 +100,7 @@ class S3BlobWriter : public BlobWriter {
  private:
   const std::shared_ptr<const Shared> shared_;
   const std::unique_ptr<BlobWriter> local_;
-  const NewName name_;
+  const NewBlobName name_;
 };
 
 class S3BlobStore : public BlobStore {
@@ -114,7 +109,7 @@ class S3BlobStore : public BlobStore {
 
   absl::StatusOr<std::unique_ptr<BlobWriter>> Create() override {
     LB_ASSIGN_OR_RETURN(std::unique_ptr<BlobWriter> local, shared_->cache->Create());
-    return std::make_unique<S3BlobWriter>(shared_, std::move(local), NewName());
+    return std::make_unique<S3BlobWriter>(shared_, std::move(local), NewBlobName());
   }
 
   absl::StatusOr<std::unique_ptr<BlobWriter>> CreateAs(const BlobId& id) override {
@@ -124,13 +119,13 @@ class S3BlobStore : public BlobStore {
     }
     LB_ASSIGN_OR_RETURN(std::unique_ptr<BlobWriter> local,
                         shared_->cache->CreateAs(ContentIdOf(id)));
-    return std::make_unique<S3BlobWriter>(shared_, std::move(local), NewName{.id = id});
+    return std::make_unique<S3BlobWriter>(shared_, std::move(local), NewBlobName{.id = id});
   }
 
   absl::StatusOr<std::unique_ptr<BlobWriter>> CreateUpload() override {
     LB_ASSIGN_OR_RETURN(std::unique_ptr<BlobWriter> local, shared_->cache->Create());
     return std::make_unique<S3BlobWriter>(shared_, std::move(local),
-                                          NewName{.id = "", .is_upload = true});
+                                          NewBlobName{.id = "", .is_upload = true});
   }
 
   absl::StatusOr<std::shared_ptr<const Blob>> Open(const BlobId& id) override {

@@ -1,7 +1,5 @@
 #include "tests/e2e/fault_proxy.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -38,27 +36,14 @@ int ConnectTo(const std::string& path) {
 
 }  // namespace
 
-FaultProxy::FaultProxy(std::string socket_path)
-    : socket_path_(std::move(socket_path)),
-      listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof(address);
-  if (bind(listener_, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
-      listen(listener_, 64) != 0 ||
-      getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
-    std::abort();
-  }
-  port_ = ntohs(address.sin_port);
+FaultProxy::FaultProxy(std::string socket_path) : socket_path_(std::move(socket_path)) {
   thread_ = std::thread([this] { Serve(); });
 }
 
 FaultProxy::~FaultProxy() {
   is_over_ = true;
-  shutdown(listener_, SHUT_RDWR);
+  listener_.Shutdown();
   thread_.join();
-  close(listener_);
 }
 
 void FaultProxy::Once(const std::string& words, int number, std::function<void()> before,
@@ -71,7 +56,7 @@ void FaultProxy::Once(const std::string& words, int number, std::function<void()
 void FaultProxy::Serve() {
   std::vector<std::thread> threads;
   while (true) {
-    const int client = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
+    const int client = listener_.Accept();
     if (client < 0) break;
     threads.emplace_back([this, client] {
       Handle(client);

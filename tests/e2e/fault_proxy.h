@@ -10,6 +10,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
+#include "tests/core/store/loopback_listener.h"
 
 namespace liquidblend::e2e {
 
@@ -22,7 +23,7 @@ class FaultProxy {
   FaultProxy(const FaultProxy&) = delete;
   FaultProxy& operator=(const FaultProxy&) = delete;
 
-  int port() const { return port_; }
+  int port() const { return listener_.port(); }
 
   // Nothing goes either way, and nobody hears of it; what is sent meanwhile arrives later.
   void Cut() { is_cut_ = true; }
@@ -52,8 +53,7 @@ class FaultProxy {
   Strike StrikeAt(const std::string& bytes) ABSL_LOCKS_EXCLUDED(mutex_);
 
   const std::string socket_path_;
-  int listener_ = -1;
-  int port_ = 0;
+  const store::LoopbackListener listener_;
   std::atomic<bool> is_cut_ = false;
   std::atomic<bool> is_over_ = false;
   std::atomic<bool> is_struck_ = false;

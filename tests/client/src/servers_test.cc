@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <iterator>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "tests/client/fake_server.h"
@@ -19,13 +23,38 @@ using ::testing::HasSubstr;
 const absl::Status kAway = absl::UnavailableError("going away");
 
 // A proxy would read the token, and take this machine's name for its own.
+// The variables that gRPC reads a proxy from; those of the test's caller come back at the end.
+class ProxyVariables {
+ public:
+  ProxyVariables() {
+    for (const char* name : kNames) {
+      const char* const value = getenv(name);
+      former_.push_back(value == nullptr ? std::nullopt : std::optional<std::string>(value));
+      unsetenv(name);
+    }
+  }
+  ~ProxyVariables() {
+    for (size_t k = 0; k < std::size(kNames); ++k) {
+      unsetenv(kNames[k]);
+      if (former_[k].has_value()) setenv(kNames[k], former_[k]->c_str(), 1);
+    }
+  }
+  ProxyVariables(const ProxyVariables&) = delete;
+  ProxyVariables& operator=(const ProxyVariables&) = delete;
+
+ private:
+  static constexpr const char* kNames[] = {"grpc_proxy", "https_proxy",   "http_proxy",
+                                           "no_proxy",   "no_grpc_proxy", "no_https_proxy"};
+  std::vector<std::optional<std::string>> former_;
+};
+
 TEST(Servers, AreReachedWithoutAProxyOnThisMachine) {
   FakeServer server;
+  const ProxyVariables variables;
   setenv("http_proxy", "http://127.0.0.1:1", 1);  // where nobody listens
   ConnectOptions options;
   options.target = server.target();
   const auto client = Client::Connect(options);
-  unsetenv("http_proxy");
   ASSERT_TRUE(client.ok()) << client.status();
   EXPECT_TRUE((*client)->GetFamily("drops").ok());
 }

@@ -1,7 +1,5 @@
 #include "tests/core/store/http_fake.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -110,28 +108,16 @@ HttpFake::HttpFake(Handler handler)
             connection.Send(answer, request.method == "HEAD" ? 0 : answer.body.size());
           })) {}
 
-HttpFake::HttpFake(RawHandler handler)
-    : handler_(std::move(handler)), listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof(address);
-  if (bind(listener_, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
-      listen(listener_, 64) != 0 ||
-      getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
-    std::abort();
-  }
-  port_ = ntohs(address.sin_port);
+HttpFake::HttpFake(RawHandler handler) : handler_(std::move(handler)) {
   thread_ = std::thread([this] { Serve(); });
 }
 
 HttpFake::~HttpFake() {
-  shutdown(listener_, SHUT_RDWR);
+  listener_.Shutdown();
   thread_.join();
-  close(listener_);
 }
 
-std::string HttpFake::url() const { return absl::StrCat("http://127.0.0.1:", port_); }
+std::string HttpFake::url() const { return absl::StrCat("http://127.0.0.1:", listener_.port()); }
 
 int HttpFake::num_requests() {
   const absl::MutexLock lock(&mutex_);
@@ -145,7 +131,7 @@ void HttpFake::Serve() {
   };
   std::list<Served> all;
   while (true) {
-    const int connection = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
+    const int connection = listener_.Accept();
     if (connection < 0) break;
     all.remove_if([](Served& one) {
       if (!*one.is_done) return false;

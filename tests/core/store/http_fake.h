@@ -8,6 +8,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
+#include "tests/core/store/loopback_listener.h"
 
 namespace liquidblend::store {
 
@@ -57,8 +58,7 @@ class HttpFake {
   void Handle(int fd);
 
   const RawHandler handler_;
-  int listener_ = -1;
-  int port_ = 0;
+  const LoopbackListener listener_;
   absl::Mutex mutex_;
   absl::Mutex handler_mutex_;
   int num_requests_ ABSL_GUARDED_BY(mutex_) = 0;
