@@ -7,6 +7,7 @@ set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
 refuse() { echo "page.sh: $1" >&2; usage >&2; exit 2; }
 if [ "${1:-}" = --help ]; then usage; exit 0; fi
+[[ ${1:-} != -* ]] || refuse "unknown argument: $1"
 [ $# = 2 ] || refuse "two arguments are needed"
 
 # Debian's Python, which has its packages, comes before others.
