@@ -28,7 +28,7 @@ export ASAN_OPTIONS=log_path=$reports/asan
 export UBSAN_OPTIONS=log_path=$reports/ubsan:print_stacktrace=1:halt_on_error=1
 export LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0
 export TSAN_OPTIONS="log_path=$reports/tsan ignore_noninstrumented_modules=1
-  suppressions=$PWD/tests/tsan/grpc.supp"
+  suppressions=$PWD/tests/tsan/libraries.supp"
 export LIQUIDBLEND_BINARY_DIR=$PWD/build/$preset/bin LIQUIDBLEND_E2E_PATIENCE=600
 LIQUIDBLEND_E2E_SANITIZER=$(g++ -print-file-name="lib$preset.so")  # comes before the layer of faults
 export LIQUIDBLEND_E2E_SANITIZER

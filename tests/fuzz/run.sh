@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the fuzzers (preset "fuzz") and runs each for a while on the seeds in corpus/, one after
-# the other. Prints a table at the end.
+# the other. Prints a table at the end; "CPU seconds" say how much of the time it had a core.
 #   tests/fuzz/run.sh [SECONDS [TARGET...]]     600 seconds, all targets: about three hours
 # A finding ends its target but not the others; then the exit status is 1. Its bytes and the log are
 # in build/fuzz/findings/TARGET. Once it is mended, the bytes go to tests/fuzz/regressions/TARGET,
@@ -29,6 +29,14 @@ cmake --build build/fuzz --target "${targets[@]/#/fuzz_}"
 # A statistic of libFuzzer in a log, or "?" if it ended without any.
 statistic() { sed -n "s/^stat::$1: *//p" "$2" | tail -n 1 | grep . || echo "?"; }
 
+# Sets cpu_seconds to the user and system time of what this script has run to its end. (A subshell
+# would see none of it.)
+measure_cpu_seconds() {
+  times >build/fuzz/times
+  cpu_seconds=$(tail -n 1 build/fuzz/times | sed 's/[ms]/ /g' |
+    awk '{print int(60 * ($1 + $3) + $2 + $4)}')
+}
+
 rows=()
 status=0
 for target in "${targets[@]}"; do
@@ -42,6 +50,8 @@ for target in "${targets[@]}"; do
   if [[ " ${peers[*]} " == *" $target "* ]]; then options+=(-entropic=0 -detect_leaks=0); fi
   num_findings=0
   begin=$SECONDS
+  measure_cpu_seconds
+  cpu_begin=$cpu_seconds
   if ! ASAN_OPTIONS=allocator_may_return_null=0 UBSAN_OPTIONS=print_stacktrace=1 \
     "build/fuzz/fuzz/fuzz_$target" "$corpus" "tests/fuzz/corpus/$target" "${options[@]}" \
     -artifact_prefix="$findings/" -print_final_stats=1 -verbosity=0 2>"$findings/log"; then
@@ -50,11 +60,12 @@ for target in "${targets[@]}"; do
     num_findings=1
     status=1
   fi
+  measure_cpu_seconds
   rows+=("| $target | $(statistic number_of_executed_units "$findings/log") | $((SECONDS - begin)) \
-| $(statistic peak_rss_mb "$findings/log") | $num_findings |")
+| $((cpu_seconds - cpu_begin)) | $(statistic peak_rss_mb "$findings/log") | $num_findings |")
 done
 
-printf '\n| target | executions | seconds | peak RSS (MiB) | findings |\n'
-echo "| --- | --- | --- | --- | --- |"
+printf '\n| target | executions | seconds | CPU seconds | peak RSS (MiB) | findings |\n'
+echo "| --- | --- | --- | --- | --- | --- |"
 printf '%s\n' "${rows[@]}"
 exit $status

@@ -146,7 +146,7 @@ TEST_F(ServerTest, ACallThatIsLateIsEnded) {
 // What clients see while new versions are published under them.
 struct SwapWitness {
   int64_t num_frames = 0;
-  int64_t last_version = 0;
+  std::atomic<int64_t> last_version = 0;  // read while the client goes on
   int64_t num_backward = 0;  // a version older than one seen before
   absl::Duration longest_gap;
   absl::Time last = absl::Now();
@@ -154,7 +154,7 @@ struct SwapWitness {
   void See(const v1::Frame& frame) {
     ++num_frames;
     if (frame.version() < last_version) ++num_backward;
-    last_version = std::max(last_version, frame.version());
+    last_version = std::max<int64_t>(last_version, frame.version());
     longest_gap = std::max(longest_gap, absl::Now() - last);
     last = absl::Now();
   }

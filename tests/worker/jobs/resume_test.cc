@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <variant>
 
 #include "core/store/files.h"
@@ -136,7 +137,7 @@ class ResumeTest : public ::testing::Test {
 
   const mesh::Animation low_, high_;
   const mesh::SpaceTimeMesh source_ = Build(low_), target_ = Build(high_);
-  int num_reads_ = 0;
+  std::atomic<int> num_reads_ = 0;  // meshes are read in parallel
 
  private:
   static Eigen::Vector4d TopOf(const mesh::SpaceTimeMesh& mesh) {
