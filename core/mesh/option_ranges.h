@@ -2,6 +2,7 @@
 // of them when it is asked; the worker's stages check them again.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "absl/status/status.h"
@@ -18,6 +19,11 @@ absl::Status CheckRange(const char* name, double value, const Range& range);
 
 // Of an animation: from a frame every 1000 s to one every microsecond.
 inline constexpr Range kFramesPerSecond = {1e-3, 1e6};
+
+// Whether animations of these rates can be registered to one another. 23.976 counts as 24.
+inline bool IsSameFrameRate(double one, double other) {
+  return std::abs(one - other) <= 1.1e-3 * std::max(one, other);
+}
 
 // Of the registration; lengths in mean edge lengths.
 inline constexpr Range kMaxIterations = {1, 200};

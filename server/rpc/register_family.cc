@@ -10,6 +10,7 @@
 #include "core/store/parameter_records.h"
 #include "server/parameters/triangulation.h"
 #include "server/rpc/api_messages.h"
+#include "server/rpc/check_animations.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/handlers.h"
 #include "server/rpc/job_memory.h"
@@ -215,6 +216,7 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
   LB_RETURN_IF_ERROR(Check(request, backends.limits));
   LB_ASSIGN_OR_RETURN(store::pb::JobRecord job, JobOf(request));
   job.mutable_register_family()->set_refine_version(refine_version);
+  LB_RETURN_IF_ERROR(CheckAnimations(backends.catalog, job.register_family()));
   SetOwner(principal, job);
   LB_RETURN_IF_ERROR(NoteMemory(backends.catalog, backends.limits.worker_memory_bytes, job));
   LB_ASSIGN_OR_RETURN(job, backends.catalog.SubmitRegistration(

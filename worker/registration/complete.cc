@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
 #include "worker/registration/course_volumes.h"
 #include "worker/registration/extrapolation.h"
 #include "worker/registration/finish.h"
@@ -50,8 +51,7 @@ absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTim
           "the ", name, " has nothing but droplets, which are carried and not registered"));
     }
   }
-  if (std::abs(source.frames_per_second - target.frames_per_second) >
-      1e-3 * source.frames_per_second) {
+  if (!mesh::IsSameFrameRate(source.frames_per_second, target.frames_per_second)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "the source has ", source.frames_per_second, " frames per second and the target ",
         target.frames_per_second, "; both must have the same"));

@@ -150,12 +150,21 @@ class RpcTest : public testing::Test {
     return *submitted;
   }
 
-  void ImportAnimation(const std::string& id) {
+  // An animation that can be registered.
+  static store::pb::AnimationManifest SmallManifest() {
+    store::pb::AnimationManifest manifest;
+    manifest.set_num_frames(kFamilyFrames);
+    manifest.set_frames_per_second(24);
+    manifest.set_mean_edge_length_m(0.1);
+    return manifest;
+  }
+
+  void ImportAnimation(const std::string& id,
+                       const store::pb::AnimationManifest& manifest = SmallManifest()) {
     SubmitImport(id);
     store::pb::AnimationRecord animation;
     animation.set_id(id);
-    animation.mutable_manifest()->set_num_frames(kFamilyFrames);
-    animation.mutable_manifest()->set_frames_per_second(24);
+    *animation.mutable_manifest() = manifest;
     EXPECT_TRUE(catalog_->PublishAnimation(TakeJob().lease_id, animation).ok());
   }
 
