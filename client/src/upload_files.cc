@@ -19,13 +19,9 @@ namespace fs = std::filesystem;
 constexpr int64_t kMaxChunkBytes = 1 << 20;
 
 bool IsFrameFile(const std::string& name) {
-  return absl::EndsWith(name, ".bobj.gz") || absl::EndsWith(name, ".ply") ||
-         absl::EndsWith(name, ".obj") || absl::EndsWith(name, ".stl") ||
-         absl::EndsWith(name, ".vdb");
-}
-
-bool IsAnimationFile(const std::string& name) {
-  return IsFrameFile(name) || absl::EndsWith(name, ".uni") || name == "meta.json";
+  return absl::EndsWithIgnoreCase(name, ".bobj.gz") || absl::EndsWithIgnoreCase(name, ".ply") ||
+         absl::EndsWithIgnoreCase(name, ".obj") || absl::EndsWithIgnoreCase(name, ".stl") ||
+         absl::EndsWithIgnoreCase(name, ".vdb");
 }
 
 }  // namespace
@@ -38,7 +34,7 @@ absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& d
   for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     std::error_code ignored;
-    if (!IsAnimationFile(name) || !entry->is_regular_file(ignored)) continue;
+    if (!client::IsAnimationFileName(name) || !entry->is_regular_file(ignored)) continue;
     has_frames |= IsFrameFile(name);
     files.push_back(entry->path().string());
   }
@@ -52,6 +48,10 @@ absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& d
 }
 
 namespace client {
+
+bool IsAnimationFileName(const std::string& name) {
+  return IsFrameFile(name) || absl::EndsWith(name, ".uni") || name == "meta.json";
+}
 
 absl::StatusOr<std::vector<UploadFile>> CheckUpload(const UploadRequest& request) {
   LBC_RETURN_IF_ERROR(request.options.Validate());

@@ -51,9 +51,9 @@ bool IsName(absl::string_view name) {
 }
 
 bool IsFrameFile(absl::string_view name) {
-  return absl::EndsWith(name, ".bobj.gz") || absl::EndsWith(name, ".ply") ||
-         absl::EndsWith(name, ".obj") || absl::EndsWith(name, ".stl") ||
-         absl::EndsWith(name, ".vdb");
+  return absl::EndsWithIgnoreCase(name, ".bobj.gz") || absl::EndsWithIgnoreCase(name, ".ply") ||
+         absl::EndsWithIgnoreCase(name, ".obj") || absl::EndsWithIgnoreCase(name, ".stl") ||
+         absl::EndsWithIgnoreCase(name, ".vdb");
 }
 
 bool IsAnimationFile(absl::string_view name) {

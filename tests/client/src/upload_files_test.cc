@@ -17,15 +17,16 @@ using testing::TempDir;
 TEST(ListAnimationFiles, FindsFramesVelocitiesAndMetaOnlySorted) {
   const TempDir dir;
   for (const char* name : {"m_0002.bobj.gz", "m_0001.bobj.gz", "v_0001.uni", "s_0001.stl",
-                           "o_0001.vdb", "meta.json", "notes.txt", "other.json"}) {
+                           "o_0001.vdb", "C_0001.OBJ", "meta.json", "notes.txt", "other.json"}) {
     dir.Write(name, "x");
   }
   std::filesystem::create_directory(dir.File("folder.ply"));
   const auto files = ListAnimationFiles(dir.path());
   ASSERT_TRUE(files.ok()) << files.status();
-  EXPECT_THAT(*files, ElementsAre(dir.File("m_0001.bobj.gz"), dir.File("m_0002.bobj.gz"),
-                                  dir.File("meta.json"), dir.File("o_0001.vdb"),
-                                  dir.File("s_0001.stl"), dir.File("v_0001.uni")));
+  EXPECT_THAT(*files,
+              ElementsAre(dir.File("C_0001.OBJ"), dir.File("m_0001.bobj.gz"),
+                          dir.File("m_0002.bobj.gz"), dir.File("meta.json"), dir.File("o_0001.vdb"),
+                          dir.File("s_0001.stl"), dir.File("v_0001.uni")));
 }
 
 TEST(ListAnimationFiles, SaysWhatIsMissing) {
