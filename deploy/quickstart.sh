@@ -57,7 +57,7 @@ $bin/liquidblend list
 
 say "5/6 blended frames"
 $bin/liquidblend stream two_drops --seconds 3 --fps 24 --sweep
-$bin/liquidblend export two_drops --weights 0.5 -o "$out/half" --format ply
+$bin/liquidblend export two_drops --weights 0.5 -o "$out/half" --format ply --overwrite
 $bin/liquidblend frame two_drops --weights 0.5 --time 0.5 -o "$out/half.drc"
 $bin/liquidblend inspect "$out/half.drc"
 

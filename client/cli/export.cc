@@ -1,6 +1,5 @@
 // liquidblend export FAMILY --weights W[,W..] | --parameters NAME=VALUE[,..] -o DIR --format
 // ply|obj|bobj
-#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -9,7 +8,7 @@
 #include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
 #include "client/cli/encoding_flags.h"
-#include "client/cli/files.h"
+#include "client/cli/export_folder.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_file.h"
 #include "client/cli/parse.h"
@@ -28,24 +27,22 @@ struct ExportFlags {
   BlendFlags blend;
   std::string directory;
   std::string format = "ply";
+  bool overwrite = false;
   double frames_per_second = 0.0;  // 0: the family's
   EncodingFlags encoding = {.position_bits = kExportBits};
   SurfaceFlags surface;
 };
 
 struct ExportResult {
-  int num_files = 0;
+  std::vector<std::string> names;  // of the frames' files
   int64_t version = 0;
   std::vector<double> weights;
   bool extrapolated = false;
-  std::string first_file;
 };
 
-std::string FilePath(const ExportFlags& flags, int number) {
-  const std::string name = flags.format == "bobj"
-                               ? absl::StrFormat("fluid_mesh_%04d.bobj.gz", number)
-                               : absl::StrFormat("frame_%04d.%s", number, flags.format);
-  return (std::filesystem::path(flags.directory) / name).string();
+std::string FrameName(const std::string& format, size_t number) {
+  if (format == "bobj") return absl::StrFormat("fluid_mesh_%04d.bobj.gz", number);
+  return absl::StrFormat("frame_%04d.%s", number, format);
 }
 
 StreamSettings ToSettings(const ExportFlags& flags, const Blend& blend) {
@@ -64,23 +61,23 @@ StreamSettings ToSettings(const ExportFlags& flags, const Blend& blend) {
 }
 
 // Reads the stream to its end, one file per frame.
-absl::StatusOr<ExportResult> WriteFrames(FrameStream& stream, const ExportFlags& flags,
-                                         double duration_s, ProgressBar& bar) {
+absl::StatusOr<ExportResult> WriteFrames(FrameStream& stream, const ExportFolder& folder,
+                                         const ExportFlags& flags, double duration_s,
+                                         ProgressBar& bar) {
   ExportResult result;
   for (;;) {
     LBC_ASSIGN_OR_RETURN(const std::optional<StreamedFrame> streamed, stream.Read());
     if (!streamed) return result;
     LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(streamed->frame.data));
-    const std::string path = FilePath(flags, result.num_files + 1);
-    LBC_RETURN_IF_ERROR(WriteMeshFile(mesh, path));
-    if (result.num_files++ == 0) result.first_file = path;
+    result.names.push_back(FrameName(flags.format, result.names.size() + 1));
+    LBC_RETURN_IF_ERROR(WriteMeshFile(mesh, folder.TemporaryPath(result.names.back())));
     result.version = streamed->frame.version;
     result.weights = streamed->frame.weights;
     result.extrapolated = streamed->frame.extrapolated;
     const double time_s = streamed->frame.time_s;
-    bar.Update(
-        duration_s > 0.0 ? time_s / duration_s : 1.0, "export",
-        absl::StrFormat("export, %.2f of %.2f s, %d files", time_s, duration_s, result.num_files));
+    bar.Update(duration_s > 0.0 ? time_s / duration_s : 1.0, "export",
+               absl::StrFormat("export, %.2f of %.2f s, %d files", time_s, duration_s,
+                               result.names.size()));
   }
 }
 
@@ -89,24 +86,29 @@ absl::Status RunExport(const ExportFlags& flags, const Context& context) {
   LBC_ASSIGN_OR_RETURN(const Blend blend, ToRequiredBlend(flags.blend));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const Family family, client->GetFamily(flags.family));
-  LBC_RETURN_IF_ERROR(MakeDirectory(flags.directory));
+  LBC_ASSIGN_OR_RETURN(
+      ExportFolder folder,
+      ExportFolder::Open(flags.directory, flags.overwrite ? ExportFolder::Policy::kOverwrite
+                                                          : ExportFolder::Policy::kMustBeEmpty));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<FrameStream> stream,
                        client->StreamFrames(ToSettings(flags, blend)));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
   LBC_ASSIGN_OR_RETURN(const ExportResult result,
-                       WriteFrames(*stream, flags, family.duration_s, bar));
+                       WriteFrames(*stream, folder, flags, family.duration_s, bar));
   bar.Finish();
-  if (result.num_files == 0) {
+  if (result.names.empty()) {
     return absl::InternalError(absl::StrCat(family.name, ": the server sent no frames"));
   }
-  context.Print(absl::StrCat(result.num_files, " files, from ", result.first_file,
-                             " on: ", family.name, " version ", result.version, ", weights ",
+  LBC_RETURN_IF_ERROR(folder.Commit(result.names));
+  const std::string first_file = folder.FinalPath(result.names[0]);
+  context.Print(absl::StrCat(result.names.size(), " files, from ", first_file, " on: ", family.name,
+                             " version ", result.version, ", weights ",
                              FormatNumbers(result.weights),
                              result.extrapolated ? " (extrapolated)" : ""));
   context.PrintJson(
       {{"directory", flags.directory},
-       {"first_file", result.first_file},
-       {"num_files", result.num_files},
+       {"first_file", first_file},
+       {"num_files", result.names.size()},
        {"family", family.name},
        {"version", result.version},
        {"weights", result.weights},
@@ -124,7 +126,11 @@ void AddExport(CLI::App& app, Context& context) {
       app.add_subcommand("export", "Write every frame of a blend to a directory, a file each");
   command->add_option("FAMILY", flags->family, "The family's id")->required();
   AddBlendFlags(*command, flags->blend);
-  command->add_option("-o,--output", flags->directory, "DIR; made if needed")->required();
+  command->add_option("-o,--output", flags->directory, "DIR; made if needed, otherwise empty")
+      ->required();
+  command->add_flag("--overwrite", flags->overwrite,
+                    "Replace the frames and the meta.json of an earlier export in DIR, once the "
+                    "new ones are all there; other files stay");
   command
       ->add_option("--format", flags->format,
                    "ply or obj: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "

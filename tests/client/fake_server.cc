@@ -239,6 +239,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
   std::string last_request;
   bool with_details = false;
   std::atomic<bool> break_watch = false;
+  std::atomic<bool> break_stream = false;
 
  private:
   static bool Known(const std::string& id) {
@@ -314,11 +315,13 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
   }
 
   template <typename Stream>
-  static grpc::Status SendAll(const v1::StreamFramesRequest& settings, Stream* stream) {
+  grpc::Status SendAll(const v1::StreamFramesRequest& settings, Stream* stream) {
+    const bool breaks = break_stream.exchange(false);
     const double pace =
         settings.has_frames_per_second() ? settings.frames_per_second() : kCannedFramesPerSecond;
     const auto num_frames = static_cast<int64_t>(std::floor(kCannedDuration * pace + 1e-9)) + 1;
     for (int64_t i = 0; i < num_frames; ++i) {
+      if (breaks && i == 2) return {grpc::StatusCode::UNAVAILABLE, "the server is stopping"};
       Send(settings, static_cast<double>(i) / pace, i, stream);
     }
     return grpc::Status::OK;
@@ -385,6 +388,7 @@ void FakeServer::AddErrorDetails() {
 }
 
 void FakeServer::BreakNextWatch() { impl_->break_watch = true; }
+void FakeServer::BreakNextStream() { impl_->break_stream = true; }
 void FakeServer::RefuseNextUpload(const absl::Status& status) { impl_->SetRefusal(status); }
 
 int FakeServer::NumCalls(const std::string& method) const {

@@ -42,6 +42,8 @@ class FakeServer {
   void AddErrorDetails();
   // The next WatchOperation ends with UNAVAILABLE after one message.
   void BreakNextWatch();
+  // The next lossless stream ends with UNAVAILABLE after two frames.
+  void BreakNextStream();
   // The next upload is refused after its first file, before the client has sent all.
   void RefuseNextUpload(const absl::Status& status);
 

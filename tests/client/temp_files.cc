@@ -26,9 +26,11 @@ std::string TempDir::Write(const std::string& name, const std::string& bytes) co
   return File(name);
 }
 
-std::vector<std::string> TempDir::List() const {
+std::vector<std::string> TempDir::List() const { return ListFolder(path_); }
+
+std::vector<std::string> ListFolder(const std::string& path) {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(path_)) {
+  for (const auto& entry : std::filesystem::directory_iterator(path)) {
     names.push_back(entry.path().filename().string());
   }
   std::sort(names.begin(), names.end());

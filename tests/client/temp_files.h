@@ -22,6 +22,9 @@ class TempDir {
   std::string path_;
 };
 
+// Names of what is in a folder, sorted.
+std::vector<std::string> ListFolder(const std::string& path);
+
 std::string ReadBytes(const std::string& path);
 
 }  // namespace liquidblend::testing

@@ -1,0 +1,46 @@
+// The folder of an export: frames and their meta.json appear in it together, or not at all.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace liquidblend::cli {
+
+// Files are written into a subfolder first, ".export.part". Commit() moves them to their place.
+// Until then the files of an earlier export are as they were; a failed export leaves no trace.
+// Threads: one at a time; one export into a folder at a time.
+class ExportFolder {
+ public:
+  enum class Policy { kMustBeEmpty, kOverwrite };
+
+  // Makes the folder and the subfolder.
+  // Errors: kInvalidArgument if the folder holds anything and must be empty, or if it holds files
+  // that `import` would read beside the new frames and that no export writes; kPermissionDenied if
+  // it cannot be written.
+  static absl::StatusOr<ExportFolder> Open(const std::string& directory, Policy policy);
+
+  ExportFolder(ExportFolder&& other) noexcept;
+  ExportFolder& operator=(ExportFolder&&) = delete;
+  ~ExportFolder();  // removes the subfolder
+
+  // A file's path until Commit(), and after it.
+  std::string TemporaryPath(const std::string& name) const;
+  std::string FinalPath(const std::string& name) const;
+
+  // Removes the files of an earlier export (IsExportedName), then moves `names` to their place.
+  // Errors: kInternal with the file and the system's reason.
+  absl::Status Commit(const std::vector<std::string>& names);
+
+ private:
+  explicit ExportFolder(std::string directory);
+  std::string directory_;  // empty: moved from
+};
+
+// Whether an export writes files of this name: frame_0001.ply, frame_0001.obj,
+// fluid_mesh_0001.bobj.gz with four digits or more, and meta.json.
+bool IsExportedName(const std::string& name);
+
+}  // namespace liquidblend::cli
