@@ -109,7 +109,7 @@ std::string Describe(const Animation& animation) {
                         animation.frames_per_second, animation.num_vertices,
                         animation.num_triangles, animation.mean_edge_length_m,
                         Describe(animation.bounds), FormatBytes(animation.size_bytes));
-  for (const std::string& note : animation.notes) absl::StrAppend(&text, "\n  cleaned: ", note);
+  for (const std::string& note : animation.notes) absl::StrAppend(&text, "\n  note: ", note);
   return text;
 }
 

@@ -9,6 +9,8 @@
 #include "client/cli/commands.h"
 #include "client/cli/encoding_flags.h"
 #include "client/cli/export_folder.h"
+#include "client/cli/export_meta.h"
+#include "client/cli/files.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_file.h"
 #include "client/cli/parse.h"
@@ -20,6 +22,7 @@
 namespace liquidblend::cli {
 namespace {
 
+constexpr char kMetaName[] = "meta.json";
 constexpr int kExportBits = 20;  // the finest grid there is: 2 micrometres in a box of 2 metres
 
 struct ExportFlags {
@@ -35,6 +38,7 @@ struct ExportFlags {
 
 struct ExportResult {
   std::vector<std::string> names;  // of the frames' files
+  std::vector<double> times_s;
   int64_t version = 0;
   std::vector<double> weights;
   bool extrapolated = false;
@@ -60,6 +64,18 @@ StreamSettings ToSettings(const ExportFlags& flags, const Blend& blend) {
   return settings;
 }
 
+absl::Status WriteOne(const Frame& frame, const ExportFolder& folder, const ExportFlags& flags,
+                      ExportResult& result) {
+  LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
+  result.names.push_back(FrameName(flags.format, result.names.size() + 1));
+  LBC_RETURN_IF_ERROR(WriteMeshFile(mesh, folder.TemporaryPath(result.names.back())));
+  result.times_s.push_back(frame.time_s);
+  result.version = frame.version;
+  result.weights = frame.weights;
+  result.extrapolated = frame.extrapolated;
+  return absl::OkStatus();
+}
+
 // Reads the stream to its end, one file per frame.
 absl::StatusOr<ExportResult> WriteFrames(FrameStream& stream, const ExportFolder& folder,
                                          const ExportFlags& flags, double duration_s,
@@ -68,17 +84,26 @@ absl::StatusOr<ExportResult> WriteFrames(FrameStream& stream, const ExportFolder
   for (;;) {
     LBC_ASSIGN_OR_RETURN(const std::optional<StreamedFrame> streamed, stream.Read());
     if (!streamed) return result;
-    LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(streamed->frame.data));
-    result.names.push_back(FrameName(flags.format, result.names.size() + 1));
-    LBC_RETURN_IF_ERROR(WriteMeshFile(mesh, folder.TemporaryPath(result.names.back())));
-    result.version = streamed->frame.version;
-    result.weights = streamed->frame.weights;
-    result.extrapolated = streamed->frame.extrapolated;
+    LBC_RETURN_IF_ERROR(WriteOne(streamed->frame, folder, flags, result));
     const double time_s = streamed->frame.time_s;
     bar.Update(duration_s > 0.0 ? time_s / duration_s : 1.0, "export",
                absl::StrFormat("export, %.2f of %.2f s, %d files", time_s, duration_s,
                                result.names.size()));
   }
+}
+
+// meta.json, then all files at their place.
+absl::Status Finish(const ExportResult& result, const Family& family, double frames_per_second,
+                    ExportFolder& folder) {
+  if (result.names.empty()) {
+    return absl::InternalError(absl::StrCat(family.name, ": the server sent no frames"));
+  }
+  const std::string meta =
+      ToMetaJson({frames_per_second, result.times_s, family.name, result.version, result.weights});
+  LBC_RETURN_IF_ERROR(WriteFile(folder.TemporaryPath(kMetaName), meta));
+  std::vector<std::string> names = result.names;
+  names.push_back(kMetaName);
+  return folder.Commit(names);
 }
 
 absl::Status RunExport(const ExportFlags& flags, const Context& context) {
@@ -96,25 +121,22 @@ absl::Status RunExport(const ExportFlags& flags, const Context& context) {
   LBC_ASSIGN_OR_RETURN(const ExportResult result,
                        WriteFrames(*stream, folder, flags, family.duration_s, bar));
   bar.Finish();
-  if (result.names.empty()) {
-    return absl::InternalError(absl::StrCat(family.name, ": the server sent no frames"));
-  }
-  LBC_RETURN_IF_ERROR(folder.Commit(result.names));
+  const double frames_per_second =
+      flags.frames_per_second > 0.0 ? flags.frames_per_second : family.frames_per_second;
+  LBC_RETURN_IF_ERROR(Finish(result, family, frames_per_second, folder));
   const std::string first_file = folder.FinalPath(result.names[0]);
   context.Print(absl::StrCat(result.names.size(), " files, from ", first_file, " on: ", family.name,
                              " version ", result.version, ", weights ",
                              FormatNumbers(result.weights),
                              result.extrapolated ? " (extrapolated)" : ""));
-  context.PrintJson(
-      {{"directory", flags.directory},
-       {"first_file", first_file},
-       {"num_files", result.names.size()},
-       {"family", family.name},
-       {"version", result.version},
-       {"weights", result.weights},
-       {"extrapolated", result.extrapolated},
-       {"frames_per_second",
-        flags.frames_per_second > 0.0 ? flags.frames_per_second : family.frames_per_second}});
+  context.PrintJson({{"directory", flags.directory},
+                     {"first_file", first_file},
+                     {"num_files", result.names.size()},
+                     {"family", family.name},
+                     {"version", result.version},
+                     {"weights", result.weights},
+                     {"extrapolated", result.extrapolated},
+                     {"frames_per_second", frames_per_second}});
   return absl::OkStatus();
 }
 
@@ -134,7 +156,7 @@ void AddExport(CLI::App& app, Context& context) {
   command
       ->add_option("--format", flags->format,
                    "ply or obj: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "
-                   "cache, but in metres (import it with --vertex-scale 1)")
+                   "cache, but in metres; meta.json beside them says rate and units")
       ->check(CLI::IsMember({"ply", "obj", "bobj"}))
       ->capture_default_str();
   command->add_option("--fps", flags->frames_per_second, "Frames per second; default the family's")

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
 #include "worker/ingest/frame_times.h"
@@ -17,6 +19,50 @@ namespace {
 using nlohmann::json;
 
 constexpr size_t kMaxMetaSize = 1 << 16;  // bytes; parsed JSON takes up to 80 times as much
+
+// Keys that are read, and those for the record: programs that simulate leave them.
+constexpr const char* kKeys[] = {"fps", "frame_times", "units", "voxel_size_m", "domain_size_m"};
+constexpr const char* kRecordKeys[] = {"about",
+                                       "blender",
+                                       "cpu_seconds_bake_total",
+                                       "cpu_seconds_per_frame",
+                                       "domain_centre_m",
+                                       "frame_range",
+                                       "gravity",
+                                       "grid",
+                                       "measured",
+                                       "mesh_upres",
+                                       "mesh_voxel_size_m",
+                                       "name",
+                                       "params",
+                                       "resolution_max",
+                                       "scene",
+                                       "seconds_bake_total",
+                                       "seconds_between_first_and_last_frame",
+                                       "seconds_per_frame",
+                                       "settings",
+                                       "size",
+                                       "wall_inset_voxels",
+                                       "wall_planes_m"};
+constexpr const char* kUnitKeys[] = {"vertex_scale", "velocity_scale_to_m_per_s"};
+constexpr const char* kUnitRecordKeys[] = {"frame_1", "velocities", "velocity_scale_to_m_per_frame",
+                                           "vertices", "world"};
+
+bool Contains(std::span<const char* const> keys, const std::string& key) {
+  return std::any_of(keys.begin(), keys.end(), [&](const char* known) { return key == known; });
+}
+
+absl::Status CheckKeys(const json& object, const std::string& place,
+                       std::span<const char* const> keys,
+                       std::span<const char* const> record_keys) {
+  for (const auto& [key, value] : object.items()) {
+    if (Contains(keys, key) || Contains(record_keys, key)) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "key ", Quoted(place + key), " is not known; known are ", absl::StrJoin(keys, ", "),
+        place.empty() ? "; notes of your own belong into \"about\"" : ""));
+  }
+  return absl::OkStatus();
+}
 
 // As text for messages, with what is no UTF-8 replaced.
 std::string Shown(const json& value) {
@@ -77,6 +123,7 @@ absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
   const auto* text = reinterpret_cast<const char*>(bytes.data());
   const json object = json::parse(text, text + bytes.size(), nullptr, /*allow_exceptions=*/false);
   if (!object.is_object()) return absl::InvalidArgumentError("the file is not a JSON object");
+  LB_RETURN_IF_ERROR(CheckKeys(object, "", kKeys, kRecordKeys));
   Meta meta;
   LB_RETURN_IF_ERROR(ReadField(object, "fps", meta.frames_per_second));
   if (object.contains("fps")) {
@@ -87,7 +134,12 @@ absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
   LB_RETURN_IF_ERROR(ReadFrameTimes(object, meta.frame_times));
   const auto units = object.find("units");
   if (units == object.end()) return meta;
-  if (!units->is_object()) return absl::InvalidArgumentError("units is not a JSON object");
+  if (!units->is_object()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "units is ", Shown(*units),
+        ", not an object such as {\"vertex_scale\": 0.01} (metres per unit of the positions)"));
+  }
+  LB_RETURN_IF_ERROR(CheckKeys(*units, "units.", kUnitKeys, kUnitRecordKeys));
   LB_RETURN_IF_ERROR(ReadField(*units, "vertex_scale", meta.vertex_scale));
   LB_RETURN_IF_ERROR(ReadField(*units, "velocity_scale_to_m_per_s", meta.velocity_scale));
   return meta;

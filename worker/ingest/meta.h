@@ -19,8 +19,10 @@ struct Meta {
   std::vector<double> frame_times;  // frame_times: frames since the first, one per frame
 };
 
-// Other fields are ignored. Errors: kInvalidArgument if the file is larger than 64 KiB, no JSON
-// object, one of the numbers above is not finite and above 0, or the times do not rise from 0.
+// docs/formats.md, "meta.json", lists all keys. Some are for the record only and are not looked at.
+// Errors: kInvalidArgument if the file is larger than 64 KiB, no JSON object, has a key that is not
+// listed, units is no JSON object, one of the numbers above is not finite and above 0, or the times
+// do not rise from 0; the message names the key.
 // Memory: at most 80 times the file.
 absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes);
 

@@ -31,6 +31,7 @@ struct Units {
   double frames_per_second = kDefaultFramesPerSecond;
   double vertex_scale = 1.0;
   double velocity_scale = 0.0;  // 0: not known
+  std::string note;             // one sentence about what was assumed; or empty
 };
 
 struct Frame {
@@ -60,15 +61,28 @@ absl::StatusOr<Meta> FindMeta(const FrameSequence& sequence) {
   return meta;
 }
 
+// The rate and the unit of positions where neither an option nor meta.json says them.
+std::string AssumptionNote(bool assumes_rate, bool assumes_metres) {
+  if (!assumes_rate && !assumes_metres) return "";
+  return absl::StrCat(
+      "Assumed ", assumes_rate ? absl::StrCat(kDefaultFramesPerSecond, " frames per second") : "",
+      assumes_rate && assumes_metres ? " and " : "", assumes_metres ? "positions in metres" : "",
+      ", as neither options (", assumes_rate ? "--fps" : "",
+      assumes_rate && assumes_metres ? ", " : "", assumes_metres ? "--vertex-scale" : "",
+      ") nor a meta.json say so.");
+}
+
 absl::StatusOr<Units> FindUnits(const FrameSequence& sequence, const Meta& meta,
                                 const ImportOptions& options) {
   const bool is_mantaflow = sequence.format == Format::kMantaflow;
   const double per_voxel = is_mantaflow ? kMantaflowUnitsPerSecond : 0.0;
   Units units;
-  units.frames_per_second =
-      FirstKnown({options.frames_per_second, meta.frames_per_second, kDefaultFramesPerSecond});
-  units.vertex_scale = FirstKnown(
-      {options.vertex_scale, meta.vertex_scale, is_mantaflow ? meta.longest_side_m : 0.0, 1.0});
+  const double rate = FirstKnown({options.frames_per_second, meta.frames_per_second});
+  const double scale = FirstKnown(
+      {options.vertex_scale, meta.vertex_scale, is_mantaflow ? meta.longest_side_m : 0.0});
+  units.frames_per_second = FirstKnown({rate, kDefaultFramesPerSecond});
+  units.vertex_scale = FirstKnown({scale, 1.0});
+  units.note = AssumptionNote(rate == 0.0, scale == 0.0);
   units.velocity_scale =
       FirstKnown({options.velocity_scale, options.voxel_size_m * per_voxel, meta.velocity_scale,
                   meta.voxel_size_m * per_voxel, is_mantaflow ? 0.0 : units.vertex_scale});
@@ -232,7 +246,7 @@ std::vector<std::string> SourceNotes(const std::vector<Frame>& frames) {
 }
 
 std::vector<std::string> AllNotes(const FrameSequence& sequence, const std::vector<Frame>& frames,
-                                  const std::string& gap_note) {
+                                  const std::string& gap_note, const std::string& units_note) {
   std::vector<CleanCounts> counts;
   std::vector<std::string> names;
   for (size_t k = 0; k < frames.size(); ++k) {
@@ -242,6 +256,7 @@ std::vector<std::string> AllNotes(const FrameSequence& sequence, const std::vect
   std::vector<std::string> notes = SourceNotes(frames);
   if (!gap_note.empty()) notes.push_back(gap_note);
   for (std::string& note : Notes(counts, names)) notes.push_back(std::move(note));
+  if (!units_note.empty()) notes.push_back(units_note);
   return notes;
 }
 
@@ -283,7 +298,7 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
   animation.frames_per_second = units.frames_per_second;
   animation.first_frame_number = static_cast<int>(sequence.frames.front().number);
   animation.times = std::move(times.times);
-  animation.notes = AllNotes(sequence, frames, times.note);
+  animation.notes = AllNotes(sequence, frames, times.note, units.note);
   for (Frame& frame : frames) animation.frames.push_back(std::move(frame.mesh));
   LB_RETURN_IF_ERROR(mesh::CheckExtent(animation));
   return animation;

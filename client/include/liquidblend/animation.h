@@ -41,7 +41,7 @@ struct Animation {
   int64_t num_triangles = 0;  // over all frames
   Bounds bounds;              // of all frames
   int64_t size_bytes = 0;
-  std::vector<std::string> notes;  // what was cleaned on import, one sentence each
+  std::vector<std::string> notes;  // cleaned or assumed on import, a sentence each
   absl::Time create_time = absl::UnixEpoch();
 };
 

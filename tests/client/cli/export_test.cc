@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "client/cli/mesh_file.h"
-#include "client/cli/mesh_stats.h"
+#include "client/cli/export_meta.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/run_command.h"
 #include "tests/client/temp_files.h"
@@ -59,7 +59,8 @@ TEST_F(Export, OverwriteReplacesTheFramesOfEveryFormatAndNothingElse) {
   const CommandResult result = Run({"--overwrite", "--fps", "2"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(Names(), ElementsAre("frame_0001.ply", "frame_0001.png", "frame_0002.ply",
-                                   "frame_0003.ply", "notes.txt"));
+                                   "frame_0003.ply", "meta.json", "notes.txt"));
+  EXPECT_THAT(testing::ReadBytes(Out() + "/meta.json"), HasSubstr("\"fps\": 2.0"));
   EXPECT_EQ(testing::ReadBytes(Out() + "/notes.txt"), "before");
   EXPECT_EQ(testing::ReadBytes(Out() + "/frame_0001.png"), "before");
 }
@@ -99,7 +100,21 @@ TEST_F(Export, RemovesTheRestOfAnExportThatWasKilled) {
   dir_.Write("out/.export.part/frame_0001.ply", "half");
   EXPECT_THAT(Run().err, HasSubstr("holds .export.part"));
   ASSERT_EQ(Run({"--overwrite", "--fps", "1"}).exit_code, 0);
-  EXPECT_THAT(Names(), ElementsAre("frame_0001.ply", "frame_0002.ply"));
+  EXPECT_THAT(Names(), ElementsAre("frame_0001.ply", "frame_0002.ply", "meta.json"));
+}
+
+TEST(ToMetaJson, SaysRateAndUnitsAndTimesOnlyWhereTheyAreNotWholeFrames) {
+  const auto parse = [](const ExportMeta& meta) { return nlohmann::json::parse(ToMetaJson(meta)); };
+  const double rate = 23.976;
+  nlohmann::json json = parse({rate, {0, 1 / rate, 2 / rate}, "families/f", 3, {0.25, -0.5}});
+  EXPECT_EQ(json["fps"], rate);
+  EXPECT_FALSE(json.contains("frame_times"));
+  EXPECT_EQ(json["units"]["vertex_scale"], 1);
+  EXPECT_EQ(json["units"]["velocity_scale_to_m_per_s"], 1);
+  EXPECT_EQ(json["about"]["version"], 3);
+  EXPECT_EQ(json["about"]["weights"], nlohmann::json({0.25, -0.5}));
+  json = parse({24, {0.5, 0.5 + 1.5 / 24, 0.5 + 4.0 / 24}, "families/f", 1, {}});
+  EXPECT_EQ(json["frame_times"], nlohmann::json({0.0, 1.5, 4.0}));
 }
 
 }  // namespace

@@ -83,7 +83,7 @@ TEST_F(Command, ImportUploadsWaitsAndSaysWhatWasCleaned) {
   const CommandResult result = Run({"import", "drops-a", dir_.path(), "--fps", "30"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("animations/drops-a: ready"));
-  EXPECT_THAT(result.out, HasSubstr("cleaned: removed 3 zero-area triangles in frame 7"));
+  EXPECT_THAT(result.out, HasSubstr("note: removed 3 zero-area triangles in frame 7"));
   EXPECT_THAT(result.err, HasSubstr("reading frames"));
   ASSERT_EQ(server_.Uploads().size(), 1u);
   EXPECT_EQ(server_.Uploads()[0].files.at("f_0002.ply"), "frame two");

@@ -28,9 +28,11 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 constexpr double kVoxelSizeM = 0.4;  // times 2.5: a velocity scale of 1
+const ImportOptions kAllUnits = {
+    .frames_per_second = 24, .vertex_scale = 1, .voxel_size_m = kVoxelSizeM};
 
 absl::StatusOr<mesh::Animation> Read(const std::vector<LoadedFile>& files,
-                                     const ImportOptions& options = {.voxel_size_m = kVoxelSizeM},
+                                     const ImportOptions& options = kAllUnits,
                                      int num_threads = 2) {
   const parallel::Arena arena(num_threads);
   return ReadAnimation("test", Views(files), options, arena);
@@ -99,7 +101,8 @@ TEST(ReadAnimation, OrdersFramesByNumberFromAnyFirstOne) {
 TEST(ReadAnimation, GoesOnAcrossGapsThatAreAllowed) {
   const std::vector<LoadedFile> files =
       Without(Files(SmallAnimation(), Format::kPly, 7), "mesh_0008.ply");
-  const absl::StatusOr<mesh::Animation> read = Read(files, {.allow_gaps = true});
+  const absl::StatusOr<mesh::Animation> read =
+      Read(files, {.frames_per_second = 24, .vertex_scale = 1, .allow_gaps = true});
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->first_frame_number, 7);
   EXPECT_THAT(read->times, ElementsAre(0, 2, 3));
@@ -175,7 +178,7 @@ TEST(ReadAnimation, TakesUnitsFromMetaAndOptionsOverIt) {
   const mesh::Animation written = SmallAnimation();
   std::vector<LoadedFile> files = Files(written, Format::kMantaflow);
   files.push_back({"meta.json", ToBytes(R"({"fps": 30, "domain_size_m": [2, 4, 3],
-                                            "voxel_size_m": 0.8, "other": [null]})")});
+                                            "voxel_size_m": 0.8, "about": [null]})")});
   absl::StatusOr<mesh::Animation> read = Read(files, ImportOptions());
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->frames_per_second, 30.0);

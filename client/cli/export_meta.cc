@@ -1,0 +1,39 @@
+#include "client/cli/export_meta.h"
+
+#include <cmath>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+
+namespace liquidblend::cli {
+namespace {
+
+// The server's clock multiplies and divides by the rate; a time this close to a whole number of
+// frames is one.
+constexpr double kTolerance = 1e-6;  // frames
+
+// Frames since the first; empty: 0, 1, 2, ...
+std::vector<double> FrameTimes(const ExportMeta& meta) {
+  std::vector<double> times;
+  bool is_regular = true;
+  for (const double time_s : meta.times_s) {
+    const double time = (time_s - meta.times_s.front()) * meta.frames_per_second;
+    const bool is_whole = std::abs(time - std::round(time)) <= kTolerance;
+    times.push_back(is_whole ? std::round(time) : time);
+    is_regular = is_regular && times.back() == static_cast<double>(times.size() - 1);
+  }
+  return is_regular ? std::vector<double>() : times;
+}
+
+}  // namespace
+
+std::string ToMetaJson(const ExportMeta& meta) {
+  nlohmann::ordered_json json;
+  json["fps"] = meta.frames_per_second;
+  const std::vector<double> times = FrameTimes(meta);
+  if (!times.empty()) json["frame_times"] = times;
+  json["units"] = {{"vertex_scale", 1.0}, {"velocity_scale_to_m_per_s", 1.0}};
+  json["about"] = {{"family", meta.family}, {"version", meta.version}, {"weights", meta.weights}};
+  return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace liquidblend::cli

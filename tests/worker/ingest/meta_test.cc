@@ -1,0 +1,85 @@
+// meta.json: the keys that are read and refused, and the notes about what it leaves open.
+#include "worker/ingest/meta.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "core/mesh/animation.h"
+#include "core/parallel/arena.h"
+#include "tests/paths.h"
+#include "tests/synthetic/shapes.h"
+#include "tests/worker/ingest/encode_files.h"
+#include "worker/ingest/read_animation.h"
+
+namespace liquidblend::ingest {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::string Error(const std::string& text) {
+  const absl::StatusOr<Meta> meta = ReadMeta(ToBytes(text));
+  return meta.ok() ? "no error" : std::string(meta.status().message());
+}
+
+std::vector<std::string> Notes(Format format, const std::string& meta,
+                               const ImportOptions& options) {
+  std::vector<LoadedFile> files =
+      Files(synthetic::MovingSphere({.num_frames = 3, .subdivisions = 1}), format);
+  if (!meta.empty()) files.push_back({"meta.json", ToBytes(meta)});
+  const absl::StatusOr<mesh::Animation> read =
+      ReadAnimation("test", Views(files), options, parallel::Arena(2));
+  return read.ok() ? read->notes : std::vector<std::string>{std::string(read.status().message())};
+}
+
+TEST(ReadMeta, RefusesUnknownKeysByName) {
+  EXPECT_THAT(Error(R"({"frame_rate": 30})"),
+              HasSubstr(R"(key "frame_rate" is not known; known are fps, frame_times, units, )"));
+  EXPECT_THAT(Error(R"({"units": {"scale": 30}})"),
+              HasSubstr(R"(key "units.scale" is not known; known are vertex_scale, velocity_sca)"));
+  EXPECT_EQ(Error(R"({"about": {"frame_rate": 30}})"), "no error");
+}
+
+TEST(ReadMeta, RefusesUnitsThatAreAWord) {
+  EXPECT_THAT(Error(R"({"units": "cm"})"),
+              HasSubstr(R"(units is "\"cm\"", not an object such as {"vertex_scale": 0.01})"));
+}
+
+TEST(ReadMeta, KnowsTheKeysOfTheSampleSimulations) {
+  for (const char* name : {"A", "B", "MID"}) {
+    std::ifstream file(paths::Source(absl::StrCat("tests/data/two_drops/", name, "/meta.json")));
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const absl::StatusOr<Meta> meta = ReadMeta(ToBytes(text));
+    ASSERT_TRUE(meta.ok()) << meta.status();
+    EXPECT_GT(meta->frames_per_second, 0.0);
+    EXPECT_GT(meta->vertex_scale, 0.0);
+  }
+}
+
+TEST(ReadAnimation, SaysWhatItAssumes) {
+  EXPECT_THAT(Notes(Format::kPly, "", {}),
+              ElementsAre("Assumed 24 frames per second and positions in metres, as neither "
+                          "options (--fps, --vertex-scale) nor a meta.json say so."));
+  EXPECT_THAT(Notes(Format::kPly, "", {.vertex_scale = 1}),
+              ElementsAre("Assumed 24 frames per second, as neither options (--fps) nor a "
+                          "meta.json say so."));
+  EXPECT_THAT(Notes(Format::kPly, R"({"fps": 24})", {}),
+              ElementsAre("Assumed positions in metres, as neither options (--vertex-scale) nor a "
+                          "meta.json say so."));
+  EXPECT_THAT(Notes(Format::kPly, R"({"fps": 24, "units": {"vertex_scale": 1}})", {}), IsEmpty());
+  EXPECT_THAT(Notes(Format::kMantaflow,
+                    R"({"fps": 24, "domain_size_m": [1, 2, 3], "voxel_size_m": 0.4})", {}),
+              IsEmpty());
+}
+
+}  // namespace
+}  // namespace liquidblend::ingest
