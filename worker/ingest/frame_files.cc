@@ -57,8 +57,10 @@ absl::string_view CutDigits(absl::string_view& text) {
   return digits;
 }
 
-// The digits right before the extension, and those before a dot in front of them, if any.
+// The digits right before the extension, those before a dot in front of them, if any, and what is
+// left of the name.
 struct NumberWords {
+  absl::string_view prefix;
   absl::string_view before_dot;
   absl::string_view last;
 };
@@ -69,6 +71,7 @@ NumberWords FindNumber(const InputFile& file, absl::string_view extension) {
   NumberWords words;
   words.last = CutDigits(stem);
   if (!words.last.empty() && absl::ConsumeSuffix(&stem, ".")) words.before_dot = CutDigits(stem);
+  words.prefix = stem;
   return words;
 }
 
@@ -78,6 +81,20 @@ bool HasFractions(const std::vector<const InputFile*>& meshes, absl::string_view
   return std::any_of(meshes.begin(), meshes.end(), [&](const InputFile* file) {
     return FindNumber(*file, extension).before_dot != first;
   });
+}
+
+// Names that differ by more than their numbers are those of several sequences.
+absl::Status CheckPrefixes(const std::vector<const InputFile*>& meshes,
+                           absl::string_view extension) {
+  const NumberWords first = FindNumber(*meshes.front(), extension);
+  for (const InputFile* const mesh : meshes) {
+    const NumberWords words = FindNumber(*mesh, extension);
+    if (words.prefix == first.prefix || words.last.empty() || first.last.empty()) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "frames of two sequences, ", Shown(*meshes.front()), " and ", Shown(*mesh),
+        ": import one of them at a time (liquidblend import --pattern, or folders of their own)"));
+  }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<double> FrameNumber(const InputFile& file, absl::string_view extension,
@@ -108,7 +125,7 @@ absl::StatusOr<Format> FindFormat(std::span<const InputFile> files) {
     if (example != nullptr) {
       return absl::InvalidArgumentError(absl::StrCat("files of several formats, ", Shown(*example),
                                                      " and ", Shown(*file),
-                                                     ": say which format to read"));
+                                                     ": say which to read (--format)"));
     }
     found = entry.format;
     example = &*file;
@@ -188,6 +205,7 @@ absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Forma
     return absl::InvalidArgumentError(
         absl::StrCat("none of the ", files.size(), " files is a frame (", extension, ")"));
   }
+  LB_RETURN_IF_ERROR(CheckPrefixes(meshes, extension));
   sequence.has_fractions = HasFractions(meshes, extension);
   LB_ASSIGN_OR_RETURN(const FilesByNumber numbered_meshes,
                       Number(meshes, extension, sequence.has_fractions));

@@ -25,8 +25,10 @@ struct FrameSequence {
 
 // The result points into `files`. A number is the digits before the extension. It has a fraction
 // (mesh_0012.5.ply) where the digits before the dot count frames: they are not the same in all
-// names, as in run2.0001.ply. Errors: kInvalidArgument if no file has a known format or several
-// have, a name has no number, a number comes twice, or velocities without a mesh.
+// names, as in run2.0001.ply. Errors: kInvalidArgument if no file has a known format or the files
+// have several, a name has no number, a number comes twice, names differ by more than their
+// numbers, or velocities have no mesh. client/src/frame_names.h looks for the same before an
+// upload.
 absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Format format);
 
 // A file's name, and a frame's number, for messages.
