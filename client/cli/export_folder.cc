@@ -10,8 +10,8 @@
 #include "absl/strings/string_view.h"
 #include "absl/strings/strip.h"
 #include "client/cli/files.h"
+#include "client/src/frame_names.h"
 #include "client/src/status_macros.h"
-#include "client/src/upload_files.h"
 
 namespace liquidblend::cli {
 namespace {

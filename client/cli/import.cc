@@ -18,6 +18,7 @@ struct ImportFlags {
   std::string name;
   std::string directory;    // here
   std::string from_server;  // or there
+  std::string pattern;      // of frames in `directory`; empty: all
   ImportOptions options;
   int priority = 0;
   bool no_wait = false;
@@ -28,7 +29,7 @@ absl::StatusOr<Operation> Upload(Client& client, const ImportFlags& flags, const
   request.animation = flags.name;
   request.options = flags.options;
   request.priority = flags.priority;
-  LBC_ASSIGN_OR_RETURN(request.files, ListAnimationFiles(flags.directory));
+  LBC_ASSIGN_OR_RETURN(request.files, ListAnimationFiles(flags.directory, flags.pattern));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
   return client.UploadAnimation(request, [&](const UploadProgress& progress) {
     const double share = progress.bytes_total > 0 ? static_cast<double>(progress.bytes_sent) /
@@ -46,6 +47,10 @@ absl::StatusOr<Operation> Start(Client& client, const ImportFlags& flags, const 
     return absl::InvalidArgumentError("give either DIR or --from-server ROOT/DIR");
   }
   if (flags.from_server.empty()) return Upload(client, flags, context);
+  if (!flags.pattern.empty()) {
+    return absl::InvalidArgumentError(
+        "--pattern chooses files of DIR; of --from-server ROOT/DIR all files are read");
+  }
   return client.ImportAnimation({flags.name, flags.from_server, flags.options, flags.priority});
 }
 
@@ -83,6 +88,9 @@ void AddImport(CLI::App& app, Context& context) {
       "if there");
   command->add_option("--from-server", flags->from_server,
                       "ROOT/DIR: a directory there instead, below one of its import roots");
+  command->add_option("--pattern", flags->pattern,
+                      "GLOB: of DIR the frames of such names only, such as 'liquid.*'; meta.json "
+                      "and their velocities go with them");
   const std::map<std::string, AnimationFormat> formats = {
       {"mantaflow", AnimationFormat::kMantaflow},
       {"ply", AnimationFormat::kPly},

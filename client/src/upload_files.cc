@@ -1,5 +1,7 @@
 #include "client/src/upload_files.h"
 
+#include <fnmatch.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -9,6 +11,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "client/src/frame_names.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend {
@@ -17,41 +20,75 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int64_t kMaxChunkBytes = 1 << 20;
+constexpr size_t kMaxMetaBytes = 1 << 16;
+constexpr char kMetaName[] = "meta.json";
 
-bool IsFrameFile(const std::string& name) {
-  return absl::EndsWithIgnoreCase(name, ".bobj.gz") || absl::EndsWithIgnoreCase(name, ".ply") ||
-         absl::EndsWithIgnoreCase(name, ".obj") || absl::EndsWithIgnoreCase(name, ".stl") ||
-         absl::EndsWithIgnoreCase(name, ".vdb");
+absl::Status FolderError(const std::string& directory, const std::error_code& error) {
+  std::error_code ignored;
+  if (fs::is_regular_file(directory, ignored)) {
+    return absl::NotFoundError(
+        absl::StrCat(directory, ": is a file; give the folder that holds the frames"));
+  }
+  return absl::NotFoundError(absl::StrCat(directory, ": ", error.message(), " (a folder on this ",
+                                          "machine; --from-server takes one of the server's)"));
+}
+
+// Whether meta.json says when the frames are.
+bool SaysFrameTimes(const std::string& meta_path) {
+  std::ifstream file(meta_path, std::ios::binary);
+  std::string text(kMaxMetaBytes, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<size_t>(file.gcount()));
+  return absl::StrContains(text, "\"frame_times\"");
+}
+
+absl::Status CheckNames(const std::vector<client::UploadFile>& files,
+                        const ImportOptions& options) {
+  bool may_miss_numbers = options.allow_gaps || !options.frame_times.empty();
+  std::vector<std::string> names;
+  for (const client::UploadFile& file : files) {
+    names.push_back(file.name);
+    if (file.name == kMetaName) may_miss_numbers |= SaysFrameTimes(file.path);
+  }
+  return client::CheckFrameNames(names, options.format, may_miss_numbers);
 }
 
 }  // namespace
 
-absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& directory) {
+absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& directory,
+                                                            const std::string& pattern) {
   std::error_code error;
-  std::vector<std::string> files;
-  bool has_frames = false;
+  std::vector<std::string> names;
+  int num_frames = 0, num_chosen = 0;
   fs::directory_iterator entry(directory, error);
   for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     std::error_code ignored;
     if (!client::IsAnimationFileName(name) || !entry->is_regular_file(ignored)) continue;
-    has_frames |= IsFrameFile(name);
-    files.push_back(entry->path().string());
+    if (client::IsFrameName(name)) {
+      ++num_frames;
+      if (!pattern.empty() && fnmatch(pattern.c_str(), name.c_str(), 0) != 0) continue;
+      ++num_chosen;
+    }
+    names.push_back(name);
   }
-  if (error) return absl::NotFoundError(absl::StrCat(directory, ": ", error.message()));
-  if (!has_frames) {
-    return absl::NotFoundError(absl::StrCat(
-        directory, ": no frames (*.bobj.gz, *.ply, *.obj, *.stl or *.vdb) in this directory"));
+  if (error) return FolderError(directory, error);
+  if (num_chosen == 0) {
+    return absl::NotFoundError(
+        num_frames > 0
+            ? absl::StrCat(directory, ": none of its ", num_frames, " frames is called '", pattern,
+                           "' (--pattern)")
+            : absl::StrCat(directory,
+                           ": no frames (*.bobj.gz, *.ply, *.obj, *.stl or *.vdb) in this "
+                           "directory"));
   }
-  std::sort(files.begin(), files.end());
-  return files;
+  if (!pattern.empty()) names = client::WithoutStrayVelocities(names);
+  std::sort(names.begin(), names.end());
+  for (std::string& name : names) name = (fs::path(directory) / name).string();
+  return names;
 }
 
 namespace client {
-
-bool IsAnimationFileName(const std::string& name) {
-  return IsFrameFile(name) || absl::EndsWith(name, ".uni") || name == "meta.json";
-}
 
 absl::StatusOr<std::vector<UploadFile>> CheckUpload(const UploadRequest& request) {
   LBC_RETURN_IF_ERROR(request.options.Validate());
@@ -72,6 +109,7 @@ absl::StatusOr<std::vector<UploadFile>> CheckUpload(const UploadRequest& request
     }
     files.push_back(std::move(file));
   }
+  LBC_RETURN_IF_ERROR(CheckNames(files, request.options));
   return files;
 }
 

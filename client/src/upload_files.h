@@ -18,11 +18,9 @@ struct UploadFile {
   int64_t size_bytes = 0;  // when it was listed
 };
 
-// Whether files of this base name belong to an animation: frames, *.uni and meta.json.
-bool IsAnimationFileName(const std::string& name);
-
-// Errors: kInvalidArgument for no files, equal base names or a chunk size out of range; kNotFound
-// for a path that is no readable regular file.
+// Errors: kInvalidArgument for no files, equal base names, a chunk size out of range, or names that
+// make no sequence (CheckFrameNames; of a meta.json with frame_times, gaps are the server's to
+// check); kNotFound for a path that is no readable regular file.
 absl::StatusOr<std::vector<UploadFile>> CheckUpload(const UploadRequest& request);
 
 // Calls `chunk` with at most chunk_bytes at a time until it returns false.

@@ -160,6 +160,27 @@ TEST_F(InputsTest, AnExportedBlendOfTwoDropsCanBeImported) {
   }
 }
 
+TEST_F(InputsTest, FramesOfTwoSequencesAreRefusedAndAPatternChooses) {
+  const std::vector<std::string> names = {"foam.0003.ply", "liquid.0001.ply", "liquid.0002.ply"};
+  const std::string folder = WriteFrames("mixed", names, Cubes(3, 0.1f));
+  const std::string message = "frames of two sequences, foam.0003.ply and liquid.0001.ply";
+  const CommandResult refused = Run({"import", "a", folder});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr(message));
+  EXPECT_EQ(NumOperations(), 0);  // nothing was sent
+  EXPECT_THAT(RunOrDie({"import", "a", folder, "--pattern", "liquid.*"}), HasSubstr("2 frames"));
+  // A client that does not look: the import fails.
+  std::vector<NamedBytes> files;
+  for (const std::string& name : names) {
+    files.push_back({name, liquidblend::testing::ReadBytes(folder + "/" + name)});
+  }
+  Operation operation;
+  ASSERT_TRUE(Upload("b", files, "request-b", operation).ok());
+  operation = AwaitDone(operation.name());
+  EXPECT_EQ(operation.error().code(), static_cast<int>(absl::StatusCode::kInvalidArgument));
+  EXPECT_THAT(operation.error().message(), HasSubstr(message));
+}
+
 constexpr double kSpeed = 3.0;   // metres per second, along x
 constexpr double kRadius = 0.5;  // metres
 

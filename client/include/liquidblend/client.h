@@ -73,9 +73,12 @@ struct UploadProgress {
 };
 
 // The frames in a directory and what describes them: the regular files named *.bobj.gz, *.uni,
-// *.ply, *.obj and meta.json, sorted by name.
-// Errors: kNotFound if there is no such directory or no frame in it.
-absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& directory);
+// *.ply, *.obj, *.stl, *.vdb and meta.json, sorted by name.
+//   pattern  chooses frames by their names, as a shell does ("foam.*"), and the velocities of those
+//            that are chosen; empty: all
+// Errors: kNotFound if there is no such directory or no such frame in it.
+absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& directory,
+                                                            const std::string& pattern = "");
 
 // Resource names may be given with or without their collection ("drops" or "animations/drops").
 // Errors of every call: the server's with its details in the message; kUnavailable if it cannot be
@@ -90,7 +93,8 @@ class Client {
 
   // Uploads files and starts their import. `progress` runs on the calling thread, once per chunk;
   // when the upload has to be repeated it starts again at 0.
-  // Errors: kNotFound or kInvalidArgument for the local files.
+  // Errors: kNotFound or kInvalidArgument for the local files, before anything is sent: also if
+  // their names do not make one sequence of frames.
   absl::StatusOr<Operation> UploadAnimation(
       const UploadRequest& request,
       const std::function<void(const UploadProgress&)>& progress = {});

@@ -124,13 +124,13 @@ TEST_F(ClientTest, UploadReportsWhyTheServerEndedItEarly) {
   const TempDir dir;
   UploadRequest request;
   request.animation = "drops-a";
-  for (const char* name : {"a.ply", "b.ply", "c.ply"}) {
+  for (const char* name : {"f_1.ply", "f_2.ply", "f_3.ply"}) {
     request.files.push_back(dir.Write(name, std::string(300000, 'x')));
   }
-  server_.RefuseNextUpload(absl::InvalidArgumentError("a.ply is refused"));
+  server_.RefuseNextUpload(absl::InvalidArgumentError("f_1.ply is refused"));
   const absl::Status status = client_->UploadAnimation(request).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("a.ply is refused"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("f_1.ply is refused"));
 }
 
 TEST_F(ClientTest, UploadNamesAFileThatIsNotThere) {

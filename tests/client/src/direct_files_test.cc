@@ -96,7 +96,8 @@ class DirectFilesTest : public rpc::RpcTest {
 TEST_F(DirectFilesTest, FilesGoStraightToTheStore) {
   Start(Endpoint());
   const std::string large((size_t{5} << 20) * 2 + 7, 'x');  // in three parts
-  const auto files = Upload({Write("a.ply", "water"), Write("b.ply", large), Write("c.ply", "")});
+  const auto files =
+      Upload({Write("f_1.ply", "water"), Write("f_2.ply", large), Write("f_3.ply", "")});
   ASSERT_EQ(files.size(), 3);
   for (const store::pb::SourceFile& file : files) EXPECT_FALSE(WentByTheServer(file));
   EXPECT_EQ(ContentOf(files[0]), "water");
@@ -105,26 +106,26 @@ TEST_F(DirectFilesTest, FilesGoStraightToTheStore) {
   EXPECT_EQ(s3_->List()->size(), 3);
   // A second one of that name is refused before anything is sent.
   EXPECT_THAT(client_->UploadAnimation(
-                  {.animation = "drop", .files = {Write("d.ply", "wine")}, .options = {}}),
+                  {.animation = "drop", .files = {Write("f_4.ply", "wine")}, .options = {}}),
               Fails(Code::kAlreadyExists, "animations/drop"));
   EXPECT_EQ(s3_->List()->size(), 3);
 }
 
 TEST_F(DirectFilesTest, FilesGoByTheServerWhereTheStoreIsOutOfReach) {
   Start("http://127.0.0.1:1");
-  const auto files = Upload({Write("a.ply", "water")});
+  const auto files = Upload({Write("f_1.ply", "water")});
   EXPECT_TRUE(WentByTheServer(files[0]));
   EXPECT_EQ(ContentOf(files[0]), "water");
 }
 
 TEST_F(DirectFilesTest, FilesGoByTheServerIfItGivesNoUrls) {
   Start("");
-  EXPECT_TRUE(WentByTheServer(Upload({Write("a.ply", "water")})[0]));
+  EXPECT_TRUE(WentByTheServer(Upload({Write("f_1.ply", "water")})[0]));
 }
 
 TEST_F(DirectFilesTest, AClientMayDoWithout) {
   Start(Endpoint(), /*direct_transfers=*/false);
-  EXPECT_TRUE(WentByTheServer(Upload({Write("a.ply", "water")})[0]));
+  EXPECT_TRUE(WentByTheServer(Upload({Write("f_1.ply", "water")})[0]));
 }
 
 TEST_F(DirectFilesTest, StoredFilesAreGotAndChecked) {

@@ -146,7 +146,7 @@ TEST_F(ServersTest, AnUploadIsRepeatedWholeAtTheNext) {
   const testing::TempDir dir;
   UploadRequest request;
   request.animation = "drops-a";
-  request.files = {dir.Write("a.ply", "bytes"), dir.Write("b.ply", "more")};
+  request.files = {dir.Write("f_1.ply", "bytes"), dir.Write("f_2.ply", "more")};
   ASSERT_TRUE(client_->UploadAnimation(request).ok());
   ASSERT_EQ(second_.Uploads().size(), 1u);
   EXPECT_EQ(second_.Uploads()[0].files.size(), 2u);

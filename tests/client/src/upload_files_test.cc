@@ -44,12 +44,47 @@ TEST(CheckUpload, RefusesTwoFilesOfOneNameAndChunksThatAreTooBig) {
   const TempDir a;
   const TempDir b;
   UploadRequest request;
-  request.files = {a.Write("f.ply", "1"), b.Write("f.ply", "2")};
-  EXPECT_THAT(client::CheckUpload(request).status().ToString(), HasSubstr("called f.ply"));
+  request.files = {a.Write("f_1.ply", "1"), b.Write("f_1.ply", "2")};
+  EXPECT_THAT(client::CheckUpload(request).status().ToString(), HasSubstr("called f_1.ply"));
   request.files.pop_back();
   EXPECT_TRUE(client::CheckUpload(request).ok());
   request.chunk_bytes = (1 << 20) + 1;
   EXPECT_THAT(client::CheckUpload(request).status().ToString(), HasSubstr("chunk_bytes"));
+}
+
+TEST(ListAnimationFiles, ChoosesFramesByAPattern) {
+  const TempDir dir;
+  for (const char* name : {"foam.0001.ply", "liquid.0001.ply", "liquid.0002.ply", "meta.json"}) {
+    dir.Write(name, "x");
+  }
+  const auto files = ListAnimationFiles(dir.path(), "liquid.*");
+  ASSERT_TRUE(files.ok()) << files.status();
+  EXPECT_THAT(*files, ElementsAre(dir.File("liquid.0001.ply"), dir.File("liquid.0002.ply"),
+                                  dir.File("meta.json")));
+  const absl::Status none = ListAnimationFiles(dir.path(), "water.*").status();
+  EXPECT_EQ(none.code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(none.message()), HasSubstr("none of its 3 frames is called 'water.*'"));
+}
+
+TEST(ListAnimationFiles, SaysThatAFileIsNoFolder) {
+  const TempDir dir;
+  const absl::Status status = ListAnimationFiles(dir.Write("f_1.ply", "x")).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("f_1.ply: is a file; give the folder"));
+}
+
+TEST(CheckUpload, RefusesNamesThatMakeNoSequence) {
+  const TempDir dir;
+  UploadRequest request;
+  request.files = {dir.Write("f_1.ply", "1"), dir.Write("f_3.ply", "3")};
+  EXPECT_THAT(client::CheckUpload(request).status().ToString(), HasSubstr("frame 2 is missing"));
+  request.options.frame_times = {0, 2};
+  EXPECT_TRUE(client::CheckUpload(request).ok());
+  request.options.frame_times.clear();
+  request.files.push_back(dir.Write("meta.json", R"({"fps": 24})"));
+  EXPECT_FALSE(client::CheckUpload(request).ok());
+  dir.Write("meta.json", R"({"frame_times": [0, 2]})");
+  EXPECT_TRUE(client::CheckUpload(request).ok());
 }
 
 TEST(ReadChunks, NoticesAFileThatHasChangedItsSize) {

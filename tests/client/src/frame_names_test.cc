@@ -1,0 +1,104 @@
+// Names that make no sequence: refused before an upload with the words of an import.
+#include "client/src/frame_names.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "worker/ingest/frame_files.h"
+#include "worker/ingest/frame_times.h"
+
+namespace liquidblend::client {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+struct Case {
+  std::string name;
+  std::vector<std::string> names;
+  std::string message;  // what both say; empty: both take the names
+  bool may_miss_numbers = false;
+  AnimationFormat format = AnimationFormat::kAny;
+  ingest::Format ingest_format = ingest::Format::kAny;
+};
+
+absl::Status CheckInWorker(const Case& c) {
+  std::vector<ingest::InputFile> files;
+  for (const std::string& name : c.names) files.push_back({name, {}});
+  const absl::StatusOr<ingest::FrameSequence> sequence = ingest::FindFrames(files, c.ingest_format);
+  if (!sequence.ok()) return sequence.status();
+  return ingest::FindFrameTimes(*sequence, {}, c.may_miss_numbers).status();
+}
+
+class FrameNames : public ::testing::TestWithParam<Case> {};
+
+TEST_P(FrameNames, AreJudgedAsByAnImport) {
+  const Case& c = GetParam();
+  for (const absl::Status& status :
+       {CheckFrameNames(c.names, c.format, c.may_miss_numbers), CheckInWorker(c)}) {
+    if (c.message.empty()) {
+      EXPECT_TRUE(status.ok()) << status;
+    } else {
+      EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+      EXPECT_THAT(std::string(status.message()), HasSubstr(c.message));
+    }
+  }
+}
+
+std::vector<Case> Cases() {
+  return {
+      {"Plain", {"a_0001.ply", "a_0002.ply", "meta.json"}, ""},
+      {"Capitals", {"a_1.OBJ", "a_2.obj"}, ""},
+      {"NoPrefix", {"0009.ply", "0010.ply"}, ""},
+      {"NumberedRun", {"run2.0001.ply", "run2.0002.ply"}, ""},
+      {"Fractions", {"a_1.ply", "a_1.5.ply", "a_3.25.ply"}, ""},
+      {"Velocities", {"m_1.bobj.gz", "lVelMesh_0001.uni", "other.uni"}, ""},
+      {"TwoPrefixes",
+       {"foam.0003.ply", "liquid.0001.ply"},
+       "frames of two sequences, foam.0003.ply and liquid.0001.ply"},
+      {"TwoPrefixesOfTheSameNumbers",
+       {"foam.1.ply", "liquid.1.ply"},
+       "frames of two sequences, foam.1.ply and liquid.1.ply"},
+      {"TwoPrefixesWithNumbers",
+       {"foam1.0001.ply", "liquid2.0002.ply"},
+       "frames of two sequences, foam1.0001.ply and liquid2.0002.ply"},
+      {"Gap", {"a_1.ply", "a_4.ply"}, "frame 2 is missing: a_4.ply comes right after a_1.ply"},
+      {"GapThatIsAllowed", {"a_1.ply", "a_4.ply"}, "", true},
+      {"Twice", {"a_01.ply", "a_1.ply"}, "frame 1 is there twice: a_01.ply and a_1.ply"},
+      {"NoNumber", {"a.ply"}, "a.ply: no frame number of 1 to 9 digits"},
+      {"LongNumber", {"a_1234567890.ply"}, "a_1234567890.ply: no frame number of 1 to 9 digits"},
+      {"Formats",
+       {"a_1.ply", "b_1.obj"},
+       "files of several formats, a_1.ply and b_1.obj: say which to read (--format)"},
+      {"ChosenFormat",
+       {"a_1.ply", "b_1.obj"},
+       "",
+       false,
+       AnimationFormat::kObj,
+       ingest::Format::kObj},
+      {"NoFrame", {"meta.json"}, "none of the 1 files is a frame"},
+      {"SomeVelocities",
+       {"m_1.bobj.gz", "m_2.bobj.gz", "lVelMesh_1.uni"},
+       "frame 2: m_2.bobj.gz has no velocities, but other frames have (lVelMesh_1.uni)"},
+      {"VelocitiesAlone",
+       {"m_1.bobj.gz", "lVelMesh_1.uni", "lVelMesh_2.uni"},
+       "frame 2: lVelMesh_2.uni has no mesh"},
+  };
+}
+
+INSTANTIATE_TEST_SUITE_P(All, FrameNames, ::testing::ValuesIn(Cases()),
+                         [](const auto& param) { return param.param.name; });
+
+TEST(WithoutStrayVelocities, KeepsThoseOfTheFramesThatAreThere) {
+  EXPECT_THAT(WithoutStrayVelocities({"m_0002.bobj.gz", "lVelMesh_0001.uni", "lVelMesh_0002.uni",
+                                      "lVelMesh_0003.uni", "other.uni", "meta.json"}),
+              ElementsAre("m_0002.bobj.gz", "lVelMesh_0002.uni", "other.uni", "meta.json"));
+}
+
+}  // namespace
+}  // namespace liquidblend::client
