@@ -18,12 +18,16 @@ bool IsLowerOrDigit(char c) { return absl::ascii_islower(c) || absl::ascii_isdig
 
 absl::StatusOr<std::string> IdIn(absl::string_view collection, absl::string_view field,
                                  absl::string_view name) {
-  absl::string_view id = name;
-  if (absl::ConsumePrefix(&id, absl::StrCat(collection, "/")) && IsResourceId(id)) {
-    return std::string(id);
-  }
-  return InvalidField(field, absl::StrCat("must match ", collection, "/", kIdPattern, ", got '",
-                                          name.substr(0, kMaxShown), "'"));
+  const absl::string_view id = absl::StripPrefix(name, absl::StrCat(collection, "/"));
+  if (IsResourceId(id)) return std::string(id);
+  return InvalidField(
+      field, absl::StrCat("must match ", collection, "/", kIdPattern,
+                          ", or the part after the slash, got '", name.substr(0, kMaxShown), "'"));
+}
+
+std::string NameIn(absl::string_view collection, absl::string_view id) {
+  const std::string prefix = absl::StrCat(collection, "/");
+  return absl::StrCat(prefix, absl::StripPrefix(id, prefix));
 }
 
 }  // namespace
@@ -32,12 +36,6 @@ bool IsResourceId(absl::string_view id) {
   return !id.empty() && id.size() <= kMaxIdLength && IsLowerOrDigit(id[0]) &&
          std::all_of(id.begin(), id.end(),
                      [](char c) { return IsLowerOrDigit(c) || c == '_' || c == '.' || c == '-'; });
-}
-
-absl::Status CheckId(absl::string_view field, absl::string_view id) {
-  if (IsResourceId(id)) return absl::OkStatus();
-  return InvalidField(
-      field, absl::StrCat("must match ", kIdPattern, ", got '", id.substr(0, kMaxShown), "'"));
 }
 
 absl::StatusOr<std::string> AnimationId(absl::string_view field, absl::string_view name) {
@@ -52,8 +50,8 @@ absl::StatusOr<std::string> OperationId(absl::string_view field, absl::string_vi
   return IdIn("operations", field, name);
 }
 
-std::string AnimationName(absl::string_view id) { return absl::StrCat("animations/", id); }
-std::string FamilyName(absl::string_view id) { return absl::StrCat("families/", id); }
-std::string OperationName(absl::string_view id) { return absl::StrCat("operations/", id); }
+std::string AnimationName(absl::string_view id) { return NameIn("animations", id); }
+std::string FamilyName(absl::string_view id) { return NameIn("families", id); }
+std::string OperationName(absl::string_view id) { return NameIn("operations", id); }
 
 }  // namespace liquidblend::rpc

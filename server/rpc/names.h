@@ -1,4 +1,4 @@
-// Resource names: animations/{id}, families/{id}, operations/{id}.
+// Resource names: animations/{id}, families/{id}, operations/{id}. Requests may give the id alone.
 #pragma once
 
 #include <string>
@@ -11,14 +11,12 @@ namespace liquidblend::rpc {
 // Whether `id` may name an animation or a family: [a-z0-9][a-z0-9_.-]{0,62}.
 bool IsResourceId(absl::string_view id);
 
-// OK, or a field violation that says what an id looks like. For new resources.
-absl::Status CheckId(absl::string_view field, absl::string_view id);
-
 // The id in a name. Errors: kInvalidArgument with a violation of `field`.
 absl::StatusOr<std::string> AnimationId(absl::string_view field, absl::string_view name);
 absl::StatusOr<std::string> FamilyId(absl::string_view field, absl::string_view name);
 absl::StatusOr<std::string> OperationId(absl::string_view field, absl::string_view name);
 
+// The name of an id, or of what is a name already.
 std::string AnimationName(absl::string_view id);
 std::string FamilyName(absl::string_view id);
 std::string OperationName(absl::string_view id);

@@ -112,8 +112,8 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
                                                         const Principal& principal) {
   LB_RETURN_IF_ERROR(CheckFiles(request, LimitsOf(backends.limits, principal)));
   if (!request.animation_id().empty()) {
-    LB_RETURN_IF_ERROR(CheckId("animation_id", request.animation_id()));
-    LB_RETURN_IF_ERROR(CheckIsFree(backends.catalog, request.animation_id()));
+    LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("animation_id", request.animation_id()));
+    LB_RETURN_IF_ERROR(CheckIsFree(backends.catalog, id));
   }
   // Reserved before it is looked at, so that calls side by side do not pass together.
   const int64_t num_bytes = SumOfSizes(request);

@@ -15,7 +15,6 @@ namespace liquidblend::rpc {
 
 absl::StatusOr<int64_t> CompleteRefinement(store::Catalog& catalog,
                                            v1::RegisterFamilyRequest& request) {
-  LB_RETURN_IF_ERROR(CheckId("family_id", request.family_id()));
   LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord family, catalog.GetFamily(request.family_id()));
   if (family.version() == 0) {
     return absl::FailedPreconditionError(absl::StrCat(

@@ -12,6 +12,7 @@ namespace liquidblend::rpc {
 // The version to go on from; fills in source, targets and points in parameter space where the
 // request leaves them out. Errors: kNotFound; kFailedPrecondition if no version of the family is
 // finished; kInvalidArgument if the request names other animations, with both.
+// Requires: family_id is an id, source and targets are names.
 absl::StatusOr<int64_t> CompleteRefinement(store::Catalog& catalog,
                                            v1::RegisterFamilyRequest& request);
 

@@ -159,8 +159,18 @@ absl::Status CheckParameterSpace(const v1::RegisterFamilyRequest& request, const
   return parameters::Triangulation::Make(space).status();
 }
 
+// A bare id of the family, and names of the animations, however the request has them.
+absl::Status CompleteNames(v1::RegisterFamilyRequest& request) {
+  LB_ASSIGN_OR_RETURN(*request.mutable_family_id(), FamilyId("family_id", request.family_id()));
+  const auto complete = [](std::string& name) {
+    if (IsResourceId(name)) name = AnimationName(name);
+  };
+  complete(*request.mutable_source());
+  for (std::string& target : *request.mutable_targets()) complete(target);
+  return absl::OkStatus();
+}
+
 absl::Status Check(const v1::RegisterFamilyRequest& request, const Limits& limits) {
-  LB_RETURN_IF_ERROR(CheckId("family_id", request.family_id()));
   FieldViolations violations;
   CheckTargets(request, limits, violations);
   CheckOptions(request.options(), violations);
@@ -209,6 +219,7 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
                                               const v1::RegisterFamilyRequest& asked,
                                               const Principal& principal) {
   v1::RegisterFamilyRequest request = asked;
+  LB_RETURN_IF_ERROR(CompleteNames(request));
   int64_t refine_version = 0;
   if (request.refine()) {
     LB_ASSIGN_OR_RETURN(refine_version, CompleteRefinement(backends.catalog, request));

@@ -129,7 +129,8 @@ absl::Status Upload::CheckOptions(const v1::ImportOptions& options) const {
 }
 
 absl::Status Upload::AddHeader(const v1::UploadAnimationRequest::Header& header) {
-  LB_RETURN_IF_ERROR(CheckId(absl::StrCat(header_field_, "animation_id"), header.animation_id()));
+  LB_ASSIGN_OR_RETURN(const std::string id, AnimationId(absl::StrCat(header_field_, "animation_id"),
+                                                        header.animation_id()));
   LB_RETURN_IF_ERROR(CheckOptions(header.options()));
   FieldViolations violations;
   CheckPriority(absl::StrCat(header_field_, "priority"), header.priority(), violations);
@@ -138,8 +139,7 @@ absl::Status Upload::AddHeader(const v1::UploadAnimationRequest::Header& header)
     return InvalidField(absl::StrCat(header_field_, "request_id"),
                         absl::StrCat("at most ", kMaxRequestIdLength, " characters"));
   }
-  if (header.request_id().empty())
-    LB_RETURN_IF_ERROR(CheckIsFree(stores_.catalog, header.animation_id()));
+  if (header.request_id().empty()) LB_RETURN_IF_ERROR(CheckIsFree(stores_.catalog, id));
   if (header.num_files() < 0 || header.num_files() > limits_.max_upload_files) {
     return InvalidField(
         absl::StrCat(header_field_, "num_files"),
@@ -148,7 +148,7 @@ absl::Status Upload::AddHeader(const v1::UploadAnimationRequest::Header& header)
   num_files_ = header.num_files();
   job_.set_request_id(header.request_id());
   job_.set_priority(header.priority());
-  job_.mutable_import_animation()->set_animation(header.animation_id());
+  job_.mutable_import_animation()->set_animation(id);
   *job_.mutable_import_animation()->mutable_options() = ToRecord(header.options());
   return CheckOwner();
 }

@@ -33,7 +33,7 @@ struct Case {
 };
 
 const std::vector<Case> kRequests = {
-    {"GetFrame", {R"(family: "splash")"}},
+    {"GetFrame", {R"(family: "animations/splash")"}},
     {"GetFrame", {R"(family: "families/none" weights: 0.5)"}},
     {"GetFrame", {R"(family: "families/splash" version: -1)"}},
     {"GetFrame", {R"(family: "families/splash" weights: 0.5 version: 7)"}},
@@ -68,7 +68,8 @@ const std::vector<Case> kRequests = {
     {"DeleteAnimation", {R"(name: "animations/a")"}},
     {"RegisterFamily", {R"(family_id: "No!")"}},
     {"RegisterFamily", {R"(family_id: "new" source: "animations/a")"}},
-    {"RegisterFamily", {R"(family_id: "new" source: "a" targets: "animations/b")"}},
+    {"RegisterFamily", {R"(family_id: "new" source: "families/a" targets: "animations/b")"}},
+    {"RegisterFamily", {R"(family_id: "new" source: "a" targets: "animations/a")"}},
     {"RegisterFamily", {R"(family_id: "new" source: "animations/a" targets: "animations/a")"}},
     {"RegisterFamily", {R"(family_id: "new" source: "animations/a" targets: "animations/none")"}},
     {"RegisterFamily", {R"(family_id: "splash" source: "animations/a" targets: "animations/b")"}},
@@ -122,6 +123,7 @@ const std::vector<Case> kRequests = {
     {"WatchOperation", {R"(name: "operations/none")"}},
     {"GetOperation", {R"(name: "operations/none")"}},
     {"GetOperation", {R"(name: "none")"}},
+    {"GetOperation", {R"(name: "families/none")"}},
     {"ListOperations", {R"(filter: "done")"}},
     {"CancelOperation", {R"(name: "operations/none")"}},
     {"DeleteOperation", {R"(name: "operations/none")"}},

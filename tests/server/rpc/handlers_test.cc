@@ -38,7 +38,7 @@ TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
   v1::DeleteAnimationRequest delete_animation;
   delete_animation.set_name("families/a");
   v1::GetFamilyRequest get_family;
-  get_family.set_name("splash");
+  get_family.set_name("animations/splash");
   v1::DeleteFamilyRequest delete_family;
   delete_family.set_name("families/");
   v1::ListFamiliesRequest list_families;
@@ -61,7 +61,7 @@ TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
       {"foreign token", list_animations(0, "bm9uc2Vuc2U"), invalid, "page_token"},
       {"delete another kind", DeleteAnimation(backends_, delete_animation).status(), invalid,
        "name"},
-      {"family by its id", GetFamily(backends_, get_family).status(), invalid, "name"},
+      {"family of another kind", GetFamily(backends_, get_family).status(), invalid, "name"},
       {"family without id", DeleteFamily(backends_, delete_family).status(), invalid, "name"},
       {"negative family page", ListFamilies(backends_, list_families).status(), invalid,
        "page_size"},
@@ -74,14 +74,17 @@ TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
 
       {"no family id", Register([](auto& r) { r.clear_family_id(); }), invalid, "family_id"},
       {"no source", Register([](auto& r) { r.clear_source(); }), invalid, "source"},
-      {"source by its id", Register([](auto& r) { r.set_source("a"); }), invalid, "source"},
+      {"source of another kind", Register([](auto& r) { r.set_source("families/a"); }), invalid,
+       "source"},
       {"no targets", Register([](auto& r) { r.clear_targets(); }), invalid, "targets"},
-      {"target by its id", Register([](auto& r) {
+      {"target of another kind", Register([](auto& r) {
          r.clear_targets();
-         r.add_targets(std::string("b"));
+         r.add_targets(std::string("families/b"));
        }),
        invalid, "targets[0]"},
       {"source as target", Register([](auto& r) { r.add_targets("animations/a"); }), invalid,
+       "targets[1]"},
+      {"source as target, by its id", Register([](auto& r) { r.add_targets("a"); }), invalid,
        "targets[1]"},
       {"target twice", Register([](auto& r) { r.add_targets("animations/b"); }), invalid,
        "targets[1]"},
@@ -229,6 +232,38 @@ TEST_F(HandlersTest, WhatIsNotThereIsNotFound) {
   EXPECT_THAT(DeleteOperation(backends_, delete_operation), Fails(not_found, "none"));
   EXPECT_THAT(Frame([](auto&) {}), Fails(not_found, "splash"));
   EXPECT_THAT(RegisterFamily(backends_, Registration()), Fails(not_found, "a"));
+}
+
+TEST_F(HandlersTest, TakesNamesWithAndWithoutTheirCollection) {
+  PublishSplash();
+  for (const std::string family : {"splash", "families/splash"}) {
+    v1::GetFamilyRequest get;
+    get.set_name(family);
+    EXPECT_THAT(GetFamily(backends_, get), Succeeds()) << family;
+    EXPECT_THAT(Frame([&](auto& r) { r.set_family(family); }), Succeeds()) << family;
+    EXPECT_EQ(Frame([&](auto& r) { r.set_family(family); })->family(), "families/splash");
+    EXPECT_THAT(Stream([&](auto& r) { r.set_family(family); }), Succeeds()) << family;
+  }
+  for (const std::string animation : {"a", "animations/a"}) {
+    v1::GetAnimationRequest get;
+    get.set_name(animation);
+    EXPECT_THAT(GetAnimation(backends_, get), Succeeds()) << animation;
+  }
+  v1::RegisterFamilyRequest request = Registration();
+  request.set_family_id("families/other");
+  request.set_source("a");
+  request.clear_targets();
+  request.add_targets("b");
+  const auto operation = RegisterFamily(backends_, request);
+  ASSERT_THAT(operation, Succeeds());
+  const std::string id = operation->name().substr(operation->name().find('/') + 1);
+  EXPECT_EQ(catalog_->GetJob(id)->register_family().family(), "other");
+  EXPECT_EQ(catalog_->GetJob(id)->register_family().source(), "a");
+  lro::GetOperationRequest get;
+  for (const std::string& name : {id, operation->name()}) {
+    get.set_name(name);
+    EXPECT_EQ(GetOperation(backends_, get)->name(), operation->name());
+  }
 }
 
 TEST_F(HandlersTest, WhatIsNeededIsNotDeleted) {

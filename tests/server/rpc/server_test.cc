@@ -34,7 +34,7 @@ TEST_F(ServerTest, ReflectionListsTheServices) {
 TEST_F(ServerTest, ErrorsCarryFieldsAndAReason) {
   grpc::ClientContext context;
   v1::GetFrameRequest request;
-  request.set_family("splash");
+  request.set_family("animations/splash");
   v1::Frame frame;
   const grpc::Status status = stub_->GetFrame(&context, request, &frame);
   EXPECT_THAT(status, EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "must match families/[a-z0-9]"));

@@ -101,6 +101,14 @@ TEST_F(UploadTest, FilesArriveWholeAndInOrder) {
   EXPECT_EQ(catalog_->GetAnimation("drop")->state(), store::pb::AnimationRecord::IMPORTING);
 }
 
+TEST_F(UploadTest, TheAnimationMayBeNamedWithItsCollection) {
+  const auto job = Send({Header("animations/drop", "r1"), File("f1.ply", 3), Chunk("abc")});
+  ASSERT_THAT(job, Succeeds());
+  EXPECT_EQ(job->import_animation().animation(), "drop");
+  EXPECT_THAT(Send({Header("families/drop", "r2"), File("f1.ply", 3), Chunk("abc")}),
+              Fails(absl::StatusCode::kInvalidArgument, "header.animation_id"));
+}
+
 TEST_F(UploadTest, EveryMistakeIsRefusedByNameAndLeavesNothingVisible) {
   struct Case {
     const char* what;
