@@ -85,6 +85,7 @@ absl::StatusOr<Family> Client::GetFamily(const std::string& name) {
       const v1::Family family,
       impl_->Call(&Impl::Service::GetFamily,
                   NamedRequest<v1::GetFamilyRequest>(client::ResourceName("families", name))));
+  impl_->known_versions.Note(family.name(), family.version());
   return client::FromProto(family);
 }
 
@@ -104,6 +105,7 @@ absl::StatusOr<std::vector<Family>> Client::ListFamilies() {
 }
 
 absl::Status Client::DeleteFamily(const std::string& name) {
+  impl_->known_versions.Forget(client::ResourceName("families", name));
   return impl_->CallDelete(
       &Impl::Service::DeleteFamily,
       NamedRequest<v1::DeleteFamilyRequest>(client::ResourceName("families", name)));
@@ -112,9 +114,12 @@ absl::Status Client::DeleteFamily(const std::string& name) {
 // ---- frames -----------------------------------------------------------------------------------
 
 absl::StatusOr<Frame> Client::GetFrame(const FrameRequest& request) {
-  LBC_ASSIGN_OR_RETURN(v1::Frame frame,
-                       impl_->Call(&Impl::Service::GetFrame, client::ToProto(request)));
-  return client::FromProto(std::move(frame));
+  v1::GetFrameRequest proto = client::ToProto(request);
+  if (proto.min_version() == 0) proto.set_min_version(impl_->known_versions.Of(proto.family()));
+  absl::StatusOr<v1::Frame> frame = impl_->Call(&Impl::Service::GetFrame, proto);
+  if (absl::IsNotFound(frame.status())) impl_->known_versions.Forget(proto.family());
+  if (!frame.ok()) return frame.status();
+  return client::FromProto(*std::move(frame));
 }
 
 }  // namespace liquidblend

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/src/known_versions.h"
 #include "client/src/retry.h"
 #include "client/src/servers.h"
 #include "client/src/status.h"
@@ -80,6 +81,13 @@ class Client::Impl {
       const UploadRequest& upload, const std::vector<client::UploadFile>& files,
       const std::function<void(const UploadProgress&)>& report);
 
+  // operations.cc: the same, and later frames are not older than what it says.
+  Operation NoteVersion(Operation operation);
+
+  // operations.cc: until every other server that can be reached serves the version that the
+  // registration has published.  Errors: kDeadlineExceeded after call_timeout.
+  absl::Status AwaitOtherServers(const Operation& operation, const client::Server& asked);
+
   // Says who calls, and until when an answer is of use.
   void Prepare(absl::Duration timeout, grpc::ClientContext* context) const {
     const std::string& token = options.security.token;
@@ -90,6 +98,7 @@ class Client::Impl {
 
   const ConnectOptions options;
   const std::unique_ptr<client::Servers> servers;
+  client::KnownVersions known_versions;
 };
 
 }  // namespace liquidblend

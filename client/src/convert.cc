@@ -252,6 +252,7 @@ void ReadMetadata(const google::protobuf::Any& metadata, Operation* operation) {
     operation->progress = ToProgress(import.progress());
   } else if (metadata.UnpackTo(&registration)) {
     operation->subject = registration.family();
+    operation->version = registration.version();
     operation->progress = ToProgress(registration.progress());
   }
 }

@@ -49,6 +49,7 @@ v1::GetFrameRequest ToProto(const FrameRequest& request) {
   proto.mutable_encoding()->set_position_step_m(request.position_step_m);
   proto.mutable_encoding()->set_preset(ToProto(request.encoding));
   proto.set_version(request.version);
+  proto.set_min_version(request.min_version);
   if (request.surface != SurfaceOptions()) SetSurface(request.surface, proto.mutable_surface());
   return proto;
 }
@@ -75,6 +76,7 @@ v1::StreamFramesRequest ToProto(const StreamSettings& settings) {
   if (settings.adapt_level_of_detail) {
     proto.set_adapt_level_of_detail(*settings.adapt_level_of_detail);
   }
+  proto.set_min_version(settings.min_version);
   return proto;
 }
 

@@ -36,6 +36,7 @@ void Merge(const v1::StreamFramesRequest& change, v1::StreamFramesRequest* state
     state->mutable_encoding()->clear_position_bits();
     state->mutable_encoding()->clear_position_step_m();
   }
+  if (!change.family().empty()) state->clear_min_version();  // of the family before
   state->MergeFrom(change);
 }
 
@@ -48,13 +49,15 @@ StreamedFrame FromProto(v1::StreamFramesResponse&& response) {
 
 class FrameStream::Impl {
  public:
-  // `servers` must outlive this.
-  Impl(client::Servers& servers, Prepare prepare, const RetryOptions& retry,
-       v1::StreamFramesRequest settings)
+  // `servers` and `known_versions` must outlive this.
+  Impl(client::Servers& servers, client::KnownVersions& known_versions, Prepare prepare,
+       const RetryOptions& retry, v1::StreamFramesRequest settings)
       : servers_(servers),
+        known_versions_(known_versions),
         prepare_(std::move(prepare)),
         backoff_(retry),
         settings_(std::move(settings)) {
+    SetMinVersion(settings_);
     Open();
   }
 
@@ -73,6 +76,7 @@ class FrameStream::Impl {
         return std::optional<StreamedFrame>(FromProto(std::move(response)));
       }
       last_status_ = EndOf(*call);
+      if (absl::IsNotFound(last_status_)) ForgetVersion();
       if (absl::IsUnavailable(last_status_)) servers_.Leave(call->server);
       // Once a frame has come, opening again would repeat frames: then the caller has to decide.
       ended_ = received_ || !backoff_.ShouldRetry(last_status_) || CancelledWithin(NextWait());
@@ -85,7 +89,8 @@ class FrameStream::Impl {
   }
 
   absl::Status Change(const StreamSettings& settings) {
-    const v1::StreamFramesRequest change = client::ToProto(settings);
+    v1::StreamFramesRequest change = client::ToProto(settings);
+    SetMinVersion(change);
     absl::MutexLock write_lock(&write_mutex_);
     std::shared_ptr<StreamCall> call;
     {
@@ -120,6 +125,16 @@ class FrameStream::Impl {
     call->stream->Write(first);  // if it fails, Read gets the reason
   }
 
+  void SetMinVersion(v1::StreamFramesRequest& request) const {
+    if (request.family().empty() || request.min_version() != 0) return;
+    request.set_min_version(known_versions_.Of(request.family()));
+  }
+
+  void ForgetVersion() {
+    absl::MutexLock lock(&mutex_);
+    known_versions_.Forget(settings_.family());
+  }
+
   absl::Status EndOf(StreamCall& call) {
     const absl::Status status = client::FromGrpc(call.stream->Finish());
     absl::MutexLock lock(&mutex_);
@@ -140,6 +155,7 @@ class FrameStream::Impl {
   }
 
   client::Servers& servers_;
+  client::KnownVersions& known_versions_;
   const Prepare prepare_;
   client::Backoff backoff_;   // reading thread only, like the next three
   bool received_ = false;     // a frame has come
@@ -168,8 +184,8 @@ absl::StatusOr<std::unique_ptr<FrameStream>> Client::StreamFrames(const StreamSe
   const auto prepare = [client = impl_.get()](grpc::ClientContext* context) {
     client->Prepare(absl::InfiniteDuration(), context);
   };
-  auto impl = std::make_unique<FrameStream::Impl>(*impl_->servers, prepare, impl_->options.retry,
-                                                  client::ToProto(settings));
+  auto impl = std::make_unique<FrameStream::Impl>(*impl_->servers, impl_->known_versions, prepare,
+                                                  impl_->options.retry, client::ToProto(settings));
   return std::unique_ptr<FrameStream>(new FrameStream(std::move(impl)));
 }
 

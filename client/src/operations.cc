@@ -1,6 +1,9 @@
 // The part of Client that deals with long-running operations.
+#include <algorithm>
 #include <memory>
 
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "client/src/client_impl.h"
 #include "client/src/convert.h"
 #include "client/src/names.h"
@@ -11,12 +14,21 @@ namespace liquidblend {
 namespace {
 
 constexpr int kPageSize = 1000;
+constexpr absl::Duration kLongestPause = absl::Seconds(1);  // a restart is soon over
 
 template <typename Request>
 Request OperationRequest(const std::string& name) {
   Request request;
   request.set_name(client::ResourceName("operations", name));
   return request;
+}
+
+// How to go on after the connection was lost for good.
+absl::Status LostSight(const std::string& operation, const absl::Status& status) {
+  if (!absl::IsUnavailable(status)) return status;
+  return absl::UnavailableError(absl::StrCat(status.message(), "; ", operation,
+                                             " may go on nevertheless: `liquidblend operations ",
+                                             operation, " --wait` watches it"));
 }
 
 }  // namespace
@@ -26,7 +38,7 @@ absl::StatusOr<Operation> Client::GetOperation(const std::string& name) {
       const google::longrunning::Operation operation,
       impl_->Call(&Impl::Operations::GetOperation,
                   OperationRequest<google::longrunning::GetOperationRequest>(name)));
-  return client::FromProto(operation);
+  return impl_->NoteVersion(client::FromProto(operation));
 }
 
 absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
@@ -52,10 +64,41 @@ absl::Status Client::CancelOperation(const std::string& name) {
       .status();
 }
 
+Operation Client::Impl::NoteVersion(Operation operation) {
+  if (operation.done && operation.result.ok() && operation.version > 0) {
+    known_versions.Note(operation.subject, operation.version);
+  }
+  return operation;
+}
+
+absl::Status Client::Impl::AwaitOtherServers(const Operation& operation,
+                                             const client::Server& asked) {
+  if (!operation.result.ok() || operation.version == 0) return absl::OkStatus();
+  for (client::Server* const server : servers->All()) {
+    if (server == &asked) continue;
+    grpc::ClientContext context;
+    Prepare(options.call_timeout, &context);
+    const auto stream = server->service().WatchOperation(
+        &context, OperationRequest<v1::WatchOperationRequest>(operation.name));
+    google::longrunning::Operation message;
+    while (stream->Read(&message)) {
+    }
+    const absl::Status status = client::FromGrpc(stream->Finish());
+    if (absl::IsDeadlineExceeded(status)) {
+      return absl::DeadlineExceededError(
+          absl::StrCat(operation.name, " has published version ", operation.version, " of ",
+                       operation.subject, ", but the server at ", server->address,
+                       " does not serve it after ", absl::FormatDuration(options.call_timeout)));
+    }
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<Operation> Client::WatchOperation(
     const std::string& name, const std::function<bool(const Operation&)>& update) {
   const auto request = OperationRequest<v1::WatchOperationRequest>(name);
   client::Backoff backoff(impl_->options.retry);
+  absl::Time lost_at = absl::InfiniteFuture();  // since then nothing has come
   for (;;) {
     grpc::ClientContext context;
     impl_->Prepare(absl::InfiniteDuration(), &context);
@@ -64,19 +107,26 @@ absl::StatusOr<Operation> Client::WatchOperation(
     google::longrunning::Operation message;
     while (stream->Read(&message)) {
       backoff.Reset();
-      const Operation operation = client::FromProto(message);
+      lost_at = absl::InfiniteFuture();
+      const Operation operation = impl_->NoteVersion(client::FromProto(message));
       const bool go_on = !update || update(operation);
       if (!operation.done && go_on) continue;
       context.TryCancel();
       stream->Finish();  // says cancelled, which is known
-      if (operation.done) return operation;
+      if (operation.done) {
+        LBC_RETURN_IF_ERROR(impl_->AwaitOtherServers(operation, server));
+        return operation;
+      }
       return absl::CancelledError("stopped watching");
     }
     absl::Status status = client::FromGrpc(stream->Finish());
     if (status.ok()) status = absl::UnavailableError("the server stopped reporting " + name);
-    if (!backoff.ShouldRetry(status)) return status;
+    lost_at = std::min(lost_at, absl::Now());
+    const bool is_patient =
+        absl::IsUnavailable(status) && absl::Now() - lost_at < impl_->options.retry.patience;
+    if (!backoff.ShouldRetry(status) && !is_patient) return LostSight(request.name(), status);
     impl_->servers->Leave(server);
-    absl::SleepFor(backoff.NextWait());
+    absl::SleepFor(std::min(backoff.NextWait(), kLongestPause));
   }
 }
 

@@ -57,7 +57,7 @@ absl::StatusOr<std::unique_ptr<Servers>> Servers::Open(const ConnectOptions& opt
   for (const std::string& address : AddressesIn(options.target)) {
     LBC_RETURN_IF_ERROR(CheckTokenIsSafe(options.security, address));
     servers->servers_.push_back(std::make_unique<Server>(
-        grpc::CreateCustomChannel(address, credentials, ArgumentsFor(options, address))));
+        address, grpc::CreateCustomChannel(address, credentials, ArgumentsFor(options, address))));
   }
   return servers;
 }
@@ -73,6 +73,12 @@ bool Servers::WaitForAny(absl::Time deadline) {
     }
   } while (absl::Now() < deadline);
   return false;
+}
+
+std::vector<Server*> Servers::All() const {
+  std::vector<Server*> all;
+  for (const auto& server : servers_) all.push_back(server.get());
+  return all;
 }
 
 void Servers::Leave(const Server& left) {

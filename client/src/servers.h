@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -24,11 +25,14 @@ using ServiceStub = v1::LiquidBlend::Stub;
 using OperationsStub = google::longrunning::Operations::Stub;
 
 struct Server {
-  explicit Server(std::shared_ptr<grpc::Channel> open_channel)
-      : channel(std::move(open_channel)), stubs(channel, channel) {}
+  Server(std::string host_and_port, std::shared_ptr<grpc::Channel> open_channel)
+      : address(std::move(host_and_port)),
+        channel(std::move(open_channel)),
+        stubs(channel, channel) {}
   ServiceStub& service() { return std::get<ServiceStub>(stubs); }
   OperationsStub& operations() { return std::get<OperationsStub>(stubs); }
 
+  const std::string address;
   const std::shared_ptr<grpc::Channel> channel;
   std::tuple<ServiceStub, OperationsStub> stubs;
 };
@@ -45,6 +49,9 @@ class Servers {
 
   // Takes the first that can be reached; false if none can before the deadline.
   bool WaitForAny(absl::Time deadline);
+
+  // All of them, in the order of the addresses.
+  std::vector<Server*> All() const;
 
   Server& current() { return *servers_[current_]; }
 

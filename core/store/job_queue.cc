@@ -262,6 +262,7 @@ absl::StatusOr<int64_t> PublishFamily(Sql& sql, const std::string& lease_id,
   *family.mutable_update_time() = ToTimestamp(now);
   LB_RETURN_IF_ERROR(SaveFamily(sql, family));
   LB_RETURN_IF_ERROR(SetFamilyMembers(sql, family.id(), AnimationsOf(row.record)));
+  row.record.set_published_version(version);
   Succeed(now, row.record);
   LB_RETURN_IF_ERROR(Finish(sql, std::move(row.record)));
   return version;

@@ -34,8 +34,10 @@ std::vector<std::unique_ptr<const LoadedLevel>> LevelsOf(const mesh::RegisteredF
   return levels;
 }
 
-absl::Status NoSuchVersion(const store::pb::FamilyRecord& published, int64_t version) {
-  return absl::NotFoundError(absl::StrCat("family ", published.id(), " has no version ", version,
+absl::Status NoSuchVersion(const store::pb::FamilyRecord& published, AskedVersion asked) {
+  const std::string missing = asked.exact != 0 ? absl::StrCat("version ", asked.exact)
+                                               : absl::StrCat("version ", asked.at_least, " yet");
+  return absl::NotFoundError(absl::StrCat("family ", published.id(), " has no ", missing,
                                           "; the published one is ", published.version()));
 }
 
@@ -96,19 +98,32 @@ absl::StatusOr<FamilyPtr> Families::Get(const std::string& id, int64_t version) 
   return result;
 }
 
-void Families::GetReady(const std::string& id, int64_t version, Executor executor, Done done) {
-  Find(id, version, Wish::kReady, executor, std::move(done));
+void Families::GetReady(const std::string& id, AskedVersion asked, Executor executor, Done done) {
+  Find(id, asked, Wish::kReady, executor, std::move(done));
 }
 
-FamilyPtr Families::Peek(const std::string& id, int64_t version) {
+FamilyPtr Families::Peek(const std::string& id, AskedVersion asked) {
   absl::MutexLock lock(&mutex_);
   const auto found = slots_.find(id);
   if (found == slots_.end() || found->second.current == nullptr) return nullptr;
   Slot& slot = found->second;
-  if (version != 0 && version != slot.current->record.version()) return nullptr;
+  if (!asked.Allows(slot.current->record.version())) return nullptr;
   if (!slot.current->loaded->CheckFile().ok()) return nullptr;
   slot.last_use = ++num_uses_;
   return slot.current->loaded;
+}
+
+bool Families::IsBehind(const std::string& id, int64_t version, Executor executor) {
+  {
+    absl::MutexLock lock(&mutex_);
+    const auto found = slots_.find(id);
+    if (found == slots_.end() || found->second.current == nullptr) return false;
+    const Slot& slot = found->second;
+    if (slot.current->record.version() >= version) return false;
+    if (slot.next != nullptr && slot.next->record.version() >= version) return !slot.next->is_done;
+  }
+  Find(id, 0, Wish::kRefresh, executor, [](const absl::StatusOr<FamilyPtr>&) {});
+  return true;
 }
 
 void Families::Refresh(Executor executor) {
@@ -156,7 +171,7 @@ std::vector<std::string> Families::ChangedSlots(
   return ids;
 }
 
-void Families::Find(const std::string& id, int64_t version, Wish wish, Executor executor,
+void Families::Find(const std::string& id, AskedVersion asked, Wish wish, Executor executor,
                     Done done) {
   const absl::StatusOr<store::pb::FamilyRecord> record = FindPublished(id);
   if (!record.ok()) return done(record.status());
@@ -171,8 +186,8 @@ void Families::Find(const std::string& id, int64_t version, Wish wish, Executor 
   };
   {
     absl::MutexLock lock(&mutex_);
-    choice = Choose(*record, version, wish);
-    if (choice.wait != nullptr) choice.wait->waiting.push_back({version, std::move(done)});
+    choice = Choose(*record, asked, wish);
+    if (choice.wait != nullptr) choice.wait->waiting.push_back({asked, std::move(done)});
     EvictIdle(dropped);
   }
   const bool is_started =
@@ -194,10 +209,9 @@ absl::StatusOr<store::pb::FamilyRecord> Families::FindPublished(const std::strin
 }
 
 // What is served goes on until its successor is ready.
-Families::Choice Families::Choose(const store::pb::FamilyRecord& record, int64_t version,
+Families::Choice Families::Choose(const store::pb::FamilyRecord& record, AskedVersion asked,
                                   Wish wish) {
   Choice choice;
-  const bool asks_published = version == 0 || version == record.version();
   const auto found = slots_.find(record.id());
   LoadPtr current = found == slots_.end() ? nullptr : found->second.current;
   if (current != nullptr && !current->loaded->CheckFile().ok()) current = nullptr;  // load it anew
@@ -205,9 +219,13 @@ Families::Choice Families::Choose(const store::pb::FamilyRecord& record, int64_t
   const bool is_current = current != nullptr && IsSameVersion(current->record, record);
   const bool may_go_on = current != nullptr && wish != Wish::kNewest &&
                          IsLaterVersion(record, current->record) &&
-                         (version == 0 || version == current->record.version());
-  if (!may_go_on && !asks_published) {
-    choice.error = NoSuchVersion(record, version);
+                         asked.Allows(current->record.version());
+  // Someone else has loaded a later version since `record` was read.
+  if (current != nullptr && IsLaterVersion(current->record, record)) {
+    return ChooseCurrent(current, asked);
+  }
+  if (!may_go_on && !asked.Allows(record.version())) {
+    choice.error = NoSuchVersion(record, asked);
     return choice;
   }
   Slot& slot = slots_[record.id()];
@@ -217,8 +235,10 @@ Families::Choice Families::Choose(const store::pb::FamilyRecord& record, int64_t
     return choice;
   }
   const LoadPtr next = slot.next;
-  const bool is_next = next != nullptr && IsSameVersion(next->record, record) &&
-                       (!next->is_done || (may_go_on && base::SteadyClock::now() < next->retry_at));
+  const bool is_next =
+      next != nullptr &&
+      (IsSameVersion(next->record, record) || IsLaterVersion(next->record, record)) &&
+      (!next->is_done || (may_go_on && base::SteadyClock::now() < next->retry_at));
   if (!is_next) {
     choice.start = std::make_shared<Load>();
     choice.start->record = record;
@@ -228,6 +248,16 @@ Families::Choice Families::Choose(const store::pb::FamilyRecord& record, int64_t
     choice.ready = current->loaded;
   } else {
     choice.wait = slot.next;
+  }
+  return choice;
+}
+
+Families::Choice Families::ChooseCurrent(const LoadPtr& current, AskedVersion asked) {
+  Choice choice;
+  if (asked.Allows(current->record.version())) {
+    choice.ready = current->loaded;
+  } else {
+    choice.error = NoSuchVersion(current->record, asked);
   }
   return choice;
 }
@@ -287,8 +317,8 @@ void Families::Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& resu
   }
   if (!result.ok() && waiting.empty()) base::LogError(result.status().ToString());
   for (Waiter& waiter : waiting) {
-    const bool is_asked_for = waiter.version == 0 || waiter.version == load->record.version();
-    result.ok() && !is_asked_for ? waiter.done(NoSuchVersion(load->record, waiter.version))
+    const bool is_asked_for = waiter.asked.Allows(load->record.version());
+    result.ok() && !is_asked_for ? waiter.done(NoSuchVersion(load->record, waiter.asked))
                                  : waiter.done(result);
   }
 }

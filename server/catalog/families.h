@@ -58,6 +58,15 @@ using FamilyPtr = std::shared_ptr<const LoadedFamily>;
 // The generation of what a record publishes.
 std::string GenerationOf(const store::pb::FamilyRecord& record);
 
+// The version that a call asks for. A bare number is `exact`.
+struct AskedVersion {
+  AskedVersion(int64_t exact_version = 0, int64_t oldest = 0)  // NOLINT: a version is a number
+      : exact(exact_version), at_least(oldest) {}
+  bool Allows(int64_t version) const { return exact != 0 ? version == exact : version >= at_least; }
+  int64_t exact = 0;     // 0: the latest
+  int64_t at_least = 0;  // if that is asked for; 0: any
+};
+
 struct FamiliesOptions {
   // >= 0. Beyond it, Refresh() and whatever looks into the catalog let go of those that nobody
   // holds, the least recently used first.
@@ -86,16 +95,22 @@ class Families {
   absl::StatusOr<FamilyPtr> Get(const std::string& id, int64_t version = 0);
 
   // The same for those who must not wait: while a newer version is being loaded, `done` gets the
-  // one before at once, if it is in memory and version is 0 or its own. Loads run on `executor`,
+  // one before at once, if it is in memory and `asked` allows it. Loads run on `executor`,
   // and so may `done`, else it runs before this returns. A newer version whose load failed is
-  // logged, and not tried again within kRetryPause unless it is asked for by its number.
-  void GetReady(const std::string& id, int64_t version, Executor executor, Done done);
+  // logged, and not tried again within kRetryPause unless `asked` allows no other.
+  // Errors, beside Get()'s: kNotFound if the published version is older than `asked` allows.
+  void GetReady(const std::string& id, AskedVersion asked, Executor executor, Done done);
   static constexpr absl::Duration kRetryPause = absl::Seconds(5);
 
-  // What is in memory, if version is 0 or its own: as new as Refresh() and calls that asked the
+  // What is in memory, if `asked` allows it: as new as Refresh() and calls that asked the
   // catalog have made it, whether or not the catalog can be asked now. Null: GetReady() tells.
   // Cost: a look-up by name.
-  FamilyPtr Peek(const std::string& id, int64_t version);
+  FamilyPtr Peek(const std::string& id, AskedVersion asked);
+
+  // Whether GetReady() would give a version older than this one for the latest. Starts to load the
+  // newer one then. False if the family is not in memory, since the catalog is asked then, and
+  // while a load that failed is not tried again.
+  bool IsBehind(const std::string& id, int64_t version, Executor executor);
 
   // Starts to load newer versions of the families in memory, forgets those that were deleted, and
   // keeps to the budget.
@@ -113,14 +128,14 @@ class Families {
   enum class Wish { kNewest, kReady, kRefresh };
 
   struct Waiter {
-    int64_t version = 0;  // that it asked for; 0: any
+    AskedVersion asked;
     Done done;
   };
 
   // One version on its way into memory. Guarded by mutex_.
   struct Load {
     store::pb::FamilyRecord record;  // of a newer version if this one was replaced meanwhile
-    bool is_done = false;  // then `loaded` is set, unless it failed
+    bool is_done = false;            // then `loaded` is set, unless it failed
     FamilyPtr loaded;
     // Failed: not before.
     base::SteadyClock::time_point retry_at = base::SteadyClock::time_point::max();
@@ -142,10 +157,11 @@ class Families {
     LoadPtr start;  // to be loaded by the caller
   };
 
-  void Find(const std::string& id, int64_t version, Wish wish, Executor executor, Done done);
+  void Find(const std::string& id, AskedVersion asked, Wish wish, Executor executor, Done done);
   absl::StatusOr<store::pb::FamilyRecord> FindPublished(const std::string& id);
-  Choice Choose(const store::pb::FamilyRecord& record, int64_t version, Wish wish)
+  Choice Choose(const store::pb::FamilyRecord& record, AskedVersion asked, Wish wish)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  static Choice ChooseCurrent(const LoadPtr& current, AskedVersion asked);
   void Run(const LoadPtr& load);
   absl::StatusOr<FamilyPtr> LoadPublished(const LoadPtr& load);
   absl::StatusOr<FamilyPtr> LoadFamily(const store::pb::FamilyRecord& record);

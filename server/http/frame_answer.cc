@@ -32,7 +32,8 @@ void FrameAnswer::Look() {
 void FrameAnswer::Decide(const rpc::FamilyVersion& published) {
   const int64_t asked = ask_.request.version();
   published_ = published.version;
-  const bool is_asked = published.version > 0 && (asked == 0 || asked == published.version);
+  const bool is_asked = published.version > 0 && (asked == 0 || asked == published.version) &&
+                        (asked != 0 || published.version >= ask_.request.min_version());
   if (is_asked) {
     const std::string tag = FrameTag(ask_.request, published.version, published.generation);
     if (HasClient(tag)) return SayUnchanged(tag);

@@ -150,6 +150,8 @@ void SetField(const QueryField& field, FieldViolations& violations, v1::GetFrame
     request.set_time_s(read.Number());
   } else if (field.name == "version") {
     request.set_version(read.Version());
+  } else if (field.name == "min_version") {
+    request.set_min_version(read.Version());
   } else if (field.name == "attributes") {
     SetAttributes(field, read, *request.mutable_surface());
   } else if (!SetSurface(field.name, read, *request.mutable_surface()) &&

@@ -195,6 +195,7 @@ void PackMetadata(const JobRecord& job, const std::string& waiting_for, Operatio
   } else {
     v1::RegisterFamilyMetadata metadata;
     metadata.set_family(FamilyName(job.register_family().family()));
+    metadata.set_version(job.published_version());
     *metadata.mutable_progress() = ToProgress(job, waiting_for);
     operation.mutable_metadata()->PackFrom(metadata);
   }

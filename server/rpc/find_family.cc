@@ -8,6 +8,7 @@
 namespace liquidblend::rpc {
 namespace {
 
+using liquidblend::catalog::AskedVersion;
 using liquidblend::catalog::Families;
 using liquidblend::catalog::FamilyPtr;
 
@@ -19,7 +20,8 @@ auto LoadsOf(Backends& backends) {
 
 }  // namespace
 
-void FindFamily(Backends& backends, const std::string& id, int64_t version, Families::Done done) {
+void FindFamily(Backends& backends, const std::string& id, AskedVersion asked,
+                Families::Done done) {
   const auto announce = [&backends, done = std::make_shared<Families::Done>(std::move(done))](
                             absl::StatusOr<FamilyPtr> found) {
     Families::Done once;
@@ -28,17 +30,21 @@ void FindFamily(Backends& backends, const std::string& id, int64_t version, Fami
     if (found.ok()) backends.frame_cache.Announce(**found);
     once(FromServer(std::move(found)));
   };
-  if (FamilyPtr found = backends.families.Peek(id, version)) return announce(std::move(found));
-  const auto ask = [&backends, id, version, announce] {
+  if (FamilyPtr found = backends.families.Peek(id, asked)) return announce(std::move(found));
+  const auto ask = [&backends, id, asked, announce] {
     // Those who wait must hear of it if there is no memory.
-    const absl::Status asked = Guarded([&] {
-      backends.families.GetReady(id, version, LoadsOf(backends), announce);
+    const absl::Status status = Guarded([&] {
+      backends.families.GetReady(id, asked, LoadsOf(backends), announce);
       return absl::OkStatus();
     });
-    if (!asked.ok()) announce(asked);
+    if (!status.ok()) announce(status);
   };
   const absl::Status accepted = Guarded([&] { return backends.io.Post(ask); });
   if (!accepted.ok()) announce(accepted);
+}
+
+bool IsBehind(Backends& backends, const std::string& id, int64_t version) {
+  return backends.families.IsBehind(id, version, LoadsOf(backends));
 }
 
 void KeepFamiliesFresh(Backends& backends) {

@@ -58,6 +58,7 @@ void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest&
     request.clear_parameters();
   }
   if (newer.has_surface()) request.clear_surface();
+  if (!newer.family().empty()) request.clear_min_version();  // of the family before
   if (newer.encoding().position_bits() != 0 || newer.encoding().position_step_m() != 0) {
     request.mutable_encoding()->clear_position_bits();
     request.mutable_encoding()->clear_position_step_m();
@@ -83,7 +84,11 @@ std::string ResponsePrefix(const StreamedFrame& streamed) {
 
 absl::StatusOr<std::optional<std::string>> FrameStream::FamilyToFind(
     const v1::StreamFramesRequest& request) const {
-  if (request.family().empty() && has_begun()) return std::optional<std::string>();
+  if (request.min_version() < 0) return InvalidField("min_version", "must not be negative");
+  if (request.family().empty() && has_begun()) {
+    if (request.min_version() <= loaded_->family.version) return std::optional<std::string>();
+    return std::optional<std::string>(loaded_->family.name);
+  }
   LB_ASSIGN_OR_RETURN(std::string id, FamilyId("family", request.family()));
   return std::optional<std::string>(std::move(id));
 }

@@ -28,13 +28,16 @@ void FrameCall::Look(const v1::GetFrameRequest& request) {
   const absl::StatusOr<std::string> id = FamilyId("family", request.family());
   if (!id.ok()) return Finish(id.status());
   if (request.version() < 0) return Finish(InvalidField("version", "must not be negative"));
+  if (request.min_version() < 0) {
+    return Finish(InvalidField("min_version", "must not be negative"));
+  }
   const auto self = shared_from_this();
   const auto go_on = [self, request](const absl::StatusOr<catalog::FamilyPtr>& found) {
     const absl::Status status =
         found.ok() ? Guarded([&] { return self->Order(request, *found); }) : found.status();
     if (!status.ok()) self->Finish(status);
   };
-  FindFamily(backends_, *id, request.version(), go_on);
+  FindFamily(backends_, *id, {request.version(), request.min_version()}, go_on);
 }
 
 absl::Status FrameCall::Order(const v1::GetFrameRequest& request, catalog::FamilyPtr loaded) {

@@ -2,11 +2,11 @@
 
 #include "core/base/status_macros.h"
 #include "core/store/upload_files.h"
-#include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/handlers.h"
 #include "server/rpc/names.h"
 #include "server/rpc/paging.h"
+#include "server/rpc/served_operation.h"
 
 namespace liquidblend::rpc {
 namespace {
@@ -25,7 +25,7 @@ absl::StatusOr<lro::Operation> GetOperation(Backends& backends,
                                             const lro::GetOperationRequest& request) {
   LB_ASSIGN_OR_RETURN(const std::string id, OperationId("name", request.name()));
   LB_ASSIGN_OR_RETURN(const store::pb::JobRecord job, backends.catalog.GetJob(id));
-  return ToOperation(job, backends.catalog);
+  return ToServedOperation(backends, job);
 }
 
 absl::StatusOr<lro::ListOperationsResponse> ListOperations(
@@ -40,7 +40,7 @@ absl::StatusOr<lro::ListOperationsResponse> ListOperations(
   LB_RETURN_IF_ERROR(FromList(found.status()));
   lro::ListOperationsResponse response;
   for (const auto& job : found->records) {
-    LB_ASSIGN_OR_RETURN(*response.add_operations(), ToOperation(job, backends.catalog));
+    LB_ASSIGN_OR_RETURN(*response.add_operations(), ToServedOperation(backends, job));
   }
   response.set_next_page_token(found->next_page_token);
   return response;

@@ -17,6 +17,7 @@
 #include "server/rpc/names.h"
 #include "server/rpc/owner_limits.h"
 #include "server/rpc/refine_request.h"
+#include "server/rpc/served_operation.h"
 #include "server/rpc/submission.h"
 
 namespace liquidblend::rpc {

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "absl/time/clock.h"
+#include "liquidblend/client.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {
@@ -14,7 +15,11 @@ constexpr int kNumRounds = 8;
 
 class ReplicasTest : public E2eTest {
  protected:
-  ReplicasTest() : first_(StartServer(1)), first_address_(Address()), second_(StartServer()) {
+  ReplicasTest()
+      : first_(StartServer(1)),
+        first_address_(Address()),
+        second_(StartServer()),
+        second_address_(Address()) {
     second_stub_ = std::move(stub_);
     Connect(first_address_);
     ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
@@ -29,19 +34,49 @@ class ReplicasTest : public E2eTest {
   }
 
   // From the second server.
-  grpc::Status GetFrame(v1::Frame& frame) {
+  grpc::Status GetFrame(v1::Frame& frame, int64_t min_version = 0) {
     grpc::ClientContext context;
     v1::GetFrameRequest request;
     request.set_family("families/balls");
     request.add_weights(0.5);
+    request.set_min_version(min_version);
     return second_stub_->GetFrame(&context, request, &frame);
   }
 
   Process first_;
   const std::string first_address_;
   Process second_;
+  const std::string second_address_;
   std::unique_ptr<v1::LiquidBlend::Stub> second_stub_;
 };
+
+TEST_F(ReplicasTest, ServeAtOnceTheVersionThatAClientHasHeardOf) {
+  for (int version = 1; version <= kNumRounds; ++version) {
+    Publish();
+    v1::Frame frame;
+    const grpc::Status status = GetFrame(frame, version);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    EXPECT_EQ(frame.version(), version);
+  }
+}
+
+// A client that was given both addresses: then others, which know of no version, may go on.
+TEST_F(ReplicasTest, ServeAVersionOnceAClientOfAllHasWaitedForIt) {
+  ConnectOptions options;
+  options.target = first_address_ + "," + second_address_;
+  const auto client = Client::Connect(options);
+  ASSERT_TRUE(client.ok()) << client.status();
+  for (int version = 1; version <= kNumRounds; ++version) {
+    Operation registration;
+    ASSERT_TRUE(Register(1, registration).ok());
+    const auto done = (*client)->WaitOperation(registration.name());
+    ASSERT_TRUE(done.ok()) << done.status();
+    EXPECT_EQ(done->version, version);
+    v1::Frame frame;
+    ASSERT_TRUE(GetFrame(frame).ok());
+    EXPECT_EQ(frame.version(), version);
+  }
+}
 
 void PrintTimes(const char* what, std::vector<absl::Duration> times) {
   std::sort(times.begin(), times.end());

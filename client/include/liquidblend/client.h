@@ -80,6 +80,8 @@ struct UploadProgress {
 absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& directory,
                                                             const std::string& pattern = "");
 
+// Frames are never of an older version of their family than one that this Client has heard of: from
+// GetFamily(), or as the result of an operation.
 // Resource names may be given with or without their collection ("drops" or "animations/drops").
 // Errors of every call: the server's with its details in the message; kUnavailable if it cannot be
 // reached; kDeadlineExceeded.  Threads: safe.
@@ -120,6 +122,9 @@ class Client {
   // Calls `update` each time the operation's progress changes, until it is done or `update` returns
   // false (kCancelled; the operation itself goes on). Goes on by itself after a lost connection.
   // Returns the operation as last seen; Operation::result says how it ended.
+  // Of a registration that has published a version, returns when every server of
+  // ConnectOptions::target that can be reached serves at least that version.
+  // Errors: kDeadlineExceeded if one of them does not within call_timeout.
   absl::StatusOr<Operation> WatchOperation(const std::string& name,
                                            const std::function<bool(const Operation&)>& update);
   // Waits until the operation is done.

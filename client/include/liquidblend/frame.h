@@ -48,6 +48,9 @@ struct FrameRequest {
   double position_step_m = 0.0;  // 0: by position_bits
   EncodingPreset encoding = EncodingPreset::kFastest;
   int64_t version = 0;  // 0: the latest
+  // The oldest version to be used if `version` is 0; a server that has not loaded it yet does so
+  // first. 0: the newest that the Client has heard of (Client::GetFamily, finished operations).
+  int64_t min_version = 0;
   SurfaceOptions surface;
 };
 

@@ -32,6 +32,9 @@ struct StreamSettings {
   // Frames are coarser than surface.level_of_detail while the connection is too slow for them; not
   // of a lossless stream. Default false.
   std::optional<bool> adapt_level_of_detail;
+  // As FrameRequest's, of `family`; without a family, of the one that the stream shows, whose
+  // version before goes on until this one is loaded.
+  int64_t min_version = 0;
 };
 
 struct StreamedFrame {

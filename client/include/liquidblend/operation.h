@@ -44,6 +44,7 @@ struct Operation {
   absl::Status result;                 // meaningful if done
   std::optional<Animation> animation;  // of a finished import
   std::optional<Family> family;        // of a finished registration
+  int64_t version = 0;                 // that a finished registration has published; 0: not known
 };
 
 }  // namespace liquidblend

@@ -420,6 +420,51 @@ TEST_F(FamiliesTest, TheOldVersionIsServedUntilTheNewOneIsReady) {
   EXPECT_EQ(old.code(), absl::StatusCode::kNotFound);
 }
 
+TEST_F(FamiliesTest, WhoeverKnowsOfANewerVersionWaitsForIt) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  ASSERT_TRUE(families.Get("splash").ok());
+  Publish("splash", PutFamily(2));
+  LateLoads loads;
+  Answer any, newer, missing;
+  EXPECT_EQ(families.Peek("splash", {0, 2}), nullptr);
+  families.GetReady("splash", {0, 1}, loads.executor(), any.Done());
+  families.GetReady("splash", {0, 2}, loads.executor(), newer.Done());
+  families.GetReady("splash", {0, 3}, loads.executor(), missing.Done());
+  EXPECT_EQ(any.version(), 1);
+  EXPECT_FALSE(newer.result.has_value());  // waits
+  EXPECT_EQ(missing.code(), absl::StatusCode::kNotFound);
+  loads.RunAll();
+  EXPECT_EQ(newer.version(), 2);
+  EXPECT_NE(families.Peek("splash", {0, 2}), nullptr);
+}
+
+TEST_F(FamiliesTest, IsBehindUntilTheNewerVersionIsLoaded) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  LateLoads loads;
+  EXPECT_FALSE(families.IsBehind("splash", 1, loads.executor())) << "it is not in memory";
+  ASSERT_TRUE(families.Get("splash").ok());
+  EXPECT_FALSE(families.IsBehind("splash", 1, loads.executor()));
+  Publish("splash", PutFamily(2));
+  EXPECT_TRUE(families.IsBehind("splash", 2, loads.executor()));
+  EXPECT_TRUE(families.IsBehind("splash", 2, loads.executor()));
+  EXPECT_EQ(loads.tasks.size(), 1U);
+  loads.RunAll();
+  EXPECT_FALSE(families.IsBehind("splash", 2, loads.executor()));
+}
+
+TEST_F(FamiliesTest, IsNotBehindAVersionThatCannotBeLoaded) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  ASSERT_TRUE(families.Get("splash").ok());
+  Publish("splash", Put("no family"));
+  LateLoads loads;
+  EXPECT_TRUE(families.IsBehind("splash", 2, loads.executor()));
+  loads.RunAll();
+  EXPECT_FALSE(families.IsBehind("splash", 2, loads.executor()));
+}
+
 TEST_F(FamiliesTest, RefreshLoadsNewVersionsBeforeAnybodyAsks) {
   Publish("splash", PutFamily(1));
   Publish("other", PutFamily(3));
