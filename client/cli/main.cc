@@ -50,7 +50,8 @@ void AddGlobalFlags(CLI::App& app, Context& context) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--patience", context.patience_s,
-                 "Seconds that a call waits in all if the server says to try again later; 0: never")
+                 "Seconds that a call waits in all if the server says to try again later, and that "
+                 "--wait outlasts a server that is away; 0: never")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_flag("--no-direct", context.no_direct,

@@ -7,6 +7,7 @@
 
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
+#include "liquidblend/client.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {
@@ -135,6 +136,57 @@ TEST_F(StopTest, EveryoneHearsOfItAndWhatWasAcceptedIsThereAfterwards) {
   Operation again;
   ASSERT_TRUE(Upload("accepted", BallFiles(1.0), "one", again).ok());
   EXPECT_EQ(again.name(), accepted.name());
+}
+
+// Its calls are made once: what it waits for is the server's return.
+TEST_F(StopTest, AClientThatWaitsGoesOnWhenTheServerIsBack) {
+  Process server = StartServer();
+  if (server.pid() <= 0) GTEST_SKIP() << "the servers run already";
+  const std::string address = Address();
+  ConnectOptions options;
+  options.target = address;
+  options.retry.max_attempts = 1;
+  options.retry.patience = absl::FromChrono(Patience());
+  const auto client = Client::Connect(options);
+  ASSERT_TRUE(client.ok()) << client.status();
+  const std::string name = ImportBall("a", 1.0).name();  // nobody works on it yet
+  std::atomic<bool> is_watched = false;
+  absl::StatusOr<liquidblend::Operation> done = absl::UnknownError("not run");
+  std::thread waiting([&] {
+    done = (*client)->WatchOperation(name, [&](const liquidblend::Operation&) {
+      is_watched = true;
+      return true;
+    });
+  });
+  Await([&] { return is_watched.load(); });
+  server.Kill();
+  std::vector<std::string> arguments = StoreArguments();
+  arguments.insert(arguments.end(),
+                   {"--listen", address, "--worker-lease", lease_, "--workers", "1"});
+  Process again("liquidblend-server", arguments, WithStore());
+  waiting.join();
+  ASSERT_TRUE(done.ok()) << done.status();
+  EXPECT_TRUE(done->result.ok()) << done->result;
+}
+
+TEST_F(StopTest, AClientWhosePatienceEndsIsToldOfItsOperation) {
+  Process server = StartServer();
+  if (server.pid() <= 0) GTEST_SKIP() << "the servers run already";
+  ConnectOptions options;
+  options.target = Address();
+  options.retry.max_attempts = 1;
+  options.retry.patience = absl::ZeroDuration();
+  const auto client = Client::Connect(options);
+  ASSERT_TRUE(client.ok()) << client.status();
+  const std::string name = ImportBall("a", 1.0).name();
+  const auto lost = (*client)->WatchOperation(name, [&](const liquidblend::Operation&) {
+    server.Kill();
+    return true;
+  });
+  EXPECT_EQ(lost.status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(lost.status().message()),
+              testing::HasSubstr(name + " may go on nevertheless: `liquidblend operations " + name +
+                                 " --wait` watches it"));
 }
 
 }  // namespace

@@ -29,7 +29,8 @@ struct RetryOptions {
   int max_attempts = 5;  // >= 1
   absl::Duration initial_backoff = absl::Milliseconds(100);
   absl::Duration max_backoff = absl::Seconds(5);
-  // >= 0; of one call, for waits that the server asks for; 0: they are not waited for.
+  // >= 0; of one call, for waits that the server asks for; 0: they are not waited for. Likewise for
+  // a server that is away while an operation is watched.
   absl::Duration patience = absl::Seconds(30);
 };
 
@@ -120,7 +121,8 @@ class Client {
   absl::StatusOr<std::vector<Operation>> ListOperations();  // all pages
   absl::Status CancelOperation(const std::string& name);
   // Calls `update` each time the operation's progress changes, until it is done or `update` returns
-  // false (kCancelled; the operation itself goes on). Goes on by itself after a lost connection.
+  // false (kCancelled; the operation itself goes on). Goes on by itself after a lost connection,
+  // and while no server can be reached for less than RetryOptions::patience.
   // Returns the operation as last seen; Operation::result says how it ended.
   // Of a registration that has published a version, returns when every server of
   // ConnectOptions::target that can be reached serves at least that version.
