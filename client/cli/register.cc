@@ -143,6 +143,17 @@ void AddRegister(CLI::App& app, Context& context) {
   command->add_flag("--refine", request.refine,
                     "Go on from the family's newest version, with the correspondences given "
                     "instead of its own; --source and --target may be left out");
+  command->add_flag("--replace", request.replace,
+                    "Publish a new version, from scratch, of a family that exists already; "
+                    "without this or --refine a name that is taken is refused");
+  const std::map<std::string, Grade> grades = {{"good", Grade::kGood},
+                                               {"doubtful", Grade::kDoubtful}};
+  command
+      ->add_option("--require", request.required_grade,
+                   "The worst verdict that is published; with a worse one the operation fails and "
+                   "the version before stays. Any, unless given")
+      ->transform(CLI::CheckedTransformer(grades))
+      ->type_name("good|doubtful");
   AddPriority(request.priority, *command);
   command->add_flag("--wait", flags->wait, "Show progress until it is done");
   AddTimeBlendingFlags(request.time_blending, *command);

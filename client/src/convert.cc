@@ -391,7 +391,10 @@ v1::RegisterFamilyRequest ToProto(const RegisterRequest& request) {
   }
   SetOptions(request.options, proto.mutable_options());
   SetSpaceTime(request.space_time, proto.mutable_space_time());
+  proto.set_replace(request.replace);
   proto.set_refine(request.refine);
+  proto.set_required_grade(
+      static_cast<v1::Verdict::Grade>(request.required_grade));  // same numbers
   proto.set_priority(request.priority);
   const ParameterSpace& space = request.parameter_space;
   if (!space.names.empty() || !space.points.empty()) {

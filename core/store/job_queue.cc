@@ -152,13 +152,17 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
   LB_RETURN_IF_ERROR(CheckRegistration(job));
   LB_ASSIGN_OR_RETURN(std::optional<pb::JobRecord> earlier, FindEarlier(sql, job));
   if (earlier.has_value()) return *std::move(earlier);
+  const std::string& family = job.register_family().family();
+  const auto existing = FindFamily(sql, family);
+  if (job.register_family().must_be_new() && existing.ok() && existing->version() > 0) {
+    return absl::AlreadyExistsError(
+        absl::StrCat("family '", family, "' exists already, in version ", existing->version()));
+  }
   for (const std::string& animation : AnimationsOf(job)) {
     LB_RETURN_IF_ERROR(CheckReady(sql, animation));
   }
   LB_RETURN_IF_ERROR(CheckNobodyWorksOn(sql, SubjectOf(job)));
   LB_RETURN_IF_ERROR(AskAboutOwner(sql, job, check));
-  const std::string& family = job.register_family().family();
-  const auto existing = FindFamily(sql, family);
   if (absl::IsNotFound(existing.status())) {
     pb::FamilyRecord record;
     record.set_id(family);

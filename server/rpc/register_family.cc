@@ -180,6 +180,11 @@ absl::Status Check(const v1::RegisterFamilyRequest& request, const Limits& limit
   CheckCorrespondences(request, limits, violations);
   const absl::Status space = CheckParameterSpace(request, limits);
   violations.AddIf(!space.ok(), "parameter_space", std::string(space.message()));
+  const v1::Verdict::Grade grade = request.required_grade();
+  violations.AddIf(grade != v1::Verdict::GRADE_UNSPECIFIED && grade != v1::Verdict::GOOD &&
+                       grade != v1::Verdict::DOUBTFUL,
+                   "required_grade",
+                   absl::StrCat("must be unspecified, GOOD or DOUBTFUL, got ", grade));
   CheckPriority("priority", request.priority(), violations);
   violations.AddIf(request.request_id().size() > kMaxRequestIdLength, "request_id",
                    absl::StrCat("at most ", kMaxRequestIdLength, " characters"));
@@ -214,6 +219,15 @@ absl::StatusOr<store::pb::JobRecord> JobOf(const v1::RegisterFamilyRequest& requ
   return job;
 }
 
+absl::Status NameIsTaken(const absl::Status& status) {
+  return WithReason(
+      absl::AlreadyExistsError(absl::StrCat(
+          std::string(status.message()),
+          "; register under another name, or set replace (liquidblend register --replace) for a "
+          "new version from scratch, or refine (--refine) to go on from the newest one")),
+      "FAMILY_EXISTS");
+}
+
 }  // namespace
 
 absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
@@ -229,11 +243,16 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
   LB_ASSIGN_OR_RETURN(store::pb::JobRecord job, JobOf(request));
   job.mutable_register_family()->set_refine_version(refine_version);
   LB_RETURN_IF_ERROR(CheckAnimations(backends.catalog, job.register_family()));
+  job.mutable_register_family()->set_required_grade(
+      static_cast<store::pb::Grade>(request.required_grade()));  // the same numbers
+  job.mutable_register_family()->set_must_be_new(!request.replace() && !request.refine());
   SetOwner(principal, job);
   LB_RETURN_IF_ERROR(NoteMemory(backends.catalog, backends.limits.worker_memory_bytes, job));
-  LB_ASSIGN_OR_RETURN(job, backends.catalog.SubmitRegistration(
-                               std::move(job), OwnerCheckOf(principal, /*new_bytes=*/0)));
-  return ToOperation(job, backends.catalog);
+  absl::StatusOr<store::pb::JobRecord> submitted =
+      backends.catalog.SubmitRegistration(std::move(job), OwnerCheckOf(principal, /*new_bytes=*/0));
+  if (absl::IsAlreadyExists(submitted.status())) return NameIsTaken(submitted.status());
+  LB_RETURN_IF_ERROR(submitted.status());
+  return ToServedOperation(backends, *submitted);
 }
 
 }  // namespace liquidblend::rpc

@@ -47,6 +47,7 @@ class CheckpointTest : public E2eTest {
     v1::RegisterFamilyRequest request;
     request.set_family_id("balls");
     request.set_source("animations/a");
+    request.set_replace(true);
     for (const std::string& target : targets) request.add_targets("animations/" + target);
     request.mutable_options()->set_max_iterations(num_iterations_);
     request.mutable_options()->set_sample_share(1.0);

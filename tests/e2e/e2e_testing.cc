@@ -184,6 +184,7 @@ grpc::Status E2eTest::Register(int num_iterations, Operation& operation,
   request.set_source("animations/a");
   for (const std::string& target : targets) request.add_targets("animations/" + target);
   request.mutable_options()->set_max_iterations(num_iterations);
+  request.set_replace(true);
   grpc::ClientContext context;
   SetDeadline(context);
   return stub_->RegisterFamily(&context, request, &operation);

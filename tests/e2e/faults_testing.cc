@@ -139,6 +139,7 @@ grpc::Status FaultTest::Register(v1::LiquidBlend::Stub& stub, const std::string&
   request.set_source("animations/a");
   request.add_targets("animations/b");
   request.set_request_id(RequestId(what));
+  request.set_replace(true);
   request.mutable_options()->set_max_iterations(num_iterations_);
   grpc::ClientContext context;
   SetDeadline(context);

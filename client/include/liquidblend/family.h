@@ -154,6 +154,11 @@ struct RegisterRequest {
   // Go on from the family's newest version, with these correspondences instead of its own; source,
   // targets and parameter space may be empty: as they are.
   bool refine = false;
+  // Publish a new version, from scratch, of a family that exists already; without this or refine
+  // that is kAlreadyExists.
+  bool replace = false;
+  // Publish only if no target's grade is worse: kGood or kDoubtful; kUnknown: always.
+  Grade required_grade = Grade::kUnknown;
   int priority = 0;  // [-100, 100]; larger ones are worked on first
 };
 

@@ -229,6 +229,20 @@ TEST_F(RegisterFamilyTest, ARepeatedRequestIdGivesTheFirstOperation) {
   EXPECT_EQ(first->name(), second->name());
 }
 
+TEST_F(RegisterFamilyTest, ANameThatIsTakenIsRefusedUnlessItIsToBeReplaced) {
+  PublishSplash();
+  v1::RegisterFamilyRequest request = Registration();
+  request.set_family_id("splash");
+  const absl::Status refused = RegisterFamily(backends_, request).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_THAT(std::string(refused.message()),
+              testing::HasSubstr("family 'splash' exists already, in version 1"));
+  EXPECT_THAT(std::string(refused.message()), testing::HasSubstr("--replace"));
+  EXPECT_EQ(ReasonOf(refused), "FAMILY_EXISTS");
+  request.set_replace(true);
+  EXPECT_THAT(RegisterFamily(backends_, request), Succeeds());
+}
+
 TEST_F(RegisterFamilyTest, ARegistrationCountsAgainstItsOwnersLimits) {
   PublishSplash();
   Principal ann;
