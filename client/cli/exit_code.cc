@@ -1,8 +1,22 @@
 #include "client/cli/exit_code.h"
 
+#include "absl/strings/cord.h"
+
 namespace liquidblend::cli {
+namespace {
+
+constexpr char kVerdictUrl[] = "liquidblend/verdict";  // marks what VerdictError() makes
+
+}  // namespace
+
+absl::Status VerdictError(const std::string& message) {
+  absl::Status status = absl::FailedPreconditionError(message);
+  status.SetPayload(kVerdictUrl, absl::Cord());
+  return status;
+}
 
 ExitCode ToExitCode(const absl::Status& status) {
+  if (status.GetPayload(kVerdictUrl).has_value()) return kExitTooDifferent;
   switch (status.code()) {
     case absl::StatusCode::kOk:
       return kExitOk;
@@ -27,6 +41,9 @@ const char* Advice(ExitCode code) {
              "LIQUIDBLEND_SERVER.";
     case kExitNotFound:
       return "`liquidblend list` shows what the server has.";
+    case kExitTooDifferent:
+      return "`liquidblend inspect FAMILY` says where; correspondences may help "
+             "(docs/correspondences.md).";
     case kExitUsage:
       return "`liquidblend COMMAND --help` explains every flag.";
     default:

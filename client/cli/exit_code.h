@@ -1,6 +1,8 @@
 // What the command's exit status means.
 #pragma once
 
+#include <string>
+
 #include "absl/status/status.h"
 
 namespace liquidblend::cli {
@@ -12,6 +14,7 @@ enum ExitCode {
   kExitUnreachable = 3,    // no server, or the connection was lost
   kExitNotFound = 4,       // no such animation, family, operation or file
   kExitCancelled = 5,      // the operation was cancelled
+  kExitTooDifferent = 6,   // the verdict on a registration: too different, or worse than --require
   kExitInterrupted = 130,  // Ctrl-C; a running operation goes on
 };
 
@@ -19,7 +22,11 @@ enum ExitCode {
 inline constexpr char kExitCodeHelp[] =
     "Exit status: 0 done; 1 failed; 2 a flag or value that is refused; 3 no server, or the\n"
     "connection was lost; 4 no such animation, family, operation or file; 5 the operation was\n"
-    "cancelled; 130 Ctrl-C (a running operation goes on).";
+    "cancelled; 6 the verdict on a registration is too different, or worse than --require allows;\n"
+    "130 Ctrl-C (a running operation goes on).";
+
+// An error that is kExitTooDifferent.
+absl::Status VerdictError(const std::string& message);
 
 ExitCode ToExitCode(const absl::Status& status);
 

@@ -35,7 +35,7 @@ absl::Status RunOperations(const OperationsFlags& flags, const Context& context)
   LBC_RETURN_IF_ERROR(operation.status());
   context.Print(Summarize(*operation));
   context.PrintJson(ToJson(*operation));
-  return absl::OkStatus();
+  return flags.wait ? CheckVerdict(*operation) : absl::OkStatus();
 }
 
 absl::Status RunCancel(const std::string& name, const Context& context) {

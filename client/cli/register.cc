@@ -53,7 +53,7 @@ absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
   }
   context.Print(Describe(family));
   context.PrintJson(ToJson(family));
-  return absl::OkStatus();
+  return CheckVerdict(finished);
 }
 
 void AddRegistrationFlags(RegistrationOptions& options, CLI::App& command) {

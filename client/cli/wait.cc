@@ -55,12 +55,30 @@ absl::Status FailureOf(const Operation& operation) {
   if (absl::IsCancelled(operation.result)) {
     return absl::CancelledError(absl::StrCat(operation.name, " was cancelled"));
   }
-  return absl::AbortedError(absl::StrCat(
+  const std::string message = absl::StrCat(
       operation.subject.empty() ? operation.name : operation.subject, ": ",
-      absl::StatusCodeToString(operation.result.code()), ": ", operation.result.message()));
+      absl::StatusCodeToString(operation.result.code()), ": ", operation.result.message());
+  if (operation.error_reason == "VERDICT_TOO_LOW") return VerdictError(message);
+  return absl::AbortedError(message);
 }
 
 }  // namespace
+
+absl::Status CheckVerdict(const Operation& operation) {
+  if (!operation.family.has_value()) return absl::OkStatus();
+  const Family& family = *operation.family;
+  const bool is_its_family = operation.version == 0 || operation.version == family.version;
+  std::string reasons;
+  for (const RegistrationReport& report : family.reports) {
+    if (!is_its_family || report.verdict.grade != Grade::kTooDifferent) continue;
+    absl::StrAppend(&reasons, reasons.empty() ? ": " : "; ", report.target, ": ",
+                    report.verdict.reason);
+  }
+  if (reasons.empty() && operation.grade != Grade::kTooDifferent) return absl::OkStatus();
+  const int64_t version = is_its_family ? family.version : operation.version;
+  return VerdictError(absl::StrCat(family.name, " version ", version,
+                                   " is published, but its animations are too different", reasons));
+}
 
 std::string DescribeProgress(const Progress& progress) {
   std::string text = progress.stage.empty() ? "starting" : progress.stage;

@@ -11,9 +11,14 @@ namespace liquidblend::cli {
 
 // Shows progress until the operation is done. Ctrl-C ends the program with kExitInterrupted; the
 // operation goes on, and a line says how to watch or cancel it.
-// Errors: kCancelled if it was cancelled; kAborted, with the reason, if it failed; the client's.
+// Errors: kCancelled if it was cancelled; VerdictError() if its verdict was worse than required;
+// kAborted, with the reason, if it failed otherwise; the client's.
 absl::StatusOr<Operation> WaitWithProgress(Client& client, const std::string& operation,
                                            const Context& context);
+
+// VerdictError() if the operation is a registration that has published a target too different from
+// its source. Requires: it is done.
+absl::Status CheckVerdict(const Operation& operation);
 
 // "registration of target 1, iteration 7/16, fit 0.0123, smoothness 0.0045, inliers 91 %, 1:05
 // left"

@@ -4,6 +4,7 @@
 
 #include "client/src/names.h"
 #include "client/src/status.h"
+#include "google/rpc/error_details.pb.h"
 
 namespace liquidblend::client {
 namespace {
@@ -253,6 +254,7 @@ void ReadMetadata(const google::protobuf::Any& metadata, Operation* operation) {
   } else if (metadata.UnpackTo(&registration)) {
     operation->subject = registration.family();
     operation->version = registration.version();
+    operation->grade = static_cast<Grade>(registration.grade());  // the same numbers
     operation->progress = ToProgress(registration.progress());
   }
 }
@@ -265,6 +267,15 @@ void ReadResponse(const google::protobuf::Any& response, Operation* operation) {
   } else if (response.UnpackTo(&family)) {
     operation->family = FromProto(family);
   }
+}
+
+// "" if the error has none.
+std::string ReasonOf(const google::rpc::Status& error) {
+  google::rpc::ErrorInfo info;
+  for (const google::protobuf::Any& detail : error.details()) {
+    if (detail.UnpackTo(&info)) return info.reason();
+  }
+  return "";
 }
 
 ParameterSpace ToParameterSpace(const v1::ParameterSpace& proto) {
@@ -352,6 +363,7 @@ Operation FromProto(const google::longrunning::Operation& proto) {
   operation.done = proto.done();
   ReadMetadata(proto.metadata(), &operation);
   if (proto.has_error()) operation.result = FromProto(proto.error());
+  operation.error_reason = ReasonOf(proto.error());
   if (proto.has_response()) ReadResponse(proto.response(), &operation);
   return operation;
 }

@@ -120,6 +120,14 @@ absl::Time StartOf(const JobRow& row, const RetryOptions& retry) {
   return due + PauseAfter(row.record.attempts(), retry);
 }
 
+pb::Grade WorstGrade(const pb::FamilyManifest& manifest) {
+  pb::Grade worst = pb::GRADE_UNSPECIFIED;
+  for (const pb::RegistrationReport& report : manifest.reports()) {
+    worst = std::max(worst, report.verdict().grade());
+  }
+  return worst;
+}
+
 int64_t LeaseEnd(absl::Time now, absl::Duration duration) {
   return absl::ToUnixMicros(now + std::min(duration, kLongestLease));
 }
@@ -267,6 +275,7 @@ absl::StatusOr<int64_t> PublishFamily(Sql& sql, const std::string& lease_id,
   LB_RETURN_IF_ERROR(SaveFamily(sql, family));
   LB_RETURN_IF_ERROR(SetFamilyMembers(sql, family.id(), AnimationsOf(row.record)));
   row.record.set_published_version(version);
+  row.record.set_grade(WorstGrade(family.manifest()));
   Succeed(now, row.record);
   LB_RETURN_IF_ERROR(Finish(sql, std::move(row.record)));
   return version;

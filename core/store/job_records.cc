@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/escaping.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "core/store/random_id.h"
 
@@ -195,6 +196,12 @@ google::rpc::Status ToRpcStatus(const absl::Status& status) {
   google::rpc::Status result;
   result.set_code(static_cast<int>(status.code()));
   result.set_message(std::string(status.message()));
+  status.ForEachPayload([&](absl::string_view url, const absl::Cord& payload) {
+    if (!absl::StartsWith(url, "type.googleapis.com/")) return;  // the program's own
+    google::protobuf::Any& detail = *result.add_details();
+    detail.set_type_url(std::string(url));
+    detail.set_value(std::string(payload));
+  });
   if (google::rpc::Status().ParseFromString(result.SerializeAsString())) return result;
   std::replace_if(
       result.mutable_message()->begin(), result.mutable_message()->end(),

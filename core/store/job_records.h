@@ -69,7 +69,8 @@ void Fail(const absl::Status& error, absl::Time now, pb::JobRecord& job);
 
 google::protobuf::Timestamp ToTimestamp(absl::Time time);
 
-// Bytes that are not UTF-8 become question marks: protobuf would not read them again.
+// Payloads that are messages become details. Bytes that are not UTF-8 become question marks:
+// protobuf would not read them again.
 google::rpc::Status ToRpcStatus(const absl::Status& status);
 
 // Errors: kInvalidArgument if a string in the record is not UTF-8; `what` names the record.

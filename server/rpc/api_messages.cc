@@ -196,6 +196,7 @@ void PackMetadata(const JobRecord& job, const std::string& waiting_for, Operatio
     v1::RegisterFamilyMetadata metadata;
     metadata.set_family(FamilyName(job.register_family().family()));
     metadata.set_version(job.published_version());
+    metadata.set_grade(static_cast<v1::Verdict::Grade>(job.grade()));  // the same numbers
     *metadata.mutable_progress() = ToProgress(job, waiting_for);
     operation.mutable_metadata()->PackFrom(metadata);
   }

@@ -15,6 +15,7 @@
 #include "worker/jobs/previous_version.h"
 #include "worker/jobs/register_target.h"
 #include "worker/jobs/registered_part.h"
+#include "worker/jobs/required_grade.h"
 #include "worker/jobs/stored_file.h"
 #include "worker/registration/transfer.h"
 #include "worker/spacetime/build.h"
@@ -172,6 +173,7 @@ absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& cont
                       !done.empty() ? ReadTargets(job, done, parts.source, context)
                       : is_pair ? RegisterOnly(job, parts.source, built.back(), previous, context)
                                 : RegisterEach(job, parts.source, previous, context));
+  LB_RETURN_IF_ERROR(CheckGrades(parts.targets, job.required_grade()));
   built.clear();  // the target's mesh is not needed any more
   LB_RETURN_IF_ERROR(MakeLevels(job, parts, context));
   LB_RETURN_IF_ERROR(context.BeginStage("publishing", kLevelsEnd, 1.0));

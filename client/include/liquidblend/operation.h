@@ -41,10 +41,12 @@ struct Operation {
   std::string subject;  // the animation or family that it makes, if known
   Progress progress;
   bool done = false;
-  absl::Status result;                 // meaningful if done
+  absl::Status result;       // meaningful if done
+  std::string error_reason;  // google.rpc.ErrorInfo's, of some failures: "VERDICT_TOO_LOW", say
   std::optional<Animation> animation;  // of a finished import
   std::optional<Family> family;        // of a finished registration
   int64_t version = 0;                 // that a finished registration has published; 0: not known
+  Grade grade = Grade::kUnknown;       // the worst of any target of that version
 };
 
 }  // namespace liquidblend
