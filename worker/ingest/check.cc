@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <span>
+#include <string>
 
 #include "absl/strings/str_cat.h"
+#include "core/mesh/union_find.h"
 #include "worker/ingest/crowded.h"
 
 namespace liquidblend::ingest {
@@ -57,21 +59,78 @@ bool IsBalanced(const mesh::TriangleMesh& mesh, std::span<const Side> edge) {
   return 2 * NumUp(mesh, edge) == std::ssize(edge);
 }
 
-absl::Status UnbalancedError(const mesh::TriangleMesh& mesh, std::span<const Side> sides) {
-  const std::string edge =
-      absl::StrCat("edge (", sides[0].edge >> 32, ", ", sides[0].edge & 0xffffffffu, ")");
-  if (sides.size() == 1) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(edge, " has only 1 triangle: the surface is open there"));
+// The ends of an edge, in messages.
+struct EdgeWords {
+  std::string name;           // "edge (1, 2)", or "an edge" of a file without numbers
+  std::string first, second;  // its vertices
+  std::string place;          // where they are
+};
+
+std::string PlaceOf(const mesh::TriangleMesh& mesh, uint64_t v) {
+  const auto p = mesh.vertices.col(static_cast<Eigen::Index>(v));
+  return absl::StrCat("(", p.x(), ", ", p.y(), ", ", p.z(), ")");
+}
+
+EdgeWords WordsOf(const mesh::TriangleMesh& mesh, uint64_t edge, VertexNumbers numbers) {
+  const uint64_t a = edge >> 32, b = edge & 0xffffffffu;
+  const uint64_t base = numbers == VertexNumbers::kFromOne ? 1 : 0;
+  EdgeWords words;
+  words.place = absl::StrCat("from ", PlaceOf(mesh, a), " to ", PlaceOf(mesh, b), " m");
+  if (numbers == VertexNumbers::kNone) {
+    words.name = "an edge";
+    words.first = PlaceOf(mesh, a);
+    words.second = PlaceOf(mesh, b);
+    return words;
   }
-  if (sides.size() > 2) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(edge, " has ", sides.size(), " triangles, of which ", NumUp(mesh, sides),
-                     " run from ", sides[0].edge >> 32, " to ", sides[0].edge & 0xffffffffu,
-                     ": an edge of a closed surface has as many as run back"));
+  words.first = absl::StrCat(a + base);
+  words.second = absl::StrCat(b + base);
+  words.name = absl::StrCat("edge (", words.first, ", ", words.second, ")");
+  absl::StrAppend(&words.place, ", vertices counted from ", base);
+  return words;
+}
+
+// Holes: sets of open edges that hang together.
+std::string CountHoles(const mesh::TriangleMesh& mesh, std::span<const Side> sides) {
+  mesh::UnionFind rims(mesh.num_vertices());
+  std::vector<int32_t> on_rim;
+  int64_t num_open = 0;
+  for (std::span<const Side> rest = sides; !rest.empty();) {
+    const std::span<const Side> edge = FirstEdge(rest);
+    rest = rest.subspan(edge.size());
+    if (edge.size() != 1) continue;
+    ++num_open;
+    on_rim.push_back(static_cast<int32_t>(edge[0].edge >> 32));
+    rims.Join(on_rim.back(), static_cast<int32_t>(edge[0].edge & 0xffffffffu));
   }
-  return absl::InvalidArgumentError(absl::StrCat(
-      edge, " is run through twice in one direction: its triangles are not oriented alike"));
+  for (int32_t& v : on_rim) v = rims.Root(v);
+  std::sort(on_rim.begin(), on_rim.end());
+  const auto num_holes = std::unique(on_rim.begin(), on_rim.end()) - on_rim.begin();
+  return absl::StrCat(num_holes, num_holes == 1 ? " hole with " : " holes with ", num_open,
+                      " open edges in all");
+}
+
+//   sides  of all edges
+//   edge   those of the one to be told of
+absl::Status UnbalancedError(const mesh::TriangleMesh& mesh, std::span<const Side> sides,
+                             std::span<const Side> edge, VertexNumbers numbers) {
+  const EdgeWords words = WordsOf(mesh, edge[0].edge, numbers);
+  if (edge.size() == 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(words.name, " has only 1 triangle: the surface is open there (", words.place,
+                     "); ", CountHoles(mesh, sides),
+                     "; fill them before the import, or write the liquid's whole surface"));
+  }
+  if (edge.size() > 2) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(words.name, " has ", edge.size(), " triangles, of which ", NumUp(mesh, edge),
+                     " run from ", words.first, " to ", words.second,
+                     ": an edge of a closed surface has as many as run back (", words.place, ")"));
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat(words.name,
+                   " is run through twice in one direction: its triangles are not "
+                   "oriented alike (",
+                   words.place, "); turn them all outward before the import"));
 }
 
 void Join(int32_t side, int32_t other, Neighbours& neighbours) {
@@ -81,7 +140,7 @@ void Join(int32_t side, int32_t other, Neighbours& neighbours) {
 
 }  // namespace
 
-absl::StatusOr<Pairing> FindNeighbours(const mesh::TriangleMesh& mesh) {
+absl::StatusOr<Pairing> FindNeighbours(const mesh::TriangleMesh& mesh, VertexNumbers numbers) {
   const std::vector<Side> sides = SortedSides(mesh);
   Pairing pairing;
   pairing.neighbours.resize(mesh.num_triangles());
@@ -89,7 +148,7 @@ absl::StatusOr<Pairing> FindNeighbours(const mesh::TriangleMesh& mesh) {
   for (std::span<const Side> rest = sides; !rest.empty();) {
     const std::span<const Side> edge = FirstEdge(rest);
     rest = rest.subspan(edge.size());
-    if (!IsBalanced(mesh, edge)) return UnbalancedError(mesh, edge);
+    if (!IsBalanced(mesh, edge)) return UnbalancedError(mesh, sides, edge, numbers);
     if (edge.size() == 2) {
       Join(edge[0].side, edge[1].side, pairing.neighbours);
       continue;

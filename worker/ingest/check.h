@@ -19,11 +19,16 @@ struct Pairing {
   int64_t num_crowded = 0;
 };
 
+// How the file numbers its vertices, for messages.
+enum class VertexNumbers { kFromZero, kFromOne, kNone };
+
 // Pairs the triangles along each edge; at crowded ones, those that bound a wedge of liquid.
 // Requires: indices in range, finite numbers, no triangle with a vertex twice.
 // Errors: kInvalidArgument with the lowest edge (a, b) that is not run through as often in one
-// direction as in the other.  Cost: O(n log n), 96 bytes a triangle.
-absl::StatusOr<Pairing> FindNeighbours(const mesh::TriangleMesh& mesh);
+// direction as in the other, its positions, and how many holes there are.
+// Cost: O(n log n), 96 bytes a triangle.
+absl::StatusOr<Pairing> FindNeighbours(const mesh::TriangleMesh& mesh,
+                                       VertexNumbers numbers = VertexNumbers::kFromZero);
 
 // Per vertex, whether it lies on an edge that FindNeighbours refuses. Requires and cost: as there.
 std::vector<bool> FindOpenVertices(const mesh::TriangleMesh& mesh);

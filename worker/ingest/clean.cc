@@ -8,7 +8,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "worker/ingest/check.h"
 #include "worker/ingest/crowded.h"
 #include "worker/ingest/slivers.h"
 
@@ -59,14 +58,15 @@ int64_t WeldOpenVertices(mesh::TriangleMesh& mesh) {
   return num_welded;
 }
 
-absl::StatusOr<Pairing> CloseMesh(mesh::TriangleMesh& mesh, CleanCounts& counts) {
+absl::StatusOr<Pairing> CloseMesh(mesh::TriangleMesh& mesh, VertexNumbers numbers,
+                                  CleanCounts& counts) {
   counts.num_repeated = DropRepeatedCorners(mesh);
-  absl::StatusOr<Pairing> pairing = FindNeighbours(mesh);
+  absl::StatusOr<Pairing> pairing = FindNeighbours(mesh, numbers);
   if (pairing.ok()) return pairing;
   counts.num_welded = WeldOpenVertices(mesh);
   if (counts.num_welded == 0) return pairing;
   counts.num_repeated += DropRepeatedCorners(mesh);
-  pairing = FindNeighbours(mesh);
+  pairing = FindNeighbours(mesh, numbers);
   if (pairing.ok()) return pairing;
   return absl::InvalidArgumentError(absl::StrCat(std::string(pairing.status().message()),
                                                  " (after welding ", counts.num_welded,
@@ -84,8 +84,9 @@ absl::Status CheckDensity(const mesh::TriangleMesh& mesh) {
 
 // Closes the mesh and takes it apart where parts of it touch; no two edges or vertices of the
 // surface are one in the mesh then.
-absl::StatusOr<Neighbours> MakeManifold(mesh::TriangleMesh& mesh, CleanCounts& counts) {
-  LB_ASSIGN_OR_RETURN(Pairing pairing, CloseMesh(mesh, counts));
+absl::StatusOr<Neighbours> MakeManifold(mesh::TriangleMesh& mesh, VertexNumbers numbers,
+                                        CleanCounts& counts) {
+  LB_ASSIGN_OR_RETURN(Pairing pairing, CloseMesh(mesh, numbers, counts));
   if (pairing.num_crowded > 0) {
     LB_RETURN_IF_ERROR(CheckDensity(mesh));
     counts.num_back_to_back = DropBackToBack(mesh);
@@ -146,9 +147,9 @@ constexpr NoteKind kNoteKinds[] = {
 
 }  // namespace
 
-absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh) {
+absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh, VertexNumbers numbers) {
   CleanCounts counts;
-  LB_ASSIGN_OR_RETURN(Neighbours neighbours, MakeManifold(mesh, counts));
+  LB_ASSIGN_OR_RETURN(Neighbours neighbours, MakeManifold(mesh, numbers, counts));
   const SliverCounts slivers = RemoveSlivers(std::move(neighbours), mesh);
   counts.num_slivers = slivers.num_removed;
   counts.num_slivers_left = slivers.num_left;

@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/mesh/triangle_mesh.h"
+#include "worker/ingest/check.h"
 
 namespace liquidblend::ingest {
 
@@ -27,9 +28,11 @@ struct CleanCounts {
 // Cleans in place; afterwards the mesh is a closed, oriented manifold, with positive volume unless
 // it has no triangles. Vertices keep their order. Parts of the liquid that touch in a vertex or an
 // edge are apart then, those that share a wall are one.
-// Requires: Validate(mesh).  Errors: kInvalidArgument, naming an edge in the mesh's numbering; the
-// mesh is of no use then.  Threads: safe.  Cost: O(n log n).
-absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh);
+//   numbers  how messages number the vertices
+// Requires: Validate(mesh).  Errors: kInvalidArgument, naming an edge (FindNeighbours); the mesh is
+// of no use then.  Threads: safe.  Cost: O(n log n).
+absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh,
+                                  VertexNumbers numbers = VertexNumbers::kFromZero);
 
 // What was cleaned, one sentence for each kind. Frame k is called names[k].
 std::vector<std::string> Notes(std::span<const CleanCounts> frames,

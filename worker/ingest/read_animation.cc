@@ -142,6 +142,13 @@ absl::Status Scale(const Units& units, mesh::TriangleMesh& mesh) {
   return CheckMagnitude(mesh.velocities, "a velocity", "m/s");
 }
 
+// Surfaces of STL and VDB files have no vertices of their own.
+VertexNumbers NumbersOf(Format format) {
+  if (format == Format::kObj) return VertexNumbers::kFromOne;
+  return format == Format::kStl || format == Format::kVdb ? VertexNumbers::kNone
+                                                          : VertexNumbers::kFromZero;
+}
+
 absl::StatusOr<Frame> ReadFrame(const FrameFiles& files, Format format, const Units& units) {
   const std::string context = absl::StrCat("frame ", Shown(files.number), ", ", Shown(*files.mesh));
   Frame frame;
@@ -163,7 +170,7 @@ absl::StatusOr<Frame> ReadFrame(const FrameFiles& files, Format format, const Un
   if (const absl::Status status = Scale(units, *mesh); !status.ok()) {
     return WithContext(status, context);
   }
-  absl::StatusOr<CleanCounts> counts = Clean(*mesh);
+  absl::StatusOr<CleanCounts> counts = Clean(*mesh, NumbersOf(format));
   if (!counts.ok()) return WithContext(counts.status(), context);
   frame.counts = *counts;
   frame.mesh = *std::move(mesh);

@@ -324,6 +324,10 @@ std::vector<Refusal> MeshRefusals() {
   return {
       {"Open", Changed([](auto& m) { m.triangles.conservativeResize(3, 79); }),
        frame + "edge (23, 30) has only 1 triangle: the surface is open there"},
+      {"OpenPlaceAndHoles", Changed([](auto& m) { m.triangles.conservativeResize(3, 79); }),
+       "m, vertices counted from 0); 1 hole with 3 open edges in all; fill them before"},
+      {"OpenObj", Changed([](auto& m) { m.triangles.conservativeResize(3, 79); }, Format::kObj),
+       "frame 2, mesh_0002.obj: edge (24, 31) has only 1 triangle"},
       {"Overfull", Changed([](auto& m) {
          m.triangles.conservativeResize(3, 81);
          m.triangles.col(80) = m.triangles.col(0);
