@@ -12,6 +12,7 @@ void AddImport(CLI::App& app, Context& context);
 void AddRegister(CLI::App& app, Context& context);
 void AddFrame(CLI::App& app, Context& context);
 void AddExport(CLI::App& app, Context& context);
+void AddConvert(CLI::App& app, Context& context);
 void AddStream(CLI::App& app, Context& context);
 void AddRender(CLI::App& app, Context& context);
 void AddList(CLI::App& app, Context& context);

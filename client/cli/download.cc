@@ -4,6 +4,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
+#include "client/cli/files.h"
 #include "client/cli/json.h"
 #include "client/src/status_macros.h"
 
@@ -20,6 +21,7 @@ absl::Status RunDownload(const DownloadFlags& flags, const Context& context) {
     return absl::InvalidArgumentError(
         absl::StrCat(flags.name, ": say families/ID or animations/ID"));
   }
+  LBC_RETURN_IF_ERROR(CheckOutput(flags.output));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const int64_t num_bytes, client->Download(flags.name, flags.output));
   context.Print(absl::StrCat(flags.output, ": ", num_bytes, " bytes"));

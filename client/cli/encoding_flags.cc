@@ -4,6 +4,8 @@
 #include <map>
 #include <string>
 
+#include "client/cli/number_checks.h"
+
 namespace liquidblend::cli {
 
 void AddEncodingFlags(CLI::App& command, EncodingFlags& flags) {
@@ -14,7 +16,7 @@ void AddEncodingFlags(CLI::App& command, EncodingFlags& flags) {
   command
       .add_option("--step", flags.position_step_m,
                   "Longest step that coordinates are rounded to, metres, instead of --bits")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive())
       ->excludes(bits);
   const std::map<std::string, EncodingPreset> presets = {
       {"fastest", EncodingPreset::kFastest},

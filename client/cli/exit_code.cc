@@ -40,7 +40,7 @@ const char* Advice(ExitCode code) {
       return "Is liquidblend-server running? Say where with --server HOST:PORT or "
              "LIQUIDBLEND_SERVER.";
     case kExitNotFound:
-      return "`liquidblend list` shows what the server has.";
+      return "`liquidblend list` shows what the server has; paths are those of this machine.";
     case kExitTooDifferent:
       return "`liquidblend inspect FAMILY` says where; correspondences may help "
              "(docs/correspondences.md).";

@@ -13,6 +13,7 @@
 #include "client/cli/files.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_file.h"
+#include "client/cli/number_checks.h"
 #include "client/cli/parse.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/surface_flags.h"
@@ -160,7 +161,7 @@ void AddExport(CLI::App& app, Context& context) {
       ->check(CLI::IsMember({"ply", "obj", "bobj"}))
       ->capture_default_str();
   command->add_option("--fps", flags->frames_per_second, "Frames per second; default the family's")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   AddEncodingFlags(*command, flags->encoding);
   AddSurfaceFlags(*command, flags->surface);
   command->callback([flags, &context] { context.status = RunExport(*flags, context); });

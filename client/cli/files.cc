@@ -1,5 +1,9 @@
 #include "client/cli/files.h"
 
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -24,10 +28,32 @@ absl::StatusOr<std::string> ReadFile(const std::string& path) {
   return bytes;
 }
 
+absl::Status CheckOutput(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) {
+    return absl::PermissionDeniedError(
+        absl::StrCat(path, " is a folder; give the name of a file in it"));
+  }
+  const fs::path parent = fs::path(path).parent_path();
+  const std::string folder = parent.empty() ? "." : parent.string();
+  if (!fs::is_directory(folder, error)) {
+    return absl::PermissionDeniedError(
+        absl::StrCat(path, ": cannot be written: there is no folder ", folder, "; make it first"));
+  }
+  if (access(folder.c_str(), W_OK) == 0) return absl::OkStatus();
+  return absl::PermissionDeniedError(absl::StrCat(path, ": cannot be written: folder ", folder,
+                                                  ": ", std::strerror(errno),
+                                                  "; choose one that you may write to"));
+}
+
 absl::Status WriteFile(const std::string& path, const std::string& bytes) {
+  if (const absl::Status status = CheckOutput(path); !status.ok()) return status;
   const std::string part = path + ".part";
   std::ofstream output(part, std::ios::binary | std::ios::trunc);
-  if (!output) return absl::PermissionDeniedError(absl::StrCat(part, ": cannot be written"));
+  if (!output) {
+    return absl::PermissionDeniedError(
+        absl::StrCat(part, ": cannot be written: ", std::strerror(errno)));
+  }
   output.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   output.close();
   std::error_code error;
@@ -46,7 +72,8 @@ absl::Status MakeDirectory(const std::string& path) {
   fs::create_directories(path, error);
   if (!fs::is_directory(path)) {
     return absl::PermissionDeniedError(
-        absl::StrCat(path, ": ", error ? error.message() : "exists and is no directory"));
+        absl::StrCat(path, ": ", error ? error.message() : "exists and is no folder",
+                     "; choose a folder that you may write to"));
   }
   return absl::OkStatus();
 }

@@ -11,6 +11,10 @@ namespace liquidblend::cli {
 // Errors: kNotFound if it cannot be read.
 absl::StatusOr<std::string> ReadFile(const std::string& path);
 
+// Whether a file can be made there: to be asked before the work that its content takes.
+// Errors: kPermissionDenied, with the folder at fault and what to do.
+absl::Status CheckOutput(const std::string& path);
+
 // Writes PATH.part, then renames it, so that a file is whole or not there.
 // Errors: kPermissionDenied or kInternal with the system's reason.
 absl::Status WriteFile(const std::string& path, const std::string& bytes);

@@ -36,6 +36,7 @@ absl::Status RunFrame(const FrameFlags& flags, const Context& context) {
     return absl::InvalidArgumentError(
         absl::StrCat("-o ", flags.output, ": must end in .drc, .ply, .obj or .bobj.gz"));
   }
+  LBC_RETURN_IF_ERROR(CheckOutput(flags.output));
   LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, Extension(flags.output)));
   FrameRequest request = flags.request;
   SetEncoding(flags.encoding, request);

@@ -1,6 +1,8 @@
 // liquidblend import NAME DIR | --from-server ROOT/DIR
 #include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
@@ -24,12 +26,13 @@ struct ImportFlags {
   bool no_wait = false;
 };
 
-absl::StatusOr<Operation> Upload(Client& client, const ImportFlags& flags, const Context& context) {
+absl::StatusOr<Operation> Upload(Client& client, const ImportFlags& flags,
+                                 const std::vector<std::string>& files, const Context& context) {
   UploadRequest request;
   request.animation = flags.name;
   request.options = flags.options;
   request.priority = flags.priority;
-  LBC_ASSIGN_OR_RETURN(request.files, ListAnimationFiles(flags.directory, flags.pattern));
+  request.files = files;
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
   return client.UploadAnimation(request, [&](const UploadProgress& progress) {
     const double share = progress.bytes_total > 0 ? static_cast<double>(progress.bytes_sent) /
@@ -42,21 +45,27 @@ absl::StatusOr<Operation> Upload(Client& client, const ImportFlags& flags, const
   });
 }
 
-absl::StatusOr<Operation> Start(Client& client, const ImportFlags& flags, const Context& context) {
+// What is to be uploaded; nothing of --from-server.
+absl::StatusOr<std::vector<std::string>> FindFiles(const ImportFlags& flags) {
   if (flags.directory.empty() == flags.from_server.empty()) {
     return absl::InvalidArgumentError("give either DIR or --from-server ROOT/DIR");
   }
-  if (flags.from_server.empty()) return Upload(client, flags, context);
-  if (!flags.pattern.empty()) {
-    return absl::InvalidArgumentError(
-        "--pattern chooses files of DIR; of --from-server ROOT/DIR all files are read");
-  }
+  if (flags.from_server.empty()) return ListAnimationFiles(flags.directory, flags.pattern);
+  if (flags.pattern.empty()) return std::vector<std::string>();
+  return absl::InvalidArgumentError(
+      "--pattern chooses files of DIR; of --from-server ROOT/DIR all files are read");
+}
+
+absl::StatusOr<Operation> Start(Client& client, const ImportFlags& flags,
+                                const std::vector<std::string>& files, const Context& context) {
+  if (flags.from_server.empty()) return Upload(client, flags, files, context);
   return client.ImportAnimation({flags.name, flags.from_server, flags.options, flags.priority});
 }
 
 absl::Status RunImport(const ImportFlags& flags, const Context& context) {
+  LBC_ASSIGN_OR_RETURN(const std::vector<std::string> files, FindFiles(flags));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
-  LBC_ASSIGN_OR_RETURN(const Operation started, Start(*client, flags, context));
+  LBC_ASSIGN_OR_RETURN(const Operation started, Start(*client, flags, files, context));
   if (flags.no_wait) {
     context.Print(started.name);
     context.PrintJson(ToJson(started));

@@ -1,9 +1,13 @@
 // The command `liquidblend`.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <string>
+#include <vector>
 
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/nearest.h"
+#include "client/cli/number_checks.h"
 
 namespace {
 
@@ -47,12 +51,12 @@ void AddGlobalFlags(CLI::App& app, Context& context) {
       ->envname("LIQUIDBLEND_SERVER")
       ->capture_default_str();
   app.add_option("--connect-timeout", context.connect_timeout_s, "Seconds to wait for the server")
-      ->check(CLI::PositiveNumber)
+      ->check(liquidblend::cli::Positive())
       ->capture_default_str();
   app.add_option("--patience", context.patience_s,
                  "Seconds that a call waits in all if the server says to try again later, and that "
                  "--wait outlasts a server that is away; 0: never")
-      ->check(CLI::NonNegativeNumber)
+      ->check(liquidblend::cli::NonNegative())
       ->capture_default_str();
   app.add_flag("--no-direct", context.no_direct,
                "Send files by the server, even if it gives urls of its object store")
@@ -71,6 +75,7 @@ void AddCommands(CLI::App& app, Context& context) {
   AddRegister(app, context);
   AddFrame(app, context);
   AddExport(app, context);
+  AddConvert(app, context);
   AddStream(app, context);
   AddRender(app, context);
   AddList(app, context);
@@ -92,6 +97,21 @@ int ReportStatus(const absl::Status& status) {
   return code;
 }
 
+// A word that stands where a command should be. Returns whether there is one.
+bool ExplainUnknownCommand(const CLI::App& app) {
+  const std::vector<std::string> left_over = app.remaining();
+  if (!app.get_subcommands().empty() || left_over.empty() || left_over[0][0] == '-') return false;
+  std::vector<std::string> commands;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    commands.push_back(command->get_name());
+  }
+  const std::string nearest = liquidblend::cli::Nearest(left_over[0], commands);
+  std::fprintf(stderr, "liquidblend: there is no command '%s'", left_over[0].c_str());
+  if (!nearest.empty()) std::fprintf(stderr, "; did you mean '%s'?", nearest.c_str());
+  std::fprintf(stderr, "\n`liquidblend --help` lists all commands.\n");
+  return true;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -103,6 +123,9 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() != 0 && ExplainUnknownCommand(app)) {
+      return liquidblend::cli::kExitUsage;
+    }
     return app.exit(error) == 0 ? liquidblend::cli::kExitOk : liquidblend::cli::kExitUsage;
   }
   return ReportStatus(context.status);

@@ -8,6 +8,7 @@
 #include "client/cli/correspondences.h"
 #include "client/cli/describe.h"
 #include "client/cli/json.h"
+#include "client/cli/number_checks.h"
 #include "client/cli/points.h"
 #include "client/cli/priority_flag.h"
 #include "client/cli/wait.h"
@@ -58,15 +59,15 @@ absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
 
 void AddRegistrationFlags(RegistrationOptions& options, CLI::App& command) {
   command.add_option("--iterations", options.max_iterations, "Iterations per target")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   command
       .add_option("--node-spacing", options.node_spacing_edges,
                   "Distance of deformation nodes in mean edge lengths")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   command.add_option("--sample-share", options.sample_share, "Share of vertices per iteration")
       ->check(CLI::Range(0.0, 1.0));
   command.add_option("--smoothness", options.final_smoothness, "Smoothness at the last iteration")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   command
       .add_option("--thin-sheets-from", options.thin_sheets_from,
                   "Share of the iterations before thin sheets take part; 1: never")
@@ -106,19 +107,19 @@ void AddSpaceTimeFlags(SpaceTimeOptions& options, CLI::App& command) {
   command
       .add_option("--spacing", options.spacing_edges,
                   "Spacing of the space-time grid in mean edge lengths (0.9)")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   command
       .add_option("--droplet-vertices", options.droplet_vertices,
                   "Smaller components are carried as rigid pieces (150); 0: none are")
-      ->check(CLI::NonNegativeNumber);
+      ->check(NonNegative());
   command
       .add_option("--sheet-thickness", options.sheet_thickness_edges,
                   "Sheets up to this are thin, in mean edge lengths (1.5); 0: none are")
-      ->check(CLI::NonNegativeNumber);
+      ->check(NonNegative());
   command
       .add_option("--levels", options.coarser_levels,
                   "Levels of detail beside the finest (2), each half of the one before")
-      ->check(CLI::NonNegativeNumber);
+      ->check(NonNegative());
   command
       .add_option("--keep-thin-sheets", options.keep_thin_sheets,
                   "Sheets thinner than the grid's spacing stay whole instead of tearing (on), at\n"

@@ -216,6 +216,7 @@ absl::Status RunRender(const RenderFlags& flags, const Context& context) {
   if (Extension(flags.output) != "png") {
     return absl::InvalidArgumentError(absl::StrCat("-o ", flags.output, ": must end in .png"));
   }
+  LBC_RETURN_IF_ERROR(CheckOutput(flags.output));
   LBC_ASSIGN_OR_RETURN(const WaterOptions options, ToWaterOptions(flags));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
   absl::StatusOr<Sheet> sheet = flags.files.empty() ? RenderFamily(flags, options, context, bar)

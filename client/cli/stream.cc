@@ -12,6 +12,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/encoding_flags.h"
 #include "client/cli/json.h"
+#include "client/cli/number_checks.h"
 #include "client/cli/parse.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/stream_stats.h"
@@ -166,10 +167,10 @@ void AddStream(CLI::App& app, Context& context) {
   command->add_option("FAMILY", flags->family, "The family's id")->required();
   AddBlendFlags(*command, flags->blend);
   command->add_option("--seconds", flags->seconds, "How long")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive())
       ->capture_default_str();
   command->add_option("--fps", flags->frames_per_second, "Frames per second; default the family's")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   command->add_option("--rate", flags->rate, "Seconds of the animation per second of the clock")
       ->capture_default_str();
   AddEncodingFlags(*command, flags->encoding);

@@ -2,6 +2,8 @@
 
 #include "absl/strings/str_cat.h"
 
+#include "client/cli/number_checks.h"
+
 namespace liquidblend::cli {
 
 void AddSurfaceFlags(CLI::App& command, SurfaceFlags& flags) {
@@ -9,7 +11,7 @@ void AddSurfaceFlags(CLI::App& command, SurfaceFlags& flags) {
   command
       .add_option("--lod", options.level_of_detail,
                   "Level of detail; 0 the finest, each next has about half the vertices")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NonNegative())
       ->capture_default_str();
   command
       .add_option("--smooth", options.smoothing_passes,

@@ -1,0 +1,63 @@
+// liquidblend convert IN.{drc,ply,obj,bobj.gz} OUT.{ply,obj,bobj.gz}
+#include <memory>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/commands.h"
+#include "client/cli/files.h"
+#include "client/cli/json.h"
+#include "client/cli/mesh_file.h"
+#include "client/src/status_macros.h"
+#include "liquidblend/decode.h"
+
+namespace liquidblend::cli {
+namespace {
+
+struct ConvertFlags {
+  std::string input;
+  std::string output;
+};
+
+// What of the mesh has no place in the file.
+std::string LeftOut(const Mesh& mesh, const std::string& extension) {
+  const bool loses_velocities = !mesh.velocities.empty() && extension != "ply";
+  const bool loses_normals = !mesh.normals.empty() && extension == "obj";
+  if (loses_velocities && loses_normals) return "normals and velocities";
+  if (loses_velocities) return "velocities";
+  return loses_normals ? "normals" : "";
+}
+
+absl::Status RunConvert(const ConvertFlags& flags, const Context& context) {
+  const std::string extension = Extension(flags.output);
+  if (extension != "ply" && extension != "obj" && extension != "bobj.gz") {
+    return absl::InvalidArgumentError(
+        absl::StrCat(flags.output, ": must end in .ply, .obj or .bobj.gz"));
+  }
+  LBC_RETURN_IF_ERROR(CheckOutput(flags.output));
+  LBC_ASSIGN_OR_RETURN(const Mesh mesh, ReadMeshFile(flags.input));
+  LBC_RETURN_IF_ERROR(WriteMeshFile(mesh, flags.output));
+  const std::string left_out = LeftOut(mesh, extension);
+  if (!left_out.empty()) {
+    context.Remark(absl::StrCat(flags.output, ": without ", left_out, ", which .", extension,
+                                " has no place for; .ply has"));
+  }
+  context.Print(absl::StrCat(flags.output, ": ", mesh.num_vertices(), " vertices, ",
+                             mesh.num_triangles(), " triangles"));
+  context.PrintJson({{"file", flags.output},
+                     {"num_vertices", mesh.num_vertices()},
+                     {"num_triangles", mesh.num_triangles()}});
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddConvert(CLI::App& app, Context& context) {
+  const auto flags = std::make_shared<ConvertFlags>();
+  CLI::App* command =
+      app.add_subcommand("convert", "Write a mesh file in another format; needs no server");
+  command->add_option("IN", flags->input, "FILE.{drc,ply,obj,bobj.gz}")->required();
+  command->add_option("OUT", flags->output, "FILE.{ply,obj,bobj.gz}; positions in metres")
+      ->required();
+  command->callback([flags, &context] { context.status = RunConvert(*flags, context); });
+}
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,11 @@
+// Ranges of numeric flags, with messages that name what was given.
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace liquidblend::cli {
+
+CLI::Validator Positive();     // finite and above 0
+CLI::Validator NonNegative();  // finite, 0 or more
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,145 @@
+// What `liquidblend` says of words, numbers and paths that are wrong: the culprit and the next
+// step. And `convert`, which needs no server.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "client/cli/mesh_file.h"
+#include "client/cli/nearest.h"
+#include "tests/client/fake_server.h"
+#include "tests/client/run_command.h"
+#include "tests/client/temp_files.h"
+
+namespace liquidblend::cli {
+namespace {
+
+using testing::CommandResult;
+using testing::FakeServer;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::TempDir;
+
+class Border : public ::testing::Test {
+ protected:
+  CommandResult Run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--server", server_.target()});
+    return testing::RunLiquidblend(arguments);
+  }
+
+  FakeServer server_;
+  TempDir dir_;
+};
+
+TEST(Nearest, FindsWhatIsTwoLettersAwayAtMost) {
+  const std::vector<std::string> commands = {"export", "import", "inspect", "list", "frame"};
+  EXPECT_EQ(Nearest("exprot", commands), "export");
+  EXPECT_EQ(Nearest("imprt", commands), "import");
+  EXPECT_EQ(Nearest("frames", commands), "frame");
+  EXPECT_EQ(Nearest("ls", commands), "");
+  EXPECT_EQ(Nearest("upload", commands), "");
+}
+
+TEST_F(Border, AMistypedCommandIsNamedWithTheNearestOne) {
+  CommandResult result = Run({"exprot", "drops", "-w", "0.5", "-o", dir_.File("out")});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.err,
+            "liquidblend: there is no command 'exprot'; did you mean 'export'?\n"
+            "`liquidblend --help` lists all commands.\n");
+  result = Run({"upload"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("there is no command 'upload'\n"));
+}
+
+TEST_F(Border, ANumberOutOfRangeIsNamedInOneShortSentence) {
+  const std::vector<std::string> registration = {"register", "f",        "--source",
+                                                 "drops-a",  "--target", "drops-b"};
+  for (const char* flag : {"--iterations", "--node-spacing", "--spacing"}) {
+    for (const char* value : {"0", "-1", "nan", "much"}) {
+      std::vector<std::string> arguments = registration;
+      arguments.insert(arguments.end(), {flag, value});
+      const CommandResult result = Run(arguments);
+      EXPECT_EQ(result.exit_code, 2) << flag;
+      EXPECT_THAT(result.err, HasSubstr(std::string(flag) + ": must be above 0, got " + value));
+      EXPECT_LT(result.err.size(), 120u) << result.err;
+    }
+  }
+  std::vector<std::string> levels = registration;
+  levels.insert(levels.end(), {"--levels", "-1"});
+  EXPECT_THAT(Run(levels).err, HasSubstr("--levels: must be 0 or more, got -1"));
+}
+
+TEST_F(Border, ALocalFolderThatIsNotThereIsNamedBeforeAServerIsAsked) {
+  const std::string none = dir_.File("none");
+  const CommandResult result =
+      testing::RunLiquidblend({"--server", "127.0.0.1:1", "import", "a", none});
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_THAT(result.err, HasSubstr(none + ": No such file or directory (a folder on this mach"));
+  EXPECT_THAT(result.err, Not(HasSubstr("127.0.0.1:1")));
+}
+
+TEST_F(Border, APatternIsForLocalFolders) {
+  const CommandResult result = Run({"import", "a", "--from-server", "x/y", "--pattern", "f.*"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("--pattern chooses files of DIR"));
+}
+
+TEST_F(Border, AnOutputThatCannotBeIsNamedBeforeAServerIsAsked) {
+  const std::vector<std::string> frame = {"--server", "127.0.0.1:1", "frame", "drops", "-w",
+                                          "0.5",      "-t",          "0",     "-o"};
+  const auto write = [&](const std::string& path) {
+    std::vector<std::string> arguments = frame;
+    arguments.push_back(path);
+    return testing::RunLiquidblend(arguments);
+  };
+  const std::string missing = dir_.File("missing");
+  CommandResult result = write(missing + "/f.ply");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.err, "liquidblend: " + missing +
+                            "/f.ply: cannot be written: there is no folder " + missing +
+                            "; make it first\n");
+  std::filesystem::create_directory(dir_.File("folder.ply"));
+  EXPECT_THAT(write(dir_.File("folder.ply")).err, HasSubstr("folder.ply is a folder; give the "));
+  const std::string file = dir_.Write("file", "x");
+  result = Run({"export", "drops", "-w", "0.5", "-o", file + "/out"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("file/out: "));
+  EXPECT_THAT(result.err, HasSubstr("choose a folder that you may write to"));
+}
+
+TEST_F(Border, CapitalsInExtensionsAreTaken) {
+  const std::string path = dir_.File("F.OBJ");
+  EXPECT_EQ(Run({"frame", "drops", "-w", "0.5", "-t", "0", "-o", path}).exit_code, 0);
+  EXPECT_TRUE(ReadMeshFile(path).ok());
+  EXPECT_EQ(Run({"inspect", path}).exit_code, 0);
+  std::filesystem::create_directory(dir_.File("in"));
+  for (const char* name : {"in/F_0001.OBJ", "in/F_0002.OBJ"}) {
+    dir_.Write(name, testing::ReadBytes(path));
+  }
+  EXPECT_EQ(Run({"import", "drops-a", dir_.File("in")}).exit_code, 0);
+  EXPECT_EQ(server_.Uploads()[0].files.size(), 2u);
+}
+
+TEST_F(Border, ConvertWritesTheMeshInEachFormatWithoutAServer) {
+  const std::string draco = dir_.File("f.drc");
+  ASSERT_EQ(Run({"frame", "drops", "-w", "0.5", "-t", "0", "-o", draco}).exit_code, 0);
+  const auto before = ReadMeshFile(draco);
+  ASSERT_TRUE(before.ok()) << before.status();
+  for (const char* name : {"f.ply", "f.obj", "f.bobj.gz", "again.PLY"}) {
+    const CommandResult result =
+        testing::RunLiquidblend({"--server", "127.0.0.1:1", "convert", draco, dir_.File(name)});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const auto after = ReadMeshFile(dir_.File(name));
+    ASSERT_TRUE(after.ok()) << after.status();
+    EXPECT_EQ(after->positions, before->positions) << name;
+    EXPECT_EQ(after->triangles, before->triangles) << name;
+  }
+  EXPECT_THAT(Run({"convert", draco, dir_.File("g.drc")}).err,
+              HasSubstr("g.drc: must end in .ply, .obj or .bobj.gz"));
+  EXPECT_EQ(Run({"convert", dir_.File("none.drc"), dir_.File("g.ply")}).exit_code, 4);
+}
+
+}  // namespace
+}  // namespace liquidblend::cli
