@@ -64,7 +64,7 @@ void FrameAnswer::OnMade(int64_t asked_version, absl::StatusOr<rpc::MadeFrame> m
   if (HasClient(tag)) return SayUnchanged(tag);
   const int64_t newest_known = std::min(NewestTagged(ask_.if_none_match), published_);
   if (asked_version == 0 && version < newest_known) return Make(published_);
-  Response response = FrameReply(std::move(made->frame));
+  Response response = FrameReply(std::move(made->frame), ask_.request.encoding().format());
   AddCaching(ask_.request, tag, ask_.is_private, response);
   done_(std::move(response));
 }

@@ -1,4 +1,5 @@
-// The answer to GET /v1/families/{family}/frame.drc: a frame, or that the client has it already.
+// The answer to GET /v1/families/{family}/frame.drc (.ply, .obj): a frame, or that the client has
+// it already.
 #pragma once
 
 #include <cstdint>

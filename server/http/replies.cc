@@ -46,6 +46,12 @@ int64_t RetryAfterSeconds(const absl::Status& error) {
   return std::max<int64_t>(1, absl::ToInt64Seconds(delay));
 }
 
+// PLY has no registered type.
+const char* TypeOf(v1::Encoding::Format format) {
+  if (format == v1::Encoding::PLY) return "application/octet-stream";
+  return format == v1::Encoding::OBJ ? "model/obj" : "model/vnd.draco";
+}
+
 std::string BoundsText(const v1::Bounds& bounds) {
   const v1::Vector3 &min = bounds.min(), &max = bounds.max();
   return absl::StrJoin({min.x(), min.y(), min.z(), max.x(), max.y(), max.z()}, ",");
@@ -151,9 +157,9 @@ int64_t NewestTagged(const std::string& if_none_match) {
   return newest;
 }
 
-Response FrameReply(v1::Frame frame) {
+Response FrameReply(v1::Frame frame, v1::Encoding::Format format) {
   Response response;
-  response.headers = {{kContentType, "model/vnd.draco"},
+  response.headers = {{kContentType, TypeOf(format)},
                       {"X-Liquidblend-Version", absl::StrCat(frame.version())},
                       {"X-Liquidblend-Time", absl::StrCat(frame.time_s())},
                       {"X-Liquidblend-Weights", absl::StrJoin(frame.weights(), ",")},

@@ -34,8 +34,8 @@ bool HasTag(const std::string& if_none_match, const std::string& tag);
 // The newest version that its tags name; 0 if none does.
 int64_t NewestTagged(const std::string& if_none_match);
 
-// The Draco bytes, with what else the frame says in headers.
-Response FrameReply(v1::Frame frame);
+// The frame's bytes, in the format that was asked for, with what else it says in headers.
+Response FrameReply(v1::Frame frame, v1::Encoding::Format format);
 
 // Codes 200 and 304 of a frame: tag, and for how long it may be kept. A version that was asked for
 // never changes; without one it has to be asked for again.

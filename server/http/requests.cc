@@ -163,9 +163,12 @@ void SetField(const QueryField& field, FieldViolations& violations, v1::GetFrame
 }  // namespace
 
 absl::StatusOr<v1::GetFrameRequest> ToGetFrame(const std::string& family_id,
-                                               const std::vector<QueryField>& fields) {
+                                               const std::vector<QueryField>& fields,
+                                               v1::Encoding::Format format) {
   v1::GetFrameRequest request;
   request.set_family(absl::StrCat("families/", family_id));
+  // Draco is the default: without it requests are those of frame.drc.
+  if (format != v1::Encoding::DRACO) request.mutable_encoding()->set_format(format);
   FieldViolations violations;
   for (const QueryField& field : fields) SetField(field, violations, request);
   const absl::Status status = violations.ToStatus();

@@ -13,8 +13,10 @@ namespace liquidblend::http {
 
 // Errors: kInvalidArgument with violations that name the query's fields: one that is unknown, or
 // whose value cannot be read. Ranges are for the method itself to check.
+//   format  of the path's extension
 absl::StatusOr<v1::GetFrameRequest> ToGetFrame(const std::string& family_id,
-                                               const std::vector<QueryField>& fields);
+                                               const std::vector<QueryField>& fields,
+                                               v1::Encoding::Format format = v1::Encoding::DRACO);
 absl::StatusOr<v1::ListFamiliesRequest> ToListFamilies(const std::vector<QueryField>& fields);
 absl::StatusOr<v1::GetFamilyRequest> ToGetFamily(const std::string& family_id,
                                                  const std::vector<QueryField>& fields);

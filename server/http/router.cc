@@ -22,7 +22,6 @@ namespace {
 constexpr char kAllowed[] = "GET, HEAD, OPTIONS";
 constexpr char kStreamPath[] = "/v1/stream";
 constexpr char kFamiliesPath[] = "/v1/families";
-constexpr char kFramePart[] = "/frame.drc";
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 constexpr size_t kMaxShown = 80;
 
@@ -53,9 +52,20 @@ enum class Resource { kNone, kHealth, kReady, kMetrics, kFamilies, kFamily, kFra
 
 struct Route {
   Resource resource = Resource::kNone;
-  const char* pattern = "other";  // the path, for metrics
-  std::string family;             // its id, if the path has one
+  const char* pattern = "other";                      // the path, for metrics
+  std::string family;                                 // its id, if the path has one
+  v1::Encoding::Format format = v1::Encoding::DRACO;  // of a frame
 };
+
+struct FrameFile {
+  const char* part;     // of the path
+  const char* pattern;  // the path
+  v1::Encoding::Format format;
+};
+constexpr FrameFile kFrameFiles[] = {
+    {"/frame.drc", "/v1/families/{family}/frame.drc", v1::Encoding::DRACO},
+    {"/frame.ply", "/v1/families/{family}/frame.ply", v1::Encoding::PLY},
+    {"/frame.obj", "/v1/families/{family}/frame.obj", v1::Encoding::OBJ}};
 
 // A family id with a broken escape stays as it is: no id has a %.
 std::string DecodedId(std::string_view text) {
@@ -76,8 +86,10 @@ Route FindRoute(const std::string& path) {
   const std::string family = DecodedId(rest.substr(0, end));
   rest.remove_prefix(end);
   if (rest.empty()) return {Resource::kFamily, "/v1/families/{family}", family};
-  if (rest != kFramePart) return {};
-  return {Resource::kFrame, "/v1/families/{family}/frame.drc", family};
+  for (const FrameFile& file : kFrameFiles) {
+    if (rest == file.part) return {Resource::kFrame, file.pattern, family, file.format};
+  }
+  return {};
 }
 
 bool IsKnownMethod(const std::string& method) {
@@ -97,8 +109,8 @@ rpc::Errand ErrandOf(Resource resource) {
 Response NoSuchPath(const std::string& path) {
   return ErrorReply(absl::NotFoundError(absl::StrCat(
       "there is no path '", Shown(path),
-      "'; there are /v1/families, /v1/families/{family}, /v1/families/{family}/frame.drc, "
-      "/v1/stream, /healthz, /readyz and /metrics")));
+      "'; there are /v1/families, /v1/families/{family}, /v1/families/{family}/frame.drc (or .ply, "
+      ".obj), /v1/stream, /healthz, /readyz and /metrics")));
 }
 
 Response MethodNotAllowed(const std::string& method) {
@@ -301,7 +313,8 @@ void Router::AnswerFamily(Call call) {
 }
 
 void Router::AnswerFrame(Call call) {
-  absl::StatusOr<v1::GetFrameRequest> request = ToGetFrame(call.route.family, call.fields);
+  absl::StatusOr<v1::GetFrameRequest> request =
+      ToGetFrame(call.route.family, call.fields, call.route.format);
   if (!request.ok()) return call.done(ErrorReply(request.status()));
   FrameAsk ask = {*std::move(request), call.request.if_none_match, call.caller->principal.key,
                   rpc::IsKnown(call.caller->principal)};

@@ -43,13 +43,23 @@ int PositionBits(const catalog::LoadedFamily& loaded, const v1::Encoding& encodi
   return encode::BitsForStep(loaded.grid, encoding.position_step_m()).value_or(kMaxPositionBits);
 }
 
+void CheckHasNoDracoFields(const v1::Encoding& encoding, FieldViolations& violations) {
+  constexpr char kReason[] = "is for Draco; PLY and OBJ hold positions as they are";
+  violations.AddIf(encoding.position_bits() != 0, "encoding.position_bits", kReason);
+  violations.AddIf(encoding.position_step_m() != 0, kStepField, kReason);
+  violations.AddIf(encoding.preset() != v1::Encoding::PRESET_UNSPECIFIED, "encoding.preset",
+                   kReason);
+}
+
 }  // namespace
 
 void CheckEncoding(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding,
                    FieldViolations& violations) {
-  violations.AddIf(encoding.format() != v1::Encoding::FORMAT_UNSPECIFIED &&
-                       encoding.format() != v1::Encoding::DRACO,
-                   "encoding.format", absl::StrCat("unknown format ", encoding.format()));
+  violations.AddIf(!v1::Encoding::Format_IsValid(encoding.format()), "encoding.format",
+                   absl::StrCat("unknown format ", encoding.format()));
+  if (encoding.format() == v1::Encoding::PLY || encoding.format() == v1::Encoding::OBJ) {
+    return CheckHasNoDracoFields(encoding, violations);
+  }
   CheckBits(encoding.position_bits(), violations);
   CheckStep(loaded, encoding, violations);
   violations.AddIf(!v1::Encoding::Preset_IsValid(encoding.preset()), "encoding.preset",
@@ -66,7 +76,10 @@ encode::DracoOptions DracoOptionsOf(const catalog::LoadedFamily& loaded,
   return options;
 }
 
-const char* PresetLabel(v1::Encoding::Preset preset) {
+const char* EncodingLabel(const v1::Encoding& encoding) {
+  if (encoding.format() == v1::Encoding::PLY) return "ply";
+  if (encoding.format() == v1::Encoding::OBJ) return "obj";
+  const v1::Encoding::Preset preset = encoding.preset();
   if (preset == v1::Encoding::BALANCED) return "balanced";
   return preset == v1::Encoding::SMALLEST ? "smallest" : "fastest";
 }

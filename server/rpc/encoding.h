@@ -19,7 +19,7 @@ void CheckEncoding(const catalog::LoadedFamily& loaded, const v1::Encoding& enco
 encode::DracoOptions DracoOptionsOf(const catalog::LoadedFamily& loaded,
                                     const v1::Encoding& encoding);
 
-// "fastest", "balanced" or "smallest".
-const char* PresetLabel(v1::Encoding::Preset preset);
+// "fastest", "balanced" or "smallest" of Draco; "ply", "obj".
+const char* EncodingLabel(const v1::Encoding& encoding);
 
 }  // namespace liquidblend::rpc

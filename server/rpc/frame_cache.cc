@@ -21,6 +21,8 @@ void Append(Number number, std::string& bytes) {
 void AppendEncoding(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding,
                     std::string& bytes) {
   const encode::DracoOptions options = DracoOptionsOf(loaded, encoding);
+  const bool is_draco = encoding.format() == v1::Encoding::FORMAT_UNSPECIFIED;
+  Append<int32_t>(is_draco ? v1::Encoding::DRACO : encoding.format(), bytes);
   Append(options.preset, bytes);
   Append<int32_t>(options.position_bits, bytes);
 }

@@ -9,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "server/blend/blend.h"
 #include "server/encode/draco.h"
+#include "server/encode/mesh_files.h"
 #include "server/finish/normals.h"
 #include "server/finish/smooth_surface.h"
 #include "server/finish/velocities.h"
@@ -23,7 +24,7 @@ constexpr double kMaxTemporalOffsetEdges = 0.25;
 
 // Of ExpectedCells: what every frame costs, and factors of what costs more than slice and writer.
 constexpr int64_t kCellsPerCall = 20'000;
-constexpr int64_t kLibdracoFactor = 8;
+constexpr int64_t kSlowEncoderFactor = 8;
 constexpr int64_t kFinishFactor = 2;
 
 finish::SmoothingOptions SmoothingOf(const v1::SurfaceOptions& surface) {
@@ -119,6 +120,18 @@ absl::Status CheckIsWanted(const FrameBuffers& buffers) {
   return absl::CancelledError("nobody waits for the frame any more");
 }
 
+absl::StatusOr<std::string> Encode(const catalog::LoadedFamily& loaded,
+                                   const v1::Encoding& encoding, const mesh::TriangleMesh& surface,
+                                   FrameBuffers& buffers) {
+  if (encoding.format() == v1::Encoding::PLY || encoding.format() == v1::Encoding::OBJ) {
+    LB_RETURN_IF_ERROR(mesh::Validate(surface));
+    return encoding.format() == v1::Encoding::PLY ? encode::EncodePly(surface)
+                                                  : encode::EncodeObj(surface);
+  }
+  return encode::EncodeDraco(surface, DracoOptionsOf(loaded, encoding), buffers.writer,
+                             buffers.helpers);
+}
+
 void SetVector(const Eigen::Vector3f& from, v1::Vector3* to) {
   to->set_x(from.x());
   to->set_y(from.y());
@@ -150,6 +163,9 @@ absl::Status CheckQuery(const catalog::LoadedFamily& loaded, const FrameQuery& q
   FieldViolations violations;
   CheckEncoding(loaded, query.encoding, violations);
   CheckSurface(loaded.family, query.surface, violations);
+  violations.AddIf(query.encoding.format() == v1::Encoding::OBJ &&
+                       Wants(query.surface, v1::SurfaceOptions::VELOCITIES),
+                   "surface.attributes", "OBJ holds no velocities; ask for PLY");
   return violations.ToStatus();
 }
 
@@ -159,10 +175,12 @@ int64_t ExpectedCells(const catalog::LoadedFamily& loaded, const FrameQuery& que
   const bool is_finished = query.surface.smoothing_passes() > 0 ||
                            query.surface.temporal_smoothing() > 0 ||
                            !query.surface.attributes().empty();
-  const bool is_by_libdraco =
-      query.encoding.preset() == v1::Encoding::SMALLEST || !query.surface.attributes().empty();
+  const bool is_draco =
+      query.encoding.format() != v1::Encoding::PLY && query.encoding.format() != v1::Encoding::OBJ;
+  const bool is_by_libdraco = is_draco && (query.encoding.preset() == v1::Encoding::SMALLEST ||
+                                           !query.surface.attributes().empty());
   if (is_finished) cells *= kFinishFactor;
-  if (is_by_libdraco) cells *= kLibdracoFactor;
+  if (is_by_libdraco || query.encoding.format() == v1::Encoding::OBJ) cells *= kSlowEncoderFactor;
   return kCellsPerCall + cells;
 }
 
@@ -183,9 +201,7 @@ absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const F
   FinishSurface(level, blender, query.surface, buffers, surface);
   LB_RETURN_IF_ERROR(CheckIsWanted(buffers));
   buffers.times.finish = watch.Lap();
-  LB_ASSIGN_OR_RETURN(std::string data,
-                      encode::EncodeDraco(surface, DracoOptionsOf(loaded, query.encoding),
-                                          buffers.writer, buffers.helpers));
+  LB_ASSIGN_OR_RETURN(std::string data, Encode(loaded, query.encoding, surface, buffers));
   buffers.times.encode = watch.Lap();
   LB_RETURN_IF_ERROR(loaded.CheckFile());
   return Reply(loaded.family, query, surface, std::move(data));
@@ -193,7 +209,7 @@ absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const F
 
 void CountFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
                 const v1::Frame& frame, const FrameBuffers& buffers, metrics::Metrics& metrics) {
-  metrics.CountFrame(loaded.family.name, PresetLabel(query.encoding.preset()), frame.data().size(),
+  metrics.CountFrame(loaded.family.name, EncodingLabel(query.encoding), frame.data().size(),
                      buffers.times);
 }
 

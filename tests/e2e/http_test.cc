@@ -3,10 +3,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <span>
+#include <string>
 
 #include "absl/strings/numbers.h"
 #include "tests/e2e/e2e_testing.h"
 #include "tests/server/http/http_client.h"
+#include "worker/ingest/readers.h"
 
 namespace liquidblend::e2e {
 namespace {
@@ -16,9 +19,10 @@ using testing::StartsWith;
 
 class HttpTest : public E2eTest {
  protected:
-  Process StartServer(const std::vector<std::string>& more) const {
+  Process StartServer(const std::vector<std::string>& more, int num_workers = 0) const {
     std::vector<std::string> arguments = StoreArguments();
-    arguments.insert(arguments.end(), {"--listen", "127.0.0.1:0", "--workers", "0"});
+    arguments.insert(arguments.end(),
+                     {"--listen", "127.0.0.1:0", "--workers", std::to_string(num_workers)});
     arguments.insert(arguments.end(), more.begin(), more.end());
     return Process("liquidblend-server", arguments, WithStore());
   }
@@ -56,6 +60,40 @@ TEST_F(HttpTest, IsAnnouncedAndEndsInOrder) {
   EXPECT_TRUE(client.IsClosed());
   EXPECT_EQ(server.Wait(), 0);
   EXPECT_FALSE(std::filesystem::exists(PortFile()));
+}
+
+std::span<const std::byte> BytesOf(const std::string& text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+TEST_F(HttpTest, AFrameIsTheSameSurfaceInEachFormat) {
+  lease_ = "30s";
+  Process server = StartServer({"--http", "127.0.0.1:0"}, /*num_workers=*/1);
+  const std::string grpc = server.ReadLine(), http = server.ReadLine();
+  Connect(grpc.substr(grpc.rfind(' ') + 1));
+  ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
+  ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
+  Operation registration;
+  ASSERT_TRUE(Register(1, registration).ok());
+  ExpectSuccess(AwaitDone(registration.name()));
+  int port = 0;
+  ASSERT_TRUE(absl::SimpleAtoi(http.substr(http.rfind(':') + 1), &port)) << http;
+  const auto get = [&](const std::string& extension) {
+    const http::HttpReply reply = http::HttpClient(port).Get("/v1/families/balls/frame." +
+                                                             extension + "?weights=0.5&time=0.1");
+    EXPECT_EQ(reply.code, 200) << extension << ": " << reply.body;
+    return reply.body;
+  };
+  const mesh::TriangleMesh draco = Decode(get("drc"));
+  const std::string ply = get("ply"), obj = get("obj");
+  for (const auto& read : {ingest::ReadPly(BytesOf(ply)), ingest::ReadObj(BytesOf(obj))}) {
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_EQ(read->num_triangles(), draco.num_triangles());
+    EXPECT_NEAR(mesh::Volume(*read) / mesh::Volume(draco), 1.0, 1e-3);
+    EXPECT_TRUE(read->vertices.rowwise().mean().isApprox(draco.vertices.rowwise().mean(), 1e-3f));
+  }
+  server.Signal(SIGTERM);
+  EXPECT_EQ(server.Wait(), 0);
 }
 
 TEST_F(HttpTest, OtherMachinesAreLetInOnlyIfThatIsSaid) {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -39,6 +40,7 @@ class FakeSource final : public rpc::FrameSource {
   Cancel GetFrame(v1::GetFrameRequest request, std::string client,
                   Done<rpc::MadeFrame> done) override {
     clients.push_back(client);
+    last_frame_request = request;
     if (is_slow) {
       return [this, done = std::make_shared<Done<rpc::MadeFrame>>(std::move(done))] {
         ++num_cancelled;
@@ -112,6 +114,7 @@ class FakeSource final : public rpc::FrameSource {
   int num_cancelled = 0;
   std::vector<rpc::Errand> errands;
   std::vector<std::string> clients;
+  v1::GetFrameRequest last_frame_request;
 
  private:
   metrics::Metrics metrics_;
@@ -177,6 +180,26 @@ TEST_F(RouterTest, AFrameComesWithWhatItIs) {
   EXPECT_EQ(reply.headers["X-Liquidblend-Vertices"], "8");
   EXPECT_EQ(reply.headers["X-Liquidblend-Triangles"], "12");
   EXPECT_EQ(reply.headers["X-Liquidblend-Bounds"], "-1.5,0,0,0,0,2");
+}
+
+TEST_F(RouterTest, TheExtensionIsTheFormat) {
+  struct Case {
+    const char* name;
+    v1::Encoding::Format format;
+    const char* type;
+  };
+  std::set<std::string> tags;
+  for (const Case& c : {Case{"drc", v1::Encoding::FORMAT_UNSPECIFIED, "model/vnd.draco"},
+                        Case{"ply", v1::Encoding::PLY, "application/octet-stream"},
+                        Case{"obj", v1::Encoding::OBJ, "model/obj"}}) {
+    Reply reply = Get(absl::StrCat("/v1/families/splash/frame.", c.name, "?weights=0.5"));
+    EXPECT_EQ(reply.code, 200) << c.name;
+    EXPECT_EQ(source_.last_frame_request.encoding().format(), c.format) << c.name;
+    EXPECT_EQ(reply.headers["Content-Type"], c.type);
+    tags.insert(reply.headers["ETag"]);
+  }
+  EXPECT_EQ(tags.size(), 3u);
+  EXPECT_EQ(Get("/v1/families/splash/frame.stl?weights=0.5").code, 404);
 }
 
 TEST_F(RouterTest, AFixedVersionMayBeKeptForever) {

@@ -12,6 +12,7 @@ using store::Fails;
 using store::Succeeds;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 class EncodingTest : public RpcTest {
  protected:
@@ -92,6 +93,39 @@ TEST_F(EncodingTest, BitsAndStepExcludeEachOther) {
   EXPECT_THAT(frame, Fails(absl::StatusCode::kInvalidArgument,
                            "excludes position_bits, got 0.01 m and 12 bits"));
   EXPECT_THAT(BlamedFields(frame.status()), ElementsAre("encoding.position_step_m"));
+}
+
+TEST_F(EncodingTest, PlyAndObjAreFilesOfTheSameSurface) {
+  v1::Encoding ply, obj;
+  ply.set_format(v1::Encoding::PLY);
+  obj.set_format(v1::Encoding::OBJ);
+  const auto draco = Frame({}), as_ply = Frame(ply), as_obj = Frame(obj);
+  ASSERT_THAT(as_ply, Succeeds());
+  ASSERT_THAT(as_obj, Succeeds());
+  EXPECT_THAT(as_ply->data(), StartsWith("ply\nformat binary_little_endian"));
+  EXPECT_THAT(as_ply->data(), HasSubstr(absl::StrCat("vertex ", draco->num_vertices(), "\n")));
+  EXPECT_THAT(as_ply->data(), HasSubstr(absl::StrCat("face ", draco->num_triangles(), "\n")));
+  EXPECT_THAT(as_obj->data(), StartsWith("v "));
+  EXPECT_EQ(Frame({})->data(), draco->data());  // from the cache, which keeps all three apart
+}
+
+TEST_F(EncodingTest, WhatIsForDracoAloneIsRefusedOfOtherFormats) {
+  v1::Encoding encoding = Bits(12);
+  encoding.set_format(v1::Encoding::PLY);
+  EXPECT_THAT(BlamedFields(Frame(encoding).status()), ElementsAre("encoding.position_bits"));
+  encoding = Step(0.1);
+  encoding.set_format(v1::Encoding::OBJ);
+  EXPECT_THAT(BlamedFields(Frame(encoding).status()), ElementsAre("encoding.position_step_m"));
+  encoding.set_position_step_m(0);
+  encoding.set_preset(v1::Encoding::SMALLEST);
+  EXPECT_THAT(BlamedFields(Frame(encoding).status()), ElementsAre("encoding.preset"));
+  v1::GetFrameRequest request;
+  request.set_family("families/splash");
+  request.add_weights(0.5);
+  request.mutable_encoding()->set_format(v1::Encoding::OBJ);
+  request.mutable_surface()->add_attributes(v1::SurfaceOptions::VELOCITIES);
+  EXPECT_THAT(BlamedFields(GetFrame(backends_, request).status()),
+              ElementsAre("surface.attributes"));
 }
 
 TEST_F(EncodingTest, InAStreamTheNewerOfBitsAndStepReplacesTheOther) {
