@@ -70,6 +70,7 @@ absl::StatusOr<rpc::ServerOptions> ServerOptionsOf(const Flags& flags) {
   }
   options.max_message_bytes = static_cast<int>(flags.max_message);
   options.limits.max_upload_bytes = flags.max_upload;
+  options.limits.keep_versions = flags.keep_versions;
   // Of a store that is shared, workers elsewhere may hold more.
   const bool knows_workers = flags.workers > 0 && !flags.store.is_shared();
   options.limits.worker_memory_bytes = knows_workers ? WorkerMemory(flags) : 0;
@@ -173,6 +174,10 @@ void AddFlags(CLI::App& app, Flags& flags) {
                  "How long they are kept; longer than any upload takes")
       ->capture_default_str();
   AddHistoryFlag(app, flags.keep_history);
+  app.add_option("--keep-versions", flags.keep_versions,
+                 "Versions of a family that are kept, the published one counted")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   app.add_option("--max-message", flags.max_message, "Largest request, e.g. 4MiB")
       ->transform(CLI::AsSizeValue(false));
   app.add_option("--max-upload", flags.max_upload, "Largest upload of one animation, e.g. 64GiB")

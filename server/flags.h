@@ -33,6 +33,7 @@ struct Flags {
   std::string collect_every = "1h";
   std::string collect_older_than = "24h";
   std::string keep_history = "30d";
+  int keep_versions = rpc::Limits().keep_versions;
   int64_t max_message = int64_t{4} << 20;
   int64_t max_upload = int64_t{64} << 30;
   int64_t memory = int64_t{8} << 30;

@@ -19,6 +19,7 @@ void AddList(CLI::App& app, Context& context);
 void AddInspect(CLI::App& app, Context& context);
 void AddOperations(CLI::App& app, Context& context);
 void AddCancel(CLI::App& app, Context& context);
+void AddRollback(CLI::App& app, Context& context);
 void AddDelete(CLI::App& app, Context& context);
 void AddDownload(CLI::App& app, Context& context);
 

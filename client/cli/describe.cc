@@ -115,14 +115,23 @@ std::string Describe(const Animation& animation) {
 
 std::string Describe(const Family& family) {
   std::string text = absl::StrFormat(
-      "%s: version %d\n  source %s\n  targets %s"
+      "%s: version %d%s\n  source %s\n  targets %s"
       "\n  %.4g s at %.4g frames per second"
       "\n  %d space-time vertices, %d cells"
       "\n  bounds %s"
       "\n  %s stored",
-      family.name, family.version, family.source, absl::StrJoin(family.targets, ", "),
-      family.duration_s, family.frames_per_second, family.num_vertices, family.num_cells,
-      Describe(family.bounds), FormatBytes(family.size_bytes));
+      family.name, family.version,
+      family.restored_version == 0
+          ? ""
+          : absl::StrCat(", which is version ", family.restored_version, " again"),
+      family.source, absl::StrJoin(family.targets, ", "), family.duration_s,
+      family.frames_per_second, family.num_vertices, family.num_cells, Describe(family.bounds),
+      FormatBytes(family.size_bytes));
+  for (const FamilyVersion& version : family.kept_versions) {
+    absl::StrAppendFormat(&text, "\n  version %d is kept: %s -> %s, of %s, %s", version.version,
+                          version.source, absl::StrJoin(version.targets, ", "),
+                          FormatUtc(version.publish_time), FormatBytes(version.size_bytes));
+  }
   for (size_t k = 0; k < family.coarser_levels.size(); ++k) {
     absl::StrAppendFormat(&text, "\n  level of detail %d: %d vertices, %d cells", k + 1,
                           family.coarser_levels[k].num_vertices,

@@ -9,10 +9,6 @@ namespace {
 
 Json ToJson(const Vector3& v) { return Json::array({v.x, v.y, v.z}); }
 
-std::string FormatUtc(absl::Time time) {
-  return absl::FormatTime("%Y-%m-%dT%H:%M:%SZ", time, absl::UTCTimeZone());
-}
-
 Json ToJson(const absl::Status& status) {
   return {{"code", absl::StatusCodeToString(status.code())},
           {"message", std::string(status.message())}};
@@ -126,6 +122,10 @@ Json ToJson(const TimeBlending& blending) {
   return {{"kind", is_squares ? "squares" : "linear"}, {"rest_time_s", blending.rest_time_s}};
 }
 
+std::string FormatUtc(absl::Time time) {
+  return absl::FormatTime("%Y-%m-%dT%H:%M:%SZ", time, absl::UTCTimeZone());
+}
+
 Json ToJson(const Bounds& bounds) {
   return {{"min", ToJson(bounds.min)}, {"max", ToJson(bounds.max)}};
 }
@@ -158,8 +158,18 @@ Json ToJson(const Family& family) {
   for (const LevelOfDetail& level : family.coarser_levels) {
     levels.push_back({{"num_vertices", level.num_vertices}, {"num_cells", level.num_cells}});
   }
+  Json kept = Json::array();
+  for (const FamilyVersion& version : family.kept_versions) {
+    kept.push_back({{"version", version.version},
+                    {"source", version.source},
+                    {"targets", version.targets},
+                    {"size_bytes", version.size_bytes},
+                    {"publish_time", FormatUtc(version.publish_time)}});
+  }
   return {{"name", family.name},
           {"version", family.version},
+          {"restored_version", family.restored_version},
+          {"kept_versions", kept},
           {"source", family.source},
           {"targets", family.targets},
           {"duration_s", family.duration_s},

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
 
+#include "absl/time/time.h"
 #include "client/cli/mesh_stats.h"
 #include "liquidblend/animation.h"
 #include "liquidblend/family.h"
@@ -17,6 +19,9 @@ Json ToJson(const Animation& animation);
 Json ToJson(const Family& family);
 Json ToJson(const Operation& operation);
 Json ToJson(const MeshStats& stats);
+
+// "2026-01-31T12:00:00Z"
+std::string FormatUtc(absl::Time time);
 
 // "importing", "ready", "failed", "unknown"
 const char* StateName(AnimationState state);

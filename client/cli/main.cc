@@ -82,6 +82,7 @@ void AddCommands(CLI::App& app, Context& context) {
   AddInspect(app, context);
   AddOperations(app, context);
   AddCancel(app, context);
+  AddRollback(app, context);
   AddDelete(app, context);
   AddDownload(app, context);
 }

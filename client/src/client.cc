@@ -104,6 +104,15 @@ absl::StatusOr<std::vector<Family>> Client::ListFamilies() {
   return families;
 }
 
+absl::StatusOr<Family> Client::RollbackFamily(const std::string& name, int64_t version) {
+  auto request = NamedRequest<v1::RollbackFamilyRequest>(client::ResourceName("families", name));
+  request.set_version(version);
+  LBC_ASSIGN_OR_RETURN(const v1::Family family,
+                       impl_->Call(&Impl::Service::RollbackFamily, request));
+  impl_->known_versions.Note(family.name(), family.version());
+  return client::FromProto(family);
+}
+
 absl::Status Client::DeleteFamily(const std::string& name) {
   impl_->known_versions.Forget(client::ResourceName("families", name));
   return impl_->CallDelete(

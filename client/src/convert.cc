@@ -351,6 +351,14 @@ Family FromProto(const v1::Family& proto) {
   }
   family.parameter_space = ToParameterSpace(proto.parameter_space());
   family.time_blending = ToTimeBlending(proto.time_blending());
+  family.restored_version = proto.restored_version();
+  for (const v1::FamilyVersion& version : proto.kept_versions()) {
+    family.kept_versions.push_back({version.version(),
+                                    version.source(),
+                                    {version.targets().begin(), version.targets().end()},
+                                    version.size_bytes(),
+                                    ToTime(version.publish_time())});
+  }
   family.size_bytes = proto.size_bytes();
   family.create_time = ToTime(proto.create_time());
   family.update_time = ToTime(proto.update_time());

@@ -90,7 +90,7 @@ class Catalog : public CatalogUpkeep {
                                                      const OwnerCheck& check = {}) = 0;
   // Creates the family's row if it is new. Errors: kNotFound or kFailedPrecondition if an animation
   // is missing or not READY, naming it; kFailedPrecondition if a registration of the family is not
-  // done.
+  // done; kAlreadyExists if the job wants a new family and the family has a version.
   virtual absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job,
                                                            const OwnerCheck& check = {}) = 0;
   // What `check` would say now, were the job submitted: to spare its owner work in vain.
@@ -101,6 +101,12 @@ class Catalog : public CatalogUpkeep {
   virtual absl::StatusOr<Page<pb::AnimationRecord>> ListAnimations(int page_size,
                                                                    const std::string& token) = 0;
   virtual absl::StatusOr<pb::FamilyRecord> GetFamily(const std::string& id) = 0;
+  // The published version, or one that is kept beside it. Errors: kNotFound, naming those there
+  // are.
+  virtual absl::StatusOr<pb::FamilyRecord> GetFamilyVersion(const std::string& id,
+                                                            int64_t version) = 0;
+  // Those that are kept beside the published one, newest first; none if there is no such family.
+  virtual absl::StatusOr<std::vector<pb::FamilyRecord>> ListKeptVersions(const std::string& id) = 0;
   virtual absl::StatusOr<Page<pb::FamilyRecord>> ListFamilies(int page_size,
                                                               const std::string& token) = 0;
   virtual absl::StatusOr<pb::JobRecord> GetJob(const std::string& id) = 0;
@@ -112,10 +118,18 @@ class Catalog : public CatalogUpkeep {
   // Every blob that a record, an unfinished job or a part of one refers to, sorted, each once.
   virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
 
+  // ---- going back
+  // Publishes a kept version again, with the next number; nothing if the published one is that
+  // version again already. Keeps as many versions as that, the new one counted. Errors: kNotFound; kFailedPrecondition if that version is the published one, or
+  // while a registration of the family is not done.
+  virtual absl::StatusOr<pb::FamilyRecord> RollbackFamily(const std::string& id, int64_t version,
+                                                          int keep_versions) = 0;
+
   // ---- removing
   // Errors: kNotFound; kFailedPrecondition if a family or an unfinished job needs it, naming it.
   virtual absl::Status DeleteAnimation(const std::string& id) = 0;
-  // Errors: kNotFound; kFailedPrecondition while a registration of it is not done.
+  // With all versions. Errors: kNotFound; kFailedPrecondition while a registration of it is not
+  // done.
   virtual absl::Status DeleteFamily(const std::string& id) = 0;
   // Errors: kNotFound; kFailedPrecondition unless the job is done.
   virtual absl::Status DeleteJob(const std::string& id) = 0;
@@ -149,7 +163,8 @@ class Catalog : public CatalogUpkeep {
   virtual absl::Status PublishAnimation(const std::string& lease_id,
                                         const pb::AnimationRecord& animation) = 0;
   // family.version is assigned here and returned: the last one + 1, also counting those of a
-  // deleted family of that id, so that a version never means two things.
+  // deleted family of that id, so that a version never means two things. The one before is kept,
+  // as far as RegisterJob::keep_versions says.
   virtual absl::StatusOr<int64_t> PublishFamily(const std::string& lease_id,
                                                 const pb::FamilyRecord& family) = 0;
   // Finishes a part with the target file that it made. Errors: kInvalidArgument if it is no part.

@@ -68,13 +68,17 @@ void CollectBlobIds(const google::protobuf::Message& record, std::vector<BlobId>
 
 absl::Status WriteCatalogFile(const CatalogContents& contents, const std::string& store,
                               absl::Time time, BlobWriter& out) {
-  const std::pair<const char*, std::string> sections[] = {
+  std::vector<std::pair<const char*, std::string>> sections = {
       {"animations", Join(contents.animations)},
       {"families", Join(contents.families)},
       {"members", Join(contents.members)},
       {"versions", Join(contents.versions)},
       {"jobs", Join(contents.jobs)},
   };
+  // Older programs read files without this one.
+  if (!contents.kept_versions.empty()) {
+    sections.emplace_back("kept_versions", Join(contents.kept_versions));
+  }
   std::vector<SectionData> data;
   for (const auto& [name, bytes] : sections) {
     data.push_back(MakeSection(name, std::span(bytes.data(), bytes.size())));
@@ -90,13 +94,19 @@ absl::StatusOr<CatalogContents> ReadCatalogFile(std::span<const std::byte> bytes
   SectionReader reader(kFormat, name, bytes);
   pb::CatalogManifest manifest;
   LB_RETURN_IF_ERROR(reader.ReadManifest(manifest));
-  if (manifest.sections_size() != 5) return reader.Invalid("does not have five sections");
+  if (manifest.sections_size() != 5 && manifest.sections_size() != 6) {
+    return reader.Invalid("does not have five or six sections");
+  }
   CatalogContents contents;
   LB_RETURN_IF_ERROR(Split(reader, manifest.sections(0), "animations", contents.animations));
   LB_RETURN_IF_ERROR(Split(reader, manifest.sections(1), "families", contents.families));
   LB_RETURN_IF_ERROR(Split(reader, manifest.sections(2), "members", contents.members));
   LB_RETURN_IF_ERROR(Split(reader, manifest.sections(3), "versions", contents.versions));
   LB_RETURN_IF_ERROR(Split(reader, manifest.sections(4), "jobs", contents.jobs));
+  if (manifest.sections_size() == 6) {
+    LB_RETURN_IF_ERROR(
+        Split(reader, manifest.sections(5), "kept_versions", contents.kept_versions));
+  }
   LB_RETURN_IF_ERROR(reader.Finish());
   return contents;
 }

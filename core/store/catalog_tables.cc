@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
 #include "core/store/job_records.h"
+#include "core/store/version_tables.h"
 
 namespace liquidblend::store {
 namespace {
@@ -292,6 +293,7 @@ absl::Status RemoveAnimation(Sql& sql, const std::string& id) {
 
 absl::Status RemoveFamily(Sql& sql, const std::string& id) {
   LB_RETURN_IF_ERROR(SetFamilyMembers(sql, id, {}));
+  LB_RETURN_IF_ERROR(RemoveKeptVersions(sql, id));
   return sql.Run("DELETE FROM families WHERE id = $1", {id});
 }
 
@@ -352,7 +354,7 @@ absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql) {
   std::set<std::string> blobs;
   LB_RETURN_IF_ERROR(
       sql.Run("SELECT blob FROM animations WHERE blob <> '' UNION SELECT blob FROM families WHERE "
-              "blob <> ''",
+              "blob <> '' UNION SELECT blob FROM kept_versions WHERE blob <> ''",
               {}, [&](const SqlRow& row) {
                 blobs.insert(row.String(0));
                 return absl::OkStatus();

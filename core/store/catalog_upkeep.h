@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,8 @@ namespace pb = ::liquidblend::store::v1;
 struct CatalogContents {
   std::vector<pb::AnimationRecord> animations;
   std::vector<pb::FamilyRecord> families;
-  std::vector<pb::FamilyMember> members;    // of the published versions
+  std::vector<pb::FamilyRecord> kept_versions;  // by family and version
+  std::vector<pb::FamilyMember> members;        // of the published and the kept versions
   std::vector<pb::FamilyVersion> versions;  // the last ones ever given, deleted families included
   std::vector<pb::JobRecord> jobs;          // and parts of jobs
 };
@@ -32,6 +34,9 @@ struct CatalogInspection {
   std::vector<std::string> blobs;   // as Catalog::ListReferencedBlobs()
   std::vector<std::string> damage;  // records that cannot be read or contradict others, by name
 };
+
+// By family, the numbers of the versions that are kept beside the published one.
+using KeptVersions = std::map<std::string, std::set<int64_t>>;
 
 struct HeldJob {
   pb::JobRecord job;
@@ -63,6 +68,8 @@ class CatalogUpkeep {
   // The version of each family, 0 if it has none yet: what others published or deleted shows here.
   // Cost: one query; meant for every second.
   virtual absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions() = 0;
+  // The versions that are kept beside these.  Cost: one query.
+  virtual absl::StatusOr<KeptVersions> ListKeptNumbers() = 0;
 
   // Jobs and parts of jobs that are queued, running or waiting, as they were submitted.
   virtual absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs() = 0;

@@ -10,6 +10,7 @@
 #include "core/store/job_records.h"
 #include "core/store/owner_tables.h"
 #include "core/store/random_id.h"
+#include "core/store/version_tables.h"
 
 namespace liquidblend::store {
 namespace {
@@ -266,14 +267,11 @@ absl::StatusOr<int64_t> PublishFamily(Sql& sql, const std::string& lease_id,
         absl::StrCat("job '", row.record.id(), "' does not register family '", family.id(), "'"));
   }
   LB_ASSIGN_OR_RETURN(const pb::FamilyRecord existing, FindFamily(sql, family.id()));
-  LB_ASSIGN_OR_RETURN(const int64_t version, TakeFamilyVersion(sql, family.id()));
-  family.set_version(version);
-  family.mutable_manifest()->set_version(version);
   family.set_owner(row.record.owner());
-  *family.mutable_create_time() = existing.create_time();
-  *family.mutable_update_time() = ToTimestamp(now);
-  LB_RETURN_IF_ERROR(SaveFamily(sql, family));
-  LB_RETURN_IF_ERROR(SetFamilyMembers(sql, family.id(), AnimationsOf(row.record)));
+  LB_ASSIGN_OR_RETURN(family,
+                      PublishVersion(sql, existing, std::move(family), AnimationsOf(row.record),
+                                     row.record.register_family().keep_versions(), now));
+  const int64_t version = family.version();
   row.record.set_published_version(version);
   row.record.set_grade(WorstGrade(family.manifest()));
   Succeed(now, row.record);

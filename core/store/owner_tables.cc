@@ -57,7 +57,8 @@ absl::StatusOr<OwnerUse> FindOwnerUse(Sql& sql, const std::string& owner) {
       QueryInt(sql,
                "SELECT CAST(SUM(stored_bytes) AS BIGINT) FROM (SELECT blob, stored_bytes FROM "
                "animations WHERE owner = $1 AND blob <> '' UNION SELECT blob, stored_bytes FROM "
-               "families WHERE owner = $1 AND blob <> '') AS files",
+               "families WHERE owner = $1 AND blob <> '' UNION SELECT blob, stored_bytes FROM "
+               "kept_versions WHERE owner = $1 AND blob <> '') AS files",
                {owner}));
   LB_ASSIGN_OR_RETURN(const int64_t uploads,
                       QueryInt(sql,
@@ -79,7 +80,8 @@ absl::StatusOr<std::vector<OwnerUse>> FindOwners(Sql& sql) {
       sql, uses,
       "SELECT owner, CAST(SUM(stored_bytes) AS BIGINT) FROM (SELECT owner, blob, stored_bytes FROM "
       "animations WHERE blob <> '' UNION SELECT owner, blob, stored_bytes FROM families WHERE "
-      "blob <> '') AS files GROUP BY owner",
+      "blob <> '' UNION SELECT owner, blob, stored_bytes FROM kept_versions WHERE blob <> '') AS "
+      "files GROUP BY owner",
       [](const SqlRow& row, OwnerUse& use) { use.stored_bytes += row.Int(1); }));
   LB_RETURN_IF_ERROR(AddTo(
       sql, uses,

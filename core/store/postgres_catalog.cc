@@ -87,6 +87,13 @@ constexpr const char* kMigrations[] = {R"sql(
 )sql",
                                        R"sql(
   ALTER TABLE workers ADD COLUMN refusal TEXT NOT NULL DEFAULT '';
+)sql",
+                                       R"sql(
+  CREATE TABLE kept_versions (
+    family TEXT COLLATE "C" NOT NULL, version BIGINT NOT NULL, blob TEXT NOT NULL,
+    owner TEXT COLLATE "C" NOT NULL, stored_bytes BIGINT NOT NULL, record BYTEA NOT NULL,
+    PRIMARY KEY (family, version));
+  CREATE INDEX kept_versions_by_owner ON kept_versions (owner, blob, stored_bytes);
 )sql"};
 constexpr int64_t kSchemaVersion = std::size(kMigrations);
 constexpr int64_t kFirstWithOwners = 4;

@@ -18,6 +18,7 @@
 #include "core/store/job_records.h"
 #include "core/store/owner_tables.h"
 #include "core/store/upkeep_tables.h"
+#include "core/store/version_tables.h"
 #include "core/store/worker_tables.h"
 
 namespace liquidblend::store {
@@ -94,6 +95,13 @@ class SqlCatalog : public Catalog {
   absl::StatusOr<pb::FamilyRecord> GetFamily(const std::string& id) override {
     return Read([&](Sql& sql) { return FindFamily(sql, id); });
   }
+  absl::StatusOr<pb::FamilyRecord> GetFamilyVersion(const std::string& id,
+                                                    int64_t version) override {
+    return Read([&](Sql& sql) { return FindVersion(sql, id, version); });
+  }
+  absl::StatusOr<std::vector<pb::FamilyRecord>> ListKeptVersions(const std::string& id) override {
+    return Read([&](Sql& sql) { return FindKeptVersions(sql, id); });
+  }
   absl::StatusOr<Page<pb::FamilyRecord>> ListFamilies(int page_size,
                                                       const std::string& token) override {
     return Read([&](Sql& sql) { return PageOfFamilies(sql, page_size, token); });
@@ -118,6 +126,9 @@ class SqlCatalog : public Catalog {
 
   absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions() override {
     return Read([&](Sql& sql) { return store::ListFamilyVersions(sql); });
+  }
+  absl::StatusOr<KeptVersions> ListKeptNumbers() override {
+    return Read([](Sql& sql) { return store::ListKeptNumbers(sql); });
   }
   absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs() override {
     return Read([&](Sql& sql) { return store::ListUnfinishedJobs(sql); });
@@ -158,6 +169,14 @@ class SqlCatalog : public Catalog {
       if (num < kPrunedAtOnce) break;
     }
     return num_pruned;
+  }
+
+  absl::StatusOr<pb::FamilyRecord> RollbackFamily(const std::string& id, int64_t version,
+                                                  int keep_versions) override {
+    return Change([&](Sql& sql, absl::Time now) -> absl::StatusOr<pb::FamilyRecord> {
+      LB_RETURN_IF_ERROR(CheckDone(sql, absl::StrCat("families/", id)));
+      return store::RollbackFamily(sql, id, version, keep_versions, now);
+    });
   }
 
   absl::Status DeleteAnimation(const std::string& id) override {

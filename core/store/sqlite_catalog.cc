@@ -76,6 +76,12 @@ constexpr const char* kMigrations[] = {R"sql(
 )sql",
                                        R"sql(
   ALTER TABLE workers ADD COLUMN refusal TEXT NOT NULL DEFAULT '';
+)sql",
+                                       R"sql(
+  CREATE TABLE kept_versions (
+    family TEXT NOT NULL, version INTEGER NOT NULL, blob TEXT NOT NULL, owner TEXT NOT NULL,
+    stored_bytes INTEGER NOT NULL, record BLOB NOT NULL, PRIMARY KEY (family, version)) STRICT;
+  CREATE INDEX kept_versions_by_owner ON kept_versions (owner, blob, stored_bytes);
 )sql"};
 constexpr int64_t kSchemaVersion = std::size(kMigrations);
 constexpr int64_t kFirstWithOwners = 5;

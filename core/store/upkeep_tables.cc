@@ -8,6 +8,7 @@
 #include "core/store/catalog_tables.h"
 #include "core/store/job_records.h"
 #include "core/store/owner_tables.h"
+#include "core/store/version_tables.h"
 
 namespace liquidblend::store {
 namespace {
@@ -56,6 +57,21 @@ absl::Status InspectFamilies(Sql& sql, CatalogInspection& result) {
                                 record.blob() == row.String(2);
                        },
                        result.contents.families, result.damage);
+                   return absl::OkStatus();
+                 });
+}
+
+absl::Status InspectKeptVersions(Sql& sql, CatalogInspection& result) {
+  return sql.Run("SELECT family, version, blob, record FROM kept_versions ORDER BY family, version",
+                 {}, [&](const SqlRow& row) {
+                   ParseRow<pb::FamilyRecord>(
+                       absl::StrCat("version ", row.Int(1), " of family '", row.String(0), "'"),
+                       row.String(3),
+                       [&](const pb::FamilyRecord& record) {
+                         return record.id() == row.String(0) && record.version() == row.Int(1) &&
+                                record.blob() == row.String(2);
+                       },
+                       result.contents.kept_versions, result.damage);
                    return absl::OkStatus();
                  });
 }
@@ -118,6 +134,11 @@ absl::Status InspectReferences(Sql& sql, CatalogInspection& result) {
     result.damage.push_back(
         absl::StrCat("job '", job.id(), "' is a part of '", job.parent(), "', which is not there"));
   }
+  for (const pb::FamilyRecord& kept : result.contents.kept_versions) {
+    if (families.contains(kept.id())) continue;
+    result.damage.push_back(absl::StrCat("version ", kept.version(), " of family '", kept.id(),
+                                         "' is kept, but the family is not there"));
+  }
   std::map<std::string, int64_t> last;
   for (const pb::FamilyVersion& row : result.contents.versions) {
     last[row.family()] = row.last_version();
@@ -172,6 +193,7 @@ absl::StatusOr<CatalogInspection> InspectTables(Sql& sql) {
   CatalogInspection result;
   LB_RETURN_IF_ERROR(InspectAnimations(sql, result));
   LB_RETURN_IF_ERROR(InspectFamilies(sql, result));
+  LB_RETURN_IF_ERROR(InspectKeptVersions(sql, result));
   LB_RETURN_IF_ERROR(InspectJobs(sql, result));
   LB_RETURN_IF_ERROR(ReadMembersAndVersions(sql, result.contents));
   LB_RETURN_IF_ERROR(InspectReferences(sql, result));
@@ -213,6 +235,9 @@ absl::Status ImportContents(Sql& sql, const CatalogContents& contents) {
   }
   for (const pb::FamilyRecord& family : contents.families) {
     LB_RETURN_IF_ERROR(SaveFamily(sql, family));
+  }
+  for (const pb::FamilyRecord& kept : contents.kept_versions) {
+    LB_RETURN_IF_ERROR(SaveKeptVersion(sql, kept));
   }
   std::map<std::string, std::vector<std::string>> members;
   for (const pb::FamilyMember& member : contents.members) {

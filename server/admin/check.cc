@@ -59,6 +59,9 @@ Uses FindUses(const store::CatalogInspection& inspection) {
     add(animation, absl::StrCat("animations/", animation.id()));
   }
   for (const auto& family : contents.families) add(family, absl::StrCat("families/", family.id()));
+  for (const auto& kept : contents.kept_versions) {
+    add(kept, absl::StrCat("families/", kept.id(), " version ", kept.version()));
+  }
   for (const auto& job : contents.jobs) {
     if (store::IsUnfinished(job) || !job.parent().empty()) {
       add(job, absl::StrCat("jobs/", job.id()));
@@ -126,10 +129,12 @@ class Checker {
       // One that is gone by now may have been collected.
       if (!absl::IsNotFound(verdicts[k])) faults[blobs[k].id] = verdicts[k];
     }
-    for (const store::pb::FamilyRecord& family : contents_.families) {
-      absl::Status& fault = faults[family.blob()];
-      if (!family.blob().empty() && fault.ok()) fault = OpenFamily(family);
-      if (store::IsOfEnvironment(fault)) return fault;
+    for (const auto* families : {&contents_.families, &contents_.kept_versions}) {
+      for (const store::pb::FamilyRecord& family : *families) {
+        absl::Status& fault = faults[family.blob()];
+        if (!family.blob().empty() && fault.ok()) fault = OpenFamily(family);
+        if (store::IsOfEnvironment(fault)) return fault;
+      }
     }
     // What was replaced or deleted meanwhile is not missed.
     LB_ASSIGN_OR_RETURN(const Names in_use, store_.catalog->ListReferencedBlobs());

@@ -122,6 +122,7 @@ std::vector<store::BlobId> BlobsOf(const store::CatalogContents& contents) {
     if (store::NeedsBlob(animation)) add(animation);
   }
   for (const auto& family : contents.families) add(family);
+  for (const auto& kept : contents.kept_versions) add(kept);
   for (const auto& job : contents.jobs) {
     if (store::IsUnfinished(job) || !job.parent().empty()) add(job);
   }

@@ -4,35 +4,17 @@
 #include <vector>
 
 #include "absl/cleanup/cleanup.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
-#include "core/store/files.h"
 
 namespace liquidblend::catalog {
 namespace {
 
 constexpr int kMaxLooks = 3;  // at versions that are replaced before they can be loaded
-
-// The same status with the family's name in front. A blob or file that the catalog refers to and
-// that is not there, or is no family file, is lost data.
-absl::Status LoadError(const std::string& id, const absl::Status& status) {
-  if (status.ok()) return status;
-  const bool is_loss = absl::IsNotFound(status) || absl::IsInvalidArgument(status);
-  return absl::Status(is_loss ? absl::StatusCode::kDataLoss : status.code(),
-                      absl::StrCat("family ", id, ": ", std::string(status.message())));
-}
-
-std::vector<std::unique_ptr<const LoadedLevel>> LevelsOf(const mesh::RegisteredFamily& family) {
-  std::vector<std::unique_ptr<const LoadedLevel>> levels;
-  levels.push_back(std::make_unique<LoadedLevel>(family));
-  for (const mesh::RegisteredFamily& level : family.coarser_levels) {
-    levels.push_back(std::make_unique<LoadedLevel>(level));
-  }
-  return levels;
-}
 
 absl::Status NoSuchVersion(const store::pb::FamilyRecord& published, AskedVersion asked) {
   const std::string missing = asked.exact != 0 ? absl::StrCat("version ", asked.exact)
@@ -40,6 +22,15 @@ absl::Status NoSuchVersion(const store::pb::FamilyRecord& published, AskedVersio
   return absl::NotFoundError(absl::StrCat("family ", published.id(), " has no ", missing,
                                           "; the published one is ", published.version()));
 }
+
+// The key of the slot of a version that is kept beside the published one. No id has an '@'.
+std::string KeptSlot(const std::string& id, int64_t version) {
+  return absl::StrCat(id, "@", version);
+}
+
+bool IsKeptSlot(const std::string& slot) { return absl::StrContains(slot, '@'); }
+
+std::string FamilyOfSlot(const std::string& slot) { return slot.substr(0, slot.find('@')); }
 
 bool IsSameVersion(const store::pb::FamilyRecord& a, const store::pb::FamilyRecord& b) {
   return a.version() == b.version() && a.blob() == b.blob();
@@ -52,27 +43,7 @@ bool IsLaterVersion(const store::pb::FamilyRecord& later, const store::pb::Famil
          later.create_time().nanos() == earlier.create_time().nanos();
 }
 
-absl::StatusOr<LoadedFamily::ParameterSpace> Triangulate(const mesh::ParameterSpace& space) {
-  if (space.empty()) return LoadedFamily::ParameterSpace();
-  LB_ASSIGN_OR_RETURN(parameters::Triangulation made, parameters::Triangulation::Make(space));
-  return LoadedFamily::ParameterSpace(std::move(made));
-}
-
 }  // namespace
-
-LoadedFamily::LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace triangulated)
-    : family(std::move(registered)),
-      levels(LevelsOf(family)),
-      grid(encode::GridOf(family)),
-      parameter_space(std::move(triangulated)) {}
-
-absl::Status LoadedFamily::CheckFile() const {
-  return file == nullptr ? absl::OkStatus() : LoadError(family.name, file->Check());
-}
-
-std::string GenerationOf(const store::pb::FamilyRecord& record) {
-  return absl::StrCat(record.id(), "/", record.version(), "/", record.blob());
-}
 
 absl::Status FamiliesOptions::Validate() const {
   if (memory_budget_bytes >= 0) return absl::OkStatus();
@@ -104,7 +75,13 @@ void Families::GetReady(const std::string& id, AskedVersion asked, Executor exec
 
 FamilyPtr Families::Peek(const std::string& id, AskedVersion asked) {
   absl::MutexLock lock(&mutex_);
-  const auto found = slots_.find(id);
+  FamilyPtr found = PeekSlot(id, asked);
+  if (found != nullptr || asked.exact == 0) return found;
+  return PeekSlot(KeptSlot(id, asked.exact), asked);
+}
+
+FamilyPtr Families::PeekSlot(const std::string& key, AskedVersion asked) {
+  const auto found = slots_.find(key);
   if (found == slots_.end() || found->second.current == nullptr) return nullptr;
   Slot& slot = found->second;
   if (!asked.Allows(slot.current->record.version())) return nullptr;
@@ -139,6 +116,31 @@ void Families::Refresh(Executor executor) {
   for (const std::string& id : ChangedSlots(*versions)) {
     Find(id, 0, Wish::kRefresh, executor, [](const absl::StatusOr<FamilyPtr>&) {});
   }
+  ForgetUnkeptVersions();
+}
+
+void Families::ForgetUnkeptVersions() {
+  std::vector<std::string> held;
+  {
+    absl::MutexLock lock(&mutex_);
+    for (const auto& [key, slot] : slots_) {
+      if (IsKeptSlot(key)) held.push_back(key);
+    }
+  }
+  if (held.empty()) return;
+  const absl::StatusOr<store::KeptVersions> kept = catalog_.ListKeptNumbers();
+  if (!kept.ok()) return;
+  for (const auto& [id, versions] : *kept) {
+    for (const int64_t version : versions) std::erase(held, KeptSlot(id, version));
+  }
+  std::vector<Slot> dropped;  // without the lock
+  absl::MutexLock lock(&mutex_);
+  for (const std::string& key : held) {
+    const auto found = slots_.find(key);
+    if (found == slots_.end()) continue;
+    dropped.push_back(std::move(found->second));
+    slots_.erase(found);
+  }
 }
 
 void Families::NoteRefresh(const absl::Status& status) {
@@ -163,6 +165,7 @@ std::vector<std::string> Families::ChangedSlots(
   std::vector<std::string> ids;
   absl::MutexLock lock(&mutex_);
   for (const auto& [id, slot] : slots_) {
+    if (IsKeptSlot(id)) continue;
     const auto found = versions.find(id);
     const bool is_served = slot.current != nullptr && found != versions.end() &&
                            found->second == slot.current->record.version();
@@ -173,8 +176,8 @@ std::vector<std::string> Families::ChangedSlots(
 
 void Families::Find(const std::string& id, AskedVersion asked, Wish wish, Executor executor,
                     Done done) {
-  const absl::StatusOr<store::pb::FamilyRecord> record = FindPublished(id);
-  if (!record.ok()) return done(record.status());
+  const absl::StatusOr<Wanted> wanted = FindWanted(id, asked);
+  if (!wanted.ok()) return done(wanted.status());
   Choice choice;
   Dropped dropped;
   // Those who wait must hear of it, too, if something throws (std::bad_alloc).
@@ -186,7 +189,9 @@ void Families::Find(const std::string& id, AskedVersion asked, Wish wish, Execut
   };
   {
     absl::MutexLock lock(&mutex_);
-    choice = Choose(*record, asked, wish);
+    // A version that was published a moment ago may still be in the family's own slot.
+    if (IsKeptSlot(wanted->slot)) choice.ready = PeekSlot(id, asked);
+    if (choice.ready == nullptr) choice = Choose(*wanted, asked, wish);
     if (choice.wait != nullptr) choice.wait->waiting.push_back({asked, std::move(done)});
     EvictIdle(dropped);
   }
@@ -208,11 +213,21 @@ absl::StatusOr<store::pb::FamilyRecord> Families::FindPublished(const std::strin
   return record;
 }
 
+absl::StatusOr<Families::Wanted> Families::FindWanted(const std::string& id, AskedVersion asked) {
+  LB_ASSIGN_OR_RETURN(store::pb::FamilyRecord published, FindPublished(id));
+  const int64_t version = asked.exact;
+  if (version == 0 || version == published.version()) return Wanted{id, std::move(published)};
+  absl::StatusOr<store::pb::FamilyRecord> kept = catalog_.GetFamilyVersion(id, version);
+  if (absl::IsNotFound(kept.status())) return Wanted{id, std::move(published)};
+  if (!kept.ok()) return kept.status();
+  return Wanted{KeptSlot(id, version), *std::move(kept)};
+}
+
 // What is served goes on until its successor is ready.
-Families::Choice Families::Choose(const store::pb::FamilyRecord& record, AskedVersion asked,
-                                  Wish wish) {
+Families::Choice Families::Choose(const Wanted& wanted, AskedVersion asked, Wish wish) {
   Choice choice;
-  const auto found = slots_.find(record.id());
+  const store::pb::FamilyRecord& record = wanted.record;
+  const auto found = slots_.find(wanted.slot);
   LoadPtr current = found == slots_.end() ? nullptr : found->second.current;
   if (current != nullptr && !current->loaded->CheckFile().ok()) current = nullptr;  // load it anew
   if (wish == Wish::kRefresh && current == nullptr) return choice;  // let go meanwhile
@@ -228,7 +243,7 @@ Families::Choice Families::Choose(const store::pb::FamilyRecord& record, AskedVe
     choice.error = NoSuchVersion(record, asked);
     return choice;
   }
-  Slot& slot = slots_[record.id()];
+  Slot& slot = slots_[wanted.slot];
   if (wish != Wish::kRefresh) slot.last_use = ++num_uses_;
   if (is_current) {
     choice.ready = current->loaded;
@@ -241,6 +256,7 @@ Families::Choice Families::Choose(const store::pb::FamilyRecord& record, AskedVe
       (!next->is_done || (may_go_on && base::SteadyClock::now() < next->retry_at));
   if (!is_next) {
     choice.start = std::make_shared<Load>();
+    choice.start->slot = wanted.slot;
     choice.start->record = record;
     slot.next = choice.start;
   }
@@ -275,36 +291,20 @@ void Families::Run(const LoadPtr& load) {
 absl::StatusOr<FamilyPtr> Families::LoadPublished(const LoadPtr& load) {
   store::pb::FamilyRecord record = load->record;
   for (int attempt = 1;; ++attempt) {
-    absl::StatusOr<FamilyPtr> loaded = LoadFamily(record);
+    absl::StatusOr<FamilyPtr> loaded = LoadFamily(record, blobs_);
     if (!absl::IsDataLoss(loaded.status()) || attempt == kMaxLooks) return loaded;
-    LB_ASSIGN_OR_RETURN(store::pb::FamilyRecord published, FindPublished(record.id()));
-    if (IsSameVersion(published, record)) return loaded;
-    record = std::move(published);
+    LB_ASSIGN_OR_RETURN(store::pb::FamilyRecord again, LookAgain(*load));
+    if (IsSameVersion(again, record)) return loaded;
+    record = std::move(again);
     absl::MutexLock lock(&mutex_);
     load->record = record;
   }
 }
 
-// Opening reads and checks every byte and every element, so what comes out is warm: frames of it
-// are made at full speed from the first one on.
-absl::StatusOr<FamilyPtr> Families::LoadFamily(const store::pb::FamilyRecord& record) {
-  absl::StatusOr<std::shared_ptr<const store::Blob>> blob = blobs_.Open(record.blob());
-  if (!blob.ok()) return LoadError(record.id(), blob.status());
-  absl::StatusOr<mesh::RegisteredFamily> family = store::OpenFamily(*blob, record.id());
-  if (!family.ok()) return LoadError(record.id(), family.status());
-  family->name = record.id();
-  family->version = record.version();
-  auto space = Triangulate(family->parameter_space);
-  if (!space.ok()) return LoadError(record.id(), space.status());
-  const auto loaded = std::make_shared<LoadedFamily>(*std::move(family), *std::move(space));
-  loaded->generation = GenerationOf(record);
-  loaded->file = *blob;
-  LB_RETURN_IF_ERROR(loaded->CheckFile());
-  loaded->size_bytes = static_cast<int64_t>((*blob)->bytes().size());
-  for (const auto& level : loaded->levels) {
-    loaded->size_bytes += level->index.size_bytes() + level->time_links.size_bytes();
-  }
-  return FamilyPtr(loaded);
+absl::StatusOr<store::pb::FamilyRecord> Families::LookAgain(const Load& load) {
+  const std::string id = FamilyOfSlot(load.slot);
+  if (!IsKeptSlot(load.slot)) return FindPublished(id);
+  return catalog_.GetFamilyVersion(id, load.record.version());
 }
 
 void Families::Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result) {
@@ -327,7 +327,7 @@ void Families::Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& resu
 void Families::Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result,
                       Dropped& dropped) {
   load->is_done = true;
-  const auto found = slots_.find(load->record.id());
+  const auto found = slots_.find(load->slot);
   if (found == slots_.end() || found->second.next != load) return;
   Slot& slot = found->second;
   if (result.ok()) {
@@ -343,12 +343,14 @@ void Families::Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& resu
 }
 
 void Families::Forget(const std::string& id) {
-  Slot dropped;  // without the lock
+  std::vector<Slot> dropped;  // without the lock
   absl::MutexLock lock(&mutex_);
-  const auto found = slots_.find(id);
-  if (found == slots_.end()) return;
-  dropped = std::move(found->second);
-  slots_.erase(found);
+  for (auto it = slots_.begin(); it != slots_.end();) {
+    const auto slot = it++;
+    if (FamilyOfSlot(slot->first) != id) continue;
+    dropped.push_back(std::move(slot->second));
+    slots_.erase(slot);
+  }
 }
 
 // Lets go of the least recently used families that nobody holds, until the rest fits.
@@ -381,7 +383,7 @@ std::map<std::string, int64_t> Families::SizesBytes() const {
   absl::MutexLock lock(&mutex_);
   std::map<std::string, int64_t> sizes;
   for (const auto& [id, slot] : slots_) {
-    if (slot.current != nullptr) sizes[id] = slot.current->loaded->size_bytes;
+    if (slot.current != nullptr) sizes[FamilyOfSlot(id)] += slot.current->loaded->size_bytes;
   }
   return sizes;
 }

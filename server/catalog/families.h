@@ -17,46 +17,11 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "core/base/steady_cond_var.h"
-#include "core/mesh/registered_family.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
-#include "server/encode/grid.h"
-#include "server/finish/time_links.h"
-#include "server/parameters/triangulation.h"
-#include "server/slice/cell_index.h"
+#include "server/catalog/loaded_family.h"
 
 namespace liquidblend::catalog {
-
-// What frames of one level of detail are made from.  Threads: safe, immutable.
-struct LoadedLevel {
-  explicit LoadedLevel(const mesh::RegisteredFamily& level)
-      : family(level), index(level), time_links(level) {}
-  const mesh::RegisteredFamily& family;  // the LoadedFamily's own, or one of its coarser levels
-  const slice::CellIndex index;
-  const finish::TimeLinks time_links;
-};
-
-// One version of a family with all that frames are made from.  Threads: safe, immutable.
-struct LoadedFamily {
-  using ParameterSpace = std::optional<const parameters::Triangulation>;
-  //   triangulated  of registered.parameter_space, or nothing if that is empty
-  LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace triangulated);
-  const mesh::RegisteredFamily family;  // name and version as in the catalog
-  // By level of detail: `family`, then its coarser levels.
-  const std::vector<std::unique_ptr<const LoadedLevel>> levels;
-  const encode::Grid grid;  // for every frame of `family` at any level
-  const ParameterSpace parameter_space;
-  std::shared_ptr<const store::Blob> file;  // that `family` views; null: it views other memory
-  // kDataLoss once a part of the file could not be read: frames made since then are not to be sent.
-  absl::Status CheckFile() const;
-  int64_t size_bytes = 0;  // mapped file, indices and links
-  // Id, version and content: families that have it in common give the same frames.
-  std::string generation;
-};
-using FamilyPtr = std::shared_ptr<const LoadedFamily>;
-
-// The generation of what a record publishes.
-std::string GenerationOf(const store::pb::FamilyRecord& record);
 
 // The version that a call asks for. A bare number is `exact`.
 struct AskedVersion {
@@ -134,6 +99,7 @@ class Families {
 
   // One version on its way into memory. Guarded by mutex_.
   struct Load {
+    std::string slot;                // its key
     store::pb::FamilyRecord record;  // of a newer version if this one was replaced meanwhile
     bool is_done = false;            // then `loaded` is set, unless it failed
     FamilyPtr loaded;
@@ -142,6 +108,12 @@ class Families {
     std::vector<Waiter> waiting;
   };
   using LoadPtr = std::shared_ptr<Load>;
+
+  // What a call wants: the published version, or one that is kept beside it.
+  struct Wanted {
+    std::string slot;  // its key: the family's id, or "id@version" of a kept one
+    store::pb::FamilyRecord record;
+  };
 
   struct Slot {
     LoadPtr current;  // served; or nothing yet
@@ -159,12 +131,16 @@ class Families {
 
   void Find(const std::string& id, AskedVersion asked, Wish wish, Executor executor, Done done);
   absl::StatusOr<store::pb::FamilyRecord> FindPublished(const std::string& id);
-  Choice Choose(const store::pb::FamilyRecord& record, AskedVersion asked, Wish wish)
+  absl::StatusOr<Wanted> FindWanted(const std::string& id, AskedVersion asked);
+  // What the load's slot holds according to the catalog now.
+  absl::StatusOr<store::pb::FamilyRecord> LookAgain(const Load& load);
+  FamilyPtr PeekSlot(const std::string& slot, AskedVersion asked)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Choice Choose(const Wanted& wanted, AskedVersion asked, Wish wish)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   static Choice ChooseCurrent(const LoadPtr& current, AskedVersion asked);
   void Run(const LoadPtr& load);
   absl::StatusOr<FamilyPtr> LoadPublished(const LoadPtr& load);
-  absl::StatusOr<FamilyPtr> LoadFamily(const store::pb::FamilyRecord& record);
   void Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result);
   // What is let go of, to be destroyed without the lock: unmapping takes a while.
   using Dropped = std::vector<FamilyPtr>;
@@ -173,6 +149,7 @@ class Families {
   void NoteRefresh(const absl::Status& status);
   bool IsEmpty() const;
   std::vector<std::string> ChangedSlots(const std::map<std::string, int64_t>& versions) const;
+  void ForgetUnkeptVersions();
   void EvictIdle(Dropped& dropped) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t SizeBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

@@ -277,11 +277,23 @@ v1::Animation ToAnimation(const store::pb::AnimationRecord& record) {
   return animation;
 }
 
+v1::FamilyVersion ToFamilyVersion(const store::pb::FamilyRecord& record) {
+  v1::FamilyVersion version;
+  version.set_version(record.version());
+  const store::pb::FamilyManifest& manifest = record.manifest();
+  version.set_source(AnimationName(manifest.source()));
+  for (const std::string& target : manifest.targets()) version.add_targets(AnimationName(target));
+  version.set_size_bytes(record.size_bytes());
+  *version.mutable_publish_time() = record.update_time();
+  return version;
+}
+
 v1::Family ToFamily(const store::pb::FamilyRecord& record) {
   const store::pb::FamilyManifest& manifest = record.manifest();
   v1::Family family;
   family.set_name(FamilyName(record.id()));
   family.set_version(record.version());
+  family.set_restored_version(record.restored_version());
   if (!manifest.source().empty()) family.set_source(AnimationName(manifest.source()));
   for (const std::string& target : manifest.targets()) family.add_targets(AnimationName(target));
   if (manifest.frames_per_second() > 0) {

@@ -10,6 +10,7 @@
 namespace liquidblend::rpc {
 
 v1::Animation ToAnimation(const store::pb::AnimationRecord& record);
+v1::FamilyVersion ToFamilyVersion(const store::pb::FamilyRecord& record);
 v1::Family ToFamily(const store::pb::FamilyRecord& record);
 v1::ParameterSpace ToParameterSpace(const store::pb::ParameterSpace& record);
 v1::TimeBlending ToTimeBlending(const store::pb::FamilyManifest& manifest);

@@ -25,6 +25,7 @@ absl::Status Limits::Validate() const {
   if (max_targets < 1) return OutOfRange("max_targets", max_targets);
   if (max_correspondences < 0) return OutOfRange("max_correspondences", max_correspondences);
   if (worker_memory_bytes < 0) return OutOfRange("worker_memory_bytes", worker_memory_bytes);
+  if (keep_versions < 1) return OutOfRange("keep_versions", keep_versions);
   if (max_stream_bytes < 0) return OutOfRange("max_stream_bytes", max_stream_bytes);
   if (watch_interval <= absl::ZeroDuration()) {
     return absl::InvalidArgumentError(absl::StrCat("limit watch_interval is out of range: ",

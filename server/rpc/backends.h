@@ -30,6 +30,7 @@ struct Limits {
   int64_t max_stream_bytes = int64_t{16} << 20;
   // >= 0; the largest job that the server's own workers take. 0: others may come; none is refused.
   int64_t worker_memory_bytes = 0;
+  int keep_versions = 2;          // >= 1; of a family, the published one counted
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 

@@ -1,17 +1,33 @@
 #include <string>
+#include <vector>
 
 #include "core/base/status_macros.h"
 #include "server/rpc/api_messages.h"
+#include "server/rpc/errors.h"
 #include "server/rpc/handlers.h"
 #include "server/rpc/names.h"
 #include "server/rpc/paging.h"
 
 namespace liquidblend::rpc {
+namespace {
+
+absl::StatusOr<v1::Family> WithKeptVersions(Backends& backends,
+                                            const store::pb::FamilyRecord& record) {
+  v1::Family family = ToFamily(record);
+  LB_ASSIGN_OR_RETURN(const std::vector<store::pb::FamilyRecord> kept,
+                      backends.catalog.ListKeptVersions(record.id()));
+  for (const store::pb::FamilyRecord& version : kept) {
+    *family.add_kept_versions() = ToFamilyVersion(version);
+  }
+  return family;
+}
+
+}  // namespace
 
 absl::StatusOr<v1::Family> GetFamily(Backends& backends, const v1::GetFamilyRequest& request) {
   LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("name", request.name()));
   LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord record, backends.catalog.GetFamily(id));
-  return ToFamily(record);
+  return WithKeptVersions(backends, record);
 }
 
 absl::StatusOr<v1::ListFamiliesResponse> ListFamilies(Backends& backends,
@@ -23,6 +39,18 @@ absl::StatusOr<v1::ListFamiliesResponse> ListFamilies(Backends& backends,
   for (const auto& record : found->records) *response.add_families() = ToFamily(record);
   response.set_next_page_token(found->next_page_token);
   return response;
+}
+
+// Nothing older than the new version is served afterwards: it is loaded for the next call.
+absl::StatusOr<v1::Family> RollbackFamily(Backends& backends,
+                                          const v1::RollbackFamilyRequest& request) {
+  LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("name", request.name()));
+  if (request.version() < 1) return InvalidField("version", "must be at least 1");
+  LB_ASSIGN_OR_RETURN(
+      const store::pb::FamilyRecord record,
+      backends.catalog.RollbackFamily(id, request.version(), backends.limits.keep_versions));
+  backends.families.Forget(id);
+  return WithKeptVersions(backends, record);
 }
 
 absl::StatusOr<Empty> DeleteFamily(Backends& backends, const v1::DeleteFamilyRequest& request) {

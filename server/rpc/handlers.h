@@ -42,6 +42,8 @@ absl::StatusOr<Empty> DeleteAnimation(Backends& backends,
 absl::StatusOr<v1::Family> GetFamily(Backends& backends, const v1::GetFamilyRequest& request);
 absl::StatusOr<v1::ListFamiliesResponse> ListFamilies(Backends& backends,
                                                       const v1::ListFamiliesRequest& request);
+absl::StatusOr<v1::Family> RollbackFamily(Backends& backends,
+                                          const v1::RollbackFamilyRequest& request);
 absl::StatusOr<Empty> DeleteFamily(Backends& backends, const v1::DeleteFamilyRequest& request);
 
 // operations.cc

@@ -67,6 +67,7 @@ constexpr Method kRegisterFamily = {
     std::numeric_limits<int64_t>::max()};  // gRPC's limit: correspondences are many
 constexpr Method kGetFamily = {"GetFamily", std::nullopt};
 constexpr Method kListFamilies = {"ListFamilies", std::nullopt};
+constexpr Method kRollbackFamily = {"RollbackFamily", Scope::kRegister, Effect::kChanges};
 constexpr Method kDeleteFamily = {"DeleteFamily", Scope::kRegister, Effect::kChanges};
 constexpr Method kWatchOperation = {"WatchOperation", std::nullopt, Effect::kReads, Span::kLasts};
 constexpr Method kGetFrame = {"GetFrame", Scope::kFrames};
@@ -156,6 +157,13 @@ ServerUnaryReactor* LiquidBlendService::ListFamilies(CallbackServerContext* cont
                                                      v1::ListFamiliesResponse* response) {
   return Answer(context, gate_.Admit(*context, kListFamilies, *request), backends_, backends_.io,
                 rpc::ListFamilies, request, response);
+}
+
+ServerUnaryReactor* LiquidBlendService::RollbackFamily(CallbackServerContext* context,
+                                                       const v1::RollbackFamilyRequest* request,
+                                                       v1::Family* response) {
+  return Answer(context, gate_.Admit(*context, kRollbackFamily, *request), backends_, backends_.io,
+                rpc::RollbackFamily, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::DeleteFamily(CallbackServerContext* context,

@@ -22,9 +22,10 @@ using MethodsInMessages = LiquidBlend::WithCallbackMethod_PresignUpload<
                 LiquidBlend::WithCallbackMethod_RegisterFamily<
                     LiquidBlend::WithCallbackMethod_GetFamily<
                         LiquidBlend::WithCallbackMethod_ListFamilies<
-                            LiquidBlend::WithCallbackMethod_DeleteFamily<
-                                LiquidBlend::WithCallbackMethod_WatchOperation<
-                                    LiquidBlend::Service>>>>>>>>>>>;
+                            LiquidBlend::WithCallbackMethod_RollbackFamily<
+                                LiquidBlend::WithCallbackMethod_DeleteFamily<
+                                    LiquidBlend::WithCallbackMethod_WatchOperation<
+                                        LiquidBlend::Service>>>>>>>>>>>>;
 using AllMethods =
     LiquidBlend::WithRawCallbackMethod_UploadAnimation<LiquidBlend::WithRawCallbackMethod_GetFrame<
         LiquidBlend::WithRawCallbackMethod_StreamFrames<MethodsInMessages>>>;
@@ -62,6 +63,9 @@ class LiquidBlendService final : public AllMethods {
   ServerUnaryReactor* ListFamilies(CallbackServerContext* context,
                                    const v1::ListFamiliesRequest* request,
                                    v1::ListFamiliesResponse* response) override;
+  ServerUnaryReactor* RollbackFamily(CallbackServerContext* context,
+                                     const v1::RollbackFamilyRequest* request,
+                                     v1::Family* response) override;
   ServerUnaryReactor* DeleteFamily(CallbackServerContext* context,
                                    const v1::DeleteFamilyRequest* request,
                                    google::protobuf::Empty* response) override;

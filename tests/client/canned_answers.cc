@@ -28,6 +28,11 @@ v1::Family MakeFamily(const std::string& id) {
   family.add_targets("animations/drops-b");
   if (id == "empty") return family;
   family.set_version(3);
+  v1::FamilyVersion& kept = *family.add_kept_versions();
+  kept.set_version(2);
+  kept.set_source("animations/drops-a");
+  kept.add_targets("animations/drops-c");
+  kept.mutable_publish_time()->set_seconds(1'709'251'200);  // 2024-03-01
   family.set_duration_s(kCannedDuration);
   family.set_frames_per_second(kCannedFramesPerSecond);
   for (const auto set : {&v1::Vector3::set_x, &v1::Vector3::set_y, &v1::Vector3::set_z}) {

@@ -150,6 +150,18 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     return grpc::Status::OK;
   }
 
+  grpc::Status RollbackFamily(ServerContext*, const v1::RollbackFamilyRequest* request,
+                              v1::Family* family) override {
+    if (grpc::Status status = Enter("RollbackFamily"); !status.ok()) return status;
+    if (Id(request->name()) != "drops" || request->version() != 2) {
+      return NotFound(request->name());
+    }
+    *family = MakeFamily("drops");
+    family->set_version(4);
+    family->set_restored_version(request->version());
+    return grpc::Status::OK;
+  }
+
   grpc::Status DeleteFamily(ServerContext*, const v1::DeleteFamilyRequest* request,
                             google::protobuf::Empty*) override {
     return Delete("DeleteFamily", request->name());

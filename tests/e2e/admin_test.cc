@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <utility>
 
 #include "tests/e2e/e2e_testing.h"
 #include "tests/paths.h"
@@ -28,12 +29,13 @@ class AdminTest : public E2eTest {
     EXPECT_EQ(server.Wait(), 0);
   }
 
-  std::string Frame() {
+  std::string Frame(int64_t version = 0) {
     grpc::ClientContext context;
     v1::GetFrameRequest request;
     request.set_family("families/balls");
     request.add_weights(0.5);
     request.set_time_s(0.1);
+    request.set_version(version);
     v1::Frame frame;
     const grpc::Status status = stub_->GetFrame(&context, request, &frame);
     EXPECT_TRUE(status.ok()) << status.error_message();
@@ -73,18 +75,22 @@ TEST_F(AdminTest, AStoreMovesToManyMachinesAndBackAndServesTheSameBytes) {
   const std::string one = data() + "/one";
   const std::string two = data() + "/two";
   const std::string exported = data() + "/exported";
-  std::string frame;
+  std::string frame, kept;  // of the published version, and of the one before
   {
     Process server = StartEmbedded(one, 1);
     ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
     ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
-    Operation registration;
-    ASSERT_TRUE(Register(3, registration).ok());
-    ExpectSuccess(AwaitDone(registration.name()));
-    frame = Frame();
+    ExpectSuccess(AwaitDone(ImportBall("c", 3.0).name()));
+    for (const char* target : {"c", "b"}) {
+      Operation registration;
+      ASSERT_TRUE(Register(3, registration, {target}).ok());
+      ExpectSuccess(AwaitDone(registration.name()));
+      kept = std::exchange(frame, Frame());
+    }
     Stop(server);
   }
   ASSERT_GT(frame.size(), 100);
+  ASSERT_NE(frame, kept);
   const std::string program = paths::Program("liquidblend-admin") + " ";
   ASSERT_EQ(std::system((program + "export --data " + one + " " + exported).c_str()), 0);
   ASSERT_EQ(Admin("import", Shared({exported})), 0);
@@ -98,8 +104,9 @@ TEST_F(AdminTest, AStoreMovesToManyMachinesAndBackAndServesTheSameBytes) {
     EXPECT_THAT(report, HasSubstr("\"damage\":[]"));
     EXPECT_EQ(Admin("collect", Shared({"--older-than", "0s", "--json"}), &report), 0);
     EXPECT_TRUE(Frame() == frame);
+    EXPECT_TRUE(Frame(1) == kept);
     EXPECT_EQ(Admin("queue", Shared({"--json"}), &report), 0);
-    EXPECT_THAT(report, HasSubstr("{\"counts\":{\"succeeded\":3}"));
+    EXPECT_THAT(report, HasSubstr("{\"counts\":{\"succeeded\":5}"));
     EXPECT_EQ(Admin("workers", Shared({"--json"}), &report), 0);
     EXPECT_EQ(report, "{\"workers\":[]}");
   }
@@ -111,6 +118,7 @@ TEST_F(AdminTest, AStoreMovesToManyMachinesAndBackAndServesTheSameBytes) {
   EXPECT_EQ(std::system((program + "check --data " + two).c_str()), 0);
   Process server = StartEmbedded(two, 0);
   EXPECT_TRUE(Frame() == frame);
+  EXPECT_TRUE(Frame(1) == kept);
 }
 
 TEST_F(AdminTest, TellsWhatIsWrongByItsExitCode) {

@@ -115,7 +115,10 @@ class Client {
   absl::StatusOr<Operation> RegisterFamily(const RegisterRequest& request);
   absl::StatusOr<Family> GetFamily(const std::string& name);
   absl::StatusOr<std::vector<Family>> ListFamilies();  // all pages
-  absl::Status DeleteFamily(const std::string& name);
+  // Publishes a kept version (Family::kept_versions) again, as the newest one with a number of its
+  // own. Errors: kNotFound if it is not kept; kFailedPrecondition while the family is registered.
+  absl::StatusOr<Family> RollbackFamily(const std::string& name, int64_t version);
+  absl::Status DeleteFamily(const std::string& name);  // all versions
 
   absl::StatusOr<Operation> GetOperation(const std::string& name);
   absl::StatusOr<std::vector<Operation>> ListOperations();  // all pages

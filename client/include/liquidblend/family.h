@@ -107,6 +107,15 @@ struct LevelOfDetail {
   int64_t num_cells = 0;
 };
 
+// A version of a family that is kept beside the published one.
+struct FamilyVersion {
+  int64_t version = 0;
+  std::string source;
+  std::vector<std::string> targets;
+  int64_t size_bytes = 0;
+  absl::Time publish_time = absl::UnixEpoch();
+};
+
 // One source animation and its targets, registered.
 struct Family {
   std::string name;                  // families/{id}
@@ -125,6 +134,8 @@ struct Family {
   std::vector<SpaceTimeReport> space_time_reports;
   ParameterSpace parameter_space;
   TimeBlending time_blending;
+  int64_t restored_version = 0;  // that this one is again, by Client::RollbackFamily(); 0: none
+  std::vector<FamilyVersion> kept_versions;  // newest first; only from Client::GetFamily()
   int64_t size_bytes = 0;
   absl::Time create_time = absl::UnixEpoch();
   absl::Time update_time = absl::UnixEpoch();

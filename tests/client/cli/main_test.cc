@@ -370,6 +370,21 @@ TEST_F(Command, InspectDescribesAMeshFile) {
   EXPECT_EQ(stats["closed"], true);
 }
 
+TEST_F(Command, InspectListsKeptVersionsAndRollbackGoesBackToOne) {
+  EXPECT_THAT(Run({"inspect", "drops"}).out,
+              HasSubstr("version 2 is kept: animations/drops-a -> animations/drops-c, of "
+                        "2024-03-01T00:00:00Z"));
+  const json kept = json::parse(Run({"--json", "inspect", "drops"}).out)["kept_versions"];
+  ASSERT_EQ(kept.size(), 1u);
+  EXPECT_EQ(kept[0]["version"], 2);
+  const CommandResult back = Run({"rollback", "drops", "2"});
+  EXPECT_EQ(back.exit_code, 0) << back.err;
+  EXPECT_THAT(back.out, HasSubstr("families/drops: version 4, which is version 2 again"));
+  EXPECT_EQ(Run({"rollback", "drops", "1"}).exit_code, 4);
+  EXPECT_EQ(Run({"rollback", "drops", "0"}).exit_code, 2);
+  EXPECT_EQ(Run({"rollback", "drops"}).exit_code, 2);
+}
+
 TEST_F(Command, DeleteFindsTheCollectionAndCancelAnswers) {
   EXPECT_EQ(Run({"delete", "drops-a"}).exit_code, 0);
   EXPECT_EQ(Run({"delete", "families/drops"}).exit_code, 0);

@@ -44,6 +44,19 @@ TEST(CatalogFile, GivesBackTheRecords) {
   EXPECT_EQ(Written(*contents), bytes);
 }
 
+TEST(CatalogFile, HasASectionOfKeptVersionsOnlyIfThereAreAny) {
+  CatalogContents with_kept = Sample();
+  with_kept.kept_versions.emplace_back().set_id("f");
+  with_kept.kept_versions.back().set_version(6);
+  const std::string bytes = Written(with_kept);
+  const auto contents = ReadCatalogFile(AsBytes(bytes), "file");
+  ASSERT_THAT(contents, Succeeds());
+  EXPECT_EQ(contents->kept_versions.at(0).version(), 6);
+  EXPECT_EQ(contents->jobs.size(), 1);
+  EXPECT_THAT(bytes, testing::HasSubstr("kept_versions"));
+  EXPECT_THAT(Written(Sample()), testing::Not(testing::HasSubstr("kept_versions")));
+}
+
 TEST(CatalogFile, NoticesEachByteThatChangesAndEachLengthThatIsNotItsOwn) {
   const std::string bytes = Written(Sample());
   for (size_t k = 0; k < bytes.size(); ++k) {

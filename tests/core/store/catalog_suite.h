@@ -1,5 +1,5 @@
 // What every backend of Catalog must do. A backend's test includes this and instantiates
-// CatalogSuite with a function that makes one CatalogBackend.
+// CatalogSuite and CatalogVersions with a function that makes one CatalogBackend.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -19,6 +19,7 @@
 #include "tests/core/store/catalog_retry_suite.h"
 #include "tests/core/store/catalog_testing.h"
 #include "tests/core/store/catalog_upkeep_suite.h"
+#include "tests/core/store/catalog_versions_suite.h"
 
 namespace liquidblend::store {
 

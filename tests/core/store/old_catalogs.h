@@ -125,6 +125,40 @@ inline constexpr char kPostgresVersion3[] = R"sql(
   UPDATE catalog_version SET version = 3, changed_at = now();
 )sql";
 
+// After version 4.
+inline constexpr char kSqliteVersion5[] = R"sql(
+  ALTER TABLE animations ADD COLUMN owner TEXT NOT NULL DEFAULT '';
+  ALTER TABLE animations ADD COLUMN stored_bytes INTEGER NOT NULL DEFAULT 0;
+  ALTER TABLE families ADD COLUMN owner TEXT NOT NULL DEFAULT '';
+  ALTER TABLE families ADD COLUMN stored_bytes INTEGER NOT NULL DEFAULT 0;
+  CREATE INDEX animations_by_owner ON animations (owner, blob, stored_bytes);
+  CREATE INDEX families_by_owner ON families (owner, blob, stored_bytes);
+  PRAGMA user_version = 5;
+)sql";
+
+// After version 3.
+inline constexpr char kPostgresVersion4[] = R"sql(
+  ALTER TABLE animations ADD COLUMN owner TEXT COLLATE "C" NOT NULL DEFAULT '';
+  ALTER TABLE animations ADD COLUMN stored_bytes BIGINT NOT NULL DEFAULT 0;
+  ALTER TABLE families ADD COLUMN owner TEXT COLLATE "C" NOT NULL DEFAULT '';
+  ALTER TABLE families ADD COLUMN stored_bytes BIGINT NOT NULL DEFAULT 0;
+  CREATE INDEX animations_by_owner ON animations (owner, blob, stored_bytes);
+  CREATE INDEX families_by_owner ON families (owner, blob, stored_bytes);
+  UPDATE catalog_version SET version = 4, changed_at = now();
+)sql";
+
+// After version 5.
+inline constexpr char kSqliteVersion6[] = R"sql(
+  ALTER TABLE workers ADD COLUMN refusal TEXT NOT NULL DEFAULT '';
+  PRAGMA user_version = 6;
+)sql";
+
+// After version 4.
+inline constexpr char kPostgresVersion5[] = R"sql(
+  ALTER TABLE workers ADD COLUMN refusal TEXT NOT NULL DEFAULT '';
+  UPDATE catalog_version SET version = 5, changed_at = now();
+)sql";
+
 // ---- what is in them; CheckOldRows() says whether a catalog still has it
 
 inline pb::JobRecord OldJob(const std::string& id, pb::JobRecord job, pb::JobRecord::State state) {
@@ -221,6 +255,28 @@ inline void CheckOldRows(Catalog& catalog, absl::Time& now, bool with_owners = f
   EXPECT_EQ(prune(absl::Now() + absl::Hours(23)), 0);
   EXPECT_EQ(prune(absl::Now() + absl::Hours(25)), 1);
   EXPECT_THAT(catalog.GetJob("import-a"), Fails(absl::StatusCode::kNotFound, "import-a"));
+}
+
+// A catalog of OldRows() that kept one version of each family: from now on it keeps two.
+inline void CheckOldVersionIsKept(Catalog& catalog) {
+  for (const std::string id : {"register-f", "register-g"}) {
+    ASSERT_THAT(catalog.RequestCancel(id), Succeeds());
+  }
+  EXPECT_TRUE(catalog.ListKeptVersions("f")->empty());
+  pb::JobRecord job = RegistrationOf("f", "a", {"b"});
+  job.mutable_register_family()->set_keep_versions(2);
+  ASSERT_THAT(catalog.SubmitRegistration(job), Succeeds());
+  const auto lease = catalog.LeaseJob("worker", absl::Minutes(1));
+  ASSERT_THAT(lease, Succeeds());
+  ASSERT_TRUE(lease->has_value());
+  pb::FamilyRecord family;
+  family.set_id("f");
+  family.set_blob("blob 4");
+  EXPECT_EQ(*catalog.PublishFamily((*lease)->lease_id, family), 4);
+  EXPECT_EQ(catalog.GetFamilyVersion("f", 3)->blob(), "blob-of-f");
+  EXPECT_THAT(*catalog.ListReferencedBlobs(), ::testing::Contains("blob-of-f"));
+  EXPECT_EQ(catalog.RollbackFamily("f", 3, 2)->version(), 5);
+  EXPECT_EQ(catalog.GetFamily("f")->blob(), "blob-of-f");
 }
 
 }  // namespace liquidblend::store

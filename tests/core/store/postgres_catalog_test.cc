@@ -29,6 +29,10 @@ INSTANTIATE_TEST_SUITE_P(Postgres, CatalogSuite,
                          ::testing::Values([]() -> std::unique_ptr<CatalogBackend> {
                            return std::make_unique<PostgresBackend>();
                          }));
+INSTANTIATE_TEST_SUITE_P(Postgres, CatalogVersions,
+                         ::testing::Values([]() -> std::unique_ptr<CatalogBackend> {
+                           return std::make_unique<PostgresBackend>();
+                         }));
 
 class PostgresCatalogTest : public ::testing::Test {
  protected:
@@ -61,7 +65,7 @@ class PostgresCatalogTest : public ::testing::Test {
     options.now = [&] { return now; };
     const auto catalog = MustOpen(options);
     ASSERT_NE(catalog, nullptr);
-    EXPECT_EQ(Run("SELECT version FROM catalog_version"), "5");
+    EXPECT_EQ(Run("SELECT version FROM catalog_version"), "6");
     CheckOldRows(*catalog, now, with_owners);
   }
 
@@ -128,6 +132,12 @@ TEST_F(PostgresCatalogTest, BringsTheVersionWithoutOwnersUpToDate) {
   CheckIsBroughtUpToDate(/*with_owners=*/true);
 }
 
+TEST_F(PostgresCatalogTest, KeepsTheVersionsOfADatabaseThatKeptOne) {
+  RunScript(absl::StrCat(kPostgresVersion1, OldRows(), kPostgresVersion2, kPostgresVersion3,
+                         kPostgresVersion4, kPostgresVersion5));
+  CheckOldVersionIsKept(*MustOpen());
+}
+
 TEST_F(PostgresCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
   RunScript(absl::StrCat(kPostgresVersion1, OldRows()));
   std::vector<pid_t> children;
@@ -141,7 +151,7 @@ TEST_F(PostgresCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
   }
   for (const pid_t child : children) EXPECT_EQ(WaitFor(child), 0);
   EXPECT_EQ(MustOpen()->ListJobs(0, "")->records.size(), 9);
-  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "5");
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "6");
 }
 
 // A step that cannot be made leaves the former version.
@@ -163,13 +173,13 @@ TEST_F(PostgresCatalogTest, StatementsOfTheFormerVersionFail) {
 
 TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
   const auto catalog = MustOpen();
-  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "5");
-  Run("UPDATE catalog_version SET version = 6");
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "6");
+  Run("UPDATE catalog_version SET version = 7");
   EXPECT_THAT(OpenPostgresCatalog(url_),
-              Fails(Code::kFailedPrecondition, "has schema version 6; this program knows 1 to 5"));
+              Fails(Code::kFailedPrecondition, "has schema version 7; this program knows 1 to 6"));
   // One that was open already changes nothing any more, either.
   EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
-              Fails(Code::kFailedPrecondition, "has schema version 6"));
+              Fails(Code::kFailedPrecondition, "has schema version 7"));
 }
 
 TEST_F(PostgresCatalogTest, LeavesOtherDatabasesAlone) {

@@ -30,6 +30,10 @@ INSTANTIATE_TEST_SUITE_P(Sqlite, CatalogSuite,
                          ::testing::Values([]() -> std::unique_ptr<CatalogBackend> {
                            return std::make_unique<SqliteBackend>();
                          }));
+INSTANTIATE_TEST_SUITE_P(Sqlite, CatalogVersions,
+                         ::testing::Values([]() -> std::unique_ptr<CatalogBackend> {
+                           return std::make_unique<SqliteBackend>();
+                         }));
 
 class SqliteCatalogTest : public ::testing::Test {
  protected:
@@ -94,10 +98,10 @@ TEST_F(SqliteCatalogTest, KnowsItsSchemaVersion) {
     return absl::OkStatus();
   };
   EXPECT_THAT(OpenRaw()->Run("PRAGMA user_version", {}, read), Succeeds());
-  EXPECT_EQ(version, 6);
-  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 7"), Succeeds());
+  EXPECT_EQ(version, 7);
+  EXPECT_THAT(OpenRaw()->RunScript("PRAGMA user_version = 8"), Succeeds());
   EXPECT_THAT(OpenSqliteCatalog(path_),
-              Fails(Code::kFailedPrecondition, path_ + " has schema version 7"));
+              Fails(Code::kFailedPrecondition, path_ + " has schema version 8"));
 }
 
 TEST_F(SqliteCatalogTest, BringsOlderDatabasesUpToDate) {
@@ -113,6 +117,15 @@ TEST_F(SqliteCatalogTest, BringsOlderDatabasesUpToDate) {
     ASSERT_THAT(catalog, Succeeds());
     CheckOldRows(**catalog, now, /*with_owners=*/later == fourth);
   }
+}
+
+TEST_F(SqliteCatalogTest, KeepsTheVersionsOfADatabaseThatKeptOne) {
+  path_ = folder_.path() + "/old.db";
+  ASSERT_THAT(OpenRaw()->RunScript(absl::StrCat(kSqliteVersion1, OldRows(), kSqliteVersion2,
+                                                kSqliteVersion3, kSqliteVersion4, kSqliteVersion5,
+                                                kSqliteVersion6)),
+              Succeeds());
+  CheckOldVersionIsKept(*MustOpen());
 }
 
 TEST_F(SqliteCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {

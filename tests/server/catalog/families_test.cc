@@ -106,8 +106,9 @@ class FamiliesTest : public testing::Test {
     ASSERT_TRUE(published.ok()) << published;
   }
 
-  void SubmitRegistration(const std::string& id) {
+  void SubmitRegistration(const std::string& id, int keep_versions = 1) {
     store::pb::JobRecord job;
+    job.mutable_register_family()->set_keep_versions(keep_versions);
     job.mutable_register_family()->set_family(id);
     job.mutable_register_family()->set_source("a");
     job.mutable_register_family()->add_targets("b");
@@ -116,8 +117,8 @@ class FamiliesTest : public testing::Test {
   }
 
   // Registers family `id` and publishes this blob as its next version.
-  void Publish(const std::string& id, const store::BlobId& blob) {
-    SubmitRegistration(id);
+  void Publish(const std::string& id, const store::BlobId& blob, int keep_versions = 1) {
+    SubmitRegistration(id, keep_versions);
     store::pb::FamilyRecord record;
     record.set_id(id);
     record.set_blob(blob);
@@ -437,6 +438,45 @@ TEST_F(FamiliesTest, WhoeverKnowsOfANewerVersionWaitsForIt) {
   loads.RunAll();
   EXPECT_EQ(newer.version(), 2);
   EXPECT_NE(families.Peek("splash", {0, 2}), nullptr);
+}
+
+TEST_F(FamiliesTest, KeptVersionsAreLoadedBesideThePublishedOne) {
+  Publish("splash", PutFamily(1), 2);
+  Publish("splash", PutFamily(2), 2);
+  Families families(*catalog_, *blobs_);
+  LateLoads loads;
+  Answer kept;
+  families.GetReady("splash", 1, loads.executor(), kept.Done());
+  EXPECT_FALSE(kept.result.has_value());
+  loads.RunAll();
+  EXPECT_EQ(kept.version(), 1);
+  EXPECT_EQ(families.Peek("splash", 0), nullptr) << "the published one is not in memory";
+  EXPECT_EQ((*families.Get("splash"))->family.version, 2);
+  ASSERT_NE(families.Peek("splash", 1), nullptr);
+  EXPECT_EQ(families.Peek("splash", 1)->family.version, 1);
+  EXPECT_EQ(families.Peek("splash", 2)->family.version, 2);
+  EXPECT_EQ((*families.Get("splash", 1))->family.version, 1);
+  EXPECT_EQ(families.SizesBytes().size(), 1U);
+  families.Refresh(loads.executor());
+  EXPECT_NE(families.Peek("splash", 1), nullptr);
+  EXPECT_TRUE(loads.tasks.empty());
+}
+
+TEST_F(FamiliesTest, VersionsThatAreNotKeptAnyMoreAreForgotten) {
+  Publish("splash", PutFamily(1), 2);
+  Publish("splash", PutFamily(2), 2);
+  Families families(*catalog_, *blobs_);
+  LateLoads loads;
+  ASSERT_TRUE(families.Get("splash", 1).ok());
+  Publish("splash", PutFamily(3), 2);
+  families.Refresh(loads.executor());
+  EXPECT_EQ(families.Peek("splash", 1), nullptr);
+  EXPECT_EQ(families.Get("splash", 1).status().code(), absl::StatusCode::kNotFound);
+  ASSERT_TRUE(families.Get("splash", 2).ok());
+  ASSERT_TRUE(catalog_->DeleteFamily("splash").ok());
+  EXPECT_NE(families.Peek("splash", 2), nullptr);
+  families.Forget("splash");
+  EXPECT_EQ(families.Peek("splash", 2), nullptr);
 }
 
 TEST_F(FamiliesTest, IsBehindUntilTheNewerVersionIsLoaded) {

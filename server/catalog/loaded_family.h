@@ -1,0 +1,58 @@
+// One version of a family in memory, with all that frames are made from.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/mesh/registered_family.h"
+#include "core/store/blob_store.h"
+#include "core/store/catalog.h"
+#include "server/encode/grid.h"
+#include "server/finish/time_links.h"
+#include "server/parameters/triangulation.h"
+#include "server/slice/cell_index.h"
+
+namespace liquidblend::catalog {
+
+// What frames of one level of detail are made from.  Threads: safe, immutable.
+struct LoadedLevel {
+  explicit LoadedLevel(const mesh::RegisteredFamily& level)
+      : family(level), index(level), time_links(level) {}
+  const mesh::RegisteredFamily& family;  // the LoadedFamily's own, or one of its coarser levels
+  const slice::CellIndex index;
+  const finish::TimeLinks time_links;
+};
+
+// One version of a family with all that frames are made from.  Threads: safe, immutable.
+struct LoadedFamily {
+  using ParameterSpace = std::optional<const parameters::Triangulation>;
+  //   triangulated  of registered.parameter_space, or nothing if that is empty
+  LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace triangulated);
+  const mesh::RegisteredFamily family;  // name and version as in the catalog
+  // By level of detail: `family`, then its coarser levels.
+  const std::vector<std::unique_ptr<const LoadedLevel>> levels;
+  const encode::Grid grid;  // for every frame of `family` at any level
+  const ParameterSpace parameter_space;
+  std::shared_ptr<const store::Blob> file;  // that `family` views; null: it views other memory
+  // kDataLoss once a part of the file could not be read: frames made since then are not to be sent.
+  absl::Status CheckFile() const;
+  int64_t size_bytes = 0;  // mapped file, indices and links
+  // Id, version and content: families that have it in common give the same frames.
+  std::string generation;
+};
+using FamilyPtr = std::shared_ptr<const LoadedFamily>;
+
+// The generation of what a record publishes.
+std::string GenerationOf(const store::pb::FamilyRecord& record);
+
+// Errors: kDataLoss if the blob is not there or no family file; the blob store's. Messages begin
+// with the family's name.
+absl::StatusOr<FamilyPtr> LoadFamily(const store::pb::FamilyRecord& record,
+                                     store::BlobStore& blobs);
+
+}  // namespace liquidblend::catalog

@@ -1,0 +1,116 @@
+// The versions of a family that are kept beside the published one, and the way back to them.
+#include <csignal>
+
+#include "tests/e2e/e2e_testing.h"
+
+namespace liquidblend::e2e {
+namespace {
+
+using ::testing::HasSubstr;
+
+class KeptVersionsTest : public E2eTest {
+ protected:
+  KeptVersionsTest() : server_(StartServer(1)) {
+    for (const auto& [id, velocity] : {std::pair("a", 1.0), {"b", 2.0}, {"c", 3.0}}) {
+      ExpectSuccess(AwaitDone(ImportBall(id, velocity).name()));
+    }
+  }
+
+  void Publish(const std::string& target) {
+    Operation registration;
+    const grpc::Status status = Register(1, registration, {target});
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    ExpectSuccess(AwaitDone(registration.name()));
+  }
+
+  grpc::Status GetFrame(int64_t version, v1::Frame& frame) {
+    grpc::ClientContext context;
+    v1::GetFrameRequest request;
+    request.set_family("families/balls");
+    request.add_weights(1.0);
+    request.set_time_s(0.1);
+    request.set_version(version);
+    return stub_->GetFrame(&context, request, &frame);
+  }
+  v1::Frame MustGetFrame(int64_t version) {
+    v1::Frame frame;
+    const grpc::Status status = GetFrame(version, frame);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return frame;
+  }
+
+  v1::Family GetFamily() {
+    grpc::ClientContext context;
+    v1::GetFamilyRequest request;
+    request.set_name("families/balls");
+    v1::Family family;
+    EXPECT_TRUE(stub_->GetFamily(&context, request, &family).ok());
+    return family;
+  }
+
+  int Rollback(int64_t version) {
+    return Process("liquidblend",
+                   {"--server", Address(), "rollback", "balls", std::to_string(version)})
+        .Wait();
+  }
+
+  Process server_;
+};
+
+TEST_F(KeptVersionsTest, TheOneBeforeIsKeptAndOneCommandGoesBack) {
+  Publish("b");
+  const v1::Frame first = MustGetFrame(0);
+  Publish("c");
+  const v1::Frame second = MustGetFrame(0);
+  EXPECT_EQ(second.version(), 2);
+  EXPECT_NE(first.data(), second.data());
+  EXPECT_EQ(MustGetFrame(1).data(), first.data());
+  v1::Family family = GetFamily();
+  ASSERT_EQ(family.kept_versions_size(), 1);
+  EXPECT_EQ(family.kept_versions(0).version(), 1);
+  EXPECT_EQ(family.kept_versions(0).targets(0), "animations/b");
+  EXPECT_GT(family.kept_versions(0).size_bytes(), 0);
+  EXPECT_LT(family.kept_versions(0).publish_time().seconds(), family.update_time().seconds() + 1);
+
+  EXPECT_EQ(Rollback(1), 0);
+  const v1::Frame back = MustGetFrame(0);
+  EXPECT_EQ(back.version(), 3);
+  EXPECT_EQ(back.data(), first.data());
+  EXPECT_EQ(MustGetFrame(2).data(), second.data());
+  v1::Frame none;
+  const grpc::Status gone = GetFrame(1, none);
+  EXPECT_EQ(gone.error_code(), grpc::StatusCode::NOT_FOUND);
+  family = GetFamily();
+  EXPECT_EQ(family.restored_version(), 1);
+  EXPECT_EQ(family.targets(0), "animations/b");
+  EXPECT_EQ(Rollback(7), 4);
+  EXPECT_EQ(GetFamily().version(), 3);
+}
+
+TEST_F(KeptVersionsTest, AServerThatHasJustStartedHasThemToo) {
+  if (server_.pid() <= 0) GTEST_SKIP() << "the servers run already";
+  Publish("b");
+  const v1::Frame first = MustGetFrame(0);
+  Publish("c");
+  server_.Signal(SIGTERM);
+  EXPECT_EQ(server_.Wait(), 0);
+  server_ = StartServer();
+  EXPECT_EQ(MustGetFrame(1).data(), first.data());
+  EXPECT_EQ(MustGetFrame(0).version(), 2);
+  EXPECT_EQ(MustGetFrame(1).data(), first.data());
+}
+
+TEST_F(KeptVersionsTest, TheirAnimationsCannotBeDeleted) {
+  Publish("b");
+  Publish("c");
+  grpc::ClientContext context;
+  v1::DeleteAnimationRequest request;
+  request.set_name("animations/b");
+  google::protobuf::Empty empty;
+  const grpc::Status status = stub_->DeleteAnimation(&context, request, &empty);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(status.error_message(), HasSubstr("is part of family 'balls'"));
+}
+
+}  // namespace
+}  // namespace liquidblend::e2e
