@@ -20,6 +20,8 @@ std::string Describe(const Bounds& bounds) {
                          bounds.min.z, bounds.max.x, bounds.max.y, bounds.max.z);
 }
 
+std::string DescribeUp(Up up) { return up == Up::kUnknown ? "z (assumed)" : NameOf(up); }
+
 // The kinds that there are, e.g. "1200 wedges, 40 pyramids".
 std::string DescribeCells(const SpaceTimeReport& report) {
   std::vector<std::string> kinds;
@@ -100,15 +102,15 @@ std::string Describe(const Animation& animation) {
   std::string text = absl::StrCat(animation.name, ": ", StateName(animation.state));
   if (!animation.error.ok()) absl::StrAppend(&text, ": ", animation.error.message());
   if (animation.state != AnimationState::kReady) return text;
-  absl::StrAppendFormat(&text,
-                        "\n  %d frames from number %d at %.4g per second"
-                        "\n  %d vertices, %d triangles, mean edge %.4g m"
-                        "\n  bounds %s"
-                        "\n  %s stored",
-                        animation.num_frames, animation.first_frame_number,
-                        animation.frames_per_second, animation.num_vertices,
-                        animation.num_triangles, animation.mean_edge_length_m,
-                        Describe(animation.bounds), FormatBytes(animation.size_bytes));
+  absl::StrAppendFormat(
+      &text,
+      "\n  %d frames from number %d at %.4g per second"
+      "\n  %d vertices, %d triangles, mean edge %.4g m"
+      "\n  bounds %s, %s up"
+      "\n  %s stored",
+      animation.num_frames, animation.first_frame_number, animation.frames_per_second,
+      animation.num_vertices, animation.num_triangles, animation.mean_edge_length_m,
+      Describe(animation.bounds), DescribeUp(animation.up), FormatBytes(animation.size_bytes));
   for (const std::string& note : animation.notes) absl::StrAppend(&text, "\n  note: ", note);
   return text;
 }
@@ -118,7 +120,7 @@ std::string Describe(const Family& family) {
       "%s: version %d%s\n  source %s\n  targets %s"
       "\n  %.4g s at %.4g frames per second"
       "\n  %d space-time vertices, %d cells"
-      "\n  bounds %s"
+      "\n  bounds %s, %s up"
       "\n  %s stored",
       family.name, family.version,
       family.restored_version == 0
@@ -126,7 +128,7 @@ std::string Describe(const Family& family) {
           : absl::StrCat(", which is version ", family.restored_version, " again"),
       family.source, absl::StrJoin(family.targets, ", "), family.duration_s,
       family.frames_per_second, family.num_vertices, family.num_cells, Describe(family.bounds),
-      FormatBytes(family.size_bytes));
+      DescribeUp(family.up), FormatBytes(family.size_bytes));
   for (const FamilyVersion& version : family.kept_versions) {
     absl::StrAppendFormat(&text, "\n  version %d is kept: %s -> %s, of %s, %s", version.version,
                           version.source, absl::StrJoin(version.targets, ", "),

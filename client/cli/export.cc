@@ -99,8 +99,8 @@ absl::Status Finish(const ExportResult& result, const Family& family, double fra
   if (result.names.empty()) {
     return absl::InternalError(absl::StrCat(family.name, ": the server sent no frames"));
   }
-  const std::string meta =
-      ToMetaJson({frames_per_second, result.times_s, family.name, result.version, result.weights});
+  const std::string meta = ToMetaJson(
+      {frames_per_second, result.times_s, family.name, result.version, result.weights, family.up});
   LBC_RETURN_IF_ERROR(WriteFile(folder.TemporaryPath(kMetaName), meta));
   std::vector<std::string> names = result.names;
   names.push_back(kMetaName);

@@ -32,6 +32,7 @@ std::string ToMetaJson(const ExportMeta& meta) {
   const std::vector<double> times = FrameTimes(meta);
   if (!times.empty()) json["frame_times"] = times;
   json["units"] = {{"vertex_scale", 1.0}, {"velocity_scale_to_m_per_s", 1.0}};
+  if (meta.up != Up::kUnknown) json["up"] = NameOf(meta.up);
   json["about"] = {{"family", meta.family}, {"version", meta.version}, {"weights", meta.weights}};
   return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "liquidblend/up.h"
+
 namespace liquidblend::cli {
 
 struct ExportMeta {
@@ -14,10 +16,12 @@ struct ExportMeta {
   std::string family;
   int64_t version = 0;
   std::vector<double> weights;
+  Up up = Up::kUnknown;  // the family's
 };
 
 // JSON: fps; frame_times if the frames are not one frame apart; units: metres and metres per
-// second; and where the frames are from, under "about". Numbers come back to the last bit.
+// second; up if it is known; and where the frames are from, under "about". Numbers come back to the
+// last bit.
 std::string ToMetaJson(const ExportMeta& meta);
 
 }  // namespace liquidblend::cli

@@ -10,6 +10,7 @@
 #include "client/cli/json.h"
 #include "client/cli/priority_flag.h"
 #include "client/cli/progress_bar.h"
+#include "client/cli/up_flag.h"
 #include "client/cli/wait.h"
 #include "client/src/status_macros.h"
 
@@ -125,6 +126,7 @@ void AddImport(CLI::App& app, Context& context) {
                    "T,T,...: when each frame is, in frames since the first, rising from 0; "
                    "otherwise from the numbers in the file names")
       ->delimiter(',');
+  AddUp(options.up, "Direction that is up; otherwise found from parts that fall, else z", *command);
   AddPriority(flags->priority, *command);
   command->add_flag("--no-wait", flags->no_wait, "Return when the files are uploaded");
   command->footer("Flags that are left out come from meta.json beside the frames.");

@@ -18,7 +18,9 @@
 #include "client/cli/parse.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/render/sheet.h"
+#include "client/cli/render/upright.h"
 #include "client/cli/render/water.h"
+#include "client/cli/up_flag.h"
 #include "client/src/status_macros.h"
 #include "liquidblend/decode.h"
 
@@ -40,6 +42,7 @@ struct RenderFlags {
   std::string output;
   std::string size = "320x240";
   std::string camera;
+  Up up = Up::kUnknown;  // kUnknown: the family's; of files z
   int samples_per_side = 3;
 };
 
@@ -75,11 +78,11 @@ void Extend(const Bounds& box, Bounds* bounds) {
 
 // ---- local files ------------------------------------------------------------------------------
 
-absl::StatusOr<std::vector<Mesh>> ReadMeshes(const std::vector<std::string>& files) {
+absl::StatusOr<std::vector<Mesh>> ReadMeshes(const std::vector<std::string>& files, Up up) {
   std::vector<Mesh> meshes;
   for (const std::string& file : files) {
     LBC_ASSIGN_OR_RETURN(Mesh mesh, ReadMeshFile(file));
-    meshes.push_back(std::move(mesh));
+    meshes.push_back(render::Upright(std::move(mesh), up));
   }
   return meshes;
 }
@@ -87,7 +90,7 @@ absl::StatusOr<std::vector<Mesh>> ReadMeshes(const std::vector<std::string>& fil
 // One cell per file, left to right, with the file's name above it if there is one row only.
 absl::StatusOr<Sheet> RenderFiles(const RenderFlags& flags, const WaterOptions& options,
                                   ProgressBar& bar) {
-  LBC_ASSIGN_OR_RETURN(const std::vector<Mesh> meshes, ReadMeshes(flags.files));
+  LBC_ASSIGN_OR_RETURN(const std::vector<Mesh> meshes, ReadMeshes(flags.files, flags.up));
   Bounds bounds = ComputeMeshStats(meshes[0]).bounds;
   for (const Mesh& mesh : meshes) Extend(ComputeMeshStats(mesh).bounds, &bounds);
   Sheet sheet;
@@ -109,6 +112,7 @@ absl::StatusOr<Sheet> RenderFiles(const RenderFlags& flags, const WaterOptions& 
 
 struct Plan {
   Family family;
+  Up up = Up::kUnknown;
   std::vector<Blend> blends;    // one row each
   std::vector<double> times_s;  // one column each
 };
@@ -172,8 +176,9 @@ absl::StatusOr<Image> RenderBlend(Client& client, const Plan& plan, size_t row, 
   request.extrapolate = plan.blends[row].extrapolate;
   request.time_s = plan.times_s[column];
   LBC_ASSIGN_OR_RETURN(const Frame frame, client.GetFrame(request));
-  LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
-  return render::RenderWater(mesh, plan.family.bounds, options);
+  LBC_ASSIGN_OR_RETURN(Mesh mesh, DecodeMesh(frame.data));
+  return render::RenderWater(render::Upright(std::move(mesh), plan.up),
+                             render::Upright(plan.family.bounds, plan.up), options);
 }
 
 absl::StatusOr<Sheet> RenderPlan(Client& client, const Plan& plan, const WaterOptions& options,
@@ -202,6 +207,7 @@ absl::StatusOr<Sheet> RenderFamily(const RenderFlags& flags, const WaterOptions&
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   Plan plan;
   LBC_ASSIGN_OR_RETURN(plan.family, client->GetFamily(flags.family));
+  plan.up = flags.up != Up::kUnknown ? flags.up : plan.family.up;
   LBC_ASSIGN_OR_RETURN(plan.blends, PlanRows(flags, plan.family));
   LBC_ASSIGN_OR_RETURN(plan.times_s, PlanColumns(flags, plan.family));
   return RenderPlan(*client, plan, options, bar);
@@ -260,6 +266,7 @@ void AddRender(CLI::App& app, Context& context) {
   command->add_option("--size", flags->size, "Pixels of one picture, WxH")->capture_default_str();
   command->add_option("--camera", flags->camera,
                       "AZIMUTH,ELEVATION[,ZOOM] in degrees; default 0,16,1: from the front");
+  AddUp(flags->up, "Direction that is up (the family's; of files z)", *command);
   command->add_option("--samples", flags->samples_per_side, "Rays per pixel, across and down each")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();

@@ -308,6 +308,10 @@ void SetParameterSpace(const ParameterSpace& space, v1::ParameterSpace* proto) {
   }
 }
 
+Up ToUp(v1::Up up) {
+  return v1::Up_IsValid(up) ? static_cast<Up>(up) : Up::kUnknown;  // the same numbers
+}
+
 }  // namespace
 
 Animation FromProto(const v1::Animation& proto) {
@@ -318,6 +322,7 @@ Animation FromProto(const v1::Animation& proto) {
   animation.num_frames = proto.num_frames();
   animation.first_frame_number = proto.first_frame_number();
   animation.frames_per_second = proto.frames_per_second();
+  animation.up = ToUp(proto.up());
   animation.mean_edge_length_m = proto.mean_edge_length_m();
   animation.num_vertices = proto.num_vertices();
   animation.num_triangles = proto.num_triangles();
@@ -336,6 +341,7 @@ Family FromProto(const v1::Family& proto) {
   family.targets.assign(proto.targets().begin(), proto.targets().end());
   family.duration_s = proto.duration_s();
   family.frames_per_second = proto.frames_per_second();
+  family.up = ToUp(proto.up());
   family.bounds = ToBounds(proto.bounds());
   family.num_vertices = proto.num_vertices();
   family.num_cells = proto.num_cells();
@@ -398,6 +404,7 @@ v1::ImportOptions ToProto(const ImportOptions& options) {
   proto.set_velocity_scale(options.velocity_scale);
   proto.set_voxel_size_m(options.voxel_size_m);
   proto.set_allow_gaps(options.allow_gaps);
+  proto.set_up(static_cast<v1::Up>(options.up));
   proto.mutable_frame_times()->Assign(options.frame_times.begin(), options.frame_times.end());
   return proto;
 }

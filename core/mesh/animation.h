@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/mesh/triangle_mesh.h"
+#include "core/mesh/up.h"
 
 namespace liquidblend::mesh {
 
@@ -17,6 +18,7 @@ struct Animation {
   // Frames since the first one, ascending from 0: gaps where frames are missing, fractions for
   // samples between frames. Empty: 0, 1, 2, ...
   std::vector<double> times;
+  Up up = Up::kUnknown;
   std::vector<std::string> notes;  // what was cleaned on import, one sentence each
 
   int num_frames() const { return static_cast<int>(frames.size()); }

@@ -187,6 +187,7 @@ RegisteredFamily ViewOf(const SpaceTimeMesh& mesh) {
   family.num_last_vertices = mesh.num_last_vertices;
   family.num_frames = mesh.num_frames;
   family.frames_per_second = mesh.frames_per_second;
+  family.up = mesh.up;
   family.edge_length_m = mesh.edge_length_m;
   if (mesh.num_vertices() > 0) {
     Eigen::Map<Eigen::Vector3f>(family.domain_min.data()) =

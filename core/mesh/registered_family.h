@@ -15,6 +15,7 @@
 #include "core/mesh/space_time_mesh.h"
 #include "core/mesh/space_time_report.h"
 #include "core/mesh/time_axis.h"
+#include "core/mesh/up.h"
 #include "core/mesh/verdict.h"
 
 namespace liquidblend::mesh {
@@ -62,6 +63,7 @@ struct RegisteredFamily {
   int64_t num_last_vertices = 0;   // ... and after the last frame, whatever the weights
   int num_frames = 0;
   double frames_per_second = 24.0;
+  Up up = Up::kUnknown;  // of the source
   // Times blend as squares of those since then, seconds since the first frame; none: linearly.
   std::optional<double> rest_time_s;
   double edge_length_m = 0.0;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/mesh/up.h"
 
 namespace liquidblend::mesh {
 
@@ -52,6 +53,7 @@ struct SpaceTimeMesh {
   int64_t num_last_vertices = 0;   // in the slab after the last frame: the last columns
   int num_frames = 0;
   double frames_per_second = 24.0;
+  Up up = Up::kUnknown;
   double edge_length_m = 0.0;  // e of section 4.1: mean edge length of the animation
 
   int64_t num_vertices() const { return vertices.cols(); }

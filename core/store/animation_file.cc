@@ -50,6 +50,7 @@ absl::Status CheckTimes(const SectionReader& reader, const v1::AnimationManifest
 }
 
 absl::Status CheckManifest(const SectionReader& reader, const v1::AnimationManifest& manifest) {
+  if (!v1::Up_IsValid(manifest.up())) return reader.Invalid(absl::StrCat("up = ", manifest.up()));
   if (!mesh::kFramesPerSecond.Holds(manifest.frames_per_second())) {
     return reader.Invalid(absl::StrCat("frames_per_second = ", manifest.frames_per_second()));
   }
@@ -92,6 +93,7 @@ v1::AnimationManifest ManifestOf(const mesh::Animation& animation) {
   }
   manifest.mutable_notes()->Assign(animation.notes.begin(), animation.notes.end());
   manifest.mutable_times()->Assign(animation.times.begin(), animation.times.end());
+  manifest.set_up(static_cast<v1::Up>(animation.up));  // the same numbers
   return manifest;
 }
 
@@ -118,6 +120,7 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const Blob& blob, const std::strin
   animation.first_frame_number = manifest.first_frame_number();
   animation.notes.assign(manifest.notes().begin(), manifest.notes().end());
   animation.times.assign(manifest.times().begin(), manifest.times().end());
+  animation.up = static_cast<mesh::Up>(manifest.up());
   for (int k = 0; k < manifest.num_frames(); ++k) {
     LB_ASSIGN_OR_RETURN(mesh::TriangleMesh frame, ReadFrame(reader, manifest, k));
     animation.frames.push_back(std::move(frame));

@@ -55,6 +55,7 @@ absl::Status CheckManifest(const SectionReader& reader, const v1::FamilyManifest
       }
     }
   }
+  if (!v1::Up_IsValid(manifest.up())) return reader.Invalid(absl::StrCat("up = ", manifest.up()));
   if (manifest.has_rest_time_s() != (reader.version() >= 3)) {
     return reader.Invalid(absl::StrCat("has ", manifest.has_rest_time_s() ? "a" : "no",
                                        " rest time, in version ", reader.version()));
@@ -74,6 +75,7 @@ mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
   family.num_last_vertices = manifest.num_last_vertices();
   family.num_frames = manifest.num_frames();
   family.frames_per_second = manifest.frames_per_second();
+  family.up = static_cast<mesh::Up>(manifest.up());
   if (manifest.has_rest_time_s()) family.rest_time_s = manifest.rest_time_s();
   family.edge_length_m = manifest.edge_length_m();
   std::copy_n(manifest.domain().min().begin(), 3, family.domain_min.begin());
@@ -174,6 +176,7 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
   manifest.set_version(family.version);
   manifest.set_source(family.source);
   manifest.set_frames_per_second(family.frames_per_second);
+  manifest.set_up(static_cast<v1::Up>(family.up));  // the same numbers
   manifest.set_num_frames(family.num_frames);
   if (family.rest_time_s) manifest.set_rest_time_s(*family.rest_time_s);
   manifest.set_edge_length_m(family.edge_length_m);

@@ -267,6 +267,7 @@ v1::Animation ToAnimation(const store::pb::AnimationRecord& record) {
   animation.set_num_frames(manifest.num_frames());
   animation.set_first_frame_number(manifest.first_frame_number());
   animation.set_frames_per_second(manifest.frames_per_second());
+  animation.set_up(static_cast<v1::Up>(manifest.up()));  // the same numbers
   animation.set_mean_edge_length_m(manifest.mean_edge_length_m());
   animation.set_num_vertices(record.num_vertices());
   animation.set_num_triangles(record.num_triangles());
@@ -323,6 +324,7 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record) {
     *family.mutable_parameter_space() = ToParameterSpace(manifest.parameter_space());
   }
   *family.mutable_time_blending() = ToTimeBlending(manifest);
+  family.set_up(static_cast<v1::Up>(manifest.up()));  // the same numbers
   *family.mutable_create_time() = record.create_time();
   *family.mutable_update_time() = record.update_time();
   return family;
@@ -369,6 +371,7 @@ store::pb::ImportOptions ToRecord(const v1::ImportOptions& options) {
   record.set_voxel_size_m(options.voxel_size_m());
   record.set_allow_gaps(options.allow_gaps());
   *record.mutable_frame_times() = options.frame_times();
+  record.set_up(static_cast<store::pb::Up>(options.up()));  // the same numbers
   return record;
 }
 

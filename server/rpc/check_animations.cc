@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
+#include "core/mesh/up.h"
 #include "server/rpc/errors.h"
 
 namespace liquidblend::rpc {
@@ -54,6 +55,24 @@ void CheckFrameRate(const std::string& field, const std::string& id,
                    ", or export the frames of one at the rate of the other"));
 }
 
+mesh::Up UpOf(const AnimationManifest& manifest) {
+  const int up = manifest.up();
+  return store::pb::Up_IsValid(up) ? static_cast<mesh::Up>(up) : mesh::Up::kUnknown;
+}
+
+// Gravity points the same way in all animations of a family.
+void CheckUp(const std::string& field, const std::string& id, const AnimationManifest& manifest,
+             const store::pb::RegisterJob& job, const AnimationManifest& source,
+             FieldViolations& violations) {
+  const mesh::Up up = UpOf(manifest), source_up = UpOf(source);
+  violations.AddIf(
+      mesh::AxisOf(up) != mesh::AxisOf(source_up), field,
+      absl::StrCat("animation '", id, "' has ", mesh::DescribeUp(up), " up, but the source '",
+                   job.source(), "' has ", mesh::DescribeUp(source_up),
+                   " up; import the one that is wrong again with `up` given (--up), or turn its "
+                   "files"));
+}
+
 void CheckTime(const std::string& field, const std::string& id, double time_s,
                const AnimationManifest& manifest, FieldViolations& violations) {
   const double duration_s = DurationS(manifest);
@@ -88,6 +107,7 @@ absl::Status CheckAnimations(store::Catalog& catalog, const store::pb::RegisterJ
     CheckContents(field, job.targets(k), *target, violations);
     if (!source) continue;
     CheckFrameRate(field, job.targets(k), *target, job, *source, violations);
+    CheckUp(field, job.targets(k), *target, job, *source, violations);
     CheckCorrespondenceTimes(job, k, *source, *target, violations);
   }
   return violations.ToStatus();

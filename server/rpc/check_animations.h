@@ -7,8 +7,8 @@
 namespace liquidblend::rpc {
 
 // Whether the animations of `job` can be registered to one another: each has two frames or more and
-// some liquid, all have the source's frame rate, and correspondences lie within their times. One
-// look into the catalog for each animation. Animations that are missing or not ready are passed
+// some liquid, all have the source's frame rate and its direction that is up, and correspondences
+// lie within their times. One look into the catalog for each animation. Animations that are missing or not ready are passed
 // over: submitting the job refuses them.
 // Errors: kInvalidArgument with the fields of RegisterFamilyRequest; those of the catalog.
 absl::Status CheckAnimations(store::Catalog& catalog, const store::pb::RegisterJob& job);

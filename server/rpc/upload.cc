@@ -106,6 +106,8 @@ absl::Status Upload::CheckOptions(const v1::ImportOptions& options) const {
   FieldViolations violations;
   violations.AddIf(!v1::AnimationFormat_IsValid(options.format()), absl::StrCat(prefix, "format"),
                    absl::StrCat("unknown format ", options.format()));
+  violations.AddIf(!v1::Up_IsValid(options.up()), absl::StrCat(prefix, "up"),
+                   absl::StrCat("unknown direction ", options.up()));
   const auto check = [&](absl::string_view field, double value) {
     violations.AddIf(!(value >= 0) || !std::isfinite(value), absl::StrCat(prefix, field),
                      absl::StrCat("must be 0 (not given) or greater, got ", value));

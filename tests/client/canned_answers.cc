@@ -35,6 +35,7 @@ v1::Family MakeFamily(const std::string& id) {
   kept.mutable_publish_time()->set_seconds(1'709'251'200);  // 2024-03-01
   family.set_duration_s(kCannedDuration);
   family.set_frames_per_second(kCannedFramesPerSecond);
+  family.set_up(v1::UP_MINUS_Y);
   for (const auto set : {&v1::Vector3::set_x, &v1::Vector3::set_y, &v1::Vector3::set_z}) {
     (family.mutable_bounds()->mutable_min()->*set)(-2.0);
     (family.mutable_bounds()->mutable_max()->*set)(3.0);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -21,7 +22,8 @@ using nlohmann::json;
 constexpr size_t kMaxMetaSize = 1 << 16;  // bytes; parsed JSON takes up to 80 times as much
 
 // Keys that are read, and those for the record: programs that simulate leave them.
-constexpr const char* kKeys[] = {"fps", "frame_times", "units", "voxel_size_m", "domain_size_m"};
+constexpr const char* kKeys[] = {"fps",   "frame_times",  "up",
+                                 "units", "voxel_size_m", "domain_size_m"};
 constexpr const char* kRecordKeys[] = {"about",
                                        "blender",
                                        "cpu_seconds_bake_total",
@@ -113,6 +115,19 @@ absl::Status ReadFrameTimes(const json& object, std::vector<double>& times) {
   return CheckFrameTimes(times, "frame_times");
 }
 
+absl::Status ReadUp(const json& object, mesh::Up& up) {
+  const auto found = object.find("up");
+  if (found == object.end()) return absl::OkStatus();
+  const std::optional<mesh::Up> read =
+      found->is_string() ? mesh::UpOfName(found->get_ref<const std::string&>()) : std::nullopt;
+  if (!read) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("up is ", Shown(*found), ", not x, y, z, -x, -y or -z"));
+  }
+  up = *read;
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
@@ -132,6 +147,7 @@ absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
   LB_RETURN_IF_ERROR(ReadField(object, "voxel_size_m", meta.voxel_size_m));
   LB_RETURN_IF_ERROR(ReadDomainSize(object, meta.longest_side_m));
   LB_RETURN_IF_ERROR(ReadFrameTimes(object, meta.frame_times));
+  LB_RETURN_IF_ERROR(ReadUp(object, meta.up));
   const auto units = object.find("units");
   if (units == object.end()) return meta;
   if (!units->is_object()) {

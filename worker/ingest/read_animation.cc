@@ -305,6 +305,7 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
   animation.frames_per_second = units.frames_per_second;
   animation.first_frame_number = static_cast<int>(sequence.frames.front().number);
   animation.times = std::move(times.times);
+  animation.up = options.up != mesh::Up::kUnknown ? options.up : meta.up;
   animation.notes = AllNotes(sequence, frames, times.note, units.note);
   for (Frame& frame : frames) animation.frames.push_back(std::move(frame.mesh));
   LB_RETURN_IF_ERROR(mesh::CheckExtent(animation));

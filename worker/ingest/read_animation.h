@@ -36,7 +36,8 @@ struct ImportOptions {
   // Frames since the first, one per frame, rising from 0; empty: from meta.json (frame_times), else
   // from the numbers in the names.
   std::vector<double> frame_times = {};
-  absl::Status Validate() const;  // names the first field out of range, and its value
+  mesh::Up up = mesh::Up::kUnknown;  // kUnknown: from meta.json (up), else Animation::up says so
+  absl::Status Validate() const;     // names the first field out of range, and its value
 };
 
 struct InputFile {

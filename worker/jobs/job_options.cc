@@ -46,6 +46,7 @@ ingest::ImportOptions ToImportOptions(const store::v1::ImportOptions& options) {
   result.velocity_scale = options.velocity_scale();
   result.voxel_size_m = options.voxel_size_m();
   result.allow_gaps = options.allow_gaps();
+  result.up = static_cast<mesh::Up>(options.up());  // the same numbers
   result.frame_times.assign(options.frame_times().begin(), options.frame_times().end());
   return result;
 }

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "worker/ingest/find_up.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/stored_file.h"
@@ -39,9 +40,10 @@ absl::Status RunImport(const store::v1::ImportJob& job, JobContext& context) {
   LB_ASSIGN_OR_RETURN(const OpenFiles input, OpenBlobs(job, context.blobs));
   LB_RETURN_IF_ERROR(context.BeginStage("reading frames", 0.1, 0.85));
   LB_ASSIGN_OR_RETURN(
-      const mesh::Animation animation,
+      mesh::Animation animation,
       ingest::ReadAnimation(job.animation(), input.files, ToImportOptions(job.options()),
                             context.arena, context.StageProgress()));
+  ingest::SettleUp(animation, context.arena);
   LB_RETURN_IF_ERROR(context.BeginStage("publishing", 0.85, 1.0));
   LB_ASSIGN_OR_RETURN(const store::v1::AnimationRecord record,
                       StoreAnimation(animation, context.blobs));

@@ -147,6 +147,7 @@ class OnSurface {
 
 Features FindTrackFeatures(const Surface& surface, const TrackOptions& options) {
   Features features;
+  features.up = surface.mesh.up;
   const PartGraph graph = FindParts(surface);
   features.tracks = FindTracks(graph, surface.mesh.num_frames, options);
   std::vector<int32_t> track_of_part(graph.parts.size(), -1);
@@ -181,6 +182,7 @@ FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
       Features tracks = FindTrackFeatures(surface, options);
       found.tracks = std::move(tracks.tracks);
       found.track_of = std::move(tracks.track_of);
+      found.up = tracks.up;
     } else {
       found.obstacles = FindObstacles(surface);
     }

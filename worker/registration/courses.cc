@@ -1,6 +1,7 @@
 #include "worker/registration/courses.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -15,10 +16,13 @@ constexpr double kMaxScale = 2.0;
 constexpr double kOfPart = 1.3;
 constexpr double kSameTime = 2.0;  // frames; as far beyond the ends of a life, too
 
-double Lowest(const Track& track) {
-  static_assert(kReachDirections[1][2] == -1);
+// Height of the last part's lowest vertex.
+double Lowest(const Track& track, const mesh::HeightAxis& height) {
+  std::array<int, 3> down = {};
+  down[height.axis] = -height.sign;
+  const auto found = std::find(kReachDirections.begin(), kReachDirections.end(), down);
   const Part& last = track.parts.back();
-  return last.centre[2] - last.reach[1];
+  return height.sign * last.centre[height.axis] - last.reach[found - kReachDirections.begin()];
 }
 
 Eigen::Vector3d VelocityAt(const Track& track, double time) {
@@ -52,13 +56,15 @@ std::vector<int8_t> OfVertices(const std::vector<int32_t>& track_of,
 
 }  // namespace
 
-std::optional<Course> CourseOf(const Track& source, const Track& target) {
+std::optional<Course> CourseOf(const Track& source, const Track& target, mesh::Up up) {
   if (source.end != TrackEnd::kMerge || target.end != TrackEnd::kMerge) return std::nullopt;
   if (std::min(source.life(), target.life()) <= kMinLife) return std::nullopt;
   double end = target.end_time;
-  const double fall = VelocityAt(target, end)[2];
+  const mesh::HeightAxis height = mesh::AxisOf(up);
+  const double fall = height.sign * VelocityAt(target, end)[height.axis];
   if (std::abs(fall) >= kMinFall) {
-    end += std::clamp((Lowest(source) - Lowest(target)) / fall, -kMaxCorrection, kMaxCorrection);
+    end += std::clamp((Lowest(source, height) - Lowest(target, height)) / fall, -kMaxCorrection,
+                      kMaxCorrection);
   }
   Course course{source, target};
   course.pace = (end - target.start_time) / source.life();
@@ -93,7 +99,7 @@ Courses::Courses(const Features& source, const Features& target,
   std::vector<int8_t> of_source_track(source.tracks.size(), -1);
   std::vector<int8_t> of_target_track(target.tracks.size(), -1);
   for (const AssignedPair& pair : tracks) {
-    const auto course = CourseOf(source.tracks[pair.row], target.tracks[pair.column]);
+    const auto course = CourseOf(source.tracks[pair.row], target.tracks[pair.column], source.up);
     if (!course) continue;
     const bool is_contradicted = std::any_of(
         users.begin(), users.end(),

@@ -29,7 +29,9 @@ struct Expected {
 
 // Of a pair of tracks that both end by a merge and live for more than a frame; they end when their
 // lowest points have come equally low, between two frames. Nothing if one ends otherwise.
-std::optional<Course> CourseOf(const Track& source, const Track& target);
+//   up  of both
+std::optional<Course> CourseOf(const Track& source, const Track& target,
+                               mesh::Up up = mesh::Up::kUnknown);
 
 //   normal  unit length, of the source at `point`
 Expected ExpectedOn(const Course& course, const Eigen::Vector4f& point,

@@ -8,7 +8,7 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr float kFacesUp = 0.3f;      // z of a normal that points up
+constexpr float kFacesUp = 0.3f;      // of a normal that points up: its share upwards
 constexpr double kLeast = 1.0;        // edges; less is never asked for
 constexpr size_t kPrefetchAhead = 8;  // vertices
 
@@ -19,6 +19,8 @@ class Sweep {
   Sweep(const Surface& surface, ExtremumKind kind)
       : surface_(surface),
         kind_(kind),
+        axis_(mesh::AxisOf(surface.mesh.up).axis),
+        sign_(static_cast<float>(mesh::AxisOf(surface.mesh.up).sign)),
         root_(surface.points.cols(), -1),
         open_(surface.points.cols(), 0) {}
 
@@ -57,13 +59,14 @@ class Sweep {
   }
   bool TakesPart(int32_t v) const {
     return !surface_.rigid[v] &&
-           (kind_ == ExtremumKind::kApex || surface_.mesh.normals(2, v) > kFacesUp);
+           (kind_ == ExtremumKind::kApex || sign_ * surface_.mesh.normals(axis_, v) > kFacesUp);
   }
   float Height(int32_t v) const {
-    return kind_ == ExtremumKind::kApex ? surface_.points(2, v) : -surface_.points(2, v);
+    const float height = sign_ * surface_.points(axis_, v);
+    return kind_ == ExtremumKind::kApex ? height : -height;
   }
   double SceneHeight() const {
-    const auto heights = surface_.points.row(2);
+    const auto heights = surface_.points.row(axis_);
     return heights.maxCoeff() - heights.minCoeff();
   }
   int32_t Root(int32_t v) {
@@ -108,6 +111,8 @@ class Sweep {
 
   const Surface& surface_;
   const ExtremumKind kind_;
+  const int axis_;             // of heights
+  const float sign_;           // likewise
   std::vector<int32_t> root_;  // per vertex; -1: not swept yet
   std::vector<char> open_;     // per root: the set reaches the boundary
   std::vector<Extremum> found_;

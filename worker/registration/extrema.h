@@ -10,7 +10,7 @@ namespace liquidblend::registration {
 
 enum class ExtremumKind { kApex, kCrater };
 
-// A vertex higher (lower) than all around it, in space and in time. Up is z.
+// A vertex higher (lower) than all around it, in space and in time, by SpaceTimeMesh::up.
 struct Extremum {
   ExtremumKind kind = ExtremumKind::kApex;
   Eigen::Vector4d point = Eigen::Vector4d::Zero();  // registration units

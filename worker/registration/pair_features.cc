@@ -62,6 +62,7 @@ double FirstTrackCost(const Track& a, const Track& b, const SceneScale& scale,
 // Where and when a paired track merges in both.
 struct Merge {
   Eigen::Vector4d source, target;
+  int height_axis = 2;
 };
 
 // Where the source's event is to be expected in the target: moved as the last merge before it, or
@@ -74,7 +75,7 @@ Eigen::Vector4d Expected(const Eigen::Vector4d& event, const std::vector<Merge>&
   }
   if (last == nullptr) return event;
   Eigen::Vector4d move = last->target - last->source;
-  move[2] = 0;  // heights are the surface's own
+  move[last->height_axis] = 0;  // heights are the surface's own
   return event + move;
 }
 
@@ -145,11 +146,12 @@ std::vector<AssignedPair> AssignChosen(const std::vector<int>& rows,
 
 std::vector<Merge> MergesOf(const Features& source, const Features& target,
                             const std::vector<AssignedPair>& pairs) {
+  const int height_axis = mesh::AxisOf(source.up).axis;
   std::vector<Merge> merges;
   for (const AssignedPair& pair : pairs) {
     const Track &a = source.tracks[pair.row], &b = target.tracks[pair.column];
     if (a.end != TrackEnd::kMerge || b.end != TrackEnd::kMerge) continue;
-    Merge merge{a.At(a.end_time).centre, b.At(b.end_time).centre};
+    Merge merge{a.At(a.end_time).centre, b.At(b.end_time).centre, height_axis};
     merge.source[3] = a.end_time;
     merge.target[3] = b.end_time;
     merges.push_back(merge);

@@ -16,6 +16,7 @@ struct Features {
   std::vector<Extremum> extrema;         // as FindExtrema() says
   std::vector<Obstacle> obstacles = {};  // as FindObstacles() says
   std::vector<int32_t> track_of = {};    // per vertex; -1: of none
+  mesh::Up up = mesh::Up::kUnknown;
 };
 
 // What features' differences are measured in.

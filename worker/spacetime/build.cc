@@ -159,6 +159,7 @@ mesh::SpaceTimeMesh Assemble(const mesh::Animation& animation, const Layers& lay
   mesh::SpaceTimeMesh mesh;
   mesh.num_frames = 1 + static_cast<int>(std::floor(animation.time(animation.num_frames() - 1)));
   mesh.frames_per_second = animation.frames_per_second;
+  mesh.up = animation.up;
   mesh.edge_length_m = edge_length_m;
   const size_t num_slabs = layers.slabs.size();
   mesh.num_first_vertices = first_vertex[1];

@@ -274,6 +274,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildTracked(const mesh::Animation& animatio
   mesh.num_frames =
       static_cast<int>(std::floor(animation.time(animation.num_frames() - 1) + 1e-6)) + 1;
   mesh.frames_per_second = animation.frames_per_second;
+  mesh.up = animation.up;
   mesh.edge_length_m = edge_length_m;
   mesh.num_first_vertices = layers.layer(0).num_vertices();
   mesh.num_last_vertices = layers.layer(layers.num_layers() - 1).num_vertices();

@@ -1,4 +1,5 @@
-// A picture of a liquid: ray-traced, smooth, see-through where it is thin, on a studio floor.
+// A picture of a liquid: ray-traced, smooth, see-through where it is thin, on a studio floor. z is
+// up (upright.h turns what has another).
 #pragma once
 
 #include "absl/status/status.h"

@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "liquidblend/bounds.h"
+#include "liquidblend/up.h"
 
 namespace liquidblend {
 
@@ -26,7 +27,8 @@ struct ImportOptions {
   bool allow_gaps = false;          // frame numbers may be missing; time goes on across the gap
   std::vector<double> frame_times;  // frames since the first, one per frame, rising from 0; empty:
                                     // from meta.json, else from the numbers in the names
-  absl::Status Validate() const;    // names the first field out of range, and its value
+  Up up = Up::kUnknown;  // kUnknown: from meta.json, else found from parts that fall, else z
+  absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
 struct Animation {
@@ -36,6 +38,7 @@ struct Animation {
   int num_frames = 0;
   int first_frame_number = 0;
   double frames_per_second = 0.0;
+  Up up = Up::kUnknown;  // as given, or as falling parts show it; kUnknown: z is assumed
   double mean_edge_length_m = 0.0;
   int64_t num_vertices = 0;   // over all frames
   int64_t num_triangles = 0;  // over all frames

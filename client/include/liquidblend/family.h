@@ -12,6 +12,7 @@
 #include "liquidblend/bounds.h"
 #include "liquidblend/parameter_space.h"
 #include "liquidblend/space_time.h"
+#include "liquidblend/up.h"
 
 namespace liquidblend {
 
@@ -124,6 +125,7 @@ struct Family {
   std::vector<std::string> targets;  // animations/{id}; blend weights are in this order
   double duration_s = 0.0;           // valid times: [0, duration_s]
   double frames_per_second = 0.0;
+  Up up = Up::kUnknown;  // the source's
   Bounds bounds;
   int64_t num_vertices = 0;  // of the space-time mesh
   int64_t num_cells = 0;

@@ -100,6 +100,17 @@ TEST(AnimationFile, RefusesTimesThatDoNotRiseFromZeroOrAreNotOnePerFrame) {
               Fails(Code::kInvalidArgument, "the time of frame 1 is nan"));
 }
 
+// Older files say nothing.
+TEST(AnimationFile, KeepsWhatIsUp) {
+  EXPECT_EQ(Read(Written(Sample()))->up, mesh::Up::kUnknown);
+  mesh::Animation sample = Sample();
+  sample.up = mesh::Up::kMinusY;
+  EXPECT_EQ(Read(Written(sample))->up, mesh::Up::kMinusY);
+  EXPECT_EQ(ManifestOf(sample).up(), v1::UP_MINUS_Y);
+  EXPECT_THAT(Read(Changed([](Manifest& m) { m.set_up(static_cast<v1::Up>(7)); })),
+              Fails(Code::kInvalidArgument, "up = 7"));
+}
+
 TEST(AnimationFile, NeedsNoAlignedMemory) {
   EXPECT_THAT(ReadAnimation(MemoryBlob(Written(Sample()), 1), "a"), Succeeds());
 }

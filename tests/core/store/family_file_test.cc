@@ -297,6 +297,18 @@ TEST(FamilyFile, GivesBackTheRestTimeOfAllLevels) {
   EXPECT_EQ(Copy(opened->vertices), sample.vertices);
 }
 
+// Older files say nothing.
+TEST(FamilyFile, KeepsWhatIsUp) {
+  const Sample sample;
+  mesh::RegisteredFamily family = sample.View();
+  EXPECT_EQ(Open(Written(family))->up, mesh::Up::kUnknown);
+  family.up = mesh::Up::kX;
+  EXPECT_EQ(Open(Written(family))->up, mesh::Up::kX);
+  EXPECT_EQ(ManifestOf(family).up(), v1::UP_X);
+  EXPECT_THAT(Open(Changed([](Manifest& m) { m.set_up(static_cast<v1::Up>(-1)); })),
+              Fails(Code::kInvalidArgument, "up = -1"));
+}
+
 TEST(FamilyFile, RefusesARestTimeThatCannotBeMeant) {
   const Sample sample;
   mesh::RegisteredFamily family = sample.View();

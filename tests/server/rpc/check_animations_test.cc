@@ -1,5 +1,6 @@
 #include "server/rpc/check_animations.h"
 
+#include "absl/strings/str_cat.h"
 #include "server/rpc/handlers.h"
 #include "tests/server/rpc/handlers_testing.h"
 
@@ -33,6 +34,35 @@ TEST_F(CheckAnimationsTest, AnotherFrameRateIsRefusedWithBoth) {
 
 TEST_F(CheckAnimationsTest, TheRateOfFilmOnVideoCountsAsFilms) {
   EXPECT_THAT(RegisterTo([](auto& b) { b.set_frames_per_second(23.976); }), Succeeds());
+}
+
+TEST_F(CheckAnimationsTest, AnotherUpIsRefusedWithBoth) {
+  const auto with_up = [&](const std::string& id, store::pb::Up up) {
+    AnimationManifest manifest = SmallManifest();
+    manifest.set_up(up);
+    ImportAnimation(id, manifest);
+  };
+  const auto registered = [&](const std::string& source, const std::string& target) {
+    v1::RegisterFamilyRequest request = Registration();
+    request.set_family_id(absl::StrCat(source, "-", target));
+    request.set_source("animations/" + source);
+    request.set_targets(0, "animations/" + target);
+    return RegisterFamily(backends_, request).status();
+  };
+  with_up("y1", store::pb::UP_Y);
+  with_up("y2", store::pb::UP_Y);
+  with_up("down", store::pb::UP_MINUS_Z);
+  with_up("assumed", store::pb::UP_UNSPECIFIED);
+  with_up("z", store::pb::UP_Z);
+  EXPECT_THAT(
+      registered("y1", "down"),
+      Fails(kInvalid, "targets[0]: animation 'down' has -z up, but the source 'y1' has y up"));
+  EXPECT_THAT(registered("y1", "assumed"),
+              Fails(kInvalid, "'assumed' has z (assumed) up, but the source 'y1' has y up"));
+  EXPECT_THAT(registered("assumed", "y1"),
+              Fails(kInvalid, "'y1' has y up, but the source 'assumed' has z (assumed) up"));
+  EXPECT_THAT(registered("assumed", "z"), Succeeds());
+  EXPECT_THAT(registered("y1", "y2"), Succeeds());
 }
 
 TEST_F(CheckAnimationsTest, AnotherLengthIsTaken) {

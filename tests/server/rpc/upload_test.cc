@@ -81,6 +81,7 @@ TEST_F(UploadTest, FilesArriveWholeAndInOrder) {
   header.mutable_header()->mutable_options()->set_format(v1::PLY);
   header.mutable_header()->mutable_options()->set_frames_per_second(30);
   header.mutable_header()->mutable_options()->set_allow_gaps(true);
+  header.mutable_header()->mutable_options()->set_up(v1::UP_Y);
   header.mutable_header()->mutable_options()->add_frame_times(0);
   const auto job = Send({header, File("f1.ply", 6), Chunk("abc"), Chunk("def"), File("empty", 0),
                          File("f2.ply", 2), Chunk("xy")});
@@ -92,6 +93,7 @@ TEST_F(UploadTest, FilesArriveWholeAndInOrder) {
   EXPECT_EQ(import.options().format(), store::pb::ImportOptions::PLY);
   EXPECT_EQ(import.options().frames_per_second(), 30);
   EXPECT_TRUE(import.options().allow_gaps());
+  EXPECT_EQ(import.options().up(), store::pb::UP_Y);
   EXPECT_EQ(import.options().frame_times_size(), 1);
   ASSERT_EQ(import.files_size(), 3);
   EXPECT_EQ(import.files(0).name(), "f1.ply");
@@ -132,6 +134,10 @@ TEST_F(UploadTest, EveryMistakeIsRefusedByNameAndLeavesNothingVisible) {
        {WithOptions([](auto& o) { o.set_format(static_cast<v1::AnimationFormat>(99)); })},
        invalid,
        "header.options.format"},
+      {"unknown direction",
+       {WithOptions([](auto& o) { o.set_up(static_cast<v1::Up>(7)); })},
+       invalid,
+       "header.options.up"},
       {"negative frame rate",
        {WithOptions([](auto& o) { o.set_frames_per_second(-1); })},
        invalid,

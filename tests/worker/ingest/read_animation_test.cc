@@ -199,6 +199,16 @@ TEST(ReadAnimation, TakesUnitsFromMetaAndOptionsOverIt) {
   EXPECT_EQ(read->frames[0].velocities, 16 * written.frames[0].velocities);
 }
 
+TEST(ReadAnimation, TakesWhatIsUpFromMetaAndOptionsOverIt) {
+  std::vector<LoadedFile> files = Files(SmallAnimation(), Format::kMantaflow);
+  EXPECT_EQ(Read(files)->up, mesh::Up::kUnknown);
+  files.push_back({"meta.json", ToBytes(R"({"up": "-y"})")});
+  EXPECT_EQ(Read(files)->up, mesh::Up::kMinusY);
+  ImportOptions options = {.voxel_size_m = kVoxelSizeM};
+  options.up = mesh::Up::kX;
+  EXPECT_EQ(Read(files, options)->up, mesh::Up::kX);
+}
+
 TEST(ReadAnimation, ScalesPlyVelocitiesLikePositions) {
   const mesh::Animation written = SmallAnimation();
   const auto read = Read(Files(written, Format::kPly), {.vertex_scale = 2});
@@ -462,6 +472,10 @@ std::vector<Refusal> FileRefusals() {
        "meta.json: domain_size_m is \"-2\""},
       {"MetaUnits", with(ply, "meta.json", ToBytes("{\"units\": {\"vertex_scale\": 0}}")),
        "meta.json: vertex_scale is \"0\""},
+      {"MetaUp", with(ply, "meta.json", ToBytes("{\"up\": \"upwards\"}")),
+       "meta.json: up is \"\\\"upwards\\\"\", not x, y, z, -x, -y or -z"},
+      {"MetaUpNumber", with(ply, "meta.json", ToBytes("{\"up\": 2}")),
+       "meta.json: up is \"2\", not x, y, z, -x, -y or -z"},
       {"OptionNegative", ply, "vertex_scale is -1", {.vertex_scale = -1}},
       {"OptionFrameRate",
        ply,

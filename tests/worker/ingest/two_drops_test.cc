@@ -10,6 +10,7 @@
 
 #include "core/mesh/animation.h"
 #include "core/parallel/arena.h"
+#include "worker/ingest/find_up.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/read_directory.h"
 
@@ -106,6 +107,10 @@ TEST_P(TwoDrops, LosesItsSlivers) {
   EXPECT_LE(num_slivers, 10);  // of about 2,000; those hold the topology together
   ASSERT_FALSE(animation.notes.empty());
   EXPECT_EQ(animation.notes[0].substr(0, 8), "Removed ") << animation.notes[0];
+}
+
+TEST_P(TwoDrops, FallAgainstZ) {
+  EXPECT_EQ(FindUp(Read(GetParam()), parallel::Arena(2)).up, mesh::Up::kZ);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, TwoDrops, testing::Values("A", "B", "MID"),

@@ -53,6 +53,7 @@ TEST(JobOptions, WhatIsGivenReachesTheStage) {
   import.set_velocity_scale(3);
   import.set_voxel_size_m(4);
   import.set_allow_gaps(true);
+  import.set_up(store::v1::UP_MINUS_Z);
   import.add_frame_times(0);
   import.add_frame_times(1.5);
   const ingest::ImportOptions read = ToImportOptions(import);
@@ -62,6 +63,7 @@ TEST(JobOptions, WhatIsGivenReachesTheStage) {
   EXPECT_EQ(read.velocity_scale, 3);
   EXPECT_EQ(read.voxel_size_m, 4);
   EXPECT_TRUE(read.allow_gaps);
+  EXPECT_EQ(read.up, mesh::Up::kMinusZ);
   EXPECT_EQ(read.frame_times, (std::vector<double>{0, 1.5}));
   import.set_format(store::v1::ImportOptions::STL);
   EXPECT_EQ(ToImportOptions(import).format, ingest::Format::kStl);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "tests/synthetic/turned.h"
 #include "tests/worker/registration/registration_testing.h"
 
 namespace liquidblend::registration {
@@ -63,6 +64,24 @@ TEST(Extrema, ACraterHasOneBottomInSpaceAndTime) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].kind, ExtremumKind::kCrater);
   ExpectAtBump(found[0], -0.5, test.mesh.edge_length_m);
+}
+
+TEST(Extrema, AreTheSameWhicheverWayIsUp) {
+  for (const double height_m : {0.6, -0.5}) {
+    const mesh::SpaceTimeMesh mesh = Pool(Bump(height_m));
+    const std::vector<Extremum> expected = FindExtrema(TestSurface(mesh).surface);
+    ASSERT_EQ(expected.size(), 1u);
+    for (const mesh::Up up : {mesh::Up::kX, mesh::Up::kY, mesh::Up::kMinusZ}) {
+      const TestSurface turned(synthetic::Turned(mesh, up));
+      const std::vector<Extremum> found = FindExtrema(turned.surface);
+      ASSERT_EQ(found.size(), 1u) << mesh::NameOf(up);
+      EXPECT_EQ(found[0].kind, expected[0].kind);
+      EXPECT_EQ(found[0].persistence, expected[0].persistence);
+      Eigen::Vector4d point = expected[0].point;
+      point.head<3>() = synthetic::TurnTo(up).cast<double>() * expected[0].point.head<3>();
+      EXPECT_EQ(found[0].point, point) << mesh::NameOf(up);
+    }
+  }
 }
 
 TEST(Extrema, RipplesAndTheEndsOfTimeGiveNone) {

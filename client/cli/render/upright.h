@@ -1,0 +1,15 @@
+// Meshes and boxes turned so that z is up, as pictures are taken.
+#pragma once
+
+#include "liquidblend/bounds.h"
+#include "liquidblend/mesh.h"
+#include "liquidblend/up.h"
+
+namespace liquidblend::render {
+
+// Exact: the coordinates change their places and signs. With y up, x goes to the right and the
+// picture is taken along -z. kUnknown: as it is.
+Mesh Upright(Mesh mesh, Up up);
+Bounds Upright(const Bounds& bounds, Up up);
+
+}  // namespace liquidblend::render
