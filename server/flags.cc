@@ -36,8 +36,10 @@ void AddSecurityFlags(CLI::App& app, Flags& flags) {
   app.add_option("--import-root", flags.import_roots,
                  "NAME=DIR: clients may import animations from below DIR as NAME/...; repeatable")
       ->group(group);
-  app.add_option("--make-token", flags.make_token,
-                 "Print a new token for a principal of this name and its entry for --tokens; exit")
+  app.add_option(
+         "--make-token", flags.make_token,
+         "Print a file for --tokens with a principal of this name, and on standard error its "
+         "new token; exit")
       ->group(group);
   app.add_option("--scopes", flags.scopes, "Of --make-token: some of frames,write,register")
       ->delimiter(',')
@@ -112,11 +114,18 @@ void AddStoreArguments(const store::StoreLocation& store, std::vector<std::strin
                                      "--cache-size", absl::StrCat(store.cache_bytes)});
 }
 
+// Of each of the server's workers: together they have as many as there are cores.
+int WorkerThreads(const Flags& flags) {
+  if (flags.worker_threads > 0) return flags.worker_threads;
+  const int num_cores = static_cast<int>(std::thread::hardware_concurrency());
+  return std::max(1, num_cores / std::max(1, flags.workers));
+}
+
 absl::StatusOr<WorkerProcessesOptions> WorkerOptionsOf(const Flags& flags) {
   WorkerProcessesOptions options;
   options.binary = WorkerBinaryBesideThis();
   options.count = flags.workers;
-  options.arguments = {"--threads",    absl::StrCat(flags.worker_threads),
+  options.arguments = {"--threads",    absl::StrCat(WorkerThreads(flags)),
                        "--memory",     absl::StrCat(WorkerMemory(flags)),
                        "--lease",      flags.worker_lease,
                        "--log-format", flags.log_format};
@@ -140,7 +149,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--listen", flags.listen, "HOST:PORT; port 0: any free one")
       ->capture_default_str();
   app.add_option("--http", flags.http,
-                 "HOST:PORT for browsers and probes (docs/operations.md); port 0: any free one");
+                 "HOST:PORT for browsers and probes (docs/operations.md); port 0: any free one")
+      ->envname("LIQUIDBLEND_HTTP");
   app.add_option("--http-origin", flags.http_origin,
                  "Whose pages may use the HTTP port, e.g. https://example.org; *: all");
   app.add_option("--http-host", flags.http_hosts,
@@ -149,12 +159,14 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->envname("LIQUIDBLEND_HTTP_HOST")
       ->delimiter(',');
   app.add_option("--workers", flags.workers, "Worker processes to run on this machine")
+      ->envname("LIQUIDBLEND_WORKERS")
       ->check(CLI::Range(0, 256))
       ->capture_default_str();
   app.add_option("--threads", flags.threads, "Threads that compute frames; 0: one per core")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  app.add_option("--worker-threads", flags.worker_threads, "Threads of a worker; 0: one per core")
+  app.add_option("--worker-threads", flags.worker_threads,
+                 "Threads of a worker; 0: the cores divided by --workers")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_option("--worker-memory", flags.worker_memory,

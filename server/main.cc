@@ -101,10 +101,12 @@ void TendUntilStopped(const Settings& settings, WorkerProcesses& workers) {
   }
 }
 
+// Standard output gets a whole file for --tokens, standard error the token.
 absl::Status PrintNewToken(const Flags& flags) {
   LB_ASSIGN_OR_RETURN(const rpc::NewToken made, rpc::MakeToken(flags.make_token, flags.scopes));
-  std::printf("token (kept nowhere, for its owner only): %s\nentry of \"principals\": %s\n",
-              made.token.c_str(), made.entry.c_str());
+  std::printf("{\"principals\": [\n  %s\n]}\n", made.entry.c_str());
+  std::fprintf(stderr, "token of '%s' (kept nowhere, for its owner only): %s\n",
+               flags.make_token.c_str(), made.token.c_str());
   return absl::OkStatus();
 }
 
@@ -159,6 +161,7 @@ int main(int argc, char** argv) {
   liquidblend::server::Flags flags;
   liquidblend::server::AddFlags(app, flags);
   CLI11_PARSE(app, argc, argv);
+  liquidblend::store::TakeFromEnvironment(flags.store);
   // Debian's Abseil looks for cycles at every lock that is taken, gRPC's included; tests do that.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   // Before any thread exists, so that only WaitForSignal() hears of them.

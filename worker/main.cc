@@ -49,17 +49,20 @@ struct Flags {
 };
 
 void AddFlags(CLI::App& app, Flags& flags) {
-  app.add_option("--data", flags.store.data, "Directory of the server whose jobs to do");
+  app.add_option("--data", flags.store.data,
+                 "Directory of the server whose jobs to do (Env:LIQUIDBLEND_DATA, which does not "
+                 "count with --store)");
   app.add_option("--store", flags.store.catalog_url,
                  "Instead of --data: postgresql://..., shared by many machines")
       ->envname("LIQUIDBLEND_STORE");
   app.add_option("--blobs", flags.store.blobs_url, "With --store: s3://bucket/prefix")
       ->envname("LIQUIDBLEND_BLOBS");
-  app.add_option("--cache", flags.store.cache, "With --store: directory for blobs that are in use")
-      ->envname("LIQUIDBLEND_CACHE");
+  app.add_option("--cache", flags.store.cache,
+                 "With --store: directory for blobs that are in use (Env:LIQUIDBLEND_CACHE)");
   app.add_option("--cache-size", flags.store.cache_bytes, "Disk space for --cache, e.g. 64GiB")
       ->transform(CLI::AsSizeValue(false));
   app.add_option("--threads", flags.threads, "Threads; 0: one per core")
+      ->envname("LIQUIDBLEND_THREADS")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_option(
@@ -226,6 +229,7 @@ int main(int argc, char** argv) {
   liquidblend::worker::Flags flags;
   liquidblend::worker::AddFlags(app, flags);
   CLI11_PARSE(app, argc, argv);
+  liquidblend::store::TakeFromEnvironment(flags.store);
   // Before any thread exists, so that only WatchSignals() hears of them.
   const sigset_t signals = liquidblend::worker::WatchedSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);

@@ -1,5 +1,6 @@
 #include "core/store/open_store.h"
 
+#include <cstdlib>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -34,6 +35,13 @@ absl::Status StoreLocation::Validate() const {
   }
   if (cache_bytes >= 0) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("--cache-size is out of range: ", cache_bytes));
+}
+
+void TakeFromEnvironment(StoreLocation& location) {
+  std::string& place = location.is_shared() ? location.cache : location.data;
+  if (!place.empty()) return;
+  const char* value = getenv(location.is_shared() ? "LIQUIDBLEND_CACHE" : "LIQUIDBLEND_DATA");
+  if (value != nullptr) place = value;
 }
 
 absl::StatusOr<std::string> NameOfStore(const StoreLocation& location) {

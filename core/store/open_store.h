@@ -27,6 +27,11 @@ struct StoreLocation {
   absl::Status Validate() const;
 };
 
+// Takes from the environment what nobody has said: LIQUIDBLEND_DATA is --data unless there is
+// --store, and LIQUIDBLEND_CACHE is --cache if there is. So a service may set both, whichever store
+// it has.
+void TakeFromEnvironment(StoreLocation& location);
+
 struct Store {
   std::unique_ptr<Catalog> catalog;
   std::unique_ptr<BlobStore> blobs;

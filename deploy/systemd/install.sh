@@ -19,6 +19,9 @@ install -D -m 644 -t "$root/usr/lib/systemd/system" liquidblend-server.service l
 install -D -m 644 liquidblend.sysusers "$root/usr/lib/sysusers.d/liquidblend.conf"
 install -D -m 644 ../../docs/operations.md "$root/usr/share/doc/liquidblend/operations.md"
 install -d -m 750 "$root/etc/liquidblend"
+for sample in server.env worker.env; do  # what an operator has written stays
+  [ -e "$root/etc/liquidblend/$sample" ] || install -m 640 "$sample" "$root/etc/liquidblend/$sample"
+done
 if [ -n "$root" ]; then exit 0; fi
 systemd-sysusers
 systemctl daemon-reload

@@ -213,6 +213,7 @@ int Main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUsage;
   }
+  store::TakeFromEnvironment(flags.store);
   base::StartLog("liquidblend-admin", base::LogLevel::kInfo);
   const absl::StatusOr<int> code = command(flags);
   if (code.ok()) return *code;

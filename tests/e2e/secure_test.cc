@@ -1,12 +1,15 @@
 // A server with TLS and tokens, and the command line that goes with it.
 #include <unistd.h>
 
+#include <cstdlib>
 #include <fstream>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "tests/client/run_command.h"
+#include "tests/client/temp_files.h"
 #include "tests/e2e/e2e_testing.h"
+#include "tests/paths.h"
 #include "tests/server/rpc/certificates.h"
 
 namespace liquidblend::e2e {
@@ -21,13 +24,22 @@ class SecureTest : public E2eTest {
  protected:
   std::string path(const std::string& name) const { return folder_.path() + "/" + name; }
 
-  // As an operator does: the token goes to NAME.token, the entry is returned.
+  // As an operator does: the token goes to NAME.token, a whole file of tokens is returned.
+  std::string MakeTokenFile(const std::string& name, const std::string& scopes) const {
+    const std::string command =
+        absl::StrCat("'", paths::Program("liquidblend-server"), "' --make-token ", name,
+                     " --scopes ", scopes, " >'", path("made"), "' 2>'", path("said"), "'");
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    const std::string said = liquidblend::testing::ReadBytes(path("said"));
+    rpc::ReplaceFile(path(name + ".token"), said.substr(said.rfind(' ') + 1));
+    return liquidblend::testing::ReadBytes(path("made"));
+  }
+
+  // Its only entry.
   std::string MakeToken(const std::string& name, const std::string& scopes) const {
-    Process server("liquidblend-server", {"--make-token", name, "--scopes", scopes});
-    const std::string token = server.ReadLine(), entry = server.ReadLine();
-    EXPECT_EQ(server.Wait(), 0);
-    rpc::ReplaceFile(path(name + ".token"), token.substr(token.rfind(' ') + 1) + "\n");
-    return entry.substr(entry.find('{'));
+    const std::string made = MakeTokenFile(name, scopes);
+    const size_t begin = made.find('{', 1);
+    return made.substr(begin, made.rfind(']') - begin);
   }
 
   void WriteTokens(const std::string& entries) const {
@@ -64,6 +76,15 @@ class SecureTest : public E2eTest {
   const store::TemporaryFolder folder_;
   rpc::TestAuthority authority_{"an authority"};
 };
+
+TEST_F(SecureTest, ANewTokenComesWithAFileThatTheServerTakes) {
+  rpc::ReplaceFile(path("tokens.json"), MakeTokenFile("studio", "frames,write"));
+  std::string address;
+  const Process server = StartSecureServer(address);
+  const CommandResult listed = Run(address, "studio", {"list"});
+  EXPECT_EQ(listed.exit_code, 0) << listed.err;
+  EXPECT_EQ(Run(address, "", {"list"}).exit_code, 1);
+}
 
 TEST_F(SecureTest, TheCommandLineGetsThroughWithCertificateAndToken) {
   const std::string viewer = MakeToken("viewer", "frames");

@@ -1,5 +1,7 @@
 #include "core/store/open_store.h"
 
+#include <cstdlib>
+
 #include "core/store/data_directory.h"
 #include "tests/core/store/store_testing.h"
 
@@ -31,6 +33,25 @@ TEST(OpenStore, NamesTheFlagThatIsMissingOrTooMany) {
   EXPECT_THAT(OpenStore(location), Fails(Code::kInvalidArgument, "either --data DIR"));
   location.catalog_url = "";
   EXPECT_THAT(OpenStore(location), Fails(Code::kInvalidArgument, "--blobs goes with --store"));
+}
+
+// What a service's unit sets, whichever store its operator chooses.
+TEST(OpenStore, TakesFromTheEnvironmentWhatGoesWithTheStore) {
+  setenv("LIQUIDBLEND_DATA", "the data", 1);
+  setenv("LIQUIDBLEND_CACHE", "the cache", 1);
+  StoreLocation local, shared, said;
+  shared.catalog_url = "postgresql://u@h/d";
+  shared.blobs_url = "s3://bucket";
+  said.data = "said";
+  for (StoreLocation* const location : {&local, &shared, &said}) {
+    TakeFromEnvironment(*location);
+    EXPECT_THAT(location->Validate(), Succeeds());
+  }
+  EXPECT_EQ(local.data, "the data");
+  EXPECT_EQ(shared.cache, "the cache");
+  EXPECT_EQ(said.data, "said");
+  unsetenv("LIQUIDBLEND_DATA");
+  unsetenv("LIQUIDBLEND_CACHE");
 }
 
 TEST(CheckReachable, IsOkWhereBothAnswer) {

@@ -1,0 +1,150 @@
+// The programs as the units of deploy/systemd start them: with the units' variables and flags, and
+// with what an operator adds to server.env and worker.env.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "core/store/data_directory.h"
+#include "tests/core/store/store_testing.h"
+#include "tests/e2e/process.h"
+#include "tests/paths.h"
+
+namespace liquidblend::e2e {
+namespace {
+
+using ::testing::StartsWith;
+
+using Variables = std::map<std::string, std::string>;
+
+std::vector<std::string> LinesOf(const std::string& file) {
+  std::ifstream input(paths::Source("deploy/systemd/" + file));
+  EXPECT_TRUE(input.is_open()) << file;
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(input, line);) lines.push_back(line);
+  return lines;
+}
+
+void Set(const std::string& assignment, Variables& variables) {
+  const std::vector<std::string> parts = absl::StrSplit(assignment, absl::MaxSplits('=', 1));
+  ASSERT_EQ(parts.size(), 2u) << assignment;
+  variables[parts[0]] = parts[1];
+}
+
+// A service, as systemd would start it.
+struct Unit {
+  Variables variables;
+  std::vector<std::string> flags;
+
+  explicit Unit(const std::string& file) {
+    constexpr char kEnvironment[] = "Environment=", kStart[] = "ExecStart=";
+    for (const std::string& line : LinesOf(file)) {
+      if (absl::StartsWith(line, kEnvironment)) Set(line.substr(strlen(kEnvironment)), variables);
+      if (absl::StartsWith(line, kStart)) flags = absl::StrSplit(line, ' ');
+    }
+    EXPECT_GE(flags.size(), 2u);
+    EXPECT_EQ(flags.back(), "$ARGUMENTS");
+    flags.pop_back();
+    flags.erase(flags.begin());
+  }
+
+  Process Start(const std::string& program) {
+    std::vector<std::string> all = flags, environment;
+    for (const auto& [name, value] : variables) {
+      environment.push_back(absl::StrCat(name, "=", value));
+    }
+    for (const auto& word : absl::StrSplit(variables["ARGUMENTS"], ' ', absl::SkipEmpty())) {
+      all.emplace_back(word);
+    }
+    return Process(program, all, environment);
+  }
+};
+
+class UnitsTest : public ::testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return folder_.path() + "/" + name; }
+
+  // The unit's own, but for places and ports that other tests need.
+  Unit ServerUnit() const {
+    Unit unit("liquidblend-server.service");
+    EXPECT_EQ(unit.variables["LIQUIDBLEND_DATA"], "/var/lib/liquidblend");
+    unit.variables["LIQUIDBLEND_DATA"] = path("data");
+    EXPECT_EQ(unit.variables["LIQUIDBLEND_HTTP"], "127.0.0.1:8080");
+    unit.variables["LIQUIDBLEND_HTTP"] = "127.0.0.1:0";
+    return unit;
+  }
+
+  static void AwaitWorkers(const Process& server, size_t count) {
+    const auto end = std::chrono::steady_clock::now() + Patience();
+    while (ChildrenOf(server.pid()).size() < count) {
+      ASSERT_LT(std::chrono::steady_clock::now(), end);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+
+  const store::TemporaryFolder folder_;
+};
+
+TEST_F(UnitsTest, AFlagOfServerEnvLeavesTheOtherOnesAsTheyAre) {
+  Unit unit = ServerUnit();
+  unit.variables["ARGUMENTS"] = "--listen 127.0.0.1:0 --max-upload 1GiB";
+  Process server = unit.Start("liquidblend-server");
+  EXPECT_THAT(server.ReadLine(), StartsWith("listening on 127.0.0.1:"));
+  EXPECT_THAT(server.ReadLine(), StartsWith("http on 127.0.0.1:"));
+  EXPECT_TRUE(std::filesystem::exists(store::CatalogPath(path("data"))));
+  AwaitWorkers(server, 2);
+  server.Signal(SIGTERM);
+  EXPECT_EQ(server.Wait(), 0);
+
+  unit.variables["ARGUMENTS"] = "--listen 127.0.0.1:0 --workers 0";
+  unit.variables["LIQUIDBLEND_HTTP"] = "";
+  Process other = unit.Start("liquidblend-server");
+  EXPECT_THAT(other.ReadLine(), StartsWith("listening on 127.0.0.1:"));
+  EXPECT_THAT(ChildrenOf(other.pid()), ::testing::IsEmpty());
+  other.Signal(SIGTERM);
+  EXPECT_EQ(other.ReadLine(), "") << "no HTTP port";
+  EXPECT_EQ(other.Wait(), 0);
+}
+
+TEST_F(UnitsTest, AWorkerOnTheServersMachineFindsItsDirectory) {
+  Unit server_unit = ServerUnit();
+  server_unit.variables["ARGUMENTS"] = "--listen 127.0.0.1:0 --workers 0";
+  Process server = server_unit.Start("liquidblend-server");
+  EXPECT_THAT(server.ReadLine(), StartsWith("listening on "));
+  Unit unit("liquidblend-worker@.service");
+  EXPECT_EQ(unit.variables["LIQUIDBLEND_DATA"], "/var/lib/liquidblend");
+  unit.variables["LIQUIDBLEND_DATA"] = path("data");
+  EXPECT_GT(unit.variables.count("LIQUIDBLEND_CACHE"), 0u);
+  EXPECT_GT(unit.variables.count("LIQUIDBLEND_THREADS"), 0u);
+  for (const char* arguments : {"--check", "--once --memory 1GiB"}) {
+    unit.variables["ARGUMENTS"] = arguments;
+    EXPECT_EQ(unit.Start("liquidblend-worker").Wait(), 0) << arguments;
+  }
+}
+
+// Every line of a sample is a comment or a variable that is commented out.
+TEST_F(UnitsTest, SamplesChangeNothingUntilTheyAreEdited) {
+  for (const char* sample : {"server.env", "worker.env"}) {
+    int num_variables = 0;
+    for (const std::string& line : LinesOf(sample)) {
+      EXPECT_TRUE(line.empty() || line[0] == '#') << sample << ": " << line;
+      num_variables += line.size() > 1 && absl::ascii_isupper(static_cast<unsigned char>(line[1]));
+    }
+    EXPECT_GT(num_variables, 5) << sample;
+  }
+}
+
+}  // namespace
+}  // namespace liquidblend::e2e
