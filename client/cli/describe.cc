@@ -96,6 +96,39 @@ std::string DescribePoints(const Family& family) {
   return text;
 }
 
+// "cancelled at 2026-01-31T12:00:00Z", "failed at 2026-01-31T12:00:00Z: the reason"
+std::string Describe(const FailedRegistration& failed) {
+  const std::string time = FormatUtc(failed.end_time);
+  if (absl::IsCancelled(failed.error)) return absl::StrCat("cancelled at ", time);
+  return absl::StrCat("failed at ", time, ": ", failed.error.message());
+}
+
+std::string DescribeUnpublished(const Family& family) {
+  if (!family.failed_registration) return absl::StrCat(family.name, ": no version is finished yet");
+  return absl::StrCat(family.name, ": no version; its registration ",
+                      Describe(*family.failed_registration), "\n  ",
+                      family.failed_registration->operation);
+}
+
+// Of one that is done: when it began, how long it took, who did it, and what came of it.
+std::string DescribeCourse(const Operation& operation) {
+  const Progress& progress = operation.progress;
+  std::string text;
+  if (progress.start_time && progress.end_time) {
+    const double seconds = absl::ToDoubleSeconds(*progress.end_time - *progress.start_time);
+    absl::StrAppendFormat(&text, ", began at %s, took %.1f s", FormatUtc(*progress.start_time),
+                          seconds);
+  } else if (progress.end_time) {
+    absl::StrAppend(&text, ", ended at ", FormatUtc(*progress.end_time));
+  }
+  if (!progress.worker.empty()) absl::StrAppend(&text, ", worker ", progress.worker);
+  if (operation.version > 0) absl::StrAppend(&text, ", version ", operation.version);
+  if (operation.grade != Grade::kUnknown) {
+    absl::StrAppend(&text, ", verdict ", GradeName(operation.grade));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string Describe(const Animation& animation) {
@@ -116,6 +149,7 @@ std::string Describe(const Animation& animation) {
 }
 
 std::string Describe(const Family& family) {
+  if (family.version == 0) return DescribeUnpublished(family);
   std::string text = absl::StrFormat(
       "%s: version %d%s\n  source %s\n  targets %s"
       "\n  %.4g s at %.4g frames per second"
@@ -129,6 +163,10 @@ std::string Describe(const Family& family) {
       family.source, absl::StrJoin(family.targets, ", "), family.duration_s,
       family.frames_per_second, family.num_vertices, family.num_cells, Describe(family.bounds),
       DescribeUp(family.up), FormatBytes(family.size_bytes));
+  if (family.failed_registration) {
+    absl::StrAppend(&text, "\n  a newer registration ", Describe(*family.failed_registration), " (",
+                    family.failed_registration->operation, ")");
+  }
   for (const FamilyVersion& version : family.kept_versions) {
     absl::StrAppendFormat(&text, "\n  version %d is kept: %s -> %s, of %s, %s", version.version,
                           version.source, absl::StrJoin(version.targets, ", "),
@@ -188,12 +226,16 @@ std::string Summarize(const Animation& animation) {
 }
 
 std::string Summarize(const Family& family) {
+  const std::string failed =
+      family.failed_registration ? Describe(*family.failed_registration) : "";
   if (family.version == 0) {
-    return absl::StrFormat("%-32s no version is finished yet", family.name);
+    return absl::StrFormat("%-32s %s", family.name,
+                           failed.empty() ? "no version is finished yet" : failed);
   }
-  return absl::StrFormat("%-32s version %d, %s -> %s, %.4g s, %s", family.name, family.version,
+  return absl::StrFormat("%-32s version %d, %s -> %s, %.4g s, %s%s", family.name, family.version,
                          family.source, absl::StrJoin(family.targets, ", "), family.duration_s,
-                         FormatBytes(family.size_bytes));
+                         FormatBytes(family.size_bytes),
+                         failed.empty() ? "" : absl::StrCat("; a newer registration ", failed));
 }
 
 std::string Summarize(const Operation& operation) {
@@ -203,6 +245,7 @@ std::string Summarize(const Operation& operation) {
     absl::StrAppendFormat(&text, ", %.0f %%, %s", 100.0 * operation.progress.fraction,
                           DescribeProgress(operation.progress));
   }
+  if (operation.done) absl::StrAppend(&text, DescribeCourse(operation));
   if (!operation.result.ok()) absl::StrAppend(&text, ": ", operation.result.message());
   return text;
 }

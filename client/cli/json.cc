@@ -111,6 +111,8 @@ Json ToJson(const Progress& progress) {
   if (progress.next_attempt_time) {
     json["next_attempt_time"] = FormatUtc(*progress.next_attempt_time);
   }
+  if (progress.start_time) json["start_time"] = FormatUtc(*progress.start_time);
+  if (progress.end_time) json["end_time"] = FormatUtc(*progress.end_time);
   if (!progress.last_failure.ok()) json["last_failure"] = ToJson(progress.last_failure);
   return json;
 }
@@ -167,28 +169,35 @@ Json ToJson(const Family& family) {
                     {"size_bytes", version.size_bytes},
                     {"publish_time", FormatUtc(version.publish_time)}});
   }
-  return {{"name", family.name},
-          {"version", family.version},
-          {"restored_version", family.restored_version},
-          {"kept_versions", kept},
-          {"source", family.source},
-          {"targets", family.targets},
-          {"duration_s", family.duration_s},
-          {"frames_per_second", family.frames_per_second},
-          {"up", NameOf(family.up)},
-          {"bounds", ToJson(family.bounds)},
-          {"num_vertices", family.num_vertices},
-          {"num_cells", family.num_cells},
-          {"coarser_levels", levels},
-          {"has_velocities", family.has_velocities},
-          {"reports", reports},
-          {"space_time_reports", space_time_reports},
-          {"parameter_space",
-           {{"names", family.parameter_space.names}, {"points", family.parameter_space.points}}},
-          {"time_blending", ToJson(family.time_blending)},
-          {"size_bytes", family.size_bytes},
-          {"create_time", FormatUtc(family.create_time)},
-          {"update_time", FormatUtc(family.update_time)}};
+  Json json = {
+      {"name", family.name},
+      {"version", family.version},
+      {"restored_version", family.restored_version},
+      {"kept_versions", kept},
+      {"source", family.source},
+      {"targets", family.targets},
+      {"duration_s", family.duration_s},
+      {"frames_per_second", family.frames_per_second},
+      {"bounds", ToJson(family.bounds)},
+      {"num_vertices", family.num_vertices},
+      {"num_cells", family.num_cells},
+      {"coarser_levels", levels},
+      {"has_velocities", family.has_velocities},
+      {"reports", reports},
+      {"space_time_reports", space_time_reports},
+      {"parameter_space",
+       {{"names", family.parameter_space.names}, {"points", family.parameter_space.points}}},
+      {"time_blending", ToJson(family.time_blending)},
+      {"size_bytes", family.size_bytes},
+      {"create_time", FormatUtc(family.create_time)},
+      {"update_time", FormatUtc(family.update_time)}};
+  if (family.failed_registration) {
+    const FailedRegistration& failed = *family.failed_registration;
+    json["failed_registration"] = {{"operation", failed.operation},
+                                   {"error", ToJson(failed.error)},
+                                   {"end_time", FormatUtc(failed.end_time)}};
+  }
+  return json;
 }
 
 Json ToJson(const Operation& operation) {
@@ -197,6 +206,8 @@ Json ToJson(const Operation& operation) {
                {"state", StateName(operation)},
                {"done", operation.done},
                {"progress", ToJson(operation.progress)}};
+  if (operation.version > 0) json["version"] = operation.version;
+  if (operation.grade != Grade::kUnknown) json["verdict"] = GradeName(operation.grade);
   if (!operation.result.ok()) json["error"] = ToJson(operation.result);
   if (operation.animation) json["animation"] = ToJson(*operation.animation);
   if (operation.family) json["family"] = ToJson(*operation.family);

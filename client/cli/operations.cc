@@ -30,12 +30,14 @@ absl::Status ShowAll(Client& client, const Context& context) {
 absl::Status RunOperations(const OperationsFlags& flags, const Context& context) {
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   if (flags.name.empty()) return ShowAll(*client, context);
-  absl::StatusOr<Operation> operation = flags.wait ? WaitWithProgress(*client, flags.name, context)
+  absl::StatusOr<Operation> operation = flags.wait ? WatchWithProgress(*client, flags.name, context)
                                                    : client->GetOperation(flags.name);
   LBC_RETURN_IF_ERROR(operation.status());
   context.Print(Summarize(*operation));
   context.PrintJson(ToJson(*operation));
-  return flags.wait ? CheckVerdict(*operation) : absl::OkStatus();
+  if (!flags.wait) return absl::OkStatus();
+  LBC_RETURN_IF_ERROR(FailureOf(*operation));
+  return CheckVerdict(*operation);
 }
 
 absl::Status RunCancel(const std::string& name, const Context& context) {

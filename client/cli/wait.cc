@@ -50,6 +50,8 @@ void AppendEnergies(const Progress& progress, std::string* text) {
   }
 }
 
+}  // namespace
+
 absl::Status FailureOf(const Operation& operation) {
   if (operation.result.ok()) return absl::OkStatus();
   if (absl::IsCancelled(operation.result)) {
@@ -61,8 +63,6 @@ absl::Status FailureOf(const Operation& operation) {
   if (operation.error_reason == "VERDICT_TOO_LOW") return VerdictError(message);
   return absl::AbortedError(message);
 }
-
-}  // namespace
 
 absl::Status CheckVerdict(const Operation& operation) {
   if (!operation.family.has_value()) return absl::OkStatus();
@@ -107,8 +107,8 @@ std::string HowToWatch(const std::string& operation) {
                       " --wait` watches it, `liquidblend cancel ", operation, "` cancels it.");
 }
 
-absl::StatusOr<Operation> WaitWithProgress(Client& client, const std::string& operation,
-                                           const Context& context) {
+absl::StatusOr<Operation> WatchWithProgress(Client& client, const std::string& operation,
+                                            const Context& context) {
   const InterruptHint hint(
       absl::StrCat("\n", operation, " goes on.\n", HowToWatch(operation), "\n"));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
@@ -122,6 +122,12 @@ absl::StatusOr<Operation> WaitWithProgress(Client& client, const std::string& op
         return true;
       }));
   bar.Finish();
+  return finished;
+}
+
+absl::StatusOr<Operation> WaitWithProgress(Client& client, const std::string& operation,
+                                           const Context& context) {
+  LBC_ASSIGN_OR_RETURN(Operation finished, WatchWithProgress(client, operation, context));
   LBC_RETURN_IF_ERROR(FailureOf(finished));
   return finished;
 }

@@ -9,10 +9,16 @@
 
 namespace liquidblend::cli {
 
-// Shows progress until the operation is done. Ctrl-C ends the program with kExitInterrupted; the
-// operation goes on, and a line says how to watch or cancel it.
-// Errors: kCancelled if it was cancelled; VerdictError() if its verdict was worse than required;
-// kAborted, with the reason, if it failed otherwise; the client's.
+// Shows progress until the operation is done, however it ends. Ctrl-C ends the program with
+// kExitInterrupted; the operation goes on, and a line says how to watch or cancel it.
+absl::StatusOr<Operation> WatchWithProgress(Client& client, const std::string& operation,
+                                            const Context& context);
+
+// kCancelled if it was cancelled; VerdictError() if its verdict was worse than required; kAborted,
+// with the reason, if it failed otherwise. Requires: it is done.
+absl::Status FailureOf(const Operation& operation);
+
+// WatchWithProgress(). Errors: FailureOf()'s; the client's.
 absl::StatusOr<Operation> WaitWithProgress(Client& client, const std::string& operation,
                                            const Context& context);
 

@@ -49,6 +49,8 @@ Progress ToProgress(const v1::Progress& proto) {
   progress.waiting_for = proto.waiting_for();
   progress.memory_bytes = proto.memory_bytes();
   if (proto.has_next_attempt_time()) progress.next_attempt_time = ToTime(proto.next_attempt_time());
+  if (proto.has_start_time()) progress.start_time = ToTime(proto.start_time());
+  if (proto.has_end_time()) progress.end_time = ToTime(proto.end_time());
   if (proto.has_last_failure()) progress.last_failure = FromProto(proto.last_failure());
   return progress;
 }
@@ -358,6 +360,11 @@ Family FromProto(const v1::Family& proto) {
   family.parameter_space = ToParameterSpace(proto.parameter_space());
   family.time_blending = ToTimeBlending(proto.time_blending());
   family.restored_version = proto.restored_version();
+  if (proto.has_failed_registration()) {
+    const v1::FailedRegistration& failed = proto.failed_registration();
+    family.failed_registration = {failed.operation(), FromProto(failed.error()),
+                                  ToTime(failed.end_time())};
+  }
   for (const v1::FamilyVersion& version : proto.kept_versions()) {
     family.kept_versions.push_back({version.version(),
                                     version.source(),

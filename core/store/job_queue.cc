@@ -52,14 +52,24 @@ absl::Status CheckNobodyWorksOn(Sql& sql, const std::string& subject) {
   return absl::OkStatus();
 }
 
+absl::Status NoteFailedRegistration(Sql& sql, const pb::JobRecord& job) {
+  auto family = FindFamily(sql, job.register_family().family());
+  if (absl::IsNotFound(family.status())) return absl::OkStatus();
+  if (!family.ok()) return family.status();
+  pb::FailedRegistration& failed = *family->mutable_failed_registration();
+  failed.set_job(job.id());
+  *failed.mutable_error() = job.error();
+  *failed.mutable_end_time() = job.update_time();
+  return SaveFamily(sql, *family);
+}
+
 // Writes the job's end, and that of its parts: they go, and with them the leases of those who work
-// on them. An import that did not succeed is told to its animation too.
+// on them. The animation or family hears of it, too, if the job did not succeed.
 absl::Status Finish(Sql& sql, pb::JobRecord job) {
   LB_RETURN_IF_ERROR(UpdateJob(sql, {job, "", 0}));
   LB_RETURN_IF_ERROR(RemoveParts(sql, job.id()));
-  if (!job.has_import_animation() || job.state() == pb::JobRecord::SUCCEEDED) {
-    return absl::OkStatus();
-  }
+  if (job.state() == pb::JobRecord::SUCCEEDED) return absl::OkStatus();
+  if (job.has_register_family()) return NoteFailedRegistration(sql, job);
   auto animation = FindAnimation(sql, job.import_animation().animation());
   if (absl::IsNotFound(animation.status())) return absl::OkStatus();
   if (!animation.ok()) return animation.status();
@@ -162,7 +172,7 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
   LB_ASSIGN_OR_RETURN(std::optional<pb::JobRecord> earlier, FindEarlier(sql, job));
   if (earlier.has_value()) return *std::move(earlier);
   const std::string& family = job.register_family().family();
-  const auto existing = FindFamily(sql, family);
+  auto existing = FindFamily(sql, family);
   if (job.register_family().must_be_new() && existing.ok() && existing->version() > 0) {
     return absl::AlreadyExistsError(
         absl::StrCat("family '", family, "' exists already, in version ", existing->version()));
@@ -179,6 +189,9 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
     LB_RETURN_IF_ERROR(SaveFamily(sql, record));
   } else if (!existing.ok()) {
     return existing.status();
+  } else if (existing->has_failed_registration()) {
+    existing->clear_failed_registration();
+    LB_RETURN_IF_ERROR(SaveFamily(sql, *existing));
   }
   job = NewJob(std::move(job), now);
   LB_ASSIGN_OR_RETURN(const int64_t turn, NextTurn(sql, job));
@@ -288,11 +301,15 @@ absl::Status FinishPart(Sql& sql, const std::string& lease_id, const std::string
         absl::StrCat("job '", row.record.id(), "' is no part of another"));
   }
   LB_ASSIGN_OR_RETURN(JobRow parent, FindJob(sql, row.record.parent()));
+  const bool is_first = !parent.record.has_first_start_time();
+  if (is_first) *parent.record.mutable_first_start_time() = row.record.start_time();
   row.record.set_result_blob(blob);
   Succeed(now, row.record);
   LB_RETURN_IF_ERROR(UpdateJob(sql, {std::move(row.record), "", 0}));
   LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> parts, FindParts(sql, parent.record.id()));
-  if (std::any_of(parts.begin(), parts.end(), IsUnfinished)) return absl::OkStatus();
+  if (std::any_of(parts.begin(), parts.end(), IsUnfinished)) {
+    return is_first ? UpdateJob(sql, parent) : absl::OkStatus();
+  }
   ReturnToQueue(now, parent.record);
   return UpdateJob(sql, {std::move(parent.record), "", 0});
 }

@@ -129,6 +129,7 @@ void StartAttempt(const std::string& worker, absl::Time now, pb::JobRecord& job)
   job.clear_progress();
   job.clear_next_attempt_time();
   *job.mutable_start_time() = *job.mutable_update_time() = ToTimestamp(now);
+  if (!job.has_first_start_time()) *job.mutable_first_start_time() = job.start_time();
 }
 
 void ReturnToQueue(absl::Time now, pb::JobRecord& job) {

@@ -207,8 +207,10 @@ absl::StatusOr<store::pb::FamilyRecord> Families::FindPublished(const std::strin
   if (absl::IsNotFound(record.status())) Forget(id);
   if (!record.ok()) return record.status();
   if (record->version() == 0) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("family ", id, " has no published version yet"));
+    const std::string& reason = record->failed_registration().error().message();
+    return absl::FailedPreconditionError(absl::StrCat(
+        "family ", id, " has no published version yet",
+        record->has_failed_registration() ? "; its registration ended with: " : "", reason));
   }
   return record;
 }

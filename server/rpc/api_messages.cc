@@ -142,6 +142,11 @@ bool IsQueued(const JobRecord& job) {
          (job.state() == JobRecord::WAITING && job.progress().stage().empty());
 }
 
+bool IsDone(const JobRecord& job) {
+  return job.state() == JobRecord::SUCCEEDED || job.state() == JobRecord::FAILED ||
+         job.state() == JobRecord::CANCELLED;
+}
+
 v1::Progress ToProgress(const JobRecord& job, const std::string& waiting_for) {
   const store::pb::JobProgress& from = job.progress();
   v1::Progress to;
@@ -162,6 +167,8 @@ v1::Progress ToProgress(const JobRecord& job, const std::string& waiting_for) {
   to.set_priority(job.priority());
   to.set_memory_bytes(job.memory_bytes());
   if (job.has_next_attempt_time()) *to.mutable_next_attempt_time() = job.next_attempt_time();
+  if (job.has_first_start_time()) *to.mutable_start_time() = job.first_start_time();
+  if (IsDone(job)) *to.mutable_end_time() = job.update_time();
   if (!job.failed_attempts().empty()) {
     *to.mutable_last_failure() = job.failed_attempts().rbegin()->error();
   }
@@ -213,11 +220,6 @@ absl::Status PackResponse(const JobRecord& job, store::Catalog& catalog, Operati
     operation.mutable_response()->PackFrom(family);
   }
   return absl::OkStatus();
-}
-
-bool IsDone(const JobRecord& job) {
-  return job.state() == JobRecord::SUCCEEDED || job.state() == JobRecord::FAILED ||
-         job.state() == JobRecord::CANCELLED;
 }
 
 // The job with the progress of its parts.
@@ -295,6 +297,12 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record) {
   family.set_name(FamilyName(record.id()));
   family.set_version(record.version());
   family.set_restored_version(record.restored_version());
+  if (record.has_failed_registration()) {
+    const store::pb::FailedRegistration& failed = record.failed_registration();
+    family.mutable_failed_registration()->set_operation(OperationName(failed.job()));
+    *family.mutable_failed_registration()->mutable_error() = failed.error();
+    *family.mutable_failed_registration()->mutable_end_time() = failed.end_time();
+  }
   if (!manifest.source().empty()) family.set_source(AnimationName(manifest.source()));
   for (const std::string& target : manifest.targets()) family.add_targets(AnimationName(target));
   if (manifest.frames_per_second() > 0) {

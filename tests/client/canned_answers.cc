@@ -26,7 +26,14 @@ v1::Family MakeFamily(const std::string& id) {
   family.set_name("families/" + id);
   family.set_source("animations/drops-a");
   family.add_targets("animations/drops-b");
-  if (id == "empty") return family;
+  if (id == "empty") {
+    v1::FailedRegistration& failed = *family.mutable_failed_registration();
+    failed.set_operation("operations/register-0");
+    failed.mutable_error()->set_code(static_cast<int>(absl::StatusCode::kInvalidArgument));
+    failed.mutable_error()->set_message("the frame rates differ");
+    failed.mutable_end_time()->set_seconds(1'709'251'200);  // 2024-03-01
+    return family;
+  }
   family.set_version(3);
   v1::FamilyVersion& kept = *family.add_kept_versions();
   kept.set_version(2);
@@ -160,6 +167,16 @@ void SetError(lro::Operation* operation, absl::StatusCode code, const char* mess
 lro::Operation MakeFinished(const std::string& id) {
   lro::Operation operation = MakeOperation(id);
   operation.set_done(true);
+  v1::RegisterFamilyMetadata metadata;
+  if (operation.metadata().UnpackTo(&metadata)) {
+    v1::Progress& progress = *metadata.mutable_progress();
+    progress.set_worker("mill:7");
+    progress.mutable_start_time()->set_seconds(1'709'251'200);  // 2024-03-01
+    progress.mutable_end_time()->set_seconds(1'709'251'290);
+    if (id == "register-1") metadata.set_version(3);
+    if (id == "register-1") metadata.set_grade(v1::Verdict::DOUBTFUL);
+    operation.mutable_metadata()->PackFrom(metadata);
+  }
   if (id == "failed-1") {
     SetError(&operation, absl::StatusCode::kDataLoss, "frame 12: edge 5-9 has one triangle");
   } else if (id == "cancelled-1") {

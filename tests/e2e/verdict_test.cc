@@ -7,7 +7,9 @@
 namespace liquidblend::e2e {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr int kTooDifferent = 6;  // the exit status
 
@@ -47,6 +49,17 @@ class VerdictTest : public E2eTest {
   int RunOperationsWait(const Operation& operation) {
     return Process("liquidblend", {"--server", Address(), "operations", operation.name(), "--wait"})
         .Wait();
+  }
+
+  // What the program prints.
+  std::string Run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--server", Address()});
+    Process program("liquidblend", arguments);
+    std::string text;
+    for (std::string line = program.ReadLine(); !line.empty(); line = program.ReadLine()) {
+      text += line + "\n";
+    }
+    return text;
   }
 
   Operation NewestOperation() {
@@ -96,6 +109,36 @@ TEST_F(VerdictTest, ARequiredGradeKeepsTheVersionBefore) {
   EXPECT_EQ(RunOperationsWait(refused), kTooDifferent);
   EXPECT_EQ(GetFamily().version(), 1);
   EXPECT_EQ(GetFamily().targets(0), "animations/b");
+}
+
+TEST_F(VerdictTest, AFailedRegistrationIsToldWhereverItsFamilyIs) {
+  EXPECT_EQ(RunRegister("far", {"--require", "good"}), kTooDifferent);
+  const Operation failed = NewestOperation();
+  EXPECT_EQ(GetFamily().failed_registration().operation(), failed.name());
+  EXPECT_TRUE(GetFamily().failed_registration().has_end_time());
+  EXPECT_THAT(Run({"list"}), HasSubstr("the verdict is too different"));
+  EXPECT_THAT(Run({"inspect", "families/balls"}),
+              AllOf(HasSubstr("no version; its registration failed at 20"),
+                    HasSubstr("the verdict is too different"), Not(HasSubstr("bounds"))));
+  EXPECT_THAT(Run({"operations", failed.name(), "--wait"}),
+              AllOf(HasSubstr(", began at 20"), HasSubstr(", worker "),
+                    HasSubstr("the verdict is too different")));
+  EXPECT_EQ(RunRegister("b"), 0);  // the name has no version yet
+  EXPECT_FALSE(GetFamily().has_failed_registration());
+  EXPECT_THAT(Run({"operations", NewestOperation().name(), "--wait"}),
+              AllOf(HasSubstr(" s, worker "), HasSubstr(", version 1, verdict ")));
+}
+
+TEST_F(VerdictTest, ACancelledRegistrationIsToldWhereverItsFamilyIs) {
+  Operation registration;
+  ASSERT_TRUE(Register(200, registration).ok());
+  EXPECT_THAT(Run({"cancel", registration.name()}), HasSubstr("cancelled"));
+  AwaitDone(registration.name());
+  EXPECT_EQ(GetFamily().failed_registration().error().code(),
+            static_cast<int>(grpc::StatusCode::CANCELLED));
+  EXPECT_THAT(Run({"list"}), HasSubstr("cancelled at 20"));
+  EXPECT_THAT(Run({"inspect", "families/balls"}), HasSubstr("its registration cancelled at 20"));
+  EXPECT_THAT(Run({"operations", registration.name()}), HasSubstr(" cancelled "));
 }
 
 }  // namespace

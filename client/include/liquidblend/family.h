@@ -117,6 +117,13 @@ struct FamilyVersion {
   absl::Time publish_time = absl::UnixEpoch();
 };
 
+// A registration that ended without a version.
+struct FailedRegistration {
+  std::string operation;  // operations/{id}
+  absl::Status error;     // kCancelled if it was cancelled
+  absl::Time end_time = absl::UnixEpoch();
+};
+
 // One source animation and its targets, registered.
 struct Family {
   std::string name;                  // families/{id}
@@ -138,6 +145,8 @@ struct Family {
   TimeBlending time_blending;
   int64_t restored_version = 0;  // that this one is again, by Client::RollbackFamily(); 0: none
   std::vector<FamilyVersion> kept_versions;  // newest first; only from Client::GetFamily()
+  // The newest registration, if it failed or was cancelled.
+  std::optional<FailedRegistration> failed_registration;
   int64_t size_bytes = 0;
   absl::Time create_time = absl::UnixEpoch();
   absl::Time update_time = absl::UnixEpoch();

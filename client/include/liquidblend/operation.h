@@ -27,6 +27,8 @@ struct Progress {
   double seconds_left = 0.0;  // 0: unknown
   int attempt = 0;            // 1 for the first worker that took the job
   std::string worker;
+  std::optional<absl::Time> start_time;  // when work on it began
+  std::optional<absl::Time> end_time;    // when it was done
   int priority = 0;
   std::string waiting_for;   // what keeps it queued, if it is not just its turn
   int64_t memory_bytes = 0;  // what it needs, by estimate; 0: not known

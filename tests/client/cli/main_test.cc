@@ -334,6 +334,34 @@ TEST_F(Command, OperationsTellWhenAndWhyAJobIsTriedAgain) {
   EXPECT_EQ(retried["progress"]["last_failure"]["code"], "UNAVAILABLE");
 }
 
+TEST_F(Command, AFailedRegistrationIsToldWhereItsFamilyIs) {
+  const std::string failed = "failed at 2024-03-01T00:00:00Z: the frame rates differ";
+  EXPECT_THAT(Run({"list"}).out, HasSubstr(failed));
+  const CommandResult inspected = Run({"inspect", "empty"});
+  EXPECT_EQ(inspected.exit_code, 0);
+  EXPECT_EQ(inspected.out, "families/empty: no version; its registration " + failed +
+                               "\n  operations/register-0\n");
+  const json told = json::parse(Run({"inspect", "empty", "--json"}).out)["failed_registration"];
+  EXPECT_EQ(told["operation"], "operations/register-0");
+  EXPECT_EQ(told["error"]["code"], "INVALID_ARGUMENT");
+  EXPECT_EQ(told["end_time"], "2024-03-01T00:00:00Z");
+}
+
+TEST_F(Command, AnOperationThatIsDoneTellsWhenWhoAndWhatCameOfIt) {
+  const std::string course = ", began at 2024-03-01T00:00:00Z, took 90.0 s, worker mill:7";
+  EXPECT_THAT(Run({"operations", "register-1", "--wait"}).out,
+              HasSubstr(course + ", version 3, verdict doubtful\n"));
+  const CommandResult failed = Run({"operations", "failed-1", "--wait"});
+  EXPECT_EQ(failed.exit_code, 1);
+  EXPECT_THAT(failed.out, HasSubstr(course + ": frame 12: edge 5-9 has one triangle"));
+  const json done = json::parse(Run({"operations", "register-1", "--wait", "--json"}).out);
+  EXPECT_EQ(done["version"], 3);
+  EXPECT_EQ(done["verdict"], "doubtful");
+  EXPECT_EQ(done["progress"]["start_time"], "2024-03-01T00:00:00Z");
+  EXPECT_EQ(done["progress"]["end_time"], "2024-03-01T00:01:30Z");
+  EXPECT_EQ(done["progress"]["worker"], "mill:7");
+}
+
 TEST_F(Command, PrioritiesOutOfRangeAreRefusedHere) {
   for (const char* priority : {"-101", "101", "high"}) {
     EXPECT_EQ(

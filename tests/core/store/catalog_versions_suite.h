@@ -170,4 +170,56 @@ TEST_P(CatalogSuite, AFamilyThatIsToBeNewMustNotHaveAVersion) {
               Fails(Code::kAlreadyExists, "family 'f' exists already, in version 1"));
 }
 
+TEST_P(CatalogSuite, AFamilyTellsOfItsNewestRegistrationIfThatFailed) {
+  for (const std::string id : {"a", "b"}) MakeAnimation(id);
+  const Job first = MustSubmitRegistration("f", "a", {"b"});
+  EXPECT_FALSE(catalog_->GetFamily("f")->has_failed_registration());
+  now_ += absl::Seconds(1);
+  FailNext(absl::InvalidArgumentError("no liquid"), /*retry=*/false);
+  const pb::FailedRegistration failed = catalog_->GetFamily("f")->failed_registration();
+  EXPECT_EQ(failed.job(), first.id());
+  EXPECT_EQ(failed.error().message(), "no liquid");
+  EXPECT_EQ(failed.end_time().seconds(), absl::ToUnixSeconds(now_));
+
+  const Job second = MustSubmitRegistration("f", "a", {"b"});
+  EXPECT_FALSE(catalog_->GetFamily("f")->has_failed_registration());
+  ASSERT_THAT(catalog_->RequestCancel(second.id()), Succeeds());
+  EXPECT_EQ(catalog_->GetFamily("f")->failed_registration().error().code(),
+            static_cast<int>(Code::kCancelled));
+  EXPECT_EQ(MakeFamily("f", "a", {"b"}), 1);
+  EXPECT_FALSE(catalog_->GetFamily("f")->has_failed_registration());
+
+  MustSubmitRegistration("f", "a", {"b", "a"});
+  FailNext(absl::InvalidArgumentError("no liquid"), /*retry=*/false);  // of a target
+  EXPECT_EQ(catalog_->GetFamily("f")->version(), 1);
+  EXPECT_THAT(catalog_->GetFamily("f")->failed_registration().error().message(),
+              ::testing::HasSubstr("no liquid"));
+}
+
+TEST_P(CatalogSuite, AJobTellsWhenWorkOnItBegan) {
+  for (const std::string id : {"a", "b"}) MakeAnimation(id);
+  const Job job = MustSubmitRegistration("f", "a", {"b"});
+  EXPECT_FALSE(GetJob(job.id()).has_first_start_time());
+  now_ += absl::Seconds(1);
+  const absl::Time began = now_;
+  ASSERT_THAT(catalog_->ReleaseJob(MustLease().lease_id), Succeeds());
+  now_ += absl::Seconds(1);
+  const Lease lease = MustLease();
+  EXPECT_EQ(GetJob(job.id()).first_start_time().seconds(), absl::ToUnixSeconds(began));
+  EXPECT_EQ(GetJob(job.id()).start_time().seconds(), absl::ToUnixSeconds(now_));
+}
+
+TEST_P(CatalogSuite, AJobOfPartsBeganWithThem) {
+  const Job job = MustSubmitThreeTargets();
+  now_ += absl::Seconds(1);
+  const absl::Time began = now_;
+  for (int k = 0; k < 3; ++k) {
+    FinishNextPart();
+    EXPECT_EQ(GetJob(job.id()).first_start_time().seconds(), absl::ToUnixSeconds(began));
+    now_ += absl::Seconds(1);
+  }
+  MustLease();
+  EXPECT_EQ(GetJob(job.id()).first_start_time().seconds(), absl::ToUnixSeconds(began));
+}
+
 }  // namespace liquidblend::store
