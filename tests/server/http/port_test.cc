@@ -67,6 +67,19 @@ TEST_F(PortTest, WhatTheClientHasIsNotSentAgain) {
   EXPECT_EQ(newer.headers["x-liquidblend-version"], "2");
 }
 
+TEST_F(PortTest, ANewerVersionThatIsAskedForIsWaitedFor) {
+  HttpClient client(port_->port());
+  HttpReply first = client.Get(kSplash);
+  const std::string known = absl::StrCat("If-None-Match: ", first.headers["etag"], "\r\n");
+  PublishFamily("splash", "a", "b", 3);
+  for (const std::string& headers : {std::string(), known}) {
+    HttpReply newer = client.Get(absl::StrCat(kSplash, "&min_version=2"), headers);
+    EXPECT_EQ(newer.code, 200);
+    EXPECT_EQ(newer.headers["x-liquidblend-version"], "2");
+  }
+  EXPECT_EQ(client.Get(absl::StrCat(kSplash, "&min_version=3")).code, 404);
+}
+
 TEST_F(PortTest, FamiliesAreListedAsJson) {
   HttpClient client(port_->port());
   const auto all = nlohmann::json::parse(client.Get("/v1/families").body);

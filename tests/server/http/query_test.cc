@@ -45,7 +45,8 @@ absl::StatusOr<v1::GetFrameRequest> Frame(const std::string& query) {
 
 TEST(ToGetFrame, ReadsEveryField) {
   const auto request = Frame(
-      "weights=0.5,-0.25&time=1.25&version=7&preset=smallest&position_bits=12&level_of_detail=1&"
+      "weights=0.5,-0.25&time=1.25&version=7&min_version=6&preset=smallest&"
+      "position_bits=12&level_of_detail=1&"
       "smoothing_passes=3&smoothing=laplacian&smoothing_strength=0.7&temporal_smoothing=1&"
       "attributes=normals,velocities&extrapolate=true");
   ASSERT_TRUE(request.ok()) << request.status();
@@ -53,6 +54,7 @@ TEST(ToGetFrame, ReadsEveryField) {
   EXPECT_THAT(request->weights(), ElementsAre(0.5, -0.25));
   EXPECT_EQ(request->time_s(), 1.25);
   EXPECT_EQ(request->version(), 7);
+  EXPECT_EQ(request->min_version(), 6);
   EXPECT_EQ(request->encoding().preset(), v1::Encoding::SMALLEST);
   EXPECT_EQ(request->encoding().position_bits(), 12);
   EXPECT_EQ(request->surface().level_of_detail(), 1);
@@ -83,6 +85,7 @@ TEST(ToGetFrame, NamesEveryFieldAtFault) {
            {"time=nan", "time: must be a finite number, got 'nan'"},
            {"time=inf", "time: must be a finite number"},
            {"version=0", "version: must be the number of a version"},
+           {"min_version=0", "min_version: must be the number of a version"},
            {"version=latest", "version: must be the number of a version"},
            {"preset=best", "preset: must be fastest, balanced or smallest, got 'best'"},
            {"preset=preset_unspecified", "preset: must be"},
