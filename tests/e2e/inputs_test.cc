@@ -266,8 +266,9 @@ TEST_P(RoundTripTest, AnExportComesBackAsTheSameAnimation) {
   const std::string files = WriteFrames(
       "a", {"b_0001.5.ply", "b_0002.5.ply", "b_0003.ply", "b_0004.5.ply", "b_0005.5.ply"},
       TrackedBall({1.5, 2.5, 3, 4.5, 5.5}));
-  ImportAndRegister("first", files,
-                    {"--fps", absl::StrCat(GetParam().frames_per_second), "--vertex-scale", "1"});
+  ImportAndRegister(
+      "first", files,
+      {"--fps", absl::StrCat(GetParam().frames_per_second), "--vertex-scale", "1", "--up", "y"});
   const std::string out = MakeFolder("out");
   std::vector<std::string> arguments = {"export", "first", "-w",       "0",
                                         "-o",     out,     "--format", GetParam().format};
@@ -288,6 +289,7 @@ TEST_P(RoundTripTest, AnExportComesBackAsTheSameAnimation) {
     EXPECT_NEAR(CentreX(one), CentreX(other), 0.02) << share;
     EXPECT_NEAR(one.volume_m3 / other.volume_m3, 1.0, 0.03) << share;
   }
+  EXPECT_EQ(Inspect("animations/again-a")["up"], "y");
   EXPECT_EQ(after["has_velocities"], HasFlag("--velocities"));
 }
 

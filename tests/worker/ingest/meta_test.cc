@@ -42,8 +42,9 @@ std::vector<std::string> Notes(Format format, const std::string& meta,
 }
 
 TEST(ReadMeta, RefusesUnknownKeysByName) {
-  EXPECT_THAT(Error(R"({"frame_rate": 30})"),
-              HasSubstr(R"(key "frame_rate" is not known; known are fps, frame_times, units, )"));
+  EXPECT_THAT(
+      Error(R"({"frame_rate": 30})"),
+      HasSubstr(R"(key "frame_rate" is not known; known are fps, frame_times, up, units, )"));
   EXPECT_THAT(Error(R"({"units": {"scale": 30}})"),
               HasSubstr(R"(key "units.scale" is not known; known are vertex_scale, velocity_sca)"));
   EXPECT_EQ(Error(R"({"about": {"frame_rate": 30}})"), "no error");
