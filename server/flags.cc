@@ -73,6 +73,9 @@ absl::StatusOr<rpc::ServerOptions> ServerOptionsOf(const Flags& flags) {
   options.max_message_bytes = static_cast<int>(flags.max_message);
   options.limits.max_upload_bytes = flags.max_upload;
   options.limits.keep_versions = flags.keep_versions;
+  options.limits.max_stored_bytes = flags.max_stored;
+  options.limits.disk = flags.store.is_shared() ? flags.store.cache : flags.store.data;
+  options.limits.disk_reserve_bytes = flags.disk_reserve;
   // Of a store that is shared, workers elsewhere may hold more.
   const bool knows_workers = flags.workers > 0 && !flags.store.is_shared();
   options.limits.worker_memory_bytes = knows_workers ? WorkerMemory(flags) : 0;
@@ -193,6 +196,16 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--max-message", flags.max_message, "Largest request, e.g. 4MiB")
       ->transform(CLI::AsSizeValue(false));
   app.add_option("--max-upload", flags.max_upload, "Largest upload of one animation, e.g. 64GiB")
+      ->transform(CLI::AsSizeValue(false));
+  app.add_option("--max-stored", flags.max_stored,
+                 "What all owners together may have stored, e.g. 2TiB; then uploads, imports and "
+                 "registrations are refused; 0: not limited")
+      ->envname("LIQUIDBLEND_MAX_STORED")
+      ->transform(CLI::AsSizeValue(false));
+  app.add_option("--disk-reserve", flags.disk_reserve,
+                 "What stays free on the disk of --data or --cache; with less, uploads, imports "
+                 "and registrations are refused; 0: none")
+      ->envname("LIQUIDBLEND_DISK_RESERVE")
       ->transform(CLI::AsSizeValue(false));
   app.add_option("--memory", flags.memory, "Memory for loaded families, e.g. 8GiB")
       ->transform(CLI::AsSizeValue(false));

@@ -36,6 +36,8 @@ struct Flags {
   int keep_versions = rpc::Limits().keep_versions;
   int64_t max_message = int64_t{4} << 20;
   int64_t max_upload = int64_t{64} << 30;
+  int64_t max_stored = 0;                   // 0: not limited
+  int64_t disk_reserve = int64_t{1} << 30;  // 0: none
   int64_t memory = int64_t{8} << 30;
   int64_t frame_cache = int64_t{256} << 20;
   int64_t max_waiting_cells = rpc::FrameQueueOptions().max_waiting_cost;

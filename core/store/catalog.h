@@ -120,8 +120,9 @@ class Catalog : public CatalogUpkeep {
 
   // ---- going back
   // Publishes a kept version again, with the next number; nothing if the published one is that
-  // version again already. Keeps as many versions as that, the new one counted. Errors: kNotFound; kFailedPrecondition if that version is the published one, or
-  // while a registration of the family is not done.
+  // version again already. Keeps as many versions as that, the new one counted. Errors: kNotFound;
+  // kFailedPrecondition if that version is the published one, or while a registration of the family
+  // is not done.
   virtual absl::StatusOr<pb::FamilyRecord> RollbackFamily(const std::string& id, int64_t version,
                                                           int keep_versions) = 0;
 

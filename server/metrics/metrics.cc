@@ -87,6 +87,10 @@ void AddSnapshot(const Snapshot& now, std::vector<MetricFamily>& all) {
   all.push_back(Gauges("liquidblend_workers",
                        "Workers seen within two minutes, by whether they take jobs", "state",
                        now.workers));
+  all.push_back(Gauges("liquidblend_disk_free_bytes", "Free space that the server may use", "disk",
+                       now.disk_free_bytes));
+  all.push_back(Gauges("liquidblend_disk_size_bytes", "Size of the store's disk", "disk",
+                       now.disk_size_bytes));
   all.push_back(Gauges("liquidblend_waiting_calls", "Calls that wait for a thread of a pool",
                        "pool", now.waiting_calls));
   all.push_back(OneGauge("liquidblend_frame_queue_cells",

@@ -26,6 +26,8 @@ absl::Status Limits::Validate() const {
   if (max_correspondences < 0) return OutOfRange("max_correspondences", max_correspondences);
   if (worker_memory_bytes < 0) return OutOfRange("worker_memory_bytes", worker_memory_bytes);
   if (keep_versions < 1) return OutOfRange("keep_versions", keep_versions);
+  if (max_stored_bytes < 0) return OutOfRange("max_stored_bytes", max_stored_bytes);
+  if (disk_reserve_bytes < 0) return OutOfRange("disk_reserve_bytes", disk_reserve_bytes);
   if (max_stream_bytes < 0) return OutOfRange("max_stream_bytes", max_stream_bytes);
   if (watch_interval <= absl::ZeroDuration()) {
     return absl::InvalidArgumentError(absl::StrCat("limit watch_interval is out of range: ",

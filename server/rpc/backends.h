@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
@@ -30,8 +31,11 @@ struct Limits {
   int64_t max_stream_bytes = int64_t{16} << 20;
   // >= 0; the largest job that the server's own workers take. 0: others may come; none is refused.
   int64_t worker_memory_bytes = 0;
-  int keep_versions = 2;          // >= 1; of a family, the published one counted
-  absl::Status Validate() const;  // names the first field out of range, and its value
+  int keep_versions = 2;           // >= 1; of a family, the published one counted
+  int64_t max_stored_bytes = 0;    // >= 0; of all owners together; 0: as much as there is room for
+  std::string disk;                // a folder on the disk that files come to; empty: not known
+  int64_t disk_reserve_bytes = 0;  // >= 0; with less free there, nothing more is accepted; 0: none
+  absl::Status Validate() const;   // names the first field out of range, and its value
 };
 
 struct BackendsOptions {

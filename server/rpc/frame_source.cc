@@ -15,6 +15,7 @@
 #include "server/rpc/handlers.h"
 #include "server/rpc/names.h"
 #include "server/rpc/shared_look.h"
+#include "server/rpc/store_space.h"
 
 namespace liquidblend::rpc {
 namespace {
@@ -163,9 +164,18 @@ class PooledSource final : public FrameSource {
     snapshot.frame_cache = {cache.num_hits, cache.num_misses, cache.num_frames, cache.size_bytes};
     const FramePool::Stats queue = backends_.frames.stats();
     snapshot.frame_queue = {queue.waiting_cost, queue.num_refused};
+    AddDisk(snapshot);
     if (counts.ok()) snapshot.jobs = counts->jobs;
     if (counts.ok()) snapshot.workers = counts->workers;
     return backends_.metrics.Text(snapshot);
+  }
+
+  void AddDisk(metrics::Snapshot& snapshot) const {
+    const std::string& path = backends_.limits.disk;
+    const absl::StatusOr<DiskSpace> disk = path.empty() ? DiskSpace() : ReadDiskSpace(path);
+    if (path.empty() || !disk.ok()) return;
+    snapshot.disk_free_bytes[path] = disk->free_bytes;
+    snapshot.disk_size_bytes[path] = disk->size_bytes;
   }
 
   Backends& backends_;

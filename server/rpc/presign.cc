@@ -12,6 +12,7 @@
 #include "server/rpc/handlers.h"
 #include "server/rpc/names.h"
 #include "server/rpc/owner_limits.h"
+#include "server/rpc/store_space.h"
 #include "server/rpc/submission.h"
 #include "server/rpc/upload.h"
 
@@ -49,7 +50,7 @@ int64_t SumOfSizes(const v1::PresignUploadRequest& request) {
 }
 
 // Whether the principal may store `num_bytes`, with what is under way, beside what it has.
-absl::Status CheckStoredBytes(Backends& backends, int64_t num_bytes, const Principal& principal) {
+absl::Status CheckOwnBytes(Backends& backends, int64_t num_bytes, const Principal& principal) {
   const store::OwnerCheck check = OwnerCheckOf(principal, num_bytes);
   if (!check) return absl::OkStatus();
   store::pb::JobRecord job;
@@ -57,12 +58,15 @@ absl::Status CheckStoredBytes(Backends& backends, int64_t num_bytes, const Princ
   return backends.catalog.CheckOwner(job, check);
 }
 
-// Counts files that may arrive past the server for their owner, if that one is limited. Takes back
-// what was counted unless Keep() is called.
+// Counts files that may arrive past the server for their owner, if that one is limited or all are.
+// Takes back what was counted unless Keep() is called.
 class Promises {
  public:
-  Promises(UploadTally& tally, const Principal& principal)
-      : tally_(tally), owner_(principal.name), is_limited_(principal.limits.max_stored_bytes > 0) {}
+  Promises(Backends& backends, const Principal& principal)
+      : tally_(backends.uploads),
+        owner_(principal.name),
+        is_limited_(principal.limits.max_stored_bytes > 0 || backends.limits.max_stored_bytes > 0) {
+  }
   ~Promises() {
     for (const std::string& id : ids_) tally_.EndPromise(owner_, id);
   }
@@ -119,8 +123,10 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
   const int64_t num_bytes = SumOfSizes(request);
   const int64_t under_way = backends.uploads.Add(principal.name, num_bytes);
   const absl::Cleanup release = [&] { backends.uploads.Add(principal.name, -num_bytes); };
-  LB_RETURN_IF_ERROR(CheckStoredBytes(backends, under_way, principal));
-  Promises promises(backends.uploads, principal);
+  LB_RETURN_IF_ERROR(CheckOwnBytes(backends, under_way, principal));
+  LB_ASSIGN_OR_RETURN(const int64_t stored_bytes, StoredBytes(backends.catalog, backends.limits));
+  LB_RETURN_IF_ERROR(CheckStoredBytes(backends.limits, stored_bytes, backends.uploads.Sum()));
+  Promises promises(backends, principal);
   v1::PresignUploadResponse response;
   size_t num_urls = 0;
   *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);

@@ -17,6 +17,7 @@
 #include "server/rpc/job_memory.h"
 #include "server/rpc/names.h"
 #include "server/rpc/owner_limits.h"
+#include "server/rpc/store_space.h"
 #include "server/rpc/submission.h"
 
 namespace liquidblend::rpc {
@@ -158,11 +159,22 @@ absl::Status Upload::AddHeader(const v1::UploadAnimationRequest::Header& header)
 // Only spares the client a useless upload, too. A request that was accepted before is not asked
 // about.
 absl::Status Upload::CheckOwner() {
+  LB_ASSIGN_OR_RETURN(stored_bytes_, StoredBytes(stores_.catalog, limits_));
+  LB_RETURN_IF_ERROR(CheckSpace(0));
   if (!OwnerCheckOf(principal_, 0)) return absl::OkStatus();
   return stores_.catalog.CheckOwner(job_, [this](const store::OwnerUse& use) {
     use_ = use;
     return CheckOwnerLimits(principal_, use, 0);
   });
+}
+
+// Room for all owners' uploads that are under way, and on the disk for new_bytes.
+absl::Status Upload::CheckSpace(int64_t new_bytes) {
+  absl::Status status = CheckDisk(limits_, new_bytes);
+  if (status.ok() && limits_.max_stored_bytes > 0) {
+    status = CheckStoredBytes(limits_, stored_bytes_, stores_.tally.Sum());
+  }
+  return UnlessAccepted(stores_.catalog, job_, status);
 }
 
 absl::Status Upload::AddFile(const v1::UploadAnimationRequest::File& file) {
@@ -230,7 +242,8 @@ absl::Status Upload::Reserve(const v1::UploadAnimationRequest::File& file) {
   const int64_t under_way = stores_.tally.Add(principal_.name, new_bytes);
   reserved_bytes_ += new_bytes;
   declared_bytes_ += file.size_bytes();
-  return use_.has_value() ? CheckOwnerLimits(principal_, *use_, under_way) : absl::OkStatus();
+  if (use_.has_value()) LB_RETURN_IF_ERROR(CheckOwnerLimits(principal_, *use_, under_way));
+  return CheckSpace(file.blob().empty() ? file.size_bytes() : 0);
 }
 
 absl::Status Upload::AddChunk(const std::string& chunk) {
@@ -283,6 +296,8 @@ absl::StatusOr<store::pb::JobRecord> Upload::Submit() {
   if (!job_.has_import_animation()) return InvalidField("header", "must be the first message");
   LB_RETURN_IF_ERROR(CheckFileIsComplete());
   LB_RETURN_IF_ERROR(CheckNumFiles());
+  LB_ASSIGN_OR_RETURN(stored_bytes_, StoredBytes(stores_.catalog, limits_));
+  LB_RETURN_IF_ERROR(CheckSpace(0));
   store::pb::AnimationRecord animation;
   animation.set_id(job_.import_animation().animation());
   animation.set_state(store::pb::AnimationRecord::IMPORTING);

@@ -51,8 +51,9 @@ class Upload {
 
   // Takes the next message: the header first, then each file followed by its chunks.
   // Errors: kInvalidArgument with the field at fault, kResourceExhausted (limits, disk full),
-  // kAlreadyExists (early, unless the header has a request_id). What its owner may have is looked
-  // at when the upload begins, at each file and when it is submitted.
+  // kAlreadyExists (early, unless the header has a request_id). What its owner and all owners may
+  // have, and room on the disk, are looked at when the upload begins, at each file and when it is
+  // submitted.
   absl::Status Add(const v1::UploadAnimationRequest& message);
 
   // Whether the header says how many files follow.
@@ -69,6 +70,7 @@ class Upload {
   absl::Status AddChunk(const std::string& chunk);
   absl::Status CheckFile(const v1::UploadAnimationRequest::File& file) const;
   absl::Status CheckOwner();
+  absl::Status CheckSpace(int64_t new_bytes);
   absl::Status CheckFileIsComplete() const;
   absl::Status CommitFileIfComplete();
   absl::Status AddSentFile(const v1::UploadAnimationRequest::File& file);
@@ -83,6 +85,7 @@ class Upload {
   const std::string header_field_;
   store::pb::JobRecord job_;            // grows with each complete file
   std::optional<store::OwnerUse> use_;  // what the owner had at the beginning, if it is limited
+  int64_t stored_bytes_ = 0;            // of all owners, at the beginning, if that is limited
   std::set<std::string> file_names_;
   int num_files_ = 0;                          // that the header promises; 0: not said
   std::vector<store::BlobId> to_delete_;       // what was stored and nobody has accepted

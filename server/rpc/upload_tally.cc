@@ -23,6 +23,13 @@ int64_t UploadTally::Add(const std::string& owner, int64_t bytes) {
   return sum;
 }
 
+int64_t UploadTally::Sum() {
+  const absl::MutexLock lock(&mutex_);
+  int64_t sum = 0;
+  for (const auto& [owner, count] : counts_) sum += Find(owner)->bytes;
+  return sum;
+}
+
 bool UploadTally::Promise(const std::string& owner, const std::string& id, int64_t bytes,
                           absl::Duration duration) {
   const absl::MutexLock lock(&mutex_);

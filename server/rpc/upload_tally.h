@@ -21,6 +21,9 @@ class UploadTally {
   // Adds to the owner's bytes and returns their sum. Allocates nothing unless bytes > 0.
   int64_t Add(const std::string& owner, int64_t bytes);
 
+  // Of all owners.  Cost: O(owners with uploads under way)
+  int64_t Sum();
+
   // Adds bytes that may arrive past the server under this upload id: they count until the promise
   // ends or is over. False, and nothing is added, if the owner has kMaxPromises already.
   // Requires: all promises have the same duration.

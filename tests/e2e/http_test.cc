@@ -46,6 +46,7 @@ TEST_F(HttpTest, IsAnnouncedAndEndsInOrder) {
   EXPECT_EQ(client.Get("/readyz").code, 200);
   const std::string metrics = client.Get("/metrics").body;
   EXPECT_THAT(metrics, HasSubstr("process_resident_memory_bytes"));
+  EXPECT_THAT(metrics, HasSubstr("liquidblend_disk_free_bytes{disk=\"" + data()));
   const std::string used = "liquidblend_heap_bytes{state=\"used\"} ";
   const size_t at = metrics.find(used);
   ASSERT_NE(at, std::string::npos);

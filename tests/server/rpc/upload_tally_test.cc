@@ -12,6 +12,7 @@ TEST(UploadTally, SumsByOwner) {
   EXPECT_EQ(tally.Add("ann", 5), 5);
   EXPECT_EQ(tally.Add("ann", 6), 11);
   EXPECT_EQ(tally.Add("ben", 1), 1);
+  EXPECT_EQ(tally.Sum(), 12);
   EXPECT_EQ(tally.Add("ann", -5), 6);
   EXPECT_EQ(tally.Add("ann", -6), 0);
   EXPECT_EQ(tally.Add("ben", 0), 1);
