@@ -39,6 +39,17 @@ absl::StatusCode CodeOf(const std::string& sqlstate) {
   return absl::StatusCode::kInternal;
 }
 
+// libpqxx 6 leaves the state out of some errors that have a type of their own.
+absl::StatusCode CodeOf(const pqxx::sql_error& error) {
+  if (dynamic_cast<const pqxx::insufficient_privilege*>(&error) != nullptr) {
+    return absl::StatusCode::kPermissionDenied;
+  }
+  if (dynamic_cast<const pqxx::insufficient_resources*>(&error) != nullptr) {
+    return absl::StatusCode::kResourceExhausted;
+  }
+  return CodeOf(error.sqlstate());
+}
+
 std::string FirstLine(absl::string_view text) {
   return std::string(absl::StripTrailingAsciiWhitespace(text.substr(0, text.find('\n'))));
 }
@@ -205,7 +216,10 @@ absl::Status PostgresConnection::Guard(absl::string_view what, absl::FunctionRef
     ++num_done_;
     return absl::OkStatus();
   } catch (const pqxx::sql_error& error) {
-    code = CodeOf(error.sqlstate());
+    code = CodeOf(error);
+    detail = FirstLine(error.what());
+  } catch (const pqxx::transaction_rollback& error) {  // deadlocks
+    code = absl::StatusCode::kUnavailable;
     detail = FirstLine(error.what());
   } catch (const pqxx::broken_connection& error) {
     code = absl::StatusCode::kUnavailable;

@@ -4,6 +4,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/time/clock.h"
 #include "core/store/postgres.h"
+#include "core/store/retry.h"
 #include "tests/core/store/catalog_suite.h"
 #include "tests/core/store/old_catalogs.h"
 #include "tests/core/store/postgres_server.h"
@@ -396,6 +397,36 @@ TEST_F(PostgresCatalogTest, AChangeIsWholeOrNotThereWhenTheDatabaseCrashesInIt) 
       EXPECT_THAT(catalog->GetAnimation(absl::StrCat("a", k, ".", n)), Succeeds());
     }
   }
+}
+
+// ---- writes that are denied
+
+TEST_F(PostgresCatalogTest, ADeniedWriteIsOfTheEnvironmentAndLosesNoJob) {
+  MustOpen();
+  const std::string schema = url_.substr(url_.rfind("%3D") + 3);
+  const std::string tables = absl::StrCat("ALL TABLES IN SCHEMA ", schema);
+  Run("CREATE ROLE producer");
+  const std::string sequences = absl::StrCat("ALL SEQUENCES IN SCHEMA ", schema);
+  for (const std::string& what : {"SCHEMA " + schema, tables, sequences}) {
+    Run(absl::StrCat("GRANT ALL ON ", what, " TO producer"));
+  }
+  const auto catalog = OpenPostgresCatalog(url_ + "%20-crole%3Dproducer");
+  ASSERT_THAT(catalog, Succeeds());
+  ASSERT_THAT((*catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  Run(absl::StrCat("REVOKE INSERT, UPDATE, DELETE ON ", tables, " FROM producer"));
+  const absl::Status submitted =
+      (*catalog)->SubmitImport(AnimationCalled("b"), ImportOf("b")).status();
+  const absl::Status leased = (*catalog)->LeaseJob("worker", absl::Minutes(1)).status();
+  for (const absl::Status& denied : {submitted, leased}) {
+    EXPECT_THAT(denied, Fails(Code::kPermissionDenied, "permission denied for table"));
+    EXPECT_TRUE(IsOfEnvironment(denied)) << denied;
+  }
+  EXPECT_THAT((*catalog)->GetAnimation("a"), Succeeds());
+  Run(absl::StrCat("GRANT ALL ON ", tables, " TO producer"));
+  const auto lease = (*catalog)->LeaseJob("worker", absl::Minutes(1));
+  ASSERT_TRUE(lease.ok() && lease->has_value()) << lease.status();
+  EXPECT_EQ((*lease)->job.attempts(), 1);
+  EXPECT_THAT((*catalog)->PublishAnimation((*lease)->lease_id, AnimationCalled("a")), Succeeds());
 }
 
 // ---- killed in the middle
