@@ -29,10 +29,10 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ConnectOptions& op
   LBC_RETURN_IF_ERROR(options.Validate());
   LBC_ASSIGN_OR_RETURN(std::unique_ptr<client::Servers> servers, client::Servers::Open(options));
   if (!servers->WaitForAny(absl::Now() + options.connect_timeout)) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot reach a liquidblend server at ", options.target,
-                     options.security.uses_tls() ? " whose certificate is trusted" : "", " within ",
-                     absl::FormatDuration(options.connect_timeout)));
+    const std::string reason = servers->ExplainFailure(options.security.uses_tls());
+    return absl::UnavailableError(absl::StrCat(
+        "cannot reach a liquidblend server at ", options.target, " within ",
+        absl::FormatDuration(options.connect_timeout), reason.empty() ? "" : ": ", reason));
   }
   return std::unique_ptr<Client>(new Client(std::make_unique<Impl>(options, std::move(servers))));
 }

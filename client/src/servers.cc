@@ -6,6 +6,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
+#include "client/src/connection_failure.h"
 #include "client/src/credentials.h"
 #include "client/src/loopback.h"
 #include "client/src/status_macros.h"
@@ -17,6 +18,7 @@ constexpr int kMaxMessageBytes = 1 << 30;  // a frame of some hundred million tr
 constexpr int kConnectMs = 5000;           // then the address counts as one that cannot be reached
 constexpr int kResolveMs = 3000;           // for one look-up of a name, of any kind of address
 constexpr absl::Duration kGlance = absl::Milliseconds(50);
+constexpr absl::Duration kLongestLook = absl::Milliseconds(500);
 
 grpc::ChannelArguments ArgumentsFor(const ConnectOptions& options, const std::string& address) {
   grpc::ChannelArguments arguments;
@@ -73,6 +75,16 @@ bool Servers::WaitForAny(absl::Time deadline) {
     }
   } while (absl::Now() < deadline);
   return false;
+}
+
+std::string Servers::ExplainFailure(bool uses_tls) {
+  // A call that does not wait for a connection ends with the words of the last attempt.
+  grpc::ClientContext context;
+  context.set_deadline(ToChrono(absl::Now() + kLongestLook));
+  google::longrunning::Operation unused;
+  const grpc::Status status = servers_.front()->operations().GetOperation(
+      &context, google::longrunning::GetOperationRequest(), &unused);
+  return ExplainConnectionFailure(status.error_message(), uses_tls);
 }
 
 std::vector<Server*> Servers::All() const {

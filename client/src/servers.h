@@ -50,6 +50,10 @@ class Servers {
   // Takes the first that can be reached; false if none can before the deadline.
   bool WaitForAny(absl::Time deadline);
 
+  // Why the first one cannot be reached, in a sentence for the user; empty if that is not known.
+  // Takes up to half a second.
+  std::string ExplainFailure(bool uses_tls);
+
   // All of them, in the order of the addresses.
   std::vector<Server*> All() const;
 

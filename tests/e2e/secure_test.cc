@@ -1,6 +1,7 @@
 // A server with TLS and tokens, and the command line that goes with it.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 
@@ -24,7 +25,7 @@ class SecureTest : public E2eTest {
  protected:
   std::string path(const std::string& name) const { return folder_.path() + "/" + name; }
 
-  // As an operator does: the token goes to NAME.token, a whole file of tokens is returned.
+  // Does what an operator does: the token goes to NAME.token, a whole file of tokens is returned.
   std::string MakeTokenFile(const std::string& name, const std::string& scopes) const {
     const std::string command =
         absl::StrCat("'", paths::Program("liquidblend-server"), "' --make-token ", name,
@@ -96,14 +97,41 @@ TEST_F(SecureTest, TheCommandLineGetsThroughWithCertificateAndToken) {
   const CommandResult nobody = Run(address, "", {"list"});
   EXPECT_EQ(nobody.exit_code, 1);
   EXPECT_THAT(nobody.err, HasSubstr("TOKEN_MISSING"));
-  EXPECT_EQ(RunLiquidblend({"--server", address, "--connect-timeout", "0.3", "list"}).exit_code, 3)
-      << "without TLS";
 
   // The uploader's token counts as soon as the file has it, without a restart.
   const std::string uploader = MakeToken("uploader", "write");
   EXPECT_EQ(Run(address, "uploader", {"list"}).exit_code, 1);
   WriteTokens(absl::StrCat(viewer, ",", uploader));
   Await([&] { return Run(address, "uploader", {"list"}).exit_code == 0; });
+}
+
+// Each says the culprit and the next step in one line, which is all that is printed.
+TEST_F(SecureTest, AConnectionThatFailsIsExplainedInOneSentence) {
+  WriteTokens(MakeToken("viewer", "frames"));
+  std::string secure;
+  const Process server = StartSecureServer(secure);
+  Process other("liquidblend-server",
+                {"--data", path("other"), "--listen", "127.0.0.1:0", "--workers", "0"});
+  const std::string plain = other.ReadLine().substr(std::string("listening on ").size());
+  rpc::ReplaceFile(path("other.crt"), rpc::TestAuthority("another authority").certificate());
+  const auto said = [](const std::string& address, const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments = {"--server", address, "--connect-timeout", "0.5"};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    arguments.push_back("list");
+    const CommandResult result = RunLiquidblend(arguments);
+    EXPECT_EQ(result.exit_code, 3) << result.err;
+    return result.err;
+  };
+  EXPECT_THAT(said(secure, {}), HasSubstr("as a server does that wants TLS: give --tls-ca FILE"));
+  EXPECT_THAT(said(plain, {"--tls-ca", path("ca.crt")}),
+              HasSubstr("it answers without TLS: leave out --tls and --tls-ca"));
+  const std::string untrusted = said(secure, {"--tls-ca", path("other.crt")});
+  EXPECT_THAT(untrusted, HasSubstr("none of the trusted authorities has signed its certificate"));
+  EXPECT_LE(std::count(untrusted.begin(), untrusted.end(), '\n'), 2) << untrusted;
+  EXPECT_THAT(said(secure, {"--tls-ca", path("ca.crt"), "--tls-server-name", "elsewhere.example"}),
+              HasSubstr("its certificate is for another name"));
+  EXPECT_THAT(said("127.0.0.1:1", {}), HasSubstr("nothing listens there"));
+  EXPECT_THAT(said("nowhere.invalid:1", {}), HasSubstr("no host of that name is known"));
 }
 
 TEST_F(SecureTest, ImportsFromTheServersOwnDiskNeedTheScopeAndStayBelowTheRoot) {
@@ -133,7 +161,7 @@ TEST_F(SecureTest, AServerThatOthersCouldListenToDoesNotStart) {
   arguments.insert(arguments.end(), {"--listen", "0.0.0.0:0"});
   Process server("liquidblend-server", arguments, WithStore());
   EXPECT_EQ(server.ReadLine(), "");
-  EXPECT_EQ(server.Wait(), 1);
+  EXPECT_EQ(server.Wait(), 2);
 }
 
 }  // namespace
