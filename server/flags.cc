@@ -117,7 +117,7 @@ void AddStoreArguments(const store::StoreLocation& store, std::vector<std::strin
                                      "--cache-size", absl::StrCat(store.cache_bytes)});
 }
 
-// Of each of the server's workers: together they have as many as there are cores.
+// Threads of each of the server's workers; together as many as there are cores.
 int WorkerThreads(const Flags& flags) {
   if (flags.worker_threads > 0) return flags.worker_threads;
   const int num_cores = static_cast<int>(std::thread::hardware_concurrency());
@@ -176,7 +176,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
                  "What a job of a worker may need, e.g. 8GiB; larger ones are refused, or with "
                  "--store left to others; 0: four fifths of the machine's or container's memory, "
                  "divided by --workers")
-      ->transform(CLI::AsSizeValue(false));
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str(base::FormatSize(flags.worker_memory));
   app.add_option("--worker-lease", flags.worker_lease,
                  "How long a job waits for a worker that says nothing more")
       ->capture_default_str();
@@ -194,23 +195,29 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--max-message", flags.max_message, "Largest request, e.g. 4MiB")
-      ->transform(CLI::AsSizeValue(false));
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str(base::FormatSize(flags.max_message));
   app.add_option("--max-upload", flags.max_upload, "Largest upload of one animation, e.g. 64GiB")
-      ->transform(CLI::AsSizeValue(false));
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str(base::FormatSize(flags.max_upload));
   app.add_option("--max-stored", flags.max_stored,
                  "What all owners together may have stored, e.g. 2TiB; then uploads, imports and "
                  "registrations are refused; 0: not limited")
       ->envname("LIQUIDBLEND_MAX_STORED")
-      ->transform(CLI::AsSizeValue(false));
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str(base::FormatSize(flags.max_stored));
   app.add_option("--disk-reserve", flags.disk_reserve,
                  "What stays free on the disk of --data or --cache; with less, uploads, imports "
                  "and registrations are refused; 0: none")
       ->envname("LIQUIDBLEND_DISK_RESERVE")
-      ->transform(CLI::AsSizeValue(false));
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str(base::FormatSize(flags.disk_reserve));
   app.add_option("--memory", flags.memory, "Memory for loaded families, e.g. 8GiB")
-      ->transform(CLI::AsSizeValue(false));
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str(base::FormatSize(flags.memory));
   app.add_option("--frame-cache", flags.frame_cache, "Memory for encoded frames, e.g. 256MiB")
-      ->transform(CLI::AsSizeValue(false));
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str(base::FormatSize(flags.frame_cache));
   app.add_option("--max-waiting-cells", flags.max_waiting_cells,
                  "Frames that wait to be made, as cells to be sliced; more are refused")
       ->capture_default_str();

@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "core/base/exit_status.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/store/mapped_file.h"
@@ -160,7 +161,13 @@ int main(int argc, char** argv) {
   CLI::App app("Blends registered liquid simulations, over gRPC");
   liquidblend::server::Flags flags;
   liquidblend::server::AddFlags(app, flags);
-  CLI11_PARSE(app, argc, argv);
+  app.set_version_flag("--version", "liquidblend-server " LIQUIDBLEND_VERSION);
+  app.footer(liquidblend::base::kExitStatusHelp);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? liquidblend::base::kExitDone : liquidblend::base::kExitUsage;
+  }
   liquidblend::store::TakeFromEnvironment(flags.store);
   // Debian's Abseil looks for cycles at every lock that is taken, gRPC's included; tests do that.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
@@ -171,7 +178,7 @@ int main(int argc, char** argv) {
                               flags.verbose ? LogLevel::kDebug : LogLevel::kInfo,
                               *liquidblend::base::ParseLogFormat(flags.log_format));
   const absl::Status status = liquidblend::server::Run(flags);
-  if (status.ok()) return 0;
+  if (status.ok()) return liquidblend::base::kExitDone;
   liquidblend::base::LogError(status.ToString());
-  return 1;
+  return flags.check ? liquidblend::base::kExitFailed : liquidblend::base::ExitStatusOf(status);
 }

@@ -5,6 +5,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "core/base/memory_limit.h"
 
 namespace liquidblend::server {
 
@@ -21,7 +22,8 @@ void AddStoreFlags(CLI::App& app, store::StoreLocation& location) {
   app.add_option("--cache", location.cache,
                  "With --store: directory for blobs that are in use (Env:LIQUIDBLEND_CACHE)");
   app.add_option("--cache-size", location.cache_bytes, "Disk space for --cache, e.g. 64GiB")
-      ->transform(CLI::AsSizeValue(false));
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str(base::FormatSize(location.cache_bytes));
 }
 
 void AddHistoryFlag(CLI::App& app, std::string& keep_history) {

@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "core/base/exit_status.h"
 #include "core/base/log.h"
 #include "core/base/memory.h"
 #include "core/base/memory_limit.h"
@@ -60,7 +61,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--cache", flags.store.cache,
                  "With --store: directory for blobs that are in use (Env:LIQUIDBLEND_CACHE)");
   app.add_option("--cache-size", flags.store.cache_bytes, "Disk space for --cache, e.g. 64GiB")
-      ->transform(CLI::AsSizeValue(false));
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str(base::FormatSize(flags.store.cache_bytes));
   app.add_option("--threads", flags.threads, "Threads; 0: one per core")
       ->envname("LIQUIDBLEND_THREADS")
       ->check(CLI::Range(0, 1024))
@@ -69,7 +71,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
          "--memory", flags.memory,
          "What a job may need, e.g. 8GiB; larger ones are left to others; 0: four fifths of "
          "the machine's or container's memory")
-      ->transform(CLI::AsSizeValue(false));
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str(base::FormatSize(flags.memory));
   app.add_option("--lease", flags.lease, "How long a job waits for this worker if it says nothing")
       ->capture_default_str();
   app.add_option("--poll", flags.poll, "How often to look at an empty queue")
@@ -215,9 +218,9 @@ int Main(const Flags& flags) {
   const absl::Status status = Run(flags, stop);
   done.Request();
   watcher.join();
-  if (status.ok()) return 0;
+  if (status.ok()) return base::kExitDone;
   base::LogError(status.ToString());
-  return 1;
+  return flags.check ? base::kExitFailed : base::ExitStatusOf(status);
 }
 
 }  // namespace
@@ -228,7 +231,13 @@ int main(int argc, char** argv) {
   CLI::App app("Does liquidblend's jobs: imports and registrations");
   liquidblend::worker::Flags flags;
   liquidblend::worker::AddFlags(app, flags);
-  CLI11_PARSE(app, argc, argv);
+  app.set_version_flag("--version", "liquidblend-worker " LIQUIDBLEND_VERSION);
+  app.footer(liquidblend::base::kExitStatusHelp);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? liquidblend::base::kExitDone : liquidblend::base::kExitUsage;
+  }
   liquidblend::store::TakeFromEnvironment(flags.store);
   // Before any thread exists, so that only WatchSignals() hears of them.
   const sigset_t signals = liquidblend::worker::WatchedSignals();

@@ -17,7 +17,7 @@ struct ConvertFlags {
   std::string output;
 };
 
-// What of the mesh has no place in the file.
+// Attributes of the mesh that have no place in the file.
 std::string LeftOut(const Mesh& mesh, const std::string& extension) {
   const bool loses_velocities = !mesh.velocities.empty() && extension != "ply";
   const bool loses_normals = !mesh.normals.empty() && extension == "obj";

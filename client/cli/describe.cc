@@ -110,7 +110,7 @@ std::string DescribeUnpublished(const Family& family) {
                       family.failed_registration->operation);
 }
 
-// Of one that is done: when it began, how long it took, who did it, and what came of it.
+// Start, duration, worker and outcome of an operation that is done.
 std::string DescribeCourse(const Operation& operation) {
   const Progress& progress = operation.progress;
   std::string text;

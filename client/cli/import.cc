@@ -46,7 +46,7 @@ absl::StatusOr<Operation> Upload(Client& client, const ImportFlags& flags,
   });
 }
 
-// What is to be uploaded; nothing of --from-server.
+// Files to upload; none with --from-server.
 absl::StatusOr<std::vector<std::string>> FindFiles(const ImportFlags& flags) {
   if (flags.directory.empty() == flags.from_server.empty()) {
     return absl::InvalidArgumentError("give either DIR or --from-server ROOT/DIR");

@@ -179,6 +179,7 @@ Json ToJson(const Family& family) {
       {"duration_s", family.duration_s},
       {"frames_per_second", family.frames_per_second},
       {"bounds", ToJson(family.bounds)},
+      {"up", NameOf(family.up)},
       {"num_vertices", family.num_vertices},
       {"num_cells", family.num_cells},
       {"coarser_levels", levels},

@@ -1,6 +1,7 @@
 // The command `liquidblend`.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -116,8 +117,11 @@ bool ExplainUnknownCommand(const CLI::App& app) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // No log of gRPC: the error says in one sentence why a connection fails.
+  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
   CLI::App app("Blends registered liquid simulations: weights and a time in, a surface out.",
                "liquidblend");
+  app.set_version_flag("--version", "liquidblend " LIQUIDBLEND_VERSION);
   Context context;
   AddGlobalFlags(app, context);
   AddCommands(app, context);

@@ -1,4 +1,4 @@
-// What somebody who has mistyped a word meant.
+// The known word that is nearest to a mistyped one.
 #pragma once
 
 #include <string>

@@ -1,7 +1,9 @@
 #include "core/base/memory_limit.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <sstream>
 
@@ -80,6 +82,16 @@ std::string FormatGibibytes(int64_t bytes) {
   if (bytes >= int64_t{1} << 30) return absl::StrFormat("%.1f GiB", value / (1 << 30));
   if (bytes >= int64_t{1} << 20) return absl::StrFormat("%.0f MiB", value / (1 << 20));
   return absl::StrCat(bytes, " bytes");
+}
+
+std::string FormatSize(int64_t bytes) {
+  constexpr const char* kUnits[] = {"", "KiB", "MiB", "GiB", "TiB"};
+  size_t unit = 0;
+  while (bytes != 0 && bytes % 1024 == 0 && unit + 1 < std::size(kUnits)) {
+    bytes /= 1024;
+    ++unit;
+  }
+  return absl::StrCat(bytes, kUnits[unit]);
 }
 
 }  // namespace liquidblend::base

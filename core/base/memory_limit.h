@@ -19,4 +19,7 @@ int64_t MemoryLimitUnder(const std::string& root);
 // "12.5 GiB", "300 MiB", "17 bytes".
 std::string FormatGibibytes(int64_t bytes);
 
+// Exactly, as flags take it: "4MiB", "64GiB", "17".
+std::string FormatSize(int64_t bytes);
+
 }  // namespace liquidblend::base

@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "core/base/exit_status.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/parallel/arena.h"
@@ -27,12 +28,9 @@
 namespace liquidblend::admin {
 namespace {
 
-enum ExitCode { kDone = 0, kDamaged = 1, kUsage = 2, kUnreachable = 3, kFailed = 4 };
-
 constexpr char kExitCodes[] =
-    "Exit status: 0 done, and no damage found; 1 something in the store or the export is damaged\n"
-    "or missing; 2 a flag or value that is refused; 3 the store cannot be reached; 4 anything "
-    "else.";
+    "Exit status: 0 done, and no damage found; 1 failed; 2 a flag or value that is refused; 3 the\n"
+    "store cannot be reached; 7 something in the store or the export is damaged or missing.";
 
 struct Flags {
   store::StoreLocation store;
@@ -75,7 +73,7 @@ absl::StatusOr<int> RunCheck(const Flags& flags) {
   LB_ASSIGN_OR_RETURN(const CheckReport report,
                       Check(flags.store, arena, progress, {.repair = flags.repair}));
   Show(Print(report, FormatOf(flags)));
-  return report.damage.empty() ? kDone : kDamaged;
+  return report.damage.empty() ? base::kExitDone : base::kExitDamaged;
 }
 
 absl::StatusOr<int> RunCollect(const Flags& flags) {
@@ -88,7 +86,7 @@ absl::StatusOr<int> RunCollect(const Flags& flags) {
   LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
   LB_ASSIGN_OR_RETURN(const CollectReport report, Collect(*store.catalog, *store.blobs, options));
   Show(Print(report, flags.dry_run, FormatOf(flags)));
-  return kDone;
+  return base::kExitDone;
 }
 
 absl::StatusOr<int> RunExport(const Flags& flags) {
@@ -100,7 +98,7 @@ absl::StatusOr<int> RunExport(const Flags& flags) {
                       is_stream ? ExportToStream(store, std::cout, progress)
                                 : ExportToDirectory(store, flags.place, arena, progress));
   Show(Print(report, "exported", FormatOf(flags)), is_stream ? stderr : stdout);
-  return kDone;
+  return base::kExitDone;
 }
 
 absl::StatusOr<int> RunImport(const Flags& flags) {
@@ -112,28 +110,28 @@ absl::StatusOr<int> RunImport(const Flags& flags) {
                           ? ImportFromStream(std::cin, store, progress)
                           : ImportFromDirectory(flags.place, store, arena, progress));
   Show(Print(report, "imported", FormatOf(flags)));
-  return kDone;
+  return base::kExitDone;
 }
 
 absl::StatusOr<int> RunQueue(const Flags& flags) {
   LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
   LB_ASSIGN_OR_RETURN(const QueueReport report, InspectQueue(*store.catalog, flags.num_failed));
   Show(Print(report, absl::Now(), FormatOf(flags)));
-  return kDone;
+  return base::kExitDone;
 }
 
 absl::StatusOr<int> RunWorkers(const Flags& flags) {
   LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
   LB_ASSIGN_OR_RETURN(const std::vector<Worker> workers, InspectWorkers(*store.catalog));
   Show(Print(workers, absl::Now(), FormatOf(flags)));
-  return kDone;
+  return base::kExitDone;
 }
 
 absl::StatusOr<int> RunOwners(const Flags& flags) {
   LB_ASSIGN_OR_RETURN(const store::Store store, OpenExisting(flags));
   LB_ASSIGN_OR_RETURN(const std::vector<store::OwnerUse> owners, store.catalog->ListOwners());
   Show(Print(owners, FormatOf(flags)));
-  return kDone;
+  return base::kExitDone;
 }
 
 // One with the flags that all of them have.
@@ -195,15 +193,10 @@ void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
              RunOwners, chosen);
 }
 
-int ExitCodeOf(const absl::Status& status) {
-  if (absl::IsDataLoss(status)) return kDamaged;
-  if (absl::IsInvalidArgument(status)) return kUsage;
-  return absl::IsUnavailable(status) ? kUnreachable : kFailed;
-}
-
 int Main(int argc, char** argv) {
   CLI::App app("Looks after a store of liquidblend, which may be in use");
   app.footer(kExitCodes);
+  app.set_version_flag("--version", "liquidblend-admin " LIQUIDBLEND_VERSION);
   app.require_subcommand(1);
   Flags flags;
   Command command = nullptr;
@@ -211,14 +204,14 @@ int Main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kUsage;
+    return app.exit(error) == 0 ? base::kExitDone : base::kExitUsage;
   }
   store::TakeFromEnvironment(flags.store);
   base::StartLog("liquidblend-admin", base::LogLevel::kInfo);
   const absl::StatusOr<int> code = command(flags);
   if (code.ok()) return *code;
   Show(absl::StrCat("liquidblend-admin: ", std::string(code.status().message()), "\n"), stderr);
-  return ExitCodeOf(code.status());
+  return base::ExitStatusOf(code.status());
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ struct DiskSpace {
   int64_t free_bytes = 0;  // that this process may use
 };
 
-// Of the file system that holds `path`.  Errors: those of the system, naming the path.
+// Space on the file system that holds `path`.  Errors: those of the system, naming the path.
 absl::StatusOr<DiskSpace> ReadDiskSpace(const std::string& path);
 
 // Whether new_bytes fit on the disk of the store beside the reserve; a disk that cannot be asked
@@ -25,7 +25,7 @@ absl::StatusOr<DiskSpace> ReadDiskSpace(const std::string& path);
 // Errors: kResourceExhausted (DISK_RESERVE_REACHED) that names the disk.
 absl::Status CheckDisk(const Limits& limits, int64_t new_bytes);
 
-// Of all owners, as Catalog::ListOwners() counts them; 0 if it is not limited.  Cost: O(animations
+// Bytes stored by all owners (Catalog::ListOwners()); 0 if they are not limited.  Cost: O(animations
 // and families).
 absl::StatusOr<int64_t> StoredBytes(store::Catalog& catalog, const Limits& limits);
 

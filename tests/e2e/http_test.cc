@@ -98,7 +98,7 @@ TEST_F(HttpTest, AFrameIsTheSameSurfaceInEachFormat) {
 }
 
 TEST_F(HttpTest, OtherMachinesAreLetInOnlyIfThatIsSaid) {
-  EXPECT_EQ(StartServer({"--http", "0.0.0.0:0"}).Wait(), 1);
+  EXPECT_EQ(StartServer({"--http", "0.0.0.0:0"}).Wait(), 2);
   Process server = StartServer({"--http", "0.0.0.0:0", "--insecure"});
   EXPECT_THAT(server.ReadLine(), StartsWith("listening on 127.0.0.1:"));
   EXPECT_THAT(server.ReadLine(), StartsWith("http on 0.0.0.0:"));
@@ -107,7 +107,7 @@ TEST_F(HttpTest, OtherMachinesAreLetInOnlyIfThatIsSaid) {
 }
 
 TEST_F(HttpTest, AWrongOriginIsRefusedAtStart) {
-  EXPECT_EQ(StartServer({"--http", "127.0.0.1:0", "--http-origin", "example.org"}).Wait(), 1);
+  EXPECT_EQ(StartServer({"--http", "127.0.0.1:0", "--http-origin", "example.org"}).Wait(), 2);
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ class UpTest : public E2eTest {
     return liquidblend::testing::RunLiquidblend(arguments);
   }
 
-  // What it says.
+  // The output.
   std::string RunOrDie(const std::vector<std::string>& arguments) const {
     const CommandResult result = Run(arguments);
     EXPECT_EQ(result.exit_code, 0) << arguments[0] << ": " << result.err;

@@ -51,7 +51,7 @@ class VerdictTest : public E2eTest {
         .Wait();
   }
 
-  // What the program prints.
+  // The output.
   std::string Run(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"--server", Address()});
     Process program("liquidblend", arguments);

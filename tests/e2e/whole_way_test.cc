@@ -371,9 +371,9 @@ TEST_F(WholeWayTest, LeasesThatWouldLapseAreRefused) {
     Process server("liquidblend-server", {"--data", data(), "--listen", "127.0.0.1:0", "--workers",
                                           "0", "--worker-lease", lease});
     EXPECT_EQ(server.ReadLine(), "") << lease;
-    EXPECT_EQ(server.Wait(), 1) << lease;
+    EXPECT_EQ(server.Wait(), 2) << lease;
     Process worker("liquidblend-worker", {"--data", data(), "--once", "--lease", lease});
-    EXPECT_EQ(worker.Wait(), 1) << lease;
+    EXPECT_EQ(worker.Wait(), 2) << lease;
   }
 }
 

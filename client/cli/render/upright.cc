@@ -14,7 +14,7 @@ struct Source {
   int sign;
 };
 
-// Of x, y and z; rotations, no reflections.
+// Sources of x, y and z; rotations, no reflections.
 std::array<Source, 3> SourcesOf(Up up) {
   switch (up) {
     case Up::kX:

@@ -65,5 +65,12 @@ TEST(FormatGibibytes, IsForPeople) {
   EXPECT_EQ(FormatGibibytes(17), "17 bytes");
 }
 
+TEST(FormatSize, IsExactAndAsFlagsTakeIt) {
+  EXPECT_EQ(FormatSize(int64_t{64} << 30), "64GiB");
+  EXPECT_EQ(FormatSize((4 << 20) + 1024), "4097KiB");
+  EXPECT_EQ(FormatSize(1025), "1025");
+  EXPECT_EQ(FormatSize(0), "0");
+}
+
 }  // namespace
 }  // namespace liquidblend::base

@@ -35,7 +35,7 @@ TEST(OpenStore, NamesTheFlagThatIsMissingOrTooMany) {
   EXPECT_THAT(OpenStore(location), Fails(Code::kInvalidArgument, "--blobs goes with --store"));
 }
 
-// What a service's unit sets, whichever store its operator chooses.
+// The environment that a service's unit sets, whichever store its operator chooses.
 TEST(OpenStore, TakesFromTheEnvironmentWhatGoesWithTheStore) {
   setenv("LIQUIDBLEND_DATA", "the data", 1);
   setenv("LIQUIDBLEND_CACHE", "the cache", 1);
