@@ -177,7 +177,9 @@ TEST_F(ParametersTest, AFamilyWhosePointsMakeNoHullIsLostData) {
 }
 
 TEST_F(ParametersTest, PointsReachTheJob) {
-  ASSERT_THAT(RegisterFamily(backends_, Registration({20, 60})), Succeeds());
+  v1::RegisterFamilyRequest request = Registration({20, 60});
+  request.set_replace(true);
+  ASSERT_THAT(RegisterFamily(backends_, request), Succeeds());
   const store::pb::ParameterSpace space = TakeJob().job.register_family().parameter_space();
   EXPECT_THAT(space.names(), ElementsAre("height"));
   ASSERT_EQ(space.points_size(), 2);
