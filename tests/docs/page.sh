@@ -22,7 +22,7 @@ done
 page=$(realpath "$1")
 build=$(realpath "$2")
 checkout=$(realpath "$(dirname "$0")/../..")
-programs=${LIQUIDBLEND_BINARY_DIR:-$build/bin}
+programs=$(realpath "${LIQUIDBLEND_BINARY_DIR:-$build/bin}")
 directory=$(mktemp -d)
 server=
 clean_up() {
@@ -45,10 +45,12 @@ for name in A B; do
   "$programs/liquidblend" --server "$GRPC" import "drops_${name,,}" \
     "$checkout/tests/data/two_drops/$name" >/dev/null
 done
+# One iteration is enough for the pages, but not for a good verdict (status 6).
 "$programs/liquidblend" --server "$GRPC" register two_drops --source drops_a --target drops_b \
-  --iterations 1 --wait >/dev/null
+  --iterations 1 --wait >/dev/null || [ $? = 6 ]
 
 mkdir "$directory/home"
+export PATH=$programs:$PATH LIQUIDBLEND_SERVER=$GRPC
 export GRPC HTTP HOME=$directory/home LIQUIDBLEND=$checkout BUILD=$build
 unset PREFIX
 "$checkout/tests/docs/run_blocks.py" "$page" "$directory/home"
