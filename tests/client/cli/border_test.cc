@@ -1,4 +1,4 @@
-// What `liquidblend` says of words, numbers and paths that are wrong: the culprit and the next
+// Messages of `liquidblend` about words, numbers and paths that are wrong: the culprit and the next
 // step. And `convert`, which needs no server.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
