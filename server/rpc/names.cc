@@ -11,8 +11,7 @@ namespace liquidblend::rpc {
 namespace {
 
 constexpr size_t kMaxIdLength = 63;
-constexpr char kIdPattern[] = "[a-z0-9][a-z0-9_.-]{0,62}";  // of IsResourceId()
-constexpr size_t kMaxShown = 80;                            // of a wrong name, in a message
+constexpr size_t kMaxShown = 80;  // of a wrong name, in a message
 
 bool IsLowerOrDigit(char c) { return absl::ascii_islower(c) || absl::ascii_isdigit(c); }
 
@@ -21,8 +20,10 @@ absl::StatusOr<std::string> IdIn(absl::string_view collection, absl::string_view
   const absl::string_view id = absl::StripPrefix(name, absl::StrCat(collection, "/"));
   if (IsResourceId(id)) return std::string(id);
   return InvalidField(
-      field, absl::StrCat("must match ", collection, "/", kIdPattern,
-                          ", or the part after the slash, got '", name.substr(0, kMaxShown), "'"));
+      field, absl::StrCat("must be ", collection, "/NAME or NAME, of at most ", kMaxIdLength,
+                          " small letters, digits, '_', '.' and '-', with a letter or digit first; "
+                          "got '",
+                          name.substr(0, kMaxShown), "'"));
 }
 
 std::string NameIn(absl::string_view collection, absl::string_view id) {
