@@ -12,7 +12,7 @@ void AddEncodingFlags(CLI::App& command, EncodingFlags& flags) {
   CLI::Option* const bits =
       command.add_option("--bits", flags.position_bits, "Bits per coordinate")
           ->check(CLI::Range(8, 20));
-  if (flags.position_bits != 0) bits->capture_default_str();
+  bits->default_str(flags.position_bits != 0 ? std::to_string(flags.position_bits) : "14");
   command
       .add_option("--step", flags.position_step_m,
                   "Longest step that coordinates are rounded to, metres, instead of --bits")

@@ -112,13 +112,17 @@ void AddImport(CLI::App& app, Context& context) {
                    "mantaflow, ply, obj, stl or vdb; otherwise found from the file names")
       ->transform(CLI::CheckedTransformer(formats, CLI::ignore_case));
   ImportOptions& options = flags->options;
-  command->add_option("--fps", options.frames_per_second, "Frames per second");
+  command->add_option("--fps", options.frames_per_second,
+                      "Frames per second; otherwise from meta.json, else 24");
   command->add_option("--vertex-scale", options.vertex_scale,
-                      "Metres per unit of the files' positions");
-  command->add_option("--velocity-scale", options.velocity_scale,
-                      "Metres per second per unit of the files' velocities");
+                      "Metres per unit of the files' positions; otherwise from meta.json, else 1");
+  command->add_option(
+      "--velocity-scale", options.velocity_scale,
+      "Metres per second per unit of the files' velocities; otherwise from meta.json, "
+      "else as --vertex-scale");
   command->add_option("--voxel-size", options.voxel_size_m,
-                      "Mantaflow: edge of a simulation cell in metres; gives --velocity-scale");
+                      "Mantaflow: edge of a simulation cell in metres; gives --velocity-scale; "
+                      "otherwise from meta.json");
   command->add_flag("--allow-gaps", options.allow_gaps,
                     "Frame numbers may be missing; time goes on across the gap");
   command

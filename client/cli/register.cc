@@ -58,21 +58,26 @@ absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
 }
 
 void AddRegistrationFlags(RegistrationOptions& options, CLI::App& command) {
-  command.add_option("--iterations", options.max_iterations, "Iterations per target")
+  command
+      .add_option("--iterations", options.max_iterations,
+                  "Iterations per target (16; with --refine 6)")
       ->check(Positive());
   command
       .add_option("--node-spacing", options.node_spacing_edges,
-                  "Distance of deformation nodes in mean edge lengths")
+                  "Distance of deformation nodes in mean edge lengths (5)")
       ->check(Positive());
-  command.add_option("--sample-share", options.sample_share, "Share of vertices per iteration")
+  command
+      .add_option("--sample-share", options.sample_share, "Share of vertices per iteration (0.1)")
       ->check(CLI::Range(0.0, 1.0));
-  command.add_option("--smoothness", options.final_smoothness, "Smoothness at the last iteration")
+  command
+      .add_option("--smoothness", options.final_smoothness,
+                  "Smoothness at the last iteration (0.06)")
       ->check(Positive());
   command
       .add_option("--thin-sheets-from", options.thin_sheets_from,
-                  "Share of the iterations before thin sheets take part; 1: never")
+                  "Share of the iterations before thin sheets take part (0); 1: never")
       ->check(CLI::Range(0.0, 1.0));
-  command.add_option("--seed", options.seed, "Seed of the random samples");
+  command.add_option("--seed", options.seed, "Seed of the random samples (1)");
   command
       .add_option("--automatic-correspondences", options.automatic_correspondences,
                   "Whether soft ones are found from what stands out in both animations (on)")
@@ -84,10 +89,9 @@ void AddTimeBlendingFlags(TimeBlending& blending, CLI::App& command) {
   const std::map<std::string, TimeBlending::Kind> names = {
       {"linear", TimeBlending::Kind::kLinear}, {"squares", TimeBlending::Kind::kSquares}};
   command
-      .add_option(
-          "--time-blending", blending.kind,
-          "How times of matching events blend: as positions do (linear), or their squares,\n"
-          "which is right for falls from rest, from different heights")
+      .add_option("--time-blending", blending.kind,
+                  "How times of matching events blend: as positions do (linear, unless given), or\n"
+                  "their squares, which is right for falls from rest, from different heights")
       ->transform(CLI::CheckedTransformer(names))
       ->type_name("linear|squares");
   command.add_option("--rest-time", blending.rest_time_s,
@@ -100,8 +104,9 @@ void AddSpaceTimeFlags(SpaceTimeOptions& options, CLI::App& command) {
                                                      {"tracked", Connectivity::kTracked},
                                                      {"rebuilt", Connectivity::kRebuilt}};
   command
-      .add_option("--connectivity", options.connectivity,
-                  "Whether frames share it (tracked) or not (rebuilt); auto: the server sees")
+      .add_option(
+          "--connectivity", options.connectivity,
+          "Whether frames share it (tracked) or not (rebuilt); auto, unless given: the server sees")
       ->transform(CLI::CheckedTransformer(names))
       ->type_name("auto|tracked|rebuilt");
   command

@@ -52,7 +52,7 @@ TEST_F(ImportAnimationTest, EnqueuesTheJobThatAnUploadWould) {
 
 TEST_F(ImportAnimationTest, RefusalsNameTheFieldAndLeaveNothingVisible) {
   EXPECT_THAT(Import("NO", "sims/shot"),
-              EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "animation_id: must match"));
+              EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "animation_id: must be animations/NAME"));
   EXPECT_THAT(Import("drop", "sims/../shot"),
               EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "location: "));
   const grpc::Status unknown = Import("drop", "other/shot");
