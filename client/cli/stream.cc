@@ -107,12 +107,12 @@ absl::Status Play(FrameStream& stream, const StreamFlags& flags, const std::vect
   return absl::OkStatus();
 }
 
-std::string Describe(const char* what, const Percentiles& ms) {
+std::string DescribePercentiles(const char* what, const Percentiles& ms) {
   return absl::StrFormat("%-10s p50 %.2f, p95 %.2f, p99 %.2f, max %.2f ms", what, ms.p50, ms.p95,
                          ms.p99, ms.max);
 }
 
-Json ToJson(const Percentiles& ms) {
+Json PercentilesJson(const Percentiles& ms) {
   return {{"p50", ms.p50}, {"p95", ms.p95}, {"p99", ms.p99}, {"max", ms.max}};
 }
 
@@ -120,23 +120,23 @@ void Report(const StreamStats& stats, const StreamFlags& flags, const Context& c
   context.Print(absl::StrFormat("%d frames in %.2f s: %.2f frames/s, %s, %d dropped",
                                 stats.num_frames(), stats.seconds(), stats.FramesPerSecond(),
                                 FormatBytes(stats.num_bytes()), stats.num_dropped()));
-  context.Print(Describe("interval", stats.IntervalsMs()));
-  context.Print(Describe("lateness", stats.LatenessMs()));
+  context.Print(DescribePercentiles("interval", stats.IntervalsMs()));
+  context.Print(DescribePercentiles("lateness", stats.LatenessMs()));
   Json json = {{"num_frames", stats.num_frames()},
                {"seconds", stats.seconds()},
                {"frames_per_second", stats.FramesPerSecond()},
                {"num_bytes", stats.num_bytes()},
                {"num_dropped", stats.num_dropped()},
                {"frames_by_level", stats.frames_by_level()},
-               {"interval_ms", ToJson(stats.IntervalsMs())},
-               {"lateness_ms", ToJson(stats.LatenessMs())}};
+               {"interval_ms", PercentilesJson(stats.IntervalsMs())},
+               {"lateness_ms", PercentilesJson(stats.LatenessMs())}};
   if (flags.adapt) {
     context.Print(
         absl::StrCat("frames by level of detail: ", absl::StrJoin(stats.frames_by_level(), ", ")));
   }
   if (flags.sweep) {
-    context.Print(Describe("reaction", stats.ReactionsMs()));
-    json["reaction_ms"] = ToJson(stats.ReactionsMs());
+    context.Print(DescribePercentiles("reaction", stats.ReactionsMs()));
+    json["reaction_ms"] = PercentilesJson(stats.ReactionsMs());
   }
   context.PrintJson(json);
 }

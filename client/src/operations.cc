@@ -13,7 +13,7 @@
 namespace liquidblend {
 namespace {
 
-constexpr int kPageSize = 1000;
+constexpr int kOperationsPerPage = 1000;
 constexpr absl::Duration kLongestPause = absl::Seconds(1);  // a restart is soon over
 
 template <typename Request>
@@ -45,7 +45,7 @@ absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
   std::vector<Operation> operations;
   google::longrunning::ListOperationsRequest request;
   request.set_name("operations");
-  request.set_page_size(kPageSize);
+  request.set_page_size(kOperationsPerPage);
   do {
     LBC_ASSIGN_OR_RETURN(const google::longrunning::ListOperationsResponse page,
                          impl_->Call(&Impl::Operations::ListOperations, request));

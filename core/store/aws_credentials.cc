@@ -24,7 +24,7 @@ const HttpOptions kEndpointOptions = {.ca_file = {},
                                       .stall_timeout = absl::Seconds(2),
                                       .is_proxied = false};
 
-std::string Variable(const char* name) {
+std::string EnvironmentVariable(const char* name) {
   const char* const value = std::getenv(name);
   return value == nullptr ? "" : value;
 }
@@ -35,7 +35,7 @@ bool IsSame(const AwsCredentials& a, const AwsCredentials& b) {
 }
 
 // "name = value" lines of the section, names in lower case; nothing if there is no such section.
-std::optional<std::map<std::string, std::string>> SectionOf(const std::string& text,
+std::optional<std::map<std::string, std::string>> ProfileSection(const std::string& text,
                                                             const std::string& section) {
   std::optional<std::map<std::string, std::string>> values;
   bool is_inside = false;
@@ -61,8 +61,8 @@ std::optional<std::map<std::string, std::string>> SectionOf(const std::string& t
 
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromEnvironment() {
   FoundCredentials found;
-  found.credentials = {Variable("AWS_ACCESS_KEY_ID"), Variable("AWS_SECRET_ACCESS_KEY"),
-                       Variable("AWS_SESSION_TOKEN")};
+  found.credentials = {EnvironmentVariable("AWS_ACCESS_KEY_ID"), EnvironmentVariable("AWS_SECRET_ACCESS_KEY"),
+                       EnvironmentVariable("AWS_SESSION_TOKEN")};
   if (found.credentials.access_key_id.empty() || found.credentials.secret_access_key.empty()) {
     return std::optional<FoundCredentials>();
   }
@@ -70,17 +70,17 @@ absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromEnvironment() {
 }
 
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromFile() {
-  std::string path = Variable("AWS_SHARED_CREDENTIALS_FILE");
-  std::string profile = Variable("AWS_PROFILE");
+  std::string path = EnvironmentVariable("AWS_SHARED_CREDENTIALS_FILE");
+  std::string profile = EnvironmentVariable("AWS_PROFILE");
   const bool is_asked_for = !path.empty() || !profile.empty();
-  const std::string home = Variable("HOME");
+  const std::string home = EnvironmentVariable("HOME");
   if (path.empty() && home.empty()) return std::optional<FoundCredentials>();
   if (path.empty()) path = absl::StrCat(home, "/.aws/credentials");
   if (profile.empty()) profile = "default";
   std::ifstream file(path);
   std::stringstream text;
   if (file) text << file.rdbuf();
-  std::optional<std::map<std::string, std::string>> values = SectionOf(text.str(), profile);
+  std::optional<std::map<std::string, std::string>> values = ProfileSection(text.str(), profile);
   if (!values.has_value() && !is_asked_for) return std::optional<FoundCredentials>();
   FoundCredentials found;
   if (values.has_value()) {

@@ -22,7 +22,7 @@ constexpr char kInstanceHost[] = "http://169.254.169.254";
 constexpr char kRoles[] = "/latest/meta-data/iam/security-credentials/";
 constexpr int64_t kMaxAnswerBytes = int64_t{1} << 16;
 
-std::string Variable(const char* name, const std::string& fallback = "") {
+std::string EnvironmentOr(const char* name, const std::string& fallback = "") {
   const char* const value = std::getenv(name);
   return value == nullptr || *value == '\0' ? fallback : value;
 }
@@ -83,8 +83,8 @@ bool MayBeAsked(const std::string& url) {
 }
 
 absl::StatusOr<Headers> ContainerHeaders() {
-  std::string token = Variable("AWS_CONTAINER_AUTHORIZATION_TOKEN");
-  const std::string path = Variable("AWS_CONTAINER_AUTHORIZATION_TOKEN_FILE");
+  std::string token = EnvironmentOr("AWS_CONTAINER_AUTHORIZATION_TOKEN");
+  const std::string path = EnvironmentOr("AWS_CONTAINER_AUTHORIZATION_TOKEN_FILE");
   if (!path.empty()) {
     std::ifstream file(path);
     std::stringstream text;
@@ -102,8 +102,8 @@ absl::StatusOr<Headers> ContainerHeaders() {
 }  // namespace
 
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromContainer(HttpClient& http) {
-  const std::string relative = Variable("AWS_CONTAINER_CREDENTIALS_RELATIVE_URI");
-  const std::string url = relative.empty() ? Variable("AWS_CONTAINER_CREDENTIALS_FULL_URI")
+  const std::string relative = EnvironmentOr("AWS_CONTAINER_CREDENTIALS_RELATIVE_URI");
+  const std::string url = relative.empty() ? EnvironmentOr("AWS_CONTAINER_CREDENTIALS_FULL_URI")
                                            : absl::StrCat(kContainerHost, relative);
   if (url.empty()) return std::optional<FoundCredentials>();
   if (!MayBeAsked(url)) {
@@ -118,10 +118,10 @@ absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromContainer(HttpCli
 }
 
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromInstance(HttpClient& http) {
-  if (absl::AsciiStrToLower(Variable("AWS_EC2_METADATA_DISABLED")) == "true") {
+  if (absl::AsciiStrToLower(EnvironmentOr("AWS_EC2_METADATA_DISABLED")) == "true") {
     return std::optional<FoundCredentials>();
   }
-  std::string host = Variable("AWS_EC2_METADATA_SERVICE_ENDPOINT", kInstanceHost);
+  std::string host = EnvironmentOr("AWS_EC2_METADATA_SERVICE_ENDPOINT", kInstanceHost);
   while (absl::EndsWith(host, "/")) host.pop_back();
   const absl::StatusOr<std::string> token =
       Ask(http, "PUT", absl::StrCat(host, "/latest/api/token"),

@@ -21,9 +21,9 @@ namespace {
 
 constexpr int64_t kMigrationLock = 0x4c51424c;  // "LQBL", an advisory lock
 
-// kMigrations[k] makes version k + 1 out of version k. Never changed once released, only added to;
+// kPostgresMigrations[k] makes version k + 1 out of version k. Never changed once released, only added to;
 // docs/formats.md describes the newest. Columns and their meaning are SQLite's.
-constexpr const char* kMigrations[] = {R"sql(
+constexpr const char* kPostgresMigrations[] = {R"sql(
   CREATE TABLE catalog_version (version BIGINT NOT NULL, changed_at TIMESTAMPTZ NOT NULL);
   INSERT INTO catalog_version VALUES (0, now());
   CREATE TABLE animations (
@@ -95,16 +95,16 @@ constexpr const char* kMigrations[] = {R"sql(
     PRIMARY KEY (family, version));
   CREATE INDEX kept_versions_by_owner ON kept_versions (owner, blob, stored_bytes);
 )sql"};
-constexpr int64_t kSchemaVersion = std::size(kMigrations);
-constexpr int64_t kFirstWithOwners = 4;
+constexpr int64_t kPostgresSchemaVersion = std::size(kPostgresMigrations);
+constexpr int64_t kPostgresFirstWithOwners = 4;
 constexpr absl::Duration kSlowPoll = absl::Seconds(5);
 constexpr char kChannel[] = "liquidblend_jobs";
 
 absl::Status CheckVersion(const Sql& sql, int64_t version, int64_t lowest) {
-  if (version >= lowest && version <= kSchemaVersion) return absl::OkStatus();
+  if (version >= lowest && version <= kPostgresSchemaVersion) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat("database ", sql.name(), " has schema version ",
                                                     version, "; this program knows 1 to ",
-                                                    kSchemaVersion));
+                                                    kPostgresSchemaVersion));
 }
 
 absl::StatusOr<int64_t> CountTables(Sql& sql, absl::string_view condition) {
@@ -128,12 +128,12 @@ absl::Status Migrate(PostgresConnection& sql) {
     LB_ASSIGN_OR_RETURN(version, QueryInt(sql, "SELECT version FROM catalog_version FOR UPDATE"));
     LB_RETURN_IF_ERROR(CheckVersion(sql, version, 1));
   }
-  if (version == kSchemaVersion) return absl::OkStatus();
-  for (int64_t k = version; k < kSchemaVersion; ++k) {
-    LB_RETURN_IF_ERROR(sql.RunScript(kMigrations[k]));
+  if (version == kPostgresSchemaVersion) return absl::OkStatus();
+  for (int64_t k = version; k < kPostgresSchemaVersion; ++k) {
+    LB_RETURN_IF_ERROR(sql.RunScript(kPostgresMigrations[k]));
   }
-  if (version < kFirstWithOwners) LB_RETURN_IF_ERROR(NoteOwners(sql));
-  return sql.Run("UPDATE catalog_version SET version = $1, changed_at = now()", {kSchemaVersion});
+  if (version < kPostgresFirstWithOwners) LB_RETURN_IF_ERROR(NoteOwners(sql));
+  return sql.Run("UPDATE catalog_version SET version = $1, changed_at = now()", {kPostgresSchemaVersion});
 }
 
 class PostgresBackend : public SqlBackend {
@@ -157,7 +157,7 @@ class PostgresBackend : public SqlBackend {
       return sql.Transaction([&]() -> absl::Status {
         LB_ASSIGN_OR_RETURN(const int64_t version,
                             QueryInt(sql, "SELECT version FROM catalog_version FOR UPDATE"));
-        LB_RETURN_IF_ERROR(CheckVersion(sql, version, kSchemaVersion));
+        LB_RETURN_IF_ERROR(CheckVersion(sql, version, kPostgresSchemaVersion));
         return body(sql);
       });
     });

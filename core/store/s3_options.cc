@@ -12,7 +12,7 @@ namespace liquidblend::store {
 namespace {
 
 constexpr int kSlowDownFactor = 4;
-constexpr int kMostDoublings = 40;  // beyond any pause
+constexpr int kMaxDoublings = 40;  // beyond any pause
 
 std::string FirstOf(const std::string& given, std::initializer_list<const char*> variables,
                     const std::string& fallback = "") {
@@ -54,7 +54,7 @@ absl::Status S3Options::FillFromEnvironment() {
 
 absl::Duration S3Options::PauseAfter(int num_failures, bool is_slow_down) const {
   absl::Duration pause = is_slow_down ? kSlowDownFactor * first_pause : first_pause;
-  const int num_doublings = std::min(num_failures - 1, kMostDoublings);
+  const int num_doublings = std::min(num_failures - 1, kMaxDoublings);
   for (int k = 0; k < num_doublings && pause < longest_pause; ++k) pause *= 2;
   return std::min(pause, longest_pause);
 }

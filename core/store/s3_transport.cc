@@ -35,9 +35,9 @@ std::string Printable(std::string text) {
   return text;
 }
 
-std::string CodeOf(const HttpAnswer& answer) { return Printable(XmlElement(answer.body, "Code")); }
+std::string S3ErrorCode(const HttpAnswer& answer) { return Printable(XmlElement(answer.body, "Code")); }
 
-bool IsWhole(const S3Call& call, const HttpAnswer& answer) {
+bool HasWholeBody(const S3Call& call, const HttpAnswer& answer) {
   if (call.answer_bytes >= 0 && static_cast<int64_t>(answer.body.size()) != call.answer_bytes) {
     return false;
   }
@@ -45,20 +45,20 @@ bool IsWhole(const S3Call& call, const HttpAnswer& answer) {
 }
 
 bool IsQuota(const HttpAnswer& answer) {
-  return answer.status == 507 || CodeOf(answer) == "QuotaExceeded";
+  return answer.status == 507 || S3ErrorCode(answer) == "QuotaExceeded";
 }
 
 bool IsTransient(const HttpAnswer& answer) {
   const int status = answer.status;
   if (status == 408 || status == 409 || status == 429 || status >= 500) return true;
-  const std::string code = CodeOf(answer);
+  const std::string code = S3ErrorCode(answer);
   return status == 400 && (code == "RequestTimeout" || code == "IncompleteBody");
 }
 
 bool IsRefused(const S3Call& call, const HttpAnswer& answer) {
   if (answer.status == 401 || answer.status == 403) return true;
   if (answer.status != 400) return false;
-  const std::string code = CodeOf(answer);
+  const std::string code = S3ErrorCode(answer);
   // Nothing else is wrong with a HEAD, whose answer has no body to say so.
   return call.method == "HEAD" || code == "ExpiredToken" || code == "InvalidToken" ||
          code == "TokenRefreshRequired" || code == "RequestExpired";
@@ -68,7 +68,7 @@ Verdict Judge(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer) {
   if (!answer.ok()) {
     return absl::IsUnavailable(answer.status()) ? Verdict::kTransient : Verdict::kFailed;
   }
-  if (answer->status < 300) return IsWhole(call, *answer) ? Verdict::kDone : Verdict::kTransient;
+  if (answer->status < 300) return HasWholeBody(call, *answer) ? Verdict::kDone : Verdict::kTransient;
   if (IsQuota(*answer)) return Verdict::kFailed;
   if (IsTransient(*answer)) return Verdict::kTransient;
   return IsRefused(call, *answer) ? Verdict::kRefused : Verdict::kFailed;
@@ -90,7 +90,7 @@ absl::Status ErrorOf(const S3Call& call, const absl::StatusOr<HttpAnswer>& answe
     return absl::Status(answer.status().code(),
                         absl::StrCat(what, ": ", answer.status().message()));
   }
-  const std::string code = CodeOf(*answer);
+  const std::string code = S3ErrorCode(*answer);
   absl::StatusCode result = FailureOf(*answer, code);
   if (verdict == Verdict::kRefused) result = absl::StatusCode::kPermissionDenied;
   if (verdict == Verdict::kTransient) result = absl::StatusCode::kUnavailable;
@@ -191,7 +191,7 @@ absl::StatusOr<S3Transport::Round> S3Transport::RunOpen(std::span<const S3Call> 
     absl::Status error = ErrorOf(call, results[r], verdict);
     if (verdict == Verdict::kFailed) return error;
     round.open.push_back(open[r]);
-    if (results[r].ok() && CodeOf(*results[r]) == "SlowDown") round.is_slow_down = true;
+    if (results[r].ok() && S3ErrorCode(*results[r]) == "SlowDown") round.is_slow_down = true;
     if (round.is_refused) continue;
     round.error = std::move(error);
     if (verdict != Verdict::kRefused) continue;

@@ -22,9 +22,9 @@ namespace {
 constexpr absl::Duration kPollInterval = absl::Milliseconds(50);
 constexpr int64_t kApplicationId = 0x4c51424c;  // "LQBL"
 
-// kMigrations[k] makes version k + 1 (PRAGMA user_version) out of version k. Never changed once
+// kSqliteMigrations[k] makes version k + 1 (PRAGMA user_version) out of version k. Never changed once
 // released, only added to; docs/formats.md describes the newest.
-constexpr const char* kMigrations[] = {R"sql(
+constexpr const char* kSqliteMigrations[] = {R"sql(
   CREATE TABLE animations (
     id TEXT PRIMARY KEY, state INTEGER NOT NULL, blob TEXT NOT NULL, record BLOB NOT NULL) STRICT;
   CREATE TABLE families (
@@ -83,8 +83,8 @@ constexpr const char* kMigrations[] = {R"sql(
     stored_bytes INTEGER NOT NULL, record BLOB NOT NULL, PRIMARY KEY (family, version)) STRICT;
   CREATE INDEX kept_versions_by_owner ON kept_versions (owner, blob, stored_bytes);
 )sql"};
-constexpr int64_t kSchemaVersion = std::size(kMigrations);
-constexpr int64_t kFirstWithOwners = 5;
+constexpr int64_t kSqliteSchemaVersion = std::size(kSqliteMigrations);
+constexpr int64_t kSqliteFirstWithOwners = 5;
 
 absl::Status Migrate(Database& db) {
   LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(db, "PRAGMA user_version"));
@@ -95,18 +95,18 @@ absl::Status Migrate(Database& db) {
     return absl::FailedPreconditionError(
         absl::StrCat("database ", db.name(), " is not a liquidblend catalog"));
   }
-  if (version < 0 || version > kSchemaVersion) {
+  if (version < 0 || version > kSqliteSchemaVersion) {
     return absl::FailedPreconditionError(
         absl::StrCat("database ", db.name(), " has schema version ", version,
-                     "; this program knows 1 to ", kSchemaVersion));
+                     "; this program knows 1 to ", kSqliteSchemaVersion));
   }
-  if (version == kSchemaVersion) return absl::OkStatus();
-  for (int64_t k = version; k < kSchemaVersion; ++k) {
-    LB_RETURN_IF_ERROR(db.RunScript(kMigrations[k]));
+  if (version == kSqliteSchemaVersion) return absl::OkStatus();
+  for (int64_t k = version; k < kSqliteSchemaVersion; ++k) {
+    LB_RETURN_IF_ERROR(db.RunScript(kSqliteMigrations[k]));
   }
-  if (version < kFirstWithOwners) LB_RETURN_IF_ERROR(NoteOwners(db));
+  if (version < kSqliteFirstWithOwners) LB_RETURN_IF_ERROR(NoteOwners(db));
   return db.RunScript(absl::StrCat("PRAGMA application_id = ", kApplicationId,
-                                   "; PRAGMA user_version = ", kSchemaVersion, ";"));
+                                   "; PRAGMA user_version = ", kSqliteSchemaVersion, ";"));
 }
 
 absl::Status PrepareTables(Database& db) {

@@ -20,8 +20,8 @@
 namespace liquidblend::encode {
 namespace {
 
-constexpr int kPosition = 0;  // number of the attribute that is always there
-constexpr int kDimensions = 3;
+constexpr int kPositionId = 0;  // number of the attribute that is always there
+constexpr int kVectorSize = 3;
 constexpr int kNormalBits = 10;    // octahedral: a tenth of a degree
 constexpr int kVelocityBits = 14;  // of the frame's own range
 
@@ -72,7 +72,7 @@ template <typename Value>
 int AddAttribute(draco::GeometryAttribute::Type type, const UsedPart& used, const Value& value,
                  draco::Mesh& out) {
   draco::GeometryAttribute attribute;
-  attribute.Init(type, nullptr, kDimensions, draco::DT_FLOAT32, false, sizeof(float) * kDimensions,
+  attribute.Init(type, nullptr, kVectorSize, draco::DT_FLOAT32, false, sizeof(float) * kVectorSize,
                  0);
   const int id = out.AddAttribute(attribute, /*identity_mapping=*/true, out.num_points());
   for (uint32_t v = 0; v < out.num_points(); ++v) {
@@ -155,7 +155,7 @@ void ChooseMethods(const DracoOptions& options, const DracoMesh& mesh,
                      absl::StrFormat("%.9g %.9g %.9g", origin[0], origin[1], origin[2]));
   position.SetString("quantization_range", absl::StrFormat("%.9g", options.grid.extent_m));
   position.SetInt("prediction_scheme", settings.prediction);
-  encoder.options().SetAttributeOptions(kPosition, position);
+  encoder.options().SetAttributeOptions(kPositionId, position);
 }
 
 }  // namespace

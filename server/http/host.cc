@@ -14,7 +14,7 @@ namespace {
 
 constexpr char kAny[] = "*";
 constexpr size_t kMaxName = 253;  // of DNS
-constexpr size_t kMaxShown = 80;
+constexpr size_t kMaxShownHost = 80;
 
 // The dot at the end only says that nothing is to be added.
 bool IsSameName(absl::string_view a, absl::string_view b) {
@@ -38,7 +38,7 @@ bool IsServed(const std::string& host, const std::vector<std::string>& names) {
 
 absl::Status CheckHost(const std::string& host, const std::vector<std::string>& names) {
   if (IsServed(host, names)) return absl::OkStatus();
-  const std::string shown = rpc::CleanText(host, kMaxShown);
+  const std::string shown = rpc::CleanText(host, kMaxShownHost);
   return rpc::WithReason(
       absl::PermissionDeniedError(absl::StrCat(
           "this server is not known as '", shown,

@@ -11,7 +11,7 @@ namespace liquidblend::http {
 namespace {
 
 constexpr size_t kMaxFields = 32;
-constexpr size_t kMaxShown = 40;
+constexpr size_t kMaxShownText = 40;
 
 // -1: none.
 int HexValue(char digit) {
@@ -22,8 +22,8 @@ int HexValue(char digit) {
 }
 
 // For messages.
-std::string Shown(std::string_view text) {
-  return absl::CHexEscape(std::string(text.substr(0, kMaxShown)));
+std::string EscapedPart(std::string_view text) {
+  return absl::CHexEscape(std::string(text.substr(0, kMaxShownText)));
 }
 
 absl::StatusOr<QueryField> ParseField(std::string_view text) {
@@ -32,7 +32,7 @@ absl::StatusOr<QueryField> ParseField(std::string_view text) {
   LB_ASSIGN_OR_RETURN(field.name, DecodePercent(text.substr(0, equals)));
   if (field.name.empty()) {
     return absl::InvalidArgumentError(
-        absl::StrCat("query: '", Shown(text), "' has no name before '='"));
+        absl::StrCat("query: '", EscapedPart(text), "' has no name before '='"));
   }
   if (equals == text.size()) return field;
   LB_ASSIGN_OR_RETURN(field.value, DecodePercent(text.substr(equals + 1)));
@@ -51,14 +51,14 @@ absl::StatusOr<std::string> DecodePercent(std::string_view text) {
       const int low = i + 2 < text.size() ? HexValue(text[i + 2]) : -1;
       if (high < 0 || low < 0) {
         return absl::InvalidArgumentError(
-            absl::StrCat("'", Shown(text.substr(i)), "' does not begin with % and two digits"));
+            absl::StrCat("'", EscapedPart(text.substr(i)), "' does not begin with % and two digits"));
       }
       c = static_cast<char>(16 * high + low);
       i += 2;
     }
     if (c < ' ' || c > '~') {
       return absl::InvalidArgumentError(
-          absl::StrCat("'", Shown(text), "' has bytes that are not printable ASCII"));
+          absl::StrCat("'", EscapedPart(text), "' has bytes that are not printable ASCII"));
     }
     decoded.push_back(c);
   }
@@ -76,7 +76,7 @@ absl::StatusOr<std::vector<QueryField>> ParseQuery(std::string_view query) {
     const auto is_same = [&](const QueryField& other) { return other.name == field.name; };
     if (std::any_of(fields.begin(), fields.end(), is_same)) {
       return absl::InvalidArgumentError(
-          absl::StrCat("query: ", Shown(field.name), " is there twice"));
+          absl::StrCat("query: ", EscapedPart(field.name), " is there twice"));
     }
     if (fields.size() == kMaxFields) {
       return absl::InvalidArgumentError(

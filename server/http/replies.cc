@@ -21,7 +21,7 @@ namespace liquidblend::http {
 namespace {
 
 constexpr char kContentType[] = "Content-Type";
-constexpr int kNormalClose = 1000;
+constexpr int kCloseWithoutError = 1000;
 constexpr int kFirstOwnClose = 4000;
 constexpr size_t kMaxReason = 123;
 
@@ -108,7 +108,7 @@ Response ErrorReply(const absl::Status& error, int http_code) {
 }
 
 int CloseCode(const absl::Status& end) {
-  return end.ok() ? kNormalClose : kFirstOwnClose + HttpCode(end.code());
+  return end.ok() ? kCloseWithoutError : kFirstOwnClose + HttpCode(end.code());
 }
 
 std::string CloseReason(const absl::Status& end) {

@@ -16,10 +16,10 @@ namespace {
 
 using rpc::FieldViolations;
 
-constexpr size_t kMaxShown = 40;
+constexpr size_t kMaxShownField = 40;
 
-std::string Shown(const std::string& text) {
-  return absl::StrCat("'", text.substr(0, kMaxShown), "'");
+std::string QuotedPart(const std::string& text) {
+  return absl::StrCat("'", text.substr(0, kMaxShownField), "'");
 }
 
 // Reads the values of fields; each takes note of what it cannot read.
@@ -78,7 +78,7 @@ class Reader {
   }
 
   void Check(bool is_good, const std::string& rule) {
-    violations_.AddIf(!is_good, field_.name, absl::StrCat(rule, ", got ", Shown(field_.value)));
+    violations_.AddIf(!is_good, field_.name, absl::StrCat(rule, ", got ", QuotedPart(field_.value)));
   }
 
  private:
@@ -156,7 +156,7 @@ void SetField(const QueryField& field, FieldViolations& violations, v1::GetFrame
     SetAttributes(field, read, *request.mutable_surface());
   } else if (!SetSurface(field.name, read, *request.mutable_surface()) &&
              !SetEncoding(field.name, read, *request.mutable_encoding())) {
-    violations.Add(field.name.substr(0, kMaxShown), "is no field of this query");
+    violations.Add(field.name.substr(0, kMaxShownField), "is no field of this query");
   }
 }
 
@@ -185,7 +185,7 @@ absl::StatusOr<v1::ListFamiliesRequest> ToListFamilies(const std::vector<QueryFi
     } else if (field.name == "page_token") {
       request.set_page_token(field.value);
     } else {
-      violations.Add(field.name.substr(0, kMaxShown), "is no field of this query");
+      violations.Add(field.name.substr(0, kMaxShownField), "is no field of this query");
     }
   }
   const absl::Status status = violations.ToStatus();
@@ -196,7 +196,7 @@ absl::StatusOr<v1::ListFamiliesRequest> ToListFamilies(const std::vector<QueryFi
 absl::StatusOr<v1::GetFamilyRequest> ToGetFamily(const std::string& family_id,
                                                  const std::vector<QueryField>& fields) {
   if (!fields.empty()) {
-    return rpc::InvalidField(fields[0].name.substr(0, kMaxShown), "is no field of this query");
+    return rpc::InvalidField(fields[0].name.substr(0, kMaxShownField), "is no field of this query");
   }
   v1::GetFamilyRequest request;
   request.set_name(absl::StrCat("families/", family_id));

@@ -23,10 +23,10 @@ constexpr char kAllowed[] = "GET, HEAD, OPTIONS";
 constexpr char kStreamPath[] = "/v1/stream";
 constexpr char kFamiliesPath[] = "/v1/families";
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
-constexpr size_t kMaxShown = 80;
+constexpr size_t kMaxShownPath = 80;
 
 // Of bytes that may be anything, for messages.
-std::string Shown(const std::string& text) { return absl::CHexEscape(text.substr(0, kMaxShown)); }
+std::string EscapedPath(const std::string& text) { return absl::CHexEscape(text.substr(0, kMaxShownPath)); }
 
 struct Target {
   std::string path;
@@ -108,7 +108,7 @@ rpc::Errand ErrandOf(Resource resource) {
 
 Response NoSuchPath(const std::string& path) {
   return ErrorReply(absl::NotFoundError(absl::StrCat(
-      "there is no path '", Shown(path),
+      "there is no path '", EscapedPath(path),
       "'; there are /v1/families, /v1/families/{family}, /v1/families/{family}/frame.drc (or .ply, "
       ".obj), /v1/stream, /healthz, /readyz and /metrics")));
 }
@@ -116,7 +116,7 @@ Response NoSuchPath(const std::string& path) {
 Response MethodNotAllowed(const std::string& method) {
   Response response =
       ErrorReply(absl::UnimplementedError(absl::StrCat(
-                     "method ", Shown(method), " is not for this path; there are ", kAllowed)),
+                     "method ", EscapedPath(method), " is not for this path; there are ", kAllowed)),
                  405);
   response.headers.emplace_back("Allow", kAllowed);
   return response;
@@ -332,7 +332,7 @@ absl::Status Router::AdmitStream(const Request& request, StreamVisit& visit) {
   if (!request.origin.empty() && allowed != "*" && request.origin != allowed &&
       HostOf(request.origin) != request.host) {
     return absl::PermissionDeniedError(absl::StrCat(
-        "pages of ", Shown(request.origin), " may not open streams here; see --http-origin"));
+        "pages of ", EscapedPath(request.origin), " may not open streams here; see --http-origin"));
   }
   return Admit(request, {rpc::Scope::kFrames, true}, visit.caller, visit.permit);
 }

@@ -17,7 +17,7 @@ using google::longrunning::Operation;
 using store::pb::JobRecord;
 
 // A job that is queued for longer than this is told why.
-constexpr absl::Duration kPatience = absl::Seconds(15);
+constexpr absl::Duration kWorkerPatience = absl::Seconds(15);
 
 void SetVector(const google::protobuf::RepeatedField<float>& from, v1::Vector3* to) {
   if (from.size() != 3) return;
@@ -236,7 +236,7 @@ absl::StatusOr<JobRecord> WithParts(const JobRecord& job, store::Catalog& catalo
 // Of a job that nobody has taken for a while since it could be; else empty.
 absl::StatusOr<std::string> WaitingFor(const JobRecord& job, store::Catalog& catalog) {
   const int64_t since_s = std::max(job.update_time().seconds(), job.next_attempt_time().seconds());
-  const bool is_left = absl::Now() - absl::FromUnixSeconds(since_s) >= kPatience;
+  const bool is_left = absl::Now() - absl::FromUnixSeconds(since_s) >= kWorkerPatience;
   if (!IsQueued(job) || !is_left) return std::string();
   return WaitsFor(job, catalog);
 }

@@ -13,7 +13,7 @@ namespace liquidblend::rpc {
 namespace {
 
 // Calls with the same patience are answered in the order in which they came.
-constexpr absl::Duration kPatience = absl::Milliseconds(100);
+constexpr absl::Duration kLoadPatience = absl::Milliseconds(100);
 
 }  // namespace
 
@@ -50,7 +50,7 @@ absl::Status FrameCall::Order(const v1::GetFrameRequest& request, catalog::Famil
   LB_RETURN_IF_ERROR(CheckQuery(*loaded, order.query));
   order.loaded = std::move(loaded);
   order.client = client_;
-  order.deadline = SteadyNow() + kPatience;
+  order.deadline = SteadyNow() + kLoadPatience;
   {
     absl::MutexLock lock(&mutex_);
     if (done_ == nullptr) return absl::OkStatus();  // cancelled meanwhile

@@ -15,11 +15,11 @@ namespace liquidblend::rpc {
 namespace {
 
 using google::longrunning::Operation;
-using Reactor = grpc::ServerUnaryReactor;
+using ImportReactor = grpc::ServerUnaryReactor;
 
 // One chunk at a time goes from file to blob, so that others get their turns on the pool, and a
 // client that goes away ends it.
-class ImportCall final : public Call<Reactor> {
+class ImportCall final : public Call<ImportReactor> {
  public:
   ImportCall(Backends& backends, std::shared_ptr<Admission> admission, const ImportRoots& roots,
              const v1::ImportAnimationRequest* request, Operation* response)
@@ -100,10 +100,10 @@ class ImportCall final : public Call<Reactor> {
 
 }  // namespace
 
-Reactor* ImportAnimation(Backends& backends, std::shared_ptr<Admission> admission,
+ImportReactor* ImportAnimation(Backends& backends, std::shared_ptr<Admission> admission,
                          const ImportRoots& roots, const v1::ImportAnimationRequest* request,
                          Operation* response) {
-  return Call<Reactor>::Start<ImportCall>(backends, std::move(admission), roots, request, response);
+  return Call<ImportReactor>::Start<ImportCall>(backends, std::move(admission), roots, request, response);
 }
 
 }  // namespace liquidblend::rpc

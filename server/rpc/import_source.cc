@@ -23,14 +23,14 @@ namespace {
 
 using store::FileHandle;
 
-constexpr char kField[] = "location";
+constexpr char kLocationField[] = "location";
 constexpr int64_t kChunkBytes = 512 << 10;
 constexpr size_t kMaxLocationLength = 1024;
 constexpr size_t kMaxDepth = 64;
 
 absl::Status AtLocation(absl::StatusCode code, absl::string_view message,
                         absl::string_view reason) {
-  const absl::Status status = AtField(kField, absl::Status(code, message));
+  const absl::Status status = AtField(kLocationField, absl::Status(code, message));
   return reason.empty() ? status : WithReason(status, reason);
 }
 
@@ -46,7 +46,7 @@ absl::Status Cannot(const std::string& shown, int error_number) {
   return absl::UnavailableError(absl::StrCat("'", shown, "' cannot be read just now"));
 }
 
-bool IsName(absl::string_view name) {
+bool IsRootName(absl::string_view name) {
   return !name.empty() && name != "." && name != ".." && CleanText(name, 255) == name;
 }
 
@@ -64,9 +64,9 @@ bool IsAnimationFile(absl::string_view name) {
 absl::StatusOr<std::vector<std::string>> PartsOf(const std::string& location) {
   const std::vector<std::string> parts = absl::StrSplit(location, '/');
   const bool is_right = location.size() <= kMaxLocationLength && parts.size() <= kMaxDepth &&
-                        std::all_of(parts.begin(), parts.end(), IsName);
+                        std::all_of(parts.begin(), parts.end(), IsRootName);
   if (is_right) return parts;
-  return InvalidField(kField, absl::StrCat("must look like ROOT/directory/directory, without empty "
+  return InvalidField(kLocationField, absl::StrCat("must look like ROOT/directory/directory, without empty "
                                            "parts, '.' or '..', got '",
                                            CleanText(location, 80), "'"));
 }

@@ -14,8 +14,8 @@
 namespace liquidblend::rpc {
 namespace {
 
-constexpr char kField[] = "parameters";
-constexpr size_t kMaxShown = 80;  // of a wrong name, in a message
+constexpr char kParametersField[] = "parameters";
+constexpr size_t kMaxShownParameter = 80;  // of a wrong name, in a message
 
 using Parameters = google::protobuf::RepeatedPtrField<v1::Parameter>;
 
@@ -28,18 +28,18 @@ absl::StatusOr<std::vector<double>> PointOf(const Parameters& parameters,
   for (const v1::Parameter& parameter : parameters) {
     const auto name = std::find(names.begin(), names.end(), parameter.name());
     if (name == names.end()) {
-      return InvalidField(kField, absl::StrCat("'", parameter.name().substr(0, kMaxShown),
+      return InvalidField(kParametersField, absl::StrCat("'", parameter.name().substr(0, kMaxShownParameter),
                                                "' is none of the family's (", all, ")"));
     }
     const auto i = name - names.begin();
-    if (is_set[i]) return InvalidField(kField, absl::StrCat(*name, " is there twice"));
+    if (is_set[i]) return InvalidField(kParametersField, absl::StrCat(*name, " is there twice"));
     is_set[i] = true;
     point[i] = parameter.value();
   }
   const auto missing = std::find(is_set.begin(), is_set.end(), false);
   if (missing == is_set.end()) return point;
   return InvalidField(
-      kField, absl::StrCat(names[missing - is_set.begin()], " is missing; there are ", all));
+      kParametersField, absl::StrCat(names[missing - is_set.begin()], " is missing; there are ", all));
 }
 
 absl::StatusOr<parameters::Location> Locate(const parameters::Triangulation& space,
@@ -48,7 +48,7 @@ absl::StatusOr<parameters::Location> Locate(const parameters::Triangulation& spa
       extrapolate ? parameters::Outside::kExtrapolate : parameters::Outside::kRefuse;
   absl::StatusOr<parameters::Location> location = space.Locate(point, outside);
   if (location.ok()) return location;
-  const absl::Status error = AtField(kField, location.status());
+  const absl::Status error = AtField(kParametersField, location.status());
   if (extrapolate || !absl::IsOutOfRange(error)) return error;
   return WithReason(error, "OUTSIDE_HULL");
 }
@@ -60,9 +60,9 @@ absl::Status SetWeights(const catalog::LoadedFamily& loaded, const AskedBlend& a
   query.is_extrapolated = false;
   query.weights.assign(asked.weights.begin(), asked.weights.end());
   if (asked.parameters.empty()) return absl::OkStatus();
-  if (!asked.weights.empty()) return InvalidField(kField, "exclude weights: give one or the other");
+  if (!asked.weights.empty()) return InvalidField(kParametersField, "exclude weights: give one or the other");
   if (!loaded.parameter_space.has_value()) {
-    return AtField(kField, absl::FailedPreconditionError(absl::StrCat(
+    return AtField(kParametersField, absl::FailedPreconditionError(absl::StrCat(
                                "family ", loaded.family.name,
                                " was registered without points in a parameter space; its frames "
                                "are asked for by weights")));
@@ -74,7 +74,7 @@ absl::Status SetWeights(const catalog::LoadedFamily& loaded, const AskedBlend& a
   query.is_extrapolated = location.is_extrapolated;
   const absl::Status limits = blend::CheckWeights(loaded.family, query.weights);
   if (limits.ok()) return limits;
-  return AtField(kField, absl::OutOfRangeError(absl::StrCat("are too far outside of the hull: ",
+  return AtField(kParametersField, absl::OutOfRangeError(absl::StrCat("are too far outside of the hull: ",
                                                             std::string(limits.message()))));
 }
 

@@ -16,6 +16,7 @@
 #include "server/rpc/job_memory.h"
 #include "server/rpc/names.h"
 #include "server/rpc/owner_limits.h"
+#include "server/rpc/request_id.h"
 #include "server/rpc/refine_request.h"
 #include "server/rpc/served_operation.h"
 #include "server/rpc/store_space.h"
@@ -23,8 +24,6 @@
 
 namespace liquidblend::rpc {
 namespace {
-
-constexpr size_t kMaxRequestIdLength = 128;
 
 void CheckRange(absl::string_view field, double value, const mesh::Range& range,
                 FieldViolations& violations) {

@@ -31,7 +31,7 @@ constexpr int kKeepaliveMs = 30'000;
 constexpr int64_t kMaxComplaints = 10;  // a second
 constexpr absl::Duration kFarewell = absl::Milliseconds(250);
 
-absl::Status OutOfRange(absl::string_view field, int64_t value) {
+absl::Status OutOfRangeOption(absl::string_view field, int64_t value) {
   return absl::InvalidArgumentError(
       absl::StrCat("server option ", field, " is out of range: ", value));
 }
@@ -79,12 +79,12 @@ std::string AddressWithPort(const std::string& listen, int port) {
 }  // namespace
 
 absl::Status ServerOptions::Validate() const {
-  if (num_io_threads < 1) return OutOfRange("num_io_threads", num_io_threads);
-  if (num_frame_threads < 1) return OutOfRange("num_frame_threads", num_frame_threads);
-  if (max_waiting_calls < 1) return OutOfRange("max_waiting_calls", max_waiting_calls);
-  if (frame_cache_bytes < 0) return OutOfRange("frame_cache_bytes", frame_cache_bytes);
+  if (num_io_threads < 1) return OutOfRangeOption("num_io_threads", num_io_threads);
+  if (num_frame_threads < 1) return OutOfRangeOption("num_frame_threads", num_frame_threads);
+  if (max_waiting_calls < 1) return OutOfRangeOption("max_waiting_calls", max_waiting_calls);
+  if (frame_cache_bytes < 0) return OutOfRangeOption("frame_cache_bytes", frame_cache_bytes);
   if (max_message_bytes < kMinMessageBytes) {
-    return OutOfRange("max_message_bytes", max_message_bytes);
+    return OutOfRangeOption("max_message_bytes", max_message_bytes);
   }
   if (listen.rfind(':') == std::string::npos) {
     return absl::InvalidArgumentError(

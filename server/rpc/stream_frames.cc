@@ -10,10 +10,10 @@
 namespace liquidblend::rpc {
 namespace {
 
-using Reactor = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
+using StreamReactor = grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>;
 
 // The wire of a StreamSession. Reads go on all the time.
-class StreamCall final : public Call<Reactor>, public StreamSession::Sink {
+class StreamCall final : public Call<StreamReactor>, public StreamSession::Sink {
  public:
   StreamCall(Backends& backends, std::shared_ptr<Admission> admission)
       : Call(std::move(admission)), backends_(backends) {}
@@ -66,8 +66,8 @@ class StreamCall final : public Call<Reactor>, public StreamSession::Sink {
 
 }  // namespace
 
-Reactor* StreamFrames(Backends& backends, std::shared_ptr<Admission> admission) {
-  return Call<Reactor>::Start<StreamCall>(backends, std::move(admission));
+StreamReactor* StreamFrames(Backends& backends, std::shared_ptr<Admission> admission) {
+  return Call<StreamReactor>::Start<StreamCall>(backends, std::move(admission));
 }
 
 }  // namespace liquidblend::rpc

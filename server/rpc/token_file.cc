@@ -102,7 +102,7 @@ absl::StatusOr<TokenHash> ParseHash(const std::string& hex, const std::string& w
   return hash;
 }
 
-bool IsName(absl::string_view name) {
+bool IsTokenName(absl::string_view name) {
   return !name.empty() && name.size() <= kMaxNameLength && CleanText(name) == name;
 }
 
@@ -121,7 +121,7 @@ absl::StatusOr<TokenEntry> EntryOf(const Json& json, const std::string& where) {
   LB_RETURN_IF_ERROR(
       CheckKeys(json, where, {"name", "token_sha256", "certificate_subject", "scopes", "limits"}));
   if (!json.contains("name") || !json["name"].is_string() ||
-      !IsName(json["name"].get<std::string>()) || json["name"] == kAnonymous) {
+      !IsTokenName(json["name"].get<std::string>()) || json["name"] == kAnonymous) {
     return Wrong(where, "name must be of 1 to 128 characters, and not 'anonymous'");
   }
   TokenEntry entry;

@@ -17,6 +17,7 @@
 #include "server/rpc/job_memory.h"
 #include "server/rpc/names.h"
 #include "server/rpc/owner_limits.h"
+#include "server/rpc/request_id.h"
 #include "server/rpc/store_space.h"
 #include "server/rpc/submission.h"
 
@@ -24,7 +25,6 @@ namespace liquidblend::rpc {
 namespace {
 
 constexpr size_t kMaxFileNameLength = 255;
-constexpr size_t kMaxRequestIdLength = 128;
 
 // How long deleting the files of an upload may take; the collector deletes the rest.
 constexpr absl::Duration kDeletePatience = absl::Seconds(5);

@@ -16,7 +16,7 @@ namespace liquidblend::rpc {
 namespace {
 
 using google::longrunning::Operation;
-using Reactor = grpc::ServerReadReactor<grpc::ByteBuffer>;
+using UploadReactor = grpc::ServerReadReactor<grpc::ByteBuffer>;
 
 // When a client is lost, the end of its messages may be seen a moment before the cancellation. What
 // an older client, which does not say how many files it sends, has sent by then must not be taken
@@ -26,7 +26,7 @@ constexpr absl::Duration kGoneClientDelay = absl::Milliseconds(50);
 // Size limit of a message without a chunk: 20,000 times of frames take 160,000 bytes.
 constexpr int64_t kMaxHeaderBytes = int64_t{256} << 10;
 
-class UploadCall final : public Call<Reactor> {
+class UploadCall final : public Call<UploadReactor> {
  public:
   UploadCall(Backends& backends, std::shared_ptr<Admission> admission,
              grpc::CallbackServerContext* context, grpc::ByteBuffer* response)
@@ -112,9 +112,9 @@ class UploadCall final : public Call<Reactor> {
 
 }  // namespace
 
-Reactor* UploadAnimation(Backends& backends, std::shared_ptr<Admission> admission,
+UploadReactor* UploadAnimation(Backends& backends, std::shared_ptr<Admission> admission,
                          grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
-  return Call<Reactor>::Start<UploadCall>(backends, std::move(admission), context, response);
+  return Call<UploadReactor>::Start<UploadCall>(backends, std::move(admission), context, response);
 }
 
 }  // namespace liquidblend::rpc

@@ -32,7 +32,7 @@ struct Part {
 };
 
 // A part followed over two frames, and by which motion it came there.
-struct Step {
+struct PartStep {
   const Part* from = nullptr;
   const Part* to = nullptr;
 };
@@ -108,12 +108,12 @@ class Accelerations {
 
   // m/s^2
   std::vector<Eigen::Vector3d> All() {
-    std::vector<Step> before, now;
+    std::vector<PartStep> before, now;
     for (int k = 0; k + 1 < animation_.num_frames(); ++k) {
       now.clear();
       for (const Part& part : parts_[k]) {
-        const Step* const last = StepTo(part, before);
-        const Step step{&part, NextOf(part, Expected(part, last, k), parts_[k + 1])};
+        const PartStep* const last = StepTo(part, before);
+        const PartStep step{&part, NextOf(part, Expected(part, last, k), parts_[k + 1])};
         if (step.to == nullptr) continue;
         now.push_back(step);
         if (last != nullptr) Add(*last, step, k);
@@ -127,17 +127,17 @@ class Accelerations {
   double Seconds(int k) const {
     return (animation_.time(k + 1) - animation_.time(k)) / animation_.frames_per_second;
   }
-  static const Step* StepTo(const Part& part, const std::vector<Step>& steps) {
+  static const PartStep* StepTo(const Part& part, const std::vector<PartStep>& steps) {
     const auto found = std::find_if(steps.begin(), steps.end(),
-                                    [&](const Step& step) { return step.to == &part; });
+                                    [&](const PartStep& step) { return step.to == &part; });
     return found == steps.end() ? nullptr : &*found;
   }
-  Eigen::Vector3d Expected(const Part& part, const Step* last, int k) const {
+  Eigen::Vector3d Expected(const Part& part, const PartStep* last, int k) const {
     if (has_velocities_) return part.centre + Seconds(k) * part.velocity;
     if (last == nullptr) return part.centre;
     return part.centre + (part.centre - last->from->centre) * (Seconds(k) / Seconds(k - 1));
   }
-  void Add(const Step& last, const Step& step, int k) {
+  void Add(const PartStep& last, const PartStep& step, int k) {
     if (has_velocities_) {
       found_.push_back((step.to->velocity - last.from->velocity) / (Seconds(k - 1) + Seconds(k)));
       return;

@@ -67,7 +67,7 @@ absl::Status CheckKeys(const json& object, const std::string& place,
 }
 
 // As text for messages, with what is no UTF-8 replaced.
-std::string Shown(const json& value) {
+std::string FormatJson(const json& value) {
   return Quoted(value.dump(-1, ' ', true, json::error_handler_t::replace));
 }
 
@@ -75,7 +75,7 @@ absl::Status ReadPositive(const json& value, const std::string& name, double& nu
   if (value.is_number()) number = value.get<double>();
   if (value.is_number() && number > 0 && std::isfinite(number)) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat(name, " is ", Shown(value), ", not a number above 0"));
+      absl::StrCat(name, " is ", FormatJson(value), ", not a number above 0"));
 }
 
 absl::Status ReadField(const json& object, const char* name, double& number) {
@@ -88,7 +88,7 @@ absl::Status ReadDomainSize(const json& object, double& longest_side_m) {
   if (found == object.end()) return absl::OkStatus();
   if (!found->is_array() || found->size() != 3) {
     return absl::InvalidArgumentError(
-        absl::StrCat("domain_size_m is ", Shown(*found), ", not three numbers"));
+        absl::StrCat("domain_size_m is ", FormatJson(*found), ", not three numbers"));
   }
   for (const json& side : *found) {
     double side_m = 0.0;
@@ -103,12 +103,12 @@ absl::Status ReadFrameTimes(const json& object, std::vector<double>& times) {
   if (found == object.end()) return absl::OkStatus();
   if (!found->is_array()) {
     return absl::InvalidArgumentError(
-        absl::StrCat("frame_times is ", Shown(*found), ", not an array of numbers"));
+        absl::StrCat("frame_times is ", FormatJson(*found), ", not an array of numbers"));
   }
   for (const json& time : *found) {
     if (!time.is_number()) {
       return absl::InvalidArgumentError(
-          absl::StrCat("frame_times[", times.size(), "] is ", Shown(time), ", not a number"));
+          absl::StrCat("frame_times[", times.size(), "] is ", FormatJson(time), ", not a number"));
     }
     times.push_back(time.get<double>());
   }
@@ -122,7 +122,7 @@ absl::Status ReadUp(const json& object, mesh::Up& up) {
       found->is_string() ? mesh::UpOfName(found->get_ref<const std::string&>()) : std::nullopt;
   if (!read) {
     return absl::InvalidArgumentError(
-        absl::StrCat("up is ", Shown(*found), ", not x, y, z, -x, -y or -z"));
+        absl::StrCat("up is ", FormatJson(*found), ", not x, y, z, -x, -y or -z"));
   }
   up = *read;
   return absl::OkStatus();
@@ -152,7 +152,7 @@ absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
   if (units == object.end()) return meta;
   if (!units->is_object()) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "units is ", Shown(*units),
+        "units is ", FormatJson(*units),
         ", not an object such as {\"vertex_scale\": 0.01} (metres per unit of the positions)"));
   }
   LB_RETURN_IF_ERROR(CheckKeys(*units, "units.", kUnitKeys, kUnitRecordKeys));

@@ -38,7 +38,7 @@ bool IsWord(std::string_view word, const char* keyword) {
 }
 
 // Bits that are equal where positions are; both zeros are equal.
-std::array<uint32_t, 3> PositionKey(const Eigen::Vector3f& position) {
+std::array<uint32_t, 3> CornerKey(const Eigen::Vector3f& position) {
   std::array<uint32_t, 3> key;
   for (int axis = 0; axis < 3; ++axis) key[axis] = std::bit_cast<uint32_t>(position[axis] + 0.0f);
   return key;
@@ -49,14 +49,14 @@ mesh::TriangleMesh Weld(const Corners& corners) {
   std::vector<int32_t> order(corners.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int32_t a, int32_t b) {
-    const auto key_a = PositionKey(corners[a]);
-    const auto key_b = PositionKey(corners[b]);
+    const auto key_a = CornerKey(corners[a]);
+    const auto key_b = CornerKey(corners[b]);
     return key_a != key_b ? key_a < key_b : a < b;
   });
   std::vector<int32_t> first(corners.size());  // the lowest corner at the same position
   for (size_t i = 0; i < order.size(); ++i) {
     const bool is_same =
-        i > 0 && PositionKey(corners[order[i]]) == PositionKey(corners[order[i - 1]]);
+        i > 0 && CornerKey(corners[order[i]]) == CornerKey(corners[order[i - 1]]);
     first[order[i]] = is_same ? first[order[i - 1]] : order[i];
   }
   mesh::TriangleMesh mesh;

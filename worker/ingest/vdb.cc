@@ -134,7 +134,7 @@ absl::Status ReadVelocities(const VdbGrid& grid, mesh::TriangleMesh& mesh) {
              : Sample<openvdb::tools::BoxSampler>(grid, *tree, mesh);
 }
 
-absl::StatusOr<VdbFrame> ReadFrame(std::span<const std::byte> bytes) {
+absl::StatusOr<VdbFrame> ReadVdbFrame(std::span<const std::byte> bytes) {
   LB_ASSIGN_OR_RETURN(const std::vector<VdbGrid> grids, ReadVdbGrids(bytes));
   LB_ASSIGN_OR_RETURN(const VdbGrid* const level_set, FindLevelSet(grids));
   absl::StatusOr<mesh::TriangleMesh> mesh = ReadSurface(*level_set);
@@ -154,7 +154,7 @@ absl::StatusOr<VdbFrame> ReadFrame(std::span<const std::byte> bytes) {
 
 absl::StatusOr<VdbFrame> ReadVdb(std::span<const std::byte> bytes) {
   try {
-    return ReadFrame(bytes);
+    return ReadVdbFrame(bytes);
   } catch (const std::bad_alloc&) {
     return base::MemoryLimitError("there is not enough memory for the voxels");
   } catch (const std::exception& error) {  // OpenVDB's

@@ -43,9 +43,7 @@ Coord SlotOrigin(const Coord& origin, size_t slot) {
                         (index & kMask) << LevelType::kSlotLog2);
 }
 
-bool IsOn(VdbMask mask, size_t i) { return (mask[i / 64] >> (i % 64) & 1) != 0; }
-
-std::string Shown(const Coord& c) {
+std::string FormatCoord(const Coord& c) {
   return absl::StrCat("(", c.x(), ", ", c.y(), ", ", c.z(), ")");
 }
 
@@ -121,7 +119,7 @@ class TreeReader {
     }
     typename Tree::RootNodeType& root = tree_->root();
     if (root.getValueDepth(origin) >= 0) {
-      return absl::InvalidArgumentError(absl::StrCat("two nodes begin at voxel ", Shown(origin)));
+      return absl::InvalidArgumentError(absl::StrCat("two nodes begin at voxel ", FormatCoord(origin)));
     }
     return origin;
   }
@@ -197,7 +195,7 @@ class TreeReader {
     for (const float value : values) {
       if (std::isfinite(value)) continue;
       return absl::InvalidArgumentError(
-          absl::StrCat("a value is ", value, ", in the node at voxel ", Shown(place)));
+          absl::StrCat("a value is ", value, ", in the node at voxel ", FormatCoord(place)));
     }
     return absl::OkStatus();
   }

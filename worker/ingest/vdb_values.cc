@@ -29,8 +29,6 @@ enum InactiveKind : int8_t {
   kAllAreStored = 6
 };
 
-bool IsOn(VdbMask mask, size_t i) { return (mask[i / 64] >> (i % 64) & 1) != 0; }
-
 absl::Status Inflate(std::span<const std::byte> data, std::span<std::byte> out) {
   uLongf size = out.size();
   const int result = uncompress(reinterpret_cast<Bytef*>(out.data()), &size,

@@ -22,6 +22,8 @@ struct VdbValueFormat {
 // One bit per value, from the lowest of the first word on.
 using VdbMask = std::span<const uint64_t>;
 
+inline bool IsOn(VdbMask mask, size_t i) { return (mask[i / 64] >> (i % 64) & 1) != 0; }
+
 // Reads a node's values, inactive ones included; `values` has num_components for each bit of
 // active.  Errors: kDataLoss, kInvalidArgument.  Memory: the values' twice.
 absl::Status ReadVdbValues(ByteReader& reader, const VdbValueFormat& format, VdbMask active,

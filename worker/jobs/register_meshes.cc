@@ -16,7 +16,7 @@ namespace {
 using registration::PreviousRegistration;
 using registration::Registration;
 
-absl::StatusOr<Registration> RegisterOrRefine(
+absl::StatusOr<Registration> RegisterOrRefineMeshes(
     const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
     const std::vector<registration::Correspondence>& correspondences,
     const PreviousRegistration* previous, const registration::RegistrationOptions& options,
@@ -52,7 +52,7 @@ absl::StatusOr<Registration> RegisterMeshes(
   base::ReturnFreeMemory();  // of what the meshes were made from
   const double scale = registration::CoarseScale(source.mesh.num_vertices(), options.registration);
   if (scale == 1.0) {
-    return RegisterOrRefine(source.mesh, target.mesh, correspondences, previous,
+    return RegisterOrRefineMeshes(source.mesh, target.mesh, correspondences, previous,
                             options.registration, arena, hooks);
   }
   if (const auto* const state = FinerNodesOf(hooks.resume)) {
@@ -75,7 +75,7 @@ absl::StatusOr<Registration> RegisterMeshes(
   }
   LB_ASSIGN_OR_RETURN(
       const Registration coarse,
-      RegisterOrRefine(coarse_source, coarse_target, correspondences,
+      RegisterOrRefineMeshes(coarse_source, coarse_target, correspondences,
                        coarse_previous ? &*coarse_previous : nullptr,
                        registration::CoarseOptions(scale, options.registration), arena, hooks));
   return registration::Sharpen(source.mesh, target.mesh, correspondences, {coarse_source, coarse},

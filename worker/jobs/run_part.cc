@@ -14,21 +14,21 @@ namespace liquidblend::jobs {
 namespace {
 
 // Shares of the part: the meshes, the registration, storing the result.
-constexpr double kMeshesEnd = 0.22;
+constexpr double kPartMeshesEnd = 0.22;
 constexpr double kTargetEnd = 0.98;
 
 // Registers the target, and stores the result.
 absl::StatusOr<store::BlobId> MakePart(const store::v1::RegisterJob& job, int k,
                                        const mesh::RegisteredFamily* previous,
                                        JobContext& context) {
-  LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", 0.0, kMeshesEnd));
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", 0.0, kPartMeshesEnd));
   LB_ASSIGN_OR_RETURN(const std::vector<BuiltMesh> built,
                       BuildMeshes({job.source(), job.targets(k)}, job, context));
   const mesh::SpaceTimeMesh& source = built.front().mesh;
   if (previous != nullptr) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source));
   LB_ASSIGN_OR_RETURN(
       const RegisteredTarget target,
-      RegisterTarget(job, k, source, built.back(), previous, {kMeshesEnd, kTargetEnd}, context));
+      RegisterTarget(job, k, source, built.back(), previous, {kPartMeshesEnd, kTargetEnd}, context));
   LB_RETURN_IF_ERROR(context.BeginStage("storing", kTargetEnd, 1.0));
   return StorePart(target, HashOf(source), context.blobs);
 }

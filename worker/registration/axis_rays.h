@@ -20,6 +20,10 @@ struct RayGrid {
   std::array<int, 2> counts = {0, 0};
 };
 
+// How inside-out places are looked for: the spacing of rays in mean edges, the offset of the first.
+inline constexpr double kRaySpacing = 0.5;
+inline constexpr double kRayOffset = 0.4;  // of the spacing
+
 // Rays along an axis through all of a surface; the first lies `offset` spacings inside of its box.
 // No more than 1,024 rays along any side of the box: further apart if it is larger.
 RayGrid RaysThrough(const mesh::TriangleMesh& surface, int axis, double spacing_m, double offset);

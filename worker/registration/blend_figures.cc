@@ -10,8 +10,6 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr int kNumTimes = 12;
-constexpr double kRaySpacing = 0.5;     // edges
-constexpr double kRayOffset = 0.4;      // of the spacing
 constexpr double kSmallestPart = 1e-3;  // of the liquid; less is a speck
 
 double NumParts(const mesh::TriangleMesh& slice) {

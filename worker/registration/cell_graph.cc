@@ -11,7 +11,7 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr float kBucketWidth = 0.5f;  // edges; about half of those between neighbours
-constexpr size_t kPrefetchAhead = 4;  // visits
+constexpr size_t kPrefetchVisits = 4;  // visits
 
 }  // namespace
 
@@ -86,9 +86,9 @@ const std::vector<GeodesicSearch::Reached>& GeodesicSearch::From(int32_t from, f
   for (std::vector<Reached>& bucket : buckets_) {
     for (size_t n = 0; n < bucket.size(); ++n) {  // it may grow
       const Reached nearest = bucket[n];
-      if (n + kPrefetchAhead < bucket.size()) {
+      if (n + kPrefetchVisits < bucket.size()) {
         // All lists take more room than the second cache has; one of about 26 takes a line.
-        base::PrefetchIntoL2(neighbors_.bytes(bucket[n + kPrefetchAhead].vertex));
+        base::PrefetchIntoL2(neighbors_.bytes(bucket[n + kPrefetchVisits].vertex));
       }
       if (nearest.distance == distance_[nearest.vertex]) Visit(nearest, radius);
     }

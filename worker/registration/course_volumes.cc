@@ -14,14 +14,14 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr int kRounds = 3;
+constexpr int kVolumeRounds = 3;
 constexpr double kMaxOffset = 0.2;   // edges
 constexpr double kMaxChange = 1.3;   // ratio of volumes within which a part is the same one
 constexpr float kMinSpatial = 0.1f;  // as of match_volume.cc
 
 using Slices = std::vector<std::vector<mesh::Component>>;  // per time
 
-Slices Measure(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices_m,
+Slices MeasureParts(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices_m,
                std::span<const double> times, const parallel::Arena& arena) {
   Slices slices(times.size());
   mesh::VisitSlices(mesh, vertices_m, times, arena, [&](int64_t n, const mesh::TracedSlice& slice) {
@@ -99,9 +99,9 @@ void MatchCourseVolumes(const Surface& source, const PackedLists& neighbors, con
   const std::vector<double> times = TimesOf(courses, target.mesh, source.mesh.num_frames);
   if (times.empty()) return;
   const double edge = source.mesh.edge_length_m;
-  const Slices wanted = Measure(target.mesh, target.mesh.vertices, times, arena);
-  for (int round = 0; round < kRounds; ++round) {
-    const Slices moved = Measure(source.mesh, BlendAt(source, displacement, 1), times, arena);
+  const Slices wanted = MeasureParts(target.mesh, target.mesh.vertices, times, arena);
+  for (int round = 0; round < kVolumeRounds; ++round) {
+    const Slices moved = MeasureParts(source.mesh, BlendAt(source, displacement, 1), times, arena);
     std::vector<std::vector<std::optional<double>>> offsets;
     for (const Course& course : courses.courses()) {
       offsets.push_back(OffsetsOf(course, times, moved, wanted, edge));

@@ -28,11 +28,11 @@ absl::uint128 KeyOf(const GridPoint& point) {
 }
 
 // A point's place in the grid: the lowest corner of its cell, and where in the cell it is.
-struct Place {
+struct GridPlace {
   GridPoint corner;
   Eigen::Vector4f offset;  // in [0, 1)
 
-  explicit Place(const Eigen::Vector4f& point) {
+  explicit GridPlace(const Eigen::Vector4f& point) {
     constexpr float kFarthest = 1e8f;  // cells; what is further shares the last one
     const Eigen::Vector4f scaled = (point / kGridSpacing).cwiseMax(-kFarthest).cwiseMin(kFarthest);
     for (int k = 0; k < 4; ++k) {
@@ -67,7 +67,7 @@ class SparseGrid {
  public:
   using Sum = Eigen::Matrix<double, 5, 1>;  // values, weight
 
-  void Add(const Place& place, const Eigen::Vector4f& value, LastCell& cell) {
+  void Add(const GridPlace& place, const Eigen::Vector4f& value, LastCell& cell) {
     Sum sum;
     sum << value.cast<double>(), 1.0;
     FindPoints(place, cell, [this](const GridPoint& point) { return FindOrAdd(point); });
@@ -94,7 +94,7 @@ class SparseGrid {
       sums_.swap(next);
     }
   }
-  Eigen::Vector4f Mean(const Place& place, LastCell& cell) const {
+  Eigen::Vector4f Mean(const GridPlace& place, LastCell& cell) const {
     Sum sum = Sum::Zero();
     FindPoints(place, cell, [this](const GridPoint& point) { return index_.at(KeyOf(point)); });
     for (int c = 0; c < 16; ++c) sum += place.Weight(c) * sums_[cell.points[c]];
@@ -103,7 +103,7 @@ class SparseGrid {
 
  private:
   template <typename Find>
-  static void FindPoints(const Place& place, LastCell& cell, const Find& find) {
+  static void FindPoints(const GridPlace& place, LastCell& cell, const Find& find) {
     if (cell.is_known && cell.corner == place.corner) return;
     cell = {.corner = place.corner, .points = {}, .is_known = true};
     for (int c = 0; c < 16; ++c) cell.points[c] = find(place.Point(c));
@@ -135,7 +135,7 @@ void AddAll(const Points& points, const Points& values, const parallel::Arena& a
       LastCell cell;
       const int64_t begin = (first + n) * kChunk, end = std::min(begin + kChunk, points.cols());
       for (int64_t v = begin; v < end; ++v) {
-        of_chunk[n].Add(Place(points.col(v)), values.col(v), cell);
+        of_chunk[n].Add(GridPlace(points.col(v)), values.col(v), cell);
       }
     });
     for (const SparseGrid& some : of_chunk) grid.Add(some);
@@ -155,7 +155,7 @@ Points Extrapolation(const Surface& source, const PackedLists& neighbors,
   arena.ForChunks(mean.cols(), 512, [&](int64_t, int64_t begin, int64_t end) {
     LastCell last;
     for (int64_t v = begin; v < end; ++v) {
-      mean.col(v) = grid.Mean(Place(deformed.col(v)), last);
+      mean.col(v) = grid.Mean(GridPlace(deformed.col(v)), last);
     }
   });
   return mean;

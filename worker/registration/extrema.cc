@@ -10,7 +10,7 @@ namespace {
 
 constexpr float kFacesUp = 0.3f;      // of a normal that points up: its share upwards
 constexpr double kLeast = 1.0;        // edges; less is never asked for
-constexpr size_t kPrefetchAhead = 8;  // vertices
+constexpr size_t kPrefetchVertices = 8;  // vertices
 
 // Sweeps the heights from the top (craters: from the bottom) and joins what meets (persistence of
 // the components of superlevel sets).
@@ -32,10 +32,10 @@ class Sweep {
     std::stable_sort(order.begin(), order.end(),
                      [&](int32_t a, int32_t b) { return Height(a) > Height(b); });
     for (size_t n = 0; n < order.size(); ++n) {
-      if (n + 2 * kPrefetchAhead < order.size()) {
-        base::PrefetchIntoL2(surface_.cells_around.bytes(order[n + 2 * kPrefetchAhead]));
+      if (n + 2 * kPrefetchVertices < order.size()) {
+        base::PrefetchIntoL2(surface_.cells_around.bytes(order[n + 2 * kPrefetchVertices]));
       }
-      if (n + kPrefetchAhead < order.size()) Prefetch(order[n + kPrefetchAhead]);
+      if (n + kPrefetchVertices < order.size()) Prefetch(order[n + kPrefetchVertices]);
       Add(order[n]);
     }
     const double needed =

@@ -18,7 +18,7 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr int kStride = 4;        // of the vertices whose distances are looked at
-constexpr int kTreeStride = 4;    // of the moved source's vertices that the target looks for
+constexpr int kCoarseTreeStride = 4;    // of the moved source's vertices that the target looks for
 constexpr float kTreeGap = 0.7f;  // edges; from the surface to the vertex next to a place on it
 constexpr float kUnknown = 1.5f;  // edges; of what has nothing near by that faces the same way
 constexpr size_t kFewest = 4;     // far vertices in a box; fewer are corners and noise
@@ -57,7 +57,7 @@ std::vector<float> Distances(const SurfacePair& pair, const Points& moved, const
     distance[v] = found ? std::min(largest, (found->position - moved.col(v)).norm()) : kUnknown;
   });
   std::vector<int32_t> inner;
-  for (int32_t v = 0; v < moved.cols(); v += kTreeStride) {
+  for (int32_t v = 0; v < moved.cols(); v += kCoarseTreeStride) {
     if (is_inner(source, v)) inner.push_back(v);
   }
   const PointTree tree(moved, inner, arena);
@@ -209,7 +209,7 @@ Cutout CutOut(const Surface& source, const Points& moved, const Points& normals,
 std::vector<int32_t> TargetOf(const SurfacePair& pair, const Points& moved,
                               const std::vector<char>& depth, const parallel::Arena& arena) {
   std::vector<int32_t> all = pair.source.FreeVertices(), strided;
-  for (size_t n = 0; n < all.size(); n += kTreeStride) strided.push_back(all[n]);
+  for (size_t n = 0; n < all.size(); n += kCoarseTreeStride) strided.push_back(all[n]);
   const PointTree tree(moved, strided, arena);
   const std::vector<int32_t> every = pair.target.FreeVertices();
   std::vector<int32_t> candidates;

@@ -15,9 +15,9 @@ constexpr float kOneWay = 0.8f;       // length of a mean of normals: less, and 
 constexpr float kNormalEdges = 4.0f;  // what a unit of a normal counts for among places
 constexpr float kSameWay = 0.7f;      // cosine between the normals of a pair
 
-using Place = std::array<int, 3>;
+using Box = std::array<int, 3>;
 
-Place PlaceOf(const Eigen::Vector3f& point) {
+Box BoxOf(const Eigen::Vector3f& point) {
   const Eigen::Vector3i floor = point.array().floor().cast<int>();
   return {floor[0], floor[1], floor[2]};
 }
@@ -28,12 +28,12 @@ bool IsStill(const Eigen::Vector4f& normal, double max_speed) {
 }
 
 // Vertices of the surface where it hardly moves, by place.
-std::vector<std::pair<Place, int32_t>> StillVertices(const Surface& surface, double max_speed) {
-  std::vector<std::pair<Place, int32_t>> still;
+std::vector<std::pair<Box, int32_t>> StillVertices(const Surface& surface, double max_speed) {
+  std::vector<std::pair<Box, int32_t>> still;
   for (int32_t v = 0; v < surface.points.cols(); ++v) {
     if (surface.rigid[v] || surface.InFirstSlab(v) || surface.InLastSlab(v)) continue;
     if (!IsStill(surface.mesh.normals.col(v), max_speed)) continue;
-    still.emplace_back(PlaceOf(surface.points.col(v).head<3>()), v);
+    still.emplace_back(BoxOf(surface.points.col(v).head<3>()), v);
   }
   std::sort(still.begin(), still.end());
   return still;
@@ -77,23 +77,23 @@ std::vector<Contact> FindContacts(const Surface& surface, const ObstacleOptions&
 }
 
 // Which contacts are near to which.
-class Neighborhood {
+class ContactNeighbors {
  public:
-  Neighborhood(const std::vector<Contact>& contacts, float reach)
+  ContactNeighbors(const std::vector<Contact>& contacts, float reach)
       : contacts_(contacts), reach_(reach) {
     for (size_t n = 0; n < contacts.size(); ++n) {
-      at_[PlaceOf(contacts[n].place)] = static_cast<int>(n);
+      at_[BoxOf(contacts[n].place)] = static_cast<int>(n);
     }
   }
   // Whether the predicate holds of one that is near; which is then the last it is asked of.
   template <typename Predicate>
   bool AnyNear(int n, const Predicate& predicate) const {
     const Eigen::Vector3f& from = contacts_[n].place;
-    const Place low = PlaceOf(from.array() - reach_), high = PlaceOf(from.array() + reach_);
+    const Box low = BoxOf(from.array() - reach_), high = BoxOf(from.array() + reach_);
     for (int z = low[2]; z <= high[2]; ++z) {
       for (int y = low[1]; y <= high[1]; ++y) {
         for (int x = low[0]; x <= high[0]; ++x) {
-          const auto found = at_.find(Place{x, y, z});
+          const auto found = at_.find(Box{x, y, z});
           if (found == at_.end() || found->second == n) continue;
           if ((contacts_[found->second].place - from).norm() > reach_) continue;
           if (predicate(found->second)) return true;
@@ -106,7 +106,7 @@ class Neighborhood {
  private:
   const std::vector<Contact>& contacts_;
   const float reach_;
-  absl::flat_hash_map<Place, int> at_;
+  absl::flat_hash_map<Box, int> at_;
 };
 
 // Whether the liquid lies around both, as around a pillar, not between them, as in a corner.
@@ -119,7 +119,7 @@ bool BendsInward(const Contact& a, const Contact& b, const ObstacleOptions& opti
 // Contacts beside which the surface bends inward.
 std::vector<Contact> KeepBent(const std::vector<Contact>& contacts,
                               const ObstacleOptions& options) {
-  const Neighborhood near(contacts, options.reach);
+  const ContactNeighbors near(contacts, options.reach);
   std::vector<Contact> bent;
   for (size_t n = 0; n < contacts.size(); ++n) {
     const bool bends = near.AnyNear(static_cast<int>(n), [&](int other) {
@@ -132,7 +132,7 @@ std::vector<Contact> KeepBent(const std::vector<Contact>& contacts,
 
 // What is connected, in the order of first contacts.
 std::vector<Obstacle> Group(const std::vector<Contact>& contacts, float reach) {
-  const Neighborhood near(contacts, reach);
+  const ContactNeighbors near(contacts, reach);
   std::vector<char> taken(contacts.size(), 0);
   std::vector<Obstacle> obstacles;
   for (size_t first = 0; first < contacts.size(); ++first) {
@@ -155,7 +155,7 @@ std::vector<Obstacle> Group(const std::vector<Contact>& contacts, float reach) {
   return obstacles;
 }
 
-// Place and normal, in edges.
+// Box and normal, in edges.
 using Feature = Eigen::Matrix<float, 6, 1>;
 Feature FeatureOf(const Eigen::Vector3f& place, const Eigen::Vector3f& normal) {
   return (Feature() << place, kNormalEdges * normal).finished();

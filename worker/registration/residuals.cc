@@ -15,9 +15,9 @@ constexpr float kFarEdges = 16.0f;  // off the box around the other animation: n
 constexpr float kLargestDistance = 8.0f;  // edges; what is further off counts no more in regions
 
 // Points in the middle of nowhere would make the tree visit all of its leaves.
-class Neighborhood {
+class TargetBox {
  public:
-  explicit Neighborhood(const Points& points)
+  explicit TargetBox(const Points& points)
       : low_(points.rowwise().minCoeff().array() - kFarEdges),
         high_(points.rowwise().maxCoeff().array() + kFarEdges) {}
   bool Has(const Eigen::Vector4f& p) const {
@@ -64,7 +64,7 @@ Eigen::Vector4f NormalAt(const Surface& surface, const Points& moved, int64_t v)
 std::vector<Sample> SampleSource(const Surface& source, const Points& moved, const Surface& target,
                                  const ClosestPointSearch& target_search,
                                  const parallel::Arena& arena) {
-  const Neighborhood near_target(target.points);
+  const TargetBox near_target(target.points);
   std::vector<int32_t> chosen = ChooseSamples(source);
   std::erase_if(chosen, [&](int32_t v) {
     return source.IsOpen(v) && IsBeforeTarget(source, v, moved.col(v));
@@ -86,7 +86,7 @@ std::vector<Sample> SampleSource(const Surface& source, const Points& moved, con
 std::vector<Sample> SampleTarget(const Surface& source, const Points& moved, const Surface& target,
                                  const parallel::Arena& arena) {
   const PointTree tree(moved, source.FreeVertices(), arena);
-  const Neighborhood near_source(moved);
+  const TargetBox near_source(moved);
   const std::vector<int32_t> chosen = ChooseSamples(target);
   std::vector<Sample> samples(chosen.size());
   arena.For(

@@ -7,7 +7,7 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr size_t kNumNearest = 24;      // vertices that say how a droplet moves
-constexpr float kSoftening = 2.0f;      // edges; nearer than this their distance does not count
+constexpr float kMinDistance = 2.0f;      // edges; nearer than this their distance does not count
 constexpr int kSmoothingPasses = 4;     // along a droplet
 constexpr float kMinPaceOfTime = 0.2f;  // of the source's, along a droplet
 
@@ -19,7 +19,7 @@ Eigen::Vector4f MeanMoveAround(const Eigen::Vector4f& centre, const PointTree& t
   float total = 0;
   for (size_t n = 0; n < count; ++n) {
     const float distance_sq = (points.col(nearest[n]) - centre).squaredNorm();
-    const float weight = 1 / (distance_sq + kSoftening * kSoftening);
+    const float weight = 1 / (distance_sq + kMinDistance * kMinDistance);
     sum += weight * displacement.col(nearest[n]);
     total += weight;
   }

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kNumNeighbors = 12;
 constexpr float kMinAgreement = 0.3F;  // cosine between normals
-constexpr float kSoftening =
+constexpr float kMinDistanceSq =
     0.01F;  // squared edges: keeps the weight of a vertex met exactly finite
 
 }  // namespace
@@ -54,7 +54,7 @@ Transfer::Transfer(const TransferSource& source, const mesh::SpaceTimeMesh& to,
       const float agreement = from.normals.col(found[n]).dot(to.normals.col(v));
       if (agreement < kMinAgreement) continue;
       const float distance_sq = (from_points.col(found[n]) - to_points.col(v)).squaredNorm();
-      weights_(n, v) = agreement * agreement / (distance_sq + kSoftening);
+      weights_(n, v) = agreement * agreement / (distance_sq + kMinDistanceSq);
     }
     const float sum = weights_.col(v).sum();
     if (sum > 0.0F) {

@@ -15,9 +15,7 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr float kWeights[] = {0.75f, 1.0f, 1.25f};
-constexpr int kRounds = 2;           // the second half a frame around what the first has found, too
-constexpr double kRaySpacing = 0.5;  // edges
-constexpr double kRayOffset = 0.4;   // of the spacing
+constexpr int kUntangleRounds = 2;           // the second half a frame around what the first has found, too
 constexpr double kOverlap = 0.2;     // edges; how far beyond the other each side is moved
 constexpr double kMaxMove = 0.5;     // edges; of a side, at one weight in one round
 
@@ -152,7 +150,7 @@ int64_t Untangle(const Surface& source, const Points& extrapolation, const paral
                  Points& displacement) {
   std::vector<double> times = mesh::WholeFrames(source.mesh);
   int64_t num_left = 0;
-  for (int round = 0; round < kRounds && !times.empty(); ++round) {
+  for (int round = 0; round < kUntangleRounds && !times.empty(); ++round) {
     num_left = 0;
     std::vector<char> is_tangled(times.size(), 0);
     for (const float weight : kWeights) {

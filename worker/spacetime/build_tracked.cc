@@ -18,9 +18,9 @@ constexpr int kSampledSteps = 8;  // of MatchedShare
 
 // Layer l is frame l - 1; the first and the last one are the first and the last frame, moved by a
 // frame of their velocities. Step s leads from layer s to layer s + 1.
-class Layers {
+class TrackedLayers {
  public:
-  explicit Layers(const mesh::Animation& animation) : animation_(animation) {
+  explicit TrackedLayers(const mesh::Animation& animation) : animation_(animation) {
     before_ = Moved(animation.frames.front(), -1.0 / animation.frames_per_second);
     after_ = Moved(animation.frames.back(), 1.0 / animation.frames_per_second);
   }
@@ -125,7 +125,7 @@ struct Numbering {
 };
 
 // Vertices by layer: those of layer l, then those added in step l.
-std::vector<int64_t> FirstVertices(const Layers& layers, const std::vector<PairCells>& cells) {
+std::vector<int64_t> FirstVertices(const TrackedLayers& layers, const std::vector<PairCells>& cells) {
   std::vector<int64_t> first = {0};
   for (int l = 0; l < layers.num_layers(); ++l) {
     const auto num_added = l < layers.num_steps() ? static_cast<int64_t>(cells[l].added.size()) : 0;
@@ -140,7 +140,7 @@ void Append(std::vector<Cell>& of_step, std::vector<Cell>& all) {
   of_step = {};
 }
 
-void FillVertices(const Layers& layers, const std::vector<PairCells>& cells,
+void FillVertices(const TrackedLayers& layers, const std::vector<PairCells>& cells,
                   const std::vector<int64_t>& first, mesh::SpaceTimeMesh& mesh) {
   bool has_velocities = true;
   for (int l = 0; l < layers.num_layers(); ++l) {
@@ -177,7 +177,7 @@ PairCells ConnectPair(const FramePair& pair, const FrameLinks& links, const Fill
   return cells;
 }
 
-void FillCells(const Layers& layers, const std::vector<int64_t>& first,
+void FillCells(const TrackedLayers& layers, const std::vector<int64_t>& first,
                std::vector<PairCells>& cells, const parallel::Arena& arena,
                mesh::SpaceTimeMesh& mesh) {
   arena.Run(layers.num_steps(), [&](int64_t s) {
@@ -252,7 +252,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildTracked(const mesh::Animation& animatio
   LB_RETURN_IF_ERROR(options.Validate());
   const double edge_length_m = mesh::MeanEdgeLength(animation);
   LB_RETURN_IF_ERROR(CheckAnimation(animation, edge_length_m));
-  const Layers layers(animation);
+  const TrackedLayers layers(animation);
   const FillOptions fill = {options.cone_radius_edges * edge_length_m,
                             options.anchor_edges * edge_length_m};
   std::vector<PairCells> cells(layers.num_steps());

@@ -8,7 +8,6 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr int kTime = 3;
 
 // The two axes other than `axis`, ascending.
 constexpr std::array<std::array<int, 2>, 3> kOthers = {{{1, 2}, {0, 2}, {0, 1}}};
@@ -24,7 +23,7 @@ int LowerCorner(int spatial_edge) {
 }
 
 // A corner of a face and the edge from it to the next one.
-struct Side {
+struct EdgeSide {
   bool inside;
   int edge;
 };
@@ -75,7 +74,7 @@ class SheetFinder {
       ForEachLayer(layers, [&](int layer) {
         if (layer == cell_.span) return;
         if (IsInside(corner, layer) == IsInside(corner, NextLayer(layers, layer))) return;
-        visit({kTime, static_cast<int8_t>(corner), static_cast<int8_t>(layer)});
+        visit({kTimeAxis, static_cast<int8_t>(corner), static_cast<int8_t>(layer)});
       });
     }
     for (int edge = 0; edge < CutCell::kNumSpatialEdges; ++edge) {
@@ -92,7 +91,7 @@ class SheetFinder {
                     static_cast<int8_t>(layer)});
   }
   int TemporalIndex(int corner, int layer) const {
-    return IndexOf({kTime, static_cast<int8_t>(corner), static_cast<int8_t>(layer)});
+    return IndexOf({kTimeAxis, static_cast<int8_t>(corner), static_cast<int8_t>(layer)});
   }
 
   void JoinSpatialFace(int face, int layer) {
@@ -138,13 +137,13 @@ class SheetFinder {
 
   const CutCell& cell_;
   mesh::UnionFind sets_;
-  std::vector<Side> sides_;
+  std::vector<EdgeSide> sides_;
 };
 
 }  // namespace
 
 int IndexOf(const CutCellEdge& edge) {
-  if (edge.axis == kTime) return edge.corner * 8 + edge.layer;
+  if (edge.axis == kTimeAxis) return edge.corner * 8 + edge.layer;
   return 64 + SpatialEdge(edge.axis, edge.corner) * 9 + edge.layer;
 }
 

@@ -9,6 +9,8 @@
 
 namespace liquidblend::spacetime {
 
+inline constexpr int kTimeAxis = 3;
+
 // Grid point (i, j, k) lies at origin_m + spacing_m * (i, j, k); there are dims points per axis.
 // "Grid units" below: positions with the origin at grid point 0 and the spacing as unit.
 struct Grid {

@@ -9,7 +9,6 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr int kTime = 3;
 using Point = std::array<int, 3>;
 
 // Finds the cells of a slab. Quick if those of neighbouring rows are asked for along x.
@@ -69,7 +68,7 @@ int32_t VertexOf(const StepRef& at, const Point& voxel, const GridEdge& edge, in
                                static_cast<int8_t>(edge.layer - cell.begin_layer)});
     return static_cast<int32_t>(first + sheets.sheet_of[index]);
   }
-  const bool at_end = edge.axis != kTime && edge.layer == cell.end_layer;
+  const bool at_end = edge.axis != kTimeAxis && edge.layer == cell.end_layer;
   const CellSheets sheets = FindSheets(cell.inside);
   return static_cast<int32_t>(first +
                               sheets.sheet_of[CellEdge(edge.axis, corner | (at_end ? 8 : 0))]);
@@ -85,7 +84,7 @@ mesh::Hexahedron HexahedronOf(const StepRef& before, const StepRef& after, int a
   for (int n = 0, a = 0; a < 4; ++a) {
     if (a != axis) others[n++] = a;
   }
-  const int end_of_before = axis == kTime ? before.step : before.step + 1;
+  const int end_of_before = axis == kTimeAxis ? before.step : before.step + 1;
   mesh::Hexahedron corners;
   for (int c = 0; c < 8; ++c) {
     Point voxel = point;
@@ -93,7 +92,7 @@ mesh::Hexahedron HexahedronOf(const StepRef& before, const StepRef& after, int a
     int corner = 0;  // of the cell: the edge's lower end
     for (int n = 0; n < 3; ++n) {
       const bool upper = (c >> n & 1) != 0;
-      if (others[n] == kTime) {
+      if (others[n] == kTimeAxis) {
         at = upper ? &after : &before;
       } else if (!upper) {
         --voxel[others[n]];
@@ -103,7 +102,7 @@ mesh::Hexahedron HexahedronOf(const StepRef& before, const StepRef& after, int a
     const int layer = at == &after ? after.step : end_of_before;
     corners[c] = VertexOf(*at, voxel, {axis, point, layer}, corner);
   }
-  const bool even_permutation = axis == 1 || axis == kTime;
+  const bool even_permutation = axis == 1 || axis == kTimeAxis;
   if (even_permutation != lower_end_inside) {
     std::swap(corners[1], corners[2]);
     std::swap(corners[5], corners[6]);
@@ -185,7 +184,7 @@ void AddInnerHexahedra(const Grid& grid, const SlabRef& slab,
       ForEachChangedPoint(grid, earlier, later, [&](const Point& p) {
         if (steps.OfPoint(p[0], p[1], p[2]) != num_steps) return;
         const StepRef step{&slab, l, &finder};
-        hexahedra.push_back(HexahedronOf(step, step, kTime, p, earlier.At(p[0], p[1], p[2])));
+        hexahedra.push_back(HexahedronOf(step, step, kTimeAxis, p, earlier.At(p[0], p[1], p[2])));
       });
     }
   }

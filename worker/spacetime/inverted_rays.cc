@@ -12,7 +12,7 @@ namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kRaysPerSpacing = 3;
-constexpr float kMargin =
+constexpr float kRayMargin =
     0.03f;  // of ray spacings; more than rounding and NthLineShift move anything
 
 // Grid units and frames.
@@ -102,8 +102,8 @@ InvertedRays::InvertedRays(const Layers& layers, BoxFaces boxes)
     }
     Ranges& ranges = ranges_.emplace_back();
     for (int k = 0; k < 3; ++k) {
-      const auto begin = static_cast<int>(std::ceil(kRaysPerSpacing * lowest[k] - kMargin));
-      const auto last = static_cast<int>(std::floor(kRaysPerSpacing * highest[k] + kMargin));
+      const auto begin = static_cast<int>(std::ceil(kRaysPerSpacing * lowest[k] - kRayMargin));
+      const auto last = static_cast<int>(std::floor(kRaysPerSpacing * highest[k] + kRayMargin));
       ranges[k] = {std::max(begin, 0), std::min(last + 1, rays_.dims[k])};
     }
   }

@@ -15,7 +15,7 @@ namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kWaveLayers = 8;   // steps sampled at a time: bounds the memory
-constexpr double kMargin = 2.0;  // grid spacings around the liquid
+constexpr double kGridMargin = 2.0;  // grid spacings around the liquid
 
 // Each layer keeps a bit for each point: much, if a little liquid is far from the rest.
 absl::Status CheckMemory(const mesh::Animation& animation, const Grid& grid, int64_t num_layers) {
@@ -46,8 +46,8 @@ absl::StatusOr<Grid> ChooseGrid(const mesh::Animation& animation,
   if (!(lo <= hi).all()) lo = hi = 0.0;  // no liquid: an empty grid
   Grid grid;
   grid.spacing_m = spacing_m;
-  grid.origin_m = lo - kMargin * spacing_m;
-  const Eigen::Array3d dims = ((hi - lo) / spacing_m).ceil() + 2 * kMargin + 1;
+  grid.origin_m = lo - kGridMargin * spacing_m;
+  const Eigen::Array3d dims = ((hi - lo) / spacing_m).ceil() + 2 * kGridMargin + 1;
   if (!(dims.prod() < static_cast<double>(std::numeric_limits<int32_t>::max()))) {
     return base::MemoryLimitError(absl::StrCat("animation '", animation.name, "' needs a grid of ",
                                                dims[0], " x ", dims[1], " x ", dims[2],

@@ -9,9 +9,9 @@ namespace {
 
 // From vertex a to vertex b in the u-v plane. Seen from the one of lower index, so that the two
 // triangles at an edge see exactly opposite values.
-class Edge {
+class ProjectedEdge {
  public:
-  Edge(const Eigen::Matrix3Xf& vertices, const GridLines& lines, int a, int b) : swap_(a > b) {
+  ProjectedEdge(const Eigen::Matrix3Xf& vertices, const GridLines& lines, int a, int b) : swap_(a > b) {
     const int lo = swap_ ? b : a, hi = swap_ ? a : b;
     u_ = vertices(lines.u, lo);
     v_ = vertices(lines.v, lo);
@@ -54,7 +54,7 @@ class Crossed {
 
  private:
   int32_t triangle_;
-  Edge ab_, bc_, ca_;
+  ProjectedEdge ab_, bc_, ca_;
   std::array<double, 3> at_;  // of the corners, along the lines
 };
 

@@ -12,7 +12,6 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr int kTime = 3;
 
 using Point = std::array<int, 3>;
 
@@ -137,7 +136,7 @@ class FaceFinder {
     const CutCellSheets sheets = FindSheets(cut);
     for (const CutCellEdge& edge : sheets.crossed) {
       const bool touches =
-          edge.axis == kTime
+          edge.axis == kTimeAxis
               ? edge.corner == at &&
                     (edge.layer == layer || NextLayer(cut.corner_layers[at], edge.layer) == layer)
               : edge.layer == layer && (edge.corner | 1 << edge.axis) == (at | 1 << edge.axis);

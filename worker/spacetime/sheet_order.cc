@@ -14,7 +14,7 @@ namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kNumDraws = 4;    // equal steps back into the cell
-constexpr float kReach = 1.0f;  // spacings; what is this near to liquid inside out is drawn back
+constexpr float kDrawBack = 1.0f;  // spacings; what is this near to liquid inside out is drawn back
 // Where more than this share of the vertices around is, a sheet is torn rather than whole, and the
 // rest follows.
 constexpr float kTornShare = 0.45f;
@@ -120,7 +120,7 @@ class SheetOrder {
       if (!Update(of_layer, moved)) return;
       const Eigen::Matrix3Xf inverted = of_layer.rays.Places();
       if (inverted.cols() == 0) return;
-      const PointGrid grid(inverted, kReach);
+      const PointGrid grid(inverted, kDrawBack);
       for (const size_t f : of_layer.free) {
         bool is_near = false;
         grid.ForEachNear(PlaceOf(free_[f]), [&](int32_t) { is_near = true; });

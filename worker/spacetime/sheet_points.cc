@@ -13,10 +13,10 @@ namespace liquidblend::spacetime {
 namespace {
 
 // The two sides of a sheet face away from each other, within 60 degrees.
-constexpr float kOpposed = -0.5f;
+constexpr float kMaxSheetCosine = -0.5f;
 // A sheet's lines are those along the largest component of its normal, or one about as large.
 constexpr float kDominant = 0.9f;
-constexpr float kMinSlope = 0.4f;  // of the triangles at such lines' ends
+constexpr float kMinEndSlope = 0.4f;  // of the triangles at such lines' ends
 // Sheets that bend need more points than flat ones.
 constexpr float kSlack = 0.25f;
 constexpr float kMaxMotion = 1.5f;  // what moves further until the next layer counts as if this far
@@ -39,7 +39,7 @@ CrossingsByAxis FindCrossings(const Grid& grid, const GridSurface& surface) {
   CrossingsByAxis crossings;
   for (int64_t t = 0; t < surface.triangles.cols(); ++t) {
     const Eigen::Vector3f normal = AreaNormal(surface, t);
-    const float least_sq = kMinSlope * kMinSlope * normal.squaredNorm();
+    const float least_sq = kMinEndSlope * kMinEndSlope * normal.squaredNorm();
     for (int axis = 0; axis < 3; ++axis) {
       if (!(normal[axis] * normal[axis] > least_sq)) continue;
       CrossLines(surface, t, lines[axis], NthLineShift(0), crossings[axis]);
@@ -72,7 +72,7 @@ Interval SheetInterval(const GridSurface& surface, int axis, float motion, const
                        const Crossing& out) {
   const Eigen::Vector3f before = AreaNormal(surface, in.triangle).stableNormalized();
   const Eigen::Vector3f after = AreaNormal(surface, out.triangle).stableNormalized();
-  if (!(before.dot(after) < kOpposed)) return {};
+  if (!(before.dot(after) < kMaxSheetCosine)) return {};
   const Eigen::Vector3f normal = (after - before).normalized();
   std::array<float, 4> slope = {std::abs(normal[0]), std::abs(normal[1]), std::abs(normal[2]), 0};
   const float along = slope[axis];

@@ -11,7 +11,7 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr float kOpposed = -0.3f;  // cosine between normals
+constexpr float kMaxOpposedCosine = -0.3f;  // cosine between normals
 constexpr double kMinOpposedShare = 0.1;
 constexpr int kRings = 2;
 
@@ -36,7 +36,7 @@ std::vector<std::vector<int32_t>> VerticesByFrame(const mesh::SpaceTimeMesh& mes
 // The two sides of a sheet look away from each other. Normals have unit length.
 bool AreOpposed(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Eigen::Vector3f& other_p,
                 const Eigen::Vector3f& other_n) {
-  return n.dot(other_n) < kOpposed && (other_p - p).dot(n) < 0;
+  return n.dot(other_n) < kMaxOpposedCosine && (other_p - p).dot(n) < 0;
 }
 
 // Holds normals, to tell at once that none of them is opposed to another one.
@@ -81,10 +81,10 @@ void FlagFrame(const std::vector<int32_t>& vertices, float thickness_m, mesh::Sp
       around = {};
       grid.ForEachBucket(own, [&](size_t bucket, const PointCube&) { around.Add(boxes[bucket]); });
     }
-    if (around.LeastDot(normal) >= kOpposed) return;
+    if (around.LeastDot(normal) >= kMaxOpposedCosine) return;
     int num_near = 0, num_opposed = 0;
     grid.ForEachNear(
-        p, [&](size_t bucket) { return boxes[bucket].LeastDot(normal) < kOpposed; },
+        p, [&](size_t bucket) { return boxes[bucket].LeastDot(normal) < kMaxOpposedCosine; },
         [&](int32_t other) {
           if (AreOpposed(p, normal, points.col(other), normals.col(other))) ++num_opposed;
         });

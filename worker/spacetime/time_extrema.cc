@@ -8,7 +8,7 @@ namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kNumPasses = 3;
-constexpr double kMargin = 0.05;  // of a step, from the layers
+constexpr double kLayerMargin = 0.05;  // of a step, from the layers
 
 struct Around {
   float earliest = std::numeric_limits<float>::infinity();
@@ -51,8 +51,8 @@ std::vector<int64_t> FlattenOnce(const Layers& layers, const std::vector<int64_t
         const Around& a = around[v];
         float& time = mesh.vertices(3, v);
         if (a.count == 0 || (time >= a.earliest && time <= a.latest)) continue;
-        const auto earliest = static_cast<float>(begin + step * (cell.begin_layer + kMargin));
-        const auto latest = static_cast<float>(begin + step * (cell.end_layer - kMargin));
+        const auto earliest = static_cast<float>(begin + step * (cell.begin_layer + kLayerMargin));
+        const auto latest = static_cast<float>(begin + step * (cell.end_layer - kLayerMargin));
         time = std::clamp(a.sum / static_cast<float>(a.count), earliest, latest);
         moved.push_back(v);
       }
@@ -62,7 +62,7 @@ std::vector<int64_t> FlattenOnce(const Layers& layers, const std::vector<int64_t
 }
 
 // Flags what has a moved vertex in one of its hexahedra.
-std::vector<char> FlagAround(const mesh::SpaceTimeMesh& mesh, const std::vector<int64_t>& moved) {
+std::vector<char> FlagNeighbors(const mesh::SpaceTimeMesh& mesh, const std::vector<int64_t>& moved) {
   std::vector<char> is_moved(mesh.num_vertices(), 0), flags(mesh.num_vertices(), 0);
   for (const int64_t v : moved) is_moved[v] = 1;
   for (const mesh::Hexahedron& cell : mesh.hexahedra) {
@@ -84,7 +84,7 @@ void FlattenTimeExtrema(const Layers& layers, const std::vector<int64_t>& first_
     FindTimesAround(mesh, flags, around);
     const std::vector<int64_t> moved = FlattenOnce(layers, first_vertex, around, mesh);
     if (moved.empty()) return;
-    if (pass + 1 < kNumPasses) flags = FlagAround(mesh, moved);
+    if (pass + 1 < kNumPasses) flags = FlagNeighbors(mesh, moved);
   }
 }
 

@@ -9,7 +9,7 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr int32_t kNone = -1;
+constexpr int32_t kNoMatch = -1;
 
 // A directed side of a matched triangle.
 struct SideEdge {
@@ -55,13 +55,13 @@ void AddUnmatched(const FramePair& pair, const FrameLinks& links, std::vector<Fa
       continue;
     }
     const Corners c = CornersOf(*pair.earlier, t);
-    if (!IsDegenerate(c)) facets.push_back({{c[0], c[1], c[2], kNone}});
+    if (!IsDegenerate(c)) facets.push_back({{c[0], c[1], c[2], kNoMatch}});
   }
   const int32_t first = pair.num_earlier();
   for (int64_t t = 0; t < pair.later->num_triangles(); ++t) {
     const Corners c = CornersOf(*pair.later, t);
     if (is_met[t] || IsDegenerate(c)) continue;
-    facets.push_back({{first + c[0], first + c[2], first + c[1], kNone}});
+    facets.push_back({{first + c[0], first + c[2], first + c[1], kNoMatch}});
   }
 }
 
@@ -106,11 +106,11 @@ std::vector<std::vector<Facet>> SplitIntoParts(const std::vector<Facet>& facets)
     if (edges[e].edge != edges[e - 1].edge) continue;
     sets.Join(edges[e - 1].facet, edges[e].facet);
   }
-  std::vector<int32_t> part_of_root(facets.size(), kNone);
+  std::vector<int32_t> part_of_root(facets.size(), kNoMatch);
   std::vector<std::vector<Facet>> parts;
   for (size_t f = 0; f < facets.size(); ++f) {
     int32_t& part = part_of_root[sets.Root(static_cast<int32_t>(f))];
-    if (part == kNone) {
+    if (part == kNoMatch) {
       part = static_cast<int32_t>(parts.size());
       parts.emplace_back();
     }

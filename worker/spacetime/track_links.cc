@@ -23,8 +23,8 @@ Eigen::Matrix3Xf StepsOf(const mesh::TriangleMesh& frame, double step_s) {
   return static_cast<float>(step_s) * frame.velocities;
 }
 
-struct Side {
-  Side(const mesh::TriangleMesh& mesh, double step_s)
+struct TrackedFrame {
+  TrackedFrame(const mesh::TriangleMesh& mesh, double step_s)
       : frame(mesh),
         topology(mesh),
         steps(StepsOf(mesh, step_s)),
@@ -63,7 +63,7 @@ class Linker {
   // Per vertex of `from`: that of `to` with the smallest gap, or -1. Few need to look as far as the
   // reach, and those of `known` need not look at all.
   template <typename GapOf>
-  std::vector<int32_t> Nearest(const Side& from, float direction, const Side& to,
+  std::vector<int32_t> Nearest(const TrackedFrame& from, float direction, const TrackedFrame& to,
                                const std::vector<int32_t>& known, const GapOf& gap_of) const {
     const PointGrid close(to.frame.vertices, reach_ / 2);
     const PointGrid wide(to.frame.vertices, reach_);
@@ -185,8 +185,8 @@ class Linker {
     }
   }
 
-  Side a_;
-  Side b_;
+  TrackedFrame a_;
+  TrackedFrame b_;
   float edge_;
   float reach_;
   float share_a_;  // of the earlier frame's velocities in the mean

@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t kBytesPerLetter = 300;  // stb_easy_font.h: 270 on average
 
-struct Corner {
+struct BoxCorner {
   float x;
   float y;
   float z;
@@ -26,13 +26,13 @@ void FillBox(int left, int top, int right, int bottom, Color color, Image* image
 }  // namespace
 
 void DrawText(const std::string& text, int x, int y, int scale, Color color, Image* image) {
-  std::vector<Corner> corners((text.size() + 1) * kBytesPerLetter / sizeof(Corner));
+  std::vector<BoxCorner> corners((text.size() + 1) * kBytesPerLetter / sizeof(BoxCorner));
   std::string line = text;  // the library takes a char*, though it does not write
   const int num_boxes = stb_easy_font_print(0.0f, 0.0f, line.data(), nullptr, corners.data(),
-                                            static_cast<int>(corners.size() * sizeof(Corner)));
+                                            static_cast<int>(corners.size() * sizeof(BoxCorner)));
   for (int box = 0; box < num_boxes; ++box) {
-    const Corner& low = corners[4 * static_cast<size_t>(box)];
-    const Corner& high = corners[4 * static_cast<size_t>(box) + 2];
+    const BoxCorner& low = corners[4 * static_cast<size_t>(box)];
+    const BoxCorner& high = corners[4 * static_cast<size_t>(box) + 2];
     FillBox(x + scale * static_cast<int>(low.x), y + scale * static_cast<int>(low.y),
             x + scale * static_cast<int>(high.x), y + scale * static_cast<int>(high.y), color,
             image);
