@@ -10,7 +10,6 @@
 namespace liquidblend::cli {
 namespace {
 
-
 nlohmann::ordered_json EventJson(const Event& event) {
   const Vector3& at = event.position;
   return {{"position", {at.x, at.y, at.z}}, {"time_s", event.time_s}};
@@ -44,7 +43,8 @@ absl::StatusOr<double> Number(const nlohmann::json& value, const std::string& wh
   return value.get<double>();
 }
 
-absl::StatusOr<Event> ReadEvent(const nlohmann::json& entry, const char* key, const std::string& entry_name) {
+absl::StatusOr<Event> ReadEvent(const nlohmann::json& entry, const char* key,
+                                const std::string& entry_name) {
   const std::string where = absl::StrCat(entry_name, ".", key);
   if (!entry.contains(key)) return Refuse(where, "is missing");
   const nlohmann::json& value = entry.at(key);
@@ -70,7 +70,8 @@ absl::StatusOr<CorrespondenceKind> ReadKind(const nlohmann::json& entry, const s
   return Refuse(where + ".kind", absl::StrCat(kind.dump(), " is not point, trajectory or space"));
 }
 
-absl::StatusOr<Correspondence> ReadCorrespondence(const nlohmann::json& entry, const std::string& where) {
+absl::StatusOr<Correspondence> ReadCorrespondence(const nlohmann::json& entry,
+                                                  const std::string& where) {
   LBC_RETURN_IF_ERROR(CheckObject(entry, where, {"kind", "hard", "source", "target", "length_s"}));
   Correspondence result;
   LBC_ASSIGN_OR_RETURN(result.kind, ReadKind(entry, where));

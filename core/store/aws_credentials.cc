@@ -36,7 +36,7 @@ bool IsSame(const AwsCredentials& a, const AwsCredentials& b) {
 
 // "name = value" lines of the section, names in lower case; nothing if there is no such section.
 std::optional<std::map<std::string, std::string>> ProfileSection(const std::string& text,
-                                                            const std::string& section) {
+                                                                 const std::string& section) {
   std::optional<std::map<std::string, std::string>> values;
   bool is_inside = false;
   for (const absl::string_view raw : absl::StrSplit(text, '\n')) {
@@ -61,7 +61,8 @@ std::optional<std::map<std::string, std::string>> ProfileSection(const std::stri
 
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromEnvironment() {
   FoundCredentials found;
-  found.credentials = {EnvironmentVariable("AWS_ACCESS_KEY_ID"), EnvironmentVariable("AWS_SECRET_ACCESS_KEY"),
+  found.credentials = {EnvironmentVariable("AWS_ACCESS_KEY_ID"),
+                       EnvironmentVariable("AWS_SECRET_ACCESS_KEY"),
                        EnvironmentVariable("AWS_SESSION_TOKEN")};
   if (found.credentials.access_key_id.empty() || found.credentials.secret_access_key.empty()) {
     return std::optional<FoundCredentials>();

@@ -21,8 +21,8 @@ namespace {
 
 constexpr int64_t kMigrationLock = 0x4c51424c;  // "LQBL", an advisory lock
 
-// kPostgresMigrations[k] makes version k + 1 out of version k. Never changed once released, only added to;
-// docs/formats.md describes the newest. Columns and their meaning are SQLite's.
+// kPostgresMigrations[k] makes version k + 1 out of version k. Never changed once released, only
+// added to; docs/formats.md describes the newest. Columns and their meaning are SQLite's.
 constexpr const char* kPostgresMigrations[] = {R"sql(
   CREATE TABLE catalog_version (version BIGINT NOT NULL, changed_at TIMESTAMPTZ NOT NULL);
   INSERT INTO catalog_version VALUES (0, now());
@@ -55,7 +55,7 @@ constexpr const char* kPostgresMigrations[] = {R"sql(
   CREATE TRIGGER jobs_queued AFTER INSERT OR UPDATE OF state ON jobs
     FOR EACH ROW WHEN (NEW.state = 1) EXECUTE FUNCTION notify_job();
 )sql",
-                                       R"sql(
+                                               R"sql(
   ALTER TABLE jobs RENAME COLUMN lease_expires_us TO due_us;
   UPDATE jobs SET due_us = 0 WHERE state = 1;
   DROP INDEX jobs_to_do;
@@ -71,13 +71,13 @@ constexpr const char* kPostgresMigrations[] = {R"sql(
   CREATE INDEX jobs_by_turn ON jobs (priority, turn) WHERE attempts > 0;
   CREATE INDEX jobs_by_owner ON jobs (owner, priority, turn) WHERE state IN (1, 2, 6);
 )sql",
-                                       R"sql(
+                                               R"sql(
   ALTER TABLE jobs ADD COLUMN ended_us BIGINT;
   UPDATE jobs SET ended_us = (extract(epoch FROM clock_timestamp()) * 1000000)::bigint
     WHERE state IN (3, 4, 5) AND parent IS NULL;
   CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
 )sql",
-                                       R"sql(
+                                               R"sql(
   ALTER TABLE animations ADD COLUMN owner TEXT COLLATE "C" NOT NULL DEFAULT '';
   ALTER TABLE animations ADD COLUMN stored_bytes BIGINT NOT NULL DEFAULT 0;
   ALTER TABLE families ADD COLUMN owner TEXT COLLATE "C" NOT NULL DEFAULT '';
@@ -85,10 +85,10 @@ constexpr const char* kPostgresMigrations[] = {R"sql(
   CREATE INDEX animations_by_owner ON animations (owner, blob, stored_bytes);
   CREATE INDEX families_by_owner ON families (owner, blob, stored_bytes);
 )sql",
-                                       R"sql(
+                                               R"sql(
   ALTER TABLE workers ADD COLUMN refusal TEXT NOT NULL DEFAULT '';
 )sql",
-                                       R"sql(
+                                               R"sql(
   CREATE TABLE kept_versions (
     family TEXT COLLATE "C" NOT NULL, version BIGINT NOT NULL, blob TEXT NOT NULL,
     owner TEXT COLLATE "C" NOT NULL, stored_bytes BIGINT NOT NULL, record BYTEA NOT NULL,
@@ -133,7 +133,8 @@ absl::Status Migrate(PostgresConnection& sql) {
     LB_RETURN_IF_ERROR(sql.RunScript(kPostgresMigrations[k]));
   }
   if (version < kPostgresFirstWithOwners) LB_RETURN_IF_ERROR(NoteOwners(sql));
-  return sql.Run("UPDATE catalog_version SET version = $1, changed_at = now()", {kPostgresSchemaVersion});
+  return sql.Run("UPDATE catalog_version SET version = $1, changed_at = now()",
+                 {kPostgresSchemaVersion});
 }
 
 class PostgresBackend : public SqlBackend {

@@ -35,7 +35,9 @@ std::string Printable(std::string text) {
   return text;
 }
 
-std::string S3ErrorCode(const HttpAnswer& answer) { return Printable(XmlElement(answer.body, "Code")); }
+std::string S3ErrorCode(const HttpAnswer& answer) {
+  return Printable(XmlElement(answer.body, "Code"));
+}
 
 bool HasWholeBody(const S3Call& call, const HttpAnswer& answer) {
   if (call.answer_bytes >= 0 && static_cast<int64_t>(answer.body.size()) != call.answer_bytes) {
@@ -68,7 +70,8 @@ Verdict Judge(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer) {
   if (!answer.ok()) {
     return absl::IsUnavailable(answer.status()) ? Verdict::kTransient : Verdict::kFailed;
   }
-  if (answer->status < 300) return HasWholeBody(call, *answer) ? Verdict::kDone : Verdict::kTransient;
+  if (answer->status < 300)
+    return HasWholeBody(call, *answer) ? Verdict::kDone : Verdict::kTransient;
   if (IsQuota(*answer)) return Verdict::kFailed;
   if (IsTransient(*answer)) return Verdict::kTransient;
   return IsRefused(call, *answer) ? Verdict::kRefused : Verdict::kFailed;

@@ -22,8 +22,8 @@ namespace {
 constexpr absl::Duration kPollInterval = absl::Milliseconds(50);
 constexpr int64_t kApplicationId = 0x4c51424c;  // "LQBL"
 
-// kSqliteMigrations[k] makes version k + 1 (PRAGMA user_version) out of version k. Never changed once
-// released, only added to; docs/formats.md describes the newest.
+// kSqliteMigrations[k] makes version k + 1 (PRAGMA user_version) out of version k. Never changed
+// once released, only added to; docs/formats.md describes the newest.
 constexpr const char* kSqliteMigrations[] = {R"sql(
   CREATE TABLE animations (
     id TEXT PRIMARY KEY, state INTEGER NOT NULL, blob TEXT NOT NULL, record BLOB NOT NULL) STRICT;
@@ -41,11 +41,11 @@ constexpr const char* kSqliteMigrations[] = {R"sql(
     record BLOB NOT NULL) STRICT;
   CREATE INDEX jobs_by_state ON jobs (state, number);
 )sql",
-                                       R"sql(
+                                             R"sql(
   ALTER TABLE jobs ADD COLUMN parent TEXT;
   CREATE INDEX jobs_by_parent ON jobs (parent, number);
 )sql",
-                                       R"sql(
+                                             R"sql(
   ALTER TABLE jobs RENAME COLUMN lease_expires_us TO due_us;
   UPDATE jobs SET due_us = 0 WHERE state = 1;
   ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';
@@ -60,13 +60,13 @@ constexpr const char* kSqliteMigrations[] = {R"sql(
   CREATE INDEX jobs_by_turn ON jobs (priority, turn) WHERE attempts > 0;
   CREATE INDEX jobs_by_owner ON jobs (owner, priority, turn) WHERE state IN (1, 2, 6);
 )sql",
-                                       R"sql(
+                                             R"sql(
   ALTER TABLE jobs ADD COLUMN ended_us INTEGER;
   UPDATE jobs SET ended_us = CAST(strftime('%s', 'now') AS INTEGER) * 1000000
     WHERE state IN (3, 4, 5) AND parent IS NULL;
   CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
 )sql",
-                                       R"sql(
+                                             R"sql(
   ALTER TABLE animations ADD COLUMN owner TEXT NOT NULL DEFAULT '';
   ALTER TABLE animations ADD COLUMN stored_bytes INTEGER NOT NULL DEFAULT 0;
   ALTER TABLE families ADD COLUMN owner TEXT NOT NULL DEFAULT '';
@@ -74,10 +74,10 @@ constexpr const char* kSqliteMigrations[] = {R"sql(
   CREATE INDEX animations_by_owner ON animations (owner, blob, stored_bytes);
   CREATE INDEX families_by_owner ON families (owner, blob, stored_bytes);
 )sql",
-                                       R"sql(
+                                             R"sql(
   ALTER TABLE workers ADD COLUMN refusal TEXT NOT NULL DEFAULT '';
 )sql",
-                                       R"sql(
+                                             R"sql(
   CREATE TABLE kept_versions (
     family TEXT NOT NULL, version INTEGER NOT NULL, blob TEXT NOT NULL, owner TEXT NOT NULL,
     stored_bytes INTEGER NOT NULL, record BLOB NOT NULL, PRIMARY KEY (family, version)) STRICT;

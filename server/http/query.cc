@@ -50,8 +50,8 @@ absl::StatusOr<std::string> DecodePercent(std::string_view text) {
       const int high = i + 2 < text.size() ? HexValue(text[i + 1]) : -1;
       const int low = i + 2 < text.size() ? HexValue(text[i + 2]) : -1;
       if (high < 0 || low < 0) {
-        return absl::InvalidArgumentError(
-            absl::StrCat("'", EscapedPart(text.substr(i)), "' does not begin with % and two digits"));
+        return absl::InvalidArgumentError(absl::StrCat("'", EscapedPart(text.substr(i)),
+                                                       "' does not begin with % and two digits"));
       }
       c = static_cast<char>(16 * high + low);
       i += 2;

@@ -78,7 +78,8 @@ class Reader {
   }
 
   void Check(bool is_good, const std::string& rule) {
-    violations_.AddIf(!is_good, field_.name, absl::StrCat(rule, ", got ", QuotedPart(field_.value)));
+    violations_.AddIf(!is_good, field_.name,
+                      absl::StrCat(rule, ", got ", QuotedPart(field_.value)));
   }
 
  private:

@@ -26,7 +26,9 @@ constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 constexpr size_t kMaxShownPath = 80;
 
 // Of bytes that may be anything, for messages.
-std::string EscapedPath(const std::string& text) { return absl::CHexEscape(text.substr(0, kMaxShownPath)); }
+std::string EscapedPath(const std::string& text) {
+  return absl::CHexEscape(text.substr(0, kMaxShownPath));
+}
 
 struct Target {
   std::string path;
@@ -114,10 +116,10 @@ Response NoSuchPath(const std::string& path) {
 }
 
 Response MethodNotAllowed(const std::string& method) {
-  Response response =
-      ErrorReply(absl::UnimplementedError(absl::StrCat(
-                     "method ", EscapedPath(method), " is not for this path; there are ", kAllowed)),
-                 405);
+  Response response = ErrorReply(
+      absl::UnimplementedError(absl::StrCat("method ", EscapedPath(method),
+                                            " is not for this path; there are ", kAllowed)),
+      405);
   response.headers.emplace_back("Allow", kAllowed);
   return response;
 }

@@ -101,9 +101,10 @@ class ImportCall final : public Call<ImportReactor> {
 }  // namespace
 
 ImportReactor* ImportAnimation(Backends& backends, std::shared_ptr<Admission> admission,
-                         const ImportRoots& roots, const v1::ImportAnimationRequest* request,
-                         Operation* response) {
-  return Call<ImportReactor>::Start<ImportCall>(backends, std::move(admission), roots, request, response);
+                               const ImportRoots& roots, const v1::ImportAnimationRequest* request,
+                               Operation* response) {
+  return Call<ImportReactor>::Start<ImportCall>(backends, std::move(admission), roots, request,
+                                                response);
 }
 
 }  // namespace liquidblend::rpc

@@ -66,9 +66,10 @@ absl::StatusOr<std::vector<std::string>> PartsOf(const std::string& location) {
   const bool is_right = location.size() <= kMaxLocationLength && parts.size() <= kMaxDepth &&
                         std::all_of(parts.begin(), parts.end(), IsRootName);
   if (is_right) return parts;
-  return InvalidField(kLocationField, absl::StrCat("must look like ROOT/directory/directory, without empty "
-                                           "parts, '.' or '..', got '",
-                                           CleanText(location, 80), "'"));
+  return InvalidField(kLocationField,
+                      absl::StrCat("must look like ROOT/directory/directory, without empty "
+                                   "parts, '.' or '..', got '",
+                                   CleanText(location, 80), "'"));
 }
 
 absl::StatusOr<FileHandle> OpenDirectory(const FileHandle& above, const std::string& name,

@@ -28,8 +28,9 @@ absl::StatusOr<std::vector<double>> PointOf(const Parameters& parameters,
   for (const v1::Parameter& parameter : parameters) {
     const auto name = std::find(names.begin(), names.end(), parameter.name());
     if (name == names.end()) {
-      return InvalidField(kParametersField, absl::StrCat("'", parameter.name().substr(0, kMaxShownParameter),
-                                               "' is none of the family's (", all, ")"));
+      return InvalidField(kParametersField,
+                          absl::StrCat("'", parameter.name().substr(0, kMaxShownParameter),
+                                       "' is none of the family's (", all, ")"));
     }
     const auto i = name - names.begin();
     if (is_set[i]) return InvalidField(kParametersField, absl::StrCat(*name, " is there twice"));
@@ -38,8 +39,8 @@ absl::StatusOr<std::vector<double>> PointOf(const Parameters& parameters,
   }
   const auto missing = std::find(is_set.begin(), is_set.end(), false);
   if (missing == is_set.end()) return point;
-  return InvalidField(
-      kParametersField, absl::StrCat(names[missing - is_set.begin()], " is missing; there are ", all));
+  return InvalidField(kParametersField, absl::StrCat(names[missing - is_set.begin()],
+                                                     " is missing; there are ", all));
 }
 
 absl::StatusOr<parameters::Location> Locate(const parameters::Triangulation& space,
@@ -60,12 +61,14 @@ absl::Status SetWeights(const catalog::LoadedFamily& loaded, const AskedBlend& a
   query.is_extrapolated = false;
   query.weights.assign(asked.weights.begin(), asked.weights.end());
   if (asked.parameters.empty()) return absl::OkStatus();
-  if (!asked.weights.empty()) return InvalidField(kParametersField, "exclude weights: give one or the other");
+  if (!asked.weights.empty())
+    return InvalidField(kParametersField, "exclude weights: give one or the other");
   if (!loaded.parameter_space.has_value()) {
-    return AtField(kParametersField, absl::FailedPreconditionError(absl::StrCat(
-                               "family ", loaded.family.name,
-                               " was registered without points in a parameter space; its frames "
-                               "are asked for by weights")));
+    return AtField(kParametersField,
+                   absl::FailedPreconditionError(absl::StrCat(
+                       "family ", loaded.family.name,
+                       " was registered without points in a parameter space; its frames "
+                       "are asked for by weights")));
   }
   const parameters::Triangulation& space = *loaded.parameter_space;
   LB_ASSIGN_OR_RETURN(const std::vector<double> point, PointOf(asked.parameters, space.names()));
@@ -74,8 +77,9 @@ absl::Status SetWeights(const catalog::LoadedFamily& loaded, const AskedBlend& a
   query.is_extrapolated = location.is_extrapolated;
   const absl::Status limits = blend::CheckWeights(loaded.family, query.weights);
   if (limits.ok()) return limits;
-  return AtField(kParametersField, absl::OutOfRangeError(absl::StrCat("are too far outside of the hull: ",
-                                                            std::string(limits.message()))));
+  return AtField(kParametersField,
+                 absl::OutOfRangeError(absl::StrCat("are too far outside of the hull: ",
+                                                    std::string(limits.message()))));
 }
 
 }  // namespace liquidblend::rpc

@@ -113,7 +113,7 @@ class UploadCall final : public Call<UploadReactor> {
 }  // namespace
 
 UploadReactor* UploadAnimation(Backends& backends, std::shared_ptr<Admission> admission,
-                         grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
+                               grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
   return Call<UploadReactor>::Start<UploadCall>(backends, std::move(admission), context, response);
 }
 

@@ -4,7 +4,7 @@
 #   tests/fuzz/run.sh [SECONDS [TARGET...]]     600 seconds, all targets: about three hours
 # A finding ends its target but not the others; then the exit status is 1. Its bytes and the log are
 # in build/fuzz/findings/TARGET. Once it is mended, the bytes go to tests/fuzz/regressions/TARGET,
-# which the test fuzz_replay_test runs in every build.
+# which the test fuzz_test runs in every build.
 # An input of up to 64 KiB may allocate at most 48 MiB at once and must be done within 10 seconds.
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }

@@ -55,8 +55,7 @@ mesh::TriangleMesh Weld(const Corners& corners) {
   });
   std::vector<int32_t> first(corners.size());  // the lowest corner at the same position
   for (size_t i = 0; i < order.size(); ++i) {
-    const bool is_same =
-        i > 0 && CornerKey(corners[order[i]]) == CornerKey(corners[order[i - 1]]);
+    const bool is_same = i > 0 && CornerKey(corners[order[i]]) == CornerKey(corners[order[i - 1]]);
     first[order[i]] = is_same ? first[order[i - 1]] : order[i];
   }
   mesh::TriangleMesh mesh;

@@ -119,7 +119,8 @@ class TreeReader {
     }
     typename Tree::RootNodeType& root = tree_->root();
     if (root.getValueDepth(origin) >= 0) {
-      return absl::InvalidArgumentError(absl::StrCat("two nodes begin at voxel ", FormatCoord(origin)));
+      return absl::InvalidArgumentError(
+          absl::StrCat("two nodes begin at voxel ", FormatCoord(origin)));
     }
     return origin;
   }

@@ -53,7 +53,7 @@ absl::StatusOr<Registration> RegisterMeshes(
   const double scale = registration::CoarseScale(source.mesh.num_vertices(), options.registration);
   if (scale == 1.0) {
     return RegisterOrRefineMeshes(source.mesh, target.mesh, correspondences, previous,
-                            options.registration, arena, hooks);
+                                  options.registration, arena, hooks);
   }
   if (const auto* const state = FinerNodesOf(hooks.resume)) {
     return registration::ResumeSharpening(source.mesh, target.mesh, correspondences, *state,
@@ -73,11 +73,11 @@ absl::StatusOr<Registration> RegisterMeshes(
         registration::Transfer(fine, coarse_source, arena).Apply(previous->displacement, arena);
     coarse_previous.emplace(coarse_displacement, previous->correspondences);
   }
-  LB_ASSIGN_OR_RETURN(
-      const Registration coarse,
-      RegisterOrRefineMeshes(coarse_source, coarse_target, correspondences,
-                       coarse_previous ? &*coarse_previous : nullptr,
-                       registration::CoarseOptions(scale, options.registration), arena, hooks));
+  LB_ASSIGN_OR_RETURN(const Registration coarse,
+                      RegisterOrRefineMeshes(
+                          coarse_source, coarse_target, correspondences,
+                          coarse_previous ? &*coarse_previous : nullptr,
+                          registration::CoarseOptions(scale, options.registration), arena, hooks));
   return registration::Sharpen(source.mesh, target.mesh, correspondences, {coarse_source, coarse},
                                options.registration, arena, hooks);
 }

@@ -26,9 +26,9 @@ absl::StatusOr<store::BlobId> MakePart(const store::v1::RegisterJob& job, int k,
                       BuildMeshes({job.source(), job.targets(k)}, job, context));
   const mesh::SpaceTimeMesh& source = built.front().mesh;
   if (previous != nullptr) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source));
-  LB_ASSIGN_OR_RETURN(
-      const RegisteredTarget target,
-      RegisterTarget(job, k, source, built.back(), previous, {kPartMeshesEnd, kTargetEnd}, context));
+  LB_ASSIGN_OR_RETURN(const RegisteredTarget target,
+                      RegisterTarget(job, k, source, built.back(), previous,
+                                     {kPartMeshesEnd, kTargetEnd}, context));
   LB_RETURN_IF_ERROR(context.BeginStage("storing", kTargetEnd, 1.0));
   return StorePart(target, HashOf(source), context.blobs);
 }

@@ -10,7 +10,7 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr float kBucketWidth = 0.5f;  // edges; about half of those between neighbours
+constexpr float kBucketWidth = 0.5f;   // edges; about half of those between neighbours
 constexpr size_t kPrefetchVisits = 4;  // visits
 
 }  // namespace

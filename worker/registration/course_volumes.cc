@@ -22,7 +22,7 @@ constexpr float kMinSpatial = 0.1f;  // as of match_volume.cc
 using Slices = std::vector<std::vector<mesh::Component>>;  // per time
 
 Slices MeasureParts(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices_m,
-               std::span<const double> times, const parallel::Arena& arena) {
+                    std::span<const double> times, const parallel::Arena& arena) {
   Slices slices(times.size());
   mesh::VisitSlices(mesh, vertices_m, times, arena, [&](int64_t n, const mesh::TracedSlice& slice) {
     slices[n] = mesh::FindComponents(slice.surface);

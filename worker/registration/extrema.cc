@@ -8,8 +8,8 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr float kFacesUp = 0.3f;      // of a normal that points up: its share upwards
-constexpr double kLeast = 1.0;        // edges; less is never asked for
+constexpr float kFacesUp = 0.3f;         // of a normal that points up: its share upwards
+constexpr double kLeast = 1.0;           // edges; less is never asked for
 constexpr size_t kPrefetchVertices = 8;  // vertices
 
 // Sweeps the heights from the top (craters: from the bottom) and joins what meets (persistence of

@@ -17,12 +17,12 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr int kStride = 4;        // of the vertices whose distances are looked at
-constexpr int kCoarseTreeStride = 4;    // of the moved source's vertices that the target looks for
-constexpr float kTreeGap = 0.7f;  // edges; from the surface to the vertex next to a place on it
-constexpr float kUnknown = 1.5f;  // edges; of what has nothing near by that faces the same way
-constexpr size_t kFewest = 4;     // far vertices in a box; fewer are corners and noise
-constexpr float kBox = 8.0f;      // edges and frames
+constexpr int kStride = 4;            // of the vertices whose distances are looked at
+constexpr int kCoarseTreeStride = 4;  // of the moved source's vertices that the target looks for
+constexpr float kTreeGap = 0.7f;      // edges; from the surface to the vertex next to a place on it
+constexpr float kUnknown = 1.5f;      // edges; of what has nothing near by that faces the same way
+constexpr size_t kFewest = 4;         // far vertices in a box; fewer are corners and noise
+constexpr float kBox = 8.0f;          // edges and frames
 // Times the vertices of coarse meshes: as many as are registered at once.
 constexpr double kMaxVertices = 2.5;
 constexpr double kFilled = 0.85;    // of that; less is not worth looking for more boxes

@@ -7,7 +7,7 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr size_t kNumNearest = 24;      // vertices that say how a droplet moves
-constexpr float kMinDistance = 2.0f;      // edges; nearer than this their distance does not count
+constexpr float kMinDistance = 2.0f;    // edges; nearer than this their distance does not count
 constexpr int kSmoothingPasses = 4;     // along a droplet
 constexpr float kMinPaceOfTime = 0.2f;  // of the source's, along a droplet
 

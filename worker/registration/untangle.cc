@@ -15,9 +15,9 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr float kWeights[] = {0.75f, 1.0f, 1.25f};
-constexpr int kUntangleRounds = 2;           // the second half a frame around what the first has found, too
-constexpr double kOverlap = 0.2;     // edges; how far beyond the other each side is moved
-constexpr double kMaxMove = 0.5;     // edges; of a side, at one weight in one round
+constexpr int kUntangleRounds = 2;  // the second half a frame around what the first has found, too
+constexpr double kOverlap = 0.2;    // edges; how far beyond the other each side is moved
+constexpr double kMaxMove = 0.5;    // edges; of a side, at one weight in one round
 
 // Of a side's move one vertex has this part.
 struct Push {

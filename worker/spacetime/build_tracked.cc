@@ -125,7 +125,8 @@ struct Numbering {
 };
 
 // Vertices by layer: those of layer l, then those added in step l.
-std::vector<int64_t> FirstVertices(const TrackedLayers& layers, const std::vector<PairCells>& cells) {
+std::vector<int64_t> FirstVertices(const TrackedLayers& layers,
+                                   const std::vector<PairCells>& cells) {
   std::vector<int64_t> first = {0};
   for (int l = 0; l < layers.num_layers(); ++l) {
     const auto num_added = l < layers.num_steps() ? static_cast<int64_t>(cells[l].added.size()) : 0;

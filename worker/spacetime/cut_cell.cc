@@ -8,7 +8,6 @@
 namespace liquidblend::spacetime {
 namespace {
 
-
 // The two axes other than `axis`, ascending.
 constexpr std::array<std::array<int, 2>, 3> kOthers = {{{1, 2}, {0, 2}, {0, 1}}};
 

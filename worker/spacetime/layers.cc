@@ -14,7 +14,7 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr int kWaveLayers = 8;   // steps sampled at a time: bounds the memory
+constexpr int kWaveLayers = 8;       // steps sampled at a time: bounds the memory
 constexpr double kGridMargin = 2.0;  // grid spacings around the liquid
 
 // Each layer keeps a bit for each point: much, if a little liquid is far from the rest.

@@ -11,7 +11,8 @@ namespace {
 // triangles at an edge see exactly opposite values.
 class ProjectedEdge {
  public:
-  ProjectedEdge(const Eigen::Matrix3Xf& vertices, const GridLines& lines, int a, int b) : swap_(a > b) {
+  ProjectedEdge(const Eigen::Matrix3Xf& vertices, const GridLines& lines, int a, int b)
+      : swap_(a > b) {
     const int lo = swap_ ? b : a, hi = swap_ ? a : b;
     u_ = vertices(lines.u, lo);
     v_ = vertices(lines.v, lo);

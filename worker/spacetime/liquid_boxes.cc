@@ -12,7 +12,6 @@
 namespace liquidblend::spacetime {
 namespace {
 
-
 using Point = std::array<int, 3>;
 
 void SortUnique(std::vector<Point>& points) {

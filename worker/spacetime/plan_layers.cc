@@ -12,7 +12,7 @@ namespace liquidblend::spacetime {
 namespace {
 
 constexpr size_t kFewVertices = 12;  // moving faster than the rest: not worth a layer
-constexpr int kPathMargin = 2;            // voxels around the path of a vertex
+constexpr int kPathMargin = 2;       // voxels around the path of a vertex
 
 // Per vertex: speed along the normal, metres per second, which is the motion that changes the
 // surface's place. Empty without velocities.
@@ -89,7 +89,8 @@ SlabSteps PlanSteps(const mesh::Animation& animation, const LayerPlan& plan, int
       for (int n = 0; n <= count; ++n) {
         const Eigen::Vector3i voxel = (from + n * (to - from) / count).array().floor().cast<int>();
         steps.Refine({voxel[0] - kPathMargin, voxel[1] - kPathMargin, voxel[2] - kPathMargin},
-                     {voxel[0] + kPathMargin, voxel[1] + kPathMargin, voxel[2] + kPathMargin}, wanted);
+                     {voxel[0] + kPathMargin, voxel[1] + kPathMargin, voxel[2] + kPathMargin},
+                     wanted);
       }
     }
   };

@@ -13,7 +13,7 @@
 namespace liquidblend::spacetime {
 namespace {
 
-constexpr int kNumDraws = 4;    // equal steps back into the cell
+constexpr int kNumDraws = 4;       // equal steps back into the cell
 constexpr float kDrawBack = 1.0f;  // spacings; what is this near to liquid inside out is drawn back
 // Where more than this share of the vertices around is, a sheet is torn rather than whole, and the
 // rest follows.

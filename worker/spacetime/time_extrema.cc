@@ -62,7 +62,8 @@ std::vector<int64_t> FlattenOnce(const Layers& layers, const std::vector<int64_t
 }
 
 // Flags what has a moved vertex in one of its hexahedra.
-std::vector<char> FlagNeighbors(const mesh::SpaceTimeMesh& mesh, const std::vector<int64_t>& moved) {
+std::vector<char> FlagNeighbors(const mesh::SpaceTimeMesh& mesh,
+                                const std::vector<int64_t>& moved) {
   std::vector<char> is_moved(mesh.num_vertices(), 0), flags(mesh.num_vertices(), 0);
   for (const int64_t v : moved) is_moved[v] = 1;
   for (const mesh::Hexahedron& cell : mesh.hexahedra) {

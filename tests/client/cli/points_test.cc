@@ -6,8 +6,8 @@
 namespace liquidblend::cli {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 RegisterRequest Walls() {
   RegisterRequest request;

@@ -10,7 +10,7 @@
 #include "tests/client/fake_server.h"
 #include "tests/client/temp_files.h"
 
-namespace liquidblend {
+namespace liquidblend::client_test {
 namespace {
 
 using ::testing::Each;
@@ -354,4 +354,4 @@ TEST_F(ClientTest, OperationsAreListedGotAndCancelled) {
 }
 
 }  // namespace
-}  // namespace liquidblend
+}  // namespace liquidblend::client_test

@@ -13,7 +13,7 @@
 #include "tests/client/fake_server.h"
 #include "tests/client/temp_files.h"
 
-namespace liquidblend {
+namespace liquidblend::servers_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -192,4 +192,4 @@ TEST_F(ServersTest, AnEmptyAddressIsRefused) {
 }
 
 }  // namespace
-}  // namespace liquidblend
+}  // namespace liquidblend::servers_test

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace liquidblend::mesh {
+namespace liquidblend::mesh::parameter_space_test {
 namespace {
 
 using testing::HasSubstr;
@@ -37,4 +37,4 @@ TEST(ParameterSpace, NamesTheFirstFault) {
 }
 
 }  // namespace
-}  // namespace liquidblend::mesh
+}  // namespace liquidblend::mesh::parameter_space_test

@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-namespace liquidblend::mesh {
+namespace liquidblend::mesh::registered_family_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -203,4 +203,4 @@ TEST(ViewOf, ShowsTheMeshAsItIs) {
 }
 
 }  // namespace
-}  // namespace liquidblend::mesh
+}  // namespace liquidblend::mesh::registered_family_test

@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 #include <limits>
 
-namespace liquidblend::mesh {
+namespace liquidblend::mesh::space_time_mesh_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -260,4 +260,4 @@ TEST(ValidateSpaceTimeMesh, NamesUnusableNumbers) {
 }
 
 }  // namespace
-}  // namespace liquidblend::mesh
+}  // namespace liquidblend::mesh::space_time_mesh_test

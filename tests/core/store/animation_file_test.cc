@@ -3,7 +3,7 @@
 #include "core/store/files.h"
 #include "tests/core/store/file_testing.h"
 
-namespace liquidblend::store {
+namespace liquidblend::store::animation_file_test {
 namespace {
 
 using Code = absl::StatusCode;
@@ -199,4 +199,4 @@ TEST(AnimationFile, NamesTheFrameThatCannotBeUsed) {
 }
 
 }  // namespace
-}  // namespace liquidblend::store
+}  // namespace liquidblend::store::animation_file_test

@@ -2,7 +2,7 @@
 
 #include "tests/core/store/store_testing.h"
 
-namespace liquidblend::store {
+namespace liquidblend::store::catalog_file_test {
 namespace {
 
 using Code = absl::StatusCode;
@@ -77,4 +77,4 @@ TEST(CatalogFile, FindsTheBlobsOfARecordInWhateverField) {
 }
 
 }  // namespace
-}  // namespace liquidblend::store
+}  // namespace liquidblend::store::catalog_file_test

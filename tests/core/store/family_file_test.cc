@@ -3,7 +3,7 @@
 #include "core/store/files.h"
 #include "tests/core/store/file_testing.h"
 
-namespace liquidblend::store {
+namespace liquidblend::store::family_file_test {
 namespace {
 
 using Code = absl::StatusCode;
@@ -501,4 +501,4 @@ TEST(FamilyFile, GoesThroughABlobStore) {
 }
 
 }  // namespace
-}  // namespace liquidblend::store
+}  // namespace liquidblend::store::family_file_test

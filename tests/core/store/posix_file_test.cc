@@ -57,15 +57,16 @@ TEST(ReadAll, NamesWhatCannotBeRead) {
 }
 
 TEST(ErrnoStatus, TellsCallersWhatToDo) {
-  using Code = absl::StatusCode;
-  EXPECT_THAT(ErrnoStatus(ENOENT, "open", "/a"), Fails(Code::kNotFound, "open /a: No such file"));
-  EXPECT_THAT(ErrnoStatus(EACCES, "open", "/a"), Fails(Code::kPermissionDenied, "/a"));
-  EXPECT_THAT(ErrnoStatus(EROFS, "open", "/a"), Fails(Code::kPermissionDenied, "/a"));
-  EXPECT_THAT(ErrnoStatus(ENOSPC, "write", "/a"), Fails(Code::kResourceExhausted, "/a"));
-  EXPECT_THAT(ErrnoStatus(EDQUOT, "write", "/a"), Fails(Code::kResourceExhausted, "/a"));
-  EXPECT_THAT(ErrnoStatus(EMFILE, "open", "/a"), Fails(Code::kResourceExhausted, "/a"));
-  EXPECT_THAT(ErrnoStatus(EIO, "write", "/a"), Fails(Code::kUnavailable, "/a"));
-  EXPECT_THAT(ErrnoStatus(ENOTDIR, "open", "/a"), Fails(Code::kUnavailable, "/a"));
+  using StatusCode = absl::StatusCode;
+  EXPECT_THAT(ErrnoStatus(ENOENT, "open", "/a"),
+              Fails(StatusCode::kNotFound, "open /a: No such file"));
+  EXPECT_THAT(ErrnoStatus(EACCES, "open", "/a"), Fails(StatusCode::kPermissionDenied, "/a"));
+  EXPECT_THAT(ErrnoStatus(EROFS, "open", "/a"), Fails(StatusCode::kPermissionDenied, "/a"));
+  EXPECT_THAT(ErrnoStatus(ENOSPC, "write", "/a"), Fails(StatusCode::kResourceExhausted, "/a"));
+  EXPECT_THAT(ErrnoStatus(EDQUOT, "write", "/a"), Fails(StatusCode::kResourceExhausted, "/a"));
+  EXPECT_THAT(ErrnoStatus(EMFILE, "open", "/a"), Fails(StatusCode::kResourceExhausted, "/a"));
+  EXPECT_THAT(ErrnoStatus(EIO, "write", "/a"), Fails(StatusCode::kUnavailable, "/a"));
+  EXPECT_THAT(ErrnoStatus(ENOTDIR, "open", "/a"), Fails(StatusCode::kUnavailable, "/a"));
 }
 
 TEST(MakeDirectories, MakesParents) {

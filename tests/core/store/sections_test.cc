@@ -3,7 +3,7 @@
 #include "core/base/status_macros.h"
 #include "tests/core/store/store_testing.h"
 
-namespace liquidblend::store {
+namespace liquidblend::store::sections_test {
 namespace {
 
 using Code = absl::StatusCode;
@@ -111,4 +111,4 @@ TEST(SectionFile, TellsOtherFilesAndVersionsApart) {
 }
 
 }  // namespace
-}  // namespace liquidblend::store
+}  // namespace liquidblend::store::sections_test

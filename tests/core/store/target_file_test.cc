@@ -3,7 +3,7 @@
 #include "core/store/files.h"
 #include "tests/core/store/file_testing.h"
 
-namespace liquidblend::store {
+namespace liquidblend::store::target_file_test {
 namespace {
 
 using Code = absl::StatusCode;
@@ -114,4 +114,4 @@ TEST(TargetFile, RefusesWhatIsNoTargetFile) {
 }
 
 }  // namespace
-}  // namespace liquidblend::store
+}  // namespace liquidblend::store::target_file_test

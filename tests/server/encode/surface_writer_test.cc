@@ -19,7 +19,7 @@
 #include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/voxels.h"
 
-namespace liquidblend::encode {
+namespace liquidblend::encode::surface_writer_test {
 namespace {
 
 using mesh::TriangleMesh;
@@ -236,4 +236,4 @@ TEST(SurfaceWriter, GivesTheSameBytesWhateverItWroteBefore) {
 }
 
 }  // namespace
-}  // namespace liquidblend::encode
+}  // namespace liquidblend::encode::surface_writer_test

@@ -10,7 +10,7 @@
 #include <random>
 #include <utility>
 
-namespace liquidblend::encode {
+namespace liquidblend::encode::symbol_coder_test {
 namespace {
 
 constexpr uint16_t kVersion = DRACO_BITSTREAM_VERSION(2, 2);
@@ -90,4 +90,4 @@ TEST(SymbolCoder, OnesAreDecodedAsOnes) {
 }
 
 }  // namespace
-}  // namespace liquidblend::encode
+}  // namespace liquidblend::encode::symbol_coder_test

@@ -11,7 +11,7 @@
 #include "tests/server/finish/height_probe.h"
 #include "tests/synthetic/families.h"
 
-namespace liquidblend::finish {
+namespace liquidblend::finish::smooth_in_time_test {
 namespace {
 
 constexpr float kMaxOffsetM = 0.03F;
@@ -104,4 +104,4 @@ TEST(SmoothInTime, OptionsOutOfRangeAreRefusedByName) {
 }
 
 }  // namespace
-}  // namespace liquidblend::finish
+}  // namespace liquidblend::finish::smooth_in_time_test

@@ -13,7 +13,7 @@
 #include "worker/ingest/read_directory.h"
 #include "worker/spacetime/build.h"
 
-namespace liquidblend::finish {
+namespace liquidblend::finish::two_drops_test {
 namespace {
 
 // Simulation A as a family without targets.
@@ -149,4 +149,4 @@ TEST_F(TwoDropsTest, VelocitiesAreTheSimulationsAndTheSlopeAgreesAlongTheNormal)
 }
 
 }  // namespace
-}  // namespace liquidblend::finish
+}  // namespace liquidblend::finish::two_drops_test

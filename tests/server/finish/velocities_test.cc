@@ -10,7 +10,7 @@
 #include "tests/server/finish/finish_testing.h"
 #include "tests/synthetic/families.h"
 
-namespace liquidblend::finish {
+namespace liquidblend::finish::velocities_test {
 namespace {
 
 constexpr float kFramesPerSecond = 24.0F;
@@ -135,4 +135,4 @@ TEST(AddVelocities, StayFiniteHoweverTheBlendFolds) {
 }
 
 }  // namespace
-}  // namespace liquidblend::finish
+}  // namespace liquidblend::finish::velocities_test

@@ -6,7 +6,7 @@
 #include "server/rpc/token_file.h"
 #include "tests/server/http/port_testing.h"
 
-namespace liquidblend::http {
+namespace liquidblend::http::access_test {
 namespace {
 
 using testing::HasSubstr;
@@ -79,4 +79,4 @@ TEST_F(AccessTest, AWebSocketCountsAsAStreamUntilItEnds) {
 }
 
 }  // namespace
-}  // namespace liquidblend::http
+}  // namespace liquidblend::http::access_test

@@ -10,7 +10,7 @@
 #include "server/rpc/handlers.h"
 #include "tests/server/http/port_testing.h"
 
-namespace liquidblend::http {
+namespace liquidblend::http::port_test {
 namespace {
 
 using store::Fails;
@@ -386,4 +386,4 @@ TEST(PortOptions, NamesTheFirstFieldOutOfRange) {
 }
 
 }  // namespace
-}  // namespace liquidblend::http
+}  // namespace liquidblend::http::port_test

@@ -4,7 +4,7 @@
 #include "tests/server/rpc/certificates.h"
 #include "tests/server/rpc/server_testing.h"
 
-namespace liquidblend::rpc {
+namespace liquidblend::rpc::check_serving_test {
 namespace {
 
 using store::Fails;
@@ -76,4 +76,4 @@ TEST_F(CheckServingTest, ShowsTheServersCertificateWhereOneIsAskedFor) {
 }
 
 }  // namespace
-}  // namespace liquidblend::rpc
+}  // namespace liquidblend::rpc::check_serving_test

@@ -1,5 +1,5 @@
 // docs/errors.md is what a server answers to bad requests. To write it anew after a change:
-//   LIQUIDBLEND_WRITE_DOCS=1 build/release/tests/server_rpc_error_table_test
+//   LIQUIDBLEND_WRITE_DOCS=1 build/release/tests/server_rpc_test --gtest_filter=ErrorTable*
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr char kIntroduction[] =
     R"(# Errors
-What a server answers to bad requests, in the words of protobuf's text format; several messages of a stream are separated by `then`. Written by `tests/server/rpc/error_table_test.cc` from real calls, which fails if this file says something else; to write it anew: `LIQUIDBLEND_WRITE_DOCS=1 build/release/tests/server_rpc_error_table_test`.
+What a server answers to bad requests, in the words of protobuf's text format; several messages of a stream are separated by `then`. Written by `tests/server/rpc/error_table_test.cc` from real calls, which fails if this file says something else; to write it anew: `LIQUIDBLEND_WRITE_DOCS=1 build/release/tests/server_rpc_test --gtest_filter=ErrorTable*`.
 
 The server there has the finished animations `a` and `b`, the family `splash` of one target, its refinement under way, and low limits: 4 files and 1000 bytes an upload, 100 bytes a chunk, 3 targets, 2 correspondences, 100,001,000 bytes of memory a worker.
 

@@ -14,7 +14,7 @@
 #include "tests/server/rpc/extremes.h"
 #include "tests/server/rpc/rpc_testing.h"
 
-namespace liquidblend::rpc {
+namespace liquidblend::rpc::stream_session_test {
 namespace {
 
 using testing::ElementsAre;
@@ -407,4 +407,4 @@ TEST_F(StreamSessionTest, AFamilyOfAnyFrameRateCanBeStreamed) {
 }
 
 }  // namespace
-}  // namespace liquidblend::rpc
+}  // namespace liquidblend::rpc::stream_session_test

@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "tests/core/store/store_testing.h"
 
-namespace liquidblend::rpc {
+namespace liquidblend::rpc::token_file_test {
 namespace {
 
 using store::Fails;
@@ -121,4 +121,4 @@ TEST(MakeToken, GivesAnEntryThatKnowsTheToken) {
 }
 
 }  // namespace
-}  // namespace liquidblend::rpc
+}  // namespace liquidblend::rpc::token_file_test

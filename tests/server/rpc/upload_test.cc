@@ -9,7 +9,7 @@
 #include "tests/server/rpc/extremes.h"
 #include "tests/server/rpc/rpc_testing.h"
 
-namespace liquidblend::rpc {
+namespace liquidblend::rpc::upload_test {
 namespace {
 
 using store::Fails;
@@ -407,4 +407,4 @@ TEST_F(OwnedUploadTest, IsRefusedBeyondTheOperationsThatTheyMayQueue) {
 }
 
 }  // namespace
-}  // namespace liquidblend::rpc
+}  // namespace liquidblend::rpc::upload_test

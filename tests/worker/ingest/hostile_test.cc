@@ -23,7 +23,7 @@
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/readers.h"
 
-namespace liquidblend::ingest {
+namespace liquidblend::ingest::hostile_test {
 namespace {
 
 using testing::HasSubstr;
@@ -395,4 +395,4 @@ TEST(Memory, OfLargeFilesRefusedOrNotStaysWithinTheStatedBound) {
 }
 
 }  // namespace
-}  // namespace liquidblend::ingest
+}  // namespace liquidblend::ingest::hostile_test

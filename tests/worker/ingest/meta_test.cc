@@ -19,7 +19,7 @@
 #include "tests/worker/ingest/encode_files.h"
 #include "worker/ingest/read_animation.h"
 
-namespace liquidblend::ingest {
+namespace liquidblend::ingest::meta_test {
 namespace {
 
 using testing::ElementsAre;
@@ -83,4 +83,4 @@ TEST(ReadAnimation, SaysWhatItAssumes) {
 }
 
 }  // namespace
-}  // namespace liquidblend::ingest
+}  // namespace liquidblend::ingest::meta_test

@@ -19,7 +19,7 @@
 #include "tests/worker/ingest/encode_files.h"
 #include "worker/ingest/read_directory.h"
 
-namespace liquidblend::ingest {
+namespace liquidblend::ingest::read_animation_test {
 namespace {
 
 using testing::Contains;
@@ -511,4 +511,4 @@ TEST(ReadAnimation, ReportsTheLowestFrameAtFaultAtAnyThreadCount) {
 }
 
 }  // namespace
-}  // namespace liquidblend::ingest
+}  // namespace liquidblend::ingest::read_animation_test

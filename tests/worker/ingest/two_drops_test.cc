@@ -14,7 +14,7 @@
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/read_directory.h"
 
-namespace liquidblend::ingest {
+namespace liquidblend::ingest::two_drops_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -139,4 +139,4 @@ TEST(TwoDropsVelocities, AreMetresPerSecond) {
 }
 
 }  // namespace
-}  // namespace liquidblend::ingest
+}  // namespace liquidblend::ingest::two_drops_test

@@ -14,7 +14,7 @@
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/readers.h"
 
-namespace liquidblend::ingest {
+namespace liquidblend::ingest::vdb_test {
 namespace {
 
 using openvdb::Vec3d;
@@ -272,4 +272,4 @@ TEST(ReadVdb, MeshesNoiseIntoAClosedManifold) {
 }
 
 }  // namespace
-}  // namespace liquidblend::ingest
+}  // namespace liquidblend::ingest::vdb_test

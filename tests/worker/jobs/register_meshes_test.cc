@@ -10,7 +10,7 @@
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/surface_distance.h"
 
-namespace liquidblend::jobs {
+namespace liquidblend::jobs::register_meshes_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -184,4 +184,4 @@ TEST_F(RegisterMeshesTest, AnAnimationThatCannotBeReadIsTheError) {
 }
 
 }  // namespace
-}  // namespace liquidblend::jobs
+}  // namespace liquidblend::jobs::register_meshes_test

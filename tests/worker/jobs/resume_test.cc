@@ -13,7 +13,7 @@
 #include "worker/jobs/checkpoint_file.h"
 #include "worker/jobs/register_meshes.h"
 
-namespace liquidblend::jobs {
+namespace liquidblend::jobs::resume_test {
 namespace {
 
 using registration::IterationState;
@@ -244,4 +244,4 @@ TEST_F(ResumeTest, RefusesAStateOfAnotherRegistration) {
 }
 
 }  // namespace
-}  // namespace liquidblend::jobs
+}  // namespace liquidblend::jobs::resume_test

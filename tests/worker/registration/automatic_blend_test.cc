@@ -13,7 +13,7 @@
 #include "tests/worker/registration/pillar_testing.h"
 #include "worker/registration/register.h"
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::automatic_blend_test {
 namespace {
 
 constexpr double kDropVolume = 0.0598;  // of the inputs' meshes; a true ball's is 0.0654
@@ -138,4 +138,4 @@ TEST(Automatic, APillarElsewhereStandsHalfWayBetween) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::automatic_blend_test

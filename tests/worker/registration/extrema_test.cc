@@ -8,7 +8,7 @@
 #include "tests/synthetic/turned.h"
 #include "tests/worker/registration/registration_testing.h"
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::extrema_test {
 namespace {
 
 constexpr int kNumFrames = 17;
@@ -96,4 +96,4 @@ TEST(Extrema, RipplesAndTheEndsOfTimeGiveNone) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::extrema_test

@@ -6,7 +6,7 @@
 
 #include "tests/worker/registration/drops_testing.h"
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::finer_nodes_test {
 namespace {
 
 constexpr double kHeight = 0.8;
@@ -105,4 +105,4 @@ TEST(FitWhatIsFar, GivesTheSameBytesForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::finer_nodes_test

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::pair_features_test {
 namespace {
 
 constexpr SceneScale kScale = {.length = 100, .frames = 60};
@@ -105,4 +105,4 @@ TEST(PairFeatures, ExtremaKeepTheirOrderInTime) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::pair_features_test

@@ -8,7 +8,7 @@
 #include "tests/worker/registration/registration_testing.h"
 #include "worker/registration/register.h"
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::refine_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -156,4 +156,4 @@ TEST_F(RefinedDropsTest, RefusesADisplacementOfAnotherMeshOrThatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::refine_test

@@ -9,7 +9,7 @@
 #include "tests/synthetic/slice_family.h"
 #include "tests/worker/registration/registration_testing.h"
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::register_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -202,4 +202,4 @@ TEST_F(RegisterTest, RefusesBadOptionsAndMeshes) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::register_test

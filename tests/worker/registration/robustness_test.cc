@@ -13,7 +13,7 @@
 #include "worker/registration/register.h"
 #include "worker/spacetime/build.h"
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::robustness_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -177,4 +177,4 @@ TEST(Degenerate, TheUnitOfLengthMakesNoDifference) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::robustness_test

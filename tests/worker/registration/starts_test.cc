@@ -8,7 +8,7 @@
 #include "tests/worker/registration/drops_testing.h"
 #include "worker/registration/register.h"
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::starts_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -103,4 +103,4 @@ TEST(OpenStarts, GiveTheSameBytesForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::starts_test

@@ -5,7 +5,7 @@
 #include "core/mesh/slice_at.h"
 #include "tests/worker/registration/registration_testing.h"
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::tracks_test {
 namespace {
 
 synthetic::FallingDropsOptions OneDrop(double height_m, double velocity_m_per_s) {
@@ -118,4 +118,4 @@ TEST(Tracks, PartsThatComeAndGoAreNoise) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::tracks_test

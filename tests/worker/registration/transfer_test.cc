@@ -7,7 +7,7 @@
 
 #include "tests/worker/registration/registration_testing.h"
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::transfer_test {
 namespace {
 
 mesh::Animation Ball() {
@@ -135,4 +135,4 @@ TEST(Transfer, GivesTheSameBytesForAnyThreadCount) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::transfer_test

@@ -8,7 +8,7 @@
 
 #include "tests/worker/registration/registration_testing.h"
 
-namespace liquidblend::registration {
+namespace liquidblend::registration::verdict_test {
 namespace {
 
 using ::testing::AllOf;
@@ -168,4 +168,4 @@ TEST(SetGrade, OfWhatIsNoNumberIsTooDifferent) {
 }
 
 }  // namespace
-}  // namespace liquidblend::registration
+}  // namespace liquidblend::registration::verdict_test

@@ -14,7 +14,7 @@
 #include "worker/spacetime/build.h"
 #include "worker/spacetime/triangle_tree.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::build_sheets_test {
 namespace {
 
 constexpr int kNumFrames = 5;
@@ -178,4 +178,4 @@ TEST(BuildSheets, SameBytesAtAnyThreadCount) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::build_sheets_test

@@ -15,7 +15,7 @@
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/slice_family.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::build_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -386,4 +386,4 @@ TEST(Build, RefusesWhatItCannotBuildAndSaysWhy) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::build_test

@@ -21,7 +21,7 @@
 #include "tests/synthetic/tracked.h"
 #include "worker/spacetime/build.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::build_tracked_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -330,4 +330,4 @@ TEST(TrackLinks, RefusesWhatItCannotUseAndSaysWhy) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::build_tracked_test

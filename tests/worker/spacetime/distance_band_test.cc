@@ -4,7 +4,7 @@
 
 #include "tests/worker/spacetime/grid_testing.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::distance_band_test {
 namespace {
 
 constexpr int kSide = 40;
@@ -102,4 +102,4 @@ TEST(ClosestBarycentric, FindsFacesEdgesCornersAndSurvivesTrianglesWithoutArea) 
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::distance_band_test

@@ -7,7 +7,7 @@
 
 #include "tests/synthetic/shapes.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::droplets_test {
 namespace {
 
 constexpr double kSmall = 1.0;  // m^2
@@ -95,4 +95,4 @@ TEST(SplitDroplets, ABubbleIsNoDrop) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::droplets_test

@@ -9,7 +9,7 @@
 #include "worker/spacetime/cut_cell.h"
 #include "worker/spacetime/surface_nets.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::hexahedra_test {
 namespace {
 
 constexpr int kSide = 11;
@@ -145,4 +145,4 @@ TEST(Hexahedra, AreFlatOnlyWhereACellGoesOnPastALayer) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::hexahedra_test

@@ -4,7 +4,7 @@
 
 #include "tests/worker/spacetime/grid_testing.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::inside_test {
 namespace {
 
 constexpr int kSide = 70;  // more than one word of bits per row
@@ -68,4 +68,4 @@ TEST(ComputeInside, CountsABoxWhoseFacesLieInGridPlanes) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::inside_test

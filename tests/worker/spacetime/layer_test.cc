@@ -6,7 +6,7 @@
 
 #include "tests/worker/spacetime/grid_testing.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::layer_test {
 namespace {
 
 constexpr int kSide = 32;
@@ -55,4 +55,4 @@ TEST(Layer, NothingIsKnownFarFromTheSurface) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::layer_test

@@ -9,7 +9,7 @@
 #include "tests/worker/spacetime/grid_testing.h"
 #include "worker/spacetime/inside.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::line_crossings_test {
 namespace {
 
 constexpr int kSide = 32;
@@ -68,4 +68,4 @@ TEST(CrossLines, ALineMeetsATriangleWhereItShould) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::line_crossings_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::match_volume_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -122,4 +122,4 @@ TEST(MatchVolumes, WhatHasMetInTheSliceAloneIsTakenTogether) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::match_volume_test

@@ -6,7 +6,7 @@
 #include "tests/worker/spacetime/grid_testing.h"
 #include "worker/spacetime/surface_nets.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::place_vertices_test {
 namespace {
 
 constexpr int kSide = 32;
@@ -88,4 +88,4 @@ TEST(PlaceVertices, CarryVelocities) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::place_vertices_test

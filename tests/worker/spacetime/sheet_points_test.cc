@@ -9,7 +9,7 @@
 #include "tests/worker/spacetime/grid_testing.h"
 #include "worker/spacetime/layer.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::sheet_points_test {
 namespace {
 
 constexpr int kSide = 40;
@@ -109,4 +109,4 @@ TEST(SheetPoints, NeverLieAtTheEndsOfTheGrid) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::sheet_points_test

@@ -8,7 +8,7 @@
 #include "tests/synthetic/shapes.h"
 #include "worker/spacetime/build.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::thin_sheets_test {
 namespace {
 
 using ::testing::Each;
@@ -110,4 +110,4 @@ TEST(FlagThinSheets, BuildFlagsASlabAndNotABlock) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::thin_sheets_test

@@ -9,7 +9,7 @@
 #include "worker/ingest/clean.h"
 #include "worker/spacetime/build.h"
 
-namespace liquidblend::spacetime {
+namespace liquidblend::spacetime::touching_test {
 namespace {
 
 constexpr int kNumFrames = 5;
@@ -87,4 +87,4 @@ TEST(Touching, RebuiltFramesStayClosedAndKeepTheirVolume) {
 }
 
 }  // namespace
-}  // namespace liquidblend::spacetime
+}  // namespace liquidblend::spacetime::touching_test
