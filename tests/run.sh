@@ -1,17 +1,18 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, and runs every test: the release build with all tests, then the
-# unit tests again under AddressSanitizer and UndefinedBehaviorSanitizer.
-#   tests/run.sh [--no-install] [--no-asan]
+# Installs what is missing, builds the release and runs all of its tests.
+#   tests/run.sh [--no-install] [--all]
+#   --all         also the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer, first
+#   --no-install  installs no packages
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
 refuse() { echo "run.sh: $1" >&2; usage >&2; exit 2; }
 
 install=1
-asan=1
+sanitize=0
 for argument in "$@"; do
   case $argument in
     --no-install) install=0 ;;
-    --no-asan) asan=0 ;;
+    --all) sanitize=1 ;;
     --help) usage; exit 0 ;;
     *) refuse "unknown argument: $argument" ;;
   esac
@@ -22,7 +23,7 @@ cd "$(dirname "$0")/.."
 jobs=$(nproc)
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1  # another clone of the same sources hits the cache
 
-if [ "$asan" = 1 ]; then
+if [ "$sanitize" = 1 ]; then
   cmake --preset asan >/dev/null
   cmake --build --preset asan -j "$jobs" --target lb_unit_tests
   ctest --preset asan -j "$jobs"
