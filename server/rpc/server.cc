@@ -5,6 +5,7 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
 
 #include <algorithm>
 #include <atomic>
@@ -27,7 +28,14 @@ namespace liquidblend::rpc {
 namespace {
 
 constexpr int kMinMessageBytes = 64 << 10;
+constexpr int64_t kMinBufferBytes = int64_t{16} << 20;
+constexpr int64_t kMinRequestsInBuffer = 4;  // of the largest size, whatever the limit
 constexpr int kKeepaliveMs = 30'000;
+constexpr int kHandshakeMs = 20'000;         // until TLS and HTTP/2 have begun
+constexpr int kIdleMs = 5 * 60'000;          // connections without a call end
+constexpr int kMaxConcurrentStreams = 1000;  // of a connection; further calls wait in the client
+// Each stream of server reflection that is open keeps one; further ones are refused.
+constexpr int kMaxReflectionThreads = 8;
 constexpr int64_t kMaxComplaints = 10;  // a second
 constexpr absl::Duration kFarewell = absl::Milliseconds(250);
 
@@ -71,6 +79,22 @@ void LogForProtobuf(google::protobuf::LogLevel, const char*, int, const std::str
   base::Log(base::LogLevel::kDebug, CleanText(message), {{"source", "protobuf"}});
 }
 
+// Bounds on what a peer may use before anybody knows who it is.
+void LimitPeers(const ServerOptions& options, grpc::ServerBuilder& builder) {
+  // gRPC compares the size of a compressed message with its limit before it decompresses it.
+  builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxConcurrentStreams);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kIdleMs);
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
+  grpc::ResourceQuota quota("server");
+  quota.Resize(static_cast<size_t>(
+      std::max(options.max_buffer_bytes, kMinRequestsInBuffer * options.max_message_bytes)));
+  quota.SetMaxThreads(kMaxReflectionThreads);
+  builder.SetResourceQuota(quota);
+}
+
 // What a port was asked for, with the one that was chosen.
 std::string AddressWithPort(const std::string& listen, int port) {
   return absl::StrCat(listen.substr(0, listen.rfind(':')), ":", port);
@@ -85,6 +109,9 @@ absl::Status ServerOptions::Validate() const {
   if (frame_cache_bytes < 0) return OutOfRangeOption("frame_cache_bytes", frame_cache_bytes);
   if (max_message_bytes < kMinMessageBytes) {
     return OutOfRangeOption("max_message_bytes", max_message_bytes);
+  }
+  if (max_buffer_bytes < kMinBufferBytes) {
+    return OutOfRangeOption("max_buffer_bytes", max_buffer_bytes);
   }
   if (listen.rfind(':') == std::string::npos) {
     return absl::InvalidArgumentError(
@@ -122,6 +149,7 @@ struct Server::Impl {
     // A client that has vanished without a word holds its call no longer than this.
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveMs);
+    LimitPeers(options, builder);
     builder.SetMaxReceiveMessageSize(options.max_message_bytes);
     builder.SetMaxSendMessageSize(-1);
     builder.AddListeningPort(options.listen, ServerCredentialsOf(options.tls), &port);

@@ -5,6 +5,7 @@
 #include <google/protobuf/message.h>
 #include <time.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <limits>
@@ -92,8 +93,21 @@ inline bool IsFloating(const FieldDescriptor& field) {
          field.cpp_type() == FieldDescriptor::CPPTYPE_FLOAT;
 }
 
+// Of an enumeration, all that it has and its neighbours, too.
+inline std::vector<int64_t> ExtremeIntegersOf(const FieldDescriptor& field) {
+  std::vector<int64_t> values = ExtremeIntegers();
+  if (field.cpp_type() != FieldDescriptor::CPPTYPE_ENUM) return values;
+  for (int k = 0; k < field.enum_type()->value_count(); ++k) {
+    values.push_back(field.enum_type()->value(k)->number());
+  }
+  values.push_back(
+      *std::max_element(values.end() - field.enum_type()->value_count(), values.end()) + 1);
+  return values;
+}
+
 inline size_t NumExtremesOf(const FieldPath& path) {
-  return IsFloating(*path.back()) ? ExtremeNumbers().size() : ExtremeIntegers().size();
+  return IsFloating(*path.back()) ? ExtremeNumbers().size()
+                                  : ExtremeIntegersOf(*path.back()).size();
 }
 
 // The message that holds the last field of the path; those on the way are made, or the first ones
@@ -126,7 +140,7 @@ inline std::string SetExtreme(Message& message, const FieldPath& path, size_t nu
   };
   using Reflection = google::protobuf::Reflection;
   const double real = IsFloating(*field) ? ExtremeNumbers()[number] : 0;
-  const int64_t whole = IsFloating(*field) ? 0 : ExtremeIntegers()[number];
+  const int64_t whole = IsFloating(*field) ? 0 : ExtremeIntegersOf(*field)[number];
   switch (field->cpp_type()) {
     case FieldDescriptor::CPPTYPE_DOUBLE:
       return put(&Reflection::SetDouble, &Reflection::AddDouble, real);
@@ -173,20 +187,34 @@ inline int64_t ResidentBytes() {
   return num_resident * 4096;
 }
 
+// The most that was resident since ResetPeakMemory(), or since the start.
+inline int64_t PeakBytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind("VmHWM:", 0) == 0) return std::stoll(line.substr(6)) * 1024;
+  }
+  return 0;
+}
+inline void ResetPeakMemory() { std::ofstream("/proc/self/clear_refs") << "5"; }
+
+// What all threads of this process have computed.
+inline absl::Duration CpuTime() {
+  timespec now = {};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return absl::DurationFromTimespec(now);
+}
+
 // What this process computes within a second in which nobody asks it for anything.
 inline absl::Duration IdleCpuTime() {
-  const auto cpu_time = [] {
-    timespec now = {};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return absl::DurationFromTimespec(now);
-  };
-  const absl::Duration before = cpu_time();
+  const absl::Duration before = CpuTime();
   absl::SleepFor(absl::Seconds(1));
-  return cpu_time() - before;
+  return CpuTime() - before;
 }
 
 // Generous: a thread that spins takes a second, an idle server some milliseconds.
 constexpr absl::Duration kMaxIdleCpu = absl::Milliseconds(400);
+// Of one call, beside what its client computes; sanitizers take some ten times as long.
+constexpr absl::Duration kMaxCallCpu = absl::Seconds(1);
 constexpr int64_t kMaxGrowthBytes = int64_t{200} << 20;
 
 }  // namespace liquidblend::rpc
