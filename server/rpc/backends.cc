@@ -47,6 +47,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
         steps.PostAfter(delay, std::move(work));
       }),
       io(options.num_io_threads, options.max_waiting_calls),
+      transfers(options.num_io_threads, options.max_waiting_calls),
       loads(kNumLoadThreads, options.max_waiting_calls),
       probes(kNumProbeThreads, options.max_waiting_calls),
       steps(1, options.max_waiting_calls),
@@ -55,6 +56,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
 
 void Backends::Stop() {
   io.Stop();
+  transfers.Stop();
   loads.Stop();
   probes.Stop();
   frames.Stop();

@@ -40,7 +40,7 @@ struct Limits {
 
 struct BackendsOptions {
   Limits limits;
-  int num_io_threads = 4;                          // >= 1
+  int num_io_threads = 4;                          // >= 1; for the catalog, and again for blobs
   int num_frame_threads = 2;                       // >= 1
   int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
   FrameQueueOptions queue;                         // of frames to be made
@@ -65,11 +65,12 @@ struct Backends {
   metrics::Metrics metrics;
   CallLog call_log;
   UploadTally uploads;
-  WorkPool io;       // waits for the catalog and the disk
-  WorkPool loads;    // loads families
-  WorkPool probes;   // asks the stores for probes and metrics
-  WorkPool steps;    // decides what streams send next; never waits
-  FramePool frames;  // computes
+  WorkPool io;         // waits for the catalog, and never for blobs
+  WorkPool transfers;  // waits for blobs, which may be far away: uploads and signed urls
+  WorkPool loads;      // loads families
+  WorkPool probes;     // asks the stores for probes and metrics
+  WorkPool steps;      // decides what streams send next; never waits
+  FramePool frames;    // computes
   FrameMaker maker;
 };
 

@@ -159,6 +159,7 @@ class PooledSource final : public FrameSource {
     metrics::Snapshot snapshot;
     snapshot.family_bytes = backends_.families.SizesBytes();
     snapshot.waiting_calls = {{"io", backends_.io.num_waiting()},
+                              {"transfers", backends_.transfers.num_waiting()},
                               {"loads", backends_.loads.num_waiting()}};
     const FrameCache::Stats cache = backends_.frame_cache.stats();
     snapshot.frame_cache = {cache.num_hits, cache.num_misses, cache.num_frames, cache.size_bytes};

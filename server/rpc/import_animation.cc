@@ -36,7 +36,7 @@ class ImportCall final : public Call<ImportReactor> {
   // Deleting the files of an import that broke off waits for the store.
   ~ImportCall() override {
     RunGuarded("the end of an upload", [this] {
-      backends_.io.PostMore([upload = std::move(upload_)]() mutable { upload = nullptr; });
+      backends_.transfers.PostMore([upload = std::move(upload_)]() mutable { upload = nullptr; });
     });
   }
 
@@ -48,7 +48,7 @@ class ImportCall final : public Call<ImportReactor> {
 
   void PostStep() {
     const auto self = shared_from_this();
-    if (!backends_.io.PostMore([this, self] { Attempt([this] { Step(); }); }))
+    if (!backends_.transfers.PostMore([this, self] { Attempt([this] { Step(); }); }))
       Close(ShuttingDown());
   }
 

@@ -12,11 +12,14 @@ namespace liquidblend::rpc {
 namespace {
 
 // No worker sees an import again that is cancelled in the queue. One that a worker has is left to
-// that worker.
+// that worker. Nobody waits for the store: what stays there is collected.
 void DeleteFilesIfCancelled(Backends& backends, const std::string& id) {
   const absl::StatusOr<store::pb::JobRecord> job = backends.catalog.GetJob(id);
   if (!job.ok() || job->state() != store::pb::JobRecord::CANCELLED) return;
-  store::DeleteUploadedFiles(job->import_animation(), backends.blobs);
+  if (job->import_animation().files().empty()) return;
+  backends.transfers.PostMore([&backends, import = job->import_animation()] {
+    store::DeleteUploadedFiles(import, backends.blobs);
+  });
 }
 
 }  // namespace

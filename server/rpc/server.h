@@ -19,7 +19,7 @@ namespace liquidblend::rpc {
 
 struct ServerOptions {
   std::string listen = "127.0.0.1:50051";          // HOST:PORT; port 0: any free one
-  int num_io_threads = 4;                          // >= 1; wait for the catalog and the disk
+  int num_io_threads = 4;                          // >= 1; for the catalog, and again for blobs
   int num_frame_threads = 2;                       // >= 1; compute frames
   int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
   FrameQueueOptions queue;                         // frames that wait to be made; more are refused

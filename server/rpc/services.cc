@@ -96,14 +96,14 @@ ServerUnaryReactor* LiquidBlendService::PresignUpload(CallbackServerContext* con
   const auto handle = [admission](Backends& backends, const v1::PresignUploadRequest& asked) {
     return rpc::PresignUpload(backends, asked, admission->caller().principal);
   };
-  return Answer(context, admission, backends_, backends_.io, handle, request, response);
+  return Answer(context, admission, backends_, backends_.transfers, handle, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::PresignDownload(CallbackServerContext* context,
                                                         const v1::PresignDownloadRequest* request,
                                                         v1::PresignDownloadResponse* response) {
-  return Answer(context, gate_.Admit(*context, kPresignDownload, *request), backends_, backends_.io,
-                rpc::PresignDownload, request, response);
+  return Answer(context, gate_.Admit(*context, kPresignDownload, *request), backends_,
+                backends_.transfers, rpc::PresignDownload, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::ImportAnimation(CallbackServerContext* context,

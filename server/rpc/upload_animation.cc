@@ -41,7 +41,7 @@ class UploadCall final : public Call<UploadReactor> {
   // Deleting the files of an upload that broke off waits for the store.
   ~UploadCall() override {
     RunGuarded("the end of an upload", [this] {
-      backends_.io.PostMore([upload = std::move(upload_)]() mutable { upload = nullptr; });
+      backends_.transfers.PostMore([upload = std::move(upload_)]() mutable { upload = nullptr; });
     });
   }
 
@@ -55,8 +55,8 @@ class UploadCall final : public Call<UploadReactor> {
   void Go(bool ok) {
     const auto self = shared_from_this();
     const bool is_accepted =
-        ok ? backends_.io.PostMore([this, self] { Attempt([this] { AddMessage(); }); })
-           : backends_.io.PostAfter(
+        ok ? backends_.transfers.PostMore([this, self] { Attempt([this] { AddMessage(); }); })
+           : backends_.transfers.PostAfter(
                  upload_->knows_num_files() ? absl::ZeroDuration() : kGoneClientDelay,
                  [this, self] { Attempt([this] { Submit(); }); });
     if (!is_accepted) Close(ShuttingDown());

@@ -1,56 +1,15 @@
 // While a store hangs, probes are answered all the same, and keep nobody else from being answered.
-#include <atomic>
 #include <memory>
 #include <vector>
 
 #include "absl/time/clock.h"
 #include "tests/server/http/port_testing.h"
+#include "tests/server/rpc/hanging_blobs.h"
 
 namespace liquidblend::http {
 namespace {
 
 using testing::HasSubstr;
-
-// Blobs of another store, which cannot be opened before Release().
-class HangingBlobs final : public store::BlobStore {
- public:
-  explicit HangingBlobs(store::BlobStore& blobs) : blobs_(blobs) {}
-  ~HangingBlobs() override { Release(); }
-
-  void Hang() { hangs_ = true; }
-  void Release() {
-    if (!release_.HasBeenNotified()) release_.Notify();
-  }
-  int num_opened() const { return num_opened_; }
-
-  absl::StatusOr<std::shared_ptr<const store::Blob>> Open(const store::BlobId& id) override {
-    ++num_opened_;
-    if (hangs_) release_.WaitForNotification();
-    return blobs_.Open(id);
-  }
-  absl::StatusOr<std::unique_ptr<store::BlobWriter>> Create() override { return blobs_.Create(); }
-  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateAs(const store::BlobId& id) override {
-    return blobs_.CreateAs(id);
-  }
-  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateUpload() override {
-    return blobs_.CreateUpload();
-  }
-  absl::Status Verify(const store::BlobId& id) override { return blobs_.Verify(id); }
-  absl::Status Delete(const store::BlobId& id) override { return blobs_.Delete(id); }
-  absl::StatusOr<bool> DeleteIfNotNewer(const store::BlobId& id, absl::Time time) override {
-    return blobs_.DeleteIfNotNewer(id, time);
-  }
-  absl::StatusOr<std::string> Quarantine(const store::BlobId& id) override {
-    return blobs_.Quarantine(id);
-  }
-  absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_.List(); }
-
- private:
-  store::BlobStore& blobs_;
-  std::atomic<bool> hangs_ = false;
-  std::atomic<int> num_opened_ = 0;
-  absl::Notification release_;
-};
 
 class ProbesTest : public rpc::RpcTest {
  protected:
@@ -74,7 +33,7 @@ class ProbesTest : public rpc::RpcTest {
 
   HttpReply Get(const std::string& target) { return HttpClient(port_->port()).Get(target); }
 
-  HangingBlobs hanging_{*blobs_};
+  rpc::HangingBlobs hanging_{*blobs_};
   rpc::Authorizer everyone_;
   rpc::Entrance entrance_{everyone_};
   std::unique_ptr<rpc::Backends> backends_;

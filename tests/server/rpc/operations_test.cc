@@ -202,6 +202,7 @@ class CancelledImportTest : public OperationsTest {
     lro::CancelOperationRequest request;
     request.set_name("operations/" + job.id());
     EXPECT_THAT(CancelOperation(backends_, request), Succeeds());
+    backends_.Stop();  // after what was posted
   }
   bool HasFile(const store::pb::JobRecord& job, int k) {
     return blobs_->Open(job.import_animation().files(k).blob()).ok();

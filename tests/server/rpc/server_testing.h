@@ -54,6 +54,10 @@ class ServerTest : public RpcTest {
  protected:
   void SetUp() override { Start(ServerOptions()); }
 
+  // What the server works with.
+  virtual store::Catalog& served_catalog() { return *catalog_; }
+  virtual store::BlobStore& served_blobs() { return *blobs_; }
+
   // Another server in place of the one that there is. Of the limits, what its workers can hold is
   // as given.
   void Start(ServerOptions options) {
@@ -61,7 +65,7 @@ class ServerTest : public RpcTest {
     const int64_t worker_memory_bytes = options.limits.worker_memory_bytes;
     options.limits = SmallLimits();
     options.limits.worker_memory_bytes = worker_memory_bytes;
-    auto server = Server::Start(*catalog_, *blobs_, families_, options);
+    auto server = Server::Start(served_catalog(), served_blobs(), families_, options);
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
