@@ -234,11 +234,12 @@ absl::StatusOr<JobRecord> WithParts(const JobRecord& job, store::Catalog& catalo
 }
 
 // Of a job that nobody has taken for a while since it could be; else empty.
-absl::StatusOr<std::string> WaitingFor(const JobRecord& job, store::Catalog& catalog) {
+absl::StatusOr<std::string> WaitingFor(const JobRecord& job, WorkerList& workers) {
   const int64_t since_s = std::max(job.update_time().seconds(), job.next_attempt_time().seconds());
   const bool is_left = absl::Now() - absl::FromUnixSeconds(since_s) >= kWorkerPatience;
   if (!IsQueued(job) || !is_left) return std::string();
-  return WaitsFor(job, catalog);
+  LB_ASSIGN_OR_RETURN(const std::vector<store::pb::WorkerRecord>* asked, workers.Get());
+  return WaitsFor(job, *asked);
 }
 
 void SetError(const JobRecord& job, Operation& operation) {
@@ -355,11 +356,24 @@ v1::ParameterSpace ToParameterSpace(const store::pb::ParameterSpace& record) {
   return space;
 }
 
+absl::StatusOr<const std::vector<store::pb::WorkerRecord>*> WorkerList::Get() {
+  if (!workers_.has_value()) {
+    LB_ASSIGN_OR_RETURN(workers_, catalog_.ListWorkers());
+  }
+  return &*workers_;
+}
+
 absl::StatusOr<Operation> ToOperation(const JobRecord& record, store::Catalog& catalog) {
+  WorkerList workers(catalog);
+  return ToOperation(record, catalog, workers);
+}
+
+absl::StatusOr<Operation> ToOperation(const JobRecord& record, store::Catalog& catalog,
+                                      WorkerList& workers) {
   LB_ASSIGN_OR_RETURN(const JobRecord job, WithParts(record, catalog));
   Operation operation;
   operation.set_name(OperationName(job.id()));
-  LB_ASSIGN_OR_RETURN(const std::string waiting_for, WaitingFor(job, catalog));
+  LB_ASSIGN_OR_RETURN(const std::string waiting_for, WaitingFor(job, workers));
   PackMetadata(job, waiting_for, operation);
   operation.set_done(IsDone(job));
   if (job.state() == JobRecord::SUCCEEDED) {

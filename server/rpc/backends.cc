@@ -46,6 +46,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
       call_log([this](absl::Duration delay, std::function<void()> work) {
         steps.PostAfter(delay, std::move(work));
       }),
+      operation_looks(*this),
       io(options.num_io_threads, options.max_waiting_calls),
       transfers(options.num_io_threads, options.max_waiting_calls),
       loads(kNumLoadThreads, options.max_waiting_calls),

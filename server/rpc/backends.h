@@ -15,6 +15,7 @@
 #include "server/rpc/frame_cache.h"
 #include "server/rpc/frame_maker.h"
 #include "server/rpc/frame_pool.h"
+#include "server/rpc/operation_looks.h"
 #include "server/rpc/upload_tally.h"
 #include "server/rpc/work_pool.h"
 
@@ -65,6 +66,7 @@ struct Backends {
   metrics::Metrics metrics;
   CallLog call_log;
   UploadTally uploads;
+  OperationLooks operation_looks;
   WorkPool io;         // waits for the catalog, and never for blobs
   WorkPool transfers;  // waits for blobs, which may be far away: uploads and signed urls
   WorkPool loads;      // loads families

@@ -174,10 +174,9 @@ absl::Status NoteMemory(store::Catalog& catalog, int64_t worker_memory_bytes,
        {"limit_bytes", absl::StrCat(worker_memory_bytes)}});
 }
 
-absl::StatusOr<std::string> WaitsFor(const store::v1::JobRecord& job, store::Catalog& catalog) {
-  LB_ASSIGN_OR_RETURN(const std::vector<WorkerRecord> workers, catalog.ListWorkers());
-  if (workers.empty()) return std::string("no worker has asked for work lately");
-  if (CanTake(workers, job.memory_bytes())) return std::string();
+std::string WaitsFor(const store::v1::JobRecord& job, const std::vector<WorkerRecord>& workers) {
+  if (workers.empty()) return "no worker has asked for work lately";
+  if (CanTake(workers, job.memory_bytes())) return "";
   for (const WorkerRecord& worker : workers) {
     if (worker.memory_bytes() < job.memory_bytes()) continue;
     return absl::StrCat("workers take no jobs for now; ", worker.name(), ": ", worker.refusal());

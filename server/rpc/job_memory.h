@@ -34,6 +34,8 @@ absl::Status NoteMemory(store::Catalog& catalog, int64_t worker_memory_bytes,
 // Why a queued job stays where it is: it needs more than any worker that asked lately can hold, or
 // none has asked, or all that can hold it are refused by S3, the database or their disk and take no
 // jobs; empty if one can take it.
-absl::StatusOr<std::string> WaitsFor(const store::v1::JobRecord& job, store::Catalog& catalog);
+//   workers  Catalog::ListWorkers()
+std::string WaitsFor(const store::v1::JobRecord& job,
+                     const std::vector<store::v1::WorkerRecord>& workers);
 
 }  // namespace liquidblend::rpc

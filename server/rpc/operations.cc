@@ -42,8 +42,9 @@ absl::StatusOr<lro::ListOperationsResponse> ListOperations(
   const auto found = backends.catalog.ListJobs(request.page_size(), request.page_token());
   LB_RETURN_IF_ERROR(FromList(found.status()));
   lro::ListOperationsResponse response;
+  WorkerList workers(backends.catalog);
   for (const auto& job : found->records) {
-    LB_ASSIGN_OR_RETURN(*response.add_operations(), ToServedOperation(backends, job));
+    LB_ASSIGN_OR_RETURN(*response.add_operations(), ToServedOperation(backends, job, workers));
   }
   response.set_next_page_token(found->next_page_token);
   return response;

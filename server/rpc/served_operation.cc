@@ -24,7 +24,13 @@ Operation StillLoading(Operation operation) {
 }  // namespace
 
 absl::StatusOr<Operation> ToServedOperation(Backends& backends, const store::v1::JobRecord& job) {
-  LB_ASSIGN_OR_RETURN(Operation operation, ToOperation(job, backends.catalog));
+  WorkerList workers(backends.catalog);
+  return ToServedOperation(backends, job, workers);
+}
+
+absl::StatusOr<Operation> ToServedOperation(Backends& backends, const store::v1::JobRecord& job,
+                                            WorkerList& workers) {
+  LB_ASSIGN_OR_RETURN(Operation operation, ToOperation(job, backends.catalog, workers));
   const std::string& family = job.register_family().family();
   const bool has_published = operation.has_response() && job.published_version() > 0;
   if (!has_published || !IsBehind(backends, family, job.published_version())) return operation;

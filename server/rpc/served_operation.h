@@ -4,6 +4,7 @@
 #include "absl/status/statusor.h"
 #include "google/longrunning/operations.pb.h"
 #include "liquidblend/store/v1/records.pb.h"
+#include "server/rpc/api_messages.h"
 #include "server/rpc/backends.h"
 
 namespace liquidblend::rpc {
@@ -12,6 +13,9 @@ namespace liquidblend::rpc {
 // its family's latest version would get an older one than it has published from this server's
 // memory. So a client that has heard that it is done gets at least that version.
 // Errors: ToOperation()'s.  Threads: safe; does not wait for the load.
+absl::StatusOr<google::longrunning::Operation> ToServedOperation(Backends& backends,
+                                                                 const store::v1::JobRecord& job,
+                                                                 WorkerList& workers);
 absl::StatusOr<google::longrunning::Operation> ToServedOperation(Backends& backends,
                                                                  const store::v1::JobRecord& job);
 

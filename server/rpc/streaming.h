@@ -28,7 +28,8 @@ grpc::ServerUnaryReactor* ImportAnimation(Backends& backends, std::shared_ptr<Ad
                                           const v1::ImportAnimationRequest* request,
                                           google::longrunning::Operation* response);
 
-// Looks at the job every limits.watch_interval, and writes the operation when it has changed.
+// Looks at the job every limits.watch_interval, less often while many are watched, and writes the
+// operation when it has changed. All calls for one operation share a look (operation_looks.h).
 grpc::ServerWriteReactor<google::longrunning::Operation>* WatchOperation(
     Backends& backends, std::shared_ptr<Admission> admission,
     const v1::WatchOperationRequest* request);

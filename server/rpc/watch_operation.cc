@@ -6,8 +6,7 @@
 #include "absl/time/clock.h"
 #include "server/rpc/call.h"
 #include "server/rpc/errors.h"
-#include "server/rpc/guarded.h"
-#include "server/rpc/handlers.h"
+#include "server/rpc/operation_looks.h"
 #include "server/rpc/streaming.h"
 
 namespace liquidblend::rpc {
@@ -17,82 +16,84 @@ using google::longrunning::Operation;
 using google::longrunning::WaitOperationRequest;
 using WriteReactor = grpc::ServerWriteReactor<Operation>;
 
-absl::StatusOr<Operation> Look(Backends& backends, const std::string& name) {
-  google::longrunning::GetOperationRequest request;
-  request.set_name(name);
-  return Guarded([&] { return GetOperation(backends, request); });
-}
-
-class WatchCall final : public Call<WriteReactor> {
+// A call that looks at an operation again and again. Its timers are on `steps`, so only looks take
+// a thread that waits for the catalog.
+template <typename Reactor>
+class LookingCall : public Call<Reactor> {
  public:
-  WatchCall(Backends& backends, std::shared_ptr<Admission> admission, std::string name)
-      : Call(std::move(admission)), backends_(backends), name_(std::move(name)) {}
+  LookingCall(Backends& backends, std::shared_ptr<Admission> admission, const std::string& name)
+      : Call<Reactor>(std::move(admission)),
+        backends_(backends),
+        look_(backends.operation_looks.Of(name)) {}
 
-  void OnWriteDone(bool ok) override {
-    if (!EndWrite(ok)) return;
-    if (shown_.done()) return Close(absl::OkStatus());
-    Attempt([this] { PollAfter(backends_.limits.watch_interval); });
+ protected:
+  virtual void Show(const SeenOperationPtr& seen) = 0;
+
+  // Goes on with Show() after that time, unless the call ends.
+  void LookAfter(absl::Duration delay) {
+    const auto self = this->shared_from_this();
+    const bool is_posted =
+        backends_.steps.PostAfter(delay, [this, self] { this->Attempt([this] { Look(); }); });
+    if (!is_posted) this->Close(ShuttingDown());
   }
+
+  absl::Duration interval() const { return backends_.operation_looks.Interval(); }
 
  private:
-  void Begin() override { PollAfter(absl::ZeroDuration()); }
+  void Begin() override { LookAfter(absl::ZeroDuration()); }
 
-  void PollAfter(absl::Duration delay) {
-    const auto self = shared_from_this();
-    if (!backends_.io.PostAfter(delay, [this, self] { Attempt([this] { Poll(); }); })) {
-      Close(ShuttingDown());
-    }
-  }
-
-  void Poll() {
-    if (has_ended()) return;
-    absl::StatusOr<Operation> operation = Look(backends_, name_);
-    if (!operation.ok()) return Close(operation.status());
-    if (operation->SerializeAsString() == shown_.SerializeAsString()) {
-      return PollAfter(backends_.limits.watch_interval);
-    }
-    shown_ = *std::move(operation);
-    Write([this] { StartWrite(&shown_); });
+  void Look() {
+    if (this->has_ended()) return;
+    look_->Ask(
+        [this, self = this->shared_from_this()](const absl::StatusOr<SeenOperationPtr>& seen) {
+          if (!seen.ok()) return this->Close(seen.status());
+          this->Attempt([&] {
+            if (!this->has_ended()) Show(*seen);
+          });
+        });
   }
 
   Backends& backends_;
-  const std::string name_;
-  Operation shown_;  // written last
+  const std::shared_ptr<OperationLook> look_;
 };
 
-class WaitCall final : public Call<grpc::ServerUnaryReactor> {
+class WatchCall final : public LookingCall<WriteReactor> {
  public:
-  WaitCall(Backends& backends, std::shared_ptr<Admission> admission, std::string name,
+  using LookingCall::LookingCall;
+
+  void OnWriteDone(bool ok) override {
+    if (!EndWrite(ok)) return;
+    if (shown_->operation.done()) return Close(absl::OkStatus());
+    Attempt([this] { LookAfter(interval()); });
+  }
+
+ private:
+  void Show(const SeenOperationPtr& seen) override {
+    if (shown_ != nullptr && seen->bytes == shown_->bytes) return LookAfter(interval());
+    shown_ = seen;
+    Write([this] { StartWrite(&shown_->operation); });
+  }
+
+  SeenOperationPtr shown_;  // written last
+};
+
+class WaitCall final : public LookingCall<grpc::ServerUnaryReactor> {
+ public:
+  WaitCall(Backends& backends, std::shared_ptr<Admission> admission, const std::string& name,
            absl::Time deadline, Operation* response)
-      : Call(std::move(admission)),
-        backends_(backends),
-        name_(std::move(name)),
+      : LookingCall(backends, std::move(admission), name),
         deadline_(deadline),
         response_(response) {}
 
  private:
-  void Begin() override { PollAfter(absl::ZeroDuration()); }
-
-  void PollAfter(absl::Duration delay) {
-    const auto self = shared_from_this();
-    if (!backends_.io.PostAfter(delay, [this, self] { Attempt([this] { Poll(); }); })) {
-      Close(ShuttingDown());
-    }
-  }
-
-  void Poll() {
-    if (has_ended()) return;
-    absl::StatusOr<Operation> operation = Look(backends_, name_);
-    if (!operation.ok()) return Close(operation.status());
+  void Show(const SeenOperationPtr& seen) override {
     const absl::Duration left = deadline_ - absl::Now();
-    if (!operation->done() && left > absl::ZeroDuration()) {
-      return PollAfter(std::min(left, backends_.limits.watch_interval));
+    if (!seen->operation.done() && left > absl::ZeroDuration()) {
+      return LookAfter(std::min(left, interval()));
     }
-    Answer([&] { *response_ = *std::move(operation); });
+    Answer([&] { *response_ = seen->operation; });
   }
 
-  Backends& backends_;
-  const std::string name_;
   const absl::Time deadline_;
   Operation* const response_;
 };
