@@ -27,7 +27,7 @@ struct ServerOptions {
   int max_message_bytes = 4 << 20;                 // >= 64 KiB; of requests
   // >= 16 MiB; connections, and requests that have not arrived whole, of all peers together. gRPC
   // ends streams beyond it.
-  int64_t max_buffer_bytes = int64_t{64} << 20;
+  int64_t max_buffer_bytes = int64_t{128} << 20;
   Limits limits;
   std::shared_ptr<Authorizer> authorizer;  // none: everyone may do everything
   TlsOptions tls;

@@ -203,5 +203,50 @@ TEST_F(HangingStoreTest, OperationsThatAreCancelledHoldUpNobodyElse) {
   ExpectThatTheRestIsAnswered();
 }
 
+// The server takes no more from clients than it has room for, and keeps their calls.
+TEST_F(HangingStoreTest, UploadsThatWaitForTheStoreAreNotEndedForTheirMemory) {
+  constexpr int kNumUploads = 40;
+  constexpr int kNumChunks = 32;
+  constexpr int64_t kChunk = int64_t{1} << 18;
+  ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  const auto server = *Server::Start(*catalog_, hanging_, families_, options);
+  const auto stub = v1::LiquidBlend::NewStub(
+      grpc::CreateChannel(server->address(), grpc::InsecureChannelCredentials()));
+  absl::Mutex mutex;
+  int64_t num_sent = 0;
+  hanging_.Hang();
+  std::vector<std::thread> uploads;
+  for (int k = 0; k < kNumUploads; ++k) {
+    uploads.emplace_back([&, k] {
+      grpc::ClientContext context;
+      Operation operation;
+      auto writer = stub->UploadAnimation(&context, &operation);
+      v1::UploadAnimationRequest message;
+      message.mutable_header()->set_animation_id(absl::StrCat("drop", k));
+      writer->Write(message);
+      message.mutable_file()->set_name("f1.ply");
+      message.mutable_file()->set_size_bytes(kNumChunks * kChunk);
+      writer->Write(message);
+      message.set_chunk(std::string(kChunk, 'x'));
+      for (int i = 0; i < kNumChunks && writer->Write(message); ++i) {
+        const absl::MutexLock lock(&mutex);
+        num_sent += kChunk;
+      }
+      writer->WritesDone();
+      EXPECT_THAT(writer->Finish(), IsOk());
+    });
+  }
+  // Until no write ends any more: the server's windows are full.
+  for (bool goes_on = true; goes_on;) {
+    const absl::MutexLock lock(&mutex);
+    const auto has_more = [&num_sent, before = num_sent] { return num_sent != before; };
+    goes_on = mutex.AwaitWithTimeout(absl::Condition(&has_more), absl::Milliseconds(300));
+  }
+  hanging_.Release();
+  for (std::thread& upload : uploads) upload.join();
+  EXPECT_EQ(num_sent, kNumUploads * kNumChunks * kChunk);
+}
+
 }  // namespace
 }  // namespace liquidblend::rpc::hanging_store_test
