@@ -46,10 +46,11 @@ inline std::string FromText(const MethodDescriptor& method, const std::string& t
 // Sends the messages and half-closes; reads some of the answers, cancels if there are more.
 inline grpc::Status CallInBytes(const std::shared_ptr<grpc::Channel>& channel,
                                 const std::string& path, const std::vector<std::string>& messages,
-                                const std::string& token = "") {
+                                const std::string& token = "",
+                                std::chrono::milliseconds patience = std::chrono::seconds(20)) {
   constexpr int kMaxAnswers = 3;
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+  context.set_deadline(std::chrono::system_clock::now() + patience);
   if (!token.empty()) context.AddMetadata("authorization", "Bearer " + token);
   grpc::CompletionQueue queue;
   const auto wait = [&queue] {

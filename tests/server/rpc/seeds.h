@@ -27,6 +27,7 @@ inline const std::map<std::string, std::vector<std::string>> kSeeds = {
     {"GetFrame",
      {R"(family: "families/splash" weights: 0.5 time_s: 0.1 encoding { position_bits: 12 }
          surface { smoothing_passes: 2 attributes: NORMALS } parameters { name: "h" value: 1 })"}},
+    {"ListOperations", {R"(name: "operations" page_size: 3)"}},
     {"StreamFrames",
      {R"(family: "families/splash" weights: 0.5 time_s: 0.1 rate: 2 frames_per_second: 200)",
       R"(weights: 0.75 loop: true encoding { preset: BALANCED })"}}};
