@@ -13,6 +13,7 @@ using testing_memory::FailingNew;
 // Messages of parameters without a name take three bytes each on the wire, and a pointer in memory:
 // so only copies of the message are as large as this, and nothing of gRPC's own.
 constexpr int kNumParameters = 20'000;
+constexpr int kNumTimes = 12'000;  // 96,000 bytes on the wire, and while they are parsed twice that
 constexpr size_t kLarge = 100'000;  // bytes
 constexpr int kMaxFailures = 60;    // more large allocations than a call makes
 
@@ -34,6 +35,16 @@ class OutOfMemoryTest : public ServerTest {
     return {request.SerializeAsString()};
   }
 
+  // A header with so many times, which is more than an upload may have files.
+  static std::vector<std::string> Upload(int num_times) {
+    v1::UploadAnimationRequest message;
+    message.mutable_header()->set_animation_id("drop");
+    for (int k = 0; k < num_times; ++k) {
+      message.mutable_header()->mutable_options()->add_frame_times(k);
+    }
+    return {message.SerializeAsString()};
+  }
+
   grpc::Status Call(const std::string& method, const std::vector<std::string>& messages) {
     return CallInBytes(channel_, absl::StrCat("/liquidblend.v1.LiquidBlend/", method), messages);
   }
@@ -41,25 +52,34 @@ class OutOfMemoryTest : public ServerTest {
 
 TEST_F(OutOfMemoryTest, EndsTheCallAndNotTheServer) {
   LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
-  const std::vector<std::string> large = Request(kNumParameters);  // copied before memory fails
-  for (const char* method : {"GetFrame", "StreamFrames"}) {
+  struct Case {
+    const char* method;
+    std::vector<std::string> messages;  // copied before memory fails
+    grpc::StatusCode otherwise;
+    int min_failures;
+  };
+  const Case cases[] = {
+      // The family has no parameters.
+      {"GetFrame", Request(kNumParameters), grpc::StatusCode::FAILED_PRECONDITION, 3},
+      {"StreamFrames", Request(kNumParameters), grpc::StatusCode::FAILED_PRECONDITION, 3},
+      {"UploadAnimation", Upload(kNumTimes), grpc::StatusCode::INVALID_ARGUMENT, 1}};
+  for (const Case& call : cases) {
     int num_failures = 0;
     bool has_failed = true;
     for (int n = 0; has_failed && n < kMaxFailures; ++n) {
       {
         const FailingNew failing(kLarge, n);
-        const grpc::Status status = Call(method, large);
+        const grpc::Status status = Call(call.method, call.messages);
         has_failed = FailingNew::has_failed();
-        // Without a failure: the family has no parameters.
-        EXPECT_EQ(status.error_code(), has_failed ? grpc::StatusCode::RESOURCE_EXHAUSTED
-                                                  : grpc::StatusCode::FAILED_PRECONDITION)
-            << method << " " << n << ": " << status.error_message();
+        EXPECT_EQ(status.error_code(),
+                  has_failed ? grpc::StatusCode::RESOURCE_EXHAUSTED : call.otherwise)
+            << call.method << " " << n << ": " << status.error_message();
       }
       if (has_failed) ++num_failures;
-      EXPECT_THAT(Call("GetFrame", Request(0)), IsOk()) << method << " " << n;
+      EXPECT_THAT(Call("GetFrame", Request(0)), IsOk()) << call.method << " " << n;
     }
-    EXPECT_FALSE(has_failed) << method << ": not every place was tried";
-    EXPECT_GE(num_failures, 3) << method;
+    EXPECT_FALSE(has_failed) << call.method << ": not every place was tried";
+    EXPECT_GE(num_failures, call.min_failures) << call.method;
   }
 }
 
