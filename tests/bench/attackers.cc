@@ -24,8 +24,6 @@ constexpr int kBinary = 2;  // opcode of a WebSocket's message
 constexpr size_t kUnknownBytes = 32 << 10;
 constexpr size_t kMaxHeld = 10;  // connections that one attacker holds open
 
-int PortOf(const std::string& address) { return std::stoi(address.substr(address.rfind(':') + 1)); }
-
 std::string RandomBytes(std::mt19937& random, size_t size) {
   std::string bytes(size, '\0');
   for (char& byte : bytes) byte = static_cast<char>(random());
@@ -162,7 +160,7 @@ AttackReport PipelineWithoutReading(const AttackTarget& target, const std::stop_
 
 AttackReport ConnectAndDrop(const AttackTarget& target, const std::stop_token& stop) {
   AttackReport report;
-  const int ports[] = {PortOf(target.grpc.address), target.http_port};
+  const int ports[] = {target.grpc_port(), target.http_port};
   for (Turns turns(40, stop); turns.Next(); ++report.num_attempts) {
     const HttpClient client(ports[report.num_attempts % 2]);
     if (!client.is_connected()) ++report.num_wrong;
@@ -174,8 +172,7 @@ AttackReport ConnectAndDrop(const AttackTarget& target, const std::stop_token& s
 AttackReport SendHalfRequests(const AttackTarget& target, const std::stop_token& stop) {
   const std::string halves[] = {"GET /v1/fam", "GET /healthz HTTP/1.1\r\nHost: localhost\r\nX: ",
                                 "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", std::string("\0\0", 2)};
-  const int ports[] = {target.http_port, target.http_port, PortOf(target.grpc.address),
-                       PortOf(target.grpc.address)};
+  const int ports[] = {target.http_port, target.http_port, target.grpc_port(), target.grpc_port()};
   AttackReport report;
   std::deque<HttpClient> held;
   for (Turns turns(4, stop); turns.Next(); ++report.num_attempts) {
@@ -246,30 +243,33 @@ auto Of(Client client) {
 std::vector<Attacker> AllAttackers() {
   using Target = const AttackTarget&;
   using Stop = const std::stop_token&;
-  return {{"random bytes to the gRPC port", 10, "10 connections/s, 2 KiB each",
-           [](Target t, Stop stop) { return SendRandomBytes(PortOf(t.grpc.address), stop); }},
-          {"random bytes to the HTTP port", 10, "10 connections/s, 2 KiB each",
-           [](Target t, Stop stop) { return SendRandomBytes(t.http_port, stop); }},
-          {"malformed calls and weights", 100, "100 of each a second",
-           Of([](const LoadTarget& t, Stop stop) { return SendGarbage(t, 1, stop); })},
-          {"unknown fields, WebSocket", 50, "50 messages/s, 32 KiB each", SendUnknownByWebSocket},
-          {"unknown fields, gRPC stream", 50, "50 messages/s, 32 KiB each", SendUnknownByGrpc},
-          {"unknown fields, calls", 20, "20 calls/s, 32 KiB each", SendUnknownInCalls},
-          {"flood of /readyz", 200, "200 requests/s",
-           [](Target t, Stop stop) { return FloodPath(t, "/readyz", 200, stop); }},
-          {"flood of /metrics", 50, "50 requests/s",
-           [](Target t, Stop stop) { return FloodPath(t, "/metrics", 50, stop); }},
-          {"stream read slowly", 2, "60 frames/s asked for, 2 read",
-           Of([](const LoadTarget& t, Stop stop) { return WatchSlowly(t, stop); })},
-          {"WebSockets never read", 0.5, "10 open, 240 frames/s asked for", NeverRead},
-          {"requests whose answers are never read", 1, "10 open, 40 requests/s",
-           PipelineWithoutReading},
-          {"clients that vanish in mid-call", 4, "4 streams and calls/s",
-           Of([](const LoadTarget& t, Stop stop) { return Vanish(t, 1, stop); })},
-          {"connections that are dropped", 40, "40/s", ConnectAndDrop},
-          {"half requests", 4, "4/s, 40 open", SendHalfRequests},
-          {"tiny and huge paces", 4, "4 streams/s, 10 open", AskForExtremePaces},
-          {"uploads that break off", 4, "4/s, 64 KiB each", BreakOffUploads}};
+  std::vector<Attacker> all = {
+      {"random bytes to the gRPC port", 10, "10 connections/s, 2 KiB each",
+       [](Target t, Stop stop) { return SendRandomBytes(t.grpc_port(), stop); }},
+      {"random bytes to the HTTP port", 10, "10 connections/s, 2 KiB each",
+       [](Target t, Stop stop) { return SendRandomBytes(t.http_port, stop); }},
+      {"malformed calls and weights", 100, "100 of each a second",
+       Of([](const LoadTarget& t, Stop stop) { return SendGarbage(t, 1, stop); })},
+      {"unknown fields, WebSocket", 50, "50 messages/s, 32 KiB each", SendUnknownByWebSocket},
+      {"unknown fields, gRPC stream", 50, "50 messages/s, 32 KiB each", SendUnknownByGrpc},
+      {"unknown fields, calls", 20, "20 calls/s, 32 KiB each", SendUnknownInCalls},
+      {"flood of /readyz", 200, "200 requests/s",
+       [](Target t, Stop stop) { return FloodPath(t, "/readyz", 200, stop); }},
+      {"flood of /metrics", 50, "50 requests/s",
+       [](Target t, Stop stop) { return FloodPath(t, "/metrics", 50, stop); }},
+      {"stream read slowly", 2, "60 frames/s asked for, 2 read",
+       Of([](const LoadTarget& t, Stop stop) { return WatchSlowly(t, stop); })},
+      {"WebSockets never read", 0.5, "10 open, 240 frames/s asked for", NeverRead},
+      {"requests whose answers are never read", 1, "10 open, 40 requests/s",
+       PipelineWithoutReading},
+      {"clients that vanish in mid-call", 4, "4 streams and calls/s",
+       Of([](const LoadTarget& t, Stop stop) { return Vanish(t, 1, stop); })},
+      {"connections that are dropped", 40, "40/s", ConnectAndDrop},
+      {"half requests", 4, "4/s, 40 open", SendHalfRequests},
+      {"tiny and huge paces", 4, "4 streams/s, 10 open", AskForExtremePaces},
+      {"uploads that break off", 4, "4/s, 64 KiB each", BreakOffUploads}};
+  for (Attacker& attacker : PeerAttackers()) all.push_back(std::move(attacker));
+  return all;
 }
 
 }  // namespace liquidblend::bench

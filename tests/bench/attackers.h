@@ -17,6 +17,8 @@ namespace liquidblend::bench {
 struct AttackTarget {
   LoadTarget grpc;
   int http_port = 0;
+
+  int grpc_port() const { return std::stoi(grpc.address.substr(grpc.address.rfind(':') + 1)); }
 };
 
 struct AttackReport {
@@ -31,7 +33,10 @@ struct Attacker {
   std::function<AttackReport(const AttackTarget&, const std::stop_token&)> run;
 };
 
-// All kinds, one of each.
+// Those who need no token.
+std::vector<Attacker> PeerAttackers();
+
+// All kinds, one of each; PeerAttackers() too.
 std::vector<Attacker> AllAttackers();
 
 }  // namespace liquidblend::bench

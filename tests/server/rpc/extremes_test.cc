@@ -1,6 +1,6 @@
 // Whatever numbers come in the place of the right ones, the server says what is wrong with them,
-// and neither computes nor keeps anything for those who sent them. Jobs that
-// it accepts are not run here: how they end is tested with the worker's limits (tests/worker/jobs).
+// and neither computes nor keeps anything for those who sent them. Jobs that it accepts are not run
+// here: how they end is tested with the worker's limits (tests/worker/jobs).
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
