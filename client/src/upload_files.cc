@@ -44,13 +44,16 @@ bool SaysFrameTimes(const std::string& meta_path) {
 
 absl::Status CheckNames(const std::vector<client::UploadFile>& files,
                         const ImportOptions& options) {
-  bool may_miss_numbers = options.allow_gaps || !options.frame_times.empty();
+  auto rule = options.allow_gaps ? client::NumberRule::kGapsAllowed : client::NumberRule::kNoGaps;
+  if (!options.frame_times.empty()) rule = client::NumberRule::kTimesGiven;
   std::vector<std::string> names;
   for (const client::UploadFile& file : files) {
     names.push_back(file.name);
-    if (file.name == kMetaName) may_miss_numbers |= SaysFrameTimes(file.path);
+    if (file.name == kMetaName && SaysFrameTimes(file.path)) {
+      rule = client::NumberRule::kTimesGiven;
+    }
   }
-  return client::CheckFrameNames(names, options.format, may_miss_numbers);
+  return client::CheckFrameNames(names, options.format, rule);
 }
 
 }  // namespace
