@@ -31,6 +31,7 @@ namespace fs = std::filesystem;
 using liquidblend::testing::CommandResult;
 using liquidblend::testing::TempDir;
 using ::testing::AnyOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -162,6 +163,35 @@ TEST_F(InputsTest, FramesThatTouchThemselvesGoAllTheWayAndExportsComeBack) {
   EXPECT_THAT(imported, HasSubstr("4 frames"));
   EXPECT_EQ(absl::StrContains(imported, "edges with four triangles or more"),
             NumCrowdedEdges(out) > 0);
+}
+
+// An export into a folder that holds an earlier one, in another format and of more frames.
+TEST_F(InputsTest, AnExportReplacesAnEarlierOneOnlyIfAskedTo) {
+  RunOrDie({"import", "a", WriteFrames("a", PlainNames(4), Cubes(4, 0.1f))});
+  RunOrDie({"import", "b", WriteFrames("b", PlainNames(4), Cubes(4, 0.2f))});
+  Register({"f", "--source", "a", "--target", "b", "--iterations", "1"});
+  const std::string out = MakeFolder("out");
+  const std::vector<std::string> again = {"export", "f", "-w", "0.25", "-o", out, "--fps", "12"};
+  RunOrDie({"export", "f", "-w", "0.5", "-o", out, "--format", "bobj"});
+  const auto before = liquidblend::testing::ListFolder(out);
+  const std::string meta = liquidblend::testing::ReadBytes(out + "/meta.json");
+  const CommandResult refused = Run(again);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("the folder is not empty, it holds fluid_mesh_0001.bobj.gz"));
+  EXPECT_EQ(liquidblend::testing::ListFolder(out), before);
+  EXPECT_EQ(liquidblend::testing::ReadBytes(out + "/meta.json"), meta);
+  std::vector<std::string> overwrite = again;
+  overwrite.push_back("--overwrite");
+  RunOrDie(overwrite);
+  EXPECT_THAT(liquidblend::testing::ListFolder(out),
+              ElementsAre("frame_0001.ply", "frame_0002.ply", "meta.json"));
+  const std::string imported = RunOrDie({"import", "out", out});
+  EXPECT_THAT(imported, HasSubstr("2 frames from number 1 at 12 per second"));
+  folder_.Write("out/frame_0009.ply", "mine");  // foreign: an overwriting export stops at it
+  const CommandResult mixed = Run(overwrite);
+  EXPECT_EQ(mixed.exit_code, 2);
+  EXPECT_THAT(mixed.err, HasSubstr("holds frame_0009.ply"));
+  EXPECT_EQ(liquidblend::testing::ReadBytes(out + "/frame_0009.ply"), "mine");
 }
 
 TEST_F(InputsTest, AnExportedBlendOfTwoDropsCanBeImported) {
