@@ -98,6 +98,7 @@ absl::StatusOr<std::vector<Family>> Client::ListFamilies() {
                          impl_->Call(&Impl::Service::ListFamilies, request));
     for (const v1::Family& family : page.families()) {
       families.push_back(client::FromProto(family));
+      impl_->known_versions.Note(family.name(), family.version());
     }
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());

@@ -50,7 +50,7 @@ absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
     LBC_ASSIGN_OR_RETURN(const google::longrunning::ListOperationsResponse page,
                          impl_->Call(&Impl::Operations::ListOperations, request));
     for (const google::longrunning::Operation& operation : page.operations()) {
-      operations.push_back(client::FromProto(operation));
+      operations.push_back(impl_->NoteVersion(client::FromProto(operation)));
     }
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());

@@ -82,7 +82,7 @@ absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& d
                                                             const std::string& pattern = "");
 
 // Frames are never of an older version of their family than one that this Client has heard of: from
-// GetFamily(), or as the result of an operation.
+// GetFamily(), ListFamilies() or RollbackFamily(), or as the result of an operation.
 // Resource names may be given with or without their collection ("drops" or "animations/drops").
 // Errors of every call: the server's with its details in the message; kUnavailable if it cannot be
 // reached; kDeadlineExceeded.  Threads: safe.

@@ -110,6 +110,20 @@ TEST_F(Border, AnOutputThatCannotBeIsNamedBeforeAServerIsAsked) {
 }
 
 TEST_F(Border, CapitalsInExtensionsAreTaken) {
+TEST_F(Border, AFrameIsOfTheNewestVersionOrNone) {
+  const std::vector<std::string> frame = {"--patience", "0",  "frame", "drops", "-w",
+                                          "0.5",        "-t", "0",     "-o",    dir_.File("f.ply")};
+  ASSERT_EQ(Run(frame).exit_code, 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("min_version: 3"));
+  // The server could still serve what it has in memory, whatever was published since.
+  std::filesystem::remove(dir_.File("f.ply"));
+  server_.FailNext("GetFamily", 100, absl::UnavailableError("the catalog is away"));
+  const CommandResult result = Run(frame);
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("the catalog is away"));
+  EXPECT_FALSE(std::filesystem::exists(dir_.File("f.ply")));
+}
+
   const std::string path = dir_.File("F.OBJ");
   EXPECT_EQ(Run({"frame", "drops", "-w", "0.5", "-t", "0", "-o", path}).exit_code, 0);
   EXPECT_TRUE(ReadMeshFile(path).ok());

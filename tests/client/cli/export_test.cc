@@ -108,6 +108,11 @@ TEST_F(Export, OverwriteReplacesTheFilesOfAnExportThatWasKilledAtItsEnd) {
   EXPECT_THAT(Names(), ElementsAre("frame_0001.obj", "frame_0002.obj", "meta.json"));
 }
 
+TEST_F(Export, AsksForTheNewestVersionThatThereIs) {
+  ASSERT_EQ(Run({"--fps", "1"}).exit_code, 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("min_version: 3"));
+}
+
 TEST_F(Export, ThatBreaksOffLeavesTheFormerFramesAndNoTrace) {
   ASSERT_EQ(Run({"--fps", "2"}).exit_code, 0);
   const std::vector<std::string> before = Names();

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <set>
 
 #include "absl/time/clock.h"
@@ -13,6 +14,7 @@
 namespace liquidblend::client_test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Each;
 using ::testing::ElementsAre;
 using testing::FakeServer;
@@ -197,6 +199,33 @@ TEST_F(ClientTest, ARepeatedRegistrationHasTheSameRequestIdAndANewOneAnother) {
   EXPECT_EQ(ids[0], ids[1]);
   EXPECT_NE(ids[1], ids[2]);
   EXPECT_FALSE(ids[0].empty());
+}
+
+// After any of these the client has heard of version 3.
+TEST_F(ClientTest, FramesAreNotOlderThanWhatTheClientHasHeardOf) {
+  const std::vector<std::function<absl::Status(Client&)>> ways = {
+      [](Client& client) { return client.GetFamily("drops").status(); },
+      [](Client& client) { return client.ListFamilies().status(); },
+      [](Client& client) { return client.WaitOperation("register-1").status(); }};
+  FrameRequest frame;
+  frame.family = "drops";
+  frame.weights = {0.5};
+  StreamSettings stream;
+  stream.family = "drops";
+  stream.weights = {0.5};
+  stream.lossless = true;
+  ConnectOptions options;
+  options.target = server_.target();
+  for (const auto& hear : ways) {
+    const auto client = *Client::Connect(options);
+    ASSERT_TRUE(client->GetFrame(frame).ok());
+    EXPECT_THAT(server_.LastRequest(), Not(HasSubstr("min_version")));
+    ASSERT_TRUE(hear(*client).ok());
+    ASSERT_TRUE(client->GetFrame(frame).ok());
+    EXPECT_THAT(server_.LastRequest(), HasSubstr("min_version: 3"));
+    ASSERT_TRUE((*client->StreamFrames(stream))->Read().ok());
+    EXPECT_THAT(server_.LastRequest(), AllOf(HasSubstr("lossless"), HasSubstr("min_version: 3")));
+  }
 }
 
 TEST_F(ClientTest, RegistrationCarriesOptionsAndCorrespondences) {
