@@ -28,7 +28,8 @@ namespace {
 
 constexpr int kMinMessageBytes = 64 << 10;
 constexpr int kKeepaliveMs = 30'000;
-constexpr int64_t kMaxComplaints = 10;  // a second
+constexpr int kShortestPingIntervalMs = 1'000;  // of clients whose calls wait
+constexpr int64_t kMaxComplaints = 10;          // a second
 constexpr absl::Duration kFarewell = absl::Milliseconds(250);
 
 absl::Status OutOfRangeOption(absl::string_view field, int64_t value) {
@@ -122,6 +123,10 @@ struct Server::Impl {
     // A client that has vanished without a word holds its call no longer than this.
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveMs);
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);  // no limit
+    // Watches may be silent for long; gRPC takes pings in 5 minutes of silence for abuse.
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                               kShortestPingIntervalMs);
     builder.SetMaxReceiveMessageSize(options.max_message_bytes);
     builder.SetMaxSendMessageSize(-1);
     builder.AddListeningPort(options.listen, ServerCredentialsOf(options.tls), &port);

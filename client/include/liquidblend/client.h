@@ -41,6 +41,9 @@ struct ConnectOptions {
   absl::Duration connect_timeout = absl::Seconds(5);  // how long Connect waits for the server
   absl::Duration call_timeout = absl::Seconds(30);    // per attempt of a short call
   absl::Duration upload_timeout = absl::InfiniteDuration();
+  // 1 s to an hour. While a call waits and nothing comes for so long, the server is asked for a
+  // sign of life; without one for as long again the connection is lost (kUnavailable).
+  absl::Duration keepalive = absl::Seconds(20);
   // Where servers give urls of their object store, files are sent and got there directly.
   bool direct_transfers = true;
   RetryOptions retry;

@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/temp_files.h"
+#include "tests/e2e/fault_proxy.h"
 
 namespace liquidblend::servers_test {
 namespace {
@@ -167,6 +168,26 @@ TEST_F(ServersTest, WatchesAndStreamsGoOnAtTheNext) {
   const auto stream = *client_->StreamFrames(settings);
   ASSERT_TRUE(stream->Read().ok());
   EXPECT_EQ(first_->NumCalls("StreamFrames"), 1);
+}
+
+// A machine that vanishes says nothing, and a watch has no deadline.
+TEST_F(ServersTest, AWatchOfAServerThatFallsSilentGoesOnAtTheNext) {
+  const std::string target = first_->target();
+  e2e::FaultProxy network(std::stoi(target.substr(target.find(':') + 1)));
+  options_.target = absl::StrCat("127.0.0.1:", network.port(), ",", second_.target());
+  options_.keepalive = absl::Seconds(1);
+  client_ = *Client::Connect(options_);
+  int num_updates = 0;
+  const absl::Status status = client_
+                                  ->WatchOperation("endless-1",
+                                                   [&](const Operation&) {
+                                                     network.Cut();
+                                                     return ++num_updates < 2;
+                                                   })
+                                  .status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kCancelled) << status;  // by the second update
+  EXPECT_EQ(first_->NumCalls("WatchOperation"), 1);
+  EXPECT_EQ(second_.NumCalls("WatchOperation"), 1);
 }
 
 TEST_F(ServersTest, ConnectTakesTheOneThatIsThere) {
