@@ -30,7 +30,7 @@ struct RetryOptions {
   absl::Duration initial_backoff = absl::Milliseconds(100);
   absl::Duration max_backoff = absl::Seconds(5);
   // >= 0; of one call, for waits that the server asks for; 0: they are not waited for. Likewise for
-  // a server that is away while an operation is watched.
+  // a server that is away while an operation is submitted or watched.
   absl::Duration patience = absl::Seconds(30);
 };
 
@@ -98,7 +98,8 @@ class Client {
   Client& operator=(const Client&) = delete;
 
   // Uploads files and starts their import. `progress` runs on the calling thread, once per chunk;
-  // when the upload has to be repeated it starts again at 0.
+  // when the upload has to be repeated it starts again at 0. Like ImportAnimation() and
+  // RegisterFamily(), it is repeated for RetryOptions::patience while no server can be reached.
   // Errors: kNotFound or kInvalidArgument for the local files, before anything is sent: also if
   // their names do not make one sequence of frames.
   absl::StatusOr<Operation> UploadAnimation(
@@ -132,7 +133,8 @@ class Client {
   // Returns the operation as last seen; Operation::result says how it ended.
   // Of a registration that has published a version, returns when every server of
   // ConnectOptions::target that can be reached serves at least that version.
-  // Errors: kDeadlineExceeded if one of them does not within call_timeout.
+  // Errors: kDeadlineExceeded if one of them does not within call_timeout or
+  // RetryOptions::patience, whichever is longer.
   absl::StatusOr<Operation> WatchOperation(const std::string& name,
                                            const std::function<bool(const Operation&)>& update);
   // Waits until the operation is done.

@@ -190,6 +190,35 @@ TEST_F(ServersTest, AWatchOfAServerThatFallsSilentGoesOnAtTheNext) {
   EXPECT_EQ(second_.NumCalls("WatchOperation"), 1);
 }
 
+// It answers that its catalog is away; what was published it will serve later.
+TEST_F(ServersTest, AWaitIsOverWhenEveryServerThatAnswersHasTheVersion) {
+  options_.call_timeout = absl::Milliseconds(100);
+  client_ = *Client::Connect(options_);
+  second_.FailNext("WatchOperation", 3, testing::WithRetryDelay(kAway, absl::Seconds(1)));
+  const absl::StatusOr<Operation> done = client_->WaitOperation("register-1");
+  ASSERT_TRUE(done.ok()) << done.status();
+  EXPECT_EQ(second_.NumCalls("WatchOperation"), 4);
+}
+
+TEST_F(ServersTest, AWaitNamesTheServerThatStaysBehind) {
+  options_.call_timeout = absl::Milliseconds(100);
+  options_.retry.patience = absl::Milliseconds(500);
+  client_ = *Client::Connect(options_);
+  second_.FailNext("WatchOperation", 1000, testing::WithRetryDelay(kAway, absl::Seconds(1)));
+  const absl::Status status = client_->WaitOperation("register-1").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDeadlineExceeded);
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr(absl::StrCat("operations/register-1 has published version 3 of "
+                                     "families/drops, but the server at ",
+                                     second_.target(), " does not serve it after 500ms: going")));
+}
+
+TEST_F(ServersTest, AWaitDoesWithoutAServerThatCannotBeReached) {
+  first_.reset();
+  client_ = *Client::Connect(options_);
+  EXPECT_TRUE(client_->WaitOperation("register-1").ok());
+}
+
 TEST_F(ServersTest, ConnectTakesTheOneThatIsThere) {
   first_.reset();
   const auto client = Client::Connect(options_);
