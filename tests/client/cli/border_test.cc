@@ -109,7 +109,6 @@ TEST_F(Border, AnOutputThatCannotBeIsNamedBeforeAServerIsAsked) {
   EXPECT_THAT(result.err, HasSubstr("choose a folder that you may write to"));
 }
 
-TEST_F(Border, CapitalsInExtensionsAreTaken) {
 TEST_F(Border, AFrameIsOfTheNewestVersionOrNone) {
   const std::vector<std::string> frame = {"--patience", "0",  "frame", "drops", "-w",
                                           "0.5",        "-t", "0",     "-o",    dir_.File("f.ply")};
@@ -124,6 +123,7 @@ TEST_F(Border, AFrameIsOfTheNewestVersionOrNone) {
   EXPECT_FALSE(std::filesystem::exists(dir_.File("f.ply")));
 }
 
+TEST_F(Border, CapitalsInExtensionsAreTaken) {
   const std::string path = dir_.File("F.OBJ");
   EXPECT_EQ(Run({"frame", "drops", "-w", "0.5", "-t", "0", "-o", path}).exit_code, 0);
   EXPECT_TRUE(ReadMeshFile(path).ok());
@@ -153,6 +153,31 @@ TEST_F(Border, ConvertWritesTheMeshInEachFormatWithoutAServer) {
   EXPECT_THAT(Run({"convert", draco, dir_.File("g.drc")}).err,
               HasSubstr("g.drc: must end in .ply, .obj or .bobj.gz"));
   EXPECT_EQ(Run({"convert", dir_.File("none.drc"), dir_.File("g.ply")}).exit_code, 4);
+}
+
+TEST_F(Border, ConvertKeepsNormalsAndVelocitiesOrSaysThatItDoesNot) {
+  Mesh mesh = testing::MakeOctahedron(0.5, 0.0);
+  mesh.normals.assign(mesh.positions.size(), 0.25f);
+  mesh.velocities.assign(mesh.positions.size(), 3.0f);
+  const std::string ply = dir_.Write("a.ply", ToPly(mesh));
+  const auto convert = [&](const std::string& from, const std::string& to) {
+    const CommandResult result = testing::RunLiquidblend({"convert", from, dir_.File(to)});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  EXPECT_EQ(convert(ply, "b.ply"), "");
+  const auto read = ReadMeshFile(dir_.File("b.ply"));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->normals, mesh.normals);
+  EXPECT_EQ(read->velocities, mesh.velocities);
+  EXPECT_THAT(convert(ply, "b.obj"),
+              HasSubstr("b.obj: without normals and velocities, which .obj"));
+  EXPECT_THAT(convert(ply, "b.bobj.gz"),
+              HasSubstr("b.bobj.gz: without velocities, which .bobj.gz"));
+  EXPECT_EQ(convert(dir_.File("b.bobj.gz"), "c.ply"), "");
+  EXPECT_EQ(ReadMeshFile(dir_.File("c.ply"))->normals, mesh.normals);
+  const std::string obj = dir_.Write("n.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1 2 3\n");
+  EXPECT_THAT(convert(obj, "d.ply"), HasSubstr("d.ply: without normals of " + obj));
 }
 
 }  // namespace
