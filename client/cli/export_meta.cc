@@ -60,6 +60,12 @@ std::string ToMetaJson(const ExportMeta& meta) {
   return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
+Up UpIn(const std::string& meta_json) {
+  const auto json = nlohmann::json::parse(meta_json, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object() || !json.contains("up") || !json["up"].is_string()) return Up::kUnknown;
+  return UpOfName(json["up"].get<std::string>()).value_or(Up::kUnknown);
+}
+
 std::optional<ExportedFiles> ExportedFilesIn(const std::string& meta_json) {
   const auto json = nlohmann::json::parse(meta_json, nullptr, /*allow_exceptions=*/false);
   const nlohmann::json::json_pointer place("/about/files");

@@ -39,6 +39,9 @@ struct ExportMeta {
 // come back to the last bit.
 std::string ToMetaJson(const ExportMeta& meta);
 
+// The direction that is up, as a meta.json says; kUnknown: it does not.
+Up UpIn(const std::string& meta_json);
+
 // The files of the export that has written this meta.json; none if no export has.
 std::optional<ExportedFiles> ExportedFilesIn(const std::string& meta_json);
 

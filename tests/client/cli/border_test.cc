@@ -180,5 +180,30 @@ TEST_F(Border, ConvertKeepsNormalsAndVelocitiesOrSaysThatItDoesNot) {
   EXPECT_THAT(convert(obj, "d.ply"), HasSubstr("d.ply: without normals of " + obj));
 }
 
+// Pictures of a mesh that is longer along y than along z differ with the direction that is up.
+TEST_F(Border, RenderTakesUpFromTheMetaBesideTheFilesOrSaysWhatItAssumes) {
+  Mesh mesh = testing::MakeOctahedron(0.5, 0.0);
+  for (size_t k = 1; k < mesh.positions.size(); k += 3) mesh.positions[k] *= 3.0f;
+  const std::string file = dir_.Write("frame_0001.ply", ToPly(mesh));
+  const auto render = [&](const std::string& name, std::vector<std::string> flags) {
+    flags.insert(flags.begin(), {"render", "--files", file, "-o", dir_.File(name), "--size",
+                                 "40x30", "--samples", "1"});
+    const CommandResult result = testing::RunLiquidblend(flags);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  const std::string assumed = "Assumed that z is up in " + file;
+  EXPECT_THAT(render("z.png", {}), HasSubstr(assumed));
+  EXPECT_THAT(render("y.png", {"--up", "y"}), Not(HasSubstr("Assumed")));
+  dir_.Write("meta.json", R"({"up": "y"})");
+  EXPECT_THAT(render("meta.png", {}), Not(HasSubstr("Assumed")));
+  EXPECT_EQ(testing::ReadBytes(dir_.File("meta.png")), testing::ReadBytes(dir_.File("y.png")));
+  EXPECT_NE(testing::ReadBytes(dir_.File("meta.png")), testing::ReadBytes(dir_.File("z.png")));
+  for (const char* silent : {"{}", R"({"up": 3})", "no JSON"}) {
+    dir_.Write("meta.json", silent);
+    EXPECT_THAT(render("none.png", {}), HasSubstr(assumed)) << silent;
+  }
+}
+
 }  // namespace
 }  // namespace liquidblend::cli
