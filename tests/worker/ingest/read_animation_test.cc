@@ -29,7 +29,7 @@ using testing::IsEmpty;
 
 constexpr double kVoxelSizeM = 0.4;  // times 2.5: a velocity scale of 1
 const ImportOptions kAllUnits = {
-    .frames_per_second = 24, .vertex_scale = 1, .voxel_size_m = kVoxelSizeM};
+    .frames_per_second = 24, .vertex_scale = 1, .velocity_scale = 1, .voxel_size_m = kVoxelSizeM};
 
 absl::StatusOr<mesh::Animation> Read(const std::vector<LoadedFile>& files,
                                      const ImportOptions& options = kAllUnits,
@@ -101,8 +101,8 @@ TEST(ReadAnimation, OrdersFramesByNumberFromAnyFirstOne) {
 TEST(ReadAnimation, GoesOnAcrossGapsThatAreAllowed) {
   const std::vector<LoadedFile> files =
       Without(Files(SmallAnimation(), Format::kPly, 7), "mesh_0008.ply");
-  const absl::StatusOr<mesh::Animation> read =
-      Read(files, {.frames_per_second = 24, .vertex_scale = 1, .allow_gaps = true});
+  const absl::StatusOr<mesh::Animation> read = Read(
+      files, {.frames_per_second = 24, .vertex_scale = 1, .velocity_scale = 1, .allow_gaps = true});
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->first_frame_number, 7);
   EXPECT_THAT(read->times, ElementsAre(0, 2, 3));
