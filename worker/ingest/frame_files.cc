@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/strip.h"
+#include "core/base/glob.h"
 #include "core/base/status_macros.h"
 
 namespace liquidblend::ingest {
@@ -116,12 +117,23 @@ absl::StatusOr<double> FrameNumber(const InputFile& file, absl::string_view exte
   return number;
 }
 
-absl::StatusOr<Format> FindFormat(std::span<const InputFile> files) {
+// A frame that the pattern does not choose.
+bool IsLeftOut(const InputFile& file, const std::string& pattern) {
+  if (pattern.empty() || file.name == kMetaName || IsVelocities(file.name)) return false;
+  return !base::MatchesGlob(pattern, file.name);
+}
+
+// For messages.
+std::string CalledLike(const std::string& pattern) {
+  return pattern.empty() ? "" : absl::StrCat(" called '", absl::Utf8SafeCHexEscape(pattern), "'");
+}
+
+absl::StatusOr<Format> FindFormat(std::span<const InputFile> files, const std::string& pattern) {
   Format found = Format::kAny;
   const InputFile* example = nullptr;
   for (const FormatName& entry : kFormats) {
     const auto file = std::find_if(files.begin(), files.end(), [&](const InputFile& f) {
-      return IsMesh(f.name, entry.format);
+      return IsMesh(f.name, entry.format) && !IsLeftOut(f, pattern);
     });
     if (file == files.end()) continue;
     if (example != nullptr) {
@@ -133,8 +145,9 @@ absl::StatusOr<Format> FindFormat(std::span<const InputFile> files) {
     example = &*file;
   }
   if (example != nullptr) return found;
-  return absl::InvalidArgumentError(absl::StrCat(
-      "none of the ", files.size(), " files is a frame (.bobj.gz, .ply, .obj, .stl or .vdb)"));
+  return absl::InvalidArgumentError(
+      absl::StrCat("none of the ", files.size(),
+                   " files is a frame (.bobj.gz, .ply, .obj, .stl or .vdb)", CalledLike(pattern)));
 }
 
 using FilesByNumber = std::map<double, const InputFile*>;
@@ -241,15 +254,17 @@ absl::Status CheckFractions(const FrameSequence& sequence) {
       "their numbers are times, give these (--frame-times, or frame_times in meta.json)"));
 }
 
-absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Format format) {
+absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Format format,
+                                         const std::string& pattern) {
   FrameSequence sequence;
   sequence.format = format;
   if (format == Format::kAny) {
-    LB_ASSIGN_OR_RETURN(sequence.format, FindFormat(files));
+    LB_ASSIGN_OR_RETURN(sequence.format, FindFormat(files, pattern));
   }
   std::vector<const InputFile*> meshes;
   std::vector<const InputFile*> velocities;
   for (const InputFile& file : files) {
+    if (IsLeftOut(file, pattern)) continue;
     if (file.name == kMetaName) {
       sequence.meta = &file;
     } else if (IsMesh(file.name, sequence.format)) {
@@ -261,14 +276,18 @@ absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Forma
   const char* const extension = Extension(sequence.format);
   if (meshes.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "none of the ", files.size(), " files is a frame (", extension, ")"));
+        "none of the ", files.size(), " files is a frame (", extension, ")", CalledLike(pattern)));
   }
   LB_RETURN_IF_ERROR(CheckPrefixes(meshes, extension));
   sequence.has_fractions = HasFractions(meshes, extension);
   LB_ASSIGN_OR_RETURN(const FilesByNumber numbered_meshes,
                       Number(meshes, extension, sequence.has_fractions));
-  LB_ASSIGN_OR_RETURN(const FilesByNumber numbered_velocities,
+  LB_ASSIGN_OR_RETURN(FilesByNumber numbered_velocities,
                       Number(velocities, kVelocityExtension, sequence.has_fractions));
+  if (!pattern.empty()) {
+    std::erase_if(numbered_velocities,
+                  [&](const auto& entry) { return !numbered_meshes.contains(entry.first); });
+  }
   for (const auto& [number, file] : numbered_meshes) {
     sequence.frames.push_back({number, file, nullptr});
   }

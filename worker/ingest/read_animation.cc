@@ -339,7 +339,7 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
                                               const std::function<void(double)>& progress) {
   LB_RETURN_IF_ERROR(options.Validate());
   LB_ASSIGN_OR_RETURN(const FrameSequence sequence,
-                      FindFrames(files, options.format));
+                      FindFrames(files, options.format, options.pattern));
   LB_ASSIGN_OR_RETURN(const Meta meta, FindMeta(sequence));
   LB_ASSIGN_OR_RETURN(const Units units, FindUnits(sequence, meta, options));
   const std::vector<double>& given =

@@ -38,6 +38,8 @@ struct ImportOptions {
   std::vector<double> frame_times = {};
   // kUnknown: from meta.json (up, or against gravity), else Animation::up says so.
   mesh::Up up = mesh::Up::kUnknown;
+  // Frames of such names only (base/glob.h), and their velocities; empty: all.
+  std::string pattern = {};
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 

@@ -80,10 +80,11 @@ TEST_F(Border, ALocalFolderThatIsNotThereIsNamedBeforeAServerIsAsked) {
   EXPECT_THAT(result.err, Not(HasSubstr("127.0.0.1:1")));
 }
 
-TEST_F(Border, APatternIsForLocalFolders) {
-  const CommandResult result = Run({"import", "a", "--from-server", "x/y", "--pattern", "f.*"});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("--pattern chooses files of DIR"));
+TEST_F(Border, APatternGoesAlongWithAnImportFromTheServersDisk) {
+  const CommandResult result =
+      Run({"import", "drops-a", "--from-server", "x/y", "--pattern", "f.*"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("pattern: \"f.*\""));
 }
 
 TEST_F(Border, AnOutputThatCannotBeIsNamedBeforeAServerIsAsked) {
