@@ -99,7 +99,7 @@ absl::StatusOr<std::string> Gzip(const std::string& raw) {
 absl::StatusOr<std::string> ToBobj(const Mesh& mesh) {
   const auto num_vertices = static_cast<int32_t>(mesh.num_vertices());
   const auto num_triangles = static_cast<int32_t>(mesh.num_triangles());
-  const std::vector<float> normals = VertexNormals(mesh);
+  const std::vector<float> normals = mesh.normals.empty() ? VertexNormals(mesh) : mesh.normals;
   std::string raw;
   Append(&num_vertices, 1, &raw);
   Append(mesh.positions.data(), mesh.positions.size(), &raw);
@@ -116,7 +116,8 @@ absl::StatusOr<Mesh> FromBobj(const std::string& bytes, const std::string& name)
   LBC_ASSIGN_OR_RETURN(const size_t num_vertices, reader.ReadCount("number of vertices"));
   LBC_ASSIGN_OR_RETURN(mesh.positions, reader.Read<float>(3 * num_vertices, "positions"));
   LBC_ASSIGN_OR_RETURN(const size_t num_normals, reader.ReadCount("number of normals"));
-  LBC_RETURN_IF_ERROR(reader.Read<float>(3 * num_normals, "normals").status());
+  LBC_ASSIGN_OR_RETURN(mesh.normals, reader.Read<float>(3 * num_normals, "normals"));
+  if (num_normals != num_vertices) mesh.normals.clear();
   LBC_ASSIGN_OR_RETURN(const size_t num_triangles, reader.ReadCount("number of triangles"));
   LBC_ASSIGN_OR_RETURN(mesh.triangles, reader.Read<uint32_t>(3 * num_triangles, "triangles"));
   LBC_RETURN_IF_ERROR(reader.Finish());

@@ -33,8 +33,13 @@ absl::Status RunConvert(const ConvertFlags& flags, const Context& context) {
         absl::StrCat(flags.output, ": must end in .ply, .obj or .bobj.gz"));
   }
   LBC_RETURN_IF_ERROR(CheckOutput(flags.output));
-  LBC_ASSIGN_OR_RETURN(const Mesh mesh, ReadMeshFile(flags.input));
+  std::string passed_over;
+  LBC_ASSIGN_OR_RETURN(const Mesh mesh, ReadMeshFile(flags.input, &passed_over));
   LBC_RETURN_IF_ERROR(WriteMeshFile(mesh, flags.output));
+  if (!passed_over.empty()) {
+    context.Remark(absl::StrCat(flags.output, ": without ", passed_over, " of ", flags.input,
+                                ", which are not read"));
+  }
   const std::string left_out = LeftOut(mesh, extension);
   if (!left_out.empty()) {
     context.Remark(absl::StrCat(flags.output, ": without ", left_out, ", which .", extension,

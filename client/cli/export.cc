@@ -23,7 +23,6 @@
 namespace liquidblend::cli {
 namespace {
 
-constexpr char kMetaName[] = "meta.json";
 constexpr int kExportBits = 20;  // the finest grid there is: 2 micrometres in a box of 2 metres
 
 struct ExportFlags {
@@ -45,9 +44,10 @@ struct ExportResult {
   bool extrapolated = false;
 };
 
-std::string FrameName(const std::string& format, size_t number) {
-  if (format == "bobj") return absl::StrFormat("fluid_mesh_%04d.bobj.gz", number);
-  return absl::StrFormat("frame_%04d.%s", number, format);
+ExportedFiles FilesOf(const std::string& format, size_t count) {
+  const auto num_files = static_cast<int64_t>(count);
+  if (format == "bobj") return {"fluid_mesh_", ".bobj.gz", num_files};
+  return {"frame_", "." + format, num_files};
 }
 
 StreamSettings ToSettings(const ExportFlags& flags, const Blend& blend) {
@@ -68,7 +68,8 @@ StreamSettings ToSettings(const ExportFlags& flags, const Blend& blend) {
 absl::Status WriteOne(const Frame& frame, const ExportFolder& folder, const ExportFlags& flags,
                       ExportResult& result) {
   LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
-  result.names.push_back(FrameName(flags.format, result.names.size() + 1));
+  const ExportedFiles files = FilesOf(flags.format, result.names.size() + 1);
+  result.names.push_back(files.NameOf(files.count));
   LBC_RETURN_IF_ERROR(WriteMeshFile(mesh, folder.TemporaryPath(result.names.back())));
   result.times_s.push_back(frame.time_s);
   result.version = frame.version;
@@ -94,13 +95,14 @@ absl::StatusOr<ExportResult> WriteFrames(FrameStream& stream, const ExportFolder
 }
 
 // meta.json, then all files at their place.
-absl::Status Finish(const ExportResult& result, const Family& family, double frames_per_second,
-                    ExportFolder& folder) {
+absl::Status Finish(const ExportResult& result, const Family& family, const ExportFlags& flags,
+                    double frames_per_second, ExportFolder& folder) {
   if (result.names.empty()) {
     return absl::InternalError(absl::StrCat(family.name, ": the server sent no frames"));
   }
-  const std::string meta = ToMetaJson(
-      {frames_per_second, result.times_s, family.name, result.version, result.weights, family.up});
+  const std::string meta =
+      ToMetaJson({frames_per_second, result.times_s, family.name, result.version, result.weights,
+                  family.up, FilesOf(flags.format, result.names.size())});
   LBC_RETURN_IF_ERROR(WriteFile(folder.TemporaryPath(kMetaName), meta));
   std::vector<std::string> names = result.names;
   names.push_back(kMetaName);
@@ -124,7 +126,7 @@ absl::Status RunExport(const ExportFlags& flags, const Context& context) {
   bar.Finish();
   const double frames_per_second =
       flags.frames_per_second > 0.0 ? flags.frames_per_second : family.frames_per_second;
-  LBC_RETURN_IF_ERROR(Finish(result, family, frames_per_second, folder));
+  LBC_RETURN_IF_ERROR(Finish(result, family, flags, frames_per_second, folder));
   const std::string first_file = folder.FinalPath(result.names[0]);
   context.Print(absl::StrCat(result.names.size(), " files, from ", first_file, " on: ", family.name,
                              " version ", result.version, ", weights ",

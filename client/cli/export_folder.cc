@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 #include <utility>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/string_view.h"
-#include "absl/strings/strip.h"
+#include "client/cli/export_meta.h"
 #include "client/cli/files.h"
 #include "client/src/frame_names.h"
 #include "client/src/status_macros.h"
@@ -19,13 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kPartName[] = ".export.part";
-constexpr size_t kMinDigits = 4;
-
-bool IsFrameName(absl::string_view name, absl::string_view prefix, absl::string_view suffix) {
-  if (!absl::ConsumePrefix(&name, prefix) || !absl::ConsumeSuffix(&name, suffix)) return false;
-  return name.size() >= kMinDigits &&
-         std::all_of(name.begin(), name.end(), [](char c) { return absl::ascii_isdigit(c); });
-}
 
 absl::Status Failure(const fs::path& path, const std::error_code& error) {
   return absl::InternalError(absl::StrCat(path.string(), ": ", error.message()));
@@ -47,8 +39,30 @@ absl::StatusOr<std::vector<std::string>> ListNames(const std::string& directory)
   return names;
 }
 
+// Of `names` those that earlier exports have written, meta.json the last: as it says itself, and as
+// one says that was not moved to its place any more, unlike some of its frames.
+std::vector<std::string> FilesOfEarlierExports(const std::string& directory,
+                                               const std::vector<std::string>& names) {
+  std::vector<std::string> found;
+  const fs::path folder(directory);
+  for (const fs::path& meta : {folder / kMetaName, folder / kPartName / kMetaName}) {
+    const absl::StatusOr<std::string> bytes = ReadFile(meta.string());
+    const auto files = bytes.ok() ? ExportedFilesIn(*bytes) : std::nullopt;
+    if (!files.has_value()) continue;
+    for (const std::string& name : names) {
+      const bool is_meta = name == kMetaName && meta == folder / kMetaName;
+      if (is_meta || files->Contain(name)) found.push_back(name);
+    }
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  std::stable_partition(found.begin(), found.end(),
+                        [](const std::string& name) { return name != kMetaName; });
+  return found;
+}
+
 absl::Status CheckContent(const std::string& directory, const std::vector<std::string>& names,
-                          ExportFolder::Policy policy) {
+                          const std::vector<std::string>& replaced, ExportFolder::Policy policy) {
   if (names.empty()) return absl::OkStatus();
   if (policy == ExportFolder::Policy::kMustBeEmpty) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -57,26 +71,23 @@ absl::Status CheckContent(const std::string& directory, const std::vector<std::s
         "; choose another folder, or replace the frames of an earlier export with --overwrite"));
   }
   for (const std::string& name : names) {
-    if (IsExportedName(name) || !client::IsAnimationFileName(name)) continue;
+    const bool is_replaced = std::count(replaced.begin(), replaced.end(), name) > 0;
+    if (is_replaced || !client::IsAnimationFileName(name)) continue;
     return absl::InvalidArgumentError(absl::StrCat(
         "-o ", directory, ": holds ", name,
-        ", which no export writes and an import would read beside the new frames; choose another "
-        "folder, or move the file away"));
+        ", which an import would read beside the new frames and which is not a file of an earlier "
+        "export, as its meta.json says; choose another folder, or move the file away"));
   }
   return absl::OkStatus();
 }
 
 }  // namespace
 
-bool IsExportedName(const std::string& name) {
-  return name == "meta.json" || IsFrameName(name, "frame_", ".ply") ||
-         IsFrameName(name, "frame_", ".obj") || IsFrameName(name, "fluid_mesh_", ".bobj.gz");
-}
-
 absl::StatusOr<ExportFolder> ExportFolder::Open(const std::string& directory, Policy policy) {
   LBC_RETURN_IF_ERROR(MakeDirectory(directory));
   LBC_ASSIGN_OR_RETURN(const std::vector<std::string> names, ListNames(directory));
-  LBC_RETURN_IF_ERROR(CheckContent(directory, names, policy));
+  std::vector<std::string> replaced = FilesOfEarlierExports(directory, names);
+  LBC_RETURN_IF_ERROR(CheckContent(directory, names, replaced, policy));
   const fs::path part = fs::path(directory) / kPartName;
   std::error_code error;
   fs::remove_all(part, error);  // of an export that was killed
@@ -86,13 +97,15 @@ absl::StatusOr<ExportFolder> ExportFolder::Open(const std::string& directory, Po
                                                     ": cannot be written: ", error.message(),
                                                     "; choose a folder that you may write to"));
   }
-  return ExportFolder(directory);
+  return ExportFolder(directory, std::move(replaced));
 }
 
-ExportFolder::ExportFolder(std::string directory) : directory_(std::move(directory)) {}
+ExportFolder::ExportFolder(std::string directory, std::vector<std::string> replaced)
+    : directory_(std::move(directory)), replaced_(std::move(replaced)) {}
 
 ExportFolder::ExportFolder(ExportFolder&& other) noexcept
-    : directory_(std::exchange(other.directory_, std::string())) {}
+    : directory_(std::exchange(other.directory_, std::string())),
+      replaced_(std::move(other.replaced_)) {}
 
 ExportFolder::~ExportFolder() {
   if (directory_.empty()) return;
@@ -109,10 +122,8 @@ std::string ExportFolder::FinalPath(const std::string& name) const {
 }
 
 absl::Status ExportFolder::Commit(const std::vector<std::string>& names) {
-  LBC_ASSIGN_OR_RETURN(const std::vector<std::string> before, ListNames(directory_));
   std::error_code error;
-  for (const std::string& name : before) {
-    if (!IsExportedName(name)) continue;
+  for (const std::string& name : replaced_) {
     fs::remove(FinalPath(name), error);
     if (error) return Failure(FinalPath(name), error);
   }

@@ -18,8 +18,8 @@ class ExportFolder {
 
   // Makes the folder and the subfolder.
   // Errors: kInvalidArgument if the folder holds anything and must be empty, or if it holds files
-  // that `import` would read beside the new frames and that no export writes; kPermissionDenied if
-  // it cannot be written.
+  // that `import` would read beside the new frames and that are not those of an earlier export, as
+  // its meta.json says; kPermissionDenied if it cannot be written.
   static absl::StatusOr<ExportFolder> Open(const std::string& directory, Policy policy);
 
   ExportFolder(ExportFolder&& other) noexcept;
@@ -30,17 +30,15 @@ class ExportFolder {
   std::string TemporaryPath(const std::string& name) const;
   std::string FinalPath(const std::string& name) const;
 
-  // Removes the files of an earlier export (IsExportedName), then moves `names` to their place.
+  // Removes the files of the earlier export that were there at Open(), then moves `names` to their
+  // place, in this order.
   // Errors: kInternal with the file and the system's reason.
   absl::Status Commit(const std::vector<std::string>& names);
 
  private:
-  explicit ExportFolder(std::string directory);
-  std::string directory_;  // empty: moved from
+  ExportFolder(std::string directory, std::vector<std::string> replaced);
+  std::string directory_;              // empty: moved from
+  std::vector<std::string> replaced_;  // names of an earlier export's files, meta.json the last
 };
-
-// Whether an export writes files of this name: frame_0001.ply, frame_0001.obj,
-// fluid_mesh_0001.bobj.gz with four digits or more, and meta.json.
-bool IsExportedName(const std::string& name);
 
 }  // namespace liquidblend::cli

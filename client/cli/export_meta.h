@@ -3,12 +3,26 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "liquidblend/up.h"
 
 namespace liquidblend::cli {
+
+inline constexpr char kMetaName[] = "meta.json";
+
+// Files PREFIX0001EXTENSION, PREFIX0002EXTENSION and so on, `count` of them.
+struct ExportedFiles {
+  std::string prefix;
+  std::string extension;  // with its dot
+  int64_t count = 0;
+
+  std::string NameOf(int64_t number) const;  // from 1 on; four digits or more
+  // Whether it is the name of one of them.
+  bool Contain(const std::string& name) const;
+};
 
 struct ExportMeta {
   double frames_per_second = 0.0;  // > 0
@@ -17,11 +31,18 @@ struct ExportMeta {
   int64_t version = 0;
   std::vector<double> weights;
   Up up = Up::kUnknown;  // the family's
+  ExportedFiles files = {};
 };
 
 // JSON: fps; frame_times if the frames are not one frame apart; units: metres and metres per
-// second; up if it is known; and where the frames are from, under "about". Numbers come back to the
-// last bit.
+// second; up if it is known; and where the frames are from and their files, under "about". Numbers
+// come back to the last bit.
 std::string ToMetaJson(const ExportMeta& meta);
+
+// The direction that is up, as a meta.json says; kUnknown: it does not.
+Up UpIn(const std::string& meta_json);
+
+// The files of the export that has written this meta.json; none if no export has.
+std::optional<ExportedFiles> ExportedFilesIn(const std::string& meta_json);
 
 }  // namespace liquidblend::cli

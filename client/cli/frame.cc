@@ -46,9 +46,8 @@ absl::Status RunFrame(const FrameFlags& flags, const Context& context) {
   request.parameters = blend.parameters;
   request.extrapolate = blend.extrapolate;
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
-  // Now the client knows the newest version, and asks for at least that one. What is wrong with the
-  // family GetFrame() says, too.
-  if (request.version == 0) client->GetFamily(request.family).status().IgnoreError();
+  // Now the client knows the newest version, and asks for at least that one.
+  if (request.version == 0) LBC_RETURN_IF_ERROR(client->GetFamily(request.family).status());
   LBC_ASSIGN_OR_RETURN(const Frame frame, client->GetFrame(request));
   LBC_RETURN_IF_ERROR(WriteFrame(frame, flags.output));
   context.Print(absl::StrCat(flags.output, ": ", frame.family, " version ", frame.version,

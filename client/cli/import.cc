@@ -21,7 +21,7 @@ struct ImportFlags {
   std::string name;
   std::string directory;    // here
   std::string from_server;  // or there
-  std::string pattern;      // of frames in `directory`; empty: all
+  std::string pattern;      // of frames; empty: all
   ImportOptions options;
   int priority = 0;
   bool no_wait = false;
@@ -52,15 +52,15 @@ absl::StatusOr<std::vector<std::string>> FindFiles(const ImportFlags& flags) {
     return absl::InvalidArgumentError("give either DIR or --from-server ROOT/DIR");
   }
   if (flags.from_server.empty()) return ListAnimationFiles(flags.directory, flags.pattern);
-  if (flags.pattern.empty()) return std::vector<std::string>();
-  return absl::InvalidArgumentError(
-      "--pattern chooses files of DIR; of --from-server ROOT/DIR all files are read");
+  return std::vector<std::string>();
 }
 
 absl::StatusOr<Operation> Start(Client& client, const ImportFlags& flags,
                                 const std::vector<std::string>& files, const Context& context) {
   if (flags.from_server.empty()) return Upload(client, flags, files, context);
-  return client.ImportAnimation({flags.name, flags.from_server, flags.options, flags.priority});
+  ImportOptions options = flags.options;
+  options.pattern = flags.pattern;
+  return client.ImportAnimation({flags.name, flags.from_server, options, flags.priority});
 }
 
 absl::Status RunImport(const ImportFlags& flags, const Context& context) {
@@ -99,7 +99,7 @@ void AddImport(CLI::App& app, Context& context) {
   command->add_option("--from-server", flags->from_server,
                       "ROOT/DIR: a directory there instead, below one of its import roots");
   command->add_option("--pattern", flags->pattern,
-                      "GLOB: of DIR the frames of such names only, such as 'liquid.*'; meta.json "
+                      "GLOB: the frames of such names only, such as 'liquid.*'; meta.json "
                       "and their velocities go with them");
   const std::map<std::string, AnimationFormat> formats = {
       {"mantaflow", AnimationFormat::kMantaflow},

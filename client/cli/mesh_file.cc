@@ -10,10 +10,11 @@
 namespace liquidblend::cli {
 namespace {
 
-absl::StatusOr<Mesh> Parse(const std::string& bytes, const std::string& path) {
+absl::StatusOr<Mesh> Parse(const std::string& bytes, const std::string& path,
+                           std::string* passed_over) {
   const std::string extension = Extension(path);
-  if (extension == "ply") return FromPly(bytes, path);
-  if (extension == "obj") return FromObj(bytes, path);
+  if (extension == "ply") return FromPly(bytes, path, passed_over);
+  if (extension == "obj") return FromObj(bytes, path, passed_over);
   if (extension == "bobj.gz") return FromBobj(bytes, path);
   absl::StatusOr<Mesh> mesh = DecodeMesh(bytes);
   if (!mesh.ok()) {
@@ -45,13 +46,13 @@ bool IsMeshFileName(const std::string& path) {
   return extension == "drc" || extension == "ply" || extension == "obj" || extension == "bobj.gz";
 }
 
-absl::StatusOr<Mesh> ReadMeshFile(const std::string& path) {
+absl::StatusOr<Mesh> ReadMeshFile(const std::string& path, std::string* passed_over) {
   if (!IsMeshFileName(path)) {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": not a mesh file by its name; .drc, .ply, .obj, .bobj.gz are read"));
   }
   LBC_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
-  LBC_ASSIGN_OR_RETURN(Mesh mesh, Parse(bytes, path));
+  LBC_ASSIGN_OR_RETURN(Mesh mesh, Parse(bytes, path, passed_over));
   LBC_RETURN_IF_ERROR(Check(mesh, path));
   return mesh;
 }

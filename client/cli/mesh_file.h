@@ -3,8 +3,9 @@
 // Written: PLY binary little endian (float x, y, z; nx, ny, nz and vx, vy, vz if the mesh has
 // normals and velocities; uchar-int triangle lists), OBJ with 9 digits (every float comes back as
 // it was), BOBJ as Mantaflow caches it (gzip of int32 nv; float32 position[nv][3]; int32 nn = nv;
-// float32 normal[nn][3]; int32 nt; int32 triangle[nt][3]). Read: those, of triangles only; anything
-// else is refused with a reason.
+// float32 normal[nn][3]; int32 nt; int32 triangle[nt][3]). Read: those, of triangles only; more
+// floats per vertex of PLY and what OBJ has besides are passed over; anything else is refused with
+// a reason.
 #pragma once
 
 #include <string>
@@ -18,7 +19,8 @@ namespace liquidblend::cli {
 // The format comes from the file's name.
 // Errors: kNotFound; kInvalidArgument for an unknown or unsupported format; kDataLoss for a damaged
 // file, an index out of range, or a number that is not finite; the message names file and element.
-absl::StatusOr<Mesh> ReadMeshFile(const std::string& path);
+//   passed_over  set to what of the file has no place in a Mesh, for a remark; or empty
+absl::StatusOr<Mesh> ReadMeshFile(const std::string& path, std::string* passed_over = nullptr);
 
 // True if ReadMeshFile reads files of this name.
 bool IsMeshFileName(const std::string& path);
@@ -30,8 +32,10 @@ absl::Status WriteMeshFile(const Mesh& mesh, const std::string& path);
 std::string ToPly(const Mesh& mesh);
 std::string ToObj(const Mesh& mesh);
 absl::StatusOr<std::string> ToBobj(const Mesh& mesh);
-absl::StatusOr<Mesh> FromPly(const std::string& bytes, const std::string& name);
-absl::StatusOr<Mesh> FromObj(const std::string& bytes, const std::string& name);
+absl::StatusOr<Mesh> FromPly(const std::string& bytes, const std::string& name,
+                             std::string* passed_over = nullptr);
+absl::StatusOr<Mesh> FromObj(const std::string& bytes, const std::string& name,
+                             std::string* passed_over = nullptr);
 absl::StatusOr<Mesh> FromBobj(const std::string& bytes, const std::string& name);
 
 }  // namespace liquidblend::cli

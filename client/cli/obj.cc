@@ -50,14 +50,18 @@ std::string ToObj(const Mesh& mesh) {
   return text;
 }
 
-absl::StatusOr<Mesh> FromObj(const std::string& bytes, const std::string& name) {
+absl::StatusOr<Mesh> FromObj(const std::string& bytes, const std::string& name,
+                             std::string* passed_over) {
   Mesh mesh;
+  bool has_normals = false, has_texture = false;
   size_t line_number = 0;
   for (const absl::string_view line : absl::StrSplit(bytes, '\n')) {
     ++line_number;
     const std::vector<absl::string_view> words =
         absl::StrSplit(line, absl::ByAnyChar(" \t\r"), absl::SkipEmpty());
     if (words.empty()) continue;
+    has_normals = has_normals || words[0] == "vn";
+    has_texture = has_texture || words[0] == "vt";
     if (words[0] == "v" && !AddVertex(words, &mesh)) {
       return Refuse(name, line_number, "\"v\" needs three numbers");
     }
@@ -68,6 +72,11 @@ absl::StatusOr<Mesh> FromObj(const std::string& bytes, const std::string& name) 
   }
   if (mesh.positions.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(name, ": not an OBJ file: no vertices"));
+  }
+  if (passed_over != nullptr) {
+    *passed_over =
+        absl::StrCat(has_normals ? "normals" : "", has_normals && has_texture ? " and " : "",
+                     has_texture ? "texture coordinates" : "");
   }
   return mesh;
 }

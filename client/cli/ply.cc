@@ -1,9 +1,14 @@
 // PLY: the Stanford polygon format, binary little endian.
+#include <algorithm>
 #include <cstring>
+#include <iterator>
+#include <optional>
 #include <sstream>
+#include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "client/cli/mesh_file.h"
 
 namespace liquidblend::cli {
@@ -14,7 +19,7 @@ constexpr size_t kFaceBytes = 1 + 3 * sizeof(uint32_t);
 struct PlyHeader {
   size_t num_vertices = 0;
   size_t num_faces = 0;
-  int floats_per_vertex = 0;  // x, y, z first
+  std::vector<std::string> properties;  // of a vertex, a float each; x, y, z first
   size_t data_offset = 0;
 };
 
@@ -47,7 +52,8 @@ absl::Status ReadHeaderLine(const std::string& line, const std::string& name, st
   }
   if (keyword == "property" && *element == "vertex" && (a == "float" || a == "float32")) {
     const char* const first_names[] = {"x", "y", "z"};
-    const int index = header->floats_per_vertex++;
+    const size_t index = header->properties.size();
+    header->properties.push_back(b);
     if (index >= 3 || b == first_names[index]) return absl::OkStatus();
   }
   if (keyword == "property" && *element == "face" && a == "list" &&
@@ -78,9 +84,45 @@ absl::StatusOr<PlyHeader> ReadHeader(const std::string& bytes, const std::string
       return status;
     }
   }
-  if (header.floats_per_vertex < 3) return Refuse(name, "PLY without float x, y, z");
+  if (header.properties.size() < 3) return Refuse(name, "PLY without float x, y, z");
   header.data_offset = begin;
   return header;
+}
+
+// Three properties in a row.
+struct Triple {
+  const char* names[3];
+  std::vector<float> Mesh::*values;
+};
+constexpr Triple kTriples[] = {{{"x", "y", "z"}, &Mesh::positions},
+                               {{"nx", "ny", "nz"}, &Mesh::normals},
+                               {{"vx", "vy", "vz"}, &Mesh::velocities}};
+
+// Where they begin among the properties; none: they are not all there.
+std::optional<size_t> Find(const Triple& triple, const std::vector<std::string>& properties) {
+  const auto found = std::search(properties.begin(), properties.end(), std::begin(triple.names),
+                                 std::end(triple.names));
+  if (found == properties.end()) return std::nullopt;
+  return static_cast<size_t>(found - properties.begin());
+}
+
+// The vertices at `read`. Names the properties that are in none of the triples.
+std::string ReadVertices(const PlyHeader& header, const char* read, Mesh* mesh) {
+  const size_t num_floats = header.properties.size();
+  std::vector<std::string> others = header.properties;
+  for (const Triple& triple : kTriples) {
+    const std::optional<size_t> first = Find(triple, header.properties);
+    if (!first.has_value()) continue;
+    for (size_t k = 0; k < 3; ++k) others[*first + k].clear();
+    std::vector<float>& values = mesh->*triple.values;
+    values.resize(3 * header.num_vertices);
+    for (size_t v = 0; v < header.num_vertices; ++v) {
+      std::memcpy(&values[3 * v], read + sizeof(float) * (num_floats * v + *first),
+                  3 * sizeof(float));
+    }
+  }
+  others.erase(std::remove(others.begin(), others.end(), ""), others.end());
+  return absl::StrJoin(others, ", ");
 }
 
 }  // namespace
@@ -110,21 +152,21 @@ std::string ToPly(const Mesh& mesh) {
   return bytes;
 }
 
-absl::StatusOr<Mesh> FromPly(const std::string& bytes, const std::string& name) {
+absl::StatusOr<Mesh> FromPly(const std::string& bytes, const std::string& name,
+                             std::string* passed_over) {
   absl::StatusOr<PlyHeader> header = ReadHeader(bytes, name);
   if (!header.ok()) return header.status();
-  const size_t vertex_bytes = sizeof(float) * static_cast<size_t>(header->floats_per_vertex);
+  const size_t vertex_bytes = sizeof(float) * header->properties.size();
   const size_t available = bytes.size() - header->data_offset;
   if (header->num_vertices > available / vertex_bytes ||
       header->num_faces > (available - header->num_vertices * vertex_bytes) / kFaceBytes) {
     return absl::DataLossError(absl::StrCat(name, ": cut off, or not all faces are triangles"));
   }
   Mesh mesh;
-  mesh.positions.resize(3 * header->num_vertices);
   const char* read = bytes.data() + header->data_offset;
-  for (size_t v = 0; v < header->num_vertices; ++v, read += vertex_bytes) {
-    std::memcpy(&mesh.positions[3 * v], read, 3 * sizeof(float));
-  }
+  const std::string others = ReadVertices(*header, read, &mesh);
+  if (passed_over != nullptr) *passed_over = others;
+  read += header->num_vertices * vertex_bytes;
   mesh.triangles.resize(3 * header->num_faces);
   for (size_t t = 0; t < header->num_faces; ++t, read += kFaceBytes) {
     if (*read != 3) {

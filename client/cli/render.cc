@@ -11,6 +11,7 @@
 #include "absl/strings/str_split.h"
 #include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
+#include "client/cli/export_meta.h"
 #include "client/cli/files.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_file.h"
@@ -42,7 +43,7 @@ struct RenderFlags {
   std::string output;
   std::string size = "320x240";
   std::string camera;
-  Up up = Up::kUnknown;  // kUnknown: the family's; of files z
+  Up up = Up::kUnknown;  // kUnknown: the family's; of files their meta.json's
   int samples_per_side = 3;
 };
 
@@ -78,19 +79,33 @@ void Extend(const Bounds& box, Bounds* bounds) {
 
 // ---- local files ------------------------------------------------------------------------------
 
-absl::StatusOr<std::vector<Mesh>> ReadMeshes(const std::vector<std::string>& files, Up up) {
+// As the meta.json beside the file says; kUnknown: it does not, or there is none.
+Up UpBeside(const std::string& file) {
+  const std::filesystem::path meta = std::filesystem::path(file).parent_path() / kMetaName;
+  const absl::StatusOr<std::string> bytes = ReadFile(meta.string());
+  return bytes.ok() ? UpIn(*bytes) : Up::kUnknown;
+}
+
+absl::StatusOr<std::vector<Mesh>> ReadMeshes(const RenderFlags& flags, const Context& context) {
   std::vector<Mesh> meshes;
-  for (const std::string& file : files) {
+  std::string assumed;
+  for (const std::string& file : flags.files) {
     LBC_ASSIGN_OR_RETURN(Mesh mesh, ReadMeshFile(file));
+    const Up up = flags.up != Up::kUnknown ? flags.up : UpBeside(file);
+    if (up == Up::kUnknown && assumed.empty()) assumed = file;
     meshes.push_back(render::Upright(std::move(mesh), up));
+  }
+  if (!assumed.empty()) {
+    context.Remark(absl::StrCat("Assumed that z is up in ", assumed,
+                                ": no meta.json beside it says so; --up tells otherwise."));
   }
   return meshes;
 }
 
 // One cell per file, left to right, with the file's name above it if there is one row only.
 absl::StatusOr<Sheet> RenderFiles(const RenderFlags& flags, const WaterOptions& options,
-                                  ProgressBar& bar) {
-  LBC_ASSIGN_OR_RETURN(const std::vector<Mesh> meshes, ReadMeshes(flags.files, flags.up));
+                                  const Context& context, ProgressBar& bar) {
+  LBC_ASSIGN_OR_RETURN(const std::vector<Mesh> meshes, ReadMeshes(flags, context));
   Bounds bounds = ComputeMeshStats(meshes[0]).bounds;
   for (const Mesh& mesh : meshes) Extend(ComputeMeshStats(mesh).bounds, &bounds);
   Sheet sheet;
@@ -226,7 +241,7 @@ absl::Status RunRender(const RenderFlags& flags, const Context& context) {
   LBC_ASSIGN_OR_RETURN(const WaterOptions options, ToWaterOptions(flags));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
   absl::StatusOr<Sheet> sheet = flags.files.empty() ? RenderFamily(flags, options, context, bar)
-                                                    : RenderFiles(flags, options, bar);
+                                                    : RenderFiles(flags, options, context, bar);
   LBC_RETURN_IF_ERROR(sheet.status());
   bar.Update(1.0, "done", "done");
   bar.Finish();
@@ -266,7 +281,9 @@ void AddRender(CLI::App& app, Context& context) {
   command->add_option("--size", flags->size, "Pixels of one picture, WxH")->capture_default_str();
   command->add_option("--camera", flags->camera,
                       "AZIMUTH,ELEVATION[,ZOOM] in degrees; default 0,16,1: from the front");
-  AddUp(flags->up, "Direction that is up (the family's; of files z)", *command);
+  AddUp(flags->up,
+        "Direction that is up; otherwise the family's, of files their meta.json's, else z",
+        *command);
   command->add_option("--samples", flags->samples_per_side, "Rays per pixel, across and down each")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();

@@ -75,8 +75,9 @@ absl::StatusOr<Operation> Client::RegisterFamily(const RegisterRequest& request)
   LBC_RETURN_IF_ERROR(request.space_time.Validate());
   v1::RegisterFamilyRequest proto = client::ToProto(request);
   proto.set_request_id(client::MakeRequestId());
-  LBC_ASSIGN_OR_RETURN(const google::longrunning::Operation operation,
-                       impl_->Call(&Impl::Service::RegisterFamily, proto));
+  LBC_ASSIGN_OR_RETURN(
+      const google::longrunning::Operation operation,
+      impl_->Submit(&Impl::Service::RegisterFamily, proto, impl_->options.call_timeout));
   return client::FromProto(operation);
 }
 
@@ -97,6 +98,7 @@ absl::StatusOr<std::vector<Family>> Client::ListFamilies() {
     LBC_ASSIGN_OR_RETURN(const v1::ListFamiliesResponse page,
                          impl_->Call(&Impl::Service::ListFamilies, request));
     for (const v1::Family& family : page.families()) {
+      impl_->known_versions.Note(family.name(), family.version());
       families.push_back(client::FromProto(family));
     }
     request.set_page_token(page.next_page_token());

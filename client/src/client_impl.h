@@ -52,6 +52,21 @@ class Client::Impl {
     return response;
   }
 
+  // Likewise for a request that carries a request id; see Submit() below.
+  template <typename Request, typename Response>
+  absl::StatusOr<Response> Submit(grpc::Status (Service::*method)(grpc::ClientContext*,
+                                                                  const Request&, Response*),
+                                  const Request& request, absl::Duration timeout) {
+    Response response;
+    const absl::Status status = Submit([&](client::Server& server) {
+      grpc::ClientContext context;
+      Prepare(timeout, &context);
+      return client::FromGrpc((server.service().*method)(&context, request, &response));
+    });
+    if (!status.ok()) return status;
+    return response;
+  }
+
   // Likewise for a deletion: not found at a second attempt means that the first one did it.
   template <typename Stub, typename Request>
   absl::Status CallDelete(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
@@ -75,6 +90,11 @@ class Client::Impl {
     return client::RetryUnavailable(options.retry, [&](int) { return servers->TryEach(call); });
   }
 
+  // operations.cc: likewise for `call` that submits an operation with a request id, as long as
+  // RetryOptions::patience. If it is not known in the end whether the server has taken it, the
+  // message says where to look.
+  absl::Status Submit(const std::function<absl::Status(client::Server& server)>& call);
+
   // upload.cc: sends the files past the server; what it calls them, in their order. None if the
   // server gives no urls, or they lead nowhere: then the files go to the server.
   absl::StatusOr<std::vector<std::string>> SendDirectly(
@@ -85,8 +105,12 @@ class Client::Impl {
   Operation NoteVersion(Operation operation);
 
   // operations.cc: until every other server that can be reached serves the version that the
-  // registration has published.  Errors: kDeadlineExceeded after call_timeout.
+  // registration has published.  Errors: kDeadlineExceeded after call_timeout or patience,
+  // whichever is longer.
   absl::Status AwaitOtherServers(const Operation& operation, const client::Server& asked);
+  // One of them. OK, too, if it cannot be reached, or does not know the operation.
+  absl::Status AwaitVersion(const Operation& operation, client::Server& server,
+                            absl::Time deadline);
 
   // Says who calls, and until when an answer is of use.
   void Prepare(absl::Duration timeout, grpc::ClientContext* context) const {

@@ -413,6 +413,7 @@ v1::ImportOptions ToProto(const ImportOptions& options) {
   proto.set_allow_gaps(options.allow_gaps);
   proto.set_up(static_cast<v1::Up>(options.up));
   proto.mutable_frame_times()->Assign(options.frame_times.begin(), options.frame_times.end());
+  proto.set_pattern(options.pattern);
   return proto;
 }
 

@@ -1,7 +1,9 @@
 #include "client/src/frame_names.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <map>
 
 #include "absl/status/statusor.h"
@@ -83,6 +85,64 @@ absl::Status CheckPrefixes(const std::vector<std::string>& meshes, absl::string_
                      "*', or move the others away"));
   }
   return absl::OkStatus();
+}
+
+// Names by the digits after the dot, by the digits before it.
+using NamesByRun = std::map<std::string, std::map<std::string, std::string>>;
+
+// Two names of other runs that have this number after the dot and another one too; or none.
+std::vector<std::string> FindEqualNumbers(const NamesByRun& runs) {
+  for (auto one = runs.begin(); one != runs.end(); ++one) {
+    if (one->second.size() < 2) continue;
+    for (auto other = std::next(one); other != runs.end(); ++other) {
+      std::vector<std::string> equal;
+      for (const auto& [number, name] : one->second) {
+        if (other->second.count(number) > 0) equal.push_back(number);
+      }
+      if (equal.size() > 1) return {one->second.at(equal[0]), other->second.at(equal[0])};
+    }
+  }
+  return {};
+}
+
+// Whether the digits after the dots cut a frame into equal parts, such as 25, 5 and 75. Tenths and
+// hundredths do not count: frames of a sequence have such numbers, too.
+bool AreEqualParts(const NamesByRun& runs) {
+  std::map<double, double> tolerances = {{0.0, 0.0}};  // by fractions
+  for (const auto& [before_dot, names] : runs) {
+    for (const auto& [digits, name] : names) {
+      const double unit = std::pow(10.0, -static_cast<double>(digits.size()));
+      double number = 0.0;
+      if (before_dot.empty() || !absl::SimpleAtod(digits, &number)) continue;
+      tolerances.emplace(number * unit, 0.5 * unit);
+    }
+  }
+  const auto num_parts = static_cast<double>(tolerances.size());
+  const double exponent = std::log10(num_parts);
+  if (std::abs(exponent - std::round(exponent)) < 1e-9) return false;
+  double k = 0.0;
+  return std::all_of(tolerances.begin(), tolerances.end(), [&](const auto& part) {
+    return std::abs(part.first - k++ / num_parts) <= part.second;
+  });
+}
+
+// Numbers with a dot are those of two sequences, or times between frames.
+absl::Status CheckFractions(const std::vector<std::string>& meshes, absl::string_view extension) {
+  NamesByRun runs;
+  for (const std::string& name : meshes) {
+    const NumberWords words = FindNumber(name, extension);
+    runs[std::string(words.before_dot)].emplace(words.last, name);
+  }
+  if (AreEqualParts(runs)) return absl::OkStatus();
+  const std::vector<std::string> equal = FindEqualNumbers(runs);
+  if (equal.empty()) return absl::OkStatus();
+  const NumberWords first = FindNumber(equal[0], extension);
+  return absl::InvalidArgumentError(
+      absl::StrCat("frames of two sequences, ", Shown(equal[0]), " and ", Shown(equal[1]),
+                   ": choose those of one, such as --pattern '", std::string(first.prefix),
+                   std::string(first.before_dot),
+                   ".*'; if their numbers are times, give these by "
+                   "--frame-times"));
 }
 
 using NamesByNumber = std::map<double, std::string>;
@@ -184,7 +244,7 @@ bool IsAnimationFileName(const std::string& name) {
 }
 
 absl::Status CheckFrameNames(const std::vector<std::string>& names, AnimationFormat format,
-                             bool may_miss_numbers) {
+                             NumberRule rule) {
   LBC_ASSIGN_OR_RETURN(const FormatName found, FindFormat(names, format));
   const absl::string_view extension = found.extension;
   const std::vector<std::string> meshes = Select(
@@ -192,7 +252,10 @@ absl::Status CheckFrameNames(const std::vector<std::string>& names, AnimationFor
   LBC_RETURN_IF_ERROR(CheckPrefixes(meshes, extension));
   const bool has_fractions = HasFractions(meshes, extension);
   LBC_ASSIGN_OR_RETURN(const NamesByNumber numbered, Number(meshes, extension, has_fractions));
-  if (!has_fractions && !may_miss_numbers) LBC_RETURN_IF_ERROR(CheckGaps(numbered));
+  if (has_fractions && rule != NumberRule::kTimesGiven) {
+    LBC_RETURN_IF_ERROR(CheckFractions(meshes, extension));
+  }
+  if (!has_fractions && rule == NumberRule::kNoGaps) LBC_RETURN_IF_ERROR(CheckGaps(numbered));
   if (found.format != AnimationFormat::kMantaflow) return absl::OkStatus();
   LBC_ASSIGN_OR_RETURN(const NamesByNumber velocities,
                        Number(Select(names, IsVelocities), kVelocityExtension, has_fractions));

@@ -1,6 +1,7 @@
 // The part of Client that deals with long-running operations.
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
@@ -14,7 +15,7 @@ namespace liquidblend {
 namespace {
 
 constexpr int kOperationsPerPage = 1000;
-constexpr absl::Duration kLongestPause = absl::Seconds(1);  // a restart is soon over
+constexpr absl::Duration kPause = absl::Milliseconds(200);  // while a server cannot answer
 
 template <typename Request>
 Request OperationRequest(const std::string& name) {
@@ -50,7 +51,7 @@ absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
     LBC_ASSIGN_OR_RETURN(const google::longrunning::ListOperationsResponse page,
                          impl_->Call(&Impl::Operations::ListOperations, request));
     for (const google::longrunning::Operation& operation : page.operations()) {
-      operations.push_back(client::FromProto(operation));
+      operations.push_back(impl_->NoteVersion(client::FromProto(operation)));
     }
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());
@@ -64,6 +65,16 @@ absl::Status Client::CancelOperation(const std::string& name) {
       .status();
 }
 
+absl::Status Client::Impl::Submit(const std::function<absl::Status(client::Server& server)>& call) {
+  const absl::Status status =
+      client::RetryPatiently(options.retry, [&] { return servers->TryEach(call); });
+  if (!absl::IsUnavailable(status) && !absl::IsDeadlineExceeded(status)) return status;
+  return absl::Status(
+      status.code(),
+      absl::StrCat(status.message(),
+                   "; it may have been accepted nevertheless: `liquidblend operations` lists it"));
+}
+
 Operation Client::Impl::NoteVersion(Operation operation) {
   if (operation.done && operation.result.ok() && operation.version > 0) {
     known_versions.Note(operation.subject, operation.version);
@@ -71,25 +82,40 @@ Operation Client::Impl::NoteVersion(Operation operation) {
   return operation;
 }
 
-absl::Status Client::Impl::AwaitOtherServers(const Operation& operation,
-                                             const client::Server& asked) {
-  if (!operation.result.ok() || operation.version == 0) return absl::OkStatus();
-  for (client::Server* const server : servers->All()) {
-    if (server == &asked) continue;
+absl::Status Client::Impl::AwaitVersion(const Operation& operation, client::Server& server,
+                                        absl::Time deadline) {
+  for (;;) {
     grpc::ClientContext context;
-    Prepare(options.call_timeout, &context);
-    const auto stream = server->service().WatchOperation(
+    Prepare(std::max(deadline - absl::Now(), absl::ZeroDuration()), &context);
+    const auto stream = server.service().WatchOperation(
         &context, OperationRequest<v1::WatchOperationRequest>(operation.name));
     google::longrunning::Operation message;
     while (stream->Read(&message)) {
     }
     const absl::Status status = client::FromGrpc(stream->Finish());
-    if (absl::IsDeadlineExceeded(status)) {
-      return absl::DeadlineExceededError(
-          absl::StrCat(operation.name, " has published version ", operation.version, " of ",
-                       operation.subject, ", but the server at ", server->address,
-                       " does not serve it after ", absl::FormatDuration(options.call_timeout)));
-    }
+    // It answers, but what it needs for that is away (its catalog), or it is busy.
+    const bool is_transient =
+        client::RetryDelay(status).has_value() ||
+        (absl::IsUnavailable(status) && server.channel->GetState(false) == GRPC_CHANNEL_READY);
+    if (!is_transient && !absl::IsDeadlineExceeded(status)) return absl::OkStatus();
+    if (absl::Now() >= deadline) return absl::DeadlineExceededError(status.message());
+    if (is_transient) absl::SleepFor(kPause);
+  }
+}
+
+absl::Status Client::Impl::AwaitOtherServers(const Operation& operation,
+                                             const client::Server& asked) {
+  if (!operation.result.ok() || operation.version == 0) return absl::OkStatus();
+  const absl::Duration timeout = std::max(options.call_timeout, options.retry.patience);
+  const absl::Time deadline = absl::Now() + timeout;
+  for (client::Server* const server : servers->All()) {
+    if (server == &asked) continue;
+    const absl::Status status = AwaitVersion(operation, *server, deadline);
+    if (status.ok()) continue;
+    return absl::DeadlineExceededError(absl::StrCat(
+        operation.name, " has published version ", operation.version, " of ", operation.subject,
+        ", but the server at ", server->address, " does not serve it after ",
+        absl::FormatDuration(timeout), ": ", status.message()));
   }
   return absl::OkStatus();
 }
@@ -97,8 +123,7 @@ absl::Status Client::Impl::AwaitOtherServers(const Operation& operation,
 absl::StatusOr<Operation> Client::WatchOperation(
     const std::string& name, const std::function<bool(const Operation&)>& update) {
   const auto request = OperationRequest<v1::WatchOperationRequest>(name);
-  client::Backoff backoff(impl_->options.retry);
-  absl::Time lost_at = absl::InfiniteFuture();  // since then nothing has come
+  client::PatientBackoff backoff(impl_->options.retry);
   for (;;) {
     grpc::ClientContext context;
     impl_->Prepare(absl::InfiniteDuration(), &context);
@@ -107,7 +132,6 @@ absl::StatusOr<Operation> Client::WatchOperation(
     google::longrunning::Operation message;
     while (stream->Read(&message)) {
       backoff.Reset();
-      lost_at = absl::InfiniteFuture();
       const Operation operation = impl_->NoteVersion(client::FromProto(message));
       const bool go_on = !update || update(operation);
       if (!operation.done && go_on) continue;
@@ -121,12 +145,10 @@ absl::StatusOr<Operation> Client::WatchOperation(
     }
     absl::Status status = client::FromGrpc(stream->Finish());
     if (status.ok()) status = absl::UnavailableError("the server stopped reporting " + name);
-    lost_at = std::min(lost_at, absl::Now());
-    const bool is_patient =
-        absl::IsUnavailable(status) && absl::Now() - lost_at < impl_->options.retry.patience;
-    if (!backoff.ShouldRetry(status) && !is_patient) return LostSight(request.name(), status);
+    const std::optional<absl::Duration> pause = backoff.NextPause(status, absl::Now());
+    if (!pause.has_value()) return LostSight(request.name(), status);
     impl_->servers->Leave(server);
-    absl::SleepFor(std::min(backoff.NextWait(), kLongestPause));
+    absl::SleepFor(*pause);
   }
 }
 

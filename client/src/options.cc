@@ -85,6 +85,7 @@ absl::Status ConnectOptions::Validate() const {
   LBC_RETURN_IF_ERROR(CheckPositive("connect_timeout", connect_timeout));
   LBC_RETURN_IF_ERROR(CheckPositive("call_timeout", call_timeout));
   LBC_RETURN_IF_ERROR(CheckPositive("upload_timeout", upload_timeout));
+  LBC_RETURN_IF_ERROR(CheckRange("keepalive (seconds)", absl::ToDoubleSeconds(keepalive), 1, 3600));
   LBC_RETURN_IF_ERROR(CheckRange("retry.max_attempts", retry.max_attempts, 1));
   LBC_RETURN_IF_ERROR(CheckPositive("retry.initial_backoff", retry.initial_backoff));
   LBC_RETURN_IF_ERROR(CheckPositive("retry.max_backoff", retry.max_backoff));

@@ -9,12 +9,22 @@
 namespace liquidblend::client {
 namespace {
 
+constexpr absl::Duration kShortestPause = absl::Milliseconds(100);
+constexpr absl::Duration kLongestPause = absl::Seconds(1);
+
 // The same error with more to read.
 absl::Status WithMessage(const absl::Status& status, const std::string& message) {
   absl::Status changed(status.code(), message);
   status.ForEachPayload(
       [&](absl::string_view url, const absl::Cord& payload) { changed.SetPayload(url, payload); });
   return changed;
+}
+
+absl::Status WithAttempts(const absl::Status& status, int num_attempts) {
+  const bool is_repeatable = absl::IsUnavailable(status) || RetryDelay(status).has_value();
+  if (!is_repeatable || num_attempts == 1) return status;
+  return WithMessage(status,
+                     absl::StrCat(status.message(), " (after ", num_attempts, " attempts)"));
 }
 
 }  // namespace
@@ -55,6 +65,26 @@ void Backoff::Reset() {
   waited_ = absl::ZeroDuration();
 }
 
+PatientBackoff::PatientBackoff(const RetryOptions& options)
+    : options_(options), backoff_(options) {}
+
+std::optional<absl::Duration> PatientBackoff::NextPause(const absl::Status& status,
+                                                        absl::Time now) {
+  const bool is_away = absl::IsUnavailable(status);
+  lost_at_ = std::min(lost_at_, now);
+  const bool is_next_attempt = backoff_.ShouldRetry(status);
+  if (!is_next_attempt && (!is_away || now - lost_at_ >= options_.patience)) return std::nullopt;
+  ++num_attempts_;
+  const absl::Duration wait = is_next_attempt ? backoff_.NextWait() : options_.max_backoff;
+  return is_away ? std::clamp(wait, kShortestPause, kLongestPause) : wait;
+}
+
+void PatientBackoff::Reset() {
+  backoff_.Reset();
+  num_attempts_ = 1;
+  lost_at_ = absl::InfiniteFuture();
+}
+
 absl::Status RetryUnavailable(const RetryOptions& options,
                               const std::function<absl::Status(int attempt)>& call) {
   Backoff backoff(options);
@@ -63,10 +93,18 @@ absl::Status RetryUnavailable(const RetryOptions& options,
     absl::SleepFor(backoff.NextWait());
     status = call(backoff.num_attempts());
   }
-  const bool is_repeatable = absl::IsUnavailable(status) || RetryDelay(status).has_value();
-  if (!is_repeatable || backoff.num_attempts() == 1) return status;
-  return WithMessage(
-      status, absl::StrCat(status.message(), " (after ", backoff.num_attempts(), " attempts)"));
+  return WithAttempts(status, backoff.num_attempts());
+}
+
+absl::Status RetryPatiently(const RetryOptions& options,
+                            const std::function<absl::Status()>& call) {
+  PatientBackoff backoff(options);
+  for (;;) {
+    const absl::Status status = call();
+    const std::optional<absl::Duration> pause = backoff.NextPause(status, absl::Now());
+    if (!pause.has_value()) return WithAttempts(status, backoff.num_attempts());
+    absl::SleepFor(*pause);
+  }
 }
 
 }  // namespace liquidblend::client

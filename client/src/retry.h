@@ -42,9 +42,35 @@ class Backoff {
   std::minstd_rand random_;
 };
 
+// Likewise for what can be repeated for as long as the caller has patience: when the attempts of
+// Backoff are used up, attempts go on until RetryOptions::patience is over since the server went
+// away.  Threads: one.
+class PatientBackoff {
+ public:
+  explicit PatientBackoff(const RetryOptions& options);
+
+  // The pause before the attempt after one that ended so at `now`; none: give up. While the server
+  // is away it is 0.1 to 1 s, whatever the server asks for: a restart is soon over.
+  std::optional<absl::Duration> NextPause(const absl::Status& status, absl::Time now);
+
+  // The connection worked: start counting from the beginning.
+  void Reset();
+
+  int num_attempts() const { return num_attempts_; }
+
+ private:
+  const RetryOptions options_;
+  Backoff backoff_;
+  int num_attempts_ = 1;
+  absl::Time lost_at_ = absl::InfiniteFuture();  // since then nothing has come
+};
+
 // Runs `call` until it succeeds, fails for another reason, or attempts or patience are used up;
 // then the message says how many attempts there were.
 absl::Status RetryUnavailable(const RetryOptions& options,
                               const std::function<absl::Status(int attempt)>& call);
+
+// Likewise, with a PatientBackoff.
+absl::Status RetryPatiently(const RetryOptions& options, const std::function<absl::Status()>& call);
 
 }  // namespace liquidblend::client

@@ -30,6 +30,12 @@ grpc::ChannelArguments ArgumentsFor(const ConnectOptions& options, const std::st
   // A server that was replaced may have another address, and an answer of DNS may be lost.
   arguments.SetInt(GRPC_ARG_DNS_MIN_TIME_BETWEEN_RESOLUTIONS_MS, 1000);
   arguments.SetInt(GRPC_ARG_DNS_ARES_QUERY_TIMEOUT_MS, kResolveMs);
+  // A host that has vanished without a word is found out while a call waits, a watch without a
+  // deadline too. The server allows such pings (server/rpc/server.cc).
+  const auto keepalive_ms = static_cast<int>(absl::ToInt64Milliseconds(options.keepalive));
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, keepalive_ms);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, keepalive_ms);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);  // no limit
   // Channels to this machine must not go through a proxy of the environment (http_proxy): that
   // one would read the token, and reach another machine under this one's name.
   if (IsThisMachine(address)) arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);

@@ -143,7 +143,7 @@ absl::StatusOr<Operation> Client::UploadAnimation(
                        impl_->SendDirectly(request, files, progress));
 
   google::longrunning::Operation operation;
-  LBC_RETURN_IF_ERROR(impl_->TryAll([&](client::Server& server) {
+  LBC_RETURN_IF_ERROR(impl_->Submit([&](client::Server& server) {
     grpc::ClientContext context;
     impl_->Prepare(impl_->options.upload_timeout, &context);
     const auto writer = server.service().UploadAnimation(&context, &operation);
@@ -169,7 +169,7 @@ absl::StatusOr<Operation> Client::ImportAnimation(const ImportRequest& request) 
   proto.set_priority(request.priority);
   LBC_ASSIGN_OR_RETURN(
       const google::longrunning::Operation operation,
-      impl_->Call(&Impl::Service::ImportAnimation, proto, impl_->options.upload_timeout));
+      impl_->Submit(&Impl::Service::ImportAnimation, proto, impl_->options.upload_timeout));
   return client::FromProto(operation);
 }
 

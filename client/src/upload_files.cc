@@ -42,15 +42,24 @@ bool SaysFrameTimes(const std::string& meta_path) {
   return absl::StrContains(text, "\"frame_times\"");
 }
 
+bool IsChosen(const std::string& name, const std::string& pattern) {
+  return pattern.empty() || !client::IsFrameName(name) ||
+         fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
+}
+
 absl::Status CheckNames(const std::vector<client::UploadFile>& files,
                         const ImportOptions& options) {
-  bool may_miss_numbers = options.allow_gaps || !options.frame_times.empty();
+  auto rule = options.allow_gaps ? client::NumberRule::kGapsAllowed : client::NumberRule::kNoGaps;
+  if (!options.frame_times.empty()) rule = client::NumberRule::kTimesGiven;
   std::vector<std::string> names;
   for (const client::UploadFile& file : files) {
-    names.push_back(file.name);
-    if (file.name == kMetaName) may_miss_numbers |= SaysFrameTimes(file.path);
+    if (IsChosen(file.name, options.pattern)) names.push_back(file.name);
+    if (file.name == kMetaName && SaysFrameTimes(file.path)) {
+      rule = client::NumberRule::kTimesGiven;
+    }
   }
-  return client::CheckFrameNames(names, options.format, may_miss_numbers);
+  if (!options.pattern.empty()) names = client::WithoutStrayVelocities(names);
+  return client::CheckFrameNames(names, options.format, rule);
 }
 
 }  // namespace
@@ -67,7 +76,7 @@ absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& d
     if (!client::IsAnimationFileName(name) || !entry->is_regular_file(ignored)) continue;
     if (client::IsFrameName(name)) {
       ++num_frames;
-      if (!pattern.empty() && fnmatch(pattern.c_str(), name.c_str(), 0) != 0) continue;
+      if (!IsChosen(name, pattern)) continue;
       ++num_chosen;
     }
     names.push_back(name);

@@ -394,6 +394,7 @@ store::pb::ImportOptions ToRecord(const v1::ImportOptions& options) {
   record.set_allow_gaps(options.allow_gaps());
   *record.mutable_frame_times() = options.frame_times();
   record.set_up(static_cast<store::pb::Up>(options.up()));  // the same numbers
+  record.set_pattern(options.pattern());
   return record;
 }
 

@@ -82,8 +82,8 @@ class ImportCall final : public Call<ImportReactor> {
     message.mutable_header()->set_request_id(request_.request_id());
     message.mutable_header()->set_priority(request_.priority());
     LB_RETURN_IF_ERROR(upload_->Add(message));
-    absl::StatusOr<ImportSource> source =
-        ImportSource::Open(roots_, request_.location(), limits_.max_upload_files);
+    absl::StatusOr<ImportSource> source = ImportSource::Open(
+        roots_, request_.location(), limits_.max_upload_files, request_.options().pattern());
     LB_RETURN_IF_ERROR(source.status());
     source_.emplace(*std::move(source));
     return true;

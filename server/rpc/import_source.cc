@@ -14,6 +14,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "core/base/glob.h"
 #include "core/base/status_macros.h"
 #include "server/rpc/errors.h"
 #include "server/rpc/names.h"
@@ -107,7 +108,8 @@ absl::StatusOr<FileHandle> OpenLocation(const ImportRoots& roots, const std::str
 // Sorted; no more than `max_files` + 1, which is too many.
 absl::StatusOr<std::vector<std::string>> AnimationFilesIn(const FileHandle& directory,
                                                           const std::string& location,
-                                                          int max_files) {
+                                                          int max_files,
+                                                          const std::string& pattern) {
   const int copy = fcntl(directory.fd(), F_DUPFD_CLOEXEC, 0);
   const std::unique_ptr<DIR, int (*)(DIR*)> entries(fdopendir(copy), closedir);
   if (entries == nullptr) {
@@ -118,13 +120,17 @@ absl::StatusOr<std::vector<std::string>> AnimationFilesIn(const FileHandle& dire
   std::vector<std::string> names;
   while (const dirent* entry = readdir(entries.get())) {
     if (!IsAnimationFile(entry->d_name)) continue;
+    const bool is_chosen =
+        pattern.empty() || !IsFrameFile(entry->d_name) || base::MatchesGlob(pattern, entry->d_name);
+    if (!is_chosen) continue;
     names.emplace_back(entry->d_name);
     if (static_cast<int>(names.size()) > max_files) break;
   }
   if (std::none_of(names.begin(), names.end(), IsFrameFile)) {
     return AtLocation(
         absl::StatusCode::kFailedPrecondition,
-        absl::StrCat("'", location, "' holds no frames (*.bobj.gz, *.ply, *.obj, *.stl or *.vdb)"),
+        absl::StrCat("'", location, "' holds no frames (*.bobj.gz, *.ply, *.obj, *.stl or *.vdb)",
+                     pattern.empty() ? "" : absl::StrCat(" called '", CleanText(pattern, 80), "'")),
         "NO_FRAMES");
   }
   std::sort(names.begin(), names.end());
@@ -157,10 +163,11 @@ absl::StatusOr<ImportRoots> ParseImportRoots(const std::vector<std::string>& arg
 }
 
 absl::StatusOr<ImportSource> ImportSource::Open(const ImportRoots& roots,
-                                                const std::string& location, int max_files) {
+                                                const std::string& location, int max_files,
+                                                const std::string& pattern) {
   LB_ASSIGN_OR_RETURN(FileHandle directory, OpenLocation(roots, location));
   LB_ASSIGN_OR_RETURN(std::vector<std::string> names,
-                      AnimationFilesIn(directory, location, max_files));
+                      AnimationFilesIn(directory, location, max_files, pattern));
   return ImportSource(location, std::move(directory), std::move(names));
 }
 

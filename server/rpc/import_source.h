@@ -28,13 +28,14 @@ absl::StatusOr<ImportRoots> ParseImportRoots(const std::vector<std::string>& arg
 // same list), as the messages of an upload, sorted by name.  Threads: one at a time.
 class ImportSource {
  public:
-  // location: NAME or NAME/path; at most `max_files` files are listed.
+  // location: NAME or NAME/path; at most `max_files` files are listed, of frames those whose names
+  // are like `pattern` (base/glob.h), unless that is empty.
   // Errors, all with a violation of `location` and its text, never a directory of the server:
   // kInvalidArgument if it is not of that form; kNotFound (IMPORT_ROOT_UNKNOWN, or no such
   // directory); kFailedPrecondition (NOT_A_DIRECTORY: also a symbolic link; NO_FRAMES);
   // kPermissionDenied.
   static absl::StatusOr<ImportSource> Open(const ImportRoots& roots, const std::string& location,
-                                           int max_files);
+                                           int max_files, const std::string& pattern = "");
 
   // Puts the next message into `message`; false: there is none.
   // Errors: as above, and kFailedPrecondition for what is no regular file (NOT_A_FILE: also a

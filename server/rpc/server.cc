@@ -37,7 +37,8 @@ constexpr int kIdleMs = 5 * 60'000;          // connections without a call end
 constexpr int kMaxConcurrentStreams = 1000;  // of a connection; further calls wait in the client
 // Each stream of server reflection that is open keeps one; further ones are refused.
 constexpr int kMaxReflectionThreads = 8;
-constexpr int64_t kMaxComplaints = 10;  // a second
+constexpr int kShortestPingIntervalMs = 1'000;  // of clients whose calls wait
+constexpr int64_t kMaxComplaints = 10;          // a second
 constexpr absl::Duration kFarewell = absl::Milliseconds(250);
 
 absl::Status OutOfRangeOption(absl::string_view field, int64_t value) {
@@ -154,6 +155,10 @@ struct Server::Impl {
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveMs);
     LimitPeers(options, builder);
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);  // no limit
+    // Watches may be silent for long; gRPC takes pings in 5 minutes of silence for abuse.
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS,
+                               kShortestPingIntervalMs);
     builder.SetMaxReceiveMessageSize(options.max_message_bytes);
     builder.SetMaxSendMessageSize(-1);
     builder.AddListeningPort(options.listen, ServerCredentialsOf(options.tls), &port);

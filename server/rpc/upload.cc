@@ -24,6 +24,7 @@
 namespace liquidblend::rpc {
 namespace {
 
+constexpr size_t kMaxPatternBytes = 255;  // as a file name
 constexpr size_t kMaxFileNameLength = 255;
 
 // How long deleting the files of an upload may take; the collector deletes the rest.
@@ -128,6 +129,9 @@ absl::Status Upload::CheckOptions(const v1::ImportOptions& options) const {
   for (int k = 0; k < options.frame_times_size(); ++k) {
     check("frame_times", options.frame_times(k));
   }
+  violations.AddIf(
+      options.pattern().size() > kMaxPatternBytes, absl::StrCat(prefix, "pattern"),
+      absl::StrCat("at most ", kMaxPatternBytes, " bytes, got ", options.pattern().size()));
   return violations.ToStatus();
 }
 

@@ -93,6 +93,17 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     return grpc::Status::OK;
   }
 
+  grpc::Status ImportAnimation(ServerContext*, const v1::ImportAnimationRequest* request,
+                               lro::Operation* operation) override {
+    {
+      const absl::MutexLock lock(&mutex);
+      google::protobuf::TextFormat::PrintToString(*request, &last_request);
+    }
+    if (grpc::Status status = Enter("ImportAnimation"); !status.ok()) return status;
+    *operation = MakeOperation("import-1");
+    return grpc::Status::OK;
+  }
+
   grpc::Status GetAnimation(ServerContext*, const v1::GetAnimationRequest* request,
                             v1::Animation* animation) override {
     if (grpc::Status status = Enter("GetAnimation"); !status.ok()) return status;

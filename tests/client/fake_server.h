@@ -50,7 +50,8 @@ class FakeServer {
   int NumCalls(const std::string& method) const;
   std::vector<std::string> RequestIds() const;  // of RegisterFamily, one per call
   std::vector<ReceivedUpload> Uploads() const;
-  // The last RegisterFamily, GetFrame or beginning of a StreamFrames, as protobuf text.
+  // The last ImportAnimation, RegisterFamily, GetFrame or beginning of a StreamFrames, as protobuf
+  // text.
   std::string LastRequest() const;
   std::vector<std::string> Deleted() const;
 

@@ -33,6 +33,28 @@ int WaitForExit(pid_t child) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+// Calls `action` with the command's process once standard error holds `text`.
+CommandResult RunUntil(const std::vector<std::string>& arguments, const std::string& text,
+                       const std::function<void(pid_t child)>& action) {
+  int err[2];
+  if (pipe2(err, O_CLOEXEC) != 0) abort();  // what `action` starts does not hold it open
+  const pid_t child = fork();
+  if (child == 0) Exec(arguments, OpenToWrite("/dev/null"), err[1]);
+  close(err[1]);
+  CommandResult result;
+  bool is_done = false;
+  char buffer[512];
+  for (ssize_t size = 0; (size = read(err[0], buffer, sizeof(buffer))) > 0;) {
+    result.err.append(buffer, static_cast<size_t>(size));
+    if (is_done || result.err.find(text) == std::string::npos) continue;
+    action(child);
+    is_done = true;
+  }
+  close(err[0]);
+  result.exit_code = WaitForExit(child);
+  return result;
+}
+
 }  // namespace
 
 CommandResult RunLiquidblend(const std::vector<std::string>& arguments) {
@@ -47,23 +69,12 @@ CommandResult RunLiquidblend(const std::vector<std::string>& arguments) {
 
 CommandResult InterruptLiquidblend(const std::vector<std::string>& arguments,
                                    const std::string& text) {
-  int err[2];
-  if (pipe(err) != 0) abort();
-  const pid_t child = fork();
-  if (child == 0) Exec(arguments, OpenToWrite("/dev/null"), err[1]);
-  close(err[1]);
-  CommandResult result;
-  bool interrupted = false;
-  char buffer[512];
-  for (ssize_t size = 0; (size = read(err[0], buffer, sizeof(buffer))) > 0;) {
-    result.err.append(buffer, static_cast<size_t>(size));
-    if (interrupted || result.err.find(text) == std::string::npos) continue;
-    kill(child, SIGINT);
-    interrupted = true;
-  }
-  close(err[0]);
-  result.exit_code = WaitForExit(child);
-  return result;
+  return RunUntil(arguments, text, [](pid_t child) { kill(child, SIGINT); });
+}
+
+CommandResult RunLiquidblendUntil(const std::vector<std::string>& arguments,
+                                  const std::string& text, const std::function<void()>& action) {
+  return RunUntil(arguments, text, [&](pid_t) { action(); });
 }
 
 }  // namespace liquidblend::testing

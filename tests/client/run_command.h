@@ -1,6 +1,7 @@
 // Runs the command `liquidblend` as a person would.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,5 +20,9 @@ CommandResult RunLiquidblend(const std::vector<std::string>& arguments);
 // not kept.
 CommandResult InterruptLiquidblend(const std::vector<std::string>& arguments,
                                    const std::string& text);
+
+// Likewise, but calls `action` as soon as standard error holds `text`; the command goes on.
+CommandResult RunLiquidblendUntil(const std::vector<std::string>& arguments,
+                                  const std::string& text, const std::function<void()>& action);
 
 }  // namespace liquidblend::testing

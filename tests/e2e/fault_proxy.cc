@@ -1,11 +1,14 @@
 #include "tests/e2e/fault_proxy.h"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <utility>
@@ -24,19 +27,41 @@ bool SendAll(int to, const std::string& bytes) {
   return true;
 }
 
-int ConnectTo(const std::string& path) {
-  const int server = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_un address = {};
-  address.sun_family = AF_UNIX;
-  std::strncpy(address.sun_path, path.c_str(), sizeof(address.sun_path) - 1);
-  if (connect(server, reinterpret_cast<sockaddr*>(&address), sizeof(address)) == 0) return server;
+// A socket that is connected to the address, or -1.
+template <typename Address>
+int ConnectTo(const Address& address, int family) {
+  const int server = socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (connect(server, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0) {
+    return server;
+  }
   close(server);
   return -1;
 }
 
+int ConnectToPath(const std::string& path) {
+  sockaddr_un address = {};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, path.c_str(), sizeof(address.sun_path) - 1);
+  return ConnectTo(address, AF_UNIX);
+}
+
+int ConnectToPort(int port) {
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  return ConnectTo(address, AF_INET);
+}
+
 }  // namespace
 
-FaultProxy::FaultProxy(std::string socket_path) : socket_path_(std::move(socket_path)) {
+FaultProxy::FaultProxy(const std::string& socket_path)
+    : FaultProxy([socket_path] { return ConnectToPath(socket_path); }) {}
+
+FaultProxy::FaultProxy(int server_port)
+    : FaultProxy([server_port] { return ConnectToPort(server_port); }) {}
+
+FaultProxy::FaultProxy(std::function<int()> connect) : connect_(std::move(connect)) {
   thread_ = std::thread([this] { Serve(); });
 }
 
@@ -68,7 +93,7 @@ void FaultProxy::Serve() {
 
 void FaultProxy::Handle(int client) {
   while (is_cut_ && !is_over_) poll(nullptr, 0, kPollMs);
-  const int server = ConnectTo(socket_path_);
+  const int server = connect_();
   if (server < 0) return;
   while (!is_over_) {
     if (is_cut_) {

@@ -1,5 +1,5 @@
-// Stands between programs and a PostgreSQL: a network that stops, and a spy that knows when a
-// statement comes by.
+// Stands between programs and a server (a PostgreSQL, or one of ours): a network that stops, and a
+// spy that knows when a statement comes by.
 #pragma once
 
 #include <atomic>
@@ -18,7 +18,9 @@ namespace liquidblend::e2e {
 class FaultProxy {
  public:
   // To the server behind a unix socket.
-  explicit FaultProxy(std::string socket_path);
+  explicit FaultProxy(const std::string& socket_path);
+  // To the server that listens on this port of 127.0.0.1.
+  explicit FaultProxy(int server_port);
   ~FaultProxy();
   FaultProxy(const FaultProxy&) = delete;
   FaultProxy& operator=(const FaultProxy&) = delete;
@@ -46,13 +48,14 @@ class FaultProxy {
     std::function<void()> after;
   };
 
+  explicit FaultProxy(std::function<int()> connect);
   void Serve();
   void Handle(int client);
   bool Forward(int from, int to, bool is_from_client);
   // Takes the strike, if these bytes are what it waits for.
   Strike StrikeAt(const std::string& bytes) ABSL_LOCKS_EXCLUDED(mutex_);
 
-  const std::string socket_path_;
+  const std::function<int()> connect_;  // a socket, or -1
   const store::LoopbackListener listener_;
   std::atomic<bool> is_cut_ = false;
   std::atomic<bool> is_over_ = false;

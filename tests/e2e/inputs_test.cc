@@ -31,6 +31,7 @@ namespace fs = std::filesystem;
 using liquidblend::testing::CommandResult;
 using liquidblend::testing::TempDir;
 using ::testing::AnyOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -76,6 +77,20 @@ class InputsTest : public E2eTest {
                     {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     }
     return folder_.File(folder);
+  }
+
+  // Of an import whose client does not look at the names: INVALID_ARGUMENT with this message.
+  std::string ErrorOfUpload(const std::string& id, const std::string& folder,
+                            const std::vector<std::string>& names) {
+    std::vector<NamedBytes> files;
+    for (const std::string& name : names) {
+      files.push_back({name, liquidblend::testing::ReadBytes(folder + "/" + name)});
+    }
+    Operation operation;
+    EXPECT_TRUE(Upload(id, files, "request-" + id, operation).ok());
+    operation = AwaitDone(operation.name());
+    EXPECT_EQ(operation.error().code(), static_cast<int>(absl::StatusCode::kInvalidArgument));
+    return operation.error().message();
   }
 
   cli::MeshStats Frame(const std::string& family, double weight, double time_s) const {
@@ -150,6 +165,35 @@ TEST_F(InputsTest, FramesThatTouchThemselvesGoAllTheWayAndExportsComeBack) {
             NumCrowdedEdges(out) > 0);
 }
 
+// An export into a folder that holds an earlier one, in another format and of more frames.
+TEST_F(InputsTest, AnExportReplacesAnEarlierOneOnlyIfAskedTo) {
+  RunOrDie({"import", "a", WriteFrames("a", PlainNames(4), Cubes(4, 0.1f))});
+  RunOrDie({"import", "b", WriteFrames("b", PlainNames(4), Cubes(4, 0.2f))});
+  Register({"f", "--source", "a", "--target", "b", "--iterations", "1"});
+  const std::string out = MakeFolder("out");
+  const std::vector<std::string> again = {"export", "f", "-w", "0.25", "-o", out, "--fps", "12"};
+  RunOrDie({"export", "f", "-w", "0.5", "-o", out, "--format", "bobj"});
+  const auto before = liquidblend::testing::ListFolder(out);
+  const std::string meta = liquidblend::testing::ReadBytes(out + "/meta.json");
+  const CommandResult refused = Run(again);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("the folder is not empty, it holds fluid_mesh_0001.bobj.gz"));
+  EXPECT_EQ(liquidblend::testing::ListFolder(out), before);
+  EXPECT_EQ(liquidblend::testing::ReadBytes(out + "/meta.json"), meta);
+  std::vector<std::string> overwrite = again;
+  overwrite.push_back("--overwrite");
+  RunOrDie(overwrite);
+  EXPECT_THAT(liquidblend::testing::ListFolder(out),
+              ElementsAre("frame_0001.ply", "frame_0002.ply", "meta.json"));
+  const std::string imported = RunOrDie({"import", "out", out});
+  EXPECT_THAT(imported, HasSubstr("2 frames from number 1 at 12 per second"));
+  folder_.Write("out/frame_0009.ply", "mine");  // foreign: an overwriting export stops at it
+  const CommandResult mixed = Run(overwrite);
+  EXPECT_EQ(mixed.exit_code, 2);
+  EXPECT_THAT(mixed.err, HasSubstr("holds frame_0009.ply"));
+  EXPECT_EQ(liquidblend::testing::ReadBytes(out + "/frame_0009.ply"), "mine");
+}
+
 TEST_F(InputsTest, AnExportedBlendOfTwoDropsCanBeImported) {
   const fs::path simulations = paths::Source("tests/data/two_drops");
   for (const std::string name : {"A", "B"}) {
@@ -178,16 +222,28 @@ TEST_F(InputsTest, FramesOfTwoSequencesAreRefusedAndAPatternChooses) {
   EXPECT_THAT(refused.err, HasSubstr(message));
   EXPECT_EQ(NumOperations(), 0);  // nothing was sent
   EXPECT_THAT(RunOrDie({"import", "a", folder, "--pattern", "liquid.*"}), HasSubstr("2 frames"));
-  // A client that does not look: the import fails.
-  std::vector<NamedBytes> files;
-  for (const std::string& name : names) {
-    files.push_back({name, liquidblend::testing::ReadBytes(folder + "/" + name)});
-  }
-  Operation operation;
-  ASSERT_TRUE(Upload("b", files, "request-b", operation).ok());
-  operation = AwaitDone(operation.name());
-  EXPECT_EQ(operation.error().code(), static_cast<int>(absl::StatusCode::kInvalidArgument));
-  EXPECT_THAT(operation.error().message(), HasSubstr(message));
+  EXPECT_THAT(ErrorOfUpload("b", folder, names), HasSubstr(message));
+}
+
+TEST_F(InputsTest, NumberedRunsInOneFolderAreRefusedUnlessTheTimesAreGiven) {
+  const std::vector<std::string> names = {"run1.01.ply", "run1.02.ply", "run2.01.ply",
+                                          "run2.02.ply"};
+  const std::string folder = WriteFrames("runs", names, Cubes(4, 0.1f));
+  const std::string message = "frames of two sequences, run1.01.ply and run2.01.ply";
+  const CommandResult refused = Run({"import", "a", folder});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr(message));
+  EXPECT_EQ(NumOperations(), 0);  // nothing was sent
+  EXPECT_THAT(RunOrDie({"import", "a", folder, "--pattern", "run1.*"}), HasSubstr("2 frames"));
+  EXPECT_THAT(RunOrDie({"import", "b", folder, "--frame-times", "0,1,2,3"}), HasSubstr("4 frames"));
+  EXPECT_THAT(ErrorOfUpload("c", folder, names), HasSubstr(message));
+}
+
+TEST_F(InputsTest, NumbersThatAreTakenAsTimesAreNoted) {
+  const std::string folder =
+      WriteFrames("halves", {"a_1.0.ply", "a_1.5.ply", "a_2.0.ply", "a_2.5.ply"}, Cubes(4, 0.1f));
+  EXPECT_THAT(RunOrDie({"import", "a", folder}),
+              HasSubstr("Took numbers as times in frames, from 1 (a_1.0.ply) to 2.5 (a_2.5.ply)."));
 }
 
 TEST_F(InputsTest, AnOpenMeshIsRefusedWithThePlaceOfItsHole) {
@@ -266,9 +322,9 @@ TEST_P(RoundTripTest, AnExportComesBackAsTheSameAnimation) {
   const std::string files = WriteFrames(
       "a", {"b_0001.5.ply", "b_0002.5.ply", "b_0003.ply", "b_0004.5.ply", "b_0005.5.ply"},
       TrackedBall({1.5, 2.5, 3, 4.5, 5.5}));
-  ImportAndRegister(
-      "first", files,
-      {"--fps", absl::StrCat(GetParam().frames_per_second), "--vertex-scale", "1", "--up", "y"});
+  ImportAndRegister("first", files,
+                    {"--fps", absl::StrCat(GetParam().frames_per_second), "--vertex-scale", "1",
+                     "--velocity-scale", "1", "--up", "y"});
   const std::string out = MakeFolder("out");
   std::vector<std::string> arguments = {"export", "first", "-w",       "0",
                                         "-o",     out,     "--format", GetParam().format};

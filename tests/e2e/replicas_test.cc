@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "liquidblend/client.h"
+#include "tests/client/run_command.h"
+#include "tests/client/temp_files.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {
@@ -75,6 +78,29 @@ TEST_F(ReplicasTest, ServeAVersionOnceAClientOfAllHasWaitedForIt) {
     v1::Frame frame;
     ASSERT_TRUE(GetFrame(frame).ok());
     EXPECT_EQ(frame.version(), version);
+  }
+}
+
+// Programs that know of no version but by asking: each command is a client of its own.
+TEST_F(ReplicasTest, ShowAFamilysNewestVersionToCommandsThatFollowItsRegistration) {
+  const liquidblend::testing::TempDir folder;
+  const std::string path = folder.File("frame.ply");
+  for (int version = 1; version <= kNumRounds; ++version) {
+    const liquidblend::testing::CommandResult registered = liquidblend::testing::RunLiquidblend(
+        {"--server", first_address_, "--quiet", "register", "balls", "--source", "a", "--target",
+         "b", "--iterations", "1", "--replace", "--wait"});
+    ASSERT_THAT(registered.exit_code, ::testing::AnyOf(0, 6)) << registered.err;
+    const std::string words = absl::StrCat("families/balls version ", version, ",");
+    const liquidblend::testing::CommandResult frame =
+        liquidblend::testing::RunLiquidblend({"--server", second_address_, "--quiet", "frame",
+                                              "balls", "-w", "0.5", "-t", "0", "-o", path});
+    EXPECT_EQ(frame.exit_code, 0) << frame.err;
+    EXPECT_THAT(frame.out, ::testing::HasSubstr(words));
+    const liquidblend::testing::CommandResult exported = liquidblend::testing::RunLiquidblend(
+        {"--server", second_address_, "--quiet", "export", "balls", "-w", "0.5", "-o",
+         folder.File("out"), "--overwrite"});
+    EXPECT_EQ(exported.exit_code, 0) << exported.err;
+    EXPECT_THAT(exported.out, ::testing::HasSubstr(words));
   }
 }
 

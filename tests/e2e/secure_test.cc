@@ -154,6 +154,16 @@ TEST_F(SecureTest, ImportsFromTheServersOwnDiskNeedTheScopeAndStayBelowTheRoot) 
   const CommandResult done = Run(address, "uploader", import);
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, HasSubstr("animations/a: ready"));
+  // A second sequence in the folder.
+  std::filesystem::copy(path("ball/" + BallFiles(1.0)[0].name), path("ball/foam_0001.ply"));
+  const CommandResult mixed =
+      Run(address, "uploader", {"import", "b", "--from-server", "sims/ball"});
+  EXPECT_EQ(mixed.exit_code, 1);
+  EXPECT_THAT(mixed.err, HasSubstr("frames of two sequences"));
+  const CommandResult chosen =
+      Run(address, "uploader", {"import", "c", "--from-server", "sims/ball", "--pattern", "[!f]*"});
+  EXPECT_EQ(chosen.exit_code, 0) << chosen.err;
+  EXPECT_THAT(chosen.out, HasSubstr("animations/c: ready"));
 }
 
 TEST_F(SecureTest, AServerThatOthersCouldListenToDoesNotStart) {

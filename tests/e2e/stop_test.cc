@@ -5,15 +5,19 @@
 #include <atomic>
 #include <thread>
 
+#include "absl/strings/str_cat.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "liquidblend/client.h"
+#include "tests/client/run_command.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {
 namespace {
 
-using testing::ElementsAre;
+using liquidblend::testing::CommandResult;
+using liquidblend::testing::RunLiquidblendUntil;
+using ::testing::ElementsAre;
 
 template <typename Detail>
 Detail DetailOf(const grpc::Status& status) {
@@ -79,6 +83,14 @@ class StopTest : public E2eTest {
     Operation registration;
     ASSERT_TRUE(Register(3, registration).ok());
     ExpectSuccess(AwaitDone(registration.name()));
+  }
+
+  // In place of one that was there, with a worker.
+  Process StartServerAt(const std::string& address) {
+    std::vector<std::string> arguments = StoreArguments();
+    arguments.insert(arguments.end(),
+                     {"--listen", address, "--worker-lease", lease_, "--workers", "1"});
+    return Process("liquidblend-server", arguments, WithStore());
   }
 
   grpc::Status GetFrame(double time_s) {
@@ -160,13 +172,44 @@ TEST_F(StopTest, AClientThatWaitsGoesOnWhenTheServerIsBack) {
   });
   Await([&] { return is_watched.load(); });
   server.Kill();
-  std::vector<std::string> arguments = StoreArguments();
-  arguments.insert(arguments.end(),
-                   {"--listen", address, "--worker-lease", lease_, "--workers", "1"});
-  Process again("liquidblend-server", arguments, WithStore());
+  const Process again = StartServerAt(address);
   waiting.join();
   ASSERT_TRUE(done.ok()) << done.status();
   EXPECT_TRUE(done->result.ok()) << done->result;
+}
+
+// As at an upgrade: the server ends by itself, and another takes its place.
+TEST_F(StopTest, ACommandThatWaitsGoesOnWhenAnotherServerTakesThePlace) {
+  Process server = StartServer();
+  if (server.pid() <= 0) GTEST_SKIP() << "the servers run already";
+  const std::string address = Address();
+  const std::string name = ImportBall("a", 1.0).name();  // nobody works on it yet
+  Process again;
+  const CommandResult result =
+      RunLiquidblendUntil({"--server", address, "--patience", absl::StrCat(Patience().count()),
+                           "operations", name, "--wait"},
+                          "queued", [&] {
+                            server.Signal(SIGTERM);
+                            EXPECT_EQ(server.Wait(), 0);
+                            again = StartServerAt(address);
+                          });
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(StopTest, ACommandWithoutPatienceNamesItsOperation) {
+  Process server = StartServer();
+  if (server.pid() <= 0) GTEST_SKIP() << "the servers run already";
+  const std::string name = ImportBall("a", 1.0).name();
+  const CommandResult result = RunLiquidblendUntil(
+      {"--server", Address(), "--patience", "0", "operations", name, "--wait"}, "queued", [&] {
+        server.Signal(SIGTERM);
+        EXPECT_EQ(server.Wait(), 0);
+      });
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, ::testing::HasSubstr(name +
+                                               " may go on nevertheless: `liquidblend "
+                                               "operations " +
+                                               name + " --wait` watches it"));
 }
 
 TEST_F(StopTest, AClientWhosePatienceEndsIsToldOfItsOperation) {
@@ -185,8 +228,8 @@ TEST_F(StopTest, AClientWhosePatienceEndsIsToldOfItsOperation) {
   });
   EXPECT_EQ(lost.status().code(), absl::StatusCode::kUnavailable);
   EXPECT_THAT(std::string(lost.status().message()),
-              testing::HasSubstr(name + " may go on nevertheless: `liquidblend operations " + name +
-                                 " --wait` watches it"));
+              ::testing::HasSubstr(name + " may go on nevertheless: `liquidblend operations " +
+                                   name + " --wait` watches it"));
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include "worker/ingest/frame_files.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <map>
 #include <string>
 
@@ -11,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/strip.h"
+#include "core/base/glob.h"
 #include "core/base/status_macros.h"
 
 namespace liquidblend::ingest {
@@ -114,12 +117,23 @@ absl::StatusOr<double> FrameNumber(const InputFile& file, absl::string_view exte
   return number;
 }
 
-absl::StatusOr<Format> FindFormat(std::span<const InputFile> files) {
+// A frame that the pattern does not choose.
+bool IsLeftOut(const InputFile& file, const std::string& pattern) {
+  if (pattern.empty() || file.name == kMetaName || IsVelocities(file.name)) return false;
+  return !base::MatchesGlob(pattern, file.name);
+}
+
+// For messages.
+std::string CalledLike(const std::string& pattern) {
+  return pattern.empty() ? "" : absl::StrCat(" called '", absl::Utf8SafeCHexEscape(pattern), "'");
+}
+
+absl::StatusOr<Format> FindFormat(std::span<const InputFile> files, const std::string& pattern) {
   Format found = Format::kAny;
   const InputFile* example = nullptr;
   for (const FormatName& entry : kFormats) {
     const auto file = std::find_if(files.begin(), files.end(), [&](const InputFile& f) {
-      return IsMesh(f.name, entry.format);
+      return IsMesh(f.name, entry.format) && !IsLeftOut(f, pattern);
     });
     if (file == files.end()) continue;
     if (example != nullptr) {
@@ -131,8 +145,9 @@ absl::StatusOr<Format> FindFormat(std::span<const InputFile> files) {
     example = &*file;
   }
   if (example != nullptr) return found;
-  return absl::InvalidArgumentError(absl::StrCat(
-      "none of the ", files.size(), " files is a frame (.bobj.gz, .ply, .obj, .stl or .vdb)"));
+  return absl::InvalidArgumentError(
+      absl::StrCat("none of the ", files.size(),
+                   " files is a frame (.bobj.gz, .ply, .obj, .stl or .vdb)", CalledLike(pattern)));
 }
 
 using FilesByNumber = std::map<double, const InputFile*>;
@@ -148,6 +163,46 @@ absl::StatusOr<FilesByNumber> Number(const std::vector<const InputFile*>& files,
                                                    Shown(*entry->second), " and ", Shown(*file)));
   }
   return by_number;
+}
+
+// Files by the digits after the dot, by the digits before it.
+using FilesByRun = std::map<std::string, std::map<std::string, const InputFile*>>;
+
+// Two files of different runs that have a number after the dot in common, and another one too; or
+// none.
+std::vector<const InputFile*> FindEqualNumbers(const FilesByRun& runs) {
+  for (auto one = runs.begin(); one != runs.end(); ++one) {
+    if (one->second.size() < 2) continue;
+    for (auto other = std::next(one); other != runs.end(); ++other) {
+      std::vector<std::string> equal;
+      for (const auto& [number, file] : one->second) {
+        if (other->second.contains(number)) equal.push_back(number);
+      }
+      if (equal.size() > 1) return {one->second.at(equal[0]), other->second.at(equal[0])};
+    }
+  }
+  return {};
+}
+
+// Whether the digits after the dots cut a frame into equal parts, such as 25, 5 and 75. Tenths and
+// hundredths do not count: frames of a sequence have such numbers, too.
+bool AreEqualParts(const FilesByRun& runs) {
+  std::map<double, double> tolerances = {{0.0, 0.0}};  // by fractions
+  for (const auto& [before_dot, files] : runs) {
+    for (const auto& [digits, file] : files) {
+      const double unit = std::pow(10.0, -static_cast<double>(digits.size()));
+      double number = 0.0;
+      if (before_dot.empty() || !absl::SimpleAtod(digits, &number)) continue;
+      tolerances.emplace(number * unit, 0.5 * unit);
+    }
+  }
+  const auto num_parts = static_cast<double>(tolerances.size());
+  const double exponent = std::log10(num_parts);
+  if (std::abs(exponent - std::round(exponent)) < 1e-9) return false;
+  double k = 0.0;
+  return std::all_of(tolerances.begin(), tolerances.end(), [&](const auto& part) {
+    return std::abs(part.first - k++ / num_parts) <= part.second;
+  });
 }
 
 // Every mesh has velocities, or none has; no velocities lack their mesh.
@@ -183,15 +238,33 @@ std::string Shown(const InputFile& file) { return absl::Utf8SafeCHexEscape(file.
 
 std::string Shown(double number) { return absl::StrFormat("%.15g", number); }
 
-absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Format format) {
+absl::Status CheckFractions(const FrameSequence& sequence) {
+  if (!sequence.has_fractions) return absl::OkStatus();
+  FilesByRun runs;
+  for (const FrameFiles& frame : sequence.frames) {
+    const NumberWords words = FindNumber(*frame.mesh, Extension(sequence.format));
+    runs[std::string(words.before_dot)].emplace(words.last, frame.mesh);
+  }
+  if (AreEqualParts(runs)) return absl::OkStatus();
+  const std::vector<const InputFile*> equal = FindEqualNumbers(runs);
+  if (equal.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "frames of two sequences, ", Shown(*equal[0]), " and ", Shown(*equal[1]),
+      ": import one of them at a time (liquidblend import --pattern, or folders of their own); if "
+      "their numbers are times, give these (--frame-times, or frame_times in meta.json)"));
+}
+
+absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Format format,
+                                         const std::string& pattern) {
   FrameSequence sequence;
   sequence.format = format;
   if (format == Format::kAny) {
-    LB_ASSIGN_OR_RETURN(sequence.format, FindFormat(files));
+    LB_ASSIGN_OR_RETURN(sequence.format, FindFormat(files, pattern));
   }
   std::vector<const InputFile*> meshes;
   std::vector<const InputFile*> velocities;
   for (const InputFile& file : files) {
+    if (IsLeftOut(file, pattern)) continue;
     if (file.name == kMetaName) {
       sequence.meta = &file;
     } else if (IsMesh(file.name, sequence.format)) {
@@ -202,15 +275,19 @@ absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Forma
   }
   const char* const extension = Extension(sequence.format);
   if (meshes.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("none of the ", files.size(), " files is a frame (", extension, ")"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "none of the ", files.size(), " files is a frame (", extension, ")", CalledLike(pattern)));
   }
   LB_RETURN_IF_ERROR(CheckPrefixes(meshes, extension));
   sequence.has_fractions = HasFractions(meshes, extension);
   LB_ASSIGN_OR_RETURN(const FilesByNumber numbered_meshes,
                       Number(meshes, extension, sequence.has_fractions));
-  LB_ASSIGN_OR_RETURN(const FilesByNumber numbered_velocities,
+  LB_ASSIGN_OR_RETURN(FilesByNumber numbered_velocities,
                       Number(velocities, kVelocityExtension, sequence.has_fractions));
+  if (!pattern.empty()) {
+    std::erase_if(numbered_velocities,
+                  [&](const auto& entry) { return !numbered_meshes.contains(entry.first); });
+  }
   for (const auto& [number, file] : numbered_meshes) {
     sequence.frames.push_back({number, file, nullptr});
   }

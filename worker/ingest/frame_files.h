@@ -23,13 +23,22 @@ struct FrameSequence {
   bool has_fractions = false;       // numbers need not be whole
 };
 
-// The result points into `files`. A number is the digits before the extension. It has a fraction
-// (mesh_0012.5.ply) where the digits before the dot count frames: they are not the same in all
-// names, as in run2.0001.ply. Errors: kInvalidArgument if no file has a known format or the files
-// have several, a name has no number, a number comes twice, names differ by more than their
+// The result points into `files`. `pattern`, unless it is empty, chooses frames by their names
+// (base/glob.h), and the velocities of those. A number is the digits before the extension. It has a
+// fraction (mesh_0012.5.ply) where the digits before the dot count frames: they are not the same in
+// all names, as in run2.0001.ply. Errors: kInvalidArgument if no file has a known format or the
+// files have several, a name has no number, a number comes twice, names differ by more than their
 // numbers, or velocities have no mesh. client/src/frame_names.h looks for the same before an
 // upload.
-absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Format format);
+absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Format format,
+                                         const std::string& pattern = "");
+
+// Whether numbers with a dot can be times: not if they are those of two sequences, as in
+// run1.01.ply, run1.02.ply, run2.01.ply and run2.02.ply. Of several numbers after a dot that come
+// with different ones before it, that is only said of those that cut a frame into equal parts (.25,
+// .5, .75), and not into tenths or hundredths. Errors: kInvalidArgument with a file of each.
+// client/src/frame_names.h looks for the same.
+absl::Status CheckFractions(const FrameSequence& sequence);
 
 // A file's name, and a frame's number, for messages.
 std::string Shown(const InputFile& file);

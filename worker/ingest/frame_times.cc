@@ -81,6 +81,7 @@ absl::StatusOr<FrameTimes> FindFrameTimes(const FrameSequence& sequence,
         absl::StrCat("frame_times has ", given.size(), " times for ", frames.size(), " frames"));
   }
   if (!given.empty()) return FrameTimes{Canonical(given), ""};
+  LB_RETURN_IF_ERROR(CheckFractions(sequence));
   FrameTimes result;
   double num_missing = 0.0;
   std::string first_missing;
@@ -96,6 +97,11 @@ absl::StatusOr<FrameTimes> FindFrameTimes(const FrameSequence& sequence,
     num_missing += step - 1.0;
   }
   result.times = Canonical(std::move(result.times));
+  if (sequence.has_fractions) {
+    result.note = absl::StrCat("Took numbers as times in frames, from ", Shown(frames[0].number),
+                               " (", Shown(*frames[0].mesh), ") to ", Shown(frames.back().number),
+                               " (", Shown(*frames.back().mesh), ").");
+  }
   if (num_missing > 0.0) {
     result.note = absl::StrCat("Frame numbers that are missing: ", Shown(num_missing),
                                ", the first is ", first_missing, "; time goes on across them.");

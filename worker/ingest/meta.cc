@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "core/base/status_macros.h"
@@ -22,15 +23,14 @@ using nlohmann::json;
 constexpr size_t kMaxMetaSize = 1 << 16;  // bytes; parsed JSON takes up to 80 times as much
 
 // Keys that are read, and those for the record: programs that simulate leave them.
-constexpr const char* kKeys[] = {"fps",   "frame_times",  "up",
-                                 "units", "voxel_size_m", "domain_size_m"};
+constexpr const char* kKeys[] = {"fps",          "frame_times",   "up",     "units",
+                                 "voxel_size_m", "domain_size_m", "gravity"};
 constexpr const char* kRecordKeys[] = {"about",
                                        "blender",
                                        "cpu_seconds_bake_total",
                                        "cpu_seconds_per_frame",
                                        "domain_centre_m",
                                        "frame_range",
-                                       "gravity",
                                        "grid",
                                        "measured",
                                        "mesh_upres",
@@ -46,9 +46,11 @@ constexpr const char* kRecordKeys[] = {"about",
                                        "size",
                                        "wall_inset_voxels",
                                        "wall_planes_m"};
-constexpr const char* kUnitKeys[] = {"vertex_scale", "velocity_scale_to_m_per_s"};
+constexpr const char* kUnitKeys[] = {"vertex_scale", "velocity_scale_to_m_per_s", "vertices"};
 constexpr const char* kUnitRecordKeys[] = {"frame_1", "velocities", "velocity_scale_to_m_per_frame",
-                                           "vertices", "world"};
+                                           "world"};
+constexpr const char* kMetres[] = {"m", "metre", "metres", "meter", "meters"};
+constexpr double kAlongAxis = 1e-3;  // largest share of gravity that points elsewhere
 
 bool Contains(std::span<const char* const> keys, const std::string& key) {
   return std::any_of(keys.begin(), keys.end(), [&](const char* known) { return key == known; });
@@ -128,6 +130,45 @@ absl::Status ReadUp(const json& object, mesh::Up& up) {
   return absl::OkStatus();
 }
 
+// The axis that gravity points away from; kUnknown if it is none, or no three numbers.
+mesh::Up UpAgainstGravity(const json& object) {
+  const auto found = object.find("gravity");
+  if (found == object.end() || !found->is_array() || found->size() != 3) return mesh::Up::kUnknown;
+  double gravity[3] = {};
+  int longest = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(*found)[axis].is_number()) return mesh::Up::kUnknown;
+    gravity[axis] = (*found)[axis].get<double>();
+    if (std::abs(gravity[axis]) > std::abs(gravity[longest])) longest = axis;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const double share = gravity[longest] == 0.0 ? 1.0 : std::abs(gravity[axis] / gravity[longest]);
+    if (axis != longest && share > kAlongAxis) return mesh::Up::kUnknown;
+  }
+  const mesh::Up first = gravity[longest] < 0.0 ? mesh::Up::kX : mesh::Up::kMinusX;
+  return static_cast<mesh::Up>(static_cast<int>(first) + longest);
+}
+
+absl::Status ReadUnits(const json& object, Meta& meta) {
+  const auto units = object.find("units");
+  if (units == object.end()) return absl::OkStatus();
+  if (!units->is_object()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "units is ", FormatJson(*units),
+        ", not an object such as {\"vertex_scale\": 0.01} (metres per unit of the positions)"));
+  }
+  LB_RETURN_IF_ERROR(CheckKeys(*units, "units.", kUnitKeys, kUnitRecordKeys));
+  LB_RETURN_IF_ERROR(ReadField(*units, "vertex_scale", meta.vertex_scale));
+  const auto words = units->find("vertices");
+  if (words != units->end()) {
+    const bool is_metres =
+        words->is_string() && Contains(kMetres, absl::AsciiStrToLower(words->get<std::string>()));
+    if (!is_metres) meta.unit_of_vertices = FormatJson(*words);
+    if (is_metres && meta.vertex_scale == 0.0) meta.vertex_scale = 1.0;
+  }
+  return ReadField(*units, "velocity_scale_to_m_per_s", meta.velocity_scale);
+}
+
 }  // namespace
 
 absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
@@ -148,16 +189,8 @@ absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes) {
   LB_RETURN_IF_ERROR(ReadDomainSize(object, meta.longest_side_m));
   LB_RETURN_IF_ERROR(ReadFrameTimes(object, meta.frame_times));
   LB_RETURN_IF_ERROR(ReadUp(object, meta.up));
-  const auto units = object.find("units");
-  if (units == object.end()) return meta;
-  if (!units->is_object()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "units is ", FormatJson(*units),
-        ", not an object such as {\"vertex_scale\": 0.01} (metres per unit of the positions)"));
-  }
-  LB_RETURN_IF_ERROR(CheckKeys(*units, "units.", kUnitKeys, kUnitRecordKeys));
-  LB_RETURN_IF_ERROR(ReadField(*units, "vertex_scale", meta.vertex_scale));
-  LB_RETURN_IF_ERROR(ReadField(*units, "velocity_scale_to_m_per_s", meta.velocity_scale));
+  meta.up_against_gravity = UpAgainstGravity(object);
+  LB_RETURN_IF_ERROR(ReadUnits(object, meta));
   return meta;
 }
 

@@ -8,6 +8,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/synchronization/mutex.h"
 #include "core/base/data_limit.h"
 #include "core/base/status_macros.h"
@@ -31,7 +32,10 @@ struct Units {
   double frames_per_second = kDefaultFramesPerSecond;
   double vertex_scale = 1.0;
   double velocity_scale = 0.0;  // 0: not known
-  std::string note;             // one sentence about what was assumed; or empty
+  // What neither an option nor meta.json says.
+  bool assumes_rate = false;
+  bool assumes_metres = false;
+  bool assumes_velocities = false;  // to be in the unit of positions per second
 };
 
 struct Frame {
@@ -61,15 +65,42 @@ absl::StatusOr<Meta> FindMeta(const FrameSequence& sequence) {
   return meta;
 }
 
-// The rate and the unit of positions where neither an option nor meta.json says them.
-std::string AssumptionNote(bool assumes_rate, bool assumes_metres) {
-  if (!assumes_rate && !assumes_metres) return "";
-  return absl::StrCat(
-      "Assumed ", assumes_rate ? absl::StrCat(kDefaultFramesPerSecond, " frames per second") : "",
-      assumes_rate && assumes_metres ? " and " : "", assumes_metres ? "positions in metres" : "",
-      ", as neither options (", assumes_rate ? "--fps" : "",
-      assumes_rate && assumes_metres ? ", " : "", assumes_metres ? "--vertex-scale" : "",
-      ") nor a meta.json say so.");
+// What was assumed, in one sentence; or empty.
+std::string AssumptionNote(const Units& units, bool has_velocities) {
+  std::vector<std::string> assumed, flags;
+  if (units.assumes_rate) {
+    assumed.push_back(absl::StrCat(kDefaultFramesPerSecond, " frames per second"));
+    flags.push_back("--fps");
+  }
+  if (units.assumes_metres) {
+    assumed.push_back("positions in metres");
+    flags.push_back("--vertex-scale");
+  }
+  if (units.assumes_velocities && has_velocities) {
+    assumed.push_back("velocities in the unit of positions per second");
+    flags.push_back("--velocity-scale");
+  }
+  if (assumed.empty()) return "";
+  const std::string last = assumed.back();
+  assumed.pop_back();
+  return absl::StrCat("Assumed ", absl::StrJoin(assumed, ", "), assumed.empty() ? "" : " and ",
+                      last, ", as neither options (", absl::StrJoin(flags, ", "),
+                      ") nor a meta.json say so.");
+}
+
+// Which way is up, of those that say so the first.
+mesh::Up FirstUp(std::initializer_list<mesh::Up> ups) {
+  for (const mesh::Up up : ups) {
+    if (up != mesh::Up::kUnknown) return up;
+  }
+  return mesh::Up::kUnknown;
+}
+
+// A sentence, if meta.json's gravity contradicts what else is given; or empty.
+std::string GravityNote(mesh::Up up, const Meta& meta) {
+  if (meta.up_against_gravity == mesh::Up::kUnknown || up == meta.up_against_gravity) return "";
+  return absl::StrCat("Took ", mesh::NameOf(up), " as up, as given, although gravity in meta.json ",
+                      "points against ", mesh::NameOf(meta.up_against_gravity), ".");
 }
 
 absl::StatusOr<Units> FindUnits(const FrameSequence& sequence, const Meta& meta,
@@ -82,10 +113,19 @@ absl::StatusOr<Units> FindUnits(const FrameSequence& sequence, const Meta& meta,
       {options.vertex_scale, meta.vertex_scale, is_mantaflow ? meta.longest_side_m : 0.0});
   units.frames_per_second = FirstKnown({rate, kDefaultFramesPerSecond});
   units.vertex_scale = FirstKnown({scale, 1.0});
-  units.note = AssumptionNote(rate == 0.0, scale == 0.0);
-  units.velocity_scale =
+  if (scale == 0.0 && !meta.unit_of_vertices.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        Shown(*sequence.meta), ": units.vertices is ", meta.unit_of_vertices,
+        ", not metres: give units.vertex_scale too, or --vertex-scale (metres per unit, 0.01 for "
+        "centimetres)"));
+  }
+  const double velocity_scale =
       FirstKnown({options.velocity_scale, options.voxel_size_m * per_voxel, meta.velocity_scale,
-                  meta.voxel_size_m * per_voxel, is_mantaflow ? 0.0 : units.vertex_scale});
+                  meta.voxel_size_m * per_voxel});
+  units.velocity_scale = FirstKnown({velocity_scale, is_mantaflow ? 0.0 : units.vertex_scale});
+  units.assumes_rate = rate == 0.0;
+  units.assumes_metres = scale == 0.0;
+  units.assumes_velocities = velocity_scale == 0.0 && !is_mantaflow;
   if (units.velocity_scale == 0.0 && sequence.frames[0].velocities != nullptr) {
     return absl::InvalidArgumentError(
         absl::StrCat("the unit of the velocities in ", Shown(*sequence.frames[0].velocities),
@@ -253,7 +293,8 @@ std::vector<std::string> SourceNotes(const std::vector<Frame>& frames) {
 }
 
 std::vector<std::string> AllNotes(const FrameSequence& sequence, const std::vector<Frame>& frames,
-                                  const std::string& gap_note, const std::string& units_note) {
+                                  const std::string& gap_note, const Units& units,
+                                  const std::string& gravity_note) {
   std::vector<CleanCounts> counts;
   std::vector<std::string> names;
   for (size_t k = 0; k < frames.size(); ++k) {
@@ -263,7 +304,12 @@ std::vector<std::string> AllNotes(const FrameSequence& sequence, const std::vect
   std::vector<std::string> notes = SourceNotes(frames);
   if (!gap_note.empty()) notes.push_back(gap_note);
   for (std::string& note : Notes(counts, names)) notes.push_back(std::move(note));
-  if (!units_note.empty()) notes.push_back(units_note);
+  const bool has_velocities = std::any_of(frames.begin(), frames.end(), [](const Frame& frame) {
+    return frame.mesh.velocities.cols() > 0;
+  });
+  for (const std::string& note : {AssumptionNote(units, has_velocities), gravity_note}) {
+    if (!note.empty()) notes.push_back(note);
+  }
   return notes;
 }
 
@@ -292,7 +338,8 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
                                               const parallel::Arena& arena,
                                               const std::function<void(double)>& progress) {
   LB_RETURN_IF_ERROR(options.Validate());
-  LB_ASSIGN_OR_RETURN(const FrameSequence sequence, FindFrames(files, options.format));
+  LB_ASSIGN_OR_RETURN(const FrameSequence sequence,
+                      FindFrames(files, options.format, options.pattern));
   LB_ASSIGN_OR_RETURN(const Meta meta, FindMeta(sequence));
   LB_ASSIGN_OR_RETURN(const Units units, FindUnits(sequence, meta, options));
   const std::vector<double>& given =
@@ -305,8 +352,8 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const std::string& name,
   animation.frames_per_second = units.frames_per_second;
   animation.first_frame_number = static_cast<int>(sequence.frames.front().number);
   animation.times = std::move(times.times);
-  animation.up = options.up != mesh::Up::kUnknown ? options.up : meta.up;
-  animation.notes = AllNotes(sequence, frames, times.note, units.note);
+  animation.up = FirstUp({options.up, meta.up, meta.up_against_gravity});
+  animation.notes = AllNotes(sequence, frames, times.note, units, GravityNote(animation.up, meta));
   for (Frame& frame : frames) animation.frames.push_back(std::move(frame.mesh));
   LB_RETURN_IF_ERROR(mesh::CheckExtent(animation));
   return animation;

@@ -36,8 +36,11 @@ struct ImportOptions {
   // Frames since the first, one per frame, rising from 0; empty: from meta.json (frame_times), else
   // from the numbers in the names.
   std::vector<double> frame_times = {};
-  mesh::Up up = mesh::Up::kUnknown;  // kUnknown: from meta.json (up), else Animation::up says so
-  absl::Status Validate() const;     // names the first field out of range, and its value
+  // kUnknown: from meta.json (up, or against gravity), else Animation::up says so.
+  mesh::Up up = mesh::Up::kUnknown;
+  // Frames of such names only (base/glob.h), and their velocities; empty: all.
+  std::string pattern = {};
+  absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
 struct InputFile {

@@ -48,6 +48,7 @@ ingest::ImportOptions ToImportOptions(const store::v1::ImportOptions& options) {
   result.allow_gaps = options.allow_gaps();
   result.up = static_cast<mesh::Up>(options.up());  // the same numbers
   result.frame_times.assign(options.frame_times().begin(), options.frame_times().end());
+  result.pattern = options.pattern();
   return result;
 }
 

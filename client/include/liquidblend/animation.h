@@ -28,6 +28,9 @@ struct ImportOptions {
   std::vector<double> frame_times;  // frames since the first, one per frame, rising from 0; empty:
                                     // from meta.json, else from the numbers in the names
   Up up = Up::kUnknown;  // kUnknown: from meta.json, else found from parts that fall, else z
+  // Frames of such names only, as "foam.*", and their velocities; empty: all. Chosen by the server:
+  // of files that are uploaded, ListAnimationFiles() chooses before.
+  std::string pattern;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 

@@ -30,7 +30,7 @@ struct RetryOptions {
   absl::Duration initial_backoff = absl::Milliseconds(100);
   absl::Duration max_backoff = absl::Seconds(5);
   // >= 0; of one call, for waits that the server asks for; 0: they are not waited for. Likewise for
-  // a server that is away while an operation is watched.
+  // a server that is away while an operation is submitted or watched.
   absl::Duration patience = absl::Seconds(30);
 };
 
@@ -41,6 +41,9 @@ struct ConnectOptions {
   absl::Duration connect_timeout = absl::Seconds(5);  // how long Connect waits for the server
   absl::Duration call_timeout = absl::Seconds(30);    // per attempt of a short call
   absl::Duration upload_timeout = absl::InfiniteDuration();
+  // 1 s to an hour. While a call waits and nothing comes for so long, the server is asked for a
+  // sign of life; without one for as long again the connection is lost (kUnavailable).
+  absl::Duration keepalive = absl::Seconds(20);
   // Where servers give urls of their object store, files are sent and got there directly.
   bool direct_transfers = true;
   RetryOptions retry;
@@ -82,7 +85,7 @@ absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& d
                                                             const std::string& pattern = "");
 
 // Frames are never of an older version of their family than one that this Client has heard of: from
-// GetFamily(), or as the result of an operation.
+// GetFamily(), ListFamilies() or RollbackFamily(), or as the result of an operation.
 // Resource names may be given with or without their collection ("drops" or "animations/drops").
 // Errors of every call: the server's with its details in the message; kUnavailable if it cannot be
 // reached; kDeadlineExceeded.  Threads: safe.
@@ -95,7 +98,8 @@ class Client {
   Client& operator=(const Client&) = delete;
 
   // Uploads files and starts their import. `progress` runs on the calling thread, once per chunk;
-  // when the upload has to be repeated it starts again at 0.
+  // when the upload has to be repeated it starts again at 0. Like ImportAnimation() and
+  // RegisterFamily(), it is repeated for RetryOptions::patience while no server can be reached.
   // Errors: kNotFound or kInvalidArgument for the local files, before anything is sent: also if
   // their names do not make one sequence of frames.
   absl::StatusOr<Operation> UploadAnimation(
@@ -129,7 +133,8 @@ class Client {
   // Returns the operation as last seen; Operation::result says how it ended.
   // Of a registration that has published a version, returns when every server of
   // ConnectOptions::target that can be reached serves at least that version.
-  // Errors: kDeadlineExceeded if one of them does not within call_timeout.
+  // Errors: kDeadlineExceeded if one of them does not within call_timeout or
+  // RetryOptions::patience, whichever is longer.
   absl::StatusOr<Operation> WatchOperation(const std::string& name,
                                            const std::function<bool(const Operation&)>& update);
   // Waits until the operation is done.

@@ -80,10 +80,11 @@ TEST_F(Border, ALocalFolderThatIsNotThereIsNamedBeforeAServerIsAsked) {
   EXPECT_THAT(result.err, Not(HasSubstr("127.0.0.1:1")));
 }
 
-TEST_F(Border, APatternIsForLocalFolders) {
-  const CommandResult result = Run({"import", "a", "--from-server", "x/y", "--pattern", "f.*"});
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("--pattern chooses files of DIR"));
+TEST_F(Border, APatternGoesAlongWithAnImportFromTheServersDisk) {
+  const CommandResult result =
+      Run({"import", "drops-a", "--from-server", "x/y", "--pattern", "f.*"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("pattern: \"f.*\""));
 }
 
 TEST_F(Border, AnOutputThatCannotBeIsNamedBeforeAServerIsAsked) {
@@ -107,6 +108,20 @@ TEST_F(Border, AnOutputThatCannotBeIsNamedBeforeAServerIsAsked) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, HasSubstr("file/out: "));
   EXPECT_THAT(result.err, HasSubstr("choose a folder that you may write to"));
+}
+
+TEST_F(Border, AFrameIsOfTheNewestVersionOrNone) {
+  const std::vector<std::string> frame = {"--patience", "0",  "frame", "drops", "-w",
+                                          "0.5",        "-t", "0",     "-o",    dir_.File("f.ply")};
+  ASSERT_EQ(Run(frame).exit_code, 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("min_version: 3"));
+  // The server could still serve what it has in memory, whatever was published since.
+  std::filesystem::remove(dir_.File("f.ply"));
+  server_.FailNext("GetFamily", 100, absl::UnavailableError("the catalog is away"));
+  const CommandResult result = Run(frame);
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("the catalog is away"));
+  EXPECT_FALSE(std::filesystem::exists(dir_.File("f.ply")));
 }
 
 TEST_F(Border, CapitalsInExtensionsAreTaken) {
@@ -139,6 +154,56 @@ TEST_F(Border, ConvertWritesTheMeshInEachFormatWithoutAServer) {
   EXPECT_THAT(Run({"convert", draco, dir_.File("g.drc")}).err,
               HasSubstr("g.drc: must end in .ply, .obj or .bobj.gz"));
   EXPECT_EQ(Run({"convert", dir_.File("none.drc"), dir_.File("g.ply")}).exit_code, 4);
+}
+
+TEST_F(Border, ConvertKeepsNormalsAndVelocitiesOrSaysThatItDoesNot) {
+  Mesh mesh = testing::MakeOctahedron(0.5, 0.0);
+  mesh.normals.assign(mesh.positions.size(), 0.25f);
+  mesh.velocities.assign(mesh.positions.size(), 3.0f);
+  const std::string ply = dir_.Write("a.ply", ToPly(mesh));
+  const auto convert = [&](const std::string& from, const std::string& to) {
+    const CommandResult result = testing::RunLiquidblend({"convert", from, dir_.File(to)});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  EXPECT_EQ(convert(ply, "b.ply"), "");
+  const auto read = ReadMeshFile(dir_.File("b.ply"));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->normals, mesh.normals);
+  EXPECT_EQ(read->velocities, mesh.velocities);
+  EXPECT_THAT(convert(ply, "b.obj"),
+              HasSubstr("b.obj: without normals and velocities, which .obj"));
+  EXPECT_THAT(convert(ply, "b.bobj.gz"),
+              HasSubstr("b.bobj.gz: without velocities, which .bobj.gz"));
+  EXPECT_EQ(convert(dir_.File("b.bobj.gz"), "c.ply"), "");
+  EXPECT_EQ(ReadMeshFile(dir_.File("c.ply"))->normals, mesh.normals);
+  const std::string obj = dir_.Write("n.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1 2 3\n");
+  EXPECT_THAT(convert(obj, "d.ply"), HasSubstr("d.ply: without normals of " + obj));
+}
+
+// Pictures of a mesh that is longer along y than along z differ with the direction that is up.
+TEST_F(Border, RenderTakesUpFromTheMetaBesideTheFilesOrSaysWhatItAssumes) {
+  Mesh mesh = testing::MakeOctahedron(0.5, 0.0);
+  for (size_t k = 1; k < mesh.positions.size(); k += 3) mesh.positions[k] *= 3.0f;
+  const std::string file = dir_.Write("frame_0001.ply", ToPly(mesh));
+  const auto render = [&](const std::string& name, std::vector<std::string> flags) {
+    flags.insert(flags.begin(), {"render", "--files", file, "-o", dir_.File(name), "--size",
+                                 "40x30", "--samples", "1"});
+    const CommandResult result = testing::RunLiquidblend(flags);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  const std::string assumed = "Assumed that z is up in " + file;
+  EXPECT_THAT(render("z.png", {}), HasSubstr(assumed));
+  EXPECT_THAT(render("y.png", {"--up", "y"}), Not(HasSubstr("Assumed")));
+  dir_.Write("meta.json", R"({"up": "y"})");
+  EXPECT_THAT(render("meta.png", {}), Not(HasSubstr("Assumed")));
+  EXPECT_EQ(testing::ReadBytes(dir_.File("meta.png")), testing::ReadBytes(dir_.File("y.png")));
+  EXPECT_NE(testing::ReadBytes(dir_.File("meta.png")), testing::ReadBytes(dir_.File("z.png")));
+  for (const char* silent : {"{}", R"({"up": 3})", "no JSON"}) {
+    dir_.Write("meta.json", silent);
+    EXPECT_THAT(render("none.png", {}), HasSubstr(assumed)) << silent;
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,30 +52,65 @@ TEST_F(Export, RefusesAFolderThatHoldsAnything) {
   EXPECT_THAT(Names(), ElementsAre("notes.txt"));
 }
 
-TEST_F(Export, OverwriteReplacesTheFramesOfEveryFormatAndNothingElse) {
-  for (const char* name : {"frame_0001.obj", "frame_0009.ply", "frame_10000.ply",
-                           "fluid_mesh_0002.bobj.gz", "meta.json", "frame_0001.png", "notes.txt"}) {
-    Write(name, "before");
+TEST_F(Export, OverwriteReplacesTheFilesOfAnEarlierExportAndNothingElse) {
+  for (const std::string format : {"ply", "obj", "bobj"}) {
+    ASSERT_EQ(Run({"--overwrite", "--format", format}).exit_code, 0);
+    Write("frame_0001.png", "before");
+    Write("notes.txt", "before");
+    const CommandResult result = Run({"--overwrite", "--fps", "2"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(Names(), ElementsAre("frame_0001.ply", "frame_0001.png", "frame_0002.ply",
+                                     "frame_0003.ply", "meta.json", "notes.txt"));
+    EXPECT_THAT(testing::ReadBytes(Out() + "/meta.json"), HasSubstr("\"fps\": 2.0"));
+    EXPECT_EQ(testing::ReadBytes(Out() + "/notes.txt"), "before");
+    EXPECT_EQ(testing::ReadBytes(Out() + "/frame_0001.png"), "before");
   }
-  const CommandResult result = Run({"--overwrite", "--fps", "2"});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(Names(), ElementsAre("frame_0001.ply", "frame_0001.png", "frame_0002.ply",
-                                   "frame_0003.ply", "meta.json", "notes.txt"));
-  EXPECT_THAT(testing::ReadBytes(Out() + "/meta.json"), HasSubstr("\"fps\": 2.0"));
-  EXPECT_EQ(testing::ReadBytes(Out() + "/notes.txt"), "before");
-  EXPECT_EQ(testing::ReadBytes(Out() + "/frame_0001.png"), "before");
 }
 
-TEST_F(Export, OverwriteRefusesFilesThatAnImportWouldMixWithTheFrames) {
-  for (const char* name : {"foam.0001.ply", "lVelMesh_0001.uni", "frame_001.ply", "a_1.OBJ"}) {
-    Write("frame_0001.ply", "before");
-    Write(name, "other");
+// Files with the names of an export's that no export has written.
+TEST_F(Export, OverwriteRefusesWhatNoExportHasWritten) {
+  for (const char* name :
+       {"frame_0001.ply", "frame_0004.ply", "frame_0001.obj", "foam.0001.ply",
+        "fluid_mesh_0001.bobj.gz", "lVelMesh_0001.uni", "frame_001.ply", "a_1.OBJ", "meta.json"}) {
+    Write(name, R"({"fps": 24, "about": "mine"})");
     const CommandResult result = Run({"--overwrite"});
     EXPECT_EQ(result.exit_code, 2) << name;
     EXPECT_THAT(result.err, HasSubstr(std::string("holds ") + name));
-    EXPECT_EQ(testing::ReadBytes(Out() + "/frame_0001.ply"), "before");
+    EXPECT_THAT(Names(), ElementsAre(name));
     std::filesystem::remove_all(Out());
   }
+}
+
+TEST_F(Export, OverwriteRefusesFilesBesideThoseOfAnEarlierExport) {
+  ASSERT_EQ(Run({"--fps", "2"}).exit_code, 0);
+  const std::string first = testing::ReadBytes(Out() + "/frame_0001.ply");
+  for (const char* name : {"frame_0004.ply", "frame_0001.obj", "lVelMesh_0001.uni"}) {
+    Write(name, "other");
+    const std::vector<std::string> before = Names();
+    const CommandResult result = Run({"--overwrite"}, "0.75");
+    EXPECT_EQ(result.exit_code, 2) << name;
+    EXPECT_THAT(result.err, HasSubstr(std::string("holds ") + name));
+    EXPECT_EQ(Names(), before);
+    EXPECT_EQ(testing::ReadBytes(Out() + "/frame_0001.ply"), first);
+    std::filesystem::remove(Out() + "/" + name);
+  }
+}
+
+// Some frames are at their place, meta.json is not.
+TEST_F(Export, OverwriteReplacesTheFilesOfAnExportThatWasKilledAtItsEnd) {
+  ASSERT_EQ(Run({"--fps", "2"}).exit_code, 0);
+  std::filesystem::create_directory(Out() + "/.export.part");
+  for (const char* name : {"frame_0003.ply", "meta.json"}) {
+    std::filesystem::rename(Out() + "/" + name, Out() + "/.export.part/" + name);
+  }
+  const CommandResult result = Run({"--overwrite", "--fps", "1", "--format", "obj"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(Names(), ElementsAre("frame_0001.obj", "frame_0002.obj", "meta.json"));
+}
+
+TEST_F(Export, AsksForTheNewestVersionThatThereIs) {
+  ASSERT_EQ(Run({"--fps", "1"}).exit_code, 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("min_version: 3"));
 }
 
 TEST_F(Export, ThatBreaksOffLeavesTheFormerFramesAndNoTrace) {
@@ -101,6 +137,27 @@ TEST_F(Export, RemovesTheRestOfAnExportThatWasKilled) {
   EXPECT_THAT(Run().err, HasSubstr("holds .export.part"));
   ASSERT_EQ(Run({"--overwrite", "--fps", "1"}).exit_code, 0);
   EXPECT_THAT(Names(), ElementsAre("frame_0001.ply", "frame_0002.ply", "meta.json"));
+}
+
+TEST(ToMetaJson, NamesTheFilesSoThatTheyAreKnownAgain) {
+  ExportMeta meta;
+  meta.frames_per_second = 24;
+  meta.times_s = {0};
+  meta.files = {"frame_", ".ply", 12000};
+  const std::optional<ExportedFiles> files = ExportedFilesIn(ToMetaJson(meta));
+  ASSERT_TRUE(files.has_value());
+  for (const char* name : {"frame_0001.ply", "frame_9999.ply", "frame_12000.ply"}) {
+    EXPECT_TRUE(files->Contain(name)) << name;
+  }
+  for (const char* name : {"frame_0000.ply", "frame_12001.ply", "frame_00001.ply", "frame_001.ply",
+                           "frame_0001.obj", "frame_+001.ply", "meta.json"}) {
+    EXPECT_FALSE(files->Contain(name)) << name;
+  }
+  for (const char* json :
+       {"", "[]", "{}", R"({"about": "mine"})", R"({"about": {"files": 3}})",
+        R"({"about": {"files": {"prefix": 1, "extension": ".ply", "count": 2}}})"}) {
+    EXPECT_FALSE(ExportedFilesIn(json).has_value()) << json;
+  }
 }
 
 TEST(ToMetaJson, SaysRateAndUnitsAndTimesOnlyWhereTheyAreNotWholeFrames) {

@@ -114,6 +114,38 @@ TEST(MeshFile, PlyHoldsNormalsAndVelocities) {
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->positions, mesh.positions);
   EXPECT_EQ(read->triangles, mesh.triangles);
+  EXPECT_EQ(read->normals, mesh.normals);
+  EXPECT_EQ(read->velocities, mesh.velocities);
+}
+
+TEST(MeshFile, BobjKeepsTheNormalsOfTheMesh) {
+  Mesh mesh = testing::MakeOctahedron(0.0, 0.0);
+  mesh.normals.assign(mesh.positions.size(), 0.5f);
+  const auto read = FromBobj(*ToBobj(mesh), "m.bobj.gz");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->normals, mesh.normals);
+}
+
+TEST(MeshFile, NamesWhatItPassesOver) {
+  std::string passed_over = "before";
+  ASSERT_TRUE(FromPly(ToPly(testing::MakeOctahedron(0, 0)), "m.ply", &passed_over).ok());
+  EXPECT_EQ(passed_over, "");
+  const float vertex[] = {1, 2, 3, 7, 4, 5, 6, 8, 9};
+  const std::string data(reinterpret_cast<const char*>(vertex), sizeof(vertex));
+  std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n";
+  for (const char* name : {"x", "y", "z", "u", "vx", "vy", "vz", "nx", "ny"}) {
+    header += std::string("property float ") + name + "\n";
+  }
+  const auto mesh = FromPly(header + "end_header\n" + data, "m.ply", &passed_over);
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  EXPECT_EQ(mesh->velocities, (std::vector<float>{4, 5, 6}));
+  EXPECT_TRUE(mesh->normals.empty());
+  EXPECT_EQ(passed_over, "u, nx, ny");
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n";
+  ASSERT_TRUE(FromObj(obj, "m.obj", &passed_over).ok());
+  EXPECT_EQ(passed_over, "normals");
+  ASSERT_TRUE(FromObj("vt 0 0\n" + obj, "m.obj", &passed_over).ok());
+  EXPECT_EQ(passed_over, "normals and texture coordinates");
 }
 
 TEST(MeshFile, RefusesWhatItCannotReadWithTheReason) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <set>
 
 #include "absl/time/clock.h"
@@ -13,6 +14,7 @@
 namespace liquidblend::client_test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Each;
 using ::testing::ElementsAre;
 using testing::FakeServer;
@@ -197,6 +199,77 @@ TEST_F(ClientTest, ARepeatedRegistrationHasTheSameRequestIdAndANewOneAnother) {
   EXPECT_EQ(ids[0], ids[1]);
   EXPECT_NE(ids[1], ids[2]);
   EXPECT_FALSE(ids[0].empty());
+}
+
+RegisterRequest DropsRequest() {
+  RegisterRequest request;
+  request.family = "drops";
+  request.source = "drops-a";
+  request.targets = {"drops-b"};
+  return request;
+}
+
+TEST_F(ClientTest, WhatCarriesARequestIdIsSubmittedAgainWhileThereIsPatience) {
+  const TempDir dir;
+  UploadRequest upload;
+  upload.animation = "drops-a";
+  upload.files = {dir.Write("f_0001.ply", "bytes")};
+  server_.FailNext("RegisterFamily", 7, kAway);  // more than max_attempts
+  server_.FailNext("UploadAnimation", 7, kAway);
+  EXPECT_TRUE(client_->RegisterFamily(DropsRequest()).ok());
+  EXPECT_TRUE(client_->UploadAnimation(upload).ok());
+  EXPECT_EQ(server_.NumCalls("RegisterFamily"), 8);
+  EXPECT_EQ(server_.NumCalls("UploadAnimation"), 8);
+}
+
+TEST_F(ClientTest, ASubmissionWhoseAnswerIsLostSaysWhereToLook) {
+  ConnectOptions options;
+  options.target = server_.target();
+  options.retry.max_attempts = 1;
+  options.retry.patience = absl::ZeroDuration();
+  client_ = *Client::Connect(options);
+  const TempDir dir;
+  UploadRequest upload;
+  upload.animation = "drops-a";
+  upload.files = {dir.Write("f_0001.ply", "bytes")};
+  for (const char* method : {"RegisterFamily", "UploadAnimation", "ImportAnimation"}) {
+    server_.FailNext(method, 1, kAway);
+  }
+  for (const absl::Status& status :
+       {client_->RegisterFamily(DropsRequest()).status(), client_->UploadAnimation(upload).status(),
+        client_->ImportAnimation({"drops-a", "root/dir", {}, 0}).status()}) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
+    EXPECT_THAT(std::string(status.message()),
+                HasSubstr("going away; it may have been accepted nevertheless: `liquidblend "
+                          "operations` lists it"));
+  }
+}
+
+// After any of these the client has heard of version 3.
+TEST_F(ClientTest, FramesAreNotOlderThanWhatTheClientHasHeardOf) {
+  const std::vector<std::function<absl::Status(Client&)>> ways = {
+      [](Client& client) { return client.GetFamily("drops").status(); },
+      [](Client& client) { return client.ListFamilies().status(); },
+      [](Client& client) { return client.WaitOperation("register-1").status(); }};
+  FrameRequest frame;
+  frame.family = "drops";
+  frame.weights = {0.5};
+  StreamSettings stream;
+  stream.family = "drops";
+  stream.weights = {0.5};
+  stream.lossless = true;
+  ConnectOptions options;
+  options.target = server_.target();
+  for (const auto& hear : ways) {
+    const auto client = *Client::Connect(options);
+    ASSERT_TRUE(client->GetFrame(frame).ok());
+    EXPECT_THAT(server_.LastRequest(), Not(HasSubstr("min_version")));
+    ASSERT_TRUE(hear(*client).ok());
+    ASSERT_TRUE(client->GetFrame(frame).ok());
+    EXPECT_THAT(server_.LastRequest(), HasSubstr("min_version: 3"));
+    ASSERT_TRUE((*client->StreamFrames(stream))->Read().ok());
+    EXPECT_THAT(server_.LastRequest(), AllOf(HasSubstr("lossless"), HasSubstr("min_version: 3")));
+  }
 }
 
 TEST_F(ClientTest, RegistrationCarriesOptionsAndCorrespondences) {

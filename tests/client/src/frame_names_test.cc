@@ -22,7 +22,7 @@ struct Case {
   std::string name;
   std::vector<std::string> names;
   std::string message;  // what both say; empty: both take the names
-  bool may_miss_numbers = false;
+  NumberRule rule = NumberRule::kNoGaps;
   AnimationFormat format = AnimationFormat::kAny;
   ingest::Format ingest_format = ingest::Format::kAny;
 };
@@ -32,7 +32,11 @@ absl::Status CheckInWorker(const Case& c) {
   for (const std::string& name : c.names) files.push_back({name, {}});
   const absl::StatusOr<ingest::FrameSequence> sequence = ingest::FindFrames(files, c.ingest_format);
   if (!sequence.ok()) return sequence.status();
-  return ingest::FindFrameTimes(*sequence, {}, c.may_miss_numbers).status();
+  std::vector<double> times;
+  if (c.rule == NumberRule::kTimesGiven) {
+    for (size_t k = 0; k < sequence->frames.size(); ++k) times.push_back(static_cast<double>(k));
+  }
+  return ingest::FindFrameTimes(*sequence, times, c.rule == NumberRule::kGapsAllowed).status();
 }
 
 class FrameNames : public ::testing::TestWithParam<Case> {};
@@ -40,7 +44,7 @@ class FrameNames : public ::testing::TestWithParam<Case> {};
 TEST_P(FrameNames, AreJudgedAsByAnImport) {
   const Case& c = GetParam();
   for (const absl::Status& status :
-       {CheckFrameNames(c.names, c.format, c.may_miss_numbers), CheckInWorker(c)}) {
+       {CheckFrameNames(c.names, c.format, c.rule), CheckInWorker(c)}) {
     if (c.message.empty()) {
       EXPECT_TRUE(status.ok()) << status;
     } else {
@@ -57,6 +61,27 @@ std::vector<Case> Cases() {
       {"NoPrefix", {"0009.ply", "0010.ply"}, ""},
       {"NumberedRun", {"run2.0001.ply", "run2.0002.ply"}, ""},
       {"Fractions", {"a_1.ply", "a_1.5.ply", "a_3.25.ply"}, ""},
+      {"Halves", {"a_1.0.ply", "a_1.5.ply", "a_2.0.ply", "a_2.5.ply"}, ""},
+      {"Quarters", {"a_1.5.ply", "a_1.75.ply", "a_2.25.ply", "a_2.5.ply", "a_2.75.ply"}, ""},
+      {"Thirds", {"a_1.33.ply", "a_1.67.ply", "a_2.ply", "a_2.33.ply", "a_2.67.ply"}, ""},
+      {"TwoRuns",
+       {"run1.01.ply", "run1.02.ply", "run2.01.ply", "run2.02.ply"},
+       "frames of two sequences, run1.01.ply and run2.01.ply"},
+      {"TwoRunsOfDifferentLengths",
+       {"run1.1.ply", "run1.2.ply", "run1.3.ply", "run2.2.ply", "run2.3.ply"},
+       "frames of two sequences, run1.2.ply and run2.2.ply"},
+      {"RunsOfWhichOneHasNoNumber",
+       {"run.01.ply", "run.02.ply", "run2.01.ply", "run2.02.ply"},
+       "frames of two sequences, run.01.ply and run2.01.ply"},
+      {"TwoRunsThatCouldBeTenths",
+       {"r1.0.ply", "r1.1.ply", "r1.2.ply", "r1.3.ply", "r1.4.ply", "r1.5.ply", "r1.6.ply",
+        "r1.7.ply", "r1.8.ply", "r1.9.ply", "r2.0.ply", "r2.1.ply"},
+       "frames of two sequences, r1.0.ply and r2.0.ply",
+       NumberRule::kGapsAllowed},
+      {"NumbersWhoseTimesAreGiven",
+       {"run1.01.ply", "run1.02.ply", "run2.01.ply", "run2.02.ply"},
+       "",
+       NumberRule::kTimesGiven},
       {"Velocities", {"m_1.bobj.gz", "lVelMesh_0001.uni", "other.uni"}, ""},
       {"TwoPrefixes",
        {"foam.0003.ply", "liquid.0001.ply"},
@@ -68,7 +93,7 @@ std::vector<Case> Cases() {
        {"foam1.0001.ply", "liquid2.0002.ply"},
        "frames of two sequences, foam1.0001.ply and liquid2.0002.ply"},
       {"Gap", {"a_1.ply", "a_4.ply"}, "frame 2 is missing: a_4.ply comes right after a_1.ply"},
-      {"GapThatIsAllowed", {"a_1.ply", "a_4.ply"}, "", true},
+      {"GapThatIsAllowed", {"a_1.ply", "a_4.ply"}, "", NumberRule::kGapsAllowed},
       {"Twice", {"a_01.ply", "a_1.ply"}, "frame 1 is there twice: a_01.ply and a_1.ply"},
       {"NoNumber", {"a.ply"}, "a.ply: no frame number of 1 to 9 digits"},
       {"LongNumber", {"a_1234567890.ply"}, "a_1234567890.ply: no frame number of 1 to 9 digits"},
@@ -78,7 +103,7 @@ std::vector<Case> Cases() {
       {"ChosenFormat",
        {"a_1.ply", "b_1.obj"},
        "",
-       false,
+       NumberRule::kNoGaps,
        AnimationFormat::kObj,
        ingest::Format::kObj},
       {"NoFrame", {"meta.json"}, "none of the 1 files is a frame"},

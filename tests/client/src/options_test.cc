@@ -46,6 +46,9 @@ TEST(Options, ValidateNamesTheFieldAndItsValue) {
   ConnectOptions connect;
   connect.call_timeout = absl::ZeroDuration();
   EXPECT_THAT(connect.Validate().ToString(), HasSubstr("call_timeout"));
+  connect.call_timeout = absl::Seconds(1);
+  connect.keepalive = absl::Milliseconds(1);
+  EXPECT_THAT(connect.Validate().ToString(), HasSubstr("keepalive (seconds) is 0.001"));
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+
 #include "client/src/status.h"
 #include "tests/client/fake_server.h"
 
@@ -80,6 +82,50 @@ TEST(Backoff, WithoutPatienceOnlyWhatWasUnavailableIsRepeated) {
   const absl::Status away = testing::WithRetryDelay(absl::UnavailableError("away"), absl::Hours(1));
   ASSERT_TRUE(backoff.ShouldRetry(away));
   EXPECT_LE(backoff.NextWait(), options.initial_backoff);
+}
+
+// What our servers say while they cannot serve; the clock is the test's.
+TEST(PatientBackoff, PausesATenthToOneSecondUntilThePatienceIsOver) {
+  RetryOptions options;
+  options.patience = absl::Minutes(2);
+  for (const absl::Status& away :
+       {absl::UnavailableError("away"),
+        testing::WithRetryDelay(absl::UnavailableError("away"), absl::Seconds(1))}) {
+    PatientBackoff backoff(options);
+    const absl::Time lost_at = absl::UnixEpoch();
+    absl::Time now = lost_at;
+    while (const std::optional<absl::Duration> pause = backoff.NextPause(away, now)) {
+      ASSERT_GE(*pause, absl::Milliseconds(100));
+      ASSERT_LE(*pause, absl::Seconds(1));
+      now += *pause;
+    }
+    EXPECT_GE(now - lost_at, options.patience);
+    EXPECT_LE(now - lost_at, options.patience + absl::Seconds(1));
+    EXPECT_LE(backoff.num_attempts(), 130);
+  }
+}
+
+TEST(PatientBackoff, CountsFromTheLossOfTheConnection) {
+  RetryOptions options;
+  options.max_attempts = 1;
+  options.patience = absl::Seconds(10);
+  const absl::Status away = absl::UnavailableError("away");
+  PatientBackoff backoff(options);
+  const absl::Time lost_at = absl::UnixEpoch();
+  EXPECT_TRUE(backoff.NextPause(away, lost_at).has_value());
+  EXPECT_TRUE(backoff.NextPause(away, lost_at + absl::Seconds(9)).has_value());
+  EXPECT_FALSE(backoff.NextPause(away, lost_at + absl::Seconds(10)).has_value());
+  backoff.Reset();
+  EXPECT_TRUE(backoff.NextPause(away, lost_at + absl::Hours(1)).has_value());
+  EXPECT_FALSE(backoff.NextPause(absl::InternalError("broken"), lost_at).has_value());
+}
+
+TEST(PatientBackoff, WaitsAsLongAsABusyServerAsks) {
+  PatientBackoff backoff({});
+  const auto pause = backoff.NextPause(Busy(absl::Seconds(9)), absl::UnixEpoch());
+  ASSERT_TRUE(pause.has_value());
+  EXPECT_GE(*pause, absl::Seconds(9));
+  EXPECT_FALSE(backoff.NextPause(Busy(absl::Hours(1)), absl::UnixEpoch()).has_value());
 }
 
 TEST(RetryUnavailable, AnErrorThatIsGivenUpOnKeepsItsDelay) {

@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/temp_files.h"
+#include "tests/e2e/fault_proxy.h"
 
 namespace liquidblend::servers_test {
 namespace {
@@ -167,6 +168,55 @@ TEST_F(ServersTest, WatchesAndStreamsGoOnAtTheNext) {
   const auto stream = *client_->StreamFrames(settings);
   ASSERT_TRUE(stream->Read().ok());
   EXPECT_EQ(first_->NumCalls("StreamFrames"), 1);
+}
+
+// A machine that vanishes says nothing, and a watch has no deadline.
+TEST_F(ServersTest, AWatchOfAServerThatFallsSilentGoesOnAtTheNext) {
+  const std::string target = first_->target();
+  e2e::FaultProxy network(std::stoi(target.substr(target.find(':') + 1)));
+  options_.target = absl::StrCat("127.0.0.1:", network.port(), ",", second_.target());
+  options_.keepalive = absl::Seconds(1);
+  client_ = *Client::Connect(options_);
+  int num_updates = 0;
+  const absl::Status status = client_
+                                  ->WatchOperation("endless-1",
+                                                   [&](const Operation&) {
+                                                     network.Cut();
+                                                     return ++num_updates < 2;
+                                                   })
+                                  .status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kCancelled) << status;  // by the second update
+  EXPECT_EQ(first_->NumCalls("WatchOperation"), 1);
+  EXPECT_EQ(second_.NumCalls("WatchOperation"), 1);
+}
+
+// It answers that its catalog is away; what was published it will serve later.
+TEST_F(ServersTest, AWaitIsOverWhenEveryServerThatAnswersHasTheVersion) {
+  options_.call_timeout = absl::Milliseconds(100);
+  client_ = *Client::Connect(options_);
+  second_.FailNext("WatchOperation", 3, testing::WithRetryDelay(kAway, absl::Seconds(1)));
+  const absl::StatusOr<Operation> done = client_->WaitOperation("register-1");
+  ASSERT_TRUE(done.ok()) << done.status();
+  EXPECT_EQ(second_.NumCalls("WatchOperation"), 4);
+}
+
+TEST_F(ServersTest, AWaitNamesTheServerThatStaysBehind) {
+  options_.call_timeout = absl::Milliseconds(100);
+  options_.retry.patience = absl::Milliseconds(500);
+  client_ = *Client::Connect(options_);
+  second_.FailNext("WatchOperation", 1000, testing::WithRetryDelay(kAway, absl::Seconds(1)));
+  const absl::Status status = client_->WaitOperation("register-1").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDeadlineExceeded);
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr(absl::StrCat("operations/register-1 has published version 3 of "
+                                     "families/drops, but the server at ",
+                                     second_.target(), " does not serve it after 500ms: going")));
+}
+
+TEST_F(ServersTest, AWaitDoesWithoutAServerThatCannotBeReached) {
+  first_.reset();
+  client_ = *Client::Connect(options_);
+  EXPECT_TRUE(client_->WaitOperation("register-1").ok());
 }
 
 TEST_F(ServersTest, ConnectTakesTheOneThatIsThere) {

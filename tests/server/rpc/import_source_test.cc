@@ -42,8 +42,9 @@ class ImportSourceTest : public testing::Test {
 
   // Name -> content, in order.
   using Files = std::vector<std::pair<std::string, std::string>>;
-  absl::StatusOr<Files> Read(const std::string& location) const {
-    absl::StatusOr<ImportSource> source = Open(location);
+  absl::StatusOr<Files> Read(const std::string& location, const std::string& pattern = "") const {
+    absl::StatusOr<ImportSource> source =
+        ImportSource::Open(roots_, location, /*max_files=*/100, pattern);
     if (!source.ok()) return source.status();
     Files files;
     v1::UploadAnimationRequest message;
@@ -70,6 +71,18 @@ class ImportSourceTest : public testing::Test {
   const store::TemporaryFolder folder_;
   const ImportRoots roots_;
 };
+
+TEST_F(ImportSourceTest, APatternChoosesFramesAndNothingElse) {
+  Write("root/shot/foam1.ply", "foam");
+  Write("root/shot/lVelMesh_1.uni", "velocities");
+  const absl::StatusOr<Files> files = Read("sims/shot", "f[12].*");
+  ASSERT_TRUE(files.ok()) << files.status();
+  EXPECT_THAT(*files, ElementsAre(Pair("f1.ply", "one"), Pair("f2.ply", "two"),
+                                  Pair("lVelMesh_1.uni", "velocities"), Pair("meta.json", "{}")));
+  EXPECT_THAT(std::string(Read("sims/shot", "liquid.*").status().message()),
+              HasSubstr("'sims/shot' holds no frames (*.bobj.gz, *.ply, *.obj, *.stl or *.vdb) "
+                        "called 'liquid.*'"));
+}
 
 TEST_F(ImportSourceTest, GivesTheAnimationsFilesInOrder) {
   const auto files = Read("sims/shot");

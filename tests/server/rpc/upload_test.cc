@@ -83,6 +83,7 @@ TEST_F(UploadTest, FilesArriveWholeAndInOrder) {
   header.mutable_header()->mutable_options()->set_allow_gaps(true);
   header.mutable_header()->mutable_options()->set_up(v1::UP_Y);
   header.mutable_header()->mutable_options()->add_frame_times(0);
+  header.mutable_header()->mutable_options()->set_pattern("liquid.*");
   const auto job = Send({header, File("f1.ply", 6), Chunk("abc"), Chunk("def"), File("empty", 0),
                          File("f2.ply", 2), Chunk("xy")});
   ASSERT_THAT(job, Succeeds());
@@ -95,6 +96,7 @@ TEST_F(UploadTest, FilesArriveWholeAndInOrder) {
   EXPECT_TRUE(import.options().allow_gaps());
   EXPECT_EQ(import.options().up(), store::pb::UP_Y);
   EXPECT_EQ(import.options().frame_times_size(), 1);
+  EXPECT_EQ(import.options().pattern(), "liquid.*");
   ASSERT_EQ(import.files_size(), 3);
   EXPECT_EQ(import.files(0).name(), "f1.ply");
   EXPECT_EQ(ContentOf(import.files(0)), "abcdef");
@@ -154,6 +156,10 @@ TEST_F(UploadTest, EveryMistakeIsRefusedByNameAndLeavesNothingVisible) {
        {WithOptions([](auto& o) { o.add_frame_times(-1); })},
        invalid,
        "header.options.frame_times"},
+      {"a pattern that is longer than a name",
+       {WithOptions([](auto& o) { o.set_pattern(std::string(256, '*')); })},
+       invalid,
+       "header.options.pattern"},
       {"scale not a number",
        {WithOptions([](auto& o) { o.set_vertex_scale(std::nan("")); })},
        invalid,

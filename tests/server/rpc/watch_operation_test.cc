@@ -1,4 +1,6 @@
 // WatchOperation and WaitOperation over the wire.
+#include <chrono>
+
 #include "tests/server/rpc/server_testing.h"
 
 namespace liquidblend::rpc {
@@ -24,6 +26,26 @@ TEST_F(ServerTest, WatchShowsEachChangeAndEndsWhenDone) {
   EXPECT_EQ(operation.error().message(), "torn");
   EXPECT_FALSE(reader->Read(&operation));
   EXPECT_THAT(reader->Finish(), IsOk());
+}
+
+// A client that finds out by pings whether the server is there, several times while nothing
+// happens.
+TEST_F(ServerTest, WatchAllowsPingsOfItsClientWhileNothingHappens) {
+  const store::pb::JobRecord job = SubmitImport("drop");
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 1200);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  const auto stub = v1::LiquidBlend::NewStub(
+      grpc::CreateCustomChannel(server_->address(), grpc::InsecureChannelCredentials(), arguments));
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(7));
+  v1::WatchOperationRequest request;
+  request.set_name("operations/" + job.id());
+  auto reader = stub->WatchOperation(&context, request);
+  Operation operation;
+  ASSERT_TRUE(reader->Read(&operation));
+  EXPECT_FALSE(reader->Read(&operation));
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
 }
 
 TEST_F(ServerTest, WatchOfNothingIsNotFound) {

@@ -31,13 +31,17 @@ std::string Error(const std::string& text) {
   return meta.ok() ? "no error" : std::string(meta.status().message());
 }
 
-std::vector<std::string> Notes(Format format, const std::string& meta,
-                               const ImportOptions& options) {
+absl::StatusOr<mesh::Animation> Read(Format format, const std::string& meta,
+                                     const ImportOptions& options) {
   std::vector<LoadedFile> files =
       Files(synthetic::MovingSphere({.num_frames = 3, .subdivisions = 1}), format);
   if (!meta.empty()) files.push_back({"meta.json", ToBytes(meta)});
-  const absl::StatusOr<mesh::Animation> read =
-      ReadAnimation("test", Views(files), options, parallel::Arena(2));
+  return ReadAnimation("test", Views(files), options, parallel::Arena(2));
+}
+
+std::vector<std::string> Notes(Format format, const std::string& meta,
+                               const ImportOptions& options) {
+  const absl::StatusOr<mesh::Animation> read = Read(format, meta, options);
   return read.ok() ? read->notes : std::vector<std::string>{std::string(read.status().message())};
 }
 
@@ -67,19 +71,72 @@ TEST(ReadMeta, KnowsTheKeysOfTheSampleSimulations) {
 }
 
 TEST(ReadAnimation, SaysWhatItAssumes) {
-  EXPECT_THAT(Notes(Format::kPly, "", {}),
+  EXPECT_THAT(Notes(Format::kObj, "", {}),
               ElementsAre("Assumed 24 frames per second and positions in metres, as neither "
                           "options (--fps, --vertex-scale) nor a meta.json say so."));
-  EXPECT_THAT(Notes(Format::kPly, "", {.vertex_scale = 1}),
+  EXPECT_THAT(Notes(Format::kObj, "", {.vertex_scale = 1}),
               ElementsAre("Assumed 24 frames per second, as neither options (--fps) nor a "
                           "meta.json say so."));
-  EXPECT_THAT(Notes(Format::kPly, R"({"fps": 24})", {}),
+  EXPECT_THAT(Notes(Format::kObj, R"({"fps": 24})", {}),
               ElementsAre("Assumed positions in metres, as neither options (--vertex-scale) nor a "
                           "meta.json say so."));
-  EXPECT_THAT(Notes(Format::kPly, R"({"fps": 24, "units": {"vertex_scale": 1}})", {}), IsEmpty());
+  EXPECT_THAT(Notes(Format::kObj, R"({"fps": 24, "units": {"vertex_scale": 1}})", {}), IsEmpty());
   EXPECT_THAT(Notes(Format::kMantaflow,
                     R"({"fps": 24, "domain_size_m": [1, 2, 3], "voxel_size_m": 0.4})", {}),
               IsEmpty());
+}
+
+// PLY files have velocities.
+TEST(ReadAnimation, SaysWhichUnitOfVelocitiesItAssumes) {
+  EXPECT_THAT(Notes(Format::kPly, "", {}),
+              ElementsAre("Assumed 24 frames per second, positions in metres and velocities in the "
+                          "unit of positions per second, as neither options (--fps, "
+                          "--vertex-scale, --velocity-scale) nor a meta.json say so."));
+  EXPECT_THAT(Notes(Format::kPly, R"({"fps": 24})", {.vertex_scale = 0.01}),
+              ElementsAre("Assumed velocities in the unit of positions per second, as neither "
+                          "options (--velocity-scale) nor a meta.json say so."));
+  EXPECT_THAT(Notes(Format::kPly, R"({"fps": 24})", {.vertex_scale = 1, .velocity_scale = 1}),
+              IsEmpty());
+  EXPECT_THAT(Notes(Format::kPly,
+                    R"({"fps": 24,
+                        "units": {"vertex_scale": 1, "velocity_scale_to_m_per_s": 1}})",
+                    {}),
+              IsEmpty());
+}
+
+TEST(ReadAnimation, RefusesAUnitOfPositionsWhoseScaleIsNotGiven) {
+  const std::string centimetres = R"({"fps": 24, "units": {"vertices": "cm"}})";
+  EXPECT_THAT(Notes(Format::kObj, centimetres, {}),
+              ElementsAre(HasSubstr("meta.json: units.vertices is \"\\\"cm\\\"\", not metres: "
+                                    "give units.vertex_scale too, or --vertex-scale")));
+  EXPECT_THAT(Notes(Format::kObj, centimetres, {.vertex_scale = 0.01}), IsEmpty());
+  EXPECT_THAT(
+      Notes(Format::kObj, R"({"fps": 24, "units": {"vertices": "cm", "vertex_scale": 0.01}})", {}),
+      IsEmpty());
+  EXPECT_THAT(Notes(Format::kObj, R"({"fps": 24, "units": {"vertices": "Metres"}})", {}),
+              IsEmpty());
+}
+
+TEST(ReadAnimation, TakesUpFromGravity) {
+  const auto up_with = [](const std::string& meta, mesh::Up given) {
+    const auto read = Read(Format::kObj, meta, {.vertex_scale = 1, .up = given});
+    EXPECT_TRUE(read.ok()) << read.status();
+    return read.ok() ? read->up : mesh::Up::kUnknown;
+  };
+  const std::string along_y = R"({"fps": 24, "gravity": [0, -9.81, 0.0001]})";
+  EXPECT_EQ(up_with(along_y, mesh::Up::kUnknown), mesh::Up::kY);
+  EXPECT_EQ(up_with(R"({"fps": 24, "gravity": [3, 0, 0]})", mesh::Up::kUnknown), mesh::Up::kMinusX);
+  for (const char* none : {"[0, -9.81, -9.81]", "[0, 0, 0]", "9.81", "[0, 0]", "[0, 0, null]"}) {
+    EXPECT_EQ(up_with(absl::StrCat("{\"gravity\": ", none, "}"), mesh::Up::kUnknown),
+              mesh::Up::kUnknown)
+        << none;
+  }
+  EXPECT_EQ(up_with(along_y, mesh::Up::kZ), mesh::Up::kZ);
+  EXPECT_EQ(up_with(R"({"up": "z", "gravity": [0, -1, 0]})", mesh::Up::kUnknown), mesh::Up::kZ);
+  EXPECT_THAT(Notes(Format::kObj, along_y, {.vertex_scale = 1, .up = mesh::Up::kZ}),
+              ElementsAre("Took z as up, as given, although gravity in meta.json points against "
+                          "y."));
+  EXPECT_THAT(Notes(Format::kObj, along_y, {.vertex_scale = 1, .up = mesh::Up::kY}), IsEmpty());
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ using testing::IsEmpty;
 
 constexpr double kVoxelSizeM = 0.4;  // times 2.5: a velocity scale of 1
 const ImportOptions kAllUnits = {
-    .frames_per_second = 24, .vertex_scale = 1, .voxel_size_m = kVoxelSizeM};
+    .frames_per_second = 24, .vertex_scale = 1, .velocity_scale = 1, .voxel_size_m = kVoxelSizeM};
 
 absl::StatusOr<mesh::Animation> Read(const std::vector<LoadedFile>& files,
                                      const ImportOptions& options = kAllUnits,
@@ -85,6 +85,27 @@ TEST(ReadAnimation, GivesBackWhatEachFormatHolds) {
   }
 }
 
+// Two sequences in one folder, and velocities of both.
+TEST(ReadAnimation, APatternChoosesFramesAndTheirVelocities) {
+  const mesh::Animation written = SmallAnimation();
+  std::vector<LoadedFile> files = Files(written, Format::kMantaflow, 1);
+  for (LoadedFile& other : Files(written, Format::kPly, 3)) {
+    other.name = "foam_" + other.name;
+    files.push_back(std::move(other));
+  }
+  ImportOptions options = kAllUnits;
+  options.pattern = "*_000[12].bobj.gz";
+  const absl::StatusOr<mesh::Animation> read = Read(files, options);
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(read->num_frames(), 2);
+  EXPECT_EQ(read->frames[1].velocities, written.frames[1].velocities);
+  options.pattern = "foam_*";
+  EXPECT_EQ(Read(files, options)->first_frame_number, 3);
+  options.pattern = "liquid.*";
+  EXPECT_THAT(Error(files, options), HasSubstr("(.bobj.gz, .ply, .obj, .stl or .vdb) called "
+                                               "'liquid.*'"));
+}
+
 TEST(ReadAnimation, OrdersFramesByNumberFromAnyFirstOne) {
   mesh::Animation written = SmallAnimation();
   std::vector<LoadedFile> files = Files(written, Format::kPly, 0);
@@ -101,8 +122,8 @@ TEST(ReadAnimation, OrdersFramesByNumberFromAnyFirstOne) {
 TEST(ReadAnimation, GoesOnAcrossGapsThatAreAllowed) {
   const std::vector<LoadedFile> files =
       Without(Files(SmallAnimation(), Format::kPly, 7), "mesh_0008.ply");
-  const absl::StatusOr<mesh::Animation> read =
-      Read(files, {.frames_per_second = 24, .vertex_scale = 1, .allow_gaps = true});
+  const absl::StatusOr<mesh::Animation> read = Read(
+      files, {.frames_per_second = 24, .vertex_scale = 1, .velocity_scale = 1, .allow_gaps = true});
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->first_frame_number, 7);
   EXPECT_THAT(read->times, ElementsAre(0, 2, 3));

@@ -56,6 +56,7 @@ TEST(JobOptions, WhatIsGivenReachesTheStage) {
   import.set_up(store::v1::UP_MINUS_Z);
   import.add_frame_times(0);
   import.add_frame_times(1.5);
+  import.set_pattern("liquid.*");
   const ingest::ImportOptions read = ToImportOptions(import);
   EXPECT_EQ(read.format, ingest::Format::kMantaflow);
   EXPECT_EQ(read.frames_per_second, 30);
@@ -65,6 +66,7 @@ TEST(JobOptions, WhatIsGivenReachesTheStage) {
   EXPECT_TRUE(read.allow_gaps);
   EXPECT_EQ(read.up, mesh::Up::kMinusZ);
   EXPECT_EQ(read.frame_times, (std::vector<double>{0, 1.5}));
+  EXPECT_EQ(read.pattern, "liquid.*");
   import.set_format(store::v1::ImportOptions::STL);
   EXPECT_EQ(ToImportOptions(import).format, ingest::Format::kStl);
   import.set_format(store::v1::ImportOptions::VDB);
