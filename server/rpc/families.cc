@@ -49,7 +49,7 @@ absl::StatusOr<v1::Family> RollbackFamily(Backends& backends,
   LB_ASSIGN_OR_RETURN(
       const store::pb::FamilyRecord record,
       backends.catalog.RollbackFamily(id, request.version(), backends.limits.keep_versions));
-  backends.families.Forget(id);
+  backends.families.Forget(id, record.version());
   return WithKeptVersions(backends, record);
 }
 
