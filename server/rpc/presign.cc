@@ -36,7 +36,7 @@ absl::Status CheckFiles(const v1::PresignUploadRequest& request, const Limits& l
     violations.AddIf(file.size_bytes() < 0, absl::StrCat(field, ".size_bytes"),
                      absl::StrCat("must be >= 0, got ", file.size_bytes()));
     violations.AddIf(!store::IsBlobId(file.checksum()), absl::StrCat(field, ".checksum"),
-                     "must be 'sha256-' and 64 hexadecimal digits");
+                     "must be 'sha256-' and 64 hexadecimal digits, or 'xxh3-' and 32");
     if (file.size_bytes() < 0) continue;
     if (file.size_bytes() > left) return UploadTooLarge(limits, "");
     left -= file.size_bytes();

@@ -111,6 +111,24 @@ TEST_F(PresignTest, FilesThatWereSentBecomeAnImport) {
   EXPECT_EQ(catalog_->ListReferencedBlobs()->size(), 2);  // nobody collects them
 }
 
+TEST_F(PresignTest, FilesAreTakenByTheNamesOfEarlierClients) {
+  v1::PresignUploadRequest request = RequestFor({"water"});
+  store::BlobHasher hasher(store::HashKind::kXxh3_128);
+  hasher.Add(store::AsBytes("water"));
+  request.mutable_files(0)->set_checksum(hasher.Id());
+  const auto urls = PresignUpload(*backends_, request);
+  ASSERT_THAT(urls, Succeeds());
+  const std::string& blob = urls->files(0).blob();
+  EXPECT_THAT(blob, testing::StartsWith("xxh3-"));
+  EXPECT_EQ(Put(urls->files(0), "water"), 200);
+  EXPECT_THAT(NameFile(5, blob), Succeeds());
+  EXPECT_EQ(store::AsString((*urls_->Open(blob))->bytes()), "water");
+  const auto other = PresignUpload(*backends_, request);
+  ASSERT_THAT(other, Succeeds());
+  EXPECT_EQ(Put(other->files(0), "wrong"), 200);
+  EXPECT_THAT(urls_->Open(other->files(0).blob()), Fails(Code::kDataLoss, "damaged"));
+}
+
 TEST_F(PresignTest, AFileMustBeThereAsItIsNamed) {
   const auto urls = PresignUpload(*backends_, RequestFor({"water"}));
   ASSERT_THAT(urls, Succeeds());
