@@ -6,6 +6,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/files.h"
 #include "client/cli/json.h"
+#include "client/cli/version_flag.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {
@@ -14,6 +15,7 @@ namespace {
 struct DownloadFlags {
   std::string name;
   std::string output;
+  int64_t version = 0;  // 0: the published one
 };
 
 absl::Status RunDownload(const DownloadFlags& flags, const Context& context) {
@@ -23,7 +25,8 @@ absl::Status RunDownload(const DownloadFlags& flags, const Context& context) {
   }
   LBC_RETURN_IF_ERROR(CheckOutput(flags.output));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
-  LBC_ASSIGN_OR_RETURN(const int64_t num_bytes, client->Download(flags.name, flags.output));
+  LBC_ASSIGN_OR_RETURN(const int64_t num_bytes,
+                       client->Download(flags.name, flags.output, flags.version));
   context.Print(absl::StrCat(flags.output, ": ", num_bytes, " bytes"));
   context.PrintJson({{"name", flags.name}, {"path", flags.output}, {"bytes", num_bytes}});
   return absl::OkStatus();
@@ -37,6 +40,7 @@ void AddDownload(CLI::App& app, Context& context) {
       "download", "Get the stored file of a family or an animation from the object store");
   command->add_option("NAME", flags->name, "families/ID or animations/ID")->required();
   command->add_option("-o,--output", flags->output, "File to write")->required();
+  AddVersionFlag(flags->version, *command);
   command->callback([flags, &context] { context.status = RunDownload(*flags, context); });
 }
 

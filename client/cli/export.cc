@@ -17,6 +17,7 @@
 #include "client/cli/parse.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/surface_flags.h"
+#include "client/cli/version_flag.h"
 #include "client/src/status_macros.h"
 #include "liquidblend/decode.h"
 
@@ -27,6 +28,7 @@ constexpr int kExportBits = 20;  // the finest grid there is: 2 micrometres in a
 
 struct ExportFlags {
   std::string family;
+  int64_t version = 0;  // 0: the published one
   BlendFlags blend;
   std::string directory;
   std::string format = "ply";
@@ -50,9 +52,11 @@ ExportedFiles FilesOf(const std::string& format, size_t count) {
   return {"frame_", "." + format, num_files};
 }
 
-StreamSettings ToSettings(const ExportFlags& flags, const Blend& blend) {
+// All of one version: the one that says the rate and what is up.
+StreamSettings ToSettings(const ExportFlags& flags, const Family& family, const Blend& blend) {
   StreamSettings settings;
-  settings.family = flags.family;
+  settings.family = family.name;
+  settings.version = family.version;
   settings.weights = blend.weights;
   settings.parameters = blend.parameters;
   settings.extrapolate = blend.extrapolate;
@@ -113,13 +117,13 @@ absl::Status RunExport(const ExportFlags& flags, const Context& context) {
   LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, flags.format));
   LBC_ASSIGN_OR_RETURN(const Blend blend, ToRequiredBlend(flags.blend));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
-  LBC_ASSIGN_OR_RETURN(const Family family, client->GetFamily(flags.family));
+  LBC_ASSIGN_OR_RETURN(const Family family, client->GetFamily(flags.family, flags.version));
   LBC_ASSIGN_OR_RETURN(
       ExportFolder folder,
       ExportFolder::Open(flags.directory, flags.overwrite ? ExportFolder::Policy::kOverwrite
                                                           : ExportFolder::Policy::kMustBeEmpty));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<FrameStream> stream,
-                       client->StreamFrames(ToSettings(flags, blend)));
+                       client->StreamFrames(ToSettings(flags, family, blend)));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
   LBC_ASSIGN_OR_RETURN(const ExportResult result,
                        WriteFrames(*stream, folder, flags, family.duration_s, bar));
@@ -150,6 +154,7 @@ void AddExport(CLI::App& app, Context& context) {
   CLI::App* command =
       app.add_subcommand("export", "Write every frame of a blend to a directory, a file each");
   command->add_option("FAMILY", flags->family, "The family's id")->required();
+  AddVersionFlag(flags->version, *command);
   AddBlendFlags(*command, flags->blend);
   command->add_option("-o,--output", flags->directory, "DIR; made if needed, otherwise empty")
       ->required();

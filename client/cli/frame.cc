@@ -11,6 +11,7 @@
 #include "client/cli/parse.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/surface_flags.h"
+#include "client/cli/version_flag.h"
 #include "client/src/status_macros.h"
 #include "liquidblend/decode.h"
 
@@ -79,7 +80,7 @@ void AddFrame(CLI::App& app, Context& context) {
       ->required();
   command->add_option("-o,--output", flags->output, "FILE.{drc,ply,obj,bobj.gz}")->required();
   AddEncodingFlags(*command, flags->encoding);
-  command->add_option("--version", flags->request.version, "Version of the family; 0: the latest");
+  AddVersionFlag(flags->request.version, *command);
   AddSurfaceFlags(*command, flags->surface);
   command->callback([flags, &context] { context.status = RunFrame(*flags, context); });
 }

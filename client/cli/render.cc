@@ -22,6 +22,7 @@
 #include "client/cli/render/upright.h"
 #include "client/cli/render/water.h"
 #include "client/cli/up_flag.h"
+#include "client/cli/version_flag.h"
 #include "client/src/status_macros.h"
 #include "liquidblend/decode.h"
 
@@ -34,6 +35,7 @@ using render::WaterOptions;
 
 struct RenderFlags {
   std::string family;
+  int64_t version = 0;                  // 0: the published one
   std::vector<std::string> weights;     // one per row
   std::vector<std::string> parameters;  // likewise, below those
   bool extrapolate = false;
@@ -221,7 +223,7 @@ absl::StatusOr<Sheet> RenderFamily(const RenderFlags& flags, const WaterOptions&
                                    const Context& context, ProgressBar& bar) {
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   Plan plan;
-  LBC_ASSIGN_OR_RETURN(plan.family, client->GetFamily(flags.family));
+  LBC_ASSIGN_OR_RETURN(plan.family, client->GetFamily(flags.family, flags.version));
   plan.up = flags.up != Up::kUnknown ? flags.up : plan.family.up;
   LBC_ASSIGN_OR_RETURN(plan.blends, PlanRows(flags, plan.family));
   LBC_ASSIGN_OR_RETURN(plan.times_s, PlanColumns(flags, plan.family));
@@ -260,6 +262,7 @@ void AddRender(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand(
       "render", "Draw a contact sheet: blends down, times across, ray-traced, as PNG");
   command->add_option("FAMILY", flags->family, "The family's id");
+  AddVersionFlag(flags->version, *command);
   command
       ->add_option("--weights,-w", flags->weights,
                    "W[,W..] of one row; repeat for more rows; default 0, 0.25, 0.5, 0.75, 1")

@@ -16,6 +16,7 @@
 #include "client/cli/parse.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/stream_stats.h"
+#include "client/cli/version_flag.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {
@@ -25,6 +26,7 @@ constexpr absl::Duration kSweepInterval = absl::Milliseconds(250);
 
 struct StreamFlags {
   std::string family;
+  int64_t version = 0;  // 0: the published one
   BlendFlags blend;
   double seconds = 10.0;
   double frames_per_second = 0.0;  // 0: the family's
@@ -70,6 +72,7 @@ class Sweep {
 StreamSettings ToSettings(const StreamFlags& flags, const Blend& blend) {
   StreamSettings settings;
   settings.family = flags.family;
+  settings.version = flags.version;
   settings.weights = blend.weights;
   settings.parameters = blend.parameters;
   settings.extrapolate = blend.extrapolate;
@@ -143,7 +146,7 @@ void Report(const StreamStats& stats, const StreamFlags& flags, const Context& c
 
 absl::Status RunStream(const StreamFlags& flags, const Context& context) {
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
-  LBC_ASSIGN_OR_RETURN(const Family family, client->GetFamily(flags.family));
+  LBC_ASSIGN_OR_RETURN(const Family family, client->GetFamily(flags.family, flags.version));
   LBC_ASSIGN_OR_RETURN(Blend blend, ToBlend(flags.blend));
   if (blend.empty()) blend.weights.assign(std::max<size_t>(family.targets.size(), 1), 0.0);
   const double pace =
@@ -165,6 +168,7 @@ void AddStream(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand(
       "stream", "Play a blend without showing it: frames per second, bytes, dropped, latencies");
   command->add_option("FAMILY", flags->family, "The family's id")->required();
+  AddVersionFlag(flags->version, *command);
   AddBlendFlags(*command, flags->blend);
   command->add_option("--seconds", flags->seconds, "How long")
       ->check(Positive())

@@ -81,11 +81,11 @@ absl::StatusOr<Operation> Client::RegisterFamily(const RegisterRequest& request)
   return client::FromProto(operation);
 }
 
-absl::StatusOr<Family> Client::GetFamily(const std::string& name) {
-  LBC_ASSIGN_OR_RETURN(
-      const v1::Family family,
-      impl_->Call(&Impl::Service::GetFamily,
-                  NamedRequest<v1::GetFamilyRequest>(client::ResourceName("families", name))));
+absl::StatusOr<Family> Client::GetFamily(const std::string& name, int64_t version) {
+  auto request = NamedRequest<v1::GetFamilyRequest>(client::ResourceName("families", name));
+  request.set_version(version);
+  LBC_ASSIGN_OR_RETURN(const v1::Family family, impl_->Call(&Impl::Service::GetFamily, request));
+  LBC_RETURN_IF_ERROR(client::CheckVersion(version, family.version()));
   impl_->known_versions.Note(family.name(), family.version());
   return client::FromProto(family);
 }

@@ -76,7 +76,8 @@ v1::StreamFramesRequest ToProto(const StreamSettings& settings) {
   if (settings.adapt_level_of_detail) {
     proto.set_adapt_level_of_detail(*settings.adapt_level_of_detail);
   }
-  proto.set_min_version(settings.min_version);
+  if (settings.version == 0) proto.set_min_version(settings.min_version);
+  proto.set_version(settings.version);
   return proto;
 }
 

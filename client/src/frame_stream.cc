@@ -9,6 +9,7 @@
 #include "client/src/client_impl.h"
 #include "client/src/convert.h"
 #include "client/src/servers.h"
+#include "client/src/status_macros.h"
 
 namespace liquidblend {
 namespace {
@@ -36,7 +37,10 @@ void Merge(const v1::StreamFramesRequest& change, v1::StreamFramesRequest* state
     state->mutable_encoding()->clear_position_bits();
     state->mutable_encoding()->clear_position_step_m();
   }
-  if (!change.family().empty()) state->clear_min_version();  // of the family before
+  if (!change.family().empty() || change.version() != 0 || change.min_version() != 0) {
+    state->clear_version();
+    state->clear_min_version();
+  }
   state->MergeFrom(change);
 }
 
@@ -56,7 +60,8 @@ class FrameStream::Impl {
         known_versions_(known_versions),
         prepare_(std::move(prepare)),
         backoff_(retry),
-        settings_(std::move(settings)) {
+        settings_(std::move(settings)),
+        first_version_(settings_.version()) {
     SetMinVersion(settings_);
     Open();
   }
@@ -72,7 +77,9 @@ class FrameStream::Impl {
       v1::StreamFramesResponse response;
       const std::shared_ptr<StreamCall> call = CurrentCall();
       if (call->stream->Read(&response)) {
-        received_ = true;
+        if (!std::exchange(received_, true)) {
+          LBC_RETURN_IF_ERROR(CheckFirst(response.frame().version()));
+        }
         return std::optional<StreamedFrame>(FromProto(std::move(response)));
       }
       last_status_ = EndOf(*call);
@@ -96,6 +103,7 @@ class FrameStream::Impl {
     {
       absl::MutexLock lock(&mutex_);
       if (closed_) return absl::FailedPreconditionError("the stream has ended");
+      first_version_ = 0;  // the first frame may be of the new one
       Merge(change, &settings_);
       call = call_;
     }
@@ -126,8 +134,18 @@ class FrameStream::Impl {
   }
 
   void SetMinVersion(v1::StreamFramesRequest& request) const {
-    if (request.family().empty() || request.min_version() != 0) return;
+    const bool says_which = request.min_version() != 0 || request.version() != 0;
+    if (request.family().empty() || says_which) return;
     request.set_min_version(known_versions_.Of(request.family()));
+  }
+
+  absl::Status CheckFirst(int64_t version) {
+    int64_t asked = 0;
+    {
+      absl::MutexLock lock(&mutex_);
+      asked = first_version_;
+    }
+    return client::CheckVersion(asked, version);
   }
 
   void ForgetVersion() {
@@ -165,6 +183,7 @@ class FrameStream::Impl {
   absl::Mutex write_mutex_;  // one write at a time; taken before mutex_, never while reading
   absl::Mutex mutex_;        // held only briefly, so that Cancel never waits
   v1::StreamFramesRequest settings_ ABSL_GUARDED_BY(mutex_);  // all changes so far, for Open
+  int64_t first_version_ ABSL_GUARDED_BY(mutex_);  // that was asked for; 0: none, or not any more
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;
   std::shared_ptr<StreamCall> call_ ABSL_GUARDED_BY(mutex_);

@@ -1,4 +1,4 @@
-// The newest version of each family that a client has heard of.
+// Versions of families: the newest that a client has heard of, and the one that it asks for.
 #pragma once
 
 #include <algorithm>
@@ -7,9 +7,19 @@
 #include <string>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 
 namespace liquidblend::client {
+
+// An error if a server that knows nothing of versions by number has given another one.
+inline absl::Status CheckVersion(int64_t asked, int64_t got) {
+  if (asked == 0 || asked == got) return absl::OkStatus();
+  return absl::UnimplementedError(
+      absl::StrCat("the server gives version ", got, " instead of ", asked,
+                   ": it is too old to find a version by its number here; upgrade it"));
+}
 
 // Families by their full names.  Threads: safe.
 class KnownVersions {

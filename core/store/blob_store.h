@@ -96,6 +96,10 @@ class BlobStore {
   // In the order of their ids, files of uploads last.
   virtual absl::StatusOr<std::vector<BlobInfo>> List() = 0;
 
+  // Lets go of copies of blobs that can be got again, those not used for the longest time first,
+  // until so much is free on the disk that they are on; of none if that would not do.
+  virtual absl::Status MakeRoom(int64_t /*free_bytes*/) { return absl::OkStatus(); }
+
   // Urls for a blob of this content (as its sender says) and size, that are good until `expires`
   // later. It gets an id of its own (IsUploadId), and is compared with what the sender said when it
   // is opened; once there, it cannot be replaced by way of the urls.

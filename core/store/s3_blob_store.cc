@@ -228,6 +228,10 @@ class S3BlobStore : public BlobStore {
     return object.size_bytes;
   }
 
+  absl::Status MakeRoom(int64_t free_bytes) override {
+    return shared_->cache->MakeRoom(free_bytes);
+  }
+
  private:
   absl::Status CheckIsOffered() const {
     if (!shared_->s3->options().client_endpoint.empty()) return absl::OkStatus();

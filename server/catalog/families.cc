@@ -36,19 +36,32 @@ bool IsSameVersion(const store::pb::FamilyRecord& a, const store::pb::FamilyReco
   return a.version() == b.version() && a.blob() == b.blob();
 }
 
-// A family that was deleted and made again is no later version of its namesake.
+// A family that was deleted and made again is another one.
+bool IsSameFamily(const store::pb::FamilyRecord& a, const store::pb::FamilyRecord& b) {
+  return a.create_time().seconds() == b.create_time().seconds() &&
+         a.create_time().nanos() == b.create_time().nanos();
+}
+
 bool IsLaterVersion(const store::pb::FamilyRecord& later, const store::pb::FamilyRecord& earlier) {
-  return later.version() > earlier.version() &&
-         later.create_time().seconds() == earlier.create_time().seconds() &&
-         later.create_time().nanos() == earlier.create_time().nanos();
+  return later.version() > earlier.version() && IsSameFamily(later, earlier);
+}
+
+// What may be there again soon.
+bool IsTransient(const absl::Status& error) {
+  return absl::IsUnavailable(error) || absl::IsResourceExhausted(error);
 }
 
 }  // namespace
 
 absl::Status FamiliesOptions::Validate() const {
-  if (memory_budget_bytes >= 0) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("memory_budget_bytes is ", memory_budget_bytes, ", not at least 0"));
+  if (memory_budget_bytes < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("memory_budget_bytes is ", memory_budget_bytes, ", not at least 0"));
+  }
+  if (transient_failure_patience >= absl::ZeroDuration()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("transient_failure_patience is ",
+                                                 absl::FormatDuration(transient_failure_patience),
+                                                 ", not at least 0"));
 }
 
 Families::Families(store::Catalog& catalog, store::BlobStore& blobs, const FamiliesOptions& options)
@@ -94,13 +107,26 @@ bool Families::IsBehind(const std::string& id, int64_t version, Executor executo
   {
     absl::MutexLock lock(&mutex_);
     const auto found = slots_.find(id);
-    if (found == slots_.end() || found->second.current == nullptr) return false;
+    if (found == slots_.end()) return false;
     const Slot& slot = found->second;
-    if (slot.current->record.version() >= version) return false;
-    if (slot.next != nullptr && slot.next->record.version() >= version) return !slot.next->is_done;
+    const LoadPtr& current = slot.current;
+    const LoadPtr& next = slot.next;
+    if (current != nullptr && current->record.version() >= version) return false;
+    const bool is_next = next != nullptr && next->record.version() >= version;
+    if (is_next && current == nullptr) return false;  // all calls wait for it
+    const bool has_failed = is_next && slot.failed_version == next->record.version();
+    if (has_failed && !WillCatchUp(slot)) return false;
+    if (is_next && !next->is_done) return true;
   }
   Find(id, 0, Wish::kRefresh, executor, [](const absl::StatusOr<FamilyPtr>&) {});
   return true;
+}
+
+// Whether the version whose load has failed is worth waiting for.
+bool Families::WillCatchUp(const Slot& slot) const {
+  const base::SteadyClock::time_point end =
+      slot.failed_since + absl::ToChronoNanoseconds(options_.transient_failure_patience);
+  return IsTransient(slot.failure) && base::SteadyClock::now() < end;
 }
 
 void Families::Refresh(Executor executor) {
@@ -117,6 +143,16 @@ void Families::Refresh(Executor executor) {
     Find(id, 0, Wish::kRefresh, executor, [](const absl::StatusOr<FamilyPtr>&) {});
   }
   ForgetUnkeptVersions();
+  DropMinVersions(*versions);
+}
+
+// Those of families that were deleted, or whose store was restored from a backup.
+void Families::DropMinVersions(const std::map<std::string, int64_t>& versions) {
+  absl::MutexLock lock(&mutex_);
+  std::erase_if(min_versions_, [&](const auto& entry) {
+    const auto found = versions.find(entry.first);
+    return found == versions.end() || found->second < entry.second;
+  });
 }
 
 void Families::ForgetUnkeptVersions() {
@@ -156,7 +192,7 @@ void Families::NoteRefresh(const absl::Status& status) {
 
 bool Families::IsEmpty() const {
   absl::MutexLock lock(&mutex_);
-  return slots_.empty();
+  return slots_.empty() && min_versions_.empty();
 }
 
 // Those whose version is another one than the one served, or that were deleted.
@@ -178,6 +214,7 @@ void Families::Find(const std::string& id, AskedVersion asked, Wish wish, Execut
                     Done done) {
   const absl::StatusOr<Wanted> wanted = FindWanted(id, asked);
   if (!wanted.ok()) return done(wanted.status());
+  ForgetNamesake(wanted->record);
   Choice choice;
   Dropped dropped;
   // Those who wait must hear of it, too, if something throws (std::bad_alloc).
@@ -207,6 +244,7 @@ absl::StatusOr<store::pb::FamilyRecord> Families::FindPublished(const std::strin
   if (absl::IsNotFound(record.status())) Forget(id);
   if (!record.ok()) return record.status();
   if (record->version() == 0) {
+    Forget(id);  // what is in memory is of a deleted family of that name
     const std::string& reason = record->failed_registration().error().message();
     return absl::FailedPreconditionError(absl::StrCat(
         "family ", id, " has no published version yet",
@@ -225,6 +263,18 @@ absl::StatusOr<Families::Wanted> Families::FindWanted(const std::string& id, Ask
   return Wanted{KeptSlot(id, version), *std::move(kept)};
 }
 
+// A family that was deleted is not served until its namesake is ready.
+void Families::ForgetNamesake(const store::pb::FamilyRecord& record) {
+  {
+    absl::MutexLock lock(&mutex_);
+    const auto found = slots_.find(record.id());
+    if (found == slots_.end() || found->second.current == nullptr) return;
+    const store::pb::FamilyRecord& served = found->second.current->record;
+    if (record.version() <= served.version() || IsSameFamily(record, served)) return;
+  }
+  Forget(record.id());
+}
+
 // What is served goes on until its successor is ready.
 Families::Choice Families::Choose(const Wanted& wanted, AskedVersion asked, Wish wish) {
   Choice choice;
@@ -232,7 +282,10 @@ Families::Choice Families::Choose(const Wanted& wanted, AskedVersion asked, Wish
   const auto found = slots_.find(wanted.slot);
   LoadPtr current = found == slots_.end() ? nullptr : found->second.current;
   if (current != nullptr && !current->loaded->CheckFile().ok()) current = nullptr;  // load it anew
-  if (wish == Wish::kRefresh && current == nullptr) return choice;  // let go meanwhile
+  const LoadPtr next = found == slots_.end() ? nullptr : found->second.next;
+  if (wish == Wish::kRefresh && current == nullptr && next == nullptr) {
+    return choice;  // let go meanwhile
+  }
   const bool is_current = current != nullptr && IsSameVersion(current->record, record);
   const bool may_go_on = current != nullptr && wish != Wish::kNewest &&
                          IsLaterVersion(record, current->record) &&
@@ -251,7 +304,6 @@ Families::Choice Families::Choose(const Wanted& wanted, AskedVersion asked, Wish
     choice.ready = current->loaded;
     return choice;
   }
-  const LoadPtr next = slot.next;
   const bool is_next =
       next != nullptr &&
       (IsSameVersion(next->record, record) || IsLaterVersion(next->record, record)) &&
@@ -264,7 +316,7 @@ Families::Choice Families::Choose(const Wanted& wanted, AskedVersion asked, Wish
   }
   if (may_go_on) {
     choice.ready = current->loaded;
-  } else {
+  } else if (wish != Wish::kRefresh) {
     choice.wait = slot.next;
   }
   return choice;
@@ -332,21 +384,41 @@ void Families::Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& resu
   const auto found = slots_.find(load->slot);
   if (found == slots_.end() || found->second.next != load) return;
   Slot& slot = found->second;
-  if (result.ok()) {
+  const bool is_served = result.ok() && !IsOutdated(*load);
+  if (is_served) {
     load->loaded = *result;
     if (slot.current != nullptr) dropped.push_back(std::move(slot.current->loaded));
     slot.current = std::exchange(slot.next, nullptr);
+    slot.failed_version = 0;
     EvictIdle(dropped);
   } else if (slot.current == nullptr) {
     slots_.erase(found);
+  } else if (result.ok()) {
+    slot.next = nullptr;
   } else {
-    load->retry_at = base::SteadyClock::now() + absl::ToChronoNanoseconds(kRetryPause);
+    NoteFailure(*load, result.status(), slot);
   }
 }
 
-void Families::Forget(const std::string& id) {
+void Families::NoteFailure(Load& load, const absl::Status& error, Slot& slot) {
+  const base::SteadyClock::time_point now = base::SteadyClock::now();
+  slot.failure = error;
+  load.retry_at = now + absl::ToChronoNanoseconds(kRetryPause);
+  if (std::exchange(slot.failed_version, load.record.version()) != load.record.version()) {
+    slot.failed_since = now;
+  }
+}
+
+// Whether the record was read before the family was rolled back.
+bool Families::IsOutdated(const Load& load) const {
+  const auto found = min_versions_.find(load.slot);  // of kept versions there is none
+  return found != min_versions_.end() && load.record.version() < found->second;
+}
+
+void Families::Forget(const std::string& id, int64_t min_version) {
   std::vector<Slot> dropped;  // without the lock
   absl::MutexLock lock(&mutex_);
+  if (min_version > 0) min_versions_[id] = min_version;
   for (auto it = slots_.begin(); it != slots_.end();) {
     const auto slot = it++;
     if (FamilyOfSlot(slot->first) != id) continue;

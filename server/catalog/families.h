@@ -36,6 +36,9 @@ struct FamiliesOptions {
   // >= 0. Beyond it, Refresh() and whatever looks into the catalog let go of those that nobody
   // holds, the least recently used first.
   int64_t memory_budget_bytes = int64_t{8} << 30;
+  // >= 0. For so long a version whose load failed for want of a store or of memory counts as being
+  // loaded still.
+  absl::Duration transient_failure_patience = absl::Minutes(1);
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
@@ -72,19 +75,22 @@ class Families {
   // Cost: a look-up by name.
   FamilyPtr Peek(const std::string& id, AskedVersion asked);
 
-  // Whether GetReady() would give a version older than this one for the latest. Starts to load the
-  // newer one then. False if the family is not in memory, since the catalog is asked then, and
-  // while a load that failed is not tried again.
+  // Whether GetReady() or Peek() would give, now or once a load under way is done, a version older
+  // than this one for the latest. Starts to load the newer one then. False if the family is not in
+  // memory, since the catalog is asked then, and after a load that failed: at once if its file is
+  // damaged, after transient_failure_patience if a store or memory was wanting.
   bool IsBehind(const std::string& id, int64_t version, Executor executor);
 
   // Starts to load newer versions of the families in memory, forgets those that were deleted, and
   // keeps to the budget.
   // While the catalog cannot be asked they stay as they are, which is logged once.
-  // Cost: one query of the catalog, however many there are; none while nothing is in memory.
+  // Cost: one query of the catalog, however many there are; none while nothing is in memory and no
+  // family was rolled back here.
   void Refresh(Executor executor);
 
-  // Lets go of a family, deleted by the caller say, before Refresh() hears of it.
-  void Forget(const std::string& id);
+  // Lets go of a family, deleted or rolled back by the caller say, before Refresh() hears of it.
+  // Calls that have already read a record older than min_version keep that version to themselves.
+  void Forget(const std::string& id, int64_t min_version = 0);
 
   int64_t size_bytes() const;                         // of all families held here
   std::map<std::string, int64_t> SizesBytes() const;  // of each, by id
@@ -119,6 +125,9 @@ class Families {
     LoadPtr current;  // served; or nothing yet
     LoadPtr next;     // a newer version, being loaded or failed; or nothing
     int64_t last_use = 0;
+    int64_t failed_version = 0;  // whose load failed last; 0: none
+    absl::Status failure;
+    base::SteadyClock::time_point failed_since;  // for the first time
   };
 
   // How a call goes on: with `ready` or `error`, else when `wait` is done.
@@ -134,10 +143,12 @@ class Families {
   absl::StatusOr<Wanted> FindWanted(const std::string& id, AskedVersion asked);
   // What the load's slot holds according to the catalog now.
   absl::StatusOr<store::pb::FamilyRecord> LookAgain(const Load& load);
+  void ForgetNamesake(const store::pb::FamilyRecord& record);
   FamilyPtr PeekSlot(const std::string& slot, AskedVersion asked)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Choice Choose(const Wanted& wanted, AskedVersion asked, Wish wish)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool WillCatchUp(const Slot& slot) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   static Choice ChooseCurrent(const LoadPtr& current, AskedVersion asked);
   void Run(const LoadPtr& load);
   absl::StatusOr<FamilyPtr> LoadPublished(const LoadPtr& load);
@@ -146,6 +157,10 @@ class Families {
   using Dropped = std::vector<FamilyPtr>;
   void Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result, Dropped& dropped)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void NoteFailure(Load& load, const absl::Status& error, Slot& slot)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool IsOutdated(const Load& load) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void DropMinVersions(const std::map<std::string, int64_t>& versions);
   void NoteRefresh(const absl::Status& status);
   bool IsEmpty() const;
   std::vector<std::string> ChangedSlots(const std::map<std::string, int64_t>& versions) const;
@@ -158,6 +173,8 @@ class Families {
   const FamiliesOptions options_;
   mutable absl::Mutex mutex_;
   std::map<std::string, Slot> slots_ ABSL_GUARDED_BY(mutex_);
+  // Of families that were rolled back here: older ones are not served from memory any more.
+  std::map<std::string, int64_t> min_versions_ ABSL_GUARDED_BY(mutex_);
   int64_t num_uses_ ABSL_GUARDED_BY(mutex_) = 0;
   bool is_catalog_away_ ABSL_GUARDED_BY(mutex_) = false;  // when Refresh() asked last
 };

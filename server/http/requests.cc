@@ -9,6 +9,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "core/base/status_macros.h"
 #include "server/rpc/errors.h"
 
 namespace liquidblend::http {
@@ -196,11 +197,17 @@ absl::StatusOr<v1::ListFamiliesRequest> ToListFamilies(const std::vector<QueryFi
 
 absl::StatusOr<v1::GetFamilyRequest> ToGetFamily(const std::string& family_id,
                                                  const std::vector<QueryField>& fields) {
-  if (!fields.empty()) {
-    return rpc::InvalidField(fields[0].name.substr(0, kMaxShownField), "is no field of this query");
-  }
   v1::GetFamilyRequest request;
   request.set_name(absl::StrCat("families/", family_id));
+  FieldViolations violations;
+  for (const QueryField& field : fields) {
+    if (field.name == "version") {
+      request.set_version(Reader(field, violations).Version());
+    } else {
+      violations.Add(field.name.substr(0, kMaxShownField), "is no field of this query");
+    }
+  }
+  LB_RETURN_IF_ERROR(violations.ToStatus());
   return request;
 }
 

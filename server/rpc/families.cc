@@ -4,6 +4,7 @@
 #include "core/base/status_macros.h"
 #include "server/rpc/api_messages.h"
 #include "server/rpc/errors.h"
+#include "server/rpc/family_version.h"
 #include "server/rpc/handlers.h"
 #include "server/rpc/names.h"
 #include "server/rpc/paging.h"
@@ -26,7 +27,8 @@ absl::StatusOr<v1::Family> WithKeptVersions(Backends& backends,
 
 absl::StatusOr<v1::Family> GetFamily(Backends& backends, const v1::GetFamilyRequest& request) {
   LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("name", request.name()));
-  LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord record, backends.catalog.GetFamily(id));
+  LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord record,
+                      FindFamilyVersion(backends.catalog, id, request.version()));
   return WithKeptVersions(backends, record);
 }
 
@@ -49,7 +51,7 @@ absl::StatusOr<v1::Family> RollbackFamily(Backends& backends,
   LB_ASSIGN_OR_RETURN(
       const store::pb::FamilyRecord record,
       backends.catalog.RollbackFamily(id, request.version(), backends.limits.keep_versions));
-  backends.families.Forget(id);
+  backends.families.Forget(id, record.version());
   return WithKeptVersions(backends, record);
 }
 

@@ -6,6 +6,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/time/time.h"
+#include "core/base/disk_space.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/store/open_store.h"
@@ -15,7 +16,6 @@
 #include "server/rpc/handlers.h"
 #include "server/rpc/names.h"
 #include "server/rpc/shared_look.h"
-#include "server/rpc/store_space.h"
 
 namespace liquidblend::rpc {
 namespace {
@@ -173,7 +173,8 @@ class PooledSource final : public FrameSource {
 
   void AddDisk(metrics::Snapshot& snapshot) const {
     const std::string& path = backends_.limits.disk;
-    const absl::StatusOr<DiskSpace> disk = path.empty() ? DiskSpace() : ReadDiskSpace(path);
+    const absl::StatusOr<base::DiskSpace> disk =
+        path.empty() ? base::DiskSpace() : base::ReadDiskSpace(path);
     if (path.empty() || !disk.ok()) return;
     snapshot.disk_free_bytes[path] = disk->free_bytes;
     snapshot.disk_size_bytes[path] = disk->size_bytes;

@@ -58,7 +58,10 @@ void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest&
     request.clear_parameters();
   }
   if (newer.has_surface()) request.clear_surface();
-  if (!newer.family().empty()) request.clear_min_version();  // of the family before
+  if (!newer.family().empty() || newer.version() != 0 || newer.min_version() != 0) {
+    request.clear_version();
+    request.clear_min_version();
+  }
   if (newer.encoding().position_bits() != 0 || newer.encoding().position_step_m() != 0) {
     request.mutable_encoding()->clear_position_bits();
     request.mutable_encoding()->clear_position_step_m();
@@ -82,11 +85,17 @@ std::string ResponsePrefix(const StreamedFrame& streamed) {
   return prefix;
 }
 
+catalog::AskedVersion VersionOf(const v1::StreamFramesRequest& request) {
+  return {request.version(), request.min_version()};
+}
+
 absl::StatusOr<std::optional<std::string>> FrameStream::FamilyToFind(
     const v1::StreamFramesRequest& request) const {
   if (request.min_version() < 0) return InvalidField("min_version", "must not be negative");
+  if (request.version() < 0) return InvalidField("version", "must not be negative");
   if (request.family().empty() && has_begun()) {
-    if (request.min_version() <= loaded_->family.version) return std::optional<std::string>();
+    const int64_t shown = loaded_->family.version;
+    if (VersionOf(request).Allows(shown)) return std::optional<std::string>();
     return std::optional<std::string>(loaded_->family.name);
   }
   LB_ASSIGN_OR_RETURN(std::string id, FamilyId("family", request.family()));

@@ -34,17 +34,20 @@ struct StreamedFrame {
 // What a serialised StreamFramesResponse begins with; then follow the bytes of `frame`.
 std::string ResponsePrefix(const StreamedFrame& streamed);
 
+// The version that is asked for, of the request's family or the stream's.
+catalog::AskedVersion VersionOf(const v1::StreamFramesRequest& request);
+
 // Threads: one at a time.
 class FrameStream {
  public:
   // The id of the family that has to be found before Change(); nothing: goes on with its own.
-  // Errors: kInvalidArgument (family).
+  // Errors: kInvalidArgument (family, version, min_version).
   absl::StatusOr<std::optional<std::string>> FamilyToFind(
       const v1::StreamFramesRequest& request) const;
 
   // Takes the values that `request` sets; the others stay.
-  //   found  the latest version of the family that was to be found, or nothing; it stays until a
-  //          family is named again
+  //   found  the version of the family that was to be found, or nothing; it stays until a family or
+  //          a version is named again
   //   now    as for FramePacer
   // Errors: kInvalidArgument and kOutOfRange with the fields at fault, SetWeights'; the stream is
   // over then.

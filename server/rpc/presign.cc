@@ -9,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/store/job_records.h"
 #include "server/rpc/errors.h"
+#include "server/rpc/family_version.h"
 #include "server/rpc/handlers.h"
 #include "server/rpc/names.h"
 #include "server/rpc/owner_limits.h"
@@ -35,7 +36,7 @@ absl::Status CheckFiles(const v1::PresignUploadRequest& request, const Limits& l
     violations.AddIf(file.size_bytes() < 0, absl::StrCat(field, ".size_bytes"),
                      absl::StrCat("must be >= 0, got ", file.size_bytes()));
     violations.AddIf(!store::IsBlobId(file.checksum()), absl::StrCat(field, ".checksum"),
-                     "must be 'sha256-' and 64 hexadecimal digits");
+                     "must be 'sha256-' and 64 hexadecimal digits, or 'xxh3-' and 32");
     if (file.size_bytes() < 0) continue;
     if (file.size_bytes() > left) return UploadTooLarge(limits, "");
     left -= file.size_bytes();
@@ -89,18 +90,36 @@ class Promises {
   std::vector<std::string> ids_;
 };
 
+// An id alone stands for the animation or the family that has it.
+absl::StatusOr<std::string> WithCollection(store::Catalog& catalog, const std::string& name) {
+  if (absl::StrContains(name, '/')) return name;
+  LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("name", name));
+  const absl::Status family = catalog.GetFamily(id).status();
+  if (absl::IsNotFound(family)) return AnimationName(id);
+  LB_RETURN_IF_ERROR(family);
+  const absl::Status animation = catalog.GetAnimation(id).status();
+  if (absl::IsNotFound(animation)) return FamilyName(id);
+  LB_RETURN_IF_ERROR(animation);
+  return InvalidField("name", absl::StrCat("'", id, "' is an animation and a family: say ",
+                                           AnimationName(id), " or ", FamilyName(id)));
+}
+
 // Errors: kFailedPrecondition if there is no file yet.
-absl::StatusOr<store::BlobId> FileOf(store::Catalog& catalog, const std::string& name,
+absl::StatusOr<store::BlobId> FileOf(store::Catalog& catalog,
+                                     const v1::PresignDownloadRequest& request,
                                      v1::PresignDownloadResponse& response) {
   std::string blob;
+  LB_ASSIGN_OR_RETURN(const std::string name, WithCollection(catalog, request.name()));
   if (absl::StartsWith(name, "families/")) {
     LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("name", name));
-    LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord family, catalog.GetFamily(id));
+    LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord family,
+                        FindFamilyVersion(catalog, id, request.version()));
     response.set_size_bytes(family.size_bytes());
     response.set_version(family.version());
     blob = family.blob();
   } else {
     LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("name", name));
+    if (request.version() != 0) return InvalidField("version", "an animation has none");
     LB_ASSIGN_OR_RETURN(const store::pb::AnimationRecord animation, catalog.GetAnimation(id));
     response.set_size_bytes(animation.size_bytes());
     if (animation.state() == store::pb::AnimationRecord::READY) blob = animation.blob();
@@ -151,7 +170,7 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
 absl::StatusOr<v1::PresignDownloadResponse> PresignDownload(
     Backends& backends, const v1::PresignDownloadRequest& request) {
   v1::PresignDownloadResponse response;
-  LB_ASSIGN_OR_RETURN(const store::BlobId blob, FileOf(backends.catalog, request.name(), response));
+  LB_ASSIGN_OR_RETURN(const store::BlobId blob, FileOf(backends.catalog, request, response));
   *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);
   LB_ASSIGN_OR_RETURN(*response.mutable_url(), backends.blobs.PresignDownload(blob, kUrlsLast));
   response.set_checksum(blob);

@@ -248,7 +248,7 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
   job.mutable_register_family()->set_must_be_new(!request.replace() && !request.refine());
   job.mutable_register_family()->set_keep_versions(backends.limits.keep_versions);
   SetOwner(principal, job);
-  LB_RETURN_IF_ERROR(CheckStoreSpace(backends.catalog, backends.limits, job));
+  LB_RETURN_IF_ERROR(CheckStoreSpace(backends.catalog, backends.blobs, backends.limits, job));
   LB_RETURN_IF_ERROR(NoteMemory(backends.catalog, backends.limits.worker_memory_bytes, job));
   absl::StatusOr<store::pb::JobRecord> submitted =
       backends.catalog.SubmitRegistration(std::move(job), OwnerCheckOf(principal, /*new_bytes=*/0));

@@ -1,29 +1,31 @@
 #include "server/rpc/store_space.h"
 
-#include <sys/statvfs.h>
-
-#include <cerrno>
-
 #include "absl/strings/str_cat.h"
+#include "core/base/disk_space.h"
+#include "core/base/log.h"
 #include "core/base/memory_limit.h"
 #include "core/base/status_macros.h"
 #include "server/rpc/errors.h"
 
 namespace liquidblend::rpc {
 
-absl::StatusOr<DiskSpace> ReadDiskSpace(const std::string& path) {
-  struct statvfs found;
-  if (statvfs(path.c_str(), &found) != 0) {
-    return absl::ErrnoToStatus(errno, absl::StrCat("the disk of '", path, "'"));
-  }
-  const auto block = static_cast<int64_t>(found.f_frsize);
-  return DiskSpace{.size_bytes = static_cast<int64_t>(found.f_blocks) * block,
-                   .free_bytes = static_cast<int64_t>(found.f_bavail) * block};
+namespace {
+
+// Of the disk, after the store has let go of copies if too little was free.
+absl::StatusOr<base::DiskSpace> SpaceFor(store::BlobStore& blobs, const std::string& path,
+                                         int64_t wanted_bytes) {
+  absl::StatusOr<base::DiskSpace> disk = base::ReadDiskSpace(path);
+  if (!disk.ok() || disk->free_bytes >= wanted_bytes) return disk;
+  const absl::Status made = blobs.MakeRoom(wanted_bytes);
+  if (!made.ok()) base::LogWarning(made.ToString());
+  return base::ReadDiskSpace(path);
 }
 
-absl::Status CheckDisk(const Limits& limits, int64_t new_bytes) {
+}  // namespace
+
+absl::Status CheckDisk(store::BlobStore& blobs, const Limits& limits, int64_t new_bytes) {
   if (limits.disk.empty() || limits.disk_reserve_bytes == 0) return absl::OkStatus();
-  const absl::StatusOr<DiskSpace> disk = ReadDiskSpace(limits.disk);
+  const auto disk = SpaceFor(blobs, limits.disk, limits.disk_reserve_bytes + new_bytes);
   if (!disk.ok() || disk->free_bytes - new_bytes >= limits.disk_reserve_bytes) {
     return absl::OkStatus();
   }
@@ -31,7 +33,8 @@ absl::Status CheckDisk(const Limits& limits, int64_t new_bytes) {
       absl::ResourceExhaustedError(absl::StrCat(
           "the disk of '", limits.disk, "' has ", base::FormatGibibytes(disk->free_bytes),
           " free, of which ", base::FormatGibibytes(limits.disk_reserve_bytes),
-          " are kept in reserve", new_bytes > 0 ? absl::StrCat("; ", new_bytes, " bytes more") : "",
+          " are kept in reserve",
+          new_bytes > 0 ? absl::StrCat("; uploads need ", new_bytes, " more") : "",
           ": delete animations or families, or ask the operator for room (--disk-reserve)")),
       "DISK_RESERVE_REACHED",
       {{"disk", limits.disk},
@@ -68,9 +71,9 @@ absl::Status UnlessAccepted(store::Catalog& catalog, const store::pb::JobRecord&
   return catalog.CheckOwner(job, [&](const store::OwnerUse&) { return refusal; });
 }
 
-absl::Status CheckStoreSpace(store::Catalog& catalog, const Limits& limits,
+absl::Status CheckStoreSpace(store::Catalog& catalog, store::BlobStore& blobs, const Limits& limits,
                              const store::pb::JobRecord& job) {
-  absl::Status status = CheckDisk(limits, 0);
+  absl::Status status = CheckDisk(blobs, limits, 0);
   if (status.ok()) {
     LB_ASSIGN_OR_RETURN(const int64_t stored_bytes, StoredBytes(catalog, limits));
     status = CheckStoredBytes(limits, stored_bytes, 0);

@@ -7,26 +7,19 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/store/blob_store.h"
 #include "core/store/catalog.h"
 #include "server/rpc/backends.h"
 
 namespace liquidblend::rpc {
 
-struct DiskSpace {
-  int64_t size_bytes = 0;
-  int64_t free_bytes = 0;  // that this process may use
-};
+// Whether new_bytes fit on the disk of the store beside the reserve, if need be after the store has
+// let go of copies there; a disk that cannot be asked passes: writing will say what is wrong with
+// it. Errors: kResourceExhausted (DISK_RESERVE_REACHED) that names the disk.
+absl::Status CheckDisk(store::BlobStore& blobs, const Limits& limits, int64_t new_bytes);
 
-// Space on the file system that holds `path`.  Errors: those of the system, naming the path.
-absl::StatusOr<DiskSpace> ReadDiskSpace(const std::string& path);
-
-// Whether new_bytes fit on the disk of the store beside the reserve; a disk that cannot be asked
-// passes: writing will say what is wrong with it.
-// Errors: kResourceExhausted (DISK_RESERVE_REACHED) that names the disk.
-absl::Status CheckDisk(const Limits& limits, int64_t new_bytes);
-
-// Bytes stored by all owners (Catalog::ListOwners()); 0 if they are not limited.  Cost: O(animations
-// and families).
+// Bytes stored by all owners (Catalog::ListOwners()); 0 if they are not limited.  Cost:
+// O(animations and families).
 absl::StatusOr<int64_t> StoredBytes(store::Catalog& catalog, const Limits& limits);
 
 // Whether new_bytes may be stored beside those of all owners.
@@ -39,7 +32,7 @@ absl::Status UnlessAccepted(store::Catalog& catalog, const store::pb::JobRecord&
                             const absl::Status& refusal);
 
 // Whether a job may be accepted at all: all of the above, for no bytes yet.
-absl::Status CheckStoreSpace(store::Catalog& catalog, const Limits& limits,
+absl::Status CheckStoreSpace(store::Catalog& catalog, store::BlobStore& blobs, const Limits& limits,
                              const store::pb::JobRecord& job);
 
 }  // namespace liquidblend::rpc

@@ -20,9 +20,9 @@ class BackendsHost final : public StreamHost {
   void Cancel(const Timer& timer) override {
     if (timer != nullptr) backends_.steps.Cancel(*std::static_pointer_cast<WorkPool::Timer>(timer));
   }
-  void FindFamily(const std::string& id, int64_t min_version,
+  void FindFamily(const std::string& id, catalog::AskedVersion asked,
                   catalog::Families::Done done) override {
-    rpc::FindFamily(backends_, id, {0, min_version}, std::move(done));
+    rpc::FindFamily(backends_, id, asked, std::move(done));
   }
   Ticket Make(FrameOrder order, FrameMaker::Done done) override {
     return backends_.maker.Make(std::move(order), std::move(done));

@@ -34,8 +34,8 @@ class StreamHost {
   // Drops the task unless its time has come already.
   virtual void Cancel(const Timer& timer) = 0;
 
-  // As rpc::FindFamily() for the latest version, at least min_version.
-  virtual void FindFamily(const std::string& id, int64_t min_version,
+  // As rpc::FindFamily().
+  virtual void FindFamily(const std::string& id, catalog::AskedVersion asked,
                           catalog::Families::Done done) = 0;
   // As FrameMaker::Make() and FrameMaker::Leave().
   virtual Ticket Make(FrameOrder order, FrameMaker::Done done) = 0;

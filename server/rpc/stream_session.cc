@@ -139,7 +139,7 @@ absl::Status StreamSession::TakeValues() {
   if (!id.has_value()) return stream_.Change(request, nullptr, host_->Now());
   waiting_request_ = request;
   const auto self = shared_from_this();
-  host_->FindFamily(*id, request.min_version(), [self](absl::StatusOr<catalog::FamilyPtr> found) {
+  host_->FindFamily(*id, VersionOf(request), [self](absl::StatusOr<catalog::FamilyPtr> found) {
     self->Leave([&](Notes& inbox) { inbox.found = std::move(found); });
   });
   return absl::OkStatus();

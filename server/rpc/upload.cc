@@ -82,6 +82,7 @@ Upload::Upload(const UploadStores& stores, const Limits& limits, const Principal
 Upload::~Upload() {
   RunGuarded("the end of an upload", [this] { DeleteFiles(); });
   stores_.tally.Add(principal_.name, -reserved_bytes_);
+  stores_.tally.AddUnwritten(-unwritten_bytes_);
 }
 
 absl::Status Upload::Add(const v1::UploadAnimationRequest& message) {
@@ -174,7 +175,7 @@ absl::Status Upload::CheckOwner() {
 
 // Room for all owners' uploads that are under way, and on the disk for new_bytes.
 absl::Status Upload::CheckSpace(int64_t new_bytes) {
-  absl::Status status = CheckDisk(limits_, new_bytes);
+  absl::Status status = CheckDisk(stores_.blobs, limits_, new_bytes);
   if (status.ok() && limits_.max_stored_bytes > 0) {
     status = CheckStoredBytes(limits_, stored_bytes_, stores_.tally.Sum());
   }
@@ -247,7 +248,9 @@ absl::Status Upload::Reserve(const v1::UploadAnimationRequest::File& file) {
   reserved_bytes_ += new_bytes;
   declared_bytes_ += file.size_bytes();
   if (use_.has_value()) LB_RETURN_IF_ERROR(CheckOwnerLimits(principal_, *use_, under_way));
-  return CheckSpace(file.blob().empty() ? file.size_bytes() : 0);
+  if (!file.blob().empty()) return CheckSpace(0);
+  unwritten_bytes_ += file.size_bytes();
+  return CheckSpace(stores_.tally.AddUnwritten(file.size_bytes()));
 }
 
 absl::Status Upload::AddChunk(const std::string& chunk) {
@@ -268,6 +271,8 @@ absl::Status Upload::AddChunk(const std::string& chunk) {
   }
   LB_RETURN_IF_ERROR(writer_->Append(std::as_bytes(std::span(chunk))));
   received_bytes_ += size;
+  unwritten_bytes_ -= size;
+  stores_.tally.AddUnwritten(-size);
   return CommitFileIfComplete();
 }
 

@@ -91,6 +91,7 @@ class Upload {
   std::vector<store::BlobId> to_delete_;       // what was stored and nobody has accepted
   int64_t declared_bytes_ = 0;                 // of all files so far
   int64_t reserved_bytes_ = 0;                 // of them, in the tally and not promised
+  int64_t unwritten_bytes_ = 0;                // of them, in the tally and not on the disk yet
   store::pb::SourceFile file_;                 // the one that chunks go to
   int64_t received_bytes_ = 0;                 // of that file
   std::unique_ptr<store::BlobWriter> writer_;  // of that file, while it is not complete

@@ -30,6 +30,11 @@ int64_t UploadTally::Sum() {
   return sum;
 }
 
+int64_t UploadTally::AddUnwritten(int64_t bytes) {
+  const absl::MutexLock lock(&mutex_);
+  return unwritten_bytes_ += bytes;
+}
+
 bool UploadTally::Promise(const std::string& owner, const std::string& id, int64_t bytes,
                           absl::Duration duration) {
   const absl::MutexLock lock(&mutex_);

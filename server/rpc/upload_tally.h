@@ -24,6 +24,9 @@ class UploadTally {
   // Of all owners.  Cost: O(owners with uploads under way)
   int64_t Sum();
 
+  // Adds to the bytes that all uploads have declared and not written yet, and returns their sum.
+  int64_t AddUnwritten(int64_t bytes);
+
   // Adds bytes that may arrive past the server under this upload id: they count until the promise
   // ends or is over. False, and nothing is added, if the owner has kMaxPromises already.
   // Requires: all promises have the same duration.
@@ -44,6 +47,7 @@ class UploadTally {
   Count* Find(const std::string& owner) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   absl::Mutex mutex_;
+  int64_t unwritten_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
   std::map<std::string, Count> counts_ ABSL_GUARDED_BY(mutex_);  // without those of nothing
 };
 

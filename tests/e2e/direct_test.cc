@@ -114,6 +114,30 @@ TEST_F(DirectTest, FilesGoStraightToTheStoreAndComeFromThere) {
   Import(*MustConnect(/*direct_transfers=*/false), "b", Way::kByTheServer);
 }
 
+TEST_F(DirectTest, KeptVersionsComeFromTheStoreByTheirNumber) {
+  const Process server = StartServer(1, {"LIQUIDBLEND_CLIENT_S3=" + endpoint_});
+  for (const auto& [id, velocity] : {std::pair("a", 1.0), {"b", 2.0}, {"c", 3.0}}) {
+    ExpectSuccess(AwaitDone(ImportBall(id, velocity).name()));
+  }
+  for (const std::string target : {"b", "c"}) {
+    Operation registration;
+    ASSERT_TRUE(Register(1, registration, {target}).ok());
+    ExpectSuccess(AwaitDone(registration.name()));
+  }
+  const auto client = MustConnect();
+  const auto download = [&](int64_t version) {
+    const std::string path = absl::StrCat(data(), "/family-", version);
+    const auto size = client->Download("families/balls", path, version);
+    EXPECT_TRUE(size.ok()) << size.status();
+    return store::ReadFile(path);
+  };
+  const std::string first = download(1), second = download(2);
+  EXPECT_NE(first, second);
+  EXPECT_EQ(download(0), second);
+  EXPECT_EQ(client->Download("families/balls", data() + "/none", 3).status().code(),
+            absl::StatusCode::kNotFound);
+}
+
 // While their import waits: nobody collects them, and elsewhere they are blobs like all others.
 TEST_F(DirectTest, WhatWaitsForItsImportIsKeptAndExported) {
   const Process server = StartServer(0, {"LIQUIDBLEND_CLIENT_S3=" + endpoint_});

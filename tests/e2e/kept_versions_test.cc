@@ -1,6 +1,7 @@
 // The versions of a family that are kept beside the published one, and the way back to them.
 #include <csignal>
 
+#include "core/store/files.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {
@@ -85,6 +86,33 @@ TEST_F(KeptVersionsTest, TheOneBeforeIsKeptAndOneCommandGoesBack) {
   EXPECT_EQ(family.targets(0), "animations/b");
   EXPECT_EQ(Rollback(7), 4);
   EXPECT_EQ(GetFamily().version(), 3);
+}
+
+// The versions differ in their target, which moves the ball.
+TEST_F(KeptVersionsTest, CommandsTakeTheOneThatIsAskedFor) {
+  Publish("b");
+  Publish("c");
+  const auto run = [this](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--server", Address()});
+    return Process("liquidblend", arguments).Wait();
+  };
+  for (const std::string version : {"1", "2"}) {
+    const std::string out = data() + "/export-" + version;
+    EXPECT_EQ(run({"export", "balls", "--version", version, "-w", "1", "-o", out}), 0);
+    EXPECT_THAT(store::ReadFile(out + "/meta.json"), HasSubstr("\"version\": " + version));
+    EXPECT_EQ(run({"stream", "balls", "--version", version, "--seconds", "0.2"}), 0);
+    EXPECT_EQ(run({"render", "balls", "--version", version, "--columns", "1", "-w", "1", "--size",
+                   "32x24", "-o", data() + "/render-" + version + ".png"}),
+              0);
+  }
+  EXPECT_EQ(run({"export", "balls", "-w", "1", "-o", data() + "/export"}), 0);
+  const auto last_frame = [this](const std::string& folder) {
+    return store::ReadFile(data() + "/" + folder + "/frame_0006.ply");
+  };
+  EXPECT_EQ(last_frame("export"), last_frame("export-2"));
+  EXPECT_NE(last_frame("export"), last_frame("export-1"));
+  EXPECT_NE(store::ReadFile(data() + "/render-1.png"), store::ReadFile(data() + "/render-2.png"));
+  EXPECT_EQ(run({"export", "balls", "--version", "7", "-w", "1", "-o", data() + "/none"}), 4);
 }
 
 TEST_F(KeptVersionsTest, AServerThatHasJustStartedHasThemToo) {

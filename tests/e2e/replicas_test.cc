@@ -36,6 +36,14 @@ class ReplicasTest : public E2eTest {
     ExpectSuccess(AwaitDone(registration.name()));
   }
 
+  void Delete() {
+    grpc::ClientContext context;
+    v1::DeleteFamilyRequest request;
+    request.set_name("families/balls");
+    google::protobuf::Empty empty;
+    ASSERT_TRUE(stub_->DeleteFamily(&context, request, &empty).ok());
+  }
+
   // From the second server.
   grpc::Status GetFrame(v1::Frame& frame, int64_t min_version = 0) {
     grpc::ClientContext context;
@@ -60,6 +68,24 @@ TEST_F(ReplicasTest, ServeAtOnceTheVersionThatAClientHasHeardOf) {
     const grpc::Status status = GetFrame(frame, version);
     ASSERT_TRUE(status.ok()) << status.error_message();
     EXPECT_EQ(frame.version(), version);
+  }
+}
+
+TEST_F(ReplicasTest, BeginAStreamWithTheVersionThatAClientHasHeardOf) {
+  for (int version = 1; version <= kNumRounds; ++version) {
+    Publish();
+    grpc::ClientContext context;
+    const auto stream = second_stub_->StreamFrames(&context);
+    v1::StreamFramesRequest request;
+    request.set_family("families/balls");
+    request.add_weights(0.5);
+    request.set_min_version(version);
+    ASSERT_TRUE(stream->Write(request));
+    v1::StreamFramesResponse response;
+    ASSERT_TRUE(stream->Read(&response));
+    EXPECT_EQ(response.frame().version(), version);
+    context.TryCancel();
+    stream->Finish();
   }
 }
 
@@ -128,17 +154,26 @@ TEST_F(ReplicasTest, ServeWhatAnotherPublishesAndNotWhatItDeletes) {
   }
   PrintTimes("a new version is served by the other server", published);
 
-  grpc::ClientContext context;
-  v1::DeleteFamilyRequest request;
-  request.set_name("families/balls");
-  google::protobuf::Empty empty;
-  ASSERT_TRUE(stub_->DeleteFamily(&context, request, &empty).ok());
+  Delete();
   const absl::Time start = absl::Now();
   v1::Frame frame;
   while (GetFrame(frame).ok() && absl::Now() < start + kPatience) {
   }
   EXPECT_EQ(GetFrame(frame).error_code(), grpc::StatusCode::NOT_FOUND);
   PrintTimes("a deleted family is gone from the other server", {absl::Now() - start});
+}
+
+TEST_F(ReplicasTest, ServeNoDeletedFamilyWhileItsNameIsRegisteredAnew) {
+  Publish();
+  v1::Frame frame;
+  ASSERT_TRUE(GetFrame(frame, 1).ok());
+  Delete();
+  Operation registration;
+  ASSERT_TRUE(Register(200, registration).ok());  // takes seconds
+  const absl::Time start = absl::Now();
+  grpc::Status status;
+  while (status.ok() && absl::Now() < start + kPatience) status = GetFrame(frame);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION) << frame.version();
 }
 
 }  // namespace

@@ -138,23 +138,5 @@ TEST_F(VersionsTest, AnOpenStreamGoesOnAndTakesTheVersionThatItIsAskedFor) {
   stream->Finish();
 }
 
-TEST_F(VersionsTest, AStreamThatBeginsWithAVersionShowsNoOlderOne) {
-  Publish();
-  EXPECT_EQ(ServedVersion(), 1);
-  const int64_t published = Publish();
-  grpc::ClientContext context;
-  const auto stream = stub_->StreamFrames(&context);
-  v1::StreamFramesRequest request;
-  request.set_family("families/balls");
-  request.add_weights(0.5);
-  request.set_min_version(published);
-  ASSERT_TRUE(stream->Write(request));
-  v1::StreamFramesResponse response;
-  ASSERT_TRUE(stream->Read(&response));
-  EXPECT_EQ(response.frame().version(), published);
-  context.TryCancel();
-  stream->Finish();
-}
-
 }  // namespace
 }  // namespace liquidblend::e2e

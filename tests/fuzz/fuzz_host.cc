@@ -62,7 +62,7 @@ void FuzzHost::Cancel(const Timer& timer) {
   if (timer != nullptr) timers_.erase(*std::static_pointer_cast<TimerKey>(timer));
 }
 
-void FuzzHost::FindFamily(const std::string& id, int64_t /*min_version*/,
+void FuzzHost::FindFamily(const std::string& id, catalog::AskedVersion /*asked*/,
                           catalog::Families::Done done) {
   if (is_at_once_) return done(FamilyOf(id));
   searches_.push_back({id, std::move(done)});

@@ -32,7 +32,7 @@ class FuzzHost final : public rpc::StreamHost {
   void Post(Task task) override { ready_.push_back(std::move(task)); }
   Timer StartTimer(absl::Duration delay, Task task) override;
   void Cancel(const Timer& timer) override;
-  void FindFamily(const std::string& id, int64_t min_version,
+  void FindFamily(const std::string& id, catalog::AskedVersion asked,
                   catalog::Families::Done done) override;
   Ticket Make(rpc::FrameOrder order, rpc::FrameMaker::Done done) override;
   void Leave(const Ticket& ticket) override;

@@ -26,12 +26,21 @@ const char* NameOf(mesh::Grade grade) {
   return "unknown";
 }
 
-absl::Status TooLow(const RegisteredTarget& target, mesh::Grade required) {
+std::string DescribeUnknown(const RegisteredTarget& target, mesh::Grade required) {
+  return absl::StrCat("target '", target.name, "' has no verdict, since an earlier program has ",
+                      "registered it, and at least ", NameOf(required),
+                      " was required; nothing is published. Register it anew, or require nothing");
+}
+
+std::string DescribeTooLow(const RegisteredTarget& target, mesh::Grade required) {
   const mesh::Verdict& verdict = target.registration.report.verdict;
-  absl::Status status = absl::FailedPreconditionError(
-      absl::StrCat("target '", target.name, "': the verdict is ", NameOf(verdict.grade),
-                   ", not at least ", NameOf(required), ", as was required: ", verdict.reason,
-                   "; nothing is published. Correspondences may help, or require less"));
+  return absl::StrCat("target '", target.name, "': the verdict is ", NameOf(verdict.grade),
+                      ", not at least ", NameOf(required), ", as was required: ", verdict.reason,
+                      "; nothing is published. Correspondences may help, or require less");
+}
+
+absl::Status TooLow(const std::string& message) {
+  absl::Status status = absl::FailedPreconditionError(message);
   google::rpc::ErrorInfo info;
   info.set_reason("VERDICT_TOO_LOW");
   info.set_domain("liquidblend");
@@ -45,7 +54,9 @@ absl::Status CheckGrades(std::span<const RegisteredTarget> targets, store::v1::G
   if (required == store::v1::GRADE_UNSPECIFIED) return absl::OkStatus();
   const auto worst = mesh::Grade{static_cast<int>(required)};  // the same numbers
   for (const RegisteredTarget& target : targets) {
-    if (target.registration.report.verdict.grade > worst) return TooLow(target, worst);
+    const mesh::Grade grade = target.registration.report.verdict.grade;
+    if (grade == mesh::Grade::kUnknown) return TooLow(DescribeUnknown(target, worst));
+    if (grade > worst) return TooLow(DescribeTooLow(target, worst));
   }
   return absl::OkStatus();
 }

@@ -109,15 +109,20 @@ class Client {
   absl::StatusOr<Operation> ImportAnimation(const ImportRequest& request);
   // Gets the stored file (docs/formats.md) of "animations/a" or "families/f" into the file `path`,
   // which is whole and as the server says, or not there. Returns its bytes.
-  // Errors: kUnimplemented if the server gives no urls; kDataLoss if what came is something else.
-  absl::StatusOr<int64_t> Download(const std::string& name, const std::string& path);
+  //   version  of a family; 0: the published one
+  // Errors: kUnimplemented if the server gives no urls, or none of versions by number; kDataLoss if
+  // what came is something else.
+  absl::StatusOr<int64_t> Download(const std::string& name, const std::string& path,
+                                   int64_t version = 0);
   absl::StatusOr<Animation> GetAnimation(const std::string& name);
   absl::StatusOr<std::vector<Animation>> ListAnimations();  // all pages
   absl::Status DeleteAnimation(const std::string& name);
 
   // Starts a registration.
   absl::StatusOr<Operation> RegisterFamily(const RegisterRequest& request);
-  absl::StatusOr<Family> GetFamily(const std::string& name);
+  // version 0: the published one. Another: the family as it was in that one, if it is kept.
+  // Errors, also: kUnimplemented if the server is too old to find one by its number.
+  absl::StatusOr<Family> GetFamily(const std::string& name, int64_t version = 0);
   absl::StatusOr<std::vector<Family>> ListFamilies();  // all pages
   // Publishes a kept version (Family::kept_versions) again, as the newest one with a number of its
   // own. Errors: kNotFound if it is not kept; kFailedPrecondition while the family is registered.

@@ -35,6 +35,8 @@ struct StreamSettings {
   // As FrameRequest's, of `family`; without a family, of the one that the stream shows, whose
   // version before goes on until this one is loaded.
   int64_t min_version = 0;
+  // The very version, likewise; it replaces min_version. 0: no certain one.
+  int64_t version = 0;
 };
 
 struct StreamedFrame {

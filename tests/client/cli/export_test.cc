@@ -43,6 +43,18 @@ class Export : public ::testing::Test {
   TempDir dir_;
 };
 
+TEST_F(Export, AsksForTheVersionThatSaysItsRate) {
+  ASSERT_EQ(Run().exit_code, 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("\nversion: 3"));
+}
+
+TEST_F(Export, OfAServerThatKnowsNoVersionsByNumberIsRefused) {
+  const CommandResult result = Run({"--version", "2"});
+  EXPECT_NE(result.exit_code, 0);
+  EXPECT_THAT(result.err, HasSubstr("gives version 3 instead of 2: it is too old"));
+  EXPECT_FALSE(std::filesystem::exists(Out()));
+}
+
 TEST_F(Export, RefusesAFolderThatHoldsAnything) {
   Write("notes.txt", "mine");
   const CommandResult result = Run();

@@ -115,6 +115,22 @@ TEST_F(FrameStreamTest, BitsAndStepReplaceEachOtherAlsoForAStreamThatIsOpenedAga
   EXPECT_THAT(server_.LastRequest(), Not(HasSubstr("position_bits")));
 }
 
+// The fake server has version 3, and knows of no others.
+TEST_F(FrameStreamTest, FramesOfAnotherVersionThanTheOneAskedForAreAnError) {
+  ASSERT_TRUE(client_->GetFamily("drops").ok());
+  StreamSettings settings;
+  settings.family = "drops";
+  settings.lossless = true;
+  settings.version = 3;
+  ASSERT_TRUE((*client_->StreamFrames(settings))->Read().ok());
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("\nversion: 3"));
+  EXPECT_THAT(server_.LastRequest(), Not(HasSubstr("min_version")));
+  settings.version = 2;
+  const absl::Status status = (*client_->StreamFrames(settings))->Read().status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnimplemented);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("gives version 3 instead of 2"));
+}
+
 TEST_F(FrameStreamTest, CancelFromAnotherThreadEndsAWaitingRead) {
   const auto stream = Open(/*lossless=*/false);
   ASSERT_TRUE(stream->Read().ok());

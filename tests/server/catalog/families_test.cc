@@ -41,6 +41,7 @@ class CountingBlobs : public store::BlobStore {
   absl::StatusOr<std::shared_ptr<const store::Blob>> Open(const store::BlobId& id) override {
     ++num_opened;
     if (before_open) std::exchange(before_open, nullptr)();
+    if (!failure.ok()) return failure;
     return blobs_->Open(id);
   }
   absl::Status Verify(const store::BlobId& id) override { return blobs_->Verify(id); }
@@ -55,6 +56,7 @@ class CountingBlobs : public store::BlobStore {
 
   std::atomic<int> num_opened = 0;
   std::function<void()> before_open;  // once
+  absl::Status failure;               // of Open()
 
  private:
   std::unique_ptr<store::BlobStore> blobs_;
@@ -505,6 +507,41 @@ TEST_F(FamiliesTest, IsNotBehindAVersionThatCannotBeLoaded) {
   EXPECT_FALSE(families.IsBehind("splash", 2, loads.executor()));
 }
 
+TEST_F(FamiliesTest, IsBehindWhileAnOlderVersionIsBeingLoaded) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  LateLoads loads;
+  Answer first;
+  families.GetReady("splash", 0, loads.executor(), first.Done());
+  Publish("splash", PutFamily(2));
+  EXPECT_TRUE(families.IsBehind("splash", 2, loads.executor()));
+  EXPECT_EQ(loads.tasks.size(), 2U) << "the newer one is not put off";
+  loads.RunAll();
+  EXPECT_FALSE(families.IsBehind("splash", 2, loads.executor()));
+  EXPECT_EQ(first.version(), 1);
+  ASSERT_NE(families.Peek("splash", 0), nullptr);
+  EXPECT_EQ(families.Peek("splash", 0)->family.version, 2);
+}
+
+TEST_F(FamiliesTest, IsBehindAVersionWhoseStoreIsAwayForAWhile) {
+  for (const absl::Duration patience : {absl::ZeroDuration(), absl::Hours(1)}) {
+    const std::string id = absl::StrCat("splash", absl::ToInt64Hours(patience));
+    Publish(id, PutFamily(1));
+    Families families(*catalog_, *blobs_, {.transient_failure_patience = patience});
+    ASSERT_TRUE(families.Get(id).ok());
+    Publish(id, PutFamily(2));
+    LateLoads loads;
+    blobs_->failure = absl::UnavailableError("the store is away");
+    EXPECT_TRUE(families.IsBehind(id, 2, loads.executor()));
+    loads.RunAll();
+    EXPECT_EQ(families.IsBehind(id, 2, loads.executor()), patience > absl::ZeroDuration());
+    EXPECT_TRUE(loads.tasks.empty()) << "not again so soon";
+    blobs_->failure = absl::OkStatus();
+    ASSERT_TRUE(families.Get(id).ok());
+    EXPECT_FALSE(families.IsBehind(id, 2, loads.executor()));
+  }
+}
+
 TEST_F(FamiliesTest, RefreshLoadsNewVersionsBeforeAnybodyAsks) {
   Publish("splash", PutFamily(1));
   Publish("other", PutFamily(3));
@@ -618,6 +655,65 @@ TEST_F(FamiliesTest, ANamesakeOfADeletedFamilyIsNotMistakenForIt) {
   EXPECT_NE((**latest.result)->generation, generation);
 }
 
+TEST_F(FamiliesTest, ADeletedFamilyIsNotServedWhileItsNamesakeIsRegistered) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  ASSERT_TRUE(families.Get("splash").ok());
+  ASSERT_TRUE(catalog_->DeleteFamily("splash").ok());
+  SubmitRegistration("splash");
+  LateLoads loads;
+  families.Refresh(loads.executor());
+  EXPECT_EQ(families.Peek("splash", 0), nullptr);
+  EXPECT_EQ(families.size_bytes(), 0);
+  EXPECT_EQ(families.Get("splash").status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(FamiliesTest, ADeletedFamilyIsNotServedUntilItsNamesakeIsReady) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  ASSERT_TRUE(families.Get("splash").ok());
+  ASSERT_TRUE(catalog_->DeleteFamily("splash").ok());
+  Publish("splash", PutFamily(2));
+  LateLoads loads;
+  families.Refresh(loads.executor());
+  EXPECT_EQ(families.Peek("splash", 0), nullptr);
+}
+
+TEST_F(FamiliesTest, AFamilyThatIsRegisteredAgainIsServedMeanwhile) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  ASSERT_TRUE(families.Get("splash").ok());
+  SubmitRegistration("splash");
+  LateLoads loads;
+  families.Refresh(loads.executor());
+  EXPECT_NE(families.Peek("splash", 0), nullptr);
+  EXPECT_EQ((*families.Get("splash"))->family.version, 1);
+}
+
+// Such a call gets what it has read about, and later calls do not.
+TEST_F(FamiliesTest, ACallThatBeganBeforeARollbackDoesNotBringTheVersionBack) {
+  Publish("splash", PutFamily(1), 2);
+  Publish("splash", PutFamily(2), 2);
+  Families families(*catalog_, *blobs_);
+  families.Forget("splash", 3);
+  EXPECT_EQ((*families.Get("splash"))->family.version, 2);
+  EXPECT_EQ(families.Peek("splash", 0), nullptr);
+  ASSERT_TRUE(catalog_->RollbackFamily("splash", 1, 2).ok());
+  EXPECT_EQ((*families.Get("splash"))->family.version, 3);
+  ASSERT_NE(families.Peek("splash", 0), nullptr);
+  EXPECT_EQ(families.Peek("splash", 0)->family.version, 3);
+}
+
+TEST_F(FamiliesTest, ARolledBackFamilyOfARestoredStoreIsServedAgain) {
+  Publish("splash", PutFamily(1));
+  Families families(*catalog_, *blobs_);
+  families.Forget("splash", 3);
+  LateLoads loads;
+  families.Refresh(loads.executor());
+  ASSERT_TRUE(families.Get("splash").ok());
+  EXPECT_NE(families.Peek("splash", 0), nullptr);
+}
+
 TEST_F(FamiliesTest, AnOvertakenLoadServesOnlyThoseWhoAskedForIt) {
   Publish("splash", PutFamily(1));
   Families families(*catalog_, *blobs_);
@@ -644,11 +740,14 @@ TEST_F(FamiliesTest, AnExecutorThatHasStoppedIsAnError) {
   EXPECT_TRUE(families.Get("splash").ok());
 }
 
-TEST(FamiliesOptions, NamesTheBudget) {
+TEST(FamiliesOptions, NamesTheFieldAtFault) {
   FamiliesOptions options;
   EXPECT_TRUE(options.Validate().ok());
   options.memory_budget_bytes = -1;
   EXPECT_THAT(std::string(options.Validate().message()), HasSubstr("memory_budget_bytes is -1"));
+  options = {.transient_failure_patience = -absl::Seconds(1)};
+  EXPECT_THAT(std::string(options.Validate().message()),
+              HasSubstr("transient_failure_patience is -1s"));
 }
 
 }  // namespace

@@ -111,7 +111,15 @@ TEST(ToListFamilies, ReadsPages) {
   EXPECT_EQ(request->page_size(), 3);
   EXPECT_EQ(request->page_token(), "a+b");
   EXPECT_THAT(ToListFamilies(*ParseQuery("page=3")), Fails(kInvalid, "page: "));
-  EXPECT_THAT(ToGetFamily("splash", *ParseQuery("version=3")), Fails(kInvalid, "version: "));
+}
+
+TEST(ToGetFamily, ReadsAVersion) {
+  const auto request = ToGetFamily("splash", *ParseQuery("version=3"));
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_EQ(request->name(), "families/splash");
+  EXPECT_EQ(request->version(), 3);
+  EXPECT_THAT(ToGetFamily("splash", *ParseQuery("version=x")), Fails(kInvalid, "version: "));
+  EXPECT_THAT(ToGetFamily("splash", *ParseQuery("time=3")), Fails(kInvalid, "time: "));
 }
 
 }  // namespace

@@ -104,6 +104,27 @@ TEST_F(WebSocketTest, WeightsMayChangeWithEveryFrame) {
   }
 }
 
+// The server is given no time to find the newer version by itself.
+TEST_F(WebSocketTest, TheFirstFrameIsOfTheVersionThatIsAskedFor) {
+  keep_versions_ = 2;
+  ASSERT_EQ(HttpClient(port_->port()).Get("/v1/families/splash/frame.drc?weights=0.5").code, 200);
+  for (const int64_t published : {2, 3}) {
+    PublishFamily("splash", "a", "b", static_cast<uint64_t>(published));
+    HttpClient client(port_->port());
+    ASSERT_EQ(client.Upgrade().code, 101);
+    v1::StreamFramesRequest request = Endless(100);
+    request.set_min_version(published);
+    ASSERT_TRUE(Send(client, request));
+    EXPECT_EQ(ReadFrame(client).frame().version(), published);
+  }
+  HttpClient client(port_->port());
+  ASSERT_EQ(client.Upgrade().code, 101);
+  v1::StreamFramesRequest request = Endless(100);
+  request.set_version(2);
+  ASSERT_TRUE(Send(client, request));
+  EXPECT_EQ(ReadFrame(client).frame().version(), 2);
+}
+
 TEST_F(WebSocketTest, LateFramesAreDroppedAndCounted) {
   HttpClient client(port_->port());
   ASSERT_EQ(client.Upgrade().code, 101);

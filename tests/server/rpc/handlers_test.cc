@@ -330,5 +330,25 @@ TEST_F(HandlersTest, AFamilySaysWhatItIsMadeOf) {
   EXPECT_LT(family->bounds().min().x(), family->bounds().max().x());
 }
 
+TEST_F(HandlersTest, AKeptVersionIsDescribedAsItWas) {
+  keep_versions_ = 2;
+  PublishSplash();
+  ImportAnimation("c");
+  PublishFamily("splash", "a", "c", 2);
+  v1::GetFamilyRequest request;
+  request.set_name("families/splash");
+  request.set_version(1);
+  const auto kept = GetFamily(backends_, request);
+  ASSERT_THAT(kept, Succeeds());
+  EXPECT_EQ(kept->version(), 1);
+  EXPECT_THAT(kept->targets(), ElementsAre("animations/b"));
+  request.set_version(2);
+  EXPECT_THAT(GetFamily(backends_, request)->targets(), ElementsAre("animations/c"));
+  request.set_version(3);
+  EXPECT_THAT(GetFamily(backends_, request), Fails(absl::StatusCode::kNotFound, "no version 3"));
+  request.set_version(-1);
+  EXPECT_THAT(BlamedFields(GetFamily(backends_, request).status()), ElementsAre("version"));
+}
+
 }  // namespace
 }  // namespace liquidblend::rpc

@@ -43,6 +43,15 @@ class PresignTest : public RpcTest {
     return request;
   }
 
+  // So that the store that signs has them, too.
+  void CopyToUrls(const std::vector<store::BlobId>& ids) {
+    for (const store::BlobId& id : ids) {
+      const auto blob = blobs_->Open(id);
+      ASSERT_THAT(blob, Succeeds());
+      EXPECT_THAT(store::PutBlobAs(*urls_, id, (*blob)->bytes()), Succeeds());
+    }
+  }
+
   int Put(const v1::PresignUploadResponse::File& file, const std::string& content) {
     store::HttpRequest request;
     request.method = "PUT";
@@ -100,6 +109,24 @@ TEST_F(PresignTest, FilesThatWereSentBecomeAnImport) {
   EXPECT_EQ(file.size_bytes(), 4);
   EXPECT_EQ(store::AsString((*urls_->Open(file.blob()))->bytes()), "wine");
   EXPECT_EQ(catalog_->ListReferencedBlobs()->size(), 2);  // nobody collects them
+}
+
+TEST_F(PresignTest, FilesAreTakenByTheNamesOfEarlierClients) {
+  v1::PresignUploadRequest request = RequestFor({"water"});
+  store::BlobHasher hasher(store::HashKind::kXxh3_128);
+  hasher.Add(store::AsBytes("water"));
+  request.mutable_files(0)->set_checksum(hasher.Id());
+  const auto urls = PresignUpload(*backends_, request);
+  ASSERT_THAT(urls, Succeeds());
+  const std::string& blob = urls->files(0).blob();
+  EXPECT_THAT(blob, testing::StartsWith("xxh3-"));
+  EXPECT_EQ(Put(urls->files(0), "water"), 200);
+  EXPECT_THAT(NameFile(5, blob), Succeeds());
+  EXPECT_EQ(store::AsString((*urls_->Open(blob))->bytes()), "water");
+  const auto other = PresignUpload(*backends_, request);
+  ASSERT_THAT(other, Succeeds());
+  EXPECT_EQ(Put(other->files(0), "wrong"), 200);
+  EXPECT_THAT(urls_->Open(other->files(0).blob()), Fails(Code::kDataLoss, "damaged"));
 }
 
 TEST_F(PresignTest, AFileMustBeThereAsItIsNamed) {
@@ -217,6 +244,52 @@ TEST_F(PresignTest, StoredFilesHaveUrls) {
   EXPECT_THAT(PresignDownload(*backends_, request), Fails(Code::kNotFound, "none"));
   request.set_name("operations/a");
   EXPECT_THAT(BlamedFields(PresignDownload(*backends_, request).status()), ElementsAre("name"));
+}
+
+TEST_F(PresignTest, FilesOfKeptVersionsHaveUrls) {
+  keep_versions_ = 2;
+  PublishSplash();
+  const store::BlobId first = catalog_->GetFamily("splash")->blob();
+  PublishFamily("splash", "a", "b", 2);
+  const store::BlobId second = catalog_->GetFamily("splash")->blob();
+  ASSERT_NE(first, second);
+  CopyToUrls({first, second});
+  v1::PresignDownloadRequest request;
+  request.set_name("families/splash");
+  for (const int64_t version : {0, 1, 2}) {
+    request.set_version(version);
+    const auto download = PresignDownload(*backends_, request);
+    ASSERT_THAT(download, Succeeds()) << version;
+    EXPECT_EQ(download->version(), version == 1 ? 1 : 2);
+    EXPECT_EQ(download->checksum(), version == 1 ? first : second);
+  }
+  request.set_version(3);
+  EXPECT_THAT(PresignDownload(*backends_, request),
+              Fails(Code::kNotFound, "has no version 3; the published one is 2, and kept are 1"));
+  request.set_version(-1);
+  EXPECT_THAT(BlamedFields(PresignDownload(*backends_, request).status()), ElementsAre("version"));
+  request.set_name("animations/a");
+  request.set_version(1);
+  EXPECT_THAT(BlamedFields(PresignDownload(*backends_, request).status()), ElementsAre("version"));
+}
+
+TEST_F(PresignTest, AnIdAloneNamesTheOnlyOneThatHasIt) {
+  PublishSplash();
+  PublishFamily("a", "a", "b");
+  CopyToUrls({catalog_->GetFamily("splash")->blob()});
+  v1::PresignDownloadRequest request;
+  request.set_name("splash");
+  ASSERT_THAT(PresignDownload(*backends_, request), Succeeds());
+  EXPECT_EQ(PresignDownload(*backends_, request)->version(), 1);
+  request.set_name("b");
+  EXPECT_THAT(PresignDownload(*backends_, request),
+              Fails(Code::kFailedPrecondition, "animations/b has no file yet"));
+  request.set_name("a");
+  EXPECT_THAT(PresignDownload(*backends_, request),
+              Fails(Code::kInvalidArgument,
+                    "'a' is an animation and a family: say animations/a or families/a"));
+  request.set_name("none");
+  EXPECT_THAT(PresignDownload(*backends_, request), Fails(Code::kNotFound, "none"));
 }
 
 TEST_F(PresignTest, AStoreOnOneMachineHasNoUrls) {

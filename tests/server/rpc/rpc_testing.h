@@ -177,6 +177,7 @@ class RpcTest : public testing::Test {
     job.mutable_register_family()->set_family(id);
     job.mutable_register_family()->set_source(source);
     job.mutable_register_family()->add_targets(target);
+    job.mutable_register_family()->set_keep_versions(keep_versions_);
     ASSERT_TRUE(catalog_->SubmitRegistration(job).ok());
     synthetic::ComplexOptions options;
     options.num_frames = kFamilyFrames;
@@ -208,6 +209,7 @@ class RpcTest : public testing::Test {
     PublishFamily("splash", "a", "b");
   }
 
+  int keep_versions_ = 1;  // of PublishFamily()
   store::TemporaryFolder folder_;
   std::unique_ptr<store::Catalog> catalog_;
   std::unique_ptr<store::BlobStore> blobs_;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/disk_space.h"
 #include "server/rpc/upload.h"
 #include "tests/server/rpc/rpc_testing.h"
 
@@ -68,14 +69,14 @@ TEST_F(StoreSpaceTest, BelowTheReserveNothingIsAcceptedAndTheDiskIsNamed) {
   EXPECT_THAT(status, Fails(kExhausted, "the disk of '" + folder_.path() + "' has "));
   EXPECT_THAT(status, Fails(kExhausted, "are kept in reserve: delete animations"));
   EXPECT_EQ(ReasonOf(status), "DISK_RESERVE_REACHED");
-  EXPECT_EQ(ReasonOf(CheckStoreSpace(*catalog_, limits_, {})), "DISK_RESERVE_REACHED");
+  EXPECT_EQ(ReasonOf(CheckStoreSpace(*catalog_, *blobs_, limits_, {})), "DISK_RESERVE_REACHED");
   limits_.disk_reserve_bytes = 1;
   EXPECT_THAT(Send("ann", "a", 3), Succeeds());
-  EXPECT_THAT(CheckStoreSpace(*catalog_, limits_, {}), Succeeds());
+  EXPECT_THAT(CheckStoreSpace(*catalog_, *blobs_, limits_, {}), Succeeds());
 }
 
 TEST_F(StoreSpaceTest, AFileThatWouldNotLeaveTheReserveIsRefusedBeforeItsBytes) {
-  const auto disk = ReadDiskSpace(folder_.path());
+  const auto disk = base::ReadDiskSpace(folder_.path());
   ASSERT_THAT(disk, Succeeds());
   EXPECT_GT(disk->free_bytes, 0);
   EXPECT_GE(disk->size_bytes, disk->free_bytes);
@@ -87,10 +88,80 @@ TEST_F(StoreSpaceTest, AFileThatWouldNotLeaveTheReserveIsRefusedBeforeItsBytes) 
   EXPECT_EQ(ReasonOf(status), "DISK_RESERVE_REACHED");
 }
 
+TEST_F(StoreSpaceTest, BytesThatOtherUploadsHaveYetToWriteCountForTheDisk) {
+  const auto disk = base::ReadDiskSpace(folder_.path());
+  ASSERT_THAT(disk, Succeeds());
+  limits_.max_upload_bytes = kMoreThanAnyDisk;
+  limits_.disk_reserve_bytes = 1;
+  const int64_t most = disk->free_bytes / 4 * 3;
+  auto first = Begin("ann"), second = Begin("ben"), third = Begin("cid");
+  ASSERT_THAT(AddHeader(*first, "a"), Succeeds());
+  ASSERT_THAT(AddHeader(*second, "b"), Succeeds());
+  ASSERT_THAT(AddHeader(*third, "c"), Succeeds());
+  ASSERT_THAT(AddFile(*first, most), Succeeds());
+  EXPECT_EQ(ReasonOf(AddFile(*second, most)), "DISK_RESERVE_REACHED");
+  first = nullptr;
+  second = nullptr;
+  EXPECT_EQ(tally_.AddUnwritten(0), 0);
+  EXPECT_THAT(AddFile(*third, most), Succeeds());
+}
+
+TEST_F(StoreSpaceTest, BytesThatWereWrittenAreNotCountedTwice) {
+  limits_.max_upload_bytes = kMoreThanAnyDisk;
+  const auto upload = Begin("ann");
+  ASSERT_THAT(AddHeader(*upload, "a"), Succeeds());
+  ASSERT_THAT(AddBytes(*upload, 5), Succeeds());
+  EXPECT_EQ(tally_.AddUnwritten(0), 0);
+}
+
+// A local store that notes for how much room it is asked.
+class RoomyBlobs : public store::BlobStore {
+ public:
+  explicit RoomyBlobs(store::BlobStore& blobs) : blobs_(blobs) {}
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> Create() override { return blobs_.Create(); }
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateAs(const store::BlobId& id) override {
+    return blobs_.CreateAs(id);
+  }
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateUpload() override {
+    return blobs_.CreateUpload();
+  }
+  absl::StatusOr<std::shared_ptr<const store::Blob>> Open(const store::BlobId& id) override {
+    return blobs_.Open(id);
+  }
+  absl::Status Verify(const store::BlobId& id) override { return blobs_.Verify(id); }
+  absl::Status Delete(const store::BlobId& id) override { return blobs_.Delete(id); }
+  absl::StatusOr<bool> DeleteIfNotNewer(const store::BlobId& id, absl::Time time) override {
+    return blobs_.DeleteIfNotNewer(id, time);
+  }
+  absl::StatusOr<std::string> Quarantine(const store::BlobId& id) override {
+    return blobs_.Quarantine(id);
+  }
+  absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_.List(); }
+  absl::Status MakeRoom(int64_t free_bytes) override {
+    asked.push_back(free_bytes);
+    return absl::OkStatus();
+  }
+
+  std::vector<int64_t> asked;
+
+ private:
+  store::BlobStore& blobs_;
+};
+
+TEST_F(StoreSpaceTest, TheStoreMakesRoomBeforeAnythingIsRefused) {
+  RoomyBlobs blobs(*blobs_);
+  limits_.disk_reserve_bytes = 1;
+  EXPECT_THAT(CheckDisk(blobs, limits_, 0), Succeeds());
+  EXPECT_TRUE(blobs.asked.empty()) << "there is enough";
+  limits_.disk_reserve_bytes = kMoreThanAnyDisk;
+  EXPECT_EQ(ReasonOf(CheckDisk(blobs, limits_, 7)), "DISK_RESERVE_REACHED");
+  EXPECT_THAT(blobs.asked, testing::ElementsAre(kMoreThanAnyDisk + 7));
+}
+
 TEST_F(StoreSpaceTest, ADiskThatCannotBeAskedRefusesNothing) {
   limits_.disk = folder_.path() + "/none";
   limits_.disk_reserve_bytes = kMoreThanAnyDisk;
-  EXPECT_THAT(ReadDiskSpace(limits_.disk), Fails(absl::StatusCode::kNotFound, limits_.disk));
+  EXPECT_THAT(base::ReadDiskSpace(limits_.disk), Fails(absl::StatusCode::kNotFound, limits_.disk));
   EXPECT_THAT(Send("ann", "a", 3), Succeeds());
 }
 
@@ -105,7 +176,7 @@ TEST_F(StoreSpaceTest, AllOwnersShareWhatMayBeStored) {
   EXPECT_THAT(Send("ben", "b", 4), Succeeds());
   const auto none = Begin("cid");
   EXPECT_EQ(ReasonOf(AddHeader(*none, "c")), "STORE_FULL") << "an upload does not even begin";
-  EXPECT_EQ(ReasonOf(CheckStoreSpace(*catalog_, limits_, {})), "STORE_FULL");
+  EXPECT_EQ(ReasonOf(CheckStoreSpace(*catalog_, *blobs_, limits_, {})), "STORE_FULL");
 }
 
 TEST_F(StoreSpaceTest, UploadsSideBySideShareIt) {

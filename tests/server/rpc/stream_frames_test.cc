@@ -4,6 +4,7 @@
 
 #include "absl/time/clock.h"
 #include "google/rpc/error_details.pb.h"
+#include "server/rpc/frame_stream.h"
 #include "tests/allocation_testing.h"
 #include "tests/server/rpc/extremes.h"
 #include "tests/server/rpc/raw_call.h"
@@ -71,6 +72,99 @@ TEST_F(ServerTest, NewWeightsCountFromTheNextFrameOn) {
   EXPECT_LT(num_old, 100);
   context.TryCancel();
   EXPECT_THAT(stream->Finish(), EndsWith(grpc::StatusCode::CANCELLED, ""));
+}
+
+// A stream whose frames come until it is cancelled.
+class EndlessStream {
+ public:
+  EndlessStream(v1::LiquidBlend::Stub& stub, const v1::StreamFramesRequest& first)
+      : stream_(stub.StreamFrames(&context_)) {
+    stream_->Write(first);
+  }
+  ~EndlessStream() {
+    context_.TryCancel();
+    stream_->Finish();
+  }
+  void Write(const v1::StreamFramesRequest& change) { stream_->Write(change); }
+  int64_t ReadVersion() {
+    v1::StreamFramesResponse response;
+    return stream_->Read(&response) ? response.frame().version() : -1;
+  }
+  // Reads until there is a frame of that version, or the end.
+  bool ReadUntil(int64_t version) {
+    for (int64_t read = 0; read != -1;) {
+      read = ReadVersion();
+      if (read == version) return true;
+    }
+    return false;
+  }
+  grpc::Status Finish() { return stream_->Finish(); }
+
+ private:
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::StreamFramesRequest, v1::StreamFramesResponse>>
+      stream_;
+};
+
+TEST_F(ServerTest, AStreamShowsTheVersionThatIsAskedForByNumber) {
+  keep_versions_ = 2;
+  PublishSplash();
+  PublishFamily("splash", "a", "b", 2);
+  v1::StreamFramesRequest request = Lossless();
+  request.set_lossless(false);
+  request.set_loop(true);
+  request.set_frames_per_second(200);
+  request.set_version(1);
+  request.set_min_version(2);  // of no account beside a version
+  EndlessStream stream(*stub_, request);
+  EXPECT_EQ(stream.ReadVersion(), 1);
+  v1::StreamFramesRequest change;
+  change.add_weights(0.25);
+  stream.Write(change);
+  EXPECT_EQ(stream.ReadVersion(), 1);
+  v1::StreamFramesRequest newer;
+  newer.set_version(2);
+  stream.Write(newer);
+  EXPECT_TRUE(stream.ReadUntil(2));
+  v1::StreamFramesRequest older;
+  older.set_version(1);
+  stream.Write(older);
+  EXPECT_TRUE(stream.ReadUntil(1));
+  v1::StreamFramesRequest latest;
+  latest.set_family("splash");
+  stream.Write(latest);
+  EXPECT_TRUE(stream.ReadUntil(2));
+}
+
+TEST_F(ServerTest, AStreamOfAVersionThatIsNotThereEnds) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Lossless();
+  for (const auto& [version, code] : {std::pair(7, grpc::StatusCode::NOT_FOUND),
+                                      std::pair(-1, grpc::StatusCode::INVALID_ARGUMENT)}) {
+    request.set_version(version);
+    grpc::ClientContext context;
+    auto stream = stub_->StreamFrames(&context);
+    stream->Write(request);
+    v1::StreamFramesResponse response;
+    EXPECT_FALSE(stream->Read(&response));
+    EXPECT_THAT(stream->Finish(), EndsWith(code, "version"));
+  }
+}
+
+TEST(MergeRequest, OneKindOfVersionReplacesTheOther) {
+  v1::StreamFramesRequest request, exact, oldest, family;
+  exact.set_version(3);
+  oldest.set_min_version(5);
+  family.set_family("families/other");
+  MergeRequest(exact, request);
+  MergeRequest(oldest, request);
+  EXPECT_EQ(request.version(), 0);
+  EXPECT_EQ(request.min_version(), 5);
+  MergeRequest(exact, request);
+  EXPECT_EQ(request.version(), 3);
+  EXPECT_EQ(request.min_version(), 0);
+  MergeRequest(family, request);
+  EXPECT_EQ(request.version(), 0);
 }
 
 TEST_F(ServerTest, AMistakeInAStreamEndsItByName) {

@@ -1,0 +1,18 @@
+// The flag --version, of a family.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+
+namespace liquidblend::cli {
+
+// Defines it on `command`.
+inline void AddVersionFlag(int64_t& version, CLI::App& command) {
+  command
+      .add_option("--version", version,
+                  "Version of the family, which is published or kept; 0: the published one")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
+}  // namespace liquidblend::cli
