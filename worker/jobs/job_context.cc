@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/time/clock.h"
+#include "worker/registration/state.h"
 
 namespace liquidblend::jobs {
 namespace {

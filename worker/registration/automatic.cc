@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "worker/registration/closest_point.h"
+
 namespace liquidblend::registration {
 namespace {
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/mesh/triangle_mesh.h"
-#include "worker/registration/match.h"
 #include "worker/registration/regions.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

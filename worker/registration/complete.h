@@ -7,9 +7,9 @@
 #include "absl/status/statusor.h"
 #include "worker/registration/closest_point.h"
 #include "worker/registration/courses.h"
-#include "worker/registration/match.h"
-#include "worker/registration/register.h"
+#include "worker/registration/registration.h"
 #include "worker/registration/starts.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

@@ -1,7 +1,7 @@
 // Displacements for weights outside [0, 1]. Internal to worker/registration.
 #pragma once
 
-#include "worker/registration/match.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

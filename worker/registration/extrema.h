@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "worker/registration/match.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

@@ -13,6 +13,7 @@
 #include "worker/registration/energy.h"
 #include "worker/registration/hard_pins.h"
 #include "worker/registration/image_normals.h"
+#include "worker/registration/match.h"
 
 namespace liquidblend::registration {
 namespace {

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "worker/registration/image_normals.h"
+#include "worker/registration/match.h"
 
 namespace liquidblend::registration {
 namespace {

@@ -1,7 +1,8 @@
 // What is done to the displacements after the last iteration. Internal to worker/registration.
 #pragma once
 
-#include "worker/registration/match.h"
+#include "worker/registration/closest_point.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

@@ -2,7 +2,8 @@
 // Internal to worker/registration.
 #pragma once
 
-#include "worker/registration/match.h"
+#include "worker/registration/closest_point.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

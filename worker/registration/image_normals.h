@@ -1,7 +1,7 @@
 // Normals of the deformed surface. Internal to worker/registration.
 #pragma once
 
-#include "worker/registration/match.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

@@ -6,8 +6,8 @@
 
 #include "worker/registration/deformation.h"
 #include "worker/registration/energy.h"
-#include "worker/registration/match.h"
 #include "worker/registration/pins.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

@@ -97,21 +97,6 @@ void AppendFound(const std::vector<std::optional<FitTerm>>& found, Matches& matc
 
 }  // namespace
 
-Surface::Surface(const mesh::SpaceTimeMesh& space_time_mesh, double edge_length_m,
-                 const parallel::Arena& arena)
-    : mesh(space_time_mesh),
-      points(InEdgeUnits(space_time_mesh.vertices, edge_length_m)),
-      cells_around(CellsAroundVertices(space_time_mesh, arena)),
-      rigid(mesh::RigidVertices(space_time_mesh)) {}
-
-std::vector<int32_t> Surface::FreeVertices() const {
-  std::vector<int32_t> vertices;
-  for (int32_t v = 0; v < points.cols(); ++v) {
-    if (!rigid[v]) vertices.push_back(v);
-  }
-  return vertices;
-}
-
 bool IsBeforeTarget(const Surface& source, int64_t v, const Eigen::Vector4f& moved) {
   return source.InFirstSlab(v) || moved[3] < 0;
 }

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "worker/registration/match.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

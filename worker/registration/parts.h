@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "worker/registration/match.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

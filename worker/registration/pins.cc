@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "worker/registration/closest_point.h"
 
 namespace liquidblend::registration {
 namespace {

@@ -6,7 +6,8 @@
 
 #include "absl/status/statusor.h"
 #include "worker/registration/correspondence.h"
-#include "worker/registration/match.h"
+#include "worker/registration/energy.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

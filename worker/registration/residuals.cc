@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/mesh/cross_product.h"
+#include "worker/registration/match.h"
 
 namespace liquidblend::registration {
 namespace {

@@ -4,8 +4,9 @@
 #include <limits>
 #include <vector>
 
-#include "worker/registration/match.h"
+#include "worker/registration/closest_point.h"
 #include "worker/registration/regions.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "worker/registration/closest_point.h"
+
 namespace liquidblend::registration {
 namespace {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/parallel/arena.h"
-#include "worker/registration/match.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

@@ -1,7 +1,7 @@
 // Moves apart what has passed through itself. Internal to worker/registration.
 #pragma once
 
-#include "worker/registration/match.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

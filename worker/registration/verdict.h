@@ -4,7 +4,8 @@
 #include <Eigen/Core>
 
 #include "core/mesh/verdict.h"
-#include "worker/registration/match.h"
+#include "worker/registration/closest_point.h"
+#include "worker/registration/surface.h"
 
 namespace liquidblend::registration {
 

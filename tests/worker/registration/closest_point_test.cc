@@ -10,6 +10,7 @@
 
 #include "tests/synthetic/families.h"
 #include "tests/worker/registration/registration_testing.h"
+#include "worker/registration/surface.h"
 #include "worker/spacetime/normals.h"
 
 namespace liquidblend::registration {
