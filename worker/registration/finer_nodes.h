@@ -6,8 +6,8 @@
 
 #include "absl/status/status.h"
 #include "worker/registration/complete.h"
+#include "worker/registration/fit/state.h"
 #include "worker/registration/registration.h"
-#include "worker/registration/state.h"
 
 namespace liquidblend::registration {
 

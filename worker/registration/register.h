@@ -8,9 +8,9 @@
 #include "absl/status/statusor.h"
 #include "core/mesh/space_time_mesh.h"
 #include "core/parallel/arena.h"
-#include "worker/registration/correspondence.h"
+#include "worker/registration/fit/state.h"
 #include "worker/registration/registration.h"
-#include "worker/registration/state.h"
+#include "worker/registration/surface/correspondence.h"
 
 namespace liquidblend::registration {
 

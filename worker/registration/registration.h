@@ -7,7 +7,7 @@
 
 #include "absl/status/status.h"
 #include "core/mesh/registered_family.h"
-#include "worker/registration/correspondence.h"
+#include "worker/registration/surface/correspondence.h"
 
 namespace liquidblend::registration {
 
