@@ -29,9 +29,9 @@ tools=(
   # a database and an object store of the tests' own
   postgresql-15 ceph-mon ceph-osd ceph-mgr ceph-common radosgw curl
 )
-# Unless they are there: those of others than Debian are one package.
-command -v node >/dev/null || tools+=(nodejs)
-command -v npm >/dev/null || tools+=(npm)
+# npm brings Google's API definitions. Unless it is there: that of others than Debian is one package.
+command -v node >/dev/null || build+=(nodejs)
+command -v npm >/dev/null || build+=(npm)
 containers=(
   podman buildah runc mmdebstrap netavark aardvark-dns catatonit podman-compose iptables systemd
 )
@@ -55,15 +55,23 @@ if [ $list = 1 ]; then
   exit 0
 fi
 
-# What only tests need from npm, in the versions that its package-lock.json pins. Building and serving
-# go without: if it cannot be fetched, that is said here, and the test is left out.
-install_wasm_decoder() {
-  local folder wanted=package-lock.json have=node_modules/.package-lock.json
-  folder=$(dirname "${BASH_SOURCE[0]}")/../tests/server/encode/wasm
-  if [ ! -d "$folder" ] || ! command -v npm >/dev/null; then return 0; fi
-  if [ "$folder/$have" -nt "$folder/$wanted" ]; then return 0; fi
-  if (cd "$folder" && npm ci --ignore-scripts --no-audit --no-fund); then return 0; fi
-  echo "install-deps: npm cannot fetch draco3d; tests/server/encode/wasm_decoder_test.cc is left out" >&2
+# Fetches what the package-lock.json of a folder pins; nothing if it is there already.
+fetch_from_npm() {
+  local folder=$1 have=$1/node_modules/.package-lock.json
+  if [ "$have" -nt "$folder/package-lock.json" ]; then return 0; fi
+  (cd "$folder" && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error)
+}
+
+install_npm_packages() {
+  local root
+  root=$(dirname "${BASH_SOURCE[0]}")/..
+  if ! fetch_from_npm "$root/proto"; then
+    echo "install-deps: npm cannot fetch Google's API definitions (proto/package.json);" \
+      "cmake -DLIQUIDBLEND_GOOGLE_PROTOS=FOLDER takes them from a folder" >&2
+  fi
+  if [ "${#more[@]}" -gt 0 ] && ! fetch_from_npm "$root/tests/server/encode/wasm"; then
+    echo "install-deps: npm cannot fetch draco3d; wasm_decoder_test.cc is left out" >&2
+  fi
 }
 
 missing=()
@@ -72,7 +80,7 @@ for package in "${packages[@]}"; do
 done
 if [ ${#missing[@]} -eq 0 ]; then
   echo "install-deps: all ${#packages[@]} packages are installed"
-  install_wasm_decoder
+  install_npm_packages
   exit 0
 fi
 
@@ -88,4 +96,4 @@ fi
 echo "install-deps: installing ${missing[*]}"
 "${as_root[@]}" apt-get update -q
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"
-install_wasm_decoder
+install_npm_packages

@@ -127,6 +127,14 @@ const ThirdParty kThirdParties[] = {
     {"liquidblend/store/v1/", {"core/store/", "worker/jobs/", "server/catalog/", "server/rpc/"}},
 };
 
+// Rule 5: the rooms of a folder, the lower ones first; files of the folder itself are above them.
+struct Rooms {
+  std::string_view folder;
+  std::vector<std::string_view> rooms;
+};
+const Rooms kRooms[] = {{"worker/registration/", {"surface/", "features/", "fit/", "finish/"}},
+                        {"worker/spacetime/", {"field/", "nets/", "sheets/", "tracked/"}}};
+
 // The system's own headers; C++'s have neither a dot nor a slash.
 const std::set<std::string_view> kSystem = {
     "dirent.h",    "errno.h",      "fcntl.h",        "fnmatch.h",    "malloc.h",    "poll.h",
@@ -174,6 +182,21 @@ const ThirdParty* FindThirdParty(std::string_view target) {
   return found;
 }
 
+// The place of a file among the rooms of its folder.
+size_t RoomOf(std::string_view path, const Rooms& rooms) {
+  const std::string_view rest = path.substr(rooms.folder.size());
+  const auto room = std::find_if(rooms.rooms.begin(), rooms.rooms.end(),
+                                 [&](std::string_view name) { return StartsWith(rest, name); });
+  return room - rooms.rooms.begin();
+}
+
+bool LeadsUpwards(std::string_view path, std::string_view target) {
+  return std::any_of(std::begin(kRooms), std::end(kRooms), [&](const Rooms& rooms) {
+    return StartsWith(path, rooms.folder) && StartsWith(target, rooms.folder) &&
+           RoomOf(target, rooms) > RoomOf(path, rooms);
+  });
+}
+
 // What is wrong with one include, or nothing.
 std::string Fault(const Include& include) {
   const std::string_view path = include.file->path;
@@ -188,6 +211,7 @@ std::string Fault(const Include& include) {
     return "rule 4: client/include/ holds neither generated code nor Eigen";
   }
   if (StartsWith(path, "tests/")) return "";
+  if (LeadsUpwards(path, target)) return "rule 5: it is in a higher room";
   for (const Stage& stage : kStages) {
     const Places callers = {stage.folder, stage.caller};
     const bool held = StartsWith(path, "server/catalog/") && IsIn(target, kPrepared);
@@ -343,6 +367,21 @@ TEST(Layering, KeepsOutOfCoreWhatOneProgramNeeds) {
                   {"server/d.cc", "#include \"core/mesh/b.h\"\n"},
                   {"worker/e.cc", "#include \"core/mesh/b.h\"\n#include \"core/odd/c.h\"\n"}}),
       ElementsAre("core/odd/c.h:1: rule 3: core/odd/ is in core, but server/ does not need it"));
+}
+
+TEST(Layering, LeadsFromHigherRoomsToLowerOnes) {
+  EXPECT_THAT(
+      Violations(
+          {{"worker/registration/fit/a.h",
+            "#include \"worker/registration/fit/b.h\"\n"
+            "#include \"worker/registration/surface/c.h\"\n"},
+           {"worker/registration/register.cc", "#include \"worker/registration/finish/d.h\"\n"},
+           {"worker/registration/surface/c.h", "#include \"worker/registration/fit/a.h\"\n"},
+           {"worker/spacetime/tracked/e.h", "#include \"worker/spacetime/build.h\"\n"}}),
+      ElementsAre("worker/registration/surface/c.h:1: includes worker/registration/fit/a.h; "
+                  "rule 5: it is in a higher room",
+                  "worker/spacetime/tracked/e.h:1: includes worker/spacetime/build.h; rule 5: it "
+                  "is in a higher room"));
 }
 
 }  // namespace

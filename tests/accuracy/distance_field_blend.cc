@@ -4,7 +4,7 @@
 
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/surface_distance.h"
-#include "worker/registration/axis_rays.h"
+#include "worker/registration/surface/axis_rays.h"
 
 namespace liquidblend::accuracy {
 namespace {

@@ -11,7 +11,7 @@
 #include "tests/reference/paper_extraction.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/tracked.h"
-#include "worker/spacetime/build_tracked.h"
+#include "worker/spacetime/tracked/build_tracked.h"
 
 namespace liquidblend {
 namespace {

@@ -13,7 +13,7 @@
 #include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/surface_distance.h"
 #include "tests/synthetic/tracked.h"
-#include "worker/spacetime/build_tracked.h"
+#include "worker/spacetime/tracked/build_tracked.h"
 
 namespace liquidblend::reference {
 namespace {

@@ -1,6 +1,6 @@
 #include "tests/synthetic/inverted_share.h"
 
-#include "worker/registration/axis_rays.h"
+#include "worker/registration/surface/axis_rays.h"
 
 namespace liquidblend::synthetic {
 namespace {

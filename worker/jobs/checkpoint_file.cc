@@ -13,6 +13,7 @@
 #include "core/store/report_messages.h"
 #include "core/store/sections.h"
 #include "liquidblend/store/v1/files.pb.h"
+#include "worker/registration/fit/state.h"
 
 namespace liquidblend::jobs {
 namespace {

@@ -8,7 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/store/blob_store.h"
-#include "worker/registration/state.h"
+#include "worker/registration/fit/state.h"
 
 namespace liquidblend::jobs {
 

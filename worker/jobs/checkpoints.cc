@@ -11,6 +11,7 @@
 #include "core/store/retry.h"
 #include "worker/jobs/checkpoint_file.h"
 #include "worker/jobs/run_guarded.h"
+#include "worker/registration/fit/state.h"
 
 namespace liquidblend::jobs {
 namespace {

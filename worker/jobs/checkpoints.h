@@ -16,7 +16,7 @@
 #include "core/base/steady_cond_var.h"
 #include "core/store/blob_store.h"
 #include "core/store/catalog.h"
-#include "worker/registration/state.h"
+#include "worker/registration/fit/state.h"
 
 namespace liquidblend::jobs {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/time/clock.h"
+#include "worker/registration/fit/state.h"
 
 namespace liquidblend::jobs {
 namespace {

@@ -6,8 +6,8 @@
 #include "absl/status/status.h"
 #include "liquidblend/store/v1/records.pb.h"
 #include "worker/ingest/read_animation.h"
-#include "worker/registration/correspondence.h"
 #include "worker/registration/register.h"
+#include "worker/registration/surface/correspondence.h"
 #include "worker/spacetime/build.h"
 
 namespace liquidblend::jobs {

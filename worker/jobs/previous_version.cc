@@ -11,7 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/store/files.h"
 #include "worker/jobs/job_options.h"
-#include "worker/registration/correspondence.h"
+#include "worker/registration/surface/correspondence.h"
 
 namespace liquidblend::jobs {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "core/base/memory.h"
 #include "core/base/status_macros.h"
+#include "worker/registration/fit/state.h"
 #include "worker/registration/transfer.h"
 
 namespace liquidblend::jobs {

@@ -62,7 +62,8 @@ void Settle(store::Catalog& catalog, store::BlobStore& blobs, const store::Lease
   const bool is_ours = !outcome.ok() && !absl::IsAborted(outcome) && !is_released;
   const absl::Status recorded = is_ours ? RecordFailure(catalog, lease, outcome) : absl::OkStatus();
   const bool is_final = is_ours && recorded.ok() && !MayPass(outcome);
-  if (is_final) store::DeleteUploadedFiles(lease.job.import_animation(), blobs);  // they count for nobody now
+  if (is_final)
+    store::DeleteUploadedFiles(lease.job.import_animation(), blobs);  // they count for nobody now
   if (!IsRefusal(outcome) && !IsRefusal(recorded)) return access.Granted();
   access.AwaitAfter(IsRefusal(outcome) ? outcome : recorded);
   if (IsRefusal(recorded)) RecordFailure(catalog, lease, outcome).IgnoreError();

@@ -8,13 +8,13 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
-#include "worker/registration/course_volumes.h"
-#include "worker/registration/extrapolation.h"
-#include "worker/registration/finish.h"
-#include "worker/registration/folds.h"
-#include "worker/registration/rigid_pieces.h"
-#include "worker/registration/untangle.h"
-#include "worker/registration/verdict.h"
+#include "worker/registration/finish/course_volumes.h"
+#include "worker/registration/finish/extrapolation.h"
+#include "worker/registration/finish/finish.h"
+#include "worker/registration/finish/folds.h"
+#include "worker/registration/finish/rigid_pieces.h"
+#include "worker/registration/finish/untangle.h"
+#include "worker/registration/finish/verdict.h"
 
 namespace liquidblend::registration {
 namespace {

@@ -5,11 +5,11 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "worker/registration/closest_point.h"
-#include "worker/registration/courses.h"
-#include "worker/registration/match.h"
-#include "worker/registration/register.h"
-#include "worker/registration/starts.h"
+#include "worker/registration/features/courses.h"
+#include "worker/registration/features/starts.h"
+#include "worker/registration/registration.h"
+#include "worker/registration/surface/closest_point.h"
+#include "worker/registration/surface/surface.h"
 
 namespace liquidblend::registration {
 

@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "worker/registration/courses.h"
-#include "worker/registration/energy.h"
-#include "worker/registration/hard_pins.h"
-#include "worker/registration/image_normals.h"
+#include "worker/registration/features/courses.h"
+#include "worker/registration/fit/energy.h"
+#include "worker/registration/fit/hard_pins.h"
+#include "worker/registration/fit/match.h"
+#include "worker/registration/surface/image_normals.h"
 
 namespace liquidblend::registration {
 namespace {

@@ -6,7 +6,8 @@
 
 #include "absl/status/status.h"
 #include "worker/registration/complete.h"
-#include "worker/registration/register.h"
+#include "worker/registration/fit/state.h"
+#include "worker/registration/registration.h"
 
 namespace liquidblend::registration {
 

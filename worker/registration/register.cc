@@ -3,22 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/base/memory.h"
 #include "core/base/status_macros.h"
-#include "core/mesh/option_ranges.h"
-#include "worker/registration/automatic.h"
 #include "worker/registration/complete.h"
-#include "worker/registration/deformation.h"
-#include "worker/registration/energy.h"
-#include "worker/registration/hard_pins.h"
-#include "worker/registration/initialise.h"
-#include "worker/registration/match.h"
-#include "worker/registration/pins.h"
-#include "worker/registration/refine.h"
-#include "worker/registration/resume.h"
+#include "worker/registration/features/automatic.h"
+#include "worker/registration/fit/deformation.h"
+#include "worker/registration/fit/energy.h"
+#include "worker/registration/fit/hard_pins.h"
+#include "worker/registration/fit/initialise.h"
+#include "worker/registration/fit/match.h"
+#include "worker/registration/fit/pins.h"
+#include "worker/registration/fit/refine.h"
+#include "worker/registration/fit/resume.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -141,24 +141,6 @@ absl::StatusOr<IterationReport> IterateAll(const Problem& problem, const Registr
   return last;
 }
 
-// The maps that a refinement starts from, and the rest of the annealing.
-absl::StatusOr<Schedule> BeginRefinement(const PreviousRegistration& previous,
-                                         const std::vector<Correspondence>& correspondences,
-                                         const Surface& source, const Surface& target,
-                                         const PackedLists& neighbors,
-                                         const DeformationNodes& nodes,
-                                         const RegistrationOptions& options,
-                                         const parallel::Arena& arena, std::vector<NodeMap>& maps) {
-  const double spacing = options.node_spacing_edges;
-  maps = FitMaps(nodes, source.points, neighbors,
-                 InEdgeUnits(previous.displacement, source.mesh.edge_length_m), spacing, arena);
-  LB_ASSIGN_OR_RETURN(
-      const std::vector<Pin> changed,
-      ChangedPins(previous.correspondences, correspondences, source, target, arena));
-  return Schedule{options.refine_iterations, kRefineFrom, kRefineFromNear,
-                  ClosenessToPins(nodes, source.points, changed, kRefineReach * spacing)};
-}
-
 // The user's, then those found.
 std::vector<Correspondence> Join(const std::vector<Correspondence>& users,
                                  const std::vector<AutomaticCorrespondence>& found) {
@@ -167,111 +149,162 @@ std::vector<Correspondence> Join(const std::vector<Correspondence>& users,
   return all;
 }
 
-// Of Join()'s: which of them were found.
-void NameOrigins(const std::vector<AutomaticCorrespondence>& found,
-                 std::vector<CorrespondenceReport>& reports) {
-  const size_t num_users = reports.size() - found.size();
-  for (size_t n = 0; n < found.size(); ++n) {
-    reports[num_users + n].automatic = true;
-    reports[num_users + n].confidence = found[n].confidence;
+// Correspondences that guide the fit.
+struct Guidance {
+  std::vector<Correspondence> correspondences;  // the user's, then those found
+  std::vector<AutomaticCorrespondence> found;
+  std::vector<Pin> pins;  // of all of them
+};
+
+// Finds automatic correspondences, courses and open starts, and expands correspondences into pins.
+// Errors: those of ExpandCorrespondences() and CheckContradictions().
+absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
+                                      const RegistrationOptions& options,
+                                      const parallel::Arena& arena, SurfacePair& pair) {
+  const Surface &source = pair.source, &target = pair.target;
+  const double edge = source.mesh.edge_length_m;
+  const FeaturesOfPair features =
+      FindFeatures(source, target, {.min_diameter = options.smallest_part_edges}, arena);
+  pair.Open(features.source.tracks, features.target.tracks);
+  Guidance guidance;
+  if (options.automatic_correspondences) {
+    const FeaturePairs pairs =
+        PairFeatures(features.source, features.target, ScaleOf(source, target));
+    guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
+    pair.FindCourses(features.source, features.target, pairs.tracks, users);
   }
+  guidance.correspondences = Join(users, guidance.found);
+  LB_ASSIGN_OR_RETURN(guidance.pins,
+                      ExpandCorrespondences(guidance.correspondences, source, target, arena));
+  LB_RETURN_IF_ERROR(CheckContradictions(guidance.pins, source.points, edge));
+  return guidance;
 }
 
-}  // namespace
+// The deformation nodes and their maps, from the first iteration to the last. The arguments must
+// outlive it.
+class Fitting {
+ public:
+  Fitting(const SurfacePair& pair, const Guidance& guidance, const RegistrationOptions& options,
+          const parallel::Arena& arena)
+      : pair_(pair),
+        guidance_(guidance),
+        options_(options),
+        arena_(arena),
+        nodes_(std::in_place, pair.source.points, pair.neighbors, options.node_spacing_edges,
+               VerticesOf(guidance.pins), options.seed, arena, pair.source.rigid),
+        num_nodes_(static_cast<int>(nodes_->num_nodes())),
+        graph_(*nodes_),
+        hard_pins_(*nodes_, pair.source.points, guidance.pins),
+        maps_(nodes_->num_nodes(), NodeMap::Zero()) {}
 
-absl::Status RegistrationOptions::Validate() const {
-  constexpr mesh::Range kShare = {0, 1}, kNotNegative = {0, 1e9}, kPositive = {1e-9, 1e9};
-  LB_RETURN_IF_ERROR(mesh::CheckRange("max_iterations", max_iterations, mesh::kMaxIterations));
-  LB_RETURN_IF_ERROR(
-      mesh::CheckRange("node_spacing_edges", node_spacing_edges, mesh::kNodeSpacingEdges));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("sample_share", sample_share, mesh::kSampleShare));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("kept_share", kept_share, kShare));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("first_smoothness", first_smoothness, mesh::kSmoothness));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("final_smoothness", final_smoothness, mesh::kSmoothness));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("first_distance_edges", first_distance_edges, kPositive));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("final_distance_edges", final_distance_edges, kPositive));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("point_weight", point_weight, kNotNegative));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("plane_weight", plane_weight, kNotNegative));
-  LB_RETURN_IF_ERROR(
-      mesh::CheckRange("correspondence_weight", correspondence_weight, kNotNegative));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("soft_release", soft_release, kShare));
-  LB_RETURN_IF_ERROR(
-      mesh::CheckRange("refine_iterations", refine_iterations, mesh::kMaxIterations));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("thin_sheets_from", thin_sheets_from, mesh::kThinSheetsFrom));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("coarse_vertices", coarse_vertices, {1e3, 1e9}));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("smallest_part_edges", smallest_part_edges, kNotNegative));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("finer_from_edges", finer_from_edges, kPositive));
-  return mesh::CheckRange("max_direct_rows", max_direct_rows, kNotNegative);
+  // Sets the maps before the first iteration.  previous: null: from zero
+  absl::Status Begin(const PreviousRegistration* previous) {
+    schedule_.num_iterations = options_.max_iterations;
+    if (previous != nullptr) {
+      LB_RETURN_IF_ERROR(BeginRefinement(*previous));
+    }
+    DiffusePins(*nodes_, graph_, pair_.source, guidance_.pins,
+                previous != nullptr ? kRefinePasses : kInitialPasses, arena_, maps_);
+    return absl::OkStatus();
+  }
+
+  // Returns the last iteration's report.
+  absl::StatusOr<IterationReport> Run(const RegistrationHooks& hooks, absl::Time start) {
+    Matcher matcher(pair_.source, pair_.neighbors, pair_.target, pair_.target_search, pair_.courses,
+                    options_.seed, pair_.target.FreeVertices());
+    const Problem problem{pair_.source, pair_.neighbors, *nodes_,  graph_, guidance_.pins,
+                          hard_pins_,   schedule_,       options_, arena_, start};
+    return IterateAll(problem, hooks, matcher, maps_);
+  }
+
+  // In edges and frames. Frees the nodes unless HoldPins() needs them: they are large.
+  Points TakeDisplacement() {
+    const Points& rest = pair_.source.points;
+    Points displacement = Deform(*nodes_, maps_, rest, arena_) - rest;
+    if (hard_pins_.empty()) nodes_.reset();
+    return displacement;
+  }
+
+  // Moves hard correspondences back to their goals.
+  absl::Status HoldPins(Points& moved) const {
+    return hard_pins_.empty() ? absl::OkStatus() : hard_pins_.Restore(*nodes_, arena_, moved);
+  }
+
+  int num_nodes() const { return num_nodes_; }
+
+ private:
+  // The maps that a refinement starts from, and the rest of the annealing.
+  absl::Status BeginRefinement(const PreviousRegistration& previous) {
+    const Surface& source = pair_.source;
+    const double spacing = options_.node_spacing_edges;
+    maps_ = FitMaps(*nodes_, source.points, pair_.neighbors,
+                    InEdgeUnits(previous.displacement, source.mesh.edge_length_m), spacing, arena_);
+    LB_ASSIGN_OR_RETURN(const std::vector<Pin> changed,
+                        ChangedPins(previous.correspondences, guidance_.correspondences, source,
+                                    pair_.target, arena_));
+    schedule_ = {options_.refine_iterations, kRefineFrom, kRefineFromNear,
+                 ClosenessToPins(*nodes_, source.points, changed, kRefineReach * spacing)};
+    return absl::OkStatus();
+  }
+
+  const SurfacePair& pair_;
+  const Guidance& guidance_;
+  const RegistrationOptions& options_;
+  const parallel::Arena& arena_;
+  std::optional<const DeformationNodes> nodes_;
+  int num_nodes_;
+  NodeGraph graph_;
+  HardPins hard_pins_;
+  std::vector<NodeMap> maps_;
+  Schedule schedule_ = {};
+};
+
+// One entry per correspondence, those found last.
+std::vector<CorrespondenceReport> ReportGuidance(const Guidance& guidance,
+                                                 const Eigen::Matrix4Xf& displacement,
+                                                 double edge_length_m) {
+  std::vector<CorrespondenceReport> reports =
+      ReportCorrespondences(guidance.correspondences, guidance.pins,
+                            InEdgeUnits(displacement, edge_length_m), edge_length_m);
+  const size_t num_users = reports.size() - guidance.found.size();
+  for (size_t n = 0; n < guidance.found.size(); ++n) {
+    reports[num_users + n].automatic = true;
+    reports[num_users + n].confidence = guidance.found[n].confidence;
+  }
+  return reports;
 }
 
-namespace {
+void ReportIterations(const IterationReport& last, mesh::RegistrationReport& report) {
+  report.num_iterations = last.iteration;
+  report.inlier_share = static_cast<double>(last.num_inliers) /
+                        static_cast<double>(std::max<int64_t>(1, last.num_samples));
+  report.verdict.fit_energy = last.fit_energy;
+  report.verdict.smoothness_energy = last.smoothness_energy;
+}
 
 //   previous  null: from zero
-absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source_mesh,
-                                 const mesh::SpaceTimeMesh& target_mesh,
+absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source,
+                                 const mesh::SpaceTimeMesh& target,
                                  const std::vector<Correspondence>& users,
                                  const PreviousRegistration* previous,
                                  const RegistrationOptions& options, const parallel::Arena& arena,
                                  const RegistrationHooks& hooks) {
   LB_RETURN_IF_ERROR(options.Validate());
-  LB_RETURN_IF_ERROR(CheckMeshes(source_mesh, target_mesh));
+  LB_RETURN_IF_ERROR(CheckMeshes(source, target));
   const absl::Time start = StartOf(hooks.resume);
-  const double edge = source_mesh.edge_length_m;
-  SurfacePair pair(source_mesh, target_mesh, arena);
-  const Surface &source = pair.source, &target = pair.target;
-  const PackedLists& neighbors = pair.neighbors;
-  const FeaturesOfPair features =
-      FindFeatures(source, target, {.min_diameter = options.smallest_part_edges}, arena);
-  pair.Open(features.source.tracks, features.target.tracks);
-  std::vector<AutomaticCorrespondence> found;
-  if (options.automatic_correspondences) {
-    const FeaturePairs pairs =
-        PairFeatures(features.source, features.target, ScaleOf(source, target));
-    found = FindAutomatic(source, target, features, pairs, users, edge, arena);
-    pair.FindCourses(features.source, features.target, pairs.tracks, users);
-  }
-  const std::vector<Correspondence> correspondences = Join(users, found);
-  LB_ASSIGN_OR_RETURN(const std::vector<Pin> pins,
-                      ExpandCorrespondences(correspondences, source, target, arena));
-  LB_RETURN_IF_ERROR(CheckContradictions(pins, source.points, edge));
-  std::optional<const DeformationNodes> placed_nodes;
-  const DeformationNodes& nodes =
-      placed_nodes.emplace(source.points, neighbors, options.node_spacing_edges, VerticesOf(pins),
-                           options.seed, arena, source.rigid);
-  const NodeGraph graph(nodes);
-  Matcher matcher(source, neighbors, target, pair.target_search, pair.courses, options.seed,
-                  target.FreeVertices());
-  const HardPins hard_pins(nodes, source.points, pins);
-  std::vector<NodeMap> maps(nodes.num_nodes(), NodeMap::Zero());
-  Schedule schedule{.num_iterations = options.max_iterations, .near = {}};
-  if (previous != nullptr) {
-    LB_ASSIGN_OR_RETURN(schedule, BeginRefinement(*previous, correspondences, source, target,
-                                                  neighbors, nodes, options, arena, maps));
-  }
-  DiffusePins(nodes, graph, source, pins, previous != nullptr ? kRefinePasses : kInitialPasses,
-              arena, maps);
-  const Problem problem{source,    neighbors, nodes,   graph, pins,
-                        hard_pins, schedule,  options, arena, start};
-
+  SurfacePair pair(source, target, arena);
+  LB_ASSIGN_OR_RETURN(const Guidance guidance, FindGuidance(users, options, arena, pair));
+  Fitting fitting(pair, guidance, options, arena);
+  LB_RETURN_IF_ERROR(fitting.Begin(previous));
   base::ReturnFreeMemory();  // of the searches
-  LB_ASSIGN_OR_RETURN(const IterationReport last, IterateAll(problem, hooks, matcher, maps));
-  const auto hold_pins = [&](Points& moved) {
-    return hard_pins.empty() ? absl::OkStatus() : hard_pins.Restore(nodes, arena, moved);
-  };
-  Points displacement = Deform(nodes, maps, source.points, arena) - source.points;
-  const auto num_nodes = static_cast<int>(nodes.num_nodes());
-  if (hard_pins.empty()) placed_nodes.reset();  // they are large
+  LB_ASSIGN_OR_RETURN(const IterationReport last, fitting.Run(hooks, start));
+  const auto hold_pins = [&](Points& moved) { return fitting.HoldPins(moved); };
   LB_ASSIGN_OR_RETURN(Registration result,
-                      Complete(pair, std::move(displacement), Detail::kAll, hold_pins, arena));
+                      Complete(pair, fitting.TakeDisplacement(), Detail::kAll, hold_pins, arena));
   result.report.correspondences =
-      ReportCorrespondences(correspondences, pins, InEdgeUnits(result.displacement, edge), edge);
-  NameOrigins(found, result.report.correspondences);
-  result.report.num_nodes = num_nodes;
-  result.report.num_iterations = last.iteration;
-  result.report.inlier_share = static_cast<double>(last.num_inliers) /
-                               static_cast<double>(std::max<int64_t>(1, last.num_samples));
-  result.report.verdict.fit_energy = last.fit_energy;
-  result.report.verdict.smoothness_energy = last.smoothness_energy;
+      ReportGuidance(guidance, result.displacement, source.edge_length_m);
+  result.report.num_nodes = fitting.num_nodes();
+  ReportIterations(last, result.report);
   result.report.seconds = absl::ToDoubleSeconds(absl::Now() - start);
   return result;
 }

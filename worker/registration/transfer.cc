@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "worker/registration/closest_point.h"
+#include "worker/registration/surface/closest_point.h"
 
 namespace liquidblend::registration {
 namespace {

@@ -11,14 +11,14 @@
 #include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/animation_limits.h"
-#include "worker/spacetime/build_tracked.h"
-#include "worker/spacetime/droplet_cells.h"
-#include "worker/spacetime/layers.h"
+#include "worker/spacetime/field/normals.h"
 #include "worker/spacetime/match_volume.h"
-#include "worker/spacetime/normals.h"
-#include "worker/spacetime/sheet_order.h"
-#include "worker/spacetime/thin_sheets.h"
+#include "worker/spacetime/nets/droplet_cells.h"
+#include "worker/spacetime/nets/layers.h"
+#include "worker/spacetime/sheets/sheet_order.h"
+#include "worker/spacetime/sheets/thin_sheets.h"
 #include "worker/spacetime/time_extrema.h"
+#include "worker/spacetime/tracked/build_tracked.h"
 
 namespace liquidblend::spacetime {
 namespace {

@@ -10,7 +10,7 @@
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
 #include "core/mesh/slice_at.h"
-#include "worker/spacetime/triangle_tree.h"
+#include "worker/spacetime/field/triangle_tree.h"
 
 namespace liquidblend::spacetime {
 namespace {

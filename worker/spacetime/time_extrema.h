@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/mesh/space_time_mesh.h"
-#include "worker/spacetime/layers.h"
+#include "worker/spacetime/nets/layers.h"
 
 namespace liquidblend::spacetime {
 

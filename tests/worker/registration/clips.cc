@@ -13,7 +13,7 @@
 #include "tests/synthetic/surface_distance.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/read_directory.h"
-#include "worker/registration/axis_rays.h"
+#include "worker/registration/surface/axis_rays.h"
 
 namespace liquidblend::registration {
 namespace {

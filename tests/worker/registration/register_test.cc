@@ -8,6 +8,7 @@
 #include "server/slice/slice.h"
 #include "tests/synthetic/slice_family.h"
 #include "tests/worker/registration/registration_testing.h"
+#include "worker/registration/surface/surface.h"
 
 namespace liquidblend::registration::register_test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
-#include "worker/registration/match.h"
+#include "worker/registration/fit/match.h"
 #include "worker/spacetime/build.h"
 
 namespace liquidblend::registration {

@@ -9,8 +9,8 @@
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/worker/registration/clips.h"
-#include "worker/registration/blend_figures.h"
 #include "worker/registration/register.h"
+#include "worker/registration/surface/blend_figures.h"
 #include "worker/spacetime/build.h"
 
 namespace liquidblend::registration::robustness_test {

@@ -4,8 +4,8 @@
 
 #include "tests/synthetic/turned.h"
 #include "tests/worker/registration/drops_testing.h"
-#include "worker/registration/automatic.h"
-#include "worker/registration/courses.h"
+#include "worker/registration/features/automatic.h"
+#include "worker/registration/features/courses.h"
 #include "worker/registration/register.h"
 
 namespace liquidblend::registration {

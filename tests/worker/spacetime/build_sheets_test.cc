@@ -12,7 +12,7 @@
 #include "tests/synthetic/inverted_share.h"
 #include "tests/synthetic/sheet.h"
 #include "worker/spacetime/build.h"
-#include "worker/spacetime/triangle_tree.h"
+#include "worker/spacetime/field/triangle_tree.h"
 
 namespace liquidblend::spacetime::build_sheets_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "tests/synthetic/sheet.h"
-#include "worker/spacetime/layers.h"
+#include "worker/spacetime/nets/layers.h"
 
 namespace liquidblend::spacetime {
 

@@ -1,0 +1,33 @@
+// Judges a finished registration. Internal to worker/registration.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "core/mesh/verdict.h"
+#include "worker/registration/surface/closest_point.h"
+#include "worker/registration/surface/surface.h"
+
+namespace liquidblend::registration {
+
+// All but the energies. The moved source is compared with the target at samples of both, and the
+// blends at weights 0.5 and 1 are sliced at some times for folds and volumes.
+//   displacement  final, a column per source vertex, registration units, finite
+// Threads: same bytes for any thread count.  Cost: some hundredths of the registration's.
+mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const Surface& target,
+                    const ClosestPointSearch& target_search, const Points& displacement,
+                    const parallel::Arena& arena);
+
+// Where each kind of figure is worst: x, y, z in metres, time in frames.
+struct WorstPlaces {
+  Eigen::Vector4d unmatched = Eigen::Vector4d::Zero();
+  Eigen::Vector4d inverted = Eigen::Vector4d::Zero();
+  Eigen::Vector4d volume = Eigen::Vector4d::Zero();
+  Eigen::Vector4d stretched = Eigen::Vector4d::Zero();
+};
+
+// Sets grade, reason and worst place: those of the figure that is furthest over its limit, or
+// closest to it, unless all figures together speak louder than any alone. The limits are calibrated
+// on simulations, good pairs and absurd ones (docs/benchmarks.md).
+void SetGrade(const WorstPlaces& places, mesh::Verdict& verdict);
+
+}  // namespace liquidblend::registration

@@ -1,0 +1,45 @@
+// What slices of a registered source's blends tell. Internal to worker/registration.
+#pragma once
+
+#include <vector>
+
+#include "core/mesh/triangle_mesh.h"
+#include "worker/registration/surface/regions.h"
+#include "worker/registration/surface/surface.h"
+
+namespace liquidblend::registration {
+
+// The source's vertices at a weight, metres and frames; end slabs stay outside of the animation.
+//   displacement  a column per source vertex, registration units
+Eigen::Matrix4Xf BlendAt(const Surface& source, const Points& displacement, float weight);
+
+// Some times from the first frame to the last, evenly spread, frames.
+std::vector<double> SliceTimes(const mesh::SpaceTimeMesh& mesh);
+
+// The blend of a weight at those times.
+//   displacement  a column per source vertex, registration units
+// Threads: same bytes for any thread count.
+std::vector<mesh::TriangleMesh> SliceBlend(const Surface& source, const Points& displacement,
+                                           float weight, const parallel::Arena& arena);
+
+// The target's slices at the same times; what it does not have is taken to be its last frame.
+std::vector<mesh::TriangleMesh> SliceTarget(const mesh::SpaceTimeMesh& source,
+                                            const mesh::SpaceTimeMesh& target,
+                                            const parallel::Arena& arena);
+
+// Volumes of the half-way blend's slices over the means of the two animations', minus 1.
+std::vector<double> VolumeErrors(const std::vector<mesh::TriangleMesh>& source,
+                                 const std::vector<mesh::TriangleMesh>& target,
+                                 const std::vector<mesh::TriangleMesh>& half_way);
+
+// Mean difference in the number of components, of which those below a thousandth of the liquid do
+// not count.
+double ComponentError(const std::vector<mesh::TriangleMesh>& a,
+                      const std::vector<mesh::TriangleMesh>& b);
+
+// Share of the slices' surface that is inside out: of the crossings of rays along x and z, half an
+// edge apart, those with winding numbers below 0 on one of their sides; adds them to the regions.
+double InvertedShare(const std::vector<mesh::TriangleMesh>& slices, const mesh::SpaceTimeMesh& mesh,
+                     const parallel::Arena& arena, Regions& regions);
+
+}  // namespace liquidblend::registration
