@@ -122,7 +122,7 @@ TEST_F(Export, OverwriteReplacesTheFilesOfAnExportThatWasKilledAtItsEnd) {
 
 TEST_F(Export, AsksForTheNewestVersionThatThereIs) {
   ASSERT_EQ(Run({"--fps", "1"}).exit_code, 0);
-  EXPECT_THAT(server_.LastRequest(), HasSubstr("min_version: 3"));
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("\nversion: 3\n"));
 }
 
 TEST_F(Export, ThatBreaksOffLeavesTheFormerFramesAndNoTrace) {
