@@ -17,11 +17,12 @@ namespace {
 
 constexpr char kAxis[] = "xyz";
 
-absl::Status CheckFinite(const Eigen::Matrix3Xf& columns, absl::string_view what) {
+absl::Status CheckFinite(const Eigen::Matrix3Xf& columns, absl::string_view what,
+                         int first_vertex) {
   for (Eigen::Index v = 0; v < columns.cols(); ++v) {
     for (int axis = 0; axis < 3; ++axis) {
       if (std::isfinite(columns(axis, v))) continue;
-      return absl::InvalidArgumentError(absl::StrCat("vertex ", v, ": ", what, " ",
+      return absl::InvalidArgumentError(absl::StrCat("vertex ", v + first_vertex, ": ", what, " ",
                                                      std::string(1, kAxis[axis]), " is ",
                                                      columns(axis, v), ", not a finite number"));
     }
@@ -75,12 +76,12 @@ ClosednessReport CheckClosed(const TriangleMesh& mesh) {
   return report;
 }
 
-absl::Status Validate(const TriangleMesh& mesh) {
-  LB_RETURN_IF_ERROR(CheckFinite(mesh.vertices, "position"));
+absl::Status Validate(const TriangleMesh& mesh, int first_vertex) {
+  LB_RETURN_IF_ERROR(CheckFinite(mesh.vertices, "position", first_vertex));
   LB_RETURN_IF_ERROR(CheckCount(mesh, mesh.velocities, "velocities"));
-  LB_RETURN_IF_ERROR(CheckFinite(mesh.velocities, "velocity"));
+  LB_RETURN_IF_ERROR(CheckFinite(mesh.velocities, "velocity", first_vertex));
   LB_RETURN_IF_ERROR(CheckCount(mesh, mesh.normals, "normals"));
-  LB_RETURN_IF_ERROR(CheckFinite(mesh.normals, "normal"));
+  LB_RETURN_IF_ERROR(CheckFinite(mesh.normals, "normal", first_vertex));
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
     for (int k = 0; k < 3; ++k) {
       const int v = mesh.triangles(k, t);

@@ -34,8 +34,9 @@ struct ClosednessReport {
 ClosednessReport CheckClosed(const TriangleMesh& mesh);
 
 // Checks that numbers are finite, indices in range and the counts of velocities and normals right;
-// the message names the first offending element.  Errors: kInvalidArgument.
-absl::Status Validate(const TriangleMesh& mesh);
+// the message names the first offending element, vertices counted from `first_vertex`.
+// Errors: kInvalidArgument.
+absl::Status Validate(const TriangleMesh& mesh, int first_vertex = 0);
 
 // Signed volume in cubic metres, positive for an outward orientation. Requires: closed().
 double Volume(const TriangleMesh& mesh);

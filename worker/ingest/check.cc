@@ -124,7 +124,8 @@ absl::Status UnbalancedError(const mesh::TriangleMesh& mesh, std::span<const Sid
     return absl::InvalidArgumentError(
         absl::StrCat(words.name, " has ", edge.size(), " triangles, of which ", NumUp(mesh, edge),
                      " run from ", words.first, " to ", words.second,
-                     ": an edge of a closed surface has as many as run back (", words.place, ")"));
+                     ": an edge of a closed surface has as many as run back (", words.place,
+                     "); remove doubled or inner triangles before the import"));
   }
   return absl::InvalidArgumentError(
       absl::StrCat(words.name,

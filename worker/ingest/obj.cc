@@ -28,7 +28,7 @@ absl::Status ReadVertex(std::string_view words, std::vector<Eigen::Vector3f>& ve
     double value = 0.0;
     if (!ParseNumber(word, value)) {
       return absl::InvalidArgumentError(
-          absl::StrCat("vertex ", vertices.size(), ": ", Quoted(word), " is not a coordinate"));
+          absl::StrCat("vertex ", vertices.size() + 1, ": ", Quoted(word), " is not a coordinate"));
     }
     position[axis] = ToFloat(value);
   }

@@ -164,22 +164,24 @@ absl::StatusOr<mesh::TriangleMesh> ReadMesh(Format format, std::span<const std::
   return absl::InternalError("no format");
 }
 
-absl::Status CheckMagnitude(const Eigen::Matrix3Xf& columns, const char* what, const char* unit) {
+absl::Status CheckMagnitude(const Eigen::Matrix3Xf& columns, const char* what, const char* unit,
+                            int first_vertex) {
   for (Eigen::Index v = 0; v < columns.cols(); ++v) {
     const float largest = columns.col(v).cwiseAbs().maxCoeff();
     if (largest <= kLargest) continue;
-    return absl::InvalidArgumentError(absl::StrCat("vertex ", v, ": ", what, " of ", largest, " ",
-                                                   unit, " is beyond ", kLargest));
+    return absl::InvalidArgumentError(absl::StrCat("vertex ", v + first_vertex, ": ", what, " of ",
+                                                   largest, " ", unit, " is beyond ", kLargest));
   }
   return absl::OkStatus();
 }
 
-absl::Status Scale(const Units& units, mesh::TriangleMesh& mesh) {
-  LB_RETURN_IF_ERROR(mesh::Validate(mesh));
+//   first_vertex  its number in the file, for messages
+absl::Status Scale(const Units& units, int first_vertex, mesh::TriangleMesh& mesh) {
+  LB_RETURN_IF_ERROR(mesh::Validate(mesh, first_vertex));
   mesh.vertices = (mesh.vertices.cast<double>() * units.vertex_scale).cast<float>();
   mesh.velocities = (mesh.velocities.cast<double>() * units.velocity_scale).cast<float>();
-  LB_RETURN_IF_ERROR(CheckMagnitude(mesh.vertices, "a position", "m"));
-  return CheckMagnitude(mesh.velocities, "a velocity", "m/s");
+  LB_RETURN_IF_ERROR(CheckMagnitude(mesh.vertices, "a position", "m", first_vertex));
+  return CheckMagnitude(mesh.velocities, "a velocity", "m/s", first_vertex);
 }
 
 // Surfaces of STL and VDB files have no vertices of their own.
@@ -207,7 +209,8 @@ absl::StatusOr<Frame> ReadFrame(const FrameFiles& files, Format format, const Un
     return absl::InvalidArgumentError(
         absl::StrCat(context, ": ", mesh->num_vertices(), " vertices but no triangle"));
   }
-  if (const absl::Status status = Scale(units, *mesh); !status.ok()) {
+  if (const absl::Status status = Scale(units, format == Format::kObj ? 1 : 0, *mesh);
+      !status.ok()) {
     return WithContext(status, context);
   }
   absl::StatusOr<CleanCounts> counts = Clean(*mesh, NumbersOf(format));

@@ -143,8 +143,8 @@ TEST(ReadObj, ReadsCornersInAllNotations) {
 
 TEST(ReadObj, RefusesWithTheElementAtFault) {
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"v 1 2\n", "vertex 0: \"\" is not a coordinate"},
-      {"v 0 0 0\nv 1 2 three\n", "vertex 1: \"three\" is not a coordinate"},
+      {"v 1 2\n", "vertex 1: \"\" is not a coordinate"},
+      {"v 0 0 0\nv 1 2 three\n", "vertex 2: \"three\" is not a coordinate"},
       {"v 1e999 0 0\n", "\"1e999\" is not a coordinate"},
       {"v 1 2 3\nf 1 1 2\n", "face 0: vertex 1 is not in [0, 1)"},
       {"v 1 2 3\nf 1 1 1\nf 1 0 1\n", "face 1: \"0\" is not a vertex"},
