@@ -188,6 +188,34 @@ TEST_F(S3BlobStoreTest, LeavesNoPartsBehindWhenItFails) {
   EXPECT_TRUE(s3_.Objects().empty());
 }
 
+TEST_F(S3BlobStoreTest, AListThatGoesInCirclesIsUnavailable) {
+  HttpFake http([](const HttpFake::Request&) {
+    return HttpFake::Answer{
+        200,
+        "<ListBucketResult><NextContinuationToken>again</NextContinuationToken><Contents><Key>"
+        "blobs/00/a</Key><LastModified>2026-01-01T00:00:00.000Z</LastModified><Size>1</Size>"
+        "</Contents></ListBucketResult>"};
+  });
+  options_.endpoint = http.url();
+  options_.cache_directory = folder_.path() + "/circle";
+  const auto blobs = OpenS3BlobStore("s3://bucket", options_);
+  ASSERT_THAT(blobs, Succeeds());
+  EXPECT_THAT((*blobs)->List(), Fails(Code::kUnavailable, "keys do not ascend"));
+}
+
+TEST_F(S3BlobStoreTest, AListOfEmptyPagesEnds) {
+  HttpFake http([](const HttpFake::Request&) {
+    return HttpFake::Answer{200,
+                            "<ListBucketResult><NextContinuationToken>again"
+                            "</NextContinuationToken></ListBucketResult>"};
+  });
+  options_.endpoint = http.url();
+  options_.cache_directory = folder_.path() + "/empty";
+  const auto blobs = OpenS3BlobStore("s3://bucket", options_);
+  ASSERT_THAT(blobs, Succeeds());
+  EXPECT_THAT((*blobs)->List(), Fails(Code::kUnavailable, "empty pages"));
+}
+
 TEST_F(S3BlobStoreTest, ListsPageByPage) {
   std::vector<BlobId> ids;
   for (int k = 0; k < 10; ++k) ids.push_back(MustPut(absl::StrCat(k)));
