@@ -315,7 +315,7 @@ absl::StatusOr<std::unique_ptr<BlobStore>> OpenS3BlobStore(const std::string& ur
   LB_ASSIGN_OR_RETURN(shared->cache, BlobCache::Open(options.cache_directory, options.cache_bytes));
   // A wrong bucket shows now, not at the first blob.
   const absl::Status listed = shared->s3->List(kBlobs, "").status();
-  if (!listed.ok() && !IsOfEnvironment(listed)) return listed;
+  if (IsNoSuchBucket(listed) || (!listed.ok() && !IsOfEnvironment(listed))) return listed;
   if (!listed.ok()) {
     base::LogWarning(absl::StrCat("opened without S3, which fails now: ", listed.ToString()));
   }
