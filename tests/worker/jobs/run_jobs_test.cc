@@ -116,6 +116,20 @@ TEST_F(RunJobsTest, AnImportThatUsesUpItsAttemptsLeavesNoFiles) {
   EXPECT_TRUE(blobs_.List()->empty());
 }
 
+// The disk fails after a file was opened: nothing that reads as zeros is published, and the user's
+// file is not called bad input.
+TEST_F(RunJobsTest, AFileThatCannotBeReadAnyMoreIsNeitherPublishedNorBlamed) {
+  store::SurviveUnreadablePages();
+  const std::string job = SubmitBall("ball", 1.0);
+  blobs_.after_open = [&](const store::BlobId& id) {
+    std::filesystem::resize_file(store::LocalBlobPath(folder_.path(), id), 0);
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).error().code(), static_cast<int>(absl::StatusCode::kDataLoss));
+  EXPECT_THAT(Job(job).error().message(), HasSubstr("the disk may be failing"));
+  EXPECT_NE(catalog_->GetAnimation("ball")->state(), AnimationRecord::READY);
+}
+
 TEST_F(RunJobsTest, ALostFileFailsAtOnceByName) {
   const std::vector<ingest::LoadedFile> files = ingest::Files(Ball(1.0), ingest::Format::kPly);
   const std::string job = SubmitImport("ball", files);
