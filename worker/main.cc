@@ -21,6 +21,7 @@
 #include "core/base/memory_limit.h"
 #include "core/base/status_macros.h"
 #include "core/parallel/arena.h"
+#include "core/store/mapped_file.h"
 #include "core/store/open_store.h"
 #include "core/store/retry.h"
 #include "worker/jobs/run_jobs.h"
@@ -197,6 +198,7 @@ absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
   LB_ASSIGN_OR_RETURN(jobs::JobLoopOptions options, LoopOptionsOf(flags));
   LB_RETURN_IF_ERROR(EndWithParent(flags.parent));
   const bool is_patient = !flags.check && !flags.once;
+  store::SurviveUnreadablePages();
   const absl::StatusOr<store::Store> opened =
       is_patient ? OpenStorePatiently(flags, options, stop) : store::OpenStore(flags.store);
   if (stop.is_requested()) return absl::OkStatus();

@@ -1,5 +1,7 @@
 #include "core/store/aws_credentials.h"
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -57,6 +59,26 @@ std::optional<std::map<std::string, std::string>> ProfileSection(const std::stri
   return values;
 }
 
+// Of the environment: a role that was detached may come back, and no job is to blame.
+absl::Status ExpiredError(const absl::Status& why) {
+  return absl::PermissionDeniedError(
+      absl::StrCat("credentials for S3 have expired, and there are no new ones: ", why.message()));
+}
+
+// Whether the default file may be there in a moment: its folder is, so someone manages it.
+bool IsDefaultFileExpected() {
+  const std::string home = EnvironmentVariable("HOME");
+  return !home.empty() && access(absl::StrCat(home, "/.aws").c_str(), F_OK) == 0;
+}
+
+absl::Status NoCredentialsError() {
+  const std::string message =
+      "no credentials for S3: neither AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, nor "
+      "~/.aws/credentials, nor AWS_CONTAINER_CREDENTIALS_FULL_URI, nor an instance role";
+  return IsDefaultFileExpected() ? absl::UnavailableError(message)
+                                 : absl::InvalidArgumentError(message);
+}
+
 }  // namespace
 
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromEnvironment() {
@@ -108,9 +130,7 @@ absl::StatusOr<FoundCredentials> AwsCredentialsProvider::Read() {
     if (!found.ok()) return found.status();
     if (found->has_value()) return **std::move(found);
   }
-  return absl::InvalidArgumentError(
-      "no credentials for S3: neither AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, nor "
-      "~/.aws/credentials, nor AWS_CONTAINER_CREDENTIALS_FULL_URI, nor an instance role");
+  return NoCredentialsError();
 }
 
 absl::Status AwsCredentialsProvider::Update() {
@@ -133,7 +153,8 @@ absl::StatusOr<AwsCredentials> AwsCredentialsProvider::Get() {
       !read_error_.ok() && absl::AbsDuration(now - read_at_) < kReadInterval;
   const absl::Status updated = has_just_failed ? read_error_ : Update();
   if (updated.ok()) return current_->credentials;
-  if (!current_.has_value() || now >= current_->expires) return updated;
+  if (!current_.has_value()) return updated;
+  if (now >= current_->expires) return ExpiredError(updated);
   base::LogWarning(absl::StrCat("credentials for S3 cannot be renewed yet: ", updated.ToString()));
   return current_->credentials;
 }

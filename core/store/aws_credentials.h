@@ -27,7 +27,8 @@ absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromFile();
 // or AWS_CONTAINER_AUTHORIZATION_TOKEN. A full URI must be https, or of this host.
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromContainer(HttpClient& http);
 // The instance metadata service, version 2, at AWS_EC2_METADATA_SERVICE_ENDPOINT
-// (http://169.254.169.254), unless AWS_EC2_METADATA_DISABLED is "true".
+// (http://169.254.169.254), unless AWS_EC2_METADATA_DISABLED is "true". An instance without a role
+// is kUnavailable: it may get one.
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromInstance(HttpClient& http);
 
 // The credentials of the first source that has some: given ones, the environment, the shared file,
@@ -40,7 +41,9 @@ class AwsCredentialsProvider {
 
   // Temporary credentials are renewed from five minutes before they expire on; while that fails,
   // the old ones are used up to their end.
-  // Errors: kInvalidArgument if no source is configured; kUnavailable as above.
+  // Errors: kInvalidArgument if no source is configured, nor may be soon: ~/.aws is there, or the
+  // instance may get a role; kUnavailable as above, and for those; kPermissionDenied if there were
+  // credentials, which have expired.
   absl::StatusOr<AwsCredentials> Get() ABSL_LOCKS_EXCLUDED(mutex_);
 
   // S3 refused these: reads the sources again, but for refusals at most once a second, however many

@@ -130,7 +130,11 @@ absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromInstance(HttpClie
   const Headers headers = {{"X-aws-ec2-metadata-token", *token}};
   const std::string roles_url = absl::StrCat(host, kRoles);
   const absl::StatusOr<std::string> roles = Ask(http, "GET", roles_url, headers);
-  if (absl::IsNotFound(roles.status())) return std::optional<FoundCredentials>();  // no role
+  if (absl::IsNotFound(roles.status())) {
+    return absl::UnavailableError(absl::StrCat("no credentials for S3: ", roles_url,
+                                               " names no role of this instance, and neither the "
+                                               "environment nor ~/.aws/credentials has a key"));
+  }
   if (!roles.ok()) return roles.status();
   const std::string url = absl::StrCat(roles_url, roles->substr(0, roles->find('\n')));
   const absl::StatusOr<std::string> answer = Ask(http, "GET", url, headers);

@@ -12,7 +12,9 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr int kPollMs = 200;  // between two looks at what stands still
+constexpr int kPollMs = 200;             // between two looks at what stands still
+constexpr int kGraceFactor = 3;          // of stall timeouts, before the rate counts
+constexpr double kLeastRate = 16 << 10;  // bytes per second, of the whole exchange
 
 struct FreeEasy {
   void operator()(CURL* easy) const { curl_easy_cleanup(easy); }
@@ -29,9 +31,11 @@ struct Exchange {
   bool is_too_long = false;
   bool is_out_of_memory = false;
   bool is_stalled = false;
+  bool is_too_slow = false;
   absl::Duration stall_timeout;
   curl_off_t num_moved = 0;  // bytes, both ways
-  base::SteadyClock::time_point moved_at = base::SteadyClock::now();
+  const base::SteadyClock::time_point begin = base::SteadyClock::now();
+  base::SteadyClock::time_point moved_at = begin;
   HttpAnswer answer;
   CURLcode code = CURLE_FAILED_INIT;
 };
@@ -68,7 +72,14 @@ size_t TakeHeader(char* bytes, size_t size, size_t count, void* exchange_pointer
   return line.size();
 }
 
-// Ends an exchange that stands still. (CURLOPT_LOW_SPEED_TIME takes some five seconds longer.)
+// Whether an exchange drips: some bytes now and then, so that it would never stand still.
+bool IsTooSlow(const Exchange& exchange) {
+  const absl::Duration over = base::Since(exchange.begin) - kGraceFactor * exchange.stall_timeout;
+  return absl::ToDoubleSeconds(over) * kLeastRate > static_cast<double>(exchange.num_moved);
+}
+
+// Ends an exchange that stands still or drips. (CURLOPT_LOW_SPEED_TIME takes some five seconds
+// longer.)
 int WatchProgress(void* exchange_pointer, curl_off_t, curl_off_t num_received, curl_off_t,
                   curl_off_t num_sent) {
   Exchange& exchange = *static_cast<Exchange*>(exchange_pointer);
@@ -77,7 +88,8 @@ int WatchProgress(void* exchange_pointer, curl_off_t, curl_off_t num_received, c
     exchange.moved_at = base::SteadyClock::now();
   }
   exchange.is_stalled = base::Since(exchange.moved_at) > exchange.stall_timeout;
-  return exchange.is_stalled ? 1 : 0;
+  exchange.is_too_slow = IsTooSlow(exchange);
+  return exchange.is_stalled || exchange.is_too_slow ? 1 : 0;
 }
 
 void AddHeader(const std::string& line, Exchange& exchange) {
@@ -145,6 +157,11 @@ absl::StatusOr<HttpAnswer> AnswerOf(Exchange& exchange, const HttpRequest& reque
   if (exchange.is_stalled) {
     return absl::UnavailableError(
         absl::StrCat("no progress for ", absl::FormatDuration(exchange.stall_timeout)));
+  }
+  if (exchange.is_too_slow) {
+    return absl::UnavailableError(absl::StrCat(
+        "too slow: ", exchange.num_moved, " bytes in ",
+        absl::FormatDuration(absl::Trunc(base::Since(exchange.begin), absl::Milliseconds(1)))));
   }
   if (exchange.code != CURLE_OK) {
     return absl::UnavailableError(curl_easy_strerror(exchange.code));

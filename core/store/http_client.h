@@ -34,7 +34,8 @@ struct HttpAnswer {
 struct HttpOptions {
   std::string ca_file = {};  // who vouches for https servers; empty: whom the system trusts
   absl::Duration connect_timeout = absl::Seconds(5);
-  // Time limit of an exchange without progress; not shorter than connect_timeout.
+  // Time limit of an exchange without progress; not shorter than connect_timeout. One that takes
+  // more than three times as long must also have moved 16 KiB for each further second.
   absl::Duration stall_timeout = absl::Seconds(20);
   bool is_proxied = true;  // by the proxies that the environment names (http_proxy, ...)
 };

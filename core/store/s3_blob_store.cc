@@ -25,7 +25,8 @@ namespace {
 constexpr char kBlobs[] = "blobs/";
 constexpr char kUploads[] = "uploads/";
 constexpr char kQuarantine[] = "quarantine/";
-constexpr int kMaxDownloads = 2;  // of a blob that arrives damaged
+constexpr int kMaxDownloads = 2;     // of a blob that arrives damaged
+constexpr int kMaxEmptyPages = 100;  // of a list, one after another
 
 // What blobs and writers need of the store; they may outlive it.
 struct Shared {
@@ -239,10 +240,15 @@ class S3BlobStore : public BlobStore {
   }
 
   absl::Status ListBelow(const std::string& prefix, std::vector<BlobInfo>& blobs) {
-    std::string token;
+    std::string token, last_key;
+    int num_empty = 0;
     do {
       LB_ASSIGN_OR_RETURN(S3Page page, shared_->s3->List(prefix, token));
+      num_empty = page.objects.empty() ? num_empty + 1 : 0;
+      if (num_empty > kMaxEmptyPages) return BadList(prefix, "too many empty pages");
       for (const S3Object& object : page.objects) {
+        if (object.key <= last_key) return BadList(prefix, "its keys do not ascend");
+        last_key = object.key;
         const std::string id = object.key.substr(object.key.rfind('/') + 1);
         if (!CheckBlobId(id).ok() || object.key != BlobKey(id)) continue;
         blobs.push_back({id, object.size_bytes, object.modified});
@@ -251,6 +257,12 @@ class S3BlobStore : public BlobStore {
     } while (!token.empty());
     std::ranges::sort(blobs, {}, &BlobInfo::id);
     return absl::OkStatus();
+  }
+
+  // A list that S3 would never make could go on for ever.
+  absl::Status BadList(const std::string& prefix, const char* why) const {
+    return absl::UnavailableError(absl::StrCat("list of ", shared_->s3->NameOf(prefix), ": ", why,
+                                               "; the store is at fault"));
   }
 
   // Deletes the copy of a deleted object. That of an upload may be one of other blobs, too.
@@ -303,7 +315,7 @@ absl::StatusOr<std::unique_ptr<BlobStore>> OpenS3BlobStore(const std::string& ur
   LB_ASSIGN_OR_RETURN(shared->cache, BlobCache::Open(options.cache_directory, options.cache_bytes));
   // A wrong bucket shows now, not at the first blob.
   const absl::Status listed = shared->s3->List(kBlobs, "").status();
-  if (!listed.ok() && !IsOfEnvironment(listed)) return listed;
+  if (IsNoSuchBucket(listed) || (!listed.ok() && !IsOfEnvironment(listed))) return listed;
   if (!listed.ok()) {
     base::LogWarning(absl::StrCat("opened without S3, which fails now: ", listed.ToString()));
   }

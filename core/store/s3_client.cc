@@ -146,8 +146,11 @@ absl::StatusOr<DirectUpload> S3Client::PresignPut(const std::string& key, int64_
 }
 
 absl::StatusOr<S3Object> S3Client::Find(const std::string& key) {
-  LB_ASSIGN_OR_RETURN(const HttpAnswer answer,
-                      transport_.RunOne({.method = "HEAD", .path = PathOf(key)}));
+  const absl::StatusOr<HttpAnswer> found =
+      transport_.RunOne({.method = "HEAD", .path = PathOf(key)});
+  if (absl::IsNotFound(found.status())) return ConfirmMissing(key);
+  LB_RETURN_IF_ERROR(found.status());
+  const HttpAnswer& answer = *found;
   S3Object object;
   object.key = key;
   object.etag = EtagOf(answer);
@@ -158,6 +161,15 @@ absl::StatusOr<S3Object> S3Client::Find(const std::string& key) {
   }
   return absl::InternalError(
       absl::StrCat("HEAD ", NameOf(key), ": no content-length or no last-modified"));
+}
+
+// Errors: always; kNotFound if the object is not there.
+absl::Status S3Client::ConfirmMissing(const std::string& key) {
+  const absl::Status got =
+      transport_.RunOne({.path = PathOf(key), .headers = {{"Range", "bytes=0-0"}}}).status();
+  if (!got.ok() && !absl::IsInternal(got)) return got;  // kInternal: no such range, it is empty
+  return absl::UnavailableError(
+      absl::StrCat("HEAD ", NameOf(key), ": HTTP status 404, but a GET finds the object"));
 }
 
 absl::StatusOr<std::vector<std::string>> S3Client::Get(const std::string& key,

@@ -45,6 +45,7 @@ class S3Client {
   // "s3://bucket/prefix/key", for messages; keys are relative to the prefix.
   std::string NameOf(const std::string& key) const;
 
+  // kNotFound only if a GET is answered with NoSuchKey: any 404 to a HEAD looks the same.
   absl::StatusOr<S3Object> Find(const std::string& key);
   // The bytes [offset, offset + size) of each; all must be there.
   struct Range {
@@ -80,6 +81,7 @@ class S3Client {
   S3Client(std::string bucket, std::string prefix, const S3Options& options);
   std::string PathOf(const std::string& key) const;
   int64_t PartBytes(int64_t size_bytes) const;
+  absl::Status ConfirmMissing(const std::string& key);
   absl::StatusOr<Upload> CreateUpload(const std::string& key);
   absl::Status PutParts(const std::string& key, std::span<const std::byte> bytes);
   absl::Status PutPartsOnce(const std::string& key, std::span<const std::byte> bytes);

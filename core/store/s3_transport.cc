@@ -25,6 +25,8 @@ enum class Verdict { kDone, kTransient, kRefused, kFailed };
 std::string HostOf(const std::string& endpoint) { return endpoint.substr(endpoint.find("//") + 2); }
 
 constexpr size_t kMaxMessage = 300;
+constexpr char kNoSuchBucket[] = "NoSuchBucket";
+constexpr char kWrongRegion[] = "AuthorizationHeaderMalformed";
 
 // Text of S3's messages for logs and records, without unprintable bytes.
 std::string Printable(std::string text) {
@@ -50,20 +52,30 @@ bool IsQuota(const HttpAnswer& answer) {
   return answer.status == 507 || S3ErrorCode(answer) == "QuotaExceeded";
 }
 
+// Whether S3 itself says that there is no such object or upload: a proxy's 404 says nothing.
+bool IsMissing(const S3Call& call, const HttpAnswer& answer) {
+  if (answer.status != 404) return false;
+  const std::string code = S3ErrorCode(answer);
+  if (call.method == "HEAD" || code == "NoSuchUpload") return true;
+  return code == "NoSuchKey" && (call.method == "GET" || call.method == "DELETE");
+}
+
 bool IsTransient(const HttpAnswer& answer) {
   const int status = answer.status;
-  if (status == 408 || status == 409 || status == 429 || status >= 500) return true;
   const std::string code = S3ErrorCode(answer);
+  if (status < 400 || status == 408 || status == 409 || status == 429 || status >= 500) return true;
+  if (status == 404) return code != kNoSuchBucket;
   return status == 400 && (code == "RequestTimeout" || code == "IncompleteBody");
 }
 
 bool IsRefused(const S3Call& call, const HttpAnswer& answer) {
   if (answer.status == 401 || answer.status == 403) return true;
-  if (answer.status != 400) return false;
   const std::string code = S3ErrorCode(answer);
+  if (answer.status == 404) return code == kNoSuchBucket;
+  if (answer.status != 400) return false;
   // Nothing else is wrong with a HEAD, whose answer has no body to say so.
   return call.method == "HEAD" || code == "ExpiredToken" || code == "InvalidToken" ||
-         code == "TokenRefreshRequired" || code == "RequestExpired";
+         code == "TokenRefreshRequired" || code == "RequestExpired" || code == kWrongRegion;
 }
 
 Verdict Judge(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer) {
@@ -72,7 +84,7 @@ Verdict Judge(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer) {
   }
   if (answer->status < 300)
     return HasWholeBody(call, *answer) ? Verdict::kDone : Verdict::kTransient;
-  if (IsQuota(*answer)) return Verdict::kFailed;
+  if (IsQuota(*answer) || IsMissing(call, *answer)) return Verdict::kFailed;
   if (IsTransient(*answer)) return Verdict::kTransient;
   return IsRefused(call, *answer) ? Verdict::kRefused : Verdict::kFailed;
 }
@@ -84,6 +96,15 @@ absl::StatusCode FailureOf(const HttpAnswer& answer, const std::string& code) {
   if (status == 404) return absl::StatusCode::kNotFound;
   if (status == 412) return absl::StatusCode::kAlreadyExists;
   return absl::StatusCode::kInternal;
+}
+
+// What an operator may do about it; empty: nothing beyond what the answer says.
+const char* AdviceFor(const HttpAnswer& answer, const std::string& code) {
+  if (code == kNoSuchBucket) return "; create the bucket, or correct the name in --blobs";
+  if ((answer.status >= 300 && answer.status < 400) || code == kWrongRegion) {
+    return "; AWS_REGION and AWS_ENDPOINT_URL must be those of the bucket";
+  }
+  return answer.status == 404 && code.empty() ? "; the answer is not one of S3" : "";
 }
 
 absl::Status ErrorOf(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer,
@@ -101,7 +122,8 @@ absl::Status ErrorOf(const S3Call& call, const absl::StatusOr<HttpAnswer>& answe
                       absl::StrCat(what, ": HTTP status ", answer->status,
                                    answer->status < 300 ? ", an answer that is cut short" : "",
                                    code.empty() ? "" : ", ", code, code.empty() ? "" : ": ",
-                                   Printable(XmlElement(answer->body, "Message"))));
+                                   Printable(XmlElement(answer->body, "Message")),
+                                   call.method == "HEAD" ? "" : AdviceFor(*answer, code)));
 }
 
 // Between half and all of the pause, so that clients that failed together do not come back
@@ -247,6 +269,11 @@ absl::StatusOr<std::vector<HttpAnswer>> S3Transport::Run(std::span<const S3Call>
     base::LogInfo(absl::StrCat("attempt ", num_failures, ": ", round.error.ToString()));
     absl::SleepFor(Jittered(options_.PauseAfter(num_failures, round.is_slow_down)));
   }
+}
+
+bool IsNoSuchBucket(const absl::Status& error) {
+  return absl::IsPermissionDenied(error) &&
+         absl::StrContains(error.message(), absl::StrCat(", ", kNoSuchBucket));
 }
 
 absl::StatusOr<HttpAnswer> S3Transport::RunOne(const S3Call& call) {

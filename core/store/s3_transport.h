@@ -37,9 +37,12 @@ struct S3Call {
 // A request that meets a lost connection, an answer that is cut short, or one of the statuses 408,
 // 409, 429 and 5xx is sent again after a pause that doubles, with jitter. One that is refused
 // (statuses 401 and 403, tokens that have expired) is sent again once with the server's time, if
-// that is not ours, and once with new credentials, if there are any.
+// that is not ours, and once with new credentials, if there are any. So is one that reaches the
+// wrong place: a bucket that does not exist, another region. A redirect, and a 404 without the
+// error document of S3, may come from a proxy in between: they are sent again as well.
 // Errors of all calls name bucket and key, and have no secret: kUnavailable after the last attempt;
-// kPermissionDenied; kNotFound; kAborted for a multipart upload that does not exist;
+// kPermissionDenied; kNotFound if S3 says NoSuchKey, and for any 404 to a HEAD, whose answer has no
+// room to say so; kAborted for a multipart upload that does not exist;
 // kAlreadyExists for a precondition that does not hold; kResourceExhausted (quota); kInternal (what
 // S3 does not accept). Threads: safe.
 class S3Transport {
@@ -81,5 +84,8 @@ class S3Transport {
   std::atomic<int64_t> clock_ahead_us_ = 0;  // the server's, of ours
   HttpClient http_;
 };
+
+// Whether the error of a call says that the bucket does not exist.
+bool IsNoSuchBucket(const absl::Status& error);
 
 }  // namespace liquidblend::store

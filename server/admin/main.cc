@@ -16,6 +16,7 @@
 #include "core/base/status_macros.h"
 #include "core/parallel/arena.h"
 #include "core/store/data_directory.h"
+#include "core/store/mapped_file.h"
 #include "core/store/open_store.h"
 #include "server/admin/check.h"
 #include "server/admin/collect.h"
@@ -207,6 +208,7 @@ int Main(int argc, char** argv) {
     return app.exit(error) == 0 ? base::kExitDone : base::kExitUsage;
   }
   store::TakeFromEnvironment(flags.store);
+  store::SurviveUnreadablePages();
   base::StartLog("liquidblend-admin", base::LogLevel::kInfo);
   const absl::StatusOr<int> code = command(flags);
   if (code.ok()) return *code;

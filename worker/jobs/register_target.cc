@@ -142,7 +142,10 @@ absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& co
   LB_ASSIGN_OR_RETURN(const store::v1::AnimationRecord record, context.catalog.GetAnimation(id));
   LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob,
                       context.blobs.Open(record.blob()));
-  return store::ReadAnimation(*blob, absl::StrCat("animation '", id, "'"));
+  absl::StatusOr<mesh::Animation> animation =
+      store::ReadAnimation(*blob, absl::StrCat("animation '", id, "'"));
+  LB_RETURN_IF_ERROR(blob->Check());
+  return animation;
 }
 
 absl::StatusOr<std::vector<BuiltMesh>> BuildMeshes(const std::vector<std::string>& ids,

@@ -33,20 +33,32 @@ absl::StatusOr<OpenFiles> OpenBlobs(const store::v1::ImportJob& job, store::Blob
   return open;
 }
 
+// Errors: kDataLoss if a page of a file could not be read since it was opened.
+absl::Status CheckReadable(const OpenFiles& open) {
+  for (size_t k = 0; k < open.blobs.size(); ++k) {
+    const absl::Status readable = open.blobs[k]->Check();
+    if (readable.ok()) continue;
+    return absl::Status(readable.code(),
+                        absl::StrCat("file '", open.files[k].name, "': ", readable.message()));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status RunImport(const store::v1::ImportJob& job, JobContext& context) {
   LB_RETURN_IF_ERROR(context.BeginStage("opening files", 0.0, 0.1));
   LB_ASSIGN_OR_RETURN(const OpenFiles input, OpenBlobs(job, context.blobs));
   LB_RETURN_IF_ERROR(context.BeginStage("reading frames", 0.1, 0.85));
-  LB_ASSIGN_OR_RETURN(
-      mesh::Animation animation,
+  absl::StatusOr<mesh::Animation> animation =
       ingest::ReadAnimation(job.animation(), input.files, ToImportOptions(job.options()),
-                            context.arena, context.StageProgress()));
-  ingest::SettleUp(animation, context.arena);
+                            context.arena, context.StageProgress());
+  LB_RETURN_IF_ERROR(CheckReadable(input));  // first: what cannot be read looks like bad input
+  LB_RETURN_IF_ERROR(animation.status());
+  ingest::SettleUp(*animation, context.arena);
   LB_RETURN_IF_ERROR(context.BeginStage("publishing", 0.85, 1.0));
   LB_ASSIGN_OR_RETURN(const store::v1::AnimationRecord record,
-                      StoreAnimation(animation, context.blobs));
+                      StoreAnimation(*animation, context.blobs));
   LB_RETURN_IF_ERROR(context.keeper.Check());
   return context.catalog.PublishAnimation(context.keeper.lease_id(), record);
 }

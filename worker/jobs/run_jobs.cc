@@ -50,6 +50,13 @@ absl::Status RecordFailure(store::Catalog& catalog, const store::Lease& lease,
   return recorded;
 }
 
+// Whether the job has ended without success: its last attempt is used up, or it was cancelled.
+bool HasFailed(store::Catalog& catalog, const store::pb::JobRecord& job) {
+  const absl::StatusOr<store::pb::JobRecord> now = catalog.GetJob(job.id());
+  return now.ok() && (now->state() == store::pb::JobRecord::FAILED ||
+                      now->state() == store::pb::JobRecord::CANCELLED);
+}
+
 // Tells the catalog how the job ended. A published job has ended already; one that is lost, or has
 // gone back to the queue, is no longer ours. A worker that is refused waits here; if the catalog
 // itself refused to hear of the failure, it is told afterwards, so that no attempt is used up.
@@ -61,9 +68,9 @@ void Settle(store::Catalog& catalog, store::BlobStore& blobs, const store::Lease
                                   outcome.ToString(absl::StatusToStringMode::kWithNoExtraData)));
   const bool is_ours = !outcome.ok() && !absl::IsAborted(outcome) && !is_released;
   const absl::Status recorded = is_ours ? RecordFailure(catalog, lease, outcome) : absl::OkStatus();
-  const bool is_final = is_ours && recorded.ok() && !MayPass(outcome);
-  if (is_final)
+  if (is_ours && recorded.ok() && HasFailed(catalog, lease.job)) {
     store::DeleteUploadedFiles(lease.job.import_animation(), blobs);  // they count for nobody now
+  }
   if (!IsRefusal(outcome) && !IsRefusal(recorded)) return access.Granted();
   access.AwaitAfter(IsRefusal(outcome) ? outcome : recorded);
   if (IsRefusal(recorded)) RecordFailure(catalog, lease, outcome).IgnoreError();

@@ -174,6 +174,37 @@ TEST_F(AwsCredentialsTest, AnInstanceIsAskedByVersion2) {
   EXPECT_EQ(http.num_requests(), 3);  // they last for hours
 }
 
+TEST_F(AwsCredentialsTest, ADetachedRoleMayComeBack) {
+  const std::string roles = "/latest/meta-data/iam/security-credentials/";
+  bool has_role = false;
+  HttpFake http([&](const HttpFake::Request& request) -> HttpFake::Answer {
+    if (request.method == "PUT") return {200, "session"};
+    if (!has_role) return {404, ""};
+    if (request.path == roles) return {200, "the-role\n"};
+    return {200, JsonOf("instance", absl::Now() + absl::Seconds(2))};
+  });
+  unsetenv("AWS_EC2_METADATA_DISABLED");
+  Set("AWS_EC2_METADATA_SERVICE_ENDPOINT", http.url());
+  AwsCredentialsProvider never({});
+  EXPECT_THAT(never.Get(), Fails(Code::kUnavailable, "names no role"));
+  has_role = true;
+  AwsCredentialsProvider provider({});
+  EXPECT_EQ(KeyId(provider), "instance");
+  has_role = false;
+  const absl::Time deadline = absl::Now() + absl::Seconds(30);
+  while (provider.Get().ok()) ASSERT_LT(absl::Now(), deadline);
+  EXPECT_THAT(provider.Get(), Fails(Code::kPermissionDenied, "have expired"));
+  has_role = true;
+  while (!provider.Get().ok()) ASSERT_LT(absl::Now(), deadline);
+  EXPECT_EQ(KeyId(provider), "instance");
+}
+
+TEST_F(AwsCredentialsTest, ADefaultFileThatIsBeingReplacedIsWaitedFor) {
+  std::filesystem::create_directories(folder_.path() + "/.aws");
+  AwsCredentialsProvider provider({});
+  EXPECT_THAT(provider.Get(), Fails(Code::kUnavailable, "no credentials for S3"));
+}
+
 TEST_F(AwsCredentialsTest, TemporaryOnesAreRenewedBeforeTheyExpire) {
   int num_given = 0;
   bool is_away = false;

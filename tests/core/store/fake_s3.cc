@@ -16,6 +16,7 @@ namespace liquidblend::store {
 namespace {
 
 constexpr size_t kPageSize = 3;  // small, so that there are several
+constexpr absl::Duration kDripPause = absl::Milliseconds(50);
 constexpr absl::Duration kMostSkew = absl::Minutes(15);
 constexpr char kHttpDate[] = "%a, %d %b %Y %H:%M:%S GMT";
 
@@ -121,6 +122,19 @@ void FakeS3::Hang() {
   --num_hanging_;
 }
 
+void FakeS3::Drip(HttpFake::Connection& connection, const Answer& answer) {
+  connection.Send(answer, 0);
+  const absl::MutexLock lock(&mutex_);
+  const auto is_over = [this, round = hang_round_] {
+    mutex_.AssertHeld();
+    return hang_round_ != round;
+  };
+  for (size_t k = 0; k < answer.body.size(); ++k) {
+    if (!connection.SendMore(answer.body.substr(k, 1))) return;
+    if (mutex_.AwaitWithTimeout(absl::Condition(&is_over), kDripPause)) return;
+  }
+}
+
 void FakeS3::Handle(HttpFake::Connection& connection, Request request) {
   const Fault fault = NextFault(request);
   if (fault == Fault::kReset) return connection.Reset();
@@ -137,6 +151,10 @@ void FakeS3::Handle(HttpFake::Connection& connection, Request request) {
   if (fault == Fault::kStatus503) answer = {503, ErrorXml("SlowDown")};
   if (fault == Fault::kStatus403) answer = {403, ErrorXml("AccessDenied")};
   if (fault == Fault::kExpiredToken) answer = {403, ErrorXml("ExpiredToken")};
+  if (fault == Fault::kNoSuchBucket) answer = {404, ErrorXml("NoSuchBucket")};
+  if (fault == Fault::kPlain404) answer = {404, "<html>default backend</html>"};
+  if (fault == Fault::kRedirect) answer = {301, ErrorXml("PermanentRedirect")};
+  if (fault == Fault::kWrongRegion) answer = {400, ErrorXml("AuthorizationHeaderMalformed")};
   if (answer.status == 200) answer = Do(request);
   if (fault == Fault::kAnswerLost) return connection.Reset();
   Send(connection, request, fault, std::move(answer));
@@ -153,6 +171,7 @@ void FakeS3::Send(HttpFake::Connection& connection, const Request& request, Faul
   if (fault == Fault::kErrorInBody) {
     answer.body = answer.body.substr(0, answer.body.size() / 2) + ErrorXml("InternalError");
   }
+  if (fault == Fault::kDrip && request.method != "HEAD") return Drip(connection, answer);
   size_t num_sent = request.method == "HEAD" ? 0 : answer.body.size();
   if (fault == Fault::kTruncate) num_sent /= 2;
   connection.Send(answer, num_sent);
@@ -229,7 +248,8 @@ FakeS3::Answer FakeS3::DoObject(const Request& request, const std::string& key) 
     objects_[key] = {request.body, Md5Hex(request.body), Now()};
     return {200, "", EtagLine(objects_[key].etag)};
   }
-  if (request.method == "DELETE") return {objects_.erase(key) > 0 ? 204 : 404};
+  if (request.method == "DELETE")
+    return objects_.erase(key) > 0 ? Answer{204} : Answer{404, ErrorXml("NoSuchKey")};
   if (object == objects_.end()) return {404, ErrorXml("NoSuchKey")};
   const std::string& content = object->second.content;
   const auto range = request.headers.find("range");

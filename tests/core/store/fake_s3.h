@@ -33,6 +33,11 @@ class FakeS3 {
     kFlip,            // a bit of the body
     kHang,            // no answer until StopHanging()
     kUploadVanished,  // the multipart upload is forgotten before the request is carried out
+    kNoSuchBucket,    // 404
+    kPlain404,        // as of a proxy, without a document of S3
+    kRedirect,        // 301, to another region
+    kWrongRegion,     // 400 AuthorizationHeaderMalformed
+    kDrip,            // one byte of the body after another, until StopHanging()
   };
 
   FakeS3();
@@ -81,6 +86,7 @@ class FakeS3 {
   void Handle(HttpFake::Connection& connection, Request request);
   void Send(HttpFake::Connection& connection, const Request& request, Fault fault, Answer answer);
   void Hang() ABSL_LOCKS_EXCLUDED(mutex_);
+  void Drip(HttpFake::Connection& connection, const Answer& answer) ABSL_LOCKS_EXCLUDED(mutex_);
   static std::string KindOf(const Request& request);
   Fault NextFault(const Request& request) ABSL_LOCKS_EXCLUDED(mutex_);
   Fault TakePlanned(const std::string& kind) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

@@ -92,6 +92,8 @@ void HttpFake::Connection::Send(const Answer& answer, size_t num_sent) {
   if (SendAll(fd_, head)) SendAll(fd_, absl::string_view(answer.body).substr(0, num_sent));
 }
 
+bool HttpFake::Connection::SendMore(const std::string& bytes) { return SendAll(fd_, bytes); }
+
 void HttpFake::Connection::Reset() {
   const linger at_once = {1, 0};
   setsockopt(fd_, SOL_SOCKET, SO_LINGER, &at_once, sizeof(at_once));

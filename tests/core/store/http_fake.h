@@ -32,6 +32,8 @@ class HttpFake {
     explicit Connection(int fd) : fd_(fd) {}
     // Announces the whole body, and sends so many bytes of it.
     void Send(const Answer& answer, size_t num_sent);
+    // Returns whether the other side still listens.
+    bool SendMore(const std::string& bytes);
     // Makes the end of the connection a reset.
     void Reset();
 

@@ -72,7 +72,7 @@ TEST_F(S3BlobStoreTest, NamesWhatIsWrongWithUrlAndOptions) {
   EXPECT_THAT(OpenS3BlobStore("s3://bucket", options),
               Fails(Code::kInvalidArgument, "cache_directory"));
   EXPECT_THAT(OpenS3BlobStore("s3://elsewhere/x", options_),
-              Fails(Code::kNotFound, "s3://elsewhere: HTTP status 404, NoSuchBucket"));
+              Fails(Code::kPermissionDenied, "s3://elsewhere: HTTP status 404, NoSuchBucket"));
 }
 
 TEST_F(S3BlobStoreTest, TakesCredentialsFromTheEnvironment) {
@@ -186,6 +186,59 @@ TEST_F(S3BlobStoreTest, LeavesNoPartsBehindWhenItFails) {
               Fails(Code::kPermissionDenied, "AccessDenied"));
   EXPECT_EQ(s3_.NumOpenUploads(), 0);
   EXPECT_TRUE(s3_.Objects().empty());
+}
+
+// Whatever stands between us and S3, a blob is lost only if S3 says so.
+TEST_F(S3BlobStoreTest, NoOtherAnswerMeansThatABlobIsLost) {
+  const BlobId id = MustPut("water");
+  const std::vector<std::pair<Fault, Code>> faults = {
+      {Fault::kPlain404, Code::kUnavailable},
+      {Fault::kRedirect, Code::kUnavailable},
+      {Fault::kNoSuchBucket, Code::kPermissionDenied},
+      {Fault::kWrongRegion, Code::kPermissionDenied}};
+  for (const auto& [fault, code] : faults) {
+    const auto empty = MustOpen();
+    s3_.SetFault(fault);
+    EXPECT_THAT(empty->Open(id), Fails(code, NameOf(id)));
+    EXPECT_THAT(PutBlob(*empty, AsBytes("fire")), Fails(code, "PUT s3://bucket/some/prefix/"));
+    EXPECT_THAT(blobs_->Open(id), Succeeds()) << "from the cache";
+    EXPECT_THAT(empty->Delete(id), Fails(code, NameOf(id)));
+    s3_.SetFault(Fault::kNone);
+    EXPECT_THAT(empty->Open(id), Succeeds());
+  }
+  const auto empty = MustOpen();
+  s3_.Plan("HEAD", {Fault::kPlain404});
+  EXPECT_THAT(empty->Open(id), Fails(Code::kUnavailable, "but a GET finds the object"));
+  EXPECT_THAT(blobs_->Delete(id), Succeeds());
+  EXPECT_THAT(empty->Open(id), Fails(Code::kNotFound, "NoSuchKey"));
+}
+
+TEST_F(S3BlobStoreTest, AListThatGoesInCirclesIsUnavailable) {
+  HttpFake http([](const HttpFake::Request&) {
+    return HttpFake::Answer{
+        200,
+        "<ListBucketResult><NextContinuationToken>again</NextContinuationToken><Contents><Key>"
+        "blobs/00/a</Key><LastModified>2026-01-01T00:00:00.000Z</LastModified><Size>1</Size>"
+        "</Contents></ListBucketResult>"};
+  });
+  options_.endpoint = http.url();
+  options_.cache_directory = folder_.path() + "/circle";
+  const auto blobs = OpenS3BlobStore("s3://bucket", options_);
+  ASSERT_THAT(blobs, Succeeds());
+  EXPECT_THAT((*blobs)->List(), Fails(Code::kUnavailable, "keys do not ascend"));
+}
+
+TEST_F(S3BlobStoreTest, AListOfEmptyPagesEnds) {
+  HttpFake http([](const HttpFake::Request&) {
+    return HttpFake::Answer{200,
+                            "<ListBucketResult><NextContinuationToken>again"
+                            "</NextContinuationToken></ListBucketResult>"};
+  });
+  options_.endpoint = http.url();
+  options_.cache_directory = folder_.path() + "/empty";
+  const auto blobs = OpenS3BlobStore("s3://bucket", options_);
+  ASSERT_THAT(blobs, Succeeds());
+  EXPECT_THAT((*blobs)->List(), Fails(Code::kUnavailable, "empty pages"));
 }
 
 TEST_F(S3BlobStoreTest, ListsPageByPage) {

@@ -251,7 +251,7 @@ TEST(S3Ceph, SaysWhoRefusesWhat) {
   S3Options options = CephOptions();
   options.cache_directory = folder.path();
   EXPECT_THAT(OpenS3BlobStore("s3://no-such-bucket/x", options),
-              Fails(absl::StatusCode::kNotFound, "NoSuchBucket"));
+              Fails(absl::StatusCode::kPermissionDenied, "NoSuchBucket"));
   options.access_key_id = getenv("AWS_ACCESS_KEY_ID");
   options.secret_access_key = "wrong";
   const auto refused = OpenS3BlobStore("s3://liquidblend/x", options);

@@ -278,6 +278,18 @@ TEST_F(S3ClientTest, AHangingConnectionEndsByItself) {
   EXPECT_THAT(Put(small_), Succeeds());
 }
 
+// A byte now and then keeps a connection from standing still, but not for ever.
+TEST_F(S3ClientTest, AnAnswerThatDripsEndsByItself) {
+  options_.connect_timeout = options_.stall_timeout = absl::Milliseconds(500);
+  options_.max_attempts = 1;
+  Open();
+  ASSERT_THAT(Put(SampleBytes(kPartBytes)), Succeeds());
+  s3_.Plan("GET", {Fault::kDrip});
+  const std::vector<S3Client::Range> ranges = {{0, kPartBytes}};
+  EXPECT_THAT(client_->Get("key", ranges), Fails(Code::kUnavailable, "too slow"));
+  EXPECT_THAT(client_->Get("key", ranges), Succeeds());
+}
+
 TEST(S3Options, PausesDoubleAndAreLongerWhenS3AsksToSlowDown) {
   S3Options options;
   EXPECT_EQ(options.PauseAfter(1, false), absl::Milliseconds(100));

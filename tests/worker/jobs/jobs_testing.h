@@ -46,7 +46,9 @@ class HookedBlobs : public store::BlobStore {
       const absl::MutexLock lock(&mutex_);
       if (absl::Status status = on_open(); !status.ok()) return status;
     }
-    return blobs_->Open(id);
+    auto blob = blobs_->Open(id);
+    if (after_open) after_open(id);
+    return blob;
   }
   absl::Status Verify(const store::BlobId& id) override { return blobs_->Verify(id); }
   absl::Status Delete(const store::BlobId& id) override { return blobs_->Delete(id); }
@@ -59,6 +61,7 @@ class HookedBlobs : public store::BlobStore {
   absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_->List(); }
 
   std::function<absl::Status()> on_open, on_create;  // on_open: one call at a time
+  std::function<void(const store::BlobId&)> after_open;
 
  private:
   absl::Mutex mutex_;

@@ -3,6 +3,7 @@
 #include <pthread.h>
 
 #include <cerrno>
+#include <filesystem>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "core/store/files.h"
+#include "core/store/mapped_file.h"
 #include "core/store/posix_file.h"
 #include "tests/allocation_testing.h"
 #include "tests/worker/jobs/jobs_testing.h"
@@ -88,6 +90,44 @@ TEST_F(RunJobsTest, AFailedImportLeavesNoFiles) {
   ASSERT_THAT(left, Succeeds());
   ASSERT_EQ(left->size(), 1);
   EXPECT_EQ(left->front().id, job.import_animation().files(1).blob());
+}
+
+TEST_F(RunJobsTest, AnImportThatUsesUpItsAttemptsLeavesNoFiles) {
+  AnimationRecord animation;
+  animation.set_id("ball");
+  JobRecord job;
+  job.mutable_import_animation()->set_animation("ball");
+  const auto file = blobs_.CreateUpload();
+  ASSERT_THAT(file, Succeeds());
+  store::pb::SourceFile& record = *job.mutable_import_animation()->add_files();
+  record.set_name("f1.ply");
+  record.set_blob(*(*file)->Commit());
+  const auto submitted = catalog_->SubmitImport(animation, job);
+  ASSERT_THAT(submitted, Succeeds());
+  size_t num_left_before = 0;
+  blobs_.on_open = [&] {
+    num_left_before = blobs_.List()->size();
+    return absl::InternalError("odd");
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(submitted->id()).state(), JobRecord::FAILED);
+  EXPECT_GT(Job(submitted->id()).attempts(), 1);
+  EXPECT_EQ(num_left_before, 1) << "at the last attempt";
+  EXPECT_TRUE(blobs_.List()->empty());
+}
+
+// The disk fails after a file was opened: nothing that reads as zeros is published, and the user's
+// file is not called bad input.
+TEST_F(RunJobsTest, AFileThatCannotBeReadAnyMoreIsNeitherPublishedNorBlamed) {
+  store::SurviveUnreadablePages();
+  const std::string job = SubmitBall("ball", 1.0);
+  blobs_.after_open = [&](const store::BlobId& id) {
+    std::filesystem::resize_file(store::LocalBlobPath(folder_.path(), id), 0);
+  };
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).error().code(), static_cast<int>(absl::StatusCode::kDataLoss));
+  EXPECT_THAT(Job(job).error().message(), HasSubstr("the disk may be failing"));
+  EXPECT_NE(catalog_->GetAnimation("ball")->state(), AnimationRecord::READY);
 }
 
 TEST_F(RunJobsTest, ALostFileFailsAtOnceByName) {
