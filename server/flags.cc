@@ -39,7 +39,7 @@ void AddSecurityFlags(CLI::App& app, Flags& flags) {
   app.add_option(
          "--make-token", flags.make_token,
          "Print a file for --tokens with a principal of this name, and on standard error its "
-         "new token; exit")
+         "new token, as liquidblend --token-file reads it; exit; no token is made unless given")
       ->group(group);
   app.add_option("--scopes", flags.scopes, "Of --make-token: some of frames,write,register")
       ->delimiter(',')

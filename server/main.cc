@@ -102,12 +102,13 @@ void TendUntilStopped(const Settings& settings, WorkerProcesses& workers) {
   }
 }
 
-// Standard output gets a whole file for --tokens, standard error the token.
+// Standard output gets a whole file for --tokens, standard error one for the client's --token-file:
+// the token alone on its first line.
 absl::Status PrintNewToken(const Flags& flags) {
   LB_ASSIGN_OR_RETURN(const rpc::NewToken made, rpc::MakeToken(flags.make_token, flags.scopes));
   std::printf("{\"principals\": [\n  %s\n]}\n", made.entry.c_str());
-  std::fprintf(stderr, "token of '%s' (kept nowhere, for its owner only): %s\n",
-               flags.make_token.c_str(), made.token.c_str());
+  std::fprintf(stderr, "%s\nThis is the token of '%s': kept nowhere, for its owner only.\n",
+               made.token.c_str(), flags.make_token.c_str());
   return absl::OkStatus();
 }
 

@@ -37,7 +37,8 @@ void AddSecurityFlags(CLI::App& app, Context& context) {
                  "PEM file of authorities that vouch for the object store; otherwise the system's")
       ->envname("LIQUIDBLEND_STORAGE_CA")
       ->group(group);
-  app.add_option("--token-file", context.token_file, "File with the bearer token")
+  app.add_option("--token-file", context.token_file,
+                 "File whose first line is the bearer token; no token unless given")
       ->envname("LIQUIDBLEND_TOKEN_FILE")
       ->group(group);
   app.add_option("--token", security.token,
