@@ -54,7 +54,8 @@ absl::Status WritePortFile(const std::string& data, const char* name, int port) 
   std::error_code error;
   std::filesystem::rename(temporary, path, error);
   if (!error) return absl::OkStatus();
-  return absl::UnavailableError(absl::StrCat("cannot write '", path, "': ", error.message()));
+  return absl::FailedPreconditionError(
+      absl::StrCat("cannot write '", path, "': ", error.message()));
 }
 
 void RemovePortFiles(const std::string& data) {
