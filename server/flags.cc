@@ -226,7 +226,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   app.add_flag("--verbose", flags.verbose, "Log details");
   app.add_flag("--check", flags.check,
-               "Exit 0 if the server that runs with this --listen and --tls-* serves, else 1");
+               "Exit 0 if the server that runs with this --listen and --tls-* serves, 2 for a flag "
+               "that is refused, else 1");
   AddSecurityFlags(app, flags);
 }
 

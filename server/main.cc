@@ -182,5 +182,6 @@ int main(int argc, char** argv) {
   const absl::Status status = liquidblend::server::Run(flags);
   if (status.ok()) return liquidblend::base::kExitDone;
   liquidblend::base::LogError(status.ToString());
-  return flags.check ? liquidblend::base::kExitFailed : liquidblend::base::ExitStatusOf(status);
+  return flags.check ? liquidblend::base::ExitStatusOfCheck(status)
+                     : liquidblend::base::ExitStatusOf(status);
 }

@@ -86,8 +86,10 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->envname("LIQUIDBLEND_CHECKPOINT_INTERVAL")
       ->capture_default_str();
   app.add_flag("--once", flags.once, "Exit as soon as the queue is empty");
-  app.add_flag("--check", flags.check, "Exit 0 if the store can be reached from here, else 1");
-  app.add_option("--parent", flags.parent, "Process to end with");
+  app.add_flag(
+      "--check", flags.check,
+      "Exit 0 if the store can be reached from here, 2 for a flag that is refused, else 1");
+  app.add_option("--parent", flags.parent, "Process to end with; none unless given");
   app.add_option("--log-format", flags.log_format, "text, or json: an object a line")
       ->check(CLI::IsMember({"text", "json"}))
       ->capture_default_str();
@@ -220,7 +222,7 @@ int Main(const Flags& flags) {
   watcher.join();
   if (status.ok()) return base::kExitDone;
   base::LogError(status.ToString());
-  return flags.check ? base::kExitFailed : base::ExitStatusOf(status);
+  return flags.check ? base::ExitStatusOfCheck(status) : base::ExitStatusOf(status);
 }
 
 }  // namespace
