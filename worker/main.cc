@@ -51,15 +51,18 @@ struct Flags {
 
 void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--data", flags.store.data,
-                 "Directory of the server whose jobs to do (Env:LIQUIDBLEND_DATA, which does not "
-                 "count with --store)");
+                 "Directory of the server whose jobs to do; needed unless given in the environment "
+                 "(Env:LIQUIDBLEND_DATA, which does not count with --store)");
   app.add_option("--store", flags.store.catalog_url,
-                 "Instead of --data: postgresql://..., shared by many machines")
+                 "postgresql://..., shared by many machines; otherwise --data")
       ->envname("LIQUIDBLEND_STORE");
-  app.add_option("--blobs", flags.store.blobs_url, "With --store: s3://bucket/prefix")
+  app.add_option("--blobs", flags.store.blobs_url,
+                 "With --store, which needs it: s3://bucket/prefix; none unless given")
       ->envname("LIQUIDBLEND_BLOBS");
-  app.add_option("--cache", flags.store.cache,
-                 "With --store: directory for blobs that are in use (Env:LIQUIDBLEND_CACHE)");
+  app.add_option(
+      "--cache", flags.store.cache,
+      "With --store, which needs it: directory for blobs that are in use; none unless given "
+      "(Env:LIQUIDBLEND_CACHE)");
   app.add_option("--cache-size", flags.store.cache_bytes, "Disk space for --cache, e.g. 64GiB")
       ->transform(CLI::AsSizeValue(false))
       ->default_str(base::FormatSize(flags.store.cache_bytes));
