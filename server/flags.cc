@@ -20,26 +20,32 @@ constexpr absl::Duration kShortestLease = absl::Milliseconds(100);  // as of the
 
 void AddSecurityFlags(CLI::App& app, Flags& flags) {
   const std::string group = "Security (docs/operations.md)";
-  app.add_option("--tls-cert", flags.tls.certificate, "PEM file of the server's certificate chain")
+  app.add_option("--tls-cert", flags.tls.certificate,
+                 "PEM file of the server's certificate chain; no TLS unless given")
       ->group(group);
-  app.add_option("--tls-key", flags.tls.key, "PEM file of its key")->group(group);
-  app.add_option("--tls-client-ca", flags.tls.client_ca,
-                 "PEM file of authorities; clients must show a certificate of theirs")
+  app.add_option("--tls-key", flags.tls.key, "PEM file of its key; no TLS unless given")
+      ->group(group);
+  app.add_option(
+         "--tls-client-ca", flags.tls.client_ca,
+         "PEM file of authorities; clients must show a certificate of theirs; none is asked for "
+         "unless given")
       ->group(group);
   app.add_flag("--insecure", flags.insecure,
                "Without TLS, listen where other machines can reach, too")
       ->group(group);
   app.add_option(
          "--tokens", flags.tokens,
-         "JSON file of who may do what; reloaded when it changes; none: everyone everything")
+         "JSON file of who may do what; reloaded when it changes; everyone everything unless "
+         "given")
       ->group(group);
   app.add_option("--import-root", flags.import_roots,
-                 "NAME=DIR: clients may import animations from below DIR as NAME/...; repeatable")
+                 "NAME=DIR: clients may import animations from below DIR as NAME/...; repeatable; "
+                 "none unless given")
       ->group(group);
   app.add_option(
          "--make-token", flags.make_token,
          "Print a file for --tokens with a principal of this name, and on standard error its "
-         "new token; exit")
+         "new token, as liquidblend --token-file reads it; exit; no token is made unless given")
       ->group(group);
   app.add_option("--scopes", flags.scopes, "Of --make-token: some of frames,write,register")
       ->delimiter(',')
@@ -147,18 +153,21 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option(
          "--client-s3", flags.store.client_endpoint,
          "With --store: the endpoint of S3 as clients reach it, http(s)://host[:port]; then "
-         "they send and get files there themselves, by urls that are good for 15 minutes")
+         "they send and get files there themselves, by urls that are good for 15 minutes; "
+         "otherwise by the server")
       ->envname("LIQUIDBLEND_CLIENT_S3");
   app.add_option("--listen", flags.listen, "HOST:PORT; port 0: any free one")
       ->capture_default_str();
   app.add_option("--http", flags.http,
-                 "HOST:PORT for browsers and probes (docs/operations.md); port 0: any free one")
+                 "HOST:PORT for browsers and probes (docs/operations.md); port 0: any free one; "
+                 "no such port unless given")
       ->envname("LIQUIDBLEND_HTTP");
   app.add_option("--http-origin", flags.http_origin,
-                 "Whose pages may use the HTTP port, e.g. https://example.org; *: all");
+                 "Whose pages may use the HTTP port, e.g. https://example.org; *: all; "
+                 "only the port's own unless given");
   app.add_option("--http-host", flags.http_hosts,
                  "Name by which clients ask for the HTTP port, beside IP addresses, localhost and "
-                 "the name in --http; repeatable; *: any")
+                 "the name in --http; repeatable; *: any; none unless given")
       ->envname("LIQUIDBLEND_HTTP_HOST")
       ->delimiter(',');
   app.add_option("--workers", flags.workers, "Worker processes to run on this machine")
@@ -226,7 +235,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   app.add_flag("--verbose", flags.verbose, "Log details");
   app.add_flag("--check", flags.check,
-               "Exit 0 if the server that runs with this --listen and --tls-* serves, else 1");
+               "Exit 0 if the server that runs with this --listen and --tls-* serves, 2 for a flag "
+               "that is refused, else 1");
   AddSecurityFlags(app, flags);
 }
 

@@ -54,7 +54,8 @@ absl::Status WritePortFile(const std::string& data, const char* name, int port) 
   std::error_code error;
   std::filesystem::rename(temporary, path, error);
   if (!error) return absl::OkStatus();
-  return absl::UnavailableError(absl::StrCat("cannot write '", path, "': ", error.message()));
+  return absl::FailedPreconditionError(
+      absl::StrCat("cannot write '", path, "': ", error.message()));
 }
 
 void RemovePortFiles(const std::string& data) {
@@ -102,12 +103,13 @@ void TendUntilStopped(const Settings& settings, WorkerProcesses& workers) {
   }
 }
 
-// Standard output gets a whole file for --tokens, standard error the token.
+// Standard output gets a whole file for --tokens, standard error one for the client's --token-file:
+// the token alone on its first line.
 absl::Status PrintNewToken(const Flags& flags) {
   LB_ASSIGN_OR_RETURN(const rpc::NewToken made, rpc::MakeToken(flags.make_token, flags.scopes));
   std::printf("{\"principals\": [\n  %s\n]}\n", made.entry.c_str());
-  std::fprintf(stderr, "token of '%s' (kept nowhere, for its owner only): %s\n",
-               flags.make_token.c_str(), made.token.c_str());
+  std::fprintf(stderr, "%s\nThis is the token of '%s': kept nowhere, for its owner only.\n",
+               made.token.c_str(), flags.make_token.c_str());
   return absl::OkStatus();
 }
 
@@ -180,5 +182,6 @@ int main(int argc, char** argv) {
   const absl::Status status = liquidblend::server::Run(flags);
   if (status.ok()) return liquidblend::base::kExitDone;
   liquidblend::base::LogError(status.ToString());
-  return flags.check ? liquidblend::base::kExitFailed : liquidblend::base::ExitStatusOf(status);
+  return flags.check ? liquidblend::base::ExitStatusOfCheck(status)
+                     : liquidblend::base::ExitStatusOf(status);
 }

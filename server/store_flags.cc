@@ -10,17 +10,19 @@
 namespace liquidblend::server {
 
 void AddStoreFlags(CLI::App& app, store::StoreLocation& location) {
-  app.add_option(
-      "--data", location.data,
-      "Directory of everything that is kept, on one machine (Env:LIQUIDBLEND_DATA, which "
-      "does not count with --store)");
+  app.add_option("--data", location.data,
+                 "Directory of everything that is kept, on one machine; needed unless given in "
+                 "the environment (Env:LIQUIDBLEND_DATA, which does not count with --store)");
   app.add_option("--store", location.catalog_url,
-                 "Instead of --data: postgresql://..., shared by many machines")
+                 "postgresql://..., shared by many machines; otherwise --data")
       ->envname("LIQUIDBLEND_STORE");
-  app.add_option("--blobs", location.blobs_url, "With --store: s3://bucket/prefix")
+  app.add_option("--blobs", location.blobs_url,
+                 "With --store, which needs it: s3://bucket/prefix; none unless given")
       ->envname("LIQUIDBLEND_BLOBS");
-  app.add_option("--cache", location.cache,
-                 "With --store: directory for blobs that are in use (Env:LIQUIDBLEND_CACHE)");
+  app.add_option(
+      "--cache", location.cache,
+      "With --store, which needs it: directory for blobs that are in use; none unless given "
+      "(Env:LIQUIDBLEND_CACHE)");
   app.add_option("--cache-size", location.cache_bytes, "Disk space for --cache, e.g. 64GiB")
       ->transform(CLI::AsSizeValue(false))
       ->default_str(base::FormatSize(location.cache_bytes));

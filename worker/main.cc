@@ -52,15 +52,18 @@ struct Flags {
 
 void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--data", flags.store.data,
-                 "Directory of the server whose jobs to do (Env:LIQUIDBLEND_DATA, which does not "
-                 "count with --store)");
+                 "Directory of the server whose jobs to do; needed unless given in the environment "
+                 "(Env:LIQUIDBLEND_DATA, which does not count with --store)");
   app.add_option("--store", flags.store.catalog_url,
-                 "Instead of --data: postgresql://..., shared by many machines")
+                 "postgresql://..., shared by many machines; otherwise --data")
       ->envname("LIQUIDBLEND_STORE");
-  app.add_option("--blobs", flags.store.blobs_url, "With --store: s3://bucket/prefix")
+  app.add_option("--blobs", flags.store.blobs_url,
+                 "With --store, which needs it: s3://bucket/prefix; none unless given")
       ->envname("LIQUIDBLEND_BLOBS");
-  app.add_option("--cache", flags.store.cache,
-                 "With --store: directory for blobs that are in use (Env:LIQUIDBLEND_CACHE)");
+  app.add_option(
+      "--cache", flags.store.cache,
+      "With --store, which needs it: directory for blobs that are in use; none unless given "
+      "(Env:LIQUIDBLEND_CACHE)");
   app.add_option("--cache-size", flags.store.cache_bytes, "Disk space for --cache, e.g. 64GiB")
       ->transform(CLI::AsSizeValue(false))
       ->default_str(base::FormatSize(flags.store.cache_bytes));
@@ -87,8 +90,10 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->envname("LIQUIDBLEND_CHECKPOINT_INTERVAL")
       ->capture_default_str();
   app.add_flag("--once", flags.once, "Exit as soon as the queue is empty");
-  app.add_flag("--check", flags.check, "Exit 0 if the store can be reached from here, else 1");
-  app.add_option("--parent", flags.parent, "Process to end with");
+  app.add_flag(
+      "--check", flags.check,
+      "Exit 0 if the store can be reached from here, 2 for a flag that is refused, else 1");
+  app.add_option("--parent", flags.parent, "Process to end with; none unless given");
   app.add_option("--log-format", flags.log_format, "text, or json: an object a line")
       ->check(CLI::IsMember({"text", "json"}))
       ->capture_default_str();
@@ -222,7 +227,7 @@ int Main(const Flags& flags) {
   watcher.join();
   if (status.ok()) return base::kExitDone;
   base::LogError(status.ToString());
-  return flags.check ? base::kExitFailed : base::ExitStatusOf(status);
+  return flags.check ? base::ExitStatusOfCheck(status) : base::ExitStatusOf(status);
 }
 
 }  // namespace

@@ -6,13 +6,15 @@
 namespace liquidblend::cli {
 
 const char kParametersHelp[] =
-    "NAME=VALUE[,..]: a point in the family's parameter space instead of weights";
+    "NAME=VALUE[,..]: a point in the family's parameter space instead of weights; none unless "
+    "given";
 const char kExtrapolateHelp[] =
     "With --parameters: also outside of the hull of the family's points, by the nearest simplex";
 
 void AddBlendFlags(CLI::App& command, BlendFlags& flags) {
   CLI::Option* weights = command.add_option(
-      "--weights,-w", flags.weights, "W[,W..]: one per target; the source gets 1 - sum; -1 to 2");
+      "--weights,-w", flags.weights,
+      "W[,W..]: one per target; the source gets 1 - sum; -1 to 2; none unless given");
   CLI::Option* parameters =
       command.add_option("--parameters,-p", flags.parameters, kParametersHelp)->excludes(weights);
   command.add_flag("--extrapolate", flags.extrapolate, kExtrapolateHelp)->needs(parameters);

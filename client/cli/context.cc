@@ -4,18 +4,27 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {
 namespace {
 
-// The first line.
+// The first line, which holds nothing else.
 absl::StatusOr<std::string> ReadToken(const std::string& path) {
   std::ifstream file(path);
-  std::string token;
-  if (std::getline(file, token) && !token.empty()) return token;
-  return absl::NotFoundError(absl::StrCat("--token-file ", path, ": holds no token"));
+  std::string line;
+  std::getline(file, line);
+  const std::string token(absl::StripAsciiWhitespace(line));
+  if (token.empty()) {
+    return absl::NotFoundError(absl::StrCat("--token-file ", path, ": holds no token"));
+  }
+  if (token.find(' ') != std::string::npos) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--token-file ", path, ": its first line must be the token alone, and has spaces"));
+  }
+  return token;
 }
 
 }  // namespace

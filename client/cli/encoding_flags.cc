@@ -15,7 +15,7 @@ void AddEncodingFlags(CLI::App& command, EncodingFlags& flags) {
   bits->default_str(flags.position_bits != 0 ? std::to_string(flags.position_bits) : "14");
   command
       .add_option("--step", flags.position_step_m,
-                  "Longest step that coordinates are rounded to, metres, instead of --bits")
+                  "Longest step that coordinates are rounded to, metres; otherwise by --bits")
       ->check(Positive())
       ->excludes(bits);
   const std::map<std::string, EncodingPreset> presets = {

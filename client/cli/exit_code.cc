@@ -29,6 +29,8 @@ ExitCode ToExitCode(const absl::Status& status) {
       return kExitNotFound;
     case absl::StatusCode::kCancelled:
       return kExitCancelled;
+    case absl::StatusCode::kDataLoss:
+      return kExitDamaged;
     default:
       return kExitFailed;
   }

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
 #include "client/cli/describe.h"
+#include "client/cli/exit_code.h"
 #include "client/cli/json.h"
 #include "client/cli/priority_flag.h"
 #include "client/cli/progress_bar.h"
@@ -96,11 +97,12 @@ void AddImport(CLI::App& app, Context& context) {
       "DIR", flags->directory,
       "Frames: *.bobj.gz with *.uni (Mantaflow), *.ply, *.obj, *.stl or *.vdb; meta.json "
       "if there");
-  command->add_option("--from-server", flags->from_server,
-                      "ROOT/DIR: a directory there instead, below one of its import roots");
+  command->add_option(
+      "--from-server", flags->from_server,
+      "ROOT/DIR: a directory there, below one of its import roots; otherwise DIR here");
   command->add_option("--pattern", flags->pattern,
                       "GLOB: the frames of such names only, such as 'liquid.*'; meta.json "
-                      "and their velocities go with them");
+                      "and their velocities go with them; all unless given");
   const std::map<std::string, AnimationFormat> formats = {
       {"mantaflow", AnimationFormat::kMantaflow},
       {"ply", AnimationFormat::kPly},
@@ -118,11 +120,12 @@ void AddImport(CLI::App& app, Context& context) {
                       "Metres per unit of the files' positions; otherwise from meta.json, else 1");
   command->add_option(
       "--velocity-scale", options.velocity_scale,
-      "Metres per second per unit of the files' velocities; otherwise from meta.json, "
-      "else as --vertex-scale");
+      "Metres per second per unit of the files' velocities; otherwise from meta.json, else as "
+      "--vertex-scale; of Mantaflow there is no such last resort: this, --voxel-size or meta.json "
+      "has to say it");
   command->add_option("--voxel-size", options.voxel_size_m,
                       "Mantaflow: edge of a simulation cell in metres; gives --velocity-scale; "
-                      "otherwise from meta.json");
+                      "otherwise from meta.json, else not known");
   command->add_flag("--allow-gaps", options.allow_gaps,
                     "Frame numbers may be missing; time goes on across the gap");
   command
@@ -133,7 +136,8 @@ void AddImport(CLI::App& app, Context& context) {
   AddUp(options.up, "Direction that is up; otherwise found from parts that fall, else z", *command);
   AddPriority(flags->priority, *command);
   command->add_flag("--no-wait", flags->no_wait, "Return when the files are uploaded");
-  command->footer("Flags that are left out come from meta.json beside the frames.");
+  command->footer(absl::StrCat("Flags that are left out come from meta.json beside the frames.\n\n",
+                               kExitCodeHelp));
   command->callback([flags, &context] { context.status = RunImport(*flags, context); });
 }
 

@@ -83,9 +83,10 @@ void AddInspect(CLI::App& app, Context& context) {
       ->add_option("SUBJECT", flags->subject,
                    "FILE.{drc,ply,obj,bobj.gz}, or a name: ID, animations/ID, families/ID")
       ->required();
-  command->add_option("--correspondences-json", flags->correspondences_json,
-                      "Write the family's correspondences, automatic ones too, to this file: to be "
-                      "edited, and read by register --correspondences");
+  command->add_option(
+      "--correspondences-json", flags->correspondences_json,
+      "Write the family's correspondences, automatic ones too, to this file: to be "
+      "edited, and read by register --correspondences; none is written unless given");
   command->callback([flags, &context] {
     context.status = IsMeshFileName(flags->subject) ? InspectFile(*flags, context)
                                                     : InspectName(*flags, context);

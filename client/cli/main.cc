@@ -20,28 +20,32 @@ void AddSecurityFlags(CLI::App& app, Context& context) {
   app.add_flag("--tls", security.tls, "Use TLS and the system's authorities")
       ->envname("LIQUIDBLEND_TLS")
       ->group(group);
-  app.add_option("--tls-ca", security.tls_ca, "PEM file of authorities to trust; means --tls")
+  app.add_option("--tls-ca", security.tls_ca,
+                 "PEM file of authorities to trust, otherwise the system's; means --tls")
       ->envname("LIQUIDBLEND_TLS_CA")
       ->group(group);
-  app.add_option("--tls-cert", security.tls_cert, "PEM file of a certificate to show")
+  app.add_option("--tls-cert", security.tls_cert,
+                 "PEM file of a certificate to show; none unless given")
       ->envname("LIQUIDBLEND_TLS_CERT")
       ->group(group);
-  app.add_option("--tls-key", security.tls_key, "PEM file of its key")
+  app.add_option("--tls-key", security.tls_key, "PEM file of its key; none unless given")
       ->envname("LIQUIDBLEND_TLS_KEY")
       ->group(group);
   app.add_option("--tls-server-name", security.tls_server_name,
-                 "Name that the server's certificate is for, if not the host's")
+                 "Name that the server's certificate is for; otherwise the host's")
       ->envname("LIQUIDBLEND_TLS_SERVER_NAME")
       ->group(group);
   app.add_option("--storage-ca", security.storage_ca,
                  "PEM file of authorities that vouch for the object store; otherwise the system's")
       ->envname("LIQUIDBLEND_STORAGE_CA")
       ->group(group);
-  app.add_option("--token-file", context.token_file, "File with the bearer token")
+  app.add_option("--token-file", context.token_file,
+                 "File whose first line is the bearer token; no token unless given")
       ->envname("LIQUIDBLEND_TOKEN_FILE")
       ->group(group);
   app.add_option("--token", security.token,
-                 "The token itself; better in the environment, for others see command lines")
+                 "The token itself, none unless given; better in the environment, for others see "
+                 "command lines")
       ->envname("LIQUIDBLEND_TOKEN")
       ->group(group);
 }

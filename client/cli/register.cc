@@ -141,11 +141,15 @@ void AddRegister(CLI::App& app, Context& context) {
   CLI::App* command =
       app.add_subcommand("register", "Register animations to one another: makes a family");
   command->add_option("FAMILY", request.family, "Id of the family")->required();
-  command->add_option("--source", request.source, "The animation that is deformed");
-  command->add_option("--target", request.targets, "What it is blended with; repeat for more");
+  command->add_option("--source", request.source,
+                      "The animation that is deformed; of --refine otherwise the family's");
+  command->add_option(
+      "--target", request.targets,
+      "What it is blended with; repeat for more; of --refine otherwise the family's");
   command->add_option("--at", flags->points,
                       "ANIMATION:NAME=VALUE[,..]: its point in the space of your own parameters, "
-                      "e.g. drops-a:height=1.2,width=0.5; for the source and every target");
+                      "e.g. drops-a:height=1.2,width=0.5; for the source and every target; no "
+                      "parameters unless given");
   command->add_flag("--refine", request.refine,
                     "Go on from the family's newest version, with the correspondences given "
                     "instead of its own; --source and --target may be left out");
@@ -169,7 +173,7 @@ void AddRegister(CLI::App& app, Context& context) {
       "--correspondences", flags->correspondences,
       "JSON file: {\"correspondences\": [[{\"kind\": \"point\" | \"trajectory\" | \"space\", "
       "\"hard\": false, \"source\": {\"position\": [x, y, z], \"time_s\": t}, \"target\": {...}, "
-      "\"length_s\": s}]]}, one list per target");
+      "\"length_s\": s}]]}, one list per target; none unless given");
   command->callback([flags, &context] { context.status = RunRegister(*flags, context); });
 }
 

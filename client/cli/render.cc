@@ -271,15 +271,15 @@ void AddRender(CLI::App& app, Context& context) {
       command->add_option("--parameters,-p", flags->parameters, kParametersHelp)
           ->allow_extra_args(false);
   command->add_flag("--extrapolate", flags->extrapolate, kExtrapolateHelp)->needs(parameters);
-  CLI::Option* times =
-      command->add_option("--times", flags->times, "T[,T..] in seconds: one column each");
+  CLI::Option* times = command->add_option(
+      "--times", flags->times, "T[,T..] in seconds: one column each; otherwise by --columns");
   command
       ->add_option("--columns", flags->num_columns,
                    "That many columns, evenly spread over the time; or pictures in a row of files")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str()
       ->excludes(times);
-  command->add_option("--files", flags->files, "Mesh files to draw instead of a family");
+  command->add_option("--files", flags->files, "Mesh files to draw; otherwise FAMILY");
   command->add_option("-o,--output", flags->output, "FILE.png")->required();
   command->add_option("--size", flags->size, "Pixels of one picture, WxH")->capture_default_str();
   command->add_option("--camera", flags->camera,

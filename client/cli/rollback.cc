@@ -5,6 +5,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/describe.h"
 #include "client/cli/json.h"
+#include "client/cli/number_checks.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {
@@ -33,7 +34,7 @@ void AddRollback(CLI::App& app, Context& context) {
   command
       ->add_option("VERSION", flags->version, "A version that `liquidblend inspect` lists as kept")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   command->callback([flags, &context] { context.status = RunRollback(*flags, context); });
 }
 

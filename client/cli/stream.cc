@@ -11,6 +11,7 @@
 #include "client/cli/blend_flags.h"
 #include "client/cli/commands.h"
 #include "client/cli/encoding_flags.h"
+#include "client/cli/exit_code.h"
 #include "client/cli/json.h"
 #include "client/cli/number_checks.h"
 #include "client/cli/parse.h"
@@ -185,9 +186,10 @@ void AddStream(CLI::App& app, Context& context) {
   command->add_flag("--adapt", flags->adapt,
                     "Take coarser frames while the connection is too slow for the pace");
   command->footer(
-      "Without --weights or --parameters: the source.\n"
-      "interval: between frames. lateness: behind an even pace. reaction: from a change of\n"
-      "weights to the first frame that shows it.");
+      absl::StrCat("Without --weights or --parameters: the source.\n"
+                   "interval: between frames. lateness: behind an even pace. reaction: from a "
+                   "change of\nweights to the first frame that shows it.\n\n",
+                   kExitCodeHelp));
   command->callback([flags, &context] { context.status = RunStream(*flags, context); });
 }
 

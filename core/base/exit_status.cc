@@ -17,4 +17,9 @@ ExitStatus ExitStatusOf(const absl::Status& status) {
   }
 }
 
+ExitStatus ExitStatusOfCheck(const absl::Status& status) {
+  const ExitStatus exit_status = ExitStatusOf(status);
+  return exit_status == kExitDone || exit_status == kExitUsage ? exit_status : kExitFailed;
+}
+
 }  // namespace liquidblend::base

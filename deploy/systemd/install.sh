@@ -22,7 +22,11 @@ install -d -m 750 "$root/etc/liquidblend"
 for sample in server.env worker.env; do  # what an operator has written stays
   [ -e "$root/etc/liquidblend/$sample" ] || install -m 640 "$sample" "$root/etc/liquidblend/$sample"
 done
+[ -n "$root" ] || systemd-sysusers
+# The server's user reaches what lies below; the samples stay root's, for systemd to read. Below
+# DESTDIR the group may not exist yet: then whoever puts the tree into its place does this.
+group=$(awk -F: '$1 == "liquidblend" { print $3 }' "$root/etc/group" 2>/dev/null || true)
+[ -z "$group" ] || chgrp "$group" "$root/etc/liquidblend"
 if [ -n "$root" ]; then exit 0; fi
-systemd-sysusers
 systemctl daemon-reload
 echo "next: systemctl enable --now liquidblend-server"

@@ -61,8 +61,9 @@ absl::Status Port::Impl::Listen() {
   if (!error) acceptor.bind(endpoint, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
   if (error) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot serve HTTP on ", core->options.listen, ": ", error.message()));
+    return absl::FailedPreconditionError(
+        absl::StrCat("cannot serve HTTP on ", core->options.listen, ": ", error.message(),
+                     "; stop what listens there, or give another --http"));
   }
   port = acceptor.local_endpoint().port();
   address = absl::StrCat(core->options.listen.substr(0, colon), ":", port);

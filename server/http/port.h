@@ -33,7 +33,7 @@ struct PortOptions {
 class Port {
  public:
   // Listens and serves. The source outlives this.
-  // Errors: kInvalidArgument (options), kUnavailable if it cannot listen there.
+  // Errors: kInvalidArgument (options), kFailedPrecondition if it cannot listen there.
   static absl::StatusOr<std::unique_ptr<Port>> Start(rpc::FrameSource& source,
                                                      const PortOptions& options);
   ~Port();  // Stop() without patience

@@ -171,8 +171,10 @@ struct Server::Impl {
     builder.experimental().SetInterceptorCreators(std::move(interceptors));
     server = builder.BuildAndStart();
     if (server == nullptr || port == 0) {
-      return absl::UnavailableError(absl::StrCat("cannot listen on ", options.listen,
-                                                 ": in use, or no address of this machine"));
+      return absl::FailedPreconditionError(
+          absl::StrCat("cannot listen on ", options.listen,
+                       ": in use, or no address of this machine; stop what listens there, or give "
+                       "another --listen"));
     }
     address = AddressWithPort(options.listen, port);
     for (const char* name : {"", v1::LiquidBlend::service_full_name(),

@@ -40,7 +40,7 @@ struct ServerOptions {
 class Server {
  public:
   // Listens and serves, with health checking and reflection. The stores and families outlive it.
-  // Errors: kInvalidArgument (options), kUnavailable if it cannot listen there.
+  // Errors: kInvalidArgument (options), kFailedPrecondition if it cannot listen there.
   static absl::StatusOr<std::unique_ptr<Server>> Start(store::Catalog& catalog,
                                                        store::BlobStore& blobs,
                                                        liquidblend::catalog::Families& families,

@@ -2,12 +2,22 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <fstream>
 #include <regex>
+#include <set>
 #include <string>
+#include <vector>
 
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "tests/core/store/store_testing.h"
+#include "tests/e2e/process.h"
 #include "tests/paths.h"
 
 namespace liquidblend::e2e {
@@ -53,13 +63,96 @@ TEST_P(ProgramsTest, ListExitStatusesInTheirHelp) {
   EXPECT_THAT(result.output, HasSubstr("2 a flag or value that is refused"));
 }
 
-// "--max-upload INT:SIZE=64GiB", not "--max-upload INT:SIZE".
-TEST_P(ProgramsTest, TellTheDefaultOfEachNumberInTheirHelp) {
-  const std::string help = RunProgram(GetParam(), "--help").output;
-  const std::regex number("--[a-z-]+ (INT|FLOAT)[^=\n]*\n");
-  for (std::sregex_iterator found(help.begin(), help.end(), number), end; found != end; ++found) {
-    if (found->str().find("--parent ") == 0) continue;  // none unless given
-    ADD_FAILURE() << found->str();
+// The programs' help, and that of each of their subcommands.
+std::vector<std::string> AllHelps(const std::string& program) {
+  std::vector<std::string> helps = {RunProgram(program, "--help").output};
+  const std::string top = helps[0];
+  const size_t begin = top.find("Subcommands:");
+  if (begin == std::string::npos) return helps;
+  const std::regex name("\n  ([a-z]+) ");
+  const std::string names = top.substr(begin, top.find("\n\n", begin) - begin);
+  for (std::sregex_iterator found(names.begin(), names.end(), name), end; found != end; ++found) {
+    helps.push_back(RunProgram(program, absl::StrCat((*found)[1].str(), " --help")).output);
+  }
+  return helps;
+}
+
+struct Option {
+  std::string head;  // "--max-upload INT:SIZE=64GiB"
+  std::string text;
+};
+
+// Of a help text: lines that begin with "-", and what is indented below them.
+std::vector<Option> OptionsIn(const std::string& help) {
+  std::vector<Option> options;
+  bool goes_on = false;
+  for (const std::string& line : std::vector<std::string>(absl::StrSplit(help, '\n'))) {
+    const bool begins = absl::StartsWith(line, "  -");
+    goes_on = begins || (goes_on && absl::StartsWith(line, "     "));
+    if (!goes_on) continue;
+    const size_t end_of_head = begins ? std::min(line.find("  ", 2), line.size()) : 0;
+    if (begins) options.push_back({line.substr(2, end_of_head - 2), ""});
+    absl::StrAppend(&options.back().text, " ",
+                    std::string(absl::StripAsciiWhitespace(line.substr(end_of_head))));
+  }
+  return options;
+}
+
+// In its head, or by a phrase, or as a value in brackets: "Iterations (16; with --refine 6)".
+bool TellsItsDefault(const Option& option) {
+  static const std::regex takes_a_value("(-[a-z],)?--[a-z0-9-]+ (?!\\(Env|Needs|Excludes).*");
+  static const std::regex head("=[^ ]|REQUIRED");
+  static const std::regex text(
+      "unless given|otherwise|[Dd]efault |\\((on|fastest|[0-9.]+|the family's)[;,)]");
+  return !std::regex_match(option.head, takes_a_value) || std::regex_search(option.head, head) ||
+         std::regex_search(option.head + option.text, text);
+}
+
+TEST_P(ProgramsTest, TellTheDefaultOfEachOptionInEachHelp) {
+  int num_options = 0;
+  for (const std::string& help : AllHelps(GetParam())) {
+    for (const Option& option : OptionsIn(help)) {
+      ++num_options;
+      EXPECT_TRUE(TellsItsDefault(option)) << option.head << option.text;
+    }
+  }
+  EXPECT_GT(num_options, 10);
+}
+
+// Numbers of "Exit status: 0 done; 1 failed; ..." and of the table in docs/operations.md.
+std::set<int> StatusesIn(const std::string& help) {
+  std::set<int> statuses;
+  const size_t begin = help.find("Exit status: ");
+  if (begin == std::string::npos) return statuses;
+  const std::string text = help.substr(begin);
+  const std::regex number("[:;]\\s+([0-9]+) ");
+  for (std::sregex_iterator found(text.begin(), text.end(), number), end; found != end; ++found) {
+    statuses.insert(std::stoi((*found)[1].str()));
+  }
+  return statuses;
+}
+
+std::set<int> StatusesInTheTable(const std::string& program) {
+  std::set<int> statuses;
+  bool is_there = false;
+  std::ifstream page(paths::Source("docs/operations.md"));
+  for (std::string line; std::getline(page, line);) {
+    if (absl::StartsWith(line, "## ")) is_there = line == "## Exit statuses";
+    const std::vector<std::string> cells = absl::StrSplit(line, " | ");
+    int status = -1;
+    if (!is_there || cells.size() != 3 || !absl::SimpleAtoi(cells[0].substr(2), &status)) continue;
+    const std::string quoted = absl::StrCat("`", program, "`");
+    const bool is_its = absl::StartsWith(cells[2], "all") || absl::StrContains(cells[2], quoted);
+    if (is_its) statuses.insert(status);
+  }
+  return statuses;
+}
+
+TEST_P(ProgramsTest, HaveTheExitStatusesOfTheTableInEachHelp) {
+  const std::set<int> expected = StatusesInTheTable(GetParam());
+  EXPECT_GE(expected.size(), 5u);
+  for (const std::string& help : AllHelps(GetParam())) {
+    EXPECT_EQ(StatusesIn(help), expected) << help.substr(0, help.find('\n'));
   }
 }
 
@@ -70,6 +163,51 @@ INSTANTIATE_TEST_SUITE_P(All, ProgramsTest,
 TEST(ServerProgramTest, ARefusedValueIsUsage) {
   const Result result = RunProgram("liquidblend-server", "--data /nowhere --http 0.0.0.0:1");
   EXPECT_EQ(result.exit_status, 2) << result.output;
+}
+
+TEST(CheckOfPrograms, TellsARefusedFlagFromAServiceThatIsAway) {
+  EXPECT_EQ(RunProgram("liquidblend-server", "--check --listen 127.0.0.1:1").exit_status, 1);
+  EXPECT_EQ(RunProgram("liquidblend-server", "--check --threads many").exit_status, 2);
+  EXPECT_EQ(RunProgram("liquidblend-worker", "--check --data /nowhere --poll often").exit_status,
+            2);
+}
+
+// Nothing listens on port 1.
+class UnreachableStore : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(UnreachableStore, HasItsOwnExitStatus) {
+  const std::vector<std::string> words = absl::StrSplit(GetParam(), absl::MaxSplits(' ', 1));
+  const store::TemporaryFolder cache;
+  const Result result = RunProgram(
+      words[0], absl::StrCat(words.size() > 1 ? words[1] : "",
+                             " --store postgresql://nobody@127.0.0.1:1/none --blobs s3://b/p",
+                             " --cache '", cache.path(), "'"));
+  EXPECT_EQ(result.exit_status, 3) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("127.0.0.1"));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, UnreachableStore,
+                         ::testing::Values("liquidblend-server --listen 127.0.0.1:0 --workers 0",
+                                           "liquidblend-worker --once", "liquidblend-admin check",
+                                           "liquidblend-admin queue"));
+
+TEST(ServerProgramTest, APortInUseIsAFailureThatNamesTheAddress) {
+  const store::TemporaryFolder folder;
+  Process first("liquidblend-server", {"--data", folder.path() + "/first", "--workers", "0",
+                                       "--listen", "127.0.0.1:0", "--http", "127.0.0.1:0"});
+  const std::string address = first.ReadLine().substr(std::string("listening on ").size());
+  const std::string http_address = first.ReadLine().substr(std::string("http on ").size());
+  const auto second = [&](const std::string& listen, const std::string& http) {
+    return RunProgram("liquidblend-server",
+                      absl::StrCat("--data '", folder.path(), "/second' --workers 0 --listen ",
+                                   listen, " --http ", http));
+  };
+  const Result on_port = second(address, "127.0.0.1:0");
+  EXPECT_EQ(on_port.exit_status, 1) << on_port.output;
+  EXPECT_THAT(on_port.output, HasSubstr(absl::StrCat("cannot listen on ", address)));
+  const Result on_http_port = second("127.0.0.1:0", http_address);
+  EXPECT_EQ(on_http_port.exit_status, 1) << on_http_port.output;
+  EXPECT_THAT(on_http_port.output, HasSubstr(absl::StrCat("cannot serve HTTP on ", http_address)));
 }
 
 }  // namespace

@@ -25,14 +25,13 @@ class SecureTest : public E2eTest {
  protected:
   std::string path(const std::string& name) const { return folder_.path() + "/" + name; }
 
-  // Does what an operator does: the token goes to NAME.token, a whole file of tokens is returned.
+  // Does what an operator does (docs/operations.md): NAME.token is for the client as it was
+  // written, and a whole file of tokens is returned.
   std::string MakeTokenFile(const std::string& name, const std::string& scopes) const {
-    const std::string command =
-        absl::StrCat("'", paths::Program("liquidblend-server"), "' --make-token ", name,
-                     " --scopes ", scopes, " >'", path("made"), "' 2>'", path("said"), "'");
+    const std::string command = absl::StrCat("'", paths::Program("liquidblend-server"),
+                                             "' --make-token ", name, " --scopes ", scopes, " >'",
+                                             path("made"), "' 2>'", path(name + ".token"), "'");
     EXPECT_EQ(std::system(command.c_str()), 0);
-    const std::string said = liquidblend::testing::ReadBytes(path("said"));
-    rpc::ReplaceFile(path(name + ".token"), said.substr(said.rfind(' ') + 1));
     return liquidblend::testing::ReadBytes(path("made"));
   }
 
@@ -85,6 +84,10 @@ TEST_F(SecureTest, ANewTokenComesWithAFileThatTheServerTakes) {
   const CommandResult listed = Run(address, "studio", {"list"});
   EXPECT_EQ(listed.exit_code, 0) << listed.err;
   EXPECT_EQ(Run(address, "", {"list"}).exit_code, 1);
+  rpc::ReplaceFile(path("worded.token"), "token of 'studio': 123\n");
+  const CommandResult worded = Run(address, "worded", {"list"});
+  EXPECT_EQ(worded.exit_code, 2);
+  EXPECT_THAT(worded.err, HasSubstr("worded.token: its first line must be the token alone"));
 }
 
 TEST_F(SecureTest, TheCommandLineGetsThroughWithCertificateAndToken) {

@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -131,6 +134,31 @@ TEST_F(UnitsTest, AWorkerOnTheServersMachineFindsItsDirectory) {
   for (const char* arguments : {"--check", "--once --memory 1GiB"}) {
     unit.variables["ARGUMENTS"] = arguments;
     EXPECT_EQ(unit.Start("liquidblend-worker").Wait(), 0) << arguments;
+  }
+}
+
+// What install.sh puts below DESTDIR: the group of the services may enter /etc/liquidblend, so that
+// they reach the files that flags name there; the samples, which may hold passwords, stay root's.
+TEST_F(UnitsTest, TheServicesMayReadWhatTheirFlagsName) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root gives files to a group";
+  constexpr gid_t kGroup = 4711;
+  const std::string root = path("root");
+  std::filesystem::create_directories(root + "/etc");
+  std::ofstream(root + "/etc/group") << "root:x:0:\nliquidblend:x:" << kGroup << ":\n";
+  const std::string programs =
+      std::filesystem::path(paths::Program("liquidblend-server")).parent_path();
+  const std::string install = absl::StrCat(
+      "DESTDIR='", root, "' '", paths::Source("deploy/systemd/install.sh"), "' '", programs, "'");
+  ASSERT_EQ(std::system(install.c_str()), 0);
+  struct stat info = {};
+  ASSERT_EQ(stat((root + "/etc/liquidblend").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 07777, 0750u);
+  EXPECT_EQ(info.st_uid, 0u);
+  EXPECT_EQ(info.st_gid, kGroup);
+  for (const char* sample : {"server.env", "worker.env"}) {
+    ASSERT_EQ(stat((root + "/etc/liquidblend/" + sample).c_str(), &info), 0) << sample;
+    EXPECT_EQ(info.st_mode & 07777, 0640u) << sample;
+    EXPECT_EQ(info.st_gid, 0u) << sample;
   }
 }
 

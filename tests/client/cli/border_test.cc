@@ -69,6 +69,12 @@ TEST_F(Border, ANumberOutOfRangeIsNamedInOneShortSentence) {
   std::vector<std::string> levels = registration;
   levels.insert(levels.end(), {"--levels", "-1"});
   EXPECT_THAT(Run(levels).err, HasSubstr("--levels: must be 0 or more, got -1"));
+  for (const char* version : {"0", "first"}) {
+    const CommandResult result = Run({"rollback", "drops", version});
+    EXPECT_EQ(result.exit_code, 2) << version;
+    EXPECT_THAT(result.err, HasSubstr(std::string("VERSION: must be above 0, got ") + version));
+    EXPECT_LT(result.err.size(), 120u) << result.err;
+  }
 }
 
 TEST_F(Border, ALocalFolderThatIsNotThereIsNamedBeforeAServerIsAsked) {

@@ -69,6 +69,13 @@ TEST_F(Command, WhatIsNotThereIsItsOwnExitCode) {
   EXPECT_EQ(Run({"import", "x", dir_.File("none")}).exit_code, 4);
 }
 
+TEST_F(Command, DamageIsItsOwnExitCode) {
+  server_.FailNext("GetFamily", 1, absl::DataLossError("families/drops: damaged"));
+  const CommandResult result = Run({"inspect", "families/drops"});
+  EXPECT_EQ(result.exit_code, 7);
+  EXPECT_THAT(result.err, HasSubstr("families/drops: damaged"));
+}
+
 TEST_F(Command, AFailedOperationIsAFailureAndACancelledOneCancelled) {
   const CommandResult failed =
       Run({"register", "bad", "--source", "drops-a", "--target", "drops-b", "--wait"});

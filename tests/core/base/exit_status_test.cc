@@ -14,5 +14,12 @@ TEST(ExitStatusOf, GoesByTheErrorsCode) {
   EXPECT_EQ(ExitStatusOf(absl::DataLossError("")), 7);
 }
 
+TEST(ExitStatusOfCheck, TellsOnlyUsageFromOtherErrors) {
+  EXPECT_EQ(ExitStatusOfCheck(absl::OkStatus()), 0);
+  EXPECT_EQ(ExitStatusOfCheck(absl::InvalidArgumentError("")), 2);
+  EXPECT_EQ(ExitStatusOfCheck(absl::UnavailableError("")), 1);
+  EXPECT_EQ(ExitStatusOfCheck(absl::DataLossError("")), 1);
+}
+
 }  // namespace
 }  // namespace liquidblend::base
