@@ -19,10 +19,11 @@ using store::v1::WorkerRecord;
 
 constexpr double kBaseBytes = 100e6;  // of any worker
 
-// "Large animations": 5.9 M space-time vertices of 4.2 M of frames, at the default spacing; of
+// large-animations.md: 5.9 M space-time vertices of 4.2 M of frames, at the default spacing; of
 // two_drops it is 0.9 instead of 1.4.
 constexpr double kVerticesPerFrameVertex = 1.4;
-// "Large animations": peak 4.4 GB with 2 x 5.9 M vertices; "Cost by stage": 411 MB with 1.05 M.
+// large-animations.md: peak 4.4 GB with 2 x 5.9 M vertices; registration-speed.md: 411 MB with
+// 1.05 M.
 constexpr double kBytesPerVertex = 400;
 // Putting a family together: the source's mesh ("memory, per million vertices": 170 to 250 MB), and
 // of each target what is moved and extrapolated, 4 floats each, twice: as read, and as written.
@@ -39,7 +40,8 @@ constexpr double kMoreGridPoints = 5;  // along each axis
 constexpr double kBytesPerCutCell = 4;
 constexpr double kMostSlices = 64;
 
-// "Fuzzing the readers": 15 to 21 bytes of memory for a byte of Mantaflow's, 1.3 to 6.4 of others.
+// sanitizers-and-fuzzing.md: 15 to 21 bytes of memory for a byte of Mantaflow's, 1.3 to 6.4 of
+// others.
 // The files of frames are compressed once more when they are stored, a frame at a time.
 constexpr double kBytesPerGzipByte = 24;
 constexpr double kBytesPerFileByte = 8;

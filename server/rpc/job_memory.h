@@ -1,6 +1,6 @@
 // How much memory a job will need, guessed before it begins from what it is about. The figures come
-// from docs/benchmarks.md ("Cost by stage", "Large animations", "What space-time meshes cost",
-// "Fuzzing the readers"), rounded up; they are guesses, and most jobs need less.
+// from docs/experiments (registration-speed.md, large-animations.md, space-time-meshes.md,
+// sanitizers-and-fuzzing.md), rounded up; they are guesses, and most jobs need less.
 #pragma once
 
 #include <cstdint>

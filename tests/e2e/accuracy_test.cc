@@ -163,7 +163,7 @@ TEST_F(AccuracyTest, BlendsAreCloseToTheSimulations) {
       blends_->a);
   EXPECT_LE(source.all, 0.03);
   EXPECT_LE(target.all, 0.06);
-  EXPECT_LE(half.all, 0.21);  // docs/benchmarks.md says why not 0.17
+  EXPECT_LE(half.all, 0.21);  // docs/experiments/accuracy.md says why not 0.17
   EXPECT_LE(half.all, 1.35 * floor.all);
   EXPECT_LE(half.early, 0.08);  // linear times strike half a frame before MID does
   EXPECT_LE(squares.early, 0.062);

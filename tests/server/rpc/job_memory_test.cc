@@ -16,13 +16,13 @@ AnimationRecord OfVertices(int64_t num_vertices) {
   return animation;
 }
 
-// docs/benchmarks.md: what was seen, and no more than half as much again.
+// docs/experiments: what was seen, and no more than half as much again.
 TEST(MemoryToRegister, IsWhatWasMeasured) {
   const int64_t small = MemoryToRegister({}, OfVertices(570'000), {OfVertices(600'000)});
-  EXPECT_GT(small, 411'000'000);  // "Cost by stage"
+  EXPECT_GT(small, 411'000'000);  // registration-speed.md
   EXPECT_LT(small, 800'000'000);
   const int64_t large = MemoryToRegister({}, OfVertices(4'200'000), {OfVertices(4'200'000)});
-  EXPECT_GT(large, 4'400'000'000);  // "Large animations"
+  EXPECT_GT(large, 4'400'000'000);  // large-animations.md
   EXPECT_LT(large, 6'600'000'000);
 }
 

@@ -27,7 +27,7 @@ struct WorstPlaces {
 
 // Sets grade, reason and worst place: those of the figure that is furthest over its limit, or
 // closest to it, unless all figures together speak louder than any alone. The limits are calibrated
-// on simulations, good pairs and absurd ones (docs/benchmarks.md).
+// on simulations, good pairs and absurd ones (docs/experiments/verdicts.md).
 void SetGrade(const WorstPlaces& places, mesh::Verdict& verdict);
 
 }  // namespace liquidblend::registration
