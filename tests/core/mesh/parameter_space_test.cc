@@ -18,7 +18,8 @@ void ExpectFault(const ParameterSpace& space, const std::string& what) {
 
 TEST(ParameterSpace, IsEmptyOrHasAPointPerAnimation) {
   EXPECT_TRUE(Validate(ParameterSpace(), 3).ok());
-  EXPECT_TRUE(Validate({{"wall_width", "p1"}, {{0, 1}, {-2, 3}, {4, 1e300}}}, 3).ok());
+  const ParameterSpace space = {{"wall_width", "p1"}, {{0, 1}, {-2, 3}, {4, 1e300}}};
+  EXPECT_TRUE(Validate(space, 3).ok());
   ExpectFault({{"x"}, {{0}, {1}}}, "2 points for 3 animations; each of them needs one");
   ExpectFault({{}, {{}, {}, {}}}, "there must be 1 to 4 names, got 0");
 }
