@@ -351,10 +351,10 @@ TEST_F(PortTest, APortInUseIsRefusedByName) {
   PortOptions options;
   options.listen = port_->address();
   EXPECT_THAT(Port::Start(*source_, options).status(),
-              Fails(absl::StatusCode::kUnavailable, port_->address()));
+              Fails(absl::StatusCode::kFailedPrecondition, port_->address()));
   options.listen = "no.such.host.invalid:80";
   EXPECT_THAT(Port::Start(*source_, options).status(),
-              Fails(absl::StatusCode::kUnavailable, "no.such.host.invalid"));
+              Fails(absl::StatusCode::kFailedPrecondition, "no.such.host.invalid"));
 }
 
 TEST(PortOptions, NamesTheFirstFieldOutOfRange) {

@@ -37,7 +37,8 @@ TEST_F(ServerTest, ErrorsCarryFieldsAndAReason) {
   request.set_family("animations/splash");
   v1::Frame frame;
   const grpc::Status status = stub_->GetFrame(&context, request, &frame);
-  EXPECT_THAT(status, EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "must be families/NAME or NAME"));
+  EXPECT_THAT(status,
+              EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "must be families/NAME or NAME"));
   google::rpc::Status details;
   ASSERT_TRUE(details.ParseFromString(status.error_details()));
   ASSERT_EQ(details.details_size(), 2);
@@ -147,7 +148,7 @@ TEST_F(ServerTest, ACallThatIsLateIsEnded) {
 struct SwapWitness {
   int64_t num_frames = 0;
   std::atomic<int64_t> last_version = 0;  // read while the client goes on
-  int64_t num_backward = 0;  // a version older than one seen before
+  int64_t num_backward = 0;               // a version older than one seen before
   absl::Duration longest_gap;
   absl::Time last = absl::Now();
 
@@ -307,7 +308,8 @@ TEST_F(ServerTest, ASecondServerOnThePortIsRefused) {
   ServerOptions options;
   options.listen = server_->address();
   const auto second = Server::Start(*catalog_, *blobs_, families_, options);
-  EXPECT_THAT(second.status(), store::Fails(absl::StatusCode::kUnavailable, server_->address()));
+  EXPECT_THAT(second.status(),
+              store::Fails(absl::StatusCode::kFailedPrecondition, server_->address()));
 }
 
 TEST(ServerOptions, NamesTheFirstFieldOutOfRange) {
