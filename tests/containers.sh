@@ -52,6 +52,7 @@ phase "metrics" read_metrics
 phase "nothing lost" check_nothing_lost
 if [ $compose = 1 ]; then
   phase "compose: one machine" compose_embedded
+  phase "compose: one machine, TLS" compose_tls
   phase "compose: many machines" compose_scale_out
 fi
 phase "systemd units" check_units

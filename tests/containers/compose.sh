@@ -29,9 +29,11 @@ compose_up() {
 }
 
 # The way of the scene once more, over the published ports; its frames are those of before.
-compose_scene() {  # ADDRESSES
-  podman run --rm --network host "${confined[@]}" "${scene[@]}" --env "LIQUIDBLEND_SERVER=$1" \
-    --entrypoint sh "$(image client)" -ec '
+compose_scene() {  # ADDRESSES [podman's options]
+  local server=$1
+  shift
+  podman run --rm --network host "${confined[@]}" "${scene[@]}" --env "LIQUIDBLEND_SERVER=$server" \
+    "$@" --entrypoint sh "$(image client)" -ec '
       liquidblend --quiet import drops_a /data/two_drops/A >/dev/null
       liquidblend --quiet import drops_b /data/two_drops/B >/dev/null
       liquidblend --quiet register drops --source drops_a --target drops_b --spacing 2 --levels 0 \
@@ -46,6 +48,41 @@ compose_scene() {  # ADDRESSES
 compose_embedded() {
   compose_up deploy/compose/one-machine.yaml server
   compose_scene "127.0.0.1:$LIQUIDBLEND_PORT"
+  compose_down >/dev/null 2>&1
+  compose_tier=
+}
+
+# An authority of its own, the server's certificate, tokens.json, and a client's CA.crt and token.
+make_tls_secrets() {  # FOLDER
+  local ec=(-newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes)
+  (
+    cd "$1"
+    openssl req -x509 "${ec[@]}" -days 2 -subj "/CN=a test authority" -keyout ca.key -out ca.crt
+    openssl req "${ec[@]}" -subj /CN=localhost -keyout server.key -out server.csr
+    openssl x509 -req -in server.csr -CA ca.crt -CAkey ca.key -CAcreateserial -days 2 \
+      -extfile <(echo "subjectAltName=DNS:localhost,IP:127.0.0.1") -out server.crt
+  ) 2>"$scratch/openssl" || { cat "$scratch/openssl" >&2; fail "openssl"; }
+  chown -R 10001:10001 "$1"
+  podman run --rm --no-healthcheck --network none "${confined[@]}" --volume "$1:/out" \
+    --entrypoint sh "$(image server)" -c '
+      umask 077
+      liquidblend-server --make-token studio --scopes frames,write,register \
+        >/out/tokens.json 2>/out/studio.token'
+}
+
+compose_tls() {
+  export LIQUIDBLEND_SECRETS=$scratch/secrets
+  mkdir "$LIQUIDBLEND_SECRETS"
+  make_tls_secrets "$LIQUIDBLEND_SECRETS"
+  compose_up deploy/compose/one-machine-tls.yaml server
+  local trust=(--volume "$LIQUIDBLEND_SECRETS:/run/liquidblend:ro"
+    --env LIQUIDBLEND_TLS_CA=/run/liquidblend/ca.crt)
+  compose_scene "localhost:$LIQUIDBLEND_PORT" "${trust[@]}" \
+    --env LIQUIDBLEND_TOKEN_FILE=/run/liquidblend/studio.token
+  local said
+  said=$(podman run --rm --network host "${confined[@]}" "${trust[@]}" "$(image client)" \
+    --server "localhost:$LIQUIDBLEND_PORT" list 2>&1) && fail "no token is needed"
+  grep -q TOKEN_MISSING <<<"$said" || fail "without a token: $said"
   compose_down >/dev/null 2>&1
   compose_tier=
 }
