@@ -10,7 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/memory_limit.h"
 #include "core/base/status_macros.h"
-#include "core/store/catalog.h"
+#include "core/store/catalog/catalog.h"
 #include "server/store_flags.h"
 
 namespace liquidblend::server {
@@ -68,8 +68,8 @@ int64_t WorkerMemory(const Flags& flags) {
                                   : base::MemoryForJobs() / std::max(1, flags.workers);
 }
 
-absl::StatusOr<rpc::ServerOptions> ServerOptionsOf(const Flags& flags) {
-  rpc::ServerOptions options;
+absl::StatusOr<server::ServerOptions> ServerOptionsOf(const Flags& flags) {
+  server::ServerOptions options;
   options.listen = flags.listen;
   const unsigned num_cores = std::max(1U, std::thread::hardware_concurrency());
   options.num_frame_threads = flags.threads > 0 ? flags.threads : static_cast<int>(num_cores);
@@ -89,10 +89,10 @@ absl::StatusOr<rpc::ServerOptions> ServerOptionsOf(const Flags& flags) {
   options.queue.max_waiting_cost = flags.max_waiting_cells;
   options.tls = flags.tls;
   options.allow_insecure = flags.insecure;
-  LB_ASSIGN_OR_RETURN(options.import_roots, rpc::ParseImportRoots(flags.import_roots));
+  LB_ASSIGN_OR_RETURN(options.import_roots, server::ParseImportRoots(flags.import_roots));
   LB_RETURN_IF_ERROR(options.Validate());
   if (!flags.tokens.empty()) {
-    LB_ASSIGN_OR_RETURN(options.authorizer, rpc::Authorizer::Open(flags.tokens));
+    LB_ASSIGN_OR_RETURN(options.authorizer, server::Authorizer::Open(flags.tokens));
   }
   return options;
 }
@@ -103,7 +103,7 @@ absl::StatusOr<http::PortOptions> HttpOptionsOf(const Flags& flags) {
   options.router.allowed_origin = flags.http_origin;
   options.router.hosts = flags.http_hosts;
   LB_RETURN_IF_ERROR(options.Validate());
-  if (!flags.insecure && !rpc::IsLoopback(flags.http)) {
+  if (!flags.insecure && !server::IsLoopback(flags.http)) {
     return absl::InvalidArgumentError(
         absl::StrCat("other machines can reach --http ", flags.http,
                      ", which has no TLS: listen on 127.0.0.1, behind what ends TLS, or say "

@@ -12,8 +12,8 @@
 #include "core/store/open_store.h"
 #include "server/catalog/families.h"
 #include "server/collector.h"
+#include "server/grpc/server.h"
 #include "server/http/port.h"
-#include "server/rpc/server.h"
 #include "server/worker_processes.h"
 
 namespace liquidblend::server {
@@ -33,18 +33,18 @@ struct Flags {
   std::string collect_every = "1h";
   std::string collect_older_than = "24h";
   std::string keep_history = "30d";
-  int keep_versions = rpc::Limits().keep_versions;
+  int keep_versions = server::Limits().keep_versions;
   int64_t max_message = int64_t{4} << 20;
   int64_t max_upload = int64_t{64} << 30;
   int64_t max_stored = 0;                   // 0: not limited
   int64_t disk_reserve = int64_t{1} << 30;  // 0: none
   int64_t memory = int64_t{8} << 30;
   int64_t frame_cache = int64_t{256} << 20;
-  int64_t max_waiting_cells = rpc::FrameQueueOptions().max_waiting_cost;
+  int64_t max_waiting_cells = server::FrameQueueOptions().max_waiting_cost;
   std::string log_format = "text";
   bool verbose = false;
 
-  rpc::TlsOptions tls;
+  server::TlsOptions tls;
   bool insecure = false;
   std::string tokens;
   std::vector<std::string> import_roots;  // NAME=DIR
@@ -58,7 +58,7 @@ void AddFlags(CLI::App& app, Flags& flags);
 
 // What Flags says, checked.
 struct Settings {
-  rpc::ServerOptions server;
+  server::ServerOptions server;
   std::optional<http::PortOptions> http;  // nothing: no HTTP port
   WorkerProcessesOptions workers;
   liquidblend::catalog::FamiliesOptions families;

@@ -18,16 +18,16 @@
 #include "core/base/exit_status.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
-#include "core/store/mapped_file.h"
+#include "core/store/blobs/mapped_file.h"
 #include "core/store/open_store.h"
+#include "server/access/token_file.h"
 #include "server/catalog/families.h"
 #include "server/collector.h"
 #include "server/data_lock.h"
 #include "server/flags.h"
+#include "server/grpc/check_serving.h"
+#include "server/grpc/server.h"
 #include "server/http/port.h"
-#include "server/rpc/check_serving.h"
-#include "server/rpc/server.h"
-#include "server/rpc/token_file.h"
 #include "server/worker_processes.h"
 
 namespace liquidblend::server {
@@ -41,7 +41,7 @@ constexpr char kHttpPortFile[] = "http.port";
 
 // Null without --http.
 absl::StatusOr<std::unique_ptr<http::Port>> StartHttp(const Settings& settings,
-                                                      rpc::FrameSource& frames) {
+                                                      server::FrameSource& frames) {
   if (!settings.http.has_value()) return nullptr;
   return http::Port::Start(frames, *settings.http);
 }
@@ -85,7 +85,7 @@ int WaitForSignal(absl::Duration duration) {
   return sigtimedwait(&signals, nullptr, &timeout);
 }
 
-void ReloadTokens(rpc::Authorizer& authorizer) {
+void ReloadTokens(server::Authorizer& authorizer) {
   const absl::Status status = authorizer.ReloadIfChanged();
   if (status.ok()) return;
   base::LogError(absl::StrCat("the former tokens go on to count: ", status.ToString()));
@@ -106,7 +106,8 @@ void TendUntilStopped(const Settings& settings, WorkerProcesses& workers) {
 // Standard output gets a whole file for --tokens, standard error one for the client's --token-file:
 // the token alone on its first line.
 absl::Status PrintNewToken(const Flags& flags) {
-  LB_ASSIGN_OR_RETURN(const rpc::NewToken made, rpc::MakeToken(flags.make_token, flags.scopes));
+  LB_ASSIGN_OR_RETURN(const server::NewToken made,
+                      server::MakeToken(flags.make_token, flags.scopes));
   std::printf("{\"principals\": [\n  %s\n]}\n", made.entry.c_str());
   std::fprintf(stderr, "%s\nThis is the token of '%s': kept nowhere, for its owner only.\n",
                made.token.c_str(), flags.make_token.c_str());
@@ -115,7 +116,7 @@ absl::Status PrintNewToken(const Flags& flags) {
 
 absl::Status Run(const Flags& flags) {
   if (!flags.make_token.empty()) return PrintNewToken(flags);
-  if (flags.check) return rpc::CheckServing(flags.listen, flags.tls, kCheckTimeout);
+  if (flags.check) return server::CheckServing(flags.listen, flags.tls, kCheckTimeout);
   LB_ASSIGN_OR_RETURN(const Settings settings, SettingsOf(flags));
   std::optional<DataLock> lock;  // servers share what is in --store
   if (!flags.store.is_shared()) {
@@ -127,8 +128,8 @@ absl::Status Run(const Flags& flags) {
   LB_ASSIGN_OR_RETURN(const store::Store store, store::OpenStore(flags.store));
   catalog::Families families(*store.catalog, *store.blobs, settings.families);
   WorkerProcesses workers(settings.workers);
-  LB_ASSIGN_OR_RETURN(const auto server,
-                      rpc::Server::Start(*store.catalog, *store.blobs, families, settings.server));
+  LB_ASSIGN_OR_RETURN(const auto server, server::Server::Start(*store.catalog, *store.blobs,
+                                                               families, settings.server));
   LB_ASSIGN_OR_RETURN(const auto http_port, StartHttp(settings, server->frames()));
   if (lock.has_value()) {
     LB_RETURN_IF_ERROR(WritePortFile(flags.store.data, kPortFile, server->port()));

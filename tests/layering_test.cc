@@ -61,16 +61,16 @@ const Places kOurs = {"core/", "worker/", "server/", "client/", "tests/", "liqui
 // Rule 2: a stage is included by itself and by the folder that calls the stages in order. What a
 // stage prepares once for each family may also be held by the catalog of loaded families.
 const Places kPrepared = {"server/slice/cell_index.h", "server/finish/time_links.h",
-                          "server/encode/grid.h", "server/parameters/triangulation.h"};
+                          "server/encode/grid.h"};
 struct Stage {
   std::string_view folder;
   std::string_view caller;
 };
 constexpr Stage kStages[] = {
     {"worker/ingest/", "worker/jobs/"},       {"worker/spacetime/", "worker/jobs/"},
-    {"worker/registration/", "worker/jobs/"}, {"server/blend/", "server/rpc/"},
-    {"server/slice/", "server/rpc/"},         {"server/finish/", "server/rpc/"},
-    {"server/encode/", "server/rpc/"},        {"server/parameters/", "server/rpc/"}};
+    {"worker/registration/", "worker/jobs/"}, {"server/blend/", "server/frames/"},
+    {"server/slice/", "server/frames/"},      {"server/finish/", "server/frames/"},
+    {"server/encode/", "server/frames/"}};
 
 // Rule 3 does not hold for the homes that rule 4 gives to the log and to threads: they are core's.
 const Places kCoreByDesign = {"core/base/", "core/parallel/"};
@@ -82,7 +82,7 @@ struct ThirdParty {
   Places homes;
 };
 const Places kEverywhere = {""};
-const Places kRpc = {"server/rpc/", "client/src/"};
+const Places kRpc = {"server/grpc/", "client/src/"};
 const Places kMains = {"server/main.cc",       "server/flags.",  "server/store_flags.",
                        "server/admin/main.cc", "worker/main.cc", "client/cli/"};
 const ThirdParty kThirdParties[] = {
@@ -101,14 +101,14 @@ const ThirdParty kThirdParties[] = {
     {"pqxx/", {"core/store/"}},
     {"libpq-fe.h", {"core/store/"}},
     {"curl/", {"core/store/", "client/src/"}},
-    {"openssl/", {"core/store/", "client/src/", "server/rpc/"}},
+    {"openssl/", {"core/store/", "client/src/", "server/access/", "server/grpc/"}},
     {"xxhash.h", {"core/store/", "client/src/"}},
     {"openvdb/", {"worker/ingest/"}},
     {"blosc.h", {"worker/ingest/"}},
     {"zlib.h", {"worker/ingest/", "client/cli/"}},
     {"nlohmann/",
      {"core/base/", "core/store/", "worker/ingest/", "worker/registration/", "server/admin/",
-      "server/rpc/", "client/cli/"}},
+      "server/access/", "client/cli/"}},
     {"draco/", {"server/encode/", "client/src/"}},
     {"boost/", {"server/http/"}},
     {"jemalloc/", {"server/allocator.cc"}},
@@ -117,14 +117,19 @@ const ThirdParty kThirdParties[] = {
     {"embree3/", {"client/cli/"}},
     {"stb/", {"client/cli/"}},
     {"grpc/", kRpc},
-    {"grpcpp/", {"server/rpc/", "client/src/", "server/main.cc", "worker/main.cc"}},
+    {"grpcpp/", {"server/grpc/", "client/src/", "server/main.cc", "worker/main.cc"}},
     {"google/protobuf/",
-     {"core/store/", "worker/jobs/", "server/catalog/", "server/rpc/", "server/http/",
-      "client/src/"}},
-    {"google/rpc/", {"core/store/", "worker/jobs/", "server/rpc/", "client/src/"}},
-    {"google/longrunning/", kRpc},
-    {"liquidblend/v1/", {"server/rpc/", "server/http/", "client/src/"}},
-    {"liquidblend/store/v1/", {"core/store/", "worker/jobs/", "server/catalog/", "server/rpc/"}},
+     {"core/store/", "worker/jobs/", "server/catalog/", "server/base/", "server/access/",
+      "server/frames/", "server/api/", "server/grpc/", "server/http/", "client/src/"}},
+    {"google/rpc/",
+     {"core/store/", "worker/jobs/", "server/base/", "server/api/", "server/grpc/", "client/src/"}},
+    {"google/longrunning/", {"server/base/", "server/api/", "server/grpc/", "client/src/"}},
+    {"liquidblend/v1/",
+     {"server/base/", "server/access/", "server/frames/", "server/api/", "server/grpc/",
+      "server/http/", "client/src/"}},
+    {"liquidblend/store/v1/",
+     {"core/store/", "worker/jobs/", "server/catalog/", "server/access/", "server/frames/",
+      "server/api/"}},
 };
 
 // Rule 5: the rooms of a folder, the lower ones first; files of the folder itself are above them.
@@ -132,7 +137,11 @@ struct Rooms {
   std::string_view folder;
   std::vector<std::string_view> rooms;
 };
-const Rooms kRooms[] = {{"worker/registration/", {"surface/", "features/", "fit/", "finish/"}},
+const Rooms kRooms[] = {{"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
+                        {"server/",
+                         {"parameters/", "slice/", "blend/", "finish/", "encode/", "metrics/",
+                          "catalog/", "base/", "access/", "frames/", "api/", "grpc/", "http/"}},
+                        {"worker/registration/", {"surface/", "features/", "fit/", "finish/"}},
                         {"worker/spacetime/", {"field/", "nets/", "sheets/", "tracked/"}}};
 
 // The system's own headers; C++'s have neither a dot nor a slash.
@@ -220,7 +229,7 @@ std::string Fault(const Include& include) {
     }
   }
   if (absl::EndsWith(include.target, ".grpc.pb.h")) {
-    return IsIn(path, kRpc) ? "" : "rule 4: gRPC has its home in server/rpc/ and client/src/";
+    return IsIn(path, kRpc) ? "" : "rule 4: gRPC has its home in server/grpc/ and client/src/";
   }
   if (const ThirdParty* party = FindThirdParty(target); party != nullptr) {
     if (IsIn(path, party->homes)) return "";
@@ -329,11 +338,11 @@ TEST(Layering, NamesFileLineAndRuleOfEachOffender) {
       Violations({
           {"client/cli/a.cc", "#include \"core/mesh/animation.h\"\n"},
           {"client/include/liquidblend/a.h", "#include <Eigen/Core>\n"},
-          {"client/src/b.cc", "\n\n# include \"server/rpc/call.h\"\n"},
+          {"client/src/b.cc", "\n\n# include \"server/grpc/call.h\"\n"},
           {"server/a.cc", "// text\n#include \"worker/jobs/run.h\"\n"},
           {"server/blend/a.cc", "#include \"server/slice/slice.h\"\n"},
           {"server/catalog/a.cc", "#include <tbb/parallel_for.h>\n"},
-          {"server/rpc/a.cc", "#include <tests/synthetic/shapes.h>\n"},
+          {"server/grpc/a.cc", "#include <tests/synthetic/shapes.h>\n"},
           {"server/slice/a.cc", "#include <Eigen/SparseCholesky>\n"},
           {"worker/ingest/a.cc", "#include <foo/bar.h>\n#include \"near.h\"\n"},
           {"worker/jobs/a.cc", "#include \"liquidblend/v1/liquidblend.grpc.pb.h\"\n"},
@@ -342,12 +351,14 @@ TEST(Layering, NamesFileLineAndRuleOfEachOffender) {
           "client/cli/a.cc:1: includes core/mesh/animation.h; rule 1: client/ may not depend on it",
           "client/include/liquidblend/a.h:1: includes Eigen/Core; rule 4: client/include/ holds "
           "neither generated code nor Eigen",
-          "client/src/b.cc:3: includes server/rpc/call.h; rule 1: client/ may not depend on it",
+          "client/src/b.cc:3: includes server/grpc/call.h; rule 1: client/ may not depend on it",
           "server/a.cc:2: includes worker/jobs/run.h; rule 1: server/ may not depend on it",
-          "server/blend/a.cc:1: includes server/slice/slice.h; rule 2: only server/rpc/ may call "
+          "server/blend/a.cc:1: includes server/slice/slice.h; rule 2: only server/frames/ may "
+          "call "
           "this stage",
           "server/catalog/a.cc:1: includes tbb/parallel_for.h; rule 4: its home is core/parallel/",
-          "server/rpc/a.cc:1: includes tests/synthetic/shapes.h; rule 1: server/ may not depend on "
+          "server/grpc/a.cc:1: includes tests/synthetic/shapes.h; rule 1: server/ may not depend "
+          "on "
           "it",
           "server/slice/a.cc:1: includes Eigen/SparseCholesky; rule 4: its home is "
           "worker/registration/",
@@ -356,7 +367,7 @@ TEST(Layering, NamesFileLineAndRuleOfEachOffender) {
           "worker/ingest/a.cc:2: includes near.h; rule 4: a third party without a home; give it "
           "one in kThirdParties",
           "worker/jobs/a.cc:1: includes liquidblend/v1/liquidblend.grpc.pb.h; rule 4: gRPC has its "
-          "home in server/rpc/ and client/src/"));
+          "home in server/grpc/ and client/src/"));
 }
 
 TEST(Layering, KeepsOutOfCoreWhatOneProgramNeeds) {

@@ -19,11 +19,12 @@
 #include "core/base/log.h"
 #include "core/base/memory.h"
 #include "core/base/memory_limit.h"
+#include "core/base/retry.h"
 #include "core/base/status_macros.h"
 #include "core/parallel/arena.h"
-#include "core/store/mapped_file.h"
+#include "core/store/blobs/mapped_file.h"
+#include "core/store/catalog/retry.h"
 #include "core/store/open_store.h"
-#include "core/store/retry.h"
 #include "worker/jobs/run_jobs.h"
 #include "worker/jobs/stop_signal.h"
 
@@ -169,7 +170,7 @@ std::invoke_result_t<Open> OpenPatiently(const jobs::StopSignal& stop, const Ope
   std::string last_message;
   for (int num_failures = 1;; ++num_failures) {
     auto opened = open();
-    if (opened.ok() || !store::IsOfEnvironment(opened.status())) return opened;
+    if (opened.ok() || !base::IsTransient(opened.status())) return opened;
     if (opened.status().message() != last_message) {
       base::LogWarning(absl::StrCat("waits for its store: ", opened.status().ToString()));
     }
@@ -211,7 +212,7 @@ absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
   const store::Store& store = *opened;
   const absl::Status reachable = store::CheckReachable(*store.catalog, *store.blobs);
   if (flags.check || (flags.once && !reachable.ok())) return reachable;
-  if (store::IsOfEnvironment(reachable)) options.refusal = reachable;
+  if (base::IsTransient(reachable)) options.refusal = reachable;
   const parallel::Arena arena(flags.threads);
   base::LogInfo(absl::StrCat(options.worker, " with ", arena.num_threads(), " threads and ",
                              base::FormatGibibytes(options.memory_bytes), " on ", store.name));

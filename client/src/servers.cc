@@ -31,7 +31,7 @@ grpc::ChannelArguments ArgumentsFor(const ConnectOptions& options, const std::st
   arguments.SetInt(GRPC_ARG_DNS_MIN_TIME_BETWEEN_RESOLUTIONS_MS, 1000);
   arguments.SetInt(GRPC_ARG_DNS_ARES_QUERY_TIMEOUT_MS, kResolveMs);
   // A host that has vanished without a word is found out while a call waits, a watch without a
-  // deadline too. The server allows such pings (server/rpc/server.cc).
+  // deadline too. The server allows such pings (server/grpc/server.cc).
   const auto keepalive_ms = static_cast<int>(absl::ToInt64Milliseconds(options.keepalive));
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, keepalive_ms);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, keepalive_ms);

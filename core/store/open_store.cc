@@ -5,9 +5,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/store/blobs/s3_blob_store.h"
 #include "core/store/data_directory.h"
-#include "core/store/postgres_url.h"
-#include "core/store/s3_blob_store.h"
+#include "core/store/sql/postgres_url.h"
 
 namespace liquidblend::store {
 namespace {

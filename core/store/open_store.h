@@ -7,8 +7,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/store/blob_store.h"
-#include "core/store/catalog.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/catalog/catalog.h"
 
 namespace liquidblend::store {
 

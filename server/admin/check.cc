@@ -7,13 +7,13 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/retry.h"
 #include "core/base/status_macros.h"
-#include "core/store/catalog_file.h"
+#include "core/store/catalog/catalog_file.h"
+#include "core/store/catalog/job_records.h"
 #include "core/store/data_directory.h"
-#include "core/store/files.h"
-#include "core/store/job_records.h"
-#include "core/store/retry.h"
-#include "core/store/sqlite.h"
+#include "core/store/files/files.h"
+#include "core/store/sql/sqlite.h"
 
 namespace liquidblend::admin {
 namespace {
@@ -125,7 +125,7 @@ class Checker {
     }
     const std::vector<absl::Status> verdicts = VerifyAll(blobs);
     for (size_t k = 0; k < blobs.size(); ++k) {
-      if (store::IsOfEnvironment(verdicts[k])) return verdicts[k];
+      if (base::IsTransient(verdicts[k])) return verdicts[k];
       // One that is gone by now may have been collected.
       if (!absl::IsNotFound(verdicts[k])) faults[blobs[k].id] = verdicts[k];
     }
@@ -133,7 +133,7 @@ class Checker {
       for (const store::pb::FamilyRecord& family : *families) {
         absl::Status& fault = faults[family.blob()];
         if (!family.blob().empty() && fault.ok()) fault = OpenFamily(family);
-        if (store::IsOfEnvironment(fault)) return fault;
+        if (base::IsTransient(fault)) return fault;
       }
     }
     // What was replaced or deleted meanwhile is not missed.
@@ -201,7 +201,7 @@ class Checker {
     const auto found = lost.find(animation.blob());
     const absl::Status verdict =
         found == lost.end() ? absl::OkStatus() : store_.blobs->Verify(animation.blob());
-    if (store::IsOfEnvironment(verdict)) return verdict;
+    if (base::IsTransient(verdict)) return verdict;
     const bool is_back = verdict.ok();
     if (is_back == !was_lost) return absl::OkStatus();
     const std::string name = absl::StrCat("animations/", animation.id());

@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "core/base/random_id.h"
 #include "core/base/status_macros.h"
-#include "core/store/random_id.h"
 
 namespace liquidblend::admin {
 namespace {
@@ -42,7 +42,7 @@ absl::StatusOr<std::optional<Listing>> ListWith(store::BlobStore& blobs,
 
 // A blob that is written just now tells what the store's clock says, which need not be ours.
 absl::StatusOr<Listing> ListWithClock(store::BlobStore& blobs) {
-  const std::string text = absl::StrCat("what is the time? ", store::RandomHex(16));
+  const std::string text = absl::StrCat("what is the time? ", base::RandomHex(16));
   LB_ASSIGN_OR_RETURN(const store::BlobId probe,
                       store::PutBlob(blobs, std::as_bytes(std::span(text.data(), text.size()))));
   absl::StatusOr<std::optional<Listing>> listing = ListWith(blobs, probe);

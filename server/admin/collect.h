@@ -8,8 +8,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "core/store/blob_store.h"
-#include "core/store/catalog.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/catalog/catalog.h"
 
 namespace liquidblend::admin {
 

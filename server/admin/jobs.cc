@@ -6,7 +6,7 @@
 
 #include "absl/strings/ascii.h"
 #include "core/base/status_macros.h"
-#include "core/store/job_records.h"
+#include "core/store/catalog/job_records.h"
 
 namespace liquidblend::admin {
 

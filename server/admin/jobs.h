@@ -7,7 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "core/store/catalog.h"
+#include "core/store/catalog/catalog.h"
 
 namespace liquidblend::admin {
 

@@ -5,7 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
-#include "core/store/job_records.h"
+#include "core/store/catalog/job_records.h"
 #include "server/admin/progress.h"
 
 namespace liquidblend::admin {

@@ -16,12 +16,12 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "core/base/posix_file.h"
 #include "core/base/status_macros.h"
-#include "core/store/catalog_file.h"
-#include "core/store/content_hash.h"
+#include "core/store/blobs/content_hash.h"
+#include "core/store/catalog/catalog_file.h"
+#include "core/store/catalog/job_records.h"
 #include "core/store/data_directory.h"
-#include "core/store/job_records.h"
-#include "core/store/posix_file.h"
 #include "server/admin/tar.h"
 
 namespace liquidblend::admin {
@@ -191,22 +191,22 @@ absl::Status WriteFileDurably(const std::string& folder, const std::string& name
                               const std::string& content) {
   const std::string path = absl::StrCat(folder, "/", name);
   const std::string temporary = absl::StrCat(path, ".new");
-  LB_ASSIGN_OR_RETURN(const store::FileHandle file,
-                      store::OpenFile(temporary, O_WRONLY | O_CREAT | O_TRUNC));
-  LB_RETURN_IF_ERROR(store::WriteAll(file, AsBytes(content), temporary));
-  LB_RETURN_IF_ERROR(store::Sync(file, temporary));
+  LB_ASSIGN_OR_RETURN(const base::FileHandle file,
+                      base::OpenFile(temporary, O_WRONLY | O_CREAT | O_TRUNC));
+  LB_RETURN_IF_ERROR(base::WriteAll(file, AsBytes(content), temporary));
+  LB_RETURN_IF_ERROR(base::Sync(file, temporary));
   if (std::rename(temporary.c_str(), path.c_str()) != 0) {
-    return store::ErrnoStatus(errno, "rename to", path);
+    return base::ErrnoStatus(errno, "rename to", path);
   }
-  return store::SyncDirectory(folder);
+  return base::SyncDirectory(folder);
 }
 
 absl::StatusOr<std::string> ReadWholeFile(const std::string& path) {
-  LB_ASSIGN_OR_RETURN(const store::FileHandle file, store::OpenFile(path, O_RDONLY));
+  LB_ASSIGN_OR_RETURN(const base::FileHandle file, base::OpenFile(path, O_RDONLY));
   struct stat info;
-  if (fstat(file.fd(), &info) != 0) return store::ErrnoStatus(errno, "stat", path);
+  if (fstat(file.fd(), &info) != 0) return base::ErrnoStatus(errno, "stat", path);
   std::string content;
-  LB_RETURN_IF_ERROR(store::ReadAll(file, static_cast<size_t>(info.st_size), path, [&](auto bytes) {
+  LB_RETURN_IF_ERROR(base::ReadAll(file, static_cast<size_t>(info.st_size), path, [&](auto bytes) {
     content.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   }));
   return content;

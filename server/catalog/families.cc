@@ -9,6 +9,7 @@
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "core/base/log.h"
+#include "core/base/retry.h"
 #include "core/base/status_macros.h"
 
 namespace liquidblend::catalog {
@@ -44,11 +45,6 @@ bool IsSameFamily(const store::pb::FamilyRecord& a, const store::pb::FamilyRecor
 
 bool IsLaterVersion(const store::pb::FamilyRecord& later, const store::pb::FamilyRecord& earlier) {
   return later.version() > earlier.version() && IsSameFamily(later, earlier);
-}
-
-// What may be there again soon.
-bool IsTransient(const absl::Status& error) {
-  return absl::IsUnavailable(error) || absl::IsResourceExhausted(error);
 }
 
 }  // namespace
@@ -126,7 +122,7 @@ bool Families::IsBehind(const std::string& id, int64_t version, Executor executo
 bool Families::WillCatchUp(const Slot& slot) const {
   const base::SteadyClock::time_point end =
       slot.failed_since + absl::ToChronoNanoseconds(options_.transient_failure_patience);
-  return IsTransient(slot.failure) && base::SteadyClock::now() < end;
+  return base::IsTransient(slot.failure) && base::SteadyClock::now() < end;
 }
 
 void Families::Refresh(Executor executor) {

@@ -17,8 +17,8 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "core/base/steady_cond_var.h"
-#include "core/store/blob_store.h"
-#include "core/store/catalog.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/catalog/catalog.h"
 #include "server/catalog/loaded_family.h"
 
 namespace liquidblend::catalog {

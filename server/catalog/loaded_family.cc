@@ -4,7 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 
 namespace liquidblend::catalog {
 namespace {

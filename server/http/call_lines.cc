@@ -1,7 +1,7 @@
 #include "server/http/call_lines.h"
 
 #include "absl/strings/str_cat.h"
-#include "server/rpc/errors.h"
+#include "server/base/errors.h"
 
 namespace liquidblend::http {
 namespace {
@@ -14,11 +14,11 @@ constexpr int kNormalClose = 1000;
 constexpr int kGoingAway = 1001;  // the client leaves the page, or the server stops
 constexpr int kNoCode = 1005;     // closed by the client without a reason
 
-rpc::EndedCall Ended(const std::string& method, const std::string& path, int status,
-                     const rpc::Caller& caller, absl::Duration took) {
-  rpc::EndedCall call;
-  call.how = {{"method", rpc::CleanText(method, kMaxMethod)},
-              {"path", rpc::CleanText(path, kMaxPath)},
+server::EndedCall Ended(const std::string& method, const std::string& path, int status,
+                        const server::Caller& caller, absl::Duration took) {
+  server::EndedCall call;
+  call.how = {{"method", server::CleanText(method, kMaxMethod)},
+              {"path", server::CleanText(path, kMaxPath)},
               {"status", absl::StrCat(status)}};
   call.level = base::LogLevel::kDebug;
   call.took = took;
@@ -28,22 +28,22 @@ rpc::EndedCall Ended(const std::string& method, const std::string& path, int sta
 
 }  // namespace
 
-rpc::EndedCall EndedRequest(const Request& request, const std::string& path,
-                            const rpc::Caller& caller, const Response& response,
-                            absl::Duration took) {
-  rpc::EndedCall call = Ended(request.method, path, response.code, caller, took);
+server::EndedCall EndedRequest(const Request& request, const std::string& path,
+                               const server::Caller& caller, const Response& response,
+                               absl::Duration took) {
+  server::EndedCall call = Ended(request.method, path, response.code, caller, took);
   if (response.error.empty()) return call;
   call.level = response.code == kBroken ? base::LogLevel::kError : base::LogLevel::kInfo;
   call.error = response.error;
   return call;
 }
 
-rpc::EndedCall EndedStream(const std::string& path, const rpc::Caller& caller, int close_code,
-                           const std::string& reason, absl::Duration took) {
-  rpc::EndedCall call = Ended("GET", path, close_code, caller, took);
+server::EndedCall EndedStream(const std::string& path, const server::Caller& caller, int close_code,
+                              const std::string& reason, absl::Duration took) {
+  server::EndedCall call = Ended("GET", path, close_code, caller, took);
   if (close_code == kNormalClose || close_code == kGoingAway || close_code == kNoCode) return call;
   call.level = close_code == kBrokenClose ? base::LogLevel::kError : base::LogLevel::kInfo;
-  call.error = reason.empty() ? "the connection was lost" : rpc::CleanText(reason);
+  call.error = reason.empty() ? "the connection was lost" : server::CleanText(reason);
   return call;
 }
 

@@ -44,11 +44,11 @@ inline RouterOptions RouterOptionsOf(const PortOptions& options) {
 
 // Sessions hold it, so it outlives them.
 struct Core {
-  Core(rpc::FrameSource& frame_source, const PortOptions& port_options)
+  Core(server::FrameSource& frame_source, const PortOptions& port_options)
       : options(port_options), source(frame_source), router(source, RouterOptionsOf(options)) {}
 
   const PortOptions options;
-  rpc::FrameSource& source;
+  server::FrameSource& source;
   Router router;
   const std::shared_ptr<Connections> connections = std::make_shared<Connections>();
   asio::io_context io;

@@ -11,7 +11,7 @@ constexpr int kMaxLooks = 3;  // at versions that are replaced before they can b
 
 }  // namespace
 
-void FrameAnswer::Start(rpc::FrameSource& source, FrameAsk ask,
+void FrameAnswer::Start(server::FrameSource& source, FrameAsk ask,
                         std::shared_ptr<Cancellation> cancellation, Done done) {
   const auto answer = std::make_shared<FrameAnswer>(source, std::move(ask), std::move(cancellation),
                                                     std::move(done));
@@ -22,14 +22,15 @@ void FrameAnswer::Start(rpc::FrameSource& source, FrameAsk ask,
 // What the client has is neither made nor sent again.
 void FrameAnswer::Look() {
   ++num_looks_;
-  source_.FindVersion(ask_.request.family(), ask_.request.version(),
-                      [self = shared_from_this()](const absl::StatusOr<rpc::FamilyVersion>& found) {
-                        if (!found.ok()) return self->done_(ErrorReply(found.status()));
-                        self->Decide(*found);
-                      });
+  source_.FindVersion(
+      ask_.request.family(), ask_.request.version(),
+      [self = shared_from_this()](const absl::StatusOr<server::FamilyVersion>& found) {
+        if (!found.ok()) return self->done_(ErrorReply(found.status()));
+        self->Decide(*found);
+      });
 }
 
-void FrameAnswer::Decide(const rpc::FamilyVersion& published) {
+void FrameAnswer::Decide(const server::FamilyVersion& published) {
   const int64_t asked = ask_.request.version();
   published_ = published.version;
   const bool is_asked = published.version > 0 && (asked == 0 || asked == published.version) &&
@@ -46,15 +47,15 @@ void FrameAnswer::Make(int64_t version) {
   v1::GetFrameRequest request = ask_.request;
   request.set_version(version);
   const int number = ++num_made_;
-  auto cancel =
-      source_.GetFrame(request, ask_.client,
-                       [self = shared_from_this(), version](absl::StatusOr<rpc::MadeFrame> made) {
-                         self->OnMade(version, std::move(made));
-                       });
+  auto cancel = source_.GetFrame(
+      request, ask_.client,
+      [self = shared_from_this(), version](absl::StatusOr<server::MadeFrame> made) {
+        self->OnMade(version, std::move(made));
+      });
   cancellation_->Arm(number, std::move(cancel));
 }
 
-void FrameAnswer::OnMade(int64_t asked_version, absl::StatusOr<rpc::MadeFrame> made) {
+void FrameAnswer::OnMade(int64_t asked_version, absl::StatusOr<server::MadeFrame> made) {
   const bool is_replaced = ask_.request.version() == 0 && asked_version != 0 &&
                            absl::IsNotFound(made.status()) && num_looks_ < kMaxLooks;
   if (is_replaced) return Look();

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "absl/functional/any_invocable.h"
+#include "server/api/frame_source.h"
 #include "server/http/cancellation.h"
 #include "server/http/messages.h"
-#include "server/rpc/frame_source.h"
 
 namespace liquidblend::http {
 
@@ -28,11 +28,11 @@ class FrameAnswer : public std::enable_shared_from_this<FrameAnswer> {
   using Done = absl::AnyInvocable<void(Response)>;
 
   // Calls `done` once, at once or on a thread of the source, which outlives the answer.
-  static void Start(rpc::FrameSource& source, FrameAsk ask,
+  static void Start(server::FrameSource& source, FrameAsk ask,
                     std::shared_ptr<Cancellation> cancellation, Done done);
 
   // Start() makes them.
-  FrameAnswer(rpc::FrameSource& source, FrameAsk ask, std::shared_ptr<Cancellation> cancellation,
+  FrameAnswer(server::FrameSource& source, FrameAsk ask, std::shared_ptr<Cancellation> cancellation,
               Done done)
       : source_(source),
         ask_(std::move(ask)),
@@ -41,13 +41,13 @@ class FrameAnswer : public std::enable_shared_from_this<FrameAnswer> {
 
  private:
   void Look();
-  void Decide(const rpc::FamilyVersion& published);
+  void Decide(const server::FamilyVersion& published);
   void Make(int64_t version);
-  void OnMade(int64_t asked_version, absl::StatusOr<rpc::MadeFrame> made);
+  void OnMade(int64_t asked_version, absl::StatusOr<server::MadeFrame> made);
   bool HasClient(const std::string& tag) const;
   void SayUnchanged(const std::string& tag);
 
-  rpc::FrameSource& source_;
+  server::FrameSource& source_;
   const FrameAsk ask_;
   const std::shared_ptr<Cancellation> cancellation_;
   // Of whichever thread goes on with the answer; one hands over to the next.

@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "core/base/host.h"
-#include "server/rpc/errors.h"
+#include "server/base/errors.h"
 
 namespace liquidblend::http {
 namespace {
@@ -38,8 +38,8 @@ bool IsServed(const std::string& host, const std::vector<std::string>& names) {
 
 absl::Status CheckHost(const std::string& host, const std::vector<std::string>& names) {
   if (IsServed(host, names)) return absl::OkStatus();
-  const std::string shown = rpc::CleanText(host, kMaxShownHost);
-  return rpc::WithReason(
+  const std::string shown = server::CleanText(host, kMaxShownHost);
+  return server::WithReason(
       absl::PermissionDeniedError(absl::StrCat(
           "this server is not known as '", shown,
           "': ask for it by IP address or localhost, or start it with --http-host NAME")),

@@ -9,11 +9,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "server/base/errors.h"
+#include "server/base/request_id.h"
 #include "server/http/core.h"
 #include "server/http/replies.h"
 #include "server/http/web_socket_session.h"
-#include "server/rpc/errors.h"
-#include "server/rpc/request_id.h"
 
 namespace liquidblend::http {
 
@@ -115,7 +115,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     request.origin = TextOf(message[bhttp::field::origin]);
     request.authorization = TextOf(message[bhttp::field::authorization]);
     request.if_none_match = TextOf(message[bhttp::field::if_none_match]);
-    request.request_id = TextOf(message[rpc::kRequestIdHeader]);
+    request.request_id = TextOf(message[server::kRequestIdHeader]);
     request.peer = peer_;
     request.has_body = parser_->chunked() || parser_->content_length().value_or(0) > 0;
     return request;
@@ -152,7 +152,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
 
   void Upgrade(const Request& request) {
     StreamVisit visit = {CallerOf(request), {}};
-    absl::Status verdict = rpc::ShuttingDown();
+    absl::Status verdict = server::ShuttingDown();
     if (core_->connections->phase() == Phase::kServing) {
       verdict = core_->router.AdmitStream(request, visit);
     }

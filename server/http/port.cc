@@ -29,7 +29,7 @@ std::string AddressOf(const tcp::endpoint& endpoint) {
 
 // What accepts holds it.
 struct Port::Impl : std::enable_shared_from_this<Port::Impl> {
-  Impl(rpc::FrameSource& source, const PortOptions& options)
+  Impl(server::FrameSource& source, const PortOptions& options)
       : core(std::make_shared<Core>(source, options)) {}
 
   absl::Status Listen();
@@ -119,7 +119,7 @@ void Port::Impl::Run() {
   }
 }
 
-absl::StatusOr<std::unique_ptr<Port>> Port::Start(rpc::FrameSource& source,
+absl::StatusOr<std::unique_ptr<Port>> Port::Start(server::FrameSource& source,
                                                   const PortOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());
   auto impl = std::make_shared<Impl>(source, options);

@@ -8,8 +8,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "server/api/frame_source.h"
 #include "server/http/router.h"
-#include "server/rpc/frame_source.h"
 
 namespace liquidblend::http {
 
@@ -34,7 +34,7 @@ class Port {
  public:
   // Listens and serves. The source outlives this.
   // Errors: kInvalidArgument (options), kFailedPrecondition if it cannot listen there.
-  static absl::StatusOr<std::unique_ptr<Port>> Start(rpc::FrameSource& source,
+  static absl::StatusOr<std::unique_ptr<Port>> Start(server::FrameSource& source,
                                                      const PortOptions& options);
   ~Port();  // Stop() without patience
 

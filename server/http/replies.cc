@@ -14,8 +14,8 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "absl/time/time.h"
-#include "server/rpc/errors.h"
-#include "server/rpc/status_details.h"
+#include "server/base/errors.h"
+#include "server/base/status_details.h"
 
 namespace liquidblend::http {
 namespace {
@@ -42,7 +42,7 @@ std::string JsonOf(const google::protobuf::Message& message) {
 
 // In whole seconds, which is all that HTTP knows; at least one.
 int64_t RetryAfterSeconds(const absl::Status& error) {
-  const absl::Duration delay = absl::Ceil(rpc::RetryDelay(error), absl::Seconds(1));
+  const absl::Duration delay = absl::Ceil(server::RetryDelay(error), absl::Seconds(1));
   return std::max<int64_t>(1, absl::ToInt64Seconds(delay));
 }
 
@@ -97,9 +97,9 @@ int HttpCode(absl::StatusCode code) {
 }
 
 Response ErrorReply(const absl::Status& error, int http_code) {
-  Response response = JsonReply(rpc::ToStatusDetails(error));
+  Response response = JsonReply(server::ToStatusDetails(error));
   response.code = http_code == 0 ? HttpCode(error.code()) : http_code;
-  response.error = rpc::CleanText(error.message());
+  response.error = server::CleanText(error.message());
   if (response.code == 429 || response.code == 503) {
     response.headers.emplace_back("Retry-After", absl::StrCat(RetryAfterSeconds(error)));
   }
@@ -113,7 +113,7 @@ int CloseCode(const absl::Status& end) {
 
 std::string CloseReason(const absl::Status& end) {
   if (end.ok()) return "the animation has ended";
-  return rpc::CleanText(end.message(), kMaxReason);
+  return server::CleanText(end.message(), kMaxReason);
 }
 
 Response TextReply(std::string text) {

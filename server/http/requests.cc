@@ -10,12 +10,12 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "core/base/status_macros.h"
-#include "server/rpc/errors.h"
+#include "server/base/errors.h"
 
 namespace liquidblend::http {
 namespace {
 
-using rpc::FieldViolations;
+using server::FieldViolations;
 
 constexpr size_t kMaxShownField = 40;
 

@@ -7,14 +7,14 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "server/base/errors.h"
+#include "server/base/request_id.h"
 #include "server/http/call_lines.h"
 #include "server/http/frame_answer.h"
 #include "server/http/host.h"
 #include "server/http/query.h"
 #include "server/http/replies.h"
 #include "server/http/requests.h"
-#include "server/rpc/errors.h"
-#include "server/rpc/request_id.h"
 
 namespace liquidblend::http {
 namespace {
@@ -102,9 +102,9 @@ bool IsForProbes(Resource resource) {
   return resource == Resource::kHealth || resource == Resource::kReady;
 }
 
-rpc::Errand ErrandOf(Resource resource) {
-  rpc::Errand errand;
-  if (resource == Resource::kFrame) errand.scope = rpc::Scope::kFrames;
+server::Errand ErrandOf(Resource resource) {
+  server::Errand errand;
+  if (resource == Resource::kFrame) errand.scope = server::Scope::kFrames;
   return errand;
 }
 
@@ -159,10 +159,10 @@ std::string_view HostOf(std::string_view origin) {
 
 }  // namespace
 
-rpc::Caller CallerOf(const Request& request) {
-  rpc::Caller caller;
+server::Caller CallerOf(const Request& request) {
+  server::Caller caller;
   caller.client = request.peer;
-  caller.request_id = rpc::RequestIdOf(request.request_id);
+  caller.request_id = server::RequestIdOf(request.request_id);
   return caller;
 }
 
@@ -172,7 +172,7 @@ struct Router::Call {
   std::vector<QueryField> fields;
   Done done;
   std::shared_ptr<Cancellation> cancellation = std::make_shared<Cancellation>();
-  std::shared_ptr<rpc::Caller> caller;  // `done` tells the log of it
+  std::shared_ptr<server::Caller> caller;  // `done` tells the log of it
 };
 
 std::shared_ptr<Cancellation> Router::Answer(const Request& request, Done done) {
@@ -180,7 +180,7 @@ std::shared_ptr<Cancellation> Router::Answer(const Request& request, Done done) 
   Call call;
   call.request = request;
   call.route = FindRoute(target.path);
-  call.caller = std::make_shared<rpc::Caller>(CallerOf(request));
+  call.caller = std::make_shared<server::Caller>(CallerOf(request));
   call.done = [this, request, caller = call.caller, watch = metrics::StopWatch(),
                done = std::move(done)](Response response) mutable {
     Complete(request, *caller, watch.Lap(), response);
@@ -208,7 +208,7 @@ void Router::AnswerTo(Call call, const std::string& path, const std::string& que
   if (call.request.has_body) return call.done(BodyNotTaken());
   if (method == "OPTIONS") return call.done(Preflight());
   if (!IsForProbes(call.route.resource)) {
-    rpc::StreamPermit permit;
+    server::StreamPermit permit;
     const absl::Status verdict =
         Admit(call.request, ErrandOf(call.route.resource), *call.caller, permit);
     if (!verdict.ok()) return call.done(ErrorReply(verdict));
@@ -220,7 +220,7 @@ void Router::AnswerTo(Call call, const std::string& path, const std::string& que
 }
 
 // Adds what every answer has, counts it and logs it.
-void Router::Complete(const Request& request, const rpc::Caller& caller, absl::Duration took,
+void Router::Complete(const Request& request, const server::Caller& caller, absl::Duration took,
                       Response& response) {
   const std::string path = SplitTarget(request.target).path;
   const std::string method = IsKnownMethod(request.method) ? request.method : "other";
@@ -236,25 +236,25 @@ void Router::Complete(const Request& request, const rpc::Caller& caller, absl::D
   }
 }
 
-Response Router::Refused(const Request& request, const rpc::Caller& caller, Response response) {
+Response Router::Refused(const Request& request, const server::Caller& caller, Response response) {
   Complete(request, caller, absl::ZeroDuration(), response);
   return response;
 }
 
-void Router::NoteStream(const rpc::Caller& caller, int close_code, const std::string& reason,
+void Router::NoteStream(const server::Caller& caller, int close_code, const std::string& reason,
                         absl::Duration took) {
   source_.metrics().CountRequest(
       {"http", absl::StrCat("GET ", kStreamPath), absl::StrCat(close_code), took});
   source_.call_log().Tell(EndedStream(kStreamPath, caller, close_code, reason, took));
 }
 
-absl::Status Router::Admit(const Request& request, const rpc::Errand& errand, rpc::Caller& caller,
-                           rpc::StreamPermit& permit) {
-  rpc::Admitted admitted;
+absl::Status Router::Admit(const Request& request, const server::Errand& errand,
+                           server::Caller& caller, server::StreamPermit& permit) {
+  server::Admitted admitted;
   const absl::Status verdict =
       source_.Admit({request.authorization, "", request.peer}, errand, admitted);
   caller.principal = std::move(admitted.principal);
-  if (rpc::IsKnown(caller.principal)) caller.client = caller.principal.name;
+  if (server::IsKnown(caller.principal)) caller.client = caller.principal.name;
   permit = std::move(admitted.permit);
   return verdict;
 }
@@ -282,7 +282,7 @@ void Router::Dispatch(Call call) {
 
 void Router::AnswerReady(Call call) {
   if (is_draining_) {
-    return call.done(ErrorReply(rpc::ShuttingDown()));
+    return call.done(ErrorReply(server::ShuttingDown()));
   }
   source_.CheckStores([done = std::move(call.done)](absl::StatusOr<std::string> state) mutable {
     done(state.ok() ? TextReply(*state + "\n") : ErrorReply(state.status(), 503));
@@ -319,7 +319,7 @@ void Router::AnswerFrame(Call call) {
       ToGetFrame(call.route.family, call.fields, call.route.format);
   if (!request.ok()) return call.done(ErrorReply(request.status()));
   FrameAsk ask = {*std::move(request), call.request.if_none_match, call.caller->principal.key,
-                  rpc::IsKnown(call.caller->principal)};
+                  server::IsKnown(call.caller->principal)};
   FrameAnswer::Start(source_, std::move(ask), call.cancellation, std::move(call.done));
 }
 
@@ -336,7 +336,7 @@ absl::Status Router::AdmitStream(const Request& request, StreamVisit& visit) {
     return absl::PermissionDeniedError(absl::StrCat(
         "pages of ", EscapedPath(request.origin), " may not open streams here; see --http-origin"));
   }
-  return Admit(request, {rpc::Scope::kFrames, true}, visit.caller, visit.permit);
+  return Admit(request, {server::Scope::kFrames, true}, visit.caller, visit.permit);
 }
 
 }  // namespace liquidblend::http

@@ -11,10 +11,10 @@
 #include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
 #include "absl/time/time.h"
+#include "server/access/principal.h"
+#include "server/api/frame_source.h"
 #include "server/http/cancellation.h"
 #include "server/http/messages.h"
-#include "server/rpc/frame_source.h"
-#include "server/rpc/principal.h"
 
 namespace liquidblend::http {
 
@@ -29,12 +29,12 @@ struct RouterOptions {
 
 // Who opens a WebSocket.
 struct StreamVisit {
-  rpc::Caller caller;
-  rpc::StreamPermit permit;  // held for as long as it is open
+  server::Caller caller;
+  server::StreamPermit permit;  // held for as long as it is open
 };
 
 // The caller of a request, before it is known who that is.
-rpc::Caller CallerOf(const Request& request);
+server::Caller CallerOf(const Request& request);
 
 // Paths: docs/operations.md. All but /healthz and /readyz look at the Host and ask who calls.
 // Threads: safe.
@@ -43,7 +43,7 @@ class Router {
   using Done = absl::AnyInvocable<void(Response)>;
 
   // The source outlives this.
-  Router(rpc::FrameSource& source, RouterOptions options)
+  Router(server::FrameSource& source, RouterOptions options)
       : source_(source), options_(std::move(options)) {}
 
   // Calls `done` once, at once or on a thread of the source. HEAD gets its body, too. What it
@@ -59,11 +59,11 @@ class Router {
 
   // The response to a request that does not come to Answer(), with what every answer has, counted
   // and logged as one.
-  Response Refused(const Request& request, const rpc::Caller& caller, Response response);
+  Response Refused(const Request& request, const server::Caller& caller, Response response);
 
   // Counts and logs a WebSocket that has ended.
   //   close_code  RFC 6455's, or as CloseCode()
-  void NoteStream(const rpc::Caller& caller, int close_code, const std::string& reason,
+  void NoteStream(const server::Caller& caller, int close_code, const std::string& reason,
                   absl::Duration took);
 
   // From now on /readyz says 503.
@@ -72,10 +72,10 @@ class Router {
  private:
   struct Call;  // a request on its way
 
-  void Complete(const Request& request, const rpc::Caller& caller, absl::Duration took,
+  void Complete(const Request& request, const server::Caller& caller, absl::Duration took,
                 Response& response);
-  absl::Status Admit(const Request& request, const rpc::Errand& errand, rpc::Caller& caller,
-                     rpc::StreamPermit& permit);
+  absl::Status Admit(const Request& request, const server::Errand& errand, server::Caller& caller,
+                     server::StreamPermit& permit);
   absl::Status CheckHosts(const Request& request) const;
   void AnswerTo(Call call, const std::string& path, const std::string& query);
   void Dispatch(Call call);
@@ -85,7 +85,7 @@ class Router {
   void AnswerFamily(Call call);
   void AnswerFrame(Call call);
 
-  rpc::FrameSource& source_;
+  server::FrameSource& source_;
   const RouterOptions options_;
   std::atomic<bool> is_draining_ = false;
 };

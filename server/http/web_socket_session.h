@@ -9,16 +9,16 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/base/request_id.h"
 #include "server/http/core.h"
 #include "server/http/replies.h"
-#include "server/rpc/request_id.h"
 
 namespace liquidblend::http {
 
 // A stream of frames over a WebSocket. All but OnPhase() runs on its strand. A read is always under
 // way, and its failure ends the session; from its close on, Boost.Beast's close reads by itself.
 class WebSocketSession final : public Connection,
-                               public rpc::StreamSession::Sink,
+                               public server::StreamSession::Sink,
                                public std::enable_shared_from_this<WebSocketSession> {
  public:
   WebSocketSession(std::shared_ptr<Core> core, Connections::Ticket ticket, beast::tcp_stream stream,
@@ -48,7 +48,7 @@ class WebSocketSession final : public Connection,
     ws_->set_option(
         websocket::stream_base::decorator([request_id](websocket::response_type& response) {
           response.set(bhttp::field::server, kServerName);
-          response.set(rpc::kRequestIdHeader, request_id);
+          response.set(server::kRequestIdHeader, request_id);
         }));
     ws_->read_message_max(static_cast<size_t>(core_->options.max_message_bytes));
     ws_->auto_fragment(false);
@@ -65,7 +65,7 @@ class WebSocketSession final : public Connection,
     });
   }
 
-  void Send(const rpc::StreamedFrame& streamed) override {
+  void Send(const server::StreamedFrame& streamed) override {
     asio::post(executor_, [self = shared_from_this(), streamed] { self->Write(streamed); });
   }
 
@@ -110,9 +110,9 @@ class WebSocketSession final : public Connection,
   }
 
   // The frame's bytes go out as they are kept.
-  void Write(const rpc::StreamedFrame& streamed) {
+  void Write(const server::StreamedFrame& streamed) {
     if (close_.has_value()) return;
-    prefix_ = rpc::ResponsePrefix(streamed);
+    prefix_ = server::ResponsePrefix(streamed);
     frame_ = streamed.frame;
     is_writing_ = true;
     write_.Lap();
@@ -189,8 +189,8 @@ class WebSocketSession final : public Connection,
   asio::steady_timer close_timer_;
   beast::flat_buffer inbox_;
   std::string prefix_;  // of the write under way
-  rpc::FramePtr frame_;
-  std::shared_ptr<rpc::StreamSession> frames_;
+  server::FramePtr frame_;
+  std::shared_ptr<server::StreamSession> frames_;
   std::optional<websocket::close_reason> close_;  // decided
   bool is_open_ = false;
   bool is_writing_ = false;

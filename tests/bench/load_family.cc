@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "core/store/blob_store.h"
-#include "core/store/catalog.h"
-#include "core/store/files.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/catalog/catalog.h"
+#include "core/store/files/files.h"
 #include "core/store/open_store.h"
 #include "server/blend/blend.h"
 #include "server/slice/slice.h"

@@ -12,13 +12,13 @@
 #include "liquidblend/v1/liquidblend.grpc.pb.h"
 #include "tests/bench/attackers.h"
 #include "tests/bench/pace.h"
-#include "tests/server/rpc/http2_client.h"
+#include "tests/server/grpc/http2_client.h"
 
 namespace liquidblend::bench {
 namespace {
 
-using rpc::Http2Client;
-using rpc::MessagePrefix;
+using server::Http2Client;
+using server::MessagePrefix;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kPatience(5000);

@@ -18,7 +18,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
-#include "core/store/catalog.h"
+#include "core/store/catalog/catalog.h"
 #include "core/store/data_directory.h"
 
 namespace liquidblend::bench {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/base/status_macros.h"
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 #include "core/store/open_store.h"
 
 namespace liquidblend::bench {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "core/store/blob_store.h"
-#include "core/store/catalog.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/catalog/catalog.h"
 #include "tests/e2e/e2e_testing.h"
 #include "worker/jobs/checkpoint_file.h"
 

@@ -4,12 +4,12 @@
 #include <filesystem>
 
 #include "absl/strings/strip.h"
+#include "core/store/blobs/s3_blob_store.h"
 #include "core/store/open_store.h"
-#include "core/store/s3_blob_store.h"
 #include "liquidblend/client.h"
 #include "server/admin/collect.h"
 #include "server/admin/transfer.h"
-#include "tests/core/store/ceph_environment.h"
+#include "tests/core/store/blobs/ceph_environment.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {

@@ -10,8 +10,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "core/store/data_directory.h"
-#include "tests/core/store/ceph_environment.h"
-#include "tests/core/store/postgres_server.h"
+#include "tests/core/store/blobs/ceph_environment.h"
+#include "tests/core/store/sql/postgres_server.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/worker/ingest/encode_files.h"
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "core/mesh/triangle_mesh.h"
-#include "core/store/catalog.h"
+#include "core/store/catalog/catalog.h"
 #include "google/longrunning/operations.grpc.pb.h"
 #include "liquidblend/v1/liquidblend.grpc.pb.h"
 #include "tests/core/store/store_testing.h"

@@ -10,7 +10,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
-#include "tests/core/store/loopback_listener.h"
+#include "tests/core/store/blobs/loopback_listener.h"
 
 namespace liquidblend::e2e {
 

@@ -21,7 +21,7 @@ struct KillPoint {
   int num_passes;       // at least, of a worker with SubmitWork(), or of a server in it
 };
 
-// Every place of the sources that has a name (core/store/fault_point.h).
+// Every place of the sources that has a name (core/base/fault_point.h).
 constexpr KillPoint kPoints[] = {
     {"blob.append", true, false, 3},
     {"blob.before_sync", true, false, 3},

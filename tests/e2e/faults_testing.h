@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "absl/synchronization/mutex.h"
-#include "tests/core/store/fake_s3.h"
-#include "tests/core/store/postgres_server.h"
+#include "tests/core/store/blobs/fake_s3.h"
+#include "tests/core/store/sql/postgres_server.h"
 #include "tests/e2e/e2e_testing.h"
 #include "tests/e2e/fault_layer.h"
 

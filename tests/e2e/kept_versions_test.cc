@@ -1,7 +1,7 @@
 // The versions of a family that are kept beside the published one, and the way back to them.
 #include <csignal>
 
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {

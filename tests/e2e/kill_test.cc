@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/store/catalog.h"
+#include "core/store/catalog/catalog.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {

@@ -11,7 +11,7 @@
 #include "tests/client/temp_files.h"
 #include "tests/e2e/e2e_testing.h"
 #include "tests/paths.h"
-#include "tests/server/rpc/certificates.h"
+#include "tests/server/certificates.h"
 
 namespace liquidblend::e2e {
 namespace {
@@ -43,14 +43,14 @@ class SecureTest : public E2eTest {
   }
 
   void WriteTokens(const std::string& entries) const {
-    rpc::ReplaceFile(path("tokens.json"), absl::StrCat(R"({"principals": [)", entries, "]}"));
+    server::ReplaceFile(path("tokens.json"), absl::StrCat(R"({"principals": [)", entries, "]}"));
   }
 
   Process StartSecureServer(std::string& address) {
-    const rpc::PemPair pair = authority_.Sign("the server");
-    rpc::ReplaceFile(path("server.crt"), pair.certificate);
-    rpc::ReplaceFile(path("server.key"), pair.key);
-    rpc::ReplaceFile(path("ca.crt"), authority_.certificate());
+    const server::PemPair pair = authority_.Sign("the server");
+    server::ReplaceFile(path("server.crt"), pair.certificate);
+    server::ReplaceFile(path("server.key"), pair.key);
+    server::ReplaceFile(path("ca.crt"), authority_.certificate());
     std::vector<std::string> arguments = StoreArguments();
     arguments.insert(arguments.end(),
                      {"--listen", "127.0.0.1:0", "--workers", "0", "--tls-cert", path("server.crt"),
@@ -74,17 +74,17 @@ class SecureTest : public E2eTest {
   }
 
   const store::TemporaryFolder folder_;
-  rpc::TestAuthority authority_{"an authority"};
+  server::TestAuthority authority_{"an authority"};
 };
 
 TEST_F(SecureTest, ANewTokenComesWithAFileThatTheServerTakes) {
-  rpc::ReplaceFile(path("tokens.json"), MakeTokenFile("studio", "frames,write"));
+  server::ReplaceFile(path("tokens.json"), MakeTokenFile("studio", "frames,write"));
   std::string address;
   const Process server = StartSecureServer(address);
   const CommandResult listed = Run(address, "studio", {"list"});
   EXPECT_EQ(listed.exit_code, 0) << listed.err;
   EXPECT_EQ(Run(address, "", {"list"}).exit_code, 1);
-  rpc::ReplaceFile(path("worded.token"), "token of 'studio': 123\n");
+  server::ReplaceFile(path("worded.token"), "token of 'studio': 123\n");
   const CommandResult worded = Run(address, "worded", {"list"});
   EXPECT_EQ(worded.exit_code, 2);
   EXPECT_THAT(worded.err, HasSubstr("worded.token: its first line must be the token alone"));
@@ -116,7 +116,7 @@ TEST_F(SecureTest, AConnectionThatFailsIsExplainedInOneSentence) {
   Process other("liquidblend-server",
                 {"--data", path("other"), "--listen", "127.0.0.1:0", "--workers", "0"});
   const std::string plain = other.ReadLine().substr(std::string("listening on ").size());
-  rpc::ReplaceFile(path("other.crt"), rpc::TestAuthority("another authority").certificate());
+  server::ReplaceFile(path("other.crt"), server::TestAuthority("another authority").certificate());
   const auto said = [](const std::string& address, const std::vector<std::string>& flags) {
     std::vector<std::string> arguments = {"--server", address, "--connect-timeout", "0.5"};
     arguments.insert(arguments.end(), flags.begin(), flags.end());

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/store/content_hash.h"
+#include "core/store/blobs/content_hash.h"
 #include "liquidblend/store/v1/files.pb.h"
 
 namespace liquidblend::fuzz {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 #include "server/encode/draco.h"
 #include "server/http/query.h"
 #include "server/http/requests.h"

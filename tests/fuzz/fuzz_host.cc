@@ -34,10 +34,10 @@ catalog::FamilyPtr MakeSmallFamily() {
   return std::make_shared<catalog::LoadedFamily>(std::move(family), std::move(space));
 }
 
-bool IsInRange(const rpc::FrameOrder& asked) {
+bool IsInRange(const server::FrameOrder& asked) {
   const mesh::RegisteredFamily& family = asked.loaded->family;
-  const rpc::FrameQuery& query = asked.query;
-  return rpc::CheckQuery(*asked.loaded, query).ok() && query.time_s >= 0 &&
+  const server::FrameQuery& query = asked.query;
+  return server::CheckQuery(*asked.loaded, query).ok() && query.time_s >= 0 &&
          query.time_s <= family.duration_s() &&
          std::all_of(query.weights.begin(), query.weights.end(),
                      [](double weight) { return std::isfinite(weight); });
@@ -50,7 +50,7 @@ catalog::FamilyPtr SmallFamily() {
   return family;
 }
 
-rpc::StreamHost::Timer FuzzHost::StartTimer(absl::Duration delay, Task task) {
+server::StreamHost::Timer FuzzHost::StartTimer(absl::Duration delay, Task task) {
   Require(delay > absl::ZeroDuration(), "a stream sets no timer for the past");
   const TimerKey key = {now_ + delay, ++num_timers_started_};
   timers_.emplace(key, std::move(task));
@@ -69,7 +69,7 @@ void FuzzHost::FindFamily(const std::string& id, catalog::AskedVersion /*asked*/
   Require(searches_.size() == 1, "a stream searches for one family at a time");
 }
 
-rpc::StreamHost::Ticket FuzzHost::Make(rpc::FrameOrder order, rpc::FrameMaker::Done done) {
+server::StreamHost::Ticket FuzzHost::Make(server::FrameOrder order, server::FrameMaker::Done done) {
   Require(IsInRange(order), "a stream orders frames within their limits");
   Require(order.deadline > now_, "a frame is not late when it is ordered");
   if (is_at_once_) {
@@ -134,12 +134,12 @@ absl::StatusOr<catalog::FamilyPtr> FuzzHost::FamilyOf(const std::string& id) {
   return absl::NotFoundError(absl::StrCat("no family ", id));
 }
 
-absl::StatusOr<rpc::FramePtr> FuzzHost::FrameOf(const rpc::FrameOrder& asked) {
+absl::StatusOr<server::FramePtr> FuzzHost::FrameOf(const server::FrameOrder& asked) {
   v1::Frame frame;
   if (num_real_ > 0) {
     --num_real_;
-    rpc::FrameBuffers buffers;
-    absl::StatusOr<v1::Frame> made = rpc::MakeFrame(*asked.loaded, asked.query, buffers);
+    server::FrameBuffers buffers;
+    absl::StatusOr<v1::Frame> made = server::MakeFrame(*asked.loaded, asked.query, buffers);
     Require(made.ok(), "a frame whose query is valid can be made");
     frame = *std::move(made);
   }

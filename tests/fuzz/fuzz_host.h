@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
-#include "server/rpc/stream_host.h"
+#include "server/frames/stream_host.h"
 
 namespace liquidblend::fuzz {
 
@@ -21,7 +21,7 @@ catalog::FamilyPtr SmallFamily();
 // Everything happens on the caller's thread, and only when the fuzzer asks for it. Ends the process
 // if a stream breaks a promise: too many steps for one event, too many timers or orders, an order
 // for a frame out of range.
-class FuzzHost final : public rpc::StreamHost {
+class FuzzHost final : public server::StreamHost {
  public:
   // Steps that one event may cause.
   static constexpr int kMaxSteps = 32;
@@ -34,7 +34,7 @@ class FuzzHost final : public rpc::StreamHost {
   void Cancel(const Timer& timer) override;
   void FindFamily(const std::string& id, catalog::AskedVersion asked,
                   catalog::Families::Done done) override;
-  Ticket Make(rpc::FrameOrder order, rpc::FrameMaker::Done done) override;
+  Ticket Make(server::FrameOrder order, server::FrameMaker::Done done) override;
   void Leave(const Ticket& ticket) override;
   int64_t max_stream_bytes() const override { return int64_t{16} << 20; }
   void CountDroppedFrames(const std::string& family, int64_t count) override;
@@ -63,14 +63,14 @@ class FuzzHost final : public rpc::StreamHost {
     catalog::Families::Done done;
   };
   struct Order {
-    rpc::FrameOrder asked;
-    rpc::FrameMaker::Done done;
+    server::FrameOrder asked;
+    server::FrameMaker::Done done;
   };
   using OrderPtr = std::shared_ptr<Order>;
   using TimerKey = std::pair<absl::Duration, int64_t>;  // when, and a number
 
   static absl::StatusOr<catalog::FamilyPtr> FamilyOf(const std::string& id);
-  absl::StatusOr<rpc::FramePtr> FrameOf(const rpc::FrameOrder& asked);
+  absl::StatusOr<server::FramePtr> FrameOf(const server::FrameOrder& asked);
 
   absl::Duration now_ = absl::Seconds(1'000'000);
   std::deque<Task> ready_;

@@ -28,19 +28,19 @@ bool FuzzSource::AnswerNext() {
   return true;
 }
 
-absl::Status FuzzSource::Admit(const rpc::Visitor& visitor, const rpc::Errand&,
-                               rpc::Admitted& admitted) {
+absl::Status FuzzSource::Admit(const server::Visitor& visitor, const server::Errand&,
+                               server::Admitted& admitted) {
   if (options_.needs_token && visitor.authorization != "Bearer good") {
     return absl::UnauthenticatedError("no token");
   }
-  admitted.principal.name = rpc::kAnonymous;
-  admitted.principal.key = rpc::kAnonymous;
+  admitted.principal.name = server::kAnonymous;
+  admitted.principal.key = server::kAnonymous;
   return absl::OkStatus();
 }
 
-rpc::FrameSource::Cancel FuzzSource::GetFrame(v1::GetFrameRequest request, std::string,
-                                              Done<rpc::MadeFrame> done) {
-  rpc::MadeFrame made;
+server::FrameSource::Cancel FuzzSource::GetFrame(v1::GetFrameRequest request, std::string,
+                                                 Done<server::MadeFrame> done) {
+  server::MadeFrame made;
   made.generation = kGeneration;
   v1::Frame& frame = made.frame;
   frame.set_data("DRACO");
@@ -48,23 +48,23 @@ rpc::FrameSource::Cancel FuzzSource::GetFrame(v1::GetFrameRequest request, std::
   *frame.mutable_weights() = request.weights();
   frame.set_time_s(request.time_s());
   // Answered or cancelled, whichever comes first.
-  auto open = std::make_shared<std::optional<Done<rpc::MadeFrame>>>(std::move(done));
-  const auto finish = [open](absl::StatusOr<rpc::MadeFrame> reply) {
+  auto open = std::make_shared<std::optional<Done<server::MadeFrame>>>(std::move(done));
+  const auto finish = [open](absl::StatusOr<server::MadeFrame> reply) {
     if (!open->has_value()) return;
-    Done<rpc::MadeFrame> callback = *std::exchange(*open, std::nullopt);
+    Done<server::MadeFrame> callback = *std::exchange(*open, std::nullopt);
     callback(std::move(reply));
   };
-  Give<rpc::MadeFrame>(std::move(made), finish);
+  Give<server::MadeFrame>(std::move(made), finish);
   return [finish] { finish(absl::CancelledError("the client has gone")); };
 }
 
 void FuzzSource::FindVersion(const std::string& family, int64_t version,
-                             Done<rpc::FamilyVersion> done) {
+                             Done<server::FamilyVersion> done) {
   if (family != "families/drops" || version > 1) {
-    return Give<rpc::FamilyVersion>(absl::NotFoundError(absl::StrCat("no ", family)),
-                                    std::move(done));
+    return Give<server::FamilyVersion>(absl::NotFoundError(absl::StrCat("no ", family)),
+                                       std::move(done));
   }
-  Give<rpc::FamilyVersion>(rpc::FamilyVersion{1, kGeneration}, std::move(done));
+  Give<server::FamilyVersion>(server::FamilyVersion{1, kGeneration}, std::move(done));
 }
 
 void FuzzSource::GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) {
@@ -84,9 +84,9 @@ void FuzzSource::ListFamilies(v1::ListFamiliesRequest request,
   Give<v1::ListFamiliesResponse>(std::move(response), std::move(done));
 }
 
-std::shared_ptr<rpc::StreamSession> FuzzSource::OpenStream(
-    std::string client, std::weak_ptr<rpc::StreamSession::Sink> sink) {
-  return std::make_shared<rpc::StreamSession>(host_, std::move(client), std::move(sink));
+std::shared_ptr<server::StreamSession> FuzzSource::OpenStream(
+    std::string client, std::weak_ptr<server::StreamSession::Sink> sink) {
+  return std::make_shared<server::StreamSession>(host_, std::move(client), std::move(sink));
 }
 
 void FuzzSource::CheckStores(Done<std::string> done) {
@@ -103,8 +103,8 @@ metrics::Metrics& FuzzSource::metrics() {
   return metrics;
 }
 
-rpc::CallLog& FuzzSource::call_log() {
-  static auto& log = *new rpc::CallLog([](absl::Duration, const std::function<void()>&) {});
+server::CallLog& FuzzSource::call_log() {
+  static auto& log = *new server::CallLog([](absl::Duration, const std::function<void()>&) {});
   return log;
 }
 

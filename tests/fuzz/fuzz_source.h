@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "server/rpc/frame_source.h"
+#include "server/api/frame_source.h"
 #include "tests/fuzz/fuzz_host.h"
 
 namespace liquidblend::fuzz {
@@ -18,7 +18,7 @@ struct FuzzSourceOptions {
 };
 
 // Threads: one at a time.
-class FuzzSource final : public rpc::FrameSource {
+class FuzzSource final : public server::FrameSource {
  public:
   explicit FuzzSource(const FuzzSourceOptions& options)
       : host_(std::make_shared<FuzzHost>()), options_(options) {}
@@ -27,20 +27,20 @@ class FuzzSource final : public rpc::FrameSource {
   bool AnswerNext();
   FuzzHost& host() { return *host_; }
 
-  absl::Status Admit(const rpc::Visitor& visitor, const rpc::Errand& errand,
-                     rpc::Admitted& admitted) override;
+  absl::Status Admit(const server::Visitor& visitor, const server::Errand& errand,
+                     server::Admitted& admitted) override;
   Cancel GetFrame(v1::GetFrameRequest request, std::string client,
-                  Done<rpc::MadeFrame> done) override;
+                  Done<server::MadeFrame> done) override;
   void FindVersion(const std::string& family, int64_t version,
-                   Done<rpc::FamilyVersion> done) override;
+                   Done<server::FamilyVersion> done) override;
   void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override;
   void ListFamilies(v1::ListFamiliesRequest request, Done<v1::ListFamiliesResponse> done) override;
-  std::shared_ptr<rpc::StreamSession> OpenStream(
-      std::string client, std::weak_ptr<rpc::StreamSession::Sink> sink) override;
+  std::shared_ptr<server::StreamSession> OpenStream(
+      std::string client, std::weak_ptr<server::StreamSession::Sink> sink) override;
   void CheckStores(Done<std::string> done) override;
   void GetMetricsText(Done<std::string> done) override;
   metrics::Metrics& metrics() override;
-  rpc::CallLog& call_log() override;
+  server::CallLog& call_log() override;
 
  private:
   template <typename Reply>

@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 #include "tests/fuzz/corpus.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/voxels.h"

@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/store/blob_store.h"
-#include "core/store/catalog.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/catalog/catalog.h"
 #include "core/store/data_directory.h"
-#include "server/rpc/token_file.h"
-#include "server/rpc/upload.h"
+#include "server/access/token_file.h"
+#include "server/api/upload.h"
 #include "tests/fuzz/entries.h"
 #include "tests/fuzz/input.h"
 #include "tests/fuzz/require.h"
@@ -59,8 +59,8 @@ class UploadRun {
   explicit UploadRun(Store& store)
       : upload_({store.catalog(), store.blobs(), tally_}, SmallLimits()) {}
 
-  static rpc::Limits SmallLimits() {
-    rpc::Limits limits;
+  static server::Limits SmallLimits() {
+    server::Limits limits;
     limits.max_upload_files = 8;
     limits.max_upload_bytes = 2000;
     limits.max_chunk_bytes = 500;
@@ -78,7 +78,7 @@ class UploadRun {
     }
     num_bytes_ += static_cast<int64_t>(message.chunk().size());
     if (message.has_chunk()) sizes_[name_] += static_cast<int64_t>(message.chunk().size());
-    const rpc::Limits limits = SmallLimits();
+    const server::Limits limits = SmallLimits();
     Require(num_bytes_ <= limits.max_upload_bytes, "no more bytes than allowed are taken");
     Require(std::ssize(sizes_) <= limits.max_upload_files, "no more files than allowed are taken");
     return true;
@@ -103,8 +103,8 @@ class UploadRun {
     Require(!absl::IsInternal(status) && !absl::IsUnknown(status), "no client causes INTERNAL");
   }
 
-  rpc::UploadTally tally_;
-  rpc::Upload upload_;
+  server::UploadTally tally_;
+  server::Upload upload_;
   std::string name_;                      // of the file that chunks go to
   std::map<std::string, int64_t> sizes_;  // of the files, as far as they have come
   int64_t num_bytes_ = 0;
@@ -137,18 +137,18 @@ void CheckPage(const absl::StatusOr<store::Page<Record>>& page, int page_size) {
 // The file itself.
 void RunTokens(std::span<const std::byte> bytes) {
   const std::string_view json = Input(bytes).Rest();
-  const auto file = rpc::ParseTokenFile({json.data(), json.size()});
+  const auto file = server::ParseTokenFile({json.data(), json.size()});
   if (!file.ok()) {
     Require(absl::IsInvalidArgument(file.status()), "a token file is taken or refused");
     return Require(!file.status().message().empty(), "a refusal says why");
   }
   std::set<std::string> names;
-  std::set<rpc::TokenHash> hashes;
-  for (const rpc::TokenEntry& entry : file->entries) {
+  std::set<server::TokenHash> hashes;
+  for (const server::TokenEntry& entry : file->entries) {
     Require(names.insert(entry.principal.name).second, "names are unique");
-    Require(rpc::IsKnown(entry.principal), "nobody is called as those that are not known");
+    Require(server::IsKnown(entry.principal), "nobody is called as those that are not known");
     Require(entry.principal.limits.Validate().ok(), "limits are in range");
-    for (const rpc::TokenHash& hash : entry.token_hashes) {
+    for (const server::TokenHash& hash : entry.token_hashes) {
       Require(hashes.insert(hash).second, "a token is one principal's");
     }
   }

@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "server/rpc/stream_session.h"
+#include "server/frames/stream_session.h"
 #include "tests/fuzz/entries.h"
 #include "tests/fuzz/fuzz_host.h"
 #include "tests/fuzz/heap.h"
@@ -24,9 +24,9 @@ constexpr int kMaxEvents = 400;
 constexpr uint8_t kDefer = 0x10;
 
 // A client that checks what it gets.
-class CheckingSink final : public rpc::StreamSession::Sink {
+class CheckingSink final : public server::StreamSession::Sink {
  public:
-  void Send(const rpc::StreamedFrame& streamed) override {
+  void Send(const server::StreamedFrame& streamed) override {
     Require(!is_writing && !end.has_value(), "one write at a time, none after the end");
     Require(!is_gone, "nothing is sent to a client that has gone");
     Require(streamed.frame != nullptr, "a frame has bytes");
@@ -36,7 +36,7 @@ class CheckingSink final : public rpc::StreamSession::Sink {
                 streamed.level_of_detail < std::ssize(SmallFamily()->levels),
             "the level of detail is one of the family's");
     v1::StreamFramesResponse response;
-    Require(response.ParseFromString(rpc::ResponsePrefix(streamed) + *streamed.frame),
+    Require(response.ParseFromString(server::ResponsePrefix(streamed) + *streamed.frame),
             "what goes out is a StreamFramesResponse");
     num_dropped_ = streamed.num_dropped;
     is_writing = true;
@@ -64,7 +64,7 @@ class StreamRun {
     const uint8_t options = input_.Byte();
     host_->MakeRealFrames(options & 3);
     host_->AnswerAtOnce((options & 4) != 0);
-    session_ = std::make_shared<rpc::StreamSession>(host_, "fuzz", sink_);
+    session_ = std::make_shared<server::StreamSession>(host_, "fuzz", sink_);
   }
 
   void Run() {
@@ -156,7 +156,7 @@ class StreamRun {
     host_->AnswerSearch();
     host_->RunReady();
     Require(!host_->AnswerOrder(), "a stream that has stopped has no order");
-    const std::weak_ptr<rpc::StreamSession> session = session_;
+    const std::weak_ptr<server::StreamSession> session = session_;
     session_ = nullptr;
     Require(session.expired(), "a stream that has stopped is freed");
     host_->Advance(absl::Hours(24));
@@ -166,7 +166,7 @@ class StreamRun {
   Input input_;
   const std::shared_ptr<FuzzHost> host_ = std::make_shared<FuzzHost>();
   const std::shared_ptr<CheckingSink> sink_ = std::make_shared<CheckingSink>();
-  std::shared_ptr<rpc::StreamSession> session_;
+  std::shared_ptr<server::StreamSession> session_;
   v1::StreamFramesRequest newest_;
   bool has_repeated_ = false;
 };

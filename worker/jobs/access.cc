@@ -7,10 +7,10 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/log.h"
+#include "core/base/random_id.h"
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
-#include "core/store/random_id.h"
-#include "core/store/retry.h"
+#include "core/store/catalog/retry.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -83,7 +83,7 @@ bool Access::Pause() {
 
 // Each kind of request that jobs make. What is left behind by a probe that fails is garbage.
 absl::Status Access::Probe() {
-  const std::string text = absl::StrCat("probe of ", worker_.name(), " ", store::RandomHex(16));
+  const std::string text = absl::StrCat("probe of ", worker_.name(), " ", base::RandomHex(16));
   LB_ASSIGN_OR_RETURN(const store::BlobId probe,
                       store::PutBlob(blobs_, std::as_bytes(std::span(text.data(), text.size()))));
   LB_RETURN_IF_ERROR(blobs_.Verify(probe));

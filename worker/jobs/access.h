@@ -5,8 +5,8 @@
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
-#include "core/store/blob_store.h"
-#include "core/store/catalog.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/catalog/catalog.h"
 #include "worker/jobs/stop_signal.h"
 
 namespace liquidblend::jobs {

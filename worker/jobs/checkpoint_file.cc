@@ -9,9 +9,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/store/correspondence_records.h"
-#include "core/store/report_messages.h"
-#include "core/store/sections.h"
+#include "core/store/files/correspondence_records.h"
+#include "core/store/files/report_messages.h"
+#include "core/store/files/sections.h"
 #include "liquidblend/store/v1/files.pb.h"
 #include "worker/registration/fit/state.h"
 

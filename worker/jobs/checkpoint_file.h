@@ -7,7 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/store/blob_store.h"
+#include "core/store/blobs/blob_store.h"
 #include "worker/registration/fit/state.h"
 
 namespace liquidblend::jobs {

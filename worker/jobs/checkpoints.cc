@@ -5,10 +5,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "core/base/fault_point.h"
 #include "core/base/log.h"
+#include "core/base/retry.h"
 #include "core/base/status_macros.h"
-#include "core/store/fault_point.h"
-#include "core/store/retry.h"
 #include "worker/jobs/checkpoint_file.h"
 #include "worker/jobs/run_guarded.h"
 #include "worker/registration/fit/state.h"
@@ -77,7 +77,7 @@ absl::StatusOr<std::optional<RegistrationState>> Checkpoints::Begin(std::string 
     base::LogInfo(absl::StrCat("job ", job_id_, ": resumed after ", Describe(*state)));
     return std::optional<RegistrationState>(*std::move(state));
   }
-  if (store::IsOfEnvironment(state.status())) return state.status();
+  if (base::IsTransient(state.status())) return state.status();
   LogTrouble("begins anew, as its checkpoint cannot be used", state.status());
   return std::optional<RegistrationState>();
 }
@@ -171,7 +171,7 @@ void Checkpoints::Save(const RegistrationState& state) {
   const absl::Time begin = absl::Now();
   const absl::StatusOr<store::BlobId> blob = Write(state);
   if (!blob.ok()) return LogTrouble("cannot write a checkpoint", blob.status());
-  store::FaultPoint("checkpoint.after_write");
+  base::FaultPoint("checkpoint.after_write");
   const absl::Status recorded = catalog_.SaveCheckpoint(lease_id_, *blob);
   if (absl::IsAborted(recorded)) {  // the job is no longer ours, and has not heard of this one
     earlier_ = {*blob};
@@ -193,7 +193,7 @@ void Checkpoints::Save(const RegistrationState& state) {
 }
 
 absl::StatusOr<store::BlobId> Checkpoints::Write(const RegistrationState& state) {
-  store::FaultPoint("checkpoint.before_write");
+  base::FaultPoint("checkpoint.before_write");
   LB_ASSIGN_OR_RETURN(const std::unique_ptr<store::BlobWriter> out, blobs_.Create());
   LB_RETURN_IF_ERROR(WriteCheckpoint({fingerprint_, lease_id_, ++num_written_}, state, *out));
   return out->Commit();

@@ -14,8 +14,8 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "core/base/steady_cond_var.h"
-#include "core/store/blob_store.h"
-#include "core/store/catalog.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/catalog/catalog.h"
 #include "worker/registration/fit/state.h"
 
 namespace liquidblend::jobs {

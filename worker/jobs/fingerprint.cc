@@ -6,10 +6,10 @@
 #include <span>
 
 #include "core/base/log.h"
+#include "core/base/posix_file.h"
+#include "core/base/random_id.h"
 #include "core/base/status_macros.h"
-#include "core/store/content_hash.h"
-#include "core/store/posix_file.h"
-#include "core/store/random_id.h"
+#include "core/store/blobs/content_hash.h"
 #include "worker/jobs/registered_part.h"
 
 namespace liquidblend::jobs {
@@ -19,12 +19,12 @@ constexpr char kProgramFile[] = "/proc/self/exe";  // also when another has take
 
 absl::StatusOr<std::string> HashOfProgram() {
   const std::string path = kProgramFile;
-  LB_ASSIGN_OR_RETURN(const store::FileHandle file, store::OpenFile(path, O_RDONLY));
+  LB_ASSIGN_OR_RETURN(const base::FileHandle file, base::OpenFile(path, O_RDONLY));
   struct stat info;
-  if (fstat(file.fd(), &info) != 0) return store::ErrnoStatus(errno, "stat", path);
+  if (fstat(file.fd(), &info) != 0) return base::ErrnoStatus(errno, "stat", path);
   store::BlobHasher hasher(store::HashKind::kXxh3_128);
-  LB_RETURN_IF_ERROR(store::ReadAll(file, static_cast<size_t>(info.st_size), path,
-                                    [&](std::span<const std::byte> bytes) { hasher.Add(bytes); }));
+  LB_RETURN_IF_ERROR(base::ReadAll(file, static_cast<size_t>(info.st_size), path,
+                                   [&](std::span<const std::byte> bytes) { hasher.Add(bytes); }));
   return hasher.Id();
 }
 
@@ -34,7 +34,7 @@ std::string ProgramId() {
     const absl::StatusOr<std::string> hash = HashOfProgram();
     if (hash.ok()) return *hash;
     base::LogWarning("checkpoints are for this process alone: " + hash.status().ToString());
-    return store::RandomHex(16);
+    return base::RandomHex(16);
   }();
   return id;
 }

@@ -3,7 +3,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
-#include "core/store/correspondence_records.h"
+#include "core/store/files/correspondence_records.h"
 
 namespace liquidblend::jobs {
 namespace {

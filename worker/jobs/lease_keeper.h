@@ -10,7 +10,7 @@
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "core/base/steady_cond_var.h"
-#include "core/store/catalog.h"
+#include "core/store/catalog/catalog.h"
 #include "worker/jobs/stop_signal.h"
 
 namespace liquidblend::jobs {

@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "core/base/status_macros.h"
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 #include "worker/jobs/job_options.h"
 #include "worker/registration/surface/correspondence.h"
 

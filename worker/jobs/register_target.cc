@@ -13,7 +13,7 @@
 #include "absl/synchronization/mutex.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 #include "worker/jobs/fingerprint.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/previous_version.h"

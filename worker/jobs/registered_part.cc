@@ -5,8 +5,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/store/content_hash.h"
-#include "core/store/files.h"
+#include "core/store/blobs/content_hash.h"
+#include "core/store/files/files.h"
 
 namespace liquidblend::jobs {
 namespace {

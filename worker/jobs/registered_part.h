@@ -6,7 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/mesh/space_time_mesh.h"
-#include "core/store/blob_store.h"
+#include "core/store/blobs/blob_store.h"
 #include "worker/jobs/assemble_family.h"
 
 namespace liquidblend::jobs {

@@ -10,8 +10,8 @@
 #include "core/base/data_limit.h"
 #include "core/base/memory.h"
 #include "core/base/memory_limit.h"
-#include "core/store/catalog.h"
-#include "core/store/retry.h"
+#include "core/base/retry.h"
+#include "core/store/catalog/catalog.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -78,7 +78,7 @@ absl::Status RunWithinMemory(const JobMemory& memory, absl::FunctionRef<std::str
   try {
     const absl::Status status = stages();
     // Libraries that are refused memory say so in their own words, as if the disk were full.
-    if (!store::IsOfEnvironment(status) || !limit->IsNearlyReached()) return status;
+    if (!base::IsTransient(status) || !limit->IsNearlyReached()) return status;
     limit.reset();
     return OverLimit(memory, stage());
   } catch (const std::bad_alloc&) {

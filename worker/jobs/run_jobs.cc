@@ -6,10 +6,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/log.h"
+#include "core/base/retry.h"
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
-#include "core/store/retry.h"
-#include "core/store/upload_files.h"
+#include "core/store/blobs/upload_files.h"
 #include "worker/jobs/job_context.h"
 #include "worker/jobs/run_guarded.h"
 #include "worker/jobs/run_import.h"
@@ -21,9 +21,9 @@ namespace {
 
 constexpr absl::Duration kStopPoll = absl::Milliseconds(100);
 
-// Trouble that another attempt, perhaps on another machine, may not meet.
-bool MayPass(const absl::Status& status) {
-  return store::IsOfEnvironment(status) || absl::IsInternal(status);
+// Whether another attempt, perhaps on another machine, may succeed.
+bool IsWorthRetrying(const absl::Status& status) {
+  return base::IsTransient(status) || absl::IsInternal(status);
 }
 
 absl::Status RunStages(const store::pb::JobRecord& job, JobContext& context) {
@@ -42,7 +42,7 @@ absl::Status Outcome(const absl::Status& stages, const LeaseKeeper& keeper) {
 // Tells the catalog that the job failed, and returns whether it took that.
 absl::Status RecordFailure(store::Catalog& catalog, const store::Lease& lease,
                            const absl::Status& outcome) {
-  const absl::Status recorded = catalog.FailJob(lease.lease_id, outcome, MayPass(outcome));
+  const absl::Status recorded = catalog.FailJob(lease.lease_id, outcome, IsWorthRetrying(outcome));
   if (!recorded.ok()) {
     base::LogWarning(
         absl::StrCat("job ", lease.job.id(), ": cannot say that it failed: ", recorded.ToString()));

@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/store/catalog.h"
-#include "core/store/parameter_records.h"
+#include "core/store/catalog/catalog.h"
+#include "core/store/files/parameter_records.h"
 #include "worker/jobs/assemble_family.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/previous_version.h"

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 
 namespace liquidblend::jobs {
 namespace {

@@ -4,7 +4,7 @@
 #include "absl/status/statusor.h"
 #include "core/mesh/animation.h"
 #include "core/mesh/registered_family.h"
-#include "core/store/blob_store.h"
+#include "core/store/blobs/blob_store.h"
 #include "liquidblend/store/v1/records.pb.h"
 
 namespace liquidblend::jobs {

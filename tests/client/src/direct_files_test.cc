@@ -12,11 +12,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "core/store/content_hash.h"
-#include "core/store/s3_blob_store.h"
-#include "server/rpc/server.h"
-#include "tests/core/store/ceph_environment.h"
-#include "tests/server/rpc/rpc_testing.h"
+#include "core/store/blobs/content_hash.h"
+#include "core/store/blobs/s3_blob_store.h"
+#include "server/grpc/server.h"
+#include "tests/core/store/blobs/ceph_environment.h"
+#include "tests/server/backends_testing.h"
 
 namespace liquidblend {
 namespace {
@@ -25,7 +25,7 @@ using store::Fails;
 using store::Succeeds;
 using Code = absl::StatusCode;
 
-class DirectFilesTest : public rpc::RpcTest {
+class DirectFilesTest : public server::RpcTest {
  protected:
   DirectFilesTest() {
     for (const std::string& line : store::CephEnvironment()) {
@@ -43,9 +43,9 @@ class DirectFilesTest : public rpc::RpcTest {
     const std::string url =
         "s3://liquidblend/" + folder_.path().substr(folder_.path().rfind('/') + 1);
     s3_ = *store::OpenS3BlobStore(url, options);
-    rpc::ServerOptions server;
+    server::ServerOptions server;
     server.listen = "127.0.0.1:0";
-    server_ = *rpc::Server::Start(*catalog_, *s3_, families_, server);
+    server_ = *server::Server::Start(*catalog_, *s3_, families_, server);
     ConnectOptions connect;
     connect.target = absl::StrCat("127.0.0.1:", server_->port());
     connect.direct_transfers = direct_transfers;
@@ -89,7 +89,7 @@ class DirectFilesTest : public rpc::RpcTest {
   }
 
   std::unique_ptr<store::BlobStore> s3_;
-  std::unique_ptr<rpc::Server> server_;
+  std::unique_ptr<server::Server> server_;
   std::unique_ptr<Client> client_;
 };
 

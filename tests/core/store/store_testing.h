@@ -17,7 +17,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "core/store/blob_store.h"
+#include "core/store/blobs/blob_store.h"
 
 namespace liquidblend::store {
 

@@ -10,7 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "core/store/data_directory.h"
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 #include "core/store/open_store.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/synthetic/families.h"

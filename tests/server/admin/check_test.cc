@@ -1,7 +1,7 @@
 #include "server/admin/check.h"
 
-#include "core/store/retry.h"
-#include "core/store/sqlite.h"
+#include "core/base/retry.h"
+#include "core/store/sql/sqlite.h"
 #include "server/catalog/families.h"
 #include "tests/server/admin/admin_testing.h"
 #include "tests/server/admin/s3_testing.h"
@@ -253,7 +253,7 @@ TEST_F(CheckS3Test, BlobsThatCannotBeReadNowAreNotDamaged) {
        {store::FakeS3::Fault::kStatus403, store::FakeS3::Fault::kStatus500}) {
     s3_.Plan("HEAD", std::vector<store::FakeS3::Fault>(100, fault));
     const absl::Status status = Check({.repair = true}).status();
-    EXPECT_TRUE(store::IsOfEnvironment(status)) << status;
+    EXPECT_TRUE(base::IsTransient(status)) << status;
     EXPECT_EQ(store_.catalog->GetAnimation("a")->state(), store::pb::AnimationRecord::READY);
     s3_.Plan("HEAD", {});
   }

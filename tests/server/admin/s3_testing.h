@@ -3,9 +3,9 @@
 
 #include <string>
 
+#include "core/store/blobs/s3_blob_store.h"
 #include "core/store/open_store.h"
-#include "core/store/s3_blob_store.h"
-#include "tests/core/store/fake_s3.h"
+#include "tests/core/store/blobs/fake_s3.h"
 #include "tests/core/store/store_testing.h"
 
 namespace liquidblend::admin {

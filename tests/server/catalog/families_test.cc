@@ -16,8 +16,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/barrier.h"
-#include "core/store/files.h"
-#include "core/store/mapped_file.h"
+#include "core/store/blobs/mapped_file.h"
+#include "core/store/files/files.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/synthetic/families.h"
 

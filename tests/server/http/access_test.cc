@@ -3,7 +3,7 @@
 #include <map>
 #include <thread>
 
-#include "server/rpc/token_file.h"
+#include "server/access/token_file.h"
 #include "tests/server/http/port_testing.h"
 
 namespace liquidblend::http::access_test {
@@ -21,7 +21,7 @@ class AccessTest : public PortTest {
     std::string entries;
     for (const char* name : {"frames", "write", "narrow"}) {
       const std::string scope = name == std::string("write") ? "write" : "frames";
-      rpc::NewToken made = *rpc::MakeToken(name, {scope});
+      server::NewToken made = *server::MakeToken(name, {scope});
       if (name == std::string("narrow")) {
         made.entry.insert(made.entry.size() - 1, R"(, "limits": {"max_streams": 1})");
       }
@@ -30,9 +30,9 @@ class AccessTest : public PortTest {
     }
     const std::string path = folder_.path() + "/tokens.json";
     std::ofstream(path) << R"({"principals": [)" << entries << "]}";
-    authorizer_ = *rpc::Authorizer::Open(path);
-    guarded_ = std::make_unique<rpc::Entrance>(*authorizer_);
-    source_ = rpc::MakeFrameSource(backends_, *guarded_);
+    authorizer_ = *server::Authorizer::Open(path);
+    guarded_ = std::make_unique<server::Entrance>(*authorizer_);
+    source_ = server::MakeFrameSource(backends_, *guarded_);
     Start({});
   }
   ~AccessTest() override { port_.reset(); }
@@ -42,8 +42,8 @@ class AccessTest : public PortTest {
   }
 
   std::map<std::string, std::string> headers_;
-  std::unique_ptr<rpc::Authorizer> authorizer_;
-  std::unique_ptr<rpc::Entrance> guarded_;
+  std::unique_ptr<server::Authorizer> authorizer_;
+  std::unique_ptr<server::Entrance> guarded_;
 };
 
 TEST_F(AccessTest, TokensCountAsOverGrpc) {

@@ -1,6 +1,6 @@
 // Whatever numbers come in the place of the right ones, by query or WebSocket: see
-// tests/server/rpc/extremes_test.cc.
-#include "tests/server/rpc/extremes.h"
+// tests/server/grpc/extremes_test.cc.
+#include "tests/server/extremes.h"
 
 #include <set>
 
@@ -12,7 +12,7 @@
 namespace liquidblend::http {
 namespace {
 
-using rpc::FieldPath;
+using server::FieldPath;
 
 // Fields of requests that queries do not have: there is one format.
 const std::set<std::string> kNotInQueries = {"encoding.format"};
@@ -46,7 +46,7 @@ constexpr const char* kExtremeTexts[] = {"0",
 
 // Queries take words for these, and no number.
 bool NeedsWord(const FieldPath& path) {
-  return path.back()->cpp_type() == rpc::FieldDescriptor::CPPTYPE_ENUM;
+  return path.back()->cpp_type() == server::FieldDescriptor::CPPTYPE_ENUM;
 }
 
 // Fields of the query have the names of the message's, without units.
@@ -66,9 +66,9 @@ class ExtremesTest : public PortTest {
 
   // The query is understood: what is wrong with it is a value.
   int ExpectGoodAnswer(const std::string& target) {
-    const absl::Duration before = rpc::CpuTime();
+    const absl::Duration before = server::CpuTime();
     const HttpReply reply = HttpClient(port_->port()).Get(target);
-    EXPECT_LT(rpc::CpuTime() - before, rpc::kMaxCallCpu) << target;
+    EXPECT_LT(server::CpuTime() - before, server::kMaxCallCpu) << target;
     EXPECT_GE(reply.code, 200) << target << ": the connection ended";
     EXPECT_LT(reply.code, 500) << target << ": " << reply.body;
     EXPECT_FALSE(absl::StrContains(reply.body, "is no field of this query")) << target;
@@ -97,57 +97,58 @@ class ExtremesTest : public PortTest {
 
 TEST_F(ExtremesTest, EveryNumberOfAQueryMayBeAnything) {
   ASSERT_TRUE(ServesFrames());
-  rpc::ResetPeakMemory();
-  const int64_t before = rpc::PeakBytes();
+  server::ResetPeakMemory();
+  const int64_t before = server::PeakBytes();
   int num_fields = 0;
-  for (const FieldPath& path : rpc::NumericFieldsOf(*v1::GetFrameRequest::descriptor())) {
-    if (kNotInQueries.contains(rpc::NameOf(path))) continue;
+  for (const FieldPath& path : server::NumericFieldsOf(*v1::GetFrameRequest::descriptor())) {
+    if (kNotInQueries.contains(server::NameOf(path))) continue;
     ++num_fields;
     for (const char* file : {"frame.drc", "frame.ply", "frame.obj"}) {
       EXPECT_TRUE(TryExtremes(file, QueryNameOf(path)) || NeedsWord(path))
-          << file << ": no frame with any " << rpc::NameOf(path);
+          << file << ": no frame with any " << server::NameOf(path);
     }
   }
   EXPECT_GE(num_fields, 10);
   for (const char* text : kExtremeTexts) {
     ExpectGoodAnswer(absl::StrCat("/v1/families?page_size=", text));
   }
-  EXPECT_LT(rpc::PeakBytes() - before, rpc::kMaxGrowthBytes);
-  EXPECT_LT(rpc::IdleCpuTime(), rpc::kMaxIdleCpu);
+  EXPECT_LT(server::PeakBytes() - before, server::kMaxGrowthBytes);
+  EXPECT_LT(server::IdleCpuTime(), server::kMaxIdleCpu);
   EXPECT_TRUE(ServesFrames());
 }
 
 TEST_F(ExtremesTest, WebSocketsThatStayOpenCostNothing) {
   constexpr int kServersMistake = 4500;
   ASSERT_TRUE(ServesFrames());
-  rpc::ResetPeakMemory();
-  const int64_t before = rpc::PeakBytes();
+  server::ResetPeakMemory();
+  const int64_t before = server::PeakBytes();
   std::vector<std::unique_ptr<HttpClient>> open;
-  for (const FieldPath& path : rpc::NumericFieldsOf(*v1::StreamFramesRequest::descriptor())) {
+  for (const FieldPath& path : server::NumericFieldsOf(*v1::StreamFramesRequest::descriptor())) {
     bool is_reached = false;
-    for (size_t k = 0; k < rpc::NumExtremesOf(path); ++k) {
+    for (size_t k = 0; k < server::NumExtremesOf(path); ++k) {
       v1::StreamFramesRequest request;
       request.set_family("families/waves");
       if (path[0]->name() != "parameters") request.add_weights(0.5);
       if (path[0]->name() == "parameters") request.add_parameters()->set_name("h");
       request.set_rate(0);
       request.set_frames_per_second(0.001);
-      const std::string value = rpc::SetExtreme(request, path, k);
+      const std::string value = server::SetExtreme(request, path, k);
       auto client = std::make_unique<HttpClient>(port_->port());
       ASSERT_EQ(client->Upgrade().code, 101);
       ASSERT_TRUE(client->SendMessage(2, request.SerializeAsString()));
       const WebSocketMessage answer = client->ReadMessage();
-      EXPECT_TRUE(answer.opcode == 2 || answer.opcode == 8) << rpc::NameOf(path) << " = " << value;
-      EXPECT_LT(answer.close_code(), kServersMistake) << rpc::NameOf(path) << " = " << value;
+      EXPECT_TRUE(answer.opcode == 2 || answer.opcode == 8)
+          << server::NameOf(path) << " = " << value;
+      EXPECT_LT(answer.close_code(), kServersMistake) << server::NameOf(path) << " = " << value;
       is_reached |=
           answer.opcode == 2 || absl::StrContains(answer.close_reason(), path.back()->name());
       open.push_back(std::move(client));
     }
-    EXPECT_TRUE(is_reached) << "nobody looked at " << rpc::NameOf(path);
+    EXPECT_TRUE(is_reached) << "nobody looked at " << server::NameOf(path);
   }
   EXPECT_GT(open.size(), 100U);
-  EXPECT_LT(rpc::IdleCpuTime(), rpc::kMaxIdleCpu);
-  EXPECT_LT(rpc::PeakBytes() - before, rpc::kMaxGrowthBytes);
+  EXPECT_LT(server::IdleCpuTime(), server::kMaxIdleCpu);
+  EXPECT_LT(server::PeakBytes() - before, server::kMaxGrowthBytes);
   EXPECT_TRUE(ServesFrames());
 }
 

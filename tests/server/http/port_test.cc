@@ -7,7 +7,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
-#include "server/rpc/handlers.h"
+#include "server/api/handlers.h"
 #include "tests/server/http/port_testing.h"
 
 namespace liquidblend::http::port_test {
@@ -25,7 +25,7 @@ TEST_F(PortTest, AFrameIsTheSameBytesAsByGrpcsMethod) {
   request.set_family("families/splash");
   request.add_weights(0.5);
   request.set_time_s(0.1);
-  const auto frame = rpc::GetFrame(backends_, request);
+  const auto frame = server::GetFrame(backends_, request);
   ASSERT_TRUE(frame.ok()) << frame.status();
   HttpReply reply = HttpClient(port_->port()).Get(kSplash);
   EXPECT_EQ(reply.code, 200);

@@ -5,29 +5,29 @@
 #include <string>
 
 #include "absl/synchronization/notification.h"
+#include "server/api/frame_source.h"
+#include "server/frames/backends.h"
+#include "server/frames/find_family.h"
 #include "server/http/port.h"
-#include "server/rpc/backends.h"
-#include "server/rpc/find_family.h"
-#include "server/rpc/frame_source.h"
+#include "tests/server/backends_testing.h"
 #include "tests/server/http/http_client.h"
-#include "tests/server/rpc/rpc_testing.h"
 
 namespace liquidblend::http {
 
-class PortTest : public rpc::RpcTest {
+class PortTest : public server::RpcTest {
  protected:
   PortTest()
       : backends_(*catalog_, *blobs_, families_, Options()),
-        source_(rpc::MakeFrameSource(backends_, entrance_)) {
-    rpc::KeepFamiliesFresh(backends_);  // as a server does
+        source_(server::MakeFrameSource(backends_, entrance_)) {
+    server::KeepFamiliesFresh(backends_);  // as a server does
   }
   ~PortTest() override {
     port_.reset();
     backends_.Stop();
   }
 
-  static rpc::BackendsOptions Options() {
-    rpc::BackendsOptions options = SmallBackends();
+  static server::BackendsOptions Options() {
+    server::BackendsOptions options = SmallBackends();
     options.num_io_threads = 2;
     return options;
   }
@@ -51,7 +51,7 @@ class PortTest : public rpc::RpcTest {
   // Keeps the pool's only thread busy until the release.
   void OccupyFrames() {
     absl::Notification begun;
-    rpc::FrameWork work;
+    server::FrameWork work;
     work.client = "occupier";
     work.run = [&] {
       begun.Notify();
@@ -64,10 +64,10 @@ class PortTest : public rpc::RpcTest {
   int64_t WaitingCost() const { return backends_.frames.stats().waiting_cost; }
 
   absl::Notification release_;  // of the thread that is occupied, which may be slow to notice
-  rpc::Authorizer everyone_;
-  rpc::Entrance entrance_{everyone_};
-  rpc::Backends backends_;
-  std::unique_ptr<rpc::FrameSource> source_;
+  server::Authorizer everyone_;
+  server::Entrance entrance_{everyone_};
+  server::Backends backends_;
+  std::unique_ptr<server::FrameSource> source_;
   std::unique_ptr<Port> port_;
 };
 

@@ -3,22 +3,22 @@
 #include <vector>
 
 #include "absl/time/clock.h"
+#include "tests/server/hanging_blobs.h"
 #include "tests/server/http/port_testing.h"
-#include "tests/server/rpc/hanging_blobs.h"
 
 namespace liquidblend::http {
 namespace {
 
 using testing::HasSubstr;
 
-class ProbesTest : public rpc::RpcTest {
+class ProbesTest : public server::RpcTest {
  protected:
   void SetUp() override {
     PublishSplash();
-    rpc::BackendsOptions options = SmallBackends();
+    server::BackendsOptions options = SmallBackends();
     options.num_io_threads = 2;
-    backends_ = std::make_unique<rpc::Backends>(*catalog_, hanging_, families_, options);
-    source_ = rpc::MakeFrameSource(*backends_, entrance_);
+    backends_ = std::make_unique<server::Backends>(*catalog_, hanging_, families_, options);
+    source_ = server::MakeFrameSource(*backends_, entrance_);
     PortOptions port;
     port.listen = "127.0.0.1:0";
     port_ = *Port::Start(*source_, port);
@@ -33,11 +33,11 @@ class ProbesTest : public rpc::RpcTest {
 
   HttpReply Get(const std::string& target) { return HttpClient(port_->port()).Get(target); }
 
-  rpc::HangingBlobs hanging_{*blobs_};
-  rpc::Authorizer everyone_;
-  rpc::Entrance entrance_{everyone_};
-  std::unique_ptr<rpc::Backends> backends_;
-  std::unique_ptr<rpc::FrameSource> source_;
+  server::HangingBlobs hanging_{*blobs_};
+  server::Authorizer everyone_;
+  server::Entrance entrance_{everyone_};
+  std::unique_ptr<server::Backends> backends_;
+  std::unique_ptr<server::FrameSource> source_;
   std::unique_ptr<Port> port_;
 };
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "server/base/errors.h"
 #include "server/http/replies.h"
-#include "server/rpc/errors.h"
 
 namespace liquidblend::http {
 namespace {
@@ -25,24 +25,24 @@ using testing::StartsWith;
 constexpr int64_t kVersion = 3;
 
 // Answers at once, and counts the frames that it makes.
-class FakeSource final : public rpc::FrameSource {
+class FakeSource final : public server::FrameSource {
  public:
-  absl::Status Admit(const rpc::Visitor& visitor, const rpc::Errand& errand,
-                     rpc::Admitted& admitted) override {
+  absl::Status Admit(const server::Visitor& visitor, const server::Errand& errand,
+                     server::Admitted& admitted) override {
     errands.push_back(errand);
     if (needs_token && visitor.authorization != "Bearer good") {
       return absl::UnauthenticatedError("no token");
     }
-    admitted.principal.name = needs_token ? "render" : rpc::kAnonymous;
+    admitted.principal.name = needs_token ? "render" : server::kAnonymous;
     admitted.principal.key = admitted.principal.name;
     return absl::OkStatus();
   }
   Cancel GetFrame(v1::GetFrameRequest request, std::string client,
-                  Done<rpc::MadeFrame> done) override {
+                  Done<server::MadeFrame> done) override {
     clients.push_back(client);
     last_frame_request = request;
     if (is_slow) {
-      return [this, done = std::make_shared<Done<rpc::MadeFrame>>(std::move(done))] {
+      return [this, done = std::make_shared<Done<server::MadeFrame>>(std::move(done))] {
         ++num_cancelled;
         (*done)(absl::CancelledError("left"));
       };
@@ -56,7 +56,7 @@ class FakeSource final : public rpc::FrameSource {
       done(absl::NotFoundError("no such version"));
       return [] {};
     }
-    rpc::MadeFrame made;
+    server::MadeFrame made;
     v1::Frame& frame = made.frame;
     frame.set_data("DRACO");
     frame.set_version(request.version() == 0 ? served_version : request.version());
@@ -70,9 +70,9 @@ class FakeSource final : public rpc::FrameSource {
     done(std::move(made));
     return [] {};
   }
-  void FindVersion(const std::string& family, int64_t, Done<rpc::FamilyVersion> done) override {
+  void FindVersion(const std::string& family, int64_t, Done<server::FamilyVersion> done) override {
     if (family != "families/splash") return done(absl::NotFoundError(family));
-    done(rpc::FamilyVersion{published_version, GenerationOf(published_version)});
+    done(server::FamilyVersion{published_version, GenerationOf(published_version)});
   }
   void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override {
     if (request.name() != "families/splash") return done(absl::NotFoundError(request.name()));
@@ -88,8 +88,8 @@ class FakeSource final : public rpc::FrameSource {
     response.set_next_page_token("after " + request.page_token());
     done(std::move(response));
   }
-  std::shared_ptr<rpc::StreamSession> OpenStream(std::string,
-                                                 std::weak_ptr<rpc::StreamSession::Sink>) override {
+  std::shared_ptr<server::StreamSession> OpenStream(
+      std::string, std::weak_ptr<server::StreamSession::Sink>) override {
     return nullptr;
   }
   void CheckStores(Done<std::string> done) override {
@@ -98,7 +98,7 @@ class FakeSource final : public rpc::FrameSource {
   }
   void GetMetricsText(Done<std::string> done) override { done(metrics_.Text({})); }
   metrics::Metrics& metrics() override { return metrics_; }
-  rpc::CallLog& call_log() override { return call_log_; }
+  server::CallLog& call_log() override { return call_log_; }
 
   std::string GenerationOf(int64_t version) const {
     return absl::StrCat("splash/", version, "/", content);
@@ -112,13 +112,13 @@ class FakeSource final : public rpc::FrameSource {
   bool needs_token = false;
   bool is_slow = false;  // frames are never made
   int num_cancelled = 0;
-  std::vector<rpc::Errand> errands;
+  std::vector<server::Errand> errands;
   std::vector<std::string> clients;
   v1::GetFrameRequest last_frame_request;
 
  private:
   metrics::Metrics metrics_;
-  rpc::CallLog call_log_{[](absl::Duration, const std::function<void()>&) {}};
+  server::CallLog call_log_{[](absl::Duration, const std::function<void()>&) {}};
 };
 
 struct Reply {
@@ -298,7 +298,7 @@ TEST_F(RouterTest, ErrorsAreJsonStatusesWithTheirCode) {
   EXPECT_EQ(error["details"][0]["@type"], "type.googleapis.com/google.rpc.ErrorInfo");
   EXPECT_EQ(error["details"][0]["reason"], "NOT_FOUND");
 
-  source_.error = rpc::InvalidField("weights", "must be 1");
+  source_.error = server::InvalidField("weights", "must be 1");
   const Reply bad = Get(kFrame);
   EXPECT_EQ(bad.code, 400);
   EXPECT_EQ(nlohmann::json::parse(bad.body)["details"][0]["fieldViolations"][0]["field"],
@@ -306,7 +306,7 @@ TEST_F(RouterTest, ErrorsAreJsonStatusesWithTheirCode) {
   source_.error = absl::ResourceExhaustedError("too busy");
   EXPECT_EQ(Get(kFrame).code, 429);
   EXPECT_EQ(Get(kFrame).headers["Retry-After"], "1");
-  source_.error = rpc::WithRetryDelay(source_.error, absl::Milliseconds(2500));
+  source_.error = server::WithRetryDelay(source_.error, absl::Milliseconds(2500));
   EXPECT_EQ(Get(kFrame).headers["Retry-After"], "3");
   source_.error = absl::InternalError("odd");
   EXPECT_EQ(Get(kFrame).code, 500);
@@ -479,7 +479,7 @@ TEST_F(RouterTest, TheLogTellsHowStreamsEnd) {
   base::StartLog("server", base::LogLevel::kDebug, base::LogFormat::kJson);
   testing::internal::CaptureStderr();
   Router router(source_, options_);
-  const rpc::Caller caller = CallerOf(Frame());
+  const server::Caller caller = CallerOf(Frame());
   router.NoteStream(caller, 1000, "the animation has ended", absl::Seconds(2));
   router.NoteStream(caller, 4400, "rate: must be in [-1000, 1000]", absl::Seconds(2));
   router.NoteStream(caller, 1006, "", absl::Seconds(2));
@@ -501,7 +501,7 @@ TEST_F(RouterTest, AllButProbesAskWhoCalls) {
   EXPECT_EQ(Get("/v1/families").code, 401);
   EXPECT_EQ(source_.num_frames, 0);
   ASSERT_EQ(source_.errands.size(), 4U);
-  EXPECT_EQ(source_.errands[0].scope, rpc::Scope::kFrames);
+  EXPECT_EQ(source_.errands[0].scope, server::Scope::kFrames);
   EXPECT_EQ(source_.errands[3].scope, std::nullopt);
   EXPECT_EQ(Get("/healthz").code, 200);
   EXPECT_EQ(Get("/readyz").code, 200);
@@ -515,7 +515,7 @@ TEST_F(RouterTest, AllButProbesAskWhoCalls) {
   EXPECT_EQ(visit.caller.principal.name, "render");
   EXPECT_EQ(visit.caller.client, "render");
   EXPECT_TRUE(source_.errands.back().lasts);
-  EXPECT_EQ(source_.errands.back().scope, rpc::Scope::kFrames);
+  EXPECT_EQ(source_.errands.back().scope, server::Scope::kFrames);
   request.authorization.clear();
   EXPECT_TRUE(absl::IsUnauthenticated(Router(source_, options_).AdmitStream(request, visit)));
 }

@@ -54,7 +54,7 @@ TEST_F(WebSocketTest, ALosslessStreamGivesAllFramesAndEnds) {
   HttpClient client(port_->port());
   EXPECT_EQ(client.Upgrade().code, 101);
   ASSERT_TRUE(Send(client, Lossless()));
-  for (int i = 0; i < rpc::kFamilyFrames; ++i) {
+  for (int i = 0; i < server::kFamilyFrames; ++i) {
     const v1::StreamFramesResponse response = ReadFrame(client);
     EXPECT_EQ(response.frame_index(), i);
     EXPECT_EQ(response.frame().data().substr(0, 5), "DRACO");
@@ -130,7 +130,7 @@ TEST_F(WebSocketTest, LateFramesAreDroppedAndCounted) {
   ASSERT_EQ(client.Upgrade().code, 101);
   ASSERT_TRUE(Send(client, Endless(100)));
   const int64_t num_before = ReadFrame(client).num_dropped();
-  rpc::FrameWork work;
+  server::FrameWork work;
   work.run = [] { absl::SleepFor(absl::Milliseconds(200)); };
   ASSERT_TRUE(backends_.frames.Post(std::move(work), false).ok());
   int64_t num_dropped = num_before;
@@ -306,7 +306,7 @@ TEST_F(WebSocketTest, ManyStreamsAtOnceAreAllWhole) {
         HttpClient client(port_->port());
         EXPECT_EQ(client.Upgrade().code, 101);
         EXPECT_TRUE(Send(client, Lossless()));
-        for (int i = 0; i < rpc::kFamilyFrames; ++i) bytes += ReadFrame(client).frame().data();
+        for (int i = 0; i < server::kFamilyFrames; ++i) bytes += ReadFrame(client).frame().data();
         EXPECT_EQ(client.ReadMessage().close_code(), 1000);
       });
     }

@@ -1,7 +1,7 @@
 #include "worker/jobs/checkpoint_file.h"
 
 #include "liquidblend/store/v1/files.pb.h"
-#include "tests/core/store/file_testing.h"
+#include "tests/core/store/files/file_testing.h"
 
 namespace liquidblend::jobs {
 namespace {

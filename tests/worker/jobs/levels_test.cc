@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 #include "server/slice/slice.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/slice_family.h"

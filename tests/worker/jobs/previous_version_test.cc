@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/store/correspondence_records.h"
+#include "core/store/files/correspondence_records.h"
 
 namespace liquidblend::jobs {
 namespace {

@@ -6,7 +6,7 @@
 #include <atomic>
 #include <variant>
 
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/synthetic/implicit.h"
 #include "worker/jobs/assemble_family.h"

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/store/files.h"
-#include "core/store/mapped_file.h"
-#include "core/store/posix_file.h"
+#include "core/base/posix_file.h"
+#include "core/store/blobs/mapped_file.h"
+#include "core/store/files/files.h"
 #include "tests/allocation_testing.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
@@ -199,7 +199,7 @@ TEST_F(RefusedTest, TakesNoMoreJobsUntilItIsLetInAgain) {
 TEST_F(RefusedTest, AReadOnlyDiskIsARefusal) {
   const std::string job = SubmitBall("ball", 1.0);
   blobs_.on_create = [&] {
-    return is_refused_ ? store::ErrnoStatus(EROFS, "create", "/data/tmp/1") : absl::OkStatus();
+    return is_refused_ ? base::ErrnoStatus(EROFS, "create", "/data/tmp/1") : absl::OkStatus();
   };
   WorkUntilLetIn([&] { EXPECT_THAT(Refusal(), HasSubstr("/data/tmp/1")); });
   EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);

@@ -4,7 +4,7 @@
 #include <set>
 #include <thread>
 
-#include "core/store/files.h"
+#include "core/store/files/files.h"
 #include "tests/worker/jobs/jobs_testing.h"
 #include "worker/jobs/registered_part.h"
 

@@ -1,0 +1,11 @@
+// Names that nobody else will choose.
+#pragma once
+
+#include <string>
+
+namespace liquidblend::base {
+
+// 2 * num_bytes random hexadecimal digits, from the system's generator.  Threads: safe.
+std::string RandomHex(int num_bytes);
+
+}  // namespace liquidblend::base

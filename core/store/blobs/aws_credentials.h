@@ -1,0 +1,66 @@
+// Credentials for S3: where they are found, and when they are read again.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "core/store/blobs/aws_signer.h"
+#include "core/store/blobs/http_client.h"
+
+namespace liquidblend::store {
+
+struct FoundCredentials {
+  AwsCredentials credentials;
+  absl::Time expires = absl::InfiniteFuture();
+};
+
+// Each looks at one source: nothing if the source is not configured. Errors, which name the source
+// and never a secret: kUnavailable if it is configured and does not answer, or cannot be read.
+absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromEnvironment();
+// AWS_SHARED_CREDENTIALS_FILE (~/.aws/credentials), the section AWS_PROFILE (default).
+absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromFile();
+// AWS_CONTAINER_CREDENTIALS_FULL_URI or _RELATIVE_URI, with AWS_CONTAINER_AUTHORIZATION_TOKEN_FILE
+// or AWS_CONTAINER_AUTHORIZATION_TOKEN. A full URI must be https, or of this host.
+absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromContainer(HttpClient& http);
+// The instance metadata service, version 2, at AWS_EC2_METADATA_SERVICE_ENDPOINT
+// (http://169.254.169.254), unless AWS_EC2_METADATA_DISABLED is "true". An instance without a role
+// is kUnavailable: it may get one.
+absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromInstance(HttpClient& http);
+
+// The credentials of the first source that has some: given ones, the environment, the shared file,
+// the container's endpoint, the instance's. Web identity tokens are not supported.
+// Threads: safe; calls wait while another one reads a source.
+class AwsCredentialsProvider {
+ public:
+  // `given` with an empty access_key_id: there are none.
+  explicit AwsCredentialsProvider(AwsCredentials given);
+
+  // Temporary credentials are renewed from five minutes before they expire on; while that fails,
+  // the old ones are used up to their end.
+  // Errors: kInvalidArgument if no source is configured, nor may be soon: ~/.aws is there, or the
+  // instance may get a role; kUnavailable as above, and for those; kPermissionDenied if there were
+  // credentials, which have expired.
+  absl::StatusOr<AwsCredentials> Get() ABSL_LOCKS_EXCLUDED(mutex_);
+
+  // S3 refused these: reads the sources again, but for refusals at most once a second, however many
+  // requests are refused. Returns whether Get() returns others now.
+  bool Renew(const AwsCredentials& refused) ABSL_LOCKS_EXCLUDED(mutex_);
+
+ private:
+  absl::StatusOr<FoundCredentials> Read();
+  absl::Status Update() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const AwsCredentials given_;
+  HttpClient http_;
+  absl::Mutex mutex_;
+  std::optional<FoundCredentials> current_ ABSL_GUARDED_BY(mutex_);
+  absl::Time read_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
+  absl::Status read_error_ ABSL_GUARDED_BY(mutex_);                       // of the last time
+  absl::Time renewed_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();  // by Renew()
+};
+
+}  // namespace liquidblend::store

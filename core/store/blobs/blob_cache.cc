@@ -1,0 +1,89 @@
+#include "core/store/blobs/blob_cache.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/base/disk_space.h"
+#include "core/base/log.h"
+#include "core/base/status_macros.h"
+
+namespace liquidblend::store {
+namespace {
+
+// Someone may be about to open what was put here so recently.
+constexpr absl::Duration kUsedNow = absl::Minutes(1);
+
+absl::StatusOr<int64_t> FreeBytesOf(const std::string& directory) {
+  LB_ASSIGN_OR_RETURN(const base::DiskSpace disk, base::ReadDiskSpace(directory));
+  return disk.free_bytes;
+}
+
+int64_t SizeOf(const std::vector<BlobInfo>& infos) {
+  int64_t num_bytes = 0;
+  for (const BlobInfo& info : infos) num_bytes += info.size_bytes;
+  return num_bytes;
+}
+
+// Those that were used within the last minute are not idle.
+void KeepIdle(std::vector<BlobInfo>& infos) {
+  const absl::Time used_now = absl::Now() - kUsedNow;
+  std::erase_if(infos, [&](const BlobInfo& info) { return info.modified > used_now; });
+  std::ranges::stable_sort(infos, {}, &BlobInfo::modified);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<BlobCache>> BlobCache::Open(const std::string& directory,
+                                                           int64_t max_bytes,
+                                                           FreeBytes free_bytes) {
+  LB_ASSIGN_OR_RETURN(auto blobs, OpenLocalBlobStore(directory, Durability::kCache));
+  if (free_bytes == nullptr) free_bytes = [directory] { return FreeBytesOf(directory); };
+  return std::unique_ptr<BlobCache>(
+      new BlobCache(directory, max_bytes, std::move(free_bytes), std::move(blobs)));
+}
+
+absl::StatusOr<std::shared_ptr<const Blob>> BlobCache::Find(const BlobId& id) {
+  auto blob = blobs_->Open(id);
+  if (blob.ok()) {
+    // The time of modification tells when it was used last. Without it the cache only forgets too
+    // early.
+    utimensat(AT_FDCWD, LocalBlobPath(directory_, id).c_str(), nullptr, 0);
+  } else if (absl::IsDataLoss(blob.status())) {
+    base::LogWarning(absl::StrCat("cache: ", blob.status().message()));
+    LB_RETURN_IF_ERROR(blobs_->Delete(id));
+    return absl::NotFoundError(blob.status().message());
+  }
+  return blob;
+}
+
+absl::Status BlobCache::Trim() {
+  LB_ASSIGN_OR_RETURN(std::vector<BlobInfo> infos, blobs_->List());
+  int64_t num_bytes = SizeOf(infos);
+  KeepIdle(infos);
+  for (const BlobInfo& info : infos) {
+    if (num_bytes <= max_bytes_) break;
+    LB_RETURN_IF_ERROR(blobs_->Delete(info.id));
+    num_bytes -= info.size_bytes;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status BlobCache::MakeRoom(int64_t free_bytes) {
+  LB_ASSIGN_OR_RETURN(std::vector<BlobInfo> infos, blobs_->List());
+  KeepIdle(infos);
+  LB_ASSIGN_OR_RETURN(int64_t num_free, free_bytes_());
+  if (num_free + SizeOf(infos) < free_bytes) return absl::OkStatus();
+  for (const BlobInfo& info : infos) {
+    if (num_free >= free_bytes) break;
+    LB_RETURN_IF_ERROR(blobs_->Delete(info.id));
+    LB_ASSIGN_OR_RETURN(num_free, free_bytes_());  // less than its size if it is open
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace liquidblend::store

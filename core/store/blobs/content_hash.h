@@ -1,0 +1,45 @@
+// Hashes of stored content: SHA-256 names blobs, XXH3 finds damage.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "core/store/blobs/blob_store.h"
+
+struct XXH3_state_s;
+struct evp_md_ctx_st;
+
+namespace liquidblend::store {
+
+// XXH3-64 of the bytes. Finds accidents, not attacks.
+uint64_t Checksum(std::span<const std::byte> bytes);
+
+enum class HashKind {
+  kSha256,   // collision-resistant: names of blobs
+  kXxh3_128  // not collision-resistant: names of blobs in old stores, fingerprints of our own data
+};
+
+// The kind of hash in a blob id or upload id.  Requires: IsBlobId(id) or IsUploadId(id).
+HashKind HashKindOf(const BlobId& id);
+
+// Hashes a sequence of bytes as it passes.  Threads: one at a time.
+class BlobHasher {
+ public:
+  explicit BlobHasher(HashKind kind = HashKind::kSha256);
+  void Add(std::span<const std::byte> bytes);
+  // The id of a blob with the bytes so far, written as `kind` is. More bytes may follow.
+  BlobId Id() const;
+
+ private:
+  struct Free {
+    void operator()(XXH3_state_s* state) const;
+    void operator()(evp_md_ctx_st* state) const;
+  };
+  std::unique_ptr<evp_md_ctx_st, Free> sha256_;  // one of the two
+  std::unique_ptr<XXH3_state_s, Free> xxh3_;
+};
+
+}  // namespace liquidblend::store

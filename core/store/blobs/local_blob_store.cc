@@ -1,0 +1,237 @@
+// Blobs as files of a local folder (docs/formats.md, "The data directory").
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/fault_point.h"
+#include "core/base/log.h"
+#include "core/base/posix_file.h"
+#include "core/base/random_id.h"
+#include "core/base/status_macros.h"
+#include "core/store/blobs/blob_folders.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/blobs/content_hash.h"
+#include "core/store/blobs/mapped_file.h"
+#include "core/store/blobs/new_blob_name.h"
+
+namespace liquidblend::store {
+namespace {
+
+// Hashes the file and compares it with the content that the id stands for.
+// Errors: kDataLoss if they differ.
+absl::Status CheckContent(const base::FileHandle& file, const std::string& path, const BlobId& id) {
+  LB_ASSIGN_OR_RETURN(const size_t size, base::SizeOfFile(file, path));
+  BlobHasher hasher(HashKindOf(id));
+  LB_RETURN_IF_ERROR(base::ReadAll(file, size, path, [&](auto bytes) { hasher.Add(bytes); }));
+  if (hasher.Id() == ContentIdOf(id)) return absl::OkStatus();
+  return absl::DataLossError(
+      absl::StrCat("blob ", path, " is damaged: its ", size, " bytes hash to ", hasher.Id()));
+}
+
+class LocalBlobWriter : public BlobWriter {
+ public:
+  LocalBlobWriter(std::shared_ptr<BlobFolders> folders, TemporaryFile temporary, NewBlobName name)
+      : folders_(std::move(folders)),
+        temporary_(std::move(temporary)),
+        name_(std::move(name)),
+        hasher_(name_.id.empty() ? HashKind::kSha256 : HashKindOf(name_.id)) {}
+
+  ~LocalBlobWriter() override {
+    if (!is_renamed_) unlink(temporary_.path.c_str());
+  }
+
+  absl::Status Append(std::span<const std::byte> bytes) override {
+    LB_RETURN_IF_ERROR(status_);
+    hasher_.Add(bytes);
+    status_ = base::WriteAll(temporary_.file, bytes, temporary_.path);
+    base::FaultPoint("blob.append");
+    return status_;
+  }
+
+  absl::StatusOr<BlobId> Commit() override {
+    LB_RETURN_IF_ERROR(status_);
+    LB_ASSIGN_OR_RETURN(const BlobId id, ChooseId());
+    base::FaultPoint("blob.before_sync");
+    LB_RETURN_IF_ERROR(folders_->Prepare(id));
+    if (folders_->is_flushed()) LB_RETURN_IF_ERROR(base::Sync(temporary_.file, temporary_.path));
+    base::FaultPoint("blob.before_rename");
+    LB_RETURN_IF_ERROR(Show(id));
+    status_ = absl::FailedPreconditionError(absl::StrCat("blob ", id, " is committed already"));
+    base::FaultPoint("blob.after_rename");
+    LB_RETURN_IF_ERROR(folders_->Flush(id));
+    base::FaultPoint("blob.committed");
+    return id;
+  }
+
+ private:
+  absl::StatusOr<BlobId> ChooseId() const {
+    const BlobId content = hasher_.Id();
+    if (name_.is_upload) return absl::StrCat(content, "-", base::RandomHex(16));
+    if (name_.id.empty()) return content;
+    if (ContentIdOf(name_.id) == content) return name_.id;
+    return absl::DataLossError(absl::StrCat("the bytes for blob ", name_.id, " hash to ", content));
+  }
+
+  // Its age begins now, however long ago the bytes came, and nobody deletes what was there before
+  // between that and the rename (DeleteIfNotNewer).
+  absl::Status Show(const BlobId& id) {
+    const std::string path = folders_->Path(id);
+    LB_ASSIGN_OR_RETURN(const base::FileHandle lock, folders_->Lock(id));
+    if (folders_->is_flushed()) {  // a cache holds copies, which may be replaced
+      LB_ASSIGN_OR_RETURN(const bool is_there, KeepExisting(id, path));
+      if (is_there) return absl::OkStatus();
+    }
+    if (futimens(temporary_.file.fd(), nullptr) != 0) {
+      return base::ErrnoStatus(errno, "renew the time of", temporary_.path);
+    }
+    if (rename(temporary_.path.c_str(), path.c_str()) != 0) {
+      return base::ErrnoStatus(errno, "rename to", path);
+    }
+    is_renamed_ = true;
+    return absl::OkStatus();
+  }
+
+  // Whether the blob is there already, which renews its time. One that is damaged is moved aside.
+  absl::StatusOr<bool> KeepExisting(const BlobId& id, const std::string& path) const {
+    const absl::StatusOr<base::FileHandle> file = base::OpenFile(path, O_RDONLY | O_NOFOLLOW);
+    if (absl::IsNotFound(file.status())) return false;
+    LB_RETURN_IF_ERROR(file.status());
+    const absl::StatusOr<bool> is_same =
+        base::HaveSameBytes(*file, path, temporary_.file, temporary_.path);
+    if (!is_same.ok() && !absl::IsDataLoss(is_same.status())) return is_same.status();
+    if (is_same.ok() && *is_same) {
+      if (utimensat(AT_FDCWD, path.c_str(), nullptr, 0) == 0) return true;
+      return base::ErrnoStatus(errno, "renew the time of", path);
+    }
+    const absl::Status content = CheckContent(*file, path, id);
+    if (content.ok() && !is_same.ok()) {  // the temporary file is the one that cannot be read
+      return absl::UnavailableError(is_same.status().message());
+    }
+    if (content.ok()) {
+      return absl::AlreadyExistsError(
+          absl::StrCat("blob ", path, " has other content with the same hash"));
+    }
+    if (!absl::IsDataLoss(content)) return content;
+    LB_ASSIGN_OR_RETURN(const std::string aside, folders_->MoveAside(id));
+    base::LogWarning(absl::StrCat("blob ", path, " was damaged: moved to ", aside));
+    return false;
+  }
+
+  const std::shared_ptr<BlobFolders> folders_;
+  TemporaryFile temporary_;
+  const NewBlobName name_;
+  BlobHasher hasher_;
+  absl::Status status_;  // the first error; committed: what a further call gets
+  bool is_renamed_ = false;
+};
+
+class LocalBlobStore : public BlobStore {
+ public:
+  LocalBlobStore(const std::string& directory, Durability durability)
+      : directory_(directory), folders_(std::make_shared<BlobFolders>(directory, durability)) {}
+
+  absl::Status Prepare() {
+    LB_RETURN_IF_ERROR(base::MakeDirectories(absl::StrCat(directory_, "/blobs")));
+    LB_RETURN_IF_ERROR(base::MakeDirectories(tmp()));
+    return RemoveLeftOvers(tmp());
+  }
+
+  absl::StatusOr<std::unique_ptr<BlobWriter>> Create() override { return CreateNamed({}); }
+
+  absl::StatusOr<std::unique_ptr<BlobWriter>> CreateAs(const BlobId& id) override {
+    LB_RETURN_IF_ERROR(CheckBlobId(id));
+    return CreateNamed({.id = id});
+  }
+
+  absl::StatusOr<std::unique_ptr<BlobWriter>> CreateUpload() override {
+    return CreateNamed({.id = "", .is_upload = true});
+  }
+
+  absl::StatusOr<std::shared_ptr<const Blob>> Open(const BlobId& id) override {
+    LB_ASSIGN_OR_RETURN(const std::string path, PathOf(id));
+    LB_ASSIGN_OR_RETURN(const base::FileHandle file, base::OpenFile(path, O_RDONLY | O_NOFOLLOW));
+    LB_ASSIGN_OR_RETURN(const size_t size, base::SizeOfFile(file, path));
+    // Read, not mapped: a bad disk is an error here. The map that follows finds the same pages in
+    // memory; Blob::Check() tells if one of them could not be read later.
+    LB_RETURN_IF_ERROR(CheckContent(file, path, id));
+    return MapFile(file, size, path);
+  }
+
+  absl::Status Verify(const BlobId& id) override { return Open(id).status(); }
+
+  absl::Status Delete(const BlobId& id) override {
+    LB_ASSIGN_OR_RETURN(const std::string path, PathOf(id));
+    if (unlink(path.c_str()) == 0) {
+      // One file of an upload that a power cut brings back is collected; there may be thousands.
+      return IsUploadId(id) ? absl::OkStatus() : folders_->Flush(id);
+    }
+    return errno == ENOENT ? absl::OkStatus() : base::ErrnoStatus(errno, "remove", path);
+  }
+
+  absl::StatusOr<bool> DeleteIfNotNewer(const BlobId& id, absl::Time time) override {
+    LB_ASSIGN_OR_RETURN(const std::string path, PathOf(id));
+    const absl::StatusOr<base::FileHandle> lock = folders_->Lock(id);
+    if (absl::IsNotFound(lock.status())) return true;
+    if (!lock.ok()) return lock.status();
+    struct stat info;
+    if (lstat(path.c_str(), &info) != 0) {
+      if (errno == ENOENT) return true;
+      return base::ErrnoStatus(errno, "stat", path);
+    }
+    if (absl::TimeFromTimespec(info.st_mtim) > time) return false;
+    LB_RETURN_IF_ERROR(Delete(id));
+    return true;
+  }
+
+  absl::StatusOr<std::string> Quarantine(const BlobId& id) override {
+    LB_ASSIGN_OR_RETURN(const std::string path, PathOf(id));
+    LB_RETURN_IF_ERROR(folders_->Prepare(id));
+    LB_ASSIGN_OR_RETURN(const base::FileHandle lock, folders_->Lock(id));
+    if (Verify(id).ok()) {
+      return absl::FailedPreconditionError(absl::StrCat("blob ", path, " is whole"));
+    }
+    return folders_->MoveAside(id);
+  }
+
+  absl::StatusOr<std::vector<BlobInfo>> List() override {
+    std::vector<BlobInfo> blobs, uploads;
+    LB_RETURN_IF_ERROR(folders_->List("blobs", blobs));
+    LB_RETURN_IF_ERROR(folders_->List("uploads", uploads));
+    blobs.insert(blobs.end(), uploads.begin(), uploads.end());
+    return blobs;
+  }
+
+ private:
+  std::string tmp() const { return absl::StrCat(directory_, "/tmp"); }
+
+  absl::StatusOr<std::unique_ptr<BlobWriter>> CreateNamed(NewBlobName name) {
+    LB_ASSIGN_OR_RETURN(TemporaryFile temporary, CreateTemporaryFile(tmp()));
+    return std::make_unique<LocalBlobWriter>(folders_, std::move(temporary), std::move(name));
+  }
+
+  absl::StatusOr<std::string> PathOf(const BlobId& id) const {
+    LB_RETURN_IF_ERROR(CheckBlobId(id));
+    return folders_->Path(id);
+  }
+
+  const std::string directory_;
+  const std::shared_ptr<BlobFolders> folders_;
+};
+
+}  // namespace
+
+std::string LocalBlobPath(const std::string& directory, const BlobId& id) {
+  return absl::StrCat(directory, "/", BlobKey(id));
+}
+
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(const std::string& directory,
+                                                              Durability durability) {
+  auto blobs = std::make_unique<LocalBlobStore>(directory, durability);
+  LB_RETURN_IF_ERROR(blobs->Prepare());
+  return blobs;
+}
+
+}  // namespace liquidblend::store

@@ -1,0 +1,13 @@
+// The name of a blob that is being written.
+#pragma once
+
+#include "core/store/blobs/blob_store.h"
+
+namespace liquidblend::store {
+
+struct NewBlobName {
+  BlobId id;               // the bytes must match it; empty: made from their content ...
+  bool is_upload = false;  // ... with digits that make it unique
+};
+
+}  // namespace liquidblend::store

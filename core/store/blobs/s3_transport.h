@@ -1,0 +1,91 @@
+// Signed requests to S3: sent again where that may help, with credentials and a clock that S3
+// takes.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/store/blobs/aws_credentials.h"
+#include "core/store/blobs/aws_signer.h"
+#include "core/store/blobs/http_client.h"
+#include "core/store/blobs/s3_options.h"
+
+namespace liquidblend::store {
+
+struct S3Call {
+  std::string method = "GET";
+  std::string path = {};  // "/bucket/key", not encoded
+  std::map<std::string, std::string> query = {};
+  std::vector<std::pair<std::string, std::string>> headers = {};
+  std::span<const std::byte> body = {};
+  bool is_repeated = true;
+  int64_t max_answer_bytes = int64_t{16} << 20;
+  // Marks of a complete answer; without them it is cut short, whatever its status. The size of its
+  // body, -1: any; an XML tag that ends it, empty: none.
+  int64_t answer_bytes = -1;
+  std::string closing_tag = {};
+};
+
+// A request that meets a lost connection, an answer that is cut short, or one of the statuses 408,
+// 409, 429 and 5xx is sent again after a pause that doubles, with jitter. One that is refused
+// (statuses 401 and 403, tokens that have expired) is sent again once with the server's time, if
+// that is not ours, and once with new credentials, if there are any. So is one that reaches the
+// wrong place: a bucket that does not exist, another region. A redirect, and a 404 without the
+// error document of S3, may come from a proxy in between: they are sent again as well.
+// Errors of all calls name bucket and key, and have no secret: kUnavailable after the last attempt;
+// kPermissionDenied; kNotFound if S3 says NoSuchKey, and for any 404 to a HEAD, whose answer has no
+// room to say so; kAborted for a multipart upload that does not exist;
+// kAlreadyExists for a precondition that does not hold; kResourceExhausted (quota); kInternal (what
+// S3 does not accept). Threads: safe.
+class S3Transport {
+ public:
+  // Requires: options are valid and filled.
+  explicit S3Transport(const S3Options& options);
+
+  // Finds credentials.  Errors: those of AwsCredentialsProvider.
+  absl::Status Prepare() { return credentials_.Get().status(); }
+
+  // Side by side; the answers in the order of the calls, each of a status below 300.
+  absl::StatusOr<std::vector<HttpAnswer>> Run(std::span<const S3Call> calls);
+  absl::StatusOr<HttpAnswer> RunOne(const S3Call& call);
+
+  // A url on client_endpoint; `headers` as PresignQuery() has them.  Requires: there is one.
+  absl::StatusOr<std::string> Presign(const S3Call& call,
+                                      const std::map<std::string, std::string>& headers,
+                                      absl::Duration expires);
+
+  // Waits as after so many failed attempts.
+  void PauseAfter(int num_failures) const;
+
+ private:
+  struct Signer {
+    AwsCredentials credentials;
+    absl::Time now;  // by the server's clock
+  };
+  struct Round;
+  struct Remedies;
+
+  absl::Time Now() const;
+  HttpRequest RequestOf(const S3Call& call, const Signer& signer) const;
+  absl::StatusOr<Round> RunOpen(std::span<const S3Call> calls, const std::vector<size_t>& open,
+                                std::vector<HttpAnswer>& answers);
+  bool Remedy(const Round& round, Remedies& tried);
+
+  const S3Options options_;
+  AwsCredentialsProvider credentials_;
+  std::atomic<int64_t> clock_ahead_us_ = 0;  // the server's, of ours
+  HttpClient http_;
+};
+
+// Whether the error of a call says that the bucket does not exist.
+bool IsNoSuchBucket(const absl::Status& error);
+
+}  // namespace liquidblend::store

@@ -1,0 +1,33 @@
+// All records of a catalog in one file, to be moved to another store (docs/formats.md, "Export").
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/catalog/catalog_upkeep.h"
+#include "google/protobuf/message.h"
+
+namespace liquidblend::store {
+
+// Errors: the writer's.
+absl::Status WriteCatalogFile(const CatalogContents& contents, const std::string& store,
+                              absl::Time time, BlobWriter& out);
+
+// Errors: kDataLoss if the file is damaged, kInvalidArgument if it is something else or of a
+// version that is not known; messages begin with `name`.
+absl::StatusOr<CatalogContents> ReadCatalogFile(std::span<const std::byte> bytes,
+                                                const std::string& name);
+
+// The blob ids that a record holds, in whatever field: all of those it refers to.
+std::vector<BlobId> BlobIdsIn(const google::protobuf::Message& record);
+
+// Whether a blob that the record of an animation names must be there: unless the animation failed.
+inline bool NeedsBlob(const pb::AnimationRecord& animation) {
+  return animation.state() != pb::AnimationRecord::FAILED && !animation.blob().empty();
+}
+
+}  // namespace liquidblend::store

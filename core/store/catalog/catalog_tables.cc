@@ -1,0 +1,376 @@
+#include "core/store/catalog/catalog_tables.h"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/base/status_macros.h"
+#include "core/store/catalog/job_records.h"
+#include "core/store/catalog/version_tables.h"
+
+namespace liquidblend::store {
+namespace {
+
+template <typename Record>
+absl::StatusOr<Record> Parse(const Sql& sql, const std::string& what, const std::string& bytes) {
+  Record record;
+  if (record.ParseFromString(bytes)) return record;
+  return absl::DataLossError(
+      absl::StrCat("database ", sql.name(), ": the record of ", what, " cannot be read"));
+}
+
+// The first record that the query gives.
+template <typename Record>
+absl::StatusOr<Record> FindRecord(Sql& sql, absl::string_view statement, const std::string& what,
+                                  const std::string& id) {
+  const std::string name = absl::StrCat(what, " '", id, "'");
+  absl::StatusOr<Record> found = absl::NotFoundError(absl::StrCat(name, " does not exist"));
+  LB_RETURN_IF_ERROR(sql.Run(statement, {id}, [&](const SqlRow& row) {
+    found = Parse<Record>(sql, name, row.String(0));
+    return absl::OkStatus();
+  }));
+  return found;
+}
+
+// Columns record, lease_id, due_us.
+constexpr char kSelectJob[] = "SELECT record, lease_id, due_us FROM jobs ";
+
+absl::StatusOr<std::optional<JobRow>> FindJobRow(Sql& sql, const std::string& where,
+                                                 std::initializer_list<SqlValue> values) {
+  std::optional<JobRow> found;
+  LB_RETURN_IF_ERROR(
+      sql.Run(absl::StrCat(kSelectJob, where), values, [&](const SqlRow& row) -> absl::Status {
+        LB_ASSIGN_OR_RETURN(pb::JobRecord record,
+                            Parse<pb::JobRecord>(sql, "a job", row.String(0)));
+        found = JobRow{std::move(record), row.String(1), row.Int(2)};
+        return absl::OkStatus();
+      }));
+  return found;
+}
+
+// `statement` selects the column record.
+absl::StatusOr<std::vector<pb::JobRecord>> FindJobRecords(Sql& sql, absl::string_view statement,
+                                                          std::initializer_list<SqlValue> values) {
+  std::vector<pb::JobRecord> jobs;
+  LB_RETURN_IF_ERROR(sql.Run(statement, values, [&](const SqlRow& row) -> absl::Status {
+    LB_ASSIGN_OR_RETURN(pb::JobRecord job, Parse<pb::JobRecord>(sql, "a job", row.String(0)));
+    jobs.push_back(std::move(job));
+    return absl::OkStatus();
+  }));
+  return jobs;
+}
+
+// `statement` selects (key, record) with the values (last key, limit).
+template <typename Record>
+absl::StatusOr<Page<Record>> PageOf(Sql& sql, absl::string_view statement, const std::string& list,
+                                    const SqlValue& last_key, int page_size) {
+  Page<Record> page;
+  const int size = PageSize(page_size);
+  std::string key;
+  LB_RETURN_IF_ERROR(
+      sql.Run(statement, {last_key, int64_t{size} + 1}, [&](const SqlRow& row) -> absl::Status {
+        if (page.records.size() == static_cast<size_t>(size)) {
+          page.next_page_token = PageToken(list, key);
+          return absl::OkStatus();
+        }
+        key = row.String(0);
+        LB_ASSIGN_OR_RETURN(Record record, Parse<Record>(sql, list, row.String(1)));
+        page.records.push_back(std::move(record));
+        return absl::OkStatus();
+      }));
+  return page;
+}
+
+// The condition of the index of jobs and parts that someone may take, now or later.
+std::string InQueue() {
+  return absl::StrFormat("state IN (%d, %d)", pb::JobRecord::QUEUED, pb::JobRecord::RUNNING);
+}
+
+SqlValue DueOf(const JobRow& job) {
+  const pb::JobRecord::State state = job.record.state();
+  const bool is_in_queue = state == pb::JobRecord::QUEUED || state == pb::JobRecord::RUNNING;
+  return is_in_queue ? SqlValue(job.due_us) : SqlValue(nullptr);
+}
+
+// Parts are no history: they go with the job that they are a part of.
+SqlValue EndOf(const pb::JobRecord& job) {
+  if (IsUnfinished(job) || !job.parent().empty()) return nullptr;
+  const google::protobuf::Timestamp& end = job.update_time();
+  return int64_t{end.seconds()} * 1'000'000 + end.nanos() / 1000;
+}
+
+// What the animation counts for: its file, or while it has none the files that it is made from.
+int64_t StoredBytes(const pb::AnimationRecord& animation) {
+  if (!animation.blob().empty()) return animation.size_bytes();
+  return animation.state() == pb::AnimationRecord::IMPORTING ? animation.upload_bytes() : 0;
+}
+
+SqlValue TextOrNull(const std::string& text) {
+  return text.empty() ? SqlValue(nullptr) : SqlValue(text);
+}
+
+}  // namespace
+
+absl::StatusOr<pb::AnimationRecord> FindAnimation(Sql& sql, const std::string& id) {
+  return FindRecord<pb::AnimationRecord>(sql, "SELECT record FROM animations WHERE id = $1",
+                                         "animation", id);
+}
+
+absl::StatusOr<pb::FamilyRecord> FindFamily(Sql& sql, const std::string& id) {
+  return FindRecord<pb::FamilyRecord>(sql, "SELECT record FROM families WHERE id = $1", "family",
+                                      id);
+}
+
+absl::StatusOr<JobRow> FindJob(Sql& sql, const std::string& id) {
+  LB_ASSIGN_OR_RETURN(
+      std::optional<JobRow> row,
+      FindJobRow(sql, absl::StrCat("WHERE id = $1 AND parent IS NULL", sql.for_update()), {id}));
+  if (row.has_value()) return *std::move(row);
+  return absl::NotFoundError(absl::StrCat("job '", id, "' does not exist"));
+}
+
+absl::StatusOr<JobRow> FindLeasedJob(Sql& sql, const std::string& lease_id) {
+  LB_ASSIGN_OR_RETURN(
+      std::optional<JobRow> row,
+      FindJobRow(sql, absl::StrCat("WHERE lease_id = $1", sql.for_update()), {lease_id}));
+  if (row.has_value()) return *std::move(row);
+  return absl::AbortedError(
+      absl::StrCat("lease '", lease_id, "' is gone: its job is done or was given to someone else"));
+}
+
+absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int64_t memory_bytes) {
+  return FindJobRow(
+      sql,
+      absl::StrFormat("%s WHERE %s AND (due_us <= $1 OR due_us > $2) AND memory_bytes <= $3 "
+                      "ORDER BY priority DESC, turn, number LIMIT 1%s",
+                      sql.indexed_by("jobs_to_do"), InQueue(), sql.for_update_of_free()),
+      {absl::ToUnixMicros(now), absl::ToUnixMicros(now + kLongestLease), memory_bytes});
+}
+
+absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t memory_bytes) {
+  LB_ASSIGN_OR_RETURN(const std::optional<JobRow> job, FindJobToDo(sql, now, memory_bytes));
+  if (job.has_value()) return absl::ZeroDuration();
+  // What is due already is being taken by someone else.
+  LB_ASSIGN_OR_RETURN(
+      const int64_t due_us,
+      QueryInt(sql,
+               absl::StrCat("SELECT MIN(due_us) FROM jobs ", sql.indexed_by("jobs_to_do"),
+                            " WHERE ", InQueue(), " AND due_us > $1 AND memory_bytes <= $2"),
+               {absl::ToUnixMicros(now), memory_bytes}));
+  return due_us == 0 ? absl::InfiniteDuration() : absl::FromUnixMicros(due_us) - now;
+}
+
+absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job) {
+  // Each an end of an index.
+  LB_ASSIGN_OR_RETURN(
+      const int64_t given_out,
+      QueryInt(sql, "SELECT MAX(turn) FROM jobs WHERE priority = $1 AND attempts > 0",
+               {int64_t{job.priority()}}));
+  LB_ASSIGN_OR_RETURN(
+      const int64_t owners_last,
+      QueryInt(sql,
+               "SELECT MAX(turn) FROM jobs WHERE owner = $1 AND priority = $2 AND state IN "
+               "(1, 2, 6)",
+               {job.owner(), int64_t{job.priority()}}));
+  // Once the history is pruned, what waits tells where the turns are.
+  LB_ASSIGN_OR_RETURN(
+      const int64_t next,
+      QueryInt(sql, "SELECT MIN(turn) FROM jobs WHERE priority = $1 AND state IN (1, 2)",
+               {int64_t{job.priority()}}));
+  return std::max({given_out, owners_last, next - 1}) + 1;
+}
+
+absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::string& request_id) {
+  LB_ASSIGN_OR_RETURN(std::optional<JobRow> row,
+                      FindJobRow(sql, "WHERE request_id = $1", {request_id}));
+  if (!row.has_value()) return std::optional<pb::JobRecord>();
+  return std::move(row->record);
+}
+
+absl::StatusOr<std::vector<pb::JobRecord>> FindParts(Sql& sql, const std::string& parent) {
+  return FindJobRecords(sql, "SELECT record FROM jobs WHERE parent = $1 ORDER BY number", {parent});
+}
+
+absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Sql& sql) {
+  return FindJobRecords(
+      sql, "SELECT record FROM jobs WHERE state IN ($1, $2, $3) AND parent IS NULL ORDER BY number",
+      {int64_t{pb::JobRecord::QUEUED}, int64_t{pb::JobRecord::RUNNING},
+       int64_t{pb::JobRecord::WAITING}});
+}
+
+absl::StatusOr<JobCounts> CountJobsByState(Sql& sql) {
+  JobCounts counts;
+  LB_RETURN_IF_ERROR(
+      sql.Run("SELECT state, COUNT(*) FROM jobs GROUP BY state", {}, [&](const SqlRow& row) {
+        counts[static_cast<pb::JobRecord::State>(row.Int(0))] = row.Int(1);
+        return absl::OkStatus();
+      }));
+  return counts;
+}
+
+absl::StatusOr<std::string> FindFamilyWith(Sql& sql, const std::string& animation) {
+  std::string family;
+  LB_RETURN_IF_ERROR(
+      sql.Run("SELECT family FROM family_members WHERE animation = $1 ORDER BY family LIMIT 1",
+              {animation}, [&](const SqlRow& row) {
+                family = row.String(0);
+                return absl::OkStatus();
+              }));
+  return family;
+}
+
+absl::Status SaveAnimation(Sql& sql, const pb::AnimationRecord& animation) {
+  LB_ASSIGN_OR_RETURN(std::string bytes,
+                      Serialize(animation, absl::StrCat("animation '", animation.id(), "'")));
+  return sql.Run(
+      "INSERT INTO animations (id, state, blob, owner, stored_bytes, record) "
+      "VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (id) DO UPDATE SET state = excluded.state, "
+      "blob = excluded.blob, owner = excluded.owner, stored_bytes = excluded.stored_bytes, "
+      "record = excluded.record",
+      {animation.id(), int64_t{animation.state()}, animation.blob(), animation.owner(),
+       StoredBytes(animation), Bytes{std::move(bytes)}});
+}
+
+absl::Status SaveFamily(Sql& sql, const pb::FamilyRecord& family) {
+  LB_ASSIGN_OR_RETURN(std::string bytes,
+                      Serialize(family, absl::StrCat("family '", family.id(), "'")));
+  return sql.Run(
+      "INSERT INTO families (id, version, blob, owner, stored_bytes, record) "
+      "VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (id) DO UPDATE SET version = excluded.version, "
+      "blob = excluded.blob, owner = excluded.owner, stored_bytes = excluded.stored_bytes, "
+      "record = excluded.record",
+      {family.id(), family.version(), family.blob(), family.owner(),
+       family.blob().empty() ? int64_t{0} : int64_t{family.size_bytes()}, Bytes{std::move(bytes)}});
+}
+
+absl::Status SetFamilyMembers(Sql& sql, const std::string& family,
+                              const std::vector<std::string>& animations) {
+  LB_RETURN_IF_ERROR(sql.Run("DELETE FROM family_members WHERE family = $1", {family}));
+  for (const std::string& animation : animations) {
+    LB_RETURN_IF_ERROR(sql.Run(
+        "INSERT INTO family_members (family, animation) VALUES ($1, $2) ON CONFLICT DO NOTHING",
+        {family, animation}));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<int64_t> TakeFamilyVersion(Sql& sql, const std::string& family) {
+  return QueryInt(
+      sql,
+      "INSERT INTO family_versions (family, last_version) VALUES ($1, 1) "
+      "ON CONFLICT (family) DO UPDATE SET last_version = family_versions.last_version + 1 "
+      "RETURNING last_version",
+      {family});
+}
+
+absl::Status InsertJob(Sql& sql, const pb::JobRecord& job) {
+  LB_ASSIGN_OR_RETURN(std::string bytes, Serialize(job, absl::StrCat("job '", job.id(), "'")));
+  return sql.Run(
+      "INSERT INTO jobs (id, state, subject, request_id, parent, due_us, owner, priority, turn, "
+      "memory_bytes, ended_us, record) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
+      {job.id(), int64_t{job.state()}, SubjectOf(job), TextOrNull(job.request_id()),
+       TextOrNull(job.parent()), DueOf({job, "", 0}), job.owner(), int64_t{job.priority()},
+       job.turn(), job.memory_bytes(), EndOf(job), Bytes{std::move(bytes)}});
+}
+
+absl::Status UpdateJob(Sql& sql, const JobRow& job) {
+  LB_ASSIGN_OR_RETURN(std::string bytes,
+                      Serialize(job.record, absl::StrCat("job '", job.record.id(), "'")));
+  return sql.Run(
+      "UPDATE jobs SET state = $1, lease_id = $2, due_us = $3, attempts = $4, ended_us = $5, "
+      "record = $6 WHERE id = $7",
+      {int64_t{job.record.state()}, TextOrNull(job.lease_id), DueOf(job),
+       int64_t{job.record.attempts()}, EndOf(job.record), Bytes{std::move(bytes)},
+       job.record.id()});
+}
+
+absl::Status RemoveAnimation(Sql& sql, const std::string& id) {
+  return sql.Run("DELETE FROM animations WHERE id = $1", {id});
+}
+
+absl::Status RemoveFamily(Sql& sql, const std::string& id) {
+  LB_RETURN_IF_ERROR(SetFamilyMembers(sql, id, {}));
+  LB_RETURN_IF_ERROR(RemoveKeptVersions(sql, id));
+  return sql.Run("DELETE FROM families WHERE id = $1", {id});
+}
+
+absl::Status RemoveJob(Sql& sql, const std::string& id) {
+  return sql.Run("DELETE FROM jobs WHERE id = $1", {id});
+}
+
+absl::StatusOr<int64_t> CountHistory(Sql& sql, absl::Time end) {
+  return QueryInt(sql, "SELECT COUNT(*) FROM jobs WHERE ended_us < $1", {absl::ToUnixMicros(end)});
+}
+
+absl::StatusOr<int64_t> RemoveHistory(Sql& sql, absl::Time end, int64_t max_num) {
+  int64_t num_removed = 0;
+  LB_RETURN_IF_ERROR(
+      sql.Run("DELETE FROM jobs WHERE number IN (SELECT number FROM jobs WHERE ended_us < $1 "
+              "ORDER BY ended_us LIMIT $2) RETURNING number",
+              {absl::ToUnixMicros(end), max_num}, [&](const SqlRow&) {
+                ++num_removed;
+                return absl::OkStatus();
+              }));
+  return num_removed;
+}
+
+absl::Status RemoveParts(Sql& sql, const std::string& parent) {
+  return sql.Run("DELETE FROM jobs WHERE parent = $1", {parent});
+}
+
+absl::StatusOr<Page<pb::AnimationRecord>> PageOfAnimations(Sql& sql, int page_size,
+                                                           const std::string& token) {
+  LB_ASSIGN_OR_RETURN(const std::string last, LastKey("animations", token));
+  return PageOf<pb::AnimationRecord>(
+      sql, "SELECT id, record FROM animations WHERE id > $1 ORDER BY id LIMIT $2", "animations",
+      last, page_size);
+}
+
+absl::StatusOr<Page<pb::FamilyRecord>> PageOfFamilies(Sql& sql, int page_size,
+                                                      const std::string& token) {
+  LB_ASSIGN_OR_RETURN(const std::string last, LastKey("families", token));
+  return PageOf<pb::FamilyRecord>(
+      sql, "SELECT id, record FROM families WHERE id > $1 ORDER BY id LIMIT $2", "families", last,
+      page_size);
+}
+
+absl::StatusOr<Page<pb::JobRecord>> PageOfJobs(Sql& sql, int page_size, const std::string& token) {
+  LB_ASSIGN_OR_RETURN(const std::string last, LastKey("jobs", token));
+  int64_t before = std::numeric_limits<int64_t>::max();
+  if (!last.empty() && !absl::SimpleAtoi(last, &before)) {
+    return absl::InvalidArgumentError(absl::StrCat("page token '", token, "' is damaged"));
+  }
+  return PageOf<pb::JobRecord>(
+      sql,
+      "SELECT number, record FROM jobs WHERE parent IS NULL AND number < $1 ORDER BY number DESC "
+      "LIMIT $2",
+      "jobs", before, page_size);
+}
+
+absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql) {
+  std::set<std::string> blobs;
+  LB_RETURN_IF_ERROR(
+      sql.Run("SELECT blob FROM animations WHERE blob <> '' UNION SELECT blob FROM families WHERE "
+              "blob <> '' UNION SELECT blob FROM kept_versions WHERE blob <> ''",
+              {}, [&](const SqlRow& row) {
+                blobs.insert(row.String(0));
+                return absl::OkStatus();
+              }));
+  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedJobs(sql));
+  for (const pb::JobRecord& job : jobs) {
+    for (const pb::SourceFile& file : job.import_animation().files()) blobs.insert(file.blob());
+    if (!job.checkpoint_blob().empty()) blobs.insert(job.checkpoint_blob());
+  }
+  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> parts,
+                      FindJobRecords(sql, "SELECT record FROM jobs WHERE parent IS NOT NULL", {}));
+  for (const pb::JobRecord& part : parts) {
+    if (!part.result_blob().empty()) blobs.insert(part.result_blob());
+    if (!part.checkpoint_blob().empty()) blobs.insert(part.checkpoint_blob());
+  }
+  return std::vector<std::string>(blobs.begin(), blobs.end());
+}
+
+}  // namespace liquidblend::store

@@ -1,0 +1,50 @@
+// The job queue of the catalog. Each function runs inside a transaction of its caller; what it
+// promises stands in catalog.h. LeaseJob(), Heartbeat() and SaveCheckpoint() change one row that
+// they have locked, and may run beside others (SqlBackend::ChangeJob); the others may not.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "core/store/catalog/catalog.h"
+#include "core/store/sql/sql.h"
+
+namespace liquidblend::store {
+
+absl::StatusOr<pb::JobRecord> SubmitImport(Sql& sql, const pb::AnimationRecord& animation,
+                                           pb::JobRecord job, const OwnerCheck& check,
+                                           absl::Time now);
+absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
+                                                 const OwnerCheck& check, absl::Time now);
+absl::Status CheckOwner(Sql& sql, const pb::JobRecord& job, const OwnerCheck& check);
+
+struct LeaseAttempt {
+  // kEndDeadJobs: the next job must not start again; EndDeadJobs(), then try again.
+  enum Next { kNothing, kLease, kEndDeadJobs, kTryAgain };
+  Next next = kNothing;
+  std::optional<Lease> lease;
+};
+absl::StatusOr<LeaseAttempt> LeaseJob(Sql& sql, const pb::WorkerRecord& worker,
+                                      absl::Duration duration, const RetryOptions& retry,
+                                      absl::Time now);
+// Ends the jobs at the head of the queue whose attempts are used up, or that were to be cancelled.
+absl::Status EndDeadJobs(Sql& sql, int64_t memory_bytes, const RetryOptions& retry, absl::Time now);
+absl::StatusOr<JobControl> Heartbeat(Sql& sql, const std::string& lease_id, absl::Duration duration,
+                                     const pb::JobProgress& progress, absl::Time now);
+absl::Status SaveCheckpoint(Sql& sql, const std::string& lease_id, const std::string& blob,
+                            absl::Time now);
+absl::Status PublishAnimation(Sql& sql, const std::string& lease_id, pb::AnimationRecord animation,
+                              absl::Time now);
+absl::StatusOr<int64_t> PublishFamily(Sql& sql, const std::string& lease_id,
+                                      pb::FamilyRecord family, absl::Time now);
+absl::Status FinishPart(Sql& sql, const std::string& lease_id, const std::string& blob,
+                        absl::Time now);
+absl::Status FailJob(Sql& sql, const std::string& lease_id, const absl::Status& error, bool retry,
+                     const RetryOptions& options, absl::Time now);
+absl::Status ReleaseJob(Sql& sql, const std::string& lease_id, absl::Time now);
+absl::Status RequestCancel(Sql& sql, const std::string& job_id, absl::Time now);
+
+}  // namespace liquidblend::store

@@ -1,0 +1,231 @@
+// The catalog in a PostgreSQL database (docs/formats.md, "In PostgreSQL").
+#include <algorithm>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "core/base/status_macros.h"
+#include "core/base/steady_cond_var.h"
+#include "core/store/catalog/owner_tables.h"
+#include "core/store/catalog/sql_catalog.h"
+#include "core/store/sql/postgres.h"
+#include "core/store/sql/postgres_pool.h"
+
+namespace liquidblend::store {
+namespace {
+
+constexpr int64_t kMigrationLock = 0x4c51424c;  // "LQBL", an advisory lock
+
+// kPostgresMigrations[k] makes version k + 1 out of version k. Never changed once released, only
+// added to; docs/formats.md describes the newest. Columns and their meaning are SQLite's.
+constexpr const char* kPostgresMigrations[] = {R"sql(
+  CREATE TABLE catalog_version (version BIGINT NOT NULL, changed_at TIMESTAMPTZ NOT NULL);
+  INSERT INTO catalog_version VALUES (0, now());
+  CREATE TABLE animations (
+    id TEXT COLLATE "C" PRIMARY KEY, state BIGINT NOT NULL, blob TEXT NOT NULL,
+    record BYTEA NOT NULL);
+  CREATE TABLE families (
+    id TEXT COLLATE "C" PRIMARY KEY, version BIGINT NOT NULL, blob TEXT NOT NULL,
+    record BYTEA NOT NULL);
+  CREATE TABLE family_members (
+    family TEXT COLLATE "C" NOT NULL, animation TEXT COLLATE "C" NOT NULL,
+    PRIMARY KEY (family, animation));
+  CREATE INDEX family_members_by_animation ON family_members (animation, family);
+  CREATE TABLE family_versions (
+    family TEXT COLLATE "C" PRIMARY KEY, last_version BIGINT NOT NULL);
+  CREATE TABLE jobs (
+    number BIGINT GENERATED ALWAYS AS IDENTITY PRIMARY KEY, id TEXT COLLATE "C" NOT NULL UNIQUE,
+    state BIGINT NOT NULL, subject TEXT COLLATE "C" NOT NULL, request_id TEXT COLLATE "C" UNIQUE,
+    lease_id TEXT COLLATE "C" UNIQUE, lease_expires_us BIGINT, parent TEXT COLLATE "C",
+    record BYTEA NOT NULL);
+  CREATE INDEX jobs_by_state ON jobs (state, number);
+  CREATE INDEX jobs_by_parent ON jobs (parent, number);
+  CREATE INDEX jobs_to_do ON jobs (number) WHERE state IN (1, 2);
+  CREATE FUNCTION notify_job() RETURNS trigger LANGUAGE plpgsql AS $$
+    BEGIN
+      PERFORM pg_notify('liquidblend_jobs', TG_TABLE_SCHEMA);
+      RETURN NULL;
+    END
+  $$;
+  CREATE TRIGGER jobs_queued AFTER INSERT OR UPDATE OF state ON jobs
+    FOR EACH ROW WHEN (NEW.state = 1) EXECUTE FUNCTION notify_job();
+)sql",
+                                               R"sql(
+  ALTER TABLE jobs RENAME COLUMN lease_expires_us TO due_us;
+  UPDATE jobs SET due_us = 0 WHERE state = 1;
+  DROP INDEX jobs_to_do;
+  ALTER TABLE jobs ADD COLUMN owner TEXT COLLATE "C" NOT NULL DEFAULT '';
+  ALTER TABLE jobs ADD COLUMN priority BIGINT NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN turn BIGINT NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN attempts BIGINT NOT NULL DEFAULT 0;
+  ALTER TABLE jobs ADD COLUMN memory_bytes BIGINT NOT NULL DEFAULT 0;
+  CREATE TABLE workers (
+    name TEXT COLLATE "C" PRIMARY KEY, memory_bytes BIGINT NOT NULL, seen_us BIGINT NOT NULL);
+  CREATE INDEX jobs_to_do ON jobs (priority DESC, turn, number, due_us, memory_bytes)
+    WHERE state IN (1, 2);
+  CREATE INDEX jobs_by_turn ON jobs (priority, turn) WHERE attempts > 0;
+  CREATE INDEX jobs_by_owner ON jobs (owner, priority, turn) WHERE state IN (1, 2, 6);
+)sql",
+                                               R"sql(
+  ALTER TABLE jobs ADD COLUMN ended_us BIGINT;
+  UPDATE jobs SET ended_us = (extract(epoch FROM clock_timestamp()) * 1000000)::bigint
+    WHERE state IN (3, 4, 5) AND parent IS NULL;
+  CREATE INDEX jobs_by_end ON jobs (ended_us) WHERE ended_us IS NOT NULL;
+)sql",
+                                               R"sql(
+  ALTER TABLE animations ADD COLUMN owner TEXT COLLATE "C" NOT NULL DEFAULT '';
+  ALTER TABLE animations ADD COLUMN stored_bytes BIGINT NOT NULL DEFAULT 0;
+  ALTER TABLE families ADD COLUMN owner TEXT COLLATE "C" NOT NULL DEFAULT '';
+  ALTER TABLE families ADD COLUMN stored_bytes BIGINT NOT NULL DEFAULT 0;
+  CREATE INDEX animations_by_owner ON animations (owner, blob, stored_bytes);
+  CREATE INDEX families_by_owner ON families (owner, blob, stored_bytes);
+)sql",
+                                               R"sql(
+  ALTER TABLE workers ADD COLUMN refusal TEXT NOT NULL DEFAULT '';
+)sql",
+                                               R"sql(
+  CREATE TABLE kept_versions (
+    family TEXT COLLATE "C" NOT NULL, version BIGINT NOT NULL, blob TEXT NOT NULL,
+    owner TEXT COLLATE "C" NOT NULL, stored_bytes BIGINT NOT NULL, record BYTEA NOT NULL,
+    PRIMARY KEY (family, version));
+  CREATE INDEX kept_versions_by_owner ON kept_versions (owner, blob, stored_bytes);
+)sql"};
+constexpr int64_t kPostgresSchemaVersion = std::size(kPostgresMigrations);
+constexpr int64_t kPostgresFirstWithOwners = 4;
+constexpr absl::Duration kSlowPoll = absl::Seconds(5);
+constexpr char kChannel[] = "liquidblend_jobs";
+
+absl::Status CheckVersion(const Sql& sql, int64_t version, int64_t lowest) {
+  if (version >= lowest && version <= kPostgresSchemaVersion) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("database ", sql.name(), " has schema version ",
+                                                    version, "; this program knows 1 to ",
+                                                    kPostgresSchemaVersion));
+}
+
+absl::StatusOr<int64_t> CountTables(Sql& sql, absl::string_view condition) {
+  return QueryInt(sql, absl::StrCat("SELECT count(*) FROM pg_class WHERE relnamespace = "
+                                    "to_regnamespace(current_schema()::text) AND "
+                                    "relkind IN ('r', 'p')",
+                                    condition));
+}
+
+absl::Status Migrate(PostgresConnection& sql) {
+  LB_RETURN_IF_ERROR(sql.Run("SELECT pg_advisory_xact_lock($1)", {kMigrationLock}));
+  LB_ASSIGN_OR_RETURN(const int64_t num_ours,
+                      CountTables(sql, " AND relname IN ('catalog_version', 'jobs')"));
+  LB_ASSIGN_OR_RETURN(const int64_t num_tables, CountTables(sql, ""));
+  if (num_ours != 2 && num_tables > 0) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("database ", sql.name(), " is not a liquidblend catalog"));
+  }
+  int64_t version = 0;
+  if (num_tables > 0) {
+    LB_ASSIGN_OR_RETURN(version, QueryInt(sql, "SELECT version FROM catalog_version FOR UPDATE"));
+    LB_RETURN_IF_ERROR(CheckVersion(sql, version, 1));
+  }
+  if (version == kPostgresSchemaVersion) return absl::OkStatus();
+  for (int64_t k = version; k < kPostgresSchemaVersion; ++k) {
+    LB_RETURN_IF_ERROR(sql.RunScript(kPostgresMigrations[k]));
+  }
+  if (version < kPostgresFirstWithOwners) LB_RETURN_IF_ERROR(NoteOwners(sql));
+  return sql.Run("UPDATE catalog_version SET version = $1, changed_at = now()",
+                 {kPostgresSchemaVersion});
+}
+
+class PostgresBackend : public SqlBackend {
+ public:
+  PostgresBackend(PostgresTarget target, PostgresOptions options, int max_connections)
+      : pool_(std::move(target), std::move(options), max_connections) {}
+
+  absl::Status Prepare() {
+    return pool_.Use(
+        [](PostgresConnection& sql) { return sql.Transaction([&] { return Migrate(sql); }); });
+  }
+
+  absl::Status Read(Body body) override {
+    return pool_.Use([&](PostgresConnection& sql) { return body(sql); });
+  }
+
+  // Whoever changes more than a job of its own holds the row of the version: so they take turns,
+  // and notice when someone has changed the tables.
+  absl::Status Change(Body body) override {
+    return pool_.Use([&](PostgresConnection& sql) {
+      return sql.Transaction([&]() -> absl::Status {
+        LB_ASSIGN_OR_RETURN(const int64_t version,
+                            QueryInt(sql, "SELECT version FROM catalog_version FOR UPDATE"));
+        LB_RETURN_IF_ERROR(CheckVersion(sql, version, kPostgresSchemaVersion));
+        return body(sql);
+      });
+    });
+  }
+
+  absl::Status ChangeJob(Body body) override {
+    return pool_.Use(
+        [&](PostgresConnection& sql) { return sql.Transaction([&] { return body(sql); }); });
+  }
+
+  // Looks once someone has told of a job (or a pause before the next attempt at one), and when a
+  // job that was there becomes due: nobody tells of that.
+  absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) override
+      ABSL_LOCKS_EXCLUDED(listener_mutex_) {
+    const absl::MutexLock lock(&listener_mutex_);
+    const base::SteadyClock::time_point begin = base::SteadyClock::now();
+    if (listener_ == nullptr) LB_RETURN_IF_ERROR(Listen());
+    while (true) {
+      if (base::Since(looked_) >= until_look_) {
+        LB_ASSIGN_OR_RETURN(const absl::Duration pause, until_next());
+        if (pause <= absl::ZeroDuration()) return true;
+        LookAfter(std::min(pause, kSlowPoll));
+      }
+      const absl::Duration left =
+          std::min(timeout - base::Since(begin), until_look_ - base::Since(looked_));
+      const absl::StatusOr<bool> heard =
+          listener_->AwaitNotification(std::max(left, absl::ZeroDuration()));
+      if (!heard.ok()) listener_ = nullptr;
+      if (heard.ok() && *heard) LookAfter(absl::ZeroDuration());
+      if (!heard.ok() || *heard) return heard;
+      if (base::Since(begin) >= timeout) return false;
+    }
+  }
+
+ private:
+  absl::Status Listen() ABSL_EXCLUSIVE_LOCKS_REQUIRED(listener_mutex_) {
+    LB_ASSIGN_OR_RETURN(std::unique_ptr<PostgresConnection> listener, pool_.Open());
+    LB_RETURN_IF_ERROR(listener->Listen(kChannel));
+    listener_ = std::move(listener);
+    LookAfter(absl::ZeroDuration());  // what was queued before told nobody
+    return absl::OkStatus();
+  }
+
+  void LookAfter(absl::Duration pause) ABSL_EXCLUSIVE_LOCKS_REQUIRED(listener_mutex_) {
+    looked_ = base::SteadyClock::now();
+    until_look_ = pause;
+  }
+
+  PostgresPool pool_;
+  absl::Mutex listener_mutex_;
+  std::unique_ptr<PostgresConnection> listener_ ABSL_GUARDED_BY(listener_mutex_);
+  // When a job may be due of which nobody will tell.
+  base::SteadyClock::time_point looked_ ABSL_GUARDED_BY(listener_mutex_);
+  absl::Duration until_look_ ABSL_GUARDED_BY(listener_mutex_);
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Catalog>> OpenPostgresCatalog(const std::string& url,
+                                                             const CatalogOptions& options) {
+  LB_RETURN_IF_ERROR(options.Validate());
+  LB_ASSIGN_OR_RETURN(PostgresTarget target, ParsePostgresUrl(url, options.busy_timeout));
+  auto backend = std::make_unique<PostgresBackend>(
+      std::move(target), PostgresOptions{.timeout = options.busy_timeout, .now = options.now},
+      options.max_connections);
+  LB_RETURN_IF_ERROR(backend->Prepare());
+  return MakeSqlCatalog(std::move(backend), options);
+}
+
+}  // namespace liquidblend::store

@@ -1,0 +1,272 @@
+#include "core/store/catalog/upkeep_tables.h"
+
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/store/catalog/catalog_tables.h"
+#include "core/store/catalog/job_records.h"
+#include "core/store/catalog/owner_tables.h"
+#include "core/store/catalog/version_tables.h"
+
+namespace liquidblend::store {
+namespace {
+
+using Names = std::set<std::string>;
+
+// Whether the record could be read and says the same as its columns; else that is put down.
+template <typename Record>
+bool ParseRow(const std::string& what, const std::string& bytes,
+              absl::FunctionRef<bool(const Record&)> agrees, std::vector<Record>& records,
+              std::vector<std::string>& damage) {
+  Record record;
+  if (!record.ParseFromString(bytes)) {
+    damage.push_back(absl::StrCat("the record of ", what, " cannot be read"));
+    return false;
+  }
+  if (!agrees(record)) {
+    damage.push_back(absl::StrCat("the record of ", what, " contradicts the columns of its row"));
+    return false;
+  }
+  records.push_back(std::move(record));
+  return true;
+}
+
+absl::Status InspectAnimations(Sql& sql, CatalogInspection& result) {
+  return sql.Run("SELECT id, state, blob, record FROM animations ORDER BY id", {},
+                 [&](const SqlRow& row) {
+                   ParseRow<pb::AnimationRecord>(
+                       absl::StrCat("animation '", row.String(0), "'"), row.String(3),
+                       [&](const pb::AnimationRecord& record) {
+                         return record.id() == row.String(0) && record.state() == row.Int(1) &&
+                                record.blob() == row.String(2);
+                       },
+                       result.contents.animations, result.damage);
+                   return absl::OkStatus();
+                 });
+}
+
+absl::Status InspectFamilies(Sql& sql, CatalogInspection& result) {
+  return sql.Run("SELECT id, version, blob, record FROM families ORDER BY id", {},
+                 [&](const SqlRow& row) {
+                   ParseRow<pb::FamilyRecord>(
+                       absl::StrCat("family '", row.String(0), "'"), row.String(3),
+                       [&](const pb::FamilyRecord& record) {
+                         return record.id() == row.String(0) && record.version() == row.Int(1) &&
+                                record.blob() == row.String(2);
+                       },
+                       result.contents.families, result.damage);
+                   return absl::OkStatus();
+                 });
+}
+
+absl::Status InspectKeptVersions(Sql& sql, CatalogInspection& result) {
+  return sql.Run("SELECT family, version, blob, record FROM kept_versions ORDER BY family, version",
+                 {}, [&](const SqlRow& row) {
+                   ParseRow<pb::FamilyRecord>(
+                       absl::StrCat("version ", row.Int(1), " of family '", row.String(0), "'"),
+                       row.String(3),
+                       [&](const pb::FamilyRecord& record) {
+                         return record.id() == row.String(0) && record.version() == row.Int(1) &&
+                                record.blob() == row.String(2);
+                       },
+                       result.contents.kept_versions, result.damage);
+                   return absl::OkStatus();
+                 });
+}
+
+absl::Status InspectJobs(Sql& sql, CatalogInspection& result) {
+  return sql.Run("SELECT id, state, subject, request_id, parent, record FROM jobs ORDER BY number",
+                 {}, [&](const SqlRow& row) {
+                   ParseRow<pb::JobRecord>(
+                       absl::StrCat("job '", row.String(0), "'"), row.String(5),
+                       [&](const pb::JobRecord& record) {
+                         return record.id() == row.String(0) && record.state() == row.Int(1) &&
+                                SubjectOf(record) == row.String(2) &&
+                                record.request_id() == row.String(3) &&
+                                record.parent() == row.String(4);
+                       },
+                       result.contents.jobs, result.damage);
+                   return absl::OkStatus();
+                 });
+}
+
+absl::Status ReadMembersAndVersions(Sql& sql, CatalogContents& contents) {
+  LB_RETURN_IF_ERROR(
+      sql.Run("SELECT family, animation FROM family_members ORDER BY family, animation", {},
+              [&](const SqlRow& row) {
+                pb::FamilyMember& member = contents.members.emplace_back();
+                member.set_family(row.String(0));
+                member.set_animation(row.String(1));
+                return absl::OkStatus();
+              }));
+  return sql.Run("SELECT family, last_version FROM family_versions ORDER BY family", {},
+                 [&](const SqlRow& row) {
+                   pb::FamilyVersion& version = contents.versions.emplace_back();
+                   version.set_family(row.String(0));
+                   version.set_last_version(row.Int(1));
+                   return absl::OkStatus();
+                 });
+}
+
+absl::StatusOr<Names> ReadNames(Sql& sql, absl::string_view statement) {
+  Names names;
+  LB_RETURN_IF_ERROR(sql.Run(statement, {}, [&](const SqlRow& row) {
+    names.insert(row.String(0));
+    return absl::OkStatus();
+  }));
+  return names;
+}
+
+// What rows say of rows in other tables.
+absl::Status InspectReferences(Sql& sql, CatalogInspection& result) {
+  LB_ASSIGN_OR_RETURN(const Names animations, ReadNames(sql, "SELECT id FROM animations"));
+  LB_ASSIGN_OR_RETURN(const Names families, ReadNames(sql, "SELECT id FROM families"));
+  LB_ASSIGN_OR_RETURN(const Names jobs, ReadNames(sql, "SELECT id FROM jobs"));
+  for (const pb::FamilyMember& member : result.contents.members) {
+    if (animations.contains(member.animation()) && families.contains(member.family())) continue;
+    result.damage.push_back(absl::StrCat("family '", member.family(), "' has animation '",
+                                         member.animation(), "', but not both are there"));
+  }
+  for (const pb::JobRecord& job : result.contents.jobs) {
+    if (job.parent().empty() || jobs.contains(job.parent())) continue;
+    result.damage.push_back(
+        absl::StrCat("job '", job.id(), "' is a part of '", job.parent(), "', which is not there"));
+  }
+  for (const pb::FamilyRecord& kept : result.contents.kept_versions) {
+    if (families.contains(kept.id())) continue;
+    result.damage.push_back(absl::StrCat("version ", kept.version(), " of family '", kept.id(),
+                                         "' is kept, but the family is not there"));
+  }
+  std::map<std::string, int64_t> last;
+  for (const pb::FamilyVersion& row : result.contents.versions) {
+    last[row.family()] = row.last_version();
+  }
+  for (const pb::FamilyRecord& family : result.contents.families) {
+    if (family.version() <= last[family.id()]) continue;
+    result.damage.push_back(absl::StrCat("family '", family.id(), "' has version ",
+                                         family.version(), ", but the last one given is ",
+                                         last[family.id()]));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Add(const std::string& what, const std::string& name, Names& names) {
+  if (names.insert(name).second) return absl::OkStatus();
+  return absl::AlreadyExistsError(absl::StrCat(what, " '", name, "' is there already"));
+}
+
+}  // namespace
+
+absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions(Sql& sql) {
+  std::map<std::string, int64_t> versions;
+  LB_RETURN_IF_ERROR(sql.Run("SELECT id, version FROM families", {}, [&](const SqlRow& row) {
+    versions[row.String(0)] = row.Int(1);
+    return absl::OkStatus();
+  }));
+  return versions;
+}
+
+absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs(Sql& sql) {
+  std::vector<HeldJob> jobs;
+  LB_RETURN_IF_ERROR(sql.Run(
+      "SELECT id, record, due_us FROM jobs WHERE state IN ($1, $2, $3) ORDER BY number",
+      {int64_t{pb::JobRecord::QUEUED}, int64_t{pb::JobRecord::RUNNING},
+       int64_t{pb::JobRecord::WAITING}},
+      [&](const SqlRow& row) {
+        HeldJob held;
+        if (!held.job.ParseFromString(row.String(1))) {
+          return absl::DataLossError(absl::StrCat("database ", sql.name(), ": the record of job '",
+                                                  row.String(0), "' cannot be read"));
+        }
+        if (held.job.state() == pb::JobRecord::RUNNING) {
+          held.lease_expires = absl::FromUnixMicros(row.Int(2));
+        }
+        jobs.push_back(std::move(held));
+        return absl::OkStatus();
+      }));
+  return jobs;
+}
+
+absl::StatusOr<CatalogInspection> InspectTables(Sql& sql) {
+  CatalogInspection result;
+  LB_RETURN_IF_ERROR(InspectAnimations(sql, result));
+  LB_RETURN_IF_ERROR(InspectFamilies(sql, result));
+  LB_RETURN_IF_ERROR(InspectKeptVersions(sql, result));
+  LB_RETURN_IF_ERROR(InspectJobs(sql, result));
+  LB_RETURN_IF_ERROR(ReadMembersAndVersions(sql, result.contents));
+  LB_RETURN_IF_ERROR(InspectReferences(sql, result));
+  absl::StatusOr<std::vector<std::string>> blobs = BlobsInUse(sql);
+  // A record that cannot be read has been put down already.
+  if (!blobs.ok() && !absl::IsDataLoss(blobs.status())) return blobs.status();
+  if (blobs.ok()) result.blobs = *std::move(blobs);
+  return result;
+}
+
+// Each name must be new to the catalog, and come only once.
+absl::Status CheckNoClash(Sql& sql, const CatalogContents& contents) {
+  LB_ASSIGN_OR_RETURN(Names animations, ReadNames(sql, "SELECT id FROM animations"));
+  for (const pb::AnimationRecord& animation : contents.animations) {
+    LB_RETURN_IF_ERROR(Add("animation", animation.id(), animations));
+  }
+  // A family that was deleted here has given its name's versions a meaning.
+  LB_ASSIGN_OR_RETURN(Names families, ReadNames(sql,
+                                                "SELECT id FROM families UNION "
+                                                "SELECT family FROM family_versions"));
+  for (const pb::FamilyRecord& family : contents.families) {
+    LB_RETURN_IF_ERROR(Add("family (or one that was deleted)", family.id(), families));
+  }
+  LB_ASSIGN_OR_RETURN(Names jobs, ReadNames(sql, "SELECT id FROM jobs"));
+  LB_ASSIGN_OR_RETURN(Names requests,
+                      ReadNames(sql, "SELECT request_id FROM jobs WHERE request_id IS NOT NULL"));
+  for (const pb::JobRecord& job : contents.jobs) {
+    LB_RETURN_IF_ERROR(Add("job", job.id(), jobs));
+    if (job.request_id().empty()) continue;
+    LB_RETURN_IF_ERROR(Add("request_id", job.request_id(), requests));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ImportContents(Sql& sql, const CatalogContents& contents) {
+  LB_RETURN_IF_ERROR(CheckNoClash(sql, contents));
+  for (const pb::AnimationRecord& animation : contents.animations) {
+    LB_RETURN_IF_ERROR(SaveAnimation(sql, animation));
+  }
+  for (const pb::FamilyRecord& family : contents.families) {
+    LB_RETURN_IF_ERROR(SaveFamily(sql, family));
+  }
+  for (const pb::FamilyRecord& kept : contents.kept_versions) {
+    LB_RETURN_IF_ERROR(SaveKeptVersion(sql, kept));
+  }
+  std::map<std::string, std::vector<std::string>> members;
+  for (const pb::FamilyMember& member : contents.members) {
+    members[member.family()].push_back(member.animation());
+  }
+  for (const auto& [family, animations] : members) {
+    LB_RETURN_IF_ERROR(SetFamilyMembers(sql, family, animations));
+  }
+  for (const pb::FamilyVersion& version : contents.versions) {
+    LB_RETURN_IF_ERROR(
+        sql.Run("INSERT INTO family_versions (family, last_version) VALUES ($1, $2) "
+                "ON CONFLICT (family) DO UPDATE SET last_version = excluded.last_version "
+                "WHERE excluded.last_version > family_versions.last_version",
+                {version.family(), int64_t{version.last_version()}}));
+  }
+  for (const pb::JobRecord& job : contents.jobs) LB_RETURN_IF_ERROR(InsertJob(sql, job));
+  return NoteOwners(sql);  // of records that an older program wrote
+}
+
+absl::Status SetAnimationReadable(Sql& sql, const std::string& id, const std::string& blob,
+                                  const absl::Status& readable) {
+  LB_ASSIGN_OR_RETURN(pb::AnimationRecord animation, FindAnimation(sql, id));
+  if (animation.blob() != blob) return absl::OkStatus();
+  const auto needed = readable.ok() ? pb::AnimationRecord::FAILED : pb::AnimationRecord::READY;
+  if (animation.state() != needed) return absl::OkStatus();
+  animation.set_state(readable.ok() ? pb::AnimationRecord::READY : pb::AnimationRecord::FAILED);
+  animation.clear_error();
+  if (!readable.ok()) *animation.mutable_error() = ToRpcStatus(readable);
+  return SaveAnimation(sql, animation);
+}
+
+}  // namespace liquidblend::store

@@ -1,0 +1,56 @@
+// liquidblend's file formats (docs/formats.md): animation files, family files, target files.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/animation.h"
+#include "core/mesh/registered_family.h"
+#include "core/store/blobs/blob_store.h"
+#include "liquidblend/store/v1/files.pb.h"
+
+namespace liquidblend::store {
+
+// Writes an animation as one file of aligned, checksummed sections.
+// Requires: each frame passed Validate(); the times, if any, are one per frame and rise from 0.
+// Errors: the writer's; kInvalidArgument if a name or note is not UTF-8.
+absl::Status WriteAnimation(const mesh::Animation& animation, BlobWriter& out);
+
+//   name  how messages call the file
+// Errors: kDataLoss if the file is damaged, naming the section; kInvalidArgument if it is no
+// animation file, of a format version that is not known, or its content contradicts itself.
+// Memory: the file's size, and some 80 times its manifest's, which may have 16 MiB at most.
+absl::StatusOr<mesh::Animation> ReadAnimation(const Blob& blob, const std::string& name);
+
+// Writes a registered family. The same family gives the same bytes: its version (which the catalog
+// assigns) and the seconds of the reports are not stored in the file.
+// Requires: Validate(family).ok().  Errors: as WriteAnimation.
+absl::Status WriteFamily(const mesh::RegisteredFamily& family, BlobWriter& out);
+
+// A view on the blob, which it keeps alive, without a copy; checks header, sections, checksums and
+// Validate(). Requires: the blob's bytes are 64-byte aligned.  Errors: as ReadAnimation.
+absl::StatusOr<mesh::RegisteredFamily> OpenFamily(std::shared_ptr<const Blob> blob,
+                                                  const std::string& name);
+
+// One registered target, on its way into a family file.
+struct TargetFile {
+  mesh::FamilyTarget target;  // views
+  mesh::SpaceTimeReport space_time;
+  std::string source_mesh;  // a hash of the mesh that displacements belong to; empty: not known
+  std::shared_ptr<const void> storage;  // keeps alive what the spans view
+};
+
+// Everything comes back as it was, to the last bit. Errors: as WriteAnimation.
+absl::Status WriteTarget(const TargetFile& target, BlobWriter& out);
+
+// A view on the blob, which it keeps alive, without a copy. Whether the arrays fit the source's
+// mesh shows when they are put together. Requires, Errors: as OpenFamily.
+absl::StatusOr<TargetFile> OpenTarget(std::shared_ptr<const Blob> blob, const std::string& name);
+
+// What stands in the catalog about them (no sections).
+liquidblend::store::v1::AnimationManifest ManifestOf(const mesh::Animation& animation);
+liquidblend::store::v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family);
+
+}  // namespace liquidblend::store

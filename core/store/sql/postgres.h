@@ -1,0 +1,75 @@
+// PostgreSQL with statuses: a connection, statements, transactions, notifications.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <memory>
+#include <string>
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "core/store/sql/postgres_url.h"
+#include "core/store/sql/sql.h"
+
+namespace liquidblend::store {
+
+struct PostgresOptions {
+  absl::Duration timeout = absl::Seconds(10);  // of a statement, a lock, an idle transaction
+  std::function<absl::Time()> now;             // empty: the database's clock
+};
+
+// One connection. It is not opened again once it is lost.
+// Errors of all calls name the database: kUnavailable (lost, timed out, locked, restarting),
+// kResourceExhausted (disk or memory full), kPermissionDenied, kDataLoss (corrupt),
+// kInvalidArgument (text that is not UTF-8 or has a zero byte), kInternal (a statement that the
+// server does not accept).
+// Threads: one at a time.
+class PostgresConnection : public Sql {
+ public:
+  static absl::StatusOr<std::unique_ptr<PostgresConnection>> Open(const PostgresTarget& target,
+                                                                  const PostgresOptions& options);
+  ~PostgresConnection() override;
+  PostgresConnection(const PostgresConnection&) = delete;
+  PostgresConnection& operator=(const PostgresConnection&) = delete;
+
+  const std::string& name() const override;
+  absl::StatusOr<absl::Time> Now() override;
+  absl::string_view for_update() const override;
+  absl::string_view for_update_of_free() const override;
+
+  bool is_open() const;
+  // How many statements the server has done so far.
+  int64_t num_done() const { return num_done_; }
+
+  // Runs statements without values, separated by semicolons.
+  absl::Status RunScript(const std::string& script);
+
+  // BEGIN, body, COMMIT; ROLLBACK if the body throws or fails. READ COMMITTED: each statement sees
+  // what is committed when it begins.
+  absl::Status Transaction(absl::FunctionRef<absl::Status()> body);
+
+  // What NOTIFY says on the channel is heard from now on. Once only.
+  absl::Status Listen(const std::string& channel);
+  // Whether there was any since the last call, or is within this time.
+  absl::StatusOr<bool> AwaitNotification(absl::Duration timeout);
+
+ private:
+  struct Impl;
+  explicit PostgresConnection(std::unique_ptr<Impl> impl);
+  absl::Status RunStatement(absl::string_view statement, std::initializer_list<SqlValue> values,
+                            EachRow each_row) override;
+  absl::Status Configure();
+  void RollBack();
+  // Runs `action`, which may throw what libpqxx throws.
+  absl::Status Guard(absl::string_view what, absl::FunctionRef<void()> action);
+
+  std::unique_ptr<Impl> impl_;
+  int64_t num_done_ = 0;
+  bool in_transaction_ = false;
+};
+
+}  // namespace liquidblend::store

@@ -1,0 +1,120 @@
+#include "server/access/authorizer.h"
+
+#include <openssl/crypto.h>
+#include <sys/stat.h>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "core/base/status_macros.h"
+#include "server/base/errors.h"
+
+namespace liquidblend::server {
+namespace {
+
+// Changes whenever the file does: written in place, replaced, or a link to it turned elsewhere.
+std::string StampOf(const std::string& path) {
+  struct stat info = {};
+  if (stat(path.c_str(), &info) != 0) return "missing";
+  return absl::StrCat(info.st_dev, " ", info.st_ino, " ", info.st_size, " ", info.st_mtim.tv_sec,
+                      " ", info.st_mtim.tv_nsec, " ", info.st_ctim.tv_sec, " ",
+                      info.st_ctim.tv_nsec);
+}
+
+Principal Everyone(absl::string_view certificate_subject) {
+  Principal principal;
+  principal.name = certificate_subject.empty() ? kAnonymous : CleanText(certificate_subject, 128);
+  principal.scopes = {Scope::kFrames, Scope::kWrite, Scope::kRegister};
+  return principal;
+}
+
+// Looks at all hashes, each in the same time, so that the time of the answer says nothing of them.
+const TokenEntry* FindToken(const TokenFile& file, absl::string_view token) {
+  const TokenHash hash = HashToken(token);
+  const TokenEntry* found = nullptr;
+  for (const TokenEntry& entry : file.entries) {
+    for (const TokenHash& known : entry.token_hashes) {
+      if (CRYPTO_memcmp(hash.data(), known.data(), hash.size()) == 0) found = &entry;
+    }
+  }
+  return found;
+}
+
+absl::Status Unauthenticated(const char* message, const char* reason) {
+  return WithReason(absl::UnauthenticatedError(message), reason);
+}
+
+absl::StatusOr<Principal> Find(const TokenFile& file, absl::string_view bearer,
+                               absl::string_view certificate_subject) {
+  if (!bearer.empty()) {
+    if (const TokenEntry* entry = FindToken(file, bearer)) return entry->principal;
+    return Unauthenticated("the token is none of this server's", "TOKEN_UNKNOWN");
+  }
+  for (const TokenEntry& entry : file.entries) {
+    if (!certificate_subject.empty() && entry.certificate_subject == certificate_subject) {
+      return entry.principal;
+    }
+  }
+  if (file.anonymous.has_value()) return *file.anonymous;
+  if (certificate_subject.empty()) {
+    return Unauthenticated("a token is needed: authorization: Bearer TOKEN", "TOKEN_MISSING");
+  }
+  return WithReason(
+      absl::UnauthenticatedError(
+          "the certificate's subject is none of this server's, and there is no token"),
+      "CERTIFICATE_UNKNOWN", {{"subject", std::string(certificate_subject)}});
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Authorizer>> Authorizer::Open(const std::string& path) {
+  std::unique_ptr<Authorizer> authorizer(new Authorizer(path));
+  LB_RETURN_IF_ERROR(authorizer->ReloadIfChanged());
+  return authorizer;
+}
+
+absl::StatusOr<Principal> Authorizer::Check(absl::string_view bearer,
+                                            absl::string_view certificate_subject,
+                                            absl::string_view peer) const {
+  std::shared_ptr<const TokenFile> file;
+  {
+    absl::MutexLock lock(&mutex_);
+    file = file_;
+  }
+  Principal principal = Everyone(certificate_subject);
+  if (file != nullptr) {
+    LB_ASSIGN_OR_RETURN(principal, Find(*file, bearer, certificate_subject));
+  }
+  principal.key = principal.name == kAnonymous ? absl::StrCat(kAnonymous, "@", HostOfPeer(peer))
+                                               : principal.name;
+  return principal;
+}
+
+absl::Status Authorizer::ReloadIfChanged() {
+  if (path_.empty()) return absl::OkStatus();
+  const std::string stamp = StampOf(path_);
+  {
+    absl::MutexLock lock(&mutex_);
+    if (stamp == stamp_) return absl::OkStatus();
+    stamp_ = stamp;
+  }
+  LB_ASSIGN_OR_RETURN(TokenFile file, ReadTokenFile(path_));
+  absl::MutexLock lock(&mutex_);
+  file_ = std::make_shared<const TokenFile>(std::move(file));
+  return absl::OkStatus();
+}
+
+absl::string_view BearerToken(absl::string_view authorization) {
+  constexpr absl::string_view kScheme = "Bearer ";
+  if (!absl::StartsWithIgnoreCase(authorization, kScheme)) return "";
+  return absl::StripAsciiWhitespace(authorization.substr(kScheme.size()));
+}
+
+std::string HostOfPeer(absl::string_view peer) {
+  absl::ConsumePrefix(&peer, "ipv4:");
+  absl::ConsumePrefix(&peer, "ipv6:");
+  const size_t colon = peer.rfind(':');
+  return std::string(colon == absl::string_view::npos ? peer : peer.substr(0, colon));
+}
+
+}  // namespace liquidblend::server

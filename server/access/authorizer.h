@@ -1,0 +1,52 @@
+// Who calls, by bearer token or client certificate. Knows neither gRPC nor HTTP; both ask it.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/synchronization/mutex.h"
+#include "server/access/principal.h"
+#include "server/access/token_file.h"
+
+namespace liquidblend::server {
+
+// Threads: safe.
+class Authorizer {
+ public:
+  // Without a file: everyone may do everything, under the name of the certificate or kAnonymous.
+  Authorizer() = default;
+  // Errors: ReadTokenFile()'s.
+  static absl::StatusOr<std::unique_ptr<Authorizer>> Open(const std::string& path);
+
+  // bearer: the token of "authorization: Bearer TOKEN", or empty. certificate_subject: of a client
+  // certificate that the connection has verified, as TLS libraries write it, or empty. peer: the
+  // address of the connection, HOST:PORT. A token counts before a certificate.
+  // Errors: kUnauthenticated (google.rpc.ErrorInfo: TOKEN_MISSING, TOKEN_UNKNOWN,
+  // CERTIFICATE_UNKNOWN). Neither says nor logs what the token was.
+  absl::StatusOr<Principal> Check(absl::string_view bearer, absl::string_view certificate_subject,
+                                  absl::string_view peer) const;
+
+  // Takes the file if it has changed since it was last looked at; to be called every second or so.
+  // Errors: ReadTokenFile()'s, once per change; what the file said before goes on to count.
+  absl::Status ReloadIfChanged();
+
+ private:
+  explicit Authorizer(std::string path) : path_(std::move(path)) {}
+
+  const std::string path_;  // empty: no file
+  mutable absl::Mutex mutex_;
+  std::shared_ptr<const TokenFile> file_ ABSL_GUARDED_BY(mutex_);
+  std::string stamp_ ABSL_GUARDED_BY(mutex_);  // of the file when it was last looked at
+};
+
+// The token in the value of an "authorization" header; empty if there is none.
+absl::string_view BearerToken(absl::string_view authorization);
+
+// HOST:PORT, "ipv4:HOST:PORT" -> the same without the port.
+std::string HostOfPeer(absl::string_view peer);
+
+}  // namespace liquidblend::server

@@ -1,0 +1,200 @@
+#include "server/api/frame_source.h"
+
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/time/time.h"
+#include "core/base/disk_space.h"
+#include "core/base/log.h"
+#include "core/base/status_macros.h"
+#include "core/store/open_store.h"
+#include "server/api/handlers.h"
+#include "server/base/guarded.h"
+#include "server/base/names.h"
+#include "server/base/shared_look.h"
+#include "server/frames/backends.h"
+#include "server/frames/get_frame.h"
+
+namespace liquidblend::server {
+namespace {
+
+// Figures of the catalog, by state.
+struct Counts {
+  std::map<std::string, int64_t> jobs;
+  std::map<std::string, int64_t> workers;
+};
+
+// Of probes: those of orchestrators come every few seconds, and wait for one or a few.
+SharedLookOptions ReachableOptions() {
+  return {.name = "the catalog or the object store",
+          .kept = absl::Seconds(1),
+          .limit = absl::Seconds(2)};
+}
+
+SharedLookOptions CountOptions() {
+  return {.name = "the catalog", .kept = absl::Seconds(5), .limit = absl::Seconds(2)};
+}
+
+// Runs what tells of an answer; whatever it throws must not end the thread.
+template <typename Tell>
+void Deliver(const Tell& tell) {
+  const absl::Status delivered = Guarded([&] {
+    tell();
+    return absl::OkStatus();
+  });
+  if (!delivered.ok()) base::LogError("an answer is lost: " + delivered.ToString());
+}
+
+absl::StatusOr<MadeFrame> ToFrame(const absl::StatusOr<AnsweredFrame>& made) {
+  LB_RETURN_IF_ERROR(made.status());
+  MadeFrame result;
+  if (!result.frame.ParseFromString(*made->bytes)) {
+    return absl::InternalError("a frame's bytes are no Frame");
+  }
+  result.generation = made->generation;
+  return result;
+}
+
+absl::StatusOr<FamilyVersion> FindPublished(Backends& backends, const std::string& id) {
+  LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord record, backends.catalog.GetFamily(id));
+  return FamilyVersion{record.version(), liquidblend::catalog::GenerationOf(record)};
+}
+
+absl::StatusOr<std::string> LookAt(Backends& backends) {
+  LB_RETURN_IF_ERROR(store::CheckReachable(backends.catalog, backends.blobs));
+  return "ok";
+}
+
+// Without them, Prometheus shows a gap.
+absl::StatusOr<Counts> Count(Backends& backends) {
+  const absl::StatusOr<store::JobCounts> jobs = backends.catalog.CountJobs();
+  const absl::StatusOr<std::vector<store::pb::WorkerRecord>> workers =
+      jobs.ok() ? backends.catalog.ListWorkers() : jobs.status();
+  if (!workers.ok()) {
+    base::LogWarning("metrics: the catalog's figures: " + workers.status().ToString());
+    return workers.status();
+  }
+  Counts counts = {.jobs = {{"queued", 0}, {"running", 0}},
+                   .workers = {{"ready", 0}, {"refused", 0}}};
+  for (const auto& [state, count] : *jobs) {
+    counts.jobs[absl::AsciiStrToLower(store::pb::JobRecord::State_Name(state))] = count;
+  }
+  for (const store::pb::WorkerRecord& worker : *workers) {
+    ++counts.workers[worker.refusal().empty() ? "ready" : "refused"];
+  }
+  return counts;
+}
+
+class PooledSource final : public FrameSource {
+ public:
+  PooledSource(Backends& backends, Entrance& entrance) : backends_(backends), entrance_(entrance) {}
+
+  absl::Status Admit(const Visitor& visitor, const Errand& errand, Admitted& admitted) override {
+    return entrance_.Enter(visitor, errand, admitted);
+  }
+
+  Cancel GetFrame(v1::GetFrameRequest request, std::string client, Done<MadeFrame> done) override {
+    const auto call = FrameCall::Start(
+        backends_, request, std::move(client),
+        [done = std::move(done)](const absl::StatusOr<AnsweredFrame>& made) mutable {
+          Deliver([&] { done(Guarded([&] { return ToFrame(made); })); });
+        });
+    return [call] { call->Cancel(); };
+  }
+  void FindVersion(const std::string& family, int64_t version, Done<FamilyVersion> done) override {
+    const absl::StatusOr<std::string> id = FamilyId("family", family);
+    if (!id.ok()) return done(id.status());
+    const auto loaded = version == 0 ? nullptr : backends_.families.Peek(*id, version);
+    if (loaded != nullptr) return done(FamilyVersion{version, loaded->generation});
+    Answer(
+        backends_.io, [this, id = *id] { return FindPublished(backends_, id); }, std::move(done));
+  }
+  void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override {
+    Answer(
+        backends_.io,
+        [this, request = std::move(request)] { return server::GetFamily(backends_, request); },
+        std::move(done));
+  }
+  void ListFamilies(v1::ListFamiliesRequest request, Done<v1::ListFamiliesResponse> done) override {
+    Answer(
+        backends_.io,
+        [this, request = std::move(request)] { return server::ListFamilies(backends_, request); },
+        std::move(done));
+  }
+  std::shared_ptr<StreamSession> OpenStream(std::string client,
+                                            std::weak_ptr<StreamSession::Sink> sink) override {
+    return std::make_shared<StreamSession>(backends_, std::move(client), std::move(sink));
+  }
+  void CheckStores(Done<std::string> done) override {
+    reachable_->Ask([done = std::move(done)](const absl::StatusOr<std::string>& state) mutable {
+      done(state);
+    });
+  }
+  void GetMetricsText(Done<std::string> done) override {
+    const auto shared = std::make_shared<Done<std::string>>(std::move(done));
+    counts_->Ask([this, shared](const absl::StatusOr<Counts>& counts) {
+      const absl::Status posted = backends_.probes.Post([this, shared, counts] {
+        Deliver([&] { (*shared)(Guarded([&] { return MetricsText(counts); })); });
+      });
+      if (!posted.ok()) (*shared)(posted);
+    });
+  }
+  metrics::Metrics& metrics() override { return backends_.metrics; }
+  CallLog& call_log() override { return backends_.call_log; }
+
+ private:
+  // done(work()) on the pool.
+  template <typename Work, typename Reply>
+  void Answer(WorkPool& pool, Work work, Done<Reply> done) {
+    const auto call =
+        std::make_shared<std::pair<Work, Done<Reply>>>(std::move(work), std::move(done));
+    const absl::Status accepted =
+        pool.Post([call] { Deliver([&] { call->second(Guarded(call->first)); }); });
+    if (!accepted.ok()) call->second(accepted);
+  }
+
+  absl::StatusOr<std::string> MetricsText(const absl::StatusOr<Counts>& counts) {
+    metrics::Snapshot snapshot;
+    snapshot.family_bytes = backends_.families.SizesBytes();
+    snapshot.waiting_calls = {{"io", backends_.io.num_waiting()},
+                              {"transfers", backends_.transfers.num_waiting()},
+                              {"loads", backends_.loads.num_waiting()}};
+    const FrameCache::Stats cache = backends_.frame_cache.stats();
+    snapshot.frame_cache = {cache.num_hits, cache.num_misses, cache.num_frames, cache.size_bytes};
+    const FramePool::Stats queue = backends_.frames.stats();
+    snapshot.frame_queue = {queue.waiting_cost, queue.num_refused};
+    AddDisk(snapshot);
+    if (counts.ok()) snapshot.jobs = counts->jobs;
+    if (counts.ok()) snapshot.workers = counts->workers;
+    return backends_.metrics.Text(snapshot);
+  }
+
+  void AddDisk(metrics::Snapshot& snapshot) const {
+    const std::string& path = backends_.limits.disk;
+    const absl::StatusOr<base::DiskSpace> disk =
+        path.empty() ? base::DiskSpace() : base::ReadDiskSpace(path);
+    if (path.empty() || !disk.ok()) return;
+    snapshot.disk_free_bytes[path] = disk->free_bytes;
+    snapshot.disk_size_bytes[path] = disk->size_bytes;
+  }
+
+  Backends& backends_;
+  Entrance& entrance_;
+  const std::shared_ptr<SharedLook<std::string>> reachable_ =
+      std::make_shared<SharedLook<std::string>>(
+          backends_.probes, backends_.steps, [&backends = backends_] { return LookAt(backends); },
+          ReachableOptions());
+  const std::shared_ptr<SharedLook<Counts>> counts_ = std::make_shared<SharedLook<Counts>>(
+      backends_.probes, backends_.steps, [&backends = backends_] { return Count(backends); },
+      CountOptions());
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> MakeFrameSource(Backends& backends, Entrance& entrance) {
+  return std::make_unique<PooledSource>(backends, entrance);
+}
+
+}  // namespace liquidblend::server

@@ -1,0 +1,59 @@
+// The methods with one request and one reply, each in the file of its name or its resource's. They
+// may block, so they run on a WorkPool; they know no gRPC.
+//
+// Errors: kInvalidArgument with the fields at fault (a name or token that is none, options out of
+// range), and those of the catalog: kNotFound, kAlreadyExists, kFailedPrecondition, kUnavailable...
+// Threads: safe.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "google/longrunning/operations.pb.h"
+#include "google/protobuf/empty.pb.h"
+#include "liquidblend/v1/liquidblend.pb.h"
+#include "server/access/principal.h"
+#include "server/frames/backends.h"
+
+namespace liquidblend::server {
+
+namespace lro = ::google::longrunning;
+using google::protobuf::Empty;
+
+// register_family.cc
+absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
+                                              const v1::RegisterFamilyRequest& request,
+                                              const Principal& principal = {});
+
+// presign.cc; kUnimplemented where no urls are given. What the principal may store is looked at.
+absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
+                                                        const v1::PresignUploadRequest& request,
+                                                        const Principal& principal = {});
+absl::StatusOr<v1::PresignDownloadResponse> PresignDownload(
+    Backends& backends, const v1::PresignDownloadRequest& request);
+
+// animations.cc
+absl::StatusOr<v1::Animation> GetAnimation(Backends& backends,
+                                           const v1::GetAnimationRequest& request);
+absl::StatusOr<v1::ListAnimationsResponse> ListAnimations(Backends& backends,
+                                                          const v1::ListAnimationsRequest& request);
+absl::StatusOr<Empty> DeleteAnimation(Backends& backends,
+                                      const v1::DeleteAnimationRequest& request);
+
+// families.cc
+absl::StatusOr<v1::Family> GetFamily(Backends& backends, const v1::GetFamilyRequest& request);
+absl::StatusOr<v1::ListFamiliesResponse> ListFamilies(Backends& backends,
+                                                      const v1::ListFamiliesRequest& request);
+absl::StatusOr<v1::Family> RollbackFamily(Backends& backends,
+                                          const v1::RollbackFamilyRequest& request);
+absl::StatusOr<Empty> DeleteFamily(Backends& backends, const v1::DeleteFamilyRequest& request);
+
+// operations.cc
+absl::StatusOr<lro::Operation> GetOperation(Backends& backends,
+                                            const lro::GetOperationRequest& request);
+absl::StatusOr<lro::ListOperationsResponse> ListOperations(
+    Backends& backends, const lro::ListOperationsRequest& request);
+absl::StatusOr<Empty> CancelOperation(Backends& backends,
+                                      const lro::CancelOperationRequest& request);
+absl::StatusOr<Empty> DeleteOperation(Backends& backends,
+                                      const lro::DeleteOperationRequest& request);
+
+}  // namespace liquidblend::server

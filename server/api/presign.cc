@@ -1,0 +1,180 @@
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/cleanup/cleanup.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/base/status_macros.h"
+#include "core/store/catalog/job_records.h"
+#include "server/access/owner_limits.h"
+#include "server/api/handlers.h"
+#include "server/api/store_space.h"
+#include "server/api/submission.h"
+#include "server/api/upload.h"
+#include "server/base/errors.h"
+#include "server/base/names.h"
+#include "server/frames/family_version.h"
+
+namespace liquidblend::server {
+namespace {
+
+// Short: who needs longer asks again.
+constexpr absl::Duration kUrlsLast = absl::Minutes(15);
+constexpr int kMaxFiles = 100;     // of a call
+constexpr size_t kMaxUrls = 1000;  // of an answer
+
+absl::Status CheckFiles(const v1::PresignUploadRequest& request, const Limits& limits) {
+  FieldViolations violations;
+  violations.AddIf(request.files().empty() || request.files_size() > kMaxFiles, "files",
+                   absl::StrCat("there must be 1 to ", kMaxFiles, ", got ", request.files_size()));
+  int64_t left = limits.max_upload_bytes;
+  for (int k = 0; k < request.files_size() && k < kMaxFiles; ++k) {
+    const v1::PresignUploadRequest::File& file = request.files(k);
+    const std::string field = absl::StrCat("files[", k, "]");
+    violations.AddIf(file.size_bytes() < 0, absl::StrCat(field, ".size_bytes"),
+                     absl::StrCat("must be >= 0, got ", file.size_bytes()));
+    violations.AddIf(!store::IsBlobId(file.checksum()), absl::StrCat(field, ".checksum"),
+                     "must be 'sha256-' and 64 hexadecimal digits, or 'xxh3-' and 32");
+    if (file.size_bytes() < 0) continue;
+    if (file.size_bytes() > left) return UploadTooLarge(limits, "");
+    left -= file.size_bytes();
+  }
+  return violations.ToStatus();
+}
+
+int64_t SumOfSizes(const v1::PresignUploadRequest& request) {
+  int64_t num_bytes = 0;
+  for (const v1::PresignUploadRequest::File& file : request.files()) num_bytes += file.size_bytes();
+  return num_bytes;
+}
+
+// Whether the principal may store `num_bytes`, with what is under way, beside what it has.
+absl::Status CheckOwnBytes(Backends& backends, int64_t num_bytes, const Principal& principal) {
+  const store::OwnerCheck check = OwnerCheckOf(principal, num_bytes);
+  if (!check) return absl::OkStatus();
+  store::pb::JobRecord job;
+  SetOwner(principal, job);
+  return backends.catalog.CheckOwner(job, check);
+}
+
+// Counts files that may arrive past the server for their owner, if that one is limited or all are.
+// Takes back what was counted unless Keep() is called.
+class Promises {
+ public:
+  Promises(Backends& backends, const Principal& principal)
+      : tally_(backends.uploads),
+        owner_(principal.name),
+        is_limited_(principal.limits.max_stored_bytes > 0 || backends.limits.max_stored_bytes > 0) {
+  }
+  ~Promises() {
+    for (const std::string& id : ids_) tally_.EndPromise(owner_, id);
+  }
+  Promises(const Promises&) = delete;
+  Promises& operator=(const Promises&) = delete;
+
+  absl::Status Add(const std::string& id, int64_t bytes) {
+    if (!is_limited_) return absl::OkStatus();
+    ids_.push_back(id);
+    if (tally_.Promise(owner_, id, bytes, kUrlsLast)) return absl::OkStatus();
+    return absl::ResourceExhaustedError(absl::StrCat("'", owner_, "' has asked for urls of ",
+                                                     UploadTally::kMaxPromises, " files lately"));
+  }
+  void Keep() { ids_.clear(); }
+
+ private:
+  UploadTally& tally_;
+  const std::string owner_;
+  const bool is_limited_;
+  std::vector<std::string> ids_;
+};
+
+// An id alone stands for the animation or the family that has it.
+absl::StatusOr<std::string> WithCollection(store::Catalog& catalog, const std::string& name) {
+  if (absl::StrContains(name, '/')) return name;
+  LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("name", name));
+  const absl::Status family = catalog.GetFamily(id).status();
+  if (absl::IsNotFound(family)) return AnimationName(id);
+  LB_RETURN_IF_ERROR(family);
+  const absl::Status animation = catalog.GetAnimation(id).status();
+  if (absl::IsNotFound(animation)) return FamilyName(id);
+  LB_RETURN_IF_ERROR(animation);
+  return InvalidField("name", absl::StrCat("'", id, "' is an animation and a family: say ",
+                                           AnimationName(id), " or ", FamilyName(id)));
+}
+
+// Errors: kFailedPrecondition if there is no file yet.
+absl::StatusOr<store::BlobId> FileOf(store::Catalog& catalog,
+                                     const v1::PresignDownloadRequest& request,
+                                     v1::PresignDownloadResponse& response) {
+  std::string blob;
+  LB_ASSIGN_OR_RETURN(const std::string name, WithCollection(catalog, request.name()));
+  if (absl::StartsWith(name, "families/")) {
+    LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("name", name));
+    LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord family,
+                        FindFamilyVersion(catalog, id, request.version()));
+    response.set_size_bytes(family.size_bytes());
+    response.set_version(family.version());
+    blob = family.blob();
+  } else {
+    LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("name", name));
+    if (request.version() != 0) return InvalidField("version", "an animation has none");
+    LB_ASSIGN_OR_RETURN(const store::pb::AnimationRecord animation, catalog.GetAnimation(id));
+    response.set_size_bytes(animation.size_bytes());
+    if (animation.state() == store::pb::AnimationRecord::READY) blob = animation.blob();
+  }
+  if (!blob.empty()) return blob;
+  return absl::FailedPreconditionError(absl::StrCat(name, " has no file yet"));
+}
+
+}  // namespace
+
+absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
+                                                        const v1::PresignUploadRequest& request,
+                                                        const Principal& principal) {
+  LB_RETURN_IF_ERROR(CheckFiles(request, LimitsOf(backends.limits, principal)));
+  if (!request.animation_id().empty()) {
+    LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("animation_id", request.animation_id()));
+    LB_RETURN_IF_ERROR(CheckIsFree(backends.catalog, id));
+  }
+  // Reserved before it is looked at, so that calls side by side do not pass together.
+  const int64_t num_bytes = SumOfSizes(request);
+  const int64_t under_way = backends.uploads.Add(principal.name, num_bytes);
+  const absl::Cleanup release = [&] { backends.uploads.Add(principal.name, -num_bytes); };
+  LB_RETURN_IF_ERROR(CheckOwnBytes(backends, under_way, principal));
+  LB_ASSIGN_OR_RETURN(const int64_t stored_bytes, StoredBytes(backends.catalog, backends.limits));
+  LB_RETURN_IF_ERROR(CheckStoredBytes(backends.limits, stored_bytes, backends.uploads.Sum()));
+  Promises promises(backends, principal);
+  v1::PresignUploadResponse response;
+  size_t num_urls = 0;
+  *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);
+  for (const v1::PresignUploadRequest::File& file : request.files()) {
+    LB_ASSIGN_OR_RETURN(
+        store::DirectUpload upload,
+        backends.blobs.PresignUpload(file.checksum(), file.size_bytes(), kUrlsLast));
+    LB_RETURN_IF_ERROR(promises.Add(upload.id, file.size_bytes()));
+    v1::PresignUploadResponse::File& to = *response.add_files();
+    to.set_blob(upload.id);
+    to.set_part_bytes(upload.part_bytes);
+    to.set_complete_url(upload.complete_url);
+    num_urls += upload.part_urls.size();
+    if (num_urls > kMaxUrls) return InvalidField("files", "too large for one call: ask for fewer");
+    for (std::string& url : upload.part_urls) to.add_part_urls(std::move(url));
+    to.mutable_headers()->insert(upload.headers.begin(), upload.headers.end());
+  }
+  promises.Keep();
+  return response;
+}
+
+absl::StatusOr<v1::PresignDownloadResponse> PresignDownload(
+    Backends& backends, const v1::PresignDownloadRequest& request) {
+  v1::PresignDownloadResponse response;
+  LB_ASSIGN_OR_RETURN(const store::BlobId blob, FileOf(backends.catalog, request, response));
+  *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);
+  LB_ASSIGN_OR_RETURN(*response.mutable_url(), backends.blobs.PresignDownload(blob, kUrlsLast));
+  response.set_checksum(blob);
+  return response;
+}
+
+}  // namespace liquidblend::server

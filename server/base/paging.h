@@ -1,0 +1,14 @@
+// Pages of lists (google.aip.dev/158). Sizes and tokens are the catalog's.
+#pragma once
+
+#include "absl/status/status.h"
+
+namespace liquidblend::server {
+
+// Errors: kInvalidArgument with a violation of page_size if it is negative.
+absl::Status CheckPageSize(int page_size);
+
+// What a catalog says about a list: an argument that it refuses can only be the page token.
+absl::Status FromList(const absl::Status& status);
+
+}  // namespace liquidblend::server

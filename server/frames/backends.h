@@ -1,0 +1,79 @@
+// What the methods work with. Knows no gRPC.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "core/store/blobs/blob_store.h"
+#include "core/store/catalog/catalog.h"
+#include "server/access/call_log.h"
+#include "server/access/upload_tally.h"
+#include "server/base/operation_looks.h"
+#include "server/base/work_pool.h"
+#include "server/catalog/families.h"
+#include "server/frames/buffer_shelf.h"
+#include "server/frames/frame_cache.h"
+#include "server/frames/frame_maker.h"
+#include "server/frames/frame_pool.h"
+#include "server/metrics/metrics.h"
+
+namespace liquidblend::server {
+
+struct Limits {
+  int max_upload_files = 20'000;                            // >= 1
+  int64_t max_upload_bytes = int64_t{64} << 30;             // >= 1; all files of an upload
+  int64_t max_chunk_bytes = int64_t{1} << 20;               // >= 1
+  int max_targets = 16;                                     // >= 1; of a family
+  int max_correspondences = 10'000;                         // >= 0; per target
+  absl::Duration watch_interval = absl::Milliseconds(150);  // > 0; between two looks at a job
+  // >= 0; of a stream, the frame under way and the one made ahead. A frame by itself may be larger.
+  int64_t max_stream_bytes = int64_t{16} << 20;
+  // >= 0; the largest job that the server's own workers take. 0: others may come; none is refused.
+  int64_t worker_memory_bytes = 0;
+  int keep_versions = 2;           // >= 1; of a family, the published one counted
+  int64_t max_stored_bytes = 0;    // >= 0; of all owners together; 0: as much as there is room for
+  std::string disk;                // a folder on the disk that files come to; empty: not known
+  int64_t disk_reserve_bytes = 0;  // >= 0; with less free there, nothing more is accepted; 0: none
+  absl::Status Validate() const;   // names the first field out of range, and its value
+};
+
+struct BackendsOptions {
+  Limits limits;
+  int num_io_threads = 4;                          // >= 1; for the catalog, and again for blobs
+  int num_frame_threads = 2;                       // >= 1
+  int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
+  FrameQueueOptions queue;                         // of frames to be made
+  int64_t frame_cache_bytes = int64_t{256} << 20;  // >= 0
+};
+
+// Outlives every call.
+struct Backends {
+  // The stores and families outlive it.
+  Backends(store::Catalog& catalog, store::BlobStore& blobs,
+           liquidblend::catalog::Families& families, const BackendsOptions& options);
+
+  // Runs what was accepted, and ends all threads. Idempotent.
+  void Stop();
+
+  store::Catalog& catalog;
+  store::BlobStore& blobs;
+  liquidblend::catalog::Families& families;
+  const Limits limits;
+  FrameCache frame_cache;
+  BufferShelf buffers;
+  metrics::Metrics metrics;
+  CallLog call_log;
+  UploadTally uploads;
+  OperationLooks operation_looks;
+  WorkPool io;         // waits for the catalog, and never for blobs
+  WorkPool transfers;  // waits for blobs, which may be far away: uploads and signed urls
+  WorkPool loads;      // loads families
+  WorkPool probes;     // asks the stores for probes and metrics
+  WorkPool steps;      // decides what streams send next; never waits
+  FramePool frames;    // computes
+  FrameMaker maker;
+};
+
+}  // namespace liquidblend::server

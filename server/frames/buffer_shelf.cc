@@ -1,0 +1,20 @@
+#include "server/frames/buffer_shelf.h"
+
+#include <utility>
+
+namespace liquidblend::server {
+
+std::unique_ptr<FrameBuffers> BufferShelf::Take() {
+  absl::MutexLock lock(&mutex_);
+  if (buffers_.empty()) return std::make_unique<FrameBuffers>();
+  std::unique_ptr<FrameBuffers> buffers = std::move(buffers_.back());
+  buffers_.pop_back();
+  return buffers;
+}
+
+void BufferShelf::GiveBack(std::unique_ptr<FrameBuffers> buffers) {
+  absl::MutexLock lock(&mutex_);
+  buffers_.push_back(std::move(buffers));
+}
+
+}  // namespace liquidblend::server

@@ -1,0 +1,25 @@
+// The encoding that a request asks for, in terms of the encoder and of the family's grid.
+#pragma once
+
+#include "liquidblend/v1/liquidblend.pb.h"
+#include "server/base/errors.h"
+#include "server/catalog/families.h"
+#include "server/encode/draco.h"
+
+namespace liquidblend::server {
+
+inline constexpr int kDefaultPositionBits = 14;  // where an encoding says neither bits nor step
+
+// Adds what is wrong with it.
+void CheckEncoding(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding,
+                   FieldViolations& violations);
+
+// With defaults filled in, and a step as bits: equal options give equal bytes.
+// Requires: CheckEncoding() adds nothing.
+encode::DracoOptions DracoOptionsOf(const catalog::LoadedFamily& loaded,
+                                    const v1::Encoding& encoding);
+
+// "fastest", "balanced" or "smallest" of Draco; "ply", "obj".
+const char* EncodingLabel(const v1::Encoding& encoding);
+
+}  // namespace liquidblend::server

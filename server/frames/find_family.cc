@@ -1,0 +1,57 @@
+#include "server/frames/find_family.h"
+
+#include <memory>
+#include <utility>
+
+#include "server/base/guarded.h"
+
+namespace liquidblend::server {
+namespace {
+
+using liquidblend::catalog::AskedVersion;
+using liquidblend::catalog::Families;
+using liquidblend::catalog::FamilyPtr;
+
+constexpr absl::Duration kFreshInterval = absl::Milliseconds(500);
+
+auto LoadsOf(Backends& backends) {
+  return [&backends](Families::Task task) { return backends.loads.PostMore(std::move(task)); };
+}
+
+}  // namespace
+
+void FindFamily(Backends& backends, const std::string& id, AskedVersion asked,
+                Families::Done done) {
+  const auto announce = [&backends, done = std::make_shared<Families::Done>(std::move(done))](
+                            absl::StatusOr<FamilyPtr> found) {
+    Families::Done once;
+    std::swap(once, *done);
+    if (once == nullptr) return;
+    if (found.ok()) backends.frame_cache.Announce(**found);
+    once(FromServer(std::move(found)));
+  };
+  if (FamilyPtr found = backends.families.Peek(id, asked)) return announce(std::move(found));
+  const auto ask = [&backends, id, asked, announce] {
+    // Those who wait must hear of it if there is no memory.
+    const absl::Status status = Guarded([&] {
+      backends.families.GetReady(id, asked, LoadsOf(backends), announce);
+      return absl::OkStatus();
+    });
+    if (!status.ok()) announce(status);
+  };
+  const absl::Status accepted = Guarded([&] { return backends.io.Post(ask); });
+  if (!accepted.ok()) announce(accepted);
+}
+
+bool IsBehind(Backends& backends, const std::string& id, int64_t version) {
+  return backends.families.IsBehind(id, version, LoadsOf(backends));
+}
+
+void KeepFamiliesFresh(Backends& backends) {
+  backends.io.PostAfter(kFreshInterval, [&backends] {
+    RunGuarded("refreshing families", [&] { backends.families.Refresh(LoadsOf(backends)); });
+    KeepFamiliesFresh(backends);
+  });
+}
+
+}  // namespace liquidblend::server

@@ -1,0 +1,133 @@
+#include "server/frames/frame_maker.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "server/access/authorizer.h"
+#include "server/base/guarded.h"
+
+namespace liquidblend::server {
+
+struct FrameMaker::Flight {
+  FrameKey key;
+  catalog::FamilyPtr loaded;
+  FrameQuery query;
+  std::atomic<bool> stop = false;  // nobody waits any more
+  metrics::StopWatch wait;         // for its turn
+  // Guarded by the maker's mutex_.
+  std::vector<Ticket> waiting;
+  bool is_running = false;
+};
+
+class FrameMaker::Waiter {
+ public:
+  Waiter(Done when_done) : done(std::move(when_done)) {}
+  Done done;
+  FlightPtr flight;
+  std::optional<FrameQueue::Place> place;  // of its turn, if it has one
+};
+
+FrameMaker::Ticket FrameMaker::Make(FrameOrder order, Done done) {
+  const FrameKey key = KeyOf(*order.loaded, order.query);
+  absl::StatusOr<FramePtr> result = nullptr;
+  auto ticket = std::make_shared<Waiter>(std::move(done));
+  {
+    absl::MutexLock lock(&mutex_);
+    result = cache_.Find(key);
+    if (*result == nullptr) {
+      const absl::Status joined = Join(std::move(order), key, ticket);
+      if (joined.ok()) return ticket;
+      result = joined;
+    }
+  }
+  ticket->done(std::move(result));
+  return nullptr;
+}
+
+// Each waiter has a turn of its own, on its client's account: so nobody waits longer because others
+// want the same.
+absl::Status FrameMaker::Join(FrameOrder order, const FrameKey& key, const Ticket& ticket) {
+  FlightPtr& flight = flights_[key.bytes()];
+  if (flight == nullptr) {
+    flight = std::make_shared<Flight>();
+    flight->key = key;
+    flight->loaded = order.loaded;
+    flight->query = order.query;
+  }
+  ticket->flight = flight;
+  flight->waiting.push_back(ticket);
+  if (flight->is_running) return absl::OkStatus();
+  FrameWork work;
+  work.host = HostOfPeer(order.client);
+  work.client = std::move(order.client);
+  work.is_paced = order.is_paced;
+  work.cost = ExpectedCells(*order.loaded, order.query);
+  work.deadline = order.deadline;
+  work.run = [this, joined = flight] { Run(joined); };
+  absl::StatusOr<FrameQueue::Place> place = pool_.Post(std::move(work), order.is_refusable);
+  if (place.ok()) {
+    ticket->place = *std::move(place);
+  } else {
+    Remove(ticket);
+  }
+  return place.status();
+}
+
+void FrameMaker::Leave(const Ticket& ticket) {
+  if (ticket == nullptr) return;
+  absl::MutexLock lock(&mutex_);
+  if (ticket->place.has_value()) pool_.Cancel(*ticket->place);
+  Remove(ticket);
+}
+
+void FrameMaker::Remove(const Ticket& ticket) {
+  const FlightPtr flight = ticket->flight;
+  std::erase(flight->waiting, ticket);
+  if (!flight->waiting.empty()) return;
+  flight->stop = true;
+  EraseFlight(flight);
+}
+
+// Whoever asks from now on begins anew.
+void FrameMaker::EraseFlight(const FlightPtr& flight) {
+  const auto found = flights_.find(flight->key.bytes());
+  if (found != flights_.end() && found->second == flight) flights_.erase(found);
+}
+
+void FrameMaker::Run(const FlightPtr& flight) {
+  {
+    absl::MutexLock lock(&mutex_);
+    if (flight->is_running || flight->waiting.empty()) return;
+    flight->is_running = true;
+  }
+  metrics_.ObserveStage(metrics::Stage::kQueue, flight->wait.Lap());
+  const absl::StatusOr<FramePtr> result = Guarded([&] { return MakeMessage(*flight); });
+  std::vector<Ticket> waiting;
+  {
+    absl::MutexLock lock(&mutex_);
+    // Without memory for the cache, the frame still goes to those who wait for it.
+    if (result.ok()) RunGuarded("frame cache", [&] { cache_.Insert(flight->key, *result); });
+    waiting.swap(flight->waiting);
+    EraseFlight(flight);
+    for (const Ticket& ticket : waiting) {
+      if (ticket->place.has_value()) pool_.Cancel(*ticket->place);
+    }
+  }
+  for (const Ticket& ticket : waiting) RunGuarded("a frame's call", [&] { ticket->done(result); });
+}
+
+absl::StatusOr<FramePtr> FrameMaker::MakeMessage(const Flight& flight) {
+  std::unique_ptr<FrameBuffers> buffers = shelf_.Take();
+  buffers->stop = &flight.stop;
+  buffers->helpers = &pool_;
+  const absl::StatusOr<v1::Frame> frame = MakeFrame(*flight.loaded, flight.query, *buffers);
+  buffers->stop = nullptr;
+  buffers->helpers = nullptr;
+  if (frame.ok()) CountFrame(*flight.loaded, flight.query, *frame, *buffers, metrics_);
+  shelf_.GiveBack(std::move(buffers));
+  LB_RETURN_IF_ERROR(frame.status());
+  return std::make_shared<const std::string>(frame->SerializeAsString());
+}
+
+}  // namespace liquidblend::server

@@ -1,0 +1,52 @@
+// GetFrame without gRPC: looks up the family, then the frame is on its way.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/any_invocable.h"
+#include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
+#include "liquidblend/v1/liquidblend.pb.h"
+#include "server/frames/backends.h"
+
+namespace liquidblend::server {
+
+struct AnsweredFrame {
+  FramePtr bytes;
+  std::string generation;  // of the family that it was made from, see LoadedFamily
+};
+
+// One call.  Threads: safe.
+class FrameCall : public std::enable_shared_from_this<FrameCall> {
+ public:
+  using Done = absl::AnyInvocable<void(absl::StatusOr<AnsweredFrame>)>;
+
+  // Calls `done` once, on any thread, perhaps before this returns.
+  //   client  who is charged for it
+  // Errors: kInvalidArgument with the fields at fault, SetWeights', FindFamily's, FrameMaker's.
+  static std::shared_ptr<FrameCall> Start(Backends& backends, const v1::GetFrameRequest& request,
+                                          std::string client, Done done);
+
+  // Ends the call with kCancelled unless it is over; its work ends soon if nobody else wants it.
+  void Cancel();
+
+  // Start() makes them.
+  FrameCall(Backends& backends, std::string client, Done done)
+      : backends_(backends), client_(std::move(client)), done_(std::move(done)) {}
+
+ private:
+  void Look(const v1::GetFrameRequest& request);
+  absl::Status Order(const v1::GetFrameRequest& request, catalog::FamilyPtr loaded);
+  void Finish(absl::StatusOr<AnsweredFrame> result);
+
+  Backends& backends_;
+  const std::string client_;
+  absl::Mutex mutex_;
+  Done done_ ABSL_GUARDED_BY(mutex_);  // nothing: the call is over
+  FrameMaker::Ticket ticket_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace liquidblend::server

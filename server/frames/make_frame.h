@@ -1,0 +1,59 @@
+// A loaded family, weights and a time -> one encoded frame. Start reading the server here.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/mesh/registered_family.h"
+#include "core/parallel/helpers.h"
+#include "liquidblend/v1/liquidblend.pb.h"
+#include "server/catalog/families.h"
+#include "server/encode/surface_writer.h"
+#include "server/finish/smooth_in_time.h"
+#include "server/metrics/metrics.h"
+#include "server/slice/slice.h"
+
+namespace liquidblend::server {
+
+struct FrameQuery {
+  std::vector<double> weights;   // one per target, each in [-1, 2]
+  bool is_extrapolated = false;  // weights of a point outside of the hull in parameter space
+  double time_s = 0.0;           // [0, duration_s]
+  v1::Encoding encoding;         // as CheckEncoding() takes it
+  v1::SurfaceOptions surface;
+};
+
+// What is worth keeping from frame to frame. One per call at a time.
+struct FrameBuffers {
+  slice::Workspace workspace;
+  finish::TemporalWorkspace temporal;
+  std::vector<mesh::Float4> near_positions;  // the ends of the edges that the surface lies on
+  std::vector<mesh::Float4> far_positions;
+  encode::SurfaceWriter writer;
+  metrics::StageTimes times;  // of the last frame
+  // Not the buffers' own: set by who wants to end a call early, see MakeFrame(); or nothing.
+  const std::atomic<bool>* stop = nullptr;
+  parallel::Helpers* helpers = nullptr;  // not the buffers' own: may take parts; or nothing
+};
+
+// Checks the query's weights, encoding and surface options; the violation names the field. For
+// errors before work.
+absl::Status CheckQuery(const catalog::LoadedFamily& loaded, const FrameQuery& query);
+
+// What the frame is expected to cost: cells of the level per frame of the animation, those of other
+// stages as the cells that take as long. At least 1. Requires: CheckQuery().ok().
+int64_t ExpectedCells(const catalog::LoadedFamily& loaded, const FrameQuery& query);
+
+// Errors: kInvalidArgument (weights, encoding, surface), kOutOfRange (time), each with the field's
+// name; kCancelled soon after buffers.stop has become true. Threads: safe with buffers of one's
+// own; same bytes for the same family version and query.
+absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
+                                    FrameBuffers& buffers);
+
+// Tells `metrics` of a frame that was made with `buffers` just now.
+void CountFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
+                const v1::Frame& frame, const FrameBuffers& buffers, metrics::Metrics& metrics);
+
+}  // namespace liquidblend::server

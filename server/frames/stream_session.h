@@ -1,0 +1,117 @@
+// One StreamFrames call without its wire: decides when which frame is made and sent. Knows no gRPC.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "liquidblend/v1/liquidblend.pb.h"
+#include "server/frames/backends.h"
+#include "server/frames/frame_stream.h"
+#include "server/frames/stream_host.h"
+
+namespace liquidblend::server {
+
+// Whatever happens only leaves a note; steps on the host's executor, one at a time, take the notes
+// and go on: find a family, order the frame that is due, send it, set the alarm. While the client
+// consumes a frame, the next one is made ahead, once as many changes have come since that frame as
+// had come before it: of steady values at once, of a client that sets weights once a frame when it
+// has set them.
+// Threads: safe. All calls return at once.
+class StreamSession : public std::enable_shared_from_this<StreamSession> {
+ public:
+  // The way to the client. Calls come one at a time, none after End().
+  class Sink {
+   public:
+    virtual ~Sink() = default;
+    // To be answered by OnWritten() when the connection has taken the frame; no other before.
+    virtual void Send(const StreamedFrame& streamed) = 0;
+    virtual void End(const absl::Status& status) = 0;
+  };
+
+  // To be owned by a shared_ptr, as a rule the sink's.
+  //   client  who is charged for frames
+  StreamSession(Backends& backends, std::string client, std::weak_ptr<Sink> sink)
+      : StreamSession(MakeStreamHost(backends), std::move(client), std::move(sink)) {}
+  StreamSession(std::shared_ptr<StreamHost> host, std::string client, std::weak_ptr<Sink> sink)
+      : host_(std::move(host)), client_(std::move(client)), sink_(std::move(sink)) {}
+
+  void OnRequest(const v1::StreamFramesRequest& request);
+  void OnHalfClosed();  // no more requests will come; frames go on
+  void OnWritten();
+  void Stop();  // the client has gone, or the sink: no frame is wanted any more
+
+ private:
+  // What has happened since the last step.
+  struct Notes {
+    std::optional<v1::StreamFramesRequest> newest;
+    int64_t num_newest = 0;  // messages that are in it
+    std::optional<absl::StatusOr<catalog::FamilyPtr>> found;
+    std::optional<absl::StatusOr<FramePtr>> made;
+    int64_t made_number = 0;  // of the order that it belongs to
+    std::optional<absl::Duration> written_at;
+    bool is_half_closed = false;
+    bool is_stopped = false;
+  };
+
+  // A frame that is being made, or made ahead.
+  struct Order {
+    int64_t number = 0;
+    FrameKey key;
+    FrameQuery query;
+    StreamHost::Ticket ticket;
+    FramePtr frame;             // when it is made
+    bool is_committed = false;  // its turn has come: it is sent, whatever changes
+  };
+
+  template <typename Note>
+  void Leave(Note&& note);
+  void WantStep() ABSL_LOCKS_EXCLUDED(mutex_);
+  void TakeSteps();
+  bool BeginStep();
+
+  absl::Status Step();
+  void TakeWritten();
+  absl::Status TakeMade();
+  absl::Status TakeValues();
+  absl::Status GoOn(absl::Duration now);
+  bool MayMakeAhead() const;
+  void StartOrder(const FramePacer::Tick& tick, absl::Duration now);
+  void DropOrder();
+  void SendOrder(absl::Duration now);
+  void WakeAt(absl::Duration due, absl::Duration now);
+  void CancelAlarm();
+  void End(const absl::Status& status);
+
+  const std::shared_ptr<StreamHost> host_;
+  const std::string client_;
+  const std::weak_ptr<Sink> sink_;
+
+  absl::Mutex mutex_;
+  Notes inbox_ ABSL_GUARDED_BY(mutex_);
+  bool is_step_wanted_ ABSL_GUARDED_BY(mutex_) = false;
+  bool is_stepping_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Duration alarm_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteDuration();
+
+  // The steps' own.
+  StreamHost::Timer alarm_timer_;
+  Notes notes_;
+  FrameStream stream_;
+  std::optional<v1::StreamFramesRequest> waiting_request_;  // its family is being looked for
+  std::optional<Order> order_;
+  int64_t num_orders_ = 0;
+  bool is_writing_ = false;
+  bool has_ended_ = false;
+  int64_t num_changes_ = 0;  // since the last frame was sent
+  // Between the last frame and the one before it, or the beginning; nothing if there was no frame,
+  // or one was skipped.
+  std::optional<int64_t> num_changes_before_;
+  int64_t num_skipped_ = 0;  // when the last frame was sent
+  int64_t last_bytes_ = 0;   // of that frame
+  absl::Duration write_began_;
+};
+
+}  // namespace liquidblend::server

@@ -1,0 +1,144 @@
+#include "server/grpc/admission.h"
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+#include <grpc/grpc_security_constants.h>
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/base/log.h"
+#include "core/base/status_macros.h"
+#include "server/base/errors.h"
+#include "server/base/names.h"
+#include "server/base/request_id.h"
+#include "server/grpc/grpc_status.h"
+
+namespace liquidblend::server {
+namespace {
+
+constexpr size_t kMaxResourceLength = 80;
+
+absl::string_view Header(const grpc::CallbackServerContext& context, const char* name) {
+  const auto found = context.client_metadata().find(name);
+  if (found == context.client_metadata().end()) return "";
+  return absl::string_view(found->second.data(), found->second.size());
+}
+
+// The subject of a client certificate that TLS has verified; empty if there is none.
+std::string CertificateSubject(const grpc::CallbackServerContext& context) {
+  const std::shared_ptr<const grpc::AuthContext> auth = context.auth_context();
+  if (auth == nullptr || !auth->IsPeerAuthenticated()) return "";
+  const std::vector<grpc::string_ref> values =
+      auth->FindPropertyValues(GRPC_X509_SUBJECT_PROPERTY_NAME);
+  return values.empty() ? "" : std::string(values[0].data(), values[0].size());
+}
+
+// The string field that names what the request is about, in the form of a resource name.
+std::string ResourceOf(const google::protobuf::Message& request) {
+  const google::protobuf::Descriptor& type = *request.GetDescriptor();
+  for (const char* field : {"name", "family", "family_id", "animation_id"}) {
+    const google::protobuf::FieldDescriptor* found = type.FindFieldByName(field);
+    if (found == nullptr ||
+        found->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_STRING ||
+        found->is_repeated()) {
+      continue;
+    }
+    const std::string value =
+        CleanText(request.GetReflection()->GetString(request, found), kMaxResourceLength);
+    if (value.empty()) return "";
+    if (absl::string_view(field) == "family_id") return FamilyName(value);
+    if (absl::string_view(field) == "animation_id") return AnimationName(value);
+    return value;
+  }
+  return "";
+}
+
+}  // namespace
+
+Admission::~Admission() {
+  if (gate_ != nullptr) gate_->Leave();
+}
+
+grpc::Status Admission::End(const absl::Status& status) {
+  permit_.reset();
+  Log(status);
+  if (resource_.empty()) return ToGrpcStatus(status);
+  return ToGrpcStatus(WithMetadata(status, {{"resource", resource_}}));
+}
+
+void Admission::Log(const absl::Status& status) const {
+  const bool has_changed = method_.effect == Effect::kChanges;
+  EndedCall call;
+  call.level = LevelOf(status.code(), has_changed ? base::LogLevel::kInfo : base::LogLevel::kDebug);
+  if (!base::IsLogged(call.level)) return;
+  call.how = {{"method", method_.name}, {"code", absl::StatusCodeToString(status.code())}};
+  call.took = absl::Now() - begin_;
+  call.caller = caller_;
+  call.resource = resource_;
+  if (!status.ok()) {
+    call.error = status.message().empty() ? call.how[1].second : CleanText(status.message());
+  }
+  log_.Tell(call);
+}
+
+void Gate::Close() {
+  absl::MutexLock lock(&mutex_);
+  is_closed_ = true;
+}
+
+void Gate::AwaitCalls(absl::Duration patience) {
+  const auto is_empty = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return num_calls_ == 0; };
+  absl::MutexLock lock(&mutex_);
+  mutex_.AwaitWithTimeout(absl::Condition(&is_empty), patience);
+}
+
+bool Gate::Enter() {
+  absl::MutexLock lock(&mutex_);
+  if (!is_closed_) ++num_calls_;
+  return !is_closed_;
+}
+
+void Gate::Leave() {
+  absl::MutexLock lock(&mutex_);
+  --num_calls_;
+}
+
+std::shared_ptr<Admission> Gate::Admit(grpc::CallbackServerContext& context, const Method& method) {
+  std::shared_ptr<Admission> admission(new Admission(method, calls_, log_));
+  admission->caller_.request_id = RequestIdOf(Header(context, kRequestIdHeader));
+  admission->caller_.client = context.peer();
+  context.AddInitialMetadata(kRequestIdHeader, admission->caller_.request_id);
+  if (Enter()) admission->gate_ = this;
+  admission->verdict_ = Decide(context, *admission);
+  return admission;
+}
+
+std::shared_ptr<Admission> Gate::Admit(grpc::CallbackServerContext& context, const Method& method,
+                                       const google::protobuf::Message& request) {
+  std::shared_ptr<Admission> admission = Admit(context, method);
+  admission->set_resource(ResourceOf(request));
+  const auto size_bytes = static_cast<int64_t>(request.ByteSizeLong());
+  if (admission->verdict_.ok() && size_bytes > method.max_request_bytes) {
+    admission->verdict_ = RequestTooLarge(method.name, size_bytes, method.max_request_bytes);
+  }
+  return admission;
+}
+
+absl::Status Gate::Decide(const grpc::CallbackServerContext& context, Admission& admission) {
+  if (admission.gate_ == nullptr) return ShuttingDown();
+  Caller& caller = admission.caller_;
+  const std::string subject = CertificateSubject(context);
+  const Method& method = admission.method_;
+  Admitted admitted;
+  const absl::Status verdict =
+      entrance_.Enter({Header(context, "authorization"), subject, caller.client},
+                      {method.scope, method.span == Span::kLasts}, admitted);
+  caller.principal = std::move(admitted.principal);
+  admission.permit_ = std::move(admitted.permit);
+  if (IsKnown(caller.principal)) caller.client = caller.principal.name;
+  return verdict;
+}
+
+}  // namespace liquidblend::server

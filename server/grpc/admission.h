@@ -1,0 +1,106 @@
+// What happens to every call of ours before its handler and after it: who is it, may they, how did
+// it end.
+#pragma once
+
+#include <google/protobuf/message.h>
+#include <grpcpp/grpcpp.h>
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/synchronization/mutex.h"
+#include "absl/time/time.h"
+#include "server/access/call_log.h"
+#include "server/access/entrance.h"
+#include "server/access/principal.h"
+#include "server/base/errors.h"
+
+namespace liquidblend::server {
+
+class Gate;
+class OpenCalls;
+
+enum class Effect { kReads, kChanges };  // changes are told in the log, reads only with --verbose
+enum class Span { kShort, kLasts };      // calls that last count against max_streams
+
+struct Method {
+  const char* name;
+  std::optional<Scope> scope;  // none: any principal
+  Effect effect = Effect::kReads;
+  Span span = Span::kShort;
+  // Size limit of a request; gRPC keeps it for as long as the call lasts.
+  int64_t max_request_bytes = kMaxSmallRequestBytes;
+};
+
+// One call.  Threads: safe, but for set_resource(), which belongs before End().
+class Admission {
+ public:
+  ~Admission();
+
+  // Why the call must not begin, or OK.
+  const absl::Status& verdict() const { return verdict_; }
+  const Caller& caller() const { return caller_; }
+  OpenCalls& calls() const { return calls_; }
+
+  // What the call is about, for errors and the log: animations/{id} and the like.
+  void set_resource(std::string resource) { resource_ = std::move(resource); }
+
+  // The end of the call: logs it, and gives what the client gets to hear. Once.
+  grpc::Status End(const absl::Status& status);
+
+ private:
+  friend class Gate;
+  Admission(const Method& method, OpenCalls& calls, CallLog& log)
+      : method_(method), calls_(calls), log_(log), begin_(absl::Now()) {}
+  void Log(const absl::Status& status) const;
+
+  const Method& method_;
+  OpenCalls& calls_;
+  CallLog& log_;
+  Gate* gate_ = nullptr;  // that waits for the call; none: it came after Close()
+  const absl::Time begin_;
+  Caller caller_;
+  std::string resource_;
+  absl::Status verdict_;
+  StreamPermit permit_;
+};
+
+// Threads: safe.
+class Gate {
+ public:
+  // All outlive all calls.
+  Gate(Entrance& entrance, OpenCalls& calls, CallLog& log)
+      : entrance_(entrance), calls_(calls), log_(log) {}
+
+  // From now on every call is refused: the server shuts down.
+  void Close();
+
+  // Waits until all calls that came before Close() are over, for as long as `patience`.
+  void AwaitCalls(absl::Duration patience);
+
+  // The client hears the call's request id in the header x-request-id. `method` stays.
+  std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method);
+
+  // With the resource that the request names; its size is checked.
+  std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method,
+                                   const google::protobuf::Message& request);
+
+ private:
+  friend class Admission;
+  bool Enter();  // false: closed
+  void Leave();
+  absl::Status Decide(const grpc::CallbackServerContext& context, Admission& admission);
+
+  Entrance& entrance_;
+  OpenCalls& calls_;
+  CallLog& log_;
+  absl::Mutex mutex_;
+  bool is_closed_ ABSL_GUARDED_BY(mutex_) = false;
+  int64_t num_calls_ ABSL_GUARDED_BY(mutex_) = 0;
+};
+
+}  // namespace liquidblend::server

@@ -1,0 +1,64 @@
+#include <atomic>
+#include <memory>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "server/base/errors.h"
+#include "server/base/guarded.h"
+#include "server/frames/get_frame.h"
+#include "server/grpc/admission.h"
+#include "server/grpc/frame_message.h"
+#include "server/grpc/streaming.h"
+
+namespace liquidblend::server {
+namespace {
+
+class FrameReactor final : public grpc::ServerUnaryReactor {
+ public:
+  FrameReactor(Backends& backends, std::shared_ptr<Admission> admission,
+               const grpc::ByteBuffer& bytes, grpc::ByteBuffer* response)
+      : admission_(std::move(admission)) {
+    const absl::Status begun = Guarded([&] { return Begin(backends, bytes, response); });
+    if (!begun.ok()) End(begun);
+  }
+
+  // Also when the call's deadline passes.
+  void OnCancel() override {
+    if (call_ != nullptr) call_->Cancel();
+  }
+
+  void OnDone() override { delete this; }
+
+ private:
+  absl::Status Begin(Backends& backends, const grpc::ByteBuffer& bytes,
+                     grpc::ByteBuffer* response) {
+    v1::GetFrameRequest request;
+    LB_RETURN_IF_ERROR(Parse(bytes, "GetFrame", request));
+    admission_->set_resource(CleanText(request.family(), 80));
+    call_ = FrameCall::Start(backends, request, admission_->caller().client,
+                             [this, response](const absl::StatusOr<AnsweredFrame>& made) {
+                               if (made.ok()) *response = ToByteBuffer(made->bytes);
+                               End(made.status());
+                             });
+    return absl::OkStatus();
+  }
+
+  // The first end counts.
+  void End(const absl::Status& status) {
+    if (!has_ended_.exchange(true)) Finish(admission_->End(status));
+  }
+
+  const std::shared_ptr<Admission> admission_;
+  std::atomic<bool> has_ended_ = false;
+  std::shared_ptr<FrameCall> call_;
+};
+
+}  // namespace
+
+grpc::ServerUnaryReactor* AnswerFrame(Backends& backends, std::shared_ptr<Admission> admission,
+                                      const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  return std::make_unique<FrameReactor>(backends, std::move(admission), *request, response)
+      .release();
+}
+
+}  // namespace liquidblend::server

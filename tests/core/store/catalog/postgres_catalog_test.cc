@@ -1,0 +1,470 @@
+#include <algorithm>
+#include <thread>
+
+#include "absl/strings/escaping.h"
+#include "absl/time/clock.h"
+#include "core/base/retry.h"
+#include "core/store/sql/postgres.h"
+#include "tests/core/store/catalog/catalog_suite.h"
+#include "tests/core/store/catalog/old_catalogs.h"
+#include "tests/core/store/sql/postgres_server.h"
+
+namespace liquidblend::store {
+namespace {
+
+using Code = absl::StatusCode;
+
+class PostgresBackend : public CatalogBackend {
+ public:
+  std::unique_ptr<Catalog> Open(const CatalogOptions& options) override {
+    auto catalog = OpenPostgresCatalog(url_, options);
+    EXPECT_THAT(catalog, Succeeds());
+    return catalog.ok() ? *std::move(catalog) : nullptr;
+  }
+
+ private:
+  const std::string url_ = SharedPostgresServer().NewUrl();
+};
+
+INSTANTIATE_TEST_SUITE_P(Postgres, CatalogSuite,
+                         ::testing::Values([]() -> std::unique_ptr<CatalogBackend> {
+                           return std::make_unique<PostgresBackend>();
+                         }));
+INSTANTIATE_TEST_SUITE_P(Postgres, CatalogVersions,
+                         ::testing::Values([]() -> std::unique_ptr<CatalogBackend> {
+                           return std::make_unique<PostgresBackend>();
+                         }));
+
+class PostgresCatalogTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<Catalog> MustOpen(const CatalogOptions& options = {}) {
+    auto catalog = OpenPostgresCatalog(url_, options);
+    EXPECT_THAT(catalog, Succeeds());
+    return catalog.ok() ? *std::move(catalog) : nullptr;
+  }
+
+  std::string Run(const std::string& script) { return server_.Run(url_, script); }
+
+  static std::string OldRows() {
+    return FillOldCatalog([](const std::string& bytes) {
+      return absl::StrCat("'\\x", absl::BytesToHexString(bytes), "'");
+    });
+  }
+
+  // Without values, as many statements as one likes.
+  void RunScript(const std::string& script) {
+    const auto target = ParsePostgresUrl(url_, absl::Seconds(10));
+    const auto connection = PostgresConnection::Open(*target, PostgresOptions());
+    ASSERT_THAT(connection, Succeeds());
+    EXPECT_THAT((*connection)->RunScript(script), Succeeds());
+  }
+
+  // What FillOldCatalog() has put there.
+  void CheckIsBroughtUpToDate(bool with_owners = false) {
+    absl::Time now;
+    CatalogOptions options;
+    options.now = [&] { return now; };
+    const auto catalog = MustOpen(options);
+    ASSERT_NE(catalog, nullptr);
+    EXPECT_EQ(Run("SELECT version FROM catalog_version"), "6");
+    CheckOldRows(*catalog, now, with_owners);
+  }
+
+  PostgresServer& server_ = SharedPostgresServer();
+  const std::string url_ = server_.NewUrl();
+};
+
+TEST_F(PostgresCatalogTest, KeepsEverythingWhenItIsOpenedAgain) {
+  const auto job = MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a"));
+  ASSERT_THAT(job, Succeeds());
+  EXPECT_EQ(MustOpen()->GetJob(job->id())->SerializeAsString(), job->SerializeAsString());
+}
+
+TEST_F(PostgresCatalogTest, NamesOptionsOutOfRange) {
+  CatalogOptions options;
+  options.max_connections = 0;
+  EXPECT_THAT(OpenPostgresCatalog(url_, options),
+              Fails(Code::kInvalidArgument, "max_connections = 0"));
+}
+
+TEST_F(PostgresCatalogTest, DoesNotShowAUrlThatItCannotRead) {
+  for (const std::string url : {"", "catalog.sqlite", "postgresql://user:secret@host:port:/%zz",
+                                "postgresql://user:secret@host/db?unknown=1", "mysql://secret"}) {
+    const absl::Status status = OpenPostgresCatalog(url).status();
+    EXPECT_THAT(status, Fails(Code::kInvalidArgument, "postgresql://user@host:port/database"));
+    EXPECT_THAT(std::string(status.message()), ::testing::Not(::testing::HasSubstr("secret")));
+  }
+}
+
+TEST_F(PostgresCatalogTest, NamesADatabaseThatIsNotThereWithoutItsPassword) {
+  const absl::Status status =
+      OpenPostgresCatalog("postgresql://user:secret@127.0.0.1:1/db?password=secret").status();
+  EXPECT_THAT(status, Fails(Code::kUnavailable, "database postgresql://user@127.0.0.1:1/db"));
+  EXPECT_THAT(std::string(status.message()), ::testing::Not(::testing::HasSubstr("secret")));
+}
+
+TEST_F(PostgresCatalogTest, MayBeMadeBySeveralProcessesAtOnce) {
+  std::vector<pid_t> children;
+  for (int child = 0; child < 6; ++child) {
+    children.push_back(StartChild([&] {
+      const auto catalog = OpenPostgresCatalog(url_);
+      if (!catalog.ok()) return 1;
+      const std::string id = absl::StrCat("a", child);
+      return (*catalog)->SubmitImport(AnimationCalled(id), ImportOf(id)).ok() ? 0 : 2;
+    }));
+  }
+  for (const pid_t child : children) EXPECT_EQ(WaitFor(child), 0);
+  EXPECT_EQ(MustOpen()->ListJobs(0, "")->records.size(), 6);
+}
+
+TEST_F(PostgresCatalogTest, BringsAnOlderDatabaseUpToDate) {
+  RunScript(absl::StrCat(kPostgresVersion1, OldRows()));
+  CheckIsBroughtUpToDate();
+}
+
+TEST_F(PostgresCatalogTest, BringsTheSecondVersionUpToDate) {
+  RunScript(absl::StrCat(kPostgresVersion1, OldRows(), kPostgresVersion2));
+  CheckIsBroughtUpToDate();
+}
+
+TEST_F(PostgresCatalogTest, BringsTheVersionWithoutOwnersUpToDate) {
+  RunScript(absl::StrCat(kPostgresVersion1, OldRows(), kPostgresVersion2, kPostgresVersion3,
+                         kOwnerOfOldJob));
+  CheckIsBroughtUpToDate(/*with_owners=*/true);
+}
+
+TEST_F(PostgresCatalogTest, KeepsTheVersionsOfADatabaseThatKeptOne) {
+  RunScript(absl::StrCat(kPostgresVersion1, OldRows(), kPostgresVersion2, kPostgresVersion3,
+                         kPostgresVersion4, kPostgresVersion5));
+  CheckOldVersionIsKept(*MustOpen());
+}
+
+TEST_F(PostgresCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
+  RunScript(absl::StrCat(kPostgresVersion1, OldRows()));
+  std::vector<pid_t> children;
+  for (int child = 0; child < 6; ++child) {
+    children.push_back(StartChild([&] {
+      const auto catalog = OpenPostgresCatalog(url_);
+      if (!catalog.ok()) return 1;
+      const std::string id = absl::StrCat("new", child);
+      return (*catalog)->SubmitImport(AnimationCalled(id), ImportOf(id)).ok() ? 0 : 2;
+    }));
+  }
+  for (const pid_t child : children) EXPECT_EQ(WaitFor(child), 0);
+  EXPECT_EQ(MustOpen()->ListJobs(0, "")->records.size(), 9);
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "6");
+}
+
+// A step that cannot be made leaves the former version.
+TEST_F(PostgresCatalogTest, LeavesADatabaseThatItCannotBringUpToDate) {
+  RunScript(absl::StrCat(kPostgresVersion1, "ALTER TABLE jobs DROP COLUMN lease_expires_us;"));
+  EXPECT_THAT(OpenPostgresCatalog(url_), Fails(Code::kInternal, "lease_expires_us"));
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "1");
+}
+
+// A program of the former version that is still there is told so, and spoils nothing.
+TEST_F(PostgresCatalogTest, StatementsOfTheFormerVersionFail) {
+  MustOpen();
+  const auto target = ParsePostgresUrl(url_, absl::Seconds(10));
+  const auto old = PostgresConnection::Open(*target, PostgresOptions());
+  ASSERT_THAT(old, Succeeds());
+  EXPECT_THAT((*old)->Run("SELECT record, lease_id, lease_expires_us FROM jobs"),
+              Fails(Code::kInternal, "lease_expires_us"));
+}
+
+TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
+  const auto catalog = MustOpen();
+  EXPECT_EQ(Run("SELECT version FROM catalog_version"), "6");
+  Run("UPDATE catalog_version SET version = 7");
+  EXPECT_THAT(OpenPostgresCatalog(url_),
+              Fails(Code::kFailedPrecondition, "has schema version 7; this program knows 1 to 6"));
+  // One that was open already changes nothing any more, either.
+  EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
+              Fails(Code::kFailedPrecondition, "has schema version 7"));
+}
+
+TEST_F(PostgresCatalogTest, LeavesOtherDatabasesAlone) {
+  Run("CREATE TABLE jobs (theirs TEXT)");
+  EXPECT_THAT(OpenPostgresCatalog(url_),
+              Fails(Code::kFailedPrecondition, "is not a liquidblend catalog"));
+  EXPECT_EQ(Run("SELECT count(*) FROM pg_tables WHERE schemaname = current_schema()"), "1");
+}
+
+TEST_F(PostgresCatalogTest, FindsTheNextJobByAnIndexHoweverLongTheHistory) {
+  MustOpen();
+  Run("INSERT INTO jobs (id, state, subject, record) "
+      "SELECT 'job-' || k, 3, 'animations/a', '' FROM generate_series(1, 20000) AS k");
+  Run("ANALYZE jobs");
+  const std::string plan =
+      Run("EXPLAIN (FORMAT JSON) SELECT record FROM jobs WHERE state IN (1, 2) AND (due_us <= 7 OR "
+          "due_us > 9) AND memory_bytes <= 5 ORDER BY priority DESC, turn, number LIMIT 1");
+  EXPECT_THAT(plan, ::testing::HasSubstr("jobs_to_do"));
+  EXPECT_THAT(plan, ::testing::Not(::testing::HasSubstr("Sort")));
+  EXPECT_THAT(Run("EXPLAIN (FORMAT JSON) SELECT MAX(turn) FROM jobs WHERE priority = 0 AND "
+                  "attempts > 0"),
+              ::testing::HasSubstr("jobs_by_turn"));
+  EXPECT_THAT(Run("EXPLAIN (FORMAT JSON) SELECT MAX(turn) FROM jobs WHERE owner = 'a' AND "
+                  "priority = 0 AND state IN (1, 2, 6)"),
+              ::testing::HasSubstr("jobs_by_owner"));
+}
+
+TEST_F(PostgresCatalogTest, RefusesTextWithAZeroByte) {
+  const std::string id("a\0b", 3);
+  EXPECT_THAT(MustOpen()->GetAnimation(id), Fails(Code::kInvalidArgument, "zero byte"));
+}
+
+TEST_F(PostgresCatalogTest, NamesARecordThatCannotBeRead) {
+  const auto catalog = MustOpen();
+  ASSERT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  Run("UPDATE animations SET record = '\\xffff'");
+  EXPECT_THAT(catalog->GetAnimation("a"), Fails(Code::kDataLoss, "the record of animation 'a'"));
+}
+
+// ---- time
+
+TEST_F(PostgresCatalogTest, LeasesRunByTheClockOfTheDatabase) {
+  const auto catalog = MustOpen();
+  const auto job = catalog->SubmitImport(AnimationCalled("a"), ImportOf("a"));
+  ASSERT_THAT(job, Succeeds());
+  EXPECT_LT(std::abs(job->create_time().seconds() - absl::ToUnixSeconds(absl::Now())), 5);
+  ASSERT_TRUE((*catalog->LeaseJob("one", absl::Minutes(1))).has_value());
+  EXPECT_FALSE((*catalog->LeaseJob("two", absl::Minutes(1))).has_value());
+  Run("UPDATE jobs SET due_us = due_us - 61000000");
+  EXPECT_TRUE((*catalog->LeaseJob("two", absl::Minutes(1))).has_value());
+}
+
+// ---- waiting for work
+
+TEST_F(PostgresCatalogTest, HearsOfAJobAtOnce) {
+  const auto worker = MustOpen(), server = MustOpen();
+  const auto idle = worker->WaitForJob(absl::Milliseconds(1));
+  ASSERT_THAT(idle, Succeeds());
+  EXPECT_FALSE(*idle);
+  std::thread thread(
+      [&] { EXPECT_THAT(server->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds()); });
+  const auto woken = worker->WaitForJob(absl::Seconds(30));
+  thread.join();
+  ASSERT_THAT(woken, Succeeds());
+  EXPECT_TRUE(*woken);
+}
+
+// ---- several at once
+
+// Each of 8 rounds, two parts end at the same moment; each time exactly one of them queues the
+// whole.
+TEST_F(PostgresCatalogTest, TwoPartsThatEndAtOnceQueueTheirRegistrationOnce) {
+  const auto catalog = MustOpen();
+  for (const char* id : {"a", "b"}) {
+    ASSERT_THAT(catalog->SubmitImport(AnimationCalled(id), ImportOf(id)), Succeeds());
+    const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
+    ASSERT_THAT(catalog->PublishAnimation((*lease)->lease_id, AnimationCalled(id)), Succeeds());
+  }
+  for (int round = 0; round < 8; ++round) {
+    const std::string family = absl::StrCat("f", round);
+    ASSERT_THAT(catalog->SubmitRegistration(RegistrationOf(family, "a", {"a", "b"})), Succeeds());
+    std::vector<std::thread> threads;
+    for (int k = 0; k < 2; ++k) {
+      const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
+      ASSERT_TRUE(lease.ok() && lease->has_value());
+      threads.emplace_back([&catalog, id = (*lease)->lease_id] {
+        EXPECT_THAT(catalog->FinishPart(id, "blob"), Succeeds());
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    const auto whole = catalog->LeaseJob("worker", absl::Minutes(1));
+    ASSERT_TRUE(whole.ok() && whole->has_value());
+    EXPECT_TRUE((*whole)->job.has_register_family());
+    EXPECT_FALSE((*catalog->LeaseJob("worker", absl::Minutes(1))).has_value());
+    pb::FamilyRecord record;
+    record.set_id(family);
+    EXPECT_THAT(catalog->PublishFamily((*whole)->lease_id, record), Succeeds());
+  }
+}
+
+TEST_F(PostgresCatalogTest, AWorkerPassesOverAJobThatAnotherIsTaking) {
+  const auto catalog = MustOpen();
+  for (const char* id : {"a", "b"}) {
+    ASSERT_THAT(catalog->SubmitImport(AnimationCalled(id), ImportOf(id)), Succeeds());
+  }
+  const auto target = ParsePostgresUrl(url_, absl::Seconds(10));
+  const auto other = PostgresConnection::Open(*target, PostgresOptions());
+  ASSERT_THAT(other, Succeeds());
+  EXPECT_THAT((*other)->Transaction([&] {
+    EXPECT_THAT((*other)->Run("SELECT 1 FROM jobs ORDER BY number LIMIT 1 FOR UPDATE"), Succeeds());
+    const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
+    EXPECT_EQ((*lease)->job.import_animation().animation(), "b");
+    return absl::OkStatus();
+  }),
+              Succeeds());
+}
+
+TEST_F(PostgresCatalogTest, GivesUpWaitingForWhoeverHoldsALock) {
+  CatalogOptions options;
+  options.busy_timeout = absl::Milliseconds(100);
+  const auto catalog = MustOpen(options);
+  const auto target = ParsePostgresUrl(url_, absl::Seconds(10));
+  const auto other = PostgresConnection::Open(*target, PostgresOptions());
+  ASSERT_THAT(other, Succeeds());
+  EXPECT_THAT((*other)->Transaction([&] {
+    EXPECT_THAT((*other)->Run("SELECT 1 FROM catalog_version FOR UPDATE"), Succeeds());
+    EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
+                Fails(Code::kUnavailable, "timeout"));
+    EXPECT_THAT(catalog->GetAnimation("a"), Fails(Code::kNotFound, "'a'"));  // reads go on
+    return absl::OkStatus();
+  }),
+              Succeeds());
+  EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+}
+
+// Whoever freezes in the middle of a change loses it, and with it the lock that others wait for.
+TEST_F(PostgresCatalogTest, AFrozenClientDoesNotHoldUpOthers) {
+  MustOpen();
+  const auto target = ParsePostgresUrl(url_, absl::Seconds(10));
+  const auto frozen = PostgresConnection::Open(
+      *target, PostgresOptions{.timeout = absl::Milliseconds(200), .now = {}});
+  ASSERT_THAT(frozen, Succeeds());
+  EXPECT_THAT((*frozen)->Transaction([&] {
+    EXPECT_THAT((*frozen)->Run("SELECT 1 FROM catalog_version FOR UPDATE"), Succeeds());
+    EXPECT_THAT(MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+    return absl::OkStatus();
+  }),
+              Fails(Code::kUnavailable, "database postgresql://liquidblend@"));
+}
+
+TEST_F(PostgresCatalogTest, ManyThreadsShareFewConnections) {
+  CatalogOptions options;
+  options.max_connections = 2;
+  const auto catalog = MustOpen(options);
+  std::vector<std::thread> threads;
+  for (int k = 0; k < 8; ++k) {
+    threads.emplace_back([&, k] {
+      const std::string id = absl::StrCat("a", k);
+      EXPECT_THAT(catalog->SubmitImport(AnimationCalled(id), ImportOf(id)), Succeeds());
+      EXPECT_THAT(catalog->GetAnimation(id), Succeeds());
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(catalog->ListAnimations(0, "")->records.size(), 8);
+  EXPECT_EQ(Run("SELECT count(*) FROM pg_stat_activity WHERE query LIKE '%animations%' AND pid <> "
+                "pg_backend_pid()"),
+            "2");
+}
+
+// ---- a database that goes away
+
+TEST_F(PostgresCatalogTest, DoesNotNoticeARestartBetweenTwoCalls) {
+  const auto catalog = MustOpen();
+  ASSERT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  server_.Restart();
+  EXPECT_THAT(catalog->GetAnimation("a"), Succeeds());
+  server_.Restart();
+  EXPECT_THAT(catalog->SubmitImport(AnimationCalled("b"), ImportOf("b")), Succeeds());
+}
+
+TEST_F(PostgresCatalogTest, RecoversOnceTheDatabaseIsBack) {
+  const auto catalog = MustOpen();
+  ASSERT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  ASSERT_TRUE(*catalog->WaitForJob(absl::Milliseconds(1)));
+  server_.Crash();
+  const absl::Status read = catalog->GetAnimation("a").status();
+  EXPECT_THAT(read, Fails(Code::kUnavailable, "database postgresql://liquidblend@"));
+  EXPECT_THAT(std::string(read.message()), ::testing::Not(::testing::HasSubstr("secret")));
+  EXPECT_THAT(catalog->SubmitImport(AnimationCalled("b"), ImportOf("b")),
+              Fails(Code::kUnavailable, "database postgresql://"));
+  EXPECT_THAT(catalog->WaitForJob(absl::Seconds(30)), Fails(Code::kUnavailable, "postgresql://"));
+  server_.Start();
+  EXPECT_THAT(catalog->GetAnimation("a"), Succeeds());
+  EXPECT_THAT(catalog->GetAnimation("b"), Fails(Code::kNotFound, "'b'"));
+  EXPECT_THAT(catalog->SubmitImport(AnimationCalled("b"), ImportOf("b")), Succeeds());
+  EXPECT_TRUE(*catalog->WaitForJob(absl::Milliseconds(1)));
+}
+
+TEST_F(PostgresCatalogTest, AChangeIsWholeOrNotThereWhenTheDatabaseCrashesInIt) {
+  const auto catalog = MustOpen();
+  for (int k = 0; k < 3; ++k) {
+    std::thread crash([&] { server_.Crash(); });
+    int num_submitted = 0;
+    while (catalog
+               ->SubmitImport(AnimationCalled(absl::StrCat("a", k, ".", num_submitted)),
+                              ImportOf(absl::StrCat("a", k, ".", num_submitted)))
+               .ok()) {
+      ++num_submitted;
+    }
+    crash.join();
+    server_.Start();
+    EXPECT_EQ(Run("SELECT (SELECT count(*) FROM animations) = (SELECT count(*) FROM jobs)"), "t");
+    for (int n = 0; n < num_submitted; ++n) {
+      EXPECT_THAT(catalog->GetAnimation(absl::StrCat("a", k, ".", n)), Succeeds());
+    }
+  }
+}
+
+// ---- writes that are denied
+
+TEST_F(PostgresCatalogTest, ADeniedWriteIsOfTheEnvironmentAndLosesNoJob) {
+  MustOpen();
+  const std::string schema = url_.substr(url_.rfind("%3D") + 3);
+  const std::string tables = absl::StrCat("ALL TABLES IN SCHEMA ", schema);
+  Run("CREATE ROLE producer");
+  const std::string sequences = absl::StrCat("ALL SEQUENCES IN SCHEMA ", schema);
+  for (const std::string& what : {"SCHEMA " + schema, tables, sequences}) {
+    Run(absl::StrCat("GRANT ALL ON ", what, " TO producer"));
+  }
+  const auto catalog = OpenPostgresCatalog(url_ + "%20-crole%3Dproducer");
+  ASSERT_THAT(catalog, Succeeds());
+  ASSERT_THAT((*catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  Run(absl::StrCat("REVOKE INSERT, UPDATE, DELETE ON ", tables, " FROM producer"));
+  const absl::Status submitted =
+      (*catalog)->SubmitImport(AnimationCalled("b"), ImportOf("b")).status();
+  const absl::Status leased = (*catalog)->LeaseJob("worker", absl::Minutes(1)).status();
+  for (const absl::Status& denied : {submitted, leased}) {
+    EXPECT_THAT(denied, Fails(Code::kPermissionDenied, "permission denied for table"));
+    EXPECT_TRUE(base::IsTransient(denied)) << denied;
+  }
+  EXPECT_THAT((*catalog)->GetAnimation("a"), Succeeds());
+  Run(absl::StrCat("GRANT ALL ON ", tables, " TO producer"));
+  const auto lease = (*catalog)->LeaseJob("worker", absl::Minutes(1));
+  ASSERT_TRUE(lease.ok() && lease->has_value()) << lease.status();
+  EXPECT_EQ((*lease)->job.attempts(), 1);
+  EXPECT_THAT((*catalog)->PublishAnimation((*lease)->lease_id, AnimationCalled("a")), Succeeds());
+}
+
+// ---- killed in the middle
+
+TEST_F(PostgresCatalogTest, HasNothingOfAChangeKilledBeforeItsCommitAndAllAfter) {
+  MustOpen();
+  const auto submit = [&] {
+    const auto catalog = OpenPostgresCatalog(url_);
+    if (catalog.ok()) (*catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a")).IgnoreError();
+  };
+  EXPECT_TRUE(DiesAt("catalog.before_commit", submit));
+  EXPECT_TRUE(MustOpen()->ListAnimations(0, "")->records.empty());
+  EXPECT_TRUE(MustOpen()->ListJobs(0, "")->records.empty());
+  EXPECT_TRUE(DiesAt("catalog.after_commit", submit));
+  EXPECT_EQ(MustOpen()->ListAnimations(0, "")->records.size(), 1);
+  EXPECT_EQ(MustOpen()->ListJobs(0, "")->records.size(), 1);
+}
+
+TEST_F(PostgresCatalogTest, AnotherWorkerFinishesAJobWhosePublicationWasKilled) {
+  const auto job = MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a"));
+  ASSERT_THAT(job, Succeeds());
+  EXPECT_TRUE(DiesAt("publish.before_commit", [&] {
+    const auto catalog = OpenPostgresCatalog(url_);
+    if (!catalog.ok()) return;
+    const auto lease = (*catalog)->LeaseJob("victim", absl::Minutes(1));
+    if (!lease.ok() || !lease->has_value()) return;
+    (*catalog)->PublishAnimation((*lease)->lease_id, AnimationCalled("a")).IgnoreError();
+  }));
+  EXPECT_EQ(MustOpen()->GetAnimation("a")->state(), pb::AnimationRecord::IMPORTING);
+  CatalogOptions later;
+  later.now = [] { return absl::Now() + absl::Minutes(2); };
+  const auto catalog = MustOpen(later);
+  const auto lease = catalog->LeaseJob("other", absl::Minutes(1));
+  ASSERT_TRUE(lease.ok() && lease->has_value());
+  EXPECT_EQ((*lease)->job.attempts(), 2);
+  EXPECT_THAT(catalog->PublishAnimation((*lease)->lease_id, AnimationCalled("a")), Succeeds());
+  EXPECT_EQ(MustOpen()->GetAnimation("a")->state(), pb::AnimationRecord::READY);
+}
+
+}  // namespace
+}  // namespace liquidblend::store

@@ -1,0 +1,132 @@
+#include "server/access/authorizer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "absl/strings/str_cat.h"
+#include "tests/server/backends_testing.h"
+
+namespace liquidblend::server {
+namespace {
+
+using store::Fails;
+using testing::HasSubstr;
+using testing::Not;
+
+class AuthorizerTest : public testing::Test {
+ protected:
+  // A file with the principal `name`, whose token is returned.
+  std::string Write(const std::string& name, const std::string& more = "") {
+    const NewToken made = *MakeToken(name, {"frames"});
+    Replace(absl::StrCat(R"({"principals": [)", made.entry, more, "]}"));
+    return made.token;
+  }
+
+  // As programs do that care: whole or not at all.
+  void Replace(const std::string& text) const {
+    std::ofstream(path() + ".new") << text;
+    std::filesystem::rename(path() + ".new", path());
+  }
+
+  std::string path() const { return folder_.path() + "/tokens.json"; }
+
+  const store::TemporaryFolder folder_;
+};
+
+TEST_F(AuthorizerTest, WithoutAFileEveryoneMayDoEverything) {
+  const Authorizer authorizer;
+  const auto anyone = authorizer.Check("some token", "", "ipv4:10.0.0.1:1234");
+  ASSERT_TRUE(anyone.ok());
+  EXPECT_EQ(anyone->name, "anonymous");
+  EXPECT_EQ(anyone->key, "anonymous@10.0.0.1");
+  for (const Scope scope : {Scope::kFrames, Scope::kWrite, Scope::kRegister}) {
+    EXPECT_TRUE(CheckScope(*anyone, scope).ok());
+  }
+  EXPECT_EQ(authorizer.Check("", "CN=render-1", "")->name, "CN=render-1");
+}
+
+TEST_F(AuthorizerTest, ATokenIsWhoeverTheFileSays) {
+  const std::string token = Write("viewer");
+  const auto authorizer = Authorizer::Open(path());
+  ASSERT_TRUE(authorizer.ok()) << authorizer.status();
+  const auto viewer = (*authorizer)->Check(token, "CN=other", "ipv6:[::1]:5");
+  ASSERT_TRUE(viewer.ok()) << viewer.status();
+  EXPECT_EQ(viewer->key, "viewer");
+  EXPECT_TRUE(CheckScope(*viewer, Scope::kFrames).ok());
+  const absl::Status denied = CheckScope(*viewer, Scope::kWrite);
+  EXPECT_THAT(denied, Fails(absl::StatusCode::kPermissionDenied, "'viewer' lacks the scope write"));
+  EXPECT_EQ(ReasonOf(denied), "SCOPE_MISSING");
+}
+
+TEST_F(AuthorizerTest, ToldApartAreNoTokenAWrongOneAndAnUnknownCertificate) {
+  Write("viewer");
+  const auto authorizer = *Authorizer::Open(path());
+  const auto refusal = [&](absl::string_view token, absl::string_view subject) {
+    const absl::Status status = authorizer->Check(token, subject, "ipv4:1.2.3.4:5").status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kUnauthenticated);
+    EXPECT_THAT(std::string(status.message()), Not(HasSubstr("wrong-token")));
+    return ReasonOf(status);
+  };
+  EXPECT_EQ(refusal("", ""), "TOKEN_MISSING");
+  EXPECT_EQ(refusal("wrong-token", ""), "TOKEN_UNKNOWN");
+  EXPECT_EQ(refusal("", "CN=who"), "CERTIFICATE_UNKNOWN");
+}
+
+TEST_F(AuthorizerTest, ACertificateStandsInForAToken) {
+  Write("viewer",
+        R"(, {"name": "farm", "certificate_subject": "CN=render-1", "scopes": ["write"]})");
+  const auto authorizer = *Authorizer::Open(path());
+  EXPECT_EQ(authorizer->Check("", "CN=render-1", "")->name, "farm");
+}
+
+TEST_F(AuthorizerTest, ShownNothingTheFilesAnonymousCounts) {
+  Replace(R"({"anonymous": {"scopes": ["frames"], "limits": {"max_streams": 3}}})");
+  const auto authorizer = *Authorizer::Open(path());
+  const auto anyone = authorizer->Check("", "", "ipv4:1.2.3.4:5");
+  ASSERT_TRUE(anyone.ok()) << anyone.status();
+  EXPECT_EQ(anyone->key, "anonymous@1.2.3.4");
+  EXPECT_EQ(anyone->limits.max_streams, 3);
+  EXPECT_FALSE(authorizer->Check("wrong", "", "").ok());
+}
+
+TEST_F(AuthorizerTest, ANewFileCountsFromItsReloadOn) {
+  const std::string before = Write("before");
+  const auto authorizer = *Authorizer::Open(path());
+  const std::string after = Write("after");
+  EXPECT_TRUE(authorizer->Check(before, "", "").ok());
+  ASSERT_TRUE(authorizer->ReloadIfChanged().ok());
+  EXPECT_FALSE(authorizer->Check(before, "", "").ok());
+  EXPECT_EQ(authorizer->Check(after, "", "")->name, "after");
+}
+
+TEST_F(AuthorizerTest, ABrokenNewFileIsToldOfOnceAndTheFormerOneStays) {
+  const std::string token = Write("viewer");
+  const auto authorizer = *Authorizer::Open(path());
+  Replace("{\"principals\": [{]}");
+  EXPECT_THAT(authorizer->ReloadIfChanged(),
+              Fails(absl::StatusCode::kInvalidArgument, "tokens.json"));
+  EXPECT_TRUE(authorizer->ReloadIfChanged().ok());
+  EXPECT_TRUE(authorizer->Check(token, "", "").ok());
+  std::filesystem::remove(path());
+  EXPECT_THAT(authorizer->ReloadIfChanged(), Fails(absl::StatusCode::kNotFound, "tokens.json"));
+  EXPECT_TRUE(authorizer->Check(token, "", "").ok());
+}
+
+TEST_F(AuthorizerTest, ABrokenFileAtTheStartIsRefused) {
+  Replace("no");
+  EXPECT_FALSE(Authorizer::Open(path()).ok());
+  EXPECT_FALSE(Authorizer::Open(folder_.path() + "/none").ok());
+}
+
+TEST(BearerToken, IsWhatFollowsTheScheme) {
+  EXPECT_EQ(BearerToken("Bearer abc"), "abc");
+  EXPECT_EQ(BearerToken("bearer  abc "), "abc");
+  EXPECT_EQ(BearerToken("Basic abc"), "");
+  EXPECT_EQ(BearerToken(""), "");
+}
+
+}  // namespace
+}  // namespace liquidblend::server

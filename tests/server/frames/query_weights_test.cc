@@ -1,0 +1,252 @@
+#include "server/frames/query_weights.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/api/handlers.h"
+#include "tests/server/backends_testing.h"
+
+namespace liquidblend::server {
+namespace {
+
+using store::Fails;
+using store::Succeeds;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+using Code = absl::StatusCode;
+using Point = std::vector<std::pair<std::string, double>>;
+
+const char kErrorInfo[] = "type.googleapis.com/google.rpc.ErrorInfo";
+
+template <typename Request>
+void SetPoint(const Point& point, Request& request) {
+  request.clear_parameters();
+  for (const auto& [name, value] : point) {
+    v1::Parameter& parameter = *request.add_parameters();
+    parameter.set_name(name);
+    parameter.set_value(value);
+  }
+}
+
+// Four animations at the corners of a rectangle.
+catalog::LoadedFamily Corners() {
+  const synthetic::TargetFields still = {synthetic::SmoothWarp(1, 0.0F, 0.0F), {}};
+  mesh::RegisteredFamily family =
+      synthetic::MakeFamily(synthetic::MixedSphere(1), {still, still, still});
+  family.name = "corners";
+  family.parameter_space = {{"width", "height"}, {{0.5, 20}, {1, 20}, {0.5, 60}, {1, 60}}};
+  parameters::Triangulation space = *parameters::Triangulation::Make(family.parameter_space);
+  return catalog::LoadedFamily(std::move(family), std::move(space));
+}
+
+absl::StatusOr<FrameQuery> Ask(const v1::GetFrameRequest& request) {
+  FrameQuery query;
+  const AskedBlend asked = {request.weights(), request.parameters(), request.extrapolate()};
+  const absl::Status status = SetWeights(Corners(), asked, query);
+  if (!status.ok()) return status;
+  return query;
+}
+
+absl::StatusOr<FrameQuery> AskAt(const Point& point, bool extrapolate = false) {
+  v1::GetFrameRequest request;
+  SetPoint(point, request);
+  request.set_extrapolate(extrapolate);
+  return Ask(request);
+}
+
+TEST(SetWeights, ParametersAreTakenByNameInAnyOrder) {
+  const auto query = AskAt({{"height", 30}, {"width", 0.875}});
+  ASSERT_THAT(query, Succeeds());
+  EXPECT_THAT(query->weights, ElementsAre(0.5, 0.0, 0.25));
+  EXPECT_FALSE(query->is_extrapolated);
+}
+
+TEST(SetWeights, APointOutsideOfTheHullIsRefusedUnlessExtrapolated) {
+  const auto refused = AskAt({{"width", 1.25}, {"height", 40}});
+  EXPECT_THAT(refused, Fails(Code::kOutOfRange, "the nearest point of it is (width 1, height 40)"));
+  EXPECT_THAT(BlamedFields(refused.status()), ElementsAre("parameters"));
+  EXPECT_TRUE(refused.status().GetPayload(kErrorInfo).has_value());
+  const auto query = AskAt({{"width", 1.25}, {"height", 40}}, true);
+  ASSERT_THAT(query, Succeeds());
+  EXPECT_THAT(query->weights, ElementsAre(1.0, 0.0, 0.5));
+  EXPECT_TRUE(query->is_extrapolated);
+}
+
+TEST(SetWeights, ExtrapolationEndsAtTheLimitsOfWeights) {
+  const auto far = AskAt({{"width", 2.0}, {"height", 20}}, true);
+  EXPECT_THAT(far, Fails(Code::kOutOfRange, "are too far outside of the hull"));
+  EXPECT_THAT(BlamedFields(far.status()), ElementsAre("parameters"));
+}
+
+TEST(SetWeights, EveryMistakeIsToldByName) {
+  const auto fails = [](const Point& point, const char* what) {
+    const auto query = AskAt(point);
+    EXPECT_THAT(query, Fails(Code::kInvalidArgument, what));
+    EXPECT_THAT(BlamedFields(query.status()), ElementsAre("parameters"));
+  };
+  fails({{"width", 1}}, "height is missing; there are width, height");
+  fails({{"width", 1}, {"depth", 1}}, "'depth' is none of the family's (width, height)");
+  fails({{"width", 1}, {"width", 1}}, "width is there twice");
+  fails({{"width", 1}, {"height", std::nan("")}}, "height is nan");
+  v1::GetFrameRequest both;
+  SetPoint({{"width", 1}, {"height", 20}}, both);
+  both.add_weights(1);
+  EXPECT_THAT(Ask(both), Fails(Code::kInvalidArgument, "parameters: exclude weights"));
+}
+
+class ParametersTest : public RpcTest {
+ protected:
+  ParametersTest() : backends_(*catalog_, *blobs_, families_, SmallBackends()) {
+    ImportAnimation("a");
+    ImportAnimation("b");
+    PublishFamily("drops", "a", "b", 1, {{"height"}, {{1}, {3}}});
+  }
+
+  absl::StatusOr<v1::Frame> FrameAt(double height, bool extrapolate = false) {
+    v1::GetFrameRequest request;
+    request.set_family("families/drops");
+    request.set_time_s(0.1);
+    SetPoint({{"height", height}}, request);
+    request.set_extrapolate(extrapolate);
+    return GetFrame(backends_, request);
+  }
+
+  static v1::RegisterFamilyRequest Registration(const std::vector<double>& heights) {
+    v1::RegisterFamilyRequest request;
+    request.set_family_id("drops");
+    request.set_source("animations/a");
+    request.add_targets("animations/b");
+    request.mutable_parameter_space()->add_names("height");
+    for (const double height : heights) {
+      request.mutable_parameter_space()->add_points()->add_values(height);
+    }
+    return request;
+  }
+
+  Backends backends_;
+};
+
+TEST_F(ParametersTest, AFrameIsTheSameBytesAsByItsWeights) {
+  const auto by_parameters = FrameAt(1.5);
+  ASSERT_THAT(by_parameters, Succeeds());
+  EXPECT_THAT(by_parameters->weights(), ElementsAre(0.25));
+  EXPECT_FALSE(by_parameters->extrapolated());
+  v1::GetFrameRequest request;
+  request.set_family("families/drops");
+  request.set_time_s(0.1);
+  request.add_weights(0.25);
+  const auto by_weights = GetFrame(backends_, request);
+  ASSERT_THAT(by_weights, Succeeds());
+  EXPECT_EQ(by_parameters->data(), by_weights->data());
+}
+
+TEST_F(ParametersTest, AFrameTellsThatItIsExtrapolated) {
+  EXPECT_THAT(FrameAt(4), Fails(Code::kOutOfRange, "parameters: (height 4) lies outside"));
+  const auto frame = FrameAt(4, true);
+  ASSERT_THAT(frame, Succeeds());
+  EXPECT_THAT(frame->weights(), ElementsAre(1.5));
+  EXPECT_TRUE(frame->extrapolated());
+}
+
+TEST_F(ParametersTest, AFamilyTellsThePoints) {
+  v1::GetFamilyRequest request;
+  request.set_name("families/drops");
+  const auto family = GetFamily(backends_, request);
+  ASSERT_THAT(family, Succeeds());
+  EXPECT_THAT(family->parameter_space().names(), ElementsAre("height"));
+  ASSERT_EQ(family->parameter_space().points_size(), 2);
+  EXPECT_THAT(family->parameter_space().points(1).values(), ElementsAre(3));
+}
+
+TEST_F(ParametersTest, AFamilyWithoutPointsIsAskedByWeightsOnly) {
+  PublishFamily("drops", "a", "b");
+  EXPECT_THAT(FrameAt(2), Fails(Code::kFailedPrecondition, "family drops was registered without"));
+  v1::GetFamilyRequest request;
+  request.set_name("families/drops");
+  EXPECT_FALSE(GetFamily(backends_, request)->has_parameter_space());
+}
+
+// Such a family cannot be registered; a file of it is one that was damaged.
+TEST_F(ParametersTest, AFamilyWhosePointsMakeNoHullIsLostData) {
+  PublishFamily("drops", "a", "b", 2, {{"height"}, {{1}, {1}}});
+  EXPECT_THAT(FrameAt(1), Fails(Code::kDataLoss, "height is 1 for all animations"));
+}
+
+TEST_F(ParametersTest, PointsReachTheJob) {
+  v1::RegisterFamilyRequest request = Registration({20, 60});
+  request.set_replace(true);
+  ASSERT_THAT(RegisterFamily(backends_, request), Succeeds());
+  const store::pb::ParameterSpace space = TakeJob().job.register_family().parameter_space();
+  EXPECT_THAT(space.names(), ElementsAre("height"));
+  ASSERT_EQ(space.points_size(), 2);
+  EXPECT_THAT(space.points(0).values(), ElementsAre(20));
+}
+
+TEST_F(ParametersTest, PointsThatMakeNoHullAreRefused) {
+  const auto refused = RegisterFamily(backends_, Registration({20, 20}));
+  EXPECT_THAT(refused, Fails(Code::kInvalidArgument, "height is 20 for all animations"));
+  EXPECT_THAT(BlamedFields(refused.status()), ElementsAre("parameter_space"));
+  EXPECT_THAT(RegisterFamily(backends_, Registration({20})),
+              Fails(Code::kInvalidArgument, "1 points for 2 animations"));
+  v1::RegisterFamilyRequest empty = Registration({});
+  empty.mutable_parameter_space()->clear_names();
+  EXPECT_THAT(RegisterFamily(backends_, empty),
+              Fails(Code::kInvalidArgument, "has neither names nor points"));
+  v1::RegisterFamilyRequest flat = Registration({20, 60});
+  flat.mutable_parameter_space()->add_names("width");
+  for (auto& point : *flat.mutable_parameter_space()->mutable_points()) {
+    point.add_values(point.values(0));
+  }
+  EXPECT_THAT(RegisterFamily(backends_, flat),
+              Fails(Code::kInvalidArgument, "need at least 3 animations, got 2"));
+}
+
+TEST_F(ParametersTest, ARefinementKeepsThePointsUnlessThereAreNewOnes) {
+  v1::RegisterFamilyRequest request;
+  request.set_family_id("drops");
+  request.set_refine(true);
+  ASSERT_THAT(RegisterFamily(backends_, request), Succeeds());
+  EXPECT_THAT(TakeJob().job.register_family().parameter_space().points(1).values(), ElementsAre(3));
+}
+
+TEST_F(ParametersTest, ARefinementCanMoveThePoints) {
+  v1::RegisterFamilyRequest request = Registration({20, 60});
+  request.set_refine(true);
+  ASSERT_THAT(RegisterFamily(backends_, request), Succeeds());
+  EXPECT_THAT(TakeJob().job.register_family().parameter_space().points(1).values(),
+              ElementsAre(60));
+}
+
+TEST_F(ParametersTest, AStreamChangesParametersAndWeightsForOneAnother) {
+  SimpleStream stream(families_);
+  v1::StreamFramesRequest request;
+  request.set_family("families/drops");
+  request.set_lossless(true);
+  SetPoint({{"height", 2}}, request);
+  const auto next = [&] {
+    EXPECT_THAT(stream.Change(request), Succeeds());
+    const auto response = stream.MakeNext();
+    EXPECT_THAT(response, Succeeds());
+    request.Clear();
+    return response->frame();
+  };
+  EXPECT_THAT(next().weights(), ElementsAre(0.5));
+  request.add_weights(0.125);
+  EXPECT_THAT(next().weights(), ElementsAre(0.125));
+  SetPoint({{"height", 2.5}}, request);
+  EXPECT_THAT(next().weights(), ElementsAre(0.75));
+  request.set_rate(1);  // and nothing of the blend
+  EXPECT_THAT(next().weights(), ElementsAre(0.75));
+  request.set_extrapolate(true);
+  SetPoint({{"height", 4}}, request);
+  EXPECT_TRUE(next().extrapolated());
+  request.set_extrapolate(false);
+  EXPECT_THAT(stream.Change(request), Fails(Code::kOutOfRange, "outside of the hull"));
+}
+
+}  // namespace
+}  // namespace liquidblend::server
