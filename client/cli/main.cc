@@ -7,8 +7,8 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
-#include "client/cli/nearest.h"
 #include "client/cli/number_checks.h"
+#include "core/base/nearest.h"
 
 namespace {
 
@@ -111,10 +111,9 @@ bool ExplainUnknownCommand(const CLI::App& app) {
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
     commands.push_back(command->get_name());
   }
-  const std::string nearest = liquidblend::cli::Nearest(left_over[0], commands);
-  std::fprintf(stderr, "liquidblend: there is no command '%s'", left_over[0].c_str());
-  if (!nearest.empty()) std::fprintf(stderr, "; did you mean '%s'?", nearest.c_str());
-  std::fprintf(stderr, "\n`liquidblend --help` lists all commands.\n");
+  std::fputs(
+      liquidblend::base::UnknownCommandMessage("liquidblend", left_over[0], commands).c_str(),
+      stderr);
   return true;
 }
 

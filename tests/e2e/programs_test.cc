@@ -160,6 +160,14 @@ INSTANTIATE_TEST_SUITE_P(All, ProgramsTest,
                          ::testing::Values("liquidblend", "liquidblend-admin", "liquidblend-server",
                                            "liquidblend-worker"));
 
+TEST(AdminProgramTest, AMistypedCommandIsNamedWithTheNearestOne) {
+  const Result result = RunProgram("liquidblend-admin", "chek --data /nowhere");
+  EXPECT_EQ(result.exit_status, 2);
+  EXPECT_EQ(result.output,
+            "liquidblend-admin: there is no command 'chek'; did you mean 'check'?\n"
+            "`liquidblend-admin --help` lists all commands.\n");
+}
+
 TEST(ServerProgramTest, ARefusedValueIsUsage) {
   const Result result = RunProgram("liquidblend-server", "--data /nowhere --http 0.0.0.0:1");
   EXPECT_EQ(result.exit_status, 2) << result.output;
