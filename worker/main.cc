@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "core/base/cores.h"
 #include "core/base/exit_status.h"
 #include "core/base/log.h"
 #include "core/base/memory.h"
@@ -38,7 +39,8 @@ constexpr absl::Duration kLongestOpenPause = absl::Minutes(1);
 
 struct Flags {
   store::StoreLocation store;
-  int threads = 0;     // 0: one per core
+  int threads = 0;  // 0: its share of the cores
+  int cores_shared_by = 1;
   int64_t memory = 0;  // 0: base::MemoryForJobs()
   std::string lease = "30s";
   std::string poll = "500ms";
@@ -68,8 +70,15 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--cache-size", flags.store.cache_bytes, "Disk space for --cache, e.g. 64GiB")
       ->transform(CLI::AsSizeValue(false))
       ->default_str(base::FormatSize(flags.store.cache_bytes));
-  app.add_option("--threads", flags.threads, "Threads; 0: one per core")
+  app.add_option("--threads", flags.threads, "Threads; 0: the cores divided by --cores-shared-by")
       ->envname("LIQUIDBLEND_THREADS")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_option(
+         "--cores-shared-by", flags.cores_shared_by,
+         "Workers on this machine in all, those of a server counted; each takes its share; 0: "
+         "none but this")
+      ->envname("LIQUIDBLEND_CORES_SHARED_BY")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_option(
@@ -213,7 +222,8 @@ absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
   const absl::Status reachable = store::CheckReachable(*store.catalog, *store.blobs);
   if (flags.check || (flags.once && !reachable.ok())) return reachable;
   if (base::IsTransient(reachable)) options.refusal = reachable;
-  const parallel::Arena arena(flags.threads);
+  const int share = base::ShareOfCores(base::NumCores(), flags.cores_shared_by);
+  const parallel::Arena arena(flags.threads > 0 ? flags.threads : share);
   base::LogInfo(absl::StrCat(options.worker, " with ", arena.num_threads(), " threads and ",
                              base::FormatGibibytes(options.memory_bytes), " on ", store.name));
   return jobs::RunJobs(*store.catalog, *store.blobs, arena, stop, options);
