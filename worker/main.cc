@@ -22,6 +22,7 @@
 #include "core/base/memory_limit.h"
 #include "core/base/retry.h"
 #include "core/base/status_macros.h"
+#include "core/base/version.h"
 #include "core/parallel/arena.h"
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/catalog/retry.h"
@@ -209,9 +210,14 @@ absl::StatusOr<store::Store> OpenStorePatiently(const Flags& flags,
   return store;
 }
 
+std::string ProgramVersion() {
+  return base::VersionLine("liquidblend-worker", store::DescribeTables());
+}
+
 absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
   LB_ASSIGN_OR_RETURN(jobs::JobLoopOptions options, LoopOptionsOf(flags));
   LB_RETURN_IF_ERROR(EndWithParent(flags.parent));
+  if (!flags.check) base::LogInfo(ProgramVersion());
   const bool is_patient = !flags.check && !flags.once;
   store::SurviveUnreadablePages();
   const absl::StatusOr<store::Store> opened =
@@ -249,7 +255,7 @@ int main(int argc, char** argv) {
   CLI::App app("Does liquidblend's jobs: imports and registrations");
   liquidblend::worker::Flags flags;
   liquidblend::worker::AddFlags(app, flags);
-  app.set_version_flag("--version", "liquidblend-worker " LIQUIDBLEND_VERSION);
+  app.set_version_flag("--version", liquidblend::worker::ProgramVersion());
   app.footer(liquidblend::base::kExitStatusHelp);
   try {
     app.parse(argc, argv);

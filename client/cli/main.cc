@@ -9,6 +9,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/number_checks.h"
 #include "core/base/nearest.h"
+#include "core/base/version.h"
 
 namespace {
 
@@ -124,7 +125,7 @@ int main(int argc, char** argv) {
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
   CLI::App app("Blends registered liquid simulations: weights and a time in, a surface out.",
                "liquidblend");
-  app.set_version_flag("--version", "liquidblend " LIQUIDBLEND_VERSION);
+  app.set_version_flag("--version", liquidblend::base::VersionLine("liquidblend"));
   Context context;
   AddGlobalFlags(app, context);
   AddCommands(app, context);

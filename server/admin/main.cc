@@ -15,6 +15,7 @@
 #include "core/base/log.h"
 #include "core/base/nearest.h"
 #include "core/base/status_macros.h"
+#include "core/base/version.h"
 #include "core/parallel/arena.h"
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/data_directory.h"
@@ -210,7 +211,8 @@ bool ExplainUnknownCommand(const CLI::App& app) {
 int Main(int argc, char** argv) {
   CLI::App app("Looks after a store of liquidblend, which may be in use");
   app.footer(kExitCodes);
-  app.set_version_flag("--version", "liquidblend-admin " LIQUIDBLEND_VERSION);
+  app.set_version_flag("--version",
+                       base::VersionLine("liquidblend-admin", store::DescribeTables()));
   app.require_subcommand(1);
   Flags flags;
   Command command = nullptr;

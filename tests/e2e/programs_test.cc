@@ -49,7 +49,12 @@ class ProgramsTest : public ::testing::TestWithParam<const char*> {};
 TEST_P(ProgramsTest, TellTheirVersion) {
   const Result result = RunProgram(GetParam(), "--version");
   EXPECT_EQ(result.exit_status, 0);
-  EXPECT_THAT(result.output, MatchesRegex(absl::StrCat(GetParam(), " [0-9]+\\.[0-9]+\\.[0-9]+\n")));
+  const std::string tables = GetParam() == std::string("liquidblend")
+                                 ? ""
+                                 : ", tables [0-9]+ of SQLite, [0-9]+ of PostgreSQL";
+  EXPECT_THAT(result.output,
+              MatchesRegex(absl::StrCat(GetParam(), " [0-9]+\\.[0-9]+\\.[0-9]+ \\(commit ",
+                                        "([0-9a-f]{7,40}(-dirty)?|unknown)\\)", tables, "\n")));
 }
 
 TEST_P(ProgramsTest, RefuseAnUnknownFlagWithTheStatusOfUsage) {
@@ -192,6 +197,21 @@ TEST_P(UnreachableStore, HasItsOwnExitStatus) {
                              " --cache '", cache.path(), "'"));
   EXPECT_EQ(result.exit_status, 3) << result.output;
   EXPECT_THAT(result.output, HasSubstr("127.0.0.1"));
+}
+
+// What cannot start tells which build it is, too.
+TEST(LogOfPrograms, BeginsWithTheirVersion) {
+  const std::string store =
+      " --store postgresql://nobody@127.0.0.1:1/none --blobs s3://b/p --cache /nowhere";
+  for (const char* const program :
+       {"liquidblend-server --workers 0", "liquidblend-worker --once"}) {
+    const std::vector<std::string> words = absl::StrSplit(program, ' ');
+    const std::string version(
+        absl::StripTrailingAsciiWhitespace(RunProgram(words[0], "--version").output));
+    const std::string log =
+        RunProgram(words[0], absl::StrCat(program + words[0].size(), store)).output;
+    EXPECT_THAT(log.substr(0, log.find('\n')), ::testing::EndsWith(version)) << log;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, UnreachableStore,
