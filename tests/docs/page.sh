@@ -51,6 +51,8 @@ done
 
 mkdir "$directory/home"
 export PATH=$programs:$PATH LIQUIDBLEND_SERVER=$GRPC
+OPERATION=$(liquidblend operations | grep -om1 'operations/import-[^ ]*')
 export GRPC HTTP HOME=$directory/home LIQUIDBLEND=$checkout BUILD=$build
+export DATA=$directory/data OPERATION
 unset PREFIX
 "$checkout/tests/docs/run_blocks.py" "$page" "$directory/home"
