@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <map>
 
@@ -58,7 +59,10 @@ NumberWords FindNumber(absl::string_view name, absl::string_view extension) {
   name.remove_suffix(extension.size());
   NumberWords words;
   words.last = CutDigits(name);
-  if (!words.last.empty() && absl::ConsumeSuffix(&name, ".")) words.before_dot = CutDigits(name);
+  absl::string_view before = name;
+  if (!words.last.empty() && absl::ConsumeSuffix(&before, "."))
+    words.before_dot = CutDigits(before);
+  if (!words.before_dot.empty()) name = before;
   words.prefix = name;
   return words;
 }
@@ -105,6 +109,50 @@ std::vector<std::string> FindEqualNumbers(const NamesByRun& runs) {
   return {};
 }
 
+template <typename T>
+bool IsEvenlySpaced(const std::vector<T>& rising, T step, T tolerance) {
+  for (size_t k = 1; k < rising.size(); ++k) {
+    if (std::abs(rising[k] - rising[k - 1] - step) > tolerance) return false;
+  }
+  return true;
+}
+
+// Whether the digits after the dots count frames, as in run1.01 to run1.09 and run2.10 to run2.19:
+// they go up by one in several runs, and are not one sequence of evenly spaced times (1.98, 1.99,
+// 2.00, 2.01).
+bool CountFrames(const NamesByRun& runs) {
+  std::vector<double> times;
+  int num_sequences = 0;
+  for (const auto& [before_dot, names] : runs) {
+    std::vector<int64_t> numbers;
+    for (const auto& [digits, name] : names) {
+      int64_t number = 0;
+      double time = 0.0;
+      if (before_dot.empty() || !absl::SimpleAtoi(digits, &number) ||
+          !absl::SimpleAtod(absl::StrCat(before_dot, ".", digits), &time)) {
+        return false;
+      }
+      numbers.push_back(number);
+      times.push_back(time);
+    }
+    std::sort(numbers.begin(), numbers.end());
+    if (!IsEvenlySpaced(numbers, int64_t{1}, int64_t{0})) return false;
+    if (numbers.size() > 1) ++num_sequences;
+  }
+  std::sort(times.begin(), times.end());
+  return num_sequences > 1 && !IsEvenlySpaced(times, times[1] - times[0], 1e-6);
+}
+
+// The first names of two runs that count frames; or none.
+std::vector<std::string> FindCounters(const NamesByRun& runs) {
+  if (!CountFrames(runs)) return {};
+  std::vector<std::string> first;
+  for (const auto& [before_dot, names] : runs) {
+    if (names.size() > 1 && first.size() < 2) first.push_back(names.begin()->second);
+  }
+  return first;
+}
+
 // Whether the digits after the dots cut a frame into equal parts, such as 25, 5 and 75. Tenths and
 // hundredths do not count: frames of a sequence have such numbers, too.
 bool AreEqualParts(const NamesByRun& runs) {
@@ -134,11 +182,12 @@ absl::Status CheckFractions(const std::vector<std::string>& meshes, absl::string
     runs[std::string(words.before_dot)].emplace(words.last, name);
   }
   if (AreEqualParts(runs)) return absl::OkStatus();
-  const std::vector<std::string> equal = FindEqualNumbers(runs);
-  if (equal.empty()) return absl::OkStatus();
-  const NumberWords first = FindNumber(equal[0], extension);
+  std::vector<std::string> two = FindEqualNumbers(runs);
+  if (two.empty()) two = FindCounters(runs);
+  if (two.empty()) return absl::OkStatus();
+  const NumberWords first = FindNumber(two[0], extension);
   return absl::InvalidArgumentError(
-      absl::StrCat("frames of two sequences, ", Shown(equal[0]), " and ", Shown(equal[1]),
+      absl::StrCat("frames of two sequences, ", Shown(two[0]), " and ", Shown(two[1]),
                    ": choose those of one, such as --pattern '", std::string(first.prefix),
                    std::string(first.before_dot),
                    ".*'; if their numbers are times, give these by "

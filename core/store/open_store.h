@@ -47,6 +47,9 @@ absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobs(const StoreLocation& locati
 // Without secrets.
 absl::StatusOr<std::string> NameOfStore(const StoreLocation& location);
 
+// The versions that this program writes: "tables 7 of SQLite, 6 of PostgreSQL".
+std::string DescribeTables();
+
 // Whether both answer; for probes.  Errors: those of the stores.
 absl::Status CheckReachable(Catalog& catalog, BlobStore& blobs);
 

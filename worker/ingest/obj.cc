@@ -47,7 +47,7 @@ absl::Status ReadFace(std::string_view words, int64_t num_vertices, Polygons& po
     const bool is_integer = ParseInteger(word.substr(0, word.find('/')), number);
     const int64_t v = number < 0 ? num_vertices + number : number - 1;
     if (!is_integer || v < 0 || v >= kMaxVertices) {
-      return absl::InvalidArgumentError(absl::StrCat("face ", polygons.num_corners.size(), ": ",
+      return absl::InvalidArgumentError(absl::StrCat("face ", polygons.num_corners.size() + 1, ": ",
                                                      Quoted(word), " is not a vertex"));
     }
     polygons.corners.push_back(static_cast<int32_t>(v));
@@ -68,6 +68,7 @@ absl::StatusOr<mesh::TriangleMesh> ReadObj(std::span<const std::byte> bytes) {
   std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   std::vector<Eigen::Vector3f> vertices;
   Polygons polygons;
+  polygons.first_number = 1;
   while (!text.empty()) {
     std::string_view words = NextLine(text, LineEnds::kContinued);
     const std::string_view statement = NextWord(words);

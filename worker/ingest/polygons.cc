@@ -28,17 +28,20 @@ bool PrefersSecondDiagonal(std::span<const int32_t> quad, const Eigen::Matrix3Xf
 absl::StatusOr<int64_t> CheckFaces(const Polygons& polygons, int64_t num_vertices) {
   int64_t num_triangles = 0;
   size_t corner = 0;
+  const int64_t first = polygons.first_number;
   for (size_t face = 0; face < polygons.num_corners.size(); ++face) {
     const int32_t num_corners = polygons.num_corners[face];
+    const int64_t number = static_cast<int64_t>(face) + first;
     if (num_corners < 3) {
       return absl::InvalidArgumentError(
-          absl::StrCat("face ", face, " has ", num_corners, " corners"));
+          absl::StrCat("face ", number, " has ", num_corners, " corners"));
     }
     for (const size_t end = corner + num_corners; corner < end; ++corner) {
       const int32_t v = polygons.corners[corner];
       if (v >= 0 && v < num_vertices) continue;
-      return absl::InvalidArgumentError(
-          absl::StrCat("face ", face, ": vertex ", v, " is not in [0, ", num_vertices, ")"));
+      return absl::InvalidArgumentError(absl::StrCat("face ", number, ": vertex ", v + first,
+                                                     " is not in [", first, ", ",
+                                                     num_vertices + first, ")"));
     }
     num_triangles += num_corners - 2;
   }

@@ -12,6 +12,7 @@ namespace liquidblend::ingest {
 struct Polygons {
   std::vector<int32_t> corners;      // vertex indices from 0, all faces behind one another
   std::vector<int32_t> num_corners;  // per face
+  int64_t first_number = 0;          // what the file counts vertices and faces from, for messages
 };
 
 // Cuts a quad along the diagonal that keeps both triangles facing the same way, the shorter one if

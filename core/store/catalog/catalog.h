@@ -201,4 +201,8 @@ absl::StatusOr<std::unique_ptr<Catalog>> OpenSqliteCatalog(const std::string& pa
 absl::StatusOr<std::unique_ptr<Catalog>> OpenPostgresCatalog(const std::string& url,
                                                              const CatalogOptions& options = {});
 
+// The version of each one's tables that this program writes (docs/formats.md, "The catalog").
+int64_t SqliteTablesVersion();
+int64_t PostgresTablesVersion();
+
 }  // namespace liquidblend::store

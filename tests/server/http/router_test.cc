@@ -254,6 +254,8 @@ TEST_F(RouterTest, TagsTellRequestsAndVersionsApart) {
   const std::string tag = FrameTag(request, 1, "a");
   EXPECT_NE(FrameTag(request, 2, "a"), tag);
   EXPECT_NE(FrameTag(request, 1, "b"), tag);
+  EXPECT_EQ(FrameTag(request, 1, "a", base::Version()), tag);
+  EXPECT_NE(FrameTag(request, 1, "a", "0.2.0 (commit another)"), tag) << "it may make other bytes";
   request.set_time_s(0.1);
   EXPECT_NE(FrameTag(request, 1, "a"), tag);
 }

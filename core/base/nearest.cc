@@ -1,9 +1,11 @@
-#include "client/cli/nearest.h"
+#include "core/base/nearest.h"
 
 #include <algorithm>
 #include <cstddef>
 
-namespace liquidblend::cli {
+#include "absl/strings/str_cat.h"
+
+namespace liquidblend::base {
 namespace {
 
 constexpr size_t kMostEdits = 2;
@@ -40,4 +42,12 @@ std::string Nearest(const std::string& word, const std::vector<std::string>& can
   return nearest;
 }
 
-}  // namespace liquidblend::cli
+std::string UnknownCommandMessage(const std::string& program, const std::string& word,
+                                  const std::vector<std::string>& commands) {
+  const std::string nearest = Nearest(word, commands);
+  return absl::StrCat(program, ": there is no command '", word, "'",
+                      nearest.empty() ? "" : absl::StrCat("; did you mean '", nearest, "'?"), "\n`",
+                      program, " --help` lists all commands.\n");
+}
+
+}  // namespace liquidblend::base
