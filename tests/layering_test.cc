@@ -140,10 +140,12 @@ struct Rooms {
   std::string_view folder;
   std::vector<std::string_view> rooms;
 };
-const Rooms kRooms[] = {{"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
+const Rooms kRooms[] = {{"client/cli/", {"flags/", "files/", "print/", "render/"}},
+                        {"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
                         {"server/",
                          {"parameters/", "slice/", "blend/", "finish/", "encode/", "metrics/",
                           "catalog/", "base/", "access/", "frames/", "api/", "grpc/", "http/"}},
+                        {"worker/ingest/", {"formats/", "clean/"}},
                         {"worker/registration/", {"surface/", "features/", "fit/", "finish/"}},
                         {"worker/spacetime/", {"field/", "nets/", "sheets/", "tracked/"}}};
 

@@ -5,12 +5,12 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
-#include "client/cli/correspondences.h"
-#include "client/cli/describe.h"
-#include "client/cli/files.h"
-#include "client/cli/json.h"
-#include "client/cli/mesh_file.h"
-#include "client/cli/mesh_stats.h"
+#include "client/cli/files/correspondences.h"
+#include "client/cli/files/files.h"
+#include "client/cli/files/mesh_file.h"
+#include "client/cli/files/mesh_stats.h"
+#include "client/cli/print/describe.h"
+#include "client/cli/print/json.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "client/cli/commands.h"
-#include "client/cli/exit_code.h"
-#include "client/cli/number_checks.h"
+#include "client/cli/flags/number_checks.h"
+#include "client/cli/print/exit_code.h"
 #include "core/base/nearest.h"
 #include "core/base/version.h"
 

@@ -1,5 +1,5 @@
 // The exit statuses of the programs (docs/operations.md, "Exit statuses"). The command line of
-// clients has the same numbers (client/cli/exit_code.h).
+// clients has the same numbers (client/cli/print/exit_code.h).
 #pragma once
 
 #include "absl/status/status.h"

@@ -7,7 +7,7 @@ namespace liquidblend::base {
 
 // Kills the process with SIGKILL if the environment variable LIQUIDBLEND_FAULT_POINT is `name`, or,
 // if that is "name#N", when it comes here for the N-th time; otherwise does nothing, which is what
-// every process that is not under test sees. tests/e2e/faults_kill_test.cc dies at each of them:
+// every process that is not under test sees. tests/e2e/faults/kill_test.cc dies at each of them:
 //   blob.append            after bytes of a temporary file were written
 //   blob.before_sync       all bytes written, nothing flushed
 //   blob.before_rename     flushed, not visible yet

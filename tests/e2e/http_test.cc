@@ -9,7 +9,7 @@
 #include "absl/strings/numbers.h"
 #include "tests/e2e/e2e_testing.h"
 #include "tests/server/http/http_client.h"
-#include "worker/ingest/readers.h"
+#include "worker/ingest/formats/readers.h"
 
 namespace liquidblend::e2e {
 namespace {

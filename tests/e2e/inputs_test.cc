@@ -12,8 +12,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "client/cli/mesh_file.h"
-#include "client/cli/mesh_stats.h"
+#include "client/cli/files/mesh_file.h"
+#include "client/cli/files/mesh_stats.h"
 #include "core/mesh/triangle_mesh.h"
 #include "tests/client/run_command.h"
 #include "tests/client/temp_files.h"
@@ -22,7 +22,7 @@
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/voxels.h"
-#include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 
 namespace liquidblend::e2e {
 namespace {

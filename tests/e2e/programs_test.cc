@@ -17,7 +17,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "client/cli/exit_code.h"
+#include "client/cli/print/exit_code.h"
 #include "core/base/exit_status.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/e2e/process.h"
@@ -190,8 +190,9 @@ std::set<int> StatusesInTheEnum(const std::string& header) {
 
 TEST_P(ProgramsTest, HaveTheExitStatusesOfTheTableInTheCode) {
   const bool is_client = std::string(GetParam()) == "liquidblend";
-  EXPECT_EQ(StatusesInTheEnum(is_client ? "client/cli/exit_code.h" : "core/base/exit_status.h"),
-            StatusesInTheTable(GetParam()));
+  EXPECT_EQ(
+      StatusesInTheEnum(is_client ? "client/cli/print/exit_code.h" : "core/base/exit_status.h"),
+      StatusesInTheTable(GetParam()));
 }
 
 TEST(ExitStatuses, HaveOneMeaningInAllPrograms) {

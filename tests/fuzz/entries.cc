@@ -19,8 +19,8 @@
 #include "tests/server/encode/judge.h"
 #include "tests/server/encode/scrambled_surface.h"
 #include "tests/synthetic/shapes.h"
-#include "tests/worker/ingest/encode_files.h"
-#include "worker/ingest/gzip.h"
+#include "tests/worker/ingest/formats/encode_files.h"
+#include "worker/ingest/formats/gzip.h"
 #include "worker/ingest/meta.h"
 #include "worker/ingest/read_animation.h"
 

@@ -14,12 +14,12 @@
 #include "core/base/status_macros.h"
 #include "core/mesh/animation_limits.h"
 #include "core/mesh/option_ranges.h"
-#include "worker/ingest/clean.h"
+#include "worker/ingest/clean/clean.h"
+#include "worker/ingest/formats/readers.h"
+#include "worker/ingest/formats/text.h"
 #include "worker/ingest/frame_files.h"
 #include "worker/ingest/frame_times.h"
 #include "worker/ingest/meta.h"
-#include "worker/ingest/readers.h"
-#include "worker/ingest/text.h"
 
 namespace liquidblend::ingest {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/mesh_file.h"
+#include "client/cli/files/mesh_file.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/run_command.h"
 #include "tests/client/temp_files.h"

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "client/cli/mesh_file.h"
-#include "client/cli/mesh_stats.h"
+#include "client/cli/files/mesh_file.h"
+#include "client/cli/files/mesh_stats.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/run_command.h"
 #include "tests/client/temp_files.h"

@@ -16,7 +16,7 @@
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/voxels.h"
-#include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 #include "worker/ingest/read_directory.h"
 
 namespace liquidblend::ingest::read_animation_test {

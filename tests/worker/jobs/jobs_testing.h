@@ -20,7 +20,7 @@
 #include "core/store/sql/sqlite.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/synthetic/shapes.h"
-#include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 #include "worker/jobs/run_jobs.h"
 
 namespace liquidblend::jobs {

@@ -6,7 +6,7 @@
 #include "server/slice/slice.h"
 #include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/voxels.h"
-#include "worker/ingest/clean.h"
+#include "worker/ingest/clean/clean.h"
 #include "worker/spacetime/build.h"
 
 namespace liquidblend::spacetime::touching_test {
