@@ -32,6 +32,13 @@ std::string Md5(absl::string_view bytes) {
 
 std::string Md5Hex(absl::string_view bytes) { return absl::BytesToHexString(Md5(bytes)); }
 
+// Whether the fault damages the body of an answer.
+bool IsOfAnswer(FakeS3::Fault fault) {
+  using Fault = FakeS3::Fault;
+  return fault == Fault::kTruncate || fault == Fault::kErrorInBody || fault == Fault::kFlip ||
+         fault == Fault::kDrip;
+}
+
 std::string EtagLine(absl::string_view etag) { return absl::StrCat("ETag: \"", etag, "\"\r\n"); }
 
 }  // namespace
@@ -92,6 +99,16 @@ int FakeS3::Count(const std::string& kind) {
   return counts_[kind];
 }
 
+int FakeS3::NumMet(Fault fault) {
+  const absl::MutexLock lock(&mutex_);
+  return num_met_[fault];
+}
+
+void FakeS3::CountMet(Fault fault) {
+  const absl::MutexLock lock(&mutex_);
+  ++num_met_[fault];
+}
+
 int FakeS3::NumHanging() {
   const absl::MutexLock lock(&mutex_);
   return num_hanging_;
@@ -137,6 +154,7 @@ void FakeS3::Drip(HttpFake::Connection& connection, const Answer& answer) {
 
 void FakeS3::Handle(HttpFake::Connection& connection, Request request) {
   const Fault fault = NextFault(request);
+  if (!IsOfAnswer(fault) && fault != Fault::kUploadVanished) CountMet(fault);
   if (fault == Fault::kReset) return connection.Reset();
   if (fault == Fault::kHang) {
     Hang();
@@ -144,7 +162,7 @@ void FakeS3::Handle(HttpFake::Connection& connection, Request request) {
   }
   if (fault == Fault::kUploadVanished) {
     const absl::MutexLock lock(&mutex_);
-    uploads_.erase(request.query["uploadId"]);
+    num_met_[fault] += static_cast<int>(uploads_.erase(request.query["uploadId"]));
   }
   Answer answer;
   if (fault == Fault::kStatus500) answer = {500, ErrorXml("InternalError")};
@@ -167,6 +185,7 @@ void FakeS3::Send(HttpFake::Connection& connection, const Request& request, Faul
     absl::StrAppend(&answer.headers,
                     "Date: ", absl::FormatTime(kHttpDate, Now(), absl::UTCTimeZone()), "\r\n");
   }
+  if (IsOfAnswer(fault) && !answer.body.empty() && request.method != "HEAD") CountMet(fault);
   if (fault == Fault::kFlip && !answer.body.empty()) answer.body[answer.body.size() / 2] ^= 4;
   if (fault == Fault::kErrorInBody) {
     answer.body = answer.body.substr(0, answer.body.size() / 2) + ErrorXml("InternalError");
