@@ -94,6 +94,7 @@ class S3BlobWriter : public BlobWriter {
     FaultPoint("blob.before_upload");
     LB_RETURN_IF_ERROR(shared_->s3->Put(BlobKey(id), blob->bytes()));
     FaultPoint("blob.after_upload");
+    LB_RETURN_IF_ERROR(blob->Check());  // or zeros were sent
     LB_RETURN_IF_ERROR(shared_->cache->Trim());
     return id;
   }
