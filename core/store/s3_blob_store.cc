@@ -217,6 +217,15 @@ class S3BlobStore : public BlobStore {
     return upload;
   }
 
+  int64_t NumPartUrls(int64_t size_bytes) const override {
+    return shared_->s3->NumPartUrls(size_bytes);
+  }
+
+  void DropUpload(const DirectUpload& upload) override {
+    if (upload.multipart_id.empty()) return;
+    shared_->s3->DropUpload(BlobKey(upload.id), upload.multipart_id);
+  }
+
   absl::StatusOr<std::string> PresignDownload(const BlobId& id, absl::Duration expires) override {
     LB_RETURN_IF_ERROR(CheckBlobId(id));
     LB_RETURN_IF_ERROR(CheckIsOffered());

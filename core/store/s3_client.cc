@@ -125,9 +125,26 @@ absl::StatusOr<DirectUpload> S3Client::PresignPut(const std::string& key, int64_
     return upload;
   }
   LB_ASSIGN_OR_RETURN(const Upload created, CreateUpload(key));
-  const std::string& upload_id = created.id;
-  upload.part_bytes =
-      std::max(options_.part_bytes, (size_bytes + kMaxSignedParts - 1) / kMaxSignedParts);
+  upload.multipart_id = created.id;
+  const absl::Status status = PresignParts(key, size_bytes, expires, upload);
+  if (status.ok()) return upload;
+  DropUpload(key, created.id);
+  return status;
+}
+
+int64_t S3Client::SignedPartBytes(int64_t size_bytes) const {
+  return std::max(options_.part_bytes, (size_bytes + kMaxSignedParts - 1) / kMaxSignedParts);
+}
+
+int64_t S3Client::NumPartUrls(int64_t size_bytes) const {
+  if (size_bytes <= options_.part_bytes) return 1;
+  return (size_bytes - 1) / SignedPartBytes(size_bytes) + 1;
+}
+
+absl::Status S3Client::PresignParts(const std::string& key, int64_t size_bytes,
+                                    absl::Duration expires, DirectUpload& upload) {
+  const std::string& upload_id = upload.multipart_id;
+  upload.part_bytes = SignedPartBytes(size_bytes);
   for (int64_t begin = 0; begin < size_bytes; begin += upload.part_bytes) {
     const int64_t length = std::min(upload.part_bytes, size_bytes - begin);
     const std::string number = absl::StrCat(upload.part_urls.size() + 1);
@@ -142,7 +159,7 @@ absl::StatusOr<DirectUpload> S3Client::PresignPut(const std::string& key, int64_
                                                                .path = PathOf(key),
                                                                .query = {{"uploadId", upload_id}}},
                                                               {}, expires));
-  return upload;
+  return absl::OkStatus();
 }
 
 absl::StatusOr<S3Object> S3Client::Find(const std::string& key) {
@@ -294,11 +311,17 @@ absl::StatusOr<bool> S3Client::IsThere(const std::string& key, const Upload& upl
   return object->etag == EtagOfParts(etags);
 }
 
-void S3Client::Abort(const std::string& key, const std::string& upload_id) {
-  const absl::Status aborted =
-      transport_
-          .RunOne({.method = "DELETE", .path = PathOf(key), .query = {{"uploadId", upload_id}}})
-          .status();
+void S3Client::DropUpload(const std::string& key, const std::string& upload_id) {
+  Abort(key, upload_id, /*is_repeated=*/false);
+}
+
+void S3Client::Abort(const std::string& key, const std::string& upload_id, bool is_repeated) {
+  const absl::Status aborted = transport_
+                                   .RunOne({.method = "DELETE",
+                                            .path = PathOf(key),
+                                            .query = {{"uploadId", upload_id}},
+                                            .is_repeated = is_repeated})
+                                   .status();
   if (aborted.ok() || absl::IsAborted(aborted) || absl::IsNotFound(aborted)) return;
   base::LogWarning(absl::StrCat("parts may be left over: ", aborted.ToString()));
 }

@@ -70,6 +70,9 @@ class S3Client {
   // completed until its bucket's rules drop them.
   absl::StatusOr<DirectUpload> PresignPut(const std::string& key, int64_t size_bytes,
                                           absl::Duration expires);
+  int64_t NumPartUrls(int64_t size_bytes) const;  // that PresignPut() gives
+  // Ends an upload of parts. Asks once, and logs an error.
+  void DropUpload(const std::string& key, const std::string& upload_id);
 
  private:
   // An upload in parts that was begun.
@@ -81,6 +84,9 @@ class S3Client {
   S3Client(std::string bucket, std::string prefix, const S3Options& options);
   std::string PathOf(const std::string& key) const;
   int64_t PartBytes(int64_t size_bytes) const;
+  int64_t SignedPartBytes(int64_t size_bytes) const;
+  absl::Status PresignParts(const std::string& key, int64_t size_bytes, absl::Duration expires,
+                            DirectUpload& upload);
   absl::Status ConfirmMissing(const std::string& key);
   absl::StatusOr<Upload> CreateUpload(const std::string& key);
   absl::Status PutParts(const std::string& key, std::span<const std::byte> bytes);
@@ -93,7 +99,7 @@ class S3Client {
   absl::StatusOr<bool> IsThere(const std::string& key, const Upload& upload,
                                const std::vector<std::string>& etags,
                                std::span<const std::byte> bytes);
-  void Abort(const std::string& key, const std::string& upload_id);
+  void Abort(const std::string& key, const std::string& upload_id, bool is_repeated = true);
 
   const std::string bucket_;
   const std::string prefix_;  // empty, or ends with a slash
