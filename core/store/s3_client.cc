@@ -286,7 +286,8 @@ absl::Status S3Client::Complete(const std::string& key, const Upload& upload,
                    .path = PathOf(key),
                    .query = {{"uploadId", upload.id}},
                    .body = std::as_bytes(std::span(list.data(), list.size())),
-                   .closing_tag = "</CompleteMultipartUploadResult>"})
+                   .closing_tag = "</CompleteMultipartUploadResult>",
+                   .drip_limit = options_.complete_timeout})
           .status();
   if (!absl::IsAborted(status)) return status;
   LB_ASSIGN_OR_RETURN(const bool is_there, IsThere(key, upload, etags, bytes));

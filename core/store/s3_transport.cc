@@ -180,6 +180,7 @@ HttpRequest S3Transport::RequestOf(const S3Call& call, const Signer& signer) con
   }
   request.body = call.body;
   request.max_answer_bytes = call.max_answer_bytes;
+  request.drip_limit = call.drip_limit;
   return request;
 }
 

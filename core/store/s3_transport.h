@@ -32,6 +32,7 @@ struct S3Call {
   // body, -1: any; an XML tag that ends it, empty: none.
   int64_t answer_bytes = -1;
   std::string closing_tag = {};
+  absl::Duration drip_limit = absl::ZeroDuration();  // as HttpRequest's
 };
 
 // A request that meets a lost connection, an answer that is cut short, or one of the statuses 408,

@@ -38,6 +38,9 @@ class FakeS3 {
     kRedirect,        // 301, to another region
     kWrongRegion,     // 400 AuthorizationHeaderMalformed
     kDrip,            // one byte of the body after another, until StopHanging()
+    kSpaces,          // 20 spaces, one after another, before the body
+    kLongBody,        // 17 MiB of spaces behind the body
+    kManyHeaders,     // 1 MiB of them
   };
 
   FakeS3();
@@ -90,7 +93,9 @@ class FakeS3 {
   void Send(HttpFake::Connection& connection, const Request& request, Fault fault, Answer answer);
   void CountMet(Fault fault) ABSL_LOCKS_EXCLUDED(mutex_);
   void Hang() ABSL_LOCKS_EXCLUDED(mutex_);
-  void Drip(HttpFake::Connection& connection, const Answer& answer) ABSL_LOCKS_EXCLUDED(mutex_);
+  // The first num_slow bytes of the body one after another, then the rest.
+  void Drip(HttpFake::Connection& connection, const Answer& answer, size_t num_slow)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   static std::string KindOf(const Request& request);
   Fault NextFault(const Request& request) ABSL_LOCKS_EXCLUDED(mutex_);
   Fault TakePlanned(const std::string& kind) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
