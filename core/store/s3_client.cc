@@ -55,6 +55,7 @@ absl::StatusOr<S3Object> ParseContents(const std::string& contents, const std::s
   std::string error;
   if (!absl::StartsWith(object.key, prefix) ||
       !absl::SimpleAtoi(XmlElement(contents, "Size"), &object.size_bytes) ||
+      object.size_bytes < 0 ||
       !absl::ParseTime(absl::RFC3339_full, XmlElement(contents, "LastModified"), &object.modified,
                        &error)) {
     return absl::InternalError("a list that makes no sense");
@@ -64,6 +65,18 @@ absl::StatusOr<S3Object> ParseContents(const std::string& contents, const std::s
 }
 
 }  // namespace
+
+absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::string& prefix) {
+  S3Page page;
+  for (size_t position = 0;;) {
+    const std::string contents = NextXmlElement(document, "Contents", position);
+    if (contents.empty()) break;
+    LB_ASSIGN_OR_RETURN(S3Object object, ParseContents(contents, prefix));
+    page.objects.push_back(std::move(object));
+  }
+  page.next_token = XmlElement(document, "NextContinuationToken");
+  return page;
+}
 
 absl::StatusOr<std::unique_ptr<S3Client>> S3Client::Make(const std::string& url,
                                                          S3Options options) {
@@ -173,6 +186,7 @@ absl::StatusOr<S3Object> S3Client::Find(const std::string& key) {
   object.etag = EtagOf(answer);
   std::string error;
   if (absl::SimpleAtoi(HeaderOf(answer, "content-length"), &object.size_bytes) &&
+      object.size_bytes >= 0 &&
       absl::ParseTime(kHttpTime, HeaderOf(answer, "last-modified"), &object.modified, &error)) {
     return object;
   }
@@ -353,19 +367,9 @@ absl::StatusOr<S3Page> S3Client::List(const std::string& prefix, const std::stri
   call.closing_tag = "</ListBucketResult>";
   if (!token.empty()) call.query["continuation-token"] = token;
   LB_ASSIGN_OR_RETURN(const HttpAnswer answer, transport_.RunOne(call));
-  S3Page page;
-  for (size_t position = 0;;) {
-    const std::string contents = NextXmlElement(answer.body, "Contents", position);
-    if (contents.empty()) break;
-    absl::StatusOr<S3Object> object = ParseContents(contents, prefix_);
-    if (!object.ok()) {
-      return absl::InternalError(
-          absl::StrCat("GET s3://", bucket_, ": ", object.status().message()));
-    }
-    page.objects.push_back(*std::move(object));
-  }
-  page.next_token = XmlElement(answer.body, "NextContinuationToken");
-  return page;
+  absl::StatusOr<S3Page> page = ParseS3Page(answer.body, prefix_);
+  if (page.ok()) return page;
+  return absl::InternalError(absl::StrCat("GET s3://", bucket_, ": ", page.status().message()));
 }
 
 }  // namespace liquidblend::store

@@ -28,6 +28,11 @@ struct S3Page {
   std::string next_token;         // empty: no more
 };
 
+// Reads a document of ListObjectsV2; keys come back without the prefix.
+// Errors: kInternal if it is something else, or an object has no key below the prefix, size or
+// time.
+absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::string& prefix);
+
 // One bucket; S3Transport says which requests are sent again. All verbs but the creation of a
 // multipart upload come to the same whether an earlier request was carried out or not, so a lost
 // answer does no harm; that one leaves an upload open, which the bucket's rules should drop.

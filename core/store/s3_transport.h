@@ -86,6 +86,14 @@ class S3Transport {
   HttpClient http_;
 };
 
+// What an answer means for its call: it is done, sent again, refused (perhaps for the credentials
+// or the clock), or failed for good.
+enum class S3Verdict { kDone, kTransient, kRefused, kFailed };
+S3Verdict JudgeS3Answer(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer);
+// The error of a call with that verdict, as S3Transport gives it.  Requires: it is not kDone.
+absl::Status S3ErrorOf(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer,
+                       S3Verdict verdict);
+
 // Whether the error of a call says that the bucket does not exist.
 bool IsNoSuchBucket(const absl::Status& error);
 
