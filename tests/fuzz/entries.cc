@@ -191,7 +191,9 @@ constexpr Entry kEntries[] = {{"mantaflow", RunMantaflow},
                               {"animation_file", RunAnimationFile},
                               {"family_file", RunFamilyFile},
                               {"surface", RunSurface},
-                              {"query", RunQuery}};
+                              {"query", RunQuery},
+                              {"s3_answer", RunS3Answer},
+                              {"credentials", RunCredentials}};
 
 }  // namespace
 

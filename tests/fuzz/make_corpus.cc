@@ -163,5 +163,6 @@ int main(int argc, char** argv) {
   liquidblend::fuzz::AddFamilyFiles(corpus);
   liquidblend::fuzz::AddSurfaces(corpus);
   liquidblend::fuzz::AddPeerSeeds(corpus);
+  liquidblend::fuzz::AddCloudSeeds(corpus);
   return 0;
 }

@@ -18,6 +18,14 @@ struct FoundCredentials {
   absl::Time expires = absl::InfiniteFuture();
 };
 
+// Reads the section of a shared credentials file (ini); nothing if the text has no such section.
+// Fields that the section does not have are empty.
+std::optional<AwsCredentials> ParseCredentialsFile(const std::string& text,
+                                                   const std::string& section);
+// Reads a document (JSON) of the container's or the instance's endpoint; nothing if it is not one
+// with a key. Key id and token, which go into headers, have no control characters.
+std::optional<FoundCredentials> ParseEndpointCredentials(const std::string& json);
+
 // Each looks at one source: nothing if the source is not configured. Errors, which name the source
 // and never a secret: kUnavailable if it is configured and does not answer, or cannot be read.
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromEnvironment();

@@ -63,6 +63,7 @@ struct DirectUpload {
   std::vector<std::string> part_urls;  // of part_bytes each, the last one of the rest
   std::map<std::string, std::string> headers;
   std::string complete_url;  // empty: of one part
+  std::string multipart_id;  // of the store, not for clients; empty: of one part
 };
 
 // Threads: safe; processes: safe. Errors as BlobWriter's, and those given.
@@ -106,6 +107,11 @@ class BlobStore {
   // Errors: kUnimplemented if the store offers none.
   virtual absl::StatusOr<DirectUpload> PresignUpload(const BlobId& content, int64_t size_bytes,
                                                      absl::Duration expires);
+  // How many part_urls PresignUpload() gives for a blob of this size; 1 if it gives none at all.
+  virtual int64_t NumPartUrls(int64_t /*size_bytes*/) const { return 1; }
+  // Ends an upload whose urls nobody has got, so that the store keeps nothing of it. Asks the store
+  // once; what it does not do then is logged.
+  virtual void DropUpload(const DirectUpload& /*upload*/) {}
   // A url to GET the blob from, good until `expires` later.
   // Errors: kUnimplemented as above; kNotFound.
   virtual absl::StatusOr<std::string> PresignDownload(const BlobId& id, absl::Duration expires);

@@ -28,6 +28,11 @@ struct S3Page {
   std::string next_token;         // empty: no more
 };
 
+// Reads a document of ListObjectsV2; keys come back without the prefix.
+// Errors: kInternal if it is something else, or an object has no key below the prefix, size or
+// time.
+absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::string& prefix);
+
 // One bucket; S3Transport says which requests are sent again. All verbs but the creation of a
 // multipart upload come to the same whether an earlier request was carried out or not, so a lost
 // answer does no harm; that one leaves an upload open, which the bucket's rules should drop.
@@ -70,6 +75,9 @@ class S3Client {
   // completed until its bucket's rules drop them.
   absl::StatusOr<DirectUpload> PresignPut(const std::string& key, int64_t size_bytes,
                                           absl::Duration expires);
+  int64_t NumPartUrls(int64_t size_bytes) const;  // that PresignPut() gives
+  // Ends an upload of parts. Asks once, and logs an error.
+  void DropUpload(const std::string& key, const std::string& upload_id);
 
  private:
   // An upload in parts that was begun.
@@ -81,6 +89,9 @@ class S3Client {
   S3Client(std::string bucket, std::string prefix, const S3Options& options);
   std::string PathOf(const std::string& key) const;
   int64_t PartBytes(int64_t size_bytes) const;
+  int64_t SignedPartBytes(int64_t size_bytes) const;
+  absl::Status PresignParts(const std::string& key, int64_t size_bytes, absl::Duration expires,
+                            DirectUpload& upload);
   absl::Status ConfirmMissing(const std::string& key);
   absl::StatusOr<Upload> CreateUpload(const std::string& key);
   absl::Status PutParts(const std::string& key, std::span<const std::byte> bytes);
@@ -93,7 +104,7 @@ class S3Client {
   absl::StatusOr<bool> IsThere(const std::string& key, const Upload& upload,
                                const std::vector<std::string>& etags,
                                std::span<const std::byte> bytes);
-  void Abort(const std::string& key, const std::string& upload_id);
+  void Abort(const std::string& key, const std::string& upload_id, bool is_repeated = true);
 
   const std::string bucket_;
   const std::string prefix_;  // empty, or ends with a slash

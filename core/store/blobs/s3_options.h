@@ -32,6 +32,9 @@ struct S3Options {
   absl::Duration connect_timeout = absl::Seconds(5);
   // >= connect_timeout; of a request that makes no progress; LIQUIDBLEND_S3_STALL_TIMEOUT
   absl::Duration stall_timeout = absl::Seconds(20);
+  // >= 0; so long S3 may send spaces alone, to keep the connection, while it puts the parts of an
+  // upload together; as long as that takes three stall timeouts at least
+  absl::Duration complete_timeout = absl::Minutes(10);
   // >= 1 KiB; larger blobs are sent and got in such parts. Amazon takes no part below 5 MiB but the
   // last, other stores may; LIQUIDBLEND_S3_PART_BYTES
   int64_t part_bytes = int64_t{16} << 20;

@@ -32,6 +32,7 @@ struct S3Call {
   // body, -1: any; an XML tag that ends it, empty: none.
   int64_t answer_bytes = -1;
   std::string closing_tag = {};
+  absl::Duration drip_limit = absl::ZeroDuration();  // as HttpRequest's
 };
 
 // A request that meets a lost connection, an answer that is cut short, or one of the statuses 408,
@@ -84,6 +85,14 @@ class S3Transport {
   std::atomic<int64_t> clock_ahead_us_ = 0;  // the server's, of ours
   HttpClient http_;
 };
+
+// What an answer means for its call: it is done, sent again, refused (perhaps for the credentials
+// or the clock), or failed for good.
+enum class S3Verdict { kDone, kTransient, kRefused, kFailed };
+S3Verdict JudgeS3Answer(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer);
+// The error of a call with that verdict, as S3Transport gives it.  Requires: it is not kDone.
+absl::Status S3ErrorOf(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer,
+                       S3Verdict verdict);
 
 // Whether the error of a call says that the bucket does not exist.
 bool IsNoSuchBucket(const absl::Status& error);

@@ -1,5 +1,5 @@
 // The fault table's disks: one that loses what was not flushed when the power goes, one that is
-// full, one that fails, one that is read-only.
+// full, one that fails, one that is read-only; the same of the folder that caches blobs of S3.
 #include <signal.h>
 
 #include <algorithm>
@@ -17,6 +17,7 @@ struct Failure {
   FaultyCall call;
   int error_number;
   bool of_server;
+  Tier tier = Tier::kEmbedded;
 };
 
 class FaultsDiskTest : public FaultTest {
@@ -80,13 +81,13 @@ class FaultsDiskTest : public FaultTest {
 
   // From the first to the last of the calls that there are, another one in each run.
   void FailCallsInEachRun(FaultLine& line, const Failure& failure) {
-    BeginRun(line, Tier::kEmbedded);
+    BeginRun(line, failure.tier);
     const int64_t num_calls = FailCalls(failure, 1, 0);
     // Some depend on how long the work takes.
     const int64_t num_certain = std::max<int64_t>(1, num_calls * 2 / 3);
     line.Restart();
     for (int run = 1; run <= NumFaultRuns(); ++run) {
-      BeginRun(line, Tier::kEmbedded);
+      BeginRun(line, failure.tier);
       FailCalls(failure, 1 + (run - 1) % num_certain, 1 + run % 3);
     }
   }
@@ -116,8 +117,22 @@ std::vector<Failure> AllFailures() {
   return failures;
 }
 
+// The cache of the shared tier is never flushed.
+std::vector<Failure> CacheFailures() {
+  std::vector<Failure> failures;
+  for (const bool of_server : {false, true}) {
+    failures.push_back({"write", FaultyCall::kWrite, EROFS, of_server, Tier::kShared});
+    for (const int error : {EROFS, EACCES}) {
+      failures.push_back({"rename", FaultyCall::kRename, error, of_server, Tier::kShared});
+      failures.push_back({"create", FaultyCall::kCreate, error, of_server, Tier::kShared});
+    }
+  }
+  return failures;
+}
+
 const char* ErrorName(int error_number) {
   if (error_number == EROFS) return "EROFS";
+  if (error_number == EACCES) return "EACCES";
   return error_number == EIO ? "EIO" : "ENOSPC";
 }
 
@@ -131,12 +146,14 @@ class FaultsDiskErrorTest : public FaultsDiskTest, public testing::WithParamInte
 TEST_P(FaultsDiskErrorTest, LosesNothing) {
   const Failure& failure = GetParam();
   FaultLine line(absl::StrCat(ErrorName(failure.error_number), " of the ",
-                              failure.of_server ? "server's" : "worker's", " Nth ", failure.name),
-                 Tier::kEmbedded);
+                              failure.of_server ? "server's" : "worker's", " Nth ", failure.name,
+                              failure.tier == Tier::kShared ? " in the cache of S3" : ""),
+                 failure.tier);
   FailCallsInEachRun(line, failure);
 }
 
 INSTANTIATE_TEST_SUITE_P(Calls, FaultsDiskErrorTest, testing::ValuesIn(AllFailures()), NameOf);
+INSTANTIATE_TEST_SUITE_P(Cache, FaultsDiskErrorTest, testing::ValuesIn(CacheFailures()), NameOf);
 
 }  // namespace
 }  // namespace liquidblend::e2e

@@ -25,25 +25,33 @@ class FaultsS3Test : public FaultTest {
     }
   }
 
-  // Faults of about half of the next `num` requests of these kinds, others in each run.
+  // Faults of about half of the next `num` requests of these kinds, others in each run; one of the
+  // first two always has it. EndFaults() fails if no request met it.
   void PlanSome(const std::vector<std::string>& kinds, Fault fault, int num, int run) {
     std::mt19937 random(static_cast<uint32_t>(run));
     for (const std::string& kind : kinds) {
       std::vector<Fault> faults;
       for (int k = 0; k < num; ++k) faults.push_back(random() % 2 == 0 ? fault : Fault::kNone);
+      faults[static_cast<size_t>(run % 2)] = fault;
       s3().Plan(kind, faults);
     }
     planned_ = kinds;
+    planned_fault_ = fault;
+    num_met_before_ = s3().NumMet(fault);
   }
   void EndFaults() {
+    if (!planned_.empty()) {
+      EXPECT_GT(s3().NumMet(planned_fault_), num_met_before_) << "no request met the fault";
+    }
     for (const std::string& kind : planned_) s3().Plan(kind, {});
+    planned_.clear();
     s3().SetFault(Fault::kNone);
     s3().StopHanging();
   }
 
   // A run whose faults end when all accepted work is done.
-  void WorkThrough() {
-    Process server = StartServer();
+  void WorkThrough() { WorkThrough(StartServer()); }
+  void WorkThrough(Process server) {
     SubmitWork();
     EndRun(std::move(server), StartFaultWorker(), [this] { EndFaults(); });
   }
@@ -84,7 +92,9 @@ class FaultsS3Test : public FaultTest {
   }
 
  private:
-  std::vector<std::string> planned_;
+  std::vector<std::string> planned_;  // kinds of requests
+  Fault planned_fault_ = Fault::kNone;
+  int num_met_before_ = 0;
 };
 
 struct S3Fault {
@@ -111,10 +121,25 @@ INSTANTIATE_TEST_SUITE_P(
                     S3Fault{"a reset connection after it did what was asked", Fault::kAnswerLost},
                     S3Fault{"an error in the middle of the body", Fault::kErrorInBody},
                     S3Fault{"nothing, and the connection hangs", Fault::kHang, 3},
-                    S3Fault{"403 ExpiredToken", Fault::kExpiredToken, 2}),
+                    S3Fault{"403 ExpiredToken", Fault::kExpiredToken, 2},
+                    S3Fault{"404 of a proxy", Fault::kPlain404},
+                    S3Fault{"301 to another region", Fault::kRedirect},
+                    S3Fault{"400 AuthorizationHeaderMalformed (wrong region)", Fault::kWrongRegion,
+                            2},
+                    S3Fault{"a byte of the body every 50 ms", Fault::kDrip, 3}),
     [](const testing::TestParamInfo<S3Fault>& fault) {
       return absl::StrCat("Fault", fault.index);
     });
+
+// A server does not start with a bucket that does not exist, nor does a worker, which is started
+// again.
+TEST_F(FaultsS3Test, BucketIsMissing) {
+  Each("S3 answers with 404 NoSuchBucket while the server runs", [&](int run) {
+    Process server = StartServer();
+    PlanSome({"PUT", "GET", "HEAD", "POST", "DELETE"}, Fault::kNoSuchBucket, 2, run);
+    WorkThrough(std::move(server));
+  });
+}
 
 TEST_F(FaultsS3Test, MultipartUploadsVanish) {
   Each("S3 forgets multipart uploads", [&](int run) {

@@ -290,6 +290,53 @@ TEST_F(S3ClientTest, AnAnswerThatDripsEndsByItself) {
   EXPECT_THAT(client_->Get("key", ranges), Succeeds());
 }
 
+// While S3 puts the parts of a large upload together it sends spaces, for minutes: much longer than
+// three stall timeouts, and much slower than any transfer may be.
+TEST_F(S3ClientTest, ACompletionThatIsKeptAliveBySpacesIsWaitedFor) {
+  options_.connect_timeout = options_.stall_timeout = absl::Milliseconds(200);
+  options_.max_attempts = 1;
+  options_.complete_timeout = absl::Minutes(1);
+  Open();
+  s3_.Plan("complete upload", {Fault::kSpaces});  // for a second
+  EXPECT_THAT(Put(large_), Succeeds());
+  EXPECT_EQ(s3_.Count("complete upload"), 1);
+  EXPECT_TRUE(Stored() == large_);
+
+  options_.complete_timeout = absl::ZeroDuration();
+  Open();
+  s3_.Plan("complete upload", {Fault::kSpaces});
+  EXPECT_THAT(Put(large_), Fails(Code::kUnavailable, "too slow"));
+
+  // Silence ends it as before.
+  options_.complete_timeout = absl::Minutes(1);
+  Open();
+  s3_.Plan("complete upload", {Fault::kHang});
+  EXPECT_THAT(Put(large_), Fails(Code::kUnavailable, "no progress for 200ms"));
+  s3_.StopHanging();
+}
+
+// ---- answers of any size
+
+TEST_F(S3ClientTest, AnAnswerThatIsTooLongIsRefused) {
+  ASSERT_THAT(Put(small_), Succeeds());
+  const std::string limit = "an answer of more than ";
+  s3_.Plan("GET", {Fault::kLongBody});
+  EXPECT_THAT(client_->List("", ""), Fails(Code::kResourceExhausted, limit + "16777216 bytes"));
+  s3_.Plan("PUT", {Fault::kLongBody});
+  EXPECT_THAT(Put(small_), Fails(Code::kResourceExhausted, limit));
+  s3_.Plan("GET", {Fault::kLongBody});
+  const std::vector<S3Client::Range> ranges = {{0, 100}};
+  EXPECT_THAT(client_->Get("key", ranges), Fails(Code::kResourceExhausted, limit + "65536 bytes"));
+}
+
+TEST_F(S3ClientTest, HeadersThatAreTooLongAreRefused) {
+  ASSERT_THAT(Put(small_), Succeeds());
+  s3_.Plan("HEAD", {Fault::kManyHeaders});
+  EXPECT_THAT(client_->Find("key"),
+              Fails(Code::kResourceExhausted, "headers of more than 262144 bytes"));
+  EXPECT_THAT(client_->Find("key"), Succeeds());
+}
+
 TEST(S3Options, PausesDoubleAndAreLongerWhenS3AsksToSlowDown) {
   S3Options options;
   EXPECT_EQ(options.PauseAfter(1, false), absl::Milliseconds(100));
@@ -327,6 +374,8 @@ TEST(S3Options, NamesTheFieldOutOfRange) {
               HasSubstr("connect_timeout"));
   EXPECT_THAT(message([](S3Options& o) { o.stall_timeout = absl::Milliseconds(4999); }),
               HasSubstr("stall_timeout"));
+  EXPECT_THAT(message([](S3Options& o) { o.complete_timeout = -absl::Seconds(1); }),
+              HasSubstr("complete_timeout"));
   EXPECT_THAT(message([](S3Options& o) { o.part_bytes = 1023; }), HasSubstr("part_bytes"));
 }
 
