@@ -57,7 +57,7 @@ def test_program(folder, source, options):
     label = re.search(r"\bLABEL\s+(\w+)", options)
     label = label.group(1) if label else "unit"
     if label == "e2e" or re.search(r"\b(WHOLE|ALONE)\b", options):
-        return f"{folder}_{source}"
+        return f"{folder}_{source}".replace("/", "_")
     return f"{folder}_test" if label == "unit" else f"{folder}_{label}_test"
 
 
