@@ -19,7 +19,7 @@ namespace {
 constexpr absl::Duration kShortestLease = absl::Milliseconds(100);  // as of the worker's
 
 void AddSecurityFlags(CLI::App& app, Flags& flags) {
-  const std::string group = "Security (docs/operations.md)";
+  const std::string group = "Security (docs/operations/tls-and-tokens.md)";
   app.add_option("--tls-cert", flags.tls.certificate,
                  "PEM file of the server's certificate chain; no TLS unless given")
       ->group(group);
@@ -156,9 +156,10 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->envname("LIQUIDBLEND_CLIENT_S3");
   app.add_option("--listen", flags.listen, "HOST:PORT; port 0: any free one")
       ->capture_default_str();
-  app.add_option("--http", flags.http,
-                 "HOST:PORT for browsers and probes (docs/operations.md); port 0: any free one; "
-                 "no such port unless given")
+  app.add_option(
+         "--http", flags.http,
+         "HOST:PORT for browsers and probes (docs/operations/http.md); port 0: any free one; "
+         "no such port unless given")
       ->envname("LIQUIDBLEND_HTTP");
   app.add_option("--http-origin", flags.http_origin,
                  "Whose pages may use the HTTP port, e.g. https://example.org; *: all; "

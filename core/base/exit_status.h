@@ -1,4 +1,4 @@
-// The exit statuses of the programs (docs/operations.md, "Exit statuses"). The command line of
+// The exit statuses of the programs (docs/operations/running.md). The command line of
 // clients has the same numbers (client/cli/print/exit_code.h).
 #pragma once
 

@@ -161,7 +161,7 @@ void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
                  RunCheck, chosen);
   check.add_flag("--repair", flags.repair,
                  "Put damaged blobs into quarantine, mark animations whose file is lost as "
-                 "failed; loses nothing (docs/operations.md)");
+                 "failed; loses nothing (docs/operations/stores.md)");
   AddThreads(check, flags);
   CLI::App& collect = AddCommand(
       app, flags, "collect", "Delete blobs that nothing refers to, and jobs that ended long ago",

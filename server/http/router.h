@@ -36,7 +36,7 @@ struct StreamVisit {
 // The caller of a request, before it is known who that is.
 server::Caller CallerOf(const Request& request);
 
-// Paths: docs/operations.md. All but /healthz and /readyz look at the Host and ask who calls.
+// Paths: docs/operations/http.md. All but /healthz and /readyz look at the Host and ask who calls.
 // Threads: safe.
 class Router {
  public:

@@ -146,7 +146,7 @@ TEST_P(ProgramsTest, TellTheDefaultOfEachOptionInEachHelp) {
   EXPECT_GT(num_options, 10);
 }
 
-// Numbers of "Exit status: 0 done; 1 failed; ..." and of the table in docs/operations.md.
+// Numbers of "Exit status: 0 done; 1 failed; ..." and of the table in docs/operations/running.md.
 std::set<int> StatusesIn(const std::string& help) {
   std::set<int> statuses;
   const size_t begin = help.find("Exit status: ");
@@ -162,7 +162,7 @@ std::set<int> StatusesIn(const std::string& help) {
 std::set<int> StatusesInTheTable(const std::string& program) {
   std::set<int> statuses;
   bool is_there = false;
-  std::ifstream page(paths::Source("docs/operations.md"));
+  std::ifstream page(paths::Source("docs/operations/running.md"));
   for (std::string line; std::getline(page, line);) {
     if (absl::StartsWith(line, "## ")) is_there = line == "## Exit statuses";
     const std::vector<std::string> cells = absl::StrSplit(line, " | ");
