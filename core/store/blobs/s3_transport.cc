@@ -97,13 +97,6 @@ const char* AdviceFor(const HttpAnswer& answer, const std::string& code) {
   return answer.status == 404 && code.empty() ? "; the answer is not one of S3" : "";
 }
 
-// Between half and all of the pause, so that clients that failed together do not come back
-// together.
-absl::Duration Jittered(absl::Duration pause) {
-  thread_local std::minstd_rand random{std::random_device()()};
-  return pause * std::uniform_real_distribution<double>(0.5, 1.0)(random);
-}
-
 }  // namespace
 
 S3Verdict JudgeS3Answer(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer) {
