@@ -49,34 +49,7 @@ std::span<const std::byte> PartOf(std::span<const std::byte> bytes, size_t k, in
   return bytes.subspan(begin, std::min(bytes.size() - begin, static_cast<size_t>(part_bytes)));
 }
 
-absl::StatusOr<S3Object> ParseContents(const std::string& contents, const std::string& prefix) {
-  S3Object object;
-  object.key = XmlElement(contents, "Key");
-  std::string error;
-  if (!absl::StartsWith(object.key, prefix) ||
-      !absl::SimpleAtoi(XmlElement(contents, "Size"), &object.size_bytes) ||
-      object.size_bytes < 0 ||
-      !absl::ParseTime(absl::RFC3339_full, XmlElement(contents, "LastModified"), &object.modified,
-                       &error)) {
-    return absl::InternalError("a list that makes no sense");
-  }
-  object.key = object.key.substr(prefix.size());
-  return object;
-}
-
 }  // namespace
-
-absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::string& prefix) {
-  S3Page page;
-  for (size_t position = 0;;) {
-    const std::string contents = NextXmlElement(document, "Contents", position);
-    if (contents.empty()) break;
-    LB_ASSIGN_OR_RETURN(S3Object object, ParseContents(contents, prefix));
-    page.objects.push_back(std::move(object));
-  }
-  page.next_token = XmlElement(document, "NextContinuationToken");
-  return page;
-}
 
 absl::StatusOr<std::unique_ptr<S3Client>> S3Client::Make(const std::string& url,
                                                          S3Options options) {

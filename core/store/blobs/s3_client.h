@@ -13,25 +13,9 @@
 #include "core/store/blobs/blob_store.h"
 #include "core/store/blobs/s3_options.h"
 #include "core/store/blobs/s3_transport.h"
+#include "core/store/blobs/s3_xml.h"
 
 namespace liquidblend::store {
-
-struct S3Object {
-  std::string key;
-  int64_t size_bytes = 0;
-  absl::Time modified;
-  std::string etag;  // without quotes; lists leave it empty
-};
-
-struct S3Page {
-  std::vector<S3Object> objects;  // in the order of their keys
-  std::string next_token;         // empty: no more
-};
-
-// Reads a document of ListObjectsV2; keys come back without the prefix.
-// Errors: kInternal if it is something else, or an object has no key below the prefix, size or
-// time.
-absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::string& prefix);
 
 // One bucket; S3Transport says which requests are sent again. All verbs but the creation of a
 // multipart upload come to the same whether an earlier request was carried out or not, so a lost

@@ -1,15 +1,34 @@
-// Elements of the XML documents that S3 answers with.
+// The XML documents that S3 answers with, read by pugixml.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
 
 namespace liquidblend::store {
 
-// The content of the first <tag> at or after `position`, which moves behind it; empty if there is
-// none. Entities are left as they are.
-std::string NextXmlElement(const std::string& xml, const std::string& tag, size_t& position);
+struct S3Object {
+  std::string key;
+  int64_t size_bytes = 0;
+  absl::Time modified;
+  std::string etag;  // without quotes; lists leave it empty
+};
 
-// The text of the first <tag>, without entities; empty if there is none.
-std::string XmlElement(const std::string& xml, const std::string& tag);
+struct S3Page {
+  std::vector<S3Object> objects;  // in the order of their keys
+  std::string next_token;         // empty: no more
+};
+
+// Reads a document of ListObjectsV2; keys come back without the prefix.
+// Errors: kInternal if it is something else, or an object has no key below the prefix, size or
+// time.
+absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::string& prefix);
+
+// The text of the first element of that name. Empty if there is none before the place where the
+// document stops to be XML.
+std::string XmlElement(const std::string& document, const char* name);
 
 }  // namespace liquidblend::store
