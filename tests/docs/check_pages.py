@@ -6,6 +6,7 @@
 
 - Relative links lead to files that are there, and to headings that these have. So do the names of
   pages in `...`.
+- Files that docs/CONTRIBUTING.md names with their folder are there.
 - docs/architecture.md has no paragraph or item of more than five sentences. Its table of rooms has
   one line for each room that tests/layering_test.cc (kRooms) knows. Others are folders, too.
 - docs/results.md has at most 120 lines. Each row of its tables names a command whose first word is
@@ -50,6 +51,14 @@ def link_faults(page, checkout):
             yield f"{page}: {link} leads to no file"
         elif anchor and anchor not in anchors_of(target):
             yield f"{page}: {link} leads to no heading"
+
+
+def recipe_faults(checkout):
+    """Files that the recipes name and that are not there. NAME stands for any."""
+    page = checkout / "docs" / "CONTRIBUTING.md"
+    for name in re.findall(r"`([\w-]+/[\w./-]+\.(?:cc|h|md|proto|py|sh|txt))`", page.read_text()):
+        if "NAME" not in name and not (checkout / name).exists():
+            yield f"{page}: there is no {name}"
 
 
 def test_program(folder, source, options):
@@ -213,6 +222,7 @@ def main():
         return
     checkout = pathlib.Path(sys.argv[1])
     faults = [fault for page in pages_of(checkout) for fault in link_faults(page, checkout)]
+    faults += recipe_faults(checkout)
     faults += architecture_faults(checkout)
     faults += result_faults(checkout)
     print("\n".join(faults) or "all pages are as they should be")
