@@ -1,6 +1,7 @@
 #include "core/store/blobs/s3_client.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "absl/strings/ascii.h"
@@ -75,6 +76,28 @@ absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::strin
     page.objects.push_back(std::move(object));
   }
   page.next_token = XmlElement(document, "NextContinuationToken");
+  return page;
+}
+
+absl::StatusOr<S3UploadPage> ParseS3UploadPage(const std::string& document,
+                                               const std::string& prefix) {
+  S3UploadPage page;
+  for (size_t position = 0;;) {
+    const std::string element = NextXmlElement(document, "Upload", position);
+    if (element.empty()) break;
+    S3OpenUpload upload = {XmlElement(element, "Key"), XmlElement(element, "UploadId"), {}};
+    std::string error;
+    if (!absl::StartsWith(upload.key, prefix) || upload.id.empty() ||
+        !absl::ParseTime(absl::RFC3339_full, XmlElement(element, "Initiated"), &upload.begun,
+                         &error)) {
+      return absl::InternalError("a list of uploads that makes no sense");
+    }
+    upload.key = upload.key.substr(prefix.size());
+    page.uploads.push_back(std::move(upload));
+  }
+  if (XmlElement(document, "IsTruncated") != "true") return page;
+  page.next_key = XmlElement(document, "NextKeyMarker");
+  page.next_id = XmlElement(document, "NextUploadIdMarker");
   return page;
 }
 
@@ -339,6 +362,44 @@ void S3Client::Abort(const std::string& key, const std::string& upload_id, bool 
                                    .status();
   if (aborted.ok() || absl::IsAborted(aborted) || absl::IsNotFound(aborted)) return;
   base::LogWarning(absl::StrCat("parts may be left over: ", aborted.ToString()));
+}
+
+absl::StatusOr<S3UploadPage> S3Client::ListUploads(const std::string& prefix,
+                                                   const std::string& after_key,
+                                                   const std::string& after_id) {
+  S3Call call;
+  call.path = absl::StrCat("/", bucket_);
+  call.query = {{"uploads", ""}, {"prefix", absl::StrCat(prefix_, prefix)}};
+  call.closing_tag = "</ListMultipartUploadsResult>";
+  if (!after_key.empty()) {
+    call.query["key-marker"] = after_key;
+    call.query["upload-id-marker"] = after_id;
+  }
+  LB_ASSIGN_OR_RETURN(const HttpAnswer answer, transport_.RunOne(call));
+  absl::StatusOr<S3UploadPage> page = ParseS3UploadPage(answer.body, prefix_);
+  if (page.ok()) return page;
+  return absl::InternalError(absl::StrCat("GET s3://", bucket_, ": ", page.status().message()));
+}
+
+absl::StatusOr<int64_t> S3Client::DropOldUploads(const std::string& prefix, absl::Time time) {
+  int64_t num_dropped = 0;
+  std::string after_key, after_id;
+  do {
+    LB_ASSIGN_OR_RETURN(S3UploadPage page, ListUploads(prefix, after_key, after_id));
+    for (const S3OpenUpload& upload : page.uploads) {
+      if (upload.begun > time) continue;
+      Abort(upload.key, upload.id);
+      ++num_dropped;
+    }
+    if (!page.next_key.empty() &&
+        std::tie(page.next_key, page.next_id) == std::tie(after_key, after_id)) {
+      return absl::UnavailableError(
+          absl::StrCat("list of uploads of s3://", bucket_, ": it goes in circles"));
+    }
+    after_key = std::move(page.next_key);
+    after_id = std::move(page.next_id);
+  } while (!after_key.empty());
+  return num_dropped;
 }
 
 absl::Status S3Client::Delete(const std::string& key) {

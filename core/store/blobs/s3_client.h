@@ -33,9 +33,25 @@ struct S3Page {
 // time.
 absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::string& prefix);
 
+// An upload in parts that was begun, and neither completed nor aborted.
+struct S3OpenUpload {
+  std::string key;
+  std::string id;
+  absl::Time begun;
+};
+
+struct S3UploadPage {
+  std::vector<S3OpenUpload> uploads;
+  std::string next_key, next_id;  // where the next page begins; empty: no more
+};
+
+// Reads a document of ListMultipartUploads, as ParseS3Page() reads its own.
+absl::StatusOr<S3UploadPage> ParseS3UploadPage(const std::string& document,
+                                               const std::string& prefix);
+
 // One bucket; S3Transport says which requests are sent again. All verbs but the creation of a
 // multipart upload come to the same whether an earlier request was carried out or not, so a lost
-// answer does no harm; that one leaves an upload open, which the bucket's rules should drop.
+// answer does no harm; that one leaves an upload open, which DropOldUploads() ends.
 // Errors of all calls name bucket and key: kUnavailable after the last attempt, kNotFound,
 // kPermissionDenied, kResourceExhausted (quota), kInternal (what S3 does not accept). No message
 // has a secret. Threads: safe.
@@ -67,12 +83,15 @@ class S3Client {
   // not repeated without another look. Returns whether the object is gone.
   absl::StatusOr<bool> DeleteIfNotNewer(const std::string& key, absl::Time time);
   absl::StatusOr<S3Page> List(const std::string& prefix, const std::string& token);
+  // Aborts the uploads in parts below that prefix that were begun no later than that. Returns how
+  // many.
+  absl::StatusOr<int64_t> DropOldUploads(const std::string& prefix, absl::Time time);
 
   // Urls on client_endpoint.  Requires: there is one.
   absl::StatusOr<std::string> PresignGet(const std::string& key, absl::Duration expires);
   // For an object of that size, which is signed with the urls; its id is left empty. None of them
   // replaces an object. In parts if it is large: then S3 keeps those of an upload that is never
-  // completed until its bucket's rules drop them.
+  // completed until DropOldUploads().
   absl::StatusOr<DirectUpload> PresignPut(const std::string& key, int64_t size_bytes,
                                           absl::Duration expires);
   int64_t NumPartUrls(int64_t size_bytes) const;  // that PresignPut() gives
@@ -104,6 +123,8 @@ class S3Client {
   absl::StatusOr<bool> IsThere(const std::string& key, const Upload& upload,
                                const std::vector<std::string>& etags,
                                std::span<const std::byte> bytes);
+  absl::StatusOr<S3UploadPage> ListUploads(const std::string& prefix, const std::string& after_key,
+                                           const std::string& after_id);
   void Abort(const std::string& key, const std::string& upload_id, bool is_repeated = true);
 
   const std::string bucket_;

@@ -8,7 +8,8 @@ namespace liquidblend::store {
 std::string NextXmlElement(const std::string& xml, const std::string& tag, size_t& position) {
   const std::string open = absl::StrCat("<", tag, ">");
   const size_t begin = xml.find(open, position);
-  const size_t end = begin == std::string::npos ? begin : xml.find(absl::StrCat("</", tag), begin);
+  const size_t end =
+      begin == std::string::npos ? begin : xml.find(absl::StrCat("</", tag, ">"), begin);
   if (end == std::string::npos) {
     position = xml.size();
     return "";
