@@ -6,8 +6,10 @@
 
 - Relative links lead to files that are there, and to headings that these have. So do the names of
   pages in `...`.
-- docs/architecture.md has no paragraph or item of more than five sentences. Its table of rooms has
-  one line for each room that tests/layering_test.cc (kRooms) knows. Others are folders, too.
+- Files that docs/CONTRIBUTING.md names with their folder are there.
+- No paragraph or item has more than five sentences.
+- The table of rooms in docs/architecture.md has one line for each room that
+  tests/layering_test.cc (kRooms) knows. Others are folders, too.
 - docs/results.md has at most 120 lines. Each row of its tables names a command whose first word is
   a script of the repository or a program that a CMakeLists.txt builds; "met" is yes, empty, or no
   with a link to the page that says why.
@@ -50,6 +52,14 @@ def link_faults(page, checkout):
             yield f"{page}: {link} leads to no file"
         elif anchor and anchor not in anchors_of(target):
             yield f"{page}: {link} leads to no heading"
+
+
+def recipe_faults(checkout):
+    """Files that the recipes name and that are not there. NAME stands for any."""
+    page = checkout / "docs" / "CONTRIBUTING.md"
+    for name in re.findall(r"`([\w-]+/[\w./-]+\.(?:cc|h|md|proto|py|sh|txt))`", page.read_text()):
+        if "NAME" not in name and not (checkout / name).exists():
+            yield f"{page}: there is no {name}"
 
 
 def test_program(folder, source, options):
@@ -165,13 +175,16 @@ def rooms_of_page(text):
         yield from ((number, room) for room in re.findall(r"`([^`]+)`", cells[0]))
 
 
-def architecture_faults(checkout):
-    page = checkout / "docs" / "architecture.md"
-    text = page.read_text()
-    for number, paragraph in paragraphs_of(text):
+def paragraph_faults(page):
+    for number, paragraph in paragraphs_of(page.read_text()):
         count = num_sentences(paragraph)
         if count > MAX_SENTENCES:
             yield f"{page}:{number}: {count} sentences, more than {MAX_SENTENCES}"
+
+
+def room_faults(checkout):
+    page = checkout / "docs" / "architecture.md"
+    text = page.read_text()
     expected = set(rooms_of_test((checkout / "tests" / "layering_test.cc").read_text()))
     named = [room for _, room in rooms_of_page(text)]
     yield from (f"{page}: no line for the room {room}" for room in sorted(expected - set(named)))
@@ -213,7 +226,9 @@ def main():
         return
     checkout = pathlib.Path(sys.argv[1])
     faults = [fault for page in pages_of(checkout) for fault in link_faults(page, checkout)]
-    faults += architecture_faults(checkout)
+    faults += [fault for page in pages_of(checkout) for fault in paragraph_faults(page)]
+    faults += recipe_faults(checkout)
+    faults += room_faults(checkout)
     faults += result_faults(checkout)
     print("\n".join(faults) or "all pages are as they should be")
     sys.exit(1 if faults else 0)

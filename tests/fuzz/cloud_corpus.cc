@@ -6,7 +6,7 @@ namespace liquidblend::fuzz {
 namespace {
 
 enum Method : char { kGet, kHead, kPut, kPost, kDelete };
-enum ClosingTag : char { kNone, kList, kComplete, kCreate };
+enum ClosingTag : char { kNone, kList, kComplete, kCreate, kUploads };
 
 std::string Answer(Method method, ClosingTag tag, int status, const std::string& body) {
   return std::string{static_cast<char>(method), static_cast<char>(tag),
@@ -36,6 +36,13 @@ void AddAnswers(const Corpus& corpus) {
   };
   add("page", Answer(kGet, kList, 200, kPage));
   add("page_cut_short", Answer(kGet, kList, 200, std::string(kPage).substr(0, 400)));
+  add("uploads",
+      Answer(kGet, kUploads, 200,
+             "<ListMultipartUploadsResult><KeyMarker/><NextKeyMarker>prefix/uploads/00/a"
+             "</NextKeyMarker><NextUploadIdMarker>VXBs</NextUploadIdMarker>"
+             "<IsTruncated>true</IsTruncated><Upload><Key>prefix/uploads/00/a</Key>"
+             "<UploadId>VXBs</UploadId><Initiated>2023-01-02T03:04:05.000Z</Initiated></Upload>"
+             "</ListMultipartUploadsResult>"));
   add("created", Answer(kPost, kCreate, 200,
                         "<InitiateMultipartUploadResult><Bucket>bucket</Bucket><Key>key</Key>"
                         "<UploadId>VXBsb2FkIElE</UploadId></InitiateMultipartUploadResult>"));

@@ -19,7 +19,8 @@ using store::S3Verdict;
 
 constexpr const char* kMethods[] = {"GET", "HEAD", "PUT", "POST", "DELETE"};
 constexpr const char* kClosingTags[] = {"", "</ListBucketResult>",
-                                        "</CompleteMultipartUploadResult>", "</UploadId>"};
+                                        "</CompleteMultipartUploadResult>", "</UploadId>",
+                                        "</ListMultipartUploadsResult>"};
 constexpr size_t kLongestMessage = 1000;
 
 bool IsPrintable(absl::string_view text) {
@@ -54,6 +55,15 @@ void RequireValidPage(const std::string& document) {
   }
 }
 
+void RequireValidUploadPage(const std::string& document) {
+  const absl::StatusOr<store::S3UploadPage> page = store::ParseS3UploadPage(document, "prefix/");
+  Require(page.ok() || !page.status().message().empty(), "a refusal says why");
+  if (!page.ok()) return;
+  for (const store::S3OpenUpload& upload : page->uploads) {
+    Require(!upload.id.empty(), "uploads have ids");
+  }
+}
+
 }  // namespace
 
 // uint8 method, uint8 which closing tag must be there, uint16 status; the body.
@@ -67,6 +77,7 @@ void RunS3Answer(std::span<const std::byte> bytes) {
   answer.status = input.Word();
   answer.body = std::string(input.Rest());
   RequireValidPage(answer.body);
+  RequireValidUploadPage(answer.body);
   const S3Verdict verdict = store::JudgeS3Answer(call, answer);
   if (verdict == S3Verdict::kDone) {
     Require(answer.status < 300, "an error is not a success");

@@ -112,6 +112,9 @@ class BlobStore {
   // Ends an upload whose urls nobody has got, so that the store keeps nothing of it. Asks the store
   // once; what it does not do then is logged.
   virtual void DropUpload(const DirectUpload& /*upload*/) {}
+  // Ends uploads in parts that were begun no later than that and are neither complete nor given up:
+  // whoever sends parts to one begins again. Returns how many.
+  virtual absl::StatusOr<int64_t> DropOldUploads(absl::Time /*time*/) { return 0; }
   // A url to GET the blob from, good until `expires` later.
   // Errors: kUnimplemented as above; kNotFound.
   virtual absl::StatusOr<std::string> PresignDownload(const BlobId& id, absl::Duration expires);

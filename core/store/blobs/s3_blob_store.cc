@@ -226,6 +226,15 @@ class S3BlobStore : public BlobStore {
     shared_->s3->DropUpload(BlobKey(upload.id), upload.multipart_id);
   }
 
+  absl::StatusOr<int64_t> DropOldUploads(absl::Time time) override {
+    int64_t num_dropped = 0;
+    for (const char* prefix : {kBlobs, kUploads, kQuarantine}) {
+      LB_ASSIGN_OR_RETURN(const int64_t num, shared_->s3->DropOldUploads(prefix, time));
+      num_dropped += num;
+    }
+    return num_dropped;
+  }
+
   absl::StatusOr<std::string> PresignDownload(const BlobId& id, absl::Duration expires) override {
     LB_RETURN_IF_ERROR(CheckBlobId(id));
     LB_RETURN_IF_ERROR(CheckIsOffered());

@@ -1,6 +1,7 @@
 #include "core/store/blobs/s3_client.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "absl/strings/ascii.h"
@@ -312,6 +313,44 @@ void S3Client::Abort(const std::string& key, const std::string& upload_id, bool 
                                    .status();
   if (aborted.ok() || absl::IsAborted(aborted) || absl::IsNotFound(aborted)) return;
   base::LogWarning(absl::StrCat("parts may be left over: ", aborted.ToString()));
+}
+
+absl::StatusOr<S3UploadPage> S3Client::ListUploads(const std::string& prefix,
+                                                   const std::string& after_key,
+                                                   const std::string& after_id) {
+  S3Call call;
+  call.path = absl::StrCat("/", bucket_);
+  call.query = {{"uploads", ""}, {"prefix", absl::StrCat(prefix_, prefix)}};
+  call.closing_tag = "</ListMultipartUploadsResult>";
+  if (!after_key.empty()) {
+    call.query["key-marker"] = after_key;
+    call.query["upload-id-marker"] = after_id;
+  }
+  LB_ASSIGN_OR_RETURN(const HttpAnswer answer, transport_.RunOne(call));
+  absl::StatusOr<S3UploadPage> page = ParseS3UploadPage(answer.body, prefix_);
+  if (page.ok()) return page;
+  return absl::InternalError(absl::StrCat("GET s3://", bucket_, ": ", page.status().message()));
+}
+
+absl::StatusOr<int64_t> S3Client::DropOldUploads(const std::string& prefix, absl::Time time) {
+  int64_t num_dropped = 0;
+  std::string after_key, after_id;
+  do {
+    LB_ASSIGN_OR_RETURN(S3UploadPage page, ListUploads(prefix, after_key, after_id));
+    for (const S3OpenUpload& upload : page.uploads) {
+      if (upload.begun > time) continue;
+      Abort(upload.key, upload.id);
+      ++num_dropped;
+    }
+    if (!page.next_key.empty() &&
+        std::tie(page.next_key, page.next_id) == std::tie(after_key, after_id)) {
+      return absl::UnavailableError(
+          absl::StrCat("list of uploads of s3://", bucket_, ": it goes in circles"));
+    }
+    after_key = std::move(page.next_key);
+    after_id = std::move(page.next_id);
+  } while (!after_key.empty());
+  return num_dropped;
 }
 
 absl::Status S3Client::Delete(const std::string& key) {

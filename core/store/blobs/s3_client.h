@@ -19,7 +19,7 @@ namespace liquidblend::store {
 
 // One bucket; S3Transport says which requests are sent again. All verbs but the creation of a
 // multipart upload come to the same whether an earlier request was carried out or not, so a lost
-// answer does no harm; that one leaves an upload open, which the bucket's rules should drop.
+// answer does no harm; that one leaves an upload open, which DropOldUploads() ends.
 // Errors of all calls name bucket and key: kUnavailable after the last attempt, kNotFound,
 // kPermissionDenied, kResourceExhausted (quota), kInternal (what S3 does not accept). No message
 // has a secret. Threads: safe.
@@ -51,12 +51,15 @@ class S3Client {
   // not repeated without another look. Returns whether the object is gone.
   absl::StatusOr<bool> DeleteIfNotNewer(const std::string& key, absl::Time time);
   absl::StatusOr<S3Page> List(const std::string& prefix, const std::string& token);
+  // Aborts the uploads in parts below that prefix that were begun no later than that. Returns how
+  // many.
+  absl::StatusOr<int64_t> DropOldUploads(const std::string& prefix, absl::Time time);
 
   // Urls on client_endpoint.  Requires: there is one.
   absl::StatusOr<std::string> PresignGet(const std::string& key, absl::Duration expires);
   // For an object of that size, which is signed with the urls; its id is left empty. None of them
   // replaces an object. In parts if it is large: then S3 keeps those of an upload that is never
-  // completed until its bucket's rules drop them.
+  // completed until DropOldUploads().
   absl::StatusOr<DirectUpload> PresignPut(const std::string& key, int64_t size_bytes,
                                           absl::Duration expires);
   int64_t NumPartUrls(int64_t size_bytes) const;  // that PresignPut() gives
@@ -88,6 +91,8 @@ class S3Client {
   absl::StatusOr<bool> IsThere(const std::string& key, const Upload& upload,
                                const std::vector<std::string>& etags,
                                std::span<const std::byte> bytes);
+  absl::StatusOr<S3UploadPage> ListUploads(const std::string& prefix, const std::string& after_key,
+                                           const std::string& after_id);
   void Abort(const std::string& key, const std::string& upload_id, bool is_repeated = true);
 
   const std::string bucket_;

@@ -27,6 +27,22 @@ struct S3Page {
 // time.
 absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::string& prefix);
 
+// An upload in parts that was begun, and neither completed nor aborted.
+struct S3OpenUpload {
+  std::string key;
+  std::string id;
+  absl::Time begun;
+};
+
+struct S3UploadPage {
+  std::vector<S3OpenUpload> uploads;
+  std::string next_key, next_id;  // where the next page begins; empty: no more
+};
+
+// Reads a document of ListMultipartUploads, as ParseS3Page() reads its own.
+absl::StatusOr<S3UploadPage> ParseS3UploadPage(const std::string& document,
+                                               const std::string& prefix);
+
 // The text of the first element of that name. Empty if there is none before the place where the
 // document stops to be XML.
 std::string XmlElement(const std::string& document, const char* name);

@@ -214,7 +214,9 @@ void FakeS3::Send(HttpFake::Connection& connection, const Request& request, Faul
 }
 
 std::string FakeS3::KindOf(const Request& request) {
-  if (request.query.count("uploads") > 0) return "create upload";
+  if (request.query.count("uploads") > 0) {
+    return request.method == "GET" ? "list uploads" : "create upload";
+  }
   if (request.query.count("list-type") > 0) return "list";
   if (request.query.count("uploadId") == 0) return "";
   if (request.method == "PUT") return "upload part";
@@ -268,7 +270,7 @@ FakeS3::Answer FakeS3::Do(const Request& request) {
   if (!absl::StartsWith(request.path, bucket)) return {404, ErrorXml("NoSuchBucket")};
   const std::string key =
       request.path.size() > bucket.size() ? request.path.substr(bucket.size() + 1) : "";
-  if (key.empty()) return List(request);
+  if (key.empty()) return request.query.count("uploads") > 0 ? ListUploads(request) : List(request);
   if (request.query.count("uploads") + request.query.count("uploadId") > 0) {
     return DoUpload(request, key);
   }
@@ -308,7 +310,7 @@ FakeS3::Answer FakeS3::DoObject(const Request& request, const std::string& key) 
 FakeS3::Answer FakeS3::DoUpload(const Request& request, const std::string& key) {
   if (request.query.count("uploads") > 0) {
     const std::string id = absl::StrCat("upload ", ++num_uploads_);
-    uploads_[id];
+    uploads_[id] = {key, Now(), {}};
     return {200, absl::StrCat("<InitiateMultipartUploadResult><UploadId>", id,
                               "</UploadId></InitiateMultipartUploadResult>")};
   }
@@ -317,7 +319,7 @@ FakeS3::Answer FakeS3::DoUpload(const Request& request, const std::string& key) 
   if (request.method == "PUT") {
     int number = 0;
     if (!absl::SimpleAtoi(request.query.at("partNumber"), &number)) return {400};
-    upload->second[number] = request.body;
+    upload->second.parts[number] = request.body;
     return {200, "", EtagLine(Md5Hex(request.body))};
   }
   if (request.method == "POST") return Complete(request, key);
@@ -328,7 +330,7 @@ FakeS3::Answer FakeS3::DoUpload(const Request& request, const std::string& key) 
 FakeS3::Answer FakeS3::Complete(const Request& request, const std::string& key) {
   const auto upload = uploads_.find(request.query.at("uploadId"));
   std::string whole, digests;
-  for (const auto& [number, part] : upload->second) {
+  for (const auto& [number, part] : upload->second.parts) {
     if (!absl::StrContains(request.body, absl::StrCat("<PartNumber>", number, "</PartNumber><ETag>",
                                                       "\"", Md5Hex(part), "\""))) {
       return {400, ErrorXml("InvalidPart")};
@@ -336,11 +338,37 @@ FakeS3::Answer FakeS3::Complete(const Request& request, const std::string& key) 
     whole += part;
     digests += Md5(part);
   }
-  const std::string etag = absl::StrCat(Md5Hex(digests), "-", upload->second.size());
+  const std::string etag = absl::StrCat(Md5Hex(digests), "-", upload->second.parts.size());
   uploads_.erase(upload);
   objects_[key] = {std::move(whole), etag, Now()};
   return {200, absl::StrCat("<CompleteMultipartUploadResult><ETag>\"", etag,
                             "\"</ETag></CompleteMultipartUploadResult>")};
+}
+
+// In the order of their ids, not of their keys.
+FakeS3::Answer FakeS3::ListUploads(const Request& request) {
+  const auto get = [&](const char* name) {
+    const auto found = request.query.find(name);
+    return found == request.query.end() ? std::string() : found->second;
+  };
+  std::string body = "<ListMultipartUploadsResult>";
+  size_t count = 0;
+  std::string last_key, last_id;
+  for (const auto& [id, upload] : uploads_) {
+    if (!absl::StartsWith(upload.key, get("prefix")) || id <= get("upload-id-marker")) continue;
+    if (count++ == kPageSize) {
+      absl::StrAppend(&body, "<IsTruncated>true</IsTruncated><NextKeyMarker>", last_key,
+                      "</NextKeyMarker><NextUploadIdMarker>", last_id, "</NextUploadIdMarker>");
+      break;
+    }
+    last_key = upload.key;
+    last_id = id;
+    absl::StrAppend(&body, "<Upload><Key>", upload.key, "</Key><UploadId>", id,
+                    "</UploadId><Initiated>",
+                    absl::FormatTime("%Y-%m-%dT%H:%M:%S.000Z", upload.begun, absl::UTCTimeZone()),
+                    "</Initiated></Upload>");
+  }
+  return {200, body + "</ListMultipartUploadsResult>"};
 }
 
 FakeS3::Answer FakeS3::List(const Request& request) {

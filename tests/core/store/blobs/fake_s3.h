@@ -51,8 +51,8 @@ class FakeS3 {
   std::string endpoint() const { return http_->url(); }
 
   // The faults of the next requests of that kind, one after the other. A kind is a method, or one
-  // of "list", "create upload", "upload part", "complete upload", "abort upload"; of a request that
-  // belongs to both, a fault of its method counts before one of the other.
+  // of "list", "list uploads", "create upload", "upload part", "complete upload", "abort upload";
+  // of a request that belongs to both, a fault of its method counts before one of the other.
   void Plan(const std::string& kind, std::vector<Fault> faults);
   // The fault of all requests from now on that no plan has a fault for; kNone ends it.
   void SetFault(Fault fault);
@@ -88,6 +88,11 @@ class FakeS3 {
     std::string etag;
     absl::Time modified;
   };
+  struct Upload {
+    std::string key;
+    absl::Time begun;
+    std::map<int, std::string> parts;
+  };
 
   void Handle(HttpFake::Connection& connection, Request request);
   void Send(HttpFake::Connection& connection, const Request& request, Fault fault, Answer answer);
@@ -110,10 +115,11 @@ class FakeS3 {
   Answer Complete(const Request& request, const std::string& key)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Answer List(const Request& request) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Answer ListUploads(const Request& request) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   absl::Mutex mutex_;
   std::map<std::string, Object> objects_ ABSL_GUARDED_BY(mutex_);
-  std::map<std::string, std::map<int, std::string>> uploads_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, Upload> uploads_ ABSL_GUARDED_BY(mutex_);  // by id
   int num_uploads_ ABSL_GUARDED_BY(mutex_) = 0;
   std::map<std::string, std::deque<Fault>> faults_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, int> counts_ ABSL_GUARDED_BY(mutex_);

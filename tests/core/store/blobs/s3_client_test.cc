@@ -90,7 +90,7 @@ TEST_F(S3ClientTest, PartWithALostAnswerIsSentAgain) {
   EXPECT_TRUE(Stored() == large_);
 }
 
-// The bucket's rules drop it: to abort it could hit another program's upload of the same key.
+// DropOldUploads() ends it: to abort it at once could hit another program's upload of the same key.
 TEST_F(S3ClientTest, CreationWithALostAnswerLeavesOneOpenUpload) {
   s3_.Plan("create upload", {Fault::kAnswerLost});
   EXPECT_THAT(Put(large_), Succeeds());
@@ -313,6 +313,27 @@ TEST_F(S3ClientTest, ACompletionThatIsKeptAliveBySpacesIsWaitedFor) {
   s3_.Plan("complete upload", {Fault::kHang});
   EXPECT_THAT(Put(large_), Fails(Code::kUnavailable, "no progress for 200ms"));
   s3_.StopHanging();
+}
+
+// ---- uploads that were left
+
+TEST_F(S3ClientTest, OldUploadsAreDroppedPageByPage) {
+  options_.client_endpoint = options_.endpoint;
+  Open();
+  const auto begin = [&](const std::string& key) {
+    ASSERT_THAT(client_->PresignPut(key, 2 * kPartBytes, absl::Minutes(1)), Succeeds());
+  };
+  for (int k = 0; k < 7; ++k) begin(absl::StrCat("uploads/", k));
+  begin("elsewhere/1");
+  s3_.SetClockAhead(absl::Hours(2));
+  begin("uploads/young");
+  const auto dropped = client_->DropOldUploads("uploads/", absl::Now() + absl::Hours(1));
+  ASSERT_THAT(dropped, Succeeds());
+  EXPECT_EQ(*dropped, 7);
+  EXPECT_EQ(s3_.NumOpenUploads(), 2);
+  s3_.Plan("list uploads", {Fault::kStatus403});
+  EXPECT_THAT(client_->DropOldUploads("uploads/", absl::Now()),
+              Fails(Code::kPermissionDenied, "AccessDenied"));
 }
 
 // ---- answers of any size

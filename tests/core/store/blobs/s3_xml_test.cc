@@ -48,7 +48,8 @@ TEST(ParseS3Page, RefusesWhatIsNoWholeList) {
   for (const std::string& document :
        {std::string(), std::string("bad gateway"), std::string("<html><body>no</body></html>"),
         whole.substr(0, whole.size() - 5), whole.substr(0, whole.size() / 2)}) {
-    EXPECT_THAT(ParseS3Page(document, "pre/"), Fails(absl::StatusCode::kInternal, "not a list"))
+    EXPECT_THAT(ParseS3Page(document, "pre/"),
+                Fails(absl::StatusCode::kInternal, "not a ListBucketResult"))
         << document;
   }
 }
@@ -62,6 +63,45 @@ TEST(ParseS3Page, RefusesObjectsWithoutKeySizeOrTime) {
                 Fails(absl::StatusCode::kInternal, "without key, size or time"))
         << object;
   }
+}
+
+std::string Uploads(const std::string& content) {
+  return absl::StrCat("<ListMultipartUploadsResult>", content, "</ListMultipartUploadsResult>");
+}
+
+TEST(ParseS3UploadPage, ReadsUploadsAndWhereTheNextPageBegins) {
+  const auto page = ParseS3UploadPage(
+      Uploads("<Upload><Key>pre/a</Key><UploadId>u1</UploadId>"
+              "<Initiated>2026-01-02T03:04:05.000Z</Initiated></Upload>"
+              "<IsTruncated>true</IsTruncated><NextKeyMarker>pre/a</NextKeyMarker>"
+              "<NextUploadIdMarker>u1</NextUploadIdMarker>"),
+      "pre/");
+  ASSERT_THAT(page, Succeeds());
+  ASSERT_THAT(page->uploads, SizeIs(1));
+  EXPECT_EQ(page->uploads[0].key, "a");
+  EXPECT_EQ(page->uploads[0].id, "u1");
+  EXPECT_EQ(page->uploads[0].begun, absl::FromUnixSeconds(1767323045));
+  EXPECT_EQ(page->next_key, "pre/a");
+  EXPECT_EQ(page->next_id, "u1");
+}
+
+TEST(ParseS3UploadPage, TheLastPageHasNoNext) {
+  const auto page = ParseS3UploadPage(
+      Uploads("<IsTruncated>false</IsTruncated><NextKeyMarker>pre/a</NextKeyMarker>"), "pre/");
+  ASSERT_THAT(page, Succeeds());
+  EXPECT_THAT(page->uploads, IsEmpty());
+  EXPECT_EQ(page->next_key, "");
+}
+
+TEST(ParseS3UploadPage, RefusesUploadsWithoutKeyIdOrTime) {
+  for (const char* upload : {"<Upload/>", "<Upload><Key>pre/a</Key><UploadId>u</UploadId></Upload>",
+                             "<Upload><Key>other/a</Key><UploadId>u</UploadId>"
+                             "<Initiated>2026-01-02T03:04:05.000Z</Initiated></Upload>"}) {
+    EXPECT_THAT(ParseS3UploadPage(Uploads(upload), "pre/"),
+                Fails(absl::StatusCode::kInternal, "without key, id or time"));
+  }
+  EXPECT_THAT(ParseS3UploadPage("<html>", "pre/"),
+              Fails(absl::StatusCode::kInternal, "not a ListMultipartUploadsResult"));
 }
 
 TEST(XmlElement, IsTheFirstOfItsName) {
