@@ -1,4 +1,4 @@
-// Names of figures are those of the messages.
+// Names of figures and options are those of the messages.
 #include "core/store/files/message_fields.h"
 
 #include <gmock/gmock.h>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/mesh/registered_family.h"
+#include "core/mesh/registration_options.h"
 #include "liquidblend/store/v1/records.pb.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 
@@ -54,6 +55,16 @@ TEST(Figures, AreAllNumbersOfTheMessages) {
               UnorderedElementsAreArray(NumbersOf<api::SpaceTimeReport>("grid_spacing_edges")));
   EXPECT_THAT(FiguresOf<Fidelity>(), UnorderedElementsAreArray(NumbersOf<v1::Fidelity>()));
   EXPECT_THAT(FiguresOf<Fidelity>(), UnorderedElementsAreArray(NumbersOf<api::Fidelity>()));
+}
+
+TEST(RegistrationOptions, AreAllFieldsOfTheMessages) {
+  std::vector<std::string> names;
+  const mesh::RegistrationOptions options;
+  mesh::RegistrationOptions::ForEach(options, [&](const mesh::OptionInfo& info, const auto&...) {
+    names.emplace_back(info.name);
+  });
+  EXPECT_THAT(names, UnorderedElementsAreArray(NumbersOf<v1::RegistrationOptions>()));
+  EXPECT_THAT(names, UnorderedElementsAreArray(NumbersOf<liquidblend::v1::RegistrationOptions>()));
 }
 
 // A field gives back what was written, and is what the message's own function reads.
