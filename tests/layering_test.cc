@@ -53,7 +53,9 @@ const std::map<std::string_view, Places> kTopFolders = {
     {"core/", {"core/", "liquidblend/v1/", "liquidblend/store/v1/"}},
     {"worker/", {"worker/", "core/", "liquidblend/v1/", "liquidblend/store/v1/"}},
     {"server/", {"server/", "core/", "liquidblend/v1/", "liquidblend/store/v1/"}},
-    {"client/", {"client/", "liquidblend/"}},
+    {"client/include/", {"client/", "liquidblend/"}},
+    {"client/src/", {"client/", "liquidblend/"}},
+    {"client/cli/", {"client/", "liquidblend/", "core/mesh/registration_options.h"}},
     {"tests/", {"core/", "worker/", "server/", "client/", "tests/", "liquidblend/"}},
 };
 const Places kOurs = {"core/", "worker/", "server/", "client/", "tests/", "liquidblend/"};
@@ -322,6 +324,7 @@ TEST(Layering, IsNotBrokenByGoodFiles) {
   EXPECT_THAT(
       Violations(
           {{"core/mesh/animation.h", "#include <Eigen/Core>\n#include <vector>\n"},
+           {"client/cli/a.cc", "#include \"core/mesh/registration_options.h\"\n"},
            {"server/main.cc", "#include \"core/mesh/animation.h\"\n#include <CLI/CLI.hpp>\n"},
            {"worker/jobs/run.cc", "#include \"worker/ingest/read_animation.h\"\n"},
            {"worker/ingest/read_animation.cc",
@@ -338,7 +341,9 @@ TEST(Layering, NamesFileLineAndRuleOfEachOffender) {
       Violations({
           {"client/cli/a.cc", "#include \"core/mesh/animation.h\"\n"},
           {"client/include/liquidblend/a.h", "#include <Eigen/Core>\n"},
-          {"client/src/b.cc", "\n\n# include \"server/grpc/call.h\"\n"},
+          {"client/src/b.cc",
+           "\n\n# include \"server/grpc/call.h\"\n"
+           "#include \"core/mesh/registration_options.h\"\n"},
           {"server/a.cc", "// text\n#include \"worker/jobs/run.h\"\n"},
           {"server/blend/a.cc", "#include \"server/slice/slice.h\"\n"},
           {"server/catalog/a.cc", "#include <tbb/parallel_for.h>\n"},
@@ -348,10 +353,14 @@ TEST(Layering, NamesFileLineAndRuleOfEachOffender) {
           {"worker/jobs/a.cc", "#include \"liquidblend/v1/liquidblend.grpc.pb.h\"\n"},
       }),
       ElementsAre(
-          "client/cli/a.cc:1: includes core/mesh/animation.h; rule 1: client/ may not depend on it",
+          "client/cli/a.cc:1: includes core/mesh/animation.h; rule 1: client/cli/ may not depend "
+          "on it",
           "client/include/liquidblend/a.h:1: includes Eigen/Core; rule 4: client/include/ holds "
           "neither generated code nor Eigen",
-          "client/src/b.cc:3: includes server/grpc/call.h; rule 1: client/ may not depend on it",
+          "client/src/b.cc:3: includes server/grpc/call.h; rule 1: client/src/ may not depend on "
+          "it",
+          "client/src/b.cc:4: includes core/mesh/registration_options.h; rule 1: client/src/ may "
+          "not depend on it",
           "server/a.cc:2: includes worker/jobs/run.h; rule 1: server/ may not depend on it",
           "server/blend/a.cc:1: includes server/slice/slice.h; rule 2: only server/frames/ may "
           "call "
