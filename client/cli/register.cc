@@ -9,6 +9,7 @@
 #include "client/cli/flags/number_checks.h"
 #include "client/cli/flags/points.h"
 #include "client/cli/flags/priority_flag.h"
+#include "client/cli/flags/registration_flags.h"
 #include "client/cli/print/describe.h"
 #include "client/cli/print/json.h"
 #include "client/cli/print/wait.h"
@@ -16,10 +17,6 @@
 
 namespace liquidblend::cli {
 namespace {
-
-CLI::CheckedTransformer OnOff() {
-  return CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}});
-}
 
 struct RegisterFlags {
   RegisterRequest request;
@@ -55,34 +52,6 @@ absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
   context.Print(Describe(family));
   context.PrintJson(ToJson(family));
   return CheckVerdict(finished);
-}
-
-void AddRegistrationFlags(RegistrationOptions& options, CLI::App& command) {
-  command
-      .add_option("--iterations", options.max_iterations,
-                  "Iterations per target (16; with --refine 6)")
-      ->check(Positive());
-  command
-      .add_option("--node-spacing", options.node_spacing_edges,
-                  "Distance of deformation nodes in mean edge lengths (5)")
-      ->check(Positive());
-  command
-      .add_option("--sample-share", options.sample_share, "Share of vertices per iteration (0.1)")
-      ->check(CLI::Range(0.0, 1.0));
-  command
-      .add_option("--smoothness", options.final_smoothness,
-                  "Smoothness at the last iteration (0.06)")
-      ->check(Positive());
-  command
-      .add_option("--thin-sheets-from", options.thin_sheets_from,
-                  "Share of the iterations before thin sheets take part (0); 1: never")
-      ->check(CLI::Range(0.0, 1.0));
-  command.add_option("--seed", options.seed, "Seed of the random samples (1)");
-  command
-      .add_option("--automatic-correspondences", options.automatic_correspondences,
-                  "Whether soft ones are found from what stands out in both animations (on)")
-      ->transform(OnOff())
-      ->type_name("on|off");
 }
 
 void AddTimeBlendingFlags(TimeBlending& blending, CLI::App& command) {

@@ -1,5 +1,8 @@
 #include "client/src/convert.h"
 
+#include <google/protobuf/reflection.h>
+
+#include <optional>
 #include <utility>
 
 #include "client/src/names.h"
@@ -96,23 +99,28 @@ Grade ToGrade(v1::Verdict::Grade proto) {
   }
 }
 
+// All fields that are numbers, so that a new figure needs no change here.
+void ReadFigures(const v1::Verdict& proto, Verdict& verdict) {
+  const google::protobuf::Reflection& reflection = *proto.GetReflection();
+  for (int n = 0; n < proto.GetDescriptor()->field_count(); ++n) {
+    const google::protobuf::FieldDescriptor* field = proto.GetDescriptor()->field(n);
+    if (field->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_DOUBLE) continue;
+    if (field->is_repeated()) {
+      const auto list = reflection.GetRepeatedFieldRef<double>(proto, field);
+      verdict.lists[field->name()].assign(list.begin(), list.end());
+    } else {
+      verdict.figures[field->name()] = reflection.GetDouble(proto, field);
+    }
+  }
+}
+
 Verdict ToVerdict(const v1::Verdict& proto) {
   Verdict verdict;
   verdict.grade = ToGrade(proto.grade());
   verdict.reason = proto.reason();
   verdict.worst.position = ToVector(proto.worst().position());
   verdict.worst.time_s = proto.worst().time_s();
-  verdict.fit_energy = proto.fit_energy();
-  verdict.smoothness_energy = proto.smoothness_energy();
-  verdict.residual_histogram.assign(proto.residual_histogram().begin(),
-                                    proto.residual_histogram().end());
-  verdict.compatible_share = proto.compatible_share();
-  verdict.covered_share = proto.covered_share();
-  verdict.unmatched_share = proto.unmatched_share();
-  verdict.component_error = proto.component_error();
-  verdict.stretch = proto.stretch();
-  verdict.inverted_share = proto.inverted_share();
-  verdict.volume_errors.assign(proto.volume_errors().begin(), proto.volume_errors().end());
+  ReadFigures(proto, verdict);
   return verdict;
 }
 
@@ -127,7 +135,7 @@ RegistrationReport ToReport(const v1::RegistrationReport& proto) {
   for (const v1::CorrespondenceReport& correspondence : proto.correspondences()) {
     report.correspondences.push_back(ToReport(correspondence));
   }
-  report.verdict = ToVerdict(proto.verdict());
+  if (proto.has_verdict()) report.verdict = ToVerdict(proto.verdict());
   return report;
 }
 
@@ -198,16 +206,25 @@ v1::Connectivity ToConnectivity(Connectivity connectivity) {
   return v1::CONNECTIVITY_UNSPECIFIED;
 }
 
-void SetOptions(const RegistrationOptions& options, v1::RegistrationOptions* proto) {
-  proto->set_max_iterations(options.max_iterations);
-  proto->set_node_spacing_edges(options.node_spacing_edges);
-  proto->set_sample_share(options.sample_share);
-  proto->set_seed(options.seed);
-  proto->set_final_smoothness(options.final_smoothness);
-  proto->set_thin_sheets_from(options.thin_sheets_from);
-  if (options.automatic_correspondences) {
-    proto->set_automatic_correspondences(*options.automatic_correspondences);
+// One field of a message that is still to be filled.
+struct OptionField {
+  v1::RegistrationOptions* message;
+  const google::protobuf::FieldDescriptor* field;
+  const google::protobuf::Reflection& reflection;
+
+  void Set(int value) const { reflection.SetInt32(message, field, value); }
+  void Set(uint64_t value) const { reflection.SetUInt64(message, field, value); }
+  void Set(double value) const { reflection.SetDouble(message, field, value); }
+  void Set(const std::optional<bool>& value) const {
+    if (value) reflection.SetBool(message, field, *value);
   }
+};
+
+void SetOptions(const RegistrationOptions& options, v1::RegistrationOptions* proto) {
+  RegistrationOptions::ForEach(options, [&](const char* name, const auto& option) {
+    const auto* field = proto->GetDescriptor()->FindFieldByName(name);
+    OptionField{proto, field, *proto->GetReflection()}.Set(option);
+  });
 }
 
 void SetSpaceTime(const SpaceTimeOptions& options, v1::SpaceTimeOptions* proto) {

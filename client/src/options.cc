@@ -1,6 +1,7 @@
 // Validate() of the public options.
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
@@ -49,11 +50,13 @@ absl::Status ImportOptions::Validate() const {
 }
 
 absl::Status RegistrationOptions::Validate() const {
-  LBC_RETURN_IF_ERROR(CheckNotNegative("max_iterations", max_iterations));
-  LBC_RETURN_IF_ERROR(CheckNotNegative("node_spacing_edges", node_spacing_edges));
-  LBC_RETURN_IF_ERROR(CheckRange("sample_share", sample_share, 0.0, 1.0));
-  LBC_RETURN_IF_ERROR(CheckNotNegative("final_smoothness", final_smoothness));
-  return CheckRange("thin_sheets_from", thin_sheets_from, 0.0, 1.0);
+  absl::Status status;
+  ForEach(*this, [&](const char* name, const auto& option) {
+    if constexpr (std::is_arithmetic_v<std::decay_t<decltype(option)>>) {
+      status.Update(CheckNotNegative(name, static_cast<double>(option)));
+    }
+  });
+  return status;
 }
 
 absl::Status SpaceTimeOptions::Validate() const {

@@ -1,5 +1,5 @@
-// Ranges of what an import or a registration can be asked for. The server refuses what lies outside
-// of them when it is asked; the worker's stages check them again.
+// Ranges of what an import or a space-time mesh can be asked for. The server refuses what lies
+// outside of them when it is asked; the worker's stages check them again.
 #pragma once
 
 #include <algorithm>
@@ -25,14 +25,7 @@ inline bool IsSameFrameRate(double one, double other) {
   return std::abs(one - other) <= 1.1e-3 * std::max(one, other);
 }
 
-// Of the registration; lengths in mean edge lengths.
-inline constexpr Range kMaxIterations = {1, 200};
-inline constexpr Range kNodeSpacingEdges = {1, 100};
-inline constexpr Range kSampleShare = {1e-9, 1};
-inline constexpr Range kSmoothness = {1e-9, 1e9};
-inline constexpr Range kThinSheetsFrom = {0, 1};
-
-// Of the space-time meshes.
+// Of the space-time meshes; those of the registration are in registration_options.h.
 inline constexpr Range kSpacingEdges = {0.25, 4};
 inline constexpr Range kDropletVertices = {0, 10'000};
 inline constexpr Range kSheetThicknessEdges = {0, 16};

@@ -32,6 +32,16 @@ struct RegistrationReport {
   double seconds = 0.0;
   std::vector<CorrespondenceReport> correspondences = {};  // one per correspondence, in their order
   Verdict verdict = {};
+
+  // Calls visit(name, figure) for each number, named as in both messages RegistrationReport.
+  template <typename Self, typename Visit>
+  static void ForEachFigure(Self& self, const Visit& visit) {
+    visit("num_nodes", self.num_nodes);
+    visit("num_iterations", self.num_iterations);
+    visit("mean_residual_edges", self.mean_residual_edges);
+    visit("inlier_share", self.inlier_share);
+    visit("seconds", self.seconds);
+  }
 };
 
 struct FamilyTarget {

@@ -14,6 +14,18 @@ struct Fidelity {
   int64_t num_components = 0;        // of the measured frames, together
   int64_t num_components_shown = 0;  // of their slices
   int64_t max_component_error = 0;   // how many more or fewer a single slice has
+
+  // Calls visit(name, figure) for each figure, named as in both messages Fidelity.
+  template <typename Self, typename Visit>
+  static void ForEachFigure(Self& self, const Visit& visit) {
+    visit("num_frames", self.num_frames);
+    visit("mean_distance_edges", self.mean_distance_edges);
+    visit("max_distance_edges", self.max_distance_edges);
+    visit("max_volume_error", self.max_volume_error);
+    visit("num_components", self.num_components);
+    visit("num_components_shown", self.num_components_shown);
+    visit("max_component_error", self.max_component_error);
+  }
 };
 
 struct SpaceTimeReport {
@@ -29,6 +41,21 @@ struct SpaceTimeReport {
   int64_t num_rigid_pieces = 0;  // droplets at single times
   double thin_share = 0.0;       // of the vertices, those of thin sheets
   Fidelity fidelity;
+
+  // Calls visit(name, figure) for each number, named as in both messages SpaceTimeReport.
+  template <typename Self, typename Visit>
+  static void ForEachFigure(Self& self, const Visit& visit) {
+    visit("grid_spacing_m", self.grid_spacing_m);
+    visit("edge_length_m", self.edge_length_m);
+    visit("num_vertices", self.num_vertices);
+    visit("num_tetrahedra", self.num_tetrahedra);
+    visit("num_pyramids", self.num_pyramids);
+    visit("num_wedges", self.num_wedges);
+    visit("num_hexahedra", self.num_hexahedra);
+    visit("num_droplets", self.num_droplets);
+    visit("num_rigid_pieces", self.num_rigid_pieces);
+    visit("thin_share", self.thin_share);
+  }
 };
 
 }  // namespace liquidblend::mesh

@@ -41,6 +41,21 @@ struct Verdict {
   // The half-way blend's volume over the mean of the two animations', minus 1; at times evenly
   // spread from the first frame to the last.
   std::vector<double> volume_errors;
+
+  // Calls visit(name, figure) for each number and list, named as in both messages Verdict.
+  template <typename Self, typename Visit>
+  static void ForEachFigure(Self& self, const Visit& visit) {
+    visit("fit_energy", self.fit_energy);
+    visit("smoothness_energy", self.smoothness_energy);
+    visit("residual_histogram", self.residual_histogram);
+    visit("compatible_share", self.compatible_share);
+    visit("covered_share", self.covered_share);
+    visit("unmatched_share", self.unmatched_share);
+    visit("stretch", self.stretch);
+    visit("inverted_share", self.inverted_share);
+    visit("component_error", self.component_error);
+    visit("volume_errors", self.volume_errors);
+  }
 };
 
 }  // namespace liquidblend::mesh

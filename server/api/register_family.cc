@@ -7,6 +7,8 @@
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
 #include "core/mesh/parameter_space.h"
+#include "core/mesh/registration_options.h"
+#include "core/store/files/message_fields.h"
 #include "core/store/files/parameter_records.h"
 #include "server/access/owner_limits.h"
 #include "server/api/api_messages.h"
@@ -38,16 +40,16 @@ void CheckRangeOrZero(absl::string_view field, double value, const mesh::Range& 
                    absl::StrCat("must be 0 or in [", range.min, ", ", range.max, "], got ", value));
 }
 
+// An option that is 0, or not set, has its default.
 void CheckOptions(const v1::RegistrationOptions& options, FieldViolations& violations) {
-  CheckRangeOrZero("options.max_iterations", options.max_iterations(), mesh::kMaxIterations,
-                   violations);
-  CheckRangeOrZero("options.node_spacing_edges", options.node_spacing_edges(),
-                   mesh::kNodeSpacingEdges, violations);
-  CheckRangeOrZero("options.sample_share", options.sample_share(), mesh::kSampleShare, violations);
-  CheckRangeOrZero("options.final_smoothness", options.final_smoothness(), mesh::kSmoothness,
-                   violations);
-  CheckRange("options.thin_sheets_from", options.thin_sheets_from(), mesh::kThinSheetsFrom,
-             violations);
+  mesh::RegistrationOptions defaults;
+  const auto check = [&](const mesh::OptionInfo& info, auto& value, const auto&...) {
+    if (!store::GetField(info.name, options, value)) return;
+    const std::string field = absl::StrCat("options.", info.name);
+    if (info.range.Holds(0)) return CheckRange(field, double(value), info.range, violations);
+    CheckRangeOrZero(field, double(value), info.range, violations);
+  };
+  mesh::RegistrationOptions::ForEach(defaults, check);
 }
 
 // The grid of the coarsest level of detail.

@@ -105,7 +105,11 @@ class RefinementTest : public ::testing::Test {
     return *std::move(result);
   }
 
-  const registration::RegistrationOptions options_ = {.automatic_correspondences = false};
+  const registration::RegistrationOptions options_ = [] {
+    registration::RegistrationOptions options;
+    options.automatic_correspondences = false;
+    return options;
+  }();
   parallel::Arena arena_;
   double core_seconds_ = 0;  // of the last registration
   mesh::Animation a_ = e2e::LoadTwoDrops("A", arena_), b_ = e2e::LoadTwoDrops("B", arena_),

@@ -3,7 +3,9 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
+#include "core/mesh/registration_options.h"
 #include "core/store/files/correspondence_records.h"
+#include "core/store/files/message_fields.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -55,17 +57,10 @@ ingest::ImportOptions ToImportOptions(const store::v1::ImportOptions& options) {
 registration::RegistrationOptions ToRegistrationOptions(
     const store::v1::RegistrationOptions& options) {
   registration::RegistrationOptions result;
-  if (options.max_iterations() != 0) {
-    result.max_iterations = result.refine_iterations = options.max_iterations();
-  }
-  if (options.node_spacing_edges() != 0) result.node_spacing_edges = options.node_spacing_edges();
-  if (options.sample_share() != 0) result.sample_share = options.sample_share();
-  if (options.seed() != 0) result.seed = options.seed();
-  if (options.final_smoothness() != 0) result.final_smoothness = options.final_smoothness();
-  result.thin_sheets_from = options.thin_sheets_from();
-  if (options.has_automatic_correspondences()) {
-    result.automatic_correspondences = options.automatic_correspondences();
-  }
+  const auto read = [&](const mesh::OptionInfo& info, auto&... members) {
+    (store::GetField(info.name, options, members), ...);
+  };
+  mesh::RegistrationOptions::ForEach(result, read);
   return result;
 }
 

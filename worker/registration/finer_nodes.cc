@@ -252,7 +252,7 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
   const Courses none;  // what is far is not on its course
   Matcher matcher(surface, neighbors, pair.target, pair.target_search, none, options.seed,
                   std::move(target_vertices));
-  const MatchOptions match_options{.sample_share = kSampleShare,
+  const MatchOptions match_options{.drawn_share = kSampleShare,
                                    .kept_share = options.kept_share,
                                    .max_distance = options.final_distance_edges,
                                    .point_weight = options.point_weight,

@@ -12,10 +12,10 @@
 namespace liquidblend::registration {
 
 // Cuts out what is further than options.finer_from_edges from the target (or what the target is
-// from) with what is around it, as moved, and registers that alone: nodes as far apart as
-// options.node_spacing_edges, all of its rim held, a few iterations. The rest of the displacement
-// stays. No more take part at a time than are registered at once, the worst places first; if there
-// was no room for much of it, again, three times in all at most.
+// from) with what is around it, as moved, and registers that alone: nodes as far apart as the
+// options say, all of its rim held, a few iterations. The rest of the displacement stays. No more
+// take part at a time than are registered at once, the worst places first; if there was no room for
+// much of it, again, three times in all at most.
 //   state  rounds that are done, or not needed, are not done again; has the displacement, and
 //          counts the nodes: none if nothing is far
 //   keep   called after each round

@@ -86,7 +86,7 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
   const double done = annealed > 0 ? std::min(1.0, (iteration - 1) / annealed) : 1.0;
   const double f = schedule.from + (1 - schedule.from) * done;
   MatchOptions match_options;
-  match_options.sample_share =
+  match_options.drawn_share =
       Anneal(kFirstSampleShare * options.sample_share, options.sample_share, f);
   match_options.kept_share = options.kept_share;
   match_options.max_distance =

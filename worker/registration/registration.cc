@@ -7,13 +7,9 @@ namespace liquidblend::registration {
 
 absl::Status RegistrationOptions::Validate() const {
   constexpr mesh::Range kShare = {0, 1}, kNotNegative = {0, 1e9}, kPositive = {1e-9, 1e9};
-  LB_RETURN_IF_ERROR(mesh::CheckRange("max_iterations", max_iterations, mesh::kMaxIterations));
-  LB_RETURN_IF_ERROR(
-      mesh::CheckRange("node_spacing_edges", node_spacing_edges, mesh::kNodeSpacingEdges));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("sample_share", sample_share, mesh::kSampleShare));
+  LB_RETURN_IF_ERROR(mesh::RegistrationOptions::Validate());
   LB_RETURN_IF_ERROR(mesh::CheckRange("kept_share", kept_share, kShare));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("first_smoothness", first_smoothness, mesh::kSmoothness));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("final_smoothness", final_smoothness, mesh::kSmoothness));
+  LB_RETURN_IF_ERROR(mesh::CheckRange("first_smoothness", first_smoothness, kPositive));
   LB_RETURN_IF_ERROR(mesh::CheckRange("first_distance_edges", first_distance_edges, kPositive));
   LB_RETURN_IF_ERROR(mesh::CheckRange("final_distance_edges", final_distance_edges, kPositive));
   LB_RETURN_IF_ERROR(mesh::CheckRange("point_weight", point_weight, kNotNegative));
@@ -21,9 +17,6 @@ absl::Status RegistrationOptions::Validate() const {
   LB_RETURN_IF_ERROR(
       mesh::CheckRange("correspondence_weight", correspondence_weight, kNotNegative));
   LB_RETURN_IF_ERROR(mesh::CheckRange("soft_release", soft_release, kShare));
-  LB_RETURN_IF_ERROR(
-      mesh::CheckRange("refine_iterations", refine_iterations, mesh::kMaxIterations));
-  LB_RETURN_IF_ERROR(mesh::CheckRange("thin_sheets_from", thin_sheets_from, mesh::kThinSheetsFrom));
   LB_RETURN_IF_ERROR(mesh::CheckRange("coarse_vertices", coarse_vertices, {1e3, 1e9}));
   LB_RETURN_IF_ERROR(mesh::CheckRange("smallest_part_edges", smallest_part_edges, kNotNegative));
   LB_RETURN_IF_ERROR(mesh::CheckRange("finer_from_edges", finer_from_edges, kPositive));

@@ -1,11 +1,15 @@
-// Ranges of numeric flags, with messages that name what was given.
+// Checks of the values of flags, with messages that name what was given.
 #pragma once
 
 #include <CLI/App.hpp>
 
 namespace liquidblend::cli {
 
-CLI::Validator Positive();     // finite and above 0
-CLI::Validator NonNegative();  // finite, 0 or more
+CLI::Validator Positive();                      // finite and above 0
+CLI::Validator NonNegative();                   // finite, 0 or more
+CLI::Validator Within(double min, double max);  // both included
+
+// "on" or "off", for a bool.
+CLI::CheckedTransformer OnOff();
 
 }  // namespace liquidblend::cli

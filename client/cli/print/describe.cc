@@ -1,12 +1,13 @@
 #include "client/cli/print/describe.h"
 
-#include <algorithm>
-#include <cmath>
+#include <string>
 #include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
 #include "client/cli/files/correspondences.h"
 #include "client/cli/print/json.h"
 #include "client/cli/print/progress_bar.h"
@@ -68,19 +69,26 @@ std::string Describe(size_t index, const CorrespondenceReport& report) {
   return text;
 }
 
+// "covered share 93 %", "component error 0.5"
+std::string DescribeFigure(const std::string& name, double value) {
+  const bool is_share = absl::EndsWith(name, "_share");
+  return absl::StrFormat("%s %.3g%s", absl::StrReplaceAll(name, {{"_", " "}}),
+                         is_share ? 100.0 * value : value, is_share ? " %" : "");
+}
+
 std::string Describe(const Verdict& verdict) {
   const Event& worst = verdict.worst;
-  double largest = 0.0;
-  for (const double error : verdict.volume_errors) largest = std::max(largest, std::abs(error));
-  return absl::StrFormat(
-      "%s: %s; worst near (%.3g, %.3g, %.3g) m at %.3g s"
-      "\n    target covered %.1f %%, facing alike %.1f %%, without counterpart %.1f %% at most, "
-      "stretched %.0f %%, inside out %.3f %%, %.1f parts off on average, half-way volume within "
-      "%.1f %%",
-      GradeName(verdict.grade), verdict.reason, worst.position.x, worst.position.y,
-      worst.position.z, worst.time_s, 100.0 * verdict.covered_share,
-      100.0 * verdict.compatible_share, 100.0 * verdict.unmatched_share, 100.0 * verdict.stretch,
-      100.0 * verdict.inverted_share, verdict.component_error, 100.0 * largest);
+  std::vector<std::string> figures;
+  for (const auto& [name, value] : verdict.figures) figures.push_back(DescribeFigure(name, value));
+  std::string text =
+      absl::StrFormat("%s: %s; worst near (%.3g, %.3g, %.3g) m at %.3g s\n    %s",
+                      GradeName(verdict.grade), verdict.reason, worst.position.x, worst.position.y,
+                      worst.position.z, worst.time_s, absl::StrJoin(figures, ", "));
+  for (const auto& [name, values] : verdict.lists) {
+    absl::StrAppend(&text, "\n    ", absl::StrReplaceAll(name, {{"_", " "}}));
+    for (const double value : values) absl::StrAppendFormat(&text, " %.3g", value);
+  }
+  return text;
 }
 
 // A line for each animation, if there are points in parameter space.

@@ -34,19 +34,12 @@ Json ToJson(const CorrespondenceReport& report) {
 }
 
 Json ToJson(const Verdict& verdict) {
-  return {{"grade", GradeName(verdict.grade)},
-          {"reason", verdict.reason},
-          {"worst", ToJson(verdict.worst)},
-          {"fit_energy", verdict.fit_energy},
-          {"smoothness_energy", verdict.smoothness_energy},
-          {"residual_histogram", verdict.residual_histogram},
-          {"compatible_share", verdict.compatible_share},
-          {"covered_share", verdict.covered_share},
-          {"unmatched_share", verdict.unmatched_share},
-          {"component_error", verdict.component_error},
-          {"stretch", verdict.stretch},
-          {"inverted_share", verdict.inverted_share},
-          {"volume_errors", verdict.volume_errors}};
+  Json json = {{"grade", GradeName(verdict.grade)},
+               {"reason", verdict.reason},
+               {"worst", ToJson(verdict.worst)}};
+  for (const auto& [name, value] : verdict.figures) json[name] = value;
+  for (const auto& [name, values] : verdict.lists) json[name] = values;
+  return json;
 }
 
 Json ToJson(const RegistrationReport& report) {

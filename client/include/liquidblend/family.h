@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,27 +58,12 @@ struct CorrespondenceReport {
 // Whether a registration can be trusted, and whether the two animations were alike enough for it.
 struct Verdict {
   Grade grade = Grade::kUnknown;
-  std::string reason;              // what decided, with its value and limit
-  Event worst;                     // where that is worst, on the registered source
-  double fit_energy = 0.0;         // of the last iteration
-  double smoothness_energy = 0.0;  // likewise
-  // Shares of the registered source's vertices by their distance to the target: below 0.125, 0.25,
-  // 0.5, 1, 2 and 4 mean edge lengths, and beyond. What is left to 1 has no target near by that
-  // faces the same way.
-  std::vector<double> residual_histogram;
-  double compatible_share = 0.0;  // of those vertices: the target near by faces the same way
-  double covered_share = 0.0;     // of the target's vertices: the source is within an edge
-  // Of the vertices of either animation, in the span of time where it is largest: those without a
-  // counterpart within an edge that faces the same way.
-  double unmatched_share = 0.0;
-  double stretch = 0.0;         // mean change of the distances between neighbours, as a share
-  double inverted_share = 0.0;  // of the surfaces at weights 0.5 and 1: inside out
-  // Mean difference in the number of parts, specks not counted, between the blend at weight 1 and
-  // the target, at the same times as below.
-  double component_error = 0.0;
-  // The half-way blend's volume over the mean of the two animations', minus 1; at times evenly
-  // spread from the first frame to the last.
-  std::vector<double> volume_errors;
+  std::string reason;  // what decided, with its value and limit
+  Event worst;         // where that is worst, on the registered source
+  // Figures by the names of the fields of liquidblend.v1.Verdict, which says what they are: all
+  // single ones, and all lists. Both are empty if an older program registered the family.
+  std::map<std::string, double> figures;
+  std::map<std::string, std::vector<double>> lists;
 };
 
 struct RegistrationReport {
@@ -152,7 +138,7 @@ struct Family {
   absl::Time update_time = absl::UnixEpoch();
 };
 
-// 0 means: the server's default.
+// 0 means: the server's default. Upper ends of ranges are checked by the server.
 struct RegistrationOptions {
   int max_iterations = 0;           // >= 0
   double node_spacing_edges = 0.0;  // >= 0; in mean edge lengths
@@ -161,7 +147,21 @@ struct RegistrationOptions {
   double final_smoothness = 0.0;  // >= 0
   double thin_sheets_from = 0.0;  // [0, 1]; share of the iterations before thin sheets take part
   std::optional<bool> automatic_correspondences;  // soft ones of what stands out in both; true
-  absl::Status Validate() const;  // names the first field out of range, and its value
+
+  // Calls visit(name, option) for each option, named as in liquidblend.v1.RegistrationOptions.
+  template <typename Self, typename Visit>
+  static void ForEach(Self& self, const Visit& visit) {
+    visit("max_iterations", self.max_iterations);
+    visit("node_spacing_edges", self.node_spacing_edges);
+    visit("sample_share", self.sample_share);
+    visit("seed", self.seed);
+    visit("final_smoothness", self.final_smoothness);
+    visit("thin_sheets_from", self.thin_sheets_from);
+    visit("automatic_correspondences", self.automatic_correspondences);
+  }
+
+  // Errors: kInvalidArgument with the first field that is negative or not finite, and its value.
+  absl::Status Validate() const;
 };
 
 struct RegisterRequest {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/cli/files/mesh_file.h"
@@ -46,13 +47,15 @@ TEST_F(Border, AMistypedCommandIsNamedWithTheNearestOne) {
 TEST_F(Border, ANumberOutOfRangeIsNamedInOneShortSentence) {
   const std::vector<std::string> registration = {"register", "f",        "--source",
                                                  "drops-a",  "--target", "drops-b"};
-  for (const char* flag : {"--iterations", "--node-spacing", "--spacing"}) {
+  const std::pair<std::string, std::string> flags[] = {
+      {"--iterations", "in [1, 200]"}, {"--node-spacing", "in [1, 100]"}, {"--spacing", "above 0"}};
+  for (const auto& [flag, range] : flags) {
     for (const char* value : {"0", "-1", "nan", "much"}) {
       std::vector<std::string> arguments = registration;
       arguments.insert(arguments.end(), {flag, value});
       const CommandResult result = Run(arguments);
       EXPECT_EQ(result.exit_code, 2) << flag;
-      EXPECT_THAT(result.err, HasSubstr(std::string(flag) + ": must be above 0, got " + value));
+      EXPECT_THAT(result.err, HasSubstr(flag + ": must be " + range + ", got " + value));
       EXPECT_LT(result.err.size(), 120u) << result.err;
     }
   }

@@ -321,6 +321,7 @@ TEST_F(Command, ListInspectAndOperationsSpeakJson) {
   EXPECT_EQ(verdict["worst"]["time_s"], 0.5);
   EXPECT_EQ(verdict["residual_histogram"], json::array({0.75}));
   EXPECT_EQ(verdict["volume_errors"], json({0.01, -0.02}));
+  EXPECT_EQ(verdict["covered_share"], 0.93);
   const json animation = json::parse(Run({"inspect", "drops-a", "--json"}).out);
   EXPECT_EQ(animation["state"], "ready");
   const json operations = json::parse(Run({"operations", "--json"}).out);
@@ -391,9 +392,10 @@ TEST_F(Command, InspectTellsTheVerdict) {
       Run({"inspect", "drops"}).out,
       HasSubstr("doubtful: 7 % of the target is not covered by the source; worst near "
                 "(0, 0, 1.25) m at 0.5 s\n"
-                "    target covered 93.0 %, facing alike 99.0 %, without counterpart 20.0 % "
-                "at most, stretched 11 %, inside out 0.100 %, 0.5 parts off on "
-                "average, half-way volume within 2.0 %"));
+                "    compatible share 99 %, component error 0.5, covered share 93 %, fit energy 0, "
+                "inverted share 0.1 %, smoothness energy 0, stretch 0.11, unmatched share 20 %\n"
+                "    residual histogram 0.75\n"
+                "    volume errors 0.01 -0.02\n"));
 }
 
 TEST_F(Command, InspectDescribesAMeshFile) {

@@ -29,8 +29,12 @@ TEST(Options, ValidateNamesTheFieldAndItsValue) {
   import.frame_times = {0, 1, 2.5};
   EXPECT_TRUE(import.Validate().ok());
   RegistrationOptions registration;
+  registration.sample_share = -1.5;
+  registration.thin_sheets_from = -1;
+  EXPECT_THAT(registration.Validate().ToString(), HasSubstr("sample_share is -1.5"));
   registration.sample_share = 1.5;
-  EXPECT_THAT(registration.Validate().ToString(), HasSubstr("sample_share is 1.5"));
+  registration.thin_sheets_from = std::nan("");
+  EXPECT_THAT(registration.Validate().ToString(), HasSubstr("thin_sheets_from is nan"));
   SpaceTimeOptions space_time;
   EXPECT_TRUE(space_time.Validate().ok());
   space_time.coarser_levels = -1;

@@ -149,7 +149,7 @@ void AddDistances(const std::vector<Sample>& samples, Regions& regions) {
 double MeanStretch(const Surface& source, const PackedLists& neighbors, const Points& moved,
                    const parallel::Arena& arena, Regions& regions) {
   const std::vector<int32_t> chosen = ChooseSamples(source);
-  std::vector<double> stretch(chosen.size());
+  std::vector<double> change_share(chosen.size());
   arena.For(static_cast<int64_t>(chosen.size()), [&](int64_t n) {
     const int32_t v = chosen[n];
     double change = 0, total = 0;
@@ -158,12 +158,12 @@ double MeanStretch(const Surface& source, const PackedLists& neighbors, const Po
       change += std::abs((moved.col(w) - moved.col(v)).norm() - before);
       total += before;
     }
-    stretch[n] = total > 0 ? change / total : 0.0;
+    change_share[n] = total > 0 ? change / total : 0.0;
   });
   double sum = 0;
   for (size_t n = 0; n < chosen.size(); ++n) {
-    sum += stretch[n];
-    regions.Add(moved.col(chosen[n]), stretch[n]);
+    sum += change_share[n];
+    regions.Add(moved.col(chosen[n]), change_share[n]);
   }
   return sum / static_cast<double>(std::max<size_t>(1, chosen.size()));
 }

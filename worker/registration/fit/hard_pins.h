@@ -57,7 +57,7 @@ class HardPins {
 };
 
 // Errors: kInvalidArgument naming two hard correspondences that hold the same place, or two less
-// than an edge apart, with goals that differ by more than the surface between them can stretch.
+// than an edge apart, with goals that differ by more than the surface between them allows.
 //   points  of the source
 absl::Status CheckContradictions(const std::vector<Pin>& pins, const Points& points,
                                  double edge_length_m);

@@ -180,7 +180,7 @@ Matches Matcher::Match(const DeformationNodes& nodes, const std::vector<NodeMap>
 
 // Random vertices and the worst of the iteration before (section 6.2), ascending.
 std::vector<int32_t> Matcher::DrawSource(const MatchOptions& options) {
-  const double wanted = options.sample_share * static_cast<double>(source_order_.size());
+  const double wanted = options.drawn_share * static_cast<double>(source_order_.size());
   const int64_t count =
       std::clamp<int64_t>(std::llround(wanted), 1, static_cast<int64_t>(source_order_.size()));
   const int64_t num_kept =
@@ -197,7 +197,7 @@ std::vector<int32_t> Matcher::DrawSource(const MatchOptions& options) {
 
 std::vector<int32_t> Matcher::DrawTarget(const MatchOptions& options) {
   const int64_t count = std::min<int64_t>(static_cast<int64_t>(target_order_.size()),
-                                          std::llround(options.target_share * options.sample_share *
+                                          std::llround(options.target_share * options.drawn_share *
                                                        static_cast<double>(source_order_.size())));
   draws_.back().num_target = static_cast<int32_t>(count);
   DrawToFront(target_order_, count, random_);

@@ -16,7 +16,7 @@
 namespace liquidblend::registration {
 
 struct MatchOptions {
-  double sample_share = 0.1;   // (0, 1]; of the source's vertices
+  double drawn_share = 0.1;    // (0, 1]; of the source's vertices
   double kept_share = 0.2;     // [0, 1]; of the samples: the worst of the call before
   double target_share = 1.0;   // >= 0; samples of the target per sample of the source
   double max_distance = 15.0;  // > 0; matches this far apart have weight 0

@@ -28,6 +28,13 @@ inline mesh::Verdict DoubtfulVerdict(double worst_frame) {
           .volume_errors = {0.01, -0.02, 0}};
 }
 
+// The hash of a file's bytes.
+inline BlobId HashOf(const std::string& file) {
+  BlobHasher hasher(HashKind::kXxh3_128);
+  hasher.Add(AsBytes(file));
+  return hasher.Id();
+}
+
 // The file with its manifest changed and all checksums of header and manifest right again, as far
 // as a writer with bad intentions can get. The sections stay where they are: the change must not
 // make the manifest longer or shorter than the padding behind it can take.

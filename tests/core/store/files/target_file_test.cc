@@ -50,6 +50,10 @@ std::string Changed(const std::function<void(Manifest&)>& change) {
   return WithManifest<Manifest>(Whole(), change);
 }
 
+TEST(TargetFile, HasTheSameBytesAsEver) {
+  EXPECT_EQ(HashOf(Whole()), "xxh3-ea12d4791b96717eef67f3c2abee677d");
+}
+
 TEST(TargetFile, GivesBackEverythingToTheLastBit) {
   const Sample sample;
   const TargetFile before = sample.View();
