@@ -16,7 +16,7 @@
 #include "absl/time/clock.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
-#include "server/access/entrance.h"
+#include "server/access/access_controller.h"
 #include "server/base/errors.h"
 #include "server/frames/find_family.h"
 #include "server/grpc/count_calls.h"
@@ -140,8 +140,8 @@ struct Server::Impl {
         authorizer(options.authorizer != nullptr ? options.authorizer
                                                  : std::make_shared<const Authorizer>()),
         import_roots(options.import_roots),
-        service(backends, gate, import_roots),
-        operations(backends, gate) {}
+        service(backends, interceptor, import_roots),
+        operations(backends, interceptor) {}
 
   absl::Status Listen(const ServerOptions& options) {
     gpr_set_log_function(LogForGrpc);
@@ -187,9 +187,9 @@ struct Server::Impl {
   OpenCalls calls;
   Backends backends;
   const std::shared_ptr<const Authorizer> authorizer;
-  Entrance entrance{*authorizer};
-  Gate gate{entrance, calls, backends.call_log};
-  std::unique_ptr<FrameSource> frames = MakeFrameSource(backends, entrance);
+  AccessController access_controller{*authorizer};
+  CallInterceptor interceptor{access_controller, calls, backends.call_log};
+  std::unique_ptr<FrameSource> frames = MakeFrameSource(backends, access_controller);
   const ImportRoots import_roots;
   LiquidBlendService service;
   OperationsService operations;
@@ -222,13 +222,13 @@ int Server::port() const { return impl_->port; }
 
 void Server::Drain(absl::Duration patience) {
   impl_->server->GetHealthCheckService()->Shutdown();
-  impl_->gate.Close();
+  impl_->interceptor.Close();
   impl_->calls.CloseAll(ShuttingDown());
   // Once gRPC shuts down, calls that are on their way end with a bare CANCELLED, which clients do
   // not take for a reason to go elsewhere. So they get time to hear of it in our words before.
   absl::SleepFor(std::min(patience / 4, kFarewell));
   // gRPC itself would wait for watchers of the health, too, who never end.
-  impl_->gate.AwaitCalls(patience);
+  impl_->interceptor.AwaitCalls(patience);
   impl_->server->Shutdown(absl::ToChronoTime(absl::Now() + std::min(patience, kFarewell)));
   impl_->backends.Stop();
 }
