@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "worker/registration/features/courses.h"
+#include "worker/registration/features/part_motions.h"
 #include "worker/registration/fit/energy.h"
 #include "worker/registration/fit/hard_pins.h"
 #include "worker/registration/fit/match.h"
@@ -249,7 +249,7 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
   const DeformationNodes nodes(surface.points, neighbors, options.node_spacing_edges, {},
                                options.seed, arena);
   const NodeGraph graph(nodes);
-  const Courses none;  // what is far is not on its course
+  const PartMotions none;  // vertices that are far do not follow one
   Matcher matcher(surface, neighbors, pair.target, pair.target_search, none, options.seed,
                   std::move(target_vertices));
   const MatchOptions match_options{.sample_share = kSampleShare,

@@ -156,8 +156,8 @@ struct Guidance {
   std::vector<Pin> pins;  // of all of them
 };
 
-// Finds automatic correspondences, courses and open starts, and expands correspondences into pins.
-// Errors: those of ExpandCorrespondences() and CheckContradictions().
+// Finds automatic correspondences, part motions and open starts, and expands correspondences into
+// pins. Errors: those of ExpandCorrespondences() and CheckContradictions().
 absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
                                       const RegistrationOptions& options,
                                       const parallel::Arena& arena, SurfacePair& pair) {
@@ -171,7 +171,7 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
     const FeaturePairs pairs =
         PairFeatures(features.source, features.target, ScaleOf(source, target));
     guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
-    pair.FindCourses(features.source, features.target, pairs.tracks, users);
+    pair.FindPartMotions(features.source, features.target, pairs.tracks, users);
   }
   guidance.correspondences = Join(users, guidance.found);
   LB_ASSIGN_OR_RETURN(guidance.pins,
@@ -210,7 +210,7 @@ class Fitting {
 
   // Returns the last iteration's report.
   absl::StatusOr<IterationReport> Run(const RegistrationHooks& hooks, absl::Time start) {
-    Matcher matcher(pair_.source, pair_.neighbors, pair_.target, pair_.target_search, pair_.courses,
+    Matcher matcher(pair_.source, pair_.neighbors, pair_.target, pair_.target_search, pair_.motions,
                     options_.seed, pair_.target.FreeVertices());
     const Problem problem{pair_.source, pair_.neighbors, *nodes_,  graph_, guidance_.pins,
                           hard_pins_,   schedule_,       options_, arena_, start};

@@ -50,7 +50,7 @@ void FollowTracks(const std::vector<Correspondence>& users, const RegistrationOp
   pair.Open(source.tracks, target.tracks);
   if (!options.automatic_correspondences) return;
   const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target));
-  pair.FindCourses(source, target, pairs.tracks, users);
+  pair.FindPartMotions(source, target, pairs.tracks, users);
 }
 
 // What holds the hard ones of the pins on a fine mesh: nodes as far apart as those of the coarse
