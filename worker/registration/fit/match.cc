@@ -299,7 +299,7 @@ void Matcher::MatchTarget(const DeformedState& state, const DeformedTrees& trees
         const Eigen::Vector4f c = target_.points.col(t), n = target_.mesh.normals.col(t);
         Eigen::Vector4f query = c;
         if (at_end) query[3] = 0;
-        int32_t best = near.NearestThat(query, [&](int32_t v) {
+        int32_t best = near.NearestIf(query, [&](int32_t v) {
           return DeformedNormal(state.nodes, state.maps, source_, v).dot(n) >
                  ClosestPointSearch::kMinCosine;
         });
