@@ -106,7 +106,7 @@ absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
                                               const RegistrationOptions& options,
                                               const parallel::Arena& arena, const Keeper& keeper) {
   const double edge = pair.source.mesh.edge_length_m;
-  LB_RETURN_IF_ERROR(FitWhatIsFar(
+  LB_RETURN_IF_ERROR(RefineUnderfitRegions(
       pair, options, arena, [&] { keeper.Keep(state); }, state));
   const double scale = state.coarse_edge_length_m / edge;
   // As far off as the coarse registration has taken them.
