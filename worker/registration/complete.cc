@@ -87,7 +87,7 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   }
   ProjectOntoTarget(source, neighbors, pair.target, pair.target_search, kLastProjection, arena,
                     displacement);
-  TuckTurnedLayers(source, neighbors, pair.target_search, arena, displacement);
+  OffsetInvertedLayers(source, neighbors, pair.target_search, arena, displacement);
   MatchPartVolumes(source, neighbors, pair.target, pair.motions, arena, displacement);
   LB_RETURN_IF_ERROR(hold_pins(displacement));
   CarryRigidPieces(source, arena, displacement);
