@@ -66,8 +66,8 @@ SurfacePair::SurfacePair(const mesh::SpaceTimeMesh& source_mesh,
       neighbors(VertexNeighbors(source_mesh, source.cells_around, arena)),
       target_search(target_mesh, target.points, target.cells_around, arena) {}
 
-void SurfacePair::Open(const std::vector<Track>& source_tracks,
-                       const std::vector<Track>& target_tracks) {
+void SurfacePair::MarkUnmatchedStarts(const std::vector<Track>& source_tracks,
+                                      const std::vector<Track>& target_tracks) {
   open_starts = FindOpenStarts(source_tracks, target_tracks, source, target);
   source.open = VerticesOf(open_starts, source);
 }

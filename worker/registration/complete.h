@@ -31,8 +31,9 @@ struct SurfacePair {
     motions =
         PartMotions(source_features, target_features, tracks, users, source.mesh.edge_length_m);
   }
-  // Finds and marks the starts that only one of the two has.
-  void Open(const std::vector<Track>& source_tracks, const std::vector<Track>& target_tracks);
+  // Finds the starts of parts that only one of the two meshes has, and marks their vertices.
+  void MarkUnmatchedStarts(const std::vector<Track>& source_tracks,
+                           const std::vector<Track>& target_tracks);
 
   Surface source;
   Surface target;

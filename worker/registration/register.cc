@@ -165,7 +165,7 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
   const double edge = source.mesh.edge_length_m;
   const FeaturesOfPair features =
       FindFeatures(source, target, {.min_diameter = options.smallest_part_edges}, arena);
-  pair.Open(features.source.tracks, features.target.tracks);
+  pair.MarkUnmatchedStarts(features.source.tracks, features.target.tracks);
   Guidance guidance;
   if (options.automatic_correspondences) {
     const FeaturePairs pairs =

@@ -47,7 +47,7 @@ void FollowTracks(const std::vector<Correspondence>& users, const RegistrationOp
   const TrackOptions tracks = {.min_diameter = options.smallest_part_edges};
   const Features source = FindTrackFeatures(pair.source, tracks),
                  target = FindTrackFeatures(pair.target, tracks);
-  pair.Open(source.tracks, target.tracks);
+  pair.MarkUnmatchedStarts(source.tracks, target.tracks);
   if (!options.automatic_correspondences) return;
   const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target));
   pair.FindPartMotions(source, target, pairs.tracks, users);
