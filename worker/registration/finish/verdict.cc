@@ -30,7 +30,7 @@ struct Figure {
   double scale;  // in the sum; infinity: not part of it
   double doubtful_from;
   double too_different_from;
-  double unit;  // of value and limits when they are told
+  double unit;  // factor of value and limits in messages
   const char* what;
   Eigen::Vector4d WorstPlaces::*place;
 
