@@ -74,8 +74,8 @@ class Router {
 
   void Complete(const Request& request, const server::Caller& caller, absl::Duration took,
                 Response& response);
-  absl::Status Admit(const Request& request, const server::Errand& errand, server::Caller& caller,
-                     server::StreamPermit& permit);
+  absl::Status Admit(const Request& request, const server::AccessRequest& access,
+                     server::Caller& caller, server::StreamPermit& permit);
   absl::Status CheckHosts(const Request& request) const;
   void AnswerTo(Call call, const std::string& path, const std::string& query);
   void Dispatch(Call call);

@@ -38,7 +38,7 @@ void RunAnimation(const std::vector<ingest::InputFile>& files) {
   for (const mesh::TriangleMesh& frame : animation->frames) {
     Require(mesh::Validate(frame).ok(), "meshes are valid");
     const mesh::ClosednessReport report = mesh::CheckClosed(frame);
-    Require(report.closed() && report.num_crowded_edges == 0, "surfaces are closed manifolds");
+    Require(report.closed() && report.num_non_manifold_edges == 0, "surfaces are closed manifolds");
     Require(frame.num_triangles() == 0 || mesh::Volume(frame) > 0, "surfaces face outward");
   }
 }

@@ -6,7 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/mesh/union_find.h"
-#include "worker/ingest/clean/crowded.h"
+#include "worker/ingest/clean/non_manifold.h"
 
 namespace liquidblend::ingest {
 namespace {
@@ -154,7 +154,7 @@ absl::StatusOr<Pairing> FindNeighbours(const mesh::TriangleMesh& mesh, VertexNum
       Join(edge[0].side, edge[1].side, pairing.neighbours);
       continue;
     }
-    ++pairing.num_crowded;
+    ++pairing.num_non_manifold;
     crowd.clear();
     for (const Side& side : edge) crowd.push_back(side.side);
     PairAcrossLiquid(mesh, crowd);

@@ -8,7 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "worker/ingest/clean/crowded.h"
+#include "worker/ingest/clean/non_manifold.h"
 #include "worker/ingest/clean/slivers.h"
 
 namespace liquidblend::ingest {
@@ -87,16 +87,16 @@ absl::Status CheckDensity(const mesh::TriangleMesh& mesh) {
 absl::StatusOr<Neighbours> MakeManifold(mesh::TriangleMesh& mesh, VertexNumbers numbers,
                                         CleanCounts& counts) {
   LB_ASSIGN_OR_RETURN(Pairing pairing, CloseMesh(mesh, numbers, counts));
-  if (pairing.num_crowded > 0) {
+  if (pairing.num_non_manifold > 0) {
     LB_RETURN_IF_ERROR(CheckDensity(mesh));
     counts.num_back_to_back = DropBackToBack(mesh);
   }
   if (counts.num_back_to_back > 0) {
     LB_ASSIGN_OR_RETURN(pairing, FindNeighbours(mesh));
   }
-  counts.num_crowded = pairing.num_crowded;
+  counts.num_non_manifold = pairing.num_non_manifold;
   counts.num_split = SplitPinchedVertices(pairing.neighbours, mesh);
-  if (counts.num_crowded > 0) {
+  if (counts.num_non_manifold > 0) {
     LB_ASSIGN_OR_RETURN(counts.num_halved, HalveSharedEdges(pairing.neighbours, mesh));
   }
   if (counts.num_halved > 0) {
@@ -135,7 +135,7 @@ constexpr NoteKind kNoteKinds[] = {
     {&CleanCounts::num_welded, "Welded ", " vertices of open edges that lay on others"},
     {&CleanCounts::num_back_to_back, "Dropped ",
      " triangles that lay back to back on others, walls between parts of the liquid"},
-    {&CleanCounts::num_crowded, "Took the surface apart at ",
+    {&CleanCounts::num_non_manifold, "Took the surface apart at ",
      " edges with four triangles or more, where parts of it touch"},
     {&CleanCounts::num_halved, "Put a vertex half-way on ",
      " edges that share both ends with others"},

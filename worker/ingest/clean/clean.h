@@ -1,4 +1,4 @@
-// Makes a frame what the stages behind rely on, and counts what it took.
+// Repair of a frame into a closed, oriented manifold, with counts of the repairs.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ struct CleanCounts {
   int64_t num_repeated = 0;      // triangles with a corner twice, dropped
   int64_t num_welded = 0;        // vertices on open edges that lay on another one, merged into it
   int64_t num_back_to_back = 0;  // triangles on one another, walls between parts, dropped
-  int64_t num_crowded = 0;       // edges of four triangles or more, where parts touch, taken apart
-  int64_t num_halved = 0;        // of the crowded edges, got a vertex half-way
+  int64_t num_non_manifold = 0;  // edges of four triangles or more, where parts touch, taken apart
+  int64_t num_halved = 0;        // of the non-manifold edges, got a vertex half-way
   int64_t num_split = 0;         // copies of pinched vertices, added
   int64_t num_slivers = 0;       // removed
   int64_t num_slivers_left = 0;
@@ -34,7 +34,7 @@ struct CleanCounts {
 absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh,
                                   VertexNumbers numbers = VertexNumbers::kFromZero);
 
-// What was cleaned, one sentence for each kind. Frame k is called names[k].
+// Describes the repairs, one sentence for each kind. Frame k is called names[k].
 std::vector<std::string> Notes(std::span<const CleanCounts> frames,
                                std::span<const std::string> names);
 

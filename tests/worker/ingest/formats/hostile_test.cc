@@ -86,7 +86,7 @@ void ExpectStatusOrGoodMesh(const absl::StatusOr<mesh::Animation>& animation) {
   for (const mesh::TriangleMesh& frame : animation->frames) {
     EXPECT_TRUE(mesh::Validate(frame).ok());
     EXPECT_TRUE(mesh::CheckClosed(frame).closed());
-    EXPECT_EQ(mesh::CheckClosed(frame).num_crowded_edges, 0);
+    EXPECT_EQ(mesh::CheckClosed(frame).num_non_manifold_edges, 0);
     EXPECT_GT(mesh::Volume(frame), 0);
   }
 }

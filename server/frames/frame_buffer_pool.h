@@ -1,4 +1,4 @@
-// Frame buffers that are not in use.
+// Pool of frame buffers that are not in use.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 namespace liquidblend::server {
 
 // Hands out frame buffers and takes them back, so that their memory is reused.  Threads: safe.
-class BufferShelf {
+class FrameBufferPool {
  public:
   std::unique_ptr<FrameBuffers> Take();
   void GiveBack(std::unique_ptr<FrameBuffers> buffers);

@@ -1,4 +1,4 @@
-#include "worker/registration/finish/course_volumes.h"
+#include "worker/registration/finish/part_volumes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,14 +32,14 @@ Slices MeasureParts(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& ver
 
 // Those of the target's whole frames in which a part is detached, as far as the source has frames,
 // too.
-std::vector<double> TimesOf(const Courses& courses, const mesh::SpaceTimeMesh& target,
+std::vector<double> TimesOf(const PartMotions& motions, const mesh::SpaceTimeMesh& target,
                             int num_frames) {
   std::vector<double> times = mesh::WholeFrames(target);
   std::erase_if(times, [&](double time) {
     return time >= num_frames ||
-           std::none_of(courses.courses().begin(), courses.courses().end(),
-                        [time](const Course& course) {
-                          return time >= course.target.start_time && time < course.target.end_time;
+           std::none_of(motions.all().begin(), motions.all().end(),
+                        [time](const PartMotion& motion) {
+                          return time >= motion.target.start_time && time < motion.target.end_time;
                         });
   });
   return times;
@@ -61,14 +61,14 @@ const mesh::Component* FindPart(const std::vector<mesh::Component>& components, 
 }
 
 // In edges, outward; per time, none where the part is not found in both.
-std::vector<std::optional<double>> OffsetsOf(const Course& course, std::span<const double> times,
-                                             const Slices& moved, const Slices& target,
-                                             double edge_length_m) {
+std::vector<std::optional<double>> OffsetsOf(const PartMotion& motion,
+                                             std::span<const double> times, const Slices& moved,
+                                             const Slices& target, double edge_length_m) {
   std::vector<std::optional<double>> offsets(times.size());
   for (size_t n = 0; n < times.size(); ++n) {
-    const mesh::Component* const is = FindPart(moved[n], course.target, times[n], edge_length_m);
+    const mesh::Component* const is = FindPart(moved[n], motion.target, times[n], edge_length_m);
     const mesh::Component* const wanted =
-        FindPart(target[n], course.target, times[n], edge_length_m);
+        FindPart(target[n], motion.target, times[n], edge_length_m);
     if (is == nullptr || wanted == nullptr) continue;
     if (std::abs(std::log(is->volume / wanted->volume)) > std::log(kMaxChange)) continue;
     const double offset = (wanted->volume - is->volume) / is->area / edge_length_m;
@@ -93,25 +93,25 @@ double OffsetAt(const std::vector<std::optional<double>>& offsets, std::span<con
 
 }  // namespace
 
-void MatchCourseVolumes(const Surface& source, const PackedLists& neighbors, const Surface& target,
-                        const Courses& courses, const parallel::Arena& arena,
-                        Points& displacement) {
-  const std::vector<double> times = TimesOf(courses, target.mesh, source.mesh.num_frames);
+void MatchPartVolumes(const Surface& source, const PackedLists& neighbors, const Surface& target,
+                      const PartMotions& motions, const parallel::Arena& arena,
+                      Points& displacement) {
+  const std::vector<double> times = TimesOf(motions, target.mesh, source.mesh.num_frames);
   if (times.empty()) return;
   const double edge = source.mesh.edge_length_m;
   const Slices wanted = MeasureParts(target.mesh, target.mesh.vertices, times, arena);
   for (int round = 0; round < kVolumeRounds; ++round) {
     const Slices moved = MeasureParts(source.mesh, BlendAt(source, displacement, 1), times, arena);
     std::vector<std::vector<std::optional<double>>> offsets;
-    for (const Course& course : courses.courses()) {
-      offsets.push_back(OffsetsOf(course, times, moved, wanted, edge));
+    for (const PartMotion& motion : motions.all()) {
+      offsets.push_back(OffsetsOf(motion, times, moved, wanted, edge));
     }
     Points correction = Points::Zero(4, displacement.cols());
     arena.For(displacement.cols(), [&](int64_t v) {
-      const Course* const course = courses.Of(v);
-      if (course == nullptr) return;
+      const PartMotion* const motion = motions.Of(v);
+      if (motion == nullptr) return;
       const double time = source.points(3, v) + displacement(3, v);
-      const double offset = OffsetAt(offsets[course - courses.courses().data()], times, time);
+      const double offset = OffsetAt(offsets[motion - motions.all().data()], times, time);
       const Eigen::Vector3f normal = ImageNormal(source, neighbors, displacement, 1, v).head<3>();
       correction.col(v).head<3>() =
           static_cast<float>(offset) * normal / std::max(normal.norm(), kMinSpatial);

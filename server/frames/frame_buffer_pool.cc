@@ -1,10 +1,10 @@
-#include "server/frames/buffer_shelf.h"
+#include "server/frames/frame_buffer_pool.h"
 
 #include <utility>
 
 namespace liquidblend::server {
 
-std::unique_ptr<FrameBuffers> BufferShelf::Take() {
+std::unique_ptr<FrameBuffers> FrameBufferPool::Take() {
   absl::MutexLock lock(&mutex_);
   if (buffers_.empty()) return std::make_unique<FrameBuffers>();
   std::unique_ptr<FrameBuffers> buffers = std::move(buffers_.back());
@@ -12,7 +12,7 @@ std::unique_ptr<FrameBuffers> BufferShelf::Take() {
   return buffers;
 }
 
-void BufferShelf::GiveBack(std::unique_ptr<FrameBuffers> buffers) {
+void FrameBufferPool::GiveBack(std::unique_ptr<FrameBuffers> buffers) {
   absl::MutexLock lock(&mutex_);
   buffers_.push_back(std::move(buffers));
 }

@@ -1,4 +1,4 @@
-// Edges of four triangles and more: there parts of the liquid touch. Makes them a manifold's.
+// Repair of non-manifold edges: edges of four triangles or more, where parts of the liquid touch.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace liquidblend::ingest {
 
-// A mesh with crowded edges has at most this many triangles a vertex, most that fill space have 6;
-// it bounds the memory that a file of a few vertices can ask for.
+// The most triangles a vertex of a mesh with non-manifold edges; meshes that fill space mostly have
+// 6. It bounds the memory that a file of a few vertices can ask for.
 inline constexpr int64_t kMaxTrianglesPerVertex = 16;
 
 // Reorders the sides (3 * triangle + side) along one edge: the sides at 2 i and 2 i + 1 bound a

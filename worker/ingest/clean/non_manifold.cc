@@ -1,4 +1,4 @@
-#include "worker/ingest/clean/crowded.h"
+#include "worker/ingest/clean/non_manifold.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Frames whose surface touches itself, from what the readers see to what the stages behind get.
-#include "worker/ingest/clean/crowded.h"
+#include "worker/ingest/clean/non_manifold.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ TriangleMesh WeldedBoxes(const std::vector<TriangleMesh>& boxes) {
 void ExpectManifold(const TriangleMesh& mesh, const std::string& name) {
   EXPECT_TRUE(mesh::Validate(mesh).ok()) << name;
   EXPECT_TRUE(mesh::CheckClosed(mesh).closed()) << name;
-  EXPECT_EQ(mesh::CheckClosed(mesh).num_crowded_edges, 0) << name;
+  EXPECT_EQ(mesh::CheckClosed(mesh).num_non_manifold_edges, 0) << name;
   const absl::StatusOr<Pairing> pairing = FindNeighbours(mesh);
   ASSERT_TRUE(pairing.ok()) << name << pairing.status();
   TriangleMesh copy = mesh;
@@ -80,12 +80,12 @@ int NumBodies(const TriangleMesh& mesh) {
   return num_bodies;
 }
 
-TEST(CleanCrowded, TwoBoxesThatShareAnEdgeComeApart) {
+TEST(CleanNonManifold, TwoBoxesThatShareAnEdgeComeApart) {
   TriangleMesh mesh = WeldedBoxes({Box({0, 0, 0}, {1, 1, 1}), Box({1, 1, 0}, {2, 2, 1})});
   mesh.velocities = 2 * mesh.vertices;
-  ASSERT_EQ(mesh::CheckClosed(mesh).num_crowded_edges, 1);
+  ASSERT_EQ(mesh::CheckClosed(mesh).num_non_manifold_edges, 1);
   const CleanCounts counts = CleanOrDie(mesh, "edge");
-  EXPECT_EQ(counts.num_crowded, 1);
+  EXPECT_EQ(counts.num_non_manifold, 1);
   EXPECT_EQ(counts.num_split, 2);
   EXPECT_EQ(counts.num_halved, 0);
   EXPECT_EQ(mesh.num_vertices(), 16);
@@ -95,18 +95,18 @@ TEST(CleanCrowded, TwoBoxesThatShareAnEdgeComeApart) {
   EXPECT_DOUBLE_EQ(mesh::Volume(mesh), 2.0);
 }
 
-TEST(CleanCrowded, BoxesThatTouchInEdgesAndVerticesComeApart) {
+TEST(CleanNonManifold, BoxesThatTouchInEdgesAndVerticesComeApart) {
   // The second shares an edge with the first and a vertex with the third.
   TriangleMesh mesh = WeldedBoxes(
       {Box({0, 0, 0}, {1, 1, 1}), Box({1, 1, 0}, {2, 2, 1}), Box({2, 2, 1}, {3, 3, 2})});
   const CleanCounts counts = CleanOrDie(mesh, "edge and vertex");
-  EXPECT_EQ(counts.num_crowded, 1);
+  EXPECT_EQ(counts.num_non_manifold, 1);
   EXPECT_EQ(counts.num_split, 3);
   EXPECT_EQ(NumBodies(mesh), 3);
   EXPECT_DOUBLE_EQ(mesh::Volume(mesh), 3.0);
 }
 
-TEST(CleanCrowded, SixWedgesAroundAnEdgeComeApart) {
+TEST(CleanNonManifold, SixWedgesAroundAnEdgeComeApart) {
   constexpr int kNumWedges = 6;
   std::vector<TriangleMesh> wedges;
   for (int i = 0; i < kNumWedges; ++i) {
@@ -126,13 +126,13 @@ TEST(CleanCrowded, SixWedgesAroundAnEdgeComeApart) {
   TriangleMesh mesh = WeldedBoxes(wedges);
   const double volume = mesh::Volume(mesh);
   const CleanCounts counts = CleanOrDie(mesh, "wedges");
-  EXPECT_EQ(counts.num_crowded, 1);
+  EXPECT_EQ(counts.num_non_manifold, 1);
   EXPECT_EQ(NumBodies(mesh), kNumWedges);
   EXPECT_EQ(mesh.num_vertices(), 4 * kNumWedges);
   EXPECT_NEAR(mesh::Volume(mesh), volume, 1e-12);
 }
 
-TEST(CleanCrowded, ARingThatTouchesItselfGetsAVertexOnTheEdge) {
+TEST(CleanNonManifold, ARingThatTouchesItselfGetsAVertexOnTheEdge) {
   // Two cubes touch in an edge, three join them below it and three above: the surface goes around
   // each end of the edge in a single fan.
   synthetic::Voxels voxels = {3, std::vector<bool>(27, false)};
@@ -147,21 +147,21 @@ TEST(CleanCrowded, ARingThatTouchesItselfGetsAVertexOnTheEdge) {
     voxels.is_liquid[x + 3 * (y + 3 * z)] = true;
   }
   TriangleMesh mesh = synthetic::VoxelSurface(voxels);
-  ASSERT_EQ(mesh::CheckClosed(mesh).num_crowded_edges, 1);
+  ASSERT_EQ(mesh::CheckClosed(mesh).num_non_manifold_edges, 1);
   const CleanCounts counts = CleanOrDie(mesh, "ring");
-  EXPECT_EQ(counts.num_crowded, 1);
+  EXPECT_EQ(counts.num_non_manifold, 1);
   EXPECT_EQ(counts.num_halved, 1);
   EXPECT_EQ(NumBodies(mesh), 1);
   EXPECT_DOUBLE_EQ(mesh::Volume(mesh), 8.0);
 }
 
-TEST(CleanCrowded, BoxesThatShareAWallBecomeOne) {
+TEST(CleanNonManifold, BoxesThatShareAWallBecomeOne) {
   for (const int cells : {1, 3}) {
     TriangleMesh mesh =
         WeldedBoxes({Box({0, 0, 0}, {1, 1, 1}, cells), Box({1, 0, 0}, {2, 1, 1}, cells)});
     const CleanCounts counts = CleanOrDie(mesh, "wall");
     EXPECT_NEAR(mesh::Volume(mesh), 2.0, 1e-6);
-    EXPECT_EQ(counts.num_crowded, 0);
+    EXPECT_EQ(counts.num_non_manifold, 0);
     EXPECT_EQ(counts.num_back_to_back, 4 * cells * cells);
     EXPECT_EQ(NumBodies(mesh), 1);
   }
@@ -172,8 +172,8 @@ Eigen::Matrix3f Turned(float angle) {
   return Eigen::AngleAxisf(angle, Eigen::Vector3f(1, 2, 3).normalized()).toRotationMatrix();
 }
 
-TEST(CleanCrowded, RandomVoxelsBecomeManifoldsOfTheSamePartsAndVolume) {
-  int64_t num_crowded = 0;
+TEST(CleanNonManifold, RandomVoxelsBecomeManifoldsOfTheSamePartsAndVolume) {
+  int64_t num_non_manifold = 0;
   int64_t num_halved = 0;
   for (uint64_t seed = 1; seed <= 300; ++seed) {
     const std::string name = "seed " + std::to_string(seed);
@@ -187,10 +187,10 @@ TEST(CleanCrowded, RandomVoxelsBecomeManifoldsOfTheSamePartsAndVolume) {
     const CleanCounts counts = CleanOrDie(mesh, name);
     EXPECT_NEAR(mesh::Volume(mesh) / volume, 1.0, 1e-6) << name;
     EXPECT_EQ(NumBodies(mesh), synthetic::NumParts(voxels)) << name;
-    num_crowded += counts.num_crowded;
+    num_non_manifold += counts.num_non_manifold;
     num_halved += counts.num_halved;
   }
-  EXPECT_GT(num_crowded, 1000);
+  EXPECT_GT(num_non_manifold, 1000);
   EXPECT_GT(num_halved, 100);
 }
 

@@ -1,4 +1,4 @@
-// Whether a call may begin, whichever way it comes. Knows neither gRPC nor HTTP.
+// Access control of calls: identity, scope and quotas, for gRPC and HTTP alike.
 #pragma once
 
 #include <optional>
@@ -11,34 +11,35 @@
 
 namespace liquidblend::server {
 
-// What a caller shows.
-struct Visitor {
+// Proof of identity that comes with a call.
+struct Credentials {
   absl::string_view authorization;        // the value of that header, or empty
   absl::string_view certificate_subject;  // as Authorizer::Check() takes it, or empty
   absl::string_view peer;                 // address of the connection
 };
 
-// What a caller wants.
-struct Errand {
+// Rights that a call needs.
+struct AccessRequest {
   std::optional<Scope> scope;  // none: any principal may
   bool lasts = false;          // counts against max_streams
 };
 
-// Whom to answer.
-struct Admitted {
+// Result of an admitted call.
+struct AccessGrant {
   Principal principal;
-  StreamPermit permit;  // to be held for as long as it lasts
+  StreamPermit permit;  // to be held until the call ends
 };
 
-// Threads: safe.
-class Entrance {
+// Decides whether a call may begin.  Threads: safe.
+class AccessController {
  public:
   // `authorizer` outlives it.
-  explicit Entrance(const Authorizer& authorizer) : authorizer_(authorizer) {}
+  explicit AccessController(const Authorizer& authorizer) : authorizer_(authorizer) {}
 
-  // Counts one call. On errors `admitted` has the principal nevertheless, if that is known.
+  // Counts one call. On errors `grant` has the principal nevertheless, if it is known.
   // Errors: Authorizer::Check()'s, CheckScope()'s, and those of Quotas.
-  absl::Status Enter(const Visitor& visitor, const Errand& errand, Admitted& admitted);
+  absl::Status Admit(const Credentials& credentials, const AccessRequest& request,
+                     AccessGrant& grant);
 
  private:
   const Authorizer& authorizer_;

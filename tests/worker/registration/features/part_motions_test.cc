@@ -1,4 +1,4 @@
-#include "worker/registration/features/courses.h"
+#include "worker/registration/features/part_motions.h"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +8,7 @@
 #include "core/mesh/slice_at.h"
 #include "tests/worker/registration/drops_testing.h"
 #include "worker/registration/features/automatic.h"
-#include "worker/registration/finish/course_volumes.h"
+#include "worker/registration/finish/part_volumes.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -32,37 +32,37 @@ Track Fall(double edges_per_frame, int num_slabs, TrackEnd end = TrackEnd::kMerg
   return track;
 }
 
-TEST(Courses, EndWhereBothPartsHaveComeEquallyLow) {
+TEST(PartMotions, EndWhereBothPartsHaveComeEquallyLow) {
   // Both strike at a height of 20: after 15 frames, and after 7.5, of which 7 are whole.
-  const auto course = CourseOf(Fall(4, 15), Fall(8, 7));
-  ASSERT_TRUE(course.has_value());
-  EXPECT_NEAR(course->pace, 0.5, 1e-9);
-  EXPECT_NEAR(course->lead, 0, 1e-9);
-  EXPECT_NEAR(course->scale, 1, 1e-9);
+  const auto motion = PartMotionOf(Fall(4, 15), Fall(8, 7));
+  ASSERT_TRUE(motion.has_value());
+  EXPECT_NEAR(motion->time_scale, 0.5, 1e-9);
+  EXPECT_NEAR(motion->time_offset, 0, 1e-9);
+  EXPECT_NEAR(motion->scale, 1, 1e-9);
 }
 
-TEST(Courses, AreOnlyOfPartsThatEndByAMergeInBoth) {
-  EXPECT_FALSE(CourseOf(Fall(4, 15), Fall(4, 15, TrackEnd::kLastFrame)).has_value());
-  EXPECT_FALSE(CourseOf(Fall(4, 15, TrackEnd::kVanishes), Fall(4, 15)).has_value());
-  EXPECT_FALSE(CourseOf(Fall(4, 1), Fall(4, 15)).has_value()) << "there for a frame";
+TEST(PartMotions, AreOnlyOfPartsThatEndByAMergeInBoth) {
+  EXPECT_FALSE(PartMotionOf(Fall(4, 15), Fall(4, 15, TrackEnd::kLastFrame)).has_value());
+  EXPECT_FALSE(PartMotionOf(Fall(4, 15, TrackEnd::kVanishes), Fall(4, 15)).has_value());
+  EXPECT_FALSE(PartMotionOf(Fall(4, 1), Fall(4, 15)).has_value()) << "there for a frame";
 }
 
-TEST(Courses, ExpectAPointAtItsPlaceInThePartAndItsNormalOnTheMovingSurface) {
-  const auto course = CourseOf(Fall(4, 15), Fall(8, 7));
-  ASSERT_TRUE(course.has_value());
+TEST(PartMotions, ExpectAPointAtItsPlaceInThePartAndItsNormalOnTheMovingSurface) {
+  const auto motion = PartMotionOf(Fall(4, 15), Fall(8, 7));
+  ASSERT_TRUE(motion.has_value());
   // The lowest point at frame 6: n = (0, 0, -1), and -v.n in time.
   const Eigen::Vector4f point(1, 2, 80 - 24 - 5, 6);
   const Eigen::Vector4f normal = Eigen::Vector4f(0, 0, -1, -4).normalized();
-  const Expected expected = ExpectedOn(*course, point, normal);
+  const Expected expected = ExpectedOn(*motion, point, normal);
   EXPECT_LT((expected.point - Eigen::Vector4f(1, 2, 80 - 24 - 5, 3)).norm(), 1e-3);
   EXPECT_LT((expected.normal - Eigen::Vector4f(0, 0, -1, -8).normalized()).norm(), 1e-3);
 }
 
-class CoursesOfScenes : public ::testing::Test {
+class PartMotionsOfScenes : public ::testing::Test {
  protected:
-  Courses Find(const std::vector<Correspondence>& users) const {
-    return Courses(source_features_, target_features_, {{0, 0, 1.0}}, users,
-                   source_.mesh.edge_length_m);
+  PartMotions Find(const std::vector<Correspondence>& users) const {
+    return PartMotions(source_features_, target_features_, {{0, 0, 1.0}}, users,
+                       source_.mesh.edge_length_m);
   }
   TestSurface source_{Scene({DropAt(-0.2, 0.8)}, 0.6)};
   const mesh::SpaceTimeMesh target_mesh_ = Scene({DropAt(0.1, 0.6)}, 0.6);
@@ -71,13 +71,13 @@ class CoursesOfScenes : public ::testing::Test {
   const Features target_features_ = FindTrackFeatures(target_);
 };
 
-TEST_F(CoursesOfScenes, AreOfTheDropsVerticesAndOfNoOthers) {
-  const Courses courses = Find({});
-  ASSERT_EQ(courses.courses().size(), 1u);
+TEST_F(PartMotionsOfScenes, AreOfTheDropsVerticesAndOfNoOthers) {
+  const PartMotions motions = Find({});
+  ASSERT_EQ(motions.all().size(), 1u);
   const double edge = source_.mesh.edge_length_m;
   int64_t num_of_drop = 0;
   for (int64_t v = 0; v < source_.surface.points.cols(); ++v) {
-    if (courses.Of(v) == nullptr) continue;
+    if (motions.Of(v) == nullptr) continue;
     ++num_of_drop;
     const Eigen::Vector4d p = source_.surface.points.col(v).cast<double>();
     const Eigen::Vector3d centre(-0.2, 0, 0.8 - 0.05 * p[3]);
@@ -85,28 +85,28 @@ TEST_F(CoursesOfScenes, AreOfTheDropsVerticesAndOfNoOthers) {
   }
   EXPECT_GT(num_of_drop, 500);
   int64_t num_of_target = 0;
-  for (int64_t v = 0; v < target_.points.cols(); ++v) num_of_target += courses.HasTarget(v);
+  for (int64_t v = 0; v < target_.points.cols(); ++v) num_of_target += motions.HasTarget(v);
   EXPECT_GT(num_of_target, 300);
   EXPECT_LT(num_of_target, target_.points.cols() / 2);
 }
 
-TEST_F(CoursesOfScenes, AUserWhoSendsAPointElsewhereKnowsBetter) {
+TEST_F(PartMotionsOfScenes, AUserWhoSendsAPointElsewhereKnowsBetter) {
   Correspondence user;
   user.source = {-0.2, 0, 1.05, 0};
   user.target = {0.1, 0, 0.85, 0};
-  EXPECT_EQ(Find({user}).courses().size(), 1u) << "top to top";
+  EXPECT_EQ(Find({user}).all().size(), 1u) << "top to top";
   user.target = {0.1, 0, 0.55, 6};
-  EXPECT_TRUE(Find({user}).courses().empty()) << "much later";
+  EXPECT_TRUE(Find({user}).all().empty()) << "much later";
   user.target = {0.5, 0.3, 0, 0};
-  EXPECT_TRUE(Find({user}).courses().empty()) << "into the pool";
+  EXPECT_TRUE(Find({user}).all().empty()) << "into the pool";
   user.source = {0.5, 0.3, 0, 0};
-  EXPECT_EQ(Find({user}).courses().size(), 1u) << "of the pool";
+  EXPECT_EQ(Find({user}).all().size(), 1u) << "of the pool";
 }
 
-TEST_F(CoursesOfScenes, AUsersPointsAtTheStrikeMayBeAFrameLate) {
-  const Courses courses = Find({});
-  ASSERT_EQ(courses.courses().size(), 1u);
-  const Track &from = courses.courses()[0].source, &to = courses.courses()[0].target;
+TEST_F(PartMotionsOfScenes, AUsersPointsAtTheStrikeMayBeAFrameLate) {
+  const PartMotions motions = Find({});
+  ASSERT_EQ(motions.all().size(), 1u);
+  const Track &from = motions.all()[0].source, &to = motions.all()[0].target;
   const auto top = [&](const Track& track, double time) -> Eigen::Vector4d {
     const double edge = source_.mesh.edge_length_m;
     Eigen::Vector4d point = track.At(time).centre;
@@ -118,27 +118,27 @@ TEST_F(CoursesOfScenes, AUsersPointsAtTheStrikeMayBeAFrameLate) {
   Correspondence user;
   user.source = top(from, from.end_time - 0.5);
   user.target = top(to, to.end_time + 0.5);
-  EXPECT_EQ(Find({user}).courses().size(), 1u) << "the target a little late";
+  EXPECT_EQ(Find({user}).all().size(), 1u) << "the target a little late";
   user.source = top(from, from.end_time + 0.5);
   user.target = top(to, to.end_time - 0.5);
-  EXPECT_EQ(Find({user}).courses().size(), 1u) << "the source a little late";
+  EXPECT_EQ(Find({user}).all().size(), 1u) << "the source a little late";
   user.target = {0.5, 0.3, 0, to.end_time};
-  EXPECT_EQ(Find({user}).courses().size(), 1u) << "after its end, of the pool";
+  EXPECT_EQ(Find({user}).all().size(), 1u) << "after its end, of the pool";
 }
 
-TEST_F(CoursesOfScenes, PartsGetTheTargetsVolumes) {
-  const Courses courses = Find({});
-  ASSERT_EQ(courses.courses().size(), 1u);
-  // Each vertex where its course expects it, in a part a twentieth too large.
+TEST_F(PartMotionsOfScenes, PartsGetTheTargetsVolumes) {
+  const PartMotions motions = Find({});
+  ASSERT_EQ(motions.all().size(), 1u);
+  // Each vertex where its motion expects it, in a part a twentieth too large.
   Points displacement = Points::Zero(4, source_.surface.points.cols());
   for (int64_t v = 0; v < displacement.cols(); ++v) {
-    const Course* const course = courses.Of(v);
-    if (course == nullptr) continue;
+    const PartMotion* const motion = motions.Of(v);
+    if (motion == nullptr) continue;
     const Eigen::Vector4f p = source_.surface.points.col(v);
-    const Part part = course->source.At(p[3]);
+    const Part part = motion->source.At(p[3]);
     Eigen::Vector4f large = p;
     large.head<3>() += 0.05f * (p.head<3>() - part.centre.head<3>().cast<float>());
-    displacement.col(v) = ExpectedOn(*course, large, source_.mesh.normals.col(v)).point - p;
+    displacement.col(v) = ExpectedOn(*motion, large, source_.mesh.normals.col(v)).point - p;
     if (source_.surface.InFirstSlab(v)) displacement(3, v) = 0;
   }
   const double times[] = {1, 2, 3};
@@ -156,13 +156,13 @@ TEST_F(CoursesOfScenes, PartsGetTheTargetsVolumes) {
   };
   for (const int frame : {0, 1, 2}) EXPECT_GT(error(frame), 0.1) << frame;
   const Points before = displacement;
-  MatchCourseVolumes(source_.surface, source_.neighbors, target_, courses, parallel::Arena(2),
-                     displacement);
+  MatchPartVolumes(source_.surface, source_.neighbors, target_, motions, parallel::Arena(2),
+                   displacement);
   for (const int frame : {0, 1, 2}) EXPECT_NEAR(error(frame), 0, 0.01) << frame;
   for (const int num_threads : {1, 8}) {
     Points again = before;
-    MatchCourseVolumes(source_.surface, source_.neighbors, target_, courses,
-                       parallel::Arena(num_threads), again);
+    MatchPartVolumes(source_.surface, source_.neighbors, target_, motions,
+                     parallel::Arena(num_threads), again);
     EXPECT_TRUE(again == displacement) << num_threads << " threads";
   }
 }
