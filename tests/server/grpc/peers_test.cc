@@ -23,14 +23,16 @@ constexpr milliseconds kPatience(20'000);
 // A server where nothing is allowed without a token.
 class PeersTest : public ServerTest {
  protected:
-  void SetUp() override {
+  void SetUp() override { StartWith(32 * kMiB); }
+
+  void StartWith(int64_t max_buffer_bytes) {
     const NewToken made = *MakeToken("honest", {"frames"});
     token_ = made.token;
     const std::string path = folder_.path() + "/tokens.json";
     std::ofstream(path) << R"({"principals": [)" << made.entry << "]}";
     ServerOptions options;
     options.authorizer = *Authorizer::Open(path);
-    options.max_buffer_bytes = 32 * kMiB;
+    options.max_buffer_bytes = max_buffer_bytes;
     Start(options);
     PublishSplash();
   }
@@ -51,6 +53,32 @@ class PeersTest : public ServerTest {
     const grpc::Status status = stub_->GetFrame(&context, request, &frame);
     EXPECT_THAT(status, IsOk());
     return status.ok();
+  }
+
+  struct Unfinished {
+    int64_t num_bytes = 0;   // that were sent
+    int64_t peak_bytes = 0;  // of the process, above what it had before
+  };
+
+  // Begins 40 messages of 4 MiB on each of so many connections, and ends none.
+  Unfinished SendUnfinished(int num_connections) {
+    constexpr int kNumStreams = 40;
+    const auto size_bytes = static_cast<uint32_t>(4 * kMiB - 1);
+    const std::string message = MessagePrefix(size_bytes) + std::string(size_bytes - 1, 'x');
+    ResetPeakMemory();
+    const int64_t before = PeakBytes();
+    std::vector<std::unique_ptr<Http2Client>> peers;
+    Unfinished sent;
+    for (int k = 0; k < num_connections; ++k) {
+      Http2Client& peer = *peers.emplace_back(std::make_unique<Http2Client>(server_->port()));
+      for (int i = 0; i < kNumStreams && peer.is_open(); ++i) {
+        sent.num_bytes += static_cast<int64_t>(
+            peer.Send(peer.Open(PathOf("GetFamily")), message, milliseconds(100)));
+      }
+      EXPECT_TRUE(ServesFrames());
+    }
+    sent.peak_bytes = PeakBytes() - before;
+    return sent;
   }
 
   std::string token_;
@@ -115,25 +143,26 @@ TEST_F(PeersTest, AClientThatCompressesIsToldOfIt) {
 }
 
 TEST_F(PeersTest, RequestsThatNeverEndHaveBoundedMemory) {
-  constexpr int kNumConnections = 3;
-  constexpr int kNumStreams = 40;
-  const auto size_bytes = static_cast<uint32_t>(4 * kMiB - 1);
-  const std::string unfinished = MessagePrefix(size_bytes) + std::string(size_bytes - 1, 'x');
   ASSERT_TRUE(ServesFrames());
-  ResetPeakMemory();
-  const int64_t before = PeakBytes();
-  std::vector<std::unique_ptr<Http2Client>> peers;
-  int64_t num_sent = 0;
-  for (int k = 0; k < kNumConnections; ++k) {
-    Http2Client& peer = *peers.emplace_back(std::make_unique<Http2Client>(server_->port()));
-    for (int i = 0; i < kNumStreams && peer.is_open(); ++i) {
-      num_sent += static_cast<int64_t>(
-          peer.Send(peer.Open(PathOf("GetFamily")), unfinished, milliseconds(100)));
-    }
-    EXPECT_TRUE(ServesFrames());
-  }
-  EXPECT_GT(num_sent, 64 * kMiB) << "what was tried is more than what is allowed";
-  EXPECT_LT(PeakBytes() - before, 160 * kMiB + kKeptBytes);
+  const Unfinished sent = SendUnfinished(3);
+  EXPECT_GT(sent.num_bytes, 64 * kMiB) << "what was tried is more than what is allowed";
+  EXPECT_LT(sent.peak_bytes, 160 * kMiB + kKeptBytes);
+  EXPECT_TRUE(ServesFrames());
+}
+
+// docs/security.md has the peak.
+class PeersAtTheDefaultLimitTest : public PeersTest {
+ protected:
+  void SetUp() override { StartWith(ServerOptions().max_buffer_bytes); }
+};
+
+TEST_F(PeersAtTheDefaultLimitTest, RequestsThatNeverEndHaveBoundedMemory) {
+  ASSERT_TRUE(ServesFrames());
+  const Unfinished sent = SendUnfinished(8);
+  RecordProperty("sent_mib", static_cast<int>(sent.num_bytes / kMiB));
+  RecordProperty("peak_mib", static_cast<int>(sent.peak_bytes / kMiB));
+  EXPECT_GT(sent.num_bytes, 256 * kMiB) << "what was tried is more than what is allowed";
+  EXPECT_LT(sent.peak_bytes, 3 * 128 * kMiB + kKeptBytes);
   EXPECT_TRUE(ServesFrames());
 }
 

@@ -67,7 +67,7 @@ struct Merge {
 
 // Where the source's event is to be expected in the target: moved as the last merge before it, or
 // not at all.
-Eigen::Vector4d Expected(const Eigen::Vector4d& event, const std::vector<Merge>& merges) {
+Eigen::Vector4d AfterMerges(const Eigen::Vector4d& event, const std::vector<Merge>& merges) {
   const Merge* last = nullptr;
   for (const Merge& merge : merges) {
     if (merge.source[3] > event[3]) continue;
@@ -97,9 +97,10 @@ double LaterTrackCost(const Track& a, const Track& b, const std::vector<Merge>& 
                       const SceneScale& scale, const PairOptions& options) {
   if (a.start == TrackStart::kFirstFrame || a.start != b.start || a.end != b.end) return kInfinity;
   CostMean cost;
-  AddEvents(Expected(EventOf(a, a.start_time), merges), EventOf(b, b.start_time), scale, options,
+  AddEvents(AfterMerges(EventOf(a, a.start_time), merges), EventOf(b, b.start_time), scale, options,
             cost);
-  AddEvents(Expected(EventOf(a, a.end_time), merges), EventOf(b, b.end_time), scale, options, cost);
+  AddEvents(AfterMerges(EventOf(a, a.end_time), merges), EventOf(b, b.end_time), scale, options,
+            cost);
   cost.Add(std::log(a.volume / b.volume), std::log(options.max_volume_ratio));
   return cost.mean();
 }
@@ -108,7 +109,7 @@ double ExtremumCost(const Extremum& a, const Extremum& b, const std::vector<Merg
                     const SceneScale& scale, const PairOptions& options) {
   if (a.kind != b.kind) return kInfinity;
   CostMean cost;
-  AddEvents(Expected(a.point, merges), b.point, scale, options, cost);
+  AddEvents(AfterMerges(a.point, merges), b.point, scale, options, cost);
   cost.Add(std::log(a.persistence / b.persistence), std::log(options.max_persistence_ratio));
   return cost.mean();
 }
