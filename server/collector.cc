@@ -38,6 +38,10 @@ void Collector::CollectOnce() {
     base::Log(base::LogLevel::kInfo, "forgot jobs that ended long ago",
               {{"jobs", absl::StrCat(report->num_pruned)}});
   }
+  if (report->num_uploads > 0) {
+    base::Log(base::LogLevel::kInfo, "ended multipart uploads that were left",
+              {{"uploads", absl::StrCat(report->num_uploads)}});
+  }
   if (report->num_deleted == 0) return;
   base::Log(base::LogLevel::kInfo, "collected blobs that nothing needs",
             {{"blobs", absl::StrCat(report->num_deleted)},

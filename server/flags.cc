@@ -5,9 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <limits>
-#include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/cores.h"
 #include "core/base/memory_limit.h"
 #include "core/base/status_macros.h"
 #include "core/store/catalog/catalog.h"
@@ -19,7 +19,7 @@ namespace {
 constexpr absl::Duration kShortestLease = absl::Milliseconds(100);  // as of the worker's
 
 void AddSecurityFlags(CLI::App& app, Flags& flags) {
-  const std::string group = "Security (docs/operations.md)";
+  const std::string group = "Security (docs/operations/tls-and-tokens.md)";
   app.add_option("--tls-cert", flags.tls.certificate,
                  "PEM file of the server's certificate chain; no TLS unless given")
       ->group(group);
@@ -71,8 +71,7 @@ int64_t WorkerMemory(const Flags& flags) {
 absl::StatusOr<server::ServerOptions> ServerOptionsOf(const Flags& flags) {
   server::ServerOptions options;
   options.listen = flags.listen;
-  const unsigned num_cores = std::max(1U, std::thread::hardware_concurrency());
-  options.num_frame_threads = flags.threads > 0 ? flags.threads : static_cast<int>(num_cores);
+  options.num_frame_threads = flags.threads > 0 ? flags.threads : base::NumCores();
   if (flags.max_message > std::numeric_limits<int>::max()) {
     return absl::InvalidArgumentError("--max-message must be below 2 GiB");
   }
@@ -123,11 +122,10 @@ void AddStoreArguments(const store::StoreLocation& store, std::vector<std::strin
                                      "--cache-size", absl::StrCat(store.cache_bytes)});
 }
 
-// Threads of each of the server's workers; together as many as there are cores.
+// Threads of each of the server's workers; with others on this machine as many as there are cores.
 int WorkerThreads(const Flags& flags) {
   if (flags.worker_threads > 0) return flags.worker_threads;
-  const int num_cores = static_cast<int>(std::thread::hardware_concurrency());
-  return std::max(1, num_cores / std::max(1, flags.workers));
+  return base::ShareOfCores(base::NumCores(), std::max(flags.workers, flags.cores_shared_by));
 }
 
 absl::StatusOr<WorkerProcessesOptions> WorkerOptionsOf(const Flags& flags) {
@@ -158,9 +156,10 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->envname("LIQUIDBLEND_CLIENT_S3");
   app.add_option("--listen", flags.listen, "HOST:PORT; port 0: any free one")
       ->capture_default_str();
-  app.add_option("--http", flags.http,
-                 "HOST:PORT for browsers and probes (docs/operations.md); port 0: any free one; "
-                 "no such port unless given")
+  app.add_option(
+         "--http", flags.http,
+         "HOST:PORT for browsers and probes (docs/operations/http.md); port 0: any free one; "
+         "no such port unless given")
       ->envname("LIQUIDBLEND_HTTP");
   app.add_option("--http-origin", flags.http_origin,
                  "Whose pages may use the HTTP port, e.g. https://example.org; *: all; "
@@ -178,7 +177,12 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_option("--worker-threads", flags.worker_threads,
-                 "Threads of a worker; 0: the cores divided by --workers")
+                 "Threads of a worker; 0: the cores divided by --workers or --cores-shared-by")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_option("--cores-shared-by", flags.cores_shared_by,
+                 "Workers on this machine in all, if others run beside --workers; 0: none do")
+      ->envname("LIQUIDBLEND_CORES_SHARED_BY")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_option("--worker-memory", flags.worker_memory,

@@ -26,7 +26,8 @@ struct Flags {
   std::vector<std::string> http_hosts;
   int workers = 1;
   int threads = 0;            // 0: one per core
-  int worker_threads = 0;     // 0: the cores divided by workers
+  int worker_threads = 0;     // 0: a share of the cores
+  int cores_shared_by = 0;    // workers on this machine; 0: workers
   int64_t worker_memory = 0;  // 0: a share of base::MemoryForJobs()
   std::string worker_lease = "30s";
   std::string grace = "5s";

@@ -18,6 +18,7 @@
 #include "core/base/exit_status.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
+#include "core/base/version.h"
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/open_store.h"
 #include "server/access/token_file.h"
@@ -114,10 +115,15 @@ absl::Status PrintNewToken(const Flags& flags) {
   return absl::OkStatus();
 }
 
+std::string ProgramVersion() {
+  return base::VersionLine("liquidblend-server", store::DescribeTables());
+}
+
 absl::Status Run(const Flags& flags) {
   if (!flags.make_token.empty()) return PrintNewToken(flags);
   if (flags.check) return server::CheckServing(flags.listen, flags.tls, kCheckTimeout);
   LB_ASSIGN_OR_RETURN(const Settings settings, SettingsOf(flags));
+  base::LogInfo(ProgramVersion());
   std::optional<DataLock> lock;  // servers share what is in --store
   if (!flags.store.is_shared()) {
     LB_RETURN_IF_ERROR(flags.store.Validate());
@@ -164,7 +170,7 @@ int main(int argc, char** argv) {
   CLI::App app("Blends registered liquid simulations, over gRPC");
   liquidblend::server::Flags flags;
   liquidblend::server::AddFlags(app, flags);
-  app.set_version_flag("--version", "liquidblend-server " LIQUIDBLEND_VERSION);
+  app.set_version_flag("--version", liquidblend::server::ProgramVersion());
   app.footer(liquidblend::base::kExitStatusHelp);
   try {
     app.parse(argc, argv);

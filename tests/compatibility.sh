@@ -4,7 +4,7 @@
 #   tests/compatibility.sh COMMIT
 #   CLIENT=FILE  that client, if it is built already
 # Needs the programs of build/release. Prints a line for each command; exits 1 if one failed that
-# worked with that commit's own server, except for what docs/operations.md says under "Upgrades".
+# worked with that commit's own server, except for what docs/operations/upgrades.md says.
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
 refuse() { echo "compatibility.sh: $1" >&2; usage >&2; exit 2; }

@@ -13,7 +13,7 @@ std::string Program(const std::string& name);
 // A file or folder of the repository.  LIQUIDBLEND_SOURCE_DIR: its root.
 std::string Source(const std::string& path);
 
-// The library of tests/e2e/fault_layer.h.  LIQUIDBLEND_FAULT_LAYER
+// The library of tests/e2e/faults/fault_layer.h.  LIQUIDBLEND_FAULT_LAYER
 std::string FaultLayer();
 
 // What tests/ceph.sh was given: its s3.env tells where S3 is.  LIQUIDBLEND_CEPH

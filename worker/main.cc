@@ -15,12 +15,14 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "core/base/cores.h"
 #include "core/base/exit_status.h"
 #include "core/base/log.h"
 #include "core/base/memory.h"
 #include "core/base/memory_limit.h"
 #include "core/base/retry.h"
 #include "core/base/status_macros.h"
+#include "core/base/version.h"
 #include "core/parallel/arena.h"
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/catalog/retry.h"
@@ -38,7 +40,8 @@ constexpr absl::Duration kLongestOpenPause = absl::Minutes(1);
 
 struct Flags {
   store::StoreLocation store;
-  int threads = 0;     // 0: one per core
+  int threads = 0;  // 0: its share of the cores
+  int cores_shared_by = 1;
   int64_t memory = 0;  // 0: base::MemoryForJobs()
   std::string lease = "30s";
   std::string poll = "500ms";
@@ -68,8 +71,15 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--cache-size", flags.store.cache_bytes, "Disk space for --cache, e.g. 64GiB")
       ->transform(CLI::AsSizeValue(false))
       ->default_str(base::FormatSize(flags.store.cache_bytes));
-  app.add_option("--threads", flags.threads, "Threads; 0: one per core")
+  app.add_option("--threads", flags.threads, "Threads; 0: the cores divided by --cores-shared-by")
       ->envname("LIQUIDBLEND_THREADS")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_option(
+         "--cores-shared-by", flags.cores_shared_by,
+         "Workers on this machine in all, those of a server counted; each takes its share; 0: "
+         "none but this")
+      ->envname("LIQUIDBLEND_CORES_SHARED_BY")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_option(
@@ -200,9 +210,14 @@ absl::StatusOr<store::Store> OpenStorePatiently(const Flags& flags,
   return store;
 }
 
+std::string ProgramVersion() {
+  return base::VersionLine("liquidblend-worker", store::DescribeTables());
+}
+
 absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
   LB_ASSIGN_OR_RETURN(jobs::JobLoopOptions options, LoopOptionsOf(flags));
   LB_RETURN_IF_ERROR(EndWithParent(flags.parent));
+  if (!flags.check) base::LogInfo(ProgramVersion());
   const bool is_patient = !flags.check && !flags.once;
   store::SurviveUnreadablePages();
   const absl::StatusOr<store::Store> opened =
@@ -213,7 +228,8 @@ absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
   const absl::Status reachable = store::CheckReachable(*store.catalog, *store.blobs);
   if (flags.check || (flags.once && !reachable.ok())) return reachable;
   if (base::IsTransient(reachable)) options.refusal = reachable;
-  const parallel::Arena arena(flags.threads);
+  const int share = base::ShareOfCores(base::NumCores(), flags.cores_shared_by);
+  const parallel::Arena arena(flags.threads > 0 ? flags.threads : share);
   base::LogInfo(absl::StrCat(options.worker, " with ", arena.num_threads(), " threads and ",
                              base::FormatGibibytes(options.memory_bytes), " on ", store.name));
   return jobs::RunJobs(*store.catalog, *store.blobs, arena, stop, options);
@@ -239,7 +255,7 @@ int main(int argc, char** argv) {
   CLI::App app("Does liquidblend's jobs: imports and registrations");
   liquidblend::worker::Flags flags;
   liquidblend::worker::AddFlags(app, flags);
-  app.set_version_flag("--version", "liquidblend-worker " LIQUIDBLEND_VERSION);
+  app.set_version_flag("--version", liquidblend::worker::ProgramVersion());
   app.footer(liquidblend::base::kExitStatusHelp);
   try {
     app.parse(argc, argv);

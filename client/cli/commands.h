@@ -4,7 +4,7 @@
 
 #include <CLI/App.hpp>
 
-#include "client/cli/context.h"
+#include "client/cli/flags/context.h"
 
 namespace liquidblend::cli {
 

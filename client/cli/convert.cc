@@ -3,9 +3,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
-#include "client/cli/files.h"
-#include "client/cli/json.h"
-#include "client/cli/mesh_file.h"
+#include "client/cli/files/files.h"
+#include "client/cli/files/mesh_file.h"
+#include "client/cli/print/json.h"
 #include "client/src/status_macros.h"
 #include "liquidblend/decode.h"
 

@@ -4,7 +4,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
-#include "client/cli/json.h"
+#include "client/cli/print/json.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {

@@ -4,9 +4,9 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
-#include "client/cli/files.h"
-#include "client/cli/json.h"
-#include "client/cli/version_flag.h"
+#include "client/cli/files/files.h"
+#include "client/cli/flags/version_flag.h"
+#include "client/cli/print/json.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {

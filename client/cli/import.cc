@@ -6,13 +6,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
-#include "client/cli/describe.h"
-#include "client/cli/exit_code.h"
-#include "client/cli/json.h"
-#include "client/cli/priority_flag.h"
-#include "client/cli/progress_bar.h"
-#include "client/cli/up_flag.h"
-#include "client/cli/wait.h"
+#include "client/cli/flags/priority_flag.h"
+#include "client/cli/flags/up_flag.h"
+#include "client/cli/print/describe.h"
+#include "client/cli/print/exit_code.h"
+#include "client/cli/print/json.h"
+#include "client/cli/print/progress_bar.h"
+#include "client/cli/print/wait.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {

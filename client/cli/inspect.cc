@@ -5,12 +5,12 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
-#include "client/cli/correspondences.h"
-#include "client/cli/describe.h"
-#include "client/cli/files.h"
-#include "client/cli/json.h"
-#include "client/cli/mesh_file.h"
-#include "client/cli/mesh_stats.h"
+#include "client/cli/files/correspondences.h"
+#include "client/cli/files/files.h"
+#include "client/cli/files/mesh_file.h"
+#include "client/cli/files/mesh_stats.h"
+#include "client/cli/print/describe.h"
+#include "client/cli/print/json.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {
@@ -24,7 +24,7 @@ struct InspectFlags {
 absl::Status OnlyOfAFamily(const InspectFlags& flags) {
   if (flags.correspondences_json.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat("--correspondences-json: ", flags.subject, " is no family"));
+      absl::StrCat("--correspondences-json: ", flags.subject, " is not a family"));
 }
 
 absl::Status InspectFile(const InspectFlags& flags, const Context& context) {

@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "client/cli/commands.h"
-#include "client/cli/describe.h"
-#include "client/cli/json.h"
+#include "client/cli/print/describe.h"
+#include "client/cli/print/json.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {

@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "client/cli/commands.h"
-#include "client/cli/exit_code.h"
-#include "client/cli/nearest.h"
-#include "client/cli/number_checks.h"
+#include "client/cli/flags/number_checks.h"
+#include "client/cli/print/exit_code.h"
+#include "core/base/nearest.h"
+#include "core/base/version.h"
 
 namespace {
 
@@ -111,10 +112,9 @@ bool ExplainUnknownCommand(const CLI::App& app) {
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
     commands.push_back(command->get_name());
   }
-  const std::string nearest = liquidblend::cli::Nearest(left_over[0], commands);
-  std::fprintf(stderr, "liquidblend: there is no command '%s'", left_over[0].c_str());
-  if (!nearest.empty()) std::fprintf(stderr, "; did you mean '%s'?", nearest.c_str());
-  std::fprintf(stderr, "\n`liquidblend --help` lists all commands.\n");
+  std::fputs(
+      liquidblend::base::UnknownCommandMessage("liquidblend", left_over[0], commands).c_str(),
+      stderr);
   return true;
 }
 
@@ -125,7 +125,7 @@ int main(int argc, char** argv) {
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
   CLI::App app("Blends registered liquid simulations: weights and a time in, a surface out.",
                "liquidblend");
-  app.set_version_flag("--version", "liquidblend " LIQUIDBLEND_VERSION);
+  app.set_version_flag("--version", liquidblend::base::VersionLine("liquidblend"));
   Context context;
   AddGlobalFlags(app, context);
   AddCommands(app, context);

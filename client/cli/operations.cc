@@ -3,9 +3,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
-#include "client/cli/describe.h"
-#include "client/cli/json.h"
-#include "client/cli/wait.h"
+#include "client/cli/print/describe.h"
+#include "client/cli/print/json.h"
+#include "client/cli/print/wait.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {

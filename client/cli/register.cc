@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "client/cli/commands.h"
-#include "client/cli/correspondences.h"
-#include "client/cli/describe.h"
-#include "client/cli/json.h"
-#include "client/cli/number_checks.h"
-#include "client/cli/points.h"
-#include "client/cli/priority_flag.h"
-#include "client/cli/registration_flags.h"
-#include "client/cli/wait.h"
+#include "client/cli/files/correspondences.h"
+#include "client/cli/flags/number_checks.h"
+#include "client/cli/flags/points.h"
+#include "client/cli/flags/priority_flag.h"
+#include "client/cli/flags/registration_flags.h"
+#include "client/cli/print/describe.h"
+#include "client/cli/print/json.h"
+#include "client/cli/print/wait.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {

@@ -3,9 +3,9 @@
 #include <string>
 
 #include "client/cli/commands.h"
-#include "client/cli/describe.h"
-#include "client/cli/json.h"
-#include "client/cli/number_checks.h"
+#include "client/cli/flags/number_checks.h"
+#include "client/cli/print/describe.h"
+#include "client/cli/print/json.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {

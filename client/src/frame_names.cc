@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <map>
 
@@ -58,7 +59,10 @@ NumberWords FindNumber(absl::string_view name, absl::string_view extension) {
   name.remove_suffix(extension.size());
   NumberWords words;
   words.last = CutDigits(name);
-  if (!words.last.empty() && absl::ConsumeSuffix(&name, ".")) words.before_dot = CutDigits(name);
+  absl::string_view before = name;
+  if (!words.last.empty() && absl::ConsumeSuffix(&before, "."))
+    words.before_dot = CutDigits(before);
+  if (!words.before_dot.empty()) name = before;
   words.prefix = name;
   return words;
 }
@@ -71,8 +75,8 @@ bool HasFractions(const std::vector<std::string>& meshes, absl::string_view exte
   });
 }
 
-std::string Shown(const std::string& name) { return absl::Utf8SafeCHexEscape(name); }
-std::string Shown(double number) { return absl::StrFormat("%.15g", number); }
+std::string Escaped(const std::string& name) { return absl::Utf8SafeCHexEscape(name); }
+std::string FormatNumber(double number) { return absl::StrFormat("%.15g", number); }
 
 absl::Status CheckPrefixes(const std::vector<std::string>& meshes, absl::string_view extension) {
   const NumberWords first = FindNumber(meshes.front(), extension);
@@ -80,7 +84,7 @@ absl::Status CheckPrefixes(const std::vector<std::string>& meshes, absl::string_
     const NumberWords words = FindNumber(name, extension);
     if (words.prefix == first.prefix || words.last.empty() || first.last.empty()) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("frames of two sequences, ", Shown(meshes.front()), " and ", Shown(name),
+        absl::StrCat("frames of two sequences, ", Escaped(meshes.front()), " and ", Escaped(name),
                      ": choose those of one, such as --pattern '", std::string(first.prefix),
                      "*', or move the others away"));
   }
@@ -103,6 +107,50 @@ std::vector<std::string> FindEqualNumbers(const NamesByRun& runs) {
     }
   }
   return {};
+}
+
+template <typename T>
+bool IsEvenlySpaced(const std::vector<T>& rising, T step, T tolerance) {
+  for (size_t k = 1; k < rising.size(); ++k) {
+    if (std::abs(rising[k] - rising[k - 1] - step) > tolerance) return false;
+  }
+  return true;
+}
+
+// Whether the digits after the dots count frames, as in run1.01 to run1.09 and run2.10 to run2.19:
+// they go up by one in several runs, and are not one sequence of evenly spaced times (1.98, 1.99,
+// 2.00, 2.01).
+bool CountFrames(const NamesByRun& runs) {
+  std::vector<double> times;
+  int num_sequences = 0;
+  for (const auto& [before_dot, names] : runs) {
+    std::vector<int64_t> numbers;
+    for (const auto& [digits, name] : names) {
+      int64_t number = 0;
+      double time = 0.0;
+      if (before_dot.empty() || !absl::SimpleAtoi(digits, &number) ||
+          !absl::SimpleAtod(absl::StrCat(before_dot, ".", digits), &time)) {
+        return false;
+      }
+      numbers.push_back(number);
+      times.push_back(time);
+    }
+    std::sort(numbers.begin(), numbers.end());
+    if (!IsEvenlySpaced(numbers, int64_t{1}, int64_t{0})) return false;
+    if (numbers.size() > 1) ++num_sequences;
+  }
+  std::sort(times.begin(), times.end());
+  return num_sequences > 1 && !IsEvenlySpaced(times, times[1] - times[0], 1e-6);
+}
+
+// The first names of two runs that count frames; or none.
+std::vector<std::string> FindCounters(const NamesByRun& runs) {
+  if (!CountFrames(runs)) return {};
+  std::vector<std::string> first;
+  for (const auto& [before_dot, names] : runs) {
+    if (names.size() > 1 && first.size() < 2) first.push_back(names.begin()->second);
+  }
+  return first;
 }
 
 // Whether the digits after the dots cut a frame into equal parts, such as 25, 5 and 75. Tenths and
@@ -134,11 +182,12 @@ absl::Status CheckFractions(const std::vector<std::string>& meshes, absl::string
     runs[std::string(words.before_dot)].emplace(words.last, name);
   }
   if (AreEqualParts(runs)) return absl::OkStatus();
-  const std::vector<std::string> equal = FindEqualNumbers(runs);
-  if (equal.empty()) return absl::OkStatus();
-  const NumberWords first = FindNumber(equal[0], extension);
+  std::vector<std::string> two = FindEqualNumbers(runs);
+  if (two.empty()) two = FindCounters(runs);
+  if (two.empty()) return absl::OkStatus();
+  const NumberWords first = FindNumber(two[0], extension);
   return absl::InvalidArgumentError(
-      absl::StrCat("frames of two sequences, ", Shown(equal[0]), " and ", Shown(equal[1]),
+      absl::StrCat("frames of two sequences, ", Escaped(two[0]), " and ", Escaped(two[1]),
                    ": choose those of one, such as --pattern '", std::string(first.prefix),
                    std::string(first.before_dot),
                    ".*'; if their numbers are times, give these by "
@@ -160,14 +209,14 @@ absl::StatusOr<NamesByNumber> Number(const std::vector<std::string>& names,
     if (words.last.empty() || words.last.size() > kMaxDigits ||
         words.before_dot.size() > kMaxDigits || !absl::SimpleAtod(text, &number)) {
       return absl::InvalidArgumentError(absl::StrCat(
-          Shown(name), ": no frame number of 1 to ", kMaxDigits, " digits before ", extension,
+          Escaped(name), ": no frame number of 1 to ", kMaxDigits, " digits before ", extension,
           "; rename it, such as frame_0001", extension, ", or choose others with --pattern"));
     }
     const auto [entry, is_new] = by_number.try_emplace(number, name);
     if (is_new) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("frame ", Shown(number), " is there twice: ", Shown(entry->second), " and ",
-                     Shown(name), "; move one of them away, or choose with --pattern"));
+        absl::StrCat("frame ", FormatNumber(number), " is there twice: ", Escaped(entry->second),
+                     " and ", Escaped(name), "; move one of them away, or choose with --pattern"));
   }
   return by_number;
 }
@@ -176,10 +225,10 @@ absl::Status CheckGaps(const NamesByNumber& meshes) {
   for (auto after = std::next(meshes.begin()); after != meshes.end(); ++after) {
     const auto before = std::prev(after);
     if (after->first == before->first + 1) continue;
-    return absl::InvalidArgumentError(
-        absl::StrCat("frame ", Shown(before->first + 1), " is missing: ", Shown(after->second),
-                     " comes right after ", Shown(before->second),
-                     " (--allow-gaps goes on without it; --frame-times says when frames are)"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "frame ", FormatNumber(before->first + 1), " is missing: ", Escaped(after->second),
+        " comes right after ", Escaped(before->second),
+        " (--allow-gaps goes on without it; --frame-times says when frames are)"));
   }
   return absl::OkStatus();
 }
@@ -188,14 +237,15 @@ absl::Status CheckVelocities(const NamesByNumber& velocities, const NamesByNumbe
   if (velocities.empty()) return absl::OkStatus();
   for (const auto& [number, name] : meshes) {
     if (velocities.count(number) > 0) continue;
-    return absl::InvalidArgumentError(absl::StrCat(
-        "frame ", Shown(number), ": ", Shown(name), " has no velocities, but other frames have (",
-        Shown(velocities.begin()->second), "); add its .uni, or remove all"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("frame ", FormatNumber(number), ": ", Escaped(name),
+                     " has no velocities, but other frames have (",
+                     Escaped(velocities.begin()->second), "); add its .uni, or remove all"));
   }
   for (const auto& [number, name] : velocities) {
     if (meshes.count(number) > 0) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("frame ", Shown(number), ": ", Shown(name), " has no mesh"));
+        absl::StrCat("frame ", FormatNumber(number), ": ", Escaped(name), " has no mesh"));
   }
   return absl::OkStatus();
 }
@@ -211,8 +261,8 @@ absl::StatusOr<FormatName> FindFormat(const std::vector<std::string>& names,
     });
     if (name == names.end()) continue;
     if (found != nullptr) {
-      return absl::InvalidArgumentError(absl::StrCat("files of several formats, ", Shown(example),
-                                                     " and ", Shown(*name),
+      return absl::InvalidArgumentError(absl::StrCat("files of several formats, ", Escaped(example),
+                                                     " and ", Escaped(*name),
                                                      ": say which to read (--format)"));
     }
     found = &entry;

@@ -7,11 +7,10 @@
 #include <limits>
 #include <sstream>
 
-#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/string_view.h"
+#include "core/base/control_groups.h"
 
 namespace liquidblend::base {
 namespace {
@@ -26,31 +25,11 @@ int64_t LimitIn(const std::string& path) {
   return absl::SimpleAtoi(text, &limit) && limit > 0 ? limit : kNoLimit;
 }
 
-// The smallest limit of a group and those above it. `group` begins with a slash.
-int64_t LimitOfGroup(const std::string& hierarchy, std::string group, const char* file) {
-  int64_t limit = LimitIn(absl::StrCat(hierarchy, "/", file));
-  while (group.size() > 1) {
-    limit = std::min(limit, LimitIn(absl::StrCat(hierarchy, group, "/", file)));
-    group.resize(group.rfind('/'));
-  }
-  return limit;
-}
-
-// Lines of /proc/self/cgroup are "0::/group" (version 2) and "7:memory:/group" (version 1).
 int64_t LimitOfGroups(const std::string& root) {
   int64_t limit = kNoLimit;
-  std::ifstream groups(absl::StrCat(root, "/proc/self/cgroup"));
-  for (std::string line; std::getline(groups, line);) {
-    const size_t slash = line.find(":/");
-    if (slash == std::string::npos) continue;
-    const std::string group = line.substr(slash + 1);
-    if (absl::StartsWith(line, "0::")) {
-      limit =
-          std::min(limit, LimitOfGroup(absl::StrCat(root, "/sys/fs/cgroup"), group, "memory.max"));
-    } else if (absl::StrContains(line, ":memory:")) {
-      limit = std::min(limit, LimitOfGroup(absl::StrCat(root, "/sys/fs/cgroup/memory"), group,
-                                           "memory.limit_in_bytes"));
-    }
+  for (const std::string& path :
+       PathsInGroups(root, {"memory", "memory.limit_in_bytes", "memory.max"})) {
+    limit = std::min(limit, LimitIn(path));
   }
   return limit;
 }

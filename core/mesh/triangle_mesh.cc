@@ -71,7 +71,7 @@ ClosednessReport CheckClosed(const TriangleMesh& mesh) {
     }
     if ((end - begin) % 2 != 0) ++report.num_odd_edges;
     if (direction != 0) ++report.num_misoriented_edges;
-    if (end - begin > 2) ++report.num_crowded_edges;
+    if (end - begin > 2) ++report.num_non_manifold_edges;
   }
   return report;
 }

@@ -24,9 +24,9 @@ struct TriangleMesh {
 // How far a triangle mesh is from being closed and oriented. The first two are 0 for the boundary
 // of a solid, all if it is a manifold along its edges.
 struct ClosednessReport {
-  int64_t num_odd_edges = 0;          // edges with an odd number of triangles
-  int64_t num_misoriented_edges = 0;  // edges run through more often in one direction
-  int64_t num_crowded_edges = 0;      // edges of four triangles or more: parts that touch there
+  int64_t num_odd_edges = 0;           // edges with an odd number of triangles
+  int64_t num_misoriented_edges = 0;   // edges run through more often in one direction
+  int64_t num_non_manifold_edges = 0;  // edges of four triangles or more: parts that touch there
   bool closed() const { return num_odd_edges == 0 && num_misoriented_edges == 0; }
 };
 

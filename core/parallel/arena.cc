@@ -1,7 +1,5 @@
 #include "core/parallel/arena.h"
 
-#include <sched.h>
-
 #include <atomic>
 #include <thread>
 
@@ -10,16 +8,12 @@
 #include <tbb/task_arena.h>
 #endif
 
+#include "core/base/cores.h"
+
 namespace liquidblend::parallel {
 namespace {
 
-int NumUsableCores() {
-  cpu_set_t cores;
-  if (sched_getaffinity(0, sizeof(cores), &cores) != 0) {
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  }
-  return std::max(1, CPU_COUNT(&cores));
-}
+int NumThreadsOf(int asked_for) { return asked_for > 0 ? asked_for : base::NumCores(); }
 
 }  // namespace
 
@@ -29,8 +23,7 @@ struct Arena::Impl {
   int num_threads;
 };
 
-Arena::Arena(int num_threads)
-    : impl_(new Impl{num_threads > 0 ? num_threads : NumUsableCores()}) {}
+Arena::Arena(int num_threads) : impl_(new Impl{NumThreadsOf(num_threads)}) {}
 
 int Arena::num_threads() const { return impl_->num_threads; }
 
@@ -52,7 +45,7 @@ struct Arena::Impl {
   tbb::task_arena arena;
 };
 
-Arena::Arena(int num_threads) : impl_(new Impl(num_threads > 0 ? num_threads : NumUsableCores())) {}
+Arena::Arena(int num_threads) : impl_(new Impl(NumThreadsOf(num_threads))) {}
 
 int Arena::num_threads() const { return impl_->arena.max_concurrency(); }
 

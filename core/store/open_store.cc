@@ -82,4 +82,9 @@ absl::Status CheckReachable(Catalog& catalog, BlobStore& blobs) {
   return absl::IsNotFound(opened) ? absl::OkStatus() : opened;
 }
 
+std::string DescribeTables() {
+  return absl::StrCat("tables ", SqliteTablesVersion(), " of SQLite, ", PostgresTablesVersion(),
+                      " of PostgreSQL");
+}
+
 }  // namespace liquidblend::store

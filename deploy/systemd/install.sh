@@ -17,7 +17,9 @@ root=${DESTDIR:-}
 install -D -t "$root/usr/bin" "$programs"/liquidblend{,-admin,-server,-worker}
 install -D -m 644 -t "$root/usr/lib/systemd/system" liquidblend-server.service liquidblend-worker@.service
 install -D -m 644 liquidblend.sysusers "$root/usr/lib/sysusers.d/liquidblend.conf"
-install -D -m 644 ../../docs/operations.md "$root/usr/share/doc/liquidblend/operations.md"
+for page in $(cd ../../docs && find . -name '*.md'); do
+  install -D -m 644 "../../docs/$page" "$root/usr/share/doc/liquidblend/$page"
+done
 install -d -m 750 "$root/etc/liquidblend"
 for sample in server.env worker.env; do  # what an operator has written stays
   [ -e "$root/etc/liquidblend/$sample" ] || install -m 640 "$sample" "$root/etc/liquidblend/$sample"

@@ -1,4 +1,4 @@
-// The file that names who may call the server: docs/operations.md, section Tokens.
+// The file that names who may call the server: docs/operations/tls-and-tokens.md.
 #pragma once
 
 #include <array>

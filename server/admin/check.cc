@@ -165,7 +165,9 @@ class Checker {
 
   absl::Status OpenFamily(const store::pb::FamilyRecord& family) {
     LB_ASSIGN_OR_RETURN(std::shared_ptr<const store::Blob> blob, store_.blobs->Open(family.blob()));
-    return store::OpenFamily(std::move(blob), family.blob()).status();
+    const absl::Status opened = store::OpenFamily(blob, family.blob()).status();
+    LB_RETURN_IF_ERROR(blob->Check());  // first: zeros look like a bad file
+    return opened;
   }
 
   absl::Status Repair(std::vector<Damage>& damage, CheckReport& report) {
@@ -189,7 +191,12 @@ class Checker {
     if (!aside.ok()) return aside.status();
     item.repair = absl::StrCat("moved to ", *aside);
     if (!copy.ok() || store::IsUploadId(item.blob)) return absl::OkStatus();
-    LB_RETURN_IF_ERROR(store::PutBlobAs(*store_.blobs, item.blob, (*copy)->bytes()));
+    const absl::Status put = store::PutBlobAs(*store_.blobs, item.blob, (*copy)->bytes());
+    if (const absl::Status readable = (*copy)->Check(); !put.ok() && !readable.ok()) {
+      absl::StrAppend(&item.repair, "; not put again from the cache: ", readable.message());
+      return absl::OkStatus();
+    }
+    LB_RETURN_IF_ERROR(put);
     absl::StrAppend(&item.repair, "; put again from the cache");
     return absl::OkStatus();
   }

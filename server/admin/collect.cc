@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "core/base/log.h"
 #include "core/base/random_id.h"
 #include "core/base/status_macros.h"
 
@@ -56,6 +57,14 @@ absl::StatusOr<Listing> ListWithClock(store::BlobStore& blobs) {
   if (listing->has_value()) return **std::move(listing);
   return absl::UnavailableError(
       absl::StrCat("blob ", probe, ", just written, is not in the list of blobs"));
+}
+
+// Parts that a killed program or a client has left. The right to list them may be missing.
+int64_t DropUploads(store::BlobStore& blobs, absl::Time newest) {
+  const absl::StatusOr<int64_t> num_dropped = blobs.DropOldUploads(newest);
+  if (num_dropped.ok()) return *num_dropped;
+  base::LogWarning(absl::StrCat("old multipart uploads stay: ", num_dropped.status().ToString()));
+  return 0;
 }
 
 // The blobs that are referred to, as of a moment ago.
@@ -114,6 +123,9 @@ absl::StatusOr<CollectReport> Collect(store::Catalog& catalog, store::BlobStore&
     }
     ++report.num_deleted;
     report.deleted_bytes += blob.size_bytes;
+  }
+  if (!options.dry_run && !(options.must_stop && options.must_stop())) {
+    report.num_uploads = DropUploads(blobs, newest);
   }
   return report;
 }

@@ -29,13 +29,15 @@ struct CollectReport {
   int64_t num_deleted = 0;  // or that would be, in a dry run
   int64_t deleted_bytes = 0;
   int64_t num_pruned = 0;  // jobs of the history
+  int64_t num_uploads = 0;  // in parts, that were begun and left; not counted in a dry run
 };
 
 // Deletes the blobs that no record and no unfinished job refers to, and that were last committed
 // longer ago than that, by the clock of the store itself; and before, the records of jobs that
-// ended longer ago than keep_history, by the catalog's clock. Any number of these may run at once,
-// on any machines, beside everything else (docs/formats.md, "Collecting garbage", says why).
-// Errors: those of the stores. Threads: safe.
+// ended longer ago than keep_history, by the catalog's clock. Ends uploads in parts that were begun
+// as long ago as deleted blobs; an object store that lists none is only logged. Any number of these
+// may run at once, on any machines, beside everything else (docs/formats.md, "Collecting garbage",
+// says why). Errors: those of the stores. Threads: safe.
 absl::StatusOr<CollectReport> Collect(store::Catalog& catalog, store::BlobStore& blobs,
                                       const CollectOptions& options = {});
 

@@ -13,7 +13,9 @@
 #include "absl/time/clock.h"
 #include "core/base/exit_status.h"
 #include "core/base/log.h"
+#include "core/base/nearest.h"
 #include "core/base/status_macros.h"
+#include "core/base/version.h"
 #include "core/parallel/arena.h"
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/data_directory.h"
@@ -159,7 +161,7 @@ void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
                  RunCheck, chosen);
   check.add_flag("--repair", flags.repair,
                  "Put damaged blobs into quarantine, mark animations whose file is lost as "
-                 "failed; loses nothing (docs/operations.md)");
+                 "failed; loses nothing (docs/operations/stores.md)");
   AddThreads(check, flags);
   CLI::App& collect = AddCommand(
       app, flags, "collect", "Delete blobs that nothing refers to, and jobs that ended long ago",
@@ -194,10 +196,23 @@ void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
              RunOwners, chosen);
 }
 
+// A word that stands where a command should be. Returns whether there is one.
+bool ExplainUnknownCommand(const CLI::App& app) {
+  const std::vector<std::string> left_over = app.remaining();
+  if (!app.get_subcommands().empty() || left_over.empty() || left_over[0][0] == '-') return false;
+  std::vector<std::string> commands;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    commands.push_back(command->get_name());
+  }
+  Show(base::UnknownCommandMessage("liquidblend-admin", left_over[0], commands), stderr);
+  return true;
+}
+
 int Main(int argc, char** argv) {
   CLI::App app("Looks after a store of liquidblend, which may be in use");
   app.footer(kExitCodes);
-  app.set_version_flag("--version", "liquidblend-admin " LIQUIDBLEND_VERSION);
+  app.set_version_flag("--version",
+                       base::VersionLine("liquidblend-admin", store::DescribeTables()));
   app.require_subcommand(1);
   Flags flags;
   Command command = nullptr;
@@ -205,6 +220,7 @@ int Main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() != 0 && ExplainUnknownCommand(app)) return base::kExitUsage;
     return app.exit(error) == 0 ? base::kExitDone : base::kExitUsage;
   }
   store::TakeFromEnvironment(flags.store);

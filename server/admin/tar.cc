@@ -1,172 +1,137 @@
 #include "server/admin/tar.h"
 
-#include <algorithm>
-#include <array>
-#include <cassert>
-#include <cstring>
+#include <archive.h>
+#include <archive_entry.h>
+
+#include <cerrno>
+#include <new>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
 
 namespace liquidblend::admin {
 namespace {
 
-constexpr int64_t kBlockBytes = 512;
-constexpr size_t kNameBytes = 100;
-constexpr int64_t kMaxOctal = int64_t{1} << 33;  // 11 octal digits
-constexpr size_t kSizeOffset = 124;
-constexpr size_t kSizeBytes = 12;
-constexpr size_t kChecksumOffset = 148;
-constexpr size_t kChecksumBytes = 8;
-constexpr size_t kTypeOffset = 156;
-constexpr size_t kMagicOffset = 257;
-constexpr size_t kPrefixOffset = 345;
-constexpr size_t kPrefixBytes = 155;
 constexpr size_t kChunkBytes = size_t{1} << 20;
+constexpr int kReadOnly = 0444;
 
-using Block = std::array<char, kBlockBytes>;
+struct EntryCloser {
+  void operator()(archive_entry* entry) const { archive_entry_free(entry); }
+};
+using EntryPtr = std::unique_ptr<archive_entry, EntryCloser>;
 
-int64_t PaddingOf(int64_t size) { return (kBlockBytes - size % kBlockBytes) % kBlockBytes; }
-
-void Put(const std::string& text, size_t offset, Block& block) {
-  std::copy(text.begin(), text.end(), block.begin() + static_cast<ptrdiff_t>(offset));
+// Takes over what libarchive has allocated.
+template <typename T>
+T* NotNull(T* allocated) {
+  if (allocated == nullptr) throw std::bad_alloc();
+  return allocated;
 }
 
-// The sum of the header's bytes, those of the checksum counted as spaces.
-int ChecksumOf(const Block& block) {
-  int sum = 0;
-  for (size_t k = 0; k < block.size(); ++k) {
-    const bool is_checksum = k >= kChecksumOffset && k < kChecksumOffset + kChecksumBytes;
-    sum += is_checksum ? ' ' : static_cast<unsigned char>(block[k]);
+la_ssize_t WriteToStream(archive* written, void* stream, const void* bytes, size_t size) {
+  auto& out = *static_cast<std::ostream*>(stream);
+  if (out.write(static_cast<const char*>(bytes), static_cast<std::streamsize>(size))) {
+    return static_cast<la_ssize_t>(size);
   }
-  return sum;
+  archive_set_error(written, EIO, "the stream takes no more");
+  return -1;
 }
 
-// Octal digits or, if they are too few, the number itself after a set bit (GNU's way).
-std::string FormatSize(int64_t size) {
-  if (size < kMaxOctal) return absl::StrFormat("%011o", size);
-  std::string bytes(kSizeBytes, '\0');
-  bytes[0] = '\x80';
-  for (size_t k = 0; k < sizeof(size); ++k) {
-    bytes[kSizeBytes - 1 - k] = static_cast<char>(size >> (8 * k));
-  }
-  return bytes;
+absl::Status CannotWrite(const std::string& where) {
+  return absl::UnavailableError(absl::StrCat("the archive cannot be written", where));
 }
 
-// Less than 0: no number.
-int64_t ParseNumber(const char* text, size_t length) {
-  int64_t value = 0;
-  if (static_cast<unsigned char>(text[0]) == 0x80) {
-    for (size_t k = length - sizeof(value); k < length; ++k) {
-      value = static_cast<int64_t>(static_cast<uint64_t>(value) << 8) |
-              static_cast<unsigned char>(text[k]);
-    }
-    return value;
-  }
-  for (size_t k = 0; k < length && text[k] != '\0'; ++k) {
-    if (text[k] == ' ') continue;
-    if (text[k] < '0' || text[k] > '7' || value >= (int64_t{1} << 58)) return -1;
-    value = value * 8 + (text[k] - '0');
-  }
-  return value;
-}
-
-std::string TextAt(const Block& block, size_t offset, size_t length) {
-  return std::string(block.data() + offset, strnlen(block.data() + offset, length));
-}
-
-Block MakeHeader(const std::string& name, int64_t size) {
-  assert(name.size() <= kNameBytes);
-  Block block = {};
-  Put(name, 0, block);
-  Put("0000444", 100, block);  // mode
-  Put("0000000", 108, block);  // owner
-  Put("0000000", 116, block);  // group
-  Put(FormatSize(size), kSizeOffset, block);
-  Put("00000000000", 136, block);  // time
-  block[kTypeOffset] = '0';        // a regular file
-  Put(std::string("ustar\0"
-                  "00",
-                  8),
-      kMagicOffset, block);
-  Put(absl::StrFormat("%06o", ChecksumOf(block)), kChecksumOffset, block);
-  block[kChecksumOffset + 7] = ' ';
-  return block;
+std::string NameOf(archive_entry* entry) {
+  const char* const path = archive_entry_pathname(entry);
+  std::string name = path == nullptr ? "" : path;
+  while (name.rfind("./", 0) == 0) name.erase(0, 2);
+  return name;
 }
 
 }  // namespace
 
-absl::Status TarWriter::Write(const std::string& bytes) {
-  if (out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()))) return absl::OkStatus();
-  return absl::UnavailableError("the archive cannot be written");
+void ArchiveCloser::operator()(archive* closed) const { archive_free(closed); }
+
+TarWriter::TarWriter(std::ostream& out) : out_(out), archive_(NotNull(archive_write_new())) {
+  archive_write_set_format_pax_restricted(archive_.get());
+  archive_write_set_bytes_per_block(archive_.get(), 0);  // the stream has a buffer
+  archive_write_open2(archive_.get(), &out_, nullptr, WriteToStream, nullptr, nullptr);
 }
 
 absl::Status TarWriter::Add(const std::string& name, std::span<const std::byte> bytes) {
-  const auto size = static_cast<int64_t>(bytes.size());
-  const Block header = MakeHeader(name, size);
-  LB_RETURN_IF_ERROR(Write(std::string(header.begin(), header.end())));
-  if (!out_.write(reinterpret_cast<const char*>(bytes.data()), size)) {
-    return absl::UnavailableError(absl::StrCat("the archive cannot be written, in ", name));
+  const EntryPtr entry(NotNull(archive_entry_new()));
+  archive_entry_set_pathname(entry.get(), name.c_str());
+  archive_entry_set_filetype(entry.get(), AE_IFREG);
+  archive_entry_set_perm(entry.get(), kReadOnly);
+  archive_entry_set_size(entry.get(), static_cast<la_int64_t>(bytes.size()));
+  if (archive_write_header(archive_.get(), entry.get()) != ARCHIVE_OK) return CannotWrite("");
+  for (size_t begin = 0; begin < bytes.size();) {
+    const la_ssize_t written =
+        archive_write_data(archive_.get(), bytes.data() + begin, bytes.size() - begin);
+    if (written <= 0) return CannotWrite(absl::StrCat(", in ", name));
+    begin += static_cast<size_t>(written);
   }
-  return Write(std::string(static_cast<size_t>(PaddingOf(size)), '\0'));
+  if (archive_write_finish_entry(archive_.get()) == ARCHIVE_OK) return absl::OkStatus();
+  return CannotWrite(absl::StrCat(", in ", name));
 }
 
 absl::Status TarWriter::End() {
-  LB_RETURN_IF_ERROR(Write(std::string(2 * kBlockBytes, '\0')));
-  if (out_.flush()) return absl::OkStatus();
-  return absl::UnavailableError("the archive cannot be written");
+  const bool is_whole = archive_write_close(archive_.get()) == ARCHIVE_OK;
+  return is_whole && out_.flush() ? absl::OkStatus() : CannotWrite("");
 }
 
-absl::Status TarReader::ReadBlock(std::span<char> block) {
-  in_.read(block.data(), static_cast<std::streamsize>(block.size()));
-  if (in_.gcount() == static_cast<std::streamsize>(block.size())) return absl::OkStatus();
-  return absl::DataLossError("the archive ends early");
+// A stream as libarchive reads it.
+struct TarReader::Source {
+  static la_ssize_t ReadChunk(archive* /*read*/, void* source, const void** bytes) {
+    auto& self = *static_cast<Source*>(source);
+    self.in.read(self.chunk.data(), static_cast<std::streamsize>(self.chunk.size()));
+    *bytes = self.chunk.data();
+    self.is_empty = self.is_empty && self.in.gcount() == 0;
+    return static_cast<la_ssize_t>(self.in.gcount());
+  }
+
+  std::istream& in;
+  std::vector<char> chunk = std::vector<char>(kChunkBytes);
+  bool is_empty = true;  // so far
+};
+
+TarReader::TarReader(std::istream& in)
+    : source_(new Source{in}), archive_(NotNull(archive_read_new())) {
+  archive_read_support_format_tar(archive_.get());
+  archive_read_open(archive_.get(), source_.get(), nullptr, Source::ReadChunk, nullptr);
 }
 
-absl::Status TarReader::Skip() {
-  LB_RETURN_IF_ERROR(Read([](auto) { return absl::OkStatus(); }));
-  std::vector<char> rest(static_cast<size_t>(padding_));
-  padding_ = 0;
-  return ReadBlock(rest);
+TarReader::~TarReader() = default;
+
+absl::Status TarReader::ErrorOf() const {
+  const char* const known = archive_error_string(archive_.get());
+  const std::string why = known == nullptr ? "unknown error" : known;
+  if (has_begun_) return absl::DataLossError(absl::StrCat("the archive is damaged: ", why));
+  if (source_->is_empty) return absl::DataLossError("the archive is empty");
+  return absl::InvalidArgumentError(absl::StrCat("not a tar archive: ", why));
 }
 
 absl::StatusOr<std::optional<TarEntry>> TarReader::Next() {
   while (true) {
-    LB_RETURN_IF_ERROR(Skip());
-    Block block;
-    LB_RETURN_IF_ERROR(ReadBlock(block));
-    if (has_begun_ && std::all_of(block.begin(), block.end(), [](char c) { return c == '\0'; })) {
-      return std::optional<TarEntry>();
-    }
-    TarEntry entry;
-    entry.size_bytes = ParseNumber(block.data() + kSizeOffset, kSizeBytes);
-    const int64_t checksum = ParseNumber(block.data() + kChecksumOffset, kChecksumBytes);
-    if (checksum != ChecksumOf(block) || entry.size_bytes < 0) {
-      if (!has_begun_) return absl::InvalidArgumentError("this is no tar archive");
-      return absl::DataLossError("a header of the archive is damaged");
-    }
+    archive_entry* entry = nullptr;
+    const int result = archive_read_next_header(archive_.get(), &entry);
+    if (result == ARCHIVE_EOF && has_begun_) return std::optional<TarEntry>();
+    if (result != ARCHIVE_OK && result != ARCHIVE_WARN) return ErrorOf();
     has_begun_ = true;
-    left_bytes_ = entry.size_bytes;
-    padding_ = PaddingOf(entry.size_bytes);
-    if (block[kTypeOffset] != '0' && block[kTypeOffset] != '\0') continue;
-    const std::string prefix = TextAt(block, kPrefixOffset, kPrefixBytes);
-    entry.name = absl::StrCat(prefix, prefix.empty() ? "" : "/", TextAt(block, 0, kNameBytes));
-    while (entry.name.rfind("./", 0) == 0) entry.name.erase(0, 2);
-    return std::optional<TarEntry>(std::move(entry));
+    if (archive_entry_filetype(entry) != AE_IFREG) continue;
+    return std::optional<TarEntry>(TarEntry{NameOf(entry), archive_entry_size(entry)});
   }
 }
 
 absl::Status TarReader::Read(Take take) {
-  std::vector<char> chunk(std::min(kChunkBytes, static_cast<size_t>(left_bytes_)));
-  while (left_bytes_ > 0) {
-    const auto size = std::min(chunk.size(), static_cast<size_t>(left_bytes_));
-    LB_RETURN_IF_ERROR(ReadBlock(std::span(chunk).first(size)));
-    left_bytes_ -= static_cast<int64_t>(size);
-    LB_RETURN_IF_ERROR(take(std::as_bytes(std::span(chunk).first(size))));
+  std::vector<std::byte> chunk(kChunkBytes);
+  while (true) {
+    const la_ssize_t size = archive_read_data(archive_.get(), chunk.data(), chunk.size());
+    if (size == 0) return absl::OkStatus();
+    if (size < 0) return ErrorOf();
+    LB_RETURN_IF_ERROR(take(std::span(chunk).first(static_cast<size_t>(size))));
   }
-  return absl::OkStatus();
 }
 
 }  // namespace liquidblend::admin

@@ -1,9 +1,10 @@
-// Tar archives (POSIX ustar) of regular files, as a stream.
+// Tar archives of regular files as a stream, by libarchive.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <istream>
+#include <memory>
 #include <optional>
 #include <ostream>
 #include <span>
@@ -13,22 +14,28 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 
+struct archive;
+
 namespace liquidblend::admin {
 
+struct ArchiveCloser {
+  void operator()(archive* closed) const;
+};
+using ArchivePtr = std::unique_ptr<archive, ArchiveCloser>;
+
+// Writes POSIX ustar, with pax headers where that has no room.
 // Errors of all calls: kUnavailable if the stream takes no more. Threads: one at a time.
 class TarWriter {
  public:
-  explicit TarWriter(std::ostream& out) : out_(out) {}
+  explicit TarWriter(std::ostream& out);
 
-  // Requires: the name has at most 100 bytes.
   absl::Status Add(const std::string& name, std::span<const std::byte> bytes);
   // Last.
   absl::Status End();
 
  private:
-  absl::Status Write(const std::string& bytes);
-
   std::ostream& out_;
+  ArchivePtr archive_;
 };
 
 struct TarEntry {
@@ -36,14 +43,15 @@ struct TarEntry {
   int64_t size_bytes = 0;
 };
 
-// Passes over folders and what describes the files that follow (pax).
+// Reads what libarchive takes for tar: ustar, pax, GNU. Passes over all but regular files.
 // Errors of all calls: kDataLoss if the archive ends early or a header is damaged; kInvalidArgument
 // if it is no archive. Threads: one at a time.
 class TarReader {
  public:
   using Take = absl::FunctionRef<absl::Status(std::span<const std::byte>)>;
 
-  explicit TarReader(std::istream& in) : in_(in) {}
+  explicit TarReader(std::istream& in);
+  ~TarReader();
 
   // The next file; what is left of the one before is passed over. Nothing at the archive's end.
   absl::StatusOr<std::optional<TarEntry>> Next();
@@ -51,13 +59,13 @@ class TarReader {
   absl::Status Read(Take take);
 
  private:
-  absl::Status ReadBlock(std::span<char> block);
-  absl::Status Skip();
+  struct Source;
 
-  std::istream& in_;
-  int64_t left_bytes_ = 0;  // of the current file
-  int64_t padding_ = 0;     // after it
-  bool has_begun_ = false;
+  absl::Status ErrorOf() const;
+
+  std::unique_ptr<Source> source_;
+  ArchivePtr archive_;
+  bool has_begun_ = false;  // an entry has been read
 };
 
 }  // namespace liquidblend::admin

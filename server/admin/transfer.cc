@@ -62,6 +62,7 @@ absl::StatusOr<store::BlobId> ExportedId(const store::BlobId& id, store::BlobSto
   LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob, blobs.Open(id));
   store::BlobHasher hasher;
   hasher.Add(blob->bytes());
+  LB_RETURN_IF_ERROR(blob->Check());
   return hasher.Id();
 }
 

@@ -51,7 +51,7 @@ absl::StatusOr<MadeFrame> ToFrame(const absl::StatusOr<AnsweredFrame>& made) {
   LB_RETURN_IF_ERROR(made.status());
   MadeFrame result;
   if (!result.frame.ParseFromString(*made->bytes)) {
-    return absl::InternalError("a frame's bytes are no Frame");
+    return absl::InternalError("the bytes of a frame do not parse as Frame");
   }
   result.generation = made->generation;
   return result;
@@ -89,10 +89,12 @@ absl::StatusOr<Counts> Count(Backends& backends) {
 
 class PooledSource final : public FrameSource {
  public:
-  PooledSource(Backends& backends, Entrance& entrance) : backends_(backends), entrance_(entrance) {}
+  PooledSource(Backends& backends, AccessController& access_controller)
+      : backends_(backends), access_controller_(access_controller) {}
 
-  absl::Status Admit(const Visitor& visitor, const Errand& errand, Admitted& admitted) override {
-    return entrance_.Enter(visitor, errand, admitted);
+  absl::Status Admit(const Credentials& credentials, const AccessRequest& access,
+                     AccessGrant& grant) override {
+    return access_controller_.Admit(credentials, access, grant);
   }
 
   Cancel GetFrame(v1::GetFrameRequest request, std::string client, Done<MadeFrame> done) override {
@@ -181,7 +183,7 @@ class PooledSource final : public FrameSource {
   }
 
   Backends& backends_;
-  Entrance& entrance_;
+  AccessController& access_controller_;
   const std::shared_ptr<SharedLook<std::string>> reachable_ =
       std::make_shared<SharedLook<std::string>>(
           backends_.probes, backends_.steps, [&backends = backends_] { return LookAt(backends); },
@@ -193,8 +195,9 @@ class PooledSource final : public FrameSource {
 
 }  // namespace
 
-std::unique_ptr<FrameSource> MakeFrameSource(Backends& backends, Entrance& entrance) {
-  return std::make_unique<PooledSource>(backends, entrance);
+std::unique_ptr<FrameSource> MakeFrameSource(Backends& backends,
+                                             AccessController& access_controller) {
+  return std::make_unique<PooledSource>(backends, access_controller);
 }
 
 }  // namespace liquidblend::server

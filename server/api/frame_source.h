@@ -10,7 +10,7 @@
 #include "absl/functional/any_invocable.h"
 #include "absl/status/statusor.h"
 #include "liquidblend/v1/liquidblend.pb.h"
-#include "server/access/entrance.h"
+#include "server/access/access_controller.h"
 #include "server/frames/stream_session.h"
 #include "server/metrics/metrics.h"
 
@@ -38,8 +38,9 @@ class FrameSource {
 
   virtual ~FrameSource() = default;
 
-  // As Entrance::Enter().
-  virtual absl::Status Admit(const Visitor& visitor, const Errand& errand, Admitted& admitted) = 0;
+  // As AccessController::Admit().
+  virtual absl::Status Admit(const Credentials& credentials, const AccessRequest& access,
+                             AccessGrant& grant) = 0;
 
   //   client  who is charged for it
   // Returns what ends the call with kCancelled unless it is over.
@@ -66,6 +67,7 @@ class FrameSource {
 };
 
 // Both outlive it.
-std::unique_ptr<FrameSource> MakeFrameSource(Backends& backends, Entrance& entrance);
+std::unique_ptr<FrameSource> MakeFrameSource(Backends& backends,
+                                             AccessController& access_controller);
 
 }  // namespace liquidblend::server

@@ -22,8 +22,8 @@ namespace {
 
 // Short: who needs longer asks again.
 constexpr absl::Duration kUrlsLast = absl::Minutes(15);
-constexpr int kMaxFiles = 100;     // of a call
-constexpr size_t kMaxUrls = 1000;  // of an answer
+constexpr int kMaxFiles = 100;      // of a call
+constexpr int64_t kMaxUrls = 1000;  // of an answer
 
 absl::Status CheckFiles(const v1::PresignUploadRequest& request, const Limits& limits) {
   FieldViolations violations;
@@ -42,6 +42,17 @@ absl::Status CheckFiles(const v1::PresignUploadRequest& request, const Limits& l
     left -= file.size_bytes();
   }
   return violations.ToStatus();
+}
+
+// Before anything is asked of the store.
+absl::Status CheckNumUrls(const v1::PresignUploadRequest& request, const store::BlobStore& blobs) {
+  int64_t num_urls = 0;
+  for (const v1::PresignUploadRequest::File& file : request.files()) {
+    num_urls += blobs.NumPartUrls(file.size_bytes());
+  }
+  if (num_urls <= kMaxUrls) return absl::OkStatus();
+  return InvalidField("files", absl::StrCat("too large for one call, which has at most ", kMaxUrls,
+                                            " urls, not ", num_urls, ": ask for fewer"));
 }
 
 int64_t SumOfSizes(const v1::PresignUploadRequest& request) {
@@ -90,6 +101,28 @@ class Promises {
   std::vector<std::string> ids_;
 };
 
+// Uploads that were begun at the store. Drops them unless Keep() is called.
+class BegunUploads {
+ public:
+  explicit BegunUploads(store::BlobStore& blobs) : blobs_(blobs) {}
+  ~BegunUploads() {
+    for (const store::DirectUpload& upload : uploads_) blobs_.DropUpload(upload);
+  }
+  BegunUploads(const BegunUploads&) = delete;
+  BegunUploads& operator=(const BegunUploads&) = delete;
+
+  void Add(const store::DirectUpload& upload) {
+    store::DirectUpload& begun = uploads_.emplace_back();
+    begun.id = upload.id;
+    begun.multipart_id = upload.multipart_id;
+  }
+  void Keep() { uploads_.clear(); }
+
+ private:
+  store::BlobStore& blobs_;
+  std::vector<store::DirectUpload> uploads_;  // their ids only
+};
+
 // An id alone stands for the animation or the family that has it.
 absl::StatusOr<std::string> WithCollection(store::Catalog& catalog, const std::string& name) {
   if (absl::StrContains(name, '/')) return name;
@@ -134,6 +167,7 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
                                                         const v1::PresignUploadRequest& request,
                                                         const Principal& principal) {
   LB_RETURN_IF_ERROR(CheckFiles(request, LimitsOf(backends.limits, principal)));
+  LB_RETURN_IF_ERROR(CheckNumUrls(request, backends.blobs));
   if (!request.animation_id().empty()) {
     LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("animation_id", request.animation_id()));
     LB_RETURN_IF_ERROR(CheckIsFree(backends.catalog, id));
@@ -146,24 +180,24 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
   LB_ASSIGN_OR_RETURN(const int64_t stored_bytes, StoredBytes(backends.catalog, backends.limits));
   LB_RETURN_IF_ERROR(CheckStoredBytes(backends.limits, stored_bytes, backends.uploads.Sum()));
   Promises promises(backends, principal);
+  BegunUploads begun(backends.blobs);
   v1::PresignUploadResponse response;
-  size_t num_urls = 0;
   *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);
   for (const v1::PresignUploadRequest::File& file : request.files()) {
     LB_ASSIGN_OR_RETURN(
         store::DirectUpload upload,
         backends.blobs.PresignUpload(file.checksum(), file.size_bytes(), kUrlsLast));
+    begun.Add(upload);
     LB_RETURN_IF_ERROR(promises.Add(upload.id, file.size_bytes()));
     v1::PresignUploadResponse::File& to = *response.add_files();
     to.set_blob(upload.id);
     to.set_part_bytes(upload.part_bytes);
     to.set_complete_url(upload.complete_url);
-    num_urls += upload.part_urls.size();
-    if (num_urls > kMaxUrls) return InvalidField("files", "too large for one call: ask for fewer");
     for (std::string& url : upload.part_urls) to.add_part_urls(std::move(url));
     to.mutable_headers()->insert(upload.headers.begin(), upload.headers.end());
   }
   promises.Keep();
+  begun.Keep();
   return response;
 }
 

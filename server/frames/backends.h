@@ -13,7 +13,7 @@
 #include "server/base/operation_looks.h"
 #include "server/base/work_pool.h"
 #include "server/catalog/families.h"
-#include "server/frames/buffer_shelf.h"
+#include "server/frames/frame_buffer_pool.h"
 #include "server/frames/frame_cache.h"
 #include "server/frames/frame_maker.h"
 #include "server/frames/frame_pool.h"
@@ -62,7 +62,7 @@ struct Backends {
   liquidblend::catalog::Families& families;
   const Limits limits;
   FrameCache frame_cache;
-  BufferShelf buffers;
+  FrameBufferPool buffers;
   metrics::Metrics metrics;
   CallLog call_log;
   UploadTally uploads;

@@ -14,7 +14,7 @@
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "server/base/work_pool.h"
-#include "server/frames/buffer_shelf.h"
+#include "server/frames/frame_buffer_pool.h"
 #include "server/frames/frame_cache.h"
 #include "server/frames/frame_pool.h"
 #include "server/metrics/metrics.h"
@@ -38,8 +38,9 @@ class FrameMaker {
   using Ticket = std::shared_ptr<Waiter>;
 
   // All outlive this; the pool is stopped before this is destroyed.
-  FrameMaker(FrameCache& cache, FramePool& pool, BufferShelf& shelf, metrics::Metrics& metrics)
-      : cache_(cache), pool_(pool), shelf_(shelf), metrics_(metrics) {}
+  FrameMaker(FrameCache& cache, FramePool& pool, FrameBufferPool& buffer_pool,
+             metrics::Metrics& metrics)
+      : cache_(cache), pool_(pool), buffer_pool_(buffer_pool), metrics_(metrics) {}
 
   // Calls `done` once, before this returns (a cached frame, a refusal) or on a thread of the pool.
   // All that ask for one frame while it is made wait for the same one; whose turn comes first
@@ -65,7 +66,7 @@ class FrameMaker {
 
   FrameCache& cache_;
   FramePool& pool_;
-  BufferShelf& shelf_;
+  FrameBufferPool& buffer_pool_;
   metrics::Metrics& metrics_;
   absl::Mutex mutex_;
   std::map<std::string, FlightPtr> flights_ ABSL_GUARDED_BY(mutex_);  // by the key's bytes

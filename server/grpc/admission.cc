@@ -58,7 +58,7 @@ std::string ResourceOf(const google::protobuf::Message& request) {
 }  // namespace
 
 Admission::~Admission() {
-  if (gate_ != nullptr) gate_->Leave();
+  if (interceptor_ != nullptr) interceptor_->EndCall();
 }
 
 grpc::Status Admission::End(const absl::Status& status) {
@@ -83,40 +83,42 @@ void Admission::Log(const absl::Status& status) const {
   log_.Tell(call);
 }
 
-void Gate::Close() {
+void CallInterceptor::Close() {
   absl::MutexLock lock(&mutex_);
   is_closed_ = true;
 }
 
-void Gate::AwaitCalls(absl::Duration patience) {
+void CallInterceptor::AwaitCalls(absl::Duration patience) {
   const auto is_empty = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return num_calls_ == 0; };
   absl::MutexLock lock(&mutex_);
   mutex_.AwaitWithTimeout(absl::Condition(&is_empty), patience);
 }
 
-bool Gate::Enter() {
+bool CallInterceptor::BeginCall() {
   absl::MutexLock lock(&mutex_);
   if (!is_closed_) ++num_calls_;
   return !is_closed_;
 }
 
-void Gate::Leave() {
+void CallInterceptor::EndCall() {
   absl::MutexLock lock(&mutex_);
   --num_calls_;
 }
 
-std::shared_ptr<Admission> Gate::Admit(grpc::CallbackServerContext& context, const Method& method) {
+std::shared_ptr<Admission> CallInterceptor::Admit(grpc::CallbackServerContext& context,
+                                                  const Method& method) {
   std::shared_ptr<Admission> admission(new Admission(method, calls_, log_));
   admission->caller_.request_id = RequestIdOf(Header(context, kRequestIdHeader));
   admission->caller_.client = context.peer();
   context.AddInitialMetadata(kRequestIdHeader, admission->caller_.request_id);
-  if (Enter()) admission->gate_ = this;
+  if (BeginCall()) admission->interceptor_ = this;
   admission->verdict_ = Decide(context, *admission);
   return admission;
 }
 
-std::shared_ptr<Admission> Gate::Admit(grpc::CallbackServerContext& context, const Method& method,
-                                       const google::protobuf::Message& request) {
+std::shared_ptr<Admission> CallInterceptor::Admit(grpc::CallbackServerContext& context,
+                                                  const Method& method,
+                                                  const google::protobuf::Message& request) {
   std::shared_ptr<Admission> admission = Admit(context, method);
   admission->set_resource(ResourceOf(request));
   const auto size_bytes = static_cast<int64_t>(request.ByteSizeLong());
@@ -126,17 +128,18 @@ std::shared_ptr<Admission> Gate::Admit(grpc::CallbackServerContext& context, con
   return admission;
 }
 
-absl::Status Gate::Decide(const grpc::CallbackServerContext& context, Admission& admission) {
-  if (admission.gate_ == nullptr) return ShuttingDown();
+absl::Status CallInterceptor::Decide(const grpc::CallbackServerContext& context,
+                                     Admission& admission) {
+  if (admission.interceptor_ == nullptr) return ShuttingDown();
   Caller& caller = admission.caller_;
   const std::string subject = CertificateSubject(context);
   const Method& method = admission.method_;
-  Admitted admitted;
+  AccessGrant grant;
   const absl::Status verdict =
-      entrance_.Enter({Header(context, "authorization"), subject, caller.client},
-                      {method.scope, method.span == Span::kLasts}, admitted);
-  caller.principal = std::move(admitted.principal);
-  admission.permit_ = std::move(admitted.permit);
+      access_controller_.Admit({Header(context, "authorization"), subject, caller.client},
+                               {method.scope, method.span == Span::kLasts}, grant);
+  caller.principal = std::move(grant.principal);
+  admission.permit_ = std::move(grant.permit);
   if (IsKnown(caller.principal)) caller.client = caller.principal.name;
   return verdict;
 }

@@ -1,5 +1,5 @@
-// What happens to every call of ours before its handler and after it: who is it, may they, how did
-// it end.
+// Interceptor of every gRPC call of ours: access control before its handler, log line and status
+// after it.
 #pragma once
 
 #include <google/protobuf/message.h>
@@ -14,17 +14,17 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "server/access/access_controller.h"
 #include "server/access/call_log.h"
-#include "server/access/entrance.h"
 #include "server/access/principal.h"
 #include "server/base/errors.h"
 
 namespace liquidblend::server {
 
-class Gate;
+class CallInterceptor;
 class OpenCalls;
 
-enum class Effect { kReads, kChanges };  // changes are told in the log, reads only with --verbose
+enum class Effect { kReads, kChanges };  // changes are logged, reads only with --verbose
 enum class Span { kShort, kLasts };      // calls that last count against max_streams
 
 struct Method {
@@ -36,7 +36,8 @@ struct Method {
   int64_t max_request_bytes = kMaxSmallRequestBytes;
 };
 
-// One call.  Threads: safe, but for set_resource(), which belongs before End().
+// One call, from its access check to its end.  Threads: safe, but for set_resource(), which belongs
+// before End().
 class Admission {
  public:
   ~Admission();
@@ -49,11 +50,11 @@ class Admission {
   // What the call is about, for errors and the log: animations/{id} and the like.
   void set_resource(std::string resource) { resource_ = std::move(resource); }
 
-  // The end of the call: logs it, and gives what the client gets to hear. Once.
+  // Ends the call: logs it, and returns the client's status. To be called once.
   grpc::Status End(const absl::Status& status);
 
  private:
-  friend class Gate;
+  friend class CallInterceptor;
   Admission(const Method& method, OpenCalls& calls, CallLog& log)
       : method_(method), calls_(calls), log_(log), begin_(absl::Now()) {}
   void Log(const absl::Status& status) const;
@@ -61,7 +62,7 @@ class Admission {
   const Method& method_;
   OpenCalls& calls_;
   CallLog& log_;
-  Gate* gate_ = nullptr;  // that waits for the call; none: it came after Close()
+  CallInterceptor* interceptor_ = nullptr;  // counts the call; none: it came after Close()
   const absl::Time begin_;
   Caller caller_;
   std::string resource_;
@@ -69,12 +70,12 @@ class Admission {
   StreamPermit permit_;
 };
 
-// Threads: safe.
-class Gate {
+// Admits calls and keeps count of them, for an orderly end.  Threads: safe.
+class CallInterceptor {
  public:
   // All outlive all calls.
-  Gate(Entrance& entrance, OpenCalls& calls, CallLog& log)
-      : entrance_(entrance), calls_(calls), log_(log) {}
+  CallInterceptor(AccessController& access_controller, OpenCalls& calls, CallLog& log)
+      : access_controller_(access_controller), calls_(calls), log_(log) {}
 
   // From now on every call is refused: the server shuts down.
   void Close();
@@ -82,20 +83,21 @@ class Gate {
   // Waits until all calls that came before Close() are over, for as long as `patience`.
   void AwaitCalls(absl::Duration patience);
 
-  // The client hears the call's request id in the header x-request-id. `method` stays.
+  // Sends the call's request id to the client in the header x-request-id. `method` must outlive
+  // the call.
   std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method);
 
-  // With the resource that the request names; its size is checked.
+  // As above, with the resource that the request names; checks the request's size, too.
   std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method,
                                    const google::protobuf::Message& request);
 
  private:
   friend class Admission;
-  bool Enter();  // false: closed
-  void Leave();
+  bool BeginCall();  // false: closed
+  void EndCall();
   absl::Status Decide(const grpc::CallbackServerContext& context, Admission& admission);
 
-  Entrance& entrance_;
+  AccessController& access_controller_;
   OpenCalls& calls_;
   CallLog& log_;
   absl::Mutex mutex_;

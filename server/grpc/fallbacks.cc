@@ -12,7 +12,7 @@ namespace {
 
 namespace ex = grpc::experimental;
 
-// The line of a call that has not come to a Gate.
+// The log line of a call that did not reach a CallInterceptor.
 void Tell(CallLog& log, const std::string& method, const std::string& peer,
           const absl::Status& status) {
   EndedCall call;

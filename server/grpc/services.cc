@@ -82,7 +82,7 @@ constexpr Method kWaitOperation = {"WaitOperation", std::nullopt, Effect::kReads
 
 grpc::ServerReadReactor<grpc::ByteBuffer>* LiquidBlendService::UploadAnimation(
     CallbackServerContext* context, grpc::ByteBuffer* response) {
-  std::shared_ptr<Admission> admission = gate_.Admit(*context, kUploadAnimation);
+  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kUploadAnimation);
   if (!admission->verdict().ok()) {
     return Refuse<grpc::ServerReadReactor<grpc::ByteBuffer>>(*admission);
   }
@@ -92,7 +92,8 @@ grpc::ServerReadReactor<grpc::ByteBuffer>* LiquidBlendService::UploadAnimation(
 ServerUnaryReactor* LiquidBlendService::PresignUpload(CallbackServerContext* context,
                                                       const v1::PresignUploadRequest* request,
                                                       v1::PresignUploadResponse* response) {
-  const std::shared_ptr<Admission> admission = gate_.Admit(*context, kPresignUpload, *request);
+  const std::shared_ptr<Admission> admission =
+      interceptor_.Admit(*context, kPresignUpload, *request);
   const auto handle = [admission](Backends& backends, const v1::PresignUploadRequest& asked) {
     return server::PresignUpload(backends, asked, admission->caller().principal);
   };
@@ -102,14 +103,14 @@ ServerUnaryReactor* LiquidBlendService::PresignUpload(CallbackServerContext* con
 ServerUnaryReactor* LiquidBlendService::PresignDownload(CallbackServerContext* context,
                                                         const v1::PresignDownloadRequest* request,
                                                         v1::PresignDownloadResponse* response) {
-  return Answer(context, gate_.Admit(*context, kPresignDownload, *request), backends_,
+  return Answer(context, interceptor_.Admit(*context, kPresignDownload, *request), backends_,
                 backends_.transfers, server::PresignDownload, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::ImportAnimation(CallbackServerContext* context,
                                                         const v1::ImportAnimationRequest* request,
                                                         lro::Operation* response) {
-  std::shared_ptr<Admission> admission = gate_.Admit(*context, kImportAnimation, *request);
+  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kImportAnimation, *request);
   if (!admission->verdict().ok()) return Refuse<ServerUnaryReactor>(*admission);
   return server::ImportAnimation(backends_, std::move(admission), roots_, request, response);
 }
@@ -117,28 +118,29 @@ ServerUnaryReactor* LiquidBlendService::ImportAnimation(CallbackServerContext* c
 ServerUnaryReactor* LiquidBlendService::GetAnimation(CallbackServerContext* context,
                                                      const v1::GetAnimationRequest* request,
                                                      v1::Animation* response) {
-  return Answer(context, gate_.Admit(*context, kGetAnimation, *request), backends_, backends_.io,
-                server::GetAnimation, request, response);
+  return Answer(context, interceptor_.Admit(*context, kGetAnimation, *request), backends_,
+                backends_.io, server::GetAnimation, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::ListAnimations(CallbackServerContext* context,
                                                        const v1::ListAnimationsRequest* request,
                                                        v1::ListAnimationsResponse* response) {
-  return Answer(context, gate_.Admit(*context, kListAnimations, *request), backends_, backends_.io,
-                server::ListAnimations, request, response);
+  return Answer(context, interceptor_.Admit(*context, kListAnimations, *request), backends_,
+                backends_.io, server::ListAnimations, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::DeleteAnimation(CallbackServerContext* context,
                                                         const v1::DeleteAnimationRequest* request,
                                                         Empty* response) {
-  return Answer(context, gate_.Admit(*context, kDeleteAnimation, *request), backends_, backends_.io,
-                server::DeleteAnimation, request, response);
+  return Answer(context, interceptor_.Admit(*context, kDeleteAnimation, *request), backends_,
+                backends_.io, server::DeleteAnimation, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::RegisterFamily(CallbackServerContext* context,
                                                        const v1::RegisterFamilyRequest* request,
                                                        lro::Operation* response) {
-  const std::shared_ptr<Admission> admission = gate_.Admit(*context, kRegisterFamily, *request);
+  const std::shared_ptr<Admission> admission =
+      interceptor_.Admit(*context, kRegisterFamily, *request);
   const auto handle = [admission](Backends& backends, const v1::RegisterFamilyRequest& asked) {
     return server::RegisterFamily(backends, asked, admission->caller().principal);
   };
@@ -148,34 +150,34 @@ ServerUnaryReactor* LiquidBlendService::RegisterFamily(CallbackServerContext* co
 ServerUnaryReactor* LiquidBlendService::GetFamily(CallbackServerContext* context,
                                                   const v1::GetFamilyRequest* request,
                                                   v1::Family* response) {
-  return Answer(context, gate_.Admit(*context, kGetFamily, *request), backends_, backends_.io,
-                server::GetFamily, request, response);
+  return Answer(context, interceptor_.Admit(*context, kGetFamily, *request), backends_,
+                backends_.io, server::GetFamily, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::ListFamilies(CallbackServerContext* context,
                                                      const v1::ListFamiliesRequest* request,
                                                      v1::ListFamiliesResponse* response) {
-  return Answer(context, gate_.Admit(*context, kListFamilies, *request), backends_, backends_.io,
-                server::ListFamilies, request, response);
+  return Answer(context, interceptor_.Admit(*context, kListFamilies, *request), backends_,
+                backends_.io, server::ListFamilies, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::RollbackFamily(CallbackServerContext* context,
                                                        const v1::RollbackFamilyRequest* request,
                                                        v1::Family* response) {
-  return Answer(context, gate_.Admit(*context, kRollbackFamily, *request), backends_, backends_.io,
-                server::RollbackFamily, request, response);
+  return Answer(context, interceptor_.Admit(*context, kRollbackFamily, *request), backends_,
+                backends_.io, server::RollbackFamily, request, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::DeleteFamily(CallbackServerContext* context,
                                                      const v1::DeleteFamilyRequest* request,
                                                      Empty* response) {
-  return Answer(context, gate_.Admit(*context, kDeleteFamily, *request), backends_, backends_.io,
-                server::DeleteFamily, request, response);
+  return Answer(context, interceptor_.Admit(*context, kDeleteFamily, *request), backends_,
+                backends_.io, server::DeleteFamily, request, response);
 }
 
 grpc::ServerWriteReactor<lro::Operation>* LiquidBlendService::WatchOperation(
     CallbackServerContext* context, const v1::WatchOperationRequest* request) {
-  std::shared_ptr<Admission> admission = gate_.Admit(*context, kWatchOperation, *request);
+  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kWatchOperation, *request);
   if (!admission->verdict().ok()) {
     return Refuse<grpc::ServerWriteReactor<lro::Operation>>(*admission);
   }
@@ -185,14 +187,14 @@ grpc::ServerWriteReactor<lro::Operation>* LiquidBlendService::WatchOperation(
 ServerUnaryReactor* LiquidBlendService::GetFrame(CallbackServerContext* context,
                                                  const grpc::ByteBuffer* request,
                                                  grpc::ByteBuffer* response) {
-  std::shared_ptr<Admission> admission = gate_.Admit(*context, kGetFrame);
+  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kGetFrame);
   if (!admission->verdict().ok()) return Refuse<ServerUnaryReactor>(*admission);
   return AnswerFrame(backends_, std::move(admission), request, response);
 }
 
 grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* LiquidBlendService::StreamFrames(
     CallbackServerContext* context) {
-  std::shared_ptr<Admission> admission = gate_.Admit(*context, kStreamFrames);
+  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kStreamFrames);
   if (!admission->verdict().ok()) {
     return Refuse<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>(*admission);
   }
@@ -202,35 +204,35 @@ grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* LiquidBlendService:
 ServerUnaryReactor* OperationsService::ListOperations(CallbackServerContext* context,
                                                       const lro::ListOperationsRequest* request,
                                                       lro::ListOperationsResponse* response) {
-  return Answer(context, gate_.Admit(*context, kListOperations, *request), backends_, backends_.io,
-                server::ListOperations, request, response);
+  return Answer(context, interceptor_.Admit(*context, kListOperations, *request), backends_,
+                backends_.io, server::ListOperations, request, response);
 }
 
 ServerUnaryReactor* OperationsService::GetOperation(CallbackServerContext* context,
                                                     const lro::GetOperationRequest* request,
                                                     lro::Operation* response) {
-  return Answer(context, gate_.Admit(*context, kGetOperation, *request), backends_, backends_.io,
-                server::GetOperation, request, response);
+  return Answer(context, interceptor_.Admit(*context, kGetOperation, *request), backends_,
+                backends_.io, server::GetOperation, request, response);
 }
 
 ServerUnaryReactor* OperationsService::DeleteOperation(CallbackServerContext* context,
                                                        const lro::DeleteOperationRequest* request,
                                                        Empty* response) {
-  return Answer(context, gate_.Admit(*context, kDeleteOperation, *request), backends_, backends_.io,
-                server::DeleteOperation, request, response);
+  return Answer(context, interceptor_.Admit(*context, kDeleteOperation, *request), backends_,
+                backends_.io, server::DeleteOperation, request, response);
 }
 
 ServerUnaryReactor* OperationsService::CancelOperation(CallbackServerContext* context,
                                                        const lro::CancelOperationRequest* request,
                                                        Empty* response) {
-  return Answer(context, gate_.Admit(*context, kCancelOperation, *request), backends_, backends_.io,
-                server::CancelOperation, request, response);
+  return Answer(context, interceptor_.Admit(*context, kCancelOperation, *request), backends_,
+                backends_.io, server::CancelOperation, request, response);
 }
 
 ServerUnaryReactor* OperationsService::WaitOperation(CallbackServerContext* context,
                                                      const lro::WaitOperationRequest* request,
                                                      lro::Operation* response) {
-  std::shared_ptr<Admission> admission = gate_.Admit(*context, kWaitOperation, *request);
+  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kWaitOperation, *request);
   if (!admission->verdict().ok()) return Refuse<ServerUnaryReactor>(*admission);
   return server::WaitOperation(backends_, std::move(admission), request, response);
 }

@@ -32,8 +32,8 @@ using AllMethods =
 
 class LiquidBlendService final : public AllMethods {
  public:
-  LiquidBlendService(Backends& backends, Gate& gate, const ImportRoots& roots)
-      : backends_(backends), gate_(gate), roots_(roots) {}
+  LiquidBlendService(Backends& backends, CallInterceptor& interceptor, const ImportRoots& roots)
+      : backends_(backends), interceptor_(interceptor), roots_(roots) {}
 
   grpc::ServerReadReactor<grpc::ByteBuffer>* UploadAnimation(CallbackServerContext* context,
                                                              grpc::ByteBuffer* response) override;
@@ -78,13 +78,14 @@ class LiquidBlendService final : public AllMethods {
 
  private:
   Backends& backends_;
-  Gate& gate_;
+  CallInterceptor& interceptor_;
   const ImportRoots& roots_;
 };
 
 class OperationsService final : public google::longrunning::Operations::CallbackService {
  public:
-  OperationsService(Backends& backends, Gate& gate) : backends_(backends), gate_(gate) {}
+  OperationsService(Backends& backends, CallInterceptor& interceptor)
+      : backends_(backends), interceptor_(interceptor) {}
 
   ServerUnaryReactor* ListOperations(
       CallbackServerContext* context, const google::longrunning::ListOperationsRequest* request,
@@ -104,7 +105,7 @@ class OperationsService final : public google::longrunning::Operations::Callback
 
  private:
   Backends& backends_;
-  Gate& gate_;
+  CallInterceptor& interceptor_;
 };
 
 }  // namespace liquidblend::server

@@ -130,10 +130,11 @@ Response JsonReply(const google::protobuf::Message& message) {
   return response;
 }
 
-std::string FrameTag(v1::GetFrameRequest request, int64_t version, const std::string& generation) {
+std::string FrameTag(v1::GetFrameRequest request, int64_t version, const std::string& generation,
+                     const std::string& program) {
   request.set_version(version);
   const uint64_t hash =
-      Hash(absl::StrCat(LIQUIDBLEND_VERSION, "\n", generation, "\n", request.SerializeAsString()));
+      Hash(absl::StrCat(program, "\n", generation, "\n", request.SerializeAsString()));
   return absl::StrFormat("\"%d-%016x\"", version, hash);
 }
 

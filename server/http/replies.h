@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "core/base/version.h"
 #include "google/protobuf/message.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/http/messages.h"
@@ -26,7 +27,9 @@ Response JsonReply(const google::protobuf::Message& message);
 // the same bytes for the same reason, and another one for another version of family or program, or
 // for other content: after a backup was restored, a version may come again with other content.
 //   generation  of the family that frames are made from
-std::string FrameTag(v1::GetFrameRequest request, int64_t version, const std::string& generation);
+//   program     the build that makes them
+std::string FrameTag(v1::GetFrameRequest request, int64_t version, const std::string& generation,
+                     const std::string& program = base::Version());
 
 // Whether the value of If-None-Match has the tag, or is "*".
 bool HasTag(const std::string& if_none_match, const std::string& tag);

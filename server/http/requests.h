@@ -1,5 +1,5 @@
 // Fields of a query -> the messages that gRPC's clients send. What a field may be is said in
-// docs/operations.md.
+// docs/operations/http.md.
 #pragma once
 
 #include <string>

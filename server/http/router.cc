@@ -102,10 +102,10 @@ bool IsForProbes(Resource resource) {
   return resource == Resource::kHealth || resource == Resource::kReady;
 }
 
-server::Errand ErrandOf(Resource resource) {
-  server::Errand errand;
-  if (resource == Resource::kFrame) errand.scope = server::Scope::kFrames;
-  return errand;
+server::AccessRequest AccessRequestOf(Resource resource) {
+  server::AccessRequest access;
+  if (resource == Resource::kFrame) access.scope = server::Scope::kFrames;
+  return access;
 }
 
 Response NoSuchPath(const std::string& path) {
@@ -210,7 +210,7 @@ void Router::AnswerTo(Call call, const std::string& path, const std::string& que
   if (!IsForProbes(call.route.resource)) {
     server::StreamPermit permit;
     const absl::Status verdict =
-        Admit(call.request, ErrandOf(call.route.resource), *call.caller, permit);
+        Admit(call.request, AccessRequestOf(call.route.resource), *call.caller, permit);
     if (!verdict.ok()) return call.done(ErrorReply(verdict));
   }
   absl::StatusOr<std::vector<QueryField>> fields = ParseQuery(query);
@@ -248,14 +248,14 @@ void Router::NoteStream(const server::Caller& caller, int close_code, const std:
   source_.call_log().Tell(EndedStream(kStreamPath, caller, close_code, reason, took));
 }
 
-absl::Status Router::Admit(const Request& request, const server::Errand& errand,
+absl::Status Router::Admit(const Request& request, const server::AccessRequest& access,
                            server::Caller& caller, server::StreamPermit& permit) {
-  server::Admitted admitted;
+  server::AccessGrant grant;
   const absl::Status verdict =
-      source_.Admit({request.authorization, "", request.peer}, errand, admitted);
-  caller.principal = std::move(admitted.principal);
+      source_.Admit({request.authorization, "", request.peer}, access, grant);
+  caller.principal = std::move(grant.principal);
   if (server::IsKnown(caller.principal)) caller.client = caller.principal.name;
-  permit = std::move(admitted.permit);
+  permit = std::move(grant.permit);
   return verdict;
 }
 

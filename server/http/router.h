@@ -36,7 +36,7 @@ struct StreamVisit {
 // The caller of a request, before it is known who that is.
 server::Caller CallerOf(const Request& request);
 
-// Paths: docs/operations.md. All but /healthz and /readyz look at the Host and ask who calls.
+// Paths: docs/operations/http.md. All but /healthz and /readyz look at the Host and ask who calls.
 // Threads: safe.
 class Router {
  public:
@@ -74,8 +74,8 @@ class Router {
 
   void Complete(const Request& request, const server::Caller& caller, absl::Duration took,
                 Response& response);
-  absl::Status Admit(const Request& request, const server::Errand& errand, server::Caller& caller,
-                     server::StreamPermit& permit);
+  absl::Status Admit(const Request& request, const server::AccessRequest& access,
+                     server::Caller& caller, server::StreamPermit& permit);
   absl::Status CheckHosts(const Request& request) const;
   void AnswerTo(Call call, const std::string& path, const std::string& query);
   void Dispatch(Call call);

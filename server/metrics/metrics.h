@@ -1,4 +1,5 @@
-// What the server counts and measures, as Prometheus reads it; docs/operations.md lists the names.
+// What the server counts and measures, as Prometheus reads it; docs/operations/logs-and-metrics.md
+// lists the names.
 #pragma once
 
 #include <chrono>

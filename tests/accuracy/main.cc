@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "client/cli/correspondences.h"
+#include "client/cli/files/correspondences.h"
 #include "core/base/memory.h"
 #include "core/base/status_macros.h"
 #include "tests/accuracy/registered_scene.h"

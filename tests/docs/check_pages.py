@@ -2,8 +2,14 @@
 """Checks the pages of docs/ and README.md.
 
   check_pages.py CHECKOUT
+  check_pages.py --self-test
 
-- Relative links lead to files that are there, and to headings that these have.
+- Relative links lead to files that are there, and to headings that these have. So do the names of
+  pages in `...`.
+- Files that docs/CONTRIBUTING.md names with their folder are there.
+- No paragraph or item has more than five sentences.
+- The table of rooms in docs/architecture.md has one line for each room that
+  tests/layering_test.cc (kRooms) knows. Others are folders, too.
 - docs/results.md has at most 120 lines. Each row of its tables names a command whose first word is
   a script of the repository or a program that a CMakeLists.txt builds; "met" is yes, empty, or no
   with a link to the page that says why.
@@ -16,6 +22,7 @@ import re
 import sys
 
 MAX_RESULT_LINES = 120
+MAX_SENTENCES = 5
 COLUMNS = ["result", "value", "aim", "met", "command", "commit"]
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
@@ -31,9 +38,12 @@ def anchors_of(page):
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-def link_faults(page):
-    text = re.sub(r"`[^`\n]*`", "", FENCE.sub("", page.read_text()))
-    for link in LINK.findall(text):
+def link_faults(page, checkout):
+    text = FENCE.sub("", page.read_text())
+    for name in re.findall(r"`docs/([\w/-]+\.md)`", text):
+        if not (checkout / "docs" / name).exists():
+            yield f"{page}: there is no docs/{name}"
+    for link in LINK.findall(re.sub(r"`[^`\n]*`", "", text)):
         if re.match(r"[a-z]+:", link):
             continue
         path, _, anchor = link.partition("#")
@@ -44,13 +54,33 @@ def link_faults(page):
             yield f"{page}: {link} leads to no heading"
 
 
+def recipe_faults(checkout):
+    """Files that the recipes name and that are not there. NAME stands for any."""
+    page = checkout / "docs" / "CONTRIBUTING.md"
+    for name in re.findall(r"`([\w-]+/[\w./-]+\.(?:cc|h|md|proto|py|sh|txt))`", page.read_text()):
+        if "NAME" not in name and not (checkout / name).exists():
+            yield f"{page}: there is no {name}"
+
+
 def test_program(folder, source, options):
     """The name that lb_test (tests/CMakeLists.txt) gives to a test's program."""
     label = re.search(r"\bLABEL\s+(\w+)", options)
     label = label.group(1) if label else "unit"
     if label == "e2e" or re.search(r"\b(WHOLE|ALONE)\b", options):
-        return f"{folder}_{source}"
+        return f"{folder}_{source}".replace("/", "_")
     return f"{folder}_test" if label == "unit" else f"{folder}_{label}_test"
+
+
+def without_loops(text):
+    """CMake's text with each `foreach(NAME item..)` written out, a body for each item."""
+    items = r"(?:\s+(?!IN\b|RANGE\b)[^\s)$]+)+"
+    loop = re.compile(rf"\bforeach\((\w+)({items})\s*\)(.*?)\bendforeach\(\w*\)", re.DOTALL)
+
+    def bodies(match):
+        name, items, body = match.groups()
+        return "".join(body.replace(f"${{{name}}}", item) for item in items.split())
+
+    return loop.sub(bodies, text)
 
 
 def programs_of(checkout):
@@ -58,7 +88,7 @@ def programs_of(checkout):
     programs = set()
     for part in ["client", "server", "tests", "worker"]:
         for file in (checkout / part).rglob("CMakeLists.txt"):
-            text = re.sub(r"#.*", "", file.read_text())
+            text = without_loops(re.sub(r"#.*", "", file.read_text()))
             programs.update(re.findall(r"\blb_executable\(([\w-]+)", text))
             folder = "_".join(file.parent.relative_to(checkout).parts[1:])
             for source, options in re.findall(r"\blb_test\((\S+)\.cc\b([^)]*)\)", text):
@@ -109,14 +139,98 @@ def result_faults(checkout):
             yield f"{page}:{number}: {fault}"
 
 
+def paragraphs_of(text):
+    """Paragraphs and items of lists, as (line number, text). Tables, headings, fences are none."""
+    number, lines, is_code = 0, [], False
+    for at, line in enumerate([*text.splitlines(), ""], 1):
+        fence = line.lstrip().startswith("```")
+        ends = is_code or fence or not line.strip() or re.match(r"\||#", line)
+        if lines and (ends or re.match(r" *(-|\d+\.) ", line)):
+            yield number, " ".join(lines)
+            lines = []
+        if not ends:
+            number = at if not lines else number
+            lines.append(line.strip())
+        is_code ^= fence
+
+
+def num_sentences(paragraph):
+    text = re.sub(r"`[^`]*`", "x", re.sub(r"^(-|\d+\.) ", "", paragraph))
+    text = re.sub(r"\b(e\.g|i\.e|vs|eq)\.", "", text)
+    return len(re.findall(r"[.!?][)\"]?(?=\s+[A-Zx(\[]|\s*$)", text))
+
+
+def rooms_of_test(text):
+    """The rooms of kRooms: 'core/store/sql', and of each folder that has rooms itself."""
+    table = re.search(r"kRooms\[\] = \{(.*?)\};", text, re.DOTALL).group(1)
+    for folder, rooms in re.findall(r'"([\w/]+)/",\s*\{([^}]*)\}', table):
+        yield folder
+        yield from (f"{folder}/{room}" for room in re.findall(r'"([\w/]+)/"', rooms))
+
+
+def rooms_of_page(text):
+    """The first cells of the table of rooms, as (line number, room)."""
+    section = re.search(r"^## Rooms$.*?(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
+    for number, cells in rows_of(section.group(0) if section else ""):
+        yield from ((number, room) for room in re.findall(r"`([^`]+)`", cells[0]))
+
+
+def paragraph_faults(page):
+    for number, paragraph in paragraphs_of(page.read_text()):
+        count = num_sentences(paragraph)
+        if count > MAX_SENTENCES:
+            yield f"{page}:{number}: {count} sentences, more than {MAX_SENTENCES}"
+
+
+def room_faults(checkout):
+    page = checkout / "docs" / "architecture.md"
+    text = page.read_text()
+    expected = set(rooms_of_test((checkout / "tests" / "layering_test.cc").read_text()))
+    named = [room for _, room in rooms_of_page(text)]
+    yield from (f"{page}: no line for the room {room}" for room in sorted(expected - set(named)))
+    for room in sorted(set(named)):
+        if not (checkout / room).is_dir():
+            yield f"{page}: the room {room} is not a folder"
+        if named.count(room) > 1:
+            yield f"{page}: {named.count(room)} lines for the room {room}"
+
+
+def self_test():
+    loop = """foreach(test a
+    sub/b)
+  lb_test(${test}_test.cc DEPS x)
+endforeach()
+foreach(x IN LISTS y)
+  z(${x})
+endforeach()"""
+    written_out = without_loops(loop)
+    assert re.findall(r"lb_test\((\S+)\.cc", written_out) == ["a_test", "sub/b_test"], written_out
+    assert "z(${x})" in written_out
+    assert num_sentences("- One. Two (a.b, `c. D`). Three: four; five.") == 3
+    assert num_sentences("No end") == 0
+    text = "# T\nA.\nB.\n\n- C.\n  D.\n- E.\n```\nF. G.\n```\n| H. | I. |\n"
+    assert list(paragraphs_of(text)) == [(2, "A. B."), (5, "- C. D."), (7, "- E.")]
+    rooms = 'const Rooms kRooms[] = {{"a/b/", {"c/", "d/"}},\n {"e/", {"f/"}}};'
+    assert list(rooms_of_test(rooms)) == ["a/b", "a/b/c", "a/b/d", "e", "e/f"]
+    page = "## Rooms\n| room | x |\n| --- | --- |\n| `a/b`, `c` | `d` |\n## Next\n| `e` | |\n"
+    assert [room for _, room in rooms_of_page(page)] == ["a/b", "c"]
+    print("self-test passed")
+
+
 def main():
     if len(sys.argv) != 2:
         print(__doc__, file=sys.stderr)
         sys.exit(2)
+    if sys.argv[1] == "--self-test":
+        self_test()
+        return
     checkout = pathlib.Path(sys.argv[1])
-    faults = [fault for page in pages_of(checkout) for fault in link_faults(page)]
+    faults = [fault for page in pages_of(checkout) for fault in link_faults(page, checkout)]
+    faults += [fault for page in pages_of(checkout) for fault in paragraph_faults(page)]
+    faults += recipe_faults(checkout)
+    faults += room_faults(checkout)
     faults += result_faults(checkout)
-    print("\n".join(faults) or "all links and results are as they should be")
+    print("\n".join(faults) or "all pages are as they should be")
     sys.exit(1 if faults else 0)
 
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs the blocks of a page of docs/ against a server of its own with a family two_drops.
+# Runs the blocks of a page of docs/ against a server of its own with a family two_drops, then
+# check_PAGE.py beside this script, if there is one: whether the blocks came to what the page says.
 #   tests/docs/page.sh PAGE BUILD_DIRECTORY
 # LIQUIDBLEND_BINARY_DIR: the programs, if they are not the build's.
 # Exit: 0 if every block has done so; 1 if not; 2 usage; 77 the page's packages are missing.
@@ -51,6 +52,10 @@ done
 
 mkdir "$directory/home"
 export PATH=$programs:$PATH LIQUIDBLEND_SERVER=$GRPC
+OPERATION=$(liquidblend operations | grep -om1 'operations/import-[^ ]*')
 export GRPC HTTP HOME=$directory/home LIQUIDBLEND=$checkout BUILD=$build
+export DATA=$directory/data OPERATION
 unset PREFIX
 "$checkout/tests/docs/run_blocks.py" "$page" "$directory/home"
+check=$checkout/tests/docs/check_$(basename "$page" .md).py
+if [ -x "$check" ]; then (cd "$directory/home" && "$check"); fi

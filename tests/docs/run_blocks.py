@@ -5,7 +5,8 @@
 
 A fenced block whose info string has file=NAME is written to DIRECTORY/NAME; a block of `sh` is run.
 All happens in the order of the page, in one shell that ends at the first error, with HOME and the
-working directory in DIRECTORY. Other blocks are for the reader alone. Exit: that of the shell.
+working directory in DIRECTORY. Blocks for the reader alone say so: `sh not-run="REASON"`, or `text`
+for what is no command. Any other block is refused. Exit: that of the shell; 2 if a block is refused.
 """
 
 import pathlib
@@ -15,6 +16,11 @@ import subprocess
 import sys
 
 FENCE = re.compile(r"^```(\w*)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+NOT_RUN = re.compile(r'not-run="[^"]+"')
+
+
+def is_for_reader(language, info):
+    return language == "text" or (language == "sh" and NOT_RUN.fullmatch(info.strip()))
 
 
 def script_of(page, directory):
@@ -26,9 +32,17 @@ def script_of(page, directory):
             path = shlex.quote(named.group(1))
             lines.append(f"mkdir -p \"$(dirname {path})\"")
             lines.append(f"cat >{path} <<'END_OF_BLOCK'\n{body}END_OF_BLOCK")
-        elif language == "sh":
+        elif language == "sh" and not info.strip():
             shown = shlex.quote("+ " + body.strip().replace("\n", "\n+ "))
             lines.append(f"printf '%s\\n' {shown}\n{body}")
+        elif not is_for_reader(language, info):
+            first = body.strip().split("\n")[0]
+            print(
+                f"{page}: a block is neither run nor marked: '{language}{info}', which begins with "
+                f"'{first}': make it sh, sh not-run=\"REASON\", text, or give it file=NAME",
+                file=sys.stderr,
+            )
+            sys.exit(2)
     return "\n".join(lines) + "\n"
 
 

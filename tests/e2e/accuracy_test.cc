@@ -210,7 +210,7 @@ TEST_F(AccuracyTest, WeightZeroKeepsVolumeAndComponentsOfEachFrame) {
 TEST_F(AccuracyTest, EveryFrameAtAnyWeightAndTimeIsClosedAndOriented) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> anywhere(0, blends_->num_frames() - 1);
-  int64_t num_surfaces = 0, num_odd = 0, num_misoriented = 0, num_crowded = 0;
+  int64_t num_surfaces = 0, num_odd = 0, num_misoriented = 0, num_non_manifold = 0;
   for (const double weight : {-0.25, 0.0, 0.25, 0.5, 0.75, 1.0, 1.25}) {
     std::vector<double> frames;
     for (int k = 0; k < blends_->num_frames(); ++k) frames.push_back(k);
@@ -221,17 +221,17 @@ TEST_F(AccuracyTest, EveryFrameAtAnyWeightAndTimeIsClosedAndOriented) {
         const mesh::ClosednessReport report = mesh::CheckClosed(surface);
         num_odd += report.num_odd_edges;
         num_misoriented += report.num_misoriented_edges;
-        num_crowded += report.num_crowded_edges;
+        num_non_manifold += report.num_non_manifold_edges;
         ++num_surfaces;
       }
     }
   }
-  std::printf("%ld surfaces: %ld odd, %ld misoriented, %ld crowded edges\n",
+  std::printf("%ld surfaces: %ld odd, %ld misoriented, %ld non-manifold edges\n",
               static_cast<long>(num_surfaces), static_cast<long>(num_odd),
-              static_cast<long>(num_misoriented), static_cast<long>(num_crowded));
+              static_cast<long>(num_misoriented), static_cast<long>(num_non_manifold));
   EXPECT_EQ(num_odd, 0);
   EXPECT_EQ(num_misoriented, 0);
-  EXPECT_LE(num_crowded, num_surfaces / 4);  // where two sheets meet again in all cells around
+  EXPECT_LE(num_non_manifold, num_surfaces / 4);  // where two sheets meet again in all cells around
 }
 
 }  // namespace

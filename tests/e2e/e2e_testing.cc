@@ -13,7 +13,7 @@
 #include "tests/core/store/blobs/ceph_environment.h"
 #include "tests/core/store/sql/postgres_server.h"
 #include "tests/synthetic/shapes.h"
-#include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 
 namespace liquidblend::e2e {
 namespace {

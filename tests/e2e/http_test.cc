@@ -12,7 +12,7 @@
 #include "tests/client/run_command.h"
 #include "tests/e2e/e2e_testing.h"
 #include "tests/server/http/http_client.h"
-#include "worker/ingest/readers.h"
+#include "worker/ingest/formats/readers.h"
 
 namespace liquidblend::e2e {
 namespace {

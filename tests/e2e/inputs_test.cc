@@ -12,8 +12,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "client/cli/mesh_file.h"
-#include "client/cli/mesh_stats.h"
+#include "client/cli/files/mesh_file.h"
+#include "client/cli/files/mesh_stats.h"
 #include "core/mesh/triangle_mesh.h"
 #include "tests/client/run_command.h"
 #include "tests/client/temp_files.h"
@@ -22,7 +22,7 @@
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/voxels.h"
-#include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 
 namespace liquidblend::e2e {
 namespace {
@@ -103,8 +103,8 @@ class InputsTest : public E2eTest {
   }
 
   // The edges of four triangles and more in all files of a folder.
-  static int64_t NumCrowdedEdges(const std::string& folder) {
-    int64_t num_crowded = 0;
+  static int64_t NumNonManifoldEdges(const std::string& folder) {
+    int64_t num_non_manifold = 0;
     for (const auto& entry : fs::directory_iterator(folder)) {
       if (entry.path().filename() == "meta.json") continue;
       const absl::StatusOr<Mesh> read = cli::ReadMeshFile(entry.path().string());
@@ -113,9 +113,9 @@ class InputsTest : public E2eTest {
       mesh::TriangleMesh mesh;
       mesh.triangles.resize(3, static_cast<int64_t>(read->num_triangles()));
       std::copy(read->triangles.begin(), read->triangles.end(), mesh.triangles.data());
-      num_crowded += mesh::CheckClosed(mesh).num_crowded_edges;
+      num_non_manifold += mesh::CheckClosed(mesh).num_non_manifold_edges;
     }
-    return num_crowded;
+    return num_non_manifold;
   }
 
   TempDir folder_;
@@ -153,7 +153,7 @@ TEST_F(InputsTest, FramesThatTouchThemselvesGoAllTheWayAndExportsComeBack) {
   constexpr int kNumFrames = 4;
   const std::string a = WriteFrames("a", PlainNames(kNumFrames), Cubes(kNumFrames, 0.1f));
   const std::string b = WriteFrames("b", PlainNames(kNumFrames), Cubes(kNumFrames, 0.2f));
-  EXPECT_GT(NumCrowdedEdges(a), 0);
+  EXPECT_GT(NumNonManifoldEdges(a), 0);
   EXPECT_THAT(RunOrDie({"import", "a", a}), HasSubstr("edges with four triangles or more"));
   RunOrDie({"import", "b", b});
   Register({"f", "--source", "a", "--target", "b", "--iterations", "2"});
@@ -162,7 +162,7 @@ TEST_F(InputsTest, FramesThatTouchThemselvesGoAllTheWayAndExportsComeBack) {
   const std::string imported = RunOrDie({"import", "out", out});
   EXPECT_THAT(imported, HasSubstr("4 frames"));
   EXPECT_EQ(absl::StrContains(imported, "edges with four triangles or more"),
-            NumCrowdedEdges(out) > 0);
+            NumNonManifoldEdges(out) > 0);
 }
 
 // An export into a folder that holds an earlier one, in another format and of more frames.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <iterator>
 #include <regex>
 #include <set>
 #include <string>
@@ -16,6 +17,8 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "client/cli/print/exit_code.h"
+#include "core/base/exit_status.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/e2e/process.h"
 #include "tests/paths.h"
@@ -49,7 +52,12 @@ class ProgramsTest : public ::testing::TestWithParam<const char*> {};
 TEST_P(ProgramsTest, TellTheirVersion) {
   const Result result = RunProgram(GetParam(), "--version");
   EXPECT_EQ(result.exit_status, 0);
-  EXPECT_THAT(result.output, MatchesRegex(absl::StrCat(GetParam(), " [0-9]+\\.[0-9]+\\.[0-9]+\n")));
+  const std::string tables = GetParam() == std::string("liquidblend")
+                                 ? ""
+                                 : ", tables [0-9]+ of SQLite, [0-9]+ of PostgreSQL";
+  EXPECT_THAT(result.output,
+              MatchesRegex(absl::StrCat(GetParam(), " [0-9]+\\.[0-9]+\\.[0-9]+ \\(commit ",
+                                        "([0-9a-f]{7,40}(-dirty)?|unknown)\\)", tables, "\n")));
 }
 
 TEST_P(ProgramsTest, RefuseAnUnknownFlagWithTheStatusOfUsage) {
@@ -98,14 +106,33 @@ std::vector<Option> OptionsIn(const std::string& help) {
   return options;
 }
 
-// In its head, or by a phrase, or as a value in brackets: "Iterations (16; with --refine 6)".
+// In its head, or by a phrase that has the value, or in brackets: "Iterations (16; with --refine
+// 6)".
 bool TellsItsDefault(const Option& option) {
   static const std::regex takes_a_value("(-[a-z],)?--[a-z0-9-]+ (?!\\(Env|Needs|Excludes).*");
   static const std::regex head("=[^ ]|REQUIRED");
   static const std::regex text(
-      "unless given|otherwise|[Dd]efault |\\((on|fastest|[0-9.]+|the family's)[;,)]");
+      "[A-Za-z],? unless given|otherwise [-A-Za-z]|[Dd]efault ([0-9]|the family's)|"
+      "\\((on|fastest|[0-9.]+|the family's)[;,)]");
   return !std::regex_match(option.head, takes_a_value) || std::regex_search(option.head, head) ||
          std::regex_search(option.head + option.text, text);
+}
+
+TEST(DefaultsInHelps, AreValuesInsteadOfTheWord) {
+  for (const char* const text :
+       {"Frames per second; default 24", "Frames per second; default the family's",
+        "PEM file; none unless given", "The mode (linear, unless given)",
+        "Its name; otherwise the host's", "Iterations (16; with --refine 6)"}) {
+    EXPECT_TRUE(TellsItsDefault({"--option TEXT", text})) << text;
+  }
+  for (const char* const text :
+       {"Frames per second", "Frames per second; has a default", "The server's default is taken",
+        "By default it is chosen", "Unless given, it is chosen", "What to do otherwise",
+        "Frames per second; default", "A share (of all)"}) {
+    EXPECT_FALSE(TellsItsDefault({"--option TEXT", text})) << text;
+  }
+  EXPECT_TRUE(TellsItsDefault({"--option INT=3", "A number"}));
+  EXPECT_TRUE(TellsItsDefault({"--flag", "Takes no value"}));
 }
 
 TEST_P(ProgramsTest, TellTheDefaultOfEachOptionInEachHelp) {
@@ -119,7 +146,7 @@ TEST_P(ProgramsTest, TellTheDefaultOfEachOptionInEachHelp) {
   EXPECT_GT(num_options, 10);
 }
 
-// Numbers of "Exit status: 0 done; 1 failed; ..." and of the table in docs/operations.md.
+// Numbers of "Exit status: 0 done; 1 failed; ..." and of the table in docs/operations/running.md.
 std::set<int> StatusesIn(const std::string& help) {
   std::set<int> statuses;
   const size_t begin = help.find("Exit status: ");
@@ -135,7 +162,7 @@ std::set<int> StatusesIn(const std::string& help) {
 std::set<int> StatusesInTheTable(const std::string& program) {
   std::set<int> statuses;
   bool is_there = false;
-  std::ifstream page(paths::Source("docs/operations.md"));
+  std::ifstream page(paths::Source("docs/operations/running.md"));
   for (std::string line; std::getline(page, line);) {
     if (absl::StartsWith(line, "## ")) is_there = line == "## Exit statuses";
     const std::vector<std::string> cells = absl::StrSplit(line, " | ");
@@ -146,6 +173,34 @@ std::set<int> StatusesInTheTable(const std::string& program) {
     if (is_its) statuses.insert(status);
   }
   return statuses;
+}
+
+// By the enumerators that a header lists: "kExitUsage = 2".
+std::set<int> StatusesInTheEnum(const std::string& header) {
+  std::ifstream file(paths::Source(header));
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  const std::regex enumerator("kExit\\w+ = ([0-9]+)");
+  std::set<int> statuses;
+  for (std::sregex_iterator found(text.begin(), text.end(), enumerator), end; found != end;
+       ++found) {
+    statuses.insert(std::stoi((*found)[1].str()));
+  }
+  return statuses;
+}
+
+TEST_P(ProgramsTest, HaveTheExitStatusesOfTheTableInTheCode) {
+  const bool is_client = std::string(GetParam()) == "liquidblend";
+  EXPECT_EQ(
+      StatusesInTheEnum(is_client ? "client/cli/print/exit_code.h" : "core/base/exit_status.h"),
+      StatusesInTheTable(GetParam()));
+}
+
+TEST(ExitStatuses, HaveOneMeaningInAllPrograms) {
+  EXPECT_EQ(int{base::kExitDone}, int{cli::kExitOk});
+  EXPECT_EQ(int{base::kExitFailed}, int{cli::kExitFailed});
+  EXPECT_EQ(int{base::kExitUsage}, int{cli::kExitUsage});
+  EXPECT_EQ(int{base::kExitUnreachable}, int{cli::kExitUnreachable});
+  EXPECT_EQ(int{base::kExitDamaged}, int{cli::kExitDamaged});
 }
 
 TEST_P(ProgramsTest, HaveTheExitStatusesOfTheTableInEachHelp) {
@@ -159,6 +214,14 @@ TEST_P(ProgramsTest, HaveTheExitStatusesOfTheTableInEachHelp) {
 INSTANTIATE_TEST_SUITE_P(All, ProgramsTest,
                          ::testing::Values("liquidblend", "liquidblend-admin", "liquidblend-server",
                                            "liquidblend-worker"));
+
+TEST(AdminProgramTest, AMistypedCommandIsNamedWithTheNearestOne) {
+  const Result result = RunProgram("liquidblend-admin", "chek --data /nowhere");
+  EXPECT_EQ(result.exit_status, 2);
+  EXPECT_EQ(result.output,
+            "liquidblend-admin: there is no command 'chek'; did you mean 'check'?\n"
+            "`liquidblend-admin --help` lists all commands.\n");
+}
 
 TEST(ServerProgramTest, ARefusedValueIsUsage) {
   const Result result = RunProgram("liquidblend-server", "--data /nowhere --http 0.0.0.0:1");
@@ -184,6 +247,21 @@ TEST_P(UnreachableStore, HasItsOwnExitStatus) {
                              " --cache '", cache.path(), "'"));
   EXPECT_EQ(result.exit_status, 3) << result.output;
   EXPECT_THAT(result.output, HasSubstr("127.0.0.1"));
+}
+
+// What cannot start tells which build it is, too.
+TEST(LogOfPrograms, BeginsWithTheirVersion) {
+  const std::string store =
+      " --store postgresql://nobody@127.0.0.1:1/none --blobs s3://b/p --cache /nowhere";
+  for (const char* const program :
+       {"liquidblend-server --workers 0", "liquidblend-worker --once"}) {
+    const std::vector<std::string> words = absl::StrSplit(program, ' ');
+    const std::string version(
+        absl::StripTrailingAsciiWhitespace(RunProgram(words[0], "--version").output));
+    const std::string log =
+        RunProgram(words[0], absl::StrCat(program + words[0].size(), store)).output;
+    EXPECT_THAT(log.substr(0, log.find('\n')), ::testing::EndsWith(version)) << log;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, UnreachableStore,

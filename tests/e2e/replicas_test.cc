@@ -12,7 +12,7 @@
 namespace liquidblend::e2e {
 namespace {
 
-// What operations.md promises is 2 s; a busy machine may take longer.
+// What docs/operations/many-machines.md promises is 2 s; a busy machine may take longer.
 const absl::Duration kPatience = Slowness() * absl::Seconds(10);
 constexpr int kNumRounds = 8;
 

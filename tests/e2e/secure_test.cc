@@ -25,8 +25,8 @@ class SecureTest : public E2eTest {
  protected:
   std::string path(const std::string& name) const { return folder_.path() + "/" + name; }
 
-  // Does what an operator does (docs/operations.md): NAME.token is for the client as it was
-  // written, and a whole file of tokens is returned.
+  // Does what an operator does (docs/operations/tls-and-tokens.md): NAME.token is for the client as
+  // it was written, and a whole file of tokens is returned.
   std::string MakeTokenFile(const std::string& name, const std::string& scopes) const {
     const std::string command = absl::StrCat("'", paths::Program("liquidblend-server"),
                                              "' --make-token ", name, " --scopes ", scopes, " >'",

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <string>
 #include <thread>
@@ -18,8 +19,10 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "core/base/cores.h"
 #include "core/store/data_directory.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/e2e/process.h"
@@ -121,6 +124,68 @@ TEST_F(UnitsTest, AFlagOfServerEnvLeavesTheOtherOnesAsTheyAre) {
   EXPECT_EQ(other.Wait(), 0);
 }
 
+// What follows --threads in the arguments of a process; -1 if it is not there, as before it has
+// become another program.
+int ThreadsOf(pid_t pid) {
+  std::ifstream file(absl::StrCat("/proc/", pid, "/cmdline"), std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  const std::vector<std::string> words = absl::StrSplit(text, '\0');
+  for (size_t i = 0; i + 1 < words.size(); ++i) {
+    int threads = 0;
+    if (words[i] == "--threads" && absl::SimpleAtoi(words[i + 1], &threads)) return threads;
+  }
+  return -1;
+}
+
+TEST_F(UnitsTest, WorkersOfAServerShareTheCoresWithThoseBesideIt) {
+  struct Case {
+    std::string workers, shared_by, arguments;
+    int threads;
+  };
+  const Case cases[] = {{"1", "0", "", base::ShareOfCores(base::NumCores(), 1)},
+                        {"2", "0", "", base::ShareOfCores(base::NumCores(), 2)},
+                        {"1", "2", "", base::ShareOfCores(base::NumCores(), 2)},
+                        {"2", "1024", "", 1},
+                        {"1", "1024", " --worker-threads 3", 3}};
+  for (const Case& one : cases) {
+    Unit unit = ServerUnit();
+    unit.variables["LIQUIDBLEND_WORKERS"] = one.workers;
+    unit.variables["LIQUIDBLEND_CORES_SHARED_BY"] = one.shared_by;
+    unit.variables["ARGUMENTS"] = "--listen 127.0.0.1:0" + one.arguments;
+    Process server = unit.Start("liquidblend-server");
+    EXPECT_THAT(server.ReadLine(), StartsWith("listening on "));
+    AwaitWorkers(server, one.workers == "1" ? 1 : 2);
+    for (const pid_t worker : ChildrenOf(server.pid())) {
+      const auto end = std::chrono::steady_clock::now() + Patience();
+      while (ThreadsOf(worker) < 0 && std::chrono::steady_clock::now() < end) {
+        std::this_thread::yield();
+      }
+      EXPECT_EQ(ThreadsOf(worker), one.threads) << one.workers << " " << one.shared_by;
+    }
+    server.Signal(SIGTERM);
+    EXPECT_EQ(server.Wait(), 0);
+  }
+}
+
+// Its log says how many threads it has.
+TEST_F(UnitsTest, AWorkerTakesItsShareOfTheCores) {
+  const auto threads = [&](const std::string& flags) {
+    const std::string log = path("log");
+    const std::string command =
+        absl::StrCat("'", paths::Program("liquidblend-worker"), "' --once --data '", path("data"),
+                     "' ", flags, " 2>'", log, "'");
+    EXPECT_EQ(std::system(command.c_str()), 0) << flags;
+    std::ifstream file(log);
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    const size_t begin = text.find(" with ") + 6;
+    return text.substr(begin, text.find(" threads", begin) - begin);
+  };
+  EXPECT_EQ(threads(""), absl::StrCat(base::NumCores()));
+  EXPECT_EQ(threads("--cores-shared-by 2"), absl::StrCat(base::ShareOfCores(base::NumCores(), 2)));
+  EXPECT_EQ(threads("--cores-shared-by 1024"), "1");
+  EXPECT_EQ(threads("--cores-shared-by 1024 --threads 3"), "3");
+}
+
 TEST_F(UnitsTest, AWorkerOnTheServersMachineFindsItsDirectory) {
   Unit server_unit = ServerUnit();
   server_unit.variables["ARGUMENTS"] = "--listen 127.0.0.1:0 --workers 0";
@@ -130,7 +195,7 @@ TEST_F(UnitsTest, AWorkerOnTheServersMachineFindsItsDirectory) {
   EXPECT_EQ(unit.variables["LIQUIDBLEND_DATA"], "/var/lib/liquidblend");
   unit.variables["LIQUIDBLEND_DATA"] = path("data");
   EXPECT_GT(unit.variables.count("LIQUIDBLEND_CACHE"), 0u);
-  EXPECT_GT(unit.variables.count("LIQUIDBLEND_THREADS"), 0u);
+  EXPECT_EQ(unit.variables["LIQUIDBLEND_CORES_SHARED_BY"], "2");
   for (const char* arguments : {"--check", "--once --memory 1GiB"}) {
     unit.variables["ARGUMENTS"] = arguments;
     EXPECT_EQ(unit.Start("liquidblend-worker").Wait(), 0) << arguments;

@@ -14,7 +14,7 @@
 #include "tests/e2e/e2e_testing.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/turned.h"
-#include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 
 namespace liquidblend::e2e {
 namespace {

@@ -2,7 +2,7 @@
 #include "google/rpc/error_details.pb.h"
 #include "tests/e2e/e2e_testing.h"
 #include "tests/synthetic/shapes.h"
-#include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 
 namespace liquidblend::e2e {
 namespace {

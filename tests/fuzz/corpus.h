@@ -26,6 +26,9 @@ class Corpus {
   std::string root_;
 };
 
+// Seeds of what S3 and sources of credentials answer.
+void AddCloudSeeds(const Corpus& corpus);
+
 // Seeds of what clients on the network send.
 void AddPeerSeeds(const Corpus& corpus);
 

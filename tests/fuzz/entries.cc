@@ -19,8 +19,8 @@
 #include "tests/server/encode/judge.h"
 #include "tests/server/encode/scrambled_surface.h"
 #include "tests/synthetic/shapes.h"
-#include "tests/worker/ingest/encode_files.h"
-#include "worker/ingest/gzip.h"
+#include "tests/worker/ingest/formats/encode_files.h"
+#include "worker/ingest/formats/gzip.h"
 #include "worker/ingest/meta.h"
 #include "worker/ingest/read_animation.h"
 
@@ -38,7 +38,7 @@ void RunAnimation(const std::vector<ingest::InputFile>& files) {
   for (const mesh::TriangleMesh& frame : animation->frames) {
     Require(mesh::Validate(frame).ok(), "meshes are valid");
     const mesh::ClosednessReport report = mesh::CheckClosed(frame);
-    Require(report.closed() && report.num_crowded_edges == 0, "surfaces are closed manifolds");
+    Require(report.closed() && report.num_non_manifold_edges == 0, "surfaces are closed manifolds");
     Require(frame.num_triangles() == 0 || mesh::Volume(frame) > 0, "surfaces face outward");
   }
 }
@@ -191,7 +191,9 @@ constexpr Entry kEntries[] = {{"mantaflow", RunMantaflow},
                               {"animation_file", RunAnimationFile},
                               {"family_file", RunFamilyFile},
                               {"surface", RunSurface},
-                              {"query", RunQuery}};
+                              {"query", RunQuery},
+                              {"s3_answer", RunS3Answer},
+                              {"credentials", RunCredentials}};
 
 }  // namespace
 

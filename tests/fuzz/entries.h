@@ -15,6 +15,8 @@ struct Entry {
 
 // Readers of files and parsers.
 std::span<const Entry> ReaderEntries();
+void RunS3Answer(std::span<const std::byte> bytes);
+void RunCredentials(std::span<const std::byte> bytes);
 
 // What clients on the network reach: connections, streams, requests. The same bytes give the same
 // run.

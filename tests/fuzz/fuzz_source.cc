@@ -28,13 +28,13 @@ bool FuzzSource::AnswerNext() {
   return true;
 }
 
-absl::Status FuzzSource::Admit(const server::Visitor& visitor, const server::Errand&,
-                               server::Admitted& admitted) {
-  if (options_.needs_token && visitor.authorization != "Bearer good") {
+absl::Status FuzzSource::Admit(const server::Credentials& credentials, const server::AccessRequest&,
+                               server::AccessGrant& grant) {
+  if (options_.needs_token && credentials.authorization != "Bearer good") {
     return absl::UnauthenticatedError("no token");
   }
-  admitted.principal.name = server::kAnonymous;
-  admitted.principal.key = server::kAnonymous;
+  grant.principal.name = server::kAnonymous;
+  grant.principal.key = server::kAnonymous;
   return absl::OkStatus();
 }
 

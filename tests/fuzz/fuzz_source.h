@@ -27,8 +27,8 @@ class FuzzSource final : public server::FrameSource {
   bool AnswerNext();
   FuzzHost& host() { return *host_; }
 
-  absl::Status Admit(const server::Visitor& visitor, const server::Errand& errand,
-                     server::Admitted& admitted) override;
+  absl::Status Admit(const server::Credentials& credentials, const server::AccessRequest& access,
+                     server::AccessGrant& grant) override;
   Cancel GetFrame(v1::GetFrameRequest request, std::string client,
                   Done<server::MadeFrame> done) override;
   void FindVersion(const std::string& family, int64_t version,

@@ -9,8 +9,8 @@
 #include "tests/fuzz/corpus.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/voxels.h"
-#include "tests/worker/ingest/encode_files.h"
-#include "tests/worker/ingest/encode_vdb.h"
+#include "tests/worker/ingest/formats/encode_files.h"
+#include "tests/worker/ingest/formats/encode_vdb.h"
 
 namespace liquidblend::fuzz {
 namespace {
@@ -163,5 +163,6 @@ int main(int argc, char** argv) {
   liquidblend::fuzz::AddFamilyFiles(corpus);
   liquidblend::fuzz::AddSurfaces(corpus);
   liquidblend::fuzz::AddPeerSeeds(corpus);
+  liquidblend::fuzz::AddCloudSeeds(corpus);
   return 0;
 }

@@ -63,7 +63,7 @@ class HangingBlobs final : public store::BlobStore {
   absl::StatusOr<store::DirectUpload> PresignUpload(const store::BlobId& content, int64_t,
                                                     absl::Duration) override {
     Await();
-    return store::DirectUpload{content + "-" + std::string(32, '0'), 3, {"http://x"}, {}, ""};
+    return store::DirectUpload{content + "-" + std::string(32, '0'), 3, {"http://x"}, {}, "", ""};
   }
   absl::StatusOr<std::string> PresignDownload(const store::BlobId&, absl::Duration) override {
     Await();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <map>
 #include <string>
@@ -73,7 +74,10 @@ NumberWords FindNumber(const InputFile& file, absl::string_view extension) {
   stem.remove_suffix(extension.size());
   NumberWords words;
   words.last = CutDigits(stem);
-  if (!words.last.empty() && absl::ConsumeSuffix(&stem, ".")) words.before_dot = CutDigits(stem);
+  absl::string_view before = stem;
+  if (!words.last.empty() && absl::ConsumeSuffix(&before, "."))
+    words.before_dot = CutDigits(before);
+  if (!words.before_dot.empty()) stem = before;
   words.prefix = stem;
   return words;
 }
@@ -94,7 +98,7 @@ absl::Status CheckPrefixes(const std::vector<const InputFile*>& meshes,
     const NumberWords words = FindNumber(*mesh, extension);
     if (words.prefix == first.prefix || words.last.empty() || first.last.empty()) continue;
     return absl::InvalidArgumentError(absl::StrCat(
-        "frames of two sequences, ", Shown(*meshes.front()), " and ", Shown(*mesh),
+        "frames of two sequences, ", Escaped(*meshes.front()), " and ", Escaped(*mesh),
         ": import one of them at a time (liquidblend import --pattern, or folders of their own)"));
   }
   return absl::OkStatus();
@@ -110,7 +114,7 @@ absl::StatusOr<double> FrameNumber(const InputFile& file, absl::string_view exte
   double number = 0.0;
   if (words.last.empty() || words.last.size() > kMaxDigits ||
       words.before_dot.size() > kMaxDigits || !absl::SimpleAtod(text, &number)) {
-    return absl::InvalidArgumentError(absl::StrCat(Shown(file), ": no frame number of 1 to ",
+    return absl::InvalidArgumentError(absl::StrCat(Escaped(file), ": no frame number of 1 to ",
                                                    kMaxDigits, " digits before ",
                                                    std::string(extension)));
   }
@@ -137,8 +141,8 @@ absl::StatusOr<Format> FindFormat(std::span<const InputFile> files, const std::s
     });
     if (file == files.end()) continue;
     if (example != nullptr) {
-      return absl::InvalidArgumentError(absl::StrCat("files of several formats, ", Shown(*example),
-                                                     " and ", Shown(*file),
+      return absl::InvalidArgumentError(absl::StrCat("files of several formats, ",
+                                                     Escaped(*example), " and ", Escaped(*file),
                                                      ": say which to read (--format)"));
     }
     found = entry.format;
@@ -159,8 +163,9 @@ absl::StatusOr<FilesByNumber> Number(const std::vector<const InputFile*>& files,
     LB_ASSIGN_OR_RETURN(const double number, FrameNumber(*file, extension, has_fractions));
     const auto [entry, is_new] = by_number.try_emplace(number, file);
     if (is_new) continue;
-    return absl::InvalidArgumentError(absl::StrCat("frame ", Shown(number), " is there twice: ",
-                                                   Shown(*entry->second), " and ", Shown(*file)));
+    return absl::InvalidArgumentError(absl::StrCat("frame ", FormatNumber(number),
+                                                   " is there twice: ", Escaped(*entry->second),
+                                                   " and ", Escaped(*file)));
   }
   return by_number;
 }
@@ -182,6 +187,50 @@ std::vector<const InputFile*> FindEqualNumbers(const FilesByRun& runs) {
     }
   }
   return {};
+}
+
+template <typename T>
+bool IsEvenlySpaced(const std::vector<T>& rising, T step, T tolerance) {
+  for (size_t k = 1; k < rising.size(); ++k) {
+    if (std::abs(rising[k] - rising[k - 1] - step) > tolerance) return false;
+  }
+  return true;
+}
+
+// Whether the digits after the dots count frames, as in run1.01 to run1.09 and run2.10 to run2.19:
+// they go up by one in several runs, and are not one sequence of evenly spaced times (1.98, 1.99,
+// 2.00, 2.01).
+bool CountFrames(const FilesByRun& runs) {
+  std::vector<double> times;
+  int num_sequences = 0;
+  for (const auto& [before_dot, files] : runs) {
+    std::vector<int64_t> numbers;
+    for (const auto& [digits, file] : files) {
+      int64_t number = 0;
+      double time = 0.0;
+      if (before_dot.empty() || !absl::SimpleAtoi(digits, &number) ||
+          !absl::SimpleAtod(absl::StrCat(before_dot, ".", digits), &time)) {
+        return false;
+      }
+      numbers.push_back(number);
+      times.push_back(time);
+    }
+    std::sort(numbers.begin(), numbers.end());
+    if (!IsEvenlySpaced(numbers, int64_t{1}, int64_t{0})) return false;
+    if (numbers.size() > 1) ++num_sequences;
+  }
+  std::sort(times.begin(), times.end());
+  return num_sequences > 1 && !IsEvenlySpaced(times, times[1] - times[0], 1e-6);
+}
+
+// The first files of two runs that count frames; or none.
+std::vector<const InputFile*> FindCounters(const FilesByRun& runs) {
+  if (!CountFrames(runs)) return {};
+  std::vector<const InputFile*> first;
+  for (const auto& [before_dot, files] : runs) {
+    if (files.size() > 1 && first.size() < 2) first.push_back(files.begin()->second);
+  }
+  return first;
 }
 
 // Whether the digits after the dots cut a frame into equal parts, such as 25, 5 and 75. Tenths and
@@ -212,16 +261,17 @@ absl::Status AddVelocities(const FilesByNumber& velocities, const FilesByNumber&
   for (FrameFiles& frame : sequence.frames) {
     const auto found = velocities.find(frame.number);
     if (found == velocities.end()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "frame ", Shown(frame.number), ": ", Shown(*frame.mesh),
-          " has no velocities, but other frames have (", Shown(*velocities.begin()->second), ")"));
+      return absl::InvalidArgumentError(absl::StrCat("frame ", FormatNumber(frame.number), ": ",
+                                                     Escaped(*frame.mesh),
+                                                     " has no velocities, but other frames have (",
+                                                     Escaped(*velocities.begin()->second), ")"));
     }
     frame.velocities = found->second;
   }
   for (const auto& [number, file] : velocities) {
     if (meshes.contains(number)) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("frame ", Shown(number), ": ", Shown(*file), " has no mesh"));
+        absl::StrCat("frame ", FormatNumber(number), ": ", Escaped(*file), " has no mesh"));
   }
   return absl::OkStatus();
 }
@@ -234,9 +284,9 @@ bool IsInputName(absl::string_view name) {
                      [&](const FormatName& entry) { return IsMesh(name, entry.format); });
 }
 
-std::string Shown(const InputFile& file) { return absl::Utf8SafeCHexEscape(file.name); }
+std::string Escaped(const InputFile& file) { return absl::Utf8SafeCHexEscape(file.name); }
 
-std::string Shown(double number) { return absl::StrFormat("%.15g", number); }
+std::string FormatNumber(double number) { return absl::StrFormat("%.15g", number); }
 
 absl::Status CheckFractions(const FrameSequence& sequence) {
   if (!sequence.has_fractions) return absl::OkStatus();
@@ -246,10 +296,11 @@ absl::Status CheckFractions(const FrameSequence& sequence) {
     runs[std::string(words.before_dot)].emplace(words.last, frame.mesh);
   }
   if (AreEqualParts(runs)) return absl::OkStatus();
-  const std::vector<const InputFile*> equal = FindEqualNumbers(runs);
-  if (equal.empty()) return absl::OkStatus();
+  std::vector<const InputFile*> two = FindEqualNumbers(runs);
+  if (two.empty()) two = FindCounters(runs);
+  if (two.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
-      "frames of two sequences, ", Shown(*equal[0]), " and ", Shown(*equal[1]),
+      "frames of two sequences, ", Escaped(*two[0]), " and ", Escaped(*two[1]),
       ": import one of them at a time (liquidblend import --pattern, or folders of their own); if "
       "their numbers are times, give these (--frame-times, or frame_times in meta.json)"));
 }

@@ -34,14 +34,15 @@ absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Forma
                                          const std::string& pattern = "");
 
 // Whether numbers with a dot can be times: not if they are those of two sequences, as in
-// run1.01.ply, run1.02.ply, run2.01.ply and run2.02.ply. Of several numbers after a dot that come
-// with different ones before it, that is only said of those that cut a frame into equal parts (.25,
-// .5, .75), and not into tenths or hundredths. Errors: kInvalidArgument with a file of each.
-// client/src/frame_names.h looks for the same.
+// run1.01.ply, run1.02.ply, run2.01.ply and run2.02.ply. Several numbers after a dot that come with
+// different ones before it are times only if they cut a frame into equal parts (.25, .5, .75), and
+// not into tenths or hundredths. Nor are those times that go up by one in several runs, as in
+// run1.01.ply, run1.02.ply, run2.03.ply and run2.04.ply, unless all are evenly spaced. Errors:
+// kInvalidArgument with a file of each. client/src/frame_names.h looks for the same.
 absl::Status CheckFractions(const FrameSequence& sequence);
 
-// A file's name, and a frame's number, for messages.
-std::string Shown(const InputFile& file);
-std::string Shown(double number);
+// A file's name, and a number of a frame, for messages.
+std::string Escaped(const InputFile& file);
+std::string FormatNumber(double number);
 
 }  // namespace liquidblend::ingest

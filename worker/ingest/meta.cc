@@ -12,8 +12,8 @@
 #include "absl/strings/str_join.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
+#include "worker/ingest/formats/text.h"
 #include "worker/ingest/frame_times.h"
-#include "worker/ingest/text.h"
 
 namespace liquidblend::ingest {
 namespace {

@@ -88,10 +88,12 @@ absl::StatusOr<RegistrationState> Checkpoints::Load(const std::string& fingerpri
   if (!blob.ok()) {
     return absl::Status(blob.status().code(), absl::StrCat(name, ": ", blob.status().message()));
   }
-  LB_ASSIGN_OR_RETURN(Checkpoint checkpoint, ReadCheckpoint(**blob, name));
-  if (checkpoint.label.fingerprint == fingerprint) return std::move(checkpoint.state);
+  absl::StatusOr<Checkpoint> checkpoint = ReadCheckpoint(**blob, name);  // copies it
+  LB_RETURN_IF_ERROR((*blob)->Check());
+  LB_RETURN_IF_ERROR(checkpoint.status());
+  if (checkpoint->label.fingerprint == fingerprint) return std::move(checkpoint->state);
   return absl::FailedPreconditionError(
-      absl::StrCat(name, " is of ", checkpoint.label.fingerprint, ", and this registration is ",
+      absl::StrCat(name, " is of ", checkpoint->label.fingerprint, ", and this registration is ",
                    fingerprint, ": another program, or other inputs or options"));
 }
 

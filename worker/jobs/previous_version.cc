@@ -76,9 +76,17 @@ mesh::RegisteredFamily InFrames(const mesh::RegisteredFamily& family) {
   return result;
 }
 
-absl::StatusOr<std::optional<mesh::RegisteredFamily>> OpenPreviousVersion(
-    const store::v1::RegisterJob& job, JobContext& context) {
-  if (job.refine_version() == 0) return std::optional<mesh::RegisteredFamily>();
+absl::Status PreviousVersion::CheckFile() const {
+  if (file == nullptr) return absl::OkStatus();
+  const absl::Status readable = file->Check();
+  if (readable.ok()) return readable;
+  return absl::Status(readable.code(), absl::StrCat("the version to refine: ", readable.message()));
+}
+
+absl::StatusOr<PreviousVersion> OpenPreviousVersion(const store::v1::RegisterJob& job,
+                                                    JobContext& context) {
+  PreviousVersion previous;
+  if (job.refine_version() == 0) return previous;
   LB_ASSIGN_OR_RETURN(const store::v1::FamilyRecord record,
                       context.catalog.GetFamily(job.family()));
   if (record.version() != job.refine_version()) {
@@ -86,12 +94,14 @@ absl::StatusOr<std::optional<mesh::RegisteredFamily>> OpenPreviousVersion(
         "family '", job.family(), "' is at version ", record.version(),
         " by now, and a refinement of version ", job.refine_version(), " was asked for"));
   }
-  LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob,
-                      context.blobs.Open(record.blob()));
-  LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family,
-                      store::OpenFamily(blob, absl::StrCat("family '", job.family(), "'")));
-  LB_RETURN_IF_ERROR(CheckSameAnimations(job, family));
-  return std::optional(family.rest_time_s ? InFrames(family) : std::move(family));
+  LB_ASSIGN_OR_RETURN(previous.file, context.blobs.Open(record.blob()));
+  absl::StatusOr<mesh::RegisteredFamily> family =
+      store::OpenFamily(previous.file, absl::StrCat("family '", job.family(), "'"));
+  LB_RETURN_IF_ERROR(previous.CheckFile());
+  LB_RETURN_IF_ERROR(family.status());
+  LB_RETURN_IF_ERROR(CheckSameAnimations(job, *family));
+  previous.family = family->rest_time_s ? InFrames(*family) : *std::move(family);
+  return previous;
 }
 
 absl::Status CheckSameVertices(const mesh::RegisteredFamily& family,

@@ -1,13 +1,16 @@
 // The version of a family that a refinement goes on from.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/mesh/correspondence.h"
 #include "core/mesh/registered_family.h"
 #include "core/mesh/space_time_mesh.h"
+#include "core/store/blobs/blob_store.h"
 #include "liquidblend/store/v1/records.pb.h"
 #include "worker/jobs/assemble_family.h"
 #include "worker/jobs/job_context.h"
@@ -18,12 +21,22 @@ namespace liquidblend::jobs {
 // its levels.
 mesh::RegisteredFamily InFrames(const mesh::RegisteredFamily& family);
 
-// Its times are in frames, whatever the family's own axis counts. Nothing if the job goes on from
-// nothing: job.refine_version() is 0.
+struct PreviousVersion {
+  // Times in frames, whatever the family's own axis counts; none if the job goes on from nothing.
+  std::optional<mesh::RegisteredFamily> family;
+  std::shared_ptr<const store::Blob> file;  // of the family
+
+  const mesh::RegisteredFamily* get() const { return family ? &*family : nullptr; }
+  // Errors: kDataLoss if a part of the file could not be read since it was opened. Then what was
+  // made of the family is wrong, and so may be an error that was found in it.
+  absl::Status CheckFile() const;
+};
+
+// Opens the version job.refine_version(); 0: none.
 // Errors: kFailedPrecondition if the family is at another version by now; kInvalidArgument if it is
 // not of the job's source and targets; those of catalog and store.
-absl::StatusOr<std::optional<mesh::RegisteredFamily>> OpenPreviousVersion(
-    const store::v1::RegisterJob& job, JobContext& context);
+absl::StatusOr<PreviousVersion> OpenPreviousVersion(const store::v1::RegisterJob& job,
+                                                    JobContext& context);
 
 // Errors: kInvalidArgument if the family's vertices are not those of `source`, but for a tenth of
 // an edge.

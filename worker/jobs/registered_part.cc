@@ -19,6 +19,13 @@ void Add(std::span<const Element> elements, store::BlobHasher& hasher) {
   hasher.Add(std::as_bytes(elements));
 }
 
+// Errors: kDataLoss if a part of the file could not be read since it was opened.
+absl::Status CheckReadable(const store::Blob& blob, const std::string& name) {
+  const absl::Status readable = blob.Check();
+  if (readable.ok()) return readable;
+  return absl::Status(readable.code(), absl::StrCat(name, ": ", readable.message()));
+}
+
 }  // namespace
 
 std::string HashOf(const mesh::SpaceTimeMesh& mesh) {
@@ -51,7 +58,10 @@ absl::StatusOr<RegisteredTarget> ReadPart(const store::BlobId& id, const std::st
   if (!blob.ok()) {
     return absl::Status(blob.status().code(), absl::StrCat(name, ": ", blob.status().message()));
   }
-  LB_ASSIGN_OR_RETURN(const store::TargetFile file, store::OpenTarget(*blob, name));
+  const absl::StatusOr<store::TargetFile> opened = store::OpenTarget(*blob, name);
+  LB_RETURN_IF_ERROR(CheckReadable(**blob, name));  // first: zeros look like a bad file
+  LB_RETURN_IF_ERROR(opened.status());
+  const store::TargetFile& file = *opened;
   if (file.target.name != target) {
     return absl::FailedPreconditionError(
         absl::StrCat("the part of ", name, " is one of target '", file.target.name, "'"));
@@ -67,6 +77,7 @@ absl::StatusOr<RegisteredTarget> ReadPart(const store::BlobId& id, const std::st
   result.registration.displacement = MatrixOf(file.target.displacement);
   result.registration.extrapolation = MatrixOf(file.target.extrapolation);
   result.registration.report = file.target.report;
+  LB_RETURN_IF_ERROR(CheckReadable(**blob, name));
   return result;
 }
 

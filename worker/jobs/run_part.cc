@@ -1,6 +1,5 @@
 #include "worker/jobs/run_part.h"
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,15 +40,16 @@ absl::Status RunPart(const store::v1::JobRecord& part, JobContext& context) {
   LB_ASSIGN_OR_RETURN(const store::v1::JobRecord parent, context.catalog.GetJob(part.parent()));
   const store::v1::RegisterJob& job = parent.register_family();
   LB_RETURN_IF_ERROR(CheckOptions(job));
-  LB_ASSIGN_OR_RETURN(const std::optional<mesh::RegisteredFamily> previous,
-                      OpenPreviousVersion(job, context));
-  const bool is_kept = previous && IsKept(job, k, *previous);
-  LB_ASSIGN_OR_RETURN(const store::BlobId blob,
-                      is_kept
-                          ? StorePart(KeptTarget(*previous, k), /*source_mesh=*/"", context.blobs)
-                          : MakePart(job, k, previous ? &*previous : nullptr, context));
+  LB_ASSIGN_OR_RETURN(const PreviousVersion opened, OpenPreviousVersion(job, context));
+  const mesh::RegisteredFamily* const previous = opened.get();
+  const bool is_kept = previous != nullptr && IsKept(job, k, *previous);
+  const absl::StatusOr<store::BlobId> blob =
+      is_kept ? StorePart(KeptTarget(*previous, k), /*source_mesh=*/"", context.blobs)
+              : MakePart(job, k, previous, context);
+  LB_RETURN_IF_ERROR(opened.CheckFile());
+  LB_RETURN_IF_ERROR(blob.status());
   LB_RETURN_IF_ERROR(context.keeper.Check());
-  return context.catalog.FinishPart(context.keeper.lease_id(), blob);
+  return context.catalog.FinishPart(context.keeper.lease_id(), *blob);
 }
 
 }  // namespace liquidblend::jobs

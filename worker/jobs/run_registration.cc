@@ -140,15 +140,11 @@ absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyParts& parts,
   return context.keeper.Check();
 }
 
-}  // namespace
-
-absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context) {
-  LB_RETURN_IF_ERROR(CheckOptions(job));
-  LB_ASSIGN_OR_RETURN(const std::vector<store::v1::JobRecord> done,
-                      context.catalog.ListParts(context.keeper.job().id()));
-  LB_ASSIGN_OR_RETURN(const std::optional<mesh::RegisteredFamily> opened,
-                      OpenPreviousVersion(job, context));
-  const mesh::RegisteredFamily* const previous = opened ? &*opened : nullptr;
+// Registers what is not done in parts, and stores the family.
+absl::StatusOr<store::v1::FamilyRecord> MakeFamily(const store::v1::RegisterJob& job,
+                                                   const std::vector<store::v1::JobRecord>& done,
+                                                   const mesh::RegisteredFamily* previous,
+                                                   JobContext& context) {
   const bool is_pair = done.empty() && job.targets_size() == 1 &&
                        (previous == nullptr || !IsKept(job, 0, *previous));
   LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", done.empty() ? 0.0 : kTargetsEnd,
@@ -178,9 +174,22 @@ absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& cont
   LB_RETURN_IF_ERROR(MakeLevels(job, parts, context));
   LB_RETURN_IF_ERROR(context.BeginStage("publishing", kLevelsEnd, 1.0));
   LB_ASSIGN_OR_RETURN(const mesh::RegisteredFamily family, AssembleFamily(std::move(parts)));
-  LB_ASSIGN_OR_RETURN(const store::v1::FamilyRecord record, StoreFamily(family, context.blobs));
+  return StoreFamily(family, context.blobs);
+}
+
+}  // namespace
+
+absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context) {
+  LB_RETURN_IF_ERROR(CheckOptions(job));
+  LB_ASSIGN_OR_RETURN(const std::vector<store::v1::JobRecord> done,
+                      context.catalog.ListParts(context.keeper.job().id()));
+  LB_ASSIGN_OR_RETURN(const PreviousVersion previous, OpenPreviousVersion(job, context));
+  const absl::StatusOr<store::v1::FamilyRecord> record =
+      MakeFamily(job, done, previous.get(), context);
+  LB_RETURN_IF_ERROR(previous.CheckFile());  // first: vertices that read as zeros look moved
+  LB_RETURN_IF_ERROR(record.status());
   LB_RETURN_IF_ERROR(context.keeper.Check());
-  return context.catalog.PublishFamily(context.keeper.lease_id(), record).status();
+  return context.catalog.PublishFamily(context.keeper.lease_id(), *record).status();
 }
 
 }  // namespace liquidblend::jobs

@@ -8,10 +8,10 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/mesh/option_ranges.h"
-#include "worker/registration/finish/course_volumes.h"
 #include "worker/registration/finish/extrapolation.h"
 #include "worker/registration/finish/finish.h"
 #include "worker/registration/finish/folds.h"
+#include "worker/registration/finish/part_volumes.h"
 #include "worker/registration/finish/rigid_pieces.h"
 #include "worker/registration/finish/untangle.h"
 #include "worker/registration/finish/verdict.h"
@@ -66,8 +66,8 @@ SurfacePair::SurfacePair(const mesh::SpaceTimeMesh& source_mesh,
       neighbors(VertexNeighbors(source_mesh, source.cells_around, arena)),
       target_search(target_mesh, target.points, target.cells_around, arena) {}
 
-void SurfacePair::Open(const std::vector<Track>& source_tracks,
-                       const std::vector<Track>& target_tracks) {
+void SurfacePair::MarkUnmatchedStarts(const std::vector<Track>& source_tracks,
+                                      const std::vector<Track>& target_tracks) {
   open_starts = FindOpenStarts(source_tracks, target_tracks, source, target);
   source.open = VerticesOf(open_starts, source);
 }
@@ -87,8 +87,8 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   }
   ProjectOntoTarget(source, neighbors, pair.target, pair.target_search, kLastProjection, arena,
                     displacement);
-  TuckTurnedLayers(source, neighbors, pair.target_search, arena, displacement);
-  MatchCourseVolumes(source, neighbors, pair.target, pair.courses, arena, displacement);
+  OffsetInvertedLayers(source, neighbors, pair.target_search, arena, displacement);
+  MatchPartVolumes(source, neighbors, pair.target, pair.motions, arena, displacement);
   LB_RETURN_IF_ERROR(hold_pins(displacement));
   CarryRigidPieces(source, arena, displacement);
   Points extrapolation = Extrapolation(source, neighbors, displacement, arena);

@@ -1,11 +1,11 @@
-// What every registration begins and ends with. Internal to worker/registration.
+// The first and the last stage of every registration. Internal to worker/registration.
 #pragma once
 
 #include <functional>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "worker/registration/features/courses.h"
+#include "worker/registration/features/part_motions.h"
 #include "worker/registration/features/starts.h"
 #include "worker/registration/registration.h"
 #include "worker/registration/surface/closest_point.h"
@@ -16,35 +16,38 @@ namespace liquidblend::registration {
 // Errors: kInvalidArgument as Register().
 absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target);
 
-// Two meshes in the source's mean edge lengths, and what finds one from the other. The meshes must
+// Source and target in the source's mean edge lengths, with search structures. The meshes must
 // outlive it.
 struct SurfacePair {
   SurfacePair(const mesh::SpaceTimeMesh& source_mesh, const mesh::SpaceTimeMesh& target_mesh,
               const parallel::Arena& arena);
   SurfacePair(const SurfacePair&) = delete;
   SurfacePair& operator=(const SurfacePair&) = delete;
-  // Finds the courses that both have, unless the users' correspondences say otherwise.
-  void FindCourses(const Features& source_features, const Features& target_features,
-                   const std::vector<AssignedPair>& tracks,
-                   const std::vector<Correspondence>& users) {
-    courses = Courses(source_features, target_features, tracks, users, source.mesh.edge_length_m);
+  // Finds the motions of parts that both meshes have, except those that the users' correspondences
+  // contradict.
+  void FindPartMotions(const Features& source_features, const Features& target_features,
+                       const std::vector<AssignedPair>& tracks,
+                       const std::vector<Correspondence>& users) {
+    motions =
+        PartMotions(source_features, target_features, tracks, users, source.mesh.edge_length_m);
   }
-  // Finds and marks the starts that only one of the two has.
-  void Open(const std::vector<Track>& source_tracks, const std::vector<Track>& target_tracks);
+  // Finds the starts of parts that only one of the two meshes has, and marks their vertices.
+  void MarkUnmatchedStarts(const std::vector<Track>& source_tracks,
+                           const std::vector<Track>& target_tracks);
 
   Surface source;
   Surface target;
   PackedLists neighbors;  // of the source's vertices
   ClosestPointSearch target_search;
   OpenStarts open_starts;
-  Courses courses;
+  PartMotions motions;
 };
 
 // How many of the vertices the first projection onto the target looks at; the others follow.
 enum class Detail { kAll, kHalf };
 
-// From what the nodes have come to, to the result: projects onto the target, mends folds, carries
-// droplets, extrapolates and judges. The report lacks what only the iterations know.
+// Turns the fitted displacement into the result: projects it onto the target, mends folds, carries
+// droplets, extrapolates and judges. The report's figures of the iterations are not set.
 //   displacement  in edges and frames
 //   hold_pins     moves hard correspondences back to their goals
 // Errors: those of hold_pins.

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "worker/registration/features/courses.h"
+#include "worker/registration/features/part_motions.h"
 #include "worker/registration/fit/energy.h"
 #include "worker/registration/fit/hard_pins.h"
 #include "worker/registration/fit/match.h"
@@ -18,10 +18,10 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr int kStride = 4;            // of the vertices whose distances are looked at
-constexpr int kCoarseTreeStride = 4;  // of the moved source's vertices that the target looks for
+constexpr int kStride = 4;            // of the vertices whose distances are measured
+constexpr int kCoarseTreeStride = 4;  // of the moved source's vertices to search from the target
 constexpr float kTreeGap = 0.7f;      // edges; from the surface to the vertex next to a place on it
-constexpr float kUnknown = 1.5f;      // edges; of what has nothing near by that faces the same way
+constexpr float kUnknown = 1.5f;      // edges; distance of vertices without a counterpart
 constexpr size_t kFewest = 4;         // far vertices in a box; fewer are corners and noise
 constexpr float kBox = 8.0f;          // edges and frames
 // Times the vertices of coarse meshes: as many as are registered at once.
@@ -30,11 +30,11 @@ constexpr double kFilled = 0.85;    // of that; less is not worth looking for mo
 constexpr double kAim = 0.95;       // of that
 constexpr size_t kFirstBoxes = 64;  // that are tried
 constexpr int kGrowTries = 6;
-constexpr int kRings = 6;          // of neighbours around what is far
+constexpr int kRings = 6;          // of neighbours around the far vertices
 constexpr int kHeldRings = 2;      // the outermost ones are held,
 constexpr int kFadingRings = 4;    // from there on the fit counts more and more
 constexpr int kNumRounds = 3;      // at most
-constexpr double kEnough = 0.75;   // of what is far; if less had room there is another round
+constexpr double kEnough = 0.75;   // of the far vertices; if fewer fit there is another round
 constexpr int kNumIterations = 4;  // in each of them
 constexpr double kFirstSmoothness = 1.0;
 constexpr double kTolerance = 1e-2;  // of the solver: the next iteration corrects it
@@ -42,7 +42,7 @@ constexpr double kSampleShare = 0.1;
 constexpr int kTargetStride = 3;  // of the target's vertices that samples are drawn from
 constexpr double kHold = 1.0;     // weight of a vertex of the rim
 
-// Per source vertex, how far it is from the target, or the target from it; 0 where nobody looked.
+// Per source vertex, its distance from the target, or the target's from it; 0 where not measured.
 std::vector<float> Distances(const SurfacePair& pair, const Points& moved, const Points& normals,
                              const RegistrationOptions& options, const parallel::Arena& arena) {
   const auto largest = static_cast<float>(options.final_distance_edges);
@@ -107,12 +107,12 @@ std::vector<std::vector<int32_t>> FarBoxes(const Points& moved, const std::vecto
   return result;
 }
 
-// What takes part.
+// Vertices that are registered again.
 struct Region {
-  // Per vertex: how many rings lie around it, itself included; 0: not of it.
+  // Per vertex: number of rings around it within the region, itself included; 0: outside.
   std::vector<char> depth;
   int64_t num_vertices = 0;
-  bool is_enough = true;  // most of what is far is in it
+  bool is_enough = true;  // has most of the far vertices
 };
 
 Region Grow(const SurfacePair& pair, std::span<const std::vector<int32_t>> boxes) {
@@ -142,7 +142,7 @@ size_t NumFar(std::span<const std::vector<int32_t>> boxes) {
   return num_far;
 }
 
-// Around about as many of the boxes, the worst first, as there is room for.
+// Region around about as many of the boxes, the worst first, as fit.
 Region GrowWithin(const SurfacePair& pair, std::span<const std::vector<int32_t>> boxes,
                   double max_vertices) {
   Region best = Grow(pair, {});
@@ -249,7 +249,7 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
   const DeformationNodes nodes(surface.points, neighbors, options.node_spacing_edges, {},
                                options.seed, arena);
   const NodeGraph graph(nodes);
-  const Courses none;  // what is far is not on its course
+  const PartMotions none;  // vertices that are far do not follow one
   Matcher matcher(surface, neighbors, pair.target, pair.target_search, none, options.seed,
                   std::move(target_vertices));
   const MatchOptions match_options{.drawn_share = kSampleShare,
@@ -278,11 +278,11 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
   return static_cast<int>(nodes.num_nodes());
 }
 
-// What is far, with what of the target belongs to it.
+// The cutout of a round, and the target's vertices that belong to it.
 struct FarPart {
   Cutout cutout;
   std::vector<int32_t> target_vertices;
-  bool is_enough;  // most of what is far takes part
+  bool is_enough;  // has most of the far vertices
 };
 
 FarPart FindFarPart(const SurfacePair& pair, const Points& displacement,
@@ -301,9 +301,9 @@ FarPart FindFarPart(const SurfacePair& pair, const Points& displacement,
 
 }  // namespace
 
-absl::Status FitWhatIsFar(const SurfacePair& pair, const RegistrationOptions& options,
-                          const parallel::Arena& arena, const std::function<void()>& keep,
-                          SharpenState& state) {
+absl::Status RefineUnderfitRegions(const SurfacePair& pair, const RegistrationOptions& options,
+                                   const parallel::Arena& arena, const std::function<void()>& keep,
+                                   SharpenState& state) {
   while (state.num_rounds < kNumRounds) {
     FarPart part = FindFarPart(pair, state.displacement, options, arena);
     if (part.cutout.mesh.num_cells() == 0) break;

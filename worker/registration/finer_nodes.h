@@ -1,5 +1,5 @@
-// A second level of nodes, closer together, where a registration that was carried over from a
-// coarser mesh is still far from its target. Internal to worker/registration.
+// A second level of deformation nodes, closer together, where a registration that was carried over
+// from a coarser mesh is still far from its target. Internal to worker/registration.
 #pragma once
 
 #include <functional>
@@ -11,18 +11,18 @@
 
 namespace liquidblend::registration {
 
-// Cuts out what is further than options.finer_from_edges from the target (or what the target is
-// from) with what is around it, as moved, and registers that alone: nodes as far apart as the
-// options say, all of its rim held, a few iterations. The rest of the displacement stays. No more
-// take part at a time than are registered at once, the worst places first; if there was no room for
-// much of it, again, three times in all at most.
-//   state  rounds that are done, or not needed, are not done again; has the displacement, and
-//          counts the nodes: none if nothing is far
+// Cuts the regions out of the moved source that are further than options.finer_from_edges from the
+// target (in either direction), with a margin, and registers this cutout alone: a few iterations,
+// nodes as far apart as the options say, its rim held. The rest of the displacement stays. The
+// cutout has at most as many vertices as are registered at once, the worst places first. If much is
+// left out, there is another round, at most three in all.
+//   state  the displacement, the count of nodes that were added (0 if nothing is far), and the
+//          rounds that are done, which are skipped
 //   keep   called after each round
 // Errors: kInternal if the solver breaks down.
 // Threads: same bytes for any thread count.
-absl::Status FitWhatIsFar(const SurfacePair& pair, const RegistrationOptions& options,
-                          const parallel::Arena& arena, const std::function<void()>& keep,
-                          SharpenState& state);
+absl::Status RefineUnderfitRegions(const SurfacePair& pair, const RegistrationOptions& options,
+                                   const parallel::Arena& arena, const std::function<void()>& keep,
+                                   SharpenState& state);
 
 }  // namespace liquidblend::registration

@@ -156,8 +156,8 @@ struct Guidance {
   std::vector<Pin> pins;  // of all of them
 };
 
-// Finds automatic correspondences, courses and open starts, and expands correspondences into pins.
-// Errors: those of ExpandCorrespondences() and CheckContradictions().
+// Finds automatic correspondences, part motions and open starts, and expands correspondences into
+// pins. Errors: those of ExpandCorrespondences() and CheckContradictions().
 absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
                                       const RegistrationOptions& options,
                                       const parallel::Arena& arena, SurfacePair& pair) {
@@ -165,13 +165,13 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
   const double edge = source.mesh.edge_length_m;
   const FeaturesOfPair features =
       FindFeatures(source, target, {.min_diameter = options.smallest_part_edges}, arena);
-  pair.Open(features.source.tracks, features.target.tracks);
+  pair.MarkUnmatchedStarts(features.source.tracks, features.target.tracks);
   Guidance guidance;
   if (options.automatic_correspondences) {
     const FeaturePairs pairs =
         PairFeatures(features.source, features.target, ScaleOf(source, target));
     guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
-    pair.FindCourses(features.source, features.target, pairs.tracks, users);
+    pair.FindPartMotions(features.source, features.target, pairs.tracks, users);
   }
   guidance.correspondences = Join(users, guidance.found);
   LB_ASSIGN_OR_RETURN(guidance.pins,
@@ -210,7 +210,7 @@ class Fitting {
 
   // Returns the last iteration's report.
   absl::StatusOr<IterationReport> Run(const RegistrationHooks& hooks, absl::Time start) {
-    Matcher matcher(pair_.source, pair_.neighbors, pair_.target, pair_.target_search, pair_.courses,
+    Matcher matcher(pair_.source, pair_.neighbors, pair_.target, pair_.target_search, pair_.motions,
                     options_.seed, pair_.target.FreeVertices());
     const Problem problem{pair_.source, pair_.neighbors, *nodes_,  graph_, guidance_.pins,
                           hard_pins_,   schedule_,       options_, arena_, start};

@@ -47,10 +47,10 @@ void FollowTracks(const std::vector<Correspondence>& users, const RegistrationOp
   const TrackOptions tracks = {.min_diameter = options.smallest_part_edges};
   const Features source = FindTrackFeatures(pair.source, tracks),
                  target = FindTrackFeatures(pair.target, tracks);
-  pair.Open(source.tracks, target.tracks);
+  pair.MarkUnmatchedStarts(source.tracks, target.tracks);
   if (!options.automatic_correspondences) return;
   const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target));
-  pair.FindCourses(source, target, pairs.tracks, users);
+  pair.FindPartMotions(source, target, pairs.tracks, users);
 }
 
 // What holds the hard ones of the pins on a fine mesh: nodes as far apart as those of the coarse
@@ -106,7 +106,7 @@ absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
                                               const RegistrationOptions& options,
                                               const parallel::Arena& arena, const Keeper& keeper) {
   const double edge = pair.source.mesh.edge_length_m;
-  LB_RETURN_IF_ERROR(FitWhatIsFar(
+  LB_RETURN_IF_ERROR(RefineUnderfitRegions(
       pair, options, arena, [&] { keeper.Keep(state); }, state));
   const double scale = state.coarse_edge_length_m / edge;
   // As far off as the coarse registration has taken them.

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "client/cli/mesh_stats.h"
+#include "client/cli/files/mesh_stats.h"
 
 namespace liquidblend::render {
 namespace {

@@ -12,6 +12,7 @@
 #include "client/cli/render/scene.h"
 #include "client/cli/render/studio.h"
 #include "client/src/status_macros.h"
+#include "core/base/cores.h"
 
 namespace liquidblend::render {
 namespace {
@@ -170,8 +171,8 @@ absl::StatusOr<Image> RenderWater(const Mesh& mesh, const Bounds& bounds,
     }
   };
   std::vector<std::jthread> threads;
-  const unsigned num_threads = std::max(1u, std::thread::hardware_concurrency());
-  for (unsigned i = 1; i < num_threads; ++i) threads.emplace_back(render_rows);
+  const int num_threads = base::NumCores();
+  for (int i = 1; i < num_threads; ++i) threads.emplace_back(render_rows);
   render_rows();
   threads.clear();  // waits for all rows
   return image;

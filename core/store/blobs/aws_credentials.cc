@@ -81,6 +81,14 @@ absl::Status NoCredentialsError() {
 
 }  // namespace
 
+std::optional<AwsCredentials> ParseCredentialsFile(const std::string& text,
+                                                   const std::string& section) {
+  std::optional<std::map<std::string, std::string>> values = ProfileSection(text, section);
+  if (!values.has_value()) return std::nullopt;
+  return AwsCredentials{(*values)["aws_access_key_id"], (*values)["aws_secret_access_key"],
+                        (*values)["aws_session_token"]};
+}
+
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromEnvironment() {
   FoundCredentials found;
   found.credentials = {EnvironmentVariable("AWS_ACCESS_KEY_ID"),
@@ -103,13 +111,10 @@ absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromFile() {
   std::ifstream file(path);
   std::stringstream text;
   if (file) text << file.rdbuf();
-  std::optional<std::map<std::string, std::string>> values = ProfileSection(text.str(), profile);
-  if (!values.has_value() && !is_asked_for) return std::optional<FoundCredentials>();
+  std::optional<AwsCredentials> credentials = ParseCredentialsFile(text.str(), profile);
+  if (!credentials.has_value() && !is_asked_for) return std::optional<FoundCredentials>();
   FoundCredentials found;
-  if (values.has_value()) {
-    found.credentials = {(*values)["aws_access_key_id"], (*values)["aws_secret_access_key"],
-                         (*values)["aws_session_token"]};
-  }
+  if (credentials.has_value()) found.credentials = *std::move(credentials);
   if (!found.credentials.access_key_id.empty() && !found.credentials.secret_access_key.empty()) {
     return std::optional(std::move(found));
   }

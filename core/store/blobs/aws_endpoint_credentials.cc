@@ -1,4 +1,5 @@
 // Credentials that services of a container's or an instance's host give out over HTTP.
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <fstream>
@@ -48,22 +49,8 @@ absl::StatusOr<std::string> Ask(HttpClient& http, const std::string& method, con
 }
 
 absl::StatusOr<FoundCredentials> Parse(const std::string& json, const std::string& url) {
-  constexpr bool kNoExceptions = false;
-  const nlohmann::json document = nlohmann::json::parse(json, nullptr, kNoExceptions);
-  const auto text = [&](const char* name) {
-    const auto field = document.find(name);  // the end, unless the document is an object
-    return field == document.end() || !field->is_string() ? "" : field->get<std::string>();
-  };
-  FoundCredentials found;
-  found.credentials = {text("AccessKeyId"), text("SecretAccessKey"), text("Token")};
-  std::string error;
-  const std::string expiration = text("Expiration");
-  const bool has_time =
-      expiration.empty() || absl::ParseTime(absl::RFC3339_full, expiration, &found.expires, &error);
-  if (has_time && !found.credentials.access_key_id.empty() &&
-      !found.credentials.secret_access_key.empty()) {
-    return found;
-  }
+  std::optional<FoundCredentials> found = ParseEndpointCredentials(json);
+  if (found.has_value()) return *std::move(found);
   return absl::UnavailableError(absl::StrCat("credentials from ", url, ": not a valid answer"));
 }
 
@@ -99,7 +86,35 @@ absl::StatusOr<Headers> ContainerHeaders() {
   return Headers{{"Authorization", token}};
 }
 
+bool HasControlCharacter(const std::string& text) {
+  return std::any_of(text.begin(), text.end(),
+                     [](char c) { return absl::ascii_iscntrl(static_cast<unsigned char>(c)); });
+}
+
 }  // namespace
+
+std::optional<FoundCredentials> ParseEndpointCredentials(const std::string& json) {
+  constexpr bool kNoExceptions = false;
+  const nlohmann::json document = nlohmann::json::parse(json, nullptr, kNoExceptions);
+  const auto text = [&](const char* name) {
+    const auto field = document.find(name);  // the end, unless the document is an object
+    return field == document.end() || !field->is_string() ? "" : field->get<std::string>();
+  };
+  FoundCredentials found;
+  found.credentials = {text("AccessKeyId"), text("SecretAccessKey"), text("Token")};
+  std::string error;
+  const std::string expiration = text("Expiration");
+  if (!expiration.empty() &&
+      !absl::ParseTime(absl::RFC3339_full, expiration, &found.expires, &error)) {
+    return std::nullopt;
+  }
+  const AwsCredentials& keys = found.credentials;
+  if (keys.access_key_id.empty() || keys.secret_access_key.empty()) return std::nullopt;
+  for (const std::string& value : {keys.access_key_id, keys.session_token}) {
+    if (HasControlCharacter(value)) return std::nullopt;
+  }
+  return found;
+}
 
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromContainer(HttpClient& http) {
   const std::string relative = EnvironmentOr("AWS_CONTAINER_CREDENTIALS_RELATIVE_URI");
@@ -127,6 +142,10 @@ absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromInstance(HttpClie
       Ask(http, "PUT", absl::StrCat(host, "/latest/api/token"),
           {{"X-aws-ec2-metadata-token-ttl-seconds", "300"}});
   if (!token.ok()) return absl::UnavailableError(token.status().message());
+  if (HasControlCharacter(*token)) {
+    return absl::UnavailableError(
+        absl::StrCat("credentials from ", host, ": the token of the session is not one line"));
+  }
   const Headers headers = {{"X-aws-ec2-metadata-token", *token}};
   const std::string roles_url = absl::StrCat(host, kRoles);
   const absl::StatusOr<std::string> roles = Ask(http, "GET", roles_url, headers);

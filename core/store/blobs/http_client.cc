@@ -12,9 +12,10 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr int kPollMs = 200;             // between two looks at what stands still
-constexpr int kGraceFactor = 3;          // of stall timeouts, before the rate counts
-constexpr double kLeastRate = 16 << 10;  // bytes per second, of the whole exchange
+constexpr int kPollMs = 200;                           // between two looks at what stands still
+constexpr int kGraceFactor = 3;                        // of stall timeouts, before the rate counts
+constexpr size_t kMaxHeaderBytes = size_t{256} << 10;  // of an answer, interim ones included
+constexpr double kLeastRate = 16 << 10;                // bytes per second, of the whole exchange
 
 struct FreeEasy {
   void operator()(CURL* easy) const { curl_easy_cleanup(easy); }
@@ -28,11 +29,13 @@ struct Exchange {
   std::unique_ptr<CURL, FreeEasy> easy;
   std::unique_ptr<curl_slist, FreeList> headers;
   int64_t max_answer_bytes = 0;
+  size_t header_bytes = 0;  // so far
   bool is_too_long = false;
   bool is_out_of_memory = false;
   bool is_stalled = false;
   bool is_too_slow = false;
   absl::Duration stall_timeout;
+  absl::Duration drip_limit;
   curl_off_t num_moved = 0;  // bytes, both ways
   const base::SteadyClock::time_point begin = base::SteadyClock::now();
   base::SteadyClock::time_point moved_at = begin;
@@ -60,6 +63,11 @@ size_t TakeBody(char* bytes, size_t size, size_t count, void* exchange_pointer) 
 size_t TakeHeader(char* bytes, size_t size, size_t count, void* exchange_pointer) {
   Exchange& exchange = *static_cast<Exchange*>(exchange_pointer);
   const absl::string_view line(bytes, size * count);
+  exchange.header_bytes += line.size();
+  if (exchange.header_bytes > kMaxHeaderBytes) {
+    exchange.is_too_long = true;
+    return 0;
+  }
   const size_t colon = line.find(':');
   if (colon == absl::string_view::npos) return line.size();
   try {
@@ -74,7 +82,7 @@ size_t TakeHeader(char* bytes, size_t size, size_t count, void* exchange_pointer
 
 // Whether an exchange drips: some bytes now and then, so that it would never stand still.
 bool IsTooSlow(const Exchange& exchange) {
-  const absl::Duration over = base::Since(exchange.begin) - kGraceFactor * exchange.stall_timeout;
+  const absl::Duration over = base::Since(exchange.begin) - exchange.drip_limit;
   return absl::ToDoubleSeconds(over) * kLeastRate > static_cast<double>(exchange.num_moved);
 }
 
@@ -126,6 +134,7 @@ std::unique_ptr<Exchange> Prepare(const HttpRequest& request, const HttpOptions&
   curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS,
                    static_cast<long>(absl::ToInt64Milliseconds(options.connect_timeout)));
   exchange->stall_timeout = std::max(options.connect_timeout, options.stall_timeout);
+  exchange->drip_limit = std::max(request.drip_limit, kGraceFactor * exchange->stall_timeout);
   curl_easy_setopt(easy, CURLOPT_NOPROGRESS, 0L);
   curl_easy_setopt(easy, CURLOPT_XFERINFOFUNCTION, WatchProgress);
   curl_easy_setopt(easy, CURLOPT_XFERINFODATA, exchange.get());
@@ -149,7 +158,9 @@ absl::StatusOr<HttpAnswer> AnswerOf(Exchange& exchange, const HttpRequest& reque
   if (exchange.is_out_of_memory || exchange.code == CURLE_OUT_OF_MEMORY) throw std::bad_alloc();
   if (exchange.is_too_long) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("an answer of more than ", request.max_answer_bytes, " bytes"));
+        exchange.header_bytes > kMaxHeaderBytes
+            ? absl::StrCat("headers of more than ", kMaxHeaderBytes, " bytes")
+            : absl::StrCat("an answer of more than ", request.max_answer_bytes, " bytes"));
   }
   if (exchange.code == CURLE_URL_MALFORMAT || exchange.code == CURLE_UNSUPPORTED_PROTOCOL) {
     return absl::InvalidArgumentError(curl_easy_strerror(exchange.code));

@@ -94,6 +94,7 @@ class S3BlobWriter : public BlobWriter {
     base::FaultPoint("blob.before_upload");
     LB_RETURN_IF_ERROR(shared_->s3->Put(BlobKey(id), blob->bytes()));
     base::FaultPoint("blob.after_upload");
+    LB_RETURN_IF_ERROR(blob->Check());  // or zeros were sent
     LB_RETURN_IF_ERROR(shared_->cache->Trim());
     return id;
   }
@@ -214,6 +215,24 @@ class S3BlobStore : public BlobStore {
                         shared_->s3->PresignPut(BlobKey(id), size_bytes, expires));
     upload.id = id;
     return upload;
+  }
+
+  int64_t NumPartUrls(int64_t size_bytes) const override {
+    return shared_->s3->NumPartUrls(size_bytes);
+  }
+
+  void DropUpload(const DirectUpload& upload) override {
+    if (upload.multipart_id.empty()) return;
+    shared_->s3->DropUpload(BlobKey(upload.id), upload.multipart_id);
+  }
+
+  absl::StatusOr<int64_t> DropOldUploads(absl::Time time) override {
+    int64_t num_dropped = 0;
+    for (const char* prefix : {kBlobs, kUploads, kQuarantine}) {
+      LB_ASSIGN_OR_RETURN(const int64_t num, shared_->s3->DropOldUploads(prefix, time));
+      num_dropped += num;
+    }
+    return num_dropped;
   }
 
   absl::StatusOr<std::string> PresignDownload(const BlobId& id, absl::Duration expires) override {

@@ -1,6 +1,7 @@
 #include "core/store/blobs/s3_client.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "absl/strings/ascii.h"
@@ -47,20 +48,6 @@ std::string ListOfParts(const std::vector<std::string>& etags) {
 std::span<const std::byte> PartOf(std::span<const std::byte> bytes, size_t k, int64_t part_bytes) {
   const size_t begin = k * static_cast<size_t>(part_bytes);
   return bytes.subspan(begin, std::min(bytes.size() - begin, static_cast<size_t>(part_bytes)));
-}
-
-absl::StatusOr<S3Object> ParseContents(const std::string& contents, const std::string& prefix) {
-  S3Object object;
-  object.key = XmlElement(contents, "Key");
-  std::string error;
-  if (!absl::StartsWith(object.key, prefix) ||
-      !absl::SimpleAtoi(XmlElement(contents, "Size"), &object.size_bytes) ||
-      !absl::ParseTime(absl::RFC3339_full, XmlElement(contents, "LastModified"), &object.modified,
-                       &error)) {
-    return absl::InternalError("a list that makes no sense");
-  }
-  object.key = object.key.substr(prefix.size());
-  return object;
 }
 
 }  // namespace
@@ -125,9 +112,26 @@ absl::StatusOr<DirectUpload> S3Client::PresignPut(const std::string& key, int64_
     return upload;
   }
   LB_ASSIGN_OR_RETURN(const Upload created, CreateUpload(key));
-  const std::string& upload_id = created.id;
-  upload.part_bytes =
-      std::max(options_.part_bytes, (size_bytes + kMaxSignedParts - 1) / kMaxSignedParts);
+  upload.multipart_id = created.id;
+  const absl::Status status = PresignParts(key, size_bytes, expires, upload);
+  if (status.ok()) return upload;
+  DropUpload(key, created.id);
+  return status;
+}
+
+int64_t S3Client::SignedPartBytes(int64_t size_bytes) const {
+  return std::max(options_.part_bytes, (size_bytes + kMaxSignedParts - 1) / kMaxSignedParts);
+}
+
+int64_t S3Client::NumPartUrls(int64_t size_bytes) const {
+  if (size_bytes <= options_.part_bytes) return 1;
+  return (size_bytes - 1) / SignedPartBytes(size_bytes) + 1;
+}
+
+absl::Status S3Client::PresignParts(const std::string& key, int64_t size_bytes,
+                                    absl::Duration expires, DirectUpload& upload) {
+  const std::string& upload_id = upload.multipart_id;
+  upload.part_bytes = SignedPartBytes(size_bytes);
   for (int64_t begin = 0; begin < size_bytes; begin += upload.part_bytes) {
     const int64_t length = std::min(upload.part_bytes, size_bytes - begin);
     const std::string number = absl::StrCat(upload.part_urls.size() + 1);
@@ -142,7 +146,7 @@ absl::StatusOr<DirectUpload> S3Client::PresignPut(const std::string& key, int64_
                                                                .path = PathOf(key),
                                                                .query = {{"uploadId", upload_id}}},
                                                               {}, expires));
-  return upload;
+  return absl::OkStatus();
 }
 
 absl::StatusOr<S3Object> S3Client::Find(const std::string& key) {
@@ -156,6 +160,7 @@ absl::StatusOr<S3Object> S3Client::Find(const std::string& key) {
   object.etag = EtagOf(answer);
   std::string error;
   if (absl::SimpleAtoi(HeaderOf(answer, "content-length"), &object.size_bytes) &&
+      object.size_bytes >= 0 &&
       absl::ParseTime(kHttpTime, HeaderOf(answer, "last-modified"), &object.modified, &error)) {
     return object;
   }
@@ -269,7 +274,8 @@ absl::Status S3Client::Complete(const std::string& key, const Upload& upload,
                    .path = PathOf(key),
                    .query = {{"uploadId", upload.id}},
                    .body = std::as_bytes(std::span(list.data(), list.size())),
-                   .closing_tag = "</CompleteMultipartUploadResult>"})
+                   .closing_tag = "</CompleteMultipartUploadResult>",
+                   .drip_limit = options_.complete_timeout})
           .status();
   if (!absl::IsAborted(status)) return status;
   LB_ASSIGN_OR_RETURN(const bool is_there, IsThere(key, upload, etags, bytes));
@@ -294,13 +300,57 @@ absl::StatusOr<bool> S3Client::IsThere(const std::string& key, const Upload& upl
   return object->etag == EtagOfParts(etags);
 }
 
-void S3Client::Abort(const std::string& key, const std::string& upload_id) {
-  const absl::Status aborted =
-      transport_
-          .RunOne({.method = "DELETE", .path = PathOf(key), .query = {{"uploadId", upload_id}}})
-          .status();
+void S3Client::DropUpload(const std::string& key, const std::string& upload_id) {
+  Abort(key, upload_id, /*is_repeated=*/false);
+}
+
+void S3Client::Abort(const std::string& key, const std::string& upload_id, bool is_repeated) {
+  const absl::Status aborted = transport_
+                                   .RunOne({.method = "DELETE",
+                                            .path = PathOf(key),
+                                            .query = {{"uploadId", upload_id}},
+                                            .is_repeated = is_repeated})
+                                   .status();
   if (aborted.ok() || absl::IsAborted(aborted) || absl::IsNotFound(aborted)) return;
   base::LogWarning(absl::StrCat("parts may be left over: ", aborted.ToString()));
+}
+
+absl::StatusOr<S3UploadPage> S3Client::ListUploads(const std::string& prefix,
+                                                   const std::string& after_key,
+                                                   const std::string& after_id) {
+  S3Call call;
+  call.path = absl::StrCat("/", bucket_);
+  call.query = {{"uploads", ""}, {"prefix", absl::StrCat(prefix_, prefix)}};
+  call.closing_tag = "</ListMultipartUploadsResult>";
+  if (!after_key.empty()) {
+    call.query["key-marker"] = after_key;
+    call.query["upload-id-marker"] = after_id;
+  }
+  LB_ASSIGN_OR_RETURN(const HttpAnswer answer, transport_.RunOne(call));
+  absl::StatusOr<S3UploadPage> page = ParseS3UploadPage(answer.body, prefix_);
+  if (page.ok()) return page;
+  return absl::InternalError(absl::StrCat("GET s3://", bucket_, ": ", page.status().message()));
+}
+
+absl::StatusOr<int64_t> S3Client::DropOldUploads(const std::string& prefix, absl::Time time) {
+  int64_t num_dropped = 0;
+  std::string after_key, after_id;
+  do {
+    LB_ASSIGN_OR_RETURN(S3UploadPage page, ListUploads(prefix, after_key, after_id));
+    for (const S3OpenUpload& upload : page.uploads) {
+      if (upload.begun > time) continue;
+      Abort(upload.key, upload.id);
+      ++num_dropped;
+    }
+    if (!page.next_key.empty() &&
+        std::tie(page.next_key, page.next_id) == std::tie(after_key, after_id)) {
+      return absl::UnavailableError(
+          absl::StrCat("list of uploads of s3://", bucket_, ": it goes in circles"));
+    }
+    after_key = std::move(page.next_key);
+    after_id = std::move(page.next_id);
+  } while (!after_key.empty());
+  return num_dropped;
 }
 
 absl::Status S3Client::Delete(const std::string& key) {
@@ -329,19 +379,9 @@ absl::StatusOr<S3Page> S3Client::List(const std::string& prefix, const std::stri
   call.closing_tag = "</ListBucketResult>";
   if (!token.empty()) call.query["continuation-token"] = token;
   LB_ASSIGN_OR_RETURN(const HttpAnswer answer, transport_.RunOne(call));
-  S3Page page;
-  for (size_t position = 0;;) {
-    const std::string contents = NextXmlElement(answer.body, "Contents", position);
-    if (contents.empty()) break;
-    absl::StatusOr<S3Object> object = ParseContents(contents, prefix_);
-    if (!object.ok()) {
-      return absl::InternalError(
-          absl::StrCat("GET s3://", bucket_, ": ", object.status().message()));
-    }
-    page.objects.push_back(*std::move(object));
-  }
-  page.next_token = XmlElement(answer.body, "NextContinuationToken");
-  return page;
+  absl::StatusOr<S3Page> page = ParseS3Page(answer.body, prefix_);
+  if (page.ok()) return page;
+  return absl::InternalError(absl::StrCat("GET s3://", bucket_, ": ", page.status().message()));
 }
 
 }  // namespace liquidblend::store

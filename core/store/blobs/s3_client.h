@@ -1,4 +1,4 @@
-// The few calls of S3 that the blob store is made of.
+// Client for the calls of S3 that the blob store uses.
 #pragma once
 
 #include <cstdint>
@@ -13,27 +13,16 @@
 #include "core/store/blobs/blob_store.h"
 #include "core/store/blobs/s3_options.h"
 #include "core/store/blobs/s3_transport.h"
+#include "core/store/blobs/s3_xml.h"
 
 namespace liquidblend::store {
 
-struct S3Object {
-  std::string key;
-  int64_t size_bytes = 0;
-  absl::Time modified;
-  std::string etag;  // without quotes; lists leave it empty
-};
-
-struct S3Page {
-  std::vector<S3Object> objects;  // in the order of their keys
-  std::string next_token;         // empty: no more
-};
-
-// One bucket; S3Transport says which requests are sent again. All verbs but the creation of a
-// multipart upload come to the same whether an earlier request was carried out or not, so a lost
-// answer does no harm; that one leaves an upload open, which the bucket's rules should drop.
+// One bucket; S3Transport decides which requests are sent again. All verbs but the creation of a
+// multipart upload are idempotent, so a lost answer does no harm. A lost answer to a creation
+// leaves an open upload, which DropOldUploads() aborts.
 // Errors of all calls name bucket and key: kUnavailable after the last attempt, kNotFound,
-// kPermissionDenied, kResourceExhausted (quota), kInternal (what S3 does not accept). No message
-// has a secret. Threads: safe.
+// kPermissionDenied, kResourceExhausted (quota), kInternal (a request that S3 does not accept). No
+// message has a secret. Threads: safe.
 class S3Client {
  public:
   // `url` is s3://bucket/prefix; the prefix may be missing.
@@ -47,32 +36,38 @@ class S3Client {
 
   // kNotFound only if a GET is answered with NoSuchKey: any 404 to a HEAD looks the same.
   absl::StatusOr<S3Object> Find(const std::string& key);
-  // The bytes [offset, offset + size) of each; all must be there.
+  // The bytes [offset, offset + size) of an object; all of them must exist.
   struct Range {
     int64_t offset = 0;
     int64_t size = 0;
   };
   absl::StatusOr<std::vector<std::string>> Get(const std::string& key,
                                                std::span<const Range> ranges);
-  // In parts if it is large; then nothing is left behind if it fails. An upload of parts that S3
-  // loses begins again, up to max_attempts times.
+  // Writes an object, in parts if it is large; nothing is left behind if that fails. A multipart
+  // upload that S3 loses begins again, up to max_attempts times.
   absl::Status Put(const std::string& key, std::span<const std::byte> bytes);
   absl::Status Delete(const std::string& key);  // OK too if it is not there
-  // Looks at the object, and if it was last written by then deletes it right away: that request is
-  // not repeated without another look. Returns whether the object is gone.
+  // Deletes the object if it was last written at `time` or before. Each attempt checks this first.
+  // Returns whether the object is gone.
   absl::StatusOr<bool> DeleteIfNotNewer(const std::string& key, absl::Time time);
   absl::StatusOr<S3Page> List(const std::string& prefix, const std::string& token);
+  // Aborts the multipart uploads below that prefix that were begun at `time` or before. Returns the
+  // number of uploads.
+  absl::StatusOr<int64_t> DropOldUploads(const std::string& prefix, absl::Time time);
 
-  // Urls on client_endpoint.  Requires: there is one.
+  // Presigned urls on client_endpoint.  Requires: there is one.
   absl::StatusOr<std::string> PresignGet(const std::string& key, absl::Duration expires);
-  // For an object of that size, which is signed with the urls; its id is left empty. None of them
-  // replaces an object. In parts if it is large: then S3 keeps those of an upload that is never
-  // completed until its bucket's rules drop them.
+  // Urls for an object of that size, which is signed with the urls; the result's id is left empty.
+  // None of them replaces an object. Large objects get a multipart upload; if it is never
+  // completed, S3 keeps its parts until DropOldUploads().
   absl::StatusOr<DirectUpload> PresignPut(const std::string& key, int64_t size_bytes,
                                           absl::Duration expires);
+  int64_t NumPartUrls(int64_t size_bytes) const;  // of PresignPut()
+  // Aborts a multipart upload. Tries once, and logs an error.
+  void DropUpload(const std::string& key, const std::string& upload_id);
 
  private:
-  // An upload in parts that was begun.
+  // A multipart upload that was begun.
   struct Upload {
     std::string id;
     absl::Time created = absl::InfinitePast();  // by the clock of S3, in whole seconds
@@ -81,6 +76,9 @@ class S3Client {
   S3Client(std::string bucket, std::string prefix, const S3Options& options);
   std::string PathOf(const std::string& key) const;
   int64_t PartBytes(int64_t size_bytes) const;
+  int64_t SignedPartBytes(int64_t size_bytes) const;
+  absl::Status PresignParts(const std::string& key, int64_t size_bytes, absl::Duration expires,
+                            DirectUpload& upload);
   absl::Status ConfirmMissing(const std::string& key);
   absl::StatusOr<Upload> CreateUpload(const std::string& key);
   absl::Status PutParts(const std::string& key, std::span<const std::byte> bytes);
@@ -93,7 +91,9 @@ class S3Client {
   absl::StatusOr<bool> IsThere(const std::string& key, const Upload& upload,
                                const std::vector<std::string>& etags,
                                std::span<const std::byte> bytes);
-  void Abort(const std::string& key, const std::string& upload_id);
+  absl::StatusOr<S3UploadPage> ListUploads(const std::string& prefix, const std::string& after_key,
+                                           const std::string& after_id);
+  void Abort(const std::string& key, const std::string& upload_id, bool is_repeated = true);
 
   const std::string bucket_;
   const std::string prefix_;  // empty, or ends with a slash

@@ -74,6 +74,9 @@ absl::Status S3Options::Validate() const {
   if (stall_timeout < connect_timeout) {
     return duration_out_of_range("stall_timeout", stall_timeout);
   }
+  if (complete_timeout < absl::ZeroDuration()) {
+    return duration_out_of_range("complete_timeout", complete_timeout);
+  }
   if (part_bytes < 1024) return out_of_range("part_bytes", part_bytes);
   if (num_parallel < 1 || num_parallel > 64) return out_of_range("num_parallel", num_parallel);
   return absl::OkStatus();

@@ -19,7 +19,7 @@ namespace {
 // S3 tolerates 15 minutes; nearer times are not why it refuses a request.
 constexpr absl::Duration kSkew = absl::Minutes(5);
 
-enum class Verdict { kDone, kTransient, kRefused, kFailed };
+using Verdict = S3Verdict;
 
 // With the port.
 std::string HostOf(const std::string& endpoint) { return endpoint.substr(endpoint.find("//") + 2); }
@@ -79,17 +79,6 @@ bool IsRefused(const S3Call& call, const HttpAnswer& answer) {
          code == "TokenRefreshRequired" || code == "RequestExpired" || code == kWrongRegion;
 }
 
-Verdict Judge(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer) {
-  if (!answer.ok()) {
-    return absl::IsUnavailable(answer.status()) ? Verdict::kTransient : Verdict::kFailed;
-  }
-  if (answer->status < 300)
-    return HasWholeBody(call, *answer) ? Verdict::kDone : Verdict::kTransient;
-  if (IsQuota(*answer) || IsMissing(call, *answer)) return Verdict::kFailed;
-  if (IsTransient(*answer)) return Verdict::kTransient;
-  return IsRefused(call, *answer) ? Verdict::kRefused : Verdict::kFailed;
-}
-
 absl::StatusCode FailureOf(const HttpAnswer& answer, const std::string& code) {
   const int status = answer.status;
   if (IsQuota(answer)) return absl::StatusCode::kResourceExhausted;
@@ -108,8 +97,21 @@ const char* AdviceFor(const HttpAnswer& answer, const std::string& code) {
   return answer.status == 404 && code.empty() ? "; the answer is not one of S3" : "";
 }
 
-absl::Status ErrorOf(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer,
-                     Verdict verdict) {
+}  // namespace
+
+S3Verdict JudgeS3Answer(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer) {
+  if (!answer.ok()) {
+    return absl::IsUnavailable(answer.status()) ? Verdict::kTransient : Verdict::kFailed;
+  }
+  if (answer->status < 300)
+    return HasWholeBody(call, *answer) ? Verdict::kDone : Verdict::kTransient;
+  if (IsQuota(*answer) || IsMissing(call, *answer)) return Verdict::kFailed;
+  if (IsTransient(*answer)) return Verdict::kTransient;
+  return IsRefused(call, *answer) ? Verdict::kRefused : Verdict::kFailed;
+}
+
+absl::Status S3ErrorOf(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer,
+                       S3Verdict verdict) {
   const std::string what = absl::StrCat(call.method, " s3:/", call.path);
   if (!answer.ok()) {
     return absl::Status(answer.status().code(),
@@ -126,8 +128,6 @@ absl::Status ErrorOf(const S3Call& call, const absl::StatusOr<HttpAnswer>& answe
                                    Printable(XmlElement(answer->body, "Message")),
                                    call.method == "HEAD" ? "" : AdviceFor(*answer, code)));
 }
-
-}  // namespace
 
 // Results of one round of requests.
 struct S3Transport::Round {
@@ -174,6 +174,7 @@ HttpRequest S3Transport::RequestOf(const S3Call& call, const Signer& signer) con
   }
   request.body = call.body;
   request.max_answer_bytes = call.max_answer_bytes;
+  request.drip_limit = call.drip_limit;
   return request;
 }
 
@@ -202,12 +203,12 @@ absl::StatusOr<S3Transport::Round> S3Transport::RunOpen(std::span<const S3Call> 
   std::vector<absl::StatusOr<HttpAnswer>> results = http_.Run(requests);
   for (size_t r = 0; r < results.size(); ++r) {
     const S3Call& call = calls[open[r]];
-    const Verdict verdict = Judge(call, results[r]);
+    const Verdict verdict = JudgeS3Answer(call, results[r]);
     if (verdict == Verdict::kDone) {
       answers[open[r]] = *std::move(results[r]);
       continue;
     }
-    absl::Status error = ErrorOf(call, results[r], verdict);
+    absl::Status error = S3ErrorOf(call, results[r], verdict);
     if (verdict == Verdict::kFailed) return error;
     round.open.push_back(open[r]);
     if (results[r].ok() && S3ErrorCode(*results[r]) == "SlowDown") round.is_slow_down = true;

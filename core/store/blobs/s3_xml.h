@@ -1,15 +1,50 @@
-// Elements of the XML documents that S3 answers with.
+// Parsers of the XML documents that S3 answers with, by pugixml.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
 
 namespace liquidblend::store {
 
-// The content of the first <tag> at or after `position`, which moves behind it; empty if there is
-// none. Entities are left as they are.
-std::string NextXmlElement(const std::string& xml, const std::string& tag, size_t& position);
+struct S3Object {
+  std::string key;
+  int64_t size_bytes = 0;
+  absl::Time modified;
+  std::string etag;  // without quotes; lists leave it empty
+};
 
-// The text of the first <tag>, without entities; empty if there is none.
-std::string XmlElement(const std::string& xml, const std::string& tag);
+struct S3Page {
+  std::vector<S3Object> objects;  // in the order of their keys
+  std::string next_token;         // empty: no more
+};
+
+// Reads a document of ListObjectsV2; keys come back without the prefix.
+// Errors: kInternal if it is another document, or an object has no key below the prefix, size or
+// time.
+absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::string& prefix);
+
+// A multipart upload that was begun, and neither completed nor aborted.
+struct S3OpenUpload {
+  std::string key;
+  std::string id;
+  absl::Time begun;
+};
+
+struct S3UploadPage {
+  std::vector<S3OpenUpload> uploads;
+  std::string next_key, next_id;  // where the next page begins; empty: no more
+};
+
+// Reads a document of ListMultipartUploads, as ParseS3Page() reads its own.
+absl::StatusOr<S3UploadPage> ParseS3UploadPage(const std::string& document,
+                                               const std::string& prefix);
+
+// The text of the first element of that name. Empty if there is none before the document ends or is
+// malformed.
+std::string XmlElement(const std::string& document, const char* name);
 
 }  // namespace liquidblend::store

@@ -217,6 +217,8 @@ class PostgresBackend : public SqlBackend {
 
 }  // namespace
 
+int64_t PostgresTablesVersion() { return kPostgresSchemaVersion; }
+
 absl::StatusOr<std::unique_ptr<Catalog>> OpenPostgresCatalog(const std::string& url,
                                                              const CatalogOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());

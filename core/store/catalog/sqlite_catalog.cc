@@ -155,6 +155,8 @@ class SqliteBackend : public SqlBackend {
 
 }  // namespace
 
+int64_t SqliteTablesVersion() { return kSqliteSchemaVersion; }
+
 absl::StatusOr<std::unique_ptr<Catalog>> OpenSqliteCatalog(const std::string& path,
                                                            const CatalogOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());

@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/cli/mesh_file.h"
-#include "client/cli/nearest.h"
+#include "client/cli/files/mesh_file.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/run_command.h"
 #include "tests/client/temp_files.h"
@@ -33,15 +32,6 @@ class Border : public ::testing::Test {
   FakeServer server_;
   TempDir dir_;
 };
-
-TEST(Nearest, FindsWhatIsTwoLettersAwayAtMost) {
-  const std::vector<std::string> commands = {"export", "import", "inspect", "list", "frame"};
-  EXPECT_EQ(Nearest("exprot", commands), "export");
-  EXPECT_EQ(Nearest("imprt", commands), "import");
-  EXPECT_EQ(Nearest("frames", commands), "frame");
-  EXPECT_EQ(Nearest("ls", commands), "");
-  EXPECT_EQ(Nearest("upload", commands), "");
-}
 
 TEST_F(Border, AMistypedCommandIsNamedWithTheNearestOne) {
   CommandResult result = Run({"exprot", "drops", "-w", "0.5", "-o", dir_.File("out")});

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "client/cli/mesh_stats.h"
+#include "client/cli/files/mesh_stats.h"
 #include "tests/client/fake_server.h"
 
 namespace liquidblend {

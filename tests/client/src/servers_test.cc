@@ -12,7 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/temp_files.h"
-#include "tests/e2e/fault_proxy.h"
+#include "tests/e2e/faults/fault_proxy.h"
 
 namespace liquidblend::servers_test {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "client/cli/mesh_stats.h"
+#include "client/cli/files/mesh_stats.h"
 #include "liquidblend/decode.h"
 #include "tests/client/fake_server.h"
 

@@ -1,8 +1,14 @@
 #include "server/admin/check.h"
 
+#include <filesystem>
+#include <utility>
+
 #include "core/base/retry.h"
+#include "core/store/blobs/http_client.h"
+#include "core/store/blobs/mapped_file.h"
 #include "core/store/sql/sqlite.h"
 #include "server/catalog/families.h"
+#include "tests/core/store/blobs/hooked_blobs.h"
 #include "tests/server/admin/admin_testing.h"
 #include "tests/server/admin/s3_testing.h"
 
@@ -95,7 +101,7 @@ TEST_F(CheckTest, OpensTheFilesOfFamilies) {
     const CheckReport report = MustCheck({.repair = repair});
     ASSERT_EQ(report.damage.size(), 1);
     EXPECT_THAT(report.damage[0].error,
-                Fails(absl::StatusCode::kInvalidArgument, "is no family file"));
+                Fails(absl::StatusCode::kInvalidArgument, "is not a file of this type"));
     EXPECT_THAT(report.damage[0].needed_by, ElementsAre("families/f"));
   }
 }
@@ -228,7 +234,7 @@ class CheckS3Test : public testing::Test {
 
   store::FakeS3 s3_;
   store::TemporaryFolder folder_;
-  const store::Store store_ = OpenFakeS3Store(s3_, folder_.path());
+  store::Store store_ = OpenFakeS3Store(s3_, folder_.path());
 };
 
 TEST_F(CheckS3Test, ABlobThatIsNotListedYetIsNotMissing) {
@@ -258,6 +264,29 @@ TEST_F(CheckS3Test, BlobsThatCannotBeReadNowAreNotDamaged) {
     s3_.Plan("HEAD", {});
   }
   EXPECT_THAT(Check()->damage, IsEmpty());
+}
+
+// The cache's disk fails after its copy was opened: the check goes on, and says so.
+TEST_F(CheckS3Test, ACopyThatCannotBeReadIsNotPutAgain) {
+  store::SurviveUnreadablePages();
+  const store::BlobId blob = store_.catalog->GetAnimation("a")->blob();
+  const std::string damaged = "Animation";
+  store::HttpRequest request;
+  request.method = "PUT";
+  request.url = absl::StrCat(s3_.endpoint(), "/bucket/store/", store::BlobKey(blob));
+  request.body = AsBytes(damaged);
+  ASSERT_THAT(store::HttpClient({}).Run({&request, 1}).front(), Succeeds());
+  auto hooked = std::make_unique<store::HookedBlobs>(std::move(store_.blobs));
+  hooked->after_open = [&](const store::BlobId& id) {
+    std::filesystem::resize_file(store::LocalBlobPath(folder_.path() + "/cache", id), 0);
+  };
+  store_.blobs = std::move(hooked);
+  const auto report = Check({.repair = true});
+  ASSERT_THAT(report, Succeeds());
+  ASSERT_EQ(report->damage.size(), 1);
+  EXPECT_THAT(report->damage[0].repair, StartsWith("moved to s3://bucket/store/quarantine/"));
+  EXPECT_THAT(report->damage[0].repair, HasSubstr("not put again from the cache: a part of "));
+  EXPECT_EQ(store_.catalog->GetAnimation("a")->state(), store::pb::AnimationRecord::FAILED);
 }
 
 }  // namespace

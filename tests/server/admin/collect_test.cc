@@ -141,6 +141,29 @@ TEST_F(LaggingCollectTest, AListingThatLagsIsAskedForAgain) {
   EXPECT_TRUE(s3_.Objects().empty());
 }
 
+// A program that is killed while it sends parts leaves them, as does a client with urls.
+TEST_F(LaggingCollectTest, UploadsInPartsThatWereLeftAreEnded) {
+  s3_.SetListLag(absl::ZeroDuration());
+  const std::string large(size_t{17} << 20, 'x');
+  s3_.Plan("create upload", {store::FakeS3::Fault::kAnswerLost});
+  ASSERT_THAT(store::PutBlob(*store_.blobs, AsBytes(large)), Succeeds());
+  ASSERT_EQ(s3_.NumOpenUploads(), 1);
+  CollectOptions options;
+  options.older_than = absl::Hours(1);
+  EXPECT_EQ(Collect(*store_.catalog, *store_.blobs, options)->num_uploads, 0);
+  s3_.SetClockAhead(absl::Hours(2));
+  options.dry_run = true;
+  EXPECT_EQ(Collect(*store_.catalog, *store_.blobs, options)->num_uploads, 0);
+  EXPECT_EQ(s3_.NumOpenUploads(), 1);
+  options.dry_run = false;
+  // Without the right to list them the rest is collected all the same.
+  s3_.Plan("list uploads", {store::FakeS3::Fault::kStatus403});
+  EXPECT_THAT(Collect(*store_.catalog, *store_.blobs, options), Succeeds());
+  EXPECT_EQ(s3_.NumOpenUploads(), 1);
+  EXPECT_EQ(Collect(*store_.catalog, *store_.blobs, options)->num_uploads, 1);
+  EXPECT_EQ(s3_.NumOpenUploads(), 0);
+}
+
 TEST_F(LaggingCollectTest, NothingIsCollectedByAListingThatKeepsLagging) {
   ASSERT_THAT(store::PutBlob(*store_.blobs, AsBytes(std::string("left over"))), Succeeds());
   s3_.SetListLag(absl::Hours(1));

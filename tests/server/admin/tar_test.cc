@@ -1,5 +1,6 @@
 #include "server/admin/tar.h"
 
+#include <fstream>
 #include <sstream>
 
 #include "tests/core/store/store_testing.h"
@@ -79,18 +80,34 @@ TEST(Tar, IsWhatTarMakesAndReads) {
   EXPECT_TRUE(std::filesystem::exists(path + "/z"));
 }
 
-TEST(Tar, NoticesWhereItBreaksOffAndWhatIsNone) {
+TEST(Tar, NoticesWhereItBreaksOff) {
   const std::string whole = Archive({{"a", store::SampleBytes(1000)}, {"b", "water"}});
-  for (const size_t size : {size_t{0}, size_t{100}, size_t{512}, size_t{1100}, size_t{2100}}) {
+  for (const size_t size : {size_t{512}, size_t{1100}, size_t{1600}, size_t{2049}}) {
     EXPECT_THAT(ReadArchive(whole.substr(0, size)),
-                Fails(absl::StatusCode::kDataLoss, "ends early"))
+                Fails(absl::StatusCode::kDataLoss, "Truncated tar archive"))
         << size;
   }
-  std::string damaged = whole;
+  EXPECT_THAT(ReadArchive(""), Fails(absl::StatusCode::kDataLoss, "empty"));
+}
+
+TEST(Tar, NoticesADamagedHeader) {
+  std::string damaged = Archive({{"a", store::SampleBytes(1000)}, {"b", "water"}});
   damaged[512 + 1024] ^= 1;  // the second header
-  EXPECT_THAT(ReadArchive(damaged), Fails(absl::StatusCode::kDataLoss, "header"));
-  EXPECT_THAT(ReadArchive(store::SampleBytes(5000)),
-              Fails(absl::StatusCode::kInvalidArgument, "no tar archive"));
+  EXPECT_THAT(ReadArchive(damaged), Fails(absl::StatusCode::kDataLoss, "checksum"));
+}
+
+TEST(Tar, RefusesWhatIsNoArchive) {
+  for (const std::string& bytes : {store::SampleBytes(100), store::SampleBytes(5000)}) {
+    EXPECT_THAT(ReadArchive(bytes), Fails(absl::StatusCode::kInvalidArgument, "not a tar archive"));
+  }
+}
+
+TEST(Tar, SaysThatTheStreamTakesNoMore) {
+  std::ofstream full("/dev/full");
+  TarWriter writer(full);
+  absl::Status status = writer.Add("a", AsBytes(store::SampleBytes(100'000)));
+  if (status.ok()) status = writer.End();
+  EXPECT_THAT(status, Fails(absl::StatusCode::kUnavailable, "cannot be written"));
 }
 
 }  // namespace

@@ -1,29 +1,38 @@
 #include "server/api/handlers.h"
 
-#include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "tests/server/api/handlers_testing.h"
 
-namespace liquidblend::server {
+namespace liquidblend::server::handlers_test {
 namespace {
 
 using store::Fails;
 using store::Succeeds;
 using testing::ElementsAre;
 
-TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
-  PublishSplash();
-  struct Case {
-    const char* what;
-    absl::Status status;
-    absl::StatusCode code;
-    std::string field;
-  };
-  const auto invalid = absl::StatusCode::kInvalidArgument;
-  const auto out_of_range = absl::StatusCode::kOutOfRange;
-  const double nan = std::nan("");
+constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
+constexpr absl::StatusCode kOutOfRange = absl::StatusCode::kOutOfRange;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// A request with one mistake: what it is, the answer, its code, and the field that it must blame.
+struct Refusal {
+  const char* what;
+  absl::Status status;
+  absl::StatusCode code;
+  std::string field;
+};
+
+void ExpectRefusals(const std::vector<Refusal>& refusals) {
+  for (const Refusal& refusal : refusals) {
+    EXPECT_EQ(refusal.status.code(), refusal.code) << refusal.what << ": " << refusal.status;
+    EXPECT_THAT(BlamedFields(refusal.status), ElementsAre(refusal.field)) << refusal.what;
+  }
+}
+
+TEST_F(HandlersTest, MistakesInNamesAndPagesAreBlamed) {
   const auto get_animation = [&](const char* name) {
     v1::GetAnimationRequest request;
     request.set_name(name);
@@ -43,6 +52,22 @@ TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
   delete_family.set_name("families/");
   v1::ListFamiliesRequest list_families;
   list_families.set_page_size(-5);
+  ExpectRefusals({
+      {"animation without name", get_animation(""), kInvalid, "name"},
+      {"animation of another kind", get_animation("families/a"), kInvalid, "name"},
+      {"animation with a path", get_animation("animations/../x"), kInvalid, "name"},
+      {"negative page", list_animations(-1, ""), kInvalid, "page_size"},
+      {"foreign token", list_animations(0, "bm9uc2Vuc2U"), kInvalid, "page_token"},
+      {"delete another kind", DeleteAnimation(backends_, delete_animation).status(), kInvalid,
+       "name"},
+      {"family of another kind", GetFamily(backends_, get_family).status(), kInvalid, "name"},
+      {"family without id", DeleteFamily(backends_, delete_family).status(), kInvalid, "name"},
+      {"negative family page", ListFamilies(backends_, list_families).status(), kInvalid,
+       "page_size"},
+  });
+}
+
+TEST_F(HandlersTest, MistakesInCallsOfOperationsAreBlamed) {
   lro::GetOperationRequest get_operation;
   get_operation.set_name("operations/a/b");
   lro::CancelOperationRequest cancel_operation;
@@ -53,158 +78,169 @@ TEST_F(HandlersTest, EveryMistakeIsRefusedByName) {
   filtered.set_filter("done=true");
   lro::ListOperationsRequest wrong_token;
   wrong_token.set_page_token("%%%");
-  const std::vector<Case> cases = {
-      {"animation without name", get_animation(""), invalid, "name"},
-      {"animation of another kind", get_animation("families/a"), invalid, "name"},
-      {"animation with a path", get_animation("animations/../x"), invalid, "name"},
-      {"negative page", list_animations(-1, ""), invalid, "page_size"},
-      {"foreign token", list_animations(0, "bm9uc2Vuc2U"), invalid, "page_token"},
-      {"delete another kind", DeleteAnimation(backends_, delete_animation).status(), invalid,
-       "name"},
-      {"family of another kind", GetFamily(backends_, get_family).status(), invalid, "name"},
-      {"family without id", DeleteFamily(backends_, delete_family).status(), invalid, "name"},
-      {"negative family page", ListFamilies(backends_, list_families).status(), invalid,
-       "page_size"},
-      {"operation with a path", GetOperation(backends_, get_operation).status(), invalid, "name"},
-      {"cancel nothing", CancelOperation(backends_, cancel_operation).status(), invalid, "name"},
-      {"delete nothing", DeleteOperation(backends_, delete_operation).status(), invalid, "name"},
-      {"list elsewhere", ListOperations(backends_, list_operations).status(), invalid, "name"},
-      {"filter", ListOperations(backends_, filtered).status(), invalid, "filter"},
-      {"wrong token", ListOperations(backends_, wrong_token).status(), invalid, "page_token"},
+  ExpectRefusals({
+      {"operation with a path", GetOperation(backends_, get_operation).status(), kInvalid, "name"},
+      {"cancel nothing", CancelOperation(backends_, cancel_operation).status(), kInvalid, "name"},
+      {"delete nothing", DeleteOperation(backends_, delete_operation).status(), kInvalid, "name"},
+      {"list elsewhere", ListOperations(backends_, list_operations).status(), kInvalid, "name"},
+      {"filter", ListOperations(backends_, filtered).status(), kInvalid, "filter"},
+      {"wrong token", ListOperations(backends_, wrong_token).status(), kInvalid, "page_token"},
+  });
+}
 
-      {"no family id", Register([](auto& r) { r.clear_family_id(); }), invalid, "family_id"},
-      {"no source", Register([](auto& r) { r.clear_source(); }), invalid, "source"},
-      {"source of another kind", Register([](auto& r) { r.set_source("families/a"); }), invalid,
+TEST_F(HandlersTest, MistakesInAnimationsOfARegistrationAreBlamed) {
+  PublishSplash();
+  ExpectRefusals({
+      {"no family id", Register([](auto& r) { r.clear_family_id(); }), kInvalid, "family_id"},
+      {"no source", Register([](auto& r) { r.clear_source(); }), kInvalid, "source"},
+      {"source of another kind", Register([](auto& r) { r.set_source("families/a"); }), kInvalid,
        "source"},
-      {"no targets", Register([](auto& r) { r.clear_targets(); }), invalid, "targets"},
+      {"no targets", Register([](auto& r) { r.clear_targets(); }), kInvalid, "targets"},
       {"target of another kind", Register([](auto& r) {
          r.clear_targets();
          r.add_targets(std::string("families/b"));
        }),
-       invalid, "targets[0]"},
-      {"source as target", Register([](auto& r) { r.add_targets("animations/a"); }), invalid,
+       kInvalid, "targets[0]"},
+      {"source as target", Register([](auto& r) { r.add_targets("animations/a"); }), kInvalid,
        "targets[1]"},
-      {"source as target, by its id", Register([](auto& r) { r.add_targets("a"); }), invalid,
+      {"source as target, by its id", Register([](auto& r) { r.add_targets("a"); }), kInvalid,
        "targets[1]"},
-      {"target twice", Register([](auto& r) { r.add_targets("animations/b"); }), invalid,
+      {"target twice", Register([](auto& r) { r.add_targets("animations/b"); }), kInvalid,
        "targets[1]"},
       {"too many targets", Register([](auto& r) {
          for (const char* id : {"c", "d", "e"}) r.add_targets(std::string("animations/") + id);
        }),
-       invalid, "targets"},
+       kInvalid, "targets"},
+  });
+}
+
+TEST_F(HandlersTest, MistakesInOptionsOfARegistrationAreBlamed) {
+  PublishSplash();
+  ExpectRefusals({
       {"iterations", Register([](auto& r) { r.mutable_options()->set_max_iterations(201); }),
-       invalid, "options.max_iterations"},
-      {"spacing", Register([&](auto& r) { r.mutable_options()->set_node_spacing_edges(nan); }),
-       invalid, "options.node_spacing_edges"},
-      {"share", Register([](auto& r) { r.mutable_options()->set_sample_share(1.5); }), invalid,
+       kInvalid, "options.max_iterations"},
+      {"spacing", Register([](auto& r) { r.mutable_options()->set_node_spacing_edges(kNan); }),
+       kInvalid, "options.node_spacing_edges"},
+      {"share", Register([](auto& r) { r.mutable_options()->set_sample_share(1.5); }), kInvalid,
        "options.sample_share"},
       {"smoothness", Register([](auto& r) { r.mutable_options()->set_final_smoothness(-1); }),
-       invalid, "options.final_smoothness"},
+       kInvalid, "options.final_smoothness"},
       {"thin sheets", Register([](auto& r) { r.mutable_options()->set_thin_sheets_from(1.25); }),
-       invalid, "options.thin_sheets_from"},
+       kInvalid, "options.thin_sheets_from"},
       {"connectivity", Register([](auto& r) {
          r.mutable_space_time()->set_connectivity(static_cast<v1::Connectivity>(9));
        }),
-       invalid, "space_time.connectivity"},
-      {"grid", Register([](auto& r) { r.mutable_space_time()->set_spacing_edges(0.1); }), invalid,
+       kInvalid, "space_time.connectivity"},
+      {"grid", Register([](auto& r) { r.mutable_space_time()->set_spacing_edges(0.1); }), kInvalid,
        "space_time.spacing_edges"},
       {"droplets", Register([](auto& r) { r.mutable_space_time()->set_droplet_vertices(-5); }),
-       invalid, "space_time.droplet_vertices"},
-      {"sheets", Register([&](auto& r) { r.mutable_space_time()->set_sheet_thickness_edges(nan); }),
-       invalid, "space_time.sheet_thickness_edges"},
-      {"levels", Register([](auto& r) { r.mutable_space_time()->set_coarser_levels(7); }), invalid,
+       kInvalid, "space_time.droplet_vertices"},
+      {"sheets", Register([](auto& r) { r.mutable_space_time()->set_sheet_thickness_edges(kNan); }),
+       kInvalid, "space_time.sheet_thickness_edges"},
+      {"levels", Register([](auto& r) { r.mutable_space_time()->set_coarser_levels(7); }), kInvalid,
        "space_time.coarser_levels"},
       {"coarsest level", Register([](auto& r) { r.mutable_space_time()->set_spacing_edges(3); }),
-       invalid, "space_time.coarser_levels"},
-      {"request id", Register([](auto& r) { r.set_request_id(std::string(129, 'r')); }), invalid,
+       kInvalid, "space_time.coarser_levels"},
+  });
+}
+
+TEST_F(HandlersTest, MistakesInCorrespondencesAreBlamed) {
+  PublishSplash();
+  ExpectRefusals({
+      {"request id", Register([](auto& r) { r.set_request_id(std::string(129, 'r')); }), kInvalid,
        "request_id"},
       {"list per target", Register([](auto& r) {
          r.add_correspondences();
          r.add_correspondences();
        }),
-       invalid, "correspondences"},
+       kInvalid, "correspondences"},
       {"too many correspondences", Register([](auto& r) {
          auto& list = *r.add_correspondences();
          for (int k = 0; k < 3; ++k) list.add_correspondences();
        }),
-       invalid, "correspondences[0].correspondences"},
-      {"kind", RegisterWith([](auto& c) { c.clear_kind(); }), invalid,
+       kInvalid, "correspondences[0].correspondences"},
+      {"kind", RegisterWith([](auto& c) { c.clear_kind(); }), kInvalid,
        "correspondences[0].correspondences[0].kind"},
-      {"source event", RegisterWith([](auto& c) { c.clear_source(); }), invalid,
+      {"source event", RegisterWith([](auto& c) { c.clear_source(); }), kInvalid,
        "correspondences[0].correspondences[0].source.position"},
       {"target position",
-       RegisterWith([&](auto& c) { c.mutable_target()->mutable_position()->set_y(nan); }), invalid,
+       RegisterWith([](auto& c) { c.mutable_target()->mutable_position()->set_y(kNan); }), kInvalid,
        "correspondences[0].correspondences[0].target.position"},
-      {"target time", RegisterWith([](auto& c) { c.mutable_target()->set_time_s(-1); }), invalid,
+      {"target time", RegisterWith([](auto& c) { c.mutable_target()->set_time_s(-1); }), kInvalid,
        "correspondences[0].correspondences[0].target.time_s"},
-      {"length", RegisterWith([&](auto& c) { c.set_length_s(nan); }), invalid,
+      {"length", RegisterWith([](auto& c) { c.set_length_s(kNan); }), kInvalid,
        "correspondences[0].correspondences[0].length_s"},
+  });
+}
 
-      {"no family", Frame([](auto& r) { r.clear_family(); }).status(), invalid, "family"},
-      {"negative version", Frame([](auto& r) { r.set_version(-1); }).status(), invalid, "version"},
-      {"no weights", Frame([](auto& r) { r.clear_weights(); }).status(), invalid, "weights"},
-      {"too many weights", Frame([](auto& r) { r.add_weights(0); }).status(), invalid, "weights"},
-      {"weight too large", Frame([](auto& r) { r.set_weights(0, 2.1); }).status(), invalid,
+TEST_F(HandlersTest, MistakesInFramesAreBlamed) {
+  PublishSplash();
+  ExpectRefusals({
+      {"no family", Frame([](auto& r) { r.clear_family(); }).status(), kInvalid, "family"},
+      {"negative version", Frame([](auto& r) { r.set_version(-1); }).status(), kInvalid, "version"},
+      {"no weights", Frame([](auto& r) { r.clear_weights(); }).status(), kInvalid, "weights"},
+      {"too many weights", Frame([](auto& r) { r.add_weights(0); }).status(), kInvalid, "weights"},
+      {"weight too large", Frame([](auto& r) { r.set_weights(0, 2.1); }).status(), kInvalid,
        "weights"},
-      {"weight not a number", Frame([&](auto& r) { r.set_weights(0, nan); }).status(), invalid,
+      {"weight not a number", Frame([](auto& r) { r.set_weights(0, kNan); }).status(), kInvalid,
        "weights"},
-      {"before the start", Frame([](auto& r) { r.set_time_s(-0.1); }).status(), out_of_range,
+      {"before the start", Frame([](auto& r) { r.set_time_s(-0.1); }).status(), kOutOfRange,
        "time_s"},
-      {"after the end", Frame([](auto& r) { r.set_time_s(9); }).status(), out_of_range, "time_s"},
-      {"time not a number", Frame([&](auto& r) { r.set_time_s(nan); }).status(), out_of_range,
+      {"after the end", Frame([](auto& r) { r.set_time_s(9); }).status(), kOutOfRange, "time_s"},
+      {"time not a number", Frame([](auto& r) { r.set_time_s(kNan); }).status(), kOutOfRange,
        "time_s"},
       {"bits", Frame([](auto& r) { r.mutable_encoding()->set_position_bits(21); }).status(),
-       invalid, "encoding.position_bits"},
+       kInvalid, "encoding.position_bits"},
       {"format", Frame([](auto& r) {
                    r.mutable_encoding()->set_format(static_cast<v1::Encoding::Format>(7));
                  }).status(),
-       invalid, "encoding.format"},
+       kInvalid, "encoding.format"},
       {"preset", Frame([](auto& r) {
                    r.mutable_encoding()->set_preset(static_cast<v1::Encoding::Preset>(9));
                  }).status(),
-       invalid, "encoding.preset"},
-
+       kInvalid, "encoding.preset"},
       {"level", Frame([](auto& r) { r.mutable_surface()->set_level_of_detail(1); }).status(),
-       invalid, "surface.level_of_detail"},
+       kInvalid, "surface.level_of_detail"},
       {"passes", Frame([](auto& r) { r.mutable_surface()->set_smoothing_passes(33); }).status(),
-       invalid, "surface.smoothing_passes"},
+       kInvalid, "surface.smoothing_passes"},
       {"strength",
-       Frame([&](auto& r) { r.mutable_surface()->set_smoothing_strength(nan); }).status(), invalid,
+       Frame([](auto& r) { r.mutable_surface()->set_smoothing_strength(kNan); }).status(), kInvalid,
        "surface.smoothing_strength"},
-      {"kind of smoothing",
-       Frame([](auto& r) {
-         r.mutable_surface()->set_smoothing(static_cast<v1::SurfaceOptions::Smoothing>(9));
-       }).status(),
-       invalid, "surface.smoothing"},
+      {"kind of smoothing", Frame([](auto& r) {
+                              r.mutable_surface()->set_smoothing(
+                                  static_cast<v1::SurfaceOptions::Smoothing>(9));
+                            }).status(),
+       kInvalid, "surface.smoothing"},
       {"temporal",
-       Frame([](auto& r) { r.mutable_surface()->set_temporal_smoothing(1.5); }).status(), invalid,
+       Frame([](auto& r) { r.mutable_surface()->set_temporal_smoothing(1.5); }).status(), kInvalid,
        "surface.temporal_smoothing"},
-      {"attribute",
-       Frame([](auto& r) {
-         r.mutable_surface()->add_attributes(v1::SurfaceOptions::ATTRIBUTE_UNSPECIFIED);
-       }).status(),
-       invalid, "surface.attributes"},
-      {"stream level", Stream([](auto& r) { r.mutable_surface()->set_level_of_detail(-1); }),
-       invalid, "surface.level_of_detail"},
+      {"attribute", Frame([](auto& r) {
+                      r.mutable_surface()->add_attributes(
+                          v1::SurfaceOptions::ATTRIBUTE_UNSPECIFIED);
+                    }).status(),
+       kInvalid, "surface.attributes"},
+  });
+}
 
-      {"stream of nothing", Stream([](auto& r) { r.clear_family(); }), invalid, "family"},
-      {"stream weights", Stream([](auto& r) { r.add_weights(1); }), invalid, "weights"},
-      {"stream time", Stream([](auto& r) { r.set_time_s(9); }), out_of_range, "time_s"},
-      {"stream rate", Stream([&](auto& r) { r.set_rate(nan); }), invalid, "rate"},
-      {"stream frame rate", Stream([](auto& r) { r.set_frames_per_second(0); }), invalid,
+TEST_F(HandlersTest, MistakesInStreamsAreBlamed) {
+  PublishSplash();
+  ExpectRefusals({
+      {"stream level", Stream([](auto& r) { r.mutable_surface()->set_level_of_detail(-1); }),
+       kInvalid, "surface.level_of_detail"},
+      {"stream of nothing", Stream([](auto& r) { r.clear_family(); }), kInvalid, "family"},
+      {"stream weights", Stream([](auto& r) { r.add_weights(1); }), kInvalid, "weights"},
+      {"stream time", Stream([](auto& r) { r.set_time_s(9); }), kOutOfRange, "time_s"},
+      {"stream rate", Stream([](auto& r) { r.set_rate(kNan); }), kInvalid, "rate"},
+      {"stream frame rate", Stream([](auto& r) { r.set_frames_per_second(0); }), kInvalid,
        "frames_per_second"},
-      {"stream frame rate", Stream([](auto& r) { r.set_frames_per_second(241); }), invalid,
+      {"stream frame rate", Stream([](auto& r) { r.set_frames_per_second(241); }), kInvalid,
        "frames_per_second"},
       {"stream that never ends", Stream([](auto& r) {
          r.set_lossless(true);
          r.set_rate(0);
        }),
-       invalid, "rate"},
-  };
-  for (const Case& c : cases) {
-    EXPECT_EQ(c.status.code(), c.code) << c.what << ": " << c.status;
-    EXPECT_THAT(BlamedFields(c.status), ElementsAre(c.field)) << c.what;
-  }
+       kInvalid, "rate"},
+  });
 }
 
 TEST_F(HandlersTest, WhatIsNotThereIsNotFound) {
@@ -351,4 +387,4 @@ TEST_F(HandlersTest, AKeptVersionIsDescribedAsItWas) {
 }
 
 }  // namespace
-}  // namespace liquidblend::server
+}  // namespace liquidblend::server::handlers_test

@@ -27,6 +27,9 @@ class PresignTest : public RpcTest {
     options.access_key_id = "id";
     options.secret_access_key = "secret";
     options.cache_directory = folder_.path() + "/cache";
+    options.part_bytes = 1024;
+    options.max_attempts = 2;
+    options.first_pause = options.longest_pause = absl::Milliseconds(1);
     urls_ = *store::OpenS3BlobStore("s3://bucket/store", options);
     backends_ = std::make_unique<Backends>(*catalog_, *urls_, families_, SmallBackends());
   }
@@ -172,6 +175,38 @@ TEST_F(PresignTest, RequestsAreCheckedBeforeAnythingIsSent) {
   request = RequestFor({"a"});
   request.mutable_files(0)->set_size_bytes(1001);
   EXPECT_EQ(ReasonOf(PresignUpload(*backends_, request).status()), "UPLOAD_TOO_LARGE");
+}
+
+// Multipart uploads that nobody completes would stay in the bucket.
+TEST_F(PresignTest, ARefusedRequestLeavesNoUploadOpen) {
+  BackendsOptions options = SmallBackends();
+  options.limits.max_upload_bytes = int64_t{1} << 40;
+  Backends backends(*catalog_, *urls_, families_, options);
+  v1::PresignUploadRequest request = RequestFor(std::vector<std::string>(11));
+  for (v1::PresignUploadRequest::File& file : *request.mutable_files()) {
+    file.set_size_bytes(100 * 1024);
+  }
+  EXPECT_EQ(BlamedFields(PresignUpload(backends, request).status()),
+            std::vector<std::string>{"files"});
+  EXPECT_EQ(s3_.Count("create upload"), 0);
+
+  request.mutable_files()->RemoveLast();
+  using Fault = store::FakeS3::Fault;
+  s3_.Plan("create upload",
+           {Fault::kNone, Fault::kNone, Fault::kStatus500, Fault::kStatus500, Fault::kStatus500});
+  EXPECT_THAT(PresignUpload(backends, request), Fails(Code::kUnavailable, "500"));
+  EXPECT_EQ(s3_.Count("abort upload"), 2);
+  EXPECT_EQ(s3_.NumOpenUploads(), 0);
+
+  s3_.Plan("create upload", {});
+  const auto urls = PresignUpload(backends, request);
+  ASSERT_THAT(urls, Succeeds());
+  int num_urls = 0;
+  for (const v1::PresignUploadResponse::File& file : urls->files()) {
+    num_urls += file.part_urls_size();
+  }
+  EXPECT_EQ(num_urls, 1000);
+  EXPECT_EQ(s3_.NumOpenUploads(), 10);
 }
 
 // Files that are sent and never imported would belong to nobody.

@@ -6,7 +6,7 @@
 
 #include "core/mesh/triangle_mesh.h"
 #include "tests/synthetic/shapes.h"
-#include "worker/ingest/readers.h"
+#include "worker/ingest/formats/readers.h"
 
 namespace liquidblend::encode {
 namespace {

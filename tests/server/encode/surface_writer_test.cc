@@ -92,7 +92,7 @@ TEST(SurfaceWriter, WritesWarpedSlices) {
         const std::string data = Written(surface, options, writer);
         const std::string judge = ByLibdraco(surface, options);
         ASSERT_EQ(NodesOf(Decode(data), options), NodesOf(Decode(judge), options));
-        if (mesh::CheckClosed(surface).num_crowded_edges == 0) {
+        if (mesh::CheckClosed(surface).num_non_manifold_edges == 0) {
           EXPECT_TRUE(data == judge);
         }
         num_identical += data == judge ? 1 : 0;
@@ -163,7 +163,7 @@ TEST(SurfaceWriter, WritesRandomClosedSurfaces) {
     const bool is_identical = data == ByLibdraco(surface.mesh(), options);
     num_written += IsWritten(surface.mesh(), options.preset) ? 1 : 0;
     num_identical += is_identical ? 1 : 0;
-    if (mesh::CheckClosed(WithoutDegenerate(surface.mesh())).num_crowded_edges == 0) {
+    if (mesh::CheckClosed(WithoutDegenerate(surface.mesh())).num_non_manifold_edges == 0) {
       EXPECT_TRUE(is_identical) << "seed " << seed;
     }
   }

@@ -31,14 +31,14 @@ TEST(TwoDrops, SlicesAreLibdracosByteForByte) {
   SurfaceWriter writer;
   DracoOptions options;
   options.grid = GridOf(family);
-  int num_crowded = 0;
+  int num_non_manifold = 0;
   std::array<double, 3> bytes = {0, 0, 0};
   double num_triangles = 0;
   for (double frame = 0.5; frame < family.num_frames - 1; frame += 3.25) {
     const mesh::TriangleMesh surface =
         synthetic::SliceFamily(index, {}, frame / family.frames_per_second, workspace);
-    const bool is_crowded = mesh::CheckClosed(surface).num_crowded_edges > 0;
-    num_crowded += is_crowded ? 1 : 0;
+    const bool is_non_manifold = mesh::CheckClosed(surface).num_non_manifold_edges > 0;
+    num_non_manifold += is_non_manifold ? 1 : 0;
     num_triangles += static_cast<double>(surface.num_triangles());
     for (const Preset preset : {Preset::kFastest, Preset::kBalanced, Preset::kSmallest}) {
       options.preset = preset;
@@ -48,14 +48,14 @@ TEST(TwoDrops, SlicesAreLibdracosByteForByte) {
       const auto judge = EncodeWithLibdraco(surface, options);
       ASSERT_TRUE(judge.ok()) << judge.status();
       ASSERT_TRUE(NodesOf(Decode(*data), options) == NodesOf(Decode(*judge), options)) << frame;
-      if (!is_crowded) {
+      if (!is_non_manifold) {
         EXPECT_TRUE(*data == *judge) << frame;
       }
     }
   }
-  std::printf("bytes per triangle: fastest %.3f, balanced %.3f, smallest %.3f; %d crowded\n",
+  std::printf("bytes per triangle: fastest %.3f, balanced %.3f, smallest %.3f; %d non-manifold\n",
               bytes[0] / num_triangles, bytes[1] / num_triangles, bytes[2] / num_triangles,
-              num_crowded);
+              num_non_manifold);
   EXPECT_LT(bytes[1], bytes[0]);
   EXPECT_LT(bytes[2], bytes[1]);
 }

@@ -22,7 +22,7 @@ class FrameMakerTest : public testing::Test {
   FrameMakerTest()
       : cache_(1 << 20),
         pool_(1, {.max_waiting_cost = 1'000'000, .quantum = 1}),
-        maker_(cache_, pool_, shelf_, metrics_) {
+        maker_(cache_, pool_, buffer_pool_, metrics_) {
     mesh::RegisteredFamily family = synthetic::MakeFamily(
         synthetic::MixedSphere(2), {{synthetic::SmoothWarp(1, 0.1F, 0.3F), {}}});
     family.name = "drops";
@@ -65,7 +65,7 @@ class FrameMakerTest : public testing::Test {
   std::shared_ptr<const catalog::LoadedFamily> family_;
   absl::Notification release_;
   FrameCache cache_;
-  BufferShelf shelf_;
+  FrameBufferPool buffer_pool_;
   metrics::Metrics metrics_;
   FramePool pool_;
   FrameMaker maker_;

@@ -31,7 +31,7 @@ class AccessTest : public PortTest {
     const std::string path = folder_.path() + "/tokens.json";
     std::ofstream(path) << R"({"principals": [)" << entries << "]}";
     authorizer_ = *server::Authorizer::Open(path);
-    guarded_ = std::make_unique<server::Entrance>(*authorizer_);
+    guarded_ = std::make_unique<server::AccessController>(*authorizer_);
     source_ = server::MakeFrameSource(backends_, *guarded_);
     Start({});
   }
@@ -43,7 +43,7 @@ class AccessTest : public PortTest {
 
   std::map<std::string, std::string> headers_;
   std::unique_ptr<server::Authorizer> authorizer_;
-  std::unique_ptr<server::Entrance> guarded_;
+  std::unique_ptr<server::AccessController> guarded_;
 };
 
 TEST_F(AccessTest, TokensCountAsOverGrpc) {

@@ -18,7 +18,7 @@ class PortTest : public server::RpcTest {
  protected:
   PortTest()
       : backends_(*catalog_, *blobs_, families_, Options()),
-        source_(server::MakeFrameSource(backends_, entrance_)) {
+        source_(server::MakeFrameSource(backends_, access_controller_)) {
     server::KeepFamiliesFresh(backends_);  // as a server does
   }
   ~PortTest() override {
@@ -65,7 +65,7 @@ class PortTest : public server::RpcTest {
 
   absl::Notification release_;  // of the thread that is occupied, which may be slow to notice
   server::Authorizer everyone_;
-  server::Entrance entrance_{everyone_};
+  server::AccessController access_controller_{everyone_};
   server::Backends backends_;
   std::unique_ptr<server::FrameSource> source_;
   std::unique_ptr<Port> port_;

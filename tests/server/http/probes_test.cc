@@ -18,7 +18,7 @@ class ProbesTest : public server::RpcTest {
     server::BackendsOptions options = SmallBackends();
     options.num_io_threads = 2;
     backends_ = std::make_unique<server::Backends>(*catalog_, hanging_, families_, options);
-    source_ = server::MakeFrameSource(*backends_, entrance_);
+    source_ = server::MakeFrameSource(*backends_, access_controller_);
     PortOptions port;
     port.listen = "127.0.0.1:0";
     port_ = *Port::Start(*source_, port);
@@ -35,7 +35,7 @@ class ProbesTest : public server::RpcTest {
 
   server::HangingBlobs hanging_{*blobs_};
   server::Authorizer everyone_;
-  server::Entrance entrance_{everyone_};
+  server::AccessController access_controller_{everyone_};
   std::unique_ptr<server::Backends> backends_;
   std::unique_ptr<server::FrameSource> source_;
   std::unique_ptr<Port> port_;

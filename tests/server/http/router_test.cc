@@ -27,14 +27,14 @@ constexpr int64_t kVersion = 3;
 // Answers at once, and counts the frames that it makes.
 class FakeSource final : public server::FrameSource {
  public:
-  absl::Status Admit(const server::Visitor& visitor, const server::Errand& errand,
-                     server::Admitted& admitted) override {
-    errands.push_back(errand);
-    if (needs_token && visitor.authorization != "Bearer good") {
+  absl::Status Admit(const server::Credentials& credentials, const server::AccessRequest& access,
+                     server::AccessGrant& grant) override {
+    access_requests.push_back(access);
+    if (needs_token && credentials.authorization != "Bearer good") {
       return absl::UnauthenticatedError("no token");
     }
-    admitted.principal.name = needs_token ? "render" : server::kAnonymous;
-    admitted.principal.key = admitted.principal.name;
+    grant.principal.name = needs_token ? "render" : server::kAnonymous;
+    grant.principal.key = grant.principal.name;
     return absl::OkStatus();
   }
   Cancel GetFrame(v1::GetFrameRequest request, std::string client,
@@ -112,7 +112,7 @@ class FakeSource final : public server::FrameSource {
   bool needs_token = false;
   bool is_slow = false;  // frames are never made
   int num_cancelled = 0;
-  std::vector<server::Errand> errands;
+  std::vector<server::AccessRequest> access_requests;
   std::vector<std::string> clients;
   v1::GetFrameRequest last_frame_request;
 
@@ -254,6 +254,8 @@ TEST_F(RouterTest, TagsTellRequestsAndVersionsApart) {
   const std::string tag = FrameTag(request, 1, "a");
   EXPECT_NE(FrameTag(request, 2, "a"), tag);
   EXPECT_NE(FrameTag(request, 1, "b"), tag);
+  EXPECT_EQ(FrameTag(request, 1, "a", base::Version()), tag);
+  EXPECT_NE(FrameTag(request, 1, "a", "0.2.0 (commit another)"), tag) << "it may make other bytes";
   request.set_time_s(0.1);
   EXPECT_NE(FrameTag(request, 1, "a"), tag);
 }
@@ -500,12 +502,12 @@ TEST_F(RouterTest, AllButProbesAskWhoCalls) {
   EXPECT_EQ(Get("/metrics").code, 401);
   EXPECT_EQ(Get("/v1/families").code, 401);
   EXPECT_EQ(source_.num_frames, 0);
-  ASSERT_EQ(source_.errands.size(), 4U);
-  EXPECT_EQ(source_.errands[0].scope, server::Scope::kFrames);
-  EXPECT_EQ(source_.errands[3].scope, std::nullopt);
+  ASSERT_EQ(source_.access_requests.size(), 4U);
+  EXPECT_EQ(source_.access_requests[0].scope, server::Scope::kFrames);
+  EXPECT_EQ(source_.access_requests[3].scope, std::nullopt);
   EXPECT_EQ(Get("/healthz").code, 200);
   EXPECT_EQ(Get("/readyz").code, 200);
-  EXPECT_EQ(source_.errands.size(), 4U);
+  EXPECT_EQ(source_.access_requests.size(), 4U);
   Request request = Frame();
   EXPECT_EQ(Send(request).code, 200);
   EXPECT_THAT(source_.clients, testing::ElementsAre("render"));
@@ -514,8 +516,8 @@ TEST_F(RouterTest, AllButProbesAskWhoCalls) {
   EXPECT_TRUE(Router(source_, options_).AdmitStream(request, visit).ok());
   EXPECT_EQ(visit.caller.principal.name, "render");
   EXPECT_EQ(visit.caller.client, "render");
-  EXPECT_TRUE(source_.errands.back().lasts);
-  EXPECT_EQ(source_.errands.back().scope, server::Scope::kFrames);
+  EXPECT_TRUE(source_.access_requests.back().lasts);
+  EXPECT_EQ(source_.access_requests.back().scope, server::Scope::kFrames);
   request.authorization.clear();
   EXPECT_TRUE(absl::IsUnauthenticated(Router(source_, options_).AdmitStream(request, visit)));
 }

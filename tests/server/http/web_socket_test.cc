@@ -219,7 +219,7 @@ TEST_F(WebSocketTest, PagesThatCallThisMachineByTheirNameAreRefused) {
   EXPECT_EQ(upgrade("Host: evil.example\r\n"), 101);
 }
 
-// As docs/operations.md says: pinged after half of the idle timeout, closed after all of it.
+// As docs/operations/http.md says: pinged after half of the idle timeout, closed after all of it.
 TEST_F(WebSocketTest, ASilentClientIsClosedAfterTheIdleTimeout) {
   PortOptions options;
   options.idle_timeout = absl::Seconds(3);

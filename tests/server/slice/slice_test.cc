@@ -204,7 +204,7 @@ TEST(Slice, IsThereWhenAWarpMovesAllTimesBeyondTheEnds) {
 }
 
 // Edges with more than two triangles.
-int64_t NumCrowdedEdges(const TriangleMesh& surface) {
+int64_t NumNonManifoldEdges(const TriangleMesh& surface) {
   std::map<std::pair<int, int>, int> num_triangles;
   for (Eigen::Index t = 0; t < surface.num_triangles(); ++t) {
     for (int k = 0; k < 3; ++k) {
@@ -221,7 +221,7 @@ TEST(Slice, HasTwoTrianglesOnEachEdgeHoweverItFolds) {
     const RegisteredFamily family = NoisyFamily(std::move(mesh));
     const CellIndex index(family);
     for (const Query& query : RandomQueries(family, 20)) {
-      EXPECT_EQ(NumCrowdedEdges(BlendAndSlice(index, query)), 0) << name;
+      EXPECT_EQ(NumNonManifoldEdges(BlendAndSlice(index, query)), 0) << name;
     }
   }
 }

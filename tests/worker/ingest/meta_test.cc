@@ -16,7 +16,7 @@
 #include "core/parallel/arena.h"
 #include "tests/paths.h"
 #include "tests/synthetic/shapes.h"
-#include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 #include "worker/ingest/read_animation.h"
 
 namespace liquidblend::ingest::meta_test {

@@ -16,7 +16,7 @@
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/voxels.h"
-#include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 #include "worker/ingest/read_directory.h"
 
 namespace liquidblend::ingest::read_animation_test {
@@ -317,16 +317,16 @@ TEST(ReadAnimation, SplitsPinchedVerticesAndSaysSo) {
 TEST(ReadAnimation, TakesPartsThatTouchAnEdgeApartAndSaysSo) {
   const synthetic::Voxels voxels = synthetic::RandomVoxels(6, 0.5, 1);
   const mesh::TriangleMesh written = synthetic::VoxelSurface(voxels);
-  const int64_t num_crowded = mesh::CheckClosed(written).num_crowded_edges;
-  ASSERT_GT(num_crowded, 10);
+  const int64_t num_non_manifold = mesh::CheckClosed(written).num_non_manifold_edges;
+  ASSERT_GT(num_non_manifold, 10);
   for (const Format format : {Format::kMantaflow, Format::kPly, Format::kObj, Format::kStl}) {
     const absl::StatusOr<mesh::Animation> read = Read(FilesWith(written, format));
     ASSERT_TRUE(read.ok()) << read.status();
-    EXPECT_EQ(mesh::CheckClosed(read->frames[1]).num_crowded_edges, 0);
+    EXPECT_EQ(mesh::CheckClosed(read->frames[1]).num_non_manifold_edges, 0);
     EXPECT_TRUE(mesh::CheckClosed(read->frames[1]).closed());
     EXPECT_NEAR(mesh::Volume(read->frames[1]), mesh::Volume(written), 1e-6);
     EXPECT_THAT(read->notes,
-                Contains("Took the surface apart at " + std::to_string(num_crowded) +
+                Contains("Took the surface apart at " + std::to_string(num_non_manifold) +
                          " edges with four triangles or more, where parts of it touch, in 1 of 3 "
                          "frames, first in frame 2."));
   }

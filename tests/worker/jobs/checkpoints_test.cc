@@ -5,6 +5,8 @@
 #include <variant>
 
 #include "absl/synchronization/notification.h"
+#include "core/base/log.h"
+#include "core/store/blobs/mapped_file.h"
 #include "tests/worker/jobs/jobs_testing.h"
 #include "worker/jobs/checkpoint_file.h"
 
@@ -17,6 +19,7 @@ using registration::SharpenState;
 using store::Fails;
 using store::Succeeds;
 using store::pb::JobRecord;
+using testing::HasSubstr;
 using Code = absl::StatusCode;
 
 constexpr int kNumIterations = 16;
@@ -225,6 +228,18 @@ TEST_F(CheckpointsTest, ADamagedOneIsNotGoneOnFrom) {
   std::filesystem::permissions(path, std::filesystem::perms::owner_all);
   std::filesystem::resize_file(path, 100);
   EXPECT_EQ(ResumedIteration("print"), 0);
+}
+
+TEST_F(CheckpointsTest, OneThatCannotBeReadAnyMoreIsNotGoneOnFrom) {
+  store::SurviveUnreadablePages();
+  LeaveCheckpoint(4);
+  blobs_.after_open = [&](const store::BlobId& id) {
+    std::filesystem::resize_file(store::LocalBlobPath(folder_.path(), id), 0);
+  };
+  base::StartLog("worker", base::LogLevel::kInfo, base::LogFormat::kJson);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(ResumedIteration("print"), 0);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("the disk may be failing"));
 }
 
 TEST_F(CheckpointsTest, OneThatIsGoneIsNotGoneOnFrom) {

@@ -18,55 +18,15 @@
 #include "core/store/catalog/catalog.h"
 #include "core/store/data_directory.h"
 #include "core/store/sql/sqlite.h"
+#include "tests/core/store/blobs/hooked_blobs.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/synthetic/shapes.h"
-#include "tests/worker/ingest/encode_files.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 #include "worker/jobs/run_jobs.h"
 
 namespace liquidblend::jobs {
 
-// A blob store that does something each time that a blob is opened or begun.
-class HookedBlobs : public store::BlobStore {
- public:
-  explicit HookedBlobs(std::unique_ptr<store::BlobStore> blobs) : blobs_(std::move(blobs)) {}
-  absl::StatusOr<std::unique_ptr<store::BlobWriter>> Create() override {
-    if (on_create) {
-      if (absl::Status status = on_create(); !status.ok()) return status;
-    }
-    return blobs_->Create();
-  }
-  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateAs(const store::BlobId& id) override {
-    return blobs_->CreateAs(id);
-  }
-  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateUpload() override {
-    return blobs_->CreateUpload();
-  }
-  absl::StatusOr<std::shared_ptr<const store::Blob>> Open(const store::BlobId& id) override {
-    if (on_open) {
-      const absl::MutexLock lock(&mutex_);
-      if (absl::Status status = on_open(); !status.ok()) return status;
-    }
-    auto blob = blobs_->Open(id);
-    if (after_open) after_open(id);
-    return blob;
-  }
-  absl::Status Verify(const store::BlobId& id) override { return blobs_->Verify(id); }
-  absl::Status Delete(const store::BlobId& id) override { return blobs_->Delete(id); }
-  absl::StatusOr<bool> DeleteIfNotNewer(const store::BlobId& id, absl::Time time) override {
-    return blobs_->DeleteIfNotNewer(id, time);
-  }
-  absl::StatusOr<std::string> Quarantine(const store::BlobId& id) override {
-    return blobs_->Quarantine(id);
-  }
-  absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_->List(); }
-
-  std::function<absl::Status()> on_open, on_create;  // on_open: one call at a time
-  std::function<void(const store::BlobId&)> after_open;
-
- private:
-  absl::Mutex mutex_;
-  std::unique_ptr<store::BlobStore> blobs_;
-};
+using store::HookedBlobs;
 
 class JobsTest : public testing::Test {
  protected:

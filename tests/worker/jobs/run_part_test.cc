@@ -1,9 +1,11 @@
 // Registrations of several targets: parts on any workers, then one that puts them together.
 #include "worker/jobs/run_part.h"
 
+#include <filesystem>
 #include <set>
 #include <thread>
 
+#include "core/store/blobs/mapped_file.h"
 #include "core/store/files/files.h"
 #include "tests/worker/jobs/jobs_testing.h"
 #include "worker/jobs/registered_part.h"
@@ -270,6 +272,46 @@ TEST_F(RunPartTest, APartOfAnotherTargetOrMeshIsRefused) {
       store::Fails(absl::StatusCode::kFailedPrecondition, "'fast' is one of target 'slow'"));
   EXPECT_THAT(ReadPart(*id, "slow", "other", blobs_),
               store::Fails(absl::StatusCode::kFailedPrecondition, "a space-time mesh hash"));
+}
+
+TEST_F(RunPartTest, APartThatCannotBeReadAnyMoreIsNotCalledBad) {
+  store::SurviveUnreadablePages();
+  const auto id = StorePart(SampleTarget(), "hash", blobs_);
+  ASSERT_THAT(id, Succeeds());
+  blobs_.after_open = [&](const store::BlobId& opened) {
+    std::filesystem::resize_file(store::LocalBlobPath(folder_.path(), opened), 0);
+  };
+  EXPECT_THAT(ReadPart(*id, "slow", "hash", blobs_),
+              store::Fails(absl::StatusCode::kDataLoss, "target 'slow': a part of "));
+}
+
+// The version that is refined is in use until the end.
+TEST_F(RunPartTest, APreviousVersionThatCannotBeReadAnyMoreIsNeitherUsedNorBlamed) {
+  store::SurviveUnreadablePages();
+  ImportBalls();
+  for (const bool is_one_job : {false, true}) {
+    for (const bool is_late : {false, true}) {
+      blobs_.after_open = {};
+      SubmitBalls();
+      ASSERT_THAT(Work(), Succeeds());
+      const store::pb::FamilyRecord family = *catalog_->GetFamily("balls");
+      const std::string path = store::LocalBlobPath(folder_.path(), family.blob());
+      const std::string content = store::ReadFile(path);
+      const std::string job = SubmitBalls(
+          [&](auto& registration) { registration.set_refine_version(family.version()); });
+      if (is_one_job) MakeOneJobOf(job);
+      const std::string later = catalog_->GetAnimation("still")->blob();
+      blobs_.after_open = [&](const store::BlobId& id) {
+        if (id == (is_late ? later : family.blob())) std::filesystem::resize_file(path, 0);
+      };
+      ASSERT_THAT(Work(), Succeeds());
+      EXPECT_EQ(Job(job).state(), JobRecord::FAILED);
+      EXPECT_EQ(Job(job).error().code(), static_cast<int>(absl::StatusCode::kDataLoss));
+      EXPECT_THAT(Job(job).error().message(), HasSubstr("the version to refine: a part of "));
+      EXPECT_EQ(catalog_->GetFamily("balls")->version(), family.version());
+      store::WriteFile(path, content);
+    }
+  }
 }
 
 TEST(HashOf, ChangesWithAnyArrayOfTheMesh) {

@@ -32,7 +32,7 @@ Fitted Fit(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
   state.displacement = Points::Zero(4, source.num_vertices());
   int num_rounds = 0;
   const auto fit = [&](SharpenState& fitted) {
-    const absl::Status status = FitWhatIsFar(
+    const absl::Status status = RefineUnderfitRegions(
         pair, options, arena, [&] { ++num_rounds; }, fitted);
     EXPECT_TRUE(status.ok()) << status;
   };
@@ -63,7 +63,7 @@ double Miss(const mesh::SpaceTimeMesh& source, const Points& displacement) {
   return sum / count;
 }
 
-TEST(FitWhatIsFar, BringsItCloseAndLeavesTheRest) {
+TEST(RefineUnderfitRegions, BringsItCloseAndLeavesTheRest) {
   const auto source = Drops({DropAt(0, kHeight)}), target = Drops({DropAt(kShift, kHeight)});
   const auto [num_nodes, displacement] = Fit(source, target);
   EXPECT_GT(num_nodes, 10);
@@ -75,7 +75,7 @@ TEST(FitWhatIsFar, BringsItCloseAndLeavesTheRest) {
   }
 }
 
-TEST(FitWhatIsFar, DoesNothingWhereNothingIsFar) {
+TEST(RefineUnderfitRegions, DoesNothingWhereNothingIsFar) {
   const auto source = Drops({DropAt(0, kHeight)}), target = Drops({DropAt(kShift, kHeight)});
   RegistrationOptions options;
   options.finer_from_edges = 8.0;
@@ -84,7 +84,7 @@ TEST(FitWhatIsFar, DoesNothingWhereNothingIsFar) {
   EXPECT_EQ(displacement, Points::Zero(4, source.num_vertices()));
 }
 
-TEST(FitWhatIsFar, WhatThereIsNoRoomForAtOnceFollows) {
+TEST(RefineUnderfitRegions, WhatThereIsNoRoomForAtOnceFollows) {
   const auto source = Drops({DropAt(-1.5, kHeight), DropAt(1.5, kHeight)});
   const auto target = Drops({DropAt(-1.5 + kShift, kHeight), DropAt(1.5 + 0.6 * kShift, kHeight)});
   RegistrationOptions options;
@@ -99,7 +99,7 @@ TEST(FitWhatIsFar, WhatThereIsNoRoomForAtOnceFollows) {
   EXPECT_GT(right, 1000);
 }
 
-TEST(FitWhatIsFar, GivesTheSameBytesForAnyNumberOfThreads) {
+TEST(RefineUnderfitRegions, GivesTheSameBytesForAnyNumberOfThreads) {
   const auto source = Drops({DropAt(0, kHeight)}), target = Drops({DropAt(kShift, kHeight)});
   EXPECT_EQ(Fit(source, target, {}, 1).displacement, Fit(source, target, {}, 8).displacement);
 }

@@ -5,7 +5,7 @@
 #include "tests/synthetic/turned.h"
 #include "tests/worker/registration/drops_testing.h"
 #include "worker/registration/features/automatic.h"
-#include "worker/registration/features/courses.h"
+#include "worker/registration/features/part_motions.h"
 #include "worker/registration/register.h"
 
 namespace liquidblend::registration {
@@ -26,26 +26,26 @@ class UpTest : public ::testing::TestWithParam<Up> {
   const mesh::SpaceTimeMesh target_ = Scene({DropAt(0.1, 0.6)}, 0.6);
 };
 
-// The course's pace depends on how low the drop comes.
-TEST_P(UpTest, CoursesOfFallingPartsAreTheSameOnesTurned) {
-  const auto courses_of = [](const mesh::SpaceTimeMesh& from, const mesh::SpaceTimeMesh& to) {
+// The time scale depends on how low the drop comes.
+TEST_P(UpTest, PartMotionsOfFallingPartsAreTheSameOnesTurned) {
+  const auto motions_of = [](const mesh::SpaceTimeMesh& from, const mesh::SpaceTimeMesh& to) {
     const TestSurface source(from);
     const Surface target(to, from.edge_length_m, kArena);
-    return Courses(FindTrackFeatures(source.surface), FindTrackFeatures(target), {{0, 0, 1.0}}, {},
-                   from.edge_length_m)
-        .courses();
+    return PartMotions(FindTrackFeatures(source.surface), FindTrackFeatures(target), {{0, 0, 1.0}},
+                       {}, from.edge_length_m)
+        .all();
   };
-  const std::vector<Course> expected = courses_of(source_, target_);
-  const std::vector<Course> found = courses_of(TurnedMesh(source_), TurnedMesh(target_));
+  const std::vector<PartMotion> expected = motions_of(source_, target_);
+  const std::vector<PartMotion> found = motions_of(TurnedMesh(source_), TurnedMesh(target_));
   ASSERT_EQ(expected.size(), 1u);
   ASSERT_EQ(found.size(), 1u);
-  EXPECT_NEAR(found[0].pace, expected[0].pace, 1e-9);
-  EXPECT_NEAR(found[0].lead, expected[0].lead, 1e-9);
+  EXPECT_NEAR(found[0].time_scale, expected[0].time_scale, 1e-9);
+  EXPECT_NEAR(found[0].time_offset, expected[0].time_offset, 1e-9);
   mesh::SpaceTimeMesh wrong_source = TurnedMesh(source_), wrong_target = TurnedMesh(target_);
   wrong_source.up = wrong_target.up = Up::kUnknown;
-  const std::vector<Course> wrong = courses_of(wrong_source, wrong_target);
+  const std::vector<PartMotion> wrong = motions_of(wrong_source, wrong_target);
   ASSERT_EQ(wrong.size(), 1u);
-  EXPECT_GT(std::abs(wrong[0].pace - expected[0].pace), 1e-4) << "with z as up";
+  EXPECT_GT(std::abs(wrong[0].time_scale - expected[0].time_scale), 1e-4) << "with z as up";
 }
 
 TEST_P(UpTest, ARegistrationIsTheSameTurnedToRounding) {

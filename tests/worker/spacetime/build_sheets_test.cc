@@ -117,7 +117,7 @@ Errors CheckWhole(const Case& c) {
   for (size_t n = 0; n < times.size(); ++n) {
     const mesh::ClosednessReport report = mesh::CheckClosed(slices[n]);
     EXPECT_TRUE(report.closed()) << times[n];
-    EXPECT_EQ(report.num_crowded_edges, 0) << times[n];
+    EXPECT_EQ(report.num_non_manifold_edges, 0) << times[n];
     EXPECT_EQ(mesh::NumComponents(slices[n]), 1) << times[n];
     EXPECT_EQ(EulerCharacteristic(slices[n]), 2) << times[n];
     const double error = mesh::Volume(slices[n]) / mesh::Volume(sheet.shape) - 1;

@@ -6,7 +6,7 @@
 #include "server/slice/slice.h"
 #include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/voxels.h"
-#include "worker/ingest/clean.h"
+#include "worker/ingest/clean/clean.h"
 #include "worker/spacetime/build.h"
 
 namespace liquidblend::spacetime::touching_test {
@@ -18,7 +18,7 @@ constexpr float kStepX = 0.2f;  // cubes a frame
 
 mesh::TriangleMesh CleanFrame(const synthetic::Voxels& voxels, int k) {
   mesh::TriangleMesh frame = synthetic::VoxelSurface(voxels);
-  EXPECT_GT(mesh::CheckClosed(frame).num_crowded_edges, 0) << k;
+  EXPECT_GT(mesh::CheckClosed(frame).num_non_manifold_edges, 0) << k;
   frame.vertices.row(0).array() += kStepX * static_cast<float>(k);
   frame.velocities = Eigen::Vector3f(24 * kStepX, 0, 0).replicate(1, frame.num_vertices());
   const absl::StatusOr<ingest::CleanCounts> counts = ingest::Clean(frame);

@@ -36,19 +36,19 @@ Eigen::Vector4d Furthest(const Part& part, size_t direction, double time) {
   return point;
 }
 
-// How many steps a life is divided into. Once a part starts in the right place, closest points find
-// its course better than a steady pace does, unless much more time passes in one of the two; and
-// what lives hardly longer than a frame has no course.
+// Number of steps that a life is divided into. Once a part starts in the right place, closest
+// points find its motion better than a linear time map does, unless its lives differ much in
+// length. Parts that live hardly longer than a frame have no motion.
 int NumSteps(double source_life, double target_life) {
   if (std::abs(source_life - target_life) <= kEveryFrames) return 0;
   if (std::min(source_life, target_life) < 1) return 0;
   return static_cast<int>(std::ceil(std::max(source_life, target_life) / kEveryFrames));
 }
 
-// Both lives go by at a steady pace.
+// Points along both lives, by a linear time map.
 std::vector<EventPair> PointsOf(const Track& source, const Track& target) {
   const double source_life = source.life() - kEndFrames, target_life = target.life() - kEndFrames;
-  // Where they do not end alike, nothing tells the pace.
+  // The time map is unknown where the lives do not end alike.
   const int steps = source.end == target.end ? NumSteps(source_life, target_life) : 0;
   std::vector<EventPair> points;
   for (int n = 0; n <= steps; ++n) {

@@ -18,11 +18,11 @@ constexpr double kMaxTurnedShare = 0.125;
 
 // A layer that faces against the target next to it, at most so far from it, is tucked this far
 // beneath; those around it follow over a few sweeps.
-constexpr float kAgainst = -0.2f;   // cosine of the angle between the normals
-constexpr float kTuckReach = 2.5f;  // edges
-constexpr float kTuckDepth = 0.3f;  // edges
-constexpr int kTuckSweeps = 3;
-constexpr int kTuckRounds = 2;
+constexpr float kAgainst = -0.2f;     // cosine of the angle between the normals
+constexpr float kOffsetReach = 2.5f;  // edges
+constexpr float kOffsetDepth = 0.3f;  // edges
+constexpr int kOffsetSweeps = 3;
+constexpr int kOffsetRounds = 2;
 
 bool IsTurned(const Surface& source, const PackedLists& neighbors, const Points& normals,
               int64_t v) {
@@ -77,36 +77,37 @@ void AverageInside(const Surface& source, const PackedLists& neighbors,
   }
 }
 
-// How far v is to be moved; nothing where its layer faces as the target does, or is beneath it.
-std::optional<Eigen::Vector4f> TuckOf(const Surface& source, const Points& normals,
-                                      const ClosestPointSearch& target, const Points& displacement,
-                                      int64_t v) {
+// Offset of v that brings it beneath the target; nothing if its layer faces as the target does or
+// is beneath it already.
+std::optional<Eigen::Vector4f> InvertedOffset(const Surface& source, const Points& normals,
+                                              const ClosestPointSearch& target,
+                                              const Points& displacement, int64_t v) {
   if (source.rigid[v] || source.InFirstSlab(v) || source.InLastSlab(v)) return std::nullopt;
   const Eigen::Vector4f p = source.points.col(v) + displacement.col(v);
   const auto near = target.NearestVertex(p);
-  if (!near || (p - near->position).norm() > kTuckReach) return std::nullopt;
+  if (!near || (p - near->position).norm() > kOffsetReach) return std::nullopt;
   if (normals.col(v).dot(near->normal) > kAgainst) return std::nullopt;
   const float height = near->normal.dot(p - near->position);
-  if (height < -kTuckDepth) return std::nullopt;
-  return (-kTuckDepth - height) * near->normal;
+  if (height < -kOffsetDepth) return std::nullopt;
+  return (-kOffsetDepth - height) * near->normal;
 }
 
-// Tucks what is turned in the region, and moves what is around with it. The region becomes what has
-// moved. Returns how many were tucked.
-int64_t TuckRound(const Surface& source, const PackedLists& neighbors, const Points& normals,
-                  const ClosestPointSearch& target, const parallel::Arena& arena,
-                  std::vector<int32_t>& region, Points& displacement) {
+// Offsets the inverted vertices of the region, and their surroundings with them. Sets `region` to
+// all vertices that moved. Returns the number of inverted ones.
+int64_t OffsetRound(const Surface& source, const PackedLists& neighbors, const Points& normals,
+                    const ClosestPointSearch& target, const parallel::Arena& arena,
+                    std::vector<int32_t>& region, Points& displacement) {
   Points moves = Points::Zero(4, source.points.cols());
-  std::vector<char> is_tucked(source.points.cols(), 0);
+  std::vector<char> is_moved(source.points.cols(), 0);
   arena.For(static_cast<int64_t>(region.size()), [&](int64_t n) {
-    const auto move = TuckOf(source, normals, target, displacement, region[n]);
+    const auto move = InvertedOffset(source, normals, target, displacement, region[n]);
     if (!move) return;
     moves.col(region[n]) = *move;
-    is_tucked[region[n]] = 1;
+    is_moved[region[n]] = 1;
   });
-  region = Flagged(is_tucked);
-  const int64_t num_tucked = static_cast<int64_t>(region.size());
-  for (int sweep = 0; sweep < kTuckSweeps; ++sweep) {
+  region = Flagged(is_moved);
+  const int64_t num_moved = static_cast<int64_t>(region.size());
+  for (int sweep = 0; sweep < kOffsetSweeps; ++sweep) {
     region = WithRing(region, neighbors);
     Points next(4, static_cast<int64_t>(region.size()));
     arena.For(next.cols(), [&](int64_t n) {
@@ -114,12 +115,12 @@ int64_t TuckRound(const Surface& source, const PackedLists& neighbors, const Poi
       Eigen::Vector4f sum = Eigen::Vector4f::Zero();
       for (const int32_t w : neighbors[v]) sum += moves.col(w);
       const float num_around = static_cast<float>(std::max<size_t>(1, neighbors[v].size()));
-      next.col(n) = is_tucked[v] ? moves.col(v) : Eigen::Vector4f(0.5f / num_around * sum);
+      next.col(n) = is_moved[v] ? moves.col(v) : Eigen::Vector4f(0.5f / num_around * sum);
     });
     for (int64_t n = 0; n < next.cols(); ++n) moves.col(region[n]) = next.col(n);
   }
   for (const int32_t v : region) displacement.col(v) += moves.col(v);
-  return num_tucked;
+  return num_moved;
 }
 
 }  // namespace
@@ -147,24 +148,24 @@ int64_t RelaxFolds(const Surface& source, const PackedLists& neighbors, float we
   }
 }
 
-int64_t TuckTurnedLayers(const Surface& source, const PackedLists& neighbors,
-                         const ClosestPointSearch& target, const parallel::Arena& arena,
-                         Points& displacement) {
+int64_t OffsetInvertedLayers(const Surface& source, const PackedLists& neighbors,
+                             const ClosestPointSearch& target, const parallel::Arena& arena,
+                             Points& displacement) {
   Points normals = ImageNormals(source, neighbors, displacement, 1, arena);
   std::vector<int32_t> region(source.points.cols());
   std::iota(region.begin(), region.end(), 0);
-  int64_t num_tucked = 0;
-  for (int round = 0; round < kTuckRounds; ++round) {
-    if (round > 0) {  // nothing is new elsewhere
+  int64_t num_moved = 0;
+  for (int round = 0; round < kOffsetRounds; ++round) {
+    if (round > 0) {  // elsewhere nothing has changed
       region = WithRing(region, neighbors);
       arena.For(static_cast<int64_t>(region.size()), [&](int64_t n) {
         const int32_t v = region[n];
         normals.col(v) = ImageNormal(source, neighbors, displacement, 1, v);
       });
     }
-    num_tucked = TuckRound(source, neighbors, normals, target, arena, region, displacement);
+    num_moved = OffsetRound(source, neighbors, normals, target, arena, region, displacement);
   }
-  return num_tucked;
+  return num_moved;
 }
 
 }  // namespace liquidblend::registration

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "worker/registration/features/courses.h"
+#include "worker/registration/features/part_motions.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -18,7 +18,7 @@ constexpr float kMaxTangentOffset = 0.8f;  // edges; below it a match only pulls
 // A target sample far from the nearest source vertex along the surface belongs to a part that the
 // source does not reach yet, a jet's tip say: it pulls as a point.
 constexpr float kMissedPointWeight = 1.0f;
-constexpr float kCourseWeight = 1.0f;  // of what a part's course says, in space and time
+constexpr float kMotionWeight = 1.0f;  // of a part's motion, in space and time
 constexpr int kTreeStride = 4;         // of the deformed source's vertices in the search tree
 
 std::vector<int32_t> Iota(int64_t count) {
@@ -61,14 +61,14 @@ std::optional<FitTerm> EndTerm(const Surface& source, int32_t v, const Eigen::Ve
   return term;
 }
 
-// Of a course at the ends of time: the goal is the expected point itself, brought into the plane of
-// its match.
+// For a vertex of a part's motion at the ends of time: the goal is the expected point itself,
+// brought into the plane of its match.
 void HoldAsPoint(const Surface& source, const Eigen::Vector4f& expected,
                  const Eigen::Vector4f& normal, FitTerm& term) {
   const Eigen::Vector3f n = normal.head<3>().normalized();
   const Eigen::Vector3f from = expected.head<3>() - source.points.col(term.vertex).head<3>();
   term.goal.head<3>() = from + n.dot(term.goal.head<3>() - from) * n;
-  term.metric.topLeftCorner<3, 3>() = kCourseWeight * Eigen::Matrix3f::Identity();
+  term.metric.topLeftCorner<3, 3>() = kMotionWeight * Eigen::Matrix3f::Identity();
 }
 
 std::vector<int32_t> Inner(const Surface& source) {
@@ -143,18 +143,18 @@ struct Matcher::DeformedTrees {
 };
 
 Matcher::Matcher(const Surface& source, const PackedLists& source_neighbors, const Surface& target,
-                 const ClosestPointSearch& target_search, const Courses& courses, uint64_t seed,
+                 const ClosestPointSearch& target_search, const PartMotions& motions, uint64_t seed,
                  std::vector<int32_t> target_vertices)
     : source_(source),
       source_neighbors_(source_neighbors),
       target_(target),
       target_search_(target_search),
-      courses_(courses),
+      motions_(motions),
       random_(seed),
       source_order_(source.FreeVertices()),
       target_order_(std::move(target_vertices)) {
-  // Those on a course are the source's to find.
-  std::erase_if(target_order_, [&](int32_t t) { return courses.HasTarget(t); });
+  // Vertices of a motion are matched from the source only.
+  std::erase_if(target_order_, [&](int32_t t) { return motions.HasTarget(t); });
 }
 
 Matches Matcher::Match(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
@@ -242,10 +242,10 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
         Eigen::Vector4f p = state.points.col(v);
         if (source_.IsOpen(v) && IsBeforeTarget(source_, v, p)) return;
         Eigen::Vector4f n = DeformedNormal(state.nodes, state.maps, source_, v);
-        const Course* const course = courses_.Of(v);
-        if (course != nullptr) {
+        const PartMotion* const motion = motions_.Of(v);
+        if (motion != nullptr) {
           const Expected expected =
-              ExpectedOn(*course, source_.points.col(v), source_.mesh.normals.col(v));
+              ExpectedOn(*motion, source_.points.col(v), source_.mesh.normals.col(v));
           p = expected.point;
           n = expected.normal;
         }
@@ -256,18 +256,19 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
         if (!match || IsOpenMatch(source_, target_, v, match->vertex)) return;
         if (at_end) {
           found[s] = EndTerm(source_, v, p, match->position, match->normal, options);
-          if (found[s] && course != nullptr) HoldAsPoint(source_, p, match->normal, *found[s]);
+          if (found[s] && motion != nullptr) HoldAsPoint(source_, p, match->normal, *found[s]);
           return;
         }
-        // What has another shape on its course stays among the worst: measured from where it is
-        // now, falling drops' volumes half-way are 1.2 % off instead of 0.8.
+        // The distance from the expected point keeps parts of another shape among the worst
+        // samples: measured from the present point, falling drops' volumes half-way are 1.2 % off
+        // instead of 0.8.
         distance_sq[s] = (match->position - p).squaredNorm();
         const float weight = Closeness(distance_sq[s], options);
         if (!(weight > 0)) return;
         found[s] =
             FitTerm{v, match->position - source_.points.col(v),
-                    course != nullptr
-                        ? Eigen::Matrix4f(weight * kCourseWeight * Eigen::Matrix4f::Identity())
+                    motion != nullptr
+                        ? Eigen::Matrix4f(weight * kMotionWeight * Eigen::Matrix4f::Identity())
                         : MatchMetric(weight, match->normal, options)};
       },
       64);
@@ -298,7 +299,7 @@ void Matcher::MatchTarget(const DeformedState& state, const DeformedTrees& trees
         const Eigen::Vector4f c = target_.points.col(t), n = target_.mesh.normals.col(t);
         Eigen::Vector4f query = c;
         if (at_end) query[3] = 0;
-        int32_t best = near.NearestThat(query, [&](int32_t v) {
+        int32_t best = near.NearestIf(query, [&](int32_t v) {
           return DeformedNormal(state.nodes, state.maps, source_, v).dot(n) >
                  ClosestPointSearch::kMinCosine;
         });

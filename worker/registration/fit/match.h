@@ -46,16 +46,16 @@ Eigen::Vector4f DeformedNormal(const DeformationNodes& nodes, const std::vector<
 Eigen::Matrix4f MatchMetric(double weight, const Eigen::Vector4f& normal,
                             const MatchOptions& options);
 
-class Courses;
+class PartMotions;
 
 // Draws the samples of each iteration.
 class Matcher {
  public:
   // The arguments must outlive the matcher.
-  //   courses  of both surfaces
-  //   target_vertices  that are drawn from
+  //   motions  of parts of both surfaces
+  //   target_vertices  to draw samples from
   Matcher(const Surface& source, const PackedLists& source_neighbors, const Surface& target,
-          const ClosestPointSearch& target_search, const Courses& courses, uint64_t seed,
+          const ClosestPointSearch& target_search, const PartMotions& motions, uint64_t seed,
           std::vector<int32_t> target_vertices);
 
   // Source samples to the target, and target samples to the deformed source, so that
@@ -90,7 +90,7 @@ class Matcher {
   const PackedLists& source_neighbors_;
   const Surface& target_;
   const ClosestPointSearch& target_search_;
-  const Courses& courses_;
+  const PartMotions& motions_;
   Random random_;
   std::vector<int32_t> source_order_;  // shuffled on and on
   std::vector<int32_t> target_order_;

@@ -245,8 +245,8 @@ size_t PointTree::Nearest(const Eigen::Vector4f& query, std::span<int32_t> found
   return nearest.size();
 }
 
-int32_t PointTree::NearestThat(const Eigen::Vector4f& query,
-                               absl::FunctionRef<bool(int32_t)> accept) const {
+int32_t PointTree::NearestIf(const Eigen::Vector4f& query,
+                             absl::FunctionRef<bool(int32_t)> accept) const {
   std::array<int32_t, kNumCandidates> found;
   for (const size_t wanted : {kFirstCandidates, kNumCandidates}) {
     const size_t count = Nearest(query, std::span(found).first(wanted));
@@ -275,7 +275,7 @@ ClosestPointSearch::ClosestPointSearch(const mesh::SpaceTimeMesh& mesh, const Po
 std::optional<SurfacePoint> ClosestPointSearch::Find(const Eigen::Vector4f& p,
                                                      const Eigen::Vector4f& normal) const {
   SurfacePoint point;
-  const int32_t found = tree_.NearestThat(p, [&](int32_t v) {
+  const int32_t found = tree_.NearestIf(p, [&](int32_t v) {
     if (mesh_.normals.col(v).dot(normal) <= kMinCosine) return false;
     point = ProjectOnCells(v, p);
     return point.normal.dot(normal) > kMinCosine;
@@ -296,7 +296,7 @@ std::optional<SurfacePoint> ClosestPointSearch::FindAtEnd(End end, const Eigen::
   Eigen::Vector4f flat = p;
   flat[3] = 0;
   const PointTree& tree = end == End::kFirst ? first_tree_ : last_tree_;
-  const int32_t v = tree.NearestThat(
+  const int32_t v = tree.NearestIf(
       flat, [&](int32_t w) { return mesh_.normals.col(w).dot(normal) > kMinCosine; });
   if (v < 0) return std::nullopt;
   return SurfacePoint{points_.col(v), mesh_.normals.col(v), v};

@@ -28,7 +28,7 @@ Points Flatten(Points points);
 // Threads: same bytes for any thread count; safe once it is made.
 class PointTree {
  public:
-  static constexpr size_t kNumCandidates = 12;            // of NearestThat()
+  static constexpr size_t kNumCandidates = 12;            // of NearestIf()
   static constexpr size_t kPartPoints = size_t{1} << 18;  // the most that a part has
 
   // `indices`: the columns to search, ascending. Keeps a copy of them.
@@ -41,7 +41,7 @@ class PointTree {
   // finite. Returns how many.
   size_t Nearest(const Eigen::Vector4f& query, std::span<int32_t> found) const;
   // Of the kNumCandidates nearest columns, the nearest one that is accepted; -1: none.
-  int32_t NearestThat(const Eigen::Vector4f& query, absl::FunctionRef<bool(int32_t)> accept) const;
+  int32_t NearestIf(const Eigen::Vector4f& query, absl::FunctionRef<bool(int32_t)> accept) const;
   bool empty() const { return parts_.empty(); }
   size_t size() const;
 

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "client/cli/mesh_stats.h"
+#include "client/cli/files/mesh_stats.h"
 #include "tests/client/fake_server.h"
 
 namespace liquidblend::render {

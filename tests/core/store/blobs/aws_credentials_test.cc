@@ -139,6 +139,29 @@ TEST_F(AwsCredentialsTest, AContainerIsAskedWithItsToken) {
   EXPECT_EQ((*CredentialsFromContainer(client))->credentials.access_key_id, "container");
 }
 
+// What an endpoint answers goes into headers of later requests.
+TEST_F(AwsCredentialsTest, AnAnswerAddsNoHeadersAndHasALimit) {
+  std::string token = "session", answer;
+  HttpFake http([&](const HttpFake::Request& request) -> HttpFake::Answer {
+    if (request.method == "PUT") return {200, token};
+    if (absl::EndsWith(request.path, "/security-credentials/")) return {200, "the-role"};
+    return {200, answer};
+  });
+  Set("AWS_CONTAINER_CREDENTIALS_FULL_URI", http.url() + "/v1/credentials");
+  unsetenv("AWS_EC2_METADATA_DISABLED");
+  Set("AWS_EC2_METADATA_SERVICE_ENDPOINT", http.url());
+  HttpClient client({});
+  answer = JsonOf("id", absl::Now() + absl::Hours(1));
+  EXPECT_THAT(CredentialsFromContainer(client), Succeeds());
+  EXPECT_THAT(CredentialsFromInstance(client), Succeeds());
+  token = "session\r\nX-Other: header";
+  EXPECT_THAT(CredentialsFromInstance(client), Fails(Code::kUnavailable, "is not one line"));
+  answer = JsonOf("id\\r\\nX-Other: header", absl::Now() + absl::Hours(1));
+  EXPECT_THAT(CredentialsFromContainer(client), Fails(Code::kUnavailable, "not a valid answer"));
+  answer = JsonOf("id", absl::Now() + absl::Hours(1)) + std::string(1 << 16, ' ');
+  EXPECT_THAT(CredentialsFromContainer(client), Fails(Code::kUnavailable, "more than 65536 bytes"));
+}
+
 TEST_F(AwsCredentialsTest, TokensGoToNoOtherHostUnencrypted) {
   HttpClient client({});
   for (const std::string url :

@@ -17,6 +17,10 @@ namespace {
 
 constexpr size_t kPageSize = 3;  // small, so that there are several
 constexpr absl::Duration kDripPause = absl::Milliseconds(50);
+constexpr size_t kNumSpaces = 20;
+constexpr size_t kLongBodyBytes = size_t{17} << 20;
+constexpr int kNumHeaders = 1024;
+constexpr size_t kHeaderBytes = 1024;
 constexpr absl::Duration kMostSkew = absl::Minutes(15);
 constexpr char kHttpDate[] = "%a, %d %b %Y %H:%M:%S GMT";
 
@@ -31,6 +35,13 @@ std::string Md5(absl::string_view bytes) {
 }
 
 std::string Md5Hex(absl::string_view bytes) { return absl::BytesToHexString(Md5(bytes)); }
+
+// Whether the fault damages the body of an answer.
+bool IsOfAnswer(FakeS3::Fault fault) {
+  using Fault = FakeS3::Fault;
+  return fault == Fault::kTruncate || fault == Fault::kErrorInBody || fault == Fault::kFlip ||
+         fault == Fault::kDrip;
+}
 
 std::string EtagLine(absl::string_view etag) { return absl::StrCat("ETag: \"", etag, "\"\r\n"); }
 
@@ -92,6 +103,16 @@ int FakeS3::Count(const std::string& kind) {
   return counts_[kind];
 }
 
+int FakeS3::NumMet(Fault fault) {
+  const absl::MutexLock lock(&mutex_);
+  return num_met_[fault];
+}
+
+void FakeS3::CountMet(Fault fault) {
+  const absl::MutexLock lock(&mutex_);
+  ++num_met_[fault];
+}
+
 int FakeS3::NumHanging() {
   const absl::MutexLock lock(&mutex_);
   return num_hanging_;
@@ -122,21 +143,23 @@ void FakeS3::Hang() {
   --num_hanging_;
 }
 
-void FakeS3::Drip(HttpFake::Connection& connection, const Answer& answer) {
+void FakeS3::Drip(HttpFake::Connection& connection, const Answer& answer, size_t num_slow) {
   connection.Send(answer, 0);
   const absl::MutexLock lock(&mutex_);
   const auto is_over = [this, round = hang_round_] {
     mutex_.AssertHeld();
     return hang_round_ != round;
   };
-  for (size_t k = 0; k < answer.body.size(); ++k) {
+  for (size_t k = 0; k < num_slow; ++k) {
     if (!connection.SendMore(answer.body.substr(k, 1))) return;
     if (mutex_.AwaitWithTimeout(absl::Condition(&is_over), kDripPause)) return;
   }
+  connection.SendMore(answer.body.substr(num_slow));
 }
 
 void FakeS3::Handle(HttpFake::Connection& connection, Request request) {
   const Fault fault = NextFault(request);
+  if (!IsOfAnswer(fault) && fault != Fault::kUploadVanished) CountMet(fault);
   if (fault == Fault::kReset) return connection.Reset();
   if (fault == Fault::kHang) {
     Hang();
@@ -144,7 +167,7 @@ void FakeS3::Handle(HttpFake::Connection& connection, Request request) {
   }
   if (fault == Fault::kUploadVanished) {
     const absl::MutexLock lock(&mutex_);
-    uploads_.erase(request.query["uploadId"]);
+    num_met_[fault] += static_cast<int>(uploads_.erase(request.query["uploadId"]));
   }
   Answer answer;
   if (fault == Fault::kStatus500) answer = {500, ErrorXml("InternalError")};
@@ -167,18 +190,33 @@ void FakeS3::Send(HttpFake::Connection& connection, const Request& request, Faul
     absl::StrAppend(&answer.headers,
                     "Date: ", absl::FormatTime(kHttpDate, Now(), absl::UTCTimeZone()), "\r\n");
   }
+  if (IsOfAnswer(fault) && !answer.body.empty() && request.method != "HEAD") CountMet(fault);
   if (fault == Fault::kFlip && !answer.body.empty()) answer.body[answer.body.size() / 2] ^= 4;
   if (fault == Fault::kErrorInBody) {
     answer.body = answer.body.substr(0, answer.body.size() / 2) + ErrorXml("InternalError");
   }
-  if (fault == Fault::kDrip && request.method != "HEAD") return Drip(connection, answer);
+  if (fault == Fault::kDrip && request.method != "HEAD") {
+    return Drip(connection, answer, answer.body.size());
+  }
+  if (fault == Fault::kSpaces) {
+    answer.body.insert(0, kNumSpaces, ' ');
+    return Drip(connection, answer, kNumSpaces);
+  }
+  if (fault == Fault::kLongBody) answer.body.append(kLongBodyBytes, ' ');
+  if (fault == Fault::kManyHeaders) {
+    for (int k = 0; k < kNumHeaders; ++k) {
+      absl::StrAppend(&answer.headers, "X-", k, ": ", std::string(kHeaderBytes, 'x'), "\r\n");
+    }
+  }
   size_t num_sent = request.method == "HEAD" ? 0 : answer.body.size();
   if (fault == Fault::kTruncate) num_sent /= 2;
   connection.Send(answer, num_sent);
 }
 
 std::string FakeS3::KindOf(const Request& request) {
-  if (request.query.count("uploads") > 0) return "create upload";
+  if (request.query.count("uploads") > 0) {
+    return request.method == "GET" ? "list uploads" : "create upload";
+  }
   if (request.query.count("list-type") > 0) return "list";
   if (request.query.count("uploadId") == 0) return "";
   if (request.method == "PUT") return "upload part";
@@ -232,7 +270,7 @@ FakeS3::Answer FakeS3::Do(const Request& request) {
   if (!absl::StartsWith(request.path, bucket)) return {404, ErrorXml("NoSuchBucket")};
   const std::string key =
       request.path.size() > bucket.size() ? request.path.substr(bucket.size() + 1) : "";
-  if (key.empty()) return List(request);
+  if (key.empty()) return request.query.count("uploads") > 0 ? ListUploads(request) : List(request);
   if (request.query.count("uploads") + request.query.count("uploadId") > 0) {
     return DoUpload(request, key);
   }
@@ -272,7 +310,7 @@ FakeS3::Answer FakeS3::DoObject(const Request& request, const std::string& key) 
 FakeS3::Answer FakeS3::DoUpload(const Request& request, const std::string& key) {
   if (request.query.count("uploads") > 0) {
     const std::string id = absl::StrCat("upload ", ++num_uploads_);
-    uploads_[id];
+    uploads_[id] = {key, Now(), {}};
     return {200, absl::StrCat("<InitiateMultipartUploadResult><UploadId>", id,
                               "</UploadId></InitiateMultipartUploadResult>")};
   }
@@ -281,7 +319,7 @@ FakeS3::Answer FakeS3::DoUpload(const Request& request, const std::string& key) 
   if (request.method == "PUT") {
     int number = 0;
     if (!absl::SimpleAtoi(request.query.at("partNumber"), &number)) return {400};
-    upload->second[number] = request.body;
+    upload->second.parts[number] = request.body;
     return {200, "", EtagLine(Md5Hex(request.body))};
   }
   if (request.method == "POST") return Complete(request, key);
@@ -292,7 +330,7 @@ FakeS3::Answer FakeS3::DoUpload(const Request& request, const std::string& key) 
 FakeS3::Answer FakeS3::Complete(const Request& request, const std::string& key) {
   const auto upload = uploads_.find(request.query.at("uploadId"));
   std::string whole, digests;
-  for (const auto& [number, part] : upload->second) {
+  for (const auto& [number, part] : upload->second.parts) {
     if (!absl::StrContains(request.body, absl::StrCat("<PartNumber>", number, "</PartNumber><ETag>",
                                                       "\"", Md5Hex(part), "\""))) {
       return {400, ErrorXml("InvalidPart")};
@@ -300,11 +338,37 @@ FakeS3::Answer FakeS3::Complete(const Request& request, const std::string& key) 
     whole += part;
     digests += Md5(part);
   }
-  const std::string etag = absl::StrCat(Md5Hex(digests), "-", upload->second.size());
+  const std::string etag = absl::StrCat(Md5Hex(digests), "-", upload->second.parts.size());
   uploads_.erase(upload);
   objects_[key] = {std::move(whole), etag, Now()};
   return {200, absl::StrCat("<CompleteMultipartUploadResult><ETag>\"", etag,
                             "\"</ETag></CompleteMultipartUploadResult>")};
+}
+
+// In the order of their ids, not of their keys.
+FakeS3::Answer FakeS3::ListUploads(const Request& request) {
+  const auto get = [&](const char* name) {
+    const auto found = request.query.find(name);
+    return found == request.query.end() ? std::string() : found->second;
+  };
+  std::string body = "<ListMultipartUploadsResult>";
+  size_t count = 0;
+  std::string last_key, last_id;
+  for (const auto& [id, upload] : uploads_) {
+    if (!absl::StartsWith(upload.key, get("prefix")) || id <= get("upload-id-marker")) continue;
+    if (count++ == kPageSize) {
+      absl::StrAppend(&body, "<IsTruncated>true</IsTruncated><NextKeyMarker>", last_key,
+                      "</NextKeyMarker><NextUploadIdMarker>", last_id, "</NextUploadIdMarker>");
+      break;
+    }
+    last_key = upload.key;
+    last_id = id;
+    absl::StrAppend(&body, "<Upload><Key>", upload.key, "</Key><UploadId>", id,
+                    "</UploadId><Initiated>",
+                    absl::FormatTime("%Y-%m-%dT%H:%M:%S.000Z", upload.begun, absl::UTCTimeZone()),
+                    "</Initiated></Upload>");
+  }
+  return {200, body + "</ListMultipartUploadsResult>"};
 }
 
 FakeS3::Answer FakeS3::List(const Request& request) {

@@ -38,6 +38,9 @@ class FakeS3 {
     kRedirect,        // 301, to another region
     kWrongRegion,     // 400 AuthorizationHeaderMalformed
     kDrip,            // one byte of the body after another, until StopHanging()
+    kSpaces,          // 20 spaces, one after another, before the body
+    kLongBody,        // 17 MiB of spaces behind the body
+    kManyHeaders,     // 1 MiB of them
   };
 
   FakeS3();
@@ -48,8 +51,8 @@ class FakeS3 {
   std::string endpoint() const { return http_->url(); }
 
   // The faults of the next requests of that kind, one after the other. A kind is a method, or one
-  // of "list", "create upload", "upload part", "complete upload", "abort upload"; of a request that
-  // belongs to both, a fault of its method counts before one of the other.
+  // of "list", "list uploads", "create upload", "upload part", "complete upload", "abort upload";
+  // of a request that belongs to both, a fault of its method counts before one of the other.
   void Plan(const std::string& kind, std::vector<Fault> faults);
   // The fault of all requests from now on that no plan has a fault for; kNone ends it.
   void SetFault(Fault fault);
@@ -68,6 +71,9 @@ class FakeS3 {
 
   // Requests of that kind so far.
   int Count(const std::string& kind);
+  // Requests so far that met this fault. One without a body to damage, or without an upload to
+  // forget, does not count.
+  int NumMet(Fault fault);
   // Connections that hang now.
   int NumHanging();
   // By keys without the bucket.
@@ -82,11 +88,19 @@ class FakeS3 {
     std::string etag;
     absl::Time modified;
   };
+  struct Upload {
+    std::string key;
+    absl::Time begun;
+    std::map<int, std::string> parts;
+  };
 
   void Handle(HttpFake::Connection& connection, Request request);
   void Send(HttpFake::Connection& connection, const Request& request, Fault fault, Answer answer);
+  void CountMet(Fault fault) ABSL_LOCKS_EXCLUDED(mutex_);
   void Hang() ABSL_LOCKS_EXCLUDED(mutex_);
-  void Drip(HttpFake::Connection& connection, const Answer& answer) ABSL_LOCKS_EXCLUDED(mutex_);
+  // The first num_slow bytes of the body one after another, then the rest.
+  void Drip(HttpFake::Connection& connection, const Answer& answer, size_t num_slow)
+      ABSL_LOCKS_EXCLUDED(mutex_);
   static std::string KindOf(const Request& request);
   Fault NextFault(const Request& request) ABSL_LOCKS_EXCLUDED(mutex_);
   Fault TakePlanned(const std::string& kind) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -101,13 +115,15 @@ class FakeS3 {
   Answer Complete(const Request& request, const std::string& key)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Answer List(const Request& request) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Answer ListUploads(const Request& request) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   absl::Mutex mutex_;
   std::map<std::string, Object> objects_ ABSL_GUARDED_BY(mutex_);
-  std::map<std::string, std::map<int, std::string>> uploads_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, Upload> uploads_ ABSL_GUARDED_BY(mutex_);  // by id
   int num_uploads_ ABSL_GUARDED_BY(mutex_) = 0;
   std::map<std::string, std::deque<Fault>> faults_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, int> counts_ ABSL_GUARDED_BY(mutex_);
+  std::map<Fault, int> num_met_ ABSL_GUARDED_BY(mutex_);
   Fault fault_of_all_ ABSL_GUARDED_BY(mutex_) = Fault::kNone;
   absl::Duration clock_ahead_ ABSL_GUARDED_BY(mutex_);
   absl::Duration list_lag_ ABSL_GUARDED_BY(mutex_);

@@ -6,10 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <filesystem>
+#include <thread>
 
 #include "absl/time/clock.h"
 #include "core/store/blobs/content_hash.h"
 #include "core/store/blobs/http_client.h"
+#include "core/store/blobs/mapped_file.h"
 #include "tests/core/store/blobs/fake_s3.h"
 #include "tests/core/store/store_testing.h"
 
@@ -186,6 +189,24 @@ TEST_F(S3BlobStoreTest, LeavesNoPartsBehindWhenItFails) {
               Fails(Code::kPermissionDenied, "AccessDenied"));
   EXPECT_EQ(s3_.NumOpenUploads(), 0);
   EXPECT_TRUE(s3_.Objects().empty());
+}
+
+// A page that cannot be read while a request is repeated is sent as zeros: no record may name them.
+TEST_F(S3BlobStoreTest, ACachedFileThatCannotBeReadWhileItIsSentIsReported) {
+  SurviveUnreadablePages();
+  s3_.Plan("PUT", {Fault::kHang});
+  const auto writer = blobs_->Create();
+  ASSERT_THAT(writer, Succeeds());
+  ASSERT_THAT((*writer)->Append(AsBytes("water")), Succeeds());
+  BlobHasher hasher;
+  hasher.Add(AsBytes("water"));
+  std::jthread disk([&] {
+    while (s3_.NumHanging() == 0) absl::SleepFor(absl::Milliseconds(1));
+    std::filesystem::resize_file(LocalBlobPath(options_.cache_directory, hasher.Id()), 0);
+    s3_.StopHanging();
+  });
+  EXPECT_THAT((*writer)->Commit(), Fails(Code::kDataLoss, "the disk may be failing"));
+  EXPECT_EQ(s3_.Count("PUT"), 2);
 }
 
 // Whatever stands between us and S3, a blob is lost only if S3 says so.

@@ -224,6 +224,14 @@ TEST_F(S3CephDirect, LargeFilesAreSentInParts) {
   EXPECT_TRUE(AsString((*blob)->bytes()) == content);
 }
 
+TEST_F(S3CephDirect, UploadsInPartsThatAreLeftCanBeEnded) {
+  const std::string large(size_t{12} << 20, 'x');
+  for (int k = 0; k < 2; ++k) EXPECT_EQ(MustPresign(large, large).part_urls.size(), 3);
+  EXPECT_EQ(*blobs_->DropOldUploads(absl::Now() - absl::Hours(1)), 0);
+  EXPECT_EQ(*blobs_->DropOldUploads(absl::Now() + absl::Hours(1)), 2);
+  EXPECT_EQ(*blobs_->DropOldUploads(absl::Now() + absl::Hours(1)), 0);
+}
+
 TEST_F(S3CephDirect, BlobsCanBeGotByTheirUrl) {
   const BlobId id = *PutBlob(*blobs_, AsBytes("water"));
   const HttpAnswer answer = Send("GET", *blobs_->PresignDownload(id, absl::Minutes(15)), "");

@@ -90,7 +90,7 @@ TEST_F(S3ClientTest, PartWithALostAnswerIsSentAgain) {
   EXPECT_TRUE(Stored() == large_);
 }
 
-// The bucket's rules drop it: to abort it could hit another program's upload of the same key.
+// DropOldUploads() ends it: to abort it at once could hit another program's upload of the same key.
 TEST_F(S3ClientTest, CreationWithALostAnswerLeavesOneOpenUpload) {
   s3_.Plan("create upload", {Fault::kAnswerLost});
   EXPECT_THAT(Put(large_), Succeeds());
@@ -290,6 +290,74 @@ TEST_F(S3ClientTest, AnAnswerThatDripsEndsByItself) {
   EXPECT_THAT(client_->Get("key", ranges), Succeeds());
 }
 
+// While S3 puts the parts of a large upload together it sends spaces, for minutes: much longer than
+// three stall timeouts, and much slower than any transfer may be.
+TEST_F(S3ClientTest, ACompletionThatIsKeptAliveBySpacesIsWaitedFor) {
+  options_.connect_timeout = options_.stall_timeout = absl::Milliseconds(200);
+  options_.max_attempts = 1;
+  options_.complete_timeout = absl::Minutes(1);
+  Open();
+  s3_.Plan("complete upload", {Fault::kSpaces});  // for a second
+  EXPECT_THAT(Put(large_), Succeeds());
+  EXPECT_EQ(s3_.Count("complete upload"), 1);
+  EXPECT_TRUE(Stored() == large_);
+
+  options_.complete_timeout = absl::ZeroDuration();
+  Open();
+  s3_.Plan("complete upload", {Fault::kSpaces});
+  EXPECT_THAT(Put(large_), Fails(Code::kUnavailable, "too slow"));
+
+  // Silence ends it as before.
+  options_.complete_timeout = absl::Minutes(1);
+  Open();
+  s3_.Plan("complete upload", {Fault::kHang});
+  EXPECT_THAT(Put(large_), Fails(Code::kUnavailable, "no progress for 200ms"));
+  s3_.StopHanging();
+}
+
+// ---- uploads that were left
+
+TEST_F(S3ClientTest, OldUploadsAreDroppedPageByPage) {
+  options_.client_endpoint = options_.endpoint;
+  Open();
+  const auto begin = [&](const std::string& key) {
+    ASSERT_THAT(client_->PresignPut(key, 2 * kPartBytes, absl::Minutes(1)), Succeeds());
+  };
+  for (int k = 0; k < 7; ++k) begin(absl::StrCat("uploads/", k));
+  begin("elsewhere/1");
+  s3_.SetClockAhead(absl::Hours(2));
+  begin("uploads/young");
+  const auto dropped = client_->DropOldUploads("uploads/", absl::Now() + absl::Hours(1));
+  ASSERT_THAT(dropped, Succeeds());
+  EXPECT_EQ(*dropped, 7);
+  EXPECT_EQ(s3_.NumOpenUploads(), 2);
+  s3_.Plan("list uploads", {Fault::kStatus403});
+  EXPECT_THAT(client_->DropOldUploads("uploads/", absl::Now()),
+              Fails(Code::kPermissionDenied, "AccessDenied"));
+}
+
+// ---- answers of any size
+
+TEST_F(S3ClientTest, AnAnswerThatIsTooLongIsRefused) {
+  ASSERT_THAT(Put(small_), Succeeds());
+  const std::string limit = "an answer of more than ";
+  s3_.Plan("GET", {Fault::kLongBody});
+  EXPECT_THAT(client_->List("", ""), Fails(Code::kResourceExhausted, limit + "16777216 bytes"));
+  s3_.Plan("PUT", {Fault::kLongBody});
+  EXPECT_THAT(Put(small_), Fails(Code::kResourceExhausted, limit));
+  s3_.Plan("GET", {Fault::kLongBody});
+  const std::vector<S3Client::Range> ranges = {{0, 100}};
+  EXPECT_THAT(client_->Get("key", ranges), Fails(Code::kResourceExhausted, limit + "65536 bytes"));
+}
+
+TEST_F(S3ClientTest, HeadersThatAreTooLongAreRefused) {
+  ASSERT_THAT(Put(small_), Succeeds());
+  s3_.Plan("HEAD", {Fault::kManyHeaders});
+  EXPECT_THAT(client_->Find("key"),
+              Fails(Code::kResourceExhausted, "headers of more than 262144 bytes"));
+  EXPECT_THAT(client_->Find("key"), Succeeds());
+}
+
 TEST(S3Options, PausesDoubleAndAreLongerWhenS3AsksToSlowDown) {
   S3Options options;
   EXPECT_EQ(options.PauseAfter(1, false), absl::Milliseconds(100));
@@ -327,6 +395,8 @@ TEST(S3Options, NamesTheFieldOutOfRange) {
               HasSubstr("connect_timeout"));
   EXPECT_THAT(message([](S3Options& o) { o.stall_timeout = absl::Milliseconds(4999); }),
               HasSubstr("stall_timeout"));
+  EXPECT_THAT(message([](S3Options& o) { o.complete_timeout = -absl::Seconds(1); }),
+              HasSubstr("complete_timeout"));
   EXPECT_THAT(message([](S3Options& o) { o.part_bytes = 1023; }), HasSubstr("part_bytes"));
 }
 

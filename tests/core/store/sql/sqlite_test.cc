@@ -1,7 +1,11 @@
 #include "core/store/sql/sqlite.h"
 
+#include <sqlite3.h>
+
 #include <new>
 
+#include "absl/cleanup/cleanup.h"
+#include "core/base/retry.h"
 #include "tests/core/store/store_testing.h"
 
 namespace liquidblend::store {
@@ -113,7 +117,23 @@ TEST_F(SqliteTest, NamesAFullDatabase) {
   ASSERT_THAT(db->RunScript("CREATE TABLE t (a BLOB); PRAGMA max_page_count = 8"), Succeeds());
   EXPECT_THAT(db->Run("INSERT INTO t VALUES (?)", {Bytes{SampleBytes(100000)}}),
               Fails(Code::kResourceExhausted, path_ + ": run: database or disk is full"));
+  EXPECT_TRUE(base::IsTransient(db->Run("INSERT INTO t VALUES (?)", {Bytes{SampleBytes(100000)}})));
   EXPECT_THAT(db->Run("INSERT INTO t VALUES (?)", {Bytes{"little"}}), Succeeds());
+}
+
+// A job that meets it is tried again.
+TEST_F(SqliteTest, RunningOutOfMemoryIsOfTheEnvironment) {
+  const auto db = Open();
+  ASSERT_THAT(db->RunScript("CREATE TABLE t (a BLOB)"), Succeeds());
+  absl::Status status;
+  {
+    sqlite3_hard_heap_limit64(sqlite3_memory_used() + (1 << 16));
+    const absl::Cleanup no_limit = [] { sqlite3_hard_heap_limit64(0); };
+    status = db->Run("INSERT INTO t VALUES (?)", {Bytes{SampleBytes(1 << 20)}});
+  }
+  EXPECT_THAT(status, Fails(Code::kResourceExhausted, path_ + ": run: out of memory"));
+  EXPECT_TRUE(base::IsTransient(status));
+  EXPECT_THAT(db->Run("INSERT INTO t VALUES (?)", {Bytes{SampleBytes(1 << 20)}}), Succeeds());
 }
 
 TEST_F(SqliteTest, NamesAFileThatIsNoDatabase) {

@@ -45,7 +45,7 @@ TEST_F(AutomaticTest, ADropGivesSoftPointsAtItsSixSidesWhereItStarts) {
   }
 }
 
-TEST(Automatic, WhereADropLivesMuchLongerInOneOfThemItsCourseIsGivenToo) {
+TEST(Automatic, WhereADropLivesMuchLongerInOneOfThemItsMotionIsGivenToo) {
   const TestSurface source(Scene({DropAt(-0.2, 0.6)}, 0.6, 24));
   const TestSurface target(Scene({DropAt(0.1, 0.7, 9)}, 0.6, 24));
   const auto found = FindPoints(source.surface, target.surface, {}, source.mesh.edge_length_m);

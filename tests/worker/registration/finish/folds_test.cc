@@ -44,8 +44,8 @@ struct OnItself : TestSurface {
       : TestSurface(
             BuildMesh(synthetic::MovingSphere({.velocity_m_per_s = Eigen::Vector3f::Zero()}))),
         search(mesh, surface.points, surface.cells_around, parallel::Arena(2)) {}
-  int64_t Tuck(Points& displacement) const {
-    return TuckTurnedLayers(surface, neighbors, search, parallel::Arena(2), displacement);
+  int64_t Offset(Points& displacement) const {
+    return OffsetInvertedLayers(surface, neighbors, search, parallel::Arena(2), displacement);
   }
   double InvertedShare(Points displacement) const {
     displacement.topRows<3>() *= static_cast<float>(mesh.edge_length_m);
@@ -60,15 +60,15 @@ struct OnItself : TestSurface {
   ClosestPointSearch search;
 };
 
-TEST(TuckTurnedLayers, LeavesASingleLayerAsItIs) {
+TEST(OffsetInvertedLayers, LeavesASingleLayerAsItIs) {
   const OnItself source;
   Points displacement = Points::Constant(4, source.surface.points.cols(), 0.05f);
   const Points before = displacement;
-  EXPECT_EQ(source.Tuck(displacement), 0);
+  EXPECT_EQ(source.Offset(displacement), 0);
   EXPECT_EQ(displacement, before);
 }
 
-TEST(TuckTurnedLayers, HidesAFoldThatLiesOnTheTarget) {
+TEST(OffsetInvertedLayers, HidesAFoldThatLiesOnTheTarget) {
   const OnItself source;
   Points displacement = Points::Zero(4, source.surface.points.cols());
   for (int64_t v = 0; v < displacement.cols(); ++v) {
@@ -81,7 +81,7 @@ TEST(TuckTurnedLayers, HidesAFoldThatLiesOnTheTarget) {
   }
   const double before = source.InvertedShare(displacement);
   ASSERT_GT(before, 0.0);
-  EXPECT_GT(source.Tuck(displacement), 0);
+  EXPECT_GT(source.Offset(displacement), 0);
   EXPECT_LT(source.InvertedShare(displacement), 0.3 * before);
 }
 

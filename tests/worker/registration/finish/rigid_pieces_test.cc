@@ -27,6 +27,7 @@ TEST(CarryRigidPieces, TimeGoesOnAlongADroplet) {
   }
   CarryRigidPieces(source.surface, parallel::Arena(2), displacement);
   const auto& pieces = source.mesh.rigid_pieces;
+  ASSERT_EQ(pieces.size(), 13u);
   for (size_t n = 1; n < pieces.size(); ++n) {
     const auto time = [&](const mesh::RigidPiece& piece) {
       return source.surface.points(3, piece.first_vertex) + displacement(3, piece.first_vertex);
@@ -42,6 +43,7 @@ TEST(CarryRigidPieces, RegistrationKeepsTheShapeOfDroplets) {
   options.max_iterations = 6;
   const auto result = Register(source, target, {}, options, parallel::Arena(2));
   ASSERT_TRUE(result.ok()) << result.status();
+  ASSERT_EQ(source.rigid_pieces.size(), 13u);
   for (const mesh::RigidPiece& piece : source.rigid_pieces) {
     for (const Eigen::Matrix4Xf* field : {&result->displacement, &result->extrapolation}) {
       const auto moves = field->middleCols(piece.first_vertex, piece.num_vertices);

@@ -12,8 +12,11 @@ namespace liquidblend::registration::verdict_test {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::DoubleNear;
 using ::testing::Each;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
 
 constexpr double kDropHeight = 0.55;  // of FallingDrop's at frame 0
 
@@ -101,9 +104,9 @@ TEST(Judge, ComparesTheHalfWayVolumeWithTheMeanOfBoth) {
   const Pair pair(Drop(), Drop());
   Points displacement = pair.source.surface.points;
   displacement.row(3).setZero();  // twice as large at weight 1, 3/2 at weight 0.5
-  for (const double error : pair.Judged(displacement).volume_errors) {
-    EXPECT_NEAR(error, 1.5 * 1.5 * 1.5 - 1, 0.01);
-  }
+  const std::vector<double> errors = pair.Judged(displacement).volume_errors;
+  EXPECT_THAT(errors, Not(IsEmpty()));
+  EXPECT_THAT(errors, Each(DoubleNear(1.5 * 1.5 * 1.5 - 1, 0.01)));
 }
 
 TEST(Judge, HasTheSameBytesForAnyNumberOfThreads) {

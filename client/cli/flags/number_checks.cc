@@ -1,0 +1,44 @@
+#include "client/cli/flags/number_checks.h"
+
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+
+namespace liquidblend::cli {
+namespace {
+
+//   holds  whether a finite number is right
+template <typename Holds>
+CLI::Validator Check(const Holds& holds, const std::string& rule, const char* name) {
+  const auto check = [=](const std::string& text) {
+    double value = 0.0;
+    const bool is_number = absl::SimpleAtod(text, &value) && std::isfinite(value);
+    return is_number && holds(value) ? std::string()
+                                     : absl::StrCat("must be ", rule, ", got ", text);
+  };
+  return CLI::Validator(check, name);
+}
+
+}  // namespace
+
+CLI::Validator Positive() {
+  return Check([](double value) { return value > 0; }, "above 0", "POSITIVE");
+}
+
+CLI::Validator NonNegative() {
+  return Check([](double value) { return value >= 0; }, "0 or more", "NONNEGATIVE");
+}
+
+CLI::Validator Within(double min, double max) {
+  return Check([=](double value) { return value >= min && value <= max; },
+               absl::StrCat("in [", min, ", ", max, "]"), "");
+}
+
+CLI::CheckedTransformer OnOff() {
+  return CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}});
+}
+
+}  // namespace liquidblend::cli

@@ -1,0 +1,51 @@
+#include "client/cli/flags/surface_flags.h"
+
+#include "absl/strings/str_cat.h"
+
+#include "client/cli/flags/number_checks.h"
+
+namespace liquidblend::cli {
+
+void AddSurfaceFlags(CLI::App& command, SurfaceFlags& flags) {
+  SurfaceOptions& options = flags.options;
+  command
+      .add_option("--lod", options.level_of_detail,
+                  "Level of detail; 0 the finest, each next has about half the vertices")
+      ->check(NonNegative())
+      ->capture_default_str();
+  command
+      .add_option("--smooth", options.smoothing_passes,
+                  "Passes that even out triangles; volumes stay (Taubin)")
+      ->check(CLI::Range(0, 32))
+      ->capture_default_str();
+  command.add_flag("--laplacian", flags.laplacian,
+                   "With --smooth: passes of the paper's kind, which shrink what is small");
+  command
+      .add_option("--smooth-strength", options.smoothing_strength,
+                  "How far a pass goes, above 0 to 1; default 0.5")
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      .add_option("--smooth-time", options.temporal_smoothing,
+                  "0 to 1: mix with a little earlier and later, against flicker")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command.add_flag("--normals", options.normals, "Also normals (.ply: nx ny nz; .drc)");
+  command.add_flag("--velocities", options.velocities,
+                   "Also velocities in m/s (.ply: vx vy vz; .drc)");
+}
+
+SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags) {
+  SurfaceOptions options = flags.options;
+  if (flags.laplacian) options.smoothing = Smoothing::kLaplacian;
+  return options;
+}
+
+absl::Status CheckAttributes(const SurfaceFlags& flags, const std::string& extension) {
+  const bool has_attributes = flags.options.normals || flags.options.velocities;
+  if (!has_attributes || extension == "ply" || extension == "drc") return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(flags.options.normals ? "--normals" : "--velocities", ": .", extension,
+                   " files do not hold them; .ply and .drc do"));
+}
+
+}  // namespace liquidblend::cli

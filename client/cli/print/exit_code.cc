@@ -1,0 +1,56 @@
+#include "client/cli/print/exit_code.h"
+
+#include "absl/strings/cord.h"
+
+namespace liquidblend::cli {
+namespace {
+
+constexpr char kVerdictUrl[] = "liquidblend/verdict";  // marks what VerdictError() makes
+
+}  // namespace
+
+absl::Status VerdictError(const std::string& message) {
+  absl::Status status = absl::FailedPreconditionError(message);
+  status.SetPayload(kVerdictUrl, absl::Cord());
+  return status;
+}
+
+ExitCode ToExitCode(const absl::Status& status) {
+  if (status.GetPayload(kVerdictUrl).has_value()) return kExitTooDifferent;
+  switch (status.code()) {
+    case absl::StatusCode::kOk:
+      return kExitOk;
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kOutOfRange:
+      return kExitUsage;
+    case absl::StatusCode::kUnavailable:
+      return kExitUnreachable;
+    case absl::StatusCode::kNotFound:
+      return kExitNotFound;
+    case absl::StatusCode::kCancelled:
+      return kExitCancelled;
+    case absl::StatusCode::kDataLoss:
+      return kExitDamaged;
+    default:
+      return kExitFailed;
+  }
+}
+
+const char* Advice(ExitCode code) {
+  switch (code) {
+    case kExitUnreachable:
+      return "Is liquidblend-server running? Say where with --server HOST:PORT or "
+             "LIQUIDBLEND_SERVER.";
+    case kExitNotFound:
+      return "`liquidblend list` shows what the server has; paths are those of this machine.";
+    case kExitTooDifferent:
+      return "`liquidblend inspect FAMILY` says where; correspondences may help "
+             "(docs/correspondences.md).";
+    case kExitUsage:
+      return "`liquidblend COMMAND --help` explains every flag.";
+    default:
+      return "";
+  }
+}
+
+}  // namespace liquidblend::cli

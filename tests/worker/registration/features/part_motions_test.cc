@@ -1,0 +1,171 @@
+#include "worker/registration/features/part_motions.h"
+
+#include <gmock/gmock.h>
+
+#include <numbers>
+
+#include "core/mesh/components.h"
+#include "core/mesh/slice_at.h"
+#include "tests/worker/registration/drops_testing.h"
+#include "worker/registration/features/automatic.h"
+#include "worker/registration/finish/part_volumes.h"
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr double kReach = 5.0;
+
+// A ball that falls steadily along z from 80 on.
+Track Fall(double edges_per_frame, int num_slabs, TrackEnd end = TrackEnd::kMerge) {
+  Track track;
+  track.end = end;
+  track.end_time = num_slabs;
+  track.volume = 4.0 / 3 * std::numbers::pi * kReach * kReach * kReach;
+  for (int slab = 1; slab <= num_slabs; ++slab) {
+    Part part{.slab = slab};
+    part.centre = {1, 2, 80 - edges_per_frame * (slab - 0.5), slab - 0.5};
+    part.reach.fill(kReach);
+    // The lowest vertex is of the slab's end.
+    part.reach[1] = kReach + 0.5 * edges_per_frame;
+    track.parts.push_back(part);
+  }
+  return track;
+}
+
+TEST(PartMotions, EndWhereBothPartsHaveComeEquallyLow) {
+  // Both strike at a height of 20: after 15 frames, and after 7.5, of which 7 are whole.
+  const auto motion = PartMotionOf(Fall(4, 15), Fall(8, 7));
+  ASSERT_TRUE(motion.has_value());
+  EXPECT_NEAR(motion->time_scale, 0.5, 1e-9);
+  EXPECT_NEAR(motion->time_offset, 0, 1e-9);
+  EXPECT_NEAR(motion->scale, 1, 1e-9);
+}
+
+TEST(PartMotions, AreOnlyOfPartsThatEndByAMergeInBoth) {
+  EXPECT_FALSE(PartMotionOf(Fall(4, 15), Fall(4, 15, TrackEnd::kLastFrame)).has_value());
+  EXPECT_FALSE(PartMotionOf(Fall(4, 15, TrackEnd::kVanishes), Fall(4, 15)).has_value());
+  EXPECT_FALSE(PartMotionOf(Fall(4, 1), Fall(4, 15)).has_value()) << "there for a frame";
+}
+
+TEST(PartMotions, ExpectAPointAtItsPlaceInThePartAndItsNormalOnTheMovingSurface) {
+  const auto motion = PartMotionOf(Fall(4, 15), Fall(8, 7));
+  ASSERT_TRUE(motion.has_value());
+  // The lowest point at frame 6: n = (0, 0, -1), and -v.n in time.
+  const Eigen::Vector4f point(1, 2, 80 - 24 - 5, 6);
+  const Eigen::Vector4f normal = Eigen::Vector4f(0, 0, -1, -4).normalized();
+  const Expected expected = ExpectedOn(*motion, point, normal);
+  EXPECT_LT((expected.point - Eigen::Vector4f(1, 2, 80 - 24 - 5, 3)).norm(), 1e-3);
+  EXPECT_LT((expected.normal - Eigen::Vector4f(0, 0, -1, -8).normalized()).norm(), 1e-3);
+}
+
+class PartMotionsOfScenes : public ::testing::Test {
+ protected:
+  PartMotions Find(const std::vector<Correspondence>& users) const {
+    return PartMotions(source_features_, target_features_, {{0, 0, 1.0}}, users,
+                       source_.mesh.edge_length_m);
+  }
+  TestSurface source_{Scene({DropAt(-0.2, 0.8)}, 0.6)};
+  const mesh::SpaceTimeMesh target_mesh_ = Scene({DropAt(0.1, 0.6)}, 0.6);
+  const Surface target_{target_mesh_, source_.mesh.edge_length_m, parallel::Arena(2)};
+  const Features source_features_ = FindTrackFeatures(source_.surface);
+  const Features target_features_ = FindTrackFeatures(target_);
+};
+
+TEST_F(PartMotionsOfScenes, AreOfTheDropsVerticesAndOfNoOthers) {
+  const PartMotions motions = Find({});
+  ASSERT_EQ(motions.all().size(), 1u);
+  const double edge = source_.mesh.edge_length_m;
+  int64_t num_of_drop = 0;
+  for (int64_t v = 0; v < source_.surface.points.cols(); ++v) {
+    if (motions.Of(v) == nullptr) continue;
+    ++num_of_drop;
+    const Eigen::Vector4d p = source_.surface.points.col(v).cast<double>();
+    const Eigen::Vector3d centre(-0.2, 0, 0.8 - 0.05 * p[3]);
+    ASSERT_NEAR((edge * p.head<3>() - centre).norm(), kDropRadius, edge) << v;
+  }
+  EXPECT_GT(num_of_drop, 500);
+  int64_t num_of_target = 0;
+  for (int64_t v = 0; v < target_.points.cols(); ++v) num_of_target += motions.HasTarget(v);
+  EXPECT_GT(num_of_target, 300);
+  EXPECT_LT(num_of_target, target_.points.cols() / 2);
+}
+
+TEST_F(PartMotionsOfScenes, AUserWhoSendsAPointElsewhereKnowsBetter) {
+  Correspondence user;
+  user.source = {-0.2, 0, 1.05, 0};
+  user.target = {0.1, 0, 0.85, 0};
+  EXPECT_EQ(Find({user}).all().size(), 1u) << "top to top";
+  user.target = {0.1, 0, 0.55, 6};
+  EXPECT_TRUE(Find({user}).all().empty()) << "much later";
+  user.target = {0.5, 0.3, 0, 0};
+  EXPECT_TRUE(Find({user}).all().empty()) << "into the pool";
+  user.source = {0.5, 0.3, 0, 0};
+  EXPECT_EQ(Find({user}).all().size(), 1u) << "of the pool";
+}
+
+TEST_F(PartMotionsOfScenes, AUsersPointsAtTheStrikeMayBeAFrameLate) {
+  const PartMotions motions = Find({});
+  ASSERT_EQ(motions.all().size(), 1u);
+  const Track &from = motions.all()[0].source, &to = motions.all()[0].target;
+  const auto top = [&](const Track& track, double time) -> Eigen::Vector4d {
+    const double edge = source_.mesh.edge_length_m;
+    Eigen::Vector4d point = track.At(time).centre;
+    point.head<3>() *= edge;
+    point[2] += kDropRadius;
+    point[3] = time;
+    return point;
+  };
+  Correspondence user;
+  user.source = top(from, from.end_time - 0.5);
+  user.target = top(to, to.end_time + 0.5);
+  EXPECT_EQ(Find({user}).all().size(), 1u) << "the target a little late";
+  user.source = top(from, from.end_time + 0.5);
+  user.target = top(to, to.end_time - 0.5);
+  EXPECT_EQ(Find({user}).all().size(), 1u) << "the source a little late";
+  user.target = {0.5, 0.3, 0, to.end_time};
+  EXPECT_EQ(Find({user}).all().size(), 1u) << "after its end, of the pool";
+}
+
+TEST_F(PartMotionsOfScenes, PartsGetTheTargetsVolumes) {
+  const PartMotions motions = Find({});
+  ASSERT_EQ(motions.all().size(), 1u);
+  // Each vertex where its motion expects it, in a part a twentieth too large.
+  Points displacement = Points::Zero(4, source_.surface.points.cols());
+  for (int64_t v = 0; v < displacement.cols(); ++v) {
+    const PartMotion* const motion = motions.Of(v);
+    if (motion == nullptr) continue;
+    const Eigen::Vector4f p = source_.surface.points.col(v);
+    const Part part = motion->source.At(p[3]);
+    Eigen::Vector4f large = p;
+    large.head<3>() += 0.05f * (p.head<3>() - part.centre.head<3>().cast<float>());
+    displacement.col(v) = ExpectedOn(*motion, large, source_.mesh.normals.col(v)).point - p;
+    if (source_.surface.InFirstSlab(v)) displacement(3, v) = 0;
+  }
+  const double times[] = {1, 2, 3};
+  const auto error = [&](int frame) {
+    Eigen::Matrix4Xf moved = displacement;
+    moved.topRows<3>() *= static_cast<float>(source_.mesh.edge_length_m);
+    moved += source_.mesh.vertices;
+    const auto volume = [&](const mesh::TriangleMesh& slice) {
+      return mesh::ComponentVolumes(slice).back();
+    };
+    const parallel::Arena arena(2);
+    return volume(mesh::SliceAt(source_.mesh, moved, times, arena)[frame]) /
+               volume(mesh::SliceAt(target_mesh_, times, arena)[frame]) -
+           1;
+  };
+  for (const int frame : {0, 1, 2}) EXPECT_GT(error(frame), 0.1) << frame;
+  const Points before = displacement;
+  MatchPartVolumes(source_.surface, source_.neighbors, target_, motions, parallel::Arena(2),
+                   displacement);
+  for (const int frame : {0, 1, 2}) EXPECT_NEAR(error(frame), 0, 0.01) << frame;
+  for (const int num_threads : {1, 8}) {
+    Points again = before;
+    MatchPartVolumes(source_.surface, source_.neighbors, target_, motions,
+                     parallel::Arena(num_threads), again);
+    EXPECT_TRUE(again == displacement) << num_threads << " threads";
+  }
+}
+
+}  // namespace
+}  // namespace liquidblend::registration

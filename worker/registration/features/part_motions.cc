@@ -1,0 +1,129 @@
+#include "worker/registration/features/part_motions.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace liquidblend::registration {
+namespace {
+
+constexpr double kMinLife = 1.0;  // frames; shorter lives have no motion
+constexpr double kMinFall = 0.3;  // edges per frame; slower parts do not tell when they strike
+constexpr double kMaxCorrection = 1.0;  // frames; ends are known to a frame
+constexpr double kMaxScale = 2.0;
+// Limits for users' points: distance from the part's centre, in its radii; distance from its
+// motion.
+constexpr double kOfPart = 1.3;
+constexpr double kSameTime = 2.0;  // frames; as far beyond the ends of a life, too
+
+// Height of the last part's lowest vertex.
+double Lowest(const Track& track, const mesh::HeightAxis& height) {
+  std::array<int, 3> down = {};
+  down[height.axis] = -height.sign;
+  const auto found = std::find(kReachDirections.begin(), kReachDirections.end(), down);
+  const Part& last = track.parts.back();
+  return height.sign * last.centre[height.axis] - last.reach[found - kReachDirections.begin()];
+}
+
+Eigen::Vector3d VelocityAt(const Track& track, double time) {
+  return (track.At(time + 0.5).centre - track.At(time - 0.5).centre).head<3>();
+}
+
+bool IsOfPart(const Track& track, const Eigen::Vector4d& point, double beyond = 0.0) {
+  if (point[3] < track.start_time - beyond || point[3] > track.end_time + beyond) return false;
+  const Part part = track.At(point[3]);
+  return (point - part.centre).head<3>().norm() <= kOfPart * part.radius();
+}
+
+bool Contradicts(const Correspondence& user, const PartMotion& motion, double edge_length_m) {
+  if (user.kind == CorrespondenceKind::kSpace) return false;
+  Eigen::Vector4d source = user.source, target = user.target;
+  source.head<3>() /= edge_length_m;
+  target.head<3>() /= edge_length_m;
+  if (!IsOfPart(motion.source, source) && !IsOfPart(motion.target, target)) return false;
+  return !IsOfPart(motion.source, source, kSameTime) ||
+         !IsOfPart(motion.target, target, kSameTime) ||
+         std::abs(source[3] * motion.time_scale + motion.time_offset - target[3]) > kSameTime;
+}
+
+std::vector<int8_t> OfVertices(const std::vector<int32_t>& track_of,
+                               const std::vector<int8_t>& motion_of) {
+  std::vector<int8_t> result;
+  result.reserve(track_of.size());
+  for (const int32_t track : track_of) result.push_back(track < 0 ? -1 : motion_of[track]);
+  return result;
+}
+
+}  // namespace
+
+std::optional<PartMotion> PartMotionOf(const Track& source, const Track& target, mesh::Up up) {
+  if (source.end != TrackEnd::kMerge || target.end != TrackEnd::kMerge) return std::nullopt;
+  if (std::min(source.life(), target.life()) <= kMinLife) return std::nullopt;
+  double end = target.end_time;
+  const mesh::HeightAxis height = mesh::AxisOf(up);
+  const double fall = height.sign * VelocityAt(target, end)[height.axis];
+  if (std::abs(fall) >= kMinFall) {
+    end += std::clamp((Lowest(source, height) - Lowest(target, height)) / fall, -kMaxCorrection,
+                      kMaxCorrection);
+  }
+  PartMotion motion{source, target};
+  motion.time_scale = (end - target.start_time) / source.life();
+  motion.time_offset = target.start_time - motion.time_scale * source.start_time;
+  motion.scale = std::clamp(target.diameter() / source.diameter(), 1 / kMaxScale, kMaxScale);
+  if (!(motion.time_scale > 0)) return std::nullopt;
+  return motion;
+}
+
+Expected ExpectedOn(const PartMotion& motion, const Eigen::Vector4f& point,
+                    const Eigen::Vector4f& normal) {
+  const double time = point[3], target_time = time * motion.time_scale + motion.time_offset;
+  const Eigen::Vector3d from = motion.source.At(time).centre.head<3>();
+  const Eigen::Vector3d to = motion.target.At(target_time).centre.head<3>();
+  Expected expected;
+  expected.point.head<3>() =
+      (to + motion.scale * (point.head<3>().cast<double>() - from)).cast<float>();
+  expected.point[3] = static_cast<float>(target_time);
+  // J^-T N for J = [scale I, drift; 0, time_scale].
+  const Eigen::Vector3d drift = motion.time_scale * VelocityAt(motion.target, target_time) -
+                                motion.scale * VelocityAt(motion.source, time);
+  const Eigen::Vector3d in_space = normal.head<3>().cast<double>() / motion.scale;
+  Eigen::Vector4d image;
+  image << in_space, (normal[3] - drift.dot(in_space)) / motion.time_scale;
+  expected.normal = image.normalized().cast<float>();
+  return expected;
+}
+
+PartMotions::PartMotions(const Features& source, const Features& target,
+                         const std::vector<AssignedPair>& tracks,
+                         const std::vector<Correspondence>& users, double edge_length_m) {
+  std::vector<int8_t> of_source_track(source.tracks.size(), -1);
+  std::vector<int8_t> of_target_track(target.tracks.size(), -1);
+  for (const AssignedPair& pair : tracks) {
+    const auto motion =
+        PartMotionOf(source.tracks[pair.row], target.tracks[pair.column], source.up);
+    if (!motion) continue;
+    const bool is_contradicted = std::any_of(
+        users.begin(), users.end(),
+        [&](const Correspondence& user) { return Contradicts(user, *motion, edge_length_m); });
+    if (is_contradicted) continue;
+    static_assert(2 * kMaxAssigned <= std::numeric_limits<int8_t>::max());
+    of_source_track[pair.row] = static_cast<int8_t>(motions_.size());
+    of_target_track[pair.column] = static_cast<int8_t>(motions_.size());
+    motions_.push_back(*motion);
+  }
+  if (motions_.empty()) return;
+  of_source_ = OfVertices(source.track_of, of_source_track);
+  of_target_ = OfVertices(target.track_of, of_target_track);
+}
+
+const PartMotion* PartMotions::Of(int64_t source_vertex) const {
+  if (of_source_.empty() || of_source_[source_vertex] < 0) return nullptr;
+  return &motions_[of_source_[source_vertex]];
+}
+
+bool PartMotions::HasTarget(int64_t target_vertex) const {
+  return !of_target_.empty() && of_target_[target_vertex] >= 0;
+}
+
+}  // namespace liquidblend::registration

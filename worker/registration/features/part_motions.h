@@ -1,0 +1,62 @@
+// Motions of detached parts that both animations have. They give the counterparts of such a part's
+// vertices. Closest points would slide along the path of a falling drop, and late in a long fall
+// they would find a drop that strikes already. Internal to worker/registration.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "worker/registration/features/pair_features.h"
+#include "worker/registration/surface/correspondence.h"
+
+namespace liquidblend::registration {
+
+// Motion of a part in both animations, from its start to its merge with the rest. Registration
+// units.
+struct PartMotion {
+  Track source, target;
+  // The time map is linear: target time = source time * time_scale + time_offset.
+  double time_scale = 1.0;
+  double time_offset = 0.0;
+  double scale = 1.0;  // the target's diameter over the source's
+};
+
+// Expected position and normal of a vertex's counterpart in the target.
+struct Expected {
+  Eigen::Vector4f point, normal;
+};
+
+// Motion of a pair of tracks that both end by a merge and live for more than a frame; nothing for
+// other pairs. It ends when the lowest points of both have come equally low, between two frames.
+//   up  of both animations
+std::optional<PartMotion> PartMotionOf(const Track& source, const Track& target,
+                                       mesh::Up up = mesh::Up::kUnknown);
+
+// Counterpart of a source point.
+//   normal  unit length, of the source at `point`
+Expected ExpectedOn(const PartMotion& motion, const Eigen::Vector4f& point,
+                    const Eigen::Vector4f& normal);
+
+// All motions of two animations, and the vertices that take part.  Threads: safe once it is made.
+class PartMotions {
+ public:
+  PartMotions() = default;
+  // Takes the pairs of tracks that users' points do not contradict, by sending a point of the part
+  // elsewhere.
+  PartMotions(const Features& source, const Features& target,
+              const std::vector<AssignedPair>& tracks, const std::vector<Correspondence>& users,
+              double edge_length_m);
+
+  const std::vector<PartMotion>& all() const { return motions_; }
+  // The motion of a source vertex; null: it has none.
+  const PartMotion* Of(int64_t source_vertex) const;
+  bool HasTarget(int64_t target_vertex) const;
+
+ private:
+  std::vector<PartMotion> motions_;
+  // Per vertex, the index into motions_; -1: none. Empty if there are no motions.
+  std::vector<int8_t> of_source_, of_target_;
+};
+
+}  // namespace liquidblend::registration
