@@ -1,6 +1,7 @@
 #include "client/src/convert.h"
 
 #include <google/protobuf/reflection.h>
+#include <google/protobuf/util/json_util.h>
 
 #include <optional>
 #include <utility>
@@ -11,6 +12,13 @@
 
 namespace liquidblend::client {
 namespace {
+
+// An object without fields if an error has a detail of a type that this program does not know.
+std::string JsonOf(const google::protobuf::Message& proto) {
+  std::string json;
+  const auto status = google::protobuf::util::MessageToJsonString(proto, &json);
+  return status.ok() ? json : "{}";
+}
 
 Vector3 ToVector(const v1::Vector3& proto) { return {proto.x(), proto.y(), proto.z()}; }
 
@@ -349,6 +357,7 @@ Animation FromProto(const v1::Animation& proto) {
   animation.size_bytes = proto.size_bytes();
   animation.notes.assign(proto.notes().begin(), proto.notes().end());
   animation.create_time = ToTime(proto.create_time());
+  animation.json = JsonOf(proto);
   return animation;
 }
 
@@ -392,6 +401,7 @@ Family FromProto(const v1::Family& proto) {
   family.size_bytes = proto.size_bytes();
   family.create_time = ToTime(proto.create_time());
   family.update_time = ToTime(proto.update_time());
+  family.json = JsonOf(proto);
   return family;
 }
 

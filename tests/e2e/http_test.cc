@@ -3,10 +3,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "absl/strings/numbers.h"
+#include "tests/client/run_command.h"
 #include "tests/e2e/e2e_testing.h"
 #include "tests/server/http/http_client.h"
 #include "worker/ingest/formats/readers.h"
@@ -14,8 +17,8 @@
 namespace liquidblend::e2e {
 namespace {
 
-using testing::HasSubstr;
-using testing::StartsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 class HttpTest : public E2eTest {
  protected:
@@ -28,6 +31,23 @@ class HttpTest : public E2eTest {
   }
 
   std::string PortFile() const { return data() + "/http.port"; }
+
+  // Of a server that has just started, the address for gRPC and the port of HTTP.
+  static std::pair<std::string, int> Listens(Process& server) {
+    const std::string grpc = server.ReadLine(), http = server.ReadLine();
+    int port = 0;
+    EXPECT_TRUE(absl::SimpleAtoi(http.substr(http.rfind(':') + 1), &port)) << http;
+    return {grpc.substr(grpc.rfind(' ') + 1), port};
+  }
+
+  // The family "balls".
+  void RegisterBalls() {
+    ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
+    ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
+    Operation registration;
+    ASSERT_TRUE(Register(1, registration).ok());
+    ExpectSuccess(AwaitDone(registration.name()));
+  }
 };
 
 TEST_F(HttpTest, IsAnnouncedAndEndsInOrder) {
@@ -70,18 +90,13 @@ std::span<const std::byte> BytesOf(const std::string& text) {
 TEST_F(HttpTest, AFrameIsTheSameSurfaceInEachFormat) {
   lease_ = "30s";
   Process server = StartServer({"--http", "127.0.0.1:0"}, /*num_workers=*/1);
-  const std::string grpc = server.ReadLine(), http = server.ReadLine();
-  Connect(grpc.substr(grpc.rfind(' ') + 1));
-  ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
-  ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
-  Operation registration;
-  ASSERT_TRUE(Register(1, registration).ok());
-  ExpectSuccess(AwaitDone(registration.name()));
-  int port = 0;
-  ASSERT_TRUE(absl::SimpleAtoi(http.substr(http.rfind(':') + 1), &port)) << http;
+  const std::pair<std::string, int> listens = Listens(server);
+  Connect(listens.first);
+  RegisterBalls();
   const auto get = [&](const std::string& extension) {
-    const http::HttpReply reply = http::HttpClient(port).Get("/v1/families/balls/frame." +
-                                                             extension + "?weights=0.5&time=0.1");
+    const http::HttpReply reply =
+        http::HttpClient(listens.second)
+            .Get("/v1/families/balls/frame." + extension + "?weights=0.5&time=0.1");
     EXPECT_EQ(reply.code, 200) << extension << ": " << reply.body;
     return reply.body;
   };
@@ -93,6 +108,22 @@ TEST_F(HttpTest, AFrameIsTheSameSurfaceInEachFormat) {
     EXPECT_NEAR(mesh::Volume(*read) / mesh::Volume(draco), 1.0, 1e-3);
     EXPECT_TRUE(read->vertices.rowwise().mean().isApprox(draco.vertices.rowwise().mean(), 1e-3f));
   }
+  server.Signal(SIGTERM);
+  EXPECT_EQ(server.Wait(), 0);
+}
+
+TEST_F(HttpTest, AFamilyIsTheSameJsonAsOfTheCommandLine) {
+  lease_ = "30s";
+  Process server = StartServer({"--http", "127.0.0.1:0"}, /*num_workers=*/1);
+  const auto [target, port] = Listens(server);
+  Connect(target);
+  RegisterBalls();
+  const auto inspected =
+      liquidblend::testing::RunLiquidblend({"--server", target, "inspect", "balls", "--json"});
+  EXPECT_EQ(inspected.exit_code, 0) << inspected.err;
+  const auto printed = nlohmann::json::parse(inspected.out);
+  EXPECT_TRUE(printed["reports"][0]["verdict"].contains("grade")) << printed;
+  EXPECT_EQ(printed, nlohmann::json::parse(http::HttpClient(port).Get("/v1/families/balls").body));
   server.Signal(SIGTERM);
   EXPECT_EQ(server.Wait(), 0);
 }

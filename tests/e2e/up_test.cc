@@ -73,7 +73,7 @@ class UpTest : public E2eTest {
   }
 
   std::string UpOf(const std::string& what) const {
-    return Json::parse(RunOrDie({"inspect", what, "--json"}))["up"];
+    return Json::parse(RunOrDie({"inspect", what, "--json"})).value("up", "UP_UNSPECIFIED");
   }
 
   void Register(const std::string& family, const std::string& source,
@@ -117,9 +117,9 @@ TEST_F(UpTest, IsFoundFromTheFallAndGoesIntoTheFamilyAndItsPictures) {
   EXPECT_THAT(RunOrDie({"import", "a", WriteFall("a", 3.0, Up::kMinusX)}),
               AllOf(HasSubstr(", -x up"), HasSubstr("Took -x as up: falling parts show")));
   RunOrDie({"import", "b", WriteFall("b", 2.6, Up::kMinusX)});
-  EXPECT_EQ(UpOf("animations/a"), "-x");
+  EXPECT_EQ(UpOf("animations/a"), "UP_MINUS_X");
   Register("f", "a", "b");
-  EXPECT_EQ(UpOf("families/f"), "-x");
+  EXPECT_EQ(UpOf("families/f"), "UP_MINUS_X");
   EXPECT_THAT(RunOrDie({"inspect", "f"}), HasSubstr(", -x up"));
 
   RunOrDie({"import", "upright_a", WriteFall("upright_a", 3.0, Up::kZ)});
@@ -141,7 +141,7 @@ TEST_F(UpTest, IsTakenFromMetaAndFlagsAndMustBeOneInAFamily) {
               HasSubstr("Took -y as up, as given, although falling parts show that y is up"));
   folder_.Write("a/meta.json", R"({"fps": 24, "up": "z"})");
   RunOrDie({"import", "b", folder});
-  EXPECT_EQ(UpOf("animations/b"), "z");
+  EXPECT_EQ(UpOf("animations/b"), "UP_Z");
   const CommandResult refused =
       Run({"register", "f", "--source", "a", "--target", "b", "--wait", "--iterations", "1"});
   EXPECT_EQ(refused.exit_code, 2);
@@ -160,7 +160,7 @@ TEST_F(UpTest, IsAssumedToBeZWhereNothingFalls) {
   }
   EXPECT_THAT(RunOrDie({"import", "a", folder_.File("still")}),
               AllOf(HasSubstr("z (assumed) up"), HasSubstr("Assumed that z is up")));
-  EXPECT_EQ(UpOf("animations/a"), "unknown");
+  EXPECT_EQ(UpOf("animations/a"), "UP_UNSPECIFIED");
 }
 
 }  // namespace

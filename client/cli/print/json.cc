@@ -2,8 +2,6 @@
 
 #include <string>
 
-#include "client/cli/files/correspondences.h"
-
 namespace liquidblend::cli {
 namespace {
 
@@ -12,76 +10,6 @@ Json ToJson(const Vector3& v) { return Json::array({v.x, v.y, v.z}); }
 Json ToJson(const absl::Status& status) {
   return {{"code", absl::StatusCodeToString(status.code())},
           {"message", std::string(status.message())}};
-}
-
-Json ToJson(const Event& event) {
-  const Vector3& at = event.position;
-  return {{"position", {at.x, at.y, at.z}}, {"time_s", event.time_s}};
-}
-
-Json ToJson(const CorrespondenceReport& report) {
-  return {{"kind", KindName(report.correspondence.kind)},
-          {"hard", report.correspondence.hard},
-          {"source", ToJson(report.correspondence.source)},
-          {"target", ToJson(report.correspondence.target)},
-          {"length_s", report.correspondence.length_s},
-          {"kept", report.kept},
-          {"residual_m", report.residual_m},
-          {"residual_frames", report.residual_frames},
-          {"num_nodes", report.num_nodes},
-          {"automatic", report.automatic},
-          {"confidence", report.confidence}};
-}
-
-Json ToJson(const Verdict& verdict) {
-  Json json = {{"grade", GradeName(verdict.grade)},
-               {"reason", verdict.reason},
-               {"worst", ToJson(verdict.worst)}};
-  for (const auto& [name, value] : verdict.figures) json[name] = value;
-  for (const auto& [name, values] : verdict.lists) json[name] = values;
-  return json;
-}
-
-Json ToJson(const RegistrationReport& report) {
-  Json correspondences = Json::array();
-  for (const CorrespondenceReport& correspondence : report.correspondences) {
-    correspondences.push_back(ToJson(correspondence));
-  }
-  return {{"target", report.target},
-          {"num_nodes", report.num_nodes},
-          {"num_iterations", report.num_iterations},
-          {"mean_residual_edges", report.mean_residual_edges},
-          {"inlier_share", report.inlier_share},
-          {"seconds", report.seconds},
-          {"correspondences", correspondences},
-          {"verdict", ToJson(report.verdict)}};
-}
-
-Json ToJson(const Fidelity& fidelity) {
-  return {{"num_frames", fidelity.num_frames},
-          {"mean_distance_edges", fidelity.mean_distance_edges},
-          {"max_distance_edges", fidelity.max_distance_edges},
-          {"max_volume_error", fidelity.max_volume_error},
-          {"num_components", fidelity.num_components},
-          {"num_components_shown", fidelity.num_components_shown},
-          {"max_component_error", fidelity.max_component_error}};
-}
-
-Json ToJson(const SpaceTimeReport& report) {
-  return {{"animation", report.animation},
-          {"connectivity", ConnectivityName(report.connectivity)},
-          {"grid_spacing_m", report.grid_spacing_m},
-          {"grid_spacing_edges", report.grid_spacing_edges},
-          {"edge_length_m", report.edge_length_m},
-          {"num_vertices", report.num_vertices},
-          {"num_tetrahedra", report.num_tetrahedra},
-          {"num_pyramids", report.num_pyramids},
-          {"num_wedges", report.num_wedges},
-          {"num_hexahedra", report.num_hexahedra},
-          {"num_droplets", report.num_droplets},
-          {"num_rigid_pieces", report.num_rigid_pieces},
-          {"thin_share", report.thin_share},
-          {"fidelity", ToJson(report.fidelity)}};
 }
 
 Json ToJson(const Progress& progress) {
@@ -112,11 +40,6 @@ Json ToJson(const Progress& progress) {
 
 }  // namespace
 
-Json ToJson(const TimeBlending& blending) {
-  const bool is_squares = blending.kind == TimeBlending::Kind::kSquares;
-  return {{"kind", is_squares ? "squares" : "linear"}, {"rest_time_s", blending.rest_time_s}};
-}
-
 std::string FormatUtc(absl::Time time) {
   return absl::FormatTime("%Y-%m-%dT%H:%M:%SZ", time, absl::UTCTimeZone());
 }
@@ -125,74 +48,9 @@ Json ToJson(const Bounds& bounds) {
   return {{"min", ToJson(bounds.min)}, {"max", ToJson(bounds.max)}};
 }
 
-Json ToJson(const Animation& animation) {
-  Json json = {{"name", animation.name},
-               {"state", StateName(animation.state)},
-               {"num_frames", animation.num_frames},
-               {"first_frame_number", animation.first_frame_number},
-               {"frames_per_second", animation.frames_per_second},
-               {"up", NameOf(animation.up)},
-               {"mean_edge_length_m", animation.mean_edge_length_m},
-               {"num_vertices", animation.num_vertices},
-               {"num_triangles", animation.num_triangles},
-               {"bounds", ToJson(animation.bounds)},
-               {"size_bytes", animation.size_bytes},
-               {"notes", animation.notes},
-               {"create_time", FormatUtc(animation.create_time)}};
-  if (!animation.error.ok()) json["error"] = ToJson(animation.error);
-  return json;
-}
+Json ToJson(const Animation& animation) { return Json::parse(animation.json); }
 
-Json ToJson(const Family& family) {
-  Json reports = Json::array();
-  for (const RegistrationReport& report : family.reports) reports.push_back(ToJson(report));
-  Json space_time_reports = Json::array();
-  for (const SpaceTimeReport& report : family.space_time_reports) {
-    space_time_reports.push_back(ToJson(report));
-  }
-  Json levels = Json::array();
-  for (const LevelOfDetail& level : family.coarser_levels) {
-    levels.push_back({{"num_vertices", level.num_vertices}, {"num_cells", level.num_cells}});
-  }
-  Json kept = Json::array();
-  for (const FamilyVersion& version : family.kept_versions) {
-    kept.push_back({{"version", version.version},
-                    {"source", version.source},
-                    {"targets", version.targets},
-                    {"size_bytes", version.size_bytes},
-                    {"publish_time", FormatUtc(version.publish_time)}});
-  }
-  Json json = {
-      {"name", family.name},
-      {"version", family.version},
-      {"restored_version", family.restored_version},
-      {"kept_versions", kept},
-      {"source", family.source},
-      {"targets", family.targets},
-      {"duration_s", family.duration_s},
-      {"frames_per_second", family.frames_per_second},
-      {"bounds", ToJson(family.bounds)},
-      {"up", NameOf(family.up)},
-      {"num_vertices", family.num_vertices},
-      {"num_cells", family.num_cells},
-      {"coarser_levels", levels},
-      {"has_velocities", family.has_velocities},
-      {"reports", reports},
-      {"space_time_reports", space_time_reports},
-      {"parameter_space",
-       {{"names", family.parameter_space.names}, {"points", family.parameter_space.points}}},
-      {"time_blending", ToJson(family.time_blending)},
-      {"size_bytes", family.size_bytes},
-      {"create_time", FormatUtc(family.create_time)},
-      {"update_time", FormatUtc(family.update_time)}};
-  if (family.failed_registration) {
-    const FailedRegistration& failed = *family.failed_registration;
-    json["failed_registration"] = {{"operation", failed.operation},
-                                   {"error", ToJson(failed.error)},
-                                   {"end_time", FormatUtc(failed.end_time)}};
-  }
-  return json;
-}
+Json ToJson(const Family& family) { return Json::parse(family.json); }
 
 Json ToJson(const Operation& operation) {
   Json json = {{"name", operation.name},

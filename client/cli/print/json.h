@@ -1,4 +1,4 @@
-// Plain values -> JSON, with the field names of the API.
+// Plain values -> JSON. Animations and families are as HTTP answers them.
 #pragma once
 
 #include <nlohmann/json.hpp>

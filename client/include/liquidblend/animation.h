@@ -49,6 +49,7 @@ struct Animation {
   int64_t size_bytes = 0;
   std::vector<std::string> notes;  // cleaned or assumed on import, a sentence each
   absl::Time create_time = absl::UnixEpoch();
+  std::string json;  // all of that in protobuf's JSON of liquidblend.v1.Animation
 };
 
 }  // namespace liquidblend

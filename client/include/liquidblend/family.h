@@ -136,6 +136,7 @@ struct Family {
   int64_t size_bytes = 0;
   absl::Time create_time = absl::UnixEpoch();
   absl::Time update_time = absl::UnixEpoch();
+  std::string json;  // all of that in protobuf's JSON of liquidblend.v1.Family, as HTTP answers it
 };
 
 // 0 means: the server's default. Upper ends of ranges are checked by the server.

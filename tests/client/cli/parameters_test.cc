@@ -60,8 +60,8 @@ TEST_F(ParametersCommand, RegisterSendsHowTimesBlend) {
 TEST_F(ParametersCommand, InspectTellsHowTimesBlend) {
   EXPECT_THAT(Run({"inspect", "drops"}).out,
               HasSubstr("\n  times blend as squares of those since -0.5 s\n"));
-  const json blending = json::parse(Run({"inspect", "drops", "--json"}).out)["time_blending"];
-  EXPECT_EQ(blending, json({{"kind", "squares"}, {"rest_time_s", -0.5}}));
+  const json blending = json::parse(Run({"inspect", "drops", "--json"}).out)["timeBlending"];
+  EXPECT_EQ(blending, json({{"kind", "SQUARES"}, {"restTimeS", -0.5}}));
   EXPECT_THAT(Run({"inspect", "families/empty"}).out, Not(HasSubstr("squares")));
 }
 
@@ -73,12 +73,11 @@ TEST_F(ParametersCommand, RegisterWithoutPointsSendsNone) {
 TEST_F(ParametersCommand, InspectTellsThePoints) {
   EXPECT_THAT(Run({"inspect", "drops"}).out,
               HasSubstr("\n  animations/drops-a at height 1\n  animations/drops-b at height 3\n"));
-  const json space = json::parse(Run({"inspect", "drops", "--json"}).out)["parameter_space"];
+  const json space = json::parse(Run({"inspect", "drops", "--json"}).out)["parameterSpace"];
   EXPECT_EQ(space["names"], json({"height"}));
-  EXPECT_EQ(space["points"], json({{1.0}, {3.0}}));
-  EXPECT_TRUE(
-      json::parse(Run({"inspect", "families/empty", "--json"}).out)["parameter_space"]["names"]
-          .empty());
+  EXPECT_EQ(space["points"][1]["values"], json({3.0}));
+  EXPECT_FALSE(
+      json::parse(Run({"inspect", "families/empty", "--json"}).out).contains("parameterSpace"));
 }
 
 TEST_F(ParametersCommand, FrameTakesAPointAndTellsItsWeights) {
