@@ -30,14 +30,14 @@ struct Figure {
   double scale;  // in the sum; infinity: not part of it
   double doubtful_from;
   double too_different_from;
-  double unit;  // of value and limits when they are told
+  double unit;  // factor of value and limits in messages
   const char* what;
   Eigen::Vector4d WorstPlaces::*place;
 
   mesh::Grade grade() const { return GradeOf(value, doubtful_from, too_different_from); }
   double severity() const { return value / doubtful_from; }
   double share_of_sum() const { return value * value / (scale * scale); }
-  std::string Told() const {
+  std::string Format() const {
     return absl::StrFormat("%.3g %s (good below %.3g, too different from %.3g)", unit * value, what,
                            unit * doubtful_from, unit * too_different_from);
   }
@@ -140,7 +140,7 @@ void SetGrade(const WorstPlaces& places, mesh::Verdict& verdict) {
         return std::pair(a.grade(), a.severity()) < std::pair(b.grade(), b.severity());
       });
   verdict.grade = worst->grade();
-  verdict.reason = worst->Told();
+  verdict.reason = worst->Format();
   double sum = 0;
   for (const Figure& figure : figures) sum += figure.share_of_sum();
   const mesh::Grade of_sum = GradeOf(sum, kSumDoubtfulFrom, kSumTooDifferentFrom);
@@ -151,7 +151,7 @@ void SetGrade(const WorstPlaces& places, mesh::Verdict& verdict) {
     verdict.grade = of_sum;
     verdict.reason =
         absl::StrFormat("%.3g in sum (good below %.3g, too different from %.3g), most of it: %s",
-                        sum, kSumDoubtfulFrom, kSumTooDifferentFrom, worst->Told());
+                        sum, kSumDoubtfulFrom, kSumTooDifferentFrom, worst->Format());
   }
   Eigen::Vector4d::Map(verdict.worst.data()) = places.*(worst->place);
 }
