@@ -75,8 +75,8 @@ bool HasFractions(const std::vector<std::string>& meshes, absl::string_view exte
   });
 }
 
-std::string Shown(const std::string& name) { return absl::Utf8SafeCHexEscape(name); }
-std::string Shown(double number) { return absl::StrFormat("%.15g", number); }
+std::string Escaped(const std::string& name) { return absl::Utf8SafeCHexEscape(name); }
+std::string FormatNumber(double number) { return absl::StrFormat("%.15g", number); }
 
 absl::Status CheckPrefixes(const std::vector<std::string>& meshes, absl::string_view extension) {
   const NumberWords first = FindNumber(meshes.front(), extension);
@@ -84,7 +84,7 @@ absl::Status CheckPrefixes(const std::vector<std::string>& meshes, absl::string_
     const NumberWords words = FindNumber(name, extension);
     if (words.prefix == first.prefix || words.last.empty() || first.last.empty()) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("frames of two sequences, ", Shown(meshes.front()), " and ", Shown(name),
+        absl::StrCat("frames of two sequences, ", Escaped(meshes.front()), " and ", Escaped(name),
                      ": choose those of one, such as --pattern '", std::string(first.prefix),
                      "*', or move the others away"));
   }
@@ -187,7 +187,7 @@ absl::Status CheckFractions(const std::vector<std::string>& meshes, absl::string
   if (two.empty()) return absl::OkStatus();
   const NumberWords first = FindNumber(two[0], extension);
   return absl::InvalidArgumentError(
-      absl::StrCat("frames of two sequences, ", Shown(two[0]), " and ", Shown(two[1]),
+      absl::StrCat("frames of two sequences, ", Escaped(two[0]), " and ", Escaped(two[1]),
                    ": choose those of one, such as --pattern '", std::string(first.prefix),
                    std::string(first.before_dot),
                    ".*'; if their numbers are times, give these by "
@@ -209,14 +209,14 @@ absl::StatusOr<NamesByNumber> Number(const std::vector<std::string>& names,
     if (words.last.empty() || words.last.size() > kMaxDigits ||
         words.before_dot.size() > kMaxDigits || !absl::SimpleAtod(text, &number)) {
       return absl::InvalidArgumentError(absl::StrCat(
-          Shown(name), ": no frame number of 1 to ", kMaxDigits, " digits before ", extension,
+          Escaped(name), ": no frame number of 1 to ", kMaxDigits, " digits before ", extension,
           "; rename it, such as frame_0001", extension, ", or choose others with --pattern"));
     }
     const auto [entry, is_new] = by_number.try_emplace(number, name);
     if (is_new) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("frame ", Shown(number), " is there twice: ", Shown(entry->second), " and ",
-                     Shown(name), "; move one of them away, or choose with --pattern"));
+        absl::StrCat("frame ", FormatNumber(number), " is there twice: ", Escaped(entry->second),
+                     " and ", Escaped(name), "; move one of them away, or choose with --pattern"));
   }
   return by_number;
 }
@@ -225,10 +225,10 @@ absl::Status CheckGaps(const NamesByNumber& meshes) {
   for (auto after = std::next(meshes.begin()); after != meshes.end(); ++after) {
     const auto before = std::prev(after);
     if (after->first == before->first + 1) continue;
-    return absl::InvalidArgumentError(
-        absl::StrCat("frame ", Shown(before->first + 1), " is missing: ", Shown(after->second),
-                     " comes right after ", Shown(before->second),
-                     " (--allow-gaps goes on without it; --frame-times says when frames are)"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "frame ", FormatNumber(before->first + 1), " is missing: ", Escaped(after->second),
+        " comes right after ", Escaped(before->second),
+        " (--allow-gaps goes on without it; --frame-times says when frames are)"));
   }
   return absl::OkStatus();
 }
@@ -237,14 +237,15 @@ absl::Status CheckVelocities(const NamesByNumber& velocities, const NamesByNumbe
   if (velocities.empty()) return absl::OkStatus();
   for (const auto& [number, name] : meshes) {
     if (velocities.count(number) > 0) continue;
-    return absl::InvalidArgumentError(absl::StrCat(
-        "frame ", Shown(number), ": ", Shown(name), " has no velocities, but other frames have (",
-        Shown(velocities.begin()->second), "); add its .uni, or remove all"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("frame ", FormatNumber(number), ": ", Escaped(name),
+                     " has no velocities, but other frames have (",
+                     Escaped(velocities.begin()->second), "); add its .uni, or remove all"));
   }
   for (const auto& [number, name] : velocities) {
     if (meshes.count(number) > 0) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("frame ", Shown(number), ": ", Shown(name), " has no mesh"));
+        absl::StrCat("frame ", FormatNumber(number), ": ", Escaped(name), " has no mesh"));
   }
   return absl::OkStatus();
 }
@@ -260,8 +261,8 @@ absl::StatusOr<FormatName> FindFormat(const std::vector<std::string>& names,
     });
     if (name == names.end()) continue;
     if (found != nullptr) {
-      return absl::InvalidArgumentError(absl::StrCat("files of several formats, ", Shown(example),
-                                                     " and ", Shown(*name),
+      return absl::InvalidArgumentError(absl::StrCat("files of several formats, ", Escaped(example),
+                                                     " and ", Escaped(*name),
                                                      ": say which to read (--format)"));
     }
     found = &entry;

@@ -98,7 +98,7 @@ absl::Status CheckPrefixes(const std::vector<const InputFile*>& meshes,
     const NumberWords words = FindNumber(*mesh, extension);
     if (words.prefix == first.prefix || words.last.empty() || first.last.empty()) continue;
     return absl::InvalidArgumentError(absl::StrCat(
-        "frames of two sequences, ", Shown(*meshes.front()), " and ", Shown(*mesh),
+        "frames of two sequences, ", Escaped(*meshes.front()), " and ", Escaped(*mesh),
         ": import one of them at a time (liquidblend import --pattern, or folders of their own)"));
   }
   return absl::OkStatus();
@@ -114,7 +114,7 @@ absl::StatusOr<double> FrameNumber(const InputFile& file, absl::string_view exte
   double number = 0.0;
   if (words.last.empty() || words.last.size() > kMaxDigits ||
       words.before_dot.size() > kMaxDigits || !absl::SimpleAtod(text, &number)) {
-    return absl::InvalidArgumentError(absl::StrCat(Shown(file), ": no frame number of 1 to ",
+    return absl::InvalidArgumentError(absl::StrCat(Escaped(file), ": no frame number of 1 to ",
                                                    kMaxDigits, " digits before ",
                                                    std::string(extension)));
   }
@@ -141,8 +141,8 @@ absl::StatusOr<Format> FindFormat(std::span<const InputFile> files, const std::s
     });
     if (file == files.end()) continue;
     if (example != nullptr) {
-      return absl::InvalidArgumentError(absl::StrCat("files of several formats, ", Shown(*example),
-                                                     " and ", Shown(*file),
+      return absl::InvalidArgumentError(absl::StrCat("files of several formats, ",
+                                                     Escaped(*example), " and ", Escaped(*file),
                                                      ": say which to read (--format)"));
     }
     found = entry.format;
@@ -163,8 +163,9 @@ absl::StatusOr<FilesByNumber> Number(const std::vector<const InputFile*>& files,
     LB_ASSIGN_OR_RETURN(const double number, FrameNumber(*file, extension, has_fractions));
     const auto [entry, is_new] = by_number.try_emplace(number, file);
     if (is_new) continue;
-    return absl::InvalidArgumentError(absl::StrCat("frame ", Shown(number), " is there twice: ",
-                                                   Shown(*entry->second), " and ", Shown(*file)));
+    return absl::InvalidArgumentError(absl::StrCat("frame ", FormatNumber(number),
+                                                   " is there twice: ", Escaped(*entry->second),
+                                                   " and ", Escaped(*file)));
   }
   return by_number;
 }
@@ -260,16 +261,17 @@ absl::Status AddVelocities(const FilesByNumber& velocities, const FilesByNumber&
   for (FrameFiles& frame : sequence.frames) {
     const auto found = velocities.find(frame.number);
     if (found == velocities.end()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "frame ", Shown(frame.number), ": ", Shown(*frame.mesh),
-          " has no velocities, but other frames have (", Shown(*velocities.begin()->second), ")"));
+      return absl::InvalidArgumentError(absl::StrCat("frame ", FormatNumber(frame.number), ": ",
+                                                     Escaped(*frame.mesh),
+                                                     " has no velocities, but other frames have (",
+                                                     Escaped(*velocities.begin()->second), ")"));
     }
     frame.velocities = found->second;
   }
   for (const auto& [number, file] : velocities) {
     if (meshes.contains(number)) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("frame ", Shown(number), ": ", Shown(*file), " has no mesh"));
+        absl::StrCat("frame ", FormatNumber(number), ": ", Escaped(*file), " has no mesh"));
   }
   return absl::OkStatus();
 }
@@ -282,9 +284,9 @@ bool IsInputName(absl::string_view name) {
                      [&](const FormatName& entry) { return IsMesh(name, entry.format); });
 }
 
-std::string Shown(const InputFile& file) { return absl::Utf8SafeCHexEscape(file.name); }
+std::string Escaped(const InputFile& file) { return absl::Utf8SafeCHexEscape(file.name); }
 
-std::string Shown(double number) { return absl::StrFormat("%.15g", number); }
+std::string FormatNumber(double number) { return absl::StrFormat("%.15g", number); }
 
 absl::Status CheckFractions(const FrameSequence& sequence) {
   if (!sequence.has_fractions) return absl::OkStatus();
@@ -298,7 +300,7 @@ absl::Status CheckFractions(const FrameSequence& sequence) {
   if (two.empty()) two = FindCounters(runs);
   if (two.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
-      "frames of two sequences, ", Shown(*two[0]), " and ", Shown(*two[1]),
+      "frames of two sequences, ", Escaped(*two[0]), " and ", Escaped(*two[1]),
       ": import one of them at a time (liquidblend import --pattern, or folders of their own); if "
       "their numbers are times, give these (--frame-times, or frame_times in meta.json)"));
 }

@@ -41,8 +41,8 @@ absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Forma
 // kInvalidArgument with a file of each. client/src/frame_names.h looks for the same.
 absl::Status CheckFractions(const FrameSequence& sequence);
 
-// A file's name, and a frame's number, for messages.
-std::string Shown(const InputFile& file);
-std::string Shown(double number);
+// A file's name, and a number of a frame, for messages.
+std::string Escaped(const InputFile& file);
+std::string FormatNumber(double number);
 
 }  // namespace liquidblend::ingest

@@ -14,8 +14,8 @@ namespace {
 absl::Status CheckStep(const FrameFiles& before, const FrameFiles& after, double time) {
   const double step = after.number - before.number;
   const std::string frames =
-      absl::StrCat("frames ", Shown(before.number), " and ", Shown(after.number));
-  const std::string files = absl::StrCat(Shown(*before.mesh), " and ", Shown(*after.mesh));
+      absl::StrCat("frames ", FormatNumber(before.number), " and ", FormatNumber(after.number));
+  const std::string files = absl::StrCat(Escaped(*before.mesh), " and ", Escaped(*after.mesh));
   if (step < mesh::SmallestStep(time)) {
     return absl::InvalidArgumentError(absl::StrCat(
         frames, " are less than ", mesh::SmallestStep(time), " frames apart: ", files));
@@ -27,15 +27,15 @@ absl::Status CheckStep(const FrameFiles& before, const FrameFiles& after, double
 
 absl::Status CheckDuration(const FrameFiles& first, const FrameFiles& last) {
   if (last.number - first.number <= mesh::kLongestTime) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("frame ", Shown(last.number), " comes more than ",
-                                                 Shown(mesh::kLongestTime), " frames after frame ",
-                                                 Shown(first.number), ": ", Shown(*last.mesh)));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "frame ", FormatNumber(last.number), " comes more than ", FormatNumber(mesh::kLongestTime),
+      " frames after frame ", FormatNumber(first.number), ": ", Escaped(*last.mesh)));
 }
 
 absl::Status GapError(const FrameFiles& before, const FrameFiles& after) {
   return absl::InvalidArgumentError(
-      absl::StrCat("frame ", Shown(before.number + 1), " is missing: ", Shown(*after.mesh),
-                   " comes right after ", Shown(*before.mesh),
+      absl::StrCat("frame ", FormatNumber(before.number + 1), " is missing: ", Escaped(*after.mesh),
+                   " comes right after ", Escaped(*before.mesh),
                    " (allow gaps, --allow-gaps, to go on without it)"));
 }
 
@@ -51,10 +51,10 @@ std::vector<double> Canonical(std::vector<double> times) {
 
 absl::Status CheckFrameTimes(std::span<const double> times, const std::string& name) {
   for (size_t k = 0; k < times.size(); ++k) {
-    const std::string element = absl::StrCat(name, "[", k, "] is ", Shown(times[k]));
+    const std::string element = absl::StrCat(name, "[", k, "] is ", FormatNumber(times[k]));
     if (!std::isfinite(times[k]) || times[k] > mesh::kLongestTime) {
       return absl::InvalidArgumentError(
-          absl::StrCat(element, ", not a time up to ", Shown(mesh::kLongestTime)));
+          absl::StrCat(element, ", not a time up to ", FormatNumber(mesh::kLongestTime)));
     }
     if (k == 0 && times[k] != 0.0) {
       return absl::InvalidArgumentError(absl::StrCat(element, ", but times begin with 0"));
@@ -63,11 +63,11 @@ absl::Status CheckFrameTimes(std::span<const double> times, const std::string& n
     const double step = times[k] - times[k - 1], smallest = mesh::SmallestStep(times[k]);
     if (step < smallest) {
       return absl::InvalidArgumentError(
-          absl::StrCat(element, ", not above ", Shown(times[k - 1]), " by ", smallest));
+          absl::StrCat(element, ", not above ", FormatNumber(times[k - 1]), " by ", smallest));
     }
     if (step > mesh::kLongestGap) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(element, ", more than ", mesh::kLongestGap, " above ", Shown(times[k - 1])));
+      return absl::InvalidArgumentError(absl::StrCat(element, ", more than ", mesh::kLongestGap,
+                                                     " above ", FormatNumber(times[k - 1])));
     }
   }
   return absl::OkStatus();
@@ -93,17 +93,18 @@ absl::StatusOr<FrameTimes> FindFrameTimes(const FrameSequence& sequence,
     const double step = frames[k].number - frames[k - 1].number;
     if (sequence.has_fractions || step == 1.0) continue;
     if (!allow_gaps) return GapError(frames[k - 1], frames[k]);
-    if (num_missing == 0.0) first_missing = Shown(frames[k - 1].number + 1);
+    if (num_missing == 0.0) first_missing = FormatNumber(frames[k - 1].number + 1);
     num_missing += step - 1.0;
   }
   result.times = Canonical(std::move(result.times));
   if (sequence.has_fractions) {
-    result.note = absl::StrCat("Took numbers as times in frames, from ", Shown(frames[0].number),
-                               " (", Shown(*frames[0].mesh), ") to ", Shown(frames.back().number),
-                               " (", Shown(*frames.back().mesh), ").");
+    result.note =
+        absl::StrCat("Took numbers as times in frames, from ", FormatNumber(frames[0].number), " (",
+                     Escaped(*frames[0].mesh), ") to ", FormatNumber(frames.back().number), " (",
+                     Escaped(*frames.back().mesh), ").");
   }
   if (num_missing > 0.0) {
-    result.note = absl::StrCat("Frame numbers that are missing: ", Shown(num_missing),
+    result.note = absl::StrCat("Frame numbers that are missing: ", FormatNumber(num_missing),
                                ", the first is ", first_missing, "; time goes on across them.");
   }
   return result;

@@ -61,7 +61,7 @@ double FirstKnown(std::initializer_list<double> values) {
 absl::StatusOr<Meta> FindMeta(const FrameSequence& sequence) {
   if (sequence.meta == nullptr) return Meta();
   absl::StatusOr<Meta> meta = ReadMeta(sequence.meta->bytes);
-  if (!meta.ok()) return WithContext(meta.status(), Shown(*sequence.meta));
+  if (!meta.ok()) return WithContext(meta.status(), Escaped(*sequence.meta));
   return meta;
 }
 
@@ -115,7 +115,7 @@ absl::StatusOr<Units> FindUnits(const FrameSequence& sequence, const Meta& meta,
   units.vertex_scale = FirstKnown({scale, 1.0});
   if (scale == 0.0 && !meta.unit_of_vertices.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
-        Shown(*sequence.meta), ": units.vertices is ", meta.unit_of_vertices,
+        Escaped(*sequence.meta), ": units.vertices is ", meta.unit_of_vertices,
         ", not metres: give units.vertex_scale too, or --vertex-scale (metres per unit, 0.01 for "
         "centimetres)"));
   }
@@ -128,7 +128,7 @@ absl::StatusOr<Units> FindUnits(const FrameSequence& sequence, const Meta& meta,
   units.assumes_velocities = velocity_scale == 0.0 && !is_mantaflow;
   if (units.velocity_scale == 0.0 && sequence.frames[0].velocities != nullptr) {
     return absl::InvalidArgumentError(
-        absl::StrCat("the unit of the velocities in ", Shown(*sequence.frames[0].velocities),
+        absl::StrCat("the unit of the velocities in ", Escaped(*sequence.frames[0].velocities),
                      " is not known: give voxel_size_m or velocity_scale, or a meta.json"));
   }
   return units;
@@ -192,7 +192,8 @@ VertexNumbers NumbersOf(Format format) {
 }
 
 absl::StatusOr<Frame> ReadFrame(const FrameFiles& files, Format format, const Units& units) {
-  const std::string context = absl::StrCat("frame ", Shown(files.number), ", ", Shown(*files.mesh));
+  const std::string context =
+      absl::StrCat("frame ", FormatNumber(files.number), ", ", Escaped(*files.mesh));
   Frame frame;
   absl::StatusOr<mesh::TriangleMesh> mesh = ReadMesh(format, files.mesh->bytes, frame.source);
   if (!mesh.ok()) return WithContext(mesh.status(), context);
@@ -200,8 +201,8 @@ absl::StatusOr<Frame> ReadFrame(const FrameFiles& files, Format format, const Un
     absl::StatusOr<Eigen::Matrix3Xf> velocities =
         ReadMantaflowVelocities(files.velocities->bytes, mesh->num_vertices());
     if (!velocities.ok()) {
-      return WithContext(velocities.status(), absl::StrCat("frame ", Shown(files.number), ", ",
-                                                           Shown(*files.velocities)));
+      return WithContext(velocities.status(), absl::StrCat("frame ", FormatNumber(files.number),
+                                                           ", ", Escaped(*files.velocities)));
     }
     mesh->velocities = *std::move(velocities);
   }
@@ -275,9 +276,10 @@ absl::Status CheckAlike(const FrameSequence& sequence, const std::vector<Frame>&
   }
   if (!has_triangles) return absl::InvalidArgumentError("no frame has a triangle");
   if (with < 0 || without < 0) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      "frame ", Shown(sequence.frames[without].number), ", ", Shown(*sequence.frames[without].mesh),
-      ": no velocities, but frame ", Shown(sequence.frames[with].number), " has them"));
+  return absl::InvalidArgumentError(
+      absl::StrCat("frame ", FormatNumber(sequence.frames[without].number), ", ",
+                   Escaped(*sequence.frames[without].mesh), ": no velocities, but frame ",
+                   FormatNumber(sequence.frames[with].number), " has them"));
 }
 
 // What was taken of the files, a sentence for each thing that was, in the frames' order.
@@ -302,7 +304,7 @@ std::vector<std::string> AllNotes(const FrameSequence& sequence, const std::vect
   std::vector<std::string> names;
   for (size_t k = 0; k < frames.size(); ++k) {
     counts.push_back(frames[k].counts);
-    names.push_back(Shown(sequence.frames[k].number));
+    names.push_back(FormatNumber(sequence.frames[k].number));
   }
   std::vector<std::string> notes = SourceNotes(frames);
   if (!gap_note.empty()) notes.push_back(gap_note);
