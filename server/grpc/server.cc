@@ -38,8 +38,9 @@ constexpr int kMaxConcurrentStreams = 1000;  // of a connection; further calls w
 // Each stream of server reflection that is open keeps one; further ones are refused.
 constexpr int kMaxReflectionThreads = 8;
 constexpr int kShortestPingIntervalMs = 1'000;  // of clients whose calls wait
-constexpr int64_t kMaxComplaints = 10;          // a second
-constexpr absl::Duration kFarewell = absl::Milliseconds(250);
+constexpr int64_t kMaxLogLines = 10;            // of gRPC's warnings, a second
+// For clients to receive the status of calls that a shutdown ends, before gRPC itself ends.
+constexpr absl::Duration kDrainGrace = absl::Milliseconds(250);
 
 absl::Status OutOfRangeOption(absl::string_view field, int64_t value) {
   return absl::InvalidArgumentError(
@@ -55,28 +56,28 @@ BackendsOptions BackendsOptionsOf(const ServerOptions& options) {
           .frame_cache_bytes = options.frame_cache_bytes};
 }
 
-// Whether one more of gRPC's complaints is told of within this second. gRPC has one log for all
-// that is in the process, and so it has one limit.
-bool MayComplain() {
+// Whether one more warning of gRPC's may be logged within this second. The limit is the process's,
+// as gRPC has one log for all servers and channels in it.
+bool AllowLogLine() {
   static std::atomic<int64_t> second = 0;
   static std::atomic<int64_t> num_lines = 0;
   const int64_t now = absl::ToUnixSeconds(absl::Now());
   if (second.exchange(now) != now) {
-    const int64_t num_more = num_lines.exchange(0) - kMaxComplaints;
-    if (num_more > 0) base::LogWarning(absl::StrCat(num_more, " more remarks of gRPC's"));
+    const int64_t num_more = num_lines.exchange(0) - kMaxLogLines;
+    if (num_more > 0) base::LogWarning(absl::StrCat(num_more, " more warnings of gRPC left out"));
   }
-  return ++num_lines <= kMaxComplaints;
+  return ++num_lines <= kMaxLogLines;
 }
 
-// gRPC's own remarks (failed handshakes, mostly) in the form of ours.
+// Writes gRPC's own log lines (failed handshakes, mostly) in the form of ours.
 void LogForGrpc(gpr_log_func_args* args) {
   const bool is_error = args->severity == GPR_LOG_SEVERITY_ERROR;
-  if (is_error && !MayComplain()) return;
+  if (is_error && !AllowLogLine()) return;
   base::Log(is_error ? base::LogLevel::kWarning : base::LogLevel::kDebug,
             CleanText(args->message, 1000), {{"source", "grpc"}});
 }
 
-// Likewise protobuf's, which are of requests that are no messages.
+// Likewise protobuf's, which report requests that do not parse.
 void LogForProtobuf(google::protobuf::LogLevel, const char*, int, const std::string& message) {
   base::Log(base::LogLevel::kDebug, CleanText(message), {{"source", "protobuf"}});
 }
@@ -224,12 +225,12 @@ void Server::Drain(absl::Duration patience) {
   impl_->server->GetHealthCheckService()->Shutdown();
   impl_->interceptor.Close();
   impl_->calls.CloseAll(ShuttingDown());
-  // Once gRPC shuts down, calls that are on their way end with a bare CANCELLED, which clients do
-  // not take for a reason to go elsewhere. So they get time to hear of it in our words before.
-  absl::SleepFor(std::min(patience / 4, kFarewell));
+  // Once gRPC shuts down, open calls end with a bare CANCELLED, for which clients do not try
+  // another server. So clients get time to receive our status before.
+  absl::SleepFor(std::min(patience / 4, kDrainGrace));
   // gRPC itself would wait for watchers of the health, too, who never end.
   impl_->interceptor.AwaitCalls(patience);
-  impl_->server->Shutdown(absl::ToChronoTime(absl::Now() + std::min(patience, kFarewell)));
+  impl_->server->Shutdown(absl::ToChronoTime(absl::Now() + std::min(patience, kDrainGrace)));
   impl_->backends.Stop();
 }
 
