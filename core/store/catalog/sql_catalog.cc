@@ -206,7 +206,7 @@ class SqlCatalog : public Catalog {
     pb::WorkerRecord asking;
     asking.set_name(worker);
     asking.set_memory_bytes(memory_bytes);
-    RecordSeen(asking).IgnoreError();  // the job counts
+    RecordWorkerSeen(asking).IgnoreError();  // the job counts
     while (true) {
       // A worker that finds nothing to do must not hold up those that write.
       LB_ASSIGN_OR_RETURN(const absl::Duration until_next, UntilNextJob(memory_bytes));
@@ -224,7 +224,9 @@ class SqlCatalog : public Catalog {
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, int64_t memory_bytes) override {
     return backend_->WaitForJob(timeout, [&] { return UntilNextJob(memory_bytes); });
   }
-  absl::Status RecordWorker(const pb::WorkerRecord& worker) override { return RecordSeen(worker); }
+  absl::Status RecordWorker(const pb::WorkerRecord& worker) override {
+    return RecordWorkerSeen(worker);
+  }
   absl::StatusOr<std::vector<pb::WorkerRecord>> ListWorkers() override {
     return Read([](Sql& sql) -> absl::StatusOr<std::vector<pb::WorkerRecord>> {
       LB_ASSIGN_OR_RETURN(const absl::Time now, sql.Now());
@@ -233,7 +235,7 @@ class SqlCatalog : public Catalog {
   }
   absl::StatusOr<JobControl> Heartbeat(const std::string& lease_id, absl::Duration duration,
                                        const pb::JobProgress& progress) override {
-    RecordSeenAgain();
+    RefreshWorkerSeen();
     return ChangeJob([&](Sql& sql, absl::Time now) {
       return store::Heartbeat(sql, lease_id, duration, progress, now);
     });
@@ -276,36 +278,37 @@ class SqlCatalog : public Catalog {
   }
 
  private:
-  // Records now and then that the worker is there. If that fails, the next call does so again.
-  absl::Status RecordSeen(const pb::WorkerRecord& worker) ABSL_LOCKS_EXCLUDED(worker_mutex_) {
+  // Records that the worker is there, at most once in a quarter of kWorkerSilence. After a failure
+  // the next call records it again.
+  absl::Status RecordWorkerSeen(const pb::WorkerRecord& worker) ABSL_LOCKS_EXCLUDED(worker_mutex_) {
     {
       const absl::MutexLock lock(&worker_mutex_);
       const bool is_same = worker.name() == worker_.name() &&
                            worker.memory_bytes() == worker_.memory_bytes() &&
                            worker.refusal() == worker_.refusal();
-      if (is_same && was_told_ && base::Since(told_) < kWorkerSilence / 4) {
+      if (is_same && is_recorded_ && base::Since(recorded_at_) < kWorkerSilence / 4) {
         return absl::OkStatus();
       }
       worker_ = worker;
-      told_ = base::SteadyClock::now();
-      was_told_ = true;
+      recorded_at_ = base::SteadyClock::now();
+      is_recorded_ = true;
     }
-    absl::Cleanup tell_again = [this] {  // also if the call throws
+    absl::Cleanup retry = [this] {  // also if the call throws
       const absl::MutexLock lock(&worker_mutex_);
-      was_told_ = false;
+      is_recorded_ = false;
     };
-    const absl::Status told =
+    const absl::Status recorded =
         ChangeJob([&](Sql& sql, absl::Time now) { return SaveWorker(sql, worker, now); });
-    if (told.ok()) std::move(tell_again).Cancel();
-    return told;
+    if (recorded.ok()) std::move(retry).Cancel();
+    return recorded;
   }
-  void RecordSeenAgain() ABSL_LOCKS_EXCLUDED(worker_mutex_) {
+  void RefreshWorkerSeen() ABSL_LOCKS_EXCLUDED(worker_mutex_) {
     pb::WorkerRecord worker;
     {
       const absl::MutexLock lock(&worker_mutex_);
       worker = worker_;
     }
-    if (!worker.name().empty()) RecordSeen(worker).IgnoreError();
+    if (!worker.name().empty()) RecordWorkerSeen(worker).IgnoreError();
   }
 
   absl::StatusOr<absl::Duration> UntilNextJob(int64_t memory_bytes) {
@@ -368,9 +371,9 @@ class SqlCatalog : public Catalog {
   const CatalogOptions options_;
   const std::unique_ptr<SqlBackend> backend_;
   absl::Mutex worker_mutex_;
-  pb::WorkerRecord worker_ ABSL_GUARDED_BY(worker_mutex_);  // that asked last
-  base::SteadyClock::time_point told_ ABSL_GUARDED_BY(worker_mutex_);
-  bool was_told_ ABSL_GUARDED_BY(worker_mutex_) = false;
+  pb::WorkerRecord worker_ ABSL_GUARDED_BY(worker_mutex_);  // the last one that asked
+  base::SteadyClock::time_point recorded_at_ ABSL_GUARDED_BY(worker_mutex_);
+  bool is_recorded_ ABSL_GUARDED_BY(worker_mutex_) = false;
 };
 
 }  // namespace
