@@ -24,7 +24,7 @@ struct InspectFlags {
 absl::Status OnlyOfAFamily(const InspectFlags& flags) {
   if (flags.correspondences_json.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat("--correspondences-json: ", flags.subject, " is no family"));
+      absl::StrCat("--correspondences-json: ", flags.subject, " is not a family"));
 }
 
 absl::Status InspectFile(const InspectFlags& flags, const Context& context) {

@@ -51,7 +51,7 @@ absl::StatusOr<MadeFrame> ToFrame(const absl::StatusOr<AnsweredFrame>& made) {
   LB_RETURN_IF_ERROR(made.status());
   MadeFrame result;
   if (!result.frame.ParseFromString(*made->bytes)) {
-    return absl::InternalError("a frame's bytes are no Frame");
+    return absl::InternalError("the bytes of a frame do not parse as Frame");
   }
   result.generation = made->generation;
   return result;

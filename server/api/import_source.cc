@@ -81,7 +81,7 @@ absl::StatusOr<FileHandle> OpenDirectory(const FileHandle& above, const std::str
   if (errno == ENOTDIR || errno == ELOOP) {
     return AtLocation(
         absl::StatusCode::kFailedPrecondition,
-        absl::StrCat("'", shown, "' is no directory (symbolic links are not followed)"),
+        absl::StrCat("'", shown, "' is not a directory (symbolic links are not followed)"),
         "NOT_A_DIRECTORY");
   }
   return Cannot(shown, errno);
@@ -153,7 +153,7 @@ absl::StatusOr<ImportRoots> ParseImportRoots(const std::vector<std::string>& arg
     std::error_code error;
     if (!std::filesystem::is_directory(directory, error)) {
       return absl::NotFoundError(
-          absl::StrCat("--import-root ", name, ": '", directory, "' is no directory"));
+          absl::StrCat("--import-root ", name, ": '", directory, "' is not a directory"));
     }
     if (!roots.emplace(name, directory).second) {
       return absl::InvalidArgumentError(absl::StrCat("--import-root ", name, " is named twice"));
@@ -196,7 +196,7 @@ absl::Status ImportSource::OpenFile(const std::string& name) {
   if (is_odd || fstat(file_.fd(), &info) != 0 || !S_ISREG(info.st_mode)) {
     return AtLocation(
         absl::StatusCode::kFailedPrecondition,
-        absl::StrCat("'", shown, "' is no regular file (symbolic links are not followed)"),
+        absl::StrCat("'", shown, "' is not a regular file (symbolic links are not followed)"),
         "NOT_A_FILE");
   }
   bytes_left_ = info.st_size;

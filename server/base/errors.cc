@@ -135,9 +135,9 @@ absl::Status WithRetryDelay(absl::Status status, absl::Duration delay) {
 }
 
 absl::Status MalformedRequest(absl::string_view method) {
-  return WithReason(
-      absl::InvalidArgumentError("the request is no message of the method, or not UTF-8"),
-      "REQUEST_MALFORMED", {{"method", std::string(method)}});
+  return WithReason(absl::InvalidArgumentError(
+                        "the request does not parse as a message of the method, or is not UTF-8"),
+                    "REQUEST_MALFORMED", {{"method", std::string(method)}});
 }
 
 absl::Status RequestTooLarge(absl::string_view method, int64_t size_bytes, int64_t limit_bytes) {

@@ -146,7 +146,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
         ErrorReply(absl::InvalidArgumentError(
                        is_long ? absl::StrCat("the request's header is longer than ",
                                               core_->options.max_header_bytes, " bytes")
-                               : absl::StrCat("this is no HTTP/1.1 request: ", error.message())),
+                               : absl::StrCat("not an HTTP/1.1 request: ", error.message())),
                    is_long ? 431 : 400)));
   }
 

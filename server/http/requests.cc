@@ -158,7 +158,7 @@ void SetField(const QueryField& field, FieldViolations& violations, v1::GetFrame
     SetAttributes(field, read, *request.mutable_surface());
   } else if (!SetSurface(field.name, read, *request.mutable_surface()) &&
              !SetEncoding(field.name, read, *request.mutable_encoding())) {
-    violations.Add(field.name.substr(0, kMaxShownField), "is no field of this query");
+    violations.Add(field.name.substr(0, kMaxShownField), "is not a field of this query");
   }
 }
 
@@ -187,7 +187,7 @@ absl::StatusOr<v1::ListFamiliesRequest> ToListFamilies(const std::vector<QueryFi
     } else if (field.name == "page_token") {
       request.set_page_token(field.value);
     } else {
-      violations.Add(field.name.substr(0, kMaxShownField), "is no field of this query");
+      violations.Add(field.name.substr(0, kMaxShownField), "is not a field of this query");
     }
   }
   const absl::Status status = violations.ToStatus();
@@ -204,7 +204,7 @@ absl::StatusOr<v1::GetFamilyRequest> ToGetFamily(const std::string& family_id,
     if (field.name == "version") {
       request.set_version(Reader(field, violations).Version());
     } else {
-      violations.Add(field.name.substr(0, kMaxShownField), "is no field of this query");
+      violations.Add(field.name.substr(0, kMaxShownField), "is not a field of this query");
     }
   }
   LB_RETURN_IF_ERROR(violations.ToStatus());

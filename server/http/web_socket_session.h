@@ -102,7 +102,7 @@ class WebSocketSession final : public Connection,
     if (!ws_->got_binary()) {
       Close(websocket::close_code::unknown_data, "messages are binary StreamFramesRequest");
     } else if (!is_read) {
-      Close(websocket::close_code::bad_payload, "this message is no StreamFramesRequest");
+      Close(websocket::close_code::bad_payload, "the message is not a StreamFramesRequest");
     } else if (!close_.has_value()) {
       frames_->OnRequest(request);
     }

@@ -190,7 +190,7 @@ def room_faults(checkout):
     yield from (f"{page}: no line for the room {room}" for room in sorted(expected - set(named)))
     for room in sorted(set(named)):
         if not (checkout / room).is_dir():
-            yield f"{page}: the room {room} is no folder"
+            yield f"{page}: the room {room} is not a folder"
         if named.count(room) > 1:
             yield f"{page}: {named.count(room)} lines for the room {room}"
 

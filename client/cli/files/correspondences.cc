@@ -29,7 +29,7 @@ absl::Status Refuse(const std::string& where, const std::string& what) {
 
 absl::Status CheckObject(const nlohmann::json& value, const std::string& where,
                          std::initializer_list<const char*> keys) {
-  if (!value.is_object()) return Refuse(where, "is no object {...}");
+  if (!value.is_object()) return Refuse(where, "is not an object {...}");
   for (const auto& item : value.items()) {
     bool known = false;
     for (const char* key : keys) known |= item.key() == key;
@@ -39,7 +39,7 @@ absl::Status CheckObject(const nlohmann::json& value, const std::string& where,
 }
 
 absl::StatusOr<double> Number(const nlohmann::json& value, const std::string& where) {
-  if (!value.is_number()) return Refuse(where, "is no number");
+  if (!value.is_number()) return Refuse(where, "is not a number");
   return value.get<double>();
 }
 
@@ -52,7 +52,7 @@ absl::StatusOr<Event> ReadEvent(const nlohmann::json& entry, const char* key,
   if (!value.contains("time_s")) return Refuse(where + ".time_s", "is missing");
   const nlohmann::json position = value.value("position", nlohmann::json());
   if (!position.is_array() || position.size() != 3) {
-    return Refuse(where + ".position", "is no list [x, y, z]");
+    return Refuse(where + ".position", "is not a list [x, y, z]");
   }
   Event event;
   LBC_ASSIGN_OR_RETURN(event.position.x, Number(position[0], where + ".position[0]"));
@@ -104,14 +104,14 @@ absl::StatusOr<std::vector<std::vector<Correspondence>>> ReadCorrespondences(
   LBC_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
   const nlohmann::json file =
       nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false, /*ignore_comments=*/true);
-  if (file.is_discarded()) return Refuse(path, "is no JSON");
+  if (file.is_discarded()) return Refuse(path, "is not JSON");
   LBC_RETURN_IF_ERROR(CheckObject(file, path, {"correspondences"}));
   const nlohmann::json targets = file.value("correspondences", nlohmann::json());
-  if (!targets.is_array()) return Refuse(path, "\"correspondences\" is no list");
+  if (!targets.is_array()) return Refuse(path, "\"correspondences\" is not a list");
   std::vector<std::vector<Correspondence>> result;
   for (const nlohmann::json& entries : targets) {
     const std::string where = absl::StrCat(path, ": correspondences[", result.size(), "]");
-    if (!entries.is_array()) return Refuse(where, "is no list; there is one list per target");
+    if (!entries.is_array()) return Refuse(where, "is not a list; there is one list per target");
     std::vector<Correspondence>& of_target = result.emplace_back();
     for (const nlohmann::json& entry : entries) {
       LBC_ASSIGN_OR_RETURN(

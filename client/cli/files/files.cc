@@ -72,7 +72,7 @@ absl::Status MakeDirectory(const std::string& path) {
   fs::create_directories(path, error);
   if (!fs::is_directory(path)) {
     return absl::PermissionDeniedError(
-        absl::StrCat(path, ": ", error ? error.message() : "exists and is no folder",
+        absl::StrCat(path, ": ", error ? error.message() : "exists and is not a folder",
                      "; choose a folder that you may write to"));
   }
   return absl::OkStatus();

@@ -170,7 +170,7 @@ absl::StatusOr<Mesh> FromPly(const std::string& bytes, const std::string& name,
   mesh.triangles.resize(3 * header->num_faces);
   for (size_t t = 0; t < header->num_faces; ++t, read += kFaceBytes) {
     if (*read != 3) {
-      return Refuse(name, absl::StrCat("face ", t, " is no triangle; only triangles are read"));
+      return Refuse(name, absl::StrCat("face ", t, " is not a triangle; only triangles are read"));
     }
     std::memcpy(&mesh.triangles[3 * t], read + 1, 3 * sizeof(uint32_t));
   }

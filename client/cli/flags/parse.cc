@@ -15,8 +15,9 @@ absl::StatusOr<std::vector<double>> ParseNumbers(const std::string& flag, const 
   for (const absl::string_view part : absl::StrSplit(text, ',')) {
     double number = 0.0;
     if (!absl::SimpleAtod(part, &number) || !std::isfinite(number)) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          flag, " ", text, ": \"", part, "\" is no number; write for example ", flag, " 0.25,0.5"));
+      return absl::InvalidArgumentError(absl::StrCat(flag, " ", text, ": \"", part,
+                                                     "\" is not a number; write for example ", flag,
+                                                     " 0.25,0.5"));
     }
     numbers.push_back(number);
   }
@@ -33,7 +34,7 @@ absl::StatusOr<std::vector<std::pair<std::string, double>>> ParseAssignments(
     if (sides.size() != 2 || sides[0].empty() || !absl::SimpleAtod(sides[1], &value) ||
         !std::isfinite(value)) {
       return absl::InvalidArgumentError(absl::StrCat(flag, " ", text, ": \"", part,
-                                                     "\" is no NAME=NUMBER; write for example ",
+                                                     "\" is not NAME=NUMBER; write for example ",
                                                      "wall_width=0.5,drop_height=1.2"));
     }
     if (!names.insert(sides[0]).second) {

@@ -299,7 +299,7 @@ absl::Status FinishPart(Sql& sql, const std::string& lease_id, const std::string
   LB_ASSIGN_OR_RETURN(JobRow row, FindLeasedJob(sql, lease_id));
   if (row.record.parent().empty()) {
     return absl::InvalidArgumentError(
-        absl::StrCat("job '", row.record.id(), "' is no part of another"));
+        absl::StrCat("job '", row.record.id(), "' is not a part of another"));
   }
   LB_ASSIGN_OR_RETURN(JobRow parent, FindJob(sql, row.record.parent()));
   const bool is_first = !parent.record.has_first_start_time();

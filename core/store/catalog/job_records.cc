@@ -57,7 +57,8 @@ absl::Status CheckImport(const pb::AnimationRecord& animation, const pb::JobReco
 }
 
 absl::Status CheckRegistration(const pb::JobRecord& job) {
-  if (!job.has_register_family()) return absl::InvalidArgumentError("the job is no registration");
+  if (!job.has_register_family())
+    return absl::InvalidArgumentError("the job is not a registration");
   if (job.register_family().family().empty()) {
     return absl::InvalidArgumentError("a family needs an id");
   }

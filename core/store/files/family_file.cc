@@ -61,7 +61,7 @@ absl::Status CheckManifest(const SectionReader& reader, const v1::FamilyManifest
                                        " rest time, in version ", reader.version()));
   }
   if (manifest.domain().min_size() != 3 || manifest.domain().max_size() != 3) {
-    return reader.Invalid("the domain is no box in three dimensions");
+    return reader.Invalid("the domain is not a box in three dimensions");
   }
   return absl::OkStatus();
 }

@@ -114,7 +114,7 @@ absl::Status SectionReader::ReadHeader(uint64_t* manifest_size) {
   const auto magic = std::as_bytes(std::span(format_.magic));
   const auto start = bytes_.first(std::min(bytes_.size(), magic.size()));
   if (!std::equal(start.begin(), start.end(), magic.begin())) {
-    return Invalid(absl::StrCat("is no ", format_.name));
+    return Invalid("is not a file of this type");
   }
   if (bytes_.size() < kHeaderBytes) {
     return Damaged(absl::StrCat("ends in the header, after ", bytes_.size(), " bytes"));

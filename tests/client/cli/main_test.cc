@@ -39,7 +39,7 @@ TEST_F(Command, WithoutASubcommandOrWithAWrongFlagIsAUsageError) {
   const CommandResult weights =
       Run({"frame", "drops", "--weights", "0.5,half", "--time", "0", "-o", dir_.File("f.ply")});
   EXPECT_EQ(weights.exit_code, 2);
-  EXPECT_THAT(weights.err, HasSubstr("\"half\" is no number"));
+  EXPECT_THAT(weights.err, HasSubstr("\"half\" is not a number"));
 }
 
 TEST_F(Command, HelpTellsTheExitCodes) {
@@ -188,7 +188,7 @@ TEST_F(Command, InspectWritesCorrespondencesThatRegisterReadsAgain) {
   const CommandResult refused =
       Run({"inspect", "animations/drops-a", "--correspondences-json", path});
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("animations/drops-a is no family"));
+  EXPECT_THAT(refused.err, HasSubstr("animations/drops-a is not a family"));
 }
 
 TEST_F(Command, RegisterWithoutWaitSaysHowToWatchUnlessQuiet) {

@@ -101,7 +101,7 @@ TEST_F(CheckTest, OpensTheFilesOfFamilies) {
     const CheckReport report = MustCheck({.repair = repair});
     ASSERT_EQ(report.damage.size(), 1);
     EXPECT_THAT(report.damage[0].error,
-                Fails(absl::StatusCode::kInvalidArgument, "is no family file"));
+                Fails(absl::StatusCode::kInvalidArgument, "is not a file of this type"));
     EXPECT_THAT(report.damage[0].needed_by, ElementsAre("families/f"));
   }
 }

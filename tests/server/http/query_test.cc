@@ -97,7 +97,7 @@ TEST(ToGetFrame, NamesEveryFieldAtFault) {
            {"extrapolate=maybe", "extrapolate: must be true or false"},
            {"parameters=height", "parameters: must be NAME=VALUE"},
            {"parameters=height=tall", "parameters: must be a finite number"},
-           {"wieghts=1", "wieghts: is no field of this query"}}) {
+           {"wieghts=1", "wieghts: is not a field of this query"}}) {
     EXPECT_THAT(Frame(query), Fails(kInvalid, words)) << query;
   }
   const auto both = Frame("time=x&preset=y");

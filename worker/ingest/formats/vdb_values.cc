@@ -34,7 +34,7 @@ absl::Status Inflate(std::span<const std::byte> data, std::span<std::byte> out) 
   const int result = uncompress(reinterpret_cast<Bytef*>(out.data()), &size,
                                 reinterpret_cast<const Bytef*>(data.data()), data.size());
   if (result == Z_OK && size == out.size()) return absl::OkStatus();
-  return absl::DataLossError("a block of values is no zlib data of its size");
+  return absl::DataLossError("a block of values is not valid zlib data of its size");
 }
 
 absl::Status Unblosc(std::span<const std::byte> data, std::span<std::byte> out) {
@@ -44,7 +44,7 @@ absl::Status Unblosc(std::span<const std::byte> data, std::span<std::byte> out) 
         blosc_decompress_ctx(data.data(), out.data(), out.size(), /*numinternalthreads=*/1);
     if (made == static_cast<int>(out.size())) return absl::OkStatus();
   }
-  return absl::DataLossError("a block of values is no Blosc data of its size");
+  return absl::DataLossError("a block of values is not valid Blosc data of its size");
 }
 
 absl::Status ReadBlock(ByteReader& reader, uint32_t compression, std::span<std::byte> out) {

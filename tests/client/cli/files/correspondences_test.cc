@@ -64,11 +64,11 @@ TEST(Correspondences, NamesThePlaceOfEveryMistake) {
   const auto refusal = [&](const std::string& entry) {
     return Read("{\"correspondences\": [[" + entry + "]]}").status().ToString();
   };
-  EXPECT_THAT(Read("{").status().ToString(), HasSubstr("c.json: is no JSON"));
-  EXPECT_THAT(Read("[]").status().ToString(), HasSubstr("is no object"));
+  EXPECT_THAT(Read("{").status().ToString(), HasSubstr("c.json: is not JSON"));
+  EXPECT_THAT(Read("[]").status().ToString(), HasSubstr("is not an object"));
   EXPECT_THAT(Read("{\"correspondences\": [7]}").status().ToString(),
-              HasSubstr("correspondences[0]: is no list"));
-  EXPECT_THAT(refusal("7"), HasSubstr("correspondences[0][0]: is no object"));
+              HasSubstr("correspondences[0]: is not a list"));
+  EXPECT_THAT(refusal("7"), HasSubstr("correspondences[0][0]: is not an object"));
   EXPECT_THAT(refusal("{\"sauce\": 1}"), HasSubstr("unknown key \"sauce\""));
   EXPECT_THAT(refusal("{\"kind\": \"line\", \"source\": " + event + ", \"target\": " + event + "}"),
               HasSubstr("[0][0].kind: \"line\""));
@@ -77,7 +77,7 @@ TEST(Correspondences, NamesThePlaceOfEveryMistake) {
   EXPECT_THAT(refusal(R"({"source": {"position": [0, 0], "time_s": 0}})"),
               HasSubstr("[0][0].source.position"));
   EXPECT_THAT(refusal(R"({"source": {"position": [0, 0, "z"], "time_s": 0}})"),
-              HasSubstr("source.position[2]: is no number"));
+              HasSubstr("source.position[2]: is not a number"));
   EXPECT_THAT(refusal(R"({"source": {"position": [0, 0, 0]}})"), HasSubstr("source.time_s"));
 }
 

@@ -45,8 +45,8 @@ TEST(ParsePoints, NamesWhatIsWrong) {
   EXPECT_THAT(Refusal({"w0:a=1", "animations/w0:a=2"}), HasSubstr("w0 is there twice"));
   EXPECT_THAT(Refusal({"w0:a=1", "w1:b=2", "w2:a=3"}), HasSubstr("w1: must set exactly a"));
   EXPECT_THAT(Refusal({"w0:a=1", "w1:a=2,b=2", "w2:a=3"}), HasSubstr("w1: must set exactly a"));
-  EXPECT_THAT(Refusal({"w0"}), HasSubstr("\"\" is no NAME=NUMBER"));
-  EXPECT_THAT(Refusal({"w0:a=wide"}), HasSubstr("\"a=wide\" is no NAME=NUMBER"));
+  EXPECT_THAT(Refusal({"w0"}), HasSubstr("\"\" is not NAME=NUMBER"));
+  EXPECT_THAT(Refusal({"w0:a=wide"}), HasSubstr("\"a=wide\" is not NAME=NUMBER"));
   EXPECT_THAT(Refusal({"w0:a=1,a=2"}), HasSubstr("a is twice"));
 }
 

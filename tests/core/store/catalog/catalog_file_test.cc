@@ -67,7 +67,7 @@ TEST(CatalogFile, NoticesEachByteThatChangesAndEachLengthThatIsNotItsOwn) {
   }
   EXPECT_THAT(ReadCatalogFile(AsBytes(bytes + "x"), "file"), Fails(Code::kDataLoss, "file"));
   EXPECT_THAT(ReadCatalogFile(AsBytes("something else"), "file"),
-              Fails(Code::kInvalidArgument, "is no catalog file"));
+              Fails(Code::kInvalidArgument, "is not a file of this type"));
 }
 
 TEST(CatalogFile, FindsTheBlobsOfARecordInWhateverField) {

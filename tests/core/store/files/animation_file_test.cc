@@ -149,7 +149,7 @@ TEST(AnimationFile, NoticesEachLengthThatIsNotItsOwn) {
 TEST(AnimationFile, IsNoFamilyFile) {
   auto blob = std::make_shared<MemoryBlob>(Written(Sample()));
   EXPECT_THAT(OpenFamily(std::move(blob), "a"),
-              Fails(Code::kInvalidArgument, "family file a: is no family file"));
+              Fails(Code::kInvalidArgument, "family file a: is not a file of this type"));
 }
 
 TEST(AnimationFile, RefusesAManifestThatContradictsItself) {

@@ -103,9 +103,10 @@ TEST(SectionFile, NoticesEachLengthThatIsNotItsOwn) {
 
 TEST(SectionFile, TellsOtherFilesAndVersionsApart) {
   const std::string whole = Write({"water"});
-  EXPECT_THAT(Read("ply\nformat binary"), Fails(Code::kInvalidArgument, "t: is no test file"));
+  EXPECT_THAT(Read("ply\nformat binary"),
+              Fails(Code::kInvalidArgument, "t: is not a file of this type"));
   EXPECT_THAT(Read(whole, {"test file", "\x89LBTESU\n", 1}),
-              Fails(Code::kInvalidArgument, "t: is no test file"));
+              Fails(Code::kInvalidArgument, "t: is not a file of this type"));
   EXPECT_THAT(Read(whole, {"test file", "\x89LBTEST\n", 2}),
               Fails(Code::kInvalidArgument, "has format version 1; this program reads version 2"));
 }

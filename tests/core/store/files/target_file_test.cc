@@ -96,7 +96,7 @@ TEST(TargetFile, NoticesAnyChangedOrMissingByte) {
 }
 
 TEST(TargetFile, RefusesWhatIsNoTargetFile) {
-  EXPECT_THAT(Open("something else"), Fails(Code::kInvalidArgument, "is no target file"));
+  EXPECT_THAT(Open("something else"), Fails(Code::kInvalidArgument, "is not a file of this type"));
   const auto shifted = std::make_shared<MemoryBlob>(Whole(), 4);
   EXPECT_THAT(OpenTarget(shifted, "t"), Fails(Code::kInvalidArgument, "unaligned"));
   EXPECT_THAT(Open(Changed([](Manifest& m) { m.mutable_sections()->RemoveLast(); })),
