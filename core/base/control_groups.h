@@ -6,15 +6,15 @@
 
 namespace liquidblend::base {
 
-// A file of limits as each version of control groups calls it.
+// Name of a limit file in each version of control groups.
 struct GroupFile {
   std::string controller;  // of version 1: "memory"
   std::string version1;    // "memory.limit_in_bytes"
   std::string version2;    // "memory.max"
 };
 
-// Where that file may be: of the process' own group, those above it, and the root, which is the
-// container's own where a process sees nothing else. Not all of them exist.
+// Possible paths of the file: in the process' own group, the groups above it, and the root, which
+// is the container's own group where a process sees no other. Not all of them exist.
 //   root  of /proc and /sys; "" but in tests
 std::vector<std::string> PathsInGroups(const std::string& root, const GroupFile& file);
 

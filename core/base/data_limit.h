@@ -1,5 +1,5 @@
-// A limit for what the process may allocate: work that needs too much memory fails, not the
-// machine.
+// Limit of the memory that the process may allocate: an allocation beyond it fails, instead of
+// exhausting the machine's memory.
 #pragma once
 
 #include <sys/resource.h>
@@ -11,8 +11,8 @@
 
 namespace liquidblend::base {
 
-// The error of work that needs more memory than it may have. It is kResourceExhausted and marked,
-// so that IsOverMemoryLimit() tells it from trouble of the environment such as a full disk.
+// Error of work that needs more memory than its limit. It is kResourceExhausted with a mark by
+// which IsOverMemoryLimit() distinguishes it from transient errors such as a full disk.
 absl::Status MemoryLimitError(const std::string& message);
 bool IsOverMemoryLimit(const absl::Status& status);
 
@@ -21,8 +21,8 @@ bool IsOverMemoryLimit(const absl::Status& status);
 // known.
 int64_t DataBytes();
 
-// How much more of it the process may map: up to its limit (ScopedDataLimit), and no more than
-// MemoryForJobs(). For work that knows what it needs and would rather be refused than fail midway.
+// Bytes of such memory that the process may still map: up to its limit (ScopedDataLimit), and no
+// more than MemoryForJobs(). Work that knows its need can be refused early by it.
 int64_t DataBytesLeft();
 
 // While this lives, the process may map `bytes` more such memory than it has at the start. What
@@ -43,7 +43,8 @@ class ScopedDataLimit {
   // False if the system did not accept the limit (logged).
   bool is_set() const { return is_set_; }
 
-  // Whether less than 16 MiB are left: what fails now, such as starting a thread, fails for that.
+  // Whether less than 16 MiB are left. Then a failure, such as of starting a thread, is due to the
+  // limit.
   bool IsNearlyReached() const;
 
  private:

@@ -1,4 +1,4 @@
-// Room on a file system.
+// Size and free space of a file system.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,8 @@ struct DiskSpace {
   int64_t free_bytes = 0;  // that this process may use
 };
 
-// Of the file system that holds `path`.  Errors: those of the system, naming the path.
+// Reads the space of the file system that holds `path`.  Errors: those of the system, naming the
+// path.
 absl::StatusOr<DiskSpace> ReadDiskSpace(const std::string& path);
 
 }  // namespace liquidblend::base

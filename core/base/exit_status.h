@@ -14,17 +14,17 @@ enum ExitStatus {
   kExitDamaged = 7,      // something in the store or an export is damaged or missing
 };
 
-// For --help of those that run until they are stopped.
+// Text for --help of programs that run until they are stopped.
 inline constexpr char kExitStatusHelp[] =
     "Exit status: 0 stopped, or done; 1 failed; 2 a flag or value that is refused; 3 the store\n"
     "cannot be reached; 7 something in the store is damaged or missing. With --check: 0 all is\n"
     "well; 2 a flag or value that is refused; 1 anything else.";
 
-// By the error's code: kInvalidArgument is usage, kUnavailable unreachable, kDataLoss damaged, all
-// others failed.
+// Exit status by the error's code: kInvalidArgument is usage, kUnavailable unreachable, kDataLoss
+// damaged, all others failed.
 ExitStatus ExitStatusOf(const absl::Status& status);
 
-// The same of --check, for which only usage is told from other errors.
+// Exit status of --check, which distinguishes only usage from other errors.
 ExitStatus ExitStatusOfCheck(const absl::Status& status);
 
 }  // namespace liquidblend::base

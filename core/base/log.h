@@ -19,14 +19,14 @@ enum class LogFormat { kText, kJson };
 // "text" or "json".  Errors: kInvalidArgument.
 absl::StatusOr<LogFormat> ParseLogFormat(absl::string_view name);
 
-// What an event is about, in order: names of [a-z_]+, any values.
+// Fields of an event, in order: names of [a-z_]+, any values.
 using LogFields = std::vector<std::pair<std::string, std::string>>;
 
 // Sets the program's name (in every line), the lowest level that is printed and the form of the
 // lines. Call once in main.
 void StartLog(absl::string_view program, LogLevel lowest, LogFormat format = LogFormat::kText);
 
-// Whether an event of this level is printed: whether it is worth putting together.
+// Whether events of this level are printed. If not, callers need not assemble them.
 bool IsLogged(LogLevel level);
 
 // Prints one line whatever the message and the values hold: control characters are escaped.

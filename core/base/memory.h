@@ -1,16 +1,16 @@
-// Memory that a process has freed but still occupies.
+// Return of freed memory from the process to the system, and the size of the heap.
 #pragma once
 
 #include <cstdint>
 
 namespace liquidblend::base {
 
-// Blocks of a MiB and more go back to the system as soon as they are freed, whatever was freed
-// before, so that the peak of a process is what it holds at once. Call once in main, before threads
-// start. Cost: the pages of such blocks are cleared again when they are allocated.
+// Makes blocks of a MiB and more return to the system as soon as they are freed, so that the peak
+// of a process is the memory that it uses at one time. Call once in main, before threads start.
+// Cost: the pages of such blocks are cleared again when they are allocated.
 void ReturnLargeBlocks();
 
-// Gives back what smaller blocks have left free.  Threads: safe.  Cost: milliseconds.
+// Returns the free memory of smaller blocks.  Threads: safe.  Cost: milliseconds.
 void ReturnFreeMemory();
 
 struct HeapBytes {
@@ -18,7 +18,8 @@ struct HeapBytes {
   int64_t free = 0;  // kept for what is allocated next; of jemalloc's with its own books
 };
 
-// Of the process' allocator, jemalloc's or glibc's.  Threads: safe.  Cost: some 50 microseconds.
+// Reads the heap of the process' allocator, jemalloc's or glibc's.  Threads: safe.  Cost: some 50
+// microseconds.
 HeapBytes ReadHeap();
 
 }  // namespace liquidblend::base

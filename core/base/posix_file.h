@@ -29,10 +29,9 @@ class FileHandle {
   int fd_ = -1;
 };
 
-// What `error_number` means for a caller: kNotFound, kPermissionDenied, kResourceExhausted (disk,
-// quota, size limit, descriptors or memory used up), kUnavailable otherwise, also for a disk that
-// failed: ReadAll() alone knows of data that are lost. The message is "<action> <path>: <the
-// system's words>".
+// Status of an errno: kNotFound, kPermissionDenied, kResourceExhausted (disk, quota, size limit,
+// descriptors or memory used up), kUnavailable otherwise, also for a disk that failed (only
+// ReadAt() and ReadAll() return kDataLoss). The message is "<action> <path>: <the system's words>".
 absl::Status ErrnoStatus(int error_number, absl::string_view action, const std::string& path);
 
 // Opens with O_CLOEXEC; `mode` counts when the file is created.

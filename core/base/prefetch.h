@@ -1,10 +1,10 @@
-// Memory on its way before it is needed.
+// Prefetching of memory into the cache.
 #pragma once
 
 namespace liquidblend::base {
 
-// Fetches a cache line into the second cache. Where many lines are on their way at a time: the
-// first cache has room for few misses, and whoever computes meanwhile would wait for a place
+// Fetches a cache line into the second-level cache. For code that fetches many lines at a time: the
+// first-level cache has room for few outstanding misses, and computing code would wait for them
 // (docs/experiments/slicing.md).
 inline void PrefetchIntoL2(const void* line) { __builtin_prefetch(line, 0, 2); }
 

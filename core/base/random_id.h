@@ -1,4 +1,4 @@
-// Names that nobody else will choose.
+// Random identifiers, unique in practice.
 #pragma once
 
 #include <string>

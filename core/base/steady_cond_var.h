@@ -1,5 +1,6 @@
-// Waits that setting the machine's clock does not make longer or shorter. Abseil's go by the time
-// of day: a clock that is turned back by an hour makes them last an hour.
+// Condition variable on a steady clock: setting the machine's clock does not change its waits.
+// Abseil's waits go by the time of day; a clock that is turned back by an hour prolongs them by an
+// hour.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +20,7 @@ inline absl::Duration Since(SteadyClock::time_point begin) {
   return absl::FromChrono(SteadyClock::now() - begin);
 }
 
-// As absl::CondVar; wakes up for no reason now and then, too.  Threads: safe.
+// As absl::CondVar, spurious wake-ups included.  Threads: safe.
 class SteadyCondVar {
  public:
   void Wait(absl::Mutex* mutex) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) {
@@ -27,7 +28,7 @@ class SteadyCondVar {
     changed_.wait(lockable);
   }
 
-  // Whether the time is over.
+  // Returns whether the wait timed out.
   bool WaitWithTimeout(absl::Mutex* mutex, absl::Duration timeout)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) {
     Lockable lockable{*mutex};
@@ -48,7 +49,7 @@ class SteadyCondVar {
   void SignalAll() { changed_.notify_all(); }
 
  private:
-  // That of a mutex which the caller holds.
+  // Adapter of a mutex that the caller holds.
   struct Lockable {
     absl::Mutex& mutex;
     void lock() ABSL_NO_THREAD_SAFETY_ANALYSIS { mutex.Lock(); }

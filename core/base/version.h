@@ -1,12 +1,12 @@
-// Which build of the programs this is.
+// Version and commit of the programs.
 #pragma once
 
 #include <string>
 
 namespace liquidblend::base {
 
-// Of the sources: 12 hexadecimal digits, "-dirty" behind them if files had been changed since;
-// "unknown" if they were built outside a repository and LIQUIDBLEND_COMMIT was not set.
+// Commit of the sources: 12 hexadecimal digits, "-dirty" behind them if files had been changed
+// since; "unknown" if they were built outside a repository and LIQUIDBLEND_COMMIT was not set.
 extern const char kCommit[];
 
 // "0.2.0 (commit 0123456789ab)".

@@ -1,4 +1,4 @@
-// The connected parts of a triangle surface, measured.
+// Connected components of a triangle surface: centre, volume, area.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,8 +8,8 @@
 
 namespace liquidblend::mesh {
 
-// What is connected through triangles (or, where it says so, in another way). In the units of the
-// surface's vertices.
+// A connected component: triangles that share vertices, unless another connection is stated. In the
+// units of the surface's vertices.
 struct Component {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // of its surface
   double volume = 0.0;                               // signed: of a bubble below 0
@@ -21,14 +21,14 @@ class ComponentSums {
  public:
   //   centre, area  of the piece; the latter along its outward normal
   void Add(size_t component, const Eigen::Vector3d& centre, const Eigen::Vector3d& area);
-  // By number; one without pieces is all zero.
+  // The components by number; all zero for one without pieces.
   std::vector<Component> Components() const;
 
  private:
   std::vector<Component> sums_;  // centres times areas
 };
 
-// In the order of their first triangles. Requires: indices in range.
+// Finds the components, in the order of their first triangles. Requires: indices in range.
 std::vector<Component> FindComponents(const TriangleMesh& mesh);
 
 }  // namespace liquidblend::mesh

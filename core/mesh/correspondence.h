@@ -1,5 +1,5 @@
-// What a user, or the registration itself, says belongs together (paper, section 6), and what a
-// registration made of it.
+// Correspondences of two animations (paper, section 6), given by a user or found by the
+// registration, and reports of how a registration met them.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@ enum class CorrespondenceKind {
   kSpace,       // pinned in x, y, z, free to slide in time
 };
 
-// Points are x, y, z in metres and time in frames.
+// One correspondence. Points are x, y, z in metres and time in frames.
 struct Correspondence {
   CorrespondenceKind kind = CorrespondenceKind::kPoint;
   bool hard = false;  // hard: held to the end; soft: released when the fit is good
@@ -22,8 +22,8 @@ struct Correspondence {
   bool operator==(const Correspondence&) const = default;
 };
 
-// The residual is the largest over the deformation nodes that stand for the correspondence; time
-// does not count for kSpace.
+// How a registration met one correspondence. The residual is the largest over the deformation nodes
+// that represent it; time does not count for kSpace.
 struct CorrespondenceReport {
   Correspondence correspondence;
   bool automatic = false;   // found by the registration, not given by a user

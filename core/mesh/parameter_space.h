@@ -1,4 +1,4 @@
-// Where the animations of a family lie in the space of the user's own parameters.
+// Parameter space: the points of a family's animations in the user's own parameters.
 #pragma once
 
 #include <string>

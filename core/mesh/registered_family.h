@@ -1,4 +1,5 @@
-// What the server blends and slices: one space-time mesh and a displacement of it per target.
+// Registered family, the input of blending and slicing: one space-time mesh and a displacement of
+// it per target.
 #pragma once
 
 #include <array>
@@ -23,7 +24,7 @@ namespace liquidblend::mesh {
 using Float3 = std::array<float, 3>;
 using Float4 = std::array<float, 4>;  // x, y, z in metres, t in ticks of the family's time axis
 
-// How the registration of one target went.
+// Report of the registration of one target.
 struct RegistrationReport {
   int num_nodes = 0;
   int num_iterations = 0;
@@ -84,13 +85,13 @@ struct RegisteredFamily {
   }
 };
 
-// Checks what the kernels rely on: array sizes, indices in range, finite numbers, the end slabs'
-// vertices outside of [0, num_frames - 1], a sane box, levels that belong to one another, points in
-// parameter space. Errors: kInvalidArgument with the first offending element.  Cost: O(vertices +
-// cells).
+// Checks the preconditions of the kernels: array sizes, indices in range, finite numbers, the end
+// slabs' vertices outside of [0, num_frames - 1], a sane box, levels that belong to one another,
+// points in parameter space. Errors: kInvalidArgument with the first offending element.  Cost:
+// O(vertices + cells).
 absl::Status Validate(const RegisteredFamily& family);
 
-// The family with no target that shows the source as it is; `mesh` must outlive the view.
+// A family without targets, which shows the source unchanged; `mesh` must outlive the view.
 RegisteredFamily ViewOf(const SpaceTimeMesh& mesh);
 
 }  // namespace liquidblend::mesh

@@ -1,4 +1,4 @@
-// Slices of a space-time mesh for whoever measures them; the server has a faster way.
+// Slices of a space-time mesh for measurements. The server slices with its own, faster code.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, std::span<const dou
 std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices,
                                   std::span<const double> times, const parallel::Arena& arena);
 
-// A slice that knows what it was cut from.
+// A slice with the mesh edges that it was cut from.
 struct TracedSlice {
   TriangleMesh surface;
   // Per vertex of the surface the ends of the mesh edge that it lies on, the lower one first.

@@ -1,11 +1,11 @@
-// What an animation's space-time mesh is like, and how well it shows the animation.
+// Report of an animation's space-time mesh: its figures, and its fidelity to the animation.
 #pragma once
 
 #include <cstdint>
 
 namespace liquidblend::mesh {
 
-// Slices at frames, before anything moves them, against the frames themselves.
+// Differences of slices of the undeformed mesh at frames from these frames.
 struct Fidelity {
   int num_frames = 0;                // that were measured, spread over the animation
   double mean_distance_edges = 0.0;  // between the surfaces, both ways, in mean edge lengths

@@ -1,5 +1,6 @@
-// How a family's vertices move with the blend weights: the one rule that whoever moves vertices and
-// whoever bounds their motion share, and how a slice asks for the vertices that it needs.
+// Motion of a family's vertices with the blend weights, shared by the code that moves vertices and
+// the code that bounds their motion; the interface by which a slice gets the vertices that it
+// needs.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,7 @@
 
 namespace liquidblend::mesh {
 
-// At this weight a vertex moves by
+// Factors of a target at one weight. A vertex moves by
 //   displacement_factor * displacement + extrapolation_factor * extrapolation.
 struct TargetMotion {
   float displacement_factor = 0.0F;
@@ -23,14 +24,14 @@ inline TargetMotion MotionAt(const FamilyTarget& target, double weight) {
   return w > 1.0F ? TargetMotion{1.0F, w - 1.0F} : TargetMotion{0.0F, w};
 }
 
-// Whoever knows where the family's vertices are in a blend.
+// Positions of a family's vertices in a blend.
 class VertexPlacer {
  public:
   virtual ~VertexPlacer() = default;
   // positions[i]: of vertices[i]; x, y, z in metres, t in ticks of the family's time axis. The same
-  // for the same vertex, whenever it is asked for. Requires: they are vertices of the family.
+  // vertex always gets the same position. Requires: they are vertices of the family.
   virtual void Place(std::span<const int32_t> vertices, Float4* positions) const = 0;
-  // Place() will be called for them soon: memory can be fetched meanwhile.
+  // Fetches memory for vertices that Place() will be called for soon.
   virtual void Prefetch(std::span<const int32_t> vertices) const = 0;
 };
 

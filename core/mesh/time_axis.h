@@ -1,4 +1,4 @@
-// What the fourth coordinate of a family's vertices counts.
+// Time axis of a family: the unit of its vertices' fourth coordinate.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,13 +6,14 @@
 
 namespace liquidblend::mesh {
 
-// A blend mixes coordinates linearly: positions, and times as this axis counts them, in ticks.
+// The map between frames and ticks. A blend mixes coordinates linearly: positions, and times in
+// ticks.
 //
 // Without a rest time ticks are frames, as in the paper (equation 8). With one they are squares of
-// the time since then: what falls from rest by h lands after sqrt(2 h / g), so where heights blend
-// linearly, squares of times do (Froude's similarity: lengths scale as squares of times). A drop
-// from half-way between two heights then falls with the same g as both; blended linearly in time it
-// would land too early, by d^2 / (2 t) if both land d from their mean t.
+// the time since then: a body that falls from rest by h lands after sqrt(2 h / g), so where heights
+// blend linearly, squares of times do (Froude's similarity: lengths scale as squares of times). A
+// drop from half-way between two heights then falls with the same g as both; blended linearly in
+// time it would land too early, by d^2 / (2 t) if both land d from their mean t.
 //
 // Ticks are scaled so that the first frame is at 0 and the last one at num_frames - 1, both ways.
 // Threads: safe, immutable.
@@ -24,8 +25,8 @@ class TimeAxis {
   TimeAxis(const std::optional<double>& rest_time_s, double frames_per_second, int num_frames);
 
   bool counts_frames() const { return !squares_; }
-  // Both are increasing, and the inverse of one another but for rounding; what lies before the
-  // first frame stays as far before it. Requires: finite.
+  // Both maps are increasing, and the inverse of one another up to rounding. Times before the first
+  // frame stay as they are. Requires: finite.
   double Ticks(double frames) const;
   double Frames(double ticks) const;
 

@@ -1,4 +1,4 @@
-// Sets of numbers that grow together.
+// Union-find: disjoint sets of numbers.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Which way is up in an animation.
+// The upward direction of an animation.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,7 @@ struct HeightAxis {
   bool operator==(const HeightAxis&) const = default;
 };
 
-// kUnknown: z, which is assumed.
+// The axis of `up`; z if it is kUnknown.
 HeightAxis AxisOf(Up up);
 
 // "x", "-y" and so on; "unknown".

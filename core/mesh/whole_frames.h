@@ -1,4 +1,4 @@
-// The whole frames at which a space-time mesh is worth looking at.
+// The whole frames at which a space-time mesh is measured.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-// The one place that runs work on several threads inside a stage (TBB; std::jthread under the tsan
-// preset, because ThreadSanitizer cannot see into Debian's TBB).
+// Parallel loops of a stage. No other code of a stage starts threads (TBB; std::jthread under the
+// tsan preset, because ThreadSanitizer cannot see into Debian's TBB).
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@ class Arena {
   // Calls task(k) once for each k in [0, num_tasks), in any order, and returns when all are done.
   void Run(int64_t num_tasks, absl::FunctionRef<void(int64_t)> task) const;
 
-  // body(chunk, begin, end) for consecutive chunks of chunk_size indices.
+  // Calls body(chunk, begin, end) for consecutive chunks of chunk_size indices.
   template <typename Body>
   void ForChunks(int64_t count, int64_t chunk_size, Body&& body) const {
     const int64_t num_chunks = (count + chunk_size - 1) / chunk_size;
@@ -40,7 +40,7 @@ class Arena {
     });
   }
 
-  // body(i) for each i in [0, count); body i may write what index i owns.
+  // Calls body(i) for each i in [0, count). body(i) may write only data that index i owns.
   template <typename Body>
   void For(int64_t count, Body&& body, int64_t chunk_size = 512) const {
     ForChunks(count, chunk_size, [&](int64_t, int64_t begin, int64_t end) {

@@ -1,12 +1,12 @@
-// What lies where in a data directory: the embedded store of one machine, which one server and any
-// number of workers share. Blobs are under it too (OpenLocalBlobStore).
+// Layout of a data directory: the embedded store of one machine, which one server and any number of
+// workers share. Blobs are in it, too (OpenLocalBlobStore).
 #pragma once
 
 #include <string>
 
 namespace liquidblend::store {
 
-// For OpenSqliteCatalog().
+// The path for OpenSqliteCatalog().
 inline std::string CatalogPath(const std::string& data_directory) {
   return data_directory + "/catalog.sqlite";
 }

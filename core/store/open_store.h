@@ -1,4 +1,4 @@
-// Opens catalog and blobs where a program is told that they are.
+// Opening of a store, catalog and blobs, at the location that flags and environment give.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +27,9 @@ struct StoreLocation {
   absl::Status Validate() const;
 };
 
-// Takes from the environment what nobody has said: LIQUIDBLEND_DATA is --data unless there is
-// --store, and LIQUIDBLEND_CACHE is --cache if there is. So a service may set both, whichever store
-// it has.
+// Fills missing values from the environment: LIQUIDBLEND_DATA is --data unless there is --store,
+// and LIQUIDBLEND_CACHE is --cache if there is. So a service may set both variables for either kind
+// of store.
 void TakeFromEnvironment(StoreLocation& location);
 
 struct Store {
@@ -41,7 +41,7 @@ struct Store {
 // Errors: Validate()'s, and those of the catalogs and blob stores.
 absl::StatusOr<Store> OpenStore(const StoreLocation& location);
 
-// The same one by one.
+// Open one of the two.
 absl::StatusOr<std::unique_ptr<Catalog>> OpenCatalog(const StoreLocation& location);
 absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobs(const StoreLocation& location);
 // Without secrets.
@@ -50,7 +50,7 @@ absl::StatusOr<std::string> NameOfStore(const StoreLocation& location);
 // The versions that this program writes: "tables 7 of SQLite, 6 of PostgreSQL".
 std::string DescribeTables();
 
-// Whether both answer; for probes.  Errors: those of the stores.
+// Checks that both answer; for probes.  Errors: those of the stores.
 absl::Status CheckReachable(Catalog& catalog, BlobStore& blobs);
 
 }  // namespace liquidblend::store

@@ -1,4 +1,4 @@
-// Credentials for S3: where they are found, and when they are read again.
+// Credentials for S3: their sources and renewal.
 #pragma once
 
 #include <optional>
@@ -22,12 +22,12 @@ struct FoundCredentials {
 // Fields that the section does not have are empty.
 std::optional<AwsCredentials> ParseCredentialsFile(const std::string& text,
                                                    const std::string& section);
-// Reads a document (JSON) of the container's or the instance's endpoint; nothing if it is not one
-// with a key. Key id and token, which go into headers, have no control characters.
+// Reads a document (JSON) of the container's or the instance's endpoint; nothing if it has no key.
+// Key id and token, which go into headers, have no control characters.
 std::optional<FoundCredentials> ParseEndpointCredentials(const std::string& json);
 
-// Each looks at one source: nothing if the source is not configured. Errors, which name the source
-// and never a secret: kUnavailable if it is configured and does not answer, or cannot be read.
+// Each reads one source; nothing if the source is not configured. Errors, which name the source and
+// never a secret: kUnavailable if it is configured and does not answer, or cannot be read.
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromEnvironment();
 // AWS_SHARED_CREDENTIALS_FILE (~/.aws/credentials), the section AWS_PROFILE (default).
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromFile();
@@ -49,12 +49,12 @@ class AwsCredentialsProvider {
 
   // Temporary credentials are renewed from five minutes before they expire on; while that fails,
   // the old ones are used up to their end.
-  // Errors: kInvalidArgument if no source is configured, nor may be soon: ~/.aws is there, or the
-  // instance may get a role; kUnavailable as above, and for those; kPermissionDenied if there were
-  // credentials, which have expired.
+  // Errors: kInvalidArgument if no source is configured; kUnavailable as above, and if a source may
+  // be configured soon (~/.aws exists, or the instance may get a role); kPermissionDenied if the
+  // credentials have expired.
   absl::StatusOr<AwsCredentials> Get() ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // S3 refused these: reads the sources again, but for refusals at most once a second, however many
+  // Reads the sources again after S3 refused these credentials, at most once a second, however many
   // requests are refused. Returns whether Get() returns others now.
   bool Renew(const AwsCredentials& refused) ABSL_LOCKS_EXCLUDED(mutex_);
 

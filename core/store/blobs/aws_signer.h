@@ -1,4 +1,4 @@
-// Signature Version 4 of Amazon's services, as S3 wants it.
+// Signature Version 4 of Amazon's services, in the form of S3.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ struct AwsCredentials {
   std::string session_token;  // of temporary credentials; else empty
 };
 
-// What is signed of a request to S3.
+// The signed parts of a request to S3.
 struct AwsRequest {
   std::string method;
   std::string host;                          // with the port, as in the Host header
@@ -47,9 +47,9 @@ std::map<std::string, std::string> SignRequest(const AwsRequest& request,
                                                const AwsCredentials& credentials,
                                                const std::string& region, absl::Time now);
 
-// The query that lets whoever has it make the request until `expires` later, without credentials
-// ("presigned"): that of the request, and what signs it, encoded. The body is not signed.
-//   headers  beside Host, that must be sent just so; names in lower case
+// The query of a presigned request, which anyone may make without credentials until `expires`
+// later: the request's own query and the signature, encoded. The body is not signed.
+//   headers  beside Host, that must be sent with these values; names in lower case
 // Requires: expires in [1 s, 7 days].
 std::string PresignQuery(const AwsRequest& request,
                          const std::map<std::string, std::string>& headers,

@@ -1,4 +1,4 @@
-// Blobs of a remote store, kept on the local disk as far as a budget goes.
+// Cache of a remote store's blobs on the local disk, within a budget.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,11 @@ namespace liquidblend::store {
 // Threads: safe; processes: safe, several may share a directory.
 class BlobCache {
  public:
-  // What is free on the disk of a cache.
+  // Returns the free bytes of the cache's disk.
   using FreeBytes = std::function<absl::StatusOr<int64_t>()>;
 
   // Creates the directory if missing.  Requires: max_bytes >= 0.
-  //   free_bytes  instead of what the system says
+  //   free_bytes  replaces the system's answer
   static absl::StatusOr<std::unique_ptr<BlobCache>> Open(const std::string& directory,
                                                          int64_t max_bytes,
                                                          FreeBytes free_bytes = nullptr);
@@ -28,18 +28,18 @@ class BlobCache {
   // Verified like any local blob. kNotFound too if the file is damaged, which removes it.
   absl::StatusOr<std::shared_ptr<const Blob>> Find(const BlobId& id);
 
-  // Of a blob that is to be kept.
+  // Writer of a blob that is to be cached.
   absl::StatusOr<std::unique_ptr<BlobWriter>> Create() { return blobs_->Create(); }
   absl::StatusOr<std::unique_ptr<BlobWriter>> CreateAs(const BlobId& id) {
     return blobs_->CreateAs(id);
   }
 
-  // Removes what was not used for the longest time, until the rest fits into the budget; but
-  // nothing that was used within the last minute. Blobs that are open stay readable.
+  // Removes the least recently used blobs until the rest fits into the budget; but none that was
+  // used within the last minute. Open blobs stay readable.
   absl::Status Trim();
 
-  // The same, until so much is free on the disk; of blobs that are open that is so once they are
-  // closed. Removes nothing if removing all of those would not do.
+  // The same, until `free_bytes` are free on the disk; the space of open blobs becomes free once
+  // they are closed. Removes nothing if removing all would not suffice.
   absl::Status MakeRoom(int64_t free_bytes);
 
   absl::Status Delete(const BlobId& id) { return blobs_->Delete(id); }

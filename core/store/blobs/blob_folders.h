@@ -1,4 +1,4 @@
-// The folders and files that a local blob store is made of.
+// Folders and files of a local blob store.
 #pragma once
 
 #include <set>
@@ -27,7 +27,8 @@ class BlobFolders {
   // Makes the blob's folder, durably.
   absl::Status Prepare(const BlobId& id);
 
-  // Held by whoever makes the blob appear or go.  Errors: kNotFound if there is no folder yet.
+  // Locks the blob's folder; to be held while the blob is made visible or removed.  Errors:
+  // kNotFound if there is no folder yet.
   absl::StatusOr<base::FileHandle> Lock(const BlobId& id) const;
 
   // Makes changes in the blob's folder durable, unless the store is a cache.

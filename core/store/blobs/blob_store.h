@@ -27,13 +27,13 @@ class Blob {
  public:
   virtual ~Blob() = default;
   virtual std::span<const std::byte> bytes() const = 0;
-  // kDataLoss once a part of the bytes could not be read and read as zeros (mapped_file.h). Whoever
-  // uses the bytes of a blob for long looks here before it hands out what it made of them.
+  // kDataLoss once a part of the bytes could not be read and was read as zeros (mapped_file.h).
+  // Long users of a blob's bytes call this before they publish their result.
   virtual absl::Status Check() const { return absl::OkStatus(); }
 };
 
-// Receives one blob's bytes in order. Dropped without Commit(), it leaves nothing behind that a
-// reader could see. Threads: one at a time.
+// Receives one blob's bytes in order. If it is destroyed without Commit(), readers see nothing of
+// it. Threads: one at a time.
 class BlobWriter {
  public:
   virtual ~BlobWriter() = default;
@@ -44,7 +44,7 @@ class BlobWriter {
   // store has this content already it stays, and BlobInfo::modified becomes now. A damaged blob of
   // that id is moved to quarantine first.
   // Errors, also: kAlreadyExists if another content that matches the id is there (only ids of XXH3
-  // have such collisions): what is there stays.
+  // have such collisions); it stays.
   virtual absl::StatusOr<BlobId> Commit() = 0;
 };
 
@@ -54,11 +54,12 @@ struct BlobInfo {
   absl::Time modified;
 };
 
-// How someone without credentials sends a blob to where it is kept: each url takes its bytes by
-// PUT, with these headers. Of more than one part, the answers' ETags go to complete_url by POST, as
+// Presigned urls by which a client without credentials sends a blob to the object store: each url
+// takes its bytes by PUT, with these headers. With more than one part, the answers' ETags go to
+// complete_url by POST, as
 // <CompleteMultipartUpload><Part><PartNumber>1</PartNumber><ETag>..</ETag></Part>...
 struct DirectUpload {
-  BlobId id;  // what it can be opened by, once it is there
+  BlobId id;  // for Open(), once it is there
   int64_t part_bytes = 0;
   std::vector<std::string> part_urls;  // of part_bytes each, the last one of the rest
   std::map<std::string, std::string> headers;
@@ -66,70 +67,71 @@ struct DirectUpload {
   std::string multipart_id;  // of the store, not for clients; empty: of one part
 };
 
-// Threads: safe; processes: safe. Errors as BlobWriter's, and those given.
+// A store of blobs. Threads: safe; processes: safe. Errors as BlobWriter's, and those given.
 class BlobStore {
  public:
   virtual ~BlobStore() = default;
   // A new blob, named by its content.
   virtual absl::StatusOr<std::unique_ptr<BlobWriter>> Create() = 0;
   // A blob whose id is known, as when it is copied from another store. Commit() fails with
-  // kDataLoss and changes nothing unless the bytes match the id.  Errors: kInvalidArgument if it is
-  // none.
+  // kDataLoss and changes nothing unless the bytes match the id.  Errors: kInvalidArgument if `id`
+  // is not a blob id.
   virtual absl::StatusOr<std::unique_ptr<BlobWriter>> CreateAs(const BlobId& id) = 0;
   // A file that a client sends through the server. It gets an id of its own (IsUploadId), even if
-  // the same content is there, so whoever breaks off an upload can delete it: nobody else needs it.
+  // the same content is there, so a client that breaks off an upload can delete it safely.
   virtual absl::StatusOr<std::unique_ptr<BlobWriter>> CreateUpload() = 0;
   // Verifies the whole content against its name on open. A blob that is deleted while it is open
   // stays readable.
   // Errors: kNotFound; kDataLoss if the content does not match or cannot be read;
-  // kPermissionDenied; messages name the path. kInvalidArgument if `id` is no blob id.
+  // kPermissionDenied; messages name the path. kInvalidArgument if `id` is not a blob id.
   virtual absl::StatusOr<std::shared_ptr<const Blob>> Open(const BlobId& id) = 0;
-  // Reads what is kept, past any cache, and compares it with its name. Errors: as Open().
+  // Reads the blob past any cache, and compares it with its name. Errors: as Open().
   virtual absl::Status Verify(const BlobId& id) = 0;
-  // OK too if there is no such blob.
+  // Deletes a blob; OK if there is none.
   virtual absl::Status Delete(const BlobId& id) = 0;
   // Deletes the blob unless it was committed after that time, also if that happens meanwhile: then
   // it is there when both calls have returned. Returns whether it is gone.
   virtual absl::StatusOr<bool> DeleteIfNotNewer(const BlobId& id, absl::Time time) = 0;
-  // Moves a damaged blob to where no other call finds it. Returns where that is.
+  // Moves a damaged blob to a place where no other call finds it. Returns that place.
   // Errors: kNotFound; kFailedPrecondition if it is whole, and stays.
   virtual absl::StatusOr<std::string> Quarantine(const BlobId& id) = 0;
-  // In the order of their ids, files of uploads last.
+  // All blobs in the order of their ids, files of uploads last.
   virtual absl::StatusOr<std::vector<BlobInfo>> List() = 0;
 
-  // Lets go of copies of blobs that can be got again, those not used for the longest time first,
-  // until so much is free on the disk that they are on; of none if that would not do.
+  // Removes local copies of remote blobs, the least recently used ones first, until `free_bytes`
+  // are free on their disk; removes none if that would not suffice.
   virtual absl::Status MakeRoom(int64_t /*free_bytes*/) { return absl::OkStatus(); }
 
-  // Urls for a blob of this content (as its sender says) and size, that are good until `expires`
-  // later. It gets an id of its own (IsUploadId), and is compared with what the sender said when it
-  // is opened; once there, it cannot be replaced by way of the urls.
+  // Presigns urls for an upload of a blob with this content (as its sender claims) and size, valid
+  // until `expires` later. It gets an id of its own (IsUploadId), and is compared with the claimed
+  // content when it is opened; once there, it cannot be replaced through the urls.
   // Errors: kUnimplemented if the store offers none.
   virtual absl::StatusOr<DirectUpload> PresignUpload(const BlobId& content, int64_t size_bytes,
                                                      absl::Duration expires);
-  // How many part_urls PresignUpload() gives for a blob of this size; 1 if it gives none at all.
+  // The number of part_urls of PresignUpload() for a blob of this size; 1 if it is not implemented.
   virtual int64_t NumPartUrls(int64_t /*size_bytes*/) const { return 1; }
-  // Ends an upload whose urls nobody has got, so that the store keeps nothing of it. Asks the store
-  // once; what it does not do then is logged.
+  // Aborts an upload whose urls were not given out, so that the store keeps nothing of it. Tries
+  // once; a failure is logged.
   virtual void DropUpload(const DirectUpload& /*upload*/) {}
-  // Ends uploads in parts that were begun no later than that and are neither complete nor given up:
-  // whoever sends parts to one begins again. Returns how many.
+  // Aborts unfinished multipart uploads that were begun at `time` or before; their clients have to
+  // begin again. Returns the number of uploads.
   virtual absl::StatusOr<int64_t> DropOldUploads(absl::Time /*time*/) { return 0; }
-  // A url to GET the blob from, good until `expires` later.
+  // Presigns a url to GET the blob from, valid until `expires` later.
   // Errors: kUnimplemented as above; kNotFound.
   virtual absl::StatusOr<std::string> PresignDownload(const BlobId& id, absl::Duration expires);
-  // Of one that was sent directly, without reading it.  Errors: kUnimplemented as above; kNotFound.
+  // The size of a blob that was uploaded directly, without reading it.  Errors: kUnimplemented as
+  // above; kNotFound.
   virtual absl::StatusOr<int64_t> SizeOfUpload(const BlobId& id);
 };
 
 // Whether `id` is written like a blob id.
 bool IsBlobId(absl::string_view id);
 
-// Files of uploads have ids of their own: that of their content (where it was sent directly, of the
-// content that the client promised), "-", and 32 random hexadecimal digits.
+// Whether `id` is written like an id of an upload's file: the id of its content (where it was sent
+// directly, of the content that the client promised), "-", and 32 random hexadecimal digits.
 bool IsUploadId(absl::string_view id);
 
-// The part of either kind of id that says what the content is.  Requires: it is such an id.
+// The part of a blob id or upload id that names the content.  Requires: it is such an id.
 BlobId ContentIdOf(absl::string_view id);
 
 // Where a blob lies below its store's directory or prefix: "blobs/<2 digits>/<id>", of uploads
@@ -141,13 +143,13 @@ absl::Status CheckBlobId(absl::string_view id);
 
 // Blobs as files under `directory`, which is created if missing: BlobKey(id), written as
 // tmp/<pid>-<unique>, flushed, then renamed; the directories are flushed too. A writer holds a lock
-// (flock) on its temporary file; those that nobody holds are left over and removed on opening.
+// (flock) on its temporary file; files without a lock are left over and removed on opening.
 // Quarantined ones lie in quarantine/.
 enum class Durability { kDurable, kCache };  // a cache flushes nothing
 absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(
     const std::string& directory, Durability durability = Durability::kDurable);
 
-// The file of a blob there.
+// The path of a blob's file below `directory`.
 std::string LocalBlobPath(const std::string& directory, const BlobId& id);
 
 // One blob from bytes in memory; as CreateAs() with an id.

@@ -1,4 +1,4 @@
-// Hashes of stored content: SHA-256 names blobs, XXH3 finds damage.
+// Hashes of stored content: SHA-256 for names of blobs, XXH3 for checksums.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ struct evp_md_ctx_st;
 
 namespace liquidblend::store {
 
-// XXH3-64 of the bytes. Finds accidents, not attacks.
+// XXH3-64 of the bytes. It detects accidental damage, not attacks.
 uint64_t Checksum(std::span<const std::byte> bytes);
 
 enum class HashKind {
@@ -30,7 +30,7 @@ class BlobHasher {
  public:
   explicit BlobHasher(HashKind kind = HashKind::kSha256);
   void Add(std::span<const std::byte> bytes);
-  // The id of a blob with the bytes so far, written as `kind` is. More bytes may follow.
+  // The id, of the kind of this hasher, of a blob with the bytes so far. More bytes may follow.
   BlobId Id() const;
 
  private:

@@ -1,4 +1,4 @@
-// HTTP requests, several side by side on the thread that asks.
+// HTTP client: requests that run side by side on the calling thread.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ struct HttpRequest {
   std::vector<std::pair<std::string, std::string>> headers;
   std::span<const std::byte> body;  // must stay until the request is done
   int64_t max_answer_bytes = int64_t{16} << 20;
-  // Until then any byte is progress enough, if that is longer than three stall timeouts.
+  // Time limit within which any byte counts as progress, if it is longer than three stall timeouts.
   absl::Duration drip_limit = absl::ZeroDuration();
 };
 
@@ -34,7 +34,7 @@ struct HttpAnswer {
 };
 
 struct HttpOptions {
-  std::string ca_file = {};  // who vouches for https servers; empty: whom the system trusts
+  std::string ca_file = {};  // trusted authorities for https; empty: the system's
   absl::Duration connect_timeout = absl::Seconds(5);
   // Time limit of an exchange without progress; not shorter than connect_timeout. One that takes
   // more than three times as long (or the request's drip_limit) must also have moved 16 KiB for
@@ -54,7 +54,7 @@ class HttpClient {
 
   // The answers in the order of the requests, whatever their status. Errors: kUnavailable if there
   // is no whole answer (no connection, reset, cut off, too slow), kResourceExhausted if its body is
-  // longer than it may be, or its headers than 256 KiB; kInvalidArgument for a url that is none.
+  // longer than it may be, or its headers than 256 KiB; kInvalidArgument for an invalid url.
   std::vector<absl::StatusOr<HttpAnswer>> Run(std::span<const HttpRequest> requests)
       ABSL_LOCKS_EXCLUDED(mutex_);
 

@@ -1,4 +1,4 @@
-// The few calls of S3 that the blob store is made of.
+// Client for the calls of S3 that the blob store uses.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@
 
 namespace liquidblend::store {
 
-// One bucket; S3Transport says which requests are sent again. All verbs but the creation of a
-// multipart upload come to the same whether an earlier request was carried out or not, so a lost
-// answer does no harm; that one leaves an upload open, which DropOldUploads() ends.
+// One bucket; S3Transport decides which requests are sent again. All verbs but the creation of a
+// multipart upload are idempotent, so a lost answer does no harm. A lost answer to a creation
+// leaves an open upload, which DropOldUploads() aborts.
 // Errors of all calls name bucket and key: kUnavailable after the last attempt, kNotFound,
-// kPermissionDenied, kResourceExhausted (quota), kInternal (what S3 does not accept). No message
-// has a secret. Threads: safe.
+// kPermissionDenied, kResourceExhausted (quota), kInternal (a request that S3 does not accept). No
+// message has a secret. Threads: safe.
 class S3Client {
  public:
   // `url` is s3://bucket/prefix; the prefix may be missing.
@@ -36,38 +36,38 @@ class S3Client {
 
   // kNotFound only if a GET is answered with NoSuchKey: any 404 to a HEAD looks the same.
   absl::StatusOr<S3Object> Find(const std::string& key);
-  // The bytes [offset, offset + size) of each; all must be there.
+  // The bytes [offset, offset + size) of an object; all of them must exist.
   struct Range {
     int64_t offset = 0;
     int64_t size = 0;
   };
   absl::StatusOr<std::vector<std::string>> Get(const std::string& key,
                                                std::span<const Range> ranges);
-  // In parts if it is large; then nothing is left behind if it fails. An upload of parts that S3
-  // loses begins again, up to max_attempts times.
+  // Writes an object, in parts if it is large; nothing is left behind if that fails. A multipart
+  // upload that S3 loses begins again, up to max_attempts times.
   absl::Status Put(const std::string& key, std::span<const std::byte> bytes);
   absl::Status Delete(const std::string& key);  // OK too if it is not there
-  // Looks at the object, and if it was last written by then deletes it right away: that request is
-  // not repeated without another look. Returns whether the object is gone.
+  // Deletes the object if it was last written at `time` or before. Each attempt checks this first.
+  // Returns whether the object is gone.
   absl::StatusOr<bool> DeleteIfNotNewer(const std::string& key, absl::Time time);
   absl::StatusOr<S3Page> List(const std::string& prefix, const std::string& token);
-  // Aborts the uploads in parts below that prefix that were begun no later than that. Returns how
-  // many.
+  // Aborts the multipart uploads below that prefix that were begun at `time` or before. Returns the
+  // number of uploads.
   absl::StatusOr<int64_t> DropOldUploads(const std::string& prefix, absl::Time time);
 
-  // Urls on client_endpoint.  Requires: there is one.
+  // Presigned urls on client_endpoint.  Requires: there is one.
   absl::StatusOr<std::string> PresignGet(const std::string& key, absl::Duration expires);
-  // For an object of that size, which is signed with the urls; its id is left empty. None of them
-  // replaces an object. In parts if it is large: then S3 keeps those of an upload that is never
-  // completed until DropOldUploads().
+  // Urls for an object of that size, which is signed with the urls; the result's id is left empty.
+  // None of them replaces an object. Large objects get a multipart upload; if it is never
+  // completed, S3 keeps its parts until DropOldUploads().
   absl::StatusOr<DirectUpload> PresignPut(const std::string& key, int64_t size_bytes,
                                           absl::Duration expires);
-  int64_t NumPartUrls(int64_t size_bytes) const;  // that PresignPut() gives
-  // Ends an upload of parts. Asks once, and logs an error.
+  int64_t NumPartUrls(int64_t size_bytes) const;  // of PresignPut()
+  // Aborts a multipart upload. Tries once, and logs an error.
   void DropUpload(const std::string& key, const std::string& upload_id);
 
  private:
-  // An upload in parts that was begun.
+  // A multipart upload that was begun.
   struct Upload {
     std::string id;
     absl::Time created = absl::InfinitePast();  // by the clock of S3, in whole seconds

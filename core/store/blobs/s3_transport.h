@@ -1,5 +1,4 @@
-// Signed requests to S3: sent again where that may help, with credentials and a clock that S3
-// takes.
+// Signed requests to S3, with retries, and with credentials and a time that S3 accepts.
 #pragma once
 
 #include <atomic>
@@ -28,8 +27,8 @@ struct S3Call {
   std::span<const std::byte> body = {};
   bool is_repeated = true;
   int64_t max_answer_bytes = int64_t{16} << 20;
-  // Marks of a complete answer; without them it is cut short, whatever its status. The size of its
-  // body, -1: any; an XML tag that ends it, empty: none.
+  // Marks of a complete answer; without them it counts as cut short, whatever its status: the size
+  // of its body (-1: any), and an XML tag that ends it (empty: none).
   int64_t answer_bytes = -1;
   std::string closing_tag = {};
   absl::Duration drip_limit = absl::ZeroDuration();  // as HttpRequest's
@@ -38,14 +37,14 @@ struct S3Call {
 // A request that meets a lost connection, an answer that is cut short, or one of the statuses 408,
 // 409, 429 and 5xx is sent again after a pause that doubles, with jitter. One that is refused
 // (statuses 401 and 403, tokens that have expired) is sent again once with the server's time, if
-// that is not ours, and once with new credentials, if there are any. So is one that reaches the
-// wrong place: a bucket that does not exist, another region. A redirect, and a 404 without the
-// error document of S3, may come from a proxy in between: they are sent again as well.
+// that differs from the local clock, and once with new credentials, if there are any. The same
+// holds for a request to a bucket that does not exist or to another region. A redirect, and a 404
+// without the error document of S3, may come from a proxy in between: they are sent again as well.
 // Errors of all calls name bucket and key, and have no secret: kUnavailable after the last attempt;
 // kPermissionDenied; kNotFound if S3 says NoSuchKey, and for any 404 to a HEAD, whose answer has no
-// room to say so; kAborted for a multipart upload that does not exist;
-// kAlreadyExists for a precondition that does not hold; kResourceExhausted (quota); kInternal (what
-// S3 does not accept). Threads: safe.
+// body; kAborted for a multipart upload that does not exist; kAlreadyExists for a precondition that
+// does not hold; kResourceExhausted (quota); kInternal (a request that S3 does not accept).
+// Threads: safe.
 class S3Transport {
  public:
   // Requires: options are valid and filled.
@@ -54,7 +53,8 @@ class S3Transport {
   // Finds credentials.  Errors: those of AwsCredentialsProvider.
   absl::Status Prepare() { return credentials_.Get().status(); }
 
-  // Side by side; the answers in the order of the calls, each of a status below 300.
+  // Runs calls side by side. Returns the answers in the order of the calls, each of a status below
+  // 300.
   absl::StatusOr<std::vector<HttpAnswer>> Run(std::span<const S3Call> calls);
   absl::StatusOr<HttpAnswer> RunOne(const S3Call& call);
 
@@ -63,7 +63,7 @@ class S3Transport {
                                       const std::map<std::string, std::string>& headers,
                                       absl::Duration expires);
 
-  // Waits as after so many failed attempts.
+  // Sleeps for the pause after so many failed attempts.
   void PauseAfter(int num_failures) const;
 
  private:
@@ -82,12 +82,12 @@ class S3Transport {
 
   const S3Options options_;
   AwsCredentialsProvider credentials_;
-  std::atomic<int64_t> clock_ahead_us_ = 0;  // the server's, of ours
+  std::atomic<int64_t> clock_ahead_us_ = 0;  // the server's clock before the local one
   HttpClient http_;
 };
 
-// What an answer means for its call: it is done, sent again, refused (perhaps for the credentials
-// or the clock), or failed for good.
+// Outcome of an attempt at a call: done, to be sent again, refused (perhaps because of the
+// credentials or the clock), or failed for good.
 enum class S3Verdict { kDone, kTransient, kRefused, kFailed };
 S3Verdict JudgeS3Answer(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer);
 // The error of a call with that verdict, as S3Transport gives it.  Requires: it is not kDone.

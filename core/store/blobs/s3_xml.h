@@ -1,4 +1,4 @@
-// The XML documents that S3 answers with, read by pugixml.
+// Parsers of the XML documents that S3 answers with, by pugixml.
 #pragma once
 
 #include <cstdint>
@@ -23,11 +23,11 @@ struct S3Page {
 };
 
 // Reads a document of ListObjectsV2; keys come back without the prefix.
-// Errors: kInternal if it is something else, or an object has no key below the prefix, size or
+// Errors: kInternal if it is another document, or an object has no key below the prefix, size or
 // time.
 absl::StatusOr<S3Page> ParseS3Page(const std::string& document, const std::string& prefix);
 
-// An upload in parts that was begun, and neither completed nor aborted.
+// A multipart upload that was begun, and neither completed nor aborted.
 struct S3OpenUpload {
   std::string key;
   std::string id;
@@ -43,8 +43,8 @@ struct S3UploadPage {
 absl::StatusOr<S3UploadPage> ParseS3UploadPage(const std::string& document,
                                                const std::string& prefix);
 
-// The text of the first element of that name. Empty if there is none before the place where the
-// document stops to be XML.
+// The text of the first element of that name. Empty if there is none before the document ends or is
+// malformed.
 std::string XmlElement(const std::string& document, const char* name);
 
 }  // namespace liquidblend::store

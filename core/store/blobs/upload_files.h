@@ -1,4 +1,4 @@
-// The files that an import reads.
+// Deletion of the uploaded files of an import.
 #pragma once
 
 #include "core/store/blobs/blob_store.h"
@@ -7,8 +7,9 @@
 namespace liquidblend::store {
 
 // Deletes the files that came through the server for this import alone. For an import that has
-// failed for good or was cancelled before it began: its files count for no owner any more. What
-// the store does not delete now is collected, and a warning is logged. Nothing without files.
+// failed for good or was cancelled before it began: its files do not count for an owner any more.
+// Files that cannot be deleted now are collected later, and a warning is logged. Does nothing
+// without files.
 // Threads: safe.
 void DeleteUploadedFiles(const v1::ImportJob& job, BlobStore& blobs);
 

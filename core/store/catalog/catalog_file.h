@@ -1,4 +1,4 @@
-// All records of a catalog in one file, to be moved to another store (docs/formats.md, "Export").
+// Catalog file: all records of a catalog, for a move to another store (docs/formats.md, "Export").
 #pragma once
 
 #include <span>
@@ -17,15 +17,15 @@ namespace liquidblend::store {
 absl::Status WriteCatalogFile(const CatalogContents& contents, const std::string& store,
                               absl::Time time, BlobWriter& out);
 
-// Errors: kDataLoss if the file is damaged, kInvalidArgument if it is something else or of a
-// version that is not known; messages begin with `name`.
+// Errors: kDataLoss if the file is damaged, kInvalidArgument if it has another type or an unknown
+// version; messages begin with `name`.
 absl::StatusOr<CatalogContents> ReadCatalogFile(std::span<const std::byte> bytes,
                                                 const std::string& name);
 
-// The blob ids that a record holds, in whatever field: all of those it refers to.
+// All blob ids in a record, in any field.
 std::vector<BlobId> BlobIdsIn(const google::protobuf::Message& record);
 
-// Whether a blob that the record of an animation names must be there: unless the animation failed.
+// Whether the blob of an animation's record must exist: unless the animation failed.
 inline bool NeedsBlob(const pb::AnimationRecord& animation) {
   return animation.state() != pb::AnimationRecord::FAILED && !animation.blob().empty();
 }

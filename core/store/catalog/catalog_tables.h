@@ -16,8 +16,8 @@ namespace liquidblend::store {
 // A row of `jobs`.
 struct JobRow {
   pb::JobRecord record;
-  std::string lease_id;  // empty: nobody holds it
-  // Microseconds since 1970: while queued, when it may be given out; while running, when the lease
+  std::string lease_id;  // empty: not leased
+  // Microseconds since 1970: while queued, when it may be leased; while running, when the lease
   // ends.
   int64_t due_us = 0;
 };
@@ -26,26 +26,27 @@ struct JobRow {
 // cannot be read.
 absl::StatusOr<pb::AnimationRecord> FindAnimation(Sql& sql, const std::string& id);
 absl::StatusOr<pb::FamilyRecord> FindFamily(Sql& sql, const std::string& id);
-absl::StatusOr<JobRow> FindJob(Sql& sql, const std::string& id);  // that is no part
+absl::StatusOr<JobRow> FindJob(Sql& sql, const std::string& id);  // not a part
 absl::StatusOr<std::vector<pb::JobRecord>> FindParts(Sql& sql, const std::string& parent);
-// kAborted if nobody holds that lease.
+// Errors: kAborted if the lease is not held any more.
 absl::StatusOr<JobRow> FindLeasedJob(Sql& sql, const std::string& lease_id);
-// Of the jobs and parts that are queued or running, and due, one of the highest priority, of these
-// the one whose turn it is, of these the oldest. Due so late as none is counts as due: then the
-// clock has been turned back. None needs more than memory_bytes.
+// The next of the jobs and parts that are queued or running, due, and need at most memory_bytes:
+// one of the highest priority, of these the one with the lowest turn, of these the oldest. A due
+// time beyond kLongestLease counts as due: then the clock has been turned back.
 absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int64_t memory_bytes);
-// How long until there may be one: 0 if there is; infinite if none is queued or running.
+// The time until FindJobToDo() may find one: 0 if there is one; infinite if none is queued or
+// running.
 absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t memory_bytes);
-// The turn of a new job of that priority and owner: the next one after the owner's last that is not
-// done, but not before the last turn that was given out, nor before whoever waits longest. So
-// whoever asks for much waits for whoever asks for little (start-time fair queueing).
+// The turn of a new job (start-time fair queueing): the next one after the last unfinished job of
+// its owner and priority, but not before the last turn that was leased, nor before the job that
+// waits longest. So an owner of many jobs waits for owners of few.
 absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job);
 absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::string& request_id);
-// Without parts.
+// All jobs that are not done, without parts.
 absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Sql& sql);
-// How many jobs and parts are in which state.
+// The number of jobs and parts per state.
 absl::StatusOr<JobCounts> CountJobsByState(Sql& sql);
-// A family that has the animation as source or target; empty: none.
+// The id of a family that has the animation as source or target; empty: none.
 absl::StatusOr<std::string> FindFamilyWith(Sql& sql, const std::string& animation);
 
 // Insert or replace.
@@ -53,18 +54,20 @@ absl::Status SaveAnimation(Sql& sql, const pb::AnimationRecord& animation);
 absl::Status SaveFamily(Sql& sql, const pb::FamilyRecord& family);
 absl::Status SetFamilyMembers(Sql& sql, const std::string& family,
                               const std::vector<std::string>& animations);
-// The last version that was ever given to a family of that id, + 1; it counts as given now.
+// Allocates the next version number of a family's id: the last one ever given + 1.
 absl::StatusOr<int64_t> TakeFamilyVersion(Sql& sql, const std::string& family);
 
 absl::Status InsertJob(Sql& sql, const pb::JobRecord& job);
-// All but what never changes: id, subject, request id, parent, owner, priority and turn.
+// Updates a job's row, except for the constant columns: id, subject, request id, parent, owner,
+// priority and turn.
 absl::Status UpdateJob(Sql& sql, const JobRow& job);
 
 absl::Status RemoveAnimation(Sql& sql, const std::string& id);
 absl::Status RemoveFamily(Sql& sql, const std::string& id);
 absl::Status RemoveJob(Sql& sql, const std::string& id);
 absl::Status RemoveParts(Sql& sql, const std::string& parent);
-// The jobs that ended before; the oldest ones first, and how many were removed.
+// Jobs of the history that ended before `end`: their number; the removal of the oldest ones, which
+// returns their number.
 absl::StatusOr<int64_t> CountHistory(Sql& sql, absl::Time end);
 absl::StatusOr<int64_t> RemoveHistory(Sql& sql, absl::Time end, int64_t max_num);
 

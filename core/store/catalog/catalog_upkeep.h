@@ -1,5 +1,4 @@
-// What keeping a catalog takes, beside the work that goes through it: looking at all of it, moving
-// it to another place, telling who works on what.
+// Upkeep of a catalog: inspection, export and import, history, unfinished jobs, owners.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +29,7 @@ struct CatalogContents {
 };
 
 struct CatalogInspection {
-  CatalogContents contents;         // without what cannot be read
+  CatalogContents contents;         // without unreadable records
   std::vector<std::string> blobs;   // as Catalog::ListReferencedBlobs()
   std::vector<std::string> damage;  // records that cannot be read or contradict others, by name
 };
@@ -43,14 +42,14 @@ struct HeldJob {
   absl::Time lease_expires = absl::InfinitePast();  // of one that is RUNNING
 };
 
-// What an owner (a principal's name) has.
+// Use of the store by an owner (a principal's name).
 struct OwnerUse {
   std::string owner;
-  // The files of animations and families, each once, and what animations are being imported from.
+  // The files of animations and families, each once, and the uploaded files of unfinished imports.
   int64_t stored_bytes = 0;
   int64_t num_queued_jobs = 0;  // accepted, and not done; parts do not count
-  int64_t num_animations = 0;   // ListOwners() tells these
-  int64_t num_families = 0;     // whose version is this owner's
+  int64_t num_animations = 0;   // set by ListOwners()
+  int64_t num_families = 0;     // whose published version is this owner's
 };
 
 struct PruneOptions {
@@ -60,41 +59,42 @@ struct PruneOptions {
   absl::Status Validate() const;               // names the first field out of range, and its value
 };
 
-// A part of Catalog, whose errors and threads it shares.
+// The upkeep part of Catalog. Errors and threads: as Catalog.
 class CatalogUpkeep {
  public:
   virtual ~CatalogUpkeep() = default;
 
-  // The version of each family, 0 if it has none yet: what others published or deleted shows here.
+  // The published version of each family, 0 if it has none yet; shows changes by other programs.
   // Cost: one query; meant for every second.
   virtual absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions() = 0;
-  // The versions that are kept beside these.  Cost: one query.
+  // The versions that are kept beside the published ones.  Cost: one query.
   virtual absl::StatusOr<KeptVersions> ListKeptNumbers() = 0;
 
-  // Jobs and parts of jobs that are queued, running or waiting, as they were submitted.
+  // Jobs and parts of jobs that are queued, running or waiting, in the order of submission.
   virtual absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs() = 0;
 
-  // Reads everything, at one moment. Damage of records is no error.
+  // Reads everything in one snapshot. Damaged records are reported, not an error.
   virtual absl::StatusOr<CatalogInspection> Inspect() = 0;
 
-  // Adds records of another catalog, all or none; nobody holds a lease on their jobs.
+  // Adds records of another catalog, all or none; their jobs are not leased.
   // Errors: kAlreadyExists if an animation, a family (or a deleted one of its name), a job or a
   // request_id is there already, naming it.
   virtual absl::Status Import(const CatalogContents& contents) = 0;
   // Whether Import() would find the names free now.  Errors: as Import().
   virtual absl::Status CheckImport(const CatalogContents& contents) = 0;
 
-  // By name; those who have nothing are left out. The name of what is nobody's is empty.
+  // The owners by name, without those who have nothing. The entry for data without an owner has an
+  // empty name.
   virtual absl::StatusOr<std::vector<OwnerUse>> ListOwners() = 0;
 
-  // Deletes the records of jobs that ended (in whatever state) longer ago than that, by the clock
-  // of the catalog, and returns how many. What they made stays, but their request ids are
+  // Deletes the records of jobs that ended (in any state) longer ago than options.keep, by the
+  // clock of the catalog. Returns their number. Their results stay, but their request ids are
   // forgotten.
   virtual absl::StatusOr<int64_t> PruneHistory(const PruneOptions& options) = 0;
 
-  // Tells of an animation that is READY that its file cannot be read: it becomes FAILED with this
-  // error, keeps its blob's id, and may be imported again. With OK, one of which that was told is
-  // READY again. Nothing changes if the animation has another blob by now.
+  // Records whether the file of an animation can be read. With an error, a READY animation becomes
+  // FAILED with this error, keeps its blob's id, and may be imported again. With OK, an animation
+  // that failed this way is READY again. Nothing changes if the animation has another blob by now.
   virtual absl::Status SetAnimationReadable(const std::string& id, const std::string& blob,
                                             const absl::Status& readable) = 0;
 };

@@ -1,6 +1,7 @@
-// The job queue of the catalog. Each function runs inside a transaction of its caller; what it
-// promises stands in catalog.h. LeaseJob(), Heartbeat() and SaveCheckpoint() change one row that
-// they have locked, and may run beside others (SqlBackend::ChangeJob); the others may not.
+// The job queue of the catalog. Each function runs inside a transaction of its caller; its contract
+// is in catalog.h. LeaseJob(), Heartbeat() and SaveCheckpoint() change one row that they have
+// locked, and may run beside other transactions (SqlBackend::ChangeJob); the other functions may
+// not.
 #pragma once
 
 #include <optional>
@@ -22,7 +23,7 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
 absl::Status CheckOwner(Sql& sql, const pb::JobRecord& job, const OwnerCheck& check);
 
 struct LeaseAttempt {
-  // kEndDeadJobs: the next job must not start again; EndDeadJobs(), then try again.
+  // kEndDeadJobs: the next job must not start again; call EndDeadJobs(), then try again.
   enum Next { kNothing, kLease, kEndDeadJobs, kTryAgain };
   Next next = kNothing;
   std::optional<Lease> lease;

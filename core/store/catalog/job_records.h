@@ -1,4 +1,4 @@
-// What happens to a job's record, the same for every backend of the catalog.
+// Changes of job records, the same for every backend of the catalog.
 #pragma once
 
 #include <string>
@@ -13,29 +13,29 @@
 
 namespace liquidblend::store {
 
-// Queued, running or waiting: not done.
+// Whether the job is queued, running or waiting, so not done.
 bool IsUnfinished(const pb::JobRecord& job);
 
-// What the job, or the one that it is a part of, makes: "animations/{id}" or "families/{id}".
+// The resource that the job, or its parent, makes: "animations/{id}" or "families/{id}".
 std::string SubjectOf(const pb::JobRecord& job);
 
 // Ids of the animations that must stay while the job is not done: the one it imports, or those it
-// registers. Of a part none: its parent has them.
+// registers. None for a part, as its parent has them.
 std::vector<std::string> AnimationsOf(const pb::JobRecord& job);
 
-// Errors: kInvalidArgument if the job is no import of `animation`, or no registration.
+// Check the payload of a job.  Errors: kInvalidArgument if it is not an import of `animation`, or
+// not a registration.
 absl::Status CheckImport(const pb::AnimationRecord& animation, const pb::JobRecord& job);
 absl::Status CheckRegistration(const pb::JobRecord& job);
 
-// A job with a new id and nothing done yet; payload, request_id, owner, priority and memory
-// are kept. A
+// A job with a new id and no progress; payload, request_id, owner, priority and memory are kept. A
 // registration of several targets waits for its parts, others are queued.
 pb::JobRecord NewJob(pb::JobRecord job, absl::Time now);
 
 // The queued part of a registration for one of its targets. Each has a turn of its own.
 pb::JobRecord NewPart(const pb::JobRecord& parent, int target_index, absl::Time now);
 
-// What a part's error is to its registration: it names the target.
+// The error of a registration whose part failed: the part's error with the target's name.
 absl::Status ErrorOfPart(const absl::Status& error, const pb::JobRecord& part,
                          const pb::JobRecord& parent);
 
@@ -45,43 +45,42 @@ pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, const pb::JobRec
 
 void StartAttempt(const std::string& worker, absl::Time now, pb::JobRecord& job);
 
-// Back to the queue, as it was before but for its checkpoint.
+// Puts the job back into the queue as it was before its lease, except for its checkpoint.
 void ReturnToQueue(absl::Time now, pb::JobRecord& job);
 
-// Adds to the job's failed attempts, of which the newest kKeptAttempts are kept. `lost`: nobody
-// told of the end, the lease ran out.
+// Adds to the job's failed attempts, of which the newest kKeptAttempts are kept. `lost`: the lease
+// expired without a report.
 inline constexpr int kKeptAttempts = 20;
 void NoteFailure(const absl::Status& error, bool lost, absl::Time now, pb::JobRecord& job);
-// Those of a part become those of the job that it is a part of.
+// Moves the failed attempts of a part to its parent.
 void TakeFailures(const pb::JobRecord& part, pb::JobRecord& parent);
 
-// The attempt that was started last says nothing about the job, but something about its
-// environment.
+// Counts the last attempt as a transient failure of the environment, not of the job.
 void CountForEnvironment(pb::JobRecord& job);
 
-// Of the failed attempts that are kept.
+// The number of lost workers among the failed attempts that are kept.
 int NumLosses(const pb::JobRecord& job);
 
 void Succeed(absl::Time now, pb::JobRecord& job);
 
-// kCancelled: CANCELLED, else FAILED.
+// Ends the job with an error: CANCELLED if it is kCancelled, else FAILED.
 void Fail(const absl::Status& error, absl::Time now, pb::JobRecord& job);
 
 google::protobuf::Timestamp ToTimestamp(absl::Time time);
 
-// Payloads that are messages become details. Bytes that are not UTF-8 become question marks:
-// protobuf would not read them again.
+// Converts a status; payloads that are messages become details. Bytes that are not UTF-8 become
+// question marks, as protobuf would not read them.
 google::rpc::Status ToRpcStatus(const absl::Status& status);
 
 // Errors: kInvalidArgument if a string in the record is not UTF-8; `what` names the record.
 absl::StatusOr<std::string> Serialize(const google::protobuf::MessageLite& record,
                                       const std::string& what);
 
-// Page tokens: the last key of a page of `list`, not to be understood by clients.
+// Page tokens: the last key of a page of `list`, opaque to clients.
 std::string PageToken(const std::string& list, const std::string& last_key);
 // Errors: kInvalidArgument if the token is not from this list. An empty token: an empty key.
 absl::StatusOr<std::string> LastKey(const std::string& list, const std::string& token);
-// The page size that is meant by a request for `page_size`.
+// The effective page size of a request for `page_size`.
 int PageSize(int page_size);
 
 }  // namespace liquidblend::store

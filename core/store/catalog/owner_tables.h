@@ -1,4 +1,4 @@
-// What each owner has, counted in the catalog's tables.
+// Use of the store by each owner, counted in the catalog's tables.
 #pragma once
 
 #include <string>
@@ -11,14 +11,15 @@
 
 namespace liquidblend::store {
 
-// Without the numbers of animations and families.  Cost: O(what the owner has), in indices.
+// The use of one owner, without the numbers of animations and families.  Cost: O(what the owner
+// has), in indices.
 absl::StatusOr<OwnerUse> FindOwnerUse(Sql& sql, const std::string& owner);
 
 // See Catalog::ListOwners().
 absl::StatusOr<std::vector<OwnerUse>> FindOwners(Sql& sql);
 
-// Gives animations and families that have no owner the one of the last job that made them, as far
-// as the history tells. Records that cannot be read are passed over.
+// Sets the owner of animations and families without one to the owner of the last job that made
+// them, if the history has it. Unreadable records are skipped.
 absl::Status NoteOwners(Sql& sql);
 
 }  // namespace liquidblend::store

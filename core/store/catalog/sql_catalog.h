@@ -13,21 +13,21 @@
 namespace liquidblend::store {
 
 // A database with the catalog's tables. Errors: the body's, or as Catalog's.
-// Threads: safe; of several calls each gets a connection of its own, or its turn.
+// Threads: safe; concurrent calls get connections of their own, or wait for their turn.
 class SqlBackend {
  public:
   using Body = absl::FunctionRef<absl::Status(Sql&)>;
 
   virtual ~SqlBackend() = default;
-  // Statements that change nothing; each sees what is committed.
+  // Runs statements that change nothing; each sees all committed changes.
   virtual absl::Status Read(Body body) = 0;
-  // All of the body's statements, or none; durable when it returns OK. No other Change() runs
-  // meanwhile, on any machine.
+  // Runs a transaction; durable when it returns OK. No other Change() runs meanwhile, on any
+  // machine.
   virtual absl::Status Change(Body body) = 0;
-  // The same, but beside others: the body changes one job that it found with Sql::for_update.
+  // Runs a transaction beside others: the body changes one job that it found with Sql::for_update.
   virtual absl::Status ChangeJob(Body body) = 0;
-  // See Catalog::WaitForJob(). `until_next` is a Read() that looks for how long there is none: 0 if
-  // there is one.
+  // See Catalog::WaitForJob(). `until_next` is a Read() that returns the time until the next job
+  // may be leased: 0 if there is one.
   using UntilNextJob = absl::FunctionRef<absl::StatusOr<absl::Duration>()>;
   virtual absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) = 0;
 };

@@ -14,8 +14,8 @@
 
 namespace liquidblend::store {
 
-// The published version or a kept one.
-// Errors: kNotFound if there is no such family or version, naming those that there are.
+// Finds the published version or a kept one.
+// Errors: kNotFound if there is no such family or version, naming the versions that exist.
 absl::StatusOr<pb::FamilyRecord> FindVersion(Sql& sql, const std::string& id, int64_t version);
 
 absl::StatusOr<std::vector<pb::FamilyRecord>> FindKeptVersions(Sql& sql, const std::string& id);
@@ -25,16 +25,17 @@ absl::StatusOr<KeptVersions> ListKeptNumbers(Sql& sql);
 absl::Status SaveKeptVersion(Sql& sql, const pb::FamilyRecord& family);
 absl::Status RemoveKeptVersions(Sql& sql, const std::string& id);
 
-// Publishes `next` as the newest version of `published`, which is kept if it has a version. Of the
-// older ones as many stay as keep_versions allows, the new one counted. `next` gets its number, and
-// the times. Returns it.
+// Publishes `next` as the newest version of `published`, which is kept if it has a version. Keeps
+// `keep_versions` versions, the new one included. Sets the number and times of `next`, and returns
+// it.
 //   animations  of `next`: they are needed as long as the version is published or kept
 absl::StatusOr<pb::FamilyRecord> PublishVersion(Sql& sql, const pb::FamilyRecord& published,
                                                 pb::FamilyRecord next,
                                                 std::vector<std::string> animations,
                                                 int keep_versions, absl::Time now);
 
-// Publishes a kept version again, with a number of its own; nothing if that was done just before.
+// Publishes a kept version again, with a number of its own; does nothing if the published one is
+// that version again already.
 // Errors: FindVersion()'s; kFailedPrecondition if it is the published one.
 absl::StatusOr<pb::FamilyRecord> RollbackFamily(Sql& sql, const std::string& id, int64_t version,
                                                 int keep_versions, absl::Time now);

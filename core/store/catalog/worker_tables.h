@@ -11,9 +11,9 @@
 
 namespace liquidblend::store {
 
-// Records that the worker is there; forgets those that have been gone for a day.
+// Records that the worker is there; deletes workers that have been gone for a day.
 absl::Status SaveWorker(Sql& sql, const pb::WorkerRecord& worker, absl::Time now);
-// Those seen since then, by name.
+// The workers seen since then, by name.
 absl::StatusOr<std::vector<pb::WorkerRecord>> FindWorkers(Sql& sql, absl::Time since);
 
 }  // namespace liquidblend::store

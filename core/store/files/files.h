@@ -19,9 +19,9 @@ namespace liquidblend::store {
 absl::Status WriteAnimation(const mesh::Animation& animation, BlobWriter& out);
 
 //   name  how messages call the file
-// Errors: kDataLoss if the file is damaged, naming the section; kInvalidArgument if it is no
-// animation file, of a format version that is not known, or its content contradicts itself.
-// Memory: the file's size, and some 80 times its manifest's, which may have 16 MiB at most.
+// Errors: kDataLoss if the file is damaged, naming the section; kInvalidArgument if it is not an
+// animation file, has an unknown format version, or contradicts itself. Memory: the file's size,
+// and some 80 times its manifest's, which may have 16 MiB at most.
 absl::StatusOr<mesh::Animation> ReadAnimation(const Blob& blob, const std::string& name);
 
 // Writes a registered family. The same family gives the same bytes: its version (which the catalog
@@ -42,14 +42,14 @@ struct TargetFile {
   std::shared_ptr<const void> storage;  // keeps alive what the spans view
 };
 
-// Everything comes back as it was, to the last bit. Errors: as WriteAnimation.
+// Writes a target file; reading it gives the same bits. Errors: as WriteAnimation.
 absl::Status WriteTarget(const TargetFile& target, BlobWriter& out);
 
 // A view on the blob, which it keeps alive, without a copy. Whether the arrays fit the source's
-// mesh shows when they are put together. Requires, Errors: as OpenFamily.
+// mesh is checked when the family is assembled. Requires, Errors: as OpenFamily.
 absl::StatusOr<TargetFile> OpenTarget(std::shared_ptr<const Blob> blob, const std::string& name);
 
-// What stands in the catalog about them (no sections).
+// The manifests that the catalog keeps of them (without sections).
 liquidblend::store::v1::AnimationManifest ManifestOf(const mesh::Animation& animation);
 liquidblend::store::v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family);
 

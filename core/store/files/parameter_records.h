@@ -7,7 +7,7 @@
 namespace liquidblend::store {
 
 liquidblend::store::v1::ParameterSpace ToMessage(const mesh::ParameterSpace& space);
-// As it is: mesh::Validate() tells whether it is good.
+// Converts without a check; mesh::Validate() checks the result.
 mesh::ParameterSpace FromMessage(const liquidblend::store::v1::ParameterSpace& message);
 
 }  // namespace liquidblend::store

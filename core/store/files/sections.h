@@ -1,4 +1,4 @@
-// What the file formats have in common (docs/formats.md): a header with a protobuf manifest, then
+// Common structure of the file formats (docs/formats.md): a header with a protobuf manifest, then
 // aligned, checksummed sections. Every byte of a file is checked when it is read.
 #pragma once
 
@@ -26,8 +26,8 @@ constexpr size_t kSectionAlignment = 64;
 struct FileFormat {
   absl::string_view name;             // for messages: "family file"
   absl::string_view magic;            // the first 8 bytes
-  uint32_t version;                   // the one that is written; read are all from ...
-  uint32_t oldest_version = version;  // ... this one on
+  uint32_t version;                   // to write, and the newest to read
+  uint32_t oldest_version = version;  // to read
 };
 
 struct SectionData {
@@ -43,7 +43,7 @@ SectionData MakeSection(std::string name, std::span<const Element> elements) {
 
 using SectionList = google::protobuf::RepeatedPtrField<v1::Section>;
 
-// Writes header, manifest and sections. `list` is the manifest's own list and is filled here.
+// Writes header, manifest and sections. `list`, the manifest's list of sections, is filled here.
 // Errors: the writer's; kInvalidArgument if a string of the manifest is not UTF-8, or it is too
 // big.
 absl::Status WriteSectionFile(const FileFormat& format, const std::vector<SectionData>& sections,
@@ -51,7 +51,7 @@ absl::Status WriteSectionFile(const FileFormat& format, const std::vector<Sectio
                               BlobWriter& out);
 
 // Reads what WriteSectionFile() wrote, section by section in the order of the file.
-// Errors of all calls: kDataLoss if the file is damaged, kInvalidArgument if it is something else;
+// Errors of all calls: kDataLoss if the file is damaged, kInvalidArgument if it has another type;
 // messages begin with the kind of file, `file_name`, and the section.
 class SectionReader {
  public:
@@ -62,19 +62,19 @@ class SectionReader {
   // kInvalidArgument unless the bytes are aligned for arrays in memory.
   absl::Status CheckAlignment() const;
 
-  // First: checks the header and parses the manifest.
+  // To be called first: checks the header and parses the manifest.
   absl::Status ReadManifest(google::protobuf::MessageLite& manifest);
 
-  // Of the file. Requires: ReadManifest() returned OK.
+  // The file's format version. Requires: ReadManifest() returned OK.
   uint32_t version() const { return version_; }
 
-  // Then for each entry of the manifest's list, in order: the section's bytes, checked. It must be
-  // called `name` and have elements of that size.
+  // To be called next for each entry of the manifest's list, in order: the section's bytes,
+  // checked. The section must have this name and elements of this size.
   absl::StatusOr<std::span<const std::byte>> ReadSection(const v1::Section& section,
                                                          absl::string_view name,
                                                          size_t element_bytes);
 
-  // Likewise, as an array where it lies. Requires: CheckAlignment() returned OK.
+  // Likewise, as an array in place. Requires: CheckAlignment() returned OK.
   template <typename Element>
   absl::Status View(const v1::Section& section, absl::string_view name,
                     std::span<const Element>& elements) {
@@ -84,7 +84,7 @@ class SectionReader {
     return absl::OkStatus();
   }
 
-  // Last: nothing may follow.
+  // To be called last: checks that nothing follows.
   absl::Status Finish() const;
 
   // An error about this file.

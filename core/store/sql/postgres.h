@@ -42,7 +42,7 @@ class PostgresConnection : public Sql {
   absl::string_view for_update_of_free() const override;
 
   bool is_open() const;
-  // How many statements the server has done so far.
+  // The number of statements that the server has completed.
   int64_t num_done() const { return num_done_; }
 
   // Runs statements without values, separated by semicolons.
@@ -52,9 +52,9 @@ class PostgresConnection : public Sql {
   // what is committed when it begins.
   absl::Status Transaction(absl::FunctionRef<absl::Status()> body);
 
-  // What NOTIFY says on the channel is heard from now on. Once only.
+  // Subscribes to the channel's notifications. To be called once.
   absl::Status Listen(const std::string& channel);
-  // Whether there was any since the last call, or is within this time.
+  // Waits for a notification since the last call, at most `timeout`; returns whether there was one.
   absl::StatusOr<bool> AwaitNotification(absl::Duration timeout);
 
  private:
@@ -64,7 +64,7 @@ class PostgresConnection : public Sql {
                             EachRow each_row) override;
   absl::Status Configure();
   void RollBack();
-  // Runs `action`, which may throw what libpqxx throws.
+  // Runs `action`, which may throw exceptions of libpqxx, and returns them as statuses.
   absl::Status Guard(absl::string_view what, absl::FunctionRef<void()> action);
 
   std::unique_ptr<Impl> impl_;

@@ -23,11 +23,11 @@ class PostgresPool {
 
   // Runs `body` with a connection of its own. If the connection turns out to have been lost before
   // the body has done anything with it, the body runs again with another one.
-  // Errors: the body's; kUnavailable if none can be had within the timeout.
+  // Errors: the body's; kUnavailable if no connection is free within the timeout.
   absl::Status Use(absl::FunctionRef<absl::Status(PostgresConnection&)> body)
       ABSL_LOCKS_EXCLUDED(mutex_);
 
-  // One more connection, beside those of the pool.
+  // Opens one more connection, beside those of the pool.
   absl::StatusOr<std::unique_ptr<PostgresConnection>> Open() const {
     return PostgresConnection::Open(target_, options_);
   }

@@ -1,4 +1,4 @@
-// Where a PostgreSQL database is, for libpq and for people.
+// Urls of PostgreSQL databases: connection strings for libpq, and names for messages.
 #pragma once
 
 #include <string>
@@ -13,7 +13,8 @@ struct PostgresTarget {
   std::string name;      // postgresql://user@host:port/database, for messages; without the password
 };
 
-// A lost network is noticed after `timeout`, unless the url has settings of its own for that.
+// Parses a url. A lost network is noticed after `timeout`, unless the url has its own settings for
+// that.
 // Errors: kInvalidArgument if libpq cannot read the url; the message does not show it, since it may
 // hold a password.
 absl::StatusOr<PostgresTarget> ParsePostgresUrl(const std::string& url, absl::Duration timeout);

@@ -1,4 +1,4 @@
-// The SQL that all backends of the catalog speak: statements with values, rows, statuses.
+// Interface of the catalog's databases: SQL statements with values, rows, statuses.
 #pragma once
 
 #include <cstddef>
@@ -16,13 +16,13 @@
 
 namespace liquidblend::store {
 
-// NULL, an integer, text, or (Bytes) a string of bytes.
+// A value: NULL, an integer, text, or (Bytes) a string of bytes.
 struct Bytes {
   std::string value;
 };
 using SqlValue = std::variant<std::nullptr_t, int64_t, std::string, Bytes>;
 
-// The row that a statement is at; columns from 0.
+// The current row of a statement; columns are counted from 0.
 class SqlRow {
  public:
   virtual ~SqlRow() = default;
@@ -37,19 +37,18 @@ class Sql {
 
   virtual ~Sql() = default;
 
-  // The database, as messages call it; without any secret.
+  // The database's name for messages, without secrets.
   virtual const std::string& name() const = 0;
 
-  // The time by the clock that leases run by.
+  // The time by the clock of leases.
   virtual absl::StatusOr<absl::Time> Now() = 0;
 
-  // Ends a SELECT of rows that are about to be changed: nobody else changes them until the
-  // transaction ends. The second one passes over rows that someone else has locked so.
+  // Suffixes of a SELECT that lock its rows until the transaction ends; the second one skips rows
+  // that others have locked.
   virtual absl::string_view for_update() const { return ""; }
   virtual absl::string_view for_update_of_free() const { return ""; }
 
-  // Follows the table of a SELECT that is to go by this index, in databases which would choose
-  // another one.
+  // Suffix of a SELECT's table that makes the database use this index.
   virtual std::string indexed_by(absl::string_view) const { return ""; }
 
   // Runs one statement and hands its rows to `each_row`, until that returns an error. `values`
