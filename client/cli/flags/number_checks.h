@@ -1,4 +1,4 @@
-// Ranges of numeric flags, with messages that name what was given.
+// Ranges of numeric flags, with messages that name the given value.
 #pragma once
 
 #include <CLI/App.hpp>
