@@ -1,4 +1,4 @@
-// liquidblend-worker: takes jobs from the queue and does them.
+// liquidblend-worker: leases jobs from the queue and runs them.
 #include <signal.h>
 #include <sys/prctl.h>
 #include <unistd.h>

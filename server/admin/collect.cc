@@ -15,7 +15,7 @@
 namespace liquidblend::admin {
 namespace {
 
-// What is referred to is looked at again so often while blobs are being deleted.
+// Interval at which the references are read again while blobs are being deleted.
 constexpr absl::Duration kFreshness = absl::Seconds(1);
 
 // A listing that lacks what was just written is asked for so many times more, with pauses that

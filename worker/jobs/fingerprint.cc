@@ -28,7 +28,7 @@ absl::StatusOr<std::string> HashOfProgram() {
   return hasher.Id();
 }
 
-// Where it cannot be told, this process counts as a program of its own.
+// If the program cannot be identified, this process counts as a program of its own.
 std::string ProgramId() {
   static const std::string id = [] {
     const absl::StatusOr<std::string> hash = HashOfProgram();

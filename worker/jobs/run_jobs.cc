@@ -33,7 +33,8 @@ absl::Status RunStages(const store::pb::JobRecord& job, JobContext& context) {
   return absl::InvalidArgumentError("the job says nothing to do: it may be from a newer program");
 }
 
-// Why the stages ended: a job that was not to go on may have met that as any error of a stage.
+// Outcome of the stages. If the job was not to go on, LeaseKeeper's reason replaces the stages'
+// error.
 absl::Status Outcome(const absl::Status& stages, const LeaseKeeper& keeper) {
   const absl::Status kept = keeper.Check();
   return stages.ok() || kept.ok() ? stages : kept;
