@@ -170,8 +170,8 @@ void WatchSignals(jobs::StopSignal& stop, const jobs::StopSignal& done) {
   _exit(0);
 }
 
-// Opens a store, again and again while it is away or refuses us; `report` hears of each failure,
-// the log of each new one.  Errors: others; kCancelled once it is to stop.
+// Opens a store, with new attempts while it is away or refuses access; `report` is called with each
+// failure, each new one is logged.  Errors: other ones; kCancelled after a request to stop.
 template <typename Open>
 std::invoke_result_t<Open> OpenPatiently(const jobs::StopSignal& stop, const Open& open,
                                          const std::function<void(const absl::Status&)>& report) {

@@ -179,9 +179,9 @@ void Families::NoteRefresh(const absl::Status& status) {
   absl::MutexLock lock(&mutex_);
   if (std::exchange(is_catalog_away_, !status.ok()) != status.ok()) return;
   if (status.ok()) {
-    base::LogInfo("families in memory follow the catalog again");
+    base::LogInfo("the catalog answers again: families in memory are refreshed");
   } else {
-    base::LogError("families in memory are served as they are, whatever becomes of them: " +
+    base::LogError("cannot refresh families in memory, they are served unchanged: " +
                    status.ToString());
   }
 }

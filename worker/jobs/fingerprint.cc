@@ -33,7 +33,8 @@ std::string ProgramId() {
   static const std::string id = [] {
     const absl::StatusOr<std::string> hash = HashOfProgram();
     if (hash.ok()) return *hash;
-    base::LogWarning("checkpoints are for this process alone: " + hash.status().ToString());
+    base::LogWarning("cannot identify the program, checkpoints are for this process alone: " +
+                     hash.status().ToString());
     return base::RandomHex(16);
   }();
   return id;

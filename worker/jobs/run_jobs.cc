@@ -46,7 +46,7 @@ absl::Status RecordFailure(store::Catalog& catalog, const store::Lease& lease,
   const absl::Status recorded = catalog.FailJob(lease.lease_id, outcome, IsWorthRetrying(outcome));
   if (!recorded.ok()) {
     base::LogWarning(
-        absl::StrCat("job ", lease.job.id(), ": cannot say that it failed: ", recorded.ToString()));
+        absl::StrCat("job ", lease.job.id(), ": cannot record its failure: ", recorded.ToString()));
   }
   return recorded;
 }
@@ -60,7 +60,7 @@ bool HasFailed(store::Catalog& catalog, const store::pb::JobRecord& job) {
 
 // Tells the catalog how the job ended. A published job has ended already; one that is lost, or has
 // gone back to the queue, is no longer ours. A worker that is refused waits here; if the catalog
-// itself refused to hear of the failure, it is told afterwards, so that no attempt is used up.
+// itself refused to record the failure, it is recorded afterwards, so that no attempt is used up.
 void Settle(store::Catalog& catalog, store::BlobStore& blobs, const store::Lease& lease,
             const absl::Status& outcome, bool is_released, Access& access) {
   if (outcome.ok()) base::LogInfo(absl::StrCat("job ", lease.job.id(), ": done"));
@@ -131,7 +131,7 @@ void AwaitGuarded(Access& access, const absl::Status& refusal) {
   }).IgnoreError();  // the next lease tells what the matter is
 }
 
-// Waits until there may be something to do, but not longer than options.poll. It hears of a wish to
+// Waits until there may be something to do, but not longer than options.poll. Notices a request to
 // stop within kStopPoll.
 void AwaitJob(store::Catalog& catalog, const StopSignal& stop, const JobLoopOptions& options) {
   const base::SteadyClock::time_point begin = base::SteadyClock::now();

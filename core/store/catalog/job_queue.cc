@@ -64,8 +64,8 @@ absl::Status NoteFailedRegistration(Sql& sql, const pb::JobRecord& job) {
   return SaveFamily(sql, *family);
 }
 
-// Writes the job's end, and that of its parts: they go, and with them the leases of those who work
-// on them. The animation or family hears of it, too, if the job did not succeed.
+// Writes the end of a job, and removes its parts with their leases. A job that did not succeed also
+// changes the record of its animation or family.
 absl::Status Finish(Sql& sql, pb::JobRecord job) {
   LB_RETURN_IF_ERROR(UpdateJob(sql, {job, "", 0}));
   LB_RETURN_IF_ERROR(RemoveParts(sql, job.id()));

@@ -169,8 +169,8 @@ class PostgresBackend : public SqlBackend {
         [&](PostgresConnection& sql) { return sql.Transaction([&] { return body(sql); }); });
   }
 
-  // Looks once someone has told of a job (or a pause before the next attempt at one), and when a
-  // job that was there becomes due: nobody tells of that.
+  // Looks after a notification of a job (or of a pause before its next attempt), and when a known
+  // job becomes due, for which there is no notification.
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) override
       ABSL_LOCKS_EXCLUDED(listener_mutex_) {
     const absl::MutexLock lock(&listener_mutex_);
