@@ -88,12 +88,12 @@ void AddFlags(CLI::App& app, Flags& flags) {
          "the machine's or container's memory")
       ->transform(CLI::AsSizeValue(false))
       ->default_str(base::FormatSize(flags.memory));
-  app.add_option("--lease", flags.lease, "How long a job waits for this worker if it says nothing")
+  app.add_option("--lease", flags.lease, "How long a job waits for this worker without a heartbeat")
       ->capture_default_str();
   app.add_option("--poll", flags.poll, "How often to look at an empty queue")
       ->capture_default_str();
   app.add_option("--checkpoint-iterations", flags.checkpoint_iterations,
-                 "Keep what a registration has come to after so many iterations; 0: never")
+                 "Save a checkpoint of a registration after so many iterations; 0: never")
       ->envname("LIQUIDBLEND_CHECKPOINT_ITERATIONS")
       ->capture_default_str();
   app.add_option("--checkpoint-interval", flags.checkpoint_interval,

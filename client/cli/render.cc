@@ -98,8 +98,9 @@ absl::StatusOr<std::vector<Mesh>> ReadMeshes(const RenderFlags& flags, const Con
     meshes.push_back(render::Upright(std::move(mesh), up));
   }
   if (!assumed.empty()) {
-    context.Remark(absl::StrCat("Assumed that z is up in ", assumed,
-                                ": no meta.json beside it says so; --up tells otherwise."));
+    context.Remark(
+        absl::StrCat("Assumed that z is up in ", assumed,
+                     ": no meta.json beside it gives the direction; --up overrides it."));
   }
   return meshes;
 }

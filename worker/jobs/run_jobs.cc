@@ -30,7 +30,7 @@ absl::Status RunStages(const store::pb::JobRecord& job, JobContext& context) {
   if (job.has_import_animation()) return RunImport(job.import_animation(), context);
   if (job.has_register_family()) return RunRegistration(job.register_family(), context);
   if (job.has_register_target()) return RunPart(job, context);
-  return absl::InvalidArgumentError("the job says nothing to do: it may be from a newer program");
+  return absl::InvalidArgumentError("the job has no known task; it may be from a newer program");
 }
 
 // Outcome of the stages. If the job was not to go on, LeaseKeeper's reason replaces the stages'

@@ -137,8 +137,8 @@ absl::StatusOr<JobRow> FindLeasedJob(Sql& sql, const std::string& lease_id) {
       std::optional<JobRow> row,
       FindJobRow(sql, absl::StrCat("WHERE lease_id = $1", sql.for_update()), {lease_id}));
   if (row.has_value()) return *std::move(row);
-  return absl::AbortedError(
-      absl::StrCat("lease '", lease_id, "' is gone: its job is done or was given to someone else"));
+  return absl::AbortedError(absl::StrCat(
+      "lease '", lease_id, "' has ended: its job is done or was leased by another worker"));
 }
 
 absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int64_t memory_bytes) {
