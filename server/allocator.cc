@@ -1,5 +1,5 @@
-// The server's malloc is jemalloc's: with glibc's, resident memory grows under load while what is
-// allocated does not (docs/experiments/memory.md).
+// The server's allocator is jemalloc: with glibc's, resident memory grows under load while
+// allocated memory does not (docs/experiments/memory.md).
 #include <jemalloc/jemalloc.h>
 
 // Read before main. Pages that have been free for ten seconds go back to the system, by a thread of

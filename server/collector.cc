@@ -35,15 +35,15 @@ void Collector::CollectOnce() {
   const absl::StatusOr<admin::CollectReport> report = admin::Collect(catalog_, blobs_, options);
   if (!report.ok()) return base::LogWarning(absl::StrCat("collect: ", report.status().ToString()));
   if (report->num_pruned > 0) {
-    base::Log(base::LogLevel::kInfo, "forgot jobs that ended long ago",
+    base::Log(base::LogLevel::kInfo, "deleted old jobs of the history",
               {{"jobs", absl::StrCat(report->num_pruned)}});
   }
   if (report->num_uploads > 0) {
-    base::Log(base::LogLevel::kInfo, "ended multipart uploads that were left",
+    base::Log(base::LogLevel::kInfo, "aborted abandoned multipart uploads",
               {{"uploads", absl::StrCat(report->num_uploads)}});
   }
   if (report->num_deleted == 0) return;
-  base::Log(base::LogLevel::kInfo, "collected blobs that nothing needs",
+  base::Log(base::LogLevel::kInfo, "deleted unreferenced blobs",
             {{"blobs", absl::StrCat(report->num_deleted)},
              {"bytes", absl::StrCat(report->deleted_bytes)}});
 }

@@ -1,4 +1,4 @@
-// The server's own garbage collection, and pruning of the history, every so often.
+// Periodic garbage collection of the server, and pruning of the history.
 #pragma once
 
 #include <thread>
@@ -17,8 +17,8 @@ struct CollectorOptions {
   absl::Duration first_after = absl::Minutes(1);       // >= 0; but not later than `every`
 };
 
-// A thread that collects, and tells the log what it freed. Servers that share a store may do so at
-// once. Threads: one at a time.
+// A thread that collects, and logs the deletions. Servers that share a store may collect at the
+// same time. Threads: one at a time.
 class Collector {
  public:
   // The stores outlive it.

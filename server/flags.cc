@@ -192,7 +192,7 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->transform(CLI::AsSizeValue(false))
       ->default_str(base::FormatSize(flags.worker_memory));
   app.add_option("--worker-lease", flags.worker_lease,
-                 "How long a job waits for a worker that says nothing more")
+                 "How long a job waits for a worker without a heartbeat")
       ->capture_default_str();
   app.add_option("--grace", flags.grace, "How long calls and workers may take to end on SIGTERM")
       ->capture_default_str();

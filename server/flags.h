@@ -1,4 +1,4 @@
-// The flags of liquidblend-server, and what follows from them.
+// Flags of liquidblend-server, and the settings that follow from them.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -50,14 +50,14 @@ struct Flags {
   std::string tokens;
   std::vector<std::string> import_roots;  // NAME=DIR
 
-  bool check = false;      // ask the one that runs; then nothing is served
-  std::string make_token;  // the name of a new principal; then nothing is served
+  bool check = false;      // check the running server instead of serving
+  std::string make_token;  // the name of a new principal; no serving
   std::vector<std::string> scopes = {"frames"};
 };
 
 void AddFlags(CLI::App& app, Flags& flags);
 
-// What Flags says, checked.
+// Settings from Flags, checked.
 struct Settings {
   server::ServerOptions server;
   std::optional<http::PortOptions> http;  // nothing: no HTTP port

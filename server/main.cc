@@ -89,7 +89,7 @@ int WaitForSignal(absl::Duration duration) {
 void ReloadTokens(server::Authorizer& authorizer) {
   const absl::Status status = authorizer.ReloadIfChanged();
   if (status.ok()) return;
-  base::LogError(absl::StrCat("the former tokens go on to count: ", status.ToString()));
+  base::LogError(absl::StrCat("keeping the previous token file: ", status.ToString()));
 }
 
 // Tends workers and tokens until someone asks to stop.

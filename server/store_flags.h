@@ -1,5 +1,5 @@
-// The flags that say where a program's store is, and how long things are kept there: the same for
-// the server and liquidblend-admin.
+// Flags for the location of the store and for the retention of history, shared by the server and
+// liquidblend-admin.
 #pragma once
 
 #include <CLI/App.hpp>

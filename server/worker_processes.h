@@ -1,5 +1,5 @@
-// The workers that a server starts itself: child processes that are restarted when they die, and
-// that end with the server, however it ends.
+// Worker processes of a server: child processes that are restarted when they die, and that end with
+// the server, however it ends.
 #pragma once
 
 #include <sys/types.h>
@@ -14,11 +14,11 @@ namespace liquidblend::server {
 
 struct WorkerProcessesOptions {
   std::string binary;                                    // path of liquidblend-worker
-  std::vector<std::string> arguments;                    // for each of them
+  std::vector<std::string> arguments;                    // of each process
   int count = 1;                                         // >= 0
   absl::Duration first_pause = absl::Milliseconds(200);  // before a restart; doubles each time ...
   absl::Duration longest_pause = absl::Seconds(30);      // ... up to this
-  absl::Duration good_run = absl::Seconds(30);  // a worker that lived so long starts afresh
+  absl::Duration good_run = absl::Seconds(30);           // after such a run, pauses start again
 };
 
 // Threads: one thread alone, which must live as long as the process: the workers end when it does.
@@ -29,11 +29,11 @@ class WorkerProcesses {
   WorkerProcesses(const WorkerProcesses&) = delete;
   WorkerProcesses& operator=(const WorkerProcesses&) = delete;
 
-  // Notices the dead and starts those that are due. To be called on SIGCHLD, and after the time
+  // Reaps ended workers and starts those that are due. To be called on SIGCHLD, and after the time
   // that it returns.
   absl::Duration Tend();
 
-  // Asks all to stop (SIGTERM) but does not wait. Tend() starts none from now on.
+  // Asks all to stop (SIGTERM) without waiting. Tend() starts none from now on.
   void AskToStop();
 
   // Waits until all have ended; kills those that still run after `patience`.

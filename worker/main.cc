@@ -1,4 +1,4 @@
-// liquidblend-worker: takes jobs from the queue and does them.
+// liquidblend-worker: leases jobs from the queue and runs them.
 #include <signal.h>
 #include <sys/prctl.h>
 #include <unistd.h>
@@ -88,12 +88,12 @@ void AddFlags(CLI::App& app, Flags& flags) {
          "the machine's or container's memory")
       ->transform(CLI::AsSizeValue(false))
       ->default_str(base::FormatSize(flags.memory));
-  app.add_option("--lease", flags.lease, "How long a job waits for this worker if it says nothing")
+  app.add_option("--lease", flags.lease, "How long a job waits for this worker without a heartbeat")
       ->capture_default_str();
   app.add_option("--poll", flags.poll, "How often to look at an empty queue")
       ->capture_default_str();
   app.add_option("--checkpoint-iterations", flags.checkpoint_iterations,
-                 "Keep what a registration has come to after so many iterations; 0: never")
+                 "Save a checkpoint of a registration after so many iterations; 0: never")
       ->envname("LIQUIDBLEND_CHECKPOINT_ITERATIONS")
       ->capture_default_str();
   app.add_option("--checkpoint-interval", flags.checkpoint_interval,
@@ -170,8 +170,8 @@ void WatchSignals(jobs::StopSignal& stop, const jobs::StopSignal& done) {
   _exit(0);
 }
 
-// Opens a store, again and again while it is away or refuses us; `report` hears of each failure,
-// the log of each new one.  Errors: others; kCancelled once it is to stop.
+// Opens a store, with new attempts while it is away or refuses access; `report` is called with each
+// failure, each new one is logged.  Errors: other ones; kCancelled after a request to stop.
 template <typename Open>
 std::invoke_result_t<Open> OpenPatiently(const jobs::StopSignal& stop, const Open& open,
                                          const std::function<void(const absl::Status&)>& report) {

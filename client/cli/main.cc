@@ -59,9 +59,10 @@ void AddGlobalFlags(CLI::App& app, Context& context) {
   app.add_option("--connect-timeout", context.connect_timeout_s, "Seconds to wait for the server")
       ->check(liquidblend::cli::Positive())
       ->capture_default_str();
-  app.add_option("--patience", context.patience_s,
-                 "Seconds that a call waits in all if the server says to try again later, and that "
-                 "--wait outlasts a server that is away; 0: never")
+  app.add_option(
+         "--patience", context.patience_s,
+         "Seconds that a call waits in all if the server asks it to try again later, and that "
+         "--wait outlasts a server that is away; 0: never")
       ->check(liquidblend::cli::NonNegative())
       ->capture_default_str();
   app.add_flag("--no-direct", context.no_direct,

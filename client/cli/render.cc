@@ -81,7 +81,7 @@ void Extend(const Bounds& box, Bounds* bounds) {
 
 // ---- local files ------------------------------------------------------------------------------
 
-// As the meta.json beside the file says; kUnknown: it does not, or there is none.
+// The upward direction in the meta.json beside the file; kUnknown if it has none or is missing.
 Up UpBeside(const std::string& file) {
   const std::filesystem::path meta = std::filesystem::path(file).parent_path() / kMetaName;
   const absl::StatusOr<std::string> bytes = ReadFile(meta.string());
@@ -98,8 +98,9 @@ absl::StatusOr<std::vector<Mesh>> ReadMeshes(const RenderFlags& flags, const Con
     meshes.push_back(render::Upright(std::move(mesh), up));
   }
   if (!assumed.empty()) {
-    context.Remark(absl::StrCat("Assumed that z is up in ", assumed,
-                                ": no meta.json beside it says so; --up tells otherwise."));
+    context.Remark(
+        absl::StrCat("Assumed that z is up in ", assumed,
+                     ": no meta.json beside it gives the direction; --up overrides it."));
   }
   return meshes;
 }

@@ -1,4 +1,4 @@
-// Checksums of files, as servers name what they store.
+// Checksums of files, in the form of the server's blob ids.
 #pragma once
 
 #include <memory>
@@ -8,14 +8,14 @@
 
 namespace liquidblend::client {
 
-// Hashes the bytes that pass.  Threads: one at a time.
+// Hashes a sequence of bytes.  Threads: one at a time.
 class Checksum {
  public:
   // like: a checksum of the kind to be made: "sha256-...", or "xxh3-..." of older stores.
   explicit Checksum(absl::string_view like = "sha256-");
   ~Checksum();
   void Add(absl::string_view bytes);
-  // The kind, and the hash in hexadecimal digits. Call it last.
+  // The kind, and the hash in hexadecimal digits. To be called last.
   std::string Text();
 
  private:

@@ -1,5 +1,5 @@
-// What a Client holds: its servers, and how a call is made. Includes gRPC: only for the sources
-// that make calls.
+// Implementation of Client: its servers, and calls with retries. Includes gRPC: only for the
+// sources that make calls.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -91,28 +91,30 @@ class Client::Impl {
   }
 
   // operations.cc: likewise for `call` that submits an operation with a request id, as long as
-  // RetryOptions::patience. If it is not known in the end whether the server has taken it, the
-  // message says where to look.
+  // RetryOptions::patience. If it is not known in the end whether the server has accepted it, the
+  // message tells the user where to look.
   absl::Status Submit(const std::function<absl::Status(client::Server& server)>& call);
 
-  // upload.cc: sends the files past the server; what it calls them, in their order. None if the
-  // server gives no urls, or they lead nowhere: then the files go to the server.
+  // upload.cc: sends the files directly to the object store. Returns their upload ids, in order;
+  // none if the server gives no urls or they cannot be reached, so that the files must go to the
+  // server.
   absl::StatusOr<std::vector<std::string>> SendDirectly(
       const UploadRequest& upload, const std::vector<client::UploadFile>& files,
       const std::function<void(const UploadProgress&)>& report);
 
-  // operations.cc: the same, and later frames are not older than what it says.
+  // operations.cc: returns the operation, and notes its version, so that later frames are not
+  // older.
   Operation NoteVersion(Operation operation);
 
-  // operations.cc: until every other server that can be reached serves the version that the
+  // operations.cc: waits until every other reachable server serves the version that the
   // registration has published.  Errors: kDeadlineExceeded after call_timeout or patience,
   // whichever is longer.
   absl::Status AwaitOtherServers(const Operation& operation, const client::Server& asked);
-  // One of them. OK, too, if it cannot be reached, or does not know the operation.
+  // Waits for one server. OK, too, if it cannot be reached, or does not know the operation.
   absl::Status AwaitVersion(const Operation& operation, client::Server& server,
                             absl::Time deadline);
 
-  // Says who calls, and until when an answer is of use.
+  // Sets the credentials and the deadline of a call.
   void Prepare(absl::Duration timeout, grpc::ClientContext* context) const {
     const std::string& token = options.security.token;
     if (!token.empty()) context->AddMetadata("authorization", "Bearer " + token);

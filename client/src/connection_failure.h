@@ -1,4 +1,4 @@
-// Reasons why no connection to a server comes about, in a sentence for whoever gave the address.
+// Explanations of failed connections to a server, in a sentence for the user.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace liquidblend::client {
 
-// The sentence for gRPC's own words about its last attempt: the culprit and what to do. Empty if
-// they say nothing that is known.
+// Explains gRPC's own message about its last attempt: the cause and what to do. Empty if the
+// message is not known.
 //   uses_tls  whether the attempt was made with TLS
 std::string ExplainConnectionFailure(absl::string_view words, bool uses_tls);
 

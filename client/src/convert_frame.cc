@@ -1,4 +1,4 @@
-// Requests for frames.
+// Conversion of requests for frames.
 #include "client/src/convert.h"
 #include "client/src/names.h"
 

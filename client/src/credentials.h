@@ -1,4 +1,4 @@
-// What a channel shows and believes.
+// Credentials of a channel: certificates and trusted authorities.
 #pragma once
 
 #include <grpcpp/security/credentials.h>
@@ -15,7 +15,7 @@ namespace liquidblend::client {
 absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> CredentialsOf(
     const SecurityOptions& options);
 
-// OK, or kInvalidArgument if a token would go to `target` for everyone to read.
+// Errors: kInvalidArgument if a token would be sent to `target` unencrypted.
 absl::Status CheckTokenIsSafe(const SecurityOptions& options, const std::string& target);
 
 }  // namespace liquidblend::client

@@ -127,7 +127,7 @@ absl::Status GetFromUrl(Http& http, const v1::PresignDownloadResponse& from,
     status = absl::PermissionDeniedError(absl::StrCat(part, ": cannot be written"));
   } else if (const std::string sum = checksum.Text(); status.ok() && sum != from.checksum()) {
     status = absl::DataLossError(
-        absl::StrCat("what came has the checksum ", sum, " instead of ", from.checksum()));
+        absl::StrCat("the received file has the checksum ", sum, " instead of ", from.checksum()));
   }
   if (status.ok() && std::rename(part.c_str(), path.c_str()) != 0) {
     status = absl::PermissionDeniedError(absl::StrCat(path, ": cannot be written"));

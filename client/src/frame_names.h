@@ -1,5 +1,5 @@
-// Base names of the files of an upload: whether they make one sequence of frames. Imports look for
-// the same (worker/ingest/frame_files.h, frame_times.h); here it costs no upload.
+// Check of the base names of an upload's files: whether they are one sequence of frames. Imports
+// apply the same rules (worker/ingest/frame_files.h, frame_times.h); this check saves an upload.
 #pragma once
 
 #include <string>
@@ -10,17 +10,17 @@
 
 namespace liquidblend::client {
 
-// Whether it is the mesh of a frame.
+// Whether the name is of a frame's mesh.
 bool IsFrameName(const std::string& name);
 
 // Whether files of this name belong to an animation: frames, *.uni and meta.json.
 bool IsAnimationFileName(const std::string& name);
 
-// What the numbers in the names must be.
+// Rule for the numbers in the names.
 enum class NumberRule {
   kNoGaps,
   kGapsAllowed,
-  kTimesGiven,  // when the frames are is said elsewhere: numbers give the order alone
+  kTimesGiven,  // times are given elsewhere: numbers give the order alone
 };
 
 // Errors: kInvalidArgument, naming the files, if there are no frames or they are of several

@@ -1,4 +1,4 @@
-// Bytes to and from urls that a server has given.
+// HTTP transfers to and from urls that a server has given.
 #pragma once
 
 #include <cstdint>
@@ -20,23 +20,23 @@ struct HttpAnswer {
 };
 
 // Connections are kept. Errors of calls: kUnavailable without a whole answer; messages never hold
-// the url's query, with which anyone could do the same. Threads: one.
+// the url's query, which is a credential. Threads: one.
 class Http {
  public:
-  // ca_file: PEM of who vouches for https servers; empty: whom the system trusts.
+  // ca_file: PEM of trusted authorities for https; empty: the system's.
   explicit Http(std::string ca_file);
   ~Http();
   Http(const Http&) = delete;
   Http& operator=(const Http&) = delete;
 
-  // `source` fills the buffer with the next bytes of the body, and returns how many; as many as it
-  // has been asked for. 0 before the end breaks off.
+  // `source` fills the buffer with the next `size` bytes of the body, and returns their number. 0
+  // before the end aborts the request.
   using Source = std::function<size_t(char* buffer, size_t size)>;
   absl::StatusOr<HttpAnswer> Put(const std::string& url,
                                  const std::map<std::string, std::string>& headers, int64_t size,
                                  const Source& source);
   absl::StatusOr<HttpAnswer> Post(const std::string& url, const std::string& body);
-  // Of an answer with status 200 the bytes go to `sink`, until it returns false.
+  // Receives the bytes of an answer with status 200, until it returns false.
   using Sink = std::function<bool(absl::string_view bytes)>;
   absl::StatusOr<HttpAnswer> Get(const std::string& url, const Sink& sink);
 

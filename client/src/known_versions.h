@@ -1,4 +1,4 @@
-// Versions of families: the newest that a client has heard of, and the one that it asks for.
+// Known versions of families: the newest that a client has got, and checks of requested ones.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace liquidblend::client {
 
-// An error if a server that knows nothing of versions by number has given another one.
+// An error if a server without support of version numbers has given another version.
 inline absl::Status CheckVersion(int64_t asked, int64_t got) {
   if (asked == 0 || asked == got) return absl::OkStatus();
   return absl::UnimplementedError(
@@ -29,7 +29,7 @@ class KnownVersions {
     int64_t& known = versions_[family];
     known = std::max(known, version);
   }
-  // After NOT_FOUND: it was deleted, or the store was restored from a backup.
+  // To be called after NOT_FOUND: the family was deleted, or the store was restored from a backup.
   void Forget(const std::string& family) {
     absl::MutexLock lock(&mutex_);
     versions_.erase(family);

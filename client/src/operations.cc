@@ -1,4 +1,4 @@
-// The part of Client that deals with long-running operations.
+// Client's calls for long-running operations.
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -24,7 +24,7 @@ Request OperationRequest(const std::string& name) {
   return request;
 }
 
-// How to go on after the connection was lost for good.
+// Adds advice to the error of a lost connection.
 absl::Status LostSight(const std::string& operation, const absl::Status& status) {
   if (!absl::IsUnavailable(status)) return status;
   return absl::UnavailableError(absl::StrCat(status.message(), "; ", operation,

@@ -12,7 +12,7 @@ namespace {
 constexpr absl::Duration kShortestPause = absl::Milliseconds(100);
 constexpr absl::Duration kLongestPause = absl::Seconds(1);
 
-// The same error with more to read.
+// The same error with another message.
 absl::Status WithMessage(const absl::Status& status, const std::string& message) {
   absl::Status changed(status.code(), message);
   status.ForEachPayload(

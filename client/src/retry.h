@@ -11,22 +11,23 @@
 
 namespace liquidblend::client {
 
-// Counts attempts and says how long to wait before the next one, as RetryOptions has it.
+// Counts attempts and computes the waits between them, according to RetryOptions.
 // Threads: one.
 class Backoff {
  public:
   explicit Backoff(const RetryOptions& options);
 
-  // Whether another attempt should follow one that ended so. Takes note of the delay that the
+  // Whether another attempt should follow one that ended with `status`. Keeps the delay that the
   // server asks for.
   bool ShouldRetry(const absl::Status& status);
 
   // The next wait: the delay that the server asks for, times a random number in [1, 1.25]; without
-  // one, what doubles up to max_backoff, times a random number in [0.5, 1]. Counts an attempt.
+  // one, a delay that doubles up to max_backoff, times a random number in [0.5, 1]. Counts an
+  // attempt.
   // Requires: ShouldRetry() was true.
   absl::Duration NextWait();
 
-  // The connection worked: start counting from the beginning.
+  // The connection worked: resets the counts.
   void Reset();
 
   int num_attempts() const { return num_attempts_; }
@@ -36,24 +37,24 @@ class Backoff {
 
   RetryOptions options_;
   int num_attempts_ = 1;
-  int num_unreached_ = 1;                // attempts whose end did not say when to try again
-  absl::Duration waited_;                // because the server asked for it
-  std::optional<absl::Duration> asked_;  // by the end of the last attempt
+  int num_unreached_ = 1;                // failed attempts without a delay from the server
+  absl::Duration waited_;                // because of the server's delays
+  std::optional<absl::Duration> asked_;  // of the last attempt
   std::minstd_rand random_;
 };
 
-// Likewise for what can be repeated for as long as the caller has patience: when the attempts of
-// Backoff are used up, attempts go on until RetryOptions::patience is over since the server went
-// away.  Threads: one.
+// Likewise for calls that may be repeated for longer: when the attempts of Backoff are used up,
+// attempts go on until the server has been away for RetryOptions::patience.  Threads: one.
 class PatientBackoff {
  public:
   explicit PatientBackoff(const RetryOptions& options);
 
-  // The pause before the attempt after one that ended so at `now`; none: give up. While the server
-  // is away it is 0.1 to 1 s, whatever the server asks for: a restart is soon over.
+  // The pause after an attempt that ended with `status` at `now`; nothing: give up. While the
+  // server is away it is 0.1 to 1 s, regardless of delays from the server, since a restart takes a
+  // short time.
   std::optional<absl::Duration> NextPause(const absl::Status& status, absl::Time now);
 
-  // The connection worked: start counting from the beginning.
+  // The connection worked: resets the counts.
   void Reset();
 
   int num_attempts() const { return num_attempts_; }
@@ -62,7 +63,7 @@ class PatientBackoff {
   const RetryOptions options_;
   Backoff backoff_;
   int num_attempts_ = 1;
-  absl::Time lost_at_ = absl::InfiniteFuture();  // since then nothing has come
+  absl::Time lost_at_ = absl::InfiniteFuture();  // begin of the server's absence
 };
 
 // Runs `call` until it succeeds, fails for another reason, or attempts or patience are used up;

@@ -1,5 +1,5 @@
-// The servers that a client may speak to, and the one that it speaks to now. Includes gRPC: only
-// for the sources that make calls.
+// The servers of a client, and the current one. Includes gRPC: only for the sources that make
+// calls.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -47,19 +47,19 @@ class Servers {
   // CheckTokenIsSafe().
   static absl::StatusOr<std::unique_ptr<Servers>> Open(const ConnectOptions& options);
 
-  // Takes the first that can be reached; false if none can before the deadline.
+  // Selects the first server that can be reached; false if none can before the deadline.
   bool WaitForAny(absl::Time deadline);
 
-  // Why the first one cannot be reached, in a sentence for the user; empty if that is not known.
+  // Explains to the user why the first server cannot be reached; empty if the reason is not known.
   // Takes up to half a second.
   std::string ExplainFailure(bool uses_tls);
 
-  // All of them, in the order of the addresses.
+  // All servers, in the order of the addresses.
   std::vector<Server*> All() const;
 
   Server& current() { return *servers_[current_]; }
 
-  // `left` could not be reached: the next one is to be taken, unless another thread has moved on.
+  // Selects the next server, as `left` could not be reached, unless another thread has done so.
   void Leave(const Server& left);
 
   // Runs `call` with the current server, and as long as it is kUnavailable with the others, each

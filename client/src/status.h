@@ -1,4 +1,4 @@
-// The one place where grpc::Status and google.rpc.Status become absl::Status.
+// Conversion of grpc::Status and google.rpc.Status into absl::Status. No other code converts.
 #pragma once
 
 #include <grpcpp/support/status.h>
@@ -12,12 +12,12 @@
 namespace liquidblend::client {
 
 // Same code; the message also carries the details that it does not hold already: the reason and
-// metadata of ErrorInfo, each field violation of BadRequest, and the delay of RetryInfo. But a bare
-// CANCELLED is kUnavailable: whoever has cancelled a call knows that without asking.
+// metadata of ErrorInfo, each field violation of BadRequest, and the delay of RetryInfo. But a
+// CANCELLED without details becomes kUnavailable: gRPC ends calls with it when a server shuts down.
 absl::Status FromGrpc(const grpc::Status& status);
 absl::Status FromProto(const google::rpc::Status& status);
 
-// When a status of these two says to try again (RetryInfo): of kResourceExhausted and kUnavailable.
+// The delay before a new attempt (RetryInfo) of kResourceExhausted and kUnavailable.
 std::optional<absl::Duration> RetryDelay(const absl::Status& status);
 
 }  // namespace liquidblend::client

@@ -1,4 +1,4 @@
-// The part of Client that uploads animations.
+// Client's uploads of animations.
 #include <memory>
 #include <utility>
 

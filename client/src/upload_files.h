@@ -19,8 +19,8 @@ struct UploadFile {
 };
 
 // Errors: kInvalidArgument for no files, equal base names, a chunk size out of range, or names that
-// make no sequence (CheckFrameNames; of a meta.json with frame_times, gaps are the server's to
-// check); kNotFound for a path that is no readable regular file.
+// are not a sequence (CheckFrameNames; gaps with a meta.json with frame_times are checked by the
+// server); kNotFound for a path that is not a readable regular file.
 absl::StatusOr<std::vector<UploadFile>> CheckUpload(const UploadRequest& request);
 
 // Calls `chunk` with at most chunk_bytes at a time until it returns false.

@@ -45,7 +45,7 @@ const char* LevelName(LogLevel level) {
   return "";
 }
 
-// What clients send must not look like lines of ours.
+// Escapes line ends, so that text from clients cannot imitate log lines.
 std::string OnOneLine(absl::string_view text) {
   std::string line;
   for (const char c : text) {

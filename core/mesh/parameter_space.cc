@@ -30,7 +30,7 @@ absl::Status CheckNames(const std::vector<std::string>& names) {
                                                      "' does not match [a-z][a-z0-9_]{0,62}"));
     }
     if (std::find(names.begin(), name, *name) != name) {
-      return absl::InvalidArgumentError(absl::StrCat("the name '", *name, "' is there twice"));
+      return absl::InvalidArgumentError(absl::StrCat("the name '", *name, "' is given twice"));
     }
   }
   return absl::OkStatus();

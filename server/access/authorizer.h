@@ -1,4 +1,4 @@
-// Who calls, by bearer token or client certificate. Knows neither gRPC nor HTTP; both ask it.
+// Authentication of callers by bearer token or client certificate, for gRPC and HTTP alike.
 #pragma once
 
 #include <memory>
@@ -23,15 +23,15 @@ class Authorizer {
   static absl::StatusOr<std::unique_ptr<Authorizer>> Open(const std::string& path);
 
   // bearer: the token of "authorization: Bearer TOKEN", or empty. certificate_subject: of a client
-  // certificate that the connection has verified, as TLS libraries write it, or empty. peer: the
+  // certificate that the connection has verified, in the form of TLS libraries, or empty. peer: the
   // address of the connection, HOST:PORT. A token counts before a certificate.
   // Errors: kUnauthenticated (google.rpc.ErrorInfo: TOKEN_MISSING, TOKEN_UNKNOWN,
-  // CERTIFICATE_UNKNOWN). Neither says nor logs what the token was.
+  // CERTIFICATE_UNKNOWN). No message or log line has the token.
   absl::StatusOr<Principal> Check(absl::string_view bearer, absl::string_view certificate_subject,
                                   absl::string_view peer) const;
 
-  // Takes the file if it has changed since it was last looked at; to be called every second or so.
-  // Errors: ReadTokenFile()'s, once per change; what the file said before goes on to count.
+  // Reads the file again if it has changed since the last call; to be called about once a second.
+  // Errors: ReadTokenFile()'s, once per change; the previous token file is kept.
   absl::Status ReloadIfChanged();
 
  private:
@@ -40,7 +40,7 @@ class Authorizer {
   const std::string path_;  // empty: no file
   mutable absl::Mutex mutex_;
   std::shared_ptr<const TokenFile> file_ ABSL_GUARDED_BY(mutex_);
-  std::string stamp_ ABSL_GUARDED_BY(mutex_);  // of the file when it was last looked at
+  std::string stamp_ ABSL_GUARDED_BY(mutex_);  // of the file at the last call
 };
 
 // The token in the value of an "authorization" header; empty if there is none.

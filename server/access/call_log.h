@@ -1,5 +1,5 @@
-// The lines that tell of calls, whichever way they came. A client whose calls go wrong again and
-// again cannot flood the log.
+// Log lines of calls, for gRPC and HTTP alike. A client whose calls fail again and again cannot
+// flood the log.
 #pragma once
 
 #include <cstdint>
@@ -16,18 +16,18 @@
 
 namespace liquidblend::server {
 
-// A call that is over.
+// A call that has ended.
 struct EndedCall {
-  base::LogFields how;  // what was called and what became of it, e.g. method and code
+  base::LogFields how;  // method and outcome, e.g. method and code
   base::LogLevel level = base::LogLevel::kInfo;
   absl::Duration took;
   Caller caller;
   std::string resource;  // animations/{id} and the like, or empty
-  std::string error;     // empty: it went well
+  std::string error;     // empty: success
 };
 
-// One line a call. Of those of one client (a principal, or a host) that went wrong within a second,
-// the first kMaxLines have one, and then one line counts the others.  Threads: safe.
+// Writes one line per call. Of the failed calls of one client (a principal, or a host) within a
+// second, the first kMaxLines get a line each; one more line counts the others.  Threads: safe.
 class CallLog {
  public:
   static constexpr int kMaxLines = 10;
@@ -35,20 +35,20 @@ class CallLog {
 
   using Later = std::function<void(absl::Duration delay, std::function<void()> work)>;
 
-  // `later` runs work after a while, or never; not after this is destroyed.
+  // `later` runs work after a delay, or drops it; it runs none after this is destroyed.
   explicit CallLog(Later later) : later_(std::move(later)) {}
   ~CallLog() { Flush(); }
 
   void Tell(const EndedCall& call);
 
-  // Tells of all that has been counted, before its time.
+  // Writes the lines of all counted calls now.
   void Flush();
 
  private:
-  // A second in which calls of a client went wrong.
+  // A second in which calls of a client failed.
   struct Window {
     int64_t num_calls = 0;
-    base::LogFields last;  // of those that are counted
+    base::LogFields last;  // of the counted calls
     base::LogLevel worst = base::LogLevel::kDebug;
   };
 
@@ -60,8 +60,8 @@ class CallLog {
   std::map<std::string, Window> windows_ ABSL_GUARDED_BY(mutex_);  // by client
 };
 
-// What the operator should look at, and what is of interest when searching: kError for what should
-// not happen, `if_ok` if it went well, otherwise kInfo.
+// Log level of a call's outcome: kError for codes that should not happen, `if_ok` for success,
+// otherwise kInfo.
 base::LogLevel LevelOf(absl::StatusCode code, base::LogLevel if_ok);
 
 }  // namespace liquidblend::server

@@ -1,4 +1,4 @@
-// Who makes a call, and what they may do. Knows neither gRPC nor HTTP.
+// Principals and callers, their scopes and limits. Knows neither gRPC nor HTTP.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace liquidblend::server {
 
-// What a principal may do beside looking at what there is, which all of them may.
+// Rights of a principal beside reading, which all of them may.
 enum class Scope {
   kFrames,    // get and stream frames
   kWrite,     // upload, import and delete animations
@@ -22,7 +22,7 @@ const char* ScopeName(Scope scope);
 // Errors: kInvalidArgument.
 absl::StatusOr<Scope> ParseScope(absl::string_view name);
 
-// Of one principal, over all of its connections. 0: no limit but the server's.
+// Limits of one principal, over all of its connections. 0: no limit but the server's.
 struct PrincipalLimits {
   int64_t max_upload_bytes = 0;    // >= 0; of one upload or import
   int max_streams = 0;             // >= 0; calls that may last, at a time: streams of frames,
@@ -37,21 +37,21 @@ inline constexpr char kAnonymous[] = "anonymous";
 
 struct Principal {
   std::string name;  // from the tokens file, or a certificate's subject, or kAnonymous
-  std::string key;   // what limits count by: the name; of kAnonymous with the host it calls from
+  std::string key;   // key of its quotas: the name; for kAnonymous with its host
   std::set<Scope> scopes;
   PrincipalLimits limits;
 };
 
-// Has shown who they are.
+// Whether the principal is authenticated.
 inline bool IsKnown(const Principal& principal) {
   return !principal.name.empty() && principal.name != kAnonymous;
 }
 
-// Who makes this call.
+// The caller of one call.
 struct Caller {
   Principal principal;
-  // Tells clients apart where they share the server: the principal's name, of an anonymous one the
-  // address and port of its connection.
+  // Name of the client for fair shares of the server: the principal's name, or for an anonymous one
+  // the address and port of its connection.
   std::string client;
   std::string request_id;  // the client's own, or made up; for logs
 };

@@ -1,4 +1,4 @@
-// What each principal may use at a time: calls per second, and calls that last.
+// Quotas of principals: calls per second, and concurrent calls that last.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@
 
 namespace liquidblend::server {
 
-// Held while a call that counts against max_streams lasts; what it gives back must not be gone.
+// Held while a call that counts against max_streams lasts. It must not outlive its Quotas.
 using StreamPermit = std::shared_ptr<void>;
 
 // Threads: safe.
@@ -27,7 +27,8 @@ class Quotas {
   Quotas& operator=(const Quotas&) = delete;
 
   // Counts one call. As many as a second allows may come at once, then they are spread evenly.
-  // Errors: kResourceExhausted (RATE_LIMITED) with google.rpc.RetryInfo: when one would do.
+  // Errors: kResourceExhausted (RATE_LIMITED) with google.rpc.RetryInfo: when a call will be
+  // accepted.
   absl::Status CountRequest(const Principal& principal);
 
   // Errors: kResourceExhausted (TOO_MANY_STREAMS) with google.rpc.RetryInfo.

@@ -1,4 +1,4 @@
-// The file that names who may call the server: docs/operations/tls-and-tokens.md.
+// The token file, which lists the server's principals: docs/operations/tls-and-tokens.md.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ struct TokenEntry {
 
 struct TokenFile {
   std::vector<TokenEntry> entries;
-  std::optional<Principal> anonymous;  // whoever shows nothing; none: refused
+  std::optional<Principal> anonymous;  // callers without credentials; none: refused
 };
 
 // Errors: kInvalidArgument that names the entry and the field at fault, and never shows a hash.
@@ -36,7 +36,7 @@ absl::StatusOr<TokenFile> ParseTokenFile(absl::string_view json);
 absl::StatusOr<TokenFile> ReadTokenFile(const std::string& path);
 
 struct NewToken {
-  std::string token;  // 43 characters, of 256 random bits; not kept anywhere
+  std::string token;  // 43 characters, of 256 random bits; stored nowhere
   std::string entry;  // for the file: JSON with its hash
 };
 

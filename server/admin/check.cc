@@ -23,7 +23,7 @@ using Names = std::vector<std::string>;
 // Blobs and who refers to them.
 using Uses = std::map<store::BlobId, Names>;
 
-// What SQLite itself says of its file; nothing if there is no fault.
+// SQLite's own check of its file; nothing if there is no fault.
 absl::StatusOr<Names> FaultsOfDatabase(const std::string& path) {
   Names faults;
   const auto db = store::Database::Open(path, absl::Seconds(10));
@@ -44,7 +44,7 @@ Damage DamageOfCatalog(const std::string& fault) {
   return {.blob = "", .error = absl::DataLossError(fault), .needed_by = {}, .repair = ""};
 }
 
-// Who refers to which blob, as far as records that can be read tell; all that are in use are there.
+// Users of each referenced blob, according to the readable records; has all referenced blobs.
 Uses FindUses(const store::CatalogInspection& inspection) {
   Uses uses;
   for (const std::string& blob : inspection.blobs) uses[blob];
@@ -136,7 +136,7 @@ class Checker {
         if (base::IsTransient(fault)) return fault;
       }
     }
-    // What was replaced or deleted meanwhile is not missed.
+    // Blobs that were replaced or deleted meanwhile are not missing.
     LB_ASSIGN_OR_RETURN(const Names in_use, store_.catalog->ListReferencedBlobs());
     std::vector<Damage> damage;
     for (const auto& [id, fault] : faults) {

@@ -15,7 +15,7 @@
 namespace liquidblend::admin {
 namespace {
 
-// What is referred to is looked at again so often while blobs are being deleted.
+// Interval at which the references are read again while blobs are being deleted.
 constexpr absl::Duration kFreshness = absl::Seconds(1);
 
 // A listing that lacks what was just written is asked for so many times more, with pauses that
@@ -63,7 +63,8 @@ absl::StatusOr<Listing> ListWithClock(store::BlobStore& blobs) {
 int64_t DropUploads(store::BlobStore& blobs, absl::Time newest) {
   const absl::StatusOr<int64_t> num_dropped = blobs.DropOldUploads(newest);
   if (num_dropped.ok()) return *num_dropped;
-  base::LogWarning(absl::StrCat("old multipart uploads stay: ", num_dropped.status().ToString()));
+  base::LogWarning(
+      absl::StrCat("cannot abort old multipart uploads: ", num_dropped.status().ToString()));
   return 0;
 }
 

@@ -1,5 +1,5 @@
-// Frees what nothing refers to: uploaded files once they are imported, uploads that were broken
-// off, old versions of families, and what was deleted. Forgets jobs that ended long ago.
+// Garbage collection: deletes blobs without a reference (imported files, broken-off uploads, old
+// versions of families, deleted data) and old jobs of the history.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@
 namespace liquidblend::admin {
 
 struct CollectOptions {
-  // >= 0; longer than any upload takes, and than a worker takes from writing a result to telling
-  // the catalog of it: blobs that were written since may be about to be referred to.
+  // >= 0; must be longer than any upload, and than a worker's time from writing a result to
+  // recording it in the catalog, since younger blobs may get a reference soon.
   absl::Duration older_than = absl::Hours(24);
   absl::Duration keep_history = absl::Hours(24 * 30);  // >= 0; of ended jobs; 0: for ever
   bool dry_run = false;                                // only count
@@ -28,16 +28,16 @@ struct CollectReport {
   int64_t unreferenced_bytes = 0;
   int64_t num_deleted = 0;  // or that would be, in a dry run
   int64_t deleted_bytes = 0;
-  int64_t num_pruned = 0;  // jobs of the history
-  int64_t num_uploads = 0;  // in parts, that were begun and left; not counted in a dry run
+  int64_t num_pruned = 0;   // jobs of the history
+  int64_t num_uploads = 0;  // abandoned multipart uploads; not counted in a dry run
 };
 
-// Deletes the blobs that no record and no unfinished job refers to, and that were last committed
-// longer ago than that, by the clock of the store itself; and before, the records of jobs that
-// ended longer ago than keep_history, by the catalog's clock. Ends uploads in parts that were begun
-// as long ago as deleted blobs; an object store that lists none is only logged. Any number of these
-// may run at once, on any machines, beside everything else (docs/formats.md, "Collecting garbage",
-// says why). Errors: those of the stores. Threads: safe.
+// First deletes the records of jobs that ended longer ago than keep_history, by the catalog's
+// clock. Then deletes the blobs that no record and no unfinished job refers to and that were last
+// committed longer ago than older_than, by the store's own clock. Aborts multipart uploads of the
+// same age; a failure to list them is only logged. Any number of collections may run at once, on
+// any machines, beside everything else (docs/formats.md, "Collecting garbage", says why). Errors:
+// those of the stores. Threads: safe.
 absl::StatusOr<CollectReport> Collect(store::Catalog& catalog, store::BlobStore& blobs,
                                       const CollectOptions& options = {});
 

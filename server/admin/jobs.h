@@ -1,4 +1,4 @@
-// What is in the queue, and who works on it.
+// Reports on the job queue and its workers.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@ namespace liquidblend::admin {
 
 struct QueueReport {
   store::JobCounts counts;                   // jobs and parts, by state
-  std::vector<store::HeldJob> unfinished;    // as they were submitted
+  std::vector<store::HeldJob> unfinished;    // in the order of submission
   std::vector<store::pb::JobRecord> failed;  // the newest first
 };
 
-// The last `num_failed` jobs that failed are among them; they are looked for among the last
-// kHistory jobs. Errors: those of the catalog.
+// The report includes the last `num_failed` failed jobs among the last kHistory jobs. Errors: those
+// of the catalog.
 inline constexpr int kHistory = 10'000;
 absl::StatusOr<QueueReport> InspectQueue(store::Catalog& catalog, int num_failed);
 
@@ -37,10 +37,10 @@ struct Worker {
   absl::Time last_seen = absl::InfinitePast();  // by the catalog's clock
   int64_t memory_bytes = 0;                     // the largest job that it takes; 0: not known
   std::string refusal;                          // why it takes no jobs; empty: it takes them
-  std::vector<HeldWork> work;                   // none: it waits for some
+  std::vector<HeldWork> work;                   // empty: idle
 };
 
-// The workers that hold leases or have told of themselves within store::kWorkerSilence, by name.
+// The workers that hold leases or were recorded within store::kWorkerSilence, by name.
 absl::StatusOr<std::vector<Worker>> InspectWorkers(store::Catalog& catalog);
 
 // "QUEUED" -> "queued"

@@ -1,4 +1,4 @@
-// liquidblend-admin: looks after a store: checks it, frees what nothing needs, moves it, shows the
+// liquidblend-admin: maintenance of a store: check, garbage collection, export and import, the
 // queue.
 #include <sys/stat.h>
 
@@ -47,7 +47,7 @@ struct Flags {
   int num_failed = 20;
 };
 
-// What a subcommand does; returns the exit code.
+// Runs a subcommand; returns the exit code.
 using Command = absl::StatusOr<int> (*)(const Flags&);
 
 Format FormatOf(const Flags& flags) { return flags.json ? Format::kJson : Format::kText; }

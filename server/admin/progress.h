@@ -1,4 +1,4 @@
-// How far something is that takes long, on a terminal.
+// Progress line of a long command, on a terminal.
 #pragma once
 
 #include <cstdint>

@@ -23,14 +23,14 @@ struct ArchiveCloser {
 };
 using ArchivePtr = std::unique_ptr<archive, ArchiveCloser>;
 
-// Writes POSIX ustar, with pax headers where that has no room.
-// Errors of all calls: kUnavailable if the stream takes no more. Threads: one at a time.
+// Writes POSIX ustar, with pax headers for values that do not fit.
+// Errors of all calls: kUnavailable if the stream fails. Threads: one at a time.
 class TarWriter {
  public:
   explicit TarWriter(std::ostream& out);
 
   absl::Status Add(const std::string& name, std::span<const std::byte> bytes);
-  // Last.
+  // To be called last.
   absl::Status End();
 
  private:
@@ -43,9 +43,9 @@ struct TarEntry {
   int64_t size_bytes = 0;
 };
 
-// Reads what libarchive takes for tar: ustar, pax, GNU. Passes over all but regular files.
+// Reads the tar formats of libarchive: ustar, pax, GNU. Skips all but regular files.
 // Errors of all calls: kDataLoss if the archive ends early or a header is damaged; kInvalidArgument
-// if it is no archive. Threads: one at a time.
+// if it is not a tar archive. Threads: one at a time.
 class TarReader {
  public:
   using Take = absl::FunctionRef<absl::Status(std::span<const std::byte>)>;
@@ -53,7 +53,7 @@ class TarReader {
   explicit TarReader(std::istream& in);
   ~TarReader();
 
-  // The next file; what is left of the one before is passed over. Nothing at the archive's end.
+  // The next file; the rest of the one before is skipped. Nothing at the archive's end.
   absl::StatusOr<std::optional<TarEntry>> Next();
   // Hands the file's bytes to `take`, chunk by chunk. Errors: also those of `take`.
   absl::Status Read(Take take);

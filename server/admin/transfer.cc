@@ -44,7 +44,7 @@ std::span<const std::byte> AsBytes(const std::string& text) {
   return std::as_bytes(std::span(text.data(), text.size()));
 }
 
-// As if each worker had given its job back just now.
+// Puts running jobs back into the queue, without counting their attempts.
 void QueueAgain(store::CatalogContents& contents) {
   for (store::pb::JobRecord& job : contents.jobs) {
     if (job.state() != store::pb::JobRecord::RUNNING) continue;
@@ -76,13 +76,13 @@ absl::Status NameByContent(store::BlobStore& blobs, store::CatalogContents& cont
   return absl::OkStatus();
 }
 
-// What a catalog holds at one moment, and the blobs that go with it.
+// A snapshot of a catalog, and its blobs.
 struct Snapshot {
   store::CatalogContents contents;
   std::map<store::BlobId, store::BlobId> blobs;  // id in the store -> id in the export
 };
 
-// Of animations whose file is lost (Check() has found that out) the record goes alone.
+// Blobs of animations whose file is lost (found by Check()): their records are exported alone.
 std::set<store::BlobId> LostBlobs(const store::CatalogContents& contents) {
   std::set<store::BlobId> lost;
   for (const store::pb::AnimationRecord& animation : contents.animations) {

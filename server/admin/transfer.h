@@ -1,4 +1,4 @@
-// Everything that a store holds, on its way to another one (docs/formats.md, "Export").
+// Export and import of a whole store (docs/formats.md, "Export").
 #pragma once
 
 #include <cstdint>
@@ -19,12 +19,11 @@ struct TransferReport {
   int64_t num_jobs = 0;  // and parts; those that are not done are queued again
   int64_t num_copied = 0;
   int64_t copied_bytes = 0;
-  int64_t num_skipped = 0;  // blobs that were there already
+  int64_t num_skipped = 0;  // blobs that existed already
 };
 
-// The store may be in use: what is exported is what there was at one moment. Its blobs are verified
-// when they are read, and what is written is compared with their names. Called again, copies only
-// what is missing.
+// Exports a snapshot of the store, which may be in use. Blobs are verified when they are read, and
+// the written bytes are compared with their names. A repeated call copies only missing blobs.
 // Errors: kDataLoss if a blob or a record cannot be read, naming it (Check() tells more);
 // kFailedPrecondition if `directory` is a data directory; those of the stores.
 absl::StatusOr<TransferReport> ExportToDirectory(const store::Store& store,
@@ -34,16 +33,16 @@ absl::StatusOr<TransferReport> ExportToDirectory(const store::Store& store,
 absl::StatusOr<TransferReport> ExportToStream(const store::Store& store, std::ostream& out,
                                               Progress& progress);
 
-// Adds what was exported: first the blobs, except for those that are there and were committed
-// within kKept; then all records at once, or none. Called again after an error, goes on. Errors:
-// kAlreadyExists if a name is taken in the store, naming it; kDataLoss if the export is damaged or
-// not complete; kInvalidArgument if it is none, or of a version that is not known.
+// Imports an export: first the blobs, except for those that exist and were committed within kKept;
+// then all records or none. After an error a repeated call continues. Errors: kAlreadyExists if a
+// name is taken in the store, naming it; kDataLoss if the export is damaged or incomplete;
+// kInvalidArgument if it is not an export, or of an unknown version.
 inline constexpr absl::Duration kKept = absl::Hours(12);
 absl::StatusOr<TransferReport> ImportFromDirectory(const std::string& directory,
                                                    const store::Store& store,
                                                    const parallel::Arena& arena,
                                                    Progress& progress);
-// From an archive of such a directory, whatever the order of its files.
+// Imports from a tar archive of such a directory, in any order of its files.
 absl::StatusOr<TransferReport> ImportFromStream(std::istream& in, const store::Store& store,
                                                 Progress& progress);
 

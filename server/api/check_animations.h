@@ -1,4 +1,4 @@
-// Checks of the animations of a registration against each other and against what was asked.
+// Checks of the animations of a registration against each other and against the request.
 #pragma once
 
 #include "absl/status/status.h"
@@ -8,9 +8,9 @@ namespace liquidblend::server {
 
 // Whether the animations of `job` can be registered to one another: each has two frames or more and
 // some liquid, all have the source's frame rate and its direction that is up, and correspondences
-// lie within their times. One look into the catalog for each animation. Animations that are missing
-// or not ready are passed over: submitting the job refuses them. Errors: kInvalidArgument with the
-// fields of RegisterFamilyRequest; those of the catalog.
+// lie within their times. Cost: one query of the catalog for each animation. Animations that are
+// missing or not ready are skipped: submitting the job refuses them. Errors: kInvalidArgument with
+// the fields of RegisterFamilyRequest; those of the catalog.
 absl::Status CheckAnimations(store::Catalog& catalog, const store::pb::RegisterJob& job);
 
 }  // namespace liquidblend::server

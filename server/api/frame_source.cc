@@ -37,7 +37,7 @@ SharedLookOptions CountOptions() {
   return {.name = "the catalog", .kept = absl::Seconds(5), .limit = absl::Seconds(2)};
 }
 
-// Runs what tells of an answer; whatever it throws must not end the thread.
+// Runs the delivery of an answer, whose exceptions must not end the thread.
 template <typename Tell>
 void Deliver(const Tell& tell) {
   const absl::Status delivered = Guarded([&] {
@@ -73,7 +73,7 @@ absl::StatusOr<Counts> Count(Backends& backends) {
   const absl::StatusOr<std::vector<store::pb::WorkerRecord>> workers =
       jobs.ok() ? backends.catalog.ListWorkers() : jobs.status();
   if (!workers.ok()) {
-    base::LogWarning("metrics: the catalog's figures: " + workers.status().ToString());
+    base::LogWarning("metrics: cannot read the catalog: " + workers.status().ToString());
     return workers.status();
   }
   Counts counts = {.jobs = {{"queued", 0}, {"running", 0}},

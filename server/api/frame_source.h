@@ -1,5 +1,5 @@
-// What transports other than gRPC answer from: the same methods, checks and errors, with neither
-// gRPC nor HTTP.
+// Interface by which transports other than gRPC call the methods of the API, with the same checks
+// and errors. Knows neither gRPC nor HTTP.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace liquidblend::server {
 
 struct MadeFrame {
   v1::Frame frame;
-  std::string generation;  // what it was made from: frames of one query and generation are the same
+  std::string generation;  // of the family; frames of one query and generation are equal
 };
 
 struct FamilyVersion {
@@ -27,8 +27,7 @@ struct FamilyVersion {
 };
 
 // Nothing here blocks or computes on the caller's thread. A callback is called exactly once, on a
-// thread of a pool, or before the call returns (a frame that is kept, a refusal); it must not
-// block.
+// thread of a pool, or before the call returns (a cached frame, a refusal); it must not block.
 // Errors: those of the gRPC methods of the same name (handlers.h, get_frame.h).  Threads: safe.
 class FrameSource {
  public:
@@ -42,11 +41,11 @@ class FrameSource {
   virtual absl::Status Admit(const Credentials& credentials, const AccessRequest& access,
                              AccessGrant& grant) = 0;
 
-  //   client  who is charged for it
-  // Returns what ends the call with kCancelled unless it is over.
+  //   client  the account that is charged
+  // Returns a function that ends the call with kCancelled unless it is over.
   virtual Cancel GetFrame(v1::GetFrameRequest request, std::string client,
                           Done<MadeFrame> done) = 0;
-  // The version that is published; of another one than 0 that is in memory, that one.
+  // The published version; if `version` is not 0 and in memory, that one.
   virtual void FindVersion(const std::string& family, int64_t version,
                            Done<FamilyVersion> done) = 0;
   virtual void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) = 0;
@@ -56,11 +55,12 @@ class FrameSource {
   virtual std::shared_ptr<StreamSession> OpenStream(std::string client,
                                                     std::weak_ptr<StreamSession::Sink> sink) = 0;
 
-  // "ok", or why catalog or blobs cannot be reached. Whoever asks within a second hears the same;
-  // kUnavailable if they have not answered within 2 s. Takes no thread that calls need.
+  // Checks the stores: "ok", or why catalog or blobs cannot be reached. Calls within a second share
+  // one result; kUnavailable if the stores have not answered within 2 s. Uses no thread that other
+  // calls need.
   virtual void CheckStores(Done<std::string> done) = 0;
-  // Metrics in Prometheus' text format; without jobs if the catalog does not answer within 2 s.
-  // The catalog is asked every 5 seconds at most. Takes no thread that calls need.
+  // Metrics in Prometheus' text format; without jobs if the catalog does not answer within 2 s. The
+  // catalog is asked at most every 5 seconds. Uses no thread that other calls need.
   virtual void GetMetricsText(Done<std::string> done) = 0;
   virtual metrics::Metrics& metrics() = 0;
   virtual CallLog& call_log() = 0;

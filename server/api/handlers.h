@@ -1,7 +1,7 @@
-// The methods with one request and one reply, each in the file of its name or its resource's. They
-// may block, so they run on a WorkPool; they know no gRPC.
+// Handlers of the methods with one request and one reply, each in the file of its name or its
+// resource's. They may block, so they run on a WorkPool; they know no gRPC.
 //
-// Errors: kInvalidArgument with the fields at fault (a name or token that is none, options out of
+// Errors: kInvalidArgument with the fields at fault (an invalid name or token, options out of
 // range), and those of the catalog: kNotFound, kAlreadyExists, kFailedPrecondition, kUnavailable...
 // Threads: safe.
 #pragma once
@@ -23,7 +23,7 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
                                               const v1::RegisterFamilyRequest& request,
                                               const Principal& principal = {});
 
-// presign.cc; kUnimplemented where no urls are given. What the principal may store is looked at.
+// presign.cc; kUnimplemented where no urls are given. Checks the principal's limits of storage.
 absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
                                                         const v1::PresignUploadRequest& request,
                                                         const Principal& principal = {});

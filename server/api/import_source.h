@@ -1,7 +1,8 @@
-// Animations in directories of this machine that the operator has named. Knows no gRPC.
+// Import sources: animations in directories of this machine that the operator has named. Knows no
+// gRPC.
 //
-// Below a root, no symbolic link is followed, and what is opened is opened name by name from the
-// directory above it, so that nothing outside is reached whatever changes on the disk meanwhile.
+// Below a root, no symbolic link is followed, and paths are opened name by name from the directory
+// above, so that nothing outside is reached, even if the disk changes meanwhile.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +18,15 @@
 
 namespace liquidblend::server {
 
-// Names that clients use -> directories, which they never hear of.
+// Names for clients -> directories, which clients never see.
 using ImportRoots = std::map<std::string, std::string>;
 
-// NAME=DIR each; a name looks like a resource's id.
+// Parses NAME=DIR arguments; a name has the form of a resource's id.
 // Errors: kInvalidArgument, kNotFound if there is no such directory.
 absl::StatusOr<ImportRoots> ParseImportRoots(const std::vector<std::string>& arguments);
 
-// The frames in one directory and what describes them (ListAnimationFiles() of the client has the
-// same list), as the messages of an upload, sorted by name.  Threads: one at a time.
+// The frames and descriptions in one directory (the same list as the client's
+// ListAnimationFiles()), as the messages of an upload, sorted by name.  Threads: one at a time.
 class ImportSource {
  public:
   // location: NAME or NAME/path; at most `max_files` files are listed, of frames those whose names
@@ -37,9 +38,9 @@ class ImportSource {
   static absl::StatusOr<ImportSource> Open(const ImportRoots& roots, const std::string& location,
                                            int max_files, const std::string& pattern = "");
 
-  // Puts the next message into `message`; false: there is none.
-  // Errors: as above, and kFailedPrecondition for what is no regular file (NOT_A_FILE: also a
-  // symbolic link) or changes meanwhile (FILE_CHANGED).
+  // Puts the next message into `message`; false at the end.
+  // Errors: as above, and kFailedPrecondition for a path that is not a regular file (NOT_A_FILE:
+  // also a symbolic link) or changes meanwhile (FILE_CHANGED).
   absl::StatusOr<bool> Next(v1::UploadAnimationRequest& message);
 
  private:

@@ -9,9 +9,9 @@
 
 namespace liquidblend::server {
 
-// The version to go on from; fills in source, targets and points in parameter space where the
-// request leaves them out. Errors: kNotFound; kFailedPrecondition if no version of the family is
-// finished; kInvalidArgument if the request names other animations, with both.
+// The version to refine; fills in source, targets and points in parameter space where the request
+// leaves them out. Errors: kNotFound; kFailedPrecondition if no version of the family is finished;
+// kInvalidArgument if the request names other animations, with both.
 // Requires: family_id is an id, source and targets are names.
 absl::StatusOr<int64_t> CompleteRefinement(store::Catalog& catalog,
                                            v1::RegisterFamilyRequest& request);

@@ -1,4 +1,4 @@
-// Operations as this server shows them.
+// Operations as seen by clients of this server.
 #pragma once
 
 #include <memory>
@@ -13,9 +13,9 @@
 
 namespace liquidblend::server {
 
-// ToOperation() of a job. A registration is not done, but in the stage "loading", while calls for
-// its family's latest version would get an older one than it has published from this server's
-// memory. So a client that has heard that it is done gets at least that version.
+// ToOperation() of a job. A registration is shown as running, in the stage "loading", while this
+// server's memory has an older version of its family than it has published. So a client that has
+// seen it done gets at least that version.
 // Errors: ToOperation()'s.  Threads: safe; does not wait for the load.
 absl::StatusOr<google::longrunning::Operation> ToServedOperation(Backends& backends,
                                                                  const store::v1::JobRecord& job,
@@ -23,7 +23,7 @@ absl::StatusOr<google::longrunning::Operation> ToServedOperation(Backends& backe
 absl::StatusOr<google::longrunning::Operation> ToServedOperation(Backends& backends,
                                                                  const store::v1::JobRecord& job);
 
-// The look at an operation that all who watch it share.  Threads: safe.
+// The look at an operation that all its watchers share.  Threads: safe.
 std::shared_ptr<OperationLook> WatchedOperation(Backends& backends, const std::string& name);
 
 }  // namespace liquidblend::server

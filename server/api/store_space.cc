@@ -11,7 +11,7 @@ namespace liquidblend::server {
 
 namespace {
 
-// Of the disk, after the store has let go of copies if too little was free.
+// Space of the disk, after the removal of cached copies if too little was free.
 absl::StatusOr<base::DiskSpace> SpaceFor(store::BlobStore& blobs, const std::string& path,
                                          int64_t wanted_bytes) {
   absl::StatusOr<base::DiskSpace> disk = base::ReadDiskSpace(path);

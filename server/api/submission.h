@@ -1,4 +1,4 @@
-// What every submission of work has: whose it is, and how urgent.
+// Owner and priority of submitted jobs.
 #pragma once
 
 #include <string>
@@ -11,10 +11,10 @@ namespace liquidblend::server {
 
 inline constexpr int kMaxPriority = 100;  // and -kMaxPriority is the least
 
-// `field`: what the request calls it.
+// `field`: the name of the request's field.
 void CheckPriority(const std::string& field, int priority, FieldViolations& violations);
 
-// Notes in the job who asks for it.
+// Sets the job's owner.
 void SetOwner(const Principal& principal, store::v1::JobRecord& job);
 
 }  // namespace liquidblend::server

@@ -336,8 +336,8 @@ void Upload::DeleteFiles() {
     if (base::Since(begin) > kDeletePatience) return;
     const absl::Status deleted = stores_.blobs.Delete(blob);
     if (deleted.ok()) continue;
-    return base::LogWarning(
-        absl::StrCat("files of an upload are left to be collected: ", deleted.ToString()));
+    return base::LogWarning(absl::StrCat(
+        "cannot delete the files of an upload, they will be collected: ", deleted.ToString()));
   }
 }
 

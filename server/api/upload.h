@@ -1,5 +1,5 @@
-// The files of one animation on their way in: checks what a client sends, message by message, and
-// streams it into blobs. Knows no gRPC.
+// Upload of the files of one animation: checks the client's messages and streams them into blobs.
+// Knows no gRPC.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,17 @@
 
 namespace liquidblend::server {
 
-// The server's limits, and those of whoever uploads.
+// The server's limits, combined with those of the principal.
 Limits LimitsOf(const Limits& limits, const Principal& principal);
 
-// kResourceExhausted (UPLOAD_TOO_LARGE); `file`: the one that is too much, or empty.
+// kResourceExhausted (UPLOAD_TOO_LARGE); `file`: the file that exceeds the limit, or empty.
 absl::Status UploadTooLarge(const Limits& limits, const std::string& file);
 
-// Only spares clients a useless upload: Catalog::SubmitImport() decides.  Errors: kAlreadyExists.
+// Early check, to spare clients a useless upload; Catalog::SubmitImport() decides.  Errors:
+// kAlreadyExists.
 absl::Status CheckIsFree(store::Catalog& catalog, const std::string& animation_id);
 
-// Where uploads go; all outlive them.
+// Stores of uploads, which all outlive them.
 struct UploadStores {
   store::Catalog& catalog;
   store::BlobStore& blobs;
@@ -38,11 +39,11 @@ struct UploadStores {
 };
 
 // Nothing is visible before Submit(). The destructor deletes the files of an upload that was not
-// accepted, which may wait for the store; files that a client has sent directly, and what cannot be
-// deleted within some seconds, stay until they are collected.  Threads: one at a time.
+// accepted, which may wait for the store; files that a client has sent directly, and files that
+// cannot be deleted within some seconds, stay until they are collected.  Threads: one at a time.
 class Upload {
  public:
-  // header_field: what the fields of the header are called by whoever sent it.
+  // header_field: name of the header in the caller's request, for violations.
   Upload(const UploadStores& stores, const Limits& limits, const Principal& principal = {},
          std::string header_field = "header.");
   ~Upload();
@@ -51,16 +52,16 @@ class Upload {
 
   // Takes the next message: the header first, then each file followed by its chunks.
   // Errors: kInvalidArgument with the field at fault, kResourceExhausted (limits, disk full),
-  // kAlreadyExists (early, unless the header has a request_id). What its owner and all owners may
-  // have, and room on the disk, are looked at when the upload begins, at each file and when it is
+  // kAlreadyExists (early, unless the header has a request_id). The limits of its owner and of all
+  // owners, and the disk's space, are checked when the upload begins, at each file and when it is
   // submitted.
   absl::Status Add(const v1::UploadAnimationRequest& message);
 
   // Whether the header says how many files follow.
   bool knows_num_files() const { return num_files_ > 0; }
 
-  // After the last message. Errors: kInvalidArgument if a file is incomplete, there is none, or
-  // their number is not the header's; those of Catalog::SubmitImport.
+  // To be called after the last message. Errors: kInvalidArgument if a file is incomplete, there is
+  // none, or their number is not the header's; those of Catalog::SubmitImport.
   absl::StatusOr<store::pb::JobRecord> Submit();
 
  private:
@@ -87,8 +88,8 @@ class Upload {
   std::optional<store::OwnerUse> use_;  // what the owner had at the beginning, if it is limited
   int64_t stored_bytes_ = 0;            // of all owners, at the beginning, if that is limited
   std::set<std::string> file_names_;
-  int num_files_ = 0;                          // that the header promises; 0: not said
-  std::vector<store::BlobId> to_delete_;       // what was stored and nobody has accepted
+  int num_files_ = 0;                          // of the header; 0: not given
+  std::vector<store::BlobId> to_delete_;       // stored, not accepted yet
   int64_t declared_bytes_ = 0;                 // of all files so far
   int64_t reserved_bytes_ = 0;                 // of them, in the tally and not promised
   int64_t unwritten_bytes_ = 0;                // of them, in the tally and not on the disk yet

@@ -12,8 +12,8 @@
 
 namespace liquidblend::server {
 
-// kPermissionDenied that says nothing of the request (no google.rpc details) is that of a store
-// which refuses the server, not the client: kUnavailable.
+// Turns kPermissionDenied without google.rpc details, by which a store refuses the server and not
+// the client, into kUnavailable.
 inline absl::Status FromServer(absl::Status status) {
   const bool is_of_request =
       status.GetPayload(kErrorInfoUrl).has_value() || status.GetPayload(kBadRequestUrl).has_value();
@@ -26,7 +26,7 @@ absl::StatusOr<Value> FromServer(absl::StatusOr<Value> result) {
   return FromServer(result.status());
 }
 
-// FromServer(work()), which returns absl::Status or absl::StatusOr; what it throws becomes
+// Returns FromServer(work()), an absl::Status or absl::StatusOr; exceptions become
 // kResourceExhausted (out of memory) or kInternal.
 template <typename Work>
 auto Guarded(Work&& work) -> decltype(work()) {
@@ -39,8 +39,8 @@ auto Guarded(Work&& work) -> decltype(work()) {
   }
 }
 
-// Runs work() on behalf of a thread that must go on whatever happens: exceptions are logged under
-// `name`. The last line of defence: a call whose work ends here is not answered.
+// Runs work() on a thread that must survive: exceptions are logged under `name`. This is the last
+// resort, since a call whose work ends here is not answered.
 template <typename Work>
 void RunGuarded(const char* name, Work&& work) noexcept {
   try {

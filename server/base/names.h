@@ -16,7 +16,7 @@ absl::StatusOr<std::string> AnimationId(absl::string_view field, absl::string_vi
 absl::StatusOr<std::string> FamilyId(absl::string_view field, absl::string_view name);
 absl::StatusOr<std::string> OperationId(absl::string_view field, absl::string_view name);
 
-// The name of an id, or of what is a name already.
+// The name of an id; a name stays as it is.
 std::string AnimationName(absl::string_view id);
 std::string FamilyName(absl::string_view id);
 std::string OperationName(absl::string_view id);

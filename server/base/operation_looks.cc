@@ -8,7 +8,7 @@
 namespace liquidblend::server {
 namespace {
 
-// As long as a catalog may take that is being replaced.
+// Long enough for a catalog that is being replaced.
 constexpr absl::Duration kLookLimit = absl::Minutes(1);
 
 absl::StatusOr<SeenOperationPtr> Look(const OperationLooks::Read& read) {

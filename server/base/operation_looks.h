@@ -1,5 +1,4 @@
-// Looks at operations for all who watch them or wait for them: one look answers everybody who asks
-// about the same operation.
+// Shared looks at operations: one look at an operation answers all its watchers.
 #pragma once
 
 #include <functional>
@@ -19,7 +18,7 @@ namespace liquidblend::server {
 
 struct SeenOperation {
   google::longrunning::Operation operation;
-  std::string bytes;  // of it, to tell whether it has changed
+  std::string bytes;  // of the operation, for comparison
 };
 using SeenOperationPtr = std::shared_ptr<const SeenOperation>;
 using OperationLook = SharedLook<SeenOperationPtr>;
@@ -28,24 +27,24 @@ using OperationLook = SharedLook<SeenOperationPtr>;
 class OperationLooks {
  public:
   //   lookers, timers  as of SharedLook; both outlive it
-  //   interval         > 0; an answer is given again for so long
-  // It outlives what Of() returns.
+  //   interval         > 0; how long an answer is given again
+  // It must outlive the results of Of().
   OperationLooks(WorkPool& lookers, WorkPool& timers, absl::Duration interval)
       : lookers_(lookers), timers_(timers), interval_(interval) {}
   OperationLooks(const OperationLooks&) = delete;
   OperationLooks& operator=(const OperationLooks&) = delete;
 
-  // The look at the operation of this name; one for all who hold it at the same time.
+  // The look at the operation of this name, shared by all concurrent holders.
   //   read  reads that operation; the first caller's is used
   using Read = std::function<absl::StatusOr<google::longrunning::Operation>()>;
   std::shared_ptr<OperationLook> Of(const std::string& name, Read read);
 
-  // How long to wait before the next look: the interval, and so much more while many operations are
-  // watched that the catalog is asked for kMaxPerInterval an interval.
+  // The wait before the next look: the interval, prolonged while many operations are watched, so
+  // that the catalog is asked for at most kMaxPerInterval per interval.
   absl::Duration Interval() const;
   static constexpr int kMaxPerInterval = 50;
 
-  int num_looks() const;  // operations that somebody watches
+  int num_looks() const;  // operations that are watched
 
  private:
   void Forget(const std::string& name);

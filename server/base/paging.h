@@ -8,7 +8,7 @@ namespace liquidblend::server {
 // Errors: kInvalidArgument with a violation of page_size if it is negative.
 absl::Status CheckPageSize(int page_size);
 
-// What a catalog says about a list: an argument that it refuses can only be the page token.
+// Converts the catalog's error of a list: an invalid argument there can only be the page token.
 absl::Status FromList(const absl::Status& status);
 
 }  // namespace liquidblend::server

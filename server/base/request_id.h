@@ -1,4 +1,4 @@
-// What the log and the answers call a request.
+// Request ids, which identify requests in the log and in answers.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 namespace liquidblend::server {
 
 inline constexpr char kRequestIdHeader[] = "x-request-id";
-// Of the request ids in messages, which make a repeated request safe.
+// Limit of the request ids in messages, which make repeated requests safe.
 inline constexpr size_t kMaxRequestIdLength = 128;
 
 // The value of the client's header, if it is up to 64 of [A-Za-z0-9._:-]; otherwise 16 random

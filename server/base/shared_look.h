@@ -1,4 +1,4 @@
-// A slow question to a store that many may ask at once: one look answers all of them.
+// Shared look: a slow query of a store whose answer is shared by concurrent callers.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,9 @@
 namespace liquidblend::server {
 
 struct SharedLookOptions {
-  std::string name;      // for messages: who has not answered
-  absl::Duration kept;   // >= 0; how long an answer is given again
-  absl::Duration limit;  // > 0; nobody waits longer, however long the look takes
+  std::string name;      // of the store, for messages
+  absl::Duration kept;   // >= 0; how long an answer is reused
+  absl::Duration limit;  // > 0; of a caller's wait
 };
 
 // Owned by a shared_ptr.  Threads: safe.
@@ -34,7 +34,7 @@ class SharedLook : public std::enable_shared_from_this<SharedLook<Answer>> {
   using Look = std::function<absl::StatusOr<Answer>()>;
   using Done = absl::AnyInvocable<void(const absl::StatusOr<Answer>&)>;
 
-  //   lookers  has a thread for this look: one at a time is under way
+  //   lookers  has a thread for this look; one look runs at a time
   //   timers   ends waiting in time; its threads never block
   // Both outlive this.
   SharedLook(WorkPool& lookers, WorkPool& timers, Look look, SharedLookOptions options)
@@ -76,7 +76,7 @@ class SharedLook : public std::enable_shared_from_this<SharedLook<Answer>> {
     Finish(number, begun, /*is_overdue=*/false);
   }
 
-  // The look goes on: until it ends, this is what everybody hears.
+  // Answers all callers with an error; later callers, too, until the look ends.
   void GiveUp(int64_t number) {
     Finish(number,
            absl::UnavailableError(absl::StrCat(options_.name, " has not answered within ",

@@ -1,4 +1,4 @@
-// A fixed number of threads on which calls do their work, so that no gRPC thread ever blocks.
+// Thread pool for the work of calls, so that no gRPC thread ever blocks.
 #pragma once
 
 #include <chrono>
@@ -19,12 +19,12 @@
 
 namespace liquidblend::server {
 
-// On the clock of all deadlines (the machine's steady clock).
+// The time on the clock of all deadlines, the machine's steady clock.
 absl::Duration SteadyNow();
 
-// Runs tasks in the order they were posted, and later ones when their time has come.
-// A task that throws is logged and dropped; whoever waits for its result must be told by the task
-// itself, see Guarded().
+// Runs tasks in the order they were posted, and later ones when their time has come. A task that
+// throws is logged and dropped. A task with a waiting caller must catch exceptions itself, see
+// Guarded().
 // Threads: safe.
 class WorkPool {
  public:
@@ -42,8 +42,8 @@ class WorkPool {
   // Takes on new work. Errors, and the task is dropped: kResourceExhausted if too many wait
   // already, kUnavailable if the pool has stopped.
   absl::Status Post(Task task);
-  // Goes on with accepted work, never refused for its number, at once or after a while. False, and
-  // the task is dropped, if the pool has stopped.
+  // Posts a task of accepted work, at once or after a delay, without a limit. False, and the task
+  // is dropped, if the pool has stopped.
   bool PostMore(Task task);
   bool PostAfter(absl::Duration delay, Task task);
 
@@ -58,7 +58,7 @@ class WorkPool {
   int64_t num_waiting() const;  // tasks whose time has come and that no thread has taken yet
   int64_t num_timers() const;   // tasks whose time has not come
 
-  // Runs what was posted, drops what was to come later, and ends the threads. Idempotent.
+  // Runs posted tasks, drops timers, and ends the threads. Idempotent.
   void Stop();
 
  private:

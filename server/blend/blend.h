@@ -1,5 +1,5 @@
-// Blend weights -> positions of a registered family's vertices (paper, equation 8), only where
-// somebody looks.
+// Blend weights -> positions of a registered family's vertices (paper, equation 8), for requested
+// vertices only.
 #pragma once
 
 #include <cstdint>

@@ -142,7 +142,7 @@ void Families::Refresh(Executor executor) {
   DropMinVersions(*versions);
 }
 
-// Those of families that were deleted, or whose store was restored from a backup.
+// Removes the entries of families that were deleted, or whose store was restored from a backup.
 void Families::DropMinVersions(const std::map<std::string, int64_t>& versions) {
   absl::MutexLock lock(&mutex_);
   std::erase_if(min_versions_, [&](const auto& entry) {
@@ -179,9 +179,9 @@ void Families::NoteRefresh(const absl::Status& status) {
   absl::MutexLock lock(&mutex_);
   if (std::exchange(is_catalog_away_, !status.ok()) != status.ok()) return;
   if (status.ok()) {
-    base::LogInfo("families in memory follow the catalog again");
+    base::LogInfo("the catalog answers again: families in memory are refreshed");
   } else {
-    base::LogError("families in memory are served as they are, whatever becomes of them: " +
+    base::LogError("cannot refresh families in memory, they are served unchanged: " +
                    status.ToString());
   }
 }
@@ -191,7 +191,7 @@ bool Families::IsEmpty() const {
   return slots_.empty() && min_versions_.empty();
 }
 
-// Those whose version is another one than the one served, or that were deleted.
+// Slots whose version differs from the served one, or whose family was deleted.
 std::vector<std::string> Families::ChangedSlots(
     const std::map<std::string, int64_t>& versions) const {
   std::vector<std::string> ids;
@@ -213,7 +213,7 @@ void Families::Find(const std::string& id, AskedVersion asked, Wish wish, Execut
   ForgetNamesake(wanted->record);
   Choice choice;
   Dropped dropped;
-  // Those who wait must hear of it, too, if something throws (std::bad_alloc).
+  // Waiting calls must get an answer even if an exception is thrown (std::bad_alloc).
   absl::Cleanup drop = [&] {
     if (choice.start == nullptr) return;
     Finish(choice.start,
@@ -271,7 +271,7 @@ void Families::ForgetNamesake(const store::pb::FamilyRecord& record) {
   Forget(record.id());
 }
 
-// What is served goes on until its successor is ready.
+// The served version stays until its successor is loaded.
 Families::Choice Families::Choose(const Wanted& wanted, AskedVersion asked, Wish wish) {
   Choice choice;
   const store::pb::FamilyRecord& record = wanted.record;
@@ -329,7 +329,7 @@ Families::Choice Families::ChooseCurrent(const LoadPtr& current, AskedVersion as
 }
 
 void Families::Run(const LoadPtr& load) {
-  // Those who wait must hear of it too if loading throws (std::bad_alloc).
+  // Waiting calls must get an answer even if loading throws (std::bad_alloc).
   absl::StatusOr<FamilyPtr> result = absl::ResourceExhaustedError(
       absl::StrCat("family ", load->record.id(), ": loading broke off"));
   const absl::Cleanup finish = [&] { Finish(load, result); };

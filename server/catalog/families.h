@@ -1,5 +1,5 @@
-// The families that the server has in memory: loaded when first asked for, replaced by a newer
-// version once that is ready to be served, let go when memory is short.
+// Families in the server's memory: loaded when first requested, replaced by a newer version once it
+// is loaded, removed when memory is short.
 #pragma once
 
 #include <cstdint>
@@ -29,15 +29,15 @@ struct AskedVersion {
       : exact(exact_version), at_least(oldest) {}
   bool Allows(int64_t version) const { return exact != 0 ? version == exact : version >= at_least; }
   int64_t exact = 0;     // 0: the latest
-  int64_t at_least = 0;  // if that is asked for; 0: any
+  int64_t at_least = 0;  // oldest acceptable one; 0: any
 };
 
 struct FamiliesOptions {
-  // >= 0. Beyond it, Refresh() and whatever looks into the catalog let go of those that nobody
-  // holds, the least recently used first.
+  // >= 0. Beyond it, Refresh() and calls that ask the catalog remove families that are not held,
+  // the least recently used first.
   int64_t memory_budget_bytes = int64_t{8} << 30;
-  // >= 0. For so long a version whose load failed for want of a store or of memory counts as being
-  // loaded still.
+  // >= 0. How long a version whose load failed because of a store or of memory still counts as
+  // loading.
   absl::Duration transient_failure_patience = absl::Minutes(1);
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
@@ -62,34 +62,33 @@ class Families {
   // call.
   absl::StatusOr<FamilyPtr> Get(const std::string& id, int64_t version = 0);
 
-  // The same for those who must not wait: while a newer version is being loaded, `done` gets the
-  // one before at once, if it is in memory and `asked` allows it. Loads run on `executor`,
-  // and so may `done`, else it runs before this returns. A newer version whose load failed is
-  // logged, and not tried again within kRetryPause unless `asked` allows no other.
+  // The same without waiting: while a newer version is being loaded, `done` gets the one before at
+  // once, if it is in memory and `asked` allows it. Loads run on `executor`, and so may `done`,
+  // else it runs before this returns. A newer version whose load failed is logged, and not tried
+  // again within kRetryPause unless `asked` allows no other.
   // Errors, beside Get()'s: kNotFound if the published version is older than `asked` allows.
   void GetReady(const std::string& id, AskedVersion asked, Executor executor, Done done);
   static constexpr absl::Duration kRetryPause = absl::Seconds(5);
 
-  // What is in memory, if `asked` allows it: as new as Refresh() and calls that asked the
-  // catalog have made it, whether or not the catalog can be asked now. Null: GetReady() tells.
+  // The version in memory, if `asked` allows it, without asking the catalog: it is as new as
+  // Refresh() and earlier calls have made it. Null: call GetReady().
   // Cost: a look-up by name.
   FamilyPtr Peek(const std::string& id, AskedVersion asked);
 
-  // Whether GetReady() or Peek() would give, now or once a load under way is done, a version older
-  // than this one for the latest. Starts to load the newer one then. False if the family is not in
+  // Whether the latest version from GetReady() or Peek() would be older than `version`, now or
+  // after the running load. Starts to load the newer one then. False if the family is not in
   // memory, since the catalog is asked then, and after a load that failed: at once if its file is
-  // damaged, after transient_failure_patience if a store or memory was wanting.
+  // damaged, after transient_failure_patience if a store or memory was the cause.
   bool IsBehind(const std::string& id, int64_t version, Executor executor);
 
-  // Starts to load newer versions of the families in memory, forgets those that were deleted, and
-  // keeps to the budget.
-  // While the catalog cannot be asked they stay as they are, which is logged once.
+  // Starts to load newer versions of the families in memory, removes deleted ones, and keeps to the
+  // budget. While the catalog cannot be asked they stay unchanged, which is logged once.
   // Cost: one query of the catalog, however many there are; none while nothing is in memory and no
   // family was rolled back here.
   void Refresh(Executor executor);
 
-  // Lets go of a family, deleted or rolled back by the caller say, before Refresh() hears of it.
-  // Calls that have already read a record older than min_version keep that version to themselves.
+  // Removes a family at once, for instance after the caller has deleted it or rolled it back.
+  // Versions older than min_version that running calls load are not kept in memory.
   void Forget(const std::string& id, int64_t min_version = 0);
 
   int64_t size_bytes() const;                         // of all families held here
@@ -109,13 +108,13 @@ class Families {
     store::pb::FamilyRecord record;  // of a newer version if this one was replaced meanwhile
     bool is_done = false;            // then `loaded` is set, unless it failed
     FamilyPtr loaded;
-    // Failed: not before.
+    // Earliest time of a new attempt after a failure.
     base::SteadyClock::time_point retry_at = base::SteadyClock::time_point::max();
     std::vector<Waiter> waiting;
   };
   using LoadPtr = std::shared_ptr<Load>;
 
-  // What a call wants: the published version, or one that is kept beside it.
+  // The version of a call: the published one, or one that is kept beside it.
   struct Wanted {
     std::string slot;  // its key: the family's id, or "id@version" of a kept one
     store::pb::FamilyRecord record;
@@ -125,12 +124,12 @@ class Families {
     LoadPtr current;  // served; or nothing yet
     LoadPtr next;     // a newer version, being loaded or failed; or nothing
     int64_t last_use = 0;
-    int64_t failed_version = 0;  // whose load failed last; 0: none
+    int64_t failed_version = 0;  // of the last failed load; 0: none
     absl::Status failure;
     base::SteadyClock::time_point failed_since;  // for the first time
   };
 
-  // How a call goes on: with `ready` or `error`, else when `wait` is done.
+  // Next step of a call: `ready` or `error`, or else to wait for `wait`.
   struct Choice {
     absl::Status error;
     FamilyPtr ready;
@@ -141,7 +140,7 @@ class Families {
   void Find(const std::string& id, AskedVersion asked, Wish wish, Executor executor, Done done);
   absl::StatusOr<store::pb::FamilyRecord> FindPublished(const std::string& id);
   absl::StatusOr<Wanted> FindWanted(const std::string& id, AskedVersion asked);
-  // What the load's slot holds according to the catalog now.
+  // The record of the load's slot in the catalog now.
   absl::StatusOr<store::pb::FamilyRecord> LookAgain(const Load& load);
   void ForgetNamesake(const store::pb::FamilyRecord& record);
   FamilyPtr PeekSlot(const std::string& slot, AskedVersion asked)
@@ -153,7 +152,7 @@ class Families {
   void Run(const LoadPtr& load);
   absl::StatusOr<FamilyPtr> LoadPublished(const LoadPtr& load);
   void Finish(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result);
-  // What is let go of, to be destroyed without the lock: unmapping takes a while.
+  // Removed families, to be destroyed without the lock, as unmapping takes a while.
   using Dropped = std::vector<FamilyPtr>;
   void Settle(const LoadPtr& load, const absl::StatusOr<FamilyPtr>& result, Dropped& dropped)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -173,10 +172,10 @@ class Families {
   const FamiliesOptions options_;
   mutable absl::Mutex mutex_;
   std::map<std::string, Slot> slots_ ABSL_GUARDED_BY(mutex_);
-  // Of families that were rolled back here: older ones are not served from memory any more.
+  // Of families that were rolled back here: older versions are not served from memory any more.
   std::map<std::string, int64_t> min_versions_ ABSL_GUARDED_BY(mutex_);
   int64_t num_uses_ ABSL_GUARDED_BY(mutex_) = 0;
-  bool is_catalog_away_ ABSL_GUARDED_BY(mutex_) = false;  // when Refresh() asked last
+  bool is_catalog_away_ ABSL_GUARDED_BY(mutex_) = false;  // at the last Refresh()
 };
 
 }  // namespace liquidblend::catalog

@@ -1,4 +1,4 @@
-// One version of a family in memory, with all that frames are made from.
+// Loaded family: one version of a family in memory, with the indices for making frames.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@
 
 namespace liquidblend::catalog {
 
-// What frames of one level of detail are made from.  Threads: safe, immutable.
+// One level of detail with its indices.  Threads: safe, immutable.
 struct LoadedLevel {
   explicit LoadedLevel(const mesh::RegisteredFamily& level)
       : family(level), index(level), time_links(level) {}
@@ -28,7 +28,7 @@ struct LoadedLevel {
   const finish::TimeLinks time_links;
 };
 
-// One version of a family with all that frames are made from.  Threads: safe, immutable.
+// One version of a family, its levels and its file.  Threads: safe, immutable.
 struct LoadedFamily {
   using ParameterSpace = std::optional<const parameters::Triangulation>;
   //   triangulated  of registered.parameter_space, or nothing if that is empty
@@ -42,15 +42,15 @@ struct LoadedFamily {
   // kDataLoss once a part of the file could not be read: frames made since then are not to be sent.
   absl::Status CheckFile() const;
   int64_t size_bytes = 0;  // mapped file, indices and links
-  // Id, version and content: families that have it in common give the same frames.
+  // Id, version and content: families with equal generations give the same frames.
   std::string generation;
 };
 using FamilyPtr = std::shared_ptr<const LoadedFamily>;
 
-// The generation of what a record publishes.
+// The generation of a record's family.
 std::string GenerationOf(const store::pb::FamilyRecord& record);
 
-// Errors: kDataLoss if the blob is not there or no family file; the blob store's. Messages begin
+// Errors: kDataLoss if the blob is missing or not a family file; the blob store's. Messages begin
 // with the family's name.
 absl::StatusOr<FamilyPtr> LoadFamily(const store::pb::FamilyRecord& record,
                                      store::BlobStore& blobs);

@@ -1,4 +1,4 @@
-// Numbers as a Draco bitstream holds them (Draco bitstream specification 2.2, "Conventions").
+// Encoding of numbers in a Draco bitstream (Draco bitstream specification 2.2, "Conventions").
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace liquidblend::encode {
 
 inline void PutByte(uint8_t byte, std::string& out) { out.push_back(static_cast<char>(byte)); }
 
-// As it lies in memory: little-endian.
+// Appends a value as in memory: little-endian.
 template <typename Value>
 void PutValue(const Value& value, std::string& out) {
   char bytes[sizeof(Value)];
@@ -17,7 +17,7 @@ void PutValue(const Value& value, std::string& out) {
   out.append(bytes, sizeof(Value));
 }
 
-// Seven bits a byte, the lowest first; all bytes but the last have their highest bit set.
+// Appends seven bits a byte, the lowest first; all bytes but the last have their highest bit set.
 inline void PutVarint(uint64_t value, std::string& out) {
   for (; value >= 0x80; value >>= 7) PutByte(static_cast<uint8_t>(value | 0x80), out);
   PutByte(static_cast<uint8_t>(value), out);

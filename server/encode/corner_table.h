@@ -1,5 +1,5 @@
-// Which triangle lies across each edge of a closed surface: a corner table (Rossignac, Safonova,
-// Szymczak, "3D compression made simple: Edgebreaker on a corner table", 2001).
+// Corner table of a closed surface: the neighbours of each triangle across its edges (Rossignac,
+// Safonova, Szymczak, "3D compression made simple: Edgebreaker on a corner table", 2001).
 #pragma once
 
 #include <array>
@@ -15,15 +15,16 @@ namespace liquidblend::encode {
 class CornerTable {
  public:
   static int32_t TriangleOf(int32_t corner) { return corner >> 2; }
-  // Without branches: which of the three a corner is cannot be foretold.
+  // Without branches, as they could not be predicted.
   static int32_t Next(int32_t corner) { return corner + 1 - 3 * ((corner >> 1) & 1); }
   static int32_t Previous(int32_t corner) { return corner + 2 - 3 * (((corner & 3) + 3) >> 2); }
 
-  // Triangles that name a vertex twice are left out, the others keep their order. Of four triangles
-  // or more at an edge two each become neighbours; a vertex with several fans of triangles becomes
-  // several. Returns false, with nothing to be read, if the surface is not closed and oriented (an
-  // edge is run through more often in one direction than in the other) or has 2^28 triangles.
-  //   helpers  threads that may take a part; the same result with any number of them, or with none
+  // Triangles that name a vertex twice are left out, the others keep their order. At a non-manifold
+  // edge, of four triangles or more, two each become neighbours; a vertex with several fans of
+  // triangles becomes several. Returns false, with nothing to be read, if the surface is not closed
+  // and oriented (an edge is run through more often in one direction than in the other) or has 2^28
+  // triangles.
+  //   helpers  idle threads that may help, or null; the result does not depend on them
   // Requires: mesh passed Validate() and stays while the table is used.  Cost: O(triangles) for
   // bounded valences.
   bool Build(const mesh::TriangleMesh& mesh, parallel::Helpers* helpers = nullptr);
@@ -55,14 +56,14 @@ class CornerTable {
 
  private:
   static constexpr int32_t kPerBlock = 8;
-  // Some of a vertex's triangles, a cache line: of each the vertex before it and the corner after
-  // it.
+  // Some of a vertex's triangles in a cache line: for each the vertex before it and the corner
+  // after it.
   struct alignas(64) Block {
     std::array<uint32_t, kPerBlock> vertices;
     std::array<int32_t, kPerBlock> corners;
   };
 
-  // What some vertices are linked with, one after the other.
+  // Scratch for linking the triangles around vertices, one vertex after the other.
   struct Linker {
     int32_t num_used_vertices = 0;
     bool is_closed = true;
@@ -72,7 +73,7 @@ class CornerTable {
     std::vector<uint64_t> edges_out, edges_in;
   };
 
-  // Of a corner's numbers: three for each triangle.
+  // Place of a corner's numbers in arrays with three for each triangle.
   static int32_t Place(int32_t corner) { return corner - TriangleOf(corner); }
 
   void Reset(const mesh::TriangleMesh& mesh);
@@ -98,8 +99,8 @@ class CornerTable {
   int32_t num_used_vertices_ = 0;
 
   std::vector<Block> blocks_;  // one per vertex of the mesh, then further ones
-  // Per block; of a vertex's first one its last one, of the last one the one before it and so on,
-  // to the second one, whose is not set.
+  // Links between the blocks of a vertex: from its first block to its last one, from there to the
+  // one before and so on. The second block's link is not set.
   std::vector<int32_t> block_links_;
   int32_t num_blocks_ = 0;
   std::vector<Linker> linkers_;

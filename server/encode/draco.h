@@ -12,7 +12,7 @@
 
 namespace liquidblend::encode {
 
-// Time against bytes. All give the same triangles on the same grid.
+// Trade-off between time and bytes. All presets give the same triangles on the same grid.
 enum class Preset : uint8_t {
   kFastest,   // standard Edgebreaker, parallelogram prediction
   kBalanced,  // valences as contexts, more precise probabilities
@@ -38,14 +38,14 @@ inline constexpr char kVelocityName[] = "velocity";
 // triangle are left out. A mesh without triangles gives a valid Draco mesh without triangles and
 // points. Errors: kInvalidArgument (options; indices out of range or numbers not finite, naming the
 // element), kInternal (libdraco's message).
-//   helpers  threads that may take a part while they are idle, or nothing
+//   helpers  threads that may help while they are idle, or null
 // Threads: safe with a writer per caller, same bytes always.  Cost: at kFastest and kBalanced about
 // 0.04 us per triangle of a closed surface of positions alone, otherwise libdraco's 0.1 to 0.5.
 absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh, const DracoOptions& options,
                                         SurfaceWriter& writer,
                                         parallel::Helpers* helpers = nullptr);
 
-// The same with a writer for this call only, which costs the time to get its memory.
+// The same with a writer for this call only, which costs the time to allocate its memory.
 absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh,
                                         const DracoOptions& options);
 

@@ -21,8 +21,7 @@ enum class EdgebreakerMethod : uint8_t {  // as the bitstream numbers them
 class Edgebreaker {
  public:
   // Appends the connectivity as libdraco does, byte for byte, from the method's number on. Returns
-  // false, with `out` as it may be, if the decoder would not take it: two triangles that are a
-  // component of their own.
+  // false, with `out` undefined, if the decoder would refuse it: a component of two triangles.
   bool Put(const CornerTable& table, EdgebreakerMethod method, SymbolCoder& coder,
            std::string& out);
 
@@ -30,10 +29,10 @@ class Edgebreaker {
   const std::vector<int32_t>& last_corners() const { return last_corners_; }
 
  private:
-  static constexpr int kMinValence = 2;  // of the contexts; others count as the nearest
+  static constexpr int kMinValence = 2;  // of the contexts; other valences count as the nearest
   static constexpr int kMaxValence = 7;
 
-  // Where the walk met a triangle at which it had split before: one end of a handle.
+  // A reunion of the walk with a triangle at which it had split before: one end of a handle.
   struct Reunion {
     int32_t symbol;  // by number
     int32_t split_symbol;
@@ -68,9 +67,9 @@ class Edgebreaker {
   std::vector<uint8_t> triangle_state_;  // see .cc
   std::vector<uint8_t> is_vertex_done_;
   std::vector<int32_t> split_symbol_;  // per triangle at which the walk split
-  std::vector<int32_t> stack_;         // corners to go on from
+  std::vector<int32_t> stack_;         // corners where the walk continues later
 
-  // Of what is not yet coded; vertices at which the walk splits become two.
+  // Valences in the part that is not yet coded; vertices at which the walk splits become two.
   std::vector<int32_t> valences_;
   std::vector<int32_t> split_vertex_;  // by corner, where its triangle's state says so
   std::array<std::vector<uint32_t>, kMaxValence - kMinValence + 1> context_symbols_;

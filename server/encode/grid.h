@@ -1,5 +1,5 @@
-// The grid that positions are rounded to on the wire: one for all frames of a family, so that
-// nothing jitters from frame to frame.
+// Encoding grid: the grid to which positions are rounded on the wire. A family has one for all
+// frames, so that nothing jitters from frame to frame.
 #pragma once
 
 #include <array>
@@ -18,10 +18,10 @@ struct Grid {
   float extent_m = 1.0F;                    // > 0; length of its edges
 };
 
-// Metres. Requires: bits in [kMinPositionBits, kMaxPositionBits].
+// The grid's step in metres. Requires: bits in [kMinPositionBits, kMaxPositionBits].
 double StepOf(const Grid& grid, int bits);
 
-// The fewest bits whose step is no longer than this; nothing if not even the most are enough.
+// The fewest bits whose step is at most step_m; nothing if kMaxPositionBits do not suffice.
 std::optional<int> BitsForStep(const Grid& grid, double step_m);
 
 // The smallest cube, from the lowest corner, around the family's domain and its source's vertices,

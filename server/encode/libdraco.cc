@@ -82,7 +82,7 @@ int AddAttribute(draco::GeometryAttribute::Type type, const UsedPart& used, cons
   return id;
 }
 
-// What the encoder is given, and the numbers of the optional attributes; -1: not there.
+// Input of the encoder, and the numbers of the optional attributes; -1: none.
 struct DracoMesh {
   std::unique_ptr<draco::Mesh> mesh;
   int normal = -1;
@@ -121,7 +121,7 @@ DracoMesh ToDraco(const mesh::TriangleMesh& mesh, const UsedPart& used, const Gr
   return out;
 }
 
-// What libdraco is told for a preset. A higher speed also means less precise probabilities.
+// libdraco's speed for a preset. A higher speed also means less precise probabilities.
 struct Settings {
   int speed;
   EdgebreakerMethod method;

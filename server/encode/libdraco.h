@@ -1,5 +1,5 @@
-// A triangle surface as a standard Draco mesh, by libdraco: for what SurfaceWriter leaves to it,
-// and as its judge in tests and benchmarks.
+// A triangle surface as a standard Draco mesh, by libdraco: for surfaces that SurfaceWriter does
+// not write, and as the reference in tests and benchmarks.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// A triangle surface as a file that most programs read.
+// A triangle surface as a PLY or OBJ file.
 #pragma once
 
 #include <string>

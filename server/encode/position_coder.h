@@ -29,7 +29,7 @@ class PositionCoder {
   void Round(const mesh::TriangleMesh& mesh, const PositionCoderOptions& options);
 
   // Appends the only attribute of the table's vertices, as libdraco does, byte for byte. Returns
-  // false, with `out` as it may be, if the symbol coder does.
+  // false, with `out` undefined, if the symbol coder does.
   //   last_corners  as Edgebreaker::last_corners() of the table
   // Requires: the table is that of the mesh that was rounded, of at least one triangle.
   bool Put(const CornerTable& table, std::span<const int32_t> last_corners,

@@ -23,10 +23,10 @@ class SurfaceWriter {
  public:
   // Sets `out` to the Draco mesh; libdraco 1.5.5 makes the same of the same triangles with the same
   // method, grid and precision, unless an edge has four triangles or more: these are paired here,
-  // while libdraco cuts the surface open along such edges. Returns false, with `out` as it may be,
-  // for what is left to libdraco: surfaces that are not closed and oriented, have no triangles, or
-  // have two triangles for a component. Normals and velocities are not written.
-  //   helpers  threads that may take a part while they are idle, or nothing
+  // while libdraco cuts the surface open along such edges. Returns false, with `out` undefined, for
+  // surfaces that libdraco has to write: those that are not closed and oriented, have no triangles,
+  // or have two triangles for a component. Normals and velocities are not written.
+  //   helpers  threads that may help while they are idle, or null
   // Requires: mesh passed Validate(); options are in range.
   // Threads: safe with a writer per caller; the same bytes always, however many helpers there are.
   // Cost: 30 to 50 ns per triangle.

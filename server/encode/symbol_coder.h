@@ -1,6 +1,6 @@
-// Numbers from 0 on, small ones the more frequent -> bytes, by range asymmetric numeral systems
-// (rANS; J. Duda, arXiv 1311.2540; Draco bitstream specification 2.2, "Symbol decoding" and "rANS
-// decoding").
+// Symbol coder: numbers from 0 on, small ones the more frequent -> bytes, by range asymmetric
+// numeral systems (rANS; J. Duda, arXiv 1311.2540; Draco bitstream specification 2.2, "Symbol
+// decoding" and "rANS decoding").
 #pragma once
 
 #include <array>
@@ -12,16 +12,17 @@
 namespace liquidblend::encode {
 
 struct SymbolCoderOptions {
-  int num_components = 1;  // >= 1; numbers of one bit length each where tags are used
+  int num_components = 1;  // >= 1; numbers that share a bit length where tags are used
   // Added to the bit length of the number of different symbols, from which the precision of their
   // probabilities follows: libdraco's choice is -2 at speed 7 and 0 at speed 4.
   int extra_precision = 0;  // [-2, 2]
 };
 
-// Takes the same decisions as libdraco 1.5 and so writes the same bytes. Keeps its memory.
+// Makes the same decisions as libdraco 1.5, so writes the same bytes. Keeps its memory.
 class SymbolCoder {
  public:
-  // Appends the symbols to out. Returns false if they are too many different ones for the format.
+  // Appends the symbols to out. Returns false if there are too many different symbols for the
+  // format.
   // Requires: symbols are not empty, as many as a multiple of num_components; all < 2^31.
   // Cost: O(symbols + largest symbol), 2^18 at most of the latter.
   bool Put(std::span<const uint32_t> symbols, const SymbolCoderOptions& options, std::string& out);

@@ -1,6 +1,6 @@
-// Takes the flicker out of a blend: the space-time mesh's vertices are moved, in space only,
-// towards the straight line between where their place on the surface is a little earlier and a
-// little later. Since vertices keep their times and cells, slices stay closed.
+// Smoothing in time, against flicker: the space-time mesh's vertices are moved, in space only,
+// towards the straight line between the positions of their place on the surface a little earlier
+// and a little later. Since vertices keep their times and cells, slices stay closed.
 //
 //   const finish::TimeSmoother smooth(links, blender, options, workspace);
 //   surface = slice::March(index, smooth, slice_workspace);
@@ -37,8 +37,8 @@ class TimeSmoother final : public mesh::VertexPlacer {
                const TemporalOptions& options, TemporalWorkspace& workspace)
       : links_(links), placer_(placer), options_(options), workspace_(workspace) {}
 
-  // Where `placer` puts them, smoothed; a vertex without a link on both sides, or whose links do
-  // not lie before and after it in the blend, stays.  Cost: the placer's for three times as many.
+  // The placer's positions, smoothed. A vertex stays without a link on both sides, or if its links
+  // do not lie before and after it in the blend.  Cost: the placer's for three times as many.
   void Place(std::span<const int32_t> vertices, mesh::Float4* positions) const override;
   void Prefetch(std::span<const int32_t> vertices) const override { placer_.Prefetch(vertices); }
 

@@ -1,4 +1,4 @@
-// Evens out the triangles of a slice (paper, section 8).
+// Smoothing of a slice's surface (paper, section 8).
 #pragma once
 
 #include "absl/status/status.h"
@@ -19,10 +19,10 @@ struct SmoothingOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Moves each vertex towards the mean of its neighbours, `passes` times; whatever the passes come
-// to, no vertex ends further than the limit from where it was. Only positions change, so what was
-// closed stays closed. Requires: options.Validate().ok(); surface passed Validate(). Threads: safe,
-// same bytes always.  Cost: O(passes x triangles).
+// Moves each vertex towards the mean of its neighbours, `passes` times; no vertex ends further than
+// the limit from its first position. Only positions change, so closed surfaces stay closed.
+// Requires: options.Validate().ok(); surface passed Validate(). Threads: safe, same bytes always.
+// Cost: O(passes x triangles).
 void SmoothSurface(const SmoothingOptions& options, mesh::TriangleMesh& surface);
 
 }  // namespace liquidblend::finish

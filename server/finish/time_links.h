@@ -1,4 +1,5 @@
-// Which vertices of a space-time mesh show one place of the surface a little earlier and later.
+// Time links of a space-time mesh: the vertices of one place of the surface a little earlier and
+// later.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +10,8 @@
 
 namespace liquidblend::finish {
 
-// The edges of hexahedra and wedges that run through time, one each way per vertex: the one that
-// moves least in the source. Cells that are flat in time and cones have none.
+// The edges of hexahedra and wedges through time, one each way per vertex: the one that moves least
+// in the source. Cells that are flat in time and cones have none.
 // Threads: safe, immutable.
 class TimeLinks {
  public:

@@ -9,11 +9,12 @@
 
 namespace liquidblend::finish {
 
-// Where the vertices of a slice lie: vertex i on the edge between two vertices of the family.
+// The edges that a slice's vertices lie on: vertex i is on the edge between two vertices of the
+// family.
 struct CrossedEdges {
   std::span<const int32_t> low, high;  // per vertex of the slice
-  // Where the blend puts them: smoothing in time, which moves vertices this way and that, would
-  // only disturb. Metres and ticks.
+  // Positions of the ends in the blend, without smoothing in time, which would disturb the
+  // velocities. Metres and ticks.
   std::span<const mesh::Float4> low_positions, high_positions;
   double time_ticks = 0.0;  // of the slice
 };
@@ -22,9 +23,9 @@ struct CrossedEdges {
 // along by the blend: a particle that goes through space-time in the direction (u, 1) goes in the
 // direction J (u, 1) afterwards, J being the derivative of the blend, fitted to the vertices and
 // crossed edges around. So times that run twice as fast double the velocities, and at weights 0
-// they are the source's own. None changes by more than its length and a tenth of an edge a frame.
-// Otherwise the velocities are the surface's own, along its normals, from the slope of the crossed
-// edges in space-time.
+// they are the source's own. No velocity changes by more than its length and a tenth of an edge a
+// frame. Otherwise the velocities are the surface's own, along its normals, from the slope of the
+// crossed edges in space-time.
 // Requires: surface as sliced, not moved since; family passed Validate().
 // Threads: safe, same bytes always.  Cost: O(triangles);
 // carried along, about 0.1 us per triangle.

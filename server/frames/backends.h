@@ -1,4 +1,4 @@
-// What the methods work with. Knows no gRPC.
+// Backends of the methods: stores, families, caches and thread pools. Knows no gRPC.
 #pragma once
 
 #include <cstdint>
@@ -30,11 +30,11 @@ struct Limits {
   absl::Duration watch_interval = absl::Milliseconds(150);  // > 0; between two looks at a job
   // >= 0; of a stream, the frame under way and the one made ahead. A frame by itself may be larger.
   int64_t max_stream_bytes = int64_t{16} << 20;
-  // >= 0; the largest job that the server's own workers take. 0: others may come; none is refused.
+  // >= 0; the largest job that the server's own workers take. 0: not known, and no job is refused.
   int64_t worker_memory_bytes = 0;
   int keep_versions = 2;           // >= 1; of a family, the published one counted
   int64_t max_stored_bytes = 0;    // >= 0; of all owners together; 0: as much as there is room for
-  std::string disk;                // a folder on the disk that files come to; empty: not known
+  std::string disk;                // a folder on the disk of the store; empty: not known
   int64_t disk_reserve_bytes = 0;  // >= 0; with less free there, nothing more is accepted; 0: none
   absl::Status Validate() const;   // names the first field out of range, and its value
 };
@@ -54,7 +54,7 @@ struct Backends {
   Backends(store::Catalog& catalog, store::BlobStore& blobs,
            liquidblend::catalog::Families& families, const BackendsOptions& options);
 
-  // Runs what was accepted, and ends all threads. Idempotent.
+  // Runs accepted work, and ends all threads. Idempotent.
   void Stop();
 
   store::Catalog& catalog;

@@ -18,7 +18,7 @@ void CheckBits(int bits, FieldViolations& violations) {
       absl::StrCat("must be 0 or in [", kMinPositionBits, ", ", kMaxPositionBits, "], got ", bits));
 }
 
-// What is told is not rounded below the step itself: who repeats it is served.
+// The finest step for messages, rounded up, so that a request with it is accepted.
 std::string FinestStep(const encode::Grid& grid) {
   return absl::StrCat(encode::StepOf(grid, kMaxPositionBits) * (1 + 1e-5));
 }

@@ -1,4 +1,4 @@
-// The encoding that a request asks for, in terms of the encoder and of the family's grid.
+// Encodings of requests as options of the encoder and bits of the family's grid.
 #pragma once
 
 #include "liquidblend/v1/liquidblend.pb.h"
@@ -10,7 +10,7 @@ namespace liquidblend::server {
 
 inline constexpr int kDefaultPositionBits = 14;  // where an encoding says neither bits nor step
 
-// Adds what is wrong with it.
+// Checks the encoding and adds its violations.
 void CheckEncoding(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding,
                    FieldViolations& violations);
 

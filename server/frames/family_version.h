@@ -9,8 +9,8 @@
 
 namespace liquidblend::server {
 
-// The family as it is published, or, unless version is 0, as it was in that one.
-// Errors: kInvalidArgument (version), kNotFound naming the versions that there are, the catalog's.
+// The record of the published version, or of `version` unless it is 0.
+// Errors: kInvalidArgument (version), kNotFound naming the versions that exist, and the catalog's.
 absl::StatusOr<store::pb::FamilyRecord> FindFamilyVersion(store::Catalog& catalog,
                                                           const std::string& id, int64_t version);
 

@@ -32,7 +32,7 @@ void FindFamily(Backends& backends, const std::string& id, AskedVersion asked,
   };
   if (FamilyPtr found = backends.families.Peek(id, asked)) return announce(std::move(found));
   const auto ask = [&backends, id, asked, announce] {
-    // Those who wait must hear of it if there is no memory.
+    // Waiting calls must get an answer even without memory.
     const absl::Status status = Guarded([&] {
       backends.families.GetReady(id, asked, LoadsOf(backends), announce);
       return absl::OkStatus();

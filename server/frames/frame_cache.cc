@@ -17,7 +17,7 @@ void Append(Number number, std::string& bytes) {
   bytes.append(raw, sizeof(Number));
 }
 
-// The same bytes for what is not set and for what that means.
+// Appends the encoding with defaults filled in, so that equal options have equal bytes.
 void AppendEncoding(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding,
                     std::string& bytes) {
   const encode::DracoOptions options = DracoOptionsOf(loaded, encoding);

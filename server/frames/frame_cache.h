@@ -1,4 +1,4 @@
-// Encoded frames, kept for those who ask for the same again.
+// Cache of encoded frames.
 #pragma once
 
 #include <cstdint>
@@ -16,10 +16,10 @@
 
 namespace liquidblend::server {
 
-// A v1::Frame as it goes over the wire: shared by all calls that answer with it, never copied.
+// The bytes of a serialised v1::Frame, shared by all calls that answer with it, never copied.
 using FramePtr = std::shared_ptr<const std::string>;
 
-// What a frame is made from, to the last bit: equal keys give equal bytes.
+// All input of a frame: equal keys give equal bytes.
 struct FrameKey {
   std::string family;      // id
   std::string generation;  // LoadedFamily's
@@ -49,8 +49,8 @@ class FrameCache {
   // Keeps the frame, unless it is larger than the budget or of a version that has been replaced.
   void Insert(const FrameKey& key, FramePtr frame);
 
-  // The family's version that is served from now on, unless a later one has been announced; frames
-  // of others go.  Cost: O(frames) if it is another one than before.
+  // Announces the served version of a family, unless a later one has been announced. Frames of
+  // other versions are removed.  Cost: O(frames) if it is another one than before.
   void Announce(const catalog::LoadedFamily& loaded);
 
   Stats stats() const;

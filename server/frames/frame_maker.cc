@@ -89,7 +89,7 @@ void FrameMaker::Remove(const Ticket& ticket) {
   EraseFlight(flight);
 }
 
-// Whoever asks from now on begins anew.
+// Removes the flight; later orders start a new one.
 void FrameMaker::EraseFlight(const FlightPtr& flight) {
   const auto found = flights_.find(flight->key.bytes());
   if (found != flights_.end() && found->second == flight) flights_.erase(found);

@@ -1,5 +1,5 @@
-// Who asks for a frame gets it from here: from the cache, from one that is being made already, or
-// from a turn on the pool.
+// Source of frames for all calls: the cache, a frame that is being made already, or a turn on the
+// pool.
 #pragma once
 
 #include <atomic>
@@ -24,10 +24,10 @@ namespace liquidblend::server {
 struct FrameOrder {
   catalog::FamilyPtr loaded;
   FrameQuery query;
-  std::string client;        // who is charged
+  std::string client;        // the account that is charged
   bool is_paced = false;     // it has to be on time
   absl::Duration deadline;   // when it becomes late, as SteadyNow()
-  bool is_refusable = true;  // false: goes on with what was accepted before
+  bool is_refusable = true;  // false: continues accepted work
 };
 
 // Threads: safe.
@@ -43,18 +43,17 @@ class FrameMaker {
       : cache_(cache), pool_(pool), buffer_pool_(buffer_pool), metrics_(metrics) {}
 
   // Calls `done` once, before this returns (a cached frame, a refusal) or on a thread of the pool.
-  // All that ask for one frame while it is made wait for the same one; whose turn comes first
-  // makes it for all.
+  // Calls for one frame share its making; the first one whose turn comes makes it for all.
   // Requires: CheckQuery().ok() for the order's query.  Errors: MakeFrame's, FramePool::Post's.
-  // Returns what Leave() takes; nothing if `done` has been called.
+  // Returns a ticket for Leave(); null if `done` has been called.
   Ticket Make(FrameOrder order, Done done);
 
-  // Waits no longer; `done` may be running, but is not called later. A frame that nobody waits for
-  // is not made, or no further.
+  // Gives up waiting; `done` may be running, but is not called later. A frame without waiting calls
+  // is not made, or its making stops.
   void Leave(const Ticket& ticket);
 
  private:
-  struct Flight;  // one frame on its way
+  struct Flight;  // a frame that is being made
   using FlightPtr = std::shared_ptr<Flight>;
 
   absl::Status Join(FrameOrder order, const FrameKey& key, const Ticket& ticket)

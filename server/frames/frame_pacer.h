@@ -1,4 +1,5 @@
-// Which time of an animation to show when. Knows no clock and no gRPC.
+// Pacer of a stream: the times of the animation to show, and when they are due. Knows no clock and
+// no gRPC.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +19,9 @@ struct Pace {
   bool lossless = false;            // every frame is due at once, and none is skipped
 };
 
-// Ticks at a steady pace. A tick is skipped if it is late by more than one period by the time that
-// it is asked for; what is left is always the newest one. Any numbers are safe: families of older
-// stores may have been imported with any frame rate.  Threads: one at a time.
+// Ticks at a steady rate. A tick is skipped if it is late by more than one period when it is asked
+// for, so the next tick is always the newest one. Any numbers are safe: families of older stores
+// may have been imported with any frame rate.  Threads: one at a time.
 class FramePacer {
  public:
   struct Tick {
@@ -28,7 +29,7 @@ class FramePacer {
     double time_s = 0.0;  // in [0, duration_s]
   };
 
-  // Goes on with another pace, from time_s if it is set, else from the time that `now` shows.
+  // Changes the pace, starting from time_s if it is set, else from the time that is shown at `now`.
   // now: finite, on any clock that only goes forward; the same one for all calls.
   void Change(const Pace& pace, std::optional<double> time_s, absl::Duration now);
 

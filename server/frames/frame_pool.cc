@@ -12,7 +12,7 @@
 namespace liquidblend::server {
 namespace {
 
-// What a core does until it has shown what it does.
+// Assumed speed of a core until it is measured.
 constexpr double kFirstCost = 1e6;
 constexpr double kFirstSeconds = 0.02;
 constexpr double kMemory = 0.97;  // how much of the past counts after one more frame

@@ -1,4 +1,4 @@
-// The threads that make frames, in the order of a FrameQueue.
+// Thread pool that makes frames, in the order of a FrameQueue.
 #pragma once
 
 #include <exception>
@@ -15,9 +15,9 @@
 namespace liquidblend::server {
 
 // A thread that finds no work in the queue helps with a frame that is being made (Helpers): so one
-// frame uses all cores when nothing else is to be done, and one when there is.
-// Threads: safe. Work that throws is logged and dropped; what a task throws, Run() throws when all
-// are done.
+// frame uses all cores if there is no other work, and one core if there is.
+// Threads: safe. Work that throws is logged and dropped; Run() rethrows an exception of a task when
+// all are done.
 class FramePool : public parallel::Helpers {
  public:
   struct Stats {
@@ -32,7 +32,7 @@ class FramePool : public parallel::Helpers {
   FramePool& operator=(const FramePool&) = delete;
 
   // Takes on work.
-  //   is_refusable  false for work that goes on with what was accepted before
+  //   is_refusable  false for work that continues accepted work
   // Errors, and the work is dropped: kResourceExhausted if too much waits already (see
   // FrameQueue::HasRoomFor), with google.rpc.RetryInfo; kUnavailable if the pool has stopped.
   absl::StatusOr<FrameQueue::Place> Post(FrameWork work, bool is_refusable);
@@ -45,7 +45,7 @@ class FramePool : public parallel::Helpers {
   int num_idle() const override;
   void Run(int num_tasks, absl::FunctionRef<void(int)> task) override;
 
-  // Runs what was posted, and ends the threads. Idempotent.
+  // Runs posted work, and ends the threads. Idempotent.
   void Stop();
 
  private:
@@ -69,7 +69,7 @@ class FramePool : public parallel::Helpers {
   absl::CondVar changed_;
   absl::CondVar task_done_;
   FrameQueue queue_ ABSL_GUARDED_BY(mutex_);
-  // Of work that is done; old work counts less and less.
+  // Sums over finished work, with exponentially fading weight.
   double seconds_done_ ABSL_GUARDED_BY(mutex_);
   double cost_done_ ABSL_GUARDED_BY(mutex_);
   int64_t num_refused_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -102,7 +102,7 @@ FrameWork FrameQueue::Take(Balance& balance, const Order& order) {
   return taken;
 }
 
-// Those that would start at the round or before it, if they were new.
+// Forgets idle accounts that would start no later as new ones.
 void FrameQueue::ForgetIdle() {
   std::erase_if(accounts_, [&](const auto& account) {
     return account.second.waiting.empty() && account.second.tag <= round_;

@@ -1,5 +1,5 @@
-// Whose frame is made next: fair to clients by cost, and among those whose turn it is streams that
-// keep a pace first, then the most urgent. Knows no clock and no threads.
+// Queue of frames to be made: fair to clients by cost; among clients whose turn it is, paced
+// streams first, then the most urgent. Knows no clock and no threads.
 #pragma once
 
 #include <cstdint>
@@ -16,35 +16,36 @@
 namespace liquidblend::server {
 
 struct FrameWork {
-  std::string client;       // who is charged for it
+  std::string client;       // the account that is charged
   bool is_paced = false;    // a frame that has to be on time
   int64_t cost = 1;         // >= 1; expected cells
   absl::Duration deadline;  // when it becomes late, on a clock that only goes forward
   absl::AnyInvocable<void()> run;
-  std::string host = {};  // of a client that may come back as another one; or empty
+  std::string host = {};  // of a client that may reconnect under another name; or empty
 };
 
 struct FrameQueueOptions {
   // >= 1; cells. Some 2 s of work for two cores.
   int64_t max_waiting_cost = 200'000'000;
-  // >= 1; cells. How far ahead of the others a client may get because its work is more urgent.
+  // >= 1; cells. The lead over other clients that urgent work may give to a client.
   int64_t quantum = 500'000;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
 // Start-time fair queueing. A client has an account for its paced work and one for the rest, whose
-// tag is the cost served to it so far. A new account starts at the present round, or where those of
-// its host that have no work stand, so that nobody gets ahead by new connections; one that comes
-// back starts up to two quanta before the round, but not before its own tag. Of the accounts within
-// a quantum of the lowest tag, paced work goes first, then the earliest deadline. So who asks for
-// less than his share goes before all that ask for more, streams before calls, and nobody starves.
+// tag is the cost served to it so far. A new account starts at the present round, or at the tags of
+// its host's accounts without work, so that new connections give no advantage. An account that
+// returns starts up to two quanta before the round, but not before its own tag. Of the accounts
+// within a quantum of the lowest tag, paced work goes first, then the earliest deadline. So clients
+// that ask for less than their share go before those that ask for more, streams go before calls,
+// and no client starves.
 // Threads: one at a time.  Cost: O(log work) to push, O(accounts with work) to pop; O(accounts) for
 // a new one.
 class FrameQueue {
  public:
   using Account = std::pair<std::string, bool>;      // client, is_paced
   using Order = std::pair<absl::Duration, int64_t>;  // deadline, then first come
-  // Where work waits.
+  // Place of waiting work in the queue.
   struct Place {
     Account account;
     Order order;
@@ -52,18 +53,18 @@ class FrameQueue {
 
   explicit FrameQueue(const FrameQueueOptions& options) : options_(options) {}
 
-  // Whether this may wait here: all that waits costs no more than the limit, or what its account
-  // has waiting no more than its part of it, or nothing waits at all.
+  // Whether the work may wait: all waiting work costs at most the limit, or the account's waiting
+  // work at most the account's part of it, or the queue is empty.
   bool HasRoomFor(const FrameWork& work) const;
 
   Place Push(FrameWork work);
   FrameWork Pop();  // Requires: !empty()
-  // What waits there, or nothing if that has been popped.
+  // Removes waiting work; nothing if it has been popped.
   std::optional<FrameWork> Remove(const Place& place);
 
   bool empty() const { return waiting_accounts_.empty(); }
   int64_t waiting_cost() const { return waiting_cost_; }
-  size_t num_accounts() const { return accounts_.size(); }  // that are remembered
+  size_t num_accounts() const { return accounts_.size(); }  // remembered ones
 
  private:
   struct Balance {
@@ -73,14 +74,14 @@ class FrameQueue {
     int64_t waiting_cost = 0;
     int64_t tag = 0;
   };
-  // How long an account is remembered: nothing is forgotten while there are fewer.
+  // Number of accounts below which no account is forgotten.
   static constexpr size_t kManyAccounts = 4096;
 
   Balance& BalanceOf(const Account& account, const std::string& host);
   Balance& NextAccount() const;
   FrameWork Take(Balance& balance, const Order& order);
   void ForgetIdle();
-  // Where an account starts that comes back after a long time.
+  // Start of an account that returns after a long time.
   int64_t EarliestTag() const { return round_ - 2 * options_.quantum; }
 
   const FrameQueueOptions options_;
@@ -88,7 +89,8 @@ class FrameQueue {
   std::vector<Balance*> waiting_accounts_;  // those with work
   int64_t waiting_cost_ = 0;
   int64_t largest_tag_ = 0;
-  int64_t round_ = 0;  // the largest tag of work that was served; the largest of all in a pause
+  // The largest tag of served work; the largest of all tags while the queue is empty.
+  int64_t round_ = 0;
   int64_t num_pushed_ = 0;
 };
 

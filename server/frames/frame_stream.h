@@ -1,4 +1,4 @@
-// What one StreamFrames call shows: the values that the client has set so far, and the frames that
+// State of one StreamFrames call: the values that the client has set so far, and the frames that
 // follow from them. Knows no gRPC and no clock.
 #pragma once
 
@@ -18,12 +18,12 @@
 
 namespace liquidblend::server {
 
-// What `newer` sets replaces what `request` had: weights or parameters and surface as a whole, of
-// the encoding each field, but bits and step as one. Unknown fields are dropped, so `request` never
-// gets larger than the largest message.
+// Merges `newer` into `request`: values that it sets replace the earlier ones. Weights, parameters
+// and surface are replaced as a whole, the encoding field by field, but bits and step together.
+// Unknown fields are dropped, so `request` never gets larger than the largest message.
 void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest& request);
 
-// One frame of a stream, on its way to the client.
+// One frame of a stream, to be sent.
 struct StreamedFrame {
   FramePtr frame;
   int64_t frame_index = 0;  // counts sent frames from 0
@@ -31,23 +31,23 @@ struct StreamedFrame {
   int level_of_detail = 0;
 };
 
-// What a serialised StreamFramesResponse begins with; then follow the bytes of `frame`.
+// The first bytes of a serialised StreamFramesResponse; the bytes of `frame` follow them.
 std::string ResponsePrefix(const StreamedFrame& streamed);
 
-// The version that is asked for, of the request's family or the stream's.
+// The requested version, of the request's family or the stream's.
 catalog::AskedVersion VersionOf(const v1::StreamFramesRequest& request);
 
 // Threads: one at a time.
 class FrameStream {
  public:
-  // The id of the family that has to be found before Change(); nothing: goes on with its own.
+  // The id of the family that has to be found before Change(); nothing if the stream keeps its own.
   // Errors: kInvalidArgument (family, version, min_version).
   absl::StatusOr<std::optional<std::string>> FamilyToFind(
       const v1::StreamFramesRequest& request) const;
 
   // Takes the values that `request` sets; the others stay.
-  //   found  the version of the family that was to be found, or nothing; it stays until a family or
-  //          a version is named again
+  //   found  the family of FamilyToFind(), or null; it is kept until a request names a family or a
+  //          version
   //   now    as for FramePacer
   // Errors: kInvalidArgument and kOutOfRange with the fields at fault, SetWeights'; the stream is
   // over then.
@@ -62,15 +62,16 @@ class FrameStream {
   std::optional<FramePacer::Tick> Next(absl::Duration now) { return pacer_.Next(now); }
 
   const catalog::FamilyPtr& loaded() const { return loaded_; }
-  // What shows this tick, with the values of now.
+  // The query of this tick's frame, with the present values.
   FrameQuery QueryAt(const FramePacer::Tick& tick) const;
   absl::Duration period() const;  // between two frames; of a lossless stream, of the animation
   int64_t num_skipped() const { return pacer_.num_skipped(); }
 
-  // Moves on: `frame`, made of `query`, goes out. Requires: Next() returned its tick last.
+  // Advances the stream: `frame`, made from `query`, is sent. Requires: Next() returned its tick
+  // last.
   StreamedFrame Sent(const FrameQuery& query, FramePtr frame);
 
-  // It has been written, which took this long.
+  // Records that a frame has been written, in the time `took`.
   void OnWritten(absl::Duration took, absl::Duration now);
 
  private:

@@ -1,4 +1,4 @@
-// GetFrame without gRPC: looks up the family, then the frame is on its way.
+// GetFrame without gRPC: finds the family, then orders the frame.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@ namespace liquidblend::server {
 
 struct AnsweredFrame {
   FramePtr bytes;
-  std::string generation;  // of the family that it was made from, see LoadedFamily
+  std::string generation;  // of the frame's family, see LoadedFamily
 };
 
 // One call.  Threads: safe.
@@ -25,15 +25,16 @@ class FrameCall : public std::enable_shared_from_this<FrameCall> {
   using Done = absl::AnyInvocable<void(absl::StatusOr<AnsweredFrame>)>;
 
   // Calls `done` once, on any thread, perhaps before this returns.
-  //   client  who is charged for it
+  //   client  the account that is charged
   // Errors: kInvalidArgument with the fields at fault, SetWeights', FindFamily's, FrameMaker's.
   static std::shared_ptr<FrameCall> Start(Backends& backends, const v1::GetFrameRequest& request,
                                           std::string client, Done done);
 
-  // Ends the call with kCancelled unless it is over; its work ends soon if nobody else wants it.
+  // Ends the call with kCancelled unless it is over; its work stops soon if no other call shares
+  // it.
   void Cancel();
 
-  // Start() makes them.
+  // For Start() only.
   FrameCall(Backends& backends, std::string client, Done done)
       : backends_(backends), client_(std::move(client)), done_(std::move(done)) {}
 
@@ -45,7 +46,7 @@ class FrameCall : public std::enable_shared_from_this<FrameCall> {
   Backends& backends_;
   const std::string client_;
   absl::Mutex mutex_;
-  Done done_ ABSL_GUARDED_BY(mutex_);  // nothing: the call is over
+  Done done_ ABSL_GUARDED_BY(mutex_);  // null: the call is over
   FrameMaker::Ticket ticket_ ABSL_GUARDED_BY(mutex_);
 };
 

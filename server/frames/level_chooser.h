@@ -1,22 +1,22 @@
-// Which level of detail a stream's connection can carry. Knows no gRPC and no clock.
+// Choice of the level of detail that a stream's connection can carry. Knows no gRPC and no clock.
 #pragma once
 
 #include "absl/time/time.h"
 
 namespace liquidblend::server {
 
-// How much coarser than asked for frames have to be: one level more when writing them takes most of
-// the time between two, one less as a trial after a quiet while; the while doubles each time that a
-// trial fails.  Threads: one at a time.
+// The number of levels by which frames are coarser than requested: one more when writing takes most
+// of a period, one less as a trial after a quiet time, which doubles each time that a trial fails.
+// Threads: one at a time.
 class LevelChooser {
  public:
-  // Levels beyond what is asked for, >= 0.
+  // Number of levels beyond the requested one, >= 0.
   int num_coarser() const { return num_coarser_; }
 
-  // A frame has been written.
+  // Records that a frame has been written.
   //   took         from the beginning of the write to its end
   //   period       between two frames, > 0
-  //   max_coarser  how many levels coarser the family has to offer
+  //   max_coarser  number of coarser levels that the family has
   void OnWritten(absl::Duration took, absl::Duration period, int max_coarser, absl::Duration now);
 
  private:

@@ -22,7 +22,8 @@ namespace {
 
 constexpr double kMaxTemporalOffsetEdges = 0.25;
 
-// Of ExpectedCells: what every frame costs, and factors of what costs more than slice and writer.
+// Costs in ExpectedCells: of every frame, and factors of stages that are slower than slicing and
+// writing.
 constexpr int64_t kCellsPerCall = 20'000;
 constexpr int64_t kSlowEncoderFactor = 8;
 constexpr int64_t kFinishFactor = 2;

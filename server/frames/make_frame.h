@@ -25,7 +25,7 @@ struct FrameQuery {
   v1::SurfaceOptions surface;
 };
 
-// What is worth keeping from frame to frame. One per call at a time.
+// Buffers and workspaces that are reused from frame to frame. Used by one call at a time.
 struct FrameBuffers {
   slice::Workspace workspace;
   finish::TemporalWorkspace temporal;
@@ -33,17 +33,17 @@ struct FrameBuffers {
   std::vector<mesh::Float4> far_positions;
   encode::SurfaceWriter writer;
   metrics::StageTimes times;  // of the last frame
-  // Not the buffers' own: set by who wants to end a call early, see MakeFrame(); or nothing.
+  // Not owned: set to true to end the call early, see MakeFrame(); or null.
   const std::atomic<bool>* stop = nullptr;
-  parallel::Helpers* helpers = nullptr;  // not the buffers' own: may take parts; or nothing
+  parallel::Helpers* helpers = nullptr;  // not owned: may help; or null
 };
 
 // Checks the query's weights, encoding and surface options; the violation names the field. For
-// errors before work.
+// early errors.
 absl::Status CheckQuery(const catalog::LoadedFamily& loaded, const FrameQuery& query);
 
-// What the frame is expected to cost: cells of the level per frame of the animation, those of other
-// stages as the cells that take as long. At least 1. Requires: CheckQuery().ok().
+// Expected cost of the frame: cells of the level per frame of the animation; other stages count as
+// the cells that take as long. At least 1. Requires: CheckQuery().ok().
 int64_t ExpectedCells(const catalog::LoadedFamily& loaded, const FrameQuery& query);
 
 // Errors: kInvalidArgument (weights, encoding, surface), kOutOfRange (time), each with the field's
@@ -52,7 +52,7 @@ int64_t ExpectedCells(const catalog::LoadedFamily& loaded, const FrameQuery& que
 absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
                                     FrameBuffers& buffers);
 
-// Tells `metrics` of a frame that was made with `buffers` just now.
+// Counts in `metrics` a frame that was just made with `buffers`.
 void CountFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
                 const v1::Frame& frame, const FrameBuffers& buffers, metrics::Metrics& metrics);
 

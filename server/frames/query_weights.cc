@@ -33,7 +33,7 @@ absl::StatusOr<std::vector<double>> PointOf(const Parameters& parameters,
                                        "' is none of the family's (", all, ")"));
     }
     const auto i = name - names.begin();
-    if (is_set[i]) return InvalidField(kParametersField, absl::StrCat(*name, " is there twice"));
+    if (is_set[i]) return InvalidField(kParametersField, absl::StrCat(*name, " is given twice"));
     is_set[i] = true;
     point[i] = parameter.value();
   }

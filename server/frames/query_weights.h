@@ -1,4 +1,4 @@
-// What a request says of the blend -> the weights of a query.
+// Blend of a request (weights or parameters) -> the weights of a query.
 #pragma once
 
 #include "absl/status/status.h"
@@ -9,7 +9,7 @@
 
 namespace liquidblend::server {
 
-// Of any request for frames: weights, or a point in the family's parameter space.
+// Blend of any request for frames: weights, or a point in the family's parameter space.
 struct AskedBlend {
   const google::protobuf::RepeatedField<double>& weights;
   const google::protobuf::RepeatedPtrField<v1::Parameter>& parameters;
@@ -20,7 +20,7 @@ struct AskedBlend {
 // Errors, with the field at fault: kInvalidArgument (weights and parameters both; a parameter
 // unknown, missing, given twice or not finite), kFailedPrecondition (the family has no parameter
 // space), kOutOfRange (outside of the hull, for the reason OUTSIDE_HULL unless extrapolating; or
-// extrapolated beyond what weights can be). Weights that are given as such are not checked here.
+// extrapolated beyond the range of weights). Weights that are given as such are not checked here.
 absl::Status SetWeights(const catalog::LoadedFamily& loaded, const AskedBlend& asked,
                         FrameQuery& query);
 

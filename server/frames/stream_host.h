@@ -13,14 +13,14 @@
 
 namespace liquidblend::server {
 
-// The server has one over its Backends; tests have one whose clock and threads they control.
+// The server implements it over its Backends, tests with a clock and threads that they control.
 // Threads: safe.
 class StreamHost {
  public:
   using Task = absl::AnyInvocable<void()>;
   // Identifies an order for a frame.
   using Ticket = std::shared_ptr<void>;
-  // Identifies a task that waits for its time; null: there is none.
+  // Identifies a task that waits for its time; null: none.
   using Timer = std::shared_ptr<void>;
 
   virtual ~StreamHost() = default;

@@ -1,4 +1,5 @@
-// One StreamFrames call without its wire: decides when which frame is made and sent. Knows no gRPC.
+// Session of one StreamFrames call, without its wire: decides which frames are made and sent, and
+// when. Knows no gRPC.
 #pragma once
 
 #include <memory>
@@ -15,15 +16,14 @@
 
 namespace liquidblend::server {
 
-// Whatever happens only leaves a note; steps on the host's executor, one at a time, take the notes
-// and go on: find a family, order the frame that is due, send it, set the alarm. While the client
-// consumes a frame, the next one is made ahead, once as many changes have come since that frame as
-// had come before it: of steady values at once, of a client that sets weights once a frame when it
-// has set them.
+// Events only leave notes. Steps on the host's executor, one at a time, take the notes and act:
+// find a family, order the frame that is due, send it, set the alarm. While the client consumes a
+// frame, the next one is made ahead, once as many changes have come since that frame as came before
+// it. So steady values begin at once, and a client that sets weights once a frame is waited for.
 // Threads: safe. All calls return at once.
 class StreamSession : public std::enable_shared_from_this<StreamSession> {
  public:
-  // The way to the client. Calls come one at a time, none after End().
+  // Connection to the client. Calls come one at a time, none after End().
   class Sink {
    public:
     virtual ~Sink() = default;
@@ -33,7 +33,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   };
 
   // To be owned by a shared_ptr, as a rule the sink's.
-  //   client  who is charged for frames
+  //   client  the account that is charged for frames
   StreamSession(Backends& backends, std::string client, std::weak_ptr<Sink> sink)
       : StreamSession(MakeStreamHost(backends), std::move(client), std::move(sink)) {}
   StreamSession(std::shared_ptr<StreamHost> host, std::string client, std::weak_ptr<Sink> sink)
@@ -45,10 +45,10 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   void Stop();  // the client has gone, or the sink: no frame is wanted any more
 
  private:
-  // What has happened since the last step.
+  // Events since the last step.
   struct Notes {
     std::optional<v1::StreamFramesRequest> newest;
-    int64_t num_newest = 0;  // messages that are in it
+    int64_t num_newest = 0;  // of messages in it
     std::optional<absl::StatusOr<catalog::FamilyPtr>> found;
     std::optional<absl::StatusOr<FramePtr>> made;
     int64_t made_number = 0;  // of the order that it belongs to
@@ -64,7 +64,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
     FrameQuery query;
     StreamHost::Ticket ticket;
     FramePtr frame;             // when it is made
-    bool is_committed = false;  // its turn has come: it is sent, whatever changes
+    bool is_committed = false;  // its turn has come: it is sent, even if values change
   };
 
   template <typename Note>
@@ -96,11 +96,11 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   bool is_stepping_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Duration alarm_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteDuration();
 
-  // The steps' own.
+  // State of the steps.
   StreamHost::Timer alarm_timer_;
   Notes notes_;
   FrameStream stream_;
-  std::optional<v1::StreamFramesRequest> waiting_request_;  // its family is being looked for
+  std::optional<v1::StreamFramesRequest> waiting_request_;  // its family is being found
   std::optional<Order> order_;
   int64_t num_orders_ = 0;
   bool is_writing_ = false;

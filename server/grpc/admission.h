@@ -42,12 +42,12 @@ class Admission {
  public:
   ~Admission();
 
-  // Why the call must not begin, or OK.
+  // The error of a refused call, or OK.
   const absl::Status& verdict() const { return verdict_; }
   const Caller& caller() const { return caller_; }
   OpenCalls& calls() const { return calls_; }
 
-  // What the call is about, for errors and the log: animations/{id} and the like.
+  // Sets the resource of the call, for errors and the log: animations/{id} and the like.
   void set_resource(std::string resource) { resource_ = std::move(resource); }
 
   // Ends the call: logs it, and returns the client's status. To be called once.

@@ -1,4 +1,4 @@
-// What the streaming methods share: how a call lives, and ends once.
+// Base class of calls that stream or wait: their lifetime, and their single end.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -53,13 +53,13 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
 
   const Caller& caller() const { return admission_->caller(); }
 
-  // For errors and the log.
+  // Sets the resource for errors and the log.
   void set_resource(std::string resource) {
     absl::MutexLock lock(&mutex_);
     if (!is_finished_) admission_->set_resource(std::move(resource));
   }
 
-  // Runs work() for the call: what it throws ends the call instead of the thread's work.
+  // Runs work() for the call: an exception ends the call and not the thread.
   template <typename Work>
   void Attempt(Work&& work) {
     const absl::Status status = Guarded([&] {
@@ -94,8 +94,8 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
     return !end_.has_value();
   }
 
-  // Ends the call well, with the response that `fill` leaves, unless it has ended: then the
-  // response and the context may be gone already.
+  // Ends the call with OK and the response that `fill` sets, unless it has ended: then the response
+  // and the context may be gone already.
   template <typename Fill>
   void Answer(Fill&& fill) {
     absl::MutexLock lock(&mutex_);
@@ -105,7 +105,7 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
     FinishIfIdle();
   }
 
-  // Whether the call has ended, or is about to because nobody waits for it any more.
+  // Whether the call has ended, or is about to end because its client is gone.
   bool is_abandoned(const grpc::CallbackServerContext& context) {
     absl::MutexLock lock(&mutex_);
     return end_.has_value() || context.IsCancelled();

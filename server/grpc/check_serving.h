@@ -1,4 +1,4 @@
-// Asks a server of this machine how it is, as probes do.
+// Health check of a server of this machine, as probes make it.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace liquidblend::server {
 
-// OK if the server that was started with these says by grpc.health.v1 that it serves.
+// OK if the server that was started with these options reports SERVING by grpc.health.v1.
 //   listen  as the server was given it: HOST:PORT; of every address of the machine, the loopback
 //   tls     as well; its certificate is not verified, and shown as the caller's own if client_ca
 //           asks for one

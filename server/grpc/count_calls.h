@@ -1,4 +1,4 @@
-// Every gRPC call is counted when it ends, whichever service it is of.
+// Interceptor that counts every gRPC call of any service when it ends.
 #pragma once
 
 #include <grpcpp/support/server_interceptor.h>
@@ -13,8 +13,8 @@ namespace liquidblend::server {
 using Interceptors =
     std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>>;
 
-// Tells `metrics`, which outlives the server, of each call's method (those that no service has are
-// "other"), code and duration, and how long its frames took to go out.
+// Counts in `metrics`, which outlives the server, each call's method (unknown ones as "other"),
+// code and duration, and the time that its frames took to go out.
 std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> CountCalls(
     metrics::Metrics& metrics);
 

@@ -1,4 +1,4 @@
-// What gRPC would answer by itself, and how: with an empty text and no details.
+// Details of the errors that gRPC answers by itself, which would have an empty text and no details.
 #pragma once
 
 #include <grpcpp/generic/async_generic_service.h>
@@ -8,7 +8,7 @@
 
 namespace liquidblend::server {
 
-// Answers methods that no service has with UNIMPLEMENTED (METHOD_UNKNOWN).
+// Answers unknown methods with UNIMPLEMENTED (METHOD_UNKNOWN).
 class UnknownMethods final : public grpc::CallbackGenericService {
  public:
   explicit UnknownMethods(CallLog& log) : log_(log) {}
@@ -19,8 +19,8 @@ class UnknownMethods final : public grpc::CallbackGenericService {
   CallLog& log_;
 };
 
-// Gives each error that leaves without details a google.rpc.ErrorInfo. A request that is no message
-// of its method becomes INVALID_ARGUMENT (REQUEST_MALFORMED), where gRPC says UNIMPLEMENTED.
+// Adds a google.rpc.ErrorInfo to each error without details. A request that does not parse becomes
+// INVALID_ARGUMENT (REQUEST_MALFORMED), where gRPC gives UNIMPLEMENTED.
 class ErrorCompleterFactory final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
   explicit ErrorCompleterFactory(CallLog& log) : log_(log) {}

@@ -17,7 +17,7 @@ grpc::ByteBuffer ToByteBuffer(const FramePtr& frame);          // a v1::Frame
 grpc::ByteBuffer ToByteBuffer(const StreamedFrame& streamed);  // a v1::StreamFramesResponse
 
 // A request of at most kMaxSmallRequestBytes, without its unknown fields.
-// Errors: kInvalidArgument, naming the method, if the bytes are too many or no such message.
+// Errors: kInvalidArgument, naming the method, if the bytes are too many or do not parse.
 absl::Status Parse(const grpc::ByteBuffer& bytes, absl::string_view method,
                    google::protobuf::Message& message);
 

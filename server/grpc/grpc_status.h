@@ -1,4 +1,4 @@
-// The one place where absl::Status becomes grpc::Status.
+// Conversion of absl::Status into grpc::Status. No other code converts.
 #pragma once
 
 #include <grpcpp/support/status.h>

@@ -72,7 +72,7 @@ class ImportCall final : public Call<ImportReactor> {
       LB_ASSIGN_OR_RETURN(const bool has_more, source_->Next(message));
       if (!has_more) return false;
       const absl::Status added = upload_->Add(message);
-      // What is wrong with a file is wrong with the place that it is in.
+      // A wrong file is a violation of the location.
       if (absl::IsInvalidArgument(added)) return AtField("location", added);
       LB_RETURN_IF_ERROR(added);
       return true;

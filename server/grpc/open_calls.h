@@ -1,4 +1,4 @@
-// The calls that are under way and may last.
+// Open calls: running calls that may last.
 #pragma once
 
 #include <map>
@@ -18,7 +18,7 @@ class OpenCall {
   virtual void Close(const absl::Status& status) = 0;
 };
 
-// The calls that may last, so that a server that stops can end them.  Threads: safe.
+// The open calls, so that a stopping server can end them.  Threads: safe.
 class OpenCalls {
  public:
   // A call that comes after CloseAll() is closed at once.

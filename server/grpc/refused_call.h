@@ -1,4 +1,4 @@
-// A call that ends before it begins.
+// A refused call, which ends before it begins.
 #pragma once
 
 #include <grpcpp/grpcpp.h>

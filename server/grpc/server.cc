@@ -101,7 +101,7 @@ void LimitPeers(const ServerOptions& options, grpc::ServerBuilder& builder) {
   builder.SetResourceQuota(quota);
 }
 
-// What a port was asked for, with the one that was chosen.
+// The listening address with the chosen port.
 std::string AddressWithPort(const std::string& listen, int port) {
   return absl::StrCat(listen.substr(0, listen.rfind(':')), ":", port);
 }

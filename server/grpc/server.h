@@ -1,4 +1,4 @@
-// The gRPC server: listens, answers, and stops in good order.
+// The gRPC server: listens, answers, and drains before it stops.
 #pragma once
 
 #include <memory>
@@ -47,15 +47,15 @@ class Server {
                                                        const ServerOptions& options);
   ~Server();  // Drain() without patience
 
-  // What other transports serve from; it lives as long as this.
+  // The methods for other transports; lives as long as this.
   FrameSource& frames();
 
   // HOST:PORT with the port that was chosen.
   const std::string& address() const;
   int port() const;
 
-  // Health says NOT_SERVING, new calls and streams end with kUnavailable and a time to try again,
-  // and the others may finish for as long as `patience` after a moment. Idempotent.
+  // Stops in good order: health becomes NOT_SERVING, new calls and streams end with kUnavailable
+  // and google.rpc.RetryInfo, and other calls may finish within `patience`. Idempotent.
   void Drain(absl::Duration patience);
 
  private:

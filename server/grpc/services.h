@@ -1,4 +1,4 @@
-// The gRPC services: each method leads to its handler, and does nothing itself.
+// The gRPC services: each method only calls its handler.
 #pragma once
 
 #include "google/longrunning/operations.grpc.pb.h"

@@ -1,5 +1,5 @@
-// The methods that stream or wait, each in the file of its name. They never block a gRPC thread:
-// every step runs on a WorkPool. `admission` says that they may, and who makes the call.
+// Handlers of the methods that stream or wait, each in the file of its name. They never block a
+// gRPC thread: every step runs on a WorkPool. `admission` is of the admitted call.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -15,8 +15,8 @@
 namespace liquidblend::server {
 
 // One chunk at a time goes from the client to the disk. Nothing is visible before the client has
-// half-closed; a client that goes away, or an error, leaves nothing visible.
-// Reads bytes, not messages: gRPC would take one that it cannot parse for the end of all.
+// half-closed; a client that goes away, or an error, leaves nothing visible. Reads bytes, not
+// messages, as gRPC takes a message that does not parse for the end of the stream.
 grpc::ServerReadReactor<grpc::ByteBuffer>* UploadAnimation(Backends& backends,
                                                            std::shared_ptr<Admission> admission,
                                                            grpc::CallbackServerContext* context,
@@ -40,13 +40,13 @@ grpc::ServerUnaryReactor* WaitOperation(Backends& backends, std::shared_ptr<Admi
                                         const google::longrunning::WaitOperationRequest* request,
                                         google::longrunning::Operation* response);
 
-// The frame's bytes go out as they are kept, without being copied or serialised again.
+// Sends the cached bytes of the frame, without copying or serialising them.
 grpc::ServerUnaryReactor* AnswerFrame(Backends& backends, std::shared_ptr<Admission> admission,
                                       const grpc::ByteBuffer* request, grpc::ByteBuffer* response);
 
 // The newest values of all requests so far count from the next frame on. One frame is written at a
-// time, so a slow client holds up nobody, and what became late meanwhile is skipped. Frames go out
-// as AnswerFrame's.
+// time, so a slow client delays nobody, and late frames are skipped. Frames go out as
+// AnswerFrame's.
 grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StreamFrames(
     Backends& backends, std::shared_ptr<Admission> admission);
 

@@ -11,8 +11,8 @@
 
 namespace liquidblend::server {
 
-// PEM files; all empty: no TLS. They are read again while the server runs; new ones count for new
-// connections, as soon as key and certificate fit each other.
+// PEM files; all empty: no TLS. They are read again while the server runs; new ones are used for
+// new connections, once key and certificate match.
 struct TlsOptions {
   std::string certificate;  // chain, the server's own first
   std::string key;

@@ -1,4 +1,4 @@
-// What the log tells of answers and WebSockets.
+// Log lines of answers and WebSockets.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace liquidblend::http {
 
-// With method, path and status.
+// The log entry of an answer, with method, path and status.
 server::EndedCall EndedRequest(const Request& request, const std::string& path,
                                const server::Caller& caller, const Response& response,
                                absl::Duration took);

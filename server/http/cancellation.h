@@ -1,4 +1,4 @@
-// How an answer on its way hears that nobody waits for it any more.
+// Cancellation of an answer whose client is gone.
 #pragma once
 
 #include <functional>
@@ -12,9 +12,9 @@ namespace liquidblend::http {
 // Threads: safe.
 class Cancellation {
  public:
-  // What Cancel() shall run; if that came before, it runs now.
-  //   number  of the step of the answer that it ends. Steps may be told of in any order, by several
-  //           threads: only the last one's counts, for those before are over
+  // Sets the function that Cancel() runs; if Cancel() came before, it runs now.
+  //   number  of the step of the answer that it ends. Steps may arm in any order, on several
+  //           threads; only the last step's function counts, as earlier steps are over
   void Arm(int number, std::function<void()> cancel) {
     std::function<void()> former;  // destroyed without the lock
     {

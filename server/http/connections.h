@@ -1,4 +1,4 @@
-// The open connections of a port: how many there are, and how they hear that the port stops. Knows
+// The open connections of a port: their number, and their notification when the port stops. Knows
 // no sockets.
 #pragma once
 
@@ -14,10 +14,10 @@
 
 namespace liquidblend::http {
 
-// Each goes further than the one before.
+// Phases of a port's stop, in their order.
 enum class Phase {
   kServing,
-  kDraining,  // what lasts ends: streams
+  kDraining,  // streams end
   kStopping,  // connections end as soon as no request is being answered
   kAborting,  // connections end at once
 };
@@ -38,8 +38,8 @@ class Connections : public std::enable_shared_from_this<Connections> {
     Ticket(Ticket&& other) = default;
     Ticket& operator=(Ticket&&) = delete;
     ~Ticket();
-    // Whom to tell of phases from now on, instead of anyone before. A connection that comes late
-    // is told at once.
+    // Sets the connection to notify of phases, instead of the one before. A late connection is
+    // notified at once.
     void Watch(const std::shared_ptr<Connection>& connection);
 
    private:
@@ -52,11 +52,11 @@ class Connections : public std::enable_shared_from_this<Connections> {
   // Nothing if there are `max_connections` already, or if the port stops.
   std::optional<Ticket> Enter(int max_connections);
 
-  // Tells all connections. Goes only forward.
+  // Enters a phase and notifies all connections. Phases only advance.
   void Advance(Phase phase);
   Phase phase() const;
 
-  // Waits until all have ended. False: some have not when the time is over.
+  // Waits until all connections have ended. False after `patience`.
   bool AwaitNone(absl::Duration patience) const;
 
  private:

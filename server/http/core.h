@@ -1,4 +1,5 @@
-// What the sessions of a port share. Only for port.cc: Boost.Beast takes half a minute to compile.
+// State that the sessions of a port share. Only for port.cc: Boost.Beast takes half a minute to
+// compile.
 #pragma once
 
 #include <utility>  // which this version of asio forgets

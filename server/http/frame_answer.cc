@@ -19,7 +19,7 @@ void FrameAnswer::Start(server::FrameSource& source, FrameAsk ask,
   answer->Look();
 }
 
-// What the client has is neither made nor sent again.
+// Looks up the version: a frame that the client has is neither made nor sent again.
 void FrameAnswer::Look() {
   ++num_looks_;
   source_.FindVersion(

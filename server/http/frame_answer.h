@@ -1,4 +1,4 @@
-// The answer to GET /v1/families/{family}/frame.drc (.ply, .obj): a frame, or that the client has
+// The answer to GET /v1/families/{family}/frame.drc (.ply, .obj): a frame, or 304 if the client has
 // it already.
 #pragma once
 
@@ -17,12 +17,13 @@ namespace liquidblend::http {
 struct FrameAsk {
   v1::GetFrameRequest request;
   std::string if_none_match;  // the header's value, or empty
-  std::string client;         // who is charged
-  bool is_private = false;    // others may get another answer
+  std::string client;         // the account that is charged
+  bool is_private = false;    // the answer depends on the caller
 };
 
 // While a family's new version is being loaded, the one before is served. Then two requests for the
-// same path may see different versions; who has a newer one already does not get an older one.
+// same path may see different versions; a client that has a newer one already does not get an older
+// one.
 class FrameAnswer : public std::enable_shared_from_this<FrameAnswer> {
  public:
   using Done = absl::AnyInvocable<void(Response)>;
@@ -31,7 +32,7 @@ class FrameAnswer : public std::enable_shared_from_this<FrameAnswer> {
   static void Start(server::FrameSource& source, FrameAsk ask,
                     std::shared_ptr<Cancellation> cancellation, Done done);
 
-  // Start() makes them.
+  // For Start() only.
   FrameAnswer(server::FrameSource& source, FrameAsk ask, std::shared_ptr<Cancellation> cancellation,
               Done done)
       : source_(source),
@@ -50,7 +51,7 @@ class FrameAnswer : public std::enable_shared_from_this<FrameAnswer> {
   server::FrameSource& source_;
   const FrameAsk ask_;
   const std::shared_ptr<Cancellation> cancellation_;
-  // Of whichever thread goes on with the answer; one hands over to the next.
+  // Used by the thread that continues the answer; threads hand it over.
   Done done_;
   int64_t published_ = 0;  // the catalog's version; 0: not looked at
   int num_looks_ = 0;

@@ -1,4 +1,4 @@
-// The Host of a request: which names this server answers to.
+// Check of a request's Host against the names of this server.
 #pragma once
 
 #include <string>

@@ -81,7 +81,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     WatchClient();
   }
 
-  // While an answer is being made: what a client that has gone was waiting for is not made.
+  // Watches the client while its answer is being made, which is cancelled if the client goes away.
   void WatchClient() {
     const auto look = [self = shared_from_this(), number = num_requests_](error_code error) {
       if (self->cancellation_ == nullptr || self->num_requests_ != number) return;
@@ -121,7 +121,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     return request;
   }
 
-  // All values if there are several headers: joined, they are no host's name.
+  // The values of all Host headers, joined, so that several are refused as an invalid name.
   static std::string HostsOf(const HttpRequest& message) {
     const auto [begin, end] = message.equal_range(bhttp::field::host);
     std::string hosts;

@@ -1,4 +1,4 @@
-// Requests and answers of the HTTP port as plain values: what the routes see of them.
+// Requests and answers of the HTTP port as plain values.
 #pragma once
 
 #include <string>
@@ -24,7 +24,7 @@ struct Response {
   std::vector<std::pair<std::string, std::string>> headers;  // without those of the connection
   std::string body;                                          // empty for codes 204 and 304
   bool is_frame = false;                                     // for metrics
-  std::string error;                                         // for the log; empty: it went well
+  std::string error;                                         // for the log; empty: success
 };
 
 }  // namespace liquidblend::http

@@ -1,4 +1,5 @@
-// The one source with Boost.Beast in it: it takes half a minute to compile.
+// The HTTP port by Boost.Beast, which no other source includes, as it takes half a minute to
+// compile.
 #include "server/http/port.h"
 
 #include <exception>
@@ -27,7 +28,7 @@ std::string AddressOf(const tcp::endpoint& endpoint) {
 
 }  // namespace
 
-// What accepts holds it.
+// Held by the accepting operations.
 struct Port::Impl : std::enable_shared_from_this<Port::Impl> {
   Impl(server::FrameSource& source, const PortOptions& options)
       : core(std::make_shared<Core>(source, options)) {}

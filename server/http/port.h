@@ -1,5 +1,5 @@
-// The HTTP port: listens, answers by the router's paths, carries streams over WebSockets, and stops
-// in good order.
+// The HTTP port: listens, answers requests by the router, carries streams over WebSockets, and
+// drains before it stops.
 #pragma once
 
 #include <memory>
@@ -42,11 +42,11 @@ class Port {
   const std::string& address() const;
   int port() const;
 
-  // /readyz says 503, WebSockets are closed with 1001 (going away); all else is answered as before.
+  // /readyz answers 503, WebSockets are closed with 1001 (going away); other requests are answered
+  // as before.
   void Drain();
 
-  // Drain(); no new connections; what is being answered may finish for as long as `patience`.
-  // Idempotent.
+  // Drain(); accepts no new connections; running answers may finish within `patience`. Idempotent.
   void Stop(absl::Duration patience);
 
  private:

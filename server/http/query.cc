@@ -76,7 +76,7 @@ absl::StatusOr<std::vector<QueryField>> ParseQuery(std::string_view query) {
     const auto is_same = [&](const QueryField& other) { return other.name == field.name; };
     if (std::any_of(fields.begin(), fields.end(), is_same)) {
       return absl::InvalidArgumentError(
-          absl::StrCat("query: ", EscapedPart(field.name), " is there twice"));
+          absl::StrCat("query: ", EscapedPart(field.name), " is given twice"));
     }
     if (fields.size() == kMaxFields) {
       return absl::InvalidArgumentError(

@@ -15,10 +15,11 @@ struct QueryField {
 };
 
 // "%41" -> "A". Errors: kInvalidArgument, naming the place (a broken escape; bytes other than
-// printable ASCII, which no name or value of ours has).
+// printable ASCII).
 absl::StatusOr<std::string> DecodePercent(std::string_view text);
 
-// In the order of the query, decoded; a plus stays one, for numbers have it. Safe for any bytes.
+// Parses the fields in the order of the query, decoded; a plus stays a plus, as numbers have it.
+// Safe for any bytes.
 // Errors: kInvalidArgument, naming the field: as above, without a name, given twice, or more than
 // 32 fields.
 absl::StatusOr<std::vector<QueryField>> ParseQuery(std::string_view query);

@@ -1,4 +1,4 @@
-// What methods return -> answers of HTTP.
+// Results of methods -> answers of HTTP.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace liquidblend::http {
 
-// The code of HTTP that says the same, as Google's APIs map them.
+// The code of HTTP for a status code, as Google's APIs map them.
 int HttpCode(absl::StatusCode code);
 
 // google.rpc.Status as JSON, with the code's own headers (Retry-After, WWW-Authenticate).
@@ -23,9 +23,9 @@ Response TextReply(std::string text);
 // protobuf's JSON of the message.
 Response JsonReply(const google::protobuf::Message& message);
 
-// A strong entity tag, quotes included: the same for all requests that this program answers with
-// the same bytes for the same reason, and another one for another version of family or program, or
-// for other content: after a backup was restored, a version may come again with other content.
+// A strong entity tag, quotes included. It is a function of the request, the family's version and
+// content, and the program. The content counts because after a backup was restored, a version
+// number may come again with other content.
 //   generation  of the family that frames are made from
 //   program     the build that makes them
 std::string FrameTag(v1::GetFrameRequest request, int64_t version, const std::string& generation,
@@ -34,24 +34,24 @@ std::string FrameTag(v1::GetFrameRequest request, int64_t version, const std::st
 // Whether the value of If-None-Match has the tag, or is "*".
 bool HasTag(const std::string& if_none_match, const std::string& tag);
 
-// The newest version that its tags name; 0 if none does.
+// The newest version among the value's tags; 0 if there is none.
 int64_t NewestTagged(const std::string& if_none_match);
 
-// The frame's bytes, in the format that was asked for, with what else it says in headers.
+// The frame's bytes in the requested format, and its other fields as headers.
 Response FrameReply(v1::Frame frame, v1::Encoding::Format format);
 
-// Codes 200 and 304 of a frame: tag, and for how long it may be kept. A version that was asked for
-// never changes; without one it has to be asked for again.
-//   is_private  the answer depended on who asks
+// Adds headers for codes 200 and 304 of a frame: tag, and how long it may be cached. A frame of a
+// requested version never changes; other frames have to be revalidated.
+//   is_private  the answer depends on the caller
 void AddCaching(const v1::GetFrameRequest& request, const std::string& tag, bool is_private,
                 Response& response);
 
-// How a WebSocket ends that carried a stream which ended so: 1000, or 4000 and the code of HTTP;
-// and its reason, cut to the 123 bytes that fit.
+// Close code of a WebSocket whose stream ended with this status: 1000, or 4000 and the code of
+// HTTP; and the reason, cut to 123 bytes.
 int CloseCode(const absl::Status& end);
 std::string CloseReason(const absl::Status& end);
 
-// Of FrameReply() and AddCaching(), for scripts of other origins.
+// Headers of FrameReply() and AddCaching() that scripts of other origins may read.
 extern const char kExposedHeaders[];
 
 }  // namespace liquidblend::http

@@ -1,5 +1,4 @@
-// Fields of a query -> the messages that gRPC's clients send. What a field may be is said in
-// docs/operations/http.md.
+// Fields of a query -> the request messages of the API. docs/operations/http.md lists the fields.
 #pragma once
 
 #include <string>
@@ -11,8 +10,8 @@
 
 namespace liquidblend::http {
 
-// Errors: kInvalidArgument with violations that name the query's fields: one that is unknown, or
-// whose value cannot be read. Ranges are for the method itself to check.
+// Errors: kInvalidArgument with violations that name the query's fields: an unknown one, or one
+// whose value cannot be read. Ranges are checked by the method.
 //   format  of the path's extension
 absl::StatusOr<v1::GetFrameRequest> ToGetFrame(const std::string& family_id,
                                                const std::vector<QueryField>& fields,

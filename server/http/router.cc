@@ -25,7 +25,7 @@ constexpr char kFamiliesPath[] = "/v1/families";
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 constexpr size_t kMaxShownPath = 80;
 
-// Of bytes that may be anything, for messages.
+// Escapes arbitrary bytes for messages.
 std::string EscapedPath(const std::string& text) {
   return absl::CHexEscape(text.substr(0, kMaxShownPath));
 }

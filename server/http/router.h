@@ -1,5 +1,4 @@
-// Which path leads where: requests of HTTP -> calls of the FrameSource -> answers. Knows no
-// sockets.
+// Router: requests of HTTP -> calls of the FrameSource -> answers. Knows no sockets.
 #pragma once
 
 #include <atomic>
@@ -19,24 +18,23 @@
 namespace liquidblend::http {
 
 struct RouterOptions {
-  // Whose scripts may read answers and open streams beside those of this server's own pages:
+  // The origin whose scripts may read answers and open streams, beside this server's own pages:
   // "https://example.org", "*" for all, or empty.
   std::string allowed_origin;
-  // Names of hosts by which the server may be asked, beside IP addresses and localhost; see
-  // CheckHost().
+  // Host names that requests may use, beside IP addresses and localhost; see CheckHost().
   std::vector<std::string> hosts;
 };
 
-// Who opens a WebSocket.
+// The caller that opens a WebSocket.
 struct StreamVisit {
   server::Caller caller;
   server::StreamPermit permit;  // held for as long as it is open
 };
 
-// The caller of a request, before it is known who that is.
+// The caller of a request before authentication.
 server::Caller CallerOf(const Request& request);
 
-// Paths: docs/operations/http.md. All but /healthz and /readyz look at the Host and ask who calls.
+// Paths: docs/operations/http.md. All but /healthz and /readyz check the Host and the caller.
 // Threads: safe.
 class Router {
  public:
@@ -46,19 +44,19 @@ class Router {
   Router(server::FrameSource& source, RouterOptions options)
       : source_(source), options_(std::move(options)) {}
 
-  // Calls `done` once, at once or on a thread of the source. HEAD gets its body, too. What it
-  // returns ends work on the answer early.
+  // Calls `done` once, at once or on a thread of the source. HEAD gets its body, too. The result
+  // can cancel the work on the answer.
   std::shared_ptr<Cancellation> Answer(const Request& request, Done done);
 
   // Whether the path is that of the WebSocket.
   static bool IsStream(const Request& request);
 
-  // Whether one may be opened; `visit`, with the request's caller, gets to know who that is.
+  // Checks whether a WebSocket may be opened, and authenticates the caller in `visit`.
   // Errors: kPermissionDenied for a page of another origin; CheckHost's and FrameSource::Admit()'s.
   absl::Status AdmitStream(const Request& request, StreamVisit& visit);
 
-  // The response to a request that does not come to Answer(), with what every answer has, counted
-  // and logged as one.
+  // The response to a request that does not reach Answer(), with the common headers, counted and
+  // logged like an answer.
   Response Refused(const Request& request, const server::Caller& caller, Response response);
 
   // Counts and logs a WebSocket that has ended.
@@ -66,11 +64,11 @@ class Router {
   void NoteStream(const server::Caller& caller, int close_code, const std::string& reason,
                   absl::Duration took);
 
-  // From now on /readyz says 503.
+  // From now on /readyz answers 503.
   void SetDraining() { is_draining_ = true; }
 
  private:
-  struct Call;  // a request on its way
+  struct Call;  // a request that is being answered
 
   void Complete(const Request& request, const server::Caller& caller, absl::Duration took,
                 Response& response);

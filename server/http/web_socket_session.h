@@ -109,7 +109,7 @@ class WebSocketSession final : public Connection,
     if (!has_close_begun_) Read();
   }
 
-  // The frame's bytes go out as they are kept.
+  // Writes the cached bytes of the frame.
   void Write(const server::StreamedFrame& streamed) {
     if (close_.has_value()) return;
     prefix_ = server::ResponsePrefix(streamed);
@@ -161,7 +161,7 @@ class WebSocketSession final : public Connection,
     ws_.reset();
   }
 
-  // Does so unless the session has ended by then, or After() is called again.
+  // Runs `step` after the delay, unless the session has ended by then, or After() is called again.
   void After(std::chrono::nanoseconds delay, void (WebSocketSession::*step)()) {
     close_timer_.expires_after(delay);
     close_timer_.async_wait([weak = weak_from_this(), step](error_code error) {

@@ -1,5 +1,4 @@
-// What the server counts and measures, as Prometheus reads it; docs/operations/logs-and-metrics.md
-// lists the names.
+// Metrics of the server for Prometheus; docs/operations/logs-and-metrics.md lists the names.
 #pragma once
 
 #include <chrono>
@@ -14,10 +13,10 @@
 
 namespace liquidblend::metrics {
 
-// What a frame goes through, from the call to the wire.
+// Stages of a frame, from the call to the wire.
 enum class Stage { kQueue, kSlice, kFinish, kEncode, kWrite };  // kSlice: with blending
 
-// How long the making of one frame took, stage by stage.
+// Times of the stages of one frame.
 struct StageTimes {
   absl::Duration slice;
   absl::Duration finish;
@@ -46,7 +45,7 @@ struct Answered {
   absl::Duration duration;
 };
 
-// What is looked up when someone asks, instead of being counted along.
+// Values that are read when metrics are requested, instead of being counted.
 struct Snapshot {
   struct Cache {
     int64_t num_hits = 0;
@@ -68,7 +67,7 @@ struct Snapshot {
   Queue frame_queue;  // of frames that wait to be made
 };
 
-// Owns its registry: two objects know nothing of each other.
+// The metrics, with a registry of their own.
 // Threads: safe.  Cost: about a microsecond a call; Text() some milliseconds.
 class Metrics {
  public:
@@ -77,7 +76,7 @@ class Metrics {
   Metrics(const Metrics&) = delete;
   Metrics& operator=(const Metrics&) = delete;
 
-  // A frame that was made. The first 256 families are told apart, the others are "other".
+  // Counts a frame that was made. The first 256 families have their own labels, the others "other".
   void CountFrame(const std::string& family, absl::string_view preset, size_t num_bytes,
                   const StageTimes& times);
   void CountDroppedFrames(const std::string& family, int64_t num_frames);
@@ -86,7 +85,7 @@ class Metrics {
   void AddConnections(absl::string_view kind, int change);  // "http" or "websocket"
   void CountRefusedConnection();
 
-  // All of it in Prometheus' text format 0.0.4, with the process' memory and processor time.
+  // All metrics in Prometheus' text format 0.0.4, with the process' memory and processor time.
   std::string Text(const Snapshot& snapshot) const;
 
  private:

@@ -1,4 +1,4 @@
-// What the operating system says of this process.
+// Figures of this process from the operating system.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace liquidblend::metrics {
 
-// Zero where /proc does not tell.
+// Zero for figures that /proc does not have.
 struct ProcessFigures {
   int64_t resident_bytes = 0;
   int64_t virtual_bytes = 0;

@@ -15,14 +15,14 @@ using Simplices = std::vector<std::vector<int>>;  // of columns, ascending; the 
 // the diagonal of a rectangle starts at its first corner. (That makes neighbours fit: a face of a
 // split cell is split by the same rule.) Flat simplices are left out.
 // Requires: one to four dimensions, all coordinates in [0, 1] and none alike at all points; no two
-// points nearer than flatness.  Errors: kInvalidArgument if Qhull finds no hull or passes over a
-// point.  Cost: milliseconds for tens of points.
+// points nearer than flatness.  Errors: kInvalidArgument if Qhull finds no hull or leaves a point
+// out.  Cost: milliseconds for tens of points.
 //   flatness  simplices of a smaller height are flat
 absl::StatusOr<Simplices> Triangulate(const Eigen::MatrixXd& points, double flatness);
 
 // The gradients of the barycentric coordinates 1 to d of a simplex, a row each; of coordinate 0 it
 // is minus their sum. The height of a corner above its opposite face is 1 / the gradient's length.
-// Requires: not flat, or what is returned is not finite.
+// Not finite for flat simplices.
 Eigen::MatrixXd BarycentricGradients(const Eigen::MatrixXd& points,
                                      const std::vector<int>& simplex);
 

@@ -16,7 +16,7 @@ struct HullFacet {
 
 // The facets of the hull of `points`, a column each; in no particular order, but always the same.
 // Requires: one to five dimensions.  Errors: kInvalidArgument if they span fewer, or if Qhull fails
-// for another reason, which the message tells.
+// for another reason, given in the message.
 absl::StatusOr<std::vector<HullFacet>> FindHullFacets(const Eigen::MatrixXd& points);
 
 }  // namespace liquidblend::parameters

@@ -15,8 +15,7 @@
 namespace liquidblend::parameters {
 
 // Lengths are measured after each parameter has been scaled to run from 0 to 1 over the family's
-// animations. Simplices thinner than this are flat, and so far outside of the hull a point still
-// counts as on it.
+// animations. Thinner simplices count as flat, and points this close to the hull as on it.
 inline constexpr double kTolerance = 1e-6;
 inline constexpr double kSamePlace = 1e-5;  // points nearer to one another are at one place
 
@@ -45,8 +44,8 @@ class Triangulation {
   // multiples of 2^-30, so that they are exact at the animations' own points.
   //   point  one value per name, in the user's units and the names' order
   // Errors: kInvalidArgument (not one finite value per name); kOutOfRange outside of the hull, with
-  // how far and the nearest point of the hull; also when extrapolating to more than a million times
-  // the parameters' ranges.
+  // the distance and the nearest point of the hull; also when extrapolating to more than a million
+  // times the parameters' ranges.
   // Cost: microseconds.
   absl::StatusOr<Location> Locate(std::span<const double> point, Outside outside) const;
 

@@ -1,4 +1,4 @@
-// A family's cells in small clusters, and when each can be cut for any blend weights.
+// Index of a family's cells: small clusters, with bounds of their times for any blend weights.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace liquidblend::slice {
 
-// A cluster's numbers fit into a byte each, and what is made of it into the first cache.
+// A cluster's numbers fit into a byte each, and its data into the first-level cache.
 inline constexpr int kMaxClusterCells = 64;
 inline constexpr int kMaxClusterVertices = 128;
 inline constexpr int kMaxClusterEdges = 255;
@@ -23,7 +23,7 @@ enum class CellKind : uint8_t { kTetrahedron, kPyramid, kWedge, kHexahedron };
 struct Cluster {
   CellKind kind = CellKind::kTetrahedron;
   int num_cells = 0;
-  int num_edges = 0;                   // that its cells have
+  int num_edges = 0;                   // of its cells
   int num_own_edges = 0;               // that belong to it
   std::span<const int32_t> vertices;   // of the family, ascending
   const float* times = nullptr;        // per field of times and vertex
@@ -57,24 +57,23 @@ class CellIndex {
 
   const mesh::RegisteredFamily& family() const { return *family_; }
   int32_t num_clusters() const { return static_cast<int32_t>(records_.size()); }
-  // Those of one kind follow one another.
+  // Clusters of one kind of cells follow one another.
   Cluster cluster(int32_t number) const;
-  // cluster() will be looked at soon: memory can be fetched meanwhile, in two steps, first where it
-  // is and then what it has.
+  // Prefetch a cluster that will be used soon, in two steps: first its record, then its data.
   void PrefetchRecord(int32_t number) const { __builtin_prefetch(&records_[number]); }
   void Prefetch(int32_t number) const;
-  // By field of times: the source's, then each target's displacement and, if it has one of its own,
-  // extrapolation.
+  // Ranges per field of times: the source's, then each target's displacement and, if it has its
+  // own, extrapolation.
   std::span<const TimeRanges> cluster_times() const { return cluster_times_; }
   // Group g has the clusters [kClustersPerGroup g, kClustersPerGroup (g + 1)).
   std::span<const TimeRanges> group_times() const { return group_times_; }
-  // What is added to the source's times at these weights. Requires: one weight per target.
+  // Terms that are added to the source's times at these weights. Requires: one weight per target.
   void AppendTerms(std::span<const double> weights, std::vector<TimeTerm>& terms) const;
   int64_t size_bytes() const;  // memory of the index, without the family
 
  private:
   friend class ClusterBuilder;
-  // Where a cluster's numbers begin, and how many there are.
+  // Begin and counts of a cluster's numbers.
   struct Record {
     int64_t first_byte = 0;
     int64_t first_vertex = 0;

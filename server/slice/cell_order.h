@@ -1,4 +1,4 @@
-// An order of cells in which neighbours in space-time are neighbours in the order.
+// Order of cells that keeps neighbours in space-time close together.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Cuts cells into the clusters of a CellIndex.
+// Builder of the clusters of a CellIndex.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace liquidblend::slice {
 
-// Adds one kind of cells after another; then the index has all but its bounds.
+// Adds one kind of cells after another to the index, without bounds of times.
 class ClusterBuilder {
  public:
   // Both outlive this.
@@ -21,7 +21,7 @@ class ClusterBuilder {
   void Add(std::span<const Cell> cells, CellKind kind);
 
  private:
-  // An edge of the family, in the list of those that have the same lower vertex.
+  // An edge of the family, in the list of edges with the same lower vertex.
   struct Edge {
     int32_t high_vertex;
     int32_t cluster;  // that it belongs to

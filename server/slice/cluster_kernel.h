@@ -1,4 +1,4 @@
-// The inner loops of slicing, in the widest vectors that the machine has.
+// Inner loops of slicing, with the widest vector instructions of the machine.
 #pragma once
 
 #include <array>
@@ -19,8 +19,8 @@ struct TimeTerm {
   int field = 0;  // 0 is the source's times
 };
 
-// How far the kernels may read beyond the end of what they are given, and write beyond the end of
-// `codes`, in bytes.
+// Number of bytes that the kernels may read beyond the end of their input, and write beyond the end
+// of `codes`.
 inline constexpr int kKernelOverrun = 64;
 
 // Sets bit v where times[v] + sum of factor * times[field * num_vertices + v] >= first_later. Added

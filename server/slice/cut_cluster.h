@@ -1,4 +1,4 @@
-// One cluster of cells, cut at a time: which edges are crossed, and how the crossings are linked.
+// Cut of one cluster of cells at a time: its crossed edges, and the loops of crossings.
 #pragma once
 
 #include <array>
@@ -12,12 +12,12 @@
 
 namespace liquidblend::slice {
 
-// Which of a cluster's edges are crossed.
+// The crossed edges of a cluster.
 struct CrossedEdges {
   EdgeBits edges = {};
   std::array<uint8_t, 4> num_before_word = {};
 
-  // How many of them come before this edge.
+  // Number of crossed edges before this edge.
   int NumBefore(int edge) const {
     const uint64_t lower = edges[edge / 64] & ((uint64_t{1} << edge % 64) - 1);
     return num_before_word[edge / 64] + std::popcount(lower);
@@ -31,15 +31,15 @@ struct Loop {
   const int8_t* cell_edges;  // that its corners lie on
 };
 
-// Keeps its memory, so that there is one for many clusters. Few of its branches depend on data:
-// mispredicted ones would take most of the time.  Threads: one at a time.
+// Keeps its memory from one cluster to the next. Few of its branches depend on data: mispredicted
+// ones would take most of the time.  Threads: one at a time.
 class CutCluster {
  public:
   // Returns false if no cell is cut.
   //   first_later  the first time that is not before the slice
   bool Cut(const Cluster& cluster, std::span<const TimeTerm> terms, float first_later);
 
-  // The following are those of the last cut.
+  // The following are of the last cut.
   const Cluster& cluster() const { return cluster_; }
   // The crossed edges, ascending: first the num_own() ones that belong to this cluster.
   std::span<const uint8_t> crossed_edges() const { return std::span(edges_).first(num_crossings_); }
@@ -48,7 +48,7 @@ class CutCluster {
   // Per crossed edge: its ends, as vertices of the family.
   std::span<const int32_t> near_vertices() const { return std::span(near_).first(num_crossings_); }
   std::span<const int32_t> far_vertices() const { return std::span(far_).first(num_crossings_); }
-  // At each corner of all loops: which of the crossed edges it lies on.
+  // Per corner of all loops: the index of its crossed edge.
   const uint8_t* corners() const { return corners_.data(); }
   // The loops of three, of four and of more corners.
   std::span<const Loop> triangles() const { return LoopsOf(0); }

@@ -11,8 +11,8 @@
 
 namespace liquidblend::slice {
 
-// The parts' surfaces in turn, as if they had been made as one: outer vertices become those of the
-// earlier part, so the result does not depend on where the parts begin.
+// Joins the parts' surfaces in their order, as if they had been made as one: outer vertices become
+// those of the earlier part, so the result does not depend on where the parts begin.
 //   clusters                 per cluster: its vertices in its part
 //   near_vertex, far_vertex  out: per vertex of the result
 //   for_each               calls a function once for each part's number, in any order, on any

@@ -1,4 +1,4 @@
-// A loop of crossings that is cut into triangles, ear by ear.
+// Polygon: a loop of crossings that is cut into triangles, ear by ear.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace liquidblend::slice {
 
-// Keeps to small arrays: there are thousands of them in a slice.
+// Uses small arrays, as there are thousands of polygons in a slice.
 struct Polygon {
   struct Corner {
     uint8_t crossing;
@@ -20,7 +20,7 @@ struct Polygon {
 
   void Add(const Corner& corner) { corners[size++] = corner; }
 
-  // A corner that is the same as the one before it becomes one with it.
+  // Merges a corner with the equal one before it.
   void Merge(const Corner& corner) {
     if (size == 0 || corners[size - 1].crossing != corner.crossing) return Add(corner);
     corners[size - 1].edge |= corner.edge;
@@ -34,8 +34,8 @@ struct Polygon {
     --size;
   }
 
-  // Its first two corners follow the last one once more, so that base k is that from corner k to
-  // corner k + 2.
+  // Repeats the first two corners after the last one, so that base k is from corner k to corner k +
+  // 2.
   void Close() {
     corners[size] = corners[0];
     corners[size + 1] = corners[1];

@@ -9,7 +9,8 @@
 namespace liquidblend::slice {
 namespace {
 
-// What rounding may add to a blended time beyond its bounds; too little opens the surface.
+// Margin for rounding of a blended time beyond its bounds; if it is too small, the surface may be
+// open.
 constexpr float kTimeMargin = 1e-3F;          // ticks ...
 constexpr float kRelativeTimeMargin = 1e-6F;  // ... and per tick of the time
 // Times are given in seconds; a product this close to a frame means the frame.

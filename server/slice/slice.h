@@ -1,7 +1,7 @@
 // Blended vertices -> the liquid's surface at one time, by marching cells (paper, section 8).
 //
 // Two steps, of which the second asks for the vertices that it needs, cluster by cluster, so that
-// they are blended only where the surface is and while they are in the first cache:
+// they are blended only where the surface is, and used while they are in the first-level cache:
 //   slice::Workspace workspace;  // one per thread, reused
 //   LB_RETURN_IF_ERROR(slice::FindCandidates(index, weights, time_s, workspace));
 //   const mesh::TriangleMesh surface =
@@ -23,11 +23,11 @@
 
 namespace liquidblend::slice {
 
-// What one slice needs besides its input; keeps its memory from one slice to the next.
+// Workspace of one slice; keeps its memory from one slice to the next.
 struct Workspace {
-  // Not the workspace's own: March() ends soon after it has become true; or nothing.
+  // Not owned: March() ends soon after it has become true; or null.
   const std::atomic<bool>* stop = nullptr;
-  // Not the workspace's own: threads that may take a part in March(); or nothing.
+  // Not owned: threads that may help in March(); or null.
   parallel::Helpers* helpers = nullptr;
 
   // Set by FindCandidates().
@@ -58,7 +58,7 @@ absl::Status FindCandidates(const CellIndex& index, std::span<const double> weig
 // numbered in the order of the clusters that the edges belong to; no triangle names a vertex twice,
 // some may have no area. An edge has two triangles, more only where parts of the liquid touch in
 // the mesh itself.
-//   placer  finite; in time as the weights that FindCandidates() was given
+//   placer  finite; its times are those of FindCandidates()'s weights
 // If workspace.stop becomes true, a part of the surface, not closed.
 // Requires: workspace as FindCandidates() left it for the same index; with helpers, a placer that
 // may be asked from several threads at once.

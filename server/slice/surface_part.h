@@ -22,7 +22,7 @@ struct alignas(64) ClusterVertices {
   CrossedEdges crossed;
   int32_t first_vertex = 0;
 
-  // On one of the crossed edges that belong to the cluster; on others, anything.
+  // The vertex on a crossed edge that belongs to the cluster; undefined for other edges.
   int32_t VertexOn(int edge) const { return first_vertex + crossed.NumBefore(edge); }
 };
 
@@ -34,7 +34,7 @@ struct OuterVertex {
   int32_t vertex = -1;  // of the whole surface; set by JoinParts()
 };
 
-// Keeps its memory from one slice to the next: only the first num_... entries count.
+// Keeps its memory from one slice to the next: only the first num_... entries are valid.
 struct SurfacePart {
   int32_t first_cluster = 0;
   size_t num_vertices = 0;
@@ -53,7 +53,7 @@ struct SurfacePart {
     outer.clear();
   }
 
-  // Whether there is such a vertex, and it lies on the edge with these ends.
+  // Whether this vertex exists and lies on the edge with these ends.
   bool Has(int32_t vertex, int32_t near, int32_t far) const {
     if (vertex < 0 || static_cast<size_t>(vertex) >= num_vertices) return false;
     return vertices[vertex].near_vertex == near && vertices[vertex].far_vertex == far;

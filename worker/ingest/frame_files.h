@@ -1,4 +1,4 @@
-// Which of the files are the frames, in which order.
+// Selection of the frames among files, and their order.
 #pragma once
 
 #include <span>
@@ -28,17 +28,17 @@ struct FrameSequence {
 // fraction (mesh_0012.5.ply) where the digits before the dot count frames: they are not the same in
 // all names, as in run2.0001.ply. Errors: kInvalidArgument if no file has a known format or the
 // files have several, a name has no number, a number comes twice, names differ by more than their
-// numbers, or velocities have no mesh. client/src/frame_names.h looks for the same before an
+// numbers, or velocities have no mesh. client/src/frame_names.h applies the same rules before an
 // upload.
 absl::StatusOr<FrameSequence> FindFrames(std::span<const InputFile> files, Format format,
                                          const std::string& pattern = "");
 
-// Whether numbers with a dot can be times: not if they are those of two sequences, as in
-// run1.01.ply, run1.02.ply, run2.01.ply and run2.02.ply. Several numbers after a dot that come with
-// different ones before it are times only if they cut a frame into equal parts (.25, .5, .75), and
-// not into tenths or hundredths. Nor are those times that go up by one in several runs, as in
+// Checks that numbers with a dot can be times. They are not if they are those of two sequences, as
+// in run1.01.ply, run1.02.ply, run2.01.ply and run2.02.ply. Several numbers after a dot that come
+// with different ones before it are times only if they cut a frame into equal parts (.25, .5, .75),
+// and not into tenths or hundredths. Nor are those times that go up by one in several runs, as in
 // run1.01.ply, run1.02.ply, run2.03.ply and run2.04.ply, unless all are evenly spaced. Errors:
-// kInvalidArgument with a file of each. client/src/frame_names.h looks for the same.
+// kInvalidArgument with a file of each. client/src/frame_names.h applies the same rules.
 absl::Status CheckFractions(const FrameSequence& sequence);
 
 // A file's name, and a number of a frame, for messages.

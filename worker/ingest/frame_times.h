@@ -1,4 +1,4 @@
-// When the frames are.
+// Times of the frames.
 #pragma once
 
 #include <span>
@@ -18,7 +18,7 @@ struct FrameTimes {
 
 // OK if there are none, or they rise from 0 within the limits of core/mesh/animation_limits.h:
 // kLongestTime, kLongestGap, SmallestStep().
-// Errors: kInvalidArgument with the first that does not; the message begins with `name`.
+// Errors: kInvalidArgument with the first time at fault; the message begins with `name`.
 absl::Status CheckFrameTimes(std::span<const double> times, const std::string& name);
 
 // `given` if there are some, one per frame; else the frames' numbers, where a whole number may be

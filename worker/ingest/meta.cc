@@ -68,7 +68,7 @@ absl::Status CheckKeys(const json& object, const std::string& place,
   return absl::OkStatus();
 }
 
-// As text for messages, with what is no UTF-8 replaced.
+// Text for messages, with invalid UTF-8 replaced.
 std::string FormatJson(const json& value) {
   return Quoted(value.dump(-1, ' ', true, json::error_handler_t::replace));
 }

@@ -1,4 +1,4 @@
-// meta.json: what the files' numbers mean.
+// meta.json: units, times and the upward direction of the files.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace liquidblend::ingest {
 
-// 0 where the file is silent.
+// Values of meta.json; 0 for keys that are missing.
 struct Meta {
   double frames_per_second = 0.0;    // fps
   double longest_side_m = 0.0;       // largest of domain_size_m
@@ -21,15 +21,15 @@ struct Meta {
   std::vector<double> frame_times;   // frame_times: frames since the first, one per frame
   mesh::Up up = mesh::Up::kUnknown;  // up: "x", "y", "z", "-x", "-y" or "-z"
   mesh::Up up_against_gravity = mesh::Up::kUnknown;  // gravity, if it points along an axis
-  // units.vertices in quotes, if it does not say metres; where it does, vertex_scale is 1.
+  // units.vertices in quotes, if it is not metres. If it is metres, vertex_scale is 1.
   std::string unit_of_vertices;
 };
 
-// docs/formats.md, "meta.json", lists all keys. Some are for the record only and are not looked at.
-// Errors: kInvalidArgument if the file is larger than 64 KiB, no JSON object, has a key that is not
-// listed, units is no JSON object, one of the numbers above is not finite and above 0, the times do
-// not rise from 0, or up is none of its six; the message names the key. Memory: at most 80 times
-// the file.
+// docs/formats.md, "meta.json", lists all keys. Some are for information only and are not read.
+// Errors: kInvalidArgument if the file is larger than 64 KiB, not a JSON object, or has a key that
+// is not listed; if units is not a JSON object, a number above is not finite and above 0, the times
+// do not rise from 0, or up is none of its six values; the message names the key. Memory: at most
+// 80 times the file.
 absl::StatusOr<Meta> ReadMeta(std::span<const std::byte> bytes);
 
 }  // namespace liquidblend::ingest

@@ -32,7 +32,7 @@ struct Units {
   double frames_per_second = kDefaultFramesPerSecond;
   double vertex_scale = 1.0;
   double velocity_scale = 0.0;  // 0: not known
-  // What neither an option nor meta.json says.
+  // Units that neither an option nor meta.json gives.
   bool assumes_rate = false;
   bool assumes_metres = false;
   bool assumes_velocities = false;  // to be in the unit of positions per second
@@ -65,7 +65,7 @@ absl::StatusOr<Meta> FindMeta(const FrameSequence& sequence) {
   return meta;
 }
 
-// What was assumed, in one sentence; or empty.
+// The assumed units, in one sentence; or empty.
 std::string AssumptionNote(const Units& units, bool has_velocities) {
   std::vector<std::string> assumed, flags;
   if (units.assumes_rate) {
@@ -282,7 +282,7 @@ absl::Status CheckAlike(const FrameSequence& sequence, const std::vector<Frame>&
                    FormatNumber(sequence.frames[with].number), " has them"));
 }
 
-// What was taken of the files, a sentence for each thing that was, in the frames' order.
+// The parts of the files that were read, a sentence for each, in the frames' order.
 std::vector<std::string> SourceNotes(const std::vector<Frame>& frames) {
   std::vector<std::string> sources;
   for (const Frame& frame : frames) {

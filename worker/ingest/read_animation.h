@@ -1,4 +1,4 @@
-// Files of a simulation -> Animation. Checks everything, names what is wrong.
+// Files of a simulation -> Animation. All input is checked; messages name the element at fault.
 #pragma once
 
 #include <cstddef>
@@ -21,9 +21,9 @@ namespace liquidblend::ingest {
 // velocities.
 enum class Format { kAny, kMantaflow, kPly, kObj, kStl, kVdb };
 
-// How the files' numbers become metres and seconds; 0 means: from meta.json among the files
-// (fps, units.vertex_scale, units.velocity_scale_to_m_per_s, voxel_size_m and, for Mantaflow, the
-// longest of domain_size_m as vertex_scale), or, where that is silent too, the default.
+// Units of the files and choice of frames; 0 means: from meta.json among the files (fps,
+// units.vertex_scale, units.velocity_scale_to_m_per_s, voxel_size_m and, for Mantaflow, the longest
+// of domain_size_m as vertex_scale), or, if it is missing there too, the default.
 struct ImportOptions {
   Format format = Format::kAny;    // kAny: found from the file names
   double frames_per_second = 0.0;  // in mesh::kFramesPerSecond; default 24
@@ -36,7 +36,7 @@ struct ImportOptions {
   // Frames since the first, one per frame, rising from 0; empty: from meta.json (frame_times), else
   // from the numbers in the names.
   std::vector<double> frame_times = {};
-  // kUnknown: from meta.json (up, or against gravity), else Animation::up says so.
+  // kUnknown: from meta.json (up, or against gravity), else Animation::up is kUnknown, too.
   mesh::Up up = mesh::Up::kUnknown;
   // Frames of such names only (base/glob.h), and their velocities; empty: all.
   std::string pattern = {};
@@ -48,7 +48,7 @@ struct InputFile {
   std::span<const std::byte> bytes;  // valid during the call
 };
 
-// Whether ReadAnimation looks at a file of this name: meta.json, or one of a known format.
+// Whether ReadAnimation reads a file of this name: meta.json, or one of a known format.
 bool IsInputName(absl::string_view name);
 
 // Reads one animation. Frames are ordered by the number before the extension, from any first one;
@@ -56,8 +56,8 @@ bool IsInputName(absl::string_view name);
 // unless options.allow_gaps or the times are given. Other files are ignored. A frame that is not a
 // closed, oriented surface of finite numbers with positive volume is refused; a frame without
 // triangles is read as such: the liquid has left the domain. Zero-area triangles and slivers are
-// cleaned, loose corners welded, pinched vertices split, parts that touch along edges (of four
-// triangles or more) taken apart, which Animation::notes says: frames are manifolds then.
+// cleaned, loose corners welded, pinched vertices split, parts that touch along non-manifold edges
+// taken apart. Animation::notes lists these repairs; frames are manifolds then.
 //   progress  called with the share of frames that are read, rising; one call at a time, from any
 //             thread of the arena
 // Errors: kInvalidArgument or kDataLoss, for the lowest frame at fault; the message names frame,

@@ -16,7 +16,7 @@ namespace liquidblend::jobs {
 namespace {
 
 constexpr size_t kMaxRefusalBytes = 300;
-// The worker's record is renewed so often, lest it counts as gone.
+// Interval at which the worker's record is renewed, so that it does not count as gone.
 const absl::Duration kRecordInterval = store::kWorkerSilence / 8;
 
 }  // namespace
@@ -50,8 +50,8 @@ Access::Access(store::Catalog& catalog, store::BlobStore& blobs, const StopSigna
       options_(options) {}
 
 void Access::AwaitAfter(const absl::Status& refusal) {
-  base::LogWarning(absl::StrCat(worker_.name(),
-                                " takes no jobs until it is let in again: ", refusal.ToString()));
+  base::LogWarning(absl::StrCat(
+      worker_.name(), " takes no jobs until its access is restored: ", refusal.ToString()));
   const base::SteadyClock::time_point begin = base::SteadyClock::now();
   Record(refusal);
   while (Pause()) {
@@ -97,7 +97,8 @@ absl::Status Access::Probe() {
 void Access::Record(const absl::Status& refusal) {
   worker_.set_refusal(refusal.ok() ? "" : RefusalOf(refusal));
   const absl::Status recorded = catalog_.RecordWorker(worker_);
-  if (!recorded.ok()) base::LogInfo(absl::StrCat("worker's record: ", recorded.ToString()));
+  if (!recorded.ok())
+    base::LogInfo(absl::StrCat("cannot record the worker: ", recorded.ToString()));
 }
 
 }  // namespace liquidblend::jobs

@@ -1,4 +1,4 @@
-// Keeps a worker from taking jobs while S3, its disk or the database refuses it.
+// Access of a worker to its stores: it takes no jobs while S3, its disk or the database refuses it.
 #pragma once
 
 #include <string>
@@ -17,11 +17,11 @@ struct AccessOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Whether the error says that this worker may not do what every job needs: S3 denies it, the disk
-// is read-only, the database has taken a right away.
+// Whether the error denies this worker an access that every job needs: S3 refuses it, the disk is
+// read-only, the database has revoked a right.
 bool IsRefusal(const absl::Status& error);
 
-// `error` as WorkerRecord::refusal: printable and short.
+// The text of `error` for WorkerRecord::refusal: printable and short.
 std::string RefusalOf(const absl::Status& error);
 
 // Threads: one.
@@ -32,12 +32,12 @@ class Access {
          store::pb::WorkerRecord worker, const AccessOptions& options);
 
   // Waits until a small blob can be written to the store, read from it and deleted, and the catalog
-  // takes the worker's record; or until `stop`. The log says so at the begin and at the end, the
-  // worker's record in between. Pauses between probes grow, with jitter; they go on growing over
-  // refusals that follow one another without a Granted() in between.
+  // takes the worker's record; or until `stop`. The log has a line at the begin and at the end, the
+  // worker's record shows it meanwhile. Pauses between probes grow, with jitter, and over
+  // consecutive refusals without a Granted() in between.
   void AwaitAfter(const absl::Status& refusal);
 
-  // A job ended without being refused.
+  // To be called when a job has ended without a refusal: pauses start small again.
   void Granted() { num_pauses_ = 0; }
 
  private:

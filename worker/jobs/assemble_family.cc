@@ -50,7 +50,7 @@ void ToTicks(FamilyParts& parts) {
   }
 }
 
-// What the family has, on the level's mesh.
+// A level of the family, on the level's mesh.
 mesh::RegisteredFamily LevelOf(const FamilyLevel& level, const mesh::RegisteredFamily& family) {
   mesh::RegisteredFamily result = mesh::ViewOf(level.mesh);
   result.name = family.name;

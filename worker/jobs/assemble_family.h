@@ -20,7 +20,7 @@ struct RegisteredTarget {
   registration::Registration registration;
 };
 
-// A coarser mesh of the source with what the targets' registrations are on it.
+// A coarser mesh of the source, with the targets' registrations transferred to it.
 struct FamilyLevel {
   mesh::SpaceTimeMesh mesh;
   std::vector<registration::Registration> targets;  // as many as the family's
@@ -38,16 +38,17 @@ struct FamilyParts {
   Eigen::AlignedBox3f bounds;               // of all frames of source and targets
 };
 
-// The target as the family has it; a view on it.
+// A view of the target, as an element of a family.
 mesh::FamilyTarget ViewOf(const RegisteredTarget& target);
 
-// The columns of the matrix are the elements.
+// A matrix whose columns are the elements.
 Eigen::Matrix4Xf MatrixOf(std::span<const mesh::Float4> elements);
 // A view on the matrix.
 std::span<const mesh::Float4> ColumnsOf(const Eigen::Matrix4Xf& matrix);
 
-// The family owns the parts, whose times are in frames. Its domain is the bounds, one edge length
-// larger on every side: the space-time mesh follows the surface to a fraction of that.
+// Assembles the family, which owns the parts, whose times are in frames. Its domain is the bounds,
+// one edge length larger on every side; the space-time mesh deviates from the surface by a fraction
+// of that.
 // Errors: kInternal if the result does not pass Validate(), with the element at fault.
 absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts);
 

@@ -1,5 +1,5 @@
-// A registration's state on its way to whoever goes on with it (docs/formats.md, "Checkpoint
-// file").
+// Checkpoint file: a registration's state, for a worker that resumes it (docs/formats.md,
+// "Checkpoint file").
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 namespace liquidblend::jobs {
 
 struct CheckpointLabel {
-  std::string fingerprint;  // of all that the registration is made from
-  std::string lease;        // of who wrote it; with the number, no two files are alike
+  std::string fingerprint;  // of all input of the registration
+  std::string lease;        // of the writer; with the number, it makes files unique
   int64_t number = 0;
 };
 
@@ -28,8 +28,8 @@ absl::Status WriteCheckpoint(const CheckpointLabel& label,
                              const registration::RegistrationState& state, store::BlobWriter& out);
 
 //   name  how messages call the file
-// Errors: kDataLoss if the file is damaged, naming the section; kInvalidArgument if it is no
-// checkpoint file, of a format version that is not known, or its content contradicts itself.
+// Errors: kDataLoss if the file is damaged, naming the section; kInvalidArgument if it is not a
+// checkpoint file, has an unknown format version, or contradicts itself.
 absl::StatusOr<Checkpoint> ReadCheckpoint(const store::Blob& blob, const std::string& name);
 
 }  // namespace liquidblend::jobs

@@ -1,4 +1,4 @@
-// Keeps what a registration has come to where another worker finds it, while it goes on.
+// Checkpoints of a running registration, from which another worker can resume it.
 #pragma once
 
 #include <cstdint>
@@ -23,15 +23,15 @@ namespace liquidblend::jobs {
 struct CheckpointOptions {
   int iterations = 2;  // >= 0; at least so many between two checkpoints; 0: none are made
   absl::Duration interval = absl::Seconds(10);  // >= 0; at least so long between two of them
-  // >= 0; how long a worker that is to stop waits for a last one.
+  // >= 0; how long a stopping worker waits for the last checkpoint.
   absl::Duration patience = absl::Seconds(1);
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// The checkpoints of one job. They are written by a thread of their own, so that slow storage holds
-// nothing up; what cannot be written is logged, and the work goes on. Each replaces the one before,
-// whose blob is then deleted: as no two checkpoints have the same bytes, nobody else can need it.
-// What a killed worker leaves behind is unreferenced, and swept with the rest.
+// The checkpoints of one job. They are written by a separate thread, so that slow storage does not
+// delay the work; a failure is logged, and the work goes on. Each replaces the one before, whose
+// blob is then deleted. This is safe, as no two checkpoints have the same bytes. Blobs that a
+// killed worker leaves are unreferenced, and are collected as garbage.
 // Threads: Offer() and Flush() from any, the others from the job's.
 class Checkpoints {
  public:
@@ -42,19 +42,19 @@ class Checkpoints {
   Checkpoints(const Checkpoints&) = delete;
   Checkpoints& operator=(const Checkpoints&) = delete;
 
-  // From now on states are of the registration of this fingerprint. Returns where an earlier
-  // attempt got to; nothing if there is none, or (logged) it is gone, damaged or of something else.
-  // At most once. Errors: of the store, if they may pass: the checkpoint may still be good.
+  // Begins the registration of this fingerprint. Returns the checkpoint of an earlier attempt;
+  // nothing if there is none, or (logged) if it is gone, damaged or of another fingerprint. To be
+  // called at most once. Errors: transient ones of the store, as the checkpoint may still be good.
   absl::StatusOr<std::optional<registration::RegistrationState>> Begin(std::string fingerprint);
 
-  // The newest state. Cost: does not wait.
+  // Offers the newest state. Cost: does not wait.
   void Offer(registration::RegistrationState state);
 
-  // Saves the newest state now, whatever the options say, but waits no longer than their patience.
+  // Saves the newest state now, regardless of the interval options; waits at most options.patience.
   void Flush();
 
-  // No more of them. Waits for one that is being written; then deletes the last one, if the job is
-  // done.
+  // Ends the checkpoints. Waits for one that is being written; then deletes the last one, if the
+  // job is done.
   void End(bool is_done);
 
  private:
@@ -62,7 +62,7 @@ class Checkpoints {
 
   absl::StatusOr<State> Load(const std::string& fingerprint);
   void Run();
-  // Waits for a state that is due; null: the end.
+  // Waits for a state that is due; null at the end.
   std::shared_ptr<const State> AwaitNext();
   void Save(const State& state);
   absl::StatusOr<store::BlobId> Write(const State& state);
@@ -77,23 +77,23 @@ class Checkpoints {
   store::Catalog& catalog_;
   store::BlobStore& blobs_;
   const std::string job_id_, lease_id_;
-  const std::string first_;  // the checkpoint that the job came with, or empty
+  const std::string first_;  // the job's checkpoint from an earlier attempt, or empty
   const CheckpointOptions options_;
   std::string fingerprint_;             // set before the thread starts
   int64_t num_written_ = 0;             // of the thread
   std::vector<store::BlobId> earlier_;  // of the thread: the record names the last one at most
 
   absl::Mutex mutex_;
-  base::SteadyCondVar urgent_, flushed_;  // what IsUrgent() and IsFlushed() look at has changed
+  base::SteadyCondVar urgent_, flushed_;  // signalled when IsUrgent() or IsFlushed() may change
   std::shared_ptr<const State> newest_ ABSL_GUARDED_BY(mutex_);
-  // States so far: offered, taken to be saved, done with (saved or not), and to be flushed.
+  // Numbers of states: offered, taken for saving, finished (saved or not), and to be flushed.
   int64_t num_offered_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t num_taken_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t num_done_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t num_flushed_ ABSL_GUARDED_BY(mutex_) = 0;
-  bool is_running_ ABSL_GUARDED_BY(mutex_) = false;  // the thread is there
+  bool is_running_ ABSL_GUARDED_BY(mutex_) = false;  // the thread runs
   bool is_ended_ ABSL_GUARDED_BY(mutex_) = false;    // or the lease is lost
-  std::thread thread_;                               // of who calls Begin() and End()
+  std::thread thread_;                               // used by Begin() and End() only
 };
 
 }  // namespace liquidblend::jobs

@@ -28,12 +28,13 @@ absl::StatusOr<std::string> HashOfProgram() {
   return hasher.Id();
 }
 
-// Where it cannot be told, this process counts as a program of its own.
+// If the program cannot be identified, this process counts as a program of its own.
 std::string ProgramId() {
   static const std::string id = [] {
     const absl::StatusOr<std::string> hash = HashOfProgram();
     if (hash.ok()) return *hash;
-    base::LogWarning("checkpoints are for this process alone: " + hash.status().ToString());
+    base::LogWarning("cannot identify the program, checkpoints are for this process alone: " +
+                     hash.status().ToString());
     return base::RandomHex(16);
   }();
   return id;

@@ -1,4 +1,5 @@
-// What a checkpoint must agree with to be gone on from.
+// Fingerprints of registrations: a checkpoint can be resumed only by a registration with the same
+// one.
 #pragma once
 
 #include <string>
@@ -9,9 +10,9 @@
 
 namespace liquidblend::jobs {
 
-// A hash of all that the bytes of a target's registration come from: the job, the meshes, what is
-// refined (or null), and this program, since another one may do the same differently.
-// Cost: O(bytes); the first time those of the program's file, too.
+// A hash of all input of a target's registration: the job, the meshes, the registration that is
+// refined (or null), and this program, since another version may compute different bytes.
+// Cost: O(bytes); the first time the bytes of the program's file, too.
 std::string FingerprintOf(const store::v1::RegisterJob& job, int target_index,
                           const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
                           const mesh::RegisteredFamily* previous);

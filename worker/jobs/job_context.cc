@@ -8,7 +8,7 @@
 namespace liquidblend::jobs {
 namespace {
 
-// Of the work. Before that an estimate of the time left would be a guess.
+// Share of the work from which on the time left is estimated.
 constexpr double kMinShareForEstimate = 0.05;
 
 }  // namespace

@@ -1,5 +1,4 @@
-// What a job's stages need from the worker: the stores, the threads, and someone to tell how far
-// they are.
+// Context of a job's stages: the stores, the threads, and the reporting of progress.
 #pragma once
 
 #include <functional>
@@ -31,21 +30,22 @@ class JobContext {
   LeaseKeeper& keeper;
   Checkpoints& checkpoints;
 
-  // Begins the next stage, which takes the job from one fraction of its whole work to another.
+  // Begins the next stage, which covers the job's progress from fraction `begin` to `end`.
   // Errors: keeper.Check()'s, if the job is not to go on.
   absl::Status BeginStage(const std::string& name, double begin, double end);
 
-  // For the stage's function: called with its own fraction, 0 to 1.
+  // Progress callback for the stage's function, with the stage's own fraction, 0 to 1.
   std::function<void(double)> StageProgress();
 
-  // What is reported from now on is about this target.
+  // Sets the target of the following reports.
   void set_target_index(int target_index) { progress_.set_target_index(target_index); }
 
-  // For Register() of one target; cancels when the job is not to go on. The stage is called
-  // "projection" after the last iteration.
+  // Progress callback for Register() of one target; it cancels when the job is not to go on. The
+  // stage is called "projection" after the last iteration.
   registration::ProgressCallback RegistrationProgress(int target_index);
 
-  // The registration goes on after this iteration: what is done before it was not done just now.
+  // Marks the registration as resumed after this iteration. Work done before is left out of the
+  // time estimate.
   void SetResumed(const registration::IterationReport& last);
 
   const std::string& stage() const { return progress_.stage(); }
@@ -54,7 +54,7 @@ class JobContext {
   void ReportFraction(double stage_fraction);
 
   const absl::Time start_;
-  std::optional<double> first_fraction_;  // with which the work began
+  std::optional<double> first_fraction_;  // progress at the start of this attempt
   store::pb::JobProgress progress_;
   double stage_begin_ = 0.0;
   double stage_end_ = 0.0;

@@ -112,7 +112,7 @@ void LeaseKeeper::Release() {
   const absl::Status released = catalog_.ReleaseJob(lease_id());
   if (!released.ok()) {
     base::LogWarning(
-        absl::StrCat("job ", job().id(), ": cannot give it back: ", released.ToString()));
+        absl::StrCat("job ", job().id(), ": cannot return it to the queue: ", released.ToString()));
   }
   End(absl::UnavailableError("the worker is stopping"));
 }

@@ -1,4 +1,4 @@
-// Keeps the lease of a job while it is worked on.
+// Renewal of a job's lease while it is worked on.
 #pragma once
 
 #include <functional>
@@ -16,17 +16,16 @@
 namespace liquidblend::jobs {
 
 struct LeaseOptions {
-  // From 100 ms to store::kLongestLease, which the catalog would cut it to; renewed three times as
-  // often.
+  // From 100 ms to store::kLongestLease; renewed three times within it.
   absl::Duration duration = absl::Seconds(30);
   absl::Duration report_interval = absl::Milliseconds(250);  // > 0; between two reports of progress
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Renews the lease and tells the catalog of progress from a thread of its own, so that work which
-// says nothing for a while loses nothing. A lack of memory does not end it: the next round tries
-// again. When the worker is to stop, the job goes back to the
-// queue at once: another worker need not wait for this one to come to a halt.
+// Renews the lease and records progress from a separate thread, so that work which reports nothing
+// for a while keeps its lease. The thread survives a lack of memory: the next round tries again.
+// When the worker is to stop, the job returns to the queue at once, before the work has come to a
+// halt.
 // Threads: safe.
 class LeaseKeeper {
  public:
@@ -42,11 +41,12 @@ class LeaseKeeper {
   const std::string& lease_id() const { return lease_.lease_id; }
   const store::pb::JobRecord& job() const { return lease_.job; }
 
-  // The newest progress; sent soon, and again with each renewal.
+  // Sets the newest progress, which is sent soon, and again with each renewal.
   void Report(const store::pb::JobProgress& progress);
 
-  // Whether to go on. kCancelled: someone asked for it; kAborted: the lease is lost, whatever the
-  // work comes to is refused; kUnavailable: the worker stops, the job is back in the queue.
+  // OK if the work may go on. Errors: kCancelled if a cancellation was requested; kAborted if the
+  // lease is lost, so that results will be refused; kUnavailable if the worker stops and the job is
+  // back in the queue.
   absl::Status Check() const;
 
  private:

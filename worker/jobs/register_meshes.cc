@@ -38,7 +38,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildCoarse(const MeshSource& fine, double s
   return spacetime::Build(animation, options, arena);
 }
 
-// Where finer nodes are, if the state is of them.
+// The state of the finer nodes, if the registration has come to them; else null.
 const registration::SharpenState* FinerNodesOf(const registration::RegistrationState* state) {
   return state == nullptr ? nullptr : std::get_if<registration::SharpenState>(state);
 }

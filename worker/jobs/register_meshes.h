@@ -13,8 +13,8 @@
 
 namespace liquidblend::jobs {
 
-// A space-time mesh, and how to get the frames that it was made of, for a coarser one. The mesh
-// must outlive it. Those of source and target may be read at the same time.
+// A space-time mesh, and a function that reads its frames again, for a coarser mesh. The mesh must
+// outlive it. The frames of source and target may be read at the same time.
 struct MeshSource {
   const mesh::SpaceTimeMesh& mesh;
   std::function<absl::StatusOr<mesh::Animation>()> read;
@@ -25,7 +25,7 @@ struct RegisterMeshesOptions {
   registration::RegistrationOptions registration;
 };
 
-//   previous  what to refine; null: from scratch
+//   previous  registration to refine; null: from scratch
 //   hooks     resume: coarse meshes are not made again if their registration is done
 // Errors: those of Build(), Register(), Refine(), Sharpen() and of reading the frames.
 // Threads: safe, same bytes for any thread count.

@@ -27,7 +27,7 @@ namespace {
 
 using registration::Registration;
 
-// What a registration is made from.
+// Input of a registration.
 struct Inputs {
   const store::v1::RegisterJob& job;
   int target_index;
@@ -101,7 +101,7 @@ absl::StatusOr<Registration> RegisterInputs(const Inputs& inputs, JobContext& co
   return RegisterOrRefine(inputs, hooks, context);
 }
 
-// How far several are that go on side by side, each on threads of its own.
+// Joint progress of several tasks that run side by side, each on its own threads.
 class SharedProgress {
  public:
   SharedProgress(size_t count, std::function<void(double)> report)

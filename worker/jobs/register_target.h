@@ -21,8 +21,9 @@ struct BuiltMesh {
   mesh::SpaceTimeReport report;
 };
 
-// Reads animations and makes their space-time meshes, side by side: the same on any worker, for any
-// number of threads. Errors: those of the stages and the store, for the first one that has any.
+// Reads animations and builds their space-time meshes, side by side; the same bytes on any worker,
+// for any number of threads. Errors: those of the stages and the store, for the first one that has
+// any.
 absl::StatusOr<std::vector<BuiltMesh>> BuildMeshes(const std::vector<std::string>& ids,
                                                    const store::v1::RegisterJob& job,
                                                    JobContext& context);
@@ -33,8 +34,8 @@ struct StageRange {
   double end = 1.0;
 };
 
-//   previous  what to refine; null: from scratch
-// Errors: those of the stages and the store, and why the job was not to go on.
+//   previous  registration to refine; null: from scratch
+// Errors: those of the stages and the store, and LeaseKeeper::Check()'s.
 absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& job, int target_index,
                                                 const mesh::SpaceTimeMesh& source,
                                                 const BuiltMesh& target,

@@ -1,5 +1,5 @@
-// The registration of one target on its way from the worker that made it to the one that puts the
-// family together.
+// Target files of parts: the registration of one target, from the worker that made it to the one
+// that assembles the family.
 #pragma once
 
 #include <string>
@@ -11,16 +11,16 @@
 
 namespace liquidblend::jobs {
 
-// Of all that the family keeps of the mesh. Cost: O(bytes).
+// Hash of all data of the mesh that the family keeps. Cost: O(bytes).
 std::string HashOf(const mesh::SpaceTimeMesh& mesh);
 
-//   source_mesh  hash of the mesh that the target is a registration of; empty: not known
+//   source_mesh  hash of the source's mesh that was registered; empty: not known
 // Errors: those of the store.
 absl::StatusOr<store::BlobId> StorePart(const RegisteredTarget& target,
                                         const std::string& source_mesh, store::BlobStore& blobs);
 
-// Errors: those of the store; kFailedPrecondition if the part is of another target, or of a
-// source's mesh with another hash: the workers are not the same program.
+// Errors: those of the store; kFailedPrecondition if the part is of another target, or if its
+// source's mesh has another hash, because the workers run different programs.
 absl::StatusOr<RegisteredTarget> ReadPart(const store::BlobId& id, const std::string& target,
                                           const std::string& source_mesh, store::BlobStore& blobs);
 

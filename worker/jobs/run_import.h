@@ -7,8 +7,8 @@
 
 namespace liquidblend::jobs {
 
-// Uploaded files -> a published animation. Errors: those of the stages and the store, and why the
-// job was not to go on (LeaseKeeper::Check).
+// Uploaded files -> a published animation. Errors: those of the stages and the store, and
+// LeaseKeeper::Check()'s.
 absl::Status RunImport(const store::v1::ImportJob& job, JobContext& context);
 
 }  // namespace liquidblend::jobs

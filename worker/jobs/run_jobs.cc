@@ -30,10 +30,11 @@ absl::Status RunStages(const store::pb::JobRecord& job, JobContext& context) {
   if (job.has_import_animation()) return RunImport(job.import_animation(), context);
   if (job.has_register_family()) return RunRegistration(job.register_family(), context);
   if (job.has_register_target()) return RunPart(job, context);
-  return absl::InvalidArgumentError("the job says nothing to do: it may be from a newer program");
+  return absl::InvalidArgumentError("the job has no known task; it may be from a newer program");
 }
 
-// Why the stages ended: a job that was not to go on may have met that as any error of a stage.
+// Outcome of the stages. If the job was not to go on, LeaseKeeper's reason replaces the stages'
+// error.
 absl::Status Outcome(const absl::Status& stages, const LeaseKeeper& keeper) {
   const absl::Status kept = keeper.Check();
   return stages.ok() || kept.ok() ? stages : kept;
@@ -45,7 +46,7 @@ absl::Status RecordFailure(store::Catalog& catalog, const store::Lease& lease,
   const absl::Status recorded = catalog.FailJob(lease.lease_id, outcome, IsWorthRetrying(outcome));
   if (!recorded.ok()) {
     base::LogWarning(
-        absl::StrCat("job ", lease.job.id(), ": cannot say that it failed: ", recorded.ToString()));
+        absl::StrCat("job ", lease.job.id(), ": cannot record its failure: ", recorded.ToString()));
   }
   return recorded;
 }
@@ -59,7 +60,7 @@ bool HasFailed(store::Catalog& catalog, const store::pb::JobRecord& job) {
 
 // Tells the catalog how the job ended. A published job has ended already; one that is lost, or has
 // gone back to the queue, is no longer ours. A worker that is refused waits here; if the catalog
-// itself refused to hear of the failure, it is told afterwards, so that no attempt is used up.
+// itself refused to record the failure, it is recorded afterwards, so that no attempt is used up.
 void Settle(store::Catalog& catalog, store::BlobStore& blobs, const store::Lease& lease,
             const absl::Status& outcome, bool is_released, Access& access) {
   if (outcome.ok()) base::LogInfo(absl::StrCat("job ", lease.job.id(), ": done"));
@@ -130,7 +131,7 @@ void AwaitGuarded(Access& access, const absl::Status& refusal) {
   }).IgnoreError();  // the next lease tells what the matter is
 }
 
-// Waits until there may be something to do, but not longer than options.poll. It hears of a wish to
+// Waits until there may be something to do, but not longer than options.poll. Notices a request to
 // stop within kStopPoll.
 void AwaitJob(store::Catalog& catalog, const StopSignal& stop, const JobLoopOptions& options) {
   const base::SteadyClock::time_point begin = base::SteadyClock::now();

@@ -1,4 +1,4 @@
-// The job loop: takes jobs from the queue, one at a time, and sees each to its end.
+// The job loop: leases jobs from the queue, one at a time, and runs each to its end.
 #pragma once
 
 #include <string>
@@ -20,25 +20,26 @@ struct JobLoopOptions {
   LeaseOptions lease;
   CheckpointOptions checkpoints;
   AccessOptions access;
-  absl::Duration poll = absl::Milliseconds(500);  // > 0; looks at an empty queue so often, unasked
+  absl::Duration poll = absl::Milliseconds(500);  // > 0; interval of looks at an empty queue
   int64_t memory_bytes = store::kAnyMemory;       // > 0; jobs that need more are left to others
   bool exit_when_idle = false;                    // return as soon as the queue is empty
-  // Why the worker is known to be refused or cut off already; OK: it is not.
+  // The refusal or loss of access that is known at the start; OK: none.
   absl::Status refusal;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
 // Runs jobs until `stop` is requested. A job that meets bad input, or allocates more memory than it
-// may (run_guarded.h), fails; one that meets trouble which may pass (kUnavailable,
-// kResourceExhausted, kPermissionDenied, kInternal) goes back to the queue, as Catalog::FailJob()
-// says; one that is interrupted by `stop` goes back as it was. What a registration had come to
-// (CheckpointOptions) is gone on from. A worker that is refused (kPermissionDenied, of the stores
-// in a job or of the queue) takes no jobs until it is let in again (Access). Errors: options out of
-// range; kDataLoss of the catalog. It waits out others.
+// may (run_guarded.h), fails. A job that meets a possibly transient error (kUnavailable,
+// kResourceExhausted, kPermissionDenied, kInternal) returns to the queue, see Catalog::FailJob(); a
+// job that is interrupted by `stop` returns to it unchanged. Registrations resume from their
+// checkpoints (CheckpointOptions). A worker that is refused (kPermissionDenied, of the stores in a
+// job or of the queue) takes no jobs until its access is restored (Access). Errors: options out of
+// range; kDataLoss of the catalog. Other errors are waited out.
 absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
                      const StopSignal& stop, const JobLoopOptions& options);
 
-// Records that this worker takes no jobs for now: its blobs cannot be opened. Failures are ignored.
+// Records that this worker takes no jobs for now, because its blob store cannot be opened. Failures
+// are ignored.
 void RecordRefusal(store::Catalog& catalog, const JobLoopOptions& options,
                    const absl::Status& refusal);
 

@@ -1,5 +1,5 @@
-// A part of the registration of a family of several targets: one of them, on any worker, beside the
-// others. RunRegistration() puts the results together.
+// A part of the registration of a family of several targets: one target, on any worker, beside the
+// others. RunRegistration() assembles the results.
 #pragma once
 
 #include "absl/status/status.h"
@@ -8,11 +8,11 @@
 
 namespace liquidblend::jobs {
 
-// Stored animations -> a target file in the store, and the part's end. Every part makes the
-// source's space-time mesh for itself: it is the same everywhere, and a small share of the work. A
-// refinement that leaves the target as it is has nothing to make.
-//   part  with its parent, which says what to do
-// Errors: those of the stages and the store, and why the job was not to go on (LeaseKeeper::Check).
+// Stored animations -> a target file in the store, and the part's end. Every part builds the
+// source's space-time mesh for itself: it has the same bytes everywhere, and is a small share of
+// the work. A refinement that leaves the target unchanged builds nothing.
+//   part  with its parent, which has the options
+// Errors: those of the stages and the store, and LeaseKeeper::Check()'s.
 absl::Status RunPart(const store::v1::JobRecord& part, JobContext& context);
 
 }  // namespace liquidblend::jobs

@@ -87,7 +87,7 @@ absl::StatusOr<std::vector<RegisteredTarget>> RegisterEach(const store::v1::Regi
   return targets;
 }
 
-// What the parts have come to.
+// Reads the results of the parts.
 absl::StatusOr<std::vector<RegisteredTarget>> ReadTargets(
     const store::v1::RegisterJob& job, const std::vector<store::v1::JobRecord>& parts,
     const mesh::SpaceTimeMesh& source, JobContext& context) {

@@ -7,10 +7,10 @@
 
 namespace liquidblend::jobs {
 
-// Stored animations -> a published family. With several targets, this runs when each has been
-// registered by a part of its own (run_part.h), and puts their results together; without parts, the
+// Stored animations -> a published family. With several targets, this runs after each has been
+// registered by a part of its own (run_part.h), and assembles their results; without parts, the
 // target is registered here. Both give the same bytes.
-// Errors: those of the stages and the store, and why the job was not to go on (LeaseKeeper::Check).
+// Errors: those of the stages and the store, and LeaseKeeper::Check()'s.
 absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context);
 
 }  // namespace liquidblend::jobs

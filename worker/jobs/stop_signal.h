@@ -1,4 +1,4 @@
-// The wish that a worker stops, from whoever hears of it first.
+// Stop signal of a worker: a request to stop, from any thread.
 #pragma once
 
 #include "absl/base/thread_annotations.h"
@@ -22,7 +22,7 @@ class StopSignal {
     return is_requested_;
   }
 
-  // Waits until it is requested, at most this long. Returns whether it is.
+  // Waits until a stop is requested, at most this long. Returns whether it is.
   bool WaitFor(absl::Duration duration) const {
     absl::MutexLock lock(&mutex_);
     const auto is_requested = [this] {

@@ -1,4 +1,4 @@
-// Results on their way into the store.
+// Writing of results into the store.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -9,7 +9,7 @@
 
 namespace liquidblend::jobs {
 
-// Writes the animation's file and returns the record that shows it once it is published.
+// Writes the animation's file and returns the record to publish.
 // Errors: those of the store.
 absl::StatusOr<store::v1::AnimationRecord> StoreAnimation(const mesh::Animation& animation,
                                                           store::BlobStore& blobs);

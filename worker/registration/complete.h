@@ -43,7 +43,7 @@ struct SurfacePair {
   PartMotions motions;
 };
 
-// How many of the vertices the first projection onto the target looks at; the others follow.
+// Share of the vertices that the first projection onto the target measures; the others follow.
 enum class Detail { kAll, kHalf };
 
 // Turns the fitted displacement into the result: projects it onto the target, mends folds, carries

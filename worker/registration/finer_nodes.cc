@@ -175,7 +175,7 @@ void CopyCells(const Cells& from, const std::vector<int32_t>& part_of, Cells& to
   }
 }
 
-// What takes part, as a mesh of its own.
+// Cutout: the vertices that are registered again, as a mesh of its own.
 struct Cutout {
   std::vector<int32_t> vertices;  // of the source, ascending
   std::vector<char> depth;        // as Grow() says, per vertex of the cutout

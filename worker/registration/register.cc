@@ -24,8 +24,8 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr double kAnnealedShare = 0.8;  // of the iterations; the rest stay soft
-// Of the samples, in the first iteration: a stiff surface is held by few, and its systems take the
-// most steps to solve.
+// Share of the samples in the first iteration: few suffice for a stiff surface, and its systems
+// take the most steps to solve.
 constexpr double kFirstSampleShare = 0.2;
 constexpr int kInitialPasses = 100;  // of the diffusion of correspondences
 // A refinement: how far along the annealing it begins, far from changed correspondences and next to
@@ -44,7 +44,7 @@ std::vector<int32_t> VerticesOf(const std::vector<Pin>& pins) {
   return vertices;
 }
 
-// How the annealing goes: f from `from` to 1, next to the pins in `near` from `from_near` on.
+// Schedule of the annealing: f from `from` to 1, next to the pins in `near` from `from_near` on.
 struct Schedule {
   int num_iterations;
   double from = 0.0;

@@ -14,8 +14,8 @@
 
 namespace liquidblend::registration {
 
-// Hard correspondences hold exactly in the result. The report has one entry per correspondence,
-// then the automatic ones.
+// Registers the source to the target. Hard correspondences hold exactly in the result. The report
+// has one entry per correspondence, then the automatic ones.
 // Requires: both meshes have normals and passed Validate().
 // Errors: kInvalidArgument (options; frame rates differ; a mesh without cells; a correspondence off
 // the surfaces; two hard ones that contradict each other), kCancelled, kInternal if the solver
@@ -28,8 +28,8 @@ absl::StatusOr<Registration> Register(const mesh::SpaceTimeMesh& source,
                                       const parallel::Arena& arena,
                                       const RegistrationHooks& hooks = {});
 
-// The same from an earlier registration of the same meshes on, with other correspondences: only the
-// late part of the annealing, stiffer where correspondences were added, removed or changed.
+// Refines an earlier registration of the same meshes, with other correspondences: only the late
+// part of the annealing, stiffer where correspondences were added, removed or changed.
 // Errors: also kInvalidArgument if the displacement is not one of this source, or not finite.
 absl::StatusOr<Registration> Refine(const mesh::SpaceTimeMesh& source,
                                     const mesh::SpaceTimeMesh& target,
@@ -39,12 +39,12 @@ absl::StatusOr<Registration> Refine(const mesh::SpaceTimeMesh& source,
                                     const parallel::Arena& arena,
                                     const RegistrationHooks& hooks = {});
 
-// Coarse to fine: how many times longer the edges of the meshes should be that a registration of so
-// many vertices begins with; 1: it is small enough to be registered at once.
+// Coarse to fine: the factor by which the edges of the first, coarse meshes are longer, for a
+// registration of so many vertices; 1 if it is small enough to be registered at once.
 double CoarseScale(int64_t num_vertices, const RegistrationOptions& options);
 
-// For the registration of these coarser meshes: parts of few of their edges are found, and what
-// holds them does so for longer, because few nodes and samples are left to each.
+// Options for the registration of the coarser meshes: smaller parts are found, and soft constraints
+// last longer, because each part has few nodes and samples.
 RegistrationOptions CoarseOptions(double scale, RegistrationOptions options);
 
 // A registration of coarser meshes of the same animations; the references must outlive the call.
@@ -53,8 +53,8 @@ struct CoarseRegistration {
   const Registration& registration;
 };
 
-// Carries it over to these meshes and fits them to one another, with nodes of their own only where
-// that leaves them apart (finer_from_edges).
+// Carries a coarse registration over to these meshes and fits them to one another, with finer nodes
+// only where they stay apart (finer_from_edges).
 // Errors: as Register(); also kInvalidArgument if the registration is not one of its source.
 // Cost: O(vertices log vertices).
 absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
@@ -65,7 +65,7 @@ absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
                                      const parallel::Arena& arena,
                                      const RegistrationHooks& hooks = {});
 
-// Goes on with that, without the coarse meshes. Errors: also kFailedPrecondition if the state is
+// Resumes Sharpen(), without the coarse meshes. Errors: also kFailedPrecondition if the state is
 // not one of this source.
 absl::StatusOr<Registration> ResumeSharpening(const mesh::SpaceTimeMesh& source,
                                               const mesh::SpaceTimeMesh& target,

@@ -22,7 +22,7 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr double kLargeFrom = 2.5;  // times the coarse mesh's vertices
-// Of a coarse registration: parts that are larger are no noise (edges), and how long soft
+// Options of a coarse registration: smallest diameter of a part (edges), and how long soft
 // correspondences last.
 constexpr double kSmallestCoarsePart = 2.0;
 constexpr double kCoarseSoftRelease = 0.8;
@@ -41,7 +41,7 @@ absl::Status CheckCoarse(const CoarseRegistration& coarse) {
   return absl::OkStatus();
 }
 
-// What both animations' tracks tell.
+// Finds part motions and open starts from both animations' tracks.
 void FollowTracks(const std::vector<Correspondence>& users, const RegistrationOptions& options,
                   SurfacePair& pair) {
   const TrackOptions tracks = {.min_diameter = options.smallest_part_edges};
@@ -53,8 +53,7 @@ void FollowTracks(const std::vector<Correspondence>& users, const RegistrationOp
   pair.FindPartMotions(source, target, pairs.tracks, users);
 }
 
-// What holds the hard ones of the pins on a fine mesh: nodes as far apart as those of the coarse
-// one.
+// Holds the hard pins on a fine mesh, with nodes as far apart as those of the coarse one.
 class PinHolder {
  public:
   PinHolder(const SurfacePair& pair, const std::vector<Pin>& pins, double spacing, uint64_t seed,
@@ -79,7 +78,7 @@ class PinHolder {
   HardPins pins_;
 };
 
-// Of the coarse registration: those that it found by itself.
+// The automatic correspondences of the coarse registration.
 std::vector<CorrespondenceReport> AutomaticOnes(const mesh::RegistrationReport& coarse) {
   std::vector<CorrespondenceReport> found;
   for (const CorrespondenceReport& report : coarse.correspondences) {
@@ -109,7 +108,7 @@ absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
   LB_RETURN_IF_ERROR(RefineUnderfitRegions(
       pair, options, arena, [&] { keeper.Keep(state); }, state));
   const double scale = state.coarse_edge_length_m / edge;
-  // As far off as the coarse registration has taken them.
+  // Points may be as far from the surface as in the coarse registration.
   const float on_surface = std::max(1.0f, static_cast<float>(scale)) * kOnSurfaceEdges;
   LB_ASSIGN_OR_RETURN(
       const std::vector<Pin> pins,

@@ -1,5 +1,5 @@
-// From one space-time mesh of an animation to another one: what was registered once serves coarser
-// levels of detail.
+// Transfer of displacements from one space-time mesh of an animation to another one, such as a
+// coarser level of detail.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +12,7 @@
 
 namespace liquidblend::registration {
 
-// A mesh that values are to be carried over from, to one mesh or to several. The mesh must outlive
-// it.  Threads: safe.
+// The source mesh of one or several transfers. The mesh must outlive it.  Threads: safe.
 class TransferSource {
  public:
   // Requires: the mesh has normals, and vertices outside of rigid pieces.
@@ -38,8 +37,8 @@ class Transfer {
   Transfer(const TransferSource& source, const mesh::SpaceTimeMesh& to,
            const parallel::Arena& arena);
 
-  // Weighted means of the columns of `values`, of which there is one per vertex of `from`, or none:
-  // then the result has none either.
+  // Weighted means of the columns of `values`, one per vertex of `from`; no columns if `values` has
+  // none.
   Eigen::Matrix4Xf Apply(const Eigen::Matrix4Xf& values, const parallel::Arena& arena) const;
 
  private:

@@ -38,7 +38,7 @@ struct BuildOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// kTracked or kRebuilt: what Build() takes the animation for.
+// The connectivity that Build() assumes: kTracked or kRebuilt.
 // Errors, Threads: as Build.  Cost: of MatchedShare (build_tracked.h) if it is to choose.
 absl::StatusOr<Connectivity> ChooseConnectivity(const mesh::Animation& animation,
                                                 const BuildOptions& options,
@@ -47,7 +47,7 @@ absl::StatusOr<Connectivity> ChooseConnectivity(const mesh::Animation& animation
 // Builds the cell complex; its slice at frame k lies on frame k's surface.
 // Requires: frames closed and oriented.  Errors: kInvalidArgument (options, fewer than 2 frames, no
 // triangles at all, beyond core/mesh/animation_limits.h); base::MemoryLimitError() if the grid is
-// larger than its index type or the memory that is left can hold.
+// larger than its index type or the remaining memory allows.
 // Threads: safe, same bytes for any thread count.
 absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
                                           const BuildOptions& options, const parallel::Arena& arena,

@@ -1,5 +1,4 @@
-// How well a space-time mesh shows the animation that it was built from. Internal to
-// worker/spacetime.
+// Fidelity of a space-time mesh to its animation. Internal to worker/spacetime.
 #pragma once
 
 #include "absl/status/status.h"

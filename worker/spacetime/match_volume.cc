@@ -12,11 +12,12 @@ namespace liquidblend::spacetime {
 namespace {
 
 constexpr int kRounds = 4;
-// What needs more is left as it is: a part that is the frame's, and all others together.
+// Parts that need a larger offset stay unchanged: limits for a part that corresponds to one of the
+// frame, and for all others together.
 constexpr double kMaxOffsetEdges = 0.15;
 constexpr double kMaxRestOffsetEdges = 0.1;
-// Of unit normals in space-time: shorter ones are of surfaces that come and go within a frame,
-// where no direction in space is theirs.
+// Smallest spatial length of unit normals in space-time: shorter ones belong to surfaces that
+// appear and vanish within a frame, which have no direction in space.
 constexpr float kMinSpatial = 0.1f;
 constexpr double kMaxShift = 2.0;   // edges; between a part's centres in slice and frame ...
 constexpr double kMaxChange = 1.3;  // ... and its volumes' ratio
@@ -202,9 +203,9 @@ struct PartsBeside {
   int32_t before = -1, after = -1;
 };
 
-// What vertices have to be moved by, from what parts of slices need. Vertices that none of their
-// own time edges connects with a frame, on layers within a slab, follow those that they are
-// connected with.
+// Offsets of vertices, from the corrections of the slices' parts. Vertices that none of their own
+// time edges connects with a frame, on layers within a slab, follow those that they are connected
+// with.
 class Offsets {
  public:
   Offsets(std::span<const FrameHexahedra> frames, const std::vector<FrameSlice>& slices,

@@ -1,4 +1,5 @@
-// Gives each part of each frame's slice the part's volume. Internal to worker/spacetime.
+// Volume correction: each part of each frame's slice gets the part's volume in the frame. Internal
+// to worker/spacetime.
 #pragma once
 
 #include <span>
@@ -13,16 +14,16 @@ namespace liquidblend::spacetime {
 // The hexahedra whose time edges (corners c and c + 4) cross one time, which are its slice.
 struct FrameHexahedra {
   double time;                                  // frames
-  std::vector<mesh::Component> parts;           // that the slice is to have, metres
+  std::vector<mesh::Component> parts;           // of the frame, for the slice to match; metres
   std::span<const mesh::Hexahedron> hexahedra;  // closed in space
 };
 
-// Moves the vertices, but for rigid pieces, along their normals in space, each by what its part
-// needs in the frames before and after it, so that the slices' volumes are right: placed vertices
-// are a hundredth of an edge length off on average, to the outside where the surface is convex, and
-// what is fast loses volume, some percent of a drop that falls by four edges a frame. Parts of the
-// slice that are not the frame's one by one (they have met between the frames, or only there) are
-// taken together.
+// Moves the vertices, but for rigid pieces, along their normals in space, each by the correction of
+// its part in the frames before and after it, so that the slices' volumes match. Without it placed
+// vertices are a hundredth of an edge length off on average, to the outside where the surface is
+// convex, and fast parts lose volume: some percent of a drop that falls by four edges a frame.
+// Parts of the slice that do not correspond one to one to the frame's (they have merged in only one
+// of both) are corrected together.
 //   frames  ascending in time
 // Requires: mesh.normals.  Threads: same bytes for any thread count.
 // Cost: O(vertices + hexahedra), five times; parts of a slice times those of its frame.

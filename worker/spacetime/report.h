@@ -1,4 +1,4 @@
-// What a space-time mesh became, for those who asked for it.
+// Report of a space-time mesh.
 #pragma once
 
 #include "core/mesh/animation.h"
@@ -9,8 +9,8 @@
 
 namespace liquidblend::spacetime {
 
-// Counts what is in the mesh, and measures at 16 frames how well it shows the animation.
-//   options  what the mesh was built with; connectivity as ChooseConnectivity() told
+// Counts the mesh's elements, and measures its fidelity to the animation at 16 frames.
+//   options  options of Build(); connectivity is ChooseConnectivity()'s result
 // Requires: options.connectivity is not kAuto.
 // Threads: same bytes for any thread count.  Cost: some percent of Build's.
 mesh::SpaceTimeReport Report(const mesh::Animation& animation, const mesh::SpaceTimeMesh& mesh,

@@ -18,7 +18,7 @@
 
 namespace liquidblend::cli {
 
-// What the file calls it: "point", "trajectory" or "space".
+// The kind's name in the file: "point", "trajectory" or "space".
 const char* KindName(CorrespondenceKind kind);
 
 // The file's text for a family's correspondences, given and automatic ones: to be edited and read

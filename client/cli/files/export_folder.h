@@ -10,7 +10,7 @@
 namespace liquidblend::cli {
 
 // Files are written into a subfolder first, ".export.part". Commit() moves them to their place.
-// Until then the files of an earlier export are as they were; a failed export leaves no trace.
+// Until then the files of an earlier export stay; a failed export leaves no files.
 // Threads: one at a time; one export into a folder at a time.
 class ExportFolder {
  public:
@@ -18,20 +18,20 @@ class ExportFolder {
 
   // Makes the folder and the subfolder.
   // Errors: kInvalidArgument if the folder holds anything and must be empty, or if it holds files
-  // that `import` would read beside the new frames and that are not those of an earlier export, as
-  // its meta.json says; kPermissionDenied if it cannot be written.
+  // that `import` would read beside the new frames and that are not of an earlier export, according
+  // to its meta.json; kPermissionDenied if it cannot be written.
   static absl::StatusOr<ExportFolder> Open(const std::string& directory, Policy policy);
 
   ExportFolder(ExportFolder&& other) noexcept;
   ExportFolder& operator=(ExportFolder&&) = delete;
   ~ExportFolder();  // removes the subfolder
 
-  // A file's path until Commit(), and after it.
+  // A file's path until Commit(), and its path after it.
   std::string TemporaryPath(const std::string& name) const;
   std::string FinalPath(const std::string& name) const;
 
-  // Removes the files of the earlier export that were there at Open(), then moves `names` to their
-  // place, in this order.
+  // Removes the files of the earlier export that existed at Open(), then moves `names` to their
+  // places, in this order.
   // Errors: kInternal with the file and the system's reason.
   absl::Status Commit(const std::vector<std::string>& names);
 

@@ -1,4 +1,4 @@
-// The meta.json beside exported frames, with which `import` reads them as they were
+// The meta.json beside exported frames, by which `import` reads them with the same times and units
 // (docs/formats.md).
 #pragma once
 
@@ -20,7 +20,7 @@ struct ExportedFiles {
   int64_t count = 0;
 
   std::string NameOf(int64_t number) const;  // from 1 on; four digits or more
-  // Whether it is the name of one of them.
+  // Whether `name` is the name of one of them.
   bool Contain(const std::string& name) const;
 };
 
@@ -35,11 +35,11 @@ struct ExportMeta {
 };
 
 // JSON: fps; frame_times if the frames are not one frame apart; units: metres and metres per
-// second; up if it is known; and where the frames are from and their files, under "about". Numbers
-// come back to the last bit.
+// second; up if it is known; and the origin of the frames and their files, under "about". Numbers
+// are read back to the same bits.
 std::string ToMetaJson(const ExportMeta& meta);
 
-// The direction that is up, as a meta.json says; kUnknown: it does not.
+// The upward direction in a meta.json; kUnknown: not given.
 Up UpIn(const std::string& meta_json);
 
 // The files of the export that has written this meta.json; none if no export has.

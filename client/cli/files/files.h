@@ -1,4 +1,4 @@
-// Whole files in and out.
+// Reading and writing of whole files.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@ namespace liquidblend::cli {
 // Errors: kNotFound if it cannot be read.
 absl::StatusOr<std::string> ReadFile(const std::string& path);
 
-// Whether a file can be made there: to be asked before the work that its content takes.
+// Checks that a file can be made at `path`, before its content is computed.
 // Errors: kPermissionDenied, with the folder at fault and what to do.
 absl::Status CheckOutput(const std::string& path);
 
-// Writes PATH.part, then renames it, so that a file is whole or not there.
+// Writes PATH.part, then renames it, so that the file is whole or missing.
 // Errors: kPermissionDenied or kInternal with the system's reason.
 absl::Status WriteFile(const std::string& path, const std::string& bytes);
 

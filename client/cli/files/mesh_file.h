@@ -1,11 +1,11 @@
 // Mesh files: .drc, .ply, .obj and .bobj.gz.
 //
 // Written: PLY binary little endian (float x, y, z; nx, ny, nz and vx, vy, vz if the mesh has
-// normals and velocities; uchar-int triangle lists), OBJ with 9 digits (every float comes back as
-// it was), BOBJ as Mantaflow caches it (gzip of int32 nv; float32 position[nv][3]; int32 nn = nv;
-// float32 normal[nn][3]; int32 nt; int32 triangle[nt][3]). Read: those, of triangles only; more
-// floats per vertex of PLY and what OBJ has besides are passed over; anything else is refused with
-// a reason.
+// normals and velocities; uchar-int triangle lists), OBJ with 9 digits (floats are read back to the
+// same bits), BOBJ as in Mantaflow's cache (gzip of int32 nv; float32 position[nv][3]; int32 nn =
+// nv; float32 normal[nn][3]; int32 nt; int32 triangle[nt][3]). Read: the same formats, triangles
+// only; more floats per vertex of PLY and other statements of OBJ are skipped; anything else is
+// refused with a reason.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ namespace liquidblend::cli {
 // The format comes from the file's name.
 // Errors: kNotFound; kInvalidArgument for an unknown or unsupported format; kDataLoss for a damaged
 // file, an index out of range, or a number that is not finite; the message names file and element.
-//   passed_over  set to what of the file has no place in a Mesh, for a remark; or empty
+//   passed_over  set to the skipped parts of the file, for a note to the user; or empty
 absl::StatusOr<Mesh> ReadMeshFile(const std::string& path, std::string* passed_over = nullptr);
 
 // True if ReadMeshFile reads files of this name.

@@ -1,4 +1,4 @@
-// What a triangle mesh is like.
+// Figures of a triangle mesh.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +26,8 @@ struct MeshStats {
 // Requires: indices in range.  Cost: O(n log n).
 MeshStats ComputeMeshStats(const Mesh& mesh);
 
-// A unit normal per vertex, mean of the triangles around weighted by area; 0, 0, 1 where there is
-// none. x, y, z per vertex.
+// A unit normal per vertex, mean of the triangles around weighted by area; 0, 0, 1 for vertices
+// without a triangle. x, y, z per vertex.
 std::vector<float> VertexNormals(const Mesh& mesh);
 
 }  // namespace liquidblend::cli

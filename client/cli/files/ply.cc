@@ -98,7 +98,7 @@ constexpr Triple kTriples[] = {{{"x", "y", "z"}, &Mesh::positions},
                                {{"nx", "ny", "nz"}, &Mesh::normals},
                                {{"vx", "vy", "vz"}, &Mesh::velocities}};
 
-// Where they begin among the properties; none: they are not all there.
+// Index of the first of the triple's properties; nothing if they are not all there.
 std::optional<size_t> Find(const Triple& triple, const std::vector<std::string>& properties) {
   const auto found = std::search(properties.begin(), properties.end(), std::begin(triple.names),
                                  std::end(triple.names));

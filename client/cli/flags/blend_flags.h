@@ -1,5 +1,5 @@
-// Flags that say which blend: weights, or a point in parameter space. Shared by the commands that
-// ask for frames.
+// Flags of a blend: weights, or a point in parameter space. Shared by the commands that request
+// frames.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -17,7 +17,7 @@ struct BlendFlags {
   bool extrapolate = false;
 };
 
-// What the flags say; both empty if they say nothing.
+// Values of the flags; both empty without flags.
 struct Blend {
   std::vector<double> weights;
   Parameters parameters;
@@ -29,14 +29,14 @@ struct Blend {
 // `flags` must outlive the parser.
 void AddBlendFlags(CLI::App& command, BlendFlags& flags);
 
-// What --parameters and --extrapolate are, for --help.
+// Help text of --parameters and --extrapolate.
 extern const char kParametersHelp[];
 extern const char kExtrapolateHelp[];
 
 // Errors: kInvalidArgument, names the flag and the bad part.
 absl::StatusOr<Blend> ToBlend(const BlendFlags& flags);
 
-// Errors: also kInvalidArgument if the flags say nothing.
+// Errors: also kInvalidArgument without flags.
 absl::StatusOr<Blend> ToRequiredBlend(const BlendFlags& flags);
 
 }  // namespace liquidblend::cli

@@ -1,4 +1,4 @@
-// What every subcommand gets: the global flags, and how to speak.
+// Context of every subcommand: the global flags, and output.
 #pragma once
 
 #include <memory>
@@ -19,16 +19,17 @@ struct Context {
   std::string token_file;  // or the token is in security
   bool no_direct = false;  // not ConnectOptions::direct_transfers
   bool json = false;       // results as JSON on standard output
-  bool quiet = false;      // no progress, no remarks; results and errors only
+  bool quiet = false;      // results and errors only
   absl::Status status;     // of the subcommand that ran
 
   absl::StatusOr<std::unique_ptr<Client>> Connect() const;
 
-  // Standard output: a result for a person (not with --json), or for a program (only with --json).
+  // Prints to standard output: a result for people (not with --json), or for programs (only with
+  // --json).
   void Print(const std::string& line) const;
   void PrintJson(const nlohmann::ordered_json& value) const;
 
-  // Standard error: a remark, unless --quiet.
+  // Prints a note to standard error, unless --quiet.
   void Remark(const std::string& line) const;
 };
 

@@ -1,4 +1,4 @@
-// Flags that say how frames are encoded: shared by the commands that get frames.
+// Flags of the encoding of frames, shared by the commands that get frames.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -1,4 +1,4 @@
-// Checks of the values of flags, with messages that name what was given.
+// Checks of the values of flags, with messages that name the given value.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -1,4 +1,4 @@
-// Values of flags that the parser does not know.
+// Parsers of the flags' values that CLI11 does not parse itself.
 #pragma once
 
 #include <string>

@@ -39,7 +39,7 @@ absl::StatusOr<ParameterSpace> ParsePoints(const std::vector<std::string>& texts
     const std::pair<std::string, std::string> parts = absl::StrSplit(text, absl::MaxSplits(':', 1));
     LBC_ASSIGN_OR_RETURN(const auto values, ParseAssignments("--at", parts.second));
     if (!points.try_emplace(Id(parts.first), values.begin(), values.end()).second) {
-      return absl::InvalidArgumentError(absl::StrCat("--at ", parts.first, " is there twice"));
+      return absl::InvalidArgumentError(absl::StrCat("--at ", parts.first, " is given twice"));
     }
     if (!space.names.empty()) continue;
     for (const auto& [name, value] : values) space.names.push_back(name);

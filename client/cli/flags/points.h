@@ -11,7 +11,7 @@ namespace liquidblend::cli {
 
 // {"drops-a:height=1,width=2", ...}, one per animation of the request, in any order -> their
 // points, in the request's order; the names are in the first one's order. Nothing for none. Errors:
-// kInvalidArgument, names the animation and what is missing or wrong.
+// kInvalidArgument, names the animation and the missing or wrong part.
 absl::StatusOr<ParameterSpace> ParsePoints(const std::vector<std::string>& texts,
                                            const RegisterRequest& request);
 

@@ -1,4 +1,4 @@
-// --priority of what is worked on by the server's workers.
+// The flag --priority of jobs.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -1,4 +1,4 @@
-// Flags that say what the server makes of a slice: shared by the commands that write frames.
+// Flags of the surface options of frames, shared by the commands that write frames.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -19,7 +19,8 @@ void AddSurfaceFlags(CLI::App& command, SurfaceFlags& flags);
 
 SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags);
 
-// Whether what is asked for fits into a file of this extension ("ply").  Errors: kInvalidArgument.
+// Checks that a file of this extension ("ply") can hold the requested attributes.  Errors:
+// kInvalidArgument.
 absl::Status CheckAttributes(const SurfaceFlags& flags, const std::string& extension);
 
 }  // namespace liquidblend::cli

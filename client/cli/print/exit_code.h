@@ -1,4 +1,4 @@
-// What the command's exit status means.
+// Exit statuses of the command.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ enum ExitCode {
   kExitNotFound = 4,       // no such animation, family, operation or file
   kExitCancelled = 5,      // the operation was cancelled
   kExitTooDifferent = 6,   // the verdict on a registration: too different, or worse than --require
-  kExitDamaged = 7,        // what was read is damaged, or missing in the store
+  kExitDamaged = 7,        // read data are damaged, or missing in the store
   kExitInterrupted = 130,  // Ctrl-C; a running operation goes on
 };
 
@@ -32,7 +32,7 @@ absl::Status VerdictError(const std::string& message);
 
 ExitCode ToExitCode(const absl::Status& status);
 
-// What to try next, in one sentence; "" if there is nothing to say.
+// Advice to the user, in one sentence; "" if there is none.
 const char* Advice(ExitCode code);
 
 }  // namespace liquidblend::cli

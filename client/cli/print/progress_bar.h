@@ -20,8 +20,8 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  // A bar is drawn at most ten times a second. A line is printed when `step`, which names what is
-  // being done, changes, and else every ten seconds.
+  // A bar is drawn at most ten times a second. A line is printed when `step`, the name of the
+  // present step, changes, and else every ten seconds.
   //   fraction  [0, 1]
   void Update(double fraction, const std::string& step, const std::string& text);
 

@@ -1,4 +1,4 @@
-// How well a stream keeps its pace.
+// Statistics of a stream: how well it keeps its pace.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ Percentiles ComputePercentiles(std::vector<double> values);
 // Threads: one.
 class StreamStats {
  public:
-  // `frames_per_second`: the pace that was asked for, > 0.
+  // `frames_per_second`: the requested rate, > 0.
   explicit StreamStats(double frames_per_second) : frames_per_second_(frames_per_second) {}
 
   void AddFrame(const StreamedFrame& frame, absl::Time arrival);

@@ -1,4 +1,4 @@
-// Following an operation to its end.
+// Watching an operation to its end.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace liquidblend::cli {
 
-// Shows progress until the operation is done, however it ends. Ctrl-C ends the program with
-// kExitInterrupted; the operation goes on, and a line says how to watch or cancel it.
+// Shows progress until the operation ends in any way. Ctrl-C ends the program with
+// kExitInterrupted; the operation goes on, and a line tells the user how to watch or cancel it.
 absl::StatusOr<Operation> WatchWithProgress(Client& client, const std::string& operation,
                                             const Context& context);
 

@@ -1,4 +1,4 @@
-// Where a picture is taken from. z is up.
+// Camera of a picture. z is up.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,7 @@ class Camera {
   // Frames `bounds` in a picture of the given width over height.
   Camera(const Bounds& bounds, double aspect, const CameraOptions& options);
 
-  // Through (x, y) of the picture, both in [0, 1], from the top left.
+  // The ray through (x, y) of the picture, both in [0, 1], from the top left.
   Ray MakeRay(float x, float y) const;
 
  private:

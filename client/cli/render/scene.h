@@ -1,4 +1,4 @@
-// Rays against a triangle mesh: the one place that names Embree.
+// Intersection of rays with a triangle mesh. No other file uses Embree.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -32,8 +32,8 @@ class Scene {
   // The nearest hit farther than `near`; false if there is none.
   bool Intersect(const Ray& ray, float near, Hit* hit) const;
 
-  // For a ray inside the liquid: the hit where it leaves it. Surfaces within the liquid, where parts
-  // of it lie in one another, are passed. False if it never leaves.
+  // For a ray inside the liquid: the hit where it leaves it. Surfaces within the liquid, where
+  // parts of it overlap, are skipped. False if it never leaves.
   bool Leave(const Ray& ray, float near, Hit* hit) const;
 
   // True if anything lies between `near` and `far`.

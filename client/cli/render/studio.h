@@ -1,4 +1,4 @@
-// What is around the liquid: a bright room, a floor, a large soft lamp.
+// Studio around the liquid: a bright room, a floor, a large soft lamp.
 #pragma once
 
 #include "client/cli/render/camera.h"
@@ -25,7 +25,7 @@ class Studio {
   float size() const { return size_; }
   float epsilon() const { return 1e-4f * size_; }
 
-  // What a ray that misses the liquid sees.
+  // Light along a ray that misses the liquid.
   Vector Background(const Ray& ray, Random& random) const;
 
   // Light on a surface that scatters evenly: lamp with soft shadow, room with ambient occlusion.

@@ -1,4 +1,4 @@
-// Meshes and boxes turned so that z is up, as pictures are taken.
+// Rotation of meshes and boxes so that z is up, for pictures.
 #pragma once
 
 #include "liquidblend/bounds.h"
@@ -7,8 +7,8 @@
 
 namespace liquidblend::render {
 
-// Exact: the coordinates change their places and signs. With y up, x goes to the right and the
-// picture is taken along -z. kUnknown: as it is.
+// Exact: coordinates change their places and signs. With y up, x goes to the right and the picture
+// is taken along -z. kUnknown: unchanged.
 Mesh Upright(Mesh mesh, Up up);
 Bounds Upright(const Bounds& bounds, Up up);
 

@@ -1,5 +1,5 @@
 // A picture of a liquid: ray-traced, smooth, see-through where it is thin, on a studio floor. z is
-// up (upright.h turns what has another).
+// up (see upright.h).
 #pragma once
 
 #include "absl/status/status.h"

@@ -1,5 +1,5 @@
-// Animations as the server knows them. Times are seconds, positions metres, velocities metres per
-// second, in the world that the animations were imported from.
+// Animations on the server. Times are seconds, positions metres, velocities metres per second, in
+// the world that the animations were imported from.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace liquidblend {
 enum class AnimationFormat { kAny, kMantaflow, kPly, kObj, kStl, kVdb };
 enum class AnimationState { kUnknown, kImporting, kReady, kFailed };
 
-// How the files' numbers become metres and seconds; 0 means: from meta.json beside the frames.
+// Units of the files and choice of frames; 0 means: from meta.json beside the frames.
 struct ImportOptions {
   AnimationFormat format = AnimationFormat::kAny;
   double frames_per_second = 0.0;   // >= 0
@@ -28,8 +28,8 @@ struct ImportOptions {
   std::vector<double> frame_times;  // frames since the first, one per frame, rising from 0; empty:
                                     // from meta.json, else from the numbers in the names
   Up up = Up::kUnknown;  // kUnknown: from meta.json, else found from parts that fall, else z
-  // Frames of such names only, as "foam.*", and their velocities; empty: all. Chosen by the server:
-  // of files that are uploaded, ListAnimationFiles() chooses before.
+  // Pattern of the frames' names, as "foam.*", which chooses their velocities, too; empty: all.
+  // Applied by the server; for uploads, ListAnimationFiles() applies it before.
   std::string pattern;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };

@@ -1,4 +1,4 @@
-// One frame of a blend: what is asked for, and what comes back.
+// One frame of a blend: request and result.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@ namespace liquidblend {
 
 enum class Smoothing {
   kTaubin,     // keeps volumes
-  kLaplacian,  // the paper's; each pass shrinks what is small
+  kLaplacian,  // the paper's; each pass shrinks small parts
 };
 
-// What the server makes of the slice before it encodes it; the defaults leave it as it is.
+// Processing of the slice by the server before encoding; the defaults leave it unchanged.
 struct SurfaceOptions {
   int level_of_detail = 0;   // 0: the finest; at most the number of Family::coarser_levels
   int smoothing_passes = 0;  // 0 to 32; evens out triangles
@@ -28,7 +28,7 @@ struct SurfaceOptions {
   bool operator==(const SurfaceOptions&) const = default;
 };
 
-// Time against bytes; the triangles and their positions are the same.
+// Trade-off between time and bytes; the triangles and their positions are the same.
 enum class EncodingPreset {
   kFastest,   // the server's default
   kBalanced,  // 10 to 25 % fewer bytes for a quarter more time
@@ -48,8 +48,8 @@ struct FrameRequest {
   double position_step_m = 0.0;  // 0: by position_bits
   EncodingPreset encoding = EncodingPreset::kFastest;
   int64_t version = 0;  // 0: the latest
-  // The oldest version to be used if `version` is 0; a server that has not loaded it yet does so
-  // first. 0: the newest that the Client has heard of (Client::GetFamily, finished operations).
+  // The oldest acceptable version if `version` is 0; a server that has not loaded it yet does so
+  // first. 0: the newest that the Client has got (Client::GetFamily, finished operations).
   int64_t min_version = 0;
   SurfaceOptions surface;
 };
@@ -58,7 +58,7 @@ struct Frame {
   std::string data;  // a Draco mesh: see decode.h
   std::string family;
   int64_t version = 0;
-  std::vector<double> weights;  // that were used, also if parameters were asked for
+  std::vector<double> weights;  // that were used, also for parameters
   bool extrapolated = false;    // the parameters lie outside of the hull
   double time_s = 0.0;
   int64_t num_vertices = 0;

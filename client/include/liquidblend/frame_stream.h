@@ -1,4 +1,4 @@
-// Frames that flow from the server while weights, time and rate change.
+// Stream of frames from the server, while weights, time and rate change.
 #pragma once
 
 #include <cstdint>
@@ -13,29 +13,29 @@
 
 namespace liquidblend {
 
-// A field that is not set, or empty, stays as before; at the start of a stream: as the default
-// says.
+// Settings of a stream. A field that is not set, or empty, keeps its value; at the start of a
+// stream it has its default.
 struct StreamSettings {
   std::string family;                       // the id; required at the start
   std::vector<double> weights;              // one per target; default all 0
-  Parameters parameters;                    // they replace weights, and weights them
+  Parameters parameters;                    // replaces weights; weights replace it
   std::optional<bool> extrapolate;          // as FrameRequest's; default false
-  std::optional<double> time_s;             // where to go on from; default 0
+  std::optional<double> time_s;             // time to continue from; default 0
   std::optional<double> rate;               // seconds of animation per second; default 1; 0 holds
   std::optional<double> frames_per_second;  // of the clock; (0, 240]; default the family's
   int position_bits = 0;                    // 8 to 20; 0: as before; default the server's
-  double position_step_m = 0.0;             // as FrameRequest's; replaces bits, and they it
+  double position_step_m = 0.0;             // as FrameRequest's; bits and step replace one another
   std::optional<EncodingPreset> encoding;   // default kFastest
   std::optional<bool> loop;                 // start again at the end; default: end the stream
   std::optional<bool> lossless;  // the whole animation one by one, nothing skipped; default false
   std::optional<SurfaceOptions> surface;  // default: the slice itself
-  // Frames are coarser than surface.level_of_detail while the connection is too slow for them; not
-  // of a lossless stream. Default false.
+  // Whether frames may be coarser than surface.level_of_detail while the connection is too slow;
+  // ignored for lossless streams. Default false.
   std::optional<bool> adapt_level_of_detail;
-  // As FrameRequest's, of `family`; without a family, of the one that the stream shows, whose
-  // version before goes on until this one is loaded.
+  // As FrameRequest's, of `family`; without a family, of the stream's present one, which keeps its
+  // version until this one is loaded.
   int64_t min_version = 0;
-  // The very version, likewise; it replaces min_version. 0: no certain one.
+  // The exact version, likewise; it replaces min_version. 0: any.
   int64_t version = 0;
 };
 
@@ -58,7 +58,7 @@ class FrameStream {
   // Errors: the server's, kCancelled after Cancel, kUnavailable if the connection is lost.
   absl::StatusOr<std::optional<StreamedFrame>> Read();
 
-  // The newest values win from the next frame on.  Errors: kFailedPrecondition if the stream ended.
+  // Sets values from the next frame on.  Errors: kFailedPrecondition if the stream ended.
   absl::Status Change(const StreamSettings& settings);
 
   // Ends the stream at once; a Read that waits returns.

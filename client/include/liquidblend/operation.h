@@ -1,4 +1,4 @@
-// Long work on the server: imports and registrations.
+// Operations: long work on the server, imports and registrations.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace liquidblend {
 
-// How far a job is.
+// Progress of a job.
 struct Progress {
   std::string stage;
   double fraction = 0.0;  // of the whole job, [0, 1]
@@ -30,11 +30,11 @@ struct Progress {
   std::optional<absl::Time> start_time;  // when work on it began
   std::optional<absl::Time> end_time;    // when it was done
   int priority = 0;
-  std::string waiting_for;   // what keeps it queued, if it is not just its turn
-  int64_t memory_bytes = 0;  // what it needs, by estimate; 0: not known
-  // While it is queued after an attempt that failed: it is not tried again before this.
+  std::string waiting_for;   // why it stays queued, if not for its turn alone
+  int64_t memory_bytes = 0;  // estimate of its need; 0: not known
+  // While it is queued after a failed attempt: the earliest time of the next one.
   std::optional<absl::Time> next_attempt_time;
-  absl::Status last_failure;  // of the newest attempt that failed; OK: none has
+  absl::Status last_failure;  // of the last failed attempt; OK: none
 };
 
 // A job on the server: an import or a registration.

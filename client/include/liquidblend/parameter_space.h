@@ -1,4 +1,4 @@
-// The user's own parameters of animations: what the simulations were started with.
+// Parameter space: the user's own parameters of animations, such as settings of the simulations.
 #pragma once
 
 #include <map>
@@ -7,7 +7,7 @@
 
 namespace liquidblend {
 
-// Where the animations of a family lie, in the user's own units; empty: not known.
+// Points of a family's animations, in the user's own units; empty: not known.
 struct ParameterSpace {
   std::vector<std::string> names;           // 1 to 4, e.g. "wall_width"; [a-z][a-z0-9_]{0,62}
   std::vector<std::vector<double>> points;  // the source's, then one per target; a value per name

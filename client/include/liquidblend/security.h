@@ -1,4 +1,4 @@
-// How the connection to a server is protected, and who is calling.
+// Security of the connection to a server: TLS and credentials.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@ namespace liquidblend {
 // Files are PEM.
 struct SecurityOptions {
   bool tls = false;      // also true as soon as one of the next three is given
-  std::string tls_ca;    // file of authorities that may vouch for the server; "": the system's
+  std::string tls_ca;    // file of authorities trusted for the server; "": the system's
   std::string tls_cert;  // file of a certificate to show (mutual TLS), with its key; "": none
   std::string tls_key;
   std::string tls_server_name;  // that the server's certificate is for; "": the target's host
-  std::string storage_ca;       // file of authorities that may vouch for the object store
+  std::string storage_ca;       // file of authorities trusted for the object store
   std::string token;            // bearer token; "": none. Only sent with TLS, or on this machine
   bool uses_tls() const { return tls || !tls_ca.empty() || !tls_cert.empty(); }
-  // Names the field at fault; never says what the token is.
+  // Names the field at fault; the message never has the token.
   absl::Status Validate() const;
 };
 

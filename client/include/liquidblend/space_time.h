@@ -1,4 +1,4 @@
-// How animations become space-time meshes, and what they became.
+// Space-time meshes of animations: options and reports.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,13 @@
 namespace liquidblend {
 
 enum class Connectivity {
-  kAuto,     // asked for: the server chooses; reported: not known
+  kAuto,     // in options: the server chooses; in reports: not known
   kTracked,  // frames share it, wholly or mostly: their own vertices are used
   kRebuilt,  // each frame has its own: a grid is laid over space and time
 };
 
-// Lengths are in mean edge lengths of the animation. What is not set: the server's default.
+// Lengths are in mean edge lengths of the animation. Fields that are not set have the server's
+// defaults.
 struct SpaceTimeOptions {
   Connectivity connectivity = Connectivity::kAuto;
   double spacing_edges = 0.0;                   // >= 0; of the grid; 0: the server's default
@@ -26,8 +27,8 @@ struct SpaceTimeOptions {
   absl::Status Validate() const;                // names the first field out of range, and its value
 };
 
-// Slices of an animation's space-time mesh at frames, before anything moves them (of the source: at
-// weight 0), against the frames.
+// Differences of slices of an animation's undeformed space-time mesh at frames (of the source: at
+// weight 0) from the frames.
 struct Fidelity {
   int num_frames = 0;                // that were measured, spread over the animation
   double mean_distance_edges = 0.0;  // between the surfaces, both ways, in mean edge lengths

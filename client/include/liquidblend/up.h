@@ -1,4 +1,4 @@
-// Which way is up in an animation.
+// The upward direction of an animation.
 #pragma once
 
 #include <optional>

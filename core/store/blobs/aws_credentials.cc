@@ -59,7 +59,8 @@ std::optional<std::map<std::string, std::string>> ProfileSection(const std::stri
   return values;
 }
 
-// Of the environment: a role that was detached may come back, and no job is to blame.
+// Error of expired credentials. It is transient: a detached role may come back, and the job is not
+// at fault.
 absl::Status ExpiredError(const absl::Status& why) {
   return absl::PermissionDeniedError(
       absl::StrCat("credentials for S3 have expired, and there are no new ones: ", why.message()));
@@ -153,7 +154,7 @@ absl::StatusOr<AwsCredentials> AwsCredentialsProvider::Get() {
   const bool may_wait = current_.has_value() && now < current_->expires &&
                         absl::AbsDuration(now - read_at_) < kReadInterval;
   if (!is_due || may_wait) return current_->credentials;
-  // Those who waited while a source failed to answer do not ask it once more each.
+  // Callers that waited while a source failed share its error instead of asking it again.
   const bool has_just_failed =
       !read_error_.ok() && absl::AbsDuration(now - read_at_) < kReadInterval;
   const absl::Status updated = has_just_failed ? read_error_ : Update();

@@ -1,4 +1,4 @@
-// Credentials that services of a container's or an instance's host give out over HTTP.
+// Credentials from HTTP services of a container's or an instance's host.
 #include <algorithm>
 #include <array>
 #include <cstdlib>

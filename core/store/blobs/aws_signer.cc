@@ -28,7 +28,7 @@ std::string Hmac(absl::string_view key, absl::string_view text) {
   return std::string(reinterpret_cast<const char*>(digest.data()), digest.size());
 }
 
-// What stands in canonical requests of the headers that are signed: a line each, and their names.
+// The signed headers in a canonical request: a line each, and their names.
 struct SignedHeaders {
   explicit SignedHeaders(const std::map<std::string, std::string>& headers) {
     for (const auto& [name, value] : headers) {

@@ -144,7 +144,7 @@ std::unique_ptr<Exchange> Prepare(const HttpRequest& request, const HttpOptions&
   for (const auto& [name, value] : request.headers) {
     AddHeader(absl::StrCat(name, ": ", value), *exchange);
   }
-  // What curl adds on its own, but nobody signs or needs.
+  // Removes headers that curl adds, which are neither signed nor needed.
   for (const char* name : {"Expect:", "Content-Type:", "Accept:"}) AddHeader(name, *exchange);
   curl_easy_setopt(easy, CURLOPT_HTTPHEADER, exchange->headers.get());
   curl_easy_setopt(easy, CURLOPT_WRITEFUNCTION, TakeBody);

@@ -144,7 +144,7 @@ class S3BlobStore : public BlobStore {
     for (int attempt = 1;; ++attempt) {
       absl::StatusOr<std::shared_ptr<const Blob>> blob = Fetch(id, object->size_bytes);
       if (!absl::IsDataLoss(blob.status()) || attempt == kMaxDownloads) return blob;
-      base::LogWarning(absl::StrCat(blob.status().message(), "; once more"));
+      base::LogWarning(absl::StrCat(blob.status().message(), "; fetching it again"));
     }
   }
 
@@ -336,7 +336,7 @@ absl::StatusOr<std::unique_ptr<BlobStore>> OpenS3BlobStore(const std::string& ur
   const absl::Status listed = shared->s3->List(kBlobs, "").status();
   if (IsNoSuchBucket(listed) || (!listed.ok() && !base::IsTransient(listed))) return listed;
   if (!listed.ok()) {
-    base::LogWarning(absl::StrCat("opened without S3, which fails now: ", listed.ToString()));
+    base::LogWarning(absl::StrCat("opened the store although S3 fails: ", listed.ToString()));
   }
   return std::make_unique<S3BlobStore>(std::move(shared));
 }

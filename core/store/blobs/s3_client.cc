@@ -204,7 +204,7 @@ absl::Status S3Client::PutParts(const std::string& key, std::span<const std::byt
     const absl::Status status = PutPartsOnce(key, bytes);
     if (!absl::IsAborted(status)) return status;
     if (num_failures >= options_.max_attempts) return absl::UnavailableError(status.message());
-    base::LogInfo(absl::StrCat("upload ", num_failures, " vanished: ", status.message()));
+    base::LogInfo(absl::StrCat("multipart upload ", num_failures, " was lost: ", status.message()));
     transport_.PauseAfter(num_failures);
   }
 }
@@ -312,7 +312,7 @@ void S3Client::Abort(const std::string& key, const std::string& upload_id, bool 
                                             .is_repeated = is_repeated})
                                    .status();
   if (aborted.ok() || absl::IsAborted(aborted) || absl::IsNotFound(aborted)) return;
-  base::LogWarning(absl::StrCat("parts may be left over: ", aborted.ToString()));
+  base::LogWarning(absl::StrCat("cannot abort a multipart upload: ", aborted.ToString()));
 }
 
 absl::StatusOr<S3UploadPage> S3Client::ListUploads(const std::string& prefix,

@@ -88,7 +88,7 @@ absl::StatusCode FailureOf(const HttpAnswer& answer, const std::string& code) {
   return absl::StatusCode::kInternal;
 }
 
-// What an operator may do about it; empty: nothing beyond what the answer says.
+// Advice for the operator; empty if the answer's own message suffices.
 const char* AdviceFor(const HttpAnswer& answer, const std::string& code) {
   if (code == kNoSuchBucket) return "; create the bucket, or correct the name in --blobs";
   if ((answer.status >= 300 && answer.status < 400) || code == kWrongRegion) {

@@ -11,8 +11,8 @@ void DeleteUploadedFiles(const v1::ImportJob& job, BlobStore& blobs) {
     if (file.sent_directly() || !IsUploadId(file.blob())) continue;
     const absl::Status deleted = blobs.Delete(file.blob());
     if (deleted.ok()) continue;
-    return base::LogWarning(
-        absl::StrCat("files of an import are left to be collected: ", deleted.ToString()));
+    return base::LogWarning(absl::StrCat(
+        "cannot delete the files of an import, they will be collected: ", deleted.ToString()));
   }
 }
 

@@ -23,7 +23,7 @@ namespace liquidblend::store {
 namespace pb = ::liquidblend::store::v1;
 
 // A worker's hold on a job. Every write about the job names the lease; it is refused with kAborted
-// once the lease has been given to someone else (fencing), so a paused worker can do no harm.
+// once the job has been leased by another worker (fencing), so a paused worker can do no harm.
 struct Lease {
   std::string lease_id;
   pb::JobRecord job;

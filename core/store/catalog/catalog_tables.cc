@@ -102,7 +102,7 @@ SqlValue EndOf(const pb::JobRecord& job) {
   return int64_t{end.seconds()} * 1'000'000 + end.nanos() / 1000;
 }
 
-// What the animation counts for: its file, or while it has none the files that it is made from.
+// Bytes that count for the animation: its file, or during the import the uploaded files.
 int64_t StoredBytes(const pb::AnimationRecord& animation) {
   if (!animation.blob().empty()) return animation.size_bytes();
   return animation.state() == pb::AnimationRecord::IMPORTING ? animation.upload_bytes() : 0;
@@ -137,8 +137,8 @@ absl::StatusOr<JobRow> FindLeasedJob(Sql& sql, const std::string& lease_id) {
       std::optional<JobRow> row,
       FindJobRow(sql, absl::StrCat("WHERE lease_id = $1", sql.for_update()), {lease_id}));
   if (row.has_value()) return *std::move(row);
-  return absl::AbortedError(
-      absl::StrCat("lease '", lease_id, "' is gone: its job is done or was given to someone else"));
+  return absl::AbortedError(absl::StrCat(
+      "lease '", lease_id, "' has ended: its job is done or was leased by another worker"));
 }
 
 absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int64_t memory_bytes) {
@@ -153,7 +153,7 @@ absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int6
 absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t memory_bytes) {
   LB_ASSIGN_OR_RETURN(const std::optional<JobRow> job, FindJobToDo(sql, now, memory_bytes));
   if (job.has_value()) return absl::ZeroDuration();
-  // What is due already is being taken by someone else.
+  // Jobs that are due already are being leased by other workers.
   LB_ASSIGN_OR_RETURN(
       const int64_t due_us,
       QueryInt(sql,

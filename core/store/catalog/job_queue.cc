@@ -64,8 +64,8 @@ absl::Status NoteFailedRegistration(Sql& sql, const pb::JobRecord& job) {
   return SaveFamily(sql, *family);
 }
 
-// Writes the job's end, and that of its parts: they go, and with them the leases of those who work
-// on them. The animation or family hears of it, too, if the job did not succeed.
+// Writes the end of a job, and removes its parts with their leases. A job that did not succeed also
+// changes the record of its animation or family.
 absl::Status Finish(Sql& sql, pb::JobRecord job) {
   LB_RETURN_IF_ERROR(UpdateJob(sql, {job, "", 0}));
   LB_RETURN_IF_ERROR(RemoveParts(sql, job.id()));
@@ -79,7 +79,7 @@ absl::Status Finish(Sql& sql, pb::JobRecord job) {
   return SaveAnimation(sql, *animation);
 }
 
-// What ends a part ends the job that it is a part of.
+// Ends a job with an error; the error of a part ends its parent.
 absl::Status FinishWithError(Sql& sql, pb::JobRecord job, absl::Status error, absl::Time now) {
   if (!job.parent().empty()) {
     LB_ASSIGN_OR_RETURN(JobRow parent, FindJob(sql, job.parent()));
@@ -124,7 +124,8 @@ absl::Status PutOff(Sql& sql, absl::Time due, absl::Time now, pb::JobRecord job)
   return UpdateJob(sql, {std::move(job), "", absl::ToUnixMicros(due)});
 }
 
-// When the job may start: at once, or if it was lost and not for the first time, after a pause.
+// The time at which the job may start: at once, or after a pause if it has lost its worker more
+// than once.
 absl::Time StartOf(const JobRow& row, const RetryOptions& retry) {
   const absl::Time due = absl::FromUnixMicros(row.due_us);
   const bool is_lost = row.record.state() == pb::JobRecord::RUNNING;

@@ -24,7 +24,7 @@ absl::Status AddTo(Sql& sql, Uses& uses, absl::string_view statement,
   });
 }
 
-// Who made what last: "animations/x" -> owner.
+// Owner of the last job that made each resource: "animations/x" -> owner.
 absl::StatusOr<std::map<std::string, std::string>> FindMakers(Sql& sql) {
   std::map<std::string, std::string> makers;
   LB_RETURN_IF_ERROR(

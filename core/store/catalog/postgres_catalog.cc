@@ -151,8 +151,8 @@ class PostgresBackend : public SqlBackend {
     return pool_.Use([&](PostgresConnection& sql) { return body(sql); });
   }
 
-  // Whoever changes more than a job of its own holds the row of the version: so they take turns,
-  // and notice when someone has changed the tables.
+  // Transactions that change more than one leased job lock the row of the version. So they run one
+  // at a time, and notice a change of the tables.
   absl::Status Change(Body body) override {
     return pool_.Use([&](PostgresConnection& sql) {
       return sql.Transaction([&]() -> absl::Status {
@@ -169,8 +169,8 @@ class PostgresBackend : public SqlBackend {
         [&](PostgresConnection& sql) { return sql.Transaction([&] { return body(sql); }); });
   }
 
-  // Looks once someone has told of a job (or a pause before the next attempt at one), and when a
-  // job that was there becomes due: nobody tells of that.
+  // Looks after a notification of a job (or of a pause before its next attempt), and when a known
+  // job becomes due, for which there is no notification.
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) override
       ABSL_LOCKS_EXCLUDED(listener_mutex_) {
     const absl::MutexLock lock(&listener_mutex_);
@@ -210,7 +210,7 @@ class PostgresBackend : public SqlBackend {
   PostgresPool pool_;
   absl::Mutex listener_mutex_;
   std::unique_ptr<PostgresConnection> listener_ ABSL_GUARDED_BY(listener_mutex_);
-  // When a job may be due of which nobody will tell.
+  // Time of the last look, and until the next one, for jobs that become due without a notification.
   base::SteadyClock::time_point looked_ ABSL_GUARDED_BY(listener_mutex_);
   absl::Duration until_look_ ABSL_GUARDED_BY(listener_mutex_);
 };

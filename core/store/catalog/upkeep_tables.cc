@@ -119,7 +119,7 @@ absl::StatusOr<Names> ReadNames(Sql& sql, absl::string_view statement) {
   return names;
 }
 
-// What rows say of rows in other tables.
+// Checks the references of rows to rows of other tables.
 absl::Status InspectReferences(Sql& sql, CatalogInspection& result) {
   LB_ASSIGN_OR_RETURN(const Names animations, ReadNames(sql, "SELECT id FROM animations"));
   LB_ASSIGN_OR_RETURN(const Names families, ReadNames(sql, "SELECT id FROM families"));

@@ -66,7 +66,7 @@ absl::Status CheckManifest(const SectionReader& reader, const v1::FamilyManifest
   return absl::OkStatus();
 }
 
-// What stands in the manifest itself.
+// The family's values in the manifest itself.
 mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
   mesh::RegisteredFamily family;
   family.name = manifest.name();
@@ -130,7 +130,7 @@ absl::Status ViewSections(SectionReader& reader, const v1::FamilyManifest& manif
   return reader.Finish();
 }
 
-// What the manifest repeats of the sections, for those who see only the manifest.
+// Checks the values of the sections that the manifest repeats, for readers of the manifest alone.
 absl::Status CheckCounts(const SectionReader& reader, const v1::FamilyManifest& manifest,
                          const mesh::RegisteredFamily& family) {
   if (manifest.has_velocities() == family.velocities.empty()) {

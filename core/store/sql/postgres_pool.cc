@@ -31,7 +31,7 @@ absl::Status PostgresPool::Wait() {
 }
 
 absl::Status PostgresPool::UseOne(absl::FunctionRef<absl::Status(PostgresConnection&)> body) {
-  // What was lost while it lay idle is noticed at its first use.
+  // The loss of an idle connection is noticed at its next use.
   while (std::unique_ptr<PostgresConnection> connection = TakeIdle()) {
     const int64_t num_done = connection->num_done();
     const absl::Status status = body(*connection);

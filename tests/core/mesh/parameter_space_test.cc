@@ -27,7 +27,7 @@ TEST(ParameterSpace, IsEmptyOrHasAPointPerAnimation) {
 TEST(ParameterSpace, NamesTheFirstFault) {
   const std::vector<std::vector<double>> points = {{0, 1}, {2, 3}, {4, 1}};
   ExpectFault({{"a", "b", "c", "d", "e"}, points}, "1 to 4 names, got 5");
-  ExpectFault({{"a", "a"}, points}, "the name 'a' is there twice");
+  ExpectFault({{"a", "a"}, points}, "the name 'a' is given twice");
   for (const char* name : {"", "Wall", "wall width", "1st", "_a", "a=b"}) {
     ExpectFault({{"a", name}, points}, "does not match [a-z][a-z0-9_]{0,62}");
   }

@@ -90,7 +90,7 @@ TEST(SetWeights, EveryMistakeIsToldByName) {
   };
   fails({{"width", 1}}, "height is missing; there are width, height");
   fails({{"width", 1}, {"depth", 1}}, "'depth' is none of the family's (width, height)");
-  fails({{"width", 1}, {"width", 1}}, "width is there twice");
+  fails({{"width", 1}, {"width", 1}}, "width is given twice");
   fails({{"width", 1}, {"height", std::nan("")}}, "height is nan");
   v1::GetFrameRequest both;
   SetPoint({{"width", 1}, {"height", 20}}, both);

@@ -110,7 +110,7 @@ std::string CountHoles(const mesh::TriangleMesh& mesh, std::span<const Side> sid
 }
 
 //   sides  of all edges
-//   edge   those of the one to be told of
+//   edge   sides of the edge at fault
 absl::Status UnbalancedError(const mesh::TriangleMesh& mesh, std::span<const Side> sides,
                              std::span<const Side> edge, VertexNumbers numbers) {
   const EdgeWords words = WordsOf(mesh, edge[0].edge, numbers);

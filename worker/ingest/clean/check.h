@@ -19,7 +19,7 @@ struct Pairing {
   int64_t num_non_manifold = 0;  // edges of four triangles or more
 };
 
-// How the file numbers its vertices, for messages.
+// Numbering of vertices in the file, for messages.
 enum class VertexNumbers { kFromZero, kFromOne, kNone };
 
 // Pairs the triangles along each edge; at non-manifold ones, those that bound a wedge of liquid.

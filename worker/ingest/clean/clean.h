@@ -25,12 +25,12 @@ struct CleanCounts {
   int64_t num_unused = 0;  // vertices without a triangle, dropped; those merged or collapsed too
 };
 
-// Cleans in place; afterwards the mesh is a closed, oriented manifold, with positive volume unless
+// Repairs in place; afterwards the mesh is a closed, oriented manifold, with positive volume unless
 // it has no triangles. Vertices keep their order. Parts of the liquid that touch in a vertex or an
 // edge are apart then, those that share a wall are one.
 //   numbers  how messages number the vertices
 // Requires: Validate(mesh).  Errors: kInvalidArgument, naming an edge (FindNeighbours); the mesh is
-// of no use then.  Threads: safe.  Cost: O(n log n).
+// invalid then.  Threads: safe.  Cost: O(n log n).
 absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh,
                                   VertexNumbers numbers = VertexNumbers::kFromZero);
 

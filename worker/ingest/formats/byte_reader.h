@@ -1,4 +1,4 @@
-// Takes numbers and pieces off the front of a binary file, never beyond its end.
+// Reader of a binary file: takes numbers and pieces off its front, never beyond its end.
 #pragma once
 
 #include <bit>

@@ -1,4 +1,4 @@
-// Inflates gzip piece by piece, as far as the caller asks and no further.
+// Reader of gzip streams: inflates piece by piece, as far as the caller asks and no further.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,9 @@
 
 namespace liquidblend::ingest {
 
-// The most that `compressed_size` bytes of a frame are believed to inflate to: 1 MiB + 32 times as
-// much. Meshes come to 2 to 5 times; what promises more is a bomb and is refused before inflating.
+// Limit of the inflated size of `compressed_size` bytes of a frame: 1 MiB + 32 times as much.
+// Meshes inflate to 2 to 5 times; larger promises are decompression bombs and are refused before
+// inflating.
 int64_t MaxInflatedSize(int64_t compressed_size);
 
 // One gzip stream. Memory: 48 KiB, whatever the bytes.
@@ -24,7 +25,7 @@ class GzipReader {
 
   // Fills `out` wholly. Errors: kDataLoss if the stream is truncated, corrupt or not gzip.
   absl::Status Read(std::span<std::byte> out);
-  // Inflates `size` bytes to nowhere. Errors: as Read.
+  // Inflates and discards `size` bytes. Errors: as Read.
   absl::Status Skip(int64_t size);
   // OK if everything was read, the checksum is right and nothing follows. Errors: kDataLoss.
   absl::Status ExpectEnd();

@@ -1,4 +1,4 @@
-// The text in front of a PLY file's data.
+// Header of a PLY file: the text in front of its data.
 #pragma once
 
 #include <cstddef>

@@ -19,14 +19,14 @@ enum class LineEnds {
 // Cuts the first line off `text`, without its end (\n or \r\n).
 std::string_view NextLine(std::string_view& text, LineEnds ends = LineEnds::kPlain);
 
-// The whole word as a number; false if it is none. "nan" and "inf" are numbers.
+// Parses the whole word as a number; false if it is not one. "nan" and "inf" are numbers.
 bool ParseNumber(std::string_view word, double& value);
 bool ParseInteger(std::string_view word, int64_t& value);
 
-// Beyond the largest float: infinity.
+// Converts to float; infinity beyond the largest float.
 float ToFloat(double value);
 
-// For messages: in quotes, unprintable characters escaped, at most 40 of them.
+// The word for messages: in quotes, unprintable characters escaped, at most 40 characters.
 std::string Quoted(std::string_view word);
 
 }  // namespace liquidblend::ingest

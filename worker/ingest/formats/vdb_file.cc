@@ -74,7 +74,7 @@ absl::Status ReadHeader(ByteReader& reader) {
   return reader.Take(kUuidSize).status();
 }
 
-// What is read of a grid's metadata; a file's own is skipped by it too.
+// Reads the used entries of a grid's metadata; also skips the file's own metadata.
 absl::Status ReadMetadata(ByteReader& reader, VdbGrid& grid) {
   uint32_t count = 0;
   LB_RETURN_IF_ERROR(reader.Read(count));

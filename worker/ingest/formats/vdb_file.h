@@ -1,5 +1,5 @@
-// What lies where in an OpenVDB file. Read by our own code, as is vdb_tree.h: the library trusts
-// the sizes and counts of a file and allocates what they say.
+// Structure of an OpenVDB file. Our own code reads it and the trees (vdb_tree.h), because the
+// library trusts the sizes and counts of a file and allocates accordingly.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,7 +29,7 @@ constexpr uint32_t kVdbBlosc = 4;
 
 // All grids of a file with an index (openvdb::io::File), in its order; file format 222 to 224, that
 // is, OpenVDB 3 and later. Grids that share the tree of another one, and those whose transform is
-// not affine, are left out. Names are without the number that tells equal ones apart.
+// not affine, are left out. Names are without the number that distinguishes equal ones.
 // Errors: kInvalidArgument, kDataLoss.  Memory: a few times the names in the file.
 absl::StatusOr<std::vector<VdbGrid>> ReadVdbGrids(std::span<const std::byte> bytes);
 

@@ -14,7 +14,7 @@ namespace liquidblend::ingest {
 // indices, facing from negative values to positive ones; quads are cut into triangles.
 //   max_crossings  how many edges between voxels may cross the surface: a quad each
 // Errors: kInvalidArgument if more do, or the surface runs between tiles, outside of any narrow
-// band. Throws what OpenVDB does. Memory: 600 bytes a crossing, and three times the tree's.
+// band. Throws OpenVDB's exceptions. Memory: 600 bytes a crossing, and three times the tree's.
 absl::StatusOr<mesh::TriangleMesh> MeshLevelSet(openvdb::FloatTree::Ptr tree,
                                                 int64_t max_crossings);
 

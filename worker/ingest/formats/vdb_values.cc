@@ -1,7 +1,6 @@
-// A node's values (openvdb::io::readCompressedValues): int8 what stands for the inactive ones; up
-// to two of those values; a mask that chooses between them; then a block with the active values,
-// or all. A block is plain, or int64 compressed size and zlib or Blosc data; a size of -n: n plain
-// bytes.
+// A node's values (openvdb::io::readCompressedValues): int8 code of the inactive values; up to two
+// inactive values; a mask that chooses between them; then a block with the active values, or all. A
+// block is plain, or int64 compressed size and zlib or Blosc data; a size of -n: n plain bytes.
 #include "worker/ingest/formats/vdb_values.h"
 
 #include <blosc.h>

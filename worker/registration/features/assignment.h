@@ -1,5 +1,4 @@
-// Which of some things belongs to which of some others, and how sure that is. Internal to
-// worker/registration.
+// The assignment problem, with a confidence for each pair. Internal to worker/registration.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,15 +9,15 @@ namespace liquidblend::registration {
 struct AssignedPair {
   int row = 0;
   int column = 0;
-  // 1 - own cost / (own cost + what all costs would rise by without this pair): 0 if another
-  // assignment is as good, near 1 if none comes close.
+  // 1 - own cost / (own cost + rise of the total cost without this pair): 0 if another assignment
+  // is as good, near 1 if all others are much worse.
   double confidence = 0.0;
 };
 
 inline constexpr int kMaxAssigned = 12;  // rows, columns
 
-// The pairs, each row and column in one at most, of the least total cost, where each row without a
-// pair costs `rejection`; in the order of rows. An infinite cost forbids a pair.
+// The assignment of least total cost: pairs with each row and column in one at most, in the order
+// of rows. Each row without a pair costs `rejection`. An infinite cost forbids a pair.
 // Requires: at most kMaxAssigned rows and columns; costs >= 0.  Cost: O(rows^2 2^columns columns).
 std::vector<AssignedPair> Assign(const Eigen::MatrixXd& cost, double rejection);
 

@@ -1,5 +1,5 @@
-// Correspondences that need no user (paper, section 10): features of space-time that are the same
-// thing in both animations. Internal to worker/registration.
+// Automatic correspondences (paper, section 10), from features of space-time that both animations
+// have. Internal to worker/registration.
 #pragma once
 
 #include <vector>
@@ -14,25 +14,26 @@ struct AutomaticCorrespondence {
   double confidence = 0.0;        // (0, 1]; of the pair of features that it comes from
 };
 
-// What stands out in one animation.
+// Finds the features of one animation.
 Features FindFeatures(const Surface& surface, const TrackOptions& options = {});
 
 struct FeaturesOfPair {
   Features source, target;
 };
 
-// Only tracks, and which vertices are theirs.
+// Finds only tracks, and their vertices.
 Features FindTrackFeatures(const Surface& surface, const TrackOptions& options = {});
 
 // Threads: same bytes for any thread count.
 FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
                             const TrackOptions& options, const parallel::Arena& arena);
 
-// As points: a detached part gives those furthest up and down, left and right, to the front and
-// back of it when it starts, and if its life is more than 10 frames longer in one of the two, every
-// 10 frames until it ends; an extremum gives itself. As spaces: an obstacle that is elsewhere, or
-// of another size, gives some of its contacts. A pair of features gives none if one of its points
-// lies within 10 mean edges (a frame counts as one; for spaces it does not) of one of the user's.
+// Correspondences from pairs of features. As points: a detached part gives its furthest points up
+// and down, left and right, to the front and back at its start, and if its life is more than 10
+// frames longer in one of the two, every 10 frames until it ends; an extremum gives itself. As
+// spaces: an obstacle of another place or size gives some of its contacts. A pair of features gives
+// none if one of its points lies within 10 mean edges (a frame counts as one; for spaces it does
+// not) of one of the user's.
 // Requires: both surfaces are in units of edge_length_m.
 //   pairs  of those features
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,

@@ -1,5 +1,5 @@
-// Heights of the surface that stand out in space and time: tips of jets and splashes, bottoms of
-// craters. Internal to worker/registration.
+// Apexes and craters: extrema of the surface's height in space and time, such as tips of jets and
+// bottoms of craters. Internal to worker/registration.
 #pragma once
 
 #include <vector>
@@ -14,8 +14,8 @@ enum class ExtremumKind { kApex, kCrater };
 struct Extremum {
   ExtremumKind kind = ExtremumKind::kApex;
   Eigen::Vector4d point = Eigen::Vector4d::Zero();  // registration units
-  // How far one has to go down (up) on the way to a higher (lower) one, or to the end of what is
-  // compared; mean edge lengths.
+  // How far one has to go down (up) on the way to a higher (lower) one, or to the end of the
+  // compared vertices; mean edge lengths.
   double persistence = 0.0;
 };
 

@@ -59,7 +59,7 @@ struct Sums {
   }
 };
 
-// Where the surface is in the same place, facing the same way, for long enough.
+// Contacts: places where the surface stays, facing the same way, for long enough.
 std::vector<Contact> FindContacts(const Surface& surface, const ObstacleOptions& options) {
   const auto still = StillVertices(surface, options.max_speed);
   const double needed = std::max(1.0, options.min_share * surface.mesh.num_frames);
@@ -130,7 +130,7 @@ std::vector<Contact> KeepBent(const std::vector<Contact>& contacts,
   return bent;
 }
 
-// What is connected, in the order of first contacts.
+// Groups connected contacts, in the order of first contacts.
 std::vector<Obstacle> Group(const std::vector<Contact>& contacts, float reach) {
   const ContactNeighbors near(contacts, reach);
   std::vector<char> taken(contacts.size(), 0);

@@ -1,5 +1,5 @@
-// Bodies that the liquid flows around: edges and rounded faces where its surface stays in its place
-// and bends inward. Internal to worker/registration.
+// Obstacles: bodies that the liquid flows around, found by their edges and rounded faces, where the
+// liquid's surface stays in its place and bends inward. Internal to worker/registration.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -18,7 +18,7 @@ struct Contact {
 
 struct Obstacle {
   std::vector<Contact> contacts;  // by place on the grid
-  Eigen::AlignedBox3f box;        // around them
+  Eigen::AlignedBox3f box;        // of the contacts
 };
 
 struct ObstacleOptions {
@@ -37,8 +37,8 @@ struct ObstacleOptions {
 // Cost: O(vertices log vertices) and some 900 look-ups per contact.
 std::vector<Obstacle> FindObstacles(const Surface& surface, const ObstacleOptions& options = {});
 
-// Contacts that are the same place of one obstacle and another, as the numbers of both: some that
-// lie far apart from each other on `a`, at most kMaxContactPairs, each with what on `b` is at the
+// Pairs of contacts at the same place of two obstacles, as indices: some contacts of `a` that lie
+// far apart from each other, at most kMaxContactPairs, each with the contact of `b` that is at the
 // same place within its box and faces the same way. None if most have no such partner. Requires:
 // both have contacts.
 inline constexpr int kMaxContactPairs = 12;

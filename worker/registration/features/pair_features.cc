@@ -59,14 +59,14 @@ double FirstTrackCost(const Track& a, const Track& b, const SceneScale& scale,
   return cost.mean();
 }
 
-// Where and when a paired track merges in both.
+// Places and times of a paired track's merge in both animations.
 struct Merge {
   Eigen::Vector4d source, target;
   int height_axis = 2;
 };
 
-// Where the source's event is to be expected in the target: moved as the last merge before it, or
-// not at all.
+// Expected place of the source's event in the target: moved like the last merge before it, or
+// unmoved without one.
 Eigen::Vector4d AfterMerges(const Eigen::Vector4d& event, const std::vector<Merge>& merges) {
   const Merge* last = nullptr;
   for (const Merge& merge : merges) {

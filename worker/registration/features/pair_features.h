@@ -1,4 +1,4 @@
-// Features of two animations that are the same thing in both. Internal to worker/registration.
+// Pairing of the features of two animations. Internal to worker/registration.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace liquidblend::registration {
 
-// What stands out in one animation; registration units.
+// Features of one animation; registration units.
 struct Features {
   std::vector<Track> tracks;             // by start time
   std::vector<Extremum> extrema;         // as FindExtrema() says
@@ -19,7 +19,7 @@ struct Features {
   mesh::Up up = mesh::Up::kUnknown;
 };
 
-// What features' differences are measured in.
+// Units for differences of features.
 struct SceneScale {
   double length = 1.0;  // > 0; mean edges: diagonal of the box around both animations
   double frames = 1.0;  // > 0; from the first frame to the last
@@ -27,12 +27,12 @@ struct SceneScale {
 
 SceneScale ScaleOf(const Surface& source, const Surface& target);
 
-// Shares of SceneScale; beyond a limit two features are not the same thing.
+// Limits of the differences within a pair, as shares of SceneScale.
 struct PairOptions {
   double max_shift = 0.75;        // between two tracks from the first frame on, at start and end
   double max_lead = 0.6;          // between their lives
   double max_volume_ratio = 6.0;  // >= 1; of all tracks
-  // Between all else, once the merges of those tracks say how places and times go together.
+  // Between all other features, relative to the merges of those tracks.
   double max_event_shift = 0.12;
   double max_event_lead = 0.12;
   double max_persistence_ratio = 2.0;  // >= 1
@@ -49,10 +49,10 @@ struct FeaturePairs {
 
 // Pairs first the tracks that begin at the first frame, of like volume, place and life: the
 // assignment of least squared differences over all of them, so that two drops that are moved the
-// same way do not swap their partners. Then later tracks (splashes) and extrema, by what they are
-// relative to the merges of the first pairs. Pairs of extrema that go against the order in time of
-// those merges, or of surer pairs, are dropped. Obstacles by place and size. The strongest
-// kMaxAssigned of each are looked at.
+// same way do not swap their partners. Then later tracks (splashes) and extrema, by their places
+// and times relative to the merges of the first pairs. Pairs of extrema that go against the order
+// in time of those merges, or of surer pairs, are dropped. Obstacles by place and size. Only the
+// strongest kMaxAssigned features of each kind take part.
 FeaturePairs PairFeatures(const Features& source, const Features& target, const SceneScale& scale,
                           const PairOptions& options = {});
 

@@ -1,5 +1,5 @@
-// The connected parts of the liquid's surface from frame to frame, read off the space-time mesh.
-// Internal to worker/registration.
+// Parts: connected pieces of the liquid's surface from frame to frame, found in the space-time
+// mesh. Internal to worker/registration.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,11 +12,11 @@
 
 namespace liquidblend::registration {
 
-// Directions in which the reach of a part is known.
+// Directions in which the reach of a part is measured.
 inline constexpr std::array<std::array<int, 3>, 6> kReachDirections = {
     {{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
 
-// What is connected within one slab, the time between two frames. Registration units.
+// A connected part of the surface within one slab, the time between two frames. Registration units.
 struct Part {
   int slab = 0;        // times [slab - 1, slab)
   int32_t number = 0;  // its place among the graph's parts
@@ -27,7 +27,7 @@ struct Part {
   double volume = 0.0;  // mean over the slab; of a bubble below 0
 };
 
-// An edge of the graph of parts: they touch from one slab to a later one.
+// An edge of the graph of parts: two parts that touch from one slab to a later one.
 struct PartLink {
   int32_t from;  // the earlier part
   int32_t to;

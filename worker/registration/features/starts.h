@@ -1,6 +1,6 @@
-// Parts of the liquid that are apart in the first frame of one animation and one with the rest in
-// the other's: a drop that is bridged to the pool there, or that has struck before it begins.
-// Internal to worker/registration.
+// Open starts: parts of the liquid that are apart in the first frame of one animation and joined
+// with the rest in the other's. Examples are a drop that is bridged to the pool there, or that has
+// struck before the first frame. Internal to worker/registration.
 #pragma once
 
 #include <string>
@@ -16,14 +16,15 @@ struct OpenStarts {
   bool empty() const { return source.empty() && target.empty(); }
 };
 
-// Those of the animation that has more of them, but for the ones that pair best. As many on both
-// sides: none, whatever they look like.
+// Finds the open starts: the tracks of the animation that has more of them, without those that pair
+// best. If both have as many, there are none.
 OpenStarts FindOpenStarts(const std::vector<Track>& source, const std::vector<Track>& target,
                           const Surface& source_surface, const Surface& target_surface);
 
-// The source's vertices that such a start of its own concerns (Surface::open): of the part while it
-// is apart, of what surrounds it and of what it strikes. Empty if there are none. A part of the
-// target's is found by closest points: what the source has there can follow it, neck and all.
+// Flags the source's vertices that an open start of the source concerns (Surface::open): of the
+// part while it is apart, of its surroundings and of the surface that it strikes. Empty if there
+// are none. Open starts of the target need no flags: closest points let the source's surface follow
+// them.
 std::vector<char> VerticesOf(const OpenStarts& starts, const Surface& source);
 
 // A sentence with place and time of each; empty if there are none.

@@ -1,4 +1,5 @@
-// What is done to the displacements after the last iteration. Internal to worker/registration.
+// Projection and smoothing of the displacements after the last iteration. Internal to
+// worker/registration.
 #pragma once
 
 #include "worker/registration/surface/closest_point.h"
@@ -10,7 +11,7 @@ struct ProjectionOptions {
   float max_distance = 3.0f;  // edges; further residuals are not trusted
   float stiffness = 0.3f;     // of a residual against the mean of its neighbours
   int sweeps = 30;
-  int stride = 1;  // of the vertices whose residuals are looked at; the others follow
+  int stride = 1;  // of the vertices whose residuals are measured; the others follow
 };
 
 // Adds to the displacements the remaining distance to the target along its normals, smoothed over

@@ -30,8 +30,7 @@ Slices MeasureParts(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& ver
   return slices;
 }
 
-// Those of the target's whole frames in which a part is detached, as far as the source has frames,
-// too.
+// Whole frames of the target in which a part is detached, within the source's frames.
 std::vector<double> TimesOf(const PartMotions& motions, const mesh::SpaceTimeMesh& target,
                             int num_frames) {
   std::vector<double> times = mesh::WholeFrames(target);

@@ -1,4 +1,4 @@
-// How far a registered source and its target are from one another. Internal to worker/registration.
+// Residuals: distances between a registered source and its target. Internal to worker/registration.
 #pragma once
 
 #include <limits>
@@ -10,25 +10,25 @@
 
 namespace liquidblend::registration {
 
-inline constexpr float kReachEdges = 1.0f;  // a counterpart this close is one
+inline constexpr float kReachEdges = 1.0f;  // largest distance of a counterpart
 
-// A vertex and how far it is from the other animation; kNoCounterpart: nothing near by faces the
-// same way, or there is nothing near by at all.
+// A vertex and its distance from the other animation; kNoCounterpart if no surface near by faces
+// the same way.
 inline constexpr float kNoCounterpart = std::numeric_limits<float>::infinity();
 struct Sample {
   Eigen::Vector4f position;  // registration units
   float distance;            // edges
 };
 
-// Vertices of the source that are not of end slabs or rigid pieces nor came to lie before the
-// target's first frame as they should (starts.h), some 20,000, as moved, with
-// their distances to the target.  Threads: same bytes for any thread count.
+// Samples some 20,000 moved vertices of the source, with their distances to the target. Left out
+// are vertices of end slabs and rigid pieces, and those of open starts before the target's first
+// frame (starts.h).  Threads: same bytes for any thread count.
 std::vector<Sample> SampleSource(const Surface& source, const Points& moved, const Surface& target,
                                  const ClosestPointSearch& target_search,
                                  const parallel::Arena& arena);
 
-// The same of the target, with its distances to the moved source: to tangent planes next to the
-// source's vertices.
+// Samples the target's vertices, with their distances to the moved source, measured to tangent
+// planes at the source's vertices.
 std::vector<Sample> SampleTarget(const Surface& source, const Points& moved, const Surface& target,
                                  const parallel::Arena& arena);
 

@@ -6,9 +6,9 @@
 
 namespace liquidblend::registration {
 
-// Moves each rigid piece as a whole, by what the surface around its centroid moves; along a droplet
-// the moves are smooth and time goes on, so that none is distorted, shown twice or lost. Droplets
-// take no part in the fit.
+// Moves each rigid piece as a whole, by the motion of the surface around its centroid. Along a
+// droplet the moves are smooth and time keeps its order, so that no droplet is distorted, shown
+// twice or lost. Droplets take no part in the fit.
 // Threads: same bytes for any thread count.  Cost: a nearest-vertex search per piece.
 void CarryRigidPieces(const Surface& surface, const parallel::Arena& arena, Points& displacement);
 

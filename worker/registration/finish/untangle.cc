@@ -19,7 +19,7 @@ constexpr int kUntangleRounds = 2;  // the second half a frame around what the f
 constexpr double kOverlap = 0.2;    // edges; how far beyond the other each side is moved
 constexpr double kMaxMove = 0.5;    // edges; of a side, at one weight in one round
 
-// Of a side's move one vertex has this part.
+// Share of one vertex in the move of a side.
 struct Push {
   int32_t vertex;
   float share;
@@ -71,7 +71,7 @@ void PushSide(const Blend& blend, const mesh::TracedSlice& slice, double time, i
   }
 }
 
-// What moves the sides of all that is inside out in a slice. Returns how many times a ray is.
+// Finds the moves of all inverted sides in a slice. Returns the number of inverted spans of rays.
 int64_t FindPushes(const Blend& blend, const mesh::TracedSlice& slice, double time,
                    std::vector<Push>& pushes) {
   if (slice.surface.num_triangles() == 0) return 0;
@@ -130,7 +130,7 @@ int64_t UntangleAt(const Surface& source, const Points& extrapolation, float wei
   return total;
 }
 
-// Those marked, and half a frame before and after each.
+// The marked times, and half a frame before and after each.
 std::vector<double> TimesAround(const std::vector<double>& times, const std::vector<char>& marked,
                                 double last) {
   std::vector<double> around;

@@ -1,4 +1,4 @@
-// Judges a finished registration. Internal to worker/registration.
+// Verdict on a finished registration. Internal to worker/registration.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,15 +9,15 @@
 
 namespace liquidblend::registration {
 
-// All but the energies. The moved source is compared with the target at samples of both, and the
-// blends at weights 0.5 and 1 are sliced at some times for folds and volumes.
+// Computes all figures but the energies. The moved source is compared with the target at samples of
+// both, and the blends at weights 0.5 and 1 are sliced at some times for folds and volumes.
 //   displacement  final, a column per source vertex, registration units, finite
 // Threads: same bytes for any thread count.  Cost: some hundredths of the registration's.
 mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const Surface& target,
                     const ClosestPointSearch& target_search, const Points& displacement,
                     const parallel::Arena& arena);
 
-// Where each kind of figure is worst: x, y, z in metres, time in frames.
+// Places where each kind of figure is worst: x, y, z in metres, time in frames.
 struct WorstPlaces {
   Eigen::Vector4d unmatched = Eigen::Vector4d::Zero();
   Eigen::Vector4d inverted = Eigen::Vector4d::Zero();
@@ -26,8 +26,8 @@ struct WorstPlaces {
 };
 
 // Sets grade, reason and worst place: those of the figure that is furthest over its limit, or
-// closest to it, unless all figures together speak louder than any alone. The limits are calibrated
-// on simulations, good pairs and absurd ones (docs/experiments/verdicts.md).
+// closest to it, unless the sum of all figures gives a worse grade. The limits are calibrated on
+// simulations, good pairs and absurd ones (docs/experiments/verdicts.md).
 void SetGrade(const WorstPlaces& places, mesh::Verdict& verdict);
 
 }  // namespace liquidblend::registration

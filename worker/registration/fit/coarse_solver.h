@@ -1,5 +1,5 @@
-// What slows conjugate gradients down while the surface is stiff: moves that many nodes make
-// together. Internal to worker/registration.
+// Coarse correction of the preconditioner: joint moves of many nodes, which slow conjugate
+// gradients down while the surface is stiff. Internal to worker/registration.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,12 +16,12 @@ namespace liquidblend::registration {
 // Threads: safe; same bytes for any thread count.
 class CoarseSolver {
  public:
-  // None if there are too few nodes to be worth it, or the groups' equations are not positive
-  // definite for rounding: conjugate gradients do without then, in more steps.
+  // Nothing if there are too few nodes, or if rounding makes the groups' equations indefinite.
+  // Conjugate gradients then take more steps without it.
   static std::optional<CoarseSolver> Make(const DeformationNodes& nodes,
                                           const NormalEquations& equations,
                                           const parallel::Arena& arena);
-  // Adds to z the move of the groups that r asks for.
+  // Adds to z the solution of the groups' equations for r.
   void AddTo(const std::vector<NodeMap>& r, const parallel::Arena& arena,
              std::vector<NodeMap>& z) const;
 

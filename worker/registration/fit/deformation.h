@@ -21,10 +21,10 @@ struct Influence {
   float weight;
 };
 
-// Those on one vertex, unpacked one by one.
+// The influences on one vertex, unpacked one by one.
 class Influences {
  public:
-  // Half of what an Influence takes: there are some twenty for each vertex.
+  // Packed form of half the size of an Influence, as there are some twenty for each vertex.
   struct Packed {
     uint16_t low_node;
     uint16_t weight;  // times kOne
@@ -63,12 +63,12 @@ class Influences {
   const uint16_t* high_nodes_;
 };
 
-// Nodes and how strongly each moves each vertex.
+// Deformation nodes, and their weights at each vertex.
 class DeformationNodes {
  public:
   // Places nodes no closer than `spacing` to each other (geodesic Poisson disk), at the vertices of
-  // `first` before others, none at an excluded vertex; every other is within `spacing` of a node. A
-  // node reaches 2 * spacing; its weight is (1 - d^2 / r^2)^3 of the geodesic distance d,
+  // `first` before others, none at an excluded vertex; every other vertex is within `spacing` of a
+  // node. A node reaches 2 * spacing; its weight is (1 - d^2 / r^2)^3 of the geodesic distance d,
   // normalised over the nodes. Threads: same bytes for any thread count and a given seed.
   DeformationNodes(const Points& rest, const PackedLists& neighbors, double spacing,
                    std::span<const int32_t> first, uint64_t seed, const parallel::Arena& arena,
@@ -78,7 +78,7 @@ class DeformationNodes {
   int32_t vertex(int64_t node) const { return vertex_[node]; }
   // Position at rest.
   Eigen::Vector4f position(int64_t node) const { return position_.col(node); }
-  // The nodes that move vertex v, by index; their weights add up to 1. None: an excluded vertex
+  // The nodes that move vertex v, by index; their weights add up to 1. Empty for an excluded vertex
   // that is not connected to others.
   Influences influences(int64_t v) const {
     const auto count = static_cast<size_t>(begin_[v + 1] - begin_[v]);
@@ -98,7 +98,7 @@ class DeformationNodes {
   Eigen::Matrix4Xf position_;    // per node
   std::vector<int64_t> begin_;   // num_vertices + 1
   std::unique_ptr<Influences::Packed[]> influences_;
-  std::unique_ptr<uint16_t[]> high_nodes_;  // only if there are more nodes than 16 bits tell apart
+  std::unique_ptr<uint16_t[]> high_nodes_;  // only if 16 bits do not suffice for the nodes
 };
 
 // Displacement of vertex v (equation 1, from the rest pose).
@@ -109,7 +109,7 @@ Eigen::Vector4f DisplacementOf(const DeformationNodes& nodes, const std::vector<
 Points Deform(const DeformationNodes& nodes, const std::vector<NodeMap>& maps, const Points& rest,
               const parallel::Arena& arena);
 
-// The random numbers of one purpose; the same on any platform.
+// A generator of random numbers; the same numbers on any platform.
 class Random {
  public:
   explicit Random(uint64_t seed) : engine_(seed) {}

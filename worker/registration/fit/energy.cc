@@ -51,7 +51,7 @@ absl::StatusOr<int> SolveIteratively(const DeformationNodes& nodes,
   LB_ASSIGN_OR_RETURN(const Preconditioner preconditioner,
                       Preconditioner::Make(equations, pins, arena));
   std::optional<CoarseSolver> coarse;
-  // What pins hold, the groups' moves would not leave alone.
+  // Not with pins, as the groups' moves would violate their constraints.
   if (pins.empty() && options.smoothness >= kCoarseFromSmoothness) {
     coarse = CoarseSolver::Make(nodes, equations, arena);
   }

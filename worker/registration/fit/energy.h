@@ -37,7 +37,7 @@ struct SolveReport {
   int num_steps = 0;               // of conjugate gradients; 0: direct
 };
 
-// The pairs of nodes that keep each other's maps alike (equation 4).
+// The pairs of nodes in the smoothness energy (equation 4).
 class NodeGraph {
  public:
   struct Edge {
@@ -58,8 +58,8 @@ class NodeGraph {
   IndexLists arriving_;      // edges per `to`
 };
 
-// Minimises scale * sum of the terms + smoothness * equation 4, where scale = nodes / terms, from
-// the given maps on; they are replaced. What `pins` hold is no unknown: the result obeys them.
+// Minimises scale * sum of the terms + smoothness * equation 4, where scale = nodes / terms,
+// starting from the given maps, which are replaced. The result obeys the constraints of `pins`.
 // Errors: kInternal if a factorisation breaks down or a number is not finite.
 // Threads: same bytes for any thread count.
 absl::StatusOr<SolveReport> Minimize(const DeformationNodes& nodes, const NodeGraph& graph,

@@ -17,7 +17,7 @@ constexpr float kMaxStretch = 2.0f;      // between those: difference of goals p
 constexpr float kSameGoal = 1e-3f;       // edges
 constexpr double kSpreadDamping = 1e-9;  // relative; keeps the spreading's system definite
 
-// How far apart the components are that both pins hold.
+// Distance of two pins' goals in the components that both constrain.
 float GoalDifference(const Pin& a, const Pin& b) {
   const Eigen::Vector4f difference = a.goal - b.goal;
   return a.in_time && b.in_time ? difference.norm() : difference.head<3>().norm();

@@ -14,17 +14,17 @@
 namespace liquidblend::registration {
 
 // The constraints C x = d on the nodes' maps x: four rows per pin, one per component of u(v) =
-// goal; the row of a component that is free holds nothing.  Threads: safe.
+// goal; the row of a free component is zero.  Threads: safe.
 class HardPins {
  public:
-  // What one node adds to the displacement of a pin's vertex: its map times these.
+  // Coefficients of one node's map in the displacement of a pin's vertex.
   struct Entry {
     int32_t node;
     Eigen::Matrix<float, 5, 1> coefficients;
   };
 
-  HardPins() = default;  // holds nothing
-  // Keeps the hard ones of the pins; of several at one vertex the first.
+  HardPins() = default;  // no constraints
+  // Takes the hard pins; of several at one vertex the first.
   // Requires: a node sits at each pin's vertex; CheckContradictions(pins).ok().
   HardPins(const DeformationNodes& nodes, const Points& rest, const std::vector<Pin>& pins);
 
@@ -34,7 +34,7 @@ class HardPins {
   std::span<const Entry> entries(int64_t p) const {
     return {entries_.data() + begin_[p], static_cast<size_t>(begin_[p + 1] - begin_[p])};
   }
-  // 1 for the components held, 0 for those that are free.
+  // 1 for constrained components, 0 for free ones.
   Eigen::Vector4d Mask(int64_t p) const;
 
   // C x.
@@ -44,9 +44,9 @@ class HardPins {
   // x += factor C^T lambda.
   void AddTransposed(const Eigen::VectorXd& lambda, double factor, std::vector<NodeMap>& x) const;
 
-  // Moves the pinned vertices to their goals in a displacement that has drifted from them, and what
-  // is around with them as far as the pins' nodes reach, smoothly.
-  // Errors: kInternal if pins cannot be told from one another by their nodes.
+  // Moves the pinned vertices of a displacement back to their goals, and their surroundings
+  // smoothly with them, as far as the pins' nodes reach.
+  // Errors: kInternal if the nodes cannot move the pins independently.
   absl::Status Restore(const DeformationNodes& nodes, const parallel::Arena& arena,
                        Points& displacement) const;
 
@@ -56,8 +56,9 @@ class HardPins {
   std::vector<Entry> entries_;
 };
 
-// Errors: kInvalidArgument naming two hard correspondences that hold the same place, or two less
-// than an edge apart, with goals that differ by more than the surface between them allows.
+// Checks that hard pins agree.  Errors: kInvalidArgument naming two hard correspondences at the
+// same place, or less than an edge apart, with goals that differ by more than the surface between
+// them can stretch.
 //   points  of the source
 absl::Status CheckContradictions(const std::vector<Pin>& pins, const Points& points,
                                  double edge_length_m);

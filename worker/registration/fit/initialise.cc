@@ -5,7 +5,7 @@
 namespace liquidblend::registration {
 namespace {
 
-// What the heat equation starts from: a move per node, and which components of it are fixed.
+// Initial state of the heat equation: a move per node, and its fixed components.
 struct Heat {
   Points move;                           // a column per node
   std::vector<Eigen::Vector4f> is_free;  // 1 or 0 per component

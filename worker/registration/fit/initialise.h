@@ -11,9 +11,9 @@
 
 namespace liquidblend::registration {
 
-// Moves the nodes at the pins by what is missing to their goals, and the others by what `passes`
-// passes of the heat equation on the node graph make of that; the pins' nodes are fixed, nodes in
-// the end slabs in time. What is far from any pin hardly moves. Only b of each map changes.
+// Moves the nodes at the pins to their goals, and the others by `passes` steps of the heat equation
+// on the node graph, with the pins' nodes fixed, and nodes of the end slabs fixed in time. Nodes
+// far from any pin hardly move. Only b of each map changes.
 // Requires: a node sits at each pin's vertex.  Threads: same bytes for any thread count.
 void DiffusePins(const DeformationNodes& nodes, const NodeGraph& graph, const Surface& source,
                  const std::vector<Pin>& pins, int passes, const parallel::Arena& arena,

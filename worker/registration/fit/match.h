@@ -30,12 +30,12 @@ struct Matches {
   int64_t num_samples = 0;  // terms plus samples without a compatible point
 };
 
-// Where a part starts that the target does not have: vertices that came to lie before the target's
-// first frame, where nothing is known, and those of the first slab, which nothing holds.
+// For a vertex of an open start of the source: whether it has moved before the target's first
+// frame, where the target is unknown, or belongs to the first slab, which has no constraint.
 bool IsBeforeTarget(const Surface& source, int64_t v, const Eigen::Vector4f& moved);
 
-// Whether source vertex v, of such a start, and target vertex t must not be matched, because the
-// target's surface merely begins there.
+// Whether source vertex v, of an open start, and target vertex t must not be matched, because the
+// target's surface only begins there.
 bool IsOpenMatch(const Surface& source, const Surface& target, int64_t v, int64_t t);
 
 // Image of a normal: sign(det J) J^-T N, normalised, J the blend's Jacobian at vertex v.
@@ -48,7 +48,7 @@ Eigen::Matrix4f MatchMetric(double weight, const Eigen::Vector4f& normal,
 
 class PartMotions;
 
-// Draws the samples of each iteration.
+// Draws the samples of each iteration, and matches them.
 class Matcher {
  public:
   // The arguments must outlive the matcher.
@@ -58,19 +58,19 @@ class Matcher {
           const ClosestPointSearch& target_search, const PartMotions& motions, uint64_t seed,
           std::vector<int32_t> target_vertices);
 
-  // Source samples to the target, and target samples to the deformed source, so that
-  // thin parts of the target are not missed. Vertices of the end slabs match the target's end slab
-  // in space and are held in time.
+  // Matches source samples to the target, and target samples to the deformed source, so that thin
+  // parts of the target are not missed. Vertices of the end slabs match the target's end slab in
+  // space and are held in time.
   // Threads: one call at a time; same bytes for any thread count.
   Matches Match(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                 const MatchOptions& options, const parallel::Arena& arena);
 
-  // What the next call depends on beside its arguments: how many samples each call has drawn, and
-  // the source samples of the last one, the furthest first.
+  // State that the next call depends on: how many samples each call has drawn, and the source
+  // samples of the last one, the furthest first.
   const std::vector<SampleDraw>& draws() const { return draws_; }
   const std::vector<int32_t>& worst() const { return worst_; }
 
-  // As after the calls that left these behind. Requires: Match() has not been called.
+  // Restores the state of draws() and worst(). Requires: Match() has not been called.
   // Errors: kFailedPrecondition if they are of other surfaces; then it cannot be used any more.
   absl::Status Resume(const std::vector<SampleDraw>& draws, const std::vector<int32_t>& worst);
 
@@ -92,7 +92,7 @@ class Matcher {
   const ClosestPointSearch& target_search_;
   const PartMotions& motions_;
   Random random_;
-  std::vector<int32_t> source_order_;  // shuffled on and on
+  std::vector<int32_t> source_order_;  // shuffled further by each call
   std::vector<int32_t> target_order_;
   std::vector<SampleDraw> draws_;  // per call
   std::vector<int32_t> worst_;     // source vertices of the call before with the largest distances

@@ -9,7 +9,7 @@ namespace {
 
 using Indices = std::vector<int32_t>;
 
-// What is connected in the graph, by the lowest node.
+// Connected parts of the graph, by the lowest node.
 std::vector<Indices> Parts(const NodeGraph& graph, int64_t num_nodes) {
   std::vector<int32_t> root(num_nodes);
   std::iota(root.begin(), root.end(), 0);

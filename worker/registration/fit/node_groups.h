@@ -1,5 +1,4 @@
-// Nodes next to one another, as if each group of them moved by one map. Internal to
-// worker/registration.
+// Groups of neighbouring nodes that move by one map. Internal to worker/registration.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,11 +18,11 @@ struct NodeGroups {
   int64_t size() const { return static_cast<int64_t>(nodes.size()); }
 };
 
-// The parts of the graph, as far as something holds them and they have at least `fewest` nodes, the
-// largest `count` of them; then the largest group is halved along the longest side of the box
-// around it, until there are `count`. A group never reaches from one part to another: it would take
-// along what is held by hardly anything. Fewer groups if there are not so many nodes.
-//   is_held  per node: whether a term asks for something there
+// Starts from the connected parts of the graph that have held nodes and at least `fewest` nodes,
+// the largest `count` of them; then halves the largest group along the longest side of its box
+// until there are `count`. A group never spans two parts, as it would move weakly held nodes along.
+// There are fewer groups if there are too few nodes.
+//   is_held  per node: whether a term constrains it
 NodeGroups GroupNodes(const DeformationNodes& nodes, const NodeGraph& graph,
                       const std::vector<char>& is_held, int count, int64_t fewest);
 

@@ -26,15 +26,15 @@ class NormalEquations {
 
   int64_t num_nodes() const { return num_nodes_; }
   const NodeGraph& graph() const { return graph_; }
-  // Per node: whether a term asks for something where it has influence.
+  // Per node: whether a term has a weight where the node has influence.
   std::vector<char> HeldNodes() const;
   void Multiply(const std::vector<NodeMap>& x, const parallel::Arena& arena,
                 std::vector<NodeMap>& result) const;
   std::vector<NodeMap> RightHandSide(const parallel::Arena& arena) const;
   Eigen::Matrix<double, 20, 20> DiagonalBlock(int64_t node) const;
   Eigen::SparseMatrix<double> Assemble() const;
-  // With 20 unknowns per group, those of its map; the blocks above the diagonal are left out, and
-  // of the damping what the centres' maps feel.
+  // The normal equations of groups, with 20 unknowns per group, those of its map; the blocks above
+  // the diagonal are left out, and of the damping all but its part on the centres' maps.
   Eigen::MatrixXd AssembleFor(const NodeGroups& groups, const parallel::Arena& arena) const;
 
   double FitEnergy(const std::vector<NodeMap>& x, const parallel::Arena& arena) const;
@@ -48,7 +48,7 @@ class NormalEquations {
   };
   struct TermState {
     Eigen::Vector4f position;  // at rest
-    Eigen::Vector4f force;     // what a product adds to the term's nodes
+    Eigen::Vector4f force;     // a product's contribution to the term's nodes
   };
 
   std::span<const Influence> InfluencesOn(int64_t term) const {
@@ -63,7 +63,7 @@ class NormalEquations {
   Eigen::Matrix<double, 5, 1> Coefficients(int64_t term, const Influence& influence) const;
   Eigen::Vector4f Prediction(const NodeGraph::Edge& edge, const std::vector<NodeMap>& x) const;
   using Vector5d = Eigen::Matrix<double, 5, 1>;
-  // How the map of a group moves a term.
+  // The influence of a group's map on a term.
   struct Seen {
     int32_t group;
     Vector5d coefficients;
@@ -72,8 +72,8 @@ class NormalEquations {
   Vector5d FromCentre(const Eigen::Vector4f& point, int32_t node, const NodeGroups& groups) const;
   std::vector<Seen> GroupsOf(int64_t term, const NodeGroups& groups) const;
   void ListTermsOfNodes(const parallel::Arena& arena);
-  // Sums what the terms hold onto the nodes; of a product with x also what the edges hold, and the
-  // damping.
+  // Sums the contributions of the terms onto the nodes; for a product with x also those of the
+  // edges and the damping.
   //   x  null: the terms alone
   void Gather(const std::vector<NodeMap>* x, const parallel::Arena& arena,
               std::vector<NodeMap>& result) const;

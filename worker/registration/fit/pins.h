@@ -1,4 +1,4 @@
-// User correspondences as vertices that are to go somewhere (paper, section 6). Internal to
+// Pins: correspondences as source vertices with goals (paper, section 6). Internal to
 // worker/registration.
 #pragma once
 
@@ -11,16 +11,16 @@
 
 namespace liquidblend::registration {
 
-// A source vertex that is to go to a place in registration units.
+// A source vertex and its goal, in registration units.
 struct Pin {
   int32_t vertex;
   Eigen::Vector4f goal;  // displacement
   bool hard;
   bool in_time;            // false: free to slide in time
-  int32_t correspondence;  // which one it comes from
+  int32_t correspondence;  // index of its correspondence
 };
 
-inline constexpr float kOnSurfaceEdges = 5.0f;  // points further off belong to no vertex
+inline constexpr float kOnSurfaceEdges = 5.0f;  // points further from the surface have no vertex
 
 // One pin per point; per trajectory one every 10 frames, followed through the velocity fields of
 // both meshes until it leaves one of the surfaces; per space correspondence one every 10 frames at
@@ -32,13 +32,13 @@ absl::StatusOr<std::vector<Pin>> ExpandCorrespondences(
     const std::vector<Correspondence>& correspondences, const Surface& source,
     const Surface& target, const parallel::Arena& arena, float on_surface = kOnSurfaceEdges);
 
-// Soft correspondences take the place of the closest points of their vertices. Each weighs as much
-// as `weight` matches of an average node, however many terms there are.
+// Replaces the closest points of the vertices of soft correspondences. Each weighs as much as
+// `weight` matches of an average node, however many terms there are.
 void OverrideClosestPoints(const std::vector<Pin>& pins, double weight, int64_t num_nodes,
                            std::vector<FitTerm>& terms);
 
-// What became of each correspondence. A soft one is overruled if a node of it is further than 3
-// edges (frames in time) from where it should be.
+// Reports how the result meets each correspondence. A soft one is overruled if a node of it is
+// further than 3 edges (frames in time) from where it should be.
 //   displacement  in registration units
 std::vector<CorrespondenceReport> ReportCorrespondences(
     const std::vector<Correspondence>& correspondences, const std::vector<Pin>& pins,

@@ -1,4 +1,4 @@
-// What a refinement starts from (paper, section 6.3, last paragraph). Internal to
+// Initial state of a refinement (paper, section 6.3, last paragraph). Internal to
 // worker/registration.
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace liquidblend::registration {
 
-// The maps whose blend is a displacement given at the vertices, as far as nodes can tell: for each
-// node an affine least-squares fit over the vertices closer than `radius` to it.
+// Maps whose blend approximates a displacement of the vertices: for each node an affine
+// least-squares fit over the vertices closer than `radius` to it.
 // Threads: same bytes for any thread count.
 std::vector<NodeMap> FitMaps(const DeformationNodes& nodes, const Points& rest,
                              const PackedLists& neighbors, const Points& displacement,

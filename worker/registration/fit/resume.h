@@ -1,4 +1,4 @@
-// A registration's state <-> what the iterations work on. Internal to worker/registration.
+// A registration's state <-> matcher and maps of the iterations. Internal to worker/registration.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@ namespace liquidblend::registration {
 IterationState StateAfter(const IterationReport& last, const std::vector<NodeMap>& maps,
                           const Matcher& matcher, absl::Time start);
 
-// Puts matcher and maps into the state. Requires: the matcher has not been used.
+// Brings matcher and maps into the state. Requires: the matcher has not been used.
 // Errors: kFailedPrecondition if it is the state of another registration.
 absl::StatusOr<IterationReport> Resume(const RegistrationState& state, int num_iterations,
                                        Matcher& matcher, std::vector<NodeMap>& maps);
@@ -23,7 +23,7 @@ absl::StatusOr<IterationReport> Resume(const RegistrationState& state, int num_i
 // Errors: kFailedPrecondition if it is not a state of the fine source.
 absl::Status CheckResumable(const SharpenState& state, int64_t num_vertices);
 
-// When the work would have begun had it not been interrupted.
+// The time at which the work would have begun without an interruption.
 absl::Time StartOf(const RegistrationState* resumed);
 
 }  // namespace liquidblend::registration

@@ -1,4 +1,4 @@
-// What a registration that was interrupted goes on from, on any machine, to the same bytes.
+// State of an interrupted registration, from which it resumes on any machine to the same bytes.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,15 +21,15 @@ struct IterationReport {
   int64_t num_samples = 0;
 };
 
-// How many vertices one iteration drew at random.
+// Numbers of vertices that one iteration drew at random.
 struct SampleDraw {
   int32_t num_source = 0;
   int32_t num_target = 0;
 };
 
-// After an iteration of Register() or Refine(): all that the next one needs beside the arguments.
-// What follows from these alone is made anew: graphs, features, correspondences, nodes. So are the
-// random numbers, by drawing as many as were drawn.
+// State after an iteration of Register() or Refine(): all input of the next one beside the
+// arguments. Graphs, features, correspondences and nodes follow from the arguments and are made
+// anew. So are the random numbers, by drawing as many as before.
 struct IterationState {
   IterationReport last;                     // of that iteration
   std::vector<std::array<float, 20>> maps;  // per node: X, column by column, then b
@@ -38,8 +38,8 @@ struct IterationState {
   double seconds = 0.0;                     // worked so far
 };
 
-// After the coarse registration was carried over to the fine meshes, or after a round of finer
-// nodes: the coarse meshes are not needed any more.
+// State after the coarse registration was carried over to the fine meshes, or after a round of
+// finer nodes. The coarse meshes are not needed any more.
 struct SharpenState {
   int num_rounds = 0;             // of finer nodes, done or not needed
   int num_finer_nodes = 0;        // of these rounds
@@ -54,13 +54,13 @@ using RegistrationState = std::variant<IterationState, SharpenState>;
 // Called after each iteration; returning false cancels (kCancelled).
 using ProgressCallback = std::function<bool(const IterationReport&)>;
 
-// Who listens to a registration.
+// Hooks of a registration: saving and restoring of its state.
 struct RegistrationHooks {
   ProgressCallback progress = {};
   // Called after each iteration (before `progress`) and each round of finer nodes. Cost: a copy of
   // the state.
   std::function<void(RegistrationState)> keep = {};
-  // Where to go on; of the same call with the same arguments. Null: from the beginning.
+  // The state to resume, of the same call with the same arguments. Null: from the beginning.
   // Errors: kFailedPrecondition if it is not.
   const RegistrationState* resume = nullptr;
 };

@@ -1,4 +1,4 @@
-// Where rays along an axis cross a surface. Internal to worker/registration, and for tests.
+// Crossings of axis-parallel rays with a surface. Internal to worker/registration, and for tests.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,13 +14,13 @@ namespace liquidblend::registration {
 // A bundle of rays along one axis, a regular grid across it.
 struct RayGrid {
   int axis = 2;  // 0, 1, 2: along x, y, z
-  // Of ray (0, 0), in the two axes after `axis` (cyclic: y and z for x), metres.
+  // Place of ray (0, 0), in the two axes after `axis` (cyclic: y and z for x), metres.
   Eigen::Vector2d first_m = Eigen::Vector2d::Zero();
   double spacing_m = 1.0;  // > 0
   std::array<int, 2> counts = {0, 0};
 };
 
-// How inside-out places are looked for: the spacing of rays in mean edges, the offset of the first.
+// Rays for the search of inverted places: their spacing in mean edges, and the offset of the first.
 inline constexpr double kRaySpacing = 0.5;
 inline constexpr double kRayOffset = 0.4;  // of the spacing
 
@@ -34,19 +34,20 @@ struct Crossing {
   int32_t triangle;
 };
 
-// The crossings of all rays with a surface. A ray through an edge or a vertex crosses as one beside
-// it does, so that the steps of each ray add up to 0 if the surface is closed.
+// The crossings of all rays with a surface. A ray through an edge or a vertex counts as a ray
+// beside it, so that the steps of each ray add up to 0 if the surface is closed.
 // Cost: O(triangles + crossings log crossings).
 class AxisRays {
  public:
   AxisRays(const mesh::TriangleMesh& surface, const RayGrid& grid);
 
-  // In the order of their depths; at the same depth those that enter come first.
+  // Crossings of a ray in the order of their depths; at the same depth the entering ones come
+  // first.
   std::span<const Crossing> Crossings(int u, int v) const {
     const size_t ray = static_cast<size_t>(v) * grid_.counts[0] + u;
     return {crossings_.data() + begin_[ray], begin_[ray + 1] - begin_[ray]};
   }
-  // How many times the surface winds around the ray's point at this depth.
+  // Winding number of the surface around the ray's point at this depth.
   int Winding(int u, int v, double depth_m) const;
 
  private:
@@ -55,7 +56,7 @@ class AxisRays {
   std::vector<Crossing> crossings_;  // ray by ray
 };
 
-// Where a ray is inside out: it leaves the surface before it enters it.
+// A span of a ray that is inside out: the ray leaves the surface before it enters it.
 struct InvertedSpan {
   Eigen::Vector2d at_m;  // the ray, in the two axes after the grid's
   Crossing leaves, enters;

@@ -1,4 +1,4 @@
-// What slices of a registered source's blends tell. Internal to worker/registration.
+// Figures from slices of a registered source's blends. Internal to worker/registration.
 #pragma once
 
 #include <vector>
@@ -16,13 +16,13 @@ Eigen::Matrix4Xf BlendAt(const Surface& source, const Points& displacement, floa
 // Some times from the first frame to the last, evenly spread, frames.
 std::vector<double> SliceTimes(const mesh::SpaceTimeMesh& mesh);
 
-// The blend of a weight at those times.
+// Slices of the blend with a weight at those times.
 //   displacement  a column per source vertex, registration units
 // Threads: same bytes for any thread count.
 std::vector<mesh::TriangleMesh> SliceBlend(const Surface& source, const Points& displacement,
                                            float weight, const parallel::Arena& arena);
 
-// The target's slices at the same times; what it does not have is taken to be its last frame.
+// The target's slices at the same times; times after its end get its last frame.
 std::vector<mesh::TriangleMesh> SliceTarget(const mesh::SpaceTimeMesh& source,
                                             const mesh::SpaceTimeMesh& target,
                                             const parallel::Arena& arena);
@@ -32,8 +32,7 @@ std::vector<double> VolumeErrors(const std::vector<mesh::TriangleMesh>& source,
                                  const std::vector<mesh::TriangleMesh>& target,
                                  const std::vector<mesh::TriangleMesh>& half_way);
 
-// Mean difference in the number of components, of which those below a thousandth of the liquid do
-// not count.
+// Mean difference in the number of components, without components below a thousandth of the liquid.
 double ComponentError(const std::vector<mesh::TriangleMesh>& a,
                       const std::vector<mesh::TriangleMesh>& b);
 

@@ -16,11 +16,11 @@ namespace {
 constexpr int kProjectionSteps = 3;
 constexpr size_t kMostFound = 64;  // by one search
 constexpr size_t kMostBoxes = 32;  // of the cells around a vertex
-// How much further a box must be than what is found, for rounding.
+// Margin for rounding in comparisons of boxes with found distances.
 constexpr float kBoxMargin = 1.001f;
 constexpr float kBoxMarginSq = 1e-6f;  // squared edges
 
-// What a cell interpolates between its corners: the sum of these times 1, x, y, z, xy, xz, yz and
+// Interpolation of a cell between its corners: the sum of these times 1, x, y, z, xy, xz, yz and
 // xyz of its parameters, each in [0, 1].
 struct Interpolant {
   Eigen::Vector4f one, x, y, z;

@@ -20,7 +20,7 @@ struct SurfacePoint {
   int32_t vertex = -1;     // the mesh vertex next to it
 };
 
-// With time set to zero.
+// The points with time set to zero.
 Points Flatten(Points points);
 
 // Nearest neighbours among some columns of `points` (nanoflann). Large sets are cut into parts of

@@ -1,4 +1,4 @@
-// What a user says belongs together (paper, section 6).
+// Comparison of correspondences (paper, section 6).
 #pragma once
 
 #include "core/mesh/correspondence.h"
@@ -9,7 +9,7 @@ using mesh::Correspondence;
 using mesh::CorrespondenceKind;
 using mesh::CorrespondenceReport;
 
-// But for what a file's units make of them.
+// Whether two correspondences are equal up to the rounding of a file's units.
 bool IsSame(const Correspondence& a, const Correspondence& b);
 
 }  // namespace liquidblend::registration

@@ -5,13 +5,14 @@
 
 namespace liquidblend::registration {
 
-// At vertex v of the surface that the weight times the displacements deform: by least squares over
-// its neighbours, the normal of the linear map that takes the offsets to them to those of the
-// deformed ones, on the side to which the map turns the source's. Zero where there is none.
+// Normal at vertex v of the surface deformed by weight times the displacements. A linear map of the
+// tangent space is fitted by least squares to the offsets of v's neighbours before and after the
+// deformation. The result is the unit normal of its image, on the side of the source's normal; zero
+// where the map is singular.
 Eigen::Vector4f ImageNormal(const Surface& source, const PackedLists& neighbors,
                             const Points& displacement, float weight, int64_t v);
 
-// A column per vertex.
+// Image normals of all vertices, a column each.
 Points ImageNormals(const Surface& source, const PackedLists& neighbors, const Points& displacement,
                     float weight, const parallel::Arena& arena);
 

@@ -1,4 +1,4 @@
-// Lists of indices in little memory. Internal to worker/registration.
+// Lists of indices in a packed form. Internal to worker/registration.
 #pragma once
 
 #include <array>
@@ -12,9 +12,9 @@
 
 namespace liquidblend::registration {
 
-// Lists of indices, one per row. Best if they ascend: an index is kept as its distance from the one
-// before, in as few bytes as that needs. Neighbours in a mesh take a third of what they would take
-// as numbers.
+// Lists of indices, one per row. An index is stored as its difference from the one before, in as
+// few bytes as possible, so ascending lists are smallest. Neighbours in a mesh take a third of the
+// memory of plain numbers.
 //
 // A list's bytes: its size, two bits for each index, which say how long its distance is (four to a
 // byte, the lowest bits first), and the distances, of 0, 1, 2 or 4 bytes, the lowest byte first.
@@ -93,7 +93,7 @@ class PackedLists {
     const Chunk& chunk = chunks_[row / kChunkRows];
     return List(&chunk.bytes[chunk.begin[row % kChunkRows]]);
   }
-  // Where a list's bytes begin, for who fetches them ahead.
+  // Begin of a list's bytes, for prefetching.
   const void* bytes(int64_t row) const {
     const Chunk& chunk = chunks_[row / kChunkRows];
     return &chunk.bytes[chunk.begin[row % kChunkRows]];
@@ -101,7 +101,7 @@ class PackedLists {
 
  private:
   static constexpr int64_t kChunkRows = 4096;
-  static constexpr uint32_t kLong = 255;  // a list of so many or more: its size follows in 4 bytes
+  static constexpr uint32_t kLong = 255;  // marks lists this long or longer: 4 bytes of size follow
   static constexpr std::array<uint32_t, 4> kMask = {0, 0xFF, 0xFFFF, 0xFFFFFFFF};
   static constexpr std::array<uint8_t, 4> kLength = {0, 1, 2, 4};
   struct Chunk {

@@ -1,4 +1,5 @@
-// Finds where in space-time something is worst. Internal to worker/registration.
+// Regions of space-time, to find the place where a figure is worst. Internal to
+// worker/registration.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +24,7 @@ class Regions {
     region.weight += weight;
     region.sum += weight * position.cast<double>();
   }
-  // The centre of the heaviest one; zero if there is none.
+  // The centre of the heaviest region; zero if there is none.
   Eigen::Vector4d Worst() const {
     const Region* worst = nullptr;
     for (const auto& [key, region] : regions_) {

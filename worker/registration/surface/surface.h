@@ -9,7 +9,7 @@
 
 namespace liquidblend::registration {
 
-// A mesh as registration sees it. The references must outlive it.
+// A space-time mesh with data per vertex. The references must outlive it.
 struct Surface {
   Surface(const mesh::SpaceTimeMesh& space_time_mesh, double edge_length_m,
           const parallel::Arena& arena);

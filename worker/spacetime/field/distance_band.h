@@ -15,19 +15,19 @@ class DistanceBand {
  public:
   static constexpr float kBandWidth = 4.0f;
 
-  // What is known at a grid point.
+  // Values at a grid point.
   struct Entry {
     float distance = kBandWidth;  // kBandWidth beyond the band
     int32_t triangle = -1;        // the closest one; -1 beyond the band
     // From the closest point to the grid point; zero beyond the band.
     Eigen::Vector3f offset = Eigen::Vector3f::Zero();
   };
-  // Those of a voxel's corners, numbered by their bits x, y, z.
+  // Entries of a voxel's corners, numbered by their bits x, y, z.
   using Corners = std::array<const Entry*, 8>;
 
-  // Exact next to the surface; further out a triangle is handed on from point to point, not always
-  // the very closest: up to a tenth of a spacing too far.
-  //   needed  if not null: what is asked for
+  // Distances are exact next to the surface. Further out the closest triangle is propagated from
+  // point to point, so distances may be up to a tenth of a spacing too large.
+  //   needed  if not null: the points whose distances are needed
   DistanceBand(const Grid& grid, const GridSurface& surface, const PointBits* needed = nullptr);
 
   const Entry& At(int i, int j, int k) const {
@@ -52,7 +52,7 @@ class DistanceBand {
   }
   void AddBlocks(const Grid& grid, const PointBits& points);
   void Fill(const Grid& grid, const GridSurface& surface, const PointBits& needed);
-  // Not next to the surface, or not known at all yet.
+  // Points that are not next to the surface, or not known yet.
   struct FarPoints {
     std::vector<Point> known, unknown;
   };

@@ -1,4 +1,4 @@
-// Which triangles of a frame meet where. Internal to worker/spacetime.
+// Topology of a frame: triangles by vertex and by edge. Internal to worker/spacetime.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ class FrameTopology {
   explicit FrameTopology(const mesh::TriangleMesh& frame);
 
   int32_t num_vertices() const { return static_cast<int32_t>(first_.size()) - 1; }
-  // Ascending.
+  // The triangles around a vertex, ascending.
   std::span<const int32_t> TrianglesAt(int32_t v) const {
     return std::span(triangles_).subspan(first_[v], first_[v + 1] - first_[v]);
   }
@@ -34,7 +34,7 @@ class FrameTopology {
   int32_t Find(const Corners& corners) const;
   // The third corner of the first triangle that runs from a to b, or -1.
   int32_t Opposite(int32_t a, int32_t b) const;
-  // Is there a way along edges from a to b that is shorter than the limit?  Cost: Dijkstra.
+  // Whether a path along edges from a to b is shorter than the limit.  Cost: Dijkstra.
   bool IsNear(int32_t a, int32_t b, float limit) const;
 
  private:

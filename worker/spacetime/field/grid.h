@@ -23,7 +23,7 @@ struct Grid {
   int words_per_row() const { return (dims[0] + 63) / 64; }
 };
 
-// A triangle surface in grid units: what one layer of the grid is sampled from.
+// A triangle surface in grid units, from which one layer of the grid is sampled.
 struct GridSurface {
   Eigen::Matrix3Xf vertices;
   Eigen::Matrix3Xi triangles;
@@ -40,7 +40,7 @@ class PointBits {
         words_(grid.num_rows() * grid.words_per_row(), 0) {}
 
   bool At(int i, int j, int k) const { return (Row(j, k)[i >> 6] >> (i & 63)) & 1u; }
-  // Of the corners of voxel (i, j, k), numbered by their bits x, y, z.
+  // The bits of the corners of voxel (i, j, k), numbered by their bits x, y, z.
   uint8_t AtCorners(int i, int j, int k) const {
     const int word = i >> 6, bit = i & 63;
     unsigned corners = 0;
@@ -75,7 +75,7 @@ class PointBits {
   std::vector<uint64_t> words_;
 };
 
-// Which points are inside the liquid.
+// The points inside the liquid.
 using InsideBits = PointBits;
 
 // Calls visit(bit) for each set bit of a row of words, lowest first.

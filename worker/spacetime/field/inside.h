@@ -1,4 +1,4 @@
-// Which grid points lie inside a closed surface. Internal to worker/spacetime.
+// Inside test of grid points for a closed surface. Internal to worker/spacetime.
 #pragma once
 
 #include "worker/spacetime/field/grid.h"

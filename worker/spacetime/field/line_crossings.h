@@ -1,4 +1,4 @@
-// Where the lines of a grid along one axis cross a surface. Internal to worker/spacetime.
+// Crossings of a grid's lines along one axis with a surface. Internal to worker/spacetime.
 #pragma once
 
 #include <cstdint>
@@ -38,11 +38,11 @@ struct LineShift {
 inline constexpr int kNumLineShifts = 8;
 LineShift NthLineShift(int n);
 
-// Appends where one line crosses triangle t, if it does.
+// Appends the crossing of one line with triangle t, if there is one.
 void CrossLine(const GridSurface& surface, int64_t t, const GridLines& lines, int64_t line,
                LineShift shift, std::vector<Crossing>& crossings);
 
-// Appends where all lines cross triangle t.
+// Appends the crossings of all lines with triangle t.
 void CrossLines(const GridSurface& surface, int64_t t, const GridLines& lines, LineShift shift,
                 std::vector<Crossing>& crossings);
 

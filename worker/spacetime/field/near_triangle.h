@@ -1,4 +1,4 @@
-// Which points of a triangle are closest to points of the grid. Internal to worker/spacetime.
+// Closest points of a triangle to points of the grid. Internal to worker/spacetime.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,12 +10,12 @@ namespace liquidblend::spacetime {
 // Four numbers, in the registers of any machine.
 using Four = float __attribute__((vector_size(16)));
 
-// Of four points, from the closest points of a triangle to them.
+// Offsets of four points from their closest points on a triangle.
 struct FourOffsets {
   Four x, y, z, length_sq;
 };
 
-// A triangle and what its distances to many points have in common.
+// A triangle with values that its distances to many points share.
 class NearTriangle {
  public:
   explicit NearTriangle(const Eigen::Matrix3f& corners)
@@ -34,8 +34,8 @@ class NearTriangle {
     within_from_ = is_flat ? std::numeric_limits<float>::infinity() : 0.0f;
   }
 
-  // Of the points (x + n, y, z), n from 0 to 3: from the closest points of the sides, or of the
-  // plane where that is within the triangle (compare ClosestBarycentric), all without branches.
+  // Offsets of the points (x + n, y, z), n from 0 to 3, from the closest points of the sides, or of
+  // the plane where these lie within the triangle (compare ClosestBarycentric), without branches.
   FourOffsets OffsetsOfRow(float x, float y, float z) const {
     const Four px = Four{0, 1, 2, 3} + (x - a_.x());
     const float py = y - a_.y(), pz = z - a_.z();
@@ -71,8 +71,8 @@ class NearTriangle {
   }
 
  private:
-  // A triangle's height over its longest side, squared, up to which it is no more than its sides:
-  // barycentric coordinates would be what rounding makes them.
+  // Square of a triangle's height over its longest side up to which only its sides count, as
+  // rounding would dominate its barycentric coordinates.
   static constexpr float kFlat = 1e-9f;
 
   static float Inverse(float length_sq) { return length_sq > 0 ? 1 / length_sq : 0.0f; }

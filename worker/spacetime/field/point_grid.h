@@ -41,8 +41,8 @@ class PointGrid {
   void ForEach(Visit&& visit) const {
     for (const Entry& entry : entries_) visit(entry.index);
   }
-  // Calls visit(bucket, cube) for the cubes that ForEachNear looks at around a cube: its neighbours
-  // 0 to 26. Hashed cubes may share a bucket; those beyond the box share an empty one.
+  // Calls visit(bucket, cube) for the cubes that ForEachNear visits around a cube: its neighbours 0
+  // to 26. Hashed cubes may share a bucket; those beyond the box share an empty one.
   template <typename Visit>
   void ForEachBucket(const PointCube& centre, Visit&& visit) const {
     if (!is_hashed_ && IsWithin(centre)) {
@@ -68,11 +68,11 @@ class PointGrid {
   static PointCube Neighbor(const PointCube& cube, int n) {
     return {cube[0] + n % 3 - 1, cube[1] + n / 3 % 3 - 1, cube[2] + n / 9 - 1};
   }
-  // Without a call for each entry, which comparing the arrays costs.
+  // Compares entry by entry, which is faster than comparing the arrays.
   static bool AreSame(const PointCube& a, const PointCube& b) {
     return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) == 0;
   }
-  // So that all neighbours are in the box.
+  // Whether the cube and all its neighbours are in the box.
   bool IsWithin(const PointCube& cube) const {
     bool is_within = true;
     for (int axis = 0; axis < 3; ++axis) {

@@ -17,7 +17,7 @@ class TriangleTree {
   explicit TriangleTree(const mesh::TriangleMesh& surface);
 
   bool empty() const { return nodes_.empty(); }
-  // In metres, exact but for rounding. Requires: !empty().
+  // Distance in metres, exact up to rounding. Requires: !empty().
   float Distance(const Eigen::Vector3f& point) const;
 
  private:

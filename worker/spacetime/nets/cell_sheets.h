@@ -18,7 +18,7 @@ inline int LowerEnd(int edge) {
   return (rest & ((1 << axis) - 1)) | rest >> axis << (axis + 1);
 }
 
-// The edges whose ends differ, a bit each.
+// The edges with one end inside and one outside, a bit each.
 //   inside  bit c: corner c is inside
 uint32_t CrossedEdges(uint16_t inside);
 

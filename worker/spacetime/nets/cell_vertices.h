@@ -24,7 +24,7 @@ struct Cell {
 
   std::span<const Layer* const> layers;  // from its first to its last one
   int i, j, k;
-  float motion;  // spacings that one metre per second goes from the first to the last layer
+  float motion;  // spacings that one metre per second covers from the first to the last layer
   Layer::Corners first, last;
 
   // Corners are numbered by their bits x, y, z, t.
@@ -35,13 +35,13 @@ struct Cell {
   int z(int c) const { return k + (c >> 2 & 1); }
 };
 
-// Sets `placed` to one vertex per sheet of the surface, each where the planes meet that touch the
-// surface near the ends of the sheet's edges; in [0, 1]^4 within the cell, but that those of thin
-// sheets may lie further out in space.
+// Sets `placed` to one vertex per sheet of the surface, each where the tangent planes of the
+// surface near the ends of the sheet's edges meet; in [0, 1]^4 within the cell, except for vertices
+// of thin sheets, which may lie further out in space.
 //   inside  bit c: corner c is inside
 void PlaceInCell(const Cell& cell, uint16_t inside, std::vector<Eigen::Vector4f>& placed);
 
-// The same in a cell that is cut.
+// The same for a cut cell.
 void PlaceInCutCell(const Cell& cell, const CutCell& cut, std::vector<Eigen::Vector4f>& placed);
 
 }  // namespace liquidblend::spacetime

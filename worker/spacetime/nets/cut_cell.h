@@ -1,5 +1,5 @@
-// A 4D cell beside cells that are cut more finely in time: its edges and faces are cut at their
-// layers, too. Internal to worker/spacetime.
+// Cut cell: a 4D cell beside cells that are cut more finely in time, whose edges and faces are cut
+// at the layers of these cells, too. Internal to worker/spacetime.
 #pragma once
 
 #include <array>

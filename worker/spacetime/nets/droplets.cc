@@ -11,8 +11,8 @@ namespace liquidblend::spacetime {
 namespace {
 
 constexpr double kMaxVolumeRatio = 3.0;  // from frame to frame; beyond it it is another droplet
-// Where the rest of the liquid shows a droplet in the next frame: how much of the time until then
-// the droplet is shown.
+// If a droplet belongs to the rest of the liquid in the next frame: share of the time until then in
+// which it is shown.
 constexpr double kShownBeyond = 0.9;
 
 // Per vertex that names a component: the area of its surface.
@@ -85,8 +85,8 @@ std::vector<Droplet> TakeDroplets(double max_area_m2, int frame, mesh::TriangleM
   return droplets;
 }
 
-// Where droplet a of one frame and droplet b of the next are apart, in metres, when both are moved
-// to the middle of the time between.
+// Distance in metres of droplet a of one frame and droplet b of the next, both moved to the middle
+// of the time between.
 double DistanceHalfway(const Droplet& a, const Droplet& b, double seconds) {
   return (a.centroid_m + 0.5 * seconds * a.velocity_m_per_s -
           (b.centroid_m - 0.5 * seconds * b.velocity_m_per_s))

@@ -1,5 +1,5 @@
-// Small parts of the liquid, followed from frame to frame (paper, section 5.3). Internal to
-// worker/spacetime.
+// Droplets: small parts of the liquid, followed from frame to frame (paper, section 5.3). Internal
+// to worker/spacetime.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,9 +20,9 @@ struct Droplet {
   double radius_m = 0.0;  // of the furthest vertex
 };
 
-// One droplet for as long as it is one. `birth` is before its first frame, `death` after its last:
-// half-way to the next frame where droplets split or merge, close to the other frame where it
-// leaves or joins the rest of the liquid, which shows it there. Frames since the first.
+// One droplet over its life. `birth` is before its first frame, `death` after its last: half-way to
+// the next frame where droplets split or merge, close to the other frame where it leaves or joins
+// the rest of the liquid. Frames since the first.
 struct DropletTrack {
   std::vector<Droplet> droplets;  // one per frame, in consecutive frames
   double birth = 0.0, death = 0.0;
@@ -33,7 +33,7 @@ struct DropletSplit {
   std::optional<mesh::Animation> rest;  // the animation without them; none: there are no droplets
 };
 
-// Takes out the components with a surface of less than max_area_m2.
+// Splits off the components with a surface of less than max_area_m2.
 // Cost: O(triangles), and droplets squared per frame.
 DropletSplit SplitDroplets(const mesh::Animation& animation, double max_area_m2);
 

@@ -139,7 +139,7 @@ bool Layer::has_velocities() const {
   });
 }
 
-// Those of points where the parts cancel out are as BlendInside has it: outside.
+// Points where the parts cancel out are outside, as in BlendInside.
 float Layer::Distance(int i, int j, int k) const {
   float sum = 0;
   for (const Part& part : parts_) sum += part.view.weight * part.Distance(i, j, k);

@@ -1,4 +1,4 @@
-// The signed distance to the liquid at one time, on the points of a grid. Internal to
+// Layer: the signed distance to the liquid at one time, on the points of a grid. Internal to
 // worker/spacetime.
 #pragma once
 
@@ -13,9 +13,9 @@
 
 namespace liquidblend::spacetime {
 
-// What a layer is sampled from.
+// Surfaces from which a layer is sampled.
 struct LayerSource {
-  // A surface that shows the moment.
+  // A surface of the liquid at the layer's time.
   struct View {
     GridSurface surface;
     InsideBits inside;
@@ -23,7 +23,7 @@ struct LayerSource {
   };
 
   // One surface.
-  //   sheet_motion  spacings that one metre per second goes from layer to layer; without it, thin
+  //   sheet_motion  spacings that one metre per second covers from layer to layer; without it, thin
   //                 sheets get no points of their own
   // Requires: a closed, oriented surface within the grid.
   LayerSource(const Grid& grid, GridSurface surface, std::optional<float> sheet_motion = {});
@@ -31,7 +31,7 @@ struct LayerSource {
   LayerSource(const Grid& grid, GridSurface forward, GridSurface backward, float share,
               std::optional<float> sheet_motion = {});
 
-  // What may be inside of the layer, the points around its thin sheets among it; empty without any.
+  // Points that may be inside, those around thin sheets included; empty without thin sheets.
   InsideBits AroundSheets(const Grid& grid) const;
 
   std::vector<View> views;  // one or two
@@ -46,22 +46,24 @@ class Layer {
   //           those around thin sheets
   Layer(const Grid& grid, LayerSource source, const PointBits* needed = nullptr);
 
-  // The sheet points among them, which may lie outside of the liquid.
+  // The points inside. They include sheet points, which may lie outside of the liquid.
   const InsideBits& inside() const { return inside_; }
-  // Of the sheet in grid units if this is a point of a thin sheet (sheet_points.h); else 0.
+  // Thickness of the sheet in grid units at a point of a thin sheet (sheet_points.h); else 0.
   float SheetThickness(int i, int j, int k) const;
   // Whether one of rows j and j + 1 of planes k and k + 1 has a point of a thin sheet.
   bool HasSheetPoints(int j, int k) const;
   bool has_velocities() const;
 
-  // Never zero; about kBandWidth beyond the band. Positive at sheet points outside of the liquid.
+  // The signed distance: never zero; about kBandWidth beyond the band; positive at sheet points
+  // outside of the liquid.
   float Distance(int i, int j, int k) const;
-  // Exact, also at sharp edges, where the distance is; zero beyond the band.
+  // Gradient of the distance: exact, also at sharp edges, where the distance is; zero beyond the
+  // band.
   Eigen::Vector3f Gradient(int i, int j, int k) const;
-  // The same at the corners of a voxel.
+  // Distances and gradients at the corners of a voxel.
   class Corners;
   Corners AtCorners(int i, int j, int k) const;
-  // Of the liquid where the surface is closest to the point; zero beyond the band.
+  // Velocity of the liquid at the surface point closest to this point; zero beyond the band.
   Eigen::Vector3f SurfaceVelocity(int i, int j, int k) const;
 
  private:
@@ -73,7 +75,7 @@ class Layer {
     LayerSource::View view;
     DistanceBand band;
   };
-  // At p, of each part's triangle_of(part), if it is not -1.
+  // Velocity at p from each part's triangle_of(part), if it is not -1.
   template <typename TriangleOf>
   Eigen::Vector3f MeanVelocity(const Eigen::Vector3f& p, TriangleOf&& triangle_of) const;
   void BlendInside(const Grid& grid);
@@ -83,13 +85,13 @@ class Layer {
   std::vector<SheetPoint> sheet_points_;
 };
 
-// What a layer, which must outlive it, knows at the corners of a voxel, numbered by their bits x,
-// y, z.
+// Values of a layer, which must outlive it, at the corners of a voxel, numbered by their bits x, y,
+// z.
 class Layer::Corners {
  public:
   float Distance(int c) const { return distance_[c]; }
   Eigen::Vector3f Gradient(int c) const;
-  // Of the liquid at p near the voxel, metres per second.
+  // Velocity of the liquid at p near the voxel, metres per second.
   Eigen::Vector3f Velocity(const Eigen::Vector3f& p) const;
 
  private:

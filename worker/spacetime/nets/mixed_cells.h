@@ -1,4 +1,4 @@
-// Which cells of a grid have both inside and outside corners. Internal to worker/spacetime.
+// Mixed cells of a grid: those with both inside and outside corners. Internal to worker/spacetime.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,12 @@
 
 namespace liquidblend::spacetime {
 
-// Among some layers, row by row.
+// The mixed cells of some layers, row by row.
 class MixedCells {
  public:
   MixedCells(const Grid& grid, std::span<const InsideBits* const> layers);
 
-  // Those of row (j, k), a bit each. Requires: j + 1 < dims[1], k + 1 < dims[2].
+  // The mixed cells of row (j, k), a bit each. Requires: j + 1 < dims[1], k + 1 < dims[2].
   const std::vector<uint64_t>& Row(int j, int k);
 
  private:
@@ -23,7 +23,7 @@ class MixedCells {
   std::vector<uint64_t> mixed_;
 };
 
-// Their corners.
+// The corners of all mixed cells.
 PointBits CornersOfMixedCells(const Grid& grid, std::span<const InsideBits* const> layers);
 
 }  // namespace liquidblend::spacetime

@@ -10,8 +10,8 @@
 namespace liquidblend::spacetime {
 namespace {
 
-// Of the place in a cell that a vertex outside of it may be drawn back to, from the cell's sides:
-// so that the sides of a thin sheet do not coincide.
+// Distance from the cell's sides of the place to which a vertex outside of the cell may be drawn
+// back, so that the sides of a thin sheet do not coincide.
 constexpr float kInset = 0.15f;
 
 // A cell of a row before its vertices are placed.

@@ -1,5 +1,5 @@
-// When the layers of the grid are, and where those between two frames are needed. Internal to
-// worker/spacetime.
+// Times of the grid's layers, and the blocks where layers between two frames are needed. Internal
+// to worker/spacetime.
 #pragma once
 
 #include <vector>
@@ -26,13 +26,13 @@ struct LayerPlan {
 };
 
 // One layer a frame and one before and after all; 1, 3 or 7 more between two frames where the
-// surface moves by more than max_motion_m from one to the other, so that what is thin stays in one
-// piece. Without velocities there is nothing to move frames by, hence no layers in between.
+// surface moves by more than max_motion_m from one to the other, so that thin parts stay in one
+// piece. Without velocities frames cannot be moved, so there are no layers in between.
 // Requires: at least one frame, max_motion_m > 0.
 LayerPlan PlanLayers(const mesh::Animation& animation, double max_motion_m);
 
-// Cuts the blocks that the surface sweeps between two frames, as finely as the fastest part of it
-// needs there.
+// Cuts the blocks that the surface sweeps between two frames, as finely as the fastest part of the
+// surface there requires.
 SlabSteps PlanSteps(const mesh::Animation& animation, const LayerPlan& plan, int slab,
                     const Grid& grid, double max_motion_m);
 

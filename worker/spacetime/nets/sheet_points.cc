@@ -62,7 +62,7 @@ float MotionAlong(const GridSurface& surface, int32_t t, const Eigen::Vector3f& 
   return std::clamp(motion * sum / 3, -kMaxMotion, kMaxMotion);
 }
 
-// What is between two crossings of a line.
+// The part of a line between two crossings.
 struct Interval {
   double begin = 0.0, end = -1.0;  // of the points that it needs; none
   float thickness = 0.0f;

@@ -1,4 +1,5 @@
-// Keeps sheets that are thinner than the grid's spacing in one piece. Internal to worker/spacetime.
+// Sheet points: grid points that keep sheets thinner than the grid's spacing in one piece. Internal
+// to worker/spacetime.
 #pragma once
 
 #include <tuple>
@@ -19,15 +20,15 @@ inline bool Precedes(const SheetPoint& a, const SheetPoint& b) {
   return std::tie(a.k, a.j, a.i) < std::tie(b.k, b.j, b.i);
 }
 
-// The grid points that thin sheets need to be inside, so that these points hang together through
-// faces of the grid and leave no way through the sheet, not even across the diagonal of a face, in
-// space and from layer to layer: with n the sheet's unit normal and n_t how far it moves along it
-// until the next layer, the points nearer to its middle than half of the sum of the two largest of
-// |n_x|, |n_y|, |n_z|, |n_t|, and a little more. For a still sheet along the grid that is a single
-// layer of points; a sheet that is thicker than this has none. Nothing is added beyond its rim: the
-// grid line through a point that is nearest to the normal meets the sheet.
-// Ascending; each point once; none at the ends of the grid.
-//   motion  spacings that one metre per second goes from layer to layer
+// The grid points that thin sheets need to be inside, so that these points are connected through
+// faces of the grid and leave no path through the sheet, not even across the diagonal of a face, in
+// space and from layer to layer: with n the sheet's unit normal and n_t its motion along n until
+// the next layer, the points nearer to its middle than half of the sum of the two largest of |n_x|,
+// |n_y|, |n_z|, |n_t|, and a little more. For a still sheet along the grid that is a single layer
+// of points; a sheet that is thicker than this has none. Nothing is added beyond its rim: the grid
+// line through a point that is nearest to the normal meets the sheet. Ascending; each point once;
+// none at the ends of the grid.
+//   motion  spacings that one metre per second covers from layer to layer
 // Cost: O(n log n) in the triangles.
 std::vector<SheetPoint> FindSheetPoints(const Grid& grid, const GridSurface& surface, float motion);
 

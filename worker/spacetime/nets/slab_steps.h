@@ -1,4 +1,4 @@
-// How finely each part of a slab is cut in time. Internal to worker/spacetime.
+// Steps of a slab: how finely each of its blocks is cut in time. Internal to worker/spacetime.
 //
 // A slab lies between the layers of two frames. Where the surface moves far, the slab is cut into
 // steps by layers in between; elsewhere one cell spans several steps, or the whole slab.
@@ -23,16 +23,17 @@ class SlabSteps {
   static constexpr int kMaxSteps = 8;
   using Voxel = std::array<int, 3>;
 
-  SlabSteps() = default;  // one everywhere
-  // One everywhere, up to num_steps to come.
+  SlabSteps() = default;  // one step everywhere
+  // One step everywhere; Refine() allows up to num_steps.
   SlabSteps(const Grid& grid, int num_steps);
 
   int num_steps() const { return num_steps_; }
-  // At least `steps` in the blocks that touch voxels lo to hi.
+  // Sets at least `steps` in the blocks that touch voxels lo to hi.
   void Refine(const Voxel& lo, const Voxel& hi, int steps);
-  // With each block cut as finely as the finest of those around it.
+  // A copy with each block cut as finely as the finest of its neighbours.
   SlabSteps Grown() const;
-  // The most of the blocks that touch voxels lo to hi; those outside of the grid do not count.
+  // The largest number of steps of the blocks that touch voxels lo to hi, without those outside of
+  // the grid.
   int Most(Voxel lo, Voxel hi) const;
 
   // The points of the blocks that are cut.
@@ -41,19 +42,20 @@ class SlabSteps {
   int OfVoxel(int i, int j, int k) const {
     return num_steps_ == 1 ? 1 : of_block_[BlockOf({i, j, k})];
   }
-  // Of the voxels around the grid edge along `axis` (0 to 2) from point (i, j, k) up.
+  // The largest number of steps of the voxels around the grid edge along `axis` (0 to 2) from point
+  // (i, j, k) up.
   int OfEdge(int axis, int i, int j, int k) const {
     Voxel lo = {i - 1, j - 1, k - 1};
     lo[axis] += 1;
     return Most(lo, {i, j, k});
   }
   int OfPoint(int i, int j, int k) const { return Most({i - 1, j - 1, k - 1}, {i, j, k}); }
-  // Is a neighbour of the voxel cut more finely?
+  // Whether a neighbour of the voxel is cut more finely.
   bool IsBesideFiner(int i, int j, int k) const {
     return num_steps_ > 1 && Most({i - 1, j - 1, k - 1}, {i + 1, j + 1, k + 1}) > OfVoxel(i, j, k);
   }
 
-  // The layers of [begin, begin + span] at which something of so many steps is cut.
+  // The layers of [begin, begin + span] at which blocks of `steps` steps are cut.
   LayerMask LayersOf(int steps, int begin, int span) const {
     const int apart = num_steps_ / steps;
     LayerMask mask = 0;

@@ -29,7 +29,7 @@ struct Slab {
     uint8_t begin_layer;   // of the slab
     uint8_t end_layer;
     uint8_t num_sheets;
-    bool is_cut;  // cut_cell.h: the corners do not tell the sheets
+    bool is_cut;  // a cut cell (cut_cell.h), whose sheets do not follow from its corners
   };
   // A vertex that lies outside of its cell, next to a thin sheet.
   struct VertexBeyond {
@@ -51,21 +51,21 @@ struct Slab {
 // mixed.
 const Slab::Cell* FindCell(const Grid& grid, const Slab& slab, int step, int i, int j, int k);
 
-// What the slab tells of a vertex that lies outside of its cell; null if it lies within.
+// The entry of a vertex that lies outside of its cell; null if it lies within.
 const Slab::VertexBeyond* FindBeyond(const Slab& slab, int32_t vertex);
 
 // The corners of cell (i, j, k) that are inside: bits x, y, z, t.
 uint16_t InsideCorners(const InsideBits& earlier, const InsideBits& later, int i, int j, int k);
 
-// Places the vertices of a slab, each where the planes that touch its sheet of the surface near the
+// Places the vertices of a slab, each where the tangent planes of its sheet of the surface near the
 // cell's corners meet.
 //   layers  steps.num_steps() + 1; those in between only need to be known around the blocks that
 //           have them
-//   motion  spacings that one metre per second goes from the first to the last of them
+//   motion  spacings that one metre per second covers from the first to the last of them
 Slab PlaceVertices(const Grid& grid, std::span<const Layer* const> layers, SlabSteps steps = {},
                    float motion = 0);
 
-// What the hexahedra of one step in time need.
+// Input for the hexahedra of one slab.
 struct SlabRef {
   const Slab* slab;
   int64_t first_vertex;  // of the slab in the whole mesh

@@ -1,4 +1,4 @@
-// Where rays through a layer's boxes find liquid inside out. Internal to worker/spacetime.
+// Inverted places of a layer's boxes, found by rays. Internal to worker/spacetime.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,30 +12,29 @@
 namespace liquidblend::spacetime {
 
 // Rays along x, y and z, three to a spacing, cross the surface of the boxes at a few times around
-// the layer. Once vertices have moved, only rays through boxes at these are looked at again.
+// the layer. After vertices have moved, only rays through boxes at these vertices are traced again.
 // Threads: a const object may be shared; each Update needs one of its own.
 class InvertedRays {
  public:
   // Vertices of Slab::beyond may move from where they are now towards their cells, no others.
   InvertedRays(const Layers& layers, BoxFaces boxes);
 
-  // Looks along the rays through faces at corners whose vertices, before or after, have moved
-  // since.
+  // Traces the rays through faces at corners whose vertices, before or after, have moved since.
   //   has_moved  one per corner of boxes(); the first time all are set
   void Update(const Layers& layers, const std::vector<char>& has_moved);
 
-  // Where they touch a winding number below 0, in grid units.
+  // The places where rays have a winding number below 0, in grid units.
   Eigen::Matrix3Xf Places() const;
 
   const BoxFaces& boxes() const { return boxes_; }
 
  private:
-  // Of rays' places along an axis.
+  // A range of ray indices along an axis.
   struct Range {
     int begin, end;
   };
   using Ranges = std::array<Range, 3>;  // along x, y and z
-  // Some of the rays along an axis.
+  // A set of rays along an axis.
   class Marks {
    public:
     explicit Marks(const GridLines& lines);

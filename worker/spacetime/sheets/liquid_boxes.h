@@ -11,7 +11,7 @@
 
 namespace liquidblend::spacetime {
 
-// A vertex of a slab, or a place of none, in the middle of a cell.
+// A corner of a box: a vertex of a slab, or the middle of a cell without one.
 struct BoxCorner {
   int slab = 0;
   int32_t vertex = -1;                              // -1: none
@@ -20,15 +20,15 @@ struct BoxCorner {
 
 // Around each grid point that is inside at a layer lies a box whose corners are the vertices of the
 // cells around the point, before and after the layer. The liquid is the sum of all boxes; these are
-// the faces between those of some points of one layer and what is not of them.
+// the faces that bound the boxes of some points of one layer.
 struct BoxFaces {
   int layer = 0;                          // of all
   std::vector<BoxCorner> before, after;   // per corner
   std::vector<std::array<int, 4>> faces;  // corners, counter-clockwise seen from outside
 };
 
-// Those of the points next to vertices outside of their cells (Slab::beyond), and of the points
-// around these; one per layer that has any, ascending.
+// The faces for the points next to vertices outside of their cells (Slab::beyond), and for the
+// points around these; one entry per layer that has any, ascending.
 // Threads: same bytes for any thread count.
 std::vector<BoxFaces> FindBoxFaces(const Layers& layers, const parallel::Arena& arena);
 

@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kNumDraws = 4;       // equal steps back into the cell
 constexpr float kDrawBack = 1.0f;  // spacings; what is this near to liquid inside out is drawn back
-// Where more than this share of the vertices around is, a sheet is torn rather than whole, and the
-// rest follows.
+// If more than this share of the vertices around are back in their cells, the sheet counts as torn,
+// and the others follow.
 constexpr float kTornShare = 0.45f;
 constexpr float kAround = 4.0f;  // spacings
 
@@ -143,7 +143,7 @@ class SheetOrder {
     return any;
   }
 
-  // Those that are not in their cells among others most of which are.
+  // Vertices outside of their cells whose neighbours are mostly back in theirs.
   std::vector<size_t> FindTorn() const {
     std::vector<std::vector<size_t>> torn(of_layer_.size());
     arena_.Run(static_cast<int64_t>(of_layer_.size()), [&](int64_t n) {

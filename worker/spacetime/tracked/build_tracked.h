@@ -21,13 +21,13 @@ struct TrackedOptions {
 };
 
 // Share of the moving triangles that meet one of the next frame, from 8 steps spread over the
-// animation; 1 if nothing moves. Surfaces that a tracker keeps have 0.93 and more, those that are
-// built anew for each frame 0.71 and less: 0.85 tells them apart.
+// animation; 1 if nothing moves. Surfaces of a tracker have 0.93 and more, surfaces that are
+// rebuilt for each frame 0.71 and less; 0.85 separates them.
 // Requires, Errors, Threads: as TrackLinks.  Cost: O(vertices of 16 frames).
 absl::StatusOr<double> MatchedShare(const mesh::Animation& animation, const TrackedOptions& options,
                                     const parallel::Arena& arena);
 
-// Links between all successive frames, and how far they reach.
+// Links between all successive frames, and their shares of matched triangles.
 struct TrackedLinks {
   std::vector<FrameLinks> steps;  // steps[k] from frame k to frame k + 1
   double matched_share = 1.0;     // of the moving triangles of all frames: those that meet one

@@ -8,13 +8,13 @@
 namespace liquidblend::spacetime {
 
 struct FillOptions {
-  double cone_radius_m = 0.3;  // >= 0; larger patches are filled by way of anchors
+  double cone_radius_m = 0.3;  // >= 0; larger patches are filled with anchors
   double anchor_m = 0.2;       // > 0; spacing of the anchors
 };
 
-// Adds cells whose boundary is the patch, and vertices half-way between the frames.
-// - A small patch becomes a cone from its centroid: tetrahedra over triangles, pyramids over quads.
-// - A large one (a part of the liquid that was rebuilt) would sink to one point on the way. Its
+// Adds cells whose boundary is the patch, and vertices half-way between the frames. - A small patch
+// becomes a cone from its centroid: tetrahedra over triangles, pyramids over quads. - A large one
+// (a part of the liquid that was rebuilt) would shrink to one point on the way. Its
 //   vertices gather at the vertices of a coarse surface instead, the anchors: each triangle moves
 //   to the triangle of its anchors, in tetrahedra by the vertex-label rule of the paper's appendix.
 //   Where both frames lie close together, their coarse triangles cancel; cones fill what is left.

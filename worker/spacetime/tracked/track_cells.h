@@ -34,7 +34,7 @@ struct Facet {
   int size() const { return corners[3] < 0 ? 3 : 4; }
 };
 
-// Together their boundary is the earlier frame less the later one.
+// Cells between two frames. Together their boundary is the earlier frame less the later one.
 struct PairCells {
   std::vector<mesh::Wedge> wedges;
   std::vector<mesh::Pyramid> pyramids;
@@ -45,8 +45,9 @@ struct PairCells {
 // One wedge for each triangle that has a partner.
 void AddWedges(const FramePair& pair, const FrameLinks& links, PairCells& cells);
 
-// What is left between the frames, as closed, oriented surfaces in space-time, one for each
-// connected part: triangles without partner and the sides of wedges next to them.
+// Patches: the boundary of the space between the frames without wedges, as closed, oriented
+// surfaces in space-time, one for each connected part. They consist of triangles without partner
+// and the sides of wedges next to them.
 std::vector<std::vector<Facet>> FindPatches(const FramePair& pair, const FrameLinks& links);
 
 // Splits facets into parts that are connected through edges, in the order of their first facets.

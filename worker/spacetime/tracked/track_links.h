@@ -21,18 +21,18 @@ struct FrameLinks {
                                   // its links meet, run through alike, or -1; none is met twice
   int64_t num_matched = 0;        // triangles that meet one
   // Triangles of the earlier frame with a corner that moves by a tenth of an edge or more, and
-  // those of them that meet one. At rest, triangles of frames that are built anew agree as well.
+  // those of them that meet one. At rest, triangles of rebuilt frames match as well.
   int64_t num_moving = 0;
   int64_t num_moving_matched = 0;
 };
 
 // Frames with the same triangle lists are linked number by number. Otherwise a vertex is linked to
 // the one that it comes closest to when both are moved towards each other by the mean of their
-// velocities, among those that face the same way; it stays unlinked if the vertex which that one
-// came from lies too far away along the surface (so that links do not jump between sheets). Two
-// vertices share a link only where an edge between them collapsed. A vertex whose triangles meet
-// none, or few, then takes the link that most of them ask for.
-// Without velocities the nearest vertex counts, and vertex numbers where most triangles are shared.
+// velocities, among those that face the same way; it stays unlinked if the backward link of that
+// vertex leads to a vertex too far away along the surface (so that links do not jump between
+// sheets). Two vertices share a link only where an edge between them collapsed. A vertex few or
+// none of whose triangles match then takes the link that would match most of them. Without
+// velocities the nearest vertex counts, and vertex numbers where most triangles are shared.
 // Requires: indices in range, finite numbers.  Threads: safe.  Cost: O(vertices).
 FrameLinks LinkFrames(const mesh::TriangleMesh& earlier, const mesh::TriangleMesh& later,
                       const LinkOptions& options);

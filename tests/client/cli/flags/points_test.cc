@@ -42,7 +42,7 @@ TEST(ParsePoints, GivesNoPointsForNone) {
 TEST(ParsePoints, NamesWhatIsWrong) {
   EXPECT_THAT(Refusal({"w0:a=1", "w1:a=2"}), HasSubstr("--at is missing for 'w2'"));
   EXPECT_THAT(Refusal({"w0:a=1", "w1:a=2", "w2:a=3", "w3:a=4"}), HasSubstr("--at w3: is neither"));
-  EXPECT_THAT(Refusal({"w0:a=1", "animations/w0:a=2"}), HasSubstr("w0 is there twice"));
+  EXPECT_THAT(Refusal({"w0:a=1", "animations/w0:a=2"}), HasSubstr("w0 is given twice"));
   EXPECT_THAT(Refusal({"w0:a=1", "w1:b=2", "w2:a=3"}), HasSubstr("w1: must set exactly a"));
   EXPECT_THAT(Refusal({"w0:a=1", "w1:a=2,b=2", "w2:a=3"}), HasSubstr("w1: must set exactly a"));
   EXPECT_THAT(Refusal({"w0"}), HasSubstr("\"\" is not NAME=NUMBER"));
