@@ -180,7 +180,7 @@ TEST_F(TransferTest, NoticesAStreamThatBreaksOffOrIsDamaged) {
   for (const size_t size : {size_t{600}, whole.size() / 2, whole.size() - 1100}) {
     std::istringstream in(whole.substr(0, size));
     EXPECT_THAT(ImportFromStream(in, other.store(), progress_),
-                Fails(absl::StatusCode::kDataLoss, "ends early"));
+                Fails(absl::StatusCode::kDataLoss, "Truncated"));
   }
   std::string damaged = whole;
   damaged[520] ^= 1;  // the first blob

@@ -57,7 +57,8 @@ TEST_F(MalformedTest, BytesThatAreNoMessageAreTheClientsMistake) {
   for (const MethodDescriptor* method : AllMethods()) {
     if (method->client_streaming()) continue;
     const grpc::Status status = CallInBytes(channel_, PathOf(*method), {"\xFF\xFF\xFF"});
-    EXPECT_THAT(status, EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "no message of the method"));
+    EXPECT_THAT(status, EndsWith(grpc::StatusCode::INVALID_ARGUMENT,
+                                 "not parse as a message of the method"));
     const auto info = DetailOf<google::rpc::ErrorInfo>(status);
     EXPECT_EQ(info.reason(), "REQUEST_MALFORMED");
     EXPECT_EQ(info.metadata().at("method"), method->name());
@@ -70,7 +71,8 @@ TEST_F(MalformedTest, ABrokenMessageIsNotTheEndOfAnUpload) {
   std::vector<std::string> messages = SeedsOf(method);
   messages.push_back("\xFF\xFF\xFF");
   const grpc::Status status = CallInBytes(channel_, PathOf(method), messages);
-  EXPECT_THAT(status, EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "no message of the method"));
+  EXPECT_THAT(status,
+              EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "not parse as a message of the method"));
   EXPECT_EQ(catalog_->GetAnimation("drop").status().code(), absl::StatusCode::kNotFound);
   messages.pop_back();
   EXPECT_THAT(CallInBytes(channel_, PathOf(method), messages), IsOk());

@@ -205,7 +205,8 @@ TEST_F(ServerTest, BytesThatAreNoMessageAreNotTheEndOfAStreamsRequests) {
        {std::vector<std::string>{"\xFF\xFF\xFF"}, {request, "\xFF\xFF\xFF"}}) {
     const grpc::Status status =
         CallInBytes(channel_, "/liquidblend.v1.LiquidBlend/StreamFrames", messages);
-    EXPECT_THAT(status, EndsWith(grpc::StatusCode::INVALID_ARGUMENT, "no message of the method"));
+    EXPECT_THAT(status, EndsWith(grpc::StatusCode::INVALID_ARGUMENT,
+                                 "not parse as a message of the method"));
     const auto info = DetailOf<google::rpc::ErrorInfo>(status);
     EXPECT_EQ(info.reason(), "REQUEST_MALFORMED");
     EXPECT_EQ(info.metadata().at("method"), "StreamFrames");
