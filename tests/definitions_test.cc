@@ -9,14 +9,16 @@
 #include <fstream>
 #include <iterator>
 #include <map>
-#include <regex>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
 
 namespace liquidblend {
 namespace {
@@ -40,10 +42,15 @@ std::vector<std::string> FieldsOf(const std::string& message, const std::string&
   const size_t begin = proto.find(absl::StrCat("\nmessage ", message, " {\n"));
   if (begin == std::string::npos) return {};
   const std::string body = proto.substr(begin, proto.find("\n}\n", begin) - begin);
-  static const std::regex kField("\n  (?:(?:repeated|optional) )?[A-Za-z0-9_.]+ ([a-z0-9_]+) = ");
   std::vector<std::string> names;
-  for (std::sregex_iterator at(body.begin(), body.end(), kField), end; at != end; ++at) {
-    names.push_back((*at)[1]);
+  for (const absl::string_view line : absl::StrSplit(body, '\n')) {
+    // "  repeated double volume_errors = 11;" of the message itself, not of one within it
+    const bool is_outer = absl::StartsWith(line, "  ") && !absl::StartsWith(line, "   ");
+    std::vector<absl::string_view> words = absl::StrSplit(line, ' ', absl::SkipEmpty());
+    if (!words.empty() && (words[0] == "repeated" || words[0] == "optional")) {
+      words.erase(words.begin());
+    }
+    if (is_outer && words.size() > 3 && words[2] == "=") names.emplace_back(words[1]);
   }
   return names;
 }
