@@ -37,7 +37,7 @@ class FrameSource {
 
   virtual ~FrameSource() = default;
 
-  // As AccessController::Admit().
+  // Decides whether a call may go on; see AccessController::Admit().
   virtual absl::Status Admit(const Credentials& credentials, const AccessRequest& access,
                              AccessGrant& grant) = 0;
 

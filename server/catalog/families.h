@@ -172,7 +172,8 @@ class Families {
   const FamiliesOptions options_;
   mutable absl::Mutex mutex_;
   std::map<std::string, Slot> slots_ ABSL_GUARDED_BY(mutex_);
-  // Of families that were rolled back here: older versions are not served from memory any more.
+  // Minimum versions of families that were rolled back here. Older versions in memory are not
+  // served any more.
   std::map<std::string, int64_t> min_versions_ ABSL_GUARDED_BY(mutex_);
   int64_t num_uses_ ABSL_GUARDED_BY(mutex_) = 0;
   bool is_catalog_away_ ABSL_GUARDED_BY(mutex_) = false;  // at the last Refresh()

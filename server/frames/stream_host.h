@@ -34,10 +34,10 @@ class StreamHost {
   // Drops the task unless its time has come already.
   virtual void Cancel(const Timer& timer) = 0;
 
-  // As server::FindFamily().
+  // Finds a family; see server::FindFamily().
   virtual void FindFamily(const std::string& id, catalog::AskedVersion asked,
                           catalog::Families::Done done) = 0;
-  // As FrameMaker::Make() and FrameMaker::Leave().
+  // Order a frame, and cancel the order; see FrameMaker::Make() and FrameMaker::Leave().
   virtual Ticket Make(FrameOrder order, FrameMaker::Done done) = 0;
   virtual void Leave(const Ticket& ticket) = 0;
 

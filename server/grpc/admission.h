@@ -87,7 +87,7 @@ class CallInterceptor {
   // the call.
   std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method);
 
-  // As above, with the resource that the request names; checks the request's size, too.
+  // Admits a call as above, checks the request's size, and logs the resource that it names.
   std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method,
                                    const google::protobuf::Message& request);
 

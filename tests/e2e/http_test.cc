@@ -32,7 +32,7 @@ class HttpTest : public E2eTest {
 
   std::string PortFile() const { return data() + "/http.port"; }
 
-  // Of a server that has just started, the address for gRPC and the port of HTTP.
+  // The address for gRPC and the port of HTTP of a server that has just started.
   static std::pair<std::string, int> Listens(Process& server) {
     const std::string grpc = server.ReadLine(), http = server.ReadLine();
     int port = 0;

@@ -18,18 +18,19 @@ ingest::ImportOptions ToImportOptions(const store::v1::ImportOptions& options);
 registration::RegistrationOptions ToRegistrationOptions(
     const store::v1::RegistrationOptions& options);
 
-// What is not set, or 0 without being optional, stands for the default.
+// Options of the space-time mesh. A field that is not set, or 0 and not optional, has the default.
 spacetime::BuildOptions ToBuildOptions(const store::v1::SpaceTimeOptions& options);
 int NumCoarserLevels(const store::v1::SpaceTimeOptions& options);
 
-// Of a level of detail, 0 the finest: always a rebuilt one beyond that, on a coarser grid.
+// Options of the mesh of a level of detail. Level 0 is the finest; the meshes of the others are
+// rebuilt on coarser grids.
 spacetime::BuildOptions ToLevelOptions(const store::v1::SpaceTimeOptions& options, int level);
 
-// All options of the job, so that nothing is begun that cannot be finished.
+// Checks all options of the job before its work begins.
 // Errors: kInvalidArgument with the first field out of range, and its value.
 absl::Status CheckOptions(const store::v1::RegisterJob& job);
 
-// Those of one target; seconds become frames.
+// Correspondences of one target; seconds become frames.
 std::vector<registration::Correspondence> ToCorrespondences(const store::v1::RegisterJob& job,
                                                             int target_index,
                                                             double frames_per_second);

@@ -1,4 +1,4 @@
-// What a registration is asked with, and its result.
+// Options and result of a registration.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,8 @@
 
 namespace liquidblend::registration {
 
-// The users' options and those of tests. A frame of time counts as a mean edge length.
+// Options of users, and further ones that tests set. Lengths are in mean edge lengths of the
+// source; a frame of time counts as one.
 struct RegistrationOptions : mesh::RegistrationOptions {
   double kept_share = 0.2;              // [0, 1]; of the samples: the worst of the iteration before
   double first_smoothness = 500.0;      // > 0; lambda of the first iteration, falls geometrically
@@ -22,12 +23,12 @@ struct RegistrationOptions : mesh::RegistrationOptions {
   double plane_weight = 1.0;            // >= 0; gamma_plane, equation (5)
   double correspondence_weight = 20.0;  // >= 0; of a soft one, in matches of an average node
   double soft_release = 0.5;            // [0, 1]; share of the iterations that soft ones last
-  double smallest_part_edges = 4.0;     // >= 0; in diameter: smaller ones tell nothing of it
+  double smallest_part_edges = 4.0;     // >= 0; in diameter; smaller parts are not paired
   int max_direct_rows = 400;            // larger systems by conjugate gradients (section 6.3)
-  // >= 1e3; of the meshes that larger ones begin with, about. Fewer where layers between frames
-  // make up most of the large mesh: the coarse one needs none.
+  // >= 1e3; approximate size of the coarse mesh that a larger one is registered on first. Smaller
+  // if layers between frames make up most of the large mesh: the coarse one needs none.
   double coarse_vertices = 6e5;
-  double finer_from_edges = 1.0;  // > 0; what is further off after that gets nodes of its own
+  double finer_from_edges = 1.0;  // > 0; regions further off than this get nodes of their own
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
@@ -37,7 +38,7 @@ struct Registration {
   mesh::RegistrationReport report;
 };
 
-// What Refine() goes on from; the references must outlive the call.
+// Registration that Refine() starts from; the references must outlive the call.
 struct PreviousRegistration {
   const Eigen::Matrix4Xf& displacement;                // as in Registration
   const std::vector<Correspondence>& correspondences;  // that it was made with

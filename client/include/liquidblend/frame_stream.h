@@ -32,8 +32,8 @@ struct StreamSettings {
   // Whether frames may be coarser than surface.level_of_detail while the connection is too slow;
   // ignored for lossless streams. Default false.
   std::optional<bool> adapt_level_of_detail;
-  // As FrameRequest's, of `family`; without a family, of the stream's present one, which keeps its
-  // version until this one is loaded.
+  // Minimum version, as in FrameRequest, of `family`, or without one of the stream's present
+  // family. That keeps its version until this one is loaded.
   int64_t min_version = 0;
   // The exact version, likewise; it replaces min_version. 0: any.
   int64_t version = 0;

@@ -108,7 +108,7 @@ class BlobStore {
   // Errors: kUnimplemented if the store offers none.
   virtual absl::StatusOr<DirectUpload> PresignUpload(const BlobId& content, int64_t size_bytes,
                                                      absl::Duration expires);
-  // The number of part_urls of PresignUpload() for a blob of this size; 1 if it is not implemented.
+  // The number of part_urls of PresignUpload() for a blob of this size; 1 if the store signs no urls.
   virtual int64_t NumPartUrls(int64_t /*size_bytes*/) const { return 1; }
   // Aborts an upload whose urls were not given out, so that the store keeps nothing of it. Tries
   // once; a failure is logged.
