@@ -52,7 +52,9 @@ done
 
 mkdir "$directory/home"
 export PATH=$programs:$PATH LIQUIDBLEND_SERVER=$GRPC
-OPERATION=$(liquidblend operations | grep -om1 'operations/import-[^ ]*')
+# No pipe: grep ends at its first match, and a program that still writes to it would be killed.
+liquidblend operations >"$directory/operations"
+OPERATION=$(grep -om1 'operations/import-[^ ]*' "$directory/operations")
 export GRPC HTTP HOME=$directory/home LIQUIDBLEND=$checkout BUILD=$build
 export DATA=$directory/data OPERATION
 unset PREFIX
