@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Runs the command-line client of an earlier commit against the current servers and workers, on a
-# data directory and on PostgreSQL with S3, and compares its frames with the current client's.
+# Runs programs of an earlier commit with the current ones, on a data directory and on PostgreSQL
+# with S3: the current client against the former server, the current server on the former one's
+# store, and the former client against the current server. Compares the frames of both.
 #   tests/compatibility.sh COMMIT
-#   CLIENT=FILE  that client, if it is built already
+#   PROGRAMS=DIRECTORY  that commit's programs, if they are built already
 # Needs the programs of build/release. Prints a line for each command; exits 1 if one failed that
 # worked with that commit's own server, except for what docs/operations/upgrades.md says.
 set -euo pipefail
@@ -17,18 +18,23 @@ esac
 cd "$(dirname "$0")/.."
 git rev-parse --quiet --verify "$1^{commit}" >/dev/null || refuse "no commit: $1"
 
-bin=$PWD/build/release/bin
+current=$PWD/build/release/bin
 work=$(mktemp -d)
-pids=()
-stop_all() {
-  for ((k = ${#pids[@]} - 1; k >= 0; --k)); do
-    kill "${pids[k]}" 2>/dev/null || true
-    wait "${pids[k]}" 2>/dev/null || true
-  done
-  pids=()
+server_pid=
+postgres_pid=
+# end PID: lets the process end by itself.
+end() {
+  [ -n "$1" ] || return 0
+  kill "$1" 2>/dev/null || true
+  wait "$1" 2>/dev/null || true
+}
+stop_servers() {
+  end "$server_pid"
+  server_pid=
 }
 clean_up() {
-  stop_all
+  stop_servers
+  end "$postgres_pid"
   [ ! -d "$work/ceph" ] || tests/ceph.sh stop "$work/ceph" || true
   [ ! -d "$work/source" ] || git worktree remove --force "$work/source"
   rm -rf "$work"
@@ -36,16 +42,16 @@ clean_up() {
 trap clean_up EXIT
 chmod 755 "$work"
 
-build_client() {
-  echo "building the client of $1" >&2
+build_programs() {
+  echo "building the programs of $1" >&2
   git worktree add --quiet --detach "$work/source" "$1"
   (cd "$work/source" && export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1 &&
-    cmake --preset release && cmake --build --preset release -j "$(nproc)" --target liquidblend) \
+    cmake --preset release && cmake --build --preset release -j "$(nproc)" \
+      --target liquidblend liquidblend-server liquidblend-worker) \
     >"$work/build.log" 2>&1 || { cat "$work/build.log" >&2; exit 1; }
-  echo "$work/source/build/release/bin/liquidblend"
+  echo "$work/source/build/release/bin"
 }
-former=${CLIENT:-$(build_client "$1")}
-current=$bin/liquidblend
+former=${PROGRAMS:-$(build_programs "$1")}
 
 # Six frames of a ball that moves along x at so many metres per second: make_ball DIRECTORY VELOCITY
 make_ball() {
@@ -84,57 +90,64 @@ JSON
 
 failed=0
 tier=
-# try WORDS...: what the former client does with them.
+# try CLIENT WORDS...: what that client does with them on the server that runs.
 try() {
   local status=0
-  "$former" --server "$server" "$@" >"$work/log" 2>&1 || status=$?
-  printf '%-9s %-4s %s\n' "$tier" "$([ $status = 0 ] && echo ok || echo "$status")" "$*"
+  "$1/liquidblend" --server "$server" "${@:2}" >"$work/log" 2>&1 || status=$?
+  printf '%-9s %-7s %-7s %-4s %s\n' "$tier" "$(name_of "$1")" "$serving" \
+    "$([ $status = 0 ] && echo ok || echo "$status")" "${*:2}"
   [ $status != 0 ] || return 0
   sed 's/^/    /' "$work/log"
   return 1
 }
 must() { try "$@" || failed=1; }
+name_of() { [ "$1" = "$current" ] && echo current || echo former; }
 same() {
   cmp -s "$1" "$2" && return
-  echo "$tier: $(basename "$1") differs from what the current client gets"
+  echo "$tier: $(basename "$1") and $(basename "$2") differ"
   failed=1
 }
 
-# Requires: $server.
+# run_commands CLIENT OTHER: all that CLIENT can do. Its frames must be those that OTHER gets.
 run_commands() {
-  local out=$work/out-$tier
+  local client=$1 other=$2
+  local out=$work/out-$tier-$serving
   mkdir "$out"
-  must import a "$work/a" --fps 24
-  must --no-direct import b "$work/b" --fps 24
-  must register balls --source a --target b --iterations 3 --wait
-  must list
-  must inspect balls
-  must frame balls -w 0.5 -t 0.1 -o "$out/former.ply"
-  "$current" --quiet --server "$server" frame balls -w 0.5 -t 0.1 -o "$out/current.ply" >/dev/null
-  same "$out/former.ply" "$out/current.ply"
-  must export balls -w 0.5 -o "$out/former"
-  "$current" --quiet --server "$server" export balls -w 0.5 -o "$out/current" >/dev/null
-  same "$out/former/frame_0006.ply" "$out/current/frame_0006.ply"
-  must stream balls --seconds 1
-  must render balls --columns 2 -w 0.5 --size 64x48 -o "$out/former.png"
-  must register balls --refine --correspondences "$work/pairs.json" --iterations 3 --wait
-  must inspect balls --correspondences-json "$out/pairs.json"
-  must operations
+  must "$client" import a "$work/a" --fps 24
+  must "$client" --no-direct import b "$work/b" --fps 24
+  must "$client" register balls --source a --target b --iterations 3 --wait
+  must "$client" list
+  must "$client" inspect balls
+  must "$client" frame balls -w 0.5 -t 0.1 -o "$out/one.ply"
+  "$other/liquidblend" --quiet --server "$server" frame balls -w 0.5 -t 0.1 -o "$out/two.ply" >/dev/null
+  same "$out/one.ply" "$out/two.ply"
+  must "$client" export balls -w 0.5 -o "$out/one"
+  "$other/liquidblend" --quiet --server "$server" export balls -w 0.5 -o "$out/two" >/dev/null
+  same "$out/one/frame_0006.ply" "$out/two/frame_0006.ply"
+  must "$client" stream balls --seconds 1
+  must "$client" render balls --columns 2 -w 0.5 --size 64x48 -o "$out/one.png"
+  must "$client" register balls --refine --correspondences "$work/pairs.json" --iterations 3 --wait
+  must "$client" inspect balls --correspondences-json "$out/pairs.json"
+  must "$client" operations
   if [ "$tier" = shared ]; then
-    try download families/balls -o "$out/balls" || grep -q 'has the checksum' "$work/log" || failed=1
+    # Blobs are named by another checksum since then: upgrades.md.
+    try "$client" download families/balls -o "$out/balls" ||
+      { [ "$client" = "$former" ] && grep -q 'has the checksum' "$work/log"; } || failed=1
   fi
-  must delete balls
+  must "$client" delete balls
 }
 
-# start_server ARGUMENTS...: sets $server.
+# start_server PROGRAMS ARGUMENTS...: sets $server, and $serving to "former" or "current".
 start_server() {
-  "$bin/liquidblend-server" --listen 127.0.0.1:0 --workers 1 "$@" >"$work/server.out" \
+  serving=$(name_of "$1")
+  : >"$work/server.out"  # not what the server before said
+  "$1/liquidblend-server" --listen 127.0.0.1:0 --workers 1 "${@:2}" >"$work/server.out" \
     2>"$work/server.log" &
-  pids+=($!)
+  server_pid=$!
   for _ in $(seq 300); do
     server=$(sed -n 's/^listening on //p' "$work/server.out")
     [ -z "$server" ] || return 0
-    kill -0 "${pids[-1]}" 2>/dev/null || break
+    kill -0 "$server_pid" 2>/dev/null || break
     sleep 0.1
   done
   cat "$work/server.log" >&2
@@ -142,14 +155,32 @@ start_server() {
   exit 1
 }
 
+# run_programs ARGUMENTS...: both servers, one after the other, with these arguments and so one store.
+run_programs() {
+  start_server "$former" "$@"
+  run_commands "$current" "$former"
+  must "$former" register kept --source a --target b --iterations 3 --wait
+  must "$former" export kept -w 0.5 -o "$work/kept-$tier"
+  stop_servers
+  start_server "$current" "$@"
+  must "$current" inspect kept
+  must "$current" export kept -w 0.5 -o "$work/kept-$tier-again"
+  local file
+  for file in "$work/kept-$tier"/*.ply; do same "$file" "$work/kept-$tier-again/$(basename "$file")"; done
+  must "$current" register kept --refine --iterations 3 --wait
+  must "$current" delete kept
+  must "$current" delete animations/a
+  must "$current" delete animations/b
+  run_commands "$former" "$current"
+  stop_servers
+}
+
 tier=embedded
-start_server --data "$work/data"
-run_commands
-stop_all
+run_programs --data "$work/data"
 
 tier=shared
 tests/postgres.sh "$work/postgres" &
-pids+=($!)
+postgres_pid=$!
 tests/ceph.sh start "$work/ceph" >/dev/null
 set -a
 # shellcheck disable=SC1091  # where the object store is
@@ -159,7 +190,6 @@ for _ in $(seq 300); do
   ! psql -h "$work/postgres/sock" -U liquidblend -d postgres -c 'SELECT 1' >/dev/null 2>&1 || break
   sleep 0.1
 done
-start_server --store "postgresql://liquidblend@/postgres?host=$work/postgres/sock" \
+run_programs --store "postgresql://liquidblend@/postgres?host=$work/postgres/sock" \
   --blobs s3://liquidblend --cache "$work/cache" --client-s3 "$AWS_ENDPOINT_URL"
-run_commands
 exit $failed
