@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds the release and runs all of its tests.
 #   tests/run.sh [--no-install] [--all]
-#   --all         also the unit tests under AddressSanitizer and UndefinedBehaviorSanitizer, first
+#   --all         first the unit tests with AddressSanitizer and UndefinedBehaviorSanitizer, but for
+#                 those of tests/slow_with_sanitizers.txt
 #   --no-install  installs no packages
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
@@ -21,14 +22,16 @@ cd "$(dirname "$0")/.."
 
 [ "$install" = 0 ] || deploy/install-deps.sh
 jobs=$(nproc)
+slots=$((2 * jobs))  # a test counts as one or two: tests/CMakeLists.txt
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1  # another clone of the same sources hits the cache
 
 if [ "$sanitize" = 1 ]; then
   cmake --preset asan >/dev/null
   cmake --build --preset asan -j "$jobs" --target lb_unit_tests
-  ctest --preset asan -j "$jobs"
+  slow=$(grep -v '^#' tests/slow_with_sanitizers.txt | paste -sd '|')
+  ctest --preset asan -j "$slots" -E "$slow"
 fi
 
 cmake --preset release >/dev/null
 cmake --build --preset release -j "$jobs"
-ctest --preset release -j "$jobs"
+ctest --preset release -j "$slots"
