@@ -19,7 +19,7 @@ void AddGroupAndThoseAbove(const std::string& hierarchy, std::string group, cons
   }
 }
 
-// Of version 1, "9:cpu,cpuacct" holds the controller cpu.
+// Whether a line of version 1 has the controller: "9:cpu,cpuacct" has cpu.
 bool IsOf(const std::string& controller, const std::string& hierarchy) {
   const std::string names = hierarchy.substr(hierarchy.find(':') + 1);
   return absl::StrContains(absl::StrCat(",", names, ","), absl::StrCat(",", controller, ","));

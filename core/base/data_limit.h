@@ -14,6 +14,7 @@ namespace liquidblend::base {
 // Error of work that needs more memory than its limit. It is kResourceExhausted with a mark by
 // which IsOverMemoryLimit() distinguishes it from transient errors such as a full disk.
 absl::Status MemoryLimitError(const std::string& message);
+// Whether the status is a MemoryLimitError().
 bool IsOverMemoryLimit(const absl::Status& status);
 
 // Bytes of private writable memory that the process has mapped now, touched or not: heap and

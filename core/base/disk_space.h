@@ -8,6 +8,7 @@
 
 namespace liquidblend::base {
 
+// Size and free space of a file system, in bytes.
 struct DiskSpace {
   int64_t size_bytes = 0;
   int64_t free_bytes = 0;  // that this process may use

@@ -6,6 +6,7 @@
 
 namespace liquidblend::base {
 
+// Exit status of a program.
 enum ExitStatus {
   kExitDone = 0,         // also: stopped as it was asked to
   kExitFailed = 1,       // this machine or the store could not do it

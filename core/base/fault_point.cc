@@ -9,7 +9,7 @@
 namespace liquidblend::base {
 namespace {
 
-// Whether a process that is to die at `chosen` dies at `name` now.
+// Whether the process dies at the fault point `name` now, if LIQUIDBLEND_FAULT_POINT is `chosen`.
 bool IsHere(absl::string_view chosen, absl::string_view name) {
   const size_t mark = chosen.find('#');
   if (name != chosen.substr(0, mark)) return false;

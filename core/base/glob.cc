@@ -5,8 +5,8 @@
 namespace liquidblend::base {
 namespace {
 
-// Whether the set that begins at pattern[start], a '[', has the character; `end` comes after its
-// ']'. One that is not closed is a '[' that stands for itself.
+// Whether the set that begins at pattern[start], a '[', has the character; `end` is set to the
+// place after its ']'. A '[' that is not closed matches itself.
 bool SetHas(absl::string_view pattern, size_t start, char character, size_t& end) {
   size_t p = start + 1;
   const bool is_negated = p < pattern.size() && pattern[p] == '!';
@@ -27,7 +27,7 @@ bool SetHas(absl::string_view pattern, size_t start, char character, size_t& end
   return has != is_negated;
 }
 
-// Whether pattern[p], which is no '*', stands for the character; `end` comes after it.
+// Whether pattern[p], which is not '*', matches the character; `end` is set to the place after it.
 bool OneMatches(absl::string_view pattern, size_t p, char character, size_t& end) {
   if (pattern[p] == '[') return SetHas(pattern, p, character, end);
   end = p + 1;
@@ -38,7 +38,7 @@ bool OneMatches(absl::string_view pattern, size_t p, char character, size_t& end
 
 bool MatchesGlob(absl::string_view pattern, absl::string_view name) {
   size_t p = 0, n = 0, end = 0;
-  size_t star = absl::string_view::npos, star_n = 0;  // the last '*' and what it stands for up to
+  size_t star = absl::string_view::npos, star_n = 0;  // the last '*', and the end of its match
   while (n < name.size()) {
     if (p < pattern.size() && pattern[p] == '*') {
       star = p++;

@@ -5,8 +5,8 @@
 
 namespace liquidblend::base {
 
-// Whether the whole name matches the pattern: * stands for any characters, ? for one, [abc0-9] for
-// one of these, [!abc] for one that is none of them; every other byte for itself.
+// Whether the whole name matches the pattern. In it * stands for any characters, ? for one,
+// [abc0-9] for one of these, [!abc] for one that is none of them; every other byte for itself.
 // Threads: safe.  Cost: O(bytes of the pattern times bytes of the name).
 bool MatchesGlob(absl::string_view pattern, absl::string_view name);
 

@@ -16,7 +16,7 @@ bool IsDigits(absl::string_view text) {
   return text.find_first_not_of("0123456789") == absl::string_view::npos;
 }
 
-// inet_pton(); a NUL inside of the text is not its end.
+// Parses an address by inet_pton(). A text that contains a NUL is refused.
 bool ParseAddress(int family, absl::string_view text, void* address) {
   return text.find('\0') == absl::string_view::npos &&
          inet_pton(family, std::string(text).c_str(), address) == 1;

@@ -14,16 +14,15 @@ struct HostAndPort {
   bool is_bracketed = false;
 };
 
-// Nothing if the text is none of these. The host may be any text without colons and brackets, or in
-// brackets anything.
+// Splits an address into host and port. Nothing if the text has none of these forms. The host may
+// be any text without colons and brackets, or in brackets anything.
 std::optional<HostAndPort> SplitHostPort(absl::string_view text);
 
-// Whether it is an IP address as text (no names, no brackets, no zone).
+// Whether the host is an IP address as text (no names, no brackets, no zone).
 bool IsIpAddress(absl::string_view host);
 
-// Whether the host is the loopback interface: 127.0.0.0/8, ::1, the same as IPv4-mapped, and
-// exactly "localhost". Other names are not looked up: they are not loopback, whatever they look
-// like.
+// Whether the host is the loopback interface: 127.0.0.0/8, the same mapped to IPv6, ::1, or
+// "localhost" in any case of letters. Other names are not looked up and do not count as loopback.
 bool IsLoopbackHost(absl::string_view host);
 
 }  // namespace liquidblend::base

@@ -59,7 +59,7 @@ std::string OnOneLine(absl::string_view text) {
   return line;
 }
 
-// In quotes where it would not be clear where it ends.
+// The value, in quotes if its end would not be clear without.
 std::string Value(const std::string& text) {
   const bool is_plain = !text.empty() && text.find_first_of(" \"=\\") == std::string::npos;
   if (is_plain) return text;

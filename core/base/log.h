@@ -10,13 +10,15 @@
 
 namespace liquidblend::base {
 
+// Level of an event in the log.
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
 
-// kText: TIME PROGRAM[PID] LEVEL: MESSAGE name=value ...
-// kJson: {"time", "program", "pid", "level", "message", and each field as a string}
+// Form of the lines of the log.
+//   kText  TIME PROGRAM[PID] LEVEL: MESSAGE name=value ...
+//   kJson  {"time", "program", "pid", "level", "message", and each field as a string}
 enum class LogFormat { kText, kJson };
 
-// "text" or "json".  Errors: kInvalidArgument.
+// The format with this name, "text" or "json".  Errors: kInvalidArgument.
 absl::StatusOr<LogFormat> ParseLogFormat(absl::string_view name);
 
 // Fields of an event, in order: names of [a-z_]+, any values.

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 
-// There if the program is linked with jemalloc.
+// Defined only if the program is linked with jemalloc.
 extern "C" __attribute__((weak)) int mallctl(const char* name, void* old_value, size_t* old_size,
                                              void* new_value, size_t new_size) noexcept;
 
@@ -18,7 +18,7 @@ int64_t JemallocFigure(const char* name) {
 }
 
 HeapBytes ReadJemalloc() {
-  uint64_t epoch = 1;  // figures are those of when this was set
+  uint64_t epoch = 1;  // setting this updates the figures
   mallctl("epoch", nullptr, nullptr, &epoch, sizeof(epoch));
   HeapBytes heap;
   heap.used = JemallocFigure("stats.allocated");

@@ -13,6 +13,7 @@ void ReturnLargeBlocks();
 // Returns the free memory of smaller blocks.  Threads: safe.  Cost: milliseconds.
 void ReturnFreeMemory();
 
+// Size of the heap, in bytes.
 struct HeapBytes {
   int64_t used = 0;  // allocated; of glibc's heap with what threads keep of small blocks they freed
   int64_t free = 0;  // kept for what is allocated next; of jemalloc's with its own books

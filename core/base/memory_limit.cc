@@ -17,7 +17,7 @@ namespace {
 
 constexpr int64_t kNoLimit = std::numeric_limits<int64_t>::max();
 
-// Of a file that holds one number; what is none ("max") is no limit.
+// The limit in a file that holds one number. Other text, such as "max", means no limit.
 int64_t LimitIn(const std::string& path) {
   std::string text;
   int64_t limit = 0;

@@ -17,10 +17,10 @@ int64_t MemoryForJobs();
 // The same as MemoryLimit() with another root for /proc and /sys, for tests.
 int64_t MemoryLimitUnder(const std::string& root);
 
-// "12.5 GiB", "300 MiB", "17 bytes".
+// The size as text for people: "12.5 GiB", "300 MiB", "17 bytes".
 std::string FormatGibibytes(int64_t bytes);
 
-// Exact size in the form that flags take: "4MiB", "64GiB", "17".
+// The exact size in the form that flags take: "4MiB", "64GiB", "17".
 std::string FormatSize(int64_t bytes);
 
 }  // namespace liquidblend::base

@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t kMostEdits = 2;
 
-// Damerau's distance, of which no letter is edited twice.
+// Damerau's edit distance, in the form that edits no letter twice.
 size_t Distance(const std::string& a, const std::string& b) {
   std::vector<std::vector<size_t>> edits(a.size() + 1, std::vector<size_t>(b.size() + 1));
   for (size_t i = 0; i <= a.size(); ++i) {

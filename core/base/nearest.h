@@ -6,12 +6,13 @@
 
 namespace liquidblend::base {
 
-// The candidate with the fewest letters to insert, remove, replace or swap with the next one; "" if
-// that is more than two, or half of the word. Cost: O(letters^2) a candidate.
+// The candidate that is nearest to the word: with the fewest letters to insert, remove, replace or
+// swap with the next one. "" if that is more than two, or half of the word. Cost: O(letters^2) a
+// candidate.
 std::string Nearest(const std::string& word, const std::vector<std::string>& candidates);
 
-// For a word that stands where a command should be: "PROGRAM: there is no command 'chek'; did you
-// mean 'check'?", and in a second line how to list them.
+// Message for an unknown command: "PROGRAM: there is no command 'chek'; did you mean 'check'?", and
+// in a second line how to list them.
 std::string UnknownCommandMessage(const std::string& program, const std::string& word,
                                   const std::vector<std::string>& commands);
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr size_t kChunkBytes = size_t{1} << 20;
 
-// The call's result, called again as long as a signal interrupts it.
+// Makes the call again as long as a signal interrupts it; returns its result.
 template <typename Call>
 auto Uninterrupted(Call&& call) {
   auto result = call();
@@ -40,7 +40,7 @@ absl::StatusCode CodeOf(int error_number) {
     case ENFILE:
     case ENOMEM:
       return absl::StatusCode::kResourceExhausted;
-    default:  // EIO, too: what was to be written can be written again, perhaps elsewhere
+    default:  // EIO, too: a write can be repeated, perhaps elsewhere
       return absl::StatusCode::kUnavailable;
   }
 }

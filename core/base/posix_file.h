@@ -13,7 +13,7 @@
 
 namespace liquidblend::base {
 
-// Owns one open file.
+// Handle that owns one open file and closes it at its end.
 class FileHandle {
  public:
   FileHandle() = default;
@@ -34,7 +34,7 @@ class FileHandle {
 // ReadAt() and ReadAll() return kDataLoss). The message is "<action> <path>: <the system's words>".
 absl::Status ErrnoStatus(int error_number, absl::string_view action, const std::string& path);
 
-// Opens with O_CLOEXEC; `mode` counts when the file is created.
+// Opens a file with O_CLOEXEC and other `flags`; `mode` counts when the file is created.
 absl::StatusOr<FileHandle> OpenFile(const std::string& path, int flags, int mode = 0644);
 
 // Writes all bytes, however many calls that takes.
@@ -58,7 +58,8 @@ absl::StatusOr<size_t> SizeOfFile(const FileHandle& file, const std::string& pat
 absl::StatusOr<bool> HaveSameBytes(const FileHandle& a, const std::string& path_a,
                                    const FileHandle& b, const std::string& path_b);
 
-// Makes the content, or a directory's entries, survive a loss of power.
+// Flush a file's content, or a directory's entries, to the disk, so that it survives a loss of
+// power.
 absl::Status Sync(const FileHandle& file, const std::string& path);
 absl::Status SyncDirectory(const std::string& path);
 

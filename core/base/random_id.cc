@@ -8,7 +8,7 @@ namespace liquidblend::base {
 
 std::string RandomHex(int num_bytes) {
   std::string bytes(static_cast<size_t>(num_bytes), '\0');
-  // Up to 256 bytes come whole; a call can only be interrupted, and then gives nothing.
+  // getrandom() returns up to 256 bytes at once. A call that is interrupted returns none.
   while (getrandom(bytes.data(), bytes.size(), 0) != num_bytes) {
   }
   return absl::BytesToHexString(bytes);

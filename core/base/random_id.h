@@ -5,7 +5,7 @@
 
 namespace liquidblend::base {
 
-// 2 * num_bytes random hexadecimal digits, from the system's generator.  Threads: safe.
+// Makes 2 * num_bytes random hexadecimal digits, from the system's generator.  Threads: safe.
 std::string RandomHex(int num_bytes);
 
 }  // namespace liquidblend::base

@@ -13,6 +13,7 @@
 
 namespace liquidblend::base {
 
+// Clock that goes forward only, whatever happens to the time of day.
 using SteadyClock = std::chrono::steady_clock;
 
 // The time since `begin`, a SteadyClock::now().
@@ -45,6 +46,7 @@ class SteadyCondVar {
     return condition();
   }
 
+  // Wake one waiting thread, or all of them.
   void Signal() { changed_.notify_one(); }
   void SignalAll() { changed_.notify_all(); }
 

@@ -5,15 +5,15 @@
 
 namespace liquidblend::base {
 
-// Commit of the sources: 12 hexadecimal digits, "-dirty" behind them if files had been changed
+// Commit of the sources: 12 hexadecimal digits, with "-dirty" after them if files had been changed
 // since; "unknown" if they were built outside a repository and LIQUIDBLEND_COMMIT was not set.
 extern const char kCommit[];
 
-// "0.2.0 (commit 0123456789ab)".
+// Version and commit: "0.2.0 (commit 0123456789ab)".
 std::string Version();
 
-// For --version and the log: "liquidblend-worker 0.2.0 (commit 0123456789ab), tables 7 of SQLite,
-// 6 of PostgreSQL".
+// Line for --version and the log: "liquidblend-worker 0.2.0 (commit 0123456789ab), tables 7 of
+// SQLite, 6 of PostgreSQL".
 //   tables  store::DescribeTables(); "" for a program without a store
 std::string VersionLine(const std::string& program, const std::string& tables = "");
 

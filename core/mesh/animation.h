@@ -9,7 +9,8 @@
 
 namespace liquidblend::mesh {
 
-// Frame k shows the time time(k) / frames_per_second since the first.
+// An animation: its frames, their times and its frame rate. Frame k shows the time time(k) /
+// frames_per_second since the first.
 struct Animation {
   std::string name;
   double frames_per_second = 24.0;   // > 0
@@ -21,6 +22,7 @@ struct Animation {
   Up up = Up::kUnknown;
   std::vector<std::string> notes;  // what was cleaned on import, one sentence each
 
+  // The number of frames, and the time of frame k in frames since the first one.
   int num_frames() const { return static_cast<int>(frames.size()); }
   double time(int k) const { return times.empty() ? k : times[k]; }
 };

@@ -48,8 +48,8 @@ absl::Status CheckExtent(const Animation& animation) {
     num_triangles += frame.num_triangles();
   }
   if (first == nullptr) return absl::OkStatus();
-  // The edges of one frame bound the mean of all from below. That spares all but extreme scenes
-  // the measurement of the others.
+  // The mean edge length of one frame gives a lower bound of the mean over all. With it only
+  // extreme scenes need the measurement of the other frames.
   const double share = static_cast<double>(first->num_triangles()) /
                        static_cast<double>(std::max<int64_t>(num_triangles, 1));
   if (largest_m <= kLargestExtentEdges * MeanEdgeLength(*first) * share) return absl::OkStatus();

@@ -8,8 +8,8 @@
 
 namespace liquidblend::mesh {
 
-// A connected component: triangles that share vertices, unless another connection is stated. In the
-// units of the surface's vertices.
+// A connected component: triangles that share vertices, unless a comment defines another
+// connection. In the units of the surface's vertices.
 struct Component {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // of its surface
   double volume = 0.0;                               // signed: of a bubble below 0
@@ -20,6 +20,7 @@ struct Component {
 class ComponentSums {
  public:
   //   centre, area  of the piece; the latter along its outward normal
+  // Adds a flat piece of surface to the component of this number.
   void Add(size_t component, const Eigen::Vector3d& centre, const Eigen::Vector3d& area);
   // The components by number; all zero for one without pieces.
   std::vector<Component> Components() const;

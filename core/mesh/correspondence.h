@@ -6,6 +6,7 @@
 
 namespace liquidblend::mesh {
 
+// Kind of a correspondence: which points belong together, and for how long.
 enum class CorrespondenceKind {
   kPoint,       // one point in space-time onto another
   kTrajectory,  // a feature onto a feature for a while, followed through the velocity fields
@@ -22,8 +23,8 @@ struct Correspondence {
   bool operator==(const Correspondence&) const = default;
 };
 
-// How a registration met one correspondence. The residual is the largest over the deformation nodes
-// that represent it; time does not count for kSpace.
+// Report of how a registration met one correspondence. The residual is the largest over the
+// deformation nodes that represent it; time does not count for kSpace.
 struct CorrespondenceReport {
   Correspondence correspondence;
   bool automatic = false;   // found by the registration, not given by a user

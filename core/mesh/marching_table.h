@@ -18,6 +18,7 @@ struct Facet {
   std::array<int8_t, 4> corners;
 };
 
+// Facets of each cell kind.
 inline constexpr std::array<Facet, 4> kTetrahedronFacets = {
     {{3, {0, 2, 1}}, {3, {0, 1, 3}}, {3, {0, 3, 2}}, {3, {1, 2, 3}}}};
 inline constexpr std::array<Facet, 5> kPyramidFacets = {
@@ -31,7 +32,8 @@ inline constexpr std::array<Facet, 6> kHexahedronFacets = {{{4, {0, 2, 3, 1}},
                                                             {4, {0, 4, 6, 2}},
                                                             {4, {1, 3, 7, 5}}}};
 
-// Closed polygons of crossed edges, counter-clockwise seen from outside of the liquid.
+// Case of a marching table: closed polygons of crossed edges, counter-clockwise seen from outside
+// of the liquid.
 struct Case {
   int8_t num_loops = 0;
   int8_t num_edges = 0;  // of all loops
@@ -39,6 +41,8 @@ struct Case {
   std::array<int8_t, kMaxEdges> edges = {};  // of all loops, one loop after the other
 };
 
+// Marching table of a cell kind with kCorners corners: its edges, and the case of each set of later
+// corners.
 template <int kCorners>
 struct MarchingTable {
   int num_edges = 0;
@@ -117,6 +121,7 @@ constexpr Case LinkLoops(const std::array<int8_t, kMaxEdges>& next) {
 
 }  // namespace internal
 
+// Makes the table of a cell kind from its facets, at compile time.
 template <int kCorners, std::size_t kFacets>
 constexpr MarchingTable<kCorners> MakeMarchingTable(const std::array<Facet, kFacets>& facets) {
   MarchingTable<kCorners> table;
@@ -130,6 +135,7 @@ constexpr MarchingTable<kCorners> MakeMarchingTable(const std::array<Facet, kFac
   return table;
 }
 
+// The tables of the four cell kinds.
 inline constexpr MarchingTable<4> kTetrahedronTable = MakeMarchingTable<4>(kTetrahedronFacets);
 inline constexpr MarchingTable<5> kPyramidTable = MakeMarchingTable<5>(kPyramidFacets);
 inline constexpr MarchingTable<6> kWedgeTable = MakeMarchingTable<6>(kWedgeFacets);

@@ -1,5 +1,5 @@
-// Ranges of what an import or a space-time mesh can be asked for. The server refuses what lies
-// outside of them when it is asked; the worker's stages check them again.
+// Ranges of the options of imports and space-time meshes. The server refuses values outside of them
+// in requests; the worker's stages check them again.
 #pragma once
 
 #include <algorithm>
@@ -9,15 +9,17 @@
 
 namespace liquidblend::mesh {
 
+// A closed range of values.
 struct Range {
   double min, max;
   constexpr bool Holds(double value) const { return value >= min && value <= max; }  // not a NaN
 };
 
-// Errors: kInvalidArgument "NAME is VALUE, not in [MIN, MAX]".
+// Checks that the value is in the range. Errors: kInvalidArgument "NAME is VALUE, not in [MIN,
+// MAX]".
 absl::Status CheckRange(const char* name, double value, const Range& range);
 
-// Of an animation: from a frame every 1000 s to one every microsecond.
+// Frame rates of an animation: from a frame every 1000 s to one every microsecond.
 inline constexpr Range kFramesPerSecond = {1e-3, 1e6};
 
 // Whether animations of these rates can be registered to one another. 23.976 counts as 24.
@@ -25,15 +27,18 @@ inline bool IsSameFrameRate(double one, double other) {
   return std::abs(one - other) <= 1.1e-3 * std::max(one, other);
 }
 
-// Of the space-time meshes; those of the registration are in registration_options.h.
+// Ranges of the options of space-time meshes; those of the registration are in
+// registration_options.h.
 inline constexpr Range kSpacingEdges = {0.25, 4};
 inline constexpr Range kDropletVertices = {0, 10'000};
 inline constexpr Range kSheetThicknessEdges = {0, 16};
 inline constexpr Range kCoarserLevels = {0, 6};
 
-// Of the family: when the liquid was at rest, seconds since the first frame (time_axis.h).
+// Range of a family's rest time: when the liquid was at rest, seconds since the first frame
+// (time_axis.h).
 inline constexpr Range kRestTimeS = {-3600, 0};
 
+// Defaults of the spacing, in mean edge lengths, and of the number of coarser levels of detail.
 inline constexpr double kDefaultSpacingEdges = 0.9;
 inline constexpr int kDefaultCoarserLevels = 2;
 

@@ -8,8 +8,10 @@
 
 namespace liquidblend::mesh {
 
+// The largest number of dimensions of a parameter space.
 inline constexpr int kMaxParameters = 4;
 
+// Names of the parameters, and a point for each animation. Empty: the animations have no points.
 struct ParameterSpace {
   std::vector<std::string> names;           // [a-z][a-z0-9_]{0,62}, all different
   std::vector<std::vector<double>> points;  // the source's, then one per target; a value per name
@@ -17,8 +19,8 @@ struct ParameterSpace {
   bool empty() const { return names.empty() && points.empty(); }
 };
 
-// Checks that it is empty, or has 1 to kMaxParameters good names, and for each animation a point of
-// finite values. Errors: kInvalidArgument with the first name or point at fault.
+// Checks that the space is empty, or has 1 to kMaxParameters valid names, and for each animation a
+// point of finite values. Errors: kInvalidArgument with the first name or point at fault.
 absl::Status Validate(const ParameterSpace& space, int num_animations);
 
 }  // namespace liquidblend::mesh

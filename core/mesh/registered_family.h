@@ -21,6 +21,7 @@
 
 namespace liquidblend::mesh {
 
+// Coordinates of a family's vertices: three of space, or four of space-time.
 using Float3 = std::array<float, 3>;
 using Float4 = std::array<float, 4>;  // x, y, z in metres, t in ticks of the family's time axis
 
@@ -45,6 +46,8 @@ struct RegistrationReport {
   }
 };
 
+// One target of a family: its name, the displacement onto it, and the report of its registration.
+// The displacement has one element per vertex of the family.
 struct FamilyTarget {
   std::string name;
   // At weight w of this target a vertex moves by
@@ -87,6 +90,7 @@ struct RegisteredFamily {
   // but fewer vertices and cells. Each without levels of its own; level of detail 0 is this family.
   std::vector<RegisteredFamily> coarser_levels;
 
+  // The time from the first frame to the last one, seconds.
   double duration_s() const { return (num_frames - 1) / frames_per_second; }
   TimeAxis time_axis() const { return {rest_time_s, frames_per_second, num_frames}; }
   int64_t num_cells() const {

@@ -1,5 +1,5 @@
 // Options of a registration that users set. Checks, flags of the command line and
-// docs/registration-options.md are made from what stands here.
+// docs/registration-options.md are generated from this list.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 
 namespace liquidblend::mesh {
 
+// Description of one option: its names, range and help text.
 struct OptionInfo {
   const char* name;         // of the field in both messages RegistrationOptions
   const char* flag;         // of `liquidblend register`, without dashes
@@ -16,7 +17,7 @@ struct OptionInfo {
   const char* description;  // a phrase
 };
 
-// Lengths are in mean edge lengths of the source.
+// Values of the options, with their defaults. Lengths are in mean edge lengths of the source.
 struct RegistrationOptions {
   int max_iterations = 16;
   int refine_iterations = 6;        // of a refinement, instead of max_iterations

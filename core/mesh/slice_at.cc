@@ -14,12 +14,13 @@ namespace {
 
 constexpr size_t kBatch = 64;  // slices whose cells are found at once: bounds the memory
 
-// Of each kind the cells that one slice cuts.
+// Cells that one slice cuts, by kind.
 struct CutCells {
   std::vector<int32_t> tetrahedra, pyramids, wedges, hexahedra;
 };
 
 //   vertex_times  of the mesh's vertices
+// Finds the cells of one kind that each slice cuts.
 template <typename Cell>
 void FindCutCells(const Eigen::VectorXf& vertex_times, const std::vector<Cell>& cells,
                   std::span<const double> times, std::vector<int32_t> CutCells::*kind,

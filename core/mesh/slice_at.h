@@ -13,11 +13,11 @@
 
 namespace liquidblend::mesh {
 
-// The surface at each of the times (frames, ascending): as the server shows it at weight 0, but for
-// the choice of diagonals in polygons of five corners and more.
-// Requires: times in [0, num_frames - 1].  Threads: same bytes for any thread count.
-// Cost: O(cells) for each 64 slices, and O(n log n) in the size of each slice. Memory: up to 256
-// bytes for each cell, if all slices cut it.
+// Slices the mesh at each of the times (frames, ascending). A slice is the surface that the server
+// shows at weight 0, but for the choice of diagonals in polygons of five corners and more.
+// Requires: times in [0, num_frames - 1].  Threads: same bytes for any thread count. Cost: O(cells)
+// for each 64 slices, and O(n log n) in the size of each slice. Memory: up to 256 bytes for each
+// cell, if all slices cut it.
 std::vector<TriangleMesh> SliceAt(const SpaceTimeMesh& mesh, std::span<const double> times,
                                   const parallel::Arena& arena);
 
@@ -33,8 +33,8 @@ struct TracedSlice {
   std::vector<std::array<int32_t, 2>> edges;
 };
 
-// Hands out the n-th of the same slices as visit(n, slice), from several threads and in any order;
-// they are not kept.
+// Makes the same slices and calls visit(n, slice) with the n-th of them, from several threads and
+// in any order. The slices are not kept.
 void VisitSlices(const SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices,
                  std::span<const double> times, const parallel::Arena& arena,
                  const std::function<void(int64_t, TracedSlice)>& visit);

@@ -40,7 +40,7 @@ bool operator<(const Facet& a, const Facet& b) {
   return std::tie(a.vertices, a.cell) < std::tie(b.vertices, b.cell);
 }
 
-// Nothing of a facet that is but an edge or a vertex: its corners coincide.
+// Makes a facet. Nothing if its corners coincide, so that it is only an edge or a vertex.
 template <typename Cell>
 std::optional<Facet> MakeFacet(const Cell& cell, const FacetCorners& corners, int32_t cell_number) {
   std::array<int32_t, 4> around = {kNone, kNone, kNone, kNone};
@@ -224,7 +224,8 @@ absl::Status CheckPairs(const SpaceTimeMesh& mesh, const std::vector<Facet>& fac
   return absl::OkStatus();
 }
 
-// In ranges of vertices with a bounded number of facets each, so that memory stays bounded too.
+// Checks facets in ranges of vertices with a bounded number of facets each, so that memory stays
+// bounded too.
 absl::Status CheckFacets(const SpaceTimeMesh& mesh) {
   std::vector<int64_t> num_facets(mesh.num_vertices(), 0);  // by lowest vertex
   ForEachCell(mesh,

@@ -25,7 +25,8 @@ using Pyramid = std::array<int32_t, 5>;
 using Wedge = std::array<int32_t, 6>;
 using Hexahedron = std::array<int32_t, 8>;
 
-// Vertices that keep their shape, whatever moves the mesh: a droplet at one time (section 5.3).
+// A rigid piece: vertices that keep their shape, whatever moves the mesh. It is a droplet at one
+// time (section 5.3).
 struct RigidPiece {
   int32_t first_vertex = 0;
   int32_t num_vertices = 0;
@@ -63,7 +64,7 @@ struct SpaceTimeMesh {
   }
 };
 
-// Per vertex: is it part of a rigid piece?
+// For each vertex, whether it is part of a rigid piece (1 or 0).
 std::vector<char> RigidVertices(const SpaceTimeMesh& mesh);
 
 // Checks indices, finite numbers, array sizes and the invariant above (facets paired with opposite

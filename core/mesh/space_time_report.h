@@ -28,6 +28,7 @@ struct Fidelity {
   }
 };
 
+// Figures of a space-time mesh: its size, its parts and its fidelity.
 struct SpaceTimeReport {
   bool is_tracked = false;      // frames share connectivity; otherwise on a grid of ...
   double grid_spacing_m = 0.0;  // ... this spacing; 0 if tracked

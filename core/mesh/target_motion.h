@@ -17,7 +17,8 @@ struct TargetMotion {
   float extrapolation_factor = 0.0F;  // 0 if the target has no extrapolation of its own
 };
 
-// The piecewise-linear rule stated at FamilyTarget. Requires: weight finite.
+// The factors of a target at a weight, by the piecewise-linear rule of FamilyTarget. Requires:
+// weight finite.
 inline TargetMotion MotionAt(const FamilyTarget& target, double weight) {
   const float w = static_cast<float>(weight);
   if (target.extrapolation.empty() || (w >= 0.0F && w <= 1.0F)) return {w, 0.0F};
@@ -28,8 +29,9 @@ inline TargetMotion MotionAt(const FamilyTarget& target, double weight) {
 class VertexPlacer {
  public:
   virtual ~VertexPlacer() = default;
-  // positions[i]: of vertices[i]; x, y, z in metres, t in ticks of the family's time axis. The same
-  // vertex always gets the same position. Requires: they are vertices of the family.
+  // Sets positions[i] to the position of vertices[i]: x, y, z in metres, t in ticks of the family's
+  // time axis. The same vertex always gets the same position. Requires: they are vertices of the
+  // family.
   virtual void Place(std::span<const int32_t> vertices, Float4* positions) const = 0;
   // Fetches memory for vertices that Place() will be called for soon.
   virtual void Prefetch(std::span<const int32_t> vertices) const = 0;

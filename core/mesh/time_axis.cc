@@ -22,7 +22,7 @@ double TimeAxis::Ticks(double frames) const {
 double TimeAxis::Frames(double ticks) const {
   if (!squares_ || ticks <= 0.0 || ticks == last_) return ticks;
   const double half = 0.5 * since_rest_;
-  // Of sqrt(product + half^2) - half what does not cancel.
+  // The same as sqrt(product + half^2) - half, without cancellation.
   const double product = ticks * (last_ + since_rest_);
   const double frames = product / (std::sqrt(product + half * half) + half);
   return ticks <= last_ ? std::min(frames, last_) : std::max(frames, last_);

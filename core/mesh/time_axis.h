@@ -20,21 +20,22 @@ namespace liquidblend::mesh {
 class TimeAxis {
  public:
   TimeAxis() = default;  // ticks are frames
-  // Requires: num_frames >= 1, frames_per_second > 0; the rest time, if there is one, is in
-  // kRestTimeS (option_ranges.h).
+  // The axis of a family with this rest time, or without one. Requires: num_frames >= 1,
+  // frames_per_second > 0; the rest time, if there is one, is in kRestTimeS (option_ranges.h).
   TimeAxis(const std::optional<double>& rest_time_s, double frames_per_second, int num_frames);
 
   bool counts_frames() const { return !squares_; }
-  // Both maps are increasing, and the inverse of one another up to rounding. Times before the first
-  // frame stay as they are. Requires: finite.
+  // The ticks of a time in frames, and the frames of a time in ticks. Both maps are increasing, and
+  // the inverse of one another up to rounding. Times before the first frame stay as they are.
+  // Requires: finite.
   double Ticks(double frames) const;
   double Frames(double ticks) const;
 
-  // Positions and displacements of them (or none), columns of x, y, z, t, from one to the other.
+  // Convert the times of positions, columns of x, y, z, t, from frames to ticks and back.
   void ToTicks(Eigen::Matrix4Xf& vertices) const;
   void ToFrames(Eigen::Matrix4Xf& vertices) const;
-  // `vertices` are those that are displaced, in frames. Requires: as many columns, or no
-  // displacement.
+  // Convert the times of displacements of `vertices`, which are in frames. Requires: as many
+  // columns as vertices, or none.
   void ToTicks(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displacement) const;
   void ToFrames(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displacement) const;
 

@@ -37,7 +37,8 @@ absl::Status CheckCount(const TriangleMesh& mesh, const Eigen::Matrix3Xf& values
       absl::StrCat(values.cols(), " ", name, " for ", mesh.vertices.cols(), " vertices"));
 }
 
-// Of the tetrahedron from `origin` to a triangle, positive where it is seen from behind.
+// Signed volume of the tetrahedron from `origin` to a triangle, positive if `origin` is behind the
+// triangle.
 double TetrahedronVolume(const TriangleMesh& mesh, Eigen::Index triangle,
                          const Eigen::Vector3d& origin) {
   const Eigen::Vector3d a = mesh.vertices.col(mesh.triangles(0, triangle)).cast<double>() - origin;
@@ -49,8 +50,8 @@ double TetrahedronVolume(const TriangleMesh& mesh, Eigen::Index triangle,
 }  // namespace
 
 ClosednessReport CheckClosed(const TriangleMesh& mesh) {
-  // Sides as (edge, direction), the edge as its two vertices in order; a side from a vertex to
-  // itself bounds nothing.
+  // Sides of triangles as (edge, direction), the edge as its two vertices in order. A side from a
+  // vertex to itself is no boundary.
   std::vector<std::pair<uint64_t, int>> sides;
   sides.reserve(3 * mesh.num_triangles());
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
@@ -95,7 +96,7 @@ absl::Status Validate(const TriangleMesh& mesh, int first_vertex) {
 
 double Volume(const TriangleMesh& mesh) {
   if (mesh.num_triangles() == 0) return 0.0;
-  // Seen from a vertex of the mesh the terms are small, wherever the mesh lies.
+  // With the origin at a vertex of the mesh the terms are small, wherever the mesh lies.
   const Eigen::Vector3d origin = mesh.vertices.col(mesh.triangles(0, 0)).cast<double>();
   double volume = 0.0;
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {

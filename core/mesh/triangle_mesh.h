@@ -10,7 +10,8 @@
 
 namespace liquidblend::mesh {
 
-// Vertices and triangles, a column each. Triangles are counter-clockwise seen from outside.
+// A triangle mesh: vertices and triangles, a column each. Triangles are counter-clockwise seen from
+// outside.
 struct TriangleMesh {
   Eigen::Matrix3Xf vertices;    // 3 x num_vertices, metres
   Eigen::Matrix3Xi triangles;   // 3 x num_triangles, vertex indices
@@ -21,8 +22,8 @@ struct TriangleMesh {
   int64_t num_triangles() const { return triangles.cols(); }
 };
 
-// How far a triangle mesh is from being closed and oriented. The first two are 0 for the boundary
-// of a solid, all if it is a manifold along its edges.
+// Counts of the edges at which a triangle mesh is not closed, not oriented or not a manifold. The
+// first two are 0 for the boundary of a solid, all three if it is a manifold along its edges.
 struct ClosednessReport {
   int64_t num_odd_edges = 0;           // edges with an odd number of triangles
   int64_t num_misoriented_edges = 0;   // edges run through more often in one direction
@@ -30,7 +31,7 @@ struct ClosednessReport {
   bool closed() const { return num_odd_edges == 0 && num_misoriented_edges == 0; }
 };
 
-// Requires: indices in range.  Cost: O(n log n).
+// Counts those edges.  Requires: indices in range.  Cost: O(n log n).
 ClosednessReport CheckClosed(const TriangleMesh& mesh);
 
 // Checks that numbers are finite, indices in range and the counts of velocities and normals right;
@@ -44,13 +45,15 @@ double Volume(const TriangleMesh& mesh);
 // Mean length of the edges, each triangle side counted once per triangle; 0 without triangles.
 double MeanEdgeLength(const TriangleMesh& mesh);
 
-// Per vertex the lowest vertex of its component; a vertex that no triangle uses is one of its own.
+// For each vertex, the lowest vertex of its component; a vertex that no triangle uses is its own
+// component.
 std::vector<int32_t> ComponentRoots(const TriangleMesh& mesh);
 
 // Number of parts that are connected through triangles.
 int64_t NumComponents(const TriangleMesh& mesh);
 
-// Their signed volumes, cubic metres, the largest first; bubbles' are negative.
+// Signed volumes of the connected parts, cubic metres, the largest first; volumes of bubbles are
+// negative.
 std::vector<double> ComponentVolumes(const TriangleMesh& mesh);
 
 }  // namespace liquidblend::mesh

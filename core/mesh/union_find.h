@@ -8,7 +8,8 @@
 
 namespace liquidblend::mesh {
 
-// Cost: nearly O(1) a call.
+// Disjoint sets of the numbers from 0 to count - 1; each is a set of its own at first. Threads: one
+// at a time.  Cost: nearly O(1) a call.
 class UnionFind {
  public:
   explicit UnionFind(int64_t count) : parent_(static_cast<size_t>(count)) {
@@ -19,6 +20,7 @@ class UnionFind {
     while (parent_[n] != n) n = parent_[n] = parent_[parent_[n]];
     return n;
   }
+  // Joins the sets of a and b.
   void Join(int32_t a, int32_t b) {
     const auto [low, high] = std::minmax({Root(a), Root(b)});
     parent_[high] = low;

@@ -8,10 +8,10 @@
 
 namespace liquidblend::mesh {
 
-// The numbers are those of the API and of the files.
+// Upward direction of an animation. The numbers are those of the API and of the files.
 enum class Up { kUnknown = 0, kX, kY, kZ, kMinusX, kMinusY, kMinusZ };
 
-// A coordinate and the sign that makes it a height.
+// Height of a point: a coordinate, and the sign that makes it a height.
 struct HeightAxis {
   int axis = 2;  // 0 to 2: x, y, z
   int sign = 1;  // 1 or -1
@@ -21,13 +21,14 @@ struct HeightAxis {
 // The axis of `up`; z if it is kUnknown.
 HeightAxis AxisOf(Up up);
 
-// "x", "-y" and so on; "unknown".
+// The name of the direction: "x", "-y" and so on, or "unknown".
 std::string NameOf(Up up);
 
-// The inverse of NameOf(), without "unknown"; nothing: not one of the six.
+// The direction of a name such as "x" or "-y", as NameOf() writes them. Nothing if the name is not
+// one of the six.
 std::optional<Up> UpOfName(absl::string_view name);
 
-// "y", or "z (assumed)" if it is unknown.
+// The direction as reports show it: "y", or "z (assumed)" if it is unknown.
 std::string DescribeUp(Up up);
 
 }  // namespace liquidblend::mesh

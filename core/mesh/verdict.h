@@ -1,4 +1,5 @@
-// Whether a registration can be trusted, and whether the two animations were alike enough for it.
+// Verdict on a registration: whether it can be trusted, and whether the two animations were alike
+// enough.
 #pragma once
 
 #include <array>
@@ -7,6 +8,7 @@
 
 namespace liquidblend::mesh {
 
+// Grade of a registration.
 enum class Grade {
   kUnknown,       // an older program registered the family
   kGood,          // blends are as good as the method makes them
@@ -14,6 +16,7 @@ enum class Grade {
   kTooDifferent,  // blends will not look like either animation
 };
 
+// Grade of a registration, with the figures that it follows from.
 struct Verdict {
   // Residuals below each of these have a bin, the rest the last one; mean edge lengths.
   static constexpr std::array<double, 6> kBinEnds = {0.125, 0.25, 0.5, 1.0, 2.0, 4.0};

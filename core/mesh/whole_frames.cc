@@ -12,7 +12,8 @@ void SortUnique(std::vector<double>& values) {
   values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
-// Of vertex times, without repetitions; vertices come by slabs, so most repetitions are adjacent.
+// The whole frames at or before the vertices' times, without repetitions. Vertices come by slabs,
+// so most repetitions are adjacent.
 std::vector<double> EarlierFrames(const SpaceTimeMesh& mesh) {
   std::vector<double> frames;
   for (int64_t v = 0; v < mesh.num_vertices(); ++v) {

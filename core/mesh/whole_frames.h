@@ -7,6 +7,7 @@
 
 namespace liquidblend::mesh {
 
+// The largest number of frames that WholeFrames() returns.
 inline constexpr int kMostWholeFrames = 4096;
 
 // The whole frames in [0, num_frames - 1] that are less than one frame away from a vertex,

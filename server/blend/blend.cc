@@ -14,8 +14,8 @@ namespace {
 
 using mesh::Float4;
 
-// Four numbers in one register of any machine. No fused multiply-add, whatever a machine offers:
-// the same bytes everywhere.
+// Four numbers in one register of any machine. Fused multiply-add is not used, even if a machine
+// has it, so that all machines give the same bytes.
 using Vector = float __attribute__((vector_size(16)));
 
 Vector Load(const Float4& from) {
@@ -24,7 +24,8 @@ Vector Load(const Float4& from) {
   return v;
 }
 
-// As std::max and std::min: where a comparison fails for NaN, the first one counts.
+// Maximum and minimum per number, as std::max and std::min: where a comparison fails for NaN, the
+// first one counts.
 Vector Max(Vector a, Vector b) { return a < b ? b : a; }
 Vector Min(Vector a, Vector b) { return b < a ? b : a; }
 
@@ -57,7 +58,7 @@ Blender::Blender(const mesh::RegisteredFamily& family, std::span<const double> w
     add(motion.displacement_factor, family.targets[k].displacement);
     add(motion.extrapolation_factor, family.targets[k].extrapolation);
   }
-  // By the least that a float can express.
+  // Times just outside of [0, num_frames - 1].
   before_ = -std::numeric_limits<float>::min();
   after_ = std::nextafter(static_cast<float>(family.num_frames - 1),
                           std::numeric_limits<float>::infinity());
@@ -78,8 +79,8 @@ void Blender::Place(std::span<const int32_t> vertices, Float4* positions) const 
     const Vector source = Load(sources[v]);
     Vector sum = source;
     for (const Term& term : terms) sum += term.factor * Load(term.field[v]);
-    // The domain, widened to the source's own place. Whatever overflowed on the way comes back to
-    // finite numbers.
+    // Clamps to the domain, widened to the source's own place. Sums that overflowed become finite
+    // again.
     const Vector placed = Min(Max(max, source), Max(Min(min, source), sum));
     std::memcpy(&positions[i], &placed, sizeof(placed));
     if (v < first_end) positions[i][3] = std::min(positions[i][3], before_);

@@ -12,6 +12,7 @@
 
 namespace liquidblend::blend {
 
+// Range of weights.
 inline constexpr double kMinWeight = -1.0;
 inline constexpr double kMaxWeight = 2.0;
 
@@ -19,7 +20,8 @@ inline constexpr double kMaxWeight = 2.0;
 // Errors: kInvalidArgument; the message names the count, or the weight's index, target and value.
 absl::Status CheckWeights(const mesh::RegisteredFamily& family, std::span<const double> weights);
 
-// Moves vertices by the sum of the targets' motions (see mesh::FamilyTarget). Then
+// Blender of a family's vertices at given weights. Moves vertices by the sum of the targets'
+// motions (see mesh::FamilyTarget). Then
 // - x, y, z are clamped to the family's domain; a vertex that the source itself has outside of the
 //   domain may stay as far outside, so that weight 0 is the source bit for bit;
 // - t of the end slabs' vertices is clamped to the outside of [0, num_frames - 1], so that slices

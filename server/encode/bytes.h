@@ -7,6 +7,7 @@
 
 namespace liquidblend::encode {
 
+// Appends a byte.
 inline void PutByte(uint8_t byte, std::string& out) { out.push_back(static_cast<char>(byte)); }
 
 // Appends a value as in memory: little-endian.

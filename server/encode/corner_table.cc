@@ -11,10 +11,11 @@ namespace liquidblend::encode {
 namespace {
 
 constexpr int64_t kMaxTriangles = int64_t{1} << 28;  // 4 of each fit an int32_t
-// Some 80 us of work, which pays for waking a thread.
+// Fewest vertices in a part: some 80 us of work, which pays for waking a thread.
 constexpr int32_t kMinVerticesPerPart = 4096;
 
-// Bit k: values[k] is `value`. No branches, as these could not be foretold.
+// The set of the k with values[k] == value, as bits. No branches, since they could not be
+// predicted.
 template <int kNumValues>
 uint32_t MatchMask(const uint32_t* values, uint32_t value) {
   static_assert(kNumValues % 8 == 0);
@@ -95,7 +96,8 @@ void CornerTable::CopyTriangles(bool leave_out_degenerate) {
   num_triangles_ = static_cast<int32_t>(out - copy_.data()) / 3;
 }
 
-// Of a triangle beyond the first block: the last one, which may be new.
+// The block for a vertex's triangle with this number, which is not in the first block: the last
+// block, which may be new.
 int32_t CornerTable::BlockFor(int32_t vertex, int32_t number) {
   if (number % kPerBlock != 0) return block_links_[vertex];
   const int32_t added = num_blocks_++;
@@ -130,7 +132,7 @@ bool CornerTable::LinkAll(parallel::Helpers* helpers) {
   return is_closed;
 }
 
-// Writes what no other vertices' linking reads or writes.
+// Links the triangles around some vertices. No other call reads or writes the same numbers.
 void CornerTable::LinkSome(int32_t begin, int32_t end, Linker& linker) {
   linker.num_used_vertices = 0;
   linker.is_closed = true;
@@ -158,8 +160,9 @@ bool CornerTable::LinkAround(int32_t vertex, Linker& linker) {
   return LinkMany(vertex, linker);
 }
 
-// The triangle across the edge to the next vertex is the one where that is the vertex before.
-// False, too, if the triangles are not one ring in this way.
+// Links the triangles around a vertex of few triangles. The triangle across the edge to the next
+// vertex is the one that has this vertex before the corner. Returns false, too, if the triangles do
+// not form one ring.
 template <int kMaxValence>
 bool CornerTable::LinkFan(const uint32_t* vertices, const int32_t* corners, int valence) {
   const uint32_t all = (1U << valence) - 1;
@@ -182,8 +185,9 @@ bool CornerTable::LinkFan(const uint32_t* vertices, const int32_t* corners, int 
   return missing >> 31 == 0 && at == 0 && num_rounds == 1;
 }
 
-// For any triangles. Of several edges between two vertices the n-th one out belongs to the n-th one
-// in, in the triangles' order, which is the same pair seen from either vertex.
+// Links any triangles around a vertex. Of several edges between two vertices the n-th one out is
+// paired with the n-th one in, in the triangles' order. That gives the same pairs from either
+// vertex.
 bool CornerTable::LinkMany(int32_t vertex, Linker& linker) {
   linker.edges_out.clear();
   linker.edges_in.clear();
@@ -211,7 +215,8 @@ void CornerTable::Collect(int32_t vertex, Linker& linker) const {
   linker.around_corners.resize(linker.around_vertices.size());
   int32_t block = vertex;
   for (int32_t n = 0; n < num_of_vertex; ++n) {
-    // The first block is followed by the last one, which is the only one that may not be full.
+    // The links go from the first block to the last one, which is the only one that may not be
+    // full.
     const int32_t at = n == 0 ? 0 : (num_of_vertex - n) * kPerBlock;
     std::copy_n(blocks_[block].vertices.begin(), kPerBlock, linker.around_vertices.begin() + at);
     std::copy_n(blocks_[block].corners.begin(), kPerBlock, linker.around_corners.begin() + at);
@@ -230,7 +235,8 @@ int32_t CornerTable::FanSize(int32_t corner) const {
   return size;
 }
 
-// If there are several, all of them become vertices of their own, and the vertex is left with none.
+// Splits a vertex of several fans: each fan gets a new vertex, and the old one has no triangles any
+// more.
 void CornerTable::SplitFans(int32_t vertex) {
   Linker& linker = linkers_[0];
   Collect(vertex, linker);

@@ -11,19 +11,21 @@
 
 namespace liquidblend::encode {
 
-// A corner is 4 * triangle + k, k in {0, 1, 2}. Keeps its memory from one mesh to the next.
+// Corner table. A corner is 4 * triangle + k, k in {0, 1, 2}. Keeps its memory from one mesh to the
+// next.
 class CornerTable {
  public:
   static int32_t TriangleOf(int32_t corner) { return corner >> 2; }
-  // Without branches, as they could not be predicted.
+  // The next and the previous corner of the triangle. Without branches, which could not be
+  // predicted.
   static int32_t Next(int32_t corner) { return corner + 1 - 3 * ((corner >> 1) & 1); }
   static int32_t Previous(int32_t corner) { return corner + 2 - 3 * (((corner & 3) + 3) >> 2); }
 
-  // Triangles that name a vertex twice are left out, the others keep their order. At a non-manifold
-  // edge, of four triangles or more, two each become neighbours; a vertex with several fans of
-  // triangles becomes several. Returns false, with nothing to be read, if the surface is not closed
-  // and oriented (an edge is run through more often in one direction than in the other) or has 2^28
-  // triangles.
+  // Builds the table of a mesh. Triangles that name a vertex twice are left out, the others keep
+  // their order. At a non-manifold edge, of four triangles or more, two each become neighbours; a
+  // vertex with several fans of triangles becomes several. Returns false, with nothing to be read,
+  // if the surface is not closed and oriented (an edge is run through more often in one direction
+  // than in the other) or has 2^28 triangles.
   //   helpers  idle threads that may help, or null; the result does not depend on them
   // Requires: mesh passed Validate() and stays while the table is used.  Cost: O(triangles) for
   // bounded valences.
@@ -35,12 +37,12 @@ class CornerTable {
   int32_t num_used_vertices() const { return num_used_vertices_; }
 
   int32_t VertexOf(int32_t corner) const { return vertices_[Place(corner)]; }
-  // Beyond the edge from the corner to the one before it, which the next one faces, the corner that
-  // faces that edge.
+  // The corner that faces the same edge from the neighbouring triangle, for the edge from this
+  // corner to the previous one. The next corner faces that edge here.
   int32_t RightOf(int32_t corner) const { return right_[Place(corner)]; }
-  // The same beyond the edge from the corner to the next one.
+  // The same for the edge from this corner to the next one.
   int32_t LeftOf(int32_t corner) const { return RightOf(Next(corner)); }
-  // The same beyond the edge that this corner faces.
+  // The same for the edge that this corner faces.
   int32_t Opposite(int32_t corner) const { return RightOf(Previous(corner)); }
 
   // Fetches the numbers of a corner's triangle from memory ahead of their use.

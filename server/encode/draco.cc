@@ -10,7 +10,7 @@
 namespace liquidblend::encode {
 namespace {
 
-// As libdraco would at the preset's speed, 7 or 4.
+// Options with which the writer makes the same as libdraco at the preset's speed, 7 or 4.
 SurfaceWriterOptions WriterOptionsOf(const DracoOptions& options) {
   const bool is_fastest = options.preset == Preset::kFastest;
   SurfaceWriterOptions writer;

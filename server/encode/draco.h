@@ -19,6 +19,7 @@ enum class Preset : uint8_t {
   kSmallest,  // several parallelograms for each vertex, by libdraco, where that is fewer bytes
 };
 
+// Options of a Draco mesh.
 struct DracoOptions {
   Preset preset = Preset::kFastest;
   int position_bits = 14;         // [kMinPositionBits, kMaxPositionBits]
@@ -29,14 +30,16 @@ struct DracoOptions {
 // Metadata "name" of the GENERIC attribute that holds velocities.
 inline constexpr char kVelocityName[] = "velocity";
 
-// A POSITION attribute (metres), Edgebreaker connectivity; if the mesh has them, normals as a
-// NORMAL attribute (10 bits, octahedral) and velocities as a GENERIC one of three floats (m/s, 14
-// bits of the frame's range) whose metadata has the name above. Positions are rounded to the grid:
-// off by at most half a step, except those outside of the grid, which are moved onto its border
-// first. The triangles stay, but their order and that of the vertices do not; a vertex where the
-// surface touches itself may become several. Triangles that name a vertex twice and vertices of no
-// triangle are left out. A mesh without triangles gives a valid Draco mesh without triangles and
-// points. Errors: kInvalidArgument (options; indices out of range or numbers not finite, naming the
+// Encodes a surface as a Draco mesh: a POSITION attribute (metres) and Edgebreaker connectivity. If
+// the mesh has them, it writes normals as a NORMAL attribute (10 bits, octahedral) and velocities
+// as a GENERIC one of three floats (m/s, 14 bits of the frame's range) whose metadata has the name
+// above.
+// Positions are rounded to the grid: off by at most half a step, except those outside of the grid,
+// which are moved onto its border first. The triangles stay, but their order and that of the
+// vertices do not; a vertex where the surface touches itself may become several. Triangles that
+// name a vertex twice and vertices of no triangle are left out. A mesh without triangles gives a
+// valid Draco mesh without triangles and points.
+// Errors: kInvalidArgument (options; indices out of range or numbers not finite, naming the
 // element), kInternal (libdraco's message).
 //   helpers  threads that may help while they are idle, or null
 // Threads: safe with a writer per caller, same bytes always.  Cost: at kFastest and kBalanced about

@@ -7,12 +7,12 @@
 namespace liquidblend::encode {
 namespace {
 
-// Bits of a triangle's state. The highest three are of its corners: the vertex there is the one in
-// split_vertex_, not the table's.
+// Bits of a triangle's state. The highest three are for its corners: if set, the corner's vertex is
+// in split_vertex_, not the table's.
 enum TriangleState : uint8_t { kDone = 1, kSplit = 2, kOtherVertex = 4 };
 
-// Whether the tip is a new vertex (C); if not, which neighbours are still to do: both (S), the
-// right one (L), the left one (R), none (E).
+// Symbol of a triangle: its tip is a new vertex (C); else the neighbours that are still to do are
+// both (S), the right one (L), the left one (R), or none (E).
 enum Symbol : uint8_t { kC, kS, kL, kR, kE };
 
 constexpr int32_t kNone = -1;
@@ -30,8 +30,9 @@ struct Edgebreaker::NoContexts {
   void Note(int32_t /*corner*/) {}
 };
 
-// The decoder goes from the last symbol to the first and knows the valences of what it has; so the
-// context of each symbol is the valence, of what remains, at the vertex ahead of the one after it.
+// Contexts by valences. The decoder goes from the last symbol to the first, and knows the valences
+// of the triangles that it has. So the context of each symbol is the valence, among these
+// triangles, of the vertex ahead of the symbol after it.
 struct Edgebreaker::ValenceContexts {
   Edgebreaker& walk;
   const CornerTable& table;
@@ -45,7 +46,8 @@ struct Edgebreaker::ValenceContexts {
     const int32_t ahead = std::clamp(next, kMinValence, kMaxValence) - kMinValence;
     if (previous >= 0) walk.context_symbols_[ahead].push_back(static_cast<uint32_t>(previous));
     previous = kSymbol;
-    // The neighbours that are left keep their edges; the others' are gone.
+    // The number of edges that each corner's vertex loses: those to neighbours that are still to do
+    // stay.
     constexpr std::array<int8_t, 5> kOfTip = {0, 0, 1, 1, 2};
     constexpr std::array<int8_t, 5> kOfNext = {1, 1, 2, 1, 2};
     constexpr std::array<int8_t, 5> kOfPrevious = {1, 1, 1, 2, 2};
@@ -63,7 +65,8 @@ struct Edgebreaker::ValenceContexts {
   }
   bool IsToDo(int32_t corner) const { return !walk.IsDone(CornerTable::TriangleOf(corner)); }
 
-  // The tip keeps the triangles on the left that are to do, those on the right get a new vertex.
+  // Splits the tip: it keeps the triangles on the left that are still to do, those on the right get
+  // a new vertex.
   void SplitTip(int32_t corner) {
     int32_t num_left = 0;
     for (int32_t c = table.LeftOf(corner); IsToDo(c); c = table.RightOf(c)) ++num_left;
@@ -119,7 +122,7 @@ void Edgebreaker::ResetContexts(const CornerTable& table) {
   for (std::vector<uint32_t>& symbols : context_symbols_) symbols.clear();
 }
 
-// The first triangle of a component has no symbol: the decoder finds it as what remains.
+// Walks over all components. The first triangle of each has no symbol: the decoder adds it last.
 template <typename Contexts>
 bool Edgebreaker::WalkAll(const CornerTable& table, Contexts contexts) {
   for (int32_t t = 0; t < table.num_triangles(); ++t) {
@@ -155,7 +158,8 @@ int32_t Edgebreaker::Walk(const CornerTable& table, int32_t corner, Contexts& co
   return last;
 }
 
-// Codes the corner's triangle. Returns the corner to go on from, or kNone: then the stack has it.
+// Codes the corner's triangle. Returns the corner to continue from, or kNone: then the next one is
+// on the stack.
 template <typename Contexts>
 int32_t Edgebreaker::Step(const CornerTable& table, int32_t corner, Contexts& contexts) {
   const int32_t triangle = CornerTable::TriangleOf(corner);

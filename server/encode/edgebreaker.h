@@ -12,12 +12,13 @@
 
 namespace liquidblend::encode {
 
+// Method of coding symbols, with its number in the bitstream.
 enum class EdgebreakerMethod : uint8_t {  // as the bitstream numbers them
   kStandard = 0,                          // symbols of 1 or 3 bits
   kValence = 2,                           // entropy-coded, by the valence of the vertex ahead
 };
 
-// Keeps its memory from one surface to the next.
+// Encoder of connectivity. Keeps its memory from one surface to the next.
 class Edgebreaker {
  public:
   // Appends the connectivity as libdraco does, byte for byte, from the method's number on. Returns

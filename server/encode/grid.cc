@@ -28,7 +28,8 @@ Grid GridOf(const mesh::RegisteredFamily& family) {
   grid.origin = low;
   grid.extent_m = std::numeric_limits<float>::min();
   for (int k = 0; k < 3; ++k) {
-    // Rounded up, so that the highest corner is inside whichever way the subtraction rounded.
+    // The extent is rounded up, so that the highest corner is inside whichever way the subtraction
+    // rounded.
     const float extent = std::nextafter(high[k] - low[k], std::numeric_limits<float>::infinity());
     grid.extent_m = std::max(grid.extent_m, extent);
   }

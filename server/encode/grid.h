@@ -9,6 +9,7 @@
 
 namespace liquidblend::encode {
 
+// Range of the bits of a coordinate.
 inline constexpr int kMinPositionBits = 8;
 inline constexpr int kMaxPositionBits = 20;
 

@@ -57,7 +57,8 @@ UsedPart FindUsedPart(const mesh::TriangleMesh& mesh) {
   return used;
 }
 
-// libdraco does not clamp: a position outside of the grid would need more bits than it has.
+// Moves a position onto the grid's border if it is outside. libdraco does not clamp: such a
+// position would need more bits than it has.
 std::array<float, 3> ClampToGrid(const Eigen::Vector3f& position, const Grid& grid) {
   std::array<float, 3> clamped;
   for (int k = 0; k < 3; ++k) {
@@ -89,7 +90,8 @@ struct DracoMesh {
   int velocity = -1;
 };
 
-// Built by hand: libdraco's own builder removes duplicates, which is slow and changes the mesh.
+// Builds the mesh without libdraco's builder, which removes duplicates. That is slow and changes
+// the mesh.
 DracoMesh ToDraco(const mesh::TriangleMesh& mesh, const UsedPart& used, const Grid& grid) {
   DracoMesh out{std::make_unique<draco::Mesh>()};
   out.mesh->set_num_points(static_cast<uint32_t>(used.vertices.size()));
@@ -169,7 +171,7 @@ absl::StatusOr<std::string> EncodeWithLibdraco(const mesh::TriangleMesh& mesh,
   encoder.SetSpeedOptions(speed, speed);
   if (used.triangles.empty()) {
     // Edgebreaker refuses a mesh without triangles, and the decoder a quantised attribute without
-    // values; this is what every decoder reads.
+    // values. Every decoder reads this encoding.
     encoder.SetEncodingMethod(draco::MESH_SEQUENTIAL_ENCODING);
   } else {
     ChooseMethods(options, draco_mesh, encoder);

@@ -10,9 +10,9 @@
 
 namespace liquidblend::encode {
 
-// As EncodeDraco(). Requires: mesh passed Validate(), options, too.
-// Errors: kInternal (libdraco's message).
-// Threads: safe, same bytes always.  Cost: 0.1 to 0.5 us per triangle.
+// Encodes a surface as EncodeDraco() does. Requires: mesh passed Validate(), options, too. Errors:
+// kInternal (libdraco's message). Threads: safe, same bytes always.  Cost: 0.1 to 0.5 us per
+// triangle.
 absl::StatusOr<std::string> EncodeWithLibdraco(const mesh::TriangleMesh& mesh,
                                                const DracoOptions& options);
 

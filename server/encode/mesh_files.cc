@@ -20,7 +20,7 @@ int64_t NumProper(const mesh::TriangleMesh& mesh) {
   return count;
 }
 
-// The shortest text that reads back to the same float.
+// Appends the shortest text that reads back to the same float.
 void AppendNumber(float value, std::string& text) {
   char digits[32];
   const std::to_chars_result result = std::to_chars(digits, digits + sizeof(digits), value);

@@ -56,7 +56,8 @@ bool PositionCoder::Put(const CornerTable& table, std::span<const int32_t> last_
   return true;
 }
 
-// libdraco's arithmetic, in float. Positions outside of the grid are moved onto its border.
+// Rounds by libdraco's arithmetic, in float. Positions outside of the grid are moved onto its
+// border.
 void PositionCoder::Round(const mesh::TriangleMesh& mesh, const PositionCoderOptions& options) {
   const auto max_node = static_cast<float>((1 << options.bits) - 1);
   const float nodes_per_m = max_node / options.grid.extent_m;
@@ -85,7 +86,7 @@ void PositionCoder::FindBounds(const CornerTable& table) {
   max_ = std::max({highest[0], highest[1], highest[2]});
 }
 
-// The decoder walks over the components from the last one to the first.
+// Predicts all positions in the decoder's order: components from the last one to the first.
 void PositionCoder::PredictAll(const CornerTable& table, std::span<const int32_t> last_corners) {
   const size_t num_symbols = kDimensions * static_cast<size_t>(table.num_used_vertices());
   symbols_.resize(num_symbols + 1);
@@ -95,7 +96,7 @@ void PositionCoder::PredictAll(const CornerTable& table, std::span<const int32_t
   last_ = Node{0, 0, 0, 0};
   for (size_t i = last_corners.size(); i > 0; --i) {
     const int32_t corner = last_corners[i - 1];
-    // There is nothing to make a parallelogram of: each is predicted as the one before.
+    // The first triangle's vertices have no parallelogram: each is predicted as the one before.
     for (const int32_t c : {CornerTable::Next(corner), CornerTable::Previous(corner), corner}) {
       is_vertex_done_[table.VertexOf(c)] = 1;
       PutResidual(nodes_[table.VertexOf(c)], last_);
@@ -105,7 +106,7 @@ void PositionCoder::PredictAll(const CornerTable& table, std::span<const int32_t
   }
 }
 
-// As Edgebreaker walks, but only to the last vertex.
+// Walks over a component as Edgebreaker does, but only to the last vertex.
 void PositionCoder::Walk(const CornerTable& table, int32_t corner) {
   const uint32_t* const all = symbols_.data() + symbols_.size() - 1;
   stack_.assign(1, corner);
@@ -145,7 +146,8 @@ void PositionCoder::Walk(const CornerTable& table, int32_t corner) {
   }
 }
 
-// The walk came across the edge that faces the corner, so all vertices beyond it are known.
+// Predicts a corner's vertex from the triangle beyond the edge that faces it. The walk came across
+// that edge, so the three vertices are known.
 void PositionCoder::Predict(const CornerTable& table, int32_t corner) {
   const Node next = nodes_[table.VertexOf(CornerTable::Next(corner))];
   const Node before = nodes_[table.VertexOf(CornerTable::Previous(corner))];
@@ -153,7 +155,8 @@ void PositionCoder::Predict(const CornerTable& table, int32_t corner) {
   PutResidual(nodes_[table.VertexOf(corner)], next + before - beyond);
 }
 
-// Residuals are taken modulo the range of all coordinates; then the sign becomes the lowest bit.
+// Appends a residual. It is taken modulo the range of all coordinates; then the sign becomes the
+// lowest bit.
 void PositionCoder::PutResidual(Node node, Node predicted) {
   const int32_t range = max_ - min_ + 1;
   predicted = predicted < min_ ? Node{} + min_ : predicted;

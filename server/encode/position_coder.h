@@ -16,16 +16,17 @@
 
 namespace liquidblend::encode {
 
+// Options of coding positions.
 struct PositionCoderOptions {
   Grid grid;                // finite
   int bits = 14;            // [8, 20]
   int extra_precision = 0;  // see SymbolCoderOptions
 };
 
-// Keeps its memory from one surface to the next.
+// Coder of positions. Keeps its memory from one surface to the next.
 class PositionCoder {
  public:
-  // To be called before Put(), with the same options: rounds the positions to the grid.
+  // Rounds the positions to the grid. To be called before Put(), with the same options.
   void Round(const mesh::TriangleMesh& mesh, const PositionCoderOptions& options);
 
   // Appends the only attribute of the table's vertices, as libdraco does, byte for byte. Returns

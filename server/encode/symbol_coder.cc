@@ -22,12 +22,12 @@ constexpr uint32_t kBitBase = 4096;
 
 int BitLength(uint32_t value) { return std::max(1, static_cast<int>(std::bit_width(value))); }
 
-// What libdraco expects the table of probabilities to take.
+// Estimate by libdraco of the size of the table of probabilities.
 int64_t TableBits(int64_t max_symbol, int64_t num_different) {
   return 8 * (2 * num_different + (max_symbol - num_different) / 64);
 }
 
-// Shannon's entropy in bits, rounded down; adds up in libdraco's order.
+// Shannon's entropy in bits, rounded down; added up in libdraco's order.
 int64_t EntropyBits(std::span<const uint32_t> frequencies, size_t num_symbols) {
   double bits = 0.0;
   for (const uint32_t frequency : frequencies) {
@@ -42,8 +42,7 @@ int CountDifferent(std::span<const uint32_t> frequencies) {
       std::count_if(frequencies.begin(), frequencies.end(), [](uint32_t f) { return f > 0; }));
 }
 
-// A coder's last state, from its least one on: in its highest two bits the number of bytes less
-// one.
+// A coder's last state, less its lowest one. The highest two bits are the number of bytes less one.
 struct LastState {
   explicit LastState(uint32_t state) {
     num_bytes = state < 1U << 6 ? 1 : state < 1U << 14 ? 2 : state < 1U << 22 ? 3 : 4;
@@ -128,7 +127,8 @@ bool SymbolCoder::PutTagged(std::span<const uint32_t> symbols, int num_component
   return true;
 }
 
-// Frequencies as shares of 2^precision_bits, up to the last one above 0, none of these 0.
+// Makes probabilities from frequencies, as shares of 2^precision_bits, up to the last frequency
+// above 0. Symbols that occur have a probability above 0.
 bool SymbolCoder::MakeProbabilities(std::span<const uint32_t> frequencies, int precision_bits) {
   while (frequencies.back() == 0) frequencies = frequencies.first(frequencies.size() - 1);
   double num_symbols = 0.0;
@@ -147,8 +147,8 @@ bool SymbolCoder::MakeProbabilities(std::span<const uint32_t> frequencies, int p
   return true;
 }
 
-// Makes their sum the aim: too little goes to the most frequent symbol, too much is taken from all,
-// the most frequent first, as libdraco does.
+// Corrects the probabilities until their sum is `aim`, as libdraco does. What is missing is added
+// to the most frequent symbol. An excess is taken from all, the most frequent first.
 bool SymbolCoder::FitProbabilities(uint32_t sum, uint32_t aim) {
   by_probability_.clear();  // those above 1: the others are as they must be
   for (size_t s = 0; s < probabilities_.size(); ++s) {
@@ -161,7 +161,7 @@ bool SymbolCoder::FitProbabilities(uint32_t sum, uint32_t aim) {
     return probabilities_[static_cast<uint32_t>(by_probability_[i])].probability;
   };
   if (sum < aim) of(by_probability_.size() - 1) += aim - sum;
-  // If none is at 1 or below, libdraco takes nothing from the last.
+  // If all symbols are above 1, libdraco takes nothing from the least frequent one.
   const size_t first = by_probability_.size() == probabilities_.size() ? 1 : 0;
   while (sum > aim) {
     const double scale = static_cast<double>(aim) / sum;
@@ -180,8 +180,9 @@ bool SymbolCoder::FitProbabilities(uint32_t sum, uint32_t aim) {
   return true;
 }
 
-// Divisions by multiplication, exact for states below 2^31: F. Giesen, "rANS with static
-// probability distributions". A probability of 1 divides to one too little; its bias makes up.
+// Makes reciprocals for division by multiplication, exact for states below 2^31: F. Giesen, "rANS
+// with static probability distributions". With a probability of 1 the quotient is one too small;
+// the bias corrects that.
 void SymbolCoder::MakeReciprocals(int precision_bits) {
   uint32_t before = 0;
   for (Probability& p : probabilities_) {
@@ -197,7 +198,8 @@ void SymbolCoder::MakeReciprocals(int precision_bits) {
   }
 }
 
-// In their lowest two bits the number of bytes that follow, or 3: then a run of zeros.
+// Appends the probabilities. The lowest two bits of a byte are the number of bytes that follow, or
+// 3: then it is a run of zeros.
 void SymbolCoder::PutProbabilities(std::string& out) const {
   PutVarint(probabilities_.size(), out);
   for (size_t s = 0; s < probabilities_.size(); ++s) {
@@ -216,7 +218,8 @@ void SymbolCoder::PutProbabilities(std::string& out) const {
   }
 }
 
-// Codes from the last symbol to the first: the decoder gets them in order.
+// Appends the coded symbols. They are coded from the last to the first, so that the decoder gets
+// them in order.
 template <typename Symbol>
 void SymbolCoder::PutCoded(std::span<const Symbol> symbols, int precision_bits, std::string& out) {
   constexpr size_t kMaxBytes = 3;  // per symbol; one more is written than counts

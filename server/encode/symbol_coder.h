@@ -11,6 +11,7 @@
 
 namespace liquidblend::encode {
 
+// Options of coding symbols.
 struct SymbolCoderOptions {
   int num_components = 1;  // >= 1; numbers that share a bit length where tags are used
   // Added to the bit length of the number of different symbols, from which the precision of their
@@ -18,7 +19,8 @@ struct SymbolCoderOptions {
   int extra_precision = 0;  // [-2, 2]
 };
 
-// Makes the same decisions as libdraco 1.5, so writes the same bytes. Keeps its memory.
+// Coder of symbols. Makes the same decisions as libdraco 1.5, so it writes the same bytes. Keeps
+// its memory.
 class SymbolCoder {
  public:
   // Appends the symbols to out. Returns false if there are too many different symbols for the

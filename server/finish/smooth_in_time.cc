@@ -10,7 +10,7 @@ namespace {
 
 using mesh::Float4;
 
-// Adds to `at` its share of the way to the line from `before` to `after`.
+// Moves `at` towards the line from `before` to `after`.
 void MoveTowardsLine(const Float4& before, const Float4& after, const mesh::TimeAxis& axis,
                      const TemporalOptions& options, Float4& at) {
   if (!(before[3] < at[3] && at[3] < after[3])) return;
@@ -46,7 +46,7 @@ void TimeSmoother::PlaceNeighbors(std::span<const int32_t> vertices, std::span<c
                                   std::vector<Float4>& positions) const {
   auto& neighbors = workspace_.neighbors;
   neighbors.clear();
-  // One that has no link stands for itself, which is neither before nor after it.
+  // A vertex without a link is its own neighbour, which is neither before nor after it.
   for (const int32_t v : vertices) neighbors.push_back(links[v] >= 0 ? links[v] : v);
   if (positions.size() < neighbors.size()) positions.resize(neighbors.size());
   placer_.Place(neighbors, positions.data());

@@ -17,19 +17,20 @@
 
 namespace liquidblend::finish {
 
+// Options of smoothing in time.
 struct TemporalOptions {
   double strength = 0.0;          // [0, 1]; 0: none; 1: weights 1/4, 1/2, 1/4
   double max_offset_m = 0.0;      // >= 0; no vertex is moved further
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Keeps its memory from one call to the next.
+// Workspace of a TimeSmoother. Keeps its memory from one call to the next.
 struct TemporalWorkspace {
   std::vector<int32_t> neighbors;
   std::vector<mesh::Float4> before, after;
 };
 
-// Threads: one at a time.
+// Placer of vertices that are smoothed in time. Threads: one at a time.
 class TimeSmoother final : public mesh::VertexPlacer {
  public:
   // Requires: options.Validate().ok(); all outlive this.
@@ -37,8 +38,8 @@ class TimeSmoother final : public mesh::VertexPlacer {
                const TemporalOptions& options, TemporalWorkspace& workspace)
       : links_(links), placer_(placer), options_(options), workspace_(workspace) {}
 
-  // The placer's positions, smoothed. A vertex stays without a link on both sides, or if its links
-  // do not lie before and after it in the blend.  Cost: the placer's for three times as many.
+  // Sets the placer's positions, smoothed. A vertex stays without a link on both sides, or if its
+  // links do not lie before and after it in the blend.  Cost: the placer's for three times as many.
   void Place(std::span<const int32_t> vertices, mesh::Float4* positions) const override;
   void Prefetch(std::span<const int32_t> vertices) const override { placer_.Prefetch(vertices); }
 

@@ -11,14 +11,15 @@ constexpr int kMaxPasses = 32;
 // Taubin 1995: 1/strength + 1/back = pass band, of which 0.1 is the usual choice.
 constexpr double kPassBand = 0.1;
 
-// Neighbours per vertex: in a closed surface each edge runs once in either direction.
+// Counts the neighbours of each vertex. In a closed surface each edge runs once in either
+// direction.
 Eigen::VectorXf CountNeighbors(const mesh::TriangleMesh& surface) {
   Eigen::VectorXf count = Eigen::VectorXf::Zero(surface.num_vertices());
   for (const int v : surface.triangles.reshaped()) count[v] += 1.0F;
   return count;
 }
 
-// vertices += factor * (mean of the neighbours - vertices)
+// One pass: vertices += factor * (mean of the neighbours - vertices).
 void Pass(const mesh::TriangleMesh& surface, const Eigen::VectorXf& num_neighbors, float factor,
           Eigen::Matrix3Xf& vertices) {
   Eigen::Matrix3Xf sum = Eigen::Matrix3Xf::Zero(3, vertices.cols());

@@ -6,11 +6,13 @@
 
 namespace liquidblend::finish {
 
+// Kind of a smoothing pass.
 enum class SmoothingKind {
   kLaplacian,  // the paper's step; a ball loses volume with each pass
   kTaubin,     // each pass is followed by one outward, which keeps the volume
 };
 
+// Options of smoothing a surface.
 struct SmoothingOptions {
   int passes = 0;  // [0, 32]; 0: none
   SmoothingKind kind = SmoothingKind::kTaubin;

@@ -9,8 +9,9 @@ namespace {
 
 using mesh::Float4;
 
-// Parallel edges count as time's if all go the same way and, on average, at least this far. Between
-// two frames they go about 1; in cells that are flat in time, any amount both ways.
+// Parallel edges are time edges if all have the same direction in time and this mean length or
+// more. Between two frames the mean is about 1; in cells that are flat in time the edges have any
+// length, in both directions.
 constexpr float kMinMeanStep = 0.2F;  // frames
 
 template <size_t kEdges>

@@ -12,16 +12,17 @@ namespace {
 using Eigen::Matrix4f;
 using Eigen::Vector4f;
 
-// Of the fit's trace: keeps directions that no edge shows, first of all the normal's, as they are.
+// Regularisation of the fit, as a share of its trace. It leaves directions unchanged in which there
+// is no edge, first of all the normal's.
 constexpr float kRegularisation = 1e-4F;
-// Time may stand still or run backwards in a fold; a particle there is given the speed of the
-// steepest place that makes sense.
+// Lowest rate of time. In a fold time may stand still or run backwards; a particle there gets the
+// speed at this rate.
 constexpr float kLeastTimeRate = 0.1F;
-// Where a registration is steep for want of a match, as in chaotic jets, the fit would make a still
-// vertex race: a velocity changes by no more than its own length and this.
+// Largest change of a velocity, beside its own length. Where a registration is steep because it
+// found no match, as in chaotic jets, the fit would give a still vertex a high speed.
 constexpr float kMostChange = 0.1F;  // edges per frame
 
-// x, y, z in metres, t in frames.
+// The value of vertex v: x, y, z in metres, t in frames.
 Vector4f At(const mesh::TimeAxis& axis, std::span<const mesh::Float4> values, int32_t v) {
   Vector4f at = Eigen::Map<const Vector4f>(values[v].data());
   at[3] = static_cast<float>(axis.Frames(at[3]));
@@ -71,8 +72,8 @@ std::vector<Value> AddNeighbors(const mesh::TriangleMesh& surface, const std::ve
   return total;
 }
 
-// An edge (dx, dt) of the hypersurface shows that n . dx = v dt for the speed v along the normal n:
-// least squares over the edges around.
+// Sets velocities along the normals. An edge (dx, dt) of the hypersurface satisfies n . dx = v dt
+// for the speed v along the normal n; v is the least-squares fit over the edges around.
 void AddNormalVelocities(const std::vector<Crossing>& crossings, float frames_per_second,
                          mesh::TriangleMesh& surface) {
   mesh::TriangleMesh with_normals;
@@ -117,7 +118,8 @@ struct Fit {
   }
 };
 
-// How far the blend moves things apart around each vertex of the slice, lengths in `unit_m`.
+// Fits the derivative of the blend's motion around each vertex of the slice.
+//   scale  of lengths and times: edges and frames
 std::vector<Fit> FitMotion(const mesh::RegisteredFamily& family,
                            const std::vector<Crossing>& crossings, const Vector4f& scale,
                            const mesh::TriangleMesh& surface) {

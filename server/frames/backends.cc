@@ -9,7 +9,8 @@ namespace liquidblend::server {
 namespace {
 
 constexpr int kNumLoadThreads = 2;  // so that a small family need not wait for a large one
-// One for each question that is shared (SharedLook), and one that never waits for a store.
+// Threads for probes: one for each shared question to the stores (SharedLook), and one that never
+// waits for a store.
 constexpr int kNumProbeThreads = 3;
 
 absl::Status OutOfRange(absl::string_view field, int64_t value) {

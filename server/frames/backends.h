@@ -21,6 +21,7 @@
 
 namespace liquidblend::server {
 
+// Limits of requests and of the store.
 struct Limits {
   int max_upload_files = 20'000;                            // >= 1
   int64_t max_upload_bytes = int64_t{64} << 30;             // >= 1; all files of an upload
@@ -39,6 +40,7 @@ struct Limits {
   absl::Status Validate() const;   // names the first field out of range, and its value
 };
 
+// Options of the backends: limits, numbers of threads, memory.
 struct BackendsOptions {
   Limits limits;
   int num_io_threads = 4;                          // >= 1; for the catalog, and again for blobs
@@ -48,13 +50,13 @@ struct BackendsOptions {
   int64_t frame_cache_bytes = int64_t{256} << 20;  // >= 0
 };
 
-// Outlives every call.
+// Backends that all calls share. It outlives every call.
 struct Backends {
   // The stores and families outlive it.
   Backends(store::Catalog& catalog, store::BlobStore& blobs,
            liquidblend::catalog::Families& families, const BackendsOptions& options);
 
-  // Runs accepted work, and ends all threads. Idempotent.
+  // Runs accepted work, then ends all threads. Idempotent.
   void Stop();
 
   store::Catalog& catalog;

@@ -14,12 +14,12 @@ inline constexpr int kDefaultPositionBits = 14;  // where an encoding says neith
 void CheckEncoding(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding,
                    FieldViolations& violations);
 
-// With defaults filled in, and a step as bits: equal options give equal bytes.
-// Requires: CheckEncoding() adds nothing.
+// The encoder's options for a request's encoding, with defaults filled in, and a step as bits:
+// equal options give equal bytes. Requires: CheckEncoding() adds nothing.
 encode::DracoOptions DracoOptionsOf(const catalog::LoadedFamily& loaded,
                                     const v1::Encoding& encoding);
 
-// "fastest", "balanced" or "smallest" of Draco; "ply", "obj".
+// Label of an encoding in metrics: "fastest", "balanced" or "smallest" of Draco; "ply", "obj".
 const char* EncodingLabel(const v1::Encoding& encoding);
 
 }  // namespace liquidblend::server

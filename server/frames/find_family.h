@@ -8,11 +8,11 @@
 
 namespace liquidblend::server {
 
-// Calls `done` once: before this returns if the family is in memory or the call is refused, else on
-// a thread of `io` or `loads`. Families in memory are at most about half a second behind the
-// catalog while it can be asked (KeepFamiliesFresh), and behind a deletion by this server only
-// during a look into the catalog. A version that is on its way into memory is waited for only if
-// `asked` allows no other.
+// Finds a family and calls `done` once: before this returns if the family is in memory or the call
+// is refused, else on a thread of `io` or `loads`. A version that is being loaded is waited for
+// only if `asked` allows no other.
+// Families in memory are at most about half a second behind the catalog while it can be asked
+// (KeepFamiliesFresh), and behind a deletion by this server only during a query of the catalog.
 // Errors: Families::GetReady's; kResourceExhausted, kUnavailable (WorkPool::Post).
 void FindFamily(Backends& backends, const std::string& id, liquidblend::catalog::AskedVersion asked,
                 liquidblend::catalog::Families::Done done);

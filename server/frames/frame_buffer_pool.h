@@ -13,7 +13,9 @@ namespace liquidblend::server {
 // Hands out frame buffers and takes them back, so that their memory is reused.  Threads: safe.
 class FrameBufferPool {
  public:
+  // Takes buffers from the pool, or makes new ones.
   std::unique_ptr<FrameBuffers> Take();
+  // Gives buffers back to the pool.
   void GiveBack(std::unique_ptr<FrameBuffers> buffers);
 
  private:

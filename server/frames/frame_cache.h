@@ -19,7 +19,7 @@ namespace liquidblend::server {
 // The bytes of a serialised v1::Frame, shared by all calls that answer with it, never copied.
 using FramePtr = std::shared_ptr<const std::string>;
 
-// All input of a frame: equal keys give equal bytes.
+// Key of a frame: all of its input. Equal keys give equal bytes.
 struct FrameKey {
   std::string family;      // id
   std::string generation;  // LoadedFamily's
@@ -28,10 +28,11 @@ struct FrameKey {
   bool operator==(const FrameKey&) const = default;
 };
 
-// Requires: CheckQuery().ok().
+// The key of a query's frame.  Requires: CheckQuery().ok().
 FrameKey KeyOf(const catalog::LoadedFamily& loaded, const FrameQuery& query);
 
-// Keeps frames within a budget, the least recently used go first.  Threads: safe.
+// Cache of encoded frames within a budget of bytes; the least recently used go first. Threads:
+// safe.
 class FrameCache {
  public:
   struct Stats {
@@ -41,7 +42,7 @@ class FrameCache {
     int64_t size_bytes = 0;
   };
 
-  // budget_bytes >= 0; 0 keeps nothing.
+  // Makes an empty cache.  Requires: budget_bytes >= 0; 0 keeps nothing.
   explicit FrameCache(int64_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
   FramePtr Find(const FrameKey& key);  // or nothing
@@ -53,6 +54,7 @@ class FrameCache {
   // other versions are removed.  Cost: O(frames) if it is another one than before.
   void Announce(const catalog::LoadedFamily& loaded);
 
+  // Counts since the start, and what is kept now.
   Stats stats() const;
 
  private:

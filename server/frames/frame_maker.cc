@@ -45,8 +45,8 @@ FrameMaker::Ticket FrameMaker::Make(FrameOrder order, Done done) {
   return nullptr;
 }
 
-// Each waiter has a turn of its own, on its client's account: so nobody waits longer because others
-// want the same.
+// Adds a waiter to the frame's flight. Each waiter has a turn of its own, on its client's account,
+// so nobody waits longer because others want the same frame.
 absl::Status FrameMaker::Join(FrameOrder order, const FrameKey& key, const Ticket& ticket) {
   FlightPtr& flight = flights_[key.bytes()];
   if (flight == nullptr) {
@@ -106,7 +106,7 @@ void FrameMaker::Run(const FlightPtr& flight) {
   std::vector<Ticket> waiting;
   {
     absl::MutexLock lock(&mutex_);
-    // Without memory for the cache, the frame still goes to those who wait for it.
+    // If there is no memory for the cache, the waiting calls still get the frame.
     if (result.ok()) RunGuarded("frame cache", [&] { cache_.Insert(flight->key, *result); });
     waiting.swap(flight->waiting);
     EraseFlight(flight);

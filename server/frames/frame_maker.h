@@ -21,6 +21,7 @@
 
 namespace liquidblend::server {
 
+// Order of a frame: what to make, for whom and by when.
 struct FrameOrder {
   catalog::FamilyPtr loaded;
   FrameQuery query;
@@ -31,6 +32,7 @@ struct FrameOrder {
 };
 
 // Threads: safe.
+// Maker of frames for all calls.
 class FrameMaker {
  public:
   using Done = absl::AnyInvocable<void(absl::StatusOr<FramePtr>)>;

@@ -6,17 +6,19 @@
 namespace liquidblend::server {
 namespace {
 
-// Rounding must not lose the last frame: a tick this much of a step past the end is still on it.
+// Tolerance of the end, as a share of a step: a tick this far past the end is still on it, so that
+// rounding does not lose the last frame.
 constexpr double kEndTolerance = 1e-6;
 
-// Whole numbers up to this are exact as double. At any pace it takes 285 years to get there.
+// Largest number of ticks. Whole numbers up to this are exact as double. At any pace it takes 285
+// years to get there.
 constexpr double kMaxTicks = 9e15;
 
 double InRange(double value, double min, double max, double if_nan) {
   return std::isnan(value) ? if_nan : std::clamp(value, min, max);
 }
 
-// With the ranges of the header, every product and quotient below is finite.
+// The pace within the ranges of the header, with which every product and quotient below is finite.
 Pace Bounded(const Pace& pace) {
   const Pace defaults;
   Pace bounded = pace;
@@ -29,7 +31,7 @@ Pace Bounded(const Pace& pace) {
 
 }  // namespace
 
-// The new pace takes over at the next tick, in its place on the clock, so that changes do not
+// Starts the new pace at the next tick, when that is due by the old one, so that changes do not
 // stutter; but never later than the new pace's own period.
 void FramePacer::Change(const Pace& pace, std::optional<double> time_s, absl::Duration now) {
   const double start_time_s = time_s.has_value() ? *time_s : TimeOf(next_tick_);
@@ -46,7 +48,8 @@ std::optional<FramePacer::Tick> FramePacer::Next(absl::Duration now) {
   const absl::Duration period = absl::Seconds(1) / pace_.frames_per_second;
   const absl::Duration late = now - DueOf(next_tick_);
   if (!pace_.lossless && late > period) {
-    // The newest tick that is due; at the end the last one, so that the end is always shown.
+    // Skips to the newest tick that is due; at the end to the last one, so that the end is always
+    // shown.
     const double num_late = std::min(absl::FDivDuration(late, period), kMaxTicks);
     int64_t newest = next_tick_ + static_cast<int64_t>(num_late);
     if (last.has_value()) newest = std::min(newest, *last);
@@ -63,8 +66,8 @@ absl::Duration FramePacer::DueOf(int64_t tick) const {
   return start_ + absl::Seconds(static_cast<double>(tick) / pace_.frames_per_second);
 }
 
-// A round of a loop takes one step more than the animation, so that its last and its first frame
-// are both shown.
+// The time that a tick shows. A round of a loop takes one step more than the animation, so that
+// both its last and its first frame are shown.
 double FramePacer::TimeOf(int64_t tick) const {
   const double step_s = std::abs(pace_.rate) / pace_.frames_per_second;
   const double tolerance_s = kEndTolerance * step_s;

@@ -9,8 +9,8 @@
 
 namespace liquidblend::server {
 
-// Numbers outside of the ranges given here are moved to the nearest end; a NaN counts as the
-// default.
+// Pace of a stream. Numbers outside of the ranges given here are moved to the nearest end; a NaN
+// counts as the default.
 struct Pace {
   double duration_s = 0.0;          // [0, 1e15]; of the animation
   double frames_per_second = 24.0;  // [1e-6, 1e6]; of the clock
@@ -19,9 +19,9 @@ struct Pace {
   bool lossless = false;            // every frame is due at once, and none is skipped
 };
 
-// Ticks at a steady rate. A tick is skipped if it is late by more than one period when it is asked
-// for, so the next tick is always the newest one. Any numbers are safe: families of older stores
-// may have been imported with any frame rate.  Threads: one at a time.
+// Pacer that gives ticks at a steady rate. A tick is skipped if it is late by more than one period
+// when it is asked for, so the next tick is always the newest one. Any numbers are safe: families
+// of older stores may have been imported with any frame rate.  Threads: one at a time.
 class FramePacer {
  public:
   struct Tick {
@@ -36,6 +36,7 @@ class FramePacer {
   // The next tick; nothing when the animation has ended. The same one again until Advance(), unless
   // it has become late by then. Requires: Change() was called.
   std::optional<Tick> Next(absl::Duration now);
+  // Goes on to the next tick.
   void Advance() { ++next_tick_; }
 
   int64_t num_skipped() const { return num_skipped_; }

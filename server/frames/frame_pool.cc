@@ -12,7 +12,7 @@
 namespace liquidblend::server {
 namespace {
 
-// Assumed speed of a core until it is measured.
+// Assumed speed of a core until it is measured: cells, and the seconds that they take.
 constexpr double kFirstCost = 1e6;
 constexpr double kFirstSeconds = 0.02;
 constexpr double kMemory = 0.97;  // how much of the past counts after one more frame

@@ -14,10 +14,10 @@
 
 namespace liquidblend::server {
 
-// A thread that finds no work in the queue helps with a frame that is being made (Helpers): so one
-// frame uses all cores if there is no other work, and one core if there is.
-// Threads: safe. Work that throws is logged and dropped; Run() rethrows an exception of a task when
-// all are done.
+// Pool of threads that make frames. A thread that finds no work in the queue helps with a frame
+// that is being made (Helpers): so one frame uses all cores if there is no other work, and one core
+// if there is. Threads: safe. Work that throws is logged and dropped; Run() rethrows an exception
+// of a task when all are done.
 class FramePool : public parallel::Helpers {
  public:
   struct Stats {
@@ -40,6 +40,7 @@ class FramePool : public parallel::Helpers {
   // Drops work that has not begun.
   void Cancel(const FrameQueue::Place& place);
 
+  // The cost of waiting work now, and the number of refusals since the start.
   Stats stats() const;
 
   int num_idle() const override;

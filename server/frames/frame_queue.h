@@ -15,6 +15,7 @@
 
 namespace liquidblend::server {
 
+// Work that waits for its turn.
 struct FrameWork {
   std::string client;       // the account that is charged
   bool is_paced = false;    // a frame that has to be on time
@@ -24,6 +25,7 @@ struct FrameWork {
   std::string host = {};  // of a client that may reconnect under another name; or empty
 };
 
+// Options of the queue, in cells of expected work.
 struct FrameQueueOptions {
   // >= 1; cells. Some 2 s of work for two cores.
   int64_t max_waiting_cost = 200'000'000;
@@ -32,13 +34,14 @@ struct FrameQueueOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Start-time fair queueing. A client has an account for its paced work and one for the rest, whose
-// tag is the cost served to it so far. A new account starts at the present round, or at the tags of
-// its host's accounts without work, so that new connections give no advantage. An account that
-// returns starts up to two quanta before the round, but not before its own tag. Of the accounts
-// within a quantum of the lowest tag, paced work goes first, then the earliest deadline. So clients
-// that ask for less than their share go before those that ask for more, streams go before calls,
-// and no client starves.
+// Queue of frames to be made, by start-time fair queueing. A client has an account for its paced
+// work and one for the rest, whose tag is the cost served to it so far. A new account starts at the
+// present round, or at the tags of its host's accounts without work, so that new connections give
+// no advantage. An account that returns starts up to two quanta before the round, but not before
+// its own tag.
+// Of the accounts within a quantum of the lowest tag, paced work goes first, then the earliest
+// deadline. So clients that ask for less than their share go before those that ask for more,
+// streams go before calls, and no client starves.
 // Threads: one at a time.  Cost: O(log work) to push, O(accounts with work) to pop; O(accounts) for
 // a new one.
 class FrameQueue {
@@ -57,12 +60,14 @@ class FrameQueue {
   // work at most the account's part of it, or the queue is empty.
   bool HasRoomFor(const FrameWork& work) const;
 
+  // Adds work; returns its place.
   Place Push(FrameWork work);
   FrameWork Pop();  // Requires: !empty()
   // Removes waiting work; nothing if it has been popped.
   std::optional<FrameWork> Remove(const Place& place);
 
   bool empty() const { return waiting_accounts_.empty(); }
+  // The cost of all waiting work.
   int64_t waiting_cost() const { return waiting_cost_; }
   size_t num_accounts() const { return accounts_.size(); }  // remembered ones
 

@@ -20,7 +20,7 @@ namespace {
 
 constexpr uint32_t kLengthDelimited = 2;  // protobuf's wire type of messages
 
-// Of the clock. A frame every 1000 seconds is as good as none.
+// Range of frames per second of a stream's clock. The lowest is a frame every 1000 seconds.
 constexpr mesh::Range kClockFramesPerSecond = {0.001, 240.0};
 constexpr double kMaxRate = 1000.0;
 
@@ -122,7 +122,7 @@ absl::Status FrameStream::Change(const v1::StreamFramesRequest& request, catalog
   return absl::OkStatus();
 }
 
-// The animation's; on the clock, as far as the clock's range allows.
+// The animation's frame rate, limited to the clock's range unless the stream is lossless.
 double FrameStream::DefaultFramesPerSecond(const v1::StreamFramesRequest& values) const {
   const double fps = loaded_->family.frames_per_second;
   const mesh::Range range = values.lossless() ? mesh::kFramesPerSecond : kClockFramesPerSecond;

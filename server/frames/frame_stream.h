@@ -37,7 +37,8 @@ std::string ResponsePrefix(const StreamedFrame& streamed);
 // The requested version, of the request's family or the stream's.
 catalog::AskedVersion VersionOf(const v1::StreamFramesRequest& request);
 
-// Threads: one at a time.
+// State of one stream: its family, the values of its requests, and its pace. Threads: one at a
+// time.
 class FrameStream {
  public:
   // The id of the family that has to be found before Change(); nothing if the stream keeps its own.
@@ -54,6 +55,7 @@ class FrameStream {
   absl::Status Change(const v1::StreamFramesRequest& request, catalog::FamilyPtr found,
                       absl::Duration now);
 
+  // Whether the stream has a family.
   bool has_begun() const { return loaded_ != nullptr; }
   bool is_paced() const { return !values_.lossless(); }
 
@@ -61,6 +63,7 @@ class FrameStream {
   // Requires: has_begun(), as for all that follow.
   std::optional<FramePacer::Tick> Next(absl::Duration now) { return pacer_.Next(now); }
 
+  // The family of the stream.
   const catalog::FamilyPtr& loaded() const { return loaded_; }
   // The query of this tick's frame, with the present values.
   FrameQuery QueryAt(const FramePacer::Tick& tick) const;

@@ -13,7 +13,8 @@
 namespace liquidblend::server {
 namespace {
 
-// Calls with the same patience are answered in the order in which they came.
+// Deadline of a call's frame, from now on. It is the same for all calls, so that they are answered
+// in the order in which they came.
 constexpr absl::Duration kLoadPatience = absl::Milliseconds(100);
 
 }  // namespace

@@ -14,17 +14,18 @@
 
 namespace liquidblend::server {
 
+// Answer to GetFrame.
 struct AnsweredFrame {
   FramePtr bytes;
   std::string generation;  // of the frame's family, see LoadedFamily
 };
 
-// One call.  Threads: safe.
+// One call of GetFrame.  Threads: safe.
 class FrameCall : public std::enable_shared_from_this<FrameCall> {
  public:
   using Done = absl::AnyInvocable<void(absl::StatusOr<AnsweredFrame>)>;
 
-  // Calls `done` once, on any thread, perhaps before this returns.
+  // Starts a call. Calls `done` once, on any thread, perhaps before this returns.
   //   client  the account that is charged
   // Errors: kInvalidArgument with the fields at fault, SetWeights', FindFamily's, FrameMaker's.
   static std::shared_ptr<FrameCall> Start(Backends& backends, const v1::GetFrameRequest& request,

@@ -22,8 +22,8 @@ namespace {
 
 constexpr double kMaxTemporalOffsetEdges = 0.25;
 
-// Costs in ExpectedCells: of every frame, and factors of stages that are slower than slicing and
-// writing.
+// Costs in ExpectedCells(): cells that count for every frame, and factors of stages that are slower
+// than slicing and writing.
 constexpr int64_t kCellsPerCall = 20'000;
 constexpr int64_t kSlowEncoderFactor = 8;
 constexpr int64_t kFinishFactor = 2;
@@ -87,7 +87,7 @@ void FinishSurface(const catalog::LoadedLevel& level, const blend::Blender& blen
   if (Wants(options, v1::SurfaceOptions::NORMALS)) finish::AddNormals(surface);
 }
 
-// The violations of the surface options.
+// Checks the surface options and adds their violations.
 void CheckSurface(const mesh::RegisteredFamily& family, const v1::SurfaceOptions& surface,
                   FieldViolations& violations) {
   const auto num_levels = static_cast<int>(family.coarser_levels.size());
@@ -113,7 +113,7 @@ void CheckSurface(const mesh::RegisteredFamily& family, const v1::SurfaceOptions
   }
 }
 
-// To be asked between the stages.
+// Checks between stages whether the frame is still wanted.
 absl::Status CheckIsWanted(const FrameBuffers& buffers) {
   if (buffers.stop == nullptr || !buffers.stop->load(std::memory_order_relaxed)) {
     return absl::OkStatus();

@@ -17,6 +17,7 @@
 
 namespace liquidblend::server {
 
+// Query of one frame of a family, complete.
 struct FrameQuery {
   std::vector<double> weights;   // one per target, each in [-1, 2]
   bool is_extrapolated = false;  // weights of a point outside of the hull in parameter space
@@ -46,9 +47,10 @@ absl::Status CheckQuery(const catalog::LoadedFamily& loaded, const FrameQuery& q
 // the cells that take as long. At least 1. Requires: CheckQuery().ok().
 int64_t ExpectedCells(const catalog::LoadedFamily& loaded, const FrameQuery& query);
 
-// Errors: kInvalidArgument (weights, encoding, surface), kOutOfRange (time), each with the field's
-// name; kCancelled soon after buffers.stop has become true. Threads: safe with buffers of one's
-// own; same bytes for the same family version and query.
+// Makes one frame: blends, slices, finishes and encodes it. Errors: kInvalidArgument (weights,
+// encoding, surface), kOutOfRange (time), each with the field's name; kCancelled soon after
+// buffers.stop has become true. Threads: safe with buffers of one's own; same bytes for the same
+// family version and query.
 absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
                                     FrameBuffers& buffers);
 

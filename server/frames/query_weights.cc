@@ -19,7 +19,7 @@ constexpr size_t kMaxShownParameter = 80;  // of a wrong name, in a message
 
 using Parameters = google::protobuf::RepeatedPtrField<v1::Parameter>;
 
-// The values in the order of the names.
+// The values of the parameters in the order of the names.
 absl::StatusOr<std::vector<double>> PointOf(const Parameters& parameters,
                                             const std::vector<std::string>& names) {
   const std::string all = absl::StrJoin(names, ", ");

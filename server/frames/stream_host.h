@@ -13,8 +13,8 @@
 
 namespace liquidblend::server {
 
-// The server implements it over its Backends, tests with a clock and threads that they control.
-// Threads: safe.
+// Host of a stream. The server implements it over its Backends, tests with a clock and threads that
+// they control. Threads: safe.
 class StreamHost {
  public:
   using Task = absl::AnyInvocable<void()>;
@@ -27,7 +27,7 @@ class StreamHost {
 
   // A clock that only goes forward.
   virtual absl::Duration Now() const = 0;
-  // Runs the task soon, or after the delay, on another thread or after this has returned. Both drop
+  // Run the task soon, or after the delay, on another thread or after this has returned. Both drop
   // the task once the server has stopped.
   virtual void Post(Task task) = 0;
   virtual Timer StartTimer(absl::Duration delay, Task task) = 0;
@@ -42,10 +42,11 @@ class StreamHost {
   virtual void Leave(const Ticket& ticket) = 0;
 
   virtual int64_t max_stream_bytes() const = 0;  // Limits::max_stream_bytes
+  // Counts frames that the stream has skipped.
   virtual void CountDroppedFrames(const std::string& family, int64_t count) = 0;
 };
 
-// The backends outlive it.
+// Makes the host of a server.  Requires: the backends outlive it.
 std::shared_ptr<StreamHost> MakeStreamHost(Backends& backends);
 
 }  // namespace liquidblend::server

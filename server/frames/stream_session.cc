@@ -43,7 +43,7 @@ void StreamSession::WantStep() {
     absl::MutexLock lock(&mutex_);
     if (std::exchange(is_step_wanted_, true) || is_stepping_) return;
   }
-  // Refused only after the server has ended all calls.
+  // Post() refuses only after the server has ended all calls.
   const absl::Status posted = Guarded([this] {
     host_->Post([self = shared_from_this()] { self->TakeSteps(); });
     return absl::OkStatus();
@@ -64,7 +64,7 @@ void StreamSession::TakeSteps() {
   }
 }
 
-// Takes the notes; those that a step leaves alone stay for the next one.
+// Takes the notes from the inbox. Notes that a step does not use stay for the next one.
 bool StreamSession::BeginStep() {
   absl::MutexLock lock(&mutex_);
   is_stepping_ = std::exchange(is_step_wanted_, false);
@@ -117,9 +117,9 @@ absl::Status StreamSession::TakeMade() {
   return absl::OkStatus();
 }
 
-// New values wait while a frame whose turn has come is being made: it counts as sent, and the next
-// one shows them. Otherwise a client that changes values faster than frames are made would never
-// see one.
+// Takes new values of the client. They wait while a frame whose turn has come is being made: it
+// counts as sent, and the next one shows them. Otherwise a client that changes values faster than
+// frames are made would never see one.
 absl::Status StreamSession::TakeValues() {
   if (order_.has_value() && order_->is_committed) return absl::OkStatus();
   if (waiting_request_.has_value()) {
@@ -220,8 +220,8 @@ void StreamSession::SendOrder(absl::Duration now) {
   WantStep();  // the next frame's
 }
 
-// A step that comes too early only sets the next alarm, so one alarm at a time is enough: a client
-// that changes its pace all the time must not pile them up.
+// Sets the alarm. A step that comes too early only sets the next alarm, so one alarm at a time is
+// enough: alarms of a client that changes its pace all the time must not accumulate.
 void StreamSession::WakeAt(absl::Duration due, absl::Duration now) {
   {
     absl::MutexLock lock(&mutex_);
@@ -240,7 +240,7 @@ void StreamSession::WakeAt(absl::Duration due, absl::Duration now) {
   });
 }
 
-// Otherwise its memory would be kept until then.
+// Cancels the alarm; otherwise its memory would be kept until it is due.
 void StreamSession::CancelAlarm() {
   host_->Cancel(alarm_timer_);
   alarm_timer_ = nullptr;

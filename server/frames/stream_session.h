@@ -16,31 +16,34 @@
 
 namespace liquidblend::server {
 
-// Events only leave notes. Steps on the host's executor, one at a time, take the notes and act:
-// find a family, order the frame that is due, send it, set the alarm. While the client consumes a
-// frame, the next one is made ahead, once as many changes have come since that frame as came before
-// it. So steady values begin at once, and a client that sets weights once a frame is waited for.
-// Threads: safe. All calls return at once.
+// Session of a stream. Events only leave notes. Steps on the host's executor, one at a time, take
+// the notes and act: find a family, order the frame that is due, send it, set the alarm.
+// While the client consumes a frame, the next one is made ahead, once as many changes have come
+// since that frame as came before it. So steady values begin at once, and a client that sets
+// weights once a frame is waited for. Threads: safe. All calls return at once.
 class StreamSession : public std::enable_shared_from_this<StreamSession> {
  public:
   // Connection to the client. Calls come one at a time, none after End().
   class Sink {
    public:
     virtual ~Sink() = default;
-    // To be answered by OnWritten() when the connection has taken the frame; no other before.
+    // Sends a frame. OnWritten() follows when the connection has taken it; no other frame is sent
+    // before.
     virtual void Send(const StreamedFrame& streamed) = 0;
     virtual void End(const absl::Status& status) = 0;
   };
 
-  // To be owned by a shared_ptr, as a rule the sink's.
+  // Starts a session. It must be owned by a shared_ptr, as a rule the sink's.
   //   client  the account that is charged for frames
   StreamSession(Backends& backends, std::string client, std::weak_ptr<Sink> sink)
       : StreamSession(MakeStreamHost(backends), std::move(client), std::move(sink)) {}
   StreamSession(std::shared_ptr<StreamHost> host, std::string client, std::weak_ptr<Sink> sink)
       : host_(std::move(host)), client_(std::move(client)), sink_(std::move(sink)) {}
 
+  // Handles a request of the client.
   void OnRequest(const v1::StreamFramesRequest& request);
   void OnHalfClosed();  // no more requests will come; frames go on
+  // Records that the connection has taken the frame.
   void OnWritten();
   void Stop();  // the client has gone, or the sink: no frame is wanted any more
 

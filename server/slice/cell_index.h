@@ -10,16 +10,17 @@
 
 namespace liquidblend::slice {
 
-// A cluster's numbers fit into a byte each, and its data into the first-level cache.
+// Limits of a cluster: its numbers fit into a byte each, and its data into the first-level cache.
 inline constexpr int kMaxClusterCells = 64;
 inline constexpr int kMaxClusterVertices = 128;
 inline constexpr int kMaxClusterEdges = 255;
 inline constexpr int kClustersPerGroup = 32;
 
+// Kind of a cell.
 enum class CellKind : uint8_t { kTetrahedron, kPyramid, kWedge, kHexahedron };
 
-// Cells of one kind that lie together in space-time.
-// An edge belongs to the first cluster that has it; these come first in each cluster's numbering.
+// Cluster: cells of one kind that lie together in space-time. An edge belongs to the first cluster
+// that has it; these come first in each cluster's numbering.
 struct Cluster {
   CellKind kind = CellKind::kTetrahedron;
   int num_cells = 0;
@@ -46,11 +47,12 @@ struct TimeRanges {
   std::vector<float> min, max;
 };
 
+// Index of a family's cells: their clusters, and ranges of times of clusters and groups of them.
 // Threads: safe, immutable.
 class CellIndex {
  public:
-  // Requires: family passed Validate(); it must outlive the index.
-  // Cost: O(cells log cells), about 0.7 us per cell (lb_bench, BuildCellIndex).
+  // Builds the index.  Requires: family passed Validate(); it must outlive the index. Cost: O(cells
+  // log cells), about 0.7 us per cell (lb_bench, BuildCellIndex).
   explicit CellIndex(const mesh::RegisteredFamily& family);
   CellIndex(const CellIndex&) = delete;
   CellIndex& operator=(const CellIndex&) = delete;

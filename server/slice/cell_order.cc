@@ -9,8 +9,9 @@ namespace liquidblend::slice {
 namespace {
 
 constexpr int kBits = 10;  // of the grid, along each axis
-// Clusters of one frame interval are flat: fewer cells are looked at in vain where nothing is
-// warped, but more edges lie between clusters. Two were as fast or faster, and smaller.
+// Frame intervals in a slab of time. With one, clusters are flat: fewer cells are tested in vain
+// where time is not warped, but more edges lie between clusters. Two were as fast or faster, and
+// smaller.
 constexpr uint64_t kFramesPerSlab = 2;
 constexpr double kRounding = 1e-3;  // frames: of ticks
 constexpr uint32_t kMostCoordinate = (1U << kBits) - 1;
@@ -92,7 +93,7 @@ std::vector<OrderedCell> OrderCells(const mesh::RegisteredFamily& family,
       for (int k = 0; k < 3; ++k) centre[k] += v[k] / static_cast<float>(cells[c].size());
       earliest = std::min(earliest, v[3]);
     }
-    // From 0 on, whatever lies before the first frame.
+    // The frame in which the cell begins, plus 1, so that cells before the first frame have 0.
     const double frame = std::clamp(std::floor(axis.Frames(earliest) + kRounding), -1.0,
                                     static_cast<double>(family.num_frames)) +
                          1.0;

@@ -14,6 +14,7 @@ namespace liquidblend::slice {
 // each other in the grid. Requires: coordinates in [0, 1024).
 uint32_t HilbertPlace(std::array<uint32_t, 3> point);
 
+// Cell with its key in the order.
 struct OrderedCell {
   uint64_t key = 0;  // slab of time, then the place in space
   int32_t cell = 0;
@@ -21,9 +22,9 @@ struct OrderedCell {
   uint64_t slab() const { return key >> 30; }
 };
 
-// Cells by the slab of time in which they begin, then along a Hilbert curve through space; the
-// source's, at weight 0.
-// Requires: corners are vertices of the family, which passed Validate().  Cost: O(cells log cells).
+// Orders cells by the slab of time in which they begin, then along a Hilbert curve through space;
+// the source's cells, at weight 0. Requires: corners are vertices of the family, which passed
+// Validate().  Cost: O(cells log cells).
 template <typename Cell>
 std::vector<OrderedCell> OrderCells(const mesh::RegisteredFamily& family,
                                     std::span<const Cell> cells);

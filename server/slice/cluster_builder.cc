@@ -37,7 +37,8 @@ void ClusterBuilder::Add(std::span<const Cell> cells, CellKind kind) {
   Finish(kind);
 }
 
-// False, with the cluster as it was, if it would become too large.
+// Adds a cell to the cluster. Returns false, with the cluster unchanged, if it would become too
+// large.
 template <typename Cell, typename Table>
 bool ClusterBuilder::Grow(const Cell& cell, const Table& table) {
   Growing& growing = growing_;
@@ -121,7 +122,8 @@ void ClusterBuilder::Finish(CellKind kind) {
   growing_.cell_edges.clear();
 }
 
-// Numbers the vertices as the family does, so that an edge's lower vertex is the same everywhere.
+// Numbers the vertices in the family's order, so that an edge's lower vertex is the same in all
+// clusters.
 void ClusterBuilder::SortVertices() {
   Growing& growing = growing_;
   const auto vertices = std::span(growing.vertices).first(growing.num_vertices);
@@ -140,7 +142,8 @@ void ClusterBuilder::SortVertices() {
   }
 }
 
-// Finds out which edges other clusters have already; the others are its own and come first.
+// Finds the edges that other clusters have already; the remaining ones are the cluster's own and
+// come first.
 void ClusterBuilder::ShareEdges(CellIndex::Record& record) {
   const auto cluster = static_cast<int32_t>(index_.records_.size());
   std::array<uint8_t, kMaxClusterEdges> number;

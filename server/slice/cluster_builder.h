@@ -14,7 +14,7 @@ namespace liquidblend::slice {
 // Adds one kind of cells after another to the index, without bounds of times.
 class ClusterBuilder {
  public:
-  // Both outlive this.
+  // Starts an empty index.  Requires: both outlive this.
   ClusterBuilder(const mesh::RegisteredFamily& family, CellIndex& index);
 
   template <typename Cell>

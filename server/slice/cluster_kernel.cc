@@ -59,7 +59,7 @@ void FindCrossed(const uint8_t* later, const uint8_t* low_ends, const uint8_t* h
   }
 }
 #else
-// The bits of one vector of vertices after the other.
+// Looks up the bits of vertices, a vector at a time.
 class LaterBits {
  public:
   using Tag = hn::CappedTag<uint8_t, kKernelOverrun>;
@@ -68,7 +68,7 @@ class LaterBits {
   explicit LaterBits(const uint8_t* later)
       : bytes_(hn::LoadDup128(Tag(), later)), bits_(hn::LoadDup128(Tag(), kBits)) {}
 
-  // Of vertices[0] and those that follow it.
+  // The bits of vertices[0] and of those after it.
   hn::Mask<Tag> Of(const uint8_t* vertices) const {
     const Tag d;
     const auto vertex = hn::LoadU(d, vertices);
@@ -84,7 +84,7 @@ class LaterBits {
   Bytes bits_;
 };
 
-// Adds a vector's bits to a set, from the given one on.
+// Adds a vector's bits to a set, from bit `first` on.
 void AddBits(hn::Mask<LaterBits::Tag> mask, int first, uint64_t* set) {
   uint64_t bits = 0;
   hn::StoreMaskBits(LaterBits::Tag(), mask, reinterpret_cast<uint8_t*>(&bits));
@@ -142,7 +142,7 @@ void FindLater(const float* times, int num_vertices, std::span<const TimeTerm> t
   later.fill(0);
   HWY_DYNAMIC_DISPATCH(FindLater)
   (times, num_vertices, terms.data(), terms.size(), first_later, later.data());
-  // The last vectors went beyond the cluster.
+  // Clears bits beyond the cluster, which the last vectors set.
   for (int v = num_vertices; v % 8 != 0; ++v) {
     later[v / 8] = static_cast<uint8_t>(later[v / 8] & ~(1U << v % 8));
   }

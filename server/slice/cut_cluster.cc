@@ -6,7 +6,7 @@
 namespace liquidblend::slice {
 namespace {
 
-// Most cells that are cut have no more corners than this.
+// Number of corners that is copied for every cell. Most cells that are cut have no more.
 constexpr int kUsualCorners = 6;
 
 void SetBit(int v, bool value, VertexBits& bits) {
@@ -39,7 +39,7 @@ bool CutCluster::Cut(const Cluster& cluster, std::span<const TimeTerm> terms, fl
   return false;
 }
 
-// Which vertices are later than the slice.
+// Finds the vertices that are later than the slice.
 void CutCluster::FindSigns(std::span<const TimeTerm> terms, float first_later) {
   const auto num_vertices = static_cast<int>(cluster_.vertices.size());
   FindLater(cluster_.times, num_vertices, terms, first_later, is_later_);
@@ -60,7 +60,8 @@ bool CutCluster::CutCells(const mesh::MarchingTable<kCorners>& table) {
   return true;
 }
 
-// Every edge is some cell's, so that these are the edges of the cells that are cut.
+// Lists the crossed edges. Every edge belongs to a cell of the cluster, so these are the edges of
+// the cells that are cut.
 void CutCluster::ListCrossings() {
   FindCrossed(is_later_, cluster_.low_ends, cluster_.high_ends, cluster_.num_edges, crossed_.edges);
   int n = 0;
@@ -79,7 +80,8 @@ void CutCluster::ListCrossings() {
   num_own_ = crossed_.NumBefore(cluster_.num_own_edges);
 }
 
-// Counts are local while bytes are written, which might be anything's for the compiler.
+// Adds the loops of the cells that are cut. Counts are local variables, since the compiler must
+// assume that written bytes may alias members.
 template <int kCorners>
 void CutCluster::AddLoops(const mesh::MarchingTable<kCorners>& table, uint64_t cells) {
   int begin = 0;

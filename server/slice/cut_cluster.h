@@ -24,18 +24,18 @@ struct CrossedEdges {
   }
 };
 
-// A closed polygon.
+// Loop of crossings: a closed polygon.
 struct Loop {
   int begin;  // its first corner
   int size;
   const int8_t* cell_edges;  // that its corners lie on
 };
 
-// Keeps its memory from one cluster to the next. Few of its branches depend on data: mispredicted
-// ones would take most of the time.  Threads: one at a time.
+// Cutter of one cluster at a time. Keeps its memory from one cluster to the next. Few of its
+// branches depend on data: mispredicted ones would take most of the time.  Threads: one at a time.
 class CutCluster {
  public:
-  // Returns false if no cell is cut.
+  // Cuts the cluster. Returns false if no cell is cut.
   //   first_later  the first time that is not before the slice
   bool Cut(const Cluster& cluster, std::span<const TimeTerm> terms, float first_later);
 

@@ -5,7 +5,7 @@
 namespace liquidblend::slice {
 namespace {
 
-// The part that the cluster is in: the last one that begins no later.
+// Finds the part with the cluster: the last one that begins at or before it.
 const SurfacePart& PartOf(std::span<const SurfacePart> parts, int32_t cluster) {
   const auto after = std::upper_bound(
       parts.begin(), parts.end(), cluster,
@@ -13,8 +13,8 @@ const SurfacePart& PartOf(std::span<const SurfacePart> parts, int32_t cluster) {
   return after == parts.begin() ? parts.front() : *(after - 1);
 }
 
-// The vertex of the whole surface, or -1 if the edge's cluster has not crossed it, which its bounds
-// rule out unless the slice was stopped.
+// Finds the vertex of the whole surface; -1 if the edge's cluster has not crossed it. Bounds of
+// times exclude that unless the slice was stopped.
 int32_t FindVertex(std::span<const SurfacePart> parts, std::span<const ClusterVertices> clusters,
                    const OuterVertex& outer) {
   const SurfacePart& part = PartOf(parts, outer.cluster);
@@ -23,7 +23,7 @@ int32_t FindVertex(std::span<const SurfacePart> parts, std::span<const ClusterVe
   return static_cast<int32_t>(part.first_vertex) + v;
 }
 
-// Where the vertices go.
+// Output of JoinParts(): the surface, and the ends of its vertices' edges.
 struct Result {
   mesh::TriangleMesh& surface;
   std::vector<int32_t>& near_vertex;

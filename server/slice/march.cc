@@ -15,12 +15,13 @@ namespace {
 
 using Point = std::array<float, 3>;
 
-// A loop of k corners becomes k - 2 triangles, and a cell's loops have kMaxEdges corners at most.
+// Bound of the triangles of a cell: a loop of k corners becomes k - 2 triangles, and a cell's loops
+// have kMaxEdges corners at most.
 constexpr int kMaxCellTriangles = mesh::kMaxEdges;
-// How many clusters ahead memory is fetched, and where it is.
+// How many clusters ahead their data, and their records, are prefetched.
 constexpr size_t kLookahead = 5;
 constexpr size_t kRecordLookahead = 13;
-// Some 50 us of work, which pays for waking a thread.
+// Fewest clusters in a part: some 50 us of work, which pays for waking a thread.
 constexpr size_t kMinClustersPerPart = 64;
 
 float DistanceSq(const Point& a, const Point& b) {
@@ -30,14 +31,15 @@ float DistanceSq(const Point& a, const Point& b) {
   return x * x + y * y + z * z;
 }
 
-// The smallest float that is not before the time: comparing with it is comparing with the time.
+// The smallest float at or after the time. Comparing a float with it gives the same as comparing
+// with the time.
 float FirstFloatFrom(double time) {
   const auto rounded = static_cast<float>(time);
   if (static_cast<double>(rounded) >= time) return rounded;
   return std::nextafter(rounded, std::numeric_limits<float>::infinity());
 }
 
-// Makes the surface of cut clusters, in one part of it.
+// Builder of one part of the surface, from cut clusters.
 class Marcher {
  public:
   Marcher(const mesh::VertexPlacer& placer, const mesh::TimeAxis& axis, double time_ticks,
@@ -48,7 +50,7 @@ class Marcher {
         cluster_vertices_(cluster_vertices),
         part_(part) {}
 
-  // To be called some time before Add().
+  // Prefetches what Add() needs. To be called some time before it.
   void Prefetch(const CutCluster& cut) const {
     placer_.Prefetch(cut.near_vertices().first(cut.num_own()));
     placer_.Prefetch(cut.far_vertices().first(cut.num_own()));
@@ -59,7 +61,7 @@ class Marcher {
     }
   }
 
-  // Clusters come in ascending order.
+  // Adds the surface in a cluster. Clusters must come in ascending order.
   void Add(int32_t number, const CutCluster& cut) {
     MakeRoom();
     FindShared(cut);
@@ -74,7 +76,7 @@ class Marcher {
   }
 
  private:
-  // One cluster cannot add more than this, so that cells need not ask for room one by one.
+  // Makes room for the most that one cluster can add, so that cells need no check.
   void MakeRoom() {
     const auto grow = [](size_t size, size_t most, auto& buffer) {
       if (size + most > buffer.size()) buffer.resize(2 * (size + most));
@@ -83,7 +85,7 @@ class Marcher {
     grow(part_.num_triangles, kMaxClusterCells * kMaxCellTriangles, part_.triangles);
   }
 
-  // Where the vertices on the edges of earlier clusters of this part should be.
+  // Finds the expected vertices on the edges of earlier clusters of this part.
   void FindShared(const CutCluster& cut) {
     const Cluster& cluster = cut.cluster();
     const std::span<const uint8_t> edges = cut.crossed_edges();
@@ -111,8 +113,8 @@ class Marcher {
     }
   }
 
-  // An edge of a cluster of an earlier part, or of one that has not crossed it, which its bounds
-  // rule out.
+  // Takes the crossing of an edge that belongs to a cluster of an earlier part, or to one that has
+  // not crossed it. Bounds of times exclude the latter.
   void TakeOuter(const CutCluster& cut, int k) {
     const Cluster& cluster = cut.cluster();
     const int shared = cut.crossed_edges()[k] - cluster.num_own_edges;
@@ -133,8 +135,9 @@ class Marcher {
     part_.outer.push_back(outer);
   }
 
-  // Of the crossings [begin, end). Two loops: one with the choice inside put vertices elsewhere
-  // with GCC 12.2 at -O3, not at -O2 or with -fno-split-loops (time_blending_test.cc showed it).
+  // Adds the vertices of the crossings [begin, end). There are two loops: one loop with the choice
+  // inside gave wrong vertices with GCC 12.2 at -O3, but not at -O2 or with -fno-split-loops
+  // (time_blending_test.cc showed it).
   void AddVertices(const CutCluster& cut, int begin, int end) {
     axis_.counts_frames() ? AddVerticesBy<true>(cut, begin, end)
                           : AddVerticesBy<false>(cut, begin, end);
@@ -157,8 +160,8 @@ class Marcher {
     part_.num_vertices += end - begin;
   }
 
-  // What is between two ends is linear in frames, whatever ticks are: so weight 0 is the source,
-  // also where it is not cut at a vertex.
+  // The place of the slice on an edge, 0 to 1. It is linear in frames, whatever ticks are, so that
+  // weight 0 is the source, also where the source is not cut at a vertex.
   template <bool kCountsFrames>
   double Share(const mesh::Float4& a, const mesh::Float4& b) const {
     if constexpr (kCountsFrames) return (time_ - a[3]) / (static_cast<double>(b[3]) - a[3]);
@@ -166,7 +169,7 @@ class Marcher {
     return (time_ - from) / (axis_.Frames(b[3]) - from);
   }
 
-  // Exactly one end where its time is the slice's.
+  // The point at s between a and b; exactly an end if s is 0 or 1.
   static Point Interpolate(const mesh::Float4& a, const mesh::Float4& b, double s) {
     const double r = 1.0 - s;
     return {static_cast<float>(r * a[0] + s * b[0]), static_cast<float>(r * a[1] + s * b[1]),
@@ -184,7 +187,7 @@ class Marcher {
     for (const Loop& loop : cut.polygons()) AddPolygon<kMayRepeat>(cut, loop);
   }
 
-  // Along the shorter diagonal.
+  // Cuts a quad along its shorter diagonal.
   template <bool kMayRepeat>
   void AddQuad(const uint8_t* v) {
     const int first = static_cast<int>(DistanceSq(points_[v[1]], points_[v[3]]) <
@@ -216,8 +219,9 @@ class Marcher {
     AddTriangle<kMayRepeat>(v[0].crossing, v[1].crossing, v[2].crossing);
   }
 
-  // The first corner of the ear with the shortest base; a base inside of a facet, which the
-  // neighbour might choose as well (four triangles on one edge), only if there is no other.
+  // Finds the first corner of the ear with the shortest base. A base inside of a facet is taken
+  // only if there is no other, since the neighbour cell might choose it as well (four triangles on
+  // one edge).
   int BestBase(const Polygon& polygon) const {
     const int num_bases = polygon.size == 4 ? 2 : polygon.size;  // a quad's are its diagonals
     uint64_t best = ~uint64_t{0};
@@ -225,7 +229,7 @@ class Marcher {
       const Polygon::Corner& a = polygon.corners[k];
       const Polygon::Corner& b = polygon.corners[k + 2];
       const auto is_in_facet = static_cast<uint64_t>((a.mates & b.edge) != 0);
-      // Its bits are in the order of the numbers, as it is not negative.
+      // The bits of floats that are not negative have the order of the numbers.
       const auto base_sq =
           std::bit_cast<uint32_t>(DistanceSq(points_[a.crossing], points_[b.crossing]));
       best = std::min(best, is_in_facet << 40 | uint64_t{base_sq} << 8 | static_cast<uint64_t>(k));
@@ -233,7 +237,8 @@ class Marcher {
     return static_cast<int>(best & 255);
   }
 
-  // A cell with a corner twice can name a vertex twice; left out, such a triangle leaves no gap.
+  // Adds a triangle. A cell with a corner twice can name a vertex twice; such a triangle is left
+  // out, which leaves no gap.
   template <bool kMayRepeat>
   void AddTriangle(uint8_t a, uint8_t b, uint8_t c) {
     part_.triangles[part_.num_triangles] = {output_[a], output_[b], output_[c]};
@@ -246,14 +251,14 @@ class Marcher {
   const double time_;                            // frames
   std::span<ClusterVertices> cluster_vertices_;  // each part sets those of its own clusters
   SurfacePart& part_;
-  // Of the cluster that is being added.
+  // State of the cluster that is being added.
   std::array<int32_t, kMaxClusterEdges> output_;               // per crossing: the output vertex
   std::array<Point, kMaxClusterEdges> points_;                 // per crossing
   std::array<mesh::Float4, kMaxClusterEdges> near_positions_;  // of new output vertices
   std::array<mesh::Float4, kMaxClusterEdges> far_positions_;
 };
 
-// While a cluster is cut, the positions for the one before it are on their way.
+// Makes one part. While a cluster is cut, positions for the one before it are being prefetched.
 void MarchPart(const CellIndex& index, const mesh::VertexPlacer& placer,
                std::span<const int32_t> clusters, Workspace& workspace, SurfacePart& part) {
   part.Clear(clusters.empty() ? 0 : clusters.front());
@@ -279,7 +284,7 @@ void MarchPart(const CellIndex& index, const mesh::VertexPlacer& placer,
   if (waiting_number >= 0) marcher.Add(waiting_number, *waiting);
 }
 
-// Two for each thread, so that one which gets through less of them holds up the others less.
+// The number of parts: two for each thread, so that a slow thread delays the others less.
 size_t NumParts(const Workspace& workspace) {
   const int num_idle = workspace.helpers == nullptr ? 0 : workspace.helpers->num_idle();
   if (num_idle == 0) return 1;

@@ -8,7 +8,7 @@
 
 namespace liquidblend::slice {
 
-// Uses small arrays, as there are thousands of polygons in a slice.
+// Polygon in arrays of fixed size, as there are thousands of polygons in a slice.
 struct Polygon {
   struct Corner {
     uint8_t crossing;
@@ -18,6 +18,7 @@ struct Polygon {
   std::array<Corner, mesh::kMaxEdges + 2> corners;  // see Close()
   int size = 0;
 
+  // Adds a corner at the end.
   void Add(const Corner& corner) { corners[size++] = corner; }
 
   // Merges a corner with the equal one before it.
@@ -27,6 +28,7 @@ struct Polygon {
     corners[size - 1].mates |= corner.mates;
   }
 
+  // Merges the last corner with the first one if they are equal.
   void MergeEnds() {
     if (size < 2 || corners[0].crossing != corners[size - 1].crossing) return;
     corners[0].edge |= corners[size - 1].edge;
@@ -41,6 +43,7 @@ struct Polygon {
     corners[size + 1] = corners[1];
   }
 
+  // Removes a corner; the later ones move up.
   void Remove(int corner) {
     --size;
     for (int k = corner; k < size; ++k) corners[k] = corners[k + 1];

@@ -52,18 +52,17 @@ struct Workspace {
 absl::Status FindCandidates(const CellIndex& index, std::span<const double> weights, double time_s,
                             Workspace& workspace);
 
-// Cuts the candidate cells. Every facet is cut alike by both of its cells, from the signs of
-// t - time_s at its corners alone, and each mesh edge is crossed in one point, so the result is a
-// closed, oriented surface however the vertices were moved. One vertex per crossed mesh edge,
-// numbered in the order of the clusters that the edges belong to; no triangle names a vertex twice,
-// some may have no area. An edge has two triangles, more only where parts of the liquid touch in
-// the mesh itself.
+// Cuts the candidate cells. Every facet is cut alike by both of its cells, from the signs of t -
+// time_s at its corners alone, and each mesh edge is crossed in one point. So the result is a
+// closed, oriented surface however the vertices were moved.
+// There is one vertex per crossed mesh edge, numbered in the order of the clusters that the edges
+// belong to. No triangle names a vertex twice, some may have no area. An edge has two triangles,
+// more only where parts of the liquid touch in the mesh itself. If workspace.stop becomes true, the
+// result is a part of the surface, not closed.
 //   placer  finite; its times are those of FindCandidates()'s weights
-// If workspace.stop becomes true, a part of the surface, not closed.
 // Requires: workspace as FindCandidates() left it for the same index; with helpers, a placer that
-// may be asked from several threads at once.
-// Threads: safe with a workspace per caller; the same bytes always, however many helpers there are.
-// Cost: O(candidate cells).
+// may be asked from several threads at once. Threads: safe with a workspace per caller; the same
+// bytes always, however many helpers there are. Cost: O(candidate cells).
 mesh::TriangleMesh March(const CellIndex& index, const mesh::VertexPlacer& placer,
                          Workspace& workspace);
 

@@ -17,7 +17,7 @@ struct PartVertex {
   int32_t far_vertex;          // the higher one
 };
 
-// The vertices on the edges that belong to a cluster: they follow one another in its part.
+// Vertices on the edges that belong to a cluster: they follow one another in its part.
 struct alignas(64) ClusterVertices {
   CrossedEdges crossed;
   int32_t first_vertex = 0;
@@ -34,7 +34,8 @@ struct OuterVertex {
   int32_t vertex = -1;  // of the whole surface; set by JoinParts()
 };
 
-// Keeps its memory from one slice to the next: only the first num_... entries are valid.
+// Surface in the clusters from first_cluster on, up to the next part's. Keeps its memory from one
+// slice to the next: only the first num_... entries are valid.
 struct SurfacePart {
   int32_t first_cluster = 0;
   size_t num_vertices = 0;
@@ -47,6 +48,7 @@ struct SurfacePart {
   size_t first_vertex = 0;
   size_t first_triangle = 0;
 
+  // Empties the part, which begins at cluster `first` now.
   void Clear(int32_t first) {
     first_cluster = first;
     num_vertices = num_triangles = 0;

@@ -20,7 +20,8 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr float kRelaxedWeights[] = {0.5f, 0.75f};
-// Back onto the target, from which relaxing has drawn tips and rims.
+// Options of the projections onto the target. The last one moves tips and rims back, which
+// relaxation has drawn off it.
 constexpr ProjectionOptions kFirstProjection;
 constexpr ProjectionOptions kLastProjection = {.stiffness = 2.0f, .sweeps = 10};
 
@@ -29,7 +30,7 @@ ProjectionOptions With(Detail detail, ProjectionOptions options) {
   return options;
 }
 
-// Registration units -> metres and frames.
+// Converts a displacement from registration units to metres and frames.
 Eigen::Matrix4Xf InMetres(Points displacement, double edge_length_m) {
   displacement.topRows<3>() *= static_cast<float>(edge_length_m);
   return displacement;
@@ -96,7 +97,7 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   Untangle(source, extrapolation, arena, displacement);
   const Points untangled = displacement;
   LB_RETURN_IF_ERROR(hold_pins(displacement));
-  for (int64_t v = 0; v < displacement.cols(); ++v) {  // which may reach rigid pieces
+  for (int64_t v = 0; v < displacement.cols(); ++v) {  // pins may have moved them
     if (source.rigid[v]) displacement.col(v) = untangled.col(v);
   }
   result.report.verdict =

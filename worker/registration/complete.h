@@ -13,12 +13,14 @@
 
 namespace liquidblend::registration {
 
-// Errors: kInvalidArgument as Register().
+// Checks that both meshes have cells, normals and vertices that are not of droplets, and the same
+// frame rate.  Errors: kInvalidArgument as Register().
 absl::Status CheckMeshes(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target);
 
 // Source and target in the source's mean edge lengths, with search structures. The meshes must
 // outlive it.
 struct SurfacePair {
+  // Builds the surfaces of both meshes, and the search structures.
   SurfacePair(const mesh::SpaceTimeMesh& source_mesh, const mesh::SpaceTimeMesh& target_mesh,
               const parallel::Arena& arena);
   SurfacePair(const SurfacePair&) = delete;

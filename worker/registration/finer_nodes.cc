@@ -24,7 +24,8 @@ constexpr float kTreeGap = 0.7f;      // edges; from the surface to the vertex n
 constexpr float kUnknown = 1.5f;      // edges; distance of vertices without a counterpart
 constexpr size_t kFewest = 4;         // far vertices in a box; fewer are corners and noise
 constexpr float kBox = 8.0f;          // edges and frames
-// Times the vertices of coarse meshes: as many as are registered at once.
+// Most vertices of a cutout, as a multiple of those of coarse meshes: as many as are registered at
+// once.
 constexpr double kMaxVertices = 2.5;
 constexpr double kFilled = 0.85;    // of that; less is not worth looking for more boxes
 constexpr double kAim = 0.95;       // of that
@@ -42,7 +43,8 @@ constexpr double kSampleShare = 0.1;
 constexpr int kTargetStride = 3;  // of the target's vertices that samples are drawn from
 constexpr double kHold = 1.0;     // weight of a vertex of the rim
 
-// Per source vertex, its distance from the target, or the target's from it; 0 where not measured.
+// For each source vertex, its distance from the target, or the target's distance from it if that is
+// larger; 0 where not measured.
 std::vector<float> Distances(const SurfacePair& pair, const Points& moved, const Points& normals,
                              const RegistrationOptions& options, const parallel::Arena& arena) {
   const auto largest = static_cast<float>(options.final_distance_edges);
@@ -107,7 +109,7 @@ std::vector<std::vector<int32_t>> FarBoxes(const Points& moved, const std::vecto
   return result;
 }
 
-// Vertices that are registered again.
+// Region that is registered again.
 struct Region {
   // Per vertex: number of rings around it within the region, itself included; 0: outside.
   std::vector<char> depth;
@@ -142,7 +144,7 @@ size_t NumFar(std::span<const std::vector<int32_t>> boxes) {
   return num_far;
 }
 
-// Region around about as many of the boxes, the worst first, as fit.
+// Grows a region around the worst boxes, as many as about fit.
 Region GrowWithin(const SurfacePair& pair, std::span<const std::vector<int32_t>> boxes,
                   double max_vertices) {
   Region best = Grow(pair, {});
@@ -157,7 +159,8 @@ Region GrowWithin(const SurfacePair& pair, std::span<const std::vector<int32_t>>
     } else {
       too_many = tried;
     }
-    // Boxes overlap more and more, so that more of them fit than this.
+    // The share grows less than the number of boxes, as they overlap more and more: more of them
+    // fit than predicted.
     const double predicted = kAim * static_cast<double>(tried) / std::max(share, 1e-3);
     tried = std::clamp(static_cast<size_t>(predicted), fits + 1, std::max(fits + 1, too_many - 1));
   }
@@ -175,7 +178,7 @@ void CopyCells(const Cells& from, const std::vector<int32_t>& part_of, Cells& to
   }
 }
 
-// Cutout: the vertices that are registered again, as a mesh of its own.
+// Cutout: the vertices of a region, as a mesh of its own.
 struct Cutout {
   std::vector<int32_t> vertices;  // of the source, ascending
   std::vector<char> depth;        // as Grow() says, per vertex of the cutout
@@ -206,7 +209,7 @@ Cutout CutOut(const Surface& source, const Points& moved, const Points& normals,
   return cutout;
 }
 
-// Some of the target's vertices that are nearer to the cutout than to the rest of the source.
+// Finds some of the target's vertices that are nearer to the cutout than to the rest of the source.
 std::vector<int32_t> TargetOf(const SurfacePair& pair, const Points& moved,
                               const std::vector<char>& depth, const parallel::Arena& arena) {
   std::vector<int32_t> all = pair.source.FreeVertices(), strided;
@@ -236,8 +239,8 @@ void HoldRim(const Cutout& cutout, std::vector<FitTerm>& terms) {
   }
 }
 
-// Registers the cutout with nodes of its own and adds what comes of it to the displacement. Returns
-// the number of nodes.
+// Registers the cutout with nodes of its own and adds the result to the displacement. Returns the
+// number of nodes.
 absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
                         std::vector<int32_t> target_vertices, const RegistrationOptions& options,
                         const parallel::Arena& arena, Points& displacement) {

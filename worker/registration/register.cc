@@ -35,7 +35,7 @@ constexpr double kRefineFromNear = 0.3;
 constexpr double kRefineReach = 6.0;
 constexpr int kRefinePasses = 10;
 
-// From `first` to `last`, geometrically, as f goes from 0 to 1.
+// Value of the annealing at f: from `first` to `last`, geometrically, as f goes from 0 to 1.
 double Anneal(double first, double last, double f) { return first * std::pow(last / first, f); }
 
 std::vector<int32_t> VerticesOf(const std::vector<Pin>& pins) {
@@ -123,7 +123,7 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
   return report;
 }
 
-// All iterations, or those after the state to go on from. Returns the last one's report.
+// Runs all iterations, or those after the state to resume from. Returns the last one's report.
 absl::StatusOr<IterationReport> IterateAll(const Problem& problem, const RegistrationHooks& hooks,
                                            Matcher& matcher, std::vector<NodeMap>& maps) {
   IterationReport last;
@@ -141,7 +141,7 @@ absl::StatusOr<IterationReport> IterateAll(const Problem& problem, const Registr
   return last;
 }
 
-// The user's, then those found.
+// Joins correspondences: the user's, then the automatic ones.
 std::vector<Correspondence> Join(const std::vector<Correspondence>& users,
                                  const std::vector<AutomaticCorrespondence>& found) {
   std::vector<Correspondence> all = users;
@@ -208,7 +208,7 @@ class Fitting {
     return absl::OkStatus();
   }
 
-  // Returns the last iteration's report.
+  // Runs the iterations. Returns the last one's report.
   absl::StatusOr<IterationReport> Run(const RegistrationHooks& hooks, absl::Time start) {
     Matcher matcher(pair_.source, pair_.neighbors, pair_.target, pair_.target_search, pair_.motions,
                     options_.seed, pair_.target.FreeVertices());
@@ -217,7 +217,8 @@ class Fitting {
     return IterateAll(problem, hooks, matcher, maps_);
   }
 
-  // In edges and frames. Frees the nodes unless HoldPins() needs them: they are large.
+  // Returns the displacement, in edges and frames. Frees the nodes unless HoldPins() needs them:
+  // they are large.
   Points TakeDisplacement() {
     const Points& rest = pair_.source.points;
     Points displacement = Deform(*nodes_, maps_, rest, arena_) - rest;
@@ -233,7 +234,7 @@ class Fitting {
   int num_nodes() const { return num_nodes_; }
 
  private:
-  // The maps that a refinement starts from, and the rest of the annealing.
+  // Sets the maps that a refinement starts from, and the rest of the annealing.
   absl::Status BeginRefinement(const PreviousRegistration& previous) {
     const Surface& source = pair_.source;
     const double spacing = options_.node_spacing_edges;
@@ -259,7 +260,7 @@ class Fitting {
   Schedule schedule_ = {};
 };
 
-// One entry per correspondence, those found last.
+// Reports each correspondence, the automatic ones last.
 std::vector<CorrespondenceReport> ReportGuidance(const Guidance& guidance,
                                                  const Eigen::Matrix4Xf& displacement,
                                                  double edge_length_m) {
@@ -282,7 +283,8 @@ void ReportIterations(const IterationReport& last, mesh::RegistrationReport& rep
   report.verdict.smoothness_energy = last.smoothness_energy;
 }
 
-//   previous  null: from zero
+// Registers or refines.
+//   previous  registration to refine; null: none
 absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source,
                                  const mesh::SpaceTimeMesh& target,
                                  const std::vector<Correspondence>& users,

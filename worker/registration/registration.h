@@ -12,8 +12,8 @@
 
 namespace liquidblend::registration {
 
-// Options of users, and further ones that tests set. Lengths are in mean edge lengths of the
-// source; a frame of time counts as one.
+// Options of a registration: those of users, and further ones that tests set. Lengths are in mean
+// edge lengths of the source; a frame of time counts as one.
 struct RegistrationOptions : mesh::RegistrationOptions {
   double kept_share = 0.2;              // [0, 1]; of the samples: the worst of the iteration before
   double first_smoothness = 500.0;      // > 0; lambda of the first iteration, falls geometrically
@@ -32,6 +32,7 @@ struct RegistrationOptions : mesh::RegistrationOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
+// Result of a registration.
 struct Registration {
   Eigen::Matrix4Xf displacement;   // one column per source vertex: m, m, m, frames
   Eigen::Matrix4Xf extrapolation;  // smoothed displacement for weights outside [0, 1]

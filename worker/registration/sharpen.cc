@@ -87,7 +87,7 @@ std::vector<CorrespondenceReport> AutomaticOnes(const mesh::RegistrationReport& 
   return found;
 }
 
-// Hands out the state as it is now.
+// Hands the current state to the hook that keeps it.
 struct Keeper {
   const RegistrationHooks& hooks;
   absl::Time start;  // of the work, as if it had not been interrupted
@@ -98,7 +98,7 @@ struct Keeper {
   }
 };
 
-// The rounds of finer nodes that are not done, and the end.
+// Runs the remaining rounds of finer nodes, and completes the registration.
 absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
                                               const std::vector<Correspondence>& correspondences,
                                               SharpenState state,

@@ -15,8 +15,8 @@ namespace liquidblend::registration {
 // The source mesh of one or several transfers. The mesh must outlive it.  Threads: safe.
 class TransferSource {
  public:
-  // Requires: the mesh has normals, and vertices outside of rigid pieces.
-  // Cost: O(vertices log vertices).
+  // Prepares the mesh for transfers.  Requires: the mesh has normals, and vertices outside of rigid
+  // pieces. Cost: O(vertices log vertices).
   TransferSource(const mesh::SpaceTimeMesh& mesh, const parallel::Arena& arena);
   ~TransferSource();
 
@@ -29,11 +29,12 @@ class TransferSource {
 // For each vertex of a mesh, weights of the nearest vertices of another one.
 class Transfer {
  public:
-  // Vertices of the source count by their closeness, with a frame of time as long as a mean edge,
-  // and by how much their normals agree, so that the two sides of a thin sheet do not mix. Where no
-  // normal near by agrees, the nearest vertex alone counts. A rigid piece moves as the same one of
-  // the source if both meshes have as many, else as its first vertex. Requires: `to` has normals.
-  // Threads: same bytes for any thread count.  Cost: O(vertices log vertices).
+  // Finds the weights for the vertices of `to`. Vertices of the source count by their closeness,
+  // with a frame of time as long as a mean edge, and by how much their normals agree, so that the
+  // two sides of a thin sheet do not mix. Where no normal near by agrees, the nearest vertex alone
+  // counts. A rigid piece moves as the same one of the source if both meshes have as many, else as
+  // its first vertex. Requires: `to` has normals. Threads: same bytes for any thread count.  Cost:
+  // O(vertices log vertices).
   Transfer(const TransferSource& source, const mesh::SpaceTimeMesh& to,
            const parallel::Arena& arena);
 

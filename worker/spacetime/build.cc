@@ -27,7 +27,8 @@ constexpr double kLargestEdgeScale = 32.0;
 constexpr double kMinTrackedShare = 0.85;  // see MatchedShare
 constexpr double kAreaPerVertex = 0.866;   // of a regular triangle mesh, in squared edge lengths
 
-// All hexahedra; those of the spatial edges in the first layer of slab s are [begin[s], end[s]).
+// Hexahedra of the nets. Those of the spatial edges in the first layer of slab s are [begin[s],
+// end[s]).
 struct Hexahedra {
   std::vector<mesh::Hexahedron> all;
   std::vector<size_t> begin, end;
@@ -63,7 +64,7 @@ Hexahedra ConnectVertices(const Layers& layers, const std::vector<int64_t>& firs
   return hexahedra;
 }
 
-// The layers between the slabs, which show a frame as it is.
+// The frames at the layers between the slabs, with their hexahedra.
 std::vector<FrameHexahedra> FramesOf(const mesh::Animation& animation, const Layers& layers,
                                      const Hexahedra& hexahedra,
                                      const std::vector<mesh::Hexahedron>& cells) {
@@ -77,7 +78,7 @@ std::vector<FrameHexahedra> FramesOf(const mesh::Animation& animation, const Lay
   return frames;
 }
 
-// Grid units -> metres and frames.
+// Sets the vertices of the nets, from grid units to metres and frames.
 void FillNetVertices(const Layers& layers, const std::vector<int64_t>& first_vertex,
                      mesh::SpaceTimeMesh& mesh) {
   const Grid& grid = layers.grid;
@@ -95,8 +96,8 @@ void FillNetVertices(const Layers& layers, const std::vector<int64_t>& first_ver
   }
 }
 
-// The slab whose vertices a droplet's piece follows. Only what is before the first frame belongs to
-// the first slab, only what is after the last frame to the last one.
+// The slab whose vertices a droplet's piece follows. Only pieces before the first frame belong to
+// the first slab, only those after the last frame to the last one.
 size_t SlabOf(const Layers& layers, double time) {
   const auto& first = layers.plan.first_layer;
   const auto after =
@@ -108,7 +109,8 @@ size_t SlabOf(const Layers& layers, double time) {
   return time > layers.begin(last) ? last : slab;
 }
 
-// A droplet's vertices, its cells and its pieces; `next_vertex` per slab is where they go.
+// Adds a droplet's vertices, cells and pieces.
+//   next_vertex  per slab: the number of its next vertex
 void AddDroplet(const DropletCells& cells, const Layers& layers, int32_t droplet,
                 std::vector<int64_t>& next_vertex, mesh::SpaceTimeMesh& mesh) {
   std::vector<int32_t> first;
@@ -137,7 +139,8 @@ void AddDroplet(const DropletCells& cells, const Layers& layers, int32_t droplet
   }
 }
 
-// Numbers of the first vertices of the slabs, and their total: first the net's, then the droplets'.
+// Numbers of the first vertices of the slabs, and the total. In a slab the net's vertices come
+// first, then the droplets'.
 std::vector<int64_t> NumberVertices(const Layers& layers,
                                     const std::vector<DropletCells>& droplets) {
   std::vector<int64_t> first_vertex(layers.slabs.size() + 1, 0);
@@ -218,7 +221,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
   return mesh;
 }
 
-// As a tracked or a rebuilt animation.
+// Builds the mesh of a tracked or a rebuilt animation.
 absl::StatusOr<mesh::SpaceTimeMesh> BuildAs(const mesh::Animation& animation,
                                             const BuildOptions& options, double edge_length_m,
                                             const parallel::Arena& arena,
@@ -268,7 +271,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
                      " frames and a mean edge length of ", edge_length_m,
                      " m; a space-time mesh needs at least 2 frames and some liquid"));
   }
-  // Of animations that were imported before there were limits.
+  // For animations that were imported before these limits existed.
   LB_RETURN_IF_ERROR(mesh::CheckTimes(animation));
   LB_RETURN_IF_ERROR(mesh::CheckExtent(animation));
   LB_ASSIGN_OR_RETURN(mesh::SpaceTimeMesh mesh,

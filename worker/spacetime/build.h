@@ -12,12 +12,14 @@
 
 namespace liquidblend::spacetime {
 
+// Connectivity of an animation's frames.
 enum class Connectivity {
   kAuto,     // tracked if 85 % of the moving triangles meet one of the next frame
   kTracked,  // frames share it, wholly or mostly
   kRebuilt,  // each frame has its own
 };
 
+// Options of building a space-time mesh.
 struct BuildOptions {
   Connectivity connectivity = Connectivity::kAuto;
   // Of rebuilt animations only:
@@ -38,8 +40,8 @@ struct BuildOptions {
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// The connectivity that Build() assumes: kTracked or kRebuilt.
-// Errors, Threads: as Build.  Cost: of MatchedShare (build_tracked.h) if it is to choose.
+// Chooses the connectivity that Build() assumes: kTracked or kRebuilt. Errors, Threads: as Build.
+// Cost: of MatchedShare (build_tracked.h) if it is to choose.
 absl::StatusOr<Connectivity> ChooseConnectivity(const mesh::Animation& animation,
                                                 const BuildOptions& options,
                                                 const parallel::Arena& arena);

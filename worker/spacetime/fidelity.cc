@@ -15,7 +15,7 @@
 namespace liquidblend::spacetime {
 namespace {
 
-// Frames that the mesh can show, evenly spread, the first and the last among them.
+// Chooses frames that the mesh can show, evenly spread, the first and the last among them.
 std::vector<int> ChooseFrames(const mesh::Animation& animation, int num_shown, int max_frames) {
   int count = 0;
   while (count < animation.num_frames() && animation.time(count) <= num_shown - 1) ++count;

@@ -32,7 +32,7 @@ struct FrameSlice {
   std::vector<double> offset_m;   // per part, outward
 };
 
-// Hexahedra that share an earlier corner are of one part.
+// Numbers the parts of a slice. Hexahedra that share an earlier corner are of one part.
 std::vector<int32_t> NumberParts(std::span<const mesh::Hexahedron> hexahedra) {
   std::vector<int32_t> part_of;
   if (hexahedra.empty()) return part_of;
@@ -74,7 +74,8 @@ std::vector<mesh::Component> Measure(const mesh::SpaceTimeMesh& mesh, const Fram
   return parts.Components();
 }
 
-// The part of the same place and volume whose own nearest one that is; -1: none.
+// Finds partners: for each part, the nearest of the others with about the same volume, if that
+// one's own nearest is this part; -1: none.
 std::vector<int32_t> Partners(const std::vector<mesh::Component>& parts,
                               const std::vector<mesh::Component>& others, double max_shift_m) {
   const auto nearest = [&](const mesh::Component& part, const std::vector<mesh::Component>& among) {
@@ -98,10 +99,10 @@ std::vector<int32_t> Partners(const std::vector<mesh::Component>& parts,
   return partners;
 }
 
-// A part that has met another one between two frames, or only there, still passes for its old self:
-// a pool for the pool that has taken in a drop. It has no partner if what it lacks, or has too much
-// of, is what the parts without partners are too large or too small by: more than they can be moved
-// by.
+// Removes partners of parts that have merged with others between two frames, or only there. Such a
+// part still has the place and volume of the part before: a pool that has taken in a drop, for
+// example. The volume that the part is short of, or has too much of, then explains the error of the
+// parts without partners, if that is more than moving them can correct.
 void PartFromMet(const std::vector<mesh::Component>& parts,
                  const std::vector<mesh::Component>& wanted, double max_offset_m,
                  std::vector<int32_t>& partners) {
@@ -168,7 +169,7 @@ Eigen::Vector3f InSpace(const Eigen::Vector4f& normal) {
   return space / std::max(space.norm(), kMinSpatial);
 }
 
-// Vertices that cells connect without crossing a frame.
+// Parts of slabs: vertices that cells connect without crossing a frame.
 struct SlabParts {
   std::vector<int32_t> of_vertex;
   int32_t count = 0;
@@ -198,14 +199,13 @@ SlabParts NumberSlabParts(std::span<const FrameHexahedra> frames, const mesh::Sp
   return parts;
 }
 
-// A part of a slice beside a vertex; -1: none.
+// The parts of the slices before and after a vertex; -1: none.
 struct PartsBeside {
   int32_t before = -1, after = -1;
 };
 
-// Offsets of vertices, from the corrections of the slices' parts. Vertices that none of their own
-// time edges connects with a frame, on layers within a slab, follow those that they are connected
-// with.
+// Offsets of vertices, from the corrections of the slices' parts. A vertex on a layer within a slab
+// may have no time edge to a frame; it follows the vertices that it is connected with.
 class Offsets {
  public:
   Offsets(std::span<const FrameHexahedra> frames, const std::vector<FrameSlice>& slices,
@@ -236,7 +236,7 @@ class Offsets {
     }
   }
 
-  // Metres, outward, at a vertex of this time.
+  // The offset of a vertex at this time: metres, outward.
   double At(int64_t v, double time) const {
     const Means& means = means_[slab_parts_.of_vertex[v]];
     const std::optional<Needed> before = NeededBy(beside_[v].before, means.before);

@@ -8,7 +8,7 @@
 namespace liquidblend::spacetime {
 namespace {
 
-// Pieces of one droplet stand together.
+// Counts the droplets. Pieces of one droplet follow one another.
 int64_t NumDroplets(const mesh::SpaceTimeMesh& mesh) {
   int64_t count = 0;
   for (size_t n = 0; n < mesh.rigid_pieces.size(); ++n) {

@@ -17,7 +17,8 @@ struct Around {
   int count = 0;
 };
 
-// The times of the neighbours of vertices with a flag, as often as hexahedra join them.
+// Finds the times of the neighbours of flagged vertices. A neighbour counts once for each
+// hexahedron with both.
 void FindTimesAround(const mesh::SpaceTimeMesh& mesh, const std::vector<char>& flags,
                      std::vector<Around>& around) {
   around.assign(mesh.num_vertices(), {});
@@ -37,7 +38,7 @@ void FindTimesAround(const mesh::SpaceTimeMesh& mesh, const std::vector<char>& f
   }
 }
 
-// Moves vertices in time that something is known around; returns them.
+// Moves vertices that are earlier or later than all of their neighbours in `around`; returns them.
 std::vector<int64_t> FlattenOnce(const Layers& layers, const std::vector<int64_t>& first_vertex,
                                  const std::vector<Around>& around, mesh::SpaceTimeMesh& mesh) {
   std::vector<int64_t> moved;
@@ -61,7 +62,7 @@ std::vector<int64_t> FlattenOnce(const Layers& layers, const std::vector<int64_t
   return moved;
 }
 
-// Flags what has a moved vertex in one of its hexahedra.
+// Flags the vertices that share a hexahedron with a moved vertex.
 std::vector<char> FlagNeighbors(const mesh::SpaceTimeMesh& mesh,
                                 const std::vector<int64_t>& moved) {
   std::vector<char> is_moved(mesh.num_vertices(), 0), flags(mesh.num_vertices(), 0);

@@ -66,7 +66,7 @@ absl::Status ExpiredError(const absl::Status& why) {
       absl::StrCat("credentials for S3 have expired, and there are no new ones: ", why.message()));
 }
 
-// Whether the default file may be there in a moment: its folder is, so someone manages it.
+// Whether the default file may exist soon: its folder exists, so someone manages it.
 bool IsDefaultFileExpected() {
   const std::string home = EnvironmentVariable("HOME");
   return !home.empty() && access(absl::StrCat(home, "/.aws").c_str(), F_OK) == 0;

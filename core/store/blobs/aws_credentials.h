@@ -13,6 +13,7 @@
 
 namespace liquidblend::store {
 
+// Credentials of a source, and when they expire.
 struct FoundCredentials {
   AwsCredentials credentials;
   absl::Time expires = absl::InfiniteFuture();
@@ -26,31 +27,34 @@ std::optional<AwsCredentials> ParseCredentialsFile(const std::string& text,
 // Key id and token, which go into headers, have no control characters.
 std::optional<FoundCredentials> ParseEndpointCredentials(const std::string& json);
 
-// Each reads one source; nothing if the source is not configured. Errors, which name the source and
-// never a secret: kUnavailable if it is configured and does not answer, or cannot be read.
+// Reads AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_SESSION_TOKEN. This and the following
+// functions read one source each; nothing if the source is not configured. Errors, which name the
+// source and never a secret: kUnavailable if it is configured and does not answer, or cannot be
+// read.
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromEnvironment();
-// AWS_SHARED_CREDENTIALS_FILE (~/.aws/credentials), the section AWS_PROFILE (default).
+// Reads AWS_SHARED_CREDENTIALS_FILE (~/.aws/credentials), the section AWS_PROFILE (default).
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromFile();
-// AWS_CONTAINER_CREDENTIALS_FULL_URI or _RELATIVE_URI, with AWS_CONTAINER_AUTHORIZATION_TOKEN_FILE
-// or AWS_CONTAINER_AUTHORIZATION_TOKEN. A full URI must be https, or of this host.
+// Asks the container's endpoint: AWS_CONTAINER_CREDENTIALS_FULL_URI or _RELATIVE_URI, with
+// AWS_CONTAINER_AUTHORIZATION_TOKEN_FILE or AWS_CONTAINER_AUTHORIZATION_TOKEN. A full URI must be
+// https, or of this host.
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromContainer(HttpClient& http);
-// The instance metadata service, version 2, at AWS_EC2_METADATA_SERVICE_ENDPOINT
+// Asks the instance metadata service, version 2, at AWS_EC2_METADATA_SERVICE_ENDPOINT
 // (http://169.254.169.254), unless AWS_EC2_METADATA_DISABLED is "true". An instance without a role
 // is kUnavailable: it may get one.
 absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromInstance(HttpClient& http);
 
-// The credentials of the first source that has some: given ones, the environment, the shared file,
-// the container's endpoint, the instance's. Web identity tokens are not supported.
+// Provider of the credentials of the first source that has some: given ones, the environment, the
+// shared file, the container's endpoint, the instance's. Web identity tokens are not supported.
 // Threads: safe; calls wait while another one reads a source.
 class AwsCredentialsProvider {
  public:
   // `given` with an empty access_key_id: there are none.
   explicit AwsCredentialsProvider(AwsCredentials given);
 
-  // Temporary credentials are renewed from five minutes before they expire on; while that fails,
-  // the old ones are used up to their end.
-  // Errors: kInvalidArgument if no source is configured; kUnavailable as above, and if a source may
-  // be configured soon (~/.aws exists, or the instance may get a role); kPermissionDenied if the
+  // Returns credentials that are valid now. Temporary ones are renewed from five minutes before
+  // they expire on; while that fails, the old ones are used up to their end. Errors:
+  // kInvalidArgument if no source is configured; kUnavailable as above, and if a source may be
+  // configured soon (~/.aws exists, or the instance may get a role); kPermissionDenied if the
   // credentials have expired.
   absl::StatusOr<AwsCredentials> Get() ABSL_LOCKS_EXCLUDED(mutex_);
 

@@ -28,8 +28,8 @@ std::string EnvironmentOr(const char* name, const std::string& fallback = "") {
   return value == nullptr || *value == '\0' ? fallback : value;
 }
 
-// The body; the message has neither that nor the headers, since both may be secret.
-// Errors: kNotFound for status 404, else kUnavailable.
+// Returns the body of the answer. The error's message has neither body nor headers, since both may
+// be secret. Errors: kNotFound for status 404, else kUnavailable.
 absl::StatusOr<std::string> Ask(HttpClient& http, const std::string& method, const std::string& url,
                                 Headers headers) {
   const HttpRequest request = {.method = method,

@@ -11,6 +11,7 @@
 
 namespace liquidblend::store {
 
+// Credentials by which requests to S3 are signed.
 struct AwsCredentials {
   std::string access_key_id;
   std::string secret_access_key;
@@ -26,13 +27,15 @@ struct AwsRequest {
   std::string body_sha256;                   // in hexadecimal
 };
 
-// Percent-encodes all bytes but A-Z a-z 0-9 - . _ ~, and slashes unless `also_slashes`.
+// Whether UriEncode() encodes slashes.
 enum class EncodeSlashes { kNo, kYes };
+// Percent-encodes all bytes but A-Z a-z 0-9 - . _ ~, and slashes as `slashes` says.
 std::string UriEncode(absl::string_view text, EncodeSlashes slashes);
 
-// "a=1&b=2", encoded, in order.
+// The query string of these parameters, encoded, in order: "a=1&b=2".
 std::string EncodeQuery(const std::map<std::string, std::string>& query);
 
+// The SHA-256 of the bytes, in hexadecimal.
 std::string Sha256Hex(std::span<const std::byte> bytes);
 
 // The ETag that S3 gives an object of one part: the MD5 of its bytes, in hexadecimal.
@@ -41,8 +44,8 @@ std::string Md5Hex(std::span<const std::byte> bytes);
 // number; empty if one of them is not an MD5.
 std::string EtagOfParts(std::span<const std::string> etags);
 
-// The headers to send with it: Authorization, x-amz-date, x-amz-content-sha256 and, with temporary
-// credentials, x-amz-security-token.
+// The headers that sign a request: Authorization, x-amz-date, x-amz-content-sha256 and, with
+// temporary credentials, x-amz-security-token.
 std::map<std::string, std::string> SignRequest(const AwsRequest& request,
                                                const AwsCredentials& credentials,
                                                const std::string& region, absl::Time now);

@@ -15,7 +15,7 @@
 namespace liquidblend::store {
 namespace {
 
-// Someone may be about to open what was put here so recently.
+// Files that were used more recently stay, since someone may be about to open them.
 constexpr absl::Duration kUsedNow = absl::Minutes(1);
 
 absl::StatusOr<int64_t> FreeBytesOf(const std::string& directory) {
@@ -29,7 +29,8 @@ int64_t SizeOf(const std::vector<BlobInfo>& infos) {
   return num_bytes;
 }
 
-// Those that were used within the last minute are not idle.
+// Removes the blobs that were used within the last minute from the list, and sorts the others by
+// their last use.
 void KeepIdle(std::vector<BlobInfo>& infos) {
   const absl::Time used_now = absl::Now() - kUsedNow;
   std::erase_if(infos, [&](const BlobInfo& info) { return info.modified > used_now; });
@@ -50,8 +51,8 @@ absl::StatusOr<std::unique_ptr<BlobCache>> BlobCache::Open(const std::string& di
 absl::StatusOr<std::shared_ptr<const Blob>> BlobCache::Find(const BlobId& id) {
   auto blob = blobs_->Open(id);
   if (blob.ok()) {
-    // The time of modification tells when it was used last. Without it the cache only forgets too
-    // early.
+    // The time of modification is that of the last use. If it cannot be set, the cache only evicts
+    // too early.
     utimensat(AT_FDCWD, LocalBlobPath(directory_, id).c_str(), nullptr, 0);
   } else if (absl::IsDataLoss(blob.status())) {
     base::LogWarning(absl::StrCat("cache: ", blob.status().message()));

@@ -13,22 +13,24 @@
 
 namespace liquidblend::store {
 
-// Threads: safe; processes: safe, several may share a directory.
+// Cache of blobs in a local directory. Threads: safe; processes: safe, several may share a
+// directory.
 class BlobCache {
  public:
   // Returns the free bytes of the cache's disk.
   using FreeBytes = std::function<absl::StatusOr<int64_t>()>;
 
-  // Creates the directory if missing.  Requires: max_bytes >= 0.
+  // Opens the cache, and creates the directory if missing.  Requires: max_bytes >= 0.
   //   free_bytes  replaces the system's answer
   static absl::StatusOr<std::unique_ptr<BlobCache>> Open(const std::string& directory,
                                                          int64_t max_bytes,
                                                          FreeBytes free_bytes = nullptr);
 
-  // Verified like any local blob. kNotFound too if the file is damaged, which removes it.
+  // Opens a cached blob, verified like any local blob. Errors: kNotFound if it is not cached, or
+  // its file is damaged, which removes it.
   absl::StatusOr<std::shared_ptr<const Blob>> Find(const BlobId& id);
 
-  // Writer of a blob that is to be cached.
+  // Writers of a blob for the cache, as BlobStore's.
   absl::StatusOr<std::unique_ptr<BlobWriter>> Create() { return blobs_->Create(); }
   absl::StatusOr<std::unique_ptr<BlobWriter>> CreateAs(const BlobId& id) {
     return blobs_->CreateAs(id);
@@ -42,6 +44,7 @@ class BlobCache {
   // they are closed. Removes nothing if removing all would not suffice.
   absl::Status MakeRoom(int64_t free_bytes);
 
+  // Deletes a blob from the cache; OK if there is none.
   absl::Status Delete(const BlobId& id) { return blobs_->Delete(id); }
 
  private:

@@ -63,8 +63,8 @@ absl::StatusOr<base::FileHandle> BlobFolders::Lock(const BlobId& id) const {
   return handle;
 }
 
-// A folder that is there may be so new that its maker has not flushed it yet, so each process
-// flushes once.
+// An existing folder may be so new that the process that made it has not flushed it yet, so each
+// process flushes once.
 absl::Status BlobFolders::Prepare(const BlobId& id) {
   const std::string folder = Folder(id);
   {
@@ -126,7 +126,8 @@ absl::StatusOr<TemporaryFile> CreateTemporaryFile(const std::string& folder) {
     if (!file.ok()) return file.status();
     temporary.file = *std::move(file);
     LB_RETURN_IF_ERROR(LockFile(temporary.file, temporary.path));
-    // Someone who cleans up may have come between creation and lock.
+    // RemoveLeftOvers() of another process may have removed the file between its creation and the
+    // lock.
     struct stat info;
     if (fstat(temporary.file.fd(), &info) != 0)
       return base::ErrnoStatus(errno, "stat", temporary.path);
@@ -139,10 +140,11 @@ absl::Status RemoveLeftOvers(const std::string& folder) {
   for (const std::string& name : names) {
     const std::string path = absl::StrCat(folder, "/", name);
     auto file = base::OpenFile(path, O_RDONLY | O_NOFOLLOW);
-    if (absl::IsNotFound(file.status())) continue;  // its writer has just renamed it
+    if (absl::IsNotFound(file.status())) continue;  // just renamed by its writer
     if (!file.ok()) return file.status();
     if (flock(file->fd(), LOCK_EX | LOCK_NB) != 0) continue;
-    // The name may have gone to its blob between listing and lock; then there is nothing to remove.
+    // The file may have been renamed to its blob between listing and lock; then there is nothing to
+    // remove.
     if (unlink(path.c_str()) == 0) {
       base::LogInfo(absl::StrCat("removed ", path, ", which no writer holds"));
     } else if (errno != ENOENT) {

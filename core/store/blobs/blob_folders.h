@@ -21,7 +21,9 @@ class BlobFolders {
   BlobFolders(std::string directory, Durability durability)
       : directory_(std::move(directory)), durability_(durability) {}
 
+  // Whether changes are flushed to the disk: they are not in a cache.
   bool is_flushed() const { return durability_ == Durability::kDurable; }
+  // The path of the blob's file.
   std::string Path(const BlobId& id) const { return LocalBlobPath(directory_, id); }
 
   // Makes the blob's folder, durably.
@@ -55,7 +57,7 @@ struct TemporaryFile {
   base::FileHandle file;
 };
 
-// A new, empty file of mode 0444 in the folder, locked by this process.
+// Creates an empty file of mode 0444 in the folder, locked by this process.
 absl::StatusOr<TemporaryFile> CreateTemporaryFile(const std::string& folder);
 
 // Removes temporary files whose lock nobody holds: their writers have died.

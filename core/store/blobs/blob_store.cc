@@ -22,7 +22,7 @@ bool IsHex(absl::string_view text) {
                      [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
-// The length of the blob id that the text begins with; 0: it does not.
+// The length of the blob id at the beginning of the text; 0 if there is none.
 size_t IdLength(absl::string_view text) {
   for (const IdForm& form : kForms) {
     const size_t length = form.prefix.size() + form.num_digits;

@@ -16,10 +16,10 @@
 
 namespace liquidblend::store {
 
-// "sha256-" and the 64 hexadecimal digits of the content's SHA-256. Blobs of older stores are
-// called "xxh3-" and the 32 digits of their XXH3-128: they stay readable, but no content gets such
-// a name any more unless it is copied from such a store (CreateAs), since anyone can make two
-// contents of one XXH3.
+// Name of a blob: "sha256-" and the 64 hexadecimal digits of the content's SHA-256. Blobs of older
+// stores are called "xxh3-" and the 32 digits of their XXH3-128. They stay readable, but new
+// content gets no such name, since anyone can make two contents of one XXH3; only copies from such
+// a store do (CreateAs).
 using BlobId = std::string;
 
 // The bytes of one blob; memory-mapped where the backend can.  Threads: safe, immutable.
@@ -27,18 +27,20 @@ class Blob {
  public:
   virtual ~Blob() = default;
   virtual std::span<const std::byte> bytes() const = 0;
-  // kDataLoss once a part of the bytes could not be read and was read as zeros (mapped_file.h).
-  // Long users of a blob's bytes call this before they publish their result.
+  // Checks that the bytes were readable so far: kDataLoss once a part of them could not be read and
+  // was read as zeros (mapped_file.h). Long users of a blob's bytes call this before they publish
+  // their result.
   virtual absl::Status Check() const { return absl::OkStatus(); }
 };
 
-// Receives one blob's bytes in order. If it is destroyed without Commit(), readers see nothing of
-// it. Threads: one at a time.
+// Writer of one blob: receives its bytes in order. If it is destroyed without Commit(), readers see
+// nothing of it. Threads: one at a time.
 class BlobWriter {
  public:
   virtual ~BlobWriter() = default;
-  // Errors: kResourceExhausted (disk full), kPermissionDenied, kDataLoss (the disk fails),
-  // kUnavailable; the message names the path. After an error the writer can only be dropped.
+  // Appends bytes. Errors: kResourceExhausted (disk full), kPermissionDenied, kDataLoss (the disk
+  // fails), kUnavailable; the message names the path. After an error the writer can only be
+  // dropped.
   virtual absl::Status Append(std::span<const std::byte> bytes) = 0;
   // Makes the blob durable and visible, and returns its id. At most once, nothing after it. If the
   // store has this content already it stays, and BlobInfo::modified becomes now. A damaged blob of
@@ -48,6 +50,7 @@ class BlobWriter {
   virtual absl::StatusOr<BlobId> Commit() = 0;
 };
 
+// Entry of a list of blobs.
 struct BlobInfo {
   BlobId id;
   int64_t size_bytes = 0;
@@ -71,19 +74,18 @@ struct DirectUpload {
 class BlobStore {
  public:
   virtual ~BlobStore() = default;
-  // A new blob, named by its content.
+  // Begins a new blob, named by its content.
   virtual absl::StatusOr<std::unique_ptr<BlobWriter>> Create() = 0;
-  // A blob whose id is known, as when it is copied from another store. Commit() fails with
+  // Begins a blob whose id is known, as when it is copied from another store. Commit() fails with
   // kDataLoss and changes nothing unless the bytes match the id.  Errors: kInvalidArgument if `id`
   // is not a blob id.
   virtual absl::StatusOr<std::unique_ptr<BlobWriter>> CreateAs(const BlobId& id) = 0;
-  // A file that a client sends through the server. It gets an id of its own (IsUploadId), even if
-  // the same content is there, so a client that breaks off an upload can delete it safely.
+  // Begins a file that a client sends through the server. It gets an id of its own (IsUploadId),
+  // even if the same content is there, so a client that breaks off an upload can delete it safely.
   virtual absl::StatusOr<std::unique_ptr<BlobWriter>> CreateUpload() = 0;
-  // Verifies the whole content against its name on open. A blob that is deleted while it is open
-  // stays readable.
-  // Errors: kNotFound; kDataLoss if the content does not match or cannot be read;
-  // kPermissionDenied; messages name the path. kInvalidArgument if `id` is not a blob id.
+  // Opens a blob, and verifies its whole content against its name. A blob that is deleted while it
+  // is open stays readable. Errors: kNotFound; kDataLoss if the content does not match or cannot be
+  // read; kPermissionDenied; messages name the path. kInvalidArgument if `id` is not a blob id.
   virtual absl::StatusOr<std::shared_ptr<const Blob>> Open(const BlobId& id) = 0;
   // Reads the blob past any cache, and compares it with its name. Errors: as Open().
   virtual absl::Status Verify(const BlobId& id) = 0;
@@ -95,7 +97,7 @@ class BlobStore {
   // Moves a damaged blob to a place where no other call finds it. Returns that place.
   // Errors: kNotFound; kFailedPrecondition if it is whole, and stays.
   virtual absl::StatusOr<std::string> Quarantine(const BlobId& id) = 0;
-  // All blobs in the order of their ids, files of uploads last.
+  // Lists all blobs in the order of their ids, files of uploads last.
   virtual absl::StatusOr<std::vector<BlobInfo>> List() = 0;
 
   // Removes local copies of remote blobs, the least recently used ones first, until `free_bytes`
@@ -108,7 +110,7 @@ class BlobStore {
   // Errors: kUnimplemented if the store offers none.
   virtual absl::StatusOr<DirectUpload> PresignUpload(const BlobId& content, int64_t size_bytes,
                                                      absl::Duration expires);
-  // The number of part_urls of PresignUpload() for a blob of this size; 1 if the store signs no urls.
+  // The number of part_urls of PresignUpload() for a blob of this size; 1 if the store signs none.
   virtual int64_t NumPartUrls(int64_t /*size_bytes*/) const { return 1; }
   // Aborts an upload whose urls were not given out, so that the store keeps nothing of it. Tries
   // once; a failure is logged.
@@ -134,25 +136,26 @@ bool IsUploadId(absl::string_view id);
 // The part of a blob id or upload id that names the content.  Requires: it is such an id.
 BlobId ContentIdOf(absl::string_view id);
 
-// Where a blob lies below its store's directory or prefix: "blobs/<2 digits>/<id>", of uploads
+// The key of a blob below its store's directory or prefix: "blobs/<2 digits>/<id>", of uploads
 // "uploads/<2 digits>/<id>".  Requires: IsBlobId(id) or IsUploadId(id).
 std::string BlobKey(const BlobId& id);
 
-// kInvalidArgument unless `id` is of a blob or an upload.
+// Checks that `id` is a blob id or an upload id.  Errors: kInvalidArgument.
 absl::Status CheckBlobId(absl::string_view id);
 
-// Blobs as files under `directory`, which is created if missing: BlobKey(id), written as
-// tmp/<pid>-<unique>, flushed, then renamed; the directories are flushed too. A writer holds a lock
-// (flock) on its temporary file; files without a lock are left over and removed on opening.
-// Quarantined ones lie in quarantine/.
+// Whether a local store flushes what it writes; a cache does not.
 enum class Durability { kDurable, kCache };  // a cache flushes nothing
+// Opens a store of blobs as files under `directory`, which is created if missing. A file is
+// BlobKey(id), written as tmp/<pid>-<unique>, flushed, then renamed; the directories are flushed
+// too. A writer holds a lock (flock) on its temporary file; files without a lock are left over and
+// removed on opening. Quarantined ones lie in quarantine/.
 absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(
     const std::string& directory, Durability durability = Durability::kDurable);
 
 // The path of a blob's file below `directory`.
 std::string LocalBlobPath(const std::string& directory, const BlobId& id);
 
-// One blob from bytes in memory; as CreateAs() with an id.
+// Writes one blob from bytes in memory; with an id as CreateAs().
 absl::StatusOr<BlobId> PutBlob(BlobStore& blobs, std::span<const std::byte> bytes);
 absl::Status PutBlobAs(BlobStore& blobs, const BlobId& id, std::span<const std::byte> bytes);
 

@@ -17,6 +17,7 @@ namespace liquidblend::store {
 // XXH3-64 of the bytes. It detects accidental damage, not attacks.
 uint64_t Checksum(std::span<const std::byte> bytes);
 
+// Kind of a content hash.
 enum class HashKind {
   kSha256,   // collision-resistant: names of blobs
   kXxh3_128  // not collision-resistant: names of blobs in old stores, fingerprints of our own data
@@ -25,10 +26,12 @@ enum class HashKind {
 // The kind of hash in a blob id or upload id.  Requires: IsBlobId(id) or IsUploadId(id).
 HashKind HashKindOf(const BlobId& id);
 
-// Hashes a sequence of bytes as it passes.  Threads: one at a time.
+// Hasher of a sequence of bytes that come in pieces.  Threads: one at a time.
 class BlobHasher {
  public:
+  // Starts a hash of this kind.
   explicit BlobHasher(HashKind kind = HashKind::kSha256);
+  // Adds the next bytes.
   void Add(std::span<const std::byte> bytes);
   // The id, of the kind of this hasher, of a blob with the bytes so far. More bytes may follow.
   BlobId Id() const;

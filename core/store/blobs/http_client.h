@@ -17,6 +17,7 @@
 
 namespace liquidblend::store {
 
+// One HTTP request.
 struct HttpRequest {
   std::string method = "GET";
   std::string url;
@@ -27,12 +28,14 @@ struct HttpRequest {
   absl::Duration drip_limit = absl::ZeroDuration();
 };
 
+// Answer to a request: its status, headers and body.
 struct HttpAnswer {
   int status = 0;
   std::map<std::string, std::string> headers;  // names in lower case
   std::string body;
 };
 
+// Options of a client: authorities, time limits, proxies.
 struct HttpOptions {
   std::string ca_file = {};  // trusted authorities for https; empty: the system's
   absl::Duration connect_timeout = absl::Seconds(5);
@@ -43,8 +46,7 @@ struct HttpOptions {
   bool is_proxied = true;  // by the proxies that the environment names (http_proxy, ...)
 };
 
-// Connections are kept for later requests. Redirects are not followed.
-// Threads: safe.
+// HTTP client. Connections are kept for later requests. Redirects are not followed. Threads: safe.
 class HttpClient {
  public:
   explicit HttpClient(HttpOptions options);
@@ -52,9 +54,10 @@ class HttpClient {
   HttpClient(const HttpClient&) = delete;
   HttpClient& operator=(const HttpClient&) = delete;
 
-  // The answers in the order of the requests, whatever their status. Errors: kUnavailable if there
-  // is no whole answer (no connection, reset, cut off, too slow), kResourceExhausted if its body is
-  // longer than it may be, or its headers than 256 KiB; kInvalidArgument for an invalid url.
+  // Runs the requests side by side. Returns the answers in the order of the requests, whatever
+  // their status. Errors: kUnavailable if there is no whole answer (no connection, reset, cut off,
+  // too slow), kResourceExhausted if its body is longer than max_answer_bytes, or its headers than
+  // 256 KiB; kInvalidArgument for an invalid url.
   std::vector<absl::StatusOr<HttpAnswer>> Run(std::span<const HttpRequest> requests)
       ABSL_LOCKS_EXCLUDED(mutex_);
 

@@ -20,8 +20,8 @@
 namespace liquidblend::store {
 namespace {
 
-// Hashes the file and compares it with the content that the id stands for.
-// Errors: kDataLoss if they differ.
+// Hashes the file and compares it with the content hash in the id. Errors: kDataLoss if they
+// differ.
 absl::Status CheckContent(const base::FileHandle& file, const std::string& path, const BlobId& id) {
   LB_ASSIGN_OR_RETURN(const size_t size, base::SizeOfFile(file, path));
   BlobHasher hasher(HashKindOf(id));
@@ -75,8 +75,8 @@ class LocalBlobWriter : public BlobWriter {
     return absl::DataLossError(absl::StrCat("the bytes for blob ", name_.id, " hash to ", content));
   }
 
-  // Its age begins now, however long ago the bytes came, and nobody deletes what was there before
-  // between that and the rename (DeleteIfNotNewer).
+  // Makes the blob visible. Its age begins now, however long ago its bytes were written. The lock
+  // keeps DeleteIfNotNewer() from deleting an existing blob between the comparison and the rename.
   absl::Status Show(const BlobId& id) {
     const std::string path = folders_->Path(id);
     LB_ASSIGN_OR_RETURN(const base::FileHandle lock, folders_->Lock(id));
@@ -94,7 +94,7 @@ class LocalBlobWriter : public BlobWriter {
     return absl::OkStatus();
   }
 
-  // Whether the blob is there already, which renews its time. One that is damaged is moved aside.
+  // Whether the blob exists already; if so, renews its time. A damaged one is moved to quarantine.
   absl::StatusOr<bool> KeepExisting(const BlobId& id, const std::string& path) const {
     const absl::StatusOr<base::FileHandle> file = base::OpenFile(path, O_RDONLY | O_NOFOLLOW);
     if (absl::IsNotFound(file.status())) return false;
@@ -107,7 +107,7 @@ class LocalBlobWriter : public BlobWriter {
       return base::ErrnoStatus(errno, "renew the time of", path);
     }
     const absl::Status content = CheckContent(*file, path, id);
-    if (content.ok() && !is_same.ok()) {  // the temporary file is the one that cannot be read
+    if (content.ok() && !is_same.ok()) {  // the temporary file cannot be read
       return absl::UnavailableError(is_same.status().message());
     }
     if (content.ok()) {
@@ -124,7 +124,7 @@ class LocalBlobWriter : public BlobWriter {
   TemporaryFile temporary_;
   const NewBlobName name_;
   BlobHasher hasher_;
-  absl::Status status_;  // the first error; committed: what a further call gets
+  absl::Status status_;  // the first error; after Commit(), that of a further call
   bool is_renamed_ = false;
 };
 
@@ -154,8 +154,8 @@ class LocalBlobStore : public BlobStore {
     LB_ASSIGN_OR_RETURN(const std::string path, PathOf(id));
     LB_ASSIGN_OR_RETURN(const base::FileHandle file, base::OpenFile(path, O_RDONLY | O_NOFOLLOW));
     LB_ASSIGN_OR_RETURN(const size_t size, base::SizeOfFile(file, path));
-    // Read, not mapped: a bad disk is an error here. The map that follows finds the same pages in
-    // memory; Blob::Check() tells if one of them could not be read later.
+    // The file is read, not mapped, so that a bad disk gives an error here. The map that follows
+    // finds the same pages in memory; Blob::Check() fails if one of them could not be read later.
     LB_RETURN_IF_ERROR(CheckContent(file, path, id));
     return MapFile(file, size, path);
   }
@@ -165,7 +165,8 @@ class LocalBlobStore : public BlobStore {
   absl::Status Delete(const BlobId& id) override {
     LB_ASSIGN_OR_RETURN(const std::string path, PathOf(id));
     if (unlink(path.c_str()) == 0) {
-      // One file of an upload that a power cut brings back is collected; there may be thousands.
+      // Not flushed for uploads, as there may be thousands of files. One that comes back after a
+      // power cut is collected.
       return IsUploadId(id) ? absl::OkStatus() : folders_->Flush(id);
     }
     return errno == ENOENT ? absl::OkStatus() : base::ErrnoStatus(errno, "remove", path);

@@ -49,7 +49,8 @@ MappedRange* FindRange(uintptr_t address) {
   return nullptr;
 }
 
-// Puts a page of zeros where the page could not be read. Calls only what a handler may call.
+// Handler of SIGBUS: maps a page of zeros over the page that could not be read. It calls only
+// functions that a signal handler may call.
 void OnBusError(int number, siginfo_t* info, void* context) {
   static const auto page_bytes = static_cast<uintptr_t>(sysconf(_SC_PAGESIZE));
   const auto address = reinterpret_cast<uintptr_t>(info->si_addr);
@@ -63,7 +64,8 @@ void OnBusError(int number, siginfo_t* info, void* context) {
     errno = saved_errno;
     if (zeros != MAP_FAILED) return;
   }
-  // Not ours: the fault repeats under the previous action, which usually ends the process.
+  // Not in a mapped file: the fault repeats under the previous action, which usually ends the
+  // process.
   if ((previous_action.sa_flags & SA_SIGINFO) != 0 && previous_action.sa_sigaction != nullptr) {
     return previous_action.sa_sigaction(number, info, context);
   }

@@ -5,6 +5,7 @@
 
 namespace liquidblend::store {
 
+// Name of a new blob: given, or made from its content.
 struct NewBlobName {
   BlobId id;               // the bytes must match it; empty: made from their content ...
   bool is_upload = false;  // ... with digits that make it unique

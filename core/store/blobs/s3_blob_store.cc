@@ -28,7 +28,7 @@ constexpr char kQuarantine[] = "quarantine/";
 constexpr int kMaxDownloads = 2;     // of a blob that arrives damaged
 constexpr int kMaxEmptyPages = 100;  // of a list, one after another
 
-// What blobs and writers need of the store; they may outlive it.
+// Parts of the store that blobs and writers use; they may outlive the store.
 struct Shared {
   std::unique_ptr<S3Client> s3;
   std::unique_ptr<BlobCache> cache;
@@ -52,8 +52,8 @@ absl::Status Download(S3Client& s3, const std::string& key, int64_t size,
   return absl::OkStatus();
 }
 
-// Errors: kAlreadyExists if the object of this id has other bytes, and yet matches the id. Only ids
-// of XXH3 need the look.
+// Checks that the object of this id, if there is one, has no other bytes with the same hash. Only
+// ids of XXH3 need this check. Errors: kAlreadyExists if it has.
 absl::Status CheckNoCollision(S3Client& s3, const BlobId& id, std::span<const std::byte> bytes) {
   const absl::StatusOr<S3Object> object = s3.Find(BlobKey(id));
   if (absl::IsNotFound(object.status())) return absl::OkStatus();
@@ -71,7 +71,8 @@ absl::Status CheckNoCollision(S3Client& s3, const BlobId& id, std::span<const st
       absl::StrCat("blob ", s3.NameOf(object->key), " has other content with the same hash"));
 }
 
-// Collects the bytes in the cache, since their name, and so their key, is known at the end only.
+// Writer of a blob. It collects the bytes in the cache, since their name, and so their key, is
+// known at the end only.
 class S3BlobWriter : public BlobWriter {
  public:
   S3BlobWriter(std::shared_ptr<const Shared> shared, std::unique_ptr<BlobWriter> local,
@@ -94,7 +95,7 @@ class S3BlobWriter : public BlobWriter {
     base::FaultPoint("blob.before_upload");
     LB_RETURN_IF_ERROR(shared_->s3->Put(BlobKey(id), blob->bytes()));
     base::FaultPoint("blob.after_upload");
-    LB_RETURN_IF_ERROR(blob->Check());  // or zeros were sent
+    LB_RETURN_IF_ERROR(blob->Check());  // fails if zeros were sent
     LB_RETURN_IF_ERROR(shared_->cache->Trim());
     return id;
   }
@@ -175,7 +176,7 @@ class S3BlobStore : public BlobStore {
     return is_gone;
   }
 
-  // By way of the cache, where it lies under the name of what it is now.
+  // Copies the object through the cache, where it has the name of its actual content.
   absl::StatusOr<std::string> Quarantine(const BlobId& id) override {
     LB_RETURN_IF_ERROR(CheckBlobId(id));
     LB_ASSIGN_OR_RETURN(const S3Object object, shared_->s3->Find(BlobKey(id)));
@@ -193,7 +194,7 @@ class S3BlobStore : public BlobStore {
     LB_ASSIGN_OR_RETURN(const std::shared_ptr<const Blob> blob, shared_->cache->Find(found));
     const std::string aside = absl::StrCat(kQuarantine, id, "-", base::RandomHex(4));
     LB_RETURN_IF_ERROR(shared_->s3->Put(aside, blob->bytes()));
-    // One that was put again meanwhile stays.
+    // A blob that was written again meanwhile stays.
     LB_RETURN_IF_ERROR(shared_->s3->DeleteIfNotNewer(object.key, object.modified).status());
     return shared_->s3->NameOf(aside);
   }
@@ -278,19 +279,20 @@ class S3BlobStore : public BlobStore {
     return absl::OkStatus();
   }
 
-  // A list that S3 would never make could go on for ever.
+  // Error of a list that S3 would never return, and that could be endless.
   absl::Status BadList(const std::string& prefix, const char* why) const {
     return absl::UnavailableError(absl::StrCat("list of ", shared_->s3->NameOf(prefix), ": ", why,
                                                "; the store is at fault"));
   }
 
-  // Deletes the copy of a deleted object. That of an upload may be one of other blobs, too.
+  // Deletes the cached copy of a deleted object, but not that of an upload, which may be a copy of
+  // other blobs, too.
   absl::Status Forget(const BlobId& id) {
     return IsUploadId(id) ? absl::OkStatus() : shared_->cache->Delete(id);
   }
 
-  // Whether the cache may answer for this id. What a client has sent under a XXH3 may be made to
-  // collide with something else, so it never gets that name in the cache.
+  // Whether the cache may answer for this id. A client may have made a file that collides with
+  // another blob under XXH3, so such an upload never gets that name in the cache.
   static bool IsCachedByName(const BlobId& id) {
     return !IsUploadId(id) || HashKindOf(id) == HashKind::kSha256;
   }
@@ -300,7 +302,7 @@ class S3BlobStore : public BlobStore {
                                             size, " bytes hash to ", found));
   }
 
-  // Gets the object by way of the cache, where it stays as far as there is room.
+  // Fetches the object through the cache, where it stays as far as there is room.
   absl::StatusOr<std::shared_ptr<const Blob>> Fetch(const BlobId& id, int64_t size) {
     const std::string key = BlobKey(id);
     LB_ASSIGN_OR_RETURN(
@@ -332,7 +334,7 @@ absl::StatusOr<std::unique_ptr<BlobStore>> OpenS3BlobStore(const std::string& ur
   auto shared = std::make_shared<Shared>();
   LB_ASSIGN_OR_RETURN(shared->s3, S3Client::Make(url, options));
   LB_ASSIGN_OR_RETURN(shared->cache, BlobCache::Open(options.cache_directory, options.cache_bytes));
-  // A wrong bucket shows now, not at the first blob.
+  // A wrong bucket fails here, not at the first blob.
   const absl::Status listed = shared->s3->List(kBlobs, "").status();
   if (IsNoSuchBucket(listed) || (!listed.ok() && !base::IsTransient(listed))) return listed;
   if (!listed.ok()) {

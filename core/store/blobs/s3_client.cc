@@ -168,7 +168,8 @@ absl::StatusOr<S3Object> S3Client::Find(const std::string& key) {
       absl::StrCat("HEAD ", NameOf(key), ": no content-length or no last-modified"));
 }
 
-// Errors: always; kNotFound if the object is not there.
+// Checks by a GET whether the object is really missing after a HEAD with status 404. Always returns
+// an error; kNotFound if the object does not exist.
 absl::Status S3Client::ConfirmMissing(const std::string& key) {
   const absl::Status got =
       transport_.RunOne({.path = PathOf(key), .headers = {{"Range", "bytes=0-0"}}}).status();
@@ -209,7 +210,8 @@ absl::Status S3Client::PutParts(const std::string& key, std::span<const std::byt
   }
 }
 
-// Errors: kAborted if S3 does not know the upload any more, and the object is not there either.
+// Writes an object by one multipart upload. Errors: kAborted if S3 does not know the upload any
+// more, and the object does not exist either.
 absl::Status S3Client::PutPartsOnce(const std::string& key, std::span<const std::byte> bytes) {
   LB_ASSIGN_OR_RETURN(const Upload upload, CreateUpload(key));
   const absl::StatusOr<std::vector<std::string>> etags = UploadParts(key, upload.id, bytes);
@@ -218,14 +220,15 @@ absl::Status S3Client::PutPartsOnce(const std::string& key, std::span<const std:
   return status;
 }
 
-// If the answer is lost, another upload is created, and the first one stays open.
+// Creates a multipart upload. If the answer is lost, another upload is created, and the first one
+// stays open.
 absl::StatusOr<S3Client::Upload> S3Client::CreateUpload(const std::string& key) {
   LB_ASSIGN_OR_RETURN(const HttpAnswer created, transport_.RunOne({.method = "POST",
                                                                    .path = PathOf(key),
                                                                    .query = {{"uploads", ""}},
                                                                    .closing_tag = "</UploadId>"}));
   Upload upload = {.id = XmlElement(created.body, "UploadId")};
-  std::string error;  // without a date the object's age is not looked at
+  std::string error;  // without a date the object's age is not checked
   absl::ParseTime(kHttpTime, HeaderOf(created, "date"), &upload.created, &error);
   return upload;
 }
@@ -234,7 +237,7 @@ int64_t S3Client::PartBytes(int64_t size_bytes) const {
   return std::max(options_.part_bytes, (size_bytes + kMaxParts - 1) / kMaxParts);
 }
 
-// The parts' ETags, in order.
+// Sends the parts; returns their ETags, in order.
 absl::StatusOr<std::vector<std::string>> S3Client::UploadParts(const std::string& key,
                                                                const std::string& upload_id,
                                                                std::span<const std::byte> bytes) {
@@ -261,8 +264,8 @@ absl::StatusOr<std::vector<std::string>> S3Client::UploadParts(const std::string
   return etags;
 }
 
-// S3 may find out that it cannot after it has begun to answer 200: then the answer's closing tag is
-// missing. An upload that does not exist may have been completed by a request whose answer was
+// Completes the upload. S3 may fail after it has begun to answer 200: then the answer's closing tag
+// is missing. An upload that does not exist may have been completed by a request whose answer was
 // lost.
 absl::Status S3Client::Complete(const std::string& key, const Upload& upload,
                                 const std::vector<std::string>& etags,
@@ -282,9 +285,9 @@ absl::Status S3Client::Complete(const std::string& key, const Upload& upload,
   return is_there ? absl::OkStatus() : status;
 }
 
-// Whether the object is what these parts make, and not an older one of the same bytes, whose age
-// would not be renewed. Where S3 encrypts with keys of its own, ETags are
-// not MD5s and say nothing: then the size decides.
+// Whether the object was made of these parts by this upload. An older one of the same bytes does
+// not count, since its age would not be renewed. Where S3 encrypts with keys of its own, ETags are
+// not MD5s; then the size decides.
 absl::StatusOr<bool> S3Client::IsThere(const std::string& key, const Upload& upload,
                                        const std::vector<std::string>& etags,
                                        std::span<const std::byte> bytes) {

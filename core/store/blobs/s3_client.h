@@ -17,30 +17,31 @@
 
 namespace liquidblend::store {
 
-// One bucket; S3Transport decides which requests are sent again. All verbs but the creation of a
-// multipart upload are idempotent, so a lost answer does no harm. A lost answer to a creation
-// leaves an open upload, which DropOldUploads() aborts.
-// Errors of all calls name bucket and key: kUnavailable after the last attempt, kNotFound,
-// kPermissionDenied, kResourceExhausted (quota), kInternal (a request that S3 does not accept). No
-// message has a secret. Threads: safe.
+// Client of one bucket. S3Transport decides which requests are sent again. All verbs but the
+// creation of a multipart upload are idempotent, so a lost answer does no harm. A lost answer to a
+// creation leaves an open upload, which DropOldUploads() aborts. Errors of all calls name bucket
+// and key: kUnavailable after the last attempt, kNotFound, kPermissionDenied, kResourceExhausted
+// (quota), kInternal (a request that S3 does not accept). No message has a secret. Threads: safe.
 class S3Client {
  public:
-  // `url` is s3://bucket/prefix; the prefix may be missing.
-  // Errors: kInvalidArgument for another url, options out of range, or missing credentials;
-  // kUnavailable if credentials cannot be got now.
+  // Makes a client of `url`, s3://bucket/prefix; the prefix may be missing. Errors:
+  // kInvalidArgument for another url, options out of range, or missing credentials; kUnavailable if
+  // credentials cannot be got now.
   static absl::StatusOr<std::unique_ptr<S3Client>> Make(const std::string& url, S3Options options);
 
   const S3Options& options() const { return options_; }
-  // "s3://bucket/prefix/key", for messages; keys are relative to the prefix.
+  // The name of an object in messages, "s3://bucket/prefix/key"; keys are relative to the prefix.
   std::string NameOf(const std::string& key) const;
 
-  // kNotFound only if a GET is answered with NoSuchKey: any 404 to a HEAD looks the same.
+  // Finds an object without reading it. Errors: kNotFound only if a GET is answered with NoSuchKey,
+  // since any 404 to a HEAD looks the same.
   absl::StatusOr<S3Object> Find(const std::string& key);
-  // The bytes [offset, offset + size) of an object; all of them must exist.
+  // Range of an object's bytes: [offset, offset + size). All of them must exist.
   struct Range {
     int64_t offset = 0;
     int64_t size = 0;
   };
+  // Reads ranges of an object, in their order.
   absl::StatusOr<std::vector<std::string>> Get(const std::string& key,
                                                std::span<const Range> ranges);
   // Writes an object, in parts if it is large; nothing is left behind if that fails. A multipart
@@ -50,16 +51,18 @@ class S3Client {
   // Deletes the object if it was last written at `time` or before. Each attempt checks this first.
   // Returns whether the object is gone.
   absl::StatusOr<bool> DeleteIfNotNewer(const std::string& key, absl::Time time);
+  // Lists a page of the objects whose keys begin with `prefix`; `token` is empty for the first
+  // page, else the next_token of the page before.
   absl::StatusOr<S3Page> List(const std::string& prefix, const std::string& token);
   // Aborts the multipart uploads below that prefix that were begun at `time` or before. Returns the
   // number of uploads.
   absl::StatusOr<int64_t> DropOldUploads(const std::string& prefix, absl::Time time);
 
-  // Presigned urls on client_endpoint.  Requires: there is one.
+  // Presigns a url to GET the object, on client_endpoint.  Requires: there is one.
   absl::StatusOr<std::string> PresignGet(const std::string& key, absl::Duration expires);
-  // Urls for an object of that size, which is signed with the urls; the result's id is left empty.
-  // None of them replaces an object. Large objects get a multipart upload; if it is never
-  // completed, S3 keeps its parts until DropOldUploads().
+  // Presigns urls to PUT an object of that size, which is signed with the urls; the result's id is
+  // left empty. None of them replaces an object. Large objects get a multipart upload; if it is
+  // never completed, S3 keeps its parts until DropOldUploads().
   absl::StatusOr<DirectUpload> PresignPut(const std::string& key, int64_t size_bytes,
                                           absl::Duration expires);
   int64_t NumPartUrls(int64_t size_bytes) const;  // of PresignPut()

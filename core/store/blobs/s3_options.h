@@ -9,9 +9,8 @@
 
 namespace liquidblend::store {
 
-// A field that is followed by the name of an environment variable is taken from there by
-// FillFromEnvironment(): strings that are empty, numbers and durations whenever the variable is
-// set.
+// Options of S3. FillFromEnvironment() sets a field from the environment variable that its comment
+// names: strings if they are empty, numbers and durations whenever the variable is set.
 struct S3Options {
   std::string endpoint;  // http(s)://host[:port]; AWS_ENDPOINT_URL_S3, AWS_ENDPOINT_URL
   // The endpoint by which clients of the server reach S3; empty: they get no urls.

@@ -16,12 +16,12 @@
 namespace liquidblend::store {
 namespace {
 
-// S3 tolerates 15 minutes; nearer times are not why it refuses a request.
+// Clock differences up to this are not why S3 refuses a request: it tolerates 15 minutes.
 constexpr absl::Duration kSkew = absl::Minutes(5);
 
 using Verdict = S3Verdict;
 
-// With the port.
+// The host of an endpoint, with the port.
 std::string HostOf(const std::string& endpoint) { return endpoint.substr(endpoint.find("//") + 2); }
 
 constexpr size_t kMaxMessage = 300;
@@ -74,7 +74,8 @@ bool IsRefused(const S3Call& call, const HttpAnswer& answer) {
   const std::string code = S3ErrorCode(answer);
   if (answer.status == 404) return code == kNoSuchBucket;
   if (answer.status != 400) return false;
-  // Nothing else is wrong with a HEAD, whose answer has no body to say so.
+  // A HEAD has no body that gives the reason; its status 400 counts as a refusal, since nothing
+  // else can be wrong with it.
   return call.method == "HEAD" || code == "ExpiredToken" || code == "InvalidToken" ||
          code == "TokenRefreshRequired" || code == "RequestExpired" || code == kWrongRegion;
 }

@@ -19,6 +19,7 @@
 
 namespace liquidblend::store {
 
+// One call of S3, before it is signed.
 struct S3Call {
   std::string method = "GET";
   std::string path = {};  // "/bucket/key", not encoded
@@ -34,12 +35,13 @@ struct S3Call {
   absl::Duration drip_limit = absl::ZeroDuration();  // as HttpRequest's
 };
 
-// A request that meets a lost connection, an answer that is cut short, or one of the statuses 408,
-// 409, 429 and 5xx is sent again after a pause that doubles, with jitter. One that is refused
-// (statuses 401 and 403, tokens that have expired) is sent again once with the server's time, if
-// that differs from the local clock, and once with new credentials, if there are any. The same
-// holds for a request to a bucket that does not exist or to another region. A redirect, and a 404
-// without the error document of S3, may come from a proxy in between: they are sent again as well.
+// Transport of signed calls. A request that meets a lost connection, an answer that is cut short,
+// or one of the statuses 408, 409, 429 and 5xx is sent again after a pause that doubles, with
+// jitter. One that is refused (statuses 401 and 403, tokens that have expired) is sent again once
+// with the server's time, if that differs from the local clock, and once with new credentials, if
+// there are any. The same holds for a request to a bucket that does not exist or to another region.
+// A redirect, and a 404 without the error document of S3, may come from a proxy in between: they
+// are sent again as well.
 // Errors of all calls name bucket and key, and have no secret: kUnavailable after the last attempt;
 // kPermissionDenied; kNotFound if S3 says NoSuchKey, and for any 404 to a HEAD, whose answer has no
 // body; kAborted for a multipart upload that does not exist; kAlreadyExists for a precondition that
@@ -56,9 +58,11 @@ class S3Transport {
   // Runs calls side by side. Returns the answers in the order of the calls, each of a status below
   // 300.
   absl::StatusOr<std::vector<HttpAnswer>> Run(std::span<const S3Call> calls);
+  // Runs one call.
   absl::StatusOr<HttpAnswer> RunOne(const S3Call& call);
 
-  // A url on client_endpoint; `headers` as PresignQuery() has them.  Requires: there is one.
+  // Presigns a url on client_endpoint; `headers` as PresignQuery() has them.  Requires: there is
+  // one.
   absl::StatusOr<std::string> Presign(const S3Call& call,
                                       const std::map<std::string, std::string>& headers,
                                       absl::Duration expires);
@@ -89,6 +93,7 @@ class S3Transport {
 // Outcome of an attempt at a call: done, to be sent again, refused (perhaps because of the
 // credentials or the clock), or failed for good.
 enum class S3Verdict { kDone, kTransient, kRefused, kFailed };
+// Judges one attempt at a call by its answer.
 S3Verdict JudgeS3Answer(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer);
 // The error of a call with that verdict, as S3Transport gives it.  Requires: it is not kDone.
 absl::Status S3ErrorOf(const S3Call& call, const absl::StatusOr<HttpAnswer>& answer,

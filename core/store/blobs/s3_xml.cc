@@ -17,7 +17,8 @@ pugi::xml_parse_result Parse(const std::string& document, pugi::xml_document& xm
                          pugi::encoding_utf8);
 }
 
-// The element that a list of S3 is. Errors: kInternal if the document is something else.
+// Parses a list of S3; returns its root element. Errors: kInternal if the document is something
+// else.
 absl::StatusOr<pugi::xml_node> ParseList(const std::string& document, const char* name,
                                          pugi::xml_document& xml) {
   const pugi::xml_parse_result parsed = Parse(document, xml);
@@ -26,7 +27,7 @@ absl::StatusOr<pugi::xml_node> ParseList(const std::string& document, const char
   return absl::InternalError(absl::StrCat("not a ", name, ": ", parsed.description()));
 }
 
-// Without the prefix, which it must have.
+// Reads a key without the prefix. Returns false if the key does not begin with it.
 bool ReadKey(const pugi::xml_node& element, const std::string& prefix, std::string& key) {
   absl::string_view text = element.child_value("Key");
   if (!absl::ConsumePrefix(&text, prefix)) return false;
@@ -91,7 +92,7 @@ absl::StatusOr<S3UploadPage> ParseS3UploadPage(const std::string& document,
 
 std::string XmlElement(const std::string& document, const char* name) {
   pugi::xml_document xml;
-  Parse(document, xml);  // what stands before an error is there
+  Parse(document, xml);  // elements before an error are kept
   const pugi::xml_node found =
       xml.find_node([name](const pugi::xml_node& node) { return strcmp(node.name(), name) == 0; });
   return found.child_value();

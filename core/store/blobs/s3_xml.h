@@ -10,6 +10,7 @@
 
 namespace liquidblend::store {
 
+// An object in a list, or found by its key.
 struct S3Object {
   std::string key;
   int64_t size_bytes = 0;
@@ -17,6 +18,7 @@ struct S3Object {
   std::string etag;  // without quotes; lists leave it empty
 };
 
+// Page of a list of objects.
 struct S3Page {
   std::vector<S3Object> objects;  // in the order of their keys
   std::string next_token;         // empty: no more
@@ -34,6 +36,7 @@ struct S3OpenUpload {
   absl::Time begun;
 };
 
+// Page of a list of multipart uploads.
 struct S3UploadPage {
   std::vector<S3OpenUpload> uploads;
   std::string next_key, next_id;  // where the next page begins; empty: no more

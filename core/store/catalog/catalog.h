@@ -22,17 +22,20 @@ namespace liquidblend::store {
 
 namespace pb = ::liquidblend::store::v1;
 
-// A worker's hold on a job. Every write about the job names the lease; it is refused with kAborted
-// once the job has been leased by another worker (fencing), so a paused worker can do no harm.
+// Lease: a worker's exclusive right to a job. Every write about the job names the lease; it is
+// refused with kAborted once the job has been leased by another worker (fencing), so a paused
+// worker can do no harm.
 struct Lease {
   std::string lease_id;
   pb::JobRecord job;
 };
 
+// Answer to a heartbeat: what the worker has to do.
 struct JobControl {
   bool cancel_requested = false;
 };
 
+// Page of a list of records.
 template <typename Record>
 struct Page {
   std::vector<Record> records;  // in the order of their ids (jobs: newest first)
@@ -51,8 +54,10 @@ inline constexpr absl::Duration kWorkerSilence = absl::Minutes(2);
 // accepted before. Empty: no check.
 using OwnerCheck = std::function<absl::Status(const OwnerUse&)>;
 
+// Number of jobs by state.
 using JobCounts = std::map<pb::JobRecord::State, int64_t>;
 
+// Options of a catalog, the same for both databases.
 struct CatalogOptions {
   RetryOptions retry;                               // of jobs
   absl::Duration busy_timeout = absl::Seconds(10);  // >= 0; how long to wait for other processes
@@ -74,32 +79,38 @@ inline constexpr double kPartsShare = 0.9;
 // keeps the job of a lost worker from others for this long at most.
 inline constexpr absl::Duration kLongestLease = absl::Minutes(10);
 
-// Records name animations, families and jobs by their bare ids.
-// Threads: safe; processes: safe, but a catalog must not be used on both sides of a fork().
-// All calls are durable when they return OK.
+// Metadata store and job queue in one database. Records name animations, families and jobs by their
+// bare ids.
+// Threads: safe; processes: safe, but a catalog must not be used on both sides of a fork(). All
+// calls are durable when they return OK.
 // Errors of all calls: kUnavailable (locked or lost database), kResourceExhausted (disk full),
 // kPermissionDenied, kDataLoss (corrupt database); messages name the database. kInvalidArgument for
 // a record that contradicts itself, a string that is not UTF-8, or a page token of another list.
 // Page sizes: at most 1000; 0 or less: 100.
 class Catalog : public CatalogUpkeep {
  public:
-  // ---- accepting work: the row and its job appear together
-  // Fills job.id and times. A non-empty job.request_id seen before returns that job unchanged
-  // (kInvalidArgument if it belongs to other work).
-  // Errors: kAlreadyExists if the animation's id is taken (a FAILED one is replaced).
+  // ---- Accepting work: the row and its job appear together.
+
+  // Submits an import: writes the animation's row and its job. Fills job.id and times. A non-empty
+  // job.request_id seen before returns that job unchanged (kInvalidArgument if it belongs to other
+  // work). Errors: kAlreadyExists if the animation's id is taken (a FAILED one is replaced).
   virtual absl::StatusOr<pb::JobRecord> SubmitImport(const pb::AnimationRecord& animation,
                                                      pb::JobRecord job,
                                                      const OwnerCheck& check = {}) = 0;
-  // Creates the family's row if it is new. Errors: kNotFound or kFailedPrecondition if an animation
-  // is missing or not READY, naming it; kFailedPrecondition if a registration of the family is not
-  // done; kAlreadyExists if the job wants a new family and the family has a version.
+  // Submits a registration, and creates the family's row if it is new. Errors: kNotFound or
+  // kFailedPrecondition if an animation is missing or not READY, naming it; kFailedPrecondition if
+  // a registration of the family is not done; kAlreadyExists if the job wants a new family and the
+  // family has a version.
   virtual absl::StatusOr<pb::JobRecord> SubmitRegistration(pb::JobRecord job,
                                                            const OwnerCheck& check = {}) = 0;
   // The result of `check` if the job were submitted now, so that clients can learn early of a
   // refusal.
   virtual absl::Status CheckOwner(const pb::JobRecord& job, const OwnerCheck& check) = 0;
 
-  // ---- reading
+  // ---- Reading.
+
+  // The following return one record, or a page of all.  Errors: kNotFound if there is no such
+  // record.
   virtual absl::StatusOr<pb::AnimationRecord> GetAnimation(const std::string& id) = 0;
   virtual absl::StatusOr<Page<pb::AnimationRecord>> ListAnimations(int page_size,
                                                                    const std::string& token) = 0;
@@ -123,26 +134,32 @@ class Catalog : public CatalogUpkeep {
   // Every blob that a record, an unfinished job or a part of one refers to, sorted, each once.
   virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
 
-  // ---- going back Publishes a kept version again, with the next number; does nothing if the
-  // published one is that version again already. Keeps `keep_versions` versions, the new one
-  // included. Errors: kNotFound; kFailedPrecondition if that version is the published one, or while
-  // a registration of the family is not done.
+  // ---- Going back.
+
+  // Publishes a kept version again, with the next number; does nothing if the published one is that
+  // version again already. Keeps `keep_versions` versions, the new one included. Errors: kNotFound;
+  // kFailedPrecondition if that version is the published one, or while a registration of the family
+  // is not done.
   virtual absl::StatusOr<pb::FamilyRecord> RollbackFamily(const std::string& id, int64_t version,
                                                           int keep_versions) = 0;
 
-  // ---- removing
-  // Errors: kNotFound; kFailedPrecondition if a family or an unfinished job needs it, naming it.
+  // ---- Removing.
+
+  // Deletes an animation. Errors: kNotFound; kFailedPrecondition if a family or an unfinished job
+  // needs it, naming it.
   virtual absl::Status DeleteAnimation(const std::string& id) = 0;
   // Deletes a family with all versions. Errors: kNotFound; kFailedPrecondition while a registration
   // of it is not done.
   virtual absl::Status DeleteFamily(const std::string& id) = 0;
-  // Errors: kNotFound; kFailedPrecondition unless the job is done.
+  // Deletes a job from the history. Errors: kNotFound; kFailedPrecondition unless the job is done.
   virtual absl::Status DeleteJob(const std::string& id) = 0;
 
-  // ---- the queue Leases a job or part that is queued and whose pause is over, or whose lease has
-  // expired; nothing if there is none. The order: the highest priority first; owners take turns; an
-  // owner's oldest first. A job whose attempts are used up fails here instead of being leased
-  // again; a job that has lost its worker pauses first.
+  // ---- The queue.
+
+  // Leases a job or part that is queued and whose pause is over, or whose lease has expired;
+  // nothing if there is none. The order: the highest priority first; owners take turns; an owner's
+  // oldest first. A job whose attempts are used up fails here instead of being leased again; a job
+  // that has lost its worker pauses first.
   //   memory_bytes  the worker's memory: jobs that need more are left to others
   virtual absl::StatusOr<std::optional<Lease>> LeaseJob(const std::string& worker,
                                                         absl::Duration duration,
@@ -162,13 +179,13 @@ class Catalog : public CatalogUpkeep {
   // Records a checkpoint file in place of the one before. The next worker of the job finds it in
   // the record. It is referenced (ListReferencedBlobs) until another replaces it or the job ends.
   virtual absl::Status SaveCheckpoint(const std::string& lease_id, const std::string& blob) = 0;
-  // Finish the job and publish its result in one transaction. An import: the animation's state
-  // becomes READY.
+  // Finishes an import and publishes its animation, whose state becomes READY, in one transaction.
   virtual absl::Status PublishAnimation(const std::string& lease_id,
                                         const pb::AnimationRecord& animation) = 0;
-  // family.version is assigned here and returned: the last one + 1, also counting those of a
-  // deleted family of that id, so that no number is given twice. The version before is kept, as far
-  // as RegisterJob::keep_versions allows.
+  // Finishes a registration and publishes its family, in one transaction. Returns the version,
+  // which is assigned here: the last one + 1, also counting those of a deleted family of that id,
+  // so that no number is given twice. The version before is kept, as far as
+  // RegisterJob::keep_versions allows.
   virtual absl::StatusOr<int64_t> PublishFamily(const std::string& lease_id,
                                                 const pb::FamilyRecord& family) = 0;
   // Finishes a part with the target file that it made. Errors: kInvalidArgument if the job is not a
@@ -189,17 +206,18 @@ class Catalog : public CatalogUpkeep {
   virtual absl::Status RequestCancel(const std::string& job_id) = 0;
 };
 
-// SQLite in WAL mode with synchronous=FULL; creates the file and its tables if missing, and brings
-// older ones up to date. Errors, beside the above: kFailedPrecondition if the file is not a
-// catalog, or was made by a newer program.
+// Opens a catalog in a SQLite file, in WAL mode with synchronous=FULL. Creates the file and its
+// tables if missing, and brings older ones up to date. Errors, beside the above:
+// kFailedPrecondition if the file is not a catalog, or was made by a newer program.
 absl::StatusOr<std::unique_ptr<Catalog>> OpenSqliteCatalog(const std::string& path,
                                                            const CatalogOptions& options = {});
 
-// PostgreSQL 15 or newer. `url` has libpq's form: postgresql://user@host:port/database?...; missing
-// settings are taken from PGPASSWORD, PGPASSFILE and so on. The tables are in the first schema of
-// the search path, which must hold nothing else; they are made if missing, and brought up to date.
+// Opens a catalog in PostgreSQL 15 or newer. `url` has libpq's form:
+// postgresql://user@host:port/database?...; missing settings are taken from PGPASSWORD, PGPASSFILE
+// and so on. The tables are in the first schema of the search path, which must hold nothing else;
+// they are made if missing, and brought up to date.
 // A call whose connection is lost fails with kUnavailable, unless it had not begun; later calls
-// connect anew. After a loss during a COMMIT its outcome is not known. busy_timeout: also how long
+// connect again. After a loss during a COMMIT its outcome is not known. busy_timeout: also how long
 // one statement may take. Errors, beside the above: kInvalidArgument for an invalid url;
 // kFailedPrecondition if the schema holds something else, or the catalog of a newer program. No
 // message has the password.

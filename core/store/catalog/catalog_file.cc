@@ -24,7 +24,7 @@ std::string Join(const std::vector<Record>& records) {
   return bytes;
 }
 
-// The next section's records.
+// Reads the records of the next section.
 template <typename Record>
 absl::Status Split(SectionReader& reader, const pb::Section& section, absl::string_view name,
                    std::vector<Record>& records) {

@@ -22,7 +22,7 @@ absl::StatusOr<Record> Parse(const Sql& sql, const std::string& what, const std:
       absl::StrCat("database ", sql.name(), ": the record of ", what, " cannot be read"));
 }
 
-// The first record that the query gives.
+// Finds a record by its id.
 template <typename Record>
 absl::StatusOr<Record> FindRecord(Sql& sql, absl::string_view statement, const std::string& what,
                                   const std::string& id) {
@@ -35,7 +35,7 @@ absl::StatusOr<Record> FindRecord(Sql& sql, absl::string_view statement, const s
   return found;
 }
 
-// Columns record, lease_id, due_us.
+// Query of jobs with the columns record, lease_id, due_us.
 constexpr char kSelectJob[] = "SELECT record, lease_id, due_us FROM jobs ";
 
 absl::StatusOr<std::optional<JobRow>> FindJobRow(Sql& sql, const std::string& where,
@@ -51,7 +51,7 @@ absl::StatusOr<std::optional<JobRow>> FindJobRow(Sql& sql, const std::string& wh
   return found;
 }
 
-// `statement` selects the column record.
+// Finds all records of jobs that `statement` selects, in its only column.
 absl::StatusOr<std::vector<pb::JobRecord>> FindJobRecords(Sql& sql, absl::string_view statement,
                                                           std::initializer_list<SqlValue> values) {
   std::vector<pb::JobRecord> jobs;
@@ -63,7 +63,7 @@ absl::StatusOr<std::vector<pb::JobRecord>> FindJobRecords(Sql& sql, absl::string
   return jobs;
 }
 
-// `statement` selects (key, record) with the values (last key, limit).
+// Reads a page of records. `statement` selects (key, record) with the values (last key, limit).
 template <typename Record>
 absl::StatusOr<Page<Record>> PageOf(Sql& sql, absl::string_view statement, const std::string& list,
                                     const SqlValue& last_key, int page_size) {
@@ -84,7 +84,7 @@ absl::StatusOr<Page<Record>> PageOf(Sql& sql, absl::string_view statement, const
   return page;
 }
 
-// The condition of the index of jobs and parts that someone may take, now or later.
+// The condition of the index of jobs and parts that may be leased, now or later.
 std::string InQueue() {
   return absl::StrFormat("state IN (%d, %d)", pb::JobRecord::QUEUED, pb::JobRecord::RUNNING);
 }
@@ -95,14 +95,14 @@ SqlValue DueOf(const JobRow& job) {
   return is_in_queue ? SqlValue(job.due_us) : SqlValue(nullptr);
 }
 
-// Parts are no history: they go with the job that they are a part of.
+// The value of the column ended_us. Parts have none: they are deleted with their job.
 SqlValue EndOf(const pb::JobRecord& job) {
   if (IsUnfinished(job) || !job.parent().empty()) return nullptr;
   const google::protobuf::Timestamp& end = job.update_time();
   return int64_t{end.seconds()} * 1'000'000 + end.nanos() / 1000;
 }
 
-// Bytes that count for the animation: its file, or during the import the uploaded files.
+// Bytes that the animation counts for its owner: its file, or during the import the uploaded files.
 int64_t StoredBytes(const pb::AnimationRecord& animation) {
   if (!animation.blob().empty()) return animation.size_bytes();
   return animation.state() == pb::AnimationRecord::IMPORTING ? animation.upload_bytes() : 0;
@@ -153,7 +153,7 @@ absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int6
 absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t memory_bytes) {
   LB_ASSIGN_OR_RETURN(const std::optional<JobRow> job, FindJobToDo(sql, now, memory_bytes));
   if (job.has_value()) return absl::ZeroDuration();
-  // Jobs that are due already are being leased by other workers.
+  // Only later due times count: jobs that are due already are being leased by other workers.
   LB_ASSIGN_OR_RETURN(
       const int64_t due_us,
       QueryInt(sql,
@@ -164,7 +164,7 @@ absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t m
 }
 
 absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job) {
-  // Each an end of an index.
+  // Each query reads one end of an index.
   LB_ASSIGN_OR_RETURN(
       const int64_t given_out,
       QueryInt(sql, "SELECT MAX(turn) FROM jobs WHERE priority = $1 AND attempts > 0",
@@ -175,7 +175,7 @@ absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job) {
                "SELECT MAX(turn) FROM jobs WHERE owner = $1 AND priority = $2 AND state IN "
                "(1, 2, 6)",
                {job.owner(), int64_t{job.priority()}}));
-  // Once the history is pruned, what waits tells where the turns are.
+  // If the history was pruned, the smallest turn that waits stands in for the last one given out.
   LB_ASSIGN_OR_RETURN(
       const int64_t next,
       QueryInt(sql, "SELECT MIN(turn) FROM jobs WHERE priority = $1 AND state IN (1, 2)",

@@ -22,17 +22,17 @@ struct JobRow {
   int64_t due_us = 0;
 };
 
-// Errors of the Find functions: kNotFound, naming what is missing; kDataLoss for a record that
-// cannot be read.
+// Find a record by its id; FindParts(): those of a job, in the order of the targets. Errors of the
+// Find functions: kNotFound, naming what is missing; kDataLoss for a record that cannot be read.
 absl::StatusOr<pb::AnimationRecord> FindAnimation(Sql& sql, const std::string& id);
 absl::StatusOr<pb::FamilyRecord> FindFamily(Sql& sql, const std::string& id);
 absl::StatusOr<JobRow> FindJob(Sql& sql, const std::string& id);  // not a part
 absl::StatusOr<std::vector<pb::JobRecord>> FindParts(Sql& sql, const std::string& parent);
-// Errors: kAborted if the lease is not held any more.
+// Finds the job that is held by a lease. Errors: kAborted if the lease is not held any more.
 absl::StatusOr<JobRow> FindLeasedJob(Sql& sql, const std::string& lease_id);
-// The next of the jobs and parts that are queued or running, due, and need at most memory_bytes:
-// one of the highest priority, of these the one with the lowest turn, of these the oldest. A due
-// time beyond kLongestLease counts as due: then the clock has been turned back.
+// Finds the next job or part that is queued or running, due, and needs at most memory_bytes: the
+// highest priority first, of these the lowest turn, of these the oldest. A due time beyond
+// kLongestLease counts as due: then the clock has been turned back.
 absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int64_t memory_bytes);
 // The time until FindJobToDo() may find one: 0 if there is one; infinite if none is queued or
 // running.
@@ -41,6 +41,7 @@ absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t m
 // its owner and priority, but not before the last turn that was leased, nor before the job that
 // waits longest. So an owner of many jobs waits for owners of few.
 absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job);
+// Finds the job that was submitted with this request id, or nothing.
 absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::string& request_id);
 // All jobs that are not done, without parts.
 absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Sql& sql);
@@ -49,7 +50,8 @@ absl::StatusOr<JobCounts> CountJobsByState(Sql& sql);
 // The id of a family that has the animation as source or target; empty: none.
 absl::StatusOr<std::string> FindFamilyWith(Sql& sql, const std::string& animation);
 
-// Insert or replace.
+// Insert a record, or replace the one of its id. SetFamilyMembers() replaces the list of a family's
+// animations.
 absl::Status SaveAnimation(Sql& sql, const pb::AnimationRecord& animation);
 absl::Status SaveFamily(Sql& sql, const pb::FamilyRecord& family);
 absl::Status SetFamilyMembers(Sql& sql, const std::string& family,
@@ -57,27 +59,31 @@ absl::Status SetFamilyMembers(Sql& sql, const std::string& family,
 // Allocates the next version number of a family's id: the last one ever given + 1.
 absl::StatusOr<int64_t> TakeFamilyVersion(Sql& sql, const std::string& family);
 
+// Inserts the row of a new job or part.
 absl::Status InsertJob(Sql& sql, const pb::JobRecord& job);
 // Updates a job's row, except for the constant columns: id, subject, request id, parent, owner,
 // priority and turn.
 absl::Status UpdateJob(Sql& sql, const JobRow& job);
 
+// Remove rows, if there are any; RemoveFamily() those of kept versions and members as well,
+// RemoveParts() all parts of a job.
 absl::Status RemoveAnimation(Sql& sql, const std::string& id);
 absl::Status RemoveFamily(Sql& sql, const std::string& id);
 absl::Status RemoveJob(Sql& sql, const std::string& id);
 absl::Status RemoveParts(Sql& sql, const std::string& parent);
-// Jobs of the history that ended before `end`: their number; the removal of the oldest ones, which
-// returns their number.
+// Count the jobs of the history that ended before `end`, or remove the oldest `max_num` of them and
+// return their number.
 absl::StatusOr<int64_t> CountHistory(Sql& sql, absl::Time end);
 absl::StatusOr<int64_t> RemoveHistory(Sql& sql, absl::Time end, int64_t max_num);
 
-// Up to `page_size` records after the page that `token` ends.
+// Return up to `page_size` records after the page that `token` ends.
 absl::StatusOr<Page<pb::AnimationRecord>> PageOfAnimations(Sql& sql, int page_size,
                                                            const std::string& token);
 absl::StatusOr<Page<pb::FamilyRecord>> PageOfFamilies(Sql& sql, int page_size,
                                                       const std::string& token);
 absl::StatusOr<Page<pb::JobRecord>> PageOfJobs(Sql& sql, int page_size, const std::string& token);
 
+// See Catalog::ListReferencedBlobs().
 absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql);
 
 }  // namespace liquidblend::store

@@ -28,15 +28,17 @@ struct CatalogContents {
   std::vector<pb::JobRecord> jobs;          // and parts of jobs
 };
 
+// Contents of a catalog, with what is damaged in it.
 struct CatalogInspection {
   CatalogContents contents;         // without unreadable records
   std::vector<std::string> blobs;   // as Catalog::ListReferencedBlobs()
   std::vector<std::string> damage;  // records that cannot be read or contradict others, by name
 };
 
-// By family, the numbers of the versions that are kept beside the published one.
+// Numbers of the versions that are kept beside the published one, by family.
 using KeptVersions = std::map<std::string, std::set<int64_t>>;
 
+// An unfinished job, and the end of its lease.
 struct HeldJob {
   pb::JobRecord job;
   absl::Time lease_expires = absl::InfinitePast();  // of one that is RUNNING
@@ -52,6 +54,7 @@ struct OwnerUse {
   int64_t num_families = 0;     // whose published version is this owner's
 };
 
+// Options of PruneHistory().
 struct PruneOptions {
   absl::Duration keep = absl::Hours(24 * 30);  // >= 0, after the end of a job; 0: for ever
   bool dry_run = false;                        // only count
@@ -59,7 +62,7 @@ struct PruneOptions {
   absl::Status Validate() const;               // names the first field out of range, and its value
 };
 
-// The upkeep part of Catalog. Errors and threads: as Catalog.
+// Interface to the upkeep of a catalog, a part of Catalog. Errors and threads: as Catalog.
 class CatalogUpkeep {
  public:
   virtual ~CatalogUpkeep() = default;
@@ -80,7 +83,7 @@ class CatalogUpkeep {
   // Errors: kAlreadyExists if an animation, a family (or a deleted one of its name), a job or a
   // request_id is there already, naming it.
   virtual absl::Status Import(const CatalogContents& contents) = 0;
-  // Whether Import() would find the names free now.  Errors: as Import().
+  // Checks that Import() would find the names free now.  Errors: as Import().
   virtual absl::Status CheckImport(const CatalogContents& contents) = 0;
 
   // The owners by name, without those who have nothing. The entry for data without an owner has an

@@ -20,7 +20,7 @@ absl::Status CancelledStatus(const pb::JobRecord& job) {
   return absl::CancelledError(absl::StrCat("job '", job.id(), "' was cancelled"));
 }
 
-// The job of an earlier call with this request id.
+// Finds the job of an earlier call with this request id.
 absl::StatusOr<std::optional<pb::JobRecord>> FindEarlier(Sql& sql, const pb::JobRecord& job) {
   if (job.request_id().empty()) return std::optional<pb::JobRecord>();
   LB_ASSIGN_OR_RETURN(std::optional<pb::JobRecord> earlier, FindRequest(sql, job.request_id()));
@@ -91,7 +91,7 @@ absl::Status FinishWithError(Sql& sql, pb::JobRecord job, absl::Status error, ab
   return Finish(sql, std::move(job));
 }
 
-// A registration of several targets waits for as many parts.
+// Inserts a part for each target of the registration.
 absl::Status InsertParts(Sql& sql, const pb::JobRecord& job, absl::Time now) {
   for (int k = 0; k < job.register_family().targets_size(); ++k) {
     LB_RETURN_IF_ERROR(InsertJob(sql, NewPart(job, k, now)));
@@ -99,7 +99,7 @@ absl::Status InsertParts(Sql& sql, const pb::JobRecord& job, absl::Time now) {
   return absl::OkStatus();
 }
 
-// The next job to do. One that is found running has lost its worker.
+// Finds the next job to do. If it is RUNNING, its worker was lost, which is recorded as a failure.
 absl::StatusOr<std::optional<JobRow>> TakeNext(Sql& sql, absl::Time now, int64_t memory_bytes) {
   LB_ASSIGN_OR_RETURN(std::optional<JobRow> row, FindJobToDo(sql, now, memory_bytes));
   if (row.has_value() && row->record.state() == pb::JobRecord::RUNNING) {
@@ -108,7 +108,7 @@ absl::StatusOr<std::optional<JobRow>> TakeNext(Sql& sql, absl::Time now, int64_t
   return row;
 }
 
-// The error that ends a job or part instead of one more attempt; OK if it may have that.
+// Checks that the job or part may have one more attempt. The error ends it otherwise.
 absl::Status MayStart(const pb::JobRecord& job, const RetryOptions& retry) {
   if (job.cancel_requested()) return CancelledStatus(job);
   if (job.attempts() < retry.max_attempts) return absl::OkStatus();
@@ -117,7 +117,7 @@ absl::Status MayStart(const pb::JobRecord& job, const RetryOptions& retry) {
                                           NumLosses(job), " times, last on ", job.worker()));
 }
 
-// Back to the queue, but not to be given out before `due`.
+// Returns the job to the queue, to be leased at `due` or later.
 absl::Status PutOff(Sql& sql, absl::Time due, absl::Time now, pb::JobRecord job) {
   ReturnToQueue(now, job);
   *job.mutable_next_attempt_time() = ToTimestamp(due);
@@ -294,7 +294,7 @@ absl::StatusOr<int64_t> PublishFamily(Sql& sql, const std::string& lease_id,
   return version;
 }
 
-// The end of the last part queues the parent.
+// If this is the last part to end, its parent is queued.
 absl::Status FinishPart(Sql& sql, const std::string& lease_id, const std::string& blob,
                         absl::Time now) {
   LB_ASSIGN_OR_RETURN(JobRow row, FindLeasedJob(sql, lease_id));

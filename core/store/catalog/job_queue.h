@@ -15,6 +15,7 @@
 
 namespace liquidblend::store {
 
+// Submit work, or check its owner: see Catalog.
 absl::StatusOr<pb::JobRecord> SubmitImport(Sql& sql, const pb::AnimationRecord& animation,
                                            pb::JobRecord job, const OwnerCheck& check,
                                            absl::Time now);
@@ -22,17 +23,20 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
                                                  const OwnerCheck& check, absl::Time now);
 absl::Status CheckOwner(Sql& sql, const pb::JobRecord& job, const OwnerCheck& check);
 
+// Outcome of LeaseJob().
 struct LeaseAttempt {
   // kEndDeadJobs: the next job must not start again; call EndDeadJobs(), then try again.
   enum Next { kNothing, kLease, kEndDeadJobs, kTryAgain };
   Next next = kNothing;
   std::optional<Lease> lease;
 };
+// Leases the next job, if that can be done by changing its row alone. See Catalog.
 absl::StatusOr<LeaseAttempt> LeaseJob(Sql& sql, const pb::WorkerRecord& worker,
                                       absl::Duration duration, const RetryOptions& retry,
                                       absl::Time now);
 // Ends the jobs at the head of the queue whose attempts are used up, or that were to be cancelled.
 absl::Status EndDeadJobs(Sql& sql, int64_t memory_bytes, const RetryOptions& retry, absl::Time now);
+// Calls of the worker that holds the lease: see Catalog.
 absl::StatusOr<JobControl> Heartbeat(Sql& sql, const std::string& lease_id, absl::Duration duration,
                                      const pb::JobProgress& progress, absl::Time now);
 absl::Status SaveCheckpoint(Sql& sql, const std::string& lease_id, const std::string& blob,
@@ -46,6 +50,7 @@ absl::Status FinishPart(Sql& sql, const std::string& lease_id, const std::string
 absl::Status FailJob(Sql& sql, const std::string& lease_id, const absl::Status& error, bool retry,
                      const RetryOptions& options, absl::Time now);
 absl::Status ReleaseJob(Sql& sql, const std::string& lease_id, absl::Time now);
+// Cancels a job: see Catalog.
 absl::Status RequestCancel(Sql& sql, const std::string& job_id, absl::Time now);
 
 }  // namespace liquidblend::store

@@ -43,6 +43,8 @@ absl::Status ErrorOfPart(const absl::Status& error, const pb::JobRecord& part,
 pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, const pb::JobRecord& job,
                                  absl::Time now);
 
+// Starts an attempt by the worker: the job is RUNNING, its attempt is counted, its progress is
+// empty.
 void StartAttempt(const std::string& worker, absl::Time now, pb::JobRecord& job);
 
 // Puts the job back into the queue as it was before its lease, except for its checkpoint.
@@ -61,24 +63,28 @@ void CountForEnvironment(pb::JobRecord& job);
 // The number of lost workers among the failed attempts that are kept.
 int NumLosses(const pb::JobRecord& job);
 
+// Ends the job with success: its progress is complete, and it has no checkpoint any more.
 void Succeed(absl::Time now, pb::JobRecord& job);
 
 // Ends the job with an error: CANCELLED if it is kCancelled, else FAILED.
 void Fail(const absl::Status& error, absl::Time now, pb::JobRecord& job);
 
+// The time as a protobuf message.
 google::protobuf::Timestamp ToTimestamp(absl::Time time);
 
 // Converts a status; payloads that are messages become details. Bytes that are not UTF-8 become
 // question marks, as protobuf would not read them.
 google::rpc::Status ToRpcStatus(const absl::Status& status);
 
-// Errors: kInvalidArgument if a string in the record is not UTF-8; `what` names the record.
+// Serializes a record. Errors: kInvalidArgument if a string in the record is not UTF-8; `what`
+// names the record.
 absl::StatusOr<std::string> Serialize(const google::protobuf::MessageLite& record,
                                       const std::string& what);
 
-// Page tokens: the last key of a page of `list`, opaque to clients.
+// Makes a page token from the last key of a page of `list`; it is opaque to clients.
 std::string PageToken(const std::string& list, const std::string& last_key);
-// Errors: kInvalidArgument if the token is not from this list. An empty token: an empty key.
+// Reads the last key from a page token of `list`. An empty token: an empty key. Errors:
+// kInvalidArgument if the token is not from this list.
 absl::StatusOr<std::string> LastKey(const std::string& list, const std::string& token);
 // The effective page size of a request for `page_size`.
 int PageSize(int page_size);

@@ -13,7 +13,7 @@ namespace {
 
 using Uses = std::map<std::string, OwnerUse>;
 
-// `statement` selects an owner and numbers.
+// Runs a query of an owner and numbers.
 absl::Status AddTo(Sql& sql, Uses& uses, absl::string_view statement,
                    const std::function<void(const SqlRow&, OwnerUse&)>& add) {
   return sql.Run(statement, {}, [&](const SqlRow& row) {

@@ -169,8 +169,8 @@ class PostgresBackend : public SqlBackend {
         [&](PostgresConnection& sql) { return sql.Transaction([&] { return body(sql); }); });
   }
 
-  // Looks after a notification of a job (or of a pause before its next attempt), and when a known
-  // job becomes due, for which there is no notification.
+  // Asks `until_next` after a notification of a job (or of a pause before its next attempt), and
+  // when a known job becomes due, for which there is no notification.
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) override
       ABSL_LOCKS_EXCLUDED(listener_mutex_) {
     const absl::MutexLock lock(&listener_mutex_);
@@ -198,7 +198,7 @@ class PostgresBackend : public SqlBackend {
     LB_ASSIGN_OR_RETURN(std::unique_ptr<PostgresConnection> listener, pool_.Open());
     LB_RETURN_IF_ERROR(listener->Listen(kChannel));
     listener_ = std::move(listener);
-    LookAfter(absl::ZeroDuration());  // what was queued before told nobody
+    LookAfter(absl::ZeroDuration());  // for jobs that were queued before
     return absl::OkStatus();
   }
 
@@ -210,7 +210,8 @@ class PostgresBackend : public SqlBackend {
   PostgresPool pool_;
   absl::Mutex listener_mutex_;
   std::unique_ptr<PostgresConnection> listener_ ABSL_GUARDED_BY(listener_mutex_);
-  // Time of the last look, and until the next one, for jobs that become due without a notification.
+  // The time of the last query, and until the next one, for jobs that become due without a
+  // notification.
   base::SteadyClock::time_point looked_ ABSL_GUARDED_BY(listener_mutex_);
   absl::Duration until_look_ ABSL_GUARDED_BY(listener_mutex_);
 };

@@ -8,6 +8,7 @@
 
 namespace liquidblend::store {
 
+// Options of retries.
 struct RetryOptions {
   int max_attempts = 3;  // >= 1; a job that fails or loses its worker this often fails for good
   // >= 1; so many transient failures of the environment are not counted as attempts. With the

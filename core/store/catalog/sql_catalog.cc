@@ -26,7 +26,7 @@ namespace {
 
 constexpr int64_t kPrunedAtOnce = 500;  // so that others get their turns
 
-// The result of a body.
+// Result types of the bodies of Read() and Change().
 template <typename Body>
 using ReadResult = std::invoke_result_t<Body, Sql&>;
 template <typename Body>
@@ -208,7 +208,7 @@ class SqlCatalog : public Catalog {
     asking.set_memory_bytes(memory_bytes);
     RecordWorkerSeen(asking).IgnoreError();  // the job counts
     while (true) {
-      // A worker that finds nothing to do must not hold up those that write.
+      // A read first, so that a worker that finds nothing to do does not block writers.
       LB_ASSIGN_OR_RETURN(const absl::Duration until_next, UntilNextJob(memory_bytes));
       if (until_next > absl::ZeroDuration()) return std::optional<Lease>();
       LB_ASSIGN_OR_RETURN(LeaseAttempt attempt, ChangeJob([&](Sql& sql, absl::Time now) {

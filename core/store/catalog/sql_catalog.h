@@ -32,7 +32,7 @@ class SqlBackend {
   virtual absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) = 0;
 };
 
-// Requires: options.Validate().ok().
+// Makes a catalog on this database.  Requires: options.Validate().ok().
 std::unique_ptr<Catalog> MakeSqlCatalog(std::unique_ptr<SqlBackend> backend,
                                         const CatalogOptions& options);
 

@@ -134,7 +134,7 @@ class SqliteBackend : public SqlBackend {
     return db.Transaction([&] { return body(db); });
   }
 
-  // There is one writer at a time in any case.
+  // SQLite has one writer at a time in any case.
   absl::Status ChangeJob(Body body) override { return Change(body); }
 
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) override {

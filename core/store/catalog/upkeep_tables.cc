@@ -15,7 +15,8 @@ namespace {
 
 using Names = std::set<std::string>;
 
-// Whether the record could be read and says the same as its columns; else that is put down.
+// Parses a record, and compares it with its columns. Returns false and adds to `damage` if it
+// cannot be read or differs.
 template <typename Record>
 bool ParseRow(const std::string& what, const std::string& bytes,
               absl::FunctionRef<bool(const Record&)> agrees, std::vector<Record>& records,
@@ -198,19 +199,19 @@ absl::StatusOr<CatalogInspection> InspectTables(Sql& sql) {
   LB_RETURN_IF_ERROR(ReadMembersAndVersions(sql, result.contents));
   LB_RETURN_IF_ERROR(InspectReferences(sql, result));
   absl::StatusOr<std::vector<std::string>> blobs = BlobsInUse(sql);
-  // A record that cannot be read has been put down already.
+  // A record that cannot be read has been reported already.
   if (!blobs.ok() && !absl::IsDataLoss(blobs.status())) return blobs.status();
   if (blobs.ok()) result.blobs = *std::move(blobs);
   return result;
 }
 
-// Each name must be new to the catalog, and come only once.
+// Every name must be new to the catalog, and occur only once in the contents.
 absl::Status CheckNoClash(Sql& sql, const CatalogContents& contents) {
   LB_ASSIGN_OR_RETURN(Names animations, ReadNames(sql, "SELECT id FROM animations"));
   for (const pb::AnimationRecord& animation : contents.animations) {
     LB_RETURN_IF_ERROR(Add("animation", animation.id(), animations));
   }
-  // A family that was deleted here has given its name's versions a meaning.
+  // The name of a deleted family counts as taken, since its versions were given out here.
   LB_ASSIGN_OR_RETURN(Names families, ReadNames(sql,
                                                 "SELECT id FROM families UNION "
                                                 "SELECT family FROM family_versions"));

@@ -14,8 +14,10 @@
 
 namespace liquidblend::store {
 
+// See CatalogUpkeep for these.
 absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions(Sql& sql);
 absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs(Sql& sql);
+// See CatalogUpkeep::Inspect(), CheckImport(), Import() and SetAnimationReadable().
 absl::StatusOr<CatalogInspection> InspectTables(Sql& sql);
 absl::Status CheckNoClash(Sql& sql, const CatalogContents& contents);
 absl::Status ImportContents(Sql& sql, const CatalogContents& contents);

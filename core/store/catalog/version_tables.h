@@ -18,11 +18,15 @@ namespace liquidblend::store {
 // Errors: kNotFound if there is no such family or version, naming the versions that exist.
 absl::StatusOr<pb::FamilyRecord> FindVersion(Sql& sql, const std::string& id, int64_t version);
 
+// Find the versions that are kept beside the published ones: of one family, newest first; of all
+// families, by family and version; or their numbers alone.
 absl::StatusOr<std::vector<pb::FamilyRecord>> FindKeptVersions(Sql& sql, const std::string& id);
 absl::StatusOr<std::vector<pb::FamilyRecord>> FindAllKeptVersions(Sql& sql);
 absl::StatusOr<KeptVersions> ListKeptNumbers(Sql& sql);
 
+// Inserts the row of a kept version.
 absl::Status SaveKeptVersion(Sql& sql, const pb::FamilyRecord& family);
+// Removes all kept versions of a family.
 absl::Status RemoveKeptVersions(Sql& sql, const std::string& id);
 
 // Publishes `next` as the newest version of `published`, which is kept if it has a version. Keeps

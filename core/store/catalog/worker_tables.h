@@ -13,7 +13,7 @@ namespace liquidblend::store {
 
 // Records that the worker is there; deletes workers that have been gone for a day.
 absl::Status SaveWorker(Sql& sql, const pb::WorkerRecord& worker, absl::Time now);
-// The workers seen since then, by name.
+// Finds the workers seen at `since` or later, by name.
 absl::StatusOr<std::vector<pb::WorkerRecord>> FindWorkers(Sql& sql, absl::Time since);
 
 }  // namespace liquidblend::store
