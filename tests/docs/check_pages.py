@@ -3,6 +3,7 @@
 
   check_pages.py CHECKOUT
   check_pages.py --self-test
+  check_pages.py --help
 
 - Relative links lead to files that are there, and to headings that these have. So do the names of
   pages in `...`.
@@ -218,6 +219,9 @@ endforeach()"""
 
 
 def main():
+    if sys.argv[1:] == ["--help"]:
+        print(__doc__)
+        return
     if len(sys.argv) != 2:
         print(__doc__, file=sys.stderr)
         sys.exit(2)

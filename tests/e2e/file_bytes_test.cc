@@ -1,0 +1,71 @@
+// Files of the store byte for byte: what does not mean to change a registration, changes none.
+// Whoever means to changes the table below, and says in the commit what it does to the accuracy.
+#include <signal.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "core/store/catalog/catalog.h"
+#include "tests/e2e/e2e_testing.h"
+#include "worker/ingest/read_directory.h"
+
+namespace liquidblend::e2e {
+namespace {
+
+// Blobs of tests/data/two_drops, A to B, by name, which is the SHA-256 of their bytes. They hold
+// for x86-64 and the libm of Debian 12.
+constexpr char kAnimationA[] =
+    "sha256-8c2dd9a052e7d41e10c7660837ba75460c5960cf1af0916c54a8e79222e3d03a";
+constexpr char kAnimationB[] =
+    "sha256-dbd2e039ff096d3f86c996f496f4a787a5861801dd9617d1ab28f54b591264a5";
+constexpr char kCheckpoint[] =
+    "sha256-9cb49a858d295004ca8754b508f9f8febaff6d22bd176c2a36f2c2fe5de546aa";
+constexpr char kFamily[] =
+    "sha256-91e6e1eb50043c2e705c5b95ad87f183eace9bf92fa60aa21cfc3ece82af4230";
+
+class FileBytesTest : public E2eTest {
+ protected:
+  void Import(const std::string& id, const std::string& name) {
+    const auto read =
+        ingest::LoadDirectory(absl::StrCat(LIQUIDBLEND_TEST_DATA, "/two_drops/", name));
+    ASSERT_TRUE(read.ok()) << read.status();
+    std::vector<NamedBytes> files;
+    for (const ingest::InputFile& file : ingest::Views(*read)) {
+      const auto* bytes = reinterpret_cast<const char*>(file.bytes.data());
+      files.push_back({file.name, std::string(bytes, file.bytes.size())});
+    }
+    Operation operation;
+    const grpc::Status status = Upload(id, files, "", operation);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    ExpectSuccess(AwaitDone(operation.name()));
+  }
+};
+
+TEST_F(FileBytesTest, OfTwoDropsAreThoseOfTheTable) {
+  Process server = StartServer();
+  const std::unique_ptr<store::Catalog> catalog = OpenCatalog();
+  {
+    Process worker = StartWorker();
+    Import("a", "A");
+    Import("b", "B");
+  }
+  EXPECT_EQ(catalog->GetAnimation("a")->blob(), kAnimationA);
+  EXPECT_EQ(catalog->GetAnimation("b")->blob(), kAnimationB);
+
+  Operation registration;
+  ASSERT_TRUE(Register(4, registration).ok());
+  Process killed = StartWorker(
+      {"LIQUIDBLEND_CHECKPOINT_INTERVAL=1ms", "LIQUIDBLEND_FAULT_POINT=checkpoint.after_commit"});
+  EXPECT_EQ(killed.Wait(), -SIGKILL);
+  const std::string id = registration.name().substr(std::string("operations/").size());
+  EXPECT_EQ(catalog->GetJob(id)->checkpoint_blob(), kCheckpoint);
+
+  Process worker = StartWorker();
+  ExpectSuccess(AwaitDone(registration.name()));
+  EXPECT_EQ(catalog->GetFamily("balls")->blob(), kFamily);
+}
+
+}  // namespace
+}  // namespace liquidblend::e2e
