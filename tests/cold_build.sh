@@ -26,14 +26,24 @@ export CCACHE_DIR=$work/ccache
 git clone -q . "$work/first"
 
 rows=()
-# measure WHAT FOLDER COMMAND..: adds a row with the time that the command took there.
+# add_row WHAT SECONDS STATUS
+add_row() { rows+=("$(printf '| %s | %d:%02d | %s |' "$1" $(($2 / 60)) $(($2 % 60)) "$3")"); }
+# measure WHAT FOLDER COMMAND..: adds a row with the time that the command took there, and one for
+# each step that it prints as tests/run.sh does ("== MINUTES:SECONDS STEP").
 measure() {
   local what=$1 folder=$2 begin=$SECONDS status=0
   shift 2
   echo "== $what"
   (cd "$folder" && "$@") >"$work/log" 2>&1 || status=$?
   local took=$((SECONDS - begin))
-  rows+=("$(printf '| %s | %d:%02d | %d |' "$what" $((took / 60)) $((took % 60)) "$status")")
+  add_row "$what" "$took" "$status"
+  local at name start step=
+  while read -r _ at name; do
+    [ -z "$step" ] || add_row "- $step" $((60 * ${at%:*} + 10#${at#*:} - start)) ""
+    start=$((60 * ${at%:*} + 10#${at#*:}))
+    step=$name
+  done < <(grep -E '^== [0-9]+:[0-9]{2} ' "$work/log")
+  [ -z "$step" ] || add_row "- $step" $((took - start)) ""
   [ "$status" = 0 ] || { tail -n 30 "$work/log" >&2; failed=1; }
 }
 

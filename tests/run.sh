@@ -20,18 +20,25 @@ for argument in "$@"; do
 done
 cd "$(dirname "$0")/.."
 
+# step WHAT: says what begins, and after how many minutes and seconds.
+step() { printf '== %d:%02d %s\n' $((SECONDS / 60)) $((SECONDS % 60)) "$1"; }
+
 [ "$install" = 0 ] || deploy/install-deps.sh
 jobs=$(nproc)
 slots=$((2 * jobs))  # a test counts as one or two: tests/CMakeLists.txt
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1  # another clone of the same sources hits the cache
 
 if [ "$sanitize" = 1 ]; then
+  step "compile with sanitizers"
   cmake --preset asan >/dev/null
   cmake --build --preset asan -j "$jobs" --target lb_unit_tests
+  step "unit tests with sanitizers"
   slow=$(grep -v '^#' tests/slow_with_sanitizers.txt | paste -sd '|')
   ctest --preset asan -j "$slots" -E "$slow"
 fi
 
+step "compile"
 cmake --preset release >/dev/null
 cmake --build --preset release -j "$jobs"
+step "tests"
 ctest --preset release -j "$slots"
