@@ -67,7 +67,8 @@ absl::Status CheckIsFree(store::Catalog& catalog, const std::string& animation_i
   if (absl::IsNotFound(there.status())) return absl::OkStatus();
   LB_RETURN_IF_ERROR(there.status());
   if (there->state() == store::pb::AnimationRecord::FAILED) return absl::OkStatus();
-  return absl::AlreadyExistsError(absl::StrCat(AnimationName(animation_id), " exists already"));
+  return absl::AlreadyExistsError(absl::StrCat(
+      AnimationName(animation_id), " exists already; choose another name, or delete it first"));
 }
 
 Upload::Upload(const UploadStores& stores, const Limits& limits, const Principal& principal,

@@ -15,9 +15,10 @@ template <typename Holds>
 CLI::Validator Check(const Holds& holds, const std::string& rule, const char* name) {
   const auto check = [=](const std::string& text) {
     double value = 0.0;
-    const bool is_number = absl::SimpleAtod(text, &value) && std::isfinite(value);
-    return is_number && holds(value) ? std::string()
-                                     : absl::StrCat("must be ", rule, ", got ", text);
+    if (!absl::SimpleAtod(text, &value) || !std::isfinite(value)) {
+      return absl::StrCat("must be a number without a unit, ", rule, ", got ", text);
+    }
+    return holds(value) ? std::string() : absl::StrCat("must be ", rule, ", got ", text);
   };
   return CLI::Validator(check, name);
 }

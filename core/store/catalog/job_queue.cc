@@ -156,7 +156,8 @@ absl::StatusOr<pb::JobRecord> SubmitImport(Sql& sql, const pb::AnimationRecord& 
   const auto existing = FindAnimation(sql, animation.id());
   if (existing.ok() && existing->state() != pb::AnimationRecord::FAILED) {
     return absl::AlreadyExistsError(
-        absl::StrCat("animation '", animation.id(), "' exists already"));
+        absl::StrCat("animation '", animation.id(),
+                     "' exists already; choose another name, or delete it first"));
   }
   if (!existing.ok() && !absl::IsNotFound(existing.status())) return existing.status();
   LB_RETURN_IF_ERROR(AskAboutOwner(sql, job, check));
