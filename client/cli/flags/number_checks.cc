@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 
@@ -15,10 +16,10 @@ template <typename Holds>
 CLI::Validator Check(const Holds& holds, const std::string& rule, const char* name) {
   const auto check = [=](const std::string& text) {
     double value = 0.0;
-    if (!absl::SimpleAtod(text, &value) || !std::isfinite(value)) {
-      return absl::StrCat("must be a number without a unit, ", rule, ", got ", text);
-    }
-    return holds(value) ? std::string() : absl::StrCat("must be ", rule, ", got ", text);
+    const bool is_number = absl::SimpleAtod(text, &value) && std::isfinite(value);
+    if (is_number && holds(value)) return std::string();
+    const bool has_unit = !is_number && !text.empty() && absl::ascii_isdigit(text[0]);
+    return absl::StrCat("must be ", rule, has_unit ? ", without a unit" : "", ", got ", text);
   };
   return CLI::Validator(check, name);
 }

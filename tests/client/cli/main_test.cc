@@ -42,8 +42,7 @@ TEST_F(Command, WithoutASubcommandOrWithAWrongFlagIsAUsageError) {
   EXPECT_THAT(weights.err, HasSubstr("\"half\" is not a number"));
   const CommandResult patience = Run({"list", "--patience", "10s"});
   EXPECT_EQ(patience.exit_code, 2);
-  EXPECT_THAT(patience.err,
-              HasSubstr("--patience: must be a number without a unit, 0 or more, got 10s"));
+  EXPECT_THAT(patience.err, HasSubstr("--patience: must be 0 or more, without a unit, got 10s"));
   EXPECT_THAT(Run({"list", "--patience", "-1"}).err, HasSubstr("must be 0 or more, got -1"));
 }
 
