@@ -1,5 +1,5 @@
-// Files of the store byte for byte: what does not mean to change a registration, changes none.
-// Whoever means to changes the table below, and says in the commit what it does to the accuracy.
+// Bytes of animation, checkpoint and family files, compared with a table of hashes. A change that
+// alters them on purpose updates the table, and its commit gives the effect on the accuracy.
 #include <signal.h>
 
 #include <memory>
@@ -13,6 +13,7 @@
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
 #include "tests/e2e/e2e_testing.h"
+#include "tests/paths.h"
 #include "worker/ingest/read_directory.h"
 #include "worker/jobs/checkpoint_file.h"
 
@@ -34,7 +35,7 @@ class FileBytesTest : public E2eTest {
  protected:
   void Import(const std::string& id, const std::string& name) {
     const auto read =
-        ingest::LoadDirectory(absl::StrCat(LIQUIDBLEND_TEST_DATA, "/two_drops/", name));
+        ingest::LoadDirectory(paths::Source(absl::StrCat("tests/data/two_drops/", name)));
     ASSERT_TRUE(read.ok()) << read.status();
     std::vector<NamedBytes> files;
     for (const ingest::InputFile& file : ingest::Views(*read)) {
@@ -47,9 +48,9 @@ class FileBytesTest : public E2eTest {
     ExpectSuccess(AwaitDone(operation.name()));
   }
 
-  // The name that a checkpoint's bytes have without what no two runs have in common: the lease and
-  // the time that was worked.
-  absl::StatusOr<std::string> NameWithoutRun(const std::string& checkpoint_blob) {
+  // Name of the blob with a checkpoint's state alone: without its label (lease, number,
+  // fingerprint) and the time that was worked, which differ between runs and programs.
+  absl::StatusOr<std::string> NameOfState(const std::string& checkpoint_blob) {
     LB_ASSIGN_OR_RETURN(const auto blobs, store::OpenLocalBlobStore(data()));
     LB_ASSIGN_OR_RETURN(const auto blob, blobs->Open(checkpoint_blob));
     LB_ASSIGN_OR_RETURN(auto checkpoint, jobs::ReadCheckpoint(*blob, "the checkpoint"));
@@ -77,7 +78,7 @@ TEST_F(FileBytesTest, OfTwoDropsAreThoseOfTheTable) {
       {"LIQUIDBLEND_CHECKPOINT_INTERVAL=1ms", "LIQUIDBLEND_FAULT_POINT=checkpoint.after_commit"});
   EXPECT_EQ(killed.Wait(), -SIGKILL);
   const std::string id = registration.name().substr(std::string("operations/").size());
-  const auto checkpoint = NameWithoutRun(catalog->GetJob(id)->checkpoint_blob());
+  const auto checkpoint = NameOfState(catalog->GetJob(id)->checkpoint_blob());
   ASSERT_TRUE(checkpoint.ok()) << checkpoint.status();
   EXPECT_EQ(*checkpoint, kCheckpoint);
 
