@@ -44,6 +44,13 @@ TEST_F(Border, AMistypedCommandIsNamedWithTheNearestOne) {
   EXPECT_THAT(result.err, HasSubstr("there is no command 'upload'\n"));
 }
 
+TEST_F(Border, ANumberWithAUnitIsRefusedAsSuch) {
+  const CommandResult patience = Run({"list", "--patience", "10s"});
+  EXPECT_EQ(patience.exit_code, 2);
+  EXPECT_THAT(patience.err, HasSubstr("--patience: must be 0 or more, without a unit, got 10s"));
+  EXPECT_THAT(Run({"list", "--patience", "-1"}).err, HasSubstr("must be 0 or more, got -1"));
+}
+
 TEST_F(Border, ANumberOutOfRangeIsNamedInOneShortSentence) {
   const std::vector<std::string> registration = {"register", "f",        "--source",
                                                  "drops-a",  "--target", "drops-b"};

@@ -40,10 +40,6 @@ TEST_F(Command, WithoutASubcommandOrWithAWrongFlagIsAUsageError) {
       Run({"frame", "drops", "--weights", "0.5,half", "--time", "0", "-o", dir_.File("f.ply")});
   EXPECT_EQ(weights.exit_code, 2);
   EXPECT_THAT(weights.err, HasSubstr("\"half\" is not a number"));
-  const CommandResult patience = Run({"list", "--patience", "10s"});
-  EXPECT_EQ(patience.exit_code, 2);
-  EXPECT_THAT(patience.err, HasSubstr("--patience: must be 0 or more, without a unit, got 10s"));
-  EXPECT_THAT(Run({"list", "--patience", "-1"}).err, HasSubstr("must be 0 or more, got -1"));
 }
 
 TEST_F(Command, HelpTellsTheExitCodes) {
