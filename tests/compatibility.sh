@@ -22,7 +22,7 @@ current=$PWD/build/release/bin
 work=$(mktemp -d)
 server_pid=
 postgres_pid=
-# end PID: lets the process end by itself.
+# end PID: ends the process by SIGTERM and waits for it; an empty PID is none.
 end() {
   [ -n "$1" ] || return 0
   kill "$1" 2>/dev/null || true
