@@ -12,6 +12,7 @@
 #include "client/cli/files/mesh_file.h"
 #include "client/cli/flags/blend_flags.h"
 #include "client/cli/flags/encoding_flags.h"
+#include "client/cli/flags/named_value.h"
 #include "client/cli/flags/number_checks.h"
 #include "client/cli/flags/parse.h"
 #include "client/cli/flags/surface_flags.h"
@@ -161,12 +162,12 @@ void AddExport(CLI::App& app, Context& context) {
   command->add_flag("--overwrite", flags->overwrite,
                     "Replace the frames and the meta.json of an earlier export in DIR, once the "
                     "new ones are all there; other files stay");
-  command
-      ->add_option("--format", flags->format,
-                   "ply or obj: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "
-                   "cache, but in metres; meta.json beside them says rate and units")
-      ->check(CLI::IsMember({"ply", "obj", "bobj"}))
-      ->capture_default_str();
+  AddNamedValue<std::string>(
+      "--format", flags->format,
+      "ply or obj: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "
+      "cache, but in metres; meta.json beside them says rate and units",
+      {{"ply", "ply"}, {"obj", "obj"}, {"bobj", "bobj"}}, *command)
+      ->default_str(flags->format);
   command->add_option("--fps", flags->frames_per_second, "Frames per second; default the family's")
       ->check(Positive());
   AddEncodingFlags(*command, flags->encoding);

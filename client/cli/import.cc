@@ -1,11 +1,11 @@
 // liquidblend import NAME DIR | --from-server ROOT/DIR
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
+#include "client/cli/flags/named_value.h"
 #include "client/cli/flags/priority_flag.h"
 #include "client/cli/flags/up_flag.h"
 #include "client/cli/print/describe.h"
@@ -103,16 +103,14 @@ void AddImport(CLI::App& app, Context& context) {
   command->add_option("--pattern", flags->pattern,
                       "GLOB: the frames of such names only, such as 'liquid.*'; meta.json "
                       "and their velocities go with them; all unless given");
-  const std::map<std::string, AnimationFormat> formats = {
-      {"mantaflow", AnimationFormat::kMantaflow},
-      {"ply", AnimationFormat::kPly},
-      {"obj", AnimationFormat::kObj},
-      {"stl", AnimationFormat::kStl},
-      {"vdb", AnimationFormat::kVdb}};
-  command
-      ->add_option("--format", flags->options.format,
-                   "mantaflow, ply, obj, stl or vdb; otherwise found from the file names")
-      ->transform(CLI::CheckedTransformer(formats, CLI::ignore_case));
+  AddNamedValue<AnimationFormat>("--format", flags->options.format,
+                                 "The frames' format; otherwise found from the file names",
+                                 {{"mantaflow", AnimationFormat::kMantaflow},
+                                  {"ply", AnimationFormat::kPly},
+                                  {"obj", AnimationFormat::kObj},
+                                  {"stl", AnimationFormat::kStl},
+                                  {"vdb", AnimationFormat::kVdb}},
+                                 *command);
   ImportOptions& options = flags->options;
   command->add_option("--fps", options.frames_per_second,
                       "Frames per second; otherwise from meta.json, else 24");

@@ -1,11 +1,11 @@
 // liquidblend register FAMILY --source NAME --target NAME [--target NAME ...]
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "client/cli/commands.h"
 #include "client/cli/files/correspondences.h"
+#include "client/cli/flags/named_value.h"
 #include "client/cli/flags/number_checks.h"
 #include "client/cli/flags/points.h"
 #include "client/cli/flags/priority_flag.h"
@@ -55,29 +55,25 @@ absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
 }
 
 void AddTimeBlendingFlags(TimeBlending& blending, CLI::App& command) {
-  const std::map<std::string, TimeBlending::Kind> names = {
-      {"linear", TimeBlending::Kind::kLinear}, {"squares", TimeBlending::Kind::kSquares}};
-  command
-      .add_option("--time-blending", blending.kind,
-                  "How times of matching events blend: as positions do (linear, unless given), or\n"
-                  "their squares, which is right for falls from rest, from different heights")
-      ->transform(CLI::CheckedTransformer(names))
-      ->type_name("linear|squares");
+  AddNamedValue<TimeBlending::Kind>(
+      "--time-blending", blending.kind,
+      "How times of matching events blend: as positions do (linear, unless given), or\n"
+      "their squares, which is right for falls from rest, from different heights",
+      {{"linear", TimeBlending::Kind::kLinear}, {"squares", TimeBlending::Kind::kSquares}},
+      command);
   command.add_option("--rest-time", blending.rest_time_s,
                      "Squares of the times since then, seconds since the first frame (0); "
                      "not positive");
 }
 
 void AddSpaceTimeFlags(SpaceTimeOptions& options, CLI::App& command) {
-  const std::map<std::string, Connectivity> names = {{"auto", Connectivity::kAuto},
-                                                     {"tracked", Connectivity::kTracked},
-                                                     {"rebuilt", Connectivity::kRebuilt}};
-  command
-      .add_option(
-          "--connectivity", options.connectivity,
-          "Whether frames share it (tracked) or not (rebuilt); auto, unless given: the server sees")
-      ->transform(CLI::CheckedTransformer(names))
-      ->type_name("auto|tracked|rebuilt");
+  AddNamedValue<Connectivity>(
+      "--connectivity", options.connectivity,
+      "Whether frames share it (tracked) or not (rebuilt); auto, unless given: the server sees",
+      {{"auto", Connectivity::kAuto},
+       {"tracked", Connectivity::kTracked},
+       {"rebuilt", Connectivity::kRebuilt}},
+      command);
   command
       .add_option("--spacing", options.spacing_edges,
                   "Spacing of the space-time grid in mean edge lengths (0.9)")
@@ -94,12 +90,10 @@ void AddSpaceTimeFlags(SpaceTimeOptions& options, CLI::App& command) {
       .add_option("--levels", options.coarser_levels,
                   "Levels of detail beside the finest (2), each half of the one before")
       ->check(NonNegative());
-  command
-      .add_option("--keep-thin-sheets", options.keep_thin_sheets,
-                  "Sheets thinner than the grid's spacing stay whole instead of tearing (on), at\n"
-                  "the cost of some time and of a few small flakes inside out")
-      ->transform(OnOff())
-      ->type_name("on|off");
+  AddOnOff("--keep-thin-sheets", options.keep_thin_sheets,
+           "Sheets thinner than the grid's spacing stay whole instead of tearing (on), at\n"
+           "the cost of some time and of a few small flakes inside out",
+           command);
 }
 
 }  // namespace
@@ -125,14 +119,11 @@ void AddRegister(CLI::App& app, Context& context) {
   command->add_flag("--replace", request.replace,
                     "Publish a new version, from scratch, of a family that exists already; "
                     "without this or --refine a name that is taken is refused");
-  const std::map<std::string, Grade> grades = {{"good", Grade::kGood},
-                                               {"doubtful", Grade::kDoubtful}};
-  command
-      ->add_option("--require", request.required_grade,
-                   "The worst verdict that is published; with a worse one the operation fails and "
-                   "the version before stays. Any, unless given")
-      ->transform(CLI::CheckedTransformer(grades))
-      ->type_name("good|doubtful");
+  AddNamedValue<Grade>(
+      "--require", request.required_grade,
+      "The worst verdict that is published; with a worse one the operation fails and "
+      "the version before stays. Any, unless given",
+      {{"good", Grade::kGood}, {"doubtful", Grade::kDoubtful}}, *command);
   AddPriority(request.priority, *command);
   command->add_flag("--wait", flags->wait, "Show progress until it is done");
   AddTimeBlendingFlags(request.time_blending, *command);

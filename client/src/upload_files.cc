@@ -69,6 +69,7 @@ absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& d
   std::error_code error;
   std::vector<std::string> names;
   int num_frames = 0, num_chosen = 0;
+  std::string example;
   fs::directory_iterator entry(directory, error);
   for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
     const std::string name = entry->path().filename().string();
@@ -76,6 +77,7 @@ absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& d
     if (!client::IsAnimationFileName(name) || !entry->is_regular_file(ignored)) continue;
     if (client::IsFrameName(name)) {
       ++num_frames;
+      if (example.empty() || name < example) example = name;
       if (!IsChosen(name, pattern)) continue;
       ++num_chosen;
     }
@@ -85,8 +87,9 @@ absl::StatusOr<std::vector<std::string>> ListAnimationFiles(const std::string& d
   if (num_chosen == 0) {
     return absl::NotFoundError(
         num_frames > 0
-            ? absl::StrCat(directory, ": none of its ", num_frames, " frames is called '", pattern,
-                           "' (--pattern)")
+            ? absl::StrCat(directory, ": none of its ", num_frames, " frames, such as ", example,
+                           ", is called '", pattern,
+                           "' (--pattern: * stands for any characters, ? for one)")
             : absl::StrCat(directory,
                            ": no frames (*.bobj.gz, *.ply, *.obj, *.stl or *.vdb) in this "
                            "directory"));

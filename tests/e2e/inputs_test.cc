@@ -221,6 +221,9 @@ TEST_F(InputsTest, FramesOfTwoSequencesAreRefusedAndAPatternChooses) {
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr(message));
   EXPECT_EQ(NumOperations(), 0);  // nothing was sent
+  EXPECT_THAT(Run({"import", "a", folder, "--pattern", "liquid.####.ply"}).err,
+              HasSubstr("none of its 3 frames, such as foam.0003.ply, is called 'liquid.####.ply' "
+                        "(--pattern: * stands for any characters, ? for one)"));
   EXPECT_THAT(RunOrDie({"import", "a", folder, "--pattern", "liquid.*"}), HasSubstr("2 frames"));
   EXPECT_THAT(ErrorOfUpload("b", folder, names), HasSubstr(message));
 }

@@ -210,7 +210,7 @@ void SettleUp(mesh::Animation& animation, const parallel::Arena& arena) {
   if (found.up == mesh::Up::kUnknown) {
     animation.notes.push_back(
         "Assumed that z is up: no falling part shows it. If that is wrong, import again with `up` "
-        "given.");
+        "given (--up).");
     return;
   }
   const std::string shown = absl::StrCat("falling parts show that ", mesh::NameOf(found.up),

@@ -129,7 +129,9 @@ bool IsLeftOut(const InputFile& file, const std::string& pattern) {
 
 // For messages.
 std::string CalledLike(const std::string& pattern) {
-  return pattern.empty() ? "" : absl::StrCat(" called '", absl::Utf8SafeCHexEscape(pattern), "'");
+  if (pattern.empty()) return "";
+  return absl::StrCat(" called '", absl::Utf8SafeCHexEscape(pattern),
+                      "' (* stands for any characters, ? for one)");
 }
 
 absl::StatusOr<Format> FindFormat(std::span<const InputFile> files, const std::string& pattern) {

@@ -70,6 +70,7 @@ absl::Status CheckKeys(const json& object, const std::string& place,
 
 // Text for messages, with invalid UTF-8 replaced.
 std::string FormatJson(const json& value) {
+  if (value.is_string()) return Quoted(value.get_ref<const std::string&>());
   return Quoted(value.dump(-1, ' ', true, json::error_handler_t::replace));
 }
 

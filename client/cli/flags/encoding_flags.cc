@@ -1,9 +1,9 @@
 #include "client/cli/flags/encoding_flags.h"
 
 #include <CLI/CLI.hpp>
-#include <map>
 #include <string>
 
+#include "client/cli/flags/named_value.h"
 #include "client/cli/flags/number_checks.h"
 
 namespace liquidblend::cli {
@@ -18,16 +18,12 @@ void AddEncodingFlags(CLI::App& command, EncodingFlags& flags) {
                   "Longest step that coordinates are rounded to, metres; otherwise by --bits")
       ->check(Positive())
       ->excludes(bits);
-  const std::map<std::string, EncodingPreset> presets = {
-      {"fastest", EncodingPreset::kFastest},
-      {"balanced", EncodingPreset::kBalanced},
-      {"smallest", EncodingPreset::kSmallest},
-  };
-  command
-      .add_option("--encoding", flags.preset,
-                  "The server's time against bytes; the same triangles (fastest)")
-      ->transform(CLI::CheckedTransformer(presets))
-      ->type_name("fastest|balanced|smallest");
+  AddNamedValue<EncodingPreset>("--encoding", flags.preset,
+                                "The server's time against bytes; the same triangles (fastest)",
+                                {{"fastest", EncodingPreset::kFastest},
+                                 {"balanced", EncodingPreset::kBalanced},
+                                 {"smallest", EncodingPreset::kSmallest}},
+                                command);
 }
 
 }  // namespace liquidblend::cli

@@ -1,7 +1,6 @@
 #include "client/cli/flags/number_checks.h"
 
 #include <cmath>
-#include <map>
 #include <string>
 
 #include "absl/strings/ascii.h"
@@ -37,10 +36,6 @@ CLI::Validator NonNegative() {
 CLI::Validator Within(double min, double max) {
   return Check([=](double value) { return value >= min && value <= max; },
                absl::StrCat("in [", min, ", ", max, "]"), "");
-}
-
-CLI::CheckedTransformer OnOff() {
-  return CLI::CheckedTransformer(std::map<std::string, bool>{{"on", true}, {"off", false}});
 }
 
 }  // namespace liquidblend::cli

@@ -9,7 +9,4 @@ CLI::Validator Positive();                      // finite and above 0
 CLI::Validator NonNegative();                   // finite, 0 or more
 CLI::Validator Within(double min, double max);  // both included
 
-// "on" or "off", for a bool.
-CLI::CheckedTransformer OnOff();
-
 }  // namespace liquidblend::cli

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "absl/strings/str_cat.h"
+#include "client/cli/flags/named_value.h"
 #include "client/cli/flags/number_checks.h"
 #include "core/mesh/registration_options.h"
 
@@ -35,7 +36,7 @@ void AddFlag(const OptionText& text, const mesh::Range& range, T& option, CLI::A
 void AddFlag(const OptionText& text, const mesh::Range&, std::optional<bool>& option,
              CLI::App& command) {
   const std::string help = absl::StrCat(text.description, " (", text.default_value, ")");
-  command.add_option(text.flag, option, help)->transform(OnOff())->type_name("on|off");
+  AddOnOff(text.flag, option, help, command);
 }
 
 }  // namespace

@@ -42,6 +42,31 @@ TEST_F(Command, WithoutASubcommandOrWithAWrongFlagIsAUsageError) {
   EXPECT_THAT(weights.err, HasSubstr("\"half\" is not a number"));
 }
 
+TEST_F(Command, AValueThatIsNoNameOfItsFlagIsRefusedWithTheNames) {
+  const std::vector<std::string> import = {"import", "a", dir_.path(), "--up", "w"};
+  const std::vector<std::string> registration = {"register",  "f",   "--source",        "a",
+                                                 "--target",  "b",   "--time-blending", "cube",
+                                                 "--require", "good"};
+  const std::vector<std::string> grade = {"register", "f", "--source",  "a",
+                                          "--target", "b", "--require", "fine"};
+  const std::vector<std::string> sheets = {"register", "f", "--source",           "a",
+                                           "--target", "b", "--keep-thin-sheets", "yes"};
+  const std::vector<std::string> format = {"export", "f",   "--weights", "0.5",
+                                           "-o",     "out", "--format",  "fbx"};
+  const std::pair<std::vector<std::string>, std::string> cases[] = {
+      {import, "--up: 'w' is none of x, y, z, -x, -y, -z"},
+      {registration, "--time-blending: 'cube' is none of linear, squares"},
+      {grade, "--require: 'fine' is none of good, doubtful"},
+      {sheets, "--keep-thin-sheets: 'yes' is none of on, off"},
+      {format, "--format: 'fbx' is none of ply, obj, bobj"},
+  };
+  for (const auto& [arguments, message] : cases) {
+    const CommandResult result = Run(arguments);
+    EXPECT_EQ(result.exit_code, 2) << message;
+    EXPECT_THAT(result.err, HasSubstr(message));
+  }
+}
+
 TEST_F(Command, HelpTellsTheExitCodes) {
   const CommandResult help = Run({"--help"});
   EXPECT_EQ(help.exit_code, 0);

@@ -56,7 +56,7 @@ TEST(ReadMeta, RefusesUnknownKeysByName) {
 
 TEST(ReadMeta, RefusesUnitsThatAreAWord) {
   EXPECT_THAT(Error(R"({"units": "cm"})"),
-              HasSubstr(R"(units is "\"cm\"", not an object such as {"vertex_scale": 0.01})"));
+              HasSubstr(R"(units is "cm", not an object such as {"vertex_scale": 0.01})"));
 }
 
 TEST(ReadMeta, KnowsTheKeysOfTheSampleSimulations) {
@@ -107,7 +107,7 @@ TEST(ReadAnimation, SaysWhichUnitOfVelocitiesItAssumes) {
 TEST(ReadAnimation, RefusesAUnitOfPositionsWhoseScaleIsNotGiven) {
   const std::string centimetres = R"({"fps": 24, "units": {"vertices": "cm"}})";
   EXPECT_THAT(Notes(Format::kObj, centimetres, {}),
-              ElementsAre(HasSubstr("meta.json: units.vertices is \"\\\"cm\\\"\", not metres: "
+              ElementsAre(HasSubstr("meta.json: units.vertices is \"cm\", not metres: "
                                     "give units.vertex_scale too, or --vertex-scale")));
   EXPECT_THAT(Notes(Format::kObj, centimetres, {.vertex_scale = 0.01}), IsEmpty());
   EXPECT_THAT(

@@ -103,7 +103,7 @@ TEST(ReadAnimation, APatternChoosesFramesAndTheirVelocities) {
   EXPECT_EQ(Read(files, options)->first_frame_number, 3);
   options.pattern = "liquid.*";
   EXPECT_THAT(Error(files, options), HasSubstr("(.bobj.gz, .ply, .obj, .stl or .vdb) called "
-                                               "'liquid.*'"));
+                                               "'liquid.*' (* stands for any characters"));
 }
 
 TEST(ReadAnimation, OrdersFramesByNumberFromAnyFirstOne) {
