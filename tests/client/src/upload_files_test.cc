@@ -63,7 +63,8 @@ TEST(ListAnimationFiles, ChoosesFramesByAPattern) {
                                   dir.File("meta.json")));
   const absl::Status none = ListAnimationFiles(dir.path(), "water.*").status();
   EXPECT_EQ(none.code(), absl::StatusCode::kNotFound);
-  EXPECT_THAT(std::string(none.message()), HasSubstr("none of its 3 frames is called 'water.*'"));
+  EXPECT_THAT(std::string(none.message()),
+              HasSubstr("none of its 3 frames, such as foam.0001.ply, is called 'water.*'"));
 }
 
 TEST(ListAnimationFiles, SaysThatAFileIsNoFolder) {
