@@ -100,7 +100,7 @@ int ReportStatus(const absl::Status& status) {
   const std::string message(status.message());
   std::fprintf(stderr, "liquidblend: %s\n",
                message.empty() ? status.ToString().c_str() : message.c_str());
-  const char* advice = liquidblend::cli::Advice(code);
+  const char* advice = liquidblend::cli::Advice(status);
   if (*advice != '\0') std::fprintf(stderr, "%s\n", advice);
   return code;
 }

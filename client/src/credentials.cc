@@ -1,8 +1,11 @@
 #include "client/src/credentials.h"
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/src/loopback.h"
 #include "client/src/status_macros.h"
@@ -10,13 +13,19 @@
 namespace liquidblend::client {
 namespace {
 
-// "" of "".
-absl::StatusOr<std::string> ReadPem(const char* field, const std::string& path) {
+// The text of a PEM file that has a `label`, such as "CERTIFICATE"; "" of "". gRPC would not tell a
+// wrong file from a server that does not answer.
+absl::StatusOr<std::string> ReadPem(const char* field, const char* label, const std::string& path) {
   if (path.empty()) return std::string();
   std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    return absl::NotFoundError(
+        absl::StrCat(field, ": ", path, " cannot be read: ", std::strerror(errno)));
+  }
   std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (file.is_open() && !file.bad() && !text.empty()) return text;
-  return absl::NotFoundError(absl::StrCat(field, ": ", path, " cannot be read, or is empty"));
+  if (absl::StrContains(text, absl::StrCat(label, "-----"))) return text;
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, ": ", path, " has no PEM block of a ", label));
 }
 
 }  // namespace
@@ -25,9 +34,9 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> CredentialsOf(
     const SecurityOptions& options) {
   if (!options.uses_tls()) return grpc::InsecureChannelCredentials();
   grpc::SslCredentialsOptions ssl;
-  LBC_ASSIGN_OR_RETURN(ssl.pem_root_certs, ReadPem("tls_ca", options.tls_ca));
-  LBC_ASSIGN_OR_RETURN(ssl.pem_cert_chain, ReadPem("tls_cert", options.tls_cert));
-  LBC_ASSIGN_OR_RETURN(ssl.pem_private_key, ReadPem("tls_key", options.tls_key));
+  LBC_ASSIGN_OR_RETURN(ssl.pem_root_certs, ReadPem("tls_ca", "CERTIFICATE", options.tls_ca));
+  LBC_ASSIGN_OR_RETURN(ssl.pem_cert_chain, ReadPem("tls_cert", "CERTIFICATE", options.tls_cert));
+  LBC_ASSIGN_OR_RETURN(ssl.pem_private_key, ReadPem("tls_key", "PRIVATE KEY", options.tls_key));
   return grpc::SslCredentials(ssl);
 }
 

@@ -85,6 +85,11 @@ absl::Status ConnectOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("target is '", target, "'; one of its addresses is empty"));
   }
+  for (const char* scheme : {"http://", "https://"}) {
+    if (!absl::StrContains(target, scheme)) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "target is '", target, "'; it must be HOST:PORT, without ", scheme, " (--tls is for TLS)"));
+  }
   LBC_RETURN_IF_ERROR(CheckPositive("connect_timeout", connect_timeout));
   LBC_RETURN_IF_ERROR(CheckPositive("call_timeout", call_timeout));
   LBC_RETURN_IF_ERROR(CheckPositive("upload_timeout", upload_timeout));

@@ -23,6 +23,9 @@ absl::StatusOr<std::string> ReadFile(const std::string& path) {
     return absl::NotFoundError(absl::StrCat(path, " is a directory, not a file"));
   }
   std::ifstream input(path, std::ios::binary);
+  if (!input) {
+    return absl::NotFoundError(absl::StrCat(path, ": cannot be read: ", std::strerror(errno)));
+  }
   std::string bytes{std::istreambuf_iterator<char>(input), std::istreambuf_iterator<char>()};
   if (!input) return absl::NotFoundError(absl::StrCat(path, ": cannot be read"));
   return bytes;

@@ -1,6 +1,8 @@
 #include "client/cli/flags/context.h"
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -14,6 +16,10 @@ namespace {
 // The first line, which holds nothing else.
 absl::StatusOr<std::string> ReadToken(const std::string& path) {
   std::ifstream file(path);
+  if (!file) {
+    return absl::NotFoundError(
+        absl::StrCat("--token-file ", path, ": cannot be read: ", std::strerror(errno)));
+  }
   std::string line;
   std::getline(file, line);
   const std::string token(absl::StripAsciiWhitespace(line));

@@ -36,8 +36,11 @@ ExitCode ToExitCode(const absl::Status& status) {
   }
 }
 
-const char* Advice(ExitCode code) {
-  switch (code) {
+const char* Advice(const absl::Status& status) {
+  if (status.code() == absl::StatusCode::kUnauthenticated) {
+    return "Give a token of this server's with --token-file FILE or LIQUIDBLEND_TOKEN_FILE.";
+  }
+  switch (ToExitCode(status)) {
     case kExitUnreachable:
       return "Is liquidblend-server running? Say where with --server HOST:PORT or "
              "LIQUIDBLEND_SERVER.";

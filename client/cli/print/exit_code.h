@@ -32,7 +32,7 @@ absl::Status VerdictError(const std::string& message);
 
 ExitCode ToExitCode(const absl::Status& status);
 
-// Advice to the user, in one sentence; "" if there is none.
-const char* Advice(ExitCode code);
+// Advice to the user about an error, in one sentence; "" if there is none.
+const char* Advice(const absl::Status& status);
 
 }  // namespace liquidblend::cli

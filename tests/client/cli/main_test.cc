@@ -86,6 +86,16 @@ TEST_F(Command, WithoutAServerIsItsOwnExitCodeWithAdvice) {
   EXPECT_THAT(result.err, HasSubstr("--server HOST:PORT"));
 }
 
+TEST_F(Command, AMissingTokenIsAskedForByTheFlag) {
+  server_.FailNext("ListFamilies", 1, absl::UnauthenticatedError("a token is needed"));
+  const CommandResult result = Run({"list"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("--token-file FILE or LIQUIDBLEND_TOKEN_FILE"));
+  const std::string none = dir_.File("none.token");
+  EXPECT_THAT(Run({"--token-file", none, "list"}).err,
+              HasSubstr("none.token: cannot be read: No such file or directory"));
+}
+
 TEST_F(Command, WhatIsNotThereIsItsOwnExitCode) {
   EXPECT_EQ(Run({"inspect", "none"}).exit_code, 4);
   EXPECT_EQ(Run({"inspect", "families/none"}).exit_code, 4);

@@ -76,7 +76,18 @@ TEST(ClientConnect, NamesAMissingCertificateFile) {
   options.security.tls_ca = "/none/ca.crt";
   const absl::Status status = Client::Connect(options).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("tls_ca: /none/ca.crt"));
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("tls_ca: /none/ca.crt cannot be read: No such file or directory"));
+}
+
+TEST(ClientConnect, NamesAFileWithoutACertificate) {
+  const TempDir dir;
+  ConnectOptions options;
+  options.security.tls_ca = dir.Write("key.pem", "-----BEGIN PRIVATE KEY-----\n");
+  const absl::Status status = Client::Connect(options).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("key.pem has no PEM block of a CERTIFICATE"));
 }
 
 TEST_F(ClientTest, UploadSendsEveryByteInChunksOfAtMostTheSizeAsked) {

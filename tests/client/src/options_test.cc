@@ -53,6 +53,9 @@ TEST(Options, ValidateNamesTheFieldAndItsValue) {
   connect.call_timeout = absl::Seconds(1);
   connect.keepalive = absl::Milliseconds(1);
   EXPECT_THAT(connect.Validate().ToString(), HasSubstr("keepalive (seconds) is 0.001"));
+  connect = ConnectOptions();
+  connect.target = "a:1,https://b:1";
+  EXPECT_THAT(connect.Validate().ToString(), HasSubstr("HOST:PORT, without https://"));
 }
 
 }  // namespace
