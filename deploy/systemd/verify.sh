@@ -10,6 +10,10 @@ case ${1:-} in
   --help) usage; exit 0 ;;
   *) refuse "unknown argument: $1" ;;
 esac
+command -v systemd-analyze >/dev/null || {
+  echo "verify.sh: there is no systemd-analyze here; install the package systemd" >&2
+  exit 1
+}
 cd "$(dirname "$0")"
 root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT
