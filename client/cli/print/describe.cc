@@ -76,19 +76,15 @@ std::string DescribeFigure(const std::string& name, double value) {
                          is_share ? 100.0 * value : value, is_share ? " %" : "");
 }
 
+// Without the lists of figures, which --json prints.
 std::string Describe(const Verdict& verdict) {
   const Event& worst = verdict.worst;
   std::vector<std::string> figures;
   for (const auto& [name, value] : verdict.figures) figures.push_back(DescribeFigure(name, value));
-  std::string text =
-      absl::StrFormat("%s: %s; worst near (%.3g, %.3g, %.3g) m at %.3g s\n    %s",
-                      GradeName(verdict.grade), verdict.reason, worst.position.x, worst.position.y,
-                      worst.position.z, worst.time_s, absl::StrJoin(figures, ", "));
-  for (const auto& [name, values] : verdict.lists) {
-    absl::StrAppend(&text, "\n    ", absl::StrReplaceAll(name, {{"_", " "}}));
-    for (const double value : values) absl::StrAppendFormat(&text, " %.3g", value);
-  }
-  return text;
+  return absl::StrFormat("%s: %s; worst near (%.3g, %.3g, %.3g) m at %.3g s\n    %s",
+                         GradeName(verdict.grade), verdict.reason, worst.position.x,
+                         worst.position.y, worst.position.z, worst.time_s,
+                         absl::StrJoin(figures, ", "));
 }
 
 // A line for each animation, if there are points in parameter space.

@@ -47,8 +47,9 @@ absl::Status CheckNobodyWorksOn(Sql& sql, const std::string& subject) {
   LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedJobs(sql));
   for (const pb::JobRecord& job : jobs) {
     if (SubjectOf(job) != subject) continue;
-    return absl::FailedPreconditionError(
-        absl::StrCat("job '", job.id(), "' of ", subject, " is not done"));
+    return absl::FailedPreconditionError(absl::StrCat(
+        "job '", job.id(), "' of ", subject, " is not done: wait for it (liquidblend operations ",
+        job.id(), " --wait) or cancel it (liquidblend cancel ", job.id(), ")"));
   }
   return absl::OkStatus();
 }

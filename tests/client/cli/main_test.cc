@@ -423,14 +423,14 @@ TEST_F(Command, InspectTellsHowWellAFamilyShowsItsAnimations) {
 }
 
 TEST_F(Command, InspectTellsTheVerdict) {
+  const std::string out = Run({"inspect", "drops"}).out;
   EXPECT_THAT(
-      Run({"inspect", "drops"}).out,
+      out,
       HasSubstr("doubtful: 7 % of the target is not covered by the source; worst near "
                 "(0, 0, 1.25) m at 0.5 s\n"
                 "    compatible share 99 %, component error 0.5, covered share 93 %, fit energy 0, "
-                "inverted share 0.1 %, smoothness energy 0, stretch 0.11, unmatched share 20 %\n"
-                "    residual histogram 0.75\n"
-                "    volume errors 0.01 -0.02\n"));
+                "inverted share 0.1 %, smoothness energy 0, stretch 0.11, unmatched share 20 %\n"));
+  EXPECT_THAT(out, Not(HasSubstr("volume errors")));  // a list; --json has it
 }
 
 TEST_F(Command, InspectDescribesAMeshFile) {
