@@ -55,7 +55,8 @@ void Arena::Run(int64_t num_tasks, absl::FunctionRef<void(int64_t)> task) const 
     return;
   }
   impl_->arena.execute([&] {
-    tbb::parallel_for(int64_t{0}, num_tasks, [&](int64_t k) { task(k); }, tbb::simple_partitioner());
+    tbb::parallel_for(
+        int64_t{0}, num_tasks, [&](int64_t k) { task(k); }, tbb::simple_partitioner());
   });
 }
 
