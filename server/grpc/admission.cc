@@ -13,6 +13,7 @@
 #include "server/base/errors.h"
 #include "server/base/names.h"
 #include "server/base/request_id.h"
+#include "server/grpc/byte_buffers.h"
 #include "server/grpc/grpc_status.h"
 
 namespace liquidblend::server {
@@ -59,6 +60,12 @@ std::string ResourceOf(const google::protobuf::Message& request) {
 
 Admission::~Admission() {
   if (interceptor_ != nullptr) interceptor_->EndCall();
+}
+
+absl::Status Admission::Read(const grpc::ByteBuffer& bytes, google::protobuf::Message& request) {
+  LB_RETURN_IF_ERROR(Parse(bytes, method_.name, request, method_.max_request_bytes));
+  set_resource(ResourceOf(request));
+  return absl::OkStatus();
 }
 
 grpc::Status Admission::End(const absl::Status& status) {
@@ -113,18 +120,6 @@ std::shared_ptr<Admission> CallInterceptor::Admit(grpc::CallbackServerContext& c
   context.AddInitialMetadata(kRequestIdHeader, admission->caller_.request_id);
   if (BeginCall()) admission->interceptor_ = this;
   admission->verdict_ = Decide(context, *admission);
-  return admission;
-}
-
-std::shared_ptr<Admission> CallInterceptor::Admit(grpc::CallbackServerContext& context,
-                                                  const Method& method,
-                                                  const google::protobuf::Message& request) {
-  std::shared_ptr<Admission> admission = Admit(context, method);
-  admission->set_resource(ResourceOf(request));
-  const auto size_bytes = static_cast<int64_t>(request.ByteSizeLong());
-  if (admission->verdict_.ok() && size_bytes > method.max_request_bytes) {
-    admission->verdict_ = RequestTooLarge(method.name, size_bytes, method.max_request_bytes);
-  }
   return admission;
 }
 

@@ -32,12 +32,12 @@ struct Method {
   std::optional<Scope> scope;  // none: any principal
   Effect effect = Effect::kReads;
   Span span = Span::kShort;
-  // Size limit of a request; gRPC keeps it for as long as the call lasts.
+  // Size limit of a request; it is kept for as long as the call lasts.
   int64_t max_request_bytes = kMaxSmallRequestBytes;
 };
 
-// One call, from its access check to its end.  Threads: safe, but for set_resource(), which belongs
-// before End().
+// One call, from its access check to its end.  Threads: safe, but for Read() and set_resource(),
+// which belong before End().
 class Admission {
  public:
   ~Admission();
@@ -46,6 +46,10 @@ class Admission {
   const absl::Status& verdict() const { return verdict_; }
   const Caller& caller() const { return caller_; }
   OpenCalls& calls() const { return calls_; }
+
+  // Reads the request, of at most the method's size, and sets the resource that it names.
+  // Errors: Parse()'s, in byte_buffers.h.
+  absl::Status Read(const grpc::ByteBuffer& bytes, google::protobuf::Message& request);
 
   // Sets the resource of the call, for errors and the log: animations/{id} and the like.
   void set_resource(std::string resource) { resource_ = std::move(resource); }
@@ -86,10 +90,6 @@ class CallInterceptor {
   // Sends the call's request id to the client in the header x-request-id. `method` must outlive
   // the call.
   std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method);
-
-  // Admits a call as above, checks the request's size, and logs the resource that it names.
-  std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method,
-                                   const google::protobuf::Message& request);
 
  private:
   friend class Admission;

@@ -7,7 +7,7 @@
 #include "server/base/guarded.h"
 #include "server/frames/get_frame.h"
 #include "server/grpc/admission.h"
-#include "server/grpc/frame_message.h"
+#include "server/grpc/byte_buffers.h"
 #include "server/grpc/streaming.h"
 
 namespace liquidblend::server {
@@ -33,8 +33,7 @@ class FrameReactor final : public grpc::ServerUnaryReactor {
   absl::Status Begin(Backends& backends, const grpc::ByteBuffer& bytes,
                      grpc::ByteBuffer* response) {
     v1::GetFrameRequest request;
-    LB_RETURN_IF_ERROR(Parse(bytes, "GetFrame", request));
-    admission_->set_resource(CleanText(request.family(), 80));
+    LB_RETURN_IF_ERROR(admission_->Read(bytes, request));
     call_ = FrameCall::Start(backends, request, admission_->caller().client,
                              [this, response](const absl::StatusOr<AnsweredFrame>& made) {
                                if (made.ok()) *response = ToByteBuffer(made->bytes);

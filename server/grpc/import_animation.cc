@@ -8,6 +8,7 @@
 #include "server/api/upload.h"
 #include "server/base/errors.h"
 #include "server/base/guarded.h"
+#include "server/grpc/byte_buffers.h"
 #include "server/grpc/call.h"
 #include "server/grpc/streaming.h"
 
@@ -22,11 +23,11 @@ using ImportReactor = grpc::ServerUnaryReactor;
 class ImportCall final : public Call<ImportReactor> {
  public:
   ImportCall(Backends& backends, std::shared_ptr<Admission> admission, const ImportRoots& roots,
-             const v1::ImportAnimationRequest* request, Operation* response)
+             v1::ImportAnimationRequest request, grpc::ByteBuffer* response)
       : Call(std::move(admission)),
         backends_(backends),
         roots_(roots),
-        request_(*request),
+        request_(std::move(request)),
         response_(response),
         limits_(LimitsOf(backends.limits, caller().principal)),
         upload_(std::make_shared<Upload>(
@@ -41,10 +42,7 @@ class ImportCall final : public Call<ImportReactor> {
   }
 
  private:
-  void Begin() override {
-    request_.DiscardUnknownFields();
-    PostStep();
-  }
+  void Begin() override { PostStep(); }
 
   void PostStep() {
     const auto self = shared_from_this();
@@ -57,12 +55,13 @@ class ImportCall final : public Call<ImportReactor> {
     const absl::StatusOr<bool> has_more = Guarded([this] { return Copy(); });
     if (!has_more.ok()) return Close(has_more.status());
     if (*has_more) return PostStep();
-    absl::StatusOr<Operation> operation = Guarded([this]() -> absl::StatusOr<Operation> {
+    const auto bytes = Guarded([this]() -> absl::StatusOr<grpc::ByteBuffer> {
       LB_ASSIGN_OR_RETURN(const store::pb::JobRecord job, upload_->Submit());
-      return ToOperation(job, backends_.catalog);
+      LB_ASSIGN_OR_RETURN(const Operation operation, ToOperation(job, backends_.catalog));
+      return ToByteBuffer(operation.SerializeAsString());
     });
-    if (!operation.ok()) return Close(operation.status());
-    Answer([&] { *response_ = *std::move(operation); });
+    if (!bytes.ok()) return Close(bytes.status());
+    Answer([&] { *response_ = *bytes; });
   }
 
   // The header first, then message by message what the source has; false: nothing more.
@@ -91,8 +90,8 @@ class ImportCall final : public Call<ImportReactor> {
 
   Backends& backends_;
   const ImportRoots& roots_;
-  v1::ImportAnimationRequest request_;
-  Operation* const response_;
+  const v1::ImportAnimationRequest request_;
+  grpc::ByteBuffer* const response_;
   const Limits limits_;
   std::shared_ptr<Upload> upload_;
   std::optional<ImportSource> source_;
@@ -101,10 +100,10 @@ class ImportCall final : public Call<ImportReactor> {
 }  // namespace
 
 ImportReactor* ImportAnimation(Backends& backends, std::shared_ptr<Admission> admission,
-                               const ImportRoots& roots, const v1::ImportAnimationRequest* request,
-                               Operation* response) {
-  return Call<ImportReactor>::Start<ImportCall>(backends, std::move(admission), roots, request,
-                                                response);
+                               const ImportRoots& roots, v1::ImportAnimationRequest request,
+                               grpc::ByteBuffer* response) {
+  return Call<ImportReactor>::Start<ImportCall>(backends, std::move(admission), roots,
+                                                std::move(request), response);
 }
 
 }  // namespace liquidblend::server

@@ -10,6 +10,7 @@
 #include "server/api/handlers.h"
 #include "server/base/errors.h"
 #include "server/base/guarded.h"
+#include "server/grpc/byte_buffers.h"
 #include "server/grpc/refused_call.h"
 #include "server/grpc/streaming.h"
 
@@ -25,32 +26,68 @@ absl::Status CheckIsWanted(const CallbackServerContext& context) {
   return absl::OkStatus();
 }
 
-// Ends a call that was not admitted.
+// Ends a call before it begins.
 template <typename Reactor>
-Reactor* Refuse(Admission& admission) {
-  return new RefusedCall<Reactor>(admission.End(admission.verdict()));
+Reactor* Refuse(Admission& admission, const absl::Status& refusal) {
+  return new RefusedCall<Reactor>(admission.End(refusal));
 }
 
-// Answers one call on the pool.
-template <typename Handle, typename Request, typename Response>
-ServerUnaryReactor* Answer(CallbackServerContext* context, std::shared_ptr<Admission> admission,
-                           Backends& backends, WorkPool& pool, const Handle& handle,
-                           const Request* request, Response* response) {
-  ServerUnaryReactor* const reactor = context->DefaultReactor();
-  absl::Status accepted = admission->verdict();
-  if (accepted.ok()) {
-    const auto answer = [=, &backends] {
+// The request of a call, or why the call is refused.
+template <typename Request>
+absl::StatusOr<Request> ReadRequest(Admission& admission, const ByteBuffer& bytes) {
+  LB_RETURN_IF_ERROR(admission.verdict());
+  return Guarded([&]() -> absl::StatusOr<Request> {
+    Request request;
+    LB_RETURN_IF_ERROR(admission.Read(bytes, request));
+    return request;
+  });
+}
+
+// A call with one request and one answer.
+struct UnaryCall {
+  CallbackServerContext* context;
+  std::shared_ptr<Admission> admission;
+  const ByteBuffer* request;
+  ByteBuffer* response;
+};
+
+// Answers the call on the pool, or refuses it at once.
+//   handle  (const Request&) -> absl::StatusOr of a message
+template <typename Request, typename Handle>
+ServerUnaryReactor* AnswerWith(const Handle& handle, const UnaryCall& call, WorkPool& pool) {
+  ServerUnaryReactor* const reactor = call.context->DefaultReactor();
+  const absl::Status posted = Guarded([&]() -> absl::Status {
+    LB_ASSIGN_OR_RETURN(Request read, ReadRequest<Request>(*call.admission, *call.request));
+    const auto request = std::make_shared<const Request>(std::move(read));
+    return pool.Post([=] {
       const absl::Status status = Guarded([&]() -> absl::Status {
-        LB_RETURN_IF_ERROR(CheckIsWanted(*context));
-        LB_ASSIGN_OR_RETURN(*response, handle(backends, *request));
+        LB_RETURN_IF_ERROR(CheckIsWanted(*call.context));
+        LB_ASSIGN_OR_RETURN(const auto response, handle(*request));
+        *call.response = ToByteBuffer(response.SerializeAsString());
         return absl::OkStatus();
       });
-      reactor->Finish(admission->End(status));
-    };
-    accepted = Guarded([&] { return pool.Post(answer); });
-  }
-  if (!accepted.ok()) reactor->Finish(admission->End(accepted));
+      reactor->Finish(call.admission->End(status));
+    });
+  });
+  if (!posted.ok()) reactor->Finish(call.admission->End(posted));
   return reactor;
+}
+
+// The same with a handler of handlers.h.
+template <typename Request, typename Response>
+ServerUnaryReactor* Answer(absl::StatusOr<Response> (*handler)(Backends&, const Request&),
+                           Backends& backends, const UnaryCall& call, WorkPool& pool) {
+  const auto handle = [=, &backends](const Request& request) { return handler(backends, request); };
+  return AnswerWith<Request>(handle, call, pool);
+}
+template <typename Request, typename Response>
+ServerUnaryReactor* Answer(absl::StatusOr<Response> (*handler)(Backends&, const Request&,
+                                                               const Principal&),
+                           Backends& backends, const UnaryCall& call, WorkPool& pool) {
+  const auto handle = [=, &backends, admission = call.admission](const Request& request) {
+    return handler(backends, request, admission->caller().principal);
+  };
+  return AnswerWith<Request>(handle, call, pool);
 }
 
 constexpr Method kUploadAnimation = {"UploadAnimation", Scope::kWrite, Effect::kChanges,
@@ -80,161 +117,169 @@ constexpr Method kWaitOperation = {"WaitOperation", std::nullopt, Effect::kReads
 
 }  // namespace
 
-grpc::ServerReadReactor<grpc::ByteBuffer>* LiquidBlendService::UploadAnimation(
-    CallbackServerContext* context, grpc::ByteBuffer* response) {
+grpc::ServerReadReactor<ByteBuffer>* LiquidBlendService::UploadAnimation(
+    CallbackServerContext* context, ByteBuffer* response) {
   std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kUploadAnimation);
   if (!admission->verdict().ok()) {
-    return Refuse<grpc::ServerReadReactor<grpc::ByteBuffer>>(*admission);
+    return Refuse<grpc::ServerReadReactor<ByteBuffer>>(*admission, admission->verdict());
   }
   return server::UploadAnimation(backends_, std::move(admission), context, response);
 }
 
 ServerUnaryReactor* LiquidBlendService::PresignUpload(CallbackServerContext* context,
-                                                      const v1::PresignUploadRequest* request,
-                                                      v1::PresignUploadResponse* response) {
-  const std::shared_ptr<Admission> admission =
-      interceptor_.Admit(*context, kPresignUpload, *request);
-  const auto handle = [admission](Backends& backends, const v1::PresignUploadRequest& asked) {
-    return server::PresignUpload(backends, asked, admission->caller().principal);
-  };
-  return Answer(context, admission, backends_, backends_.transfers, handle, request, response);
+                                                      const ByteBuffer* request,
+                                                      ByteBuffer* response) {
+  return Answer(server::PresignUpload, backends_,
+                {context, interceptor_.Admit(*context, kPresignUpload), request, response},
+                backends_.transfers);
 }
 
 ServerUnaryReactor* LiquidBlendService::PresignDownload(CallbackServerContext* context,
-                                                        const v1::PresignDownloadRequest* request,
-                                                        v1::PresignDownloadResponse* response) {
-  return Answer(context, interceptor_.Admit(*context, kPresignDownload, *request), backends_,
-                backends_.transfers, server::PresignDownload, request, response);
+                                                        const ByteBuffer* request,
+                                                        ByteBuffer* response) {
+  return Answer(server::PresignDownload, backends_,
+                {context, interceptor_.Admit(*context, kPresignDownload), request, response},
+                backends_.transfers);
 }
 
 ServerUnaryReactor* LiquidBlendService::ImportAnimation(CallbackServerContext* context,
-                                                        const v1::ImportAnimationRequest* request,
-                                                        lro::Operation* response) {
-  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kImportAnimation, *request);
-  if (!admission->verdict().ok()) return Refuse<ServerUnaryReactor>(*admission);
-  return server::ImportAnimation(backends_, std::move(admission), roots_, request, response);
+                                                        const ByteBuffer* request,
+                                                        ByteBuffer* response) {
+  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kImportAnimation);
+  auto asked = ReadRequest<v1::ImportAnimationRequest>(*admission, *request);
+  if (!asked.ok()) return Refuse<ServerUnaryReactor>(*admission, asked.status());
+  return server::ImportAnimation(backends_, std::move(admission), roots_, *std::move(asked),
+                                 response);
 }
 
 ServerUnaryReactor* LiquidBlendService::GetAnimation(CallbackServerContext* context,
-                                                     const v1::GetAnimationRequest* request,
-                                                     v1::Animation* response) {
-  return Answer(context, interceptor_.Admit(*context, kGetAnimation, *request), backends_,
-                backends_.io, server::GetAnimation, request, response);
+                                                     const ByteBuffer* request,
+                                                     ByteBuffer* response) {
+  return Answer(server::GetAnimation, backends_,
+                {context, interceptor_.Admit(*context, kGetAnimation), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* LiquidBlendService::ListAnimations(CallbackServerContext* context,
-                                                       const v1::ListAnimationsRequest* request,
-                                                       v1::ListAnimationsResponse* response) {
-  return Answer(context, interceptor_.Admit(*context, kListAnimations, *request), backends_,
-                backends_.io, server::ListAnimations, request, response);
+                                                       const ByteBuffer* request,
+                                                       ByteBuffer* response) {
+  return Answer(server::ListAnimations, backends_,
+                {context, interceptor_.Admit(*context, kListAnimations), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* LiquidBlendService::DeleteAnimation(CallbackServerContext* context,
-                                                        const v1::DeleteAnimationRequest* request,
-                                                        Empty* response) {
-  return Answer(context, interceptor_.Admit(*context, kDeleteAnimation, *request), backends_,
-                backends_.io, server::DeleteAnimation, request, response);
+                                                        const ByteBuffer* request,
+                                                        ByteBuffer* response) {
+  return Answer(server::DeleteAnimation, backends_,
+                {context, interceptor_.Admit(*context, kDeleteAnimation), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* LiquidBlendService::RegisterFamily(CallbackServerContext* context,
-                                                       const v1::RegisterFamilyRequest* request,
-                                                       lro::Operation* response) {
-  const std::shared_ptr<Admission> admission =
-      interceptor_.Admit(*context, kRegisterFamily, *request);
-  const auto handle = [admission](Backends& backends, const v1::RegisterFamilyRequest& asked) {
-    return server::RegisterFamily(backends, asked, admission->caller().principal);
-  };
-  return Answer(context, admission, backends_, backends_.io, handle, request, response);
+                                                       const ByteBuffer* request,
+                                                       ByteBuffer* response) {
+  return Answer(server::RegisterFamily, backends_,
+                {context, interceptor_.Admit(*context, kRegisterFamily), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* LiquidBlendService::GetFamily(CallbackServerContext* context,
-                                                  const v1::GetFamilyRequest* request,
-                                                  v1::Family* response) {
-  return Answer(context, interceptor_.Admit(*context, kGetFamily, *request), backends_,
-                backends_.io, server::GetFamily, request, response);
+                                                  const ByteBuffer* request, ByteBuffer* response) {
+  return Answer(server::GetFamily, backends_,
+                {context, interceptor_.Admit(*context, kGetFamily), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* LiquidBlendService::ListFamilies(CallbackServerContext* context,
-                                                     const v1::ListFamiliesRequest* request,
-                                                     v1::ListFamiliesResponse* response) {
-  return Answer(context, interceptor_.Admit(*context, kListFamilies, *request), backends_,
-                backends_.io, server::ListFamilies, request, response);
+                                                     const ByteBuffer* request,
+                                                     ByteBuffer* response) {
+  return Answer(server::ListFamilies, backends_,
+                {context, interceptor_.Admit(*context, kListFamilies), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* LiquidBlendService::RollbackFamily(CallbackServerContext* context,
-                                                       const v1::RollbackFamilyRequest* request,
-                                                       v1::Family* response) {
-  return Answer(context, interceptor_.Admit(*context, kRollbackFamily, *request), backends_,
-                backends_.io, server::RollbackFamily, request, response);
+                                                       const ByteBuffer* request,
+                                                       ByteBuffer* response) {
+  return Answer(server::RollbackFamily, backends_,
+                {context, interceptor_.Admit(*context, kRollbackFamily), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* LiquidBlendService::DeleteFamily(CallbackServerContext* context,
-                                                     const v1::DeleteFamilyRequest* request,
-                                                     Empty* response) {
-  return Answer(context, interceptor_.Admit(*context, kDeleteFamily, *request), backends_,
-                backends_.io, server::DeleteFamily, request, response);
+                                                     const ByteBuffer* request,
+                                                     ByteBuffer* response) {
+  return Answer(server::DeleteFamily, backends_,
+                {context, interceptor_.Admit(*context, kDeleteFamily), request, response},
+                backends_.io);
 }
 
-grpc::ServerWriteReactor<lro::Operation>* LiquidBlendService::WatchOperation(
-    CallbackServerContext* context, const v1::WatchOperationRequest* request) {
-  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kWatchOperation, *request);
-  if (!admission->verdict().ok()) {
-    return Refuse<grpc::ServerWriteReactor<lro::Operation>>(*admission);
-  }
-  return server::WatchOperation(backends_, std::move(admission), request);
+grpc::ServerWriteReactor<ByteBuffer>* LiquidBlendService::WatchOperation(
+    CallbackServerContext* context, const ByteBuffer* request) {
+  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kWatchOperation);
+  const auto asked = ReadRequest<v1::WatchOperationRequest>(*admission, *request);
+  if (!asked.ok()) return Refuse<grpc::ServerWriteReactor<ByteBuffer>>(*admission, asked.status());
+  return server::WatchOperation(backends_, std::move(admission), *asked);
 }
 
 ServerUnaryReactor* LiquidBlendService::GetFrame(CallbackServerContext* context,
-                                                 const grpc::ByteBuffer* request,
-                                                 grpc::ByteBuffer* response) {
+                                                 const ByteBuffer* request, ByteBuffer* response) {
   std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kGetFrame);
-  if (!admission->verdict().ok()) return Refuse<ServerUnaryReactor>(*admission);
+  if (!admission->verdict().ok())
+    return Refuse<ServerUnaryReactor>(*admission, admission->verdict());
   return AnswerFrame(backends_, std::move(admission), request, response);
 }
 
-grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* LiquidBlendService::StreamFrames(
+grpc::ServerBidiReactor<ByteBuffer, ByteBuffer>* LiquidBlendService::StreamFrames(
     CallbackServerContext* context) {
   std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kStreamFrames);
   if (!admission->verdict().ok()) {
-    return Refuse<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>(*admission);
+    return Refuse<grpc::ServerBidiReactor<ByteBuffer, ByteBuffer>>(*admission,
+                                                                   admission->verdict());
   }
   return server::StreamFrames(backends_, std::move(admission));
 }
 
 ServerUnaryReactor* OperationsService::ListOperations(CallbackServerContext* context,
-                                                      const lro::ListOperationsRequest* request,
-                                                      lro::ListOperationsResponse* response) {
-  return Answer(context, interceptor_.Admit(*context, kListOperations, *request), backends_,
-                backends_.io, server::ListOperations, request, response);
+                                                      const ByteBuffer* request,
+                                                      ByteBuffer* response) {
+  return Answer(server::ListOperations, backends_,
+                {context, interceptor_.Admit(*context, kListOperations), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* OperationsService::GetOperation(CallbackServerContext* context,
-                                                    const lro::GetOperationRequest* request,
-                                                    lro::Operation* response) {
-  return Answer(context, interceptor_.Admit(*context, kGetOperation, *request), backends_,
-                backends_.io, server::GetOperation, request, response);
+                                                    const ByteBuffer* request,
+                                                    ByteBuffer* response) {
+  return Answer(server::GetOperation, backends_,
+                {context, interceptor_.Admit(*context, kGetOperation), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* OperationsService::DeleteOperation(CallbackServerContext* context,
-                                                       const lro::DeleteOperationRequest* request,
-                                                       Empty* response) {
-  return Answer(context, interceptor_.Admit(*context, kDeleteOperation, *request), backends_,
-                backends_.io, server::DeleteOperation, request, response);
+                                                       const ByteBuffer* request,
+                                                       ByteBuffer* response) {
+  return Answer(server::DeleteOperation, backends_,
+                {context, interceptor_.Admit(*context, kDeleteOperation), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* OperationsService::CancelOperation(CallbackServerContext* context,
-                                                       const lro::CancelOperationRequest* request,
-                                                       Empty* response) {
-  return Answer(context, interceptor_.Admit(*context, kCancelOperation, *request), backends_,
-                backends_.io, server::CancelOperation, request, response);
+                                                       const ByteBuffer* request,
+                                                       ByteBuffer* response) {
+  return Answer(server::CancelOperation, backends_,
+                {context, interceptor_.Admit(*context, kCancelOperation), request, response},
+                backends_.io);
 }
 
 ServerUnaryReactor* OperationsService::WaitOperation(CallbackServerContext* context,
-                                                     const lro::WaitOperationRequest* request,
-                                                     lro::Operation* response) {
-  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kWaitOperation, *request);
-  if (!admission->verdict().ok()) return Refuse<ServerUnaryReactor>(*admission);
-  return server::WaitOperation(backends_, std::move(admission), request, response);
+                                                     const ByteBuffer* request,
+                                                     ByteBuffer* response) {
+  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kWaitOperation);
+  const auto asked = ReadRequest<lro::WaitOperationRequest>(*admission, *request);
+  if (!asked.ok()) return Refuse<ServerUnaryReactor>(*admission, asked.status());
+  return server::WaitOperation(backends_, std::move(admission), *asked, response);
 }
 
 }  // namespace liquidblend::server

@@ -9,71 +9,72 @@
 
 namespace liquidblend::server {
 
+using grpc::ByteBuffer;
 using grpc::CallbackServerContext;
 using grpc::ServerUnaryReactor;
 
-// The methods whose messages gRPC reads and writes: all but those for frames and uploads, which are
-// answered in bytes (see AnswerFrame and UploadAnimation).
+// All methods take and give bytes. Where gRPC parses requests and writes answers, an allocation
+// that fails ends the server.
 using v1::LiquidBlend;
-using MethodsInMessages = LiquidBlend::WithCallbackMethod_PresignUpload<
-    LiquidBlend::WithCallbackMethod_PresignDownload<LiquidBlend::WithCallbackMethod_ImportAnimation<
-        LiquidBlend::WithCallbackMethod_GetAnimation<LiquidBlend::WithCallbackMethod_ListAnimations<
-            LiquidBlend::WithCallbackMethod_DeleteAnimation<
-                LiquidBlend::WithCallbackMethod_RegisterFamily<
-                    LiquidBlend::WithCallbackMethod_GetFamily<
-                        LiquidBlend::WithCallbackMethod_ListFamilies<
-                            LiquidBlend::WithCallbackMethod_RollbackFamily<
-                                LiquidBlend::WithCallbackMethod_DeleteFamily<
-                                    LiquidBlend::WithCallbackMethod_WatchOperation<
-                                        LiquidBlend::Service>>>>>>>>>>>>;
-using AllMethods =
-    LiquidBlend::WithRawCallbackMethod_UploadAnimation<LiquidBlend::WithRawCallbackMethod_GetFrame<
-        LiquidBlend::WithRawCallbackMethod_StreamFrames<MethodsInMessages>>>;
+using LiquidBlendMethods = LiquidBlend::WithRawCallbackMethod_UploadAnimation<
+    LiquidBlend::WithRawCallbackMethod_PresignUpload<
+        LiquidBlend::WithRawCallbackMethod_PresignDownload<
+            LiquidBlend::WithRawCallbackMethod_ImportAnimation<
+                LiquidBlend::WithRawCallbackMethod_GetAnimation<
+                    LiquidBlend::WithRawCallbackMethod_ListAnimations<
+                        LiquidBlend::WithRawCallbackMethod_DeleteAnimation<
+                            LiquidBlend::WithRawCallbackMethod_RegisterFamily<
+                                LiquidBlend::WithRawCallbackMethod_GetFamily<
+                                    LiquidBlend::WithRawCallbackMethod_ListFamilies<
+                                        LiquidBlend::WithRawCallbackMethod_RollbackFamily<
+                                            LiquidBlend::WithRawCallbackMethod_DeleteFamily<
+                                                LiquidBlend::WithRawCallbackMethod_WatchOperation<
+                                                    LiquidBlend::WithRawCallbackMethod_GetFrame<
+                                                        LiquidBlend::
+                                                            WithRawCallbackMethod_StreamFrames<
+                                                                LiquidBlend::Service>>>>>>>>>>>>>>>;
 
-class LiquidBlendService final : public AllMethods {
+using google::longrunning::Operations;
+using OperationsMethods =
+    Operations::WithRawCallbackMethod_ListOperations<Operations::WithRawCallbackMethod_GetOperation<
+        Operations::WithRawCallbackMethod_DeleteOperation<
+            Operations::WithRawCallbackMethod_CancelOperation<
+                Operations::WithRawCallbackMethod_WaitOperation<Operations::Service>>>>>;
+
+class LiquidBlendService final : public LiquidBlendMethods {
  public:
   LiquidBlendService(Backends& backends, CallInterceptor& interceptor, const ImportRoots& roots)
       : backends_(backends), interceptor_(interceptor), roots_(roots) {}
 
-  grpc::ServerReadReactor<grpc::ByteBuffer>* UploadAnimation(CallbackServerContext* context,
-                                                             grpc::ByteBuffer* response) override;
-  ServerUnaryReactor* PresignUpload(CallbackServerContext* context,
-                                    const v1::PresignUploadRequest* request,
-                                    v1::PresignUploadResponse* response) override;
-  ServerUnaryReactor* PresignDownload(CallbackServerContext* context,
-                                      const v1::PresignDownloadRequest* request,
-                                      v1::PresignDownloadResponse* response) override;
-  ServerUnaryReactor* ImportAnimation(CallbackServerContext* context,
-                                      const v1::ImportAnimationRequest* request,
-                                      google::longrunning::Operation* response) override;
-  ServerUnaryReactor* GetAnimation(CallbackServerContext* context,
-                                   const v1::GetAnimationRequest* request,
-                                   v1::Animation* response) override;
-  ServerUnaryReactor* ListAnimations(CallbackServerContext* context,
-                                     const v1::ListAnimationsRequest* request,
-                                     v1::ListAnimationsResponse* response) override;
-  ServerUnaryReactor* DeleteAnimation(CallbackServerContext* context,
-                                      const v1::DeleteAnimationRequest* request,
-                                      google::protobuf::Empty* response) override;
-  ServerUnaryReactor* RegisterFamily(CallbackServerContext* context,
-                                     const v1::RegisterFamilyRequest* request,
-                                     google::longrunning::Operation* response) override;
-  ServerUnaryReactor* GetFamily(CallbackServerContext* context, const v1::GetFamilyRequest* request,
-                                v1::Family* response) override;
-  ServerUnaryReactor* ListFamilies(CallbackServerContext* context,
-                                   const v1::ListFamiliesRequest* request,
-                                   v1::ListFamiliesResponse* response) override;
-  ServerUnaryReactor* RollbackFamily(CallbackServerContext* context,
-                                     const v1::RollbackFamilyRequest* request,
-                                     v1::Family* response) override;
-  ServerUnaryReactor* DeleteFamily(CallbackServerContext* context,
-                                   const v1::DeleteFamilyRequest* request,
-                                   google::protobuf::Empty* response) override;
-  grpc::ServerWriteReactor<google::longrunning::Operation>* WatchOperation(
-      CallbackServerContext* context, const v1::WatchOperationRequest* request) override;
-  ServerUnaryReactor* GetFrame(CallbackServerContext* context, const grpc::ByteBuffer* request,
-                               grpc::ByteBuffer* response) override;
-  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StreamFrames(
+  grpc::ServerReadReactor<ByteBuffer>* UploadAnimation(CallbackServerContext* context,
+                                                       ByteBuffer* response) override;
+  ServerUnaryReactor* PresignUpload(CallbackServerContext* context, const ByteBuffer* request,
+                                    ByteBuffer* response) override;
+  ServerUnaryReactor* PresignDownload(CallbackServerContext* context, const ByteBuffer* request,
+                                      ByteBuffer* response) override;
+  ServerUnaryReactor* ImportAnimation(CallbackServerContext* context, const ByteBuffer* request,
+                                      ByteBuffer* response) override;
+  ServerUnaryReactor* GetAnimation(CallbackServerContext* context, const ByteBuffer* request,
+                                   ByteBuffer* response) override;
+  ServerUnaryReactor* ListAnimations(CallbackServerContext* context, const ByteBuffer* request,
+                                     ByteBuffer* response) override;
+  ServerUnaryReactor* DeleteAnimation(CallbackServerContext* context, const ByteBuffer* request,
+                                      ByteBuffer* response) override;
+  ServerUnaryReactor* RegisterFamily(CallbackServerContext* context, const ByteBuffer* request,
+                                     ByteBuffer* response) override;
+  ServerUnaryReactor* GetFamily(CallbackServerContext* context, const ByteBuffer* request,
+                                ByteBuffer* response) override;
+  ServerUnaryReactor* ListFamilies(CallbackServerContext* context, const ByteBuffer* request,
+                                   ByteBuffer* response) override;
+  ServerUnaryReactor* RollbackFamily(CallbackServerContext* context, const ByteBuffer* request,
+                                     ByteBuffer* response) override;
+  ServerUnaryReactor* DeleteFamily(CallbackServerContext* context, const ByteBuffer* request,
+                                   ByteBuffer* response) override;
+  grpc::ServerWriteReactor<ByteBuffer>* WatchOperation(CallbackServerContext* context,
+                                                       const ByteBuffer* request) override;
+  ServerUnaryReactor* GetFrame(CallbackServerContext* context, const ByteBuffer* request,
+                               ByteBuffer* response) override;
+  grpc::ServerBidiReactor<ByteBuffer, ByteBuffer>* StreamFrames(
       CallbackServerContext* context) override;
 
  private:
@@ -82,26 +83,21 @@ class LiquidBlendService final : public AllMethods {
   const ImportRoots& roots_;
 };
 
-class OperationsService final : public google::longrunning::Operations::CallbackService {
+class OperationsService final : public OperationsMethods {
  public:
   OperationsService(Backends& backends, CallInterceptor& interceptor)
       : backends_(backends), interceptor_(interceptor) {}
 
-  ServerUnaryReactor* ListOperations(
-      CallbackServerContext* context, const google::longrunning::ListOperationsRequest* request,
-      google::longrunning::ListOperationsResponse* response) override;
-  ServerUnaryReactor* GetOperation(CallbackServerContext* context,
-                                   const google::longrunning::GetOperationRequest* request,
-                                   google::longrunning::Operation* response) override;
-  ServerUnaryReactor* DeleteOperation(CallbackServerContext* context,
-                                      const google::longrunning::DeleteOperationRequest* request,
-                                      google::protobuf::Empty* response) override;
-  ServerUnaryReactor* CancelOperation(CallbackServerContext* context,
-                                      const google::longrunning::CancelOperationRequest* request,
-                                      google::protobuf::Empty* response) override;
-  ServerUnaryReactor* WaitOperation(CallbackServerContext* context,
-                                    const google::longrunning::WaitOperationRequest* request,
-                                    google::longrunning::Operation* response) override;
+  ServerUnaryReactor* ListOperations(CallbackServerContext* context, const ByteBuffer* request,
+                                     ByteBuffer* response) override;
+  ServerUnaryReactor* GetOperation(CallbackServerContext* context, const ByteBuffer* request,
+                                   ByteBuffer* response) override;
+  ServerUnaryReactor* DeleteOperation(CallbackServerContext* context, const ByteBuffer* request,
+                                      ByteBuffer* response) override;
+  ServerUnaryReactor* CancelOperation(CallbackServerContext* context, const ByteBuffer* request,
+                                      ByteBuffer* response) override;
+  ServerUnaryReactor* WaitOperation(CallbackServerContext* context, const ByteBuffer* request,
+                                    ByteBuffer* response) override;
 
  private:
   Backends& backends_;

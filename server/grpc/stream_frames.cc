@@ -3,8 +3,8 @@
 
 #include "server/base/errors.h"
 #include "server/frames/stream_session.h"
+#include "server/grpc/byte_buffers.h"
 #include "server/grpc/call.h"
-#include "server/grpc/frame_message.h"
 #include "server/grpc/streaming.h"
 
 namespace liquidblend::server {

@@ -25,20 +25,20 @@ grpc::ServerReadReactor<grpc::ByteBuffer>* UploadAnimation(Backends& backends,
 // Copies the files at the location, chunk by chunk, before it answers. `roots` outlive the call.
 grpc::ServerUnaryReactor* ImportAnimation(Backends& backends, std::shared_ptr<Admission> admission,
                                           const ImportRoots& roots,
-                                          const v1::ImportAnimationRequest* request,
-                                          google::longrunning::Operation* response);
+                                          v1::ImportAnimationRequest request,
+                                          grpc::ByteBuffer* response);
 
 // Looks at the job every limits.watch_interval, less often while many are watched, and writes the
 // operation when it has changed. All calls for one operation share a look (operation_looks.h).
-grpc::ServerWriteReactor<google::longrunning::Operation>* WatchOperation(
+grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchOperation(
     Backends& backends, std::shared_ptr<Admission> admission,
-    const v1::WatchOperationRequest* request);
+    const v1::WatchOperationRequest& request);
 
 // Answers when the job is done, or with its state when the timeout is over (none given: until the
 // call's deadline, which ends it with DEADLINE_EXCEEDED).
 grpc::ServerUnaryReactor* WaitOperation(Backends& backends, std::shared_ptr<Admission> admission,
-                                        const google::longrunning::WaitOperationRequest* request,
-                                        google::longrunning::Operation* response);
+                                        const google::longrunning::WaitOperationRequest& request,
+                                        grpc::ByteBuffer* response);
 
 // Sends the cached bytes of the frame, without copying or serialising them.
 grpc::ServerUnaryReactor* AnswerFrame(Backends& backends, std::shared_ptr<Admission> admission,

@@ -7,15 +7,15 @@
 #include "server/api/served_operation.h"
 #include "server/base/errors.h"
 #include "server/base/operation_looks.h"
+#include "server/grpc/byte_buffers.h"
 #include "server/grpc/call.h"
 #include "server/grpc/streaming.h"
 
 namespace liquidblend::server {
 namespace {
 
-using google::longrunning::Operation;
 using google::longrunning::WaitOperationRequest;
-using WriteReactor = grpc::ServerWriteReactor<Operation>;
+using WriteReactor = grpc::ServerWriteReactor<grpc::ByteBuffer>;
 
 // A call that looks at an operation again and again. Its timers are on `steps`, so only looks take
 // a thread that waits for the catalog.
@@ -72,16 +72,18 @@ class WatchCall final : public LookingCall<WriteReactor> {
   void Show(const SeenOperationPtr& seen) override {
     if (shown_ != nullptr && seen->bytes == shown_->bytes) return LookAfter(interval());
     shown_ = seen;
-    Write([this] { StartWrite(&shown_->operation); });
+    bytes_ = ToByteBuffer(seen->bytes);
+    Write([this] { StartWrite(&bytes_); });
   }
 
   SeenOperationPtr shown_;  // written last
+  grpc::ByteBuffer bytes_;  // of it
 };
 
 class WaitCall final : public LookingCall<grpc::ServerUnaryReactor> {
  public:
   WaitCall(Backends& backends, std::shared_ptr<Admission> admission, const std::string& name,
-           absl::Time deadline, Operation* response)
+           absl::Time deadline, grpc::ByteBuffer* response)
       : LookingCall(backends, std::move(admission), name),
         deadline_(deadline),
         response_(response) {}
@@ -92,11 +94,11 @@ class WaitCall final : public LookingCall<grpc::ServerUnaryReactor> {
     if (!seen->operation.done() && left > absl::ZeroDuration()) {
       return LookAfter(std::min(left, interval()));
     }
-    Answer([&] { *response_ = seen->operation; });
+    Answer([&] { *response_ = ToByteBuffer(seen->bytes); });
   }
 
   const absl::Time deadline_;
-  Operation* const response_;
+  grpc::ByteBuffer* const response_;
 };
 
 absl::Time DeadlineOf(const WaitOperationRequest& request) {
@@ -108,14 +110,15 @@ absl::Time DeadlineOf(const WaitOperationRequest& request) {
 }  // namespace
 
 WriteReactor* WatchOperation(Backends& backends, std::shared_ptr<Admission> admission,
-                             const v1::WatchOperationRequest* request) {
-  return Call<WriteReactor>::Start<WatchCall>(backends, std::move(admission), request->name());
+                             const v1::WatchOperationRequest& request) {
+  return Call<WriteReactor>::Start<WatchCall>(backends, std::move(admission), request.name());
 }
 
 grpc::ServerUnaryReactor* WaitOperation(Backends& backends, std::shared_ptr<Admission> admission,
-                                        const WaitOperationRequest* request, Operation* response) {
+                                        const WaitOperationRequest& request,
+                                        grpc::ByteBuffer* response) {
   return Call<grpc::ServerUnaryReactor>::Start<WaitCall>(
-      backends, std::move(admission), request->name(), DeadlineOf(*request), response);
+      backends, std::move(admission), request.name(), DeadlineOf(request), response);
 }
 
 }  // namespace liquidblend::server

@@ -14,6 +14,7 @@ using testing_memory::FailingNew;
 // so only copies of the message are as large as this, and nothing of gRPC's own.
 constexpr int kNumParameters = 20'000;
 constexpr int kNumTimes = 12'000;  // 96,000 bytes on the wire, and while they are parsed twice that
+constexpr int kNumTargets = 20'000;
 constexpr size_t kLarge = 100'000;  // bytes
 constexpr int kMaxFailures = 60;    // more large allocations than a call makes
 
@@ -45,6 +46,22 @@ class OutOfMemoryTest : public ServerTest {
     return {message.SerializeAsString()};
   }
 
+  // An import from the server's own files, likewise.
+  static std::vector<std::string> Import(int num_times) {
+    v1::ImportAnimationRequest message;
+    message.set_animation_id("drop");
+    for (int k = 0; k < num_times; ++k) message.mutable_options()->add_frame_times(k);
+    return {message.SerializeAsString()};
+  }
+
+  // Targets without a name take two bytes each on the wire.
+  static std::vector<std::string> Registration(int num_targets) {
+    v1::RegisterFamilyRequest message;
+    message.set_family_id("drops");
+    for (int k = 0; k < num_targets; ++k) message.add_targets();
+    return {message.SerializeAsString()};
+  }
+
   grpc::Status Call(const std::string& method, const std::vector<std::string>& messages) {
     return CallInBytes(channel_, absl::StrCat("/liquidblend.v1.LiquidBlend/", method), messages);
   }
@@ -62,7 +79,9 @@ TEST_F(OutOfMemoryTest, EndsTheCallAndNotTheServer) {
       // The family has no parameters.
       {"GetFrame", Request(kNumParameters), grpc::StatusCode::FAILED_PRECONDITION, 3},
       {"StreamFrames", Request(kNumParameters), grpc::StatusCode::FAILED_PRECONDITION, 3},
-      {"UploadAnimation", Upload(kNumTimes), grpc::StatusCode::INVALID_ARGUMENT, 1}};
+      {"UploadAnimation", Upload(kNumTimes), grpc::StatusCode::INVALID_ARGUMENT, 1},
+      {"ImportAnimation", Import(kNumTimes), grpc::StatusCode::INVALID_ARGUMENT, 1},
+      {"RegisterFamily", Registration(kNumTargets), grpc::StatusCode::INVALID_ARGUMENT, 1}};
   for (const Case& call : cases) {
     int num_failures = 0;
     bool has_failed = true;

@@ -1,24 +1,28 @@
-// Frames and requests for them as gRPC's byte buffers.
+// Messages as gRPC's byte buffers.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
 
+#include <cstdint>
 #include <string>
 
 #include "absl/status/status.h"
 #include "google/protobuf/message.h"
+#include "server/base/errors.h"
 #include "server/frames/frame_cache.h"
 #include "server/frames/frame_stream.h"
 
 namespace liquidblend::server {
 
+grpc::ByteBuffer ToByteBuffer(std::string bytes);  // of any message
+
 // Both refer to the frame's bytes and keep them alive; nothing is copied.
 grpc::ByteBuffer ToByteBuffer(const FramePtr& frame);          // a v1::Frame
 grpc::ByteBuffer ToByteBuffer(const StreamedFrame& streamed);  // a v1::StreamFramesResponse
 
-// A request of at most kMaxSmallRequestBytes, without its unknown fields.
+// A request of at most max_bytes, without its unknown fields.
 // Errors: kInvalidArgument, naming the method, if the bytes are too many or do not parse.
 absl::Status Parse(const grpc::ByteBuffer& bytes, absl::string_view method,
-                   google::protobuf::Message& message);
+                   google::protobuf::Message& message, int64_t max_bytes = kMaxSmallRequestBytes);
 
 }  // namespace liquidblend::server

@@ -1,8 +1,8 @@
-#include "server/grpc/frame_message.h"
+#include "server/grpc/byte_buffers.h"
 
 #include <grpcpp/support/proto_buffer_reader.h>
 
-#include "server/base/errors.h"
+#include <utility>
 
 namespace liquidblend::server {
 namespace {
@@ -13,6 +13,13 @@ grpc::Slice SliceOf(const FramePtr& frame) {
 }
 
 }  // namespace
+
+grpc::ByteBuffer ToByteBuffer(std::string bytes) {
+  const auto let_go = [](void* held) { delete static_cast<std::string*>(held); };
+  const auto held = new std::string(std::move(bytes));
+  const grpc::Slice slice(held->data(), held->size(), let_go, held);
+  return grpc::ByteBuffer(&slice, 1);
+}
 
 grpc::ByteBuffer ToByteBuffer(const FramePtr& frame) {
   const grpc::Slice slice = SliceOf(frame);
@@ -25,11 +32,9 @@ grpc::ByteBuffer ToByteBuffer(const StreamedFrame& streamed) {
 }
 
 absl::Status Parse(const grpc::ByteBuffer& bytes, absl::string_view method,
-                   google::protobuf::Message& message) {
+                   google::protobuf::Message& message, int64_t max_bytes) {
   const auto size_bytes = static_cast<int64_t>(bytes.Length());
-  if (size_bytes > kMaxSmallRequestBytes) {
-    return RequestTooLarge(method, size_bytes, kMaxSmallRequestBytes);
-  }
+  if (size_bytes > max_bytes) return RequestTooLarge(method, size_bytes, max_bytes);
   grpc::ByteBuffer shared = bytes;  // the reader wants one that it may change
   grpc::ProtoBufferReader reader(&shared);
   if (!reader.status().ok() || !message.ParseFromZeroCopyStream(&reader)) {
