@@ -26,7 +26,7 @@ build=(
 tools=(
   clang clang-tidy clang-format libclang-rt-14-dev git
   # what pages of docs/ use, which a test runs
-  python3 python3-grpcio python3-protobuf python3-websockets
+  make python3 python3-grpcio python3-protobuf python3-websockets
   # a database and an object store of the tests' own
   postgresql-15 ceph-mon ceph-osd ceph-mgr ceph-common radosgw curl
 )
