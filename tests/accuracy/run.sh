@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Prints the accuracy tables (Markdown): the scenes of the repository, and those of the folder given
-# that it has (two_drops, dam_break, crown; a folder per input inside, each a Mantaflow cache with
-# its meta.json). One process a scene, so that its peak memory is its own. Seeds are fixed.
+# that it has (two_drops, dam_break, crown, moved_drop, two_drops_bridged, throw; a folder per input
+# inside, each a Mantaflow cache with its meta.json). One process a scene, so that its peak memory is
+# its own. Seeds are fixed.
 #   tests/accuracy/run.sh [DATA_FOLDER] [flags of lb_accuracy, e.g. --iterations 24 --seed 2]
 # BUILD names the build folder (default build/release), which must hold the target lb_accuracy.
 set -euo pipefail
@@ -18,7 +19,7 @@ fi
 failed=0
 "$program" --scene falling_drop "$@" || failed=1
 "$program" --scene two_drops "$@" || failed=1
-for scene in dam_break crown; do
+for scene in dam_break crown moved_drop two_drops_bridged throw; do
   [ -d "$data/$scene" ] || continue
   "$program" --scene "$scene" --data "$data" "$@" || failed=1
 done

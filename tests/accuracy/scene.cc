@@ -33,7 +33,10 @@ std::vector<StoredScene> StoredScenes() {
             {"Delaunay, w1_p0 and w0_p1", {0.5, 0.5, 0}}},
            36,
            {}},
-          {"crown", {"A", "B"}, "", {{"weight 0.5", {0.5}}}, 24, {}}};
+          {"crown", {"A", "B"}, "", {{"weight 0.5", {0.5}}}, 24, {}},
+          {"moved_drop", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36, {}},
+          {"two_drops_bridged", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36, 0.0},
+          {"throw", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 18, {}}};
 }
 
 absl::StatusOr<mesh::Animation> Load(const std::string& path, const parallel::Arena& arena) {
