@@ -4,7 +4,7 @@
   check_correspondences.py
 
 Run where they ran, with their server in LIQUIDBLEND_SERVER. Version 1 of the family `late` has
-automatic pairs alone, version 2 the page's six. Exit: 0 if it is so; 1 with a line that says what
+automatic pairs alone, version 2 the page's two. Exit: 0 if it is so; 1 with a line that says what
 is not.
 """
 
@@ -12,7 +12,7 @@ import json
 import subprocess
 import sys
 
-LEVEL_M = -0.25  # above the pool and below the tops of drops, by some 0.3 m each
+LEVEL_M = -0.5  # above the pool and below the tops of drops, by some 0.2 m each
 SAME_HEIGHT_M = 0.1
 
 
@@ -41,7 +41,7 @@ def highest(version, low, high):
 
 def check_pairs():
     pairs = json.loads(liquidblend("inspect", "late", "--json"))["reports"][0]["correspondences"]
-    expect(len(pairs) == 6, f"{len(pairs)} correspondences, not 6")
+    expect(len(pairs) == 2, f"{len(pairs)} correspondences, not 2")
     for k, pair in enumerate(pairs):
         expect(pair["outcome"] == "KEPT", f"correspondence {k} is overruled")
         expect("automatic" not in pair, f"correspondence {k} is automatic")

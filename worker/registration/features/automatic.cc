@@ -152,6 +152,7 @@ Features FindTrackFeatures(const Surface& surface, const TrackOptions& options) 
   features.up = surface.mesh.up;
   const PartGraph graph = FindParts(surface);
   features.tracks = FindTracks(graph, surface.mesh.num_frames, options);
+  features.lumps = FindLumps(surface, options.min_diameter);
   std::vector<int32_t> track_of_part(graph.parts.size(), -1);
   for (size_t n = 0; n < features.tracks.size(); ++n) {
     for (const Part& part : features.tracks[n].parts) {
@@ -184,6 +185,7 @@ FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
       Features tracks = FindTrackFeatures(surface, options);
       found.tracks = std::move(tracks.tracks);
       found.track_of = std::move(tracks.track_of);
+      found.lumps = std::move(tracks.lumps);
       found.up = tracks.up;
     } else {
       found.obstacles = FindObstacles(surface);

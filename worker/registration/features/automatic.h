@@ -21,7 +21,7 @@ struct FeaturesOfPair {
   Features source, target;
 };
 
-// Finds only tracks, and their vertices.
+// Finds only tracks, their vertices and lumps.
 Features FindTrackFeatures(const Surface& surface, const TrackOptions& options = {});
 
 // Threads: same bytes for any thread count.

@@ -1,9 +1,11 @@
 #include "worker/registration/features/pair_features.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace liquidblend::registration {
 namespace {
@@ -57,6 +59,19 @@ double FirstTrackCost(const Track& a, const Track& b, const SceneScale& scale,
   if (alike) cost.Add(a.life() - b.life(), options.max_lead * scale.frames);
   cost.Add(std::log(a.volume / b.volume), std::log(options.max_volume_ratio));
   return cost.mean();
+}
+
+// The tracks of both animations whose lumps are joined with the rest in the other one.
+std::array<std::vector<char>, 2> FindJoined(const Features& source, const Features& target,
+                                            const SceneScale& scale, const PairOptions& options) {
+  std::vector<AssignedPair> pairs =
+      PairLumps(source.lumps, target.lumps, options.max_shift * scale.length);
+  const TracksWithLumps a{source.tracks, source.lumps}, b{target.tracks, target.lumps};
+  std::array<std::vector<char>, 2> joined;
+  joined[0] = AreJoinedInOther(a, b, pairs, source.up, options.min_confidence);
+  for (AssignedPair& pair : pairs) std::swap(pair.row, pair.column);
+  joined[1] = AreJoinedInOther(b, a, pairs, source.up, options.min_confidence);
+  return joined;
 }
 
 // Places and times of a paired track's merge in both animations.
@@ -212,8 +227,10 @@ FeaturePairs PairFeatures(const Features& source, const Features& target, const 
     return Strongest(f.obstacles.size(), [&](int n) { return f.obstacles[n].contacts.size(); });
   };
   const std::vector<int> rows = tracks_of(source), columns = tracks_of(target);
+  const auto [joined_a, joined_b] = FindJoined(source, target, scale, options);
   FeaturePairs pairs;
   pairs.tracks = AssignChosen(rows, columns, options.min_confidence, [&](int a, int b) {
+    if (joined_a[a] != 0 || joined_b[b] != 0) return kInfinity;
     return FirstTrackCost(source.tracks[a], target.tracks[b], scale, options);
   });
   const std::vector<Merge> merges = MergesOf(source, target, pairs.tracks);

@@ -5,6 +5,7 @@
 
 #include "worker/registration/features/assignment.h"
 #include "worker/registration/features/extrema.h"
+#include "worker/registration/features/lumps.h"
 #include "worker/registration/features/obstacles.h"
 #include "worker/registration/features/tracks.h"
 
@@ -16,6 +17,7 @@ struct Features {
   std::vector<Extremum> extrema;         // as FindExtrema() says
   std::vector<Obstacle> obstacles = {};  // as FindObstacles() says
   std::vector<int32_t> track_of = {};    // per vertex; -1: of none
+  std::vector<Lump> lumps = {};          // as FindLumps() says
   mesh::Up up = mesh::Up::kUnknown;
 };
 
@@ -49,7 +51,8 @@ struct FeaturePairs {
 
 // Pairs first the tracks that begin at the first frame, of like volume, place and life: the
 // assignment of least squared differences over all of them, so that two drops that are moved the
-// same way do not swap their partners. Then later tracks (splashes) and extrema, by their places
+// same way do not swap their partners. A track whose lump is joined with the rest in the other
+// animation has no partner. Then later tracks (splashes) and extrema, by their places
 // and times relative to the merges of the first pairs. Pairs of extrema that go against the order
 // in time of those merges, or of surer pairs, are dropped. Obstacles by place and size. Only the
 // strongest kMaxAssigned features of each kind take part.

@@ -79,6 +79,23 @@ TEST(PairFeatures, AQuarterTurnOfTwinsIsAmbiguousAndGivesNone) {
   EXPECT_THAT(PairFeatures(source, target, kScale).tracks, IsEmpty());
 }
 
+Lump LumpAt(double x, double height) {
+  return {.place = {x, 0}, .height = height, .prominence = height, .diameter = 8};
+}
+
+TEST(PairFeatures, ADropThatTouchesThePoolInTheOtherAnimationIsNotTheOtherDrop) {
+  Features source{{Drop({20, 0, 20}, 9)}, {}}, target{{Drop({-20, 0, 20}, 9)}, {}};
+  EXPECT_THAT(Numbers(PairFeatures(source, target, kScale).tracks), ElementsAre(Pair(0, 0)))
+      << "nothing tells them apart";
+  source.lumps = {LumpAt(-20, 8), LumpAt(20, 20)};
+  target.lumps = {LumpAt(-20, 20), LumpAt(20, 8)};
+  EXPECT_THAT(PairFeatures(source, target, kScale).tracks, IsEmpty());
+  source.lumps = {LumpAt(20, 20)};
+  target.lumps = {LumpAt(-20, 20)};
+  EXPECT_THAT(Numbers(PairFeatures(source, target, kScale).tracks), ElementsAre(Pair(0, 0)))
+      << "each is the only one";
+}
+
 TEST(PairFeatures, SplashesAndApexesFollowTheMergeBefore) {
   const Features source{{Drop({-20, 0, 10}, 10), Splash({-20, 3, 0}, 20)},
                         {Apex({-20, 0, 12, 25})}};

@@ -1,0 +1,48 @@
+// Lumps: bulges of the first frame's surface, seen from above. A drop is one whether it is apart or
+// touches the pool already, so lumps tell which drop is which where tracks cannot. Internal to
+// worker/registration.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "worker/registration/features/assignment.h"
+#include "worker/registration/features/tracks.h"
+#include "worker/registration/surface/surface.h"
+
+namespace liquidblend::registration {
+
+// Registration units.
+struct Lump {
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();  // middle; as PlaceOf() says (height_field.h)
+  double height = 0.0;                              // of its top
+  double prominence = 0.0;  // how far one has to go down on the way to a higher one
+  double diameter = 0.0;    // of a disk as large as what is above half of its prominence
+};
+
+// Finds the lumps that stand out by `min_prominence` (edges), by grid point of their tops.
+// Cost: O(cells), and O(n log n) in the first frame's size in square edges.
+std::vector<Lump> FindLumps(const Surface& surface, double min_prominence);
+
+// Pairs lumps by place and size: the assignment of least squared differences.
+//   max_shift  edges; further apart are no pair
+// Of more than kMaxAssigned lumps the most prominent take part.
+std::vector<AssignedPair> PairLumps(const std::vector<Lump>& source,
+                                    const std::vector<Lump>& target, double max_shift);
+
+// The tracks and the lumps of one animation.
+struct TracksWithLumps {
+  const std::vector<Track>& tracks;
+  const std::vector<Lump>& lumps;
+};
+
+// For each track of `own`: whether its lump has a sure partner in the other animation that
+// is of none of the tracks there. Such a part is apart in one animation only, so it is none of the
+// other's detached parts, though they may look alike.
+//   pairs  rows: own.lumps, columns: other.lumps
+//   min_confidence  of a sure pair
+std::vector<char> AreJoinedInOther(const TracksWithLumps& own, const TracksWithLumps& other,
+                                   const std::vector<AssignedPair>& pairs, mesh::Up up,
+                                   double min_confidence);
+
+}  // namespace liquidblend::registration
