@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "worker/registration/features/wakes.h"
 #include "worker/registration/surface/closest_point.h"
 
 namespace liquidblend::registration {
@@ -15,11 +16,6 @@ constexpr double kEndFrames = 1.0;     // before a part ends: there it is one wi
 constexpr double kNearUsers = 10.0;    // edges and frames; there the user knows better
 constexpr double kMovedEdges = 3.0;    // an obstacle that has moved less has not
 constexpr float kOnSurface = 3.0f;     // edges; what is further off belongs to no vertex
-
-// A point in both animations; registration units.
-struct EventPair {
-  Eigen::Vector4d source, target;
-};
 
 // One pair of features.
 struct PairedPoints {
@@ -81,14 +77,17 @@ std::vector<EventPair> PointsOf(const Obstacle& source, const Obstacle& target) 
   return points;
 }
 
-std::vector<PairedPoints> PointsOfPairs(const Features& source, const Features& target,
-                                        const FeaturePairs& pairs) {
+PairedPoints PointsOf(const AssignedPair& pair, const FeaturesOfPair& features) {
+  return {CorrespondenceKind::kPoint,
+          PointsOf(features.source.tracks[pair.row], features.target.tracks[pair.column]),
+          pair.confidence};
+}
+
+// Those of extrema and obstacles.
+std::vector<PairedPoints> PointsOfPlaces(const FeaturesOfPair& features,
+                                         const FeaturePairs& pairs) {
+  const Features &source = features.source, &target = features.target;
   std::vector<PairedPoints> result;
-  for (const AssignedPair& pair : pairs.tracks) {
-    result.push_back({CorrespondenceKind::kPoint,
-                      PointsOf(source.tracks[pair.row], target.tracks[pair.column]),
-                      pair.confidence});
-  }
   for (const AssignedPair& pair : pairs.extrema) {
     result.push_back({CorrespondenceKind::kPoint,
                       {{source.extrema[pair.row].point, target.extrema[pair.column].point}},
@@ -126,6 +125,30 @@ bool IsNearUsers(const PairedPoints& pair, const std::vector<Correspondence>& us
              distance(point.target, target) < kNearUsers;
     });
   });
+}
+
+// The points of all pairs that no user's point is near. The wake of a part that the user knows
+// better is not looked for.
+std::vector<PairedPoints> PointsOfPairs(const Surface& source, const Surface& target,
+                                        const FeaturesOfPair& features, const FeaturePairs& pairs,
+                                        const std::vector<Correspondence>& users,
+                                        double edge_length_m, const parallel::Arena& arena) {
+  std::vector<PairedPoints> result;
+  std::vector<AssignedPair> tracks;
+  const auto add = [&](PairedPoints points) {
+    if (IsNearUsers(points, users, edge_length_m)) return false;
+    result.push_back(std::move(points));
+    return true;
+  };
+  for (const AssignedPair& pair : pairs.tracks) {
+    if (add(PointsOf(pair, features))) tracks.push_back(pair);
+  }
+  for (PairedPoints& points : PointsOfPlaces(features, pairs)) add(std::move(points));
+  for (Wake& wake :
+       FindWakes(source, target, features.source, features.target, tracks, edge_length_m, arena)) {
+    add({CorrespondenceKind::kPoint, std::move(wake.points), tracks[wake.pair].confidence});
+  }
+  return result;
 }
 
 // Whether a point belongs to the part of a surface that is registered.
@@ -201,11 +224,11 @@ std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const 
                                                    double edge_length_m,
                                                    const parallel::Arena& arena) {
   std::vector<AutomaticCorrespondence> result;
-  const std::vector<PairedPoints> found = PointsOfPairs(features.source, features.target, pairs);
+  const std::vector<PairedPoints> found =
+      PointsOfPairs(source, target, features, pairs, users, edge_length_m, arena);
   if (found.empty()) return result;
   const OnSurface on_source(source, arena), on_target(target, arena);
   for (const PairedPoints& pair : found) {
-    if (IsNearUsers(pair, users, edge_length_m)) continue;
     for (const EventPair& point : pair.points) {
       if (!on_source(point.source) || !on_target(point.target)) continue;
       AutomaticCorrespondence& added = result.emplace_back();

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "worker/registration/features/median.h"
+
 namespace liquidblend::registration {
 namespace {
 
@@ -35,12 +37,6 @@ int32_t Dominant(const PartGraph& graph, const std::vector<int32_t>& of, double 
     if (size > share * static_cast<double>(sum)) return p;
   }
   return -1;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 void Measure(Track& track) {

@@ -4,6 +4,7 @@
 
 #include "tests/worker/registration/drops_testing.h"
 #include "tests/worker/registration/pillar_testing.h"
+#include "tests/worker/registration/strike_testing.h"
 #include "worker/registration/register.h"
 
 namespace liquidblend::registration {
@@ -67,6 +68,24 @@ TEST_F(AutomaticTest, AUsersOwnNearByTakesItsPlace) {
   user.source = {0.5, 0.3, -0.3, 11};
   user.target = user.source;
   EXPECT_EQ(Find({user}).size(), 6u) << "far from the drop";
+}
+
+TEST(Automatic, ADropThatStrikesElsewhereTakesItsCraterAlongUnlessTheUserKnowsBetter) {
+  const TestSurface source(StrikeMesh({.x = -0.45, .crater_x = -0.45}));
+  const TestSurface target(StrikeMesh({.x = 0.45, .crater_x = 0.45}));
+  const double edge = source.mesh.edge_length_m;
+  const auto found = FindPoints(source.surface, target.surface, {}, edge);
+  ASSERT_GE(found.size(), 10u) << "six of the drop, and the crater's";
+  for (const auto& [c, confidence] : found) {
+    EXPECT_EQ(c.kind, CorrespondenceKind::kPoint);
+    EXPECT_FALSE(c.hard);
+    EXPECT_NEAR(c.target[0] - c.source[0], 0.9, edge);
+  }
+  Correspondence user = found.back().correspondence;
+  EXPECT_EQ(FindPoints(source.surface, target.surface, {user}, edge).size(), 6u);
+  user = found.front().correspondence;
+  EXPECT_EQ(FindPoints(source.surface, target.surface, {user}, edge).size(), 1u)
+      << "the lowest point of all, as an extremum";
 }
 
 TEST(Automatic, APillarElsewhereGivesSoftSpacesUnlessAUsersIsNear) {
