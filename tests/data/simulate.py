@@ -56,7 +56,22 @@ SCENES = {
             'MID': dict(elevation=30.0),
             'B':   dict(elevation=50.0),
         }),
+    'moved_drop': dict(
+        domain=(4.4, 2.4, 3.2), frames=48,
+        size=dict(small=(56, 1), large=(84, 2)),
+        common=dict(pool=0.70, radius=0.36, z=2.0),
+        variants={   # where the drop falls; nothing else differs
+            'A':   dict(x=-0.70, y=-0.20),
+            'MID': dict(x=0.05, y=0.025),
+            'B':   dict(x=0.80, y=0.25),
+        }),
 }
+# The inputs of two_drops_bridged: the lower drop touches the pool in the first frame.
+SCENES['two_drops']['variants'].update({
+    'bridged_A':   dict(zl=1.30, zr=2.60),
+    'bridged_MID': dict(zl=1.95, zr=1.95),
+    'bridged_B':   dict(zl=2.60, zr=1.30),
+})
 
 
 def parse(argv):
@@ -135,6 +150,11 @@ def build_two_drops(bpy, dom, p):
     z0 = -dom[2] / 2                   # heights are given above the domain's floor
     liquid(sphere(bpy, 'left', (p['xl'], 0, z0 + p['zl']), p['radius']))
     liquid(sphere(bpy, 'right', (p['xr'], 0, z0 + p['zr']), p['radius']))
+
+
+def build_moved_drop(bpy, dom, p):
+    floor_pool(bpy, dom, p['pool'])
+    liquid(sphere(bpy, 'drop', (p['x'], p['y'], -dom[2] / 2 + p['z']), p['radius']))
 
 
 def build_dam_break(bpy, dom, p):
