@@ -19,8 +19,9 @@ class UnknownMethods final : public grpc::CallbackGenericService {
   CallLog& log_;
 };
 
-// Adds a google.rpc.ErrorInfo to each error without details. A request that does not parse becomes
-// INVALID_ARGUMENT (REQUEST_MALFORMED), where gRPC gives UNIMPLEMENTED.
+// Adds a google.rpc.ErrorInfo to each error without details. A request that gRPC itself cannot
+// parse (health checks, reflection) becomes INVALID_ARGUMENT (REQUEST_MALFORMED), not
+// UNIMPLEMENTED.
 class ErrorCompleterFactory final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
   explicit ErrorCompleterFactory(CallLog& log) : log_(log) {}

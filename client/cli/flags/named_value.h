@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_join.h"
+
 namespace liquidblend::cli {
 
 // Accepts the names alone, in any case. Otherwise: "'w' is none of x, y, z".
@@ -26,7 +28,7 @@ CLI::Option* AddNamedValue(const std::string& flag, Value& value, const std::str
   };
   return command.add_option_function<std::string>(flag, set, help)
       ->check(OneOf(names))
-      ->type_name(CLI::detail::join(names, "|"));
+      ->type_name(absl::StrJoin(names, "|"));
 }
 
 // A flag for a bool or std::optional<bool>.

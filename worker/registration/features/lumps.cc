@@ -93,7 +93,7 @@ class LumpSweep {
   void Record(int top, double prominence, double min_prominence) {
     if (prominence >= min_prominence) tops_.push_back({top, prominence});
   }
-  // What is connected with the top above half of its prominence.
+  // The lump of a top: the region around it that is above half of its prominence.
   Lump Measure(int top, double prominence) const {
     const double level = HeightOf(top) - prominence / 2;
     std::vector<char> is_in(root_.size(), 0);

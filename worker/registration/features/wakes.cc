@@ -24,8 +24,8 @@ struct Strike {
   Eigen::Vector2d source_place, target_place;
   double source_time = 0.0, target_time = 0.0;
   double diameter = 0.0;  // of the part
-  double spacing() const { return std::max(kSpacing, diameter / kMaxSteps); }
   double duration = 0.0;  // frames; until the part has gone in
+  double spacing() const { return std::max(kSpacing, diameter / kMaxSteps); }
   Eigen::Vector2d shift() const { return target_place - source_place; }
 };
 
@@ -151,7 +151,7 @@ class WakeFinder {
   WakeFinder(const Strike& strike, mesh::Up up, const WakeOptions& options)
       : strike_(strike), up_(mesh::AxisOf(up)), options_(options) {}
 
-  // What a slice shows around a strike, as far as patches and searches reach.
+  // Heights of a slice around a strike, as far as patches and searches reach.
   HeightField View(const mesh::TriangleMesh& slice, const Eigen::Vector2d& place) const {
     const double reach = (options_.radius + 2 * options_.search) * strike_.diameter;
     return HeightField(slice, up_, place, reach, strike_.spacing(), Seen::kLargestPart);
