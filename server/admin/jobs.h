@@ -12,7 +12,7 @@
 namespace liquidblend::admin {
 
 struct QueueReport {
-  store::JobCounts counts;                   // jobs and parts, by state
+  store::JobCounts counts;                   // jobs and children, by state
   std::vector<store::HeldJob> unfinished;    // in the order of submission
   std::vector<store::pb::JobRecord> failed;  // the newest first
 };
@@ -23,7 +23,7 @@ inline constexpr int kHistory = 10'000;
 absl::StatusOr<QueueReport> InspectQueue(store::Catalog& catalog, int num_failed);
 
 struct HeldWork {
-  std::string job;      // "import-..", "register-..", or a part of such
+  std::string job;      // "import-..", "register-..", or a child of such
   std::string subject;  // "animations/x" or "families/x"
   std::string stage;
   double fraction = 0;

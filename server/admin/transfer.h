@@ -16,7 +16,7 @@ namespace liquidblend::admin {
 struct TransferReport {
   int64_t num_animations = 0;
   int64_t num_families = 0;
-  int64_t num_jobs = 0;  // and parts; those that are not done are queued again
+  int64_t num_jobs = 0;  // and children; those that are not done are queued again
   int64_t num_copied = 0;
   int64_t copied_bytes = 0;
   int64_t num_skipped = 0;  // blobs that existed already

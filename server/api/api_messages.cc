@@ -7,8 +7,8 @@
 #include "absl/time/time.h"
 #include "core/base/status_macros.h"
 #include "core/store/files/copy_fields.h"
+#include "server/api/child_progress.h"
 #include "server/api/job_memory.h"
-#include "server/api/part_progress.h"
 #include "server/base/names.h"
 
 namespace liquidblend::server {
@@ -163,12 +163,12 @@ absl::Status PackResponse(const JobRecord& job, store::Catalog& catalog, Operati
   return absl::OkStatus();
 }
 
-// The job with the progress of its parts.
-absl::StatusOr<JobRecord> WithParts(const JobRecord& job, store::Catalog& catalog) {
-  const bool has_parts = job.register_family().targets_size() > 1;
-  if (!has_parts || IsDone(job) || !job.progress().stage().empty()) return job;
-  LB_ASSIGN_OR_RETURN(const std::vector<JobRecord> parts, catalog.ListParts(job.id()));
-  if (!parts.empty()) return WithProgressOf(parts, job);
+// The job with the progress of its children.
+absl::StatusOr<JobRecord> WithChildren(const JobRecord& job, store::Catalog& catalog) {
+  const bool has_children = job.register_family().targets_size() > 1;
+  if (!has_children || IsDone(job) || !job.progress().stage().empty()) return job;
+  LB_ASSIGN_OR_RETURN(const std::vector<JobRecord> children, catalog.ListChildren(job.id()));
+  if (!children.empty()) return WithProgressOf(children, job);
   absl::StatusOr<JobRecord> ended = catalog.GetJob(job.id());  // since `job` was read
   if (absl::IsNotFound(ended.status())) return job;
   return ended;
@@ -272,7 +272,7 @@ absl::StatusOr<Operation> ToOperation(const JobRecord& record, store::Catalog& c
 
 absl::StatusOr<Operation> ToOperation(const JobRecord& record, store::Catalog& catalog,
                                       WorkerList& workers) {
-  LB_ASSIGN_OR_RETURN(const JobRecord job, WithParts(record, catalog));
+  LB_ASSIGN_OR_RETURN(const JobRecord job, WithChildren(record, catalog));
   Operation operation;
   operation.set_name(OperationName(job.id()));
   LB_ASSIGN_OR_RETURN(const std::string waiting_for, WaitingFor(job, workers));

@@ -17,9 +17,9 @@ namespace liquidblend::server {
 // Bytes for an import of these files.
 int64_t MemoryToImport(const store::v1::ImportJob& job);
 
-// Bytes for the largest of a registration's parts, which all get the same estimate. It follows from
-// the animations' vertices, frames, times and bounds, and from the job's spacing, number of targets
-// and levels of detail.
+// Bytes for the largest of a registration's children, which all get the same estimate. It follows
+// from the animations' vertices, frames, times and bounds, and from the job's spacing, number of
+// targets and levels of detail.
 int64_t MemoryToRegister(const store::v1::RegisterJob& job,
                          const store::v1::AnimationRecord& source,
                          const std::vector<store::v1::AnimationRecord>& targets);

@@ -47,29 +47,29 @@ absl::StatusOr<RegisteredScene> RegisteredScene::Register(
     const std::vector<std::vector<registration::Correspondence>>& correspondences,
     const registration::RegistrationOptions& options, const parallel::Arena& arena) {
   RegisteredScene result;
-  jobs::FamilyParts parts;
-  parts.name = scene.name;
-  parts.source_name = scene.inputs[0].name;
-  parts.rest_time_s = scene.rest_time_s;
-  LB_ASSIGN_OR_RETURN(parts.source, Build(scene.inputs[0], arena, result.costs_));
-  parts.bounds = BoxOf(scene.inputs[0]);
+  jobs::FamilyContents contents;
+  contents.name = scene.name;
+  contents.source_name = scene.inputs[0].name;
+  contents.rest_time_s = scene.rest_time_s;
+  LB_ASSIGN_OR_RETURN(contents.source, Build(scene.inputs[0], arena, result.costs_));
+  contents.bounds = BoxOf(scene.inputs[0]);
   for (size_t k = 1; k < scene.inputs.size(); ++k) {
     const mesh::Animation& input = scene.inputs[k];
     LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh target, Build(input, arena, result.costs_));
-    parts.bounds.extend(BoxOf(input));
+    contents.bounds.extend(BoxOf(input));
     const std::vector<registration::Correspondence> none;
     const auto read = [](const mesh::Animation& animation) { return [&] { return animation; }; };
     auto registered = jobs::RegisterMeshes(
-        {parts.source, read(scene.inputs[0])}, {target, read(input)},
+        {contents.source, read(scene.inputs[0])}, {target, read(input)},
         correspondences.empty() ? none : correspondences[k - 1], nullptr, {{}, options}, arena);
     if (!registered.ok()) return Named(input.name, registered.status());
     result.costs_.registration_s.push_back(registered->report.seconds);
-    jobs::RegisteredTarget& added = parts.targets.emplace_back();
+    jobs::RegisteredTarget& added = contents.targets.emplace_back();
     added.name = input.name;
     added.registration = *std::move(registered);
   }
   result.costs_.peak_mb = PeakMegabytes();
-  LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family, jobs::AssembleFamily(std::move(parts)));
+  LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family, jobs::AssembleFamily(std::move(contents)));
   result.family_ = std::make_unique<mesh::RegisteredFamily>(std::move(family));
   result.index_ = std::make_unique<slice::CellIndex>(*result.family_);
   return result;

@@ -48,18 +48,18 @@ class Blends {
     EXPECT_TRUE(result.ok()) << result.status();
     std::printf("registered in %.1f s: %d nodes, residual %.3f edges\n", result->report.seconds,
                 result->report.num_nodes, result->report.mean_residual_edges);
-    jobs::FamilyParts parts;
-    parts.source = *std::move(source);
-    parts.targets.resize(1);
-    parts.targets[0].name = "B";
-    parts.targets[0].registration = *std::move(result);
+    jobs::FamilyContents contents;
+    contents.source = *std::move(source);
+    contents.targets.resize(1);
+    contents.targets[0].name = "B";
+    contents.targets[0].registration = *std::move(result);
     for (const mesh::Animation* animation : {&a, &b}) {
       const auto bounds = mesh::Bounds(*animation);
-      parts.bounds.extend(Eigen::AlignedBox3f(bounds.col(0), bounds.col(1)));
+      contents.bounds.extend(Eigen::AlignedBox3f(bounds.col(0), bounds.col(1)));
     }
-    Add(parts, linear_);
-    parts.rest_time_s = 0.0;  // the drops are at rest in the first frame
-    Add(std::move(parts), squares_);
+    Add(contents, linear_);
+    contents.rest_time_s = 0.0;  // the drops are at rest in the first frame
+    Add(std::move(contents), squares_);
   }
 
   mesh::TriangleMesh Cut(double weight, double frame) { return Cut(linear_, weight, frame); }
@@ -78,8 +78,8 @@ class Blends {
     std::unique_ptr<slice::CellIndex> index;
   };
 
-  static void Add(jobs::FamilyParts parts, Indexed& indexed) {
-    auto family = jobs::AssembleFamily(std::move(parts));
+  static void Add(jobs::FamilyContents contents, Indexed& indexed) {
+    auto family = jobs::AssembleFamily(std::move(contents));
     EXPECT_TRUE(family.ok()) << family.status();
     indexed.family = *std::move(family);
     indexed.index = std::make_unique<slice::CellIndex>(indexed.family);

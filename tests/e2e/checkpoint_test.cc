@@ -61,11 +61,11 @@ class CheckpointTest : public E2eTest {
 
   std::string FamilyBlob() { return catalog()->GetFamily("balls")->blob(); }
 
-  // The workers' own view of an operation: the job, or, of several targets, its parts.
+  // The workers' own view of an operation: the job, or, of several targets, its children.
   std::vector<JobRecord> JobsOf(const Operation& operation) {
     const std::string id = operation.name().substr(std::string("operations/").size());
-    const auto parts = catalog()->ListParts(id);
-    if (parts.ok() && !parts->empty()) return *parts;
+    const auto children = catalog()->ListChildren(id);
+    if (children.ok() && !children->empty()) return *children;
     return {*catalog()->GetJob(id)};
   }
 
@@ -176,7 +176,7 @@ TEST_F(CheckpointTest, EachTargetOfAFamilyGoesOnByItself) {
     Process killed = StartWorker(Often("checkpoint.after_commit"));
     EXPECT_EQ(killed.Wait(), -SIGKILL);
   }
-  // Whose lease has ended is taken first, so that may be one part twice.
+  // Whose lease has ended is taken first, so that may be one child twice.
   const std::vector<JobRecord> left = JobsOf(registration);
   const auto has_checkpoint = [](const JobRecord& job) { return !job.checkpoint_blob().empty(); };
   EXPECT_GE(std::count_if(left.begin(), left.end(), has_checkpoint), 1);

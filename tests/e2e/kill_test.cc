@@ -192,8 +192,8 @@ class KillManyTargetsTest : public KillTest {
   std::string FamilyBlob() { return catalog()->GetFamily("balls")->blob(); }
 
   // Of the operation; the workers' own view, past the server.
-  std::vector<store::pb::JobRecord> PartsOf(const Operation& operation) {
-    return *catalog()->ListParts(operation.name().substr(std::string("operations/").size()));
+  std::vector<store::pb::JobRecord> ChildrenOf(const Operation& operation) {
+    return *catalog()->ListChildren(operation.name().substr(std::string("operations/").size()));
   }
 
   const std::vector<std::string> kTargets = {"b", "c", "d"};
@@ -218,30 +218,30 @@ TEST_F(KillManyTargetsTest, ManyWorkersOneOfThemKilledMakeTheSameFamilyAsOne) {
   Operation registration;
   ASSERT_TRUE(Register(kNumIterations, registration, kTargets).ok());
   Process killed = StartWorker(), other = StartWorker();
-  const auto is_at_work = [](const auto& part) {
-    return part.state() == store::pb::JobRecord::RUNNING && part.progress().iteration() > 0;
+  const auto is_at_work = [](const auto& child) {
+    return child.state() == store::pb::JobRecord::RUNNING && child.progress().iteration() > 0;
   };
-  std::vector<store::pb::JobRecord> parts;
+  std::vector<store::pb::JobRecord> children;
   Await([&] {
-    parts = PartsOf(registration);
-    return std::count_if(parts.begin(), parts.end(), is_at_work) == 2;
+    children = ChildrenOf(registration);
+    return std::count_if(children.begin(), children.end(), is_at_work) == 2;
   });
   EXPECT_EQ(killed.Kill(), -SIGKILL);
   EXPECT_EQ(FamilyVersion(), 1);
   Process third = StartWorker();
   Await([&] {
-    parts = PartsOf(registration);
-    return std::any_of(parts.begin(), parts.end(),
-                       [](const auto& part) { return part.attempts() == 2; });
+    children = ChildrenOf(registration);
+    return std::any_of(children.begin(), children.end(),
+                       [](const auto& child) { return child.attempts() == 2; });
   });
   const Operation done = AwaitDone(registration.name());
   ExpectSuccess(done);
   EXPECT_EQ(FamilyVersion(), 2);
   EXPECT_EQ(FamilyBlob(), expected);
-  EXPECT_TRUE(PartsOf(registration).empty());
+  EXPECT_TRUE(ChildrenOf(registration).empty());
 }
 
-// Three for the parts, one for the family; each dies when the catalog has its first result.
+// Three for the children, one for the family; each dies when the catalog has its first result.
 TEST_F(KillManyTargetsTest, AFamilyIsWholeThoughEveryWorkerDiesWithItsFirstResult) {
   Process server = StartServer();
   const std::string expected = RegisterUndisturbed(3);
@@ -257,14 +257,14 @@ TEST_F(KillManyTargetsTest, AFamilyIsWholeThoughEveryWorkerDiesWithItsFirstResul
   EXPECT_EQ(FamilyBlob(), expected);
 }
 
-TEST_F(KillManyTargetsTest, APartKilledBeforeItsResultIsKnownIsDoneAgain) {
+TEST_F(KillManyTargetsTest, AChildKilledBeforeItsResultIsKnownIsDoneAgain) {
   Process server = StartServer();
   const std::string expected = RegisterUndisturbed(3);
   Operation registration;
   ASSERT_TRUE(Register(3, registration, kTargets).ok());
   Process killed = StartWorker(DieAt("publish.before_commit"));
   EXPECT_EQ(killed.Wait(), -SIGKILL);
-  for (const auto& part : PartsOf(registration)) EXPECT_EQ(part.result_blob(), "");
+  for (const auto& child : ChildrenOf(registration)) EXPECT_EQ(child.result_blob(), "");
   Process worker = StartWorker();
   ExpectSuccess(AwaitDone(registration.name()));
   EXPECT_EQ(FamilyBlob(), expected);

@@ -20,11 +20,11 @@ mesh::FamilyTarget TargetOf(const std::string& name,
   return result;
 }
 
-void SetDomain(const FamilyParts& parts, mesh::RegisteredFamily& family) {
-  const float margin_m = static_cast<float>(parts.source.edge_length_m);
+void SetDomain(const FamilyContents& contents, mesh::RegisteredFamily& family) {
+  const float margin_m = static_cast<float>(contents.source.edge_length_m);
   for (int axis = 0; axis < 3; ++axis) {
-    family.domain_min[axis] = parts.bounds.min()[axis] - margin_m;
-    family.domain_max[axis] = parts.bounds.max()[axis] + margin_m;
+    family.domain_min[axis] = contents.bounds.min()[axis] - margin_m;
+    family.domain_max[axis] = contents.bounds.max()[axis] + margin_m;
   }
 }
 
@@ -37,13 +37,13 @@ void ToTicks(const mesh::TimeAxis& axis, mesh::SpaceTimeMesh& mesh,
   axis.ToTicks(mesh.vertices);
 }
 
-void ToTicks(FamilyParts& parts) {
-  const mesh::TimeAxis axis(parts.rest_time_s, parts.source.frames_per_second,
-                            parts.source.num_frames);
+void ToTicks(FamilyContents& contents) {
+  const mesh::TimeAxis axis(contents.rest_time_s, contents.source.frames_per_second,
+                            contents.source.num_frames);
   std::vector<registration::Registration*> targets;
-  for (RegisteredTarget& target : parts.targets) targets.push_back(&target.registration);
-  ToTicks(axis, parts.source, targets);
-  for (FamilyLevel& level : parts.coarser_levels) {
+  for (RegisteredTarget& target : contents.targets) targets.push_back(&target.registration);
+  ToTicks(axis, contents.source, targets);
+  for (FamilyLevel& level : contents.coarser_levels) {
     targets.clear();
     for (registration::Registration& target : level.targets) targets.push_back(&target);
     ToTicks(axis, level.mesh, targets);
@@ -84,9 +84,9 @@ Eigen::Matrix4Xf MatrixOf(std::span<const mesh::Float4> elements) {
   return matrix;
 }
 
-absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts) {
-  ToTicks(parts);
-  const auto owned = std::make_shared<const FamilyParts>(std::move(parts));
+absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyContents contents) {
+  ToTicks(contents);
+  const auto owned = std::make_shared<const FamilyContents>(std::move(contents));
   mesh::RegisteredFamily family = mesh::ViewOf(owned->source);
   family.storage = owned;
   family.name = owned->name;

@@ -26,7 +26,7 @@ struct FamilyLevel {
   std::vector<registration::Registration> targets;  // as many as the family's
 };
 
-struct FamilyParts {
+struct FamilyContents {
   std::string name;
   std::string source_name;
   mesh::ParameterSpace parameter_space;  // or empty
@@ -46,10 +46,10 @@ Eigen::Matrix4Xf MatrixOf(std::span<const mesh::Float4> elements);
 // A view on the matrix.
 std::span<const mesh::Float4> ColumnsOf(const Eigen::Matrix4Xf& matrix);
 
-// Assembles the family, which owns the parts, whose times are in frames. Its domain is the bounds,
-// one edge length larger on every side; the space-time mesh deviates from the surface by a fraction
-// of that.
+// Assembles the family, which owns the contents, whose times are in frames. Its domain is the
+// bounds, one edge length larger on every side; the space-time mesh deviates from the surface by a
+// fraction of that.
 // Errors: kInternal if the result does not pass Validate(), with the element at fault.
-absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyParts parts);
+absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyContents contents);
 
 }  // namespace liquidblend::jobs

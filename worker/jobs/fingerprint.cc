@@ -10,7 +10,7 @@
 #include "core/base/random_id.h"
 #include "core/base/status_macros.h"
 #include "core/store/blobs/content_hash.h"
-#include "worker/jobs/registered_part.h"
+#include "worker/jobs/target_files.h"
 
 namespace liquidblend::jobs {
 namespace {

@@ -11,9 +11,9 @@
 #include "core/base/steady_cond_var.h"
 #include "core/store/blobs/upload_files.h"
 #include "worker/jobs/job_context.h"
+#include "worker/jobs/run_child.h"
 #include "worker/jobs/run_guarded.h"
 #include "worker/jobs/run_import.h"
-#include "worker/jobs/run_part.h"
 #include "worker/jobs/run_registration.h"
 
 namespace liquidblend::jobs {
@@ -29,7 +29,7 @@ bool IsWorthRetrying(const absl::Status& status) {
 absl::Status RunStages(const store::pb::JobRecord& job, JobContext& context) {
   if (job.has_import_animation()) return RunImport(job.import_animation(), context);
   if (job.has_register_family()) return RunRegistration(job.register_family(), context);
-  if (job.has_register_target()) return RunPart(job, context);
+  if (job.has_register_target()) return RunChild(job, context);
   return absl::InvalidArgumentError("the job has no known task; it may be from a newer program");
 }
 

@@ -14,9 +14,9 @@
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/previous_version.h"
 #include "worker/jobs/register_target.h"
-#include "worker/jobs/registered_part.h"
 #include "worker/jobs/required_grade.h"
 #include "worker/jobs/stored_file.h"
+#include "worker/jobs/target_files.h"
 #include "worker/registration/transfer.h"
 #include "worker/spacetime/build.h"
 
@@ -24,12 +24,12 @@ namespace liquidblend::jobs {
 namespace {
 
 // Shares of the whole job: the source's mesh, or those of source and target, the targets (or their
-// parts), the levels of detail, publishing.
+// children), the levels of detail, publishing.
 constexpr double kSourceEnd = 0.1;
 constexpr double kMeshesEnd = 0.22;
 constexpr double kTargetMeshShare = 0.15;  // of one of several targets
-constexpr double kTargetsEnd = store::kPartsShare;
-constexpr double kSourceAfterPartsEnd = 0.93;
+constexpr double kTargetsEnd = store::kChildrenShare;
+constexpr double kSourceAfterChildrenEnd = 0.93;
 constexpr double kLevelsEnd = 0.97;
 
 // Of the source's and the targets' frames.
@@ -87,16 +87,16 @@ absl::StatusOr<std::vector<RegisteredTarget>> RegisterEach(const store::v1::Regi
   return targets;
 }
 
-// Reads the results of the parts.
+// Reads the target files of the children.
 absl::StatusOr<std::vector<RegisteredTarget>> ReadTargets(
-    const store::v1::RegisterJob& job, const std::vector<store::v1::JobRecord>& parts,
+    const store::v1::RegisterJob& job, const std::vector<store::v1::JobRecord>& children,
     const mesh::SpaceTimeMesh& source, JobContext& context) {
   const std::string source_mesh = HashOf(source);
   std::vector<RegisteredTarget> targets;
-  for (const store::v1::JobRecord& part : parts) {
-    const std::string& name = job.targets(part.register_target().target_index());
+  for (const store::v1::JobRecord& child : children) {
+    const std::string& name = job.targets(child.register_target().target_index());
     LB_ASSIGN_OR_RETURN(RegisteredTarget target,
-                        ReadPart(part.result_blob(), name, source_mesh, context.blobs));
+                        ReadTarget(child.result_blob(), name, source_mesh, context.blobs));
     targets.push_back(std::move(target));
   }
   return targets;
@@ -105,14 +105,14 @@ absl::StatusOr<std::vector<RegisteredTarget>> ReadTargets(
 // The source's mesh on a coarser grid, moved as the finest one is.
 absl::StatusOr<FamilyLevel> MakeLevel(const mesh::Animation& source,
                                       const spacetime::BuildOptions& options,
-                                      const FamilyParts& parts,
+                                      const FamilyContents& contents,
                                       const registration::TransferSource& finest,
                                       JobContext& context) {
   LB_RETURN_IF_ERROR(context.keeper.Check());
   FamilyLevel level;
   LB_ASSIGN_OR_RETURN(level.mesh, spacetime::Build(source, options, context.arena));
   const registration::Transfer transfer(finest, level.mesh, context.arena);
-  for (const RegisteredTarget& target : parts.targets) {
+  for (const RegisteredTarget& target : contents.targets) {
     registration::Registration& moved = level.targets.emplace_back();
     moved.displacement = transfer.Apply(target.registration.displacement, context.arena);
     moved.extrapolation = transfer.Apply(target.registration.extrapolation, context.arena);
@@ -120,27 +120,27 @@ absl::StatusOr<FamilyLevel> MakeLevel(const mesh::Animation& source,
   return level;
 }
 
-absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyParts& parts,
+absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyContents& contents,
                         JobContext& context) {
   const int num_levels = NumCoarserLevels(job.space_time());
   if (num_levels == 0) return absl::OkStatus();
   LB_RETURN_IF_ERROR(context.BeginStage("levels of detail", kTargetsEnd, kLevelsEnd));
   LB_ASSIGN_OR_RETURN(const mesh::Animation source, ReadStored(job.source(), context));
-  const registration::TransferSource finest(parts.source, context.arena);
+  const registration::TransferSource finest(contents.source, context.arena);
   std::vector<absl::StatusOr<FamilyLevel>> levels(static_cast<size_t>(num_levels));
   context.arena.Run(num_levels, [&](int64_t n) {
     const spacetime::BuildOptions options =
         ToLevelOptions(job.space_time(), static_cast<int>(n) + 1);
-    levels[n] = MakeLevel(source, options, parts, finest, context);
+    levels[n] = MakeLevel(source, options, contents, finest, context);
   });
   for (absl::StatusOr<FamilyLevel>& level : levels) {
     if (!level.ok()) return level.status();
-    parts.coarser_levels.push_back(*std::move(level));
+    contents.coarser_levels.push_back(*std::move(level));
   }
   return context.keeper.Check();
 }
 
-// Registers what is not done in parts, and stores the family.
+// Registers what is not done by children, and stores the family.
 absl::StatusOr<store::v1::FamilyRecord> MakeFamily(const store::v1::RegisterJob& job,
                                                    const std::vector<store::v1::JobRecord>& done,
                                                    const mesh::RegisteredFamily* previous,
@@ -150,30 +150,31 @@ absl::StatusOr<store::v1::FamilyRecord> MakeFamily(const store::v1::RegisterJob&
   LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", done.empty() ? 0.0 : kTargetsEnd,
                                         is_pair        ? kMeshesEnd
                                         : done.empty() ? kSourceEnd
-                                                       : kSourceAfterPartsEnd));
+                                                       : kSourceAfterChildrenEnd));
   std::vector<std::string> inputs = {job.source()};
   if (is_pair) inputs.push_back(job.targets(0));
   LB_ASSIGN_OR_RETURN(std::vector<BuiltMesh> built, BuildMeshes(inputs, job, context));
   if (previous != nullptr) {
     LB_RETURN_IF_ERROR(CheckSameVertices(*previous, built.front().mesh));
   }
-  FamilyParts parts;
-  parts.name = job.family();
-  parts.source_name = job.source();
-  parts.parameter_space = store::FromMessage(job.parameter_space());
-  if (job.has_rest_time_s()) parts.rest_time_s = job.rest_time_s();
-  parts.source = std::move(built.front().mesh);
-  parts.source_report = built.front().report;
-  LB_ASSIGN_OR_RETURN(parts.bounds, BoundsOf(job, context.catalog));
-  LB_ASSIGN_OR_RETURN(parts.targets,
-                      !done.empty() ? ReadTargets(job, done, parts.source, context)
-                      : is_pair ? RegisterOnly(job, parts.source, built.back(), previous, context)
-                                : RegisterEach(job, parts.source, previous, context));
-  LB_RETURN_IF_ERROR(CheckGrades(parts.targets, job.required_grade()));
+  FamilyContents contents;
+  contents.name = job.family();
+  contents.source_name = job.source();
+  contents.parameter_space = store::FromMessage(job.parameter_space());
+  if (job.has_rest_time_s()) contents.rest_time_s = job.rest_time_s();
+  contents.source = std::move(built.front().mesh);
+  contents.source_report = built.front().report;
+  LB_ASSIGN_OR_RETURN(contents.bounds, BoundsOf(job, context.catalog));
+  LB_ASSIGN_OR_RETURN(contents.targets,
+                      !done.empty() ? ReadTargets(job, done, contents.source, context)
+                      : is_pair
+                          ? RegisterOnly(job, contents.source, built.back(), previous, context)
+                          : RegisterEach(job, contents.source, previous, context));
+  LB_RETURN_IF_ERROR(CheckGrades(contents.targets, job.required_grade()));
   built.clear();  // the target's mesh is not needed any more
-  LB_RETURN_IF_ERROR(MakeLevels(job, parts, context));
+  LB_RETURN_IF_ERROR(MakeLevels(job, contents, context));
   LB_RETURN_IF_ERROR(context.BeginStage("publishing", kLevelsEnd, 1.0));
-  LB_ASSIGN_OR_RETURN(const mesh::RegisteredFamily family, AssembleFamily(std::move(parts)));
+  LB_ASSIGN_OR_RETURN(const mesh::RegisteredFamily family, AssembleFamily(std::move(contents)));
   return StoreFamily(family, context.blobs);
 }
 
@@ -182,7 +183,7 @@ absl::StatusOr<store::v1::FamilyRecord> MakeFamily(const store::v1::RegisterJob&
 absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context) {
   LB_RETURN_IF_ERROR(CheckOptions(job));
   LB_ASSIGN_OR_RETURN(const std::vector<store::v1::JobRecord> done,
-                      context.catalog.ListParts(context.keeper.job().id()));
+                      context.catalog.ListChildren(context.keeper.job().id()));
   LB_ASSIGN_OR_RETURN(const PreviousVersion previous, OpenPreviousVersion(job, context));
   const absl::StatusOr<store::v1::FamilyRecord> record =
       MakeFamily(job, done, previous.get(), context);

@@ -8,8 +8,8 @@
 namespace liquidblend::jobs {
 
 // Stored animations -> a published family. With several targets, this runs after each has been
-// registered by a part of its own (run_part.h), and assembles their results; without parts, the
-// target is registered here. Both give the same bytes.
+// registered by a child of its own (run_child.h), and assembles their results; without children,
+// the target is registered here. Both give the same bytes.
 // Errors: those of the stages and the store, and LeaseKeeper::Check()'s.
 absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context);
 

@@ -67,12 +67,12 @@ struct CatalogOptions {
   absl::Status Validate() const;  // names the first field out of range
 };
 
-// The share of the parts in the work of a registration. A registration of several targets is
-// WAITING while its parts, one job per target in their order, are worked on; the end of the last
-// part makes it QUEUED, for a worker to put the results together. Parts are not listed or found by
-// their ids. They exist until the registration ends in any way; then workers of remaining parts
-// have lost their leases.
-inline constexpr double kPartsShare = 0.9;
+// The share of the children in the work of a registration. A registration of several targets is
+// WAITING while its children, one job per target in their order, are worked on; the end of the last
+// child makes it QUEUED, for a worker to put the results together. Children are not listed or found
+// by their ids. They exist until the registration ends in any way; then workers of remaining
+// children have lost their leases.
+inline constexpr double kChildrenShare = 0.9;
 
 // The longest lease: longer ones are cut to it, a lease that ends later than this from now counts
 // as expired, and pauses between attempts are shorter. So a clock that is turned back, by any span,
@@ -126,12 +126,12 @@ class Catalog : public CatalogUpkeep {
                                                               const std::string& token) = 0;
   virtual absl::StatusOr<pb::JobRecord> GetJob(const std::string& id) = 0;
   virtual absl::StatusOr<Page<pb::JobRecord>> ListJobs(int page_size, const std::string& token) = 0;
-  // The parts of a job in the order of the targets; none if the job is done, has none, or does not
-  // exist.
-  virtual absl::StatusOr<std::vector<pb::JobRecord>> ListParts(const std::string& job_id) = 0;
-  // The number of jobs and parts of jobs per state; states without any are left out.
+  // The children of a job in the order of the targets; none if the job is done, has none, or does
+  // not exist.
+  virtual absl::StatusOr<std::vector<pb::JobRecord>> ListChildren(const std::string& job_id) = 0;
+  // The number of jobs and children of jobs per state; states without any are left out.
   virtual absl::StatusOr<JobCounts> CountJobs() = 0;
-  // Every blob that a record, an unfinished job or a part of one refers to, sorted, each once.
+  // Every blob that a record, an unfinished job or a child of one refers to, sorted, each once.
   virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
 
   // ---- Going back.
@@ -156,7 +156,7 @@ class Catalog : public CatalogUpkeep {
 
   // ---- The queue.
 
-  // Leases a job or part that is queued and whose pause is over, or whose lease has expired;
+  // Leases a job or child that is queued and whose pause is over, or whose lease has expired;
   // nothing if there is none. The order: the highest priority first; owners take turns; an owner's
   // oldest first. A job whose attempts are used up fails here instead of being leased again; a job
   // that has lost its worker pauses first.
@@ -188,14 +188,14 @@ class Catalog : public CatalogUpkeep {
   // RegisterJob::keep_versions allows.
   virtual absl::StatusOr<int64_t> PublishFamily(const std::string& lease_id,
                                                 const pb::FamilyRecord& family) = 0;
-  // Finishes a part with the target file that it made. Errors: kInvalidArgument if the job is not a
-  // part.
-  virtual absl::Status FinishPart(const std::string& lease_id, const std::string& blob) = 0;
+  // Finishes a child with the target file that it made. Errors: kInvalidArgument if the job is not
+  // a child.
+  virtual absl::Status FinishChild(const std::string& lease_id, const std::string& blob) = 0;
   // Ends an attempt with an error. With `retry` the job returns to the queue while attempts are
   // left, and pauses as CatalogOptions::retry requires. Otherwise it is FAILED (CANCELLED if the
   // error is kCancelled or a cancellation was requested), with the error kept in the job and, for
   // an import, in the animation. A transient error (core/base/retry.h) uses up no attempt, but
-  // there is a limit to these, too. A part that fails for good fails its registration, whose error
+  // there is a limit to these, too. A child that fails for good fails its registration, whose error
   // then names the target.
   virtual absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                                bool retry) = 0;

@@ -84,7 +84,7 @@ absl::StatusOr<Page<Record>> PageOf(Sql& sql, absl::string_view statement, const
   return page;
 }
 
-// The condition of the index of jobs and parts that may be leased, now or later.
+// The condition of the index of jobs and children that may be leased, now or later.
 std::string InQueue() {
   return absl::StrFormat("state IN (%d, %d)", pb::JobRecord::QUEUED, pb::JobRecord::RUNNING);
 }
@@ -95,7 +95,7 @@ SqlValue DueOf(const JobRow& job) {
   return is_in_queue ? SqlValue(job.due_us) : SqlValue(nullptr);
 }
 
-// The value of the column ended_us. Parts have none: they are deleted with their job.
+// The value of the column ended_us. Children have none: they are deleted with their job.
 SqlValue EndOf(const pb::JobRecord& job) {
   if (IsUnfinished(job) || !job.parent().empty()) return nullptr;
   const google::protobuf::Timestamp& end = job.update_time();
@@ -190,7 +190,7 @@ absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::st
   return std::move(row->record);
 }
 
-absl::StatusOr<std::vector<pb::JobRecord>> FindParts(Sql& sql, const std::string& parent) {
+absl::StatusOr<std::vector<pb::JobRecord>> FindChildren(Sql& sql, const std::string& parent) {
   return FindJobRecords(sql, "SELECT record FROM jobs WHERE parent = $1 ORDER BY number", {parent});
 }
 
@@ -317,7 +317,7 @@ absl::StatusOr<int64_t> RemoveHistory(Sql& sql, absl::Time end, int64_t max_num)
   return num_removed;
 }
 
-absl::Status RemoveParts(Sql& sql, const std::string& parent) {
+absl::Status RemoveChildren(Sql& sql, const std::string& parent) {
   return sql.Run("DELETE FROM jobs WHERE parent = $1", {parent});
 }
 
@@ -364,11 +364,11 @@ absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql) {
     for (const pb::SourceFile& file : job.import_animation().files()) blobs.insert(file.blob());
     if (!job.checkpoint_blob().empty()) blobs.insert(job.checkpoint_blob());
   }
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> parts,
+  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> children,
                       FindJobRecords(sql, "SELECT record FROM jobs WHERE parent IS NOT NULL", {}));
-  for (const pb::JobRecord& part : parts) {
-    if (!part.result_blob().empty()) blobs.insert(part.result_blob());
-    if (!part.checkpoint_blob().empty()) blobs.insert(part.checkpoint_blob());
+  for (const pb::JobRecord& child : children) {
+    if (!child.result_blob().empty()) blobs.insert(child.result_blob());
+    if (!child.checkpoint_blob().empty()) blobs.insert(child.checkpoint_blob());
   }
   return std::vector<std::string>(blobs.begin(), blobs.end());
 }

@@ -22,15 +22,15 @@ struct JobRow {
   int64_t due_us = 0;
 };
 
-// Find a record by its id; FindParts(): those of a job, in the order of the targets. Errors of the
-// Find functions: kNotFound, naming what is missing; kDataLoss for a record that cannot be read.
+// Find a record by its id; FindChildren(): those of a job, in the order of the targets.
+// Errors: kNotFound, naming what is missing; kDataLoss for a record that cannot be read.
 absl::StatusOr<pb::AnimationRecord> FindAnimation(Sql& sql, const std::string& id);
 absl::StatusOr<pb::FamilyRecord> FindFamily(Sql& sql, const std::string& id);
-absl::StatusOr<JobRow> FindJob(Sql& sql, const std::string& id);  // not a part
-absl::StatusOr<std::vector<pb::JobRecord>> FindParts(Sql& sql, const std::string& parent);
+absl::StatusOr<JobRow> FindJob(Sql& sql, const std::string& id);  // not a child
+absl::StatusOr<std::vector<pb::JobRecord>> FindChildren(Sql& sql, const std::string& parent);
 // Finds the job that is held by a lease. Errors: kAborted if the lease is not held any more.
 absl::StatusOr<JobRow> FindLeasedJob(Sql& sql, const std::string& lease_id);
-// Finds the next job or part that is queued or running, due, and needs at most memory_bytes: the
+// Finds the next job or child that is queued or running, due, and needs at most memory_bytes: the
 // highest priority first, of these the lowest turn, of these the oldest. A due time beyond
 // kLongestLease counts as due: then the clock has been turned back.
 absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int64_t memory_bytes);
@@ -43,9 +43,9 @@ absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t m
 absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job);
 // Finds the job that was submitted with this request id, or nothing.
 absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::string& request_id);
-// All jobs that are not done, without parts.
+// All jobs that are not done, without children.
 absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Sql& sql);
-// The number of jobs and parts per state.
+// The number of jobs and children per state.
 absl::StatusOr<JobCounts> CountJobsByState(Sql& sql);
 // The id of a family that has the animation as source or target; empty: none.
 absl::StatusOr<std::string> FindFamilyWith(Sql& sql, const std::string& animation);
@@ -59,18 +59,18 @@ absl::Status SetFamilyMembers(Sql& sql, const std::string& family,
 // Allocates the next version number of a family's id: the last one ever given + 1.
 absl::StatusOr<int64_t> TakeFamilyVersion(Sql& sql, const std::string& family);
 
-// Inserts the row of a new job or part.
+// Inserts the row of a new job or child.
 absl::Status InsertJob(Sql& sql, const pb::JobRecord& job);
 // Updates a job's row, except for the constant columns: id, subject, request id, parent, owner,
 // priority and turn.
 absl::Status UpdateJob(Sql& sql, const JobRow& job);
 
 // Remove rows, if there are any; RemoveFamily() those of kept versions and members as well,
-// RemoveParts() all parts of a job.
+// RemoveChildren() all children of a job.
 absl::Status RemoveAnimation(Sql& sql, const std::string& id);
 absl::Status RemoveFamily(Sql& sql, const std::string& id);
 absl::Status RemoveJob(Sql& sql, const std::string& id);
-absl::Status RemoveParts(Sql& sql, const std::string& parent);
+absl::Status RemoveChildren(Sql& sql, const std::string& parent);
 // Count the jobs of the history that ended before `end`, or remove the oldest `max_num` of them and
 // return their number.
 absl::StatusOr<int64_t> CountHistory(Sql& sql, absl::Time end);

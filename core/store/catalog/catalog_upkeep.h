@@ -25,7 +25,7 @@ struct CatalogContents {
   std::vector<pb::FamilyRecord> kept_versions;  // by family and version
   std::vector<pb::FamilyMember> members;        // of the published and the kept versions
   std::vector<pb::FamilyVersion> versions;  // the last ones ever given, deleted families included
-  std::vector<pb::JobRecord> jobs;          // and parts of jobs
+  std::vector<pb::JobRecord> jobs;          // and children of jobs
 };
 
 // Contents of a catalog, with what is damaged in it.
@@ -49,7 +49,7 @@ struct OwnerUse {
   std::string owner;
   // The files of animations and families, each once, and the uploaded files of unfinished imports.
   int64_t stored_bytes = 0;
-  int64_t num_queued_jobs = 0;  // accepted, and not done; parts do not count
+  int64_t num_queued_jobs = 0;  // accepted, and not done; children do not count
   int64_t num_animations = 0;   // set by ListOwners()
   int64_t num_families = 0;     // whose published version is this owner's
 };
@@ -73,7 +73,7 @@ class CatalogUpkeep {
   // The versions that are kept beside the published ones.  Cost: one query.
   virtual absl::StatusOr<KeptVersions> ListKeptNumbers() = 0;
 
-  // Jobs and parts of jobs that are queued, running or waiting, in the order of submission.
+  // Jobs and children of jobs that are queued, running or waiting, in the order of submission.
   virtual absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs() = 0;
 
   // Reads everything in one snapshot. Damaged records are reported, not an error.

@@ -65,11 +65,11 @@ absl::Status NoteFailedRegistration(Sql& sql, const pb::JobRecord& job) {
   return SaveFamily(sql, *family);
 }
 
-// Writes the end of a job, and removes its parts with their leases. A job that did not succeed also
-// changes the record of its animation or family.
+// Writes the end of a job, and removes its children with their leases. A job that did not succeed
+// also changes the record of its animation or family.
 absl::Status Finish(Sql& sql, pb::JobRecord job) {
   LB_RETURN_IF_ERROR(UpdateJob(sql, {job, "", 0}));
-  LB_RETURN_IF_ERROR(RemoveParts(sql, job.id()));
+  LB_RETURN_IF_ERROR(RemoveChildren(sql, job.id()));
   if (job.state() == pb::JobRecord::SUCCEEDED) return absl::OkStatus();
   if (job.has_register_family()) return NoteFailedRegistration(sql, job);
   auto animation = FindAnimation(sql, job.import_animation().animation());
@@ -80,11 +80,11 @@ absl::Status Finish(Sql& sql, pb::JobRecord job) {
   return SaveAnimation(sql, *animation);
 }
 
-// Ends a job with an error; the error of a part ends its parent.
+// Ends a job with an error; the error of a child ends its parent.
 absl::Status FinishWithError(Sql& sql, pb::JobRecord job, absl::Status error, absl::Time now) {
   if (!job.parent().empty()) {
     LB_ASSIGN_OR_RETURN(JobRow parent, FindJob(sql, job.parent()));
-    error = ErrorOfPart(error, job, parent.record);
+    error = ErrorOfChild(error, job, parent.record);
     TakeFailures(job, parent.record);
     job = std::move(parent.record);
   }
@@ -92,10 +92,10 @@ absl::Status FinishWithError(Sql& sql, pb::JobRecord job, absl::Status error, ab
   return Finish(sql, std::move(job));
 }
 
-// Inserts a part for each target of the registration.
-absl::Status InsertParts(Sql& sql, const pb::JobRecord& job, absl::Time now) {
+// Inserts a child for each target of the registration.
+absl::Status InsertChildren(Sql& sql, const pb::JobRecord& job, absl::Time now) {
   for (int k = 0; k < job.register_family().targets_size(); ++k) {
-    LB_RETURN_IF_ERROR(InsertJob(sql, NewPart(job, k, now)));
+    LB_RETURN_IF_ERROR(InsertJob(sql, NewChild(job, k, now)));
   }
   return absl::OkStatus();
 }
@@ -109,7 +109,7 @@ absl::StatusOr<std::optional<JobRow>> TakeNext(Sql& sql, absl::Time now, int64_t
   return row;
 }
 
-// Checks that the job or part may have one more attempt. The error ends it otherwise.
+// Checks that the job or child may have one more attempt. The error ends it otherwise.
 absl::Status MayStart(const pb::JobRecord& job, const RetryOptions& retry) {
   if (job.cancel_requested()) return CancelledStatus(job);
   if (job.attempts() < retry.max_attempts) return absl::OkStatus();
@@ -201,7 +201,7 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
   LB_ASSIGN_OR_RETURN(const int64_t turn, NextTurn(sql, job));
   job.set_turn(turn);
   LB_RETURN_IF_ERROR(InsertJob(sql, job));
-  if (job.state() == pb::JobRecord::WAITING) LB_RETURN_IF_ERROR(InsertParts(sql, job, now));
+  if (job.state() == pb::JobRecord::WAITING) LB_RETURN_IF_ERROR(InsertChildren(sql, job, now));
   return job;
 }
 
@@ -296,13 +296,13 @@ absl::StatusOr<int64_t> PublishFamily(Sql& sql, const std::string& lease_id,
   return version;
 }
 
-// If this is the last part to end, its parent is queued.
-absl::Status FinishPart(Sql& sql, const std::string& lease_id, const std::string& blob,
-                        absl::Time now) {
+// If this is the last child to end, its parent is queued.
+absl::Status FinishChild(Sql& sql, const std::string& lease_id, const std::string& blob,
+                         absl::Time now) {
   LB_ASSIGN_OR_RETURN(JobRow row, FindLeasedJob(sql, lease_id));
   if (row.record.parent().empty()) {
     return absl::InvalidArgumentError(
-        absl::StrCat("job '", row.record.id(), "' is not a part of another"));
+        absl::StrCat("job '", row.record.id(), "' is not a child of another"));
   }
   LB_ASSIGN_OR_RETURN(JobRow parent, FindJob(sql, row.record.parent()));
   const bool is_first = !parent.record.has_first_start_time();
@@ -310,8 +310,9 @@ absl::Status FinishPart(Sql& sql, const std::string& lease_id, const std::string
   row.record.set_result_blob(blob);
   Succeed(now, row.record);
   LB_RETURN_IF_ERROR(UpdateJob(sql, {std::move(row.record), "", 0}));
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> parts, FindParts(sql, parent.record.id()));
-  if (std::any_of(parts.begin(), parts.end(), IsUnfinished)) {
+  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> children,
+                      FindChildren(sql, parent.record.id()));
+  if (std::any_of(children.begin(), children.end(), IsUnfinished)) {
     return is_first ? UpdateJob(sql, parent) : absl::OkStatus();
   }
   ReturnToQueue(now, parent.record);

@@ -45,8 +45,8 @@ absl::Status PublishAnimation(Sql& sql, const std::string& lease_id, pb::Animati
                               absl::Time now);
 absl::StatusOr<int64_t> PublishFamily(Sql& sql, const std::string& lease_id,
                                       pb::FamilyRecord family, absl::Time now);
-absl::Status FinishPart(Sql& sql, const std::string& lease_id, const std::string& blob,
-                        absl::Time now);
+absl::Status FinishChild(Sql& sql, const std::string& lease_id, const std::string& blob,
+                         absl::Time now);
 absl::Status FailJob(Sql& sql, const std::string& lease_id, const absl::Status& error, bool retry,
                      const RetryOptions& options, absl::Time now);
 absl::Status ReleaseJob(Sql& sql, const std::string& lease_id, absl::Time now);

@@ -13,8 +13,8 @@ namespace {
 constexpr int kDefaultPageSize = 100;
 constexpr int kMaxPageSize = 1000;
 
-const std::string& TargetOf(const pb::JobRecord& part, const pb::JobRecord& parent) {
-  return parent.register_family().targets(part.register_target().target_index());
+const std::string& TargetOf(const pb::JobRecord& child, const pb::JobRecord& parent) {
+  return parent.register_family().targets(child.register_target().target_index());
 }
 
 void AddFailure(const pb::FailedAttempt& attempt, pb::JobRecord& job) {
@@ -88,25 +88,25 @@ pb::JobRecord NewJob(pb::JobRecord job, absl::Time now) {
   return fresh;
 }
 
-pb::JobRecord NewPart(const pb::JobRecord& parent, int target_index, absl::Time now) {
-  pb::JobRecord part;
-  part.set_id(absl::StrCat(parent.id(), ".", target_index));
-  part.set_parent(parent.id());
-  part.set_state(pb::JobRecord::QUEUED);
-  part.set_owner(parent.owner());
-  part.set_priority(parent.priority());
-  part.set_memory_bytes(parent.memory_bytes());
-  part.set_turn(parent.turn() + target_index);
-  part.mutable_register_target()->set_family(parent.register_family().family());
-  part.mutable_register_target()->set_target_index(target_index);
-  *part.mutable_create_time() = *part.mutable_update_time() = ToTimestamp(now);
-  return part;
+pb::JobRecord NewChild(const pb::JobRecord& parent, int target_index, absl::Time now) {
+  pb::JobRecord child;
+  child.set_id(absl::StrCat(parent.id(), ".", target_index));
+  child.set_parent(parent.id());
+  child.set_state(pb::JobRecord::QUEUED);
+  child.set_owner(parent.owner());
+  child.set_priority(parent.priority());
+  child.set_memory_bytes(parent.memory_bytes());
+  child.set_turn(parent.turn() + target_index);
+  child.mutable_register_target()->set_family(parent.register_family().family());
+  child.mutable_register_target()->set_target_index(target_index);
+  *child.mutable_create_time() = *child.mutable_update_time() = ToTimestamp(now);
+  return child;
 }
 
-absl::Status ErrorOfPart(const absl::Status& error, const pb::JobRecord& part,
-                         const pb::JobRecord& parent) {
+absl::Status ErrorOfChild(const absl::Status& error, const pb::JobRecord& child,
+                          const pb::JobRecord& parent) {
   return absl::Status(error.code(),
-                      absl::StrCat("target '", TargetOf(part, parent), "': ", error.message()));
+                      absl::StrCat("target '", TargetOf(child, parent), "': ", error.message()));
 }
 
 pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, const pb::JobRecord& job,
@@ -152,10 +152,10 @@ void NoteFailure(const absl::Status& error, bool lost, absl::Time now, pb::JobRe
   AddFailure(attempt, job);
 }
 
-void TakeFailures(const pb::JobRecord& part, pb::JobRecord& parent) {
-  for (pb::FailedAttempt attempt : part.failed_attempts()) {
+void TakeFailures(const pb::JobRecord& child, pb::JobRecord& parent) {
+  for (pb::FailedAttempt attempt : child.failed_attempts()) {
     attempt.mutable_error()->set_message(
-        absl::StrCat("target '", TargetOf(part, parent), "': ", attempt.error().message()));
+        absl::StrCat("target '", TargetOf(child, parent), "': ", attempt.error().message()));
     AddFailure(attempt, parent);
   }
 }

@@ -20,7 +20,7 @@ bool IsUnfinished(const pb::JobRecord& job);
 std::string SubjectOf(const pb::JobRecord& job);
 
 // Ids of the animations that must stay while the job is not done: the one it imports, or those it
-// registers. None for a part, as its parent has them.
+// registers. None for a child, as its parent has them.
 std::vector<std::string> AnimationsOf(const pb::JobRecord& job);
 
 // Check the payload of a job.  Errors: kInvalidArgument if it is not an import of `animation`, or
@@ -29,15 +29,15 @@ absl::Status CheckImport(const pb::AnimationRecord& animation, const pb::JobReco
 absl::Status CheckRegistration(const pb::JobRecord& job);
 
 // A job with a new id and no progress; payload, request_id, owner, priority and memory are kept. A
-// registration of several targets waits for its parts, others are queued.
+// registration of several targets waits for its children, others are queued.
 pb::JobRecord NewJob(pb::JobRecord job, absl::Time now);
 
-// The queued part of a registration for one of its targets. Each has a turn of its own.
-pb::JobRecord NewPart(const pb::JobRecord& parent, int target_index, absl::Time now);
+// The queued child of a registration for one of its targets. Each has a turn of its own.
+pb::JobRecord NewChild(const pb::JobRecord& parent, int target_index, absl::Time now);
 
-// The error of a registration whose part failed: the part's error with the target's name.
-absl::Status ErrorOfPart(const absl::Status& error, const pb::JobRecord& part,
-                         const pb::JobRecord& parent);
+// The error of a registration whose child failed: the child's error with the target's name.
+absl::Status ErrorOfChild(const absl::Status& error, const pb::JobRecord& child,
+                          const pb::JobRecord& parent);
 
 // The animation's record while its import `job` is not done.
 pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, const pb::JobRecord& job,
@@ -54,8 +54,8 @@ void ReturnToQueue(absl::Time now, pb::JobRecord& job);
 // expired without a report.
 inline constexpr int kKeptAttempts = 20;
 void NoteFailure(const absl::Status& error, bool lost, absl::Time now, pb::JobRecord& job);
-// Moves the failed attempts of a part to its parent.
-void TakeFailures(const pb::JobRecord& part, pb::JobRecord& parent);
+// Moves the failed attempts of a child to its parent.
+void TakeFailures(const pb::JobRecord& child, pb::JobRecord& parent);
 
 // Counts the last attempt as a transient failure of the environment, not of the job.
 void CountForEnvironment(pb::JobRecord& job);

@@ -113,8 +113,8 @@ class SqlCatalog : public Catalog {
   absl::StatusOr<Page<pb::JobRecord>> ListJobs(int page_size, const std::string& token) override {
     return Read([&](Sql& sql) { return PageOfJobs(sql, page_size, token); });
   }
-  absl::StatusOr<std::vector<pb::JobRecord>> ListParts(const std::string& job_id) override {
-    return Read([&](Sql& sql) { return FindParts(sql, job_id); });
+  absl::StatusOr<std::vector<pb::JobRecord>> ListChildren(const std::string& job_id) override {
+    return Read([&](Sql& sql) { return FindChildren(sql, job_id); });
   }
   absl::StatusOr<JobCounts> CountJobs() override {
     return Read([&](Sql& sql) { return CountJobsByState(sql); });
@@ -260,9 +260,9 @@ class SqlCatalog : public Catalog {
     return Publish(
         [&](Sql& sql, absl::Time now) { return store::PublishFamily(sql, lease_id, family, now); });
   }
-  absl::Status FinishPart(const std::string& lease_id, const std::string& blob) override {
+  absl::Status FinishChild(const std::string& lease_id, const std::string& blob) override {
     return Publish(
-        [&](Sql& sql, absl::Time now) { return store::FinishPart(sql, lease_id, blob, now); });
+        [&](Sql& sql, absl::Time now) { return store::FinishChild(sql, lease_id, blob, now); });
   }
   absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                        bool retry) override {

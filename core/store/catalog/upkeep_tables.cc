@@ -132,8 +132,8 @@ absl::Status InspectReferences(Sql& sql, CatalogInspection& result) {
   }
   for (const pb::JobRecord& job : result.contents.jobs) {
     if (job.parent().empty() || jobs.contains(job.parent())) continue;
-    result.damage.push_back(
-        absl::StrCat("job '", job.id(), "' is a part of '", job.parent(), "', which is not there"));
+    result.damage.push_back(absl::StrCat("job '", job.id(), "' is a child of '", job.parent(),
+                                         "', which is not there"));
   }
   for (const pb::FamilyRecord& kept : result.contents.kept_versions) {
     if (families.contains(kept.id())) continue;

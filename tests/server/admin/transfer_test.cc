@@ -84,8 +84,8 @@ TEST_F(TransferTest, WorkThatWasUnderWayIsQueuedAgain) {
   data_.SubmitImport("c");
   data_.SubmitRegistration("g", "a", {"a", "b"});
   const store::Lease import = data_.TakeJob();
-  const store::Lease part = data_.TakeJob();
-  ASSERT_THAT(data_.catalog().FinishPart(part.lease_id, data_.Put("target file")), Succeeds());
+  const store::Lease child = data_.TakeJob();
+  ASSERT_THAT(data_.catalog().FinishChild(child.lease_id, data_.Put("target file")), Succeeds());
   ASSERT_THAT(Export(), Succeeds());
   const TestedStore other = NewStore();
   ASSERT_THAT(Import(other), Succeeds());

@@ -147,15 +147,15 @@ TEST_F(OperationsTest, ARegistrationOfSeveralTargetsIsOneOperation) {
   report(first, 0.75);
   report(second, 0.25);
   EXPECT_EQ(progress_now().stage(), "registration");
-  EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kPartsShare / 2);
+  EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kChildrenShare / 2);
   EXPECT_EQ(progress_now().target_index(), 1);
   EXPECT_EQ(progress_now().attempt(), 1);
-  EXPECT_THAT(catalog_->FinishPart(first.lease_id, "blob"), Succeeds());
-  EXPECT_THAT(catalog_->FinishPart(second.lease_id, "blob"), Succeeds());
+  EXPECT_THAT(catalog_->FinishChild(first.lease_id, "blob"), Succeeds());
+  EXPECT_THAT(catalog_->FinishChild(second.lease_id, "blob"), Succeeds());
   EXPECT_EQ(progress_now().stage(), "queued");
-  EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kPartsShare);
+  EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kChildrenShare);
   EXPECT_EQ(TakeJob().job.parent(), "");
-  EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kPartsShare);
+  EXPECT_DOUBLE_EQ(progress_now().fraction(), store::kChildrenShare);
 }
 
 TEST_F(OperationsTest, AFailedOperationTellsWhy) {

@@ -88,8 +88,9 @@ class CountingCatalog final : public store::Catalog {
                                                              const std::string& token) override {
     return catalog_.ListJobs(page_size, token);
   }
-  absl::StatusOr<std::vector<store::pb::JobRecord>> ListParts(const std::string& job_id) override {
-    return catalog_.ListParts(job_id);
+  absl::StatusOr<std::vector<store::pb::JobRecord>> ListChildren(
+      const std::string& job_id) override {
+    return catalog_.ListChildren(job_id);
   }
   absl::StatusOr<store::JobCounts> CountJobs() override { return catalog_.CountJobs(); }
   absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
@@ -134,8 +135,8 @@ class CountingCatalog final : public store::Catalog {
                                         const store::pb::FamilyRecord& family) override {
     return catalog_.PublishFamily(lease_id, family);
   }
-  absl::Status FinishPart(const std::string& lease_id, const std::string& blob) override {
-    return catalog_.FinishPart(lease_id, blob);
+  absl::Status FinishChild(const std::string& lease_id, const std::string& blob) override {
+    return catalog_.FinishChild(lease_id, blob);
   }
   absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                        bool retry) override {

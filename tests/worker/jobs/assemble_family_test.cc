@@ -10,35 +10,36 @@
 namespace liquidblend::jobs {
 namespace {
 
-FamilyParts TwoTargets() {
-  FamilyParts parts;
-  parts.name = "family";
-  parts.source_name = "still";
-  parts.parameter_space = {{"speed"}, {{0}, {1}, {2}}};
-  parts.source = synthetic::WedgeSphere(1);
-  parts.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-1, -1, -1), Eigen::Vector3f(1, 2, 3));
-  parts.targets.resize(2);
-  for (RegisteredTarget& target : parts.targets) {
-    target.registration.displacement.setConstant(4, parts.source.num_vertices(), 0.25F);
+FamilyContents TwoTargets() {
+  FamilyContents contents;
+  contents.name = "family";
+  contents.source_name = "still";
+  contents.parameter_space = {{"speed"}, {{0}, {1}, {2}}};
+  contents.source = synthetic::WedgeSphere(1);
+  contents.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-1, -1, -1), Eigen::Vector3f(1, 2, 3));
+  contents.targets.resize(2);
+  for (RegisteredTarget& target : contents.targets) {
+    target.registration.displacement.setConstant(4, contents.source.num_vertices(), 0.25F);
   }
-  parts.source_report.num_vertices = 1;
-  parts.targets[0].space_time.num_vertices = 2;
-  parts.targets[1].space_time.num_vertices = 3;
-  parts.targets[0].name = "slow";
-  parts.targets[1].name = "fast";
-  parts.targets[1].registration.report.num_nodes = 7;
-  parts.targets[1].registration.extrapolation.setConstant(4, parts.source.num_vertices(), 0.5F);
-  return parts;
+  contents.source_report.num_vertices = 1;
+  contents.targets[0].space_time.num_vertices = 2;
+  contents.targets[1].space_time.num_vertices = 3;
+  contents.targets[0].name = "slow";
+  contents.targets[1].name = "fast";
+  contents.targets[1].registration.report.num_nodes = 7;
+  contents.targets[1].registration.extrapolation.setConstant(4, contents.source.num_vertices(),
+                                                             0.5F);
+  return contents;
 }
 
 TEST(AssembleFamily, OwnsAllThatItShows) {
-  const FamilyParts parts = TwoTargets();
-  const auto family = AssembleFamily(parts);
+  const FamilyContents contents = TwoTargets();
+  const auto family = AssembleFamily(contents);
   ASSERT_TRUE(family.ok()) << family.status();
   EXPECT_TRUE(mesh::Validate(*family).ok());
   EXPECT_EQ(family->name, "family");
   EXPECT_EQ(family->source, "still");
-  EXPECT_EQ(family->parameter_space.points, parts.parameter_space.points);
+  EXPECT_EQ(family->parameter_space.points, contents.parameter_space.points);
   ASSERT_EQ(family->targets.size(), 2U);
   EXPECT_EQ(family->targets[1].name, "fast");
   EXPECT_EQ(family->targets[1].report.num_nodes, 7);
@@ -47,13 +48,13 @@ TEST(AssembleFamily, OwnsAllThatItShows) {
   EXPECT_EQ(family->targets[0].displacement.back(), (mesh::Float4{0.25F, 0.25F, 0.25F, 0.25F}));
   EXPECT_TRUE(family->targets[0].extrapolation.empty());
   EXPECT_EQ(family->targets[1].extrapolation.front(), (mesh::Float4{0.5F, 0.5F, 0.5F, 0.5F}));
-  for (int64_t v = 0; v < parts.source.num_vertices(); ++v) {
-    for (int i = 0; i < 4; ++i) ASSERT_EQ(family->vertices[v][i], parts.source.vertices(i, v));
+  for (int64_t v = 0; v < contents.source.num_vertices(); ++v) {
+    for (int i = 0; i < 4; ++i) ASSERT_EQ(family->vertices[v][i], contents.source.vertices(i, v));
   }
 }
 
 TEST(AssembleFamily, LevelsAreFamiliesOfTheirOwn) {
-  FamilyParts parts = TwoTargets();
+  FamilyContents contents = TwoTargets();
   FamilyLevel level;
   level.mesh = synthetic::WedgeSphere(0);
   level.targets.resize(2);
@@ -61,9 +62,9 @@ TEST(AssembleFamily, LevelsAreFamiliesOfTheirOwn) {
     target.displacement.setConstant(4, level.mesh.num_vertices(), 0.75F);
   }
   const int64_t num_vertices = level.mesh.num_vertices();
-  parts.coarser_levels.push_back(std::move(level));
-  const double edge_length_m = parts.source.edge_length_m;
-  const auto family = AssembleFamily(std::move(parts));
+  contents.coarser_levels.push_back(std::move(level));
+  const double edge_length_m = contents.source.edge_length_m;
+  const auto family = AssembleFamily(std::move(contents));
   ASSERT_TRUE(family.ok()) << family.status();
   ASSERT_EQ(family->coarser_levels.size(), 1U);
   const mesh::RegisteredFamily& coarse = family->coarser_levels[0];
@@ -75,18 +76,18 @@ TEST(AssembleFamily, LevelsAreFamiliesOfTheirOwn) {
 }
 
 TEST(AssembleFamily, TheDomainIsOneEdgeLargerThanTheBounds) {
-  const FamilyParts parts = TwoTargets();
-  const float edge_m = static_cast<float>(parts.source.edge_length_m);
-  const auto family = AssembleFamily(parts);
+  const FamilyContents contents = TwoTargets();
+  const float edge_m = static_cast<float>(contents.source.edge_length_m);
+  const auto family = AssembleFamily(contents);
   ASSERT_TRUE(family.ok()) << family.status();
   EXPECT_FLOAT_EQ(family->domain_min[2], -1 - edge_m);
   EXPECT_FLOAT_EQ(family->domain_max[1], 2 + edge_m);
 }
 
 TEST(AssembleFamily, ARegistrationThatIsNotFiniteIsRefused) {
-  FamilyParts parts = TwoTargets();
-  parts.targets[0].registration.displacement(2, 7) = std::numeric_limits<float>::quiet_NaN();
-  const auto family = AssembleFamily(std::move(parts));
+  FamilyContents contents = TwoTargets();
+  contents.targets[0].registration.displacement(2, 7) = std::numeric_limits<float>::quiet_NaN();
+  const auto family = AssembleFamily(std::move(contents));
   EXPECT_EQ(family.status().code(), absl::StatusCode::kInternal);
   EXPECT_THAT(std::string(family.status().message()), testing::HasSubstr("family"));
 }

@@ -335,7 +335,7 @@ TEST_F(ResumedJobTest, AStoppedWorkersRegistrationGoesOnToTheSameBytes) {
   EXPECT_EQ(NumBlobs(), num_blobs) << "the checkpoint is gone, and the family's file is the same";
 }
 
-TEST_F(ResumedJobTest, PartsGoOnByThemselves) {
+TEST_F(ResumedJobTest, ChildrenGoOnByThemselves) {
   ASSERT_THAT(Work(), Succeeds());
   SubmitBall("fast", 3.0);
   ASSERT_THAT(Work(), Succeeds());
@@ -343,18 +343,18 @@ TEST_F(ResumedJobTest, PartsGoOnByThemselves) {
   ASSERT_THAT(Work(), Succeeds());
   const std::string expected = LongBlob();
   const std::string job = SubmitLong({"slow", "fast"});
-  const auto part = [&](int k) { return (*catalog_->ListParts(job))[k]; };
+  const auto child = [&](int k) { return (*catalog_->ListChildren(job))[k]; };
   CheckpointOptions never;
   never.interval = absl::Hours(1);
   never.patience = absl::Seconds(10);
-  WorkUntil([&] { return part(1).progress().iteration() >= 3; }, never);
-  EXPECT_EQ(part(0).state(), JobRecord::SUCCEEDED);
-  EXPECT_EQ(part(0).checkpoint_blob(), "");
-  ASSERT_NE(part(1).checkpoint_blob(), "");
+  WorkUntil([&] { return child(1).progress().iteration() >= 3; }, never);
+  EXPECT_EQ(child(0).state(), JobRecord::SUCCEEDED);
+  EXPECT_EQ(child(0).checkpoint_blob(), "");
+  ASSERT_NE(child(1).checkpoint_blob(), "");
   int resumed = 0;
   blobs_.on_open = [&] {
-    const std::vector<JobRecord> parts = *catalog_->ListParts(job);
-    for (const JobRecord& each : parts) {
+    const std::vector<JobRecord> children = *catalog_->ListChildren(job);
+    for (const JobRecord& each : children) {
       resumed = std::max(resumed, each.progress().resumed_iteration());
     }
     return absl::OkStatus();

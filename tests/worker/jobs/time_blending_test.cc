@@ -52,20 +52,20 @@ registration::Registration ToHighFall(const mesh::SpaceTimeMesh& mesh) {
 }
 
 mesh::RegisteredFamily Family(const std::optional<double>& rest_time_s) {
-  FamilyParts parts;
-  parts.name = "falls";
-  parts.source_name = "low";
-  parts.rest_time_s = rest_time_s;
-  parts.source = FallingSphere(3);
-  parts.targets.resize(1);
-  parts.targets[0].name = "high";
-  parts.targets[0].registration = ToHighFall(parts.source);
-  FamilyLevel& level = parts.coarser_levels.emplace_back();
+  FamilyContents contents;
+  contents.name = "falls";
+  contents.source_name = "low";
+  contents.rest_time_s = rest_time_s;
+  contents.source = FallingSphere(3);
+  contents.targets.resize(1);
+  contents.targets[0].name = "high";
+  contents.targets[0].registration = ToHighFall(contents.source);
+  FamilyLevel& level = contents.coarser_levels.emplace_back();
   level.mesh = FallingSphere(2);
   level.targets.push_back(ToHighFall(level.mesh));
-  parts.bounds =
+  contents.bounds =
       Eigen::AlignedBox3f(Eigen::Vector3f(-2, -2, -2), Eigen::Vector3f(2, 2, kHigh_m + 2));
-  auto family = AssembleFamily(std::move(parts));
+  auto family = AssembleFamily(std::move(contents));
   EXPECT_TRUE(family.ok()) << family.status();
   return *std::move(family);
 }
@@ -139,11 +139,11 @@ TEST(TimeBlending, ARebuiltBallIsWhereItWasInEachFrame) {
   build.connectivity = spacetime::Connectivity::kRebuilt;
   auto mesh = spacetime::Build(synthetic::MovingSphere(options), build, arena);
   ASSERT_TRUE(mesh.ok()) << mesh.status();
-  FamilyParts parts;
-  parts.source = *std::move(mesh);
-  parts.rest_time_s = 0.0;
-  parts.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-2, -2, -2), Eigen::Vector3f(2, 2, 2));
-  const auto family = AssembleFamily(std::move(parts));
+  FamilyContents contents;
+  contents.source = *std::move(mesh);
+  contents.rest_time_s = 0.0;
+  contents.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-2, -2, -2), Eigen::Vector3f(2, 2, 2));
+  const auto family = AssembleFamily(std::move(contents));
   ASSERT_TRUE(family.ok()) << family.status();
   const slice::CellIndex index(*family);
   for (int k = 0; k < 5; ++k) {
@@ -162,13 +162,13 @@ TEST(TimeBlending, InFramesAgainAllIsAsItWas) {
   target.extrapolation = 0.5F * target.displacement;
   const Eigen::Matrix4Xf vertices = mesh.vertices;
   const registration::Registration before = target;
-  FamilyParts parts;
-  parts.rest_time_s = -0.25;
-  parts.source = std::move(mesh);
-  parts.targets.resize(2);
-  for (RegisteredTarget& each : parts.targets) each.registration = target;
-  parts.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-2, -2, -2), Eigen::Vector3f(2, 2, 99));
-  const auto family = AssembleFamily(std::move(parts));
+  FamilyContents contents;
+  contents.rest_time_s = -0.25;
+  contents.source = std::move(mesh);
+  contents.targets.resize(2);
+  for (RegisteredTarget& each : contents.targets) each.registration = target;
+  contents.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-2, -2, -2), Eigen::Vector3f(2, 2, 99));
+  const auto family = AssembleFamily(std::move(contents));
   ASSERT_TRUE(family.ok()) << family.status();
   ASSERT_GT((MatrixOf(family->vertices) - vertices).cwiseAbs().maxCoeff(), 1.0F);
   const mesh::RegisteredFamily again = InFrames(*family);

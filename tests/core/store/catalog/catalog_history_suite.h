@@ -49,10 +49,10 @@ TEST_P(CatalogSuite, KnowsARequestAsLongAsItsJobIsKept) {
   EXPECT_NE(MustSubmitImport("b", "request b").id(), first.id());
 }
 
-// A job of any age that has not ended, its parts that have, and what they need.
+// A job of any age that has not ended, its children that have, and what they need.
 TEST_P(CatalogSuite, ForgetsNothingOfJobsThatAreNotDone) {
   const Job registration = MustSubmitThreeTargets();
-  FinishNextPart();
+  FinishNextChild();
   const Lease lease = MustLease();
   ASSERT_THAT(catalog_->SaveCheckpoint(lease.lease_id, "checkpoint"), Succeeds());
   MustSubmitImport("queued");
@@ -60,7 +60,7 @@ TEST_P(CatalogSuite, ForgetsNothingOfJobsThatAreNotDone) {
   now_ += absl::Hours(24 * 365);
   EXPECT_EQ(*catalog_->PruneHistory({}), 4);  // the imports of a, b, c and d
   EXPECT_EQ(catalog_->ListJobs(0, "")->records.size(), 2);
-  EXPECT_EQ(PartsOf(registration).size(), 3);
+  EXPECT_EQ(ChildrenOf(registration).size(), 3);
   EXPECT_EQ(*catalog_->ListReferencedBlobs(), blobs);
   EXPECT_THAT(catalog_->Heartbeat(lease.lease_id, kLease, {}), Succeeds());
 }

@@ -45,7 +45,7 @@ TEST_P(CatalogSuite, AWorkerDoesNotWakeForWhatItCannotHold) {
   EXPECT_TRUE(*woken);
 }
 
-TEST_P(CatalogSuite, PartsNeedAsMuchAsTheirRegistration) {
+TEST_P(CatalogSuite, ChildrenNeedAsMuchAsTheirRegistration) {
   for (const std::string id : {"a", "b"}) MakeAnimation(id);
   Job job = RegistrationOf("f", "a", {"a", "b"});
   job.set_memory_bytes(1000);

@@ -73,7 +73,7 @@ TEST_P(CatalogSuite, EachTargetOfARegistrationTakesATurn) {
   EXPECT_EQ(MustLease().job.register_target().target_index(), 0);
   EXPECT_THAT(Next(1), ::testing::ElementsAre("b1"));
   EXPECT_EQ(MustLease().job.register_target().target_index(), 1);
-  MustSubmitAs("a", "a1", -1);  // after the owner's last part
+  MustSubmitAs("a", "a1", -1);  // after the owner's last child
   MustSubmitAs("b", "b2", -1);
   EXPECT_EQ(MustLease().job.register_target().target_index(), 2);
   EXPECT_THAT(Next(2), ::testing::ElementsAre("b2", "a1"));

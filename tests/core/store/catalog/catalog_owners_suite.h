@@ -80,10 +80,10 @@ TEST_P(CatalogSuite, CountsWhatAnOwnerHas) {
   Job registration = RegistrationOf("f", "a", {"b", "c"});
   registration.set_owner("bob");
   ASSERT_THAT(catalog_->SubmitRegistration(registration), Succeeds());
-  EXPECT_EQ(UseOf(*catalog_, "bob").num_queued_jobs, 1);  // its parts do not count
+  EXPECT_EQ(UseOf(*catalog_, "bob").num_queued_jobs, 1);  // its children do not count
   EXPECT_EQ(UseOf(*catalog_, "bob").num_families, 0);
-  FinishNextPart();
-  FinishNextPart();
+  FinishNextChild();
+  FinishNextChild();
   pb::FamilyRecord family;
   family.set_id("f");
   family.set_blob("blob 3");

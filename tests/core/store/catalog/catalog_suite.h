@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "core/store/catalog/catalog.h"
+#include "tests/core/store/catalog/catalog_children_suite.h"
 #include "tests/core/store/catalog/catalog_history_suite.h"
 #include "tests/core/store/catalog/catalog_memory_suite.h"
 #include "tests/core/store/catalog/catalog_order_suite.h"
 #include "tests/core/store/catalog/catalog_owners_suite.h"
-#include "tests/core/store/catalog/catalog_parts_suite.h"
 #include "tests/core/store/catalog/catalog_queue_suite.h"
 #include "tests/core/store/catalog/catalog_retry_suite.h"
 #include "tests/core/store/catalog/catalog_testing.h"

@@ -118,17 +118,17 @@ class CatalogSuite : public ::testing::TestWithParam<std::unique_ptr<CatalogBack
     return MustSubmitRegistration("f", "a", {"b", "c", "d"});
   }
 
-  std::vector<Job> PartsOf(const Job& job) {
-    auto parts = catalog_->ListParts(job.id());
-    EXPECT_THAT(parts, Succeeds());
-    return parts.ok() ? *std::move(parts) : std::vector<Job>();
+  std::vector<Job> ChildrenOf(const Job& job) {
+    auto children = catalog_->ListChildren(job.id());
+    EXPECT_THAT(children, Succeeds());
+    return children.ok() ? *std::move(children) : std::vector<Job>();
   }
 
-  // Takes the next part, which must be there, and finishes it.
-  void FinishNextPart() {
+  // Takes the next child, which must be there, and finishes it.
+  void FinishNextChild() {
     const Lease lease = MustLease();
     EXPECT_TRUE(lease.job.has_register_target());
-    EXPECT_THAT(catalog_->FinishPart(lease.lease_id, "blob-of-" + lease.job.id()), Succeeds());
+    EXPECT_THAT(catalog_->FinishChild(lease.lease_id, "blob-of-" + lease.job.id()), Succeeds());
   }
 
   Job MustSubmitAs(const std::string& owner, const std::string& id, int priority = 0) {

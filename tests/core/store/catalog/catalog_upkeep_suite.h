@@ -65,7 +65,7 @@ TEST_P(CatalogSuite, IsTheSameAfterAnImportOfAllItHolds) {
   MakeFamily("old", "x", {"y"});
   ASSERT_THAT(catalog_->DeleteFamily("old"), Succeeds());
   MustSubmitThreeTargets();
-  FinishNextPart();
+  FinishNextChild();
   MustSubmitImport("e", "request");
   const auto inspection = catalog_->Inspect();
   ASSERT_THAT(inspection, Succeeds());
@@ -79,7 +79,7 @@ TEST_P(CatalogSuite, IsTheSameAfterAnImportOfAllItHolds) {
   ASSERT_THAT(other->Import(inspection->contents), Succeeds());
   EXPECT_EQ(Describe(other->Inspect()->contents), Describe(inspection->contents));
   EXPECT_EQ(*other->ListReferencedBlobs(), *catalog_->ListReferencedBlobs());
-  // The work goes on there: the next part, and the family of a name that was used before.
+  // The work goes on there: the next child, and the family of a name that was used before.
   const auto lease = other->LeaseJob("w", kLease);
   ASSERT_THAT(lease, Succeeds());
   EXPECT_EQ((*lease)->job.register_target().target_index(), 1);

@@ -209,12 +209,12 @@ TEST_P(CatalogSuite, AJobTellsWhenWorkOnItBegan) {
   EXPECT_EQ(GetJob(job.id()).start_time().seconds(), absl::ToUnixSeconds(now_));
 }
 
-TEST_P(CatalogSuite, AJobOfPartsBeganWithThem) {
+TEST_P(CatalogSuite, AJobOfChildrenBeganWithThem) {
   const Job job = MustSubmitThreeTargets();
   now_ += absl::Seconds(1);
   const absl::Time began = now_;
   for (int k = 0; k < 3; ++k) {
-    FinishNextPart();
+    FinishNextChild();
     EXPECT_EQ(GetJob(job.id()).first_start_time().seconds(), absl::ToUnixSeconds(began));
     now_ += absl::Seconds(1);
   }

@@ -185,7 +185,7 @@ std::string InsertOldJob(const pb::JobRecord& job, const std::string& subject,
 }
 
 // Two animations, a family, and jobs: done, queued, running until kOldLeaseEnd, and queued for two
-// targets (without parts, as the oldest programs did it).
+// targets (without children, as the oldest programs did it).
 inline constexpr int64_t kOldLeaseEnd = 1700000000;
 template <typename Literal>
 std::string FillOldCatalog(const Literal& literal) {
@@ -240,7 +240,7 @@ inline void CheckOldRows(Catalog& catalog, absl::Time& now, bool with_owners = f
   };
   EXPECT_EQ(next(), "register-g");  // the other one is leased
   EXPECT_EQ(next(), "");
-  EXPECT_TRUE(catalog.ListParts("register-g")->empty());
+  EXPECT_TRUE(catalog.ListChildren("register-g")->empty());
   EXPECT_THAT(catalog.Heartbeat("lease", absl::Seconds(1), {}), Succeeds());
   now += absl::Seconds(1);
   EXPECT_EQ(next(), "register-f");

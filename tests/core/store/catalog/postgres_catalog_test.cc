@@ -250,9 +250,9 @@ TEST_F(PostgresCatalogTest, HearsOfAJobAtOnce) {
 
 // ---- several at once
 
-// Each of 8 rounds, two parts end at the same moment; each time exactly one of them queues the
+// Each of 8 rounds, two children end at the same moment; each time exactly one of them queues the
 // whole.
-TEST_F(PostgresCatalogTest, TwoPartsThatEndAtOnceQueueTheirRegistrationOnce) {
+TEST_F(PostgresCatalogTest, TwoChildrenThatEndAtOnceQueueTheirRegistrationOnce) {
   const auto catalog = MustOpen();
   for (const char* id : {"a", "b"}) {
     ASSERT_THAT(catalog->SubmitImport(AnimationCalled(id), ImportOf(id)), Succeeds());
@@ -267,7 +267,7 @@ TEST_F(PostgresCatalogTest, TwoPartsThatEndAtOnceQueueTheirRegistrationOnce) {
       const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
       ASSERT_TRUE(lease.ok() && lease->has_value());
       threads.emplace_back([&catalog, id = (*lease)->lease_id] {
-        EXPECT_THAT(catalog->FinishPart(id, "blob"), Succeeds());
+        EXPECT_THAT(catalog->FinishChild(id, "blob"), Succeeds());
       });
     }
     for (std::thread& thread : threads) thread.join();

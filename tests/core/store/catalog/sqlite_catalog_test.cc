@@ -300,8 +300,8 @@ TEST_F(SqliteCatalogTest, AnotherWorkerFinishesAJobWhosePublicationWasKilled) {
   EXPECT_EQ(MustOpen()->GetAnimation("a")->state(), pb::AnimationRecord::READY);
 }
 
-// The last part's end and what follows from it are one change.
-TEST_F(SqliteCatalogTest, ARegistrationIsQueuedWithItsLastPartOrNotAtAll) {
+// The last child's end and what follows from it are one change.
+TEST_F(SqliteCatalogTest, ARegistrationIsQueuedWithItsLastChildOrNotAtAll) {
   {
     const auto catalog = MustOpen();
     for (const char* id : {"a", "b"}) {
@@ -311,7 +311,7 @@ TEST_F(SqliteCatalogTest, ARegistrationIsQueuedWithItsLastPartOrNotAtAll) {
     }
     ASSERT_THAT(catalog->SubmitRegistration(RegistrationOf("f", "a", {"a", "b"})), Succeeds());
     const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
-    ASSERT_THAT(catalog->FinishPart((*lease)->lease_id, "blob"), Succeeds());
+    ASSERT_THAT(catalog->FinishChild((*lease)->lease_id, "blob"), Succeeds());
   }
   const auto finish_last = [&](absl::Duration later) {
     CatalogOptions options;
@@ -320,7 +320,7 @@ TEST_F(SqliteCatalogTest, ARegistrationIsQueuedWithItsLastPartOrNotAtAll) {
     if (!catalog.ok()) return;
     const auto lease = (*catalog)->LeaseJob("victim", absl::Minutes(1));
     if (!lease.ok() || !lease->has_value()) return;
-    (*catalog)->FinishPart((*lease)->lease_id, "blob").IgnoreError();
+    (*catalog)->FinishChild((*lease)->lease_id, "blob").IgnoreError();
   };
   const auto state = [&] { return MustOpen()->ListJobs(1, "")->records[0].state(); };
   EXPECT_TRUE(DiesAt("publish.before_commit", [&] { finish_last(absl::ZeroDuration()); }));

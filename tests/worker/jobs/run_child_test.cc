@@ -1,5 +1,5 @@
-// Registrations of several targets: parts on any workers, then one that puts them together.
-#include "worker/jobs/run_part.h"
+// Registrations of several targets: children on any workers, then one that puts them together.
+#include "worker/jobs/run_child.h"
 
 #include <filesystem>
 #include <set>
@@ -8,7 +8,7 @@
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/files/files.h"
 #include "tests/worker/jobs/jobs_testing.h"
-#include "worker/jobs/registered_part.h"
+#include "worker/jobs/target_files.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -17,7 +17,7 @@ using store::Succeeds;
 using store::pb::JobRecord;
 using testing::HasSubstr;
 
-class RunPartTest : public JobsTest {
+class RunChildTest : public JobsTest {
  protected:
   void ImportBalls() {
     SubmitBall("still", 0.0);
@@ -64,7 +64,7 @@ class RunPartTest : public JobsTest {
   }
 };
 
-TEST_F(RunPartTest, TheFamilyIsTheSameBytesAsOfOneJobForAnyNumberOfWorkers) {
+TEST_F(RunChildTest, TheFamilyIsTheSameBytesAsOfOneJobForAnyNumberOfWorkers) {
   ImportBalls();
   const auto change = [](auto& job) {
     job.mutable_options()->set_max_iterations(2);
@@ -81,10 +81,10 @@ TEST_F(RunPartTest, TheFamilyIsTheSameBytesAsOfOneJobForAnyNumberOfWorkers) {
   EXPECT_EQ(manifest.coarser_levels_size(), 2);
   for (const int num_workers : {1, 2, 3}) {
     const std::string job = SubmitBalls(change);
-    ASSERT_EQ(catalog_->ListParts(job)->size(), 3);
+    ASSERT_EQ(catalog_->ListChildren(job)->size(), 3);
     WorkTogether(num_workers);
     EXPECT_EQ(PublishedBlob(job), expected) << num_workers << " workers";
-    // The catalog's record has the seconds, too: those of the parts.
+    // The catalog's record has the seconds, too: those of the children.
     const store::pb::FamilyRecord record = *catalog_->GetFamily("balls");
     for (const auto& report : record.manifest().reports()) {
       EXPECT_GT(report.seconds(), 0.0);
@@ -92,7 +92,7 @@ TEST_F(RunPartTest, TheFamilyIsTheSameBytesAsOfOneJobForAnyNumberOfWorkers) {
   }
 }
 
-TEST_F(RunPartTest, ARefinementOfSeveralTargetsIsTheSameBytesAsOfOneJob) {
+TEST_F(RunChildTest, ARefinementOfSeveralTargetsIsTheSameBytesAsOfOneJob) {
   ImportBalls();
   std::vector<std::string> blobs;
   for (const bool is_one_job : {false, true}) {
@@ -115,7 +115,7 @@ TEST_F(RunPartTest, ARefinementOfSeveralTargetsIsTheSameBytesAsOfOneJob) {
   EXPECT_EQ(blobs[0], blobs[1]);
 }
 
-TEST_F(RunPartTest, ARefinementKeepsTargetsWithoutNewCorrespondences) {
+TEST_F(RunChildTest, ARefinementKeepsTargetsWithoutNewCorrespondences) {
   ImportBalls();
   const auto displacements = [&] {
     const auto family =
@@ -160,15 +160,16 @@ TEST_F(RunPartTest, ARefinementKeepsTargetsWithoutNewCorrespondences) {
   EXPECT_EQ(blobs[0], blobs[1]);
 }
 
-TEST_F(RunPartTest, WorkersShareTheParts) {
+TEST_F(RunChildTest, WorkersShareTheChildren) {
   ImportBalls();
   const std::string job = SubmitBalls();
-  // Each worker that opens its first file waits for the others to have a part as well.
+  // Each worker that opens its first file waits for the others to have a child as well.
   blobs_.on_open = [&] {
     Await([&] {
-      const auto parts = catalog_->ListParts(job);
-      return std::none_of(parts->begin(), parts->end(),
-                          [](const JobRecord& part) { return part.state() == JobRecord::QUEUED; });
+      const auto children = catalog_->ListChildren(job);
+      return std::none_of(children->begin(), children->end(), [](const JobRecord& child) {
+        return child.state() == JobRecord::QUEUED;
+      });
     });
     return absl::OkStatus();
   };
@@ -176,15 +177,15 @@ TEST_F(RunPartTest, WorkersShareTheParts) {
   EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED) << Job(job).error().message();
 }
 
-TEST_F(RunPartTest, ProgressTellsOfTheTargetFromTheStart) {
+TEST_F(RunChildTest, ProgressTellsOfTheTargetFromTheStart) {
   ImportBalls();
   const std::string job = SubmitBalls();
   bool was_told = false;
   blobs_.on_open = [&] {
-    const auto parts = catalog_->ListParts(job);
-    if (was_told || (*parts)[1].state() != JobRecord::RUNNING) return absl::OkStatus();
-    Await([&] { return (*catalog_->ListParts(job))[1].progress().target_index() == 1; });
-    EXPECT_EQ((*catalog_->ListParts(job))[1].progress().stage(), "space-time meshes");
+    const auto children = catalog_->ListChildren(job);
+    if (was_told || (*children)[1].state() != JobRecord::RUNNING) return absl::OkStatus();
+    Await([&] { return (*catalog_->ListChildren(job))[1].progress().target_index() == 1; });
+    EXPECT_EQ((*catalog_->ListChildren(job))[1].progress().stage(), "space-time meshes");
     was_told = true;
     return absl::OkStatus();
   };
@@ -193,7 +194,7 @@ TEST_F(RunPartTest, ProgressTellsOfTheTargetFromTheStart) {
   EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED) << Job(job).error().message();
 }
 
-TEST_F(RunPartTest, ABadTargetFailsTheRegistrationByName) {
+TEST_F(RunChildTest, ABadTargetFailsTheRegistrationByName) {
   SubmitBall("still", 0.0, 24);
   SubmitBall("slow", 1.0, 24);
   SubmitBall("other", 1.0, 25);  // frames a second
@@ -202,11 +203,11 @@ TEST_F(RunPartTest, ABadTargetFailsTheRegistrationByName) {
   ASSERT_THAT(Work(), Succeeds());
   EXPECT_EQ(Job(job).state(), JobRecord::FAILED);
   EXPECT_THAT(Job(job).error().message(), HasSubstr("target 'other': "));
-  EXPECT_TRUE(catalog_->ListParts(job)->empty());
+  EXPECT_TRUE(catalog_->ListChildren(job)->empty());
   EXPECT_EQ(catalog_->GetFamily("balls")->version(), 0);
 }
 
-TEST_F(RunPartTest, ACancelledRegistrationStopsThePartsAtWork) {
+TEST_F(RunChildTest, ACancelledRegistrationStopsTheChildrenAtWork) {
   ImportBalls();
   const std::string job =
       SubmitBalls([](auto& r) { r.mutable_options()->set_max_iterations(200); });
@@ -218,17 +219,17 @@ TEST_F(RunPartTest, ACancelledRegistrationStopsThePartsAtWork) {
   };
   ASSERT_THAT(Work(), Succeeds());
   EXPECT_EQ(Job(job).state(), JobRecord::CANCELLED);
-  EXPECT_LE(num_opened, 2);  // of the first part, and no other was begun
+  EXPECT_LE(num_opened, 2);  // of the first child, and no other was begun
   EXPECT_EQ(catalog_->GetFamily("balls")->version(), 0);
 }
 
-TEST_F(RunPartTest, ALostPartIsNamedByWhoPutsThemTogether) {
+TEST_F(RunChildTest, ALostTargetFileIsNamedByWhoPutsThemTogether) {
   ImportBalls();
   const std::string job = SubmitBalls();
   blobs_.on_open = [&] {
-    const auto parts = catalog_->ListParts(job);
+    const auto children = catalog_->ListChildren(job);
     if (Job(job).state() == JobRecord::RUNNING) {
-      EXPECT_THAT(blobs_.Delete((*parts)[2].result_blob()), Succeeds());
+      EXPECT_THAT(blobs_.Delete((*children)[2].result_blob()), Succeeds());
     }
     return absl::OkStatus();
   };
@@ -239,7 +240,7 @@ TEST_F(RunPartTest, ALostPartIsNamedByWhoPutsThemTogether) {
   EXPECT_EQ(catalog_->GetFamily("balls")->version(), 0);
 }
 
-// ---- the parts' files
+// ---- target files
 
 RegisteredTarget SampleTarget() {
   RegisteredTarget target;
@@ -251,11 +252,11 @@ RegisteredTarget SampleTarget() {
   return target;
 }
 
-TEST_F(RunPartTest, APartComesBackAsItWas) {
+TEST_F(RunChildTest, ATargetFileComesBackAsItWas) {
   const RegisteredTarget target = SampleTarget();
-  const auto id = StorePart(target, "hash", blobs_);
+  const auto id = StoreTarget(target, "hash", blobs_);
   ASSERT_THAT(id, Succeeds());
-  const auto back = ReadPart(*id, "slow", "hash", blobs_);
+  const auto back = ReadTarget(*id, "slow", "hash", blobs_);
   ASSERT_THAT(back, Succeeds());
   EXPECT_EQ(back->name, "slow");
   EXPECT_EQ(back->space_time.num_vertices, 5);
@@ -264,29 +265,29 @@ TEST_F(RunPartTest, APartComesBackAsItWas) {
   EXPECT_EQ(back->registration.report.num_nodes, 3);
 }
 
-TEST_F(RunPartTest, APartOfAnotherTargetOrMeshIsRefused) {
-  const auto id = StorePart(SampleTarget(), "hash", blobs_);
+TEST_F(RunChildTest, ATargetFileOfAnotherTargetOrMeshIsRefused) {
+  const auto id = StoreTarget(SampleTarget(), "hash", blobs_);
   ASSERT_THAT(id, Succeeds());
   EXPECT_THAT(
-      ReadPart(*id, "fast", "hash", blobs_),
+      ReadTarget(*id, "fast", "hash", blobs_),
       store::Fails(absl::StatusCode::kFailedPrecondition, "'fast' is one of target 'slow'"));
-  EXPECT_THAT(ReadPart(*id, "slow", "other", blobs_),
+  EXPECT_THAT(ReadTarget(*id, "slow", "other", blobs_),
               store::Fails(absl::StatusCode::kFailedPrecondition, "a space-time mesh hash"));
 }
 
-TEST_F(RunPartTest, APartThatCannotBeReadAnyMoreIsNotCalledBad) {
+TEST_F(RunChildTest, ATargetFileThatCannotBeReadAnyMoreIsNotCalledBad) {
   store::SurviveUnreadablePages();
-  const auto id = StorePart(SampleTarget(), "hash", blobs_);
+  const auto id = StoreTarget(SampleTarget(), "hash", blobs_);
   ASSERT_THAT(id, Succeeds());
   blobs_.after_open = [&](const store::BlobId& opened) {
     std::filesystem::resize_file(store::LocalBlobPath(folder_.path(), opened), 0);
   };
-  EXPECT_THAT(ReadPart(*id, "slow", "hash", blobs_),
+  EXPECT_THAT(ReadTarget(*id, "slow", "hash", blobs_),
               store::Fails(absl::StatusCode::kDataLoss, "target 'slow': a part of "));
 }
 
 // The version that is refined is in use until the end.
-TEST_F(RunPartTest, APreviousVersionThatCannotBeReadAnyMoreIsNeitherUsedNorBlamed) {
+TEST_F(RunChildTest, APreviousVersionThatCannotBeReadAnyMoreIsNeitherUsedNorBlamed) {
   store::SurviveUnreadablePages();
   ImportBalls();
   for (const bool is_one_job : {false, true}) {

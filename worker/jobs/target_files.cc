@@ -1,4 +1,4 @@
-#include "worker/jobs/registered_part.h"
+#include "worker/jobs/target_files.h"
 
 #include <memory>
 #include <span>
@@ -40,8 +40,8 @@ std::string HashOf(const mesh::SpaceTimeMesh& mesh) {
   return hasher.Id();
 }
 
-absl::StatusOr<store::BlobId> StorePart(const RegisteredTarget& target,
-                                        const std::string& source_mesh, store::BlobStore& blobs) {
+absl::StatusOr<store::BlobId> StoreTarget(const RegisteredTarget& target,
+                                          const std::string& source_mesh, store::BlobStore& blobs) {
   store::TargetFile file;
   file.target = ViewOf(target);
   file.space_time = target.space_time;
@@ -51,8 +51,9 @@ absl::StatusOr<store::BlobId> StorePart(const RegisteredTarget& target,
   return out->Commit();
 }
 
-absl::StatusOr<RegisteredTarget> ReadPart(const store::BlobId& id, const std::string& target,
-                                          const std::string& source_mesh, store::BlobStore& blobs) {
+absl::StatusOr<RegisteredTarget> ReadTarget(const store::BlobId& id, const std::string& target,
+                                            const std::string& source_mesh,
+                                            store::BlobStore& blobs) {
   const std::string name = absl::StrCat("target '", target, "'");
   const absl::StatusOr<std::shared_ptr<const store::Blob>> blob = blobs.Open(id);
   if (!blob.ok()) {
@@ -64,7 +65,7 @@ absl::StatusOr<RegisteredTarget> ReadPart(const store::BlobId& id, const std::st
   const store::TargetFile& file = *opened;
   if (file.target.name != target) {
     return absl::FailedPreconditionError(
-        absl::StrCat("the part of ", name, " is one of target '", file.target.name, "'"));
+        absl::StrCat("the target file of ", name, " is one of target '", file.target.name, "'"));
   }
   if (!file.source_mesh.empty() && file.source_mesh != source_mesh) {
     return absl::FailedPreconditionError(absl::StrCat(

@@ -1,4 +1,4 @@
-// Target files of parts: the registration of one target, from the worker that made it to the one
+// Target files: the registration of one target, from the worker that made it to the one
 // that assembles the family.
 #pragma once
 
@@ -16,12 +16,13 @@ std::string HashOf(const mesh::SpaceTimeMesh& mesh);
 
 //   source_mesh  hash of the source's mesh that was registered; empty: not known
 // Errors: those of the store.
-absl::StatusOr<store::BlobId> StorePart(const RegisteredTarget& target,
-                                        const std::string& source_mesh, store::BlobStore& blobs);
-
-// Errors: those of the store; kFailedPrecondition if the part is of another target, or if its
-// source's mesh has another hash, because the workers run different programs.
-absl::StatusOr<RegisteredTarget> ReadPart(const store::BlobId& id, const std::string& target,
+absl::StatusOr<store::BlobId> StoreTarget(const RegisteredTarget& target,
                                           const std::string& source_mesh, store::BlobStore& blobs);
+
+// Errors: those of the store; kFailedPrecondition if the file is of another target, or if its
+// source's mesh has another hash, because the workers run different programs.
+absl::StatusOr<RegisteredTarget> ReadTarget(const store::BlobId& id, const std::string& target,
+                                            const std::string& source_mesh,
+                                            store::BlobStore& blobs);
 
 }  // namespace liquidblend::jobs

@@ -26,31 +26,31 @@ TEST_P(CatalogSuite, GivesOutTheTargetsOfARegistrationSideBySide) {
   pb::JobProgress progress;
   progress.set_iteration(7);
   EXPECT_THAT(catalog_->Heartbeat(second.lease_id, kLease, progress), Succeeds());
-  const std::vector<Job> parts = PartsOf(job);
-  ASSERT_EQ(parts.size(), 3);
-  EXPECT_EQ(parts[0].worker(), "one");
-  EXPECT_EQ(parts[1].worker(), "two");
-  EXPECT_EQ(parts[1].progress().iteration(), 7);
-  EXPECT_EQ(parts[2].state(), Job::QUEUED);
-  EXPECT_EQ(parts[2].register_target().target_index(), 2);
+  const std::vector<Job> children = ChildrenOf(job);
+  ASSERT_EQ(children.size(), 3);
+  EXPECT_EQ(children[0].worker(), "one");
+  EXPECT_EQ(children[1].worker(), "two");
+  EXPECT_EQ(children[1].progress().iteration(), 7);
+  EXPECT_EQ(children[2].state(), Job::QUEUED);
+  EXPECT_EQ(children[2].register_target().target_index(), 2);
   EXPECT_EQ(GetJob(job.id()).SerializeAsString(), job.SerializeAsString());
 }
 
 TEST_P(CatalogSuite, ShowsARegistrationAsOneJob) {
   const Job job = MustSubmitThreeTargets();
-  const std::string part = PartsOf(job)[0].id();
+  const std::string child = ChildrenOf(job)[0].id();
   const auto jobs = catalog_->ListJobs(0, "");
   ASSERT_THAT(jobs, Succeeds());
   EXPECT_EQ(jobs->records.size(), 5);  // with four imports
   EXPECT_EQ(jobs->records[0].id(), job.id());
-  EXPECT_THAT(catalog_->GetJob(part), Fails(Code::kNotFound, part));
-  EXPECT_THAT(catalog_->DeleteJob(part), Fails(Code::kNotFound, part));
-  EXPECT_THAT(catalog_->RequestCancel(part), Fails(Code::kNotFound, part));
-  EXPECT_THAT(catalog_->ListParts("x"), Succeeds());
-  EXPECT_TRUE(PartsOf(MustSubmitRegistration("g", "a", {"b"})).empty());
+  EXPECT_THAT(catalog_->GetJob(child), Fails(Code::kNotFound, child));
+  EXPECT_THAT(catalog_->DeleteJob(child), Fails(Code::kNotFound, child));
+  EXPECT_THAT(catalog_->RequestCancel(child), Fails(Code::kNotFound, child));
+  EXPECT_THAT(catalog_->ListChildren("x"), Succeeds());
+  EXPECT_TRUE(ChildrenOf(MustSubmitRegistration("g", "a", {"b"})).empty());
 }
 
-TEST_P(CatalogSuite, CountsJobsAndPartsByState) {
+TEST_P(CatalogSuite, CountsJobsAndChildrenByState) {
   EXPECT_THAT(*catalog_->CountJobs(), ::testing::IsEmpty());
   const Job job = MustSubmitThreeTargets();
   MustLease();
@@ -59,86 +59,86 @@ TEST_P(CatalogSuite, CountsJobsAndPartsByState) {
   EXPECT_EQ(*catalog_->CountJobs(), expected);
 }
 
-TEST_P(CatalogSuite, QueuesARegistrationWithTheEndOfItsLastPart) {
+TEST_P(CatalogSuite, QueuesARegistrationWithTheEndOfItsLastChild) {
   const Job job = MustSubmitThreeTargets();
   const Lease first = MustLease(), second = MustLease(), third = MustLease();
   EXPECT_TRUE(NothingToDo());
-  EXPECT_THAT(catalog_->FinishPart(third.lease_id, "blob 3"), Succeeds());
-  EXPECT_THAT(catalog_->FinishPart(first.lease_id, "blob 1"), Succeeds());
+  EXPECT_THAT(catalog_->FinishChild(third.lease_id, "blob 3"), Succeeds());
+  EXPECT_THAT(catalog_->FinishChild(first.lease_id, "blob 1"), Succeeds());
   EXPECT_EQ(GetJob(job.id()).state(), Job::WAITING);
   EXPECT_TRUE(NothingToDo());
   now_ += absl::Seconds(7);
-  EXPECT_THAT(catalog_->FinishPart(second.lease_id, "blob 2"), Succeeds());
+  EXPECT_THAT(catalog_->FinishChild(second.lease_id, "blob 2"), Succeeds());
   EXPECT_EQ(GetJob(job.id()).state(), Job::QUEUED);
   EXPECT_EQ(GetJob(job.id()).update_time().seconds(), 1700000007);
   const Lease last = MustLease("assembler");
   EXPECT_EQ(last.job.id(), job.id());
   EXPECT_EQ(last.job.attempts(), 1);
-  const std::vector<Job> parts = PartsOf(job);
-  ASSERT_EQ(parts.size(), 3);
+  const std::vector<Job> children = ChildrenOf(job);
+  ASSERT_EQ(children.size(), 3);
   for (int k = 0; k < 3; ++k) {
-    EXPECT_EQ(parts[k].state(), Job::SUCCEEDED);
-    EXPECT_EQ(parts[k].result_blob(), absl::StrCat("blob ", k + 1));
+    EXPECT_EQ(children[k].state(), Job::SUCCEEDED);
+    EXPECT_EQ(children[k].result_blob(), absl::StrCat("blob ", k + 1));
   }
   pb::FamilyRecord family;
   family.set_id("f");
   EXPECT_THAT(catalog_->PublishFamily(last.lease_id, family), Succeeds());
   EXPECT_EQ(GetJob(job.id()).state(), Job::SUCCEEDED);
-  EXPECT_TRUE(PartsOf(job).empty());
+  EXPECT_TRUE(ChildrenOf(job).empty());
   EXPECT_THAT(catalog_->DeleteAnimation("d"), Fails(Code::kFailedPrecondition, "family 'f'"));
   EXPECT_TRUE(NothingToDo());
 }
 
 TEST_P(CatalogSuite, TriesToPutTheResultsTogetherAgain) {
   const Job job = MustSubmitThreeTargets();
-  for (int k = 0; k < 3; ++k) FinishNextPart();
+  for (int k = 0; k < 3; ++k) FinishNextChild();
   EXPECT_EQ(MustLease().job.id(), job.id());
   now_ += kLease;  // lost
   const Lease second = MustLease();
   EXPECT_EQ(second.job.id(), job.id());
   EXPECT_EQ(second.job.attempts(), 2);
   EXPECT_THAT(catalog_->FailJob(second.lease_id, absl::InternalError("odd"), true), Succeeds());
-  EXPECT_EQ(PartsOf(job).size(), 3);
+  EXPECT_EQ(ChildrenOf(job).size(), 3);
   now_ += absl::Seconds(2);
   EXPECT_EQ(FailNext(absl::InternalError("odd")).id(), job.id());
   EXPECT_EQ(GetJob(job.id()).state(), Job::FAILED);
-  EXPECT_TRUE(PartsOf(job).empty());
+  EXPECT_TRUE(ChildrenOf(job).empty());
 }
 
-TEST_P(CatalogSuite, RefusesResultsOfOthersAsParts) {
+TEST_P(CatalogSuite, RefusesResultsOfOthersAsChildren) {
   const Job job = MustSubmitThreeTargets();
-  const Lease part = MustLease();
+  const Lease child = MustLease();
   pb::FamilyRecord family;
   family.set_id("f");
-  EXPECT_THAT(catalog_->PublishFamily(part.lease_id, family),
-              Fails(Code::kInvalidArgument, part.job.id()));
+  EXPECT_THAT(catalog_->PublishFamily(child.lease_id, family),
+              Fails(Code::kInvalidArgument, child.job.id()));
   EXPECT_EQ(catalog_->GetFamily("f")->version(), 0);
-  EXPECT_THAT(catalog_->FinishPart("x", "blob"), Fails(Code::kAborted, "'x'"));
+  EXPECT_THAT(catalog_->FinishChild("x", "blob"), Fails(Code::kAborted, "'x'"));
   EXPECT_THAT(catalog_->RequestCancel(job.id()), Succeeds());
   const Job import = MustSubmitImport("e");
-  EXPECT_THAT(catalog_->FinishPart(MustLease().lease_id, "blob"),
+  EXPECT_THAT(catalog_->FinishChild(MustLease().lease_id, "blob"),
               Fails(Code::kInvalidArgument, import.id()));
 }
 
-TEST_P(CatalogSuite, APartThatFailsForGoodFailsItsRegistration) {
+TEST_P(CatalogSuite, AChildThatFailsForGoodFailsItsRegistration) {
   const Job job = MustSubmitThreeTargets();
-  FinishNextPart();
+  FinishNextChild();
   const Lease second = MustLease(), third = MustLease();
   EXPECT_THAT(catalog_->FailJob(third.lease_id, absl::DataLossError("frame 3 is bad"), false),
               Succeeds());
   EXPECT_EQ(GetJob(job.id()).state(), Job::FAILED);
   EXPECT_EQ(GetJob(job.id()).error().code(), static_cast<int>(Code::kDataLoss));
   EXPECT_EQ(GetJob(job.id()).error().message(), "target 'd': frame 3 is bad");
-  EXPECT_TRUE(PartsOf(job).empty());
+  EXPECT_TRUE(ChildrenOf(job).empty());
   EXPECT_TRUE(NothingToDo());
   EXPECT_THAT(catalog_->Heartbeat(second.lease_id, kLease, {}),
               Fails(Code::kAborted, second.lease_id));
-  EXPECT_THAT(catalog_->FinishPart(second.lease_id, "late"),
+  EXPECT_THAT(catalog_->FinishChild(second.lease_id, "late"),
               Fails(Code::kAborted, second.lease_id));
   EXPECT_THAT(catalog_->DeleteJob(job.id()), Succeeds());
 }
 
-TEST_P(CatalogSuite, APartIsTriedAgainLikeAnyJob) {
+TEST_P(CatalogSuite, AChildIsTriedAgainLikeAnyJob) {
   const Job job = MustSubmitThreeTargets();
   const Job first = FailNext(absl::InternalError("odd"));
   EXPECT_NE(MustLease().job.id(), first.id());  // that one is left alone for a second
@@ -147,27 +147,27 @@ TEST_P(CatalogSuite, APartIsTriedAgainLikeAnyJob) {
   EXPECT_EQ(again.job.id(), first.id());
   EXPECT_EQ(again.job.attempts(), 2);
   EXPECT_THAT(catalog_->ReleaseJob(again.lease_id), Succeeds());
-  EXPECT_EQ(PartsOf(job)[0].attempts(), 1);
+  EXPECT_EQ(ChildrenOf(job)[0].attempts(), 1);
   EXPECT_EQ(GetJob(job.id()).state(), Job::WAITING);
 }
 
-TEST_P(CatalogSuite, APartOfALostWorkerIsGivenToAnother) {
+TEST_P(CatalogSuite, AChildOfALostWorkerIsGivenToAnother) {
   const Job job = MustSubmitThreeTargets();
   const Lease old = MustLease("paused");
   now_ += kLease;
   const Lease current = MustLease("other");
   EXPECT_EQ(current.job.id(), old.job.id());
   EXPECT_EQ(current.job.attempts(), 2);
-  EXPECT_THAT(catalog_->FinishPart(old.lease_id, "blob"), Fails(Code::kAborted, old.lease_id));
-  EXPECT_THAT(catalog_->FinishPart(current.lease_id, "blob"), Succeeds());
-  EXPECT_THAT(catalog_->FinishPart(current.lease_id, "blob"),
+  EXPECT_THAT(catalog_->FinishChild(old.lease_id, "blob"), Fails(Code::kAborted, old.lease_id));
+  EXPECT_THAT(catalog_->FinishChild(current.lease_id, "blob"), Succeeds());
+  EXPECT_THAT(catalog_->FinishChild(current.lease_id, "blob"),
               Fails(Code::kAborted, current.lease_id));
-  EXPECT_EQ(PartsOf(job)[0].state(), Job::SUCCEEDED);
+  EXPECT_EQ(ChildrenOf(job)[0].state(), Job::SUCCEEDED);
 }
 
-TEST_P(CatalogSuite, APartThatLosesItsWorkersFailsItsRegistration) {
+TEST_P(CatalogSuite, AChildThatLosesItsWorkersFailsItsRegistration) {
   const Job job = MustSubmitThreeTargets();
-  for (int k = 0; k < 2; ++k) FinishNextPart();
+  for (int k = 0; k < 2; ++k) FinishNextChild();
   for (int attempt = 1; attempt <= 3; ++attempt) {
     EXPECT_EQ(MustLease("worker 9").job.attempts(), attempt);
     now_ += kLease;
@@ -185,58 +185,58 @@ TEST_P(CatalogSuite, APartThatLosesItsWorkersFailsItsRegistration) {
             "target 'd': the worker was lost");
 }
 
-TEST_P(CatalogSuite, CancelsARegistrationWithAllItsParts) {
+TEST_P(CatalogSuite, CancelsARegistrationWithAllItsChildren) {
   const Job job = MustSubmitThreeTargets();
-  FinishNextPart();
+  FinishNextChild();
   const Lease running = MustLease();
   EXPECT_THAT(catalog_->RequestCancel(job.id()), Succeeds());
   EXPECT_EQ(GetJob(job.id()).state(), Job::CANCELLED);
   EXPECT_TRUE(NothingToDo());
   EXPECT_THAT(catalog_->Heartbeat(running.lease_id, kLease, {}),
               Fails(Code::kAborted, running.lease_id));
-  EXPECT_THAT(catalog_->FinishPart(running.lease_id, "blob"),
+  EXPECT_THAT(catalog_->FinishChild(running.lease_id, "blob"),
               Fails(Code::kAborted, running.lease_id));
-  EXPECT_TRUE(PartsOf(job).empty());
+  EXPECT_TRUE(ChildrenOf(job).empty());
   MustSubmitRegistration("f", "a", {"b", "c"});
 }
 
 TEST_P(CatalogSuite, CancelsARegistrationWhoseResultsArePutTogether) {
   const Job job = MustSubmitThreeTargets();
-  for (int k = 0; k < 3; ++k) FinishNextPart();
+  for (int k = 0; k < 3; ++k) FinishNextChild();
   const Lease lease = MustLease();
   EXPECT_THAT(catalog_->RequestCancel(job.id()), Succeeds());
   EXPECT_TRUE(catalog_->Heartbeat(lease.lease_id, kLease, {})->cancel_requested);
   EXPECT_THAT(catalog_->FailJob(lease.lease_id, absl::CancelledError("stopped"), false),
               Succeeds());
   EXPECT_EQ(GetJob(job.id()).state(), Job::CANCELLED);
-  EXPECT_TRUE(PartsOf(job).empty());
+  EXPECT_TRUE(ChildrenOf(job).empty());
 }
 
 TEST_P(CatalogSuite, KeepsWhatAWaitingRegistrationNeeds) {
   const Job job = MustSubmitThreeTargets();
-  FinishNextPart();
+  FinishNextChild();
   EXPECT_THAT(catalog_->DeleteFamily("f"), Fails(Code::kFailedPrecondition, job.id()));
   EXPECT_THAT(catalog_->DeleteJob(job.id()), Fails(Code::kFailedPrecondition, job.id()));
   EXPECT_THAT(catalog_->DeleteAnimation("d"), Fails(Code::kFailedPrecondition, job.id()));
   EXPECT_THAT(catalog_->SubmitRegistration(RegistrationOf("f", "a", {"b"})),
               Fails(Code::kFailedPrecondition, job.id()));
-  const Lease part = MustLease();
+  const Lease child = MustLease();
   EXPECT_THAT(catalog_->RequestCancel(job.id()), Succeeds());
   EXPECT_THAT(catalog_->DeleteFamily("f"), Succeeds());
   EXPECT_THAT(catalog_->DeleteAnimation("d"), Succeeds());
-  EXPECT_THAT(catalog_->FinishPart(part.lease_id, "blob"), Fails(Code::kAborted, part.lease_id));
+  EXPECT_THAT(catalog_->FinishChild(child.lease_id, "blob"), Fails(Code::kAborted, child.lease_id));
   EXPECT_THAT(catalog_->GetFamily("f"), Fails(Code::kNotFound, "'f'"));
 }
 
-TEST_P(CatalogSuite, NeedsThePartsBlobsUntilTheRegistrationEnds) {
+TEST_P(CatalogSuite, NeedsTheChildrenBlobsUntilTheRegistrationEnds) {
   const Job job = MustSubmitThreeTargets();
-  const std::vector<Job> parts = PartsOf(job);
-  FinishNextPart();
+  const std::vector<Job> children = ChildrenOf(job);
+  FinishNextChild();
   EXPECT_THAT(*catalog_->ListReferencedBlobs(),
               ::testing::ElementsAre("blob-of-a", "blob-of-b", "blob-of-c", "blob-of-d",
-                                     "blob-of-" + parts[0].id()));
-  FinishNextPart();
-  FinishNextPart();
+                                     "blob-of-" + children[0].id()));
+  FinishNextChild();
+  FinishNextChild();
   EXPECT_EQ(catalog_->ListReferencedBlobs()->size(), 7);
   const Lease lease = MustLease();
   EXPECT_EQ(catalog_->ListReferencedBlobs()->size(), 7);
@@ -279,15 +279,15 @@ TEST_P(CatalogSuite, NeedsACheckpointUntilItIsReplacedOrTheJobEnds) {
     return std::count(blobs.begin(), blobs.end(), blob) > 0;
   };
   const Job three = MustSubmitThreeTargets();
-  const Lease part = MustLease(), other = MustLease();
-  EXPECT_THAT(catalog_->SaveCheckpoint(part.lease_id, "one"), Succeeds());
+  const Lease child = MustLease(), other = MustLease();
+  EXPECT_THAT(catalog_->SaveCheckpoint(child.lease_id, "one"), Succeeds());
   EXPECT_THAT(catalog_->SaveCheckpoint(other.lease_id, "other"), Succeeds());
   EXPECT_TRUE(needed("one") && needed("other"));
-  EXPECT_THAT(catalog_->SaveCheckpoint(part.lease_id, "two"), Succeeds());
+  EXPECT_THAT(catalog_->SaveCheckpoint(child.lease_id, "two"), Succeeds());
   EXPECT_TRUE(!needed("one") && needed("two"));
-  EXPECT_THAT(catalog_->FinishPart(part.lease_id, "result"), Succeeds());
+  EXPECT_THAT(catalog_->FinishChild(child.lease_id, "result"), Succeeds());
   EXPECT_TRUE(!needed("two") && needed("result"));
-  EXPECT_EQ(PartsOf(three)[0].checkpoint_blob(), "");
+  EXPECT_EQ(ChildrenOf(three)[0].checkpoint_blob(), "");
   EXPECT_THAT(catalog_->RequestCancel(three.id()), Succeeds());
   EXPECT_FALSE(needed("other"));
   EXPECT_THAT(catalog_->SaveCheckpoint(other.lease_id, "late"),
@@ -309,28 +309,28 @@ TEST_P(CatalogSuite, NeedsACheckpointUntilItIsReplacedOrTheJobEnds) {
   }
 }
 
-TEST_P(CatalogSuite, ARepeatedRequestAddsNoParts) {
+TEST_P(CatalogSuite, ARepeatedRequestAddsNoChildren) {
   for (const std::string id : {"a", "b", "c"}) MakeAnimation(id);
   const auto one = catalog_->SubmitRegistration(RegistrationOf("f", "a", {"b", "c"}, "request"));
   const auto two = catalog_->SubmitRegistration(RegistrationOf("f", "a", {"b", "c"}, "request"));
   ASSERT_THAT(one, Succeeds());
   ASSERT_THAT(two, Succeeds());
   EXPECT_EQ(one->id(), two->id());
-  EXPECT_EQ(PartsOf(*one).size(), 2);
+  EXPECT_EQ(ChildrenOf(*one).size(), 2);
   MustLease();
   MustLease();
   EXPECT_TRUE(NothingToDo());
 }
 
-// Four threads finish eight parts as fast as they can; whoever finishes the last one, one of them
-// gets the registration, and none before.
-TEST_P(CatalogSuite, ThreadsFinishPartsUntilTheRegistrationIsQueuedOnce) {
+// Four threads finish eight children as fast as they can; whoever finishes the last one, one of
+// them gets the registration, and none before.
+TEST_P(CatalogSuite, ThreadsFinishChildrenUntilTheRegistrationIsQueuedOnce) {
   std::vector<std::string> targets;
   for (int k = 0; k < 8; ++k) {
     MakeAnimation(targets.emplace_back(absl::StrCat("a", k)));
   }
   const Job job = MustSubmitRegistration("f", "a0", targets);
-  std::atomic<int> num_parts = 0, num_wholes = 0;
+  std::atomic<int> num_children = 0, num_wholes = 0;
   std::vector<std::thread> threads;
   for (int k = 0; k < 4; ++k) {
     threads.emplace_back([&] {
@@ -341,17 +341,17 @@ TEST_P(CatalogSuite, ThreadsFinishPartsUntilTheRegistrationIsQueuedOnce) {
         ASSERT_THAT(lease, Succeeds());
         if (!lease->has_value()) continue;
         if ((*lease)->job.id() == job.id()) {
-          EXPECT_EQ(num_parts, 8);
+          EXPECT_EQ(num_children, 8);
           ++num_wholes;
         } else {
-          ++num_parts;
-          EXPECT_THAT(catalog->FinishPart((*lease)->lease_id, "blob"), Succeeds());
+          ++num_children;
+          EXPECT_THAT(catalog->FinishChild((*lease)->lease_id, "blob"), Succeeds());
         }
       }
     });
   }
   for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(num_parts, 8);
+  EXPECT_EQ(num_children, 8);
   EXPECT_EQ(num_wholes, 1);
 }
 

@@ -1,4 +1,4 @@
-#include "worker/jobs/run_part.h"
+#include "worker/jobs/run_child.h"
 
 #include <string>
 #include <vector>
@@ -7,49 +7,49 @@
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/previous_version.h"
 #include "worker/jobs/register_target.h"
-#include "worker/jobs/registered_part.h"
+#include "worker/jobs/target_files.h"
 
 namespace liquidblend::jobs {
 namespace {
 
-// Shares of the part: the meshes, the registration, storing the result.
-constexpr double kPartMeshesEnd = 0.22;
+// Shares of the child: the meshes, the registration, storing the result.
+constexpr double kMeshesEnd = 0.22;
 constexpr double kTargetEnd = 0.98;
 
 // Registers the target, and stores the result.
-absl::StatusOr<store::BlobId> MakePart(const store::v1::RegisterJob& job, int k,
-                                       const mesh::RegisteredFamily* previous,
-                                       JobContext& context) {
-  LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", 0.0, kPartMeshesEnd));
+absl::StatusOr<store::BlobId> MakeTargetFile(const store::v1::RegisterJob& job, int k,
+                                             const mesh::RegisteredFamily* previous,
+                                             JobContext& context) {
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", 0.0, kMeshesEnd));
   LB_ASSIGN_OR_RETURN(const std::vector<BuiltMesh> built,
                       BuildMeshes({job.source(), job.targets(k)}, job, context));
   const mesh::SpaceTimeMesh& source = built.front().mesh;
   if (previous != nullptr) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source));
-  LB_ASSIGN_OR_RETURN(const RegisteredTarget target,
-                      RegisterTarget(job, k, source, built.back(), previous,
-                                     {kPartMeshesEnd, kTargetEnd}, context));
+  LB_ASSIGN_OR_RETURN(
+      const RegisteredTarget target,
+      RegisterTarget(job, k, source, built.back(), previous, {kMeshesEnd, kTargetEnd}, context));
   LB_RETURN_IF_ERROR(context.BeginStage("storing", kTargetEnd, 1.0));
-  return StorePart(target, HashOf(source), context.blobs);
+  return StoreTarget(target, HashOf(source), context.blobs);
 }
 
 }  // namespace
 
-absl::Status RunPart(const store::v1::JobRecord& part, JobContext& context) {
-  const int k = part.register_target().target_index();
+absl::Status RunChild(const store::v1::JobRecord& child, JobContext& context) {
+  const int k = child.register_target().target_index();
   context.set_target_index(k);
-  LB_ASSIGN_OR_RETURN(const store::v1::JobRecord parent, context.catalog.GetJob(part.parent()));
+  LB_ASSIGN_OR_RETURN(const store::v1::JobRecord parent, context.catalog.GetJob(child.parent()));
   const store::v1::RegisterJob& job = parent.register_family();
   LB_RETURN_IF_ERROR(CheckOptions(job));
   LB_ASSIGN_OR_RETURN(const PreviousVersion opened, OpenPreviousVersion(job, context));
   const mesh::RegisteredFamily* const previous = opened.get();
   const bool is_kept = previous != nullptr && IsKept(job, k, *previous);
   const absl::StatusOr<store::BlobId> blob =
-      is_kept ? StorePart(KeptTarget(*previous, k), /*source_mesh=*/"", context.blobs)
-              : MakePart(job, k, previous, context);
+      is_kept ? StoreTarget(KeptTarget(*previous, k), /*source_mesh=*/"", context.blobs)
+              : MakeTargetFile(job, k, previous, context);
   LB_RETURN_IF_ERROR(opened.CheckFile());
   LB_RETURN_IF_ERROR(blob.status());
   LB_RETURN_IF_ERROR(context.keeper.Check());
-  return context.catalog.FinishPart(context.keeper.lease_id(), *blob);
+  return context.catalog.FinishChild(context.keeper.lease_id(), *blob);
 }
 
 }  // namespace liquidblend::jobs
