@@ -35,11 +35,10 @@ absl::Status LostSight(const std::string& operation, const absl::Status& status)
 }  // namespace
 
 absl::StatusOr<Operation> Client::GetOperation(const std::string& name) {
-  LBC_ASSIGN_OR_RETURN(
-      const google::longrunning::Operation operation,
-      impl_->Call(&Impl::Operations::GetOperation,
-                  OperationRequest<google::longrunning::GetOperationRequest>(name)));
-  return impl_->NoteVersion(client::FromProto(operation));
+  const auto request = OperationRequest<google::longrunning::GetOperationRequest>(name);
+  const auto operation = impl_->Call(&Impl::Operations::GetOperation, request);
+  if (!operation.ok()) return LostSight(request.name(), operation.status());
+  return impl_->NoteVersion(client::FromProto(*operation));
 }
 
 absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
@@ -59,10 +58,9 @@ absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
 }
 
 absl::Status Client::CancelOperation(const std::string& name) {
-  return impl_
-      ->Call(&Impl::Operations::CancelOperation,
-             OperationRequest<google::longrunning::CancelOperationRequest>(name))
-      .status();
+  const auto request = OperationRequest<google::longrunning::CancelOperationRequest>(name);
+  return LostSight(request.name(),
+                   impl_->Call(&Impl::Operations::CancelOperation, request).status());
 }
 
 absl::Status Client::Impl::Submit(const std::function<absl::Status(client::Server& server)>& call) {
@@ -115,7 +113,8 @@ absl::Status Client::Impl::AwaitOtherServers(const Operation& operation,
     return absl::DeadlineExceededError(absl::StrCat(
         operation.name, " has published version ", operation.version, " of ", operation.subject,
         ", but the server at ", server->address, " does not serve it after ",
-        absl::FormatDuration(timeout), ": ", status.message()));
+        absl::FormatDuration(timeout), ": ", status.message(), "; `liquidblend operations ",
+        operation.name, "` shows the operation"));
   }
   return absl::OkStatus();
 }

@@ -242,6 +242,23 @@ TEST_F(InputsTest, NumberedRunsInOneFolderAreRefusedUnlessTheTimesAreGiven) {
   EXPECT_THAT(ErrorOfUpload("c", folder, names), HasSubstr(message));
 }
 
+TEST_F(InputsTest, WhatIsAssumedIsNotedAndWhatIsWrongInMetaJsonIsRefused) {
+  const std::string folder = WriteFrames("plain", PlainNames(2), Cubes(2, 0.1f));
+  EXPECT_THAT(RunOrDie({"import", "a", folder}),
+              HasSubstr("Assumed 24 frames per second, positions in metres and velocities in the "
+                        "unit of positions per second, as neither options (--fps, --vertex-scale, "
+                        "--velocity-scale) nor a meta.json say so."));
+  const auto refused = [&](const std::string& meta) {
+    folder_.Write("plain/meta.json", meta);
+    const CommandResult result = Run({"import", "b", folder});
+    EXPECT_NE(result.exit_code, 0) << meta;
+    return result.err;
+  };
+  EXPECT_THAT(refused(R"({"frame_rate": 30})"), HasSubstr("frame_rate"));
+  EXPECT_THAT(refused(R"({"units": {"vertices": "cm"}})"),
+              HasSubstr("meta.json: units.vertices is \"cm\", not metres"));
+}
+
 TEST_F(InputsTest, NumbersThatAreTakenAsTimesAreNoted) {
   const std::string folder =
       WriteFrames("halves", {"a_1.0.ply", "a_1.5.ply", "a_2.0.ply", "a_2.5.ply"}, Cubes(4, 0.1f));

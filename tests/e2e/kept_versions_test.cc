@@ -1,7 +1,9 @@
 // The versions of a family that are kept beside the published one, and the way back to them.
 #include <csignal>
 
+#include "absl/strings/str_cat.h"
 #include "core/store/files/files.h"
+#include "tests/client/run_command.h"
 #include "tests/e2e/e2e_testing.h"
 
 namespace liquidblend::e2e {
@@ -86,6 +88,30 @@ TEST_F(KeptVersionsTest, TheOneBeforeIsKeptAndOneCommandGoesBack) {
   EXPECT_EQ(family.targets(0), "animations/b");
   EXPECT_EQ(Rollback(7), 4);
   EXPECT_EQ(GetFamily().version(), 3);
+}
+
+// Each command is a client of its own.
+TEST_F(KeptVersionsTest, CommandsThatFollowARegistrationGetItsVersion) {
+  const auto run = [this](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--server", Address(), "--quiet"});
+    return liquidblend::testing::RunLiquidblend(arguments);
+  };
+  std::vector<std::string> registration = {
+      "register", "balls", "--source", "a", "--target", "b", "--iterations", "1", "--wait"};
+  for (int version = 1; version <= 3; ++version) {
+    const auto registered = run(registration);
+    ASSERT_THAT(registered.exit_code, ::testing::AnyOf(0, 6)) << registered.err;
+    const std::string words = absl::StrCat("families/balls version ", version, ",");
+    EXPECT_THAT(run({"frame", "balls", "-w", "1", "-t", "0", "-o", data() + "/frame.ply"}).out,
+                HasSubstr(words));
+    EXPECT_THAT(run({"export", "balls", "-w", "1", "-o", data() + "/out", "--overwrite"}).out,
+                HasSubstr(words));
+    if (version > 1) continue;
+    const auto taken = run(registration);
+    EXPECT_EQ(taken.exit_code, 1);
+    EXPECT_THAT(taken.err, HasSubstr("exists already"));
+    registration.push_back("--replace");
+  }
 }
 
 // The versions differ in their target, which moves the ball.

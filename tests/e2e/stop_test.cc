@@ -212,6 +212,24 @@ TEST_F(StopTest, ACommandWithoutPatienceNamesItsOperation) {
                                                name + " --wait` watches it"));
 }
 
+TEST_F(StopTest, AClientThatLosesItsServerIsToldOfTheOperationItAskedFor) {
+  Process server = StartServer();
+  if (server.pid() <= 0) GTEST_SKIP() << "the servers run already";
+  ConnectOptions options;
+  options.target = Address();
+  options.retry.max_attempts = 1;
+  options.retry.patience = absl::ZeroDuration();
+  const auto client = Client::Connect(options);
+  ASSERT_TRUE(client.ok()) << client.status();
+  server.Kill();
+  for (const absl::Status& lost : {(*client)->GetOperation("operations/7").status(),
+                                   (*client)->CancelOperation("operations/7")}) {
+    EXPECT_EQ(lost.code(), absl::StatusCode::kUnavailable);
+    EXPECT_THAT(std::string(lost.message()),
+                ::testing::HasSubstr("; operations/7 may go on nevertheless: `liquidblend "));
+  }
+}
+
 TEST_F(StopTest, AClientWhosePatienceEndsIsToldOfItsOperation) {
   Process server = StartServer();
   if (server.pid() <= 0) GTEST_SKIP() << "the servers run already";

@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 
+#include "client/cli/flags/number_checks.h"
+
 namespace liquidblend::cli {
 
 // Defines it on `command`.
@@ -11,7 +13,7 @@ inline void AddVersionFlag(int64_t& version, CLI::App& command) {
   command
       .add_option("--version", version,
                   "Version of the family, which is published or kept; 0: the published one")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NonNegative())
       ->capture_default_str();
 }
 

@@ -69,6 +69,13 @@ TEST_F(Border, ANumberOutOfRangeIsNamedInOneShortSentence) {
   std::vector<std::string> levels = registration;
   levels.insert(levels.end(), {"--levels", "-1"});
   EXPECT_THAT(Run(levels).err, HasSubstr("--levels: must be 0 or more, got -1"));
+  for (const char* version : {"-1", "first"}) {
+    const CommandResult result = Run(
+        {"frame", "drops", "-w", "0.5", "-t", "0", "-o", dir_.File("f.ply"), "--version", version});
+    EXPECT_EQ(result.exit_code, 2) << version;
+    EXPECT_THAT(result.err, HasSubstr(std::string("--version: must be 0 or more, got ") + version));
+    EXPECT_LT(result.err.size(), 120u) << result.err;
+  }
   for (const char* version : {"0", "first"}) {
     const CommandResult result = Run({"rollback", "drops", version});
     EXPECT_EQ(result.exit_code, 2) << version;
