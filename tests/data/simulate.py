@@ -66,6 +66,65 @@ SCENES = {
             'B':   dict(x=0.80, y=0.25),
         }),
 }
+# Scenes that nothing was tuned for. The middle of each has the means of A's and B's parameters.
+SCENES.update({
+    'far_drop': dict(
+        domain=(4.4, 2.4, 3.2), frames=60,
+        size=dict(small=(56, 1), large=(84, 2)),
+        common=dict(pool=0.70, radius=0.34),
+        variants={   # where the drop falls, and from where
+            'A':   dict(x=-0.80, y=0.15, z=1.60),
+            'MID': dict(x=0.00, y=0.00, z=2.10),
+            'B':   dict(x=0.80, y=-0.15, z=2.60),
+        }),
+    'crossing_drops': dict(
+        domain=(4.4, 2.4, 3.2), frames=48,
+        size=dict(small=(56, 1), large=(84, 2)),
+        common=dict(pool=0.70, large=0.40, small=0.26, ylarge=0.50, ysmall=-0.50, z=1.90),
+        variants={   # the large and the small drop change sides
+            'A':   dict(xlarge=-0.90, xsmall=0.90),
+            'MID': dict(xlarge=0.00, xsmall=0.00),
+            'B':   dict(xlarge=0.90, xsmall=-0.90),
+        }),
+    'drop_size': dict(
+        domain=(4.4, 2.4, 3.2), frames=60,
+        size=dict(small=(56, 1), large=(84, 2)),
+        common=dict(pool=0.70, x=0.1, y=0.05, z=1.90),
+        variants={   # radius of the drop
+            'A':   dict(radius=0.26),
+            'MID': dict(radius=0.35),
+            'B':   dict(radius=0.44),
+        }),
+    'block_length': dict(
+        domain=(4.8, 1.6, 2.0), frames=60,
+        size=dict(small=(72, 1), large=(96, 2)),
+        common=dict(pool=0.25, block_h=1.10),
+        variants={   # length of the block that collapses
+            'A':   dict(block_len=0.60),
+            'MID': dict(block_len=1.00),
+            'B':   dict(block_len=1.40),
+        }),
+    'inflow_start': dict(
+        domain=(4.4, 2.4, 3.2), frames=60,
+        size=dict(small=(56, 1), large=(84, 2)),
+        common=dict(pool=0.60, radius=0.24, x=-0.9, z=2.0, speed=2.0),
+        variants={   # frame in which a jet of liquid begins to flow in
+            'A':   dict(start=4),
+            'MID': dict(start=10),
+            'B':   dict(start=16),
+        }),
+    'moving_obstacle': dict(
+        domain=(4.8, 1.6, 2.0), frames=60,
+        size=dict(small=(72, 1), large=(96, 2)),
+        common=dict(pool=0.60, thick=0.30, width=0.90, x=-1.60),
+        variants={   # speed at which a block is pushed through the pool, m/s
+            'A':   dict(speed=0.60),
+            'MID': dict(speed=0.90),
+            'B':   dict(speed=1.20),
+        }),
+})
+# Elevations between those of A, MID and B.
+SCENES['throw']['variants'].update({'at_20': dict(elevation=20.0), 'at_40': dict(elevation=40.0)})
 # The inputs of two_drops_bridged: the lower drop touches the pool in the first frame.
 SCENES['two_drops']['variants'].update({
     'bridged_A':   dict(zl=1.30, zr=2.60),
@@ -138,7 +197,7 @@ def obstacle(ob):
     return ob
 
 
-# ---------------------------------------------------------------- the four scenes
+# ---------------------------------------------------------------- the scenes
 def floor_pool(bpy, dom, depth):
     sx, sy, sz = dom
     e = 0.5                            # reach beyond the domain, so that the pool touches every wall
@@ -181,6 +240,55 @@ def build_throw(bpy, dom, p):
     ob.scale = (p['scale'],) * 3
     a = math.radians(p['elevation'])
     liquid(ob, velocity=(p['speed'] * math.cos(a), 0, p['speed'] * math.sin(a)))
+
+
+def build_far_drop(bpy, dom, p):
+    build_moved_drop(bpy, dom, p)
+
+
+def build_drop_size(bpy, dom, p):
+    build_moved_drop(bpy, dom, p)
+
+
+def build_crossing_drops(bpy, dom, p):
+    floor_pool(bpy, dom, p['pool'])
+    z = -dom[2] / 2 + p['z']
+    liquid(sphere(bpy, 'large', (p['xlarge'], p['ylarge'], z), p['large']))
+    liquid(sphere(bpy, 'small', (p['xsmall'], p['ysmall'], z), p['small']))
+
+
+def build_block_length(bpy, dom, p):
+    sx, sy, sz = dom
+    e = 0.5
+    floor_pool(bpy, dom, p['pool'])
+    liquid(box(bpy, 'block', (-sx / 2 - e, -sy / 2 - e, -sz / 2 - e),
+               (-sx / 2 + p['block_len'], sy / 2 + e, -sz / 2 + p['block_h'])))
+
+
+def build_inflow_start(bpy, dom, p):
+    floor_pool(bpy, dom, p['pool'])
+    ob = sphere(bpy, 'jet', (p['x'], 0, -dom[2] / 2 + p['z']), p['radius'])
+    f = liquid(ob, velocity=(p['speed'], 0, 0)).modifiers['Fluid'].flow_settings
+    f.flow_behavior = 'INFLOW'
+    f.use_inflow = False
+    f.keyframe_insert('use_inflow', frame=1)
+    f.use_inflow = True
+    f.keyframe_insert('use_inflow', frame=p['start'])
+
+
+def build_moving_obstacle(bpy, dom, p):
+    floor_pool(bpy, dom, p['pool'])
+    z = -dom[2] / 2
+    ob = box(bpy, 'paddle', (p['x'] - p['thick'] / 2, -p['width'] / 2, z - 0.5),
+             (p['x'] + p['thick'] / 2, p['width'] / 2, z + dom[2] * 0.75))
+    obstacle(ob)
+    frames = SCENES['moving_obstacle']['frames']
+    for frame in (1, frames):
+        ob.location = (p['speed'] * (frame - 1) / FPS, 0, 0)
+        ob.keyframe_insert('location', frame=frame)
+    for curve in ob.animation_data.action.fcurves:
+        for point in curve.keyframe_points:
+            point.interpolation = 'LINEAR'
 
 
 # ---------------------------------------------------------------- bake
