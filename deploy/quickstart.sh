@@ -52,7 +52,7 @@ echo "listening on $LIQUIDBLEND_SERVER, $http/v1/families, data in $data, log in
 say "4/6 import and register: in A the left drop strikes first, in B the right one"
 $bin/liquidblend import drops_a tests/data/two_drops/A
 $bin/liquidblend import drops_b tests/data/two_drops/B
-$bin/liquidblend register two_drops --source drops_a --target drops_b --time-blending squares --wait
+$bin/liquidblend register two_drops --source drops_a --target drops_b --wait
 $bin/liquidblend list
 
 say "5/6 blended frames"

@@ -57,9 +57,12 @@ absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
 void AddTimeBlendingFlags(TimeBlending& blending, CLI::App& command) {
   AddNamedValue<TimeBlending::Kind>(
       "--time-blending", blending.kind,
-      "How times of matching events blend: as positions do (linear, unless given), or\n"
-      "their squares, which is right for falls from rest, from different heights",
-      {{"linear", TimeBlending::Kind::kLinear}, {"squares", TimeBlending::Kind::kSquares}},
+      "How times of matching events blend: as positions do (linear), or their squares,\n"
+      "which is right for falls from rest, from different heights; auto, unless given:\n"
+      "the worker decides; with --refine, as the family has it",
+      {{"auto", TimeBlending::Kind::kAutomatic},
+       {"linear", TimeBlending::Kind::kLinear},
+       {"squares", TimeBlending::Kind::kSquares}},
       command);
   command.add_option("--rest-time", blending.rest_time_s,
                      "Squares of the times since then, seconds since the first frame (0); "

@@ -225,9 +225,11 @@ ParameterSpace ToParameterSpace(const v1::ParameterSpace& proto) {
 
 TimeBlending ToTimeBlending(const v1::TimeBlending& proto) {
   TimeBlending blending;
-  if (proto.kind() == v1::TimeBlending::LINEAR) blending.kind = TimeBlending::Kind::kLinear;
-  if (proto.kind() == v1::TimeBlending::SQUARES) blending.kind = TimeBlending::Kind::kSquares;
+  if (v1::TimeBlending::Kind_IsValid(proto.kind())) {
+    blending.kind = static_cast<TimeBlending::Kind>(proto.kind());  // the same numbers
+  }
   blending.rest_time_s = proto.rest_time_s();
+  blending.reason = proto.reason();
   return blending;
 }
 

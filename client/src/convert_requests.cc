@@ -101,8 +101,7 @@ v1::AnimationFormat ToFormat(AnimationFormat format) {
 }
 
 void SetTimeBlending(const TimeBlending& blending, v1::TimeBlending* proto) {
-  if (blending.kind == TimeBlending::Kind::kLinear) proto->set_kind(v1::TimeBlending::LINEAR);
-  if (blending.kind == TimeBlending::Kind::kSquares) proto->set_kind(v1::TimeBlending::SQUARES);
+  proto->set_kind(static_cast<v1::TimeBlending::Kind>(blending.kind));  // the same numbers
   proto->set_rest_time_s(blending.rest_time_s);
 }
 

@@ -25,6 +25,14 @@ namespace liquidblend::mesh {
 using Float3 = std::array<float, 3>;
 using Float4 = std::array<float, 4>;  // x, y, z in metres, t in ticks of the family's time axis
 
+// Whether liquid that is detached in the first frames of both animations falls from rest, which
+// decides how times blend unless the user does.
+struct RestReport {
+  bool is_from_rest = false;
+  double time_frames = 0.0;  // when it was at rest, not positive; 0 if it does not fall from rest
+  std::string reason = {};   // a clause: what shows it, or speaks against it; empty: not looked for
+};
+
 // Report of the registration of one target.
 struct RegistrationReport {
   int num_nodes = 0;
@@ -34,6 +42,7 @@ struct RegistrationReport {
   double seconds = 0.0;
   std::vector<CorrespondenceReport> correspondences = {};  // one per correspondence, in their order
   Verdict verdict = {};
+  RestReport rest = {};
 
   // Calls visit(name, figure) for each number, named as in both messages RegistrationReport.
   template <typename Self, typename Visit>
@@ -80,6 +89,7 @@ struct RegisteredFamily {
   Up up = Up::kUnknown;  // of the source
   // Times blend as squares of those since then, seconds since the first frame; none: linearly.
   std::optional<double> rest_time_s;
+  std::string time_blending_reason;  // why, if the worker chose; empty: it was told
   double edge_length_m = 0.0;
   std::array<float, 3> domain_min = {0, 0, 0};  // blended vertices are clamped to this box
   std::array<float, 3> domain_max = {0, 0, 0};

@@ -41,6 +41,9 @@ struct Verdict {
   // Mean difference in the number of parts, specks not counted, between the blend at weight 1 and
   // the target, at the same times as below.
   double component_error = 0.0;
+  // How much lower the half-way blend's relief (craters, jets, waves) is than the mean of the two
+  // animations', as a share, over the same times.
+  double relief_loss = 0.0;
   // The half-way blend's volume over the mean of the two animations', minus 1; at times evenly
   // spread from the first frame to the last.
   std::vector<double> volume_errors;
@@ -57,6 +60,7 @@ struct Verdict {
     visit("stretch", self.stretch);
     visit("inverted_share", self.inverted_share);
     visit("component_error", self.component_error);
+    visit("relief_loss", self.relief_loss);
     visit("volume_errors", self.volume_errors);
   }
 };

@@ -251,6 +251,7 @@ v1::TimeBlending ToTimeBlending(const store::pb::FamilyManifest& manifest) {
   blending.set_kind(manifest.has_rest_time_s() ? v1::TimeBlending::SQUARES
                                                : v1::TimeBlending::LINEAR);
   blending.set_rest_time_s(manifest.rest_time_s());
+  blending.set_reason(manifest.time_blending_reason());
   return blending;
 }
 

@@ -82,8 +82,9 @@ void CheckSpaceTime(const v1::SpaceTimeOptions& options, FieldViolations& violat
 }
 
 void CheckTimeBlending(const v1::TimeBlending& blending, FieldViolations& violations) {
-  violations.AddIf(!v1::TimeBlending::Kind_IsValid(blending.kind()), "time_blending.kind",
-                   absl::StrCat("must be unspecified, LINEAR or SQUARES, got ", blending.kind()));
+  violations.AddIf(
+      !v1::TimeBlending::Kind_IsValid(blending.kind()), "time_blending.kind",
+      absl::StrCat("must be unspecified, LINEAR, SQUARES or AUTOMATIC, got ", blending.kind()));
   if (blending.kind() == v1::TimeBlending::SQUARES) {
     CheckRange("time_blending.rest_time_s", blending.rest_time_s(), mesh::kRestTimeS, violations);
   } else {
@@ -193,6 +194,16 @@ absl::Status Check(const v1::RegisterFamilyRequest& request, const Limits& limit
   return violations.ToStatus();
 }
 
+void SetTimeBlending(const v1::TimeBlending& blending, store::pb::RegisterJob& registration) {
+  const bool is_chosen =
+      blending.kind() == v1::TimeBlending::LINEAR || blending.kind() == v1::TimeBlending::SQUARES;
+  registration.set_automatic_time_blending(!is_chosen);
+  if (blending.kind() == v1::TimeBlending::SQUARES) {
+    registration.set_rest_time_s(blending.rest_time_s());
+  }
+  registration.set_time_blending_reason(blending.reason());
+}
+
 absl::StatusOr<store::pb::JobRecord> JobOf(const v1::RegisterFamilyRequest& request) {
   store::pb::JobRecord job;
   job.set_request_id(request.request_id());
@@ -209,9 +220,7 @@ absl::StatusOr<store::pb::JobRecord> JobOf(const v1::RegisterFamilyRequest& requ
   if (request.has_parameter_space()) {
     *registration.mutable_parameter_space() = ToRecord(request.parameter_space());
   }
-  if (request.time_blending().kind() == v1::TimeBlending::SQUARES) {
-    registration.set_rest_time_s(request.time_blending().rest_time_s());
-  }
+  SetTimeBlending(request.time_blending(), registration);
   for (const auto& list : request.correspondences()) {
     store::pb::RegisterJob::Correspondences& records = *registration.add_correspondences();
     for (const v1::Correspondence& correspondence : list.correspondences()) {
@@ -237,6 +246,7 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
                                               const Principal& principal) {
   v1::RegisterFamilyRequest request = asked;
   LB_RETURN_IF_ERROR(CompleteNames(request));
+  if (request.has_time_blending()) request.mutable_time_blending()->clear_reason();
   int64_t refine_version = 0;
   if (request.refine()) {
     LB_ASSIGN_OR_RETURN(refine_version, CompleteRefinement(backends.catalog, request));

@@ -25,7 +25,7 @@ struct Flags {
   std::string correspondences;
   int num_threads = 0;
   double required_gain = 0.0;
-  std::string times;
+  std::string times = "auto";
   registration::RegistrationOptions registration;
   ReportOptions report;
 };
@@ -42,8 +42,9 @@ void AddFlags(Flags& flags, CLI::App& app) {
   app.add_option("--require-gain", flags.required_gain,
                  "fail unless the best blend is this many times closer to the middle simulation "
                  "than the best baseline");
-  app.add_option("--time-blending", flags.times, "linear or squares; default: the scene's own")
-      ->check(CLI::IsMember({"linear", "squares"}));
+  app.add_option("--time-blending", flags.times, "auto, linear or squares")
+      ->check(CLI::IsMember({"auto", "linear", "squares"}))
+      ->capture_default_str();
   app.add_option("--iterations", options.max_iterations)->capture_default_str();
   app.add_option("--node-spacing", options.node_spacing_edges)->capture_default_str();
   app.add_option("--sample-share", options.sample_share)->capture_default_str();
@@ -113,8 +114,8 @@ absl::StatusOr<std::vector<std::vector<Correspondence>>> ReadCorrespondences(con
 
 absl::Status Run(const std::string& name, const Flags& flags, const parallel::Arena& arena) {
   LB_ASSIGN_OR_RETURN(Scene scene, LoadScene(name, flags.data, arena));
-  if (flags.times == "linear") scene.rest_time_s.reset();
-  if (flags.times == "squares") scene.rest_time_s = scene.rest_time_s.value_or(0.0);
+  if (flags.times == "linear") scene.times = TimeKind::kLinear;
+  if (flags.times == "squares") scene.times = TimeKind::kSquares;
   LB_ASSIGN_OR_RETURN(const auto correspondences, ReadCorrespondences(flags, scene));
   LB_ASSIGN_OR_RETURN(const RegisteredScene registered,
                       RegisteredScene::Register(scene, correspondences, flags.registration, arena));

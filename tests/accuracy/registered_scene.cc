@@ -40,6 +40,14 @@ absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
   return mesh;
 }
 
+jobs::TimeBlending TimeBlendingOf(const Scene& scene, const jobs::FamilyContents& contents) {
+  if (!scene.times) {
+    return jobs::ChooseTimeBlending(contents.targets, contents.source.frames_per_second);
+  }
+  if (scene.times == TimeKind::kSquares) return {0.0};
+  return {};
+}
+
 }  // namespace
 
 absl::StatusOr<RegisteredScene> RegisteredScene::Register(
@@ -50,7 +58,6 @@ absl::StatusOr<RegisteredScene> RegisteredScene::Register(
   jobs::FamilyContents contents;
   contents.name = scene.name;
   contents.source_name = scene.inputs[0].name;
-  contents.rest_time_s = scene.rest_time_s;
   LB_ASSIGN_OR_RETURN(contents.source, Build(scene.inputs[0], arena, result.costs_));
   contents.bounds = BoxOf(scene.inputs[0]);
   for (size_t k = 1; k < scene.inputs.size(); ++k) {
@@ -68,6 +75,7 @@ absl::StatusOr<RegisteredScene> RegisteredScene::Register(
     added.name = input.name;
     added.registration = *std::move(registered);
   }
+  contents.time_blending = TimeBlendingOf(scene, contents);
   result.costs_.peak_mb = PeakMegabytes();
   LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family, jobs::AssembleFamily(std::move(contents)));
   result.family_ = std::make_unique<mesh::RegisteredFamily>(std::move(family));

@@ -199,7 +199,12 @@ void PrintCosts(const Context& context) {
         "%s to %s is %s: %s; worst at (%.2f, %.2f, %.2f) m, frame %.0f\n\n",
         context.scene.inputs[0].name, target.name, NameOf(verdict.grade), verdict.reason,
         verdict.worst[0], verdict.worst[1], verdict.worst[2], verdict.worst[3] + 1);
+    context.out << absl::StrFormat("Relief lost half-way: %.1f %%.\n\n", 100 * verdict.relief_loss);
   }
+  const mesh::RegisteredFamily& family = context.registered.family();
+  context.out << "Times blend " << (family.rest_time_s ? "as squares" : "linearly")
+              << (family.time_blending_reason.empty() ? "" : ": " + family.time_blending_reason)
+              << ".\n\n";
 }
 
 }  // namespace

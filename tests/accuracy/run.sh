@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Prints the accuracy tables (Markdown): the scenes of the repository, and those of the folder given
-# that it has (two_drops, dam_break, crown, moved_drop, two_drops_bridged, throw; a folder per input
+# that it has (those below, and those that tests/data/bake_scenes.sh makes; a folder per input
 # inside, each a Mantaflow cache with its meta.json). One process a scene, so that its peak memory is
 # its own. Seeds are fixed.
 #   tests/accuracy/run.sh [DATA_FOLDER] [flags of lb_accuracy, e.g. --iterations 24 --seed 2]
@@ -19,7 +19,8 @@ fi
 failed=0
 "$program" --scene falling_drop "$@" || failed=1
 "$program" --scene two_drops "$@" || failed=1
-for scene in dam_break crown moved_drop two_drops_bridged throw; do
+for scene in dam_break crown moved_drop two_drops_bridged throw \
+  far_drop crossing_drops drop_size block_length inflow_start moving_obstacle; do
   [ -d "$data/$scene" ] || continue
   "$program" --scene "$scene" --data "$data" "$@" || failed=1
 done

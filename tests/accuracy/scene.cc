@@ -20,23 +20,27 @@ struct StoredScene {
   std::string truth;
   std::vector<Middle> middles;
   int num_early_frames;
-  std::optional<double> rest_time_s;
 };
 
 std::vector<StoredScene> StoredScenes() {
-  return {{"two_drops", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36, 0.0},
+  return {{"two_drops", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
           {"dam_break",
            {"w0_p0", "w1_p0", "w0_p1", "w1_p1"},
            "wm_pm",
            {{"bilinear, a quarter each", {0.25, 0.25, 0.25}},
             {"Delaunay, w0_p0 and w1_p1", {0, 0, 0.5}},
             {"Delaunay, w1_p0 and w0_p1", {0.5, 0.5, 0}}},
-           36,
-           {}},
-          {"crown", {"A", "B"}, "", {{"weight 0.5", {0.5}}}, 24, {}},
-          {"moved_drop", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36, {}},
-          {"two_drops_bridged", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36, 0.0},
-          {"throw", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 18, {}}};
+           36},
+          {"crown", {"A", "B"}, "", {{"weight 0.5", {0.5}}}, 24},
+          {"moved_drop", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
+          {"two_drops_bridged", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
+          {"throw", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 18},
+          {"far_drop", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
+          {"crossing_drops", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
+          {"drop_size", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
+          {"block_length", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
+          {"inflow_start", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
+          {"moving_obstacle", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36}};
 }
 
 absl::StatusOr<mesh::Animation> Load(const std::string& path, const parallel::Arena& arena) {
@@ -87,7 +91,6 @@ absl::StatusOr<Scene> LoadScene(const std::string& name, const std::string& fold
   Scene scene;
   scene.name = name;
   scene.middles = stored->middles;
-  scene.rest_time_s = stored->rest_time_s;
   for (const std::string& input : stored->inputs) {
     LB_ASSIGN_OR_RETURN(mesh::Animation animation,
                         Load(absl::StrCat(folder, "/", name, "/", input), arena));

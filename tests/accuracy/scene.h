@@ -17,12 +17,14 @@ struct Middle {
   std::vector<double> weights;
 };
 
+enum class TimeKind { kLinear, kSquares };
+
 struct Scene {
   std::string name;
   std::vector<mesh::Animation> inputs;   // the source, then the targets; all with as many frames
   std::optional<mesh::Animation> truth;  // the simulation of the middle; none: not known
   std::vector<Middle> middles;           // ways to say it in weights, at least one
-  std::optional<double> rest_time_s;     // what falls in it has been at rest then; or none
+  std::optional<TimeKind> times;         // how they blend; none: as the registrations suggest
   int num_early_frames = 0;              // later motion is chaotic
 };
 

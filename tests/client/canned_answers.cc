@@ -53,6 +53,7 @@ v1::Family MakeFamily(const std::string& id) {
   }
   family.mutable_time_blending()->set_kind(v1::TimeBlending::SQUARES);
   family.mutable_time_blending()->set_rest_time_s(-0.5);
+  family.mutable_time_blending()->set_reason("both fall");
   v1::RegistrationReport* report = family.add_reports();
   report->set_target("animations/drops-b");
   report->set_num_iterations(16);
@@ -80,6 +81,7 @@ v1::Family MakeFamily(const std::string& id) {
   verdict.set_covered_share(0.93);
   verdict.set_unmatched_share(0.2);
   verdict.set_component_error(0.5);
+  verdict.set_relief_loss(0.25);
   verdict.set_stretch(0.11);
   verdict.set_inverted_share(0.001);
   for (const double error : {0.01, -0.02}) verdict.add_volume_errors(error);

@@ -5,9 +5,11 @@
 # Needs Blender 3.4: apt-get install blender.
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "bake_scenes.sh: $1" >&2; usage >&2; exit 2; }
 case ${1:-} in
   --help) usage; exit 0 ;;
-  '' | -*) echo "bake_scenes.sh: no FOLDER given" >&2; usage >&2; exit 2 ;;
+  '') refuse "no FOLDER given" ;;
+  -*) refuse "unknown argument: $1" ;;
 esac
 simulate=$(cd "$(dirname "$0")" && pwd)/simulate.py
 folder=$1

@@ -58,7 +58,8 @@ class Blends {
       contents.bounds.extend(Eigen::AlignedBox3f(bounds.col(0), bounds.col(1)));
     }
     Add(contents, linear_);
-    contents.rest_time_s = 0.0;  // the drops are at rest in the first frame
+    contents.time_blending = jobs::ChooseTimeBlending(contents.targets, a.frames_per_second);
+    EXPECT_EQ(contents.time_blending.rest_time_s, 0.0) << contents.time_blending.reason;
     Add(std::move(contents), squares_);
   }
 

@@ -29,7 +29,7 @@ constexpr char kAnimationB[] =
 constexpr char kCheckpoint[] =
     "sha256-44a76548196adfd4401cb5ac29804833ad8cbba7b0303d5a259bd5bd0f89942b";
 constexpr char kFamily[] =
-    "sha256-91e6e1eb50043c2e705c5b95ad87f183eace9bf92fa60aa21cfc3ece82af4230";
+    "sha256-5c91c0ee028b569d4e1d53cc2011ea4884f3756fd93883290c9c0778dad3c582";
 
 class FileBytesTest : public E2eTest {
  protected:

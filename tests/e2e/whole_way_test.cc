@@ -168,6 +168,11 @@ TEST_F(WholeWayTest, TimesBlendAsAskedForUntilARefinementAsksForAnother) {
   expect_on_the_way();
   EXPECT_THAT(refine({"--time-blending", "linear"}), Not(HasSubstr("times blend")));
   expect_on_the_way();
+  EXPECT_THAT(refine({"--time-blending", "auto"}),
+              HasSubstr("\n  times blend linearly (b: no detached part of the source's first frame "
+                        "falls)\n"));
+  expect_on_the_way();
+  EXPECT_THAT(refine({}), HasSubstr("times blend linearly (b: no detached part"));
 }
 
 TEST_F(WholeWayTest, APointInParameterSpaceIsTheSameFrameAsItsWeights) {

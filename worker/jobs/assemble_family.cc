@@ -1,9 +1,14 @@
 #include "worker/jobs/assemble_family.h"
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/mesh/option_ranges.h"
+#include "worker/registration/features/rest.h"
 
 namespace liquidblend::jobs {
 namespace {
@@ -38,7 +43,7 @@ void ToTicks(const mesh::TimeAxis& axis, mesh::SpaceTimeMesh& mesh,
 }
 
 void ToTicks(FamilyContents& contents) {
-  const mesh::TimeAxis axis(contents.rest_time_s, contents.source.frames_per_second,
+  const mesh::TimeAxis axis(contents.time_blending.rest_time_s, contents.source.frames_per_second,
                             contents.source.num_frames);
   std::vector<registration::Registration*> targets;
   for (RegisteredTarget& target : contents.targets) targets.push_back(&target.registration);
@@ -84,6 +89,34 @@ Eigen::Matrix4Xf MatrixOf(std::span<const mesh::Float4> elements) {
   return matrix;
 }
 
+TimeBlending ChooseTimeBlending(const std::vector<RegisteredTarget>& targets,
+                                double frames_per_second) {
+  if (targets.empty()) return {};
+  double sum = 0, earliest = std::numeric_limits<double>::infinity(),
+         latest = -std::numeric_limits<double>::infinity();
+  for (const RegisteredTarget& target : targets) {
+    const mesh::RestReport& rest = target.registration.report.rest;
+    if (!rest.is_from_rest) {
+      return {{},
+              absl::StrCat(target.name, ": ",
+                           rest.reason.empty() ? "an older program registered it" : rest.reason)};
+    }
+    sum += rest.time_frames;
+    earliest = std::min(earliest, rest.time_frames);
+    latest = std::max(latest, rest.time_frames);
+  }
+  if (latest - earliest > registration::kSameRestFrames) {
+    return {{},
+            absl::StrFormat("liquid was at rest at different times in the targets, %.1f "
+                            "frames apart",
+                            latest - earliest)};
+  }
+  const double rest_time_s = sum / static_cast<double>(targets.size()) / frames_per_second;
+  return {
+      std::max(rest_time_s, mesh::kRestTimeS.min),
+      absl::StrCat(targets.front().name, ": ", targets.front().registration.report.rest.reason)};
+}
+
 absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyContents contents) {
   ToTicks(contents);
   const auto owned = std::make_shared<const FamilyContents>(std::move(contents));
@@ -92,7 +125,8 @@ absl::StatusOr<mesh::RegisteredFamily> AssembleFamily(FamilyContents contents) {
   family.name = owned->name;
   family.source = owned->source_name;
   family.parameter_space = owned->parameter_space;
-  family.rest_time_s = owned->rest_time_s;
+  family.rest_time_s = owned->time_blending.rest_time_s;
+  family.time_blending_reason = owned->time_blending.reason;
   family.space_time_reports.push_back(owned->source_report);
   for (const RegisteredTarget& target : owned->targets) {
     family.targets.push_back(ViewOf(target));

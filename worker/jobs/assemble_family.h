@@ -26,11 +26,22 @@ struct FamilyLevel {
   std::vector<registration::Registration> targets;  // as many as the family's
 };
 
+// How the times of a family blend.
+struct TimeBlending {
+  std::optional<double> rest_time_s;  // squares of the times since then; none: linearly
+  std::string reason = {};            // why, if nobody asked for it; else empty
+};
+
+// The time blending of a family of these targets that nobody asks for. Squares if the registrations
+// of all targets found that liquid falls from rest, since the same time within 1.5 frames.
+TimeBlending ChooseTimeBlending(const std::vector<RegisteredTarget>& targets,
+                                double frames_per_second);
+
 struct FamilyContents {
   std::string name;
   std::string source_name;
   mesh::ParameterSpace parameter_space;  // or empty
-  std::optional<double> rest_time_s;     // of the family
+  TimeBlending time_blending;
   mesh::SpaceTimeMesh source;
   mesh::SpaceTimeReport source_report;
   std::vector<RegisteredTarget> targets;

@@ -140,6 +140,12 @@ absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyContents& conte
   return context.keeper.Check();
 }
 
+TimeBlending TimeBlendingOf(const store::v1::RegisterJob& job, const FamilyContents& contents) {
+  if (job.has_rest_time_s()) return {job.rest_time_s(), job.time_blending_reason()};
+  if (!job.automatic_time_blending()) return {{}, job.time_blending_reason()};
+  return ChooseTimeBlending(contents.targets, contents.source.frames_per_second);
+}
+
 // Registers what is not done by children, and stores the family.
 absl::StatusOr<store::v1::FamilyRecord> MakeFamily(const store::v1::RegisterJob& job,
                                                    const std::vector<store::v1::JobRecord>& done,
@@ -161,7 +167,6 @@ absl::StatusOr<store::v1::FamilyRecord> MakeFamily(const store::v1::RegisterJob&
   contents.name = job.family();
   contents.source_name = job.source();
   contents.parameter_space = store::FromMessage(job.parameter_space());
-  if (job.has_rest_time_s()) contents.rest_time_s = job.rest_time_s();
   contents.source = std::move(built.front().mesh);
   contents.source_report = built.front().report;
   LB_ASSIGN_OR_RETURN(contents.bounds, BoundsOf(job, context.catalog));
@@ -171,6 +176,7 @@ absl::StatusOr<store::v1::FamilyRecord> MakeFamily(const store::v1::RegisterJob&
                           ? RegisterOnly(job, contents.source, built.back(), previous, context)
                           : RegisterEach(job, contents.source, previous, context));
   LB_RETURN_IF_ERROR(CheckGrades(contents.targets, job.required_grade()));
+  contents.time_blending = TimeBlendingOf(job, contents);
   built.clear();  // the target's mesh is not needed any more
   LB_RETURN_IF_ERROR(MakeLevels(job, contents, context));
   LB_RETURN_IF_ERROR(context.BeginStage("publishing", kLevelsEnd, 1.0));

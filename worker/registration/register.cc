@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "worker/registration/complete.h"
 #include "worker/registration/features/automatic.h"
+#include "worker/registration/features/rest.h"
 #include "worker/registration/fit/deformation.h"
 #include "worker/registration/fit/energy.h"
 #include "worker/registration/fit/hard_pins.h"
@@ -154,10 +155,11 @@ struct Guidance {
   std::vector<Correspondence> correspondences;  // the user's, then those found
   std::vector<AutomaticCorrespondence> found;
   std::vector<Pin> pins;  // of all of them
+  mesh::RestReport rest;
 };
 
-// Finds automatic correspondences, part motions and open starts, and expands correspondences into
-// pins. Errors: those of ExpandCorrespondences() and CheckContradictions().
+// Finds automatic correspondences, part motions, open starts and falls from rest, and expands
+// correspondences into pins. Errors: those of ExpandCorrespondences() and CheckContradictions().
 absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
                                       const RegistrationOptions& options,
                                       const parallel::Arena& arena, SurfacePair& pair) {
@@ -167,11 +169,12 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
       FindFeatures(source, target, {.min_diameter = options.smallest_part_edges}, arena);
   pair.MarkUnmatchedStarts(features.source.tracks, features.target.tracks);
   Guidance guidance;
+  guidance.rest = FindRest(features.source, features.target);
   if (options.automatic_correspondences) {
     const FeaturePairs pairs =
         PairFeatures(features.source, features.target, ScaleOf(source, target));
     guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
-    pair.FindPartMotions(features.source, features.target, pairs.tracks, users);
+    pair.FindPartMotions(features.source, features.target, pairs.tracks, users, guidance.rest);
   }
   guidance.correspondences = Join(users, guidance.found);
   LB_ASSIGN_OR_RETURN(guidance.pins,
@@ -305,6 +308,7 @@ absl::StatusOr<Registration> Run(const mesh::SpaceTimeMesh& source,
                       Complete(pair, fitting.TakeDisplacement(), Detail::kAll, hold_pins, arena));
   result.report.correspondences =
       ReportGuidance(guidance, result.displacement, source.edge_length_m);
+  result.report.rest = guidance.rest;
   result.report.num_nodes = fitting.num_nodes();
   ReportIterations(last, result.report);
   result.report.seconds = absl::ToDoubleSeconds(absl::Now() - start);

@@ -9,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "worker/registration/complete.h"
 #include "worker/registration/features/automatic.h"
+#include "worker/registration/features/rest.h"
 #include "worker/registration/finer_nodes.h"
 #include "worker/registration/finish/finish.h"
 #include "worker/registration/fit/deformation.h"
@@ -41,16 +42,20 @@ absl::Status CheckCoarse(const CoarseRegistration& coarse) {
   return absl::OkStatus();
 }
 
-// Finds part motions and open starts from both animations' tracks.
-void FollowTracks(const std::vector<Correspondence>& users, const RegistrationOptions& options,
-                  SurfacePair& pair) {
+// Finds part motions and open starts from both animations' tracks. Returns whether they fall from
+// rest.
+mesh::RestReport FollowTracks(const std::vector<Correspondence>& users,
+                              const RegistrationOptions& options, SurfacePair& pair) {
   const TrackOptions tracks = {.min_diameter = options.smallest_part_edges};
   const Features source = FindTrackFeatures(pair.source, tracks),
                  target = FindTrackFeatures(pair.target, tracks);
   pair.MarkUnmatchedStarts(source.tracks, target.tracks);
-  if (!options.automatic_correspondences) return;
-  const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target));
-  pair.FindPartMotions(source, target, pairs.tracks, users);
+  const mesh::RestReport rest = FindRest(source, target);
+  if (options.automatic_correspondences) {
+    const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target));
+    pair.FindPartMotions(source, target, pairs.tracks, users, rest);
+  }
+  return rest;
 }
 
 // Holds the hard pins on a fine mesh, with nodes as far apart as those of the coarse one.
@@ -166,11 +171,14 @@ absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
   state.coarse_edge_length_m = coarse.source.edge_length_m;
   state.coarse_report = coarse.registration.report;
   SurfacePair pair(source, target, arena);
-  FollowTracks(correspondences, options, pair);
+  const mesh::RestReport rest = FollowTracks(correspondences, options, pair);
   state.displacement = Smooth(state.displacement, pair.neighbors, kTransferSweeps, arena);
   const Keeper keeper{hooks, start};
   keeper.Keep(state);
-  return FinishSharpening(pair, correspondences, std::move(state), options, arena, keeper);
+  LB_ASSIGN_OR_RETURN(Registration result, FinishSharpening(pair, correspondences, std::move(state),
+                                                            options, arena, keeper));
+  result.report.rest = rest;
+  return result;
 }
 
 absl::StatusOr<Registration> ResumeSharpening(const mesh::SpaceTimeMesh& source,
@@ -185,8 +193,11 @@ absl::StatusOr<Registration> ResumeSharpening(const mesh::SpaceTimeMesh& source,
   LB_RETURN_IF_ERROR(CheckResumable(state, source.num_vertices()));
   const Keeper keeper{hooks, absl::Now() - absl::Seconds(state.seconds)};
   SurfacePair pair(source, target, arena);
-  FollowTracks(correspondences, options, pair);
-  return FinishSharpening(pair, correspondences, state, options, arena, keeper);
+  const mesh::RestReport rest = FollowTracks(correspondences, options, pair);
+  LB_ASSIGN_OR_RETURN(Registration result,
+                      FinishSharpening(pair, correspondences, state, options, arena, keeper));
+  result.report.rest = rest;
+  return result;
 }
 
 }  // namespace liquidblend::registration

@@ -100,6 +100,16 @@ std::string DescribePoints(const Family& family) {
   return text;
 }
 
+// A line on how times blend, unless they do linearly because somebody asked for it.
+std::string DescribeTimes(const TimeBlending& times) {
+  const bool in_squares = times.kind == TimeBlending::Kind::kSquares;
+  if (!in_squares && times.reason.empty()) return "";
+  const std::string reason = times.reason.empty() ? "" : absl::StrCat(" (", times.reason, ")");
+  if (!in_squares) return absl::StrCat("\n  times blend linearly", reason);
+  return absl::StrFormat("\n  times blend as squares of those since %.4g s%s", times.rest_time_s,
+                         reason);
+}
+
 // "cancelled at 2026-01-31T12:00:00Z", "failed at 2026-01-31T12:00:00Z: the reason"
 std::string Describe(const FailedRegistration& failed) {
   const std::string time = FormatUtc(failed.end_time);
@@ -184,10 +194,7 @@ std::string Describe(const Family& family) {
   absl::StrAppend(&text, "\n  velocities ",
                   family.has_velocities ? "of the simulation" : "from the surface's motion only");
   absl::StrAppend(&text, DescribePoints(family));
-  if (family.time_blending.kind == TimeBlending::Kind::kSquares) {
-    absl::StrAppendFormat(&text, "\n  times blend as squares of those since %.4g s",
-                          family.time_blending.rest_time_s);
-  }
+  absl::StrAppend(&text, DescribeTimes(family.time_blending));
   for (const SpaceTimeReport& report : family.space_time_reports) {
     absl::StrAppend(&text, "\n  ", Describe(report));
   }

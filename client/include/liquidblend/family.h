@@ -81,12 +81,14 @@ struct RegistrationReport {
 // How times of matching events blend.
 struct TimeBlending {
   enum class Kind {
-    kUnspecified,  // kLinear; in a refinement, as the family has it
+    kUnspecified,  // kAutomatic; in a refinement, as the family has it
     kLinear,       // as positions do
     kSquares,      // their squares do: right for falls from rest, from different heights
+    kAutomatic,    // kSquares if what is detached in the first frames falls from rest, else kLinear
   };
   Kind kind = Kind::kUnspecified;
   double rest_time_s = 0.0;  // kSquares: of times since then; [-3600, 0]
+  std::string reason = {};   // of a family: why, if the worker chose; not sent
 };
 
 struct LevelOfDetail {

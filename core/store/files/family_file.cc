@@ -77,6 +77,7 @@ mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
   family.frames_per_second = manifest.frames_per_second();
   family.up = static_cast<mesh::Up>(manifest.up());
   if (manifest.has_rest_time_s()) family.rest_time_s = manifest.rest_time_s();
+  family.time_blending_reason = manifest.time_blending_reason();
   family.edge_length_m = manifest.edge_length_m();
   std::copy_n(manifest.domain().min().begin(), 3, family.domain_min.begin());
   std::copy_n(manifest.domain().max().begin(), 3, family.domain_max.begin());
@@ -179,6 +180,7 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
   manifest.set_up(static_cast<v1::Up>(family.up));  // the same numbers
   manifest.set_num_frames(family.num_frames);
   if (family.rest_time_s) manifest.set_rest_time_s(*family.rest_time_s);
+  manifest.set_time_blending_reason(family.time_blending_reason);
   manifest.set_edge_length_m(family.edge_length_m);
   manifest.set_num_first_vertices(static_cast<int32_t>(family.num_first_vertices));
   manifest.set_num_last_vertices(static_cast<int32_t>(family.num_last_vertices));

@@ -32,6 +32,12 @@ v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target, double frames
   if (target.report.verdict.grade != mesh::Grade::kUnknown) {
     *message.mutable_verdict() = ToMessage(target.report.verdict);
   }
+  const mesh::RestReport& rest = target.report.rest;
+  if (!rest.reason.empty()) {
+    message.mutable_rest()->set_is_from_rest(rest.is_from_rest);
+    message.mutable_rest()->set_time_frames(rest.time_frames);
+    message.mutable_rest()->set_reason(rest.reason);
+  }
   return message;
 }
 
@@ -61,6 +67,8 @@ mesh::RegistrationReport FromMessage(const v1::RegistrationReport& message,
     report.correspondences.push_back(FromRecord(correspondence, frames_per_second));
   }
   report.verdict = FromMessage(message.verdict());
+  report.rest = {message.rest().is_from_rest(), message.rest().time_frames(),
+                 message.rest().reason()};
   return report;
 }
 

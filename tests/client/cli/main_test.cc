@@ -55,7 +55,7 @@ TEST_F(Command, AValueThatIsNoNameOfItsFlagIsRefusedWithTheNames) {
                                            "-o",     "out", "--format",  "fbx"};
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {import, "--up: 'w' is none of x, y, z, -x, -y, -z"},
-      {registration, "--time-blending: 'cube' is none of linear, squares"},
+      {registration, "--time-blending: 'cube' is none of auto, linear, squares"},
       {grade, "--require: 'fine' is none of good, doubtful"},
       {sheets, "--keep-thin-sheets: 'yes' is none of on, off"},
       {format, "--format: 'fbx' is none of ply, obj, bobj"},
@@ -426,10 +426,12 @@ TEST_F(Command, InspectTellsTheVerdict) {
   const std::string out = Run({"inspect", "drops"}).out;
   EXPECT_THAT(
       out,
-      HasSubstr("doubtful: 7 % of the target is not covered by the source; worst near "
-                "(0, 0, 1.25) m at 0.5 s\n"
-                "    compatible share 99 %, component error 0.5, covered share 93 %, fit energy 0, "
-                "inverted share 0.1 %, smoothness energy 0, stretch 0.11, unmatched share 20 %\n"));
+      HasSubstr(
+          "doubtful: 7 % of the target is not covered by the source; worst near "
+          "(0, 0, 1.25) m at 0.5 s\n"
+          "    compatible share 99 %, component error 0.5, covered share 93 %, fit energy 0, "
+          "inverted share 0.1 %, relief loss 0.25, smoothness energy 0, stretch 0.11, unmatched "
+          "share 20 %\n"));
   EXPECT_THAT(out, Not(HasSubstr("volume errors")));  // a list; --json has it
 }
 

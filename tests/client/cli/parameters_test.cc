@@ -52,6 +52,8 @@ TEST_F(ParametersCommand, RegisterSendsHowTimesBlend) {
   EXPECT_THAT(request({}), Not(HasSubstr("time_blending")));
   EXPECT_THAT(request({"--time-blending", "linear"}),
               HasSubstr("time_blending {\n  kind: LINEAR\n}"));
+  EXPECT_THAT(request({"--time-blending", "auto"}),
+              HasSubstr("time_blending {\n  kind: AUTOMATIC\n}"));
   EXPECT_THAT(request({"--time-blending", "squares", "--rest-time", "-0.5"}),
               HasSubstr("time_blending {\n  kind: SQUARES\n  rest_time_s: -0.5\n}"));
   EXPECT_EQ(Run({"register", "drops", "--time-blending", "cubes"}).exit_code, 2);
@@ -59,9 +61,9 @@ TEST_F(ParametersCommand, RegisterSendsHowTimesBlend) {
 
 TEST_F(ParametersCommand, InspectTellsHowTimesBlend) {
   EXPECT_THAT(Run({"inspect", "drops"}).out,
-              HasSubstr("\n  times blend as squares of those since -0.5 s\n"));
+              HasSubstr("\n  times blend as squares of those since -0.5 s (both fall)\n"));
   const json blending = json::parse(Run({"inspect", "drops", "--json"}).out)["timeBlending"];
-  EXPECT_EQ(blending, json({{"kind", "SQUARES"}, {"restTimeS", -0.5}}));
+  EXPECT_EQ(blending, json({{"kind", "SQUARES"}, {"restTimeS", -0.5}, {"reason", "both fall"}}));
   EXPECT_THAT(Run({"inspect", "families/empty"}).out, Not(HasSubstr("squares")));
 }
 

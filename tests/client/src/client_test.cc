@@ -387,6 +387,7 @@ TEST_F(ClientTest, AFamilyTellsHowItsTimesBlend) {
   ASSERT_TRUE(family.ok()) << family.status();
   EXPECT_EQ(family->time_blending.kind, TimeBlending::Kind::kSquares);
   EXPECT_EQ(family->time_blending.rest_time_s, -0.5);
+  EXPECT_EQ(family->time_blending.reason, "both fall");
   EXPECT_EQ(client_->GetFamily("empty")->time_blending.kind, TimeBlending::Kind::kUnspecified);
 }
 

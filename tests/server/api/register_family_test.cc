@@ -113,14 +113,24 @@ TEST_F(RegisterFamilyTest, TheRestTimeReachesTheJobIfTimesBlendAsSquares) {
                 r.mutable_time_blending()->set_rest_time_s(-0.5);
               }),
               Succeeds());
-  EXPECT_EQ(TakeJob().job.register_family().rest_time_s(), -0.5);
-  for (const auto kind : {v1::TimeBlending::KIND_UNSPECIFIED, v1::TimeBlending::LINEAR}) {
+  const store::pb::RegisterJob squares = TakeJob().job.register_family();
+  EXPECT_EQ(squares.rest_time_s(), -0.5);
+  EXPECT_FALSE(squares.automatic_time_blending());
+}
+
+TEST_F(RegisterFamilyTest, TheWorkerChoosesHowTimesBlendUnlessToldTo) {
+  ImportAnimation("a");
+  ImportAnimation("b");
+  for (const auto kind : {v1::TimeBlending::KIND_UNSPECIFIED, v1::TimeBlending::AUTOMATIC,
+                          v1::TimeBlending::LINEAR}) {
     ASSERT_THAT(Register([&](auto& r) {
-                  r.set_family_id(absl::StrCat("linear", kind));
+                  r.set_family_id(absl::StrCat("family", kind));
                   r.mutable_time_blending()->set_kind(kind);
                 }),
                 Succeeds());
-    EXPECT_FALSE(TakeJob().job.register_family().has_rest_time_s());
+    const store::pb::RegisterJob job = TakeJob().job.register_family();
+    EXPECT_FALSE(job.has_rest_time_s());
+    EXPECT_EQ(job.automatic_time_blending(), kind != v1::TimeBlending::LINEAR);
   }
 }
 
@@ -150,6 +160,31 @@ TEST_F(RegisterFamilyTest, ARefinementBlendsTimesAsTheFamilyUnlessItIsAskedTo) {
   EXPECT_EQ(refined(v1::TimeBlending::LINEAR), v1::TimeBlending::LINEAR);
 }
 
+TEST_F(RegisterFamilyTest, ARefinementKeepsWhyTheWorkerChoseATimeBlending) {
+  PublishSplash();
+  store::pb::FamilyRecord family = *catalog_->GetFamily("splash");
+  family.mutable_manifest()->set_time_blending_reason("b: nothing falls");
+  v1::RegisterFamilyRequest request;
+  request.set_family_id("splash");
+  request.set_refine(true);
+  ASSERT_THAT(RegisterFamily(backends_, request), Succeeds());
+  ASSERT_THAT(catalog_->PublishFamily(TakeJob().lease_id, family), Succeeds());
+  v1::GetFamilyRequest get;
+  get.set_name("families/splash");
+  EXPECT_EQ(GetFamily(backends_, get)->time_blending().reason(), "b: nothing falls");
+  const auto reason_of_job = [&] {
+    EXPECT_THAT(RegisterFamily(backends_, request), Succeeds());
+    const auto leased = TakeJob();
+    EXPECT_THAT(catalog_->PublishFamily(leased.lease_id, family), Succeeds());
+    return leased.job.register_family().time_blending_reason();
+  };
+  EXPECT_EQ(reason_of_job(), "b: nothing falls");
+  request.mutable_time_blending()->set_reason("so the client says");
+  EXPECT_EQ(reason_of_job(), "b: nothing falls");
+  request.mutable_time_blending()->set_kind(v1::TimeBlending::LINEAR);
+  EXPECT_EQ(reason_of_job(), "");
+}
+
 TEST_F(RegisterFamilyTest, ATimeBlendingThatCannotBeMeantIsNamed) {
   const auto refused = [&](int kind, double rest_time_s) {
     return Register([&](auto& r) {
@@ -158,13 +193,15 @@ TEST_F(RegisterFamilyTest, ATimeBlendingThatCannotBeMeantIsNamed) {
     });
   };
   constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
-  EXPECT_THAT(refused(7, 0), Fails(kInvalid, "time_blending.kind: must be unspecified, LINEAR or"));
+  EXPECT_THAT(refused(7, 0), Fails(kInvalid, "time_blending.kind: must be unspecified, LINEAR, "));
   for (const double rest_time_s : {0.1, -3601.0, std::nan("")}) {
     EXPECT_THAT(refused(v1::TimeBlending::SQUARES, rest_time_s),
                 Fails(kInvalid, "time_blending.rest_time_s: must be in [-3600, 0], got "));
   }
-  EXPECT_THAT(refused(v1::TimeBlending::LINEAR, -1),
-              Fails(kInvalid, "time_blending.rest_time_s: is for SQUARES only, got -1"));
+  for (const auto kind : {v1::TimeBlending::LINEAR, v1::TimeBlending::AUTOMATIC}) {
+    EXPECT_THAT(refused(kind, -1),
+                Fails(kInvalid, "time_blending.rest_time_s: is for SQUARES only, got -1"));
+  }
   PublishSplash();
   v1::RegisterFamilyRequest refinement;
   refinement.set_family_id("splash");

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/mesh/registered_family.h"
@@ -55,7 +56,7 @@ mesh::RegisteredFamily Family(const std::optional<double>& rest_time_s) {
   FamilyContents contents;
   contents.name = "falls";
   contents.source_name = "low";
-  contents.rest_time_s = rest_time_s;
+  contents.time_blending.rest_time_s = rest_time_s;
   contents.source = FallingSphere(3);
   contents.targets.resize(1);
   contents.targets[0].name = "high";
@@ -141,7 +142,7 @@ TEST(TimeBlending, ARebuiltBallIsWhereItWasInEachFrame) {
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   FamilyContents contents;
   contents.source = *std::move(mesh);
-  contents.rest_time_s = 0.0;
+  contents.time_blending.rest_time_s = 0.0;
   contents.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-2, -2, -2), Eigen::Vector3f(2, 2, 2));
   const auto family = AssembleFamily(std::move(contents));
   ASSERT_TRUE(family.ok()) << family.status();
@@ -155,6 +156,37 @@ TEST(TimeBlending, ARebuiltBallIsWhereItWasInEachFrame) {
   }
 }
 
+RegisteredTarget FromRest(const std::string& name, double time_frames) {
+  RegisteredTarget target;
+  target.name = name;
+  target.registration.report.rest = {true, time_frames, "they fall"};
+  return target;
+}
+
+TEST(TimeBlending, ChosenFromRestIsInSquares) {
+  const TimeBlending one = ChooseTimeBlending({FromRest("high", 0)}, kFps);
+  EXPECT_EQ(one.rest_time_s, 0.0);
+  EXPECT_EQ(one.reason, "high: they fall");
+  const TimeBlending two = ChooseTimeBlending({FromRest("a", -12), FromRest("b", -12.5)}, kFps);
+  ASSERT_TRUE(two.rest_time_s.has_value());
+  EXPECT_NEAR(*two.rest_time_s, -12.25 / kFps, 1e-12);
+  EXPECT_EQ(ChooseTimeBlending({FromRest("a", -1e9)}, kFps).rest_time_s, -3600);
+}
+
+TEST(TimeBlending, ChosenIsLinearUnlessAllTargetsFallFromRestSinceTheSameTime) {
+  RegisteredTarget thrown = FromRest("thrown", 0);
+  thrown.registration.report.rest = {false, 0, "it rises"};
+  const TimeBlending blending = ChooseTimeBlending({FromRest("high", 0), thrown}, kFps);
+  EXPECT_FALSE(blending.rest_time_s.has_value());
+  EXPECT_EQ(blending.reason, "thrown: it rises");
+  const TimeBlending apart = ChooseTimeBlending({FromRest("a", 0), FromRest("b", -2)}, kFps);
+  EXPECT_FALSE(apart.rest_time_s.has_value());
+  EXPECT_EQ(apart.reason, "liquid was at rest at different times in the targets, 2.0 frames apart");
+  RegisteredTarget old;
+  old.name = "old";
+  EXPECT_EQ(ChooseTimeBlending({old}, kFps).reason, "old: an older program registered it");
+}
+
 // What a refinement starts from, and the targets that it keeps.
 TEST(TimeBlending, InFramesAgainAllIsAsItWas) {
   mesh::SpaceTimeMesh mesh = FallingSphere(2);
@@ -163,7 +195,7 @@ TEST(TimeBlending, InFramesAgainAllIsAsItWas) {
   const Eigen::Matrix4Xf vertices = mesh.vertices;
   const registration::Registration before = target;
   FamilyContents contents;
-  contents.rest_time_s = -0.25;
+  contents.time_blending.rest_time_s = -0.25;
   contents.source = std::move(mesh);
   contents.targets.resize(2);
   for (RegisteredTarget& each : contents.targets) each.registration = target;

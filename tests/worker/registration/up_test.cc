@@ -32,7 +32,7 @@ TEST_P(UpTest, PartMotionsOfFallingPartsAreTheSameOnesTurned) {
     const TestSurface source(from);
     const Surface target(to, from.edge_length_m, kArena);
     return PartMotions(FindTrackFeatures(source.surface), FindTrackFeatures(target), {{0, 0, 1.0}},
-                       {}, from.edge_length_m)
+                       {}, from.edge_length_m, TimesBlend::kLinearly)
         .all();
   };
   const std::vector<PartMotion> expected = motions_of(source_, target_);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "worker/registration/features/free_fall.h"
+
 namespace liquidblend::registration {
 namespace {
 
@@ -12,6 +14,9 @@ constexpr double kMinLife = 1.0;  // frames; shorter lives have no motion
 constexpr double kMinFall = 0.3;  // edges per frame; slower parts do not tell when they strike
 constexpr double kMaxCorrection = 1.0;  // frames; ends are known to a frame
 constexpr double kMaxScale = 2.0;
+constexpr double kMaxAcceleration = 1.1;  // half-way
+// Of a free fall: its smallest bend, edges, and the largest error as a share of it.
+constexpr double kMinBend = 1.0, kMaxFallError = 0.1;
 // Limits for users' points: distance from the part's centre, in its radii; distance from its
 // motion.
 constexpr double kOfPart = 1.3;
@@ -75,6 +80,13 @@ std::optional<PartMotion> PartMotionOf(const Track& source, const Track& target,
   return motion;
 }
 
+double AccelerationHalfWay(const PartMotion& motion, mesh::Up up) {
+  const double s = motion.time_scale;
+  const std::optional<FreeFall> fall = FitFreeFall(s > 1 ? motion.target : motion.source, up);
+  if (!fall || fall->bend() < kMinBend || fall->error > kMaxFallError * fall->bend()) return 1.0;
+  return 2 * (1 + s * s) / ((1 + s) * (1 + s));
+}
+
 Expected ExpectedOn(const PartMotion& motion, const Eigen::Vector4f& point,
                     const Eigen::Vector4f& normal) {
   const double time = point[3], target_time = time * motion.time_scale + motion.time_offset;
@@ -96,13 +108,16 @@ Expected ExpectedOn(const PartMotion& motion, const Eigen::Vector4f& point,
 
 PartMotions::PartMotions(const Features& source, const Features& target,
                          const std::vector<AssignedPair>& tracks,
-                         const std::vector<Correspondence>& users, double edge_length_m) {
+                         const std::vector<Correspondence>& users, double edge_length_m,
+                         TimesBlend times) {
   std::vector<int8_t> of_source_track(source.tracks.size(), -1);
   std::vector<int8_t> of_target_track(target.tracks.size(), -1);
   for (const AssignedPair& pair : tracks) {
     const auto motion =
         PartMotionOf(source.tracks[pair.row], target.tracks[pair.column], source.up);
     if (!motion) continue;
+    const bool is_too_fast = AccelerationHalfWay(*motion, source.up) > kMaxAcceleration;
+    if (times == TimesBlend::kLinearly && is_too_fast) continue;
     const bool is_contradicted = std::any_of(
         users.begin(), users.end(),
         [&](const Correspondence& user) { return Contradicts(user, *motion, edge_length_m); });

@@ -22,6 +22,13 @@ struct PartMotion {
   double scale = 1.0;  // the target's diameter over the source's
 };
 
+// Acceleration of the part half-way where times blend linearly, over that in both animations: the
+// positions are the means of p(t) and q(s t), the times those of t and s t, so that it is
+// 2 (1 + s^2) / (1 + s)^2. 1 for a part that does not fall freely.
+double AccelerationHalfWay(const PartMotion& motion, mesh::Up up);
+
+enum class TimesBlend { kLinearly, kAsSquares };
+
 // Expected position and normal of a vertex's counterpart in the target.
 struct Expected {
   Eigen::Vector4f point, normal;
@@ -43,10 +50,11 @@ class PartMotions {
  public:
   PartMotions() = default;
   // Takes the pairs of tracks that users' points do not contradict, by sending a point of the part
-  // elsewhere.
+  // elsewhere. Where times blend linearly, without those that would fall with over 1.1 times their
+  // gravity half-way.
   PartMotions(const Features& source, const Features& target,
               const std::vector<AssignedPair>& tracks, const std::vector<Correspondence>& users,
-              double edge_length_m);
+              double edge_length_m, TimesBlend times);
 
   const std::vector<PartMotion>& all() const { return motions_; }
   // The motion of a source vertex; null: it has none.

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_format.h"
 #include "core/mesh/slice_at.h"
+#include "worker/registration/finish/relief.h"
 #include "worker/registration/finish/residuals.h"
 #include "worker/registration/surface/blend_figures.h"
 
@@ -67,7 +68,9 @@ std::vector<Figure> Figures(const mesh::Verdict& verdict) {
       {verdict.inverted_share, kNotInSum, 0.003, 0.03, kPercent, "% of the surface is inside out",
        &WorstPlaces::inverted},
       {verdict.component_error, kNotInSum, 0.4, 2.0, 1,
-       "is the mean difference in the number of parts", &WorstPlaces::unmatched}};
+       "is the mean difference in the number of parts", &WorstPlaces::unmatched},
+      {verdict.relief_loss, kNotInSum, 0.2, 1.0, kPercent,
+       "% of the relief (craters, jets, waves) is lost half-way", &WorstPlaces::relief}};
 }
 
 void SetHistogram(const std::vector<Sample>& samples, mesh::Verdict& verdict) {
@@ -91,6 +94,12 @@ Eigen::Vector4d PlaceOfLargest(const std::vector<double>& errors,
   Eigen::Vector4d place(0, 0, 0, times[largest]);
   const Eigen::Matrix3Xf& vertices = slices[largest].vertices;
   if (vertices.cols() > 0) place.head<3>() = vertices.rowwise().mean().cast<double>();
+  return place;
+}
+
+Eigen::Vector4d PlaceOfRelief(const ReliefLoss& relief, const mesh::SpaceTimeMesh& mesh) {
+  Eigen::Vector4d place;
+  place << relief.source_m, SliceTimes(mesh)[relief.slice];
   return place;
 }
 
@@ -126,9 +135,13 @@ mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const S
   const auto target_slices = SliceTarget(source.mesh, target.mesh, arena);
   verdict.component_error = ComponentError(whole, target_slices);
   verdict.volume_errors = VolumeErrors(at_rest, target_slices, half_way);
+  const ReliefLoss relief = LossOfRelief(at_rest, target_slices, half_way, source.mesh.up,
+                                         source.mesh.edge_length_m, arena);
+  verdict.relief_loss = relief.share;
   SetGrade({InMetres(unmatched.Worst(), source.mesh), InMetres(inverted.Worst(), source.mesh),
             PlaceOfLargest(verdict.volume_errors, half_way, SliceTimes(source.mesh)),
-            InMetres(stretched.Worst(), source.mesh)},
+            InMetres(stretched.Worst(), source.mesh), PlaceOfRelief(relief, source.mesh),
+            relief.target_m},
            verdict);
   return verdict;
 }
@@ -152,6 +165,14 @@ void SetGrade(const WorstPlaces& places, mesh::Verdict& verdict) {
     verdict.reason =
         absl::StrFormat("%.3g in sum (good below %.3g, too different from %.3g), most of it: %s",
                         sum, kSumDoubtfulFrom, kSumTooDifferentFrom, worst->Format());
+  }
+  if (worst->place == &WorstPlaces::relief) {
+    const Eigen::Vector4d& a = places.relief;
+    const Eigen::Vector3d& b = places.relief_of_target;
+    absl::StrAppendFormat(&verdict.reason,
+                          " (around (%.3g, %.3g, %.3g) m in the source, (%.3g, %.3g, %.3g) m in "
+                          "the target)",
+                          a[0], a[1], a[2], b[0], b[1], b[2]);
   }
   Eigen::Vector4d::Map(verdict.worst.data()) = places.*(worst->place);
 }

@@ -23,6 +23,8 @@ struct WorstPlaces {
   Eigen::Vector4d inverted = Eigen::Vector4d::Zero();
   Eigen::Vector4d volume = Eigen::Vector4d::Zero();
   Eigen::Vector4d stretched = Eigen::Vector4d::Zero();
+  Eigen::Vector4d relief = Eigen::Vector4d::Zero();            // the source's ...
+  Eigen::Vector3d relief_of_target = Eigen::Vector3d::Zero();  // ... and the target's at that time
 };
 
 // Sets grade, reason and worst place: those of the figure that is furthest over its limit, or

@@ -57,7 +57,7 @@ TEST(CopyFields, LeavesEventsAndNamesOfReportsOut) {
   EXPECT_THAT(
       (Uncopied<v1::RegistrationReport, liquidblend::v1::RegistrationReport>()),
       ElementsAre("correspondences.correspondence.source", "correspondences.correspondence.target",
-                  "correspondences.overruled", "verdict.worst"));
+                  "correspondences.overruled", "verdict.worst", "rest"));
   EXPECT_THAT((Uncopied<liquidblend::v1::RegistrationReport, v1::RegistrationReport>()),
               UnorderedElementsAre("correspondences.correspondence.source",
                                    "correspondences.correspondence.target",

@@ -166,6 +166,22 @@ TEST(FamilyFile, RefusesPointsThatDoNotFit) {
               Fails(Code::kInvalidArgument, "2 points for 3 animations"));
 }
 
+TEST(FamilyFile, GivesBackFiguresThatOlderFilesLack) {
+  const Sample sample;
+  mesh::RegisteredFamily family = sample.View();
+  family.time_blending_reason = "b: it falls";
+  family.targets[0].report.rest = {true, -2.5, "it falls"};
+  family.targets[0].report.verdict.relief_loss = 0.25;
+  const auto opened = Open(Written(family));
+  ASSERT_THAT(opened, Succeeds());
+  EXPECT_EQ(opened->time_blending_reason, "b: it falls");
+  EXPECT_TRUE(opened->targets[0].report.rest.is_from_rest);
+  EXPECT_EQ(opened->targets[0].report.rest.time_frames, -2.5);
+  EXPECT_EQ(opened->targets[0].report.rest.reason, "it falls");
+  EXPECT_EQ(opened->targets[0].report.verdict.relief_loss, 0.25);
+  EXPECT_EQ(opened->targets[1].report.rest.reason, "");
+}
+
 TEST(FamilyFile, GivesBackTheReportsOfTheSpaceTimeMeshes) {
   const auto family = Open(Whole());
   ASSERT_THAT(family, Succeeds());

@@ -58,11 +58,45 @@ TEST(PartMotions, ExpectAPointAtItsPlaceInThePartAndItsNormalOnTheMovingSurface)
   EXPECT_LT((expected.normal - Eigen::Vector4f(0, 0, -1, -8).normalized()).norm(), 1e-3);
 }
 
+// The same with a constant acceleration from rest.
+Track FreeFallOf(double edges_per_frame_squared, int num_slabs) {
+  Track track = Fall(0, num_slabs);
+  for (Part& part : track.parts) {
+    part.centre[2] -= edges_per_frame_squared * part.centre[3] * part.centre[3] / 2;
+  }
+  return track;
+}
+
+TEST(PartMotions, WithTimesBlendedLinearlyFallsOfUnlikeLengthsAreTooFastHalfWay) {
+  const auto acceleration = [](const Track& source, const Track& target) {
+    const auto motion = PartMotionOf(source, target);
+    EXPECT_TRUE(motion.has_value());
+    return AccelerationHalfWay(*motion, mesh::Up::kZ);
+  };
+  EXPECT_NEAR(acceleration(FreeFallOf(0.2, 16), FreeFallOf(0.2, 16)), 1, 1e-3);
+  // Mean of x^2 over square of the mean: (1 + 9) / 2 / 2^2. Ends are known to a frame.
+  EXPECT_NEAR(acceleration(FreeFallOf(0.2, 8), FreeFallOf(0.2, 24)), 1.25, 0.05);
+  EXPECT_NEAR(acceleration(FreeFallOf(0.2, 24), FreeFallOf(0.2, 8)), 1.25, 0.05);
+  EXPECT_EQ(acceleration(Fall(4, 8), Fall(4, 24)), 1) << "at a steady speed";
+}
+
+TEST(PartMotions, OfFallsThatAreTooFastHalfWayAreTakenOnlyIfTimesBlendAsSquares) {
+  const auto count = [](int num_slabs, TimesBlend times) {
+    Features source, target;
+    source.tracks = {FreeFallOf(0.2, 10)};
+    target.tracks = {FreeFallOf(0.2, num_slabs)};
+    return PartMotions(source, target, {{0, 0, 1.0}}, {}, 1.0, times).all().size();
+  };
+  EXPECT_EQ(count(15, TimesBlend::kLinearly), 1u);
+  EXPECT_EQ(count(30, TimesBlend::kLinearly), 0u);
+  EXPECT_EQ(count(30, TimesBlend::kAsSquares), 1u);
+}
+
 class PartMotionsOfScenes : public ::testing::Test {
  protected:
   PartMotions Find(const std::vector<Correspondence>& users) const {
     return PartMotions(source_features_, target_features_, {{0, 0, 1.0}}, users,
-                       source_.mesh.edge_length_m);
+                       source_.mesh.edge_length_m, TimesBlend::kLinearly);
   }
   TestSurface source_{Scene({DropAt(-0.2, 0.8)}, 0.6)};
   const mesh::SpaceTimeMesh target_mesh_ = Scene({DropAt(0.1, 0.6)}, 0.6);

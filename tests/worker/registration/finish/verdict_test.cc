@@ -57,6 +57,7 @@ TEST(Judge, FindsNoFaultWithAnAnimationAndItself) {
   EXPECT_EQ(verdict.inverted_share, 0.0);
   EXPECT_EQ(verdict.component_error, 0.0);
   EXPECT_THAT(verdict.volume_errors, Each(::testing::DoubleNear(0.0, 1e-5)));
+  EXPECT_NEAR(verdict.relief_loss, 0.0, 1e-6);
 }
 
 TEST(Judge, HistogramAndIncompatibleShareAddUpToOne) {
@@ -120,6 +121,7 @@ TEST(Judge, HasTheSameBytesForAnyNumberOfThreads) {
     EXPECT_EQ(other.stretch, one.stretch);
     EXPECT_EQ(other.inverted_share, one.inverted_share);
     EXPECT_EQ(other.volume_errors, one.volume_errors);
+    EXPECT_EQ(other.relief_loss, one.relief_loss);
   }
 }
 
@@ -150,6 +152,22 @@ TEST(SetGrade, IsThatOfTheWorstFigureAndNamesIt) {
   EXPECT_EQ(Graded(verdict).grade, mesh::Grade::kTooDifferent);
   EXPECT_THAT(Graded(verdict).reason, HasSubstr("20 % of the surface is inside out"));
   EXPECT_EQ(Graded(verdict).worst[0], 5);
+}
+
+TEST(SetGrade, NamesTheReliefOfBothAnimationsWhereItIsLost) {
+  mesh::Verdict verdict = Faultless();
+  verdict.relief_loss = 0.19;
+  EXPECT_EQ(Graded(verdict).grade, mesh::Grade::kGood);
+  verdict.relief_loss = 0.29;
+  WorstPlaces places;
+  places.relief = {1, 2, 3, 40};
+  places.relief_of_target = {5, 6, 7};
+  SetGrade(places, verdict);
+  EXPECT_EQ(verdict.grade, mesh::Grade::kDoubtful);
+  EXPECT_THAT(verdict.reason, HasSubstr("29 % of the relief (craters, jets, waves) is lost"));
+  EXPECT_THAT(verdict.reason,
+              HasSubstr(" (around (1, 2, 3) m in the source, (5, 6, 7) m in the target)"));
+  EXPECT_EQ(verdict.worst[3], 40);
 }
 
 TEST(SetGrade, AddsUpFiguresThatAreGoodAlone) {
