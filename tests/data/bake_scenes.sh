@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Simulates the scenes that nothing was tuned for, each with its truth, for tests/accuracy/run.sh.
-# What is there already stays. Takes some 20 minutes on two cores.
+# What is there already stays. Takes some 10 minutes on two cores.
 #   tests/data/bake_scenes.sh FOLDER [SCENE ...]
 # Needs Blender 3.4: apt-get install blender.
 set -euo pipefail

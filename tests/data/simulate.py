@@ -216,12 +216,18 @@ def build_moved_drop(bpy, dom, p):
     liquid(sphere(bpy, 'drop', (p['x'], p['y'], -dom[2] / 2 + p['z']), p['radius']))
 
 
-def build_dam_break(bpy, dom, p):
+def build_block_length(bpy, dom, p):
     sx, sy, sz = dom
     e = 0.5
     floor_pool(bpy, dom, p['pool'])
     liquid(box(bpy, 'block', (-sx / 2 - e, -sy / 2 - e, -sz / 2 - e),
                (-sx / 2 + p['block_len'], sy / 2 + e, -sz / 2 + p['block_h'])))
+
+
+def build_dam_break(bpy, dom, p):
+    build_block_length(bpy, dom, p)
+    sx, sy, sz = dom
+    e = 0.5
     # wall: from the side y=-sy/2, w wide across the channel, centred at x=p, full height
     obstacle(box(bpy, 'wall', (p['p'] - p['wall_thick'] / 2, -sy / 2 - e, -sz / 2 - e),
                  (p['p'] + p['wall_thick'] / 2, -sy / 2 + p['w'], sz / 2 + e)))
@@ -242,12 +248,7 @@ def build_throw(bpy, dom, p):
     liquid(ob, velocity=(p['speed'] * math.cos(a), 0, p['speed'] * math.sin(a)))
 
 
-def build_far_drop(bpy, dom, p):
-    build_moved_drop(bpy, dom, p)
-
-
-def build_drop_size(bpy, dom, p):
-    build_moved_drop(bpy, dom, p)
+build_far_drop = build_drop_size = build_moved_drop
 
 
 def build_crossing_drops(bpy, dom, p):
@@ -255,14 +256,6 @@ def build_crossing_drops(bpy, dom, p):
     z = -dom[2] / 2 + p['z']
     liquid(sphere(bpy, 'large', (p['xlarge'], p['ylarge'], z), p['large']))
     liquid(sphere(bpy, 'small', (p['xsmall'], p['ysmall'], z), p['small']))
-
-
-def build_block_length(bpy, dom, p):
-    sx, sy, sz = dom
-    e = 0.5
-    floor_pool(bpy, dom, p['pool'])
-    liquid(box(bpy, 'block', (-sx / 2 - e, -sy / 2 - e, -sz / 2 - e),
-               (-sx / 2 + p['block_len'], sy / 2 + e, -sz / 2 + p['block_h'])))
 
 
 def build_inflow_start(bpy, dom, p):
