@@ -254,7 +254,8 @@ TEST_F(InputsTest, WhatIsAssumedIsNotedAndWhatIsWrongInMetaJsonIsRefused) {
     EXPECT_NE(result.exit_code, 0) << meta;
     return result.err;
   };
-  EXPECT_THAT(refused(R"({"frame_rate": 30})"), HasSubstr("frame_rate"));
+  EXPECT_THAT(refused(R"({"frame_rate": 30})"),
+              HasSubstr("meta.json: key \"frame_rate\" is not known"));
   EXPECT_THAT(refused(R"({"units": {"vertices": "cm"}})"),
               HasSubstr("meta.json: units.vertices is \"cm\", not metres"));
 }

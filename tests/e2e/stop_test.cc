@@ -212,14 +212,18 @@ TEST_F(StopTest, ACommandWithoutPatienceNamesItsOperation) {
                                                name + " --wait` watches it"));
 }
 
+absl::StatusOr<std::unique_ptr<Client>> ConnectWithoutPatience(const std::string& address) {
+  ConnectOptions options;
+  options.target = address;
+  options.retry.max_attempts = 1;
+  options.retry.patience = absl::ZeroDuration();
+  return Client::Connect(options);
+}
+
 TEST_F(StopTest, AClientThatLosesItsServerIsToldOfTheOperationItAskedFor) {
   Process server = StartServer();
   if (server.pid() <= 0) GTEST_SKIP() << "the servers run already";
-  ConnectOptions options;
-  options.target = Address();
-  options.retry.max_attempts = 1;
-  options.retry.patience = absl::ZeroDuration();
-  const auto client = Client::Connect(options);
+  const auto client = ConnectWithoutPatience(Address());
   ASSERT_TRUE(client.ok()) << client.status();
   server.Kill();
   for (const absl::Status& lost : {(*client)->GetOperation("operations/7").status(),
@@ -233,11 +237,7 @@ TEST_F(StopTest, AClientThatLosesItsServerIsToldOfTheOperationItAskedFor) {
 TEST_F(StopTest, AClientWhosePatienceEndsIsToldOfItsOperation) {
   Process server = StartServer();
   if (server.pid() <= 0) GTEST_SKIP() << "the servers run already";
-  ConnectOptions options;
-  options.target = Address();
-  options.retry.max_attempts = 1;
-  options.retry.patience = absl::ZeroDuration();
-  const auto client = Client::Connect(options);
+  const auto client = ConnectWithoutPatience(Address());
   ASSERT_TRUE(client.ok()) << client.status();
   const std::string name = ImportBall("a", 1.0).name();
   const auto lost = (*client)->WatchOperation(name, [&](const liquidblend::Operation&) {

@@ -110,7 +110,7 @@ class JobsTest : public testing::Test {
     return RunJobs(*catalog_, blobs_, arena, stop_, options);
   }
 
-  // As a program of before there were children left it: the registration is one queued job.
+  // Registration as older programs, which had no children, left it: one queued job.
   void MakeOneJobOf(const std::string& job_id) {
     store::pb::JobRecord job = Job(job_id);
     job.set_state(store::pb::JobRecord::QUEUED);
