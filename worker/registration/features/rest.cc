@@ -43,7 +43,7 @@ std::variant<Unknown, Other, FreeFall> CourseOfPart(const Track& track, mesh::Up
 // The falls of one animation.
 struct Falls {
   std::vector<FreeFall> falls;
-  // What the first part that does not fall from rest does; empty: there is none.
+  // Predicate of the first part that does not fall from rest; empty: there is none.
   std::string against;
 };
 
