@@ -85,19 +85,34 @@ AttackReport OpenManyStreams(const AttackTarget& target, const std::stop_token& 
   return report;
 }
 
+// Calls `path` with one message until the server answers. As gRPC's clients do, calls again in
+// another connection where it was told to leave this one. Returns whether there was an answer.
+bool CallUntilAnswered(const AttackTarget& target, const std::string& path,
+                       const std::string& message, std::unique_ptr<Http2Client>& peer) {
+  constexpr int kMaxCalls = 3;
+  for (int k = 0; k < kMaxCalls; ++k) {
+    if (peer == nullptr) peer = std::make_unique<Http2Client>(target.grpc_port());
+    const int stream = peer->Open(path);
+    peer->Send(stream, MessagePrefix(static_cast<uint32_t>(message.size())) + message, kPatience);
+    peer->HalfClose(stream);
+    peer->AwaitEnd(stream, kPatience);
+    const bool is_answered = peer->is_answered(stream);
+    const bool is_told_to_leave = peer->is_told_to_leave();
+    if (is_told_to_leave || !is_answered) peer = nullptr;
+    if (is_answered) return true;
+    if (!is_told_to_leave) return false;
+  }
+  return false;
+}
+
 // Calls of one method with one message each, in one connection.
 AttackReport FloodMethod(const AttackTarget& target, const std::string& path,
                          const std::string& message, double per_second,
                          const std::stop_token& stop) {
   AttackReport report;
-  auto peer = std::make_unique<Http2Client>(target.grpc_port());
+  std::unique_ptr<Http2Client> peer;
   for (Turns turns(per_second, stop); turns.Next(); ++report.num_attempts) {
-    const int stream = peer->Open(path);
-    peer->Send(stream, MessagePrefix(static_cast<uint32_t>(message.size())) + message, kPatience);
-    peer->HalfClose(stream);
-    if (peer->AwaitEnd(stream, kPatience) && peer->is_open()) continue;
-    ++report.num_wrong;
-    peer = std::make_unique<Http2Client>(target.grpc_port());
+    if (!CallUntilAnswered(target, path, message, peer)) ++report.num_wrong;
   }
   return report;
 }

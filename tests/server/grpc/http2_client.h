@@ -53,6 +53,11 @@ class Http2Client {
 
   bool is_open() const { return is_open_; }
   bool has_ended(int stream) const { return !is_open_ || ended_.contains(stream); }
+  // Whether the server itself ended the stream: with an answer, or by resetting it.
+  bool is_answered(int stream) const { return ended_.contains(stream); }
+  // Whether the server has said that it takes no more streams here (GOAWAY), as it does on idle
+  // connections when its memory for buffers runs out. Clients call again in another connection.
+  bool is_told_to_leave() const { return is_told_to_leave_; }
 
   // Begins a call of gRPC. Returns its stream.
   int Open(const std::string& path, const std::vector<Header>& headers = {}) {
@@ -151,11 +156,12 @@ class Http2Client {
   // A string of HPACK; up to 126 bytes.
   static std::string Text(const std::string& text) { return Number(text.size(), 1) + text; }
 
+  // If that fails, the next Receive() reads what the server said before, and sees that it is gone.
   void SendRaw(std::string_view bytes) {
     while (is_open_ && !bytes.empty()) {
       const ssize_t sent = send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-      if (sent <= 0) is_open_ = false;
-      if (sent > 0) bytes.remove_prefix(static_cast<size_t>(sent));
+      if (sent <= 0) return;
+      bytes.remove_prefix(static_cast<size_t>(sent));
     }
   }
   void SendFrame(Type type, int flags, int stream, std::string_view payload) {
@@ -178,6 +184,7 @@ class Http2Client {
     if (type == kSettings && (flags & kAck) == 0) OnSettings(payload);
     if (type == kPing && (flags & kAck) == 0) SendFrame(kPing, kAck, 0, payload);
     if (type == kWindow) OnWindow(stream, NumberAt(payload, 0, 4));
+    if (type == kGoAway) is_told_to_leave_ = true;
     const bool is_last = (type == kHeaders || type == kData) && (flags & kEndStream) != 0;
     if (type == kReset || is_last) ended_.insert(stream);
   }
@@ -200,6 +207,7 @@ class Http2Client {
   const int socket_;
   bool is_open_ = false;
   bool has_settings_ = false;
+  bool is_told_to_leave_ = false;
   std::string inbox_;
   int next_stream_ = 1;
   int64_t connection_window_ = 65535;

@@ -41,8 +41,20 @@ class PeersTest : public ServerTest {
     return "/liquidblend.v1.LiquidBlend/" + method;
   }
 
-  // Whether a client with a token gets a frame.
+  // Whether a client with a token gets a frame. It calls again as liquidblend::Client does: gRPC
+  // closes idle connections when its memory for buffers runs out, maybe while a call begins.
   bool ServesFrames() {
+    constexpr int kMaxCalls = 3;
+    grpc::Status status;
+    for (int k = 0; k < kMaxCalls; ++k) {
+      status = GetSplash();
+      if (status.error_code() != grpc::StatusCode::UNAVAILABLE) break;
+    }
+    EXPECT_THAT(status, IsOk());
+    return status.ok();
+  }
+
+  grpc::Status GetSplash() {
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() + kPatience);
     context.AddMetadata("authorization", "Bearer " + token_);
@@ -50,9 +62,7 @@ class PeersTest : public ServerTest {
     request.set_family("families/splash");
     request.add_weights(0.5);
     v1::Frame frame;
-    const grpc::Status status = stub_->GetFrame(&context, request, &frame);
-    EXPECT_THAT(status, IsOk());
-    return status.ok();
+    return stub_->GetFrame(&context, request, &frame);
   }
 
   struct Unfinished {
