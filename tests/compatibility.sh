@@ -101,6 +101,18 @@ try() {
   return 1
 }
 must() { try "$@" || failed=1; }
+# refused TEXT CLIENT WORDS...: the command must fail, with TEXT in what it says.
+refused() {
+  if try "${@:2}" >"$work/refused"; then
+    echo "    was not refused"
+    failed=1
+  elif ! grep -q "$1" "$work/log"; then
+    cat "$work/refused"
+    failed=1
+  else
+    sed -n '1s/$/ (refused, as it must be)/p' "$work/refused"
+  fi
+}
 name_of() { [ "$1" = "$current" ] && echo current || echo former; }
 same() {
   cmp -s "$1" "$2" && return
@@ -116,6 +128,9 @@ run_commands() {
   must "$client" import a "$work/a" --fps 24
   must "$client" --no-direct import b "$work/b" --fps 24
   must "$client" register balls --source a --target b --iterations 3 --wait
+  # Servers of before replace a family whose name is taken: upgrades.md.
+  [ "$serving" = former ] ||
+    refused 'already' "$client" register balls --source b --target a --iterations 3 --wait
   must "$client" list
   must "$client" inspect balls
   must "$client" frame balls -w 0.5 -t 0.1 -o "$out/one.ply"
