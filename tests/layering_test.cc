@@ -13,6 +13,7 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/match.h"
@@ -139,19 +140,28 @@ const ThirdParty kThirdParties[] = {
       "server/api/"}},
 };
 
-// Rule 5: the rooms of a folder, the lower ones first; files of the folder itself are above them.
+// Rule 5: the rooms of a folder, the lower ones first. Files of the folder itself are above them,
+// and so is the main.cc of a room that is a program. tests/docs/check_pages.py compares this table
+// with the one in docs/architecture.md.
 struct Rooms {
   std::string_view folder;
   std::vector<std::string_view> rooms;
 };
-const Rooms kRooms[] = {{"client/cli/", {"flags/", "files/", "print/", "render/"}},
-                        {"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
-                        {"server/",
-                         {"parameters/", "slice/", "blend/", "finish/", "encode/", "metrics/",
-                          "catalog/", "base/", "access/", "frames/", "api/", "grpc/", "http/"}},
-                        {"worker/ingest/", {"formats/", "clean/"}},
-                        {"worker/registration/", {"surface/", "features/", "fit/", "finish/"}},
-                        {"worker/spacetime/", {"field/", "nets/", "sheets/", "tracked/"}}};
+const Rooms kRooms[] = {
+    {"core/", {"base/", "parallel/", "mesh/", "store/"}},
+    {"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
+    {"client/", {"include/", "src/", "cli/"}},
+    {"client/cli/", {"flags/", "files/", "print/", "render/"}},
+    {"server/",
+     {"admin/", "parameters/", "slice/", "blend/", "finish/", "encode/", "metrics/", "catalog/",
+      "base/", "access/", "frames/", "api/", "grpc/", "http/"}},
+    {"worker/", {"ingest/", "spacetime/", "registration/", "jobs/"}},
+    {"worker/ingest/", {"formats/", "clean/"}},
+    {"worker/registration/", {"surface/", "features/", "fit/", "finish/"}},
+    {"worker/spacetime/", {"field/", "nets/", "sheets/", "tracked/"}}};
+
+// Rule 6: the most sources and headers that a folder may hold.
+constexpr size_t kMaxFilesPerFolder = 40;
 
 // The system's own headers; C++'s have neither a dot nor a slash.
 const std::set<std::string_view> kSystem = {
@@ -202,6 +212,7 @@ const ThirdParty* FindThirdParty(std::string_view target) {
 
 // The place of a file among the rooms of its folder.
 size_t RoomOf(std::string_view path, const Rooms& rooms) {
+  if (absl::EndsWith(std::string(path), "/main.cc")) return rooms.rooms.size();
   const std::string_view rest = path.substr(rooms.folder.size());
   const auto room = std::find_if(rooms.rooms.begin(), rooms.rooms.end(),
                                  [&](std::string_view name) { return StartsWith(rest, name); });
@@ -306,6 +317,19 @@ std::vector<std::string> Violations(const std::vector<SourceFile>& files) {
   return violations;
 }
 
+// Rule 6: folders that hold too many sources and headers.
+std::vector<std::string> CrowdedFolders(const std::vector<SourceFile>& files) {
+  std::map<std::string, size_t> num_files;
+  for (const SourceFile& file : files) ++num_files[file.path.substr(0, file.path.rfind('/') + 1)];
+  std::vector<std::string> crowded;
+  for (const auto& [folder, count] : num_files) {
+    if (count <= kMaxFilesPerFolder) continue;
+    crowded.push_back(absl::StrCat(folder, ": rule 6: ", count, " sources and headers, more than ",
+                                   kMaxFilesPerFolder));
+  }
+  return crowded;
+}
+
 std::vector<SourceFile> LoadSources(const std::filesystem::path& root) {
   std::vector<SourceFile> files;
   for (const char* const top : {"core", "worker", "server", "client", "tests"}) {
@@ -326,6 +350,7 @@ TEST(Layering, HoldsInAllSources) {
   const std::vector<SourceFile> files = LoadSources(LIQUIDBLEND_SOURCE_DIR);
   EXPECT_GT(files.size(), 100u);
   EXPECT_THAT(Violations(files), IsEmpty());
+  EXPECT_THAT(CrowdedFolders(files), IsEmpty());
 }
 
 TEST(Layering, IsNotBrokenByGoodFiles) {
@@ -334,6 +359,8 @@ TEST(Layering, IsNotBrokenByGoodFiles) {
           {{"core/mesh/animation.h", "#include <Eigen/Core>\n#include <vector>\n"},
            {"client/cli/a.cc", "#include \"core/mesh/registration_options.h\"\n"},
            {"server/main.cc", "#include \"core/mesh/animation.h\"\n#include <CLI/CLI.hpp>\n"},
+           {"server/admin/main.cc", "#include \"server/store_flags.h\"\n"},
+           {"server/collector.cc", "#include \"server/admin/collect.h\"\n"},
            {"worker/jobs/run.cc", "#include \"worker/ingest/read_animation.h\"\n"},
            {"worker/ingest/read_animation.cc",
             "#include <zlib.h>\n#include \"core/mesh/animation.h\"\n"},
@@ -407,6 +434,32 @@ TEST(Layering, LeadsFromHigherRoomsToLowerOnes) {
                   "rule 5: it is in a higher room",
                   "worker/spacetime/tracked/e.h:1: includes worker/spacetime/build.h; rule 5: it "
                   "is in a higher room"));
+}
+
+TEST(Layering, OrdersTheRoomsOfEachTopFolder) {
+  const std::pair<const char*, const char*> upward[] = {
+      {"client/include/liquidblend/a.h", "client/src/a.h"},
+      {"client/src/a.cc", "client/cli/print/a.h"},
+      {"core/base/a.h", "core/parallel/a.h"},
+      {"core/mesh/a.h", "core/store/files/a.h"},
+      {"core/parallel/a.h", "core/mesh/a.h"},
+      {"server/admin/check.cc", "server/base/a.h"},
+      {"worker/ingest/clean/a.cc", "worker/jobs/a.h"}};
+  for (const auto& [path, target] : upward) {
+    const SourceFile file = {path, ""};
+    EXPECT_EQ(Fault({&file, 1, target, true}), "rule 5: it is in a higher room") << path;
+    EXPECT_FALSE(LeadsUpwards(target, path)) << path;
+  }
+}
+
+TEST(Layering, CountsTheFilesOfAFolder) {
+  std::vector<SourceFile> files;
+  for (int k = 0; k < 40; ++k) files.push_back({absl::StrCat("core/mesh/", k, ".h"), ""});
+  files.push_back({"core/mesh/more/a.h", ""});
+  EXPECT_THAT(CrowdedFolders(files), IsEmpty());
+  files.push_back({"core/mesh/a.cc", ""});
+  EXPECT_THAT(CrowdedFolders(files),
+              ElementsAre("core/mesh/: rule 6: 41 sources and headers, more than 40"));
 }
 
 }  // namespace

@@ -10,7 +10,9 @@
 - Files that docs/CONTRIBUTING.md names with their folder are there.
 - No paragraph or item has more than five sentences.
 - The table of rooms in docs/architecture.md has one line for each room that
-  tests/layering_test.cc (kRooms) knows. Others are folders, too.
+  tests/layering_test.cc (kRooms) knows, in the same order, and for each folder whose rooms these
+  are if it holds sources itself. Others are folders, too. Each folder of core, worker, server and
+  client that holds sources has a line, or is within a room.
 - docs/results.md has at most 120 lines. Each row of its tables names a command whose first word is
   a script of the repository or a program that a CMakeLists.txt builds; "met" is yes, empty, or no
   with a link to the page that says why.
@@ -162,11 +164,10 @@ def num_sentences(paragraph):
 
 
 def rooms_of_test(text):
-    """The rooms of kRooms: 'core/store/sql', and of each folder that has rooms itself."""
+    """kRooms: each folder that has rooms, as ('core/store', ['core/store/sql', ..])."""
     table = re.search(r"kRooms\[\] = \{(.*?)\};", text, re.DOTALL).group(1)
     for folder, rooms in re.findall(r'"([\w/]+)/",\s*\{([^}]*)\}', table):
-        yield folder
-        yield from (f"{folder}/{room}" for room in re.findall(r'"([\w/]+)/"', rooms))
+        yield folder, [f"{folder}/{room}" for room in re.findall(r'"([\w/]+)/"', rooms)]
 
 
 def rooms_of_page(text):
@@ -183,12 +184,31 @@ def paragraph_faults(page):
             yield f"{page}:{number}: {count} sentences, more than {MAX_SENTENCES}"
 
 
+def source_folders(checkout):
+    """The folders of the programs that hold sources or headers themselves."""
+    for part in ["core", "worker", "server", "client"]:
+        for file in (checkout / part).rglob("*"):
+            if file.suffix in [".cc", ".h"]:
+                yield str(file.parent.relative_to(checkout))
+
+
+def is_within(folder, rooms, with_rooms):
+    """Whether the nearest room around a folder is one that is not divided into rooms."""
+    around = next((str(p) for p in pathlib.PurePath(folder).parents if str(p) in rooms), None)
+    return around is not None and around not in with_rooms
+
+
 def room_faults(checkout):
     page = checkout / "docs" / "architecture.md"
-    text = page.read_text()
-    expected = set(rooms_of_test((checkout / "tests" / "layering_test.cc").read_text()))
-    named = [room for _, room in rooms_of_page(text)]
-    yield from (f"{page}: no line for the room {room}" for room in sorted(expected - set(named)))
+    named = [room for _, room in rooms_of_page(page.read_text())]
+    with_rooms = dict(rooms_of_test((checkout / "tests" / "layering_test.cc").read_text()))
+    for folder, rooms in with_rooms.items():
+        if [room for room in named if room in rooms] != [room for room in rooms if room in named]:
+            yield f"{page}: the rooms of {folder} are not in the order of kRooms"
+        yield from (f"{page}: no line for the room {room}" for room in rooms if room not in named)
+    for folder in sorted(set(source_folders(checkout)) - set(named)):
+        if not is_within(folder, named, with_rooms):
+            yield f"{page}: no line for the folder {folder}"
     for room in sorted(set(named)):
         if not (checkout / room).is_dir():
             yield f"{page}: the room {room} is not a folder"
@@ -212,7 +232,8 @@ endforeach()"""
     text = "# T\nA.\nB.\n\n- C.\n  D.\n- E.\n```\nF. G.\n```\n| H. | I. |\n"
     assert list(paragraphs_of(text)) == [(2, "A. B."), (5, "- C. D."), (7, "- E.")]
     rooms = 'const Rooms kRooms[] = {{"a/b/", {"c/", "d/"}},\n {"e/", {"f/"}}};'
-    assert list(rooms_of_test(rooms)) == ["a/b", "a/b/c", "a/b/d", "e", "e/f"]
+    assert list(rooms_of_test(rooms)) == [("a/b", ["a/b/c", "a/b/d"]), ("e", ["e/f"])]
+    assert is_within("e/f/g", ["e", "e/f"], ["e"]) and not is_within("e/g", ["e", "e/f"], ["e"])
     page = "## Rooms\n| room | x |\n| --- | --- |\n| `a/b`, `c` | `d` |\n## Next\n| `e` | |\n"
     assert [room for _, room in rooms_of_page(page)] == ["a/b", "c"]
     print("self-test passed")
