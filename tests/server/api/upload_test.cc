@@ -113,106 +113,113 @@ TEST_F(UploadTest, TheAnimationMayBeNamedWithItsCollection) {
               Fails(absl::StatusCode::kInvalidArgument, "header.animation_id"));
 }
 
-TEST_F(UploadTest, EveryMistakeIsRefusedByNameAndLeavesNothingVisible) {
-  struct Case {
-    const char* what;
-    std::vector<v1::UploadAnimationRequest> messages;
-    absl::StatusCode code;
-    std::string field;  // empty: no field is to blame
-  };
-  const std::string long_name(256, 'n');
-  const auto invalid = absl::StatusCode::kInvalidArgument;
-  const std::vector<Case> cases = {
-      {"nothing at all", {}, invalid, "header"},
-      {"no header", {File("f", 1)}, invalid, "header"},
-      {"two headers", {Header("a"), Header("a")}, invalid, "header"},
-      {"an empty message", {Header("a"), {}}, invalid, "payload"},
-      {"no id", {Header("")}, invalid, "header.animation_id"},
-      {"upper case id", {Header("Drop")}, invalid, "header.animation_id"},
-      {"path as id", {Header("../a")}, invalid, "header.animation_id"},
-      {"long id", {Header(std::string(64, 'a'))}, invalid, "header.animation_id"},
-      {"long request_id", {Header("a", std::string(129, 'r'))}, invalid, "header.request_id"},
-      {"unknown format",
-       {WithOptions([](auto& o) { o.set_format(static_cast<v1::AnimationFormat>(99)); })},
-       invalid,
-       "header.options.format"},
-      {"unknown direction",
-       {WithOptions([](auto& o) { o.set_up(static_cast<v1::Up>(7)); })},
-       invalid,
-       "header.options.up"},
-      {"negative frame rate",
-       {WithOptions([](auto& o) { o.set_frames_per_second(-1); })},
-       invalid,
-       "header.options.frames_per_second"},
-      {"a frame rate that is too high",
-       {WithOptions([](auto& o) { o.set_frames_per_second(1e10); })},
-       invalid,
-       "header.options.frames_per_second"},
-      {"a frame rate that is too low",
-       {WithOptions([](auto& o) { o.set_frames_per_second(1e-10); })},
-       invalid,
-       "header.options.frames_per_second"},
-      {"a time before the first",
-       {WithOptions([](auto& o) { o.add_frame_times(-1); })},
-       invalid,
-       "header.options.frame_times"},
-      {"a pattern that is longer than a name",
-       {WithOptions([](auto& o) { o.set_pattern(std::string(256, '*')); })},
-       invalid,
-       "header.options.pattern"},
-      {"scale not a number",
-       {WithOptions([](auto& o) { o.set_vertex_scale(std::nan("")); })},
-       invalid,
-       "header.options.vertex_scale"},
-      {"infinite velocity scale",
-       {WithOptions([](auto& o) { o.set_velocity_scale(HUGE_VAL); })},
-       invalid,
-       "header.options.velocity_scale"},
-      {"negative voxel size",
-       {WithOptions([](auto& o) { o.set_voxel_size_m(-0.1); })},
-       invalid,
-       "header.options.voxel_size_m"},
-      {"no files", {Header("a")}, invalid, "file"},
-      {"chunk without file", {Header("a"), Chunk("x")}, invalid, "chunk"},
-      {"nameless file", {Header("a"), File("", 1)}, invalid, "file.name"},
-      {"directory", {Header("a"), File("x/y", 1)}, invalid, "file.name"},
-      {"parent", {Header("a"), File("..", 1)}, invalid, "file.name"},
-      {"control character", {Header("a"), File("x\ny", 1)}, invalid, "file.name"},
-      {"long name", {Header("a"), File(long_name, 1)}, invalid, "file.name"},
-      {"negative size", {Header("a"), File("f", -1)}, invalid, "file.size_bytes"},
-      {"twice the same", {Header("a"), File("f", 0), File("f", 0)}, invalid, "file.name"},
-      {"file cut short",
-       {Header("a"), File("f", 3), Chunk("ab"), File("g", 0)},
-       invalid,
-       "file.size_bytes"},
-      {"last file cut short", {Header("a"), File("f", 3), Chunk("ab")}, invalid, "file.size_bytes"},
-      {"too much", {Header("a"), File("f", 3), Chunk("abcd")}, invalid, "chunk"},
-      {"more after the end", {Header("a"), File("f", 1), Chunk("a"), Chunk("b")}, invalid, "chunk"},
-      {"huge chunk", {Header("a"), File("f", 500), Chunk(std::string(101, 'x'))}, invalid, "chunk"},
-      {"too many files",
-       {Header("a"), File("1", 0), File("2", 0), File("3", 0), File("4", 0), File("5", 0)},
-       absl::StatusCode::kResourceExhausted,
-       ""},
-      {"too many bytes",
-       {Header("a"), File("1", 1), Chunk("x"), File("2", 1000)},
-       absl::StatusCode::kResourceExhausted,
-       ""},
-      {"size that overflows",
-       {Header("a"), File("1", std::numeric_limits<int64_t>::max())},
-       absl::StatusCode::kResourceExhausted,
-       ""},
-  };
-  for (const Case& c : cases) {
-    const auto job = Send(c.messages);
-    EXPECT_EQ(job.status().code(), c.code) << c.what << ": " << job.status();
-    if (c.field.empty()) {
-      EXPECT_THAT(BlamedFields(job.status()), IsEmpty()) << c.what;
-    } else {
-      EXPECT_THAT(BlamedFields(job.status()), ElementsAre(c.field)) << c.what;
+// Messages with one mistake, and the field that the refusal must blame.
+struct Mistake {
+  const char* what;
+  std::vector<v1::UploadAnimationRequest> messages;
+  std::string field;
+};
+
+class MistakenUploadTest : public UploadTest {
+ protected:
+  void ExpectRefusals(const std::vector<Mistake>& mistakes) {
+    for (const Mistake& mistake : mistakes) {
+      const absl::Status status = Send(mistake.messages).status();
+      EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument)
+          << mistake.what << ": " << status;
+      EXPECT_THAT(BlamedFields(status), ElementsAre(mistake.field)) << mistake.what;
     }
+    ExpectNothingVisible();
   }
-  EXPECT_TRUE(catalog_->ListAnimations(100, "")->records.empty());
-  EXPECT_TRUE(catalog_->ListJobs(100, "")->records.empty());
+
+  void ExpectNothingVisible() {
+    EXPECT_TRUE(catalog_->ListAnimations(100, "")->records.empty());
+    EXPECT_TRUE(catalog_->ListJobs(100, "")->records.empty());
+  }
+};
+
+TEST_F(MistakenUploadTest, HeadersAreRefusedByName) {
+  const std::string long_id(64, 'a');
+  const std::string long_request_id(129, 'r');
+  ExpectRefusals({
+      {"nothing at all", {}, "header"},
+      {"no header", {File("f", 1)}, "header"},
+      {"two headers", {Header("a"), Header("a")}, "header"},
+      {"an empty message", {Header("a"), {}}, "payload"},
+      {"no id", {Header("")}, "header.animation_id"},
+      {"upper case id", {Header("Drop")}, "header.animation_id"},
+      {"path as id", {Header("../a")}, "header.animation_id"},
+      {"long id", {Header(long_id)}, "header.animation_id"},
+      {"long request_id", {Header("a", long_request_id)}, "header.request_id"},
+  });
+}
+
+TEST_F(MistakenUploadTest, OptionsAreRefusedByName) {
+  const auto with = [](const std::function<void(v1::ImportOptions&)>& set) {
+    return std::vector{WithOptions(set)};
+  };
+  const std::string long_pattern(256, '*');
+  ExpectRefusals({
+      {"unknown format", with([](auto& o) { o.set_format(static_cast<v1::AnimationFormat>(99)); }),
+       "header.options.format"},
+      {"unknown direction", with([](auto& o) { o.set_up(static_cast<v1::Up>(7)); }),
+       "header.options.up"},
+      {"negative frame rate", with([](auto& o) { o.set_frames_per_second(-1); }),
+       "header.options.frames_per_second"},
+      {"a frame rate that is too high", with([](auto& o) { o.set_frames_per_second(1e10); }),
+       "header.options.frames_per_second"},
+      {"a frame rate that is too low", with([](auto& o) { o.set_frames_per_second(1e-10); }),
+       "header.options.frames_per_second"},
+      {"a time before the first", with([](auto& o) { o.add_frame_times(-1); }),
+       "header.options.frame_times"},
+      {"a pattern that is longer than a name", with([&](auto& o) { o.set_pattern(long_pattern); }),
+       "header.options.pattern"},
+      {"scale not a number", with([](auto& o) { o.set_vertex_scale(std::nan("")); }),
+       "header.options.vertex_scale"},
+      {"infinite velocity scale", with([](auto& o) { o.set_velocity_scale(HUGE_VAL); }),
+       "header.options.velocity_scale"},
+      {"negative voxel size", with([](auto& o) { o.set_voxel_size_m(-0.1); }),
+       "header.options.voxel_size_m"},
+  });
+}
+
+TEST_F(MistakenUploadTest, FilesAndChunksAreRefusedByName) {
+  const std::string long_name(256, 'n');
+  const std::string long_chunk(101, 'x');
+  const v1::UploadAnimationRequest header = Header("a");
+  ExpectRefusals({
+      {"no files", {header}, "file"},
+      {"chunk without file", {header, Chunk("x")}, "chunk"},
+      {"nameless file", {header, File("", 1)}, "file.name"},
+      {"directory", {header, File("x/y", 1)}, "file.name"},
+      {"parent", {header, File("..", 1)}, "file.name"},
+      {"control character", {header, File("x\ny", 1)}, "file.name"},
+      {"long name", {header, File(long_name, 1)}, "file.name"},
+      {"negative size", {header, File("f", -1)}, "file.size_bytes"},
+      {"twice the same", {header, File("f", 0), File("f", 0)}, "file.name"},
+      {"file cut short", {header, File("f", 3), Chunk("ab"), File("g", 0)}, "file.size_bytes"},
+      {"last file cut short", {header, File("f", 3), Chunk("ab")}, "file.size_bytes"},
+      {"too much", {header, File("f", 3), Chunk("abcd")}, "chunk"},
+      {"more after the end", {header, File("f", 1), Chunk("a"), Chunk("b")}, "chunk"},
+      {"huge chunk", {header, File("f", 500), Chunk(long_chunk)}, "chunk"},
+  });
+}
+
+TEST_F(MistakenUploadTest, MoreThanTheLimitsIsRefusedWithoutBlame) {
+  constexpr int64_t kMostBytes = std::numeric_limits<int64_t>::max();
+  const v1::UploadAnimationRequest header = Header("a");
+  const std::map<std::string, std::vector<v1::UploadAnimationRequest>> uploads = {
+      {"too many files",
+       {header, File("1", 0), File("2", 0), File("3", 0), File("4", 0), File("5", 0)}},
+      {"too many bytes", {header, File("1", 1), Chunk("x"), File("2", 1000)}},
+      {"size that overflows", {header, File("1", kMostBytes)}},
+  };
+  for (const auto& [what, messages] : uploads) {
+    const absl::Status status = Send(messages).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << what << ": " << status;
+    EXPECT_THAT(BlamedFields(status), IsEmpty()) << what;
+  }
+  ExpectNothingVisible();
 }
 
 TEST_F(UploadTest, ATakenIdIsRefusedBeforeAnyFileIsSent) {
