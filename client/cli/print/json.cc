@@ -15,26 +15,26 @@ Json ToJson(const absl::Status& status) {
 Json ToJson(const Progress& progress) {
   Json json = {{"stage", progress.stage},
                {"fraction", progress.fraction},
-               {"target_index", progress.target_index},
+               {"targetIndex", progress.target_index},
                {"iteration", progress.iteration},
-               {"num_iterations", progress.num_iterations},
-               {"fit_energy", progress.fit_energy},
-               {"smoothness_energy", progress.smoothness_energy},
-               {"num_inliers", progress.num_inliers},
-               {"num_samples", progress.num_samples},
-               {"seconds_elapsed", progress.seconds_elapsed},
-               {"seconds_left", progress.seconds_left},
+               {"numIterations", progress.num_iterations},
+               {"fitEnergy", progress.fit_energy},
+               {"smoothnessEnergy", progress.smoothness_energy},
+               {"numInliers", progress.num_inliers},
+               {"numSamples", progress.num_samples},
+               {"secondsElapsed", progress.seconds_elapsed},
+               {"secondsLeft", progress.seconds_left},
                {"attempt", progress.attempt},
                {"worker", progress.worker},
                {"priority", progress.priority},
-               {"waiting_for", progress.waiting_for},
-               {"memory_bytes", progress.memory_bytes}};
+               {"waitingFor", progress.waiting_for},
+               {"memoryBytes", progress.memory_bytes}};
   if (progress.next_attempt_time) {
-    json["next_attempt_time"] = FormatUtc(*progress.next_attempt_time);
+    json["nextAttemptTime"] = FormatUtc(*progress.next_attempt_time);
   }
-  if (progress.start_time) json["start_time"] = FormatUtc(*progress.start_time);
-  if (progress.end_time) json["end_time"] = FormatUtc(*progress.end_time);
-  if (!progress.last_failure.ok()) json["last_failure"] = ToJson(progress.last_failure);
+  if (progress.start_time) json["startTime"] = FormatUtc(*progress.start_time);
+  if (progress.end_time) json["endTime"] = FormatUtc(*progress.end_time);
+  if (!progress.last_failure.ok()) json["lastFailure"] = ToJson(progress.last_failure);
   return json;
 }
 

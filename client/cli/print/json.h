@@ -1,4 +1,5 @@
-// Plain values -> JSON. Animations and families are as HTTP answers them.
+// Plain values -> JSON. Animations and families are as HTTP answers them. The progress of
+// operations has the names of protobuf's JSON; its fields are there even if they are 0 or empty.
 #pragma once
 
 #include <nlohmann/json.hpp>

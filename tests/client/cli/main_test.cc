@@ -371,10 +371,10 @@ TEST_F(Command, OperationsTellWhenAndWhyAJobIsTriedAgain) {
   EXPECT_EQ(retried["state"], "queued");
   EXPECT_EQ(retried["progress"]["attempt"], 2);
   EXPECT_EQ(retried["progress"]["priority"], 5);
-  EXPECT_EQ(retried["progress"]["memory_bytes"], 7);
-  EXPECT_EQ(retried["progress"]["waiting_for"], "");
-  EXPECT_EQ(retried["progress"]["next_attempt_time"], "2023-11-14T22:13:20Z");
-  EXPECT_EQ(retried["progress"]["last_failure"]["code"], "UNAVAILABLE");
+  EXPECT_EQ(retried["progress"]["memoryBytes"], 7);
+  EXPECT_EQ(retried["progress"]["waitingFor"], "");
+  EXPECT_EQ(retried["progress"]["nextAttemptTime"], "2023-11-14T22:13:20Z");
+  EXPECT_EQ(retried["progress"]["lastFailure"]["code"], "UNAVAILABLE");
 }
 
 TEST_F(Command, AFailedRegistrationIsToldWhereItsFamilyIs) {
@@ -400,8 +400,8 @@ TEST_F(Command, AnOperationThatIsDoneTellsWhenWhoAndWhatCameOfIt) {
   const json done = json::parse(Run({"operations", "register-1", "--wait", "--json"}).out);
   EXPECT_EQ(done["version"], 3);
   EXPECT_EQ(done["verdict"], "doubtful");
-  EXPECT_EQ(done["progress"]["start_time"], "2024-03-01T00:00:00Z");
-  EXPECT_EQ(done["progress"]["end_time"], "2024-03-01T00:01:30Z");
+  EXPECT_EQ(done["progress"]["startTime"], "2024-03-01T00:00:00Z");
+  EXPECT_EQ(done["progress"]["endTime"], "2024-03-01T00:01:30Z");
   EXPECT_EQ(done["progress"]["worker"], "mill:7");
 }
 
