@@ -11,7 +11,7 @@ namespace liquidblend::cli {
 CLI::Validator OneOf(const std::vector<std::string>& names) {
   const auto check = [names](const std::string& text) {
     if (IndexOf(names, text) >= 0) return std::string();
-    return absl::StrCat("'", text, "' is none of ", absl::StrJoin(names, ", "));
+    return absl::StrCat("'", text, "' is not one of ", absl::StrJoin(names, ", "));
   };
   return CLI::Validator(check, "");
 }

@@ -10,7 +10,7 @@
 
 namespace liquidblend::cli {
 
-// Accepts the names alone, in any case. Otherwise: "'w' is none of x, y, z".
+// Accepts the names alone, in any case. Otherwise: "'w' is not one of x, y, z".
 CLI::Validator OneOf(const std::vector<std::string>& names);
 
 // The position of `text` in `names`, in any case; -1 if it is not there.

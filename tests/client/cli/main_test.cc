@@ -54,11 +54,11 @@ TEST_F(Command, AValueThatIsNoNameOfItsFlagIsRefusedWithTheNames) {
   const std::vector<std::string> format = {"export", "f",   "--weights", "0.5",
                                            "-o",     "out", "--format",  "fbx"};
   const std::pair<std::vector<std::string>, std::string> cases[] = {
-      {import, "--up: 'w' is none of x, y, z, -x, -y, -z"},
-      {registration, "--time-blending: 'cube' is none of auto, linear, squares"},
-      {grade, "--require: 'fine' is none of good, doubtful"},
-      {sheets, "--keep-thin-sheets: 'yes' is none of on, off"},
-      {format, "--format: 'fbx' is none of ply, obj, bobj"},
+      {import, "--up: 'w' is not one of x, y, z, -x, -y, -z"},
+      {registration, "--time-blending: 'cube' is not one of auto, linear, squares"},
+      {grade, "--require: 'fine' is not one of good, doubtful"},
+      {sheets, "--keep-thin-sheets: 'yes' is not one of on, off"},
+      {format, "--format: 'fbx' is not one of ply, obj, bobj"},
   };
   for (const auto& [arguments, message] : cases) {
     const CommandResult result = Run(arguments);
