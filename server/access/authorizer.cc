@@ -48,7 +48,7 @@ absl::StatusOr<Principal> Find(const TokenFile& file, absl::string_view bearer,
                                absl::string_view certificate_subject) {
   if (!bearer.empty()) {
     if (const TokenEntry* entry = FindToken(file, bearer)) return entry->principal;
-    return Unauthenticated("the token is none of this server's", "TOKEN_UNKNOWN");
+    return Unauthenticated("this server does not know the token", "TOKEN_UNKNOWN");
   }
   for (const TokenEntry& entry : file.entries) {
     if (!certificate_subject.empty() && entry.certificate_subject == certificate_subject) {
@@ -61,7 +61,7 @@ absl::StatusOr<Principal> Find(const TokenFile& file, absl::string_view bearer,
   }
   return WithReason(
       absl::UnauthenticatedError(
-          "the certificate's subject is none of this server's, and there is no token"),
+          "this server does not know the certificate's subject, and there is no token"),
       "CERTIFICATE_UNKNOWN", {{"subject", std::string(certificate_subject)}});
 }
 

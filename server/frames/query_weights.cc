@@ -30,7 +30,7 @@ absl::StatusOr<std::vector<double>> PointOf(const Parameters& parameters,
     if (name == names.end()) {
       return InvalidField(kParametersField,
                           absl::StrCat("'", parameter.name().substr(0, kMaxShownParameter),
-                                       "' is none of the family's (", all, ")"));
+                                       "' is not a parameter of the family (", all, ")"));
     }
     const auto i = name - names.begin();
     if (is_set[i]) return InvalidField(kParametersField, absl::StrCat(*name, " is given twice"));

@@ -89,7 +89,7 @@ TEST(SetWeights, EveryMistakeIsToldByName) {
     EXPECT_THAT(BlamedFields(query.status()), ElementsAre("parameters"));
   };
   fails({{"width", 1}}, "height is missing; there are width, height");
-  fails({{"width", 1}, {"depth", 1}}, "'depth' is none of the family's (width, height)");
+  fails({{"width", 1}, {"depth", 1}}, "'depth' is not a parameter of the family (width, height)");
   fails({{"width", 1}, {"width", 1}}, "width is given twice");
   fails({{"width", 1}, {"height", std::nan("")}}, "height is nan");
   v1::GetFrameRequest both;

@@ -139,7 +139,7 @@ const std::vector<Case> kRequests = {
 
 const std::vector<Case> kStrangers = {
     {"GetFrame", {R"(family: "families/splash")"}},
-    {"GetFrame", {R"(family: "families/splash")"}, "a token that is no one's"},
+    {"GetFrame", {R"(family: "families/splash")"}, "an unknown token"},
     {"StreamFrames", {}},
     {"UploadAnimation", {R"(header { animation_id: "new" })"}, "viewer"},
     {"ImportAnimation", {R"(animation_id: "new" location: "sims/shot")"}, "viewer"},
