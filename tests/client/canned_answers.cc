@@ -21,25 +21,111 @@ v1::Animation MakeAnimation(const std::string& id) {
   return animation;
 }
 
+namespace {
+
+v1::FailedRegistration MakeFailedRegistration() {
+  v1::FailedRegistration failed;
+  failed.set_operation("operations/register-0");
+  failed.mutable_error()->set_code(static_cast<int>(absl::StatusCode::kInvalidArgument));
+  failed.mutable_error()->set_message("the frame rates differ");
+  failed.mutable_end_time()->set_seconds(1'709'251'200);  // 2024-03-01
+  return failed;
+}
+
+v1::FamilyVersion MakeKeptVersion() {
+  v1::FamilyVersion kept;
+  kept.set_version(2);
+  kept.set_source("animations/drops-a");
+  kept.add_targets("animations/drops-c");
+  kept.mutable_publish_time()->set_seconds(1'709'251'200);  // 2024-03-01
+  return kept;
+}
+
+v1::CorrespondenceReport MakeOverruled() {
+  v1::CorrespondenceReport correspondence;
+  correspondence.mutable_correspondence()->set_kind(v1::Correspondence::TRAJECTORY);
+  correspondence.mutable_correspondence()->mutable_source()->set_time_s(0.5);
+  correspondence.set_outcome(v1::CorrespondenceReport::OVERRULED);
+  correspondence.set_residual_m(0.25);
+  correspondence.set_residual_frames(1.5);
+  correspondence.set_num_nodes(4);
+  return correspondence;
+}
+
+v1::CorrespondenceReport MakeAutomatic() {
+  v1::CorrespondenceReport automatic;
+  automatic.mutable_correspondence()->set_kind(v1::Correspondence::POINT);
+  automatic.mutable_correspondence()->mutable_target()->mutable_position()->set_z(0.1);
+  automatic.set_outcome(v1::CorrespondenceReport::KEPT);
+  automatic.set_num_nodes(1);
+  automatic.set_automatic(true);
+  automatic.set_confidence(0.75);
+  return automatic;
+}
+
+v1::Verdict MakeVerdict() {
+  v1::Verdict verdict;
+  verdict.set_grade(v1::Verdict::DOUBTFUL);
+  verdict.set_reason("7 % of the target is not covered by the source");
+  verdict.mutable_worst()->mutable_position()->set_z(1.25);
+  verdict.mutable_worst()->set_time_s(0.5);
+  verdict.add_residual_histogram(0.75);
+  verdict.set_compatible_share(0.99);
+  verdict.set_covered_share(0.93);
+  verdict.set_unmatched_share(0.2);
+  verdict.set_component_error(0.5);
+  verdict.set_relief_loss(0.25);
+  verdict.set_stretch(0.11);
+  verdict.set_inverted_share(0.001);
+  for (const double error : {0.01, -0.02}) verdict.add_volume_errors(error);
+  return verdict;
+}
+
+v1::RegistrationReport MakeReport() {
+  v1::RegistrationReport report;
+  report.set_target("animations/drops-b");
+  report.set_num_iterations(16);
+  *report.add_correspondences() = MakeOverruled();
+  *report.add_correspondences() = MakeAutomatic();
+  *report.mutable_verdict() = MakeVerdict();
+  return report;
+}
+
+v1::SpaceTimeReport MakeSpaceTimeReport(const std::string& animation) {
+  v1::SpaceTimeReport built;
+  built.set_animation(animation);
+  built.set_connectivity(v1::REBUILT);
+  built.set_grid_spacing_m(0.018);
+  built.set_grid_spacing_edges(0.9);
+  built.set_num_vertices(4321);
+  built.set_num_hexahedra(4000);
+  built.set_num_wedges(60);
+  built.set_num_droplets(3);
+  built.set_num_rigid_pieces(42);
+  built.set_thin_share(0.125);
+  built.mutable_fidelity()->set_num_frames(16);
+  built.mutable_fidelity()->set_mean_distance_edges(0.025);
+  built.mutable_fidelity()->set_max_distance_edges(0.5);
+  built.mutable_fidelity()->set_max_volume_error(0.0015);
+  built.mutable_fidelity()->set_num_components(47);
+  built.mutable_fidelity()->set_num_components_shown(48);
+  built.mutable_fidelity()->set_max_component_error(1);
+  return built;
+}
+
+}  // namespace
+
 v1::Family MakeFamily(const std::string& id) {
   v1::Family family;
   family.set_name("families/" + id);
   family.set_source("animations/drops-a");
   family.add_targets("animations/drops-b");
   if (id == "empty") {
-    v1::FailedRegistration& failed = *family.mutable_failed_registration();
-    failed.set_operation("operations/register-0");
-    failed.mutable_error()->set_code(static_cast<int>(absl::StatusCode::kInvalidArgument));
-    failed.mutable_error()->set_message("the frame rates differ");
-    failed.mutable_end_time()->set_seconds(1'709'251'200);  // 2024-03-01
+    *family.mutable_failed_registration() = MakeFailedRegistration();
     return family;
   }
   family.set_version(3);
-  v1::FamilyVersion& kept = *family.add_kept_versions();
-  kept.set_version(2);
-  kept.set_source("animations/drops-a");
-  kept.add_targets("animations/drops-c");
-  kept.mutable_publish_time()->set_seconds(1'709'251'200);  // 2024-03-01
+  *family.add_kept_versions() = MakeKeptVersion();
   family.set_duration_s(kCannedDuration);
   family.set_frames_per_second(kCannedFramesPerSecond);
   family.set_up(v1::UP_MINUS_Y);
@@ -54,56 +140,9 @@ v1::Family MakeFamily(const std::string& id) {
   family.mutable_time_blending()->set_kind(v1::TimeBlending::SQUARES);
   family.mutable_time_blending()->set_rest_time_s(-0.5);
   family.mutable_time_blending()->set_reason("both fall");
-  v1::RegistrationReport* report = family.add_reports();
-  report->set_target("animations/drops-b");
-  report->set_num_iterations(16);
-  v1::CorrespondenceReport* correspondence = report->add_correspondences();
-  correspondence->mutable_correspondence()->set_kind(v1::Correspondence::TRAJECTORY);
-  correspondence->mutable_correspondence()->mutable_source()->set_time_s(0.5);
-  correspondence->set_outcome(v1::CorrespondenceReport::OVERRULED);
-  correspondence->set_residual_m(0.25);
-  correspondence->set_residual_frames(1.5);
-  correspondence->set_num_nodes(4);
-  v1::CorrespondenceReport* automatic = report->add_correspondences();
-  automatic->mutable_correspondence()->set_kind(v1::Correspondence::POINT);
-  automatic->mutable_correspondence()->mutable_target()->mutable_position()->set_z(0.1);
-  automatic->set_outcome(v1::CorrespondenceReport::KEPT);
-  automatic->set_num_nodes(1);
-  automatic->set_automatic(true);
-  automatic->set_confidence(0.75);
-  v1::Verdict& verdict = *report->mutable_verdict();
-  verdict.set_grade(v1::Verdict::DOUBTFUL);
-  verdict.set_reason("7 % of the target is not covered by the source");
-  verdict.mutable_worst()->mutable_position()->set_z(1.25);
-  verdict.mutable_worst()->set_time_s(0.5);
-  verdict.add_residual_histogram(0.75);
-  verdict.set_compatible_share(0.99);
-  verdict.set_covered_share(0.93);
-  verdict.set_unmatched_share(0.2);
-  verdict.set_component_error(0.5);
-  verdict.set_relief_loss(0.25);
-  verdict.set_stretch(0.11);
-  verdict.set_inverted_share(0.001);
-  for (const double error : {0.01, -0.02}) verdict.add_volume_errors(error);
+  *family.add_reports() = MakeReport();
   for (const char* animation : {"animations/drops-a", "animations/drops-b"}) {
-    v1::SpaceTimeReport* built = family.add_space_time_reports();
-    built->set_animation(animation);
-    built->set_connectivity(v1::REBUILT);
-    built->set_grid_spacing_m(0.018);
-    built->set_grid_spacing_edges(0.9);
-    built->set_num_vertices(4321);
-    built->set_num_hexahedra(4000);
-    built->set_num_wedges(60);
-    built->set_num_droplets(3);
-    built->set_num_rigid_pieces(42);
-    built->set_thin_share(0.125);
-    built->mutable_fidelity()->set_num_frames(16);
-    built->mutable_fidelity()->set_mean_distance_edges(0.025);
-    built->mutable_fidelity()->set_max_distance_edges(0.5);
-    built->mutable_fidelity()->set_max_volume_error(0.0015);
-    built->mutable_fidelity()->set_num_components(47);
-    built->mutable_fidelity()->set_num_components_shown(48);
-    built->mutable_fidelity()->set_max_component_error(1);
+    *family.add_space_time_reports() = MakeSpaceTimeReport(animation);
   }
   return family;
 }

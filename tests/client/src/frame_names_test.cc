@@ -54,7 +54,8 @@ TEST_P(FrameNames, AreJudgedAsByAnImport) {
   }
 }
 
-std::vector<Case> Cases() {
+// Frames of one sequence, and numbers that are wrong.
+std::vector<Case> NumberCases() {
   return {
       {"Plain", {"a_0001.ply", "a_0002.ply", "meta.json"}, ""},
       {"Capitals", {"a_1.OBJ", "a_2.obj"}, ""},
@@ -64,6 +65,21 @@ std::vector<Case> Cases() {
       {"Halves", {"a_1.0.ply", "a_1.5.ply", "a_2.0.ply", "a_2.5.ply"}, ""},
       {"Quarters", {"a_1.5.ply", "a_1.75.ply", "a_2.25.ply", "a_2.5.ply", "a_2.75.ply"}, ""},
       {"Thirds", {"a_1.33.ply", "a_1.67.ply", "a_2.ply", "a_2.33.ply", "a_2.67.ply"}, ""},
+      {"EvenlySpacedTimes", {"a_1.98.ply", "a_1.99.ply", "a_2.00.ply", "a_2.01.ply"}, ""},
+      {"UnevenTimes", {"a_1.13.ply", "a_1.57.ply", "a_2.04.ply", "a_2.61.ply"}, ""},
+      {"TimesBesideWholeFrames", {"a_1.1.ply", "a_1.2.ply", "a_2.ply", "a_3.5.ply"}, ""},
+      {"Gap", {"a_1.ply", "a_4.ply"}, "frame 2 is missing: a_4.ply comes right after a_1.ply"},
+      {"GapThatIsAllowed", {"a_1.ply", "a_4.ply"}, "", NumberRule::kGapsAllowed},
+      {"Twice", {"a_01.ply", "a_1.ply"}, "frame 1 is there twice: a_01.ply and a_1.ply"},
+      {"NoNumber", {"a.ply"}, "a.ply: no frame number of 1 to 9 digits"},
+      {"LongNumber", {"a_1234567890.ply"}, "a_1234567890.ply: no frame number of 1 to 9 digits"},
+      {"NoFrame", {"meta.json"}, "none of the 1 files is a frame"},
+  };
+}
+
+// Frames of two sequences, or names that look so.
+std::vector<Case> SequenceCases() {
+  return {
       {"TwoRuns",
        {"run1.01.ply", "run1.02.ply", "run2.01.ply", "run2.02.ply"},
        "frames of two sequences, run1.01.ply and run2.01.ply"},
@@ -80,9 +96,6 @@ std::vector<Case> Cases() {
        {"run1.08.ply", "run1.09.ply", "run2.10.ply", "run2.11.ply"},
        "",
        NumberRule::kTimesGiven},
-      {"EvenlySpacedTimes", {"a_1.98.ply", "a_1.99.ply", "a_2.00.ply", "a_2.01.ply"}, ""},
-      {"UnevenTimes", {"a_1.13.ply", "a_1.57.ply", "a_2.04.ply", "a_2.61.ply"}, ""},
-      {"TimesBesideWholeFrames", {"a_1.1.ply", "a_1.2.ply", "a_2.ply", "a_3.5.ply"}, ""},
       {"RunsOfWhichOneHasNoNumberNorACommonOne",
        {"run.01.ply", "run.02.ply", "run2.03.ply", "run2.04.ply"},
        "frames of two sequences, run.01.ply and run2.03.ply"},
@@ -98,7 +111,6 @@ std::vector<Case> Cases() {
        {"run1.01.ply", "run1.02.ply", "run2.01.ply", "run2.02.ply"},
        "",
        NumberRule::kTimesGiven},
-      {"Velocities", {"m_1.bobj.gz", "lVelMesh_0001.uni", "other.uni"}, ""},
       {"TwoPrefixes",
        {"foam.0003.ply", "liquid.0001.ply"},
        "frames of two sequences, foam.0003.ply and liquid.0001.ply"},
@@ -108,11 +120,13 @@ std::vector<Case> Cases() {
       {"TwoPrefixesWithNumbers",
        {"foam1.0001.ply", "liquid2.0002.ply"},
        "frames of two sequences, foam1.0001.ply and liquid2.0002.ply"},
-      {"Gap", {"a_1.ply", "a_4.ply"}, "frame 2 is missing: a_4.ply comes right after a_1.ply"},
-      {"GapThatIsAllowed", {"a_1.ply", "a_4.ply"}, "", NumberRule::kGapsAllowed},
-      {"Twice", {"a_01.ply", "a_1.ply"}, "frame 1 is there twice: a_01.ply and a_1.ply"},
-      {"NoNumber", {"a.ply"}, "a.ply: no frame number of 1 to 9 digits"},
-      {"LongNumber", {"a_1234567890.ply"}, "a_1234567890.ply: no frame number of 1 to 9 digits"},
+  };
+}
+
+// Files of several formats, and velocities.
+std::vector<Case> FormatCases() {
+  return {
+      {"Velocities", {"m_1.bobj.gz", "lVelMesh_0001.uni", "other.uni"}, ""},
       {"Formats",
        {"a_1.ply", "b_1.obj"},
        "files of several formats, a_1.ply and b_1.obj: say which to read (--format)"},
@@ -122,7 +136,6 @@ std::vector<Case> Cases() {
        NumberRule::kNoGaps,
        AnimationFormat::kObj,
        ingest::Format::kObj},
-      {"NoFrame", {"meta.json"}, "none of the 1 files is a frame"},
       {"SomeVelocities",
        {"m_1.bobj.gz", "m_2.bobj.gz", "lVelMesh_1.uni"},
        "frame 2: m_2.bobj.gz has no velocities, but other frames have (lVelMesh_1.uni)"},
@@ -132,8 +145,10 @@ std::vector<Case> Cases() {
   };
 }
 
-INSTANTIATE_TEST_SUITE_P(All, FrameNames, ::testing::ValuesIn(Cases()),
-                         [](const auto& param) { return param.param.name; });
+const auto kCaseName = [](const auto& param) { return param.param.name; };
+INSTANTIATE_TEST_SUITE_P(Numbers, FrameNames, ::testing::ValuesIn(NumberCases()), kCaseName);
+INSTANTIATE_TEST_SUITE_P(Sequences, FrameNames, ::testing::ValuesIn(SequenceCases()), kCaseName);
+INSTANTIATE_TEST_SUITE_P(Formats, FrameNames, ::testing::ValuesIn(FormatCases()), kCaseName);
 
 TEST(WithoutStrayVelocities, KeepsThoseOfTheFramesThatAreThere) {
   EXPECT_THAT(WithoutStrayVelocities({"m_0002.bobj.gz", "lVelMesh_0001.uni", "lVelMesh_0002.uni",

@@ -406,27 +406,60 @@ std::vector<Refusal> MeshRefusals() {
   };
 }
 
+// The files with one more, or with another content of one.
+std::vector<LoadedFile> With(std::vector<LoadedFile> files, const std::string& name, Bytes bytes) {
+  std::erase_if(files, [&](const LoadedFile& file) { return file.name == name; });
+  files.push_back({name, std::move(bytes)});
+  return files;
+}
+
 std::vector<Refusal> FileRefusals() {
   const std::vector<LoadedFile> ply = Files(SmallAnimation(), Format::kPly);
-  const std::vector<LoadedFile> manta = Files(SmallAnimation(), Format::kMantaflow);
-  const auto with = [](std::vector<LoadedFile> files, const std::string& name, Bytes bytes) {
-    std::erase_if(files, [&](const LoadedFile& file) { return file.name == name; });
-    files.push_back({name, std::move(bytes)});
-    return files;
-  };
-  Eigen::Matrix3Xf few = Eigen::Matrix3Xf::Zero(3, 5);
   return {
       {"None", {}, "none of the 0 files is a frame"},
       {"OtherFormatAsked", ply, "none of the 4 files is a frame (.obj)", {.format = Format::kObj}},
-      {"SeveralFormats", with(ply, "x_0001.obj", ToBytes("#")),
+      {"SeveralFormats", With(ply, "x_0001.obj", ToBytes("#")),
        "files of several formats, mesh_0001.ply and x_0001.obj"},
+      {"NoNumber", With(ply, "mesh.ply", ToBytes("ply")), "mesh.ply: no frame number"},
+      {"NumberTooLong", With(ply, "mesh_1234567890.ply", ToBytes("ply")),
+       "mesh_1234567890.ply: no frame number of 1 to 9 digits"},
+      {"UnprintableName", With(ply, "a\nb.ply", ToBytes("ply")), "a\\nb.ply: no frame number"},
+      {"Empty", With(ply, "mesh_0002.ply", {}), "frame 2, mesh_0002.ply: the file is empty"},
+  };
+}
+
+std::vector<Refusal> NumberRefusals() {
+  const std::vector<LoadedFile> ply = Files(SmallAnimation(), Format::kPly);
+  return {
       {"MissingNumber", Without(ply, "mesh_0003.ply"),
        "frame 3 is missing: mesh_0004.ply comes right after mesh_0002.ply (allow gaps, "
        "--allow-gaps, to go on without it)"},
-      {"VelocitiesInAGap",
-       Without(manta, "fluid_mesh_0003.bobj.gz"),
-       "frame 3: lVelMesh_0003.uni has no mesh",
-       {.voxel_size_m = kVoxelSizeM, .allow_gaps = true}},
+      {"NumbersWithALongGap",
+       With(Without(ply, "mesh_0004.ply"), "mesh_000000254.ply", ToBytes("ply")),
+       "frames 3 and 254 are more than 250 frames apart: mesh_0003.ply and mesh_000000254.ply",
+       {.allow_gaps = true}},
+      {"NumbersTooFarApart",
+       With(Without(ply, "mesh_0004.ply"), "mesh_999999999.ply", ToBytes("ply")),
+       "frame 999999999 comes more than 100000 frames after frame 1: mesh_999999999.ply",
+       {.allow_gaps = true}},
+      {"TimesTooClose",
+       With(With({}, "run1.0001.ply", ToBytes("ply")), "run2.0001.ply", ToBytes("ply")),
+       "frame 1.0001, run1.0001.ply"},
+      {"FractionsTooClose",
+       With(With({}, "a_1.ply", ToBytes("ply")), "a_1.0001.ply", ToBytes("ply")),
+       "frames 1 and 1.0001 are less than 0.001 frames apart: a_1.ply and a_1.0001.ply"},
+      {"FractionTwice",
+       With(With(With({}, "a_1.5.ply", ToBytes("ply")), "a_1.50.ply", ToBytes("ply")), "a_2.ply",
+            ToBytes("ply")),
+       "frame 1.5 is there twice: a_1.5.ply and a_1.50.ply"},
+      {"NumberTwice", With(ply, "mesh_003.ply", ToBytes("ply")),
+       "frame 3 is there twice: mesh_0003.ply and mesh_003.ply"},
+  };
+}
+
+std::vector<Refusal> TimeRefusals() {
+  const std::vector<LoadedFile> ply = Files(SmallAnimation(), Format::kPly);
+  return {
       {"TimesTooFew", ply, "frame_times has 2 times for 4 frames", {.frame_times = {0, 1}}},
       {"TimesNotFromZero",
        ply,
@@ -448,58 +481,56 @@ std::vector<Refusal> FileRefusals() {
        ply,
        "frame_times[2] is 251.5, more than 250 above 1",
        {.frame_times = {0, 1, 251.5, 252}}},
-      {"NumbersWithALongGap",
-       with(Without(ply, "mesh_0004.ply"), "mesh_000000254.ply", ToBytes("ply")),
-       "frames 3 and 254 are more than 250 frames apart: mesh_0003.ply and mesh_000000254.ply",
-       {.allow_gaps = true}},
-      {"NumbersTooFarApart",
-       with(Without(ply, "mesh_0004.ply"), "mesh_999999999.ply", ToBytes("ply")),
-       "frame 999999999 comes more than 100000 frames after frame 1: mesh_999999999.ply",
-       {.allow_gaps = true}},
-      {"TimesTooClose",
-       with(with({}, "run1.0001.ply", ToBytes("ply")), "run2.0001.ply", ToBytes("ply")),
-       "frame 1.0001, run1.0001.ply"},
-      {"FractionsTooClose",
-       with(with({}, "a_1.ply", ToBytes("ply")), "a_1.0001.ply", ToBytes("ply")),
-       "frames 1 and 1.0001 are less than 0.001 frames apart: a_1.ply and a_1.0001.ply"},
-      {"FractionTwice",
-       with(with(with({}, "a_1.5.ply", ToBytes("ply")), "a_1.50.ply", ToBytes("ply")), "a_2.ply",
-            ToBytes("ply")),
-       "frame 1.5 is there twice: a_1.5.ply and a_1.50.ply"},
-      {"MetaTimes", with(ply, "meta.json", ToBytes("{\"frame_times\": [0, \"1\"]}")),
-       "meta.json: frame_times[1] is \"1\", not a number"},
-      {"MetaTimesFalling", with(ply, "meta.json", ToBytes("{\"frame_times\": [0, 2, 2, 3]}")),
-       "meta.json: frame_times[2] is 2, not above 2"},
-      {"MetaTimesNoArray", with(ply, "meta.json", ToBytes("{\"frame_times\": 3}")),
-       "meta.json: frame_times is \"3\", not an array of numbers"},
-      {"NumberTwice", with(ply, "mesh_003.ply", ToBytes("ply")),
-       "frame 3 is there twice: mesh_0003.ply and mesh_003.ply"},
-      {"NoNumber", with(ply, "mesh.ply", ToBytes("ply")), "mesh.ply: no frame number"},
-      {"NumberTooLong", with(ply, "mesh_1234567890.ply", ToBytes("ply")),
-       "mesh_1234567890.ply: no frame number of 1 to 9 digits"},
-      {"UnprintableName", with(ply, "a\nb.ply", ToBytes("ply")), "a\\nb.ply: no frame number"},
-      {"Empty", with(ply, "mesh_0002.ply", {}), "frame 2, mesh_0002.ply: the file is empty"},
+  };
+}
+
+std::vector<Refusal> VelocityRefusals() {
+  const std::vector<LoadedFile> manta = Files(SmallAnimation(), Format::kMantaflow);
+  const Eigen::Matrix3Xf few = Eigen::Matrix3Xf::Zero(3, 5);
+  return {
+      {"VelocitiesInAGap",
+       Without(manta, "fluid_mesh_0003.bobj.gz"),
+       "frame 3: lVelMesh_0003.uni has no mesh",
+       {.voxel_size_m = kVoxelSizeM, .allow_gaps = true}},
       {"VelocitiesMissing", Without(manta, "lVelMesh_0003.uni"),
        "frame 3: fluid_mesh_0003.bobj.gz has no velocities, but other frames have"},
-      {"VelocitiesWithoutMesh", with(manta, "lVelMesh_0009.uni", Gzip(RawUni(few))),
+      {"VelocitiesWithoutMesh", With(manta, "lVelMesh_0009.uni", Gzip(RawUni(few))),
        "frame 9: lVelMesh_0009.uni has no mesh"},
-      {"WrongNumberOfVelocities", with(manta, "lVelMesh_0003.uni", Gzip(RawUni(few))),
+      {"WrongNumberOfVelocities", With(manta, "lVelMesh_0003.uni", Gzip(RawUni(few))),
        "frame 3, lVelMesh_0003.uni: 5 velocities for the 42 vertices of the frame's mesh"},
       {"VelocityUnitUnknown", manta, "give voxel_size_m or velocity_scale", {}},
-      {"MetaNoJson", with(ply, "meta.json", ToBytes("{\"fps\": ")),
+  };
+}
+
+std::vector<Refusal> MetaRefusals() {
+  const std::vector<LoadedFile> ply = Files(SmallAnimation(), Format::kPly);
+  return {
+      {"MetaTimes", With(ply, "meta.json", ToBytes("{\"frame_times\": [0, \"1\"]}")),
+       "meta.json: frame_times[1] is \"1\", not a number"},
+      {"MetaTimesFalling", With(ply, "meta.json", ToBytes("{\"frame_times\": [0, 2, 2, 3]}")),
+       "meta.json: frame_times[2] is 2, not above 2"},
+      {"MetaTimesNoArray", With(ply, "meta.json", ToBytes("{\"frame_times\": 3}")),
+       "meta.json: frame_times is \"3\", not an array of numbers"},
+      {"MetaNoJson", With(ply, "meta.json", ToBytes("{\"fps\": ")),
        "meta.json: the file is not a JSON object"},
-      {"MetaWrongType", with(ply, "meta.json", ToBytes("{\"fps\": \"24\"}")),
+      {"MetaWrongType", With(ply, "meta.json", ToBytes("{\"fps\": \"24\"}")),
        "meta.json: fps is \"24\", not a number above 0"},
-      {"MetaFrameRate", with(ply, "meta.json", ToBytes("{\"fps\": 1e10}")),
+      {"MetaFrameRate", With(ply, "meta.json", ToBytes("{\"fps\": 1e10}")),
        "meta.json: fps is 1e+10, not in [0.001, 1e+06]"},
-      {"MetaDomain", with(ply, "meta.json", ToBytes("{\"domain_size_m\": [1, -2, 3]}")),
+      {"MetaDomain", With(ply, "meta.json", ToBytes("{\"domain_size_m\": [1, -2, 3]}")),
        "meta.json: domain_size_m is \"-2\""},
-      {"MetaUnits", with(ply, "meta.json", ToBytes("{\"units\": {\"vertex_scale\": 0}}")),
+      {"MetaUnits", With(ply, "meta.json", ToBytes("{\"units\": {\"vertex_scale\": 0}}")),
        "meta.json: vertex_scale is \"0\""},
-      {"MetaUp", with(ply, "meta.json", ToBytes("{\"up\": \"upwards\"}")),
+      {"MetaUp", With(ply, "meta.json", ToBytes("{\"up\": \"upwards\"}")),
        "meta.json: up is \"upwards\", not x, y, z, -x, -y or -z"},
-      {"MetaUpNumber", with(ply, "meta.json", ToBytes("{\"up\": 2}")),
+      {"MetaUpNumber", With(ply, "meta.json", ToBytes("{\"up\": 2}")),
        "meta.json: up is \"2\", not x, y, z, -x, -y or -z"},
+  };
+}
+
+std::vector<Refusal> OptionRefusals() {
+  const std::vector<LoadedFile> ply = Files(SmallAnimation(), Format::kPly);
+  return {
       {"OptionNegative", ply, "vertex_scale is -1", {.vertex_scale = -1}},
       {"OptionFrameRate",
        ply,
@@ -521,6 +552,11 @@ TEST_P(Refusals, NameFileFrameAndElement) {
 const auto kRefusalName = [](const auto& param) { return param.param.name; };
 INSTANTIATE_TEST_SUITE_P(Mesh, Refusals, testing::ValuesIn(MeshRefusals()), kRefusalName);
 INSTANTIATE_TEST_SUITE_P(Files, Refusals, testing::ValuesIn(FileRefusals()), kRefusalName);
+INSTANTIATE_TEST_SUITE_P(Numbers, Refusals, testing::ValuesIn(NumberRefusals()), kRefusalName);
+INSTANTIATE_TEST_SUITE_P(Times, Refusals, testing::ValuesIn(TimeRefusals()), kRefusalName);
+INSTANTIATE_TEST_SUITE_P(Velocities, Refusals, testing::ValuesIn(VelocityRefusals()), kRefusalName);
+INSTANTIATE_TEST_SUITE_P(Meta, Refusals, testing::ValuesIn(MetaRefusals()), kRefusalName);
+INSTANTIATE_TEST_SUITE_P(Options, Refusals, testing::ValuesIn(OptionRefusals()), kRefusalName);
 
 TEST(ReadAnimation, ReportsTheLowestFrameAtFaultAtAnyThreadCount) {
   mesh::Animation animation = synthetic::MovingSphere({.num_frames = 24, .subdivisions = 1});
