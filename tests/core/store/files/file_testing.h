@@ -11,7 +11,7 @@
 
 namespace liquidblend::store {
 
-// A verdict with every field set.
+// A verdict with every field that the first files had. HasTheSameBytesAsEver depends on it.
 inline mesh::Verdict DoubtfulVerdict(double worst_frame) {
   return {.grade = mesh::Grade::kDoubtful,
           .reason = "7 % is not covered",
