@@ -85,6 +85,7 @@ TEST(MarchingTable, AFacetIsCutAlikeInEveryCell) {
 
 TEST(MarchingTable, TheCellOnTheOtherSideRunsThroughTheSameSegmentsBackwards) {
   SegmentsBySigns collected = CollectSegments();
+  ASSERT_EQ(collected.size(), 8U + 16U);
   for (const auto& [size_and_signs, segments] : collected) {
     const auto [size, signs] = size_and_signs;
     const int last = size - 1;  // the other cell goes round the corners backwards

@@ -126,6 +126,7 @@ TEST(ValidateSpaceTimeMesh, AcceptsClosedComplexesOfEachKindOfCell) {
 // The complexes above are oriented as the header says, so the facet tables agree with it.
 TEST(ValidateSpaceTimeMesh, AcceptsTheOrientationOfTheHeader) {
   const SpaceTimeMesh tesseract = Tesseract(0.0f, 1.0f);
+  ASSERT_EQ(tesseract.hexahedra.size(), 8u);
   for (const Hexahedron& h : tesseract.hexahedra) {
     Eigen::Vector4f middle = Eigen::Vector4f::Zero();
     for (const int32_t v : h) middle += tesseract.vertices.col(v) / 8.0f;
@@ -133,6 +134,7 @@ TEST(ValidateSpaceTimeMesh, AcceptsTheOrientationOfTheHeader) {
     EXPECT_GT(Orientation(tesseract, {h[0], h[1], h[2], h[4]}, out), 0.0);
   }
   const SpaceTimeMesh lasting = LastingTetrahedron();
+  ASSERT_EQ(lasting.wedges.size(), 4u);
   for (const Wedge& w : lasting.wedges) {
     Eigen::Vector4f out = -Eigen::Vector4f(0.25f, 0.25f, 0.25f, 0.0f);
     for (int i = 0; i < 3; ++i) out.head<3>() += lasting.vertices.col(w[i]).head<3>() / 3.0f;

@@ -1,6 +1,9 @@
 #include "server/finish/time_links.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <span>
 
 #include "core/mesh/registered_family.h"
 #include "tests/synthetic/families.h"
@@ -8,12 +11,18 @@
 namespace liquidblend::finish {
 namespace {
 
+using testing::AllOf;
+using testing::Each;
+using testing::SizeIs;
+
 // Layers of equally many vertices: each is linked to its own place in the next layer.
 void ExpectLinksToTheNextLayer(const mesh::SpaceTimeMesh& mesh, const char* what) {
   const mesh::RegisteredFamily family = mesh::ViewOf(mesh);
   const TimeLinks links(family);
   const auto layer = static_cast<int32_t>(mesh.num_first_vertices);
   const auto count = static_cast<int32_t>(mesh.num_vertices());
+  ASSERT_GT(layer, 0) << what;
+  ASSERT_GT(count, layer) << what;
   for (int32_t v = 0; v < count; ++v) {
     EXPECT_EQ(links.earlier()[v], v < layer ? -1 : v - layer) << what << ", vertex " << v;
     EXPECT_EQ(links.later()[v], v + layer < count ? v + layer : -1) << what << ", vertex " << v;
@@ -30,8 +39,9 @@ TEST(TimeLinks, RunAlongThePrismsOfAMovingSurface) {
 TEST(TimeLinks, ConesHaveNone) {
   const mesh::SpaceTimeMesh mesh = synthetic::TetrahedralSphere(1);
   const TimeLinks links(mesh::ViewOf(mesh));
-  for (const int32_t v : links.earlier()) EXPECT_EQ(v, -1);
-  for (const int32_t v : links.later()) EXPECT_EQ(v, -1);
+  ASSERT_GT(mesh.num_vertices(), 0);
+  EXPECT_THAT(links.earlier(), AllOf(SizeIs(mesh.num_vertices()), Each(-1)));
+  EXPECT_THAT(links.later(), AllOf(SizeIs(mesh.num_vertices()), Each(-1)));
 }
 
 TEST(TimeLinks, CellsThatAreFlatInTimeHaveNone) {
@@ -44,7 +54,7 @@ TEST(TimeLinks, CellsThatAreFlatInTimeHaveNone) {
   }
   mesh.hexahedra = {{0, 1, 2, 3, 4, 5, 6, 7}};
   const TimeLinks links(mesh::ViewOf(mesh));
-  for (const int32_t v : links.later()) EXPECT_EQ(v, -1);
+  EXPECT_THAT(links.later(), AllOf(SizeIs(8), Each(-1)));
 }
 
 }  // namespace
