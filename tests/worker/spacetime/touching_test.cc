@@ -1,4 +1,5 @@
 // Animations whose liquid touches itself along edges and in vertices, as ingest hands them over.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -12,7 +13,13 @@
 namespace liquidblend::spacetime::touching_test {
 namespace {
 
+using testing::AllOf;
+using testing::DoubleNear;
+using testing::Each;
+using testing::SizeIs;
+
 constexpr int kNumFrames = 5;
+constexpr size_t kNumSlices = 2 * kNumFrames - 1;  // at frames and half-way between them
 constexpr int kNumPerSide = 5;
 constexpr float kStepX = 0.2f;  // cubes a frame
 
@@ -65,14 +72,13 @@ std::vector<double> BuildAndCut(const mesh::Animation& animation, Connectivity c
 }
 
 TEST(Touching, TrackedFramesComeBackExactly) {
-  for (const double share : BuildAndCut(DriftingCubes(0), Connectivity::kTracked)) {
-    EXPECT_NEAR(share, 1.0, 1e-5);
-  }
+  EXPECT_THAT(BuildAndCut(DriftingCubes(0), Connectivity::kTracked),
+              AllOf(SizeIs(kNumSlices), Each(DoubleNear(1.0, 1e-5))));
 }
 
 TEST(Touching, TrackedFramesWhoseTopologyChangesStayClosed) {
   const std::vector<double> shares = BuildAndCut(DriftingCubes(3), Connectivity::kTracked);
-  ASSERT_EQ(shares.size(), 2u * kNumFrames - 1);
+  ASSERT_EQ(shares.size(), kNumSlices);
   for (size_t half = 0; half < shares.size(); ++half) {
     EXPECT_NEAR(shares[half], 1.0, half % 2 == 0 ? 1e-5 : 0.05);
   }
@@ -80,9 +86,9 @@ TEST(Touching, TrackedFramesWhoseTopologyChangesStayClosed) {
 
 TEST(Touching, RebuiltFramesStayClosedAndKeepTheirVolume) {
   for (const int num_changes : {0, 3}) {
-    for (const double share : BuildAndCut(DriftingCubes(num_changes), Connectivity::kRebuilt)) {
-      EXPECT_NEAR(share, 1.0, 0.05) << num_changes;
-    }
+    EXPECT_THAT(BuildAndCut(DriftingCubes(num_changes), Connectivity::kRebuilt),
+                AllOf(SizeIs(kNumSlices), Each(DoubleNear(1.0, 0.05))))
+        << num_changes;
   }
 }
 

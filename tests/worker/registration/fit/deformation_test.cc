@@ -42,7 +42,9 @@ TEST_F(DeformationNodesTest, AreNoCloserThanTheSpacing) {
   ASSERT_GT(nodes.num_nodes(), 4);
   GeodesicSearch search(sphere_.surface.points, sphere_.neighbors);
   for (int64_t n = 0; n < nodes.num_nodes(); ++n) {
-    for (const auto& reached : search.From(nodes.vertex(n), static_cast<float>(kSpacing))) {
+    const auto& near = search.From(nodes.vertex(n), static_cast<float>(kSpacing));
+    ASSERT_GT(near.size(), 1u);  // more than the node's own vertex
+    for (const auto& reached : near) {
       for (int64_t m = 0; m < nodes.num_nodes(); ++m) {
         if (m != n) {
           EXPECT_NE(reached.vertex, nodes.vertex(m));

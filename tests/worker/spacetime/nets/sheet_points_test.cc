@@ -80,7 +80,9 @@ TEST(SheetPoints, AreNearTheSheetAndNotBeyondItsRim) {
        {Eigen::Vector3f(0.2f, 0.35f, 1), Eigen::Vector3f(1, 1, 0.1f),
         Eigen::Vector3f(1, 1.1f, -0.95f)}) {
     const Eigen::Matrix3f turn = Towards(normal);
-    for (const SheetPoint& p : FindSheetPoints(CubeGrid(kSide), SheetInGrid(0.3, 0.0, normal), 0)) {
+    const auto points = FindSheetPoints(CubeGrid(kSide), SheetInGrid(0.3, 0.0, normal), 0);
+    ASSERT_GT(points.size(), 100U);
+    for (const SheetPoint& p : points) {
       const Eigen::Vector3f local = turn.transpose() * (PointAt(p.i, p.j, p.k) - kCentre);
       EXPECT_LT(std::abs(local.z()), 0.9f);
       EXPECT_LT(local.head<2>().norm(), kRadius + 0.75f);

@@ -26,6 +26,7 @@ TEST_P(LiquidBoxes, AreClosedAroundASheet) {
   ASSERT_EQ(all.size(), layers.inside.size() - 2);  // all layers but the first and the last
   for (const BoxFaces& boxes : all) {
     ASSERT_EQ(boxes.before.size(), boxes.after.size());
+    ASSERT_FALSE(boxes.faces.empty()) << boxes.layer;
     std::map<std::pair<int, int>, int> count;
     for (const auto& face : boxes.faces) {
       for (int c = 0; c < 4; ++c) {
@@ -40,7 +41,9 @@ TEST_P(LiquidBoxes, AreClosedAroundASheet) {
 TEST_P(LiquidBoxes, HaveTheVolumeOfASheet) {
   const Layers layers = SampleSheet(GetParam());
   const double volume = std::numbers::pi * kSheetRadius * kSheetRadius * kSheetThickness;
-  for (const BoxFaces& boxes : FindBoxFaces(layers, parallel::Arena(2))) {
+  const std::vector<BoxFaces> all = FindBoxFaces(layers, parallel::Arena(2));
+  ASSERT_EQ(all.size(), layers.inside.size() - 2);
+  for (const BoxFaces& boxes : all) {
     double sum = 0;
     for (const auto& face : boxes.faces) {
       std::array<Eigen::Vector3d, 4> p;

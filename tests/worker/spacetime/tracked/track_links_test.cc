@@ -140,6 +140,7 @@ TEST(LinkFrames, MeetsNoTriangleTwiceAndNoneThatRunsTheOtherWay) {
               links.triangle[t]);
   }
   EXPECT_EQ(static_cast<int64_t>(times_met.size()), links.num_matched);
+  EXPECT_GT(links.num_matched, 0);
 }
 
 TEST(FrameTopology, MeasuresAlongTheSurface) {
