@@ -1,4 +1,8 @@
 // Repeats calls that failed because the server could not be reached, or asked to try again later.
+//
+// Why not gRPC's own retries, which servers.cc turns off: they make at most five attempts, all of
+// them on one channel, and do not read google.rpc.RetryInfo. Here a call goes on to other servers
+// and waits as long as RetryInfo says. Transfers over HTTP are repeated by the same rules.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,7 @@
 // BOBJ: the mesh file of Mantaflow's cache, gzip.
+//
+// Why not the reader of worker/ingest/formats: client and worker share no code
+// (docs/architecture.md, rule 1). This one keeps the normals, in the client's Mesh.
 #include <zlib.h>
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // Figures of a triangle mesh.
+//
+// Why not those of core/mesh: they take the worker's mesh of Eigen matrices. The client library,
+// which is installed without core, has a mesh of plain arrays (docs/architecture.md, rule 1).
 #pragma once
 
 #include <cstdint>

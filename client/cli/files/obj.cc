@@ -1,5 +1,7 @@
 // OBJ: Wavefront text, vertices and triangles.
-
+//
+// Why not the reader of worker/ingest/formats: client and worker share no code
+// (docs/architecture.md, rule 1). This one reads only triangles, into the client's Mesh.
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"

@@ -1,4 +1,7 @@
 // PLY: the Stanford polygon format, binary little endian.
+//
+// Why not the reader of worker/ingest/formats: client and worker share no code
+// (docs/architecture.md, rule 1). This one reads only what liquidblend writes.
 #include <algorithm>
 #include <cstring>
 #include <iterator>

@@ -1,4 +1,7 @@
 // Signature Version 4 of Amazon's services, in the form of S3.
+//
+// Why not a library: Debian 12 has no package of the AWS SDK for C++. libcurl's CURLOPT_AWS_SIGV4
+// makes no presigned URLs, and signs with the local clock only (s3_transport.h uses that of S3).
 #pragma once
 
 #include <cstddef>

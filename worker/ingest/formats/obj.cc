@@ -1,4 +1,7 @@
 // Wavefront OBJ: statements v and f.
+//
+// Why not a library: files may be hostile. This reader bounds its memory by the size of the file,
+// refuses statements that would change the surface, and its errors name the element (readers.h).
 #include <algorithm>
 #include <limits>
 #include <string_view>

@@ -1,4 +1,7 @@
 // PLY 1.0, ascii and binary of both byte orders.
+//
+// Why not a library: files may be hostile. This reader bounds its memory by the file's size, and
+// its errors name the element (readers.h).
 #include <algorithm>
 #include <bit>
 #include <cstring>
