@@ -17,7 +17,7 @@
 namespace liquidblend::server {
 namespace {
 
-// Who wrote its number into the lock file; for messages.
+// The process id that the holder wrote into the lock file; for messages.
 std::string HolderOf(int fd) {
   std::array<char, 32> text = {};
   const ssize_t size = pread(fd, text.data(), text.size(), 0);

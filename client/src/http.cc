@@ -116,7 +116,7 @@ absl::StatusOr<HttpAnswer> Http::Run(const std::string& url, Exchange& exchange)
   long status = 0;
   curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &status);
   exchange.answer.status = static_cast<int>(status);
-  // Who refuses a request may answer and hang up before its body has gone out.
+  // A server may refuse a request and close the connection before it has read the body.
   if (code == CURLE_OK || status >= 400) return std::move(exchange.answer);
   return absl::UnavailableError(absl::StrCat(WithoutQuery(url), ": ", curl_easy_strerror(code)));
 }

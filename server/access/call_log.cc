@@ -13,7 +13,7 @@ namespace {
 constexpr size_t kMaxClients = 1000;  // beyond, they are counted together
 constexpr char kOthers[] = "others";
 
-// Who shows a wrong token or none at all has no principal.
+// The key by which clients are counted: the principal, or the host of one without a valid token.
 std::string ClientOf(const Caller& caller) {
   return caller.principal.key.empty() ? HostOfPeer(caller.client) : caller.principal.key;
 }

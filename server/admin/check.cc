@@ -116,8 +116,8 @@ class Checker {
     }
   }
 
-  // In the order of the blobs' ids.
-  // Errors: what keeps blobs from being read for now, which says nothing about them.
+  // The damaged blobs, in the order of their ids.
+  // Errors: a transient one of reading a blob, which does not mean damage.
   absl::StatusOr<std::vector<Damage>> FindDamage(const std::vector<store::BlobInfo>& blobs) {
     std::map<store::BlobId, absl::Status> faults;
     for (const auto& [id, names] : uses_) {

@@ -16,11 +16,11 @@
 
 namespace liquidblend::server {
 
-// Session of a stream. Events only leave notes. Steps on the host's executor, one at a time, take
-// the notes and act: find a family, order the frame that is due, send it, set the alarm.
-// While the client consumes a frame, the next one is made ahead, once as many changes have come
-// since that frame as came before it. So steady values begin at once, and a client that sets
-// weights once a frame is waited for. Threads: safe. All calls return at once.
+// Session of a stream. Events are only recorded. Steps on the host's executor, one at a time,
+// handle them: they find a family, order the frame that is due, send it, and set the timer. While
+// the client consumes a frame, the next one is made ahead, once as many changes have come since
+// that frame as came before it. So frames of steady values begin at once, and the session waits for
+// a client that sets weights once a frame. Threads: safe. All calls return at once.
 class StreamSession : public std::enable_shared_from_this<StreamSession> {
  public:
   // Connection to the client. Calls come one at a time, none after End().

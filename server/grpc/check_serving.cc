@@ -32,7 +32,8 @@ absl::StatusOr<std::string> AddressToAsk(const std::string& listen) {
   return listen;
 }
 
-// Nothing secret is said, and whoever holds this port of ours can only say yes or no.
+// Credentials of the probe. The server's certificate is not verified: the probe sends no secret,
+// and the answer is a status only.
 std::shared_ptr<grpc::ChannelCredentials> CredentialsFor(const TlsOptions& tls) {
   if (!tls.is_on()) return grpc::InsecureChannelCredentials();
   namespace experimental = grpc::experimental;

@@ -1,4 +1,4 @@
-// What the server has, in lines for a person.
+// Descriptions of the server's objects and of meshes, as lines of text.
 #pragma once
 
 #include <string>

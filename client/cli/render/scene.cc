@@ -43,7 +43,7 @@ struct Crossing {
   RTCHit hit;
 };
 
-// What Embree is to do with each hit of one ray: note it and go on.
+// Context of a ray that makes Embree record each hit and go on.
 struct CollectingContext {
   RTCIntersectContext context;  // first: Embree hands back a pointer to it
   std::vector<Crossing>* crossings;

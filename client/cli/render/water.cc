@@ -70,7 +70,7 @@ class Tracer {
   }
 
  private:
-  // What the surface mirrors: the studio, or the liquid itself in its plain color.
+  // The reflected light: of the studio, or of the liquid itself in its plain color.
   Vector Mirrored(const Ray& ray, const Hit& hit, const Vector& normal, Random& random) const {
     const Ray mirrored{hit.point, Reflect(ray.direction, normal)};
     if (scene_.Occluded(mirrored, studio_.epsilon())) return 1.5f * kScatterColor;

@@ -44,7 +44,7 @@ struct Correspondence {
   double length_s = 0.0;  // kTrajectory, kSpace: how long; 0: to the end
 };
 
-// What became of a correspondence.
+// Outcome of a correspondence.
 struct CorrespondenceReport {
   Correspondence correspondence;
   bool kept = true;  // false: soft, and further off than 3 mean edges (a frame counts as one)

@@ -12,7 +12,7 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr int kPollMs = 200;                           // between two looks at what stands still
+constexpr int kPollMs = 200;                           // between two checks for stalled exchanges
 constexpr int kGraceFactor = 3;                        // of stall timeouts, before the rate counts
 constexpr size_t kMaxHeaderBytes = size_t{256} << 10;  // of an answer, interim ones included
 constexpr double kLeastRate = 16 << 10;                // bytes per second, of the whole exchange

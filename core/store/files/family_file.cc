@@ -19,7 +19,7 @@ constexpr FileFormat kPlainFormat = {kFamilyFormat.name, kFamilyFormat.magic, 1}
 constexpr int kMeshSections = 5;
 constexpr int kSectionsPerTarget = 2;
 
-// What the names of a level's sections begin with; level 0 is the family itself.
+// The prefix of the names of a level's sections; level 0 is the family itself.
 std::string PrefixOf(int level) { return level == 0 ? "" : absl::StrCat("lod", level, "."); }
 
 const FileFormat& FormatOf(const mesh::RegisteredFamily& family) {

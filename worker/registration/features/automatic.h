@@ -28,13 +28,15 @@ Features FindTrackFeatures(const Surface& surface, const TrackOptions& options =
 FeaturesOfPair FindFeatures(const Surface& source, const Surface& target,
                             const TrackOptions& options, const parallel::Arena& arena);
 
-// Correspondences from pairs of features. As points: a detached part gives its furthest points up
-// and down, left and right, to the front and back at its start, and if its life is more than 10
-// frames longer in one of the two, every 10 frames until it ends; an extremum gives itself; the
-// wake of a detached part that strikes elsewhere gives a point at each time at which it is found
-// (wakes.h). As spaces: an obstacle of another place or size gives some of its contacts. A pair of
-// features gives none if one of its points lies within 10 mean edges (a frame counts as one; for
-// spaces it does not) of one of the user's; nor does the wake of such a part.
+// Correspondences from pairs of features:
+//   detached part  its six outermost points along the axes, where it starts; if its life is more
+//                  than 10 frames longer in one of the two, also every 10 frames until it ends
+//   extremum       itself
+//   wake           of a detached part that strikes elsewhere: a point at each time at which it is
+//                  found (wakes.h)
+//   obstacle       of another place or size: some of its contacts, as spaces
+// A pair gives none if one of its points lies within 10 mean edges of one of the user's; nor does
+// the wake of such a part. A frame counts as a mean edge; for spaces, time does not count.
 // Requires: both surfaces are in units of edge_length_m.
 //   pairs  of those features
 std::vector<AutomaticCorrespondence> FindAutomatic(const Surface& source, const Surface& target,

@@ -15,8 +15,8 @@ Eigen::Vector2d PlaceOf(const Eigen::Vector3d& point, const mesh::HeightAxis& up
 // The point at a place and height.
 Eigen::Vector3d PointAt(const Eigen::Vector2d& place, double height, const mesh::HeightAxis& up);
 
-// What of a surface is seen: all of it, or its largest connected part, so that detached drops and
-// bubbles do not hide the pool.
+// The part of a surface that is seen: all of it, or the largest connected part, so that detached
+// drops and bubbles do not hide the pool.
 enum class Seen { kAll, kLargestPart };
 
 // Heights on a square grid, in the unit of the surface that they are of.

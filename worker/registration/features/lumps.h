@@ -1,5 +1,5 @@
 // Lumps: bulges of the first frame's surface, seen from above. A drop is one whether it is apart or
-// touches the pool already, so lumps tell which drop is which where tracks cannot. Internal to
+// touches the pool already, so lumps can be paired where tracks cannot. Internal to
 // worker/registration.
 #pragma once
 
@@ -36,9 +36,9 @@ struct TracksWithLumps {
   const std::vector<Lump>& lumps;
 };
 
-// For each track of `own`: whether its lump has a sure partner in the other animation that
-// is of none of the tracks there. Such a part is apart in one animation only, so it is none of the
-// other's detached parts, though they may look alike.
+// For each track of `own`: whether its lump has a sure partner in the other animation that belongs
+// to no track there. Such a part is detached in one animation only. It has no counterpart among the
+// detached parts of the other animation, even if one is similar.
 //   pairs  rows: own.lumps, columns: other.lumps
 //   min_confidence  of a sure pair
 std::vector<char> AreJoinedInOther(const TracksWithLumps& own, const TracksWithLumps& other,

@@ -15,7 +15,7 @@
 namespace liquidblend::registration {
 namespace {
 
-// What a part does instead of falling from rest: a predicate, "moves sideways".
+// The motion of a part that does not fall from rest: a predicate, "moves sideways".
 using Other = std::string;
 // A part that stays where it is, or whose course is too short.
 struct Unknown {};

@@ -51,7 +51,7 @@ mesh::TriangleMesh LargeParts(const mesh::TriangleMesh& slice) {
   return large;
 }
 
-// What all slices are seen through: a grid over a box.
+// The view from above that all slices share: a grid over a box.
 class View {
  public:
   View(const Eigen::AlignedBox3d& bounds, mesh::Up up, double edge_length_m)

@@ -20,14 +20,14 @@ inline bool Precedes(const SheetPoint& a, const SheetPoint& b) {
   return std::tie(a.k, a.j, a.i) < std::tie(b.k, b.j, b.i);
 }
 
-// The grid points that thin sheets need to be inside, so that these points are connected through
-// faces of the grid and leave no path through the sheet, not even across the diagonal of a face, in
-// space and from layer to layer: with n the sheet's unit normal and n_t its motion along n until
-// the next layer, the points nearer to its middle than half of the sum of the two largest of |n_x|,
-// |n_y|, |n_z|, |n_t|, and a little more. For a still sheet along the grid that is a single layer
-// of points; a sheet that is thicker than this has none. Nothing is added beyond its rim: the grid
-// line through a point that is nearest to the normal meets the sheet. Ascending; each point once;
-// none at the ends of the grid.
+// The grid points that have to be inside so that thin sheets stay whole. They are connected through
+// faces of the grid, and leave no path through the sheet, not even across the diagonal of a face,
+// in space and from layer to layer.
+// Let n be the sheet's unit normal, and n_t its motion along n until the next layer. A point counts
+// if it is nearer to the sheet's middle than half of the sum of the two largest of |n_x|, |n_y|,
+// |n_z| and |n_t|, plus a small margin: for a still sheet along the grid, a single layer of points.
+// Thicker sheets have none. No point lies beyond the sheet's rim: the grid line through it that is
+// nearest to the normal meets the sheet. Ascending; each point once; none at the ends of the grid.
 //   motion  spacings that one metre per second covers from layer to layer
 // Cost: O(n log n) in the triangles.
 std::vector<SheetPoint> FindSheetPoints(const Grid& grid, const GridSurface& surface, float motion);

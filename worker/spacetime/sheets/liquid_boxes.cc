@@ -91,7 +91,7 @@ class FaceFinder {
     return found->second;
   }
 
-  // That of the voxel's cell with the step after layer `begin`, next to the cell's corner `at`.
+  // The vertex of the voxel's cell after layer `begin`, of the sheet at the cell's corner `at`.
   BoxCorner VertexOf(const Point& voxel, int begin, int at) const {
     BoxCorner corner;
     corner.slab = layers_.SlabOf(begin);
