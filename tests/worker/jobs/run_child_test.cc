@@ -86,6 +86,7 @@ TEST_F(RunChildTest, TheFamilyIsTheSameBytesAsOfOneJobForAnyNumberOfWorkers) {
     EXPECT_EQ(PublishedBlob(job), expected) << num_workers << " workers";
     // The catalog's record has the seconds, too: those of the children.
     const store::pb::FamilyRecord record = *catalog_->GetFamily("balls");
+    ASSERT_EQ(record.manifest().reports_size(), 3);
     for (const auto& report : record.manifest().reports()) {
       EXPECT_GT(report.seconds(), 0.0);
     }

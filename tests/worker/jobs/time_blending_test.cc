@@ -206,6 +206,7 @@ TEST(TimeBlending, InFramesAgainAllIsAsItWas) {
   const mesh::RegisteredFamily again = InFrames(*family);
   EXPECT_FALSE(again.rest_time_s.has_value());
   EXPECT_LT((MatrixOf(again.vertices) - vertices).cwiseAbs().maxCoeff(), 1e-5F);
+  ASSERT_EQ(again.targets.size(), 2U);
   for (const mesh::FamilyTarget& each : again.targets) {
     const auto error = [](std::span<const mesh::Float4> a, const Eigen::Matrix4Xf& b) {
       return (MatrixOf(a) - b).cwiseAbs().maxCoeff();

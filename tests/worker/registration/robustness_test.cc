@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <cstdio>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
@@ -33,7 +35,9 @@ void ExpectBlends(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& displ
   const Surface source(mesh, mesh.edge_length_m, parallel::Arena(2));
   const Points displacement = InEdgeUnits(displacement_m, mesh.edge_length_m);
   for (const float weight : {-0.5f, 0.5f, 1.0f}) {
-    for (const mesh::TriangleMesh& slice : SliceBlend(source, displacement, weight, arena)) {
+    const std::vector<mesh::TriangleMesh> slices = SliceBlend(source, displacement, weight, arena);
+    ASSERT_FALSE(slices.empty()) << weight;
+    for (const mesh::TriangleMesh& slice : slices) {
       EXPECT_TRUE(slice.vertices.allFinite()) << weight;
       EXPECT_TRUE(mesh::CheckClosed(slice).closed()) << weight;
     }
@@ -43,14 +47,15 @@ void ExpectBlends(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& displ
 void ExpectGraded(const mesh::Verdict& verdict) {
   EXPECT_NE(verdict.grade, mesh::Grade::kUnknown);
   EXPECT_FALSE(verdict.reason.empty());
-  for (const double figure :
-       {verdict.fit_energy, verdict.smoothness_energy, verdict.compatible_share,
-        verdict.covered_share, verdict.unmatched_share, verdict.stretch, verdict.inverted_share,
-        verdict.component_error, verdict.worst[0], verdict.worst[1], verdict.worst[2],
-        verdict.worst[3]}) {
-    EXPECT_TRUE(std::isfinite(figure)) << verdict.reason;
-  }
-  for (const double error : verdict.volume_errors) EXPECT_TRUE(std::isfinite(error));
+  for (const double x : verdict.worst) EXPECT_TRUE(std::isfinite(x)) << verdict.reason;
+  mesh::Verdict::ForEachFigure(verdict, [&](const char* name, const auto& figure) {
+    if constexpr (std::is_same_v<decltype(figure), const double&>) {
+      EXPECT_TRUE(std::isfinite(figure)) << name << ": " << verdict.reason;
+    } else {
+      EXPECT_FALSE(figure.empty()) << name;
+      for (const double x : figure) EXPECT_TRUE(std::isfinite(x)) << name << ": " << verdict.reason;
+    }
+  });
 }
 
 // Registers and checks the result; the error if there is none.
