@@ -106,7 +106,7 @@ run_shared_suite() {
 }
 
 submit() {  # starts a registration of drops; sets `operation`
-  operation=$(liquidblend --json register drops --source drops_a --target drops_b \
+  operation=$(liquidblend --json register drops --replace --source drops_a --target drops_b \
     --spacing 2 --levels 0 --iterations 24 | python3 -c '
 import json, sys
 print(json.load(sys.stdin)["name"])')
