@@ -45,6 +45,7 @@ struct ExportResult {
   int64_t version = 0;
   std::vector<double> weights;
   bool extrapolated = false;
+  bool clamped = false;
 };
 
 ExportedFiles FilesOf(const std::string& format, size_t count) {
@@ -80,6 +81,7 @@ absl::Status WriteOne(const Frame& frame, const ExportFolder& folder, const Expo
   result.version = frame.version;
   result.weights = frame.weights;
   result.extrapolated = frame.extrapolated;
+  result.clamped = frame.clamped;
   return absl::OkStatus();
 }
 
@@ -135,8 +137,7 @@ absl::Status RunExport(const ExportFlags& flags, const Context& context) {
   const std::string first_file = folder.FinalPath(result.names[0]);
   context.Print(absl::StrCat(result.names.size(), " files, from ", first_file, " on: ", family.name,
                              " version ", result.version, ", weights ",
-                             FormatNumbers(result.weights),
-                             result.extrapolated ? " (extrapolated)" : ""));
+                             DescribeWeights(result.weights, result.extrapolated, result.clamped)));
   context.PrintJson({{"directory", flags.directory},
                      {"first_file", first_file},
                      {"num_files", result.names.size()},
@@ -144,6 +145,7 @@ absl::Status RunExport(const ExportFlags& flags, const Context& context) {
                      {"version", result.version},
                      {"weights", result.weights},
                      {"extrapolated", result.extrapolated},
+                     {"clamped", result.clamped},
                      {"frames_per_second", frames_per_second}});
   return absl::OkStatus();
 }

@@ -52,15 +52,16 @@ absl::Status RunFrame(const FrameFlags& flags, const Context& context) {
   LBC_ASSIGN_OR_RETURN(const Frame frame, client->GetFrame(request));
   LBC_RETURN_IF_ERROR(WriteFrame(frame, flags.output));
   context.Print(absl::StrCat(flags.output, ": ", frame.family, " version ", frame.version,
-                             ", weights ", FormatNumbers(frame.weights),
-                             frame.extrapolated ? " (extrapolated)" : "", ", time ", frame.time_s,
-                             " s: ", frame.num_triangles, " triangles, ",
+                             ", weights ",
+                             DescribeWeights(frame.weights, frame.extrapolated, frame.clamped),
+                             ", time ", frame.time_s, " s: ", frame.num_triangles, " triangles, ",
                              FormatBytes(static_cast<int64_t>(frame.data.size())), " of Draco"));
   context.PrintJson({{"file", flags.output},
                      {"family", frame.family},
                      {"version", frame.version},
                      {"weights", frame.weights},
                      {"extrapolated", frame.extrapolated},
+                     {"clamped", frame.clamped},
                      {"time_s", frame.time_s},
                      {"num_vertices", frame.num_vertices},
                      {"num_triangles", frame.num_triangles},

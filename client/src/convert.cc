@@ -321,6 +321,7 @@ Frame FromProto(v1::Frame&& proto) {
   frame.version = proto.version();
   frame.weights.assign(proto.weights().begin(), proto.weights().end());
   frame.extrapolated = proto.extrapolated();
+  frame.clamped = proto.clamped();
   frame.time_s = proto.time_s();
   frame.num_vertices = proto.num_vertices();
   frame.num_triangles = proto.num_triangles();

@@ -102,6 +102,18 @@ absl::Status CheckCells(const RegisteredFamily& family, const char* kind,
   return absl::OkStatus();
 }
 
+absl::Status CheckPartLives(const RegisteredFamily& family, const FamilyTarget& target) {
+  for (const PartLife& life : target.report.part_lives) {
+    LB_RETURN_IF_ERROR(CheckFinite(family, absl::StrCat("target ", target.name, ": start of part"),
+                                   std::span(&life.source_start_m, 1)));
+    for (const double end : {life.source_end_frames, life.target_end_frames}) {
+      if (end >= 0.0 && std::isfinite(end)) continue;
+      return Fault(family, absl::StrCat("target ", target.name, ": a part ends at frame ", end));
+    }
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckTarget(const RegisteredFamily& family, const FamilyTarget& target) {
   const size_t count = family.vertices.size();
   if (target.displacement.size() != count) {
@@ -114,6 +126,7 @@ absl::Status CheckTarget(const RegisteredFamily& family, const FamilyTarget& tar
   }
   LB_RETURN_IF_ERROR(CheckFinite(family, absl::StrCat("target ", target.name, ": displacement"),
                                  target.displacement));
+  LB_RETURN_IF_ERROR(CheckPartLives(family, target));
   return CheckFinite(family, absl::StrCat("target ", target.name, ": extrapolation"),
                      target.extrapolation);
 }

@@ -33,6 +33,14 @@ struct RestReport {
   std::string reason = {};   // a clause: what shows it, or speaks against it; empty: not looked for
 };
 
+// Life of a part of the liquid that is detached in the first frames of source and target, to where
+// it merges with the rest. Ends in frames since the first one.
+struct PartLife {
+  std::array<float, 3> source_start_m = {0, 0, 0};  // the part's centre in the first frame
+  double source_end_frames = 0.0;
+  double target_end_frames = 0.0;
+};
+
 // Report of the registration of one target.
 struct RegistrationReport {
   int num_nodes = 0;
@@ -43,6 +51,7 @@ struct RegistrationReport {
   std::vector<CorrespondenceReport> correspondences = {};  // one per correspondence, in their order
   Verdict verdict = {};
   RestReport rest = {};
+  std::vector<PartLife> part_lives = {};
 
   // Calls visit(name, figure) for each number, named as in both messages RegistrationReport.
   template <typename Self, typename Visit>

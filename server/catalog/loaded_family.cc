@@ -39,7 +39,8 @@ LoadedFamily::LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace tri
     : family(std::move(registered)),
       levels(LevelsOf(family)),
       grid(encode::GridOf(family)),
-      parameter_space(std::move(triangulated)) {}
+      parameter_space(std::move(triangulated)),
+      life_limits(family) {}
 
 absl::Status LoadedFamily::CheckFile() const {
   return file == nullptr ? absl::OkStatus() : LoadError(family.name, file->Check());

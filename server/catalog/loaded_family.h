@@ -12,6 +12,7 @@
 #include "core/mesh/registered_family.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
+#include "server/blend/life_limits.h"
 #include "server/encode/grid.h"
 #include "server/finish/time_links.h"
 #include "server/parameters/triangulation.h"
@@ -38,6 +39,7 @@ struct LoadedFamily {
   const std::vector<std::unique_ptr<const LoadedLevel>> levels;
   const encode::Grid grid;  // for every frame of `family` at any level
   const ParameterSpace parameter_space;
+  const blend::LifeLimits life_limits;
   std::shared_ptr<const store::Blob> file;  // that `family` views; null: it views other memory
   // kDataLoss once a part of the file could not be read: frames made since then are not to be sent.
   absl::Status CheckFile() const;

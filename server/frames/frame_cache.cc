@@ -38,7 +38,7 @@ FrameKey KeyOf(const catalog::LoadedFamily& loaded, const FrameQuery& query) {
   std::string& bytes = key.query;
   for (const double weight : query.weights) Append(weight, bytes);
   Append(query.time_s, bytes);
-  Append<int32_t>(query.is_extrapolated ? 1 : 0, bytes);
+  Append<int32_t>((query.is_extrapolated ? 1 : 0) + (query.is_clamped ? 2 : 0), bytes);
   AppendEncoding(loaded, query.encoding, bytes);
   query.surface.AppendToString(&bytes);
   return key;

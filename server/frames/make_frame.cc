@@ -147,6 +147,7 @@ v1::Frame Reply(const mesh::RegisteredFamily& family, const FrameQuery& query,
   frame.set_version(family.version);
   frame.mutable_weights()->Add(query.weights.begin(), query.weights.end());
   frame.set_extrapolated(query.is_extrapolated);
+  frame.set_clamped(query.is_clamped);
   frame.set_time_s(query.time_s);
   frame.set_num_vertices(surface.num_vertices());
   frame.set_num_triangles(surface.num_triangles());

@@ -21,6 +21,7 @@ namespace liquidblend::server {
 struct FrameQuery {
   std::vector<double> weights;   // one per target, each in [-1, 2]
   bool is_extrapolated = false;  // weights of a point outside of the hull in parameter space
+  bool is_clamped = false;       // weights that were moved by blend::LifeLimits
   double time_s = 0.0;           // [0, duration_s]
   v1::Encoding encoding;         // as CheckEncoding() takes it
   v1::SurfaceOptions surface;

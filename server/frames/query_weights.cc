@@ -54,13 +54,9 @@ absl::StatusOr<parameters::Location> Locate(const parameters::Triangulation& spa
   return WithReason(error, "OUTSIDE_HULL");
 }
 
-}  // namespace
-
-absl::Status SetWeights(const catalog::LoadedFamily& loaded, const AskedBlend& asked,
-                        FrameQuery& query) {
-  query.is_extrapolated = false;
-  query.weights.assign(asked.weights.begin(), asked.weights.end());
-  if (asked.parameters.empty()) return absl::OkStatus();
+// Sets the weights of a point in parameter space.
+absl::Status SetWeightsOfPoint(const catalog::LoadedFamily& loaded, const AskedBlend& asked,
+                               FrameQuery& query) {
   if (!asked.weights.empty())
     return InvalidField(kParametersField, "exclude weights: give one or the other");
   if (!loaded.parameter_space.has_value()) {
@@ -80,6 +76,19 @@ absl::Status SetWeights(const catalog::LoadedFamily& loaded, const AskedBlend& a
   return AtField(kParametersField,
                  absl::OutOfRangeError(absl::StrCat("are too far outside of the hull: ",
                                                     std::string(limits.message()))));
+}
+
+}  // namespace
+
+absl::Status SetWeights(const catalog::LoadedFamily& loaded, const AskedBlend& asked,
+                        FrameQuery& query) {
+  query.is_extrapolated = query.is_clamped = false;
+  query.weights.assign(asked.weights.begin(), asked.weights.end());
+  if (!asked.parameters.empty()) LB_RETURN_IF_ERROR(SetWeightsOfPoint(loaded, asked, query));
+  if (blend::CheckWeights(loaded.family, query.weights).ok()) {
+    query.is_clamped = loaded.life_limits.Clamp(query.weights);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace liquidblend::server

@@ -170,6 +170,7 @@ Response FrameReply(v1::Frame frame, v1::Encoding::Format format) {
     response.headers.emplace_back("X-Liquidblend-Bounds", BoundsText(frame.bounds()));
   }
   if (frame.extrapolated()) response.headers.emplace_back("X-Liquidblend-Extrapolated", "true");
+  if (frame.clamped()) response.headers.emplace_back("X-Liquidblend-Clamped", "true");
   response.body = std::move(*frame.mutable_data());
   response.is_frame = true;
   return response;

@@ -10,7 +10,8 @@
 namespace liquidblend::testing {
 
 inline constexpr int kCannedFramesPerSecond = 24;
-inline constexpr double kCannedDuration = 1.0;  // seconds
+inline constexpr double kCannedDuration = 1.0;    // seconds
+inline constexpr double kCannedMinWeight = -0.5;  // weights below are said to be clamped
 
 v1::Animation MakeAnimation(const std::string& id);
 

@@ -50,6 +50,7 @@ v1::Frame FrameFor(const Request& request, double time_s) {
   v1::Frame frame =
       MakeFrame(request.family(), WeightsOf(request), time_s, request.encoding().position_bits());
   frame.set_extrapolated(IsOutsideOfHull(request));
+  frame.set_clamped(!request.weights().empty() && request.weights(0) < kCannedMinWeight);
   return frame;
 }
 

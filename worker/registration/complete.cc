@@ -102,6 +102,7 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   }
   result.report.verdict =
       Judge(source, neighbors, pair.target, pair.target_search, displacement, arena);
+  result.report.part_lives = pair.motions.lives();
   const double edge = source.mesh.edge_length_m;
   result.report.verdict.reason += Describe(pair.open_starts, edge);
   result.displacement = InMetres(std::move(displacement), edge);

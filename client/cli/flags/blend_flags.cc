@@ -1,5 +1,6 @@
 #include "client/cli/flags/blend_flags.h"
 
+#include "absl/strings/str_cat.h"
 #include "client/cli/flags/parse.h"
 #include "client/src/status_macros.h"
 
@@ -38,6 +39,11 @@ absl::StatusOr<Blend> ToRequiredBlend(const BlendFlags& flags) {
   if (!blend.empty()) return blend;
   return absl::InvalidArgumentError(
       "either --weights W[,W..] or --parameters NAME=VALUE[,..] is required");
+}
+
+std::string DescribeWeights(const std::vector<double>& weights, bool extrapolated, bool clamped) {
+  return absl::StrCat(FormatNumbers(weights), extrapolated ? " (extrapolated)" : "",
+                      clamped ? " (clamped: further out a falling part would not fall)" : "");
 }
 
 }  // namespace liquidblend::cli

@@ -39,4 +39,7 @@ absl::StatusOr<Blend> ToBlend(const BlendFlags& flags);
 // Errors: also kInvalidArgument without flags.
 absl::StatusOr<Blend> ToRequiredBlend(const BlendFlags& flags);
 
+// The weights of a frame as text, and in which way they are not those that were asked for.
+std::string DescribeWeights(const std::vector<double>& weights, bool extrapolated, bool clamped);
+
 }  // namespace liquidblend::cli

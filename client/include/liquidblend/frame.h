@@ -60,6 +60,7 @@ struct Frame {
   int64_t version = 0;
   std::vector<double> weights;  // that were used, also for parameters
   bool extrapolated = false;    // the parameters lie outside of the hull
+  bool clamped = false;         // other weights than asked for: a falling part would not fall
   double time_s = 0.0;
   int64_t num_vertices = 0;
   int64_t num_triangles = 0;

@@ -20,6 +20,21 @@ void GetFigures(const Message& message, Report& report) {
                         [&](const char* name, auto& figure) { GetField(name, message, figure); });
 }
 
+v1::PartLife ToMessage(const mesh::PartLife& life) {
+  v1::PartLife message;
+  message.mutable_source_start_m()->Add(life.source_start_m.begin(), life.source_start_m.end());
+  message.set_source_end_frames(life.source_end_frames);
+  message.set_target_end_frames(life.target_end_frames);
+  return message;
+}
+
+mesh::PartLife FromMessage(const v1::PartLife& message) {
+  mesh::PartLife life = {{}, message.source_end_frames(), message.target_end_frames()};
+  std::copy_n(message.source_start_m().begin(), std::min(message.source_start_m_size(), 3),
+              life.source_start_m.begin());
+  return life;
+}
+
 }  // namespace
 
 v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target, double frames_per_second) {
@@ -37,6 +52,9 @@ v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target, double frames
     message.mutable_rest()->set_is_from_rest(rest.is_from_rest);
     message.mutable_rest()->set_time_frames(rest.time_frames);
     message.mutable_rest()->set_reason(rest.reason);
+  }
+  for (const mesh::PartLife& life : target.report.part_lives) {
+    *message.add_part_lives() = ToMessage(life);
   }
   return message;
 }
@@ -69,6 +87,9 @@ mesh::RegistrationReport FromMessage(const v1::RegistrationReport& message,
   report.verdict = FromMessage(message.verdict());
   report.rest = {message.rest().is_from_rest(), message.rest().time_frames(),
                  message.rest().reason()};
+  for (const v1::PartLife& life : message.part_lives()) {
+    report.part_lives.push_back(FromMessage(life));
+  }
   return report;
 }
 

@@ -100,6 +100,10 @@ TEST_F(ParametersCommand, FrameTakesAPointAndTellsItsWeights) {
   const CommandResult outside = run({"-p", "height=4", "--extrapolate"});
   ASSERT_EQ(outside.exit_code, 0) << outside.err;
   EXPECT_EQ(json::parse(outside.out)["extrapolated"], true);
+  EXPECT_EQ(json::parse(outside.out)["clamped"], false);
+  const CommandResult clamped = run({"-w", "-0.75"});
+  ASSERT_EQ(clamped.exit_code, 0) << clamped.err;
+  EXPECT_EQ(json::parse(clamped.out)["clamped"], true);
   EXPECT_EQ(run({"-p", "height=2", "-w", "0.5"}).exit_code, 2);
   EXPECT_EQ(run({"-w", "0.5", "--extrapolate"}).exit_code, 2);
   EXPECT_THAT(run({}).err, HasSubstr("either --weights W[,W..] or --parameters"));

@@ -177,6 +177,19 @@ TEST(ValidateRegisteredFamily, NamesUnusableNumbers) {
   ExpectFault(family, "domain from 0 to nan along axis 2");
 }
 
+TEST(ValidateRegisteredFamily, NamesLivesOfPartsThatCannotBe) {
+  const Sample sample;
+  RegisteredFamily family = sample.View();
+  family.targets[0].report.part_lives = {{{1, 2, 3}, 0, 7.5}};
+  EXPECT_TRUE(Validate(family).ok());
+  family.targets[0].report.part_lives[0].target_end_frames = -1;
+  ExpectFault(family, "target thick: a part ends at frame -1");
+  family.targets[0].report.part_lives[0] = {{1, 2, 3}, kNan, 1};
+  ExpectFault(family, "target thick: a part ends at frame nan");
+  family.targets[0].report.part_lives[0] = {{1, static_cast<float>(kNan), 3}, 1, 1};
+  ExpectFault(family, "target thick: start of part 0 is not finite");
+}
+
 TEST(ViewOf, ShowsTheMeshAsItIs) {
   SpaceTimeMesh mesh;
   mesh.vertices.resize(4, 4);

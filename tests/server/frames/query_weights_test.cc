@@ -32,11 +32,15 @@ void SetPoint(const Point& point, Request& request) {
   }
 }
 
-// Four animations at the corners of a rectangle.
-catalog::LoadedFamily Corners() {
+// Four animations.
+mesh::RegisteredFamily FourAnimations() {
   const synthetic::TargetFields still = {synthetic::SmoothWarp(1, 0.0F, 0.0F), {}};
-  mesh::RegisteredFamily family =
-      synthetic::MakeFamily(synthetic::MixedSphere(1), {still, still, still});
+  return synthetic::MakeFamily(synthetic::MixedSphere(1), {still, still, still});
+}
+
+// They are at the corners of a rectangle.
+catalog::LoadedFamily Corners() {
+  mesh::RegisteredFamily family = FourAnimations();
   family.name = "corners";
   family.parameter_space = {{"width", "height"}, {{0.5, 20}, {1, 20}, {0.5, 60}, {1, 60}}};
   parameters::Triangulation space = *parameters::Triangulation::Make(family.parameter_space);
@@ -74,6 +78,25 @@ TEST(SetWeights, APointOutsideOfTheHullIsRefusedUnlessExtrapolated) {
   ASSERT_THAT(query, Succeeds());
   EXPECT_THAT(query->weights, ElementsAre(1.0, 0.0, 0.5));
   EXPECT_TRUE(query->is_extrapolated);
+}
+
+TEST(SetWeights, WeightsThatLeaveAPartNoTimeToFallAreClamped) {
+  mesh::RegisteredFamily family = FourAnimations();
+  family.targets[0].report.part_lives = {{{0, 0, 1}, 10, 20}};
+  const catalog::LoadedFamily loaded(std::move(family), {});
+  const auto ask = [&](double weight) {
+    v1::GetFrameRequest request;
+    for (size_t k = 0; k < loaded.family.targets.size(); ++k) request.add_weights(0.0);
+    request.set_weights(0, weight);
+    FrameQuery query;
+    EXPECT_THAT(SetWeights(loaded, {request.weights(), request.parameters()}, query), Succeeds());
+    return query;
+  };
+  EXPECT_FALSE(ask(-0.75).is_clamped);
+  const FrameQuery clamped = ask(-0.875);
+  EXPECT_TRUE(clamped.is_clamped);
+  EXPECT_NEAR(clamped.weights[0], -0.8, 1e-9);
+  EXPECT_FALSE(ask(-0.5).is_clamped) << "the query is reused";
 }
 
 TEST(SetWeights, ExtrapolationEndsAtTheLimitsOfWeights) {

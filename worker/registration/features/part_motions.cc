@@ -52,6 +52,20 @@ bool Contradicts(const Correspondence& user, const PartMotion& motion, double ed
          std::abs(source[3] * motion.time_scale + motion.time_offset - target[3]) > kSameTime;
 }
 
+mesh::PartLife LifeOf(const PartMotion& motion, double edge_length_m) {
+  const Eigen::Vector3d centre = motion.source.parts.front().centre.head<3>() * edge_length_m;
+  const double end = motion.source.end_time;
+  return {
+      {static_cast<float>(centre[0]), static_cast<float>(centre[1]), static_cast<float>(centre[2])},
+      end,
+      end * motion.time_scale + motion.time_offset};
+}
+
+bool IsInFirstFrames(const PartMotion& motion) {
+  return motion.source.start == TrackStart::kFirstFrame &&
+         motion.target.start == TrackStart::kFirstFrame;
+}
+
 std::vector<int8_t> OfVertices(const std::vector<int32_t>& track_of,
                                const std::vector<int8_t>& motion_of) {
   std::vector<int8_t> result;
@@ -116,12 +130,13 @@ PartMotions::PartMotions(const Features& source, const Features& target,
     const auto motion =
         PartMotionOf(source.tracks[pair.row], target.tracks[pair.column], source.up);
     if (!motion) continue;
-    const bool is_too_fast = AccelerationHalfWay(*motion, source.up) > kMaxAcceleration;
-    if (times == TimesBlend::kLinearly && is_too_fast) continue;
     const bool is_contradicted = std::any_of(
         users.begin(), users.end(),
         [&](const Correspondence& user) { return Contradicts(user, *motion, edge_length_m); });
     if (is_contradicted) continue;
+    if (IsInFirstFrames(*motion)) lives_.push_back(LifeOf(*motion, edge_length_m));
+    const bool is_too_fast = AccelerationHalfWay(*motion, source.up) > kMaxAcceleration;
+    if (times == TimesBlend::kLinearly && is_too_fast) continue;
     static_assert(2 * kMaxAssigned <= std::numeric_limits<int8_t>::max());
     of_source_track[pair.row] = static_cast<int8_t>(motions_.size());
     of_target_track[pair.column] = static_cast<int8_t>(motions_.size());

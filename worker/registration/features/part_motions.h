@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/mesh/registered_family.h"
 #include "worker/registration/features/pair_features.h"
 #include "worker/registration/surface/correspondence.h"
 
@@ -57,12 +58,16 @@ class PartMotions {
               double edge_length_m, TimesBlend times);
 
   const std::vector<PartMotion>& all() const { return motions_; }
+  // Lives of the parts that are detached in both first frames; also of those that have no motion
+  // because they would fall too fast.
+  const std::vector<mesh::PartLife>& lives() const { return lives_; }
   // The motion of a source vertex; null: it has none.
   const PartMotion* Of(int64_t source_vertex) const;
   bool HasTarget(int64_t target_vertex) const;
 
  private:
   std::vector<PartMotion> motions_;
+  std::vector<mesh::PartLife> lives_;
   // Per vertex, the index into motions_; -1: none. Empty if there are no motions.
   std::vector<int8_t> of_source_, of_target_;
 };

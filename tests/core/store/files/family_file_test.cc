@@ -175,13 +175,20 @@ TEST(FamilyFile, GivesBackFiguresThatOlderFilesLack) {
   mesh::RegisteredFamily family = sample.View();
   family.time_blending_reason = "b: it falls";
   family.targets[0].report.rest = {true, -2.5, "it falls"};
+  family.targets[0].report.part_lives = {{{1, 2, 3}, 12.5, 20}};
   const auto opened = Open(Written(family));
   ASSERT_THAT(opened, Succeeds());
   EXPECT_EQ(opened->time_blending_reason, "b: it falls");
   EXPECT_TRUE(opened->targets[0].report.rest.is_from_rest);
   EXPECT_EQ(opened->targets[0].report.rest.time_frames, -2.5);
   EXPECT_EQ(opened->targets[0].report.rest.reason, "it falls");
+  ASSERT_EQ(opened->targets[0].report.part_lives.size(), 1U);
+  const mesh::PartLife& life = opened->targets[0].report.part_lives[0];
+  EXPECT_THAT(life.source_start_m, testing::ElementsAre(1, 2, 3));
+  EXPECT_EQ(life.source_end_frames, 12.5);
+  EXPECT_EQ(life.target_end_frames, 20);
   EXPECT_EQ(opened->targets[1].report.rest.reason, "");
+  EXPECT_THAT(opened->targets[1].report.part_lives, testing::IsEmpty());
 }
 
 TEST(FamilyFile, GivesBackTheReportsOfTheSpaceTimeMeshes) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "core/mesh/components.h"
 #include "core/mesh/slice_at.h"
@@ -90,6 +92,26 @@ TEST(PartMotions, OfFallsThatAreTooFastHalfWayAreTakenOnlyIfTimesBlendAsSquares)
   EXPECT_EQ(count(15, TimesBlend::kLinearly), 1u);
   EXPECT_EQ(count(30, TimesBlend::kLinearly), 0u);
   EXPECT_EQ(count(30, TimesBlend::kAsSquares), 1u);
+}
+
+TEST(PartMotions, TellTheLivesOfPartsThatAreDetachedInBothFirstFrames) {
+  constexpr double kEdgeM = 0.1;
+  const auto lives = [&](Track source, Track target) {
+    Features from, to;
+    from.tracks = {std::move(source)};
+    to.tracks = {std::move(target)};
+    return PartMotions(from, to, {{0, 0, 1.0}}, {}, kEdgeM, TimesBlend::kLinearly).lives();
+  };
+  const std::vector<mesh::PartLife> fall = lives(Fall(4, 15), Fall(8, 7));
+  ASSERT_EQ(fall.size(), 1u);
+  EXPECT_THAT(fall[0].source_start_m, testing::ElementsAre(0.1F, 0.2F, 7.8F));
+  EXPECT_EQ(fall[0].source_end_frames, 15);
+  EXPECT_NEAR(fall[0].target_end_frames, 7.5, 1e-9);
+  EXPECT_EQ(lives(FreeFallOf(0.2, 8), FreeFallOf(0.2, 24)).size(), 1u) << "which has no motion";
+  Track splash = Fall(4, 15);
+  splash.start = TrackStart::kSplit;
+  EXPECT_TRUE(lives(splash, Fall(8, 7)).empty());
+  EXPECT_TRUE(lives(Fall(8, 7), splash).empty());
 }
 
 class PartMotionsOfScenes : public ::testing::Test {
