@@ -64,6 +64,7 @@ void AddFlags(Flags& flags, CLI::App& app) {
   app.add_option("--frame-step", flags.report.distance_step, "of distances and volumes")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_flag("--each-frame", flags.report.each_frame, "distances of each frame, too");
   app.add_option("--fold-step", flags.report.fold_step, "frames from one measure to the next")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

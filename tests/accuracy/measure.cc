@@ -48,6 +48,7 @@ Means MeanDistance(const SurfaceAt& surface, const mesh::Animation& truth, const
     ++num_early;
   }
   means.early /= std::max(1, num_early);
+  means.of_frames = distances;
   return means;
 }
 

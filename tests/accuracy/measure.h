@@ -14,8 +14,9 @@ namespace liquidblend::accuracy {
 using SurfaceAt = std::function<mesh::TriangleMesh(double frame)>;
 
 struct Means {
-  double all = 0.0;    // over all frames measured
-  double early = 0.0;  // over those before Frames::num_early
+  double all = 0.0;                    // over all frames measured
+  double early = 0.0;                  // over those before Frames::num_early
+  std::vector<double> of_frames = {};  // measured ones, in their order
 };
 
 // Every step-th frame.

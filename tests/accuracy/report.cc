@@ -22,6 +22,7 @@ struct Context {
   const RegisteredScene& registered;
   Frames frames;
   Frames fold_frames;
+  bool each_frame;
   const parallel::Arena& arena;
   std::ostream& out;
 
@@ -67,14 +68,35 @@ SurfaceAt BlendOfFields(const Context& context, const std::vector<double>& weigh
   };
 }
 
+// A row of the table of distances.
+struct Distance {
+  std::string label;
+  Means means;
+};
+
 Means PrintDistance(const Context& context, const std::string& label, const SurfaceAt& surface,
-                    const mesh::Animation& truth) {
+                    const mesh::Animation& truth, std::vector<Distance>& printed) {
   const Means means =
       MeanDistance(surface, truth, context.frames, context.edge_length_m(), context.arena);
   context.out << absl::StrFormat("| %s | %s | %.4f | %.4f |\n", label, truth.name, means.all,
                                  means.early)
               << std::flush;
+  printed.push_back({label, means});
   return means;
+}
+
+void PrintEachFrame(const Context& context, const std::vector<Distance>& distances) {
+  context.out << "\n| frame |";
+  for (const Distance& distance : distances) context.out << " " << distance.label << " |";
+  context.out << "\n| --- |";
+  for (size_t n = 0; n < distances.size(); ++n) context.out << " --- |";
+  for (size_t n = 0; n < distances[0].means.of_frames.size(); ++n) {
+    context.out << "\n| " << n * context.frames.step + 1 << " |";
+    for (const Distance& distance : distances) {
+      context.out << absl::StrFormat(" %.4f |", distance.means.of_frames[n]);
+    }
+  }
+  context.out << "\n";
 }
 
 Comparison PrintDistances(const Context& context) {
@@ -83,30 +105,36 @@ Comparison PrintDistances(const Context& context) {
       "| distance in mean edges (%.4f m) | against | all frames | frames 1 to %d |\n"
       "| --- | --- | --- | --- |\n",
       context.edge_length_m(), context.frames.num_early);
-  PrintDistance(context, "weight 0", context.BlendAt(context.Only(0, 0.0)), scene.inputs[0]);
+  std::vector<Distance> rows;
+  PrintDistance(context, "weight 0", context.BlendAt(context.Only(0, 0.0)), scene.inputs[0], rows);
   for (size_t k = 0; k < context.num_targets(); ++k) {
-    PrintDistance(context, "weight 1", context.BlendAt(context.Only(k, 1.0)), scene.inputs[k + 1]);
+    PrintDistance(context, "weight 1", context.BlendAt(context.Only(k, 1.0)), scene.inputs[k + 1],
+                  rows);
   }
-  if (!scene.truth) return {};
+  if (!scene.truth) {
+    if (context.each_frame) PrintEachFrame(context, rows);
+    return {};
+  }
   constexpr double kFar = std::numeric_limits<double>::infinity();
   Comparison result{.best_middle = kFar, .best_baseline = kFar};
   for (const Middle& middle : scene.middles) {
     const Means means =
-        PrintDistance(context, middle.label, context.BlendAt(middle.weights), *scene.truth);
+        PrintDistance(context, middle.label, context.BlendAt(middle.weights), *scene.truth, rows);
     result.best_middle = std::min(result.best_middle, means.early);
   }
   for (size_t n = 0; n < scene.inputs.size(); ++n) {
     const Means means =
         PrintDistance(context, absl::StrCat("baseline: input ", scene.inputs[n].name),
-                      context.Input(n), *scene.truth);
+                      context.Input(n), *scene.truth, rows);
     result.best_baseline = std::min(result.best_baseline, means.early);
   }
   for (const Middle& middle : scene.middles) {
     const Means means =
         PrintDistance(context, absl::StrCat("baseline: distance fields, ", middle.label),
-                      BlendOfFields(context, middle.weights), *scene.truth);
+                      BlendOfFields(context, middle.weights), *scene.truth, rows);
     result.best_baseline = std::min(result.best_baseline, means.early);
   }
+  if (context.each_frame) PrintEachFrame(context, rows);
   return result;
 }
 
@@ -217,6 +245,7 @@ Comparison PrintReport(const Scene& scene, const RegisteredScene& registered,
                         registered,
                         {num_frames, scene.num_early_frames, options.distance_step},
                         {num_frames, scene.num_early_frames, options.fold_step},
+                        options.each_frame,
                         arena,
                         out};
   out << "### " << scene.name << "\n";

@@ -10,8 +10,9 @@
 namespace liquidblend::accuracy {
 
 struct ReportOptions {
-  int distance_step = 1;  // >= 1; distances and volumes are measured at every step-th frame
-  int fold_step = 3;      // >= 1; folds likewise
+  int distance_step = 1;    // >= 1; distances and volumes are measured at every step-th frame
+  int fold_step = 3;        // >= 1; folds likewise
+  bool each_frame = false;  // a second table of distances, a row for each measured frame
 };
 
 struct Comparison {
