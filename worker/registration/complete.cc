@@ -67,9 +67,9 @@ SurfacePair::SurfacePair(const mesh::SpaceTimeMesh& source_mesh,
       neighbors(VertexNeighbors(source_mesh, source.cells_around, arena)),
       target_search(target_mesh, target.points, target.cells_around, arena) {}
 
-void SurfacePair::MarkUnmatchedStarts(const std::vector<Track>& source_tracks,
-                                      const std::vector<Track>& target_tracks) {
-  open_starts = FindOpenStarts(source_tracks, target_tracks, source, target);
+void SurfacePair::MarkUnmatchedStarts(const Features& source_features,
+                                      const Features& target_features) {
+  open_starts = FindOpenStarts(source_features, target_features, ScaleOf(source, target));
   source.open = VerticesOf(open_starts, source);
 }
 

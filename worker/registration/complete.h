@@ -29,15 +29,13 @@ struct SurfacePair {
   // contradict.
   //   rest  decides how times blend
   void FindPartMotions(const Features& source_features, const Features& target_features,
-                       const std::vector<AssignedPair>& tracks,
-                       const std::vector<Correspondence>& users, const mesh::RestReport& rest) {
-    motions =
-        PartMotions(source_features, target_features, tracks, users, source.mesh.edge_length_m,
-                    rest.is_from_rest ? TimesBlend::kAsSquares : TimesBlend::kLinearly);
+                       const FeaturePairs& pairs, const std::vector<Correspondence>& users,
+                       const mesh::RestReport& rest) {
+    motions = PartMotions(source_features, target_features, pairs, users, source.mesh.edge_length_m,
+                          rest.is_from_rest ? TimesBlend::kAsSquares : TimesBlend::kLinearly);
   }
   // Finds the starts of parts that only one of the two meshes has, and marks their vertices.
-  void MarkUnmatchedStarts(const std::vector<Track>& source_tracks,
-                           const std::vector<Track>& target_tracks);
+  void MarkUnmatchedStarts(const Features& source_features, const Features& target_features);
 
   Surface source;
   Surface target;

@@ -167,14 +167,14 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
   const double edge = source.mesh.edge_length_m;
   const FeaturesOfPair features =
       FindFeatures(source, target, {.min_diameter = options.smallest_part_edges}, arena);
-  pair.MarkUnmatchedStarts(features.source.tracks, features.target.tracks);
+  pair.MarkUnmatchedStarts(features.source, features.target);
   Guidance guidance;
   guidance.rest = FindRest(features.source, features.target);
   if (options.automatic_correspondences) {
     const FeaturePairs pairs =
         PairFeatures(features.source, features.target, ScaleOf(source, target));
     guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
-    pair.FindPartMotions(features.source, features.target, pairs.tracks, users, guidance.rest);
+    pair.FindPartMotions(features.source, features.target, pairs, users, guidance.rest);
   }
   guidance.correspondences = Join(users, guidance.found);
   LB_ASSIGN_OR_RETURN(guidance.pins,

@@ -49,11 +49,11 @@ mesh::RestReport FollowTracks(const std::vector<Correspondence>& users,
   const TrackOptions tracks = {.min_diameter = options.smallest_part_edges};
   const Features source = FindTrackFeatures(pair.source, tracks),
                  target = FindTrackFeatures(pair.target, tracks);
-  pair.MarkUnmatchedStarts(source.tracks, target.tracks);
+  pair.MarkUnmatchedStarts(source, target);
   const mesh::RestReport rest = FindRest(source, target);
   if (options.automatic_correspondences) {
     const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target));
-    pair.FindPartMotions(source, target, pairs.tracks, users, rest);
+    pair.FindPartMotions(source, target, pairs, users, rest);
   }
   return rest;
 }

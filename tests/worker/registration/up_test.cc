@@ -31,8 +31,9 @@ TEST_P(UpTest, PartMotionsOfFallingPartsAreTheSameOnesTurned) {
   const auto motions_of = [](const mesh::SpaceTimeMesh& from, const mesh::SpaceTimeMesh& to) {
     const TestSurface source(from);
     const Surface target(to, from.edge_length_m, kArena);
-    return PartMotions(FindTrackFeatures(source.surface), FindTrackFeatures(target), {{0, 0, 1.0}},
-                       {}, from.edge_length_m, TimesBlend::kLinearly)
+    return PartMotions(FindTrackFeatures(source.surface), FindTrackFeatures(target),
+                       {.tracks = {{0, 0, 1.0}}, .extrema = {}}, {}, from.edge_length_m,
+                       TimesBlend::kLinearly)
         .all();
   };
   const std::vector<PartMotion> expected = motions_of(source_, target_);

@@ -182,21 +182,22 @@ std::vector<AssignedPair> PairLumps(const std::vector<Lump>& source,
   return pairs;
 }
 
-std::vector<char> AreJoinedInOther(const TracksWithLumps& own, const TracksWithLumps& other,
-                                   const std::vector<AssignedPair>& pairs, mesh::Up up,
-                                   double min_confidence) {
+std::vector<JoinedTrack> FindJoinedTracks(const TracksWithLumps& own, const TracksWithLumps& other,
+                                          const std::vector<AssignedPair>& pairs, mesh::Up up,
+                                          double min_confidence) {
   const mesh::HeightAxis height = mesh::AxisOf(up);
   std::vector<char> is_of_track(other.lumps.size(), 0);
   for (const Track& track : other.tracks) {
     const int lump = LumpOf(track, other.lumps, height);
     if (lump >= 0) is_of_track[lump] = 1;
   }
-  std::vector<char> joined;
-  for (const Track& track : own.tracks) {
-    const int lump = LumpOf(track, own.lumps, height);
-    joined.push_back(std::any_of(pairs.begin(), pairs.end(), [&](const AssignedPair& pair) {
-      return pair.row == lump && pair.confidence >= min_confidence && is_of_track[pair.column] == 0;
-    }));
+  std::vector<JoinedTrack> joined;
+  for (size_t n = 0; n < own.tracks.size(); ++n) {
+    const int lump = LumpOf(own.tracks[n], own.lumps, height);
+    const auto pair = std::find_if(pairs.begin(), pairs.end(), [&](const AssignedPair& p) {
+      return p.row == lump && p.confidence >= min_confidence && is_of_track[p.column] == 0;
+    });
+    if (pair != pairs.end()) joined.push_back({static_cast<int>(n), lump, pair->column});
   }
   return joined;
 }

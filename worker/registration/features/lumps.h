@@ -36,13 +36,20 @@ struct TracksWithLumps {
   const std::vector<Lump>& lumps;
 };
 
-// For each track of `own`: whether its lump has a sure partner in the other animation that belongs
-// to no track there. Such a part is detached in one animation only. It has no counterpart among the
-// detached parts of the other animation, even if one is similar.
+// A detached part whose lump has a sure partner in the other animation that belongs to no track
+// there. Such a part is detached in one animation only. It has no counterpart among the detached
+// parts of the other animation, even if one is similar.
+struct JoinedTrack {
+  int track;
+  int own_lump;
+  int other_lump;
+};
+
+// The tracks of `own` that are joined with the rest in the other animation, ascending.
 //   pairs  rows: own.lumps, columns: other.lumps
 //   min_confidence  of a sure pair
-std::vector<char> AreJoinedInOther(const TracksWithLumps& own, const TracksWithLumps& other,
-                                   const std::vector<AssignedPair>& pairs, mesh::Up up,
-                                   double min_confidence);
+std::vector<JoinedTrack> FindJoinedTracks(const TracksWithLumps& own, const TracksWithLumps& other,
+                                          const std::vector<AssignedPair>& pairs, mesh::Up up,
+                                          double min_confidence);
 
 }  // namespace liquidblend::registration

@@ -61,19 +61,6 @@ double FirstTrackCost(const Track& a, const Track& b, const SceneScale& scale,
   return cost.mean();
 }
 
-// The tracks of both animations whose lumps are joined with the rest in the other one.
-std::array<std::vector<char>, 2> FindJoined(const Features& source, const Features& target,
-                                            const SceneScale& scale, const PairOptions& options) {
-  std::vector<AssignedPair> pairs =
-      PairLumps(source.lumps, target.lumps, options.max_shift * scale.length);
-  const TracksWithLumps a{source.tracks, source.lumps}, b{target.tracks, target.lumps};
-  std::array<std::vector<char>, 2> joined;
-  joined[0] = AreJoinedInOther(a, b, pairs, source.up, options.min_confidence);
-  for (AssignedPair& pair : pairs) std::swap(pair.row, pair.column);
-  joined[1] = AreJoinedInOther(b, a, pairs, source.up, options.min_confidence);
-  return joined;
-}
-
 // Places and times of a paired track's merge in both animations.
 struct Merge {
   Eigen::Vector4d source, target;
@@ -190,18 +177,23 @@ std::vector<AssignedPair> KeepOrdered(std::vector<AssignedPair> pairs, const Fea
     return std::array{source.extrema[p.row].point[3], target.extrema[p.column].point[3]};
   };
   for (const AssignedPair& pair : pairs) {
-    const auto [s, t] = times(pair);
+    const auto at = times(pair);
     const bool after_merges = std::all_of(merges.begin(), merges.end(), [&](const Merge& m) {
-      return SameOrder(s, t, m.source[3], m.target[3]);
+      return SameOrder(at[0], at[1], m.source[3], m.target[3]);
     });
     const bool in_order = std::all_of(kept.begin(), kept.end(), [&](const AssignedPair& other) {
-      return SameOrder(s, t, times(other)[0], times(other)[1]);
+      return SameOrder(at[0], at[1], times(other)[0], times(other)[1]);
     });
     if (after_merges && in_order) kept.push_back(pair);
   }
   std::sort(kept.begin(), kept.end(),
             [](const AssignedPair& a, const AssignedPair& b) { return a.row < b.row; });
   return kept;
+}
+
+bool IsJoined(const std::vector<JoinedTrack>& joined, int track) {
+  return std::any_of(joined.begin(), joined.end(),
+                     [track](const JoinedTrack& j) { return j.track == track; });
 }
 
 }  // namespace
@@ -213,6 +205,18 @@ SceneScale ScaleOf(const Surface& source, const Surface& target) {
       source.points.rowwise().maxCoeff().cwiseMax(target.points.rowwise().maxCoeff());
   return {std::max(1.0, static_cast<double>((high - low).head<3>().norm())),
           std::max(1.0, source.mesh.num_frames - 1.0)};
+}
+
+JoinedTracks FindJoinedTracks(const Features& source, const Features& target,
+                              const SceneScale& scale, const PairOptions& options) {
+  std::vector<AssignedPair> pairs =
+      PairLumps(source.lumps, target.lumps, options.max_shift * scale.length);
+  const TracksWithLumps a{source.tracks, source.lumps}, b{target.tracks, target.lumps};
+  JoinedTracks joined;
+  joined.source = FindJoinedTracks(a, b, pairs, source.up, options.min_confidence);
+  for (AssignedPair& pair : pairs) std::swap(pair.row, pair.column);
+  joined.target = FindJoinedTracks(b, a, pairs, source.up, options.min_confidence);
+  return joined;
 }
 
 FeaturePairs PairFeatures(const Features& source, const Features& target, const SceneScale& scale,
@@ -227,10 +231,10 @@ FeaturePairs PairFeatures(const Features& source, const Features& target, const 
     return Strongest(f.obstacles.size(), [&](int n) { return f.obstacles[n].contacts.size(); });
   };
   const std::vector<int> rows = tracks_of(source), columns = tracks_of(target);
-  const auto [joined_a, joined_b] = FindJoined(source, target, scale, options);
   FeaturePairs pairs;
+  pairs.joined = FindJoinedTracks(source, target, scale, options);
   pairs.tracks = AssignChosen(rows, columns, options.min_confidence, [&](int a, int b) {
-    if (joined_a[a] != 0 || joined_b[b] != 0) return kInfinity;
+    if (IsJoined(pairs.joined.source, a) || IsJoined(pairs.joined.target, b)) return kInfinity;
     return FirstTrackCost(source.tracks[a], target.tracks[b], scale, options);
   });
   const std::vector<Merge> merges = MergesOf(source, target, pairs.tracks);

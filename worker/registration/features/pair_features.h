@@ -43,10 +43,19 @@ struct PairOptions {
   double min_confidence = 0.5;         // [0, 1]; only surer pairs are kept
 };
 
+// Parts that are detached in the first frame of one animation and joined with the rest in the
+// other's: the source's, and the target's.
+struct JoinedTracks {
+  std::vector<JoinedTrack> source, target;
+};
+JoinedTracks FindJoinedTracks(const Features& source, const Features& target,
+                              const SceneScale& scale, const PairOptions& options = {});
+
 struct FeaturePairs {
   std::vector<AssignedPair> tracks;   // row: source's, column: target's
   std::vector<AssignedPair> extrema;  // likewise, into Features::extrema
   std::vector<AssignedPair> obstacles = {};
+  JoinedTracks joined = {};  // these tracks have no partner
 };
 
 // Pairs first the tracks that begin at the first frame, of like volume, place and life: the

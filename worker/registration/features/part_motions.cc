@@ -6,10 +6,15 @@
 #include <limits>
 
 #include "worker/registration/features/free_fall.h"
+#include "worker/registration/features/height_field.h"
 
 namespace liquidblend::registration {
 namespace {
 
+constexpr int kMaxMotions = std::numeric_limits<int8_t>::max();
+// What is left of the life of a part that is joined with the rest in the target's first frame. Not
+// 0, since errors of the fit that lead before the first frame are large where squares of times blend.
+constexpr double kFramesAtStart = 0.5;
 constexpr double kMinLife = 1.0;  // frames; shorter lives have no motion
 constexpr double kMinFall = 0.3;  // edges per frame; slower parts do not tell when they strike
 constexpr double kMaxCorrection = 1.0;  // frames; ends are known to a frame
@@ -94,6 +99,27 @@ std::optional<PartMotion> PartMotionOf(const Track& source, const Track& target,
   return motion;
 }
 
+std::optional<PartMotion> MotionToStart(const Track& source, const Lump& from, const Lump& to,
+                                        mesh::Up up) {
+  const bool is_fall = source.start == TrackStart::kFirstFrame && source.end == TrackEnd::kMerge;
+  if (!is_fall || source.life() <= kMinLife) return std::nullopt;
+  const mesh::HeightAxis height = mesh::AxisOf(up);
+  const double rise = to.height - from.height;
+  Part there = source.At(source.start_time);
+  const Eigen::Vector3d centre = there.centre.head<3>();
+  const Eigen::Vector2d place = PlaceOf(centre, height) + to.place - from.place;
+  there.centre.head<3>() = PointAt(place, height.sign * centre[height.axis] + rise, height);
+  PartMotion motion;
+  motion.source = source;
+  motion.target.end_time = kFramesAtStart;
+  motion.target.end = TrackEnd::kMerge;
+  motion.target.volume = source.volume;
+  motion.target.parts = {there};
+  motion.time_scale = kFramesAtStart / source.life();
+  motion.ends_at_start = true;
+  return motion;
+}
+
 double AccelerationHalfWay(const PartMotion& motion, mesh::Up up) {
   const double s = motion.time_scale;
   const std::optional<FreeFall> fall = FitFreeFall(s > 1 ? motion.target : motion.source, up);
@@ -120,26 +146,34 @@ Expected ExpectedOn(const PartMotion& motion, const Eigen::Vector4f& point,
   return expected;
 }
 
-PartMotions::PartMotions(const Features& source, const Features& target,
-                         const std::vector<AssignedPair>& tracks,
+PartMotions::PartMotions(const Features& source, const Features& target, const FeaturePairs& pairs,
                          const std::vector<Correspondence>& users, double edge_length_m,
                          TimesBlend times) {
   std::vector<int8_t> of_source_track(source.tracks.size(), -1);
   std::vector<int8_t> of_target_track(target.tracks.size(), -1);
-  for (const AssignedPair& pair : tracks) {
+  const auto is_contradicted = [&](const PartMotion& motion) {
+    return std::any_of(users.begin(), users.end(), [&](const Correspondence& user) {
+      return Contradicts(user, motion, edge_length_m);
+    });
+  };
+  for (const AssignedPair& pair : pairs.tracks) {
     const auto motion =
         PartMotionOf(source.tracks[pair.row], target.tracks[pair.column], source.up);
     if (!motion) continue;
-    const bool is_contradicted = std::any_of(
-        users.begin(), users.end(),
-        [&](const Correspondence& user) { return Contradicts(user, *motion, edge_length_m); });
-    if (is_contradicted) continue;
+    if (is_contradicted(*motion)) continue;
     if (IsInFirstFrames(*motion)) lives_.push_back(LifeOf(*motion, edge_length_m));
     const bool is_too_fast = AccelerationHalfWay(*motion, source.up) > kMaxAcceleration;
     if (times == TimesBlend::kLinearly && is_too_fast) continue;
-    static_assert(2 * kMaxAssigned <= std::numeric_limits<int8_t>::max());
+    static_assert(2 * kMaxAssigned <= kMaxMotions);
     of_source_track[pair.row] = static_cast<int8_t>(motions_.size());
     of_target_track[pair.column] = static_cast<int8_t>(motions_.size());
+    motions_.push_back(*motion);
+  }
+  for (const JoinedTrack& joined : pairs.joined.source) {
+    const auto motion = MotionToStart(source.tracks[joined.track], source.lumps[joined.own_lump],
+                                      target.lumps[joined.other_lump], source.up);
+    if (!motion || is_contradicted(*motion) || motions_.size() >= kMaxMotions) continue;
+    of_source_track[joined.track] = static_cast<int8_t>(motions_.size());
     motions_.push_back(*motion);
   }
   if (motions_.empty()) return;

@@ -21,6 +21,10 @@ struct PartMotion {
   double time_scale = 1.0;
   double time_offset = 0.0;
   double scale = 1.0;  // the target's diameter over the source's
+  // The part is joined with the rest in the target's first frame. There it stays at one place, and
+  // its life is mapped to half a frame. So the blend's part falls from between both heights, and
+  // for the shorter the more the target weighs.
+  bool ends_at_start = false;
 };
 
 // Acceleration of the part half-way where times blend linearly, over that in both animations: the
@@ -41,6 +45,12 @@ struct Expected {
 std::optional<PartMotion> PartMotionOf(const Track& source, const Track& target,
                                        mesh::Up up = mesh::Up::kUnknown);
 
+// Motion of a part from the first frame on that is joined with the rest in the target's first
+// frame.
+//   from, to  its lumps, in the source and in the target
+std::optional<PartMotion> MotionToStart(const Track& source, const Lump& from, const Lump& to,
+                                        mesh::Up up);
+
 // Counterpart of a source point.
 //   normal  unit length, of the source at `point`
 Expected ExpectedOn(const PartMotion& motion, const Eigen::Vector4f& point,
@@ -52,10 +62,9 @@ class PartMotions {
   PartMotions() = default;
   // Takes the pairs of tracks that users' points do not contradict, by sending a point of the part
   // elsewhere. Where times blend linearly, without those that would fall with over 1.1 times their
-  // gravity half-way.
-  PartMotions(const Features& source, const Features& target,
-              const std::vector<AssignedPair>& tracks, const std::vector<Correspondence>& users,
-              double edge_length_m, TimesBlend times);
+  // gravity half-way. Then the source's parts that are joined with the rest in the target.
+  PartMotions(const Features& source, const Features& target, const FeaturePairs& pairs,
+              const std::vector<Correspondence>& users, double edge_length_m, TimesBlend times);
 
   const std::vector<PartMotion>& all() const { return motions_; }
   // Lives of the parts that are detached in both first frames; also of those that have no motion

@@ -1,9 +1,9 @@
 #include "worker/registration/features/starts.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "absl/strings/str_format.h"
-#include "worker/registration/features/pair_features.h"
 
 namespace liquidblend::registration {
 namespace {
@@ -11,10 +11,21 @@ namespace {
 constexpr double kAround = 1.5;   // radii; what surrounds the part
 constexpr double kBeneath = 2.0;  // radii; around where it meets the rest
 
-std::vector<Track> FromFirstFrame(const std::vector<Track>& tracks) {
-  std::vector<Track> result;
-  for (const Track& track : tracks) {
-    if (track.start == TrackStart::kFirstFrame) result.push_back(track);
+// The tracks from the first frame on, by whether they are joined with the rest in the other
+// animation.
+struct FirstTracks {
+  std::vector<Track> joined, others;
+};
+
+FirstTracks FromFirstFrame(const std::vector<Track>& tracks,
+                           const std::vector<JoinedTrack>& joined) {
+  FirstTracks result;
+  for (size_t n = 0; n < tracks.size(); ++n) {
+    if (tracks[n].start != TrackStart::kFirstFrame) continue;
+    const bool is_joined = std::any_of(joined.begin(), joined.end(), [n](const JoinedTrack& j) {
+      return j.track == static_cast<int>(n);
+    });
+    (is_joined ? result.joined : result.others).push_back(tracks[n]);
   }
   return result;
 }
@@ -44,16 +55,17 @@ void Append(const std::vector<Track>& tracks, const char* whose, const char* oth
 
 }  // namespace
 
-OpenStarts FindOpenStarts(const std::vector<Track>& source, const std::vector<Track>& target,
-                          const Surface& source_surface, const Surface& target_surface) {
-  const Features from = {FromFirstFrame(source), {}}, to = {FromFirstFrame(target), {}};
-  OpenStarts open;
-  if (from.tracks.size() == to.tracks.size()) return open;
-  const bool in_source = from.tracks.size() > to.tracks.size();
+OpenStarts FindOpenStarts(const Features& source, const Features& target, const SceneScale& scale) {
+  const JoinedTracks joined = FindJoinedTracks(source, target, scale);
+  FirstTracks from = FromFirstFrame(source.tracks, joined.source);
+  FirstTracks to = FromFirstFrame(target.tracks, joined.target);
+  OpenStarts open = {std::move(from.joined), std::move(to.joined)};
+  if (from.others.size() == to.others.size()) return open;
+  const bool in_source = from.others.size() > to.others.size();
   PairOptions options;
   options.min_confidence = 0;
-  const auto pairs = PairFeatures(from, to, ScaleOf(source_surface, target_surface), options);
-  const std::vector<Track>& more = in_source ? from.tracks : to.tracks;
+  const auto pairs = PairFeatures({from.others, {}}, {to.others, {}}, scale, options);
+  const std::vector<Track>& more = in_source ? from.others : to.others;
   for (int n = 0; n < static_cast<int>(more.size()); ++n) {
     const bool is_paired =
         std::any_of(pairs.tracks.begin(), pairs.tracks.end(),

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "worker/registration/features/tracks.h"
+#include "worker/registration/features/pair_features.h"
 
 namespace liquidblend::registration {
 
@@ -16,10 +16,9 @@ struct OpenStarts {
   bool empty() const { return source.empty() && target.empty(); }
 };
 
-// Finds the open starts: the tracks of the animation that has more of them, without those that pair
-// best. If both have as many, there are none.
-OpenStarts FindOpenStarts(const std::vector<Track>& source, const std::vector<Track>& target,
-                          const Surface& source_surface, const Surface& target_surface);
+// Finds the open starts: the tracks whose lumps are joined with the rest in the other animation. Of
+// the others, those of the animation that has more of them, without those that pair best.
+OpenStarts FindOpenStarts(const Features& source, const Features& target, const SceneScale& scale);
 
 // Flags the source's vertices that an open start of the source concerns (Surface::open): of the
 // part while it is apart, of its surroundings and of the surface that it strikes. Empty if there

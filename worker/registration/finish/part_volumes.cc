@@ -35,11 +35,12 @@ std::vector<double> TimesOf(const PartMotions& motions, const mesh::SpaceTimeMes
                             int num_frames) {
   std::vector<double> times = mesh::WholeFrames(target);
   std::erase_if(times, [&](double time) {
-    return time >= num_frames ||
-           std::none_of(motions.all().begin(), motions.all().end(),
-                        [time](const PartMotion& motion) {
-                          return time >= motion.target.start_time && time < motion.target.end_time;
-                        });
+    return time >= num_frames || std::none_of(motions.all().begin(), motions.all().end(),
+                                              [time](const PartMotion& motion) {
+                                                return time >= motion.target.start_time &&
+                                                       time < motion.target.end_time &&
+                                                       !motion.ends_at_start;
+                                              });
   });
   return times;
 }
@@ -108,7 +109,7 @@ void MatchPartVolumes(const Surface& source, const PackedLists& neighbors, const
     Points correction = Points::Zero(4, displacement.cols());
     arena.For(displacement.cols(), [&](int64_t v) {
       const PartMotion* const motion = motions.Of(v);
-      if (motion == nullptr) return;
+      if (motion == nullptr || motion->ends_at_start) return;
       const double time = source.points(3, v) + displacement(3, v);
       const double offset = OffsetAt(offsets[motion - motions.all().data()], times, time);
       const Eigen::Vector3f normal = ImageNormal(source, neighbors, displacement, 1, v).head<3>();

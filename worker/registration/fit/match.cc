@@ -95,6 +95,18 @@ void AppendFound(const std::vector<std::optional<FitTerm>>& found, Matches& matc
   matches.num_samples += static_cast<int64_t>(found.size());
 }
 
+// Of a part that is joined with the rest in the target: there is no closest point to it there.
+FitTerm TermAtStart(const Surface& source, int32_t v, const PartMotion& motion) {
+  const Eigen::Vector4f p = source.points.col(v);
+  const Expected expected = ExpectedOn(motion, p, source.mesh.normals.col(v));
+  FitTerm term{v, expected.point - p, kMotionWeight * Eigen::Matrix4f::Identity()};
+  if (source.InFirstSlab(v)) {  // it stays before the first frame
+    term.goal[3] = 0;
+    term.metric(3, 3) = 0;
+  }
+  return term;
+}
+
 }  // namespace
 
 bool IsBeforeTarget(const Surface& source, int64_t v, const Eigen::Vector4f& moved) {
@@ -240,9 +252,13 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
         const int32_t v = samples[s];
         if (!options.match_thin && source_.IsThin(v)) return;
         Eigen::Vector4f p = state.points.col(v);
+        const PartMotion* const motion = motions_.Of(v);
+        if (motion != nullptr && motion->ends_at_start) {
+          found[s] = TermAtStart(source_, v, *motion);
+          return;
+        }
         if (source_.IsOpen(v) && IsBeforeTarget(source_, v, p)) return;
         Eigen::Vector4f n = DeformedNormal(state.nodes, state.maps, source_, v);
-        const PartMotion* const motion = motions_.Of(v);
         if (motion != nullptr) {
           const Expected expected =
               ExpectedOn(*motion, source_.points.col(v), source_.mesh.normals.col(v));

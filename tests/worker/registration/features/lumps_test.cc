@@ -80,7 +80,7 @@ TEST(PairLumps, GoByPlaceAndSize) {
 }
 
 // Two animations: the left drop touches the pool in one, the right one in the other.
-TEST(AreJoinedInOther, ADropThatIsApartInOneOnlyIsNotTheOtherOne) {
+TEST(FindJoinedTracks, ADropThatIsApartInOneOnlyIsNotTheOtherOne) {
   const TestSurface a(Pool({BridgedAt(-0.6), DropAt(0.6, 0.7)}));
   const TestSurface b(Pool({DropAt(-0.6, 0.7), BridgedAt(0.6)}));
   const auto tracks_of = [](const TestSurface& test) {
@@ -92,12 +92,16 @@ TEST(AreJoinedInOther, ADropThatIsApartInOneOnlyIsNotTheOtherOne) {
   const auto a_lumps = FindLumps(a.surface, kMinProminence);
   const auto b_lumps = FindLumps(b.surface, kMinProminence);
   const auto joined = [&](const std::vector<Track>& tracks, const std::vector<Lump>& lumps) {
-    return AreJoinedInOther({a_tracks, a_lumps}, {tracks, lumps}, PairLumps(a_lumps, lumps, 40),
+    return FindJoinedTracks({a_tracks, a_lumps}, {tracks, lumps}, PairLumps(a_lumps, lumps, 40),
                             a.mesh.up, 0.5);
   };
-  EXPECT_THAT(joined(b_tracks, b_lumps), ElementsAre(1));
-  EXPECT_THAT(joined(a_tracks, a_lumps), ElementsAre(0)) << "apart in both";
-  EXPECT_THAT(joined(b_tracks, {}), ElementsAre(0)) << "nothing is known";
+  const std::vector<JoinedTrack> found = joined(b_tracks, b_lumps);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].track, 0);
+  EXPECT_GT(a_lumps[found[0].own_lump].place[0], 0);
+  EXPECT_GT(b_lumps[found[0].other_lump].place[0], 0);
+  EXPECT_TRUE(joined(a_tracks, a_lumps).empty()) << "apart in both";
+  EXPECT_TRUE(joined(b_tracks, {}).empty()) << "nothing is known";
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr double kReach = 5.0;
+const FeaturePairs kOnePair = {.tracks = {{0, 0, 1.0}}, .extrema = {}};
 
 // A ball that falls steadily along z from 80 on.
 Track Fall(double edges_per_frame, int num_slabs, TrackEnd end = TrackEnd::kMerge) {
@@ -87,7 +88,7 @@ TEST(PartMotions, OfFallsThatAreTooFastHalfWayAreTakenOnlyIfTimesBlendAsSquares)
     Features source, target;
     source.tracks = {FreeFallOf(0.2, 10)};
     target.tracks = {FreeFallOf(0.2, num_slabs)};
-    return PartMotions(source, target, {{0, 0, 1.0}}, {}, 1.0, times).all().size();
+    return PartMotions(source, target, kOnePair, {}, 1.0, times).all().size();
   };
   EXPECT_EQ(count(15, TimesBlend::kLinearly), 1u);
   EXPECT_EQ(count(30, TimesBlend::kLinearly), 0u);
@@ -100,7 +101,7 @@ TEST(PartMotions, TellTheLivesOfPartsThatAreDetachedInBothFirstFrames) {
     Features from, to;
     from.tracks = {std::move(source)};
     to.tracks = {std::move(target)};
-    return PartMotions(from, to, {{0, 0, 1.0}}, {}, kEdgeM, TimesBlend::kLinearly).lives();
+    return PartMotions(from, to, kOnePair, {}, kEdgeM, TimesBlend::kLinearly).lives();
   };
   const std::vector<mesh::PartLife> fall = lives(Fall(4, 15), Fall(8, 7));
   ASSERT_EQ(fall.size(), 1u);
@@ -114,10 +115,25 @@ TEST(PartMotions, TellTheLivesOfPartsThatAreDetachedInBothFirstFrames) {
   EXPECT_TRUE(lives(Fall(8, 7), splash).empty());
 }
 
+TEST(PartMotions, APartThatIsJoinedInTheTargetEndsAtItsStart) {
+  const Track fall = Fall(4, 10);  // from a height of 80
+  const Lump from = {.place = {1, 2}, .height = 85}, to = {.place = {4, 6}, .height = 45};
+  const auto motion = MotionToStart(fall, from, to, mesh::Up::kZ);
+  ASSERT_TRUE(motion.has_value());
+  const Eigen::Vector4f normal(0, 0, 1, 0);
+  // The top, in the first frame and half-way to the strike.
+  const Eigen::Vector4f first = ExpectedOn(*motion, {1, 2, 85, 0}, normal).point;
+  EXPECT_LT((first - Eigen::Vector4f(4, 6, 45, 0)).norm(), 1e-3);
+  const Eigen::Vector4f later = ExpectedOn(*motion, {1, 2, 65, 5}, normal).point;
+  EXPECT_LT((later - Eigen::Vector4f(4, 6, 45, 0.25)).norm(), 1e-3);
+  EXPECT_FALSE(MotionToStart(Fall(4, 10, TrackEnd::kLastFrame), from, to, mesh::Up::kZ));
+  EXPECT_FALSE(MotionToStart(Fall(4, 1), from, to, mesh::Up::kZ));
+}
+
 class PartMotionsOfScenes : public ::testing::Test {
  protected:
   PartMotions Find(const std::vector<Correspondence>& users) const {
-    return PartMotions(source_features_, target_features_, {{0, 0, 1.0}}, users,
+    return PartMotions(source_features_, target_features_, kOnePair, users,
                        source_.mesh.edge_length_m, TimesBlend::kLinearly);
   }
   TestSurface source_{Scene({DropAt(-0.2, 0.8)}, 0.6)};

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "tests/worker/registration/drops_testing.h"
+#include "worker/registration/features/automatic.h"
 #include "worker/registration/register.h"
 
 namespace liquidblend::registration::starts_test {
@@ -23,13 +24,9 @@ synthetic::SteadyDrop BridgedDropAt(double x, double z) {
   return drop;
 }
 
-std::vector<Track> TracksOf(const Surface& surface) {
-  return FindTracks(FindParts(surface), surface.mesh.num_frames);
-}
-
 OpenStarts Find(const TestSurface& source, const TestSurface& target) {
-  return FindOpenStarts(TracksOf(source.surface), TracksOf(target.surface), source.surface,
-                        target.surface);
+  return FindOpenStarts(FindTrackFeatures(source.surface), FindTrackFeatures(target.surface),
+                        ScaleOf(source.surface, target.surface));
 }
 
 Registration Registered(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
@@ -78,6 +75,17 @@ TEST(OpenStarts, PartsThatPairAreNone) {
   const OpenStarts open = Find(two, one_bridged);
   ASSERT_EQ(open.source.size(), 1u);
   EXPECT_LT(open.source[0].parts[0].centre[0], 0);
+}
+
+// As many parts are apart in both, but other ones.
+TEST(OpenStarts, AreOfBothWhereAnotherDropIsBridged) {
+  const TestSurface left(Scene({BridgedDropAt(-0.5, 0.6), DropAt(0.5, 0.8)}));
+  const TestSurface right(Scene({DropAt(-0.5, 0.8), BridgedDropAt(0.5, 0.6)}));
+  const OpenStarts open = Find(left, right);
+  ASSERT_EQ(open.source.size(), 1u);
+  EXPECT_GT(open.source[0].parts[0].centre[0], 0);
+  ASSERT_EQ(open.target.size(), 1u);
+  EXPECT_LT(open.target[0].parts[0].centre[0], 0);
 }
 
 TEST(OpenStarts, AFreeDropStaysOneOnADropThatIsBridged) {
