@@ -36,9 +36,18 @@ absl::Status CheckNames(const std::vector<std::string>& names) {
   return absl::OkStatus();
 }
 
+absl::Status CheckInterpolation(Interpolation interpolation) {
+  if (interpolation == Interpolation::kLinear || interpolation == Interpolation::kSmooth) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat("interpolation ", static_cast<int>(interpolation),
+                                                 " is neither linear nor smooth"));
+}
+
 }  // namespace
 
 absl::Status Validate(const ParameterSpace& space, int num_animations) {
+  LB_RETURN_IF_ERROR(CheckInterpolation(space.interpolation));
   if (space.empty()) return absl::OkStatus();
   LB_RETURN_IF_ERROR(CheckNames(space.names));
   if (space.points.size() != static_cast<size_t>(num_animations)) {

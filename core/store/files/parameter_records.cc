@@ -8,6 +8,9 @@ v1::ParameterSpace ToMessage(const mesh::ParameterSpace& space) {
   for (const std::vector<double>& point : space.points) {
     message.add_points()->mutable_values()->Assign(point.begin(), point.end());
   }
+  if (space.interpolation != mesh::Interpolation::kLinear) {
+    message.set_interpolation(static_cast<v1::ParameterSpace::Interpolation>(space.interpolation));
+  }
   return message;
 }
 
@@ -16,6 +19,9 @@ mesh::ParameterSpace FromMessage(const v1::ParameterSpace& message) {
   space.names.assign(message.names().begin(), message.names().end());
   for (const v1::ParameterPoint& point : message.points()) {
     space.points.emplace_back(point.values().begin(), point.values().end());
+  }
+  if (message.interpolation() != v1::ParameterSpace::INTERPOLATION_UNSPECIFIED) {
+    space.interpolation = static_cast<mesh::Interpolation>(message.interpolation());
   }
   return space;
 }

@@ -37,5 +37,12 @@ TEST(ParameterSpace, NamesTheFirstFault) {
               "points[2]: b is inf, not finite");
 }
 
+TEST(ParameterSpace, HasAnInterpolationThatIsKnown) {
+  ParameterSpace space = {{"x"}, {{0}, {1}, {2}}, Interpolation::kSmooth};
+  EXPECT_TRUE(Validate(space, 3).ok());
+  space.interpolation = static_cast<Interpolation>(7);
+  ExpectFault(space, "interpolation 7 is neither linear nor smooth");
+}
+
 }  // namespace
 }  // namespace liquidblend::mesh::parameter_space_test

@@ -14,7 +14,7 @@ FamilyContents TwoTargets() {
   FamilyContents contents;
   contents.name = "family";
   contents.source_name = "still";
-  contents.parameter_space = {{"speed"}, {{0}, {1}, {2}}};
+  contents.parameter_space = {{"speed"}, {{0}, {1}, {2}}, mesh::Interpolation::kSmooth};
   contents.source = synthetic::WedgeSphere(1);
   contents.bounds = Eigen::AlignedBox3f(Eigen::Vector3f(-1, -1, -1), Eigen::Vector3f(1, 2, 3));
   contents.targets.resize(2);
@@ -40,6 +40,7 @@ TEST(AssembleFamily, OwnsAllThatItShows) {
   EXPECT_EQ(family->name, "family");
   EXPECT_EQ(family->source, "still");
   EXPECT_EQ(family->parameter_space.points, contents.parameter_space.points);
+  EXPECT_EQ(family->parameter_space.interpolation, mesh::Interpolation::kSmooth);
   ASSERT_EQ(family->targets.size(), 2U);
   EXPECT_EQ(family->targets[1].name, "fast");
   EXPECT_EQ(family->targets[1].report.num_nodes, 7);

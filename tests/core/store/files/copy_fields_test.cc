@@ -100,11 +100,13 @@ TEST(CopyFields, CopiesListsOfMessages) {
   record.add_names("height");
   record.add_points()->add_values(1.5);
   record.add_points();
+  record.set_interpolation(v1::ParameterSpace::SMOOTH);
   const auto space = CopyOf<liquidblend::v1::ParameterSpace>(record);
   EXPECT_THAT(space.names(), ElementsAre("height"));
   ASSERT_EQ(space.points_size(), 2);
   EXPECT_THAT(space.points(0).values(), ElementsAre(1.5));
   EXPECT_THAT(space.points(1).values(), IsEmpty());
+  EXPECT_EQ(space.interpolation(), liquidblend::v1::ParameterSpace::SMOOTH);
 }
 
 TEST(CopyFields, KeepsWhetherAFieldIsSet) {

@@ -163,6 +163,27 @@ TEST(FamilyFile, GivesBackThePointsInParameterSpace) {
   EXPECT_TRUE(without->parameter_space.empty());
 }
 
+TEST(FamilyFile, GivesBackTheInterpolationOfPoints) {
+  EXPECT_EQ(Open(Whole())->parameter_space.interpolation, mesh::Interpolation::kLinear);
+  const Sample sample;
+  mesh::RegisteredFamily family = sample.View();
+  EXPECT_EQ(ManifestOf(family).parameter_space().interpolation(),
+            v1::ParameterSpace::INTERPOLATION_UNSPECIFIED);
+  family.parameter_space.interpolation = mesh::Interpolation::kSmooth;
+  const auto smooth = Open(Written(family));
+  ASSERT_THAT(smooth, Succeeds());
+  EXPECT_EQ(smooth->parameter_space.interpolation, mesh::Interpolation::kSmooth);
+  EXPECT_THAT(Open(Changed([](Manifest& m) {
+                m.mutable_parameter_space()->set_interpolation(v1::ParameterSpace::LINEAR);
+              }))->parameter_space.interpolation,
+              mesh::Interpolation::kLinear);
+  EXPECT_THAT(Open(Changed([](Manifest& m) {
+                m.mutable_parameter_space()->set_interpolation(
+                    static_cast<v1::ParameterSpace::Interpolation>(7));
+              })),
+              Fails(Code::kInvalidArgument, "interpolation 7 is neither linear nor smooth"));
+}
+
 TEST(FamilyFile, RefusesPointsThatDoNotFit) {
   EXPECT_THAT(Open(Changed([](Manifest& m) {
                 m.mutable_parameter_space()->mutable_points()->RemoveLast();
