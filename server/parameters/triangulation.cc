@@ -92,10 +92,9 @@ bool IsPartlyBefore(const Corners& corners, const Point& at, const Point& viewer
   return false;
 }
 
-// Without the last bits, which are noise: 0, 1/2 and 1 come out as such.
-double Round(double coordinate) { return std::round(coordinate / kStep) * kStep; }
-
 }  // namespace
+
+double RoundedWeight(double weight) { return std::round(weight / kStep) * kStep; }
 
 absl::StatusOr<Triangulation> Triangulation::Make(const mesh::ParameterSpace& space) {
   const Eigen::MatrixXd points = MatrixOf(space);
@@ -181,6 +180,11 @@ Triangulation::Nearest Triangulation::FindNearest(const Point& point) const {
   return best;
 }
 
+Eigen::VectorXd Triangulation::Scale(std::span<const double> point) const {
+  const Eigen::Map<const Eigen::VectorXd> values(point.data(), min_.size());
+  return (values - min_).cwiseQuotient(range_);
+}
+
 absl::Status Triangulation::OutsideError(std::span<const double> point,
                                          const Nearest& nearest) const {
   const Point inside = min_ + range_.cwiseProduct(nearest.point);
@@ -198,8 +202,7 @@ absl::StatusOr<Location> Triangulation::Locate(std::span<const double> point,
   for (size_t i = 0; i < point.size(); ++i) {
     if (!std::isfinite(point[i])) return Fault(absl::StrCat(names_[i], " is ", point[i]));
   }
-  const Eigen::Map<const Eigen::VectorXd> values(point.data(), min_.size());
-  const Point scaled = (Point(values) - min_).cwiseQuotient(range_);
+  const Point scaled = Scale(point);
   if (!(scaled.cwiseAbs().maxCoeff() <= kFarthest)) {
     return absl::OutOfRangeError(absl::StrCat("(", Describe(names_, point), ") lies more than ",
                                               kFarthest, " times the parameters' ranges away"));
@@ -217,7 +220,7 @@ absl::StatusOr<Location> Triangulation::Locate(std::span<const double> point,
   location.weights.assign(num_animations_ - 1, 0.0);
   for (size_t i = 0; i < simplex->animations.size(); ++i) {
     const int animation = simplex->animations[i];
-    if (animation > 0) location.weights[animation - 1] = Round(coordinates[i]);
+    if (animation > 0) location.weights[animation - 1] = RoundedWeight(coordinates[i]);
   }
   return location;
 }

@@ -24,6 +24,9 @@ enum class Outside {
   kExtrapolate,  // by the nearest simplex
 };
 
+// A weight without its last bits, which are noise: a multiple of 2^-30.
+double RoundedWeight(double weight);
+
 struct Location {
   std::vector<double> weights;  // one per target; the source has 1 - sum
   bool is_extrapolated = false;
@@ -48,6 +51,9 @@ class Triangulation {
   // times the parameters' ranges.
   // Cost: microseconds.
   absl::StatusOr<Location> Locate(std::span<const double> point, Outside outside) const;
+
+  // The point in units of the parameters' ranges, in which the hull is within [0, 1].
+  Eigen::VectorXd Scale(std::span<const double> point) const;
 
   const std::vector<std::string>& names() const { return names_; }
   int num_simplices() const { return static_cast<int>(simplices_.size()); }

@@ -8,8 +8,8 @@
 #include <limits>
 #include <random>
 
-#include "absl/strings/str_cat.h"
 #include "server/parameters/delaunay.h"
+#include "tests/server/parameters/spaces_testing.h"
 
 namespace liquidblend::parameters {
 namespace {
@@ -18,43 +18,6 @@ using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Pointwise;
-
-using Values = std::vector<double>;
-
-constexpr double kExact = 4e-9;  // weights are rounded to multiples of 2^-30
-
-mesh::ParameterSpace SpaceOf(std::vector<Values> points) {
-  mesh::ParameterSpace space;
-  for (size_t i = 0; i < points[0].size(); ++i) space.names.push_back(absl::StrCat("p", i));
-  space.points = std::move(points);
-  return space;
-}
-
-// Points at all combinations of the values of each parameter; the first parameter changes fastest.
-mesh::ParameterSpace GridOf(const std::vector<Values>& values) {
-  std::vector<Values> points = {{}};
-  for (const Values& axis : values) {
-    std::vector<Values> more;
-    for (const double value : axis) {
-      for (Values point : points) {
-        point.push_back(value);
-        more.push_back(point);
-      }
-    }
-    points = more;
-  }
-  return SpaceOf(points);
-}
-
-mesh::ParameterSpace RandomSpace(int num_parameters, int num_points, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> value(-3.0, 5.0);
-  std::vector<Values> points(num_points, Values(num_parameters));
-  for (Values& point : points) {
-    for (double& x : point) x = value(random);
-  }
-  return SpaceOf(points);
-}
 
 Triangulation Make(const mesh::ParameterSpace& space) {
   absl::StatusOr<Triangulation> made = Triangulation::Make(space);
@@ -75,17 +38,6 @@ Location Locate(const Triangulation& triangulation, const Values& point,
   return location.value_or(Location());
 }
 
-// What the weights, the source's included, make of the animations' points.
-Values BlendOf(const mesh::ParameterSpace& space, const Values& weights) {
-  Values blend = space.points[0];
-  for (size_t k = 0; k < weights.size(); ++k) {
-    for (size_t i = 0; i < blend.size(); ++i) {
-      blend[i] += weights[k] * (space.points[k + 1][i] - space.points[0][i]);
-    }
-  }
-  return blend;
-}
-
 // The smallest of all weights, the source's included.
 double SmallestWeight(const Values& weights) {
   double source = 1.0;
@@ -95,21 +47,6 @@ double SmallestWeight(const Values& weights) {
     smallest = std::min(smallest, weight);
   }
   return std::min(source, smallest);
-}
-
-// A random mixture of all points: inside of their hull.
-Values RandomMixture(const mesh::ParameterSpace& space, std::mt19937& random) {
-  std::exponential_distribution<double> share;
-  Values weights(space.points.size());
-  double sum = 0.0;
-  for (double& weight : weights) sum += weight = std::pow(share(random), 3);
-  Values mixture(space.names.size(), 0.0);
-  for (size_t k = 0; k < weights.size(); ++k) {
-    for (size_t i = 0; i < mixture.size(); ++i) {
-      mixture[i] += weights[k] / sum * space.points[k][i];
-    }
-  }
-  return mixture;
 }
 
 // At points inside of the hull, the weights are positive and give the point back.
