@@ -21,6 +21,7 @@ namespace {
 struct RegisterFlags {
   RegisterRequest request;
   std::vector<std::string> points;
+  Interpolation interpolation = Interpolation::kUnspecified;
   std::string correspondences;
   bool wait = false;
 };
@@ -34,6 +35,7 @@ absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
     LBC_ASSIGN_OR_RETURN(request.correspondences, ReadCorrespondences(flags.correspondences));
   }
   LBC_ASSIGN_OR_RETURN(request.parameter_space, ParsePoints(flags.points, request));
+  request.parameter_space.interpolation = flags.interpolation;
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const Operation started, client->RegisterFamily(request));
   if (!flags.wait) {
@@ -116,6 +118,12 @@ void AddRegister(CLI::App& app, Context& context) {
                       "ANIMATION:NAME=VALUE[,..]: its point in the space of your own parameters, "
                       "e.g. drops-a:height=1.2,width=0.5; for the source and every target; no "
                       "parameters unless given");
+  AddNamedValue<Interpolation>(
+      "--interpolation", flags->interpolation,
+      "How points between those of --at become weights: linearly in the simplex around\n"
+      "them (linear, unless given), or by a smooth function through all animations,\n"
+      "which are three or more; with --refine, as the family has it",
+      {{"linear", Interpolation::kLinear}, {"smooth", Interpolation::kSmooth}}, *command);
   command->add_flag("--refine", request.refine,
                     "Go on from the family's newest version, with the correspondences given "
                     "instead of its own; --source and --target may be left out");

@@ -220,6 +220,9 @@ ParameterSpace ToParameterSpace(const v1::ParameterSpace& proto) {
   for (const v1::ParameterPoint& point : proto.points()) {
     space.points.emplace_back(point.values().begin(), point.values().end());
   }
+  if (v1::ParameterSpace::Interpolation_IsValid(proto.interpolation())) {
+    space.interpolation = static_cast<Interpolation>(proto.interpolation());  // the same numbers
+  }
   return space;
 }
 

@@ -110,6 +110,8 @@ void SetParameterSpace(const ParameterSpace& space, v1::ParameterSpace* proto) {
   for (const std::vector<double>& point : space.points) {
     proto->add_points()->mutable_values()->Assign(point.begin(), point.end());
   }
+  proto->set_interpolation(
+      static_cast<v1::ParameterSpace::Interpolation>(space.interpolation));  // the same numbers
 }
 
 }  // namespace
@@ -143,7 +145,8 @@ v1::RegisterFamilyRequest ToProto(const RegisterRequest& request) {
       static_cast<v1::Verdict::Grade>(request.required_grade));  // same numbers
   proto.set_priority(request.priority);
   const ParameterSpace& space = request.parameter_space;
-  if (!space.names.empty() || !space.points.empty()) {
+  if (!space.names.empty() || !space.points.empty() ||
+      space.interpolation != Interpolation::kUnspecified) {
     SetParameterSpace(space, proto.mutable_parameter_space());
   }
   const TimeBlending& times = request.time_blending;

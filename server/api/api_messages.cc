@@ -243,6 +243,9 @@ v1::Family ToFamily(const store::pb::FamilyRecord& record) {
   }
   CompleteSpaceTimeReports(manifest, family);
   *family.mutable_time_blending() = ToTimeBlending(manifest);
+  if (manifest.has_parameter_space()) {
+    *family.mutable_parameter_space() = ToParameterSpace(manifest.parameter_space());
+  }
   return family;
 }
 
@@ -256,7 +259,11 @@ v1::TimeBlending ToTimeBlending(const store::pb::FamilyManifest& manifest) {
 }
 
 v1::ParameterSpace ToParameterSpace(const store::pb::ParameterSpace& record) {
-  return store::CopyOf<v1::ParameterSpace>(record);
+  auto space = store::CopyOf<v1::ParameterSpace>(record);
+  if (space.interpolation() == v1::ParameterSpace::INTERPOLATION_UNSPECIFIED) {
+    space.set_interpolation(v1::ParameterSpace::LINEAR);
+  }
+  return space;
 }
 
 absl::StatusOr<const std::vector<store::pb::WorkerRecord>*> WorkerList::Get() {

@@ -12,6 +12,22 @@
 #include "server/base/names.h"
 
 namespace liquidblend::server {
+namespace {
+
+// Takes the family's points and interpolation where the request has none of its own.
+void CompleteParameterSpace(const store::pb::FamilyManifest& manifest,
+                            v1::RegisterFamilyRequest& request) {
+  if (!manifest.has_parameter_space()) return;
+  const v1::ParameterSpace kept = ToParameterSpace(manifest.parameter_space());
+  v1::ParameterSpace& space = *request.mutable_parameter_space();
+  const auto interpolation = space.interpolation();
+  if (space.names().empty() && space.points().empty()) space = kept;
+  space.set_interpolation(interpolation != v1::ParameterSpace::INTERPOLATION_UNSPECIFIED
+                              ? interpolation
+                              : kept.interpolation());
+}
+
+}  // namespace
 
 absl::StatusOr<int64_t> CompleteRefinement(store::Catalog& catalog,
                                            v1::RegisterFamilyRequest& request) {
@@ -25,9 +41,7 @@ absl::StatusOr<int64_t> CompleteRefinement(store::Catalog& catalog,
   for (const std::string& id : family.manifest().targets()) targets.push_back(AnimationName(id));
   if (request.source().empty()) request.set_source(source);
   if (request.targets().empty()) request.mutable_targets()->Assign(targets.begin(), targets.end());
-  if (!request.has_parameter_space() && family.manifest().has_parameter_space()) {
-    *request.mutable_parameter_space() = ToParameterSpace(family.manifest().parameter_space());
-  }
+  CompleteParameterSpace(family.manifest(), request);
   if (request.time_blending().kind() == v1::TimeBlending::KIND_UNSPECIFIED &&
       request.time_blending().rest_time_s() == 0) {
     *request.mutable_time_blending() = ToTimeBlending(family.manifest());

@@ -9,10 +9,10 @@
 
 namespace liquidblend::server {
 
-// The version to refine; fills in source, targets and points in parameter space where the request
-// leaves them out. Errors: kNotFound; kFailedPrecondition if no version of the family is finished;
-// kInvalidArgument if the request names other animations, with both.
-// Requires: family_id is an id, source and targets are names.
+// The version to refine; fills in source, targets, points in parameter space, their interpolation
+// and time blending where the request leaves them out. Errors: kNotFound; kFailedPrecondition if no
+// version of the family is finished; kInvalidArgument if the request names other animations, with
+// both. Requires: family_id is an id, source and targets are names.
 absl::StatusOr<int64_t> CompleteRefinement(store::Catalog& catalog,
                                            v1::RegisterFamilyRequest& request);
 

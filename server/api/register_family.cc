@@ -22,7 +22,7 @@
 #include "server/base/errors.h"
 #include "server/base/names.h"
 #include "server/base/request_id.h"
-#include "server/parameters/triangulation.h"
+#include "server/parameters/interpolator.h"
 
 namespace liquidblend::server {
 namespace {
@@ -158,9 +158,12 @@ absl::Status CheckParameterSpace(const v1::RegisterFamilyRequest& request, const
   const bool is_too_large = request.targets_size() > limits.max_targets;  // said elsewhere
   if (!request.has_parameter_space() || is_too_large) return absl::OkStatus();
   const mesh::ParameterSpace space = store::FromMessage(ToRecord(request.parameter_space()));
+  if (space.empty() && space.interpolation == mesh::Interpolation::kSmooth) {
+    return absl::InvalidArgumentError("smooth interpolation needs a point for each animation");
+  }
   if (space.empty()) return absl::InvalidArgumentError("has neither names nor points");
   LB_RETURN_IF_ERROR(mesh::Validate(space, 1 + request.targets_size()));
-  return parameters::Triangulation::Make(space).status();
+  return parameters::Interpolator::Make(space).status();
 }
 
 // A bare id of the family, and names of the animations, however the request has them.

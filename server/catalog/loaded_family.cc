@@ -27,19 +27,19 @@ std::vector<std::unique_ptr<const LoadedLevel>> LevelsOf(const mesh::RegisteredF
   return levels;
 }
 
-absl::StatusOr<LoadedFamily::ParameterSpace> Triangulate(const mesh::ParameterSpace& space) {
+absl::StatusOr<LoadedFamily::ParameterSpace> MakeSpace(const mesh::ParameterSpace& space) {
   if (space.empty()) return LoadedFamily::ParameterSpace();
-  LB_ASSIGN_OR_RETURN(parameters::Triangulation made, parameters::Triangulation::Make(space));
+  LB_ASSIGN_OR_RETURN(parameters::Interpolator made, parameters::Interpolator::Make(space));
   return LoadedFamily::ParameterSpace(std::move(made));
 }
 
 }  // namespace
 
-LoadedFamily::LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace triangulated)
+LoadedFamily::LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace space)
     : family(std::move(registered)),
       levels(LevelsOf(family)),
       grid(encode::GridOf(family)),
-      parameter_space(std::move(triangulated)),
+      parameter_space(std::move(space)),
       life_limits(family) {}
 
 absl::Status LoadedFamily::CheckFile() const {
@@ -60,7 +60,7 @@ absl::StatusOr<FamilyPtr> LoadFamily(const store::pb::FamilyRecord& record,
   if (!family.ok()) return LoadError(record.id(), family.status());
   family->name = record.id();
   family->version = record.version();
-  auto space = Triangulate(family->parameter_space);
+  auto space = MakeSpace(family->parameter_space);
   if (!space.ok()) return LoadError(record.id(), space.status());
   const auto loaded = std::make_shared<LoadedFamily>(*std::move(family), *std::move(space));
   loaded->generation = GenerationOf(record);

@@ -15,7 +15,7 @@
 #include "server/blend/life_limits.h"
 #include "server/encode/grid.h"
 #include "server/finish/time_links.h"
-#include "server/parameters/triangulation.h"
+#include "server/parameters/interpolator.h"
 #include "server/slice/cell_index.h"
 
 namespace liquidblend::catalog {
@@ -31,9 +31,9 @@ struct LoadedLevel {
 
 // One version of a family, its levels and its file.  Threads: safe, immutable.
 struct LoadedFamily {
-  using ParameterSpace = std::optional<const parameters::Triangulation>;
-  //   triangulated  of registered.parameter_space, or nothing if that is empty
-  LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace triangulated);
+  using ParameterSpace = std::optional<const parameters::Interpolator>;
+  //   space  of registered.parameter_space, or nothing if that is empty
+  LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace space);
   const mesh::RegisteredFamily family;  // name and version as in the catalog
   // By level of detail: `family`, then its coarser levels.
   const std::vector<std::unique_ptr<const LoadedLevel>> levels;

@@ -43,11 +43,12 @@ absl::StatusOr<std::vector<double>> PointOf(const Parameters& parameters,
                                                      " is missing; there are ", all));
 }
 
-absl::StatusOr<parameters::Location> Locate(const parameters::Triangulation& space,
+absl::StatusOr<parameters::Location> Locate(const parameters::Interpolator& space,
                                             const std::vector<double>& point, bool extrapolate) {
   const auto outside =
       extrapolate ? parameters::Outside::kExtrapolate : parameters::Outside::kRefuse;
-  absl::StatusOr<parameters::Location> location = space.Locate(point, outside);
+  absl::StatusOr<parameters::Location> location =
+      space.Locate(point, outside, {blend::kMinWeight, blend::kMaxWeight});
   if (location.ok()) return location;
   const absl::Status error = AtField(kParametersField, location.status());
   if (extrapolate || !absl::IsOutOfRange(error)) return error;
@@ -66,7 +67,7 @@ absl::Status SetWeightsOfPoint(const catalog::LoadedFamily& loaded, const AskedB
                        " was registered without points in a parameter space; its frames "
                        "are asked for by weights")));
   }
-  const parameters::Triangulation& space = *loaded.parameter_space;
+  const parameters::Interpolator& space = *loaded.parameter_space;
   LB_ASSIGN_OR_RETURN(const std::vector<double> point, PointOf(asked.parameters, space.names()));
   LB_ASSIGN_OR_RETURN(parameters::Location location, Locate(space, point, asked.extrapolate));
   query.weights = std::move(location.weights);

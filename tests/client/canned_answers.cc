@@ -137,6 +137,7 @@ v1::Family MakeFamily(const std::string& id) {
   for (const double height : {1.0, 3.0}) {
     family.mutable_parameter_space()->add_points()->add_values(height);
   }
+  family.mutable_parameter_space()->set_interpolation(v1::ParameterSpace::SMOOTH);
   family.mutable_time_blending()->set_kind(v1::TimeBlending::SQUARES);
   family.mutable_time_blending()->set_rest_time_s(-0.5);
   family.mutable_time_blending()->set_reason("both fall");

@@ -203,6 +203,38 @@ TEST_F(WholeWayTest, APointInParameterSpaceIsTheSameFrameAsItsWeights) {
   EXPECT_EQ(bytes(), GetFrame(1.5, 0.1).data());
 }
 
+// At 1.5 of 1, 2 and 3, linear interpolation has half of the first two, the quadratic through all
+// three has 3/8, 3/4 and -1/8 of them. The source is the second one.
+TEST_F(WholeWayTest, SmoothInterpolationBlendsAllAnimationsUntilARefinementAsksForAnother) {
+  Process server = StartServer(1);
+  for (const auto& [id, speed] : {std::pair("a", 1.0), std::pair("b", 2.0), std::pair("c", 3.0)}) {
+    ExpectSuccess(AwaitDone(ImportBall(id, speed).name()));
+  }
+  const std::string address = Address();
+  const auto register_balls = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments = {"--server", address,        "register", "balls",
+                                          "--wait",   "--iterations", "5"};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    Process command("liquidblend", arguments);
+    return OutputOf(command);
+  };
+  const auto frame = [&] {
+    Process command("liquidblend", {"--server", address, "frame", "balls", "-p", "speed=1.5", "-t",
+                                    "0.2", "-o", data() + "/frame.drc"});
+    return OutputOf(command);
+  };
+  const std::string smooth = "\n  weights between these points are interpolated smoothly\n";
+  EXPECT_THAT(
+      register_balls({"--source", "b", "--target", "a", "--target", "c", "--at", "a:speed=1",
+                      "--at", "b:speed=2", "--at", "c:speed=3", "--interpolation", "smooth"}),
+      HasSubstr(smooth));
+  EXPECT_THAT(frame(), HasSubstr(", weights 0.375, -0.125, time 0.2 s: "));
+  EXPECT_THAT(register_balls({"--refine"}), HasSubstr(smooth));
+  EXPECT_THAT(frame(), HasSubstr(" version 2, weights 0.375, -0.125, time 0.2 s: "));
+  EXPECT_THAT(register_balls({"--refine", "--interpolation", "linear"}), Not(HasSubstr(smooth)));
+  EXPECT_THAT(frame(), HasSubstr(" version 3, weights 0.5, 0, time 0.2 s: "));
+}
+
 TEST_F(WholeWayTest, TheCommandRefinesAFamilyWithCorrespondences) {
   Process server = StartServer(1);
   MakeFamily();

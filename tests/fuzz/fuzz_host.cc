@@ -30,7 +30,7 @@ catalog::FamilyPtr MakeSmallFamily() {
   family.targets[0].name = std::string("b");
   family.targets[1].name = std::string("c");
   family.parameter_space = {{"width", "height"}, {{0, 0}, {1, 0}, {0, 1}}};
-  parameters::Triangulation space = *parameters::Triangulation::Make(family.parameter_space);
+  parameters::Interpolator space = *parameters::Interpolator::Make(family.parameter_space);
   return std::make_shared<catalog::LoadedFamily>(std::move(family), std::move(space));
 }
 

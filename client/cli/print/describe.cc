@@ -87,7 +87,8 @@ std::string Describe(const Verdict& verdict) {
                          absl::StrJoin(figures, ", "));
 }
 
-// A line for each animation, if there are points in parameter space.
+// A line for each animation, if there are points in parameter space, and one if weights between
+// them are smooth.
 std::string DescribePoints(const Family& family) {
   const ParameterSpace& space = family.parameter_space;
   std::string text;
@@ -96,6 +97,9 @@ std::string DescribePoints(const Family& family) {
     for (size_t i = 0; i < space.names.size() && i < space.points[k].size(); ++i) {
       absl::StrAppend(&text, i == 0 ? " " : ", ", space.names[i], " ", space.points[k][i]);
     }
+  }
+  if (space.interpolation == Interpolation::kSmooth) {
+    absl::StrAppend(&text, "\n  weights between these points are interpolated smoothly");
   }
   return text;
 }

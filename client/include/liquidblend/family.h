@@ -177,7 +177,7 @@ struct RegisterRequest {
   ParameterSpace parameter_space;                            // may be empty
   TimeBlending time_blending;
   // Go on from the family's newest version, with these correspondences instead of its own; source,
-  // targets and parameter space may be empty: as they are.
+  // targets and parameter space may be empty, its interpolation unspecified: as they are.
   bool refine = false;
   // Publish a new version, from scratch, of a family that exists already; without this or refine
   // that is kAlreadyExists.

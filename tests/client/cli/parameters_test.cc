@@ -42,6 +42,18 @@ TEST_F(ParametersCommand, RegisterSendsAPointPerAnimation) {
   EXPECT_THAT(missing.err, HasSubstr("--at is missing for 'drops-b'"));
 }
 
+TEST_F(ParametersCommand, RegisterSendsHowPointsAreInterpolated) {
+  const CommandResult registered =
+      Run({"register", "drops", "--source", "drops-a", "--target", "drops-b", "--at",
+           "drops-b:height=3.5", "--at", "drops-a:height=-1.5", "--interpolation", "smooth"});
+  ASSERT_EQ(registered.exit_code, 0) << registered.err;
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("    values: 3.5\n  }\n  interpolation: SMOOTH\n}"));
+  ASSERT_EQ(Run({"register", "drops", "--refine", "--interpolation", "linear"}).exit_code, 0);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("parameter_space {\n  interpolation: LINEAR\n}"));
+  EXPECT_THAT(Run({"register", "drops", "--refine", "--interpolation", "cubic"}).err,
+              HasSubstr("--interpolation: 'cubic' is none of linear, smooth"));
+}
+
 TEST_F(ParametersCommand, RegisterSendsHowTimesBlend) {
   const auto request = [&](std::vector<std::string> flags) {
     flags.insert(flags.begin(),
@@ -74,10 +86,12 @@ TEST_F(ParametersCommand, RegisterWithoutPointsSendsNone) {
 
 TEST_F(ParametersCommand, InspectTellsThePoints) {
   EXPECT_THAT(Run({"inspect", "drops"}).out,
-              HasSubstr("\n  animations/drops-a at height 1\n  animations/drops-b at height 3\n"));
+              HasSubstr("\n  animations/drops-a at height 1\n  animations/drops-b at height 3\n"
+                        "  weights between these points are interpolated smoothly\n"));
   const json space = json::parse(Run({"inspect", "drops", "--json"}).out)["parameterSpace"];
   EXPECT_EQ(space["names"], json({"height"}));
   EXPECT_EQ(space["points"][1]["values"], json({3.0}));
+  EXPECT_EQ(space["interpolation"], "SMOOTH");
   EXPECT_FALSE(
       json::parse(Run({"inspect", "families/empty", "--json"}).out).contains("parameterSpace"));
 }

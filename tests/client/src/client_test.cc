@@ -299,17 +299,31 @@ TEST_F(ClientTest, RegistrationCarriesOptionsAndCorrespondences) {
   track.hard = true;
   track.source = {{1, 2, 3}, 0.5};
   track.length_s = 0.25;
-  request.parameter_space = {{"height"}, {{1.5}, {3.5}}};
+  request.parameter_space = {{"height"}, {{1.5}, {3.5}}, Interpolation::kSmooth};
   request.time_blending = {TimeBlending::Kind::kSquares, -0.75};
   request.correspondences = {{track}};
   ASSERT_TRUE(client_->RegisterFamily(request).ok());
   const std::string sent = server_.LastRequest();
-  for (const char* part :
-       {"family_id: \"drops\"", "source: \"animations/drops-a\"", "targets: \"animations/drops-b\"",
-        "max_iterations: 9", "seed: 42", "kind: TRAJECTORY", "hard: true", "z: 3", "time_s: 0.5",
-        "length_s: 0.25", "thin_sheets_from: 0.25", "connectivity: TRACKED", "droplet_vertices: 0",
-        "coarser_levels: 3", "names: \"height\"", "values: 1.5", "values: 3.5", "kind: SQUARES",
-        "rest_time_s: -0.75"}) {
+  for (const char* part : {"family_id: \"drops\"",
+                           "source: \"animations/drops-a\"",
+                           "targets: \"animations/drops-b\"",
+                           "max_iterations: 9",
+                           "seed: 42",
+                           "kind: TRAJECTORY",
+                           "hard: true",
+                           "z: 3",
+                           "time_s: 0.5",
+                           "length_s: 0.25",
+                           "thin_sheets_from: 0.25",
+                           "connectivity: TRACKED",
+                           "droplet_vertices: 0",
+                           "coarser_levels: 3",
+                           "names: \"height\"",
+                           "values: 1.5",
+                           "values: 3.5",
+                           "interpolation: SMOOTH",
+                           "kind: SQUARES",
+                           "rest_time_s: -0.75"}) {
     EXPECT_THAT(sent, HasSubstr(part));
   }
   EXPECT_THAT(sent, Not(HasSubstr("sheet_thickness_edges"))) << "not set: the server's default";
@@ -379,7 +393,10 @@ TEST_F(ClientTest, AFamilyTellsItsPoints) {
   ASSERT_TRUE(family.ok()) << family.status();
   EXPECT_THAT(family->parameter_space.names, ElementsAre("height"));
   EXPECT_THAT(family->parameter_space.points, ElementsAre(ElementsAre(1), ElementsAre(3)));
-  EXPECT_TRUE(client_->GetFamily("empty")->parameter_space.names.empty());
+  EXPECT_EQ(family->parameter_space.interpolation, Interpolation::kSmooth);
+  const auto empty = client_->GetFamily("empty");
+  EXPECT_TRUE(empty->parameter_space.names.empty());
+  EXPECT_EQ(empty->parameter_space.interpolation, Interpolation::kUnspecified);
 }
 
 TEST_F(ClientTest, AFamilyTellsHowItsTimesBlend) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/store/files/parameter_records.h"
 #include "server/api/handlers.h"
 #include "tests/server/backends_testing.h"
 
@@ -39,18 +40,20 @@ mesh::RegisteredFamily FourAnimations() {
 }
 
 // They are at the corners of a rectangle.
-catalog::LoadedFamily Corners() {
+catalog::LoadedFamily Corners(mesh::Interpolation interpolation) {
   mesh::RegisteredFamily family = FourAnimations();
   family.name = "corners";
-  family.parameter_space = {{"width", "height"}, {{0.5, 20}, {1, 20}, {0.5, 60}, {1, 60}}};
-  parameters::Triangulation space = *parameters::Triangulation::Make(family.parameter_space);
+  family.parameter_space = {
+      {"width", "height"}, {{0.5, 20}, {1, 20}, {0.5, 60}, {1, 60}}, interpolation};
+  parameters::Interpolator space = *parameters::Interpolator::Make(family.parameter_space);
   return catalog::LoadedFamily(std::move(family), std::move(space));
 }
 
-absl::StatusOr<FrameQuery> Ask(const v1::GetFrameRequest& request) {
+absl::StatusOr<FrameQuery> Ask(const v1::GetFrameRequest& request,
+                               mesh::Interpolation interpolation = mesh::Interpolation::kLinear) {
   FrameQuery query;
   const AskedBlend asked = {request.weights(), request.parameters(), request.extrapolate()};
-  const absl::Status status = SetWeights(Corners(), asked, query);
+  const absl::Status status = SetWeights(Corners(interpolation), asked, query);
   if (!status.ok()) return status;
   return query;
 }
@@ -103,6 +106,24 @@ TEST(SetWeights, ExtrapolationEndsAtTheLimitsOfWeights) {
   const auto far = AskAt({{"width", 2.0}, {"height", 20}}, true);
   EXPECT_THAT(far, Fails(Code::kOutOfRange, "are too far outside of the hull"));
   EXPECT_THAT(BlamedFields(far.status()), ElementsAre("parameters"));
+}
+
+TEST(SetWeights, SmoothInterpolationBlendsAllAnimations) {
+  const auto ask = [](const Point& point, bool extrapolate) {
+    v1::GetFrameRequest request;
+    SetPoint(point, request);
+    request.set_extrapolate(extrapolate);
+    return Ask(request, mesh::Interpolation::kSmooth);
+  };
+  const auto middle = ask({{"width", 0.75}, {"height", 40}}, false);
+  ASSERT_THAT(middle, Succeeds());
+  EXPECT_THAT(middle->weights, ElementsAre(0.25, 0.25, 0.25));
+  EXPECT_FALSE(middle->is_extrapolated);
+  EXPECT_THAT(ask({{"width", 1.25}, {"height", 40}}, false),
+              Fails(Code::kOutOfRange, "the nearest point of it is (width 1, height 40)"));
+  EXPECT_TRUE(ask({{"width", 1.25}, {"height", 40}}, true)->is_extrapolated);
+  EXPECT_THAT(ask({{"width", 2.5}, {"height", 20}}, true),
+              Fails(Code::kOutOfRange, "are too far outside of the hull"));
 }
 
 TEST(SetWeights, EveryMistakeIsToldByName) {
@@ -234,6 +255,87 @@ TEST_F(ParametersTest, ARefinementKeepsThePointsUnlessThereAreNewOnes) {
   request.set_refine(true);
   ASSERT_THAT(RegisterFamily(backends_, request), Succeeds());
   EXPECT_THAT(TakeJob().job.register_family().parameter_space().points(1).values(), ElementsAre(3));
+}
+
+// Three animations at heights 1, 2 and 3.
+class InterpolationTest : public ParametersTest {
+ protected:
+  InterpolationTest() { ImportAnimation("c"); }
+
+  static v1::RegisterFamilyRequest Registration(v1::ParameterSpace::Interpolation interpolation) {
+    v1::RegisterFamilyRequest request = ParametersTest::Registration({1, 2, 3});
+    request.set_family_id("three");
+    request.add_targets("animations/c");
+    request.mutable_parameter_space()->set_interpolation(interpolation);
+    return request;
+  }
+
+  // Registers, publishes a family without vertices, and tells what its interpolation is.
+  v1::ParameterSpace::Interpolation Published(const v1::RegisterFamilyRequest& request) {
+    EXPECT_THAT(RegisterFamily(backends_, request), Succeeds());
+    const auto leased = TakeJob();
+    const store::pb::RegisterJob& job = leased.job.register_family();
+    store::pb::FamilyRecord record;
+    record.set_id("three");
+    record.set_blob("blob");
+    record.mutable_manifest()->set_source(job.source());
+    *record.mutable_manifest()->mutable_targets() = job.targets();
+    *record.mutable_manifest()->mutable_parameter_space() =
+        store::ToMessage(store::FromMessage(job.parameter_space()));  // as the worker does
+    EXPECT_THAT(catalog_->PublishFamily(leased.lease_id, record), Succeeds());
+    v1::GetFamilyRequest get;
+    get.set_name("families/three");
+    const auto family = GetFamily(backends_, get);
+    EXPECT_EQ(family->parameter_space().points_size(), 3);
+    return family->parameter_space().interpolation();
+  }
+
+  static v1::RegisterFamilyRequest Refinement() {
+    v1::RegisterFamilyRequest request;
+    request.set_family_id("three");
+    request.set_refine(true);
+    return request;
+  }
+};
+
+TEST_F(InterpolationTest, IsLinearUnlessItIsAskedForAndKeptByRefinements) {
+  using Space = v1::ParameterSpace;
+  EXPECT_EQ(Published(Registration(Space::INTERPOLATION_UNSPECIFIED)), Space::LINEAR);
+  EXPECT_EQ(Published(Refinement()), Space::LINEAR);
+  v1::RegisterFamilyRequest request = Refinement();
+  request.mutable_parameter_space()->set_interpolation(Space::SMOOTH);
+  EXPECT_EQ(Published(request), Space::SMOOTH);
+  EXPECT_EQ(Published(Refinement()), Space::SMOOTH);
+  v1::RegisterFamilyRequest moved = Registration(Space::INTERPOLATION_UNSPECIFIED);
+  moved.set_refine(true);
+  EXPECT_EQ(Published(moved), Space::SMOOTH);
+  request.mutable_parameter_space()->set_interpolation(Space::LINEAR);
+  EXPECT_EQ(Published(request), Space::LINEAR);
+  v1::RegisterFamilyRequest replaced = Registration(Space::SMOOTH);
+  replaced.set_replace(true);
+  EXPECT_EQ(Published(replaced), Space::SMOOTH);
+}
+
+TEST_F(InterpolationTest, ThatCannotBeMeantIsRefused) {
+  const auto refused = [&](const v1::RegisterFamilyRequest& request, const char* what) {
+    const absl::Status status = RegisterFamily(backends_, request).status();
+    EXPECT_THAT(status, Fails(Code::kInvalidArgument, what));
+    EXPECT_THAT(BlamedFields(status), ElementsAre("parameter_space"));
+  };
+  v1::RegisterFamilyRequest request = ParametersTest::Registration({1, 3});
+  request.mutable_parameter_space()->set_interpolation(v1::ParameterSpace::SMOOTH);
+  refused(request, "smooth interpolation of 1 parameter needs at least 3 animations, got 2");
+  request = Registration(v1::ParameterSpace::SMOOTH);
+  request.mutable_parameter_space()->clear_names();
+  request.mutable_parameter_space()->clear_points();
+  refused(request, "smooth interpolation needs a point for each animation");
+  refused(Registration(static_cast<v1::ParameterSpace::Interpolation>(7)),
+          "interpolation 7 is neither linear nor smooth");
+  PublishFamily("drops", "a", "b");  // without points
+  request = Refinement();
+  request.set_family_id("drops");
+  request.mutable_parameter_space()->set_interpolation(v1::ParameterSpace::SMOOTH);
+  refused(request, "smooth interpolation needs a point for each animation");
 }
 
 TEST_F(ParametersTest, ARefinementCanMoveThePoints) {

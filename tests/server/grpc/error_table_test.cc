@@ -92,6 +92,8 @@ const std::vector<Case> kRequests = {
     {"RegisterFamily",
      {R"(family_id: "new" source: "animations/a" targets: "animations/b" parameter_space { names: "h" points { values: 1 } })"}},
     {"RegisterFamily",
+     {R"(family_id: "new" source: "animations/a" targets: "animations/b" parameter_space { names: "h" points { values: 1 } points { values: 2 } interpolation: SMOOTH })"}},
+    {"RegisterFamily",
      {R"(family_id: "new" source: "animations/a" targets: "animations/b" time_blending { kind: SQUARES rest_time_s: 1 })"}},
     {"RegisterFamily",
      {R"(family_id: "new" source: "animations/a" targets: "animations/b" priority: 101)"}},

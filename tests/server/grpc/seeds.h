@@ -23,7 +23,8 @@ inline const std::map<std::string, std::vector<std::string>> kSeeds = {
              source { position { x: 1 y: 2 z: 3 } time_s: 0.1 }
              target { position { x: 1 y: 2 z: 3 } time_s: 0.1 } } }
          time_blending { kind: SQUARES rest_time_s: -1 }
-         parameter_space { names: "height" points { values: 0 } points { values: 1 } })"}},
+         parameter_space { names: "height" points { values: 0 } points { values: 1 }
+           interpolation: LINEAR })"}},
     {"GetFrame",
      {R"(family: "families/splash" weights: 0.5 time_s: 0.1 encoding { position_bits: 12 }
          surface { smoothing_passes: 2 attributes: NORMALS } parameters { name: "h" value: 1 })"}},
