@@ -40,6 +40,8 @@ struct Context {
     weights[target] = w;
     return weights;
   }
+  // Requires: the scene has truths.
+  const mesh::Animation& TruthOf(const Middle& middle) const { return scene.truths[middle.truth]; }
   std::vector<const mesh::Animation*> Inputs() const {
     std::vector<const mesh::Animation*> inputs;
     for (const mesh::Animation& input : scene.inputs) inputs.push_back(&input);
@@ -111,27 +113,29 @@ Comparison PrintDistances(const Context& context) {
     PrintDistance(context, "weight 1", context.BlendAt(context.Only(k, 1.0)), scene.inputs[k + 1],
                   rows);
   }
-  if (!scene.truth) {
+  if (scene.truths.empty()) {
     if (context.each_frame) PrintEachFrame(context, rows);
     return {};
   }
   constexpr double kFar = std::numeric_limits<double>::infinity();
   Comparison result{.best_middle = kFar, .best_baseline = kFar};
   for (const Middle& middle : scene.middles) {
-    const Means means =
-        PrintDistance(context, middle.label, context.BlendAt(middle.weights), *scene.truth, rows);
+    const Means means = PrintDistance(context, middle.label, context.BlendAt(middle.weights),
+                                      context.TruthOf(middle), rows);
     result.best_middle = std::min(result.best_middle, means.early);
   }
-  for (size_t n = 0; n < scene.inputs.size(); ++n) {
-    const Means means =
-        PrintDistance(context, absl::StrCat("baseline: input ", scene.inputs[n].name),
-                      context.Input(n), *scene.truth, rows);
-    result.best_baseline = std::min(result.best_baseline, means.early);
+  for (const mesh::Animation& truth : scene.truths) {
+    for (size_t n = 0; n < scene.inputs.size(); ++n) {
+      const Means means =
+          PrintDistance(context, absl::StrCat("baseline: input ", scene.inputs[n].name),
+                        context.Input(n), truth, rows);
+      result.best_baseline = std::min(result.best_baseline, means.early);
+    }
   }
   for (const Middle& middle : scene.middles) {
     const Means means =
         PrintDistance(context, absl::StrCat("baseline: distance fields, ", middle.label),
-                      BlendOfFields(context, middle.weights), *scene.truth, rows);
+                      BlendOfFields(context, middle.weights), context.TruthOf(middle), rows);
     result.best_baseline = std::min(result.best_baseline, means.early);
   }
   if (context.each_frame) PrintEachFrame(context, rows);
@@ -172,10 +176,8 @@ void PrintFolds(const Context& context) {
 // Parts are compared with the middle simulation's, or with all inputs'.
 void PrintVolumes(const Context& context) {
   const auto inputs = context.Inputs();
-  const bool has_truth = context.scene.truth.has_value();
-  const auto others =
-      has_truth ? std::vector<const mesh::Animation*>{&*context.scene.truth} : inputs;
-  const std::string name = has_truth ? context.scene.truth->name : "the inputs";
+  const bool has_truth = !context.scene.truths.empty();
+  const std::string name = has_truth ? "the simulation" : "the inputs";
   context.out << absl::StrFormat(
       "\n| volume and parts | volume against the inputs' mean: mean, largest | as many parts as "
       "in %s | largest error of a part | parts, mean: blend, %s |\n"
@@ -183,6 +185,8 @@ void PrintVolumes(const Context& context) {
       name, name);
   for (const Middle& middle : context.scene.middles) {
     const SurfaceAt surface = context.BlendAt(middle.weights);
+    const auto others =
+        has_truth ? std::vector<const mesh::Animation*>{&context.TruthOf(middle)} : inputs;
     const VolumeError volume = CompareVolumes(surface, inputs, context.frames, context.arena);
     const ComponentErrors parts = CompareComponents(surface, others, context.frames, context.arena);
     context.out << absl::StrFormat(

@@ -24,4 +24,7 @@ for scene in dam_break crown moved_drop two_drops_bridged throw \
   [ -d "$data/$scene" ] || continue
   "$program" --scene "$scene" --data "$data" "$@" || failed=1
 done
+if [ -d "$data/throw/at_20" ]; then
+  "$program" --scene throw_family --data "$data" "$@" || failed=1
+fi
 exit "$failed"

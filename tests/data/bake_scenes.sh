@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Simulates the scenes that nothing was tuned for, each with its truth, for tests/accuracy/run.sh.
+# Named as SCENE, `throw` is made with the truths of the scene throw_family, at 20 and 40 degrees.
 # What is there already stays. Takes some 10 minutes on two cores.
 #   tests/data/bake_scenes.sh FOLDER [SCENE ...]
 # Needs Blender 3.4: apt-get install blender.
@@ -17,7 +18,9 @@ shift
 [ $# -gt 0 ] || set -- far_drop crossing_drops drop_size block_length inflow_start moving_obstacle
 mkdir -p "$folder"
 for scene in "$@"; do
-  for name in A MID B; do
+  names=(A MID B)
+  [ "$scene" != throw ] || names+=(at_20 at_40)
+  for name in "${names[@]}"; do
     out=$folder/$scene/$name
     [ ! -f "$out/meta.json" ] || continue
     echo "$scene $name"
