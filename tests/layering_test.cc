@@ -65,8 +65,8 @@ const Places kOurs = {"core/", "worker/", "server/", "client/", "tests/", "liqui
 
 // Rule 2: a stage is included by itself and by the folder that calls the stages in order. What a
 // stage prepares once for each family may also be held by the catalog of loaded families.
-const Places kPrepared = {"server/slice/cell_index.h", "server/finish/time_links.h",
-                          "server/encode/grid.h"};
+const Places kPrepared = {"server/slice/cell_index.h", "server/blend/life_limits.h",
+                          "server/finish/time_links.h", "server/encode/grid.h"};
 struct Stage {
   std::string_view folder;
   std::string_view caller;
