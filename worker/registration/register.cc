@@ -150,21 +150,6 @@ std::vector<Correspondence> Join(const std::vector<Correspondence>& users,
   return all;
 }
 
-// The edges of the container that both animations have, but for those that users send elsewhere.
-std::vector<char> HeldEdges(const Surface& source, const Surface& target,
-                            const std::vector<Correspondence>& users, double edge_length_m) {
-  constexpr double kNearUsers = 10.0;  // edges
-  std::vector<char> held = FindSharedEdges(source, target);
-  for (const Correspondence& user : users) {
-    const Eigen::Vector3f place = (user.source.head<3>() / edge_length_m).cast<float>();
-    for (size_t v = 0; v < held.size(); ++v) {
-      const bool is_near = (source.points.col(v).head<3>() - place).norm() < kNearUsers;
-      if (is_near) held[v] = 0;
-    }
-  }
-  return held;
-}
-
 // Correspondences that guide the fit.
 struct Guidance {
   std::vector<Correspondence> correspondences;  // the user's, then those found
@@ -189,7 +174,6 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
     const FeaturePairs pairs =
         PairFeatures(features.source, features.target, ScaleOf(source, target));
     guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
-    pair.source.held = HeldEdges(source, target, users, edge);
     pair.FindPartMotions(features.source, features.target, pairs, users, guidance.rest);
   }
   guidance.correspondences = Join(users, guidance.found);

@@ -138,8 +138,8 @@ TEST(SmoothInterpolation, LeavesQuadraticsOutThatPointsDetermineBadly) {
 
 // Weights of a triangulation have another slope on the other side of a point or of a diagonal.
 TEST(SmoothInterpolation, HasTheSameSlopeOnBothSidesOfEachPoint) {
-  constexpr double kStep = 1e-7;
   ForManyPoints([](const auto& points, const auto& smooth, const auto& point) {
+    constexpr double kStep = 1e-7;
     for (int k = 0; k < points.cols(); ++k) {
       const Eigen::VectorXd at = points.col(k);
       const Eigen::VectorXd step = kStep * (point - at).normalized();

@@ -14,7 +14,6 @@ namespace {
 constexpr float kOneWay = 0.8f;       // length of a mean of normals: less, and they disagree
 constexpr float kNormalEdges = 4.0f;  // what a unit of a normal counts for among places
 constexpr float kSameWay = 0.7f;      // cosine between the normals of a pair
-constexpr float kSamePlace = 1.5f;    // edges; between contacts of an edge in both animations
 
 using Box = std::array<int, 3>;
 
@@ -110,25 +109,21 @@ class ContactNeighbors {
   absl::flat_hash_map<Box, int> at_;
 };
 
-enum class Bend { kInward, kOutward };
-
-// Whether the liquid lies around both, as around a pillar (inward), or between them, as in a corner
-// (outward).
-bool Bends(Bend bend, const Contact& a, const Contact& b, const ObstacleOptions& options) {
+// Whether the liquid lies around both, as around a pillar, not between them, as in a corner.
+bool BendsInward(const Contact& a, const Contact& b, const ObstacleOptions& options) {
   if (a.normal.dot(b.normal) > options.max_cosine) return false;
   const Eigen::Vector3f between = b.place - a.place;
-  const float outward = between.dot(b.normal - a.normal);
-  return (bend == Bend::kInward ? -outward : outward) > options.min_inward * between.norm();
+  return between.dot(b.normal - a.normal) < -options.min_inward * between.norm();
 }
 
-// Contacts beside which the surface bends so.
-std::vector<Contact> KeepBent(Bend bend, const std::vector<Contact>& contacts,
+// Contacts beside which the surface bends inward.
+std::vector<Contact> KeepBent(const std::vector<Contact>& contacts,
                               const ObstacleOptions& options) {
   const ContactNeighbors near(contacts, options.reach);
   std::vector<Contact> bent;
   for (size_t n = 0; n < contacts.size(); ++n) {
     const bool bends = near.AnyNear(static_cast<int>(n), [&](int other) {
-      return Bends(bend, contacts[n], contacts[other], options);
+      return BendsInward(contacts[n], contacts[other], options);
     });
     if (bends) bent.push_back(contacts[n]);
   }
@@ -200,7 +195,7 @@ std::vector<int> Spread(const Obstacle& obstacle, int count) {
 
 std::vector<Obstacle> FindObstacles(const Surface& surface, const ObstacleOptions& options) {
   std::vector<Obstacle> obstacles =
-      Group(KeepBent(Bend::kInward, FindContacts(surface, options), options), options.reach);
+      Group(KeepBent(FindContacts(surface, options), options), options.reach);
   std::erase_if(obstacles, [&](const Obstacle& o) {
     return static_cast<int>(o.contacts.size()) < options.min_contacts;
   });
@@ -208,30 +203,6 @@ std::vector<Obstacle> FindObstacles(const Surface& surface, const ObstacleOption
     return a.contacts.size() > b.contacts.size();
   });
   return obstacles;
-}
-
-std::vector<char> FindSharedEdges(const Surface& source, const Surface& target,
-                                  const ObstacleOptions& options) {
-  const auto edges_of = [&](const Surface& surface) {
-    return KeepBent(Bend::kOutward, FindContacts(surface, options), options);
-  };
-  const std::vector<Contact> of_target = edges_of(target);
-  absl::flat_hash_map<Box, Contact> shared;
-  for (const Contact& edge : edges_of(source)) {
-    const bool is_shared = std::any_of(of_target.begin(), of_target.end(), [&](const Contact& c) {
-      return (c.place - edge.place).norm() <= kSamePlace && c.normal.dot(edge.normal) >= kSameWay;
-    });
-    if (is_shared) shared.emplace(BoxOf(edge.place), edge);
-  }
-  std::vector<char> flags;
-  if (shared.empty()) return flags;
-  flags.resize(source.points.cols());
-  for (const auto& [box, v] : StillVertices(source, options.max_speed)) {
-    const auto found = shared.find(box);
-    flags[v] = found != shared.end() && source.mesh.normals.col(v).head<3>().normalized().dot(
-                                            found->second.normal) >= kSameWay;
-  }
-  return flags;
 }
 
 std::vector<ContactPair> PairContacts(const Obstacle& a, const Obstacle& b) {

@@ -1,6 +1,5 @@
 // Obstacles: bodies that the liquid flows around, found by their edges and rounded faces, where the
-// liquid's surface stays in its place and bends inward. Likewise the edges of the container, where
-// it bends outward. Internal to worker/registration.
+// liquid's surface stays in its place and bends inward. Internal to worker/registration.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -28,7 +27,7 @@ struct ObstacleOptions {
   float reach = 4.0f;       // > 0; edges; contacts so near to each other are compared
   float max_cosine = 0.7f;  // between normals where the surface bends, 45 degrees ...
   float min_inward = 0.5f;  // ... inward, by how much nearer their tips are than their feet, per
-                            // distance of the feet; outward, by how much further
+                            // distance of the feet
   int min_contacts = 8;     // of an obstacle; fewer are noise
 };
 
@@ -37,12 +36,6 @@ struct ObstacleOptions {
 // of a large box are one each. Droplets carried as rigid pieces are left out.
 // Cost: O(vertices log vertices) and some 900 look-ups per contact.
 std::vector<Obstacle> FindObstacles(const Surface& surface, const ObstacleOptions& options = {});
-
-// Flags the source's vertices at edges of the container (contacts beside which the surface bends
-// outward) that the target has at the same place, facing the same way. Empty if there are none.
-// Cost: as FindObstacles(), for both.
-std::vector<char> FindSharedEdges(const Surface& source, const Surface& target,
-                                  const ObstacleOptions& options = {});
 
 // Pairs of contacts at the same place of two obstacles, as indices: some contacts of `a` that lie
 // far apart from each other, at most kMaxContactPairs, each with the contact of `b` that is at the

@@ -18,7 +18,6 @@ constexpr float kMaxTangentOffset = 0.8f;  // edges; below it a match only pulls
 // A target sample far from the nearest source vertex along the surface belongs to a part that the
 // source does not reach yet, a jet's tip say: it pulls as a point.
 constexpr float kMissedPointWeight = 1.0f;
-constexpr float kHeldWeight = 1.0f;    // of edges of the container, in space
 constexpr float kMotionWeight = 1.0f;  // of a part's motion, in space and time
 constexpr int kTreeStride = 4;         // of the deformed source's vertices in the search tree
 
@@ -94,13 +93,6 @@ void AppendFound(const std::vector<std::optional<FitTerm>>& found, Matches& matc
     if (term) matches.terms.push_back(*term);
   }
   matches.num_samples += static_cast<int64_t>(found.size());
-}
-
-// Of a vertex that stays where it is, at whatever time.
-FitTerm HeldTerm(int32_t v) {
-  FitTerm term{v, Eigen::Vector4f::Zero(), Eigen::Matrix4f::Zero()};
-  term.metric.topLeftCorner<3, 3>() = kHeldWeight * Eigen::Matrix3f::Identity();
-  return term;
 }
 
 // Of a part that is joined with the rest in the target: there is no closest point to it there.
@@ -259,10 +251,6 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
       [&](int64_t s) {
         const int32_t v = samples[s];
         if (!options.match_thin && source_.IsThin(v)) return;
-        if (source_.IsHeld(v)) {
-          found[s] = HeldTerm(v);
-          return;
-        }
         Eigen::Vector4f p = state.points.col(v);
         const PartMotion* const motion = motions_.Of(v);
         if (motion != nullptr && motion->ends_at_start) {

@@ -18,10 +18,6 @@ struct Surface {
   PackedLists cells_around;  // per vertex
   std::vector<char> rigid;   // per vertex: part of a rigid piece, so not of the fit
   std::vector<char> open;    // per vertex, or empty: VerticesOf() an open start (starts.h)
-  // Per vertex, or empty: at an edge of the container that both animations have (obstacles.h). It
-  // stays where it is.
-  std::vector<char> held;
-  bool IsHeld(int64_t v) const { return !held.empty() && held[v] != 0; }
   bool IsOpen(int64_t v) const { return !open.empty() && open[v] != 0; }
   std::vector<int32_t> FreeVertices() const;  // the others, ascending
   bool IsThin(int64_t v) const { return !mesh.thin.empty() && mesh.thin[v] != 0; }

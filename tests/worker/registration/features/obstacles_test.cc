@@ -2,11 +2,6 @@
 
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
-#include "tests/worker/registration/drops_testing.h"
 #include "tests/worker/registration/pillar_testing.h"
 
 namespace liquidblend::registration {
@@ -65,45 +60,6 @@ INSTANTIATE_TEST_SUITE_P(Shapes, ObstaclesTest, testing::Values(true, false),
 TEST(Obstacles, ThereAreNoneInAnEmptyPool) {
   const TestSurface test(BuildMesh(PoolAroundPillar({.radius = 0})));
   EXPECT_TRUE(FindObstacles(test.surface).empty());
-}
-
-// To how many sides of the box around all points a point is as near as an edge is compared over.
-int NumSidesNear(const Surface& surface, const Eigen::Vector4f& point) {
-  constexpr float kNear = 4.5f;
-  const Eigen::Vector4f low = surface.points.rowwise().minCoeff();
-  const Eigen::Vector4f high = surface.points.rowwise().maxCoeff();
-  int count = 0;
-  for (const int axis : {0, 1, 2}) {
-    if (std::min(point[axis] - low[axis], high[axis] - point[axis]) < kNear) ++count;
-  }
-  return count;
-}
-
-TEST(SharedEdges, AreThoseOfTheContainerThatBothHave) {
-  const TestSurface pool(Scene({DropAt(-0.5, 0.8)})), same(Scene({DropAt(0.5, 0.8)}));
-  const std::vector<char> edges = FindSharedEdges(pool.surface, same.surface);
-  ASSERT_EQ(edges.size(), static_cast<size_t>(pool.surface.points.cols()));
-  int64_t num_held = 0;
-  for (int64_t v = 0; v < pool.surface.points.cols(); ++v) {
-    if (edges[v] == 0) continue;
-    ++num_held;
-    ASSERT_GE(NumSidesNear(pool.surface, pool.surface.points.col(v)), 2) << v;
-  }
-  EXPECT_GT(num_held, 500);
-}
-
-TEST(SharedEdges, AnEdgeThatOnlyOneHasIsNone) {
-  const TestSurface wide(Scene({}, 1.2)), narrow(Scene({}, 0.8));
-  const std::vector<char> edges = FindSharedEdges(wide.surface, narrow.surface);
-  const float edge_m = static_cast<float>(wide.mesh.edge_length_m);
-  int64_t num_held = 0;
-  for (size_t v = 0; v < edges.size(); ++v) {
-    if (edges[v] == 0) continue;
-    ++num_held;
-    ASSERT_LT(edge_m * std::abs(wide.surface.points(0, static_cast<int64_t>(v))),
-              0.8f + edge_m * 2);
-  }
-  EXPECT_GT(num_held, 100) << "those along the length";
 }
 
 TEST(Obstacles, WhatMovesIsNone) {
