@@ -51,7 +51,7 @@ TEST_F(ParametersCommand, RegisterSendsHowPointsAreInterpolated) {
   ASSERT_EQ(Run({"register", "drops", "--refine", "--interpolation", "linear"}).exit_code, 0);
   EXPECT_THAT(server_.LastRequest(), HasSubstr("parameter_space {\n  interpolation: LINEAR\n}"));
   EXPECT_THAT(Run({"register", "drops", "--refine", "--interpolation", "cubic"}).err,
-              HasSubstr("--interpolation: 'cubic' is none of linear, smooth"));
+              HasSubstr("--interpolation: 'cubic' is not one of linear, smooth"));
 }
 
 TEST_F(ParametersCommand, RegisterSendsHowTimesBlend) {

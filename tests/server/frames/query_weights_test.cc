@@ -273,6 +273,9 @@ class InterpolationTest : public ParametersTest {
   // Registers, publishes a family without vertices, and tells what its interpolation is.
   v1::ParameterSpace::Interpolation Published(const v1::RegisterFamilyRequest& request) {
     EXPECT_THAT(RegisterFamily(backends_, request), Succeeds());
+    for (int target = 0; target < 2; ++target) {  // each is a child
+      EXPECT_THAT(catalog_->FinishChild(TakeJob().lease_id, "blob"), Succeeds());
+    }
     const auto leased = TakeJob();
     const store::pb::RegisterJob& job = leased.job.register_family();
     store::pb::FamilyRecord record;
