@@ -29,7 +29,7 @@ constexpr char kAnimationB[] =
 constexpr char kCheckpoint[] =
     "sha256-44a76548196adfd4401cb5ac29804833ad8cbba7b0303d5a259bd5bd0f89942b";
 constexpr char kFamily[] =
-    "sha256-5c91c0ee028b569d4e1d53cc2011ea4884f3756fd93883290c9c0778dad3c582";
+    "sha256-c6456452a07a2c226334a2b799ce2f73e0b817cc83f127e87bcad398cbd94852";
 
 class FileBytesTest : public E2eTest {
  protected:
