@@ -61,8 +61,8 @@ std::string BoundsText(const v1::Bounds& bounds) {
 
 const char kExposedHeaders[] =
     "ETag, X-Liquidblend-Version, X-Liquidblend-Time, X-Liquidblend-Weights, "
-    "X-Liquidblend-Extrapolated, X-Liquidblend-Vertices, X-Liquidblend-Triangles, "
-    "X-Liquidblend-Bounds, X-Request-Id";
+    "X-Liquidblend-Extrapolated, X-Liquidblend-Clamped, X-Liquidblend-Vertices, "
+    "X-Liquidblend-Triangles, X-Liquidblend-Bounds, X-Request-Id";
 
 int HttpCode(absl::StatusCode code) {
   switch (code) {

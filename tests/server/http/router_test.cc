@@ -64,6 +64,7 @@ class FakeSource final : public server::FrameSource {
     frame.set_time_s(request.time_s());
     frame.set_num_vertices(8);
     frame.set_num_triangles(12);
+    frame.set_clamped(!request.weights().empty() && request.weights(0) < 0);
     frame.mutable_bounds()->mutable_min()->set_x(-1.5);
     frame.mutable_bounds()->mutable_max()->set_z(2);
     made.generation = GenerationOf(frame.version());
@@ -180,6 +181,15 @@ TEST_F(RouterTest, AFrameComesWithWhatItIs) {
   EXPECT_EQ(reply.headers["X-Liquidblend-Vertices"], "8");
   EXPECT_EQ(reply.headers["X-Liquidblend-Triangles"], "12");
   EXPECT_EQ(reply.headers["X-Liquidblend-Bounds"], "-1.5,0,0,0,0,2");
+  EXPECT_FALSE(reply.headers.contains("X-Liquidblend-Clamped"));
+}
+
+TEST_F(RouterTest, AFrameOfClampedWeightsSaysSo) {
+  std::string target = kFrame;
+  target.replace(target.find("weights=0.5"), 11, "weights=-0.5");
+  Reply reply = Get(target);
+  EXPECT_EQ(reply.code, 200);
+  EXPECT_EQ(reply.headers["X-Liquidblend-Clamped"], "true");
 }
 
 TEST_F(RouterTest, TheExtensionIsTheFormat) {
@@ -542,6 +552,7 @@ TEST_F(RouterTest, OtherOriginsAreLetInByOption) {
   Reply open = Get(kFrame);
   EXPECT_EQ(open.headers["Access-Control-Allow-Origin"], "https://example.org");
   EXPECT_THAT(open.headers["Access-Control-Expose-Headers"], HasSubstr("X-Liquidblend-Bounds"));
+  EXPECT_THAT(open.headers["Access-Control-Expose-Headers"], HasSubstr("X-Liquidblend-Clamped"));
   Request request;
   request.method = "OPTIONS";
   request.target = kFrame;
