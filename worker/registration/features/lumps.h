@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "worker/registration/features/assignment.h"
@@ -44,6 +45,11 @@ struct JoinedTrack {
   int own_lump;
   int other_lump;
 };
+
+inline bool IsJoined(const std::vector<JoinedTrack>& joined, int track) {
+  return std::any_of(joined.begin(), joined.end(),
+                     [track](const JoinedTrack& j) { return j.track == track; });
+}
 
 // The tracks of `own` that are joined with the rest in the other animation, ascending.
 //   pairs  rows: own.lumps, columns: other.lumps

@@ -191,11 +191,6 @@ std::vector<AssignedPair> KeepOrdered(std::vector<AssignedPair> pairs, const Fea
   return kept;
 }
 
-bool IsJoined(const std::vector<JoinedTrack>& joined, int track) {
-  return std::any_of(joined.begin(), joined.end(),
-                     [track](const JoinedTrack& j) { return j.track == track; });
-}
-
 }  // namespace
 
 SceneScale ScaleOf(const Surface& source, const Surface& target) {

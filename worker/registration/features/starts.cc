@@ -20,12 +20,9 @@ struct FirstTracks {
 FirstTracks FromFirstFrame(const std::vector<Track>& tracks,
                            const std::vector<JoinedTrack>& joined) {
   FirstTracks result;
-  for (size_t n = 0; n < tracks.size(); ++n) {
+  for (int n = 0; n < static_cast<int>(tracks.size()); ++n) {
     if (tracks[n].start != TrackStart::kFirstFrame) continue;
-    const bool is_joined = std::any_of(joined.begin(), joined.end(), [n](const JoinedTrack& j) {
-      return j.track == static_cast<int>(n);
-    });
-    (is_joined ? result.joined : result.others).push_back(tracks[n]);
+    (IsJoined(joined, n) ? result.joined : result.others).push_back(tracks[n]);
   }
   return result;
 }
