@@ -55,6 +55,9 @@ TEST(FrameCache, KeysDifferInWhateverChangesTheFrame) {
   query.is_extrapolated = true;
   EXPECT_NE(KeyOf(*family, query), key);
   query = Query(0.5);
+  query.is_clamped = true;
+  EXPECT_NE(KeyOf(*family, query), key);
+  query = Query(0.5);
   query.encoding.set_position_bits(12);
   EXPECT_NE(KeyOf(*family, query), key);
   query = Query(0.5);

@@ -196,6 +196,16 @@ TEST_F(ParametersTest, AFrameTellsThatItIsExtrapolated) {
   EXPECT_TRUE(frame->extrapolated());
 }
 
+TEST(MakeFrame, TellsThatItsWeightsAreClamped) {
+  const catalog::LoadedFamily loaded(FourAnimations(), {});
+  FrameQuery query;
+  query.weights = {0, 0, 0};
+  FrameBuffers buffers;
+  EXPECT_FALSE(MakeFrame(loaded, query, buffers)->clamped());
+  query.is_clamped = true;
+  EXPECT_TRUE(MakeFrame(loaded, query, buffers)->clamped());
+}
+
 TEST_F(ParametersTest, AFamilyTellsThePoints) {
   v1::GetFamilyRequest request;
   request.set_name("families/drops");
