@@ -72,7 +72,7 @@ absl::StatusOr<Registration> RegisterMeshes(
     const registration::TransferSource fine(source.mesh, arena);
     coarse_displacement =
         registration::Transfer(fine, coarse_source, arena).Apply(previous->displacement, arena);
-    coarse_previous.emplace(coarse_displacement, previous->correspondences);
+    coarse_previous.emplace(PreviousRegistration{coarse_displacement, previous->correspondences});
   }
   LB_ASSIGN_OR_RETURN(const Registration coarse,
                       RegisterOrRefineMeshes(

@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <string>
 
 #include "tests/e2e/faults/fault_layer.h"
 #include "tests/paths.h"
@@ -9,10 +10,12 @@
 namespace liquidblend::e2e {
 namespace {
 
-// A sanitizer's runtime has to come before all else, and its calls then reach the layer.
+// The library to preload. A sanitizer's runtime has to come before all else, and its calls then
+// reach the layer; one that is linked into the programs does.
 std::string Preloaded() {
-  const char* const runtime = std::getenv("LIQUIDBLEND_E2E_SANITIZER");
-  return (runtime == nullptr ? "" : std::string(runtime) + ":") + paths::FaultLayer();
+  const char* const sanitizer = std::getenv("LIQUIDBLEND_E2E_SANITIZER");
+  const std::string runtime = sanitizer == nullptr ? "" : sanitizer;
+  return (runtime.empty() || runtime == "linked" ? "" : runtime + ":") + paths::FaultLayer();
 }
 
 }  // namespace

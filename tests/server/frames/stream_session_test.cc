@@ -43,14 +43,16 @@ class TestSink : public StreamSession::Sink {
   // Waits for response n.
   v1::StreamFramesResponse Await(size_t n) {
     absl::MutexLock lock(&mutex_);
-    const auto is_there = [&] { return responses_.size() > n; };
+    const auto is_there = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+      return responses_.size() > n;
+    };
     EXPECT_TRUE(mutex_.AwaitWithTimeout(absl::Condition(&is_there), kPatience));
     return responses_.size() > n ? responses_[n] : v1::StreamFramesResponse();
   }
 
   absl::Status AwaitEnd() {
     absl::MutexLock lock(&mutex_);
-    const auto has_ended = [&] { return end_.has_value(); };
+    const auto has_ended = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return end_.has_value(); };
     EXPECT_TRUE(mutex_.AwaitWithTimeout(absl::Condition(&has_ended), kPatience));
     return end_.value_or(absl::UnknownError("has not ended"));
   }
