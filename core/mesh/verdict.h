@@ -38,12 +38,19 @@ struct Verdict {
   double unmatched_share = 0.0;
   double stretch = 0.0;         // mean change of the distances between neighbours, as a share
   double inverted_share = 0.0;  // of the surfaces at weights 0.5 and 1: inside out
-  // Mean difference in the number of parts, specks not counted, between the blend at weight 1 and
-  // the target, at the same times as below.
+  // Mean difference in the number of parts, specks not counted, at the same times as below: between
+  // the blend at weight 1 and the target, or between a blend at weight 0.25, 0.5 or 0.75 and the
+  // numbers that lie between both animations', whichever is larger.
   double component_error = 0.0;
-  // How much lower the half-way blend's relief (craters, jets, waves) is than the mean of the two
-  // animations', as a share, over the same times.
+  // How much lower the relief (craters, jets, waves) of a blend at weight 0.25, 0.5 or 0.75 is than
+  // the mean of the two animations' with its weight, as a share, over the same times.
   double relief_loss = 0.0;
+  // Parts that are detached in both animations from the first frame on, in blends at the same
+  // weights; the largest over their lives. Distance from where they should be, in their diameters,
+  // at most 1: not there.
+  double part_shift = 0.0;
+  double part_volume_error = 0.0;  // as a share
+  double part_fall_error = 0.0;    // of the acceleration of free fall, as a share
   // The half-way blend's volume over the mean of the two animations', minus 1; at times evenly
   // spread from the first frame to the last.
   std::vector<double> volume_errors;
@@ -61,6 +68,9 @@ struct Verdict {
     visit("inverted_share", self.inverted_share);
     visit("component_error", self.component_error);
     visit("relief_loss", self.relief_loss);
+    visit("part_shift", self.part_shift);
+    visit("part_volume_error", self.part_volume_error);
+    visit("part_fall_error", self.part_fall_error);
     visit("volume_errors", self.volume_errors);
   }
 };

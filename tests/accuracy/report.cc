@@ -231,7 +231,12 @@ void PrintCosts(const Context& context) {
         "%s to %s is %s: %s; worst at (%.2f, %.2f, %.2f) m, frame %.0f\n\n",
         context.scene.inputs[0].name, target.name, NameOf(verdict.grade), verdict.reason,
         verdict.worst[0], verdict.worst[1], verdict.worst[2], verdict.worst[3] + 1);
-    context.out << absl::StrFormat("Relief lost half-way: %.1f %%.\n\n", 100 * verdict.relief_loss);
+    context.out << absl::StrFormat(
+        "Relief lost between: %.1f %%. Detached parts between: %.2f diameters off, volumes %.1f "
+        "%%, "
+        "falls %.1f %%. Components: %.2f.\n\n",
+        100 * verdict.relief_loss, verdict.part_shift, 100 * verdict.part_volume_error,
+        100 * verdict.part_fall_error, verdict.component_error);
   }
   const mesh::RegisteredFamily& family = context.registered.family();
   context.out << "Times blend " << (family.rest_time_s ? "as squares" : "linearly")

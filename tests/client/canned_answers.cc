@@ -75,6 +75,9 @@ v1::Verdict MakeVerdict() {
   verdict.set_unmatched_share(0.2);
   verdict.set_component_error(0.5);
   verdict.set_relief_loss(0.25);
+  verdict.set_part_shift(0.125);
+  verdict.set_part_volume_error(0.02);
+  verdict.set_part_fall_error(0.06);
   verdict.set_stretch(0.11);
   verdict.set_inverted_share(0.001);
   for (const double error : {0.01, -0.02}) verdict.add_volume_errors(error);

@@ -29,7 +29,7 @@ constexpr char kAnimationB[] =
 constexpr char kCheckpoint[] =
     "sha256-44a76548196adfd4401cb5ac29804833ad8cbba7b0303d5a259bd5bd0f89942b";
 constexpr char kFamily[] =
-    "sha256-c6456452a07a2c226334a2b799ce2f73e0b817cc83f127e87bcad398cbd94852";
+    "sha256-60b52a60379ac0fe3940f5df7192a5451e1c188a309d1da273d8f138f11e8f18";
 
 class FileBytesTest : public E2eTest {
  protected:

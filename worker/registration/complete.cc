@@ -100,8 +100,8 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   for (int64_t v = 0; v < displacement.cols(); ++v) {  // pins may have moved them
     if (source.rigid[v]) displacement.col(v) = untangled.col(v);
   }
-  result.report.verdict =
-      Judge(source, neighbors, pair.target, pair.target_search, displacement, arena);
+  result.report.verdict = Judge(source, neighbors, pair.target, pair.target_search, displacement,
+                                pair.parts, pair.times, arena);
   result.report.part_lives = pair.motions.lives();
   const double edge = source.mesh.edge_length_m;
   result.report.verdict.reason += Describe(pair.open_starts, edge);

@@ -7,6 +7,7 @@
 #include "absl/status/statusor.h"
 #include "worker/registration/features/part_motions.h"
 #include "worker/registration/features/starts.h"
+#include "worker/registration/finish/blended_parts.h"
 #include "worker/registration/registration.h"
 #include "worker/registration/surface/closest_point.h"
 #include "worker/registration/surface/surface.h"
@@ -26,13 +27,11 @@ struct SurfacePair {
   SurfacePair(const SurfacePair&) = delete;
   SurfacePair& operator=(const SurfacePair&) = delete;
   // Finds the motions of parts that both meshes have, except those that the users' correspondences
-  // contradict.
-  //   rest  decides how times blend
+  // contradict.  Requires: `times` is set.
   void FindPartMotions(const Features& source_features, const Features& target_features,
-                       const FeaturePairs& pairs, const std::vector<Correspondence>& users,
-                       const mesh::RestReport& rest) {
+                       const FeaturePairs& pairs, const std::vector<Correspondence>& users) {
     motions = PartMotions(source_features, target_features, pairs, users, source.mesh.edge_length_m,
-                          rest.is_from_rest ? TimesBlend::kAsSquares : TimesBlend::kLinearly);
+                          times);
   }
   // Finds the starts of parts that only one of the two meshes has, and marks their vertices.
   void MarkUnmatchedStarts(const Features& source_features, const Features& target_features);
@@ -43,6 +42,8 @@ struct SurfacePair {
   ClosestPointSearch target_search;
   OpenStarts open_starts;
   PartMotions motions;
+  std::vector<PartOfBoth> parts;  // that the verdict looks at
+  TimesBlend times = TimesBlend::kLinearly;
 };
 
 // Share of the vertices that the first projection onto the target measures; the others follow.

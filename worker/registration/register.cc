@@ -170,11 +170,13 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
   pair.MarkUnmatchedStarts(features.source, features.target);
   Guidance guidance;
   guidance.rest = FindRest(features.source, features.target);
+  const FeaturePairs pairs =
+      PairFeatures(features.source, features.target, ScaleOf(source, target));
+  pair.parts = PartsOfBoth(features.source, features.target, pairs.tracks);
+  pair.times = TimesBlendOf(guidance.rest);
   if (options.automatic_correspondences) {
-    const FeaturePairs pairs =
-        PairFeatures(features.source, features.target, ScaleOf(source, target));
     guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
-    pair.FindPartMotions(features.source, features.target, pairs, users, guidance.rest);
+    pair.FindPartMotions(features.source, features.target, pairs, users);
   }
   guidance.correspondences = Join(users, guidance.found);
   LB_ASSIGN_OR_RETURN(guidance.pins,

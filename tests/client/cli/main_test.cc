@@ -430,8 +430,8 @@ TEST_F(Command, InspectTellsTheVerdict) {
           "doubtful: 7 % of the target is not covered by the source; worst near "
           "(0, 0, 1.25) m at 0.5 s\n"
           "    compatible share 99 %, component error 0.5, covered share 93 %, fit energy 0, "
-          "inverted share 0.1 %, relief loss 0.25, smoothness energy 0, stretch 0.11, unmatched "
-          "share 20 %\n"));
+          "inverted share 0.1 %, part fall error 0.06, part shift 0.125, part volume error 0.02, "
+          "relief loss 0.25, smoothness energy 0, stretch 0.11, unmatched share 20 %\n"));
   EXPECT_THAT(out, Not(HasSubstr("volume errors")));  // a list; --json has it
 }
 

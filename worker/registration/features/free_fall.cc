@@ -9,6 +9,8 @@ namespace {
 
 constexpr Eigen::Index kMinSlabs = 4;
 constexpr double kMergeFrames = 1.0;
+// Of a free fall: its smallest bend, edges, and the largest error as a share of it.
+constexpr double kMinBend = 1.0, kMaxFallError = 0.1;
 
 // Centres of the part while it is apart: sideways twice, height, time.
 Eigen::Matrix4Xd CourseOf(const Track& track, const mesh::HeightAxis& height) {
@@ -28,6 +30,8 @@ Eigen::Matrix4Xd CourseOf(const Track& track, const mesh::HeightAxis& height) {
 }  // namespace
 
 double FreeFall::moved() const { return std::hypot(fallen, drift); }
+
+bool FreeFall::is_free() const { return bend() >= kMinBend && error <= kMaxFallError * bend(); }
 
 std::optional<FreeFall> FitFreeFall(const Track& track, mesh::Up up) {
   const Eigen::Matrix4Xd course = CourseOf(track, mesh::AxisOf(up));

@@ -19,6 +19,8 @@ struct FreeFall {
   double moved() const;       // between the first slab and the last one
   // Height of the parabola above its chord: what tells it from a steady speed.
   double bend() const { return acceleration * frames * frames / 8; }
+  // Whether the part falls freely, as far as its course tells.
+  bool is_free() const;
 };
 
 // The fit over the track's life but for its last frame, in which it may be one with the rest.

@@ -13,15 +13,14 @@ namespace {
 
 constexpr int kMaxMotions = std::numeric_limits<int8_t>::max();
 // What is left of the life of a part that is joined with the rest in the target's first frame. Not
-// 0, since errors of the fit that lead before the first frame are large where squares of times blend.
+// 0, since errors of the fit that lead before the first frame are large where squares of times
+// blend.
 constexpr double kFramesAtStart = 0.5;
 constexpr double kMinLife = 1.0;  // frames; shorter lives have no motion
 constexpr double kMinFall = 0.3;  // edges per frame; slower parts do not tell when they strike
 constexpr double kMaxCorrection = 1.0;  // frames; ends are known to a frame
 constexpr double kMaxScale = 2.0;
 constexpr double kMaxAcceleration = 1.1;  // half-way
-// Of a free fall: its smallest bend, edges, and the largest error as a share of it.
-constexpr double kMinBend = 1.0, kMaxFallError = 0.1;
 // Limits for users' points: distance from the part's centre, in its radii; distance from its
 // motion.
 constexpr double kOfPart = 1.3;
@@ -123,7 +122,7 @@ std::optional<PartMotion> MotionToStart(const Track& source, const Lump& from, c
 double AccelerationHalfWay(const PartMotion& motion, mesh::Up up) {
   const double s = motion.time_scale;
   const std::optional<FreeFall> fall = FitFreeFall(s > 1 ? motion.target : motion.source, up);
-  if (!fall || fall->bend() < kMinBend || fall->error > kMaxFallError * fall->bend()) return 1.0;
+  if (!fall || !fall->is_free()) return 1.0;
   return 2 * (1 + s * s) / ((1 + s) * (1 + s));
 }
 

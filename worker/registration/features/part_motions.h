@@ -33,6 +33,9 @@ struct PartMotion {
 double AccelerationHalfWay(const PartMotion& motion, mesh::Up up);
 
 enum class TimesBlend { kLinearly, kAsSquares };
+inline TimesBlend TimesBlendOf(const mesh::RestReport& rest) {
+  return rest.is_from_rest ? TimesBlend::kAsSquares : TimesBlend::kLinearly;
+}
 
 // Expected position and normal of a vertex's counterpart in the target.
 struct Expected {

@@ -129,42 +129,67 @@ Relief ReliefOf(Heights seen, double floor, const View& view) {
   return relief;
 }
 
-}  // namespace
+// Reliefs of an animation's slices, and their root mean square.
+struct Reliefs {
+  std::vector<Relief> of_slices;
+  double all = 0.0;
+};
 
-ReliefLoss LossOfRelief(const std::vector<mesh::TriangleMesh>& source,
-                        const std::vector<mesh::TriangleMesh>& target,
-                        const std::vector<mesh::TriangleMesh>& half_way, mesh::Up up,
-                        double edge_length_m, const parallel::Arena& arena) {
-  ReliefLoss loss;
-  Eigen::AlignedBox3d bounds = BoundsOf(source);
-  bounds.extend(BoundsOf(target));
-  if (bounds.isEmpty()) return loss;
-  const View view(bounds, up, edge_length_m);
-  const std::vector<Heights> of_source = HeightsOf(source, view, arena),
-                             of_target = HeightsOf(target, view, arena),
-                             of_blend = HeightsOf(half_way, view, arena);
-  double floor = std::numeric_limits<double>::infinity();
-  for (size_t n = 0; n < source.size(); ++n) {
-    floor = std::min({floor, of_source[n].lowest, of_target[n].lowest});
+Reliefs ReliefsOf(const std::vector<Heights>& seen, double floor, const View& view) {
+  Reliefs reliefs;
+  double sum = 0;
+  for (const Heights& heights : seen) {
+    reliefs.of_slices.push_back(ReliefOf(heights, floor, view));
+    sum += reliefs.of_slices.back().square;
   }
-  Eigen::Array3d sums = Eigen::Array3d::Zero();  // of source, target, blend
+  reliefs.all = std::sqrt(sum / static_cast<double>(std::max<size_t>(1, seen.size())));
+  return reliefs;
+}
+
+ReliefLoss LossOf(const Reliefs& source, const Reliefs& target, const Reliefs& blend, double weight,
+                  double edge_length_m) {
+  ReliefLoss loss;
+  const auto mean = [&](double a, double b) { return (1 - weight) * a + weight * b; };
+  const double of_both = mean(source.all, target.all);
+  if (!(of_both >= kMinRelief * edge_length_m)) return loss;
+  loss.share = std::max(0.0, 1 - blend.all / of_both);
   double most = 0;
-  for (size_t n = 0; n < source.size(); ++n) {
-    const Relief a = ReliefOf(of_source[n], floor, view), b = ReliefOf(of_target[n], floor, view);
-    const double half = ReliefOf(of_blend[n], floor, view).square;
-    sums += Eigen::Array3d(a.square, b.square, half);
-    const double lost = 0.5 * (a.square + b.square) - half;
+  for (size_t n = 0; n < source.of_slices.size(); ++n) {
+    const Relief &a = source.of_slices[n], &b = target.of_slices[n];
+    const double lost = mean(a.square, b.square) - blend.of_slices[n].square;
     if (lost <= most) continue;
     most = lost;
     loss.slice = static_cast<int>(n);
     loss.source_m = a.centre;
     loss.target_m = b.centre;
   }
-  const Eigen::Array3d relief = (sums / static_cast<double>(source.size())).sqrt();
-  const double of_both = 0.5 * (relief[0] + relief[1]);
-  if (!(of_both >= kMinRelief * edge_length_m)) return loss;
-  loss.share = std::max(0.0, 1 - relief[2] / of_both);
   return loss;
+}
+
+}  // namespace
+
+ReliefLoss LossOfRelief(const std::vector<mesh::TriangleMesh>& source,
+                        const std::vector<mesh::TriangleMesh>& target,
+                        const std::vector<BlendSlices>& blends, mesh::Up up, double edge_length_m,
+                        const parallel::Arena& arena) {
+  ReliefLoss most;
+  Eigen::AlignedBox3d bounds = BoundsOf(source);
+  bounds.extend(BoundsOf(target));
+  if (bounds.isEmpty()) return most;
+  const View view(bounds, up, edge_length_m);
+  const std::vector<Heights> of_source = HeightsOf(source, view, arena),
+                             of_target = HeightsOf(target, view, arena);
+  double floor = std::numeric_limits<double>::infinity();
+  for (size_t n = 0; n < source.size(); ++n) {
+    floor = std::min({floor, of_source[n].lowest, of_target[n].lowest});
+  }
+  const Reliefs a = ReliefsOf(of_source, floor, view), b = ReliefsOf(of_target, floor, view);
+  for (const BlendSlices& blend : blends) {
+    const Reliefs between = ReliefsOf(HeightsOf(blend.slices, view, arena), floor, view);
+    const ReliefLoss loss = LossOf(a, b, between, blend.weight, edge_length_m);
+    if (loss.share > most.share) most = loss;
+  }
+  return most;
 }
 
 }  // namespace liquidblend::registration

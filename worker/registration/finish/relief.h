@@ -12,10 +12,16 @@
 
 namespace liquidblend::registration {
 
-// How much of the relief half-way is lost.
+// Slices of a blend.
+struct BlendSlices {
+  double weight = 0.5;  // [0, 1]
+  std::vector<mesh::TriangleMesh> slices;
+};
+
+// How much of the relief is lost.
 struct ReliefLoss {
-  // 1 - the half-way blend's relief over the mean of both animations'; 0 if it is not lower, or if
-  // they have none. Two craters in place of one: 1 - sqrt(1/2).
+  // 1 - the blend's relief over the mean of both animations' with its weight; 0 if it is not lower,
+  // or if they have none. Two craters in place of one, half-way: 1 - sqrt(1/2).
   double share = 0.0;
   int slice = 0;  // where most is lost
   // Centres of the relief there, metres: of the source, of the target.
@@ -27,13 +33,14 @@ struct ReliefLoss {
 // those with a quarter of the liquid or more are seen: drops are not.
 // Where there is no liquid, the lowest height of either animation counts. An edge along the box
 // around both is left out.
-//   source, target, half_way  slices at the same times, metres; as many of each
-//   up                        of all of them
-//   edge_length_m             > 0; mean edge length
+//   source, target, blends  slices at the same times, metres; as many of each
+//   up                      of all of them
+//   edge_length_m           > 0; mean edge length
+// Returns the loss of the blend that loses most.
 // Threads: same bytes for any thread count.  Cost: O(triangles + grid points).
 ReliefLoss LossOfRelief(const std::vector<mesh::TriangleMesh>& source,
                         const std::vector<mesh::TriangleMesh>& target,
-                        const std::vector<mesh::TriangleMesh>& half_way, mesh::Up up,
-                        double edge_length_m, const parallel::Arena& arena);
+                        const std::vector<BlendSlices>& blends, mesh::Up up, double edge_length_m,
+                        const parallel::Arena& arena);
 
 }  // namespace liquidblend::registration

@@ -30,8 +30,8 @@ struct Figure {
   double value;
   double scale;  // in the sum; infinity: not part of it
   double doubtful_from;
-  double too_different_from;
-  double unit;  // factor of value and limits in messages
+  double too_different_from;  // infinity: never
+  double unit;                // factor of value and limits in messages
   const char* what;
   Eigen::Vector4d WorstPlaces::*place;
 
@@ -39,8 +39,12 @@ struct Figure {
   double severity() const { return value / doubtful_from; }
   double share_of_sum() const { return value * value / (scale * scale); }
   std::string Format() const {
-    return absl::StrFormat("%.3g %s (good below %.3g, too different from %.3g)", unit * value, what,
-                           unit * doubtful_from, unit * too_different_from);
+    const std::string too_different =
+        std::isinf(too_different_from)
+            ? ""
+            : absl::StrFormat(", too different from %.3g", unit * too_different_from);
+    return absl::StrFormat("%.3g %s (good below %.3g%s)", unit * value, what, unit * doubtful_from,
+                           too_different);
   }
 };
 
@@ -52,6 +56,7 @@ double Mean(const std::vector<double>& values) {
 
 std::vector<Figure> Figures(const mesh::Verdict& verdict) {
   constexpr double kNotInSum = std::numeric_limits<double>::infinity();
+  constexpr double kNever = std::numeric_limits<double>::infinity();
   constexpr double kPercent = 100;
   return {
       {1 - verdict.compatible_share, 0.025, 0.04, 0.15, kPercent,
@@ -69,6 +74,13 @@ std::vector<Figure> Figures(const mesh::Verdict& verdict) {
        &WorstPlaces::inverted},
       {verdict.component_error, kNotInSum, 0.4, 2.0, 1,
        "is the mean difference in the number of parts", &WorstPlaces::unmatched},
+      {verdict.part_shift, kNotInSum, 0.5, kNever, 1,
+       "diameters is how far a detached part is from half-way between its counterparts",
+       &WorstPlaces::part_shift},
+      {verdict.part_volume_error, kNotInSum, 0.15, kNever, kPercent,
+       "% is a detached part's volume off between both animations'", &WorstPlaces::part_volume},
+      {verdict.part_fall_error, kNotInSum, 0.3, kNever, kPercent,
+       "% is the acceleration of a falling part off", &WorstPlaces::part_fall},
       {verdict.relief_loss, kNotInSum, 0.2, 1.0, kPercent,
        "% of the relief (craters, jets, waves) is lost half-way", &WorstPlaces::relief}};
 }
@@ -113,6 +125,7 @@ Eigen::Vector4d InMetres(Eigen::Vector4d place, const mesh::SpaceTimeMesh& mesh)
 
 mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const Surface& target,
                     const ClosestPointSearch& target_search, const Points& displacement,
+                    const std::vector<PartOfBoth>& parts, TimesBlend times,
                     const parallel::Arena& arena) {
   mesh::Verdict verdict;
   Regions unmatched, inverted, stretched;
@@ -127,21 +140,39 @@ mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const S
                                      LargestUnmatchedShare(of_target, target.mesh.num_frames));
   verdict.stretch = MeanStretch(source, neighbors, moved, arena, stretched);
 
-  const auto half_way = SliceBlend(source, displacement, 0.5f, arena);
+  std::vector<BlendSlices> blends;
+  for (const float weight : {0.25f, 0.5f, 0.75f}) {
+    blends.push_back({weight, SliceBlend(source, displacement, weight, arena)});
+  }
+  const std::vector<mesh::TriangleMesh>& half_way = blends[1].slices;
   const auto whole = SliceBlend(source, displacement, 1.0f, arena);
   verdict.inverted_share = 0.5 * (InvertedShare(half_way, source.mesh, arena, inverted) +
                                   InvertedShare(whole, source.mesh, arena, inverted));
   const auto at_rest = mesh::SliceAt(source.mesh, SliceTimes(source.mesh), arena);
   const auto target_slices = SliceTarget(source.mesh, target.mesh, arena);
   verdict.component_error = ComponentError(whole, target_slices);
+  for (const BlendSlices& blend : blends) {
+    verdict.component_error = std::max(verdict.component_error,
+                                       ComponentErrorBetween(at_rest, target_slices, blend.slices));
+  }
   verdict.volume_errors = VolumeErrors(at_rest, target_slices, half_way);
-  const ReliefLoss relief = LossOfRelief(at_rest, target_slices, half_way, source.mesh.up,
+  const ReliefLoss relief = LossOfRelief(at_rest, target_slices, blends, source.mesh.up,
                                          source.mesh.edge_length_m, arena);
   verdict.relief_loss = relief.share;
-  SetGrade({InMetres(unmatched.Worst(), source.mesh), InMetres(inverted.Worst(), source.mesh),
-            PlaceOfLargest(verdict.volume_errors, half_way, SliceTimes(source.mesh)),
-            InMetres(stretched.Worst(), source.mesh), PlaceOfRelief(relief, source.mesh),
-            relief.target_m},
+  const PartErrors part = CompareParts(source, displacement, parts, arena);
+  verdict.part_shift = part.shift.value;
+  verdict.part_volume_error = part.volume.value;
+  if (times == TimesBlend::kLinearly) verdict.part_fall_error = part.fall.value;
+  const auto in_metres = [&](const Eigen::Vector4d& place) { return InMetres(place, source.mesh); };
+  SetGrade({.unmatched = in_metres(unmatched.Worst()),
+            .inverted = in_metres(inverted.Worst()),
+            .volume = PlaceOfLargest(verdict.volume_errors, half_way, SliceTimes(source.mesh)),
+            .stretched = in_metres(stretched.Worst()),
+            .part_shift = in_metres(part.shift.place),
+            .part_volume = in_metres(part.volume.place),
+            .part_fall = in_metres(part.fall.place),
+            .relief = PlaceOfRelief(relief, source.mesh),
+            .relief_of_target = relief.target_m},
            verdict);
   return verdict;
 }

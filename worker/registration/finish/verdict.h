@@ -4,17 +4,22 @@
 #include <Eigen/Core>
 
 #include "core/mesh/verdict.h"
+#include "worker/registration/features/part_motions.h"
+#include "worker/registration/finish/blended_parts.h"
 #include "worker/registration/surface/closest_point.h"
 #include "worker/registration/surface/surface.h"
 
 namespace liquidblend::registration {
 
 // Computes all figures but the energies. The moved source is compared with the target at samples of
-// both, and the blends at weights 0.5 and 1 are sliced at some times for folds and volumes.
+// both, and the blends at weights 0.25, 0.5, 0.75 and 1 are sliced at some times.
 //   displacement  final, a column per source vertex, registration units, finite
+//   parts         that are detached in both
+//   times         where they blend as squares, falls are not compared: there they are right
 // Threads: same bytes for any thread count.  Cost: some hundredths of the registration's.
 mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const Surface& target,
                     const ClosestPointSearch& target_search, const Points& displacement,
+                    const std::vector<PartOfBoth>& parts, TimesBlend times,
                     const parallel::Arena& arena);
 
 // Places where each kind of figure is worst: x, y, z in metres, time in frames.
@@ -23,6 +28,9 @@ struct WorstPlaces {
   Eigen::Vector4d inverted = Eigen::Vector4d::Zero();
   Eigen::Vector4d volume = Eigen::Vector4d::Zero();
   Eigen::Vector4d stretched = Eigen::Vector4d::Zero();
+  Eigen::Vector4d part_shift = Eigen::Vector4d::Zero();
+  Eigen::Vector4d part_volume = Eigen::Vector4d::Zero();
+  Eigen::Vector4d part_fall = Eigen::Vector4d::Zero();
   Eigen::Vector4d relief = Eigen::Vector4d::Zero();            // the source's ...
   Eigen::Vector3d relief_of_target = Eigen::Vector3d::Zero();  // ... and the target's at that time
 };

@@ -92,6 +92,17 @@ double ComponentError(const std::vector<mesh::TriangleMesh>& a,
   return sum / static_cast<double>(std::max<size_t>(1, a.size()));
 }
 
+double ComponentErrorBetween(const std::vector<mesh::TriangleMesh>& source,
+                             const std::vector<mesh::TriangleMesh>& target,
+                             const std::vector<mesh::TriangleMesh>& blend) {
+  double sum = 0;
+  for (size_t n = 0; n < blend.size(); ++n) {
+    const double a = NumParts(source[n]), b = NumParts(target[n]), count = NumParts(blend[n]);
+    sum += std::max({0.0, std::min(a, b) - count, count - std::max(a, b)});
+  }
+  return sum / static_cast<double>(std::max<size_t>(1, blend.size()));
+}
+
 double InvertedShare(const std::vector<mesh::TriangleMesh>& slices, const mesh::SpaceTimeMesh& mesh,
                      const parallel::Arena& arena, Regions& regions) {
   std::vector<InvertedCrossings> counts(slices.size());

@@ -36,6 +36,12 @@ std::vector<double> VolumeErrors(const std::vector<mesh::TriangleMesh>& source,
 double ComponentError(const std::vector<mesh::TriangleMesh>& a,
                       const std::vector<mesh::TriangleMesh>& b);
 
+// Mean over the slices of how far the blend's number of components is from those of the two
+// animations, and what lies between them; without components below a thousandth of the liquid.
+double ComponentErrorBetween(const std::vector<mesh::TriangleMesh>& source,
+                             const std::vector<mesh::TriangleMesh>& target,
+                             const std::vector<mesh::TriangleMesh>& blend);
+
 // Share of the slices' surface that is inside out: of the crossings of rays along x and z, half an
 // edge apart, those with winding numbers below 0 on one of their sides; adds them to the regions.
 double InvertedShare(const std::vector<mesh::TriangleMesh>& slices, const mesh::SpaceTimeMesh& mesh,

@@ -2,12 +2,9 @@
 
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
 #include <vector>
 
-#include "tests/worker/registration/registration_testing.h"
+#include "tests/worker/registration/fall_testing.h"
 #include "worker/registration/features/automatic.h"
 
 namespace liquidblend::registration {
@@ -135,30 +132,8 @@ TEST(Rest, IsNotFoundWherePartsDisagree) {
   EXPECT_TRUE(FindRest(FeaturesOf({{}}), brief).is_from_rest) << "too short to tell";
 }
 
-// A drop of 0.5 m above a pool, at a height that the time decides.
-mesh::SpaceTimeMesh DropMesh(const std::function<double(double)>& height_m) {
-  mesh::Animation animation;
-  const synthetic::GridBox box = {
-      .min_m = {-0.7f, -0.7f, -0.4f}, .max_m = {0.7f, 0.7f, 2.0f}, .spacing_m = 0.1};
-  for (int k = 0; k < 16; ++k) {
-    const Eigen::Vector3d drop(0, 0, height_m(k));
-    animation.frames.push_back(synthetic::Polygonize(
-        [&](const Eigen::Vector3d& p) {
-          const double sides = std::max({std::abs(p[0]) - 0.6, std::abs(p[1]) - 0.6});
-          const double pool = std::max({sides, -0.3 - p[2], p[2]});
-          return std::min(pool, (p - drop).norm() - 0.25);
-        },
-        box));
-    animation.frames.back().velocities.setZero(3, animation.frames.back().num_vertices());
-  }
-  return BuildMesh(animation);
-}
-
 TEST(Rest, IsFoundInMeshes) {
-  const auto fall = [](double from_m) {
-    return [=](double k) { return from_m - 9.81 / (24 * 24) * k * k / 2; };
-  };
-  const TestSurface low(DropMesh(fall(1.2))), high(DropMesh(fall(1.6)));
+  const TestSurface low(DropMesh(FallFrom(1.2))), high(DropMesh(FallFrom(1.6)));
   const TestSurface steady(DropMesh([](double k) { return 1.5 - 0.08 * k; }));
   const Features of_low = FindTrackFeatures(low.surface), of_high = FindTrackFeatures(high.surface);
   EXPECT_TRUE(FindRest(of_low, of_high).is_from_rest) << FindRest(of_low, of_high).reason;

@@ -39,7 +39,7 @@ mesh::TriangleMesh Pool(const std::vector<Crater>& craters) {
 ReliefLoss Loss(const std::vector<mesh::TriangleMesh>& source,
                 const std::vector<mesh::TriangleMesh>& target,
                 const std::vector<mesh::TriangleMesh>& half_way, mesh::Up up = mesh::Up::kZ) {
-  return LossOfRelief(source, target, half_way, up, kEdge_m, parallel::Arena(2));
+  return LossOfRelief(source, target, {{0.5, half_way}}, up, kEdge_m, parallel::Arena(2));
 }
 
 TEST(LossOfRelief, OfACraterThatMovesIsNone) {

@@ -28,8 +28,8 @@ struct Pair {
         target(target_mesh, source.mesh.edge_length_m, parallel::Arena(2)),
         search(target_mesh, target.points, target.cells_around, parallel::Arena(2)) {}
   mesh::Verdict Judged(const Points& displacement, int num_threads = 2) const {
-    return Judge(source.surface, source.neighbors, target, search, displacement,
-                 parallel::Arena(num_threads));
+    return Judge(source.surface, source.neighbors, target, search, displacement, {},
+                 TimesBlend::kLinearly, parallel::Arena(num_threads));
   }
   Points Unmoved() const { return Points::Zero(4, source.surface.points.cols()); }
 
@@ -168,6 +168,17 @@ TEST(SetGrade, NamesTheReliefOfBothAnimationsWhereItIsLost) {
   EXPECT_THAT(verdict.reason,
               HasSubstr(" (around (1, 2, 3) m in the source, (5, 6, 7) m in the target)"));
   EXPECT_EQ(verdict.worst[3], 40);
+}
+
+TEST(SetGrade, OfAPartThatIsNotThereIsDoubtful) {
+  mesh::Verdict verdict = Faultless();
+  verdict.part_shift = 1;
+  WorstPlaces places;
+  places.part_shift = {1, 2, 3, 4};
+  SetGrade(places, verdict);
+  EXPECT_EQ(verdict.grade, mesh::Grade::kDoubtful);
+  EXPECT_THAT(verdict.reason, HasSubstr("(good below 0.5)"));
+  EXPECT_EQ(verdict.worst[0], 1);
 }
 
 TEST(SetGrade, AddsUpFiguresThatAreGoodAlone) {
