@@ -20,22 +20,41 @@
 namespace liquidblend::e2e {
 namespace {
 
-// Blobs of tests/data/two_drops, A to B, by name, which is the SHA-256 of their bytes. They hold
-// for x86-64 and the libm of Debian 12.
-constexpr char kAnimationA[] =
-    "sha256-8c2dd9a052e7d41e10c7660837ba75460c5960cf1af0916c54a8e79222e3d03a";
-constexpr char kAnimationB[] =
-    "sha256-dbd2e039ff096d3f86c996f496f4a787a5861801dd9617d1ab28f54b591264a5";
-constexpr char kCheckpoint[] =
-    "sha256-44a76548196adfd4401cb5ac29804833ad8cbba7b0303d5a259bd5bd0f89942b";
-constexpr char kFamily[] =
-    "sha256-60b52a60379ac0fe3940f5df7192a5451e1c188a309d1da273d8f138f11e8f18";
+// Blobs of a source, a target, a checkpoint and the family of both, by name, which is the SHA-256
+// of their bytes. They hold for x86-64 and the libm of Debian 12.
+struct Scene {
+  std::string folder;  // in tests/data
+  std::string source;
+  std::string target;
+  std::string source_blob;
+  std::string target_blob;
+  std::string checkpoint_blob;
+  std::string family_blob;
+};
+
+const Scene kTwoDrops = {
+    .folder = "two_drops",
+    .source = "A",
+    .target = "B",
+    .source_blob = "sha256-8c2dd9a052e7d41e10c7660837ba75460c5960cf1af0916c54a8e79222e3d03a",
+    .target_blob = "sha256-dbd2e039ff096d3f86c996f496f4a787a5861801dd9617d1ab28f54b591264a5",
+    .checkpoint_blob = "sha256-44a76548196adfd4401cb5ac29804833ad8cbba7b0303d5a259bd5bd0f89942b",
+    .family_blob = "sha256-60b52a60379ac0fe3940f5df7192a5451e1c188a309d1da273d8f138f11e8f18",
+};
+const Scene kDamBreakClip = {
+    .folder = "dam_break_clip",
+    .source = "w0_p0",
+    .target = "w1_p1",
+    .source_blob = "sha256-5a6fe06ac67ee4fdb069d3bc7591d20528d66796bf2ca1c9fdd9a8c8c2b0d685",
+    .target_blob = "sha256-0546f02ca060cc2b2e96fbc1ac8ab1a3155191fab2a6585a75ea215b0a685f50",
+    .checkpoint_blob = "sha256-b3c9af96bd66bad9044407f783d0cafd65e753d6581af2805c09a1a0cfe48555",
+    .family_blob = "sha256-2170f54f7428ecec24b5d4b4e9a502561b4c48cc75500ba756714ee4e0ae3627",
+};
 
 class FileBytesTest : public E2eTest {
  protected:
-  void Import(const std::string& id, const std::string& name) {
-    const auto read =
-        ingest::LoadDirectory(paths::Source(absl::StrCat("tests/data/two_drops/", name)));
+  void Import(const std::string& id, const std::string& folder) {
+    const auto read = ingest::LoadDirectory(paths::Source("tests/data/" + folder));
     ASSERT_TRUE(read.ok()) << read.status();
     std::vector<NamedBytes> files;
     for (const ingest::InputFile& file : ingest::Views(*read)) {
@@ -59,18 +78,20 @@ class FileBytesTest : public E2eTest {
     LB_RETURN_IF_ERROR(jobs::WriteCheckpoint({}, checkpoint.state, *writer));
     return writer->Commit();
   }
+
+  void ExpectBlobs(const Scene& scene);
 };
 
-TEST_F(FileBytesTest, OfTwoDropsAreThoseOfTheTable) {
+void FileBytesTest::ExpectBlobs(const Scene& scene) {
   Process server = StartServer();
   const std::unique_ptr<store::Catalog> catalog = OpenCatalog();
   {
     Process worker = StartWorker();
-    Import("a", "A");
-    Import("b", "B");
+    Import("a", absl::StrCat(scene.folder, "/", scene.source));
+    Import("b", absl::StrCat(scene.folder, "/", scene.target));
   }
-  EXPECT_EQ(catalog->GetAnimation("a")->blob(), kAnimationA);
-  EXPECT_EQ(catalog->GetAnimation("b")->blob(), kAnimationB);
+  EXPECT_EQ(catalog->GetAnimation("a")->blob(), scene.source_blob);
+  EXPECT_EQ(catalog->GetAnimation("b")->blob(), scene.target_blob);
 
   Operation registration;
   ASSERT_TRUE(Register(4, registration).ok());
@@ -80,12 +101,16 @@ TEST_F(FileBytesTest, OfTwoDropsAreThoseOfTheTable) {
   const std::string id = registration.name().substr(std::string("operations/").size());
   const auto checkpoint = NameOfState(catalog->GetJob(id)->checkpoint_blob());
   ASSERT_TRUE(checkpoint.ok()) << checkpoint.status();
-  EXPECT_EQ(*checkpoint, kCheckpoint);
+  EXPECT_EQ(*checkpoint, scene.checkpoint_blob);
 
   Process worker = StartWorker();
   ExpectSuccess(AwaitDone(registration.name()));
-  EXPECT_EQ(catalog->GetFamily("balls")->blob(), kFamily);
+  EXPECT_EQ(catalog->GetFamily("balls")->blob(), scene.family_blob);
 }
+
+TEST_F(FileBytesTest, OfTwoDropsAreThoseOfTheTable) { ExpectBlobs(kTwoDrops); }
+
+TEST_F(FileBytesTest, OfDamBreakAreThoseOfTheTable) { ExpectBlobs(kDamBreakClip); }
 
 }  // namespace
 }  // namespace liquidblend::e2e
