@@ -38,8 +38,8 @@ const Scene kTwoDrops = {
     .target = "B",
     .source_blob = "sha256-8c2dd9a052e7d41e10c7660837ba75460c5960cf1af0916c54a8e79222e3d03a",
     .target_blob = "sha256-dbd2e039ff096d3f86c996f496f4a787a5861801dd9617d1ab28f54b591264a5",
-    .checkpoint_blob = "sha256-44a76548196adfd4401cb5ac29804833ad8cbba7b0303d5a259bd5bd0f89942b",
-    .family_blob = "sha256-60b52a60379ac0fe3940f5df7192a5451e1c188a309d1da273d8f138f11e8f18",
+    .checkpoint_blob = "sha256-4b58f7ee05e1253d03ff597f492307a71ade578eecb8d8649ea2626f4b15b178",
+    .family_blob = "sha256-650ca4516f7a4e41af89c40804f3a2d96e19a75d92b2cf0c7acade95784db116",
 };
 const Scene kDamBreakClip = {
     .folder = "dam_break_clip",
@@ -47,8 +47,8 @@ const Scene kDamBreakClip = {
     .target = "w1_p1",
     .source_blob = "sha256-5a6fe06ac67ee4fdb069d3bc7591d20528d66796bf2ca1c9fdd9a8c8c2b0d685",
     .target_blob = "sha256-0546f02ca060cc2b2e96fbc1ac8ab1a3155191fab2a6585a75ea215b0a685f50",
-    .checkpoint_blob = "sha256-b3c9af96bd66bad9044407f783d0cafd65e753d6581af2805c09a1a0cfe48555",
-    .family_blob = "sha256-2170f54f7428ecec24b5d4b4e9a502561b4c48cc75500ba756714ee4e0ae3627",
+    .checkpoint_blob = "sha256-54c24cb34c8920789531ac34a7710ac1a6adde221b39390094b2ce51ca6c1749",
+    .family_blob = "sha256-2fcba7d05aa0c8a8e5343f4247e9a6feb382682db4d1cfb42edf990b3aaaa55a",
 };
 
 class FileBytesTest : public E2eTest {

@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "worker/registration/complete.h"
 #include "worker/registration/features/automatic.h"
+#include "worker/registration/features/container_edges.h"
 #include "worker/registration/features/rest.h"
 #include "worker/registration/fit/deformation.h"
 #include "worker/registration/fit/energy.h"
@@ -100,7 +101,7 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
   IterationReport report;
   report.iteration = iteration;
   report.num_iterations = schedule.num_iterations;
-  report.num_inliers = static_cast<int64_t>(matches.terms.size());
+  report.num_inliers = matches.num_matched;
   report.num_samples = matches.num_samples;
   if (iteration <= options.soft_release * schedule.num_iterations) {
     OverrideClosestPoints(problem.pins, options.correspondence_weight, problem.nodes.num_nodes(),
@@ -158,8 +159,9 @@ struct Guidance {
   mesh::RestReport rest;
 };
 
-// Finds automatic correspondences, part motions, open starts and falls from rest, and expands
-// correspondences into pins. Errors: those of ExpandCorrespondences() and CheckContradictions().
+// Finds automatic correspondences, edges of the container, part motions, open starts and falls from
+// rest, and expands correspondences into pins. Errors: those of ExpandCorrespondences() and
+// CheckContradictions().
 absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
                                       const RegistrationOptions& options,
                                       const parallel::Arena& arena, SurfacePair& pair) {
@@ -176,6 +178,7 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
   pair.times = TimesBlendOf(guidance.rest);
   if (options.automatic_correspondences) {
     guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
+    pair.source.held = FindContainerEdges(source, target, users, edge);
     pair.FindPartMotions(features.source, features.target, pairs, users);
   }
   guidance.correspondences = Join(users, guidance.found);

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <vector>
 
 #include "core/mesh/slice_at.h"
 #include "tests/synthetic/surface_distance.h"
 #include "tests/worker/registration/drops_testing.h"
 #include "tests/worker/registration/pillar_testing.h"
+#include "tests/worker/registration/strike_testing.h"
 #include "worker/registration/register.h"
 
 namespace liquidblend::registration::automatic_blend_test {
@@ -135,6 +137,30 @@ TEST(Automatic, APillarElsewhereStandsHalfWayBetween) {
   const double with = distance_edges(true), without = distance_edges(false);
   EXPECT_LT(with, 0.22);
   EXPECT_GT(without, 1.5 * with);
+}
+
+// Closest points slide along walls, so that the pool's surface would be carried along.
+TEST(Automatic, AWakeThatIsCarriedFarLeavesThePoolsCornersWhereTheyAre) {
+  const mesh::SpaceTimeMesh source = StrikeMesh({.x = -0.9, .crater_x = -0.9});
+  const mesh::SpaceTimeMesh target = StrikeMesh({.x = 0.9, .crater_x = 0.9});
+  const auto registration = RegisterScenes(source, target, true);
+  ASSERT_TRUE(registration.ok()) << registration.status();
+  const Eigen::Matrix4Xf half = source.vertices + 0.5f * registration->displacement;
+  const std::vector<double> times = {2, 8, 14, 20};
+  const auto at_rest = mesh::SliceAt(source, times, parallel::Arena(2));
+  const auto slices = mesh::SliceAt(source, half, times, parallel::Arena(2));
+  for (size_t n = 0; n < slices.size(); ++n) {
+    for (const float x : {-1.37f, 1.37f}) {
+      for (const float y : {-0.67f, 0.67f}) {
+        const Eigen::Vector3f corner(x, y, -0.68f);
+        const auto distance_m = [&](const mesh::TriangleMesh& slice) {
+          return (slice.vertices.colwise() - corner).colwise().norm().minCoeff();
+        };
+        EXPECT_LT(distance_m(slices[n]), distance_m(at_rest[n]) + 0.5 * source.edge_length_m)
+            << "frame " << times[n] << ", corner " << corner.transpose();
+      }
+    }
+  }
 }
 
 }  // namespace

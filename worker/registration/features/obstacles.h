@@ -5,16 +5,9 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "worker/registration/surface/surface.h"
+#include "worker/registration/features/contacts.h"
 
 namespace liquidblend::registration {
-
-// The liquid's surface within one cell of a grid of mean edge lengths, where it stays.
-struct Contact {
-  Eigen::Vector3f place = Eigen::Vector3f::Zero();   // mean of its vertices; registration units
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit length, into the body
-  int first_frame = 0;
-};
 
 struct Obstacle {
   std::vector<Contact> contacts;  // by place on the grid
@@ -22,13 +15,8 @@ struct Obstacle {
 };
 
 struct ObstacleOptions {
-  double max_speed = 0.1;   // >= 0; edges per frame, along the normal
-  double min_share = 0.75;  // [0, 1]; of the frames, in which a contact is there
-  float reach = 4.0f;       // > 0; edges; contacts so near to each other are compared
-  float max_cosine = 0.7f;  // between normals where the surface bends, 45 degrees ...
-  float min_inward = 0.5f;  // ... inward, by how much nearer their tips are than their feet, per
-                            // distance of the feet
-  int min_contacts = 8;     // of an obstacle; fewer are noise
+  ContactOptions contacts = {};
+  int min_contacts = 8;  // of an obstacle; fewer are noise
 };
 
 // Connected contacts beside each of which the surface bends inward. The largest first. Walls of a

@@ -18,6 +18,7 @@ constexpr float kMaxTangentOffset = 0.8f;  // edges; below it a match only pulls
 // A target sample far from the nearest source vertex along the surface belongs to a part that the
 // source does not reach yet, a jet's tip say: it pulls as a point.
 constexpr float kMissedPointWeight = 1.0f;
+constexpr float kHeldWeight = 1.0f;    // of a vertex at an edge of the container, in space
 constexpr float kMotionWeight = 1.0f;  // of a part's motion, in space and time
 constexpr int kTreeStride = 4;         // of the deformed source's vertices in the search tree
 
@@ -90,9 +91,23 @@ std::vector<int32_t> EndSlab(const Surface& source, bool (Surface::*contains)(in
 
 void AppendFound(const std::vector<std::optional<FitTerm>>& found, Matches& matches) {
   for (const auto& term : found) {
-    if (term) matches.terms.push_back(*term);
+    if (!term) continue;
+    matches.terms.push_back(*term);
+    ++matches.num_matched;
   }
   matches.num_samples += static_cast<int64_t>(found.size());
+}
+
+// Of the samples at edges of the container, across these; at whatever time.
+void AppendHeld(const Surface& source, const std::vector<int32_t>& samples, Matches& matches) {
+  if (source.held.empty()) return;
+  for (const int32_t v : samples) {
+    const auto found = source.held.find(v);
+    if (found == source.held.end()) continue;
+    FitTerm term{v, Eigen::Vector4f::Zero(), Eigen::Matrix4f::Zero()};
+    term.metric.topLeftCorner<3, 3>() = kHeldWeight * found->second;
+    matches.terms.push_back(term);
+  }
 }
 
 // Of a part that is joined with the rest in the target: there is no closest point to it there.
@@ -289,6 +304,7 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
       },
       64);
   AppendFound(found, matches);
+  AppendHeld(source_, samples, matches);
 
   std::vector<int32_t> order = Iota(count);
   std::stable_sort(order.begin(), order.end(),

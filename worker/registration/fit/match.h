@@ -27,7 +27,8 @@ struct MatchOptions {
 
 struct Matches {
   std::vector<FitTerm> terms;
-  int64_t num_samples = 0;  // terms plus samples without a compatible point
+  int64_t num_samples = 0;
+  int64_t num_matched = 0;  // of the samples; the others have no compatible point
 };
 
 // For a vertex of an open start of the source: whether it has moved before the target's first

@@ -4,10 +4,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
 #include "core/mesh/space_time_mesh.h"
 #include "worker/registration/surface/cell_graph.h"
 
 namespace liquidblend::registration {
+
+// Vertices with the projection on the directions of space in which they stay where they are.
+using HeldVertices = absl::flat_hash_map<int32_t, Eigen::Matrix3f>;
 
 // A space-time mesh with data per vertex. The references must outlive it.
 struct Surface {
@@ -18,6 +22,7 @@ struct Surface {
   PackedLists cells_around;  // per vertex
   std::vector<char> rigid;   // per vertex: part of a rigid piece, so not of the fit
   std::vector<char> open;    // per vertex, or empty: VerticesOf() an open start (starts.h)
+  HeldVertices held;         // at edges of the container (container_edges.h)
   bool IsOpen(int64_t v) const { return !open.empty() && open[v] != 0; }
   std::vector<int32_t> FreeVertices() const;  // the others, ascending
   bool IsThin(int64_t v) const { return !mesh.thin.empty() && mesh.thin[v] != 0; }
