@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "tests/accuracy/count_events.h"
 #include "tests/accuracy/distance_field_blend.h"
 #include "tests/accuracy/measure.h"
 
@@ -197,6 +198,29 @@ void PrintVolumes(const Context& context) {
   }
 }
 
+// Of the inputs, the truths and each target's blends.
+void PrintEvents(const Context& context) {
+  const auto print = [&](const std::string& label, const SurfaceAt& surface) {
+    const EventCounts counts = CountEvents(surface, context.frames, context.registered.family().up,
+                                           context.edge_length_m(), context.arena);
+    context.out << absl::StrFormat("| %s | %d | %d |\n", label, counts.craters, counts.jets);
+  };
+  const auto frames_of = [](const mesh::Animation& animation) -> SurfaceAt {
+    return [&animation](double frame) { return animation.frames[static_cast<size_t>(frame)]; };
+  };
+  context.out << absl::StrFormat(
+      "\n| at once, frames 1 to %d | craters | jets |\n| --- | --- | --- |\n",
+      context.frames.num_early);
+  for (const mesh::Animation& input : context.scene.inputs) print(input.name, frames_of(input));
+  for (const mesh::Animation& truth : context.scene.truths) print(truth.name, frames_of(truth));
+  for (size_t k = 0; k < context.num_targets(); ++k) {
+    for (const double weight : {0.25, 0.5, 0.75}) {
+      print(absl::StrFormat("%s at %g", context.scene.inputs[k + 1].name, weight),
+            context.BlendAt(context.Only(k, weight)));
+    }
+  }
+}
+
 const char* NameOf(mesh::Grade grade) {
   switch (grade) {
     case mesh::Grade::kGood:
@@ -262,6 +286,7 @@ Comparison PrintReport(const Scene& scene, const RegisteredScene& registered,
   const Comparison comparison = PrintDistances(context);
   PrintFolds(context);
   PrintVolumes(context);
+  PrintEvents(context);
   out << "\n";
   return comparison;
 }
