@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <new>
 
+#include "tests/allocation_testing.h"
+
 namespace liquidblend::testing_memory {
 
 inline std::atomic<size_t> smallest_failing = SIZE_MAX;
@@ -37,7 +39,7 @@ inline void* Allocate(size_t size) {
 }  // namespace liquidblend::testing_memory
 
 // A sanitizer has operators of its own; tests skip themselves there (allocation_testing.h).
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if LIQUIDBLEND_SANITIZED_HEAP == 0
 void* operator new(size_t size) { return liquidblend::testing_memory::Allocate(size); }
 void* operator new[](size_t size) { return liquidblend::testing_memory::Allocate(size); }
 void operator delete(void* memory) noexcept { std::free(memory); }

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/metrics/process.h"
+#include "tests/allocation_testing.h"
 
 namespace liquidblend::metrics {
 namespace {
@@ -129,9 +130,7 @@ TEST(Metrics, ThreadsCountTogether) {
 }
 
 TEST(ProcessFigures, KnowWhatIsAllocated) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "sanitizers have a heap of their own";
-#endif
+  if (LIQUIDBLEND_SANITIZED_HEAP != 0) GTEST_SKIP() << "sanitizers have a heap of their own";
   constexpr int64_t kSize = 50'000'000;
   const int64_t before = ReadProcessFigures().heap.used;
   auto block = std::make_unique<char[]>(kSize);
