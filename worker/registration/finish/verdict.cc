@@ -76,11 +76,12 @@ std::vector<Figure> Figures(const mesh::Verdict& verdict) {
        "is the mean difference in the number of parts", &WorstPlaces::unmatched},
       {verdict.part_shift, kNotInSum, 0.5, kNever, 1,
        "diameters is how far a detached part is from half-way between its counterparts",
-       &WorstPlaces::part_shift},
+       &WorstPlaces::shifted_part},
       {verdict.part_volume_error, kNotInSum, 0.15, kNever, kPercent,
-       "% is a detached part's volume off between both animations'", &WorstPlaces::part_volume},
+       "% is a detached part's volume off between both animations'",
+       &WorstPlaces::part_of_other_volume},
       {verdict.part_fall_error, kNotInSum, 0.3, kNever, kPercent,
-       "% is the acceleration of a falling part off", &WorstPlaces::part_fall},
+       "% is the acceleration of a falling part off", &WorstPlaces::falling_part},
       {verdict.relief_loss, kNotInSum, 0.2, 1.0, kPercent,
        "% of the relief (craters, jets, waves) is lost half-way", &WorstPlaces::relief}};
 }
@@ -168,9 +169,9 @@ mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const S
             .inverted = in_metres(inverted.Worst()),
             .volume = PlaceOfLargest(verdict.volume_errors, half_way, SliceTimes(source.mesh)),
             .stretched = in_metres(stretched.Worst()),
-            .part_shift = in_metres(part.shift.place),
-            .part_volume = in_metres(part.volume.place),
-            .part_fall = in_metres(part.fall.place),
+            .shifted_part = in_metres(part.shift.place),
+            .part_of_other_volume = in_metres(part.volume.place),
+            .falling_part = in_metres(part.fall.place),
             .relief = PlaceOfRelief(relief, source.mesh),
             .relief_of_target = relief.target_m},
            verdict);

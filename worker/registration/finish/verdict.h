@@ -28,9 +28,9 @@ struct WorstPlaces {
   Eigen::Vector4d inverted = Eigen::Vector4d::Zero();
   Eigen::Vector4d volume = Eigen::Vector4d::Zero();
   Eigen::Vector4d stretched = Eigen::Vector4d::Zero();
-  Eigen::Vector4d part_shift = Eigen::Vector4d::Zero();
-  Eigen::Vector4d part_volume = Eigen::Vector4d::Zero();
-  Eigen::Vector4d part_fall = Eigen::Vector4d::Zero();
+  Eigen::Vector4d shifted_part = Eigen::Vector4d::Zero();
+  Eigen::Vector4d part_of_other_volume = Eigen::Vector4d::Zero();
+  Eigen::Vector4d falling_part = Eigen::Vector4d::Zero();
   Eigen::Vector4d relief = Eigen::Vector4d::Zero();            // the source's ...
   Eigen::Vector3d relief_of_target = Eigen::Vector3d::Zero();  // ... and the target's at that time
 };

@@ -174,7 +174,7 @@ TEST(SetGrade, OfAPartThatIsNotThereIsDoubtful) {
   mesh::Verdict verdict = Faultless();
   verdict.part_shift = 1;
   WorstPlaces places;
-  places.part_shift = {1, 2, 3, 4};
+  places.shifted_part = {1, 2, 3, 4};
   SetGrade(places, verdict);
   EXPECT_EQ(verdict.grade, mesh::Grade::kDoubtful);
   EXPECT_THAT(verdict.reason, HasSubstr("(good below 0.5)"));
