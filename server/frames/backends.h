@@ -55,6 +55,10 @@ struct Backends {
   // The stores and families outlive it.
   Backends(store::Catalog& catalog, store::BlobStore& blobs,
            liquidblend::catalog::Families& families, const BackendsOptions& options);
+  // Stop(): threads of one pool use the others to their end.
+  ~Backends() { Stop(); }
+  Backends(const Backends&) = delete;
+  Backends& operator=(const Backends&) = delete;
 
   // Runs accepted work, then ends all threads. Idempotent.
   void Stop();
