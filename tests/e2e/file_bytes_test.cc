@@ -38,8 +38,8 @@ const Scene kTwoDrops = {
     .target = "B",
     .source_blob = "sha256-8c2dd9a052e7d41e10c7660837ba75460c5960cf1af0916c54a8e79222e3d03a",
     .target_blob = "sha256-dbd2e039ff096d3f86c996f496f4a787a5861801dd9617d1ab28f54b591264a5",
-    .checkpoint_blob = "sha256-4b58f7ee05e1253d03ff597f492307a71ade578eecb8d8649ea2626f4b15b178",
-    .family_blob = "sha256-650ca4516f7a4e41af89c40804f3a2d96e19a75d92b2cf0c7acade95784db116",
+    .checkpoint_blob = "sha256-0ad3f324531d8d73e5dc602c5e0bfac5cc92fd9f8b519d222908414c7ca21abd",
+    .family_blob = "sha256-da415ee34a4519d00f012c14433f771ac51f4bd2c2f4aae2387a6e932336cffd",
 };
 const Scene kDamBreakClip = {
     .folder = "dam_break_clip",
@@ -47,8 +47,8 @@ const Scene kDamBreakClip = {
     .target = "w1_p1",
     .source_blob = "sha256-5a6fe06ac67ee4fdb069d3bc7591d20528d66796bf2ca1c9fdd9a8c8c2b0d685",
     .target_blob = "sha256-0546f02ca060cc2b2e96fbc1ac8ab1a3155191fab2a6585a75ea215b0a685f50",
-    .checkpoint_blob = "sha256-54c24cb34c8920789531ac34a7710ac1a6adde221b39390094b2ce51ca6c1749",
-    .family_blob = "sha256-2fcba7d05aa0c8a8e5343f4247e9a6feb382682db4d1cfb42edf990b3aaaa55a",
+    .checkpoint_blob = "sha256-02d345137aedd98cf8f089694bbb5cdf7625cf8c2dd1557e28cef4b0f35c2b0d",
+    .family_blob = "sha256-6e1e48c0ec8cef33e103f8b7c72c8fad2b78c494917fefbfbaa8aafeceb6508c",
 };
 
 class FileBytesTest : public E2eTest {

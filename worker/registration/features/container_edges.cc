@@ -1,7 +1,6 @@
 #include "worker/registration/features/container_edges.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "absl/container/flat_hash_map.h"
 
@@ -20,6 +19,21 @@ bool IsAmong(const Eigen::Vector3f& normal, const std::vector<Eigen::Vector3f>& 
                      [&](const Eigen::Vector3f& wall) { return wall.dot(normal) >= min_cosine; });
 }
 
+// Normals of a wall near an edge, summed up, so that their order does not matter.
+struct Wall {
+  Eigen::Vector3f first;
+  Eigen::Vector3f sum;
+};
+
+void AddNormal(const Eigen::Vector3f& normal, float same_way, std::vector<Wall>& walls) {
+  for (Wall& wall : walls) {
+    if (wall.first.dot(normal) < same_way) continue;
+    wall.sum += normal;
+    return;
+  }
+  walls.push_back({normal, normal});
+}
+
 // Contacts beside which the surface bends outward.
 std::vector<EdgeContact> FindEdgeContacts(const Surface& surface,
                                           const ContainerEdgeOptions& options) {
@@ -27,15 +41,17 @@ std::vector<EdgeContact> FindEdgeContacts(const Surface& surface,
   const ContactNeighbors near(contacts, options.contacts.reach);
   std::vector<EdgeContact> edges;
   for (size_t n = 0; n < contacts.size(); ++n) {
-    EdgeContact edge{contacts[n], {contacts[n].normal}};
+    std::vector<Wall> walls = {{contacts[n].normal, contacts[n].normal}};
     near.AnyNear(static_cast<int>(n), [&](int other) {
-      if (IsBent(Bend::kOutward, contacts[n], contacts[other], options.contacts) &&
-          !IsAmong(contacts[other].normal, edge.walls, options.same_way)) {
-        edge.walls.push_back(contacts[other].normal);
+      if (IsBent(Bend::kOutward, contacts[n], contacts[other], options.contacts)) {
+        AddNormal(contacts[other].normal, options.same_way, walls);
       }
       return false;
     });
-    if (edge.walls.size() > 1) edges.push_back(std::move(edge));
+    if (walls.size() < 2) continue;
+    EdgeContact& edge = edges.emplace_back();
+    edge.contact = contacts[n];
+    for (const Wall& wall : walls) edge.walls.push_back(wall.sum.normalized());
   }
   return edges;
 }
