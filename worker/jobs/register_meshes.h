@@ -1,8 +1,6 @@
-// Two space-time meshes -> their registration, coarse to fine where they are large. Which pairs of
-// features guide it is tried on coarse meshes first.
+// Two space-time meshes -> their registration, coarse to fine where they are large.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -25,13 +23,10 @@ struct MeshSource {
 struct RegisterMeshesOptions {
   spacetime::BuildOptions build;  // of the meshes
   registration::RegistrationOptions registration;
-  // >= 0; of the source. Smaller meshes have no coarse ones to compare pairings on.
-  int64_t min_vertices_to_compare = 50'000;
 };
 
 //   previous  registration to refine; null: from scratch
-//   hooks     resume: coarse meshes are not registered again if that is done; pairings are compared
-//             again, with the same outcome
+//   hooks     resume: coarse meshes are not made again if their registration is done
 // Errors: those of Build(), Register(), Refine(), Sharpen() and of reading the frames.
 // Threads: safe, same bytes for any thread count.
 absl::StatusOr<registration::Registration> RegisterMeshes(

@@ -172,15 +172,13 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
   pair.MarkUnmatchedStarts(features.source, features.target);
   Guidance guidance;
   guidance.rest = FindRest(features.source, features.target);
-  const FeaturePairs pairs = PairFeatures(features.source, features.target, ScaleOf(source, target),
-                                          {.exchange = options.pairing == Pairing::kExchanged});
+  const FeaturePairs pairs =
+      PairFeatures(features.source, features.target, ScaleOf(source, target));
   pair.parts = PartsOfBoth(features.source, features.target, pairs.tracks);
   pair.times = TimesBlendOf(guidance.rest);
   if (options.automatic_correspondences) {
-    pair.source.held = FindContainerEdges(source, target, users, edge);
-  }
-  if (options.automatic_correspondences && options.pairing != Pairing::kNone) {
     guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
+    pair.source.held = FindContainerEdges(source, target, users, edge);
     pair.FindPartMotions(features.source, features.target, pairs, users);
   }
   guidance.correspondences = Join(users, guidance.found);

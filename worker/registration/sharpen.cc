@@ -51,13 +51,10 @@ mesh::RestReport FollowTracks(const std::vector<Correspondence>& users,
                  target = FindTrackFeatures(pair.target, tracks);
   pair.MarkUnmatchedStarts(source, target);
   const mesh::RestReport rest = FindRest(source, target);
-  const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target),
-                                          {.exchange = options.pairing == Pairing::kExchanged});
+  const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target));
   pair.parts = PartsOfBoth(source, target, pairs.tracks);
   pair.times = TimesBlendOf(rest);
-  if (options.automatic_correspondences && options.pairing != Pairing::kNone) {
-    pair.FindPartMotions(source, target, pairs, users);
-  }
+  if (options.automatic_correspondences) pair.FindPartMotions(source, target, pairs, users);
   return rest;
 }
 

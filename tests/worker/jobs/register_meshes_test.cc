@@ -109,36 +109,6 @@ TEST(RegisterMeshes, ADropOfFewCoarseEdgesIsStillFound) {
   EXPECT_EQ(result->report.correspondences.size(), 6u) << "the sides of the drop";
 }
 
-RegisterMeshesOptions ComparingOptions() {
-  RegisterMeshesOptions options = Options(1e6);
-  options.registration.automatic_correspondences = true;
-  options.min_vertices_to_compare = 0;
-  return options;
-}
-
-TEST_F(RegisterMeshesTest, PairingsAreComparedOnCoarseMeshes) {
-  const auto result = Register(ComparingOptions());
-  ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(num_reads_, 2);
-  const std::vector<mesh::Hypothesis>& tried = result->report.hypotheses;
-  ASSERT_EQ(tried.size(), 2u);
-  EXPECT_NE(tried[0].is_kept, tried[1].is_kept);
-  EXPECT_LT(Distance(*result), 0.1);
-}
-
-TEST_F(RegisterMeshesTest, FramesThatCannotBeReadNowEndTheComparison) {
-  const auto fails_with = [&](absl::Status status) {
-    const auto read = [=]() -> absl::StatusOr<mesh::Animation> { return status; };
-    return RegisterMeshes({source_, read}, {target_, read}, {}, nullptr, ComparingOptions(),
-                          parallel::Arena(2));
-  };
-  EXPECT_EQ(fails_with(absl::UnavailableError("S3 is down")).status().code(),
-            absl::StatusCode::kUnavailable);
-  const auto result = fails_with(absl::InvalidArgumentError("too coarse"));
-  ASSERT_TRUE(result.ok()) << "coarse meshes that cannot be built are no fault of the job";
-  EXPECT_TRUE(result->report.hypotheses.empty());
-}
-
 TEST(CoarseOptions, FindSmallerPartsAndHoldThemForLonger) {
   registration::RegistrationOptions options;
   EXPECT_DOUBLE_EQ(registration::CoarseOptions(1.6, options).smallest_part_edges, 2.5);
