@@ -7,14 +7,12 @@
 #include <utility>
 
 #include "core/mesh/components.h"
-#include "core/mesh/slice_at.h"
 #include "worker/registration/features/free_fall.h"
 #include "worker/registration/surface/blend_figures.h"
 
 namespace liquidblend::registration {
 namespace {
 
-constexpr float kBlendWeights[] = {0.25f, 0.5f, 0.75f};
 constexpr int kNumTimes = 6;         // of a life
 constexpr double kMinLife = 4.0;     // frames; of shorter ones nothing is compared
 constexpr double kEndFrames = 1.0;   // before the end: there the part is one with the rest
@@ -76,7 +74,7 @@ double VolumeError(double volume, const Wanted& wanted) {
   return std::max(0.0, volume / wanted.max_volume - 1);
 }
 
-// The blend's part over its life, with a part at each time at which it was found.
+// Track of a blend's part, of its centres where it was found.
 Track CourseOf(const std::vector<Eigen::Vector4d>& centres) {
   Track course;
   for (const Eigen::Vector4d& centre : centres) course.parts.emplace_back().centre = centre;
@@ -113,11 +111,7 @@ class BlendComponents {
       : times_(std::move(times)) {
     std::sort(times_.begin(), times_.end());
     times_.erase(std::unique(times_.begin(), times_.end()), times_.end());
-    at_.resize(times_.size());
-    mesh::VisitSlices(source.mesh, BlendAt(source, displacement, weight), times_, arena,
-                      [&](int64_t n, const mesh::TracedSlice& slice) {
-                        at_[n] = mesh::FindComponents(slice.surface);
-                      });
+    at_ = ComponentsAt(source.mesh, BlendAt(source, displacement, weight), times_, arena);
   }
   // Requires: one of the times.
   const std::vector<mesh::Component>& At(double time) const {

@@ -31,7 +31,7 @@ struct PartErrors {
   // also if there is no detached part of like volume.
   PartError shift;
   PartError volume;  // as a share
-  // Of the acceleration of free fall, as a share of that in both animations.
+  // Error of the acceleration of free fall, as a share of that in both animations.
   PartError fall;
 };
 

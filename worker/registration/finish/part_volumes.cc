@@ -6,7 +6,6 @@
 #include <span>
 
 #include "core/mesh/components.h"
-#include "core/mesh/slice_at.h"
 #include "core/mesh/whole_frames.h"
 #include "worker/registration/surface/blend_figures.h"
 #include "worker/registration/surface/image_normals.h"
@@ -20,15 +19,6 @@ constexpr double kMaxChange = 1.3;   // ratio of volumes within which a part is 
 constexpr float kMinSpatial = 0.1f;  // as of match_volume.cc
 
 using Slices = std::vector<std::vector<mesh::Component>>;  // per time
-
-Slices MeasureParts(const mesh::SpaceTimeMesh& mesh, const Eigen::Matrix4Xf& vertices_m,
-                    std::span<const double> times, const parallel::Arena& arena) {
-  Slices slices(times.size());
-  mesh::VisitSlices(mesh, vertices_m, times, arena, [&](int64_t n, const mesh::TracedSlice& slice) {
-    slices[n] = mesh::FindComponents(slice.surface);
-  });
-  return slices;
-}
 
 // Whole frames of the target in which a part is detached, within the source's frames.
 std::vector<double> TimesOf(const PartMotions& motions, const mesh::SpaceTimeMesh& target,
@@ -99,9 +89,9 @@ void MatchPartVolumes(const Surface& source, const PackedLists& neighbors, const
   const std::vector<double> times = TimesOf(motions, target.mesh, source.mesh.num_frames);
   if (times.empty()) return;
   const double edge = source.mesh.edge_length_m;
-  const Slices wanted = MeasureParts(target.mesh, target.mesh.vertices, times, arena);
+  const Slices wanted = ComponentsAt(target.mesh, target.mesh.vertices, times, arena);
   for (int round = 0; round < kVolumeRounds; ++round) {
-    const Slices moved = MeasureParts(source.mesh, BlendAt(source, displacement, 1), times, arena);
+    const Slices moved = ComponentsAt(source.mesh, BlendAt(source, displacement, 1), times, arena);
     std::vector<std::vector<std::optional<double>>> offsets;
     for (const PartMotion& motion : motions.all()) {
       offsets.push_back(OffsetsOf(motion, times, moved, wanted, edge));

@@ -142,7 +142,7 @@ mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const S
   verdict.stretch = MeanStretch(source, neighbors, moved, arena, stretched);
 
   std::vector<BlendSlices> blends;
-  for (const float weight : {0.25f, 0.5f, 0.75f}) {
+  for (const float weight : kBlendWeights) {
     blends.push_back({weight, SliceBlend(source, displacement, weight, arena)});
   }
   const std::vector<mesh::TriangleMesh>& half_way = blends[1].slices;

@@ -61,7 +61,7 @@ class Matcher {
 
   // Matches source samples to the target, and target samples to the deformed source, so that thin
   // parts of the target are not missed. Vertices of the end slabs match the target's end slab in
-  // space and are held in time.
+  // space and are held in time. Samples at edges of the container are also held across these.
   // Threads: one call at a time; same bytes for any thread count.
   Matches Match(const DeformationNodes& nodes, const std::vector<NodeMap>& maps,
                 const MatchOptions& options, const parallel::Arena& arena);

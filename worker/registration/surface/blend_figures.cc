@@ -47,6 +47,17 @@ Eigen::Matrix4Xf BlendAt(const Surface& source, const Points& displacement, floa
   return vertices;
 }
 
+std::vector<std::vector<mesh::Component>> ComponentsAt(const mesh::SpaceTimeMesh& mesh,
+                                                       const Eigen::Matrix4Xf& vertices_m,
+                                                       std::span<const double> times,
+                                                       const parallel::Arena& arena) {
+  std::vector<std::vector<mesh::Component>> components(times.size());
+  mesh::VisitSlices(mesh, vertices_m, times, arena, [&](int64_t n, const mesh::TracedSlice& slice) {
+    components[n] = mesh::FindComponents(slice.surface);
+  });
+  return components;
+}
+
 std::vector<double> SliceTimes(const mesh::SpaceTimeMesh& mesh) {
   std::vector<double> times;
   for (int n = 0; n < kNumTimes; ++n) {

@@ -1,8 +1,11 @@
 // Figures from slices of a registered source's blends. Internal to worker/registration.
 #pragma once
 
+#include <array>
+#include <span>
 #include <vector>
 
+#include "core/mesh/components.h"
 #include "core/mesh/triangle_mesh.h"
 #include "worker/registration/surface/regions.h"
 #include "worker/registration/surface/surface.h"
@@ -12,6 +15,16 @@ namespace liquidblend::registration {
 // The source's vertices at a weight, metres and frames; end slabs stay outside of the animation.
 //   displacement  a column per source vertex, registration units
 Eigen::Matrix4Xf BlendAt(const Surface& source, const Points& displacement, float weight);
+
+// Weights between the animations at which blends are looked at.
+inline constexpr std::array kBlendWeights = {0.25f, 0.5f, 0.75f};
+
+// Components of slices of the mesh, with its vertices at `vertices_m`, at each of the times
+// (frames, ascending).  Threads: same bytes for any thread count.
+std::vector<std::vector<mesh::Component>> ComponentsAt(const mesh::SpaceTimeMesh& mesh,
+                                                       const Eigen::Matrix4Xf& vertices_m,
+                                                       std::span<const double> times,
+                                                       const parallel::Arena& arena);
 
 // Some times from the first frame to the last, evenly spread, frames.
 std::vector<double> SliceTimes(const mesh::SpaceTimeMesh& mesh);

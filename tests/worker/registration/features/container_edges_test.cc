@@ -61,8 +61,7 @@ TEST(ContainerEdges, CornersAreHeldInAllDirections) {
 TEST(ContainerEdges, AnEdgeThatOnlyOneHasIsNone) {
   const TestSurface wide(Scene({}, 1.2)), narrow(Scene({}, 0.8));
   const double edge_m = wide.mesh.edge_length_m;
-  const TestSurface& target = narrow;
-  const HeldVertices held = FindContainerEdges(wide.surface, target.surface, {}, edge_m);
+  const HeldVertices held = FindContainerEdges(wide.surface, narrow.surface, {}, edge_m);
   EXPECT_GT(held.size(), 100u) << "those along the length";
   for (const auto& [v, projection] : held) {
     EXPECT_LT(edge_m * std::abs(wide.surface.points(0, v)), 0.8 + 2 * edge_m) << v;
