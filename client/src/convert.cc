@@ -142,6 +142,9 @@ RegistrationReport ToReport(const v1::RegistrationReport& proto) {
     report.correspondences.push_back(ToReport(correspondence));
   }
   if (proto.has_verdict()) report.verdict = ToVerdict(proto.verdict());
+  for (const v1::Hypothesis& tried : proto.hypotheses()) {
+    report.hypotheses.push_back({tried.pairing(), tried.cost(), tried.is_kept()});
+  }
   return report;
 }
 

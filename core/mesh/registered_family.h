@@ -41,6 +41,15 @@ struct PartLife {
   double target_end_frames = 0.0;
 };
 
+// A way to pair the features of both animations that was tried.
+struct Hypothesis {
+  std::string pairing = {};  // a clause: what guided the registration
+  // What its blends at weights 0.25, 0.5, 0.75 and 1 lose: the sum over the figures of the verdict of
+  // their squares, each over its limit.
+  double cost = 0.0;
+  bool is_kept = false;
+};
+
 // Report of the registration of one target.
 struct RegistrationReport {
   int num_nodes = 0;
@@ -52,6 +61,7 @@ struct RegistrationReport {
   Verdict verdict = {};
   RestReport rest = {};
   std::vector<PartLife> part_lives = {};
+  std::vector<Hypothesis> hypotheses = {};  // in the order tried; none: there was no choice
 
   // Calls visit(name, figure) for each number, named as in both messages RegistrationReport.
   template <typename Self, typename Visit>

@@ -262,6 +262,12 @@ void PrintCosts(const Context& context) {
         100 * verdict.relief_loss, verdict.part_shift, 100 * verdict.part_volume_error,
         100 * verdict.part_fall_error, verdict.component_error);
   }
+  for (const mesh::FamilyTarget& target : context.registered.family().targets) {
+    for (const mesh::Hypothesis& tried : target.report.hypotheses) {
+      context.out << absl::StrFormat("%s: tried %s: cost %.2f%s.\n\n", target.name, tried.pairing,
+                                     tried.cost, tried.is_kept ? ", kept" : "");
+    }
+  }
   const mesh::RegisteredFamily& family = context.registered.family();
   context.out << "Times blend " << (family.rest_time_s ? "as squares" : "linearly")
               << (family.time_blending_reason.empty() ? "" : ": " + family.time_blending_reason)

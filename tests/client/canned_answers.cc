@@ -91,6 +91,13 @@ v1::RegistrationReport MakeReport() {
   *report.add_correspondences() = MakeOverruled();
   *report.add_correspondences() = MakeAutomatic();
   *report.mutable_verdict() = MakeVerdict();
+  v1::Hypothesis& kept = *report.add_hypotheses();
+  kept.set_pairing("the pairs of features of least cost");
+  kept.set_cost(0.75);
+  kept.set_is_kept(true);
+  v1::Hypothesis& other = *report.add_hypotheses();
+  other.set_pairing("no pairs of features");
+  other.set_cost(3.5);
   return report;
 }
 

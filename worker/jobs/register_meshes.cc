@@ -8,6 +8,7 @@
 
 #include "core/base/memory.h"
 #include "core/base/status_macros.h"
+#include "worker/registration/compete.h"
 #include "worker/registration/fit/state.h"
 #include "worker/registration/transfer.h"
 
@@ -20,12 +21,17 @@ using registration::Registration;
 absl::StatusOr<Registration> RegisterOrRefineMeshes(
     const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
     const std::vector<registration::Correspondence>& correspondences,
-    const PreviousRegistration* previous, const registration::RegistrationOptions& options,
+    const PreviousRegistration* previous, registration::RegistrationOptions options,
     const parallel::Arena& arena, const registration::RegistrationHooks& hooks) {
   if (previous == nullptr) {
-    return registration::Register(source, target, correspondences, options, arena, hooks);
+    return registration::RegisterWithBestPairing(source, target, correspondences, options, arena,
+                                                 hooks);
   }
-  return registration::Refine(source, target, correspondences, *previous, options, arena, hooks);
+  options.pairing = registration::KeptPairing(previous->hypotheses, options.pairing);
+  LB_ASSIGN_OR_RETURN(Registration result, registration::Refine(source, target, correspondences,
+                                                                *previous, options, arena, hooks));
+  result.report.hypotheses = previous->hypotheses;
+  return result;
 }
 
 absl::StatusOr<mesh::SpaceTimeMesh> BuildCoarse(const MeshSource& fine, double scale,
@@ -72,7 +78,8 @@ absl::StatusOr<Registration> RegisterMeshes(
     const registration::TransferSource fine(source.mesh, arena);
     coarse_displacement =
         registration::Transfer(fine, coarse_source, arena).Apply(previous->displacement, arena);
-    coarse_previous.emplace(PreviousRegistration{coarse_displacement, previous->correspondences});
+    coarse_previous.emplace(
+        PreviousRegistration{coarse_displacement, previous->correspondences, previous->hypotheses});
   }
   LB_ASSIGN_OR_RETURN(const Registration coarse,
                       RegisterOrRefineMeshes(

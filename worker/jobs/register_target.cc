@@ -52,7 +52,8 @@ absl::StatusOr<Registration> RegisterOrRefine(const Inputs& inputs,
   if (inputs.previous != nullptr) {
     displacement = MatrixOf(inputs.previous->targets[k].displacement);
     before = CorrespondencesOf(inputs.previous->targets[k]);
-    refined.emplace(registration::PreviousRegistration{displacement, before});
+    refined.emplace(registration::PreviousRegistration{
+        displacement, before, inputs.previous->targets[k].report.hypotheses});
   }
   return RegisterMeshes({inputs.source, read(job.source())}, {inputs.target, read(job.targets(k))},
                         ToCorrespondences(job, k, inputs.source.frames_per_second),

@@ -172,13 +172,15 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
   pair.MarkUnmatchedStarts(features.source, features.target);
   Guidance guidance;
   guidance.rest = FindRest(features.source, features.target);
-  const FeaturePairs pairs =
-      PairFeatures(features.source, features.target, ScaleOf(source, target));
+  const FeaturePairs pairs = PairFeatures(features.source, features.target, ScaleOf(source, target),
+                                          {.exchange = options.pairing == Pairing::kExchanged});
   pair.parts = PartsOfBoth(features.source, features.target, pairs.tracks);
   pair.times = TimesBlendOf(guidance.rest);
   if (options.automatic_correspondences) {
-    guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
     pair.source.held = FindContainerEdges(source, target, users, edge);
+  }
+  if (options.IsGuidedBy(options.pairing)) {
+    guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
     pair.FindPartMotions(features.source, features.target, pairs, users);
   }
   guidance.correspondences = Join(users, guidance.found);

@@ -12,6 +12,13 @@
 
 namespace liquidblend::registration {
 
+// Which pairs of features guide a registration.
+enum class Pairing {
+  kFound,      // those of least cost
+  kExchanged,  // two parts that are detached in the first frames exchange their partners
+  kNone,       // neither points nor motions of paired features
+};
+
 // Options of a registration: those of users, and further ones that tests set. Lengths are in mean
 // edge lengths of the source; a frame of time counts as one.
 struct RegistrationOptions : mesh::RegistrationOptions {
@@ -28,7 +35,12 @@ struct RegistrationOptions : mesh::RegistrationOptions {
   // >= 1e3; approximate size of the coarse mesh that a larger one is registered on first. Smaller
   // if layers between frames make up most of the large mesh: the coarse one needs none.
   double coarse_vertices = 6e5;
-  double finer_from_edges = 1.0;  // > 0; regions further off than this get nodes of their own
+  double finer_from_edges = 1.0;      // > 0; regions further off than this get nodes of their own
+  Pairing pairing = Pairing::kFound;  // tried first, where correspondences are automatic
+  // Whether features that are paired in this way guide the registration.
+  bool IsGuidedBy(Pairing pairs) const {
+    return automatic_correspondences && pairs != Pairing::kNone;
+  }
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
@@ -43,6 +55,7 @@ struct Registration {
 struct PreviousRegistration {
   const Eigen::Matrix4Xf& displacement;                // as in Registration
   const std::vector<Correspondence>& correspondences;  // that it was made with
+  std::vector<mesh::Hypothesis> hypotheses = {};       // of its report
 };
 
 }  // namespace liquidblend::registration

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
+#include "worker/registration/compete.h"
 #include "worker/registration/complete.h"
 #include "worker/registration/features/automatic.h"
 #include "worker/registration/features/rest.h"
@@ -42,19 +43,24 @@ absl::Status CheckCoarse(const CoarseRegistration& coarse) {
   return absl::OkStatus();
 }
 
-// Finds part motions and open starts from both animations' tracks. Returns whether they fall from
-// rest.
+// Finds part motions and open starts from both animations' tracks, paired as in the coarse
+// registration. Returns whether they fall from rest.
 mesh::RestReport FollowTracks(const std::vector<Correspondence>& users,
-                              const RegistrationOptions& options, SurfacePair& pair) {
+                              const RegistrationOptions& options,
+                              const mesh::RegistrationReport& coarse, SurfacePair& pair) {
+  const Pairing pairing = KeptPairing(coarse.hypotheses, options.pairing);
   const TrackOptions tracks = {.min_diameter = options.smallest_part_edges};
   const Features source = FindTrackFeatures(pair.source, tracks),
                  target = FindTrackFeatures(pair.target, tracks);
   pair.MarkUnmatchedStarts(source, target);
   const mesh::RestReport rest = FindRest(source, target);
-  const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target));
+  const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target),
+                                          {.exchange = pairing == Pairing::kExchanged});
   pair.parts = PartsOfBoth(source, target, pairs.tracks);
   pair.times = TimesBlendOf(rest);
-  if (options.automatic_correspondences) pair.FindPartMotions(source, target, pairs, users);
+  if (options.IsGuidedBy(pairing)) {
+    pair.FindPartMotions(source, target, pairs, users);
+  }
   return rest;
 }
 
@@ -132,6 +138,7 @@ absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
   }
   result.report.num_nodes = before.num_nodes + state.num_finer_nodes;
   result.report.num_iterations = before.num_iterations;
+  result.report.hypotheses = before.hypotheses;
   result.report.inlier_share = before.inlier_share;
   result.report.verdict.fit_energy = before.verdict.fit_energy;
   result.report.verdict.smoothness_energy = before.verdict.smoothness_energy;
@@ -171,7 +178,7 @@ absl::StatusOr<Registration> Sharpen(const mesh::SpaceTimeMesh& source,
   state.coarse_edge_length_m = coarse.source.edge_length_m;
   state.coarse_report = coarse.registration.report;
   SurfacePair pair(source, target, arena);
-  const mesh::RestReport rest = FollowTracks(correspondences, options, pair);
+  const mesh::RestReport rest = FollowTracks(correspondences, options, state.coarse_report, pair);
   state.displacement = Smooth(state.displacement, pair.neighbors, kTransferSweeps, arena);
   const Keeper keeper{hooks, start};
   keeper.Keep(state);
@@ -193,7 +200,7 @@ absl::StatusOr<Registration> ResumeSharpening(const mesh::SpaceTimeMesh& source,
   LB_RETURN_IF_ERROR(CheckResumable(state, source.num_vertices()));
   const Keeper keeper{hooks, absl::Now() - absl::Seconds(state.seconds)};
   SurfacePair pair(source, target, arena);
-  const mesh::RestReport rest = FollowTracks(correspondences, options, pair);
+  const mesh::RestReport rest = FollowTracks(correspondences, options, state.coarse_report, pair);
   LB_ASSIGN_OR_RETURN(Registration result,
                       FinishSharpening(pair, correspondences, state, options, arena, keeper));
   result.report.rest = rest;

@@ -89,6 +89,11 @@ std::string Describe(const Verdict& verdict) {
 
 // A line for each animation, if there are points in parameter space, and one if weights between
 // them are smooth.
+std::string Describe(const Hypothesis& tried) {
+  return absl::StrFormat("tried %s: cost %.3g%s", tried.pairing, tried.cost,
+                         tried.is_kept ? ", kept" : "");
+}
+
 std::string DescribePoints(const Family& family) {
   const ParameterSpace& space = family.parameter_space;
   std::string text;
@@ -209,6 +214,9 @@ std::string Describe(const Family& family) {
         100.0 * report.inlier_share, report.seconds);
     for (size_t n = 0; n < report.correspondences.size(); ++n) {
       absl::StrAppend(&text, "\n    ", Describe(n, report.correspondences[n]));
+    }
+    for (const Hypothesis& tried : report.hypotheses) {
+      absl::StrAppend(&text, "\n    ", Describe(tried));
     }
     if (report.verdict.grade != Grade::kUnknown) {
       absl::StrAppend(&text, "\n    ", Describe(report.verdict));

@@ -66,6 +66,14 @@ struct Verdict {
   std::map<std::string, std::vector<double>> lists;
 };
 
+// A way to pair the features of both animations that was tried.
+struct Hypothesis {
+  std::string pairing;  // what guided the registration
+  // What its blends lose: the sum over the verdict's figures of their squares, each over its limit.
+  double cost = 0.0;
+  bool is_kept = false;
+};
+
 struct RegistrationReport {
   std::string target;  // animations/{id}
   int num_nodes = 0;
@@ -76,6 +84,7 @@ struct RegistrationReport {
   std::vector<CorrespondenceReport>
       correspondences;  // the user's in their order, then automatic ones
   Verdict verdict;
+  std::vector<Hypothesis> hypotheses;  // in the order tried; none: there was no choice
 };
 
 // How times of matching events blend.

@@ -53,6 +53,12 @@ v1::RegistrationReport ToMessage(const mesh::FamilyTarget& target, double frames
     message.mutable_rest()->set_time_frames(rest.time_frames);
     message.mutable_rest()->set_reason(rest.reason);
   }
+  for (const mesh::Hypothesis& tried : target.report.hypotheses) {
+    v1::Hypothesis& added = *message.add_hypotheses();
+    added.set_pairing(tried.pairing);
+    added.set_cost(tried.cost);
+    added.set_is_kept(tried.is_kept);
+  }
   for (const mesh::PartLife& life : target.report.part_lives) {
     *message.add_part_lives() = ToMessage(life);
   }
@@ -87,6 +93,9 @@ mesh::RegistrationReport FromMessage(const v1::RegistrationReport& message,
   report.verdict = FromMessage(message.verdict());
   report.rest = {message.rest().is_from_rest(), message.rest().time_frames(),
                  message.rest().reason()};
+  for (const v1::Hypothesis& tried : message.hypotheses()) {
+    report.hypotheses.push_back({tried.pairing(), tried.cost(), tried.is_kept()});
+  }
   for (const v1::PartLife& life : message.part_lives()) {
     report.part_lives.push_back(FromMessage(life));
   }

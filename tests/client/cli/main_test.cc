@@ -435,6 +435,12 @@ TEST_F(Command, InspectTellsTheVerdict) {
   EXPECT_THAT(out, Not(HasSubstr("volume errors")));  // a list; --json has it
 }
 
+TEST_F(Command, InspectTellsWhichPairingsWereTried) {
+  EXPECT_THAT(Run({"inspect", "drops"}).out,
+              HasSubstr("    tried the pairs of features of least cost: cost 0.75, kept\n"
+                        "    tried no pairs of features: cost 3.5\n"));
+}
+
 TEST_F(Command, InspectDescribesAMeshFile) {
   const std::string path = dir_.File("m.ply");
   ASSERT_TRUE(WriteMeshFile(testing::MakeOctahedron(0.0, 0.0), path).ok());

@@ -109,6 +109,65 @@ TEST(RegisterMeshes, ADropOfFewCoarseEdgesIsStillFound) {
   EXPECT_EQ(result->report.correspondences.size(), 6u) << "the sides of the drop";
 }
 
+// A drop that falls elsewhere, registered coarse to fine. Without pairs it grabs the pool.
+class DropElsewhereTest : public ::testing::Test {
+ protected:
+  static mesh::Animation DropAt(double x) {
+    synthetic::FallingDropsOptions options;
+    options.drops = {{{x, 0, 0.7}, 0.25, 0}};
+    options.pool_half_width_m = {1.2, 0.5};
+    options.num_frames = 12;
+    options.spacing_m = 0.06;
+    return synthetic::FallingDrops(options);
+  }
+  static mesh::SpaceTimeMesh Build(const mesh::Animation& animation) {
+    return *spacetime::Build(animation, Options(0).build, parallel::Arena(2));
+  }
+  registration::Registration Register(
+      registration::Pairing pairing, const registration::PreviousRegistration* previous = nullptr) {
+    RegisterMeshesOptions options = Options(0.35 * static_cast<double>(source_.num_vertices()));
+    options.registration.automatic_correspondences = true;
+    options.registration.pairing = pairing;
+    options.registration.max_iterations = 8;
+    const auto read = [&](const mesh::Animation& animation) {
+      return [&] {
+        ++num_reads_;
+        return animation;
+      };
+    };
+    auto result = RegisterMeshes({source_, read(left_)}, {target_, read(right_)}, {}, previous,
+                                 options, parallel::Arena(2));
+    EXPECT_TRUE(result.ok()) << result.status();
+    return *std::move(result);
+  }
+
+  const mesh::Animation left_ = DropAt(-0.6), right_ = DropAt(0.6);
+  const mesh::SpaceTimeMesh source_ = Build(left_), target_ = Build(right_);
+  std::atomic<int> num_reads_ = 0;
+};
+
+TEST_F(DropElsewhereTest, PairingsAreTriedOnCoarseMeshesAndFinerNodesFollowTheOneKept) {
+  const registration::Registration result = Register(registration::Pairing::kNone);
+  EXPECT_EQ(num_reads_, 2) << "the coarse meshes are made once";
+  ASSERT_EQ(result.report.hypotheses.size(), 2u);
+  EXPECT_TRUE(result.report.hypotheses[1].is_kept);
+  EXPECT_EQ(result.displacement, Register(registration::Pairing::kFound).displacement);
+}
+
+TEST_F(DropElsewhereTest, ARefinementKeepsThePairing) {
+  const Eigen::Matrix4Xf displacement = Register(registration::Pairing::kFound).displacement;
+  const std::vector<registration::Correspondence> none;
+  const registration::PreviousRegistration with_pairs{displacement, none};
+  EXPECT_FALSE(Register(registration::Pairing::kFound, &with_pairs).report.correspondences.empty());
+  const registration::PreviousRegistration without_pairs{
+      displacement, none, {{"no pairs of features", 1.5, true}}};
+  const mesh::RegistrationReport refined =
+      Register(registration::Pairing::kFound, &without_pairs).report;
+  EXPECT_TRUE(refined.correspondences.empty());
+  ASSERT_EQ(refined.hypotheses.size(), 1u);
+  EXPECT_EQ(refined.hypotheses[0].cost, 1.5);
+}
+
 TEST(CoarseOptions, FindSmallerPartsAndHoldThemForLonger) {
   registration::RegistrationOptions options;
   EXPECT_DOUBLE_EQ(registration::CoarseOptions(1.6, options).smallest_part_edges, 2.5);

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kEveryFrames = 10.0;  // as nodes of a user's trajectory
 constexpr double kEndFrames = 1.0;     // before a part ends: there it is one with the rest
-constexpr double kNearUsers = 10.0;    // edges and frames; there the user knows better
+constexpr double kNearUsers = 10.0;    // edges and frames; there the user knows better ...
+constexpr double kAgreeEdges = 3.0;    // ... unless both move things alike, within this
 constexpr double kMovedEdges = 3.0;    // an obstacle that has moved less has not
 constexpr float kOnSurface = 3.0f;     // edges; what is further off belongs to no vertex
 
@@ -111,7 +112,8 @@ Eigen::Vector4d FromUnits(Eigen::Vector4d event, double edge_length_m) {
   return event;
 }
 
-bool IsNearUsers(const PairedPoints& pair, const std::vector<Correspondence>& users,
+// Whether a user's point is near one of a pair's, and sends it elsewhere.
+bool Contradicts(const PairedPoints& pair, const std::vector<Correspondence>& users,
                  double edge_length_m) {
   const int used = pair.kind == CorrespondenceKind::kSpace ? 3 : 4;  // coordinates
   const auto distance = [&](const Eigen::Vector4d& a, const Eigen::Vector4d& b) {
@@ -121,13 +123,14 @@ bool IsNearUsers(const PairedPoints& pair, const std::vector<Correspondence>& us
     const Eigen::Vector4d source = InUnits(user.source, edge_length_m);
     const Eigen::Vector4d target = InUnits(user.target, edge_length_m);
     return std::any_of(pair.points.begin(), pair.points.end(), [&](const EventPair& point) {
-      return distance(point.source, source) < kNearUsers ||
-             distance(point.target, target) < kNearUsers;
+      const bool is_near = distance(point.source, source) < kNearUsers ||
+                           distance(point.target, target) < kNearUsers;
+      return is_near && distance(point.target - point.source, target - source) >= kAgreeEdges;
     });
   });
 }
 
-// The points of all pairs that no user's point is near. The wake of a part that the user knows
+// The points of all pairs that no user's point contradicts. The wake of a part that the user knows
 // better is not looked for.
 std::vector<PairedPoints> PointsOfPairs(const Surface& source, const Surface& target,
                                         const FeaturesOfPair& features, const FeaturePairs& pairs,
@@ -136,7 +139,7 @@ std::vector<PairedPoints> PointsOfPairs(const Surface& source, const Surface& ta
   std::vector<PairedPoints> result;
   std::vector<AssignedPair> tracks;
   const auto add = [&](PairedPoints points) {
-    if (IsNearUsers(points, users, edge_length_m)) return false;
+    if (Contradicts(points, users, edge_length_m)) return false;
     result.push_back(std::move(points));
     return true;
   };

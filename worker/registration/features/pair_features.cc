@@ -191,6 +191,25 @@ std::vector<AssignedPair> KeepOrdered(std::vector<AssignedPair> pairs, const Fea
   return kept;
 }
 
+// Exchanges the partners of those two pairs where the total cost, of cost(row, column), rises
+// least. Where no exchange has a cost, all stay.
+template <typename Cost>
+void ExchangeCheapest(const Cost& cost, std::vector<AssignedPair>& pairs) {
+  double least = kInfinity;
+  std::pair<size_t, size_t> best;
+  for (size_t a = 0; a < pairs.size(); ++a) {
+    for (size_t b = a + 1; b < pairs.size(); ++b) {
+      const double rise = cost(pairs[a].row, pairs[b].column) +
+                          cost(pairs[b].row, pairs[a].column) -
+                          cost(pairs[a].row, pairs[a].column) - cost(pairs[b].row, pairs[b].column);
+      if (!(rise < least)) continue;
+      least = rise;
+      best = {a, b};
+    }
+  }
+  if (least < kInfinity) std::swap(pairs[best.first].column, pairs[best.second].column);
+}
+
 }  // namespace
 
 SceneScale ScaleOf(const Surface& source, const Surface& target) {
@@ -228,10 +247,12 @@ FeaturePairs PairFeatures(const Features& source, const Features& target, const 
   const std::vector<int> rows = tracks_of(source), columns = tracks_of(target);
   FeaturePairs pairs;
   pairs.joined = FindJoinedTracks(source, target, scale, options);
-  pairs.tracks = AssignChosen(rows, columns, options.min_confidence, [&](int a, int b) {
+  const auto first_cost = [&](int a, int b) {
     if (IsJoined(pairs.joined.source, a) || IsJoined(pairs.joined.target, b)) return kInfinity;
     return FirstTrackCost(source.tracks[a], target.tracks[b], scale, options);
-  });
+  };
+  pairs.tracks = AssignChosen(rows, columns, options.min_confidence, first_cost);
+  if (options.exchange) ExchangeCheapest(first_cost, pairs.tracks);
   const std::vector<Merge> merges = MergesOf(source, target, pairs.tracks);
   const auto later = AssignChosen(rows, columns, options.min_confidence, [&](int a, int b) {
     return LaterTrackCost(source.tracks[a], target.tracks[b], merges, scale, options);

@@ -41,6 +41,9 @@ struct PairOptions {
   double max_obstacle_shift = 0.5;     // between the middles of two obstacles
   double max_obstacle_ratio = 2.5;     // >= 1; of their diagonals
   double min_confidence = 0.5;         // [0, 1]; only surer pairs are kept
+  // Two of the tracks that begin at the first frame exchange their partners, where that costs
+  // least: another way to pair them.
+  bool exchange = false;
 };
 
 // Parts that are detached in the first frame of one animation and joined with the rest in the

@@ -178,6 +178,12 @@ mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const S
   return verdict;
 }
 
+double CostOf(const mesh::Verdict& verdict) {
+  double cost = 0;
+  for (const Figure& figure : Figures(verdict)) cost += figure.severity() * figure.severity();
+  return std::isnan(cost) ? std::numeric_limits<double>::infinity() : cost;
+}
+
 void SetGrade(const WorstPlaces& places, mesh::Verdict& verdict) {
   const std::vector<Figure> figures = Figures(verdict);
   const Figure* worst =

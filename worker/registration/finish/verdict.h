@@ -22,6 +22,10 @@ mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const S
                     const std::vector<PartOfBoth>& parts, TimesBlend times,
                     const parallel::Arena& arena);
 
+// What the blends lose: the sum over the verdict's figures of (value / limit of "good")^2. Infinity
+// if a figure is no number.
+double CostOf(const mesh::Verdict& verdict);
+
 // Places where each kind of figure is worst: x, y, z in metres, time in frames.
 struct WorstPlaces {
   Eigen::Vector4d unmatched = Eigen::Vector4d::Zero();

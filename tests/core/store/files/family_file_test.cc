@@ -197,6 +197,7 @@ TEST(FamilyFile, GivesBackFiguresThatOlderFilesLack) {
   family.time_blending_reason = "b: it falls";
   family.targets[0].report.rest = {true, -2.5, "it falls"};
   family.targets[0].report.part_lives = {{{1, 2, 3}, 12.5, 20}};
+  family.targets[0].report.hypotheses = {{"these pairs", 4, false}, {"no pairs", 1.5, true}};
   const auto opened = Open(Written(family));
   ASSERT_THAT(opened, Succeeds());
   EXPECT_EQ(opened->time_blending_reason, "b: it falls");
@@ -208,6 +209,11 @@ TEST(FamilyFile, GivesBackFiguresThatOlderFilesLack) {
   EXPECT_THAT(life.source_start_m, testing::ElementsAre(1, 2, 3));
   EXPECT_EQ(life.source_end_frames, 12.5);
   EXPECT_EQ(life.target_end_frames, 20);
+  ASSERT_EQ(opened->targets[0].report.hypotheses.size(), 2U);
+  EXPECT_EQ(opened->targets[0].report.hypotheses[0].pairing, "these pairs");
+  EXPECT_FALSE(opened->targets[0].report.hypotheses[0].is_kept);
+  EXPECT_EQ(opened->targets[0].report.hypotheses[1].cost, 1.5);
+  EXPECT_TRUE(opened->targets[0].report.hypotheses[1].is_kept);
   EXPECT_EQ(opened->targets[1].report.rest.reason, "");
   EXPECT_THAT(opened->targets[1].report.part_lives, testing::IsEmpty());
 }

@@ -81,11 +81,16 @@ TEST(Automatic, ADropThatStrikesElsewhereTakesItsCraterAlongUnlessTheUserKnowsBe
     EXPECT_FALSE(c.hard);
     EXPECT_NEAR(c.target[0] - c.source[0], 0.9, edge);
   }
-  Correspondence user = found.back().correspondence;
-  EXPECT_EQ(FindPoints(source.surface, target.surface, {user}, edge).size(), 6u);
-  user = found.front().correspondence;
-  EXPECT_EQ(FindPoints(source.surface, target.surface, {user}, edge).size(), 1u)
-      << "the lowest point of all, as an extremum";
+  const auto with = [&](const Correspondence& user) {
+    return FindPoints(source.surface, target.surface, {user}, edge);
+  };
+  Correspondence crater = found.back().correspondence, drop = found.front().correspondence;
+  EXPECT_EQ(with(crater).size(), found.size()) << "agrees";
+  EXPECT_EQ(with(drop).size(), found.size());
+  crater.target[0] += 4 * edge;
+  EXPECT_EQ(with(crater).size(), 6u) << "those of the drop";
+  drop.target[0] += 4 * edge;
+  EXPECT_EQ(with(drop).size(), 1u) << "the lowest point of all, as an extremum";
 }
 
 TEST(Automatic, APillarElsewhereGivesSoftSpacesUnlessAUsersIsNear) {

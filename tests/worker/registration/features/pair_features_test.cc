@@ -73,6 +73,21 @@ TEST(PairFeatures, ADropWithoutAPartnerStaysAlone) {
   EXPECT_THAT(PairFeatures(both, {}, kScale).tracks, IsEmpty());
 }
 
+TEST(PairFeatures, TheTwoPartnersThatAreCheapestToExchangeAreExchanged) {
+  const Features source{{Drop({0, 0, 20}, 9), Drop({20, 0, 20}, 9), Drop({-50, 0, 20}, 9)}, {}};
+  const Features target{{Drop({2, 0, 20}, 9), Drop({22, 0, 20}, 9), Drop({-48, 0, 20}, 9)}, {}};
+  const auto found = PairFeatures(source, target, kScale);
+  EXPECT_THAT(Numbers(found.tracks), ElementsAre(Pair(0, 0), Pair(1, 1), Pair(2, 2)));
+  const auto exchanged = PairFeatures(source, target, kScale, {.exchange = true});
+  EXPECT_THAT(Numbers(exchanged.tracks), ElementsAre(Pair(0, 1), Pair(1, 0), Pair(2, 2)));
+}
+
+TEST(PairFeatures, OnePairIsNotExchanged) {
+  const Features drop{{Drop({0, 0, 20}, 9)}, {}};
+  EXPECT_THAT(Numbers(PairFeatures(drop, drop, kScale, {.exchange = true}).tracks),
+              ElementsAre(Pair(0, 0)));
+}
+
 TEST(PairFeatures, AQuarterTurnOfTwinsIsAmbiguousAndGivesNone) {
   const Features source{{Drop({-20, 0, 20}, 9), Drop({20, 0, 20}, 9)}, {}};
   const Features target{{Drop({0, -20, 20}, 9), Drop({0, 20, 20}, 9)}, {}};
