@@ -1,6 +1,6 @@
 // Blend weights and time -> surface, one thread: vertices per frame, frames of the animation,
 // largest time warp in frames, weight in percent; of a stored family the weight of its first
-// target.
+// target. By number of targets: they share a weight of 50 percent.
 #include <benchmark/benchmark.h>
 
 #include <vector>
@@ -14,9 +14,8 @@ namespace liquidblend {
 namespace {
 
 // Each slice at another time, as in a stream.
-void Slice(const bench::Loaded& loaded, int64_t percent, benchmark::State& state) {
-  std::vector<double> weights(loaded.family.targets.size());
-  weights[0] = static_cast<double>(percent) / 100.0;
+void Slice(const bench::Loaded& loaded, const std::vector<double>& weights,
+           benchmark::State& state) {
   slice::Workspace workspace;
   int64_t num_triangles = 0;
   int64_t num_candidates = 0;
@@ -42,10 +41,17 @@ void Slice(const bench::Loaded& loaded, int64_t percent, benchmark::State& state
   state.counters["candidate cells"] = static_cast<double>(num_candidates);
 }
 
+std::vector<double> WeightOfFirst(const bench::Loaded& loaded, int64_t percent) {
+  std::vector<double> weights(loaded.family.targets.size());
+  weights[0] = static_cast<double>(percent) / 100.0;
+  return weights;
+}
+
 void BlendSlice(benchmark::State& state) {
-  Slice(bench::FamilyOf({static_cast<int>(state.range(0)), static_cast<int>(state.range(1)),
-                         static_cast<int>(state.range(2))}),
-        state.range(3), state);
+  const bench::Loaded& loaded =
+      bench::FamilyOf({static_cast<int>(state.range(0)), static_cast<int>(state.range(1)),
+                       static_cast<int>(state.range(2))});
+  Slice(loaded, WeightOfFirst(loaded, state.range(3)), state);
 }
 BENCHMARK(BlendSlice)
     ->ArgNames({"vertices", "frames", "warp", "percent"})
@@ -55,10 +61,24 @@ BENCHMARK(BlendSlice)
     ->ArgsProduct({{200000, 1000000}, {24}, {10}, {50}})  // by size
     ->Unit(benchmark::kMillisecond);
 
+void BlendSliceOfTargets(benchmark::State& state) {
+  const bench::Loaded& loaded = bench::FamilyOf({.num_targets = static_cast<int>(state.range(0))});
+  const double count = static_cast<double>(state.range(0));
+  Slice(loaded, std::vector<double>(loaded.family.targets.size(), 0.5 / count), state);
+}
+BENCHMARK(BlendSliceOfTargets)
+    ->ArgName("targets")
+    ->Arg(1)
+    ->Arg(2)
+    ->Arg(4)
+    ->Arg(16)
+    ->Unit(benchmark::kMillisecond);
+
 [[maybe_unused]] const bool kIsStoredMeasured = [] {
   if (!bench::HasStoredFamily()) return false;
   const auto slice = [](benchmark::State& state) {
-    Slice(bench::StoredFamily(), state.range(0), state);
+    const bench::Loaded& loaded = bench::StoredFamily();
+    Slice(loaded, WeightOfFirst(loaded, state.range(0)), state);
   };
   benchmark::RegisterBenchmark("BlendSliceStored", slice)
       ->ArgName("percent")

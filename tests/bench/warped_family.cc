@@ -4,6 +4,7 @@
 #include <memory>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "tests/synthetic/families.h"
 
@@ -31,9 +32,11 @@ const Loaded& FamilyOf(const WarpedTorus& torus) {
     synthetic::ComplexOptions options;
     options.num_frames = torus.num_frames;
     options.growth_per_frame = 0.4F / static_cast<float>(torus.num_frames);
+    const std::vector<synthetic::TargetFields> targets(torus.num_targets,
+                                                       {TimeWarp(torus.warp_frames), {}});
     loaded = std::make_unique<Loaded>(synthetic::MakeFamily(
         synthetic::HexahedralTorus(torus.vertices_per_frame / num_minor, num_minor, options),
-        {{TimeWarp(torus.warp_frames), {}}}));
+        targets));
   }
   return *loaded;
 }
