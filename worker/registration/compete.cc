@@ -17,6 +17,8 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr double kMuchLess = 0.5;  // of the cost of the first pairing
+// A cost below this is that of one figure beyond its limit. No rival has been seen to halve it.
+constexpr double kMinCost = 2.5;
 constexpr int kMinIterations = 8;  // fewer make no good registration, whatever the pairing
 
 constexpr std::array<Pairing, 3> kAllPairings = {Pairing::kFound, Pairing::kExchanged,
@@ -111,7 +113,10 @@ absl::StatusOr<Registration> RegisterWithBestPairing(const mesh::SpaceTimeMesh& 
   LB_ASSIGN_OR_RETURN(Registration first, Register(source, target, users, options, arena, hooks));
   const bool may_compete =
       options.IsGuidedBy(Pairing::kFound) && first.report.num_iterations >= kMinIterations;
-  if (!may_compete || first.report.verdict.grade == mesh::Grade::kGood) return first;
+  const mesh::Verdict& verdict = first.report.verdict;
+  if (!may_compete || verdict.grade == mesh::Grade::kGood || CostOf(verdict) < kMinCost) {
+    return first;
+  }
   Candidates candidates;
   candidates.Add(options.pairing, std::move(first));
   for (const Pairing pairing : OtherPairings(source, target, options, arena)) {

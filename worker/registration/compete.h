@@ -21,13 +21,12 @@ size_t WinnerOf(const std::vector<double>& costs);
 // The pairing that was kept: `tried_first` if no other one was tried.
 Pairing KeptPairing(const std::vector<mesh::Hypothesis>& hypotheses, Pairing tried_first);
 
-// Registers source and target with options.pairing. If the verdict is not good, correspondences are
-// automatic and there are 8 iterations or more, the other ways are tried, too: with the pairs
-// found, with two detached parts' partners exchanged, without pairs. The first one wins unless
-// another one loses less than half as much (CostOf() of its verdict). The report lists what was
-// tried; nothing if there was no choice.
-//   hooks  keep, resume: of the first registration. The others are made again after an
-//   interruption,
+// Registers source and target with options.pairing. If the verdict is not good, the cost at least
+// 2.5, correspondences are automatic and there are 8 iterations or more, the other ways are tried,
+// too: with the pairs found, with two detached parts' partners exchanged, without pairs. The first
+// one wins unless another one loses less than half as much (CostOf() of its verdict). The report
+// lists what was tried; nothing if there was no choice.
+//   hooks  keep, resume: of the first registration. The others are made again after an interruption,
 //          with the same outcome.
 // Cost: that of Register() for each one tried.
 // Errors: those of Register(); a way that cannot be registered loses.
