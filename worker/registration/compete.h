@@ -26,8 +26,8 @@ Pairing KeptPairing(const std::vector<mesh::Hypothesis>& hypotheses, Pairing tri
 // too: with the pairs found, with two detached parts' partners exchanged, without pairs. The first
 // one wins unless another one loses less than half as much (CostOf() of its verdict). The report
 // lists what was tried; nothing if there was no choice.
-//   hooks  keep, resume: of the first registration; after an interruption the others are made again,
-//          with the same outcome
+//   hooks  keep, resume: of the first registration; the others are made again after an
+//          interruption, with the same outcome
 // Cost: that of Register() for each one tried.
 // Errors: those of Register(); a way that cannot be registered loses.
 // Threads: safe, same bytes for any thread count.
