@@ -93,12 +93,9 @@ std::map<std::string, std::set<std::string>> LoadProduct() {
   return files;
 }
 
-using Exceptions = std::map<std::string, size_t>;  // how many files may name these fields
-
 // A line for each field that more files name than may.
 std::vector<std::string> TooOften(const std::string& message, size_t most,
-                                  const std::set<std::string>& left_out,
-                                  const Exceptions& exceptions = {}) {
+                                  const std::set<std::string>& left_out) {
   static const auto* const files = new std::map(LoadProduct());
   std::vector<std::string> faults;
   for (const std::string& field : FieldsOf(message, Read(kRoot / kApi))) {
@@ -107,8 +104,7 @@ std::vector<std::string> TooOften(const std::string& message, size_t most,
     for (const auto& [path, words] : *files) {
       if (Names(words, field)) found.push_back(path);
     }
-    const auto exception = exceptions.find(field);
-    if (found.size() <= (exception == exceptions.end() ? most : exception->second)) continue;
+    if (found.size() <= most) continue;
     faults.push_back(absl::StrCat(field, ": ", absl::StrJoin(found, " ")));
   }
   return faults;
@@ -125,13 +121,8 @@ TEST(Definitions, AFigureOfAVerdictIsNamedInFourFiles) {
 // The messages of API and store, the table of core, the public header of the client library, and
 // the step of the registration that uses it.
 TEST(Definitions, AnOptionOfARegistrationIsNamedInFiveFiles) {
-  const Exceptions exceptions = {
-      {"final_smoothness", 6},           // two fits: of all, and of finer nodes
-      {"node_spacing_edges", 7},         // three steps place nodes
-      {"automatic_correspondences", 7},  // refinements ask, too, what the version before had
-  };
   const std::set<std::string> left_out = {"seed"};  // of any random numbers
-  EXPECT_THAT(TooOften("RegistrationOptions", 5, left_out, exceptions), IsEmpty());
+  EXPECT_THAT(TooOften("RegistrationOptions", 5, left_out), IsEmpty());
 }
 
 TEST(Definitions, FieldsAreFoundAndCounted) {

@@ -40,7 +40,8 @@ bool HasNewCorrespondences(const store::v1::RegisterJob& job, int k,
     if (!report.automatic) before.push_back(report.correspondence);
     had_automatic |= report.automatic;
   }
-  if (had_automatic && !ToRegistrationOptions(job.options()).automatic_correspondences) return true;
+  const registration::RegistrationOptions options = ToRegistrationOptions(job.options());
+  if (had_automatic && !options.IsGuidedBy(registration::Pairing::kFound)) return true;
   const auto now = ToCorrespondences(job, k, previous.frames_per_second);
   return !std::equal(before.begin(), before.end(), now.begin(), now.end(), registration::IsSame);
 }

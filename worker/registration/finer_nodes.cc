@@ -249,8 +249,8 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
     for (const int32_t v : cutout.vertices) surface.open.push_back(pair.source.open[v]);
   }
   const PackedLists neighbors = VertexNeighbors(cutout.mesh, surface.cells_around, arena);
-  const DeformationNodes nodes(surface.points, neighbors, options.node_spacing_edges, {},
-                               options.seed, arena);
+  const DeformationNodes nodes(surface.points, neighbors, options.NodeSpacing(), {}, options.seed,
+                               arena);
   const NodeGraph graph(nodes);
   const PartMotions none;  // vertices that are far do not follow one
   Matcher matcher(surface, neighbors, pair.target, pair.target_search, none, options.seed,
@@ -266,8 +266,7 @@ absl::StatusOr<int> Fit(const SurfacePair& pair, const Cutout& cutout,
     Matches matches = matcher.Match(nodes, maps, match_options, arena);
     HoldRim(cutout, matches.terms);
     const double f = n / (kNumIterations - 1.0);
-    solver_options.smoothness =
-        kFirstSmoothness * std::pow(options.final_smoothness / kFirstSmoothness, f);
+    solver_options.smoothness = kFirstSmoothness * options.SmoothnessFactor(kFirstSmoothness, f);
     LB_RETURN_IF_ERROR(Minimize(nodes, graph, surface.points, matches.terms, HardPins(),
                                 solver_options, arena, maps)
                            .status());

@@ -71,7 +71,7 @@ struct Problem {
 // The graph with stiffer edges where f is only `f_near`; its weights are relative to those at f.
 NodeGraph StiffenNear(const Problem& problem, double f, double f_near) {
   const RegistrationOptions& options = problem.options;
-  const double ratio = std::pow(options.final_smoothness / options.first_smoothness, f_near - f);
+  const double ratio = options.SmoothnessFactor(options.first_smoothness, f_near - f);
   std::vector<float> factors;
   for (const float near : problem.schedule.near) {
     factors.push_back(static_cast<float>(std::pow(ratio, near)));
@@ -108,7 +108,8 @@ absl::StatusOr<IterationReport> Iterate(const Problem& problem, int iteration, M
                           matches.terms);
   }
   SolverOptions solver_options;
-  solver_options.smoothness = Anneal(options.first_smoothness, options.final_smoothness, f);
+  solver_options.smoothness =
+      options.first_smoothness * options.SmoothnessFactor(options.first_smoothness, f);
   solver_options.max_direct_rows = options.max_direct_rows;
   const double f_near = schedule.from_near + (1 - schedule.from_near) * done;
   std::optional<NodeGraph> stiffer;
@@ -176,7 +177,7 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
                                           {.exchange = options.pairing == Pairing::kExchanged});
   pair.parts = PartsOfBoth(features.source, features.target, pairs.tracks);
   pair.times = TimesBlendOf(guidance.rest);
-  if (options.automatic_correspondences) {
+  if (options.IsGuidedBy(Pairing::kFound)) {
     pair.source.held = FindContainerEdges(source, target, users, edge);
   }
   if (options.IsGuidedBy(options.pairing)) {
@@ -200,7 +201,7 @@ class Fitting {
         guidance_(guidance),
         options_(options),
         arena_(arena),
-        nodes_(std::in_place, pair.source.points, pair.neighbors, options.node_spacing_edges,
+        nodes_(std::in_place, pair.source.points, pair.neighbors, options.NodeSpacing(),
                VerticesOf(guidance.pins), options.seed, arena, pair.source.rigid),
         num_nodes_(static_cast<int>(nodes_->num_nodes())),
         graph_(*nodes_),
@@ -247,7 +248,7 @@ class Fitting {
   // Sets the maps that a refinement starts from, and the rest of the annealing.
   absl::Status BeginRefinement(const PreviousRegistration& previous) {
     const Surface& source = pair_.source;
-    const double spacing = options_.node_spacing_edges;
+    const double spacing = options_.NodeSpacing();
     maps_ = FitMaps(*nodes_, source.points, pair_.neighbors,
                     InEdgeUnits(previous.displacement, source.mesh.edge_length_m), spacing, arena_);
     LB_ASSIGN_OR_RETURN(const std::vector<Pin> changed,

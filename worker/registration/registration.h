@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -40,6 +41,12 @@ struct RegistrationOptions : mesh::RegistrationOptions {
   // Whether features that are paired in this way guide the registration.
   bool IsGuidedBy(Pairing pairs) const {
     return automatic_correspondences && pairs != Pairing::kNone;
+  }
+  // Spacing of nodes on a mesh whose edges are `scale` times as short.
+  double NodeSpacing(double scale = 1.0) const { return node_spacing_edges * scale; }
+  // Factor of a smoothness that is annealed from `first`, after a share of the annealing.
+  double SmoothnessFactor(double first, double share) const {
+    return std::pow(final_smoothness / first, share);
   }
   absl::Status Validate() const;  // names the first field out of range, and its value
 };

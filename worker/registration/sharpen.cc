@@ -58,9 +58,7 @@ mesh::RestReport FollowTracks(const std::vector<Correspondence>& users,
                                           {.exchange = pairing == Pairing::kExchanged});
   pair.parts = PartsOfBoth(source, target, pairs.tracks);
   pair.times = TimesBlendOf(rest);
-  if (options.IsGuidedBy(pairing)) {
-    pair.FindPartMotions(source, target, pairs, users);
-  }
+  if (options.IsGuidedBy(pairing)) pair.FindPartMotions(source, target, pairs, users);
   return rest;
 }
 
@@ -125,7 +123,7 @@ absl::StatusOr<Registration> FinishSharpening(const SurfacePair& pair,
       const std::vector<Pin> pins,
       ExpandCorrespondences(correspondences, pair.source, pair.target, arena, on_surface));
   LB_RETURN_IF_ERROR(CheckContradictions(pins, pair.source.points, edge));
-  const double spacing = options.node_spacing_edges * scale;
+  const double spacing = options.NodeSpacing(scale);
   const PinHolder holder(pair, pins, spacing, options.seed, arena);
   const auto hold_pins = [&](Points& moved) { return holder.Restore(moved); };
   LB_ASSIGN_OR_RETURN(Registration result, Complete(pair, std::move(state.displacement),
