@@ -46,7 +46,7 @@ registration::ProgressCallback JobContext::RegistrationProgress(int target_index
     progress_.set_num_inliers(report.num_inliers);
     progress_.set_num_samples(report.num_samples);
     const bool is_last = report.iteration >= report.num_iterations;
-    if (is_last) progress_.set_stage("projection");
+    progress_.set_stage(is_last ? "projection" : "registration");  // there may be several
     ReportFraction(static_cast<double>(report.iteration) / std::max(1, report.num_iterations));
     return keeper.Check().ok();
   };
