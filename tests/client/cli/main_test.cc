@@ -439,6 +439,9 @@ TEST_F(Command, InspectTellsWhichPairingsWereTried) {
   EXPECT_THAT(Run({"inspect", "drops"}).out,
               HasSubstr("    tried the pairs of features of least cost: cost 0.75, kept\n"
                         "    tried no pairs of features: cost 3.5\n"));
+  EXPECT_THAT(
+      Run({"inspect", "drops", "--json"}).out,
+      AllOf(HasSubstr("\"pairing\": \"no pairs of features\""), HasSubstr("\"cost\": 3.5")));
 }
 
 TEST_F(Command, InspectDescribesAMeshFile) {
