@@ -44,7 +44,7 @@ struct PartLife {
 // A way to pair the features of both animations that was tried.
 struct Hypothesis {
   std::string pairing = {};  // a clause: what guided the registration
-  // What its blends at weights 0.25, 0.5, 0.75 and 1 lose: the sum over the figures of the verdict of
+  // Loss of its blends at weights 0.25, 0.5, 0.75 and 1: the sum over the figures of the verdict of
   // their squares, each over its limit.
   double cost = 0.0;
   bool is_kept = false;

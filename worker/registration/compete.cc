@@ -17,7 +17,7 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr double kMuchLess = 0.5;  // of the cost of the first pairing
-// A cost below this is that of one figure beyond its limit. No rival has been seen to halve it.
+// Cost from which other pairings are tried. Below, one figure is beyond its limit and no more.
 constexpr double kMinCost = 2.5;
 constexpr int kMinIterations = 8;  // fewer make no good registration, whatever the pairing
 

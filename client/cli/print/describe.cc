@@ -87,13 +87,13 @@ std::string Describe(const Verdict& verdict) {
                          absl::StrJoin(figures, ", "));
 }
 
-// A line for each animation, if there are points in parameter space, and one if weights between
-// them are smooth.
 std::string Describe(const Hypothesis& tried) {
   return absl::StrFormat("tried %s: cost %.3g%s", tried.pairing, tried.cost,
                          tried.is_kept ? ", kept" : "");
 }
 
+// A line for each animation, if there are points in parameter space, and one if weights between
+// them are smooth.
 std::string DescribePoints(const Family& family) {
   const ParameterSpace& space = family.parameter_space;
   std::string text;

@@ -69,7 +69,7 @@ struct Verdict {
 // A way to pair the features of both animations that was tried.
 struct Hypothesis {
   std::string pairing;  // what guided the registration
-  // What its blends lose: the sum over the verdict's figures of their squares, each over its limit.
+  // Loss of its blends: the sum over the verdict's figures of their squares, each over its limit.
   double cost = 0.0;
   bool is_kept = false;
 };

@@ -22,7 +22,7 @@ mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const S
                     const std::vector<PartOfBoth>& parts, TimesBlend times,
                     const parallel::Arena& arena);
 
-// What the blends lose: the sum over the verdict's figures of (value / limit of "good")^2. Infinity
+// Cost of the blends: the sum over the verdict's figures of (value / limit of "good")^2. Infinity
 // if a figure is no number.
 double CostOf(const mesh::Verdict& verdict);
 
