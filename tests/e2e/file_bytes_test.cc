@@ -39,7 +39,7 @@ const Scene kTwoDrops = {
     .source_blob = "sha256-8c2dd9a052e7d41e10c7660837ba75460c5960cf1af0916c54a8e79222e3d03a",
     .target_blob = "sha256-dbd2e039ff096d3f86c996f496f4a787a5861801dd9617d1ab28f54b591264a5",
     .checkpoint_blob = "sha256-0ad3f324531d8d73e5dc602c5e0bfac5cc92fd9f8b519d222908414c7ca21abd",
-    .family_blob = "sha256-da415ee34a4519d00f012c14433f771ac51f4bd2c2f4aae2387a6e932336cffd",
+    .family_blob = "sha256-ae3ae570ba03bd0c945c84af2b3193e488c3c732b77b910f527ea4d12d0c085a",
 };
 const Scene kDamBreakClip = {
     .folder = "dam_break_clip",

@@ -11,6 +11,7 @@
 #include "worker/registration/finish/extrapolation.h"
 #include "worker/registration/finish/finish.h"
 #include "worker/registration/finish/folds.h"
+#include "worker/registration/finish/part_slip.h"
 #include "worker/registration/finish/part_volumes.h"
 #include "worker/registration/finish/rigid_pieces.h"
 #include "worker/registration/finish/untangle.h"
@@ -89,6 +90,7 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   ProjectOntoTarget(source, neighbors, pair.target, pair.target_search, kLastProjection, arena,
                     displacement);
   OffsetInvertedLayers(source, neighbors, pair.target_search, arena, displacement);
+  RemovePartSlip(source, neighbors, pair.motions, arena, displacement);
   MatchPartVolumes(source, neighbors, pair.target, pair.motions, arena, displacement);
   LB_RETURN_IF_ERROR(hold_pins(displacement));
   CarryRigidPieces(source, arena, displacement);

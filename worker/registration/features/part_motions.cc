@@ -150,6 +150,7 @@ PartMotions::PartMotions(const Features& source, const Features& target, const F
                          TimesBlend times) {
   std::vector<int8_t> of_source_track(source.tracks.size(), -1);
   std::vector<int8_t> of_target_track(target.tracks.size(), -1);
+  std::vector<int8_t> part_of_track(source.tracks.size(), -1);
   const auto is_contradicted = [&](const PartMotion& motion) {
     return std::any_of(users.begin(), users.end(), [&](const Correspondence& user) {
       return Contradicts(user, motion, edge_length_m);
@@ -160,6 +161,8 @@ PartMotions::PartMotions(const Features& source, const Features& target, const F
         PartMotionOf(source.tracks[pair.row], target.tracks[pair.column], source.up);
     if (!motion) continue;
     if (is_contradicted(*motion)) continue;
+    part_of_track[pair.row] = static_cast<int8_t>(parts_.size());
+    parts_.push_back({motion->source, motion->scale});
     if (IsInFirstFrames(*motion)) lives_.push_back(LifeOf(*motion, edge_length_m));
     const bool is_too_fast = AccelerationHalfWay(*motion, source.up) > kMaxAcceleration;
     if (times == TimesBlend::kLinearly && is_too_fast) continue;
@@ -175,6 +178,7 @@ PartMotions::PartMotions(const Features& source, const Features& target, const F
     of_source_track[joined.track] = static_cast<int8_t>(motions_.size());
     motions_.push_back(*motion);
   }
+  if (!parts_.empty()) part_of_ = OfVertices(source.track_of, part_of_track);
   if (motions_.empty()) return;
   of_source_ = OfVertices(source.track_of, of_source_track);
   of_target_ = OfVertices(target.track_of, of_target_track);
@@ -183,6 +187,10 @@ PartMotions::PartMotions(const Features& source, const Features& target, const F
 const PartMotion* PartMotions::Of(int64_t source_vertex) const {
   if (of_source_.empty() || of_source_[source_vertex] < 0) return nullptr;
   return &motions_[of_source_[source_vertex]];
+}
+
+int PartMotions::PartOf(int64_t source_vertex) const {
+  return part_of_.empty() ? -1 : part_of_[source_vertex];
 }
 
 bool PartMotions::HasTarget(int64_t target_vertex) const {

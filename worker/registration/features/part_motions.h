@@ -37,6 +37,12 @@ inline TimesBlend TimesBlendOf(const mesh::RestReport& rest) {
   return rest.is_from_rest ? TimesBlend::kAsSquares : TimesBlend::kLinearly;
 }
 
+// A part of the source that is paired with one of the target.
+struct DetachedPart {
+  Track track;         // in the source
+  double scale = 1.0;  // the target's diameter over the source's
+};
+
 // Expected position and normal of a vertex's counterpart in the target.
 struct Expected {
   Eigen::Vector4f point, normal;
@@ -73,6 +79,9 @@ class PartMotions {
   // Lives of the parts that are detached in both first frames; also of those that have no motion
   // because they would fall too fast.
   const std::vector<mesh::PartLife>& lives() const { return lives_; }
+  // Parts of paired tracks that users' points do not contradict; also those without a motion.
+  const std::vector<DetachedPart>& parts() const { return parts_; }
+  int PartOf(int64_t source_vertex) const;  // index into parts(); -1: of none
   // The motion of a source vertex; null: it has none.
   const PartMotion* Of(int64_t source_vertex) const;
   bool HasTarget(int64_t target_vertex) const;
@@ -80,8 +89,10 @@ class PartMotions {
  private:
   std::vector<PartMotion> motions_;
   std::vector<mesh::PartLife> lives_;
+  std::vector<DetachedPart> parts_;
   // Per vertex, the index into motions_; -1: none. Empty if there are no motions.
   std::vector<int8_t> of_source_, of_target_;
+  std::vector<int8_t> part_of_;  // likewise, into parts_
 };
 
 }  // namespace liquidblend::registration

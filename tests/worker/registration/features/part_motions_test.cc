@@ -10,6 +10,7 @@
 #include "core/mesh/slice_at.h"
 #include "tests/worker/registration/drops_testing.h"
 #include "worker/registration/features/automatic.h"
+#include "worker/registration/finish/part_slip.h"
 #include "worker/registration/finish/part_volumes.h"
 
 namespace liquidblend::registration {
@@ -196,6 +197,57 @@ TEST_F(PartMotionsOfScenes, AUsersPointsAtTheStrikeMayBeAFrameLate) {
   EXPECT_EQ(Find({user}).all().size(), 1u) << "the source a little late";
   user.target = {0.5, 0.3, 0, to.end_time};
   EXPECT_EQ(Find({user}).all().size(), 1u) << "after its end, of the pool";
+}
+
+// Displacement by which each vertex of the drop goes to where its motion expects it, but turned
+// about the drop's centre, and early on one side and late on the other one.
+TEST_F(PartMotionsOfScenes, PartsThatHaveSlippedKeepTheirVolumeHalfWay) {
+  const PartMotions motions = Find({});
+  ASSERT_EQ(motions.parts().size(), 1u);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 1, 0).normalized()).toRotationMatrix();
+  Points displacement = Points::Zero(4, source_.surface.points.cols());
+  for (int64_t v = 0; v < displacement.cols(); ++v) {
+    const PartMotion* const motion = motions.Of(v);
+    ASSERT_EQ(motion != nullptr, motions.PartOf(v) == 0) << v;
+    if (motion == nullptr) continue;
+    const Eigen::Vector4f p = source_.surface.points.col(v);
+    const Eigen::Vector3d from_centre =
+        (p.cast<double>() - motion->source.At(p[3]).centre).head<3>();
+    const bool is_fixed = source_.surface.InFirstSlab(v);
+    const double target_time = p[3] * motion->time_scale + motion->time_offset +
+                               (is_fixed ? 0.0 : 0.1 * std::sin(from_centre[0]));
+    const Eigen::Vector3d to = motion->target.At(target_time).centre.head<3>();
+    Eigen::Vector4d image;
+    image << to + turn * from_centre, is_fixed ? 0.0 : target_time;
+    displacement.col(v) = image.cast<float>() - p;
+  }
+  const auto volume = [&](double weight, double frame) {
+    Eigen::Matrix4Xf moved = static_cast<float>(weight) * displacement;
+    moved.topRows<3>() *= static_cast<float>(source_.mesh.edge_length_m);
+    moved += source_.mesh.vertices;
+    const double times[] = {frame};
+    const auto slices = mesh::SliceAt(source_.mesh, moved, times, parallel::Arena(2));
+    return mesh::ComponentVolumes(slices.front()).back();
+  };
+  const double times[] = {0.5, 1, 1.5};
+  const double whole = volume(0, 1);
+  for (const double time : times) EXPECT_LT(volume(0.5, time), 0.95 * whole) << time;
+  const double target_before = volume(1, 1);
+  const Points before = displacement;
+  RemovePartSlip(source_.surface, source_.neighbors, motions, parallel::Arena(2), displacement);
+  for (const double time : times) EXPECT_NEAR(volume(0.5, time) / whole, 1, 0.01) << time;
+  EXPECT_NEAR(volume(1, 1) / target_before, 1, 0.01);
+  for (int64_t v = 0; v < displacement.cols(); ++v) {
+    ASSERT_TRUE(!source_.surface.InFirstSlab(v) || displacement(3, v) == before(3, v)) << v;
+    ASSERT_TRUE(motions.PartOf(v) == 0 || displacement.col(v) == before.col(v)) << v;
+  }
+  for (const int num_threads : {1, 8}) {
+    Points again = before;
+    RemovePartSlip(source_.surface, source_.neighbors, motions, parallel::Arena(num_threads),
+                   again);
+    EXPECT_TRUE(again == displacement) << num_threads << " threads";
+  }
 }
 
 TEST_F(PartMotionsOfScenes, PartsGetTheTargetsVolumes) {
