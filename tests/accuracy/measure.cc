@@ -90,6 +90,7 @@ ComponentErrors CompareComponents(const SurfaceAt& surface,
       frames, arena, [&](int frame) { return Parts(surface(frame)); });
   ComponentErrors errors;
   const double count = static_cast<double>(of_blend.size());
+  bool is_falling = true;
   for (size_t n = 0; n < of_blend.size(); ++n) {
     errors.mean_components += static_cast<double>(of_blend[n].size()) / count;
     std::vector<double> mean;
@@ -104,11 +105,13 @@ ComponentErrors CompareComponents(const SurfaceAt& surface,
         mean[k] += parts[k] / static_cast<double>(others.size());
       }
     }
+    const bool matches = alike && of_blend[n].size() == mean.size();
+    is_falling = is_falling && matches && of_blend[n].size() == of_blend[0].size();
     if (!alike || mean.size() < 2) continue;
     ++errors.num_frames;
-    if (of_blend[n].size() != mean.size()) continue;
+    if (!matches) continue;
     ++errors.num_alike;
-    for (size_t k = 0; k < mean.size(); ++k) {
+    for (size_t k = 0; is_falling && k < mean.size(); ++k) {
       errors.largest_error = std::max(errors.largest_error, std::abs(of_blend[n][k] / mean[k] - 1));
     }
   }

@@ -47,9 +47,11 @@ VolumeError CompareVolumes(const SurfaceAt& surface,
 
 // Parts of more than one component while they are apart, drops in the air say.
 struct ComponentErrors {
-  int num_frames = 0;        // in which each of the others has the same number, more than one
-  int num_alike = 0;         // and the blend, too
-  double largest_error = 0;  // of a component's volume against the mean of the others', relative
+  int num_frames = 0;  // in which each of the others has the same number, more than one
+  int num_alike = 0;   // and the blend, too
+  // Of a component's volume against the mean of the others', relative, while the parts of the first
+  // frame are apart: until the first frame in which a number of components is another one.
+  double largest_error = 0;
   double mean_components = 0.0;         // of the blend over all frames
   double mean_components_others = 0.0;  // of the others
 };

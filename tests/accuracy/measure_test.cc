@@ -55,6 +55,18 @@ TEST(Measure, ComponentsAreComparedByVolume) {
   EXPECT_EQ(CompareComponents(merged, {&a, &b}, kFrames, arena).num_alike, 0);
 }
 
+TEST(Measure, PartsThatMergeDoNotCountWhenTheyAreApartAgain) {
+  const parallel::Arena arena(2);
+  mesh::Animation truth = Still(Spheres(0.5));
+  truth.frames[2] = synthetic::Icosphere({0, 0, 0}, 1.0, 3);
+  const auto smaller_at_last = [&](double frame) {
+    return frame == 3 ? Spheres(0.3) : truth.frames[static_cast<size_t>(frame)];
+  };
+  const ComponentErrors errors = CompareComponents(smaller_at_last, {&truth}, kFrames, arena);
+  EXPECT_EQ(errors.num_alike, 3);
+  EXPECT_EQ(errors.largest_error, 0);
+}
+
 TEST(Measure, VolumeErrorNamesTheWorstFrame) {
   const parallel::Arena arena(2);
   const mesh::Animation a = Still(Spheres(0.5));

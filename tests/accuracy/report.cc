@@ -181,7 +181,7 @@ void PrintVolumes(const Context& context) {
   const std::string name = has_truth ? "the simulation" : "the inputs";
   context.out << absl::StrFormat(
       "\n| volume and parts | volume against the inputs' mean: mean, largest | as many parts as "
-      "in %s | largest error of a part | parts, mean: blend, %s |\n"
+      "in %s | largest error of a falling part | parts, mean: blend, %s |\n"
       "| --- | --- | --- | --- | --- |\n",
       name, name);
   for (const Middle& middle : context.scene.middles) {

@@ -22,7 +22,7 @@ PROGRAM = pathlib.Path(os.environ.get("BUILD", ROOT / "build/release")) / "tests
 SCENES = ["two_drops", "moved_drop", "two_drops_bridged", "throw", "far_drop", "crossing_drops",
           "drop_size", "block_length", "inflow_start", "moving_obstacle", "dam_break"]
 HEADER = ["scene", "nearest input", "half-way", "smallest to largest over seeds, all",
-          "the same, early", "without automatic", "weight 1", "inverted at 1", "largest error of a part",
+          "the same, early", "without automatic", "weight 1", "inverted at 1", "largest error of a falling part",
           "closer than the nearest input", "grade"]
 
 
