@@ -19,7 +19,7 @@ struct OptionInfo {
 
 // Values of the options, with their defaults. Lengths are in mean edge lengths of the source.
 struct RegistrationOptions {
-  int max_iterations = 16;
+  int max_iterations = 20;
   int refine_iterations = 6;        // of a refinement, instead of max_iterations
   double node_spacing_edges = 5.0;  // between deformation nodes
   double sample_share = 0.1;        // of the vertices, in each iteration (section 6.2)

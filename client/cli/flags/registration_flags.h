@@ -16,7 +16,7 @@ struct OptionText {
   std::string flag;           // "--smoothness"
   std::string field;          // of the API
   std::string range;          // "1 to 200", "on or off", "any"
-  std::string default_value;  // "16", "on"
+  std::string default_value;  // "20", "on"
   std::string description;
 };
 std::vector<OptionText> DescribeRegistrationOptions();

@@ -26,7 +26,7 @@ absl::StatusOr<Operation> WaitWithProgress(Client& client, const std::string& op
 // its source. Requires: it is done.
 absl::Status CheckVerdict(const Operation& operation);
 
-// "registration of target 1, iteration 7/16, fit 0.0123, smoothness 0.0045, inliers 91 %, 1:05
+// "registration of target 1, iteration 7/20, fit 0.0123, smoothness 0.0045, inliers 91 %, 1:05
 // left"
 std::string DescribeProgress(const Progress& progress);
 

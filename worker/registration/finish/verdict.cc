@@ -82,7 +82,7 @@ std::vector<Figure> Figures(const mesh::Verdict& verdict) {
        &WorstPlaces::part_of_other_volume},
       {verdict.part_fall_error, kNotInSum, 0.3, kNever, kPercent,
        "% is the acceleration of a falling part off", &WorstPlaces::falling_part},
-      {verdict.relief_loss, kNotInSum, 0.2, 1.0, kPercent,
+      {verdict.relief_loss, kNotInSum, 0.25, 1.0, kPercent,
        "% of the relief (craters, jets, waves) is lost half-way", &WorstPlaces::relief}};
 }
 
