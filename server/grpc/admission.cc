@@ -1,6 +1,5 @@
 #include "server/grpc/admission.h"
 
-#include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 #include <grpc/grpc_security_constants.h>
 
@@ -11,15 +10,12 @@
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "server/base/errors.h"
-#include "server/base/names.h"
 #include "server/base/request_id.h"
 #include "server/grpc/byte_buffers.h"
 #include "server/grpc/grpc_status.h"
 
 namespace liquidblend::server {
 namespace {
-
-constexpr size_t kMaxResourceLength = 80;
 
 absl::string_view Header(const grpc::CallbackServerContext& context, const char* name) {
   const auto found = context.client_metadata().find(name);
@@ -34,26 +30,6 @@ std::string CertificateSubject(const grpc::CallbackServerContext& context) {
   const std::vector<grpc::string_ref> values =
       auth->FindPropertyValues(GRPC_X509_SUBJECT_PROPERTY_NAME);
   return values.empty() ? "" : std::string(values[0].data(), values[0].size());
-}
-
-// The string field that names what the request is about, in the form of a resource name.
-std::string ResourceOf(const google::protobuf::Message& request) {
-  const google::protobuf::Descriptor& type = *request.GetDescriptor();
-  for (const char* field : {"name", "family", "family_id", "animation_id"}) {
-    const google::protobuf::FieldDescriptor* found = type.FindFieldByName(field);
-    if (found == nullptr ||
-        found->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_STRING ||
-        found->is_repeated()) {
-      continue;
-    }
-    const std::string value =
-        CleanText(request.GetReflection()->GetString(request, found), kMaxResourceLength);
-    if (value.empty()) return "";
-    if (absl::string_view(field) == "family_id") return FamilyName(value);
-    if (absl::string_view(field) == "animation_id") return AnimationName(value);
-    return value;
-  }
-  return "";
 }
 
 }  // namespace

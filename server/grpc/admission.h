@@ -6,9 +6,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <cstdint>
-#include <limits>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "absl/base/thread_annotations.h"
@@ -17,24 +15,12 @@
 #include "server/access/access_controller.h"
 #include "server/access/call_log.h"
 #include "server/access/principal.h"
-#include "server/base/errors.h"
+#include "server/api/methods.h"
 
 namespace liquidblend::server {
 
 class CallInterceptor;
 class OpenCalls;
-
-enum class Effect { kReads, kChanges };  // changes are logged, reads only with --verbose
-enum class Span { kShort, kLasts };      // calls that last count against max_streams
-
-struct Method {
-  const char* name;
-  std::optional<Scope> scope;  // none: any principal
-  Effect effect = Effect::kReads;
-  Span span = Span::kShort;
-  // Size limit of a request; it is kept for as long as the call lasts.
-  int64_t max_request_bytes = kMaxSmallRequestBytes;
-};
 
 // One call, from its access check to its end.  Threads: safe, but for Read() and set_resource(),
 // which belong before End().

@@ -1,13 +1,12 @@
 #include "server/grpc/services.h"
 
 #include <chrono>
-#include <limits>
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "server/api/handlers.h"
+#include "google/longrunning/operations.pb.h"
+#include "server/api/unary_methods.h"
 #include "server/base/errors.h"
 #include "server/base/guarded.h"
 #include "server/grpc/byte_buffers.h"
@@ -46,74 +45,40 @@ absl::StatusOr<Request> ReadRequest(Admission& admission, const ByteBuffer& byte
 // A call with one request and one answer.
 struct UnaryCall {
   CallbackServerContext* context;
-  std::shared_ptr<Admission> admission;
   const ByteBuffer* request;
   ByteBuffer* response;
 };
 
-// Answers the call on the pool, or refuses it at once.
-//   handle  (const Request&) -> absl::StatusOr of a message
-template <typename Request, typename Handle>
-ServerUnaryReactor* AnswerWith(const Handle& handle, const UnaryCall& call, WorkPool& pool) {
-  ServerUnaryReactor* const reactor = call.context->DefaultReactor();
-  const absl::Status posted = Guarded([&]() -> absl::Status {
-    LB_ASSIGN_OR_RETURN(Request read, ReadRequest<Request>(*call.admission, *call.request));
-    const auto request = std::make_shared<const Request>(std::move(read));
-    return pool.Post([=] {
-      const absl::Status status = Guarded([&]() -> absl::Status {
-        LB_RETURN_IF_ERROR(CheckIsWanted(*call.context));
-        LB_ASSIGN_OR_RETURN(const auto response, handle(*request));
-        *call.response = ToByteBuffer(response.SerializeAsString());
-        return absl::OkStatus();
-      });
-      reactor->Finish(call.admission->End(status));
+// Lets the method's pool answer the call and finish the reactor, unless this fails.
+absl::Status BeginAnswer(Backends& backends, const UnaryMethod& method,
+                         const std::shared_ptr<Admission>& admission, const UnaryCall& call,
+                         ServerUnaryReactor* reactor) {
+  LB_RETURN_IF_ERROR(admission->verdict());
+  const std::shared_ptr<google::protobuf::Message> request = method.new_request();
+  LB_RETURN_IF_ERROR(admission->Read(*call.request, *request));
+  return (backends.*method.pool).Post([=, &backends, &method] {
+    const absl::Status status = Guarded([&]() -> absl::Status {
+      LB_RETURN_IF_ERROR(CheckIsWanted(*call.context));
+      const Principal& principal = admission->caller().principal;
+      LB_ASSIGN_OR_RETURN(const MessagePtr response, method.handle(backends, *request, principal));
+      *call.response = ToByteBuffer(response->SerializeAsString());
+      return absl::OkStatus();
     });
+    reactor->Finish(admission->End(status));
   });
-  if (!posted.ok()) reactor->Finish(call.admission->End(posted));
+}
+
+// Answers a call of a method of FindUnaryMethod()'s table.
+ServerUnaryReactor* Answer(Backends& backends, CallInterceptor& interceptor, const Method& method,
+                           const UnaryCall& call) {
+  const std::shared_ptr<Admission> admission = interceptor.Admit(*call.context, method);
+  ServerUnaryReactor* const reactor = call.context->DefaultReactor();
+  const absl::Status begun = Guarded([&] {
+    return BeginAnswer(backends, *FindUnaryMethod(method.name), admission, call, reactor);
+  });
+  if (!begun.ok()) reactor->Finish(admission->End(begun));
   return reactor;
 }
-
-// The same with a handler of handlers.h.
-template <typename Request, typename Response>
-ServerUnaryReactor* Answer(absl::StatusOr<Response> (*handler)(Backends&, const Request&),
-                           Backends& backends, const UnaryCall& call, WorkPool& pool) {
-  const auto handle = [=, &backends](const Request& request) { return handler(backends, request); };
-  return AnswerWith<Request>(handle, call, pool);
-}
-template <typename Request, typename Response>
-ServerUnaryReactor* Answer(absl::StatusOr<Response> (*handler)(Backends&, const Request&,
-                                                               const Principal&),
-                           Backends& backends, const UnaryCall& call, WorkPool& pool) {
-  const auto handle = [=, &backends, admission = call.admission](const Request& request) {
-    return handler(backends, request, admission->caller().principal);
-  };
-  return AnswerWith<Request>(handle, call, pool);
-}
-
-constexpr Method kUploadAnimation = {"UploadAnimation", Scope::kWrite, Effect::kChanges,
-                                     Span::kLasts};
-constexpr Method kPresignUpload = {"PresignUpload", Scope::kWrite};
-constexpr Method kPresignDownload = {"PresignDownload", Scope::kFrames};
-constexpr Method kImportAnimation = {"ImportAnimation", Scope::kWrite, Effect::kChanges,
-                                     Span::kLasts, int64_t{256} << 10};  // 20,000 times of frames
-constexpr Method kGetAnimation = {"GetAnimation", std::nullopt};
-constexpr Method kListAnimations = {"ListAnimations", std::nullopt};
-constexpr Method kDeleteAnimation = {"DeleteAnimation", Scope::kWrite, Effect::kChanges};
-constexpr Method kRegisterFamily = {
-    "RegisterFamily", Scope::kRegister, Effect::kChanges, Span::kShort,
-    std::numeric_limits<int64_t>::max()};  // gRPC's limit: correspondences are many
-constexpr Method kGetFamily = {"GetFamily", std::nullopt};
-constexpr Method kListFamilies = {"ListFamilies", std::nullopt};
-constexpr Method kRollbackFamily = {"RollbackFamily", Scope::kRegister, Effect::kChanges};
-constexpr Method kDeleteFamily = {"DeleteFamily", Scope::kRegister, Effect::kChanges};
-constexpr Method kWatchOperation = {"WatchOperation", std::nullopt, Effect::kReads, Span::kLasts};
-constexpr Method kGetFrame = {"GetFrame", Scope::kFrames};
-constexpr Method kStreamFrames = {"StreamFrames", Scope::kFrames, Effect::kReads, Span::kLasts};
-constexpr Method kListOperations = {"ListOperations", std::nullopt};
-constexpr Method kGetOperation = {"GetOperation", std::nullopt};
-constexpr Method kDeleteOperation = {"DeleteOperation", Scope::kRegister, Effect::kChanges};
-constexpr Method kCancelOperation = {"CancelOperation", Scope::kRegister, Effect::kChanges};
-constexpr Method kWaitOperation = {"WaitOperation", std::nullopt, Effect::kReads, Span::kLasts};
 
 }  // namespace
 
@@ -129,17 +94,13 @@ grpc::ServerReadReactor<ByteBuffer>* LiquidBlendService::UploadAnimation(
 ServerUnaryReactor* LiquidBlendService::PresignUpload(CallbackServerContext* context,
                                                       const ByteBuffer* request,
                                                       ByteBuffer* response) {
-  return Answer(server::PresignUpload, backends_,
-                {context, interceptor_.Admit(*context, kPresignUpload), request, response},
-                backends_.transfers);
+  return Answer(backends_, interceptor_, kPresignUpload, {context, request, response});
 }
 
 ServerUnaryReactor* LiquidBlendService::PresignDownload(CallbackServerContext* context,
                                                         const ByteBuffer* request,
                                                         ByteBuffer* response) {
-  return Answer(server::PresignDownload, backends_,
-                {context, interceptor_.Admit(*context, kPresignDownload), request, response},
-                backends_.transfers);
+  return Answer(backends_, interceptor_, kPresignDownload, {context, request, response});
 }
 
 ServerUnaryReactor* LiquidBlendService::ImportAnimation(CallbackServerContext* context,
@@ -155,64 +116,48 @@ ServerUnaryReactor* LiquidBlendService::ImportAnimation(CallbackServerContext* c
 ServerUnaryReactor* LiquidBlendService::GetAnimation(CallbackServerContext* context,
                                                      const ByteBuffer* request,
                                                      ByteBuffer* response) {
-  return Answer(server::GetAnimation, backends_,
-                {context, interceptor_.Admit(*context, kGetAnimation), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kGetAnimation, {context, request, response});
 }
 
 ServerUnaryReactor* LiquidBlendService::ListAnimations(CallbackServerContext* context,
                                                        const ByteBuffer* request,
                                                        ByteBuffer* response) {
-  return Answer(server::ListAnimations, backends_,
-                {context, interceptor_.Admit(*context, kListAnimations), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kListAnimations, {context, request, response});
 }
 
 ServerUnaryReactor* LiquidBlendService::DeleteAnimation(CallbackServerContext* context,
                                                         const ByteBuffer* request,
                                                         ByteBuffer* response) {
-  return Answer(server::DeleteAnimation, backends_,
-                {context, interceptor_.Admit(*context, kDeleteAnimation), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kDeleteAnimation, {context, request, response});
 }
 
 ServerUnaryReactor* LiquidBlendService::RegisterFamily(CallbackServerContext* context,
                                                        const ByteBuffer* request,
                                                        ByteBuffer* response) {
-  return Answer(server::RegisterFamily, backends_,
-                {context, interceptor_.Admit(*context, kRegisterFamily), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kRegisterFamily, {context, request, response});
 }
 
 ServerUnaryReactor* LiquidBlendService::GetFamily(CallbackServerContext* context,
                                                   const ByteBuffer* request, ByteBuffer* response) {
-  return Answer(server::GetFamily, backends_,
-                {context, interceptor_.Admit(*context, kGetFamily), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kGetFamily, {context, request, response});
 }
 
 ServerUnaryReactor* LiquidBlendService::ListFamilies(CallbackServerContext* context,
                                                      const ByteBuffer* request,
                                                      ByteBuffer* response) {
-  return Answer(server::ListFamilies, backends_,
-                {context, interceptor_.Admit(*context, kListFamilies), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kListFamilies, {context, request, response});
 }
 
 ServerUnaryReactor* LiquidBlendService::RollbackFamily(CallbackServerContext* context,
                                                        const ByteBuffer* request,
                                                        ByteBuffer* response) {
-  return Answer(server::RollbackFamily, backends_,
-                {context, interceptor_.Admit(*context, kRollbackFamily), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kRollbackFamily, {context, request, response});
 }
 
 ServerUnaryReactor* LiquidBlendService::DeleteFamily(CallbackServerContext* context,
                                                      const ByteBuffer* request,
                                                      ByteBuffer* response) {
-  return Answer(server::DeleteFamily, backends_,
-                {context, interceptor_.Admit(*context, kDeleteFamily), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kDeleteFamily, {context, request, response});
 }
 
 grpc::ServerWriteReactor<ByteBuffer>* LiquidBlendService::WatchOperation(
@@ -244,40 +189,32 @@ grpc::ServerBidiReactor<ByteBuffer, ByteBuffer>* LiquidBlendService::StreamFrame
 ServerUnaryReactor* OperationsService::ListOperations(CallbackServerContext* context,
                                                       const ByteBuffer* request,
                                                       ByteBuffer* response) {
-  return Answer(server::ListOperations, backends_,
-                {context, interceptor_.Admit(*context, kListOperations), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kListOperations, {context, request, response});
 }
 
 ServerUnaryReactor* OperationsService::GetOperation(CallbackServerContext* context,
                                                     const ByteBuffer* request,
                                                     ByteBuffer* response) {
-  return Answer(server::GetOperation, backends_,
-                {context, interceptor_.Admit(*context, kGetOperation), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kGetOperation, {context, request, response});
 }
 
 ServerUnaryReactor* OperationsService::DeleteOperation(CallbackServerContext* context,
                                                        const ByteBuffer* request,
                                                        ByteBuffer* response) {
-  return Answer(server::DeleteOperation, backends_,
-                {context, interceptor_.Admit(*context, kDeleteOperation), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kDeleteOperation, {context, request, response});
 }
 
 ServerUnaryReactor* OperationsService::CancelOperation(CallbackServerContext* context,
                                                        const ByteBuffer* request,
                                                        ByteBuffer* response) {
-  return Answer(server::CancelOperation, backends_,
-                {context, interceptor_.Admit(*context, kCancelOperation), request, response},
-                backends_.io);
+  return Answer(backends_, interceptor_, kCancelOperation, {context, request, response});
 }
 
 ServerUnaryReactor* OperationsService::WaitOperation(CallbackServerContext* context,
                                                      const ByteBuffer* request,
                                                      ByteBuffer* response) {
   std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kWaitOperation);
-  const auto asked = ReadRequest<lro::WaitOperationRequest>(*admission, *request);
+  const auto asked = ReadRequest<google::longrunning::WaitOperationRequest>(*admission, *request);
   if (!asked.ok()) return Refuse<ServerUnaryReactor>(*admission, asked.status());
   return server::WaitOperation(backends_, std::move(admission), *asked, response);
 }

@@ -1,12 +1,8 @@
-#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
 
-#include "absl/time/clock.h"
-#include "server/api/served_operation.h"
-#include "server/base/errors.h"
-#include "server/base/operation_looks.h"
+#include "server/api/operation_watch.h"
 #include "server/grpc/byte_buffers.h"
 #include "server/grpc/call.h"
 #include "server/grpc/streaming.h"
@@ -14,48 +10,44 @@
 namespace liquidblend::server {
 namespace {
 
-using google::longrunning::WaitOperationRequest;
 using WriteReactor = grpc::ServerWriteReactor<grpc::ByteBuffer>;
 
-// A call that looks at an operation again and again. Its timers are on `steps`, so only looks take
-// a thread that waits for the catalog.
+// A call about an operation that it looks at again and again.
 template <typename Reactor>
 class LookingCall : public Call<Reactor> {
  public:
-  LookingCall(Backends& backends, std::shared_ptr<Admission> admission, const std::string& name)
-      : Call<Reactor>(std::move(admission)),
-        backends_(backends),
-        look_(WatchedOperation(backends, name)) {}
+  LookingCall(Backends& backends, std::shared_ptr<Admission> admission, std::string name)
+      : Call<Reactor>(std::move(admission)), backends_(backends), name_(std::move(name)) {}
 
  protected:
+  virtual void Look() = 0;  // asks the watch, with Shower()
   virtual void Show(const SeenOperationPtr& seen) = 0;
 
-  // Goes on with Show() after that time, unless the call ends.
-  void LookAfter(absl::Duration delay) {
-    const auto self = this->shared_from_this();
-    const bool is_posted =
-        backends_.steps.PostAfter(delay, [this, self] { this->Attempt([this] { Look(); }); });
-    if (!is_posted) this->Close(ShuttingDown());
+  OperationWatch& watch() { return *watch_; }
+
+  // Goes on with Show(), unless the call ends.
+  OperationWatch::Done Shower() {
+    return [this, self = this->shared_from_this()](const absl::StatusOr<SeenOperationPtr>& seen) {
+      if (!seen.ok()) return this->Close(seen.status());
+      this->Attempt([&] {
+        if (!this->has_ended()) Show(*seen);
+      });
+    };
   }
 
-  absl::Duration interval() const { return backends_.operation_looks.Interval(); }
-
  private:
-  void Begin() override { LookAfter(absl::ZeroDuration()); }
-
-  void Look() {
-    if (this->has_ended()) return;
-    look_->Ask(
-        [this, self = this->shared_from_this()](const absl::StatusOr<SeenOperationPtr>& seen) {
-          if (!seen.ok()) return this->Close(seen.status());
-          this->Attempt([&] {
-            if (!this->has_ended()) Show(*seen);
-          });
+  void Begin() override {
+    watch_ =
+        std::make_shared<OperationWatch>(backends_, name_, [this, weak = this->weak_from_this()] {
+          const auto self = weak.lock();
+          return self != nullptr && !this->has_ended();
         });
+    Look();
   }
 
   Backends& backends_;
-  const std::shared_ptr<OperationLook> look_;
+  const std::string name_;
+  std::shared_ptr<OperationWatch> watch_;
 };
 
 class WatchCall final : public LookingCall<WriteReactor> {
@@ -64,19 +56,20 @@ class WatchCall final : public LookingCall<WriteReactor> {
 
   void OnWriteDone(bool ok) override {
     if (!EndWrite(ok)) return;
-    if (shown_->operation.done()) return Close(absl::OkStatus());
-    Attempt([this] { LookAfter(interval()); });
+    if (is_done_) return Close(absl::OkStatus());
+    Attempt([this] { Look(); });
   }
 
  private:
+  void Look() override { watch().Next(Shower()); }
+
   void Show(const SeenOperationPtr& seen) override {
-    if (shown_ != nullptr && seen->bytes == shown_->bytes) return LookAfter(interval());
-    shown_ = seen;
+    is_done_ = seen->operation.done();
     bytes_ = ToByteBuffer(seen->bytes);
     Write([this] { StartWrite(&bytes_); });
   }
 
-  SeenOperationPtr shown_;  // written last
+  bool is_done_ = false;    // what was written last
   grpc::ByteBuffer bytes_;  // of it
 };
 
@@ -89,23 +82,15 @@ class WaitCall final : public LookingCall<grpc::ServerUnaryReactor> {
         response_(response) {}
 
  private:
+  void Look() override { watch().AwaitDone(deadline_, Shower()); }
+
   void Show(const SeenOperationPtr& seen) override {
-    const absl::Duration left = deadline_ - absl::Now();
-    if (!seen->operation.done() && left > absl::ZeroDuration()) {
-      return LookAfter(std::min(left, interval()));
-    }
     Answer([&] { *response_ = ToByteBuffer(seen->bytes); });
   }
 
   const absl::Time deadline_;
   grpc::ByteBuffer* const response_;
 };
-
-absl::Time DeadlineOf(const WaitOperationRequest& request) {
-  if (!request.has_timeout()) return absl::InfiniteFuture();
-  return absl::Now() + absl::Seconds(request.timeout().seconds()) +
-         absl::Nanoseconds(request.timeout().nanos());
-}
 
 }  // namespace
 
@@ -115,7 +100,7 @@ WriteReactor* WatchOperation(Backends& backends, std::shared_ptr<Admission> admi
 }
 
 grpc::ServerUnaryReactor* WaitOperation(Backends& backends, std::shared_ptr<Admission> admission,
-                                        const WaitOperationRequest& request,
+                                        const google::longrunning::WaitOperationRequest& request,
                                         grpc::ByteBuffer* response) {
   return Call<grpc::ServerUnaryReactor>::Start<WaitCall>(
       backends, std::move(admission), request.name(), DeadlineOf(request), response);

@@ -1,0 +1,46 @@
+#include "server/api/methods.h"
+
+#include <google/protobuf/descriptor.h>
+
+#include "server/base/names.h"
+
+namespace liquidblend::server {
+namespace {
+
+constexpr size_t kMaxResourceLength = 80;
+
+constexpr const Method* kMethods[] = {
+    &kUploadAnimation, &kPresignUpload,   &kPresignDownload, &kImportAnimation, &kGetAnimation,
+    &kListAnimations,  &kDeleteAnimation, &kRegisterFamily,  &kGetFamily,       &kListFamilies,
+    &kRollbackFamily,  &kDeleteFamily,    &kWatchOperation,  &kGetFrame,        &kStreamFrames,
+    &kListOperations,  &kGetOperation,    &kDeleteOperation, &kCancelOperation, &kWaitOperation};
+
+}  // namespace
+
+const Method* FindMethod(absl::string_view name) {
+  for (const Method* method : kMethods) {
+    if (method->name == name) return method;
+  }
+  return nullptr;
+}
+
+std::string ResourceOf(const google::protobuf::Message& request) {
+  const google::protobuf::Descriptor& type = *request.GetDescriptor();
+  for (const char* field : {"name", "family", "family_id", "animation_id"}) {
+    const google::protobuf::FieldDescriptor* found = type.FindFieldByName(field);
+    if (found == nullptr ||
+        found->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_STRING ||
+        found->is_repeated()) {
+      continue;
+    }
+    const std::string value =
+        CleanText(request.GetReflection()->GetString(request, found), kMaxResourceLength);
+    if (value.empty()) return "";
+    if (absl::string_view(field) == "family_id") return FamilyName(value);
+    if (absl::string_view(field) == "animation_id") return AnimationName(value);
+    return value;
+  }
+  return "";
+}
+
+}  // namespace liquidblend::server
