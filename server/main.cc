@@ -42,9 +42,9 @@ constexpr char kHttpPortFile[] = "http.port";
 
 // Null without --http.
 absl::StatusOr<std::unique_ptr<http::Port>> StartHttp(const Settings& settings,
-                                                      server::FrameSource& frames) {
+                                                      server::Api& api) {
   if (!settings.http.has_value()) return nullptr;
-  return http::Port::Start(frames, *settings.http);
+  return http::Port::Start(api, *settings.http);
 }
 
 // For scripts: whole or not there.
@@ -136,7 +136,7 @@ absl::Status Run(const Flags& flags) {
   WorkerProcesses workers(settings.workers);
   LB_ASSIGN_OR_RETURN(const auto server, server::Server::Start(*store.catalog, *store.blobs,
                                                                families, settings.server));
-  LB_ASSIGN_OR_RETURN(const auto http_port, StartHttp(settings, server->frames()));
+  LB_ASSIGN_OR_RETURN(const auto http_port, StartHttp(settings, server->api()));
   if (lock.has_value()) {
     LB_RETURN_IF_ERROR(WritePortFile(flags.store.data, kPortFile, server->port()));
   }

@@ -1,7 +1,7 @@
 #include "server/api/methods.h"
 
-#include <google/protobuf/descriptor.h>
-
+#include "google/longrunning/operations.pb.h"
+#include "liquidblend/v1/liquidblend.pb.h"
 #include "server/base/names.h"
 
 namespace liquidblend::server {
@@ -16,6 +16,11 @@ constexpr const Method* kMethods[] = {
     &kListOperations,  &kGetOperation,    &kDeleteOperation, &kCancelOperation, &kWaitOperation};
 
 }  // namespace
+
+std::vector<const google::protobuf::ServiceDescriptor*> ApiServices() {
+  return {v1::Family::descriptor()->file()->service(0),
+          google::longrunning::Operation::descriptor()->file()->service(0)};
+}
 
 const Method* FindMethod(absl::string_view name) {
   for (const Method* method : kMethods) {

@@ -1,12 +1,14 @@
 // The methods of the API: whom each is for, and its limits, on every wire.
 #pragma once
 
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/strings/string_view.h"
 #include "server/access/principal.h"
@@ -54,6 +56,9 @@ inline constexpr Method kDeleteOperation = {"DeleteOperation", Scope::kRegister,
 inline constexpr Method kCancelOperation = {"CancelOperation", Scope::kRegister, Effect::kChanges};
 inline constexpr Method kWaitOperation = {"WaitOperation", std::nullopt, Effect::kReads,
                                           Span::kLasts};
+
+// The services that have these methods.
+std::vector<const google::protobuf::ServiceDescriptor*> ApiServices();
 
 // Null if there is none of this name.
 const Method* FindMethod(absl::string_view name);

@@ -190,8 +190,8 @@ struct Server::Impl {
   const std::shared_ptr<const Authorizer> authorizer;
   AccessController access_controller{*authorizer};
   CallInterceptor interceptor{access_controller, calls, backends.call_log};
-  std::unique_ptr<FrameSource> frames = MakeFrameSource(backends, access_controller);
   const ImportRoots import_roots;
+  std::unique_ptr<Api> api = MakeApi(backends, access_controller, import_roots);
   LiquidBlendService service;
   OperationsService operations;
   UnknownMethods unknown_methods{backends.call_log};
@@ -215,7 +215,7 @@ Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 Server::~Server() { Drain(absl::ZeroDuration()); }
 
-FrameSource& Server::frames() { return *impl_->frames; }
+Api& Server::api() { return *impl_->api; }
 
 const std::string& Server::address() const { return impl_->address; }
 

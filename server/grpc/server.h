@@ -9,7 +9,7 @@
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
 #include "server/access/authorizer.h"
-#include "server/api/frame_source.h"
+#include "server/api/api.h"
 #include "server/api/import_source.h"
 #include "server/catalog/families.h"
 #include "server/frames/backends.h"
@@ -48,7 +48,7 @@ class Server {
   ~Server();  // Drain() without patience
 
   // The methods for other transports; lives as long as this.
-  FrameSource& frames();
+  Api& api();
 
   // HOST:PORT with the port that was chosen.
   const std::string& address() const;

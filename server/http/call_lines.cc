@@ -28,10 +28,14 @@ server::EndedCall Ended(const std::string& method, const std::string& path, int 
 
 }  // namespace
 
-server::EndedCall EndedRequest(const Request& request, const std::string& path,
-                               const server::Caller& caller, const Response& response,
-                               absl::Duration took) {
-  server::EndedCall call = Ended(request.method, path, response.code, caller, took);
+server::EndedCall EndedRequest(const Exchange& exchange, const std::string& path,
+                               const Response& response, absl::Duration took) {
+  server::EndedCall call =
+      Ended(exchange.request.method, path, response.code, exchange.caller, took);
+  const server::Method* method = exchange.route.method;
+  const bool has_changed = method != nullptr && method->effect == server::Effect::kChanges;
+  if (has_changed) call.level = base::LogLevel::kInfo;
+  call.resource = exchange.resource;
   if (response.error.empty()) return call;
   call.level = response.code == kBroken ? base::LogLevel::kError : base::LogLevel::kInfo;
   call.error = response.error;

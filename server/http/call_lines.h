@@ -5,14 +5,13 @@
 
 #include "absl/time/time.h"
 #include "server/access/call_log.h"
-#include "server/http/messages.h"
+#include "server/http/exchange.h"
 
 namespace liquidblend::http {
 
-// The log entry of an answer, with method, path and status.
-server::EndedCall EndedRequest(const Request& request, const std::string& path,
-                               const server::Caller& caller, const Response& response,
-                               absl::Duration took);
+// The log entry of an answer, with method, path, status and the resource that it is about.
+server::EndedCall EndedRequest(const Exchange& exchange, const std::string& path,
+                               const Response& response, absl::Duration took);
 
 // Likewise; the status is the code with which the WebSocket was closed.
 server::EndedCall EndedStream(const std::string& path, const server::Caller& caller, int close_code,

@@ -29,6 +29,11 @@ class Cancellation {
     cancel();
   }
 
+  bool is_cancelled() const {
+    absl::MutexLock lock(&mutex_);
+    return is_cancelled_;
+  }
+
   void Cancel() {
     std::function<void()> cancel;
     {
@@ -40,7 +45,7 @@ class Cancellation {
   }
 
  private:
-  absl::Mutex mutex_;
+  mutable absl::Mutex mutex_;
   bool is_cancelled_ ABSL_GUARDED_BY(mutex_) = false;
   int number_ ABSL_GUARDED_BY(mutex_) = 0;
   std::function<void()> cancel_ ABSL_GUARDED_BY(mutex_);

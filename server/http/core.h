@@ -45,11 +45,11 @@ inline RouterOptions RouterOptionsOf(const PortOptions& options) {
 
 // Sessions hold it, so it outlives them.
 struct Core {
-  Core(server::FrameSource& frame_source, const PortOptions& port_options)
-      : options(port_options), source(frame_source), router(source, RouterOptionsOf(options)) {}
+  Core(server::Api& the_api, const PortOptions& port_options)
+      : options(port_options), api(the_api), router(api, RouterOptionsOf(options)) {}
 
   const PortOptions options;
-  server::FrameSource& source;
+  server::Api& api;
   Router router;
   const std::shared_ptr<Connections> connections = std::make_shared<Connections>();
   asio::io_context io;

@@ -11,10 +11,10 @@ constexpr int kMaxLooks = 3;  // at versions that are replaced before they can b
 
 }  // namespace
 
-void FrameAnswer::Start(server::FrameSource& source, FrameAsk ask,
-                        std::shared_ptr<Cancellation> cancellation, Done done) {
-  const auto answer = std::make_shared<FrameAnswer>(source, std::move(ask), std::move(cancellation),
-                                                    std::move(done));
+void FrameAnswer::Start(server::Api& api, FrameAsk ask, std::shared_ptr<Cancellation> cancellation,
+                        Done done) {
+  const auto answer =
+      std::make_shared<FrameAnswer>(api, std::move(ask), std::move(cancellation), std::move(done));
   if (answer->ask_.if_none_match.empty()) return answer->Make(answer->ask_.request.version());
   answer->Look();
 }
@@ -22,12 +22,11 @@ void FrameAnswer::Start(server::FrameSource& source, FrameAsk ask,
 // Looks up the version: a frame that the client has is neither made nor sent again.
 void FrameAnswer::Look() {
   ++num_looks_;
-  source_.FindVersion(
-      ask_.request.family(), ask_.request.version(),
-      [self = shared_from_this()](const absl::StatusOr<server::FamilyVersion>& found) {
-        if (!found.ok()) return self->done_(ErrorReply(found.status()));
-        self->Decide(*found);
-      });
+  api_.FindVersion(ask_.request.family(), ask_.request.version(),
+                   [self = shared_from_this()](const absl::StatusOr<server::FamilyVersion>& found) {
+                     if (!found.ok()) return self->done_(found.status());
+                     self->Decide(*found);
+                   });
 }
 
 void FrameAnswer::Decide(const server::FamilyVersion& published) {
@@ -42,16 +41,16 @@ void FrameAnswer::Decide(const server::FamilyVersion& published) {
   Make(num_looks_ > 1 ? published.version : asked);
 }
 
-// When the source returns, another thread may have answered and asked for the next frame already.
+// When the API returns, another thread may have answered and asked for the next frame already.
 void FrameAnswer::Make(int64_t version) {
   v1::GetFrameRequest request = ask_.request;
   request.set_version(version);
   const int number = ++num_made_;
-  auto cancel = source_.GetFrame(
-      request, ask_.client,
-      [self = shared_from_this(), version](absl::StatusOr<server::MadeFrame> made) {
-        self->OnMade(version, std::move(made));
-      });
+  auto cancel =
+      api_.GetFrame(request, ask_.client,
+                    [self = shared_from_this(), version](absl::StatusOr<server::MadeFrame> made) {
+                      self->OnMade(version, std::move(made));
+                    });
   cancellation_->Arm(number, std::move(cancel));
 }
 
@@ -59,7 +58,7 @@ void FrameAnswer::OnMade(int64_t asked_version, absl::StatusOr<server::MadeFrame
   const bool is_replaced = ask_.request.version() == 0 && asked_version != 0 &&
                            absl::IsNotFound(made.status()) && num_looks_ < kMaxLooks;
   if (is_replaced) return Look();
-  if (!made.ok()) return done_(ErrorReply(made.status()));
+  if (!made.ok()) return done_(made.status());
   const int64_t version = made->frame.version();
   const std::string tag = FrameTag(ask_.request, version, made->generation);
   if (HasClient(tag)) return SayUnchanged(tag);

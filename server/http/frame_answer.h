@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "absl/functional/any_invocable.h"
-#include "server/api/frame_source.h"
+#include "server/api/api.h"
 #include "server/http/cancellation.h"
 #include "server/http/messages.h"
 
@@ -26,16 +26,15 @@ struct FrameAsk {
 // one.
 class FrameAnswer : public std::enable_shared_from_this<FrameAnswer> {
  public:
-  using Done = absl::AnyInvocable<void(Response)>;
+  using Done = absl::AnyInvocable<void(absl::StatusOr<Response>)>;
 
-  // Calls `done` once, at once or on a thread of the source, which outlives the answer.
-  static void Start(server::FrameSource& source, FrameAsk ask,
-                    std::shared_ptr<Cancellation> cancellation, Done done);
+  // Calls `done` once, at once or on a thread of the API, which outlives the answer.
+  static void Start(server::Api& api, FrameAsk ask, std::shared_ptr<Cancellation> cancellation,
+                    Done done);
 
   // For Start() only.
-  FrameAnswer(server::FrameSource& source, FrameAsk ask, std::shared_ptr<Cancellation> cancellation,
-              Done done)
-      : source_(source),
+  FrameAnswer(server::Api& api, FrameAsk ask, std::shared_ptr<Cancellation> cancellation, Done done)
+      : api_(api),
         ask_(std::move(ask)),
         cancellation_(std::move(cancellation)),
         done_(std::move(done)) {}
@@ -48,14 +47,14 @@ class FrameAnswer : public std::enable_shared_from_this<FrameAnswer> {
   bool HasClient(const std::string& tag) const;
   void SayUnchanged(const std::string& tag);
 
-  server::FrameSource& source_;
+  server::Api& api_;
   const FrameAsk ask_;
   const std::shared_ptr<Cancellation> cancellation_;
   // Used by the thread that continues the answer; threads hand it over.
   Done done_;
   int64_t published_ = 0;  // the catalog's version; 0: not looked at
   int num_looks_ = 0;
-  int num_made_ = 0;  // frames that the source was asked for
+  int num_made_ = 0;  // frames that the API was asked for
 };
 
 }  // namespace liquidblend::http

@@ -34,6 +34,12 @@ bool IsServed(const std::string& host, const std::vector<std::string>& names) {
          (IsSameName(parts->host, "localhost") || is_served_as(parts->host));
 }
 
+// "https://example.org:8443" -> "example.org:8443".
+absl::string_view HostOf(absl::string_view origin) {
+  const size_t slashes = origin.find("://");
+  return slashes == absl::string_view::npos ? origin : origin.substr(slashes + 3);
+}
+
 }  // namespace
 
 absl::Status CheckHost(const std::string& host, const std::vector<std::string>& names) {
@@ -44,6 +50,17 @@ absl::Status CheckHost(const std::string& host, const std::vector<std::string>& 
           "this server is not known as '", shown,
           "': ask for it by IP address or localhost, or start it with --http-host NAME")),
       "HOST_NOT_ALLOWED", {{"host", shown}});
+}
+
+absl::Status CheckOrigin(const std::string& origin, const std::string& host,
+                         const std::string& allowed) {
+  const bool is_allowed = origin.empty() || allowed == "*" || origin == allowed ||
+                          (!host.empty() && absl::EqualsIgnoreCase(HostOf(origin), host));
+  if (is_allowed) return absl::OkStatus();
+  const std::string shown = server::CleanText(origin, kMaxShownHost);
+  return server::WithReason(absl::PermissionDeniedError(absl::StrCat(
+                                "pages of ", shown, " may not do this here; see --http-origin")),
+                            "ORIGIN_NOT_ALLOWED", {{"origin", shown}});
 }
 
 bool IsHostName(const std::string& name) {

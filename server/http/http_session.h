@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "absl/time/clock.h"
 #include "server/base/errors.h"
 #include "server/base/request_id.h"
+#include "server/http/body_reader.h"
 #include "server/http/core.h"
 #include "server/http/replies.h"
 #include "server/http/web_socket_session.h"
@@ -28,10 +30,10 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
         ticket_(std::move(ticket)),
         stream_(std::move(socket)),
         peer_(std::move(peer)) {
-    core_->source.metrics().AddConnections("http", 1);
+    core_->api.metrics().AddConnections("http", 1);
   }
 
-  ~HttpSession() override { core_->source.metrics().AddConnections("http", -1); }
+  ~HttpSession() override { core_->api.metrics().AddConnections("http", -1); }
 
   void Begin() {
     ticket_.Watch(shared_from_this());
@@ -50,14 +52,17 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   static constexpr char kDateFormat[] = "%a, %d %b %E4Y %H:%M:%S GMT";
   static constexpr std::chrono::seconds kLinger{2};  // for a client to read its refusal
   static constexpr size_t kDiscarded = 4096;
+  static constexpr char kContinue[] = "HTTP/1.1 100 Continue\r\n\r\n";
 
   void ReadHeader() {
     if (is_last_) return;
     parser_.emplace();
     parser_->header_limit(static_cast<uint32_t>(core_->options.max_header_bytes));
+    parser_->body_limit(std::numeric_limits<uint64_t>::max());  // that is the exchange's
     stream_.expires_after(ChronoOf(core_->options.idle_timeout));
     is_reading_ = true;
     is_head_ = false;
+    version_ = 11;
     bhttp::async_read_header(stream_, buffer_, *parser_,
                              [self = shared_from_this()](error_code error, size_t) {
                                self->is_reading_ = false;
@@ -68,23 +73,59 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   void OnHeader() {
     const HttpRequest& message = parser_->get();
     const Request request = ToRequest(message);
-    if (request.has_body || !message.keep_alive()) is_last_ = true;
+    if (message.version() > 0) version_ = message.version();
+    // Until the body has been read, which need not happen.
+    is_last_ |= request.has_body || !message.keep_alive();
     is_head_ = message.method() == bhttp::verb::head;
-    if (websocket::is_upgrade(message) && Router::IsStream(request)) return Upgrade(request);
+    if (websocket::is_upgrade(message) && core_->router.IsStream(request)) return Upgrade(request);
     stream_.expires_never();
-    ++num_requests_;
-    cancellation_ = core_->router.Answer(request, [self = shared_from_this()](Response response) {
+    exchange_ = core_->router.Answer(request, [self = shared_from_this()](Response response) {
       asio::post(self->stream_.get_executor(), [self, response = std::move(response)]() mutable {
         self->Write(std::move(response));
       });
     });
-    WatchClient();
+    exchange_->body == nullptr ? WatchClient() : BeginBody();
+  }
+
+  void BeginBody() {
+    const HttpRequest& message = parser_->get();
+    keeps_alive_ = message.keep_alive();
+    const bool waits = beast::iequals(message[bhttp::field::expect], "100-continue");
+    reader_.emplace(stream_, buffer_, std::move(*parser_), core_->options.idle_timeout);
+    if (!waits) return ReadBody();
+    stream_.expires_after(ChronoOf(core_->options.write_timeout));
+    asio::async_write(stream_, asio::buffer(kContinue, sizeof(kContinue) - 1),
+                      [self = shared_from_this()](error_code error, size_t) {
+                        error ? self->OnLostBody() : self->ReadBody();
+                      });
+  }
+
+  void ReadBody() {
+    reader_->Read([self = shared_from_this()](error_code error) {
+      error ? self->OnLostBody() : self->OnPiece();
+    });
+  }
+
+  void OnPiece() {
+    const bool is_last = reader_->is_last();
+    if (is_last) is_last_ = !keeps_alive_ || core_->connections->phase() >= Phase::kStopping;
+    exchange_->body->Take(reader_->piece(), is_last, [self = shared_from_this()] {
+      asio::post(self->stream_.get_executor(), [self] { self->ReadBody(); });
+    });
+    if (is_last) WatchClient();
+  }
+
+  // The client has gone, or was too slow, or has sent what is no body.
+  void OnLostBody() {
+    stream_.close();
+    exchange_->Cancel();
+    exchange_->Fail(absl::CancelledError("the request's body did not arrive"));
   }
 
   // Watches the client while its answer is being made, which is cancelled if the client goes away.
   void WatchClient() {
-    const auto look = [self = shared_from_this(), number = num_requests_](error_code error) {
-      if (self->cancellation_ == nullptr || self->num_requests_ != number) return;
+    const auto look = [self = shared_from_this(), exchange = exchange_](error_code error) {
+      if (self->exchange_ != exchange) return;
       error ? self->OnGone() : self->OnReadable();
     };
     stream_.socket().async_wait(tcp::socket::wait_read, look);
@@ -104,7 +145,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   void OnGone() {
     is_last_ = true;
     stream_.close();
-    std::exchange(cancellation_, nullptr)->Cancel();
+    std::exchange(exchange_, nullptr)->Cancel();
   }
 
   Request ToRequest(const HttpRequest& message) const {
@@ -117,7 +158,9 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     request.if_none_match = TextOf(message[bhttp::field::if_none_match]);
     request.request_id = TextOf(message[server::kRequestIdHeader]);
     request.peer = peer_;
-    request.has_body = parser_->chunked() || parser_->content_length().value_or(0) > 0;
+    request.content_type = TextOf(message[bhttp::field::content_type]);
+    request.body_bytes = static_cast<int64_t>(parser_->content_length().value_or(0));
+    request.has_body = parser_->chunked() || request.body_bytes > 0;
     return request;
   }
 
@@ -166,9 +209,8 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   }
 
   void Write(Response response) {
-    cancellation_ = nullptr;
-    const unsigned version = parser_->get().version();
-    response_ = HttpResponse(static_cast<bhttp::status>(response.code), version > 0 ? version : 11);
+    exchange_ = nullptr;
+    response_ = HttpResponse(static_cast<bhttp::status>(response.code), version_);
     response_.set(bhttp::field::server, kServerName);
     response_.set(bhttp::field::date,
                   absl::FormatTime(kDateFormat, absl::Now(), absl::UTCTimeZone()));
@@ -188,7 +230,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   }
 
   void OnWritten() {
-    if (is_frame_) core_->source.metrics().ObserveStage(metrics::Stage::kWrite, write_.Lap());
+    if (is_frame_) core_->api.metrics().ObserveStage(metrics::Stage::kWrite, write_.Lap());
     is_last_ ? Linger() : ReadHeader();
   }
 
@@ -216,8 +258,10 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   std::optional<bhttp::request_parser<bhttp::empty_body>> parser_;
   HttpResponse response_;
   std::optional<bhttp::response_serializer<bhttp::string_body>> serializer_;
-  std::shared_ptr<Cancellation> cancellation_;  // of the answer that is being made, if one is
-  int64_t num_requests_ = 0;
+  ExchangePtr exchange_;              // while its answer is being made
+  std::optional<BodyReader> reader_;  // of the request's body, if it has one
+  unsigned version_ = 11;             // of the request: 10 or 11
+  bool keeps_alive_ = false;          // so says the client
   bool is_reading_ = false;
   bool is_head_ = false;
   bool is_frame_ = false;

@@ -1,6 +1,7 @@
 // Requests and answers of the HTTP port as plain values.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,8 +16,10 @@ struct Request {
   std::string authorization;  //
   std::string if_none_match;  //
   std::string request_id;     //
+  std::string content_type;   //
   std::string peer;           // address of the client, e.g. "127.0.0.1:51234"
   bool has_body = false;
+  int64_t body_bytes = 0;  // as announced; 0: it is not known, or there is no body
 };
 
 struct Response {

@@ -30,8 +30,7 @@ std::string AddressOf(const tcp::endpoint& endpoint) {
 
 // Held by the accepting operations.
 struct Port::Impl : std::enable_shared_from_this<Port::Impl> {
-  Impl(server::FrameSource& source, const PortOptions& options)
-      : core(std::make_shared<Core>(source, options)) {}
+  Impl(server::Api& api, const PortOptions& options) : core(std::make_shared<Core>(api, options)) {}
 
   absl::Status Listen();
   void Accept();
@@ -100,7 +99,7 @@ void Port::Impl::OnAccept(error_code error, tcp::socket socket) {
   }
   std::optional<Connections::Ticket> ticket =
       core->connections->Enter(core->options.max_connections);
-  if (!ticket.has_value()) return core->source.metrics().CountRefusedConnection();
+  if (!ticket.has_value()) return core->api.metrics().CountRefusedConnection();
   error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
   socket.non_blocking(true, ignored);
@@ -120,10 +119,9 @@ void Port::Impl::Run() {
   }
 }
 
-absl::StatusOr<std::unique_ptr<Port>> Port::Start(server::FrameSource& source,
-                                                  const PortOptions& options) {
+absl::StatusOr<std::unique_ptr<Port>> Port::Start(server::Api& api, const PortOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());
-  auto impl = std::make_shared<Impl>(source, options);
+  auto impl = std::make_shared<Impl>(api, options);
   LB_RETURN_IF_ERROR(impl->Listen());
   impl->Accept();
   for (int i = 0; i < options.num_threads; ++i) {

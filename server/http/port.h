@@ -8,7 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
-#include "server/api/frame_source.h"
+#include "server/api/api.h"
 #include "server/http/router.h"
 
 namespace liquidblend::http {
@@ -18,9 +18,10 @@ struct PortOptions {
   RouterOptions router;
   int num_threads = 2;               // >= 1; move bytes and find frames in memory, make none
   int max_connections = 1000;        // >= 1; more are closed at once
-  int max_header_bytes = 8 << 10;    // [256, 1 MiB]; of a request; bodies are refused
+  int max_header_bytes = 8 << 10;    // [256, 1 MiB]; of a request
   int max_message_bytes = 64 << 10;  // [256, 64 MiB]; of a WebSocket's client
-  // > 0. Until a request's header must be whole, from the connection's begin or the last answer on.
+  // > 0. Until a request's header must be whole, from the connection's begin or the last answer on;
+  // for each 64 KiB of a body.
   // A WebSocket's client from which nothing comes is pinged after half of it, and closed after all
   // of it.
   absl::Duration idle_timeout = absl::Seconds(30);
@@ -32,10 +33,9 @@ struct PortOptions {
 // Threads: safe.
 class Port {
  public:
-  // Listens and serves. The source outlives this.
+  // Listens and serves. The API outlives this.
   // Errors: kInvalidArgument (options), kFailedPrecondition if it cannot listen there.
-  static absl::StatusOr<std::unique_ptr<Port>> Start(server::FrameSource& source,
-                                                     const PortOptions& options);
+  static absl::StatusOr<std::unique_ptr<Port>> Start(server::Api& api, const PortOptions& options);
   ~Port();  // Stop() without patience
 
   // HOST:PORT with the port that was chosen.

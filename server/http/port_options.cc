@@ -36,6 +36,12 @@ absl::Status PortOptions::Validate() const {
   if (max_message_bytes < 256 || max_message_bytes > 64 << 20) {
     return OutOfRange("max_message_bytes", absl::StrCat(max_message_bytes));
   }
+  if (router.max_body_bytes < 1) {
+    return OutOfRange("max_body_bytes", absl::StrCat(router.max_body_bytes));
+  }
+  if (router.max_bodies_bytes < 1) {
+    return OutOfRange("max_bodies_bytes", absl::StrCat(router.max_bodies_bytes));
+  }
   if (idle_timeout <= absl::ZeroDuration()) {
     return OutOfRange("idle_timeout", absl::FormatDuration(idle_timeout));
   }

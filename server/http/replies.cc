@@ -1,7 +1,5 @@
 #include "server/http/replies.h"
 
-#include <google/protobuf/util/json_util.h>
-
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -16,6 +14,7 @@
 #include "absl/time/time.h"
 #include "server/base/errors.h"
 #include "server/base/status_details.h"
+#include "server/transcode/json.h"
 
 namespace liquidblend::http {
 namespace {
@@ -30,14 +29,6 @@ uint64_t Hash(const std::string& bytes) {
   uint64_t hash = 0xcbf29ce484222325;
   for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
   return hash;
-}
-
-std::string JsonOf(const google::protobuf::Message& message) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.add_whitespace = true;
-  std::string json;
-  const auto status = google::protobuf::util::MessageToJsonString(message, &json, options);
-  return status.ok() ? json : "{}\n";
 }
 
 // In whole seconds, which is all that HTTP knows; at least one.
@@ -126,7 +117,7 @@ Response TextReply(std::string text) {
 Response JsonReply(const google::protobuf::Message& message) {
   Response response;
   response.headers = {{kContentType, "application/json"}, {"Cache-Control", "no-cache"}};
-  response.body = JsonOf(message);
+  response.body = transcode::JsonOf(message);
   return response;
 }
 

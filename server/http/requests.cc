@@ -16,6 +16,7 @@ namespace liquidblend::http {
 namespace {
 
 using server::FieldViolations;
+using transcode::QueryField;
 
 constexpr size_t kMaxShownField = 40;
 
@@ -175,39 +176,6 @@ absl::StatusOr<v1::GetFrameRequest> ToGetFrame(const std::string& family_id,
   for (const QueryField& field : fields) SetField(field, violations, request);
   const absl::Status status = violations.ToStatus();
   if (!status.ok()) return status;
-  return request;
-}
-
-absl::StatusOr<v1::ListFamiliesRequest> ToListFamilies(const std::vector<QueryField>& fields) {
-  v1::ListFamiliesRequest request;
-  FieldViolations violations;
-  for (const QueryField& field : fields) {
-    if (field.name == "page_size") {
-      request.set_page_size(Reader(field, violations).Integer());
-    } else if (field.name == "page_token") {
-      request.set_page_token(field.value);
-    } else {
-      violations.Add(field.name.substr(0, kMaxShownField), "is not a field of this query");
-    }
-  }
-  const absl::Status status = violations.ToStatus();
-  if (!status.ok()) return status;
-  return request;
-}
-
-absl::StatusOr<v1::GetFamilyRequest> ToGetFamily(const std::string& family_id,
-                                                 const std::vector<QueryField>& fields) {
-  v1::GetFamilyRequest request;
-  request.set_name(absl::StrCat("families/", family_id));
-  FieldViolations violations;
-  for (const QueryField& field : fields) {
-    if (field.name == "version") {
-      request.set_version(Reader(field, violations).Version());
-    } else {
-      violations.Add(field.name.substr(0, kMaxShownField), "is not a field of this query");
-    }
-  }
-  LB_RETURN_IF_ERROR(violations.ToStatus());
   return request;
 }
 

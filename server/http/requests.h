@@ -1,4 +1,5 @@
-// Fields of a query -> the request messages of the API. docs/operations/http.md lists the fields.
+// Fields of a frame's query -> the request message, with names shorter than the API's.
+// docs/operations/http.md lists them.
 #pragma once
 
 #include <string>
@@ -6,7 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "liquidblend/v1/liquidblend.pb.h"
-#include "server/http/query.h"
+#include "server/transcode/query.h"
 
 namespace liquidblend::http {
 
@@ -14,10 +15,7 @@ namespace liquidblend::http {
 // whose value cannot be read. Ranges are checked by the method.
 //   format  of the path's extension
 absl::StatusOr<v1::GetFrameRequest> ToGetFrame(const std::string& family_id,
-                                               const std::vector<QueryField>& fields,
+                                               const std::vector<transcode::QueryField>& fields,
                                                v1::Encoding::Format format = v1::Encoding::DRACO);
-absl::StatusOr<v1::ListFamiliesRequest> ToListFamilies(const std::vector<QueryField>& fields);
-absl::StatusOr<v1::GetFamilyRequest> ToGetFamily(const std::string& family_id,
-                                                 const std::vector<QueryField>& fields);
 
 }  // namespace liquidblend::http

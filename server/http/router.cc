@@ -1,29 +1,31 @@
 #include "server/http/router.h"
 
 #include <algorithm>
-#include <string_view>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "server/base/errors.h"
 #include "server/base/request_id.h"
 #include "server/http/call_lines.h"
 #include "server/http/frame_answer.h"
 #include "server/http/host.h"
-#include "server/http/query.h"
+#include "server/http/method_answer.h"
 #include "server/http/replies.h"
 #include "server/http/requests.h"
+#include "server/transcode/query.h"
 
 namespace liquidblend::http {
 namespace {
 
-constexpr char kAllowed[] = "GET, HEAD, OPTIONS";
 constexpr char kStreamPath[] = "/v1/stream";
-constexpr char kFamiliesPath[] = "/v1/families";
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 constexpr size_t kMaxShownPath = 80;
+constexpr absl::string_view kCountedMethods[] = {"GET", "HEAD", "OPTIONS", "POST", "DELETE"};
 
 // Escapes arbitrary bytes for messages.
 std::string EscapedPath(const std::string& text) {
@@ -50,77 +52,38 @@ Target SplitTarget(const std::string& target) {
           std::move(host)};
 }
 
-enum class Resource { kNone, kHealth, kReady, kMetrics, kFamilies, kFamily, kFrame, kStream };
-
-struct Route {
-  Resource resource = Resource::kNone;
-  const char* pattern = "other";                      // the path, for metrics
-  std::string family;                                 // its id, if the path has one
-  v1::Encoding::Format format = v1::Encoding::DRACO;  // of a frame
-};
-
-struct FrameFile {
-  const char* part;     // of the path
-  const char* pattern;  // the path
-  v1::Encoding::Format format;
-};
-constexpr FrameFile kFrameFiles[] = {
-    {"/frame.drc", "/v1/families/{family}/frame.drc", v1::Encoding::DRACO},
-    {"/frame.ply", "/v1/families/{family}/frame.ply", v1::Encoding::PLY},
-    {"/frame.obj", "/v1/families/{family}/frame.obj", v1::Encoding::OBJ}};
-
-// A family id with a broken escape stays as it is: no id has a %.
-std::string DecodedId(std::string_view text) {
-  const absl::StatusOr<std::string> id = DecodePercent(text);
-  return id.ok() ? *id : std::string(text);
-}
-
-Route FindRoute(const std::string& path) {
-  if (path == "/healthz") return {Resource::kHealth, "/healthz", ""};
-  if (path == "/readyz") return {Resource::kReady, "/readyz", ""};
-  if (path == "/metrics") return {Resource::kMetrics, "/metrics", ""};
-  if (path == kStreamPath) return {Resource::kStream, kStreamPath, ""};
-  if (path == kFamiliesPath) return {Resource::kFamilies, kFamiliesPath, ""};
-  if (!absl::StartsWith(path, absl::StrCat(kFamiliesPath, "/"))) return {};
-  std::string_view rest(path);
-  rest.remove_prefix(sizeof(kFamiliesPath));
-  const size_t end = std::min(rest.find('/'), rest.size());
-  const std::string family = DecodedId(rest.substr(0, end));
-  rest.remove_prefix(end);
-  if (rest.empty()) return {Resource::kFamily, "/v1/families/{family}", family};
-  for (const FrameFile& file : kFrameFiles) {
-    if (rest == file.part) return {Resource::kFrame, file.pattern, family, file.format};
-  }
-  return {};
-}
-
-bool IsKnownMethod(const std::string& method) {
-  return method == "GET" || method == "HEAD" || method == "OPTIONS";
-}
-
 bool IsForProbes(Resource resource) {
   return resource == Resource::kHealth || resource == Resource::kReady;
 }
 
-server::AccessRequest AccessRequestOf(Resource resource) {
-  server::AccessRequest access;
-  if (resource == Resource::kFrame) access.scope = server::Scope::kFrames;
-  return access;
+// Whether a page's browser sends such a request to another site only for what it answers.
+bool OnlyReads(const std::string& method) {
+  return method == "GET" || method == "HEAD" || method == "OPTIONS";
+}
+
+server::AccessRequest AccessRequestOf(const Route& route) {
+  if (route.resource == Resource::kFrame) return {server::Scope::kFrames, false};
+  if (route.method == nullptr) return {};
+  return {route.method->scope, route.method->span == server::Span::kLasts};
 }
 
 Response NoSuchPath(const std::string& path) {
   return ErrorReply(absl::NotFoundError(absl::StrCat(
       "there is no path '", EscapedPath(path),
-      "'; there are /v1/families, /v1/families/{family}, /v1/families/{family}/frame.drc (or .ply, "
-      ".obj), /v1/stream, /healthz, /readyz and /metrics")));
+      "'; there are those of docs/http.md below /v1, /healthz, /readyz and /metrics")));
 }
 
-Response MethodNotAllowed(const std::string& method) {
-  Response response = ErrorReply(
-      absl::UnimplementedError(absl::StrCat("method ", EscapedPath(method),
-                                            " is not for this path; there are ", kAllowed)),
-      405);
-  response.headers.emplace_back("Allow", kAllowed);
+std::string AllowedText(const Route& route) {
+  return absl::StrCat(absl::StrJoin(route.allowed, ", "), ", OPTIONS");
+}
+
+Response MethodNotAllowed(const std::string& method, const Route& route) {
+  const std::string allowed = AllowedText(route);
+  Response response =
+      ErrorReply(absl::UnimplementedError(absl::StrCat(
+                     "method ", EscapedPath(method), " is not for this path; there are ", allowed)),
+                 405);
+  response.headers.emplace_back("Allow", allowed);
   return response;
 }
 
@@ -128,13 +91,14 @@ Response BodyNotTaken() {
   return ErrorReply(absl::InvalidArgumentError("a request here has no body"), 413);
 }
 
-Response Preflight() {
+Response Preflight(const Route& route) {
   Response response;
   response.code = 204;
+  const std::string allowed = AllowedText(route);
   response.headers = {
-      {"Allow", kAllowed},
-      {"Access-Control-Allow-Methods", kAllowed},
-      {"Access-Control-Allow-Headers", "Authorization, If-None-Match, X-Request-Id"},
+      {"Allow", allowed},
+      {"Access-Control-Allow-Methods", allowed},
+      {"Access-Control-Allow-Headers", "Authorization, Content-Type, If-None-Match, X-Request-Id"},
       {"Access-Control-Max-Age", "86400"}};
   return response;
 }
@@ -146,17 +110,6 @@ Response UpgradeRequired() {
   return response;
 }
 
-template <typename Reply>
-Response JsonOrError(const absl::StatusOr<Reply>& reply) {
-  return reply.ok() ? JsonReply(*reply) : ErrorReply(reply.status());
-}
-
-// "https://example.org:8443" -> "example.org:8443".
-std::string_view HostOf(std::string_view origin) {
-  const size_t slashes = origin.find("://");
-  return slashes == std::string_view::npos ? origin : origin.substr(slashes + 3);
-}
-
 }  // namespace
 
 server::Caller CallerOf(const Request& request) {
@@ -166,29 +119,17 @@ server::Caller CallerOf(const Request& request) {
   return caller;
 }
 
-struct Router::Call {
-  Request request;
-  Route route;
-  std::vector<QueryField> fields;
-  Done done;
-  std::shared_ptr<Cancellation> cancellation = std::make_shared<Cancellation>();
-  std::shared_ptr<server::Caller> caller;  // `done` tells the log of it
-};
-
-std::shared_ptr<Cancellation> Router::Answer(const Request& request, Done done) {
+ExchangePtr Router::Answer(const Request& request, Exchange::Done done) {
   const Target target = SplitTarget(request.target);
-  Call call;
-  call.request = request;
-  call.route = FindRoute(target.path);
-  call.caller = std::make_shared<server::Caller>(CallerOf(request));
-  call.done = [this, request, caller = call.caller, watch = metrics::StopWatch(),
-               done = std::move(done)](Response response) mutable {
-    Complete(request, *caller, watch.Lap(), response);
+  const auto exchange = std::make_shared<Exchange>(
+      request, routes_.Find(request.method, target.path), CallerOf(request));
+  exchange->SetDone([this, exchange = exchange.get(), watch = metrics::StopWatch(),
+                     done = std::move(done)](Response response) mutable {
+    Complete(*exchange, watch.Lap(), response);
     done(std::move(response));
-  };
-  std::shared_ptr<Cancellation> cancellation = call.cancellation;
-  AnswerTo(std::move(call), target.path, target.query);
-  return cancellation;
+  });
+  if (!Refuse(*exchange, target.path, target.query)) Dispatch(exchange);
+  return exchange;
 }
 
 // A target may name a host, too.
@@ -197,38 +138,52 @@ absl::Status Router::CheckHosts(const Request& request) const {
   return status.ok() ? CheckHost(request.host, options_.hosts) : status;
 }
 
-void Router::AnswerTo(Call call, const std::string& path, const std::string& query) {
-  const std::string& method = call.request.method;
-  if (!IsForProbes(call.route.resource)) {
-    const absl::Status verdict = CheckHosts(call.request);
-    if (!verdict.ok()) return call.done(ErrorReply(verdict));
+// Answers what needs no caller to be known. True: that was it.
+bool Router::RefuseUnasked(Exchange& exchange, const std::string& path) const {
+  const Request& request = exchange.request;
+  const Route& route = exchange.route;
+  absl::Status verdict;
+  if (!IsForProbes(route.resource)) verdict = CheckHosts(request);
+  if (!verdict.ok()) {
+    exchange.Fail(verdict);
+  } else if (route.resource == Resource::kNone) {
+    exchange.Finish(NoSuchPath(path));
+  } else if (request.method == "OPTIONS") {
+    exchange.Finish(request.has_body ? BodyNotTaken() : Preflight(route));
+  } else if (!route.Allows(request.method)) {
+    exchange.Finish(MethodNotAllowed(request.method, route));
+  } else if (request.has_body && (route.rule == nullptr || route.rule->body.empty())) {
+    exchange.Finish(BodyNotTaken());
+  } else if (!OnlyReads(request.method)) {
+    verdict = CheckOrigin(request.origin, request.host, options_.allowed_origin);
+    if (!verdict.ok()) exchange.Fail(verdict);
   }
-  if (call.route.resource == Resource::kNone) return call.done(NoSuchPath(path));
-  if (!IsKnownMethod(method)) return call.done(MethodNotAllowed(method));
-  if (call.request.has_body) return call.done(BodyNotTaken());
-  if (method == "OPTIONS") return call.done(Preflight());
-  if (!IsForProbes(call.route.resource)) {
-    server::StreamPermit permit;
+  return exchange.is_finished();
+}
+
+bool Router::Refuse(Exchange& exchange, const std::string& path, const std::string& query) {
+  if (RefuseUnasked(exchange, path)) return true;
+  if (!IsForProbes(exchange.route.resource)) {
     const absl::Status verdict =
-        Admit(call.request, AccessRequestOf(call.route.resource), *call.caller, permit);
-    if (!verdict.ok()) return call.done(ErrorReply(verdict));
+        Admit(exchange.request, AccessRequestOf(exchange.route), exchange.caller, exchange.permit);
+    if (!verdict.ok()) exchange.Fail(verdict);
   }
-  absl::StatusOr<std::vector<QueryField>> fields = ParseQuery(query);
-  if (!fields.ok()) return call.done(ErrorReply(fields.status()));
-  call.fields = *std::move(fields);
-  Dispatch(std::move(call));
+  absl::StatusOr<std::vector<transcode::QueryField>> fields = transcode::ParseQuery(query);
+  if (!fields.ok()) exchange.Fail(fields.status());
+  if (fields.ok()) exchange.fields = *std::move(fields);
+  return exchange.is_finished();
 }
 
 // Adds what every answer has, counts it and logs it.
-void Router::Complete(const Request& request, const server::Caller& caller, absl::Duration took,
-                      Response& response) {
-  const std::string path = SplitTarget(request.target).path;
-  const std::string method = IsKnownMethod(request.method) ? request.method : "other";
-  const std::string code = absl::StrCat(response.code);
-  source_.metrics().CountRequest(
-      {"http", absl::StrCat(method, " ", FindRoute(path).pattern), code, took});
-  source_.call_log().Tell(EndedRequest(request, path, caller, response, took));
-  response.headers.emplace_back("X-Request-Id", caller.request_id);
+void Router::Complete(const Exchange& exchange, absl::Duration took, Response& response) {
+  const std::string& sent = exchange.request.method;
+  const bool is_counted = std::count(std::begin(kCountedMethods), std::end(kCountedMethods), sent);
+  api_.metrics().CountRequest(
+      {"http", absl::StrCat(is_counted ? sent : "other", " ", exchange.route.pattern),
+       absl::StrCat(response.code), took});
+  const std::string path = SplitTarget(exchange.request.target).path;
+  api_.call_log().Tell(EndedRequest(exchange, path, response, took));
+  response.headers.emplace_back("X-Request-Id", exchange.caller.request_id);
   response.headers.emplace_back("X-Content-Type-Options", "nosniff");
   if (!options_.allowed_origin.empty()) {
     response.headers.emplace_back("Access-Control-Allow-Origin", options_.allowed_origin);
@@ -237,105 +192,90 @@ void Router::Complete(const Request& request, const server::Caller& caller, absl
 }
 
 Response Router::Refused(const Request& request, const server::Caller& caller, Response response) {
-  Complete(request, caller, absl::ZeroDuration(), response);
+  const std::string path = SplitTarget(request.target).path;
+  const Exchange exchange(request, routes_.Find(request.method, path), caller);
+  Complete(exchange, absl::ZeroDuration(), response);
   return response;
 }
 
 void Router::NoteStream(const server::Caller& caller, int close_code, const std::string& reason,
                         absl::Duration took) {
-  source_.metrics().CountRequest(
+  api_.metrics().CountRequest(
       {"http", absl::StrCat("GET ", kStreamPath), absl::StrCat(close_code), took});
-  source_.call_log().Tell(EndedStream(kStreamPath, caller, close_code, reason, took));
+  api_.call_log().Tell(EndedStream(kStreamPath, caller, close_code, reason, took));
 }
 
 absl::Status Router::Admit(const Request& request, const server::AccessRequest& access,
                            server::Caller& caller, server::StreamPermit& permit) {
   server::AccessGrant grant;
-  const absl::Status verdict =
-      source_.Admit({request.authorization, "", request.peer}, access, grant);
+  const absl::Status verdict = api_.Admit({request.authorization, "", request.peer}, access, grant);
   caller.principal = std::move(grant.principal);
   if (server::IsKnown(caller.principal)) caller.client = caller.principal.name;
   permit = std::move(grant.permit);
   return verdict;
 }
 
-void Router::Dispatch(Call call) {
-  switch (call.route.resource) {
+void Router::Dispatch(const ExchangePtr& exchange) {
+  switch (exchange->route.resource) {
     case Resource::kHealth:
-      return call.done(TextReply("ok\n"));
+      return exchange->Finish(TextReply("ok\n"));
     case Resource::kReady:
-      return AnswerReady(std::move(call));
+      return AnswerReady(exchange);
     case Resource::kMetrics:
-      return AnswerMetrics(std::move(call));
-    case Resource::kFamilies:
-      return AnswerFamilies(std::move(call));
-    case Resource::kFamily:
-      return AnswerFamily(std::move(call));
+      return AnswerMetrics(exchange);
     case Resource::kFrame:
-      return AnswerFrame(std::move(call));
+      return AnswerFrame(exchange);
     case Resource::kStream:
-      return call.done(UpgradeRequired());
+      return exchange->Finish(UpgradeRequired());
+    case Resource::kMethod:
+      return AnswerMethod(api_, exchange, options_.max_body_bytes, bodies_);
     case Resource::kNone:
-      return call.done(NoSuchPath(call.request.target));
+      return exchange->Finish(NoSuchPath(exchange->request.target));
   }
 }
 
-void Router::AnswerReady(Call call) {
-  if (is_draining_) {
-    return call.done(ErrorReply(server::ShuttingDown()));
-  }
-  source_.CheckStores([done = std::move(call.done)](absl::StatusOr<std::string> state) mutable {
-    done(state.ok() ? TextReply(*state + "\n") : ErrorReply(state.status(), 503));
+void Router::AnswerReady(const ExchangePtr& exchange) {
+  if (is_draining_) return exchange->Fail(server::ShuttingDown());
+  api_.CheckStores([exchange](absl::StatusOr<std::string> state) {
+    if (!state.ok()) return exchange->Fail(state.status(), 503);
+    exchange->Finish(TextReply(*state + "\n"));
   });
 }
 
-void Router::AnswerMetrics(Call call) {
-  source_.GetMetricsText([done = std::move(call.done)](absl::StatusOr<std::string> text) mutable {
-    if (!text.ok()) return done(ErrorReply(text.status()));
+void Router::AnswerMetrics(const ExchangePtr& exchange) {
+  api_.GetMetricsText([exchange](absl::StatusOr<std::string> text) {
+    if (!text.ok()) return exchange->Fail(text.status());
     Response response = TextReply(*std::move(text));
     response.headers[0].second = kMetricsType;
-    done(std::move(response));
+    exchange->Finish(std::move(response));
   });
 }
 
-void Router::AnswerFamilies(Call call) {
-  absl::StatusOr<v1::ListFamiliesRequest> request = ToListFamilies(call.fields);
-  if (!request.ok()) return call.done(ErrorReply(request.status()));
-  source_.ListFamilies(*std::move(request), [done = std::move(call.done)](auto reply) mutable {
-    done(JsonOrError(reply));
-  });
-}
-
-void Router::AnswerFamily(Call call) {
-  absl::StatusOr<v1::GetFamilyRequest> request = ToGetFamily(call.route.family, call.fields);
-  if (!request.ok()) return call.done(ErrorReply(request.status()));
-  source_.GetFamily(*std::move(request), [done = std::move(call.done)](auto reply) mutable {
-    done(JsonOrError(reply));
-  });
-}
-
-void Router::AnswerFrame(Call call) {
+void Router::AnswerFrame(const ExchangePtr& exchange) {
+  const Route& route = exchange->route;
   absl::StatusOr<v1::GetFrameRequest> request =
-      ToGetFrame(call.route.family, call.fields, call.route.format);
-  if (!request.ok()) return call.done(ErrorReply(request.status()));
-  FrameAsk ask = {*std::move(request), call.request.if_none_match, call.caller->principal.key,
-                  server::IsKnown(call.caller->principal)};
-  FrameAnswer::Start(source_, std::move(ask), call.cancellation, std::move(call.done));
+      ToGetFrame(route.family, exchange->fields, route.format);
+  if (!request.ok()) return exchange->Fail(request.status());
+  exchange->resource = server::ResourceOf(*request);
+  const server::Principal& principal = exchange->caller.principal;
+  FrameAsk ask = {*std::move(request), exchange->request.if_none_match, principal.key,
+                  server::IsKnown(principal)};
+  FrameAnswer::Start(api_, std::move(ask), exchange->cancellation,
+                     [exchange](absl::StatusOr<Response> response) {
+                       if (!response.ok()) return exchange->Fail(response.status());
+                       exchange->Finish(*std::move(response));
+                     });
 }
 
-bool Router::IsStream(const Request& request) {
+bool Router::IsStream(const Request& request) const {
   return SplitTarget(request.target).path == kStreamPath;
 }
 
 absl::Status Router::AdmitStream(const Request& request, StreamVisit& visit) {
   const absl::Status host = CheckHosts(request);
   if (!host.ok()) return host;
-  const std::string& allowed = options_.allowed_origin;
-  if (!request.origin.empty() && allowed != "*" && request.origin != allowed &&
-      HostOf(request.origin) != request.host) {
-    return absl::PermissionDeniedError(absl::StrCat(
-        "pages of ", EscapedPath(request.origin), " may not open streams here; see --http-origin"));
-  }
+  const absl::Status origin = CheckOrigin(request.origin, request.host, options_.allowed_origin);
+  if (!origin.ok()) return origin;
   return Admit(request, {server::Scope::kFrames, true}, visit.caller, visit.permit);
 }
 

@@ -1,19 +1,19 @@
-// Router: requests of HTTP -> calls of the FrameSource -> answers. Knows no sockets.
+// Router: requests of HTTP -> calls of the Api -> answers. Knows no sockets.
 #pragma once
 
 #include <atomic>
-#include <memory>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "absl/functional/any_invocable.h"
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "server/access/principal.h"
-#include "server/api/frame_source.h"
-#include "server/http/cancellation.h"
+#include "server/api/api.h"
+#include "server/http/exchange.h"
 #include "server/http/messages.h"
+#include "server/http/route.h"
 
 namespace liquidblend::http {
 
@@ -23,6 +23,8 @@ struct RouterOptions {
   std::string allowed_origin;
   // Host names that requests may use, beside IP addresses and localhost; see CheckHost().
   std::vector<std::string> hosts;
+  int64_t max_body_bytes = 4 << 20;              // > 0; of a request
+  int64_t max_bodies_bytes = int64_t{64} << 20;  // > 0; of all requests together
 };
 
 // The caller that opens a WebSocket.
@@ -34,25 +36,24 @@ struct StreamVisit {
 // The caller of a request before authentication.
 server::Caller CallerOf(const Request& request);
 
-// Paths: docs/operations/http.md. All but /healthz and /readyz check the Host and the caller.
+// Paths: docs/http.md. All but /healthz and /readyz check the Host and the caller.
 // Threads: safe.
 class Router {
  public:
-  using Done = absl::AnyInvocable<void(Response)>;
+  // The API outlives this.
+  Router(server::Api& api, RouterOptions options)
+      : api_(api), options_(std::move(options)), bodies_(options_.max_bodies_bytes) {}
 
-  // The source outlives this.
-  Router(server::FrameSource& source, RouterOptions options)
-      : source_(source), options_(std::move(options)) {}
-
-  // Calls `done` once, at once or on a thread of the source. HEAD gets its body, too. The result
-  // can cancel the work on the answer.
-  std::shared_ptr<Cancellation> Answer(const Request& request, Done done);
+  // Answers a request by Exchange::Finish(), which calls `done` once: at once, or on a thread of
+  // the API. If the result wants a body, its pieces are to be given to it. HEAD gets its body, too.
+  // The result can cancel the work on the answer.
+  ExchangePtr Answer(const Request& request, Exchange::Done done);
 
   // Whether the path is that of the WebSocket.
-  static bool IsStream(const Request& request);
+  bool IsStream(const Request& request) const;
 
   // Checks whether a WebSocket may be opened, and authenticates the caller in `visit`.
-  // Errors: kPermissionDenied for a page of another origin; CheckHost's and FrameSource::Admit()'s.
+  // Errors: kPermissionDenied for a page of another origin; CheckHost's and Api::Admit()'s.
   absl::Status AdmitStream(const Request& request, StreamVisit& visit);
 
   // The response to a request that does not reach Answer(), with the common headers, counted and
@@ -68,23 +69,21 @@ class Router {
   void SetDraining() { is_draining_ = true; }
 
  private:
-  struct Call;  // a request that is being answered
-
-  void Complete(const Request& request, const server::Caller& caller, absl::Duration took,
-                Response& response);
+  void Complete(const Exchange& exchange, absl::Duration took, Response& response);
   absl::Status Admit(const Request& request, const server::AccessRequest& access,
                      server::Caller& caller, server::StreamPermit& permit);
   absl::Status CheckHosts(const Request& request) const;
-  void AnswerTo(Call call, const std::string& path, const std::string& query);
-  void Dispatch(Call call);
-  void AnswerReady(Call call);
-  void AnswerMetrics(Call call);
-  void AnswerFamilies(Call call);
-  void AnswerFamily(Call call);
-  void AnswerFrame(Call call);
+  bool RefuseUnasked(Exchange& exchange, const std::string& path) const;
+  bool Refuse(Exchange& exchange, const std::string& path, const std::string& query);
+  void Dispatch(const ExchangePtr& exchange);
+  void AnswerReady(const ExchangePtr& exchange);
+  void AnswerMetrics(const ExchangePtr& exchange);
+  void AnswerFrame(const ExchangePtr& exchange);
 
-  server::FrameSource& source_;
+  server::Api& api_;
   const RouterOptions options_;
+  const Routes routes_;
+  BodyBudget bodies_;
   std::atomic<bool> is_draining_ = false;
 };
 

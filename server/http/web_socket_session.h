@@ -79,11 +79,11 @@ class WebSocketSession final : public Connection,
   static constexpr int kNoCloseFrame = 1006;
   static constexpr std::chrono::milliseconds kAbortDelay{100};
 
-  metrics::Metrics& metrics() { return core_->source.metrics(); }
+  metrics::Metrics& metrics() { return core_->api.metrics(); }
 
   void OnAccepted() {
     is_open_ = true;
-    frames_ = core_->source.OpenStream(visit_.caller.principal.key, weak_from_this());
+    frames_ = core_->api.OpenStream(visit_.caller.principal.key, weak_from_this());
     if (close_.has_value()) return Finish();
     Read();
   }

@@ -12,8 +12,8 @@
 
 #include "core/store/files/files.h"
 #include "server/encode/draco.h"
-#include "server/http/query.h"
 #include "server/http/requests.h"
+#include "server/transcode/query.h"
 #include "tests/fuzz/checksums.h"
 #include "tests/fuzz/require.h"
 #include "tests/server/encode/judge.h"
@@ -168,7 +168,7 @@ bool AreFinite(const google::protobuf::RepeatedField<double>& values) {
 // The query of a URL.
 void RunQuery(Bytes bytes) {
   const std::string_view query(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  const absl::StatusOr<std::vector<http::QueryField>> fields = http::ParseQuery(query);
+  const absl::StatusOr<std::vector<transcode::QueryField>> fields = transcode::ParseQuery(query);
   Require(fields.ok() || !fields.status().message().empty(), "a refusal says why");
   if (!fields.ok()) return;
   const absl::StatusOr<v1::GetFrameRequest> request = http::ToGetFrame("fuzz", *fields);

@@ -16,7 +16,7 @@
 #include "core/base/log.h"
 #include "server/http/http_session.h"
 #include "tests/fuzz/entries.h"
-#include "tests/fuzz/fuzz_source.h"
+#include "tests/fuzz/fuzz_api.h"
 #include "tests/fuzz/http_output.h"
 #include "tests/fuzz/input.h"
 #include "tests/fuzz/require.h"
@@ -70,8 +70,8 @@ class Connection {
  public:
   explicit Connection(const Options& options)
       : options_(options),
-        source_({options.needs_token, options.is_deferred, options.fails}),
-        core_(std::make_shared<http::Core>(source_, PortOptionsOf(options))) {
+        api_({options.needs_token, options.is_deferred, options.fails}),
+        core_(std::make_shared<http::Core>(api_, PortOptionsOf(options))) {
     int ends[2] = {-1, -1};
     Require(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) == 0,
             "there are sockets");
@@ -101,8 +101,8 @@ class Connection {
   // Lets the source answer and the server work until nothing is left to do. The client reads.
   void Settle() {
     for (int k = 0; k < kMaxRounds; ++k) {
-      size_t num_done = RunServer() + static_cast<size_t>(source_.host().RunReady());
-      if (source_.AnswerNext() || source_.host().AnswerSearch() || source_.host().AnswerOrder()) {
+      size_t num_done = RunServer() + static_cast<size_t>(api_.host().RunReady());
+      if (api_.AnswerNext() || api_.host().AnswerSearch() || api_.host().AnswerOrder()) {
         ++num_done;
       }
       if (!options_.reads_late) num_done += Receive();
@@ -122,8 +122,8 @@ class Connection {
   }
 
   void PassTime(absl::Duration span) {
-    source_.host().Advance(span);
-    source_.host().RunReady();
+    api_.host().Advance(span);
+    api_.host().RunReady();
   }
 
   void Advance(http::Phase phase) {
@@ -136,9 +136,8 @@ class Connection {
     close(std::exchange(client_, -1));
     for (int k = 0; k < 4; ++k) {
       RunServer();
-      source_.host().RunReady();
-      while (source_.AnswerNext() || source_.host().AnswerSearch() ||
-             source_.host().AnswerOrder()) {
+      api_.host().RunReady();
+      while (api_.AnswerNext() || api_.host().AnswerSearch() || api_.host().AnswerOrder()) {
       }
     }
     RunServer();
@@ -148,7 +147,7 @@ class Connection {
       core_->io.run_one_for(http::ChronoOf(kPatience));
     }
     Require(HasEnded(), "a connection ends when its client has gone");
-    source_.host().Clear();
+    api_.host().Clear();
     Require(core_.use_count() == 1, "nothing is left of a connection");
   }
 
@@ -166,7 +165,7 @@ class Connection {
   }
 
   const Options options_;
-  FuzzSource source_;
+  FuzzApi api_;
   std::shared_ptr<http::Core> core_;
   int client_ = -1;
   int num_handlers_ = 0;

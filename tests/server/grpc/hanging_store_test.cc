@@ -71,10 +71,13 @@ class HangingStoreTest : public ServerTest {
   // GET /v1/families
   void ExpectThatHttpIsAnswered() {
     absl::Notification is_answered;
-    server_->frames().ListFamilies({}, [&](absl::StatusOr<v1::ListFamiliesResponse> response) {
-      EXPECT_TRUE(response.ok()) << response.status();
-      is_answered.Notify();
-    });
+    server_->api().Call(
+        kListFamilies, {}, [](google::protobuf::Message&) { return absl::OkStatus(); },
+        [] { return true; },
+        [&](const absl::StatusOr<MessagePtr>& response) {
+          EXPECT_TRUE(response.ok()) << response.status();
+          is_answered.Notify();
+        });
     EXPECT_TRUE(is_answered.WaitForNotificationWithTimeout(absl::Seconds(20)));
     if (!is_answered.HasBeenNotified()) hanging_.Release();
     is_answered.WaitForNotification();  // it is the callback's

@@ -91,7 +91,7 @@ TEST_F(ServerTest, CallsAreCountedWithTheirCodes) {
   }
   EXPECT_THAT(stream->Finish(), IsOk());
   server_->Drain(absl::Seconds(10));
-  const std::string text = server_->frames().metrics().Text({});
+  const std::string text = server_->api().metrics().Text({});
   for (const char* line :
        {"requests_total{code=\"OK\",method=\"GetFrame\",protocol=\"grpc\"} 1\n",
         "requests_total{code=\"INVALID_ARGUMENT\",method=\"GetFrame\",protocol=\"grpc\"} 1\n",

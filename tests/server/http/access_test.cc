@@ -32,7 +32,7 @@ class AccessTest : public PortTest {
     std::ofstream(path) << R"({"principals": [)" << entries << "]}";
     authorizer_ = *server::Authorizer::Open(path);
     guarded_ = std::make_unique<server::AccessController>(*authorizer_);
-    source_ = server::MakeFrameSource(backends_, *guarded_);
+    api_ = server::MakeApi(backends_, *guarded_, import_roots_);
     Start({});
   }
   ~AccessTest() override { port_.reset(); }

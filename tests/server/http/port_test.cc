@@ -103,10 +103,10 @@ TEST_F(PortTest, MistakesAreToldByName) {
   EXPECT_EQ(client.Get("/healthz").code, 200);  // all on one connection
 }
 
-TEST_F(PortTest, OtherMethodsAndBodiesEndTheConnection) {
+TEST_F(PortTest, BodiesThatNobodyTakesEndTheConnection) {
   {
     HttpClient client(port_->port());
-    HttpReply reply = client.Request("POST", "/v1/families", "Content-Length: 5\r\n");
+    HttpReply reply = client.Request("POST", kSplash, "Content-Length: 5\r\n");
     EXPECT_EQ(reply.code, 405);
     EXPECT_EQ(reply.headers["allow"], "GET, HEAD, OPTIONS");
     EXPECT_TRUE(client.IsClosed());
@@ -350,10 +350,10 @@ TEST_F(PortTest, APoolThatHasStoppedIsUnavailable) {
 TEST_F(PortTest, APortInUseIsRefusedByName) {
   PortOptions options;
   options.listen = port_->address();
-  EXPECT_THAT(Port::Start(*source_, options).status(),
+  EXPECT_THAT(Port::Start(*api_, options).status(),
               Fails(absl::StatusCode::kFailedPrecondition, port_->address()));
   options.listen = "no.such.host.invalid:80";
-  EXPECT_THAT(Port::Start(*source_, options).status(),
+  EXPECT_THAT(Port::Start(*api_, options).status(),
               Fails(absl::StatusCode::kFailedPrecondition, "no.such.host.invalid"));
 }
 
@@ -369,6 +369,9 @@ TEST(PortOptions, NamesTheFirstFieldOutOfRange) {
   EXPECT_THAT(message([](auto& o) { o.max_connections = 0; }), HasSubstr("max_connections"));
   EXPECT_THAT(message([](auto& o) { o.max_header_bytes = 10; }), HasSubstr("max_header_bytes"));
   EXPECT_THAT(message([](auto& o) { o.max_message_bytes = 10; }), HasSubstr("max_message_bytes"));
+  EXPECT_THAT(message([](auto& o) { o.router.max_body_bytes = 0; }), HasSubstr("max_body_bytes"));
+  EXPECT_THAT(message([](auto& o) { o.router.max_bodies_bytes = 0; }),
+              HasSubstr("max_bodies_bytes"));
   EXPECT_THAT(message([](auto& o) { o.idle_timeout = absl::ZeroDuration(); }),
               HasSubstr("idle_timeout"));
   EXPECT_THAT(message([](auto& o) { o.write_timeout = absl::ZeroDuration(); }),

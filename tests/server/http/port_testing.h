@@ -5,7 +5,7 @@
 #include <string>
 
 #include "absl/synchronization/notification.h"
-#include "server/api/frame_source.h"
+#include "server/api/api.h"
 #include "server/frames/backends.h"
 #include "server/frames/find_family.h"
 #include "server/http/port.h"
@@ -18,7 +18,7 @@ class PortTest : public server::RpcTest {
  protected:
   PortTest()
       : backends_(*catalog_, *blobs_, families_, Options()),
-        source_(server::MakeFrameSource(backends_, access_controller_)) {
+        api_(server::MakeApi(backends_, access_controller_, import_roots_)) {
     server::KeepFamiliesFresh(backends_);  // as a server does
   }
   ~PortTest() override {
@@ -41,7 +41,7 @@ class PortTest : public server::RpcTest {
   void Start(PortOptions options) {
     port_.reset();
     options.listen = "127.0.0.1:0";
-    auto port = Port::Start(*source_, options);
+    auto port = Port::Start(*api_, options);
     ASSERT_TRUE(port.ok()) << port.status();
     port_ = *std::move(port);
   }
@@ -66,8 +66,9 @@ class PortTest : public server::RpcTest {
   absl::Notification release_;  // of the thread that is occupied, which may be slow to notice
   server::Authorizer everyone_;
   server::AccessController access_controller_{everyone_};
+  server::ImportRoots import_roots_;
   server::Backends backends_;
-  std::unique_ptr<server::FrameSource> source_;
+  std::unique_ptr<server::Api> api_;
   std::unique_ptr<Port> port_;
 };
 

@@ -18,17 +18,17 @@ class ProbesTest : public server::RpcTest {
     server::BackendsOptions options = SmallBackends();
     options.num_io_threads = 2;
     backends_ = std::make_unique<server::Backends>(*catalog_, hanging_, families_, options);
-    source_ = server::MakeFrameSource(*backends_, access_controller_);
+    api_ = server::MakeApi(*backends_, access_controller_, import_roots_);
     PortOptions port;
     port.listen = "127.0.0.1:0";
-    port_ = *Port::Start(*source_, port);
+    port_ = *Port::Start(*api_, port);
   }
 
   ~ProbesTest() override {
     hanging_.Release();
     port_.reset();
     backends_->Stop();
-    source_.reset();
+    api_.reset();
   }
 
   HttpReply Get(const std::string& target) { return HttpClient(port_->port()).Get(target); }
@@ -36,8 +36,9 @@ class ProbesTest : public server::RpcTest {
   server::HangingBlobs hanging_{*blobs_};
   server::Authorizer everyone_;
   server::AccessController access_controller_{everyone_};
+  const server::ImportRoots import_roots_;
   std::unique_ptr<server::Backends> backends_;
-  std::unique_ptr<server::FrameSource> source_;
+  std::unique_ptr<server::Api> api_;
   std::unique_ptr<Port> port_;
 };
 

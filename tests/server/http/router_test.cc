@@ -25,7 +25,7 @@ using testing::StartsWith;
 constexpr int64_t kVersion = 3;
 
 // Answers at once, and counts the frames that it makes.
-class FakeSource final : public server::FrameSource {
+class FakeApi final : public server::Api {
  public:
   absl::Status Admit(const server::Credentials& credentials, const server::AccessRequest& access,
                      server::AccessGrant& grant) override {
@@ -75,19 +75,44 @@ class FakeSource final : public server::FrameSource {
     if (family != "families/splash") return done(absl::NotFoundError(family));
     done(server::FamilyVersion{published_version, GenerationOf(published_version)});
   }
-  void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override {
+  void Call(const server::Method& method, const server::Principal&, Read read,
+            server::IsWanted is_wanted, Done<server::MessagePtr> done) override {
+    const server::UnaryMethod* unary = server::FindUnaryMethod(method.name);
+    last_request = unary != nullptr ? unary->new_request()
+                                    : std::make_unique<google::longrunning::WaitOperationRequest>();
+    const absl::Status status = read(*last_request);
+    if (is_slow)
+      return waiting.push_back(
+          [is_wanted, done = std::make_shared<Done<server::MessagePtr>>(std::move(done))] {
+            EXPECT_FALSE(is_wanted());
+            (*done)(absl::CancelledError("left"));
+          });
+    if (!status.ok()) return done(status);
+    if (!error.ok()) return done(error);
+    if (method.name == std::string("GetFamily")) return GetFamily(std::move(done));
+    if (method.name == std::string("ListFamilies")) return ListFamilies(std::move(done));
+    auto operation = std::make_unique<google::longrunning::Operation>();
+    operation->set_name("operations/1");
+    done(std::move(operation));
+  }
+  void GetFamily(Done<server::MessagePtr> done) {
+    const auto& request = static_cast<const v1::GetFamilyRequest&>(*last_request);
     if (request.name() != "families/splash") return done(absl::NotFoundError(request.name()));
-    v1::Family family;
-    family.set_name(request.name());
-    family.set_version(published_version);
-    family.set_duration_s(2.5);
+    auto family = std::make_unique<v1::Family>();
+    family->set_name(request.name());
+    family->set_version(published_version);
+    family->set_duration_s(2.5);
     done(std::move(family));
   }
-  void ListFamilies(v1::ListFamiliesRequest request, Done<v1::ListFamiliesResponse> done) override {
-    v1::ListFamiliesResponse response;
-    response.add_families()->set_name("families/splash");
-    response.set_next_page_token("after " + request.page_token());
+  void ListFamilies(Done<server::MessagePtr> done) {
+    const auto& request = static_cast<const v1::ListFamiliesRequest&>(*last_request);
+    auto response = std::make_unique<v1::ListFamiliesResponse>();
+    response->add_families()->set_name("families/splash");
+    response->set_next_page_token("after " + request.page_token());
     done(std::move(response));
+  }
+  NextOperation WatchOperation(const std::string&, server::IsWanted) override {
+    return [](Done<server::SeenOperationPtr> done) { done(absl::NotFoundError("no operation")); };
   }
   std::shared_ptr<server::StreamSession> OpenStream(
       std::string, std::weak_ptr<server::StreamSession::Sink>) override {
@@ -114,6 +139,8 @@ class FakeSource final : public server::FrameSource {
   bool is_slow = false;  // frames are never made
   int num_cancelled = 0;
   std::vector<server::AccessRequest> access_requests;
+  server::MessagePtr last_request;
+  std::vector<std::function<void()>> waiting;  // calls of a slow API
   std::vector<std::string> clients;
   v1::GetFrameRequest last_frame_request;
 
@@ -128,23 +155,52 @@ struct Reply {
   std::string body;
 };
 
+// A request with a body.
+struct Posted {
+  Request request;
+  std::string body;
+};
+
+Posted Post(const std::string& target, const std::string& body) {
+  Posted posted;
+  posted.request.method = "POST";
+  posted.request.target = target;
+  posted.request.content_type = "application/json";
+  posted.request.has_body = true;
+  posted.body = body;
+  return posted;
+}
+
 constexpr char kFrame[] = "/v1/families/splash/frame.drc?weights=0.5&time=1.25";
 constexpr char kFixedFrame[] = "/v1/families/splash/frame.drc?weights=0.5&time=1.25&version=3";
 
 class RouterTest : public testing::Test {
  protected:
   Reply Send(const Request& request) {
-    Router router(source_, options_);
+    Router router(api_, options_);
     return Send(router, request);
   }
 
-  static Reply Send(Router& router, const Request& request) {
+  static Reply Send(Router& router, const Request& request) { return Send(router, {request, ""}); }
+
+  // The body goes in two pieces, as long as it is wanted.
+  Reply Send(const Posted& posted) {
+    Router router(api_, options_);
+    return Send(router, posted);
+  }
+  static Reply Send(Router& router, const Posted& posted) {
     int num_answers = 0;
     Reply reply;
-    router.Answer(request, [&](Response response) {
+    const auto exchange = router.Answer(posted.request, [&](Response response) {
       ++num_answers;
       reply = {response.code, {response.headers.begin(), response.headers.end()}, response.body};
     });
+    if (exchange->body != nullptr) {
+      const size_t half = posted.body.size() / 2;
+      bool is_wanted = false;
+      exchange->body->Take(posted.body.substr(0, half), false, [&] { is_wanted = true; });
+      if (is_wanted) exchange->body->Take(posted.body.substr(half), true, [] { FAIL(); });
+    }
     EXPECT_EQ(num_answers, 1);
     return reply;
   }
@@ -166,7 +222,7 @@ class RouterTest : public testing::Test {
     return request;
   }
 
-  FakeSource source_;
+  FakeApi api_;
   RouterOptions options_;
 };
 
@@ -204,7 +260,7 @@ TEST_F(RouterTest, TheExtensionIsTheFormat) {
                         Case{"obj", v1::Encoding::OBJ, "model/obj"}}) {
     Reply reply = Get(absl::StrCat("/v1/families/splash/frame.", c.name, "?weights=0.5"));
     EXPECT_EQ(reply.code, 200) << c.name;
-    EXPECT_EQ(source_.last_frame_request.encoding().format(), c.format) << c.name;
+    EXPECT_EQ(api_.last_frame_request.encoding().format(), c.format) << c.name;
     EXPECT_EQ(reply.headers["Content-Type"], c.type);
     tags.insert(reply.headers["ETag"]);
   }
@@ -215,7 +271,7 @@ TEST_F(RouterTest, TheExtensionIsTheFormat) {
 TEST_F(RouterTest, AFixedVersionMayBeKeptForever) {
   EXPECT_EQ(Get(kFixedFrame).headers["Cache-Control"], "public, immutable, max-age=31536000");
   EXPECT_EQ(Get(kFrame).headers["Cache-Control"], "public, no-cache");
-  source_.needs_token = true;
+  api_.needs_token = true;
   Request request = Frame();
   request.target = kFixedFrame;
   EXPECT_EQ(Send(request).headers["Cache-Control"], "private, immutable, max-age=31536000");
@@ -225,7 +281,7 @@ TEST_F(RouterTest, WhatTheClientHasIsNotMadeAgain) {
   const std::string tag = Get(kFixedFrame).headers["ETag"];
   EXPECT_THAT(tag, StartsWith("\"3-"));
   EXPECT_EQ(Get(kFrame).headers["ETag"], tag);  // the same bytes
-  EXPECT_EQ(source_.num_frames, 2);
+  EXPECT_EQ(api_.num_frames, 2);
   for (const char* target : {kFixedFrame, kFrame}) {
     for (const std::string& tags : {tag, "\"x\", " + tag, "W/" + tag, std::string("*")}) {
       Reply reply = Get(target, tags);
@@ -234,14 +290,14 @@ TEST_F(RouterTest, WhatTheClientHasIsNotMadeAgain) {
       EXPECT_THAT(reply.body, IsEmpty());
     }
   }
-  EXPECT_EQ(source_.num_frames, 2);
+  EXPECT_EQ(api_.num_frames, 2);
   EXPECT_EQ(Get(kFixedFrame, "\"3-0\"").code, 200);
   EXPECT_EQ(Get(kFrame, "\"3-0\"").code, 200);
-  EXPECT_EQ(source_.num_frames, 4);
+  EXPECT_EQ(api_.num_frames, 4);
 }
 
 TEST_F(RouterTest, WhileAVersionIsLoadedNobodyGetsAnOlderOneThanTheyHave) {
-  source_.published_version = 4;  // served: 3
+  api_.published_version = 4;  // served: 3
   const std::string third = Get(absl::StrCat(kFrame, "&version=3")).headers["ETag"];
   const std::string fourth = Get(absl::StrCat(kFrame, "&version=4")).headers["ETag"];
   EXPECT_EQ(Get(kFrame).headers["X-Liquidblend-Version"], "3");
@@ -273,10 +329,10 @@ TEST_F(RouterTest, TagsTellRequestsAndVersionsApart) {
 // As after a backup was restored: the number comes again, but not the frames.
 TEST_F(RouterTest, AVersionWithOtherContentIsAnother) {
   for (const char* target : {kFrame, kFixedFrame}) {
-    source_.content = "first";
+    api_.content = "first";
     const std::string tag = Get(target).headers["ETag"];
     EXPECT_EQ(Get(target, tag).code, 304) << target;
-    source_.content = "restored";
+    api_.content = "restored";
     const Reply other = Get(target, tag);
     EXPECT_EQ(other.code, 200) << target;
     EXPECT_NE(other.headers.at("ETag"), tag);
@@ -310,17 +366,17 @@ TEST_F(RouterTest, ErrorsAreJsonStatusesWithTheirCode) {
   EXPECT_EQ(error["details"][0]["@type"], "type.googleapis.com/google.rpc.ErrorInfo");
   EXPECT_EQ(error["details"][0]["reason"], "NOT_FOUND");
 
-  source_.error = server::InvalidField("weights", "must be 1");
+  api_.error = server::InvalidField("weights", "must be 1");
   const Reply bad = Get(kFrame);
   EXPECT_EQ(bad.code, 400);
   EXPECT_EQ(nlohmann::json::parse(bad.body)["details"][0]["fieldViolations"][0]["field"],
             "weights");
-  source_.error = absl::ResourceExhaustedError("too busy");
+  api_.error = absl::ResourceExhaustedError("too busy");
   EXPECT_EQ(Get(kFrame).code, 429);
   EXPECT_EQ(Get(kFrame).headers["Retry-After"], "1");
-  source_.error = server::WithRetryDelay(source_.error, absl::Milliseconds(2500));
+  api_.error = server::WithRetryDelay(api_.error, absl::Milliseconds(2500));
   EXPECT_EQ(Get(kFrame).headers["Retry-After"], "3");
-  source_.error = absl::InternalError("odd");
+  api_.error = absl::InternalError("odd");
   EXPECT_EQ(Get(kFrame).code, 500);
   EXPECT_EQ(Get("/v1/families/splash/frame.drc?time=x").code, 400);
   EXPECT_EQ(Get("/v1/families/splash/frame.drc?time=%").code, 400);
@@ -328,8 +384,9 @@ TEST_F(RouterTest, ErrorsAreJsonStatusesWithTheirCode) {
 }
 
 TEST_F(RouterTest, UnknownPathsAndMethodsAreNamed) {
-  for (const char* target : {"/", "/v1", "/v1/families/", "/v1/families/a/b", "", "*",
-                             "http://localhost", "/v1/families/a/frame.drc/b", "/metrics/"}) {
+  for (const char* target :
+       {"/", "/v1", "/v1/families/", "/v1/families/a/b", "", "*", "http://localhost",
+        "/v1/families/a/frame.drc/b", "/metrics/", "/v1/families/a:nothing"}) {
     const Reply reply = Get(target);
     EXPECT_EQ(reply.code, 404) << target;
   }
@@ -344,15 +401,137 @@ TEST_F(RouterTest, UnknownPathsAndMethodsAreNamed) {
     EXPECT_EQ(reply.headers["Allow"], "GET, HEAD, OPTIONS");
     EXPECT_THAT(reply.body, HasSubstr(method));
   }
-  EXPECT_EQ(source_.num_frames, 0);
+  EXPECT_EQ(api_.num_frames, 0);
 }
 
-TEST_F(RouterTest, BodiesAreRefused) {
+TEST_F(RouterTest, BodiesAreTakenWhereAMethodHasOne) {
   Request request;
   request.method = "GET";
   request.target = kFrame;
   request.has_body = true;
   EXPECT_EQ(Send(request).code, 413);
+  request.target = "/v1/families/splash";
+  request.method = "DELETE";
+  EXPECT_EQ(Send(request).code, 413);
+  EXPECT_EQ(Send(Post("/v1/families", R"({"familyId": "f"})")).code, 200);
+  EXPECT_EQ(server::ResourceOf(*api_.last_request), "families/f");
+}
+
+TEST_F(RouterTest, BodyQueryAndPathMakeTheRequest) {
+  EXPECT_EQ(Send(Post("/v1/families/splash:rollback", R"({"version": 2})")).code, 200);
+  EXPECT_EQ(api_.last_request->ShortDebugString(), R"(name: "families/splash" version: 2)");
+  EXPECT_EQ(Send(Post("/v1/operations/7:wait", R"({"timeout": "5s"})")).code, 200);
+  EXPECT_EQ(api_.last_request->ShortDebugString(),
+            R"(name: "operations/7" timeout { seconds: 5 })");
+  EXPECT_EQ(Send(Post("/v1/operations/7:cancel", "")).code, 200) << "nothing is an empty message";
+  EXPECT_EQ(Get("/v1/operations?pageSize=3&page_token=x").code, 200);
+  EXPECT_EQ(api_.last_request->ShortDebugString(),
+            R"(page_size: 3 page_token: "x" name: "operations")");
+}
+
+TEST_F(RouterTest, MistakesOfBodyAndQueryAreNamed) {
+  const auto message = [](const Reply& reply) {
+    return std::string(nlohmann::json::parse(reply.body)["message"]);
+  };
+  const Reply body = Send(Post("/v1/families", R"({"options": {"seed": "x"}})"));
+  EXPECT_EQ(body.code, 400);
+  EXPECT_THAT(message(body), HasSubstr("options.seed: "));
+  EXPECT_THAT(message(Send(Post("/v1/families?familyId=f", "{}"))),
+              HasSubstr("familyId: belongs into the body"));
+  EXPECT_THAT(message(Get("/v1/families/splash?name=f")),
+              HasSubstr("name: is in the path already"));
+  EXPECT_THAT(message(Get("/v1/families/splash?x=1&version=y")), HasSubstr("version: must be"));
+  EXPECT_EQ(Send(Post("/v1/families", "{")).code, 400);
+}
+
+TEST_F(RouterTest, ABodyIsOfJsonAndNotTooLarge) {
+  Posted odd = Post("/v1/families", "{}");
+  for (const char* type :
+       {"", "text/plain", "application/x-www-form-urlencoded", "application/jsonx"}) {
+    odd.request.content_type = type;
+    EXPECT_EQ(Send(odd).code, 415) << type;
+  }
+  odd.request.content_type = "Application/JSON; charset=utf-8";
+  EXPECT_EQ(Send(odd).code, 200);
+  options_.max_body_bytes = 100;
+  const Posted large = Post("/v1/families", std::string(101, ' '));
+  const Reply refused = Send(large);
+  EXPECT_EQ(refused.code, 413);
+  EXPECT_THAT(refused.body, HasSubstr("REQUEST_TOO_LARGE"));
+  Posted announced = large;
+  announced.request.body_bytes = 101;
+  EXPECT_EQ(Send(announced).code, 413);
+  options_.max_bodies_bytes = 10;
+  const Reply full = Send(Post("/v1/families", std::string(11, ' ')));
+  EXPECT_EQ(full.code, 503);
+  EXPECT_EQ(full.headers.at("Retry-After"), "1");
+  EXPECT_EQ(Send(Post("/v1/families", "{}")).code, 200) << "what was refused is given back";
+}
+
+// A page of any site may send simple requests here, whatever it can read of the answer.
+TEST_F(RouterTest, PagesOfOtherSitesChangeNothing) {
+  for (const char* method : {"POST", "DELETE"}) {
+    Posted posted =
+        Post(method == std::string("POST") ? "/v1/families" : "/v1/families/splash", "");
+    posted.request.method = method;
+    posted.request.has_body = false;
+    posted.request.host = "localhost:8080";
+    const auto code_for = [&](const std::string& origin) {
+      posted.request.origin = origin;
+      return Send(posted).code;
+    };
+    EXPECT_EQ(code_for(""), 200) << method;
+    EXPECT_EQ(code_for("http://localhost:8080"), 200);
+    EXPECT_EQ(code_for("http://localhost:8081"), 403);
+    EXPECT_EQ(code_for("https://evil.example"), 403);
+    EXPECT_EQ(code_for("null"), 403);
+    EXPECT_THAT(Send(posted).body, HasSubstr("ORIGIN_NOT_ALLOWED"));
+    options_.allowed_origin = "https://app.example";
+    EXPECT_EQ(code_for("https://app.example"), 200);
+    options_.allowed_origin = "";
+  }
+}
+
+TEST_F(RouterTest, MethodsHaveTheirScopes) {
+  const auto scope_of = [this](const Posted& posted) {
+    Send(posted);
+    return api_.access_requests.back();
+  };
+  EXPECT_EQ(scope_of(Post("/v1/families", "{}")).scope, server::Scope::kRegister);
+  EXPECT_EQ(scope_of(Post("/v1/animations:presignUpload", "{}")).scope, server::Scope::kWrite);
+  EXPECT_FALSE(scope_of(Post("/v1/families", "{}")).lasts);
+  EXPECT_TRUE(scope_of(Post("/v1/operations/7:wait", "{}")).lasts);
+  api_.needs_token = true;
+  EXPECT_EQ(Send(Post("/v1/families", "no JSON, and nobody reads it")).code, 401);
+}
+
+TEST_F(RouterTest, ChangesAreLoggedWithWhatTheyAreAbout) {
+  base::StartLog("server", base::LogLevel::kInfo, base::LogFormat::kJson);
+  testing::internal::CaptureStderr();
+  Send(Post("/v1/families", R"({"familyId": "f"})"));
+  Get("/v1/families/splash");
+  api_.error = absl::NotFoundError("no such family");
+  const Reply missing = Send(Post("/v1/families/f:rollback", "{}"));
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(log, HasSubstr(R"("method":"POST","path":"/v1/families","status":"200")"));
+  EXPECT_THAT(log, HasSubstr(R"("resource":"families/f"})"));
+  EXPECT_THAT(log, Not(HasSubstr("splash"))) << "reads are for --verbose";
+  EXPECT_THAT(missing.body, HasSubstr(R"("resource": "families/f")"));
+}
+
+TEST_F(RouterTest, AMethodThatNobodyWaitsForIsTold) {
+  api_.is_slow = true;
+  Router router(api_, options_);
+  int code = 0;
+  Request request;
+  request.method = "GET";
+  request.target = "/v1/families";
+  const auto exchange =
+      router.Answer(request, [&](const Response& response) { code = response.code; });
+  exchange->Cancel();
+  ASSERT_EQ(api_.waiting.size(), 1U);
+  api_.waiting[0]();
+  EXPECT_EQ(code, 499);
 }
 
 TEST_F(RouterTest, AbsoluteTargetsAreTheSame) {
@@ -398,9 +577,9 @@ TEST_F(RouterTest, OnlyKnownHostsMayOpenStreams) {
   request.host = "evil.example";
   request.origin = "http://evil.example";
   StreamVisit visit = {CallerOf(request), {}};
-  EXPECT_TRUE(absl::IsPermissionDenied(Router(source_, options_).AdmitStream(request, visit)));
+  EXPECT_TRUE(absl::IsPermissionDenied(Router(api_, options_).AdmitStream(request, visit)));
   options_.hosts = {"evil.example"};
-  EXPECT_TRUE(Router(source_, options_).AdmitStream(request, visit).ok());
+  EXPECT_TRUE(Router(api_, options_).AdmitStream(request, visit).ok());
 }
 
 TEST(Cancellation, TheLastStepCounts) {
@@ -422,13 +601,13 @@ TEST_F(RouterTest, AStreamNeedsAnUpgrade) {
 
 TEST_F(RouterTest, ReadinessFollowsStoresAndDraining) {
   EXPECT_EQ(Get("/readyz").code, 200);
-  source_.error = absl::DataLossError("catalog is gone");
+  api_.error = absl::DataLossError("catalog is gone");
   const Reply reply = Get("/readyz");
   EXPECT_EQ(reply.code, 503);
   EXPECT_THAT(reply.body, HasSubstr("catalog is gone"));
   EXPECT_EQ(Get("/healthz").code, 200);
-  source_.error = absl::OkStatus();
-  Router router(source_, options_);
+  api_.error = absl::OkStatus();
+  Router router(api_, options_);
   router.SetDraining();
   Request request;
   request.method = "GET";
@@ -467,18 +646,20 @@ TEST_F(RouterTest, TheLogTellsOfEachAnswer) {
   Request request = Frame();
   request.peer = "127.0.0.1:5";
   request.request_id = "r1";
-  source_.needs_token = true;
+  api_.needs_token = true;
   Send(request);
   request.authorization = "Bearer guess";
   Send(request);
-  source_.error = absl::InternalError("broken");
+  api_.error = absl::InternalError("broken");
   request.authorization = "Bearer good";
   Send(request);
   const std::string log = testing::internal::GetCapturedStderr();
   const std::string path =
       R"("message":"call","method":"GET","path":"/v1/families/splash/frame.drc","status":)";
   EXPECT_THAT(log, HasSubstr(R"("level":"debug",)" + path + R"("200","ms":)"));
-  EXPECT_THAT(log, HasSubstr(R"("principal":"render","client":"render","request_id":"r1"})"));
+  EXPECT_THAT(log,
+              HasSubstr(R"("principal":"render","client":"render","request_id":"r1","resource":)"
+                        R"("families/splash"})"));
   EXPECT_THAT(log, HasSubstr(R"("level":"info",)" + path + R"("401","ms":)"));
   EXPECT_THAT(log, HasSubstr(R"("principal":"","client":"127.0.0.1:5","request_id":"r1",)"
                              R"("error":"no token"})"));
@@ -490,7 +671,7 @@ TEST_F(RouterTest, TheLogTellsOfEachAnswer) {
 TEST_F(RouterTest, TheLogTellsHowStreamsEnd) {
   base::StartLog("server", base::LogLevel::kDebug, base::LogFormat::kJson);
   testing::internal::CaptureStderr();
-  Router router(source_, options_);
+  Router router(api_, options_);
   const server::Caller caller = CallerOf(Frame());
   router.NoteStream(caller, 1000, "the animation has ended", absl::Seconds(2));
   router.NoteStream(caller, 4400, "rate: must be in [-1000, 1000]", absl::Seconds(2));
@@ -504,45 +685,45 @@ TEST_F(RouterTest, TheLogTellsHowStreamsEnd) {
 }
 
 TEST_F(RouterTest, AllButProbesAskWhoCalls) {
-  source_.needs_token = true;
+  api_.needs_token = true;
   Reply reply = Get(kFrame);
   EXPECT_EQ(reply.code, 401);
   EXPECT_EQ(reply.headers["WWW-Authenticate"], "Bearer");
   EXPECT_EQ(Get(kFixedFrame, "*").code, 401);
   EXPECT_EQ(Get("/metrics").code, 401);
   EXPECT_EQ(Get("/v1/families").code, 401);
-  EXPECT_EQ(source_.num_frames, 0);
-  ASSERT_EQ(source_.access_requests.size(), 4U);
-  EXPECT_EQ(source_.access_requests[0].scope, server::Scope::kFrames);
-  EXPECT_EQ(source_.access_requests[3].scope, std::nullopt);
+  EXPECT_EQ(api_.num_frames, 0);
+  ASSERT_EQ(api_.access_requests.size(), 4U);
+  EXPECT_EQ(api_.access_requests[0].scope, server::Scope::kFrames);
+  EXPECT_EQ(api_.access_requests[3].scope, std::nullopt);
   EXPECT_EQ(Get("/healthz").code, 200);
   EXPECT_EQ(Get("/readyz").code, 200);
-  EXPECT_EQ(source_.access_requests.size(), 4U);
+  EXPECT_EQ(api_.access_requests.size(), 4U);
   Request request = Frame();
   EXPECT_EQ(Send(request).code, 200);
-  EXPECT_THAT(source_.clients, testing::ElementsAre("render"));
+  EXPECT_THAT(api_.clients, testing::ElementsAre("render"));
   request.target = "/v1/stream";
   StreamVisit visit = {CallerOf(request), {}};
-  EXPECT_TRUE(Router(source_, options_).AdmitStream(request, visit).ok());
+  EXPECT_TRUE(Router(api_, options_).AdmitStream(request, visit).ok());
   EXPECT_EQ(visit.caller.principal.name, "render");
   EXPECT_EQ(visit.caller.client, "render");
-  EXPECT_TRUE(source_.access_requests.back().lasts);
-  EXPECT_EQ(source_.access_requests.back().scope, server::Scope::kFrames);
+  EXPECT_TRUE(api_.access_requests.back().lasts);
+  EXPECT_EQ(api_.access_requests.back().scope, server::Scope::kFrames);
   request.authorization.clear();
-  EXPECT_TRUE(absl::IsUnauthenticated(Router(source_, options_).AdmitStream(request, visit)));
+  EXPECT_TRUE(absl::IsUnauthenticated(Router(api_, options_).AdmitStream(request, visit)));
 }
 
 TEST_F(RouterTest, AFrameThatNobodyWaitsForIsCancelled) {
-  source_.is_slow = true;
-  Router router(source_, options_);
+  api_.is_slow = true;
+  Router router(api_, options_);
   int code = 0;
-  const auto cancellation =
+  const auto exchange =
       router.Answer(Frame(), [&](const Response& response) { code = response.code; });
   EXPECT_EQ(code, 0);
-  cancellation->Cancel();
+  exchange->Cancel();
   EXPECT_EQ(code, 499);
-  cancellation->Cancel();
-  EXPECT_EQ(source_.num_cancelled, 1);
+  exchange->Cancel();
+  EXPECT_EQ(api_.num_cancelled, 1);
 }
 
 TEST_F(RouterTest, OtherOriginsAreLetInByOption) {
@@ -559,6 +740,9 @@ TEST_F(RouterTest, OtherOriginsAreLetInByOption) {
   Reply preflight = Send(request);
   EXPECT_EQ(preflight.code, 204);
   EXPECT_EQ(preflight.headers["Access-Control-Allow-Methods"], "GET, HEAD, OPTIONS");
+  EXPECT_THAT(preflight.headers["Access-Control-Allow-Headers"], HasSubstr("Content-Type"));
+  request.target = "/v1/families";
+  EXPECT_EQ(Send(request).headers["Allow"], "POST, GET, HEAD, OPTIONS");
   EXPECT_THAT(preflight.headers["Access-Control-Allow-Headers"], HasSubstr("Authorization"));
 }
 
@@ -570,7 +754,7 @@ TEST_F(RouterTest, StreamsAreForPagesOfAllowedOrigins) {
   const auto may_stream = [&](const std::string& origin) {
     request.origin = origin;
     StreamVisit visit = {CallerOf(request), {}};
-    return Router(source_, options_).AdmitStream(request, visit).ok();
+    return Router(api_, options_).AdmitStream(request, visit).ok();
   };
   EXPECT_TRUE(may_stream(""));  // no browser
   EXPECT_TRUE(may_stream("http://localhost:8080"));

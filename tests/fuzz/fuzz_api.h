@@ -1,4 +1,4 @@
-// FrameSource of the HTTP port that a fuzzer controls.
+// Api of the HTTP port that a fuzzer controls.
 #pragma once
 
 #include <deque>
@@ -6,21 +6,21 @@
 #include <memory>
 #include <string>
 
-#include "server/api/frame_source.h"
+#include "server/api/api.h"
 #include "tests/fuzz/fuzz_host.h"
 
 namespace liquidblend::fuzz {
 
-struct FuzzSourceOptions {
+struct FuzzApiOptions {
   bool needs_token = false;  // "Bearer good"
   bool is_deferred = false;  // answers wait for AnswerNext()
   bool fails = false;        // answers are kUnavailable
 };
 
 // Threads: one at a time.
-class FuzzSource final : public server::FrameSource {
+class FuzzApi final : public server::Api {
  public:
-  explicit FuzzSource(const FuzzSourceOptions& options)
+  explicit FuzzApi(const FuzzApiOptions& options)
       : host_(std::make_shared<FuzzHost>()), options_(options) {}
 
   // Gives the oldest answer that waits. False: none does.
@@ -33,8 +33,9 @@ class FuzzSource final : public server::FrameSource {
                   Done<server::MadeFrame> done) override;
   void FindVersion(const std::string& family, int64_t version,
                    Done<server::FamilyVersion> done) override;
-  void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override;
-  void ListFamilies(v1::ListFamiliesRequest request, Done<v1::ListFamiliesResponse> done) override;
+  void Call(const server::Method& method, const server::Principal& principal, Read read,
+            server::IsWanted is_wanted, Done<server::MessagePtr> done) override;
+  NextOperation WatchOperation(const std::string& name, server::IsWanted is_wanted) override;
   std::shared_ptr<server::StreamSession> OpenStream(
       std::string client, std::weak_ptr<server::StreamSession::Sink> sink) override;
   void CheckStores(Done<std::string> done) override;
@@ -47,7 +48,7 @@ class FuzzSource final : public server::FrameSource {
   void Give(absl::StatusOr<Reply> reply, Done<Reply> done);
 
   const std::shared_ptr<FuzzHost> host_;
-  const FuzzSourceOptions options_;
+  const FuzzApiOptions options_;
   std::deque<absl::AnyInvocable<void()>> waiting_;
 };
 

@@ -1,4 +1,4 @@
-#include "server/api/frame_source.h"
+#include "server/api/api.h"
 
 #include <map>
 #include <utility>
@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/store/open_store.h"
 #include "server/api/handlers.h"
+#include "server/api/import_animation.h"
 #include "server/base/guarded.h"
 #include "server/base/names.h"
 #include "server/base/shared_look.h"
@@ -87,10 +88,11 @@ absl::StatusOr<Counts> Count(Backends& backends) {
   return counts;
 }
 
-class PooledSource final : public FrameSource {
+class PooledApi final : public Api {
  public:
-  PooledSource(Backends& backends, AccessController& access_controller)
-      : backends_(backends), access_controller_(access_controller) {}
+  PooledApi(Backends& backends, AccessController& access_controller,
+            const ImportRoots& import_roots)
+      : backends_(backends), access_controller_(access_controller), import_roots_(import_roots) {}
 
   absl::Status Admit(const Credentials& credentials, const AccessRequest& access,
                      AccessGrant& grant) override {
@@ -113,17 +115,22 @@ class PooledSource final : public FrameSource {
     Answer(
         backends_.io, [this, id = *id] { return FindPublished(backends_, id); }, std::move(done));
   }
-  void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) override {
-    Answer(
-        backends_.io,
-        [this, request = std::move(request)] { return server::GetFamily(backends_, request); },
-        std::move(done));
+  void Call(const Method& method, const Principal& principal, Read read, IsWanted is_wanted,
+            Done<MessagePtr> done) override {
+    auto call = std::make_shared<OpenCall>(
+        OpenCall{principal, std::move(read), std::move(is_wanted), std::move(done)});
+    const UnaryMethod* unary = FindUnaryMethod(method.name);
+    WorkPool& pool = unary == nullptr ? backends_.io : backends_.*unary->pool;
+    const absl::Status accepted = pool.Post([this, unary, &method, call] {
+      const absl::Status begun =
+          Guarded([&] { return unary == nullptr ? Begin(method, call) : Finish(*unary, *call); });
+      if (!begun.ok()) Deliver([&] { call->done(begun); });
+    });
+    if (!accepted.ok()) call->done(accepted);
   }
-  void ListFamilies(v1::ListFamiliesRequest request, Done<v1::ListFamiliesResponse> done) override {
-    Answer(
-        backends_.io,
-        [this, request = std::move(request)] { return server::ListFamilies(backends_, request); },
-        std::move(done));
+  NextOperation WatchOperation(const std::string& name, IsWanted is_wanted) override {
+    const auto watch = std::make_shared<OperationWatch>(backends_, name, std::move(is_wanted));
+    return [watch](Done<SeenOperationPtr> done) { watch->Next(std::move(done)); };
   }
   std::shared_ptr<StreamSession> OpenStream(std::string client,
                                             std::weak_ptr<StreamSession::Sink> sink) override {
@@ -147,6 +154,55 @@ class PooledSource final : public FrameSource {
   CallLog& call_log() override { return backends_.call_log; }
 
  private:
+  struct OpenCall {
+    const Principal principal;
+    Read read;
+    const IsWanted is_wanted;
+    Done<MessagePtr> done;
+  };
+
+  static absl::Status ReadRequest(OpenCall& call, google::protobuf::Message& request) {
+    if (!call.is_wanted()) return absl::CancelledError("the client has gone");
+    return call.read(request);
+  }
+
+  // Answers the call, or tells why not.
+  absl::Status Finish(const UnaryMethod& unary, OpenCall& call) {
+    const MessagePtr request = unary.new_request();
+    LB_RETURN_IF_ERROR(ReadRequest(call, *request));
+    LB_ASSIGN_OR_RETURN(MessagePtr response, unary.handle(backends_, *request, call.principal));
+    Deliver([&] { call.done(std::move(response)); });
+    return absl::OkStatus();
+  }
+
+  // Lets a method begin that takes several steps or waits.
+  absl::Status Begin(const Method& method, const std::shared_ptr<OpenCall>& call) {
+    if (method.name == absl::string_view(kImportAnimation.name)) return BeginImport(call);
+    lro::WaitOperationRequest request;
+    LB_RETURN_IF_ERROR(ReadRequest(*call, request));
+    const auto watch = std::make_shared<OperationWatch>(backends_, request.name(), call->is_wanted);
+    watch->AwaitDone(DeadlineOf(request), [call](const absl::StatusOr<SeenOperationPtr>& seen) {
+      Deliver([&] {
+        if (!seen.ok()) return call->done(seen.status());
+        call->done(std::make_unique<lro::Operation>((*seen)->operation));
+      });
+    });
+    return absl::OkStatus();
+  }
+
+  absl::Status BeginImport(const std::shared_ptr<OpenCall>& call) {
+    v1::ImportAnimationRequest request;
+    LB_RETURN_IF_ERROR(ReadRequest(*call, request));
+    ImportAnimation(backends_, import_roots_, std::move(request), call->principal, call->is_wanted,
+                    [call](absl::StatusOr<lro::Operation> operation) {
+                      Deliver([&] {
+                        if (!operation.ok()) return call->done(operation.status());
+                        call->done(std::make_unique<lro::Operation>(*std::move(operation)));
+                      });
+                    });
+    return absl::OkStatus();
+  }
+
   // done(work()) on the pool.
   template <typename Work, typename Reply>
   void Answer(WorkPool& pool, Work work, Done<Reply> done) {
@@ -184,6 +240,7 @@ class PooledSource final : public FrameSource {
 
   Backends& backends_;
   AccessController& access_controller_;
+  const ImportRoots& import_roots_;
   const std::shared_ptr<SharedLook<std::string>> reachable_ =
       std::make_shared<SharedLook<std::string>>(
           backends_.probes, backends_.steps, [&backends = backends_] { return LookAt(backends); },
@@ -195,9 +252,9 @@ class PooledSource final : public FrameSource {
 
 }  // namespace
 
-std::unique_ptr<FrameSource> MakeFrameSource(Backends& backends,
-                                             AccessController& access_controller) {
-  return std::make_unique<PooledSource>(backends, access_controller);
+std::unique_ptr<Api> MakeApi(Backends& backends, AccessController& access_controller,
+                             const ImportRoots& import_roots) {
+  return std::make_unique<PooledApi>(backends, access_controller, import_roots);
 }
 
 }  // namespace liquidblend::server

@@ -1,4 +1,4 @@
-#include "tests/fuzz/fuzz_source.h"
+#include "tests/fuzz/fuzz_api.h"
 
 #include <optional>
 #include <utility>
@@ -6,21 +6,23 @@
 #include "absl/strings/str_cat.h"
 
 namespace liquidblend::fuzz {
+namespace lro = google::longrunning;
 namespace {
 
+constexpr size_t kMaxEcho = 200;
 constexpr char kGeneration[] = "drops/1/content";
 
 }  // namespace
 
 template <typename Reply>
-void FuzzSource::Give(absl::StatusOr<Reply> reply, Done<Reply> done) {
+void FuzzApi::Give(absl::StatusOr<Reply> reply, Done<Reply> done) {
   if (options_.fails) reply = absl::UnavailableError("the store is away");
   if (!options_.is_deferred) return done(std::move(reply));
   waiting_.push_back(
       [reply = std::move(reply), done = std::move(done)]() mutable { done(std::move(reply)); });
 }
 
-bool FuzzSource::AnswerNext() {
+bool FuzzApi::AnswerNext() {
   if (waiting_.empty()) return false;
   absl::AnyInvocable<void()> answer = std::move(waiting_.front());
   waiting_.pop_front();
@@ -28,8 +30,8 @@ bool FuzzSource::AnswerNext() {
   return true;
 }
 
-absl::Status FuzzSource::Admit(const server::Credentials& credentials, const server::AccessRequest&,
-                               server::AccessGrant& grant) {
+absl::Status FuzzApi::Admit(const server::Credentials& credentials, const server::AccessRequest&,
+                            server::AccessGrant& grant) {
   if (options_.needs_token && credentials.authorization != "Bearer good") {
     return absl::UnauthenticatedError("no token");
   }
@@ -38,8 +40,8 @@ absl::Status FuzzSource::Admit(const server::Credentials& credentials, const ser
   return absl::OkStatus();
 }
 
-server::FrameSource::Cancel FuzzSource::GetFrame(v1::GetFrameRequest request, std::string,
-                                                 Done<server::MadeFrame> done) {
+server::Api::Cancel FuzzApi::GetFrame(v1::GetFrameRequest request, std::string,
+                                      Done<server::MadeFrame> done) {
   server::MadeFrame made;
   made.generation = kGeneration;
   v1::Frame& frame = made.frame;
@@ -58,8 +60,8 @@ server::FrameSource::Cancel FuzzSource::GetFrame(v1::GetFrameRequest request, st
   return [finish] { finish(absl::CancelledError("the client has gone")); };
 }
 
-void FuzzSource::FindVersion(const std::string& family, int64_t version,
-                             Done<server::FamilyVersion> done) {
+void FuzzApi::FindVersion(const std::string& family, int64_t version,
+                          Done<server::FamilyVersion> done) {
   if (family != "families/drops" || version > 1) {
     return Give<server::FamilyVersion>(absl::NotFoundError(absl::StrCat("no ", family)),
                                        std::move(done));
@@ -67,43 +69,53 @@ void FuzzSource::FindVersion(const std::string& family, int64_t version,
   Give<server::FamilyVersion>(server::FamilyVersion{1, kGeneration}, std::move(done));
 }
 
-void FuzzSource::GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) {
-  v1::Family family;
-  family.set_name(request.name());
-  family.set_version(1);
-  if (request.name() == "families/drops")
-    return Give<v1::Family>(std::move(family), std::move(done));
-  Give<v1::Family>(absl::NotFoundError(absl::StrCat("no ", request.name())), std::move(done));
+// Gives the request back as the name of a family, so that answers show what was understood.
+void FuzzApi::Call(const server::Method& method, const server::Principal&, Read read,
+                   server::IsWanted, Done<server::MessagePtr> done) {
+  const server::UnaryMethod* unary = server::FindUnaryMethod(method.name);
+  server::MessagePtr request =
+      unary != nullptr ? unary->new_request()
+      : method.name == std::string_view("ImportAnimation")
+          ? std::make_unique<v1::ImportAnimationRequest>()
+          : server::MessagePtr(std::make_unique<lro::WaitOperationRequest>());
+  const absl::Status status = read(*request);
+  if (!status.ok()) return Give<server::MessagePtr>(status, std::move(done));
+  auto family = std::make_unique<v1::Family>();
+  family->set_name(request->Utf8DebugString().substr(0, kMaxEcho));
+  Give<server::MessagePtr>(std::move(family), std::move(done));
 }
 
-void FuzzSource::ListFamilies(v1::ListFamiliesRequest request,
-                              Done<v1::ListFamiliesResponse> done) {
-  v1::ListFamiliesResponse response;
-  response.add_families()->set_name("families/drops");
-  response.set_next_page_token(request.page_token());
-  Give<v1::ListFamiliesResponse>(std::move(response), std::move(done));
+// Changes twice, then it is done.
+server::Api::NextOperation FuzzApi::WatchOperation(const std::string& name, server::IsWanted) {
+  const auto seen = std::make_shared<server::SeenOperation>();
+  seen->operation.set_name(name);
+  return [this, seen, num_seen = 0](Done<server::SeenOperationPtr> done) mutable {
+    seen->operation.set_done(++num_seen > 2);
+    Give<server::SeenOperationPtr>(std::make_shared<const server::SeenOperation>(*seen),
+                                   std::move(done));
+  };
 }
 
-std::shared_ptr<server::StreamSession> FuzzSource::OpenStream(
+std::shared_ptr<server::StreamSession> FuzzApi::OpenStream(
     std::string client, std::weak_ptr<server::StreamSession::Sink> sink) {
   return std::make_shared<server::StreamSession>(host_, std::move(client), std::move(sink));
 }
 
-void FuzzSource::CheckStores(Done<std::string> done) {
+void FuzzApi::CheckStores(Done<std::string> done) {
   Give<std::string>(std::string("ok"), std::move(done));
 }
 
-void FuzzSource::GetMetricsText(Done<std::string> done) {
+void FuzzApi::GetMetricsText(Done<std::string> done) {
   Give<std::string>(std::string("# none\n"), std::move(done));
 }
 
 // Made once: they take longer to make than a run takes, and keep no state that a client can see.
-metrics::Metrics& FuzzSource::metrics() {
+metrics::Metrics& FuzzApi::metrics() {
   static auto& metrics = *new metrics::Metrics();
   return metrics;
 }
 
-server::CallLog& FuzzSource::call_log() {
+server::CallLog& FuzzApi::call_log() {
   static auto& log = *new server::CallLog([](absl::Duration, const std::function<void()>&) {});
   return log;
 }

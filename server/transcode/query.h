@@ -7,7 +7,7 @@
 
 #include "absl/status/statusor.h"
 
-namespace liquidblend::http {
+namespace liquidblend::transcode {
 
 struct QueryField {
   std::string name;
@@ -24,4 +24,4 @@ absl::StatusOr<std::string> DecodePercent(std::string_view text);
 // 32 fields.
 absl::StatusOr<std::vector<QueryField>> ParseQuery(std::string_view query);
 
-}  // namespace liquidblend::http
+}  // namespace liquidblend::transcode

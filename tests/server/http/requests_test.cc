@@ -1,10 +1,8 @@
-#include "server/http/query.h"
+#include "server/http/requests.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "absl/strings/str_cat.h"
-#include "server/http/requests.h"
 #include "tests/core/store/store_testing.h"
 
 namespace liquidblend::http {
@@ -12,35 +10,11 @@ namespace {
 
 using store::Fails;
 using testing::ElementsAre;
-using testing::HasSubstr;
-
-MATCHER_P2(Is, name, value, "") { return arg.name == name && arg.value == value; }
 
 const auto kInvalid = absl::StatusCode::kInvalidArgument;
 
-TEST(ParseQuery, KeepsOrderAndDecodes) {
-  const auto fields = ParseQuery("weights=0.5,0.1&time=1e+0&name=a%3d%62&flag&&empty=");
-  ASSERT_TRUE(fields.ok()) << fields.status();
-  EXPECT_THAT(*fields, ElementsAre(Is("weights", "0.5,0.1"), Is("time", "1e+0"), Is("name", "a=b"),
-                                   Is("flag", ""), Is("empty", "")));
-  EXPECT_TRUE(ParseQuery("")->empty());
-  EXPECT_THAT(*ParseQuery("a=b=c"), ElementsAre(Is("a", "b=c")));
-}
-
-TEST(ParseQuery, RefusesWhatIsBroken) {
-  EXPECT_THAT(ParseQuery("a=%4"), Fails(kInvalid, "'%4'"));
-  EXPECT_THAT(ParseQuery("a=%zz1"), Fails(kInvalid, "'%zz1'"));
-  EXPECT_THAT(ParseQuery("a=%00"), Fails(kInvalid, "printable"));
-  EXPECT_THAT(ParseQuery("a=\xff"), Fails(kInvalid, "printable"));
-  EXPECT_THAT(ParseQuery("=1"), Fails(kInvalid, "no name"));
-  EXPECT_THAT(ParseQuery("a=1&b=2&%61=3"), Fails(kInvalid, "a is given twice"));
-  std::string many;
-  for (int i = 0; i < 33; ++i) absl::StrAppend(&many, "f", i, "=1&");
-  EXPECT_THAT(ParseQuery(many), Fails(kInvalid, "32"));
-}
-
 absl::StatusOr<v1::GetFrameRequest> Frame(const std::string& query) {
-  return ToGetFrame("splash", *ParseQuery(query));
+  return ToGetFrame("splash", *transcode::ParseQuery(query));
 }
 
 TEST(ToGetFrame, ReadsEveryField) {
@@ -103,23 +77,6 @@ TEST(ToGetFrame, NamesEveryFieldAtFault) {
   const auto both = Frame("time=x&preset=y");
   EXPECT_THAT(both, Fails(kInvalid, "time: "));
   EXPECT_THAT(both, Fails(kInvalid, "preset: "));
-}
-
-TEST(ToListFamilies, ReadsPages) {
-  const auto request = ToListFamilies(*ParseQuery("page_size=3&page_token=a%2Bb"));
-  ASSERT_TRUE(request.ok()) << request.status();
-  EXPECT_EQ(request->page_size(), 3);
-  EXPECT_EQ(request->page_token(), "a+b");
-  EXPECT_THAT(ToListFamilies(*ParseQuery("page=3")), Fails(kInvalid, "page: "));
-}
-
-TEST(ToGetFamily, ReadsAVersion) {
-  const auto request = ToGetFamily("splash", *ParseQuery("version=3"));
-  ASSERT_TRUE(request.ok()) << request.status();
-  EXPECT_EQ(request->name(), "families/splash");
-  EXPECT_EQ(request->version(), 3);
-  EXPECT_THAT(ToGetFamily("splash", *ParseQuery("version=x")), Fails(kInvalid, "version: "));
-  EXPECT_THAT(ToGetFamily("splash", *ParseQuery("time=3")), Fails(kInvalid, "time: "));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Interface by which transports other than gRPC call the methods of the API, with the same checks
-// and errors. Knows neither gRPC nor HTTP.
+// The methods of the API for transports other than gRPC, with the same checks and errors. Knows
+// neither gRPC nor HTTP.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,9 @@
 #include "absl/status/statusor.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/access/access_controller.h"
+#include "server/api/import_source.h"
+#include "server/api/operation_watch.h"
+#include "server/api/unary_methods.h"
 #include "server/frames/stream_session.h"
 #include "server/metrics/metrics.h"
 
@@ -29,13 +32,13 @@ struct FamilyVersion {
 // Nothing here blocks or computes on the caller's thread. A callback is called exactly once, on a
 // thread of a pool, or before the call returns (a cached frame, a refusal); it must not block.
 // Errors: those of the gRPC methods of the same name (handlers.h, get_frame.h).  Threads: safe.
-class FrameSource {
+class Api {
  public:
   template <typename Reply>
   using Done = absl::AnyInvocable<void(absl::StatusOr<Reply>)>;
   using Cancel = std::function<void()>;
 
-  virtual ~FrameSource() = default;
+  virtual ~Api() = default;
 
   // Decides whether a call may go on; see AccessController::Admit().
   virtual absl::Status Admit(const Credentials& credentials, const AccessRequest& access,
@@ -48,9 +51,16 @@ class FrameSource {
   // The published version; if `version` is not 0 and in memory, that one.
   virtual void FindVersion(const std::string& family, int64_t version,
                            Done<FamilyVersion> done) = 0;
-  virtual void GetFamily(v1::GetFamilyRequest request, Done<v1::Family> done) = 0;
-  virtual void ListFamilies(v1::ListFamiliesRequest request,
-                            Done<v1::ListFamiliesResponse> done) = 0;
+  // Calls a method with one request and one response, but GetFrame.
+  //   read       sets the request, on a thread of the method's pool
+  //   is_wanted  asked before the method begins, and while it waits
+  using Read = absl::AnyInvocable<absl::Status(google::protobuf::Message& request)>;
+  virtual void Call(const Method& method, const Principal& principal, Read read, IsWanted is_wanted,
+                    Done<MessagePtr> done) = 0;
+  // As WatchOperation, one change at a time: the result is to be called again once its `done` has
+  // been.
+  using NextOperation = std::function<void(Done<SeenOperationPtr>)>;
+  virtual NextOperation WatchOperation(const std::string& name, IsWanted is_wanted) = 0;
   // As StreamFrames.
   virtual std::shared_ptr<StreamSession> OpenStream(std::string client,
                                                     std::weak_ptr<StreamSession::Sink> sink) = 0;
@@ -66,8 +76,8 @@ class FrameSource {
   virtual CallLog& call_log() = 0;
 };
 
-// Both outlive it.
-std::unique_ptr<FrameSource> MakeFrameSource(Backends& backends,
-                                             AccessController& access_controller);
+// All outlive it.
+std::unique_ptr<Api> MakeApi(Backends& backends, AccessController& access_controller,
+                             const ImportRoots& import_roots);
 
 }  // namespace liquidblend::server

@@ -1,4 +1,4 @@
-#include "server/http/query.h"
+#include "server/transcode/query.h"
 
 #include <algorithm>
 #include <utility>
@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 
-namespace liquidblend::http {
+namespace liquidblend::transcode {
 namespace {
 
 constexpr size_t kMaxFields = 32;
@@ -87,4 +87,4 @@ absl::StatusOr<std::vector<QueryField>> ParseQuery(std::string_view query) {
   return fields;
 }
 
-}  // namespace liquidblend::http
+}  // namespace liquidblend::transcode
