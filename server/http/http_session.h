@@ -14,12 +14,12 @@
 #include "server/base/request_id.h"
 #include "server/http/body_reader.h"
 #include "server/http/core.h"
+#include "server/http/line_writer.h"
 #include "server/http/replies.h"
+#include "server/http/request_of.h"
 #include "server/http/web_socket_session.h"
 
 namespace liquidblend::http {
-
-inline std::string TextOf(beast::string_view text) { return {text.data(), text.size()}; }
 
 // Requests and answers, one after the other. All but OnPhase() runs on its strand.
 class HttpSession final : public Connection, public std::enable_shared_from_this<HttpSession> {
@@ -41,8 +41,9 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   }
 
   void OnPhase(Phase phase) override {
-    if (phase == Phase::kDraining) return;
     asio::post(stream_.get_executor(), [self = shared_from_this(), phase] {
+      if (self->lines_.has_value()) self->lines_->Stop();
+      if (phase == Phase::kDraining) return;
       self->is_last_ = true;
       if (self->is_reading_ || phase == Phase::kAborting) self->stream_.close();
     });
@@ -72,7 +73,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
 
   void OnHeader() {
     const HttpRequest& message = parser_->get();
-    const Request request = ToRequest(message);
+    const Request request = RequestOf(*parser_, peer_);
     if (message.version() > 0) version_ = message.version();
     // Until the body has been read, which need not happen.
     is_last_ |= request.has_body || !message.keep_alive();
@@ -148,32 +149,6 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     std::exchange(exchange_, nullptr)->Cancel();
   }
 
-  Request ToRequest(const HttpRequest& message) const {
-    Request request;
-    request.method = TextOf(message.method_string());
-    request.target = TextOf(message.target());
-    request.host = HostsOf(message);
-    request.origin = TextOf(message[bhttp::field::origin]);
-    request.authorization = TextOf(message[bhttp::field::authorization]);
-    request.if_none_match = TextOf(message[bhttp::field::if_none_match]);
-    request.request_id = TextOf(message[server::kRequestIdHeader]);
-    request.peer = peer_;
-    request.content_type = TextOf(message[bhttp::field::content_type]);
-    request.body_bytes = static_cast<int64_t>(parser_->content_length().value_or(0));
-    request.has_body = parser_->chunked() || request.body_bytes > 0;
-    return request;
-  }
-
-  // The values of all Host headers, joined, so that several are refused as an invalid name.
-  static std::string HostsOf(const HttpRequest& message) {
-    const auto [begin, end] = message.equal_range(bhttp::field::host);
-    std::string hosts;
-    for (auto field = begin; field != end; ++field) {
-      absl::StrAppend(&hosts, hosts.empty() ? "" : ", ", TextOf(field->value()));
-    }
-    return hosts;
-  }
-
   // A client that has gone, or was too slow, gets no answer.
   void OnBadHeader(error_code error) {
     const bool is_malformed = error.category() == error_code(bhttp::error::bad_method).category() &&
@@ -194,7 +169,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   }
 
   void Upgrade(const Request& request) {
-    StreamVisit visit = {CallerOf(request), {}};
+    StreamVisit visit = {CallerOf(request), {}, {}};
     absl::Status verdict = server::ShuttingDown();
     if (core_->connections->phase() == Phase::kServing) {
       verdict = core_->router.AdmitStream(request, visit);
@@ -209,24 +184,53 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   }
 
   void Write(Response response) {
-    exchange_ = nullptr;
+    SetHeader(response);
+    const bool has_lines = response.lines != nullptr && !is_head_;
+    if (!has_lines) exchange_ = nullptr;
+    response_.body() = std::move(response.body);
+    if (response.lines != nullptr) {
+      is_last_ |= version_ < 11;
+      response_.chunked(version_ >= 11);
+    } else if (response.code != 204 && response.code != 304) {
+      response_.prepare_payload();
+    }
+    serializer_.emplace(response_);
+    stream_.expires_after(ChronoOf(core_->options.write_timeout));
+    is_frame_ = response.is_frame;
+    write_.Lap();
+    if (has_lines) return WriteLines(std::move(response.lines));
+    const auto written = [self = shared_from_this()](error_code error, size_t) {
+      if (!error) self->OnWritten();
+    };
+    is_head_ ? bhttp::async_write_header(stream_, *serializer_, written)
+             : bhttp::async_write(stream_, *serializer_, written);
+  }
+
+  void SetHeader(const Response& response) {
     response_ = HttpResponse(static_cast<bhttp::status>(response.code), version_);
     response_.set(bhttp::field::server, kServerName);
     response_.set(bhttp::field::date,
                   absl::FormatTime(kDateFormat, absl::Now(), absl::UTCTimeZone()));
     for (const auto& [name, value] : response.headers) response_.set(name, value);
     response_.keep_alive(!is_last_);
-    response_.body() = std::move(response.body);
-    if (response.code != 204 && response.code != 304) response_.prepare_payload();
-    serializer_.emplace(response_);
-    stream_.expires_after(ChronoOf(core_->options.write_timeout));
-    is_frame_ = response.is_frame;
-    write_.Lap();
-    const auto written = [self = shared_from_this()](error_code error, size_t) {
-      if (!error) self->OnWritten();
-    };
-    is_head_ ? bhttp::async_write_header(stream_, *serializer_, written)
-             : bhttp::async_write(stream_, *serializer_, written);
+  }
+
+  // The client goes on being watched meanwhile.
+  void WriteLines(std::shared_ptr<LineSource> lines) {
+    lines_.emplace(stream_, std::move(lines), version_ >= 11, core_->options.write_timeout);
+    if (core_->connections->phase() != Phase::kServing) lines_->Stop();
+    bhttp::async_write_header(
+        stream_, *serializer_, [self = shared_from_this()](error_code error, size_t) {
+          if (error) return self->OnLinesWritten(error);
+          self->lines_->Run([self](error_code late) { self->OnLinesWritten(late); });
+        });
+  }
+
+  void OnLinesWritten(error_code error) {
+    lines_.reset();
+    if (exchange_ != nullptr && error) exchange_->Cancel();
+    exchange_ = nullptr;
+    if (!error) OnWritten();
   }
 
   void OnWritten() {
@@ -260,6 +264,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   std::optional<bhttp::response_serializer<bhttp::string_body>> serializer_;
   ExchangePtr exchange_;              // while its answer is being made
   std::optional<BodyReader> reader_;  // of the request's body, if it has one
+  std::optional<LineWriter> lines_;   // of the answer, while they are written
   unsigned version_ = 11;             // of the request: 10 or 11
   bool keeps_alive_ = false;          // so says the client
   bool is_reading_ = false;

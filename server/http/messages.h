@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "server/http/line_source.h"
 
 namespace liquidblend::http {
 
@@ -17,6 +20,7 @@ struct Request {
   std::string if_none_match;  //
   std::string request_id;     //
   std::string content_type;   //
+  std::string protocols;      // Sec-WebSocket-Protocol, all of them
   std::string peer;           // address of the client, e.g. "127.0.0.1:51234"
   bool has_body = false;
   int64_t body_bytes = 0;  // as announced; 0: it is not known, or there is no body
@@ -28,6 +32,7 @@ struct Response {
   std::string body;                                          // empty for codes 204 and 304
   bool is_frame = false;                                     // for metrics
   std::string error;                                         // for the log; empty: success
+  std::shared_ptr<LineSource> lines;  // instead of the body, if there are any
 };
 
 }  // namespace liquidblend::http

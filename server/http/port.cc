@@ -2,6 +2,8 @@
 // compile.
 #include "server/http/port.h"
 
+#include <netinet/tcp.h>
+
 #include <exception>
 #include <optional>
 #include <thread>
@@ -24,6 +26,17 @@ std::string AddressOf(const tcp::endpoint& endpoint) {
   const std::string host = endpoint.address().to_string();
   return endpoint.address().is_v6() ? absl::StrCat("[", host, "]:", endpoint.port())
                                     : absl::StrCat(host, ":", endpoint.port());
+}
+
+// A peer that has vanished without a word is noticed within a minute, even if nothing is sent to
+// it.
+void NoticeVanishedPeer(tcp::socket& socket) {
+  error_code ignored;
+  socket.set_option(asio::socket_base::keep_alive(true), ignored);
+  const auto set = [&](auto option) { socket.set_option(option, ignored); };
+  set(asio::detail::socket_option::integer<IPPROTO_TCP, TCP_KEEPIDLE>(30));
+  set(asio::detail::socket_option::integer<IPPROTO_TCP, TCP_KEEPINTVL>(10));
+  set(asio::detail::socket_option::integer<IPPROTO_TCP, TCP_KEEPCNT>(3));
 }
 
 }  // namespace
@@ -102,6 +115,7 @@ void Port::Impl::OnAccept(error_code error, tcp::socket socket) {
   if (!ticket.has_value()) return core->api.metrics().CountRefusedConnection();
   error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
+  NoticeVanishedPeer(socket);
   socket.non_blocking(true, ignored);
   const std::string peer = AddressOf(socket.remote_endpoint(ignored));
   std::make_shared<HttpSession>(core, *std::move(ticket), std::move(socket), peer)->Begin();

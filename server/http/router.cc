@@ -15,8 +15,10 @@
 #include "server/http/frame_answer.h"
 #include "server/http/host.h"
 #include "server/http/method_answer.h"
+#include "server/http/protocols.h"
 #include "server/http/replies.h"
 #include "server/http/requests.h"
+#include "server/http/watch_answer.h"
 #include "server/transcode/query.h"
 
 namespace liquidblend::http {
@@ -228,10 +230,16 @@ void Router::Dispatch(const ExchangePtr& exchange) {
     case Resource::kStream:
       return exchange->Finish(UpgradeRequired());
     case Resource::kMethod:
-      return AnswerMethod(api_, exchange, options_.max_body_bytes, bodies_);
+      return DispatchMethod(exchange);
     case Resource::kNone:
       return exchange->Finish(NoSuchPath(exchange->request.target));
   }
+}
+
+void Router::DispatchMethod(const ExchangePtr& exchange) {
+  const absl::string_view method = exchange->route.method->name;
+  if (method == server::kWatchOperation.name) return AnswerWatch(api_, exchange);
+  AnswerMethod(api_, exchange, options_.max_body_bytes, bodies_);
 }
 
 void Router::AnswerReady(const ExchangePtr& exchange) {
@@ -276,7 +284,12 @@ absl::Status Router::AdmitStream(const Request& request, StreamVisit& visit) {
   if (!host.ok()) return host;
   const absl::Status origin = CheckOrigin(request.origin, request.host, options_.allowed_origin);
   if (!origin.ok()) return origin;
-  return Admit(request, {server::Scope::kFrames, true}, visit.caller, visit.permit);
+  Request asked = request;
+  visit.protocols = ParseProtocols(request.protocols);
+  if (asked.authorization.empty() && !visit.protocols.token.empty()) {
+    asked.authorization = absl::StrCat("Bearer ", visit.protocols.token);
+  }
+  return Admit(asked, {server::Scope::kFrames, true}, visit.caller, visit.permit);
 }
 
 }  // namespace liquidblend::http

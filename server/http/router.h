@@ -13,6 +13,7 @@
 #include "server/api/api.h"
 #include "server/http/exchange.h"
 #include "server/http/messages.h"
+#include "server/http/protocols.h"
 #include "server/http/route.h"
 
 namespace liquidblend::http {
@@ -31,6 +32,7 @@ struct RouterOptions {
 struct StreamVisit {
   server::Caller caller;
   server::StreamPermit permit;  // held for as long as it is open
+  Protocols protocols;          // that it offers
 };
 
 // The caller of a request before authentication.
@@ -76,6 +78,7 @@ class Router {
   bool RefuseUnasked(Exchange& exchange, const std::string& path) const;
   bool Refuse(Exchange& exchange, const std::string& path, const std::string& query);
   void Dispatch(const ExchangePtr& exchange);
+  void DispatchMethod(const ExchangePtr& exchange);
   void AnswerReady(const ExchangePtr& exchange);
   void AnswerMetrics(const ExchangePtr& exchange);
   void AnswerFrame(const ExchangePtr& exchange);

@@ -45,8 +45,9 @@ class WebSocketSession final : public Connection,
     const std::chrono::nanoseconds idle = ChronoOf(core_->options.idle_timeout);
     ws_->set_option(websocket::stream_base::timeout{close, idle, /*keep_alive_pings=*/true});
     const std::string request_id = visit_.caller.request_id;
-    ws_->set_option(
-        websocket::stream_base::decorator([request_id](websocket::response_type& response) {
+    ws_->set_option(websocket::stream_base::decorator(
+        [request_id, has_protocol = visit_.protocols.has_ours](websocket::response_type& response) {
+          if (has_protocol) response.set(bhttp::field::sec_websocket_protocol, kStreamProtocol);
           response.set(bhttp::field::server, kServerName);
           response.set(server::kRequestIdHeader, request_id);
         }));

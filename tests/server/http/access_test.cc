@@ -3,6 +3,8 @@
 #include <map>
 #include <thread>
 
+#include "absl/strings/escaping.h"
+#include "core/base/log.h"
 #include "server/access/token_file.h"
 #include "tests/server/http/port_testing.h"
 
@@ -10,6 +12,7 @@ namespace liquidblend::http::access_test {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr char kSplash[] = "/v1/families/splash/frame.drc?weights=0.5&version=1";
 
@@ -25,6 +28,7 @@ class AccessTest : public PortTest {
       if (name == std::string("narrow")) {
         made.entry.insert(made.entry.size() - 1, R"(, "limits": {"max_streams": 1})");
       }
+      tokens_[name] = made.token;
       headers_[name] = absl::StrCat("Authorization: Bearer ", made.token, "\r\n");
       absl::StrAppend(&entries, entries.empty() ? "" : ",", made.entry);
     }
@@ -42,6 +46,7 @@ class AccessTest : public PortTest {
   }
 
   std::map<std::string, std::string> headers_;
+  std::map<std::string, std::string> tokens_;
   std::unique_ptr<server::Authorizer> authorizer_;
   std::unique_ptr<server::AccessController> guarded_;
 };
@@ -76,6 +81,33 @@ TEST_F(AccessTest, AWebSocketCountsAsAStreamUntilItEnds) {
     code = HttpClient(port_->port()).Upgrade(headers_["narrow"]).code;
   }
   EXPECT_EQ(code, 101);
+}
+
+// As a page opens it, which cannot set a header.
+TEST_F(AccessTest, AWebSocketsTokenMayComeAsASubprotocol) {
+  base::StartLog("server", base::LogLevel::kDebug, base::LogFormat::kText);
+  testing::internal::CaptureStderr();
+  const std::string offer =
+      absl::StrCat("Sec-WebSocket-Protocol: liquidblend.v1, ", "liquidblend.bearer.");
+  const auto upgrade = [&](const std::string& token, const std::string& more = "") {
+    return HttpClient(port_->port())
+        .Upgrade(absl::StrCat(offer, absl::WebSafeBase64Escape(token), "\r\n", more));
+  };
+  HttpReply reply = upgrade(tokens_["frames"]);
+  EXPECT_EQ(reply.code, 101);
+  EXPECT_EQ(reply.headers["sec-websocket-protocol"], "liquidblend.v1");
+  EXPECT_EQ(upgrade(tokens_["write"]).code, 403);
+  EXPECT_THAT(upgrade("guess").body, HasSubstr("TOKEN_UNKNOWN"));
+  EXPECT_EQ(upgrade(tokens_["frames"], headers_["write"]).code, 403) << "the header wins";
+  reply = HttpClient(port_->port()).Upgrade(headers_["frames"]);
+  EXPECT_EQ(reply.code, 101);
+  EXPECT_FALSE(reply.headers.contains("sec-websocket-protocol"));
+  port_.reset();
+  const std::string log = testing::internal::GetCapturedStderr();
+  for (const auto& [name, token] : tokens_) {
+    EXPECT_THAT(log, Not(HasSubstr(token)));
+    EXPECT_THAT(log, Not(HasSubstr(absl::WebSafeBase64Escape(token))));
+  }
 }
 
 }  // namespace

@@ -102,6 +102,25 @@ class HttpClient {
     return reply;
   }
 
+  // The next chunk of an answer whose header has been read; empty: it was the last one, or the
+  // connection ended.
+  std::string ReadChunk() {
+    size_t end = 0;
+    while ((end = inbox_.find("\r\n")) == std::string::npos) {
+      if (!Receive()) return "";
+    }
+    size_t size = 0;
+    if (!absl::SimpleHexAtoi(inbox_.substr(0, end), &size) || !Await(end + size + 4)) return "";
+    return Take(end + size + 4).substr(end + 2, size);
+  }
+
+  // All until the connection ends.
+  std::string ReadRest() {
+    while (Receive()) {
+    }
+    return Take(inbox_.size());
+  }
+
   // Whether the server closes the connection (within the time that reads wait).
   bool IsClosed() {
     while (true) {

@@ -576,7 +576,7 @@ TEST_F(RouterTest, OnlyKnownHostsMayOpenStreams) {
   request.target = "/v1/stream";
   request.host = "evil.example";
   request.origin = "http://evil.example";
-  StreamVisit visit = {CallerOf(request), {}};
+  StreamVisit visit = {CallerOf(request), {}, {}};
   EXPECT_TRUE(absl::IsPermissionDenied(Router(api_, options_).AdmitStream(request, visit)));
   options_.hosts = {"evil.example"};
   EXPECT_TRUE(Router(api_, options_).AdmitStream(request, visit).ok());
@@ -703,7 +703,7 @@ TEST_F(RouterTest, AllButProbesAskWhoCalls) {
   EXPECT_EQ(Send(request).code, 200);
   EXPECT_THAT(api_.clients, testing::ElementsAre("render"));
   request.target = "/v1/stream";
-  StreamVisit visit = {CallerOf(request), {}};
+  StreamVisit visit = {CallerOf(request), {}, {}};
   EXPECT_TRUE(Router(api_, options_).AdmitStream(request, visit).ok());
   EXPECT_EQ(visit.caller.principal.name, "render");
   EXPECT_EQ(visit.caller.client, "render");
@@ -753,7 +753,7 @@ TEST_F(RouterTest, StreamsAreForPagesOfAllowedOrigins) {
   request.host = "localhost:8080";
   const auto may_stream = [&](const std::string& origin) {
     request.origin = origin;
-    StreamVisit visit = {CallerOf(request), {}};
+    StreamVisit visit = {CallerOf(request), {}, {}};
     return Router(api_, options_).AdmitStream(request, visit).ok();
   };
   EXPECT_TRUE(may_stream(""));  // no browser

@@ -1,0 +1,72 @@
+// Writer of an answer that grows line by line. Only for port.cc.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "absl/functional/any_invocable.h"
+#include "server/http/core.h"
+#include "server/http/line_source.h"
+
+namespace liquidblend::http {
+
+// Asks for a line once the one before has gone out.  Threads: its stream's strand.
+class LineWriter {
+ public:
+  //   is_chunked  as HTTP/1.1 has it; otherwise the end of the connection ends the answer
+  //   limit       until a line must have gone out
+  // The stream outlives this.
+  LineWriter(beast::tcp_stream& stream, std::shared_ptr<LineSource> lines, bool is_chunked,
+             absl::Duration limit)
+      : stream_(stream), lines_(std::move(lines)), is_chunked_(is_chunked), limit_(limit) {}
+
+  // Calls done(error) after the last line. The caller keeps this until then, by `done` itself.
+  void Run(absl::AnyInvocable<void(error_code)> done) {
+    done_ = std::move(done);
+    Ask();
+  }
+
+  void Stop() { lines_->Stop(); }
+
+ private:
+  void Ask() {
+    stream_.expires_never();
+    lines_->Next([this](std::optional<std::string> line) {
+      asio::post(stream_.get_executor(), [this, line = std::move(line)]() mutable {
+        line.has_value() ? Write(*std::move(line)) : WriteEnd();
+      });
+    });
+  }
+
+  void Write(std::string line) {
+    line_ = std::move(line);
+    stream_.expires_after(ChronoOf(limit_));
+    const auto written = [this](error_code error, size_t) { error ? Finish(error) : Ask(); };
+    const auto bytes = asio::buffer(line_);
+    is_chunked_ ? asio::async_write(stream_, bhttp::make_chunk(bytes), written)
+                : asio::async_write(stream_, bytes, written);
+  }
+
+  void WriteEnd() {
+    if (!is_chunked_) return Finish({});
+    stream_.expires_after(ChronoOf(limit_));
+    asio::async_write(stream_, bhttp::make_chunk_last(),
+                      [this](error_code error, size_t) { Finish(error); });
+  }
+
+  void Finish(error_code error) {
+    auto done = std::exchange(done_, nullptr);
+    done(error);
+  }
+
+  beast::tcp_stream& stream_;
+  const std::shared_ptr<LineSource> lines_;
+  const bool is_chunked_;
+  const absl::Duration limit_;
+  std::string line_;  // the write under way
+  absl::AnyInvocable<void(error_code)> done_;
+};
+
+}  // namespace liquidblend::http
