@@ -102,6 +102,7 @@ absl::StatusOr<http::PortOptions> HttpOptionsOf(const Flags& flags) {
   options.router.allowed_origin = flags.http_origin;
   options.router.hosts = flags.http_hosts;
   options.router.max_body_bytes = flags.max_message;
+  options.router.page = http::EmbeddedPage();
   LB_RETURN_IF_ERROR(options.Validate());
   if (!flags.insecure && !server::IsLoopback(flags.http)) {
     return absl::InvalidArgumentError(

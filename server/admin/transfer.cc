@@ -22,7 +22,7 @@
 #include "core/store/catalog/catalog_file.h"
 #include "core/store/catalog/job_records.h"
 #include "core/store/data_directory.h"
-#include "server/admin/tar.h"
+#include "server/tar/tar.h"
 
 namespace liquidblend::admin {
 namespace {
@@ -239,7 +239,7 @@ std::optional<store::BlobId> BlobOf(const std::string& name) {
   return std::nullopt;
 }
 
-absl::Status ImportBlob(TarReader& archive, const store::BlobId& id, store::BlobStore& blobs) {
+absl::Status ImportBlob(tar::TarReader& archive, const store::BlobId& id, store::BlobStore& blobs) {
   LB_ASSIGN_OR_RETURN(const std::unique_ptr<store::BlobWriter> writer, blobs.CreateAs(id));
   LB_RETURN_IF_ERROR(archive.Read([&](auto bytes) { return writer->Append(bytes); }));
   const absl::Status committed = writer->Commit().status();
@@ -249,12 +249,12 @@ absl::Status ImportBlob(TarReader& archive, const store::BlobId& id, store::Blob
 }
 
 // Copies the archive's blobs and returns its catalog.
-absl::StatusOr<std::string> ReadArchive(TarReader& archive, store::BlobStore& blobs,
+absl::StatusOr<std::string> ReadArchive(tar::TarReader& archive, store::BlobStore& blobs,
                                         Progress& progress, TransferReport& report) {
   LB_ASSIGN_OR_RETURN(const auto present, YoungBlobs(blobs));
   std::string catalog;
   while (true) {
-    LB_ASSIGN_OR_RETURN(const std::optional<TarEntry> entry, archive.Next());
+    LB_ASSIGN_OR_RETURN(const std::optional<tar::TarEntry> entry, archive.Next());
     if (!entry.has_value()) break;
     const std::string name = entry->name.substr(entry->name.rfind('/') + 1);
     if (name == kCatalog) {
@@ -323,7 +323,7 @@ absl::StatusOr<TransferReport> ExportToDirectory(const store::Store& store,
 
 absl::StatusOr<TransferReport> ExportToStream(const store::Store& store, std::ostream& out,
                                               Progress& progress) {
-  TarWriter archive(out);
+  tar::TarWriter archive(out);
   TransferReport report;
   std::set<store::BlobId> written;
   progress.Begin("exported", -1);
@@ -381,7 +381,7 @@ absl::StatusOr<TransferReport> ImportFromDirectory(const std::string& directory,
 
 absl::StatusOr<TransferReport> ImportFromStream(std::istream& in, const store::Store& store,
                                                 Progress& progress) {
-  TarReader archive(in);
+  tar::TarReader archive(in);
   TransferReport report;
   progress.Begin("imported", -1);
   LB_ASSIGN_OR_RETURN(const std::string bytes,

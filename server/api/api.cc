@@ -132,6 +132,10 @@ class PooledApi final : public Api {
     const auto watch = std::make_shared<OperationWatch>(backends_, name, std::move(is_wanted));
     return [watch](Done<SeenOperationPtr> done) { watch->Next(std::move(done)); };
   }
+  std::shared_ptr<ArchiveUpload> OpenUpload(v1::UploadAnimationRequest header,
+                                            const Principal& principal) override {
+    return OpenArchiveUpload(backends_, std::move(header), principal);
+  }
   std::shared_ptr<StreamSession> OpenStream(std::string client,
                                             std::weak_ptr<StreamSession::Sink> sink) override {
     return std::make_shared<StreamSession>(backends_, std::move(client), std::move(sink));
@@ -177,7 +181,7 @@ class PooledApi final : public Api {
 
   // Lets a method begin that takes several steps or waits.
   absl::Status Begin(const Method& method, const std::shared_ptr<OpenCall>& call) {
-    if (method.name == absl::string_view(kImportAnimation.name)) return BeginImport(call);
+    if (IsSame(method, kImportAnimation)) return BeginImport(call);
     lro::WaitOperationRequest request;
     LB_RETURN_IF_ERROR(ReadRequest(*call, request));
     const auto watch = std::make_shared<OperationWatch>(backends_, request.name(), call->is_wanted);

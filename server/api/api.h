@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/access/access_controller.h"
+#include "server/api/archive_upload.h"
 #include "server/api/import_source.h"
 #include "server/api/operation_watch.h"
 #include "server/api/unary_methods.h"
@@ -61,6 +62,9 @@ class Api {
   // been.
   using NextOperation = std::function<void(Done<SeenOperationPtr>)>;
   virtual NextOperation WatchOperation(const std::string& name, IsWanted is_wanted) = 0;
+  // UploadAnimation; see OpenArchiveUpload().
+  virtual std::shared_ptr<ArchiveUpload> OpenUpload(v1::UploadAnimationRequest header,
+                                                    const Principal& principal) = 0;
   // As StreamFrames.
   virtual std::shared_ptr<StreamSession> OpenStream(std::string client,
                                                     std::weak_ptr<StreamSession::Sink> sink) = 0;

@@ -57,6 +57,11 @@ inline constexpr Method kCancelOperation = {"CancelOperation", Scope::kRegister,
 inline constexpr Method kWaitOperation = {"WaitOperation", std::nullopt, Effect::kReads,
                                           Span::kLasts};
 
+// Whether `method` is this one of the table.
+inline bool IsSame(const Method& method, const Method& other) {
+  return absl::string_view(method.name) == other.name;
+}
+
 // The services that have these methods.
 std::vector<const google::protobuf::ServiceDescriptor*> ApiServices();
 

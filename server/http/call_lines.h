@@ -5,7 +5,7 @@
 
 #include "absl/time/time.h"
 #include "server/access/call_log.h"
-#include "server/http/exchange.h"
+#include "server/http/exchange/exchange.h"
 
 namespace liquidblend::http {
 

@@ -19,7 +19,7 @@
 #include <string>
 
 #include "server/http/connections.h"
-#include "server/http/host.h"
+#include "server/http/exchange/host.h"
 #include "server/http/port.h"
 
 namespace liquidblend::http {

@@ -14,8 +14,8 @@
 #include "server/base/request_id.h"
 #include "server/http/body_reader.h"
 #include "server/http/core.h"
+#include "server/http/exchange/replies.h"
 #include "server/http/line_writer.h"
-#include "server/http/replies.h"
 #include "server/http/request_of.h"
 #include "server/http/web_socket_session.h"
 

@@ -8,7 +8,7 @@
 
 #include "absl/functional/any_invocable.h"
 #include "server/http/core.h"
-#include "server/http/line_source.h"
+#include "server/http/exchange/line_source.h"
 
 namespace liquidblend::http {
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
-#include "server/http/host.h"
+#include "server/http/exchange/host.h"
 #include "server/http/port.h"
 
 namespace liquidblend::http {

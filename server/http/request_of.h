@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/base/request_id.h"
 #include "server/http/core.h"
-#include "server/http/messages.h"
+#include "server/http/exchange/messages.h"
 
 namespace liquidblend::http {
 
@@ -32,6 +32,7 @@ inline Request RequestOf(const bhttp::request_parser<bhttp::empty_body>& parser,
   request.host = ValuesOf(message, "Host");
   request.origin = TextOf(message[bhttp::field::origin]);
   request.authorization = TextOf(message[bhttp::field::authorization]);
+  request.accept_encoding = TextOf(message[bhttp::field::accept_encoding]);
   request.if_none_match = TextOf(message[bhttp::field::if_none_match]);
   request.request_id = TextOf(message[server::kRequestIdHeader]);
   request.content_type = TextOf(message[bhttp::field::content_type]);

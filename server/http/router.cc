@@ -11,14 +11,15 @@
 #include "absl/strings/str_join.h"
 #include "server/base/errors.h"
 #include "server/base/request_id.h"
+#include "server/http/answers/frame_answer.h"
+#include "server/http/answers/method_answer.h"
+#include "server/http/answers/upload_answer.h"
+#include "server/http/answers/watch_answer.h"
 #include "server/http/call_lines.h"
-#include "server/http/frame_answer.h"
-#include "server/http/host.h"
-#include "server/http/method_answer.h"
-#include "server/http/protocols.h"
-#include "server/http/replies.h"
-#include "server/http/requests.h"
-#include "server/http/watch_answer.h"
+#include "server/http/exchange/host.h"
+#include "server/http/exchange/protocols.h"
+#include "server/http/exchange/replies.h"
+#include "server/http/exchange/requests.h"
 #include "server/transcode/query.h"
 
 namespace liquidblend::http {
@@ -56,6 +57,11 @@ Target SplitTarget(const std::string& target) {
 
 bool IsForProbes(Resource resource) {
   return resource == Resource::kHealth || resource == Resource::kReady;
+}
+
+// The page has no data in it, and a token is typed into it.
+bool IsForEverybody(Resource resource) {
+  return IsForProbes(resource) || resource == Resource::kPage;
 }
 
 // Whether a page's browser sends such a request to another site only for what it answers.
@@ -154,7 +160,7 @@ bool Router::RefuseUnasked(Exchange& exchange, const std::string& path) const {
     exchange.Finish(request.has_body ? BodyNotTaken() : Preflight(route));
   } else if (!route.Allows(request.method)) {
     exchange.Finish(MethodNotAllowed(request.method, route));
-  } else if (request.has_body && (route.rule == nullptr || route.rule->body.empty())) {
+  } else if (request.has_body && !route.takes_body()) {
     exchange.Finish(BodyNotTaken());
   } else if (!OnlyReads(request.method)) {
     verdict = CheckOrigin(request.origin, request.host, options_.allowed_origin);
@@ -165,11 +171,12 @@ bool Router::RefuseUnasked(Exchange& exchange, const std::string& path) const {
 
 bool Router::Refuse(Exchange& exchange, const std::string& path, const std::string& query) {
   if (RefuseUnasked(exchange, path)) return true;
-  if (!IsForProbes(exchange.route.resource)) {
+  if (!IsForEverybody(exchange.route.resource)) {
     const absl::Status verdict =
         Admit(exchange.request, AccessRequestOf(exchange.route), exchange.caller, exchange.permit);
     if (!verdict.ok()) exchange.Fail(verdict);
   }
+  if (exchange.route.resource == Resource::kPage) return false;  // only the page reads its query
   absl::StatusOr<std::vector<transcode::QueryField>> fields = transcode::ParseQuery(query);
   if (!fields.ok()) exchange.Fail(fields.status());
   if (fields.ok()) exchange.fields = *std::move(fields);
@@ -227,6 +234,9 @@ void Router::Dispatch(const ExchangePtr& exchange) {
       return AnswerMetrics(exchange);
     case Resource::kFrame:
       return AnswerFrame(exchange);
+    case Resource::kPage:
+      return exchange->Finish(
+          PageReply(options_.page, SplitTarget(exchange->request.target).path, exchange->request));
     case Resource::kStream:
       return exchange->Finish(UpgradeRequired());
     case Resource::kMethod:
@@ -237,8 +247,9 @@ void Router::Dispatch(const ExchangePtr& exchange) {
 }
 
 void Router::DispatchMethod(const ExchangePtr& exchange) {
-  const absl::string_view method = exchange->route.method->name;
-  if (method == server::kWatchOperation.name) return AnswerWatch(api_, exchange);
+  const server::Method& method = *exchange->route.method;
+  if (server::IsSame(method, server::kWatchOperation)) return AnswerWatch(api_, exchange);
+  if (server::IsSame(method, server::kUploadAnimation)) return AnswerUpload(api_, exchange);
   AnswerMethod(api_, exchange, options_.max_body_bytes, bodies_);
 }
 

@@ -11,10 +11,11 @@
 #include "absl/time/time.h"
 #include "server/access/principal.h"
 #include "server/api/api.h"
-#include "server/http/exchange.h"
-#include "server/http/messages.h"
-#include "server/http/protocols.h"
-#include "server/http/route.h"
+#include "server/http/answers/page.h"
+#include "server/http/exchange/exchange.h"
+#include "server/http/exchange/messages.h"
+#include "server/http/exchange/protocols.h"
+#include "server/http/exchange/route.h"
 
 namespace liquidblend::http {
 
@@ -24,6 +25,7 @@ struct RouterOptions {
   std::string allowed_origin;
   // Host names that requests may use, beside IP addresses and localhost; see CheckHost().
   std::vector<std::string> hosts;
+  PageFiles page;                                // what is served at "/"
   int64_t max_body_bytes = 4 << 20;              // > 0; of a request
   int64_t max_bodies_bytes = int64_t{64} << 20;  // > 0; of all requests together
 };

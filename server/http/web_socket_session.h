@@ -11,7 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/base/request_id.h"
 #include "server/http/core.h"
-#include "server/http/replies.h"
+#include "server/http/exchange/replies.h"
 
 namespace liquidblend::http {
 

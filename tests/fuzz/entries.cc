@@ -12,7 +12,7 @@
 
 #include "core/store/files/files.h"
 #include "server/encode/draco.h"
-#include "server/http/requests.h"
+#include "server/http/exchange/requests.h"
 #include "server/transcode/query.h"
 #include "tests/fuzz/checksums.h"
 #include "tests/fuzz/require.h"

@@ -4,10 +4,45 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/tar/tar_splitter.h"
+#include "tests/fuzz/require.h"
 
 namespace liquidblend::fuzz {
 namespace lro = google::longrunning;
 namespace {
+
+// Counts the bytes of an archive's files.
+class CountingUpload final : public server::ArchiveUpload, private tar::FileSink {
+ public:
+  void Add(std::string piece, absl::AnyInvocable<void(absl::Status)> done) override {
+    done(splitter_.Add(std::as_bytes(std::span(piece)), *this));
+  }
+  void Submit(absl::AnyInvocable<void(absl::StatusOr<lro::Operation>)> done) override {
+    const absl::Status end = splitter_.End();
+    if (!end.ok()) return done(end);
+    lro::Operation operation;
+    operation.set_name(absl::StrCat("operations/", num_bytes_));
+    done(std::move(operation));
+  }
+
+ private:
+  absl::Status BeginFile(const tar::TarEntry& file) override {
+    Require(file.size_bytes >= 0, "a file has a size");
+    Require(file.name.find('/') == std::string::npos, "a name has no directory");
+    bytes_left_ = file.size_bytes;
+    return absl::OkStatus();
+  }
+  absl::Status AddBytes(std::span<const std::byte> bytes) override {
+    bytes_left_ -= static_cast<int64_t>(bytes.size());
+    Require(bytes_left_ >= 0, "no file has more bytes than its header says");
+    num_bytes_ += bytes.size();
+    return absl::OkStatus();
+  }
+
+  tar::TarSplitter splitter_;
+  int64_t bytes_left_ = 0;
+  size_t num_bytes_ = 0;
+};
 
 constexpr size_t kMaxEcho = 200;
 constexpr char kGeneration[] = "drops/1/content";
@@ -94,6 +129,11 @@ server::Api::NextOperation FuzzApi::WatchOperation(const std::string& name, serv
     Give<server::SeenOperationPtr>(std::make_shared<const server::SeenOperation>(*seen),
                                    std::move(done));
   };
+}
+
+std::shared_ptr<server::ArchiveUpload> FuzzApi::OpenUpload(v1::UploadAnimationRequest,
+                                                           const server::Principal&) {
+  return std::make_shared<CountingUpload>();
 }
 
 std::shared_ptr<server::StreamSession> FuzzApi::OpenStream(

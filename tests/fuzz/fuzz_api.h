@@ -36,6 +36,8 @@ class FuzzApi final : public server::Api {
   void Call(const server::Method& method, const server::Principal& principal, Read read,
             server::IsWanted is_wanted, Done<server::MessagePtr> done) override;
   NextOperation WatchOperation(const std::string& name, server::IsWanted is_wanted) override;
+  std::shared_ptr<server::ArchiveUpload> OpenUpload(v1::UploadAnimationRequest header,
+                                                    const server::Principal& principal) override;
   std::shared_ptr<server::StreamSession> OpenStream(
       std::string client, std::weak_ptr<server::StreamSession::Sink> sink) override;
   void CheckStores(Done<std::string> done) override;

@@ -12,7 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/base/errors.h"
-#include "server/http/replies.h"
+#include "server/http/exchange/replies.h"
 
 namespace liquidblend::http {
 namespace {
@@ -113,6 +113,10 @@ class FakeApi final : public server::Api {
   }
   NextOperation WatchOperation(const std::string&, server::IsWanted) override {
     return [](Done<server::SeenOperationPtr> done) { done(absl::NotFoundError("no operation")); };
+  }
+  std::shared_ptr<server::ArchiveUpload> OpenUpload(v1::UploadAnimationRequest,
+                                                    const server::Principal&) override {
+    return nullptr;
   }
   std::shared_ptr<server::StreamSession> OpenStream(
       std::string, std::weak_ptr<server::StreamSession::Sink>) override {
@@ -385,7 +389,7 @@ TEST_F(RouterTest, ErrorsAreJsonStatusesWithTheirCode) {
 
 TEST_F(RouterTest, UnknownPathsAndMethodsAreNamed) {
   for (const char* target :
-       {"/", "/v1", "/v1/families/", "/v1/families/a/b", "", "*", "http://localhost",
+       {"/v1", "/v1/families/", "/v1/families/a/b", "", "*", "http://localhost",
         "/v1/families/a/frame.drc/b", "/metrics/", "/v1/families/a:nothing"}) {
     const Reply reply = Get(target);
     EXPECT_EQ(reply.code, 404) << target;

@@ -1,0 +1,39 @@
+// Requests and answers of the HTTP port as plain values.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/http/exchange/line_source.h"
+
+namespace liquidblend::http {
+
+struct Request {
+  std::string method;           // "GET", "HEAD", "OPTIONS" or what else was sent
+  std::string target;           // path and query as sent
+  std::string host;             // these headers, or empty
+  std::string origin;           //
+  std::string authorization;    //
+  std::string if_none_match;    //
+  std::string accept_encoding;  //
+  std::string request_id;       //
+  std::string content_type;     //
+  std::string protocols;        // Sec-WebSocket-Protocol, all of them
+  std::string peer;             // address of the client, e.g. "127.0.0.1:51234"
+  bool has_body = false;
+  int64_t body_bytes = 0;  // as announced; 0: it is not known, or there is no body
+};
+
+struct Response {
+  int code = 200;
+  std::vector<std::pair<std::string, std::string>> headers;  // without those of the connection
+  std::string body;                                          // empty for codes 204 and 304
+  bool is_frame = false;                                     // for metrics
+  std::string error;                                         // for the log; empty: success
+  std::shared_ptr<LineSource> lines;  // instead of the body, if there are any
+};
+
+}  // namespace liquidblend::http
