@@ -18,7 +18,7 @@ build=(
   libnanoflann-dev libtbb-dev libdraco-dev libsqlite3-dev libxxhash-dev libspdlog-dev libcli11-dev
   nlohmann-json3-dev zlib1g-dev libstb-dev libembree-dev libopenvdb-dev libblosc-dev
   libboost-dev libqhull-dev libhwy-dev libpqxx-dev libpq-dev libcurl4-openssl-dev libssl-dev
-  libpugixml-dev libarchive-dev
+  libpugixml-dev libarchive-dev libmeshoptimizer-dev
   prometheus-cpp-dev libjemalloc-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev

@@ -99,6 +99,7 @@ const ThirdParty kThirdParties[] = {
     {"nanoflann.hpp", {"worker/registration/"}},
     {"libqhull_r/", {"server/parameters/"}},
     {"hwy/", {"server/slice/"}},
+    {"meshoptimizer.h", {"server/finish/"}},
     {"tbb/", {"core/parallel/"}},
     {"oneapi/", {"core/parallel/"}},
     {"spdlog/", {"core/base/"}},

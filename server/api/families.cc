@@ -1,20 +1,38 @@
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "absl/synchronization/notification.h"
 #include "core/base/status_macros.h"
+#include "core/store/files/parameter_records.h"
 #include "server/api/api_messages.h"
 #include "server/api/handlers.h"
 #include "server/base/errors.h"
 #include "server/base/names.h"
 #include "server/base/paging.h"
 #include "server/frames/family_version.h"
+#include "server/frames/find_family.h"
+#include "server/frames/measure.h"
+#include "server/parameters/triangulation.h"
 
 namespace liquidblend::server {
 namespace {
 
+// None, if a family of an older program has points that are refused now.
+void AddSimplices(const store::pb::ParameterSpace& space, v1::Family& family) {
+  if (!family.has_parameter_space()) return;
+  const auto triangulation = parameters::Triangulation::Make(store::FromMessage(space));
+  if (!triangulation.ok()) return;
+  for (const std::vector<int>& simplex : triangulation->simplices()) {
+    family.mutable_parameter_space()->add_simplices()->mutable_animations()->Assign(simplex.begin(),
+                                                                                    simplex.end());
+  }
+}
+
 absl::StatusOr<v1::Family> WithKeptVersions(Backends& backends,
                                             const store::pb::FamilyRecord& record) {
   v1::Family family = ToFamily(record);
+  AddSimplices(record.manifest().parameter_space(), family);
   LB_ASSIGN_OR_RETURN(const std::vector<store::pb::FamilyRecord> kept,
                       backends.catalog.ListKeptVersions(record.id()));
   for (const store::pb::FamilyRecord& version : kept) {
@@ -30,6 +48,29 @@ absl::StatusOr<v1::Family> GetFamily(Backends& backends, const v1::GetFamilyRequ
   LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord record,
                       FindFamilyVersion(backends.catalog, id, request.version()));
   return WithKeptVersions(backends, record);
+}
+
+absl::StatusOr<v1::MeasureCorrespondencesResponse> MeasureCorrespondences(
+    Backends& backends, const v1::MeasureCorrespondencesRequest& request,
+    const Principal& principal) {
+  LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("family", request.family()));
+  if (request.version() < 0) return InvalidField("version", "must not be negative");
+  absl::StatusOr<catalog::FamilyPtr> found;
+  absl::Notification is_found;
+  FindFamily(backends, id, {request.version()}, [&](absl::StatusOr<catalog::FamilyPtr> result) {
+    found = std::move(result);
+    is_found.Notify();
+  });
+  is_found.WaitForNotification();
+  LB_RETURN_IF_ERROR(found.status());
+  LB_RETURN_IF_ERROR(CheckMeasurement(**found, request));
+  absl::StatusOr<v1::MeasureCorrespondencesResponse> response;
+  const int64_t cost = CostOfMeasurement(**found, request);
+  LB_RETURN_IF_ERROR(backends.frames.RunInTurn(principal.key, cost, [&] {
+    response = Measure(**found, request);
+    return response.status();
+  }));
+  return response;
 }
 
 absl::StatusOr<v1::ListFamiliesResponse> ListFamilies(Backends& backends,

@@ -33,6 +33,10 @@ absl::StatusOr<v1::PresignDownloadResponse> PresignDownload(
 // animations.cc
 absl::StatusOr<v1::Animation> GetAnimation(Backends& backends,
                                            const v1::GetAnimationRequest& request);
+// kFailedPrecondition until it is READY. Waits for the store, and for its turn to compute.
+absl::StatusOr<v1::AnimationFrame> GetAnimationFrame(Backends& backends,
+                                                     const v1::GetAnimationFrameRequest& request,
+                                                     const Principal& principal = {});
 absl::StatusOr<v1::ListAnimationsResponse> ListAnimations(Backends& backends,
                                                           const v1::ListAnimationsRequest& request);
 absl::StatusOr<Empty> DeleteAnimation(Backends& backends,
@@ -45,6 +49,11 @@ absl::StatusOr<v1::ListFamiliesResponse> ListFamilies(Backends& backends,
 absl::StatusOr<v1::Family> RollbackFamily(Backends& backends,
                                           const v1::RollbackFamilyRequest& request);
 absl::StatusOr<Empty> DeleteFamily(Backends& backends, const v1::DeleteFamilyRequest& request);
+
+// Waits for the family, and for its turn to compute.
+absl::StatusOr<v1::MeasureCorrespondencesResponse> MeasureCorrespondences(
+    Backends& backends, const v1::MeasureCorrespondencesRequest& request,
+    const Principal& principal = {});
 
 // operations.cc
 absl::StatusOr<lro::Operation> GetOperation(Backends& backends,

@@ -10,10 +10,14 @@ namespace {
 constexpr size_t kMaxResourceLength = 80;
 
 constexpr const Method* kMethods[] = {
-    &kUploadAnimation, &kPresignUpload,   &kPresignDownload, &kImportAnimation, &kGetAnimation,
-    &kListAnimations,  &kDeleteAnimation, &kRegisterFamily,  &kGetFamily,       &kListFamilies,
-    &kRollbackFamily,  &kDeleteFamily,    &kWatchOperation,  &kGetFrame,        &kStreamFrames,
-    &kListOperations,  &kGetOperation,    &kDeleteOperation, &kCancelOperation, &kWaitOperation};
+    &kUploadAnimation, &kPresignUpload,          &kPresignDownload,
+    &kImportAnimation, &kGetAnimation,           &kGetAnimationFrame,
+    &kListAnimations,  &kDeleteAnimation,        &kRegisterFamily,
+    &kGetFamily,       &kListFamilies,           &kRollbackFamily,
+    &kDeleteFamily,    &kMeasureCorrespondences, &kWatchOperation,
+    &kGetFrame,        &kStreamFrames,           &kListOperations,
+    &kGetOperation,    &kDeleteOperation,        &kCancelOperation,
+    &kWaitOperation};
 
 }  // namespace
 
@@ -31,7 +35,7 @@ const Method* FindMethod(absl::string_view name) {
 
 std::string ResourceOf(const google::protobuf::Message& request) {
   const google::protobuf::Descriptor& type = *request.GetDescriptor();
-  for (const char* field : {"name", "family", "family_id", "animation_id"}) {
+  for (const char* field : {"name", "family", "animation", "family_id", "animation_id"}) {
     const google::protobuf::FieldDescriptor* found = type.FindFieldByName(field);
     if (found == nullptr ||
         found->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_STRING ||

@@ -36,6 +36,7 @@ inline constexpr Method kImportAnimation = {"ImportAnimation", Scope::kWrite, Ef
                                             Span::kLasts,
                                             int64_t{256} << 10};  // 20,000 times of frames
 inline constexpr Method kGetAnimation = {"GetAnimation", std::nullopt};
+inline constexpr Method kGetAnimationFrame = {"GetAnimationFrame", Scope::kFrames};
 inline constexpr Method kListAnimations = {"ListAnimations", std::nullopt};
 inline constexpr Method kDeleteAnimation = {"DeleteAnimation", Scope::kWrite, Effect::kChanges};
 inline constexpr Method kRegisterFamily = {
@@ -45,6 +46,7 @@ inline constexpr Method kGetFamily = {"GetFamily", std::nullopt};
 inline constexpr Method kListFamilies = {"ListFamilies", std::nullopt};
 inline constexpr Method kRollbackFamily = {"RollbackFamily", Scope::kRegister, Effect::kChanges};
 inline constexpr Method kDeleteFamily = {"DeleteFamily", Scope::kRegister, Effect::kChanges};
+inline constexpr Method kMeasureCorrespondences = {"MeasureCorrespondences", Scope::kFrames};
 inline constexpr Method kWatchOperation = {"WatchOperation", std::nullopt, Effect::kReads,
                                            Span::kLasts};
 inline constexpr Method kGetFrame = {"GetFrame", Scope::kFrames};

@@ -23,7 +23,7 @@ std::string FinestStep(const encode::Grid& grid) {
   return absl::StrCat(encode::StepOf(grid, kMaxPositionBits) * (1 + 1e-5));
 }
 
-void CheckStep(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding,
+void CheckStep(const encode::Grid& grid, const std::string& owner, const v1::Encoding& encoding,
                FieldViolations& violations) {
   const double step_m = encoding.position_step_m();
   if (step_m == 0) return;
@@ -31,16 +31,16 @@ void CheckStep(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding
                    absl::StrCat("excludes position_bits, got ", step_m, " m and ",
                                 encoding.position_bits(), " bits"));
   const bool is_length = std::isfinite(step_m) && step_m > 0;
-  if (is_length && encode::BitsForStep(loaded.grid, step_m).has_value()) return;
-  violations.Add(kStepField, absl::StrCat("must be 0 or a length from ", FinestStep(loaded.grid),
-                                          " m on, the finest step of family ", loaded.family.name,
-                                          " (", kMaxPositionBits, " bits), got ", step_m));
+  if (is_length && encode::BitsForStep(grid, step_m).has_value()) return;
+  violations.Add(kStepField, absl::StrCat("must be 0 or a length from ", FinestStep(grid),
+                                          " m on, the finest step of ", owner, " (",
+                                          kMaxPositionBits, " bits), got ", step_m));
 }
 
-int PositionBits(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding) {
+int PositionBits(const encode::Grid& grid, const v1::Encoding& encoding) {
   if (encoding.position_bits() != 0) return encoding.position_bits();
   if (encoding.position_step_m() == 0) return kDefaultPositionBits;
-  return encode::BitsForStep(loaded.grid, encoding.position_step_m()).value_or(kMaxPositionBits);
+  return encode::BitsForStep(grid, encoding.position_step_m()).value_or(kMaxPositionBits);
 }
 
 void CheckHasNoDracoFields(const v1::Encoding& encoding, FieldViolations& violations) {
@@ -53,7 +53,7 @@ void CheckHasNoDracoFields(const v1::Encoding& encoding, FieldViolations& violat
 
 }  // namespace
 
-void CheckEncoding(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding,
+void CheckEncoding(const encode::Grid& grid, const std::string& owner, const v1::Encoding& encoding,
                    FieldViolations& violations) {
   violations.AddIf(!v1::Encoding::Format_IsValid(encoding.format()), "encoding.format",
                    absl::StrCat("unknown format ", encoding.format()));
@@ -61,18 +61,17 @@ void CheckEncoding(const catalog::LoadedFamily& loaded, const v1::Encoding& enco
     return CheckHasNoDracoFields(encoding, violations);
   }
   CheckBits(encoding.position_bits(), violations);
-  CheckStep(loaded, encoding, violations);
+  CheckStep(grid, owner, encoding, violations);
   violations.AddIf(!v1::Encoding::Preset_IsValid(encoding.preset()), "encoding.preset",
                    absl::StrCat("unknown preset ", encoding.preset()));
 }
 
-encode::DracoOptions DracoOptionsOf(const catalog::LoadedFamily& loaded,
-                                    const v1::Encoding& encoding) {
+encode::DracoOptions DracoOptionsOf(const encode::Grid& grid, const v1::Encoding& encoding) {
   encode::DracoOptions options;
   if (encoding.preset() == v1::Encoding::BALANCED) options.preset = encode::Preset::kBalanced;
   if (encoding.preset() == v1::Encoding::SMALLEST) options.preset = encode::Preset::kSmallest;
-  options.position_bits = PositionBits(loaded, encoding);
-  options.grid = loaded.grid;
+  options.position_bits = PositionBits(grid, encoding);
+  options.grid = grid;
   return options;
 }
 

@@ -20,7 +20,7 @@ void Append(Number number, std::string& bytes) {
 // Appends the encoding with defaults filled in, so that equal options have equal bytes.
 void AppendEncoding(const catalog::LoadedFamily& loaded, const v1::Encoding& encoding,
                     std::string& bytes) {
-  const encode::DracoOptions options = DracoOptionsOf(loaded, encoding);
+  const encode::DracoOptions options = DracoOptionsOf(loaded.grid, encoding);
   const bool is_draco = encoding.format() == v1::Encoding::FORMAT_UNSPECIFIED;
   Append<int32_t>(is_draco ? v1::Encoding::DRACO : encoding.format(), bytes);
   Append(options.preset, bytes);

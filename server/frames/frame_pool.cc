@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/synchronization/notification.h"
 #include "server/base/errors.h"
 #include "server/base/guarded.h"
 #include "server/base/work_pool.h"
@@ -44,6 +45,24 @@ absl::StatusOr<FrameQueue::Place> FramePool::Post(FrameWork work, bool is_refusa
   FrameQueue::Place place = queue_.Push(std::move(work));
   changed_.Signal();
   return place;
+}
+
+absl::Status FramePool::RunInTurn(const std::string& client, int64_t cost,
+                                  absl::FunctionRef<absl::Status()> work) {
+  absl::Status result;
+  absl::Notification is_done;
+  FrameWork posted;
+  posted.client = client;
+  posted.cost = std::max<int64_t>(1, cost);
+  posted.deadline = SteadyNow();
+  posted.run = [&] {
+    result = Guarded(work);
+    is_done.Notify();
+  };
+  const auto place = Post(std::move(posted), /*is_refusable=*/true);
+  if (!place.ok()) return place.status();
+  is_done.WaitForNotification();
+  return result;
 }
 
 void FramePool::Cancel(const FrameQueue::Place& place) {

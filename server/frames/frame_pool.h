@@ -3,6 +3,7 @@
 
 #include <exception>
 #include <list>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -36,6 +37,10 @@ class FramePool : public parallel::Helpers {
   // Errors, and the work is dropped: kResourceExhausted if too much waits already (see
   // FrameQueue::HasRoomFor), with google.rpc.RetryInfo; kUnavailable if the pool has stopped.
   absl::StatusOr<FrameQueue::Place> Post(FrameWork work, bool is_refusable);
+
+  // Runs the work of a caller that can wait, in its client's turn. Errors: Post()'s; the work's.
+  absl::Status RunInTurn(const std::string& client, int64_t cost,
+                         absl::FunctionRef<absl::Status()> work);
 
   // Drops work that has not begun.
   void Cancel(const FrameQueue::Place& place);

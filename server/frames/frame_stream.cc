@@ -23,6 +23,7 @@ constexpr uint32_t kLengthDelimited = 2;  // protobuf's wire type of messages
 // Range of frames per second of a stream's clock. The lowest is a frame every 1000 seconds.
 constexpr mesh::Range kClockFramesPerSecond = {0.001, 240.0};
 constexpr double kMaxRate = 1000.0;
+constexpr int32_t kMaxCredit = 1'000'000;  // frames that are open at a time
 
 bool SetsPace(const v1::StreamFramesRequest& request) {
   return request.has_time_s() || request.has_rate() || request.has_frames_per_second() ||
@@ -50,6 +51,12 @@ absl::Status CheckTime(double time_s, double duration_s) {
                                absl::StrCat("must be in [0, ", duration_s, "], got ", time_s)));
 }
 
+// A negative one stays, so that it is refused.
+int64_t SumOfCredits(int64_t a, int64_t b) {
+  if (a < 0 || b < 0) return std::min(a, b);
+  return std::min(a + b, std::max({a, b, int64_t{kMaxCredit}}));
+}
+
 }  // namespace
 
 void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest& request) {
@@ -66,7 +73,9 @@ void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest&
     request.mutable_encoding()->clear_position_bits();
     request.mutable_encoding()->clear_position_step_m();
   }
+  const int64_t credit = SumOfCredits(newer.credit(), request.credit());
   request.MergeFrom(newer);
+  if (request.has_credit()) request.set_credit(static_cast<int32_t>(credit));
   // MergeFrom() appends unknown fields, so they would grow with every message.
   request.DiscardUnknownFields();
 }
@@ -106,7 +115,9 @@ absl::Status FrameStream::Change(const v1::StreamFramesRequest& request, catalog
                                  absl::Duration now) {
   MergeRequest(request, values_);
   values_.clear_time_s();
+  values_.clear_credit();
   LB_RETURN_IF_ERROR(CheckPace(values_));
+  LB_RETURN_IF_ERROR(TakeCredit(request));
   if (found != nullptr) loaded_ = std::move(found);
   const AskedBlend blend = {values_.weights(), values_.parameters(), values_.extrapolate()};
   LB_RETURN_IF_ERROR(SetWeights(*loaded_, blend, query_));
@@ -119,6 +130,16 @@ absl::Status FrameStream::Change(const v1::StreamFramesRequest& request, catalog
     time_s = request.time_s();
   }
   if (SetsPace(request)) pacer_.Change(PaceOf(values_), time_s, now);
+  return absl::OkStatus();
+}
+
+absl::Status FrameStream::TakeCredit(const v1::StreamFramesRequest& request) {
+  if (!request.has_credit()) return absl::OkStatus();
+  if (request.credit() < 0 || request.credit() > kMaxCredit) {
+    return InvalidField("credit",
+                        absl::StrCat("must be in [0, ", kMaxCredit, "], got ", request.credit()));
+  }
+  credit_left_ = std::min<int64_t>(credit_left_.value_or(0) + request.credit(), kMaxCredit);
   return absl::OkStatus();
 }
 
@@ -160,6 +181,7 @@ absl::Duration FrameStream::period() const {
 
 StreamedFrame FrameStream::Sent(const FrameQuery& query, FramePtr frame) {
   pacer_.Advance();
+  if (credit_left_.has_value()) --*credit_left_;
   return {std::move(frame), num_sent_++, pacer_.num_skipped(), query.surface.level_of_detail()};
 }
 

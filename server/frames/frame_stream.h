@@ -19,7 +19,8 @@
 namespace liquidblend::server {
 
 // Merges `newer` into `request`: values that it sets replace the earlier ones. Weights, parameters
-// and surface are replaced as a whole, the encoding field by field, but bits and step together.
+// and surface are replaced as a whole, the encoding field by field, but bits and step together;
+// credits add up.
 // Unknown fields are dropped, so `request` never gets larger than the largest message.
 void MergeRequest(const v1::StreamFramesRequest& newer, v1::StreamFramesRequest& request);
 
@@ -63,6 +64,9 @@ class FrameStream {
   // Requires: has_begun(), as for all that follow.
   std::optional<FramePacer::Tick> Next(absl::Duration now) { return pacer_.Next(now); }
 
+  // Whether the client wants one more frame now.
+  bool has_credit() const { return !credit_left_.has_value() || *credit_left_ > 0; }
+
   // The family of the stream.
   const catalog::FamilyPtr& loaded() const { return loaded_; }
   // The query of this tick's frame, with the present values.
@@ -81,12 +85,14 @@ class FrameStream {
   double DefaultFramesPerSecond(const v1::StreamFramesRequest& values) const;
   Pace PaceOf(const v1::StreamFramesRequest& values) const;
   int max_coarser() const;
+  absl::Status TakeCredit(const v1::StreamFramesRequest& request);
 
   v1::StreamFramesRequest values_;  // all requests so far; without time_s
   catalog::FamilyPtr loaded_;
   FrameQuery query_;
   FramePacer pacer_;
   LevelChooser level_chooser_;
+  std::optional<int64_t> credit_left_;  // frames; none: the client gives no credit
   int64_t num_sent_ = 0;
 };
 

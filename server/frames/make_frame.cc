@@ -129,7 +129,7 @@ absl::StatusOr<std::string> Encode(const catalog::LoadedFamily& loaded,
     return encoding.format() == v1::Encoding::PLY ? encode::EncodePly(surface)
                                                   : encode::EncodeObj(surface);
   }
-  return encode::EncodeDraco(surface, DracoOptionsOf(loaded, encoding), buffers.writer,
+  return encode::EncodeDraco(surface, DracoOptionsOf(loaded.grid, encoding), buffers.writer,
                              buffers.helpers);
 }
 
@@ -151,19 +151,22 @@ v1::Frame Reply(const mesh::RegisteredFamily& family, const FrameQuery& query,
   frame.set_time_s(query.time_s);
   frame.set_num_vertices(surface.num_vertices());
   frame.set_num_triangles(surface.num_triangles());
-  if (surface.num_vertices() > 0) {
-    SetVector(surface.vertices.rowwise().minCoeff(), frame.mutable_bounds()->mutable_min());
-    SetVector(surface.vertices.rowwise().maxCoeff(), frame.mutable_bounds()->mutable_max());
-  }
+  if (surface.num_vertices() > 0) SetBounds(surface, *frame.mutable_bounds());
   return frame;
 }
 
 }  // namespace
 
+void SetBounds(const mesh::TriangleMesh& surface, v1::Bounds& bounds) {
+  SetVector(surface.vertices.rowwise().minCoeff(), bounds.mutable_min());
+  SetVector(surface.vertices.rowwise().maxCoeff(), bounds.mutable_max());
+}
+
 absl::Status CheckQuery(const catalog::LoadedFamily& loaded, const FrameQuery& query) {
   LB_RETURN_IF_ERROR(AtField("weights", blend::CheckWeights(loaded.family, query.weights)));
   FieldViolations violations;
-  CheckEncoding(loaded, query.encoding, violations);
+  CheckEncoding(loaded.grid, absl::StrCat("family ", loaded.family.name), query.encoding,
+                violations);
   CheckSurface(loaded.family, query.surface, violations);
   violations.AddIf(query.encoding.format() == v1::Encoding::OBJ &&
                        Wants(query.surface, v1::SurfaceOptions::VELOCITIES),

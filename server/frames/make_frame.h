@@ -55,6 +55,9 @@ int64_t ExpectedCells(const catalog::LoadedFamily& loaded, const FrameQuery& que
 absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
                                     FrameBuffers& buffers);
 
+// Sets the smallest box around the surface. Requires: it has vertices.
+void SetBounds(const mesh::TriangleMesh& surface, v1::Bounds& bounds);
+
 // Counts in `metrics` a frame that was just made with `buffers`.
 void CountFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
                 const v1::Frame& frame, const FrameBuffers& buffers, metrics::Metrics& metrics);

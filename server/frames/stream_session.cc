@@ -150,12 +150,16 @@ absl::Status StreamSession::GoOn(absl::Duration now) {
     if (order_->frame != nullptr) SendOrder(now);
     return absl::OkStatus();
   }
+  if (WillStayWithoutCredit()) {
+    if (!is_writing_) End(absl::OkStatus());
+    return absl::OkStatus();
+  }
   const std::optional<FramePacer::Tick> tick = stream_.Next(now);
   if (!tick.has_value()) {
     if (!is_writing_ && !waiting_request_.has_value()) End(absl::OkStatus());
     return absl::OkStatus();
   }
-  const bool is_turn = tick->due <= now && !is_writing_;
+  const bool is_turn = tick->due <= now && !is_writing_ && stream_.has_credit();
   if (order_.has_value() && order_->key != KeyOf(*stream_.loaded(), stream_.QueryAt(*tick))) {
     DropOrder();  // made ahead for other values, or skipped
   }
@@ -167,6 +171,12 @@ absl::Status StreamSession::GoOn(absl::Duration now) {
     WakeAt(tick->due, now);
   }
   return absl::OkStatus();
+}
+
+// The client gives no more credit after its last request.
+bool StreamSession::WillStayWithoutCredit() const {
+  return notes_.is_half_closed && !stream_.has_credit() && !notes_.newest.has_value() &&
+         !waiting_request_.has_value();
 }
 
 bool StreamSession::MayMakeAhead() const {

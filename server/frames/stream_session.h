@@ -81,6 +81,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   absl::Status TakeMade();
   absl::Status TakeValues();
   absl::Status GoOn(absl::Duration now);
+  bool WillStayWithoutCredit() const;
   bool MayMakeAhead() const;
   void StartOrder(const FramePacer::Tick& tick, absl::Duration now);
   void DropOrder();

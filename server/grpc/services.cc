@@ -119,6 +119,12 @@ ServerUnaryReactor* LiquidBlendService::GetAnimation(CallbackServerContext* cont
   return Answer(backends_, interceptor_, kGetAnimation, {context, request, response});
 }
 
+ServerUnaryReactor* LiquidBlendService::GetAnimationFrame(CallbackServerContext* context,
+                                                          const ByteBuffer* request,
+                                                          ByteBuffer* response) {
+  return Answer(backends_, interceptor_, kGetAnimationFrame, {context, request, response});
+}
+
 ServerUnaryReactor* LiquidBlendService::ListAnimations(CallbackServerContext* context,
                                                        const ByteBuffer* request,
                                                        ByteBuffer* response) {
@@ -158,6 +164,12 @@ ServerUnaryReactor* LiquidBlendService::DeleteFamily(CallbackServerContext* cont
                                                      const ByteBuffer* request,
                                                      ByteBuffer* response) {
   return Answer(backends_, interceptor_, kDeleteFamily, {context, request, response});
+}
+
+ServerUnaryReactor* LiquidBlendService::MeasureCorrespondences(CallbackServerContext* context,
+                                                               const ByteBuffer* request,
+                                                               ByteBuffer* response) {
+  return Answer(backends_, interceptor_, kMeasureCorrespondences, {context, request, response});
 }
 
 grpc::ServerWriteReactor<ByteBuffer>* LiquidBlendService::WatchOperation(

@@ -16,23 +16,25 @@ using grpc::ServerUnaryReactor;
 // All methods take and give bytes. Where gRPC parses requests and writes answers, an allocation
 // that fails ends the server.
 using v1::LiquidBlend;
-using LiquidBlendMethods = LiquidBlend::WithRawCallbackMethod_UploadAnimation<
-    LiquidBlend::WithRawCallbackMethod_PresignUpload<
-        LiquidBlend::WithRawCallbackMethod_PresignDownload<
-            LiquidBlend::WithRawCallbackMethod_ImportAnimation<
-                LiquidBlend::WithRawCallbackMethod_GetAnimation<
-                    LiquidBlend::WithRawCallbackMethod_ListAnimations<
-                        LiquidBlend::WithRawCallbackMethod_DeleteAnimation<
-                            LiquidBlend::WithRawCallbackMethod_RegisterFamily<
-                                LiquidBlend::WithRawCallbackMethod_GetFamily<
-                                    LiquidBlend::WithRawCallbackMethod_ListFamilies<
-                                        LiquidBlend::WithRawCallbackMethod_RollbackFamily<
-                                            LiquidBlend::WithRawCallbackMethod_DeleteFamily<
-                                                LiquidBlend::WithRawCallbackMethod_WatchOperation<
-                                                    LiquidBlend::WithRawCallbackMethod_GetFrame<
-                                                        LiquidBlend::
-                                                            WithRawCallbackMethod_StreamFrames<
-                                                                LiquidBlend::Service>>>>>>>>>>>>>>>;
+using LiquidBlendMethods = LiquidBlend::WithRawCallbackMethod_GetAnimationFrame<
+    LiquidBlend::WithRawCallbackMethod_MeasureCorrespondences<
+        LiquidBlend::WithRawCallbackMethod_UploadAnimation<LiquidBlend::WithRawCallbackMethod_PresignUpload<
+            LiquidBlend::WithRawCallbackMethod_PresignDownload<
+                LiquidBlend::WithRawCallbackMethod_ImportAnimation<
+                    LiquidBlend::WithRawCallbackMethod_GetAnimation<
+                        LiquidBlend::WithRawCallbackMethod_ListAnimations<
+                            LiquidBlend::WithRawCallbackMethod_DeleteAnimation<
+                                LiquidBlend::WithRawCallbackMethod_RegisterFamily<
+                                    LiquidBlend::WithRawCallbackMethod_GetFamily<
+                                        LiquidBlend::WithRawCallbackMethod_ListFamilies<
+                                            LiquidBlend::WithRawCallbackMethod_RollbackFamily<
+                                                LiquidBlend::WithRawCallbackMethod_DeleteFamily<
+                                                    LiquidBlend::WithRawCallbackMethod_WatchOperation<
+                                                        LiquidBlend::WithRawCallbackMethod_GetFrame<
+                                                            LiquidBlend::
+                                                                WithRawCallbackMethod_StreamFrames<
+                                                                    LiquidBlend::
+                                                                        Service>>>>>>>>>>>>>>>>>;
 
 using google::longrunning::Operations;
 using OperationsMethods =
@@ -56,6 +58,8 @@ class LiquidBlendService final : public LiquidBlendMethods {
                                       ByteBuffer* response) override;
   ServerUnaryReactor* GetAnimation(CallbackServerContext* context, const ByteBuffer* request,
                                    ByteBuffer* response) override;
+  ServerUnaryReactor* GetAnimationFrame(CallbackServerContext* context, const ByteBuffer* request,
+                                        ByteBuffer* response) override;
   ServerUnaryReactor* ListAnimations(CallbackServerContext* context, const ByteBuffer* request,
                                      ByteBuffer* response) override;
   ServerUnaryReactor* DeleteAnimation(CallbackServerContext* context, const ByteBuffer* request,
@@ -70,6 +74,9 @@ class LiquidBlendService final : public LiquidBlendMethods {
                                      ByteBuffer* response) override;
   ServerUnaryReactor* DeleteFamily(CallbackServerContext* context, const ByteBuffer* request,
                                    ByteBuffer* response) override;
+  ServerUnaryReactor* MeasureCorrespondences(CallbackServerContext* context,
+                                             const ByteBuffer* request,
+                                             ByteBuffer* response) override;
   grpc::ServerWriteReactor<ByteBuffer>* WatchOperation(CallbackServerContext* context,
                                                        const ByteBuffer* request) override;
   ServerUnaryReactor* GetFrame(CallbackServerContext* context, const ByteBuffer* request,

@@ -11,6 +11,7 @@
 #include "absl/strings/str_join.h"
 #include "server/base/errors.h"
 #include "server/base/request_id.h"
+#include "server/http/answers/animation_frame_answer.h"
 #include "server/http/answers/frame_answer.h"
 #include "server/http/answers/method_answer.h"
 #include "server/http/answers/upload_answer.h"
@@ -70,7 +71,9 @@ bool OnlyReads(const std::string& method) {
 }
 
 server::AccessRequest AccessRequestOf(const Route& route) {
-  if (route.resource == Resource::kFrame) return {server::Scope::kFrames, false};
+  const bool is_frame =
+      route.resource == Resource::kFrame || route.resource == Resource::kAnimationFrame;
+  if (is_frame) return {server::Scope::kFrames, false};
   if (route.method == nullptr) return {};
   return {route.method->scope, route.method->span == server::Span::kLasts};
 }
@@ -234,6 +237,8 @@ void Router::Dispatch(const ExchangePtr& exchange) {
       return AnswerMetrics(exchange);
     case Resource::kFrame:
       return AnswerFrame(exchange);
+    case Resource::kAnimationFrame:
+      return AnswerAnimationFrame(api_, exchange);
     case Resource::kPage:
       return exchange->Finish(
           PageReply(options_.page, SplitTarget(exchange->request.target).path, exchange->request));

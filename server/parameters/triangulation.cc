@@ -121,6 +121,12 @@ absl::StatusOr<Triangulation> Triangulation::Make(const mesh::ParameterSpace& sp
   return result;
 }
 
+std::vector<std::vector<int>> Triangulation::simplices() const {
+  std::vector<std::vector<int>> result;
+  for (const Simplex& simplex : simplices_) result.push_back(simplex.animations);
+  return result;
+}
+
 Triangulation::Coordinates Triangulation::CoordinatesIn(const Simplex& simplex,
                                                         const Point& point) {
   Coordinates coordinates = simplex.gradients * (point - simplex.corners.col(0));

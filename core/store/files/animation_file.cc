@@ -129,4 +129,21 @@ absl::StatusOr<mesh::Animation> ReadAnimation(const Blob& blob, const std::strin
   return animation;
 }
 
+absl::StatusOr<std::shared_ptr<const AnimationFrames>> AnimationFrames::Open(
+    std::shared_ptr<const Blob> blob, const std::string& name) {
+  std::shared_ptr<AnimationFrames> frames(new AnimationFrames(std::move(blob), name));
+  SectionReader reader(kAnimationFormat, name, frames->blob_->bytes());
+  LB_RETURN_IF_ERROR(reader.ReadManifest(frames->manifest_));
+  LB_RETURN_IF_ERROR(CheckManifest(reader, frames->manifest_));
+  return frames;
+}
+
+absl::StatusOr<mesh::TriangleMesh> AnimationFrames::Read(int k) const {
+  SectionReader reader(kAnimationFormat, name_, blob_->bytes());
+  LB_RETURN_IF_ERROR(reader.SkipTo(manifest_.sections(kSectionsPerFrame * k)));
+  LB_ASSIGN_OR_RETURN(mesh::TriangleMesh frame, ReadFrame(reader, manifest_, k));
+  LB_RETURN_IF_ERROR(blob_->Check());
+  return frame;
+}
+
 }  // namespace liquidblend::store

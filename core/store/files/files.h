@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "absl/status/statusor.h"
 #include "core/mesh/animation.h"
@@ -23,6 +24,27 @@ absl::Status WriteAnimation(const mesh::Animation& animation, BlobWriter& out);
 // animation file, has an unknown format version, or contradicts itself. Memory: the file's size,
 // and some 80 times its manifest's, which may have 16 MiB at most.
 absl::StatusOr<mesh::Animation> ReadAnimation(const Blob& blob, const std::string& name);
+
+// An animation file whose frames are read one by one. Keeps the blob.  Threads: safe, immutable.
+class AnimationFrames {
+ public:
+  // Checks header and manifest. Errors: as ReadAnimation.
+  static absl::StatusOr<std::shared_ptr<const AnimationFrames>> Open(
+      std::shared_ptr<const Blob> blob, const std::string& name);
+
+  const liquidblend::store::v1::AnimationManifest& manifest() const { return manifest_; }
+
+  // Frame k. Requires: k in [0, manifest().num_frames()).  Errors: kDataLoss, kInvalidArgument.
+  absl::StatusOr<mesh::TriangleMesh> Read(int k) const;
+
+ private:
+  AnimationFrames(std::shared_ptr<const Blob> blob, std::string name)
+      : blob_(std::move(blob)), name_(std::move(name)) {}
+
+  const std::shared_ptr<const Blob> blob_;
+  const std::string name_;
+  liquidblend::store::v1::AnimationManifest manifest_;
+};
 
 // Writes a registered family. The same family gives the same bytes: its version (which the catalog
 // assigns) and the seconds of the reports are not stored in the file.

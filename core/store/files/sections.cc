@@ -194,6 +194,14 @@ absl::StatusOr<std::span<const std::byte>> SectionReader::ReadSection(const v1::
   return bytes;
 }
 
+absl::Status SectionReader::SkipTo(const v1::Section& section) {
+  if (section.offset() % kSectionAlignment != 0 || section.offset() > bytes_.size()) {
+    return Invalid(absl::StrCat("section ", section.name(), ": offset ", section.offset()));
+  }
+  position_ = section.offset();
+  return absl::OkStatus();
+}
+
 absl::Status SectionReader::Finish() const {
   if (position_ == bytes_.size()) return absl::OkStatus();
   return Damaged(absl::StrCat("goes on after the last section, from byte ", position_));

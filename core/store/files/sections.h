@@ -84,6 +84,9 @@ class SectionReader {
     return absl::OkStatus();
   }
 
+  // Leaves out what stands before this section of the manifest, unchecked.
+  absl::Status SkipTo(const v1::Section& section);
+
   // To be called last: checks that nothing follows.
   absl::Status Finish() const;
 

@@ -51,7 +51,8 @@ std::string BoundsText(const v1::Bounds& bounds) {
 }  // namespace
 
 const char kExposedHeaders[] =
-    "ETag, X-Liquidblend-Version, X-Liquidblend-Time, X-Liquidblend-Weights, "
+    "ETag, X-Liquidblend-Version, X-Liquidblend-Frame-Number, X-Liquidblend-Time, "
+    "X-Liquidblend-Weights, "
     "X-Liquidblend-Extrapolated, X-Liquidblend-Clamped, X-Liquidblend-Vertices, "
     "X-Liquidblend-Triangles, X-Liquidblend-Bounds, X-Request-Id";
 
@@ -164,6 +165,28 @@ Response FrameReply(v1::Frame frame, v1::Encoding::Format format) {
   if (frame.clamped()) response.headers.emplace_back("X-Liquidblend-Clamped", "true");
   response.body = std::move(*frame.mutable_data());
   response.is_frame = true;
+  return response;
+}
+
+Response AnimationFrameReply(v1::AnimationFrame& frame, v1::Encoding::Format format,
+                             const std::string& if_none_match, bool is_private) {
+  Response response;
+  const std::string tag = absl::StrFormat("\"%016x\"", Hash(frame.data()));
+  response.headers = {{kContentType, TypeOf(format)},
+                      {"ETag", tag},
+                      {"Cache-Control", is_private ? "private, no-cache" : "public, no-cache"},
+                      {"X-Liquidblend-Frame-Number", absl::StrCat(frame.frame_number())},
+                      {"X-Liquidblend-Time", absl::StrCat(frame.time_s())},
+                      {"X-Liquidblend-Vertices", absl::StrCat(frame.num_vertices())},
+                      {"X-Liquidblend-Triangles", absl::StrCat(frame.num_triangles())}};
+  if (frame.has_bounds()) {
+    response.headers.emplace_back("X-Liquidblend-Bounds", BoundsText(frame.bounds()));
+  }
+  if (HasTag(if_none_match, tag)) {
+    response.code = 304;
+    return response;
+  }
+  response.body = std::move(*frame.mutable_data());
   return response;
 }
 

@@ -40,6 +40,11 @@ int64_t NewestTagged(const std::string& if_none_match);
 // The frame's bytes in the requested format, and its other fields as headers.
 Response FrameReply(v1::Frame frame, v1::Encoding::Format format);
 
+// Likewise of an animation's frame; 304 if the client has it.
+//   is_private  the answer depends on the caller
+Response AnimationFrameReply(v1::AnimationFrame& frame, v1::Encoding::Format format,
+                             const std::string& if_none_match, bool is_private);
+
 // Adds headers for codes 200 and 304 of a frame: tag, and how long it may be cached. A frame of a
 // requested version never changes; other frames have to be revalidated.
 //   is_private  the answer depends on the caller

@@ -12,7 +12,6 @@ namespace liquidblend::http {
 namespace {
 
 constexpr char kPageFiles[] = "/page/";
-constexpr char kFamiliesPath[] = "/v1/families/";
 const std::vector<std::string>& ReadMethods() {
   static const auto& methods = *new std::vector<std::string>{"GET", "HEAD"};
   return methods;
@@ -29,14 +28,25 @@ constexpr FixedPath kFixedPaths[] = {{"/healthz", Resource::kHealth},
                                      {"/v1/stream", Resource::kStream}};
 
 struct FrameFile {
-  const char* part;     // of the path
+  const char* folder;
+  const char* file;
   const char* pattern;  // the path
   v1::Encoding::Format format;
+  Resource resource;
 };
 constexpr FrameFile kFrameFiles[] = {
-    {"/frame.drc", "/v1/families/{family}/frame.drc", v1::Encoding::DRACO},
-    {"/frame.ply", "/v1/families/{family}/frame.ply", v1::Encoding::PLY},
-    {"/frame.obj", "/v1/families/{family}/frame.obj", v1::Encoding::OBJ}};
+    {"/v1/families/", "/frame.drc", "/v1/families/{family}/frame.drc", v1::Encoding::DRACO,
+     Resource::kFrame},
+    {"/v1/families/", "/frame.ply", "/v1/families/{family}/frame.ply", v1::Encoding::PLY,
+     Resource::kFrame},
+    {"/v1/families/", "/frame.obj", "/v1/families/{family}/frame.obj", v1::Encoding::OBJ,
+     Resource::kFrame},
+    {"/v1/animations/", "/frame.drc", "/v1/animations/{animation}/frame.drc", v1::Encoding::DRACO,
+     Resource::kAnimationFrame},
+    {"/v1/animations/", "/frame.ply", "/v1/animations/{animation}/frame.ply", v1::Encoding::PLY,
+     Resource::kAnimationFrame},
+    {"/v1/animations/", "/frame.obj", "/v1/animations/{animation}/frame.obj", v1::Encoding::OBJ,
+     Resource::kAnimationFrame}};
 
 // An id with a broken escape stays as it is: no id has a %.
 std::string DecodedId(std::string_view text) {
@@ -44,20 +54,20 @@ std::string DecodedId(std::string_view text) {
   return id.ok() ? *id : std::string(text);
 }
 
-Route FindFrame(const std::string& path) {
-  Route route;
-  if (!absl::StartsWith(path, kFamiliesPath)) return route;
-  const std::string rest = path.substr(sizeof(kFamiliesPath) - 1);
-  const size_t slash = std::min(rest.find('/'), rest.size());
+Route FindFrame(absl::string_view path) {
   for (const FrameFile& file : kFrameFiles) {
-    if (rest.substr(slash) != file.part) continue;
-    route.resource = Resource::kFrame;
+    absl::string_view id = path;
+    const bool fits = absl::ConsumePrefix(&id, file.folder) && absl::ConsumeSuffix(&id, file.file);
+    if (!fits || absl::StrContains(id, '/')) continue;
+    Route route;
+    route.resource = file.resource;
     route.pattern = file.pattern;
-    route.family = DecodedId(rest.substr(0, slash));
+    route.family = DecodedId({id.data(), id.size()});
     route.format = file.format;
     route.allowed = ReadMethods();
+    return route;
   }
-  return route;
+  return {};
 }
 
 Route FixedRoute(const FixedPath& fixed) {

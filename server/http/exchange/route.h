@@ -11,12 +11,22 @@
 
 namespace liquidblend::http {
 
-enum class Resource { kNone, kHealth, kReady, kMetrics, kPage, kFrame, kStream, kMethod };
+enum class Resource {
+  kNone,
+  kHealth,
+  kReady,
+  kMetrics,
+  kPage,
+  kFrame,
+  kAnimationFrame,
+  kStream,
+  kMethod
+};
 
 struct Route {
   Resource resource = Resource::kNone;
   std::string pattern = "other";                      // the path, for metrics
-  std::string family;                                 // its id, of a frame
+  std::string family;                                 // or animation: its id, of a frame
   v1::Encoding::Format format = v1::Encoding::DRACO;  // of a frame
   std::vector<std::string> allowed;                   // HTTP methods of the path, but for OPTIONS
   // Of kMethod, if the HTTP method is allowed.

@@ -408,5 +408,69 @@ TEST_F(StreamSessionTest, AFamilyOfAnyFrameRateCanBeStreamed) {
   }
 }
 
+TEST_F(StreamSessionTest, SendsNoMoreThanTheClientsCredit) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Request();
+  request.set_loop(true);
+  request.set_frames_per_second(240);
+  request.set_credit(2);
+  session_->OnRequest(request);
+  const std::jthread client = TakeAll(absl::ZeroDuration());
+  sink_->Await(1);
+  const absl::Time begin = absl::Now();
+  EXPECT_TRUE(AwaitMade(3)) << "the next one is made ahead";
+  EXPECT_EQ(sink_->num_sent(), 2U);
+  const double num_periods = absl::ToDoubleSeconds(absl::Now() - begin) * 240;
+  v1::StreamFramesRequest more;
+  more.set_credit(1);
+  session_->OnRequest(more);
+  EXPECT_GE(static_cast<double>(sink_->Await(2).num_dropped()), num_periods - 2);
+  session_->OnRequest(more);
+  session_->OnRequest(more);
+  sink_->Await(4);
+  EXPECT_TRUE(AwaitMade(6));
+  EXPECT_EQ(sink_->num_sent(), 5U) << "credits add up";
+}
+
+TEST_F(StreamSessionTest, EndsWithItsCreditOnceNoMoreCanCome) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Request();
+  request.set_loop(true);
+  request.set_credit(1);
+  session_->OnRequest(request);
+  session_->OnHalfClosed();
+  const std::jthread client = TakeAll(absl::ZeroDuration());
+  EXPECT_TRUE(sink_->AwaitEnd().ok());
+  EXPECT_EQ(sink_->num_sent(), 1U);
+}
+
+TEST_F(StreamSessionTest, ACreditIsANumberOfFrames) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Request();
+  request.set_credit(-1);
+  session_->OnRequest(request);
+  EXPECT_THAT(BlamedFields(sink_->AwaitEnd()), ElementsAre("credit"));
+}
+
+TEST(MergeRequest, CreditsAddUpAndStayInRange) {
+  v1::StreamFramesRequest request;
+  v1::StreamFramesRequest newer;
+  MergeRequest(newer, request);
+  EXPECT_FALSE(request.has_credit());
+  newer.set_credit(3);
+  MergeRequest(newer, request);
+  MergeRequest(newer, request);
+  EXPECT_EQ(request.credit(), 6);
+  newer.set_credit(std::numeric_limits<int32_t>::max());
+  MergeRequest(newer, request);
+  MergeRequest(newer, request);
+  EXPECT_EQ(request.credit(), std::numeric_limits<int32_t>::max());
+  newer.set_credit(-5);
+  MergeRequest(newer, request);
+  newer.set_credit(10);
+  MergeRequest(newer, request);
+  EXPECT_EQ(request.credit(), -5) << "it is to be refused";
+}
+
 }  // namespace
 }  // namespace liquidblend::server::stream_session_test

@@ -28,6 +28,12 @@ inline const std::map<std::string, std::vector<std::string>> kSeeds = {
     {"GetFrame",
      {R"(family: "families/splash" weights: 0.5 time_s: 0.1 encoding { position_bits: 12 }
          surface { smoothing_passes: 2 attributes: NORMALS } parameters { name: "h" value: 1 })"}},
+    {"GetAnimationFrame", {R"(animation: "animations/a" time_s: 0.1 encoding { position_bits: 12 }
+         attributes: NORMALS)"}},
+    {"MeasureCorrespondences",
+     {R"(family: "families/splash" correspondences { kind: SPACE length_s: 0.1
+             source { position { x: 1 y: 2 z: 3 } time_s: 0.1 }
+             target { position { x: 1 y: 2 z: 3 } time_s: 0.1 } })"}},
     {"ListOperations", {R"(name: "operations" page_size: 3)"}},
     {"StreamFrames",
      {R"(family: "families/splash" weights: 0.5 time_s: 0.1 rate: 2 frames_per_second: 200)",

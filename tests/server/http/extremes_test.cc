@@ -136,6 +136,9 @@ TEST_F(ExtremesTest, WebSocketsThatStayOpenCostNothing) {
       auto client = std::make_unique<HttpClient>(port_->port());
       ASSERT_EQ(client->Upgrade().code, 101);
       ASSERT_TRUE(client->SendMessage(2, request.SerializeAsString()));
+      const bool waits = request.has_credit() && request.credit() == 0;  // for a frame's credit
+      if (waits) open.push_back(std::move(client));
+      if (waits) continue;
       const WebSocketMessage answer = client->ReadMessage();
       EXPECT_TRUE(answer.opcode == 2 || answer.opcode == 8)
           << server::NameOf(path) << " = " << value;

@@ -49,7 +49,9 @@ TEST(CopyFields, LeavesNothingOfOptionsOut) {
   ExpectTheSame<liquidblend::v1::ImportOptions, v1::ImportOptions>();
   ExpectTheSame<liquidblend::v1::RegistrationOptions, v1::RegistrationOptions>();
   ExpectTheSame<liquidblend::v1::SpaceTimeOptions, v1::SpaceTimeOptions>();
-  ExpectTheSame<liquidblend::v1::ParameterSpace, v1::ParameterSpace>();
+  EXPECT_THAT((Uncopied<liquidblend::v1::ParameterSpace, v1::ParameterSpace>()),
+              ElementsAre("simplices"));
+  EXPECT_THAT((Uncopied<v1::ParameterSpace, liquidblend::v1::ParameterSpace>()), IsEmpty());
 }
 
 // What is named here, server/api/api_messages.cc converts.
