@@ -115,6 +115,11 @@ void FuzzApi::Call(const server::Method& method, const server::Principal&, Read 
           : server::MessagePtr(std::make_unique<lro::WaitOperationRequest>());
   const absl::Status status = read(*request);
   if (!status.ok()) return Give<server::MessagePtr>(status, std::move(done));
+  if (server::IsSame(method, server::kGetAnimationFrame)) {
+    auto frame = std::make_unique<v1::AnimationFrame>();
+    frame->set_data("DRACO");
+    return Give<server::MessagePtr>(std::move(frame), std::move(done));
+  }
   auto family = std::make_unique<v1::Family>();
   family->set_name(request->Utf8DebugString().substr(0, kMaxEcho));
   Give<server::MessagePtr>(std::move(family), std::move(done));

@@ -28,14 +28,20 @@ int CodeOf(std::string_view line) {
   Require(line.size() >= 12 && line.substr(0, 7) == kProtocol && line[8] == ' ' &&
               absl::SimpleAtoi(ToAbsl(line.substr(9, 3)), &code),
           "an answer begins with a status line");
-  Require(code == 101 || (code >= 200 && code < 600), "an answer's code is one of HTTP");
+  Require(code == 100 || code == 101 || (code >= 200 && code < 600),
+          "an answer's code is one of HTTP");
   Require(code != 500, "no request causes an internal error");
   return code;
 }
 
-// Takes the lines of one answer's header; returns the length of its body.
-size_t CheckHeader(std::string_view header) {
+struct Body {
   size_t length = 0;
+  bool is_chunked = false;
+};
+
+// Takes the lines of one answer's header.
+Body CheckHeader(std::string_view header) {
+  Body body;
   for (size_t begin = 0; begin < header.size();) {
     const size_t end = std::min(header.find("\r\n", begin), header.size());
     const std::string_view line = header.substr(begin, end - begin);
@@ -43,10 +49,26 @@ size_t CheckHeader(std::string_view header) {
     Require(IsPrintable(line), "a header's line has no control characters");
     const size_t colon = line.find(": ");
     Require(colon != std::string_view::npos && colon > 0, "a header's line is a name and a value");
-    if (!absl::EqualsIgnoreCase(ToAbsl(line.substr(0, colon)), "Content-Length")) continue;
-    Require(absl::SimpleAtoi(ToAbsl(line.substr(colon + 2)), &length), "a body has a length");
+    const absl::string_view name = ToAbsl(line.substr(0, colon));
+    if (absl::EqualsIgnoreCase(name, "Transfer-Encoding")) body.is_chunked = true;
+    if (!absl::EqualsIgnoreCase(name, "Content-Length")) continue;
+    Require(absl::SimpleAtoi(ToAbsl(line.substr(colon + 2)), &body.length), "a body has a length");
   }
-  return length;
+  return body;
+}
+
+// Takes the chunks of a body off the output, as far as they have come: lines of JSON.
+void TakeChunks(std::string_view& output) {
+  while (true) {
+    const size_t end = output.find("\r\n");
+    size_t size = 0;
+    if (end == std::string_view::npos) return;
+    Require(absl::SimpleHexAtoi(ToAbsl(output.substr(0, end)), &size), "a chunk has a size");
+    if (output.size() < end + size + 4) return;
+    Require(size == 0 || output[end + 1 + size] == '\n', "a chunk is a line");
+    output.remove_prefix(end + size + 4);
+    if (size == 0) return;
+  }
 }
 
 struct Frame {
@@ -88,12 +110,13 @@ void CheckHttpOutput(std::string_view output) {
     const std::string_view header = output.substr(0, end);
     const size_t line = std::min(header.find("\r\n"), header.size());
     const int code = CodeOf(header.substr(0, line));
-    const size_t length = CheckHeader(header.substr(std::min(line + 2, header.size())));
+    const Body body = CheckHeader(header.substr(std::min(line + 2, header.size())));
     output.remove_prefix(end + 4);
     if (code == 101) return CheckWebSocketOutput(output);
     // The answer to HEAD tells the length of a body that does not come.
     if (output.substr(0, sizeof(kProtocol) - 1) == kProtocol) continue;
-    output.remove_prefix(std::min(length, output.size()));
+    output.remove_prefix(std::min(body.length, output.size()));
+    if (body.is_chunked) TakeChunks(output);
   }
 }
 

@@ -56,6 +56,66 @@ void AddHttp(const Corpus& corpus) {
       Get("/v1/stream", std::string("Origin: https://evil.example\r\n") + kUpgradeHeaders));
 }
 
+std::string Post(const std::string& target, const std::string& body,
+                 const std::string& type = "application/json") {
+  return Get(target,
+             "Content-Type: " + type + "\r\nContent-Length: " + std::to_string(body.size()) +
+                 "\r\n",
+             "POST") +
+         body;
+}
+
+// An empty file's header, and the end of the archive.
+std::string TinyArchive() {
+  std::string block(512, '\0');
+  block.replace(0, 6, "f1.ply");
+  block.replace(100, 7, "0000644");
+  block.replace(124, 11, "00000000000");
+  block[156] = '0';
+  block.replace(257, 5, "ustar");
+  block.replace(263, 2, "00");
+  block.replace(148, 8, 8, ' ');
+  int sum = 0;
+  for (const char c : block) sum += static_cast<unsigned char>(c);
+  std::string digits(6, '0');
+  for (int k = 5; k >= 0; --k, sum /= 8)
+    digits[static_cast<size_t>(k)] += static_cast<char>(sum % 8);
+  block.replace(148, 6, digits);
+  block[154] = '\0';
+  return block + std::string(1024, '\0');
+}
+
+void AddBodies(const Corpus& corpus) {
+  const auto add = [&](const std::string& name, int options, int piece, const std::string& text) {
+    AddText(corpus, "http", name, Options(options, piece) + text);
+  };
+  const std::string family =
+      R"({"familyId": "f", "source": "a", "targets": ["b"], "options": {"seed": "1"}})";
+  add("json", 0, 0, Post("/v1/families", family) + Post("/v1/families/f:rollback", "{}"));
+  add("json_in_pieces", 0x02, 9, Post("/v1/families", family));
+  add("json_nested", 0, 0, Post("/v1/families", std::string(400, '[')));
+  add("json_wrong", 0, 0,
+      Post("/v1/families", R"({"options": {"seeds": 1e999}, "x": "\u0000"})") +
+          Post("/v1/operations/1:wait", R"({"timeout": "1.5s"})"));
+  add("json_in_chunks", 0, 0,
+      Get("/v1/families",
+          "Content-Type: application/json\r\nTransfer-Encoding: chunked\r\n"
+          "Expect: 100-continue\r\n",
+          "POST") +
+          "1\r\n{\r\n1;x=y\r\n}\r\n0\r\nT: 1\r\n\r\n" + Get("/healthz"));
+  add("queries", 0, 0,
+      Get("/v1/operations?pageSize=3&page_token=x") + Get("/v1/families/f?version=1") +
+          Get("/v1/animations/a/frame.ply?timeS=1&encoding.preset=fastest&attributes=NORMALS"));
+  add("watch", 0, 0, Get("/v1/operations/1:watch") + Get("/healthz"));
+  add("watch_deferred", 0x22, 5, Get("/v1/operations/1:watch"));
+  add("tar", 0, 0,
+      Post("/v1/animations:upload?header.animationId=a", TinyArchive(), "application/x-tar"));
+  add("tar_damaged", 0, 100,
+      Post("/v1/animations:upload?header.animationId=a", std::string(600, 'x'),
+           "application/x-tar"));
+  add("page", 0, 0, Get("/?family=x", "Accept-Encoding: gzip\r\n") + Get("/page/x.js"));
+}
+
 // ---- streams
 
 v1::StreamFramesRequest Request() {
@@ -248,6 +308,7 @@ void AddRequests(const Corpus& corpus) {
 
 void AddPeerSeeds(const Corpus& corpus) {
   AddHttp(corpus);
+  AddBodies(corpus);
   AddStreams(corpus);
   AddWebSockets(corpus);
   AddRequests(corpus);
