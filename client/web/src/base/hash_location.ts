@@ -1,0 +1,83 @@
+// The state of the page in the fragment of its URL: #section?field=value&..
+// Fragments are sent to no server and stand in no log.
+import { Observable } from './observable.ts';
+
+export interface PageLocation {
+  section: string;
+  fields: URLSearchParams;
+}
+
+// Browsers refuse more than 100 changes of the history in 30 s.
+const writeIntervalMs = 400;
+
+export function parseHash(hash: string): PageLocation {
+  const text = hash.replace(/^#/, '');
+  const mark = text.indexOf('?');
+  if (mark < 0) return { section: text, fields: new URLSearchParams() };
+  return { section: text.slice(0, mark), fields: new URLSearchParams(text.slice(mark + 1)) };
+}
+
+export function formatHash({ section, fields }: PageLocation): string {
+  const text = fields.toString().replaceAll('%2C', ',').replaceAll('%3A', ':');
+  return text ? `#${section}?${text}` : `#${section}`;
+}
+
+/** The location now. Changes by the user (links, back, typed) are told to subscribers. */
+export class HashLocation {
+  private readonly changes: Observable<PageLocation>;
+  private pending: PageLocation | undefined;
+  private timer = 0;
+
+  constructor(private readonly target: Window = window) {
+    this.changes = new Observable(parseHash(target.location.hash));
+    target.addEventListener('hashchange', () => this.read());
+    target.addEventListener('pagehide', () => this.flush());
+  }
+
+  get value(): PageLocation {
+    return this.pending ?? this.changes.value;
+  }
+
+  subscribe(listener: (location: PageLocation) => void): () => void {
+    return this.changes.subscribe(listener);
+  }
+
+  /** Shows another place; the one before is in the history. */
+  go(location: PageLocation): void {
+    this.flush();
+    this.target.history.pushState(null, '', formatHash(location));
+    this.changes.set(location);
+  }
+
+  /** Shows another place instead of this one. */
+  show(location: PageLocation): void {
+    this.replace(location);
+    this.flush();
+    this.changes.set(location);
+  }
+
+  /** Writes the state of this place, now or soon. Subscribers are not told. */
+  replace(location: PageLocation): void {
+    this.pending = location;
+    this.timer ||= this.target.setTimeout(() => this.flush(), writeIntervalMs);
+  }
+
+  /** Writes what waits. */
+  flush(): void {
+    this.target.clearTimeout(this.timer);
+    this.timer = 0;
+    if (!this.pending) return;
+    const hash = formatHash(this.pending);
+    this.pending = undefined;
+    if (hash !== this.target.location.hash) this.target.history.replaceState(null, '', hash);
+  }
+
+  private read(): void {
+    this.target.clearTimeout(this.timer);
+    this.timer = 0;
+    this.pending = undefined;
+    this.changes.set(parseHash(this.target.location.hash));
+  }
+}
+
+export const pageLocation = typeof window === 'undefined' ? undefined! : new HashLocation();

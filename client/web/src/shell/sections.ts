@@ -1,0 +1,22 @@
+// The sections of the page. A new one gets a line here; its code is fetched when it is opened.
+import { html, type TemplateResult } from 'lit';
+
+export interface Section {
+  id: string;
+  title: string;
+  load: () => Promise<unknown>;
+  render: () => TemplateResult;
+}
+
+export const sections: Section[] = [
+  {
+    id: 'view',
+    title: 'Viewer',
+    load: () => import('../view/viewer.ts'),
+    render: () => html`<lb-viewer></lb-viewer>`,
+  },
+];
+
+export function sectionOf(id: string): Section {
+  return sections.find((section) => section.id === id) ?? sections[0]!;
+}
