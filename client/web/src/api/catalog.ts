@@ -26,19 +26,16 @@ export class Catalog extends Observable<CatalogState> {
     const controller = (this.controller = new AbortController());
     const { signal } = controller;
     this.patch({ loading: true });
-    try {
-      await Promise.all([
-        readPages<Family>(listFamilies, signal, (families) => this.patch({ families })),
-        readPages<Animation>(listAnimations, signal, (animations) => this.patch({ animations })),
-      ]);
-      if (!signal.aborted) this.finish();
-    } catch (error) {
-      if (!signal.aborted) this.finish(toApiError(error));
-      controller.abort();
-    }
+    const results = await Promise.allSettled([
+      readPages<Family>(listFamilies, signal, (families) => this.patch({ families })),
+      readPages<Animation>(listAnimations, signal, (animations) => this.patch({ animations })),
+    ]);
+    if (signal.aborted) return;
+    const failed = results.find((result) => result.status === 'rejected');
+    this.finish(failed && toApiError(failed.reason));
   }
 
-  private finish(error?: ApiError): void {
+  private finish(error: ApiError | undefined): void {
     const { error: _before, ...state } = this.value;
     this.set({ ...state, loading: false, ...(error ? { error } : {}) });
   }

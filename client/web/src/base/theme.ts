@@ -30,6 +30,11 @@ export function setTheme(value: Theme): void {
   theme.set(value);
 }
 
+/** Shows a theme without keeping it, as a link asks for it. */
+export function showTheme(value: Theme): void {
+  if (value !== theme.value) theme.set(value);
+}
+
 function apply(value: Theme): void {
   document.documentElement.dataset.theme = value;
 }

@@ -2,7 +2,7 @@
 import { css } from 'lit';
 
 export const pageStyles = css`
-  :host { display: grid; grid-template-rows: auto 1fr; height: 100%; }
+  :host { display: grid; grid-template-rows: auto minmax(0, 1fr); height: 100%; }
   header {
     display: flex;
     align-items: center;

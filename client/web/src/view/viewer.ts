@@ -1,10 +1,113 @@
-// The viewer of a family.
-import { LitElement, html } from 'lit';
-import { customElement } from 'lit/decorators.js';
+// The viewer: pictures side by side, the timeline, weights, figures and their keys.
+import { LitElement, html, nothing } from 'lit';
+import { customElement, query } from 'lit/decorators.js';
+import { repeat } from 'lit/directives/repeat.js';
+import { token } from '../api/token.ts';
+import { pageLocation, type PageLocation } from '../base/hash_location.ts';
+import { controls } from '../base/styles.ts';
+import { showTheme, theme } from '../base/theme.ts';
+import './download_dialog.ts';
+import type { DownloadDialog } from './download_dialog.ts';
+import './figures.ts';
+import { actionOf } from './keys.ts';
+import { ViewModel, type Pane } from './model.ts';
+import './pace.ts';
+import './pane.ts';
+import { publish } from './published.ts';
+import { fromFields, toFields } from './state.ts';
+import './timeline.ts';
+import './toolbar.ts';
+import { viewerStyles } from './viewer_styles.ts';
+import './weights.ts';
 
 @customElement('lb-viewer')
 export class Viewer extends LitElement {
-  override render() {
-    return html`<p>Nothing is shown yet.</p>`;
+  static override styles = [controls, viewerStyles];
+
+  private readonly model = new ViewModel();
+  @query('lb-download') private download!: DownloadDialog;
+  private unsubscribes: (() => void)[] = [];
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    publish(this.model);
+    this.unsubscribes = [
+      pageLocation.subscribe((location) => this.read(location)),
+      this.model.changes.subscribe(() => this.requestUpdate()),
+      this.model.states.subscribe(() => this.write()),
+      theme.subscribe((value) => this.model.patch({ theme: value })),
+      token.subscribe(() => void this.model.open(this.model.state)),
+    ];
+    this.read(pageLocation.value);
+    document.addEventListener('visibilitychange', this.onVisibility);
+    document.addEventListener('keydown', this.onKey);
   }
+
+  override disconnectedCallback(): void {
+    for (const unsubscribe of this.unsubscribes) unsubscribe();
+    document.removeEventListener('visibilitychange', this.onVisibility);
+    document.removeEventListener('keydown', this.onKey);
+    this.model.close();
+    super.disconnectedCallback();
+  }
+
+  override render() {
+    const { panes, main } = this.model;
+    if (!main) return html`<p class="empty">Choose a family or an animation from the lists.</p>`;
+    return html`
+      <div class="top">
+        <h2>${main.title}</h2>
+        <lb-toolbar .model=${this.model} @download=${() => this.download.open()}></lb-toolbar>
+      </div>
+      <div class="panes count-${panes.length}">
+        ${repeat(panes, (pane) => pane.key, (pane) => this.renderPane(pane))}
+      </div>
+      <div class="bottom">
+        <lb-timeline .model=${this.model} .pane=${main}></lb-timeline>
+        <div class="row">
+          <lb-pace .model=${this.model}></lb-pace>
+          <lb-figures .pane=${main}></lb-figures>
+        </div>
+      </div>
+      ${main.info?.family ? html`<div class="side"><lb-weights .model=${this.model}></lb-weights></div>` : nothing}
+      <lb-download .model=${this.model}></lb-download>
+    `;
+  }
+
+  private renderPane(pane: Pane) {
+    const { model } = this;
+    const own = pane !== model.main && !model.state.oneTime;
+    return html`<div class="cell">
+      <lb-pane .model=${model} .pane=${pane} ?named=${model.panes.length > 1}></lb-pane>
+      ${own ? html`<lb-timeline .model=${model} .pane=${pane}></lb-timeline>` : nothing}
+    </div>`;
+  }
+
+  private read({ section, fields }: PageLocation): void {
+    if (section && section !== 'view') return;
+    const state = fromFields(fields);
+    if (state.theme) showTheme(state.theme);
+    void this.model.open(state);
+  }
+
+  private write(): void {
+    const { state } = this.model;
+    if (state.name) pageLocation.replace({ section: 'view', fields: toFields(state) });
+  }
+
+  // Nobody sees a hidden page: its frames are not sent.
+  private readonly onVisibility = () => {
+    for (const { picture } of this.model.panes) {
+      if (document.hidden) picture?.player?.hold();
+      else picture?.player?.letGo();
+    }
+  };
+
+  private readonly onKey = (event: KeyboardEvent) => {
+    const action = actionOf(event);
+    if (!action || !this.model.main) return;
+    event.preventDefault();
+    if (action === 'download') this.download.open();
+    else this.model.act(action);
+  };
 }

@@ -1,0 +1,15 @@
+// Whether WebGL draws by the processor. Then smoothing of edges waits for the still picture.
+let known: boolean | undefined;
+
+export function isSoftware(): boolean {
+  known ??= ask();
+  return known;
+}
+
+function ask(): boolean {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const info = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = gl && info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}

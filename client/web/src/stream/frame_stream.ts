@@ -1,0 +1,163 @@
+// A WebSocket that brings frames at a steady pace, and comes again when it is lost.
+import { create, fromBinary, toBinary, type MessageInitShape } from '@bufbuild/protobuf';
+import { BinaryWriter, WireType } from '@bufbuild/protobuf/wire';
+import { ApiError } from '../api/errors.ts';
+import { subprotocols, token } from '../api/token.ts';
+import { measured } from '../base/work.ts';
+import {
+  StreamFramesRequestSchema,
+  StreamFramesResponseSchema,
+} from '../generated/liquidblend/v1/liquidblend_pb.ts';
+import { BackOff } from './back_off.ts';
+import type { EncodedFrame } from './frame.ts';
+
+export type StreamRequest = Omit<MessageInitShape<typeof StreamFramesRequestSchema>, '$typeName'>;
+export type StreamState = 'closed' | 'connecting' | 'open' | 'waiting';
+
+export interface StreamEvents {
+  frame(frame: EncodedFrame): void;
+  /** The animation is over. */
+  end(): void;
+  /** It will not come again by itself. */
+  error(error: ApiError): void;
+  state(state: StreamState): void;
+  /** Finds out why a connection was refused, which browsers do not tell. Rejects with it. */
+  probe(): Promise<unknown>;
+}
+
+const creditField = 42;
+const closedNormally = 1000;
+
+function streamUrl(): string {
+  return `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/v1/stream`;
+}
+
+function isTemporary(error: ApiError): boolean {
+  return error.status === 0 || error.status === 429 || error.status >= 500;
+}
+
+/** The server sends no more frames than the credit that it was given. */
+function encode(request: StreamRequest, credit: number): Uint8Array<ArrayBuffer> {
+  const message = create(StreamFramesRequestSchema, request);
+  if (credit) {
+    const data = new BinaryWriter().uint32(credit).finish();
+    message.$unknown = [{ no: creditField, wireType: WireType.Varint, data }];
+  }
+  return toBinary(StreamFramesRequestSchema, message) as Uint8Array<ArrayBuffer>;
+}
+
+function decode(buffer: ArrayBuffer): EncodedFrame | undefined {
+  const { frame, levelOfDetail, numDropped } = fromBinary(
+    StreamFramesResponseSchema,
+    new Uint8Array(buffer),
+  );
+  if (!frame?.data.length) return undefined;
+  const { weights, timeS, extrapolated, clamped } = frame;
+  const info = {
+    version: Number(frame.version),
+    timeS,
+    weights,
+    levelOfDetail,
+    extrapolated,
+    clamped,
+    numDropped: Number(numDropped),
+  };
+  return { info, data: frame.data as Uint8Array<ArrayBuffer> };
+}
+
+/** One stream. `change` may be called at any time; the newest values win. */
+export class FrameStream {
+  private socket: WebSocket | undefined;
+  private request: StreamRequest = {};  // all that was asked for, for the next connection
+  private readonly backOff = new BackOff();
+  private timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(
+    private readonly events: StreamEvents,
+    private readonly credit: number,
+  ) {}
+
+  open(request: StreamRequest): void {
+    this.close();
+    this.request = request;
+    this.backOff.reset();
+    this.connect();
+  }
+
+  change(request: StreamRequest): void {
+    this.request = { ...this.request, ...request };
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(encode(request, 0));
+  }
+
+  /** One more frame may come. */
+  grant(): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(encode({}, 1));
+  }
+
+  close(): void {
+    clearTimeout(this.timer);
+    const { socket } = this;
+    this.socket = undefined;
+    socket?.close(closedNormally);
+    this.events.state('closed');
+  }
+
+  private connect(): void {
+    const socket = new WebSocket(streamUrl(), subprotocols(token.value));
+    this.socket = socket;
+    socket.binaryType = 'arraybuffer';
+    this.events.state('connecting');
+    let opened = false;
+    socket.onopen = () => {
+      opened = true;
+      if (this.socket !== socket) return;
+      socket.send(encode(this.request, this.credit));
+      this.events.state('open');
+    };
+    socket.onmessage = ({ data }) => {
+      if (this.socket === socket) measured(() => this.receive(data as ArrayBuffer));
+    };
+    socket.onclose = (event) => {
+      if (this.socket === socket) void this.onClose(event, opened);
+    };
+  }
+
+  private receive(buffer: ArrayBuffer): void {
+    const frame = decode(buffer);
+    if (!frame) return;
+    this.backOff.reset();
+    this.request.timeS = frame.info.timeS;
+    this.events.frame(frame);
+  }
+
+  private async onClose(event: CloseEvent, opened: boolean): Promise<void> {
+    const socket = this.socket;
+    if (event.code === closedNormally) {
+      this.close();
+      this.events.end();
+      return;
+    }
+    const error = await this.whyClosed(event, opened);
+    if (this.socket !== socket) return;
+    if (isTemporary(error)) this.tryLater();
+    else {
+      this.close();
+      this.events.error(error);
+    }
+  }
+
+  private async whyClosed(event: CloseEvent, opened: boolean): Promise<ApiError> {
+    if (event.code >= 4000) return new ApiError(event.code - 4000, event.reason);
+    const lost = new ApiError(0, event.reason || 'The stream was lost.');
+    if (opened) return lost;
+    return this.events.probe().then(
+      () => lost,
+      (error: unknown) => (error instanceof ApiError ? error : lost),
+    );
+  }
+
+  private tryLater(): void {
+    this.events.state('waiting');
+    this.timer = setTimeout(() => this.connect(), this.backOff.next());
+  }
+}

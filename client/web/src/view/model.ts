@@ -1,0 +1,312 @@
+// The viewer's state and what it does to the pictures. Elements show it and call its methods.
+import { isAbort, toApiError, type ApiError } from '../api/errors.ts';
+import { clamp, roundTo } from '../base/numbers.ts';
+import { Observable } from '../base/observable.ts';
+import { theme } from '../base/theme.ts';
+import type { Orbit } from '../scene/orbit.ts';
+import type { Look } from '../scene/stage.ts';
+import { DecoderPool } from '../stream/decoder_pool.ts';
+import type { Loop } from '../stream/clock.ts';
+import type { FrameInfo } from '../stream/frame.ts';
+import type { PlayerSettings } from '../stream/player.ts';
+import { actions } from './actions.ts';
+import type { Action } from './keys.ts';
+import { Picture } from './picture.ts';
+import {
+  initialState,
+  paneOf,
+  weightLimits,
+  type Beside,
+  type PaneState,
+  type ViewState,
+} from './state.ts';
+import { loadSubject, type SubjectInfo } from './subject.ts';
+
+/** What one pane shows. */
+export interface Pane {
+  readonly key: 'main' | Beside;
+  title: string;
+  info: SubjectInfo | undefined;
+  picture: Picture | undefined;
+  error: ApiError | undefined;
+  told: string;  // what elements know of its player
+}
+
+function newPane(key: Pane['key']): Pane {
+  return { key, title: '', info: undefined, picture: undefined, error: undefined, told: '' };
+}
+
+function titleOf(name: string): string {
+  return name.slice(name.indexOf('/') + 1);
+}
+
+// Shows something else from now on.
+function clear(pane: Pane): void {
+  pane.picture?.player?.close();
+  pane.info = undefined;
+  pane.error = undefined;
+}
+
+export class ViewModel {
+  readonly pool = new DecoderPool();
+  /** Told when something changed that elements show, but for times. */
+  readonly changes = new Observable(0);
+  /** Told of a pane whose time changed. */
+  readonly times = new Observable<Pane | undefined>(undefined);
+  /** Told when the state is another one, to be written into the URL. */
+  readonly states = new Observable<ViewState>(initialState());
+  panes: Pane[] = [];
+  private loading: AbortController | undefined;
+
+  get state(): ViewState {
+    return this.states.value;
+  }
+
+  get main(): Pane | undefined {
+    return this.panes[0];
+  }
+
+  get targets(): string[] {
+    return this.main?.info?.family?.targets ?? [];
+  }
+
+  /** Shows a state, as of a URL. */
+  async open(state: ViewState): Promise<void> {
+    this.loading?.abort();
+    this.loading = new AbortController();
+    const { signal } = this.loading;
+    const { name, version } = this.state;
+    const same = name === state.name && version === state.version && !!this.main?.info;
+    this.states.set(state);
+    this.setPanes(same);
+    try {
+      const { main } = this;
+      if (main && !main.info) await this.load(main, state.name, state.version, signal);
+      await this.loadBeside(signal);
+    } catch (error) {
+      if (!isAbort(error) && this.main) this.setError(this.main, toApiError(error));
+    }
+  }
+
+  /** A pane's element made its canvas. */
+  attach(pane: Pane, canvas: HTMLCanvasElement): Picture {
+    const picture = new Picture(canvas, this.pool, {
+      shown: (frame) => this.onShown(pane, frame),
+      changed: () => this.onPlayerChanged(pane),
+      error: (error) => this.setError(pane, error),
+    });
+    pane.picture = picture;
+    picture.setLook(this.look);
+    this.start(pane);
+    return picture;
+  }
+
+  patch(change: Partial<ViewState>): void {
+    this.states.set({ ...this.state, ...change });
+    this.applyLook();
+    for (const pane of this.panes) pane.picture?.player?.configure(this.settings(pane));
+    this.tell();
+  }
+
+  setWeight(index: number, value: number): void {
+    const weights = this.targets.map((_, target) => this.state.weights[target] ?? 0);
+    weights[index] = roundTo(clamp(value, ...weightLimits), 6);
+    this.patch({ weights });
+  }
+
+  setBeside(beside: Beside[]): void {
+    void this.open({ ...this.state, beside, panes: this.state.panes.slice(0, 1 + beside.length) });
+  }
+
+  setOrbit(pane: Pane, orbit: Orbit | undefined): void {
+    const shared = this.state.oneCamera;
+    this.setPane(shared ? 0 : this.panes.indexOf(pane), { orbit });
+    for (const other of shared ? this.panes : [pane]) other.picture?.setOrbit(orbit);
+  }
+
+  togglePlay(pane: Pane): void {
+    const player = pane.picture?.player;
+    if (!player) return;
+    if (player.playing) player.pause();
+    else player.play();
+  }
+
+  /** `last`: no other one follows at once. */
+  seek(pane: Pane, timeS: number, last: boolean): void {
+    pane.picture?.player?.seek(timeS, last);
+    if (this.leads(pane)) this.follow(timeS, last);
+  }
+
+  fit(): void {
+    for (const pane of this.state.oneCamera ? this.panes.slice(0, 1) : this.panes) {
+      this.setOrbit(pane, undefined);
+    }
+  }
+
+  setLoop(loop: Loop): void {
+    const durationS = this.main?.info?.timing.durationS ?? 0;
+    const [from, to] = this.state.range;
+    this.patch({ loop, range: to > from ? [from, to] : [0, roundTo(durationS, 4)] });
+  }
+
+  /** Couples cameras or times, or lets them go their own ways from where they are. */
+  setTogether(which: 'oneCamera' | 'oneTime'): void {
+    const panes = this.panes.map((pane, index) => ({
+      timeS: pane.picture?.player?.timeS ?? 0,
+      orbit: paneOf(this.state, this.state.oneCamera ? 0 : index).orbit,
+    }));
+    void this.open({ ...this.state, panes, [which]: !this.state[which] });
+  }
+
+  /** What a key asks for. */
+  act(action: Action): void {
+    const { main } = this;
+    if (main) actions[action]?.(this, main);
+  }
+
+  hold(pane: Pane): void {
+    pane.picture?.player?.hold();
+  }
+
+  letGo(pane: Pane): void {
+    pane.picture?.player?.letGo();
+  }
+
+  get look(): Look {
+    const { shading, wireframe } = this.state;
+    return { shading, wireframe, theme: theme.value };
+  }
+
+  settings(pane: Pane): PlayerSettings {
+    const { weights, rate, loop, range, framesPerSecond, level, wireframe } = this.state;
+    const numTargets = pane.info?.family?.targets.length ?? 0;
+    const used = Array.from({ length: numTargets }, (_, target) => weights[target] ?? 0);
+    const wanted = { normals: true, velocities: false, edges: wireframe };
+    return { blend: { weights: used }, rate, loop, range, framesPerSecond, level, wanted };
+  }
+
+  close(): void {
+    this.loading?.abort();
+    for (const { picture } of this.panes) picture?.close();
+    this.panes = [];
+  }
+
+  // Panes keep their canvas while what they show changes.
+  private setPanes(same: boolean): void {
+    const { name, beside } = this.state;
+    const before = new Map(this.panes.map((pane) => [pane.key, pane]));
+    const keys: Pane['key'][] = name ? ['main', ...beside] : [];
+    this.panes = keys.map((key) => before.get(key) ?? newPane(key));
+    for (const pane of before.values()) if (!this.panes.includes(pane)) pane.picture?.close();
+    if (!same) for (const pane of this.panes) clear(pane);
+    if (this.main) this.main.title = titleOf(name);
+    if (same) for (const pane of this.panes) this.place(pane);
+    this.tell();
+  }
+
+  private async load(pane: Pane, name: string, version: bigint, signal: AbortSignal): Promise<void> {
+    const info = await loadSubject(name, version, signal);
+    signal.throwIfAborted();
+    pane.info = info;
+    this.start(pane);
+    this.tell();
+  }
+
+  private async loadBeside(signal: AbortSignal): Promise<void> {
+    const loads = this.panes.map(async (pane) => {
+      if (pane.info || pane.key === 'main') return;
+      try {
+        const { name, version, title } = this.resolve(pane.key);
+        pane.title = title;
+        await this.load(pane, name, version, signal);
+      } catch (error) {
+        if (!isAbort(error)) this.setError(pane, toApiError(error));
+      }
+    });
+    await Promise.all(loads);
+  }
+
+  // What a name such as target.2 stands for in this family.
+  private resolve(item: Beside): { name: string; version: bigint; title: string } {
+    const family = this.main?.info?.family;
+    if (!family) throw new Error('Only families have something beside them.');
+    const [kind, number = '0'] = item.split('.') as [string, string?];
+    if (kind === 'version') {
+      return { name: family.name, version: BigInt(number), title: `version ${number}` };
+    }
+    const name = kind === 'source' ? family.source : family.targets[Number(number) - 1];
+    if (!name) throw new Error(`This family has no target ${number}.`);
+    const role = kind === 'source' ? 'source' : `target ${number}`;
+    return { name, version: 0n, title: `${role}: ${titleOf(name)}` };
+  }
+
+  // Begins once both the picture and what it shows are there.
+  private start(pane: Pane): void {
+    if (!pane.picture || !pane.info) return;
+    const player = pane.picture.open(pane.info, this.settings(pane));
+    this.place(pane);
+    if (pane === this.main && this.state.playing) player.play();
+  }
+
+  // Camera and time as the state has them.
+  private place(pane: Pane): void {
+    const { picture } = pane;
+    if (!picture?.player) return;
+    const { state } = this;
+    const index = this.panes.indexOf(pane);
+    picture.setOrbit(paneOf(state, state.oneCamera ? 0 : index).orbit);
+    const { timeS } = paneOf(state, state.oneTime ? 0 : index);
+    const { player } = picture;
+    if (pane === this.main && player.playing !== state.playing) this.togglePlay(pane);
+    if (!player.playing) player.seek(timeS, true);
+  }
+
+  private leads(pane: Pane): boolean {
+    return pane === this.main && this.state.oneTime;
+  }
+
+  private follow(timeS: number, last: boolean): void {
+    for (const pane of this.panes.slice(1)) pane.picture?.player?.seek(timeS, last);
+  }
+
+  private onShown(pane: Pane, frame: FrameInfo): void {
+    if (!pane.picture?.player?.playing) return;
+    this.times.set(pane);
+    if (this.leads(pane)) this.follow(frame.timeS, false);
+  }
+
+  private onPlayerChanged(pane: Pane): void {
+    const player = pane.picture?.player;
+    if (!player) return;
+    const index = this.panes.indexOf(pane);
+    if (index === 0 || !this.state.oneTime) this.setPane(index, { timeS: player.timeS });
+    if (index === 0 && player.playing !== this.state.playing) {
+      this.states.set({ ...this.state, playing: player.playing });
+    }
+    this.times.set(pane);
+    const told = `${player.playing} ${player.connection}`;
+    if (told !== pane.told) this.tell();
+    pane.told = told;
+  }
+
+  private setPane(index: number, change: Partial<PaneState>): void {
+    const panes = [...this.state.panes];
+    for (let i = panes.length; i <= index; ++i) panes.push(paneOf(this.state, i));
+    panes[index] = { ...panes[index]!, ...change };
+    this.states.set({ ...this.state, panes });
+  }
+
+  private applyLook(): void {
+    for (const { picture } of this.panes) picture?.setLook(this.look);
+  }
+
+  private setError(pane: Pane, error: ApiError | undefined): void {
+    if (pane.error === error) return;
+    pane.error = error;
+    this.tell();
+  }
+
+  private tell(): void {
+    this.changes.set(this.changes.value + 1);
+  }
+}

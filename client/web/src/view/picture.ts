@@ -1,0 +1,211 @@
+// One picture that moves: takes frames from its player, draws the newest one once per animation
+// frame of the browser, and counts. This is the hot path, so it is no element.
+import { Meter, Rate } from '../base/meter.ts';
+import { measured, takeSpent } from '../base/work.ts';
+import { fitted, type Orbit } from '../scene/orbit.ts';
+import { Stage, type Look } from '../scene/stage.ts';
+import type { DecoderPool } from '../stream/decoder_pool.ts';
+import type { Counts } from '../stream/decode_messages.ts';
+import type { DecodedFrame, FrameInfo } from '../stream/frame.ts';
+import { Player, type PlayerEvents, type PlayerSettings } from '../stream/player.ts';
+import { PixelRatio } from './pixel_ratio.ts';
+import type { SubjectInfo } from './subject.ts';
+
+export interface PictureEvents extends Omit<PlayerEvents, 'frame'> {
+  /** A frame was drawn. */
+  shown(info: FrameInfo): void;
+}
+
+/** The frame that is shown. */
+export interface ShownFrame {
+  info: FrameInfo;
+  counts: Counts;
+  numBytes: number;
+  atMs: number;
+}
+
+const settleMs = 220;
+
+export class Picture {
+  readonly stage: Stage;
+  player: Player | undefined;
+  shown: ShownFrame | undefined;
+  numShown = 0;
+  numSkipped = 0;  // decoded, but replaced before they were drawn
+  orderViolations = 0;
+  readonly shownRate = new Rate();
+  readonly decodeMs = new Meter(120);
+  readonly mainMs = new Meter();
+  readonly bytesRate = new Meter(60);
+  private info: SubjectInfo | undefined;
+  private wantedOrbit: Orbit | undefined;
+  private pending: DecodedFrame | undefined;
+  private lastOrder = 0;
+  private request = 0;
+  private dirty = true;
+  private isStill = false;
+  private settleTimer: ReturnType<typeof setTimeout> | undefined;
+  private readonly ratio: PixelRatio;
+  private size: [number, number] = [1, 1];
+  private appliedSize = '';
+
+  constructor(
+    canvas: HTMLCanvasElement,
+    private readonly pool: DecoderPool,
+    private readonly events: PictureEvents,
+  ) {
+    this.stage = new Stage(canvas);
+    this.ratio = new PixelRatio(this.stage.software);
+  }
+
+  /** Begins with another family or animation. */
+  open(info: SubjectInfo, settings: PlayerSettings): Player {
+    this.player?.close();
+    this.info = info;
+    this.stage.setWorld(info.box, info.rotation);
+    this.lastOrder = 0;
+    this.player = new Player(this.pool, info.subject, info.timing, settings, {
+      ...this.events,
+      frame: (frame) => this.take(frame),
+      changed: () => this.onChanged(),
+    });
+    this.draw();
+    return this.player;
+  }
+
+  get orbit(): Orbit {
+    return this.wantedOrbit ?? fitted(this.stage.sphere, this.stage.aspect);
+  }
+
+  /** undefined: all in view. */
+  setOrbit(orbit: Orbit | undefined): void {
+    this.wantedOrbit = orbit;
+    this.draw();
+  }
+
+  setLook(look: Look): void {
+    this.stage.setLook(look);
+    this.draw();
+  }
+
+  setSize(width: number, height: number): void {
+    this.size = [Math.max(1, width), Math.max(1, height)];
+    this.applySize();
+    this.draw();
+  }
+
+  /** Whether the last picture is drawn as finely as it will be. */
+  get settled(): boolean {
+    return this.isStill && !this.dirty && !this.pending && !!this.shown;
+  }
+
+  get pixelRatio(): number {
+    return this.ratio.value(this.isStill);
+  }
+
+  get numWaiting(): number {
+    return this.player?.numWaiting ?? 0;
+  }
+
+  /** The picture as PNG. */
+  async toPng(): Promise<Blob> {
+    this.stage.render(this.orbit);
+    return new Promise((resolve, reject) => {
+      this.stage.canvas.toBlob((blob) => {
+        if (blob) resolve(blob);
+        else reject(new Error('The picture cannot be made.'));
+      }, 'image/png');
+    });
+  }
+
+  close(): void {
+    cancelAnimationFrame(this.request);
+    clearTimeout(this.settleTimer);
+    this.player?.close();
+    if (this.pending) this.pool.release(this.pending.buffers);
+    this.stage.dispose();
+  }
+
+  private take(frame: DecodedFrame): void {
+    if (this.pending) {
+      ++this.numSkipped;
+      this.pool.release(this.pending.buffers);
+    }
+    this.pending = frame;
+    this.decodeMs.add(frame.decodeMs);
+    this.draw();
+  }
+
+  private onChanged(): void {
+    if (this.player?.playing) this.schedule();
+    this.events.changed();
+  }
+
+  /** Draws again soon, quickly; and finely once nothing moves any more. */
+  private draw(): void {
+    this.dirty = true;
+    this.moving();
+    this.schedule();
+  }
+
+  private moving(): void {
+    clearTimeout(this.settleTimer);
+    this.settleTimer = setTimeout(() => this.settle(), settleMs);
+    if (!this.isStill) return;
+    this.isStill = false;
+    this.applySize();
+  }
+
+  private settle(): void {
+    if (this.player?.playing || this.pending) return;
+    this.isStill = true;
+    this.applySize();
+    this.dirty = true;
+    this.schedule();
+  }
+
+  private schedule(): void {
+    this.request ||= requestAnimationFrame((now) => {
+      this.request = 0;
+      this.tick(now);
+    });
+  }
+
+  private tick(nowMs: number): void {
+    const { player } = this;
+    player?.tick(nowMs);
+    if (this.dirty && this.info && measured(() => this.paint(nowMs))) this.mainMs.add(takeSpent());
+    if (player?.playing) this.schedule();
+  }
+
+  /** Returns whether it was another frame. */
+  private paint(nowMs: number): boolean {
+    this.dirty = false;
+    const frame = this.pending;
+    this.pending = undefined;
+    if (frame) this.upload(frame, nowMs);
+    if (!this.isStill && this.ratio.measure(nowMs)) this.applySize();
+    this.stage.render(this.orbit);
+    if (frame) this.events.shown(frame.info);
+    return !!frame;
+  }
+
+  private upload(frame: DecodedFrame, nowMs: number): void {
+    const { order, info, counts, numBytes } = frame;
+    if (order <= this.lastOrder) ++this.orderViolations;
+    this.lastOrder = order;
+    this.stage.show(frame);
+    this.pool.release(frame.buffers);
+    this.shown = { info, counts, numBytes, atMs: performance.now() };
+    ++this.numShown;
+    this.shownRate.add(nowMs);
+    this.bytesRate.add(numBytes);
+  }
+
+  private applySize(): void {
+    const size = [...this.size, this.pixelRatio] as [number, number, number];
+    if (size.join() === this.appliedSize) return;
+    this.appliedSize = size.join();
+    this.stage.setSize(...size);
+  }
+}

@@ -1,0 +1,144 @@
+// What is shown and how: shading, level of detail, what stands beside the blend.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, property } from 'lit/decorators.js';
+import { icons } from '../base/icons.ts';
+import '../base/menu.ts';
+import { controls } from '../base/styles.ts';
+import type { Shading } from '../scene/stage.ts';
+import type { ViewModel } from './model.ts';
+import { maxBeside, type Beside } from './state.ts';
+
+@customElement('lb-toolbar')
+export class Toolbar extends LitElement {
+  static override styles = [
+    controls,
+    css`
+      :host { display: flex; flex-wrap: wrap; gap: 8px; align-items: center; }
+      .group { display: flex; }
+      .group button { border-radius: 0; margin-left: -1px; }
+      .group button:first-child { border-radius: 6px 0 0 6px; margin-left: 0; }
+      .group button:last-child { border-radius: 0 6px 6px 0; }
+      label { display: flex; gap: 6px; align-items: center; }
+      fieldset { border: 0; margin: 0; padding: 0; display: grid; gap: 8px; min-width: 0; }
+      legend { padding: 0 0 6px; font-weight: 600; }
+      .icon-button { padding: 4px 8px; }
+      label span { overflow-wrap: anywhere; }
+    `,
+  ];
+
+  @property({ attribute: false }) model!: ViewModel;
+  private unsubscribe = () => {};
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.unsubscribe = this.model.changes.subscribe(() => this.requestUpdate());
+  }
+
+  override disconnectedCallback(): void {
+    this.unsubscribe();
+    super.disconnectedCallback();
+  }
+
+  override render() {
+    const { state } = this.model;
+    return html`
+      <div class="group" role="group" aria-label="Shading">
+        ${this.renderShading('liquid', 'Liquid')} ${this.renderShading('plain', 'Plain')}
+      </div>
+      <button
+        aria-pressed=${state.wireframe ? 'true' : 'false'}
+        title="Wireframe (w)"
+        @click=${() => this.model.patch({ wireframe: !state.wireframe })}
+      >
+        Wireframe
+      </button>
+      ${this.renderLevels()} ${this.renderBeside()}
+      <button class="icon-button" aria-label="Fit into view" title="Fit into view (f)" @click=${() => this.model.fit()}>
+        ${icons.reset}
+      </button>
+      <button
+        class="icon-button"
+        aria-label="Download"
+        title="Download (d)"
+        @click=${() => this.dispatchEvent(new CustomEvent('download'))}
+      >
+        ${icons.download}
+      </button>
+    `;
+  }
+
+  private renderShading(shading: Shading, name: string) {
+    return html`<button
+      aria-pressed=${this.model.state.shading === shading ? 'true' : 'false'}
+      title=${`${name} shading (s)`}
+      @click=${() => this.model.patch({ shading })}
+    >
+      ${name}
+    </button>`;
+  }
+
+  private renderLevels() {
+    const numLevels = this.model.main?.info?.numLevels ?? 1;
+    const { level } = this.model.state;
+    const names = ['finest', 'half', 'quarter', 'eighth'];
+    const select = (event: Event) => {
+      const { value } = event.target as HTMLSelectElement;
+      this.model.patch({ level: value === 'auto' ? 'auto' : Number(value) });
+    };
+    return html`<select aria-label="Level of detail" title="Level of detail" @change=${select}>
+      <option value="auto" .selected=${level === 'auto'}>Detail: automatic</option>
+      ${Array.from({ length: numLevels }, (_, at) => html`<option value=${at} .selected=${level === at}>
+        Detail: ${at}${names[at] ? ` (${names[at]})` : ''}
+      </option>`)}
+    </select>`;
+  }
+
+  private renderBeside() {
+    const family = this.model.main?.info?.family;
+    if (!family) return nothing;
+    const { state } = this.model;
+    const kept = family.keptVersions.map(({ version }) => `version.${version}` as Beside);
+    const targets = family.targets.map((_, index) => `target.${index + 1}` as Beside);
+    return html`
+      <lb-menu label="Side by side">
+        <fieldset>
+          <legend>Beside the blend</legend>
+          ${this.renderChoice('source', `Source: ${shortName(family.source)}`)}
+          ${targets.map((key, at) => this.renderChoice(key, `Target: ${shortName(family.targets[at]!)}`))}
+          ${kept.map((key) => this.renderChoice(key, `Version ${key.slice('version.'.length)}`))}
+        </fieldset>
+        <fieldset>
+          <legend>Together</legend>
+          <label>
+            <input type="checkbox" .checked=${state.oneCamera} @change=${() => this.model.setTogether('oneCamera')} />
+            Cameras
+          </label>
+          <label>
+            <input type="checkbox" .checked=${state.oneTime} @change=${() => this.model.setTogether('oneTime')} />
+            Times
+          </label>
+        </fieldset>
+      </lb-menu>
+    `;
+  }
+
+  private renderChoice(key: Beside, name: string) {
+    const { beside } = this.model.state;
+    const chosen = beside.includes(key);
+    const change = () =>
+      this.model.setBeside(chosen ? beside.filter((item) => item !== key) : [...beside, key]);
+    return html`<label>
+      <input
+        type="checkbox"
+        .checked=${chosen}
+        ?disabled=${!chosen && beside.length >= maxBeside}
+        @change=${change}
+      />
+      <span>${name}</span>
+    </label>`;
+  }
+}
+
+function shortName(name: string): string {
+  return name.slice(name.indexOf('/') + 1);
+}
