@@ -43,6 +43,21 @@ const backgroundFragment = /* glsl */ `
   }
 `;
 
+const copyVertex = /* glsl */ `
+  void main() {
+    gl_Position = vec4(position.xy, 1.0, 1.0);
+  }
+`;
+
+const copyFragment = /* glsl */ `
+  precision mediump float;
+  uniform sampler2D picture;
+  out vec4 color;
+  void main() {
+    color = texelFetch(picture, ivec2(gl_FragCoord.xy), 0);
+  }
+`;
+
 // Sums the distances of back faces minus those of front faces: the way through the liquid.
 const thicknessFragment = /* glsl */ `
   precision highp float;
@@ -63,10 +78,10 @@ const liquidFragment = /* glsl */ `
   out vec4 color;
   uniform sampler2D thickness;
   uniform vec2 resolution;
+  uniform vec3 bodyColor;
   ${studioShader}
 
-  const vec3 absorption = vec3(3.4, 0.95, 0.5);
-  const vec3 scattering = vec3(0.012, 0.105, 0.14);
+  const vec3 absorption = vec3(5.2, 1.1, 0.55);
   const vec3 sun = normalize(vec3(-0.42, 0.78, -0.36));
 
   void main() {
@@ -77,9 +92,9 @@ const liquidFragment = /* glsl */ `
     float fresnel = 0.02 + 0.98 * pow(1.0 - facing, 5.0);
 
     float way = texture(thickness, gl_FragCoord.xy / resolution).r / sceneSize;
-    vec3 clear = exp(-absorption * max(way, 0.0) * 2.2);
     vec3 behind = studio(world, refract(view, n, 1.0 / 1.33));
-    vec3 body = behind * clear + scattering * lamp * (1.0 - clear) * (0.75 + 0.5 * n.y);
+    vec3 scattered = bodyColor * (1.0 - exp(-3.2 * max(way, 0.0))) * (0.8 + 0.4 * n.y);
+    vec3 body = behind * exp(-absorption * max(way, 0.0)) + scattered;
 
     vec3 mirrored = reflect(view, n);
     vec3 glint = vec3(pow(max(dot(mirrored, sun), 0.0), 220.0)) * 1.6 * lamp;
@@ -89,19 +104,25 @@ const liquidFragment = /* glsl */ `
 
 export interface LiquidMaterials {
   background: ShaderMaterial;
+  copy: ShaderMaterial;
   thickness: ShaderMaterial;
   liquid: ShaderMaterial;
 }
 
 export function liquidMaterials(studio: Uniforms): LiquidMaterials {
   const glslVersion = GLSL3;
+  const behind = { glslVersion, depthTest: false, depthWrite: false };
   const background = new ShaderMaterial({
-    glslVersion,
+    ...behind,
     uniforms: { ...studio, toWorld: { value: null } },
     vertexShader: backgroundVertex,
     fragmentShader: backgroundFragment,
-    depthTest: false,
-    depthWrite: false,
+  });
+  const copy = new ShaderMaterial({
+    ...behind,
+    uniforms: { picture: { value: null as Texture | null } },
+    vertexShader: copyVertex,
+    fragmentShader: copyFragment,
   });
   const thickness = new ShaderMaterial({
     glslVersion,
@@ -121,9 +142,15 @@ export function liquidMaterials(studio: Uniforms): LiquidMaterials {
     fragmentShader: liquidFragment,
     side: FrontSide,
   });
-  return { background, thickness, liquid };
+  return { background, copy, thickness, liquid };
 }
 
-export function useThickness(materials: LiquidMaterials, target: WebGLRenderTarget): void {
-  materials.liquid.uniforms.thickness!.value = target.texture;
+/** Where the passes before the last one leave their pictures. */
+export function useTargets(
+  { copy, liquid }: LiquidMaterials,
+  background: WebGLRenderTarget,
+  thickness: WebGLRenderTarget,
+): void {
+  copy.uniforms.picture!.value = background.texture;
+  liquid.uniforms.thickness!.value = thickness.texture;
 }

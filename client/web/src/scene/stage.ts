@@ -16,7 +16,7 @@ import {
   WebGLRenderTarget,
 } from 'three';
 import type { DecodedFrame } from '../stream/frame.ts';
-import { liquidMaterials, useThickness } from './liquid.ts';
+import { liquidMaterials, useTargets } from './liquid.ts';
 import { eyeOf, fieldOfView, type Orbit, type Sphere as OrbitSphere } from './orbit.ts';
 import { plainMaterials, setPlainTheme } from './plain.ts';
 import { isSoftware } from './software.ts';
@@ -40,12 +40,15 @@ export class Stage {
   private readonly scene = new Scene();
   private readonly hidden = new Scene();  // what is drawn into the thickness only
   private readonly background = new Scene();
+  private readonly backgroundCopy = new Scene();
   private readonly camera = new PerspectiveCamera(fieldOfView, 1);
   private readonly studio = studioUniforms();
   private readonly liquid = liquidMaterials(this.studio);
   private readonly plain = plainMaterials();
   private readonly surroundings = new Surroundings();
-  private readonly target = new WebGLRenderTarget(1, 1, { format: RedFormat, type: HalfFloatType });
+  private readonly thickness = new WebGLRenderTarget(1, 1, { format: RedFormat, type: HalfFloatType });
+  private readonly backgroundPicture = new WebGLRenderTarget(1, 1, { depthBuffer: false });
+  private backgroundKey = '';  // what it was drawn for
   private readonly mesh = new Mesh(this.surface.triangles, this.liquid.liquid);
   private readonly body = new Mesh(this.surface.triangles, this.liquid.thickness);
   private readonly wire = new LineSegments(this.surface.lines, this.plain.wire);
@@ -60,9 +63,10 @@ export class Stage {
     const corners = new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]);
     screen.setAttribute('position', new BufferAttribute(corners, 3));
     this.background.add(still(new Mesh(screen, this.liquid.background)));
+    this.backgroundCopy.add(still(new Mesh(screen, this.liquid.copy)));
     this.hidden.add(still(this.body));
     this.scene.add(still(this.mesh), still(this.wire), this.surroundings.group);
-    useThickness(this.liquid, this.target);
+    useTargets(this.liquid, this.backgroundPicture, this.thickness);
   }
 
   /** What the camera turns around. */
@@ -78,6 +82,7 @@ export class Stage {
   setWorld(box: Box3, rotation: Matrix4): void {
     this.box.copy(box);
     setBox(this.studio, box);
+    this.backgroundKey = '';
     this.surroundings.setBox(box);
     for (const object of [this.mesh, this.body, this.wire]) object.matrix.copy(rotation);
   }
@@ -98,7 +103,9 @@ export class Stage {
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
     const { canvas } = this;
-    this.target.setSize(Math.ceil(canvas.width / 2), Math.ceil(canvas.height / 2));
+    this.thickness.setSize(Math.ceil(canvas.width / 2), Math.ceil(canvas.height / 2));
+    this.backgroundPicture.setSize(canvas.width, canvas.height);
+    this.backgroundKey = '';
     this.studio.resolution!.value.set(canvas.width, canvas.height);
     this.camera.aspect = width / Math.max(1, height);
   }
@@ -111,7 +118,7 @@ export class Stage {
     this.place(orbit);
     const { renderer } = this;
     renderer.info.reset();
-    if (this.look.shading === 'liquid') this.renderLiquid();
+    if (this.look.shading === 'liquid') this.renderLiquid(JSON.stringify([orbit, this.look.theme]));
     else {
       renderer.setClearColor(new Color(palettes[this.look.theme].horizon), 1);
       renderer.clear();
@@ -122,20 +129,27 @@ export class Stage {
   dispose(): void {
     this.surface.dispose();
     this.surroundings.dispose();
-    this.target.dispose();
+    this.thickness.dispose();
+    this.backgroundPicture.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
   }
 
-  private renderLiquid(): void {
+  // What is behind the liquid changes with the camera only.
+  private renderLiquid(backgroundKey: string): void {
     const { renderer } = this;
-    renderer.setRenderTarget(this.target);
+    if (backgroundKey !== this.backgroundKey) {
+      this.backgroundKey = backgroundKey;
+      renderer.setRenderTarget(this.backgroundPicture);
+      renderer.render(this.background, this.camera);
+    }
+    renderer.setRenderTarget(this.thickness);
     renderer.setClearColor(0x000000, 0);
     renderer.clear();
     renderer.render(this.hidden, this.camera);
     renderer.setRenderTarget(null);
     renderer.clear();
-    renderer.render(this.background, this.camera);
+    renderer.render(this.backgroundCopy, this.camera);
   }
 
   private place(orbit: Orbit): void {

@@ -9,6 +9,7 @@ interface Palette {
   ground: string;
   line: string;
   lamp: number;
+  body: string;  // of thick liquid
   plain: string;
   wire: string;
   box: string;
@@ -17,20 +18,22 @@ interface Palette {
 export const palettes: Record<SceneTheme, Palette> = {
   light: {
     horizon: '#f4f7f9',
-    zenith: '#c3d3de',
+    zenith: '#a4bfd2',
     ground: '#e7ecef',
-    line: '#b9c5cd',
+    line: '#c6d0d7',
     lamp: 1.15,
+    body: '#2a86a8',
     plain: '#5d93ad',
     wire: '#0c3a50',
     box: '#7d8e99',
   },
   dark: {
     horizon: '#18222a',
-    zenith: '#2b3c49',
+    zenith: '#355062',
     ground: '#1d2830',
-    line: '#3a4a56',
-    lamp: 1.5,
+    line: '#33424d',
+    lamp: 1.25,
+    body: '#14587a',
     plain: '#6fa9c4',
     wire: '#06202d',
     box: '#5d7280',
@@ -47,6 +50,7 @@ export function studioUniforms(): Uniforms {
     groundColor: { value: new Color() },
     lineColor: { value: new Color() },
     lamp: { value: 1 },
+    bodyColor: { value: new Color() },
     boxCenter: { value: new Vector3() },
     boxHalf: { value: new Vector3(1, 1, 1) },
     sceneSize: { value: 1 },
@@ -62,6 +66,7 @@ export function setTheme(uniforms: Uniforms, theme: SceneTheme): void {
   uniforms.groundColor!.value.set(palette.ground);
   uniforms.lineColor!.value.set(palette.line);
   uniforms.lamp!.value = palette.lamp;
+  uniforms.bodyColor!.value.set(palette.body);
 }
 
 /** A round length that divides the box into some 8 squares. */
@@ -101,13 +106,13 @@ export const studioShader = /* glsl */ `
 
   float gridLine(vec2 p, float softness) {
     vec2 d = abs(fract(p / gridStep - 0.5) - 0.5) * gridStep;
-    float width = 0.0011 * sceneSize;
+    float width = 0.0007 * sceneSize;
     return 1.0 - smoothstep(width, width + softness, min(d.x, d.y));
   }
 
   vec3 ground(vec3 p, float way) {
     vec2 q = p.xz - boxCenter.xz;
-    float line = gridLine(q, 0.0006 * way + 0.0004 * sceneSize);
+    float line = gridLine(q, 0.0007 * way + 0.0002 * sceneSize);
     vec3 color = mix(groundColor, lineColor, line * 0.85);
     float outside = length(max(abs(q) - boxHalf.xz, 0.0)) / sceneSize;
     color *= 1.0 - 0.28 * exp(-14.0 * outside);
