@@ -30,10 +30,10 @@ export const palettes: Record<SceneTheme, Palette> = {
   dark: {
     horizon: '#18222a',
     zenith: '#355062',
-    ground: '#1d2830',
+    ground: '#222e37',
     line: '#33424d',
     lamp: 1.25,
-    body: '#14587a',
+    body: '#1a6a90',
     plain: '#6fa9c4',
     wire: '#06202d',
     box: '#5d7280',
@@ -100,6 +100,7 @@ export const studioShader = /* glsl */ `
     vec3 color = mix(horizonColor, zenithColor, smoothstep(0.0, 0.75, d.y));
     vec2 ceiling = d.xz / max(d.y, 0.08);
     color += lamp * panel(ceiling, vec2(-0.55, -0.5), vec2(0.55, 0.3));
+    color += 0.16 * lamp * exp(-pow((d.y - 0.2) / 0.14, 2.0));
     color += 0.6 * lamp * panel(ceiling, vec2(1.5, 0.9), vec2(0.25, 0.9));
     return color;
   }

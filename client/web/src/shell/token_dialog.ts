@@ -3,7 +3,7 @@ import { LitElement, css, html } from 'lit';
 import { customElement, query } from 'lit/decorators.js';
 import { setToken, token } from '../api/token.ts';
 import { controls } from '../base/styles.ts';
-import { dialogStyles } from './dialog_styles.ts';
+import { dialogStyles } from '../base/dialog_styles.ts';
 
 @customElement('lb-token-dialog')
 export class TokenDialog extends LitElement {

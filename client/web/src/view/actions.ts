@@ -2,7 +2,8 @@
 import { clamp, roundTo } from '../base/numbers.ts';
 import type { Loop } from '../stream/clock.ts';
 import type { Action } from './keys.ts';
-import type { Pane, ViewModel } from './model.ts';
+import type { ViewModel } from './model.ts';
+import type { Pane } from './panes.ts';
 
 type Act = (model: ViewModel, pane: Pane) => void;
 

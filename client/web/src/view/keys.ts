@@ -11,7 +11,8 @@ export type Action =
   | 'shading'
   | 'wireframe'
   | 'fit'
-  | 'download';
+  | 'download'
+  | 'help';
 
 export const keys: Record<string, Action> = {
   ' ': 'play',
@@ -27,6 +28,7 @@ export const keys: Record<string, Action> = {
   w: 'wireframe',
   f: 'fit',
   d: 'download',
+  '?': 'help',
 };
 
 function takesKeys(element: EventTarget | undefined, key: string): boolean {

@@ -11,6 +11,7 @@ import type { FrameInfo } from '../stream/frame.ts';
 import type { PlayerSettings } from '../stream/player.ts';
 import { actions } from './actions.ts';
 import type { Action } from './keys.ts';
+import { clear, newPane, resolve, titleOf, type Pane } from './panes.ts';
 import { Picture } from './picture.ts';
 import {
   initialState,
@@ -20,32 +21,7 @@ import {
   type PaneState,
   type ViewState,
 } from './state.ts';
-import { loadSubject, type SubjectInfo } from './subject.ts';
-
-/** What one pane shows. */
-export interface Pane {
-  readonly key: 'main' | Beside;
-  title: string;
-  info: SubjectInfo | undefined;
-  picture: Picture | undefined;
-  error: ApiError | undefined;
-  told: string;  // what elements know of its player
-}
-
-function newPane(key: Pane['key']): Pane {
-  return { key, title: '', info: undefined, picture: undefined, error: undefined, told: '' };
-}
-
-function titleOf(name: string): string {
-  return name.slice(name.indexOf('/') + 1);
-}
-
-// Shows something else from now on.
-function clear(pane: Pane): void {
-  pane.picture?.player?.close();
-  pane.info = undefined;
-  pane.error = undefined;
-}
+import { loadSubject } from './subject.ts';
 
 export class ViewModel {
   readonly pool = new DecoderPool();
@@ -216,7 +192,7 @@ export class ViewModel {
     const loads = this.panes.map(async (pane) => {
       if (pane.info || pane.key === 'main') return;
       try {
-        const { name, version, title } = this.resolve(pane.key);
+        const { name, version, title } = resolve(pane.key, this.main?.info?.family);
         pane.title = title;
         await this.load(pane, name, version, signal);
       } catch (error) {
@@ -224,20 +200,6 @@ export class ViewModel {
       }
     });
     await Promise.all(loads);
-  }
-
-  // What a name such as target.2 stands for in this family.
-  private resolve(item: Beside): { name: string; version: bigint; title: string } {
-    const family = this.main?.info?.family;
-    if (!family) throw new Error('Only families have something beside them.');
-    const [kind, number = '0'] = item.split('.') as [string, string?];
-    if (kind === 'version') {
-      return { name: family.name, version: BigInt(number), title: `version ${number}` };
-    }
-    const name = kind === 'source' ? family.source : family.targets[Number(number) - 1];
-    if (!name) throw new Error(`This family has no target ${number}.`);
-    const role = kind === 'source' ? 'source' : `target ${number}`;
-    return { name, version: 0n, title: `${role}: ${titleOf(name)}` };
   }
 
   // Begins once both the picture and what it shows are there.

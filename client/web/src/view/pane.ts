@@ -4,7 +4,8 @@ import { customElement, property, query, state } from 'lit/decorators.js';
 import '../base/error_message.ts';
 import { controls } from '../base/styles.ts';
 import { OrbitInput } from '../scene/orbit_input.ts';
-import type { Pane, ViewModel } from './model.ts';
+import type { ViewModel } from './model.ts';
+import type { Pane } from './panes.ts';
 
 @customElement('lb-pane')
 export class PaneElement extends LitElement {

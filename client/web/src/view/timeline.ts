@@ -4,7 +4,8 @@ import { customElement, property, query } from 'lit/decorators.js';
 import { clamp } from '../base/numbers.ts';
 import { icons } from '../base/icons.ts';
 import { controls } from '../base/styles.ts';
-import type { Pane, ViewModel } from './model.ts';
+import type { ViewModel } from './model.ts';
+import type { Pane } from './panes.ts';
 import { timelineStyles } from './timeline_styles.ts';
 
 @customElement('lb-timeline')

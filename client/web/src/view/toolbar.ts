@@ -1,5 +1,5 @@
 // What is shown and how: shading, level of detail, what stands beside the blend.
-import { LitElement, css, html, nothing } from 'lit';
+import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icons } from '../base/icons.ts';
 import '../base/menu.ts';
@@ -56,15 +56,20 @@ export class Toolbar extends LitElement {
       <button class="icon-button" aria-label="Fit into view" title="Fit into view (f)" @click=${() => this.model.fit()}>
         ${icons.reset}
       </button>
-      <button
-        class="icon-button"
-        aria-label="Download"
-        title="Download (d)"
-        @click=${() => this.dispatchEvent(new CustomEvent('download'))}
-      >
-        ${icons.download}
-      </button>
+      ${this.renderOpener('download', 'Download', 'd', icons.download)}
+      ${this.renderOpener('help', 'Keys', '?', icons.help)}
     `;
+  }
+
+  private renderOpener(event: string, name: string, key: string, icon: TemplateResult) {
+    return html`<button
+      class="icon-button"
+      aria-label=${name}
+      title=${`${name} (${key})`}
+      @click=${() => this.dispatchEvent(new CustomEvent(event))}
+    >
+      ${icon}
+    </button>`;
   }
 
   private renderShading(shading: Shading, name: string) {
@@ -86,7 +91,7 @@ export class Toolbar extends LitElement {
       this.model.patch({ level: value === 'auto' ? 'auto' : Number(value) });
     };
     return html`<select aria-label="Level of detail" title="Level of detail" @change=${select}>
-      <option value="auto" .selected=${level === 'auto'}>Detail: automatic</option>
+      <option value="auto" .selected=${level === 'auto'}>Detail: auto</option>
       ${Array.from({ length: numLevels }, (_, at) => html`<option value=${at} .selected=${level === at}>
         Detail: ${at}${names[at] ? ` (${names[at]})` : ''}
       </option>`)}

@@ -9,10 +9,13 @@ import { showTheme, theme } from '../base/theme.ts';
 import './download_dialog.ts';
 import type { DownloadDialog } from './download_dialog.ts';
 import './figures.ts';
+import './help_dialog.ts';
+import type { HelpDialog } from './help_dialog.ts';
 import { actionOf } from './keys.ts';
-import { ViewModel, type Pane } from './model.ts';
+import { ViewModel } from './model.ts';
 import './pace.ts';
 import './pane.ts';
+import type { Pane } from './panes.ts';
 import { publish } from './published.ts';
 import { fromFields, toFields } from './state.ts';
 import './timeline.ts';
@@ -26,6 +29,7 @@ export class Viewer extends LitElement {
 
   private readonly model = new ViewModel();
   @query('lb-download') private download!: DownloadDialog;
+  @query('lb-help') private help!: HelpDialog;
   private unsubscribes: (() => void)[] = [];
 
   override connectedCallback(): void {
@@ -57,7 +61,7 @@ export class Viewer extends LitElement {
     return html`
       <div class="top">
         <h2>${main.title}</h2>
-        <lb-toolbar .model=${this.model} @download=${() => this.download.open()}></lb-toolbar>
+        <lb-toolbar .model=${this.model} @download=${() => this.download.open()} @help=${() => this.help.open()}></lb-toolbar>
       </div>
       <div class="panes count-${panes.length}">
         ${repeat(panes, (pane) => pane.key, (pane) => this.renderPane(pane))}
@@ -71,6 +75,7 @@ export class Viewer extends LitElement {
       </div>
       ${main.info?.family ? html`<div class="side"><lb-weights .model=${this.model}></lb-weights></div>` : nothing}
       <lb-download .model=${this.model}></lb-download>
+      <lb-help></lb-help>
     `;
   }
 
@@ -108,6 +113,7 @@ export class Viewer extends LitElement {
     if (!action || !this.model.main) return;
     event.preventDefault();
     if (action === 'download') this.download.open();
+    else if (action === 'help') this.help.open();
     else this.model.act(action);
   };
 }
