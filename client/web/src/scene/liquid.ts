@@ -6,7 +6,6 @@ import {
   GLSL3,
   ShaderMaterial,
   type Texture,
-  type WebGLRenderTarget,
 } from 'three';
 import { studioShader, type Uniforms } from './studio.ts';
 
@@ -93,7 +92,7 @@ const liquidFragment = /* glsl */ `
 
     float way = texture(thickness, gl_FragCoord.xy / resolution).r / sceneSize;
     vec3 behind = studio(world, refract(view, n, 1.0 / 1.33));
-    vec3 scattered = bodyColor * (1.0 - exp(-3.2 * max(way, 0.0))) * (0.8 + 0.4 * n.y);
+    vec3 scattered = bodyColor * (1.0 - exp(-3.2 * max(way, 0.0))) * (0.64 + 0.4 * n.y);
     vec3 body = behind * exp(-absorption * max(way, 0.0)) + scattered;
 
     vec3 mirrored = reflect(view, n);
@@ -143,14 +142,4 @@ export function liquidMaterials(studio: Uniforms): LiquidMaterials {
     side: FrontSide,
   });
   return { background, copy, thickness, liquid };
-}
-
-/** Where the passes before the last one leave their pictures. */
-export function useTargets(
-  { copy, liquid }: LiquidMaterials,
-  background: WebGLRenderTarget,
-  thickness: WebGLRenderTarget,
-): void {
-  copy.uniforms.picture!.value = background.texture;
-  liquid.uniforms.thickness!.value = thickness.texture;
 }

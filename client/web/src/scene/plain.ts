@@ -1,6 +1,6 @@
 // Plain shading: matt, lit from the camera and from above; and the lines of its wireframe.
 import { Color, GLSL3, LineBasicMaterial, ShaderMaterial } from 'three';
-import { palettes, type SceneTheme } from './studio.ts';
+import { palettes, setLight, type SceneTheme } from './studio.ts';
 
 const vertexShader = /* glsl */ `
   out float light;
@@ -42,6 +42,6 @@ export function plainMaterials(): PlainMaterials {
 }
 
 export function setPlainTheme({ surface, wire }: PlainMaterials, theme: SceneTheme): void {
-  surface.uniforms.albedo!.value.set(palettes[theme].plain);
+  setLight(surface.uniforms.albedo!, palettes[theme].plain);
   wire.color.set(palettes[theme].wire);
 }

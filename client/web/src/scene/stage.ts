@@ -4,8 +4,10 @@ import {
   BufferAttribute,
   BufferGeometry,
   Color,
+  ColorManagement,
   HalfFloatType,
   LineSegments,
+  LinearSRGBColorSpace,
   Matrix4,
   Mesh,
   PerspectiveCamera,
@@ -16,7 +18,7 @@ import {
   WebGLRenderTarget,
 } from 'three';
 import type { DecodedFrame } from '../stream/frame.ts';
-import { liquidMaterials, useTargets } from './liquid.ts';
+import { liquidMaterials } from './liquid.ts';
 import { eyeOf, fieldOfView, type Orbit, type Sphere as OrbitSphere } from './orbit.ts';
 import { plainMaterials, setPlainTheme } from './plain.ts';
 import { isSoftware } from './software.ts';
@@ -32,6 +34,9 @@ export interface Look {
   theme: SceneTheme;
 }
 
+// Colours are what the screen gets; shaders that add light convert them themselves.
+ColorManagement.enabled = false;
+
 /** Errors: the constructor throws where WebGL 2 is missing. */
 export class Stage {
   readonly renderer: WebGLRenderer;
@@ -40,7 +45,7 @@ export class Stage {
   private readonly scene = new Scene();
   private readonly hidden = new Scene();  // what is drawn into the thickness only
   private readonly background = new Scene();
-  private readonly backgroundCopy = new Scene();
+  private readonly copies = new Scene();
   private readonly camera = new PerspectiveCamera(fieldOfView, 1);
   private readonly studio = studioUniforms();
   private readonly liquid = liquidMaterials(this.studio);
@@ -49,6 +54,7 @@ export class Stage {
   private readonly thickness = new WebGLRenderTarget(1, 1, { format: RedFormat, type: HalfFloatType });
   private readonly backgroundPicture = new WebGLRenderTarget(1, 1, { depthBuffer: false });
   private backgroundKey = '';  // what it was drawn for
+  private smooth: WebGLRenderTarget | undefined;
   private readonly mesh = new Mesh(this.surface.triangles, this.liquid.liquid);
   private readonly body = new Mesh(this.surface.triangles, this.liquid.thickness);
   private readonly wire = new LineSegments(this.surface.lines, this.plain.wire);
@@ -57,16 +63,17 @@ export class Stage {
 
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: !this.software, alpha: false });
+    this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.renderer.autoClear = false;
     this.renderer.info.autoReset = false;
     const screen = new BufferGeometry();
     const corners = new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]);
     screen.setAttribute('position', new BufferAttribute(corners, 3));
     this.background.add(still(new Mesh(screen, this.liquid.background)));
-    this.backgroundCopy.add(still(new Mesh(screen, this.liquid.copy)));
+    this.copies.add(still(new Mesh(screen, this.liquid.copy)));
     this.hidden.add(still(this.body));
     this.scene.add(still(this.mesh), still(this.wire), this.surroundings.group);
-    useTargets(this.liquid, this.backgroundPicture, this.thickness);
+    this.liquid.liquid.uniforms.thickness!.value = this.thickness.texture;
   }
 
   /** What the camera turns around. */
@@ -114,16 +121,21 @@ export class Stage {
     this.surface.update(frame.buffers, frame.counts);
   }
 
-  render(orbit: Orbit): void {
+  /** `fine`: with smooth edges, even where that takes long. */
+  render(orbit: Orbit, fine: boolean): void {
     this.place(orbit);
     const { renderer } = this;
+    const output = fine && this.software ? this.smoothTarget() : null;
     renderer.info.reset();
-    if (this.look.shading === 'liquid') this.renderLiquid(JSON.stringify([orbit, this.look.theme]));
-    else {
+    if (this.look.shading === 'liquid') {
+      this.renderLiquid(output, JSON.stringify([orbit, this.look.theme]));
+    } else {
+      renderer.setRenderTarget(output);
       renderer.setClearColor(new Color(palettes[this.look.theme].horizon), 1);
       renderer.clear();
     }
     renderer.render(this.scene, this.camera);
+    if (output) this.copy(output, null);
   }
 
   dispose(): void {
@@ -131,12 +143,13 @@ export class Stage {
     this.surroundings.dispose();
     this.thickness.dispose();
     this.backgroundPicture.dispose();
+    this.smooth?.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
   }
 
   // What is behind the liquid changes with the camera only.
-  private renderLiquid(backgroundKey: string): void {
+  private renderLiquid(output: WebGLRenderTarget | null, backgroundKey: string): void {
     const { renderer } = this;
     if (backgroundKey !== this.backgroundKey) {
       this.backgroundKey = backgroundKey;
@@ -147,9 +160,21 @@ export class Stage {
     renderer.setClearColor(0x000000, 0);
     renderer.clear();
     renderer.render(this.hidden, this.camera);
-    renderer.setRenderTarget(null);
-    renderer.clear();
-    renderer.render(this.backgroundCopy, this.camera);
+    this.copy(this.backgroundPicture, output);
+  }
+
+  private copy(from: WebGLRenderTarget, to: WebGLRenderTarget | null): void {
+    this.liquid.copy.uniforms.picture!.value = from.texture;
+    this.renderer.setRenderTarget(to);
+    this.renderer.clear();
+    this.renderer.render(this.copies, this.camera);
+  }
+
+  // Where WebGL draws by the processor, smooth edges are for still pictures only.
+  private smoothTarget(): WebGLRenderTarget {
+    this.smooth ??= new WebGLRenderTarget(1, 1, { samples: 4 });
+    this.smooth.setSize(this.canvas.width, this.canvas.height);
+    return this.smooth;
   }
 
   private place(orbit: Orbit): void {

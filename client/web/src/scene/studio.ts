@@ -59,14 +59,19 @@ export function studioUniforms(): Uniforms {
   };
 }
 
+// A colour of the screen as an amount of light.
+export function setLight(uniform: IUniform<Color>, color: string): void {
+  uniform.value.set(color).convertSRGBToLinear();
+}
+
 export function setTheme(uniforms: Uniforms, theme: SceneTheme): void {
   const palette = palettes[theme];
-  uniforms.horizonColor!.value.set(palette.horizon);
-  uniforms.zenithColor!.value.set(palette.zenith);
-  uniforms.groundColor!.value.set(palette.ground);
-  uniforms.lineColor!.value.set(palette.line);
+  setLight(uniforms.horizonColor!, palette.horizon);
+  setLight(uniforms.zenithColor!, palette.zenith);
+  setLight(uniforms.groundColor!, palette.ground);
+  setLight(uniforms.lineColor!, palette.line);
   uniforms.lamp!.value = palette.lamp;
-  uniforms.bodyColor!.value.set(palette.body);
+  setLight(uniforms.bodyColor!, palette.body);
 }
 
 /** A round length that divides the box into some 8 squares. */

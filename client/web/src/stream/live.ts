@@ -13,12 +13,20 @@ export interface LiveEvents {
   state(state: StreamState): void;
 }
 
+interface Ordered {
+  order: number;
+  frame: EncodedFrame;
+}
+
 /** One stream at a time. Frames of a stream that was closed never come. */
 export class Live {
   numReceived = 0;
+  numOvertaken = 0;  // not decoded, since a newer one came
   wanted: Wanted = { normals: true, velocities: false, edges: false };
   private readonly stream: FrameStream;
   private epoch = 0;
+  private numDecoding = 0;
+  private next: Ordered | undefined;
   private family = '';
 
   constructor(
@@ -29,7 +37,7 @@ export class Live {
     this.stream = new FrameStream(
       {
         ...events,
-        frame: (frame) => void this.decode(frame),
+        frame: (frame) => this.receive(frame),
         probe: () => getFamily(this.family),
       },
       pool.size + 1,  // what is being decoded, and one frame ahead
@@ -37,7 +45,7 @@ export class Live {
   }
 
   open(request: StreamRequest): void {
-    ++this.epoch;
+    this.begin();
     this.family = request.family ?? '';
     this.stream.open(request);
   }
@@ -47,15 +55,35 @@ export class Live {
   }
 
   close(): void {
-    ++this.epoch;
+    this.begin();
     this.stream.close();
   }
 
-  private async decode({ info, data }: EncodedFrame): Promise<void> {
-    const { epoch } = this;
-    const order = this.nextOrder();
-    const numBytes = data.length;
+  private begin(): void {
+    ++this.epoch;
+    this.next = undefined;
+  }
+
+  // While all workers are busy, only the newest frame waits.
+  private receive(frame: EncodedFrame): void {
     ++this.numReceived;
+    const ordered = { order: this.nextOrder(), frame };
+    if (this.numDecoding < this.pool.size) return void this.decode(ordered);
+    if (this.next) this.forgetNext();
+    this.next = ordered;
+  }
+
+  private forgetNext(): void {
+    this.next = undefined;
+    ++this.numOvertaken;
+    this.stream.grant();
+  }
+
+  private async decode({ order, frame }: Ordered): Promise<void> {
+    const { epoch } = this;
+    const { info, data } = frame;
+    const numBytes = data.length;
+    ++this.numDecoding;
     try {
       const decoded = await this.pool.decode(data, this.wanted);
       if (epoch !== this.epoch) this.pool.release(decoded.buffers);
@@ -63,6 +91,14 @@ export class Live {
     } catch (error) {
       if (epoch === this.epoch) this.events.error(toApiError(error));
     }
+    --this.numDecoding;
     if (epoch === this.epoch) this.stream.grant();
+    this.decodeNext();
+  }
+
+  private decodeNext(): void {
+    const { next } = this;
+    this.next = undefined;
+    if (next) void this.decode(next);
   }
 }

@@ -9,6 +9,7 @@ import { isFamily, type Blend, type Subject } from './frame_request.ts';
 import type { StreamRequest, StreamState } from './frame_stream.ts';
 import { Live } from './live.ts';
 import { Stills } from './stills.ts';
+import { blendOf, paceOf, streamChange, surfaceOf } from './stream_changes.ts';
 
 export interface PlayerSettings {
   blend: Blend;
@@ -24,6 +25,7 @@ export interface PlayerSettings {
 export interface Timing {
   durationS: number;
   framesPerSecond: number;
+  numLevels: number;  // of detail
 }
 
 export interface PlayerEvents {
@@ -47,6 +49,7 @@ export class Player {
   private wrapping = false;
   private lastTickMs = 0;
   private lastStill = '';
+  private coarseness = 0;
   private readonly stills: Stills;
   private readonly live: Live;
 
@@ -84,6 +87,10 @@ export class Player {
     return this.live.numReceived;
   }
 
+  get numOvertaken(): number {
+    return this.live.numOvertaken;
+  }
+
   get course(): Course {
     const { rate, loop, range } = this.settings;
     return { rate, loop, range, durationS: this.timing.durationS };
@@ -94,8 +101,16 @@ export class Player {
     this.settings = settings;
     this.live.wanted = settings.wanted;
     if (!this.streams) return this.requestStill(false);
-    const change = streamChange(before, settings);
+    const change = streamChange(before, settings, this.coarseness);
     if (change) this.live.change(change);
+  }
+
+  /** The finest level of detail that can be drawn fast enough, while it plays. */
+  limitLevel(level: number): void {
+    const before = this.surface;
+    this.coarseness = Math.min(level, this.timing.numLevels - 1);
+    const { surface } = this;
+    if (this.streams && JSON.stringify(surface) !== JSON.stringify(before)) this.live.change(surface);
   }
 
   play(): void {
@@ -188,8 +203,12 @@ export class Player {
       loop: settings.loop !== 'off',
       ...paceOf(settings),
       ...blendOf(settings.blend),
-      ...surfaceOf(settings),
+      ...this.surface,
     };
+  }
+
+  private get surface(): StreamRequest {
+    return surfaceOf(this.settings.level, this.coarseness);
   }
 
   private requestStill(last: boolean): void {
@@ -254,34 +273,4 @@ export class Player {
     this.connection = state;
     this.events.changed();
   }
-}
-
-function blendOf({ weights, parameters, extrapolate }: Blend): StreamRequest {
-  return parameters ? { parameters, extrapolate: !!extrapolate } : { weights };
-}
-
-function paceOf({ framesPerSecond }: PlayerSettings): StreamRequest {
-  return framesPerSecond ? { framesPerSecond } : {};
-}
-
-function surfaceOf({ level }: PlayerSettings): StreamRequest {
-  return {
-    surface: { levelOfDetail: level === 'auto' ? 0 : level },
-    adaptLevelOfDetail: level === 'auto',
-  };
-}
-
-/** What of the settings changed, as a message; undefined if nothing that the server must know. */
-function streamChange(before: PlayerSettings, after: PlayerSettings): StreamRequest | undefined {
-  const change: StreamRequest = {};
-  if (before.rate !== after.rate) change.rate = after.rate;
-  if (before.loop !== after.loop) change.loop = after.loop !== 'off';
-  if (before.framesPerSecond !== after.framesPerSecond) Object.assign(change, paceOf(after));
-  if (before.level !== after.level) Object.assign(change, surfaceOf(after));
-  if (!sameBlend(before.blend, after.blend)) Object.assign(change, blendOf(after.blend));
-  return Object.keys(change).length ? change : undefined;
-}
-
-function sameBlend(before: Blend, after: Blend): boolean {
-  return JSON.stringify(before) === JSON.stringify(after);
 }

@@ -13,8 +13,9 @@ export class Figures extends LitElement {
     controls,
     css`
       :host { display: block; }
-      dl { display: flex; flex-wrap: wrap; gap: 2px 16px; margin: 0; font-size: 12px; min-height: 18px; }
-      div { display: flex; gap: 5px; }
+      dl { display: flex; flex-wrap: wrap; gap: 2px 16px; margin: 0; font-size: 12px; line-height: 18px; height: 38px;
+        overflow: hidden; align-content: start; }
+      div { display: flex; gap: 5px; white-space: nowrap; }
       dt { color: var(--muted); }
       dd { margin: 0; font-family: var(--mono); }
       .mark { color: var(--warn); font-weight: 600; font-family: inherit; }
@@ -43,6 +44,9 @@ export class Figures extends LitElement {
     const playing = picture.player?.playing ?? false;
     return html`
       <dl aria-label="Figures">
+        ${info.extrapolated ? this.mark('extrapolated') : nothing}
+        ${info.clamped ? this.mark('clamped') : nothing}
+        ${picture.player?.connection === 'waiting' ? this.mark('connection lost, trying again') : nothing}
         ${playing ? this.figure('frames/s', rate.toFixed(0)) : nothing}
         ${this.figure('decode', `${picture.decodeMs.mean.toFixed(1)} ms`)}
         ${this.figure('main thread', `${picture.mainMs.mean.toFixed(1)} ms`)}
@@ -53,9 +57,6 @@ export class Figures extends LitElement {
         ${info.weights.length ? this.figure('weights', info.weights.map((w) => w.toFixed(2)).join(', ')) : nothing}
         ${info.frameNumber === undefined ? nothing : this.figure('number', String(info.frameNumber))}
         ${playing && info.numDropped ? this.figure('dropped', String(info.numDropped)) : nothing}
-        ${info.extrapolated ? this.mark('extrapolated') : nothing}
-        ${info.clamped ? this.mark('clamped') : nothing}
-        ${picture.player?.connection === 'waiting' ? this.mark('connection lost, trying again') : nothing}
       </dl>
     `;
   }

@@ -8,7 +8,7 @@ import type { DecoderPool } from '../stream/decoder_pool.ts';
 import type { Counts } from '../stream/decode_messages.ts';
 import type { DecodedFrame, FrameInfo } from '../stream/frame.ts';
 import { Player, type PlayerEvents, type PlayerSettings } from '../stream/player.ts';
-import { PixelRatio } from './pixel_ratio.ts';
+import { Effort } from './effort.ts';
 import type { SubjectInfo } from './subject.ts';
 
 export interface PictureEvents extends Omit<PlayerEvents, 'frame'> {
@@ -45,7 +45,7 @@ export class Picture {
   private dirty = true;
   private isStill = false;
   private settleTimer: ReturnType<typeof setTimeout> | undefined;
-  private readonly ratio: PixelRatio;
+  private readonly effort = new Effort();
   private size: [number, number] = [1, 1];
   private appliedSize = '';
 
@@ -55,7 +55,6 @@ export class Picture {
     private readonly events: PictureEvents,
   ) {
     this.stage = new Stage(canvas);
-    this.ratio = new PixelRatio(this.stage.software);
   }
 
   /** Begins with another family or animation. */
@@ -69,6 +68,7 @@ export class Picture {
       frame: (frame) => this.take(frame),
       changed: () => this.onChanged(),
     });
+    this.player.limitLevel(this.effort.level);
     this.draw();
     return this.player;
   }
@@ -100,7 +100,7 @@ export class Picture {
   }
 
   get pixelRatio(): number {
-    return this.ratio.value(this.isStill);
+    return this.effort.ratio(this.isStill);
   }
 
   get numWaiting(): number {
@@ -109,7 +109,7 @@ export class Picture {
 
   /** The picture as PNG. */
   async toPng(): Promise<Blob> {
-    this.stage.render(this.orbit);
+    this.stage.render(this.orbit, true);
     return new Promise((resolve, reject) => {
       this.stage.canvas.toBlob((blob) => {
         if (blob) resolve(blob);
@@ -184,8 +184,8 @@ export class Picture {
     const frame = this.pending;
     this.pending = undefined;
     if (frame) this.upload(frame, nowMs);
-    if (!this.isStill && this.ratio.measure(nowMs)) this.applySize();
-    this.stage.render(this.orbit);
+    if (!this.isStill && this.effort.measure(nowMs)) this.applyEffort();
+    this.stage.render(this.orbit, this.isStill);
     if (frame) this.events.shown(frame.info);
     return !!frame;
   }
@@ -200,6 +200,11 @@ export class Picture {
     ++this.numShown;
     this.shownRate.add(nowMs);
     this.bytesRate.add(numBytes);
+  }
+
+  private applyEffort(): void {
+    this.player?.limitLevel(this.effort.level);
+    this.applySize();
   }
 
   private applySize(): void {

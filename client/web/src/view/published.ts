@@ -16,6 +16,7 @@ function describe({ title, picture, error }: Pane) {
     shown: picture?.numShown ?? 0,
     skipped: picture?.numSkipped ?? 0,
     late: player?.numLate ?? 0,
+    overtaken: player?.numOvertaken ?? 0,
     received: player?.numReceived ?? 0,
     orderViolations: picture?.orderViolations ?? 0,
     running: player?.numRunning ?? 0,

@@ -11,7 +11,6 @@ export interface SubjectInfo {
   timing: Timing;
   box: Box3;
   rotation: Matrix4;
-  numLevels: number;  // of detail
   family?: Family;
   animation?: Animation;
 }
@@ -24,10 +23,9 @@ function animationInfo(animation: Animation): SubjectInfo {
   const { name, framesPerSecond, bounds, up } = animation;
   return {
     subject: { name, version: 0n },
-    timing: { durationS: durationOf(animation), framesPerSecond },
+    timing: { durationS: durationOf(animation), framesPerSecond, numLevels: 1 },
     box: sceneBox(bounds ? [bounds] : [], up),
     rotation: sceneRotation(up),
-    numLevels: 1,
     animation,
   };
 }
@@ -37,10 +35,9 @@ function familyInfo(family: Family, version: bigint, inputs: Bounds[]): SubjectI
   const around = inputs.length ? inputs : bounds ? [bounds] : [];
   return {
     subject: { name, version },
-    timing: { durationS, framesPerSecond },
+    timing: { durationS, framesPerSecond, numLevels: 1 + coarserLevels.length },
     box: sceneBox(around, up),
     rotation: sceneRotation(up),
-    numLevels: 1 + coarserLevels.length,
     family,
   };
 }

@@ -83,7 +83,7 @@ export class Toolbar extends LitElement {
   }
 
   private renderLevels() {
-    const numLevels = this.model.main?.info?.numLevels ?? 1;
+    const numLevels = this.model.main?.info?.timing.numLevels ?? 1;
     const { level } = this.model.state;
     const names = ['finest', 'half', 'quarter', 'eighth'];
     const select = (event: Event) => {

@@ -68,10 +68,8 @@ export class Viewer extends LitElement {
       </div>
       <div class="bottom">
         <lb-timeline .model=${this.model} .pane=${main}></lb-timeline>
-        <div class="row">
-          <lb-pace .model=${this.model}></lb-pace>
-          <lb-figures .pane=${main}></lb-figures>
-        </div>
+        <lb-pace .model=${this.model}></lb-pace>
+        <lb-figures .pane=${main}></lb-figures>
       </div>
       ${main.info?.family ? html`<div class="side"><lb-weights .model=${this.model}></lb-weights></div>` : nothing}
       <lb-download .model=${this.model}></lb-download>

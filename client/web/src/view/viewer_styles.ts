@@ -22,7 +22,6 @@ export const viewerStyles = css`
   .cell { display: grid; grid-template-rows: minmax(0, 1fr) auto; min-width: 0; min-height: 0; background: var(--ground); }
   .cell lb-timeline { padding: 6px 10px; }
   .bottom { grid-area: bottom; display: grid; gap: 8px; padding: 10px 14px 12px; min-width: 0; }
-  .row { display: flex; flex-wrap: wrap; gap: 8px 20px; align-items: center; justify-content: space-between; }
   .side { grid-area: side; width: 264px; padding: 14px; overflow-y: auto; background: var(--panel);
     border-left: 1px solid var(--line); border-top: 1px solid var(--line); }
   @media (max-width: 1080px) {

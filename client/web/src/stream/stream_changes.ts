@@ -1,0 +1,38 @@
+// What a stream is asked for, from the settings of its player.
+import type { Blend } from './frame_request.ts';
+import type { StreamRequest } from './frame_stream.ts';
+import type { PlayerSettings } from './player.ts';
+
+export function blendOf({ weights, parameters, extrapolate }: Blend): StreamRequest {
+  return parameters ? { parameters, extrapolate: !!extrapolate } : { weights };
+}
+
+export function paceOf({ framesPerSecond }: PlayerSettings): StreamRequest {
+  return framesPerSecond ? { framesPerSecond } : {};
+}
+
+export function surfaceOf(level: number | 'auto', coarseness: number): StreamRequest {
+  return {
+    surface: { levelOfDetail: level === 'auto' ? coarseness : level },
+    adaptLevelOfDetail: level === 'auto',
+  };
+}
+
+/** What of the settings changed, as a message; undefined if nothing that the server must know. */
+export function streamChange(
+  before: PlayerSettings,
+  after: PlayerSettings,
+  coarseness: number,
+): StreamRequest | undefined {
+  const change: StreamRequest = {};
+  if (before.rate !== after.rate) change.rate = after.rate;
+  if (before.loop !== after.loop) change.loop = after.loop !== 'off';
+  if (before.framesPerSecond !== after.framesPerSecond) Object.assign(change, paceOf(after));
+  if (before.level !== after.level) Object.assign(change, surfaceOf(after.level, coarseness));
+  if (!sameBlend(before.blend, after.blend)) Object.assign(change, blendOf(after.blend));
+  return Object.keys(change).length ? change : undefined;
+}
+
+function sameBlend(before: Blend, after: Blend): boolean {
+  return JSON.stringify(before) === JSON.stringify(after);
+}
