@@ -98,7 +98,7 @@ export class CatalogList extends LitElement {
           ${icons.refresh}
         </button>
       </div>
-      <lb-error .error=${this.lists.error}></lb-error>
+      ${this.lists.error ? html`<lb-error .error=${this.lists.error}></lb-error>` : nothing}
       <div class="lists">
         ${this.renderList('Families', this.lists.families.map(familyRow))}
         ${this.renderList('Animations', this.lists.animations.map(animationRow))}

@@ -1,0 +1,68 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { formatHash, parseHash } from '../src/base/hash_location.ts';
+import { fromFields, initialState, toFields, type ViewState } from '../src/view/state.ts';
+
+function through(state: ViewState): ViewState {
+  const hash = formatHash({ section: 'view', fields: toFields(state) });
+  return fromFields(parseHash(hash).fields);
+}
+
+const everything: ViewState = {
+  name: 'families/two_drops',
+  version: 12n,
+  weights: [0.5, -0.25, 1.333333],
+  playing: true,
+  rate: 0.25,
+  loop: 'range',
+  range: [0.5, 1.25],
+  framesPerSecond: 24,
+  level: 2,
+  shading: 'plain',
+  wireframe: true,
+  theme: 'dark',
+  beside: ['source', 'target.2', 'version.11'],
+  oneCamera: false,
+  oneTime: false,
+  panes: [0.1, 0.2, 0.3, 0.4].map((timeS, index) => ({
+    timeS,
+    orbit: { azimuth: 350.25, elevation: -20.5, distance: 5.12345, target: [index, 0.1234, -2] },
+  })),
+};
+
+test('StateInTheUrlComesBackWhole', () => {
+  assert.deepEqual(through(everything), everything);
+});
+
+test('UsualStateLeavesAnEmptyUrl', () => {
+  assert.equal(toFields(initialState()).toString(), '');
+  assert.deepEqual(through(initialState()), initialState());
+});
+
+test('CoupledPanesShareOneCameraAndTime', () => {
+  const panes = [{ timeS: 1.5, orbit: undefined }];
+  const state: ViewState = { ...everything, oneCamera: true, oneTime: true, panes };
+  assert.deepEqual(through(state), state);
+});
+
+test('NonsenseInTheUrlIsAsUsual', () => {
+  const { fields } = parseHash(
+    '#view?family=f&rate=x&loop=never&level=99&w=1e999,5&cam=1,2&version=-1&beside=source,evil,source&t=NaN',
+  );
+  const state = fromFields(fields);
+  assert.equal(state.rate, 1);
+  assert.equal(state.loop, 'whole');
+  assert.equal(state.level, 'auto');
+  assert.deepEqual(state.weights, [2]);
+  assert.equal(state.panes[0]!.orbit, undefined);
+  assert.equal(state.panes[0]!.timeS, 0);
+  assert.equal(state.version, 0n);
+  assert.deepEqual(state.beside, ['source']);
+});
+
+test('HashKeepsCommasReadable', () => {
+  const fields = new URLSearchParams({ w: '0.5,1', family: 'a&b=c' });
+  const hash = formatHash({ section: 'view', fields });
+  assert.equal(hash, '#view?w=0.5,1&family=a%26b%3Dc');
+  assert.equal(parseHash(hash).fields.get('family'), 'a&b=c');
+});
