@@ -65,6 +65,7 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: !this.software, alpha: false });
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.renderer.autoClear = false;
+    this.renderer.sortObjects = false;  // spheres around surfaces would be those of their first frames
     this.renderer.info.autoReset = false;
     const screen = new BufferGeometry();
     const corners = new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]);
@@ -91,7 +92,10 @@ export class Stage {
     setBox(this.studio, box);
     this.backgroundKey = '';
     this.surroundings.setBox(box);
-    for (const object of [this.mesh, this.body, this.wire]) object.matrix.copy(rotation);
+    for (const object of [this.mesh, this.body, this.wire]) {
+      object.matrix.copy(rotation);
+      object.matrixWorldNeedsUpdate = true;
+    }
   }
 
   setLook(look: Look): void {

@@ -1,0 +1,109 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { counters, newPage, openViewer, report, sizeCanvas, waitFor } from './page.mjs';
+
+const seconds = 5;
+
+/** Changes the weight in each animation frame, as a person's pointer would. */
+async function sweep(page) {
+  await page.getByRole('slider', { name: /^Weight of/ }).first().evaluate((slider) => {
+    const step = (now) => {
+      slider.value = String(0.5 + 0.5 * Math.sin(now / 500));
+      slider.dispatchEvent(new Event('input', { bubbles: true, composed: true }));
+      globalThis.sweeping = requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  });
+}
+
+async function play(fields) {
+  const page = await newPage();
+  try {
+    await openViewer(page, { play: '1', shade: 'plain', ...fields });
+    await sizeCanvas(page, 800, 500);
+    await sweep(page);
+    await page.waitForTimeout(1500);
+    const before = await counters(page);
+    await page.waitForTimeout(seconds * 1000);
+    const after = await counters(page);
+    const passed = (after.nowMs - before.nowMs) / 1000;
+    return {
+      shown: (after.shown - before.shown) / passed,
+      decoded: (after.decoded - before.decoded) / passed,
+      received: (after.received - before.received) / passed,
+      orderViolations: after.orderViolations,
+      mainMs: after.mainMs,
+      decodeMs: after.decodeMs,
+      pixelRatio: after.pixelRatio,
+      level: after.lastShown.levelOfDetail,
+      vertices: after.lastShown.vertices,
+      canvas: await page.locator('canvas').first().boundingBox(),
+    };
+  } finally {
+    await page.context().close();
+  }
+}
+
+test('PlaysWhileWeightsChangeEveryFrame', async () => {
+  const figures = await play({ level: '0' });
+  report('play', figures);
+  assert.equal(figures.orderViolations, 0);
+  assert.ok(figures.shown >= 30, `${figures.shown} frames a second were shown`);
+  assert.ok(figures.mainMs.mean < 6, `${figures.mainMs.mean} ms a frame on the main thread`);
+});
+
+test('PlaysLiquidShading', async () => {
+  const figures = await play({ shade: 'liquid' });
+  report('play, liquid', figures);
+  assert.equal(figures.orderViolations, 0);
+  assert.ok(figures.shown > 0);
+});
+
+test('FollowsTheWeightsThatWereAskedFor', async () => {
+  const page = await newPage();
+  try {
+    await openViewer(page, { play: '1', shade: 'plain' });
+    const slider = page.getByRole('spinbutton', { name: /^Weight of/ }).first();
+    await slider.fill('0.75');
+    await slider.press('Enter');
+    await waitFor(page, (pane) => pane.playing && Math.abs(pane.lastShown.weights[0] - 0.75) < 1e-9);
+  } finally {
+    await page.context().close();
+  }
+});
+
+test('LoopsARange', async () => {
+  const page = await newPage();
+  try {
+    await openViewer(page, { play: '1', loop: 'range', range: '0.5,0.8', shade: 'plain', t: '0.5' });
+    const begin = await counters(page);
+    const times = await page.evaluate(async () => {
+      const seen = [];
+      const end = performance.now() + 3000;
+      while (performance.now() < end) {
+        await new Promise(requestAnimationFrame);
+        seen.push(globalThis.liquidblend.panes[0].lastShown.timeS);
+      }
+      return seen;
+    });
+    const after = await counters(page);
+    assert.ok(after.shown > begin.shown + 10);
+    assert.ok(Math.min(...times) >= 0.499 && Math.max(...times) <= 0.801, `${Math.min(...times)} to ${Math.max(...times)}`);
+    const wraps = times.filter((time, index) => index && time < times[index - 1]).length;
+    assert.ok(wraps >= 2, `${wraps} wraps`);
+  } finally {
+    await page.context().close();
+  }
+});
+
+test('StopsAtTheEndOfAnAnimationThatIsPlayedOnce', async () => {
+  const page = await newPage();
+  try {
+    await openViewer(page, { play: '1', loop: 'off', rate: '4', shade: 'plain' });
+    await waitFor(page, (pane) => !pane.playing && pane.settled && pane.timeS > 2.9);
+    await page.getByRole('button', { name: 'Play' }).click();
+    await waitFor(page, (pane) => pane.playing && pane.timeS < 1);
+  } finally {
+    await page.context().close();
+  }
+});
