@@ -72,11 +72,12 @@ test('ErrorsHaveTheirDetailsAndGoAwayAgain', async () => {
       }),
     );
     await page.keyboard.press('End');
-    await page.getByRole('alert').filter({ hasText: 'outside' }).waitFor();
-    assert.match(await page.getByRole('alert').textContent(), /r-1/);
+    const alert = page.locator('lb-pane').getByRole('alert');
+    await alert.filter({ hasText: 'outside' }).waitFor();
+    assert.match(await alert.textContent(), /r-1/);
     await page.unroute(/frame\.drc/);
     await page.keyboard.press('Home');
-    await page.getByRole('alert').waitFor({ state: 'hidden' });
+    await alert.waitFor({ state: 'hidden' });
   } finally {
     await page.context().close();
   }
