@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { baseUrl, family, newPage, openViewer } from './page.mjs';
+import { baseUrl, family, newPage, openViewer, settled } from './page.mjs';
 
 const markup = '<img src=x onerror="globalThis.hacked=1"><script>globalThis.hacked=1</script>';
 const long = 'x'.repeat(300);
@@ -65,6 +65,7 @@ test('ErrorsHaveTheirDetailsAndGoAwayAgain', async () => {
   const page = await newPage();
   try {
     await openViewer(page, { shade: 'plain' });
+    await settled(page);
     await page.route(/frame\.drc/, (route) =>
       route.fulfill({
         status: 400,

@@ -21,13 +21,16 @@ export class PageElement extends LitElement {
   @state() private loaded = '';
   @state() private listsOpen = false;
   @query('lb-token-dialog') private tokenDialog!: TokenDialog;
-  private asked = false;
+  private asked = false;  // for the token, since it was typed
 
   override connectedCallback(): void {
     super.connectedCallback();
     pageLocation.subscribe((location) => (this.location = location));
     theme.subscribe(() => this.requestUpdate());
-    token.subscribe(() => catalog.refresh());
+    token.subscribe(() => {
+      this.asked = false;
+      void catalog.refresh();
+    });
     catalog.subscribe((lists) => this.onLists(lists.error?.needsToken ?? false));
     void catalog.refresh();
     this.addEventListener('keydown', (event) => this.onKey(event));

@@ -55,6 +55,7 @@ export class Picture {
     private readonly events: PictureEvents,
   ) {
     this.stage = new Stage(canvas);
+    canvas.addEventListener('webglcontextrestored', () => this.draw());
   }
 
   /** Begins with another family or animation. */

@@ -77,6 +77,11 @@ export class Viewer extends LitElement {
     `;
   }
 
+  override updated(): void {
+    const title = this.model.main?.title;
+    document.title = title ? `${title} - liquidblend` : 'liquidblend';
+  }
+
   private renderPane(pane: Pane) {
     const { model } = this;
     const own = pane !== model.main && !model.state.oneTime;
