@@ -52,6 +52,16 @@ test('PlaysWhileWeightsChangeEveryFrame', async () => {
   assert.ok(figures.mainMs.mean < 6, `${figures.mainMs.mean} ms a frame on the main thread`);
 });
 
+// LARGE_FAMILY: one of 50,000 vertices or so.
+const largeFamily = process.env.LARGE_FAMILY ?? '';
+
+test('ReportsTheRateOfALargeFamily', { skip: !largeFamily && 'LARGE_FAMILY is not set' }, async () => {
+  const figures = await play({ family: largeFamily, level: '0' });
+  report('play, large', figures);
+  assert.equal(figures.orderViolations, 0);
+  assert.ok(figures.shown > 0);
+});
+
 test('PlaysLiquidShading', async () => {
   const figures = await play({ shade: 'liquid' });
   report('play, liquid', figures);

@@ -104,3 +104,18 @@ test('HoldsThePlaybackWhileTheThumbIsHeld', async () => {
     await page.context().close();
   }
 });
+
+test('GoesOnAfterThePressOfAThumbThatDidNotMove', async () => {
+  const page = await newPage();
+  try {
+    await openViewer(page, { shade: 'plain' });
+    await settled(page);
+    const slider = page.getByRole('slider', { name: /^Time of/ });
+    await slider.dispatchEvent('pointerdown');
+    await slider.dispatchEvent('pointerup');
+    await page.getByRole('button', { name: 'Play' }).click();
+    await waitFor(page, (pane) => pane.connection === 'open' && pane.received > 5);
+  } finally {
+    await page.context().close();
+  }
+});

@@ -24,7 +24,7 @@ export async function send(path: string, init: RequestInit = {}): Promise<Respon
   const headers = { ...authorization(), ...(init.headers as Record<string, string>) };
   let response: Response;
   try {
-    response = await fetch(path, { ...init, headers, credentials: 'omit', redirect: 'error' });
+    response = await fetch(path, { ...init, headers, redirect: 'error' });
   } catch (error) {
     throw isAbort(error) ? error : toApiError(error);
   }

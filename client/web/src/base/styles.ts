@@ -6,14 +6,14 @@ export const controls = css`
   :host { font: inherit; color: var(--text); }
   [hidden] { display: none !important; }
   button, input, select { font: inherit; color: inherit; }
-  button, select, input:not([type='range']):not([type='checkbox']) {
+  button, select, input:not([type='range'], [type='checkbox'], [type='radio']) {
     min-height: 32px;
     padding: 4px 10px;
     border: 1px solid var(--line);
     border-radius: 6px;
     background: var(--raised);
   }
-  input:not([type='range']):not([type='checkbox']), select { border-color: var(--control); }
+  input:not([type='range'], [type='checkbox'], [type='radio']), select { border-color: var(--control); }
   button { cursor: pointer; }
   button:hover:not(:disabled) { border-color: var(--accent); }
   button:disabled { opacity: 0.55; cursor: default; }
@@ -23,8 +23,8 @@ export const controls = css`
     color: var(--on-accent);
   }
   :focus-visible { outline: 2px solid var(--accent); outline-offset: 2px; }
-  input[type='range'], input[type='checkbox'] { accent-color: var(--accent); }
-  input[type='checkbox'] { width: 16px; height: 16px; margin: 0; }
+  input { accent-color: var(--accent); }
+  input:is([type='checkbox'], [type='radio']) { width: 16px; height: 16px; margin: 0; }
   a { color: var(--accent); }
   .icon { width: 18px; height: 18px; fill: currentColor; display: block; }
   .muted { color: var(--muted); }

@@ -15,7 +15,7 @@ export class Timeline extends LitElement {
   @property({ attribute: false }) model!: ViewModel;
   @property({ attribute: false }) pane!: Pane;
   @query('input') private slider!: HTMLInputElement;
-  @query('output') private readout!: HTMLOutputElement;
+  @query('.readout') private readout!: HTMLElement;
   @query('.range') private range!: HTMLElement;
   private held = false;
   private wanted: number | undefined;  // by the pointer, until the next animation frame
@@ -53,12 +53,14 @@ export class Timeline extends LitElement {
           step="any"
           aria-label=${`Time of ${this.pane.title}`}
           @pointerdown=${this.onHold}
+          @pointerup=${this.onPointerEnd}
+          @pointercancel=${this.onPointerEnd}
           @input=${this.onInput}
           @change=${this.onChange}
           @keydown=${this.onKey}
         />
       </div>
-      <output></output>
+      <span class="readout"></span>
     `;
   }
 
@@ -85,7 +87,7 @@ export class Timeline extends LitElement {
 
   private write(timeS: number): void {
     const frame = (timeS / this.frameS).toFixed(1);
-    this.readout.value = `${timeS.toFixed(2)} / ${this.duration.toFixed(2)} s`;
+    this.readout.textContent = `${timeS.toFixed(2)} / ${this.duration.toFixed(2)} s`;
     this.slider.setAttribute('aria-valuetext', `${timeS.toFixed(2)} seconds, frame ${frame}`);
   }
 
@@ -121,6 +123,15 @@ export class Timeline extends LitElement {
   private onChange(): void {
     this.wanted = undefined;
     this.model.seek(this.pane, Number(this.slider.value), true);
+    this.letGo();
+  }
+
+  // A thumb that was not moved changes nothing: then no other event comes.
+  private onPointerEnd(): void {
+    setTimeout(() => this.held && this.letGo());
+  }
+
+  private letGo(): void {
     this.held = false;
     this.model.letGo(this.pane);
   }

@@ -9,5 +9,5 @@ export const timelineStyles = css`
   .range { position: absolute; height: 14px; border-radius: 4px; background: var(--accent-soft);
     border: 1px solid var(--accent); pointer-events: none; }
   input { width: 100%; margin: 0; height: 32px; position: relative; background: none; }
-  output { font: 12px var(--mono); color: var(--muted); min-width: 13ch; text-align: right; }
+  .readout { font: 12px var(--mono); color: var(--muted); min-width: 13ch; text-align: right; }
 `;
