@@ -31,7 +31,7 @@ export class PageElement extends LitElement {
       this.asked = false;
       void catalog.refresh();
     });
-    catalog.subscribe((lists) => this.onLists(lists.error?.needsToken ?? false));
+    catalog.subscribe((lists) => this.onLists(!lists.loading && !!lists.error?.needsToken));
     void catalog.refresh();
     this.addEventListener('keydown', (event) => this.onKey(event));
   }
