@@ -47,7 +47,12 @@ test('ErrorsThatAreNoStatusHaveTheirNumber', () => {
 });
 
 test('ErrorsWithOddDetailsAreRead', () => {
-  const details = [5, null, { '@type': 7 }, { '@type': 'x/google.rpc.BadRequest', fieldViolations: 'no' }];
+  const details = [
+    5,
+    null,
+    { '@type': 7 },
+    { '@type': 'x/google.rpc.BadRequest', fieldViolations: 'no' },
+  ];
   assert.deepEqual(errorFromJson(400, { message: 'bad', details }).details, []);
 });
 
@@ -57,7 +62,10 @@ test('LostConnectionsAreErrorsWithoutStatus', () => {
 
 test('TokensBecomeSubprotocolsWithoutPadding', () => {
   assert.deepEqual(subprotocols(''), []);
-  assert.deepEqual(subprotocols('a?>~é'), ['liquidblend.v1', `liquidblend.bearer.${base64Url('a?>~é')}`]);
+  assert.deepEqual(subprotocols('a?>~é'), [
+    'liquidblend.v1',
+    `liquidblend.bearer.${base64Url('a?>~é')}`,
+  ]);
   assert.match(base64Url('a?>~é'), /^[A-Za-z0-9_-]+$/);
   assert.equal(Buffer.from(base64Url('a?>~é'), 'base64url').toString(), 'a?>~é');
 });
@@ -75,7 +83,11 @@ test('FamiliesOfNewerServersAreRead', () => {
     newField: { x: 1 },
     failedRegistration: {
       operation: 'operations/1',
-      error: { code: 9, message: 'no', details: [{ '@type': 'type.googleapis.com/new.Type', x: 1 }] },
+      error: {
+        code: 9,
+        message: 'no',
+        details: [{ '@type': 'type.googleapis.com/new.Type', x: 1 }],
+      },
     },
   };
   const family = fromServer(FamilySchema, json);

@@ -32,7 +32,10 @@ test('NewestWinsRunsTheFirstAndThenTheLast', async () => {
   assert.equal(queue.numWaiting, 1);
   runs[0]!.finish();
   await settled();
-  assert.deepEqual(runs.map((run) => run.request), [0, 199]);
+  assert.deepEqual(
+    runs.map((run) => run.request),
+    [0, 199],
+  );
   assert.equal(queue.numWaiting, 0);
   assert.equal(queue.mostWaiting, 1);
 });
@@ -46,7 +49,10 @@ test('NewestWinsInAHurryEndsTheOneThatRuns', async () => {
   queue.hurry();
   await settled();
   assert.equal(runs[0]!.signal.aborted, true);
-  assert.deepEqual(runs.map((run) => run.request), [1, 2]);
+  assert.deepEqual(
+    runs.map((run) => run.request),
+    [1, 2],
+  );
   runs[1]!.finish();
   await settled();
   assert.equal(queue.numRunning, 0);
@@ -108,7 +114,10 @@ test('PlayingBeginsAnewAtTheEnd', () => {
 
 test('BackOffDoublesUpToItsLimit', () => {
   const backOff = new BackOff(100, 1000, () => 0.5);
-  assert.deepEqual([1, 2, 3, 4, 5, 6].map(() => backOff.next()), [100, 200, 400, 800, 1000, 1000]);
+  assert.deepEqual(
+    [1, 2, 3, 4, 5, 6].map(() => backOff.next()),
+    [100, 200, 400, 800, 1000, 1000],
+  );
   backOff.reset();
   assert.equal(backOff.next(), 100);
 });
@@ -129,7 +138,10 @@ test('NormalsPointOutwardsAndEdgesComeOnce', () => {
 test('FramePathsHaveOnlyWhatIsSet', () => {
   const family = { name: 'families/two drops', version: 0n };
   const request = { subject: family, blend: { weights: [0.5, 1] }, timeS: 0.8, levelOfDetail: 0 };
-  assert.equal(framePath(request, 'drc'), '/v1/families/two%20drops/frame.drc?weights=0.5%2C1&time=0.8');
+  assert.equal(
+    framePath(request, 'drc'),
+    '/v1/families/two%20drops/frame.drc?weights=0.5%2C1&time=0.8',
+  );
   const parameters = [{ name: 'width', value: 2 }];
   const point = { ...request, blend: { weights: [], parameters, extrapolate: true } };
   assert.match(framePath(point, 'ply'), /parameters=width%3D2&extrapolate=true&time=0.8$/);

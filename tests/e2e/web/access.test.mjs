@@ -8,8 +8,12 @@ const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.mi
 
 async function violations(page) {
   await page.evaluate(axe);
-  const found = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ['violations'] }));
-  return found.violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(' ')).join('; ')}`);
+  const found = await page.evaluate(() =>
+    globalThis.axe.run(document, { resultTypes: ['violations'] }),
+  );
+  return found.violations.map(
+    ({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(' ')).join('; ')}`,
+  );
 }
 
 /** The parts of the page that open only when asked to. */
@@ -17,8 +21,14 @@ const openers = {
   viewer: async () => {},
   range: (page) => page.getByLabel('Loop').selectOption('range'),
   'beyond the inputs': async (page) => {
-    await page.getByRole('spinbutton', { name: /^Weight/ }).first().fill('1.5');
-    await page.getByRole('spinbutton', { name: /^Weight/ }).first().press('Enter');
+    await page
+      .getByRole('spinbutton', { name: /^Weight/ })
+      .first()
+      .fill('1.5');
+    await page
+      .getByRole('spinbutton', { name: /^Weight/ })
+      .first()
+      .press('Enter');
   },
   'side by side': (page) => page.getByRole('button', { name: 'Side by side' }).click(),
   download: (page) => page.getByRole('button', { name: 'Download' }).click(),
@@ -64,7 +74,9 @@ async function tabStops(page, most = 60) {
       let element = document.activeElement;
       while (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
       if (!element || element === document.body) return '';
-      return (element.getAttribute('aria-label') ?? element.textContent).trim().replace(/\s+/g, ' ');
+      return (element.getAttribute('aria-label') ?? element.textContent)
+        .trim()
+        .replace(/\s+/g, ' ');
     });
     if (stop && stop === stops[0]) break;
     stops.push(stop);
@@ -78,11 +90,32 @@ test('KeyboardReachesEverything', async () => {
     await openViewer(page, { shade: 'plain' });
     const stops = await tabStops(page);
     const expected = [
-      /Token/, /theme/, /Search/, new RegExp(`^${family}`), /Liquid/, /Plain/, /Wireframe/, /Level of detail/,
-      /Side by side/, /Fit/, /Download/, /Keys/, /Picture of/, /Play/, /Time of/, /Speed/, /Loop/,
-      /Frames per second/, /Weight of .*number/, /Weight of/,
+      /Token/,
+      /theme/,
+      /Search/,
+      new RegExp(`^${family}`),
+      /Liquid/,
+      /Plain/,
+      /Wireframe/,
+      /Level of detail/,
+      /Side by side/,
+      /Fit/,
+      /Download/,
+      /Keys/,
+      /Picture of/,
+      /Play/,
+      /Time of/,
+      /Speed/,
+      /Loop/,
+      /Frames per second/,
+      /Weight of .*number/,
+      /Weight of/,
     ];
-    for (const name of expected) assert.ok(stops.some((stop) => name.test(stop)), `${name} in ${stops.join(' | ')}`);
+    for (const name of expected)
+      assert.ok(
+        stops.some((stop) => name.test(stop)),
+        `${name} in ${stops.join(' | ')}`,
+      );
   } finally {
     await page.context().close();
   }
@@ -114,8 +147,12 @@ test('KeyboardAloneDoesEverything', async () => {
     await page.keyboard.press('[');
     await page.keyboard.press('End');
     await page.keyboard.press(']');
-    for (const field of [/shade=plain/, /wire=1/, /loop=range/, /range=0\.0417,2\.9583/]) await urlHas(field);
-    await page.getByRole('slider', { name: /^Weight/ }).first().focus();
+    for (const field of [/shade=plain/, /wire=1/, /loop=range/, /range=0\.0417,2\.9583/])
+      await urlHas(field);
+    await page
+      .getByRole('slider', { name: /^Weight/ })
+      .first()
+      .focus();
     await page.keyboard.press('ArrowRight');
     await urlHas(/w=0\.01/);
     await page.keyboard.press('d');
@@ -148,7 +185,10 @@ test('IsUsableAt360Pixels', async () => {
     await waitFor(page, (pane) => pane.playing);
     await page.getByRole('button', { name: 'Pause' }).tap();
     await waitFor(page, (pane) => !pane.playing);
-    await page.getByRole('slider', { name: /^Weight/ }).first().scrollIntoViewIfNeeded();
+    await page
+      .getByRole('slider', { name: /^Weight/ })
+      .first()
+      .scrollIntoViewIfNeeded();
   } finally {
     await page.context().close();
   }

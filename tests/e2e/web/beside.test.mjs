@@ -29,7 +29,10 @@ async function withThree(fields, check) {
     await openViewer(page, { shade: 'plain', w: '0.5', ...fields });
     await page.getByRole('button', { name: 'Side by side' }).click();
     await page.getByRole('checkbox', { name: /^Source/ }).check();
-    await page.getByRole('checkbox', { name: /^Target/ }).first().check();
+    await page
+      .getByRole('checkbox', { name: /^Target/ })
+      .first()
+      .check();
     await until(page, shown);
     await check(page);
   } finally {
@@ -40,15 +43,22 @@ async function withThree(fields, check) {
 test('ShowsInputsBesideTheBlend', { skip }, () =>
   withThree({ t: '0.5' }, async (page) => {
     const [blend, first, second] = await panes(page);
-    assert.deepEqual([blend, first, second].map((pane) => pane.error), ['', '', '']);
+    assert.deepEqual(
+      [blend, first, second].map((pane) => pane.error),
+      ['', '', ''],
+    );
     assert.equal(first.lastShown.frameNumber, 13);
     assert.ok(Math.abs(second.lastShown.timeS - 0.5) < 1e-6);
     await page.waitForTimeout(600);
     const before = await page.locator('.panes').screenshot();
     await page.reload();
     await until(page, shown);
-    assert.ok(before.equals(await page.locator('.panes').screenshot()), 'the pictures differ after a reload');
-  }));
+    assert.ok(
+      before.equals(await page.locator('.panes').screenshot()),
+      'the pictures differ after a reload',
+    );
+  }),
+);
 
 test('CouplesTimesAndCamerasUnlessToldNotTo', { skip }, () =>
   withThree({ t: '0.5' }, async (page) => {
@@ -56,7 +66,9 @@ test('CouplesTimesAndCamerasUnlessToldNotTo', { skip }, () =>
     await page.keyboard.press('Escape');
     await time.first().focus();
     await time.first().press('PageUp');
-    await until(page, (list) => list.every((pane) => Math.abs(pane.lastShown.timeS - 22 / 24) < 0.01));
+    await until(page, (list) =>
+      list.every((pane) => Math.abs(pane.lastShown.timeS - 22 / 24) < 0.01),
+    );
     await page.getByRole('button', { name: 'Side by side' }).click();
     await page.getByRole('checkbox', { name: 'Times' }).uncheck();
     await page.getByRole('checkbox', { name: 'Cameras' }).uncheck();
@@ -71,16 +83,22 @@ test('CouplesTimesAndCamerasUnlessToldNotTo', { skip }, () =>
     assert.ok(times[0] === 0 && times[1] > 0.9 && times[2] > 0.9, `${times}`);
     await page.waitForURL(/cameras=own&times=own/);
     await page.waitForURL(/cam3=/);
-  }));
+  }),
+);
 
 test('InputsFollowTheBlendWhileItPlays', { skip }, () =>
   withThree({}, async (page) => {
     await page.keyboard.press('Escape');
     await page.getByRole('button', { name: 'Play' }).first().click();
-    await until(page, ([blend, first, second]) => blend.timeS > 1 && first.lastShown.timeS > 0.8 && second.lastShown.timeS > 0.8);
+    await until(
+      page,
+      ([blend, first, second]) =>
+        blend.timeS > 1 && first.lastShown.timeS > 0.8 && second.lastShown.timeS > 0.8,
+    );
     const now = await panes(page);
     for (const pane of now) assert.equal(pane.orderViolations, 0);
-  }));
+  }),
+);
 
 test('PlaysAnAnimationByItself', { skip }, async () => {
   const page = await newPage();

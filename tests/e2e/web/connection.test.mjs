@@ -28,7 +28,9 @@ test('ComesBackAfterALostConnection', async () => {
 test('SaysWhyAStreamWasRefused', async () => {
   const page = await newPage();
   try {
-    await page.routeWebSocket(/\/v1\/stream/, (socket) => socket.close({ code: 4403, reason: 'no scope <b>frames</b>' }));
+    await page.routeWebSocket(/\/v1\/stream/, (socket) =>
+      socket.close({ code: 4403, reason: 'no scope <b>frames</b>' }),
+    );
     await openViewer(page, { shade: 'plain' });
     await page.getByRole('button', { name: 'Play' }).click();
     const alert = page.locator('lb-pane').getByRole('alert');

@@ -7,9 +7,22 @@ const long = 'x'.repeat(300);
 
 /** Answers of a server whose names, notes and errors are all hostile. */
 async function lie(page) {
-  const animation = { name: `animations/${markup}`, state: 'FAILED', error: { code: 3, message: markup }, notes: [markup] };
-  const hostile = { name: `families/${markup}`, version: '1', source: animation.name, targets: [animation.name], durationS: 1 };
-  await page.route(/\/v1\/animations(\?|$)/, (route) => route.fulfill({ json: { animations: [animation] } }));
+  const animation = {
+    name: `animations/${markup}`,
+    state: 'FAILED',
+    error: { code: 3, message: markup },
+    notes: [markup],
+  };
+  const hostile = {
+    name: `families/${markup}`,
+    version: '1',
+    source: animation.name,
+    targets: [animation.name],
+    durationS: 1,
+  };
+  await page.route(/\/v1\/animations(\?|$)/, (route) =>
+    route.fulfill({ json: { animations: [animation] } }),
+  );
   await page.route(/\/v1\/families(\?|$)/, (route) =>
     route.fulfill({ json: { families: [hostile, { ...hostile, name: `families/${long}` }] } }),
   );
@@ -20,8 +33,15 @@ async function lie(page) {
         code: 3,
         message: `${markup} is wrong`,
         details: [
-          { '@type': 'type.googleapis.com/google.rpc.BadRequest', fieldViolations: [{ field: markup, description: markup }] },
-          { '@type': 'type.googleapis.com/google.rpc.ErrorInfo', reason: markup, metadata: { [markup]: markup } },
+          {
+            '@type': 'type.googleapis.com/google.rpc.BadRequest',
+            fieldViolations: [{ field: markup, description: markup }],
+          },
+          {
+            '@type': 'type.googleapis.com/google.rpc.ErrorInfo',
+            reason: markup,
+            metadata: { [markup]: markup },
+          },
         ],
       },
     }),
@@ -40,9 +60,16 @@ test('HostileNamesAndErrorsAreText', async () => {
     await alert.waitFor();
     assert.ok((await alert.textContent()).includes(markup));
     assert.equal(await page.evaluate(() => globalThis.hacked), undefined);
-    assert.deepEqual(await page.evaluate(() => globalThis.violations), [], 'nothing was even tried');
+    assert.deepEqual(
+      await page.evaluate(() => globalThis.violations),
+      [],
+      'nothing was even tried',
+    );
     assert.equal(await page.locator('img').count(), 0);
-    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'long names wrap');
+    assert.ok(
+      await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth),
+      'long names wrap',
+    );
   } finally {
     await page.context().close();
   }
@@ -51,7 +78,13 @@ test('HostileNamesAndErrorsAreText', async () => {
 test('HostileLinksDoNothing', async () => {
   const page = await newPage();
   try {
-    const query = new URLSearchParams({ family: markup, beside: markup, cam: markup, theme: markup, w: markup });
+    const query = new URLSearchParams({
+      family: markup,
+      beside: markup,
+      cam: markup,
+      theme: markup,
+      w: markup,
+    });
     await page.goto(`${baseUrl}/#view?${query}`);
     await page.getByRole('alert').first().waitFor();
     assert.equal(await page.evaluate(() => globalThis.hacked), undefined);
@@ -69,7 +102,11 @@ test('ErrorsHaveTheirDetailsAndGoAwayAgain', async () => {
     await page.route(/frame\.drc/, (route) =>
       route.fulfill({
         status: 400,
-        json: { code: 11, message: 'outside', details: [{ '@type': 'type.googleapis.com/google.rpc.RequestInfo', requestId: 'r-1' }] },
+        json: {
+          code: 11,
+          message: 'outside',
+          details: [{ '@type': 'type.googleapis.com/google.rpc.RequestInfo', requestId: 'r-1' }],
+        },
       }),
     );
     await page.keyboard.press('End');
@@ -87,11 +124,18 @@ test('ErrorsHaveTheirDetailsAndGoAwayAgain', async () => {
 test('ListsFollowTheirPages', async () => {
   const page = await newPage();
   try {
-    const names = Array.from({ length: 25 }, (_, index) => `families/many_${String(index).padStart(2, '0')}`);
+    const names = Array.from(
+      { length: 25 },
+      (_, index) => `families/many_${String(index).padStart(2, '0')}`,
+    );
     await page.route(/\/v1\/families\?/, (route) => {
       const from = Number(new URL(route.request().url()).searchParams.get('page_token') ?? 0);
-      const families = names.slice(from, from + 10).map((name) => ({ name, version: '1', durationS: 1 }));
-      route.fulfill({ json: { families, nextPageToken: from + 10 < names.length ? String(from + 10) : '' } });
+      const families = names
+        .slice(from, from + 10)
+        .map((name) => ({ name, version: '1', durationS: 1 }));
+      route.fulfill({
+        json: { families, nextPageToken: from + 10 < names.length ? String(from + 10) : '' },
+      });
     });
     await page.goto(`${baseUrl}/#view?family=${family}`);
     const rows = page.getByRole('list', { name: 'Families' }).getByRole('listitem');

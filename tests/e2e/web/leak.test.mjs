@@ -12,11 +12,10 @@ async function heapBytes(session) {
 }
 
 async function untilShown(page, frames) {
-  await page.waitForFunction(
-    (wanted) => globalThis.liquidblend.panes[0].shown >= wanted,
-    frames,
-    { timeout: 20_000 + 500 * numFrames, polling: 250 },
-  );
+  await page.waitForFunction((wanted) => globalThis.liquidblend.panes[0].shown >= wanted, frames, {
+    timeout: 20_000 + 500 * numFrames,
+    polling: 250,
+  });
 }
 
 test('KeepsItsMemory', async () => {
@@ -52,9 +51,12 @@ test('KeepsItsMemoryWhileFamiliesAreOpenedAgain', async () => {
     await openViewer(page, { shade: 'liquid' });
     const before = await counters(page);
     for (let i = 0; i < 5; ++i) {
-      await page.evaluate((time) => {
-        location.hash = location.hash.replace(/&t=[^&]*|$/, `&t=${time}`);
-      }, 0.1 * (i + 1));
+      await page.evaluate(
+        (time) => {
+          location.hash = location.hash.replace(/&t=[^&]*|$/, `&t=${time}`);
+        },
+        0.1 * (i + 1),
+      );
       await waitFor(page, (pane) => pane.settled);
     }
     const after = await counters(page);

@@ -39,18 +39,23 @@ function watch(page) {
 
 /** A page that was never here before. Close it by `context().close()`. */
 export async function newPage({ width = 1280, height = 800, theme = 'light', ...options } = {}) {
-  const context = await (await launch()).newContext({
+  const context = await (
+    await launch()
+  ).newContext({
     viewport: { width, height },
     colorScheme: theme,
     ...options,
   });
-  await context.addInitScript((value) => {
-    globalThis.violations = [];
-    document.addEventListener('securitypolicyviolation', (event) => {
-      globalThis.violations.push(`${event.violatedDirective} ${event.blockedURI}`);
-    });
-    if (value) sessionStorage.setItem('liquidblend.token', value);
-  }, options.withoutToken ? '' : token);
+  await context.addInitScript(
+    (value) => {
+      globalThis.violations = [];
+      document.addEventListener('securitypolicyviolation', (event) => {
+        globalThis.violations.push(`${event.violatedDirective} ${event.blockedURI}`);
+      });
+      if (value) sessionStorage.setItem('liquidblend.token', value);
+    },
+    options.withoutToken ? '' : token,
+  );
   const page = await context.newPage();
   page.seen = watch(page);
   return page;

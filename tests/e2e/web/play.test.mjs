@@ -6,14 +6,17 @@ const seconds = 5;
 
 /** Changes the weight in each animation frame, as a person's pointer would. */
 async function sweep(page) {
-  await page.getByRole('slider', { name: /^Weight of/ }).first().evaluate((slider) => {
-    const step = (now) => {
-      slider.value = String(0.5 + 0.5 * Math.sin(now / 500));
-      slider.dispatchEvent(new Event('input', { bubbles: true, composed: true }));
-      globalThis.sweeping = requestAnimationFrame(step);
-    };
-    requestAnimationFrame(step);
-  });
+  await page
+    .getByRole('slider', { name: /^Weight of/ })
+    .first()
+    .evaluate((slider) => {
+      const step = (now) => {
+        slider.value = String(0.5 + 0.5 * Math.sin(now / 500));
+        slider.dispatchEvent(new Event('input', { bubbles: true, composed: true }));
+        globalThis.sweeping = requestAnimationFrame(step);
+      };
+      requestAnimationFrame(step);
+    });
 }
 
 async function play(fields) {
@@ -55,12 +58,16 @@ test('PlaysWhileWeightsChangeEveryFrame', async () => {
 // LARGE_FAMILY: one of 50,000 vertices or so.
 const largeFamily = process.env.LARGE_FAMILY ?? '';
 
-test('ReportsTheRateOfALargeFamily', { skip: !largeFamily && 'LARGE_FAMILY is not set' }, async () => {
-  const figures = await play({ family: largeFamily, level: '0' });
-  report('play, large', figures);
-  assert.equal(figures.orderViolations, 0);
-  assert.ok(figures.shown > 0);
-});
+test(
+  'ReportsTheRateOfALargeFamily',
+  { skip: !largeFamily && 'LARGE_FAMILY is not set' },
+  async () => {
+    const figures = await play({ family: largeFamily, level: '0' });
+    report('play, large', figures);
+    assert.equal(figures.orderViolations, 0);
+    assert.ok(figures.shown > 0);
+  },
+);
 
 test('PlaysLiquidShading', async () => {
   const figures = await play({ shade: 'liquid' });
@@ -76,7 +83,10 @@ test('FollowsTheWeightsThatWereAskedFor', async () => {
     const slider = page.getByRole('spinbutton', { name: /^Weight of/ }).first();
     await slider.fill('0.75');
     await slider.press('Enter');
-    await waitFor(page, (pane) => pane.playing && Math.abs(pane.lastShown.weights[0] - 0.75) < 1e-9);
+    await waitFor(
+      page,
+      (pane) => pane.playing && Math.abs(pane.lastShown.weights[0] - 0.75) < 1e-9,
+    );
   } finally {
     await page.context().close();
   }
@@ -85,7 +95,13 @@ test('FollowsTheWeightsThatWereAskedFor', async () => {
 test('LoopsARange', async () => {
   const page = await newPage();
   try {
-    await openViewer(page, { play: '1', loop: 'range', range: '0.5,0.8', shade: 'plain', t: '0.5' });
+    await openViewer(page, {
+      play: '1',
+      loop: 'range',
+      range: '0.5,0.8',
+      shade: 'plain',
+      t: '0.5',
+    });
     const begin = await counters(page);
     const times = await page.evaluate(async () => {
       const seen = [];
@@ -98,7 +114,10 @@ test('LoopsARange', async () => {
     });
     const after = await counters(page);
     assert.ok(after.shown > begin.shown + 10);
-    assert.ok(Math.min(...times) >= 0.499 && Math.max(...times) <= 0.801, `${Math.min(...times)} to ${Math.max(...times)}`);
+    assert.ok(
+      Math.min(...times) >= 0.499 && Math.max(...times) <= 0.801,
+      `${Math.min(...times)} to ${Math.max(...times)}`,
+    );
     const wraps = times.filter((time, index) => index && time < times[index - 1]).length;
     assert.ok(wraps >= 2, `${wraps} wraps`);
   } finally {

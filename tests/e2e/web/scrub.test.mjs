@@ -63,10 +63,16 @@ test('ShowsTheFrameWhereTheThumbWasLeft', () =>
     const after = await counters(page);
     const { atMs } = await page.evaluate((timeS) => {
       const { lastShown } = globalThis.liquidblend.panes[0];
-      return { atMs: Math.abs(lastShown.timeS - timeS) < 1e-3 ? lastShown.atMs - globalThis.releasedMs : NaN };
+      return {
+        atMs:
+          Math.abs(lastShown.timeS - timeS) < 1e-3 ? lastShown.atMs - globalThis.releasedMs : NaN,
+      };
     }, wanted);
     report('scrub', { tookMs, lastShownAfterMs: atMs, ...counts, shown: after.shown, wanted });
-    assert.ok(Math.abs(after.lastShown.timeS - wanted) < 1e-3, `${after.lastShown.timeS} for ${wanted}`);
+    assert.ok(
+      Math.abs(after.lastShown.timeS - wanted) < 1e-3,
+      `${after.lastShown.timeS} for ${wanted}`,
+    );
     assert.ok(atMs <= 150, `${atMs} ms after the release`);
     assert.equal(after.orderViolations, 0);
     assert.ok(after.mostWaiting <= 1);

@@ -26,7 +26,10 @@ test('TokenOpensPageAndStreamsAndStandsNowhere', { skip }, async () => {
       assert.ok(!page.seen.errors.some((line) => line.includes(text)), 'in the console');
     }
     const kept = await page.evaluate(() => [
-      JSON.stringify(localStorage), document.cookie, document.documentElement.outerHTML, JSON.stringify(history.state),
+      JSON.stringify(localStorage),
+      document.cookie,
+      document.documentElement.outerHTML,
+      JSON.stringify(history.state),
     ]);
     for (const text of hidden) assert.ok(!kept.some((store) => store.includes(text)), 'kept');
     await page.reload();

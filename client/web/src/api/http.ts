@@ -45,7 +45,11 @@ export async function getJson(path: string, query?: Query, signal?: AbortSignal)
   return (await send(withQuery(path, query), { signal: signal ?? null })).json();
 }
 
-export async function postJson(path: string, body: unknown, signal?: AbortSignal): Promise<unknown> {
+export async function postJson(
+  path: string,
+  body: unknown,
+  signal?: AbortSignal,
+): Promise<unknown> {
   const response = await send(path, {
     method: 'POST',
     headers: { 'Content-Type': 'application/json' },

@@ -7,7 +7,7 @@ function stored(): string {
   try {
     return sessionStorage.getItem(key) ?? '';
   } catch {
-    return '';  // storage is switched off
+    return ''; // storage is switched off
   }
 }
 

@@ -12,8 +12,19 @@ export const dialogStyles = css`
     background: var(--panel);
     color: var(--text);
   }
-  dialog::backdrop { background: rgb(0 0 0 / 0.55); }
-  h2 { margin: 0; font-size: 17px; }
-  p { margin: 0; }
-  .actions { display: flex; justify-content: flex-end; gap: 8px; }
+  dialog::backdrop {
+    background: rgb(0 0 0 / 0.55);
+  }
+  h2 {
+    margin: 0;
+    font-size: 17px;
+  }
+  p {
+    margin: 0;
+  }
+  .actions {
+    display: flex;
+    justify-content: flex-end;
+    gap: 8px;
+  }
 `;

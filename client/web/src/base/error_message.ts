@@ -9,11 +9,29 @@ export class ErrorMessage extends LitElement {
   static override styles = [
     controls,
     css`
-      div { padding: 8px 12px; border-radius: 6px; background: var(--bad-soft); color: var(--bad); }
-      p { margin: 0; overflow-wrap: anywhere; }
-      dl { margin: 6px 0 0; display: grid; grid-template-columns: auto 1fr; gap: 0 8px; }
-      dt { font-weight: 600; }
-      dd { margin: 0; overflow-wrap: anywhere; }
+      div {
+        padding: 8px 12px;
+        border-radius: 6px;
+        background: var(--bad-soft);
+        color: var(--bad);
+      }
+      p {
+        margin: 0;
+        overflow-wrap: anywhere;
+      }
+      dl {
+        margin: 6px 0 0;
+        display: grid;
+        grid-template-columns: auto 1fr;
+        gap: 0 8px;
+      }
+      dt {
+        font-weight: 600;
+      }
+      dd {
+        margin: 0;
+        overflow-wrap: anywhere;
+      }
     `,
   ];
 
@@ -25,11 +43,17 @@ export class ErrorMessage extends LitElement {
     return html`
       <div role="alert">
         <p>${error.message}</p>
-        ${error.details.length
-          ? html`<dl>
-              ${error.details.map((line) => html`<dt>${line.label}</dt><dd>${line.text}</dd>`)}
-            </dl>`
-          : nothing}
+        ${
+          error.details.length
+            ? html`<dl>
+                ${error.details.map(
+                  (line) =>
+                    html`<dt>${line.label}</dt>
+                      <dd>${line.text}</dd>`,
+                )}
+              </dl>`
+            : nothing
+        }
       </div>
     `;
   }

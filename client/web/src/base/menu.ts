@@ -8,10 +8,25 @@ export class Menu extends LitElement {
   static override styles = [
     controls,
     css`
-      :host { position: relative; display: inline-block; }
-      .panel { position: absolute; right: 0; top: calc(100% + 6px); z-index: 4; width: max-content;
-        max-width: min(320px, calc(100vw - 24px)); padding: 14px; display: grid; gap: 10px; background: var(--panel);
-        border: 1px solid var(--line); border-radius: var(--radius); box-shadow: 0 8px 28px rgb(0 0 0 / 0.28); }
+      :host {
+        position: relative;
+        display: inline-block;
+      }
+      .panel {
+        position: absolute;
+        right: 0;
+        top: calc(100% + 6px);
+        z-index: 4;
+        width: max-content;
+        max-width: min(320px, calc(100vw - 24px));
+        padding: 14px;
+        display: grid;
+        gap: 10px;
+        background: var(--panel);
+        border: 1px solid var(--line);
+        border-radius: var(--radius);
+        box-shadow: 0 8px 28px rgb(0 0 0 / 0.28);
+      }
     `,
   ];
 

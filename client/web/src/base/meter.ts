@@ -23,7 +23,9 @@ export class Meter {
   /** `share` from 0 to 1; 0 if nothing was measured. */
   percentile(share: number): number {
     const sorted = this.used().sort();
-    return sorted.length ? sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))]! : 0;
+    return sorted.length
+      ? sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))]!
+      : 0;
   }
 
   private used(): Float64Array {

@@ -37,7 +37,8 @@ const backgroundFragment = /* glsl */ `
   ${studioShader}
   void main() {
     vec3 d = normalize(ray);
-    vec3 seen = d.y < 0.0 ? studio(cameraPosition, d) : mix(horizonColor, zenithColor, 0.5 * smoothstep(0.0, 0.9, d.y));
+    vec3 above = mix(horizonColor, zenithColor, 0.5 * smoothstep(0.0, 0.9, d.y));
+    vec3 seen = d.y < 0.0 ? studio(cameraPosition, d) : above;
     color = vec4(display(seen), 1.0);
   }
 `;

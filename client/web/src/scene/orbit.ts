@@ -3,8 +3,8 @@
 import { clamp, roundTo, roundToDigits } from '../base/numbers.ts';
 
 export interface Orbit {
-  azimuth: number;  // degrees around the vertical axis, from +z towards +x
-  elevation: number;  // degrees above the horizon
+  azimuth: number; // degrees around the vertical axis, from +z towards +x
+  elevation: number; // degrees above the horizon
   distance: number;
   target: [number, number, number];
 }
@@ -14,7 +14,7 @@ export interface Sphere {
   radius: number;
 }
 
-export const fieldOfView = 32;  // degrees, vertical
+export const fieldOfView = 32; // degrees, vertical
 const maxElevation = 89;
 const rad = Math.PI / 180;
 
@@ -31,7 +31,10 @@ export function rounded(orbit: Orbit): Orbit {
 
 /** All of the sphere in view, from the side and a little above. */
 export function fitted(sphere: Sphere, aspect: number): Orbit {
-  const half = Math.min(fieldOfView / 2, Math.atan(Math.tan((fieldOfView / 2) * rad) * aspect) / rad);
+  const half = Math.min(
+    fieldOfView / 2,
+    Math.atan(Math.tan((fieldOfView / 2) * rad) * aspect) / rad,
+  );
   const distance = (sphere.radius / Math.sin(half * rad)) * 0.92;
   return rounded({ azimuth: 24, elevation: 20, distance, target: sphere.center });
 }
@@ -76,6 +79,10 @@ export function panned(orbit: Orbit, right: number, up: number): Orbit {
   const y = up * height;
   return rounded({
     ...orbit,
-    target: [target[0] + x * ca - y * se * sa, target[1] + y * ce, target[2] - x * sa - y * se * ca],
+    target: [
+      target[0] + x * ca - y * se * sa,
+      target[1] + y * ce,
+      target[2] - x * sa - y * se * ca,
+    ],
   });
 }

@@ -8,7 +8,8 @@ const vertexShader = /* glsl */ `
     vec4 at = modelViewMatrix * vec4(position, 1.0);
     vec3 n = normalize(mat3(modelViewMatrix) * normal);
     vec3 up = mat3(viewMatrix) * vec3(0.0, 1.0, 0.0);
-    light = 0.30 + 0.42 * max(dot(n, normalize(vec3(0.3, 0.5, 1.0))), 0.0) + 0.30 * (0.5 + 0.5 * dot(n, up));
+    float lamp = max(dot(n, normalize(vec3(0.3, 0.5, 1.0))), 0.0);
+    light = 0.45 + 0.42 * lamp + 0.15 * dot(n, up);
     gl_Position = projectionMatrix * at;
   }
 `;

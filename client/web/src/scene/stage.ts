@@ -43,7 +43,7 @@ export class Stage {
   readonly software = isSoftware();
   readonly surface = new Surface();
   private readonly scene = new Scene();
-  private readonly hidden = new Scene();  // what is drawn into the thickness only
+  private readonly hidden = new Scene(); // what is drawn into the thickness only
   private readonly background = new Scene();
   private readonly copies = new Scene();
   private readonly camera = new PerspectiveCamera(fieldOfView, 1);
@@ -51,9 +51,12 @@ export class Stage {
   private readonly liquid = liquidMaterials(this.studio);
   private readonly plain = plainMaterials();
   private readonly surroundings = new Surroundings();
-  private readonly thickness = new WebGLRenderTarget(1, 1, { format: RedFormat, type: HalfFloatType });
+  private readonly thickness = new WebGLRenderTarget(1, 1, {
+    format: RedFormat,
+    type: HalfFloatType,
+  });
   private readonly backgroundPicture = new WebGLRenderTarget(1, 1, { depthBuffer: false });
-  private backgroundKey = '';  // what it was drawn for
+  private backgroundKey = ''; // what it was drawn for
   private smooth: WebGLRenderTarget | undefined;
   private readonly mesh = new Mesh(this.surface.triangles, this.liquid.liquid);
   private readonly body = new Mesh(this.surface.triangles, this.liquid.thickness);
@@ -65,7 +68,8 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: !this.software, alpha: false });
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.renderer.autoClear = false;
-    this.renderer.sortObjects = false;  // spheres around surfaces would be those of their first frames
+    // Sorting would go by spheres around the surfaces of the first frames.
+    this.renderer.sortObjects = false;
     this.renderer.info.autoReset = false;
     const screen = new BufferGeometry();
     const corners = new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]);

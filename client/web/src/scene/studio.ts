@@ -9,7 +9,7 @@ interface Palette {
   ground: string;
   line: string;
   lamp: number;
-  body: string;  // of thick liquid
+  body: string; // of thick liquid
   plain: string;
   wire: string;
   box: string;

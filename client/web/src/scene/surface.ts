@@ -64,7 +64,11 @@ function indices(length: number): BufferAttribute {
   return attribute.setUsage(DynamicDrawUsage);
 }
 
-function writePart(attribute: BufferAttribute, from: Float32Array | Uint32Array, length: number): void {
+function writePart(
+  attribute: BufferAttribute,
+  from: Float32Array | Uint32Array,
+  length: number,
+): void {
   attribute.array.set(from.subarray(0, length));
   attribute.clearUpdateRanges();
   attribute.addUpdateRange(0, length);

@@ -4,13 +4,41 @@ import { Up, type Bounds } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 
 // Where the animation's x, y and z point to in the scene.
 const axes: Record<Up, [number[], number[], number[]]> = {
-  [Up.UNSPECIFIED]: [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
-  [Up.X]: [[0, 1, 0], [-1, 0, 0], [0, 0, 1]],
-  [Up.Y]: [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
-  [Up.Z]: [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
-  [Up.MINUS_X]: [[0, -1, 0], [1, 0, 0], [0, 0, 1]],
-  [Up.MINUS_Y]: [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
-  [Up.MINUS_Z]: [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
+  [Up.UNSPECIFIED]: [
+    [1, 0, 0],
+    [0, 0, -1],
+    [0, 1, 0],
+  ],
+  [Up.X]: [
+    [0, 1, 0],
+    [-1, 0, 0],
+    [0, 0, 1],
+  ],
+  [Up.Y]: [
+    [1, 0, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+  ],
+  [Up.Z]: [
+    [1, 0, 0],
+    [0, 0, -1],
+    [0, 1, 0],
+  ],
+  [Up.MINUS_X]: [
+    [0, -1, 0],
+    [1, 0, 0],
+    [0, 0, 1],
+  ],
+  [Up.MINUS_Y]: [
+    [1, 0, 0],
+    [0, -1, 0],
+    [0, 0, -1],
+  ],
+  [Up.MINUS_Z]: [
+    [1, 0, 0],
+    [0, 0, 1],
+    [0, -1, 0],
+  ],
 };
 
 function vector([x, y, z]: number[]): Vector3 {

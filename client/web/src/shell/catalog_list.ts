@@ -7,7 +7,11 @@ import '../base/error_message.ts';
 import { icons } from '../base/icons.ts';
 import { formatSeconds } from '../base/format.ts';
 import { controls } from '../base/styles.ts';
-import { Animation_State, type Animation, type Family } from '../generated/liquidblend/v1/liquidblend_pb.ts';
+import {
+  Animation_State,
+  type Animation,
+  type Family,
+} from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import { gradeOf, type GradeMark } from './grade.ts';
 
 const maxRows = 200;
@@ -47,24 +51,87 @@ export class CatalogList extends LitElement {
   static override styles = [
     controls,
     css`
-      :host { display: flex; flex-direction: column; gap: 12px; min-height: 0; }
-      .search { display: flex; gap: 8px; }
-      .search input { flex: 1; min-width: 0; }
-      .lists { overflow-y: auto; min-height: 0; padding: 2px; }
-      h2 { display: flex; justify-content: space-between; margin: 8px 4px 6px; font-size: 12px; font-weight: 600;
-        color: var(--muted); }
-      ul { list-style: none; margin: 0 0 12px; padding: 0; display: grid; gap: 2px; }
-      li button { width: 100%; text-align: left; border-color: transparent; background: none; display: grid;
-        grid-template-columns: 1fr auto; gap: 0 8px; align-items: center; padding: 6px 8px; }
-      li button:hover:not(:disabled) { background: var(--raised); border-color: transparent; }
-      li button[aria-current='true'] { background: var(--accent-soft); }
-      .title { font-weight: 600; overflow-wrap: anywhere; }
-      .about { grid-column: 1 / -1; font-size: 12px; color: var(--muted); overflow-wrap: anywhere; }
-      .mark { font-size: 11px; padding: 1px 7px; border-radius: 9px; border: 1px solid currentColor; }
-      .mark.good { color: var(--good); }
-      .mark.doubtful { color: var(--warn); }
-      .mark.bad { color: var(--bad); }
-      p { margin: 4px; color: var(--muted); }
+      :host {
+        display: flex;
+        flex-direction: column;
+        gap: 12px;
+        min-height: 0;
+      }
+      .search {
+        display: flex;
+        gap: 8px;
+      }
+      .search input {
+        flex: 1;
+        min-width: 0;
+      }
+      .lists {
+        overflow-y: auto;
+        min-height: 0;
+        padding: 2px;
+      }
+      h2 {
+        display: flex;
+        justify-content: space-between;
+        margin: 8px 4px 6px;
+        font-size: 12px;
+        font-weight: 600;
+        color: var(--muted);
+      }
+      ul {
+        list-style: none;
+        margin: 0 0 12px;
+        padding: 0;
+        display: grid;
+        gap: 2px;
+      }
+      li button {
+        width: 100%;
+        text-align: left;
+        border-color: transparent;
+        background: none;
+        display: grid;
+        grid-template-columns: 1fr auto;
+        gap: 0 8px;
+        align-items: center;
+        padding: 6px 8px;
+      }
+      li button:hover:not(:disabled) {
+        background: var(--raised);
+        border-color: transparent;
+      }
+      li button[aria-current='true'] {
+        background: var(--accent-soft);
+      }
+      .title {
+        font-weight: 600;
+        overflow-wrap: anywhere;
+      }
+      .about {
+        grid-column: 1 / -1;
+        font-size: 12px;
+        color: var(--muted);
+        overflow-wrap: anywhere;
+      }
+      .mark {
+        font-size: 11px;
+        padding: 1px 7px;
+        border-radius: 9px;
+        border: 1px solid currentColor;
+      }
+      .mark.good {
+        color: var(--good);
+      }
+      .mark.doubtful {
+        color: var(--warn);
+      }
+      .mark.bad {
+        color: var(--bad);
+      }
+      p {
+        margin: 4px;
+        color: var(--muted);
+      }
     `,
   ];
 
@@ -94,7 +161,11 @@ export class CatalogList extends LitElement {
           .value=${this.search}
           @input=${(event: Event) => (this.search = (event.target as HTMLInputElement).value)}
         />
-        <button aria-label="Read the lists again" title="Read the lists again" @click=${() => catalog.refresh()}>
+        <button
+          aria-label="Read the lists again"
+          title="Read the lists again"
+          @click=${() => catalog.refresh()}
+        >
           ${icons.refresh}
         </button>
       </div>
@@ -112,11 +183,17 @@ export class CatalogList extends LitElement {
     return html`
       <h2><span>${title}</span><span>${rows.length}</span></h2>
       <ul aria-label=${title}>
-        ${repeat(rows.slice(0, maxRows), (row) => row.name, (row) => this.renderRow(row))}
+        ${repeat(
+          rows.slice(0, maxRows),
+          (row) => row.name,
+          (row) => this.renderRow(row),
+        )}
       </ul>
-      ${rows.length > maxRows
-        ? html`<p>${rows.length - maxRows} more; search to narrow the list.</p>`
-        : nothing}
+      ${
+        rows.length > maxRows
+          ? html`<p>${rows.length - maxRows} more; search to narrow the list.</p>`
+          : nothing
+      }
       ${rows.length || this.lists.loading ? nothing : html`<p>None${wanted ? ' of this name' : ' yet'}.</p>`}
     `;
   }

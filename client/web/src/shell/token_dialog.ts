@@ -11,9 +11,18 @@ export class TokenDialog extends LitElement {
     controls,
     dialogStyles,
     css`
-      form { display: grid; gap: 12px; }
-      label { display: grid; gap: 4px; font-weight: 600; }
-      input { width: 100%; }
+      form {
+        display: grid;
+        gap: 12px;
+      }
+      label {
+        display: grid;
+        gap: 4px;
+        font-weight: 600;
+      }
+      input {
+        width: 100%;
+      }
     `,
   ];
 
@@ -31,8 +40,10 @@ export class TokenDialog extends LitElement {
       <dialog aria-labelledby="title">
         <form method="dialog" @submit=${() => setToken(this.input.value.trim())}>
           <h2 id="title">Token</h2>
-          <p class="muted">A server with tokens answers only those who have one. It is kept in this tab and forgotten
-            when the tab is closed.</p>
+          <p class="muted">
+            A server with tokens answers only those who have one. It is kept in this tab and
+            forgotten when the tab is closed.
+          </p>
           <label>Token <input type="password" autocomplete="off" spellcheck="false" /></label>
           <div class="actions">
             <button type="button" @click=${() => this.dialog.close()}>Cancel</button>

@@ -5,7 +5,7 @@ export type Loop = 'off' | 'whole' | 'range';
 
 /** Where playing begins, ends and goes on. */
 export interface Course {
-  rate: number;  // seconds of the animation per second; negative: backwards
+  rate: number; // seconds of the animation per second; negative: backwards
   loop: Loop;
   range: [number, number];
   durationS: number;

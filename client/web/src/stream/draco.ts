@@ -12,7 +12,10 @@ import { writeEdges, writeNormals } from './normals.ts';
 const velocityName = 'velocity';
 
 export async function createDraco(module: WebAssembly.Module): Promise<DracoReader> {
-  const instantiateWasm = (imports: WebAssembly.Imports, done: (i: WebAssembly.Instance) => void) => {
+  const instantiateWasm = (
+    imports: WebAssembly.Imports,
+    done: (i: WebAssembly.Instance) => void,
+  ) => {
     void WebAssembly.instantiate(module, imports).then(done);
     return {};
   };
@@ -28,7 +31,7 @@ export class DracoReader {
 
   /** Errors: throws for data that is no mesh. */
   read(data: Uint8Array, wanted: Wanted, buffers: FrameBuffers): Counts {
-    const decoder = new this.draco.Decoder();  // not reusable: google/draco#656
+    const decoder = new this.draco.Decoder(); // not reusable: google/draco#656
     const mesh = new this.draco.Mesh();
     try {
       const status = decoder.DecodeArrayToMesh(data, data.length, mesh);

@@ -23,7 +23,11 @@ export function frameFileName(frame: number, format: FileFormat): string {
   return `frame_${String(frame + 1).padStart(4, '0')}.${format}`;
 }
 
-async function writeFile(sink: FileSink, name: string, data: Uint8Array<ArrayBuffer>): Promise<void> {
+async function writeFile(
+  sink: FileSink,
+  name: string,
+  data: Uint8Array<ArrayBuffer>,
+): Promise<void> {
   await sink.write(tarHeader(name, data.length));
   await sink.write(data);
   await sink.write(tarPadding(data.length));
@@ -45,7 +49,7 @@ export async function exportAnimation(
     const timeS = times[frame];
     if (timeS === undefined) return undefined;
     const file = fetchFile(framePath({ ...request, timeS }, format), signal);
-    file.catch(() => {});  // told where it is awaited
+    file.catch(() => {}); // told where it is awaited
     return file;
   };
   try {

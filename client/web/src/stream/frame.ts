@@ -6,12 +6,12 @@ import type { Counts } from './decode_messages.ts';
 export interface FrameInfo {
   version: number;
   timeS: number;
-  frameNumber?: number | undefined;  // of an animation
+  frameNumber?: number | undefined; // of an animation
   weights: number[];
   levelOfDetail: number;
   extrapolated: boolean;
   clamped: boolean;
-  numDropped: number;  // by the server, since the stream began
+  numDropped: number; // by the server, since the stream began
 }
 
 /** A frame as it came. */
@@ -22,7 +22,7 @@ export interface EncodedFrame {
 
 /** A frame that can be shown. Its buffers go back to the pool by `DecoderPool.release`. */
 export interface DecodedFrame {
-  order: number;  // frames are shown in this order or not at all
+  order: number; // frames are shown in this order or not at all
   info: FrameInfo;
   numBytes: number;
   counts: Counts;

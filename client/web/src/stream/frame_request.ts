@@ -5,8 +5,8 @@ import type { EncodedFrame, FrameInfo } from './frame.ts';
 
 /** A family, or an animation as it was imported. */
 export interface Subject {
-  name: string;  // families/{id} or animations/{id}
-  version: bigint;  // of a family; 0: the published one
+  name: string; // families/{id} or animations/{id}
+  version: bigint; // of a family; 0: the published one
 }
 
 /** Weights, or a point in parameter space instead. */
@@ -34,7 +34,10 @@ export function framePath(request: FrameRequest, format: FileFormat, query: Quer
   const { subject } = request;
   const fields = isFamily(subject) ? familyFields(request) : animationFields(request);
   const collection = isFamily(subject) ? 'families' : 'animations';
-  return withQuery(`/v1/${collection}/${idOf(subject.name)}/frame.${format}`, { ...fields, ...query });
+  return withQuery(`/v1/${collection}/${idOf(subject.name)}/frame.${format}`, {
+    ...fields,
+    ...query,
+  });
 }
 
 function familyFields({ subject, blend, timeS, levelOfDetail }: FrameRequest): Query {
@@ -53,7 +56,10 @@ function animationFields({ timeS, levelOfDetail }: FrameRequest): Query {
 }
 
 /** Errors: ApiError, or AbortError if the signal ended it. */
-export async function fetchFrame(request: FrameRequest, signal: AbortSignal): Promise<EncodedFrame> {
+export async function fetchFrame(
+  request: FrameRequest,
+  signal: AbortSignal,
+): Promise<EncodedFrame> {
   const response = await send(framePath(request, 'drc'), { signal });
   const data = new Uint8Array(await response.arrayBuffer());
   if (!data.length) throw new ApiError(response.status, 'The server sent an empty frame.');

@@ -68,7 +68,7 @@ function decode(buffer: ArrayBuffer): EncodedFrame | undefined {
 /** One stream. `change` may be called at any time; the newest values win. */
 export class FrameStream {
   private socket: WebSocket | undefined;
-  private request: StreamRequest = {};  // all that was asked for, for the next connection
+  private request: StreamRequest = {}; // all that was asked for, for the next connection
   private readonly backOff = new BackOff();
   private timer: ReturnType<typeof setTimeout> | undefined;
 

@@ -21,7 +21,7 @@ interface Ordered {
 /** One stream at a time. Frames of a stream that was closed never come. */
 export class Live {
   numReceived = 0;
-  numOvertaken = 0;  // not decoded, since a newer one came
+  numOvertaken = 0; // not decoded, since a newer one came
   wanted: Wanted = { normals: true, velocities: false, edges: false };
   private readonly stream: FrameStream;
   private epoch = 0;
@@ -40,7 +40,7 @@ export class Live {
         frame: (frame) => this.receive(frame),
         probe: () => getFamily(this.family),
       },
-      pool.size + 1,  // what is being decoded, and one frame ahead
+      pool.size + 1, // what is being decoded, and one frame ahead
     );
   }
 

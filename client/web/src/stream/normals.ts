@@ -10,12 +10,24 @@ export function writeNormals(
 ): void {
   normals.fill(0, 0, 3 * numVertices);
   for (let i = 0; i < 3 * numTriangles; i += 3) {
-    addTriangle(positions, 3 * triangles[i]!, 3 * triangles[i + 1]!, 3 * triangles[i + 2]!, normals);
+    addTriangle(
+      positions,
+      3 * triangles[i]!,
+      3 * triangles[i + 1]!,
+      3 * triangles[i + 2]!,
+      normals,
+    );
   }
   for (let i = 0; i < 3 * numVertices; i += 3) normalize(normals, i);
 }
 
-function addTriangle(p: Float32Array, a: number, b: number, c: number, normals: Float32Array): void {
+function addTriangle(
+  p: Float32Array,
+  a: number,
+  b: number,
+  c: number,
+  normals: Float32Array,
+): void {
   const ux = p[b]! - p[a]!;
   const uy = p[b + 1]! - p[a + 1]!;
   const uz = p[b + 2]! - p[a + 2]!;
@@ -40,13 +52,17 @@ function normalize(normals: Float32Array, i: number): void {
 }
 
 /** Writes each edge of a closed surface once, as pairs of vertices. Returns their number. */
-export function writeEdges(triangles: Uint32Array, numTriangles: number, edges: Uint32Array): number {
+export function writeEdges(
+  triangles: Uint32Array,
+  numTriangles: number,
+  edges: Uint32Array,
+): number {
   let length = 0;
   for (let i = 0; i < 3 * numTriangles; i += 3) {
     for (let corner = 0; corner < 3; ++corner) {
       const from = triangles[i + corner]!;
       const to = triangles[i + ((corner + 1) % 3)]!;
-      if (from > to) continue;  // the neighbour has it the other way round
+      if (from > to) continue; // the neighbour has it the other way round
       edges[length++] = from;
       edges[length++] = to;
     }

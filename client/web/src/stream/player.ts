@@ -16,7 +16,7 @@ export interface PlayerSettings {
   rate: number;
   loop: Loop;
   range: [number, number];
-  framesPerSecond: number;  // of the clock; 0: the family's own
+  framesPerSecond: number; // of the clock; 0: the family's own
   level: number | 'auto';
   wanted: Wanted;
 }
@@ -25,7 +25,7 @@ export interface PlayerSettings {
 export interface Timing {
   durationS: number;
   framesPerSecond: number;
-  numLevels: number;  // of detail
+  numLevels: number; // of detail
 }
 
 export interface PlayerEvents {
@@ -42,7 +42,7 @@ export class Player {
   playing = false;
   timeS = 0;
   connection: StreamState = 'closed';
-  numLate = 0;  // decoded, but a newer one was there before
+  numLate = 0; // decoded, but a newer one was there before
   private held = false;
   private order = 0;
   private shownOrder = 0;
@@ -110,7 +110,8 @@ export class Player {
     const before = this.surface;
     this.coarseness = Math.min(level, this.timing.numLevels - 1);
     const { surface } = this;
-    if (this.streams && JSON.stringify(surface) !== JSON.stringify(before)) this.live.change(surface);
+    if (this.streams && JSON.stringify(surface) !== JSON.stringify(before))
+      this.live.change(surface);
   }
 
   play(): void {

@@ -43,7 +43,8 @@ export const actions: Partial<Record<Action, Act>> = {
   loop: (model) => model.setLoop(loops[(loops.indexOf(model.state.loop) + 1) % loops.length]!),
   rangeBegin: setRange(0),
   rangeEnd: setRange(1),
-  shading: (model) => model.patch({ shading: model.state.shading === 'liquid' ? 'plain' : 'liquid' }),
+  shading: (model) =>
+    model.patch({ shading: model.state.shading === 'liquid' ? 'plain' : 'liquid' }),
   wireframe: (model) => model.patch({ wireframe: !model.state.wireframe }),
   fit: (model) => model.fit(),
 };

@@ -27,12 +27,35 @@ export class DownloadDialog extends LitElement {
     controls,
     dialogStyles,
     css`
-      form { display: grid; gap: 14px; }
-      fieldset { border: 0; margin: 0; padding: 0; display: grid; gap: 8px; }
-      legend { font-weight: 600; padding: 0 0 6px; }
-      label { display: grid; grid-template-columns: auto 1fr; gap: 0 8px; align-items: center; }
-      label .muted { grid-column: 2; font-size: 12px; }
-      progress { width: 100%; accent-color: var(--accent); }
+      form {
+        display: grid;
+        gap: 14px;
+      }
+      fieldset {
+        border: 0;
+        margin: 0;
+        padding: 0;
+        display: grid;
+        gap: 8px;
+      }
+      legend {
+        font-weight: 600;
+        padding: 0 0 6px;
+      }
+      label {
+        display: grid;
+        grid-template-columns: auto 1fr;
+        gap: 0 8px;
+        align-items: center;
+      }
+      label .muted {
+        grid-column: 2;
+        font-size: 12px;
+      }
+      progress {
+        width: 100%;
+        accent-color: var(--accent);
+      }
     `,
   ];
 
@@ -63,7 +86,9 @@ export class DownloadDialog extends LitElement {
           ${this.running && this.what === 'animation' ? this.renderProgress() : nothing}
           <lb-error .error=${this.error}></lb-error>
           <div class="actions">
-            <button type="button" @click=${this.onCancel}>${this.running ? 'Cancel' : 'Close'}</button>
+            <button type="button" @click=${this.onCancel}>
+              ${this.running ? 'Cancel' : 'Close'}
+            </button>
             <button class="primary" ?disabled=${!!this.running}>Download</button>
           </div>
         </form>
@@ -73,7 +98,12 @@ export class DownloadDialog extends LitElement {
 
   private renderChoice(what: What, name: string, about: string) {
     return html`<label>
-      <input type="radio" name="what" .checked=${this.what === what} @change=${() => (this.what = what)} />
+      <input
+        type="radio"
+        name="what"
+        .checked=${this.what === what}
+        @change=${() => (this.what = what)}
+      />
       <span>${name}</span><span class="muted">${about}</span>
     </label>`;
   }
@@ -82,15 +112,16 @@ export class DownloadDialog extends LitElement {
     return html`<fieldset ?disabled=${!!this.running}>
       <legend>Format</legend>
       ${formats.map(
-        ([format, name]) => html`<label>
-          <input
-            type="radio"
-            name="format"
-            .checked=${this.format === format}
-            @change=${() => (this.format = format)}
-          />
-          <span>${name}</span>
-        </label>`,
+        ([format, name]) =>
+          html`<label>
+            <input
+              type="radio"
+              name="format"
+              .checked=${this.format === format}
+              @change=${() => (this.format = format)}
+            />
+            <span>${name}</span>
+          </label>`,
       )}
     </fieldset>`;
   }

@@ -3,7 +3,12 @@ import { send } from '../api/http.ts';
 import { openSink, saveBlob } from '../base/save.ts';
 import { Up } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import { exportAnimation } from '../stream/export.ts';
-import { framePath, isFamily, type FileFormat, type FrameRequest } from '../stream/frame_request.ts';
+import {
+  framePath,
+  isFamily,
+  type FileFormat,
+  type FrameRequest,
+} from '../stream/frame_request.ts';
 import type { ViewModel } from './model.ts';
 import type { Pane } from './panes.ts';
 
@@ -52,7 +57,10 @@ async function saveFrame(model: ViewModel, pane: Pane, format: FileFormat, signa
 async function savePicture(pane: Pane) {
   const { picture } = pane;
   if (!picture) return;
-  saveBlob(await picture.toPng(), `${stemOf(pane)}_${(picture.player?.timeS ?? 0).toFixed(3)}s.png`);
+  saveBlob(
+    await picture.toPng(),
+    `${stemOf(pane)}_${(picture.player?.timeS ?? 0).toFixed(3)}s.png`,
+  );
 }
 
 /** Errors: ApiError, or AbortError if it was cancelled. */
@@ -70,5 +78,10 @@ export async function download(
   const sink = await openSink(`${stemOf(pane)}_${format}.tar`);
   const { timing } = pane.info;
   const request = requestOf(model, pane);
-  await exportAnimation({ request, timing, format, meta: metaOf(model, pane) }, sink, signal, progress);
+  await exportAnimation(
+    { request, timing, format, meta: metaOf(model, pane) },
+    sink,
+    signal,
+    progress,
+  );
 }

@@ -1,7 +1,7 @@
 // How finely it is drawn while it moves: fewer pixels and triangles where drawing is too slow.
 const slowMs = 42;
 const fastMs = 24;
-const patience = 12;  // frames
+const patience = 12; // frames
 const highestRatio = 2;
 
 /** From the finest to the coarsest: share of the pixels' density, and level of detail. */
@@ -33,7 +33,7 @@ export class Effort {
   measure(nowMs: number): boolean {
     const passed = nowMs - this.lastMs;
     this.lastMs = nowMs;
-    if (passed > 250) return false;  // it stood still
+    if (passed > 250) return false; // it stood still
     this.balance += passed > slowMs ? 1 : passed < fastMs ? -1 : 0;
     if (this.balance > patience) return this.step(1);
     if (this.balance < -10 * patience) return this.step(-1);

@@ -12,13 +12,37 @@ export class Figures extends LitElement {
   static override styles = [
     controls,
     css`
-      :host { display: block; }
-      dl { display: flex; flex-wrap: wrap; gap: 2px 16px; margin: 0; font-size: 12px; line-height: 18px; height: 38px;
-        overflow: hidden; align-content: start; }
-      div { display: flex; gap: 5px; white-space: nowrap; }
-      dt { color: var(--muted); }
-      dd { margin: 0; font-family: var(--mono); }
-      .mark { color: var(--warn); font-weight: 600; font-family: inherit; }
+      :host {
+        display: block;
+      }
+      dl {
+        display: flex;
+        flex-wrap: wrap;
+        gap: 2px 16px;
+        margin: 0;
+        font-size: 12px;
+        line-height: 18px;
+        height: 38px;
+        overflow: hidden;
+        align-content: start;
+      }
+      div {
+        display: flex;
+        gap: 5px;
+        white-space: nowrap;
+      }
+      dt {
+        color: var(--muted);
+      }
+      dd {
+        margin: 0;
+        font-family: var(--mono);
+      }
+      .mark {
+        color: var(--warn);
+        font-weight: 600;
+        font-family: inherit;
+      }
     `,
   ];
 
@@ -62,10 +86,16 @@ export class Figures extends LitElement {
   }
 
   private figure(name: string, value: string) {
-    return html`<div><dt>${name}</dt><dd>${value}</dd></div>`;
+    return html`<div>
+      <dt>${name}</dt>
+      <dd>${value}</dd>
+    </div>`;
   }
 
   private mark(text: string) {
-    return html`<div><dt class="visually-hidden">note</dt><dd class="mark">${text}</dd></div>`;
+    return html`<div>
+      <dt class="visually-hidden">note</dt>
+      <dd class="mark">${text}</dd>
+    </div>`;
   }
 }

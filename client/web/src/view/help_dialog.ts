@@ -29,11 +29,27 @@ export class HelpDialog extends LitElement {
     controls,
     dialogStyles,
     css`
-      h3 { margin: 16px 0 6px; font-size: 13px; color: var(--muted); }
-      dl { display: grid; grid-template-columns: auto 1fr; gap: 6px 18px; margin: 0; }
-      dt { font-family: var(--mono); font-size: 13px; }
-      dd { margin: 0; }
-      .actions { margin-top: 16px; }
+      h3 {
+        margin: 16px 0 6px;
+        font-size: 13px;
+        color: var(--muted);
+      }
+      dl {
+        display: grid;
+        grid-template-columns: auto 1fr;
+        gap: 6px 18px;
+        margin: 0;
+      }
+      dt {
+        font-family: var(--mono);
+        font-size: 13px;
+      }
+      dd {
+        margin: 0;
+      }
+      .actions {
+        margin-top: 16px;
+      }
     `,
   ];
 
@@ -60,5 +76,11 @@ export class HelpDialog extends LitElement {
 }
 
 function renderLines(items: [string, string][]) {
-  return html`<dl>${items.map(([key, does]) => html`<dt>${key}</dt><dd>${does}</dd>`)}</dl>`;
+  return html`<dl>
+    ${items.map(
+      ([key, does]) =>
+        html`<dt>${key}</dt>
+          <dd>${does}</dd>`,
+    )}
+  </dl>`;
 }

@@ -35,8 +35,11 @@ function takesKeys(element: EventTarget | undefined, key: string): boolean {
   if (!(element instanceof HTMLElement)) return false;
   if (element.closest('dialog')) return true;
   if (element instanceof HTMLSelectElement || element instanceof HTMLTextAreaElement) return true;
-  if (element instanceof HTMLInputElement) return element.type !== 'range' || key === 'Home' || key === 'End';
-  return key === ' ' && (element instanceof HTMLButtonElement || element instanceof HTMLAnchorElement);
+  if (element instanceof HTMLInputElement)
+    return element.type !== 'range' || key === 'Home' || key === 'End';
+  return (
+    key === ' ' && (element instanceof HTMLButtonElement || element instanceof HTMLAnchorElement)
+  );
 }
 
 /** What a key asks for; undefined if it belongs to the control that has the focus. */

@@ -23,9 +23,21 @@ export class Pace extends LitElement {
   static override styles = [
     controls,
     css`
-      :host { display: flex; flex-wrap: wrap; gap: 8px; align-items: center; }
-      label { display: flex; gap: 6px; align-items: center; }
-      input[type='number'] { width: 84px; font: 13px var(--mono); }
+      :host {
+        display: flex;
+        flex-wrap: wrap;
+        gap: 8px;
+        align-items: center;
+      }
+      label {
+        display: flex;
+        gap: 6px;
+        align-items: center;
+      }
+      input[type='number'] {
+        width: 84px;
+        font: 13px var(--mono);
+      }
     `,
   ];
 
@@ -46,12 +58,20 @@ export class Pace extends LitElement {
     const { rate, framesPerSecond, loop } = this.model.state;
     const own = this.model.main?.info?.timing.framesPerSecond;
     return html`
-      <select aria-label="Speed" title="Speed" @change=${(event: Event) => this.model.patch({ rate: numberOf(event) })}>
+      <select
+        aria-label="Speed"
+        title="Speed"
+        @change=${(event: Event) => this.model.patch({ rate: numberOf(event) })}
+      >
         ${withValue(rates, rate).map(
           (value) => html`<option value=${value} .selected=${value === rate}>${value} ×</option>`,
         )}
       </select>
-      <select aria-label="Loop" title="Loop (l)" @change=${(event: Event) => this.model.setLoop(textOf(event) as Loop)}>
+      <select
+        aria-label="Loop"
+        title="Loop (l)"
+        @change=${(event: Event) => this.model.setLoop(textOf(event) as Loop)}
+      >
         ${loops.map(([value, name]) => html`<option value=${value} .selected=${value === loop}>${name}</option>`)}
       </select>
       ${loop === 'range' ? this.renderRange() : nothing}
@@ -60,9 +80,14 @@ export class Pace extends LitElement {
         title="Frames per second"
         @change=${(event: Event) => this.model.patch({ framesPerSecond: numberOf(event) })}
       >
-        <option value="0" .selected=${framesPerSecond === 0}>${own ? `${own} frames/s (its own)` : 'its own'}</option>
+        <option value="0" .selected=${framesPerSecond === 0}>
+          ${own ? `${own} frames/s (its own)` : 'its own'}
+        </option>
         ${withValue(frameRates, framesPerSecond || 60).map(
-          (value) => html`<option value=${value} .selected=${value === framesPerSecond}>${value} frames/s</option>`,
+          (value) =>
+            html`<option value=${value} .selected=${value === framesPerSecond}>
+              ${value} frames/s
+            </option>`,
         )}
       </select>
     `;
@@ -83,8 +108,15 @@ export class Pace extends LitElement {
       if (!Number.isFinite(entered)) return;
       this.model.patch({ range: change(roundTo(clamp(entered, 0, duration), 4)) });
     };
-    return html`<input type="number" aria-label=${name} min="0" max=${duration} step="any"
-      .value=${String(value)} @change=${set} />`;
+    return html`<input
+      type="number"
+      aria-label=${name}
+      min="0"
+      max=${duration}
+      step="any"
+      .value=${String(value)}
+      @change=${set}
+    />`;
   }
 }
 

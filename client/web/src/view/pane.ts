@@ -12,15 +12,46 @@ export class PaneElement extends LitElement {
   static override styles = [
     controls,
     css`
-      :host { display: block; position: relative; min-width: 0; min-height: 0; overflow: hidden; }
-      canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; touch-action: none;
-        cursor: grab; }
-      canvas:active { cursor: grabbing; }
-      canvas:focus-visible { outline-offset: -3px; }
-      .title { position: absolute; left: 10px; top: 8px; max-width: calc(100% - 20px); padding: 2px 8px;
-        border-radius: 6px; background: color-mix(in srgb, var(--panel) 88%, transparent); font-size: 12px;
-        overflow-wrap: anywhere; pointer-events: none; }
-      lb-error { position: absolute; left: 10px; right: 10px; bottom: 10px; }
+      :host {
+        display: block;
+        position: relative;
+        min-width: 0;
+        min-height: 0;
+        overflow: hidden;
+      }
+      canvas {
+        position: absolute;
+        inset: 0;
+        width: 100%;
+        height: 100%;
+        display: block;
+        touch-action: none;
+        cursor: grab;
+      }
+      canvas:active {
+        cursor: grabbing;
+      }
+      canvas:focus-visible {
+        outline-offset: -3px;
+      }
+      .title {
+        position: absolute;
+        left: 10px;
+        top: 8px;
+        max-width: calc(100% - 20px);
+        padding: 2px 8px;
+        border-radius: 6px;
+        background: color-mix(in srgb, var(--panel) 88%, transparent);
+        font-size: 12px;
+        overflow-wrap: anywhere;
+        pointer-events: none;
+      }
+      lb-error {
+        position: absolute;
+        left: 10px;
+        right: 10px;
+        bottom: 10px;
+      }
     `,
   ];
 

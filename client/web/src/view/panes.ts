@@ -12,7 +12,7 @@ export interface Pane {
   info: SubjectInfo | undefined;
   picture: Picture | undefined;
   error: ApiError | undefined;
-  told: string;  // what elements know of its player
+  told: string; // what elements know of its player
 }
 
 export function newPane(key: Pane['key']): Pane {

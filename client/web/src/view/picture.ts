@@ -31,7 +31,7 @@ export class Picture {
   player: Player | undefined;
   shown: ShownFrame | undefined;
   numShown = 0;
-  numSkipped = 0;  // decoded, but replaced before they were drawn
+  numSkipped = 0; // decoded, but replaced before they were drawn
   orderViolations = 0;
   readonly shownRate = new Rate();
   readonly decodeMs = new Meter(120);

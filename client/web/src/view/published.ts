@@ -30,7 +30,11 @@ function describe({ title, picture, error }: Pane) {
     },
     decodeMs: { mean: picture?.decodeMs.mean ?? 0, p95: picture?.decodeMs.percentile(0.95) ?? 0 },
     pixelRatio: picture?.pixelRatio ?? 0,
-    renderer: { ...memory, programs: programs?.length ?? 0, grown: picture?.stage.surface.numGrown ?? 0 },
+    renderer: {
+      ...memory,
+      programs: programs?.length ?? 0,
+      grown: picture?.stage.surface.numGrown ?? 0,
+    },
   };
 }
 

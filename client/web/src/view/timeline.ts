@@ -18,7 +18,7 @@ export class Timeline extends LitElement {
   @query('.readout') private readout!: HTMLElement;
   @query('.range') private range!: HTMLElement;
   private held = false;
-  private wanted: number | undefined;  // by the pointer, until the next animation frame
+  private wanted: number | undefined; // by the pointer, until the next animation frame
   private unsubscribes: (() => void)[] = [];
 
   override connectedCallback(): void {

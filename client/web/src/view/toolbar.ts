@@ -13,16 +13,49 @@ export class Toolbar extends LitElement {
   static override styles = [
     controls,
     css`
-      :host { display: flex; flex-wrap: wrap; gap: 8px; align-items: center; }
-      .group { display: flex; }
-      .group button { border-radius: 0; margin-left: -1px; }
-      .group button:first-child { border-radius: 6px 0 0 6px; margin-left: 0; }
-      .group button:last-child { border-radius: 0 6px 6px 0; }
-      label { display: flex; gap: 6px; align-items: center; }
-      fieldset { border: 0; margin: 0; padding: 0; display: grid; gap: 8px; min-width: 0; }
-      legend { padding: 0 0 6px; font-weight: 600; }
-      .icon-button { padding: 4px 8px; }
-      label span { overflow-wrap: anywhere; }
+      :host {
+        display: flex;
+        flex-wrap: wrap;
+        gap: 8px;
+        align-items: center;
+      }
+      .group {
+        display: flex;
+      }
+      .group button {
+        border-radius: 0;
+        margin-left: -1px;
+      }
+      .group button:first-child {
+        border-radius: 6px 0 0 6px;
+        margin-left: 0;
+      }
+      .group button:last-child {
+        border-radius: 0 6px 6px 0;
+      }
+      label {
+        display: flex;
+        gap: 6px;
+        align-items: center;
+      }
+      fieldset {
+        border: 0;
+        margin: 0;
+        padding: 0;
+        display: grid;
+        gap: 8px;
+        min-width: 0;
+      }
+      legend {
+        padding: 0 0 6px;
+        font-weight: 600;
+      }
+      .icon-button {
+        padding: 4px 8px;
+      }
+      label span {
+        overflow-wrap: anywhere;
+      }
     `,
   ];
 
@@ -53,7 +86,12 @@ export class Toolbar extends LitElement {
         Wireframe
       </button>
       ${this.renderLevels()} ${this.renderBeside()}
-      <button class="icon-button" aria-label="Fit into view" title="Fit into view (f)" @click=${() => this.model.fit()}>
+      <button
+        class="icon-button"
+        aria-label="Fit into view"
+        title="Fit into view (f)"
+        @click=${() => this.model.fit()}
+      >
         ${icons.reset}
       </button>
       ${this.renderOpener('download', 'Download', 'd', icons.download)}
@@ -92,9 +130,13 @@ export class Toolbar extends LitElement {
     };
     return html`<select aria-label="Level of detail" title="Level of detail" @change=${select}>
       <option value="auto" .selected=${level === 'auto'}>Detail: auto</option>
-      ${Array.from({ length: numLevels }, (_, at) => html`<option value=${at} .selected=${level === at}>
-        Detail: ${at}${names[at] ? ` (${names[at]})` : ''}
-      </option>`)}
+      ${Array.from(
+        { length: numLevels },
+        (_, at) =>
+          html`<option value=${at} .selected=${level === at}>
+            Detail: ${at}${names[at] ? ` (${names[at]})` : ''}
+          </option>`,
+      )}
     </select>`;
   }
 
@@ -115,11 +157,19 @@ export class Toolbar extends LitElement {
         <fieldset>
           <legend>Together</legend>
           <label>
-            <input type="checkbox" .checked=${state.oneCamera} @change=${() => this.model.setTogether('oneCamera')} />
+            <input
+              type="checkbox"
+              .checked=${state.oneCamera}
+              @change=${() => this.model.setTogether('oneCamera')}
+            />
             Cameras
           </label>
           <label>
-            <input type="checkbox" .checked=${state.oneTime} @change=${() => this.model.setTogether('oneTime')} />
+            <input
+              type="checkbox"
+              .checked=${state.oneTime}
+              @change=${() => this.model.setTogether('oneTime')}
+            />
             Times
           </label>
         </fieldset>
