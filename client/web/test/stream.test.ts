@@ -107,6 +107,7 @@ test('ClockTakesAnEmptyRangeAsAll', () => {
 
 test('PlayingBeginsAnewAtTheEnd', () => {
   assert.equal(startTime(2, course), 0);
+  assert.equal(startTime(2.9583, { ...course, durationS: 71 / 24 }), 0, 'as rounded');
   assert.equal(startTime(0.7, course), 0.7);
   assert.equal(startTime(1.7, { ...course, loop: 'range' }), 0.5);
   assert.equal(startTime(0, { ...course, rate: -1 }), 2);

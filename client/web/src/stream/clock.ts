@@ -40,11 +40,14 @@ function wrap(timeS: number, low: number, high: number): number {
   return low + (beyond < 0 ? beyond + length : beyond);
 }
 
+// Times in the URL are rounded, so the end may be missed by a little.
+const nearS = 1e-3;
+
 /** Where playing begins: from the other end if it would end at once. */
 export function startTime(timeS: number, course: Course): number {
   const [low, high] = playedRange(course);
   const inside = clamp(timeS, low, high);
-  if (course.rate > 0 && inside >= high - 1e-6) return low;
-  if (course.rate < 0 && inside <= low + 1e-6) return high;
+  if (course.rate > 0 && inside >= high - nearS) return low;
+  if (course.rate < 0 && inside <= low + nearS) return high;
   return inside;
 }
