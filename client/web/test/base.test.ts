@@ -73,9 +73,8 @@ test('CamerasKeepTheirDistance', () => {
 
 test('DrawingGetsCoarserWhileItIsSlowAndFinerAgain', () => {
   const effort = new Effort();
-  let now = 0;
   const run = (frames: number, ms: number) => {
-    for (let i = 0; i < frames; ++i) effort.measure((now += ms));
+    for (let i = 0; i < frames; ++i) effort.measure(ms);
   };
   run(100, 60);
   assert.equal(effort.level, 2);

@@ -16,8 +16,9 @@ const rungs: [number, number][] = [
 
 export class Effort {
   private rung = 0;
-  private lastMs = 0;
   private balance = 0;
+  private lastStep = 0;
+  private finerAfter = 10 * patience; // frames
 
   get level(): number {
     return rungs[this.rung]![1];
@@ -29,19 +30,19 @@ export class Effort {
     return still ? device : Math.max(0.5, device * rungs[this.rung]![0]);
   }
 
-  /** Learns from the pace of the pictures. Returns whether something changed. */
-  measure(nowMs: number): boolean {
-    const passed = nowMs - this.lastMs;
-    this.lastMs = nowMs;
-    if (passed > 250) return false; // it stood still
-    this.balance += passed > slowMs ? 1 : passed < fastMs ? -1 : 0;
+  /** Learns how long a picture waited for its turn. Returns whether something changed. */
+  measure(waitedMs: number): boolean {
+    this.balance += waitedMs > slowMs ? 1 : waitedMs < fastMs ? -1 : 0;
     if (this.balance > patience) return this.step(1);
-    if (this.balance < -10 * patience) return this.step(-1);
+    if (this.balance < -this.finerAfter) return this.step(-1);
     return false;
   }
 
+  // A finer step that had to be taken back is tried again later and later.
   private step(by: number): boolean {
     const before = this.rung;
+    if (by > 0 && this.lastStep < 0) this.finerAfter *= 2;
+    this.lastStep = by;
     this.rung = Math.min(rungs.length - 1, Math.max(0, before + by));
     this.balance = 0;
     return this.rung !== before;

@@ -42,6 +42,7 @@ export class Picture {
   private pending: DecodedFrame | undefined;
   private lastOrder = 0;
   private request = 0;
+  private scheduledMs = 0;
   private dirty = true;
   private isStill = false;
   private settleTimer: ReturnType<typeof setTimeout> | undefined;
@@ -166,7 +167,9 @@ export class Picture {
   }
 
   private schedule(): void {
-    this.request ||= requestAnimationFrame((now) => {
+    if (this.request) return;
+    this.scheduledMs = performance.now();
+    this.request = requestAnimationFrame((now) => {
       this.request = 0;
       this.tick(now);
     });
@@ -185,7 +188,8 @@ export class Picture {
     const frame = this.pending;
     this.pending = undefined;
     if (frame) this.upload(frame, nowMs);
-    if (!this.isStill && this.effort.measure(nowMs)) this.applyEffort();
+    const waitedMs = performance.now() - this.scheduledMs;
+    if (!this.isStill && this.effort.measure(waitedMs)) this.applyEffort();
     this.stage.render(this.orbit, this.isStill);
     if (frame) this.events.shown(frame.info);
     return !!frame;

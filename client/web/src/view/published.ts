@@ -41,7 +41,7 @@ function describe({ title, picture, error }: Pane) {
 export function publish(model: ViewModel): void {
   const liquidblend = Object.freeze({
     get panes() {
-      return model.panes.map(describe);
+      return structuredClone(model.panes.map(describe));
     },
     get decoded() {
       return model.pool.numDecoded;
@@ -50,7 +50,7 @@ export function publish(model: ViewModel): void {
       return model.pool.buffers.numMade;
     },
     get state() {
-      return { ...model.state, version: String(model.state.version) };
+      return structuredClone({ ...model.state, version: String(model.state.version) });
     },
   });
   Object.defineProperty(window, 'liquidblend', { value: liquidblend, configurable: true });
