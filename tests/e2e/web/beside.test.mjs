@@ -8,7 +8,7 @@ const frame = await fetch(`${baseUrl}/v1/${source}/frame.drc?frameNumber=1`, { h
 const skip = frame.status === 404 ? 'the server has no frames of animations' : false;
 
 function panes(page) {
-  return page.evaluate(() => globalThis.liquidblend.panes);
+  return page.evaluate(() => globalThis.liquidblend?.panes ?? []);
 }
 
 async function until(page, condition) {
@@ -49,6 +49,7 @@ test('ShowsInputsBesideTheBlend', { skip }, () =>
     );
     assert.equal(first.lastShown.frameNumber, 13);
     assert.ok(Math.abs(second.lastShown.timeS - 0.5) < 1e-6);
+    await page.keyboard.press('Escape');
     await page.waitForTimeout(600);
     const before = await page.locator('.panes').screenshot();
     await page.reload();
