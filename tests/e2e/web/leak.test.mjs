@@ -19,9 +19,9 @@ async function untilShown(page, frames) {
 }
 
 test('KeepsItsMemory', async () => {
-  const page = await newPage({ width: 900, height: 600 });
+  const page = await newPage({ width: 480, height: 400 });
   try {
-    await openViewer(page, { play: '1', shade: 'plain', rate: '2', level: '0', wire: '1' });
+    await openViewer(page, { play: '1', shade: 'plain', rate: '2', level: '1' });
     const session = await page.context().newCDPSession(page);
     await untilShown(page, (await counters(page)).shown + Math.max(200, numFrames / 10));
     const before = await counters(page);
