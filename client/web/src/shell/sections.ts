@@ -15,6 +15,18 @@ export const sections: Section[] = [
     load: () => import('../view/viewer.ts'),
     render: () => html`<lb-viewer></lb-viewer>`,
   },
+  {
+    id: 'edit',
+    title: 'Editor',
+    load: () => import('../editor/editor.ts'),
+    render: () => html`<lb-editor></lb-editor>`,
+  },
+  {
+    id: 'jobs',
+    title: 'Jobs',
+    load: () => import('../jobs/jobs.ts'),
+    render: () => html`<lb-jobs></lb-jobs>`,
+  },
 ];
 
 export function sectionOf(id: string): Section {

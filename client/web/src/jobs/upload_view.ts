@@ -1,0 +1,199 @@
+// Upload of a folder of frames: dropped or chosen, with the options of the import that matter.
+import { LitElement, css, html, nothing } from 'lit';
+import { customElement, query, state } from 'lit/decorators.js';
+import { isAbort, toApiError, ApiError } from '../api/errors.ts';
+import { idRule, isId, toId } from '../api/names.ts';
+import '../base/error_message.ts';
+import { formatBytes } from '../base/format.ts';
+import { controls } from '../base/styles.ts';
+import { folderOfDrop, folderOfInput, type Folder } from './folder.ts';
+import { jobBoard } from './job_board.ts';
+import { jobsStyles } from './jobs_styles.ts';
+import { uploadAnimation, type ImportSettings } from './upload.ts';
+
+const ups = ['', 'UP_X', 'UP_Y', 'UP_Z', 'UP_MINUS_X', 'UP_MINUS_Y', 'UP_MINUS_Z'];
+
+function upName(up: string): string {
+  return up ? up.slice(3).replace('MINUS_', '-').toLowerCase() : 'from the files';
+}
+
+function describe({ files, numSkipped }: Folder): string {
+  const bytes = files.reduce((total, file) => total + file.size, 0);
+  const skipped = numSkipped ? `; ${numSkipped} others are left out` : '';
+  return `${files.length} files, ${formatBytes(bytes)}${skipped}`;
+}
+
+/** Tells of an upload that arrived by the event `uploaded`. */
+@customElement('lb-upload')
+export class UploadView extends LitElement {
+  static override styles = [
+    controls,
+    jobsStyles,
+    css`
+      .drop { display: grid; gap: 10px; justify-items: center; padding: 36px 20px; text-align: center;
+        border: 2px dashed var(--control); border-radius: var(--radius); background: var(--raised); }
+      .drop.over { border-color: var(--accent); background: var(--accent-soft); }
+      .drop strong { font-size: 15px; overflow-wrap: anywhere; }
+      form { display: grid; gap: 16px; }
+    `,
+  ];
+
+  @state() private folder: Folder | undefined;
+  @state() private animationId = '';
+  @state() private over = false;
+  @state() private sent = 0;
+  @state() private total = 0;
+  @state() private error: ApiError | undefined;
+  @query('input[type=file]') private chooser!: HTMLInputElement;
+  @query('form') private form!: HTMLFormElement;
+  private upload: AbortController | undefined;
+
+  override disconnectedCallback(): void {
+    this.upload?.abort();
+    super.disconnectedCallback();
+  }
+
+  override render() {
+    const { folder, upload } = this;
+    return html`
+      <div class="view">
+        <div
+          class="drop ${this.over ? 'over' : ''}"
+          @dragover=${this.onDragOver}
+          @dragleave=${() => (this.over = false)}
+          @drop=${this.onDrop}
+        >
+          <strong>${folder ? folder.name || 'Files' : 'Drop a folder of frames here'}</strong>
+          <span class="hint">
+            ${folder ? describe(folder) : 'Mantaflow cache, PLY, OBJ, STL or OpenVDB: one folder is one animation.'}
+          </span>
+          <button type="button" ?disabled=${!!upload} @click=${() => this.chooser.click()}>
+            ${folder ? 'Choose another folder' : 'Choose a folder'}
+          </button>
+          <input type="file" aria-label="Folder of frames" webkitdirectory multiple hidden @change=${this.onChosen} />
+        </div>
+        <lb-error .error=${this.error}></lb-error>
+        ${folder ? this.renderForm() : nothing}
+      </div>
+    `;
+  }
+
+  private renderForm() {
+    return html`
+      <form class="card" @submit=${this.onSubmit}>
+        <h3>Import</h3>
+        <div class="fields">
+          <label class="field">Name
+            <input name="animation" required maxlength="63" autocomplete="off" spellcheck="false"
+              .value=${this.animationId} @input=${this.onName} aria-describedby="rule" />
+            <span class="hint" id="rule">${idRule}</span>
+          </label>
+          <label class="field">Frames a second
+            <input name="fps" type="number" min="0.001" step="any" placeholder="from meta.json, else 24" />
+          </label>
+          <label class="field">Scale
+            <input name="scale" type="number" min="0" step="any" placeholder="from meta.json, else 1" />
+            <span class="hint">metres per unit of the files</span>
+          </label>
+          <label class="field">Up
+            <select name="up">${ups.map((up) => html`<option value=${up}>${upName(up)}</option>`)}</select>
+          </label>
+          <label class="field">Pattern
+            <input name="pattern" maxlength="255" placeholder="all frames" spellcheck="false" />
+            <span class="hint">such as liquid.* where a folder has several sequences</span>
+          </label>
+          <label class="check"><input name="gaps" type="checkbox" /> Numbers may be missing</label>
+        </div>
+        ${this.upload ? this.renderProgress() : html`<div class="actions"><button class="primary">Upload</button></div>`}
+      </form>
+    `;
+  }
+
+  private renderProgress() {
+    const { sent, total } = this;
+    const text = sent < total ? `${formatBytes(sent)} of ${formatBytes(total)} sent` : 'All is sent; the server looks at it';
+    return html`
+      <progress max=${total || 1} .value=${sent} aria-label="Progress of the upload"></progress>
+      <div class="actions">
+        <button type="button" @click=${() => this.upload?.abort()}>Stop</button>
+        <span class="hint" role="status">${text}</span>
+      </div>
+    `;
+  }
+
+  private onName(event: Event): void {
+    this.animationId = (event.target as HTMLInputElement).value;
+  }
+
+  private onDragOver(event: DragEvent): void {
+    event.preventDefault();
+    this.over = true;
+  }
+
+  private onDrop(event: DragEvent): void {
+    event.preventDefault();
+    this.over = false;
+    if (event.dataTransfer && !this.upload) void this.take(folderOfDrop(event.dataTransfer));
+  }
+
+  private onChosen(): void {
+    const { files } = this.chooser;
+    if (files?.length) void this.take(Promise.resolve(folderOfInput(files)));
+    this.chooser.value = '';
+  }
+
+  private async take(reading: Promise<Folder>): Promise<void> {
+    this.error = undefined;
+    try {
+      const folder = await reading;
+      if (!folder.files.length) throw new Error('No frames of a known format are in it.');
+      this.folder = folder;
+      this.animationId = toId(folder.name);
+    } catch (error) {
+      this.folder = undefined;
+      this.error = toApiError(error);
+    }
+  }
+
+  private settings(): ImportSettings {
+    const data = new FormData(this.form);
+    const text = (name: string) => String(data.get(name) ?? '').trim();
+    return {
+      framesPerSecond: Number(text('fps')) || undefined,
+      vertexScale: Number(text('scale')) || undefined,
+      up: text('up') || undefined,
+      pattern: text('pattern') || undefined,
+      allowGaps: data.has('gaps'),
+    };
+  }
+
+  private async onSubmit(event: Event): Promise<void> {
+    event.preventDefault();
+    if (!this.folder || this.upload) return;
+    if (!isId(this.animationId)) {
+      this.error = new ApiError(400, `The name may have ${idRule}.`);
+      return;
+    }
+    await this.send(this.folder);
+  }
+
+  private async send({ files }: Folder): Promise<void> {
+    const controller = (this.upload = new AbortController());
+    this.error = undefined;
+    this.sent = 0;
+    const progress = (sent: number, total: number) => {
+      this.sent = Math.min(sent, total);
+      this.total = total;
+    };
+    try {
+      const job = await uploadAnimation(this.animationId, files, this.settings(), { progress }, controller.signal);
+      jobBoard.add(job);
+      this.folder = undefined;
+      this.dispatchEvent(new CustomEvent('uploaded'));
+    } catch (error) {
+      if (!isAbort(error)) this.error = toApiError(error);
+    }
+    this.upload = undefined;
+    this.requestUpdate();
+  }
+}
