@@ -2,7 +2,7 @@
 import { LitElement, css, html } from 'lit';
 import { customElement, query, state } from 'lit/decorators.js';
 import { controls } from '../base/styles.ts';
-import { dialogStyles } from '../shell/dialog_styles.ts';
+import { dialogStyles } from '../base/dialog_styles.ts';
 
 export interface Question {
   title: string;

@@ -66,7 +66,7 @@ export class RegisterView extends LitElement {
           <input required maxlength="63" autocomplete="off" spellcheck="false" .value=${form.family}
             @input=${(event: Event) => this.patch({ family: textOf(event) })} />
         </label>
-        ${this.renderMembers()} ${this.renderOptions()}
+        ${this.renderMembers()} ${this.renderChoices()}
         <lb-error .error=${this.error}></lb-error>
         <div class="actions"><button class="primary" ?disabled=${this.sending}>Register</button></div>
       </form>
@@ -135,7 +135,7 @@ export class RegisterView extends LitElement {
     </tr>`;
   }
 
-  private renderOptions() {
+  private renderChoices() {
     const { form } = this;
     return html`
       <details>

@@ -45,9 +45,7 @@ export function uploadAnimation(
   signal: AbortSignal,
 ): Promise<Job> {
   const request = new XMLHttpRequest();
-  const archive = tarOf(
-    files.map((file) => ({ name: file.name, file, modifiedMs: file.lastModified })),
-  );
+  const archive = tarOf(files.map((file) => ({ name: file.name, file })));
   return new Promise((resolve, reject) => {
     request.upload.onprogress = (event) => events.progress(event.loaded, archive.size);
     request.onload = () => {

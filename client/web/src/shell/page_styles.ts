@@ -37,4 +37,8 @@ export const pageStyles = css`
       box-shadow: 4px 0 24px rgb(0 0 0 / 0.35); }
     aside.open { display: flex; }
   }
+  @media (max-width: 480px) {
+    header { flex-wrap: wrap; padding-bottom: 4px; }
+    nav { order: 1; width: 100%; }
+  }
 `;

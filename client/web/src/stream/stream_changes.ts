@@ -4,7 +4,9 @@ import type { StreamRequest } from './frame_stream.ts';
 import type { PlayerSettings } from './player.ts';
 
 export function blendOf({ weights, parameters, extrapolate }: Blend): StreamRequest {
-  return parameters ? { parameters, extrapolate: !!extrapolate } : { weights };
+  return parameters
+    ? { parameters, extrapolate: !!extrapolate, weights: [] }
+    : { weights, parameters: [] };
 }
 
 export function paceOf({ framesPerSecond }: PlayerSettings): StreamRequest {

@@ -8,6 +8,7 @@ import type { Look } from '../scene/stage.ts';
 import { DecoderPool } from '../stream/decoder_pool.ts';
 import type { Loop } from '../stream/clock.ts';
 import type { FrameInfo } from '../stream/frame.ts';
+import type { Blend } from '../stream/frame_request.ts';
 import type { PlayerSettings } from '../stream/player.ts';
 import { actions } from './actions.ts';
 import type { Action } from './keys.ts';
@@ -87,7 +88,12 @@ export class ViewModel {
   setWeight(index: number, value: number): void {
     const weights = this.targets.map((_, target) => this.state.weights[target] ?? 0);
     weights[index] = roundTo(clamp(value, ...weightLimits), 6);
-    this.patch({ weights });
+    this.patch({ weights, point: [], extrapolate: false });
+  }
+
+  /** Asks for a point in parameter space; `weights` are what is known of its weights. */
+  setPoint(point: number[], extrapolate: boolean, weights: number[]): void {
+    this.patch({ point, extrapolate, weights: weights.map((weight) => roundTo(weight, 6)) });
   }
 
   setBeside(beside: Beside[]): void {
@@ -154,11 +160,20 @@ export class ViewModel {
   }
 
   settings(pane: Pane): PlayerSettings {
-    const { weights, rate, loop, range, framesPerSecond, level, wireframe } = this.state;
-    const numTargets = pane.info?.family?.targets.length ?? 0;
-    const used = Array.from({ length: numTargets }, (_, target) => weights[target] ?? 0);
+    const { rate, loop, range, framesPerSecond, level, wireframe } = this.state;
     const wanted = { normals: true, velocities: false, edges: wireframe };
-    return { blend: { weights: used }, rate, loop, range, framesPerSecond, level, wanted };
+    return { blend: this.blend(pane), rate, loop, range, framesPerSecond, level, wanted };
+  }
+
+  // Other versions may have their points elsewhere: they are asked for by weights.
+  private blend(pane: Pane): Blend {
+    const { weights, point, extrapolate } = this.state;
+    const { family } = pane.info ?? {};
+    const used = (family?.targets ?? []).map((_, target) => weights[target] ?? 0);
+    const names = family?.parameterSpace?.names ?? [];
+    if (pane !== this.main || !names.length || point.length !== names.length) return { weights: used };
+    const parameters = names.map((name, i) => ({ name, value: point[i]! }));
+    return { weights: used, parameters, extrapolate };
   }
 
   close(): void {

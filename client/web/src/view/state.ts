@@ -16,6 +16,8 @@ export interface ViewState {
   name: string;  // families/{id} or animations/{id}; empty: nothing
   version: bigint;  // 0: the published one
   weights: number[];
+  point: number[];  // in the family's parameter space, instead of weights; empty: weights
+  extrapolate: boolean;  // a point outside of the hull
   playing: boolean;
   rate: number;
   loop: Loop;
@@ -42,6 +44,8 @@ export function initialState(): ViewState {
     name: '',
     version: 0n,
     weights: [],
+    point: [],
+    extrapolate: false,
     playing: false,
     rate: 1,
     loop: 'whole',
@@ -91,6 +95,8 @@ export function toFields(state: ViewState): URLSearchParams {
   if (id) fields.set(collection === 'families' ? 'family' : 'animation', id);
   set('version', String(state.version), state.version === 0n);
   set('w', state.weights.join(','), state.weights.every((weight) => weight === 0));
+  set('p', state.point.join(','), !state.point.length);
+  set('beyond', 1, !state.extrapolate);
   set('play', 1, !state.playing);
   set('rate', state.rate, state.rate === usual.rate);
   set('loop', state.loop, state.loop === usual.loop);
@@ -158,6 +164,8 @@ export function fromFields(fields: URLSearchParams): ViewState {
     weights: numbersOf(fields.get('w')).map((weight) =>
       roundTo(clamp(weight, ...weightLimits), weightDecimals),
     ),
+    point: numbersOf(fields.get('p')),
+    extrapolate: fields.get('beyond') === '1',
     playing: fields.get('play') === '1',
     rate: inRange(fields.get('rate'), rateLimits, usual.rate),
     loop: oneOf(fields.get('loop'), ['off', 'whole', 'range'], usual.loop),

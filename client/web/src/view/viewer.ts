@@ -1,11 +1,12 @@
 // The viewer: pictures side by side, the timeline, weights, figures and their keys.
 import { LitElement, html, nothing } from 'lit';
-import { customElement, query } from 'lit/decorators.js';
+import { customElement, query, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { token } from '../api/token.ts';
 import { pageLocation, type PageLocation } from '../base/hash_location.ts';
 import { controls } from '../base/styles.ts';
 import { showTheme, theme } from '../base/theme.ts';
+import type { Family } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import './download_dialog.ts';
 import type { DownloadDialog } from './download_dialog.ts';
 import './figures.ts';
@@ -28,6 +29,7 @@ export class Viewer extends LitElement {
   static override styles = [controls, viewerStyles];
 
   private readonly model = new ViewModel();
+  @state() private hasPad = false;
   @query('lb-download') private download!: DownloadDialog;
   @query('lb-help') private help!: HelpDialog;
   private unsubscribes: (() => void)[] = [];
@@ -71,7 +73,7 @@ export class Viewer extends LitElement {
         <lb-pace .model=${this.model}></lb-pace>
         <lb-figures .pane=${main}></lb-figures>
       </div>
-      ${main.info?.family ? html`<div class="side"><lb-weights .model=${this.model}></lb-weights></div>` : nothing}
+      ${main.info?.family ? this.renderSide(main.info.family) : nothing}
       <lb-download .model=${this.model}></lb-download>
       <lb-help></lb-help>
     `;
@@ -80,6 +82,19 @@ export class Viewer extends LitElement {
   override updated(): void {
     const title = this.model.main?.title;
     document.title = title ? `${title} - liquidblend` : 'liquidblend';
+  }
+
+  private renderSide({ parameterSpace }: Family) {
+    if (parameterSpace && !this.hasPad) void this.loadPad();
+    return html`<div class="side">
+      ${parameterSpace && this.hasPad ? html`<lb-pad .model=${this.model}></lb-pad>` : nothing}
+      <lb-weights .model=${this.model}></lb-weights>
+    </div>`;
+  }
+
+  private async loadPad(): Promise<void> {
+    await import('../pad/pad.ts');
+    this.hasPad = true;
   }
 
   private renderPane(pane: Pane) {

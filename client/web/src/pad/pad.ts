@@ -1,0 +1,324 @@
+// The pad: a family's points in one or two of its parameters, the triangles between them, and a
+// marker that asks for the blend at its place.
+import { LitElement, html, nothing, svg } from 'lit';
+import { customElement, property, query, state } from 'lit/decorators.js';
+import { toApiError, isAbort, type ApiError } from '../api/errors.ts';
+import '../base/error_message.ts';
+import { clamp, roundTo, sum } from '../base/numbers.ts';
+import { controls } from '../base/styles.ts';
+import type { ViewModel } from '../view/model.ts';
+import { loadSpace, type FamilySpace } from './load_space.ts';
+import { padHeight, padWidth, placeOf, scaledAt, type Axes, type Place } from './pad_frame.ts';
+import { padStyles } from './pad_styles.ts';
+import { edgesOf, type Edge, type Location, type Point } from './space.ts';
+
+const snapDistance = 7;  // in the picture
+const reach = 0.35;  // how far outside of the ranges the marker goes
+const keyStep = 0.01;
+const keyLeap = 0.1;
+
+const arrows: Record<string, [number, number]> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+};
+
+@customElement('lb-pad')
+export class Pad extends LitElement {
+  static override styles = [controls, padStyles];
+
+  @property({ attribute: false }) model!: ViewModel;
+  @state() private shown: FamilySpace | undefined;
+  @state() private error: ApiError | undefined;
+  @state() private axes: Axes = [0, 0];
+  @state() private asked: Point | undefined;  // where the person put the marker
+  @state() private extrapolate = false;
+  @query('svg') private picture!: SVGSVGElement;
+  private loaded: unknown;
+  private loading = new AbortController();
+  private wanted: Point | undefined;  // until the next animation frame
+  private unsubscribe = () => {};
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.unsubscribe = this.model.changes.subscribe(() => this.onModel());
+    this.onModel();
+  }
+
+  override disconnectedCallback(): void {
+    this.unsubscribe();
+    this.loading.abort();
+    super.disconnectedCallback();
+  }
+
+  override render() {
+    const { shown } = this;
+    if (!shown) return html`<lb-error .error=${this.error}></lb-error>`;
+    const point = this.point;
+    const location = shown.space.locate(point);
+    return html`
+      <h3>Parameters</h3>
+      ${shown.space.names.length > 2 ? this.renderAxes() : nothing}
+      ${this.renderPicture(shown, point, location)}
+      ${shown.space.names.map((name, index) => this.renderValue(name, index, point))}
+      <label class="check">
+        <input type="checkbox" .checked=${this.extrapolate} @change=${this.onExtrapolate} />
+        Extrapolate outside of the hull
+      </label>
+      <p class="note" role="status">${this.outsideText(location)}</p>
+      ${this.renderWeights(shown, location)}
+    `;
+  }
+
+  // Where the marker is: as asked for, as the URL says, or where the weights are.
+  private get point(): Point {
+    if (this.asked) return this.asked;
+    const { point, weights } = this.model.state;
+    const { names, points } = this.shown!.space;
+    if (point.length === names.length) return point;
+    const all = [1 - sum(weights), ...weights];
+    return names.map((_, i) => sum(points.map((at, k) => (all[k] ?? 0) * at[i]!)));
+  }
+
+  private renderAxes() {
+    const { names } = this.shown!.space;
+    const choose = (axis: 0 | 1) => (event: Event) => {
+      const axes: Axes = [...this.axes];
+      axes[axis] = Number((event.target as HTMLSelectElement).value);
+      if (axes[0] === axes[1]) axes[1 - axis] = this.axes[axis];
+      this.axes = axes;
+    };
+    return html`<div class="axes">
+      ${([0, 1] as const).map((axis) => html`<label>${axis ? 'up' : 'right'}
+        <select @change=${choose(axis)}>
+          ${names.map((name, i) => html`<option value=${i} .selected=${i === this.axes[axis]}>${name}</option>`)}
+        </select>
+      </label>`)}
+    </div>`;
+  }
+
+  private renderPicture({ space, labels }: FamilySpace, point: Point, location: Location | undefined) {
+    const places = space.points.map((at) => placeOf(space.scale(at), this.axes));
+    const { inner, hull } = edgesOf(space.simplices);
+    const line = (kind: string) => ([a, b]: Edge) => {
+      const [from, to] = [places[a]!, places[b]!];
+      return svg`<line class=${kind} x1=${from.x} y1=${from.y} x2=${to.x} y2=${to.y} />`;
+    };
+    return html`<svg
+      viewBox="0 0 ${padWidth} ${padHeight}"
+      @pointerdown=${this.onPointerDown}
+      @pointermove=${this.onPointerMove}
+    >
+      ${space.simplices.map((simplex) => this.renderArea(simplex.map((index) => places[index]!)))}
+      ${inner.map(line('inner'))} ${hull.map(line('hull'))}
+      ${places.map((place, i) => svg`<circle class="point" cx=${place.x} cy=${place.y} r="4" />
+        ${this.renderLabel(labels[i]!, place)}`)}
+      ${this.renderNames()} ${this.renderMarker(point, location)}
+    </svg>`;
+  }
+
+  private renderArea(corners: Place[]) {
+    return svg`<polygon class="area" points=${corners.map(({ x, y }) => `${x},${y}`).join(' ')} />`;
+  }
+
+  private renderLabel(label: string, { x, y }: Place) {
+    const anchor = x < padWidth * 0.3 ? 'start' : x > padWidth * 0.7 ? 'end' : 'middle';
+    const left = anchor === 'start' ? Math.max(4, x - 20) : anchor === 'end' ? Math.min(padWidth - 4, x + 20) : x;
+    const text = label.length > 16 ? `${label.slice(0, 15)}…` : label;
+    return svg`<text class="label" x=${left} y=${y < padHeight / 2 ? y - 9 : y + 17} text-anchor=${anchor}>${text}</text>`;
+  }
+
+  private renderNames() {
+    const { names } = this.shown!.space;
+    const [x, y] = this.axes;
+    const right = svg`<text class="name" x=${padWidth - 6} y=${padHeight - 6} text-anchor="end">${names[x]} →</text>`;
+    return x === y ? right : svg`${right}<text class="name" x="6" y="14">↑ ${names[y]}</text>`;
+  }
+
+  private renderMarker(point: Point, location: Location | undefined) {
+    const { space } = this.shown!;
+    const at = placeOf(space.scale(point), this.axes);
+    const isOutside = location?.isOutside ?? false;
+    const used = isOutside && !this.extrapolate ? placeOf(space.scale(location!.nearest), this.axes) : at;
+    return svg`
+      ${used === at ? nothing : svg`
+        <line class="way" x1=${at.x} y1=${at.y} x2=${used.x} y2=${used.y} />
+        <circle class="used" cx=${used.x} cy=${used.y} r="6" />`}
+      <g class="marker ${isOutside ? 'outside' : ''}" tabindex="0" role="application"
+        aria-roledescription="point" aria-label=${this.markerText(point)} @keydown=${this.onKey}>
+        <circle class="ring" cx=${at.x} cy=${at.y} r="10" />
+        <circle class=${used === at ? 'dot' : 'hollow'} cx=${at.x} cy=${at.y} r="5" />
+      </g>`;
+  }
+
+  private markerText(point: Point): string {
+    const values = this.shown!.space.names.map((name, i) => `${name} ${roundTo(point[i]!, 4)}`);
+    return `Point in parameter space: ${values.join(', ')}. Arrow keys move it, with Shift further.`;
+  }
+
+  private renderValue(name: string, index: number, point: Point) {
+    const { space } = this.shown!;
+    const isSlider = !this.axes.includes(index);
+    const step = 0.01 * Math.abs(space.unscale(space.names.map(() => 1))[index]! - space.unscale(space.names.map(() => 0))[index]!);
+    const set = (event: Event) => {
+      const value = (event.target as HTMLInputElement).valueAsNumber;
+      if (Number.isFinite(value)) this.move(point.map((old, i) => (i === index ? value : old)));
+    };
+    const [low, high] = [0, 1].map((end) => space.unscale(space.names.map(() => end))[index]!);
+    return html`<div class="value">
+      <label for=${`value${index}`}>${name}</label>
+      <input id=${`value${index}`} type="number" step="any" .value=${String(roundTo(point[index]!, 6))} @change=${set} />
+      ${isSlider
+        ? html`<input type="range" aria-label=${`${name}, slider`} min=${low} max=${high} step=${step / 10}
+            .value=${String(point[index])} @input=${set} />`
+        : nothing}
+    </div>`;
+  }
+
+  private renderWeights({ labels, isSmooth }: FamilySpace, location: Location | undefined) {
+    const weights = this.weights(isSmooth, location);
+    if (!weights) return nothing;
+    const all = [1 - sum(weights), ...weights];
+    return html`<dl class="weights" aria-label="Weights of this point">
+      ${labels.map((label, i) => html`<div class=${Math.abs(all[i]!) < 1e-9 ? 'none' : ''}>
+        <dt>${label}</dt><dd>${(all[i] ?? 0).toFixed(4)}</dd>
+      </div>`)}
+    </dl>`;
+  }
+
+  /** Of all targets, as the picture has them or will have them; undefined if nothing is known yet. */
+  private weights(isSmooth: boolean, location: Location | undefined): number[] | undefined {
+    if (isSmooth || !location) return this.model.main?.picture?.shown?.info.weights;
+    return location.isOutside && !this.extrapolate ? location.nearestWeights : location.weights;
+  }
+
+  private outsideText(location: Location | undefined): string {
+    if (!location?.isOutside) return '';
+    const far = `${(100 * location.distance).toFixed(0)} % of the ranges`;
+    return this.extrapolate
+      ? `Outside of the hull by ${far}: extrapolated.`
+      : `Outside of the hull by ${far}: the hull's nearest point is shown.`;
+  }
+
+  private onModel(): void {
+    const { model } = this;
+    const { info } = model.main ?? {};
+    if (info?.family && info !== this.loaded) {
+      this.loaded = info;
+      void this.load(info.subject.version);
+    }
+    // Sliders of weights, or another place in the URL, take the marker along.
+    const { point } = model.state;
+    if (!point.length) this.asked = undefined;
+    else this.extrapolate = model.state.extrapolate || (this.extrapolate && !!this.asked);
+    this.requestUpdate();
+  }
+
+  private async load(version: bigint): Promise<void> {
+    this.loading.abort();
+    const { signal } = (this.loading = new AbortController());
+    this.shown = this.error = this.asked = undefined;
+    try {
+      const shown = await loadSpace(this.model.main!.info!.family!, version, signal);
+      if (signal.aborted || !shown) return;
+      this.axes = shown.space.names.length > 1 ? [0, 1] : [0, 0];
+      this.shown = shown;
+      this.extrapolate = this.model.state.extrapolate;
+    } catch (error) {
+      if (!isAbort(error)) this.error = toApiError(error);
+    }
+  }
+
+  private onExtrapolate(event: Event): void {
+    this.extrapolate = (event.target as HTMLInputElement).checked;
+    this.move(this.point);
+  }
+
+  private onPointerDown(event: PointerEvent): void {
+    this.picture.setPointerCapture(event.pointerId);
+    this.picture.querySelector<SVGGElement>('.marker')?.focus({ preventScroll: true });
+    event.preventDefault();
+    this.follow(event);
+  }
+
+  private onPointerMove(event: PointerEvent): void {
+    if (this.picture.hasPointerCapture(event.pointerId)) this.follow(event);
+  }
+
+  private follow(event: PointerEvent): void {
+    const { space } = this.shown!;
+    const place = this.placeOfPointer(event);
+    const near = event.altKey ? undefined : this.pointNear(place);
+    const scaled = scaledAt(place, this.axes, space.scale(this.point));
+    this.moveSoon(near ?? space.unscale(scaled.map((value) => clamp(value, -reach, 1 + reach))));
+  }
+
+  private placeOfPointer(event: PointerEvent): Place {
+    const box = this.picture.getBoundingClientRect();
+    return {
+      x: ((event.clientX - box.left) * padWidth) / box.width,
+      y: ((event.clientY - box.top) * padHeight) / box.height,
+    };
+  }
+
+  // Only where the picture shows all parameters: a point of others may lie behind.
+  private pointNear({ x, y }: Place): Point | undefined {
+    const { space } = this.shown!;
+    if (space.names.length > 2) return undefined;
+    return space.points.find((point) => {
+      const at = placeOf(space.scale(point), this.axes);
+      return Math.hypot(at.x - x, at.y - y) < snapDistance;
+    });
+  }
+
+  private onKey(event: KeyboardEvent): void {
+    const way = arrows[event.key];
+    if (!way || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const { space } = this.shown!;
+    const step = event.shiftKey ? keyLeap : keyStep;
+    const [x, y] = this.axes;
+    const scaled = space.scale(this.wanted ?? this.point);
+    const moved = [...scaled];
+    if (x !== y) moved[y] = clamp(scaled[y]! + step * way[1], -reach, 1 + reach);
+    moved[x] = clamp(scaled[x]! + step * (x === y ? way[0] + way[1] : way[0]), -reach, 1 + reach);
+    this.moveSoon(space.unscale(moved));
+  }
+
+  // Pointers tell up to 1000 times a second.
+  private moveSoon(point: Point): void {
+    const waits = this.wanted !== undefined;
+    this.wanted = point;
+    if (!waits) requestAnimationFrame(() => this.moveWanted());
+  }
+
+  private moveWanted(): void {
+    const { wanted } = this;
+    this.wanted = undefined;
+    if (wanted && this.shown) this.move(wanted);
+  }
+
+  private move(point: Point): void {
+    const { space, isSmooth } = this.shown!;
+    const asked = this.rounded(point);
+    const location = space.locate(asked);
+    const beyond = (location?.isOutside ?? false) && this.extrapolate;
+    this.asked = asked;
+    const used = location && !beyond ? location.nearest : asked;
+    this.model.setPoint(used, beyond, this.weights(isSmooth, location) ?? this.model.state.weights);
+  }
+
+  // To a millionth of the range, so that the URL is short.
+  private rounded(point: Point): Point {
+    const { space } = this.shown!;
+    const ends = [0, 1].map((end) => space.unscale(point.map(() => end)));
+    return point.map((value, i) => {
+      const known = space.points.find((at) => at[i] === value);
+      if (known) return value;
+      const decimals = clamp(6 - Math.floor(Math.log10(Math.abs(ends[1]![i]! - ends[0]![i]!))), 0, 12);
+      return roundTo(value, decimals);
+    });
+  }
+}
