@@ -126,6 +126,9 @@ export class PageElement extends LitElement {
 
   private open(name: string, byItself: boolean): void {
     const [collection, id] = name.split('/') as [string, string];
+    if (collection === 'families' && this.section.id === 'edit') {
+      return pageLocation.go({ section: 'edit', fields: new URLSearchParams({ family: id }) });
+    }
     const fields = new URLSearchParams({ [collection === 'families' ? 'family' : 'animation']: id, play: '1' });
     const place = { section: 'view', fields };
     if (byItself) pageLocation.show(place);

@@ -143,3 +143,11 @@ export class DecoderPool {
     for (const job of this.waiting.splice(0)) job.reject(new Error(noWorkers));
   }
 }
+
+let shared: DecoderPool | undefined;
+
+/** The pool of the whole page: its workers live as long as the page. */
+export function sharedPool(): DecoderPool {
+  shared ??= new DecoderPool();
+  return shared;
+}

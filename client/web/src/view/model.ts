@@ -5,7 +5,7 @@ import { Observable } from '../base/observable.ts';
 import { theme } from '../base/theme.ts';
 import type { Orbit } from '../scene/orbit.ts';
 import type { Look } from '../scene/stage.ts';
-import { DecoderPool } from '../stream/decoder_pool.ts';
+import { sharedPool } from '../stream/decoder_pool.ts';
 import type { Loop } from '../stream/clock.ts';
 import type { FrameInfo } from '../stream/frame.ts';
 import type { Blend } from '../stream/frame_request.ts';
@@ -25,7 +25,7 @@ import {
 import { loadSubject } from './subject.ts';
 
 export class ViewModel {
-  readonly pool = new DecoderPool();
+  readonly pool = sharedPool();
   /** Told when something changed that elements show, but for times. */
   readonly changes = new Observable(0);
   /** Told of a pane whose time changed. */
