@@ -30,10 +30,6 @@ test('TarIsReadByTar', () => {
   }
 });
 
-test('TarRefusesLongNames', () => {
-  assert.throws(() => tarHeader('x'.repeat(101), 1), RangeError);
-});
-
 test('NumbersAreReadable', () => {
   assert.deepEqual([0, 999, 1000, 26521, 1.5e6, 2.5e9].map(formatBytes), [
     '0 B',

@@ -12,6 +12,8 @@ const everything: ViewState = {
   name: 'families/two_drops',
   version: 12n,
   weights: [0.5, -0.25, 1.333333],
+  point: [0.8, 35],
+  extrapolate: true,
   playing: true,
   rate: 0.25,
   loop: 'range',

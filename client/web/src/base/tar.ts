@@ -77,7 +77,7 @@ export function tarEnd(): Uint8Array<ArrayBuffer> {
   return new Uint8Array(2 * blockSize);
 }
 
-/** The number of bytes of an archive of files of these sizes. */
+/** The number of bytes of an archive of files of these sizes, with names of at most 100 bytes. */
 export function tarSize(sizes: readonly number[]): number {
   const blocks = sizes.reduce((total, size) => total + 1 + Math.ceil(size / blockSize), 2);
   return blocks * blockSize;

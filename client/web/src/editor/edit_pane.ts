@@ -18,7 +18,8 @@ import { editPaneStyles } from './edit_pane_styles.ts';
 import { automaticMarks, ownMarks, type Mark } from './marks.ts';
 import type { EditorModel } from './model.ts';
 import { pairOf, type Pair, type Side, type SpaceTime, type Vector } from './pairs.ts';
-import { Paths, placeAt, type Path } from './paths.ts';
+import { placeAt, type Path } from './path.ts';
+import { Paths } from './paths.ts';
 import { atDepthOf, firstHit, hitNearest, type Triangles } from './picker.ts';
 
 const clickPixels = 4;  // a pointer that moves further drags
