@@ -90,6 +90,11 @@ export class EditPane extends LitElement {
     this.canvas.focus({ preventScroll: true });
   }
 
+  /** Whether the picture shows the frame of the cursor, so that it can be marked. */
+  get ready(): boolean {
+    return !!this.surface();
+  }
+
   private get info(): SubjectInfo | undefined {
     return this.model.infos[this.side];
   }

@@ -167,8 +167,8 @@ export class PairListElement extends LitElement {
     const mean = meanResidual(residuals);
     if (model.measureError) return html`<p role="status">Not measured: ${model.measureError.message}</p>`;
     if (!mean) return nothing;
-    return html`<p class="mean" role="status">Mean error of ${residuals.length} check
-      ${residuals.length === 1 ? 'pair' : 'pairs'}: <strong>${residualText(mean)}</strong></p>`;
+    const count = residuals.length === 1 ? '1 check pair' : `${residuals.length} check pairs`;
+    return html`<p class="mean" role="status">Mean error of ${count}: <strong>${residualText(mean)}</strong></p>`;
   }
 
   private renderAutomatic() {
