@@ -416,7 +416,7 @@ test('KeysAloneMarkAPair', () =>
 
 test('ErrorsOfRegistrationsNameThePairs', () =>
   withEditor(async (page) => {
-    await addPairs(page, 1);
+    await click(page, 'source', 0.3, 0.7);
     const { source } = (await stored(page)).pairs.at(-1);
     const written = (x) => ({ position: [source.position[0] + x, ...source.position.slice(1)], time_s: 0 });
     const pairs = [0, 0.3].map((x) => ({ hard: true, source: written(0), target: written(x) }));

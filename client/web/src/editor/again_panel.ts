@@ -8,7 +8,8 @@ import '../base/error_message.ts';
 import { controls } from '../base/styles.ts';
 import { gradeWords, leftText, progressFigures, stageText } from '../jobs/words.ts';
 import type { Residual } from './correspondences.ts';
-import type { Again, EditorModel } from './model.ts';
+import type { Run } from './again.ts';
+import type { EditorModel } from './model.ts';
 import { sentPairs } from './pairs.ts';
 import { dropsSome, sentNumbers } from './registration.ts';
 
@@ -69,7 +70,9 @@ export class AgainPanel extends LitElement {
 
   override render() {
     const { model } = this;
-    const { again } = model;
+    const { busy, run, error } = model.again;
+    const { lists } = model.pairs;
+    const drops = dropsSome(lists);
     return html`
       <h3>Register again</h3>
       <div class="row">
@@ -81,36 +84,36 @@ export class AgainPanel extends LitElement {
           <input type="number" min="1" max="200" placeholder=${this.fromScratch ? '16' : '6'} />
         </label>
         <label>
-          <input type="checkbox" .checked=${model.findPairs && !dropsSome(model.lists)} ?disabled=${dropsSome(model.lists)}
-            @change=${(event: Event) => (model.findPairs = (event.target as HTMLInputElement).checked)} />
+          <input type="checkbox" .checked=${model.findsPairs && !drops} ?disabled=${drops}
+            @change=${(event: Event) => model.set({ findsPairs: (event.target as HTMLInputElement).checked })} />
           Also find pairs by itself
         </label>
       </div>
-      ${dropsSome(model.lists)
+      ${drops
         ? html`<p>You dropped some of the pairs that were found. The others are sent as your own.</p>`
         : nothing}
       <div class="row">
-        <button class="primary" ?disabled=${model.busy} @click=${this.onRegister}>
+        <button class="primary" ?disabled=${busy} @click=${this.onRegister}>
           Register again with ${this.numSent} ${this.numSent === 1 ? 'pair' : 'pairs'}
         </button>
-        ${model.busy && again ? html`<button @click=${() => this.cancel(again)}>Cancel</button>` : nothing}
+        ${busy && run ? html`<button @click=${() => this.cancel(run)}>Cancel</button>` : nothing}
       </div>
-      <lb-error .error=${model.againError ?? this.cancelError ?? again?.job.error}></lb-error>
-      ${again?.job.error ? html`<p>Numbers in messages count from 0: ${sentNumbers(model.list)}.</p>` : nothing}
-      ${again ? this.renderAgain(again) : nothing}
+      <lb-error .error=${error ?? this.cancelError ?? run?.job.error}></lb-error>
+      ${run?.job.error ? html`<p>Numbers in messages count from 0: ${sentNumbers(model.list)}.</p>` : nothing}
+      ${run ? this.renderRun(run) : nothing}
     `;
   }
 
   private get numSent(): number {
-    return this.model.lists.reduce((total, list) => total + sentPairs(list).length, 0);
+    return this.model.pairs.lists.reduce((total, list) => total + sentPairs(list).length, 0);
   }
 
-  private renderAgain(again: Again) {
-    if (again.job.state === 'running') return this.renderProgress(again);
-    return again.job.state === 'done' ? this.renderResult(again) : nothing;
+  private renderRun(run: Run) {
+    if (run.job.state === 'running') return this.renderProgress(run);
+    return run.job.state === 'done' ? this.renderResult(run) : nothing;
   }
 
-  private renderProgress({ job: { progress } }: Again) {
+  private renderProgress({ job: { progress } }: Run) {
     return html`
       <div class="stage" role="status"><span>${stageText(progress)}</span><span>${leftText(progress)}</span></div>
       <progress max="1" .value=${progress?.fraction ?? 0} aria-label="Progress of the registration"></progress>
@@ -118,7 +121,7 @@ export class AgainPanel extends LitElement {
     `;
   }
 
-  private renderResult({ job, before, versionBefore }: Again) {
+  private renderResult({ job, before, versionBefore }: Run) {
     const { family, list } = this.model;
     const { kind, title } = gradeWords(job.grade);
     const id = encodeURIComponent(shortName(family?.name ?? ''));
@@ -137,7 +140,7 @@ export class AgainPanel extends LitElement {
   }
 
   private renderRow(number: number, check: boolean, before: Residual | undefined) {
-    const after = this.model.residualOf(number);
+    const after = this.model.residuals.all.get(number);
     const outcome = check ? 'check' : (after?.outcome ?? '');
     return html`<tr>
       <td>${number}</td><td>${lengthText(before)}</td><td>${lengthText(after)}</td>
@@ -153,10 +156,10 @@ export class AgainPanel extends LitElement {
     const iterations = Number(this.iterations.value);
     const { fromScratch } = this;
     this.cancelError = undefined;
-    void this.model.registerAgain({ fromScratch, iterations, findPairs: this.model.findPairs });
+    void this.model.registerAgain({ fromScratch, iterations, findPairs: this.model.findsPairs });
   }
 
-  private async cancel({ job }: Again): Promise<void> {
+  private async cancel({ job }: Run): Promise<void> {
     try {
       await cancelJob(job.name);
     } catch (error) {

@@ -111,8 +111,8 @@ export class Editor extends LitElement {
       <div class="group">
         <label><input type="checkbox" .checked=${model.oneCamera}
           @change=${(event: Event) => model.setOneCamera((event.target as HTMLInputElement).checked)} /> One camera</label>
-        <button ?disabled=${!model.canUndo} title="Undo (Ctrl+Z)" @click=${() => model.undo()}>Undo</button>
-        <button ?disabled=${!model.canRedo} title="Do again (Ctrl+Shift+Z)" @click=${() => model.redo()}>Redo</button>
+        <button ?disabled=${!model.pairs.canUndo} title="Undo (Ctrl+Z)" @click=${() => model.pairs.undo()}>Undo</button>
+        <button ?disabled=${!model.pairs.canRedo} title="Do again (Ctrl+Shift+Z)" @click=${() => model.pairs.redo()}>Redo</button>
         ${this.renderFiles()}
         <button class="icon-button" aria-label="Fit into view" title="Fit into view (f)" @click=${() => model.fit()}>
           ${icons.reset}
@@ -178,14 +178,14 @@ export class Editor extends LitElement {
     if (!file) return;
     this.fileError = undefined;
     try {
-      this.model.importFile(await file.text(), file.name, this.importsChecks);
+      this.model.pairs.importFile(await file.text(), file.name, this.importsChecks);
     } catch (error) {
       this.fileError = toApiError(error);
     }
   }
 
   private export(checks: boolean): void {
-    const text = this.model.files.write(this.model.lists, checks);
+    const text = this.model.pairs.exportFile(checks);
     const name = `${shortName(this.model.family!.name)}_${checks ? 'check_pairs' : 'pairs'}.json`;
     saveBlob(new Blob([text], { type: 'application/json' }), name);
   }

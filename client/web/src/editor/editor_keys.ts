@@ -19,13 +19,13 @@ function stepTime(side: Side, frames: number): Act {
 const acts: Record<string, Act> = {
   Delete: ofSelected((model, number) => model.deletePair(number)),
   Backspace: ofSelected((model, number) => model.deletePair(number)),
-  x: ofSelected((model, number) => model.toggleEnabled(number)),
-  h: ofSelected((model, number) => model.patchPair(number, { hard: !pairOf(model.list, number)!.hard })),
+  x: ofSelected((model, number) => model.pairs.toggleEnabled(number)),
+  h: ofSelected((model, number) => model.pairs.patchPair(number, { hard: !pairOf(model.list, number)!.hard })),
   t: ofSelected((model, number) =>
-    model.patchPair(number, { kind: nextKind[pairOf(model.list, number)!.kind] }),
+    model.pairs.patchPair(number, { kind: nextKind[pairOf(model.list, number)!.kind] }),
   ),
-  c: ofSelected((model, number) => model.patchPair(number, { check: !pairOf(model.list, number)!.check })),
-  e: ofSelected((model, number) => model.endAtCursor(number)),
+  c: ofSelected((model, number) => model.pairs.patchPair(number, { check: !pairOf(model.list, number)!.check })),
+  e: ofSelected((model, number) => model.pairs.endAt(number, model.times.source)),
   n: (model) => model.step(1),
   p: (model) => model.step(-1),
   ',': stepTime('source', -1),
@@ -47,8 +47,8 @@ function isField(element: EventTarget | undefined): boolean {
 function history(event: KeyboardEvent): Act | undefined {
   if (!(event.ctrlKey || event.metaKey) || event.altKey) return undefined;
   const key = event.key.toLowerCase();
-  if (key === 'y' || (key === 'z' && event.shiftKey)) return (model) => model.redo();
-  return key === 'z' ? (model) => model.undo() : undefined;
+  if (key === 'y' || (key === 'z' && event.shiftKey)) return (model) => model.pairs.redo();
+  return key === 'z' ? (model) => model.pairs.undo() : undefined;
 }
 
 /** undefined: the key means nothing here, or belongs to the control that has the focus. */

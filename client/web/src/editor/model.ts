@@ -1,44 +1,17 @@
 // The editor's state. Elements show it and call its methods.
-import { registerFamily } from '../api/changes.ts';
-import { catalog } from '../api/catalog.ts';
 import { isAbort, toApiError, type ApiError } from '../api/errors.ts';
-import { watchJob, type Job } from '../api/operations.ts';
 import { getFamily } from '../api/resources.ts';
-import { clamp, roundTo } from '../base/numbers.ts';
+import { clamp } from '../base/numbers.ts';
 import { Observable } from '../base/observable.ts';
 import type { Family } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import type { Orbit } from '../scene/orbit.ts';
 import { loadSubject, type SubjectInfo } from '../view/subject.ts';
-import {
-  automaticPairs,
-  ownPairs,
-  registeredResiduals,
-  type AutomaticPair,
-  type Residual,
-} from './correspondences.ts';
-import { History } from './history.ts';
-import { measurePairs } from './measure.ts';
-import {
-  addPlace,
-  appendPairs,
-  deletePair,
-  emptyList,
-  isWhole,
-  movePlace,
-  openPair,
-  otherSide,
-  pairOf,
-  patchPair,
-  toggleDropped,
-  type Habit,
-  type Pair,
-  type PairList,
-  type Side,
-  type SpaceTime,
-} from './pairs.ts';
-import { PairFiles } from './pair_files.ts';
+import { Again } from './again.ts';
+import { automaticPairs, type AutomaticPair } from './correspondences.ts';
+import { PairDocument } from './document.ts';
+import { pairOf, type Habit, type PairList, type Side, type SpaceTime } from './pairs.ts';
 import { againRequest, dropsSome, type AgainOptions } from './registration.ts';
-import { loadLists, saveLists, startList } from './store.ts';
+import { Residuals } from './residuals.ts';
 
 /** What of the editor stands in the URL. */
 export interface EditorPlace {
@@ -47,77 +20,42 @@ export interface EditorPlace {
   times: Record<Side, number>;
 }
 
-/** A registration that this editor began. */
-export interface Again {
-  job: Job;
-  before: Map<number, Residual>;  // by number, of the version before
-  versionBefore: bigint;
-}
-
-const measureAfterMs = 150;
-const placeDecimals = 6;
+const sides: readonly Side[] = ['source', 'target'];
 
 export class EditorModel {
   /** Told when something changed that elements show. */
   readonly changes = new Observable(0);
-  /** Told when a camera moved or a frame came: markers are somewhere else. */
+  /** Told when a camera moved: markers are somewhere else. */
   readonly moves = new Observable(0);
+  readonly pairs = new PairDocument(() => this.onEdit());
+  readonly residuals = new Residuals(() => this.tell());
+  readonly again = new Again({
+    changed: () => this.tell(),
+    published: (family) => this.takeVersion(family),
+  });
   family: Family | undefined;
   infos: Partial<Record<Side, SubjectInfo>> = {};
-  target = 0;
   times: Record<Side, number> = { source: 0, target: 0 };
   orbits: Partial<Record<Side, Orbit>> = {};
   oneCamera = true;
   showsAutomatic = true;
+  findsPairs = true;  // so does the next registration
   habit: Habit = { kind: 'POINT', hard: false, check: false };
   selected = 0;  // the number of a pair; 0: none
   selectedAutomatic = '';  // a key
   error: ApiError | undefined;
-  measureError: ApiError | undefined;
-  again: Again | undefined;
-  againError: ApiError | undefined;
-  findPairs = true;
-  readonly files = new PairFiles();
-  private history = new History<readonly PairList[]>([]);
-  private residuals = new Map<number, Residual>();
   private loading = new AbortController();
-  private measuring = new AbortController();
-  private watching = new AbortController();
-  private measureTimer: ReturnType<typeof setTimeout> | undefined;
 
-  get lists(): readonly PairList[] {
-    return this.history.value;
+  get target(): number {
+    return this.pairs.target;
   }
 
   get list(): PairList {
-    return this.lists[this.target] ?? emptyList;
-  }
-
-  get canUndo(): boolean {
-    return this.history.canUndo;
-  }
-
-  get canRedo(): boolean {
-    return this.history.canRedo;
+    return this.pairs.list;
   }
 
   get automatic(): AutomaticPair[] {
     return this.family ? automaticPairs(this.family, this.target) : [];
-  }
-
-  get busy(): boolean {
-    return this.again?.job.state === 'running';
-  }
-
-  /** Which side the next click belongs to; undefined: either. */
-  get wantedSide(): Side | undefined {
-    const open = openPair(this.list);
-    if (!open) return undefined;
-    return open.source ? otherSide('source') : 'source';
-  }
-
-  residualOf(number: number): Residual | undefined {
-    return this.residuals.get(number);
   }
 
   /** Shows a family and one of its targets. */
@@ -129,7 +67,7 @@ export class EditorModel {
     this.infos = {};
     this.error = undefined;
     this.times = { ...times };
-    this.target = target;
+    this.pairs.target = target;
     this.selected = 0;
     if (!same) this.family = undefined;
     this.tell();
@@ -143,8 +81,22 @@ export class EditorModel {
   }
 
   setTarget(target: number): void {
-    if (this.family) void this.open({ family: this.family.name, target, times: { source: 0, target: 0 } });
+    if (!this.family) return;
+    void this.open({ family: this.family.name, target, times: { source: 0, target: 0 } });
   }
+
+  /** Changes what has no rule of its own. */
+  set(change: Partial<Pick<EditorModel, 'showsAutomatic' | 'findsPairs'>>): void {
+    Object.assign(this, change);
+    this.tell();
+  }
+
+  setHabit(change: Partial<Habit>): void {
+    this.habit = { ...this.habit, ...change };
+    this.tell();
+  }
+
+  // ---- times and cameras
 
   frameS(side: Side): number {
     return 1 / (this.infos[side]?.timing.framesPerSecond || 24);
@@ -161,11 +113,8 @@ export class EditorModel {
     this.tell();
   }
 
-  setOrbit(side: Side, orbit: Orbit | undefined): void {
-    for (const one of this.oneCamera ? (['source', 'target'] as const) : [side]) {
-      if (orbit) this.orbits[one] = orbit;
-      else delete this.orbits[one];
-    }
+  setOrbit(side: Side, orbit: Orbit): void {
+    for (const one of this.oneCamera ? sides : [side]) this.orbits[one] = orbit;
     this.moved();
   }
 
@@ -182,72 +131,20 @@ export class EditorModel {
     this.moved();
   }
 
-  setShowsAutomatic(shows: boolean): void {
-    this.showsAutomatic = shows;
-    this.tell();
-  }
-
-  setHabit(change: Partial<Habit>): void {
-    this.habit = { ...this.habit, ...change };
-    this.tell();
-  }
-
   // ---- pairs
 
-  /** A click: the place becomes part of a pair. */
+  /** A place that was clicked becomes part of a pair. */
   addPlace(side: Side, place: SpaceTime): void {
-    const open = openPair(this.list);
-    const number = open?.number ?? this.list.nextNumber;
-    this.edit((list) => addPlace(list, side, rounded(place), this.habit));
-    this.select(number);
-  }
-
-  movePlace(number: number, side: Side, place: SpaceTime): void {
-    this.edit((list) => movePlace(list, number, side, rounded(place)));
-  }
-
-  patchPair(number: number, change: Partial<Omit<Pair, 'number'>>): void {
-    this.edit((list) => patchPair(list, number, change));
-  }
-
-  toggleEnabled(number: number): void {
-    const pair = pairOf(this.list, number);
-    if (pair) this.patchPair(number, { enabled: !pair.enabled });
+    this.select(this.pairs.addPlace(side, place, this.habit));
   }
 
   deletePair(number: number): void {
-    this.edit((list) => deletePair(list, number));
+    this.pairs.deletePair(number);
     if (this.selected === number) this.select(0);
   }
 
-  /** Ends a trajectory or a space at the source's time. */
-  endAtCursor(number: number): void {
-    const pair = pairOf(this.list, number);
-    if (!pair?.source || pair.kind === 'POINT') return;
-    this.patchPair(number, { lengthS: roundTo(Math.max(0, this.times.source - pair.source.timeS), 6) });
-  }
-
-  pin({ key, pair }: AutomaticPair): void {
-    const number = this.list.nextNumber;
-    this.edit((list) => {
-      const pinned = appendPairs(list, [pair]);
-      return list.dropped.includes(key) ? pinned : toggleDropped(pinned, key);
-    });
-    this.select(number);
-  }
-
-  toggleDropped(key: string): void {
-    this.edit((list) => toggleDropped(list, key));
-  }
-
-  undo(): void {
-    this.history.undo();
-    this.afterEdit();
-  }
-
-  redo(): void {
-    this.history.redo();
-    this.afterEdit();
+  pin(found: AutomaticPair): void {
+    this.select(this.pairs.pin(found));
   }
 
   select(number: number): void {
@@ -256,22 +153,24 @@ export class EditorModel {
     this.tell();
   }
 
+  selectAutomatic(key: string): void {
+    this.selected = 0;
+    this.selectedAutomatic = key;
+    this.tell();
+  }
+
   /** Selects a pair and shows both of its times. */
   goTo(number: number): void {
     const pair = pairOf(this.list, number);
     if (!pair) return;
-    this.times = {
-      source: pair.source?.timeS ?? this.times.source,
-      target: pair.target?.timeS ?? this.times.target,
-    };
+    const { source, target } = this.times;
+    this.times = { source: pair.source?.timeS ?? source, target: pair.target?.timeS ?? target };
     this.select(number);
   }
 
   goToAutomatic({ key, pair }: AutomaticPair): void {
     this.times = { source: pair.source.timeS, target: pair.target.timeS };
-    this.selected = 0;
-    this.selectedAutomatic = key;
-    this.tell();
+    this.selectAutomatic(key);
   }
 
   /** Selects the pair after (1) or before (-1) the one that is selected. */
@@ -279,154 +178,66 @@ export class EditorModel {
     const numbers = this.list.pairs.map(({ number }) => number);
     if (!numbers.length) return;
     const at = numbers.indexOf(this.selected);
-    const next = at < 0 ? (by > 0 ? 0 : numbers.length - 1) : (at + by + numbers.length) % numbers.length;
-    this.goTo(numbers[next]!);
+    const first = by > 0 ? 0 : numbers.length - 1;
+    this.goTo(numbers[at < 0 ? first : (at + by + numbers.length) % numbers.length]!);
   }
-
-  /** Replaces the pairs of all targets by those of a file. Errors: throws, with the reason. */
-  importFile(text: string, name: string, asChecks: boolean): void {
-    this.push(this.files.read(text, name, asChecks, this.lists));
-  }
-
-  // ---- registration
 
   async registerAgain(options: AgainOptions): Promise<void> {
     const { family } = this;
-    if (!family || this.busy) return;
-    this.againError = undefined;
-    try {
-      const job = await registerFamily(againRequest(family, this.lists, options));
-      this.again = { job, before: new Map(this.residuals), versionBefore: family.version };
-      this.tell();
-      await this.watch(job.name);
-    } catch (error) {
-      if (!isAbort(error)) this.againError = toApiError(error);
-      this.tell();
-    }
+    if (!family) return;
+    const request = againRequest(family, this.pairs.lists, options);
+    await this.again.begin(family, request, this.residuals.all);
   }
 
   close(): void {
     this.loading.abort();
-    this.measuring.abort();
-    this.watching.abort();
-    clearTimeout(this.measureTimer);
-  }
-
-  /** Markers are somewhere else. */
-  moved(): void {
-    this.moves.set(this.moves.value + 1);
+    this.residuals.close();
+    this.again.reset();
   }
 
   tell(): void {
     this.changes.set(this.changes.value + 1);
   }
 
-  private async load(name: string, signal: AbortSignal): Promise<void> {
-    if (!this.family) this.takeFamily(await getFamily(name, 0n, signal));
-    signal.throwIfAborted();
-    const family = this.family!;
-    this.target = clamp(this.target, 0, Math.max(0, family.targets.length - 1));
-    const names = { source: family.source, target: family.targets[this.target] };
-    if (!names.target) throw new Error('The family is not registered yet.');
-    const [source, target] = await Promise.all(
-      [names.source, names.target].map((one) => loadSubject(one, 0n, signal)),
-    );
-    signal.throwIfAborted();
-    this.infos = { source: source!, target: target! };
-    this.setTime('source', this.times.source);
-    this.setTime('target', this.times.target);
-    this.measureSoon();
+  private moved(): void {
+    this.moves.set(this.moves.value + 1);
   }
 
-  // Begins with the family's pairs, or with those that were marked on this version before.
+  private async load(name: string, signal: AbortSignal): Promise<void> {
+    const family = this.family ?? (await getFamily(name, 0n, signal));
+    signal.throwIfAborted();
+    if (!this.family) this.takeFamily(family);
+    this.pairs.target = clamp(this.target, 0, Math.max(0, family.targets.length - 1));
+    const target = family.targets[this.target];
+    if (!target || !family.version) throw new Error('The family is not registered yet.');
+    const names = [family.source, target];
+    const infos = await Promise.all(names.map((one) => loadSubject(one, 0n, signal)));
+    signal.throwIfAborted();
+    this.infos = { source: infos[0]!, target: infos[1]! };
+    for (const side of sides) this.setTime(side, this.times[side]);
+    this.measure();
+  }
+
   private takeFamily(family: Family): void {
     this.family = family;
-    const stored = loadLists(family.name);
-    const isSame = stored?.version === String(family.version) && stored.lists.length === family.targets.length;
-    const lists = family.targets.map((_, target) =>
-      isSame ? stored.lists[target]! : startList(ownPairs(family, target), stored?.lists[target]),
-    );
-    this.history = new History<readonly PairList[]>(lists);
-    this.files.forget();
+    this.pairs.begin(family);
+    this.again.reset();
     const reports = family.reports.flatMap(({ correspondences }) => correspondences);
-    this.findPairs = !reports.length || reports.some(({ automatic }) => automatic);
-    this.again = this.againError = undefined;
+    this.findsPairs = !reports.length || reports.some(({ automatic }) => automatic);
   }
 
-  private edit(change: (list: PairList) => PairList): void {
-    this.push(this.lists.map((list, target) => (target === this.target ? change(list) : list)));
-  }
-
-  private push(lists: readonly PairList[]): void {
-    this.history.push(lists);
-    this.afterEdit();
-  }
-
-  private afterEdit(): void {
-    if (this.family) saveLists(this.family.name, this.family.version, this.lists);
-    this.tell();
-    this.measureSoon();
-  }
-
-  private measureSoon(): void {
-    this.measuring.abort();
-    clearTimeout(this.measureTimer);
-    this.measureTimer = setTimeout(() => void this.measure(), measureAfterMs);
-  }
-
-  // What the registration said of its own pairs, and what the server measures of all others.
-  private async measure(): Promise<void> {
-    const { family, target } = this;
-    if (!family) return;
-    const { signal } = (this.measuring = new AbortController());
-    const whole = this.list.pairs.filter(isWhole);
-    const residuals = registeredResiduals(family, target, whole.filter(({ check }) => !check));
-    const others = whole.filter(({ number, enabled }) => enabled && !residuals.has(number));
-    try {
-      this.measureError = undefined;
-      const measured = others.length ? await measurePairs(family, target, others, signal) : [];
-      if (signal.aborted) return;
-      others.forEach(({ number }, i) => measured[i] && residuals.set(number, measured[i]));
-    } catch (error) {
-      if (isAbort(error) || signal.aborted) return;
-      this.measureError = toApiError(error);
-    }
-    this.residuals = residuals;
-    this.tell();
-  }
-
-  private async watch(name: string): Promise<void> {
-    this.watching.abort();
-    const { signal } = (this.watching = new AbortController());
-    for await (const job of watchJob(name, signal)) {
-      this.again = { ...this.again!, job };
-      this.tell();
-    }
-    if (this.again?.job.state === 'done') await this.takeResult(signal);
-    void catalog.refresh();
-  }
-
-  // The pairs keep their numbers; those that were dropped are the user's now.
-  private async takeResult(signal: AbortSignal): Promise<void> {
-    const family = await getFamily(this.family!.name, 0n, signal);
-    const dropped = dropsSome(this.lists);
-    const lists = this.lists.map((list, target) =>
-      dropped ? withSent(list, this.family!, target) : list,
-    );
+  private takeVersion(family: Family): void {
+    if (dropsSome(this.pairs.lists)) this.findsPairs = false;
     this.family = family;
-    if (dropped) this.findPairs = false;
-    this.history.replace(lists);
-    this.afterEdit();
+    this.pairs.registered(family);
   }
-}
 
-function withSent(list: PairList, family: Family, target: number): PairList {
-  if (!list.dropped.length) return list;
-  const kept = automaticPairs(family, target).filter(({ key }) => !list.dropped.includes(key));
-  return { ...appendPairs(list, kept.map(({ pair }) => pair)), dropped: [] };
-}
+  private onEdit(): void {
+    this.tell();
+    this.measure();
+  }
 
-function rounded({ position, timeS }: SpaceTime): SpaceTime {
-  const [x, y, z] = position.map((value) => roundTo(value, placeDecimals)) as SpaceTime['position'];
-  return { position: [x, y, z], timeS };
+  private measure(): void {
+    if (this.family) this.residuals.update(this.family, this.target, this.list);
+  }
 }

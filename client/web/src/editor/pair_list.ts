@@ -36,6 +36,7 @@ export class PairListElement extends LitElement {
       .row .grow { flex: 1; min-width: 0; }
       .chip { min-width: 28px; min-height: 24px; padding: 0 6px; border: 0; border-radius: 12px; color: #ffffff;
         font-weight: 700; font-size: 12px; }
+      .chip[aria-pressed='true'] { color: #ffffff; }
       .chip.automatic { background: #55636e; }
       .off .chip { opacity: 1; text-decoration: line-through; }
       .about { font: 12px var(--mono); color: var(--muted); overflow-wrap: anywhere; }
@@ -45,7 +46,7 @@ export class PairListElement extends LitElement {
       .mini .icon { width: 14px; height: 14px; }
       select.mini { padding: 0 4px; }
       label.tick { display: inline-flex; gap: 4px; align-items: center; font-size: 12px; }
-      input.length { width: 74px; min-height: 26px !important; padding: 0 6px !important; font: 12px var(--mono); }
+      input.length { width: 96px; min-height: 26px !important; padding: 0 6px !important; font: 12px var(--mono); }
       p { margin: 0; font-size: 12px; color: var(--muted); }
       .mean { padding: 8px; border-radius: 6px; background: var(--accent-soft); color: var(--text); font-size: 13px; }
       .mean strong { font-family: var(--mono); }
@@ -112,7 +113,7 @@ export class PairListElement extends LitElement {
   }
 
   private renderResidual(pair: Pair) {
-    const residual = this.model.residualOf(pair.number);
+    const residual = this.model.residuals.all.get(pair.number);
     if (!isWhole(pair)) return html`<span class="about">waits for its other place</span>`;
     if (!residual) return nothing;
     const { outcome } = residual;
@@ -126,14 +127,14 @@ export class PairListElement extends LitElement {
     const { model } = this;
     const { number, kind } = pair;
     const setKind = (event: Event) =>
-      model.patchPair(number, { kind: (event.target as HTMLSelectElement).value as Kind });
+      model.pairs.patchPair(number, { kind: (event.target as HTMLSelectElement).value as Kind });
     return html`<div class="row">
       <select class="mini" aria-label=${`Kind of pair ${number}`} @change=${setKind}>
         ${kinds.map(([value, name]) => html`<option value=${value} .selected=${value === kind}>${name}</option>`)}
       </select>
-      ${this.renderTick('hard', pair.hard, (hard) => model.patchPair(number, { hard }))}
-      ${this.renderTick('check', pair.check, (check) => model.patchPair(number, { check }))}
-      ${this.renderTick('on', pair.enabled, (enabled) => model.patchPair(number, { enabled }))}
+      ${this.renderTick('hard', pair.hard, (hard) => model.pairs.patchPair(number, { hard }))}
+      ${this.renderTick('check', pair.check, (check) => model.pairs.patchPair(number, { check }))}
+      ${this.renderTick('on', pair.enabled, (enabled) => model.pairs.patchPair(number, { enabled }))}
     </div>
     ${kind === 'POINT' ? nothing : this.renderLength(pair)}`;
   }
@@ -148,14 +149,14 @@ export class PairListElement extends LitElement {
   private renderLength({ number, lengthS }: Pair) {
     const set = (event: Event) => {
       const value = (event.target as HTMLInputElement).valueAsNumber;
-      if (value >= 0) this.model.patchPair(number, { lengthS: value });
+      if (value >= 0) this.model.pairs.patchPair(number, { lengthS: value });
     };
     return html`<div class="row">
       <label class="tick">length, s
         <input class="length" type="number" min="0" step="any" .value=${lengthS ? String(lengthS) : ''}
           placeholder="to the end" @change=${set} />
       </label>
-      <button class="mini" title="End at the source's time (e)" @click=${() => this.model.endAtCursor(number)}>
+      <button class="mini" title="End at the source's time (e)" @click=${() => this.model.pairs.endAt(number, this.model.times.source)}>
         End at cursor
       </button>
     </div>`;
@@ -163,9 +164,9 @@ export class PairListElement extends LitElement {
 
   private renderMean() {
     const { model } = this;
-    const residuals = checkPairs(model.list).flatMap(({ number }) => model.residualOf(number) ?? []);
+    const residuals = checkPairs(model.list).flatMap(({ number }) => model.residuals.all.get(number) ?? []);
     const mean = meanResidual(residuals);
-    if (model.measureError) return html`<p role="status">Not measured: ${model.measureError.message}</p>`;
+    if (model.residuals.error) return html`<p role="status">Not measured: ${model.residuals.error.message}</p>`;
     if (!mean) return nothing;
     const count = residuals.length === 1 ? '1 check pair' : `${residuals.length} check pairs`;
     return html`<p class="mean" role="status">Mean error of ${count}: <strong>${residualText(mean)}</strong></p>`;
@@ -176,7 +177,7 @@ export class PairListElement extends LitElement {
     if (!automatic.length) return nothing;
     return html`
       <h3>Found by the registration<span class="count">${automatic.length}</span></h3>
-      ${this.renderTick('show in the pictures', this.model.showsAutomatic, (on) => this.model.setShowsAutomatic(on))}
+      ${this.renderTick('show in the pictures', this.model.showsAutomatic, (on) => this.model.set({ showsAutomatic: on }))}
       <ul aria-label="Found by the registration">
         ${automatic.map((found, index) => this.renderFound(found, index))}
       </ul>
@@ -195,7 +196,7 @@ export class PairListElement extends LitElement {
         <span class="about grow">${pair.source.timeS.toFixed(2)} s → ${pair.target.timeS.toFixed(2)} s</span>
         <button class="mini" aria-label=${`Pin ${name}`} title="Copy into your own pairs" ?disabled=${dropped}
           @click=${() => model.pin(found)}>Pin</button>
-        <button class="mini" aria-label=${`${dropped ? 'Keep' : 'Drop'} ${name}`} @click=${() => model.toggleDropped(key)}>
+        <button class="mini" aria-label=${`${dropped ? 'Keep' : 'Drop'} ${name}`} @click=${() => model.pairs.toggleDropped(key)}>
           ${dropped ? 'Keep' : 'Drop'}
         </button>
       </div>

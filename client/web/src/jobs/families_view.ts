@@ -99,7 +99,7 @@ export class FamiliesView extends LitElement {
     return html`
       <section class="card" aria-label=${shortName(family.name)}>
         <div class="head">
-          <h3 class="title">${shortName(family.name)}</h3>
+          <h2 class="title">${shortName(family.name)}</h2>
           <span class="actions">
             <a class="button" href="#view?family=${id}&play=1">View</a>
             <a class="button" href="#edit?family=${id}">Mark pairs</a>
@@ -111,7 +111,7 @@ export class FamiliesView extends LitElement {
       </section>
       ${family.reports.length
         ? html`<section class="card" aria-label="Verdicts">
-            <h3>Verdicts</h3>
+            <h2>Verdicts</h2>
             <div class="verdicts">
               ${family.reports.map((report) => html`<lb-verdict .family=${family} .report=${report}></lb-verdict>`)}
             </div>
@@ -136,7 +136,7 @@ export class FamiliesView extends LitElement {
 
   private renderVersions(family: Family) {
     return html`<section class="card" aria-label="Versions">
-      <h3>Versions</h3>
+      <h2>Versions</h2>
       <form class="actions" @submit=${(event: Event) => this.refine(event, family)}>
         <label class="check">Iterations
           <input class="iterations" name="iterations" type="number" min="1" max="200" placeholder="6" />

@@ -3,8 +3,8 @@ import { css } from 'lit';
 
 export const jobsStyles = css`
   :host { display: block; }
-  h2 { margin: 0; font-size: 17px; }
-  h3 { margin: 0; font-size: 14px; }
+  lb-error { display: contents; }
+  h2 { margin: 0; font-size: 14px; overflow-wrap: anywhere; }
   p { margin: 0; overflow-wrap: anywhere; }
   .view { display: grid; gap: 16px; min-width: 0; }
   .card { display: grid; gap: 12px; min-width: 0; padding: 16px; background: var(--panel); border: 1px solid var(--line);

@@ -43,7 +43,7 @@ export class OperationsView extends LitElement {
   private renderList(title: string, jobs: Job[]) {
     if (!jobs.length) return nothing;
     return html`
-      <h3>${title}</h3>
+      <h2>${title}</h2>
       <ul class="plain" aria-label=${title}>
         ${repeat(jobs, (job) => job.name, (job) => html`<li><lb-job .job=${job}></lb-job></li>`)}
       </ul>

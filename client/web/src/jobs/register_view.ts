@@ -26,6 +26,8 @@ export class RegisterView extends LitElement {
       td { vertical-align: middle; }
       td select { width: 100%; min-width: 140px; }
       td input, th input { width: 110px; }
+      th:first-child { width: 76px; }
+      td:last-child { width: 52px; }
       .role { color: var(--muted); white-space: nowrap; }
       fieldset { border: 0; margin: 0; padding: 0; min-width: 0; display: grid; gap: 10px; }
       legend { padding: 0; font-weight: 600; margin-bottom: 8px; }

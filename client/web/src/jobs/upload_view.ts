@@ -81,7 +81,7 @@ export class UploadView extends LitElement {
   private renderForm() {
     return html`
       <form class="card" @submit=${this.onSubmit}>
-        <h3>Import</h3>
+        <h2>Import</h2>
         <div class="fields">
           <label class="field">Name
             <input name="animation" required maxlength="63" autocomplete="off" spellcheck="false"

@@ -10,7 +10,8 @@ import type { ViewModel } from '../view/model.ts';
 import { loadSpace, type FamilySpace } from './load_space.ts';
 import { padHeight, padWidth, placeOf, scaledAt, type Axes, type Place } from './pad_frame.ts';
 import { padStyles } from './pad_styles.ts';
-import { edgesOf, type Edge, type Location, type Point } from './space.ts';
+import { renderNames, renderPoints, renderSimplices } from './pad_picture.ts';
+import type { Location, Point } from './space.ts';
 
 const snapDistance = 7;  // in the picture
 const reach = 0.35;  // how far outside of the ranges the marker goes
@@ -99,41 +100,14 @@ export class Pad extends LitElement {
   }
 
   private renderPicture({ space, labels }: FamilySpace, point: Point, location: Location | undefined) {
-    const places = space.points.map((at) => placeOf(space.scale(at), this.axes));
-    const { inner, hull } = edgesOf(space.simplices);
-    const line = (kind: string) => ([a, b]: Edge) => {
-      const [from, to] = [places[a]!, places[b]!];
-      return svg`<line class=${kind} x1=${from.x} y1=${from.y} x2=${to.x} y2=${to.y} />`;
-    };
     return html`<svg
       viewBox="0 0 ${padWidth} ${padHeight}"
       @pointerdown=${this.onPointerDown}
       @pointermove=${this.onPointerMove}
     >
-      ${space.simplices.map((simplex) => this.renderArea(simplex.map((index) => places[index]!)))}
-      ${inner.map(line('inner'))} ${hull.map(line('hull'))}
-      ${places.map((place, i) => svg`<circle class="point" cx=${place.x} cy=${place.y} r="4" />
-        ${this.renderLabel(labels[i]!, place)}`)}
-      ${this.renderNames()} ${this.renderMarker(point, location)}
+      ${renderSimplices(space, this.axes)} ${renderPoints(space, labels, this.axes)}
+      ${renderNames(space.names, this.axes)} ${this.renderMarker(point, location)}
     </svg>`;
-  }
-
-  private renderArea(corners: Place[]) {
-    return svg`<polygon class="area" points=${corners.map(({ x, y }) => `${x},${y}`).join(' ')} />`;
-  }
-
-  private renderLabel(label: string, { x, y }: Place) {
-    const anchor = x < padWidth * 0.3 ? 'start' : x > padWidth * 0.7 ? 'end' : 'middle';
-    const left = anchor === 'start' ? Math.max(4, x - 20) : anchor === 'end' ? Math.min(padWidth - 4, x + 20) : x;
-    const text = label.length > 16 ? `${label.slice(0, 15)}…` : label;
-    return svg`<text class="label" x=${left} y=${y < padHeight / 2 ? y - 9 : y + 17} text-anchor=${anchor}>${text}</text>`;
-  }
-
-  private renderNames() {
-    const { names } = this.shown!.space;
-    const [x, y] = this.axes;
-    const right = svg`<text class="name" x=${padWidth - 6} y=${padHeight - 6} text-anchor="end">${names[x]} →</text>`;
-    return x === y ? right : svg`${right}<text class="name" x="6" y="14">↑ ${names[y]}</text>`;
   }
 
   private renderMarker(point: Point, location: Location | undefined) {
@@ -158,21 +132,18 @@ export class Pad extends LitElement {
   }
 
   private renderValue(name: string, index: number, point: Point) {
-    const { space } = this.shown!;
-    const isSlider = !this.axes.includes(index);
-    const step = 0.01 * Math.abs(space.unscale(space.names.map(() => 1))[index]! - space.unscale(space.names.map(() => 0))[index]!);
+    const [low, high] = this.rangeOf(index);
     const set = (event: Event) => {
       const value = (event.target as HTMLInputElement).valueAsNumber;
       if (Number.isFinite(value)) this.move(point.map((old, i) => (i === index ? value : old)));
     };
-    const [low, high] = [0, 1].map((end) => space.unscale(space.names.map(() => end))[index]!);
     return html`<div class="value">
       <label for=${`value${index}`}>${name}</label>
       <input id=${`value${index}`} type="number" step="any" .value=${String(roundTo(point[index]!, 6))} @change=${set} />
-      ${isSlider
-        ? html`<input type="range" aria-label=${`${name}, slider`} min=${low} max=${high} step=${step / 10}
-            .value=${String(point[index])} @input=${set} />`
-        : nothing}
+      ${this.axes.includes(index)
+        ? nothing
+        : html`<input type="range" aria-label=${`${name}, slider`} min=${low} max=${high} step=${(high - low) / 1000}
+            .value=${String(point[index])} @input=${set} />`}
     </div>`;
   }
 
@@ -310,15 +281,18 @@ export class Pad extends LitElement {
     this.model.setPoint(used, beyond, this.weights(isSmooth, location) ?? this.model.state.weights);
   }
 
-  // To a millionth of the range, so that the URL is short.
+  /** From the least to the largest value of the family's animations. */
+  private rangeOf(index: number): [number, number] {
+    const values = this.shown!.space.points.map((point) => point[index]!);
+    return [Math.min(...values), Math.max(...values)];
+  }
+
+  // To a millionth of the range, so that the URL is short; values of animations stay as they are.
   private rounded(point: Point): Point {
-    const { space } = this.shown!;
-    const ends = [0, 1].map((end) => space.unscale(point.map(() => end)));
     return point.map((value, i) => {
-      const known = space.points.find((at) => at[i] === value);
-      if (known) return value;
-      const decimals = clamp(6 - Math.floor(Math.log10(Math.abs(ends[1]![i]! - ends[0]![i]!))), 0, 12);
-      return roundTo(value, decimals);
+      if (this.shown!.space.points.some((at) => at[i] === value)) return value;
+      const [low, high] = this.rangeOf(i);
+      return roundTo(value, clamp(6 - Math.floor(Math.log10(high - low)), 0, 12));
     });
   }
 }
