@@ -416,9 +416,9 @@ test('KeysAloneMarkAPair', () =>
 
 test('ErrorsOfRegistrationsNameThePairs', () =>
   withEditor(async (page) => {
-    await click(page, 'source', 0.3, 0.7);
-    const { source } = (await stored(page)).pairs.at(-1);
-    const written = (x) => ({ position: [source.position[0] + x, ...source.position.slice(1)], time_s: 0 });
+    const { json } = await api(`/v1/families/${family}`);
+    const { x: left = 0, y = 0, z = 0 } = json.reports[0].correspondences[0].correspondence.source.position;
+    const written = (x) => ({ position: [left + x, y, z], time_s: 0 });
     const pairs = [0, 0.3].map((x) => ({ hard: true, source: written(0), target: written(x) }));
     await upload(page, 'Import pairs', JSON.stringify({ correspondences: [pairs] }));
     await page.getByRole('button', { name: 'Register again with 2 pairs' }).click();
