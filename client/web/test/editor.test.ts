@@ -58,15 +58,25 @@ test('ClicksAddSourceAndTargetInTurn', () => {
   assert.equal(openPair(list), undefined);
   list = click(list, 'target', 4);
   list = click(list, 'source', 5);
-  assert.deepEqual(list.pairs.map(({ number }) => number), [1, 2]);
+  assert.deepEqual(
+    list.pairs.map(({ number }) => number),
+    [1, 2],
+  );
   assert.equal(list.pairs[1]!.source!.position[0], 5);
 });
 
 test('DeletionKeepsTheNumbersOfTheOthers', () => {
   let list = deletePair(withPairs(5), 3);
-  assert.deepEqual(list.pairs.map(({ number }) => number), [1, 2, 4, 5]);
+  assert.deepEqual(
+    list.pairs.map(({ number }) => number),
+    [1, 2, 4, 5],
+  );
   list = click(list, 'source', 9);
-  assert.deepEqual(list.pairs.map(({ number }) => number), [1, 2, 4, 5, 6], 'no number comes again');
+  assert.deepEqual(
+    list.pairs.map(({ number }) => number),
+    [1, 2, 4, 5, 6],
+    'no number comes again',
+  );
   assert.equal(click(deletePair(withPairs(2), 2), 'source', 1).pairs[1]!.number, 3);
 });
 
@@ -112,8 +122,14 @@ test('CheckPairsAndThoseSwitchedOffAreNotSent', () => {
   list = patchPair(list, 2, { check: true });
   list = patchPair(list, 3, { enabled: false });
   list = click(list, 'source', 7);
-  assert.deepEqual(sentPairs(list).map(({ number }) => number), [1, 4]);
-  assert.deepEqual(checkPairs(list).map(({ number }) => number), [2]);
+  assert.deepEqual(
+    sentPairs(list).map(({ number }) => number),
+    [1, 4],
+  );
+  assert.deepEqual(
+    checkPairs(list).map(({ number }) => number),
+    [2],
+  );
 });
 
 test('NumbersAreWrittenAsByTheCommandLine', () => {
@@ -169,12 +185,20 @@ test('FilesComeBackByteForByteWhereNothingWasChanged', () => {
   assert.ok(blocks.length >= 3);
   for (const text of blocks) {
     const files = new PairFiles();
-    const lists = files.read(text, 'pairs.json', false, parsePairs(text, 'x').map(() => emptyList));
+    const lists = files.read(
+      text,
+      'pairs.json',
+      false,
+      parsePairs(text, 'x').map(() => emptyList),
+    );
     assert.equal(files.write(lists, false), text);
     const changed = lists.map((list) => patchPair(list, 1, { hard: !list.pairs[0]?.hard }));
     const again = files.write(changed, false);
     assert.notEqual(again, text);
-    assert.deepEqual(parsePairs(again, 'x').map((list) => list.length), lists.map(({ pairs }) => pairs.length));
+    assert.deepEqual(
+      parsePairs(again, 'x').map((list) => list.length),
+      lists.map(({ pairs }) => pairs.length),
+    );
     const back = changed.map((list) => patchPair(list, 1, { hard: !list.pairs[0]?.hard }));
     assert.equal(files.write(back, false), text, 'changed back');
   }
@@ -183,12 +207,15 @@ test('FilesComeBackByteForByteWhereNothingWasChanged', () => {
 test('CheckPairsHaveAFileOfTheirOwn', () => {
   const files = new PairFiles();
   const lists = files.read(written, 'checks.json', true, [withPairs(2), emptyList]);
-  assert.deepEqual(lists[0]!.pairs.map(({ number, check }) => [number, check]), [
-    [1, false],
-    [2, false],
-    [3, true],
-    [4, true],
-  ]);
+  assert.deepEqual(
+    lists[0]!.pairs.map(({ number, check }) => [number, check]),
+    [
+      [1, false],
+      [2, false],
+      [3, true],
+      [4, true],
+    ],
+  );
   assert.equal(files.write(lists, true), written);
   assert.equal(parsePairs(files.write(lists, false), 'x')[0]!.length, 2);
 });
@@ -200,28 +227,56 @@ test('CommentsAreLeftOut', () => {
 
 test('EveryMistakeHasItsPlace', () => {
   const event = '{"position": [0, 0, 0], "time_s": 0}';
-  const refusal = (entry: string) => () => parsePairs(`{"correspondences": [[${entry}]]}`, 'c.json');
+  const refusal = (entry: string) => () =>
+    parsePairs(`{"correspondences": [[${entry}]]}`, 'c.json');
   assert.throws(() => parsePairs('{', 'c.json'), /c\.json: is not JSON/);
   assert.throws(() => parsePairs('[]', 'c.json'), /is not an object/);
-  assert.throws(() => parsePairs('{"correspondences": [7]}', 'c.json'), /correspondences\[0\]: is not a list/);
+  assert.throws(
+    () => parsePairs('{"correspondences": [7]}', 'c.json'),
+    /correspondences\[0\]: is not a list/,
+  );
   assert.throws(refusal('7'), /correspondences\[0\]\[0\]: is not an object/);
   assert.throws(refusal('{"sauce": 1}'), /unknown key "sauce"/);
-  assert.throws(refusal(`{"kind": "line", "source": ${event}, "target": ${event}}`), /\[0\]\[0\]\.kind: "line"/);
-  assert.throws(refusal(`{"kind": "toString", "source": ${event}, "target": ${event}}`), /"toString" is not point/);
+  assert.throws(
+    refusal(`{"kind": "line", "source": ${event}, "target": ${event}}`),
+    /\[0\]\[0\]\.kind: "line"/,
+  );
+  assert.throws(
+    refusal(`{"kind": "toString", "source": ${event}, "target": ${event}}`),
+    /"toString" is not point/,
+  );
   assert.throws(refusal(`{"source": ${event}}`), /\[0\]\[0\]\.target: is missing/);
   assert.throws(refusal('{"hard": 1}'), /\[0\]\[0\]\.hard/);
-  assert.throws(refusal('{"source": {"position": [0, 0], "time_s": 0}}'), /\[0\]\[0\]\.source\.position/);
-  assert.throws(refusal('{"source": {"position": [0, 0, "z"], "time_s": 0}}'), /position\[2\]: is not a number/);
+  assert.throws(
+    refusal('{"source": {"position": [0, 0], "time_s": 0}}'),
+    /\[0\]\[0\]\.source\.position/,
+  );
+  assert.throws(
+    refusal('{"source": {"position": [0, 0, "z"], "time_s": 0}}'),
+    /position\[2\]: is not a number/,
+  );
   assert.throws(refusal('{"source": {"position": [0, 0, 0]}}'), /source\.time_s/);
 });
 
 test('AFileNeedsAListForEachTarget', () => {
-  assert.throws(() => new PairFiles().read(written, 'c.json', false, [emptyList]), /2 lists, but the family has 1/);
+  assert.throws(
+    () => new PairFiles().read(written, 'c.json', false, [emptyList]),
+    /2 lists, but the family has 1/,
+  );
 });
 
 // z is up in the animation, y in the scene.
-const zUp: Rotation = [[1, 0, 0], [0, 0, -1], [0, 1, 0]];
-const orbit = { azimuth: 30, elevation: 20, distance: 5, target: [0.2, 0.1, -0.3] as [number, number, number] };
+const zUp: Rotation = [
+  [1, 0, 0],
+  [0, 0, -1],
+  [0, 1, 0],
+];
+const orbit = {
+  azimuth: 30,
+  elevation: 20,
+  distance: 5,
+  target: [0.2, 0.1, -0.3] as [number, number, number],
+};
 
 test('ARayGoesThroughWhatIsSeenThere', () => {
   const camera = new Camera(orbit, zUp, 640, 400);
@@ -232,18 +287,27 @@ test('ARayGoesThroughWhatIsSeenThere', () => {
   const length = Math.hypot(...way);
   way.forEach((value, i) => assert.ok(Math.abs(value / length - direction[i]!) < 1e-9));
   const middle = camera.see([0.2, 0.3, 0.1]);
-  assert.ok(Math.abs(middle.x - 320) < 1e-6 && Math.abs(middle.y - 200) < 1e-6, 'the orbit turns around it');
+  assert.ok(
+    Math.abs(middle.x - 320) < 1e-6 && Math.abs(middle.y - 200) < 1e-6,
+    'the orbit turns around it',
+  );
 });
 
 // The sides of a box from 0 to 1.
 const box = {
   positions: [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1],
-  indices: [0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 2, 3, 7, 2, 7, 6, 1, 2, 6, 1, 6, 5, 3, 0, 4, 3, 4, 7],
+  indices: [
+    0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 2, 3, 7, 2, 7, 6, 1, 2, 6, 1, 6, 5, 3, 0,
+    4, 3, 4, 7,
+  ],
   count: 36,
 };
 
 test('RaysMeetTheSurface', () => {
-  const ray = { origin: [0.3, 0.4, 5] as [number, number, number], direction: [0, 0, -1] as [number, number, number] };
+  const ray = {
+    origin: [0.3, 0.4, 5] as [number, number, number],
+    direction: [0, 0, -1] as [number, number, number],
+  };
   assert.deepEqual(castRay(ray, box).sort(), [4, 5]);
   assert.deepEqual(firstHit(ray, box), [0.3, 0.4, 1]);
   assert.deepEqual(hitNearest(ray, box, [0.3, 0.4, 0.1]), [0.3, 0.4, 0]);
@@ -252,7 +316,10 @@ test('RaysMeetTheSurface', () => {
 });
 
 test('OnlyTheUsedPartOfArraysIsMet', () => {
-  const ray = { origin: [0.3, 0.4, 5] as [number, number, number], direction: [0, 0, -1] as [number, number, number] };
+  const ray = {
+    origin: [0.3, 0.4, 5] as [number, number, number],
+    direction: [0, 0, -1] as [number, number, number],
+  };
   assert.deepEqual(castRay(ray, { ...box, count: 6 }), [5]);
 });
 
@@ -260,7 +327,14 @@ test('MarkersFadeWithTheDistanceInTime', () => {
   assert.equal(opacityAt(0), 1);
   assert.ok(opacityAt(0.1) < 1 && opacityAt(0.1) > opacityAt(0.3));
   assert.equal(opacityAt(9), opacityAt(99));
-  const pair = { number: 1, kind: 'TRAJECTORY' as const, hard: false, lengthS: 0.5, enabled: true, check: false };
+  const pair = {
+    number: 1,
+    kind: 'TRAJECTORY' as const,
+    hard: false,
+    lengthS: 0.5,
+    enabled: true,
+    check: false,
+  };
   assert.equal(timeDistance(pair, place(0, 1), 1.4), 0);
   assert.equal(timeDistance(pair, place(0, 1), 2), 0.5);
   assert.equal(timeDistance({ ...pair, lengthS: 0 }, place(0, 1), 9), 0);
@@ -277,12 +351,16 @@ test('APathIsFollowedInTime', () => {
 });
 
 test('ColoursOfNeighboursDiffer', () => {
-  for (let number = 1; number < 40; ++number) assert.notEqual(colourOf(number), colourOf(number + 1));
+  for (let number = 1; number < 40; ++number)
+    assert.notEqual(colourOf(number), colourOf(number + 1));
 });
 
 test('MeansAreOfAllResiduals', () => {
   assert.equal(meanResidual([]), undefined);
-  const mean = meanResidual([{ metres: 1, frames: 0 }, { metres: 3, frames: 1 }]);
+  const mean = meanResidual([
+    { metres: 1, frames: 0 },
+    { metres: 3, frames: 1 },
+  ]);
   assert.deepEqual(mean, { metres: 2, frames: 0.5 });
 });
 
@@ -295,7 +373,11 @@ const family = {
     {
       correspondences: [
         { automatic: true, confidence: 0.9, correspondence: { kind: 1, source: {}, target: {} } },
-        { automatic: true, confidence: 0.8, correspondence: { kind: 1, source: { timeS: 1 }, target: {} } },
+        {
+          automatic: true,
+          confidence: 0.8,
+          correspondence: { kind: 1, source: { timeS: 1 }, target: {} },
+        },
       ],
     },
   ],
@@ -335,8 +417,18 @@ test('ANewVersionBeginsWithItsPairsAndTheCheckPairsOfBefore', () => {
   const stored = patchPair(withPairs(3), 2, { check: true });
   const own = sentPairs(withPairs(2));
   const list = startList(own, stored);
-  assert.deepEqual(list.pairs.map(({ number, check }) => [number, check]), [[2, true], [3, false], [4, false]]);
+  assert.deepEqual(
+    list.pairs.map(({ number, check }) => [number, check]),
+    [
+      [2, true],
+      [3, false],
+      [4, false],
+    ],
+  );
   assert.equal(list.nextNumber, 5);
   assert.equal(startList(own, undefined).nextNumber, 3);
-  assert.deepEqual(appendPairs(emptyList, own).pairs.map(({ number }) => number), [1, 2]);
+  assert.deepEqual(
+    appendPairs(emptyList, own).pairs.map(({ number }) => number),
+    [1, 2],
+  );
 });

@@ -24,10 +24,20 @@ test('ArchivesOfFilesAreReadByTar', async () => {
   try {
     writeFileSync(join(folder, 'a.tar'), Buffer.from(await tarOf(files).arrayBuffer()));
     const tar = (...args: string[]) =>
-      execFileSync('tar', args, { cwd: folder, encoding: 'utf8', env: { ...process.env, LC_ALL: 'C.UTF-8' } });
+      execFileSync('tar', args, {
+        cwd: folder,
+        encoding: 'utf8',
+        env: { ...process.env, LC_ALL: 'C.UTF-8' },
+      });
     const lines = tar('--quoting-style=literal', '-tvf', 'a.tar').trim().split('\n');
-    assert.deepEqual(lines.map((line) => line.split(/\s+/)[2]), ['2', '0', '1537']);
-    assert.deepEqual(lines.map((line) => line.split(/\s+/).pop()), files.map(({ name }) => name));
+    assert.deepEqual(
+      lines.map((line) => line.split(/\s+/)[2]),
+      ['2', '0', '1537'],
+    );
+    assert.deepEqual(
+      lines.map((line) => line.split(/\s+/).pop()),
+      files.map(({ name }) => name),
+    );
     tar('-xf', 'a.tar');
     assert.equal(readFileSync(join(folder, long), 'utf8').length, 1537);
   } finally {
@@ -36,7 +46,10 @@ test('ArchivesOfFilesAreReadByTar', async () => {
 });
 
 test('ArchivesReadNoFileIntoMemory', () => {
-  const files = Array.from({ length: 40 }, (_, i) => ({ name: `f_${i}.ply`, file: new Blob([new Uint8Array(1 << 20)]) }));
+  const files = Array.from({ length: 40 }, (_, i) => ({
+    name: `f_${i}.ply`,
+    file: new Blob([new Uint8Array(1 << 20)]),
+  }));
   const before = process.memoryUsage().arrayBuffers;
   const archive = tarOf(files);
   assert.equal(archive.size, 40 * ((1 << 20) + 512) + 1024);
@@ -59,7 +72,11 @@ test('AnErrorInMidStreamIsThrown', () => {
   );
   assert.throws(() => parseLine('{"name"'), ApiError);
   const failed = { name: 'operations/x', done: true, error: { code: 3, message: 'bad' } };
-  assert.deepEqual(parseLine(JSON.stringify(failed)), failed, 'an operation that failed is no such line');
+  assert.deepEqual(
+    parseLine(JSON.stringify(failed)),
+    failed,
+    'an operation that failed is no such line',
+  );
 });
 
 test('LinesAreReadOverTheBordersOfCharacters', async () => {
@@ -79,7 +96,14 @@ test('OperationsBecomeJobs', () => {
   const metadata = {
     '@type': 'type.googleapis.com/liquidblend.v1.RegisterFamilyMetadata',
     family: 'families/f',
-    progress: { stage: 'projection', iteration: 3, numIterations: 16, numInliers: '90', numSamples: '100', secondsLeft: 75 },
+    progress: {
+      stage: 'projection',
+      iteration: 3,
+      numIterations: 16,
+      numInliers: '90',
+      numSamples: '100',
+      secondsLeft: 75,
+    },
   };
   const running = toJob({ name: 'operations/r', metadata });
   assert.equal(running.state, 'running');
@@ -90,11 +114,23 @@ test('OperationsBecomeJobs', () => {
     { name: 'iteration', value: '3 of 16' },
     { name: 'inliers', value: '90.0 %' },
   ]);
-  const failed = toJob({ name: 'operations/r', metadata, done: true, error: { code: 3, message: 'no' } });
+  const failed = toJob({
+    name: 'operations/r',
+    metadata,
+    done: true,
+    error: { code: 3, message: 'no' },
+  });
   assert.equal(failed.state, 'failed');
   assert.equal(failed.error?.message, 'no');
-  assert.equal(toJob({ name: 'o', done: true, error: { code: 1, message: 'x' } }).state, 'cancelled');
-  assert.equal(toJob({ name: 'o', metadata: { ...metadata, version: '7', grade: 'DOUBTFUL' }, done: true }).version, 7n);
+  assert.equal(
+    toJob({ name: 'o', done: true, error: { code: 1, message: 'x' } }).state,
+    'cancelled',
+  );
+  assert.equal(
+    toJob({ name: 'o', metadata: { ...metadata, version: '7', grade: 'DOUBTFUL' }, done: true })
+      .version,
+    7n,
+  );
 });
 
 test('StagesAndTimesAreWords', () => {
@@ -129,7 +165,13 @@ test('OnlyFramesOfTheFolderItselfAreTaken', () => {
   assert.equal(folder.name, 'A');
   assert.deepEqual(
     folder.files.map(({ name }) => name),
-    ['fluid_mesh_0001.bobj.gz', 'fluid_mesh_0002.bobj.gz', 'lVelMesh_0001.uni', 'lVelMesh_0002.uni', 'meta.json'],
+    [
+      'fluid_mesh_0001.bobj.gz',
+      'fluid_mesh_0002.bobj.gz',
+      'lVelMesh_0001.uni',
+      'lVelMesh_0002.uni',
+      'meta.json',
+    ],
   );
   assert.equal(folder.numSkipped, 4);
   assert.equal(isOfAnimation('liquid.0001.VDB'), true);
@@ -140,7 +182,10 @@ test('TheFormSaysWhatIsWrongBeforeItIsSent', () => {
   assert.match(faultOf(form), /family's name/);
   const named = { ...form, family: 'f' };
   assert.match(faultOf(named), /Choose an animation/);
-  const members = ['animations/a', 'animations/b'].map((animation) => ({ animation, values: ['1'] }));
+  const members = ['animations/a', 'animations/b'].map((animation) => ({
+    animation,
+    values: ['1'],
+  }));
   assert.equal(faultOf({ ...named, members }), '');
   assert.match(faultOf({ ...named, members: [members[0]!, members[0]!] }), /twice/);
   assert.match(faultOf({ ...named, members, parameters: ['Width'] }), /no name of a parameter/);
@@ -153,8 +198,17 @@ test('TheFormBecomesARequest', () => {
     { animation: 'animations/a', values: ['0.5'] },
     { animation: 'animations/b', values: ['1e0'] },
   ];
-  const plain = { ...emptyForm(), family: 'f', members: members.map(({ animation }) => ({ animation, values: [] })) };
-  assert.deepEqual(requestOf(plain), { familyId: 'f', source: 'animations/a', targets: ['animations/b'], options: {} });
+  const plain = {
+    ...emptyForm(),
+    family: 'f',
+    members: members.map(({ animation }) => ({ animation, values: [] })),
+  };
+  assert.deepEqual(requestOf(plain), {
+    familyId: 'f',
+    source: 'animations/a',
+    targets: ['animations/b'],
+    options: {},
+  });
   const full = {
     ...plain,
     members,
@@ -172,7 +226,11 @@ test('TheFormBecomesARequest', () => {
     source: 'animations/a',
     targets: ['animations/b'],
     options: { maxIterations: 4, automaticCorrespondences: false },
-    parameterSpace: { names: ['width'], points: [{ values: [0.5] }, { values: [1] }], interpolation: 'SMOOTH' },
+    parameterSpace: {
+      names: ['width'],
+      points: [{ values: [0.5] }, { values: [1] }],
+      interpolation: 'SMOOTH',
+    },
     timeBlending: { kind: 'SQUARES', restTimeS: -0.5 },
     requiredGrade: 'GOOD',
     replace: true,

@@ -21,21 +21,50 @@ function near(actual: readonly number[], expected: readonly number[], within = 1
 }
 
 test('SystemsAreSolved', () => {
-  near(solve([[0, 2], [3, 1]], [4, 5])!, [1, 2]);
-  assert.equal(solve([[1, 2], [2, 4]], [1, 2]), undefined);
+  near(
+    solve(
+      [
+        [0, 2],
+        [3, 1],
+      ],
+      [4, 5],
+    )!,
+    [1, 2],
+  );
+  assert.equal(
+    solve(
+      [
+        [1, 2],
+        [2, 4],
+      ],
+      [1, 2],
+    ),
+    undefined,
+  );
 });
 
 test('CoordinatesAddUpToOneAndGiveThePointBack', () => {
-  const corners = [[0, 0, 0], [1, 0.1, 0], [0.2, 1, 0], [0.3, 0.2, 1]];
+  const corners = [
+    [0, 0, 0],
+    [1, 0.1, 0],
+    [0.2, 1, 0],
+    [0.3, 0.2, 1],
+  ];
   const coordinates = coordinatesIn(corners, [0.4, 0.3, 0.2]);
   near([coordinates.reduce((a, b) => a + b)], [1]);
-  near([0, 1, 2].map((i) => coordinates.reduce((sum, c, k) => sum + c * corners[k]![i]!, 0)), [0.4, 0.3, 0.2]);
+  near(
+    [0, 1, 2].map((i) => coordinates.reduce((sum, c, k) => sum + c * corners[k]![i]!, 0)),
+    [0.4, 0.3, 0.2],
+  );
 });
 
 test('AnAnimationsOwnPointIsThatAnimation', () => {
   points.forEach((point, index) => {
     const { weights, isOutside } = space.locate(point)!;
-    assert.deepEqual(weights, [1, 2, 3].map((k) => (k === index ? 1 : 0)));
+    assert.deepEqual(
+      weights,
+      [1, 2, 3].map((k) => (k === index ? 1 : 0)),
+    );
     assert.equal(isOutside, false);
   });
 });
@@ -44,9 +73,16 @@ test('WeightsGiveThePointBack', () => {
   const point = [0.8, 40];
   const { weights } = space.locate(point)!;
   const all = [1 - weights.reduce((a, b) => a + b), ...weights];
-  near([0, 1].map((i) => all.reduce((sum, w, k) => sum + w * points[k]![i]!, 0)), point, 1e-7);
+  near(
+    [0, 1].map((i) => all.reduce((sum, w, k) => sum + w * points[k]![i]!, 0)),
+    point,
+    1e-7,
+  );
   assert.ok(all.every((weight) => weight >= -1e-9));
-  assert.ok(weights.every((weight) => Number.isInteger(weight * 2 ** 30)), 'multiples of 2^-30');
+  assert.ok(
+    weights.every((weight) => Number.isInteger(weight * 2 ** 30)),
+    'multiples of 2^-30',
+  );
 });
 
 test('OutsideOfTheHullTheNearestPointIsKnown', () => {
@@ -58,7 +94,10 @@ test('OutsideOfTheHullTheNearestPointIsKnown', () => {
   near(below.nearest, [0.75, 20]);
   near(below.nearestWeights, [0.5, 0, 0], 1e-8);
   near([below.distance], [0.25]);
-  assert.ok(Math.min(...below.weights, 1 - below.weights.reduce((a, b) => a + b)) < 0, 'not clamped');
+  assert.ok(
+    Math.min(...below.weights, 1 - below.weights.reduce((a, b) => a + b)) < 0,
+    'not clamped',
+  );
 });
 
 test('APointOnTheHullIsInside', () => {
@@ -67,7 +106,14 @@ test('APointOnTheHullIsInside', () => {
 });
 
 test('OneParameterIsIntervals', () => {
-  const line = new PointSpace(['height'], [[1], [4], [2]], [[0, 2], [1, 2]]);
+  const line = new PointSpace(
+    ['height'],
+    [[1], [4], [2]],
+    [
+      [0, 2],
+      [1, 2],
+    ],
+  );
   assert.deepEqual(line.locate([3])!.weights, [0.5, 0.5]);
   assert.deepEqual(line.locate([5])!.nearest, [4]);
   assert.deepEqual(line.locate([5])!.weights, [1.5, -0.5]);
@@ -78,7 +124,12 @@ test('WithoutSimplicesNothingIsLocated', () => {
 });
 
 test('TheClosestPointOfATetrahedronIsOnASide', () => {
-  const corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  const corners = [
+    [0, 0, 0],
+    [1, 0, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+  ];
   near(closestIn(corners, [0.2, 0.2, -3]), [0.2, 0.2, 0]);
   near(closestIn(corners, [1, 1, 1]), [1 / 3, 1 / 3, 1 / 3]);
   near(closestIn(corners, [0.1, 0.1, 0.1]), [0.1, 0.1, 0.1]);

@@ -15,13 +15,19 @@ before(async () => {
 
 async function violations(page) {
   await page.evaluate(axe);
-  const found = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ['violations'] }));
-  return found.violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(' ')).join('; ')}`);
+  const found = await page.evaluate(() =>
+    globalThis.axe.run(document, { resultTypes: ['violations'] }),
+  );
+  return found.violations.map(
+    ({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(' ')).join('; ')}`,
+  );
 }
 
 async function addPair(page) {
   await page.waitForFunction(() => {
-    const editor = document.querySelector('lb-page').shadowRoot.querySelector('lb-editor')?.shadowRoot;
+    const editor = document
+      .querySelector('lb-page')
+      .shadowRoot.querySelector('lb-editor')?.shadowRoot;
     const panes = [...(editor?.querySelectorAll('lb-edit-pane') ?? [])];
     return panes.length === 2 && panes.every((pane) => pane.ready);
   });
@@ -45,8 +51,14 @@ const views = {
   ],
   editor: ['edit?family=FAMILY', addPair],
   'editor without a family': ['edit', (page) => page.getByText('Choose a family').waitFor()],
-  'keys of the editor': ['edit?family=FAMILY', (page) => page.getByRole('button', { name: 'Keys' }).click()],
-  'files of the editor': ['edit?family=FAMILY', (page) => page.getByRole('button', { name: 'File', exact: true }).click()],
+  'keys of the editor': [
+    'edit?family=FAMILY',
+    (page) => page.getByRole('button', { name: 'Keys' }).click(),
+  ],
+  'files of the editor': [
+    'edit?family=FAMILY',
+    (page) => page.getByRole('button', { name: 'File', exact: true }).click(),
+  ],
   operations: ['jobs?show=operations', (page) => page.getByRole('article').first().waitFor()],
   upload: [
     'jobs?show=upload',
@@ -68,7 +80,10 @@ const views = {
   animations: [
     'jobs?show=animations',
     async (page) => {
-      await page.getByText(/notes? of the import/).first().click();
+      await page
+        .getByText(/notes? of the import/)
+        .first()
+        .click();
     },
   ],
   families: [
@@ -93,9 +108,15 @@ for (const theme of ['light', 'dark']) {
           assert.deepEqual(await violations(page), [], name);
           const [inner, outer] = await page.evaluate(() => {
             const main = document.querySelector('lb-page').shadowRoot.querySelector('main');
-            return [main.scrollWidth - main.clientWidth, document.documentElement.scrollWidth - innerWidth];
+            return [
+              main.scrollWidth - main.clientWidth,
+              document.documentElement.scrollWidth - innerWidth,
+            ];
           });
-          assert.ok(inner <= 0 && outer <= 0, `${name} is wider than the page by ${inner}, ${outer}`);
+          assert.ok(
+            inner <= 0 && outer <= 0,
+            `${name} is wider than the page by ${inner}, ${outer}`,
+          );
           assert.deepEqual(await page.evaluate(() => globalThis.violations), [], name);
         } finally {
           await page.context().close();
@@ -114,7 +135,10 @@ async function tabStops(page, most = 90) {
       let element = document.activeElement;
       while (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
       if (!element || element === document.body) return '';
-      const label = element.getAttribute('aria-label') ?? element.labels?.[0]?.textContent ?? element.textContent;
+      const label =
+        element.getAttribute('aria-label') ??
+        element.labels?.[0]?.textContent ??
+        element.textContent;
       return label.trim().replace(/\s+/g, ' ');
     });
     if (stop && stop === stops[0]) break;
@@ -131,9 +155,27 @@ test('TabComesToAllOfTheEditorInOrder', async () => {
     await page.getByRole('link', { name: 'Viewer' }).focus();
     const stops = await tabStops(page);
     const order = [
-      /^Target$/, /Kind of new pairs/, /^Hard$/, /^Check pair$/, /One camera/, /^Undo$/, /^File$/, /^Fit/, /^Keys$/,
-      /^source: /, /^Pair 1, source/, /Time of the source/, /^target: /, /^Pair 1, target/, /Time of the target/,
-      /How to register again/, /Iterations/, /^Register again/, /Go to pair 1/, /Delete pair 1/, /Kind of pair 1/,
+      /^Target$/,
+      /Kind of new pairs/,
+      /^Hard$/,
+      /^Check pair$/,
+      /One camera/,
+      /^Undo$/,
+      /^File$/,
+      /^Fit/,
+      /^Keys$/,
+      /^source: /,
+      /^Pair 1, source/,
+      /Time of the source/,
+      /^target: /,
+      /^Pair 1, target/,
+      /Time of the target/,
+      /How to register again/,
+      /Iterations/,
+      /^Register again/,
+      /Go to pair 1/,
+      /Delete pair 1/,
+      /Kind of pair 1/,
     ];
     let at = -1;
     for (const name of order) {
@@ -153,13 +195,26 @@ test('TabComesToAllOfThePadAndTheJobs', async () => {
     await page.locator('lb-pad svg').waitFor();
     const pad = await tabStops(page);
     for (const name of [/^Point in parameter space/, /^wall_width$/, /^place$/, /Extrapolate/]) {
-      assert.ok(pad.some((stop) => name.test(stop)), `${name} in ${pad.join(' | ')}`);
+      assert.ok(
+        pad.some((stop) => name.test(stop)),
+        `${name} in ${pad.join(' | ')}`,
+      );
     }
     await page.goto(`${baseUrl}/#jobs?show=register`);
     await page.getByLabel('Name of the family').waitFor();
     const form = await tabStops(page);
-    for (const name of [/^Upload$/, /Name of the family/, /^Source$/, /^Target 1$/, /Add a parameter/, /^Register$/]) {
-      assert.ok(form.some((stop) => name.test(stop)), `${name} in ${form.join(' | ')}`);
+    for (const name of [
+      /^Upload$/,
+      /Name of the family/,
+      /^Source$/,
+      /^Target 1$/,
+      /Add a parameter/,
+      /^Register$/,
+    ]) {
+      assert.ok(
+        form.some((stop) => name.test(stop)),
+        `${name} in ${form.join(' | ')}`,
+      );
     }
   } finally {
     await page.context().close();
@@ -171,7 +226,9 @@ test('PairsAreMarkedByTouchAt360Pixels', async () => {
   try {
     await page.goto(`${baseUrl}/#edit?family=${family}`);
     await page.waitForFunction(() => {
-      const editor = document.querySelector('lb-page').shadowRoot.querySelector('lb-editor')?.shadowRoot;
+      const editor = document
+        .querySelector('lb-page')
+        .shadowRoot.querySelector('lb-editor')?.shadowRoot;
       const panes = [...(editor?.querySelectorAll('lb-edit-pane') ?? [])];
       return panes.length === 2 && panes.every((pane) => pane.ready);
     });

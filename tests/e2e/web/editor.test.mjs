@@ -14,7 +14,12 @@ before(async () => {
   folder = mkdtempSync(join(tmpdir(), 'pairs-'));
   const [source, target] = await ensureClips();
   const options = { maxIterations: 2 };
-  await ensureFamily(family, { source, targets: [target], options, spaceTime: { coarserLevels: 0 } });
+  await ensureFamily(family, {
+    source,
+    targets: [target],
+    options,
+    spaceTime: { coarserLevels: 0 },
+  });
 });
 
 after(async () => {
@@ -39,7 +44,9 @@ async function withEditor(act, { fields = {}, ...options } = {}) {
 /** Waits until both pictures show the frames of their cursors. */
 async function shown(page) {
   await page.waitForFunction(() => {
-    const editor = document.querySelector('lb-page')?.shadowRoot.querySelector('lb-editor')?.shadowRoot;
+    const editor = document
+      .querySelector('lb-page')
+      ?.shadowRoot.querySelector('lb-editor')?.shadowRoot;
     const panes = [...(editor?.querySelectorAll('lb-edit-pane') ?? [])];
     return panes.length === 2 && panes.every((pane) => pane.ready);
   });
@@ -56,7 +63,10 @@ async function click(page, side, x, y) {
 }
 
 /** Places on the liquid, as parts of the picture. */
-const places = Array.from({ length: 10 }, (_, i) => [0.16 + 0.05 * (i % 5), 0.52 + 0.05 * Math.floor(i / 5)]);
+const places = Array.from({ length: 10 }, (_, i) => [
+  0.16 + 0.05 * (i % 5),
+  0.52 + 0.05 * Math.floor(i / 5),
+]);
 
 async function addPairs(page, count) {
   for (const [x, y] of places.slice(0, count)) {
@@ -67,7 +77,10 @@ async function addPairs(page, count) {
 
 /** The editor's pairs, as it keeps them. */
 async function stored(page) {
-  const text = await page.evaluate((key) => localStorage.getItem(key), `liquidblend.pairs.families/${family}`);
+  const text = await page.evaluate(
+    (key) => localStorage.getItem(key),
+    `liquidblend.pairs.families/${family}`,
+  );
   return JSON.parse(text)?.lists[0];
 }
 
@@ -81,7 +94,10 @@ function marker(page, number, side) {
 
 async function download(page, name) {
   await page.getByRole('button', { name: 'File', exact: true }).click();
-  const [file] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name, exact: true }).click()]);
+  const [file] = await Promise.all([
+    page.waitForEvent('download'),
+    page.getByRole('button', { name, exact: true }).click(),
+  ]);
   await page.keyboard.press('Escape');
   return readFileSync(await file.path(), 'utf8');
 }
@@ -132,7 +148,10 @@ test('DraggedMarkersStayOnTheSurface', () =>
     assert.notDeepEqual(pairs[0].source.position, before.source.position);
     assert.deepEqual(pairs[0].target, before.target);
     const moved = await marker(page, 1, 'source').boundingBox();
-    assert.ok(Math.abs(moved.x - box.x - 40) < 2 && Math.abs(moved.y - box.y - 12) < 2, 'where it was let go');
+    assert.ok(
+      Math.abs(moved.x - box.x - 40) < 2 && Math.abs(moved.y - box.y - 12) < 2,
+      'where it was let go',
+    );
     await page.keyboard.press('Control+z');
     assert.deepEqual((await stored(page)).pairs[0], before, 'a drag is one step');
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
@@ -217,10 +236,16 @@ test('ControlClickSwitchesPairsOffAndOn', () =>
   withEditor(async (page) => {
     await addPairs(page, 2);
     await marker(page, 1, 'target').click({ modifiers: ['Control'] });
-    assert.deepEqual((await stored(page)).pairs.map(({ enabled }) => enabled), [false, true]);
+    assert.deepEqual(
+      (await stored(page)).pairs.map(({ enabled }) => enabled),
+      [false, true],
+    );
     await page.getByText('Register again with 1 pair', { exact: true }).waitFor();
     await marker(page, 1, 'target').click({ modifiers: ['Control'] });
-    assert.deepEqual((await stored(page)).pairs.map(({ enabled }) => enabled), [true, true]);
+    assert.deepEqual(
+      (await stored(page)).pairs.map(({ enabled }) => enabled),
+      [true, true],
+    );
   }));
 
 test('TrajectoriesAreDrawnThroughTime', () =>
@@ -233,7 +258,11 @@ test('TrajectoriesAreDrawnThroughTime', () =>
     assert.ok(points.length >= 3, `${points}`);
     const start = await marker(page, 1, 'source').getAttribute('transform');
     for (let i = 0; i < 4; ++i) await page.keyboard.press('.');
-    assert.notEqual(await marker(page, 1, 'source').getAttribute('transform'), start, 'it moves with the liquid');
+    assert.notEqual(
+      await marker(page, 1, 'source').getAttribute('transform'),
+      start,
+      'it moves with the liquid',
+    );
     await page.keyboard.press('e');
     const { lengthS } = (await stored(page)).pairs[0];
     assert.ok(Math.abs(lengthS - 4 / 24) < 1e-4, `${lengthS}`);
@@ -254,7 +283,10 @@ test('FilesComeBackByteForByte', () =>
   withEditor(async (page) => {
     for (const text of [written, byHand]) {
       await upload(page, 'Import pairs', text);
-      await page.waitForFunction((key) => JSON.parse(localStorage.getItem(key))?.lists[0].pairs.length === 2, `liquidblend.pairs.families/${family}`);
+      await page.waitForFunction(
+        (key) => JSON.parse(localStorage.getItem(key))?.lists[0].pairs.length === 2,
+        `liquidblend.pairs.families/${family}`,
+      );
       assert.equal(await download(page, 'Export pairs'), text);
     }
     await page.getByRole('button', { name: 'Go to pair 1' }).click();
@@ -274,14 +306,21 @@ test('TheCommandLinesFileComesBackByteForByte', { skip: !cli }, () =>
     execFileSync(cli, ['inspect', family, '--correspondences-json', path], { stdio: 'ignore' });
     const text = readFileSync(path, 'utf8');
     await upload(page, 'Import pairs', text);
-    await page.waitForFunction((key) => !!localStorage.getItem(key), `liquidblend.pairs.families/${family}`);
+    await page.waitForFunction(
+      (key) => !!localStorage.getItem(key),
+      `liquidblend.pairs.families/${family}`,
+    );
     assert.equal(await download(page, 'Export pairs'), text);
     if (!(await numbers(page)).length) return;
-    await page.getByRole('button', { name: /^Go to pair/ }).first().click();
+    await page
+      .getByRole('button', { name: /^Go to pair/ })
+      .first()
+      .click();
     await page.getByRole('checkbox', { name: 'hard' }).check();
     await page.getByRole('checkbox', { name: 'hard' }).uncheck();
     assert.equal(await download(page, 'Export pairs'), text, 'written anew it is the same');
-  }));
+  }),
+);
 
 test('CheckPairsChangeNoByteOfTheFamily', () =>
   withEditor(async (page) => {
@@ -303,13 +342,21 @@ test('CheckPairsChangeNoByteOfTheFamily', () =>
     await page.mouse.move(box.x + 60, box.y + 20, { steps: 5 });
     await page.mouse.up();
     await page.waitForFunction((was) => {
-      const editor = document.querySelector('lb-page').shadowRoot.querySelector('lb-editor').shadowRoot;
-      return editor.querySelector('lb-pairs').shadowRoot.querySelector('.mean strong').textContent !== was;
+      const editor = document
+        .querySelector('lb-page')
+        .shadowRoot.querySelector('lb-editor').shadowRoot;
+      return (
+        editor.querySelector('lb-pairs').shadowRoot.querySelector('.mean strong').textContent !==
+        was
+      );
     }, mean);
     assert.equal(await state(), before);
     await page.getByText('Register again with 0 pairs', { exact: true }).waitFor();
     const posts = page.seen.requests.filter((request) => request.method() === 'POST');
-    assert.ok(posts.every((request) => request.url().endsWith(':measure')), 'nothing but measured');
+    assert.ok(
+      posts.every((request) => request.url().endsWith(':measure')),
+      'nothing but measured',
+    );
     assert.equal((await download(page, 'Export pairs')).includes('kind'), false);
     assert.equal((await download(page, 'Export check pairs')).match(/"kind"/g).length, 3);
   }));
@@ -320,10 +367,16 @@ test('AutomaticPairsAreKeptPinnedOrDropped', () =>
     const automatic = json.reports[0].correspondences.filter((one) => one.automatic);
     const found = page.getByRole('list', { name: 'Found by the registration' });
     assert.equal(await found.getByRole('listitem').count(), automatic.length);
-    await found.getByText(`confidence ${automatic[0].confidence.toFixed(2)}`).first().waitFor();
+    await found
+      .getByText(`confidence ${automatic[0].confidence.toFixed(2)}`)
+      .first()
+      .waitFor();
     await found.getByRole('button', { name: 'Pin A1', exact: true }).click();
     const { pairs, dropped } = await stored(page);
-    assert.deepEqual(pairs[0].source.position, ['x', 'y', 'z'].map((axis) => automatic[0].correspondence.source.position[axis] ?? 0));
+    assert.deepEqual(
+      pairs[0].source.position,
+      ['x', 'y', 'z'].map((axis) => automatic[0].correspondence.source.position[axis] ?? 0),
+    );
     assert.equal(dropped.length, 1, 'the pinned one takes its place');
     await found.getByRole('button', { name: 'Drop A2', exact: true }).click();
     const others = automatic.length - 2;
@@ -359,16 +412,27 @@ test('TenPairsAreRefinedAndTheirResidualsShown', () =>
     assert.equal(own.length, 9, 'the check pair was not sent');
     const table = page.getByRole('table', { name: 'Pairs before and after' });
     const rows = table.locator('tbody tr');
-    await table.getByText(/kept|overruled/).first().waitFor();
-    const texts = await rows.evaluateAll((all) => all.map((row) => [...row.cells].map((cell) => cell.textContent.trim())));
+    await table
+      .getByText(/kept|overruled/)
+      .first()
+      .waitFor();
+    const texts = await rows.evaluateAll((all) =>
+      all.map((row) => [...row.cells].map((cell) => cell.textContent.trim())),
+    );
     const sent = texts.filter(([number]) => number !== '4');
-    assert.deepEqual(sent.map(([number]) => Number(number)), [1, 2, 5, 6, 7, 8, 9, 10, 11]);
+    assert.deepEqual(
+      sent.map(([number]) => Number(number)),
+      [1, 2, 5, 6, 7, 8, 9, 10, 11],
+    );
     sent.forEach(([, , afterwards, outcome], i) => {
       assert.equal(outcome, own[i].outcome === 'OVERRULED' ? 'overruled' : 'kept');
       assert.equal(afterwards, `${(own[i].residualM ?? 0).toFixed(3)} m`);
     });
     assert.equal(texts.find(([number]) => number === '4')[3], 'check');
-    report('residuals', texts.map((row) => row.join(' ')));
+    report(
+      'residuals',
+      texts.map((row) => row.join(' ')),
+    );
     await page.getByRole('link', { name: /^Compare versions/ }).click();
     await page.waitForFunction(() => globalThis.liquidblend?.panes.length === 2);
     const pane = await waitFor(page, ({ shown }) => shown > 0);
@@ -404,7 +468,10 @@ test('KeysAloneMarkAPair', () =>
     assert.notDeepEqual(moved.source.position, pairs.at(-1).source.position);
     await page.keyboard.press('h');
     await page.keyboard.press('c');
-    assert.deepEqual([(await stored(page)).pairs.at(-1).hard, (await stored(page)).pairs.at(-1).check], [true, true]);
+    assert.deepEqual(
+      [(await stored(page)).pairs.at(-1).hard, (await stored(page)).pairs.at(-1).check],
+      [true, true],
+    );
     await page.keyboard.press('?');
     await page.getByRole('dialog', { name: 'Keys of the editor' }).waitFor();
     await page.keyboard.press('Escape');
@@ -417,11 +484,17 @@ test('KeysAloneMarkAPair', () =>
 test('ErrorsOfRegistrationsNameThePairs', () =>
   withEditor(async (page) => {
     const { json } = await api(`/v1/families/${family}`);
-    const { x: left = 0, y = 0, z = 0 } = json.reports[0].correspondences[0].correspondence.source.position;
+    const {
+      x: left = 0,
+      y = 0,
+      z = 0,
+    } = json.reports[0].correspondences[0].correspondence.source.position;
     const written = (x) => ({ position: [left + x, y, z], time_s: 0 });
     const pairs = [0, 0.3].map((x) => ({ hard: true, source: written(0), target: written(x) }));
     await upload(page, 'Import pairs', JSON.stringify({ correspondences: [pairs] }));
     await page.getByRole('button', { name: 'Register again with 2 pairs' }).click();
-    await page.getByText('Numbers in messages count from 0: 0 is pair 1, 1 is pair 2.').waitFor({ timeout: 60_000 });
+    await page
+      .getByText('Numbers in messages count from 0: 0 is pair 1, 1 is pair 2.')
+      .waitFor({ timeout: 60_000 });
     await page.getByRole('alert').first().waitFor();
   }));

@@ -28,7 +28,10 @@ async function withJobs(view, act, options = {}) {
   try {
     await page.goto(`${baseUrl}/#jobs?show=${view}`);
     await act(page);
-    assert.deepEqual(page.seen.errors.filter((error) => !/status of 4\d\d/.test(error)), []);
+    assert.deepEqual(
+      page.seen.errors.filter((error) => !/status of 4\d\d/.test(error)),
+      [],
+    );
     assert.deepEqual(await page.evaluate(() => globalThis.violations), []);
   } finally {
     await page.context().close();
@@ -119,7 +122,8 @@ test('AnUploadShowsItsProgressAndStops', () =>
     const moved = await page.waitForFunction(() => {
       const find = (root) => {
         for (const element of root.querySelectorAll('*')) {
-          if (element.localName === 'progress' && element.value > 0 && element.value < element.max) return element.value;
+          if (element.localName === 'progress' && element.value > 0 && element.value < element.max)
+            return element.value;
           const inner = element.shadowRoot && find(element.shadowRoot);
           if (inner) return inner;
         }
@@ -156,7 +160,9 @@ test('FamiliesAreRegisteredByKeysWithProgressAndVerdict', () =>
     await page.exposeFunction('noteStage', (text) => stages.add(text));
     await page.evaluate(() => {
       setInterval(() => {
-        const jobs = document.querySelector('lb-page')?.shadowRoot.querySelector('lb-jobs')?.shadowRoot;
+        const jobs = document
+          .querySelector('lb-page')
+          ?.shadowRoot.querySelector('lb-jobs')?.shadowRoot;
         const list = jobs?.querySelector('lb-operations')?.shadowRoot;
         for (const job of list?.querySelectorAll('lb-job') ?? []) {
           const stage = job.shadowRoot.querySelector('.stage');
@@ -177,7 +183,10 @@ test('FamiliesAreRegisteredByKeysWithProgressAndVerdict', () =>
     const { verdict } = json.reports[0];
     await verdicts.getByText(verdict.reason).waitFor();
     await verdicts.getByText('All figures').click();
-    await verdicts.getByText(`${(100 * verdict.coveredShare).toFixed(1)} %`).first().waitFor();
+    await verdicts
+      .getByText(`${(100 * verdict.coveredShare).toFixed(1)} %`)
+      .first()
+      .waitFor();
     await verdicts.getByRole('button', { name: 'Go to the worst place' }).click();
     await page.waitForURL(/#view\?.*family=/);
     const pane = await waitFor(page, ({ shown }) => shown > 0);
@@ -190,7 +199,12 @@ test('FamiliesAreRegisteredByKeysWithProgressAndVerdict', () =>
 test('RegistrationsAreCancelled', () =>
   withJobs('operations', async (page) => {
     const id = fresh('family');
-    const body = { familyId: id, source: clips[0], targets: [clips[1]], options: { maxIterations: 200 } };
+    const body = {
+      familyId: id,
+      source: clips[0],
+      targets: [clips[1]],
+      options: { maxIterations: 200 },
+    };
     await api('/v1/families', { method: 'POST', body });
     const job = card(page, id, 'Registration');
     await job.getByRole('button', { name: 'Cancel' }).click({ timeout: 15_000 });
@@ -231,7 +245,9 @@ test('VersionsAreRefinedComparedAndRolledBack', () =>
     await versions.getByText('No version before this one').waitFor();
     await versions.getByLabel('Iterations').fill('1');
     await versions.getByRole('button', { name: 'Refine' }).click();
-    await card(page, id, 'Registration').getByText('done', { exact: true }).waitFor({ timeout: 60_000 });
+    await card(page, id, 'Registration')
+      .getByText('done', { exact: true })
+      .waitFor({ timeout: 60_000 });
     assert.equal((await api(`/v1/families/${id}`)).json.version, '2');
     await page.goto(`${baseUrl}/#jobs?show=families&family=${id}`);
     await versions.getByRole('button', { name: 'Publish again' }).click();
@@ -253,8 +269,16 @@ const markup = '<img src=x onerror="globalThis.hacked=1"><script>globalThis.hack
 
 test('HostileNamesNotesAndErrorsAreText', () =>
   withJobs('operations', async (page) => {
-    const animation = { name: `animations/${markup}`, state: 'FAILED', error: { code: 3, message: markup }, notes: [markup] };
-    const report = { target: animation.name, verdict: { grade: 'DOUBTFUL', reason: markup, worst: { position: {} } } };
+    const animation = {
+      name: `animations/${markup}`,
+      state: 'FAILED',
+      error: { code: 3, message: markup },
+      notes: [markup],
+    };
+    const report = {
+      target: animation.name,
+      verdict: { grade: 'DOUBTFUL', reason: markup, worst: { position: {} } },
+    };
     const hypothesis = { pairing: markup, cost: 1 };
     const family = {
       name: `families/${markup}`,
@@ -268,24 +292,46 @@ test('HostileNamesNotesAndErrorsAreText', () =>
     const metadata = {
       '@type': 'type.googleapis.com/liquidblend.v1.RegisterFamilyMetadata',
       family: family.name,
-      progress: { stage: markup, waitingFor: markup, worker: markup, lastFailure: { code: 3, message: markup } },
+      progress: {
+        stage: markup,
+        waitingFor: markup,
+        worker: markup,
+        lastFailure: { code: 3, message: markup },
+      },
     };
     const operations = [
       { name: 'operations/a', metadata },
       { name: 'operations/b', metadata, done: true, error: { code: 3, message: markup } },
     ];
-    await page.route(/\/v1\/animations(\?|$)/, (route) => route.fulfill({ json: { animations: [animation] } }));
-    await page.route(/\/v1\/families(\?|$)/, (route) => route.fulfill({ json: { families: [family] } }));
+    await page.route(/\/v1\/animations(\?|$)/, (route) =>
+      route.fulfill({ json: { animations: [animation] } }),
+    );
+    await page.route(/\/v1\/families(\?|$)/, (route) =>
+      route.fulfill({ json: { families: [family] } }),
+    );
     await page.route(/\/v1\/families\/./, (route) => route.fulfill({ json: family }));
     await page.route(/\/v1\/operations(\?|$)/, (route) => route.fulfill({ json: { operations } }));
-    await page.route(/:watch/, (route) => route.fulfill({ contentType: 'application/x-ndjson', body: `${JSON.stringify(operations[0])}\n` }));
+    await page.route(/:watch/, (route) =>
+      route.fulfill({
+        contentType: 'application/x-ndjson',
+        body: `${JSON.stringify(operations[0])}\n`,
+      }),
+    );
     await page.goto('about:blank');
-    for (const view of ['operations', 'animations', `families&family=${encodeURIComponent(markup)}`, 'register']) {
+    for (const view of [
+      'operations',
+      'animations',
+      `families&family=${encodeURIComponent(markup)}`,
+      'register',
+    ]) {
       await page.goto(`${baseUrl}/#jobs?show=${view}`);
       if (view !== 'register') await page.locator('main').getByText('onerror').first().waitFor();
       await page.waitForTimeout(100);
       assert.equal(await page.evaluate(() => globalThis.hacked), undefined);
       assert.equal(await page.locator('img').count(), 0);
-      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), view);
+      assert.ok(
+        await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth),
+        view,
+      );
     }
   }));

@@ -15,7 +15,11 @@ export async function api(path, { method = 'GET', body, type = 'application/json
   const headers = token ? { Authorization: `Bearer ${token}` } : {};
   if (body !== undefined) headers['Content-Type'] = type;
   const json = body !== undefined && type === 'application/json';
-  const response = await fetch(baseUrl + path, { method, headers, body: json ? JSON.stringify(body) : body });
+  const response = await fetch(baseUrl + path, {
+    method,
+    headers,
+    body: json ? JSON.stringify(body) : body,
+  });
   const isJson = (response.headers.get('content-type') ?? '').includes('json');
   return { status: response.status, json: isJson ? await response.json() : undefined, response };
 }
@@ -39,11 +43,19 @@ async function begin(path, options) {
 export async function ensureAnimation(id, folder) {
   if ((await api(`/v1/animations/${id}`)).status === 200) return;
   const files = readdirSync(folderOf(folder));
-  const body = execFileSync('tar', ['--format=ustar', '-cf', '-', '-C', folderOf(folder), ...files], {
-    maxBuffer: 1 << 28,
-  });
+  const body = execFileSync(
+    'tar',
+    ['--format=ustar', '-cf', '-', '-C', folderOf(folder), ...files],
+    {
+      maxBuffer: 1 << 28,
+    },
+  );
   const query = `header.animationId=${id}&header.numFiles=${files.length}`;
-  await begin(`/v1/animations:upload?${query}`, { method: 'POST', body, type: 'application/x-tar' });
+  await begin(`/v1/animations:upload?${query}`, {
+    method: 'POST',
+    body,
+    type: 'application/x-tar',
+  });
 }
 
 /** Registers a family. `request`: a RegisterFamilyRequest without its id. */
@@ -66,12 +78,20 @@ export async function ensureClips() {
 /** A family with four points of two parameters, two triangles. */
 export async function ensurePadFamily() {
   const [source, ...targets] = await ensureClips();
-  const values = [[0.5, 20], [1, 20], [0.6, 60], [1.2, 55]];
+  const values = [
+    [0.5, 20],
+    [1, 20],
+    [0.6, 60],
+    [1.2, 55],
+  ];
   return ensureFamily('e2e_pad', {
     source,
     targets,
     options: { maxIterations: 2 },
     spaceTime: { coarserLevels: 0 },
-    parameterSpace: { names: ['wall_width', 'place'], points: values.map((one) => ({ values: one })) },
+    parameterSpace: {
+      names: ['wall_width', 'place'],
+      points: values.map((one) => ({ values: one })),
+    },
   });
 }

@@ -23,13 +23,18 @@ async function withPad(act, options = {}, fields = {}) {
 
 /** The point and weights that the pad shows, of the source first. */
 async function shown(page) {
-  const values = await page.locator('lb-pad input[type=number]').evaluateAll((inputs) => inputs.map((i) => Number(i.value)));
+  const values = await page
+    .locator('lb-pad input[type=number]')
+    .evaluateAll((inputs) => inputs.map((i) => Number(i.value)));
   const weights = await page.locator('lb-pad dl.weights dd').allTextContents();
   return { values, weights: weights.map(Number) };
 }
 
 async function serverWeights(parameters, extrapolate = false) {
-  const query = new URLSearchParams({ parameters, ...(extrapolate ? { extrapolate: 'true' } : {}) });
+  const query = new URLSearchParams({
+    parameters,
+    ...(extrapolate ? { extrapolate: 'true' } : {}),
+  });
   const { response } = await api(`/v1/families/${family}/frame.drc?${query}`);
   assert.equal(response.status, 200);
   return response.headers.get('x-liquidblend-weights').split(',').map(Number);
@@ -50,20 +55,34 @@ test('PadDrawsTheServersTriangles', () =>
     const { json } = await api(`/v1/families/${family}`);
     const { simplices } = json.parameterSpace;
     assert.equal(simplices.length, 2);
-    const places = await picture.locator('circle.point').evaluateAll((all) =>
-      all.map((one) => `${one.getAttribute('cx')},${one.getAttribute('cy')}`),
+    const places = await picture
+      .locator('circle.point')
+      .evaluateAll((all) =>
+        all.map((one) => `${one.getAttribute('cx')},${one.getAttribute('cy')}`),
+      );
+    const areas = await picture
+      .locator('polygon.area')
+      .evaluateAll((all) => all.map((one) => one.getAttribute('points')));
+    assert.deepEqual(
+      areas,
+      simplices.map(({ animations }) => animations.map((index) => places[index]).join(' ')),
     );
-    const areas = await picture.locator('polygon.area').evaluateAll((all) => all.map((one) => one.getAttribute('points')));
-    assert.deepEqual(areas, simplices.map(({ animations }) => animations.map((index) => places[index]).join(' ')));
     assert.equal(await picture.locator('line.hull').count(), 4);
     assert.equal(await picture.locator('line.inner').count(), 1);
     const labels = await picture.locator('text.label').allTextContents();
-    assert.deepEqual(labels, [0, 1, 2, 3].map((i) => `e2e_clip_${i}`));
+    assert.deepEqual(
+      labels,
+      [0, 1, 2, 3].map((i) => `e2e_clip_${i}`),
+    );
   }));
 
 test('PadAsksForTheServersWeights', () =>
   withPad(async (page, picture) => {
-    for (const end of [[0.4, 0.5], [0.55, 0.55], [0.6, 0.35]]) {
+    for (const end of [
+      [0.4, 0.5],
+      [0.55, 0.55],
+      [0.6, 0.35],
+    ]) {
       await drag(page, picture, [[0.45, 0.6], end]);
       await page.waitForURL(/[&?]p=/);
       await page.waitForTimeout(500);
@@ -71,8 +90,12 @@ test('PadAsksForTheServersWeights', () =>
       const [width, place] = state.point;
       const expected = await serverWeights(`wall_width=${width},place=${place}`);
       const { lastShown } = await settled(page);
-      lastShown.weights.forEach((weight, i) => assert.ok(Math.abs(weight - expected[i]) < 1e-6, `${lastShown.weights}`));
-      state.weights.forEach((weight, i) => assert.ok(Math.abs(weight - expected[i]) < 1e-6, `${state.weights}`));
+      lastShown.weights.forEach((weight, i) =>
+        assert.ok(Math.abs(weight - expected[i]) < 1e-6, `${lastShown.weights}`),
+      );
+      state.weights.forEach((weight, i) =>
+        assert.ok(Math.abs(weight - expected[i]) < 1e-6, `${state.weights}`),
+      );
       const { values, weights } = await shown(page);
       assert.ok(Math.abs(values[0] - width) < 1e-6 && Math.abs(values[1] - place) < 1e-5);
       weights.slice(1).forEach((weight, i) => assert.ok(Math.abs(weight - expected[i]) < 1e-4));
@@ -84,10 +107,16 @@ test('PadMovesTheFrameWhileItPlays', () =>
     async (page, picture) => {
       await waitFor(page, (pane) => pane.playing && pane.shown > 3);
       const before = await counters(page);
-      await drag(page, picture, [[0.3, 0.6], [0.55, 0.5], [0.5, 0.35]]);
+      await drag(page, picture, [
+        [0.3, 0.6],
+        [0.55, 0.5],
+        [0.5, 0.35],
+      ]);
       await page.waitForFunction(() => {
         const { state, panes } = globalThis.liquidblend;
-        return panes[0].lastShown.weights.every((weight, i) => Math.abs(weight - state.weights[i]) < 1e-5);
+        return panes[0].lastShown.weights.every(
+          (weight, i) => Math.abs(weight - state.weights[i]) < 1e-5,
+        );
       });
       const after = await counters(page);
       assert.equal(after.playing, true);
@@ -100,9 +129,12 @@ test('PadMovesTheFrameWhileItPlays', () =>
 
 test('PadMarksWhatIsOutsideAndExtrapolatesOnlyIfToldTo', () =>
   withPad(async (page, picture) => {
-    await drag(page, picture, [[0.5, 0.5], [0.94, 0.55]]);
+    await drag(page, picture, [
+      [0.5, 0.5],
+      [0.94, 0.55],
+    ]);
     const note = page.locator('lb-pad p.note');
-    await note.filter({ hasText: "nearest point is shown" }).waitFor();
+    await note.filter({ hasText: 'nearest point is shown' }).waitFor();
     assert.equal(await picture.locator('g.marker.outside').count(), 1);
     assert.equal(await picture.locator('circle.used').count(), 1, 'both places are marked');
     let pane = await settled(page);
@@ -113,7 +145,10 @@ test('PadMarksWhatIsOutsideAndExtrapolatesOnlyIfToldTo', () =>
     await page.waitForURL(/beyond=1/);
     pane = await waitFor(page, ({ lastShown, settled }) => settled && lastShown.extrapolated);
     const { state } = await page.evaluate(() => globalThis.liquidblend);
-    const expected = await serverWeights(`wall_width=${state.point[0]},place=${state.point[1]}`, true);
+    const expected = await serverWeights(
+      `wall_width=${state.point[0]},place=${state.point[1]}`,
+      true,
+    );
     pane.lastShown.weights.forEach((weight, i) => assert.ok(Math.abs(weight - expected[i]) < 1e-6));
     const { weights } = await shown(page);
     weights.slice(1).forEach((weight, i) => assert.ok(Math.abs(weight - expected[i]) < 1e-4));
@@ -128,7 +163,10 @@ test('PadIsDrivenByKeysAndNumbers', () =>
     await page.keyboard.press('Enter');
     await page.waitForURL(/p=0\.8,35/);
     const expected = await serverWeights('wall_width=0.8,place=35');
-    const { lastShown } = await waitFor(page, ({ settled, lastShown: { weights } }) => settled && weights[0] > 0);
+    const { lastShown } = await waitFor(
+      page,
+      ({ settled, lastShown: { weights } }) => settled && weights[0] > 0,
+    );
     lastShown.weights.forEach((weight, i) => assert.ok(Math.abs(weight - expected[i]) < 1e-6));
     await picture.locator('g.marker').focus();
     await page.keyboard.press('ArrowRight');
@@ -142,7 +180,10 @@ test('PadSnapsToAnimations', () =>
     const box = await picture.locator('circle.point').nth(2).boundingBox();
     await page.mouse.click(box.x + box.width / 2 + 2, box.y + box.height / 2 + 2);
     await page.waitForURL(/p=0\.6,60/);
-    const { lastShown } = await waitFor(page, ({ settled, lastShown: { weights } }) => settled && weights[1] > 0);
+    const { lastShown } = await waitFor(
+      page,
+      ({ settled, lastShown: { weights } }) => settled && weights[1] > 0,
+    );
     assert.deepEqual(lastShown.weights, [0, 1, 0]);
   }));
 
@@ -153,7 +194,10 @@ test('PadIsInTheUrl', () =>
       const { lastShown } = await settled(page);
       const expected = await serverWeights('wall_width=0.8,place=35');
       lastShown.weights.forEach((weight, i) => assert.ok(Math.abs(weight - expected[i]) < 1e-6));
-      await page.getByRole('slider', { name: /^Weight of/ }).first().press('ArrowRight');
+      await page
+        .getByRole('slider', { name: /^Weight of/ })
+        .first()
+        .press('ArrowRight');
       await page.waitForURL((url) => !/[&?]p=/.test(url.href));
     },
     {},

@@ -46,7 +46,8 @@ export class Again {
       this.run = { job, before, versionBefore: family.version };
       this.events.changed();
       await this.follow(this.run, signal);
-      if (this.run.job.state === 'done') this.events.published(await getFamily(family.name, 0n, signal));
+      if (this.run.job.state === 'done')
+        this.events.published(await getFamily(family.name, 0n, signal));
     } catch (error) {
       if (!isAbort(error)) this.error = toApiError(error);
     }

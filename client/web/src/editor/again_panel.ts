@@ -5,6 +5,7 @@ import { toApiError, type ApiError } from '../api/errors.ts';
 import { shortName } from '../api/names.ts';
 import { cancelJob } from '../api/operations.ts';
 import '../base/error_message.ts';
+import { checkedOf, textOf } from '../base/events.ts';
 import { controls } from '../base/styles.ts';
 import { gradeWords, leftText, progressFigures, stageText } from '../jobs/words.ts';
 import type { Residual } from './correspondences.ts';
@@ -27,7 +28,8 @@ export class AgainPanel extends LitElement {
       .row { display: flex; flex-wrap: wrap; gap: 6px 10px; align-items: center; font-size: 13px; }
       label { display: inline-flex; gap: 6px; align-items: center; }
       input[type='number'] { width: 72px; }
-      progress { appearance: none; width: 100%; height: 8px; border: 0; border-radius: 4px; overflow: hidden;
+      progress { appearance: none; width: 100%; height: 8px; border: 0; border-radius: 4px;
+        overflow: hidden;
         background: var(--accent-soft); }
       progress::-webkit-progress-bar { background: var(--accent-soft); }
       progress::-webkit-progress-value { background: var(--accent); }
@@ -47,7 +49,8 @@ export class AgainPanel extends LitElement {
       .kept { color: var(--good); }
       .good { color: var(--good); } .doubtful { color: var(--warn); } .bad { color: var(--bad); }
       a.button { display: inline-flex; align-items: center; min-height: 32px; padding: 4px 10px;
-        border: 1px solid var(--line); border-radius: 6px; background: var(--raised); color: var(--text);
+        border: 1px solid var(--line); border-radius: 6px; background: var(--raised);
+        color: var(--text);
         text-decoration: none; }
     `,
   ];
@@ -78,20 +81,24 @@ export class AgainPanel extends LitElement {
       <div class="row">
         <select aria-label="How to register again" @change=${this.onMode}>
           <option value="refine" .selected=${!this.fromScratch}>Refine: for details</option>
-          <option value="scratch" .selected=${this.fromScratch}>From scratch: if all is wrong</option>
+          <option value="scratch" .selected=${this.fromScratch}>From scratch: if all is
+            wrong</option>
         </select>
         <label>Iterations
           <input type="number" min="1" max="200" placeholder=${this.fromScratch ? '16' : '6'} />
         </label>
         <label>
           <input type="checkbox" .checked=${model.findsPairs && !drops} ?disabled=${drops}
-            @change=${(event: Event) => model.set({ findsPairs: (event.target as HTMLInputElement).checked })} />
+            @change=${(event: Event) => model.set({ findsPairs: checkedOf(event) })} />
           Also find pairs by itself
         </label>
       </div>
-      ${drops
-        ? html`<p>You dropped some of the pairs that were found. The others are sent as your own.</p>`
-        : nothing}
+      ${
+        drops
+          ? html`<p>You dropped some of the pairs that were found. The others are sent as your
+            own.</p>`
+          : nothing
+      }
       <div class="row">
         <button class="primary" ?disabled=${busy} @click=${this.onRegister}>
           Register again with ${this.numSent} ${this.numSent === 1 ? 'pair' : 'pairs'}
@@ -99,7 +106,8 @@ export class AgainPanel extends LitElement {
         ${busy && run ? html`<button @click=${() => this.cancel(run)}>Cancel</button>` : nothing}
       </div>
       <lb-error .error=${error ?? this.cancelError ?? run?.job.error}></lb-error>
-      ${run?.job.error ? html`<p>Numbers in messages count from 0: ${sentNumbers(model.list)}.</p>` : nothing}
+      ${run?.job.error ? html`<p>Numbers in messages count from 0:
+        ${sentNumbers(model.list)}.</p>` : nothing}
       ${run ? this.renderRun(run) : nothing}
     `;
   }
@@ -115,9 +123,12 @@ export class AgainPanel extends LitElement {
 
   private renderProgress({ job: { progress } }: Run) {
     return html`
-      <div class="stage" role="status"><span>${stageText(progress)}</span><span>${leftText(progress)}</span></div>
-      <progress max="1" .value=${progress?.fraction ?? 0} aria-label="Progress of the registration"></progress>
-      <dl>${progressFigures(progress).map(({ name, value }) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
+      <div class="stage" role="status">
+      <span>${stageText(progress)}</span><span>${leftText(progress)}</span></div>
+      <progress max="1" .value=${progress?.fraction ?? 0}
+        aria-label="Progress of the registration"></progress>
+      <dl>${progressFigures(progress).map(({ name, value }) => html`<div><dt>${name}</dt>
+      <dd>${value}</dd></div>`)}</dl>
     `;
   }
 
@@ -125,17 +136,25 @@ export class AgainPanel extends LitElement {
     const { family, list } = this.model;
     const { kind, title } = gradeWords(job.grade);
     const id = encodeURIComponent(shortName(family?.name ?? ''));
-    const weights = (family?.targets ?? []).map((_, target) => (target === this.model.target ? 0.5 : 0)).join(',');
+    const weights = (family?.targets ?? [])
+      .map((_, target) => (target === this.model.target ? 0.5 : 0))
+      .join(',');
     const beside = `#view?family=${id}&beside=version.${versionBefore}&w=${weights}&play=1`;
     return html`
       <p role="status">Version ${job.version} is published: <span class=${kind}>${title}</span>.</p>
-      <div class="row"><a class="button" href=${beside}>Compare versions ${versionBefore} and ${job.version}</a></div>
-      ${list.pairs.length
-        ? html`<table aria-label="Pairs before and after">
-            <thead><tr><th scope="col">Pair</th><th scope="col">before</th><th scope="col">after</th><td></td></tr></thead>
-            <tbody>${list.pairs.map(({ number, check }) => this.renderRow(number, check, before.get(number)))}</tbody>
+      <div class="row"><a class="button" href=${beside}>Compare versions ${versionBefore} and
+        ${job.version}</a></div>
+      ${
+        list.pairs.length
+          ? html`<table aria-label="Pairs before and after">
+            <thead><tr><th scope="col">Pair</th><th scope="col">before</th>
+            <th scope="col">after</th><td></td></tr></thead>
+            <tbody>${list.pairs.map(({ number, check }) =>
+              this.renderRow(number, check, before.get(number)),
+            )}</tbody>
           </table>`
-        : nothing}
+          : nothing
+      }
     `;
   }
 
@@ -149,7 +168,7 @@ export class AgainPanel extends LitElement {
   }
 
   private onMode(event: Event): void {
-    this.fromScratch = (event.target as HTMLSelectElement).value === 'scratch';
+    this.fromScratch = textOf(event) === 'scratch';
   }
 
   private onRegister(): void {

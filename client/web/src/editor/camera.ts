@@ -63,7 +63,9 @@ export class Camera {
   rayThrough({ x, y }: Pixel): Ray {
     const right = ((2 * x - this.width) / this.height) * tangent;
     const up = (1 - (2 * y) / this.height) * tangent;
-    const direction = unit(plus(plus(plus([0, 0, 0], this.back, -1), this.right, right), this.up, up));
+    const direction = unit(
+      plus(plus(plus([0, 0, 0], this.back, -1), this.right, right), this.up, up),
+    );
     return { origin: this.toWorld(this.eye), direction: this.toWorld(direction) };
   }
 

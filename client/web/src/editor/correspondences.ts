@@ -8,7 +8,13 @@ import {
   type Event,
   type Family,
 } from '../generated/liquidblend/v1/liquidblend_pb.ts';
-import { distanceBetween, type Kind, type SpaceTime, type Vector, type WholePair } from './pairs.ts';
+import {
+  distanceBetween,
+  type Kind,
+  type SpaceTime,
+  type Vector,
+  type WholePair,
+} from './pairs.ts';
 
 /** How far a registration leaves a pair from where it should be. */
 export interface Residual {
@@ -93,7 +99,9 @@ export function automaticPairs(family: Family, target: number): AutomaticPair[] 
 
 function isNear(a: SpaceTime, b: SpaceTime): boolean {
   const size = 1 + Math.hypot(...(a.position as Vector));
-  return distanceBetween(a.position, b.position) < 1e-5 * size && Math.abs(a.timeS - b.timeS) < 1e-4;
+  return (
+    distanceBetween(a.position, b.position) < 1e-5 * size && Math.abs(a.timeS - b.timeS) < 1e-4
+  );
 }
 
 /** What the family's registration says of each pair, by its number. It rounds what it is given. */
@@ -107,7 +115,10 @@ export function registeredResiduals(
   for (const report of reportsOf(family, target, false)) {
     const was = toPair(report.correspondence);
     const at = left.findIndex(
-      (pair) => pair.kind === was.kind && isNear(pair.source, was.source) && isNear(pair.target, was.target),
+      (pair) =>
+        pair.kind === was.kind &&
+        isNear(pair.source, was.source) &&
+        isNear(pair.target, was.target),
     );
     if (at < 0) continue;
     const [pair] = left.splice(at, 1);

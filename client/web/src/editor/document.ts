@@ -35,7 +35,13 @@ function rounded({ position, timeS }: SpaceTime): SpaceTime {
 function withSent(list: PairList, family: Family, target: number): PairList {
   if (!list.dropped.length) return list;
   const kept = automaticPairs(family, target).filter(({ key }) => !list.dropped.includes(key));
-  return { ...appendPairs(list, kept.map(({ pair }) => pair)), dropped: [] };
+  return {
+    ...appendPairs(
+      list,
+      kept.map(({ pair }) => pair),
+    ),
+    dropped: [],
+  };
 }
 
 export class PairDocument {

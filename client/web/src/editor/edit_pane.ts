@@ -22,6 +22,10 @@ const clickPixels = 4;  // a pointer that moves further drags
 const keyPixels = 6;
 const finePixels = 1;
 
+const canvasKeys =
+  'Enter marks the place in the middle. Arrow keys turn the picture, with Shift they move it, ' +
+  'plus and minus zoom.';
+
 const arrows: Record<string, Pixel> = {
   ArrowLeft: { x: -1, y: 0 },
   ArrowRight: { x: 1, y: 0 },
@@ -82,7 +86,8 @@ export class EditPane extends LitElement {
       this.onModel();
       this.onMove();
     } catch (error) {
-      this.broken = `This browser cannot draw it: ${error instanceof Error ? error.message : error}`;
+      const why = error instanceof Error ? error.message : String(error);
+      this.broken = `This browser cannot draw it: ${why}`;
     }
   }
 
@@ -112,7 +117,7 @@ export class EditPane extends LitElement {
         <canvas
           tabindex="0"
           role="application"
-          aria-label=${`${side}: ${name}. Enter marks the place in the middle. Arrow keys turn the picture, with Shift they move it, plus and minus zoom.`}
+          aria-label=${`${side}: ${name}. ${canvasKeys}`}
           @pointerdown=${this.onPointerDown}
           @pointerup=${this.onPointerUp}
           @keydown=${this.onCanvasKey}
@@ -137,7 +142,11 @@ export class EditPane extends LitElement {
     return html`<svg role="group" aria-label=${`Markers of the ${this.side}`}>
       <path class="cross" d=${cross} />
       ${this.pairs().map((pair) => renderPath(this.pathOf(pair), pair.number, camera))}
-      ${repeat(this.marks(camera), ({ id }) => id, (mark) => renderMark(mark, this.isChosen(mark), this.markEvents))}
+      ${repeat(
+        this.marks(camera),
+        ({ id }) => id,
+        (mark) => renderMark(mark, this.isChosen(mark), this.markEvents),
+      )}
     </svg>`;
   }
 
@@ -199,7 +208,9 @@ export class EditPane extends LitElement {
   }
 
   private placeOf(pair: Pair, place: SpaceTime): Vector {
-    return pair.kind === 'TRAJECTORY' ? placeAt(this.pathOf(pair), place, this.timeS) : place.position;
+    return pair.kind === 'TRAJECTORY'
+      ? placeAt(this.pathOf(pair), place, this.timeS)
+      : place.position;
   }
 
   private onModel(): void {
@@ -312,16 +323,19 @@ export class EditPane extends LitElement {
     else this.goTo(mark);
   }
 
-  // To the part of the surface that the place is on already, even if another one hides it. The first
-  // key only shows the place's time.
+  // To the part of the surface that the place is on already, even if another one hides it. The
+  // first key only shows the place's time.
   private nudge(mark: Mark, way: Pixel, pixels: number): void {
     const pair = pairOf(this.model.list, mark.number);
     const place = pair?.[this.side];
     if (!pair || !place) return;
-    if (Math.abs(place.timeS - this.timeS) > this.model.frameS(this.side) / 2) return this.goTo(mark);
+    if (Math.abs(place.timeS - this.timeS) > this.model.frameS(this.side) / 2)
+      return this.goTo(mark);
     const pixel = { x: mark.x + way.x * pixels, y: mark.y + way.y * pixels };
-    const position = this.picture?.placeAt(pixel, place.position) ?? this.besideSurface(pixel, pair);
-    if (position) this.model.pairs.movePlace(pair.number, this.side, { position, timeS: this.timeS });
+    const position =
+      this.picture?.placeAt(pixel, place.position) ?? this.besideSurface(pixel, pair);
+    if (position)
+      this.model.pairs.movePlace(pair.number, this.side, { position, timeS: this.timeS });
   }
 }
 

@@ -133,6 +133,10 @@ export class EditPicture {
     const { triangles } = stage.surface;
     const position = triangles.getAttribute('position');
     if (!position || !triangles.index) return undefined;
-    return { positions: position.array, indices: triangles.index.array, count: 3 * shown.counts.triangles };
+    return {
+      positions: position.array,
+      indices: triangles.index.array,
+      count: 3 * shown.counts.triangles,
+    };
   }
 }

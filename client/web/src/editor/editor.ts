@@ -5,6 +5,7 @@ import { repeat } from 'lit/directives/repeat.js';
 import { ApiError, toApiError } from '../api/errors.ts';
 import { shortName } from '../api/names.ts';
 import '../base/error_message.ts';
+import { checkedOf, textOf } from '../base/events.ts';
 import { pageLocation, type PageLocation } from '../base/hash_location.ts';
 import { icons } from '../base/icons.ts';
 import '../base/menu.ts';
@@ -78,18 +79,25 @@ export class Editor extends LitElement {
         <h2>${family ? shortName(family.name) : 'Editor'}</h2>
         ${family ? this.renderTools() : nothing}
       </div>
-      ${family?.version
-        ? html`<div class="panes">
-              ${repeat(sides, (side) => side, (side) => html`<lb-edit-pane .model=${model} .side=${side}></lb-edit-pane>`)}
+      ${
+        family?.version
+          ? html`<div class="panes">
+              ${repeat(
+                sides,
+                (side) => side,
+                (side) => html`<lb-edit-pane .model=${model} .side=${side}></lb-edit-pane>`,
+              )}
             </div>
             <div class="side">
               <lb-again .model=${model}></lb-again>
               <lb-pairs .model=${model}></lb-pairs>
             </div>`
-        : html`<div class="empty">
-            ${model.error ? nothing : html`<p>Choose a family from the lists to mark what belongs together in it.</p>`}
+          : html`<div class="empty">
+            ${model.error ? nothing : html`<p>Choose a family from the lists to mark what belongs
+              together in it.</p>`}
             <lb-error .error=${model.error}></lb-error>
-          </div>`}
+          </div>`
+      }
       <lb-shortcuts></lb-shortcuts>
     `;
   }
@@ -101,7 +109,9 @@ export class Editor extends LitElement {
       <div class="group" role="group" aria-label="New pairs">
         <select aria-label="Kind of new pairs" @change=${this.onKind}>
           ${(['POINT', 'TRAJECTORY', 'SPACE'] as Kind[]).map(
-            (kind) => html`<option value=${kind} .selected=${kind === model.habit.kind}>${kind.toLowerCase()}</option>`,
+            (kind) =>
+              html`<option value=${kind}
+                .selected=${kind === model.habit.kind}>${kind.toLowerCase()}</option>`,
           )}
         </select>
         ${this.renderHabit('hard', 'Hard')} ${this.renderHabit('check', 'Check pair')}
@@ -110,14 +120,18 @@ export class Editor extends LitElement {
       <lb-error .error=${this.fileError}></lb-error>
       <div class="group">
         <label><input type="checkbox" .checked=${model.oneCamera}
-          @change=${(event: Event) => model.setOneCamera((event.target as HTMLInputElement).checked)} /> One camera</label>
-        <button ?disabled=${!model.pairs.canUndo} title="Undo (Ctrl+Z)" @click=${() => model.pairs.undo()}>Undo</button>
-        <button ?disabled=${!model.pairs.canRedo} title="Do again (Ctrl+Shift+Z)" @click=${() => model.pairs.redo()}>Redo</button>
+          @change=${(event: Event) => model.setOneCamera(checkedOf(event))} /> One camera</label>
+        <button ?disabled=${!model.pairs.canUndo} title="Undo (Ctrl+Z)"
+          @click=${() => model.pairs.undo()}>Undo</button>
+        <button ?disabled=${!model.pairs.canRedo} title="Do again (Ctrl+Shift+Z)"
+          @click=${() => model.pairs.redo()}>Redo</button>
         ${this.renderFiles()}
-        <button class="icon-button" aria-label="Fit into view" title="Fit into view (f)" @click=${() => model.fit()}>
+        <button class="icon-button" aria-label="Fit into view" title="Fit into view (f)"
+          @click=${() => model.fit()}>
           ${icons.reset}
         </button>
-        <button class="icon-button" aria-label="Keys" title="Keys (?)" @click=${() => this.shortcuts.open()}>
+        <button class="icon-button" aria-label="Keys" title="Keys (?)"
+          @click=${() => this.shortcuts.open()}>
           ${icons.help}
         </button>
       </div>
@@ -127,24 +141,28 @@ export class Editor extends LitElement {
   private renderTargets() {
     const { family, target } = this.model;
     if (!family || family.targets.length < 2) return nothing;
-    const choose = (event: Event) => this.model.setTarget(Number((event.target as HTMLSelectElement).value));
+    const choose = (event: Event) =>
+      this.model.setTarget(Number(textOf(event)));
     return html`<select aria-label="Target" @change=${choose}>
       ${family.targets.map(
-        (name, index) => html`<option value=${index} .selected=${index === target}>${shortName(name)}</option>`,
+        (name, index) =>
+          html`<option value=${index} .selected=${index === target}>${shortName(name)}</option>`,
       )}
     </select>`;
   }
 
   private renderHabit(which: 'hard' | 'check', name: string) {
     const on = this.model.habit[which];
-    return html`<button aria-pressed=${on ? 'true' : 'false'} @click=${() => this.model.setHabit({ [which]: !on })}>
+    return html`<button aria-pressed=${on ? 'true' : 'false'}
+      @click=${() => this.model.setHabit({ [which]: !on })}>
       ${name}
     </button>`;
   }
 
   private renderFiles() {
     return html`
-      <input type="file" accept=".json,application/json" aria-label="File of pairs" hidden @change=${this.onFile} />
+      <input type="file" accept=".json,application/json" aria-label="File of pairs" hidden
+        @change=${this.onFile} />
       <lb-menu label="File">
         <button @click=${() => this.choose(false)}>Import pairs</button>
         <button @click=${() => this.export(false)}>Export pairs</button>
@@ -155,7 +173,7 @@ export class Editor extends LitElement {
   }
 
   private onKind(event: Event): void {
-    this.model.setHabit({ kind: (event.target as HTMLSelectElement).value as Kind });
+    this.model.setHabit({ kind: textOf(event) as Kind });
   }
 
   private read(place: PageLocation): void {

@@ -20,11 +20,15 @@ const acts: Record<string, Act> = {
   Delete: ofSelected((model, number) => model.deletePair(number)),
   Backspace: ofSelected((model, number) => model.deletePair(number)),
   x: ofSelected((model, number) => model.pairs.toggleEnabled(number)),
-  h: ofSelected((model, number) => model.pairs.patchPair(number, { hard: !pairOf(model.list, number)!.hard })),
+  h: ofSelected((model, number) =>
+    model.pairs.patchPair(number, { hard: !pairOf(model.list, number)!.hard }),
+  ),
   t: ofSelected((model, number) =>
     model.pairs.patchPair(number, { kind: nextKind[pairOf(model.list, number)!.kind] }),
   ),
-  c: ofSelected((model, number) => model.pairs.patchPair(number, { check: !pairOf(model.list, number)!.check })),
+  c: ofSelected((model, number) =>
+    model.pairs.patchPair(number, { check: !pairOf(model.list, number)!.check }),
+  ),
   e: ofSelected((model, number) => model.pairs.endAt(number, model.times.source)),
   n: (model) => model.step(1),
   p: (model) => model.step(-1),
@@ -36,7 +40,8 @@ const acts: Record<string, Act> = {
 };
 
 function isField(element: EventTarget | undefined): boolean {
-  if (element instanceof HTMLInputElement) return element.type !== 'range' && element.type !== 'checkbox';
+  if (element instanceof HTMLInputElement)
+    return element.type !== 'range' && element.type !== 'checkbox';
   return (
     element instanceof HTMLSelectElement ||
     element instanceof HTMLTextAreaElement ||

@@ -24,8 +24,10 @@ function classesOf({ pair, number }: Mark, chosen: boolean): string {
 // Hard: a square. Space: a diamond. Soft points and trajectories: a circle.
 function bodyOf({ number, colour, pair: { kind, hard } }: Mark) {
   if (!number) return svg`<circle class="body" fill=${colour} r="5" />`;
-  if (kind === 'SPACE') return svg`<path class="body" fill=${colour} d="M0 -11L11 0L0 11L-11 0z" />`;
-  if (hard) return svg`<rect class="body" fill=${colour} x="-9" y="-9" width="18" height="18" rx="2" />`;
+  if (kind === 'SPACE')
+    return svg`<path class="body" fill=${colour} d="M0 -11L11 0L0 11L-11 0z" />`;
+  if (hard)
+    return svg`<rect class="body" fill=${colour} x="-9" y="-9" width="18" height="18" rx="2" />`;
   return svg`<circle class="body" fill=${colour} r="9.5" />`;
 }
 

@@ -43,7 +43,9 @@ function readPlace(entry: Json, key: 'source' | 'target', entryName: string): Sp
 function readKind(entry: Json, where: string): Kind {
   const { kind = 'point' } = entry;
   const known = typeof kind === 'string' && Object.hasOwn(kinds, kind) ? kinds[kind] : undefined;
-  return known ?? fail(`${where}.kind`, `${JSON.stringify(kind)} is not point, trajectory or space`);
+  return (
+    known ?? fail(`${where}.kind`, `${JSON.stringify(kind)} is not point, trajectory or space`)
+  );
 }
 
 function readPair(value: unknown, where: string): FilePair {

@@ -20,7 +20,12 @@ function withFile(list: PairList, added: readonly FilePair[], check: boolean): P
   const kept = list.pairs.filter((pair) => pair.check !== check);
   const first = kept.reduce((most, { number }) => Math.max(most, number), 0) + 1;
   const pairs: Pair[] = added.map((pair, index) => ({ ...pair, check, number: first + index }));
-  return { ...emptyList, dropped: list.dropped, pairs: [...kept, ...pairs], nextNumber: first + added.length };
+  return {
+    ...emptyList,
+    dropped: list.dropped,
+    pairs: [...kept, ...pairs],
+    nextNumber: first + added.length,
+  };
 }
 
 export class PairFiles {
@@ -30,7 +35,9 @@ export class PairFiles {
   read(text: string, name: string, asChecks: boolean, lists: readonly PairList[]): PairList[] {
     const files = parsePairs(text, name);
     if (files.length !== lists.length) {
-      throw new Error(`${name}: has ${files.length} lists, but the family has ${lists.length} targets`);
+      throw new Error(
+        `${name}: has ${files.length} lists, but the family has ${lists.length} targets`,
+      );
     }
     this.imported[asChecks ? 'checks' : 'own'] = { text, stamp: stampOf(files) };
     return lists.map((list, target) => withFile(list, files[target]!, asChecks));

@@ -2,6 +2,7 @@
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
+import { checkedOf, numberOf, textOf } from '../base/events.ts';
 import { icons } from '../base/icons.ts';
 import { controls } from '../base/styles.ts';
 import { colourOf } from './colours.ts';
@@ -26,19 +27,22 @@ export class PairListElement extends LitElement {
     controls,
     css`
       :host { display: grid; gap: 8px; }
-      h3 { margin: 6px 0 0; font-size: 13px; display: flex; justify-content: space-between; gap: 8px; }
+      h3 { margin: 6px 0 0; font-size: 13px; display: flex; justify-content: space-between;
+        gap: 8px; }
       h3 .count { color: var(--muted); font-weight: 400; }
       ul { list-style: none; margin: 0; padding: 0; display: grid; gap: 4px; }
-      li { display: grid; gap: 4px; padding: 6px 8px; border: 1px solid var(--line); border-radius: 6px;
+      li { display: grid; gap: 4px; padding: 6px 8px; border: 1px solid var(--line);
+        border-radius: 6px;
         background: var(--raised); }
       li.selected { border-color: var(--accent); box-shadow: 0 0 0 1px var(--accent); }
       .row { display: flex; flex-wrap: wrap; gap: 4px 8px; align-items: center; }
       .row .grow { flex: 1; min-width: 0; }
-      .chip { min-width: 28px; min-height: 24px; padding: 0 6px; border: 0; border-radius: 12px; color: #ffffff;
+      .chip { min-width: 28px; min-height: 24px; padding: 0 6px; border: 0; border-radius: 12px;
+        color: #ffffff;
         font-weight: 700; font-size: 12px; }
       .chip[aria-pressed='true'] { color: #ffffff; }
       .chip.automatic { background: #55636e; }
-      .off .chip { opacity: 1; text-decoration: line-through; }
+      .off .chip, .dropped .chip { text-decoration: line-through; }
       .about { font: 12px var(--mono); color: var(--muted); overflow-wrap: anywhere; }
       .overruled { color: var(--warn); font-weight: 600; }
       .kept { color: var(--good); }
@@ -46,11 +50,12 @@ export class PairListElement extends LitElement {
       .mini .icon { width: 14px; height: 14px; }
       select.mini { padding: 0 4px; }
       label.tick { display: inline-flex; gap: 4px; align-items: center; font-size: 12px; }
-      input.length { width: 96px; min-height: 26px !important; padding: 0 6px !important; font: 12px var(--mono); }
+      input.length { width: 96px; min-height: 26px !important; padding: 0 6px !important;
+        font: 12px var(--mono); }
       p { margin: 0; font-size: 12px; color: var(--muted); }
-      .mean { padding: 8px; border-radius: 6px; background: var(--accent-soft); color: var(--text); font-size: 13px; }
+      .mean { padding: 8px; border-radius: 6px; background: var(--accent-soft); color: var(--text);
+        font-size: 13px; }
       .mean strong { font-family: var(--mono); }
-      li.dropped { opacity: 0.75; }
     `,
   ];
 
@@ -72,7 +77,7 @@ export class PairListElement extends LitElement {
     const own = pairs.filter(({ check }) => !check);
     const checks = pairs.filter(({ check }) => check);
     return html`
-      ${this.renderGroup('Pairs', own, 'Click a place in the source, then the same place in the target.')}
+      ${this.renderGroup('Pairs', own, 'Click in the source, then on the same in the target.')}
       ${this.renderGroup('Check pairs', checks, 'They only measure: no registration sees them.')}
       ${this.renderMean()} ${this.renderAutomatic()}
     `;
@@ -81,11 +86,17 @@ export class PairListElement extends LitElement {
   private renderGroup(title: string, pairs: readonly Pair[], hint: string) {
     return html`
       <h3>${title}<span class="count">${pairs.length}</span></h3>
-      ${pairs.length
-        ? html`<ul aria-label=${title}>
-            ${repeat(pairs, ({ number }) => number, (pair) => this.renderPair(pair))}
+      ${
+        pairs.length
+          ? html`<ul aria-label=${title}>
+            ${repeat(
+              pairs,
+              ({ number }) => number,
+              (pair) => this.renderPair(pair),
+            )}
           </ul>`
-        : html`<p>${hint}</p>`}
+          : html`<p>${hint}</p>`
+      }
     `;
   }
 
@@ -95,10 +106,13 @@ export class PairListElement extends LitElement {
     const selected = number === model.selected;
     return html`<li class="${selected ? 'selected' : ''} ${pair.enabled ? '' : 'off'}">
       <div class="row">
-        <button class="chip" aria-pressed=${selected ? 'true' : 'false'} aria-label=${`Go to pair ${number}`}
-          .style=${`background: ${colourOf(number)}`} @click=${() => model.goTo(number)}>${number}</button>
+        <button class="chip" aria-pressed=${selected ? 'true' : 'false'}
+          aria-label=${`Go to pair ${number}`}
+          .style=${`background: ${colourOf(number)}`}
+            @click=${() => model.goTo(number)}>${number}</button>
         <span class="about grow">${this.timesText(pair)}</span>
-        <button class="mini" aria-label=${`Delete pair ${number}`} title="Delete" @click=${() => model.deletePair(number)}>
+        <button class="mini" aria-label=${`Delete pair ${number}`} title="Delete"
+          @click=${() => model.deletePair(number)}>
           ${icons.close}
         </button>
       </div>
@@ -109,7 +123,8 @@ export class PairListElement extends LitElement {
   private timesText({ source, target, kind, hard, enabled }: Pair): string {
     const time = (place: Pair['source']) => (place ? `${place.timeS.toFixed(2)} s` : '…');
     const sort = kind === 'POINT' ? '' : `, ${kind.toLowerCase()}`;
-    return `${time(source)} → ${time(target)}${sort}${hard ? ', hard' : ''}${enabled ? '' : ', off'}`;
+    const marks = `${sort}${hard ? ', hard' : ''}${enabled ? '' : ', off'}`;
+    return `${time(source)} → ${time(target)}${marks}`;
   }
 
   private renderResidual(pair: Pair) {
@@ -127,36 +142,40 @@ export class PairListElement extends LitElement {
     const { model } = this;
     const { number, kind } = pair;
     const setKind = (event: Event) =>
-      model.pairs.patchPair(number, { kind: (event.target as HTMLSelectElement).value as Kind });
+      model.pairs.patchPair(number, { kind: textOf(event) as Kind });
     return html`<div class="row">
       <select class="mini" aria-label=${`Kind of pair ${number}`} @change=${setKind}>
-        ${kinds.map(([value, name]) => html`<option value=${value} .selected=${value === kind}>${name}</option>`)}
+        ${kinds.map(([value, name]) => html`<option value=${value}
+          .selected=${value === kind}>${name}</option>`)}
       </select>
       ${this.renderTick('hard', pair.hard, (hard) => model.pairs.patchPair(number, { hard }))}
       ${this.renderTick('check', pair.check, (check) => model.pairs.patchPair(number, { check }))}
-      ${this.renderTick('on', pair.enabled, (enabled) => model.pairs.patchPair(number, { enabled }))}
+      ${this.renderTick('on', pair.enabled, () => model.pairs.toggleEnabled(number))}
     </div>
     ${kind === 'POINT' ? nothing : this.renderLength(pair)}`;
   }
 
   private renderTick(name: string, on: boolean, set: (on: boolean) => void) {
     return html`<label class="tick">
-      <input type="checkbox" .checked=${on} @change=${(event: Event) => set((event.target as HTMLInputElement).checked)} />
+      <input type="checkbox" .checked=${on}
+        @change=${(event: Event) => set(checkedOf(event))} />
       ${name}
     </label>`;
   }
 
   private renderLength({ number, lengthS }: Pair) {
     const set = (event: Event) => {
-      const value = (event.target as HTMLInputElement).valueAsNumber;
+      const value = numberOf(event);
       if (value >= 0) this.model.pairs.patchPair(number, { lengthS: value });
     };
     return html`<div class="row">
       <label class="tick">length, s
-        <input class="length" type="number" min="0" step="any" .value=${lengthS ? String(lengthS) : ''}
+        <input class="length" type="number" min="0" step="any"
+          .value=${lengthS ? String(lengthS) : ''}
           placeholder="to the end" @change=${set} />
       </label>
-      <button class="mini" title="End at the source's time (e)" @click=${() => this.model.pairs.endAt(number, this.model.times.source)}>
+      <button class="mini" title="End at the source's time (e)"
+        @click=${() => this.model.pairs.endAt(number, this.model.times.source)}>
         End at cursor
       </button>
     </div>`;
@@ -164,12 +183,16 @@ export class PairListElement extends LitElement {
 
   private renderMean() {
     const { model } = this;
-    const residuals = checkPairs(model.list).flatMap(({ number }) => model.residuals.all.get(number) ?? []);
+    const residuals = checkPairs(model.list).flatMap(
+      ({ number }) => model.residuals.all.get(number) ?? [],
+    );
     const mean = meanResidual(residuals);
-    if (model.residuals.error) return html`<p role="status">Not measured: ${model.residuals.error.message}</p>`;
+    if (model.residuals.error)
+      return html`<p role="status">Not measured: ${model.residuals.error.message}</p>`;
     if (!mean) return nothing;
     const count = residuals.length === 1 ? '1 check pair' : `${residuals.length} check pairs`;
-    return html`<p class="mean" role="status">Mean error of ${count}: <strong>${residualText(mean)}</strong></p>`;
+    return html`<p class="mean" role="status">Mean error of ${count}:
+      <strong>${residualText(mean)}</strong></p>`;
   }
 
   private renderAutomatic() {
@@ -177,7 +200,9 @@ export class PairListElement extends LitElement {
     if (!automatic.length) return nothing;
     return html`
       <h3>Found by the registration<span class="count">${automatic.length}</span></h3>
-      ${this.renderTick('show in the pictures', this.model.showsAutomatic, (on) => this.model.set({ showsAutomatic: on }))}
+      ${this.renderTick('show in the pictures', this.model.showsAutomatic, (showsAutomatic) =>
+        this.model.set({ showsAutomatic }),
+      )}
       <ul aria-label="Found by the registration">
         ${automatic.map((found, index) => this.renderFound(found, index))}
       </ul>
@@ -189,19 +214,23 @@ export class PairListElement extends LitElement {
     const { key, pair, confidence, residual } = found;
     const dropped = model.list.dropped.includes(key);
     const name = `A${index + 1}`;
-    return html`<li class="${key === model.selectedAutomatic ? 'selected' : ''} ${dropped ? 'dropped' : ''}">
+    const selected = key === model.selectedAutomatic;
+    const outcome = dropped ? 'dropped' : (residual.outcome ?? '');
+    return html`<li class="${selected ? 'selected' : ''} ${dropped ? 'dropped' : ''}">
       <div class="row">
         <button class="chip automatic" aria-label=${`Go to automatic pair ${name}`}
           @click=${() => model.goToAutomatic(found)}>${name}</button>
-        <span class="about grow">${pair.source.timeS.toFixed(2)} s → ${pair.target.timeS.toFixed(2)} s</span>
-        <button class="mini" aria-label=${`Pin ${name}`} title="Copy into your own pairs" ?disabled=${dropped}
+        <span class="about grow">${this.timesText({ ...pair, number: 0 })}</span>
+        <button class="mini" aria-label=${`Pin ${name}`} title="Copy into your own pairs"
+          ?disabled=${dropped}
           @click=${() => model.pin(found)}>Pin</button>
-        <button class="mini" aria-label=${`${dropped ? 'Keep' : 'Drop'} ${name}`} @click=${() => model.pairs.toggleDropped(key)}>
+        <button class="mini" aria-label=${`${dropped ? 'Keep' : 'Drop'} ${name}`}
+          @click=${() => model.pairs.toggleDropped(key)}>
           ${dropped ? 'Keep' : 'Drop'}
         </button>
       </div>
       <span class="about">confidence ${confidence.toFixed(2)}, ${residualText(residual)}
-        ${dropped ? html`<span>dropped</span>` : html`<span class=${residual.outcome ?? ''}>${residual.outcome}</span>`}
+        <span class=${outcome}>${outcome}</span>
       </span>
     </li>`;
   }

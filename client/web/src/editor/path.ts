@@ -6,7 +6,11 @@ import type { SpaceTime, Vector } from './pairs.ts';
 export type Path = SpaceTime[];
 
 /** The vertex nearest to a place. */
-export function nearestVertex(positions: ArrayLike<number>, count: number, [x, y, z]: Vector): number {
+export function nearestVertex(
+  positions: ArrayLike<number>,
+  count: number,
+  [x, y, z]: Vector,
+): number {
   let best = -1;
   let least = Number.POSITIVE_INFINITY;
   for (let i = 0; i < count; ++i) {

@@ -12,7 +12,11 @@ import { nearestVertex, vectorAt, type Path } from './path.ts';
 const maxFrames = 120;
 const lostEdges = 5;  // further from the surface it is no feature of it any more
 
-async function fetchDecoded(info: SubjectInfo, timeS: number, signal: AbortSignal): Promise<DecodeResult> {
+async function fetchDecoded(
+  info: SubjectInfo,
+  timeS: number,
+  signal: AbortSignal,
+): Promise<DecodeResult> {
   const { subject } = info;
   const request = { subject, blend: { weights: [] }, timeS, levelOfDetail: 0 };
   const path = framePath(request, 'drc', { attributes: 'VELOCITIES' });
@@ -27,7 +31,12 @@ interface Carried {
 }
 
 // undefined: the surface is not there any more, or has no velocities.
-function carry({ counts, buffers }: DecodeResult, at: Vector, frameS: number, lostM: number): Carried | undefined {
+function carry(
+  { counts, buffers }: DecodeResult,
+  at: Vector,
+  frameS: number,
+  lostM: number,
+): Carried | undefined {
   const vertex = nearestVertex(buffers.positions, counts.vertices, at);
   if (vertex < 0 || !counts.hasVelocities) return undefined;
   const here = vectorAt(buffers.positions, vertex);

@@ -10,7 +10,8 @@ export interface Triangles {
 }
 
 /** Distances along the ray at which it enters or leaves the surface, in no order. */
-export function castRay({ origin, direction }: Ray, { positions, indices, count }: Triangles): number[] {
+export function castRay(ray: Ray, { positions, indices, count }: Triangles): number[] {
+  const { origin, direction } = ray;
   const [ox, oy, oz] = origin;
   const [dx, dy, dz] = direction;
   const hits: number[] = [];

@@ -46,7 +46,11 @@ function scratchFields(family: Family): Json {
   return { replace: true, source, targets, ...spaceOf(family), ...blendingOf(family) };
 }
 
-export function againRequest(family: Family, lists: readonly PairList[], options: AgainOptions): Json {
+export function againRequest(
+  family: Family,
+  lists: readonly PairList[],
+  options: AgainOptions,
+): Json {
   const { fromScratch, iterations, findPairs } = options;
   const correspondences = lists.map((list, target) => ({
     correspondences: pairsOf(family, target, list).map(pairJson),

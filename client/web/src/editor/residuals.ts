@@ -36,7 +36,11 @@ export class Residuals {
   private async measure(family: Family, target: number, { pairs }: PairList): Promise<void> {
     const { signal } = (this.controller = new AbortController());
     const whole = pairs.filter(isWhole);
-    const values = registeredResiduals(family, target, whole.filter(({ check }) => !check));
+    const values = registeredResiduals(
+      family,
+      target,
+      whole.filter(({ check }) => !check),
+    );
     const others = whole.filter(({ number, enabled }) => enabled && !values.has(number));
     this.error = undefined;
     try {

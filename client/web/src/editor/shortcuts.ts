@@ -51,7 +51,8 @@ export class Shortcuts extends LitElement {
     return html`<dialog aria-labelledby="title">
       <h2 id="title">Keys of the editor</h2>
       <dl>${lines.map(([key, text]) => html`<dt>${key}</dt><dd>${text}</dd>`)}</dl>
-      <div class="actions"><button class="primary" @click=${() => this.dialog.close()}>Close</button></div>
+      <div class="actions"><button class="primary"
+        @click=${() => this.dialog.close()}>Close</button></div>
     </dialog>`;
   }
 }

@@ -37,7 +37,10 @@ export function saveLists(family: string, version: bigint, lists: readonly PairL
 }
 
 /** The pairs that a family was registered with, and the check pairs that were marked before. */
-export function startList(own: readonly Omit<Pair, 'number'>[], stored: PairList | undefined): PairList {
+export function startList(
+  own: readonly Omit<Pair, 'number'>[],
+  stored: PairList | undefined,
+): PairList {
   const checks = stored?.pairs.filter(({ check }) => check) ?? [];
   const first = checks.reduce((most, { number }) => Math.max(most, number), 0) + 1;
   const pairs = own.map((pair, index) => ({ ...pair, number: first + index }));

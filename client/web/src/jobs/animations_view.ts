@@ -34,7 +34,10 @@ function figuresOf(animation: Animation): Figure[] {
     { name: 'frames', value: `${numFrames} from ${animation.firstFrameNumber}` },
     { name: 'rate', value: `${framesPerSecond} a second` },
     { name: 'length', value: formatSeconds(Math.max(0, numFrames - 1) / framesPerSecond) },
-    { name: 'vertices a frame', value: formatCount(Math.round(Number(numVertices) / Math.max(1, numFrames))) },
+    {
+      name: 'vertices a frame',
+      value: formatCount(Math.round(Number(numVertices) / Math.max(1, numFrames))),
+    },
     { name: 'mean edge', value: `${meanEdgeLengthM.toPrecision(3)} m` },
     { name: 'up', value: upText(animation.up) },
     { name: 'stored', value: formatBytes(Number(animation.sizeBytes)) },
@@ -73,11 +76,18 @@ export class AnimationsView extends LitElement {
     return html`
       <div class="view">
         <ul class="plain" aria-label="Imported animations">
-          ${repeat(animations, ({ name }) => name, (animation) => html`<li>${this.renderAnimation(animation)}</li>`)}
+          ${repeat(
+            animations,
+            ({ name }) => name,
+            (animation) => html`<li>${this.renderAnimation(animation)}</li>`,
+          )}
         </ul>
-        ${animations.length || loading
-          ? nothing
-          : html`<p class="card empty">No animations yet. <a href="#jobs?show=upload">Upload one.</a></p>`}
+        ${
+          animations.length || loading
+            ? nothing
+            : html`<p class="card empty">No animations yet. <a href="#jobs?show=upload">Upload
+              one.</a></p>`
+        }
       </div>
       <lb-confirm></lb-confirm>
     `;
@@ -93,8 +103,10 @@ export class AnimationsView extends LitElement {
           <span class="title">${id}</span>
           <span class="actions">
             <span class="mark ${kind}">${text}</span>
-            ${ready ? html`<a class="button" href="#view?animation=${encodeURIComponent(id)}&play=1">View</a>` : nothing}
-            <button class="danger" aria-label=${`Delete ${id}`} @click=${() => this.askToDelete(animation)}>Delete</button>
+            ${ready ? html`<a class="button"
+              href="#view?animation=${encodeURIComponent(id)}&play=1">View</a>` : nothing}
+            <button class="danger" aria-label=${`Delete ${id}`}
+              @click=${() => this.askToDelete(animation)}>Delete</button>
           </span>
         </div>
         ${ready ? this.renderFigures(animation) : nothing}
@@ -108,7 +120,8 @@ export class AnimationsView extends LitElement {
   private renderFigures(animation: Animation) {
     const created = animation.createTime && formatDate(timestampMs(animation.createTime));
     return html`<dl class="figures">
-      ${figuresOf(animation).map(({ name, value }) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}
+      ${figuresOf(animation).map(({ name, value }) => html`<div><dt>${name}</dt><dd>${value}</dd>
+      </div>`)}
       ${created ? html`<div><dt>imported</dt><dd>${created}</dd></div>` : nothing}
     </dl>`;
   }
@@ -122,7 +135,8 @@ export class AnimationsView extends LitElement {
 
   private async askToDelete({ name }: Animation): Promise<void> {
     const id = shortName(name);
-    const text = 'Its stored frames are deleted. The files that it was imported from stay where they are.';
+    const text =
+      'Its stored frames are deleted. The files that it was imported from stay where they are.';
     if (!(await this.confirm.ask({ title: `Delete ${id}?`, text, verb: 'Delete' }))) return;
     const errors = new Map(this.errors);
     errors.delete(name);

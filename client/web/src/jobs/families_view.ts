@@ -29,7 +29,9 @@ function figuresOf(family: Family): Figure[] {
     { name: 'length', value: formatSeconds(family.durationS) },
     { name: 'space-time vertices', value: formatCount(Number(family.numVertices)) },
     { name: 'stored', value: formatBytes(Number(family.sizeBytes)) },
-    ...(family.restoredVersion ? [{ name: 'is again version', value: String(family.restoredVersion) }] : []),
+    ...(family.restoredVersion
+      ? [{ name: 'is again version', value: String(family.restoredVersion) }]
+      : []),
     ...(blending ? [{ name: 'times', value: blending }] : []),
   ];
 }
@@ -41,7 +43,8 @@ export class FamiliesView extends LitElement {
     jobsStyles,
     css`
       .choice { display: flex; flex-wrap: wrap; gap: 8px; }
-      .choice a[aria-current='true'] { background: var(--accent-soft); border-color: var(--accent); }
+      .choice a[aria-current='true'] { background: var(--accent-soft); border-color: var(--accent);
+        }
       lb-verdict + lb-verdict { padding-top: 14px; border-top: 1px solid var(--line); }
       .verdicts { display: grid; gap: 14px; }
       input.iterations { width: 76px; }
@@ -76,9 +79,13 @@ export class FamiliesView extends LitElement {
     const { families, loading } = this.lists;
     return html`
       <div class="view">
-        ${families.length || loading
-          ? html`<nav class="choice" aria-label="Families">${families.map((family) => this.renderChoice(family))}</nav>`
-          : html`<p class="card empty">No families yet. <a href="#jobs?show=register">Register one.</a></p>`}
+        ${
+          families.length || loading
+            ? html`<nav class="choice"
+              aria-label="Families">${families.map((family) => this.renderChoice(family))}</nav>`
+            : html`<p class="card empty">No families yet. <a href="#jobs?show=register">Register
+              one.</a></p>`
+        }
         <lb-error .error=${this.error}></lb-error>
         ${this.family ? this.renderFamily(this.family) : nothing}
       </div>
@@ -106,24 +113,29 @@ export class FamiliesView extends LitElement {
             <button class="danger" @click=${() => this.askToDelete(family)}>Delete</button>
           </span>
         </div>
-        ${family.version ? this.renderFigures(family) : html`<p class="muted">Not registered yet.</p>`}
+        ${family.version ? this.renderFigures(family) : html`<p class="muted">Not registered
+          yet.</p>`}
         ${this.renderFailure(family)}
       </section>
-      ${family.reports.length
-        ? html`<section class="card" aria-label="Verdicts">
+      ${
+        family.reports.length
+          ? html`<section class="card" aria-label="Verdicts">
             <h2>Verdicts</h2>
             <div class="verdicts">
-              ${family.reports.map((report) => html`<lb-verdict .family=${family} .report=${report}></lb-verdict>`)}
+              ${family.reports.map((report) => html`<lb-verdict .family=${family}
+                .report=${report}></lb-verdict>`)}
             </div>
           </section>`
-        : nothing}
+          : nothing
+      }
       ${family.version ? this.renderVersions(family) : nothing}
     `;
   }
 
   private renderFigures(family: Family) {
     return html`<dl class="figures">
-      ${figuresOf(family).map(({ name, value }) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}
+      ${figuresOf(family).map(({ name, value }) => html`<div><dt>${name}</dt><dd>${value}</dd>
+      </div>`)}
     </dl>`;
   }
 
@@ -131,7 +143,8 @@ export class FamiliesView extends LitElement {
     if (!failedRegistration) return nothing;
     const end = failedRegistration.endTime && formatDate(timestampMs(failedRegistration.endTime));
     const message = failedRegistration.error?.message ?? 'it ended without a version';
-    return html`<p class="hint">The newest registration failed${end ? ` (${end})` : ''}: ${message}</p>`;
+    return html`<p class="hint">The newest registration failed${end ? ` (${end})` : ''}:
+      ${message}</p>`;
   }
 
   private renderVersions(family: Family) {
@@ -139,29 +152,35 @@ export class FamiliesView extends LitElement {
       <h2>Versions</h2>
       <form class="actions" @submit=${(event: Event) => this.refine(event, family)}>
         <label class="check">Iterations
-          <input class="iterations" name="iterations" type="number" min="1" max="200" placeholder="6" />
+          <input class="iterations" name="iterations" type="number" min="1" max="200"
+            placeholder="6" />
         </label>
         <button>Refine</button>
         <span class="hint">goes on from version ${family.version} with the same pairs</span>
       </form>
-      ${family.keptVersions.length
-        ? html`<div class="scroll"><table>
-            <thead><tr><th scope="col">Version</th><th scope="col">Published</th><th scope="col">Stored</th><td></td></tr></thead>
+      ${
+        family.keptVersions.length
+          ? html`<div class="scroll"><table>
+            <thead><tr><th scope="col">Version</th><th scope="col">Published</th>
+            <th scope="col">Stored</th><td></td></tr></thead>
             <tbody>${family.keptVersions.map((kept) => this.renderVersion(family, kept))}</tbody>
           </table></div>`
-        : html`<p class="hint">No version before this one is kept.</p>`}
+          : html`<p class="hint">No version before this one is kept.</p>`
+      }
     </section>`;
   }
 
   private renderVersion(family: Family, { version, publishTime, sizeBytes }: FamilyVersion) {
     const id = encodeURIComponent(shortName(family.name));
+    const half = family.targets.map(() => 0.5).join(',');
     return html`<tr>
       <td class="number">${version}</td>
       <td>${publishTime ? formatDate(timestampMs(publishTime)) : ''}</td>
       <td class="number">${formatBytes(Number(sizeBytes))}</td>
       <td>
         <span class="actions">
-          <a class="button" href="#view?family=${id}&beside=version.${version}&w=${family.targets.map(() => 0.5).join(',')}&play=1"
+          <a class="button"
+            href="#view?family=${id}&beside=version.${version}&w=${half}&play=1"
             >Compare</a>
           <button @click=${() => this.rollBack(family, version)}>Publish again</button>
         </span>
@@ -170,7 +189,8 @@ export class FamiliesView extends LitElement {
   }
 
   private onLists(lists: CatalogState): void {
-    const stamp = (state: CatalogState) => JSON.stringify(state.families.map((f) => [f.name, String(f.version)]));
+    const stamp = (state: CatalogState) =>
+      JSON.stringify(state.families.map((f) => [f.name, String(f.version)]));
     const changed = stamp(lists) !== stamp(this.lists);
     this.lists = lists;
     if (changed) void this.load(false);
@@ -201,7 +221,10 @@ export class FamiliesView extends LitElement {
 
   private async rollBack(family: Family, version: bigint): Promise<void> {
     const title = `Publish version ${version} again?`;
-    const text = `It becomes the newest version of ${shortName(family.name)}, with a number of its own. Version ${family.version} is kept beside it.`;
+    const name = shortName(family.name);
+    const text =
+      `It becomes the newest version of ${name}, with a number of its own. ` +
+      `Version ${family.version} is kept beside it.`;
     if (!(await this.confirm.ask({ title, text, verb: 'Publish' }))) return;
     await this.attempt(async () => {
       this.family = await rollbackFamily(family.name, version);

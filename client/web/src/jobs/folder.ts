@@ -6,7 +6,14 @@ export interface Folder {
   numSkipped: number;  // that are no frames, or lie in folders below
 }
 
-const frameNames = [/\.bobj\.gz$/i, /^lVelMesh_.*\.uni$/i, /\.ply$/i, /\.obj$/i, /\.stl$/i, /\.vdb$/i];
+const frameNames = [
+  /\.bobj\.gz$/i,
+  /^lVelMesh_.*\.uni$/i,
+  /\.ply$/i,
+  /\.obj$/i,
+  /\.stl$/i,
+  /\.vdb$/i,
+];
 
 export function isOfAnimation(name: string): boolean {
   return name === 'meta.json' || frameNames.some((pattern) => pattern.test(name));
@@ -23,7 +30,9 @@ function numberOf(name: string): string {
 // Mantaflow leaves velocities of frames that have no mesh; the import would refuse them.
 function withoutStrayVelocities(files: File[]): File[] {
   const isVelocity = (file: File) => file.name.endsWith('.uni');
-  const meshes = new Set(files.filter((file) => !isVelocity(file)).map((file) => numberOf(file.name)));
+  const meshes = new Set(
+    files.filter((file) => !isVelocity(file)).map((file) => numberOf(file.name)),
+  );
   return files.filter((file) => !isVelocity(file) || meshes.has(numberOf(file.name)));
 }
 
@@ -72,7 +81,8 @@ export async function folderOfDrop(data: DataTransfer): Promise<Folder> {
   const entries = [...data.items].map((item) => item.webkitGetAsEntry?.() ?? null);
   const files = [...data.files];
   const directories = entries.filter((entry) => entry?.isDirectory);
-  if (directories.length > 1) throw new Error('Drop one folder at a time: a folder is an animation.');
+  if (directories.length > 1)
+    throw new Error('Drop one folder at a time: a folder is an animation.');
   if (directories.length) return folderOfDirectory(directories[0] as FileSystemDirectoryEntry);
   return folderOf('', files, 0);
 }

@@ -89,7 +89,9 @@ export class JobBoard extends Observable<BoardState> {
 
   private takeList(items: Job[]): void {
     const before = new Map(this.value.jobs.map((job) => [job.name, job]));
-    const newest = items.map((job) => (this.watched.has(job.name) ? (before.get(job.name) ?? job) : job));
+    const newest = items.map((job) =>
+      this.watched.has(job.name) ? (before.get(job.name) ?? job) : job,
+    );
     const names = new Set(items.map((job) => job.name));
     const older = this.value.hasMore ? [] : this.value.jobs.filter((job) => !names.has(job.name));
     const added = older.filter((job) => job.state === 'running');

@@ -11,7 +11,11 @@ import { jobBoard } from './job_board.ts';
 import { jobsStyles } from './jobs_styles.ts';
 import { gradeWords, leftText, progressFigures, stageText, stateTexts } from './words.ts';
 
-const kinds: Record<JobKind, string> = { import: 'Import', registration: 'Registration', job: 'Job' };
+const kinds: Record<JobKind, string> = {
+  import: 'Import',
+  registration: 'Registration',
+  job: 'Job',
+};
 
 @customElement('lb-job')
 export class JobCard extends LitElement {
@@ -21,7 +25,8 @@ export class JobCard extends LitElement {
     css`
       .card { gap: 8px; padding: 12px 16px; }
       .bar { display: grid; gap: 4px; }
-      .stage { display: flex; flex-wrap: wrap; justify-content: space-between; gap: 0 12px; font-size: 13px; }
+      .stage { display: flex; flex-wrap: wrap; justify-content: space-between; gap: 0 12px;
+        font-size: 13px; }
       .kind { color: var(--muted); font-weight: 400; }
     `,
   ];
@@ -35,7 +40,8 @@ export class JobCard extends LitElement {
     return html`
       <article class="card" aria-label=${`${kinds[job.kind]} of ${shortName(job.subject)}`}>
         <div class="head">
-          <span class="title"><span class="kind">${kinds[job.kind]}</span> ${shortName(job.subject)}</span>
+          <span class="title"><span class="kind">${kinds[job.kind]}</span>
+            ${shortName(job.subject)}</span>
           <span class="actions">
             ${this.renderGrade()}
             <span class="mark ${job.state}">${stateTexts[job.state]}</span>
@@ -65,13 +71,19 @@ export class JobCard extends LitElement {
     const family = job.kind === 'registration';
     const id = encodeURIComponent(shortName(job.subject));
     return html`
-      ${job.state === 'done' && job.subject
-        ? html`<a class="button" href="#view?${family ? 'family' : 'animation'}=${id}&play=1">View</a>`
-        : nothing}
-      ${job.state === 'done' && family
-        ? html`<a class="button" href="#jobs?show=families&family=${id}">Verdict</a>`
-        : nothing}
-      <button aria-label="Remove from the list" title="Remove from the list" @click=${this.forget}>Remove</button>
+      ${
+        job.state === 'done' && job.subject
+          ? html`<a class="button"
+            href="#view?${family ? 'family' : 'animation'}=${id}&play=1">View</a>`
+          : nothing
+      }
+      ${
+        job.state === 'done' && family
+          ? html`<a class="button" href="#jobs?show=families&family=${id}">Verdict</a>`
+          : nothing
+      }
+      <button aria-label="Remove from the list" title="Remove from the list"
+        @click=${this.forget}>Remove</button>
     `;
   }
 
@@ -80,14 +92,18 @@ export class JobCard extends LitElement {
     const fraction = progress?.fraction ?? 0;
     return html`
       <div class="bar">
-        <div class="stage"><span>${stageText(progress)}</span><span>${leftText(progress)}</span></div>
-        <progress max="1" .value=${fraction} aria-label=${`Progress of ${shortName(this.job.subject)}`}></progress>
+        <div class="stage">
+        <span>${stageText(progress)}</span><span>${leftText(progress)}</span></div>
+        <progress max="1" .value=${fraction}
+          aria-label=${`Progress of ${shortName(this.job.subject)}`}></progress>
       </div>
       ${this.renderFigures()}
       ${progress?.waitingFor ? html`<p class="hint">Waiting: ${progress.waitingFor}</p>` : nothing}
-      ${progress?.lastFailure?.message
-        ? html`<p class="hint">Tried again after: ${progress.lastFailure.message}</p>`
-        : nothing}
+      ${
+        progress?.lastFailure?.message
+          ? html`<p class="hint">Tried again after: ${progress.lastFailure.message}</p>`
+          : nothing
+      }
     `;
   }
 

@@ -49,8 +49,10 @@ export class JobsSection extends LitElement {
     controls,
     css`
       :host { display: block; max-width: 1020px; margin: 0 auto; padding: 16px; }
-      nav { display: flex; flex-wrap: wrap; gap: 4px; margin-bottom: 16px; border-bottom: 1px solid var(--line); }
-      nav a { padding: 8px 12px; color: var(--text); text-decoration: none; border-bottom: 2px solid transparent;
+      nav { display: flex; flex-wrap: wrap; gap: 4px; margin-bottom: 16px;
+        border-bottom: 1px solid var(--line); }
+      nav a { padding: 8px 12px; color: var(--text); text-decoration: none;
+        border-bottom: 2px solid transparent;
         margin-bottom: -1px; }
       nav a[aria-current='page'] { border-color: var(--accent); font-weight: 600; }
       nav a:hover { color: var(--accent); }
@@ -84,7 +86,8 @@ export class JobsSection extends LitElement {
       <nav aria-label="Jobs">
         ${views.map(
           ({ id, title }) =>
-            html`<a href="#jobs?show=${id}" aria-current=${id === view.id ? 'page' : 'false'}>${title}</a>`,
+            html`<a href="#jobs?show=${id}"
+              aria-current=${id === view.id ? 'page' : 'false'}>${title}</a>`,
         )}
       </nav>
       ${view.render(this.place.fields)}

@@ -34,8 +34,10 @@ export class OperationsView extends LitElement {
       <div class="view">
         <lb-error .error=${error}></lb-error>
         ${this.renderList('Running', running)} ${this.renderList('Ended', ended)}
-        ${jobs.length || loading ? nothing : html`<p class="card empty">Nothing has been imported or registered yet.</p>`}
-        ${hasMore ? html`<div><button @click=${() => jobBoard.more()}>Older ones</button></div>` : nothing}
+        ${jobs.length || loading ? nothing : html`<p class="card empty">Nothing has been imported or
+          registered yet.</p>`}
+        ${hasMore ? html`<div><button @click=${() => jobBoard.more()}>Older
+          ones</button></div>` : nothing}
       </div>
     `;
   }
@@ -45,7 +47,11 @@ export class OperationsView extends LitElement {
     return html`
       <h2>${title}</h2>
       <ul class="plain" aria-label=${title}>
-        ${repeat(jobs, (job) => job.name, (job) => html`<li><lb-job .job=${job}></lb-job></li>`)}
+        ${repeat(
+          jobs,
+          (job) => job.name,
+          (job) => html`<li><lb-job .job=${job}></lb-job></li>`,
+        )}
       </ul>
     `;
   }

@@ -77,7 +77,9 @@ function optionsOf({ iterations, automatic }: RegisterForm): Json {
 
 function spaceOf({ parameters, members, interpolation }: RegisterForm): Json {
   if (!parameters.length) return {};
-  const points = members.map(({ values }) => ({ values: parameters.map((_, i) => Number(values[i])) }));
+  const points = members.map(({ values }) => ({
+    values: parameters.map((_, i) => Number(values[i])),
+  }));
   return { parameterSpace: { names: parameters, points, interpolation } };
 }
 
@@ -108,7 +110,9 @@ export function correspondencesJson(correspondences: Correspondence[]): JsonValu
 /** Goes on from a family's newest version with the same pairs of the user. */
 export function refineRequest(family: Family, iterations: number): Json {
   const own = family.reports.map(({ correspondences }) =>
-    correspondences.filter(({ automatic }) => !automatic).map(({ correspondence }) => correspondence!),
+    correspondences
+      .filter(({ automatic }) => !automatic)
+      .map(({ correspondence }) => correspondence!),
   );
   return {
     familyId: family.name,

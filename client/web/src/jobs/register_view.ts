@@ -6,12 +6,19 @@ import { registerFamily } from '../api/changes.ts';
 import { ApiError, toApiError } from '../api/errors.ts';
 import { shortName } from '../api/names.ts';
 import '../base/error_message.ts';
+import { checkedOf, textOf } from '../base/events.ts';
 import { icons } from '../base/icons.ts';
 import { controls } from '../base/styles.ts';
 import { Animation_State } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import { jobBoard } from './job_board.ts';
 import { jobsStyles } from './jobs_styles.ts';
-import { emptyForm, faultOf, requestOf, type Member, type RegisterForm } from './register_request.ts';
+import {
+  emptyForm,
+  faultOf,
+  requestOf,
+  type Member,
+  type RegisterForm,
+} from './register_request.ts';
 
 const maxParameters = 4;
 
@@ -60,7 +67,8 @@ export class RegisterView extends LitElement {
   override render() {
     const { form } = this;
     if (this.ready.length < 2) {
-      return html`<p class="card empty">A family needs at least two animations. Upload them first.</p>`;
+      return html`<p class="card empty">A family needs at least two animations. Upload them
+        first.</p>`;
     }
     return html`
       <form class="card" @submit=${this.onSubmit}>
@@ -70,7 +78,8 @@ export class RegisterView extends LitElement {
         </label>
         ${this.renderMembers()} ${this.renderChoices()}
         <lb-error .error=${this.error}></lb-error>
-        <div class="actions"><button class="primary" ?disabled=${this.sending}>Register</button></div>
+        <div class="actions"><button class="primary"
+          ?disabled=${this.sending}>Register</button></div>
       </form>
     `;
   }
@@ -86,7 +95,9 @@ export class RegisterView extends LitElement {
               <tr>
                 <th scope="col">Role</th>
                 <th scope="col">Animation</th>
-                ${parameters.map((name, i) => html`<th scope="col">${this.renderParameter(name, i)}</th>`)}
+                ${parameters.map(
+                  (name, i) => html`<th scope="col">${this.renderParameter(name, i)}</th>`,
+                )}
                 <td></td>
               </tr>
             </thead>
@@ -95,18 +106,21 @@ export class RegisterView extends LitElement {
         </div>
         <div class="actions">
           <button type="button" @click=${this.addTarget}>Add a target</button>
-          <button type="button" ?disabled=${parameters.length >= maxParameters} @click=${this.addParameter}>
+          <button type="button" ?disabled=${parameters.length >= maxParameters}
+            @click=${this.addParameter}>
             Add a parameter
           </button>
         </div>
-        <p class="hint">Blends go from the source towards the targets. With parameters, such as the width of a wall,
+        <p class="hint">Blends go from the source towards the targets. With parameters, such as the
+          width of a wall,
           frames can be asked for by a point between the animations: give each its values.</p>
       </fieldset>
     `;
   }
 
   private renderParameter(name: string, index: number) {
-    return html`<input aria-label=${`Name of parameter ${index + 1}`} placeholder="name" maxlength="63" spellcheck="false"
+    return html`<input aria-label=${`Name of parameter ${index + 1}`} placeholder="name"
+      maxlength="63" spellcheck="false"
       .value=${name} @input=${(event: Event) => this.setParameter(index, textOf(event))} />`;
   }
 
@@ -119,20 +133,29 @@ export class RegisterView extends LitElement {
         <select aria-label=${role} @change=${choose}>
           <option value="" .selected=${!animation}>choose</option>
           ${this.ready.map(
-            (name) => html`<option value=${name} .selected=${name === animation}>${shortName(name)}</option>`,
+            (name) =>
+              html`<option value=${name}
+                .selected=${name === animation}>${shortName(name)}</option>`,
           )}
         </select>
       </td>
-      ${this.form.parameters.map((name, i) => html`<td>
-        <input inputmode="decimal" aria-label=${`${name || `Parameter ${i + 1}`} of ${role.toLowerCase()}`}
-          .value=${values[i] ?? ''} @input=${(event: Event) => this.setValue(index, i, textOf(event))} />
-      </td>`)}
+      ${this.form.parameters.map(
+        (name, i) => html`<td>
+        <input inputmode="decimal"
+          aria-label=${`${name || `Parameter ${i + 1}`} of ${role.toLowerCase()}`}
+          .value=${values[i] ?? ''}
+            @input=${(event: Event) => this.setValue(index, i, textOf(event))} />
+      </td>`,
+      )}
       <td>
-        ${index > 0 && this.form.members.length > 2
-          ? html`<button type="button" aria-label=${`Remove target ${index}`} @click=${() => this.removeMember(index)}>
+        ${
+          index > 0 && this.form.members.length > 2
+            ? html`<button type="button" aria-label=${`Remove target ${index}`}
+              @click=${() => this.removeMember(index)}>
               ${icons.close}
             </button>`
-          : nothing}
+            : nothing
+        }
       </td>
     </tr>`;
   }
@@ -149,29 +172,34 @@ export class RegisterView extends LitElement {
             <span class="hint">fewer than 8 make a preview</span>
           </label>
           <label class="field">How times blend
-            <select @change=${(event: Event) => this.patch({ timeBlending: textOf(event) as RegisterForm['timeBlending'] })}>
+            <select @change=${this.choose('timeBlending')}>
               ${this.choice('AUTOMATIC', 'as the animations show', form.timeBlending)}
               ${this.choice('LINEAR', 'as positions do', form.timeBlending)}
               ${this.choice('SQUARES', 'as falls from rest', form.timeBlending)}
             </select>
           </label>
-          ${form.timeBlending === 'SQUARES'
-            ? html`<label class="field">Rest time, s
-                <input type="number" min="-3600" max="0" step="any" placeholder="0" .value=${form.restTime}
+          ${
+            form.timeBlending === 'SQUARES'
+              ? html`<label class="field">Rest time, s
+                <input type="number" min="-3600" max="0" step="any" placeholder="0"
+                  .value=${form.restTime}
                   @input=${(event: Event) => this.patch({ restTime: textOf(event) })} />
                 <span class="hint">when gravity began to move what was at rest</span>
               </label>`
-            : nothing}
-          ${form.parameters.length
-            ? html`<label class="field">Between the points
-                <select @change=${(event: Event) => this.patch({ interpolation: textOf(event) as RegisterForm['interpolation'] })}>
+              : nothing
+          }
+          ${
+            form.parameters.length
+              ? html`<label class="field">Between the points
+                <select @change=${this.choose('interpolation')}>
                   ${this.choice('LINEAR', 'linear, in triangles', form.interpolation)}
                   ${this.choice('SMOOTH', 'smooth, through all', form.interpolation)}
                 </select>
               </label>`
-            : nothing}
+              : nothing
+          }
           <label class="field">Publish only if
-            <select @change=${(event: Event) => this.patch({ requiredGrade: textOf(event) as RegisterForm['requiredGrade'] })}>
+            <select @change=${this.choose('requiredGrade')}>
               ${this.choice('', 'whatever the verdict', form.requiredGrade)}
               ${this.choice('DOUBTFUL', 'not too different', form.requiredGrade)}
               ${this.choice('GOOD', 'good', form.requiredGrade)}
@@ -196,6 +224,10 @@ export class RegisterView extends LitElement {
     return html`<option value=${value} .selected=${value === current}>${text}</option>`;
   }
 
+  private choose(field: 'timeBlending' | 'interpolation' | 'requiredGrade') {
+    return (event: Event) => this.patch({ [field]: textOf(event) });
+  }
+
   private patch(change: Partial<RegisterForm>): void {
     this.form = { ...this.form, ...change };
   }
@@ -211,7 +243,9 @@ export class RegisterView extends LitElement {
   }
 
   private setParameter(index: number, text: string): void {
-    this.patch({ parameters: this.form.parameters.map((old, i) => (i === index ? text.trim() : old)) });
+    this.patch({
+      parameters: this.form.parameters.map((old, i) => (i === index ? text.trim() : old)),
+    });
   }
 
   private addTarget(): void {
@@ -232,7 +266,10 @@ export class RegisterView extends LitElement {
     return {
       ...this.form,
       parameters: used.map((i) => this.form.parameters[i]!),
-      members: this.form.members.map((member) => ({ ...member, values: used.map((i) => member.values[i] ?? '') })),
+      members: this.form.members.map((member) => ({
+        ...member,
+        values: used.map((i) => member.values[i] ?? ''),
+      })),
     };
   }
 
@@ -255,12 +292,4 @@ export class RegisterView extends LitElement {
     }
     this.sending = false;
   }
-}
-
-function textOf(event: Event): string {
-  return (event.target as HTMLInputElement | HTMLSelectElement).value;
-}
-
-function checkedOf(event: Event): boolean {
-  return (event.target as HTMLInputElement).checked;
 }

@@ -36,7 +36,9 @@ function jsonOf(text: string): unknown {
   }
 }
 
-/** Only XMLHttpRequest tells how much was sent. Errors: ApiError; AbortError if the signal ended it. */
+/**
+ * Only XMLHttpRequest tells how much was sent. Errors: ApiError; AbortError if the signal ended it.
+ */
 export function uploadAnimation(
   animationId: string,
   files: File[],
@@ -57,7 +59,8 @@ export function uploadAnimation(
     request.onabort = () => reject(new DOMException('The upload was stopped.', 'AbortError'));
     signal.addEventListener('abort', () => request.abort());
     request.open('POST', pathOf(animationId, settings, files.length));
-    for (const [name, value] of Object.entries(authorization())) request.setRequestHeader(name, value);
+    for (const [name, value] of Object.entries(authorization()))
+      request.setRequestHeader(name, value);
     request.setRequestHeader('Content-Type', 'application/x-tar');
     request.send(archive);
   });

@@ -4,6 +4,7 @@ import { customElement, query, state } from 'lit/decorators.js';
 import { isAbort, toApiError, ApiError } from '../api/errors.ts';
 import { idRule, isId, toId } from '../api/names.ts';
 import '../base/error_message.ts';
+import { textOf } from '../base/events.ts';
 import { formatBytes } from '../base/format.ts';
 import { controls } from '../base/styles.ts';
 import { folderOfDrop, folderOfInput, type Folder } from './folder.ts';
@@ -12,6 +13,8 @@ import { jobsStyles } from './jobs_styles.ts';
 import { uploadAnimation, type ImportSettings } from './upload.ts';
 
 const ups = ['', 'UP_X', 'UP_Y', 'UP_Z', 'UP_MINUS_X', 'UP_MINUS_Y', 'UP_MINUS_Z'];
+
+const hint = 'Mantaflow cache, PLY, OBJ, STL or OpenVDB: one folder is one animation.';
 
 function upName(up: string): string {
   return up ? up.slice(3).replace('MINUS_', '-').toLowerCase() : 'from the files';
@@ -30,8 +33,10 @@ export class UploadView extends LitElement {
     controls,
     jobsStyles,
     css`
-      .drop { display: grid; gap: 10px; justify-items: center; padding: 36px 20px; text-align: center;
-        border: 2px dashed var(--control); border-radius: var(--radius); background: var(--raised); }
+      .drop { display: grid; gap: 10px; justify-items: center; padding: 36px 20px;
+        text-align: center;
+        border: 2px dashed var(--control); border-radius: var(--radius); background: var(--raised);
+        }
       .drop.over { border-color: var(--accent); background: var(--accent-soft); }
       .drop strong { font-size: 15px; overflow-wrap: anywhere; }
       form { display: grid; gap: 16px; }
@@ -65,12 +70,13 @@ export class UploadView extends LitElement {
         >
           <strong>${folder ? folder.name || 'Files' : 'Drop a folder of frames here'}</strong>
           <span class="hint">
-            ${folder ? describe(folder) : 'Mantaflow cache, PLY, OBJ, STL or OpenVDB: one folder is one animation.'}
+            ${folder ? describe(folder) : hint}
           </span>
           <button type="button" ?disabled=${!!upload} @click=${() => this.chooser.click()}>
             ${folder ? 'Choose another folder' : 'Choose a folder'}
           </button>
-          <input type="file" aria-label="Folder of frames" webkitdirectory multiple hidden @change=${this.onChosen} />
+          <input type="file" aria-label="Folder of frames" webkitdirectory multiple hidden
+            @change=${this.onChosen} />
         </div>
         <lb-error .error=${this.error}></lb-error>
         ${folder ? this.renderForm() : nothing}
@@ -89,14 +95,18 @@ export class UploadView extends LitElement {
             <span class="hint" id="rule">${idRule}</span>
           </label>
           <label class="field">Frames a second
-            <input name="fps" type="number" min="0.001" step="any" placeholder="from meta.json, else 24" />
+            <input name="fps" type="number" min="0.001" step="any"
+              placeholder="from meta.json, else 24" />
           </label>
           <label class="field">Scale
-            <input name="scale" type="number" min="0" step="any" placeholder="from meta.json, else 1" />
+            <input name="scale" type="number" min="0" step="any"
+              placeholder="from meta.json, else 1" />
             <span class="hint">metres per unit of the files</span>
           </label>
           <label class="field">Up
-            <select name="up">${ups.map((up) => html`<option value=${up}>${upName(up)}</option>`)}</select>
+            <select name="up">
+              ${ups.map((up) => html`<option value=${up}>${upName(up)}</option>`)}
+            </select>
           </label>
           <label class="field">Pattern
             <input name="pattern" maxlength="255" placeholder="all frames" spellcheck="false" />
@@ -104,14 +114,18 @@ export class UploadView extends LitElement {
           </label>
           <label class="check"><input name="gaps" type="checkbox" /> Numbers may be missing</label>
         </div>
-        ${this.upload ? this.renderProgress() : html`<div class="actions"><button class="primary">Upload</button></div>`}
+        ${this.upload ? this.renderProgress() : html`<div class="actions">
+        <button class="primary">Upload</button></div>`}
       </form>
     `;
   }
 
   private renderProgress() {
     const { sent, total } = this;
-    const text = sent < total ? `${formatBytes(sent)} of ${formatBytes(total)} sent` : 'All is sent; the server looks at it';
+    const text =
+      sent < total
+        ? `${formatBytes(sent)} of ${formatBytes(total)} sent`
+        : 'All is sent; the server looks at it';
     return html`
       <progress max=${total || 1} .value=${sent} aria-label="Progress of the upload"></progress>
       <div class="actions">
@@ -122,7 +136,7 @@ export class UploadView extends LitElement {
   }
 
   private onName(event: Event): void {
-    this.animationId = (event.target as HTMLInputElement).value;
+    this.animationId = textOf(event);
   }
 
   private onDragOver(event: DragEvent): void {
@@ -186,7 +200,13 @@ export class UploadView extends LitElement {
       this.total = total;
     };
     try {
-      const job = await uploadAnimation(this.animationId, files, this.settings(), { progress }, controller.signal);
+      const job = await uploadAnimation(
+        this.animationId,
+        files,
+        this.settings(),
+        { progress },
+        controller.signal,
+      );
       jobBoard.add(job);
       this.folder = undefined;
       this.dispatchEvent(new CustomEvent('uploaded'));

@@ -46,12 +46,14 @@ export class VerdictView extends LitElement {
       </div>
       <p>${words.text}</p>
       ${verdict?.reason ? html`<p class="reason muted">${verdict.reason}</p>` : nothing}
-      ${verdict?.worst?.position
-        ? html`<div class="actions">
+      ${
+        verdict?.worst?.position
+          ? html`<div class="actions">
             <button @click=${this.fly}>Go to the worst place</button>
             <span class="hint">${placeText(verdict.worst)}</span>
           </div>`
-        : nothing}
+          : nothing
+      }
       <details>
         <summary>All figures</summary>
         <div class="scroll">${this.renderFigures()}</div>
@@ -69,9 +71,12 @@ export class VerdictView extends LitElement {
     }));
     return html`<table>
       <caption class="visually-hidden">Figures of ${shortName(this.report.target)}</caption>
-      <tbody>${[...figures, ...tried].map(({ name, value, meaning }) => html`<tr>
-        <th scope="row">${name}</th><td class="number">${value}</td><td class="meaning">${meaning}</td>
-      </tr>`)}</tbody>
+      <tbody>${[...figures, ...tried].map(
+        ({ name, value, meaning }) => html`<tr>
+        <th scope="row">${name}</th><td class="number">${value}</td>
+        <td class="meaning">${meaning}</td>
+      </tr>`,
+      )}</tbody>
     </table>`;
   }
 

@@ -99,7 +99,11 @@ export function reportFigures(report: RegistrationReport): VerdictFigure[] {
       value: `${report.meanResidualEdges.toFixed(3)} edges`,
       meaning: 'from the registered source to the target, in mean edge lengths',
     },
-    { name: 'Inliers', value: percent(report.inlierShare), meaning: 'of the samples found a partner' },
+    {
+      name: 'Inliers',
+      value: percent(report.inlierShare),
+      meaning: 'of the samples found a partner',
+    },
     {
       name: 'Work',
       value: `${report.seconds.toFixed(1)} s`,

@@ -44,7 +44,8 @@ function share(part: bigint, whole: bigint): string {
 /** What a registration tells while it runs. */
 export function progressFigures(progress: Progress | undefined): Figure[] {
   if (!progress) return [];
-  const { iteration, numIterations, fitEnergy, smoothnessEnergy, numInliers, numSamples } = progress;
+  const { iteration, numIterations, fitEnergy, smoothnessEnergy, numInliers, numSamples } =
+    progress;
   const figures: Figure[] = [];
   if (numIterations) figures.push({ name: 'iteration', value: `${iteration} of ${numIterations}` });
   if (fitEnergy) figures.push({ name: 'fit energy', value: fitEnergy.toPrecision(4) });

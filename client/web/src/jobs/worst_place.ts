@@ -14,7 +14,10 @@ function sizeOf({ bounds }: Family): number {
 }
 
 /** Fields of the URL: half-way to the target, beside the source and the target, all held there. */
-export function worstPlace(family: Family, report: RegistrationReport): URLSearchParams | undefined {
+export function worstPlace(
+  family: Family,
+  report: RegistrationReport,
+): URLSearchParams | undefined {
   const worst = report.verdict?.worst;
   const at = worst?.position;
   if (!worst || !at) return undefined;

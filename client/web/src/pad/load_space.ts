@@ -1,6 +1,9 @@
 // A family's parameter space with the server's simplices.
 import { getJson, idOf } from '../api/http.ts';
-import { ParameterSpace_Interpolation, type Family } from '../generated/liquidblend/v1/liquidblend_pb.ts';
+import {
+  ParameterSpace_Interpolation,
+  type Family,
+} from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import { PointSpace } from './space.ts';
 
 export interface FamilySpace {
@@ -16,7 +19,9 @@ interface SpaceJson {
 function simplicesOf(json: unknown, numPoints: number): number[][] {
   const { parameterSpace } = json as SpaceJson;
   const all = (parameterSpace?.simplices ?? []).map(({ animations }) => animations ?? []);
-  const areKnown = all.every((simplex) => simplex.every((index) => index >= 0 && index < numPoints));
+  const areKnown = all.every((simplex) =>
+    simplex.every((index) => index >= 0 && index < numPoints),
+  );
   return areKnown ? all : [];
 }
 

@@ -4,6 +4,7 @@ import { LitElement, html, nothing, svg } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { toApiError, isAbort, type ApiError } from '../api/errors.ts';
 import '../base/error_message.ts';
+import { checkedOf, numberOf, textOf } from '../base/events.ts';
 import { clamp, roundTo, sum } from '../base/numbers.ts';
 import { controls } from '../base/styles.ts';
 import type { ViewModel } from '../view/model.ts';
@@ -86,20 +87,27 @@ export class Pad extends LitElement {
     const { names } = this.shown!.space;
     const choose = (axis: 0 | 1) => (event: Event) => {
       const axes: Axes = [...this.axes];
-      axes[axis] = Number((event.target as HTMLSelectElement).value);
+      axes[axis] = Number(textOf(event));
       if (axes[0] === axes[1]) axes[1 - axis] = this.axes[axis];
       this.axes = axes;
     };
     return html`<div class="axes">
-      ${([0, 1] as const).map((axis) => html`<label>${axis ? 'up' : 'right'}
+      ${([0, 1] as const).map(
+        (axis) => html`<label>${axis ? 'up' : 'right'}
         <select @change=${choose(axis)}>
-          ${names.map((name, i) => html`<option value=${i} .selected=${i === this.axes[axis]}>${name}</option>`)}
+          ${names.map((name, i) => html`<option value=${i}
+            .selected=${i === this.axes[axis]}>${name}</option>`)}
         </select>
-      </label>`)}
+      </label>`,
+      )}
     </div>`;
   }
 
-  private renderPicture({ space, labels }: FamilySpace, point: Point, location: Location | undefined) {
+  private renderPicture(
+    { space, labels }: FamilySpace,
+    point: Point,
+    location: Location | undefined,
+  ) {
     return html`<svg
       viewBox="0 0 ${padWidth} ${padHeight}"
       @pointerdown=${this.onPointerDown}
@@ -114,11 +122,16 @@ export class Pad extends LitElement {
     const { space } = this.shown!;
     const at = placeOf(space.scale(point), this.axes);
     const isOutside = location?.isOutside ?? false;
-    const used = isOutside && !this.extrapolate ? placeOf(space.scale(location!.nearest), this.axes) : at;
+    const used =
+      isOutside && !this.extrapolate ? placeOf(space.scale(location!.nearest), this.axes) : at;
     return svg`
-      ${used === at ? nothing : svg`
+      ${
+        used === at
+          ? nothing
+          : svg`
         <line class="way" x1=${at.x} y1=${at.y} x2=${used.x} y2=${used.y} />
-        <circle class="used" cx=${used.x} cy=${used.y} r="6" />`}
+        <circle class="used" cx=${used.x} cy=${used.y} r="6" />`
+      }
       <g class="marker ${isOutside ? 'outside' : ''}" tabindex="0" role="application"
         aria-roledescription="point" aria-label=${this.markerText(point)} @keydown=${this.onKey}>
         <circle class="ring" cx=${at.x} cy=${at.y} r="10" />
@@ -128,22 +141,27 @@ export class Pad extends LitElement {
 
   private markerText(point: Point): string {
     const values = this.shown!.space.names.map((name, i) => `${name} ${roundTo(point[i]!, 4)}`);
-    return `Point in parameter space: ${values.join(', ')}. Arrow keys move it, with Shift further.`;
+    const keys = 'Arrow keys move it, with Shift further.';
+    return `Point in parameter space: ${values.join(', ')}. ${keys}`;
   }
 
   private renderValue(name: string, index: number, point: Point) {
     const [low, high] = this.rangeOf(index);
     const set = (event: Event) => {
-      const value = (event.target as HTMLInputElement).valueAsNumber;
+      const value = numberOf(event);
       if (Number.isFinite(value)) this.move(point.map((old, i) => (i === index ? value : old)));
     };
     return html`<div class="value">
       <label for=${`value${index}`}>${name}</label>
-      <input id=${`value${index}`} type="number" step="any" .value=${String(roundTo(point[index]!, 6))} @change=${set} />
-      ${this.axes.includes(index)
-        ? nothing
-        : html`<input type="range" aria-label=${`${name}, slider`} min=${low} max=${high} step=${(high - low) / 1000}
-            .value=${String(point[index])} @input=${set} />`}
+      <input id=${`value${index}`} type="number" step="any"
+        .value=${String(roundTo(point[index]!, 6))} @change=${set} />
+      ${
+        this.axes.includes(index)
+          ? nothing
+          : html`<input type="range" aria-label=${`${name}, slider`} min=${low} max=${high}
+            step=${(high - low) / 1000}
+            .value=${String(point[index])} @input=${set} />`
+      }
     </div>`;
   }
 
@@ -152,13 +170,15 @@ export class Pad extends LitElement {
     if (!weights) return nothing;
     const all = [1 - sum(weights), ...weights];
     return html`<dl class="weights" aria-label="Weights of this point">
-      ${labels.map((label, i) => html`<div class=${Math.abs(all[i]!) < 1e-9 ? 'none' : ''}>
+      ${labels.map(
+        (label, i) => html`<div class=${Math.abs(all[i]!) < 1e-9 ? 'none' : ''}>
         <dt>${label}</dt><dd>${(all[i] ?? 0).toFixed(4)}</dd>
-      </div>`)}
+      </div>`,
+      )}
     </dl>`;
   }
 
-  /** Of all targets, as the picture has them or will have them; undefined if nothing is known yet. */
+  /** Of all targets, as the picture has them or will have them; undefined: not known yet. */
   private weights(isSmooth: boolean, location: Location | undefined): number[] | undefined {
     if (isSmooth || !location) return this.model.main?.picture?.shown?.info.weights;
     return location.isOutside && !this.extrapolate ? location.nearestWeights : location.weights;
@@ -202,7 +222,7 @@ export class Pad extends LitElement {
   }
 
   private onExtrapolate(event: Event): void {
-    this.extrapolate = (event.target as HTMLInputElement).checked;
+    this.extrapolate = checkedOf(event);
     this.move(this.point);
   }
 

@@ -14,10 +14,12 @@ export function renderSimplices(space: PointSpace, axes: Axes) {
   const { inner, hull } = edgesOf(space.simplices);
   const corners = (simplex: number[]) =>
     simplex.map((index) => `${places[index]!.x},${places[index]!.y}`).join(' ');
-  const line = (kind: string) => ([a, b]: Edge) => {
-    const [from, to] = [places[a]!, places[b]!];
-    return svg`<line class=${kind} x1=${from.x} y1=${from.y} x2=${to.x} y2=${to.y} />`;
-  };
+  const line =
+    (kind: string) =>
+    ([a, b]: Edge) => {
+      const [from, to] = [places[a]!, places[b]!];
+      return svg`<line class=${kind} x1=${from.x} y1=${from.y} x2=${to.x} y2=${to.y} />`;
+    };
   return svg`
     ${space.simplices.map((simplex) => svg`<polygon class="area" points=${corners(simplex)} />`)}
     ${inner.map(line('inner'))} ${hull.map(line('hull'))}`;
@@ -41,6 +43,9 @@ function renderLabel(label: string, { x, y }: Place) {
 }
 
 export function renderNames(names: string[], axes: Axes) {
-  const right = svg`<text class="name" x=${padWidth - 6} y=${padHeight - 6} text-anchor="end">${names[axes[0]]} →</text>`;
-  return isLine(axes) ? right : svg`${right}<text class="name" x="6" y="14">↑ ${names[axes[1]]}</text>`;
+  const right = svg`<text class="name" x=${padWidth - 6} y=${padHeight - 6}
+    text-anchor="end">${names[axes[0]]} →</text>`;
+  return isLine(axes)
+    ? right
+    : svg`${right}<text class="name" x="6" y="14">↑ ${names[axes[1]]}</text>`;
 }

@@ -71,7 +71,12 @@ export function coordinatesIn(corners: Point[], point: Point): number[] {
 }
 
 function combine(corners: Point[], coordinates: number[]): Point {
-  return corners[0]!.map((_, i) => dot(corners.map((corner) => corner[i]!), coordinates));
+  return corners[0]!.map((_, i) =>
+    dot(
+      corners.map((corner) => corner[i]!),
+      coordinates,
+    ),
+  );
 }
 
 // Coordinates of the projection to the space that the corners span.
@@ -79,7 +84,11 @@ function projected(corners: Point[], point: Point): number[] {
   const edges = corners.slice(1).map((corner) => minus(corner, corners[0]!));
   const offset = minus(point, corners[0]!);
   const gram = edges.map((a) => edges.map((b) => dot(a, b)));
-  const inner = solve(gram, edges.map((edge) => dot(edge, offset))) ?? edges.map(() => 0);
+  const inner =
+    solve(
+      gram,
+      edges.map((edge) => dot(edge, offset)),
+    ) ?? edges.map(() => 0);
   return [1 - inner.reduce((total, value) => total + value, 0), ...inner];
 }
 
@@ -161,7 +170,9 @@ export class PointSpace {
   // Of equally near ones, that with the smallest sum of squared weights.
   private findNearest(scaled: Point): Nearest {
     const all = this.simplices.map((simplex) => this.nearestIn(simplex, scaled));
-    const closest = all.reduce((best, one) => (one.distance < best.distance - rounding ? one : best));
+    const closest = all.reduce((best, one) =>
+      one.distance < best.distance - rounding ? one : best,
+    );
     const asNear = all.filter(({ simplex }) => this.isIn(simplex, closest.point, sameFace));
     const best = asNear.reduce((a, b) => (b.squares < a.squares ? b : a), closest);
     return { ...closest, simplex: best.simplex };
@@ -171,7 +182,12 @@ export class PointSpace {
     const corners = this.corners(simplex);
     const point = closestIn(corners, scaled);
     const coordinates = coordinatesIn(corners, scaled);
-    return { simplex, point, distance: distanceOf(point, scaled), squares: dot(coordinates, coordinates) };
+    return {
+      simplex,
+      point,
+      distance: distanceOf(point, scaled),
+      squares: dot(coordinates, coordinates),
+    };
   }
 }
 
