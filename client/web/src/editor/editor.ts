@@ -4,6 +4,7 @@ import { customElement, query, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { ApiError, toApiError } from '../api/errors.ts';
 import { shortName } from '../api/names.ts';
+import { token } from '../api/token.ts';
 import '../base/error_message.ts';
 import { checkedOf, textOf } from '../base/events.ts';
 import { pageLocation, type PageLocation } from '../base/hash_location.ts';
@@ -59,6 +60,7 @@ export class Editor extends LitElement {
     this.unsubscribes = [
       pageLocation.subscribe((place) => this.read(place)),
       this.model.changes.subscribe(() => this.onModel()),
+      token.subscribe(() => this.read(pageLocation.value)),
     ];
     this.read(pageLocation.value);
     document.addEventListener('keydown', this.onKey);
@@ -170,6 +172,11 @@ export class Editor extends LitElement {
         <button @click=${() => this.export(true)}>Export check pairs</button>
       </lb-menu>
     `;
+  }
+
+  override updated(): void {
+    const { family } = this.model;
+    document.title = `${family ? `${shortName(family.name)}, ` : ''}editor - liquidblend`;
   }
 
   private onKind(event: Event): void {

@@ -20,6 +20,12 @@ export interface EditorPlace {
   times: Record<Side, number>;
 }
 
+interface Found {
+  family: Family | undefined;
+  target: number;
+  pairs: readonly AutomaticPair[];
+}
+
 const sides: readonly Side[] = ['source', 'target'];
 
 export class EditorModel {
@@ -45,6 +51,7 @@ export class EditorModel {
   selectedAutomatic = '';  // a key
   error: ApiError | undefined;
   private loading = new AbortController();
+  private found: Found | undefined;
 
   get target(): number {
     return this.pairs.target;
@@ -54,14 +61,19 @@ export class EditorModel {
     return this.pairs.list;
   }
 
-  get automatic(): AutomaticPair[] {
-    return this.family ? automaticPairs(this.family, this.target) : [];
+  /** What the registration found for this target. */
+  get automatic(): readonly AutomaticPair[] {
+    const { family, target } = this;
+    if (this.found?.family !== family || this.found?.target !== target) {
+      this.found = { family, target, pairs: family ? automaticPairs(family, target) : [] };
+    }
+    return this.found!.pairs;
   }
 
   /** Shows a family and one of its targets. */
   async open({ family, target, times }: EditorPlace): Promise<void> {
     const same = this.family?.name === family;
-    if (same && target === this.target) return;
+    if (same && target === this.target && this.infos.source) return;
     this.loading.abort();
     const { signal } = (this.loading = new AbortController());
     this.infos = {};

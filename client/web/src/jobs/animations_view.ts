@@ -1,6 +1,6 @@
 // All animations: how they were imported, what the import noted, and how to delete them.
 import { LitElement, css, html, nothing } from 'lit';
-import { customElement, property, query, state } from 'lit/decorators.js';
+import { customElement, query, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { timestampMs } from '@bufbuild/protobuf/wkt';
 import { catalog, type CatalogState } from '../api/catalog.ts';
@@ -8,6 +8,7 @@ import { deleteResource } from '../api/changes.ts';
 import { toApiError, type ApiError } from '../api/errors.ts';
 import { shortName } from '../api/names.ts';
 import '../base/error_message.ts';
+import { textOf } from '../base/events.ts';
 import { formatBytes, formatCount, formatDate, formatSeconds } from '../base/format.ts';
 import { controls } from '../base/styles.ts';
 import { Animation_State, Up, type Animation } from '../generated/liquidblend/v1/liquidblend_pb.ts';
@@ -15,6 +16,8 @@ import './confirm.ts';
 import type { Confirm } from './confirm.ts';
 import { jobsStyles } from './jobs_styles.ts';
 import type { Figure } from './words.ts';
+
+const maxShown = 200;
 
 const states: Record<Animation_State, { kind: string; text: string }> = {
   [Animation_State.STATE_UNSPECIFIED]: { kind: 'none', text: 'unknown' },
@@ -55,7 +58,7 @@ export class AnimationsView extends LitElement {
     `,
   ];
 
-  @property() search = '';
+  @state() private search = '';
   @state() private lists: CatalogState = catalog.value;
   @state() private errors = new Map<string, ApiError>();
   @query('lb-confirm') private confirm!: Confirm;
@@ -73,15 +76,21 @@ export class AnimationsView extends LitElement {
 
   override render() {
     const { animations, loading } = this.lists;
+    const wanted = this.search.trim().toLowerCase();
+    const found = animations.filter(({ name }) => shortName(name).toLowerCase().includes(wanted));
     return html`
       <div class="view">
+        ${animations.length > 10 ? this.renderSearch() : nothing}
         <ul class="plain" aria-label="Imported animations">
           ${repeat(
-            animations,
+            found.slice(0, maxShown),
             ({ name }) => name,
             (animation) => html`<li>${this.renderAnimation(animation)}</li>`,
           )}
         </ul>
+        ${found.length > maxShown
+          ? html`<p class="hint">${found.length - maxShown} more: search to narrow the list.</p>`
+          : nothing}
         ${
           animations.length || loading
             ? nothing
@@ -91,6 +100,11 @@ export class AnimationsView extends LitElement {
       </div>
       <lb-confirm></lb-confirm>
     `;
+  }
+
+  private renderSearch() {
+    return html`<input type="search" aria-label="Search imported animations" placeholder="Search"
+      .value=${this.search} @input=${(event: Event) => (this.search = textOf(event))} />`;
   }
 
   private renderAnimation(animation: Animation) {

@@ -23,6 +23,7 @@ export class JobBoard extends Observable<BoardState> {
   private readonly watched = new Map<string, AbortController>();
   private timer: ReturnType<typeof setInterval> | undefined;
   private nextPageToken = '';
+  private older: Job[] = [];  // of further pages
 
   constructor() {
     super({ jobs: [], hasMore: false, loading: false });
@@ -48,9 +49,9 @@ export class JobBoard extends Observable<BoardState> {
     this.patch({ loading: true });
     try {
       const { items, nextPageToken } = await listJobs('', signal);
-      this.nextPageToken = nextPageToken;
+      if (!this.older.length) this.nextPageToken = nextPageToken;
       this.takeList(items);
-      this.patch({ loading: false, hasMore: !!nextPageToken, error: undefined });
+      this.patch({ loading: false, hasMore: !!this.nextPageToken, error: undefined });
     } catch (error) {
       if (!isAbort(error)) this.patch({ loading: false, error: toApiError(error) });
     }
@@ -60,6 +61,7 @@ export class JobBoard extends Observable<BoardState> {
     try {
       const { items, nextPageToken } = await listJobs(this.nextPageToken);
       this.nextPageToken = nextPageToken;
+      this.older = [...this.older, ...items];
       this.patch({ jobs: [...this.value.jobs, ...items], hasMore: !!nextPageToken });
     } catch (error) {
       this.patch({ error: toApiError(error) });
@@ -67,6 +69,7 @@ export class JobBoard extends Observable<BoardState> {
   }
 
   forget(name: string): void {
+    this.older = this.older.filter((job) => job.name !== name);
     this.patch({ jobs: this.value.jobs.filter((job) => job.name !== name) });
   }
 
@@ -93,10 +96,10 @@ export class JobBoard extends Observable<BoardState> {
       this.watched.has(job.name) ? (before.get(job.name) ?? job) : job,
     );
     const names = new Set(items.map((job) => job.name));
-    const older = this.value.hasMore ? [] : this.value.jobs.filter((job) => !names.has(job.name));
-    const added = older.filter((job) => job.state === 'running');
+    const others = (jobs: Job[]) => jobs.filter((job) => !names.has(job.name));
+    const added = others(this.value.jobs.filter((job) => this.watched.has(job.name)));
     for (const job of newest) this.notice(before.get(job.name), job);
-    this.patch({ jobs: [...added, ...newest] });
+    this.patch({ jobs: [...added, ...newest, ...others(this.older)] });
     this.watchRunning();
   }
 

@@ -1,6 +1,7 @@
 // The section of jobs: operations, upload, registration, animations and families.
 import { LitElement, css, html, type TemplateResult } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
+import { token } from '../api/token.ts';
 import { pageLocation, type PageLocation } from '../base/hash_location.ts';
 import { controls } from '../base/styles.ts';
 import './animations_view.ts';
@@ -67,12 +68,17 @@ export class JobsSection extends LitElement {
     this.unsubscribes = [
       pageLocation.subscribe((place) => (this.place = place)),
       jobBoard.follow(),
+      token.subscribe(() => void jobBoard.refresh()),
     ];
   }
 
   override disconnectedCallback(): void {
     for (const unsubscribe of this.unsubscribes) unsubscribe();
     super.disconnectedCallback();
+  }
+
+  override updated(): void {
+    document.title = `${this.view.title} - liquidblend`;
   }
 
   private get view(): View {

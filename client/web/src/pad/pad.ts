@@ -39,6 +39,7 @@ export class Pad extends LitElement {
   @query('svg') private picture!: SVGSVGElement;
   private loaded: unknown;
   private loading = new AbortController();
+  private sent: Point = [];  // what the model has of `asked`
   private wanted: Point | undefined;  // until the next animation frame
   private unsubscribe = () => {};
 
@@ -200,9 +201,11 @@ export class Pad extends LitElement {
       void this.load(info.subject.version);
     }
     // Sliders of weights, or another place in the URL, take the marker along.
-    const { point } = model.state;
-    if (!point.length) this.asked = undefined;
-    else this.extrapolate = model.state.extrapolate || (this.extrapolate && !!this.asked);
+    const { point, extrapolate } = model.state;
+    if (this.asked && String(point) !== String(this.sent)) {
+      this.asked = undefined;
+      this.extrapolate = extrapolate;
+    }
     this.requestUpdate();
   }
 
@@ -296,8 +299,9 @@ export class Pad extends LitElement {
     const asked = this.rounded(point);
     const location = space.locate(asked);
     const beyond = (location?.isOutside ?? false) && this.extrapolate;
-    this.asked = asked;
     const used = location && !beyond ? location.nearest : asked;
+    this.asked = asked;
+    this.sent = used;
     this.model.setPoint(used, beyond, this.weights(isSmooth, location) ?? this.model.state.weights);
   }
 

@@ -126,13 +126,20 @@ export class PageElement extends LitElement {
 
   private open(name: string, byItself: boolean): void {
     const [collection, id] = name.split('/') as [string, string];
-    if (collection === 'families' && this.section.id === 'edit') {
-      return pageLocation.go({ section: 'edit', fields: new URLSearchParams({ family: id }) });
+    if (collection === 'families' && !byItself && this.section.id !== 'view') {
+      return this.openInSection(id);
     }
     const fields = new URLSearchParams({ [collection === 'families' ? 'family' : 'animation']: id, play: '1' });
     const place = { section: 'view', fields };
     if (byItself) pageLocation.show(place);
     else pageLocation.go(place);
+  }
+
+  // The editor, and the verdicts of Jobs, have families of their own.
+  private openInSection(id: string): void {
+    const { id: section } = this.section;
+    const show: Record<string, string> = section === 'jobs' ? { show: 'families' } : {};
+    pageLocation.go({ section, fields: new URLSearchParams({ ...show, family: id }) });
   }
 
   private onKey(event: KeyboardEvent): void {
