@@ -317,7 +317,6 @@ test('HostileNamesNotesAndErrorsAreText', () =>
         body: `${JSON.stringify(operations[0])}\n`,
       }),
     );
-    await page.goto('about:blank');
     for (const view of [
       'operations',
       'animations',
@@ -325,6 +324,7 @@ test('HostileNamesNotesAndErrorsAreText', () =>
       'register',
     ]) {
       await page.goto(`${baseUrl}/#jobs?show=${view}`);
+      await page.reload();
       if (view !== 'register') await page.locator('main').getByText('onerror').first().waitFor();
       await page.waitForTimeout(100);
       assert.equal(await page.evaluate(() => globalThis.hacked), undefined);

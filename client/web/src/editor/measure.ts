@@ -4,14 +4,19 @@ import type { Family } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import { pairJson, type Residual } from './correspondences.ts';
 import type { WholePair } from './pairs.ts';
 
-interface MeasuredJson {
-  residuals?: {
-    residualM?: number;
-    residualFrames?: number;
-    residualEdges?: number;
-    sourceDistanceM?: number;
-    targetDistanceM?: number;
-  }[];
+type Numbers = Record<string, number | string | undefined>;  // "Infinity" is a string
+
+const maxPairs = 100;  // a request
+
+function toResidual(json: Numbers): Residual {
+  const read = (name: string) => Number(json[name] ?? 0);
+  return {
+    metres: read('residualM'),
+    frames: read('residualFrames'),
+    edges: read('residualEdges'),
+    sourceDistanceM: read('sourceDistanceM'),
+    targetDistanceM: read('targetDistanceM'),
+  };
 }
 
 /** One residual for each pair. Errors: ApiError, AbortError. */
@@ -21,19 +26,14 @@ export async function measurePairs(
   pairs: readonly WholePair[],
   signal: AbortSignal,
 ): Promise<Residual[]> {
-  const request = {
-    version: String(family.version),
-    targetIndex,
-    correspondences: pairs.map(pairJson),
-  };
-  const json = await postJson(`/v1/families/${idOf(family.name)}:measure`, request, signal);
-  return ((json as MeasuredJson).residuals ?? []).map((residual) => ({
-    metres: residual.residualM ?? 0,
-    frames: residual.residualFrames ?? 0,
-    edges: residual.residualEdges ?? 0,
-    sourceDistanceM: residual.sourceDistanceM ?? 0,
-    targetDistanceM: residual.targetDistanceM ?? 0,
-  }));
+  const residuals: Residual[] = [];
+  for (let from = 0; from < pairs.length; from += maxPairs) {
+    const correspondences = pairs.slice(from, from + maxPairs).map(pairJson);
+    const request = { version: String(family.version), targetIndex, correspondences };
+    const json = await postJson(`/v1/families/${idOf(family.name)}:measure`, request, signal);
+    residuals.push(...((json as { residuals?: Numbers[] }).residuals ?? []).map(toResidual));
+  }
+  return residuals;
 }
 
 /** The mean of several residuals; undefined of none. */

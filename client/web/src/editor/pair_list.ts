@@ -17,6 +17,16 @@ const kinds: [Kind, string][] = [
   ['SPACE', 'space'],
 ];
 
+const farEdges = 5;  // further from the surface no registration takes a place
+
+// Which of its places is too far from the surface.
+function farText({ kind }: Pair, residual: Residual, edgesM: [number, number]): string {
+  const { sourceDistanceM = 0, targetDistanceM = 0 } = residual;
+  const isFar = [sourceDistanceM > farEdges * edgesM[0], targetDistanceM > farEdges * edgesM[1]];
+  if (isFar[0]) return 'The source is off the surface.';
+  return isFar[1] && kind !== 'SPACE' ? 'The target is off the surface.' : '';
+}
+
 function residualText({ metres, frames }: Residual): string {
   return `${metres.toFixed(3)} m, ${frames.toFixed(1)} frames`;
 }
@@ -132,10 +142,18 @@ export class PairListElement extends LitElement {
     if (!isWhole(pair)) return html`<span class="about">waits for its other place</span>`;
     if (!residual) return nothing;
     const { outcome } = residual;
+    const far = farText(pair, residual, this.edgesM);
     return html`<span class="about">
-      ${residualText(residual)}
+      ${residualText(residual)} ${far ? html`<span class="overruled">${far}</span>` : nothing}
       ${outcome ? html`<span class=${outcome}>${outcome}</span>` : html`<span>measured</span>`}
     </span>`;
+  }
+
+  // Mean edge lengths of source and target.
+  private get edgesM(): [number, number] {
+    const { source, target } = this.model.infos;
+    const of = (info: typeof source) => info?.animation?.meanEdgeLengthM ?? Number.POSITIVE_INFINITY;
+    return [of(source), of(target)];
   }
 
   private renderControls(pair: Pair) {
