@@ -36,6 +36,8 @@ export default defineConfig({
   base: '/',
   plugins: [preloadDecoder()],
   build: {
+    outDir: process.env.LIQUIDBLEND_PAGE ?? 'dist',
+    emptyOutDir: true,
     target: 'es2022',
     assetsDir: 'page',
     assetsInlineLimit: 0,
