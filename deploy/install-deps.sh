@@ -3,6 +3,7 @@
 # Run again at any time: what is there stays as it is.
 #   deploy/install-deps.sh               everything
 #   deploy/install-deps.sh --build       only what compiling needs
+#   deploy/install-deps.sh --quickstart  what compiling needs, and a browser for a picture of the page
 #   deploy/install-deps.sh --containers  everything, and what tests/containers.sh needs
 #   deploy/install-deps.sh --vtk         everything, and VTK for the benchmark against it
 #   deploy/install-deps.sh [..] --list   only prints the packages
@@ -30,20 +31,23 @@ tools=(
   # a database and an object store of the tests' own
   postgresql-15 ceph-mon ceph-osd ceph-mgr ceph-common radosgw curl
 )
-# npm brings Google's API definitions. Unless it is there: that of others than Debian is one package.
+# npm brings Google's API definitions and builds the page. Unless it is there: that of others than
+# Debian is one package.
 command -v node >/dev/null || build+=(nodejs)
 command -v npm >/dev/null || build+=(npm)
+browser=(chromium)
 containers=(
   podman buildah runc mmdebstrap netavark aardvark-dns catatonit podman-compose iptables systemd
 )
 
 packages=("${build[@]}")
-more=("${tools[@]}")
+more=("${tools[@]}" "${browser[@]}")
 list=0
 for argument in "$@"; do
   case $argument in
     --vtk) packages+=(libvtk9-dev) ;;
     --build) more=() ;;
+    --quickstart) more=("${browser[@]}") ;;
     --containers) packages+=("${containers[@]}") ;;
     --list) list=1 ;;
     --help) usage; exit 0 ;;
@@ -70,7 +74,16 @@ install_npm_packages() {
     echo "install-deps: npm cannot fetch Google's API definitions (proto/package.json);" \
       "cmake -DLIQUIDBLEND_GOOGLE_PROTOS=FOLDER takes them from a folder" >&2
   fi
-  if [ "${#more[@]}" -gt 0 ] && ! fetch_from_npm "$root/tests/server/encode/wasm"; then
+  if ! fetch_from_npm "$root/client/web"; then
+    echo "install-deps: npm cannot fetch what the page is made of (client/web/package.json);" \
+      "it is left out of the server" >&2
+  fi
+  if [ "${#more[@]}" -eq 0 ]; then return 0; fi
+  if ! fetch_from_npm "$root/tests/e2e/web"; then
+    echo "install-deps: npm cannot fetch playwright-core; tests of the page are left out" >&2
+  fi
+  if [ "${#more[@]}" -eq "${#browser[@]}" ]; then return 0; fi
+  if ! fetch_from_npm "$root/tests/server/encode/wasm"; then
     echo "install-deps: npm cannot fetch draco3d; wasm_decoder_test.cc is left out" >&2
   fi
 }

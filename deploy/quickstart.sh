@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # From nothing to moving water: installs, builds, starts a server with a worker, imports the two
 # bundled simulations, registers them, streams blended frames, and leaves pictures to look at.
-# Stops what it started. Asks nothing; run it again at any time.
+# Asks nothing; run it again at any time. In a terminal the server goes on, for its page in a browser,
+# until Ctrl+C; otherwise it stops at the end.
 #   deploy/quickstart.sh
 #   OUT=DIR  where things go (default out)
 set -euo pipefail
@@ -20,7 +21,7 @@ bin=build/release/bin
 say() { printf '\n== %s\n' "$*"; }
 
 say "1/6 packages"
-deploy/install-deps.sh --build
+deploy/install-deps.sh --quickstart
 
 say "2/6 build"
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1  # as tests/run.sh: what one has built is there for the other
@@ -64,20 +65,30 @@ $bin/liquidblend inspect "$out/half.drc"
 say "6/6 pictures"
 $bin/liquidblend render two_drops --weights 0 --weights 0.25 --weights 0.5 --weights 0.75 --weights 1 \
   --times 0,0.25,0.42,0.67,1.0,1.5 -o "$out/blend.png"
+BASE_URL=$http node tests/e2e/web/picture.mjs "$out/page.png" ||
+  echo "no picture of the page: see above" >&2
 
 cat <<TEXT
 
 Done.
   $out/blend.png     A (top), 0.25, 0.5, 0.75, B (bottom) over time: at 0.5 both drops strike at once,
                      which neither simulation does
+  $out/page.png      the page that the server has for browsers
   $out/half/         the whole animation at weight 0.5, one PLY a frame
   $out/half.drc      one Draco frame
 
 Try next:
   $bin/liquidblend-server --data $data --http 127.0.0.1:8080 &   # serves what was registered
+  xdg-open http://127.0.0.1:8080/   # its page: play, blend, upload and register simulations of your own
   curl -o frame.drc 'http://127.0.0.1:8080/v1/families/two_drops/frame.drc?weights=0.5&time=0.8'
   $bin/liquidblend frame two_drops --weights 1.25 --time 0.8 -o beyond_b.ply
   $bin/liquidblend stream two_drops --seconds 10 --fps 60 --sweep
   $bin/liquidblend import mine /path/to/frames  # Mantaflow cache, PLY, OBJ, STL or OpenVDB sequence
   $bin/liquidblend --help
 TEXT
+
+if [ -t 0 ] && [ -t 1 ]; then
+  printf '\nOpen %s/ in a browser. Ctrl+C stops the server.\n' "$http"
+  trap 'echo; exit 0' INT
+  wait "$server"
+fi
