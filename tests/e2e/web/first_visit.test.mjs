@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { gzipSync } from 'node:zlib';
-import { baseUrl, newPage, report, waitFor } from './page.mjs';
+import { assertTime, baseUrl, newPage, report, waitFor } from './page.mjs';
 
 test('FirstVisitIsSmallAndSoonMoves', async () => {
   const page = await newPage();
@@ -23,7 +23,7 @@ test('FirstVisitIsSmallAndSoonMoves', async () => {
     }
     report('first visit', { movingMs, compressed, files: names.size });
     assert.ok(compressed <= 400_000, `${compressed} bytes`);
-    assert.ok(movingMs <= 3000, `${movingMs} ms`);
+    assertTime(movingMs <= 3000, `${movingMs} ms`);
   } finally {
     await page.context().close();
   }
