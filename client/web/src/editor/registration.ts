@@ -29,9 +29,7 @@ export function dropsSome(lists: readonly PairList[]): boolean {
 
 function spaceOf({ parameterSpace }: Family): Json {
   if (!parameterSpace) return {};
-  const { names, points, interpolation } = parameterSpace;
-  const space = { $typeName: parameterSpace.$typeName, names, points, interpolation };
-  return { parameterSpace: toJson(ParameterSpaceSchema, space) };
+  return { parameterSpace: toJson(ParameterSpaceSchema, { ...parameterSpace, simplices: [] }) };
 }
 
 // As the family has it, unless the worker chose it.

@@ -5,6 +5,7 @@ import { catalog } from '../api/catalog.ts';
 import { token } from '../api/token.ts';
 import { pageLocation, type PageLocation } from '../base/hash_location.ts';
 import { icons } from '../base/icons.ts';
+import { roundTo } from '../base/numbers.ts';
 import { controls } from '../base/styles.ts';
 import { setTheme, theme } from '../base/theme.ts';
 import './catalog_list.ts';
@@ -116,7 +117,7 @@ export class PageElement extends LitElement {
       (best, family) => (!best || seconds(family) > seconds(best) ? family : best),
       undefined,
     );
-    if (newest) this.open(newest.name, true);
+    if (newest) this.open(newest.name, true, newest.parameterSpace ? 0 : newest.targets.length);
   }
 
   private onChoose(event: CustomEvent<string>): void {
@@ -124,12 +125,15 @@ export class PageElement extends LitElement {
     this.open(event.detail, false);
   }
 
-  private open(name: string, byItself: boolean): void {
+  // `numTargets`: each weighs as much as the source, so that something new is seen at once.
+  private open(name: string, byItself: boolean, numTargets = 0): void {
     const [collection, id] = name.split('/') as [string, string];
     if (collection === 'families' && !byItself && this.section.id !== 'view') {
       return this.openInSection(id);
     }
     const fields = new URLSearchParams({ [collection === 'families' ? 'family' : 'animation']: id, play: '1' });
+    const weight = roundTo(1 / (numTargets + 1), 6);
+    if (numTargets) fields.set('w', Array(numTargets).fill(weight).join(','));
     const place = { section: 'view', fields };
     if (byItself) pageLocation.show(place);
     else pageLocation.go(place);
