@@ -53,7 +53,7 @@ export async function newPage({ width = 1280, height = 800, theme = 'light', ...
       document.addEventListener('securitypolicyviolation', (event) => {
         globalThis.violations.push(`${event.violatedDirective} ${event.blockedURI}`);
       });
-      if (value) sessionStorage.setItem('liquidblend.token', value);
+      if (value && location.protocol !== 'about:') sessionStorage.setItem('liquidblend.token', value);
     },
     options.withoutToken ? '' : token,
   );
