@@ -36,7 +36,7 @@ class ProbesTest : public server::RpcTest {
   server::HangingBlobs hanging_{*blobs_};
   server::Authorizer everyone_;
   server::AccessController access_controller_{everyone_};
-  const server::ImportRoots import_roots_;
+  server::ImportRoots import_roots_;
   std::unique_ptr<server::Backends> backends_;
   std::unique_ptr<server::Api> api_;
   std::unique_ptr<Port> port_;
