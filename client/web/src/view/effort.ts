@@ -32,7 +32,8 @@ export class Effort {
 
   /** Learns how long a picture waited for its turn. Returns whether something changed. */
   measure(waitedMs: number): boolean {
-    this.balance += waitedMs > slowMs ? 1 : waitedMs < fastMs ? -1 : 0;
+    if (waitedMs > slowMs) this.balance += Math.min(4, waitedMs / slowMs);
+    else if (waitedMs < fastMs) --this.balance;
     if (this.balance > patience) return this.step(1);
     if (this.balance < -this.finerAfter) return this.step(-1);
     return false;
