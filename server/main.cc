@@ -41,8 +41,7 @@ constexpr char kPortFile[] = "server.port";
 constexpr char kHttpPortFile[] = "http.port";
 
 // Null without --http.
-absl::StatusOr<std::unique_ptr<http::Port>> StartHttp(const Settings& settings,
-                                                      server::Api& api) {
+absl::StatusOr<std::unique_ptr<http::Port>> StartHttp(const Settings& settings, server::Api& api) {
   if (!settings.http.has_value()) return nullptr;
   return http::Port::Start(api, *settings.http);
 }

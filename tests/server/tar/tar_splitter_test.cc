@@ -79,9 +79,9 @@ const std::string kEnd(1024, '\0');
 TEST(TarSplitter, GivesFilesInPiecesOfAnySize) {
   const std::string long_name = std::string(200, 'n') + ".ply";  // with a pax header
   const std::string archive = ArchiveOf({{"shot/f1.ply", "one"},
-                                       {"f2.ply", std::string(1000, 'x')},
-                                       {"empty.ply", ""},
-                                       {long_name, "last"}});
+                                         {"f2.ply", std::string(1000, 'x')},
+                                         {"empty.ply", ""},
+                                         {long_name, "last"}});
   for (const size_t piece : {size_t{1}, size_t{511}, size_t{512}, size_t{100'000}}) {
     FileList files;
     EXPECT_THAT(Split(archive, piece, files), Succeeds());
