@@ -3,10 +3,14 @@
 #   tests/e2e/web/run.sh [TEST..]     such as: play scrub; default all
 # BUILD: the build folder (default build/release); LIQUIDBLEND_BINARY_DIR: other programs than its.
 # STRICT_TIMES=1: figures of time count, too; for a machine that does nothing else.
-# Exit: 0 if all passed; 1 if not.
+# Exit: 0 if all passed; 1 if not; 2 usage.
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
+refuse() { echo "run.sh: $1" >&2; usage >&2; exit 2; }
 if [ "${1:-}" = --help ]; then usage; exit 0; fi
+for test in "$@"; do
+  [ -e "$(dirname "$0")/$test.test.mjs" ] || refuse "unknown test: $test"
+done
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../../.." && pwd)
 bin=${LIQUIDBLEND_BINARY_DIR:-${BUILD:-$root/build/release}/bin}
