@@ -10,7 +10,7 @@
 namespace liquidblend::transcode {
 
 struct RouteMatch {
-  const HttpRule* rule = nullptr;  // none: no route, or not for this method
+  const HttpRule* rule = nullptr;  // of the table; none: no route, or not for this method
   std::string variable;            // what the rule's field gets, decoded: "animations/drop"
 };
 

@@ -22,7 +22,8 @@ RouteTable Table() {
 }
 
 std::string Found(std::string_view method, std::string_view path) {
-  const RouteMatch match = Table().Find(method, path);
+  const RouteTable table = Table();  // has what the match refers to
+  const RouteMatch match = table.Find(method, path);
   return match.rule == nullptr ? "" : match.rule->method->name() + " " + match.variable;
 }
 
