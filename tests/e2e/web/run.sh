@@ -2,6 +2,7 @@
 # Runs the browser tests of the page against a server of their own, with two_drops registered.
 #   tests/e2e/web/run.sh [TEST..]     such as: play scrub; default all
 # BUILD: the build folder (default build/release); LIQUIDBLEND_BINARY_DIR: other programs than its.
+# LEAK_FRAMES: how many frames are shown to see whether memory grows (default 300).
 # STRICT_TIMES=1: figures of time count, too; for a machine that does nothing else.
 # Exit: 0 if all passed; 1 if not; 2 usage.
 set -euo pipefail
@@ -31,6 +32,7 @@ until grep -q '^http on ' "$data/server.out"; do
 done
 LIQUIDBLEND_SERVER=$(sed -n 's/^listening on //p' "$data/server.out")
 BASE_URL=http://$(sed -n 's/^http on //p' "$data/server.out")
+export LEAK_FRAMES=${LEAK_FRAMES:-300}
 export LIQUIDBLEND_SERVER BASE_URL LIQUIDBLEND_CLI=$bin/liquidblend
 
 for input in A B; do
