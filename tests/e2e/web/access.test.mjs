@@ -1,20 +1,7 @@
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
 import { test } from 'node:test';
+import { tabStops, violations } from './accessibility.mjs';
 import { baseUrl, counters, family, newPage, openViewer, settled, waitFor } from './page.mjs';
-
-const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
-
-async function violations(page) {
-  await page.evaluate(axe);
-  const found = await page.evaluate(() =>
-    globalThis.axe.run(document, { resultTypes: ['violations'] }),
-  );
-  return found.violations.map(
-    ({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(' ')).join('; ')}`,
-  );
-}
 
 /** The parts of the page that open only when asked to. */
 const openers = {
@@ -64,25 +51,6 @@ test('AxeFindsNothingInAnErrorAndAnEmptyPage', async () => {
     await page.context().close();
   }
 });
-
-/** What the Tab key comes to, by role or tag and name. */
-async function tabStops(page, most = 60) {
-  const stops = [];
-  for (let i = 0; i < most; ++i) {
-    await page.keyboard.press('Tab');
-    const stop = await page.evaluate(() => {
-      let element = document.activeElement;
-      while (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
-      if (!element || element === document.body) return '';
-      return (element.getAttribute('aria-label') ?? element.textContent)
-        .trim()
-        .replace(/\s+/g, ' ');
-    });
-    if (stop && stop === stops[0]) break;
-    stops.push(stop);
-  }
-  return stops;
-}
 
 test('KeyboardReachesEverything', async () => {
   const page = await newPage();

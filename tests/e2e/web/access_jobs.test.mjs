@@ -1,27 +1,14 @@
 // Pad, editor and jobs without a mouse, for readers of screens, in both themes, on a phone.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
 import { before, test } from 'node:test';
+import { tabStops, violations } from './accessibility.mjs';
 import { ensurePadFamily, folderOf } from './library.mjs';
 import { baseUrl, newPage } from './page.mjs';
-
-const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 
 let family;
 before(async () => {
   family = await ensurePadFamily();
 });
-
-async function violations(page) {
-  await page.evaluate(axe);
-  const found = await page.evaluate(() =>
-    globalThis.axe.run(document, { resultTypes: ['violations'] }),
-  );
-  return found.violations.map(
-    ({ id, nodes }) => `${id}: ${nodes.map((node) => node.target.join(' ')).join('; ')}`,
-  );
-}
 
 async function addPair(page) {
   await page.waitForFunction(() => {
@@ -124,27 +111,6 @@ for (const theme of ['light', 'dark']) {
       }
     });
   }
-}
-
-/** The names of what the Tab key comes to, in order. */
-async function tabStops(page, most = 90) {
-  const stops = [];
-  for (let i = 0; i < most; ++i) {
-    await page.keyboard.press('Tab');
-    const stop = await page.evaluate(() => {
-      let element = document.activeElement;
-      while (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
-      if (!element || element === document.body) return '';
-      const label =
-        element.getAttribute('aria-label') ??
-        element.labels?.[0]?.textContent ??
-        element.textContent;
-      return label.trim().replace(/\s+/g, ' ');
-    });
-    if (stop && stop === stops[0]) break;
-    stops.push(stop);
-  }
-  return stops;
 }
 
 test('TabComesToAllOfTheEditorInOrder', async () => {

@@ -6,6 +6,7 @@ import { shortName } from '../api/names.ts';
 import { cancelJob } from '../api/operations.ts';
 import '../base/error_message.ts';
 import { checkedOf, textOf } from '../base/events.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import { gradeWords, leftText, progressFigures, stageText } from '../jobs/words.ts';
 import type { Residual } from './correspondences.ts';
@@ -59,17 +60,7 @@ export class AgainPanel extends LitElement {
   @state() private fromScratch = false;
   @state() private cancelError: ApiError | undefined;
   @query('input[type=number]') private iterations!: HTMLInputElement;
-  private unsubscribe = () => {};
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.unsubscribe = this.model.changes.subscribe(() => this.requestUpdate());
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => this.model.changes);
 
   override render() {
     const { model } = this;

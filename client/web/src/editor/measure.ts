@@ -1,21 +1,24 @@
 // How far the registration leaves pairs from where they should be. It changes nothing.
 import { idOf, postJson } from '../api/http.ts';
-import type { Family } from '../generated/liquidblend/v1/liquidblend_pb.ts';
+import { fromServer } from '../api/messages.ts';
+import {
+  MeasureCorrespondencesResponseSchema,
+  type Family,
+  type MeasureCorrespondencesResponse_Residual as MeasuredResidual,
+} from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import { pairJson, type Residual } from './correspondences.ts';
 import type { WholePair } from './pairs.ts';
 
-type Numbers = Record<string, number | string | undefined>;  // "Infinity" is a string
-
 const maxPairs = 100;  // a request
 
-function toResidual(json: Numbers): Residual {
-  const read = (name: string) => Number(json[name] ?? 0);
+function toResidual(measured: MeasuredResidual): Residual {
+  const { residualM, residualFrames, residualEdges, sourceDistanceM, targetDistanceM } = measured;
   return {
-    metres: read('residualM'),
-    frames: read('residualFrames'),
-    edges: read('residualEdges'),
-    sourceDistanceM: read('sourceDistanceM'),
-    targetDistanceM: read('targetDistanceM'),
+    metres: residualM,
+    frames: residualFrames,
+    edges: residualEdges,
+    sourceDistanceM,
+    targetDistanceM,
   };
 }
 
@@ -31,7 +34,8 @@ export async function measurePairs(
     const correspondences = pairs.slice(from, from + maxPairs).map(pairJson);
     const request = { version: String(family.version), targetIndex, correspondences };
     const json = await postJson(`/v1/families/${idOf(family.name)}:measure`, request, signal);
-    residuals.push(...((json as { residuals?: Numbers[] }).residuals ?? []).map(toResidual));
+    const response = fromServer(MeasureCorrespondencesResponseSchema, json);
+    residuals.push(...response.residuals.map(toResidual));
   }
   return residuals;
 }

@@ -4,6 +4,7 @@ import { customElement, property } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import { checkedOf, numberOf, textOf } from '../base/events.ts';
 import { icons } from '../base/icons.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import { colourOf } from './colours.ts';
 import type { AutomaticPair, Residual } from './correspondences.ts';
@@ -70,17 +71,7 @@ export class PairListElement extends LitElement {
   ];
 
   @property({ attribute: false }) model!: EditorModel;
-  private unsubscribe = () => {};
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.unsubscribe = this.model.changes.subscribe(() => this.requestUpdate());
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => this.model.changes);
 
   override render() {
     const { pairs } = this.model.list;

@@ -10,6 +10,7 @@ import { shortName } from '../api/names.ts';
 import '../base/error_message.ts';
 import { textOf } from '../base/events.ts';
 import { formatBytes, formatCount, formatDate, formatSeconds } from '../base/format.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import { Animation_State, Up, type Animation } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import './confirm.ts';
@@ -62,17 +63,7 @@ export class AnimationsView extends LitElement {
   @state() private lists: CatalogState = catalog.value;
   @state() private errors = new Map<string, ApiError>();
   @query('lb-confirm') private confirm!: Confirm;
-  private unsubscribe = () => {};
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.unsubscribe = catalog.subscribe((lists) => (this.lists = lists));
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => catalog, (lists) => (this.lists = lists));
 
   override render() {
     const { animations, loading } = this.lists;

@@ -3,6 +3,7 @@ import { LitElement, html, nothing } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
 import type { Job } from '../api/operations.ts';
+import { Observing } from '../base/observing.ts';
 import '../base/error_message.ts';
 import { controls } from '../base/styles.ts';
 import { jobBoard, type BoardState } from './job_board.ts';
@@ -14,17 +15,7 @@ export class OperationsView extends LitElement {
   static override styles = [controls, jobsStyles];
 
   @state() private board: BoardState = jobBoard.value;
-  private unsubscribe = () => {};
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.unsubscribe = jobBoard.subscribe((board) => (this.board = board));
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => jobBoard, (board) => (this.board = board));
 
   override render() {
     const { jobs, error, hasMore, loading } = this.board;

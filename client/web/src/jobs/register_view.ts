@@ -8,6 +8,7 @@ import { shortName } from '../api/names.ts';
 import '../base/error_message.ts';
 import { checkedOf, textOf } from '../base/events.ts';
 import { icons } from '../base/icons.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import { Animation_State } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import { jobBoard } from './job_board.ts';
@@ -46,17 +47,7 @@ export class RegisterView extends LitElement {
   @state() private form: RegisterForm = emptyForm();
   @state() private error: ApiError | undefined;
   @state() private sending = false;
-  private unsubscribe = () => {};
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.unsubscribe = catalog.subscribe((lists) => (this.lists = lists));
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => catalog, (lists) => (this.lists = lists));
 
   private get ready(): string[] {
     return this.lists.animations

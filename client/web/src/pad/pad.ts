@@ -2,13 +2,13 @@
 // marker that asks for the blend at its place.
 import { LitElement, html, nothing, svg } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { toApiError, isAbort, type ApiError } from '../api/errors.ts';
-import '../base/error_message.ts';
 import { checkedOf, numberOf, textOf } from '../base/events.ts';
 import { clamp, roundTo, sum } from '../base/numbers.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
+import type { Family } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import type { ViewModel } from '../view/model.ts';
-import { loadSpace, type FamilySpace } from './load_space.ts';
+import { familySpace, type FamilySpace } from './family_space.ts';
 import { padHeight, padWidth, placeOf, scaledAt, type Axes, type Place } from './pad_frame.ts';
 import { padStyles } from './pad_styles.ts';
 import { renderNames, renderPoints, renderSimplices } from './pad_picture.ts';
@@ -32,32 +32,27 @@ export class Pad extends LitElement {
 
   @property({ attribute: false }) model!: ViewModel;
   @state() private shown: FamilySpace | undefined;
-  @state() private error: ApiError | undefined;
   @state() private axes: Axes = [0, 0];
   @state() private asked: Point | undefined;  // where the person put the marker
   @state() private extrapolate = false;
   @query('svg') private picture!: SVGSVGElement;
   private loaded: unknown;
-  private loading = new AbortController();
   private sent: Point = [];  // what the model has of `asked`
   private wanted: Point | undefined;  // until the next animation frame
-  private unsubscribe = () => {};
+  readonly observing = new Observing(
+    this,
+    () => this.model.changes,
+    () => this.onModel(),
+  );
 
   override connectedCallback(): void {
     super.connectedCallback();
-    this.unsubscribe = this.model.changes.subscribe(() => this.onModel());
     this.onModel();
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    this.loading.abort();
-    super.disconnectedCallback();
   }
 
   override render() {
     const { shown } = this;
-    if (!shown) return html`<lb-error .error=${this.error}></lb-error>`;
+    if (!shown) return nothing;
     const point = this.point;
     const location = shown.space.locate(point);
     return html`
@@ -198,7 +193,7 @@ export class Pad extends LitElement {
     const { info } = model.main ?? {};
     if (info?.family && info !== this.loaded) {
       this.loaded = info;
-      void this.load(info.subject.version);
+      this.show(info.family);
     }
     // Sliders of weights, or another place in the URL, take the marker along.
     const { point, extrapolate } = model.state;
@@ -209,19 +204,11 @@ export class Pad extends LitElement {
     this.requestUpdate();
   }
 
-  private async load(version: bigint): Promise<void> {
-    this.loading.abort();
-    const { signal } = (this.loading = new AbortController());
-    this.shown = this.error = this.asked = undefined;
-    try {
-      const shown = await loadSpace(this.model.main!.info!.family!, version, signal);
-      if (signal.aborted || !shown) return;
-      this.axes = shown.space.names.length > 1 ? [0, 1] : [0, 0];
-      this.shown = shown;
-      this.extrapolate = this.model.state.extrapolate;
-    } catch (error) {
-      if (!isAbort(error)) this.error = toApiError(error);
-    }
+  private show(family: Family): void {
+    this.asked = undefined;
+    this.shown = familySpace(family);
+    this.axes = this.shown && this.shown.space.names.length > 1 ? [0, 1] : [0, 0];
+    this.extrapolate = this.model.state.extrapolate;
   }
 
   private onExtrapolate(event: Event): void {

@@ -6,6 +6,7 @@ import { catalog, type CatalogState } from '../api/catalog.ts';
 import '../base/error_message.ts';
 import { icons } from '../base/icons.ts';
 import { formatSeconds } from '../base/format.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import {
   Animation_State,
@@ -139,17 +140,7 @@ export class CatalogList extends LitElement {
   @property() current = '';
   @state() private lists: CatalogState = catalog.value;
   @state() private search = '';
-  private unsubscribe = () => {};
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.unsubscribe = catalog.subscribe((lists) => (this.lists = lists));
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => catalog, (lists) => (this.lists = lists));
 
   override render() {
     return html`

@@ -1,6 +1,5 @@
 // A WebSocket that brings frames at a steady pace, and comes again when it is lost.
 import { create, fromBinary, toBinary, type MessageInitShape } from '@bufbuild/protobuf';
-import { BinaryWriter, WireType } from '@bufbuild/protobuf/wire';
 import { ApiError } from '../api/errors.ts';
 import { subprotocols, token } from '../api/token.ts';
 import { measured } from '../base/work.ts';
@@ -25,7 +24,6 @@ export interface StreamEvents {
   probe(): Promise<unknown>;
 }
 
-const creditField = 42;
 const closedNormally = 1000;
 
 function streamUrl(): string {
@@ -36,13 +34,8 @@ function isTemporary(error: ApiError): boolean {
   return error.status === 0 || error.status === 429 || error.status >= 500;
 }
 
-/** The server sends no more frames than the credit that it was given. */
-function encode(request: StreamRequest, credit: number): Uint8Array<ArrayBuffer> {
+function encode(request: StreamRequest): Uint8Array<ArrayBuffer> {
   const message = create(StreamFramesRequestSchema, request);
-  if (credit) {
-    const data = new BinaryWriter().uint32(credit).finish();
-    message.$unknown = [{ no: creditField, wireType: WireType.Varint, data }];
-  }
   return toBinary(StreamFramesRequestSchema, message) as Uint8Array<ArrayBuffer>;
 }
 
@@ -74,7 +67,7 @@ export class FrameStream {
 
   constructor(
     private readonly events: StreamEvents,
-    private readonly credit: number,
+    private readonly credit: number,  // frames that the server may send ahead
   ) {}
 
   open(request: StreamRequest): void {
@@ -86,12 +79,12 @@ export class FrameStream {
 
   change(request: StreamRequest): void {
     this.request = { ...this.request, ...request };
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(encode(request, 0));
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(encode(request));
   }
 
   /** One more frame may come. */
   grant(): void {
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(encode({}, 1));
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(encode({ credit: 1 }));
   }
 
   close(): void {
@@ -111,7 +104,7 @@ export class FrameStream {
     socket.onopen = () => {
       opened = true;
       if (this.socket !== socket) return;
-      socket.send(encode(this.request, this.credit));
+      socket.send(encode({ ...this.request, credit: this.credit }));
       this.events.state('open');
     };
     socket.onmessage = ({ data }) => {

@@ -2,6 +2,7 @@
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { clamp, roundTo } from '../base/numbers.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import type { Loop } from '../stream/clock.ts';
 import type { ViewModel } from './model.ts';
@@ -42,17 +43,7 @@ export class Pace extends LitElement {
   ];
 
   @property({ attribute: false }) model!: ViewModel;
-  private unsubscribe = () => {};
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.unsubscribe = this.model.changes.subscribe(() => this.requestUpdate());
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => this.model.changes);
 
   override render() {
     const { rate, framesPerSecond, loop } = this.model.state;

@@ -1,4 +1,5 @@
 // One picture with its name, its errors and the camera's keys.
+import { Observing } from '../base/observing.ts';
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import '../base/error_message.ts';
@@ -60,17 +61,7 @@ export class PaneElement extends LitElement {
   @property({ type: Boolean }) named = false;
   @state() private broken = '';
   @query('canvas') private canvas!: HTMLCanvasElement;
-  private unsubscribe = () => {};
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.unsubscribe = this.model.changes.subscribe(() => this.requestUpdate());
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => this.model.changes);
 
   override firstUpdated(): void {
     try {

@@ -2,6 +2,7 @@
 import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icons } from '../base/icons.ts';
+import { Observing } from '../base/observing.ts';
 import '../base/menu.ts';
 import { controls } from '../base/styles.ts';
 import type { Shading } from '../scene/stage.ts';
@@ -60,17 +61,7 @@ export class Toolbar extends LitElement {
   ];
 
   @property({ attribute: false }) model!: ViewModel;
-  private unsubscribe = () => {};
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.unsubscribe = this.model.changes.subscribe(() => this.requestUpdate());
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => this.model.changes);
 
   override render() {
     const { state } = this.model;

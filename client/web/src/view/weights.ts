@@ -2,6 +2,7 @@
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { roundTo, sum } from '../base/numbers.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import type { ViewModel } from './model.ts';
 import { weightLimits } from './state.ts';
@@ -141,17 +142,7 @@ export class Weights extends LitElement {
   ];
 
   @property({ attribute: false }) model!: ViewModel;
-  private unsubscribe = () => {};
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.unsubscribe = this.model.changes.subscribe(() => this.requestUpdate());
-  }
-
-  override disconnectedCallback(): void {
-    this.unsubscribe();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => this.model.changes);
 
   override render() {
     const { targets, state } = this.model;
