@@ -58,8 +58,8 @@ class Api {
   using Read = absl::AnyInvocable<absl::Status(google::protobuf::Message& request)>;
   virtual void Call(const Method& method, const Principal& principal, Read read, IsWanted is_wanted,
                     Done<MessagePtr> done) = 0;
-  // As WatchOperation, one change at a time: the result is to be called again once its `done` has
-  // been.
+  // Gives the next change of a watched operation. To be called again once its `done` has been
+  // called.
   using NextOperation = std::function<void(Done<SeenOperationPtr>)>;
   virtual NextOperation WatchOperation(const std::string& name, IsWanted is_wanted) = 0;
   // UploadAnimation; see OpenArchiveUpload().

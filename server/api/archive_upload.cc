@@ -37,7 +37,7 @@ class UploadSink final : public tar::FileSink {
     return absl::OkStatus();
   }
 
-  // Of the upload, and not of the archive.
+  // Error of the upload; the archive itself may be whole.
   const absl::Status& error() const { return error_; }
 
  private:

@@ -56,7 +56,7 @@ class Triangulation {
   Eigen::VectorXd Scale(std::span<const double> point) const;
 
   const std::vector<std::string>& names() const { return names_; }
-  // Of each simplex its animations, ascending; 0 is the source.
+  // Animations at the corners of each simplex, ascending; 0 is the source.
   std::vector<std::vector<int>> simplices() const;
   int num_simplices() const { return static_cast<int>(simplices_.size()); }
 

@@ -29,7 +29,7 @@ struct Route {
   std::string family;                                 // or animation: its id, of a frame
   v1::Encoding::Format format = v1::Encoding::DRACO;  // of a frame
   std::vector<std::string> allowed;                   // HTTP methods of the path, but for OPTIONS
-  // Of kMethod, if the HTTP method is allowed.
+  // Method and rule of the API: of kMethod, if the HTTP method is allowed.
   const server::Method* method = nullptr;
   const transcode::HttpRule* rule = nullptr;
   std::string variable;  // what the rule's field gets

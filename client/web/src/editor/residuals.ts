@@ -32,7 +32,7 @@ export class Residuals {
     clearTimeout(this.timer);
   }
 
-  // What the registration said of its own pairs, and what the server measures of all others.
+  // Takes residuals of registered pairs from the report, and has the server measure the others.
   private async measure(family: Family, target: number, { pairs }: PairList): Promise<void> {
     const { signal } = (this.controller = new AbortController());
     const whole = pairs.filter(isWhole);

@@ -167,7 +167,7 @@ export class PointSpace {
     return weights.slice(1);
   }
 
-  // Of equally near ones, that with the smallest sum of squared weights.
+  // Nearest simplex; of equally near ones, that with the smallest sum of squared weights.
   private findNearest(scaled: Point): Nearest {
     const all = this.simplices.map((simplex) => this.nearestIn(simplex, scaled));
     const closest = all.reduce((best, one) =>

@@ -156,7 +156,7 @@ export class Stage {
     this.renderer.forceContextLoss();
   }
 
-  // What is behind the liquid changes with the camera only.
+  // The background is drawn anew only if the camera has moved.
   private renderLiquid(output: WebGLRenderTarget | null, backgroundKey: string): void {
     const { renderer } = this;
     if (backgroundKey !== this.backgroundKey) {
