@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/time/clock.h"
 #include "server/api/served_operation.h"
 #include "server/base/errors.h"
@@ -27,10 +28,15 @@ void OperationWatch::AwaitDone(absl::Time deadline, Done done) {
 }
 
 void OperationWatch::LookAfter(absl::Duration delay) {
-  const absl::Status posted = Guarded([&]() -> absl::Status {
-    const bool is_posted =
-        backends_.steps.PostAfter(delay, [self = shared_from_this()] { self->Look(); });
-    return is_posted ? absl::OkStatus() : ShuttingDown();
+  const absl::Status posted = Guarded([&] {
+    // A pool that stops drops its timers, and `dropped` with them.
+    absl::Cleanup dropped = [self = shared_from_this()] { self->Give(ShuttingDown()); };
+    backends_.steps.PostAfter(delay,
+                              [self = shared_from_this(), dropped = std::move(dropped)]() mutable {
+                                std::move(dropped).Cancel();
+                                self->Look();
+                              });
+    return absl::OkStatus();
   });
   if (!posted.ok()) Give(posted);
 }
@@ -66,7 +72,7 @@ absl::Duration OperationWatch::Remaining(const SeenOperation& seen) const {
 void OperationWatch::Give(absl::StatusOr<SeenOperationPtr> result) {
   if (result.ok()) given_ = *result;
   Done done = std::exchange(done_, nullptr);
-  done(std::move(result));
+  if (done != nullptr) done(std::move(result));
 }
 
 absl::Time DeadlineOf(const google::longrunning::WaitOperationRequest& request) {

@@ -222,7 +222,8 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     bhttp::async_write_header(
         stream_, *serializer_, [self = shared_from_this()](error_code error, size_t) {
           if (error) return self->OnLinesWritten(error);
-          self->lines_->Run([self](error_code late) { self->OnLinesWritten(late); });
+          HttpSession& session = *self;
+          session.lines_->Run(self, [&session](error_code late) { session.OnLinesWritten(late); });
         });
   }
 

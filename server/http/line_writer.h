@@ -17,13 +17,14 @@ class LineWriter {
  public:
   //   is_chunked  as HTTP/1.1 has it; otherwise the end of the connection ends the answer
   //   limit       until a line must have gone out
-  // The stream outlives this.
   LineWriter(beast::tcp_stream& stream, std::shared_ptr<LineSource> lines, bool is_chunked,
              absl::Duration limit)
       : stream_(stream), lines_(std::move(lines)), is_chunked_(is_chunked), limit_(limit) {}
 
-  // Calls done(error) after the last line. The caller keeps this until then, by `done` itself.
-  void Run(absl::AnyInvocable<void(error_code)> done) {
+  // Calls done(error) after the last line.
+  //   owner  of this and the stream; it is kept until then
+  void Run(std::shared_ptr<void> owner, absl::AnyInvocable<void(error_code)> done) {
+    owner_ = std::move(owner);
     done_ = std::move(done);
     Ask();
   }
@@ -33,7 +34,8 @@ class LineWriter {
  private:
   void Ask() {
     stream_.expires_never();
-    lines_->Next([this](std::optional<std::string> line) {
+    // The thread that gives the line needs the stream after the line has been posted.
+    lines_->Next([this, owner = owner_](std::optional<std::string> line) {
       asio::post(stream_.get_executor(), [this, line = std::move(line)]() mutable {
         line.has_value() ? Write(*std::move(line)) : WriteEnd();
       });
@@ -57,6 +59,7 @@ class LineWriter {
   }
 
   void Finish(error_code error) {
+    const std::shared_ptr<void> owner = std::exchange(owner_, nullptr);
     auto done = std::exchange(done_, nullptr);
     done(error);
   }
@@ -66,6 +69,7 @@ class LineWriter {
   const bool is_chunked_;
   const absl::Duration limit_;
   std::string line_;  // the write under way
+  std::shared_ptr<void> owner_;
   absl::AnyInvocable<void(error_code)> done_;
 };
 

@@ -82,5 +82,25 @@ TEST_F(OperationWatchTest, TellsWhatIsNotThereAndThatTheServerStops) {
   EXPECT_TRUE(absl::IsUnavailable(Next(*Watch("none")).status()));
 }
 
+TEST_F(OperationWatchTest, AStopEndsAWatchThatWaitsForItsNextLook) {
+  const store::pb::JobRecord job = SubmitImport("drop");
+  BackendsOptions options = SmallBackends();
+  options.limits.watch_interval = absl::Hours(1);
+  Backends backends(*catalog_, *blobs_, families_, options);
+  auto watch =
+      std::make_shared<OperationWatch>(backends, "operations/" + job.id(), [] { return true; });
+  ASSERT_TRUE(Next(*watch).ok());
+  const std::weak_ptr<OperationWatch> is_alive = watch;
+  absl::Status status;
+  watch->Next([&status, owner = watch](const absl::StatusOr<SeenOperationPtr>& seen) {
+    status = seen.status();
+  });
+  watch.reset();
+  EXPECT_FALSE(is_alive.expired());
+  backends.Stop();
+  EXPECT_TRUE(absl::IsUnavailable(status)) << status;
+  EXPECT_TRUE(is_alive.expired()) << "what is called owns the watch";
+}
+
 }  // namespace
 }  // namespace liquidblend::server
