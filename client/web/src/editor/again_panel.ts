@@ -9,11 +9,11 @@ import { checkedOf, textOf } from '../base/events.ts';
 import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import { gradeWords, leftText, progressFigures, stageText } from '../jobs/words.ts';
-import type { Residual } from './correspondences.ts';
-import type { Run } from './again.ts';
+import type { Run } from '../pairs/again.ts';
+import type { Residual } from '../pairs/correspondences.ts';
+import { sentPairs } from '../pairs/pairs.ts';
+import { dropsSome, sentNumbers } from '../pairs/registration.ts';
 import type { EditorModel } from './model.ts';
-import { sentPairs } from './pairs.ts';
-import { dropsSome, sentNumbers } from './registration.ts';
 
 function lengthText(residual: Residual | undefined): string {
   return residual ? `${residual.metres.toFixed(3)} m` : '–';

@@ -1,6 +1,6 @@
 // Between the picture and the animation's world.
+import type { Vector } from '../pairs/pairs.ts';
 import { backward, eyeOf, fieldOfView, type Orbit } from '../scene/orbit.ts';
-import type { Vector } from './pairs.ts';
 
 /** A place in the picture, in CSS pixels from its upper left corner. */
 export interface Pixel {

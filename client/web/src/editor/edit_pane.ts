@@ -7,58 +7,36 @@ import { shortName } from '../api/names.ts';
 import '../base/error_message.ts';
 import { controls } from '../base/styles.ts';
 import { theme } from '../base/theme.ts';
+import type { Pair, Side, SpaceTime, Vector } from '../pairs/pairs.ts';
 import type { SubjectInfo } from '../view/subject.ts';
 import type { Camera, Pixel } from './camera.ts';
 import { editPaneStyles } from './edit_pane_styles.ts';
 import { EditPicture } from './edit_picture.ts';
-import { renderMark, renderPath, renderTicks, type MarkEvents } from './mark_view.ts';
+import { MarkInput, isClick, type MarkHost } from './mark_input.ts';
+import { renderMark, renderPath, renderTicks } from './mark_view.ts';
 import { automaticMarks, ownMarks, type Mark } from './marks.ts';
 import type { EditorModel } from './model.ts';
-import { pairOf, type Pair, type Side, type SpaceTime, type Vector } from './pairs.ts';
 import { placeAt, type Path } from './path.ts';
 import { Paths } from './paths.ts';
-
-const clickPixels = 4;  // a pointer that moves further drags
-const keyPixels = 6;
-const finePixels = 1;
 
 const canvasKeys =
   'Enter marks the place in the middle. Arrow keys turn the picture, with Shift they move it, ' +
   'plus and minus zoom.';
 
-const arrows: Record<string, Pixel> = {
-  ArrowLeft: { x: -1, y: 0 },
-  ArrowRight: { x: 1, y: 0 },
-  ArrowUp: { x: 0, y: -1 },
-  ArrowDown: { x: 0, y: 1 },
-};
-
-function isClick(down: Pixel | undefined, up: Pixel): boolean {
-  return !!down && Math.hypot(up.x - down.x, up.y - down.y) <= clickPixels;
-}
-
 @customElement('lb-edit-pane')
-export class EditPane extends LitElement {
+export class EditPane extends LitElement implements MarkHost {
   static override styles = [controls, editPaneStyles];
 
   @property({ attribute: false }) model!: EditorModel;
   @property() side: Side = 'source';
   @state() private error: ApiError | undefined;
   @state() private broken = '';
-  @state() private dragged: { number: number; place: SpaceTime } | undefined;
   @query('canvas') private canvas!: HTMLCanvasElement;
-  private picture: EditPicture | undefined;
+  picture: EditPicture | undefined;
   private readonly paths = new Paths(() => this.requestUpdate());
   private down: Pixel | undefined;
-  private dragPixel: Pixel | undefined;  // until the next animation frame
   private unsubscribes: (() => void)[] = [];
-  private readonly markEvents: MarkEvents = {
-    down: (event, mark) => this.onMarkDown(event, mark),
-    move: (event) => this.onMarkMove(event),
-    up: (event, mark) => this.onMarkUp(event, mark),
-    key: (event, mark) => this.onMarkKey(event, mark),
-    focus: (mark) => this.onMarkFocus(mark),
-  };
+  private readonly markInput = new MarkInput(this);
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -104,7 +82,7 @@ export class EditPane extends LitElement {
     return this.model.infos[this.side];
   }
 
-  private get timeS(): number {
+  get timeS(): number {
     return this.model.times[this.side];
   }
 
@@ -145,7 +123,7 @@ export class EditPane extends LitElement {
       ${repeat(
         this.marks(camera),
         ({ id }) => id,
-        (mark) => renderMark(mark, this.isChosen(mark), this.markEvents),
+        (mark) => renderMark(mark, this.isChosen(mark), this.markInput),
       )}
     </svg>`;
   }
@@ -158,7 +136,7 @@ export class EditPane extends LitElement {
     return [...automaticMarks(model.automatic, model.list.dropped, side, timeS, camera), ...own];
   }
 
-  private isChosen({ number, key }: Mark): boolean {
+  isChosen({ number, key }: Mark): boolean {
     return number ? number === this.model.selected : key === this.model.selectedAutomatic;
   }
 
@@ -192,7 +170,7 @@ export class EditPane extends LitElement {
 
   // The pairs, one of them as it is being dragged.
   private pairs(): readonly Pair[] {
-    const { dragged } = this;
+    const { dragged } = this.markInput;
     const { pairs } = this.model.list;
     if (!dragged) return pairs;
     return pairs.map((pair) =>
@@ -202,7 +180,7 @@ export class EditPane extends LitElement {
 
   private pathOf(pair: Pair): Path {
     const place = pair[this.side];
-    const isDragged = this.dragged?.number === pair.number;
+    const isDragged = this.markInput.dragged?.number === pair.number;
     if (pair.kind !== 'TRAJECTORY' || !place || !this.info || isDragged) return [];
     return this.paths.get(this.info, place, pair.lengthS);
   }
@@ -225,7 +203,7 @@ export class EditPane extends LitElement {
 
   // ---- places by pointer and keys
 
-  private pixelOf(event: PointerEvent): Pixel {
+  pixelOf(event: PointerEvent): Pixel {
     const box = this.canvas.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   }
@@ -251,91 +229,6 @@ export class EditPane extends LitElement {
   private add(pixel: Pixel): void {
     const position = this.picture?.placeAt(pixel);
     if (position) this.model.addPlace(this.side, { position, timeS: this.timeS });
-  }
-
-  private onMarkDown(event: PointerEvent, mark: Mark): void {
-    event.preventDefault();
-    const element = event.currentTarget as SVGGElement;
-    element.focus({ preventScroll: true });
-    this.down = undefined;
-    if (event.ctrlKey || event.metaKey) {
-      if (mark.number) this.model.pairs.toggleEnabled(mark.number);
-      return;
-    }
-    element.setPointerCapture(event.pointerId);
-    this.down = this.pixelOf(event);
-  }
-
-  private onMarkMove(event: PointerEvent): void {
-    const element = event.currentTarget as SVGGElement;
-    if (!this.down || !element.hasPointerCapture(event.pointerId)) return;
-    const pixel = this.pixelOf(event);
-    if (!this.dragged && isClick(this.down, pixel)) return;
-    const waits = !!this.dragPixel;
-    this.dragPixel = pixel;
-    if (!waits) requestAnimationFrame(() => this.drag());
-  }
-
-  private drag(): void {
-    const { dragPixel, picture } = this;
-    const pair = pairOf(this.model.list, this.model.selected);
-    this.dragPixel = undefined;
-    if (!dragPixel || !this.down || !pair) return;
-    const position = picture?.placeAt(dragPixel) ?? this.besideSurface(dragPixel, pair);
-    if (position) this.dragged = { number: pair.number, place: { position, timeS: this.timeS } };
-  }
-
-  // The target of a space may be anywhere.
-  private besideSurface(pixel: Pixel, pair: Pair): Vector | undefined {
-    const place = pair[this.side];
-    const isFree = pair.kind === 'SPACE' && this.side === 'target';
-    return isFree && place ? this.picture?.beside(pixel, place.position) : undefined;
-  }
-
-  private onMarkUp(event: PointerEvent, mark: Mark): void {
-    if (this.dragPixel) this.drag();
-    const { down, dragged } = this;
-    this.down = this.dragged = undefined;
-    if (dragged) this.model.pairs.movePlace(dragged.number, this.side, dragged.place);
-    else if (isClick(down, this.pixelOf(event))) this.goTo(mark);
-  }
-
-  private onMarkFocus(mark: Mark): void {
-    if (this.isChosen(mark)) return;
-    if (mark.number) this.model.select(mark.number);
-    else this.model.selectAutomatic(mark.key);
-  }
-
-  private goTo({ number, key }: Mark): void {
-    if (number) return this.model.goTo(number);
-    const found = this.model.automatic.find((one) => one.key === key);
-    if (found) this.model.goToAutomatic(found);
-  }
-
-  private onMarkKey(event: KeyboardEvent, mark: Mark): void {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const way = arrows[event.key];
-    const goes = event.key === 'Enter' || event.key === ' ';
-    if (!goes && !(way && mark.number)) return;
-    event.preventDefault();
-    event.stopPropagation();
-    if (way) this.nudge(mark, way, event.shiftKey ? finePixels : keyPixels);
-    else this.goTo(mark);
-  }
-
-  // To the part of the surface that the place is on already, even if another one hides it. The
-  // first key only shows the place's time.
-  private nudge(mark: Mark, way: Pixel, pixels: number): void {
-    const pair = pairOf(this.model.list, mark.number);
-    const place = pair?.[this.side];
-    if (!pair || !place) return;
-    if (Math.abs(place.timeS - this.timeS) > this.model.frameS(this.side) / 2)
-      return this.goTo(mark);
-    const pixel = { x: mark.x + way.x * pixels, y: mark.y + way.y * pixels };
-    const position =
-      this.picture?.placeAt(pixel, place.position) ?? this.besideSurface(pixel, pair);
-    if (position)
-      this.model.pairs.movePlace(pair.number, this.side, { position, timeS: this.timeS });
   }
 }
 

@@ -1,14 +1,14 @@
 // The picture of one animation as it was imported, and what a pixel of it is in the animation.
 import type { ApiError } from '../api/errors.ts';
 import { theme } from '../base/theme.ts';
-import { OrbitInput } from '../scene/orbit_input.ts';
+import type { Vector } from '../pairs/pairs.ts';
 import type { Orbit } from '../scene/orbit.ts';
+import { OrbitInput } from '../scene/orbit_input.ts';
 import { sharedPool } from '../stream/decoder_pool.ts';
 import type { PlayerSettings } from '../stream/player.ts';
 import { Picture } from '../view/picture.ts';
 import type { SubjectInfo } from '../view/subject.ts';
 import { Camera, type Pixel, type Rotation } from './camera.ts';
-import type { Vector } from './pairs.ts';
 import { atDepthOf, firstHit, hitNearest, type Triangles } from './picker.ts';
 
 export interface EditPictureEvents {

@@ -12,13 +12,13 @@ import { icons } from '../base/icons.ts';
 import '../base/menu.ts';
 import { saveBlob } from '../base/save.ts';
 import { controls } from '../base/styles.ts';
+import { pairOf, type Kind, type Side } from '../pairs/pairs.ts';
 import './again_panel.ts';
 import './edit_pane.ts';
 import { actOf } from './editor_keys.ts';
 import { editorStyles } from './editor_styles.ts';
 import { EditorModel, type EditorPlace } from './model.ts';
 import './pair_list.ts';
-import { pairOf, type Kind, type Side } from './pairs.ts';
 import './shortcuts.ts';
 import type { Shortcuts } from './shortcuts.ts';
 

@@ -1,6 +1,6 @@
 // What keys do in the editor, wherever the focus is but for fields and dialogs.
+import { pairOf, type Kind, type Side } from '../pairs/pairs.ts';
 import type { EditorModel } from './model.ts';
-import { pairOf, type Kind, type Side } from './pairs.ts';
 
 const nextKind: Record<Kind, Kind> = { POINT: 'TRAJECTORY', TRAJECTORY: 'SPACE', SPACE: 'POINT' };
 

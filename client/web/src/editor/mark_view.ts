@@ -1,9 +1,9 @@
 // How markers, paths and the times of pairs are drawn.
 import { nothing, svg } from 'lit';
+import type { Pair, Side } from '../pairs/pairs.ts';
 import type { Camera } from './camera.ts';
 import { colourOf } from './colours.ts';
 import type { Mark } from './marks.ts';
-import type { Pair, Side } from './pairs.ts';
 import type { Path } from './path.ts';
 
 /** What happens to a marker. */

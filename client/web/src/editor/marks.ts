@@ -1,8 +1,8 @@
 // Markers of a pane: what stands where in the picture.
+import type { AutomaticPair } from '../pairs/correspondences.ts';
+import { timeDistance, type Pair, type Side, type SpaceTime } from '../pairs/pairs.ts';
 import type { Camera, Pixel } from './camera.ts';
 import { automaticColour, colourOf } from './colours.ts';
-import type { AutomaticPair } from './correspondences.ts';
-import { timeDistance, type Pair, type Side, type SpaceTime } from './pairs.ts';
 
 /** A marker of the user's pair or of an automatic one. */
 export interface Mark extends Pixel {

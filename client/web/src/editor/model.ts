@@ -4,14 +4,14 @@ import { getFamily } from '../api/resources.ts';
 import { clamp } from '../base/numbers.ts';
 import { Observable } from '../base/observable.ts';
 import type { Family } from '../generated/liquidblend/v1/liquidblend_pb.ts';
+import { Again } from '../pairs/again.ts';
+import { automaticPairs, type AutomaticPair } from '../pairs/correspondences.ts';
+import { PairDocument } from '../pairs/document.ts';
+import { pairOf, type Habit, type PairList, type Side, type SpaceTime } from '../pairs/pairs.ts';
+import { againRequest, dropsSome, type AgainOptions } from '../pairs/registration.ts';
+import { Residuals } from '../pairs/residuals.ts';
 import type { Orbit } from '../scene/orbit.ts';
 import { loadSubject, type SubjectInfo } from '../view/subject.ts';
-import { Again } from './again.ts';
-import { automaticPairs, type AutomaticPair } from './correspondences.ts';
-import { PairDocument } from './document.ts';
-import { pairOf, type Habit, type PairList, type Side, type SpaceTime } from './pairs.ts';
-import { againRequest, dropsSome, type AgainOptions } from './registration.ts';
-import { Residuals } from './residuals.ts';
 
 /** What of the editor stands in the URL. */
 export interface EditorPlace {

@@ -6,11 +6,11 @@ import { checkedOf, numberOf, textOf } from '../base/events.ts';
 import { icons } from '../base/icons.ts';
 import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
+import type { AutomaticPair, Residual } from '../pairs/correspondences.ts';
+import { meanResidual } from '../pairs/measure.ts';
+import { checkPairs, isWhole, type Kind, type Pair } from '../pairs/pairs.ts';
 import { colourOf } from './colours.ts';
-import type { AutomaticPair, Residual } from './correspondences.ts';
-import { meanResidual } from './measure.ts';
 import type { EditorModel } from './model.ts';
-import { checkPairs, isWhole, type Kind, type Pair } from './pairs.ts';
 
 const kinds: [Kind, string][] = [
   ['POINT', 'point'],

@@ -1,6 +1,6 @@
 // Places that follow one another in time.
+import type { SpaceTime, Vector } from '../pairs/pairs.ts';
 import { plus } from './camera.ts';
-import type { SpaceTime, Vector } from './pairs.ts';
 
 /** Places at one frame after the other. */
 export type Path = SpaceTime[];

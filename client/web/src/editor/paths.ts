@@ -2,11 +2,11 @@
 // does it, and kept on the surface.
 import { isAbort } from '../api/errors.ts';
 import { send } from '../api/http.ts';
+import { distanceBetween, type SpaceTime, type Vector } from '../pairs/pairs.ts';
 import { sharedPool, type DecodeResult } from '../stream/decoder_pool.ts';
 import { framePath } from '../stream/frame_request.ts';
 import type { SubjectInfo } from '../view/subject.ts';
 import { plus } from './camera.ts';
-import { distanceBetween, type SpaceTime, type Vector } from './pairs.ts';
 import { nearestVertex, vectorAt, type Path } from './path.ts';
 
 const maxFrames = 120;

@@ -1,6 +1,6 @@
 // Where a ray meets a surface.
+import { distanceBetween, type Vector } from '../pairs/pairs.ts';
 import { plus, type Ray } from './camera.ts';
-import { distanceBetween, type Vector } from './pairs.ts';
 
 /** The surface of a frame; the arrays may be longer. */
 export interface Triangles {

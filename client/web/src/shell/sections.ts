@@ -12,7 +12,7 @@ export const sections: Section[] = [
   {
     id: 'view',
     title: 'Viewer',
-    load: () => import('../view/viewer.ts'),
+    load: () => import('../viewer/viewer.ts'),
     render: () => html`<lb-viewer></lb-viewer>`,
   },
   {

@@ -9,8 +9,8 @@ import {
   type FileFormat,
   type FrameRequest,
 } from '../stream/frame_request.ts';
-import type { ViewModel } from './model.ts';
-import type { Pane } from './panes.ts';
+import type { ViewModel } from '../view/model.ts';
+import type { Pane } from '../view/panes.ts';
 
 export type What = 'frame' | 'picture' | 'animation';
 

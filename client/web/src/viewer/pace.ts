@@ -5,7 +5,7 @@ import { clamp, roundTo } from '../base/numbers.ts';
 import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import type { Loop } from '../stream/clock.ts';
-import type { ViewModel } from './model.ts';
+import type { ViewModel } from '../view/model.ts';
 
 const rates = [0.1, 0.25, 0.5, 1, 2, 4];
 const frameRates = [24, 30, 60, 120];

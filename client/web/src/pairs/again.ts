@@ -1,6 +1,6 @@
 // A registration that the editor begins, from the request to the new version of the family.
-import { registerFamily, type Json } from '../api/changes.ts';
 import { catalog } from '../api/catalog.ts';
+import { registerFamily, type Json } from '../api/changes.ts';
 import { isAbort, toApiError, type ApiError } from '../api/errors.ts';
 import { watchJob, type Job } from '../api/operations.ts';
 import { getFamily } from '../api/resources.ts';

@@ -1,12 +1,12 @@
 // One picture with its name, its errors and the camera's keys.
-import { Observing } from '../base/observing.ts';
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import '../base/error_message.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import { OrbitInput } from '../scene/orbit_input.ts';
-import type { ViewModel } from './model.ts';
-import type { Pane } from './panes.ts';
+import type { ViewModel } from '../view/model.ts';
+import type { Pane } from '../view/panes.ts';
 
 @customElement('lb-pane')
 export class PaneElement extends LitElement {

@@ -4,8 +4,8 @@ import { customElement, property } from 'lit/decorators.js';
 import { roundTo, sum } from '../base/numbers.ts';
 import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
-import type { ViewModel } from './model.ts';
-import { weightLimits } from './state.ts';
+import type { ViewModel } from '../view/model.ts';
+import { weightLimits } from '../view/state.ts';
 
 const step = 0.01;
 

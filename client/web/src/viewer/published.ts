@@ -1,6 +1,6 @@
 // What tests and the curious read at window.liquidblend. Nothing can be changed there.
-import type { ViewModel } from './model.ts';
-import type { Pane } from './panes.ts';
+import type { ViewModel } from '../view/model.ts';
+import type { Pane } from '../view/panes.ts';
 
 function describe({ title, picture, error }: Pane) {
   const player = picture?.player;

@@ -1,11 +1,11 @@
 // Play, pause and scrub. The thumb follows frames, except while a person holds it.
 import { LitElement, html, type PropertyValues } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { clamp } from '../base/numbers.ts';
 import { icons } from '../base/icons.ts';
+import { clamp } from '../base/numbers.ts';
 import { controls } from '../base/styles.ts';
-import type { ViewModel } from './model.ts';
-import type { Pane } from './panes.ts';
+import type { ViewModel } from '../view/model.ts';
+import type { Pane } from '../view/panes.ts';
 import { timelineStyles } from './timeline_styles.ts';
 
 @customElement('lb-timeline')

@@ -6,8 +6,8 @@ import { dialogStyles } from '../base/dialog_styles.ts';
 import '../base/error_message.ts';
 import { controls } from '../base/styles.ts';
 import type { FileFormat } from '../stream/frame_request.ts';
+import type { ViewModel } from '../view/model.ts';
 import { download, type What } from './downloads.ts';
-import type { ViewModel } from './model.ts';
 
 const choices: [What, string, string][] = [
   ['frame', 'This frame', 'the surface at this time and these weights'],

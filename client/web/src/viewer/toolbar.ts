@@ -2,12 +2,12 @@
 import { LitElement, css, html, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icons } from '../base/icons.ts';
-import { Observing } from '../base/observing.ts';
 import '../base/menu.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
 import type { Shading } from '../scene/stage.ts';
-import type { ViewModel } from './model.ts';
-import { maxBeside, type Beside } from './state.ts';
+import type { ViewModel } from '../view/model.ts';
+import { maxBeside, type Beside } from '../view/state.ts';
 
 @customElement('lb-toolbar')
 export class Toolbar extends LitElement {

@@ -3,7 +3,7 @@ import { LitElement, css, html, nothing } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { formatBytes, formatCount } from '../base/format.ts';
 import { controls } from '../base/styles.ts';
-import type { Pane } from './panes.ts';
+import type { Pane } from '../view/panes.ts';
 
 const periodMs = 250;
 
