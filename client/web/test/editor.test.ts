@@ -8,6 +8,7 @@ import { castRay, firstHit, hitNearest } from '../src/editor/picker.ts';
 import { timeDistance } from '../src/pairs/pairs.ts';
 import { place } from './places.ts';
 
+// z is up in the animation, y in the scene.
 const zUp: Rotation = [
   [1, 0, 0],
   [0, 0, -1],

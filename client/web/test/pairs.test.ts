@@ -3,6 +3,7 @@ import { readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
+import { PairDocument } from '../src/pairs/document.ts';
 import { History } from '../src/pairs/history.ts';
 import { meanResidual } from '../src/pairs/measure.ts';
 import { numberText } from '../src/pairs/number_text.ts';
@@ -10,7 +11,6 @@ import { formatPairs, parsePairs, withoutComments } from '../src/pairs/pair_file
 import { PairFiles } from '../src/pairs/pair_files.ts';
 import {
   addPlace,
-  appendPairs,
   checkPairs,
   deletePair,
   emptyList,
@@ -256,7 +256,6 @@ test('AFileNeedsAListForEachTarget', () => {
   );
 });
 
-// z is up in the animation, y in the scene.
 test('MeansAreOfAllResiduals', () => {
   assert.equal(meanResidual([]), undefined);
   const mean = meanResidual([
@@ -315,13 +314,30 @@ test('WhereOneIsDroppedTheOthersAreSent', () => {
   assert.equal(request.options.automaticCorrespondences, false);
 });
 
-test('ANewVersionBeginsWithItsPairsAndTheCheckPairsOfBefore', () => {
+test('WhereOneIsDroppedThoseOfOtherTargetsAreSentToo', () => {
+  const two = {
+    ...family,
+    targets: ['animations/b', 'animations/c'],
+    reports: [family.reports[0]!, family.reports[0]!],
+  };
+  const key = JSON.stringify(['POINT', [0, 0, 0], 1, [0, 0, 0], 0]);
+  const request = againRequest(two, [{ ...emptyList, dropped: [key] }, emptyList], again) as {
+    correspondences: { correspondences: unknown[] }[];
+  };
+  assert.deepEqual(
+    request.correspondences.map(({ correspondences }) => correspondences.length),
+    [1, 2],
+  );
+});
+
+test('ANewVersionKeepsWhatWasMarkedAndAddsItsOtherPairs', () => {
   const stored = patchPair(withPairs(3), 2, { check: true });
   const own = sentPairs(withPairs(2));
   const list = startList(own, stored);
   assert.deepEqual(
     list.pairs.map(({ number, check }) => [number, check]),
     [
+      [1, false],
       [2, true],
       [3, false],
       [4, false],
@@ -329,8 +345,37 @@ test('ANewVersionBeginsWithItsPairsAndTheCheckPairsOfBefore', () => {
   );
   assert.equal(list.nextNumber, 5);
   assert.equal(startList(own, undefined).nextNumber, 3);
+  const open = addPlace(patchPair(withPairs(2), 2, { enabled: false }), 'source', place(9), habit);
+  assert.deepEqual(startList(own, open), open, 'pairs that are off, or half, stay as they are');
+  const rounded = own.map((pair) => ({ ...pair, source: { ...pair.source, timeS: 1e-6 } }));
+  assert.deepEqual(startList(rounded, stored).pairs.length, 4, 'registrations round');
+});
+
+test('AfterARegistrationNoStateHasDroppedPairs', () => {
+  const key = JSON.stringify(['POINT', [0, 0, 0], 1, [0, 0, 0], 0]);
+  const pairs = new PairDocument(() => {});
+  pairs.begin(family);
+  pairs.addPlace('source', place(1), habit);
+  pairs.addPlace('target', place(2), habit);
+  pairs.toggleDropped(key);
+  pairs.registered({ ...family, version: 4n, reports: [] });
+  const seen = () => pairs.list.pairs.map(({ number }) => number);
+  assert.deepEqual([seen(), pairs.list.dropped], [[1, 2], []], 'the other one is the user\'s');
+  pairs.undo();
+  assert.deepEqual([seen(), pairs.list.dropped], [[1, 2], []]);
+  pairs.undo();
+  pairs.undo();
+  assert.deepEqual(seen(), [2]);
+  pairs.addPlace('source', place(3), habit);
+  assert.deepEqual(seen(), [2, 3], 'numbers are not used again');
+});
+
+test('NumbersOfReplacedPairsAreNotUsedAgain', () => {
+  const files = new PairFiles();
+  const first = files.read(written, 'a.json', false, [withPairs(2), emptyList]);
+  const list = files.read(written, 'b.json', false, first)[0]!;
   assert.deepEqual(
-    appendPairs(emptyList, own).pairs.map(({ number }) => number),
-    [1, 2],
+    list.pairs.map(({ number }) => number),
+    [5, 6],
   );
 });

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { BackOff } from '../src/stream/back_off.ts';
 import { BufferPool, emptyBuffers, grownFloats } from '../src/stream/buffers.ts';
-import { advance, playedRange, startTime, type Course } from '../src/stream/clock.ts';
+import { advance, playedRange, shortTime, startTime, type Course } from '../src/stream/clock.ts';
 import { frameFileName, frameTimes } from '../src/stream/export.ts';
 import { framePath } from '../src/stream/frame_request.ts';
 import { NewestWins } from '../src/stream/newest_wins.ts';
@@ -155,4 +155,12 @@ test('ExportsHaveEachFrameOnce', () => {
   assert.equal(times.length, 72);
   assert.equal(times.at(-1), 71 / 24);
   assert.equal(frameFileName(0, 'ply'), 'frame_0001.ply');
+});
+
+// 101 frames at 24 a second: the end rounds up.
+test('RoundedTimesAreNeverBeyondTheEnd', () => {
+  assert.equal(shortTime(100 / 24, 100 / 24), 100 / 24);
+  assert.equal(shortTime(9, 100 / 24), 100 / 24);
+  assert.equal(shortTime(1.23456, 100 / 24), 1.2346);
+  assert.equal(shortTime(-1, 2), 0);
 });

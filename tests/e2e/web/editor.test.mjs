@@ -4,103 +4,28 @@ import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { api, ensureClips, ensureFamily } from './library.mjs';
-import { baseUrl, newPage, report, waitFor } from './page.mjs';
+import {
+  addPairs,
+  canvas,
+  click,
+  download,
+  family,
+  marker,
+  numbers,
+  places,
+  shown,
+  stored,
+  withEditor,
+} from './editor_page.mjs';
+import { api } from './library.mjs';
 
-const family = `e2e_edit_${Date.now().toString(36)}`;
 let folder;
 
-before(async () => {
+before(() => {
   folder = mkdtempSync(join(tmpdir(), 'pairs-'));
-  const [source, target] = await ensureClips();
-  const options = { maxIterations: 2 };
-  await ensureFamily(family, {
-    source,
-    targets: [target],
-    options,
-    spaceTime: { coarserLevels: 0 },
-  });
 });
 
-after(async () => {
-  rmSync(folder, { recursive: true, force: true });
-  await api(`/v1/families/${family}`, { method: 'DELETE' });
-});
-
-/** Does something in the editor, once both animations are shown. */
-async function withEditor(act, { fields = {}, ...options } = {}) {
-  const page = await newPage(options);
-  try {
-    await page.goto(`${baseUrl}/#edit?${new URLSearchParams({ family, ...fields })}`);
-    await shown(page);
-    await act(page);
-    assert.deepEqual(page.seen.errors, []);
-    assert.deepEqual(await page.evaluate(() => globalThis.violations), []);
-  } finally {
-    await page.context().close();
-  }
-}
-
-/** Waits until both pictures show the frames of their cursors. */
-async function shown(page) {
-  await page.waitForFunction(() => {
-    const editor = document
-      .querySelector('lb-page')
-      ?.shadowRoot.querySelector('lb-editor')?.shadowRoot;
-    const panes = [...(editor?.querySelectorAll('lb-edit-pane') ?? [])];
-    return panes.length === 2 && panes.every((pane) => pane.ready);
-  });
-}
-
-function canvas(page, side) {
-  return page.locator('lb-edit-pane canvas').nth(side === 'source' ? 0 : 1);
-}
-
-/** A click at a part of a picture's width and height. */
-async function click(page, side, x, y) {
-  const box = await canvas(page, side).boundingBox();
-  await page.mouse.click(box.x + x * box.width, box.y + y * box.height);
-}
-
-/** Places on the liquid, as parts of the picture. */
-const places = Array.from({ length: 10 }, (_, i) => [
-  0.16 + 0.05 * (i % 5),
-  0.52 + 0.05 * Math.floor(i / 5),
-]);
-
-async function addPairs(page, count) {
-  for (const [x, y] of places.slice(0, count)) {
-    await click(page, 'source', x, y);
-    await click(page, 'target', x, y);
-  }
-}
-
-/** The editor's pairs, as it keeps them. */
-async function stored(page) {
-  const text = await page.evaluate(
-    (key) => localStorage.getItem(key),
-    `liquidblend.pairs.families/${family}`,
-  );
-  return JSON.parse(text)?.lists[0];
-}
-
-async function numbers(page) {
-  return (await stored(page)).pairs.map(({ number }) => number);
-}
-
-function marker(page, number, side) {
-  return page.getByRole('button', { name: new RegExp(`^Pair ${number}, ${side}`) });
-}
-
-async function download(page, name) {
-  await page.getByRole('button', { name: 'File', exact: true }).click();
-  const [file] = await Promise.all([
-    page.waitForEvent('download'),
-    page.getByRole('button', { name, exact: true }).click(),
-  ]);
-  await page.keyboard.press('Escape');
-  return readFileSync(await file.path(), 'utf8');
-}
+after(() => rmSync(folder, { recursive: true, force: true }));
 
 async function upload(page, name, text) {
   const path = join(folder, 'pairs.json');
@@ -160,6 +85,37 @@ test('DraggedMarkersStayOnTheSurface', () =>
     await page.mouse.up();
     const { pairs: left } = await stored(page);
     assert.equal(left.length, 1, 'leaving the picture makes nothing');
+  }));
+
+// Keys may have selected another pair meanwhile, and the focus stays where it was.
+test('ADragMovesTheMarkerThatWasPressed', () =>
+  withEditor(async (page) => {
+    await addPairs(page, 2);
+    await marker(page, 1, 'source').click();
+    await page.keyboard.press('n');
+    const before = await stored(page);
+    const box = await marker(page, 1, 'source').boundingBox();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width / 2 + 30, box.y + box.height / 2 + 10, { steps: 5 });
+    await page.mouse.up();
+    const { pairs } = await stored(page);
+    assert.notDeepEqual(pairs[0].source, before.pairs[0].source);
+    assert.deepEqual(pairs[1], before.pairs[1]);
+  }));
+
+test('ADragThatTheBrowserEndsMovesNothing', () =>
+  withEditor(async (page) => {
+    await addPairs(page, 2);
+    const before = await stored(page);
+    const box = await marker(page, 1, 'source').boundingBox();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width / 2 + 30, box.y + box.height / 2 + 10, { steps: 5 });
+    await marker(page, 1, 'source').dispatchEvent('pointercancel');
+    await page.mouse.up();
+    await marker(page, 2, 'source').click();
+    assert.deepEqual(await stored(page), before);
   }));
 
 test('MarkersKeepTheirSizeAndFade', () =>
@@ -322,125 +278,6 @@ test('TheCommandLinesFileComesBackByteForByte', { skip: !cli }, () =>
   }),
 );
 
-test('CheckPairsChangeNoByteOfTheFamily', () =>
-  withEditor(async (page) => {
-    const state = async () => {
-      const { json } = await api(`/v1/families/${family}`);
-      const { response } = await api(`/v1/families/${family}/frame.drc?weights=0.5&time=0.2`);
-      return JSON.stringify(json) + Buffer.from(await response.arrayBuffer()).toString('base64');
-    };
-    const before = await state();
-    await page.getByRole('button', { name: 'Check pair', exact: true }).click();
-    await addPairs(page, 3);
-    await page.getByText(/Mean error of 3 check pairs:/).waitFor();
-    const list = page.getByRole('list', { name: 'Check pairs' });
-    assert.equal(await list.getByText(/measured/).count(), 3);
-    const mean = await page.locator('.mean strong').textContent();
-    const box = await marker(page, 2, 'target').boundingBox();
-    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-    await page.mouse.down();
-    await page.mouse.move(box.x + 60, box.y + 20, { steps: 5 });
-    await page.mouse.up();
-    await page.waitForFunction((was) => {
-      const editor = document
-        .querySelector('lb-page')
-        .shadowRoot.querySelector('lb-editor').shadowRoot;
-      return (
-        editor.querySelector('lb-pairs').shadowRoot.querySelector('.mean strong').textContent !==
-        was
-      );
-    }, mean);
-    assert.equal(await state(), before);
-    await page.getByText('Register again with 0 pairs', { exact: true }).waitFor();
-    const posts = page.seen.requests.filter((request) => request.method() === 'POST');
-    assert.ok(
-      posts.every((request) => request.url().endsWith(':measure')),
-      'nothing but measured',
-    );
-    assert.equal((await download(page, 'Export pairs')).includes('kind'), false);
-    assert.equal((await download(page, 'Export check pairs')).match(/"kind"/g).length, 3);
-  }));
-
-test('AutomaticPairsAreKeptPinnedOrDropped', () =>
-  withEditor(async (page) => {
-    const { json } = await api(`/v1/families/${family}`);
-    const automatic = json.reports[0].correspondences.filter((one) => one.automatic);
-    const found = page.getByRole('list', { name: 'Found by the registration' });
-    assert.equal(await found.getByRole('listitem').count(), automatic.length);
-    await found
-      .getByText(`confidence ${automatic[0].confidence.toFixed(2)}`)
-      .first()
-      .waitFor();
-    await found.getByRole('button', { name: 'Pin A1', exact: true }).click();
-    const { pairs, dropped } = await stored(page);
-    assert.deepEqual(
-      pairs[0].source.position,
-      ['x', 'y', 'z'].map((axis) => automatic[0].correspondence.source.position[axis] ?? 0),
-    );
-    assert.equal(dropped.length, 1, 'the pinned one takes its place');
-    await found.getByRole('button', { name: 'Drop A2', exact: true }).click();
-    const others = automatic.length - 2;
-    let request;
-    await page.route(/\/v1\/families$/, (route) => {
-      request = route.request().postDataJSON();
-      return route.fulfill({ status: 400, json: { code: 3, message: 'not now' } });
-    });
-    await page.getByRole('button', { name: /^Register again/ }).click();
-    await page.getByRole('alert').filter({ hasText: 'not now' }).waitFor();
-    assert.equal(request.options.automaticCorrespondences, false);
-    assert.equal(request.correspondences[0].correspondences.length, 1 + others);
-    page.seen.errors.length = 0;
-  }));
-
-test('TenPairsAreRefinedAndTheirResidualsShown', () =>
-  withEditor(async (page) => {
-    await addPairs(page, 10);
-    assert.deepEqual(await numbers(page), [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]);
-    await page.getByRole('button', { name: 'Delete pair 3' }).click();
-    await page.getByRole('button', { name: 'Go to pair 4' }).click();
-    await page.getByRole('checkbox', { name: 'check' }).check();
-    await click(page, 'source', ...places[2]);
-    await click(page, 'target', ...places[2]);
-    await page.getByLabel('Iterations').fill('2');
-    const before = (await api(`/v1/families/${family}`)).json.version;
-    await page.getByRole('button', { name: 'Register again with 9 pairs' }).click();
-    await page.getByRole('progressbar', { name: 'Progress of the registration' }).waitFor();
-    await page.getByText(/Version \d+ is published/).waitFor({ timeout: 90_000 });
-    const { json } = await api(`/v1/families/${family}`);
-    assert.equal(Number(json.version), Number(before) + 1);
-    const own = json.reports[0].correspondences.filter((one) => !one.automatic);
-    assert.equal(own.length, 9, 'the check pair was not sent');
-    const table = page.getByRole('table', { name: 'Pairs before and after' });
-    const rows = table.locator('tbody tr');
-    await table
-      .getByText(/kept|overruled/)
-      .first()
-      .waitFor();
-    const texts = await rows.evaluateAll((all) =>
-      all.map((row) => [...row.cells].map((cell) => cell.textContent.trim())),
-    );
-    const sent = texts.filter(([number]) => number !== '4');
-    assert.deepEqual(
-      sent.map(([number]) => Number(number)),
-      [1, 2, 5, 6, 7, 8, 9, 10, 11],
-    );
-    sent.forEach(([, , afterwards, outcome], i) => {
-      assert.equal(outcome, own[i].outcome === 'OVERRULED' ? 'overruled' : 'kept');
-      assert.equal(afterwards, `${(own[i].residualM ?? 0).toFixed(3)} m`);
-    });
-    assert.equal(texts.find(([number]) => number === '4')[3], 'check');
-    report(
-      'residuals',
-      texts.map((row) => row.join(' ')),
-    );
-    await page.getByRole('link', { name: /^Compare versions/ }).click();
-    await page.waitForFunction(() => globalThis.liquidblend?.panes.length === 2);
-    const pane = await waitFor(page, ({ shown }) => shown > 0);
-    assert.equal(pane.error, '');
-    const { panes } = await page.evaluate(() => globalThis.liquidblend);
-    assert.ok(panes.some(({ title }) => title === `version ${before}`));
-  }));
-
 test('ReloadKeepsWhatWasMarked', () =>
   withEditor(async (page) => {
     await addPairs(page, 2);
@@ -479,22 +316,4 @@ test('KeysAloneMarkAPair', () =>
     await page.waitForURL(/[&?]t=0\.0417/);
     await page.keyboard.press('Delete');
     assert.equal((await numbers(page)).includes(number), false);
-  }));
-
-test('ErrorsOfRegistrationsNameThePairs', () =>
-  withEditor(async (page) => {
-    const { json } = await api(`/v1/families/${family}`);
-    const {
-      x: left = 0,
-      y = 0,
-      z = 0,
-    } = json.reports[0].correspondences[0].correspondence.source.position;
-    const written = (x) => ({ position: [left + x, y, z], time_s: 0 });
-    const pairs = [0, 0.3].map((x) => ({ hard: true, source: written(0), target: written(x) }));
-    await upload(page, 'Import pairs', JSON.stringify({ correspondences: [pairs] }));
-    await page.getByRole('button', { name: 'Register again with 2 pairs' }).click();
-    await page
-      .getByText('Numbers in messages count from 0: 0 is pair 1, 1 is pair 2.')
-      .waitFor({ timeout: 60_000 });
-    await page.getByRole('alert').first().waitFor();
   }));

@@ -107,7 +107,7 @@ test('FilesAreUploadedByDrop', () =>
     await card(page, id).getByText('done', { exact: true }).waitFor({ timeout: 30_000 });
   }));
 
-test('AnUploadShowsItsProgressAndStops', () =>
+test('AnUploadShowsItsProgressGoesOnAndStops', () =>
   withJobs('upload', async (page) => {
     const id = fresh('clip');
     const session = await page.context().newCDPSession(page);
@@ -132,6 +132,11 @@ test('AnUploadShowsItsProgressAndStops', () =>
       return find(document);
     });
     assert.ok((await moved.jsonValue()) > 0);
+    await page.getByRole('link', { name: 'Families', exact: true }).click();
+    await bar.waitFor({ state: 'hidden' });
+    await page.getByRole('link', { name: 'Upload', exact: true }).click();
+    await bar.waitFor();
+    assert.ok((await bar.evaluate((element) => element.value)) >= (await moved.jsonValue()));
     await page.getByRole('button', { name: 'Stop' }).click();
     await bar.waitFor({ state: 'hidden' });
     assert.equal((await api(`/v1/animations/${id}`)).status, 404, 'nothing is left');

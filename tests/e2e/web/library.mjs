@@ -67,6 +67,12 @@ export async function ensureFamily(id, request) {
   return id;
 }
 
+/** Publishes another version of a family. */
+export async function refineFamily(id) {
+  const body = { familyId: id, refine: true, options: { maxIterations: 1 } };
+  await begin('/v1/families', { method: 'POST', body });
+}
+
 const clips = ['dam_break_clip/w0_p0', 'dam_break_clip/w1_p1'];
 
 /** Four animations of 12 frames, e2e_clip_0 to 3. */
@@ -75,23 +81,45 @@ export async function ensureClips() {
   return [0, 1, 2, 3].map((i) => `animations/e2e_clip_${i}`);
 }
 
-/** A family with four points of two parameters, two triangles. */
-export async function ensurePadFamily() {
+/** A family of the four clips. `points`: the source's first, with a value for each name. */
+async function ensureFamilyOfPoints(id, names, points, interpolation = 'LINEAR') {
   const [source, ...targets] = await ensureClips();
-  const values = [
-    [0.5, 20],
-    [1, 20],
-    [0.6, 60],
-    [1.2, 55],
-  ];
-  return ensureFamily('e2e_pad', {
+  return ensureFamily(id, {
     source,
     targets,
     options: { maxIterations: 2 },
     spaceTime: { coarserLevels: 0 },
-    parameterSpace: {
-      names: ['wall_width', 'place'],
-      points: values.map((one) => ({ values: one })),
-    },
+    parameterSpace: { names, points: points.map((values) => ({ values })), interpolation },
   });
+}
+
+const quadrilateral = [
+  [0.5, 20],
+  [1, 20],
+  [0.6, 60],
+  [1.2, 55],
+];
+
+/** A family with four points of two parameters, two triangles. */
+export function ensurePadFamily() {
+  return ensureFamilyOfPoints('e2e_pad', ['wall_width', 'place'], quadrilateral);
+}
+
+/** The same points, interpolated smoothly. */
+export function ensureSmoothFamily() {
+  return ensureFamilyOfPoints('e2e_smooth', ['wall_width', 'place'], quadrilateral, 'SMOOTH');
+}
+
+/** A family with four points of three parameters, one tetrahedron. */
+export function ensureTetrahedron() {
+  return ensureFamilyOfPoints(
+    'e2e_tetrahedron',
+    ['width', 'place', 'height'],
+    [
+      [0.5, 20, 1],
+      [1, 20, 1],
+      [0.6, 60, 1],
+      [0.7, 30, 3],
+    ],
+  );
 }

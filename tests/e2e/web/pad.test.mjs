@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { before, test } from 'node:test';
-import { api, ensurePadFamily } from './library.mjs';
+import { api, ensurePadFamily, ensureSmoothFamily, ensureTetrahedron } from './library.mjs';
 import { counters, newPage, openViewer, settled, waitFor } from './page.mjs';
 
 let family;
@@ -30,12 +30,12 @@ async function shown(page) {
   return { values, weights: weights.map(Number) };
 }
 
-async function serverWeights(parameters, extrapolate = false) {
+async function serverWeights(parameters, extrapolate = false, of = family) {
   const query = new URLSearchParams({
     parameters,
     ...(extrapolate ? { extrapolate: 'true' } : {}),
   });
-  const { response } = await api(`/v1/families/${family}/frame.drc?${query}`);
+  const { response } = await api(`/v1/families/${of}/frame.drc?${query}`);
   assert.equal(response.status, 200);
   return response.headers.get('x-liquidblend-weights').split(',').map(Number);
 }
@@ -203,3 +203,67 @@ test('PadIsInTheUrl', () =>
     {},
     { p: '0.8,35' },
   ));
+
+function assertClose(weights, expected, tolerance) {
+  assert.equal(weights.length, expected.length);
+  weights.forEach((weight, i) =>
+    assert.ok(Math.abs(weight - expected[i]) < tolerance, `${weights}, not ${expected}`),
+  );
+}
+
+test('PadOfASmoothFamilyShowsTheServersWeights', async () => {
+  const smooth = await ensureSmoothFamily();
+  await withPad(
+    async (page, picture) => {
+      await drag(page, picture, [
+        [0.45, 0.6],
+        [0.5, 0.5],
+      ]);
+      await page.waitForURL(/[&?]p=/);
+      const { point } = await page.evaluate(() => globalThis.liquidblend.state);
+      const parameters = `wall_width=${point[0]},place=${point[1]}`;
+      const expected = await serverWeights(parameters, false, smooth);
+      const linear = await serverWeights(parameters);
+      assert.ok(expected.some((weight, i) => Math.abs(weight - linear[i]) > 1e-3));
+      const { lastShown } = await waitFor(
+        page,
+        ({ settled, lastShown: { weights } }) =>
+          settled && Math.abs(weights[0] - expected[0]) < 1e-6,
+      );
+      assertClose(lastShown.weights, expected, 1e-6);
+      const { weights } = await shown(page);
+      assertClose(weights.slice(1), expected, 1e-4);
+    },
+    {},
+    { family: smooth },
+  );
+});
+
+test('PadOfThreeParametersChoosesItsAxes', async () => {
+  const tetrahedron = await ensureTetrahedron();
+  await withPad(
+    async (page, picture) => {
+      assert.equal(await picture.locator('line').count(), 6, 'all edges of the tetrahedron');
+      await page.getByRole('slider', { name: 'height, slider' }).fill('2');
+      await page.getByRole('spinbutton', { name: 'width' }).fill('0.7');
+      await page.keyboard.press('Enter');
+      await page.getByRole('spinbutton', { name: 'place' }).fill('30');
+      await page.keyboard.press('Enter');
+      await page.waitForURL(/p=0\.7,30,2/);
+      const expected = await serverWeights('width=0.7,place=30,height=2', false, tetrahedron);
+      const { lastShown } = await waitFor(
+        page,
+        ({ settled, lastShown: { weights } }) =>
+          settled && Math.abs(weights[2] - expected[2]) < 1e-6,
+      );
+      assertClose(lastShown.weights, expected, 1e-6);
+      await page.getByLabel('up').selectOption({ label: 'height' });
+      await page.getByRole('slider', { name: 'place, slider' }).waitFor();
+      await picture.locator('g.marker').focus();
+      await page.keyboard.press('ArrowUp');
+      await page.waitForURL(/p=0\.7,30,2\.02/);
+    },
+    {},
+    { family: tetrahedron },
+  );
+});

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { newPage, openViewer, settled } from './page.mjs';
+import { ensurePadFamily } from './library.mjs';
+import { newPage, openViewer, settled, waitFor } from './page.mjs';
 
 async function picture(page) {
   await settled(page);
@@ -55,5 +56,28 @@ test('ALinkGivesTheSamePicture', async () => {
   } finally {
     await first.context().close();
     await second.context().close();
+  }
+});
+
+test('AnotherFamilyBeginsAsItsLinkSays', async () => {
+  const other = await ensurePadFamily();
+  const page = await newPage();
+  try {
+    await openViewer(page, { t: '1', w: '0.5', shade: 'plain' });
+    await settled(page);
+    await page.evaluate((id) => {
+      location.hash = `#view?family=${id}&play=1&shade=plain`;
+    }, other);
+    await waitFor(page, ({ playing, title, shown }) => playing && title.includes('pad') && shown > 2);
+    const { state } = await page.evaluate(() => globalThis.liquidblend);
+    assert.equal(state.playing, true);
+    assert.equal(state.name, `families/${other}`);
+    assert.ok(state.panes[0].timeS < 0.5, 'within the other family, not where the first one was');
+    await page.goBack();
+    const pane = await waitFor(page, ({ settled, lastShown }) => settled && lastShown?.timeS === 1);
+    assert.equal(pane.playing, false);
+    assert.deepEqual(page.seen.errors, []);
+  } finally {
+    await page.context().close();
   }
 });

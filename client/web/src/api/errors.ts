@@ -21,6 +21,11 @@ export class ApiError extends Error {
   get needsToken(): boolean {
     return this.status === 401;
   }
+
+  /** Whether the same request may succeed later. */
+  get isTemporary(): boolean {
+    return this.status === 0 || this.status === 429 || this.status >= 500;
+  }
 }
 
 type Json = Record<string, unknown>;
@@ -93,6 +98,11 @@ function statusText(status: number): string {
   if (status === 0) return 'The server cannot be reached.';
   if (status === 401) return 'The server wants a token.';
   return `The server answered with status ${status}.`;
+}
+
+/** Code of the page is missing: the server has another version of it. */
+export function staleError(): ApiError {
+  return new ApiError(0, 'A part of the page is missing. Reload it: the server may be newer.');
 }
 
 /** Any error that was caught, as an ApiError. */

@@ -11,7 +11,7 @@ import {
   Verdict_Grade,
   type Progress,
 } from '../generated/liquidblend/v1/liquidblend_pb.ts';
-import { ApiError, errorFromJson } from './errors.ts';
+import { ApiError, errorFromJson, isAbort, toApiError } from './errors.ts';
 import { getJson, idOf, postJson, remove, send } from './http.ts';
 import { fromServer } from './messages.ts';
 import type { Page } from './resources.ts';
@@ -33,6 +33,11 @@ export interface Job {
 
 const cancelled = 1;  // google.rpc.Code
 const pageSize = 50;
+const pauseMs = 1500;  // before a watch that was lost is begun again
+
+function pause(ms: number): Promise<void> {
+  return new Promise((resolve) => setTimeout(resolve, ms));
+}
 
 interface Metadata {
   kind: JobKind;
@@ -97,6 +102,23 @@ export async function* watchJob(name: string, signal: AbortSignal): AsyncGenerat
   const response = await send(`/v1/operations/${idOf(name)}:watch`, { signal });
   if (!response.body) return;
   for await (const json of readLines(response.body)) yield toJob(json);
+}
+
+/**
+ * watchJob() until the operation is done, also across lost connections and restarts of the server.
+ * Errors: ApiError that is not temporary, AbortError.
+ */
+export async function* followJob(job: Job, signal: AbortSignal): AsyncGenerator<Job> {
+  let last = job;
+  while (last.state === 'running') {
+    try {
+      for await (const seen of watchJob(job.name, signal)) yield (last = seen);
+    } catch (error) {
+      if (isAbort(error) || !toApiError(error).isTemporary) throw error;
+    }
+    if (last.state === 'running') await pause(pauseMs);
+    signal.throwIfAborted();
+  }
 }
 
 export async function cancelJob(name: string): Promise<void> {

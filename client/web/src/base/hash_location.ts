@@ -25,17 +25,19 @@ export function formatHash({ section, fields }: PageLocation): string {
 /** The location now. Changes by the user (links, back, typed) are told to subscribers. */
 export class HashLocation {
   private readonly changes: Observable<PageLocation>;
+  private current: PageLocation;  // as the URL has it
   private pending: PageLocation | undefined;
   private timer = 0;
 
   constructor(private readonly target: Window = window) {
-    this.changes = new Observable(parseHash(target.location.hash));
+    this.current = parseHash(target.location.hash);
+    this.changes = new Observable(this.current);
     target.addEventListener('hashchange', () => this.read());
     target.addEventListener('pagehide', () => this.flush());
   }
 
   get value(): PageLocation {
-    return this.pending ?? this.changes.value;
+    return this.pending ?? this.current;
   }
 
   subscribe(listener: (location: PageLocation) => void): () => void {
@@ -46,6 +48,7 @@ export class HashLocation {
   go(location: PageLocation): void {
     this.flush();
     this.target.history.pushState(null, '', formatHash(location));
+    this.current = location;
     this.changes.set(location);
   }
 
@@ -68,6 +71,7 @@ export class HashLocation {
     this.timer = 0;
     if (!this.pending) return;
     const hash = formatHash(this.pending);
+    this.current = this.pending;
     this.pending = undefined;
     if (hash !== this.target.location.hash) this.target.history.replaceState(null, '', hash);
   }
@@ -76,7 +80,8 @@ export class HashLocation {
     this.target.clearTimeout(this.timer);
     this.timer = 0;
     this.pending = undefined;
-    this.changes.set(parseHash(this.target.location.hash));
+    this.current = parseHash(this.target.location.hash);
+    this.changes.set(this.current);
   }
 }
 

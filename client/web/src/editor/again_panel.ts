@@ -76,7 +76,7 @@ export class AgainPanel extends LitElement {
             wrong</option>
         </select>
         <label>Iterations
-          <input type="number" min="1" max="200" placeholder=${this.fromScratch ? '16' : '6'} />
+          <input type="number" min="1" max="200" placeholder=${this.fromScratch ? '20' : '6'} />
         </label>
         <label>
           <input type="checkbox" .checked=${model.findsPairs && !drops} ?disabled=${drops}

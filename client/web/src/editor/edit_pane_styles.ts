@@ -20,7 +20,7 @@ export const editPaneStyles = css`
   .title.wanted .role { color: inherit; }
   .cross { display: none; stroke: var(--accent); stroke-width: 1.5; }
   canvas:focus-visible ~ svg .cross { display: block; }
-  .mark { pointer-events: auto; cursor: grab; outline: none; }
+  .mark { pointer-events: auto; cursor: grab; outline: none; touch-action: none; }
   .mark .body { stroke: #ffffff; stroke-width: 1.5; }
   .mark text { fill: #ffffff; font: 700 10px var(--font); text-anchor: middle;
     dominant-baseline: central;

@@ -14,8 +14,8 @@ import { saveBlob } from '../base/save.ts';
 import { controls } from '../base/styles.ts';
 import { pairOf, type Kind, type Side } from '../pairs/pairs.ts';
 import './again_panel.ts';
-import './edit_pane.ts';
-import { actOf } from './editor_keys.ts';
+import { EditPane } from './edit_pane.ts';
+import { actOf, isFree } from './editor_keys.ts';
 import { editorStyles } from './editor_styles.ts';
 import { EditorModel, type EditorPlace } from './model.ts';
 import './pair_list.ts';
@@ -91,6 +91,7 @@ export class Editor extends LitElement {
               )}
             </div>
             <div class="side">
+              <lb-error .error=${model.error}></lb-error>
               <lb-again .model=${model}></lb-again>
               <lb-pairs .model=${model}></lb-pairs>
             </div>`
@@ -216,20 +217,20 @@ export class Editor extends LitElement {
   }
 
   private readonly onKey = (event: KeyboardEvent) => {
-    if (event.key === '?' && !event.defaultPrevented) this.shortcuts.open();
+    if (event.key === '?' && isFree(event)) this.shortcuts.open();
     const act = this.model.family && actOf(event);
     if (!act) return;
     event.preventDefault();
     const { selected } = this.model;
+    const pane = event.composedPath().find((element) => element instanceof EditPane);
     act(this.model);
-    if (selected && !pairOf(this.model.list, selected)) this.keepFocus();
+    if (pane && !pairOf(this.model.list, selected)) void this.keepFocus(pane);
   };
 
   // A marker that is gone leaves the focus to its picture.
-  private keepFocus(): void {
-    void this.updateComplete.then(() => {
-      if (document.activeElement === document.body) return;
-      this.renderRoot.querySelector('lb-edit-pane')?.focusPicture();
-    });
+  private async keepFocus(pane: EditPane): Promise<void> {
+    await this.updateComplete;
+    await pane.updateComplete;
+    if (document.activeElement === document.body) pane.focusPicture();
   }
 }

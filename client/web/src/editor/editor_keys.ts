@@ -56,9 +56,14 @@ function history(event: KeyboardEvent): Act | undefined {
   return key === 'z' ? (model) => model.pairs.undo() : undefined;
 }
 
-/** undefined: the key means nothing here, or belongs to the control that has the focus. */
+/** Whether the key does not belong to the control that has the focus. */
+export function isFree(event: KeyboardEvent): boolean {
+  return !event.defaultPrevented && !isField(event.composedPath()[0]);
+}
+
+/** undefined: the key means nothing here, or is not free. */
 export function actOf(event: KeyboardEvent): Act | undefined {
-  if (event.defaultPrevented || isField(event.composedPath()[0])) return undefined;
+  if (!isFree(event)) return undefined;
   if (event.ctrlKey || event.metaKey || event.altKey) return history(event);
   return Object.hasOwn(acts, event.key) ? acts[event.key] : undefined;
 }

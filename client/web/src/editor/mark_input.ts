@@ -36,7 +36,7 @@ export interface MarkHost {
 export class MarkInput implements MarkEvents {
   /** The place that is being dragged, and the number of its pair. */
   dragged: { number: number; place: SpaceTime } | undefined;
-  private pressed: Pixel | undefined;
+  private pressed: { pixel: Pixel; number: number } | undefined;
   private dragPixel: Pixel | undefined;  // until the next animation frame
 
   constructor(private readonly host: MarkHost) {}
@@ -45,20 +45,21 @@ export class MarkInput implements MarkEvents {
     event.preventDefault();
     const element = event.currentTarget as SVGGElement;
     element.focus({ preventScroll: true });
-    this.pressed = undefined;
+    this.focus(mark);
+    this.cancel();
     if (event.ctrlKey || event.metaKey) {
       if (mark.number) this.host.model.pairs.toggleEnabled(mark.number);
       return;
     }
     element.setPointerCapture(event.pointerId);
-    this.pressed = this.host.pixelOf(event);
+    this.pressed = { pixel: this.host.pixelOf(event), number: mark.number };
   }
 
   move(event: PointerEvent): void {
     const element = event.currentTarget as SVGGElement;
     if (!this.pressed || !element.hasPointerCapture(event.pointerId)) return;
     const pixel = this.host.pixelOf(event);
-    if (!this.dragged && isClick(this.pressed, pixel)) return;
+    if (!this.dragged && isClick(this.pressed.pixel, pixel)) return;
     const waits = !!this.dragPixel;
     this.dragPixel = pixel;
     if (!waits) requestAnimationFrame(() => this.drag());
@@ -67,11 +68,15 @@ export class MarkInput implements MarkEvents {
   up(event: PointerEvent, mark: Mark): void {
     if (this.dragPixel) this.drag();
     const { pressed, dragged } = this;
-    this.pressed = undefined;
-    this.show(undefined);
+    this.cancel();
     const { model, side } = this.host;
     if (dragged) model.pairs.movePlace(dragged.number, side, dragged.place);
-    else if (isClick(pressed, this.host.pixelOf(event))) this.goTo(mark);
+    else if (isClick(pressed?.pixel, this.host.pixelOf(event))) this.goTo(mark);
+  }
+
+  cancel(): void {
+    this.pressed = this.dragPixel = undefined;
+    this.show(undefined);
   }
 
   key(event: KeyboardEvent, mark: Mark): void {
@@ -99,10 +104,10 @@ export class MarkInput implements MarkEvents {
 
   private drag(): void {
     const { model, picture, timeS } = this.host;
-    const { dragPixel } = this;
-    const pair = pairOf(model.list, model.selected);
+    const { dragPixel, pressed } = this;
+    const pair = pressed && pairOf(model.list, pressed.number);
     this.dragPixel = undefined;
-    if (!dragPixel || !this.pressed || !pair) return;
+    if (!dragPixel || !pair) return;
     const position = picture?.placeAt(dragPixel) ?? this.besideSurface(dragPixel, pair);
     if (position) this.show({ number: pair.number, place: { position, timeS } });
   }

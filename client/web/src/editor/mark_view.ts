@@ -11,6 +11,8 @@ export interface MarkEvents {
   down(event: PointerEvent, mark: Mark): void;
   move(event: PointerEvent): void;
   up(event: PointerEvent, mark: Mark): void;
+  /** The browser has taken the pointer, for a gesture say. */
+  cancel(): void;
   key(event: KeyboardEvent, mark: Mark): void;
   focus(mark: Mark): void;
 }
@@ -45,6 +47,7 @@ export function renderMark(mark: Mark, chosen: boolean, events: MarkEvents) {
     @pointerdown=${(event: PointerEvent) => events.down(event, mark)}
     @pointermove=${(event: PointerEvent) => events.move(event)}
     @pointerup=${(event: PointerEvent) => events.up(event, mark)}
+    @pointercancel=${() => events.cancel()}
     @keydown=${(event: KeyboardEvent) => events.key(event, mark)}
     @focus=${() => events.focus(mark)}
   >

@@ -73,7 +73,9 @@ export class EditorModel {
   /** Shows a family and one of its targets. */
   async open({ family, target, times }: EditorPlace): Promise<void> {
     const same = this.family?.name === family;
-    if (same && target === this.target && this.infos.source) return;
+    if (same && target === this.target && this.infos.source) return this.setTimes(times);
+    this.residuals.clear();
+    if (!same) this.again.reset();
     this.loading.abort();
     const { signal } = (this.loading = new AbortController());
     this.infos = {};
@@ -123,6 +125,10 @@ export class EditorModel {
     const time = Math.min(this.durationS(side), frame * this.frameS(side));
     this.times = { ...this.times, [side]: time };
     this.tell();
+  }
+
+  private setTimes(times: Record<Side, number>): void {
+    for (const side of sides) this.setTime(side, times[side]);
   }
 
   setOrbit(side: Side, orbit: Orbit): void {
@@ -226,7 +232,7 @@ export class EditorModel {
     const infos = await Promise.all(names.map((one) => loadSubject(one, 0n, signal)));
     signal.throwIfAborted();
     this.infos = { source: infos[0]!, target: infos[1]! };
-    for (const side of sides) this.setTime(side, this.times[side]);
+    this.setTimes(this.times);
     this.measure();
   }
 

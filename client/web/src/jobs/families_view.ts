@@ -55,7 +55,9 @@ export class FamiliesView extends LitElement {
   @property() current = '';
   @state() private lists: CatalogState = catalog.value;
   @state() private family: Family | undefined;
-  @state() private error: ApiError | undefined;
+  @state() private error: ApiError | undefined;  // of what the person did
+  @state() private loadError: ApiError | undefined;
+  @state() private refining = false;
   @query('lb-confirm') private confirm!: Confirm;
   private loading = new AbortController();
   private unsubscribe = () => {};
@@ -86,7 +88,7 @@ export class FamiliesView extends LitElement {
             : html`<p class="card empty">No families yet. <a href="#jobs?show=register">Register
               one.</a></p>`
         }
-        <lb-error .error=${this.error}></lb-error>
+        <lb-error .error=${this.error ?? this.loadError}></lb-error>
         ${this.family ? this.renderFamily(this.family) : nothing}
       </div>
       <lb-confirm></lb-confirm>
@@ -155,7 +157,7 @@ export class FamiliesView extends LitElement {
           <input class="iterations" name="iterations" type="number" min="1" max="200"
             placeholder="6" />
         </label>
-        <button>Refine</button>
+        <button ?disabled=${this.refining}>Refine</button>
         <span class="hint">goes on from version ${family.version} with the same pairs</span>
       </form>
       ${
@@ -200,23 +202,28 @@ export class FamiliesView extends LitElement {
   private async load(clear: boolean): Promise<void> {
     this.loading.abort();
     const { signal } = (this.loading = new AbortController());
-    if (clear) this.family = this.error = undefined;
+    if (clear) this.family = this.error = this.loadError = undefined;
     if (!this.current) return;
     try {
       const family = await getFamily(this.current, 0n, signal);
-      if (!signal.aborted) this.family = family;
+      if (signal.aborted) return;
+      this.family = family;
+      this.loadError = undefined;
     } catch (error) {
-      if (!isAbort(error)) this.error = toApiError(error);
+      if (!isAbort(error)) this.loadError = toApiError(error);
     }
   }
 
   private async refine(event: Event, family: Family): Promise<void> {
     event.preventDefault();
+    if (this.refining) return;
+    this.refining = true;
     const iterations = Number(new FormData(event.target as HTMLFormElement).get('iterations'));
     await this.attempt(async () => {
       jobBoard.add(await registerFamily(refineRequest(family, iterations)));
       pageLocation.go({ section: 'jobs', fields: new URLSearchParams({ show: 'operations' }) });
     });
+    this.refining = false;
   }
 
   private async rollBack(family: Family, version: bigint): Promise<void> {

@@ -24,6 +24,7 @@ export class JobBoard extends Observable<BoardState> {
   private timer: ReturnType<typeof setInterval> | undefined;
   private nextPageToken = '';
   private older: Job[] = [];  // of further pages
+  private readsMore = false;
 
   constructor() {
     super({ jobs: [], hasMore: false, loading: false });
@@ -58,6 +59,8 @@ export class JobBoard extends Observable<BoardState> {
   }
 
   async more(): Promise<void> {
+    if (this.readsMore) return;
+    this.readsMore = true;
     try {
       const { items, nextPageToken } = await listJobs(this.nextPageToken);
       this.nextPageToken = nextPageToken;
@@ -66,6 +69,7 @@ export class JobBoard extends Observable<BoardState> {
     } catch (error) {
       this.patch({ error: toApiError(error) });
     }
+    this.readsMore = false;
   }
 
   forget(name: string): void {

@@ -158,7 +158,7 @@ export class RegisterView extends LitElement {
         <summary>Options</summary>
         <div class="fields">
           <label class="field">Iterations
-            <input type="number" min="1" max="200" placeholder="16" .value=${form.iterations}
+            <input type="number" min="1" max="200" placeholder="20" .value=${form.iterations}
               @input=${(event: Event) => this.patch({ iterations: textOf(event) })} />
             <span class="hint">fewer than 8 make a preview</span>
           </label>

@@ -1,16 +1,17 @@
 // Upload of a folder of frames: dropped or chosen, with the options of the import that matter.
 import { LitElement, css, html, nothing } from 'lit';
 import { customElement, query, state } from 'lit/decorators.js';
-import { isAbort, toApiError, ApiError } from '../api/errors.ts';
+import { toApiError, ApiError } from '../api/errors.ts';
 import { idRule, isId, toId } from '../api/names.ts';
 import '../base/error_message.ts';
 import { textOf } from '../base/events.ts';
 import { formatBytes } from '../base/format.ts';
+import { Observing } from '../base/observing.ts';
 import { controls } from '../base/styles.ts';
+import { currentUpload } from './current_upload.ts';
 import { folderOfDrop, folderOfInput, type Folder } from './folder.ts';
-import { jobBoard } from './job_board.ts';
 import { jobsStyles } from './jobs_styles.ts';
-import { uploadAnimation, type ImportSettings } from './upload.ts';
+import type { ImportSettings } from './upload.ts';
 
 const ups = ['', 'UP_X', 'UP_Y', 'UP_Z', 'UP_MINUS_X', 'UP_MINUS_Y', 'UP_MINUS_Z'];
 
@@ -43,23 +44,13 @@ export class UploadView extends LitElement {
     `,
   ];
 
-  @state() private folder: Folder | undefined;
-  @state() private animationId = '';
   @state() private over = false;
-  @state() private sent = 0;
-  @state() private total = 0;
-  @state() private error: ApiError | undefined;
   @query('input[type=file]') private chooser!: HTMLInputElement;
   @query('form') private form!: HTMLFormElement;
-  private upload: AbortController | undefined;
-
-  override disconnectedCallback(): void {
-    this.upload?.abort();
-    super.disconnectedCallback();
-  }
+  readonly observing = new Observing(this, () => currentUpload);
 
   override render() {
-    const { folder, upload } = this;
+    const { folder, busy, error } = currentUpload.value;
     return html`
       <div class="view">
         <div
@@ -72,13 +63,13 @@ export class UploadView extends LitElement {
           <span class="hint">
             ${folder ? describe(folder) : hint}
           </span>
-          <button type="button" ?disabled=${!!upload} @click=${() => this.chooser.click()}>
+          <button type="button" ?disabled=${busy} @click=${() => this.chooser.click()}>
             ${folder ? 'Choose another folder' : 'Choose a folder'}
           </button>
           <input type="file" aria-label="Folder of frames" webkitdirectory multiple hidden
             @change=${this.onChosen} />
         </div>
-        <lb-error .error=${this.error}></lb-error>
+        <lb-error .error=${error}></lb-error>
         ${folder ? this.renderForm() : nothing}
       </div>
     `;
@@ -91,7 +82,7 @@ export class UploadView extends LitElement {
         <div class="fields">
           <label class="field">Name
             <input name="animation" required maxlength="63" autocomplete="off" spellcheck="false"
-              .value=${this.animationId} @input=${this.onName} aria-describedby="rule" />
+              .value=${currentUpload.value.animationId} @input=${this.onName} aria-describedby="rule" />
             <span class="hint" id="rule">${idRule}</span>
           </label>
           <label class="field">Frames a second
@@ -114,14 +105,14 @@ export class UploadView extends LitElement {
           </label>
           <label class="check"><input name="gaps" type="checkbox" /> Numbers may be missing</label>
         </div>
-        ${this.upload ? this.renderProgress() : html`<div class="actions">
+        ${currentUpload.value.busy ? this.renderProgress() : html`<div class="actions">
         <button class="primary">Upload</button></div>`}
       </form>
     `;
   }
 
   private renderProgress() {
-    const { sent, total } = this;
+    const { sent, total } = currentUpload.value;
     const text =
       sent < total
         ? `${formatBytes(sent)} of ${formatBytes(total)} sent`
@@ -129,14 +120,14 @@ export class UploadView extends LitElement {
     return html`
       <progress max=${total || 1} .value=${sent} aria-label="Progress of the upload"></progress>
       <div class="actions">
-        <button type="button" @click=${() => this.upload?.abort()}>Stop</button>
+        <button type="button" @click=${() => currentUpload.stop()}>Stop</button>
         <span class="hint" role="status">${text}</span>
       </div>
     `;
   }
 
   private onName(event: Event): void {
-    this.animationId = textOf(event);
+    currentUpload.rename(textOf(event));
   }
 
   private onDragOver(event: DragEvent): void {
@@ -147,7 +138,7 @@ export class UploadView extends LitElement {
   private onDrop(event: DragEvent): void {
     event.preventDefault();
     this.over = false;
-    if (event.dataTransfer && !this.upload) void this.take(folderOfDrop(event.dataTransfer));
+    if (event.dataTransfer && !currentUpload.value.busy) void this.take(folderOfDrop(event.dataTransfer));
   }
 
   private onChosen(): void {
@@ -157,15 +148,12 @@ export class UploadView extends LitElement {
   }
 
   private async take(reading: Promise<Folder>): Promise<void> {
-    this.error = undefined;
     try {
       const folder = await reading;
       if (!folder.files.length) throw new Error('No frames of a known format are in it.');
-      this.folder = folder;
-      this.animationId = toId(folder.name);
+      currentUpload.choose(folder, toId(folder.name));
     } catch (error) {
-      this.folder = undefined;
-      this.error = toApiError(error);
+      currentUpload.choose(undefined, '', toApiError(error));
     }
   }
 
@@ -183,37 +171,10 @@ export class UploadView extends LitElement {
 
   private async onSubmit(event: Event): Promise<void> {
     event.preventDefault();
-    if (!this.folder || this.upload) return;
-    if (!isId(this.animationId)) {
-      this.error = new ApiError(400, `The name may have ${idRule}.`);
-      return;
+    if (!isId(currentUpload.value.animationId)) {
+      return currentUpload.refuse(new ApiError(400, `The name may have ${idRule}.`));
     }
-    await this.send(this.folder);
-  }
-
-  private async send({ files }: Folder): Promise<void> {
-    const controller = (this.upload = new AbortController());
-    this.error = undefined;
-    this.sent = 0;
-    const progress = (sent: number, total: number) => {
-      this.sent = Math.min(sent, total);
-      this.total = total;
-    };
-    try {
-      const job = await uploadAnimation(
-        this.animationId,
-        files,
-        this.settings(),
-        { progress },
-        controller.signal,
-      );
-      jobBoard.add(job);
-      this.folder = undefined;
-      this.dispatchEvent(new CustomEvent('uploaded'));
-    } catch (error) {
-      if (!isAbort(error)) this.error = toApiError(error);
-    }
-    this.upload = undefined;
-    this.requestUpdate();
+    const arrived = await currentUpload.begin(this.settings());
+    if (arrived && this.isConnected) this.dispatchEvent(new CustomEvent('uploaded'));
   }
 }

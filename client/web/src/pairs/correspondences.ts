@@ -97,6 +97,11 @@ export function automaticPairs(family: Family, target: number): AutomaticPair[] 
   });
 }
 
+/** Whether both are the same, but for the rounding of a registration. */
+export function isSamePair(a: Omit<WholePair, 'number'>, b: Omit<WholePair, 'number'>): boolean {
+  return a.kind === b.kind && isNear(a.source, b.source) && isNear(a.target, b.target);
+}
+
 function isNear(a: SpaceTime, b: SpaceTime): boolean {
   const size = 1 + Math.hypot(...(a.position as Vector));
   return (
@@ -114,12 +119,7 @@ export function registeredResiduals(
   const found = new Map<number, Residual>();
   for (const report of reportsOf(family, target, false)) {
     const was = toPair(report.correspondence);
-    const at = left.findIndex(
-      (pair) =>
-        pair.kind === was.kind &&
-        isNear(pair.source, was.source) &&
-        isNear(pair.target, was.target),
-    );
+    const at = left.findIndex((pair) => isSamePair(pair, was));
     if (at < 0) continue;
     const [pair] = left.splice(at, 1);
     found.set(pair!.number, residualOf(report));

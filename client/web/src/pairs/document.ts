@@ -20,8 +20,9 @@ import {
   type PairList,
   type Side,
   type SpaceTime,
+  type WholePair,
 } from './pairs.ts';
-import { dropsSome } from './registration.ts';
+import { dropsSome, keptPairs } from './registration.ts';
 import { loadLists, saveLists, startList } from './store.ts';
 
 const placeDecimals = 6;
@@ -31,17 +32,15 @@ function rounded({ position, timeS }: SpaceTime): SpaceTime {
   return { position: [x, y, z], timeS };
 }
 
-// Where automatic pairs were dropped, the others were sent as the user's and are so now.
-function withSent(list: PairList, family: Family, target: number): PairList {
-  if (!list.dropped.length) return list;
-  const kept = automaticPairs(family, target).filter(({ key }) => !list.dropped.includes(key));
-  return {
-    ...appendPairs(
-      list,
-      kept.map(({ pair }) => pair),
-    ),
-    dropped: [],
-  };
+// Adds pairs with the numbers after those of another state of the list.
+function withSent(list: PairList, sent: readonly Omit<WholePair, 'number'>[], next: number) {
+  return { ...appendPairs({ ...list, nextNumber: next }, sent), dropped: [] };
+}
+
+// Without automatic pairs that another version had.
+function withoutStrangers(list: PairList, family: Family, target: number): PairList {
+  const known = new Set(automaticPairs(family, target).map(({ key }) => key));
+  return { ...list, dropped: list.dropped.filter((key) => known.has(key)) };
 }
 
 export class PairDocument {
@@ -77,15 +76,16 @@ export class PairDocument {
     return open.source ? otherSide('source') : 'source';
   }
 
-  /** Begins with the family's pairs, or with those that were marked on this version before. */
+  /** Begins with the pairs that were marked before and the family's. */
   begin(family: Family): void {
     this.family = family;
-    const { targets, version } = family;
     const stored = loadLists(family.name);
-    const isSame = stored?.version === String(version) && stored.lists.length === targets.length;
-    const lists = targets.map((_, target) =>
-      isSame ? stored.lists[target]! : startList(ownPairs(family, target), stored?.lists[target]),
-    );
+    const isSame = stored?.version === String(family.version);
+    const lists = family.targets.map((_, target) => {
+      const list = stored?.lists[target];
+      if (isSame && list) return list;
+      return withoutStrangers(startList(ownPairs(family, target), list), family, target);
+    });
     this.history = new History<readonly PairList[]>(lists);
     this.files.forget();
   }
@@ -94,10 +94,18 @@ export class PairDocument {
   registered(family: Family): void {
     const before = this.family;
     this.family = family;
-    if (before && dropsSome(this.lists)) {
-      this.history.replace(this.lists.map((list, target) => withSent(list, before, target)));
-    }
+    if (before && dropsSome(this.lists)) this.keepSent(before);
     this.afterEdit();
+  }
+
+  // Where automatic pairs were dropped, the others were sent as the user's and are so now, in all
+  // states: there are no automatic ones to go back to.
+  private keepSent(before: Family): void {
+    const sent = this.lists.map((list, target) => keptPairs(before, target, list));
+    const next = this.lists.map(({ nextNumber }) => nextNumber);
+    this.history.map((lists) =>
+      lists.map((list, target) => withSent(list, sent[target]!, next[target]!)),
+    );
   }
 
   /** Returns the number of the pair that the place belongs to now. */

@@ -28,9 +28,11 @@ export class History<T> {
     this.present = value;
   }
 
-  /** Another state in place of this one. */
-  replace(value: T): void {
-    this.present = value;
+  /** Changes all states, those that were undone, too. */
+  map(change: (state: T) => T): void {
+    this.past = this.past.map(change);
+    this.present = change(this.present);
+    this.future = this.future.map(change);
   }
 
   undo(): void {

@@ -1,6 +1,6 @@
 // Import and export of pairs. A file that was read and not changed is written as it was.
 import { formatPairs, parsePairs, type FilePair } from './pair_file.ts';
-import { checkPairs, emptyList, sentPairs, type Pair, type PairList } from './pairs.ts';
+import { appendPairs, checkPairs, sentPairs, type PairList } from './pairs.ts';
 
 interface Imported {
   text: string;
@@ -15,17 +15,13 @@ function stampOf(pairs: readonly (readonly FilePair[])[]): string {
   );
 }
 
-// The pairs of the other sort stay; the new ones have the numbers after theirs.
+// The pairs of the other sort stay; the new ones have numbers that none had before.
 function withFile(list: PairList, added: readonly FilePair[], check: boolean): PairList {
   const kept = list.pairs.filter((pair) => pair.check !== check);
-  const first = kept.reduce((most, { number }) => Math.max(most, number), 0) + 1;
-  const pairs: Pair[] = added.map((pair, index) => ({ ...pair, check, number: first + index }));
-  return {
-    ...emptyList,
-    dropped: list.dropped,
-    pairs: [...kept, ...pairs],
-    nextNumber: first + added.length,
-  };
+  return appendPairs(
+    { ...list, pairs: kept },
+    added.map((pair) => ({ ...pair, check })),
+  );
 }
 
 export class PairFiles {

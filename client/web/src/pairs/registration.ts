@@ -15,12 +15,14 @@ export interface AgainOptions {
   findPairs: boolean;  // automatic pairs, too
 }
 
-// Where one automatic pair is dropped, the others are sent as the user's.
-function pairsOf(family: Family, target: number, list: PairList): Omit<WholePair, 'number'>[] {
-  const kept = automaticPairs(family, target).filter(({ key }) => !list.dropped.includes(key));
-  return list.dropped.length
-    ? [...sentPairs(list), ...kept.map(({ pair }) => pair)]
-    : sentPairs(list);
+/** The automatic pairs of a target that were not dropped. */
+export function keptPairs(
+  family: Family,
+  target: number,
+  { dropped }: PairList,
+): Omit<WholePair, 'number'>[] {
+  const kept = automaticPairs(family, target).filter(({ key }) => !dropped.includes(key));
+  return kept.map(({ pair }) => pair);
 }
 
 export function dropsSome(lists: readonly PairList[]): boolean {
@@ -50,15 +52,19 @@ export function againRequest(
   options: AgainOptions,
 ): Json {
   const { fromScratch, iterations, findPairs } = options;
-  const correspondences = lists.map((list, target) => ({
-    correspondences: pairsOf(family, target, list).map(pairJson),
-  }));
+  // Where one automatic pair is dropped, the others are sent as the user's, those of other targets,
+  // too: the registration finds none.
+  const drops = dropsSome(lists);
+  const correspondences = lists.map((list, target) => {
+    const kept = drops ? keptPairs(family, target, list) : [];
+    return { correspondences: [...sentPairs(list), ...kept].map(pairJson) };
+  });
   return {
     familyId: family.name,
     ...(fromScratch ? scratchFields(family) : { refine: true }),
     options: {
       ...(iterations > 0 ? { maxIterations: iterations } : {}),
-      automaticCorrespondences: findPairs && !dropsSome(lists),
+      automaticCorrespondences: findPairs && !drops,
     },
     correspondences,
   };

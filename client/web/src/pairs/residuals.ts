@@ -27,6 +27,13 @@ export class Residuals {
     this.timer = setTimeout(() => void this.measure(family, target, list), waitMs);
   }
 
+  /** Forgets all, as another target is shown. */
+  clear(): void {
+    this.close();
+    this.values = new Map();
+    this.error = undefined;
+  }
+
   close(): void {
     this.controller.abort();
     clearTimeout(this.timer);

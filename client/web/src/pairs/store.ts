@@ -1,5 +1,6 @@
 // What was marked and not yet registered, kept in the browser.
-import { emptyList, type Pair, type PairList } from './pairs.ts';
+import { isSamePair } from './correspondences.ts';
+import { appendPairs, emptyList, isWhole, type PairList, type WholePair } from './pairs.ts';
 
 interface Stored {
   version: string;  // of the family that it was marked on
@@ -36,14 +37,19 @@ export function saveLists(family: string, version: bigint, lists: readonly PairL
   }
 }
 
-/** The pairs that a family was registered with, and the check pairs that were marked before. */
+/**
+ * The pairs that were marked before, whatever became of the family since, and after them those
+ * that it was registered with and that are not among them.
+ */
 export function startList(
-  own: readonly Omit<Pair, 'number'>[],
-  stored: PairList | undefined,
+  own: readonly Omit<WholePair, 'number'>[],
+  stored: PairList = emptyList,
 ): PairList {
-  const checks = stored?.pairs.filter(({ check }) => check) ?? [];
-  const first = checks.reduce((most, { number }) => Math.max(most, number), 0) + 1;
-  const pairs = own.map((pair, index) => ({ ...pair, number: first + index }));
-  const nextNumber = Math.max(stored?.nextNumber ?? 1, first + own.length);
-  return { ...emptyList, pairs: [...checks, ...pairs], nextNumber };
+  const left = stored.pairs.filter(isWhole);
+  const added = own.filter((pair) => {
+    const at = left.findIndex((known) => !known.check && isSamePair(known, pair));
+    if (at >= 0) left.splice(at, 1);
+    return at < 0;
+  });
+  return appendPairs(stored, added);
 }

@@ -26,6 +26,12 @@ export class Surface {
     this.lines.setDrawRange(0, 2 * edges);
   }
 
+  /** Shows nothing until the next update. */
+  clear(): void {
+    this.triangles.setDrawRange(0, 0);
+    this.lines.setDrawRange(0, 0);
+  }
+
   dispose(): void {
     this.triangles.dispose();
     this.lines.dispose();

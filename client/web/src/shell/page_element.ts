@@ -2,7 +2,9 @@
 import { LitElement, html, nothing } from 'lit';
 import { customElement, query, state } from 'lit/decorators.js';
 import { catalog } from '../api/catalog.ts';
+import { staleError, type ApiError } from '../api/errors.ts';
 import { token } from '../api/token.ts';
+import '../base/error_message.ts';
 import { pageLocation, type PageLocation } from '../base/hash_location.ts';
 import { icons } from '../base/icons.ts';
 import { roundTo } from '../base/numbers.ts';
@@ -21,6 +23,7 @@ export class PageElement extends LitElement {
   @state() private location: PageLocation = pageLocation.value;
   @state() private loaded = '';
   @state() private listsOpen = false;
+  @state() private error: ApiError | undefined;
   @query('lb-token-dialog') private tokenDialog!: TokenDialog;
   private asked = false;  // for the token, since it was typed
 
@@ -52,7 +55,17 @@ export class PageElement extends LitElement {
   override updated(): void {
     const { section } = this;
     if (this.loaded === section.id) return;
-    void section.load().then(() => (this.loaded = section.id));
+    void this.load(section);
+  }
+
+  private async load(section: Section): Promise<void> {
+    try {
+      await section.load();
+      this.loaded = section.id;
+      this.error = undefined;
+    } catch {
+      this.error = staleError();
+    }
   }
 
   override render() {
@@ -62,7 +75,10 @@ export class PageElement extends LitElement {
         <aside id="lists" class=${this.listsOpen ? 'open' : ''} aria-label="Families and animations">
           <lb-catalog .current=${this.current} @choose=${this.onChoose}></lb-catalog>
         </aside>
-        <main>${this.loaded === this.section.id ? this.section.render() : nothing}</main>
+        <main>
+          <lb-error .error=${this.error}></lb-error>
+          ${this.loaded === this.section.id ? this.section.render() : nothing}
+        </main>
       </div>
       <lb-token-dialog></lb-token-dialog>
     `;

@@ -1,5 +1,5 @@
 // Times of an animation while it plays.
-import { clamp } from '../base/numbers.ts';
+import { clamp, roundTo } from '../base/numbers.ts';
 
 export type Loop = 'off' | 'whole' | 'range';
 
@@ -14,6 +14,13 @@ export interface Course {
 export interface Step {
   timeS: number;
   ended: boolean;
+}
+
+const timeDecimals = 4;
+
+/** A time with as few digits as the URL has, and never beyond the end, which the server refuses. */
+export function shortTime(timeS: number, durationS: number): number {
+  return Math.min(roundTo(clamp(timeS, 0, durationS), timeDecimals), durationS);
 }
 
 /** The part of the animation that is played. */

@@ -30,10 +30,6 @@ function streamUrl(): string {
   return `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/v1/stream`;
 }
 
-function isTemporary(error: ApiError): boolean {
-  return error.status === 0 || error.status === 429 || error.status >= 500;
-}
-
 function encode(request: StreamRequest): Uint8Array<ArrayBuffer> {
   const message = create(StreamFramesRequestSchema, request);
   return toBinary(StreamFramesRequestSchema, message) as Uint8Array<ArrayBuffer>;
@@ -132,7 +128,7 @@ export class FrameStream {
     }
     const error = await this.whyClosed(event, opened);
     if (this.socket !== socket) return;
-    if (isTemporary(error)) this.tryLater();
+    if (error.isTemporary) this.tryLater();
     else {
       this.close();
       this.events.error(error);

@@ -1,7 +1,6 @@
 // Plays a family or an animation: decides what frame is asked for, and how.
 import type { ApiError } from '../api/errors.ts';
-import { clamp, roundTo } from '../base/numbers.ts';
-import { advance, playedRange, startTime, type Course, type Loop } from './clock.ts';
+import { advance, playedRange, shortTime, startTime, type Course, type Loop } from './clock.ts';
 import type { DecoderPool } from './decoder_pool.ts';
 import type { Wanted } from './decode_messages.ts';
 import type { DecodedFrame } from './frame.ts';
@@ -35,8 +34,6 @@ export interface PlayerEvents {
   changed(): void;
   error(error: ApiError | undefined): void;
 }
-
-const timeDecimals = 4;
 
 export class Player {
   playing = false;
@@ -101,7 +98,8 @@ export class Player {
     this.settings = settings;
     this.live.wanted = settings.wanted;
     if (!this.streams) return this.requestStill(false);
-    const change = streamChange(before, settings, this.coarseness);
+    const { framesPerSecond } = this.timing;
+    const change = streamChange(before, settings, this.coarseness, framesPerSecond);
     if (change) this.live.change(change);
   }
 
@@ -118,7 +116,7 @@ export class Player {
     if (this.playing) return;
     this.playing = true;
     this.timeS = startTime(this.timeS, this.course);
-    this.begin();
+    if (!this.held) this.begin();
     this.events.changed();
   }
 
@@ -131,7 +129,7 @@ export class Player {
 
   /** Shows a time. `last`: no other one follows at once, so requests before it are ended. */
   seek(timeS: number, last: boolean): void {
-    this.timeS = roundTo(clamp(timeS, 0, this.timing.durationS), timeDecimals);
+    this.timeS = shortTime(timeS, this.timing.durationS);
     if (this.streams) this.live.change({ timeS: this.timeS });
     else this.requestStill(last);
     this.events.changed();
@@ -229,7 +227,7 @@ export class Player {
   // An animation has only its own frames.
   private stillTime(): number {
     const { framesPerSecond, durationS } = this.timing;
-    if (isFamily(this.subject)) return roundTo(this.timeS, timeDecimals);
+    if (isFamily(this.subject)) return shortTime(this.timeS, durationS);
     const frame = Math.round(this.timeS * framesPerSecond);
     return Math.min(durationS, frame / framesPerSecond);
   }
@@ -241,7 +239,7 @@ export class Player {
       return;
     }
     this.shownOrder = frame.order;
-    if (this.streams) this.timeS = roundTo(frame.info.timeS, timeDecimals);
+    if (this.streams) this.timeS = shortTime(frame.info.timeS, this.timing.durationS);
     this.events.error(undefined);
     this.events.frame(frame);
   }

@@ -20,16 +20,21 @@ export function surfaceOf(level: number | 'auto', coarseness: number): StreamReq
   };
 }
 
-/** What of the settings changed, as a message; undefined if nothing that the server must know. */
+/**
+ * What of the settings changed, as a message; undefined if nothing that the server must know.
+ * `ownRate`: frames a second of the family.
+ */
 export function streamChange(
   before: PlayerSettings,
   after: PlayerSettings,
   coarseness: number,
+  ownRate: number,
 ): StreamRequest | undefined {
   const change: StreamRequest = {};
   if (before.rate !== after.rate) change.rate = after.rate;
   if (before.loop !== after.loop) change.loop = after.loop !== 'off';
-  if (before.framesPerSecond !== after.framesPerSecond) Object.assign(change, paceOf(after));
+  if (before.framesPerSecond !== after.framesPerSecond)
+    change.framesPerSecond = after.framesPerSecond || ownRate;
   if (before.level !== after.level) Object.assign(change, surfaceOf(after.level, coarseness));
   if (!sameBlend(before.blend, after.blend)) Object.assign(change, blendOf(after.blend));
   return Object.keys(change).length ? change : undefined;

@@ -3,6 +3,7 @@ import { isAbort, toApiError, type ApiError } from '../api/errors.ts';
 import { clamp, roundTo } from '../base/numbers.ts';
 import { Observable } from '../base/observable.ts';
 import { theme } from '../base/theme.ts';
+import { ParameterSpace_Interpolation } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import type { Orbit } from '../scene/orbit.ts';
 import type { Look } from '../scene/stage.ts';
 import { sharedPool } from '../stream/decoder_pool.ts';
@@ -23,6 +24,11 @@ import {
   type ViewState,
 } from './state.ts';
 import { loadSubject } from './subject.ts';
+
+function isSmooth({ info }: Pane): boolean {
+  const { interpolation } = info?.family?.parameterSpace ?? {};
+  return interpolation === ParameterSpace_Interpolation.SMOOTH;
+}
 
 export class ViewModel {
   readonly pool = sharedPool();
@@ -97,7 +103,13 @@ export class ViewModel {
   }
 
   setBeside(beside: Beside[]): void {
-    void this.open({ ...this.state, beside, panes: this.state.panes.slice(0, 1 + beside.length) });
+    const { oneCamera, oneTime } = this.state;
+    const before = new Map(this.panes.map(({ key }, index) => [key, paneOf(this.state, index)]));
+    const [main, ...others] = ['main' as const, ...beside].map(
+      (key) => before.get(key) ?? paneOf(this.state, 0),
+    );
+    const panes = oneCamera && oneTime ? [main!] : [main!, ...others];
+    void this.open({ ...this.state, beside, panes });
   }
 
   setOrbit(pane: Pane, orbit: Orbit | undefined): void {
@@ -165,15 +177,20 @@ export class ViewModel {
     return { blend: this.blend(pane), rate, loop, range, framesPerSecond, level, wanted };
   }
 
+  /** One for each target of the pane's family. */
+  weights(pane: Pane): number[] {
+    const { weights } = this.state;
+    return (pane.info?.family?.targets ?? []).map((_, target) => weights[target] ?? 0);
+  }
+
   // Other versions may have their points elsewhere: they are asked for by weights.
   private blend(pane: Pane): Blend {
-    const { weights, point, extrapolate } = this.state;
-    const { family } = pane.info ?? {};
-    const used = (family?.targets ?? []).map((_, target) => weights[target] ?? 0);
-    const names = family?.parameterSpace?.names ?? [];
-    if (pane !== this.main || !names.length || point.length !== names.length) return { weights: used };
+    const { point, extrapolate } = this.state;
+    const names = pane.info?.family?.parameterSpace?.names ?? [];
+    const isPoint = pane === this.main && names.length > 0 && point.length === names.length;
+    if (!isPoint) return { weights: this.weights(pane) };
     const parameters = names.map((name, i) => ({ name, value: point[i]! }));
-    return { weights: used, parameters, extrapolate };
+    return { weights: [], parameters, extrapolate };
   }
 
   close(): void {
@@ -221,8 +238,8 @@ export class ViewModel {
   private start(pane: Pane): void {
     if (!pane.picture || !pane.info) return;
     const player = pane.picture.open(pane.info, this.settings(pane));
+    if (document.hidden) player.hold();
     this.place(pane);
-    if (pane === this.main && this.state.playing) player.play();
   }
 
   // Camera and time as the state has them.
@@ -234,8 +251,10 @@ export class ViewModel {
     picture.setOrbit(paneOf(state, state.oneCamera ? 0 : index).orbit);
     const { timeS } = paneOf(state, state.oneTime ? 0 : index);
     const { player } = picture;
-    if (pane === this.main && player.playing !== state.playing) this.togglePlay(pane);
-    if (!player.playing) player.seek(timeS, true);
+    const plays = pane === this.main ? state.playing : player.playing && !state.oneTime;
+    if (!plays) player.pause();
+    if (!player.playing) player.seek(timeS, !plays);
+    if (plays) player.play();
   }
 
   private leads(pane: Pane): boolean {
@@ -247,9 +266,19 @@ export class ViewModel {
   }
 
   private onShown(pane: Pane, frame: FrameInfo): void {
+    if (pane === this.main && isSmooth(pane)) this.takeWeights(frame.weights);
     if (!pane.picture?.player?.playing) return;
     this.times.set(pane);
     if (this.leads(pane)) this.follow(frame.timeS, false);
+  }
+
+  // The page does not know the weights of a point of a smooth family before the server.
+  private takeWeights(exact: number[]): void {
+    const weights = exact.map((weight) => roundTo(weight, 6));
+    if (!this.state.point.length || String(weights) === String(this.state.weights)) return;
+    this.states.set({ ...this.state, weights });
+    for (const pane of this.panes.slice(1)) pane.picture?.player?.configure(this.settings(pane));
+    this.tell();
   }
 
   private onPlayerChanged(pane: Pane): void {

@@ -21,7 +21,7 @@ export function newPane(key: Pane['key']): Pane {
 
 /** Prepares a pane for something else. */
 export function clear(pane: Pane): void {
-  pane.picture?.player?.close();
+  pane.picture?.clear();
   pane.info = undefined;
   pane.error = undefined;
 }

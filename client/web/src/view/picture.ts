@@ -61,10 +61,9 @@ export class Picture {
 
   /** Begins with another family or animation. */
   open(info: SubjectInfo, settings: PlayerSettings): Player {
-    this.player?.close();
+    this.clear();
     this.info = info;
     this.stage.setWorld(info.box, info.rotation);
-    this.lastOrder = 0;
     this.player = new Player(this.pool, info.subject, info.timing, settings, {
       ...this.events,
       frame: (frame) => this.take(frame),
@@ -73,6 +72,17 @@ export class Picture {
     this.player.limitLevel(this.effort.level);
     this.draw();
     return this.player;
+  }
+
+  /** Shows no liquid, and tells nothing more of what it showed. */
+  clear(): void {
+    const { player, pending } = this;
+    this.player = this.pending = this.shown = undefined;
+    this.lastOrder = 0;
+    if (pending) this.pool.release(pending.buffers);
+    player?.close();
+    this.stage.surface.clear();
+    this.draw();
   }
 
   get orbit(): Orbit {
@@ -121,10 +131,9 @@ export class Picture {
   }
 
   close(): void {
+    this.clear();
     cancelAnimationFrame(this.request);
     clearTimeout(this.settleTimer);
-    this.player?.close();
-    if (this.pending) this.pool.release(this.pending.buffers);
     this.stage.dispose();
   }
 

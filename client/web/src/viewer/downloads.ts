@@ -37,7 +37,7 @@ function stemOf(pane: Pane): string {
 function metaOf(model: ViewModel, pane: Pane): object {
   const { subject, timing, family, animation } = pane.info!;
   const up = upNames[family?.up ?? animation?.up ?? Up.UNSPECIFIED];
-  const { weights } = model.settings(pane).blend;
+  const weights = model.weights(pane);
   return {
     fps: timing.framesPerSecond,
     units: { vertex_scale: 1, velocity_scale_to_m_per_s: 1 },

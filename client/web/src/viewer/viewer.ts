@@ -2,7 +2,9 @@
 import { LitElement, html, nothing } from 'lit';
 import { customElement, query, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
+import { staleError, type ApiError } from '../api/errors.ts';
 import { token } from '../api/token.ts';
+import '../base/error_message.ts';
 import { pageLocation, type PageLocation } from '../base/hash_location.ts';
 import { controls } from '../base/styles.ts';
 import { showTheme, theme } from '../base/theme.ts';
@@ -30,6 +32,8 @@ export class Viewer extends LitElement {
 
   private readonly model = new ViewModel();
   @state() private hasPad = false;
+  @state() private loadError: ApiError | undefined;
+  private asksForPad = false;
   @query('lb-download') private download!: DownloadDialog;
   @query('lb-help') private help!: HelpDialog;
   private unsubscribes: (() => void)[] = [];
@@ -85,16 +89,22 @@ export class Viewer extends LitElement {
   }
 
   private renderSide({ parameterSpace }: Family) {
-    if (parameterSpace && !this.hasPad) void this.loadPad();
+    if (parameterSpace && !this.asksForPad) void this.loadPad();
     return html`<div class="side">
       ${parameterSpace && this.hasPad ? html`<lb-pad .model=${this.model}></lb-pad>` : nothing}
+      <lb-error .error=${this.loadError}></lb-error>
       <lb-weights .model=${this.model}></lb-weights>
     </div>`;
   }
 
   private async loadPad(): Promise<void> {
-    await import('../pad/pad.ts');
-    this.hasPad = true;
+    this.asksForPad = true;
+    try {
+      await import('../pad/pad.ts');
+      this.hasPad = true;
+    } catch {
+      this.loadError = staleError();
+    }
   }
 
   private renderPane(pane: Pane) {
