@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <limits>
 
@@ -102,6 +103,8 @@ absl::StatusOr<http::PortOptions> HttpOptionsOf(const Flags& flags) {
   options.router.allowed_origin = flags.http_origin;
   options.router.hosts = flags.http_hosts;
   options.router.max_body_bytes = flags.max_message;
+  options.router.max_bodies_bytes =
+      std::max<int64_t>(options.router.max_bodies_bytes, flags.max_message);
   options.router.page = http::EmbeddedPage();
   LB_RETURN_IF_ERROR(options.Validate());
   if (!flags.insecure && !server::IsLoopback(flags.http)) {

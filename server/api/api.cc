@@ -140,6 +140,9 @@ class PooledApi final : public Api {
                                             std::weak_ptr<StreamSession::Sink> sink) override {
     return std::make_shared<StreamSession>(backends_, std::move(client), std::move(sink));
   }
+  absl::Status Post(absl::AnyInvocable<void()> work) override {
+    return backends_.transfers.Post(std::move(work));
+  }
   void CheckStores(Done<std::string> done) override {
     reachable_->Ask([done = std::move(done)](const absl::StatusOr<std::string>& state) mutable {
       done(state);

@@ -76,6 +76,9 @@ class Api {
   // Metrics in Prometheus' text format; without jobs if the catalog does not answer within 2 s. The
   // catalog is asked at most every 5 seconds. Uses no thread that other calls need.
   virtual void GetMetricsText(Done<std::string> done) = 0;
+  // Runs work that computes for long, such as the text of a large message, on a thread for it.
+  // Errors, and nothing is run: as WorkPool::Post().
+  virtual absl::Status Post(absl::AnyInvocable<void()> work) = 0;
   virtual metrics::Metrics& metrics() = 0;
   virtual CallLog& call_log() = 0;
 };

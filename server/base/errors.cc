@@ -125,6 +125,8 @@ absl::Status WithQuotaFailure(absl::Status status, absl::string_view subject,
   return status;
 }
 
+std::string ReasonOf(const absl::Status& status) { return InfoOf(status).reason(); }
+
 absl::Status WithRetryDelay(absl::Status status, absl::Duration delay) {
   google::rpc::RetryInfo info;
   const int64_t nanoseconds = absl::ToInt64Nanoseconds(delay);

@@ -60,6 +60,9 @@ absl::Status WithMetadata(absl::Status status, const ErrorMetadata& metadata);
 absl::Status WithQuotaFailure(absl::Status status, absl::string_view subject,
                               absl::string_view description);
 
+// The reason of google.rpc.ErrorInfo; empty if there is none.
+std::string ReasonOf(const absl::Status& status);
+
 // Adds google.rpc.RetryInfo: the delay before a new attempt.
 absl::Status WithRetryDelay(absl::Status status, absl::Duration delay);
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "absl/base/call_once.h"
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
@@ -16,9 +17,24 @@
 
 namespace liquidblend::server {
 
+// A text that is made when somebody first asks for it.  Threads: safe.
+class LazyText {
+ public:
+  template <typename Make>
+  const std::string& Of(Make&& make) const {
+    absl::call_once(once_, [&] { text_ = make(); });
+    return text_;
+  }
+
+ private:
+  mutable absl::once_flag once_;
+  mutable std::string text_;
+};
+
 struct SeenOperation {
   google::longrunning::Operation operation;
   std::string bytes;  // of the operation, for comparison
+  LazyText text;      // of it, for those who show it as text
 };
 using SeenOperationPtr = std::shared_ptr<const SeenOperation>;
 using OperationLook = SharedLook<SeenOperationPtr>;

@@ -17,7 +17,7 @@ namespace liquidblend::http {
 // Threads: one at a time.
 class BodyReader {
  public:
-  static constexpr size_t kPiece = 64 << 10;
+  static constexpr size_t kPiece = 32 << 10;
   static constexpr size_t kMinProgress = 64 << 10;
 
   // The stream and its buffer outlive this.
@@ -28,7 +28,9 @@ class BodyReader {
         parser_(std::move(header)),
         limit_(limit),
         left_(limit),
-        piece_(kPiece, '\0') {}
+        piece_(kPiece, '\0') {
+    buffer_.reserve(kPiece);  // otherwise 512 bytes are read at a time
+  }
 
   // Reads the next piece, then calls done(error); beast::error::timeout: it took too long, and the
   // stream is closed. The caller keeps this until then.

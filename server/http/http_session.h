@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "server/base/errors.h"
+#include "server/base/guarded.h"
 #include "server/base/request_id.h"
 #include "server/http/body_reader.h"
 #include "server/http/core.h"
@@ -29,7 +30,8 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
       : core_(std::move(core)),
         ticket_(std::move(ticket)),
         stream_(std::move(socket)),
-        peer_(std::move(peer)) {
+        peer_(std::move(peer)),
+        buffer_(static_cast<size_t>(core_->options.max_header_bytes) + kReadAhead) {
     core_->api.metrics().AddConnections("http", 1);
   }
 
@@ -53,10 +55,15 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   static constexpr char kDateFormat[] = "%a, %d %b %E4Y %H:%M:%S GMT";
   static constexpr std::chrono::seconds kLinger{2};  // for a client to read its refusal
   static constexpr size_t kDiscarded = 4096;
+  static constexpr size_t kReadAhead = 64 << 10;  // also the longest line between two chunks
   static constexpr char kContinue[] = "HTTP/1.1 100 Continue\r\n\r\n";
 
   void ReadHeader() {
     if (is_last_) return;
+    if (reader_.has_value()) {
+      reader_.reset();
+      buffer_.shrink_to_fit();
+    }
     parser_.emplace();
     parser_->header_limit(static_cast<uint32_t>(core_->options.max_header_bytes));
     parser_->body_limit(std::numeric_limits<uint64_t>::max());  // that is the exchange's
@@ -78,6 +85,10 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     // Until the body has been read, which need not happen.
     is_last_ |= request.has_body || !message.keep_alive();
     is_head_ = message.method() == bhttp::verb::head;
+    // Of other codings nobody knows where the body ends.
+    const bool is_coded = message.count(bhttp::field::transfer_encoding) > 0;
+    if (is_coded && !parser_->chunked())
+      return Refuse(request, "Transfer-Encoding is not chunked", 400);
     if (websocket::is_upgrade(message) && core_->router.IsStream(request)) return Upgrade(request);
     stream_.expires_never();
     exchange_ = core_->router.Answer(request, [self = shared_from_this()](Response response) {
@@ -85,7 +96,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
         self->Write(std::move(response));
       });
     });
-    exchange_->body == nullptr ? WatchClient() : BeginBody();
+    exchange_->body == nullptr ? WatchClient() : Attempt([this] { BeginBody(); });
   }
 
   void BeginBody() {
@@ -103,8 +114,21 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
 
   void ReadBody() {
     reader_->Read([self = shared_from_this()](error_code error) {
-      error ? self->OnLostBody() : self->OnPiece();
+      error ? self->OnLostBody() : self->Attempt([&] { self->OnPiece(); });
     });
+  }
+
+  // Runs a step of reading; an exception ends the call and the connection.
+  template <typename Step>
+  void Attempt(Step&& step) {
+    const ExchangePtr exchange = exchange_;
+    const absl::Status status = server::Guarded([&] {
+      step();
+      return absl::OkStatus();
+    });
+    if (status.ok()) return;
+    is_last_ = true;
+    exchange->Fail(status);
   }
 
   void OnPiece() {
@@ -125,18 +149,23 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
 
   // Watches the client while its answer is being made, which is cancelled if the client goes away.
   void WatchClient() {
-    const auto look = [self = shared_from_this(), exchange = exchange_](error_code error) {
-      if (self->exchange_ != exchange) return;
+    if (std::exchange(is_watching_, true)) return;
+    const auto look = [self = shared_from_this()](error_code error) {
+      self->is_watching_ = false;
+      if (self->exchange_ == nullptr) return;
       error ? self->OnGone() : self->OnReadable();
     };
     stream_.socket().async_wait(tcp::socket::wait_read, look);
   }
 
-  // Either the client has closed the connection, or it sends its next requests already; then it is
-  // watched for as long as there is room for them.
+  // Either the client has closed the connection, or it sends its next requests already. Those for
+  // which there is no room get no answer, as only reading on tells whether the client is there.
   void OnReadable() {
     const size_t limit = static_cast<size_t>(core_->options.max_header_bytes);
-    if (buffer_.size() >= limit) return;
+    if (buffer_.size() >= limit) {
+      is_last_ = true;
+      buffer_.clear();
+    }
     error_code error;
     const auto room = buffer_.prepare(limit - buffer_.size());
     buffer_.commit(stream_.socket().read_some(room, error));
@@ -155,17 +184,20 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
                               error != bhttp::error::end_of_stream &&
                               error != bhttp::error::partial_message;
     if (!is_malformed) return;
-    is_last_ = true;
     const bool is_long = error == bhttp::error::header_limit;
     Request request;
     request.peer = peer_;
-    Write(core_->router.Refused(
-        request, CallerOf(request),
-        ErrorReply(absl::InvalidArgumentError(
-                       is_long ? absl::StrCat("the request's header is longer than ",
-                                              core_->options.max_header_bytes, " bytes")
-                               : absl::StrCat("not an HTTP/1.1 request: ", error.message())),
-                   is_long ? 431 : 400)));
+    Refuse(request,
+           is_long ? absl::StrCat("the request's header is longer than ",
+                                  core_->options.max_header_bytes, " bytes")
+                   : absl::StrCat("not an HTTP/1.1 request: ", error.message()),
+           is_long ? 431 : 400);
+  }
+
+  void Refuse(const Request& request, const std::string& why, int code) {
+    is_last_ = true;
+    Write(core_->router.Refused(request, CallerOf(request),
+                                ErrorReply(absl::InvalidArgumentError(why), code)));
   }
 
   void Upgrade(const Request& request) {
@@ -188,6 +220,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     const bool has_lines = response.lines != nullptr && !is_head_;
     if (!has_lines) exchange_ = nullptr;
     response_.body() = std::move(response.body);
+    memory_ = std::move(response.memory);
     if (response.lines != nullptr) {
       is_last_ |= version_ < 11;
       response_.chunked(version_ >= 11);
@@ -235,6 +268,8 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   }
 
   void OnWritten() {
+    response_ = {};
+    memory_ = nullptr;
     if (is_frame_) core_->api.metrics().ObserveStage(metrics::Stage::kWrite, write_.Lap());
     is_last_ ? Linger() : ReadHeader();
   }
@@ -262,6 +297,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   beast::flat_buffer buffer_;  // may hold requests that follow
   std::optional<bhttp::request_parser<bhttp::empty_body>> parser_;
   HttpResponse response_;
+  std::shared_ptr<void> memory_;  // of its body
   std::optional<bhttp::response_serializer<bhttp::string_body>> serializer_;
   ExchangePtr exchange_;              // while its answer is being made
   std::optional<BodyReader> reader_;  // of the request's body, if it has one
@@ -269,6 +305,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   unsigned version_ = 11;             // of the request: 10 or 11
   bool keeps_alive_ = false;          // so says the client
   bool is_reading_ = false;
+  bool is_watching_ = false;  // WatchClient() waits
   bool is_head_ = false;
   bool is_frame_ = false;
   bool is_last_ = false;  // the connection ends after this answer

@@ -42,6 +42,9 @@ absl::Status PortOptions::Validate() const {
   if (router.max_bodies_bytes < 1) {
     return OutOfRange("max_bodies_bytes", absl::StrCat(router.max_bodies_bytes));
   }
+  if (router.max_answers_bytes < 1) {
+    return OutOfRange("max_answers_bytes", absl::StrCat(router.max_answers_bytes));
+  }
   if (idle_timeout <= absl::ZeroDuration()) {
     return OutOfRange("idle_timeout", absl::FormatDuration(idle_timeout));
   }

@@ -1,6 +1,9 @@
 // A request's header as a plain value. Only for port.cc.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -9,6 +12,8 @@
 #include "server/http/exchange/messages.h"
 
 namespace liquidblend::http {
+
+inline constexpr uint64_t kMostBytes = std::numeric_limits<int64_t>::max();
 
 inline std::string TextOf(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -38,8 +43,9 @@ inline Request RequestOf(const bhttp::request_parser<bhttp::empty_body>& parser,
   request.content_type = TextOf(message[bhttp::field::content_type]);
   request.protocols = ValuesOf(message, "Sec-WebSocket-Protocol");
   request.peer = peer;
-  request.body_bytes = static_cast<int64_t>(parser.content_length().value_or(0));
-  request.has_body = parser.chunked() || request.body_bytes > 0;
+  const uint64_t body_bytes = parser.content_length().value_or(0);
+  request.body_bytes = static_cast<int64_t>(std::min(body_bytes, kMostBytes));
+  request.has_body = parser.chunked() || body_bytes > 0;
   return request;
 }
 

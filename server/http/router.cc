@@ -29,6 +29,7 @@ namespace {
 constexpr char kStreamPath[] = "/v1/stream";
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 constexpr size_t kMaxShownPath = 80;
+constexpr absl::Duration kAnswersDelay = absl::Seconds(1);
 constexpr absl::string_view kCountedMethods[] = {"GET", "HEAD", "OPTIONS", "POST", "DELETE"};
 
 // Escapes arbitrary bytes for messages.
@@ -136,6 +137,7 @@ ExchangePtr Router::Answer(const Request& request, Exchange::Done done) {
       request, routes_.Find(request.method, target.path), CallerOf(request));
   exchange->SetDone([this, exchange = exchange.get(), watch = metrics::StopWatch(),
                      done = std::move(done)](Response response) mutable {
+    Hold(*exchange, response);
     Complete(*exchange, watch.Lap(), response);
     done(std::move(response));
   });
@@ -184,6 +186,21 @@ bool Router::Refuse(Exchange& exchange, const std::string& path, const std::stri
   if (!fields.ok()) exchange.Fail(fields.status());
   if (fields.ok()) exchange.fields = *std::move(fields);
   return exchange.is_finished();
+}
+
+// Takes the answer's memory from the budget, or refuses it.
+void Router::Hold(const Exchange& exchange, Response& response) {
+  if (response.body.empty()) return;
+  response.memory = answers_->Hold(static_cast<int64_t>(response.body.size()));
+  if (response.memory != nullptr) return;
+  absl::Status error = server::WithRetryDelay(
+      server::WithReason(absl::UnavailableError("too many answers wait for their clients"),
+                         "TOO_MANY_ANSWERS"),
+      kAnswersDelay);
+  if (!exchange.resource.empty()) {
+    error = server::WithMetadata(error, {{"resource", exchange.resource}});
+  }
+  response = ErrorReply(error);
 }
 
 // Adds what every answer has, counts it and logs it.

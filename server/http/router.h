@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,6 +29,8 @@ struct RouterOptions {
   PageFiles page;                                // what is served at "/"
   int64_t max_body_bytes = 4 << 20;              // > 0; of a request
   int64_t max_bodies_bytes = int64_t{64} << 20;  // > 0; of all requests together
+  // > 0; of all answers together that have not gone out. A single one may be larger.
+  int64_t max_answers_bytes = int64_t{256} << 20;
 };
 
 // The caller that opens a WebSocket.
@@ -46,7 +49,10 @@ class Router {
  public:
   // The API outlives this.
   Router(server::Api& api, RouterOptions options)
-      : api_(api), options_(std::move(options)), bodies_(options_.max_bodies_bytes) {}
+      : api_(api),
+        options_(std::move(options)),
+        bodies_(std::make_shared<MemoryBudget>(options_.max_bodies_bytes)),
+        answers_(std::make_shared<MemoryBudget>(options_.max_answers_bytes)) {}
 
   // Answers a request by Exchange::Finish(), which calls `done` once: at once, or on a thread of
   // the API. If the result wants a body, its pieces are to be given to it. HEAD gets its body, too.
@@ -73,6 +79,7 @@ class Router {
   void SetDraining() { is_draining_ = true; }
 
  private:
+  void Hold(const Exchange& exchange, Response& response);
   void Complete(const Exchange& exchange, absl::Duration took, Response& response);
   absl::Status Admit(const Request& request, const server::AccessRequest& access,
                      server::Caller& caller, server::StreamPermit& permit);
@@ -88,7 +95,8 @@ class Router {
   server::Api& api_;
   const RouterOptions options_;
   const Routes routes_;
-  BodyBudget bodies_;
+  const std::shared_ptr<MemoryBudget> bodies_;   // of requests
+  const std::shared_ptr<MemoryBudget> answers_;  // until they have gone out
   std::atomic<bool> is_draining_ = false;
 };
 

@@ -12,6 +12,7 @@ namespace liquidblend::tar {
 namespace {
 
 constexpr size_t kBlock = 512;
+constexpr int64_t kMaxAfterEnd = int64_t{4} << 20;  // programs fill their last record up
 constexpr int64_t kMaxHeader = int64_t{64} << 10;
 constexpr size_t kTypeAt = 156;  // in a header
 constexpr size_t kSizeAt = 124;
@@ -89,7 +90,8 @@ absl::Status TarSplitter::Add(std::span<const std::byte> piece, FileSink& sink) 
     }
     piece = piece.subspan(size);
   }
-  return absl::OkStatus();
+  after_end_ += static_cast<int64_t>(piece.size());
+  return after_end_ > kMaxAfterEnd ? NotAnArchive("it goes on after its end") : absl::OkStatus();
 }
 
 absl::Status TarSplitter::End() const {

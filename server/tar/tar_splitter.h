@@ -22,8 +22,8 @@ class FileSink {
 // Headers are collected (ustar, pax, GNU) and read by libarchive; contents go to the sink as they
 // come. Directories are left out, names are without them. Keeps 64 KiB at most.
 // Errors of all calls: kInvalidArgument for what is no tar archive, ends early, or holds anything
-// else than regular files (links, devices, sparse files), and for more than kMaxLeftOut
-// directories.  Threads: one at a time.
+// else than regular files (links, devices, sparse files), for more than kMaxLeftOut directories,
+// and for more than 4 MiB after its end.  Threads: one at a time.
 class TarSplitter {
  public:
   static constexpr int kMaxLeftOut = 20'000;
@@ -44,6 +44,7 @@ class TarSplitter {
   int64_t padding_left_ = 0;    // bytes after it
   int num_left_out_ = 0;
   bool is_over_ = false;  // the end of the archive has come; what follows is ignored
+  int64_t after_end_ = 0;
 };
 
 }  // namespace liquidblend::tar

@@ -63,12 +63,15 @@ absl::Status ParseJson(std::string_view text, google::protobuf::Message& message
   return ErrorOf(error, message.GetDescriptor()->name());
 }
 
-std::string JsonOf(const google::protobuf::Message& message, JsonLayout layout) {
+absl::StatusOr<std::string> JsonOf(const google::protobuf::Message& message, JsonLayout layout) {
   util::JsonPrintOptions options;
   options.add_whitespace = layout == JsonLayout::kLines;
   std::string json;
   const auto status = util::MessageToJsonString(message, &json, options);
-  return status.ok() ? json : "{}";
+  if (status.ok()) return json;
+  const std::string why(status.message().data(), status.message().size());
+  return absl::InternalError(absl::StrCat("the ", message.GetDescriptor()->name(),
+                                          " cannot be written as JSON: ", server::CleanText(why)));
 }
 
 }  // namespace liquidblend::transcode

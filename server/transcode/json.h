@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 
 namespace liquidblend::transcode {
 
@@ -19,7 +20,8 @@ absl::Status ParseJson(std::string_view text, google::protobuf::Message& message
 
 // In many lines, for people, or in a single one.
 enum class JsonLayout { kLines, kOneLine };
-std::string JsonOf(const google::protobuf::Message& message,
-                   JsonLayout layout = JsonLayout::kLines);
+// Errors: kInternal for an Any of a type that this program does not know.
+absl::StatusOr<std::string> JsonOf(const google::protobuf::Message& message,
+                                   JsonLayout layout = JsonLayout::kLines);
 
 }  // namespace liquidblend::transcode

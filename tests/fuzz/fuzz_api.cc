@@ -127,12 +127,11 @@ void FuzzApi::Call(const server::Method& method, const server::Principal&, Read 
 
 // Changes twice, then it is done.
 server::Api::NextOperation FuzzApi::WatchOperation(const std::string& name, server::IsWanted) {
-  const auto seen = std::make_shared<server::SeenOperation>();
-  seen->operation.set_name(name);
-  return [this, seen, num_seen = 0](Done<server::SeenOperationPtr> done) mutable {
+  return [this, name, num_seen = 0](Done<server::SeenOperationPtr> done) mutable {
+    auto seen = std::make_shared<server::SeenOperation>();
+    seen->operation.set_name(name);
     seen->operation.set_done(++num_seen > 2);
-    Give<server::SeenOperationPtr>(std::make_shared<const server::SeenOperation>(*seen),
-                                   std::move(done));
+    Give<server::SeenOperationPtr>(std::move(seen), std::move(done));
   };
 }
 
@@ -144,6 +143,11 @@ std::shared_ptr<server::ArchiveUpload> FuzzApi::OpenUpload(v1::UploadAnimationRe
 std::shared_ptr<server::StreamSession> FuzzApi::OpenStream(
     std::string client, std::weak_ptr<server::StreamSession::Sink> sink) {
   return std::make_shared<server::StreamSession>(host_, std::move(client), std::move(sink));
+}
+
+absl::Status FuzzApi::Post(absl::AnyInvocable<void()> work) {
+  waiting_.push_back(std::move(work));
+  return absl::OkStatus();
 }
 
 void FuzzApi::CheckStores(Done<std::string> done) {

@@ -40,6 +40,7 @@ class FuzzApi final : public server::Api {
                                                     const server::Principal& principal) override;
   std::shared_ptr<server::StreamSession> OpenStream(
       std::string client, std::weak_ptr<server::StreamSession::Sink> sink) override;
+  absl::Status Post(absl::AnyInvocable<void()> work) override;
   void CheckStores(Done<std::string> done) override;
   void GetMetricsText(Done<std::string> done) override;
   metrics::Metrics& metrics() override;

@@ -99,10 +99,6 @@ Detail PayloadOf(const absl::Status& status, const char* url) {
   return detail;
 }
 
-inline std::string ReasonOf(const absl::Status& status) {
-  return PayloadOf<google::rpc::ErrorInfo>(status, kErrorInfoUrl).reason();
-}
-
 inline absl::Duration RetryDelayOf(const absl::Status& status) {
   const auto delay = PayloadOf<google::rpc::RetryInfo>(status, kRetryInfoUrl).retry_delay();
   return absl::Seconds(delay.seconds()) + absl::Nanoseconds(delay.nanos());

@@ -26,16 +26,20 @@ absl::Status ReadQuery(const Exchange& exchange, google::protobuf::Message& mess
 }  // namespace
 
 void AnswerAnimationFrame(server::Api& api, const ExchangePtr& exchange) {
-  exchange->resource = server::AnimationName(exchange->route.family);
+  v1::GetAnimationFrameRequest named;
+  named.set_animation(server::AnimationName(exchange->route.family));
+  exchange->resource = server::ResourceOf(named);
   api.Call(
       server::kGetAnimationFrame, exchange->caller.principal,
       [exchange](google::protobuf::Message& request) { return ReadQuery(*exchange, request); },
       [exchange] { return !exchange->cancellation->is_cancelled(); },
       [exchange](absl::StatusOr<server::MessagePtr> made) {
         if (!made.ok()) return exchange->Fail(made.status());
-        exchange->Finish(AnimationFrameReply(
-            static_cast<v1::AnimationFrame&>(**made), exchange->route.format,
-            exchange->request.if_none_match, server::IsKnown(exchange->caller.principal)));
+        exchange->FinishBy([&] {
+          return AnimationFrameReply(static_cast<v1::AnimationFrame&>(**made),
+                                     exchange->route.format, exchange->request.if_none_match,
+                                     server::IsKnown(exchange->caller.principal));
+        });
       });
 }
 

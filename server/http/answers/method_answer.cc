@@ -18,6 +18,7 @@ namespace {
 
 constexpr char kJson[] = "application/json";
 constexpr size_t kMaxShownQuery = 40;
+constexpr int64_t kJsonShare = 4;  // of the bytes of a message of numbers, which limits count
 
 void SetVariable(const std::string& name, const std::string& value,
                  google::protobuf::Message& message) {
@@ -25,16 +26,20 @@ void SetVariable(const std::string& name, const std::string& value,
   message.GetReflection()->SetString(&message, field, value);
 }
 
-// As gRPC's AnswerFrame, but cached bytes are parsed and written again.
+// As gRPC's AnswerFrame, but cached bytes are parsed and written again, away from the threads that
+// move bytes.
 void AnswerFrameAsJson(server::Api& api, const ExchangePtr& exchange, const std::string& body) {
   v1::GetFrameRequest request;
   const absl::Status read = ReadMethodRequest(*exchange, body, request);
   if (!read.ok()) return exchange->Fail(read);
   exchange->resource = server::ResourceOf(request);
   auto cancel = api.GetFrame(std::move(request), exchange->caller.principal.key,
-                             [exchange](const absl::StatusOr<server::MadeFrame>& made) {
+                             [&api, exchange](const absl::StatusOr<server::MadeFrame>& made) {
                                if (!made.ok()) return exchange->Fail(made.status());
-                               exchange->Finish(JsonReply(made->frame));
+                               const absl::Status posted = api.Post([exchange, made] {
+                                 exchange->FinishBy([&] { return JsonReply(made->frame); });
+                               });
+                               if (!posted.ok()) exchange->Fail(posted);
                              });
   exchange->cancellation->Arm(1, std::move(cancel));
 }
@@ -54,18 +59,19 @@ void CallMethod(server::Api& api, const ExchangePtr& exchange,
       [exchange] { return !exchange->cancellation->is_cancelled(); },
       [exchange](const absl::StatusOr<server::MessagePtr>& response) {
         if (!response.ok()) return exchange->Fail(response.status());
-        exchange->Finish(JsonReply(**response));
+        exchange->FinishBy([&] { return JsonReply(**response); });
       });
 }
 
 // Gathers a body, then calls the method.
 class MethodBody final : public BodySink {
  public:
-  MethodBody(server::Api& api, const ExchangePtr& exchange, int64_t max_bytes, BodyBudget& budget)
+  MethodBody(server::Api& api, const ExchangePtr& exchange, int64_t max_bytes,
+             std::shared_ptr<MemoryBudget> budget)
       : api_(api),
         exchange_(exchange),
         max_bytes_(max_bytes),
-        body_(std::make_shared<HeldBody>(budget)) {}
+        body_(std::make_shared<HeldBody>(std::move(budget))) {}
 
   void Take(std::string_view piece, bool is_last, absl::AnyInvocable<void()> next) override {
     const ExchangePtr exchange = exchange_.lock();
@@ -113,13 +119,17 @@ absl::Status ReadMethodRequest(const Exchange& exchange, const std::string& body
 }
 
 void AnswerMethod(server::Api& api, const ExchangePtr& exchange, int64_t max_body_bytes,
-                  BodyBudget& budget) {
+                  std::shared_ptr<MemoryBudget> budget) {
   const Request& request = exchange->request;
-  if (!request.has_body) return CallMethod(api, exchange, std::make_shared<HeldBody>(budget));
+  if (!request.has_body)
+    return CallMethod(api, exchange, std::make_shared<HeldBody>(std::move(budget)));
   const absl::Status type = CheckMediaType(request.content_type, kJson);
   if (!type.ok()) return exchange->Fail(type, 415);
-  const int64_t max_bytes = std::min(exchange->route.method->max_request_bytes, max_body_bytes);
-  auto body = std::make_unique<MethodBody>(api, exchange, max_bytes, budget);
+  const int64_t max_message_bytes = exchange->route.method->max_request_bytes;
+  const int64_t max_bytes = max_message_bytes > max_body_bytes / kJsonShare
+                                ? max_body_bytes
+                                : kJsonShare * max_message_bytes;
+  auto body = std::make_unique<MethodBody>(api, exchange, max_bytes, std::move(budget));
   if (request.body_bytes > max_bytes) {
     return exchange->Fail(body->TooLarge(*exchange, request.body_bytes), 413);
   }

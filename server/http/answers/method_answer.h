@@ -1,6 +1,8 @@
 // Answers of the API's methods as JSON.
 #pragma once
 
+#include <memory>
+
 #include "server/api/api.h"
 #include "server/http/exchange/exchange.h"
 
@@ -13,9 +15,9 @@ absl::Status ReadMethodRequest(const Exchange& exchange, const std::string& body
 
 // Calls the method of the exchange's route once its body is there, and answers with what it gives.
 //   max_body_bytes  of the port, whatever the method's limit
-//   budget          outlives the exchange
+//   budget          of the bodies of all requests
 // Requires: the route has a method, which is neither WatchOperation nor UploadAnimation.
 void AnswerMethod(server::Api& api, const ExchangePtr& exchange, int64_t max_body_bytes,
-                  BodyBudget& budget);
+                  std::shared_ptr<MemoryBudget> budget);
 
 }  // namespace liquidblend::http

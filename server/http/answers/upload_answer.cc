@@ -16,6 +16,12 @@ namespace {
 
 constexpr char kTar[] = "application/x-tar";
 
+// What is too large stays so: a client that heeds Retry-After need not send it again.
+int CodeOf(const absl::Status& refusal) {
+  const std::string reason = server::ReasonOf(refusal);
+  return reason == "UPLOAD_TOO_LARGE" || reason == "TOO_MANY_FILES" ? 413 : 0;
+}
+
 class UploadBody final : public BodySink {
  public:
   UploadBody(std::shared_ptr<server::ArchiveUpload> upload, const ExchangePtr& exchange)
@@ -26,7 +32,7 @@ class UploadBody final : public BodySink {
     if (exchange == nullptr) return;
     upload_->Add(std::string(piece), [upload = upload_, exchange, is_last,
                                       next = std::move(next)](const absl::Status& added) mutable {
-      if (!added.ok()) return exchange->Fail(added);
+      if (!added.ok()) return exchange->Fail(added, CodeOf(added));
       is_last ? Submit(*upload, exchange) : next();
     });
   }
@@ -35,7 +41,7 @@ class UploadBody final : public BodySink {
   static void Submit(server::ArchiveUpload& upload, const ExchangePtr& exchange) {
     upload.Submit([exchange](const absl::StatusOr<google::longrunning::Operation>& operation) {
       if (!operation.ok()) return exchange->Fail(operation.status());
-      exchange->Finish(JsonReply(*operation));
+      exchange->FinishBy([&] { return JsonReply(*operation); });
     });
   }
 
@@ -49,7 +55,7 @@ void AnswerUpload(server::Api& api, const ExchangePtr& exchange) {
   v1::UploadAnimationRequest header;
   const absl::Status read = ReadMethodRequest(*exchange, /*body=*/"", header);
   if (!read.ok()) return exchange->Fail(read);
-  exchange->resource = server::AnimationName(header.header().animation_id());
+  exchange->resource = server::ResourceOf(header.header());
   if (!header.has_header()) {
     return exchange->Fail(server::InvalidField("header",
                                                "the query must have its fields, such as "

@@ -7,7 +7,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "server/base/errors.h"
-#include "server/base/status_details.h"
 #include "server/http/answers/method_answer.h"
 #include "server/http/exchange/line_source.h"
 #include "server/http/exchange/replies.h"
@@ -20,9 +19,15 @@ using server::SeenOperationPtr;
 using transcode::JsonLayout;
 
 std::string ErrorLine(const absl::Status& error) {
-  return absl::StrCat(
-      "{\"error\":", transcode::JsonOf(server::ToStatusDetails(error), JsonLayout::kOneLine),
-      "}\n");
+  return absl::StrCat("{\"error\":", ErrorJson(error, JsonLayout::kOneLine), "}\n");
+}
+
+// The operation's line, which all of its watchers share.
+std::string LineOf(const server::SeenOperation& seen) {
+  return seen.text.Of([&] {
+    const auto json = transcode::JsonOf(seen.operation, JsonLayout::kOneLine);
+    return json.ok() ? *json + "\n" : ErrorLine(json.status());
+  });
 }
 
 class OperationLines final : public LineSource,
@@ -69,8 +74,7 @@ class OperationLines final : public LineSource,
     }
     if (done == nullptr) return;
     is_over_ = !seen.ok() || (*seen)->operation.done();
-    done(seen.ok() ? transcode::JsonOf((*seen)->operation, JsonLayout::kOneLine) + "\n"
-                   : ErrorLine(seen.status()));
+    done(seen.ok() ? LineOf(**seen) : ErrorLine(seen.status()));
   }
 
   const server::Api::NextOperation next_;
@@ -98,7 +102,7 @@ void AnswerWatch(server::Api& api, const ExchangePtr& exchange) {
   v1::WatchOperationRequest request;
   const absl::Status read = ReadMethodRequest(*exchange, /*body=*/"", request);
   if (!read.ok()) return exchange->Fail(read);
-  exchange->resource = request.name();
+  exchange->resource = server::ResourceOf(request);
   auto next = api.WatchOperation(request.name(), [cancellation = exchange->cancellation] {
     return !cancellation->is_cancelled();
   });

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "absl/functional/any_invocable.h"
+#include "absl/status/statusor.h"
 #include "server/access/principal.h"
 #include "server/access/quotas.h"
+#include "server/base/guarded.h"
 #include "server/http/exchange/body.h"
 #include "server/http/exchange/cancellation.h"
 #include "server/http/exchange/messages.h"
@@ -39,8 +41,17 @@ class Exchange {
   }
   bool is_finished() const { return is_finished_; }
 
-  // The error as the answer, with the resource among its details.
+  // The error as the answer, with the resource among its details. If there is no memory for that,
+  // an empty answer.
   void Fail(const absl::Status& error, int http_code = 0);
+
+  // Gives the answer that make() returns; an exception of it becomes an error.
+  template <typename Make>
+  void FinishBy(Make&& make) {
+    absl::StatusOr<Response> made =
+        server::Guarded([&]() -> absl::StatusOr<Response> { return make(); });
+    made.ok() ? Finish(*std::move(made)) : Fail(made.status());
+  }
 
   // The client has gone.
   void Cancel() { cancellation->Cancel(); }

@@ -34,6 +34,7 @@ struct Response {
   bool is_frame = false;                                     // for metrics
   std::string error;                                         // for the log; empty: success
   std::shared_ptr<LineSource> lines;  // instead of the body, if there are any
+  std::shared_ptr<void> memory;       // of the body, taken from a budget
 };
 
 }  // namespace liquidblend::http

@@ -43,6 +43,13 @@ const char* TypeOf(v1::Encoding::Format format) {
   return format == v1::Encoding::OBJ ? "model/obj" : "model/vnd.draco";
 }
 
+Response JsonText(std::string json) {
+  Response response;
+  response.headers = {{kContentType, "application/json"}, {"Cache-Control", "no-cache"}};
+  response.body = std::move(json);
+  return response;
+}
+
 std::string BoundsText(const v1::Bounds& bounds) {
   const v1::Vector3 &min = bounds.min(), &max = bounds.max();
   return absl::StrJoin({min.x(), min.y(), min.z(), max.x(), max.y(), max.z()}, ",");
@@ -88,8 +95,18 @@ int HttpCode(absl::StatusCode code) {
   }
 }
 
+// Of a status whose details may be of types that this program does not know.
+std::string ErrorJson(const absl::Status& error, transcode::JsonLayout layout) {
+  google::rpc::Status details = server::ToStatusDetails(error);
+  absl::StatusOr<std::string> json = transcode::JsonOf(details, layout);
+  if (json.ok()) return *std::move(json);
+  details.clear_details();
+  json = transcode::JsonOf(details, layout);
+  return json.ok() ? *std::move(json) : "{}";  // not UTF-8, which CleanText() has seen to
+}
+
 Response ErrorReply(const absl::Status& error, int http_code) {
-  Response response = JsonReply(server::ToStatusDetails(error));
+  Response response = JsonText(ErrorJson(error, transcode::JsonLayout::kLines));
   response.code = http_code == 0 ? HttpCode(error.code()) : http_code;
   response.error = server::CleanText(error.message());
   if (response.code == 429 || response.code == 503) {
@@ -116,10 +133,8 @@ Response TextReply(std::string text) {
 }
 
 Response JsonReply(const google::protobuf::Message& message) {
-  Response response;
-  response.headers = {{kContentType, "application/json"}, {"Cache-Control", "no-cache"}};
-  response.body = transcode::JsonOf(message);
-  return response;
+  absl::StatusOr<std::string> json = transcode::JsonOf(message);
+  return json.ok() ? JsonText(*std::move(json)) : ErrorReply(json.status());
 }
 
 std::string FrameTag(v1::GetFrameRequest request, int64_t version, const std::string& generation,

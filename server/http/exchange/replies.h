@@ -8,6 +8,7 @@
 #include "google/protobuf/message.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/http/exchange/messages.h"
+#include "server/transcode/json.h"
 
 namespace liquidblend::http {
 
@@ -18,9 +19,12 @@ int HttpCode(absl::StatusCode code);
 // http_code 0: HttpCode(). Requires: !error.ok().
 Response ErrorReply(const absl::Status& error, int http_code = 0);
 
+// The same JSON alone.
+std::string ErrorJson(const absl::Status& error, transcode::JsonLayout layout);
+
 Response TextReply(std::string text);
 
-// protobuf's JSON of the message.
+// protobuf's JSON of the message, or why it has none.
 Response JsonReply(const google::protobuf::Message& message);
 
 // A strong entity tag, quotes included. It is a function of the request, the family's version and

@@ -372,6 +372,8 @@ TEST(PortOptions, NamesTheFirstFieldOutOfRange) {
   EXPECT_THAT(message([](auto& o) { o.router.max_body_bytes = 0; }), HasSubstr("max_body_bytes"));
   EXPECT_THAT(message([](auto& o) { o.router.max_bodies_bytes = 0; }),
               HasSubstr("max_bodies_bytes"));
+  EXPECT_THAT(message([](auto& o) { o.router.max_answers_bytes = 0; }),
+              HasSubstr("max_answers_bytes"));
   EXPECT_THAT(message([](auto& o) { o.idle_timeout = absl::ZeroDuration(); }),
               HasSubstr("idle_timeout"));
   EXPECT_THAT(message([](auto& o) { o.write_timeout = absl::ZeroDuration(); }),

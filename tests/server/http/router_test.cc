@@ -71,6 +71,10 @@ class FakeApi final : public server::Api {
     done(std::move(made));
     return [] {};
   }
+  absl::Status Post(absl::AnyInvocable<void()> work) override {
+    work();
+    return absl::OkStatus();
+  }
   void FindVersion(const std::string& family, int64_t, Done<server::FamilyVersion> done) override {
     if (family != "families/splash") return done(absl::NotFoundError(family));
     done(server::FamilyVersion{published_version, GenerationOf(published_version)});

@@ -77,7 +77,7 @@ TEST_F(UploadTest, ErrorsAreThoseOfAnUploadByGrpc) {
   expect("/v1/animations:upload?header.animationId=a", archive, 409, "animations/a exists");
   expect(absl::StrCat(kTarget, "&header.numFiles=2"), archive, 400, "1 of 2 files");
   expect(absl::StrCat(kTarget, "&header.options.vertexScale=-1"), archive, 400, "vertex_scale");
-  expect(kTarget, Archive({{"f1.ply", std::string(1001, 'x')}}), 429, "UPLOAD_TOO_LARGE");
+  expect(kTarget, Archive({{"f1.ply", std::string(1001, 'x')}}), 413, "UPLOAD_TOO_LARGE");
   expect(kTarget, Archive({}), 400, "file: there must be at least one");
   expect(kTarget, archive.substr(0, 600), 400, "ends early");
   expect(kTarget, "no archive", 400, "ARCHIVE_MALFORMED");

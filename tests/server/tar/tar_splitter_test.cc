@@ -125,6 +125,14 @@ TEST(TarSplitter, RefusesWhatIsNoWholeArchive) {
   EXPECT_THAT(Split(damaged), Fails(kInvalid, "not a tar archive"));
 }
 
+TEST(TarSplitter, EndsSoonAfterTheArchive) {
+  const std::string archive = ArchiveOf({{"f1.ply", "one"}});
+  FileList files;
+  EXPECT_THAT(Split(archive + std::string(1 << 20, '\0'), 65536, files), Succeeds());
+  EXPECT_THAT(Split(archive + std::string(5 << 20, '\0'), 65536, files),
+              Fails(kInvalid, "goes on after its end"));
+}
+
 TEST(TarSplitter, RefusesAllButRegularFiles) {
   for (const char type : {'1', '2', '3', '4', '6', 'S', 'M', 'D', 'V'}) {
     EXPECT_THAT(Split(Block("f1.ply", "00000000000", type) + kEnd), Fails(kInvalid, "tar archive"))

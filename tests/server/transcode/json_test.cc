@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "absl/strings/str_cat.h"
+#include "google/rpc/status.pb.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "tests/server/backends_testing.h"
 
@@ -100,12 +101,23 @@ TEST(JsonOf, IsReadAgain) {
   family.set_name("families/<b>");
   family.set_version(7);
   family.set_duration_s(2.5);
-  const std::string json = JsonOf(family, JsonLayout::kOneLine);
+  const std::string json = JsonOf(family, JsonLayout::kOneLine).value();
   EXPECT_THAT(json, HasSubstr(R"("version":"7")"));
   EXPECT_EQ(json.find('\n'), std::string::npos);
   v1::Family again;
   ASSERT_TRUE(ParseJson(json, again).ok());
   EXPECT_EQ(again.SerializeAsString(), family.SerializeAsString());
+}
+
+TEST(JsonOf, TellsWhatHasNoJson) {
+  google::rpc::Status status;
+  status.set_message("torn");
+  auto& detail = *status.add_details();
+  detail.set_type_url("type.googleapis.com/a.newer.Detail");
+  detail.set_value("\x08\x01");
+  const auto json = JsonOf(status);
+  EXPECT_EQ(json.status().code(), absl::StatusCode::kInternal);
+  EXPECT_THAT(std::string(json.status().message()), HasSubstr("Status cannot be written"));
 }
 
 }  // namespace
