@@ -79,6 +79,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   }
 
   void OnHeader() {
+    is_watched_ = false;
     const HttpRequest& message = parser_->get();
     const Request request = RequestOf(*parser_, peer_);
     if (message.version() > 0) version_ = message.version();
@@ -149,10 +150,11 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
 
   // Watches the client while its answer is being made, which is cancelled if the client goes away.
   void WatchClient() {
-    if (std::exchange(is_watching_, true)) return;
+    is_watched_ = true;
+    if (std::exchange(is_waiting_, true)) return;
     const auto look = [self = shared_from_this()](error_code error) {
-      self->is_watching_ = false;
-      if (self->exchange_ == nullptr) return;
+      self->is_waiting_ = false;
+      if (!self->is_watched_ || self->exchange_ == nullptr) return;
       error ? self->OnGone() : self->OnReadable();
     };
     stream_.socket().async_wait(tcp::socket::wait_read, look);
@@ -305,7 +307,8 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   unsigned version_ = 11;             // of the request: 10 or 11
   bool keeps_alive_ = false;          // so says the client
   bool is_reading_ = false;
-  bool is_watching_ = false;  // WatchClient() waits
+  bool is_waiting_ = false;  // for what the client does, since WatchClient()
+  bool is_watched_ = false;  // while its answer is being made; not while its request is read
   bool is_head_ = false;
   bool is_frame_ = false;
   bool is_last_ = false;  // the connection ends after this answer

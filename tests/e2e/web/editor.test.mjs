@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -15,6 +15,7 @@ import {
   places,
   shown,
   stored,
+  upload,
   withEditor,
 } from './editor_page.mjs';
 import { api } from './library.mjs';
@@ -26,18 +27,6 @@ before(() => {
 });
 
 after(() => rmSync(folder, { recursive: true, force: true }));
-
-async function upload(page, name, text) {
-  const path = join(folder, 'pairs.json');
-  writeFileSync(path, text);
-  await page.getByRole('button', { name: 'File', exact: true }).click();
-  const [chooser] = await Promise.all([
-    page.waitForEvent('filechooser'),
-    page.getByRole('button', { name, exact: true }).click(),
-  ]);
-  await chooser.setFiles(path);
-  await page.keyboard.press('Escape');
-}
 
 test('ClicksAddInTurnOnTheSurface', () =>
   withEditor(async (page) => {
@@ -245,13 +234,14 @@ test('FilesComeBackByteForByte', () =>
       );
       assert.equal(await download(page, 'Export pairs'), text);
     }
-    await page.getByRole('button', { name: 'Go to pair 1' }).click();
+    assert.deepEqual(await numbers(page), [3, 4], 'those of the first file are not used again');
+    await page.getByRole('button', { name: 'Go to pair 3' }).click();
     await page.getByRole('checkbox', { name: 'hard' }).check();
     const changed = await download(page, 'Export pairs');
     assert.match(changed, /^\{"correspondences": \[\n {2}\[\n {4}\{"kind":"point","hard":true,/);
     await upload(page, 'Import pairs', '{"correspondences": [[{"sauce": 1}]]}');
     await page.getByRole('alert').filter({ hasText: 'unknown key "sauce"' }).waitFor();
-    assert.deepEqual(await numbers(page), [1, 2], 'a wrong file changes nothing');
+    assert.deepEqual(await numbers(page), [3, 4], 'a wrong file changes nothing');
   }));
 
 const cli = process.env.LIQUIDBLEND_CLI;

@@ -95,3 +95,15 @@ export async function download(page, name) {
   await page.keyboard.press('Escape');
   return readFileSync(await file.path(), 'utf8');
 }
+
+/** Has the menu read a file of pairs. */
+export async function upload(page, name, text) {
+  await page.getByRole('button', { name: 'File', exact: true }).click();
+  const [chooser] = await Promise.all([
+    page.waitForEvent('filechooser'),
+    page.getByRole('button', { name, exact: true }).click(),
+  ]);
+  const buffer = Buffer.from(text);
+  await chooser.setFiles({ name: 'pairs.json', mimeType: 'application/json', buffer });
+  await page.keyboard.press('Escape');
+}

@@ -66,6 +66,23 @@ TEST_F(BodiesTest, ChunksOfAnySizeMakeABody) {
   }
 }
 
+TEST_F(BodiesTest, ABodyBehindAnotherRequestIsWhole) {
+  HttpClient client(port_->port());
+  const std::string body = absl::StrCat(R"({"familyId": )", std::string(200'000, ' '), R"("No!"})");
+  for (int k = 0; k < 10; ++k) {
+    client.Send(absl::StrCat("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n",
+                             "POST /v1/families HTTP/1.1\r\nHost: localhost\r\n", kJson,
+                             "Content-Length: ", body.size(), "\r\n\r\n"));
+    EXPECT_EQ(client.ReadReply().body, "ok\n");
+    for (size_t begin = 0; begin < body.size(); begin += 10'000) {
+      client.Send(body.substr(begin, 10'000));
+    }
+    const HttpReply reply = client.ReadReply();
+    EXPECT_EQ(reply.code, 400);
+    ASSERT_THAT(reply.body, HasSubstr("family_id")) << k;
+  }
+}
+
 TEST_F(BodiesTest, RequestsBehindABodyAreAnswered) {
   HttpClient client(port_->port());
   std::string requests;

@@ -76,7 +76,7 @@ export class PageElement extends LitElement {
           <lb-catalog .current=${this.current} @choose=${this.onChoose}></lb-catalog>
         </aside>
         <main>
-          <lb-error .error=${this.error}></lb-error>
+          ${this.error ? html`<lb-error .error=${this.error}></lb-error>` : nothing}
           ${this.loaded === this.section.id ? this.section.render() : nothing}
         </main>
       </div>
