@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { formatHash, parseHash } from '../src/base/hash_location.ts';
+import { HashLocation, formatHash, parseHash } from '../src/base/hash_location.ts';
 import { fromFields, initialState, toFields, type ViewState } from '../src/view/state.ts';
 
 function through(state: ViewState): ViewState {
@@ -67,4 +67,40 @@ test('HashKeepsCommasReadable', () => {
   const hash = formatHash({ section: 'view', fields });
   assert.equal(hash, '#view?w=0.5,1&family=a%26b%3Dc');
   assert.equal(parseHash(hash).fields.get('family'), 'a&b=c');
+});
+
+// A window with a history of which only the newest place is looked at.
+function fakeWindow(hash: string) {
+  const listeners = new Map<string, () => void>();
+  const target = {
+    location: { hash },
+    history: {
+      pushState: (_: unknown, __: string, url: string) => (target.location.hash = url),
+      replaceState: (_: unknown, __: string, url: string) => (target.location.hash = url),
+    },
+    addEventListener: (name: string, listener: () => void) => listeners.set(name, listener),
+    setTimeout: () => 1,
+    clearTimeout: () => {},
+    tell: (name: string) => listeners.get(name)?.(),
+  };
+  return target;
+}
+
+function placeOf(id: string) {
+  return { section: 'view', fields: new URLSearchParams({ family: id }) };
+}
+
+test('WhatWaitsIsNotWrittenOverAnotherPlace', () => {
+  const target = fakeWindow('#view?family=a');
+  const location = new HashLocation(target as unknown as Window);
+  location.replace(placeOf('a1'));
+  location.flush();
+  assert.equal(target.location.hash, '#view?family=a1');
+  assert.equal(location.value.fields.get('family'), 'a1', 'what was written is the place now');
+  location.replace(placeOf('a2'));
+  target.location.hash = '#view?family=b';  // its event comes later
+  location.flush();
+  assert.equal(target.location.hash, '#view?family=b');
+  target.tell('hashchange');
+  assert.equal(location.value.fields.get('family'), 'b');
 });

@@ -26,11 +26,13 @@ export function formatHash({ section, fields }: PageLocation): string {
 export class HashLocation {
   private readonly changes: Observable<PageLocation>;
   private current: PageLocation;  // as the URL has it
+  private hash: string;  // of it
   private pending: PageLocation | undefined;
   private timer = 0;
 
   constructor(private readonly target: Window = window) {
-    this.current = parseHash(target.location.hash);
+    this.hash = target.location.hash;
+    this.current = parseHash(this.hash);
     this.changes = new Observable(this.current);
     target.addEventListener('hashchange', () => this.read());
     target.addEventListener('pagehide', () => this.flush());
@@ -48,6 +50,7 @@ export class HashLocation {
   go(location: PageLocation): void {
     this.flush();
     this.target.history.pushState(null, '', formatHash(location));
+    this.hash = this.target.location.hash;
     this.current = location;
     this.changes.set(location);
   }
@@ -69,18 +72,22 @@ export class HashLocation {
   flush(): void {
     this.target.clearTimeout(this.timer);
     this.timer = 0;
-    if (!this.pending) return;
-    const hash = formatHash(this.pending);
-    this.current = this.pending;
+    const { pending, target } = this;
     this.pending = undefined;
-    if (hash !== this.target.location.hash) this.target.history.replaceState(null, '', hash);
+    // Another place was opened, and its event is still to come.
+    if (!pending || target.location.hash !== this.hash) return;
+    const hash = formatHash(pending);
+    this.current = pending;
+    if (hash !== this.hash) target.history.replaceState(null, '', hash);
+    this.hash = target.location.hash;
   }
 
   private read(): void {
     this.target.clearTimeout(this.timer);
     this.timer = 0;
     this.pending = undefined;
-    this.current = parseHash(this.target.location.hash);
+    this.hash = this.target.location.hash;
+    this.current = parseHash(this.hash);
     this.changes.set(this.current);
   }
 }
