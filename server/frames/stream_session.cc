@@ -127,6 +127,7 @@ absl::Status StreamSession::TakeValues() {
     const absl::StatusOr<catalog::FamilyPtr> found = *std::exchange(notes_.found, std::nullopt);
     LB_RETURN_IF_ERROR(found.status());
     const v1::StreamFramesRequest request = *std::exchange(waiting_request_, std::nullopt);
+    if (notes_.newest.has_value()) WantStep();  // which has come meanwhile
     return stream_.Change(request, *found, host_->Now());
   }
   if (!notes_.newest.has_value()) {

@@ -444,6 +444,29 @@ TEST_F(StreamSessionTest, EndsWithItsCreditOnceNoMoreCanCome) {
   EXPECT_EQ(sink_->num_sent(), 1U);
 }
 
+TEST_F(StreamSessionTest, WhatComesWhileTheFamilyIsLoadedIsTakenWithoutCredit) {
+  PublishSplash();
+  absl::Notification release;
+  const auto wait = [&] { release.WaitForNotification(); };
+  ASSERT_TRUE(backends_->io.Post(wait).ok());
+  ASSERT_TRUE(backends_->loads.Post(wait).ok());
+  const auto num_waiting = [&] {
+    return backends_->io.num_waiting() + backends_->loads.num_waiting();
+  };
+  while (num_waiting() > 0) std::this_thread::yield();
+  v1::StreamFramesRequest request = Request();
+  request.set_credit(0);
+  session_->OnRequest(request);
+  while (num_waiting() == 0) std::this_thread::yield();  // for the family to be looked up
+  v1::StreamFramesRequest more;
+  more.set_rate(0.5);
+  session_->OnRequest(more);
+  session_->OnHalfClosed();
+  release.Notify();
+  EXPECT_TRUE(sink_->AwaitEnd().ok());
+  EXPECT_EQ(sink_->num_sent(), 0U);
+}
+
 TEST_F(StreamSessionTest, ACreditIsANumberOfFrames) {
   PublishSplash();
   v1::StreamFramesRequest request = Request();
