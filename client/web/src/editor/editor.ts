@@ -91,7 +91,7 @@ export class Editor extends LitElement {
               )}
             </div>
             <div class="side">
-              <lb-error .error=${model.error}></lb-error>
+              ${model.error ? html`<lb-error .error=${model.error}></lb-error>` : nothing}
               <lb-again .model=${model}></lb-again>
               <lb-pairs .model=${model}></lb-pairs>
             </div>`

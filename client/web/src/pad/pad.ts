@@ -9,7 +9,15 @@ import { controls } from '../base/styles.ts';
 import type { Family } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import type { ViewModel } from '../view/model.ts';
 import { familySpace, type FamilySpace } from './family_space.ts';
-import { padHeight, padWidth, placeOf, scaledAt, type Axes, type Place } from './pad_frame.ts';
+import {
+  padHeight,
+  padWidth,
+  placeOf,
+  scaledAt,
+  seenPlace,
+  type Axes,
+  type Place,
+} from './pad_frame.ts';
 import { padStyles } from './pad_styles.ts';
 import { renderNames, renderPoints, renderSimplices } from './pad_picture.ts';
 import type { Location, Point } from './space.ts';
@@ -116,7 +124,7 @@ export class Pad extends LitElement {
 
   private renderMarker(point: Point, location: Location | undefined) {
     const { space } = this.shown!;
-    const at = placeOf(space.scale(point), this.axes);
+    const at = seenPlace(placeOf(space.scale(point), this.axes));
     const isOutside = location?.isOutside ?? false;
     const used =
       isOutside && !this.extrapolate ? placeOf(space.scale(location!.nearest), this.axes) : at;

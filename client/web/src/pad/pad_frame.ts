@@ -1,4 +1,5 @@
 // Between parts of the parameters' ranges and places in the pad's picture.
+import { clamp } from '../base/numbers.ts';
 
 export const padWidth = 236;
 export const padHeight = 208;
@@ -11,6 +12,7 @@ export interface Place {
   y: number;
 }
 
+const markerRadius = 11;
 const marginX = 44;
 const marginTop = 40;
 const marginBottom = 44;
@@ -25,6 +27,14 @@ export function placeOf(scaled: number[], axes: Axes): Place {
   const bottom = padHeight - marginBottom;
   const y = isLine(axes) ? padHeight / 2 : bottom - scaled[axes[1]]! * (bottom - marginTop);
   return { x, y };
+}
+
+/** The nearest place where a marker is seen whole: a point may be far outside. */
+export function seenPlace({ x, y }: Place): Place {
+  return {
+    x: clamp(x, markerRadius, padWidth - markerRadius),
+    y: clamp(y, markerRadius, padHeight - markerRadius),
+  };
 }
 
 /** The scaled point at a place; parameters that the picture does not show stay as they are. */

@@ -266,16 +266,18 @@ export class ViewModel {
   }
 
   private onShown(pane: Pane, frame: FrameInfo): void {
-    if (pane === this.main && isSmooth(pane)) this.takeWeights(frame.weights);
+    if (pane === this.main) this.takeWeights(pane, frame.weights);
     if (!pane.picture?.player?.playing) return;
     this.times.set(pane);
     if (this.leads(pane)) this.follow(frame.timeS, false);
   }
 
-  // The page does not know the weights of a point of a smooth family before the server.
-  private takeWeights(exact: number[]): void {
+  // Of a point whose weights are not known yet. Those of a smooth family only the server knows.
+  private takeWeights(pane: Pane, exact: number[]): void {
+    const { point, weights: known } = this.state;
+    if (!point.length || (known.length && !isSmooth(pane))) return;
     const weights = exact.map((weight) => roundTo(weight, 6));
-    if (!this.state.point.length || String(weights) === String(this.state.weights)) return;
+    if (String(weights) === String(known)) return;
     this.states.set({ ...this.state, weights });
     for (const pane of this.panes.slice(1)) pane.picture?.player?.configure(this.settings(pane));
     this.tell();

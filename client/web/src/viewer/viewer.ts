@@ -92,7 +92,7 @@ export class Viewer extends LitElement {
     if (parameterSpace && !this.asksForPad) void this.loadPad();
     return html`<div class="side">
       ${parameterSpace && this.hasPad ? html`<lb-pad .model=${this.model}></lb-pad>` : nothing}
-      <lb-error .error=${this.loadError}></lb-error>
+      ${this.loadError ? html`<lb-error .error=${this.loadError}></lb-error>` : nothing}
       <lb-weights .model=${this.model}></lb-weights>
     </div>`;
   }
