@@ -86,7 +86,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     // Until the body has been read, which need not happen.
     is_last_ |= request.has_body || !message.keep_alive();
     is_head_ = message.method() == bhttp::verb::head;
-    // Of other codings nobody knows where the body ends.
+    // Transfer codings other than chunked do not say where the body ends.
     const bool is_coded = message.count(bhttp::field::transfer_encoding) > 0;
     if (is_coded && !parser_->chunked())
       return Refuse(request, "Transfer-Encoding is not chunked", 400);
@@ -196,6 +196,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
            is_long ? 431 : 400);
   }
 
+  // Answers a request that does not reach the router, and ends the connection.
   void Refuse(const Request& request, const std::string& why, int code) {
     is_last_ = true;
     Write(core_->router.Refused(request, CallerOf(request),

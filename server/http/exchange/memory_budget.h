@@ -22,14 +22,13 @@ class MemoryBudget : public std::enable_shared_from_this<MemoryBudget> {
   // Takes bytes until the result is destroyed; null: there are not so many left. If nothing else is
   // taken, any number is there: a limit is for what adds up.
   std::shared_ptr<void> Hold(int64_t num_bytes) {
-    if (left_bytes_.fetch_sub(num_bytes) < num_bytes && left_bytes_ != max_bytes_ - num_bytes) {
+    const int64_t left_before = left_bytes_.fetch_sub(num_bytes);
+    if (left_before < num_bytes && left_before != max_bytes_) {
       GiveBack(num_bytes);
       return nullptr;
     }
     return {this, [budget = shared_from_this(), num_bytes](void*) { budget->GiveBack(num_bytes); }};
   }
-
-  int64_t taken_bytes() const { return max_bytes_ - left_bytes_; }
 
  private:
   const int64_t max_bytes_;

@@ -95,14 +95,14 @@ int HttpCode(absl::StatusCode code) {
   }
 }
 
-// Of a status whose details may be of types that this program does not know.
 std::string ErrorJson(const absl::Status& error, transcode::JsonLayout layout) {
   google::rpc::Status details = server::ToStatusDetails(error);
+  // Details from a newer worker may be of types that this program does not know.
   absl::StatusOr<std::string> json = transcode::JsonOf(details, layout);
   if (json.ok()) return *std::move(json);
   details.clear_details();
   json = transcode::JsonOf(details, layout);
-  return json.ok() ? *std::move(json) : "{}";  // not UTF-8, which CleanText() has seen to
+  return json.ok() ? *std::move(json) : "{}";  // the message is not UTF-8
 }
 
 Response ErrorReply(const absl::Status& error, int http_code) {

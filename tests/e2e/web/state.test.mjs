@@ -68,7 +68,10 @@ test('AnotherFamilyBeginsAsItsLinkSays', async () => {
     await page.evaluate((id) => {
       location.hash = `#view?family=${id}&play=1&shade=plain`;
     }, other);
-    await waitFor(page, ({ playing, title, shown }) => playing && title.includes('pad') && shown > 2);
+    await waitFor(
+      page,
+      ({ playing, title, shown }) => playing && title.includes('pad') && shown > 2,
+    );
     const { state } = await page.evaluate(() => globalThis.liquidblend);
     assert.equal(state.playing, true);
     assert.equal(state.name, `families/${other}`);

@@ -109,7 +109,7 @@ TEST_F(StrangersTest, AnswersThatNobodyReadsAreBounded) {
   EXPECT_EQ(code, 200) << "what was held is free again";
 }
 
-TEST_F(StrangersTest, ALargeBodyTakesFewSteps) {
+TEST_F(StrangersTest, ALargeBodyIsReadToItsEnd) {
   HttpClient client(port_->port());
   const std::string body(size_t{1} << 20, ' ');
   client.Send(absl::StrCat(kPost, "Content-Length: ", body.size() + 2, "\r\n\r\n{}"));

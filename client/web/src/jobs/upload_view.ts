@@ -82,7 +82,8 @@ export class UploadView extends LitElement {
         <div class="fields">
           <label class="field">Name
             <input name="animation" required maxlength="63" autocomplete="off" spellcheck="false"
-              .value=${currentUpload.value.animationId} @input=${this.onName} aria-describedby="rule" />
+              .value=${currentUpload.value.animationId} @input=${this.onName}
+              aria-describedby="rule" />
             <span class="hint" id="rule">${idRule}</span>
           </label>
           <label class="field">Frames a second
@@ -138,7 +139,8 @@ export class UploadView extends LitElement {
   private onDrop(event: DragEvent): void {
     event.preventDefault();
     this.over = false;
-    if (event.dataTransfer && !currentUpload.value.busy) void this.take(folderOfDrop(event.dataTransfer));
+    const { dataTransfer } = event;
+    if (dataTransfer && !currentUpload.value.busy) void this.take(folderOfDrop(dataTransfer));
   }
 
   private onChosen(): void {

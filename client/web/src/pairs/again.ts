@@ -68,7 +68,7 @@ export class Again {
     }
   }
 
-  // What became of it is not known: it is not followed any more.
+  // Stops following the registration, which may go on.
   private fail(error: ApiError): void {
     this.error = error;
     this.starting = false;

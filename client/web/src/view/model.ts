@@ -272,7 +272,7 @@ export class ViewModel {
     if (this.leads(pane)) this.follow(frame.timeS, false);
   }
 
-  // Of a point whose weights are not known yet. Those of a smooth family only the server knows.
+  // Takes the server's weights of a point: of a link, and in a smooth family, the page has none.
   private takeWeights(pane: Pane, exact: number[]): void {
     const { point, weights: known } = this.state;
     if (!point.length || (known.length && !isSmooth(pane))) return;
