@@ -17,9 +17,14 @@ check_host() {
     cannot "podman run failed: $said"
 }
 
+# npm trusts the authorities there that it trusts here.
 build() {  # TARGET
+  local -a trust=()
+  if [ -n "${NODE_EXTRA_CA_CERTS:-}" ]; then
+    trust=(--volume "$NODE_EXTRA_CA_CERTS:/ca.crt:ro" --build-arg NODE_EXTRA_CA_CERTS=/ca.crt)
+  fi
   podman build --quiet --format docker --network host --build-arg "BASE=$BASE" \
-    --build-arg "PREBUILT=$from" --target "$1" --tag "$(image "$1")" \
+    --build-arg "PREBUILT=$from" "${trust[@]}" --target "$1" --tag "$(image "$1")" \
     --file deploy/Containerfile . >/dev/null
 }
 
