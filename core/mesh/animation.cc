@@ -1,11 +1,25 @@
 #include "core/mesh/animation.h"
 
+#include <cassert>
+#include <numeric>
+
 namespace liquidblend::mesh {
+
+void AddPreRoll(const TriangleMesh& surface, int count, Animation& animation) {
+  assert(animation.num_pre_roll == 0);
+  animation.frames.insert(animation.frames.begin(), count, surface);
+  if (!animation.times.empty()) {
+    animation.times.insert(animation.times.begin(), count, 0.0);
+    std::iota(animation.times.begin(), animation.times.begin() + count, -1.0 * count);
+  }
+  animation.num_pre_roll = count;
+}
 
 double MeanEdgeLength(const Animation& animation) {
   double sum = 0.0;
   int64_t num_triangles = 0;
-  for (const TriangleMesh& frame : animation.frames) {
+  for (int k = animation.num_pre_roll; k < animation.num_frames(); ++k) {
+    const TriangleMesh& frame = animation.frames[k];
     sum += MeanEdgeLength(frame) * static_cast<double>(frame.num_triangles());
     num_triangles += frame.num_triangles();
   }

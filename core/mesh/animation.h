@@ -19,15 +19,21 @@ struct Animation {
   // Frames since the first one, ascending from 0: gaps where frames are missing, fractions for
   // samples between frames. Empty: 0, 1, 2, ...
   std::vector<double> times;
+  // So many of the frames, the first ones, are a pre-roll: made up, a frame apart, before the first
+  // one that was simulated. Their times are negative.
+  int num_pre_roll = 0;
   Up up = Up::kUnknown;
   std::vector<std::string> notes;  // what was cleaned on import, one sentence each
 
   // The number of frames, and the time of frame k in frames since the first one.
   int num_frames() const { return static_cast<int>(frames.size()); }
-  double time(int k) const { return times.empty() ? k : times[k]; }
+  double time(int k) const { return times.empty() ? k - num_pre_roll : times[k]; }
 };
 
-// Mean edge length over all frames, metres.
+// Adds a pre-roll of `count` frames of this surface. Requires: there is none yet.
+void AddPreRoll(const TriangleMesh& surface, int count, Animation& animation);
+
+// Mean edge length over all frames but the pre-roll, metres.
 double MeanEdgeLength(const Animation& animation);
 
 // Smallest box around all frames: column 0 the minimum, column 1 the maximum, metres.

@@ -23,9 +23,11 @@ double SmallestStep(double time) { return std::max(kMinStep, kResolution * time)
 absl::Status CheckTimes(const Animation& animation) {
   for (int k = 0; k < animation.num_frames(); ++k) {
     const double time = animation.time(k);
-    if (!(time >= 0 && time <= kLongestTime)) {
-      return OfFrame(animation, k,
-                     absl::StrCat("its time is ", time, " frames, not in [0, ", kLongestTime, "]"));
+    const double first = -animation.num_pre_roll;
+    if (!(time >= first && time <= kLongestTime)) {
+      return OfFrame(
+          animation, k,
+          absl::StrCat("its time is ", time, " frames, not in [", first, ", ", kLongestTime, "]"));
     }
     if (k == 0) continue;
     const double step = time - animation.time(k - 1);

@@ -199,6 +199,7 @@ RegisteredFamily ViewOf(const SpaceTimeMesh& mesh) {
   family.num_first_vertices = mesh.num_first_vertices;
   family.num_last_vertices = mesh.num_last_vertices;
   family.num_frames = mesh.num_frames;
+  family.num_pre_roll = mesh.num_pre_roll;
   family.frames_per_second = mesh.frames_per_second;
   family.up = mesh.up;
   family.edge_length_m = mesh.edge_length_m;

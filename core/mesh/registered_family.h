@@ -104,6 +104,7 @@ struct RegisteredFamily {
   int64_t num_first_vertices = 0;  // as in SpaceTimeMesh: kept before frame 0 ...
   int64_t num_last_vertices = 0;   // ... and after the last frame, whatever the weights
   int num_frames = 0;
+  int num_pre_roll = 0;  // frames made up before frame 0, which are never shown
   double frames_per_second = 24.0;
   Up up = Up::kUnknown;  // of the source
   // Times blend as squares of those since then, seconds since the first frame; none: linearly.
@@ -121,7 +122,7 @@ struct RegisteredFamily {
 
   // The time from the first frame to the last one, seconds.
   double duration_s() const { return (num_frames - 1) / frames_per_second; }
-  TimeAxis time_axis() const { return {rest_time_s, frames_per_second, num_frames}; }
+  TimeAxis time_axis() const { return {rest_time_s, frames_per_second, num_frames, num_pre_roll}; }
   int64_t num_cells() const {
     return static_cast<int64_t>(tetrahedra.size() + pyramids.size() + wedges.size() +
                                 hexahedra.size());

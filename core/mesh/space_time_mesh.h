@@ -53,6 +53,7 @@ struct SpaceTimeMesh {
   int64_t num_first_vertices = 0;  // in the slab before frame 0: columns [0, num_first_vertices)
   int64_t num_last_vertices = 0;   // in the slab after the last frame: the last columns
   int num_frames = 0;
+  int num_pre_roll = 0;  // frames made up before frame 0; the slab before them is the first one
   double frames_per_second = 24.0;
   Up up = Up::kUnknown;
   double edge_length_m = 0.0;  // e of section 4.1: mean edge length of the animation

@@ -5,22 +5,30 @@
 #include <cmath>
 
 namespace liquidblend::mesh {
+namespace {
+
+constexpr double kPreRollTicks = 1e-3;
+
+}  // namespace
 
 TimeAxis::TimeAxis(const std::optional<double>& rest_time_s, double frames_per_second,
-                   int num_frames)
+                   int num_frames, int num_pre_roll)
     : squares_(rest_time_s.has_value() && num_frames > 1), last_(num_frames - 1) {
+  if (num_pre_roll > 0) before_ = kPreRollTicks / num_pre_roll;
   if (squares_) since_rest_ = -2.0 * *rest_time_s * frames_per_second;
 }
 
 // (t + c)^2 - c^2 for t frames since the first and c from rest to there, scaled.
 double TimeAxis::Ticks(double frames) const {
-  if (!squares_ || frames <= 0.0 || frames == last_) return frames;
+  if (frames <= 0.0) return before_ * frames;
+  if (!squares_ || frames == last_) return frames;
   const double ticks = frames * (frames + since_rest_) / (last_ + since_rest_);
   return frames <= last_ ? std::min(ticks, last_) : std::max(ticks, last_);
 }
 
 double TimeAxis::Frames(double ticks) const {
-  if (!squares_ || ticks <= 0.0 || ticks == last_) return ticks;
+  if (ticks <= 0.0) return ticks / before_;
+  if (!squares_ || ticks == last_) return ticks;
   const double half = 0.5 * since_rest_;
   // The same as sqrt(product + half^2) - half, without cancellation.
   const double product = ticks * (last_ + since_rest_);
@@ -29,18 +37,18 @@ double TimeAxis::Frames(double ticks) const {
 }
 
 void TimeAxis::ToTicks(Eigen::Matrix4Xf& vertices) const {
-  if (!squares_) return;
+  if (is_identity()) return;
   for (float& t : vertices.row(3)) t = static_cast<float>(Ticks(t));
 }
 
 void TimeAxis::ToFrames(Eigen::Matrix4Xf& vertices) const {
-  if (!squares_) return;
+  if (is_identity()) return;
   for (float& t : vertices.row(3)) t = static_cast<float>(Frames(t));
 }
 
 void TimeAxis::ToTicks(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displacement) const {
   assert(displacement.cols() == 0 || displacement.cols() == vertices.cols());
-  if (!squares_) return;
+  if (is_identity()) return;
   for (Eigen::Index v = 0; v < displacement.cols(); ++v) {
     const double from = vertices(3, v);
     displacement(3, v) = static_cast<float>(Ticks(from + displacement(3, v)) - Ticks(from));
@@ -49,7 +57,7 @@ void TimeAxis::ToTicks(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displ
 
 void TimeAxis::ToFrames(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displacement) const {
   assert(displacement.cols() == 0 || displacement.cols() == vertices.cols());
-  if (!squares_) return;
+  if (is_identity()) return;
   for (Eigen::Index v = 0; v < displacement.cols(); ++v) {
     const double from = vertices(3, v);
     displacement(3, v) = static_cast<float>(Frames(Ticks(from) + displacement(3, v)) - from);

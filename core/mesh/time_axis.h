@@ -16,18 +16,21 @@ namespace liquidblend::mesh {
 // time it would land too early, by d^2 / (2 t) if both land d from their mean t.
 //
 // Ticks are scaled so that the first frame is at 0 and the last one at num_frames - 1, both ways.
+// Times before the first frame stay as they are. The frames of a pre-roll together are half a tick
+// long, so that its last moment hardly shifts the mean of times.
 // Threads: safe, immutable.
 class TimeAxis {
  public:
   TimeAxis() = default;  // ticks are frames
   // The axis of a family with this rest time, or without one. Requires: num_frames >= 1,
   // frames_per_second > 0; the rest time, if there is one, is in kRestTimeS (option_ranges.h).
-  TimeAxis(const std::optional<double>& rest_time_s, double frames_per_second, int num_frames);
+  TimeAxis(const std::optional<double>& rest_time_s, double frames_per_second, int num_frames,
+           int num_pre_roll = 0);
 
+  // Whether ticks are frames from the first frame on.
   bool counts_frames() const { return !squares_; }
   // The ticks of a time in frames, and the frames of a time in ticks. Both maps are increasing, and
-  // the inverse of one another up to rounding. Times before the first frame stay as they are.
-  // Requires: finite.
+  // the inverse of one another up to rounding. Requires: finite.
   double Ticks(double frames) const;
   double Frames(double ticks) const;
 
@@ -40,7 +43,10 @@ class TimeAxis {
   void ToFrames(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displacement) const;
 
  private:
+  bool is_identity() const { return !squares_ && before_ == 1.0; }
+
   bool squares_ = false;
+  double before_ = 1.0;      // ticks of a frame before the first one
   double since_rest_ = 0.0;  // twice the frames from rest to the first frame
   double last_ = 0.0;        // frame
 };

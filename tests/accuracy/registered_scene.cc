@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -10,7 +11,9 @@
 #include "core/base/status_macros.h"
 #include "tests/synthetic/slice_family.h"
 #include "worker/jobs/assemble_family.h"
+#include "worker/jobs/pre_roll.h"
 #include "worker/jobs/register_meshes.h"
+#include "worker/registration/features/pre_roll.h"
 #include "worker/spacetime/build.h"
 
 namespace liquidblend::accuracy {
@@ -32,12 +35,22 @@ Eigen::AlignedBox3f BoxOf(const mesh::Animation& animation) {
 }
 
 absl::StatusOr<mesh::SpaceTimeMesh> Build(const mesh::Animation& animation,
+                                          const registration::PreRoll* pre_roll,
                                           const parallel::Arena& arena, Costs& costs) {
   const absl::Time start = absl::Now();
-  auto mesh = spacetime::Build(animation, {}, arena);
+  auto mesh = jobs::BuildWithPreRoll(animation, pre_roll, {}, arena);
   if (!mesh.ok()) return Named(animation.name, mesh.status());
   costs.build_s += absl::ToDoubleSeconds(absl::Now() - start);
   return mesh;
+}
+
+std::optional<registration::PreRoll> PreRollOf(const std::vector<mesh::Animation>& inputs,
+                                               const registration::RegistrationOptions& options) {
+  if (!options.automatic_correspondences) return std::nullopt;
+  std::vector<mesh::TriangleMesh> targets;
+  for (size_t k = 1; k < inputs.size(); ++k) targets.push_back(inputs[k].frames[0]);
+  return registration::FindPreRoll(inputs[0].frames[0], targets, inputs[0].up,
+                                   options.smallest_part_edges);
 }
 
 jobs::TimeBlending TimeBlendingOf(const Scene& scene, const jobs::FamilyContents& contents) {
@@ -58,16 +71,22 @@ absl::StatusOr<RegisteredScene> RegisteredScene::Register(
   jobs::FamilyContents contents;
   contents.name = scene.name;
   contents.source_name = scene.inputs[0].name;
-  LB_ASSIGN_OR_RETURN(contents.source, Build(scene.inputs[0], arena, result.costs_));
+  const std::optional<registration::PreRoll> found = PreRollOf(scene.inputs, options);
+  const registration::PreRoll* const pre_roll = jobs::PointerTo(found);
+  mesh::Animation source = scene.inputs[0];
+  jobs::AddPreRoll(pre_roll, source);
+  LB_ASSIGN_OR_RETURN(contents.source, Build(source, pre_roll, arena, result.costs_));
+  source = {};
   contents.bounds = BoxOf(scene.inputs[0]);
   for (size_t k = 1; k < scene.inputs.size(); ++k) {
     const mesh::Animation& input = scene.inputs[k];
-    LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh target, Build(input, arena, result.costs_));
+    LB_ASSIGN_OR_RETURN(const mesh::SpaceTimeMesh target,
+                        Build(input, nullptr, arena, result.costs_));
     contents.bounds.extend(BoxOf(input));
     const std::vector<registration::Correspondence> none;
     const auto read = [](const mesh::Animation& animation) { return [&] { return animation; }; };
     auto registered = jobs::RegisterMeshes(
-        {contents.source, read(scene.inputs[0])}, {target, read(input)},
+        {contents.source, read(scene.inputs[0]), pre_roll}, {target, read(input)},
         correspondences.empty() ? none : correspondences[k - 1], nullptr, {{}, options}, arena);
     if (!registered.ok()) return Named(input.name, registered.status());
     result.costs_.registration_s.push_back(registered->report.seconds);

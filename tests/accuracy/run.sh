@@ -20,7 +20,7 @@ failed=0
 "$program" --scene falling_drop "$@" || failed=1
 "$program" --scene two_drops "$@" || failed=1
 for scene in dam_break crown moved_drop two_drops_bridged throw \
-  far_drop crossing_drops drop_size block_length inflow_start moving_obstacle; do
+  far_drop crossing_drops drop_size block_length inflow_start moving_obstacle touching_drops; do
   [ -d "$data/$scene" ] || continue
   "$program" --scene "$scene" --data "$data" "$@" || failed=1
 done

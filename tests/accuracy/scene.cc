@@ -43,7 +43,8 @@ std::vector<StoredScene> StoredScenes() {
           {"drop_size", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
           {"block_length", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
           {"inflow_start", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
-          {"moving_obstacle", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36}};
+          {"moving_obstacle", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36},
+          {"touching_drops", {"A", "B"}, "MID", {{"weight 0.5", {0.5}}}, 36}};
 }
 
 absl::StatusOr<mesh::Animation> Load(const std::string& path, const parallel::Arena& arena) {

@@ -20,7 +20,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = pathlib.Path(os.environ.get("BUILD", ROOT / "build/release")) / "tests/lb_accuracy"
 SCENES = ["two_drops", "moved_drop", "two_drops_bridged", "throw", "far_drop", "crossing_drops",
-          "drop_size", "block_length", "inflow_start", "moving_obstacle", "dam_break"]
+          "drop_size", "block_length", "inflow_start", "moving_obstacle",
+          "touching_drops", "dam_break"]
 HEADER = ["scene", "nearest input", "half-way", "smallest to largest over seeds, all",
           "the same, early", "without automatic", "weight 1", "inverted at 1", "largest error of a falling part",
           "closer than the nearest input", "grade"]

@@ -15,7 +15,8 @@ esac
 simulate=$(cd "$(dirname "$0")" && pwd)/simulate.py
 folder=$1
 shift
-[ $# -gt 0 ] || set -- far_drop crossing_drops drop_size block_length inflow_start moving_obstacle
+[ $# -gt 0 ] || set -- far_drop crossing_drops drop_size block_length inflow_start moving_obstacle \
+  touching_drops
 mkdir -p "$folder"
 for scene in "$@"; do
   names=(A MID B)

@@ -123,6 +123,12 @@ SCENES.update({
             'B':   dict(speed=1.20),
         }),
 })
+SCENES['touching_drops'] = dict(
+    SCENES['two_drops'], variants={   # where the drops begin: in A both touch the pool
+        'A':   dict(zl=1.30, zr=1.30),
+        'MID': dict(zl=1.95, zr=1.65),
+        'B':   dict(zl=2.60, zr=2.00),
+    })
 # Elevations between those of A, MID and B.
 SCENES['throw']['variants'].update({'at_20': dict(elevation=20.0), 'at_40': dict(elevation=40.0)})
 # The inputs of two_drops_bridged: the lower drop touches the pool in the first frame.
@@ -249,6 +255,7 @@ def build_throw(bpy, dom, p):
 
 
 build_far_drop = build_drop_size = build_moved_drop
+build_touching_drops = build_two_drops
 
 
 def build_crossing_drops(bpy, dom, p):

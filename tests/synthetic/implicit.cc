@@ -187,7 +187,8 @@ TriangleMesh FrameOf(const FallingDropsOptions& options, int k) {
     const double to_drop = (p - centre_m).norm() - drop.radius_m;
     if (!(drop.bridge_radius_m > 0)) return to_drop;
     const double to_axis = (p - centre_m).head<2>().norm() - drop.bridge_radius_m;
-    return std::min(to_drop, std::max({to_axis, p.z() - centre_m.z(), -p.z()}));
+    const double below = -options.pool_depth_m / 2 - p.z();  // its end is in the pool
+    return std::min(to_drop, std::max({to_axis, p.z() - centre_m.z(), below}));
   };
   TriangleMesh frame = Polygonize(
       [&](const Vector3d& p) {

@@ -44,7 +44,7 @@ void ToTicks(const mesh::TimeAxis& axis, mesh::SpaceTimeMesh& mesh,
 
 void ToTicks(FamilyContents& contents) {
   const mesh::TimeAxis axis(contents.time_blending.rest_time_s, contents.source.frames_per_second,
-                            contents.source.num_frames);
+                            contents.source.num_frames, contents.source.num_pre_roll);
   std::vector<registration::Registration*> targets;
   for (RegisteredTarget& target : contents.targets) targets.push_back(&target.registration);
   ToTicks(axis, contents.source, targets);

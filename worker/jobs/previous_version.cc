@@ -101,7 +101,8 @@ absl::StatusOr<PreviousVersion> OpenPreviousVersion(const store::v1::RegisterJob
   LB_RETURN_IF_ERROR(previous.CheckFile());
   LB_RETURN_IF_ERROR(family.status());
   LB_RETURN_IF_ERROR(CheckSameAnimations(job, *family));
-  previous.family = family->rest_time_s ? InFrames(*family) : *std::move(family);
+  const bool is_in_frames = !family->rest_time_s && family->num_pre_roll == 0;
+  previous.family = is_in_frames ? *std::move(family) : InFrames(*family);
   return previous;
 }
 

@@ -8,6 +8,7 @@
 
 #include "core/base/memory.h"
 #include "core/base/status_macros.h"
+#include "worker/jobs/pre_roll.h"
 #include "worker/registration/compete.h"
 #include "worker/registration/fit/state.h"
 #include "worker/registration/transfer.h"
@@ -37,11 +38,12 @@ absl::StatusOr<Registration> RegisterOrRefineMeshes(
 absl::StatusOr<mesh::SpaceTimeMesh> BuildCoarse(const MeshSource& fine, double scale,
                                                 spacetime::BuildOptions options,
                                                 const parallel::Arena& arena) {
-  LB_ASSIGN_OR_RETURN(const mesh::Animation animation, fine.read());
+  LB_ASSIGN_OR_RETURN(mesh::Animation animation, fine.read());
   options.connectivity = spacetime::Connectivity::kRebuilt;  // a tracked mesh has no coarser one
   options.edge_scale = scale;
   options.droplet_vertices /= scale * scale;  // the same parts are droplets
-  return spacetime::Build(animation, options, arena);
+  AddPreRoll(fine.pre_roll, animation);
+  return BuildWithPreRoll(animation, fine.pre_roll, options, arena);
 }
 
 // The state of the finer nodes, if the registration has come to them; else null.

@@ -8,16 +8,18 @@
 #include "core/mesh/animation.h"
 #include "core/mesh/space_time_mesh.h"
 #include "core/parallel/arena.h"
+#include "worker/registration/features/pre_roll.h"
 #include "worker/registration/register.h"
 #include "worker/spacetime/build.h"
 
 namespace liquidblend::jobs {
 
-// A space-time mesh, and a function that reads its frames again, for a coarser mesh. The mesh must
-// outlive it. The frames of source and target may be read at the same time.
+// A space-time mesh, and a function that reads its frames again, for a coarser mesh. Mesh and
+// pre-roll must outlive it. The frames of source and target may be read at the same time.
 struct MeshSource {
   const mesh::SpaceTimeMesh& mesh;
-  std::function<absl::StatusOr<mesh::Animation>()> read;
+  std::function<absl::StatusOr<mesh::Animation>()> read;  // without the pre-roll
+  const registration::PreRoll* pre_roll = nullptr;        // of the mesh; null: it has none
 };
 
 struct RegisterMeshesOptions {

@@ -16,6 +16,7 @@
 #include "core/store/files/files.h"
 #include "worker/jobs/fingerprint.h"
 #include "worker/jobs/job_options.h"
+#include "worker/jobs/pre_roll.h"
 #include "worker/jobs/previous_version.h"
 #include "worker/jobs/register_meshes.h"
 #include "worker/registration/register.h"
@@ -31,7 +32,7 @@ using registration::Registration;
 struct Inputs {
   const store::v1::RegisterJob& job;
   int target_index;
-  const mesh::SpaceTimeMesh& source;
+  const SourceMesh& source;
   const mesh::SpaceTimeMesh& target;
   const mesh::RegisteredFamily* previous;  // what to refine; null: from scratch
 };
@@ -55,8 +56,9 @@ absl::StatusOr<Registration> RegisterOrRefine(const Inputs& inputs,
     refined.emplace(registration::PreviousRegistration{
         displacement, before, inputs.previous->targets[k].report.hypotheses});
   }
-  return RegisterMeshes({inputs.source, read(job.source())}, {inputs.target, read(job.targets(k))},
-                        ToCorrespondences(job, k, inputs.source.frames_per_second),
+  return RegisterMeshes({inputs.source.mesh, read(job.source()), inputs.source.pre_roll},
+                        {inputs.target, read(job.targets(k))},
+                        ToCorrespondences(job, k, inputs.source.mesh.frames_per_second),
                         refined ? &*refined : nullptr, options, context.arena, hooks);
 }
 
@@ -73,7 +75,7 @@ registration::IterationReport LastOf(const registration::RegistrationState& stat
 absl::StatusOr<Registration> RegisterWithCheckpoints(const Inputs& inputs, JobContext& context) {
   LB_ASSIGN_OR_RETURN(
       const std::optional<registration::RegistrationState> resumed,
-      context.checkpoints.Begin(FingerprintOf(inputs.job, inputs.target_index, inputs.source,
+      context.checkpoints.Begin(FingerprintOf(inputs.job, inputs.target_index, inputs.source.mesh,
                                               inputs.target, inputs.previous)));
   registration::RegistrationHooks hooks;
   hooks.progress = context.RegistrationProgress(inputs.target_index);
@@ -123,16 +125,20 @@ class SharedProgress {
   std::vector<double> done_ ABSL_GUARDED_BY(mutex_);
 };
 
-absl::StatusOr<BuiltMesh> BuildMesh(const std::string& id, const store::v1::RegisterJob& job,
+absl::StatusOr<BuiltMesh> BuildMesh(const MeshInput& input, const store::v1::RegisterJob& job,
                                     const std::function<void(double)>& progress,
                                     JobContext& context) {
   LB_RETURN_IF_ERROR(context.keeper.Check());
   spacetime::BuildOptions options = ToBuildOptions(job.space_time());
-  LB_ASSIGN_OR_RETURN(const mesh::Animation animation, ReadStored(id, context));
+  LB_ASSIGN_OR_RETURN(mesh::Animation animation, ReadStored(input.id, context));
   LB_ASSIGN_OR_RETURN(options.connectivity,
                       spacetime::ChooseConnectivity(animation, options, context.arena));
+  const bool is_tracked = options.connectivity == spacetime::Connectivity::kTracked;
+  const registration::PreRoll* const pre_roll = is_tracked ? nullptr : input.pre_roll;
+  AddPreRoll(pre_roll, animation);
   BuiltMesh built;
-  LB_ASSIGN_OR_RETURN(built.mesh, spacetime::Build(animation, options, context.arena, progress));
+  LB_ASSIGN_OR_RETURN(built.mesh,
+                      BuildWithPreRoll(animation, pre_roll, options, context.arena, progress));
   built.report = spacetime::Report(animation, built.mesh, options, context.arena);
   return built;
 }
@@ -149,13 +155,14 @@ absl::StatusOr<mesh::Animation> ReadStored(const std::string& id, JobContext& co
   return animation;
 }
 
-absl::StatusOr<std::vector<BuiltMesh>> BuildMeshes(const std::vector<std::string>& ids,
+absl::StatusOr<std::vector<BuiltMesh>> BuildMeshes(const std::vector<MeshInput>& inputs,
                                                    const store::v1::RegisterJob& job,
                                                    JobContext& context) {
-  SharedProgress progress(ids.size(), context.StageProgress());
-  std::vector<absl::StatusOr<BuiltMesh>> built(ids.size());
-  context.arena.Run(static_cast<int64_t>(ids.size()),
-                    [&](int64_t n) { built[n] = BuildMesh(ids[n], job, progress.Of(n), context); });
+  SharedProgress progress(inputs.size(), context.StageProgress());
+  std::vector<absl::StatusOr<BuiltMesh>> built(inputs.size());
+  context.arena.Run(static_cast<int64_t>(inputs.size()), [&](int64_t n) {
+    built[n] = BuildMesh(inputs[n], job, progress.Of(n), context);
+  });
   std::vector<BuiltMesh> meshes;
   for (absl::StatusOr<BuiltMesh>& one : built) {
     if (!one.ok()) return one.status();
@@ -165,8 +172,7 @@ absl::StatusOr<std::vector<BuiltMesh>> BuildMeshes(const std::vector<std::string
 }
 
 absl::StatusOr<RegisteredTarget> RegisterTarget(const store::v1::RegisterJob& job, int target_index,
-                                                const mesh::SpaceTimeMesh& source,
-                                                const BuiltMesh& target,
+                                                const SourceMesh& source, const BuiltMesh& target,
                                                 const mesh::RegisteredFamily* previous,
                                                 const StageRange& range, JobContext& context) {
   LB_RETURN_IF_ERROR(context.BeginStage("registration", range.begin, range.end));

@@ -1,10 +1,12 @@
 #include "worker/jobs/run_child.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/base/status_macros.h"
 #include "worker/jobs/job_options.h"
+#include "worker/jobs/pre_roll.h"
 #include "worker/jobs/previous_version.h"
 #include "worker/jobs/register_target.h"
 #include "worker/jobs/target_files.h"
@@ -21,13 +23,17 @@ absl::StatusOr<store::BlobId> MakeTargetFile(const store::v1::RegisterJob& job, 
                                              const mesh::RegisteredFamily* previous,
                                              JobContext& context) {
   LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", 0.0, kMeshesEnd));
-  LB_ASSIGN_OR_RETURN(const std::vector<BuiltMesh> built,
-                      BuildMeshes({job.source(), job.targets(k)}, job, context));
+  LB_ASSIGN_OR_RETURN(const std::optional<registration::PreRoll> pre_roll,
+                      ReadPreRoll(job, previous, context));
+  LB_ASSIGN_OR_RETURN(
+      const std::vector<BuiltMesh> built,
+      BuildMeshes({{job.source(), PointerTo(pre_roll)}, {job.targets(k)}}, job, context));
   const mesh::SpaceTimeMesh& source = built.front().mesh;
   if (previous != nullptr) LB_RETURN_IF_ERROR(CheckSameVertices(*previous, source));
   LB_ASSIGN_OR_RETURN(
       const RegisteredTarget target,
-      RegisterTarget(job, k, source, built.back(), previous, {kMeshesEnd, kTargetEnd}, context));
+      RegisterTarget(job, k, {source, source.num_pre_roll > 0 ? PointerTo(pre_roll) : nullptr},
+                     built.back(), previous, {kMeshesEnd, kTargetEnd}, context));
   LB_RETURN_IF_ERROR(context.BeginStage("storing", kTargetEnd, 1.0));
   return StoreTarget(target, HashOf(source), context.blobs);
 }

@@ -12,6 +12,7 @@
 #include "core/store/files/parameter_records.h"
 #include "worker/jobs/assemble_family.h"
 #include "worker/jobs/job_options.h"
+#include "worker/jobs/pre_roll.h"
 #include "worker/jobs/previous_version.h"
 #include "worker/jobs/register_target.h"
 #include "worker/jobs/required_grade.h"
@@ -52,7 +53,7 @@ absl::StatusOr<Eigen::AlignedBox3f> BoundsOf(const store::v1::RegisterJob& job,
 
 // Of a job with a single target, whose mesh there is already.
 absl::StatusOr<std::vector<RegisteredTarget>> RegisterOnly(const store::v1::RegisterJob& job,
-                                                           const mesh::SpaceTimeMesh& source,
+                                                           const SourceMesh& source,
                                                            const BuiltMesh& target,
                                                            const mesh::RegisteredFamily* previous,
                                                            JobContext& context) {
@@ -65,7 +66,7 @@ absl::StatusOr<std::vector<RegisteredTarget>> RegisterOnly(const store::v1::Regi
 }
 
 absl::StatusOr<std::vector<RegisteredTarget>> RegisterEach(const store::v1::RegisterJob& job,
-                                                           const mesh::SpaceTimeMesh& source,
+                                                           const SourceMesh& source,
                                                            const mesh::RegisteredFamily* previous,
                                                            JobContext& context) {
   const double share = (kTargetsEnd - kSourceEnd) / job.targets_size();
@@ -78,7 +79,7 @@ absl::StatusOr<std::vector<RegisteredTarget>> RegisterEach(const store::v1::Regi
     const double begin = kSourceEnd + k * share, middle = begin + kTargetMeshShare * share;
     LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", begin, middle));
     LB_ASSIGN_OR_RETURN(const std::vector<BuiltMesh> built,
-                        BuildMeshes({job.targets(k)}, job, context));
+                        BuildMeshes({{job.targets(k)}}, job, context));
     LB_ASSIGN_OR_RETURN(
         RegisteredTarget target,
         RegisterTarget(job, k, source, built.front(), previous, {middle, begin + share}, context));
@@ -103,14 +104,16 @@ absl::StatusOr<std::vector<RegisteredTarget>> ReadTargets(
 }
 
 // The source's mesh on a coarser grid, moved as the finest one is.
+//   source  with the pre-roll, if it is not null
 absl::StatusOr<FamilyLevel> MakeLevel(const mesh::Animation& source,
+                                      const registration::PreRoll* pre_roll,
                                       const spacetime::BuildOptions& options,
                                       const FamilyContents& contents,
                                       const registration::TransferSource& finest,
                                       JobContext& context) {
   LB_RETURN_IF_ERROR(context.keeper.Check());
   FamilyLevel level;
-  LB_ASSIGN_OR_RETURN(level.mesh, spacetime::Build(source, options, context.arena));
+  LB_ASSIGN_OR_RETURN(level.mesh, BuildWithPreRoll(source, pre_roll, options, context.arena));
   const registration::Transfer transfer(finest, level.mesh, context.arena);
   for (const RegisteredTarget& target : contents.targets) {
     registration::Registration& moved = level.targets.emplace_back();
@@ -120,18 +123,19 @@ absl::StatusOr<FamilyLevel> MakeLevel(const mesh::Animation& source,
   return level;
 }
 
-absl::Status MakeLevels(const store::v1::RegisterJob& job, FamilyContents& contents,
-                        JobContext& context) {
+absl::Status MakeLevels(const store::v1::RegisterJob& job, const registration::PreRoll* pre_roll,
+                        FamilyContents& contents, JobContext& context) {
   const int num_levels = NumCoarserLevels(job.space_time());
   if (num_levels == 0) return absl::OkStatus();
   LB_RETURN_IF_ERROR(context.BeginStage("levels of detail", kTargetsEnd, kLevelsEnd));
-  LB_ASSIGN_OR_RETURN(const mesh::Animation source, ReadStored(job.source(), context));
+  LB_ASSIGN_OR_RETURN(mesh::Animation source, ReadStored(job.source(), context));
+  AddPreRoll(pre_roll, source);
   const registration::TransferSource finest(contents.source, context.arena);
   std::vector<absl::StatusOr<FamilyLevel>> levels(static_cast<size_t>(num_levels));
   context.arena.Run(num_levels, [&](int64_t n) {
     const spacetime::BuildOptions options =
         ToLevelOptions(job.space_time(), static_cast<int>(n) + 1);
-    levels[n] = MakeLevel(source, options, contents, finest, context);
+    levels[n] = MakeLevel(source, pre_roll, options, contents, finest, context);
   });
   for (absl::StatusOr<FamilyLevel>& level : levels) {
     if (!level.ok()) return level.status();
@@ -157,8 +161,10 @@ absl::StatusOr<store::v1::FamilyRecord> MakeFamily(const store::v1::RegisterJob&
                                         is_pair        ? kMeshesEnd
                                         : done.empty() ? kSourceEnd
                                                        : kSourceAfterChildrenEnd));
-  std::vector<std::string> inputs = {job.source()};
-  if (is_pair) inputs.push_back(job.targets(0));
+  LB_ASSIGN_OR_RETURN(const std::optional<registration::PreRoll> found,
+                      ReadPreRoll(job, previous, context));
+  std::vector<MeshInput> inputs = {{job.source(), PointerTo(found)}};
+  if (is_pair) inputs.push_back({job.targets(0)});
   LB_ASSIGN_OR_RETURN(std::vector<BuiltMesh> built, BuildMeshes(inputs, job, context));
   if (previous != nullptr) {
     LB_RETURN_IF_ERROR(CheckSameVertices(*previous, built.front().mesh));
@@ -170,15 +176,16 @@ absl::StatusOr<store::v1::FamilyRecord> MakeFamily(const store::v1::RegisterJob&
   contents.source = std::move(built.front().mesh);
   contents.source_report = built.front().report;
   LB_ASSIGN_OR_RETURN(contents.bounds, BoundsOf(job, context.catalog));
+  const bool has_pre_roll = contents.source.num_pre_roll > 0;  // a tracked mesh has none
+  const SourceMesh source{contents.source, has_pre_roll ? PointerTo(found) : nullptr};
   LB_ASSIGN_OR_RETURN(contents.targets,
                       !done.empty() ? ReadTargets(job, done, contents.source, context)
-                      : is_pair
-                          ? RegisterOnly(job, contents.source, built.back(), previous, context)
-                          : RegisterEach(job, contents.source, previous, context));
+                      : is_pair     ? RegisterOnly(job, source, built.back(), previous, context)
+                                    : RegisterEach(job, source, previous, context));
   LB_RETURN_IF_ERROR(CheckGrades(contents.targets, job.required_grade()));
   contents.time_blending = TimeBlendingOf(job, contents);
   built.clear();  // the target's mesh is not needed any more
-  LB_RETURN_IF_ERROR(MakeLevels(job, contents, context));
+  LB_RETURN_IF_ERROR(MakeLevels(job, source.pre_roll, contents, context));
   LB_RETURN_IF_ERROR(context.BeginStage("publishing", kLevelsEnd, 1.0));
   LB_ASSIGN_OR_RETURN(const mesh::RegisteredFamily family, AssembleFamily(std::move(contents)));
   return StoreFamily(family, context.blobs);

@@ -20,6 +20,8 @@
 namespace liquidblend::registration {
 namespace {
 
+constexpr double kAroundPart = 1.5;     // radii
+constexpr float kBeforeStart = -1e-3f;  // frames
 constexpr float kRelaxedWeights[] = {0.5f, 0.75f};
 // Options of the projections onto the target. The last one moves tips and rims back, which
 // relaxation has drawn off it.
@@ -29,6 +31,23 @@ constexpr ProjectionOptions kLastProjection = {.stiffness = 2.0f, .sweeps = 10};
 ProjectionOptions With(Detail detail, ProjectionOptions options) {
   if (detail == Detail::kHalf) options.stride = 2;
   return options;
+}
+
+// Keeps what surrounds the parts of the pre-roll that the target does not have before its first
+// frame, whatever the weight. Elsewhere the pre-roll rests, so that it does not show.
+void KeepBeforeStart(const SurfacePair& pair, Points& displacement, Points& extrapolation) {
+  for (const PartMotion& motion : pair.motions.all()) {
+    if (!motion.ends_at_start || !motion.source.is_pre_roll()) continue;
+    const Part& part = motion.source.parts.front();
+    for (int64_t v = 0; v < displacement.cols(); ++v) {
+      if (!pair.source.InPreRoll(v)) continue;
+      const Eigen::Vector4f p = pair.source.points.col(v);
+      const double distance = (p.head<3>().cast<double>() - part.centre.head<3>()).norm();
+      if (distance > kAroundPart * part.radius()) continue;
+      displacement(3, v) = std::min(displacement(3, v), kBeforeStart - p[3]);
+      extrapolation(3, v) = 0;
+    }
+  }
 }
 
 // Converts a displacement from registration units to metres and frames.
@@ -97,13 +116,14 @@ absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displaceme
   Points extrapolation = Extrapolation(source, neighbors, displacement, arena);
   CarryRigidPieces(source, arena, extrapolation);
   Untangle(source, extrapolation, arena, displacement);
+  KeepBeforeStart(pair, displacement, extrapolation);
   const Points untangled = displacement;
   LB_RETURN_IF_ERROR(hold_pins(displacement));
   for (int64_t v = 0; v < displacement.cols(); ++v) {  // pins may have moved them
     if (source.rigid[v]) displacement.col(v) = untangled.col(v);
   }
   result.report.verdict = Judge(source, neighbors, pair.target, pair.target_search, displacement,
-                                pair.parts, pair.times, arena);
+                                pair.parts, pair.motions, pair.times, arena);
   result.report.part_lives = pair.motions.lives();
   const double edge = source.mesh.edge_length_m;
   result.report.verdict.reason += Describe(pair.open_starts, edge);

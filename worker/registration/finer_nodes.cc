@@ -55,7 +55,7 @@ std::vector<float> Distances(const SurfacePair& pair, const Points& moved, const
   };
   arena.For((moved.cols() + kStride - 1) / kStride, [&](int64_t n) {
     const int64_t v = n * kStride;
-    if (!is_inner(source, v)) return;
+    if (!is_inner(source, v) || (source.InPreRoll(v) && moved(3, v) < 0)) return;
     const auto found = pair.target_search.Find(moved.col(v), normals.col(v));
     distance[v] = found ? std::min(largest, (found->position - moved.col(v)).norm()) : kUnknown;
   });
@@ -205,6 +205,7 @@ Cutout CutOut(const Surface& source, const Points& moved, const Points& normals,
   CopyCells(source.mesh.pyramids, part_of, cutout.mesh.pyramids);
   CopyCells(source.mesh.tetrahedra, part_of, cutout.mesh.tetrahedra);
   cutout.mesh.num_frames = source.mesh.num_frames;
+  cutout.mesh.num_pre_roll = source.mesh.num_pre_roll;
   cutout.mesh.edge_length_m = 1.0;  // the vertices are in edges
   return cutout;
 }

@@ -161,6 +161,7 @@ mesh::SpaceTimeMesh Assemble(const mesh::Animation& animation, const Layers& lay
                              const std::vector<int64_t>& first_vertex, double edge_length_m) {
   mesh::SpaceTimeMesh mesh;
   mesh.num_frames = 1 + static_cast<int>(std::floor(animation.time(animation.num_frames() - 1)));
+  mesh.num_pre_roll = animation.num_pre_roll;
   mesh.frames_per_second = animation.frames_per_second;
   mesh.up = animation.up;
   mesh.edge_length_m = edge_length_m;

@@ -17,12 +17,15 @@ namespace {
 
 // Chooses frames that the mesh can show, evenly spread, the first and the last among them.
 std::vector<int> ChooseFrames(const mesh::Animation& animation, int num_shown, int max_frames) {
+  const int first = animation.num_pre_roll;
   int count = 0;
-  while (count < animation.num_frames() && animation.time(count) <= num_shown - 1) ++count;
+  while (first + count < animation.num_frames() && animation.time(first + count) <= num_shown - 1) {
+    ++count;
+  }
   const int wanted = std::min(count, max_frames);
   std::vector<int> frames;
   for (int64_t n = 0; n < wanted; ++n) {
-    frames.push_back(wanted == 1 ? 0 : static_cast<int>(n * (count - 1) / (wanted - 1)));
+    frames.push_back(first + (wanted == 1 ? 0 : static_cast<int>(n * (count - 1) / (wanted - 1))));
   }
   return frames;
 }

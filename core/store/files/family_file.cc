@@ -74,6 +74,7 @@ mesh::RegisteredFamily FamilyOf(const v1::FamilyManifest& manifest) {
   family.num_first_vertices = manifest.num_first_vertices();
   family.num_last_vertices = manifest.num_last_vertices();
   family.num_frames = manifest.num_frames();
+  family.num_pre_roll = manifest.num_pre_roll();
   family.frames_per_second = manifest.frames_per_second();
   family.up = static_cast<mesh::Up>(manifest.up());
   if (manifest.has_rest_time_s()) family.rest_time_s = manifest.rest_time_s();
@@ -179,6 +180,7 @@ v1::FamilyManifest ManifestOf(const mesh::RegisteredFamily& family) {
   manifest.set_frames_per_second(family.frames_per_second);
   manifest.set_up(static_cast<v1::Up>(family.up));  // the same numbers
   manifest.set_num_frames(family.num_frames);
+  manifest.set_num_pre_roll(family.num_pre_roll);
   if (family.rest_time_s) manifest.set_rest_time_s(*family.rest_time_s);
   manifest.set_time_blending_reason(family.time_blending_reason);
   manifest.set_edge_length_m(family.edge_length_m);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/mesh/animation_limits.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
 
@@ -22,6 +23,27 @@ TEST(MeanEdgeLength, WeighsFramesByTheirTriangles) {
   // 12 triangles with sides of length l, 48 with l / 2.
   const double whole = MeanEdgeLength(animation.frames[0]);
   EXPECT_NEAR(MeanEdgeLength(animation), whole * (12 + 48 * 0.5) / 60, 1e-6);
+}
+
+TEST(AddPreRoll, AddsFramesBeforeTheFirstOne) {
+  for (const bool has_times : {false, true}) {
+    Animation animation;
+    animation.frames = {synthetic::Box({0, 0, 0}, {1, 1, 1}),
+                        synthetic::Box({0, 0, 0}, {1, 1, 1}, 2)};
+    if (has_times) animation.times = {0, 2.5};
+    const double edge_length_m = MeanEdgeLength(animation);
+    AddPreRoll(synthetic::Box({0, 0, 0}, {3, 3, 3}), 3, animation);
+    ASSERT_EQ(animation.num_frames(), 5);
+    EXPECT_EQ(animation.num_pre_roll, 3);
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_EQ(animation.time(k), k - 3);
+      EXPECT_EQ(animation.frames[k].vertices.maxCoeff(), 3);
+    }
+    EXPECT_EQ(animation.time(3), 0);
+    EXPECT_EQ(animation.time(4), has_times ? 2.5 : 1);
+    EXPECT_EQ(MeanEdgeLength(animation), edge_length_m);
+    EXPECT_EQ(CheckTimes(animation), absl::OkStatus());
+  }
 }
 
 TEST(Bounds, HoldAllFrames) {

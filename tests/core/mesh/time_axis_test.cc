@@ -18,6 +18,30 @@ TEST(TimeAxis, WithoutARestTimeTicksAreFrames) {
   }
 }
 
+// So the end of a pre-roll hardly shifts the mean of times.
+TEST(TimeAxis, APreRollIsAThousandthOfATick) {
+  for (const std::optional<double> rest_s : {std::optional<double>(), std::optional(-0.1)}) {
+    const TimeAxis axis(rest_s, kFps, 72, 8);
+    EXPECT_EQ(axis.counts_frames(), !rest_s.has_value());
+    EXPECT_DOUBLE_EQ(axis.Ticks(-8), -1e-3);
+    EXPECT_DOUBLE_EQ(axis.Ticks(-0.5), -1e-3 / 16);
+    EXPECT_EQ(axis.Ticks(0), 0);
+    EXPECT_EQ(axis.Ticks(17.3), TimeAxis(rest_s, kFps, 72).Ticks(17.3));
+    Eigen::Matrix4Xf vertices(4, 3), displacement(4, 3);
+    vertices << Eigen::Matrix<float, 3, 3>::Zero(), -8, -0.5, 3;
+    displacement << Eigen::Matrix<float, 3, 3>::Ones(), 10, 0.25, 2;
+    Eigen::Matrix4Xf ticks = vertices, moved = displacement;
+    axis.ToTicks(vertices, moved);
+    axis.ToTicks(ticks);
+    EXPECT_NEAR(ticks(3, 0) + moved(3, 0), axis.Ticks(2), 1e-6);
+    EXPECT_LT(ticks(3, 1) + moved(3, 1), 0);
+    axis.ToFrames(ticks);
+    axis.ToFrames(ticks, moved);
+    EXPECT_LT((ticks - vertices).norm(), 1e-5);
+    EXPECT_LT((moved - displacement).norm(), 2e-2);
+  }
+}
+
 class SquaresTest : public ::testing::TestWithParam<double> {};
 
 TEST_P(SquaresTest, BothEndsStayAndTheOrderToo) {

@@ -44,7 +44,8 @@ std::vector<std::pair<ContactCell, int32_t>> StillVertices(const Surface& surfac
                                                            double max_speed) {
   std::vector<std::pair<ContactCell, int32_t>> still;
   for (int32_t v = 0; v < surface.points.cols(); ++v) {
-    if (surface.rigid[v] || surface.InFirstSlab(v) || surface.InLastSlab(v)) continue;
+    if (surface.rigid[v] || surface.InFirstSlab(v) || surface.InPreRoll(v)) continue;
+    if (surface.InLastSlab(v)) continue;
     if (!IsStill(surface.mesh.normals.col(v), max_speed)) continue;
     still.emplace_back(CellOf(surface.points.col(v).head<3>()), v);
   }

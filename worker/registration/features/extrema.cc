@@ -94,7 +94,7 @@ class Sweep {
   }
   // At the ends of time, or next to what is not compared.
   bool IsAtBoundary(int32_t v) const {
-    if (surface_.InFirstSlab(v) || surface_.InLastSlab(v)) return true;
+    if (surface_.InFirstSlab(v) || surface_.InPreRoll(v) || surface_.InLastSlab(v)) return true;
     if (kind_ == ExtremumKind::kApex) return false;  // droplets have no cells with others
     for (const int32_t c : surface_.cells_around[v]) {
       for (const int32_t w : CornersOf(surface_.mesh, c)) {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 #include "core/mesh/slice_at.h"
@@ -20,25 +19,22 @@ constexpr double kMaxSizeRatio = 2.0;   // of diameters, within a pair
 constexpr double kSameTop = 2.0;        // edges; between the tops of a track and of its lump
 constexpr double kLumpRejection = 1.0;  // what being without a partner costs
 
-// Nothing if the first frame has no surface.
-std::optional<HeightField> FirstFrameFromAbove(const Surface& surface, const mesh::HeightAxis& up) {
-  const double times[] = {0.0};
-  const mesh::TriangleMesh slice =
-      mesh::SliceAt(surface.mesh, surface.points, times, parallel::Arena(1))[0];
-  if (slice.num_vertices() == 0) return std::nullopt;
-  const Eigen::Vector3d low = slice.vertices.rowwise().minCoeff().cast<double>();
-  const Eigen::Vector3d high = slice.vertices.rowwise().maxCoeff().cast<double>();
+HeightField SeenFromAbove(const mesh::TriangleMesh& surface, const mesh::HeightAxis& up) {
+  const Eigen::Vector3d low = surface.vertices.rowwise().minCoeff().cast<double>();
+  const Eigen::Vector3d high = surface.vertices.rowwise().maxCoeff().cast<double>();
   const double extent = PlaceOf(high - low, up).maxCoeff();
   const double spacing = std::max(kLumpSpacing, extent / kMaxLumpSteps);
-  return HeightField(slice, up, PlaceOf((low + high) / 2, up), extent / 2 + spacing, spacing,
+  return HeightField(surface, up, PlaceOf((low + high) / 2, up), extent / 2 + spacing, spacing,
                      Seen::kAll);
 }
 
 // Sweeps the heights from the top and joins what meets.
 class LumpSweep {
  public:
-  explicit LumpSweep(const HeightField& field)
-      : field_(field), size_(field.size()), root_(static_cast<size_t>(size_) * size_, -1) {}
+  explicit LumpSweep(HeightField field)
+      : field_(std::move(field)),
+        size_(field_.size()),
+        root_(static_cast<size_t>(size_) * size_, -1) {}
 
   std::vector<Lump> Run(double min_prominence) {
     std::vector<int> order;
@@ -116,7 +112,7 @@ class LumpSweep {
     return lump;
   }
 
-  const HeightField& field_;
+  const HeightField field_;
   const int size_;
   std::vector<int> root_;  // per grid point; -1: not swept yet
   std::vector<std::pair<int, double>> tops_;
@@ -141,7 +137,7 @@ double CostOf(const Lump& a, const Lump& b, double max_shift) {
 
 // The lump of a track that is there at the first frame; -1: none.
 int LumpOf(const Track& track, const std::vector<Lump>& lumps, const mesh::HeightAxis& up) {
-  if (track.start != TrackStart::kFirstFrame) return -1;
+  if (track.start != TrackStart::kFirstFrame || track.is_pre_roll()) return -1;
   std::array<int, 3> upwards = {};
   upwards[up.axis] = up.sign;
   const auto direction = std::find(kReachDirections.begin(), kReachDirections.end(), upwards);
@@ -158,11 +154,29 @@ int LumpOf(const Track& track, const std::vector<Lump>& lumps, const mesh::Heigh
   return -1;
 }
 
+// The part of the pre-roll that was cut off from a lump; -1: none.
+int PreRollTrackAt(const std::vector<Track>& tracks, const Lump& lump, const mesh::HeightAxis& up) {
+  for (size_t n = 0; n < tracks.size(); ++n) {
+    const Eigen::Vector3d centre = tracks[n].parts.front().centre.head<3>();
+    if (tracks[n].is_pre_roll() && (PlaceOf(centre, up) - lump.place).norm() <= lump.diameter / 2) {
+      return static_cast<int>(n);
+    }
+  }
+  return -1;
+}
+
 }  // namespace
 
+std::vector<Lump> FindLumps(const mesh::TriangleMesh& first_frame, const mesh::HeightAxis& up,
+                            double min_prominence) {
+  if (first_frame.num_vertices() == 0) return {};
+  return LumpSweep(SeenFromAbove(first_frame, up)).Run(min_prominence);
+}
+
 std::vector<Lump> FindLumps(const Surface& surface, double min_prominence) {
-  const auto field = FirstFrameFromAbove(surface, mesh::AxisOf(surface.mesh.up));
-  return field ? LumpSweep(*field).Run(min_prominence) : std::vector<Lump>();
+  const double times[] = {0.0};
+  const auto slices = mesh::SliceAt(surface.mesh, surface.points, times, parallel::Arena(1));
+  return FindLumps(slices[0], mesh::AxisOf(surface.mesh.up), min_prominence);
 }
 
 std::vector<AssignedPair> PairLumps(const std::vector<Lump>& source,
@@ -197,7 +211,9 @@ std::vector<JoinedTrack> FindJoinedTracks(const TracksWithLumps& own, const Trac
     const auto pair = std::find_if(pairs.begin(), pairs.end(), [&](const AssignedPair& p) {
       return p.row == lump && p.confidence >= min_confidence && is_of_track[p.column] == 0;
     });
-    if (pair != pairs.end()) joined.push_back({static_cast<int>(n), lump, pair->column});
+    if (pair == pairs.end()) continue;
+    joined.push_back({static_cast<int>(n), lump, pair->column});
+    joined.back().pre_roll_track = PreRollTrackAt(other.tracks, other.lumps[pair->column], height);
   }
   return joined;
 }

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/mesh/triangle_mesh.h"
+#include "core/mesh/up.h"
 #include "worker/registration/features/assignment.h"
 #include "worker/registration/features/tracks.h"
 #include "worker/registration/surface/surface.h"
@@ -24,6 +26,10 @@ struct Lump {
 // Finds the lumps that stand out by `min_prominence` (edges), by grid point of their tops.
 // Cost: O(cells), and O(n log n) in the first frame's size in square edges.
 std::vector<Lump> FindLumps(const Surface& surface, double min_prominence);
+
+// The same of a first frame in mean edges; none if it has no surface.
+std::vector<Lump> FindLumps(const mesh::TriangleMesh& first_frame, const mesh::HeightAxis& up,
+                            double min_prominence);
 
 // Pairs lumps by place and size: the assignment of least squared differences.
 //   max_shift  edges; further apart are no pair
@@ -44,6 +50,7 @@ struct JoinedTrack {
   int track;
   int own_lump;
   int other_lump;
+  int pre_roll_track = -1;  // of the other animation: the same part, cut off; -1: none
 };
 
 inline bool IsJoined(const std::vector<JoinedTrack>& joined, int track) {

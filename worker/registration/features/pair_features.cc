@@ -47,6 +47,7 @@ class CostMean {
 double FirstTrackCost(const Track& a, const Track& b, const SceneScale& scale,
                       const PairOptions& options) {
   if (a.start != TrackStart::kFirstFrame || b.start != TrackStart::kFirstFrame) return kInfinity;
+  if (a.is_pre_roll()) return kInfinity;
   const double common = std::min(a.life(), b.life());
   const bool alike = a.end == b.end;
   CostMean cost;

@@ -119,6 +119,12 @@ std::optional<PartMotion> MotionToStart(const Track& source, const Lump& from, c
   return motion;
 }
 
+PartMotion MotionBeforeStart(const Track& source) {
+  PartMotion motion{source, source};
+  motion.ends_at_start = true;
+  return motion;
+}
+
 double AccelerationHalfWay(const PartMotion& motion, mesh::Up up) {
   const double s = motion.time_scale;
   const std::optional<FreeFall> fall = FitFreeFall(s > 1 ? motion.target : motion.source, up);
@@ -128,7 +134,11 @@ double AccelerationHalfWay(const PartMotion& motion, mesh::Up up) {
 
 Expected ExpectedOn(const PartMotion& motion, const Eigen::Vector4f& point,
                     const Eigen::Vector4f& normal) {
-  const double time = point[3], target_time = time * motion.time_scale + motion.time_offset;
+  const double time = point[3];
+  const bool is_before = motion.begins_in_pre_roll && time < motion.source.start_time;
+  const double time_scale = is_before ? 1.0 : motion.time_scale;
+  const double target_time = is_before ? motion.target.start_time + time - motion.source.start_time
+                                       : time * time_scale + motion.time_offset;
   const Eigen::Vector3d from = motion.source.At(time).centre.head<3>();
   const Eigen::Vector3d to = motion.target.At(target_time).centre.head<3>();
   Expected expected;
@@ -136,11 +146,11 @@ Expected ExpectedOn(const PartMotion& motion, const Eigen::Vector4f& point,
       (to + motion.scale * (point.head<3>().cast<double>() - from)).cast<float>();
   expected.point[3] = static_cast<float>(target_time);
   // J^-T N for J = [scale I, drift; 0, time_scale].
-  const Eigen::Vector3d drift = motion.time_scale * VelocityAt(motion.target, target_time) -
+  const Eigen::Vector3d drift = time_scale * VelocityAt(motion.target, target_time) -
                                 motion.scale * VelocityAt(motion.source, time);
   const Eigen::Vector3d in_space = normal.head<3>().cast<double>() / motion.scale;
   Eigen::Vector4d image;
-  image << in_space, (normal[3] - drift.dot(in_space)) / motion.time_scale;
+  image << in_space, (normal[3] - drift.dot(in_space)) / time_scale;
   expected.normal = image.normalized().cast<float>();
   return expected;
 }
@@ -171,12 +181,31 @@ PartMotions::PartMotions(const Features& source, const Features& target, const F
     of_target_track[pair.column] = static_cast<int8_t>(motions_.size());
     motions_.push_back(*motion);
   }
+  const auto add = [&](const PartMotion& motion, int track) {
+    if (is_contradicted(motion) || motions_.size() >= kMaxMotions) return false;
+    of_source_track[track] = static_cast<int8_t>(motions_.size());
+    motions_.push_back(motion);
+    return true;
+  };
+  for (const JoinedTrack& joined : pairs.joined.target) {
+    if (joined.pre_roll_track < 0) continue;
+    const Track& from = source.tracks[joined.pre_roll_track];
+    auto motion = PartMotionOf(from, target.tracks[joined.track], source.up);
+    if (!motion) continue;
+    motion->begins_in_pre_roll = true;
+    if (!add(*motion, joined.pre_roll_track)) continue;
+    of_target_track[joined.track] = of_source_track[joined.pre_roll_track];
+    part_of_track[joined.pre_roll_track] = static_cast<int8_t>(parts_.size());
+    parts_.push_back({motion->source, motion->scale});
+  }
+  for (int n = 0; n < static_cast<int>(source.tracks.size()); ++n) {
+    if (!source.tracks[n].is_pre_roll() || of_source_track[n] >= 0) continue;
+    add(MotionBeforeStart(source.tracks[n]), n);
+  }
   for (const JoinedTrack& joined : pairs.joined.source) {
     const auto motion = MotionToStart(source.tracks[joined.track], source.lumps[joined.own_lump],
                                       target.lumps[joined.other_lump], source.up);
-    if (!motion || is_contradicted(*motion) || motions_.size() >= kMaxMotions) continue;
-    of_source_track[joined.track] = static_cast<int8_t>(motions_.size());
-    motions_.push_back(*motion);
+    if (motion) add(*motion, joined.track);
   }
   if (!parts_.empty()) part_of_ = OfVertices(source.track_of, part_of_track);
   if (motions_.empty()) return;

@@ -21,6 +21,8 @@ struct PartMotion {
   double time_scale = 1.0;
   double time_offset = 0.0;
   double scale = 1.0;  // the target's diameter over the source's
+  // The part is cut off in the source's pre-roll. Before it, time goes as fast in the target.
+  bool begins_in_pre_roll = false;
   // The part is joined with the rest in the target's first frame. There it stays at one place, and
   // its life is mapped to half a frame. So the blend's part falls from between both heights, and
   // for the shorter the more the target weighs.
@@ -60,6 +62,10 @@ std::optional<PartMotion> PartMotionOf(const Track& source, const Track& target,
 std::optional<PartMotion> MotionToStart(const Track& source, const Lump& from, const Lump& to,
                                         mesh::Up up);
 
+// Motion of a part of the source's pre-roll that the target does not have: it stays before the
+// first frame.
+PartMotion MotionBeforeStart(const Track& source);
+
 // Counterpart of a source point.
 //   normal  unit length, of the source at `point`
 Expected ExpectedOn(const PartMotion& motion, const Eigen::Vector4f& point,
@@ -71,7 +77,8 @@ class PartMotions {
   PartMotions() = default;
   // Takes the pairs of tracks that users' points do not contradict, by sending a point of the part
   // elsewhere. Where times blend linearly, without those that would fall with over 1.1 times their
-  // gravity half-way. Then the source's parts that are joined with the rest in the target.
+  // gravity half-way. Then the source's parts that are joined with the rest in the target, and
+  // those of its pre-roll.
   PartMotions(const Features& source, const Features& target, const FeaturePairs& pairs,
               const std::vector<Correspondence>& users, double edge_length_m, TimesBlend times);
 

@@ -51,7 +51,7 @@ Falls FallsOf(const Features& features, const RestOptions& options) {
   Falls result;
   for (const Track& track : features.tracks) {
     const bool is_bubble = !(track.volume > 0);
-    if (track.start != TrackStart::kFirstFrame || is_bubble) continue;
+    if (track.start != TrackStart::kFirstFrame || track.is_pre_roll() || is_bubble) continue;
     const auto course = CourseOfPart(track, features.up, options);
     if (const FreeFall* const fall = std::get_if<FreeFall>(&course)) result.falls.push_back(*fall);
     const Other* const other = std::get_if<Other>(&course);
@@ -97,7 +97,12 @@ mesh::RestReport FindRest(const Features& source, const Features& target,
                           const RestOptions& options) {
   const Falls of_source = FallsOf(source, options), of_target = FallsOf(target, options);
   mesh::RestReport report;
-  report.reason = SpeakingAgainst(of_source, "source");
+  // Where parts of the source rest before the first frame, the target's falls decide.
+  const bool has_pre_roll = std::any_of(source.tracks.begin(), source.tracks.end(),
+                                        [](const Track& track) { return track.is_pre_roll(); });
+  if (!has_pre_roll || !of_source.against.empty()) {
+    report.reason = SpeakingAgainst(of_source, "source");
+  }
   if (report.reason.empty()) report.reason = SpeakingAgainst(of_target, "target");
   if (!report.reason.empty()) return report;
   std::vector<FreeFall> all = of_source.falls;

@@ -21,8 +21,14 @@ FirstTracks FromFirstFrame(const std::vector<Track>& tracks,
                            const std::vector<JoinedTrack>& joined) {
   FirstTracks result;
   for (int n = 0; n < static_cast<int>(tracks.size()); ++n) {
-    if (tracks[n].start != TrackStart::kFirstFrame) continue;
-    (IsJoined(joined, n) ? result.joined : result.others).push_back(tracks[n]);
+    if (tracks[n].start != TrackStart::kFirstFrame || tracks[n].is_pre_roll()) continue;
+    const auto found = std::find_if(joined.begin(), joined.end(),
+                                    [n](const JoinedTrack& j) { return j.track == n; });
+    if (found == joined.end()) {
+      result.others.push_back(tracks[n]);
+    } else if (found->pre_roll_track < 0) {
+      result.joined.push_back(tracks[n]);
+    }
   }
   return result;
 }

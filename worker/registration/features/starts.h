@@ -16,8 +16,9 @@ struct OpenStarts {
   bool empty() const { return source.empty() && target.empty(); }
 };
 
-// Finds the open starts: the tracks whose lumps are joined with the rest in the other animation. Of
-// the others, those of the animation that has more of them, without those that pair best.
+// Finds the open starts: the tracks whose lumps are joined with the rest in the other animation,
+// and not cut off in its pre-roll. Of the others, those of the animation that has more of them,
+// without those that pair best.
 OpenStarts FindOpenStarts(const Features& source, const Features& target, const SceneScale& scale);
 
 // Flags the source's vertices that an open start of the source concerns (Surface::open): of the

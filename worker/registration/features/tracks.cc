@@ -73,8 +73,8 @@ std::vector<Track> Chains(const PartGraph& graph, int num_frames, double dominan
     track.end = end >= num_frames - 1           ? TrackEnd::kLastFrame
                 : neighbors.after[last].empty() ? TrackEnd::kVanishes
                                                 : TrackEnd::kMerge;
-    track.start_time = std::clamp<double>(begin, 0, num_frames - 1);
-    track.end_time = std::clamp<double>(end, 0, num_frames - 1);
+    track.start_time = end < 0 ? begin + 1 : std::clamp<double>(begin, 0, num_frames - 1);
+    track.end_time = end < 0 ? end : std::clamp<double>(end, 0, num_frames - 1);
     Measure(track);
   }
   return chains;

@@ -15,10 +15,12 @@ enum class TrackEnd { kLastFrame, kMerge, kVanishes };
 struct Track {
   TrackStart start = TrackStart::kFirstFrame;
   TrackEnd end = TrackEnd::kLastFrame;
-  double start_time = 0.0;
+  double start_time = 0.0;  // not negative, unless it ends before the first frame
   double end_time = 0.0;
   double volume = 0.0;      // median over its life
   std::vector<Part> parts;  // ascending in time, at least one
+  // Whether it ends before the first frame: a part of the pre-roll (pre_roll.h).
+  bool is_pre_roll() const { return end_time < 0; }
   double life() const { return end_time - start_time; }
   double diameter() const;  // of a ball of the same volume
   // The part as it is at a time of its life: centre and reach, between the slabs' means.

@@ -22,9 +22,9 @@ std::optional<Residual> ResidualAt(const Surface& source, const PackedLists& nei
   const Eigen::Vector4f p = source.points.col(v) + displacement.col(v);
   if (source.IsOpen(v) && IsBeforeTarget(source, v, p)) return std::nullopt;
   const Eigen::Vector4f image = ImageNormal(source, neighbors, displacement, 1, v);
-  const bool at_end = source.InFirstSlab(v) || source.InLastSlab(v);
-  const auto end =
-      source.InFirstSlab(v) ? ClosestPointSearch::End::kFirst : ClosestPointSearch::End::kLast;
+  const bool at_first = source.InFirstSlab(v) || (source.InPreRoll(v) && p[3] < 0);
+  const bool at_end = at_first || source.InLastSlab(v);
+  const auto end = at_first ? ClosestPointSearch::End::kFirst : ClosestPointSearch::End::kLast;
   auto match = at_end ? target_search.FindAtEnd(end, p, image) : target_search.Find(p, image);
   if (!match || IsOpenMatch(source, target, v, match->vertex)) return std::nullopt;
   Eigen::Vector4f offset = match->position - p;

@@ -68,7 +68,7 @@ std::vector<Sample> SampleSource(const Surface& source, const Points& moved, con
   const TargetBox near_target(target.points);
   std::vector<int32_t> chosen = ChooseSamples(source);
   std::erase_if(chosen, [&](int32_t v) {
-    return source.IsOpen(v) && IsBeforeTarget(source, v, moved.col(v));
+    return (source.IsOpen(v) || source.InPreRoll(v)) && IsBeforeTarget(source, v, moved.col(v));
   });
   std::vector<Sample> samples(chosen.size());
   arena.For(

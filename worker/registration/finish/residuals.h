@@ -21,8 +21,8 @@ struct Sample {
 };
 
 // Samples some 20,000 moved vertices of the source, with their distances to the target. Left out
-// are vertices of end slabs and rigid pieces, and those of open starts before the target's first
-// frame (starts.h).  Threads: same bytes for any thread count.
+// are vertices of end slabs and rigid pieces, and those of open starts and of the pre-roll before
+// the target's first frame (starts.h, pre_roll.h).  Threads: same bytes for any thread count.
 std::vector<Sample> SampleSource(const Surface& source, const Points& moved, const Surface& target,
                                  const ClosestPointSearch& target_search,
                                  const parallel::Arena& arena);

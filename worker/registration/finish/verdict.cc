@@ -122,12 +122,25 @@ Eigen::Vector4d InMetres(Eigen::Vector4d place, const mesh::SpaceTimeMesh& mesh)
   return place;
 }
 
+// Per time, the parts of the pre-roll that still fall in the target. In a blend they fall beside
+// those of the source.
+std::vector<int> NumPreRollParts(const PartMotions& motions, const std::vector<double>& times) {
+  std::vector<int> counts;
+  for (const double time : times) {
+    counts.push_back(static_cast<int>(
+        std::count_if(motions.all().begin(), motions.all().end(), [time](const PartMotion& motion) {
+          return motion.begins_in_pre_roll && time < motion.target.end_time;
+        })));
+  }
+  return counts;
+}
+
 }  // namespace
 
 mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const Surface& target,
                     const ClosestPointSearch& target_search, const Points& displacement,
-                    const std::vector<PartOfBoth>& parts, TimesBlend times,
-                    const parallel::Arena& arena) {
+                    const std::vector<PartOfBoth>& parts, const PartMotions& motions,
+                    TimesBlend times, const parallel::Arena& arena) {
   mesh::Verdict verdict;
   Regions unmatched, inverted, stretched;
   const Points moved = source.points + displacement;
@@ -152,9 +165,10 @@ mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const S
   const auto at_rest = mesh::SliceAt(source.mesh, SliceTimes(source.mesh), arena);
   const auto target_slices = SliceTarget(source.mesh, target.mesh, arena);
   verdict.component_error = ComponentError(whole, target_slices);
+  const std::vector<int> more = NumPreRollParts(motions, SliceTimes(source.mesh));
   for (const BlendSlices& blend : blends) {
-    verdict.component_error = std::max(verdict.component_error,
-                                       ComponentErrorBetween(at_rest, target_slices, blend.slices));
+    verdict.component_error = std::max(
+        verdict.component_error, ComponentErrorBetween(at_rest, target_slices, blend.slices, more));
   }
   verdict.volume_errors = VolumeErrors(at_rest, target_slices, half_way);
   const ReliefLoss relief = LossOfRelief(at_rest, target_slices, blends, source.mesh.up,

@@ -19,8 +19,8 @@ namespace liquidblend::registration {
 // Threads: same bytes for any thread count.  Cost: some hundredths of the registration's.
 mesh::Verdict Judge(const Surface& source, const PackedLists& neighbors, const Surface& target,
                     const ClosestPointSearch& target_search, const Points& displacement,
-                    const std::vector<PartOfBoth>& parts, TimesBlend times,
-                    const parallel::Arena& arena);
+                    const std::vector<PartOfBoth>& parts, const PartMotions& motions,
+                    TimesBlend times, const parallel::Arena& arena);
 
 // Cost of the blends: the sum over the verdict's figures of (value / limit of "good")^2. Infinity
 // if a figure is no number.

@@ -18,7 +18,8 @@ Heat InitialHeat(const DeformationNodes& nodes, const Surface& source, const std
   std::vector<int32_t> vertices(nodes.num_nodes());
   for (int64_t n = 0; n < nodes.num_nodes(); ++n) {
     vertices[n] = nodes.vertex(n);
-    if (source.InFirstSlab(vertices[n]) || source.InLastSlab(vertices[n])) heat.is_free[n][3] = 0;
+    const bool is_held = source.InFirstSlab(vertices[n]) && !source.InPreRoll(vertices[n]);
+    if (is_held || source.InLastSlab(vertices[n])) heat.is_free[n][3] = 0;
   }
   const auto fix = [&](const Pin& pin) {
     const auto found = std::lower_bound(vertices.begin(), vertices.end(), pin.vertex);

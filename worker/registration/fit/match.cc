@@ -44,7 +44,8 @@ float Closeness(float distance_sq, const MatchOptions& options) {
   return q > 0 ? static_cast<float>(q * q) : 0.0f;
 }
 
-// A match at the ends of time: the spatial part of normal and goal, the vertex held in time.
+// A match at the ends of time: the spatial part of normal and goal, the vertex held in time. Before
+// the first frame a pre-roll may take any time.
 std::optional<FitTerm> EndTerm(const Surface& source, int32_t v, const Eigen::Vector4f& deformed,
                                const Eigen::Vector4f& goal, const Eigen::Vector4f& normal,
                                const MatchOptions& options) {
@@ -58,7 +59,7 @@ std::optional<FitTerm> EndTerm(const Surface& source, int32_t v, const Eigen::Ve
   term.metric.topLeftCorner<3, 3>() =
       weight * (static_cast<float>(options.point_weight) * Eigen::Matrix3f::Identity() +
                 static_cast<float>(options.plane_weight) * n * n.transpose());
-  term.metric(3, 3) = kEndTimeWeight;
+  if (!source.InPreRoll(v)) term.metric(3, 3) = kEndTimeWeight;
   return term;
 }
 
@@ -70,6 +71,9 @@ void HoldAsPoint(const Surface& source, const Eigen::Vector4f& expected,
   const Eigen::Vector3f from = expected.head<3>() - source.points.col(term.vertex).head<3>();
   term.goal.head<3>() = from + n.dot(term.goal.head<3>() - from) * n;
   term.metric.topLeftCorner<3, 3>() = kMotionWeight * Eigen::Matrix3f::Identity();
+  if (!source.InPreRoll(term.vertex)) return;
+  term.goal[3] = expected[3] - source.points(3, term.vertex);
+  term.metric(3, 3) = kMotionWeight;
 }
 
 std::vector<int32_t> Inner(const Surface& source) {
@@ -280,9 +284,11 @@ void Matcher::MatchSource(const DeformedState& state, const std::vector<int32_t>
           p = expected.point;
           n = expected.normal;
         }
-        const bool at_end = source_.InFirstSlab(v) || source_.InLastSlab(v);
-        const auto end = source_.InFirstSlab(v) ? ClosestPointSearch::End::kFirst
-                                                : ClosestPointSearch::End::kLast;
+        const bool at_first =
+            source_.InFirstSlab(v) || (source_.InPreRoll(v) && motion == nullptr && p[3] < 0);
+        const bool at_end = at_first || source_.InLastSlab(v);
+        const auto end =
+            at_first ? ClosestPointSearch::End::kFirst : ClosestPointSearch::End::kLast;
         const auto match = at_end ? target_search_.FindAtEnd(end, p, n) : target_search_.Find(p, n);
         if (!match || IsOpenMatch(source_, target_, v, match->vertex)) return;
         if (at_end) {

@@ -46,7 +46,8 @@ struct Side {
     std::array<int32_t, PointTree::kNumCandidates> found = {};
     const size_t count = tree.Nearest(point, found);
     for (size_t k = 0; k < count; ++k) {
-      if (!surface.InFirstSlab(found[k]) && !surface.InLastSlab(found[k])) return found[k];
+      const bool at_end = surface.InFirstSlab(found[k]) || surface.InLastSlab(found[k]);
+      if (!at_end && !surface.InPreRoll(found[k])) return found[k];
     }
     return found[0];
   }

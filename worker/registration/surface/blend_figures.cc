@@ -105,11 +105,12 @@ double ComponentError(const std::vector<mesh::TriangleMesh>& a,
 
 double ComponentErrorBetween(const std::vector<mesh::TriangleMesh>& source,
                              const std::vector<mesh::TriangleMesh>& target,
-                             const std::vector<mesh::TriangleMesh>& blend) {
+                             const std::vector<mesh::TriangleMesh>& blend,
+                             const std::vector<int>& more) {
   double sum = 0;
   for (size_t n = 0; n < blend.size(); ++n) {
     const double a = NumParts(source[n]), b = NumParts(target[n]), count = NumParts(blend[n]);
-    sum += std::max({0.0, std::min(a, b) - count, count - std::max(a, b)});
+    sum += std::max({0.0, std::min(a, b) - count, count - std::max(a, b) - more[n]});
   }
   return sum / static_cast<double>(std::max<size_t>(1, blend.size()));
 }

@@ -51,9 +51,11 @@ double ComponentError(const std::vector<mesh::TriangleMesh>& a,
 
 // Mean over the slices of how far the blend's number of components is from those of the two
 // animations, and what lies between them; without components below a thousandth of the liquid.
+//   more  per slice: components that a blend may have beside these
 double ComponentErrorBetween(const std::vector<mesh::TriangleMesh>& source,
                              const std::vector<mesh::TriangleMesh>& target,
-                             const std::vector<mesh::TriangleMesh>& blend);
+                             const std::vector<mesh::TriangleMesh>& blend,
+                             const std::vector<int>& more);
 
 // Share of the slices' surface that is inside out: of the crossings of rays along x and z, half an
 // edge apart, those with winding numbers below 0 on one of their sides; adds them to the regions.

@@ -27,6 +27,7 @@ struct Surface {
   std::vector<int32_t> FreeVertices() const;  // the others, ascending
   bool IsThin(int64_t v) const { return !mesh.thin.empty() && mesh.thin[v] != 0; }
   bool InFirstSlab(int64_t v) const { return v < mesh.num_first_vertices; }
+  bool InPreRoll(int64_t v) const { return mesh.num_pre_roll > 0 && points(3, v) < 0; }
   bool InLastSlab(int64_t v) const { return v >= points.cols() - mesh.num_last_vertices; }
 };
 

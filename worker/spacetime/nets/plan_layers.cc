@@ -47,7 +47,7 @@ LayerPlan PlanLayers(const mesh::Animation& animation, double max_motion_m) {
     if (begins_slab) plan.first_layer.push_back(static_cast<int>(plan.layers.size()));
     plan.layers.push_back(layer);
   };
-  add({-1.0, 0, 0, 0.0}, true);
+  add({animation.time(0) - 1.0, 0, 0, 0.0}, true);
   double speed = SurfaceSpeed(SurfaceSpeeds(animation.frames[0]));
   for (int k = 0; k < last; ++k) {
     const double next_speed = SurfaceSpeed(SurfaceSpeeds(animation.frames[k + 1]));

@@ -376,6 +376,17 @@ TEST(FamilyFile, IsOfTheLowestVersionThatCanHoldIt) {
   EXPECT_EQ(Written(squares)[kVersion], 3);
 }
 
+TEST(FamilyFile, GivesBackThePreRollOfAllLevels) {
+  const Sample sample;
+  mesh::RegisteredFamily family = sample.Complete();
+  EXPECT_EQ(Open(Written(family))->num_pre_roll, 0);
+  family.num_pre_roll = 8;
+  const auto opened = Open(Written(family));
+  ASSERT_THAT(opened, Succeeds());
+  EXPECT_EQ(opened->num_pre_roll, 8);
+  EXPECT_EQ(opened->coarser_levels[0].num_pre_roll, 8);
+}
+
 TEST(FamilyFile, GivesBackTheRestTimeOfAllLevels) {
   const Sample sample;
   mesh::RegisteredFamily family = sample.Complete();

@@ -28,7 +28,7 @@ struct Pair {
         target(target_mesh, source.mesh.edge_length_m, parallel::Arena(2)),
         search(target_mesh, target.points, target.cells_around, parallel::Arena(2)) {}
   mesh::Verdict Judged(const Points& displacement, int num_threads = 2) const {
-    return Judge(source.surface, source.neighbors, target, search, displacement, {},
+    return Judge(source.surface, source.neighbors, target, search, displacement, {}, {},
                  TimesBlend::kLinearly, parallel::Arena(num_threads));
   }
   Points Unmoved() const { return Points::Zero(4, source.surface.points.cols()); }
