@@ -38,7 +38,7 @@ build_next() {  # TARGET
 check_libraries() {  # TARGET
   podman run --rm --no-healthcheck --label "$project" --network none --entrypoint sh \
     "$(image "$1")" -c '
-    find /usr/local/bin /opt -type f \( -perm -100 -o -name "*.so" \) ! -name "*.sh" -exec ldd {} +
+    find /usr/local/bin /opt -type f \( -perm -100 -o -name "*.so" \) ! -name "*.sh" ! -name "*.py" -exec ldd {} +
     ' >"$scratch/libraries"
   grep -q "libtbb.so" "$scratch/libraries" || fail "$1: no program is linked"
   ! grep "not found" "$scratch/libraries" || fail "$1: libraries are missing"
