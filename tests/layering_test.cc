@@ -161,6 +161,7 @@ const Rooms kRooms[] = {
     {"server/http/", {"exchange/", "answers/"}},
     {"worker/", {"ingest/", "spacetime/", "registration/", "jobs/"}},
     {"worker/ingest/", {"formats/", "clean/"}},
+    {"worker/jobs/", {"attempt/"}},
     {"worker/registration/", {"surface/", "features/", "fit/", "finish/"}},
     {"worker/spacetime/", {"field/", "nets/", "sheets/", "tracked/"}}};
 

@@ -27,8 +27,8 @@
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/catalog/retry.h"
 #include "core/store/open_store.h"
+#include "worker/jobs/attempt/stop_signal.h"
 #include "worker/jobs/run_jobs.h"
-#include "worker/jobs/stop_signal.h"
 
 namespace liquidblend::worker {
 namespace {

@@ -9,8 +9,8 @@
 #include "core/base/log.h"
 #include "core/base/retry.h"
 #include "core/base/status_macros.h"
+#include "worker/jobs/attempt/run_guarded.h"
 #include "worker/jobs/checkpoint_file.h"
-#include "worker/jobs/run_guarded.h"
 #include "worker/registration/fit/state.h"
 
 namespace liquidblend::jobs {

@@ -10,8 +10,8 @@
 #include "core/parallel/arena.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
+#include "worker/jobs/attempt/lease_keeper.h"
 #include "worker/jobs/checkpoints.h"
-#include "worker/jobs/lease_keeper.h"
 #include "worker/registration/register.h"
 
 namespace liquidblend::jobs {

@@ -10,9 +10,9 @@
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
 #include "core/store/blobs/upload_files.h"
+#include "worker/jobs/attempt/run_guarded.h"
 #include "worker/jobs/job_context.h"
 #include "worker/jobs/run_child.h"
-#include "worker/jobs/run_guarded.h"
 #include "worker/jobs/run_import.h"
 #include "worker/jobs/run_registration.h"
 

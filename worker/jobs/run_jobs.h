@@ -8,10 +8,10 @@
 #include "core/parallel/arena.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
-#include "worker/jobs/access.h"
+#include "worker/jobs/attempt/access.h"
+#include "worker/jobs/attempt/lease_keeper.h"
+#include "worker/jobs/attempt/stop_signal.h"
 #include "worker/jobs/checkpoints.h"
-#include "worker/jobs/lease_keeper.h"
-#include "worker/jobs/stop_signal.h"
 
 namespace liquidblend::jobs {
 

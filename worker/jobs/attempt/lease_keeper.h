@@ -11,7 +11,7 @@
 #include "absl/time/time.h"
 #include "core/base/steady_cond_var.h"
 #include "core/store/catalog/catalog.h"
-#include "worker/jobs/stop_signal.h"
+#include "worker/jobs/attempt/stop_signal.h"
 
 namespace liquidblend::jobs {
 

@@ -1,4 +1,4 @@
-#include "worker/jobs/access.h"
+#include "worker/jobs/attempt/access.h"
 
 #include <algorithm>
 #include <span>

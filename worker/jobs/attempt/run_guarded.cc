@@ -1,4 +1,4 @@
-#include "worker/jobs/run_guarded.h"
+#include "worker/jobs/attempt/run_guarded.h"
 
 #include <algorithm>
 #include <exception>

@@ -7,7 +7,7 @@
 #include "absl/time/time.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
-#include "worker/jobs/stop_signal.h"
+#include "worker/jobs/attempt/stop_signal.h"
 
 namespace liquidblend::jobs {
 

@@ -1,4 +1,4 @@
-#include "worker/jobs/lease_keeper.h"
+#include "worker/jobs/attempt/lease_keeper.h"
 
 #include <atomic>
 #include <new>
