@@ -25,6 +25,9 @@ absl::Status CheckNumbers(const RegisteredFamily& family) {
     return Fault(family, absl::StrCat("too many vertices: ", family.vertices.size()));
   }
   if (family.num_frames < 1) return Fault(family, absl::StrCat("num_frames = ", family.num_frames));
+  if (family.num_pre_roll < 0) {
+    return Fault(family, absl::StrCat("num_pre_roll = ", family.num_pre_roll));
+  }
   if (!std::isfinite(family.frames_per_second) || family.frames_per_second <= 0.0) {
     return Fault(family, absl::StrCat("frames_per_second = ", family.frames_per_second));
   }
@@ -135,6 +138,7 @@ absl::Status CheckLevel(const RegisteredFamily& family, size_t k) {
   const RegisteredFamily& level = family.coarser_levels[k];
   const bool is_alike =
       level.targets.size() == family.targets.size() && level.num_frames == family.num_frames &&
+      level.num_pre_roll == family.num_pre_roll &&
       level.frames_per_second == family.frames_per_second &&
       level.rest_time_s == family.rest_time_s && level.domain_min == family.domain_min &&
       level.domain_max == family.domain_max && level.coarser_levels.empty();

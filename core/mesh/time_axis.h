@@ -16,8 +16,8 @@ namespace liquidblend::mesh {
 // time it would land too early, by d^2 / (2 t) if both land d from their mean t.
 //
 // Ticks are scaled so that the first frame is at 0 and the last one at num_frames - 1, both ways.
-// Times before the first frame stay as they are. The frames of a pre-roll together are half a tick
-// long, so that its last moment hardly shifts the mean of times.
+// Times before the first frame stay as they are. But the frames of a pre-roll together are a
+// thousandth of a tick long, so that its last moment hardly shifts the mean of times.
 // Threads: safe, immutable.
 class TimeAxis {
  public:
@@ -27,8 +27,7 @@ class TimeAxis {
   TimeAxis(const std::optional<double>& rest_time_s, double frames_per_second, int num_frames,
            int num_pre_roll = 0);
 
-  // Whether ticks are frames from the first frame on.
-  bool counts_frames() const { return !squares_; }
+  bool counts_frames() const { return !squares_ && pre_roll_ == 0.0; }
   // The ticks of a time in frames, and the frames of a time in ticks. Both maps are increasing, and
   // the inverse of one another up to rounding. Requires: finite.
   double Ticks(double frames) const;
@@ -43,10 +42,11 @@ class TimeAxis {
   void ToFrames(const Eigen::Matrix4Xf& vertices, Eigen::Matrix4Xf& displacement) const;
 
  private:
-  bool is_identity() const { return !squares_ && before_ == 1.0; }
+  double TicksBefore(double frames) const;
+  double FramesBefore(double ticks) const;
 
   bool squares_ = false;
-  double before_ = 1.0;      // ticks of a frame before the first one
+  double pre_roll_ = 0.0;    // frames
   double since_rest_ = 0.0;  // twice the frames from rest to the first frame
   double last_ = 0.0;        // frame
 };

@@ -49,8 +49,9 @@ std::optional<registration::PreRoll> PreRollOf(const std::vector<mesh::Animation
   if (!options.automatic_correspondences) return std::nullopt;
   std::vector<mesh::TriangleMesh> targets;
   for (size_t k = 1; k < inputs.size(); ++k) targets.push_back(inputs[k].frames[0]);
-  return registration::FindPreRoll(inputs[0].frames[0], targets, inputs[0].up,
-                                   options.smallest_part_edges);
+  return registration::FindPreRoll(
+      inputs[0].frames[0], targets, inputs[0].up,
+      {options.smallest_part_edges, spacetime::BuildOptions().DropletArea()});
 }
 
 jobs::TimeBlending TimeBlendingOf(const Scene& scene, const jobs::FamilyContents& contents) {

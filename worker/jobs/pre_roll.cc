@@ -1,5 +1,6 @@
 #include "worker/jobs/pre_roll.h"
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -19,6 +20,7 @@ struct FirstFrame {
 };
 
 absl::StatusOr<FirstFrame> ReadFirstFrame(const std::string& id, JobContext& context) {
+  LB_RETURN_IF_ERROR(context.keeper.Check());
   LB_ASSIGN_OR_RETURN(const store::v1::AnimationRecord record, context.catalog.GetAnimation(id));
   LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob,
                       context.blobs.Open(record.blob()));
@@ -47,12 +49,16 @@ absl::StatusOr<std::optional<registration::PreRoll>> ReadPreRoll(
     LB_ASSIGN_OR_RETURN(FirstFrame target, ReadFirstFrame(id, context));
     targets.push_back(std::move(target.surface));
   }
-  return registration::FindPreRoll(source.surface, targets, source.up, options.smallest_part_edges);
+  return registration::FindPreRoll(
+      source.surface, targets, source.up,
+      {options.smallest_part_edges, ToBuildOptions(job.space_time()).DropletArea()});
 }
 
 void AddPreRoll(const registration::PreRoll* pre_roll, mesh::Animation& animation) {
   if (pre_roll == nullptr) return;
-  mesh::AddPreRoll(pre_roll->surface, registration::kPreRollFrames, animation);
+  // A short animation gets a short one, so that the memory it takes stays in proportion.
+  const int count = std::min(registration::kPreRollFrames, animation.num_frames());
+  mesh::AddPreRoll(pre_roll->surface, count, animation);
 }
 
 absl::StatusOr<mesh::SpaceTimeMesh> BuildWithPreRoll(const mesh::Animation& animation,

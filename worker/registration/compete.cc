@@ -56,7 +56,9 @@ std::vector<Pairing> OtherPairings(const mesh::SpaceTimeMesh& source,
   const FeaturePairs exchanged =
       PairFeatures(features.source, features.target, scale, {.exchange = true});
   const bool has_pairs = !found.tracks.empty() || !found.extrema.empty() ||
-                         !found.obstacles.empty() || !found.joined.source.empty();
+                         !found.obstacles.empty() || !found.joined.source.empty() ||
+                         std::any_of(found.joined.target.begin(), found.joined.target.end(),
+                                     [](const JoinedTrack& t) { return t.pre_roll_track >= 0; });
   if (!has_pairs) return {};
   std::vector<Pairing> others;
   for (const Pairing pairing : kAllPairings) {

@@ -20,8 +20,7 @@
 namespace liquidblend::registration {
 namespace {
 
-constexpr double kAroundPart = 1.5;     // radii
-constexpr float kBeforeStart = -1e-3f;  // frames
+constexpr double kAroundPart = 1.5;  // radii
 constexpr float kRelaxedWeights[] = {0.5f, 0.75f};
 // Options of the projections onto the target. The last one moves tips and rims back, which
 // relaxation has drawn off it.
@@ -33,18 +32,16 @@ ProjectionOptions With(Detail detail, ProjectionOptions options) {
   return options;
 }
 
-// Keeps what surrounds the parts of the pre-roll that the target does not have before its first
-// frame, whatever the weight. Elsewhere the pre-roll rests, so that it does not show.
+// Keeps what surrounds the hidden parts before the first frame, whatever the weights. Elsewhere the
+// pre-roll rests, so that it does not show.
 void KeepBeforeStart(const SurfacePair& pair, Points& displacement, Points& extrapolation) {
-  for (const PartMotion& motion : pair.motions.all()) {
-    if (!motion.ends_at_start || !motion.source.is_pre_roll()) continue;
-    const Part& part = motion.source.parts.front();
+  const Surface& source = pair.source;
+  for (const Part& part : pair.hidden_parts) {
     for (int64_t v = 0; v < displacement.cols(); ++v) {
-      if (!pair.source.InPreRoll(v)) continue;
-      const Eigen::Vector4f p = pair.source.points.col(v);
-      const double distance = (p.head<3>().cast<double>() - part.centre.head<3>()).norm();
-      if (distance > kAroundPart * part.radius()) continue;
-      displacement(3, v) = std::min(displacement(3, v), kBeforeStart - p[3]);
+      if (!source.InPreRoll(v) || source.rigid[v] != 0) continue;
+      const Eigen::Vector3d place = source.points.col(v).head<3>().cast<double>();
+      if ((place - part.centre.head<3>()).norm() > kAroundPart * part.radius()) continue;
+      displacement(3, v) = std::min(displacement(3, v), 0.0f);
       extrapolation(3, v) = 0;
     }
   }
@@ -91,6 +88,25 @@ void SurfacePair::MarkUnmatchedStarts(const Features& source_features,
                                       const Features& target_features) {
   open_starts = FindOpenStarts(source_features, target_features, ScaleOf(source, target));
   source.open = VerticesOf(open_starts, source);
+}
+
+void SurfacePair::HidePreRoll(const Features& source_features, const Features& target_features,
+                              const FeaturePairs& pairs) {
+  for (int n = 0; n < static_cast<int>(source_features.tracks.size()); ++n) {
+    const Track& track = source_features.tracks[n];
+    if (!track.is_pre_roll()) continue;
+    const Part& part = track.parts.front();
+    const auto& all = motions.all();
+    const bool is_shown = std::any_of(all.begin(), all.end(), [&](const PartMotion& motion) {
+      return motion.begins_in_pre_roll && motion.source.parts.front().number == part.number;
+    });
+    if (is_shown) continue;
+    hidden_parts.push_back(part);
+    for (const JoinedTrack& joined : pairs.joined.target) {
+      if (joined.pre_roll_track != n) continue;
+      open_starts.target.push_back(target_features.tracks[joined.track]);
+    }
+  }
 }
 
 absl::StatusOr<Registration> Complete(const SurfacePair& pair, Points displacement, Detail detail,

@@ -33,6 +33,11 @@ struct SurfacePair {
     motions = PartMotions(source_features, target_features, pairs, users, source.mesh.edge_length_m,
                           times);
   }
+  // Finds the parts of the source's pre-roll that have no motion to one of the target. Their tracks
+  // in the target, if there are any, are open starts.  Requires: motions and open starts were
+  // found.
+  void HidePreRoll(const Features& source_features, const Features& target_features,
+                   const FeaturePairs& pairs);
   // Finds the starts of parts that only one of the two meshes has, and marks their vertices.
   void MarkUnmatchedStarts(const Features& source_features, const Features& target_features);
 
@@ -42,7 +47,8 @@ struct SurfacePair {
   ClosestPointSearch target_search;
   OpenStarts open_starts;
   PartMotions motions;
-  std::vector<PartOfBoth> parts;  // that the verdict looks at
+  std::vector<Part> hidden_parts;  // of the source's pre-roll, not to be shown in any blend
+  std::vector<PartOfBoth> parts;   // that the verdict looks at
   TimesBlend times = TimesBlend::kLinearly;
 };
 

@@ -172,9 +172,9 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
       FindFeatures(source, target, {.min_diameter = options.smallest_part_edges}, arena);
   pair.MarkUnmatchedStarts(features.source, features.target);
   Guidance guidance;
-  guidance.rest = FindRest(features.source, features.target);
   const FeaturePairs pairs = PairFeatures(features.source, features.target, ScaleOf(source, target),
                                           {.exchange = options.pairing == Pairing::kExchanged});
+  guidance.rest = FindRest(features.source, features.target, pairs.joined);
   pair.parts = PartsOfBoth(features.source, features.target, pairs.tracks);
   pair.times = TimesBlendOf(guidance.rest);
   if (options.IsGuidedBy(Pairing::kFound)) {
@@ -184,6 +184,7 @@ absl::StatusOr<Guidance> FindGuidance(const std::vector<Correspondence>& users,
     guidance.found = FindAutomatic(source, target, features, pairs, users, edge, arena);
     pair.FindPartMotions(features.source, features.target, pairs, users);
   }
+  pair.HidePreRoll(features.source, features.target, pairs);
   guidance.correspondences = Join(users, guidance.found);
   LB_ASSIGN_OR_RETURN(guidance.pins,
                       ExpandCorrespondences(guidance.correspondences, source, target, arena));

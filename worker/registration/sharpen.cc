@@ -53,12 +53,13 @@ mesh::RestReport FollowTracks(const std::vector<Correspondence>& users,
   const Features source = FindTrackFeatures(pair.source, tracks),
                  target = FindTrackFeatures(pair.target, tracks);
   pair.MarkUnmatchedStarts(source, target);
-  const mesh::RestReport rest = FindRest(source, target);
   const FeaturePairs pairs = PairFeatures(source, target, ScaleOf(pair.source, pair.target),
                                           {.exchange = pairing == Pairing::kExchanged});
+  const mesh::RestReport rest = FindRest(source, target, pairs.joined);
   pair.parts = PartsOfBoth(source, target, pairs.tracks);
   pair.times = TimesBlendOf(rest);
   if (options.IsGuidedBy(pairing)) pair.FindPartMotions(source, target, pairs, users);
+  pair.HidePreRoll(source, target, pairs);
   return rest;
 }
 

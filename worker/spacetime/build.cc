@@ -188,8 +188,7 @@ absl::StatusOr<mesh::SpaceTimeMesh> BuildNets(const mesh::Animation& animation,
                                               const BuildOptions& options, double edge_length_m,
                                               const parallel::Arena& arena,
                                               const std::function<void(double)>& progress) {
-  const double droplet_area_m2 =
-      options.droplet_vertices * kAreaPerVertex * edge_length_m * edge_length_m;
+  const double droplet_area_m2 = options.DropletArea() * edge_length_m * edge_length_m;
   const DropletSplit split = SplitDroplets(animation, droplet_area_m2);
   const mesh::Animation& rest = split.rest ? *split.rest : animation;
   std::vector<DropletCells> droplets;
@@ -251,6 +250,8 @@ absl::Status BuildOptions::Validate() const {
   return mesh::CheckRange("sheet_thickness_edges", sheet_thickness_edges,
                           mesh::kSheetThicknessEdges);
 }
+
+double BuildOptions::DropletArea() const { return droplet_vertices * kAreaPerVertex; }
 
 absl::StatusOr<Connectivity> ChooseConnectivity(const mesh::Animation& animation,
                                                 const BuildOptions& options,

@@ -38,6 +38,8 @@ struct BuildOptions {
   // Of all animations: sheets up to this thickness are flagged; [0, 16] mean edge lengths, 0: none
   double sheet_thickness_edges = 1.5;
   absl::Status Validate() const;  // names the first field out of range, and its value
+  // The area of a component that is just not carried as a droplet, in squared mean edge lengths.
+  double DropletArea() const;
 };
 
 // Chooses the connectivity that Build() assumes: kTracked or kRebuilt. Errors, Threads: as Build.

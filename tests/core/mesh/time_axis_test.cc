@@ -22,10 +22,16 @@ TEST(TimeAxis, WithoutARestTimeTicksAreFrames) {
 TEST(TimeAxis, APreRollIsAThousandthOfATick) {
   for (const std::optional<double> rest_s : {std::optional<double>(), std::optional(-0.1)}) {
     const TimeAxis axis(rest_s, kFps, 72, 8);
-    EXPECT_EQ(axis.counts_frames(), !rest_s.has_value());
+    EXPECT_FALSE(axis.counts_frames());
     EXPECT_DOUBLE_EQ(axis.Ticks(-8), -1e-3);
     EXPECT_DOUBLE_EQ(axis.Ticks(-0.5), -1e-3 / 16);
     EXPECT_EQ(axis.Ticks(0), 0);
+    // Before it ticks are as long as frames, so that extrapolated times stay what they are.
+    EXPECT_DOUBLE_EQ(axis.Ticks(-9.5), -1.5 - 1e-3);
+    for (double frame = -12; frame < 80; frame += 0.37) {
+      EXPECT_NEAR(axis.Frames(axis.Ticks(frame)), frame, 1e-9);
+      EXPECT_LT(axis.Ticks(frame), axis.Ticks(frame + 0.125)) << frame;
+    }
     EXPECT_EQ(axis.Ticks(17.3), TimeAxis(rest_s, kFps, 72).Ticks(17.3));
     Eigen::Matrix4Xf vertices(4, 3), displacement(4, 3);
     vertices << Eigen::Matrix<float, 3, 3>::Zero(), -8, -0.5, 3;

@@ -13,6 +13,7 @@
 #include "server/slice/slice.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/slice_family.h"
+#include "tests/synthetic/surface_distance.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
 namespace liquidblend::jobs::pre_roll_test {
@@ -84,6 +85,26 @@ TEST_F(PreRollTest, TheFamilyShowsTheDropThatIsApartInTheTarget) {
   }
 }
 
+// Also between its first frames, where cells reach into the pre-roll.
+TEST_F(PreRollTest, AtWeightZeroTheFamilyIsTheSource) {
+  Import();
+  const auto distances = [](const mesh::RegisteredFamily& family) {
+    const slice::CellIndex index(family);
+    const mesh::Animation source = Drop(0.4, 0.13);
+    std::vector<double> found;
+    for (const int frame : {0, 1, 5}) {
+      const mesh::TriangleMesh surface =
+          synthetic::SliceFamily(index, std::vector<double>{0}, frame / family.frames_per_second);
+      found.push_back(synthetic::MeanSymmetricDistance(surface, source.frames[frame]) /
+                      family.edge_length_m);
+    }
+    return found;
+  };
+  const auto with = distances(Register({"free"}));
+  const auto without = distances(Register({"joined"}));
+  for (size_t n = 0; n < with.size(); ++n) EXPECT_LT(with[n], without[n] + 0.02) << n;
+}
+
 TEST_F(PreRollTest, ARefinementHasItIfTheFamilyHas) {
   Import();
   const auto refine = [](store::pb::RegisterJob& job) { job.set_refine_version(1); };
@@ -116,6 +137,10 @@ TEST_F(PreRollTest, ATargetThatDoesNotHaveThePartDoesNotShowIt) {
   EXPECT_EQ(NumDrops(family, {0.5, 0}, 1), 0);
   EXPECT_EQ(NumDrops(family, {0, 1}, 0), 1);
   EXPECT_EQ(NumDrops(family, {0, 0.5}, 0), 1);
+  for (const mesh::RegisteredFamily& level : family.coarser_levels) {
+    EXPECT_EQ(NumDrops(level, {1, 0}, 0), 0);
+    EXPECT_EQ(NumDrops(level, {0, 1}, 0), 1);
+  }
 }
 
 TEST_F(PreRollTest, ATrackedMeshHasNone) {

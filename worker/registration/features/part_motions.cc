@@ -50,6 +50,13 @@ bool Contradicts(const Correspondence& user, const PartMotion& motion, double ed
   Eigen::Vector4d source = user.source, target = user.target;
   source.head<3>() /= edge_length_m;
   target.head<3>() /= edge_length_m;
+  if (motion.begins_in_pre_roll) {
+    // A user points to the part in the first frames, where it is joined with the rest.
+    const bool is_first = source[3] <= kSameTime;
+    source[3] = motion.source.end_time;
+    return (is_first && IsOfPart(motion.source, source)) !=
+           IsOfPart(motion.target, target, kSameTime);
+  }
   if (!IsOfPart(motion.source, source) && !IsOfPart(motion.target, target)) return false;
   return !IsOfPart(motion.source, source, kSameTime) ||
          !IsOfPart(motion.target, target, kSameTime) ||
@@ -116,6 +123,14 @@ std::optional<PartMotion> MotionToStart(const Track& source, const Lump& from, c
   motion.target.parts = {there};
   motion.time_scale = kFramesAtStart / source.life();
   motion.ends_at_start = true;
+  return motion;
+}
+
+std::optional<PartMotion> MotionFromPreRoll(const Track& source, const Track& target, mesh::Up up) {
+  Track ended = target;
+  if (target.end == TrackEnd::kLastFrame) ended.end = TrackEnd::kMerge;  // later than is seen
+  auto motion = PartMotionOf(source, ended, up);
+  if (motion) motion->begins_in_pre_roll = true;
   return motion;
 }
 
@@ -189,11 +204,9 @@ PartMotions::PartMotions(const Features& source, const Features& target, const F
   };
   for (const JoinedTrack& joined : pairs.joined.target) {
     if (joined.pre_roll_track < 0) continue;
-    const Track& from = source.tracks[joined.pre_roll_track];
-    auto motion = PartMotionOf(from, target.tracks[joined.track], source.up);
-    if (!motion) continue;
-    motion->begins_in_pre_roll = true;
-    if (!add(*motion, joined.pre_roll_track)) continue;
+    const auto motion = MotionFromPreRoll(source.tracks[joined.pre_roll_track],
+                                          target.tracks[joined.track], source.up);
+    if (!motion || !add(*motion, joined.pre_roll_track)) continue;
     of_target_track[joined.track] = of_source_track[joined.pre_roll_track];
     part_of_track[joined.pre_roll_track] = static_cast<int8_t>(parts_.size());
     parts_.push_back({motion->source, motion->scale});

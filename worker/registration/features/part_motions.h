@@ -62,6 +62,10 @@ std::optional<PartMotion> PartMotionOf(const Track& source, const Track& target,
 std::optional<PartMotion> MotionToStart(const Track& source, const Lump& from, const Lump& to,
                                         mesh::Up up);
 
+// Motion of a part of the source's pre-roll that is apart in the target from the first frame on, to
+// its merge or to the last frame.
+std::optional<PartMotion> MotionFromPreRoll(const Track& source, const Track& target, mesh::Up up);
+
 // Motion of a part of the source's pre-roll that the target does not have: it stays before the
 // first frame.
 PartMotion MotionBeforeStart(const Track& source);

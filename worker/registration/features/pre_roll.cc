@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <utility>
 #include <vector>
@@ -21,8 +20,8 @@ namespace liquidblend::registration {
 namespace {
 
 constexpr double kCutEdges = 1.5;  // what is cut off around the target's part
-// Air below the part: also a coarser grid of two edges has a point in it everywhere.
-constexpr double kGapEdges = 3.0;
+// Air below the part: also a coarser grid has a point in it everywhere.
+constexpr double kGapEdges = 4.0;
 // Of a vertex of the part from its surface, at most: edges of the mesh ...
 constexpr double kOfPartEdges = 1.0;
 constexpr double kOfPartGap = 0.5;      // ... and as a share of the air below the part
@@ -50,16 +49,16 @@ std::map<int32_t, std::vector<int32_t>> VerticesByRoot(const std::vector<int32_t
   return vertices;
 }
 
-std::map<int32_t, double> VolumesByRoot(const mesh::TriangleMesh& surface,
-                                        const std::vector<int32_t>& roots) {
+std::map<int32_t, mesh::Component> ComponentsByRoot(const mesh::TriangleMesh& surface,
+                                                    const std::vector<int32_t>& roots) {
   const std::vector<mesh::Component> components = mesh::FindComponents(surface);
-  std::map<int32_t, double> volumes;
+  std::map<int32_t, mesh::Component> by_root;
   size_t next = 0;  // components are in the order of their first triangles
   for (Eigen::Index t = 0; t < surface.num_triangles(); ++t) {
     const int32_t root = roots[surface.triangles(0, t)];
-    if (!volumes.contains(root)) volumes[root] = components[next++].volume;
+    if (!by_root.contains(root)) by_root[root] = components[next++];
   }
-  return volumes;
+  return by_root;
 }
 
 Part PartOf(const mesh::TriangleMesh& surface, const std::vector<int32_t>& vertices) {
@@ -106,25 +105,26 @@ mesh::TriangleMesh Component(const mesh::TriangleMesh& surface, const std::vecto
 
 // The detached parts of a first frame, as tracks of a frame, and its lumps.
 FirstFrame FirstFrameOf(const mesh::TriangleMesh& surface, mesh::Up up, double edge_length_m,
-                        double smallest_part_edges) {
-  const TrackOptions limits{.min_diameter = smallest_part_edges};
+                        const SmallestPart& smallest) {
+  const TrackOptions limits{.min_diameter = smallest.diameter_edges};
   FirstFrame first{InEdges(surface, edge_length_m), mesh::ComponentRoots(surface), {}, {}};
-  const std::map<int32_t, double> volumes = VolumesByRoot(first.surface, first.roots);
+  const auto components = ComponentsByRoot(first.surface, first.roots);
   double all = 0;
-  for (const auto& [root, volume] : volumes) all += std::max(0.0, volume);
+  for (const auto& [root, component] : components) all += std::max(0.0, component.volume);
   const auto vertices = VerticesByRoot(first.roots);
-  for (const auto& [root, volume] : volumes) {
+  for (const auto& [root, component] : components) {
     Track track;
     track.end = TrackEnd::kMerge;
     track.end_time = 1;
-    track.volume = volume;
+    track.volume = component.volume;
     if (track.diameter() < limits.min_diameter || track.volume > limits.max_share * all) continue;
+    if (component.area < smallest.area_edges2) continue;
     track.parts = {PartOf(first.surface, vertices.at(root))};
     first.features.tracks.push_back(std::move(track));
     first.root_of.push_back(root);
   }
   first.features.up = up;
-  first.features.lumps = FindLumps(first.surface, mesh::AxisOf(up), smallest_part_edges);
+  first.features.lumps = FindLumps(first.surface, mesh::AxisOf(up), smallest.diameter_edges);
   return first;
 }
 
@@ -169,23 +169,47 @@ class NearPart {
           (part.vertices.col(c[1]) - a).cross(part.vertices.col(c[2]) - a);
       for (int k = 0; k < 3; ++k) normals_.col(c[k]) += normal;
     }
-    normals_.colwise().normalize();
+    for (auto normal : normals_.colwise()) normal.stableNormalize();
+    low_ = part.vertices.rowwise().minCoeff();
+    high_ = part.vertices.rowwise().maxCoeff();
     std::vector<int32_t> all(static_cast<size_t>(part.num_vertices()));
     for (size_t v = 0; v < all.size(); ++v) all[v] = static_cast<int32_t>(v);
     tree_.emplace(points_, all, parallel::Arena(1));
   }
-  // Height above the part's surface, along the normal of its nearest vertex; negative inside.
-  double HeightOf(const Eigen::Vector3f& point) const {
-    Eigen::Vector4f query = Eigen::Vector4f::Zero();
-    query.head<3>() = point;
-    std::array<int32_t, 1> found = {0};
-    if (tree_->Nearest(query, found) == 0) return std::numeric_limits<double>::infinity();
-    return normals_.col(found[0]).dot(point - points_.col(found[0]).head<3>());
+  // Whether a point is inside of the part, or closer than `margin` to its surface: within its box,
+  // and not as high above the tangent plane of the nearest vertex.
+  bool IsWithin(const Eigen::Vector3f& point, double margin) const {
+    const float grown = static_cast<float>(margin);
+    if ((point.array() < low_.array() - grown).any()) return false;
+    if ((point.array() > high_.array() + grown).any()) return false;
+    const std::optional<int32_t> nearest = NearestTo(point);
+    return nearest && normals_.col(*nearest).dot(point - VertexAt(*nearest)) < margin;
+  }
+  // Whether a point is next to the surface: within `margin` of the tangent plane of a vertex that
+  // is hardly further than that.
+  bool IsNextTo(const Eigen::Vector3f& point, double margin) const {
+    const std::optional<int32_t> nearest = NearestTo(point);
+    if (!nearest) return false;
+    const Eigen::Vector3f offset = point - VertexAt(*nearest);
+    return offset.norm() <= kNextShare * margin &&
+           std::abs(normals_.col(*nearest).dot(offset)) <= margin;
   }
 
  private:
+  static constexpr double kNextShare = 2.0;
+
+  Eigen::Vector3f VertexAt(int32_t vertex) const { return points_.col(vertex).head<3>(); }
+  std::optional<int32_t> NearestTo(const Eigen::Vector3f& point) const {
+    Eigen::Vector4f query = Eigen::Vector4f::Zero();
+    query.head<3>() = point;
+    std::array<int32_t, 1> found = {0};
+    if (tree_->Nearest(query, found) == 0) return std::nullopt;
+    return found[0];
+  }
+
   Points points_;
-  Eigen::Matrix3Xf normals_;
+  Eigen::Vector3f low_, high_;
+  Eigen::Matrix3Xf normals_;  // unit length, or zero
   std::optional<PointTree> tree_;
 };
 
@@ -226,21 +250,21 @@ void Append(const mesh::TriangleMesh& part, mesh::TriangleMesh& surface) {
 
 std::optional<PreRoll> FindPreRoll(const mesh::TriangleMesh& source,
                                    std::span<const mesh::TriangleMesh> targets, mesh::Up up,
-                                   double smallest_part_edges) {
+                                   const SmallestPart& smallest) {
   const double edge_length_m = mesh::MeanEdgeLength(source);
   if (!(edge_length_m > 0)) return std::nullopt;
-  const FirstFrame first = FirstFrameOf(source, up, edge_length_m, smallest_part_edges);
+  const FirstFrame first = FirstFrameOf(source, up, edge_length_m, smallest);
   std::map<int, mesh::TriangleMesh> parts;
   for (const mesh::TriangleMesh& target : targets) {
     if (target.num_triangles() == 0) continue;
-    AppendJoined(first, FirstFrameOf(target, up, edge_length_m, smallest_part_edges), parts);
+    AppendJoined(first, FirstFrameOf(target, up, edge_length_m, smallest), parts);
   }
   if (parts.empty()) return std::nullopt;
   CutSurface cut(first.surface);
   for (const auto& [lump, part] : parts) {
     const NearPart near(part);
     for (Eigen::Index v = 0; v < first.surface.num_vertices(); ++v) {
-      if (near.HeightOf(first.surface.vertices.col(v)) < kCutEdges) cut.Cut(v);
+      if (near.IsWithin(first.surface.vertices.col(v), kCutEdges)) cut.Cut(v);
     }
   }
   std::optional<mesh::TriangleMesh> surface = cut.Close();
@@ -275,7 +299,7 @@ void LowerParts(const PreRoll& pre_roll, const parallel::Arena& arena, mesh::Spa
       const Eigen::Vector3f rise = (share * part.rise_m.cast<float>()).eval();
       const Eigen::Vector3f sunk = (1 - share) * part.rise_m.cast<float>();
       const Eigen::Vector3f point = mesh.vertices.col(v).head<3>();
-      if (std::abs(near.HeightOf(point + sunk)) <= tolerance_m) {
+      if (near.IsNextTo(point + sunk, tolerance_m)) {
         mesh.vertices.col(v).head<3>() = point - rise;
       }
     });

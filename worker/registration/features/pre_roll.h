@@ -32,15 +32,20 @@ struct PreRoll {
   double gap_m = 0.0;  // air below each part, at least
 };
 
+// Smallest part that is cut off, in mean edge lengths of the source's first frame.
+struct SmallestPart {
+  double diameter_edges = 4.0;  // of a ball of the same volume; those of which tracks are made
+  double area_edges2 = 0.0;     // those that are not carried as droplets
+};
+
 // Finds the pre-roll of a source. Nothing if no part is to be cut off, or the surface cannot be cut
 // cleanly.
 //   source, targets  first frames, closed; metres
-//   smallest_part_edges  mean edge lengths of the source; smaller parts stay as they are
 // Velocities are kept if the source has them; the parts that were cut off rest.
 // Cost: O(n log n) in the size of each first frame.
 std::optional<PreRoll> FindPreRoll(const mesh::TriangleMesh& source,
                                    std::span<const mesh::TriangleMesh> targets, mesh::Up up,
-                                   double smallest_part_edges);
+                                   const SmallestPart& smallest);
 
 // Moves the vertices of the parts back down to where they are joined with the rest. There they
 // intersect it, but times before the first frame are shown in blends alone, where a part is as much

@@ -94,13 +94,14 @@ std::string Disagreement(const std::vector<FreeFall>& falls, const RestOptions& 
 }  // namespace
 
 mesh::RestReport FindRest(const Features& source, const Features& target,
-                          const RestOptions& options) {
+                          const JoinedTracks& joined, const RestOptions& options) {
   const Falls of_source = FallsOf(source, options), of_target = FallsOf(target, options);
   mesh::RestReport report;
-  // Where parts of the source rest before the first frame, the target's falls decide.
-  const bool has_pre_roll = std::any_of(source.tracks.begin(), source.tracks.end(),
-                                        [](const Track& track) { return track.is_pre_roll(); });
-  if (!has_pre_roll || !of_source.against.empty()) {
+  // Where the target's parts rest in the source's pre-roll, the target's falls decide.
+  const bool is_in_pre_roll =
+      std::any_of(joined.target.begin(), joined.target.end(),
+                  [](const JoinedTrack& track) { return track.pre_roll_track >= 0; });
+  if (!is_in_pre_roll || !of_source.against.empty()) {
     report.reason = SpeakingAgainst(of_source, "source");
   }
   if (report.reason.empty()) report.reason = SpeakingAgainst(of_target, "target");

@@ -25,7 +25,8 @@ struct RestOptions {
 // Finds out whether all parts that are detached in the first frame of either animation and move
 // from there fall from rest, since the same time and equally fast, and whether both have one. The
 // time is 0 if it is the first frame within the tolerance. The reason names what speaks against it.
+//   joined  tracks that have no partner
 mesh::RestReport FindRest(const Features& source, const Features& target,
-                          const RestOptions& options = {});
+                          const JoinedTracks& joined = {}, const RestOptions& options = {});
 
 }  // namespace liquidblend::registration

@@ -148,7 +148,8 @@ void AddDistances(const std::vector<Sample>& samples, Regions& regions) {
 
 double MeanStretch(const Surface& source, const PackedLists& neighbors, const Points& moved,
                    const parallel::Arena& arena, Regions& regions) {
-  const std::vector<int32_t> chosen = ChooseSamples(source);
+  std::vector<int32_t> chosen = ChooseSamples(source);
+  std::erase_if(chosen, [&](int32_t v) { return source.InPreRoll(v); });
   std::vector<double> change_share(chosen.size());
   arena.For(static_cast<int64_t>(chosen.size()), [&](int64_t n) {
     const int32_t v = chosen[n];

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/mesh/slice_at.h"
+#include "core/mesh/time_axis.h"
 #include "worker/registration/surface/axis_rays.h"
 
 namespace liquidblend::registration {
@@ -32,12 +33,25 @@ InvertedCrossings CountInverted(const mesh::TriangleMesh& surface, double spacin
   return all;
 }
 
+// Blends times as families do: the pre-roll is compressed.
+void BlendTimes(const Surface& source, const Points& displacement, float weight,
+                Eigen::Matrix4Xf& vertices) {
+  const mesh::SpaceTimeMesh& mesh = source.mesh;
+  const mesh::TimeAxis axis({}, mesh.frames_per_second, mesh.num_frames, mesh.num_pre_roll);
+  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
+    const double from = axis.Ticks(mesh.vertices(3, v));
+    const double to = axis.Ticks(static_cast<double>(mesh.vertices(3, v)) + displacement(3, v));
+    vertices(3, v) = static_cast<float>(from + weight * (to - from));
+  }
+}
+
 }  // namespace
 
 Eigen::Matrix4Xf BlendAt(const Surface& source, const Points& displacement, float weight) {
   Eigen::Matrix4Xf vertices = displacement * weight;
   vertices.topRows<3>() *= static_cast<float>(source.mesh.edge_length_m);
   vertices += source.mesh.vertices;
+  if (source.mesh.num_pre_roll > 0) BlendTimes(source, displacement, weight, vertices);
   const int64_t num_first = source.mesh.num_first_vertices;
   const int64_t num_last = source.mesh.num_last_vertices;
   constexpr float kOutside = 1e-3f;

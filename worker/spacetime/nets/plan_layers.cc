@@ -53,7 +53,8 @@ LayerPlan PlanLayers(const mesh::Animation& animation, double max_motion_m) {
     const double next_speed = SurfaceSpeed(SurfaceSpeeds(animation.frames[k + 1]));
     const double begin = animation.time(k), length = animation.time(k + 1) - begin;
     // Without velocities on one side the other side's frame cannot be met half-way.
-    const double motion_m = std::min(speed, next_speed) > 0
+    // The frames of a pre-roll rest, whatever the velocities.
+    const double motion_m = std::min(speed, next_speed) > 0 && k >= animation.num_pre_roll
                                 ? std::max(speed, next_speed) * length / animation.frames_per_second
                                 : 0.0;
     const int num_steps = NumSteps(motion_m, max_motion_m);
@@ -101,7 +102,8 @@ SlabSteps PlanSteps(const mesh::Animation& animation, const LayerPlan& plan, int
 
 Eigen::Matrix3Xf Advected(const mesh::Animation& animation, int frame, double frames) {
   const mesh::TriangleMesh& mesh = animation.frames[frame];
-  if (frames == 0.0 || mesh.velocities.cols() == 0) return mesh.vertices;
+  const bool rests = frame < animation.num_pre_roll;
+  if (frames == 0.0 || rests || mesh.velocities.cols() == 0) return mesh.vertices;
   return mesh.vertices + static_cast<float>(frames / animation.frames_per_second) * mesh.velocities;
 }
 

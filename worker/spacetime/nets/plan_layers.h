@@ -36,7 +36,8 @@ LayerPlan PlanLayers(const mesh::Animation& animation, double max_motion_m);
 SlabSteps PlanSteps(const mesh::Animation& animation, const LayerPlan& plan, int slab,
                     const Grid& grid, double max_motion_m);
 
-// The vertices of a frame moved by its velocities for `frames`; as they are without velocities.
+// The vertices of a frame moved by its velocities for `frames`; as they are without velocities, and
+// in a pre-roll.
 Eigen::Matrix3Xf Advected(const mesh::Animation& animation, int frame, double frames);
 
 }  // namespace liquidblend::spacetime

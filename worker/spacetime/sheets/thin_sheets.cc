@@ -24,7 +24,8 @@ std::vector<std::vector<int32_t>> VerticesByFrame(const mesh::SpaceTimeMesh& mes
   for (int32_t v = 0; v < mesh.num_vertices(); ++v) {
     if (rigid[v]) continue;
     const float frame =
-        std::clamp(std::floor(mesh.vertices(3, v)), -1.0F, static_cast<float>(mesh.num_frames));
+        std::clamp(std::floor(mesh.vertices(3, v)), -1.0F - static_cast<float>(mesh.num_pre_roll),
+                   static_cast<float>(mesh.num_frames));
     if (last == by_frame.end() || last->first != frame) last = by_frame.try_emplace(frame).first;
     last->second.push_back(v);
   }

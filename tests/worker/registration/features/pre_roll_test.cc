@@ -1,5 +1,6 @@
 #include "worker/registration/features/pre_roll.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,7 +42,7 @@ std::optional<PreRoll> Find(const mesh::Animation& source,
                             const std::vector<mesh::Animation>& targets) {
   std::vector<mesh::TriangleMesh> first;
   for (const mesh::Animation& target : targets) first.push_back(target.frames[0]);
-  return FindPreRoll(source.frames[0], first, mesh::Up::kZ, kSmallestPart);
+  return FindPreRoll(source.frames[0], first, mesh::Up::kZ, {kSmallestPart, 0});
 }
 
 // The source's mesh with the pre-roll.
@@ -53,12 +54,14 @@ mesh::SpaceTimeMesh Build(mesh::Animation source, const PreRoll& pre_roll) {
 }
 
 Registration Registered(const mesh::SpaceTimeMesh& source, const mesh::SpaceTimeMesh& target,
-                        int num_threads = 2) {
+                        int num_threads = 2, const std::vector<Correspondence>& users = {},
+                        bool automatic = true) {
   RegistrationOptions options;
+  options.automatic_correspondences = automatic;
   options.sample_share = 0.2;  // the meshes are small
   options.max_iterations = 10;
   options.smallest_part_edges = kSmallestPart;
-  auto result = Register(source, target, {}, options, parallel::Arena(num_threads));
+  auto result = Register(source, target, users, options, parallel::Arena(num_threads));
   EXPECT_TRUE(result.ok()) << result.status();
   return *std::move(result);
 }
@@ -230,6 +233,74 @@ TEST(PreRoll, APartThatTheTargetDoesNotHaveIsNeverShown) {
       }
     }
   }
+}
+
+// As a user picks it: the drop's top in both first frames.
+TEST(PreRoll, AUsersPointThatSaysTheSameChangesNothing) {
+  const mesh::Animation source = Drops({BridgedDropAt(0, kLow)});
+  const mesh::Animation target = Drops({DropAt(0, kHigh)});
+  const mesh::SpaceTimeMesh mesh = Build(source, *Find(source, {target}));
+  Correspondence top;
+  top.source = {0, 0, kLow + kDropRadius, 0};
+  top.target = {0, 0, kHigh + kDropRadius, 0};
+  const Registration registration = Registered(mesh, BuildMesh(target), 2, {top});
+  EXPECT_EQ(DropsOf(SliceBlend(mesh, registration, 0.5F, 0)).size(), 1u);
+  // Elsewhere is where the user wants it: the drop is not shown.
+  top.target = {0.8, 0, 0, 10};
+  const Registration elsewhere = Registered(mesh, BuildMesh(target), 2, {top});
+  EXPECT_TRUE(DropsOf(SliceBlend(mesh, elsewhere, 0.5F, 0)).empty());
+  EXPECT_THAT(elsewhere.report.verdict.reason, testing::HasSubstr("a part of the target"));
+}
+
+TEST(PreRoll, ADropThatFallsUntilTheLastFrameIsShown) {
+  mesh::Animation source = Drops({BridgedDropAt(0, kLow)});
+  mesh::Animation target = Drops({DropAt(0, kHigh)});
+  source.frames.resize(7);
+  target.frames.resize(7);
+  const mesh::SpaceTimeMesh mesh = Build(source, *Find(source, {target}));
+  const Registration registration = Registered(mesh, BuildMesh(target));
+  EXPECT_EQ(DropsOf(SliceBlend(mesh, registration, 1, 0)).size(), 1u);
+  EXPECT_EQ(DropsOf(SliceBlend(mesh, registration, 1, 4)).size(), 1u);
+  EXPECT_EQ(DropsOf(SliceBlend(mesh, registration, 0.5F, 0)).size(), 1u);
+}
+
+// A refinement may be without, of a family that has a pre-roll.
+TEST(PreRoll, WithoutAutomaticCorrespondencesNothingIsShownThatTheTargetDoesNotHave) {
+  const mesh::Animation source = Drops({BridgedDropAt(0, kLow)});
+  const mesh::Animation joined = Drops({BridgedDropAt(0, kLow + 0.1)});
+  const mesh::SpaceTimeMesh mesh = Build(source, *Find(source, {Drops({DropAt(0, kHigh)})}));
+  const Registration registration = Registered(mesh, BuildMesh(joined), 2, {}, false);
+  for (const float weight : {0.5F, 1.0F}) {
+    for (const double frame : {0.0, 1.0, 3.0}) {
+      EXPECT_TRUE(DropsOf(SliceBlend(mesh, registration, weight, frame)).empty())
+          << weight << " at " << frame;
+    }
+  }
+}
+
+TEST(PreRoll, DropletsStayWhereTheyAre) {
+  const mesh::Animation source = Drops({BridgedDropAt(0, kLow)});
+  const mesh::Animation target = Drops({DropAt(0, kHigh)});
+  const auto find = [&](double area_edges2) {
+    const mesh::TriangleMesh first[] = {target.frames[0]};
+    return FindPreRoll(source.frames[0], first, mesh::Up::kZ, {kSmallestPart, area_edges2});
+  };
+  const double edge_m = mesh::MeanEdgeLength(source.frames[0]);
+  const double area_edges2 = DropsOf(target.frames[0])[0].area / (edge_m * edge_m);
+  EXPECT_TRUE(find(0.9 * area_edges2));
+  EXPECT_FALSE(find(1.1 * area_edges2));
+}
+
+// Its frames rest, so that velocities make no layers between them.
+TEST(PreRoll, FastFramesHaveNoLayersBetween) {
+  mesh::Animation source = Drops({BridgedDropAt(0, kLow)});
+  const auto pre_roll = Find(source, {Drops({DropAt(0, kHigh)})});
+  ASSERT_TRUE(pre_roll);
+  PreRoll fast = *pre_roll;
+  fast.surface.velocities.row(2).setConstant(40);  // a quarter of the scene's height a frame
+  EXPECT_NEAR(static_cast<double>(Build(source, fast).num_vertices()),
+              static_cast<double>(Build(source, *pre_roll).num_vertices()),
+              0.02 * static_cast<double>(Build(source, *pre_roll).num_vertices()));
 }
 
 TEST(PreRoll, GivesTheSameBytesForAnyNumberOfThreads) {
