@@ -40,8 +40,8 @@ absl::StatusOr<std::optional<registration::PreRoll>> ReadPreRoll(
     const store::v1::RegisterJob& job, const mesh::RegisteredFamily* previous,
     JobContext& context) {
   const registration::RegistrationOptions options = ToRegistrationOptions(job.options());
-  const bool is_wanted =
-      previous != nullptr ? previous->num_pre_roll > 0 : options.automatic_correspondences;
+  const bool is_wanted = previous != nullptr ? previous->num_pre_roll > 0
+                                             : options.IsGuidedBy(registration::Pairing::kFound);
   if (!is_wanted) return std::nullopt;
   LB_ASSIGN_OR_RETURN(const FirstFrame source, ReadFirstFrame(job.source(), context));
   std::vector<mesh::TriangleMesh> targets;

@@ -232,6 +232,14 @@ double Raise(const mesh::TriangleMesh& below, const mesh::HeightAxis& up,
   return rise;
 }
 
+// Whether a part is clear of everything else.
+bool HasRoom(const NearPart& part, const mesh::TriangleMesh& surface) {
+  for (Eigen::Index v = 0; v < surface.num_vertices(); ++v) {
+    if (part.IsWithin(surface.vertices.col(v), kCutEdges)) return false;
+  }
+  return true;
+}
+
 // Adds a closed surface that is apart from the first one.
 void Append(const mesh::TriangleMesh& part, mesh::TriangleMesh& surface) {
   const Eigen::Index before = surface.num_vertices(), triangles = surface.num_triangles();
@@ -275,6 +283,7 @@ std::optional<PreRoll> FindPreRoll(const mesh::TriangleMesh& source,
   result.gap_m = kGapEdges * edge_length_m;
   for (auto& [lump, part] : parts) {
     const double rise = Raise(below, height, part);
+    if (!HasRoom(NearPart(part), *surface)) return std::nullopt;
     Append(part, *surface);
     part.vertices *= static_cast<float>(edge_length_m);
     CutPart& added = result.parts.emplace_back();

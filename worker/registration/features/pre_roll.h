@@ -38,8 +38,8 @@ struct SmallestPart {
   double area_edges2 = 0.0;     // those that are not carried as droplets
 };
 
-// Finds the pre-roll of a source. Nothing if no part is to be cut off, or the surface cannot be cut
-// cleanly.
+// Finds the pre-roll of a source. Nothing if no part is to be cut off, the surface cannot be cut
+// cleanly, or a raised part has no room.
 //   source, targets  first frames, closed; metres
 // Velocities are kept if the source has them; the parts that were cut off rest.
 // Cost: O(n log n) in the size of each first frame.

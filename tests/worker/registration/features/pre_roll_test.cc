@@ -125,6 +125,12 @@ TEST(PreRoll, IsNotThereWhereTheStartsAreAlike) {
   EXPECT_FALSE(Find(bridged, {empty}));
 }
 
+TEST(PreRoll, IsNotThereWhereTheRaisedPartHasNoRoom) {
+  const mesh::Animation target = Drops({DropAt(0, kHigh)});
+  EXPECT_TRUE(Find(Drops({BridgedDropAt(0, kLow), DropAt(0.8, 1.0)}), {target}));
+  EXPECT_FALSE(Find(Drops({BridgedDropAt(0, kLow), DropAt(0.3, 0.85)}), {target}));
+}
+
 TEST(PreRoll, CutsOffOnceWhatSeveralTargetsHave) {
   const mesh::Animation source = Drops({BridgedDropAt(-0.6, kLow), BridgedDropAt(0.6, kLow)});
   const mesh::Animation left = Drops({DropAt(-0.6, kHigh), BridgedDropAt(0.6, kLow)});
