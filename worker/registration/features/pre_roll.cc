@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -268,10 +269,12 @@ std::optional<PreRoll> FindPreRoll(const mesh::TriangleMesh& source,
     AppendJoined(first, FirstFrameOf(target, up, edge_length_m, smallest), parts);
   }
   if (parts.empty()) return std::nullopt;
+  const std::set<int32_t> detached(first.root_of.begin(), first.root_of.end());
   CutSurface cut(first.surface);
   for (const auto& [lump, part] : parts) {
     const NearPart near(part);
     for (Eigen::Index v = 0; v < first.surface.num_vertices(); ++v) {
+      if (detached.contains(first.roots[v])) continue;
       if (near.IsWithin(first.surface.vertices.col(v), kCutEdges)) cut.Cut(v);
     }
   }

@@ -128,7 +128,7 @@ TEST(PreRoll, IsNotThereWhereTheStartsAreAlike) {
 TEST(PreRoll, IsNotThereWhereTheRaisedPartHasNoRoom) {
   const mesh::Animation target = Drops({DropAt(0, kHigh)});
   EXPECT_TRUE(Find(Drops({BridgedDropAt(0, kLow), DropAt(0.8, 1.0)}), {target}));
-  EXPECT_FALSE(Find(Drops({BridgedDropAt(0, kLow), DropAt(0.3, 0.85)}), {target}));
+  EXPECT_FALSE(Find(Drops({BridgedDropAt(0, kLow), DropAt(0.3, 0.97)}), {target}));
 }
 
 TEST(PreRoll, CutsOffOnceWhatSeveralTargetsHave) {
