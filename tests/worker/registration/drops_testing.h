@@ -13,6 +13,13 @@ inline synthetic::SteadyDrop DropAt(double x, double z, double released_frame = 
   return {{x, 0, z}, kDropRadius, released_frame};
 }
 
+// A column connects it with the pool.
+inline synthetic::SteadyDrop BridgedDropAt(double x, double z) {
+  synthetic::SteadyDrop drop = DropAt(x, z);
+  drop.bridge_radius_m = 0.13;
+  return drop;
+}
+
 inline mesh::SpaceTimeMesh Scene(const std::vector<synthetic::SteadyDrop>& drops,
                                  double half_width_m = 1.2, int num_frames = 12) {
   synthetic::FallingDropsOptions options;

@@ -23,12 +23,6 @@ namespace {
 constexpr double kSmallestPart = 3.0;  // edges; the drops have a diameter of four
 constexpr double kLow = 0.4, kHigh = 0.8;
 
-synthetic::SteadyDrop BridgedDropAt(double x, double z) {
-  synthetic::SteadyDrop drop = DropAt(x, z);
-  drop.bridge_radius_m = 0.13;
-  return drop;
-}
-
 mesh::Animation Drops(const std::vector<synthetic::SteadyDrop>& drops) {
   synthetic::FallingDropsOptions options;
   options.drops = drops;
@@ -69,7 +63,7 @@ Registration Registered(const mesh::SpaceTimeMesh& source, const mesh::SpaceTime
 mesh::TriangleMesh SliceBlend(const mesh::SpaceTimeMesh& source, const Registration& registration,
                               float weight, double frame) {
   const double times[] = {frame};
-  // As families do: times of the pre-roll are compressed.
+  // Times of the pre-roll are compressed, as in families.
   const mesh::TimeAxis axis({}, source.frames_per_second, source.num_frames, source.num_pre_roll);
   Eigen::Matrix4Xf vertices = source.vertices, displacement = registration.displacement;
   axis.ToTicks(vertices, displacement);

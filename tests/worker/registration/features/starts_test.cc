@@ -20,12 +20,6 @@ using ::testing::Not;
 
 constexpr double kHeight = 0.65;
 
-synthetic::SteadyDrop BridgedDropAt(double x, double z) {
-  synthetic::SteadyDrop drop = DropAt(x, z);
-  drop.bridge_radius_m = 0.13;
-  return drop;
-}
-
 OpenStarts Find(const TestSurface& source, const TestSurface& target) {
   return FindOpenStarts(FindTrackFeatures(source.surface), FindTrackFeatures(target.surface),
                         ScaleOf(source.surface, target.surface));
