@@ -33,8 +33,9 @@ struct RestReport {
   std::string reason = {};   // a clause: what shows it, or speaks against it; empty: not looked for
 };
 
-// Life of a part of the liquid that is detached in the first frames of source and target, to where
-// it merges with the rest. Ends in frames since the first one.
+// Life of a part of the liquid that is detached in the target's first frame, and in the source's or
+// in its pre-roll, to where it merges with the rest. Ends in frames since the first one; 0 for a
+// part of the pre-roll.
 struct PartLife {
   std::array<float, 3> source_start_m = {0, 0, 0};  // the part's centre in the first frame
   double source_end_frames = 0.0;

@@ -100,10 +100,12 @@ absl::StatusOr<RegisteredScene> RegisteredScene::Register(
   LB_ASSIGN_OR_RETURN(mesh::RegisteredFamily family, jobs::AssembleFamily(std::move(contents)));
   result.family_ = std::make_unique<mesh::RegisteredFamily>(std::move(family));
   result.index_ = std::make_unique<slice::CellIndex>(*result.family_);
+  result.life_limits_ = blend::LifeLimits(*result.family_);
   return result;
 }
 
-mesh::TriangleMesh RegisteredScene::Cut(const std::vector<double>& weights, double frame) const {
+mesh::TriangleMesh RegisteredScene::Cut(std::vector<double> weights, double frame) const {
+  life_limits_.Clamp(weights);
   const double time_s = std::min(frame / family_->frames_per_second, family_->duration_s());
   return synthetic::SliceFamily(*index_, weights, time_s);
 }

@@ -9,6 +9,7 @@
 #include "core/mesh/registered_family.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/parallel/arena.h"
+#include "server/blend/life_limits.h"
 #include "server/slice/slice.h"
 #include "tests/accuracy/scene.h"
 #include "worker/registration/register.h"
@@ -32,8 +33,9 @@ class RegisteredScene {
       const std::vector<std::vector<registration::Correspondence>>& correspondences,
       const registration::RegistrationOptions& options, const parallel::Arena& arena);
 
+  // The surface that the server answers with: weights are clamped where a part would live too short.
   // Requires: one weight per target; frame in [0, num_frames - 1].
-  mesh::TriangleMesh Cut(const std::vector<double>& weights, double frame) const;
+  mesh::TriangleMesh Cut(std::vector<double> weights, double frame) const;
 
   const mesh::RegisteredFamily& family() const { return *family_; }
   const Costs& costs() const { return costs_; }
@@ -42,6 +44,7 @@ class RegisteredScene {
   RegisteredScene() = default;
   std::unique_ptr<mesh::RegisteredFamily> family_;
   std::unique_ptr<slice::CellIndex> index_;
+  blend::LifeLimits life_limits_;
   Costs costs_;
 };
 

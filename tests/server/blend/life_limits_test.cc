@@ -70,6 +70,13 @@ TEST(LifeLimits, APartThatIsShorterInAnInputIsNotMadeLonger) {
   EXPECT_THAT(Clamped(limits, {-0.1}), ElementsAre(DoubleNear(0.0, kNear)));
 }
 
+TEST(LifeLimits, APartThatIsJoinedInTheSourcesFirstFrameHasNoWeightsBelowZero) {
+  const LifeLimits limits(FamilyOf({{{kLeft, 0, 20}}}));
+  ExpectUnchanged(limits, {0.0});
+  ExpectUnchanged(limits, {0.01});
+  EXPECT_THAT(Clamped(limits, {-0.25}), ElementsAre(DoubleNear(0.0, kNear)));
+}
+
 TEST(LifeLimits, APartOfSeveralTargetsIsOnePart) {
   const std::array<float, 3> nearly_left = {-1.02F, 0, 2};
   const LifeLimits limits(FamilyOf({{{kLeft, 10, 20}}, {{nearly_left, 10, 30}}}));

@@ -21,11 +21,11 @@ namespace {
 
 using store::Succeeds;
 
-mesh::Animation Drop(double height_m, double bridge_radius_m) {
+mesh::Animation Drop(double height_m, double bridge_radius_m, int num_frames = 16) {
   synthetic::FallingDropsOptions options;
   options.drops = {{{0, 0, height_m}, 0.25, 0, bridge_radius_m}};
   options.pool_half_width_m = {0.6, 0.5};
-  options.num_frames = 16;
+  options.num_frames = num_frames;
   return synthetic::FallingDrops(options);
 }
 
@@ -83,6 +83,18 @@ TEST_F(PreRollTest, TheFamilyShowsTheDropThatIsApartInTheTarget) {
     EXPECT_EQ(NumDrops(*level, {1}, 6), 1);
     EXPECT_EQ(NumDrops(*level, {0.5}, 12), 0);
   }
+}
+
+TEST_F(PreRollTest, AShortAnimationHasAShortOne) {
+  constexpr int kNumFrames = 5;
+  SubmitImport("bridged", ingest::Files(Drop(0.4, 0.13, kNumFrames), ingest::Format::kPly));
+  SubmitImport("free", ingest::Files(Drop(0.8, 0, kNumFrames), ingest::Format::kPly));
+  ASSERT_THAT(Work(), Succeeds());
+  const mesh::RegisteredFamily family = Register({"free"});
+  EXPECT_EQ(family.num_pre_roll, kNumFrames);
+  EXPECT_EQ(family.num_frames, kNumFrames);
+  EXPECT_EQ(NumDrops(family, {0}, 0), 0);
+  EXPECT_EQ(NumDrops(family, {0.5}, 0), 1);
 }
 
 // Also between its first frames, where cells reach into the pre-roll.

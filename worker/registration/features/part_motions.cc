@@ -68,7 +68,7 @@ mesh::PartLife LifeOf(const PartMotion& motion, double edge_length_m) {
   const double end = motion.source.end_time;
   return {
       {static_cast<float>(centre[0]), static_cast<float>(centre[1]), static_cast<float>(centre[2])},
-      end,
+      motion.begins_in_pre_roll ? 0.0 : end,
       end * motion.time_scale + motion.time_offset};
 }
 
@@ -207,6 +207,7 @@ PartMotions::PartMotions(const Features& source, const Features& target, const F
     const auto motion = MotionFromPreRoll(source.tracks[joined.pre_roll_track],
                                           target.tracks[joined.track], source.up);
     if (!motion || !add(*motion, joined.pre_roll_track)) continue;
+    lives_.push_back(LifeOf(*motion, edge_length_m));
     of_target_track[joined.track] = of_source_track[joined.pre_roll_track];
     part_of_track[joined.pre_roll_track] = static_cast<int8_t>(parts_.size());
     parts_.push_back({motion->source, motion->scale});

@@ -87,8 +87,9 @@ class PartMotions {
               const std::vector<Correspondence>& users, double edge_length_m, TimesBlend times);
 
   const std::vector<PartMotion>& all() const { return motions_; }
-  // Lives of the parts that are detached in both first frames; also of those that have no motion
-  // because they would fall too fast.
+  // Lives of the parts that are detached in the target's first frame, and in the source's or in its
+  // pre-roll; also of those that have no motion because they would fall too fast. Not those of parts
+  // that are joined with the rest in the target's: beyond weight 1 they end before the first frame.
   const std::vector<mesh::PartLife>& lives() const { return lives_; }
   // Parts of paired tracks that users' points do not contradict; also those without a motion.
   const std::vector<DetachedPart>& parts() const { return parts_; }

@@ -127,6 +127,15 @@ TEST(PartMotions, APartThatIsJoinedInTheTargetEndsAtItsStart) {
   EXPECT_LT((first - Eigen::Vector4f(4, 6, 45, 0)).norm(), 1e-3);
   const Eigen::Vector4f later = ExpectedOn(*motion, {1, 2, 65, 5}, normal).point;
   EXPECT_LT((later - Eigen::Vector4f(4, 6, 45, 0.25)).norm(), 1e-3);
+  Features source, target;
+  source.tracks = {fall};
+  source.lumps = {from};
+  target.lumps = {to};
+  FeaturePairs joined;
+  joined.joined.source = {{.track = 0, .own_lump = 0, .other_lump = 0}};
+  const PartMotions motions(source, target, joined, {}, 1.0, TimesBlend::kLinearly);
+  ASSERT_EQ(motions.all().size(), 1u);
+  EXPECT_TRUE(motions.lives().empty()) << "it may end before the first frame";
   EXPECT_FALSE(MotionToStart(Fall(4, 10, TrackEnd::kLastFrame), from, to, mesh::Up::kZ));
   EXPECT_FALSE(MotionToStart(Fall(4, 1), from, to, mesh::Up::kZ));
 }

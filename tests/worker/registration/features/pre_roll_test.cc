@@ -198,6 +198,12 @@ TEST(PreRoll, ADropSeparatesTheEarlierTheHigherItIs) {
   EXPECT_EQ(DropsOf(SliceBlend(with, cut, 0.5F, 3)).size(), 1u);
   EXPECT_TRUE(DropsOf(SliceBlend(with, cut, 0.5F, 9)).empty());
   EXPECT_EQ(DropsOf(SliceBlend(with, cut, 1, 8)).size(), 1u);
+  // No weight lets it go below its place in the source.
+  const std::vector<mesh::PartLife>& lives = cut.report.part_lives;
+  ASSERT_EQ(lives.size(), 1u);
+  EXPECT_EQ(lives[0].source_end_frames, 0);
+  EXPECT_GT(lives[0].target_end_frames, 8);
+  EXPECT_LE(lives[0].target_end_frames, 11);
 }
 
 TEST(PreRoll, EndsAnOpenStart) {
@@ -226,6 +232,7 @@ TEST(PreRoll, APartThatTheTargetDoesNotHaveIsNeverShown) {
   const mesh::SpaceTimeMesh mesh = Build(source, *pre_roll);
   for (const mesh::Animation* const target : {&joined, &pool}) {
     const Registration registration = Registered(mesh, BuildMesh(*target));
+    EXPECT_THAT(registration.report.part_lives, testing::IsEmpty());
     for (const float weight : {0.5F, 1.0F}) {
       for (const double frame : {0.0, 1.0, 3.0}) {
         EXPECT_TRUE(DropsOf(SliceBlend(mesh, registration, weight, frame)).empty())
