@@ -30,7 +30,7 @@ inline std::string MessagePrefix(uint32_t size_bytes, bool is_compressed = false
   return prefix;
 }
 
-// Keeps to the server's windows, and answers its settings and pings.  Threads: one at a time.
+// Keeps to the server's windows, gives back its own, and answers settings and pings.  Threads: one at a time.
 class Http2Client {
  public:
   using Header = std::pair<std::string, std::string>;
@@ -186,7 +186,13 @@ class Http2Client {
     if (type == kWindow) OnWindow(stream, NumberAt(payload, 0, 4));
     if (type == kGoAway) is_told_to_leave_ = true;
     const bool is_last = (type == kHeaders || type == kData) && (flags & kEndStream) != 0;
+    if (type == kData && !payload.empty()) GiveBack(is_last ? 0 : stream, payload.size());
     if (type == kReset || is_last) ended_.insert(stream);
+  }
+  // Bytes that have arrived, to the server's windows of the connection and, but for 0, the stream.
+  void GiveBack(int stream, size_t bytes) {
+    SendFrame(kWindow, 0, 0, Number(bytes, 4));
+    if (stream != 0) SendFrame(kWindow, 0, stream, Number(bytes, 4));
   }
   void OnWindow(int stream, int64_t bytes) {
     if (stream == 0) connection_window_ += bytes;
