@@ -1,7 +1,10 @@
 // liquidblend convert IN.{drc,ply,obj,bobj.gz} OUT.{ply,obj,bobj.gz}
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "client/cli/commands.h"
 #include "client/cli/files/files.h"
 #include "client/cli/files/mesh_file.h"
@@ -19,11 +22,11 @@ struct ConvertFlags {
 
 // Attributes of the mesh that have no place in the file.
 std::string LeftOut(const Mesh& mesh, const std::string& extension) {
-  const bool loses_velocities = !mesh.velocities.empty() && extension != "ply";
-  const bool loses_normals = !mesh.normals.empty() && extension == "obj";
-  if (loses_velocities && loses_normals) return "normals and velocities";
-  if (loses_velocities) return "velocities";
-  return loses_normals ? "normals" : "";
+  std::vector<std::string> left_out;
+  if (!mesh.normals.empty() && extension == "obj") left_out.push_back("normals");
+  if (!mesh.velocities.empty() && extension != "ply") left_out.push_back("velocities");
+  if (!mesh.rest.empty() && extension != "ply") left_out.push_back("rest positions");
+  return absl::StrJoin(left_out, " and ");
 }
 
 absl::Status RunConvert(const ConvertFlags& flags, const Context& context) {

@@ -14,6 +14,7 @@ void SetSurface(const SurfaceOptions& surface, v1::SurfaceOptions* proto) {
   proto->set_temporal_smoothing(surface.temporal_smoothing);
   if (surface.normals) proto->add_attributes(v1::SurfaceOptions::NORMALS);
   if (surface.velocities) proto->add_attributes(v1::SurfaceOptions::VELOCITIES);
+  if (surface.rest_positions) proto->add_attributes(v1::SurfaceOptions::REST_POSITIONS);
 }
 
 v1::Encoding::Preset ToProto(EncodingPreset preset) {
@@ -25,6 +26,10 @@ v1::Encoding::Preset ToProto(EncodingPreset preset) {
     default:
       return v1::Encoding::FASTEST;
   }
+}
+
+v1::Encoding::Format ToProto(FrameFormat format) {
+  return format == FrameFormat::kMeshopt ? v1::Encoding::MESHOPT : v1::Encoding::DRACO;
 }
 
 template <typename Request>
@@ -47,7 +52,11 @@ v1::GetFrameRequest ToProto(const FrameRequest& request) {
   proto.set_time_s(request.time_s);
   proto.mutable_encoding()->set_position_bits(request.position_bits);
   proto.mutable_encoding()->set_position_step_m(request.position_step_m);
-  proto.mutable_encoding()->set_preset(ToProto(request.encoding));
+  if (request.format == FrameFormat::kDraco) {
+    proto.mutable_encoding()->set_preset(ToProto(request.encoding));
+  } else {
+    proto.mutable_encoding()->set_format(ToProto(request.format));
+  }
   proto.set_version(request.version);
   proto.set_min_version(request.min_version);
   if (request.surface != SurfaceOptions()) SetSurface(request.surface, proto.mutable_surface());
@@ -70,6 +79,7 @@ v1::StreamFramesRequest ToProto(const StreamSettings& settings) {
     proto.mutable_encoding()->set_position_step_m(settings.position_step_m);
   }
   if (settings.encoding) proto.mutable_encoding()->set_preset(ToProto(*settings.encoding));
+  if (settings.format) proto.mutable_encoding()->set_format(ToProto(*settings.format));
   if (settings.loop) proto.set_loop(*settings.loop);
   if (settings.lossless) proto.set_lossless(*settings.lossless);
   if (settings.surface) SetSurface(*settings.surface, proto.mutable_surface());

@@ -15,12 +15,12 @@
 namespace liquidblend::mesh {
 namespace {
 
-constexpr char kAxis[] = "xyz";
+constexpr char kAxis[] = "xyzt";
 
-absl::Status CheckFinite(const Eigen::Matrix3Xf& columns, absl::string_view what,
-                         int first_vertex) {
+template <typename Columns>
+absl::Status CheckFinite(const Columns& columns, absl::string_view what, int first_vertex) {
   for (Eigen::Index v = 0; v < columns.cols(); ++v) {
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < columns.rows(); ++axis) {
       if (std::isfinite(columns(axis, v))) continue;
       return absl::InvalidArgumentError(absl::StrCat("vertex ", v + first_vertex, ": ", what, " ",
                                                      std::string(1, kAxis[axis]), " is ",
@@ -30,11 +30,10 @@ absl::Status CheckFinite(const Eigen::Matrix3Xf& columns, absl::string_view what
   return absl::OkStatus();
 }
 
-absl::Status CheckCount(const TriangleMesh& mesh, const Eigen::Matrix3Xf& values,
-                        const char* name) {
-  if (values.cols() == 0 || values.cols() == mesh.vertices.cols()) return absl::OkStatus();
+absl::Status CheckCount(const TriangleMesh& mesh, Eigen::Index count, const char* name) {
+  if (count == 0 || count == mesh.vertices.cols()) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat(values.cols(), " ", name, " for ", mesh.vertices.cols(), " vertices"));
+      absl::StrCat(count, " ", name, " for ", mesh.vertices.cols(), " vertices"));
 }
 
 // Signed volume of the tetrahedron from `origin` to a triangle, positive if `origin` is behind the
@@ -79,10 +78,12 @@ ClosednessReport CheckClosed(const TriangleMesh& mesh) {
 
 absl::Status Validate(const TriangleMesh& mesh, int first_vertex) {
   LB_RETURN_IF_ERROR(CheckFinite(mesh.vertices, "position", first_vertex));
-  LB_RETURN_IF_ERROR(CheckCount(mesh, mesh.velocities, "velocities"));
+  LB_RETURN_IF_ERROR(CheckCount(mesh, mesh.velocities.cols(), "velocities"));
   LB_RETURN_IF_ERROR(CheckFinite(mesh.velocities, "velocity", first_vertex));
-  LB_RETURN_IF_ERROR(CheckCount(mesh, mesh.normals, "normals"));
+  LB_RETURN_IF_ERROR(CheckCount(mesh, mesh.normals.cols(), "normals"));
   LB_RETURN_IF_ERROR(CheckFinite(mesh.normals, "normal", first_vertex));
+  LB_RETURN_IF_ERROR(CheckCount(mesh, mesh.rest.cols(), "rest positions"));
+  LB_RETURN_IF_ERROR(CheckFinite(mesh.rest, "rest position", first_vertex));
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
     for (int k = 0; k < 3; ++k) {
       const int v = mesh.triangles(k, t);

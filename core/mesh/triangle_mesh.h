@@ -17,6 +17,9 @@ struct TriangleMesh {
   Eigen::Matrix3Xi triangles;   // 3 x num_triangles, vertex indices
   Eigen::Matrix3Xf velocities;  // 3 x num_vertices, metres per second; or no columns: not known
   Eigen::Matrix3Xf normals;     // 3 x num_vertices, unit length, outward; or no columns: not known
+  // 4 x num_vertices, places in the source: x, y, z in metres, seconds since its first frame; or no
+  // columns: not known.
+  Eigen::Matrix4Xf rest;
 
   int64_t num_vertices() const { return vertices.cols(); }
   int64_t num_triangles() const { return triangles.cols(); }

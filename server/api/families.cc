@@ -4,6 +4,7 @@
 
 #include "absl/synchronization/notification.h"
 #include "core/base/status_macros.h"
+#include "core/parameters/triangulation.h"
 #include "core/store/files/parameter_records.h"
 #include "server/api/api_messages.h"
 #include "server/api/handlers.h"
@@ -13,7 +14,6 @@
 #include "server/frames/family_version.h"
 #include "server/frames/find_family.h"
 #include "server/frames/measure.h"
-#include "server/parameters/triangulation.h"
 
 namespace liquidblend::server {
 namespace {

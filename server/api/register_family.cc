@@ -8,6 +8,7 @@
 #include "core/mesh/option_ranges.h"
 #include "core/mesh/parameter_space.h"
 #include "core/mesh/registration_options.h"
+#include "core/parameters/interpolator.h"
 #include "core/store/files/message_fields.h"
 #include "core/store/files/parameter_records.h"
 #include "server/access/owner_limits.h"
@@ -22,7 +23,6 @@
 #include "server/base/errors.h"
 #include "server/base/names.h"
 #include "server/base/request_id.h"
-#include "server/parameters/interpolator.h"
 
 namespace liquidblend::server {
 namespace {

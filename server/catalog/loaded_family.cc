@@ -18,29 +18,7 @@ absl::Status LoadError(const std::string& id, const absl::Status& status) {
                       absl::StrCat("family ", id, ": ", std::string(status.message())));
 }
 
-std::vector<std::unique_ptr<const LoadedLevel>> LevelsOf(const mesh::RegisteredFamily& family) {
-  std::vector<std::unique_ptr<const LoadedLevel>> levels;
-  levels.push_back(std::make_unique<LoadedLevel>(family));
-  for (const mesh::RegisteredFamily& level : family.coarser_levels) {
-    levels.push_back(std::make_unique<LoadedLevel>(level));
-  }
-  return levels;
-}
-
-absl::StatusOr<LoadedFamily::ParameterSpace> MakeSpace(const mesh::ParameterSpace& space) {
-  if (space.empty()) return LoadedFamily::ParameterSpace();
-  LB_ASSIGN_OR_RETURN(parameters::Interpolator made, parameters::Interpolator::Make(space));
-  return LoadedFamily::ParameterSpace(std::move(made));
-}
-
 }  // namespace
-
-LoadedFamily::LoadedFamily(mesh::RegisteredFamily registered, ParameterSpace space)
-    : family(std::move(registered)),
-      levels(LevelsOf(family)),
-      grid(encode::GridOf(family)),
-      parameter_space(std::move(space)),
-      life_limits(family) {}
 
 absl::Status LoadedFamily::CheckFile() const {
   return file == nullptr ? absl::OkStatus() : LoadError(family.name, file->Check());
@@ -60,16 +38,13 @@ absl::StatusOr<FamilyPtr> LoadFamily(const store::pb::FamilyRecord& record,
   if (!family.ok()) return LoadError(record.id(), family.status());
   family->name = record.id();
   family->version = record.version();
-  auto space = MakeSpace(family->parameter_space);
+  auto space = frames::MakeOptionalSpace(family->parameter_space);
   if (!space.ok()) return LoadError(record.id(), space.status());
   const auto loaded = std::make_shared<LoadedFamily>(*std::move(family), *std::move(space));
   loaded->generation = GenerationOf(record);
   loaded->file = *blob;
   LB_RETURN_IF_ERROR(loaded->CheckFile());
-  loaded->size_bytes = static_cast<int64_t>((*blob)->bytes().size());
-  for (const auto& level : loaded->levels) {
-    loaded->size_bytes += level->index.size_bytes() + level->time_links.size_bytes();
-  }
+  loaded->size_bytes = static_cast<int64_t>((*blob)->bytes().size()) + loaded->index_bytes();
   return FamilyPtr(loaded);
 }
 

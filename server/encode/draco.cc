@@ -24,9 +24,10 @@ SurfaceWriterOptions WriterOptionsOf(const DracoOptions& options) {
 }  // namespace
 
 absl::Status DracoOptions::Validate() const {
-  if (position_bits < kMinPositionBits || position_bits > kMaxPositionBits) {
+  if (position_bits < frames::kMinPositionBits || position_bits > frames::kMaxPositionBits) {
     return absl::InvalidArgumentError(absl::StrCat("position_bits is ", position_bits, ", not in [",
-                                                   kMinPositionBits, ", ", kMaxPositionBits, "]"));
+                                                   frames::kMinPositionBits, ", ",
+                                                   frames::kMaxPositionBits, "]"));
   }
   for (int k = 0; k < 3; ++k) {
     if (!std::isfinite(grid.origin[k]) || !std::isfinite(grid.origin[k] + grid.extent_m)) {
@@ -46,7 +47,8 @@ absl::StatusOr<std::string> EncodeDraco(const mesh::TriangleMesh& mesh, const Dr
                                         SurfaceWriter& writer, parallel::Helpers* helpers) {
   LB_RETURN_IF_ERROR(options.Validate());
   LB_RETURN_IF_ERROR(mesh::Validate(mesh));
-  const bool is_positions_only = mesh.normals.cols() == 0 && mesh.velocities.cols() == 0;
+  const bool is_positions_only =
+      mesh.normals.cols() == 0 && mesh.velocities.cols() == 0 && mesh.rest.cols() == 0;
   std::string data;
   const bool is_written =
       is_positions_only && writer.Write(mesh, WriterOptionsOf(options), data, helpers);

@@ -6,8 +6,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/frames/grid.h"
 #include "core/mesh/triangle_mesh.h"
-#include "server/encode/grid.h"
 #include "server/encode/surface_writer.h"
 
 namespace liquidblend::encode {
@@ -22,18 +22,19 @@ enum class Preset : uint8_t {
 // Options of a Draco mesh.
 struct DracoOptions {
   Preset preset = Preset::kFastest;
-  int position_bits = 14;         // [kMinPositionBits, kMaxPositionBits]
-  Grid grid;                      // finite; of the family
+  int position_bits = 14;         // [frames::kMinPositionBits, frames::kMaxPositionBits]
+  frames::Grid grid;              // finite; of the family
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Metadata "name" of the GENERIC attribute that holds velocities.
+// Metadata "name" of the GENERIC attributes that hold velocities and rest positions.
 inline constexpr char kVelocityName[] = "velocity";
+inline constexpr char kRestName[] = "rest";
 
 // Encodes a surface as a Draco mesh: a POSITION attribute (metres) and Edgebreaker connectivity. If
 // the mesh has them, it writes normals as a NORMAL attribute (10 bits, octahedral) and velocities
 // as a GENERIC one of three floats (m/s, 14 bits of the frame's range) whose metadata has the name
-// above.
+// above; likewise rest positions, four floats (16 bits of the frame's range).
 // Positions are rounded to the grid: off by at most half a step, except those outside of the grid,
 // which are moved onto its border first. The triangles stay, but their order and that of the
 // vertices do not; a vertex where the surface touches itself may become several. Triangles that

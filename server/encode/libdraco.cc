@@ -20,10 +20,10 @@
 namespace liquidblend::encode {
 namespace {
 
-constexpr int kPositionId = 0;  // number of the attribute that is always there
-constexpr int kVectorSize = 3;
+constexpr int kPositionId = 0;     // number of the attribute that is always there
 constexpr int kNormalBits = 10;    // octahedral: a tenth of a degree
 constexpr int kVelocityBits = 14;  // of the frame's own range
+constexpr int kRestBits = 16;      // likewise
 
 absl::Status StatusOf(const draco::Status& status) {
   if (status.ok()) return absl::OkStatus();
@@ -59,7 +59,7 @@ UsedPart FindUsedPart(const mesh::TriangleMesh& mesh) {
 
 // Moves a position onto the grid's border if it is outside. libdraco does not clamp: such a
 // position would need more bits than it has.
-std::array<float, 3> ClampToGrid(const Eigen::Vector3f& position, const Grid& grid) {
+std::array<float, 3> ClampToGrid(const Eigen::Vector3f& position, const frames::Grid& grid) {
   std::array<float, 3> clamped;
   for (int k = 0; k < 3; ++k) {
     clamped[k] = std::clamp(position[k], grid.origin[k], grid.origin[k] + grid.extent_m);
@@ -67,17 +67,16 @@ std::array<float, 3> ClampToGrid(const Eigen::Vector3f& position, const Grid& gr
   return clamped;
 }
 
-// Adds an attribute of three floats per vertex and returns its number; value(v): of vertex v of the
+// Adds an attribute of kSize floats per vertex and returns its number; value(v): of vertex v of the
 // mesh.
-template <typename Value>
+template <size_t kSize = 3, typename Value>
 int AddAttribute(draco::GeometryAttribute::Type type, const UsedPart& used, const Value& value,
                  draco::Mesh& out) {
   draco::GeometryAttribute attribute;
-  attribute.Init(type, nullptr, kVectorSize, draco::DT_FLOAT32, false, sizeof(float) * kVectorSize,
-                 0);
+  attribute.Init(type, nullptr, kSize, draco::DT_FLOAT32, false, sizeof(float) * kSize, 0);
   const int id = out.AddAttribute(attribute, /*identity_mapping=*/true, out.num_points());
   for (uint32_t v = 0; v < out.num_points(); ++v) {
-    const std::array<float, 3> numbers = value(used.vertices[v]);
+    const std::array<float, kSize> numbers = value(used.vertices[v]);
     out.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(v), numbers.data());
   }
   return id;
@@ -88,11 +87,18 @@ struct DracoMesh {
   std::unique_ptr<draco::Mesh> mesh;
   int normal = -1;
   int velocity = -1;
+  int rest = -1;
 };
+
+void SetName(const char* name, int attribute, draco::Mesh& mesh) {
+  auto metadata = std::make_unique<draco::AttributeMetadata>();
+  metadata->AddEntryString("name", name);
+  mesh.AddAttributeMetadata(attribute, std::move(metadata));
+}
 
 // Builds the mesh without libdraco's builder, which removes duplicates. That is slow and changes
 // the mesh.
-DracoMesh ToDraco(const mesh::TriangleMesh& mesh, const UsedPart& used, const Grid& grid) {
+DracoMesh ToDraco(const mesh::TriangleMesh& mesh, const UsedPart& used, const frames::Grid& grid) {
   DracoMesh out{std::make_unique<draco::Mesh>()};
   out.mesh->set_num_points(static_cast<uint32_t>(used.vertices.size()));
   AddAttribute(
@@ -110,9 +116,15 @@ DracoMesh ToDraco(const mesh::TriangleMesh& mesh, const UsedPart& used, const Gr
     out.velocity = AddAttribute(
         draco::GeometryAttribute::GENERIC, used,
         [&](int32_t v) { return column(mesh.velocities, v); }, *out.mesh);
-    auto metadata = std::make_unique<draco::AttributeMetadata>();
-    metadata->AddEntryString("name", kVelocityName);
-    out.mesh->AddAttributeMetadata(out.velocity, std::move(metadata));
+    SetName(kVelocityName, out.velocity, *out.mesh);
+  }
+  if (mesh.rest.cols() > 0) {
+    const auto place = [&](int32_t v) {
+      return std::array<float, 4>{mesh.rest(0, v), mesh.rest(1, v), mesh.rest(2, v),
+                                  mesh.rest(3, v)};
+    };
+    out.rest = AddAttribute<4>(draco::GeometryAttribute::GENERIC, used, place, *out.mesh);
+    SetName(kRestName, out.rest, *out.mesh);
   }
   out.mesh->SetNumFaces(used.triangles.size());
   for (uint32_t t = 0; t < used.triangles.size(); ++t) {
@@ -150,6 +162,7 @@ void ChooseMethods(const DracoOptions& options, const DracoMesh& mesh,
   encoder.options().SetGlobalBool("split_mesh_on_seams", true);  // there are none
   if (mesh.normal >= 0) encoder.SetAttributeQuantization(mesh.normal, kNormalBits);
   if (mesh.velocity >= 0) encoder.SetAttributeQuantization(mesh.velocity, kVelocityBits);
+  if (mesh.rest >= 0) encoder.SetAttributeQuantization(mesh.rest, kRestBits);
   draco::Options position;  // its setters round to six decimals and know fewer schemes
   position.SetInt("quantization_bits", options.position_bits);
   const std::array<float, 3>& origin = options.grid.origin;

@@ -40,21 +40,26 @@ void AppendColumns(const char* word, const Eigen::Matrix3Xf& columns, std::strin
 
 std::string EncodePly(const mesh::TriangleMesh& mesh) {
   const bool has_normals = mesh.normals.cols() > 0, has_velocities = mesh.velocities.cols() > 0;
+  const bool has_rest = mesh.rest.cols() > 0;
   constexpr char kNormals[] = "property float nx\nproperty float ny\nproperty float nz\n";
   constexpr char kVelocities[] = "property float vx\nproperty float vy\nproperty float vz\n";
+  constexpr char kRest[] =
+      "property float rest_x\nproperty float rest_y\nproperty float rest_z\n"
+      "property float rest_t\n";
   const int64_t num_triangles = NumProper(mesh);
-  std::string bytes =
-      absl::StrCat("ply\nformat binary_little_endian 1.0\nelement vertex ", mesh.num_vertices(),
-                   "\nproperty float x\nproperty float y\nproperty float z\n",
-                   has_normals ? kNormals : "", has_velocities ? kVelocities : "", "element face ",
-                   num_triangles, "\nproperty list uchar int vertex_indices\nend_header\n");
-  const auto put = [&](const Eigen::Matrix3Xf& columns, Eigen::Index v) {
-    for (int k = 0; k < 3; ++k) PutValue(columns(k, v), bytes);
+  std::string bytes = absl::StrCat(
+      "ply\nformat binary_little_endian 1.0\nelement vertex ", mesh.num_vertices(),
+      "\nproperty float x\nproperty float y\nproperty float z\n", has_normals ? kNormals : "",
+      has_velocities ? kVelocities : "", has_rest ? kRest : "", "element face ", num_triangles,
+      "\nproperty list uchar int vertex_indices\nend_header\n");
+  const auto put = [&](const auto& columns, Eigen::Index v) {
+    for (int k = 0; k < columns.rows(); ++k) PutValue(columns(k, v), bytes);
   };
   for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
     put(mesh.vertices, v);
     if (has_normals) put(mesh.normals, v);
     if (has_velocities) put(mesh.velocities, v);
+    if (has_rest) put(mesh.rest, v);
   }
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
     if (IsDegenerate(mesh, t)) continue;

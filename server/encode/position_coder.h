@@ -9,16 +9,16 @@
 #include <string>
 #include <vector>
 
+#include "core/frames/grid.h"
 #include "core/mesh/triangle_mesh.h"
 #include "server/encode/corner_table.h"
-#include "server/encode/grid.h"
 #include "server/encode/symbol_coder.h"
 
 namespace liquidblend::encode {
 
 // Options of coding positions.
 struct PositionCoderOptions {
-  Grid grid;                // finite
+  frames::Grid grid;        // finite
   int bits = 14;            // [8, 20]
   int extra_precision = 0;  // see SymbolCoderOptions
 };

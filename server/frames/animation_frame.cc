@@ -7,12 +7,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/finish/normals.h"
 #include "server/base/errors.h"
 #include "server/base/names.h"
 #include "server/encode/draco.h"
 #include "server/encode/mesh_files.h"
-#include "server/finish/normals.h"
-#include "server/finish/simplify.h"
+#include "server/encode/meshopt.h"
+#include "server/encode/simplify.h"
 #include "server/frames/encoding.h"
 #include "server/frames/make_frame.h"
 
@@ -29,8 +30,8 @@ bool Wants(const v1::GetAnimationFrameRequest& request, int attribute) {
 }
 
 // Around all frames.
-encode::Grid GridOf(const AnimationManifest& manifest) {
-  encode::Grid grid;
+frames::Grid GridOf(const AnimationManifest& manifest) {
+  frames::Grid grid;
   if (manifest.bounds().min_size() != 3 || manifest.bounds().max_size() != 3) return grid;
   float extent = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -61,6 +62,9 @@ absl::StatusOr<std::string> Encoded(const AnimationManifest& manifest, const v1:
                                     const mesh::TriangleMesh& frame) {
   if (encoding.format() == v1::Encoding::PLY) return encode::EncodePly(frame);
   if (encoding.format() == v1::Encoding::OBJ) return encode::EncodeObj(frame);
+  if (encoding.format() == v1::Encoding::MESHOPT) {
+    return encode::EncodeMeshopt(frame, RoundingOptionsOf(GridOf(manifest), 0.0, encoding));
+  }
   return encode::EncodeDraco(frame, DracoOptionsOf(GridOf(manifest), encoding));
 }
 
@@ -95,9 +99,11 @@ absl::Status CheckAnimationFrame(const AnimationManifest& manifest,
                    absl::StrCat("must be in [0, ", kMaxAnimationLevel, "], got ", level));
   CheckEncoding(GridOf(manifest), "this animation", request.encoding(), violations);
   for (const int attribute : request.attributes()) {
-    violations.AddIf(
-        attribute != v1::SurfaceOptions::NORMALS && attribute != v1::SurfaceOptions::VELOCITIES,
-        "attributes", absl::StrCat("unknown attribute ", attribute));
+    violations.AddIf(attribute == v1::SurfaceOptions::REST_POSITIONS, "attributes",
+                     "only frames of families have rest positions");
+    violations.AddIf(attribute == v1::SurfaceOptions::ATTRIBUTE_UNSPECIFIED ||
+                         !v1::SurfaceOptions::Attribute_IsValid(attribute),
+                     "attributes", absl::StrCat("unknown attribute ", attribute));
   }
   violations.AddIf(request.encoding().format() == v1::Encoding::OBJ &&
                        Wants(request, v1::SurfaceOptions::VELOCITIES),
@@ -118,7 +124,7 @@ absl::StatusOr<v1::AnimationFrame> EncodeAnimationFrame(
   }
   if (!wants_velocities) frame.velocities.resize(3, 0);
   const int level = request.level_of_detail();
-  if (level > 0) frame = finish::Simplify(frame, std::exp2(-level));
+  if (level > 0) frame = encode::Simplify(frame, std::exp2(-level));
   if (Wants(request, v1::SurfaceOptions::NORMALS)) finish::AddNormals(frame);
   v1::AnimationFrame result;
   LB_ASSIGN_OR_RETURN(*result.mutable_data(), Encoded(manifest, request.encoding(), frame));

@@ -119,11 +119,11 @@ void FrameMaker::Run(const FlightPtr& flight) {
 
 absl::StatusOr<FramePtr> FrameMaker::MakeMessage(const Flight& flight) {
   std::unique_ptr<FrameBuffers> buffers = buffer_pool_.Take();
-  buffers->stop = &flight.stop;
-  buffers->helpers = &pool_;
+  buffers->surface.stop = &flight.stop;
+  buffers->surface.helpers = &pool_;
   const absl::StatusOr<v1::Frame> frame = MakeFrame(*flight.loaded, flight.query, *buffers);
-  buffers->stop = nullptr;
-  buffers->helpers = nullptr;
+  buffers->surface.stop = nullptr;
+  buffers->surface.helpers = nullptr;
   if (frame.ok()) CountFrame(*flight.loaded, flight.query, *frame, *buffers, metrics_);
   buffer_pool_.GiveBack(std::move(buffers));
   LB_RETURN_IF_ERROR(frame.status());

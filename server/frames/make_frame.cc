@@ -1,26 +1,21 @@
 #include "server/frames/make_frame.h"
 
 #include <algorithm>
-#include <span>
 #include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/frames/blend_weights.h"
 #include "server/base/errors.h"
 #include "server/base/names.h"
-#include "server/blend/blend.h"
 #include "server/encode/draco.h"
 #include "server/encode/mesh_files.h"
-#include "server/finish/normals.h"
-#include "server/finish/smooth_surface.h"
-#include "server/finish/velocities.h"
+#include "server/encode/meshopt.h"
 #include "server/frames/encoding.h"
 
 namespace liquidblend::server {
 namespace {
-
-constexpr double kMaxTemporalOffsetEdges = 0.25;
 
 // Costs in ExpectedCells(): cells that count for every frame, and factors of stages that are slower
 // than slicing and writing.
@@ -38,53 +33,20 @@ finish::SmoothingOptions SmoothingOf(const v1::SurfaceOptions& surface) {
   return options;
 }
 
-finish::TemporalOptions TemporalOf(const mesh::RegisteredFamily& family,
-                                   const v1::SurfaceOptions& surface) {
-  finish::TemporalOptions options;
-  options.strength = surface.temporal_smoothing();
-  options.max_offset_m = kMaxTemporalOffsetEdges * family.edge_length_m;
-  return options;
-}
-
 bool Wants(const v1::SurfaceOptions& surface, v1::SurfaceOptions::Attribute attribute) {
   return std::find(surface.attributes().begin(), surface.attributes().end(), attribute) !=
          surface.attributes().end();
 }
 
-// Cuts the candidate cells, smoothed in time if that is asked for.
-mesh::TriangleMesh CutCells(const catalog::LoadedLevel& level, const blend::Blender& blender,
-                            const v1::SurfaceOptions& surface, FrameBuffers& buffers) {
-  const finish::TemporalOptions options = TemporalOf(level.family, surface);
-  buffers.workspace.helpers = buffers.helpers;
-  if (options.strength == 0.0) return slice::March(level.index, blender, buffers.workspace);
-  buffers.workspace.helpers = nullptr;  // the smoother is for one thread
-  const finish::TimeSmoother smoother(level.time_links, blender, options, buffers.temporal);
-  return slice::March(level.index, smoother, buffers.workspace);
-}
-
-std::span<const mesh::Float4> Place(const blend::Blender& blender,
-                                    std::span<const int32_t> vertices,
-                                    std::vector<mesh::Float4>& positions) {
-  positions.resize(vertices.size());
-  blender.Place(vertices, positions.data());
-  return positions;
-}
-
-void FinishSurface(const catalog::LoadedLevel& level, const blend::Blender& blender,
-                   const v1::SurfaceOptions& options, FrameBuffers& buffers,
-                   mesh::TriangleMesh& surface) {
-  if (Wants(options, v1::SurfaceOptions::VELOCITIES)) {
-    const slice::Workspace& workspace = buffers.workspace;
-    const auto num_vertices = static_cast<size_t>(surface.num_vertices());
-    const auto near = std::span(workspace.near_vertex).first(num_vertices);
-    const auto far = std::span(workspace.far_vertex).first(num_vertices);
-    const finish::CrossedEdges crossed{near, far, Place(blender, near, buffers.near_positions),
-                                       Place(blender, far, buffers.far_positions),
-                                       workspace.time_ticks};
-    finish::AddVelocities(level.family, crossed, surface);
-  }
-  finish::SmoothSurface(SmoothingOf(options), surface);
-  if (Wants(options, v1::SurfaceOptions::NORMALS)) finish::AddNormals(surface);
+frames::SurfaceOptions OptionsOf(const v1::SurfaceOptions& surface) {
+  frames::SurfaceOptions options;
+  options.level_of_detail = surface.level_of_detail();
+  options.smoothing = SmoothingOf(surface);
+  options.temporal_smoothing = surface.temporal_smoothing();
+  options.normals = Wants(surface, v1::SurfaceOptions::NORMALS);
+  options.velocities = Wants(surface, v1::SurfaceOptions::VELOCITIES);
+  options.rest_positions = Wants(surface, v1::SurfaceOptions::REST_POSITIONS);
+  return options;
 }
 
 // Checks the surface options and adds their violations.
@@ -104,21 +66,15 @@ void CheckSurface(const mesh::RegisteredFamily& family, const v1::SurfaceOptions
   violations.AddIf(!strength.ok(), "surface.smoothing_strength", std::string(strength.message()));
   violations.AddIf(strength.ok() && !all.ok(), "surface.smoothing_passes",
                    std::string(all.message()));
-  const absl::Status temporal = TemporalOf(family, surface).Validate();
+  const absl::Status temporal =
+      frames::TemporalOptionsOf(family, surface.temporal_smoothing()).Validate();
   violations.AddIf(!temporal.ok(), "surface.temporal_smoothing", std::string(temporal.message()));
   for (const int attribute : surface.attributes()) {
-    violations.AddIf(
-        attribute != v1::SurfaceOptions::NORMALS && attribute != v1::SurfaceOptions::VELOCITIES,
-        "surface.attributes", absl::StrCat("unknown attribute ", attribute));
+    const bool is_known = attribute != v1::SurfaceOptions::ATTRIBUTE_UNSPECIFIED &&
+                          v1::SurfaceOptions::Attribute_IsValid(attribute);
+    violations.AddIf(!is_known, "surface.attributes",
+                     absl::StrCat("unknown attribute ", attribute));
   }
-}
-
-// Checks between stages whether the frame is still wanted.
-absl::Status CheckIsWanted(const FrameBuffers& buffers) {
-  if (buffers.stop == nullptr || !buffers.stop->load(std::memory_order_relaxed)) {
-    return absl::OkStatus();
-  }
-  return absl::CancelledError("nobody waits for the frame any more");
 }
 
 absl::StatusOr<std::string> Encode(const catalog::LoadedFamily& loaded,
@@ -129,8 +85,12 @@ absl::StatusOr<std::string> Encode(const catalog::LoadedFamily& loaded,
     return encoding.format() == v1::Encoding::PLY ? encode::EncodePly(surface)
                                                   : encode::EncodeObj(surface);
   }
+  if (encoding.format() == v1::Encoding::MESHOPT) {
+    return encode::EncodeMeshopt(
+        surface, RoundingOptionsOf(loaded.grid, loaded.family.duration_s(), encoding));
+  }
   return encode::EncodeDraco(surface, DracoOptionsOf(loaded.grid, encoding), buffers.writer,
-                             buffers.helpers);
+                             buffers.surface.helpers);
 }
 
 void SetVector(const Eigen::Vector3f& from, v1::Vector3* to) {
@@ -163,14 +123,16 @@ void SetBounds(const mesh::TriangleMesh& surface, v1::Bounds& bounds) {
 }
 
 absl::Status CheckQuery(const catalog::LoadedFamily& loaded, const FrameQuery& query) {
-  LB_RETURN_IF_ERROR(AtField("weights", blend::CheckWeights(loaded.family, query.weights)));
+  LB_RETURN_IF_ERROR(AtField("weights", frames::CheckWeights(loaded, query.weights)));
   FieldViolations violations;
   CheckEncoding(loaded.grid, absl::StrCat("family ", loaded.family.name), query.encoding,
                 violations);
   CheckSurface(loaded.family, query.surface, violations);
-  violations.AddIf(query.encoding.format() == v1::Encoding::OBJ &&
-                       Wants(query.surface, v1::SurfaceOptions::VELOCITIES),
+  const bool is_obj = query.encoding.format() == v1::Encoding::OBJ;
+  violations.AddIf(is_obj && Wants(query.surface, v1::SurfaceOptions::VELOCITIES),
                    "surface.attributes", "OBJ holds no velocities; ask for PLY");
+  violations.AddIf(is_obj && Wants(query.surface, v1::SurfaceOptions::REST_POSITIONS),
+                   "surface.attributes", "OBJ holds no rest positions; ask for PLY");
   return violations.ToStatus();
 }
 
@@ -180,36 +142,31 @@ int64_t ExpectedCells(const catalog::LoadedFamily& loaded, const FrameQuery& que
   const bool is_finished = query.surface.smoothing_passes() > 0 ||
                            query.surface.temporal_smoothing() > 0 ||
                            !query.surface.attributes().empty();
-  const bool is_draco =
-      query.encoding.format() != v1::Encoding::PLY && query.encoding.format() != v1::Encoding::OBJ;
+  const v1::Encoding::Format format = query.encoding.format();
+  const bool is_draco = format == v1::Encoding::DRACO || format == v1::Encoding::FORMAT_UNSPECIFIED;
   const bool is_by_libdraco = is_draco && (query.encoding.preset() == v1::Encoding::SMALLEST ||
                                            !query.surface.attributes().empty());
   if (is_finished) cells *= kFinishFactor;
-  if (is_by_libdraco || query.encoding.format() == v1::Encoding::OBJ) cells *= kSlowEncoderFactor;
+  if (is_by_libdraco || format == v1::Encoding::OBJ) cells *= kSlowEncoderFactor;
   return kCellsPerCall + cells;
 }
 
 absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
                                     FrameBuffers& buffers) {
   LB_RETURN_IF_ERROR(CheckQuery(loaded, query));
+  absl::StatusOr<mesh::TriangleMesh> surface = frames::MakeSurface(
+      loaded, query.weights, query.time_s, OptionsOf(query.surface),
+      [&] { return loaded.CheckFile(); },  // encoders take closed surfaces only
+      buffers.surface);
+  if (absl::IsOutOfRange(surface.status())) return AtField("time_s", surface.status());
+  LB_RETURN_IF_ERROR(surface.status());
+  buffers.times.slice = buffers.surface.slice_time;
+  buffers.times.finish = buffers.surface.finish_time;
   metrics::StopWatch watch;
-  const catalog::LoadedLevel& level = *loaded.levels[query.surface.level_of_detail()];
-  LB_RETURN_IF_ERROR(AtField("time_s", slice::FindCandidates(level.index, query.weights,
-                                                             query.time_s, buffers.workspace)));
-  LB_RETURN_IF_ERROR(CheckIsWanted(buffers));
-  const blend::Blender blender(level.family, query.weights);
-  buffers.workspace.stop = buffers.stop;
-  mesh::TriangleMesh surface = CutCells(level, blender, query.surface, buffers);
-  LB_RETURN_IF_ERROR(CheckIsWanted(buffers));
-  LB_RETURN_IF_ERROR(loaded.CheckFile());  // encoders take closed surfaces only
-  buffers.times.slice = watch.Lap();
-  FinishSurface(level, blender, query.surface, buffers, surface);
-  LB_RETURN_IF_ERROR(CheckIsWanted(buffers));
-  buffers.times.finish = watch.Lap();
-  LB_ASSIGN_OR_RETURN(std::string data, Encode(loaded, query.encoding, surface, buffers));
+  LB_ASSIGN_OR_RETURN(std::string data, Encode(loaded, query.encoding, *surface, buffers));
   buffers.times.encode = watch.Lap();
   LB_RETURN_IF_ERROR(loaded.CheckFile());
-  return Reply(loaded.family, query, surface, std::move(data));
+  return Reply(loaded.family, query, *surface, std::move(data));
 }
 
 void CountFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,

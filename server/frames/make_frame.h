@@ -1,19 +1,16 @@
 // A loaded family, weights and a time -> one encoded frame. Start reading the server here.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/mesh/registered_family.h"
-#include "core/parallel/helpers.h"
+#include "core/frames/make_surface.h"
+#include "core/mesh/triangle_mesh.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/catalog/families.h"
 #include "server/encode/surface_writer.h"
-#include "server/finish/smooth_in_time.h"
 #include "server/metrics/metrics.h"
-#include "server/slice/slice.h"
 
 namespace liquidblend::server {
 
@@ -29,15 +26,9 @@ struct FrameQuery {
 
 // Buffers and workspaces that are reused from frame to frame. Used by one call at a time.
 struct FrameBuffers {
-  slice::Workspace workspace;
-  finish::TemporalWorkspace temporal;
-  std::vector<mesh::Float4> near_positions;  // the ends of the edges that the surface lies on
-  std::vector<mesh::Float4> far_positions;
+  frames::SurfaceBuffers surface;
   encode::SurfaceWriter writer;
   metrics::StageTimes times;  // of the last frame
-  // Not owned: set to true to end the call early, see MakeFrame(); or null.
-  const std::atomic<bool>* stop = nullptr;
-  parallel::Helpers* helpers = nullptr;  // not owned: may help; or null
 };
 
 // Checks the query's weights, encoding and surface options; the violation names the field. For
@@ -50,8 +41,8 @@ int64_t ExpectedCells(const catalog::LoadedFamily& loaded, const FrameQuery& que
 
 // Makes one frame: blends, slices, finishes and encodes it. Errors: kInvalidArgument (weights,
 // encoding, surface), kOutOfRange (time), each with the field's name; kCancelled soon after
-// buffers.stop has become true. Threads: safe with buffers of one's own; same bytes for the same
-// family version and query.
+// buffers.surface.stop has become true. Threads: safe with buffers of one's own; same bytes for the
+// same family version and query.
 absl::StatusOr<v1::Frame> MakeFrame(const catalog::LoadedFamily& loaded, const FrameQuery& query,
                                     FrameBuffers& buffers);
 

@@ -8,9 +8,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/blend/blend.h"
+#include "core/slice/slice.h"
 #include "server/base/errors.h"
-#include "server/blend/blend.h"
-#include "server/slice/slice.h"
 
 namespace liquidblend::server {
 namespace {
@@ -71,7 +71,7 @@ class Slice {
   // Requires: the time is one of the animation.
   Slice(const LoadedFamily& loaded, const std::vector<double>& weights, double time_s)
       : family_(loaded.family) {
-    const catalog::LoadedLevel& level = *loaded.levels[0];
+    const frames::IndexedLevel& level = *loaded.levels[0];
     if (!slice::FindCandidates(level.index, weights, time_s, workspace_).ok()) return;
     const blend::Blender blender(family_, weights);
     surface_ = slice::March(level.index, blender, workspace_);

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/blend/life_limits.h"
 #include "core/mesh/registered_family.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/parallel/arena.h"
-#include "server/blend/life_limits.h"
-#include "server/slice/slice.h"
+#include "core/slice/slice.h"
 #include "tests/accuracy/scene.h"
 #include "worker/registration/register.h"
 
@@ -33,8 +33,8 @@ class RegisteredScene {
       const std::vector<std::vector<registration::Correspondence>>& correspondences,
       const registration::RegistrationOptions& options, const parallel::Arena& arena);
 
-  // The surface that the server answers with: weights are clamped where a part would live too short.
-  // Requires: one weight per target; frame in [0, num_frames - 1].
+  // The surface that the server answers with: weights are clamped where a part would live too
+  // short. Requires: one weight per target; frame in [0, num_frames - 1].
   mesh::TriangleMesh Cut(std::vector<double> weights, double frame) const;
 
   const mesh::RegisteredFamily& family() const { return *family_; }

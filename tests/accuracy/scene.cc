@@ -5,9 +5,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/blend/blend.h"
 #include "core/mesh/parameter_space.h"
-#include "server/blend/blend.h"
-#include "server/parameters/interpolator.h"
+#include "core/parameters/interpolator.h"
 #include "tests/synthetic/implicit.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/read_directory.h"

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "server/blend/blend.h"
-#include "server/slice/slice.h"
+#include "core/blend/blend.h"
+#include "core/slice/slice.h"
 #include "tests/bench/stored_family.h"
 #include "tests/bench/warped_family.h"
 

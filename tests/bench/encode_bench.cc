@@ -1,6 +1,6 @@
-// Triangle surface -> Draco: our writer against libdraco at the same settings; vertices per frame,
-// whether it is a slice or a torus in order, preset. Of a stored family the slice at half of its
-// first target's weight and of the time.
+// Triangle surface -> Draco and back: our writer against libdraco at the same settings, and against
+// meshoptimizer's codecs; vertices per frame, whether it is a slice or a torus in order, preset. Of
+// a stored family the slice at half of its first target's weight and of the time.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -10,10 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "server/blend/blend.h"
+#include "core/blend/blend.h"
+#include "core/slice/slice.h"
+#include "liquidblend/decode.h"
 #include "server/encode/draco.h"
 #include "server/encode/libdraco.h"
-#include "server/slice/slice.h"
+#include "server/encode/meshopt.h"
 #include "tests/bench/stored_family.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/shapes.h"
@@ -142,7 +144,7 @@ BENCHMARK(EncodeWithLibdraco)
   if (!bench::HasStoredFamily()) return false;
   const auto options_of = [](const benchmark::State& state) {
     encode::DracoOptions options = OptionsFor(state.range(0));
-    options.grid = encode::GridOf(bench::StoredFamily().family);
+    options.grid = frames::GridOf(bench::StoredFamily().family);
     return options;
   };
   const auto ours = [=](benchmark::State& state) {
@@ -163,6 +165,53 @@ BENCHMARK(EncodeWithLibdraco)
   }
   return true;
 }();
+
+void EncodeMeshopt(benchmark::State& state) {
+  frames::RoundingOptions options;
+  options.grid = OptionsFor(0).grid;
+  const auto encode = [&](const mesh::TriangleMesh& mesh) {
+    return encode::EncodeMeshopt(mesh, options);
+  };
+  Run(SurfaceOf(state), 0, encode, state);
+  state.SetLabel("meshopt");
+}
+BENCHMARK(EncodeMeshopt)
+    ->ArgNames({"vertices", "slice"})
+    ->ArgsProduct({{2000, 50000, 200000}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
+
+// What a client does with the bytes.
+void RunDecode(const absl::StatusOr<std::string>& data, benchmark::State& state) {
+  if (!data.ok()) return state.SkipWithError(std::string(data.status().message()).c_str());
+  size_t num_triangles = 0;
+  for (auto _ : state) {
+    const auto mesh = DecodeMesh(*data);
+    if (!mesh.ok()) return state.SkipWithError(std::string(mesh.status().message()).c_str());
+    num_triangles = mesh->num_triangles();
+  }
+  state.counters["triangles/s"] = benchmark::Counter(static_cast<double>(num_triangles),
+                                                     benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["bytes/triangle"] =
+      static_cast<double>(data->size()) / static_cast<double>(num_triangles);
+}
+
+void DecodeDraco(benchmark::State& state) {
+  RunDecode(encode::EncodeDraco(SurfaceOf(state), OptionsFor(state.range(2))), state);
+}
+BENCHMARK(DecodeDraco)
+    ->ArgNames({"vertices", "slice", "preset"})
+    ->ArgsProduct({{2000, 50000, 200000}, {0, 1}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
+
+void DecodeMeshopt(benchmark::State& state) {
+  frames::RoundingOptions options;
+  options.grid = OptionsFor(0).grid;
+  RunDecode(encode::EncodeMeshopt(SurfaceOf(state), options), state);
+}
+BENCHMARK(DecodeMeshopt)
+    ->ArgNames({"vertices", "slice"})
+    ->ArgsProduct({{2000, 50000, 200000}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace liquidblend

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/blend/blend.h"
-#include "server/slice/slice.h"
+#include "core/blend/blend.h"
+#include "core/slice/slice.h"
 #include "tests/reference/paper_extraction.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/tracked.h"

@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/blend/blend.h"
+#include "core/slice/slice.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
 #include "core/store/files/files.h"
 #include "core/store/open_store.h"
-#include "server/blend/blend.h"
-#include "server/slice/slice.h"
 #include "tests/synthetic/families.h"
 
 namespace liquidblend::bench {

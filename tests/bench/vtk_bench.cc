@@ -16,8 +16,8 @@
 #include <numeric>
 #include <vector>
 
-#include "server/blend/blend.h"
-#include "server/slice/slice.h"
+#include "core/blend/blend.h"
+#include "core/slice/slice.h"
 #include "tests/bench/warped_family.h"
 
 namespace liquidblend {

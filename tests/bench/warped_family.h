@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/mesh/registered_family.h"
-#include "server/slice/cell_index.h"
+#include "core/slice/cell_index.h"
 
 namespace liquidblend::bench {
 

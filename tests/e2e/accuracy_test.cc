@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "server/slice/slice.h"
+#include "core/slice/slice.h"
 #include "tests/e2e/two_drops.h"
 #include "tests/synthetic/inverted_share.h"
 #include "tests/synthetic/slice_family.h"

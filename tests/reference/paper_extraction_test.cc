@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "server/slice/slice.h"
+#include "core/slice/slice.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/surface_distance.h"

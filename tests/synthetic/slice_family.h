@@ -5,9 +5,9 @@
 #include <iostream>
 #include <span>
 
+#include "core/blend/blend.h"
 #include "core/mesh/triangle_mesh.h"
-#include "server/blend/blend.h"
-#include "server/slice/slice.h"
+#include "core/slice/slice.h"
 
 namespace liquidblend::synthetic {
 

@@ -92,36 +92,42 @@ absl::StatusOr<PlyHeader> ReadHeader(const std::string& bytes, const std::string
   return header;
 }
 
-// Three properties in a row.
-struct Triple {
-  const char* names[3];
+// Properties in a row that are an attribute.
+struct Attribute {
+  std::vector<std::string> names;
   std::vector<float> Mesh::*values;
 };
-constexpr Triple kTriples[] = {{{"x", "y", "z"}, &Mesh::positions},
-                               {{"nx", "ny", "nz"}, &Mesh::normals},
-                               {{"vx", "vy", "vz"}, &Mesh::velocities}};
+const std::vector<Attribute>& Attributes() {
+  static const std::vector<Attribute> attributes = {
+      {{"x", "y", "z"}, &Mesh::positions},
+      {{"nx", "ny", "nz"}, &Mesh::normals},
+      {{"vx", "vy", "vz"}, &Mesh::velocities},
+      {{"rest_x", "rest_y", "rest_z", "rest_t"}, &Mesh::rest}};
+  return attributes;
+}
 
-// Index of the first of the triple's properties; nothing if they are not all there.
-std::optional<size_t> Find(const Triple& triple, const std::vector<std::string>& properties) {
-  const auto found = std::search(properties.begin(), properties.end(), std::begin(triple.names),
-                                 std::end(triple.names));
+// Index of the first of the attribute's properties; nothing if they are not all there.
+std::optional<size_t> Find(const Attribute& attribute, const std::vector<std::string>& properties) {
+  const auto found = std::search(properties.begin(), properties.end(), attribute.names.begin(),
+                                 attribute.names.end());
   if (found == properties.end()) return std::nullopt;
   return static_cast<size_t>(found - properties.begin());
 }
 
-// The vertices at `read`. Names the properties that are in none of the triples.
+// The vertices at `read`. Names the properties that are in none of the attributes.
 std::string ReadVertices(const PlyHeader& header, const char* read, Mesh* mesh) {
   const size_t num_floats = header.properties.size();
   std::vector<std::string> others = header.properties;
-  for (const Triple& triple : kTriples) {
-    const std::optional<size_t> first = Find(triple, header.properties);
+  for (const Attribute& attribute : Attributes()) {
+    const std::optional<size_t> first = Find(attribute, header.properties);
     if (!first.has_value()) continue;
-    for (size_t k = 0; k < 3; ++k) others[*first + k].clear();
-    std::vector<float>& values = mesh->*triple.values;
-    values.resize(3 * header.num_vertices);
+    const size_t size = attribute.names.size();
+    for (size_t k = 0; k < size; ++k) others[*first + k].clear();
+    std::vector<float>& values = mesh->*attribute.values;
+    values.resize(size * header.num_vertices);
     for (size_t v = 0; v < header.num_vertices; ++v) {
-      std::memcpy(&values[3 * v], read + sizeof(float) * (num_floats * v + *first),
-                  3 * sizeof(float));
+      std::memcpy(&values[size * v], read + sizeof(float) * (num_floats * v + *first),
+                  size * sizeof(float));
     }
   }
   others.erase(std::remove(others.begin(), others.end(), ""), others.end());
@@ -132,20 +138,21 @@ std::string ReadVertices(const PlyHeader& header, const char* read, Mesh* mesh) 
 
 std::string ToPly(const Mesh& mesh) {
   std::string bytes =
-      absl::StrCat("ply\nformat binary_little_endian 1.0\nelement vertex ", mesh.num_vertices(),
-                   "\nproperty float x\nproperty float y\nproperty float z\n");
-  if (!mesh.normals.empty()) {
-    bytes += "property float nx\nproperty float ny\nproperty float nz\n";
+      absl::StrCat("ply\nformat binary_little_endian 1.0\nelement vertex ", mesh.num_vertices());
+  for (const Attribute& attribute : Attributes()) {
+    if ((mesh.*attribute.values).empty() && attribute.values != &Mesh::positions) continue;
+    for (const std::string& name : attribute.names) {
+      absl::StrAppend(&bytes, "\nproperty float ", name);
+    }
   }
-  if (!mesh.velocities.empty()) {
-    bytes += "property float vx\nproperty float vy\nproperty float vz\n";
-  }
-  absl::StrAppend(&bytes, "element face ", mesh.num_triangles(),
+  absl::StrAppend(&bytes, "\nelement face ", mesh.num_triangles(),
                   "\nproperty list uchar int vertex_indices\nend_header\n");
   for (size_t v = 0; v < mesh.num_vertices(); ++v) {
-    for (const std::vector<float>* values : {&mesh.positions, &mesh.normals, &mesh.velocities}) {
-      if (values->empty()) continue;
-      bytes.append(reinterpret_cast<const char*>(&(*values)[3 * v]), 3 * sizeof(float));
+    for (const Attribute& attribute : Attributes()) {
+      const std::vector<float>& values = mesh.*attribute.values;
+      if (values.empty()) continue;
+      const size_t size = attribute.names.size();
+      bytes.append(reinterpret_cast<const char*>(&values[size * v]), size * sizeof(float));
     }
   }
   for (size_t t = 0; t < mesh.num_triangles(); ++t) {

@@ -1,5 +1,7 @@
 #include "client/cli/flags/surface_flags.h"
 
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 
 #include "client/cli/flags/number_checks.h"
@@ -32,6 +34,9 @@ void AddSurfaceFlags(CLI::App& command, SurfaceFlags& flags) {
   command.add_flag("--normals", options.normals, "Also normals (.ply: nx ny nz; .drc)");
   command.add_flag("--velocities", options.velocities,
                    "Also velocities in m/s (.ply: vx vy vz; .drc)");
+  command.add_flag("--rest-positions", options.rest_positions,
+                   "Also places in the source, for textures that stick (.ply: rest_x rest_y rest_z "
+                   "rest_t; .drc)");
 }
 
 SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags) {
@@ -41,11 +46,17 @@ SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags) {
 }
 
 absl::Status CheckAttributes(const SurfaceFlags& flags, const std::string& extension) {
-  const bool has_attributes = flags.options.normals || flags.options.velocities;
-  if (!has_attributes || extension == "ply" || extension == "drc") return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat(flags.options.normals ? "--normals" : "--velocities", ": .", extension,
-                   " files do not hold them; .ply and .drc do"));
+  if (extension == "ply" || extension == "drc") return absl::OkStatus();
+  const std::pair<const char*, bool> attributes[] = {
+      {"--normals", flags.options.normals},
+      {"--velocities", flags.options.velocities},
+      {"--rest-positions", flags.options.rest_positions}};
+  for (const auto& [flag, is_asked_for] : attributes) {
+    if (!is_asked_for) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat(flag, ": .", extension, " files do not hold them; .ply and .drc do"));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace liquidblend::cli

@@ -1,4 +1,4 @@
-// Draco bytes -> Mesh.
+// Bytes of a frame -> Mesh.
 #pragma once
 
 #include <string>
@@ -8,12 +8,13 @@
 
 namespace liquidblend {
 
-// Decodes one Draco mesh, for example Frame::data, with normals and velocities (a generic attribute
-// whose metadata entry "name" is "velocity") if it has them. Vertices are in the order of the
-// stream; only parts that the encoder had to take apart at non-manifold edges are joined again
-// along their open edges, so a closed mesh stays closed. Errors: kInvalidArgument if the bytes are
-// not a Draco mesh with positions; kDataLoss if they are damaged.  Threads: safe.  Cost: about 10
-// ms per 100,000 triangles.
-absl::StatusOr<Mesh> DecodeMesh(const std::string& draco_bytes);
+// Decodes one mesh of either FrameFormat, for example Frame::data, with normals, velocities and
+// rest positions if it has them (of Draco: generic attributes whose metadata entry "name" is
+// "velocity" or "rest"). Vertices are in the order of the stream. Only parts that Draco's encoder
+// had to take apart at non-manifold edges are joined again along their open edges, so a closed mesh
+// stays closed. Errors: kInvalidArgument if the bytes are neither a Draco mesh with positions nor a
+// MeshoptMesh; kDataLoss if they are damaged.  Threads: safe.  Cost: about 10 ms per 100,000
+// triangles of Draco.
+absl::StatusOr<Mesh> DecodeMesh(const std::string& bytes);
 
 }  // namespace liquidblend

@@ -24,6 +24,7 @@ struct SurfaceOptions {
   double temporal_smoothing = 0.0;  // [0, 1]; against flicker
   bool normals = false;             // in Mesh::normals
   bool velocities = false;          // in Mesh::velocities
+  bool rest_positions = false;      // in Mesh::rest
 
   bool operator==(const SurfaceOptions&) const = default;
 };
@@ -33,6 +34,12 @@ enum class EncodingPreset {
   kFastest,   // the server's default
   kBalanced,  // 10 to 25 % fewer bytes for a quarter more time
   kSmallest,  // 5 to 15 % fewer still for ten times the time
+};
+
+// Form of the data; the triangles and their positions are the same.
+enum class FrameFormat {
+  kDraco,    // the smallest
+  kMeshopt,  // two to four times the bytes, decoded many times faster; 16 position bits at most
 };
 
 struct FrameRequest {
@@ -45,8 +52,9 @@ struct FrameRequest {
   double time_s = 0.0;    // [0, duration_s]
   int position_bits = 0;  // 8 to 20; 0: the server's default
   // Instead of position_bits: the longest step of the grid that positions are rounded to, metres.
-  double position_step_m = 0.0;  // 0: by position_bits
-  EncodingPreset encoding = EncodingPreset::kFastest;
+  double position_step_m = 0.0;                        // 0: by position_bits
+  EncodingPreset encoding = EncodingPreset::kFastest;  // of Draco
+  FrameFormat format = FrameFormat::kDraco;
   int64_t version = 0;  // 0: the latest
   // The oldest acceptable version if `version` is 0; a server that has not loaded it yet does so
   // first. 0: the newest that the Client has got (Client::GetFamily, finished operations).
@@ -55,7 +63,7 @@ struct FrameRequest {
 };
 
 struct Frame {
-  std::string data;  // a Draco mesh: see decode.h
+  std::string data;  // for DecodeMesh(): see decode.h
   std::string family;
   int64_t version = 0;
   std::vector<double> weights;  // that were used, also for parameters

@@ -26,6 +26,7 @@ struct StreamSettings {
   int position_bits = 0;                    // 8 to 20; 0: as before; default the server's
   double position_step_m = 0.0;             // as FrameRequest's; bits and step replace one another
   std::optional<EncodingPreset> encoding;   // default kFastest
+  std::optional<FrameFormat> format;        // default kDraco
   std::optional<bool> loop;                 // start again at the end; default: end the stream
   std::optional<bool> lossless;  // the whole animation one by one, nothing skipped; default false
   std::optional<SurfaceOptions> surface;  // default: the slice itself

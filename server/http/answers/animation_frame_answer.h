@@ -1,4 +1,5 @@
-// The answer to GET /v1/animations/{animation}/frame.drc (.ply, .obj): a frame as it was imported.
+// The answer to GET /v1/animations/{animation}/frame.drc (.ply, .obj, .meshopt): a frame as it was
+// imported.
 #pragma once
 
 #include "server/api/api.h"

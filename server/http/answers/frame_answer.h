@@ -1,5 +1,5 @@
-// The answer to GET /v1/families/{family}/frame.drc (.ply, .obj): a frame, or 304 if the client has
-// it already.
+// The answer to GET /v1/families/{family}/frame.drc (.ply, .obj, .meshopt): a frame, or 304 if the
+// client has it already.
 #pragma once
 
 #include <cstdint>

@@ -40,6 +40,7 @@ int64_t RetryAfterSeconds(const absl::Status& error) {
 // PLY has no registered type.
 const char* TypeOf(v1::Encoding::Format format) {
   if (format == v1::Encoding::PLY) return "application/octet-stream";
+  if (format == v1::Encoding::MESHOPT) return "application/x-protobuf";
   return format == v1::Encoding::OBJ ? "model/obj" : "model/vnd.draco";
 }
 

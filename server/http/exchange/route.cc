@@ -41,12 +41,16 @@ constexpr FrameFile kFrameFiles[] = {
      Resource::kFrame},
     {"/v1/families/", "/frame.obj", "/v1/families/{family}/frame.obj", v1::Encoding::OBJ,
      Resource::kFrame},
+    {"/v1/families/", "/frame.meshopt", "/v1/families/{family}/frame.meshopt",
+     v1::Encoding::MESHOPT, Resource::kFrame},
     {"/v1/animations/", "/frame.drc", "/v1/animations/{animation}/frame.drc", v1::Encoding::DRACO,
      Resource::kAnimationFrame},
     {"/v1/animations/", "/frame.ply", "/v1/animations/{animation}/frame.ply", v1::Encoding::PLY,
      Resource::kAnimationFrame},
     {"/v1/animations/", "/frame.obj", "/v1/animations/{animation}/frame.obj", v1::Encoding::OBJ,
-     Resource::kAnimationFrame}};
+     Resource::kAnimationFrame},
+    {"/v1/animations/", "/frame.meshopt", "/v1/animations/{animation}/frame.meshopt",
+     v1::Encoding::MESHOPT, Resource::kAnimationFrame}};
 
 // An id with a broken escape stays as it is: no id has a %.
 std::string DecodedId(std::string_view text) {

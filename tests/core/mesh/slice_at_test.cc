@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/data_limit.h"
-#include "server/slice/slice.h"
+#include "core/slice/slice.h"
 #include "tests/allocation_testing.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/implicit.h"

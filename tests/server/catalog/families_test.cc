@@ -222,7 +222,7 @@ TEST_F(FamiliesTest, EachLevelOfDetailHasAnIndexOfItsOwn) {
   const auto loaded = families.Get("splash");
   ASSERT_TRUE(loaded.ok()) << loaded.status();
   ASSERT_EQ((*loaded)->levels.size(), 2U);
-  const LoadedLevel& level = *(*loaded)->levels[1];
+  const frames::IndexedLevel& level = *(*loaded)->levels[1];
   EXPECT_EQ(&level.family, &(*loaded)->family.coarser_levels[0]);
   EXPECT_EQ(&level.index.family(), &level.family);
   EXPECT_EQ(level.family.vertices.size(), coarse.vertices.size());

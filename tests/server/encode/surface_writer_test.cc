@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/slice/slice.h"
 #include "server/encode/draco.h"
 #include "server/encode/libdraco.h"
-#include "server/slice/slice.h"
 #include "tests/core/parallel/idle_threads.h"
 #include "tests/server/encode/encode_testing.h"
 #include "tests/server/encode/scrambled_surface.h"

@@ -5,9 +5,9 @@
 #include <string>
 
 #include "core/parallel/arena.h"
+#include "core/slice/slice.h"
 #include "server/encode/draco.h"
 #include "server/encode/libdraco.h"
-#include "server/slice/slice.h"
 #include "tests/server/encode/encode_testing.h"
 #include "tests/synthetic/slice_family.h"
 #include "worker/ingest/read_animation.h"
@@ -30,7 +30,7 @@ TEST(TwoDrops, SlicesAreLibdracosByteForByte) {
   slice::Workspace workspace;
   SurfaceWriter writer;
   DracoOptions options;
-  options.grid = GridOf(family);
+  options.grid = frames::GridOf(family);
   int num_non_manifold = 0;
   std::array<double, 3> bytes = {0, 0, 0};
   double num_triangles = 0;

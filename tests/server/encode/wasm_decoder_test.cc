@@ -13,8 +13,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/parallel/arena.h"
+#include "core/slice/slice.h"
 #include "server/encode/draco.h"
-#include "server/slice/slice.h"
 #include "tests/server/encode/encode_testing.h"
 #include "tests/server/encode/scrambled_surface.h"
 #include "tests/synthetic/shapes.h"
@@ -139,7 +139,7 @@ TEST_F(WasmDecoderTest, DecodesSlicesOfARealSimulation) {
   const slice::CellIndex index(family);
   slice::Workspace workspace;
   DracoOptions options;
-  options.grid = GridOf(family);
+  options.grid = frames::GridOf(family);
   int64_t most_components = 0;
   for (const double frame : {0.5, 20.25, 40.0, 66.75}) {
     TriangleMesh surface =

@@ -44,7 +44,7 @@ class EncodingTest : public RpcTest {
     return encoding;
   }
 
-  double StepOf(int bits) const { return encode::StepOf(loaded_->grid, bits); }
+  double StepOf(int bits) const { return frames::StepOf(loaded_->grid, bits); }
 
   Backends backends_;
   catalog::FamilyPtr loaded_;

@@ -81,11 +81,11 @@ TEST(FrameCache, AStepIsTheSameAsTheBitsThatItTakes) {
   const auto family = Load("a", 1);
   FrameQuery bits = Query(0.5), step = Query(0.5);
   bits.encoding.set_position_bits(11);
-  step.encoding.set_position_step_m(encode::StepOf(family->grid, 11));
+  step.encoding.set_position_step_m(frames::StepOf(family->grid, 11));
   EXPECT_EQ(KeyOf(*family, step), KeyOf(*family, bits));
-  step.encoding.set_position_step_m(encode::StepOf(family->grid, 10) * 0.999);
+  step.encoding.set_position_step_m(frames::StepOf(family->grid, 10) * 0.999);
   EXPECT_EQ(KeyOf(*family, step), KeyOf(*family, bits));
-  step.encoding.set_position_step_m(encode::StepOf(family->grid, 10));
+  step.encoding.set_position_step_m(frames::StepOf(family->grid, 10));
   EXPECT_NE(KeyOf(*family, step), KeyOf(*family, bits));
 }
 

@@ -169,7 +169,7 @@ TEST_F(FrameMakerTest, AnErrorReachesAllAndIsNotKept) {
 TEST_F(FrameMakerTest, AStoppedFrameBreaksOff) {
   const std::atomic<bool> stop = true;
   FrameBuffers buffers;
-  buffers.stop = &stop;
+  buffers.surface.stop = &stop;
   EXPECT_EQ(MakeFrame(*family_, Order(0.5).query, buffers).status().code(),
             absl::StatusCode::kCancelled);
 }

@@ -103,7 +103,7 @@ TEST_F(ExtremesTest, EveryNumberOfAQueryMayBeAnything) {
   for (const FieldPath& path : server::NumericFieldsOf(*v1::GetFrameRequest::descriptor())) {
     if (kNotInQueries.contains(server::NameOf(path))) continue;
     ++num_fields;
-    for (const char* file : {"frame.drc", "frame.ply", "frame.obj"}) {
+    for (const char* file : {"frame.drc", "frame.ply", "frame.obj", "frame.meshopt"}) {
       EXPECT_TRUE(TryExtremes(file, QueryNameOf(path)) || NeedsWord(path))
           << file << ": no frame with any " << server::NameOf(path);
     }

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "core/mesh/components.h"
+#include "core/slice/slice.h"
 #include "core/store/files/files.h"
-#include "server/slice/slice.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/surface_distance.h"

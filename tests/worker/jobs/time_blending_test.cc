@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "core/blend/blend.h"
+#include "core/finish/velocities.h"
 #include "core/mesh/registered_family.h"
-#include "server/blend/blend.h"
-#include "server/finish/velocities.h"
-#include "server/slice/slice.h"
+#include "core/slice/slice.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/slice_family.h"

@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-#include "server/slice/slice.h"
+#include "core/slice/slice.h"
 #include "tests/synthetic/slice_family.h"
 #include "tests/worker/registration/registration_testing.h"
 #include "worker/registration/surface/surface.h"

@@ -9,7 +9,7 @@
 
 #include "core/base/data_limit.h"
 #include "core/mesh/animation_limits.h"
-#include "server/slice/slice.h"
+#include "core/slice/slice.h"
 #include "tests/allocation_testing.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "server/slice/slice.h"
+#include "core/slice/slice.h"
 #include "tests/synthetic/slice_family.h"
 #include "tests/synthetic/voxels.h"
 #include "worker/ingest/clean/clean.h"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "server/slice/slice.h"
+#include "core/slice/slice.h"
 #include "tests/synthetic/families.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"

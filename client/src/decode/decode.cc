@@ -1,0 +1,108 @@
+#include "liquidblend/decode.h"
+
+#include <draco/compression/decode.h>
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "client/src/decode/meshopt_decoder.h"
+#include "client/src/decode/weld.h"
+
+namespace liquidblend {
+namespace {
+
+// The one converter of draco::Status.
+absl::Status FromDraco(const draco::Status& status) {
+  return absl::DataLossError(absl::StrCat("damaged Draco mesh: ", status.error_msg_string()));
+}
+
+// kSize numbers per vertex; none if there is no such attribute of as many numbers.
+template <int kSize = 3>
+std::vector<float> CopyAttribute(const draco::PointAttribute* attribute, uint32_t num_points) {
+  std::vector<float> values;
+  if (attribute == nullptr || attribute->num_components() != kSize) return values;
+  values.resize(kSize * static_cast<size_t>(num_points));
+  for (uint32_t p = 0; p < num_points; ++p) {
+    attribute->ConvertValue<float, kSize>(attribute->mapped_index(draco::PointIndex(p)),
+                                          &values[kSize * static_cast<size_t>(p)]);
+  }
+  return values;
+}
+
+const draco::PointAttribute* FindNamed(const draco::Mesh& draco_mesh, const char* name) {
+  const int id = draco_mesh.GetAttributeIdByMetadataEntry("name", name);
+  return id < 0 ? nullptr : draco_mesh.attribute(id);
+}
+
+absl::Status CopyTriangles(const draco::Mesh& draco_mesh, Mesh* mesh) {
+  mesh->triangles.reserve(3 * static_cast<size_t>(draco_mesh.num_faces()));
+  for (draco::FaceIndex f(0); f < draco_mesh.num_faces(); ++f) {
+    for (const draco::PointIndex& p : draco_mesh.face(f)) {
+      if (p.value() >= draco_mesh.num_points()) {
+        return absl::DataLossError(absl::StrCat("damaged Draco mesh: triangle ", f.value(),
+                                                " refers to vertex ", p.value(), " of ",
+                                                draco_mesh.num_points()));
+      }
+      mesh->triangles.push_back(p.value());
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Mesh> DecodeMeshopt(const std::string& bytes) {
+  client::MeshoptDecoder decoder;
+  if (absl::Status status = decoder.Open(bytes); !status.ok()) return status;
+  Mesh mesh;
+  const size_t count = decoder.num_vertices();
+  mesh.positions.resize(3 * count);
+  mesh.triangles.resize(3 * size_t{decoder.num_triangles()});
+  if (decoder.has_normals()) mesh.normals.resize(3 * count);
+  if (decoder.has_velocities()) mesh.velocities.resize(3 * count);
+  if (decoder.has_rest()) mesh.rest.resize(4 * count);
+  const client::MeshMemory memory = {mesh.positions.data(), mesh.normals.data(),
+                                     mesh.velocities.data(), mesh.rest.data(),
+                                     mesh.triangles.data()};
+  if (absl::Status status = decoder.Decode(memory); !status.ok()) return status;
+  return mesh;
+}
+
+absl::StatusOr<Mesh> DecodeDraco(const std::string& draco_bytes) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(draco_bytes.data(), draco_bytes.size());
+  const auto type = draco::Decoder::GetEncodedGeometryType(&buffer);
+  if (!type.ok() || type.value() != draco::TRIANGULAR_MESH) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("not a Draco mesh (", draco_bytes.size(), " bytes)"));
+  }
+  draco::Decoder decoder;
+  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+  if (!decoded.ok()) return FromDraco(decoded.status());
+  const std::unique_ptr<draco::Mesh> draco_mesh = std::move(decoded).value();
+
+  const draco::PointAttribute* positions =
+      draco_mesh->GetNamedAttribute(draco::GeometryAttribute::POSITION);
+  if (positions == nullptr || positions->num_components() != 3) {
+    return absl::InvalidArgumentError("the Draco mesh has no POSITION attribute of three numbers");
+  }
+  Mesh mesh;
+  const uint32_t num_points = draco_mesh->num_points();
+  mesh.positions = CopyAttribute(positions, num_points);
+  mesh.normals =
+      CopyAttribute(draco_mesh->GetNamedAttribute(draco::GeometryAttribute::NORMAL), num_points);
+  mesh.velocities = CopyAttribute(FindNamed(*draco_mesh, "velocity"), num_points);
+  mesh.rest = CopyAttribute<4>(FindNamed(*draco_mesh, "rest"), num_points);
+  if (absl::Status status = CopyTriangles(*draco_mesh, &mesh); !status.ok()) return status;
+  WeldOpenEdges(mesh);
+  return mesh;
+}
+
+}  // namespace
+
+absl::StatusOr<Mesh> DecodeMesh(const std::string& bytes) {
+  return client::IsDraco(bytes) ? DecodeDraco(bytes) : DecodeMeshopt(bytes);
+}
+
+}  // namespace liquidblend
