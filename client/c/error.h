@@ -1,0 +1,33 @@
+// Errors of the C API: codes, and a text for each thread.
+#pragma once
+
+#include <exception>
+#include <string>
+
+#include "absl/status/status.h"
+#include "liquidblend/liquidblend.h"
+
+namespace liquidblend::c_api {
+
+// Keeps the message for lb_last_error(), and returns the code.
+lb_status Report(const absl::Status& status);
+
+// The error of an argument.
+absl::Status InvalidArgument(const char* argument, const char* what);
+
+// Calls `body`, which returns an absl::Status, and reports that. An exception, as when there is no
+// memory, becomes LB_RESOURCE_EXHAUSTED or LB_INTERNAL.
+template <typename Body>
+lb_status Guarded(const Body& body) noexcept {
+  try {
+    return Report(body());
+  } catch (const std::bad_alloc&) {
+    return Report(absl::ResourceExhaustedError("out of memory"));
+  } catch (const std::exception& error) {
+    return Report(absl::InternalError(error.what()));
+  } catch (...) {
+    return Report(absl::InternalError("an unknown exception"));
+  }
+}
+
+}  // namespace liquidblend::c_api

@@ -1,0 +1,80 @@
+// What is behind the handles of the C API.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "client/player/frame_fetcher.h"
+#include "client/player/frame_pool.h"
+#include "client/player/player.h"
+#include "liquidblend/client.h"
+#include "liquidblend/liquidblend.h"
+
+struct lb_client {
+  lb_client(std::unique_ptr<liquidblend::Client> connected,
+            const liquidblend::player::Allocator& allocator)
+      : client(std::move(connected)),
+        fetcher(*client),
+        pool(std::make_shared<liquidblend::player::FramePool>(allocator)) {}
+  const std::unique_ptr<liquidblend::Client> client;
+  liquidblend::player::FrameFetcher fetcher;
+  const std::shared_ptr<liquidblend::player::FramePool> pool;
+};
+
+struct lb_text {
+  std::string text;
+};
+
+struct lb_family {
+  liquidblend::player::FamilyFacts facts;
+  std::string source;
+  std::string json;
+  // What lb_family_describe() points to.
+  std::vector<const char*> targets, parameters;
+  std::vector<double> points;
+};
+
+struct lb_operation {
+  liquidblend::Operation operation;
+  std::string result_message, reason;
+};
+
+struct lb_frame {
+  std::atomic<int> num_owners = 1;
+  liquidblend::player::FramePtr mesh;
+  double velocity_scale = 1.0;
+};
+
+struct lb_player {
+  std::unique_ptr<liquidblend::player::Player> player;
+  std::unique_ptr<lb_family> family;
+  lb_frame* polled = nullptr;  // the frame of the last poll, owned; null: none
+  lb_log_function log = nullptr;
+  void* log_user = nullptr;
+  absl::Status logged;  // the error that was logged last
+};
+
+namespace liquidblend::c_api {
+
+// The allocator, or malloc's for null.  Errors: kInvalidArgument if a function is missing.
+absl::StatusOr<player::Allocator> AllocatorOf(const lb_allocator* allocator);
+
+// Errors: kInvalidArgument, naming the field.
+absl::StatusOr<ConnectOptions> ConnectOptionsOf(const lb_connect_options& options);
+
+// The surface's options; `position_bits` separately.  Errors: kInvalidArgument, naming the field.
+absl::StatusOr<SurfaceOptions> SurfaceOptionsOf(const lb_surface& surface);
+
+// A point in parameter space.  Errors: kInvalidArgument if a name is null or given twice.
+absl::StatusOr<Parameters> ParametersOf(const lb_parameter* parameters, size_t count);
+
+// A family handle that describes a player's, or a server's.
+std::unique_ptr<lb_family> MakeFamily(player::FamilyFacts facts, std::string source,
+                                      std::string json);
+void Describe(const lb_family& family, lb_family_info* info);
+
+}  // namespace liquidblend::c_api
