@@ -1,5 +1,5 @@
 // liquidblend export FAMILY --weights W[,W..] | --parameters NAME=VALUE[,..] -o DIR --format
-// ply|obj|bobj
+// ply|obj|stl|bobj
 #include <memory>
 #include <optional>
 
@@ -166,9 +166,9 @@ void AddExport(CLI::App& app, Context& context) {
                     "new ones are all there; other files stay");
   AddNamedValue<std::string>(
       "--format", flags->format,
-      "ply or obj: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "
+      "ply, obj or stl: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "
       "cache, but in metres; meta.json beside them says rate and units",
-      {{"ply", "ply"}, {"obj", "obj"}, {"bobj", "bobj"}}, *command)
+      {{"ply", "ply"}, {"obj", "obj"}, {"stl", "stl"}, {"bobj", "bobj"}}, *command)
       ->default_str(flags->format);
   command->add_option("--fps", flags->frames_per_second, "Frames per second; default the family's")
       ->check(Positive());
