@@ -154,7 +154,7 @@ const Rooms kRooms[] = {
     {"core/", {"base/", "parallel/", "mesh/", "store/"}},
     {"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
     {"client/", {"include/", "src/", "cli/"}},
-    {"client/cli/", {"flags/", "files/", "print/", "render/"}},
+    {"client/cli/", {"flags/", "files/", "print/", "render/", "export/"}},
     {"server/",
      {"tar/", "admin/", "parameters/", "slice/", "blend/", "finish/", "encode/", "metrics/",
       "catalog/", "base/", "access/", "frames/", "api/", "grpc/", "transcode/", "http/"}},
