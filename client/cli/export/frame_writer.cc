@@ -1,5 +1,6 @@
 #include "client/cli/export/frame_writer.h"
 
+#include "client/cli/export/formats.h"
 #include "client/cli/files/mesh_file.h"
 #include "client/src/status_macros.h"
 #include "liquidblend/decode.h"
@@ -30,8 +31,9 @@ class MeshFilesWriter : public FrameWriter {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<FrameWriter>> MakeFrameWriter(const WriterSettings& settings,
-                                                             const Family& /*family*/,
+                                                             const Family& family,
                                                              const ExportFolder& folder) {
+  if (settings.format == "gltf") return MakeGltfWriter(settings, family, folder);
   return std::make_unique<MeshFilesWriter>(settings.format, folder);
 }
 

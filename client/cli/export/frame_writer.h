@@ -13,9 +13,12 @@
 
 namespace liquidblend::cli {
 
+enum class Compression { kNone, kDraco };
+
 struct WriterSettings {
   std::string format = "ply";
   double frames_per_second = 0.0;
+  Compression compression = Compression::kNone;  // gltf
 };
 
 // Threads: one at a time.

@@ -1,5 +1,9 @@
 #include "client/cli/flags/surface_flags.h"
 
+#include <algorithm>
+#include <iterator>
+#include <string>
+
 #include "absl/strings/str_cat.h"
 
 #include "client/cli/flags/number_checks.h"
@@ -29,9 +33,9 @@ void AddSurfaceFlags(CLI::App& command, SurfaceFlags& flags) {
                   "0 to 1: mix with a little earlier and later, against flicker")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  command.add_flag("--normals", options.normals, "Also normals (.ply: nx ny nz; .drc)");
+  command.add_flag("--normals", options.normals, "Also normals (.ply: nx ny nz; .drc; gltf)");
   command.add_flag("--velocities", options.velocities,
-                   "Also velocities in m/s (.ply: vx vy vz; .drc)");
+                   "Also velocities in m/s (.ply: vx vy vz; .drc; gltf)");
 }
 
 SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags) {
@@ -41,11 +45,14 @@ SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags) {
 }
 
 absl::Status CheckAttributes(const SurfaceFlags& flags, const std::string& extension) {
-  const bool has_attributes = flags.options.normals || flags.options.velocities;
-  if (!has_attributes || extension == "ply" || extension == "drc") return absl::OkStatus();
+  const char* const holders[] = {"ply", "drc", "gltf"};
+  const bool holds_all = std::count(std::begin(holders), std::end(holders), extension) > 0;
+  const bool lacks_normals = flags.options.normals && !holds_all;
+  const bool lacks_velocities = flags.options.velocities && !holds_all;
+  if (!lacks_normals && !lacks_velocities) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat(flags.options.normals ? "--normals" : "--velocities", ": .", extension,
-                   " files do not hold them; .ply and .drc do"));
+      absl::StrCat(lacks_normals ? "--normals" : "--velocities", ": .", extension,
+                   " files do not hold them; .ply and .drc do, and exports as gltf"));
 }
 
 }  // namespace liquidblend::cli

@@ -1,4 +1,4 @@
-#include "client/src/weld.h"
+#include "client/src/draco_mesh.h"
 
 #include <gtest/gtest.h>
 

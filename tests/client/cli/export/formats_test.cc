@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -20,6 +23,7 @@ namespace {
 
 using Json = ::nlohmann::json;
 using testing::CommandResult;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class ExportFormats : public ::testing::Test {
@@ -70,6 +74,149 @@ TEST_F(ExportFormats, AWrongCurveIsRefusedBeforeAnythingIsWritten) {
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("key 2: --weights x: \"x\" is not a number"));
   EXPECT_EQ(server_.NumCalls("GetFamily"), 0);
+}
+
+// The parts of a GLB.
+struct Glb {
+  Json document;
+  std::string binary;
+
+  explicit Glb(const std::string& bytes) {
+    EXPECT_EQ(bytes.substr(0, 4), "glTF");
+    EXPECT_EQ(WordAt(bytes, 8), bytes.size());
+    const size_t json_size = WordAt(bytes, 12);
+    document = Json::parse(bytes.substr(20, json_size));
+    EXPECT_EQ(WordAt(bytes, 20 + json_size), bytes.size() - 28 - json_size);
+    binary = bytes.substr(28 + json_size);
+    EXPECT_EQ(document["buffers"][0]["byteLength"], binary.size());
+  }
+
+  static uint32_t WordAt(const std::string& bytes, size_t offset) {
+    uint32_t word = 0;
+    std::memcpy(&word, &bytes[offset], sizeof(word));
+    return word;
+  }
+
+  // Numbers of an accessor, `size` bytes each.
+  template <typename T>
+  std::vector<double> Values(const Json& index, size_t num_components) const {
+    const Json& accessor = document["accessors"][index.get<size_t>()];
+    const Json& view = document["bufferViews"][accessor["bufferView"].get<size_t>()];
+    const size_t offset = view["byteOffset"].get<size_t>() + accessor.value("byteOffset", 0U);
+    std::vector<T> values(accessor["count"].get<size_t>() * num_components);
+    std::memcpy(values.data(), &binary[offset], values.size() * sizeof(T));
+    return {values.begin(), values.end()};
+  }
+
+  // Frames that are shown at a time, by scale or by visibility: STEP.
+  std::vector<size_t> ShownAt(double time_s, bool by_scale) const {
+    std::vector<size_t> shown;
+    const Json& animation = document["animations"][0];
+    for (const Json& channel : animation["channels"]) {
+      if ((channel["target"]["path"] == "scale") != by_scale) continue;
+      const Json& sampler = animation["samplers"][channel["sampler"].get<size_t>()];
+      EXPECT_EQ(sampler["interpolation"], "STEP");
+      const std::vector<double> times = Values<float>(sampler["input"], 1);
+      const std::vector<double> values =
+          by_scale ? Values<float>(sampler["output"], 3) : Values<uint8_t>(sampler["output"], 1);
+      size_t key = 0;
+      while (key + 1 < times.size() && times[key + 1] <= time_s) ++key;
+      if (values[key * (by_scale ? 3 : 1)] != 0.0) shown.push_back(NodeOf(channel));
+    }
+    return shown;
+  }
+
+  static size_t NodeOf(const Json& channel) {
+    const Json& target = channel["target"];
+    if (target.contains("node")) return target["node"];
+    const std::string pointer = target["extensions"]["KHR_animation_pointer"]["pointer"];
+    return std::stoul(pointer.substr(std::strlen("/nodes/")));
+  }
+};
+
+TEST_F(ExportFormats, AGlbShowsExactlyOneFrameAtATime) {
+  ASSERT_EQ(Run({"--fps", "4", "--format", "gltf"}, "0:0/1:1").exit_code, 0);
+  EXPECT_THAT(testing::ListFolder(Out()), ElementsAre("animation.glb", "meta.json"));
+  const Glb glb(Read("animation.glb"));
+  EXPECT_EQ(glb.document["nodes"].size(), 6U);
+  for (int k = 0; k < 50; ++k) {
+    const double time_s = 0.025 * k + 0.001;
+    const size_t node = std::min<size_t>(static_cast<size_t>(time_s * 4), 4) + 1;
+    EXPECT_THAT(glb.ShownAt(time_s, true), ElementsAre(node)) << time_s;
+    EXPECT_THAT(glb.ShownAt(time_s, false), ElementsAre(node)) << time_s;
+  }
+  const Json& root = glb.document["nodes"][0];
+  EXPECT_EQ(root["name"], "families/drops");
+  EXPECT_EQ(root["rotation"], Json({1.0, 0.0, 0.0, 0.0})) << "-y is up";
+  EXPECT_EQ(glb.document["nodes"][1]["scale"], Json({1.0, 1.0, 1.0}));
+  EXPECT_EQ(glb.document["nodes"][2]["scale"], Json({0.0, 0.0, 0.0}));
+}
+
+TEST_F(ExportFormats, AGlbHasThePositionsOfThePlyExport) {
+  ASSERT_EQ(Run({"--fps", "1", "--format", "gltf"}).exit_code, 0);
+  const Glb glb(Read("animation.glb"));
+  ASSERT_EQ(Run({"--fps", "1", "--overwrite"}).exit_code, 0);
+  EXPECT_THAT(testing::ListFolder(Out()),
+              ElementsAre("frame_0001.ply", "frame_0002.ply", "meta.json"));
+  for (size_t frame = 0; frame < 2; ++frame) {
+    const auto ply = ReadMeshFile(absl::StrCat(Out(), "/frame_000", frame + 1, ".ply"));
+    ASSERT_TRUE(ply.ok()) << ply.status();
+    const Json& primitive = glb.document["meshes"][frame]["primitives"][0];
+    const Json& position = primitive["attributes"]["POSITION"];
+    const std::vector<double> values = glb.Values<float>(position, 3);
+    EXPECT_EQ(std::vector<float>(values.begin(), values.end()), ply->positions);
+    const std::vector<double> indices = glb.Values<uint16_t>(primitive["indices"], 1);
+    EXPECT_EQ(std::vector<uint32_t>(indices.begin(), indices.end()), ply->triangles);
+    const Bounds bounds = ComputeMeshStats(*ply).bounds;
+    const Json& accessor = glb.document["accessors"][position.get<size_t>()];
+    EXPECT_EQ(accessor["max"], Json({bounds.max.x, bounds.max.y, bounds.max.z}));
+    EXPECT_EQ(accessor["min"], Json({bounds.min.x, bounds.min.y, bounds.min.z}));
+  }
+}
+
+TEST_F(ExportFormats, ADracoGlbHoldsTheServersBytes) {
+  ASSERT_EQ(Run({"--fps", "1", "--format", "gltf", "--compression", "draco"}).exit_code, 0);
+  const Glb glb(Read("animation.glb"));
+  EXPECT_THAT(glb.document["extensionsRequired"], ElementsAre("KHR_draco_mesh_compression"));
+  const Json& primitive = glb.document["meshes"][0]["primitives"][0];
+  const Json& draco = primitive["extensions"]["KHR_draco_mesh_compression"];
+  EXPECT_EQ(draco["attributes"], Json({{"POSITION", 0}}));
+  const Json& view = glb.document["bufferViews"][draco["bufferView"].get<size_t>()];
+  EXPECT_EQ(glb.binary.substr(view["byteOffset"], view["byteLength"]),
+            testing::EncodeDraco(testing::MakeOctahedron(0.5, 0.0), 20));
+  const auto accessor = [&](const Json& index) {
+    return glb.document["accessors"][index.get<size_t>()];
+  };
+  EXPECT_EQ(accessor(primitive["attributes"]["POSITION"])["count"], 6);
+  EXPECT_FALSE(accessor(primitive["attributes"]["POSITION"]).contains("bufferView"));
+  EXPECT_EQ(accessor(primitive["indices"])["count"], 24);
+}
+
+TEST_F(ExportFormats, AFileOfTheSameNameThatNoExportHasWrittenStays) {
+  dir_.Write("animation.glb", "mine");
+  std::filesystem::create_directory(Out());
+  std::filesystem::rename(dir_.File("animation.glb"), Out() + "/animation.glb");
+  const CommandResult result = Run({"--format", "gltf", "--overwrite"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("holds animation.glb, which the export would replace"));
+  EXPECT_EQ(Read("animation.glb"), "mine");
+}
+
+TEST_F(ExportFormats, AnExportReplacesAnEarlierOneOfOneFile) {
+  for (const char* format : {"gltf", "gltf"}) {
+    ASSERT_EQ(Run({"--format", format, "--fps", "1", "--overwrite"}).exit_code, 0) << format;
+  }
+  EXPECT_THAT(testing::ListFolder(Out()), ElementsAre("animation.glb", "meta.json"));
+}
+
+TEST_F(ExportFormats, FlagsOfAnotherFormatAreRefused) {
+  EXPECT_THAT(Run({"--compression", "draco"}).err,
+              HasSubstr("--compression draco is for --format gltf, not for ply"));
+}
+
+TEST_F(ExportFormats, VelocitiesAreRefusedWhereTheyHaveNoPlace) {
+  EXPECT_EQ(Run({"--format", "stl", "--velocities"}).exit_code, 2);
+  EXPECT_EQ(Run({"--format", "gltf", "--velocities", "--fps", "1"}).exit_code, 0);
 }
 
 }  // namespace

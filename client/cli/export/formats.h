@@ -1,0 +1,17 @@
+// Formats of an export that are more than a mesh file a frame; frame_writer.h says what each
+// function is for.
+#pragma once
+
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "client/cli/export/frame_writer.h"
+
+namespace liquidblend::cli {
+
+// animation.glb: glTF 2.0, binary.
+absl::StatusOr<std::unique_ptr<FrameWriter>> MakeGltfWriter(const WriterSettings& settings,
+                                                            const Family& family,
+                                                            const ExportFolder& folder);
+
+}  // namespace liquidblend::cli
