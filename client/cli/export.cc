@@ -1,5 +1,5 @@
 // liquidblend export FAMILY --weights W[,W..] | --parameters NAME=VALUE[,..] -o DIR --format
-// ply|obj|stl|bobj|gltf
+// ply|obj|stl|bobj|gltf|usda
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -136,8 +136,15 @@ void AddFormatFlags(CLI::App& command, WriterSettings& settings) {
   AddNamedValue<std::string>(
       "--format", settings.format,
       "ply, obj or stl: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "
-      "cache, but in metres; gltf: animation.glb; meta.json beside them says rate and units",
-      {{"ply", "ply"}, {"obj", "obj"}, {"stl", "stl"}, {"bobj", "bobj"}, {"gltf", "gltf"}}, command)
+      "cache, but in metres; gltf: animation.glb; usda: animation.usda; meta.json beside "
+      "them says rate and units",
+      {{"ply", "ply"},
+       {"obj", "obj"},
+       {"stl", "stl"},
+       {"bobj", "bobj"},
+       {"gltf", "gltf"},
+       {"usda", "usda"}},
+      command)
       ->default_str(settings.format);
   AddNamedValue<Compression>("--compression", settings.compression,
                              "With --format gltf: none, which every program reads, or draco, a "

@@ -14,4 +14,9 @@ absl::StatusOr<std::unique_ptr<FrameWriter>> MakeGltfWriter(const WriterSettings
                                                             const Family& family,
                                                             const ExportFolder& folder);
 
+// animation.usda: USD as text.
+absl::StatusOr<std::unique_ptr<FrameWriter>> MakeUsdaWriter(const WriterSettings& settings,
+                                                            const Family& family,
+                                                            const ExportFolder& folder);
+
 }  // namespace liquidblend::cli

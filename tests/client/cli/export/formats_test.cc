@@ -25,6 +25,7 @@ using Json = ::nlohmann::json;
 using testing::CommandResult;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ExportFormats : public ::testing::Test {
  protected:
@@ -192,6 +193,25 @@ TEST_F(ExportFormats, ADracoGlbHoldsTheServersBytes) {
   EXPECT_EQ(accessor(primitive["indices"])["count"], 24);
 }
 
+TEST_F(ExportFormats, UsdaHasASampleForEachFrame) {
+  ASSERT_EQ(Run({"--fps", "2", "--format", "usda"}).exit_code, 0);
+  const std::string text = Read("animation.usda");
+  EXPECT_EQ(text.substr(0, 10), "#usda 1.0\n");
+  EXPECT_THAT(text, HasSubstr("    endTimeCode = 2\n    framesPerSecond = 2\n"));
+  EXPECT_THAT(text, HasSubstr("upAxis = \"Y\"\n"));
+  EXPECT_THAT(text, HasSubstr("float3 xformOp:rotateXYZ = (180, 0, 0)\n")) << "-y is up";
+  for (const char* name : {"float3[] extent", "int[] faceVertexCounts", "int[] faceVertexIndices",
+                           "point3f[] points"}) {
+    const size_t begin = text.find(absl::StrCat(name, ".timeSamples = {\n"));
+    ASSERT_NE(begin, std::string::npos) << name;
+    const std::string samples = text.substr(begin, text.find("}\n", begin) - begin);
+    for (const char* code : {"\n            0: [", "\n            1: [", "\n            2: ["}) {
+      EXPECT_THAT(samples, HasSubstr(code)) << name;
+    }
+  }
+  EXPECT_THAT(text, Not(HasSubstr("normals")));
+}
+
 TEST_F(ExportFormats, AFileOfTheSameNameThatNoExportHasWrittenStays) {
   dir_.Write("animation.glb", "mine");
   std::filesystem::create_directory(Out());
@@ -203,7 +223,7 @@ TEST_F(ExportFormats, AFileOfTheSameNameThatNoExportHasWrittenStays) {
 }
 
 TEST_F(ExportFormats, AnExportReplacesAnEarlierOneOfOneFile) {
-  for (const char* format : {"gltf", "gltf"}) {
+  for (const char* format : {"gltf", "usda", "gltf"}) {
     ASSERT_EQ(Run({"--format", format, "--fps", "1", "--overwrite"}).exit_code, 0) << format;
   }
   EXPECT_THAT(testing::ListFolder(Out()), ElementsAre("animation.glb", "meta.json"));
