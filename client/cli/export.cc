@@ -1,5 +1,5 @@
 // liquidblend export FAMILY --weights W[,W..] | --parameters NAME=VALUE[,..] -o DIR --format
-// ply|obj|stl|bobj|gltf|usda
+// ply|obj|stl|bobj|gltf|usda|vat
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -136,14 +136,15 @@ void AddFormatFlags(CLI::App& command, WriterSettings& settings) {
   AddNamedValue<std::string>(
       "--format", settings.format,
       "ply, obj or stl: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "
-      "cache, but in metres; gltf: animation.glb; usda: animation.usda; meta.json beside "
-      "them says rate and units",
+      "cache, but in metres; gltf: animation.glb; usda: animation.usda; vat: vat.json and "
+      "textures; meta.json beside them says rate and units",
       {{"ply", "ply"},
        {"obj", "obj"},
        {"stl", "stl"},
        {"bobj", "bobj"},
        {"gltf", "gltf"},
-       {"usda", "usda"}},
+       {"usda", "usda"},
+       {"vat", "vat"}},
       command)
       ->default_str(settings.format);
   AddNamedValue<Compression>("--compression", settings.compression,
@@ -151,6 +152,11 @@ void AddFormatFlags(CLI::App& command, WriterSettings& settings) {
                              "fifth of the bytes (none)",
                              {{"none", Compression::kNone}, {"draco", Compression::kDraco}},
                              command);
+  command
+      .add_option("--texture-size", settings.texture_size,
+                  "With --format vat: the longest side of a texture")
+      ->check(CLI::Range(1024, 16384))
+      ->capture_default_str();
 }
 
 // Flags of one format, given with another.

@@ -19,4 +19,9 @@ absl::StatusOr<std::unique_ptr<FrameWriter>> MakeUsdaWriter(const WriterSettings
                                                             const Family& family,
                                                             const ExportFolder& folder);
 
+// vat.json and vat_*.exr: vertex animation textures.
+absl::StatusOr<std::unique_ptr<FrameWriter>> MakeVatWriter(const WriterSettings& settings,
+                                                           const Family& family,
+                                                           const ExportFolder& folder);
+
 }  // namespace liquidblend::cli

@@ -35,6 +35,7 @@ absl::StatusOr<std::unique_ptr<FrameWriter>> MakeFrameWriter(const WriterSetting
                                                              const ExportFolder& folder) {
   if (settings.format == "gltf") return MakeGltfWriter(settings, family, folder);
   if (settings.format == "usda") return MakeUsdaWriter(settings, family, folder);
+  if (settings.format == "vat") return MakeVatWriter(settings, family, folder);
   return std::make_unique<MeshFilesWriter>(settings.format, folder);
 }
 

@@ -19,6 +19,7 @@ struct WriterSettings {
   std::string format = "ply";
   double frames_per_second = 0.0;
   Compression compression = Compression::kNone;  // gltf
+  int64_t texture_size = 8192;                   // vat: the longest side
 };
 
 // Threads: one at a time.

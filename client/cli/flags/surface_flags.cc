@@ -33,9 +33,10 @@ void AddSurfaceFlags(CLI::App& command, SurfaceFlags& flags) {
                   "0 to 1: mix with a little earlier and later, against flicker")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  command.add_flag("--normals", options.normals, "Also normals (.ply: nx ny nz; .drc; gltf, usda)");
+  command.add_flag("--normals", options.normals,
+                   "Also normals (.ply: nx ny nz; .drc; gltf, usda, vat)");
   command.add_flag("--velocities", options.velocities,
-                   "Also velocities in m/s (.ply: vx vy vz; .drc; gltf, usda)");
+                   "Also velocities in m/s (.ply: vx vy vz; .drc; gltf, usda, vat)");
 }
 
 SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags) {
@@ -45,14 +46,14 @@ SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags) {
 }
 
 absl::Status CheckAttributes(const SurfaceFlags& flags, const std::string& extension) {
-  const char* const holders[] = {"ply", "drc", "gltf", "usda"};
+  const char* const holders[] = {"ply", "drc", "gltf", "usda", "vat"};
   const bool holds_all = std::count(std::begin(holders), std::end(holders), extension) > 0;
   const bool lacks_normals = flags.options.normals && !holds_all;
   const bool lacks_velocities = flags.options.velocities && !holds_all;
   if (!lacks_normals && !lacks_velocities) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat(lacks_normals ? "--normals" : "--velocities", ": .", extension,
-                   " files do not hold them; .ply and .drc do, and exports as gltf and usda"));
+                   " files do not hold them; .ply and .drc do, and exports as gltf, usda and vat"));
 }
 
 }  // namespace liquidblend::cli

@@ -25,6 +25,7 @@ using Json = ::nlohmann::json;
 using testing::CommandResult;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 class ExportFormats : public ::testing::Test {
@@ -212,6 +213,29 @@ TEST_F(ExportFormats, UsdaHasASampleForEachFrame) {
   EXPECT_THAT(text, Not(HasSubstr("normals")));
 }
 
+TEST_F(ExportFormats, VatSaysHowItsTexturesAreRead) {
+  ASSERT_EQ(Run({"--fps", "2", "--format", "vat"}).exit_code, 0);
+  EXPECT_THAT(testing::ListFolder(Out()),
+              ElementsAre("meta.json", "vat.json", "vat_positions.exr", "vat_triangles.exr"));
+  const Json vat = Json::parse(Read("vat.json"));
+  EXPECT_EQ(vat["num_frames"], 3);
+  EXPECT_EQ(vat["max_triangles"], 8);
+  EXPECT_EQ(vat["up"], "-y");
+  const Json& triangles = vat["textures"]["triangles"];
+  EXPECT_EQ(triangles["width"], 4);
+  EXPECT_EQ(triangles["rows_per_frame"], 2);
+  EXPECT_NEAR(vat["bounds"]["max"][0].get<double>(), 2.5, 1e-4);
+}
+
+TEST_F(ExportFormats, VatRefusesMoreThanATextureHoldsAndLeavesNothing) {
+  const CommandResult result =
+      Run({"--fps", "1100", "--format", "vat", "--texture-size", "1024"}, "0:0/1:1");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("1025 frames of up to 8 triangles do not fit into a texture of "
+                                    "1024 x 1024; use a coarser level (--lod)"));
+  EXPECT_THAT(testing::ListFolder(Out()), IsEmpty());
+}
+
 TEST_F(ExportFormats, AFileOfTheSameNameThatNoExportHasWrittenStays) {
   dir_.Write("animation.glb", "mine");
   std::filesystem::create_directory(Out());
@@ -223,7 +247,7 @@ TEST_F(ExportFormats, AFileOfTheSameNameThatNoExportHasWrittenStays) {
 }
 
 TEST_F(ExportFormats, AnExportReplacesAnEarlierOneOfOneFile) {
-  for (const char* format : {"gltf", "usda", "gltf"}) {
+  for (const char* format : {"gltf", "usda", "vat", "gltf"}) {
     ASSERT_EQ(Run({"--format", format, "--fps", "1", "--overwrite"}).exit_code, 0) << format;
   }
   EXPECT_THAT(testing::ListFolder(Out()), ElementsAre("animation.glb", "meta.json"));
