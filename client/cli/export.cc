@@ -1,5 +1,5 @@
 // liquidblend export FAMILY --weights W[,W..] | --parameters NAME=VALUE[,..] -o DIR --format
-// ply|obj|stl|bobj|gltf|usda|vat
+// ply|obj|stl|bobj|gltf|usda|vat|vdb
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -137,14 +137,15 @@ void AddFormatFlags(CLI::App& command, WriterSettings& settings) {
       "--format", settings.format,
       "ply, obj or stl: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "
       "cache, but in metres; gltf: animation.glb; usda: animation.usda; vat: vat.json and "
-      "textures; meta.json beside them says rate and units",
+      "textures; vdb: a level set a frame; meta.json beside them says rate and units",
       {{"ply", "ply"},
        {"obj", "obj"},
        {"stl", "stl"},
        {"bobj", "bobj"},
        {"gltf", "gltf"},
        {"usda", "usda"},
-       {"vat", "vat"}},
+       {"vat", "vat"},
+       {"vdb", "vdb"}},
       command)
       ->default_str(settings.format);
   AddNamedValue<Compression>("--compression", settings.compression,
@@ -157,6 +158,10 @@ void AddFormatFlags(CLI::App& command, WriterSettings& settings) {
                   "With --format vat: the longest side of a texture")
       ->check(CLI::Range(1024, 16384))
       ->capture_default_str();
+  command
+      .add_option("--voxel-size", settings.voxel_size_m,
+                  "With --format vdb: metres; default the mean edge length of the first frame")
+      ->check(Positive());
 }
 
 // Flags of one format, given with another.
@@ -168,6 +173,7 @@ absl::Status CheckFormatFlags(const WriterSettings& settings) {
   if (settings.compression != Compression::kNone && settings.format != "gltf") {
     return refuse("--compression draco", "gltf");
   }
+  if (settings.voxel_size_m > 0.0 && settings.format != "vdb") return refuse("--voxel-size", "vdb");
   return absl::OkStatus();
 }
 

@@ -24,4 +24,9 @@ absl::StatusOr<std::unique_ptr<FrameWriter>> MakeVatWriter(const WriterSettings&
                                                            const Family& family,
                                                            const ExportFolder& folder);
 
+// frame_0001.vdb and so on: a level set each.
+// Errors: kFailedPrecondition if OpenVDB is not installed.
+absl::StatusOr<std::unique_ptr<FrameWriter>> MakeVdbWriter(const WriterSettings& settings,
+                                                           const ExportFolder& folder);
+
 }  // namespace liquidblend::cli

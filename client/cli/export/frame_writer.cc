@@ -36,6 +36,7 @@ absl::StatusOr<std::unique_ptr<FrameWriter>> MakeFrameWriter(const WriterSetting
   if (settings.format == "gltf") return MakeGltfWriter(settings, family, folder);
   if (settings.format == "usda") return MakeUsdaWriter(settings, family, folder);
   if (settings.format == "vat") return MakeVatWriter(settings, family, folder);
+  if (settings.format == "vdb") return MakeVdbWriter(settings, folder);
   return std::make_unique<MeshFilesWriter>(settings.format, folder);
 }
 

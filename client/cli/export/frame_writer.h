@@ -20,6 +20,7 @@ struct WriterSettings {
   double frames_per_second = 0.0;
   Compression compression = Compression::kNone;  // gltf
   int64_t texture_size = 8192;                   // vat: the longest side
+  double voxel_size_m = 0.0;                     // vdb; 0: the first frame's mean edge length
 };
 
 // Threads: one at a time.

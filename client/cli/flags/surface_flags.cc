@@ -49,7 +49,7 @@ absl::Status CheckAttributes(const SurfaceFlags& flags, const std::string& exten
   const char* const holders[] = {"ply", "drc", "gltf", "usda", "vat"};
   const bool holds_all = std::count(std::begin(holders), std::end(holders), extension) > 0;
   const bool lacks_normals = flags.options.normals && !holds_all;
-  const bool lacks_velocities = flags.options.velocities && !holds_all;
+  const bool lacks_velocities = flags.options.velocities && !holds_all && extension != "vdb";
   if (!lacks_normals && !lacks_velocities) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat(lacks_normals ? "--normals" : "--velocities", ": .", extension,

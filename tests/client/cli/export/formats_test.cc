@@ -256,6 +256,21 @@ TEST_F(ExportFormats, AnExportReplacesAnEarlierOneOfOneFile) {
 TEST_F(ExportFormats, FlagsOfAnotherFormatAreRefused) {
   EXPECT_THAT(Run({"--compression", "draco"}).err,
               HasSubstr("--compression draco is for --format gltf, not for ply"));
+  EXPECT_THAT(Run({"--format", "usda", "--voxel-size", "0.1"}).err,
+              HasSubstr("--voxel-size is for --format vdb, not for usda"));
+}
+
+// What is in it is tested by importing it: RoundTripTest of tests/e2e/inputs_test.cc.
+TEST_F(ExportFormats, VdbWritesALevelSetAFrame) {
+  const CommandResult result =
+      Run({"--format", "vdb", "--velocities", "--voxel-size", "0.2", "--fps", "1"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(testing::ListFolder(Out()),
+              ElementsAre("frame_0001.vdb", "frame_0002.vdb", "meta.json"));
+  EXPECT_EQ(Read("frame_0001.vdb").substr(0, 4), std::string("\x20\x42\x44\x56"));
+  const CommandResult fine = Run({"--format", "vdb", "--voxel-size", "1e-5", "--overwrite"});
+  EXPECT_EQ(fine.exit_code, 2);
+  EXPECT_THAT(fine.err, HasSubstr("--voxel-size 1e-05: a surface of "));
 }
 
 TEST_F(ExportFormats, VelocitiesAreRefusedWhereTheyHaveNoPlace) {
