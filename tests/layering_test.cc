@@ -115,7 +115,7 @@ const ThirdParty kThirdParties[] = {
     {"archive_entry.h", {"server/tar/"}},
     {"openssl/", {"core/store/", "client/src/", "server/access/", "server/grpc/"}},
     {"xxhash.h", {"core/store/", "client/src/"}},
-    {"openvdb/", {"worker/ingest/"}},
+    {"openvdb/", {"worker/ingest/", "client/vdb/"}},
     {"blosc.h", {"worker/ingest/"}},
     {"zlib.h", {"worker/ingest/", "server/http/", "client/cli/"}},
     {"nlohmann/",
@@ -157,9 +157,9 @@ const Rooms kRooms[] = {{"core/",
                          {"base/", "parallel/", "mesh/", "store/", "parameters/", "slice/",
                           "blend/", "finish/", "frames/"}},
                         {"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
-                        {"client/", {"include/", "src/", "player/", "c/", "cli/"}},
+                        {"client/", {"include/", "src/", "player/", "c/", "vdb/", "cli/"}},
                         {"client/src/", {"decode/"}},
-    {"client/cli/", {"flags/", "files/", "print/", "render/"}},
+                        {"client/cli/", {"flags/", "files/", "print/", "render/", "export/"}},
                         {"server/",
                          {"tar/", "admin/", "encode/", "metrics/", "catalog/", "base/", "access/",
                           "frames/", "api/", "grpc/", "transcode/", "http/"}},
@@ -175,12 +175,12 @@ constexpr size_t kMaxFilesPerFolder = 40;
 
 // The system's own headers; C++'s have neither a dot nor a slash.
 const std::set<std::string_view> kSystem = {
-    "dirent.h",       "errno.h",      "fcntl.h",       "fnmatch.h",     "malloc.h",
-    "poll.h",         "pthread.h",    "sched.h",       "signal.h",      "spawn.h",
-    "termios.h",      "unistd.h",     "netdb.h",       "emmintrin.h",   "xmmintrin.h",
-    "sys/file.h",     "sys/ioctl.h",  "sys/mman.h",    "sys/prctl.h",   "sys/random.h",
-    "sys/resource.h", "sys/socket.h", "sys/stat.h",    "sys/statvfs.h", "sys/types.h",
-    "sys/wait.h",     "netinet/in.h", "netinet/tcp.h", "arpa/inet.h"};
+    "dirent.h",     "dlfcn.h",        "errno.h",      "fcntl.h",       "fnmatch.h",
+    "malloc.h",     "poll.h",         "pthread.h",    "sched.h",       "signal.h",
+    "spawn.h",      "termios.h",      "unistd.h",     "netdb.h",       "emmintrin.h",
+    "xmmintrin.h",  "sys/file.h",     "sys/ioctl.h",  "sys/mman.h",    "sys/prctl.h",
+    "sys/random.h", "sys/resource.h", "sys/socket.h", "sys/stat.h",    "sys/statvfs.h",
+    "sys/types.h",  "sys/wait.h",     "netinet/in.h", "netinet/tcp.h", "arpa/inet.h"};
 
 bool IsCpp(std::string_view target) { return target.find_first_of("./") == std::string_view::npos; }
 

@@ -1,4 +1,4 @@
-// liquidblend convert IN.{drc,ply,obj,bobj.gz} OUT.{ply,obj,bobj.gz}
+// liquidblend convert IN.{drc,ply,obj,bobj.gz} OUT.{ply,obj,bobj.gz,stl}
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,7 +23,8 @@ struct ConvertFlags {
 // Attributes of the mesh that have no place in the file.
 std::string LeftOut(const Mesh& mesh, const std::string& extension) {
   std::vector<std::string> left_out;
-  if (!mesh.normals.empty() && extension == "obj") left_out.push_back("normals");
+  if (!mesh.normals.empty() && (extension == "obj" || extension == "stl"))
+    left_out.push_back("normals");
   if (!mesh.velocities.empty() && extension != "ply") left_out.push_back("velocities");
   if (!mesh.rest.empty() && extension != "ply") left_out.push_back("rest positions");
   return absl::StrJoin(left_out, " and ");
@@ -31,9 +32,9 @@ std::string LeftOut(const Mesh& mesh, const std::string& extension) {
 
 absl::Status RunConvert(const ConvertFlags& flags, const Context& context) {
   const std::string extension = Extension(flags.output);
-  if (extension != "ply" && extension != "obj" && extension != "bobj.gz") {
+  if (!IsWrittenMeshFileName(flags.output)) {
     return absl::InvalidArgumentError(
-        absl::StrCat(flags.output, ": must end in .ply, .obj or .bobj.gz"));
+        absl::StrCat(flags.output, ": must end in ", kWrittenMeshFiles));
   }
   LBC_RETURN_IF_ERROR(CheckOutput(flags.output));
   std::string passed_over;
@@ -63,7 +64,7 @@ void AddConvert(CLI::App& app, Context& context) {
   CLI::App* command =
       app.add_subcommand("convert", "Write a mesh file in another format; needs no server");
   command->add_option("IN", flags->input, "FILE.{drc,ply,obj,bobj.gz}")->required();
-  command->add_option("OUT", flags->output, "FILE.{ply,obj,bobj.gz}; positions in metres")
+  command->add_option("OUT", flags->output, "FILE.{ply,obj,bobj.gz,stl}; positions in metres")
       ->required();
   command->callback([flags, &context] { context.status = RunConvert(*flags, context); });
 }

@@ -1,15 +1,18 @@
 // liquidblend export FAMILY --weights W[,W..] | --parameters NAME=VALUE[,..] -o DIR --format
-// ply|obj|bobj
+// ply|obj|stl|bobj|gltf|usda|vat|vdb
+#include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/commands.h"
+#include "client/cli/export/blend_curve.h"
+#include "client/cli/export/frame_source.h"
+#include "client/cli/export/frame_writer.h"
 #include "client/cli/files/export_folder.h"
 #include "client/cli/files/export_meta.h"
 #include "client/cli/files/files.h"
-#include "client/cli/files/mesh_file.h"
 #include "client/cli/flags/blend_flags.h"
 #include "client/cli/flags/encoding_flags.h"
 #include "client/cli/flags/named_value.h"
@@ -20,7 +23,6 @@
 #include "client/cli/print/json.h"
 #include "client/cli/print/progress_bar.h"
 #include "client/src/status_macros.h"
-#include "liquidblend/decode.h"
 
 namespace liquidblend::cli {
 namespace {
@@ -32,121 +34,173 @@ struct ExportFlags {
   int64_t version = 0;  // 0: the published one
   BlendFlags blend;
   std::string directory;
-  std::string format = "ply";
   bool overwrite = false;
   double frames_per_second = 0.0;  // 0: the family's
   EncodingFlags encoding = {.position_bits = kExportBits};
   SurfaceFlags surface;
+  WriterSettings writer;
 };
 
 struct ExportResult {
-  std::vector<std::string> names;  // of the frames' files
+  ExportedFiles files;
   std::vector<double> times_s;
   int64_t version = 0;
-  std::vector<double> weights;
-  bool extrapolated = false;
-  bool clamped = false;
+  std::vector<std::vector<double>> weights;  // of each frame
+  bool extrapolated = false;                 // some frame
+  bool clamped = false;                      // some frame
 };
 
-ExportedFiles FilesOf(const std::string& format, size_t count) {
-  const auto num_files = static_cast<int64_t>(count);
-  if (format == "bobj") return {"fluid_mesh_", ".bobj.gz", num_files};
-  return {"frame_", "." + format, num_files};
-}
-
 // All of one version: the one that says the rate and what is up.
-StreamSettings ToSettings(const ExportFlags& flags, const Family& family, const Blend& blend) {
+StreamSettings ToSettings(const ExportFlags& flags, const Family& family) {
   StreamSettings settings;
   settings.family = family.name;
   settings.version = family.version;
-  settings.weights = blend.weights;
-  settings.parameters = blend.parameters;
-  settings.extrapolate = blend.extrapolate;
-  settings.time_s = 0.0;
   SetEncoding(flags.encoding, settings);
-  settings.loop = false;
-  settings.lossless = true;
   settings.surface = ToSurfaceOptions(flags.surface);
   if (flags.frames_per_second > 0.0) settings.frames_per_second = flags.frames_per_second;
   return settings;
 }
 
-absl::Status WriteOne(const Frame& frame, const ExportFolder& folder, const ExportFlags& flags,
-                      ExportResult& result) {
-  LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
-  const ExportedFiles files = FilesOf(flags.format, result.names.size() + 1);
-  result.names.push_back(files.NameOf(files.count));
-  LBC_RETURN_IF_ERROR(WriteMeshFile(mesh, folder.TemporaryPath(result.names.back())));
+void Note(const Frame& frame, ExportResult& result) {
   result.times_s.push_back(frame.time_s);
   result.version = frame.version;
-  result.weights = frame.weights;
-  result.extrapolated = frame.extrapolated;
-  result.clamped = frame.clamped;
-  return absl::OkStatus();
+  result.weights.push_back(frame.weights);
+  result.extrapolated = result.extrapolated || frame.extrapolated;
+  result.clamped = result.clamped || frame.clamped;
 }
 
-// Reads the stream to its end, one file per frame.
-absl::StatusOr<ExportResult> WriteFrames(FrameStream& stream, const ExportFolder& folder,
-                                         const ExportFlags& flags, double duration_s,
-                                         ProgressBar& bar) {
+// Reads the frames to their end.
+absl::StatusOr<ExportResult> WriteFrames(FrameSource& source, const Family& family,
+                                         FrameWriter& writer, ProgressBar& bar) {
   ExportResult result;
   for (;;) {
-    LBC_ASSIGN_OR_RETURN(const std::optional<StreamedFrame> streamed, stream.Read());
-    if (!streamed) return result;
-    LBC_RETURN_IF_ERROR(WriteOne(streamed->frame, folder, flags, result));
-    const double time_s = streamed->frame.time_s;
-    bar.Update(duration_s > 0.0 ? time_s / duration_s : 1.0, "export",
-               absl::StrFormat("export, %.2f of %.2f s, %d files", time_s, duration_s,
-                               result.names.size()));
+    LBC_ASSIGN_OR_RETURN(const std::optional<Frame> frame, source.Next());
+    if (!frame) break;
+    LBC_RETURN_IF_ERROR(writer.Add(*frame));
+    Note(*frame, result);
+    bar.Update(family.duration_s > 0.0 ? frame->time_s / family.duration_s : 1.0, "export",
+               absl::StrFormat("export, %.2f of %.2f s, %d frames", frame->time_s,
+                               family.duration_s, result.times_s.size()));
   }
+  if (result.times_s.empty()) {
+    return absl::InternalError(absl::StrCat(family.name, ": the server sent no frames"));
+  }
+  LBC_ASSIGN_OR_RETURN(result.files, writer.Finish());
+  return result;
 }
 
 // meta.json, then all files at their place.
-absl::Status Finish(const ExportResult& result, const Family& family, const ExportFlags& flags,
-                    double frames_per_second, ExportFolder& folder) {
-  if (result.names.empty()) {
-    return absl::InternalError(absl::StrCat(family.name, ": the server sent no frames"));
-  }
-  const std::string meta =
-      ToMetaJson({frames_per_second, result.times_s, family.name, result.version, result.weights,
-                  family.up, FilesOf(flags.format, result.names.size())});
+absl::Status Finish(const ExportResult& result, const Family& family, double frames_per_second,
+                    ExportFolder& folder) {
+  const std::string meta = ToMetaJson({frames_per_second, result.times_s, family.name,
+                                       result.version, result.weights, family.up, result.files});
   LBC_RETURN_IF_ERROR(WriteFile(folder.TemporaryPath(kMetaName), meta));
-  std::vector<std::string> names = result.names;
+  std::vector<std::string> names = result.files.Names();
   names.push_back(kMetaName);
   return folder.Commit(names);
 }
 
+// "0.5", or "0, 0 to 1, 0 along a curve".
+std::string DescribeBlend(const ExportResult& result) {
+  const auto describe = [&](const std::vector<double>& weights) {
+    return DescribeWeights(weights, result.extrapolated, result.clamped);
+  };
+  if (result.weights.size() == 1) return describe(result.weights[0]);
+  return absl::StrCat(FormatNumbers(result.weights.front()), " to ",
+                      describe(result.weights.back()), " along a curve");
+}
+
+void PrintResult(const ExportFlags& flags, const ExportResult& result, double frames_per_second,
+                 const std::string& family, const Context& context) {
+  const std::vector<std::string> names = result.files.Names();
+  const std::string first_file = (std::filesystem::path(flags.directory) / names[0]).string();
+  const std::string what = names.size() == 1
+                               ? absl::StrCat(first_file)
+                               : absl::StrCat(names.size(), " files, from ", first_file, " on");
+  context.Print(absl::StrCat(what, ": ", family, " version ", result.version, ", ",
+                             result.times_s.size(), " frames, weights ", DescribeBlend(result)));
+  context.PrintJson({{"directory", flags.directory},
+                     {"first_file", first_file},
+                     {"num_files", names.size()},
+                     {"num_frames", result.times_s.size()},
+                     {"family", family},
+                     {"version", result.version},
+                     {"weights", WeightsJson(result.weights)},
+                     {"extrapolated", result.extrapolated},
+                     {"clamped", result.clamped},
+                     {"frames_per_second", frames_per_second}});
+}
+
+// `settings` must outlive the parser.
+void AddFormatFlags(CLI::App& command, WriterSettings& settings) {
+  AddNamedValue<std::string>(
+      "--format", settings.format,
+      "ply, obj or stl: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "
+      "cache, but in metres; gltf: animation.glb; usda: animation.usda; vat: vat.json and "
+      "textures; vdb: a level set a frame; meta.json beside them says rate and units",
+      {{"ply", "ply"},
+       {"obj", "obj"},
+       {"stl", "stl"},
+       {"bobj", "bobj"},
+       {"gltf", "gltf"},
+       {"usda", "usda"},
+       {"vat", "vat"},
+       {"vdb", "vdb"}},
+      command)
+      ->default_str(settings.format);
+  AddNamedValue<Compression>("--compression", settings.compression,
+                             "With --format gltf: none, which every program reads, or draco, a "
+                             "fifth of the bytes (none)",
+                             {{"none", Compression::kNone}, {"draco", Compression::kDraco}},
+                             command);
+  command
+      .add_option("--texture-size", settings.texture_size,
+                  "With --format vat: the longest side of a texture")
+      ->check(CLI::Range(1024, 16384))
+      ->capture_default_str();
+  command
+      .add_option("--voxel-size", settings.voxel_size_m,
+                  "With --format vdb: metres; default the mean edge length of the first frame")
+      ->check(Positive());
+}
+
+// Flags of one format, given with another.
+absl::Status CheckFormatFlags(const WriterSettings& settings) {
+  const auto refuse = [&](const char* flag, const char* format) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(flag, " is for --format ", format, ", not for ", settings.format));
+  };
+  if (settings.compression != Compression::kNone && settings.format != "gltf") {
+    return refuse("--compression draco", "gltf");
+  }
+  if (settings.voxel_size_m > 0.0 && settings.format != "vdb") return refuse("--voxel-size", "vdb");
+  return absl::OkStatus();
+}
+
 absl::Status RunExport(const ExportFlags& flags, const Context& context) {
-  LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, flags.format));
-  LBC_ASSIGN_OR_RETURN(const Blend blend, ToRequiredBlend(flags.blend));
+  LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, flags.writer.format));
+  LBC_RETURN_IF_ERROR(CheckFormatFlags(flags.writer));
+  LBC_ASSIGN_OR_RETURN(const BlendCurve curve, ToBlendCurve(flags.blend));
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const Family family, client->GetFamily(flags.family, flags.version));
   LBC_ASSIGN_OR_RETURN(
       ExportFolder folder,
       ExportFolder::Open(flags.directory, flags.overwrite ? ExportFolder::Policy::kOverwrite
                                                           : ExportFolder::Policy::kMustBeEmpty));
-  LBC_ASSIGN_OR_RETURN(const std::unique_ptr<FrameStream> stream,
-                       client->StreamFrames(ToSettings(flags, family, blend)));
-  ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
-  LBC_ASSIGN_OR_RETURN(const ExportResult result,
-                       WriteFrames(*stream, folder, flags, family.duration_s, bar));
-  bar.Finish();
-  const double frames_per_second =
+  WriterSettings settings = flags.writer;
+  settings.frames_per_second =
       flags.frames_per_second > 0.0 ? flags.frames_per_second : family.frames_per_second;
-  LBC_RETURN_IF_ERROR(Finish(result, family, flags, frames_per_second, folder));
-  const std::string first_file = folder.FinalPath(result.names[0]);
-  context.Print(absl::StrCat(result.names.size(), " files, from ", first_file, " on: ", family.name,
-                             " version ", result.version, ", weights ",
-                             DescribeWeights(result.weights, result.extrapolated, result.clamped)));
-  context.PrintJson({{"directory", flags.directory},
-                     {"first_file", first_file},
-                     {"num_files", result.names.size()},
-                     {"family", family.name},
-                     {"version", result.version},
-                     {"weights", result.weights},
-                     {"extrapolated", result.extrapolated},
-                     {"clamped", result.clamped},
-                     {"frames_per_second", frames_per_second}});
+  LBC_ASSIGN_OR_RETURN(const std::unique_ptr<FrameWriter> writer,
+                       MakeFrameWriter(settings, family, folder));
+  LBC_ASSIGN_OR_RETURN(const std::unique_ptr<FrameSource> source,
+                       OpenFrames(*client, ToSettings(flags, family), curve,
+                                  {settings.frames_per_second, family.duration_s}));
+  ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
+  LBC_ASSIGN_OR_RETURN(ExportResult result, WriteFrames(*source, family, *writer, bar));
+  bar.Finish();
+  if (curve.is_constant()) result.weights.resize(1);
+  LBC_RETURN_IF_ERROR(Finish(result, family, settings.frames_per_second, folder));
+  PrintResult(flags, result, settings.frames_per_second, family.name, context);
   return absl::OkStatus();
 }
 
@@ -154,22 +208,19 @@ absl::Status RunExport(const ExportFlags& flags, const Context& context) {
 
 void AddExport(CLI::App& app, Context& context) {
   const auto flags = std::make_shared<ExportFlags>();
-  CLI::App* command =
-      app.add_subcommand("export", "Write every frame of a blend to a directory, a file each");
+  CLI::App* command = app.add_subcommand(
+      "export", "Write every frame of a blend to a directory, as mesh files or for other programs");
   command->add_option("FAMILY", flags->family, "The family's id")->required();
   AddVersionFlag(flags->version, *command);
   AddBlendFlags(*command, flags->blend);
+  command->get_option("--weights")->description(kWeightsCurveHelp);
+  command->get_option("--parameters")->description(kParametersCurveHelp);
   command->add_option("-o,--output", flags->directory, "DIR; made if needed, otherwise empty")
       ->required();
   command->add_flag("--overwrite", flags->overwrite,
                     "Replace the frames and the meta.json of an earlier export in DIR, once the "
                     "new ones are all there; other files stay");
-  AddNamedValue<std::string>(
-      "--format", flags->format,
-      "ply or obj: frame_0001.ply; bobj: fluid_mesh_0001.bobj.gz, as Mantaflow's "
-      "cache, but in metres; meta.json beside them says rate and units",
-      {{"ply", "ply"}, {"obj", "obj"}, {"bobj", "bobj"}}, *command)
-      ->default_str(flags->format);
+  AddFormatFlags(*command, flags->writer);
   command->add_option("--fps", flags->frames_per_second, "Frames per second; default the family's")
       ->check(Positive());
   AddEncodingFlags(*command, flags->encoding);

@@ -33,9 +33,9 @@ absl::Status WriteFrame(const Frame& frame, const std::string& path) {
 }
 
 absl::Status RunFrame(const FrameFlags& flags, const Context& context) {
-  if (!IsMeshFileName(flags.output)) {
+  if (!IsWrittenMeshFileName(flags.output) && Extension(flags.output) != "drc") {
     return absl::InvalidArgumentError(
-        absl::StrCat("-o ", flags.output, ": must end in .drc, .ply, .obj or .bobj.gz"));
+        absl::StrCat("-o ", flags.output, ": must end in .drc, ", kWrittenMeshFiles));
   }
   LBC_RETURN_IF_ERROR(CheckOutput(flags.output));
   LBC_RETURN_IF_ERROR(CheckAttributes(flags.surface, Extension(flags.output)));
@@ -79,7 +79,7 @@ void AddFrame(CLI::App& app, Context& context) {
   AddBlendFlags(*command, flags->blend);
   command->add_option("--time,-t", flags->request.time_s, "Seconds since the first frame")
       ->required();
-  command->add_option("-o,--output", flags->output, "FILE.{drc,ply,obj,bobj.gz}")->required();
+  command->add_option("-o,--output", flags->output, "FILE.{drc,ply,obj,bobj.gz,stl}")->required();
   AddEncodingFlags(*command, flags->encoding);
   AddVersionFlag(flags->request.version, *command);
   AddSurfaceFlags(*command, flags->surface);

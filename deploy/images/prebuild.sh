@@ -19,6 +19,6 @@ cmake -S . -B build/release -G Ninja -DCMAKE_BUILD_TYPE=Release >/dev/null
 ninja -C build/release -j "${JOBS:-$(nproc)}" "${programs[@]}" lb_e2e_tests
 rm -rf "$out"
 install -d "$out/bin"
-install --strip "${programs[@]/#/build/release/bin/}" "$out/bin"
+install --strip "${programs[@]/#/build/release/bin/}" build/release/bin/liquidblend_vdb.so "$out/bin"
 # The tests that tests/e2e/CMakeLists.txt names, their list, and who runs it.
 cmake --install build/release --component e2e --strip --prefix "$out" >/dev/null

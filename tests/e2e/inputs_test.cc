@@ -374,7 +374,9 @@ INSTANTIATE_TEST_SUITE_P(
     Formats, RoundTripTest,
     ::testing::Values(RoundTrip{"Ply", "ply", {}, 30},
                       RoundTrip{"PlyVelocities", "ply", {"--velocities"}, 23.976},
-                      RoundTrip{"Obj", "obj", {}, 23.976}, RoundTrip{"Bobj", "bobj", {}, 30},
+                      RoundTrip{"Obj", "obj", {}, 23.976},
+                      RoundTrip{"Vdb", "vdb", {"--velocities", "--voxel-size", "0.06"}, 24},
+                      RoundTrip{"Bobj", "bobj", {}, 30},
                       RoundTrip{"BobjAtAnotherRate", "bobj", {"--fps", "60"}, 15}),
     [](const auto& param) { return param.param.name; });
 

@@ -121,6 +121,19 @@ std::string ExportFolder::FinalPath(const std::string& name) const {
   return (fs::path(directory_) / name).string();
 }
 
+absl::Status ExportFolder::CheckUnused(const std::vector<std::string>& names) const {
+  for (const std::string& name : names) {
+    std::error_code error;
+    const bool is_replaced = std::count(replaced_.begin(), replaced_.end(), name) > 0;
+    if (is_replaced || !fs::exists(FinalPath(name), error)) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("-o ", directory_, ": holds ", name,
+                     ", which the export would replace and which is not a file of an earlier "
+                     "export; choose another folder, or move the file away"));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status ExportFolder::Commit(const std::vector<std::string>& names) {
   std::error_code error;
   for (const std::string& name : replaced_) {

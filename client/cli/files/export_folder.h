@@ -30,6 +30,10 @@ class ExportFolder {
   std::string TemporaryPath(const std::string& name) const;
   std::string FinalPath(const std::string& name) const;
 
+  // Checks that none of the names is that of a file that no earlier export has written.
+  // Errors: kInvalidArgument.
+  absl::Status CheckUnused(const std::vector<std::string>& names) const;
+
   // Removes the files of the earlier export that existed at Open(), then moves `names` to their
   // places, in this order.
   // Errors: kInternal with the file and the system's reason.

@@ -1,5 +1,6 @@
 #include "client/cli/files/export_meta.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
@@ -29,18 +30,46 @@ std::vector<double> FrameTimes(const ExportMeta& meta) {
   return is_regular ? std::vector<double>() : times;
 }
 
+nlohmann::ordered_json FilesJson(const ExportedFiles& files) {
+  if (!files.names.empty()) return {{"names", files.names}};
+  return {{"prefix", files.prefix}, {"extension", files.extension}, {"count", files.count}};
+}
+
+// Strings of a JSON array; others are left out.
+std::vector<std::string> StringsOf(const nlohmann::json& array) {
+  std::vector<std::string> strings;
+  for (const nlohmann::json& item : array) {
+    if (item.is_string()) strings.push_back(item);
+  }
+  return strings;
+}
+
 }  // namespace
 
 std::string ExportedFiles::NameOf(int64_t number) const {
   return absl::StrFormat("%s%04d%s", prefix, number, extension);
 }
 
+std::vector<std::string> ExportedFiles::Names() const {
+  std::vector<std::string> all = names;
+  for (int64_t number = 1; names.empty() && number <= count; ++number) {
+    all.push_back(NameOf(number));
+  }
+  return all;
+}
+
 bool ExportedFiles::Contain(const std::string& name) const {
+  if (!names.empty()) return std::count(names.begin(), names.end(), name) > 0;
   absl::string_view digits = name;
   int64_t number = 0;
   return absl::ConsumePrefix(&digits, prefix) && absl::ConsumeSuffix(&digits, extension) &&
          absl::SimpleAtoi(digits, &number) && number >= 1 && number <= count &&
          NameOf(number) == name;
+}
+
+nlohmann::ordered_json WeightsJson(const std::vector<std::vector<double>>& weights) {
+  if (weights.size() == 1) return weights[0];
+  return weights;
 }
 
 std::string ToMetaJson(const ExportMeta& meta) {
@@ -52,11 +81,8 @@ std::string ToMetaJson(const ExportMeta& meta) {
   if (meta.up != Up::kUnknown) json["up"] = NameOf(meta.up);
   json["about"] = {{"family", meta.family},
                    {"version", meta.version},
-                   {"weights", meta.weights},
-                   {"files",
-                    {{"prefix", meta.files.prefix},
-                     {"extension", meta.files.extension},
-                     {"count", meta.files.count}}}};
+                   {"weights", WeightsJson(meta.weights)},
+                   {"files", FilesJson(meta.files)}};
   return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
@@ -71,6 +97,9 @@ std::optional<ExportedFiles> ExportedFilesIn(const std::string& meta_json) {
   const nlohmann::json::json_pointer place("/about/files");
   if (!json.is_object() || !json.contains(place) || !json[place].is_object()) return std::nullopt;
   const nlohmann::json& files = json[place];
+  if (files.contains("names") && files["names"].is_array()) {
+    return ExportedFiles{"", "", 0, StringsOf(files["names"])};
+  }
   const auto is_string = [&](const char* key) {
     return files.contains(key) && files[key].is_string();
   };
@@ -78,7 +107,7 @@ std::optional<ExportedFiles> ExportedFilesIn(const std::string& meta_json) {
       !files["count"].is_number_integer()) {
     return std::nullopt;
   }
-  return ExportedFiles{files["prefix"], files["extension"], files["count"]};
+  return ExportedFiles{files["prefix"], files["extension"], files["count"], {}};
 }
 
 }  // namespace liquidblend::cli

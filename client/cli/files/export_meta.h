@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,13 +14,16 @@ namespace liquidblend::cli {
 
 inline constexpr char kMetaName[] = "meta.json";
 
-// Files PREFIX0001EXTENSION, PREFIX0002EXTENSION and so on, `count` of them.
+// Files PREFIX0001EXTENSION, PREFIX0002EXTENSION and so on, `count` of them; or a few with names of
+// their own.
 struct ExportedFiles {
   std::string prefix;
   std::string extension;  // with its dot
   int64_t count = 0;
+  std::vector<std::string> names = {};  // if not empty, these and no others
 
   std::string NameOf(int64_t number) const;  // from 1 on; four digits or more
+  std::vector<std::string> Names() const;
   // Whether `name` is the name of one of them.
   bool Contain(const std::string& name) const;
 };
@@ -29,10 +33,14 @@ struct ExportMeta {
   std::vector<double> times_s;     // of the frames, rising; seconds since the animation's start
   std::string family;
   int64_t version = 0;
-  std::vector<double> weights;
+  // Of all frames alike: one list; along a curve: a list for each frame.
+  std::vector<std::vector<double>> weights;
   Up up = Up::kUnknown;  // the family's
   ExportedFiles files = {};
 };
+
+// JSON of a list of weights, or of a list for each frame.
+nlohmann::ordered_json WeightsJson(const std::vector<std::vector<double>>& weights);
 
 // JSON: fps; frame_times if the frames are not one frame apart; units: metres and metres per
 // second; up if it is known; and the origin of the frames and their files, under "about". Numbers

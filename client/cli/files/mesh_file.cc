@@ -46,6 +46,11 @@ bool IsMeshFileName(const std::string& path) {
   return extension == "drc" || extension == "ply" || extension == "obj" || extension == "bobj.gz";
 }
 
+bool IsWrittenMeshFileName(const std::string& path) {
+  const std::string extension = Extension(path);
+  return extension == "ply" || extension == "obj" || extension == "bobj.gz" || extension == "stl";
+}
+
 absl::StatusOr<Mesh> ReadMeshFile(const std::string& path, std::string* passed_over) {
   if (!IsMeshFileName(path)) {
     return absl::InvalidArgumentError(
@@ -65,8 +70,9 @@ absl::Status WriteMeshFile(const Mesh& mesh, const std::string& path) {
     LBC_ASSIGN_OR_RETURN(const std::string bytes, ToBobj(mesh));
     return WriteFile(path, bytes);
   }
+  if (extension == "stl") return WriteFile(path, ToStl(mesh));
   return absl::InvalidArgumentError(
-      absl::StrCat(path, ": a mesh is written to a file that ends in .ply, .obj or .bobj.gz"));
+      absl::StrCat(path, ": a mesh is written to a file that ends in ", kWrittenMeshFiles));
 }
 
 }  // namespace liquidblend::cli

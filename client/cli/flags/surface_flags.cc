@@ -1,5 +1,8 @@
 #include "client/cli/flags/surface_flags.h"
 
+#include <algorithm>
+#include <iterator>
+#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -31,9 +34,10 @@ void AddSurfaceFlags(CLI::App& command, SurfaceFlags& flags) {
                   "0 to 1: mix with a little earlier and later, against flicker")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  command.add_flag("--normals", options.normals, "Also normals (.ply: nx ny nz; .drc)");
+  command.add_flag("--normals", options.normals,
+                   "Also normals (.ply: nx ny nz; .drc; gltf, usda, vat)");
   command.add_flag("--velocities", options.velocities,
-                   "Also velocities in m/s (.ply: vx vy vz; .drc)");
+                   "Also velocities in m/s (.ply: vx vy vz; .drc; gltf, usda, vat)");
   command.add_flag("--rest-positions", options.rest_positions,
                    "Also places in the source, for textures that stick (.ply: rest_x rest_y rest_z "
                    "rest_t; .drc)");
@@ -46,15 +50,19 @@ SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags) {
 }
 
 absl::Status CheckAttributes(const SurfaceFlags& flags, const std::string& extension) {
-  if (extension == "ply" || extension == "drc") return absl::OkStatus();
-  const std::pair<const char*, bool> attributes[] = {
-      {"--normals", flags.options.normals},
-      {"--velocities", flags.options.velocities},
-      {"--rest-positions", flags.options.rest_positions}};
-  for (const auto& [flag, is_asked_for] : attributes) {
-    if (!is_asked_for) continue;
+  const char* const holders[] = {"ply", "drc", "gltf", "usda", "vat"};
+  const bool holds_vectors = std::count(std::begin(holders), std::end(holders), extension) > 0;
+  const bool holds_rest = extension == "ply" || extension == "drc";
+  const std::pair<const char*, bool> lacking[] = {
+      {"--normals", flags.options.normals && !holds_vectors},
+      {"--velocities", flags.options.velocities && !holds_vectors && extension != "vdb"},
+      {"--rest-positions", flags.options.rest_positions && !holds_rest}};
+  for (const auto& [flag, is_lacking] : lacking) {
+    if (!is_lacking) continue;
+    const bool is_rest = flag == lacking[2].first;
     return absl::InvalidArgumentError(
-        absl::StrCat(flag, ": .", extension, " files do not hold them; .ply and .drc do"));
+        absl::StrCat(flag, ": .", extension, " files do not hold them; .ply and .drc do",
+                     is_rest ? "" : ", and exports as gltf, usda and vat"));
   }
   return absl::OkStatus();
 }

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "client/src/decode/draco_mesh.h"
 #include "client/src/decode/meshopt_decoder.h"
-#include "client/src/decode/weld.h"
 
 namespace liquidblend {
 namespace {
@@ -69,7 +69,16 @@ absl::StatusOr<Mesh> DecodeMeshopt(const std::string& bytes) {
   return mesh;
 }
 
-absl::StatusOr<Mesh> DecodeDraco(const std::string& draco_bytes) {
+// Sets the attribute's numbers and its id; none of either if it is not one of three numbers.
+void TakeAttribute(const draco::PointAttribute* attribute, uint32_t num_points,
+                   std::vector<float>* values, int* id) {
+  *values = CopyAttribute(attribute, num_points);
+  if (!values->empty()) *id = static_cast<int>(attribute->unique_id());
+}
+
+}  // namespace
+
+absl::StatusOr<DracoMesh> DecodeDracoMesh(const std::string& draco_bytes) {
   draco::DecoderBuffer buffer;
   buffer.Init(draco_bytes.data(), draco_bytes.size());
   const auto type = draco::Decoder::GetEncodedGeometryType(&buffer);
@@ -87,22 +96,24 @@ absl::StatusOr<Mesh> DecodeDraco(const std::string& draco_bytes) {
   if (positions == nullptr || positions->num_components() != 3) {
     return absl::InvalidArgumentError("the Draco mesh has no POSITION attribute of three numbers");
   }
-  Mesh mesh;
+  DracoMesh out;
   const uint32_t num_points = draco_mesh->num_points();
-  mesh.positions = CopyAttribute(positions, num_points);
-  mesh.normals =
-      CopyAttribute(draco_mesh->GetNamedAttribute(draco::GeometryAttribute::NORMAL), num_points);
-  mesh.velocities = CopyAttribute(FindNamed(*draco_mesh, "velocity"), num_points);
-  mesh.rest = CopyAttribute<4>(FindNamed(*draco_mesh, "rest"), num_points);
-  if (absl::Status status = CopyTriangles(*draco_mesh, &mesh); !status.ok()) return status;
-  WeldOpenEdges(mesh);
-  return mesh;
+  TakeAttribute(positions, num_points, &out.mesh.positions, &out.position_id);
+  TakeAttribute(draco_mesh->GetNamedAttribute(draco::GeometryAttribute::NORMAL), num_points,
+                &out.mesh.normals, &out.normal_id);
+  TakeAttribute(FindNamed(*draco_mesh, "velocity"), num_points, &out.mesh.velocities,
+                &out.velocity_id);
+  out.mesh.rest = CopyAttribute<4>(FindNamed(*draco_mesh, "rest"), num_points);
+  if (absl::Status status = CopyTriangles(*draco_mesh, &out.mesh); !status.ok()) return status;
+  return out;
 }
 
-}  // namespace
-
 absl::StatusOr<Mesh> DecodeMesh(const std::string& bytes) {
-  return client::IsDraco(bytes) ? DecodeDraco(bytes) : DecodeMeshopt(bytes);
+  if (!client::IsDraco(bytes)) return DecodeMeshopt(bytes);
+  absl::StatusOr<DracoMesh> decoded = DecodeDracoMesh(bytes);
+  if (!decoded.ok()) return decoded.status();
+  WeldOpenEdges(decoded->mesh);
+  return std::move(decoded->mesh);
 }
 
 }  // namespace liquidblend

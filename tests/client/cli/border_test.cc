@@ -165,7 +165,7 @@ TEST_F(Border, ConvertWritesTheMeshInEachFormatWithoutAServer) {
     EXPECT_EQ(after->triangles, before->triangles) << name;
   }
   EXPECT_THAT(Run({"convert", draco, dir_.File("g.drc")}).err,
-              HasSubstr("g.drc: must end in .ply, .obj or .bobj.gz"));
+              HasSubstr("g.drc: must end in .ply, .obj, .bobj.gz or .stl"));
   EXPECT_EQ(Run({"convert", dir_.File("none.drc"), dir_.File("g.ply")}).exit_code, 4);
 }
 

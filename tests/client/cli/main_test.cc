@@ -58,7 +58,7 @@ TEST_F(Command, AValueThatIsNoNameOfItsFlagIsRefusedWithTheNames) {
       {registration, "--time-blending: 'cube' is not one of auto, linear, squares"},
       {grade, "--require: 'fine' is not one of good, doubtful"},
       {sheets, "--keep-thin-sheets: 'yes' is not one of on, off"},
-      {format, "--format: 'fbx' is not one of ply, obj, bobj"},
+      {format, "--format: 'fbx' is not one of ply, obj, stl, bobj"},
   };
   for (const auto& [arguments, message] : cases) {
     const CommandResult result = Run(arguments);
@@ -257,7 +257,7 @@ TEST_F(Command, FrameWritesEveryFormatAndTakesNegativeWeights) {
     EXPECT_TRUE(stats.closed()) << name;
     EXPECT_NEAR(stats.bounds.max.x, 0.5 + 0.75, 1e-4) << name;
   }
-  EXPECT_EQ(Run({"frame", "drops", "-w", "0", "-t", "0", "-o", dir_.File("f.stl")}).exit_code, 2);
+  EXPECT_EQ(Run({"frame", "drops", "-w", "0", "-t", "0", "-o", dir_.File("f.fbx")}).exit_code, 2);
   const CommandResult late =
       Run({"frame", "drops", "-w", "0", "-t", "99", "-o", dir_.File("late.ply")});
   EXPECT_EQ(late.exit_code, 2);

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs the browser tests of the page against a server of their own, with two_drops registered.
+# Runs the browser tests of the page, and those of exported files, against a server of their own,
+# with two_drops registered.
 # Those of tokens follow with a second server, if no test is named.
 #   tests/e2e/web/run.sh [TEST..]     such as: play scrub; default all
 # BUILD: the build folder (default build/release); LIQUIDBLEND_BINARY_DIR: other programs than its.

@@ -175,7 +175,7 @@ TEST(ToMetaJson, NamesTheFilesSoThatTheyAreKnownAgain) {
 TEST(ToMetaJson, SaysRateAndUnitsAndTimesOnlyWhereTheyAreNotWholeFrames) {
   const auto parse = [](const ExportMeta& meta) { return nlohmann::json::parse(ToMetaJson(meta)); };
   const double rate = 23.976;
-  nlohmann::json json = parse({rate, {0, 1 / rate, 2 / rate}, "families/f", 3, {0.25, -0.5}});
+  nlohmann::json json = parse({rate, {0, 1 / rate, 2 / rate}, "families/f", 3, {{0.25, -0.5}}});
   EXPECT_EQ(json["fps"], rate);
   EXPECT_FALSE(json.contains("frame_times"));
   EXPECT_FALSE(json.contains("up"));
@@ -183,8 +183,9 @@ TEST(ToMetaJson, SaysRateAndUnitsAndTimesOnlyWhereTheyAreNotWholeFrames) {
   EXPECT_EQ(json["units"]["velocity_scale_to_m_per_s"], 1);
   EXPECT_EQ(json["about"]["version"], 3);
   EXPECT_EQ(json["about"]["weights"], nlohmann::json({0.25, -0.5}));
-  json = parse({24, {0.5, 0.5 + 1.5 / 24, 0.5 + 4.0 / 24}, "families/f", 1, {}});
+  json = parse({24, {0.5, 0.5 + 1.5 / 24, 0.5 + 4.0 / 24}, "families/f", 1, {{0.5}, {1.0}}});
   EXPECT_EQ(json["frame_times"], nlohmann::json({0.0, 1.5, 4.0}));
+  EXPECT_EQ(json["about"]["weights"], nlohmann::json::parse("[[0.5], [1.0]]"));
   EXPECT_EQ(parse({24, {0}, "families/f", 1, {}, Up::kMinusY})["up"], "-y");
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -69,6 +70,20 @@ TEST(MeshFile, BobjHasMantaflowsLayoutWithOutwardUnitNormals) {
   std::memcpy(normal, &raw[80], sizeof(normal));  // of the vertex at +x
   EXPECT_NEAR(normal[0], 1.0f, 1e-6);
   EXPECT_NEAR(normal[1], 0.0f, 1e-6);
+}
+
+TEST(MeshFile, StlHasTheCornersOfEachTriangleAndItsNormal) {
+  const Mesh mesh = testing::MakeOctahedron(0.0, 0.0);
+  const std::string bytes = ToStl(mesh);
+  ASSERT_EQ(bytes.size(), 80U + 4 + 50 * 8);
+  EXPECT_NE(bytes.substr(0, 5), "solid") << "which begins ASCII files";
+  EXPECT_EQ(bytes.substr(80, 4), std::string("\x08\x00\x00\x00", 4));
+  float first[12];
+  std::memcpy(first, &bytes[84], sizeof(first));
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(first[k], 1 / std::sqrt(3.0), 1e-6);
+  for (size_t k = 0; k < 9; ++k) {
+    EXPECT_EQ(first[3 + k], mesh.positions[3 * mesh.triangles[k / 3] + k % 3]);
+  }
 }
 
 TEST(MeshFile, ReadsARealMantaflowFrame) {
@@ -159,7 +174,7 @@ TEST(MeshFile, RefusesWhatItCannotReadWithTheReason) {
   EXPECT_THAT(refusal("a.obj", "v 0 0 0\nf 1 1 1 1\n"), HasSubstr("line 2"));
   EXPECT_THAT(refusal("b.obj", "v 0 zero 0\n"), HasSubstr("line 1"));
   EXPECT_THAT(refusal("a.bobj.gz", "plain"), HasSubstr("not gzip"));
-  EXPECT_THAT(refusal("a.drc", "plain"), HasSubstr("a.drc: not a Draco mesh"));
+  EXPECT_THAT(refusal("a.drc", "plain"), HasSubstr("a.drc: neither a Draco mesh"));
   EXPECT_THAT(ReadMeshFile(dir.File("none.ply")).status().ToString(), HasSubstr("none.ply"));
 }
 

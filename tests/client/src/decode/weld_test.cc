@@ -1,4 +1,4 @@
-#include "client/src/decode/weld.h"
+#include "client/src/decode/draco_mesh.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,24 @@
-// Joins parts of a mesh that a Draco encoder had to take apart. Internal to client/src.
+// A Draco mesh as it was encoded, and how its parts are joined. Internal to client/.
 #pragma once
 
+#include <string>
+
+#include "absl/status/statusor.h"
 #include "liquidblend/mesh.h"
 
 namespace liquidblend {
+
+// A decoded mesh before WeldOpenEdges(), and the unique ids by which formats such as glTF name its
+// attributes; -1: it has none.
+struct DracoMesh {
+  Mesh mesh;
+  int position_id = -1;
+  int normal_id = -1;
+  int velocity_id = -1;
+};
+
+// Errors: as DecodeMesh().  Threads: safe.
+absl::StatusOr<DracoMesh> DecodeDracoMesh(const std::string& draco_bytes);
 
 // Edgebreaker codes manifolds only, so at non-manifold edges the decoded parts have open edges with
 // vertices of their own at the same places. Joins such vertices, but only along open edges:

@@ -1,0 +1,36 @@
+// Frames of an export, in the order of their times.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "absl/status/statusor.h"
+#include "client/cli/export/blend_curve.h"
+#include "liquidblend/client.h"
+
+namespace liquidblend::cli {
+
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  // The next frame; std::nullopt after the last one.  Errors: the server's.
+  virtual absl::StatusOr<std::optional<Frame>> Next() = 0;
+};
+
+// Times of the frames: each 1 / frames_per_second from 0 to duration_s.
+struct FrameClock {
+  double frames_per_second = 0.0;  // > 0
+  double duration_s = 0.0;
+};
+
+// All frames of a family. Those of a constant blend are streamed; along a curve, each is requested
+// with the blend of its time.
+//   settings  what the frames are like; frames_per_second is that of `clock`, or not set if it is
+//             the family's
+// `client` outlives the source.
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrames(Client& client,
+                                                        const StreamSettings& settings,
+                                                        const BlendCurve& curve,
+                                                        const FrameClock& clock);
+
+}  // namespace liquidblend::cli
