@@ -39,7 +39,8 @@ enum class EncodingPreset {
 // Form of the data; the triangles and their positions are the same.
 enum class FrameFormat {
   kDraco,    // the smallest
-  kMeshopt,  // three to four times the bytes, decoded 18 to 40 times faster; 16 position bits at most
+  kMeshopt,  // three to four times the bytes, decoded 18 times faster or more; up to 16 position
+             // bits
 };
 
 struct FrameRequest {
