@@ -37,7 +37,16 @@ FrameSpec Schedule::SpecAt(double clock) const {
 
 bool Schedule::IsStill() const { return timeline_.SpeedAt(now_) == 0.0; }
 
+void Schedule::Start(double now) {
+  has_clock_ = true;
+  now_ = now;
+  timeline_.Start(now);
+  course_.Start(now);
+  slots_.clear();  // of a clock that began at 0
+}
+
 FramePtr Schedule::Advance(double now) {
+  if (!has_clock_) Start(now);
   now_ = std::max(now, now_);
   const auto moment = static_cast<int64_t>(std::floor(now_ * options_.frames_per_second + kRound));
   if (IsStill()) {
@@ -126,6 +135,7 @@ int64_t Schedule::LastMoment(int64_t first, double latency_s) const {
 }
 
 std::optional<Schedule::Job> Schedule::Next(double latency_s) {
+  if (!has_clock_) return std::nullopt;
   const double fps = options_.frames_per_second;
   const auto first = static_cast<int64_t>(std::ceil((now_ + latency_s) * fps - kRound));
   const int64_t last = LastMoment(first, latency_s);

@@ -47,8 +47,9 @@ class Schedule {
   double now() const { return now_; }
   BlendSpec blend() const { return course_.target(); }
 
-  // Sets the program's clock; it never goes back. Returns the newest frame that is due, the same as
-  // before if there is no newer one; null: none was there yet.
+  // Sets the program's clock, which begins at the first call and never goes back. Returns the
+  // newest frame that is due, the same as before if there is no newer one; null: none was there
+  // yet.
   FramePtr Advance(double now);
 
   // The next frame to get, which counts as on its way from now on; nothing: all are there or on
@@ -75,6 +76,7 @@ class Schedule {
     return static_cast<double>(moment) / options_.frames_per_second;
   }
   FrameSpec SpecAt(double clock) const;
+  void Start(double now);
   bool IsStill() const;
   bool IsMet(Slot& slot, const FrameSpec& wanted);
   bool ReuseOther(Slot& slot, const FrameSpec& wanted);
@@ -88,7 +90,8 @@ class Schedule {
   BlendCourse course_;
   FrameSpec form_;
   double now_ = 0.0;
-  double changed_ = -1e9;  // when the blend was changed last
+  bool has_clock_ = false;  // Advance() was called
+  double changed_ = -1e9;   // when the blend was changed last
   std::map<int64_t, Slot> slots_;
   std::optional<int64_t> shown_moment_;  // nothing: time stood still
   Shown shown_;

@@ -12,6 +12,8 @@ class Timeline {
   // Requires: duration_s >= 0.
   explicit Timeline(double duration_s) : duration_s_(duration_s) {}
 
+  // The clock begins: changes before were at `now`.
+  void Start(double now) { anchor_now_ = now; }
   // Changes from `now` on. Time goes on from where it is.
   void SetRate(double rate, double now);  // seconds of the animation per second; may be negative
   void SetPlaying(bool playing, double now);
@@ -39,6 +41,8 @@ class Timeline {
 // Blend that changes linearly from one to another.  Threads: none.
 class BlendCourse {
  public:
+  // The clock begins: the last change was at `now`.
+  void Start(double now) { start_ = now; }
   // From `now` on, over so many seconds: from what it is then. Between weights and parameters, or
   // other parameters, it changes at once.
   void Change(const BlendSpec& to, double over_s, double now);

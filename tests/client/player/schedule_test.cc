@@ -87,6 +87,24 @@ TEST(Schedule, ShowsEachMomentsFrameWhileItPlays) {
   EXPECT_LE(simulation.num_jobs, 120 + 31);
 }
 
+TEST(Schedule, WhatIsSetBeforeTheFirstPollBeginsWithIt) {
+  Schedule schedule(kDuration_s, {kFramesPerSecond, 0.5});
+  BlendSpec blend;
+  blend.weights = {0.0};
+  schedule.SetBlend(blend, 0.0, schedule.now());
+  blend.weights = {1.0};
+  schedule.SetBlend(blend, 1.0, schedule.now());
+  schedule.timeline().SetPlaying(true, schedule.now());
+  EXPECT_FALSE(schedule.Next(0.01).has_value());
+  constexpr double kClock = 73'000.0;  // of a machine that runs for long
+  schedule.Advance(kClock);
+  const auto job = schedule.Next(0.01);
+  ASSERT_TRUE(job.has_value());
+  EXPECT_NEAR(job->spec.time_s, 0.02, 0.02);
+  EXPECT_NEAR(job->spec.blend.weights[0], 0.02, 0.02);
+  EXPECT_NEAR(schedule.timeline().TimeAt(kClock + 1.0), 1.0, 1e-9);
+}
+
 TEST(Schedule, AGapOfTheNetworkUpToTheLookAheadIsNotSeen) {
   Simulation simulation;
   simulation.schedule.timeline().SetPlaying(true, simulation.now);
