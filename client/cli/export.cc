@@ -149,8 +149,8 @@ void AddFormatFlags(CLI::App& command, WriterSettings& settings) {
       command)
       ->default_str(settings.format);
   AddNamedValue<Compression>("--compression", settings.compression,
-                             "With --format gltf: none, which every program reads, or draco, a "
-                             "fifth of the bytes (none)",
+                             "With --format gltf: draco has a fifth of the bytes, but not every "
+                             "program reads it; none unless given",
                              {{"none", Compression::kNone}, {"draco", Compression::kDraco}},
                              command);
   command
@@ -160,7 +160,7 @@ void AddFormatFlags(CLI::App& command, WriterSettings& settings) {
       ->capture_default_str();
   command
       .add_option("--voxel-size", settings.voxel_size_m,
-                  "With --format vdb: metres; default the mean edge length of the first frame")
+                  "With --format vdb: metres; the first frame's mean edge length unless given")
       ->check(Positive());
 }
 

@@ -108,10 +108,10 @@ absl::StatusOr<std::vector<Key>> ParseCurve(const std::string& flag, const std::
 
 const char kWeightsCurveHelp[] =
     "W[,W..]: one per target; the source gets 1 - sum; -1 to 2. Or a curve: TIME:W[,W..]/TIME:.., "
-    "seconds, linear between keys; or @FILE with a key a line";
+    "seconds, linear between keys; or @FILE with a key a line; the source alone unless given";
 const char kParametersCurveHelp[] =
     "NAME=VALUE[,..]: a point in the family's parameter space instead of weights. Or a curve: "
-    "TIME:NAME=VALUE[,..]/TIME:..; or @FILE";
+    "TIME:NAME=VALUE[,..]/TIME:..; or @FILE; none unless given";
 
 Blend BlendCurve::At(double time_s) const {
   const auto after =
