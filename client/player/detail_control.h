@@ -16,10 +16,10 @@ struct DetailOptions {
 };
 
 // Looks at what was shown and missed in the last second of the program's clock. If frames are
-// missed, then, one step a second: where waiting for them takes longer than decoding, Draco, which
-// is smaller; otherwise the next coarser level. After four seconds without a miss, if the threads
-// have time to spare, one step back; if that is missed, the next one comes twice as late.
-// Threads: one at a time.
+// missed, then, one step a second: where bytes come slowly, Draco, which is smaller; otherwise the
+// next coarser level. Draco that does not help, or takes longer to decode than to come, is given up
+// for a minute. After four seconds without a miss, if the threads have time to spare, one step
+// back; if that is missed, the next one comes twice as late. Threads: one at a time.
 class DetailControl {
  public:
   explicit DetailControl(const DetailOptions& options)
@@ -33,18 +33,29 @@ class DetailControl {
   FrameFormat format() const { return format_; }
 
  private:
-  bool StepDown(double wait_s, double decode_s);
+  // Sums over the frames of a second.
+  struct Sums {
+    FrameCost cost;
+    int64_t num_frames = 0;
+    double seconds_per_frame() const;
+  };
+
+  bool StepDown(const Sums& sums, double now);
   bool StepUp(double busy_share);
+  bool GiveUpDraco(const Sums& sums, bool is_missing, double now);
 
   const DetailOptions options_;
   int level_;
   FrameFormat format_ = FrameFormat::kMeshopt;
-  double began_ = -1.0;  // of the second; negative: not begun
+  double began_ = -1.0;   // of the second; negative: not begun
+  bool is_warm_ = false;  // the first second has passed, of which nothing is concluded
   double calm_since_ = 0.0;
   double stepped_up_ = -1e9;    // when
   double calm_needed_s_ = 4.0;  // without a miss, before a step back
   ScheduleCounts before_;
-  FrameCost cost_;  // of the second
+  Sums sums_;                    // of the second
+  double before_draco_s_ = 0.0;  // a frame, on trial; 0: no trial
+  double draco_barred_until_ = -1e9;
 };
 
 }  // namespace liquidblend::player

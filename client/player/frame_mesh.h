@@ -64,6 +64,9 @@ class FrameMesh {
   FrameFacts facts;
 
  private:
+  friend class FramePool;
+
+  FrameMesh* next_returned_ = nullptr;  // in FramePool's list
   const Allocator allocator_;
   void* block_ = nullptr;
   size_t capacity_ = 0;

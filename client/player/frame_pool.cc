@@ -14,6 +14,7 @@ std::shared_ptr<FrameMesh> FramePool::Take() {
   std::unique_ptr<FrameMesh> mesh;
   {
     const absl::MutexLock lock(&mutex_);
+    CollectReturned();
     // The one with the most memory, so that small ones are not made to grow while there are others.
     const auto largest = std::max_element(
         free_.begin(), free_.end(),
@@ -24,9 +25,8 @@ std::shared_ptr<FrameMesh> FramePool::Take() {
     }
   }
   if (mesh == nullptr) mesh = std::make_unique<FrameMesh>(allocator_);
-  return {mesh.release(), [pool = shared_from_this()](FrameMesh* returned) {
-            pool->GiveBack(std::unique_ptr<FrameMesh>(returned));
-          }};
+  return {mesh.release(),
+          [pool = shared_from_this()](FrameMesh* returned) { pool->GiveBack(returned); }};
 }
 
 size_t FramePool::GrowTo(size_t bytes) {
@@ -37,9 +37,24 @@ size_t FramePool::GrowTo(size_t bytes) {
   return largest_bytes_;
 }
 
-void FramePool::GiveBack(std::unique_ptr<FrameMesh> mesh) {
+void FramePool::GiveBack(FrameMesh* mesh) {
+  mesh->next_returned_ = returned_.load(std::memory_order_relaxed);
+  while (!returned_.compare_exchange_weak(mesh->next_returned_, mesh, std::memory_order_release,
+                                          std::memory_order_relaxed)) {
+  }
+}
+
+void FramePool::CollectReturned() {
+  FrameMesh* mesh = returned_.exchange(nullptr, std::memory_order_acquire);
+  while (mesh != nullptr) {
+    free_.emplace_back(mesh);
+    mesh = std::exchange(mesh->next_returned_, nullptr);
+  }
+}
+
+FramePool::~FramePool() {
   const absl::MutexLock lock(&mutex_);
-  free_.push_back(std::move(mesh));
+  CollectReturned();
 }
 
 }  // namespace liquidblend::player

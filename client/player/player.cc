@@ -16,6 +16,7 @@ constexpr double kMaxFramesPerSecond = 1000.0, kMaxLookAhead_s = 60.0;
 constexpr double kFirstLatency_s = 0.05;
 constexpr double kLatencyShare = 0.1;  // of the newest frame, in the running mean
 constexpr double kLatencyStep_s = 0.005;
+constexpr absl::Duration kStillPatience = absl::Milliseconds(20);
 constexpr absl::Duration kFirstBackOff = absl::Milliseconds(50), kLongestBackOff = absl::Seconds(1);
 
 absl::Status OutOfRange(const char* option, double value, double low, double high) {
@@ -144,7 +145,6 @@ PolledFrame Player::Poll(double now) {
     if (options_.transport == Transport::kAutomatic) statistics_.format = control_.format();
     schedule_.SetForm(FormAt(control_.level(), statistics_.format));
   }
-  SignalIfIdle();
   mutex_.Unlock();
   return polled_;
 }
@@ -160,11 +160,26 @@ std::optional<Schedule::Job> Player::WaitForJob(const std::stop_token& stop) {
         return job;
       }
     }
-    ++num_idle_;
-    changed_.WaitWithDeadline(&mutex_, now < retry_at_ ? retry_at_ : absl::InfiniteFuture());
-    --num_idle_;
+    WaitForChange();
   }
   return std::nullopt;
+}
+
+// One idle thread looks by itself what has become due, so that Poll() need not wake any: the system
+// would let a thread that is woken go first.
+void Player::WaitForChange() {
+  const bool is_watching = !std::exchange(is_one_watching_, true);
+  const double moment_s = 1.0 / options_.schedule.frames_per_second;
+  const absl::Duration patience =
+      schedule_.is_still() ? kStillPatience : absl::Seconds(moment_s / 2);
+  ++num_idle_;
+  if (is_watching) {
+    changed_.WaitWithTimeout(&mutex_, patience);
+    is_one_watching_ = false;
+  } else {
+    changed_.Wait(&mutex_);
+  }
+  --num_idle_;
 }
 
 void Player::Work(const std::stop_token& stop) {

@@ -93,6 +93,7 @@ class Player {
  private:
   void Work(const std::stop_token& stop);
   std::optional<Schedule::Job> WaitForJob(const std::stop_token& stop);
+  void WaitForChange() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status Get(const FrameSpec& spec, std::shared_ptr<FrameMesh>& frame, FrameCost& cost);
   void Finish(const Schedule::Job& job, const absl::Status& status, FramePtr frame,
               const FrameCost& cost);
@@ -111,6 +112,7 @@ class Player {
   absl::Time retry_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
   absl::Duration back_off_ ABSL_GUARDED_BY(mutex_);
   int num_idle_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool is_one_watching_ ABSL_GUARDED_BY(mutex_) = false;  // an idle thread that looks by itself
 
   PolledFrame polled_;  // of the thread that polls
   std::vector<std::jthread> threads_;

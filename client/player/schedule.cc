@@ -35,8 +35,6 @@ FrameSpec Schedule::SpecAt(double clock) const {
   return spec;
 }
 
-bool Schedule::IsStill() const { return timeline_.SpeedAt(now_) == 0.0; }
-
 void Schedule::Start(double now) {
   has_clock_ = true;
   now_ = now;
@@ -49,7 +47,7 @@ FramePtr Schedule::Advance(double now) {
   if (!has_clock_) Start(now);
   now_ = std::max(now, now_);
   const auto moment = static_cast<int64_t>(std::floor(now_ * options_.frames_per_second + kRound));
-  if (IsStill()) {
+  if (is_still()) {
     ShowStill();
   } else {
     ShowDue(moment);
@@ -110,7 +108,7 @@ void Schedule::ShowStill() {
 bool Schedule::IsMet(Slot& slot, const FrameSpec& wanted) {
   if (slot.on_its_way && HaveSameTime(*slot.on_its_way, wanted)) return true;
   if (slot.ready.frame != nullptr && AreSame(slot.ready.spec, wanted)) return true;
-  return IsStill() && ReuseOther(slot, wanted);
+  return is_still() && ReuseOther(slot, wanted);
 }
 
 // While time stands still, the frame of another moment will do.
@@ -127,7 +125,7 @@ bool Schedule::ReuseOther(Slot& slot, const FrameSpec& wanted) {
 
 int64_t Schedule::LastMoment(int64_t first, double latency_s) const {
   const bool is_settled = now_ - changed_ >= kSettled_s;
-  if (IsStill() && is_settled && course_.IsSettledAt(now_)) return first;
+  if (is_still() && is_settled && course_.IsSettledAt(now_)) return first;
   const double ahead_s =
       is_settled ? options_.look_ahead_s : latency_s + kMomentsAhead / options_.frames_per_second;
   const double end = now_ + std::min(std::max(ahead_s, latency_s), options_.look_ahead_s);

@@ -46,6 +46,7 @@ class Schedule {
   const Timeline& timeline() const { return timeline_; }
   double now() const { return now_; }
   BlendSpec blend() const { return course_.target(); }
+  bool is_still() const { return timeline_.SpeedAt(now_) == 0.0; }  // time does not go on
 
   // Sets the program's clock, which begins at the first call and never goes back. Returns the
   // newest frame that is due, the same as before if there is no newer one; null: none was there
@@ -77,7 +78,6 @@ class Schedule {
   }
   FrameSpec SpecAt(double clock) const;
   void Start(double now);
-  bool IsStill() const;
   bool IsMet(Slot& slot, const FrameSpec& wanted);
   bool ReuseOther(Slot& slot, const FrameSpec& wanted);
   int64_t LastMoment(int64_t first, double latency_s) const;

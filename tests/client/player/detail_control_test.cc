@@ -18,11 +18,15 @@ struct Second {
   int num_missed = 0;
   double wait_s = 0.0;
   double decode_s = 0.0;
+  int64_t num_bytes = 0;
 };
 
 class Played {
  public:
-  explicit Played(const DetailOptions& options) : control(options) { control.Update(now_, {}); }
+  explicit Played(const DetailOptions& options) : control(options) {
+    control.Update(now_, {});
+    Pass({});  // the first second
+  }
 
   bool Pass(const Second& second) {
     counts_.num_missed += second.num_missed;
@@ -30,6 +34,7 @@ class Played {
     FrameCost cost;
     cost.wait_s = second.wait_s;
     cost.decode_s = second.decode_s;
+    cost.num_bytes = second.num_bytes;
     control.AddCost(cost);
     return control.Update(now_ += 1.0, counts_);
   }
@@ -49,13 +54,40 @@ TEST(DetailControl, ChangesNothingWhileFramesAreInTime) {
 
 TEST(DetailControl, OnASlowNetworkTakesDracoFirstAndThenCoarserLevels) {
   Played played(Levels(0, 2));
-  EXPECT_TRUE(played.Pass({30, 3.8, 0.1}));
+  EXPECT_TRUE(played.Pass({30, 3.8, 0.1, 6'000'000}));
   EXPECT_EQ(played.control.format(), FrameFormat::kDraco);
   EXPECT_EQ(played.control.level(), 0);
-  EXPECT_TRUE(played.Pass({30, 3.8, 0.1}));
-  EXPECT_TRUE(played.Pass({30, 3.8, 0.1}));
+  EXPECT_TRUE(played.Pass({30, 1.8, 0.9, 6'000'000}));
+  EXPECT_TRUE(played.Pass({30, 1.8, 0.9, 6'000'000}));
+  EXPECT_EQ(played.control.format(), FrameFormat::kDraco);
   EXPECT_EQ(played.control.level(), 2);
-  EXPECT_FALSE(played.Pass({30, 3.8, 0.1}));
+  EXPECT_FALSE(played.Pass({30, 1.8, 0.9, 6'000'000}));
+}
+
+TEST(DetailControl, GivesDracoUpWhereItDoesNotHelp) {
+  Played played(Levels(0, 2));
+  EXPECT_TRUE(played.Pass({30, 3.6, 0.2, 6'000'000}));
+  EXPECT_EQ(played.control.format(), FrameFormat::kDraco);
+  EXPECT_TRUE(played.Pass({40, 3.0, 1.0, 3'000'000}));  // as long a frame
+  EXPECT_EQ(played.control.format(), FrameFormat::kMeshopt);
+  EXPECT_TRUE(played.Pass({30, 3.6, 0.2, 6'000'000}));
+  EXPECT_EQ(played.control.format(), FrameFormat::kMeshopt);
+  EXPECT_EQ(played.control.level(), 1);
+}
+
+TEST(DetailControl, GivesDracoUpWhereDecodingItTakesTheTime) {
+  Played played(Levels(0, 0));
+  EXPECT_TRUE(played.Pass({30, 3.8, 0.1, 6'000'000}));
+  EXPECT_FALSE(played.Pass({30, 1.8, 0.9, 6'000'000}));
+  EXPECT_TRUE(played.Pass({30, 1.0, 2.9, 6'000'000}));
+  EXPECT_EQ(played.control.format(), FrameFormat::kMeshopt);
+}
+
+TEST(DetailControl, AServerThatComputesLongIsNoSlowNetwork) {
+  Played played(Levels(0, 2));
+  EXPECT_TRUE(played.Pass({30, 3.6, 0.2, 60'000'000}));
+  EXPECT_EQ(played.control.format(), FrameFormat::kMeshopt);
+  EXPECT_EQ(played.control.level(), 1);
 }
 
 TEST(DetailControl, OnASlowMachineTakesCoarserLevels) {
