@@ -175,12 +175,13 @@ constexpr size_t kMaxFilesPerFolder = 40;
 
 // The system's own headers; C++'s have neither a dot nor a slash.
 const std::set<std::string_view> kSystem = {
-    "dirent.h",     "dlfcn.h",        "errno.h",      "fcntl.h",       "fnmatch.h",
-    "malloc.h",     "poll.h",         "pthread.h",    "sched.h",       "signal.h",
-    "spawn.h",      "termios.h",      "unistd.h",     "netdb.h",       "emmintrin.h",
-    "xmmintrin.h",  "sys/file.h",     "sys/ioctl.h",  "sys/mman.h",    "sys/prctl.h",
-    "sys/random.h", "sys/resource.h", "sys/socket.h", "sys/stat.h",    "sys/statvfs.h",
-    "sys/types.h",  "sys/wait.h",     "netinet/in.h", "netinet/tcp.h", "arpa/inet.h"};
+    "dirent.h",      "dlfcn.h",       "errno.h",      "fcntl.h",        "fnmatch.h",
+    "malloc.h",      "poll.h",        "pthread.h",    "sched.h",        "signal.h",
+    "spawn.h",       "stddef.h",      "stdint.h",     "termios.h",      "unistd.h",
+    "netdb.h",       "emmintrin.h",   "xmmintrin.h",  "sys/file.h",     "sys/ioctl.h",
+    "sys/mman.h",    "sys/prctl.h",   "sys/random.h", "sys/resource.h", "sys/socket.h",
+    "sys/stat.h",    "sys/statvfs.h", "sys/types.h",  "sys/wait.h",     "netinet/in.h",
+    "netinet/tcp.h", "arpa/inet.h"};
 
 bool IsCpp(std::string_view target) { return target.find_first_of("./") == std::string_view::npos; }
 

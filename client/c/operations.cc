@@ -1,7 +1,9 @@
 // Imports and registrations: requests, and what becomes of them.
-#include <cmath>
+#include <optional>
+#include <string>
 #include <utility>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "client/c/error.h"
 #include "client/c/handles.h"
@@ -92,6 +94,34 @@ absl::Status AddParameterSpace(const lb_register_request& from, RegisterRequest&
   return absl::OkStatus();
 }
 
+bool Parse(const std::string& text, int& value) { return absl::SimpleAtoi(text, &value); }
+bool Parse(const std::string& text, uint64_t& value) { return absl::SimpleAtoi(text, &value); }
+bool Parse(const std::string& text, double& value) { return absl::SimpleAtod(text, &value); }
+bool Parse(const std::string& text, std::optional<bool>& value) {
+  return absl::SimpleAtob(text, &value.emplace());
+}
+
+absl::Status SetOption(const lb_option& option, RegistrationOptions& options) {
+  const std::string name = TextOf(option.name), text = TextOf(option.value);
+  bool is_known = false, is_parsed = false;
+  RegistrationOptions::ForEach(options, [&](const char* known, auto& value) {
+    if (name != known) return;
+    is_known = true;
+    is_parsed = Parse(text, value);
+  });
+  if (!is_known) return absl::InvalidArgumentError(absl::StrCat("no option is named '", name, "'"));
+  if (is_parsed) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("option ", name, ": '", text, "' is not a value"));
+}
+
+absl::Status SetOptions(const lb_register_request& from, RegistrationOptions& options) {
+  if (from.num_options > 0 && from.options == nullptr) return InvalidArgument("options", "is NULL");
+  for (size_t k = 0; k < from.num_options; ++k) {
+    LBC_RETURN_IF_ERROR(SetOption(from.options[k], options));
+  }
+  return options.Validate();
+}
+
 absl::StatusOr<RegisterRequest> RegistrationOf(const lb_register_request& from) {
   RegisterRequest request;
   request.family = TextOf(from.family);
@@ -102,8 +132,7 @@ absl::StatusOr<RegisterRequest> RegistrationOf(const lb_register_request& from) 
   LBC_RETURN_IF_ERROR(AddParameterSpace(from, request));
   request.refine = from.refine != 0;
   request.replace = from.replace != 0;
-  request.options.max_iterations = from.max_iterations;
-  if (from.without_automatic != 0) request.options.automatic_correspondences = false;
+  LBC_RETURN_IF_ERROR(SetOptions(from, request.options));
   if (from.required_grade < 0 || from.required_grade > 2) {
     return absl::InvalidArgumentError(
         absl::StrCat("required_grade is ", from.required_grade, ", not in [0, 2]"));

@@ -219,6 +219,12 @@ typedef struct lb_correspondence {
   double length_s; /* of kinds 1 and 2; 0: to the end */
 } lb_correspondence;
 
+/* An option as text: its name in liquidblend.v1.RegistrationOptions and its value, "seed" and "7". */
+typedef struct lb_option {
+  const char* name;
+  const char* value; /* a number, or "true" or "false" */
+} lb_option;
+
 typedef struct lb_register_request {
   size_t struct_size;
   const char* family; /* the id */
@@ -232,10 +238,10 @@ typedef struct lb_register_request {
   const double* points;          /* of the source, then each target: num_parameters numbers each */
   int32_t refine;  /* go on from the newest version, with these correspondences */
   int32_t replace; /* publish a new version of a family that exists */
-  int32_t max_iterations;         /* 0: the server's default */
-  int32_t without_automatic;      /* 1: no automatic correspondences */
   int32_t required_grade;         /* publish only if no target is worse: 1 good, 2 doubtful; 0: any */
   int32_t priority;               /* [-100, 100] */
+  size_t num_options;
+  const lb_option* options; /* of the registration; others have the server's defaults */
 } lb_register_request;
 
 LB_API lb_status lb_client_register(lb_client* client, const lb_register_request* request,
