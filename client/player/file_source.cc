@@ -115,7 +115,7 @@ absl::Status Fill(const frames::RoundedSurface& surface, FramePool& pool, FrameM
   const Attributes attributes = {!packed.normals.empty(), !packed.velocities.empty(),
                                  !packed.rest.empty()};
   LB_RETURN_IF_ERROR(
-      out.Resize(packed.positions.size(), packed.triangles.size() / 3, attributes, pool));
+      out.Resize(packed.positions.size(), packed.triangles.size(), attributes, pool));
   client::Unpack(packed, out.memory());
   out.UpdateBounds();
   return absl::OkStatus();
@@ -145,8 +145,8 @@ absl::Status FileSource::Get(const FrameSpec& spec, FramePool& pool, FrameMesh& 
   LB_ASSIGN_OR_RETURN(const frames::RoundingOptions rounding,
                       RoundingOf(indexed_, spec.position_bits));
   LB_ASSIGN_OR_RETURN(frames::BlendWeights blend, WeightsOf(indexed_, spec.blend));
-  std::unique_ptr<frames::SurfaceBuffers> buffers = TakeBuffers();
-  const absl::Cleanup give_back = [&] { GiveBack(std::move(buffers)); };
+  std::unique_ptr<frames::SurfaceBuffers> buffers = buffers_.Take();
+  const absl::Cleanup give_back = [&] { buffers_.GiveBack(std::move(buffers)); };
   LB_ASSIGN_OR_RETURN(const mesh::TriangleMesh surface,
                       frames::MakeSurface(
                           indexed_, blend.weights, spec.time_s, options,
@@ -156,19 +156,6 @@ absl::Status FileSource::Get(const FrameSpec& spec, FramePool& pool, FrameMesh& 
                options.level_of_detail,  blend.is_extrapolated, blend.is_clamped};
   cost = {.decode_s = std::chrono::duration<double>(Clock::now() - start).count()};
   return absl::OkStatus();
-}
-
-std::unique_ptr<frames::SurfaceBuffers> FileSource::TakeBuffers() {
-  const absl::MutexLock lock(&mutex_);
-  if (free_.empty()) return std::make_unique<frames::SurfaceBuffers>();
-  std::unique_ptr<frames::SurfaceBuffers> buffers = std::move(free_.back());
-  free_.pop_back();
-  return buffers;
-}
-
-void FileSource::GiveBack(std::unique_ptr<frames::SurfaceBuffers> buffers) {
-  const absl::MutexLock lock(&mutex_);
-  free_.push_back(std::move(buffers));
 }
 
 }  // namespace liquidblend::player

@@ -3,12 +3,10 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
-#include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
-#include "absl/synchronization/mutex.h"
 #include "client/player/frame_source.h"
+#include "core/base/object_pool.h"
 #include "core/frames/indexed_family.h"
 #include "core/frames/make_surface.h"
 #include "core/store/blobs/blob_store.h"
@@ -30,14 +28,11 @@ class FileSource final : public FrameSource {
  private:
   FileSource(std::shared_ptr<const store::Blob> file, mesh::RegisteredFamily family,
              frames::OptionalSpace space);
-  std::unique_ptr<frames::SurfaceBuffers> TakeBuffers();
-  void GiveBack(std::unique_ptr<frames::SurfaceBuffers> buffers);
 
   const std::shared_ptr<const store::Blob> file_;
   const frames::IndexedFamily indexed_;
   FamilyFacts facts_;
-  absl::Mutex mutex_;
-  std::vector<std::unique_ptr<frames::SurfaceBuffers>> free_ ABSL_GUARDED_BY(mutex_);
+  base::ObjectPool<frames::SurfaceBuffers> buffers_;
 };
 
 }  // namespace liquidblend::player

@@ -67,26 +67,13 @@ absl::Status FrameFetcher::Decode(const Frame& frame, FramePool& pool, FrameMesh
     LB_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
     return Copy(mesh, pool, out);
   }
-  std::unique_ptr<client::MeshoptDecoder> decoder = TakeDecoder();
-  const absl::Cleanup give_back = [&] { GiveBack(std::move(decoder)); };
+  std::unique_ptr<client::MeshoptDecoder> decoder = decoders_.Take();
+  const absl::Cleanup give_back = [&] { decoders_.GiveBack(std::move(decoder)); };
   LB_RETURN_IF_ERROR(decoder->Open(frame.data));
   LB_RETURN_IF_ERROR(
       out.Resize(decoder->num_vertices(), decoder->num_triangles(),
                  {decoder->has_normals(), decoder->has_velocities(), decoder->has_rest()}, pool));
   return decoder->Decode(out.memory());
-}
-
-std::unique_ptr<client::MeshoptDecoder> FrameFetcher::TakeDecoder() {
-  const absl::MutexLock lock(&mutex_);
-  if (free_.empty()) return std::make_unique<client::MeshoptDecoder>();
-  std::unique_ptr<client::MeshoptDecoder> decoder = std::move(free_.back());
-  free_.pop_back();
-  return decoder;
-}
-
-void FrameFetcher::GiveBack(std::unique_ptr<client::MeshoptDecoder> decoder) {
-  const absl::MutexLock lock(&mutex_);
-  free_.push_back(std::move(decoder));
 }
 
 }  // namespace liquidblend::player

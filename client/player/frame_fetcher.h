@@ -2,15 +2,12 @@
 #pragma once
 
 #include <atomic>
-#include <memory>
-#include <vector>
 
-#include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/synchronization/mutex.h"
 #include "client/player/frame_source.h"
 #include "client/src/decode/meshopt_decoder.h"
+#include "core/base/object_pool.h"
 #include "liquidblend/client.h"
 
 namespace liquidblend::player {
@@ -28,13 +25,10 @@ class FrameFetcher {
  private:
   absl::StatusOr<Frame> Fetch(FrameRequest request);
   absl::Status Decode(const Frame& frame, FramePool& pool, FrameMesh& out);
-  std::unique_ptr<client::MeshoptDecoder> TakeDecoder();
-  void GiveBack(std::unique_ptr<client::MeshoptDecoder> decoder);
 
   Client& client_;
   std::atomic<bool> has_meshopt_ = true;  // false: the server is too old for it
-  absl::Mutex mutex_;
-  std::vector<std::unique_ptr<client::MeshoptDecoder>> free_ ABSL_GUARDED_BY(mutex_);
+  base::ObjectPool<client::MeshoptDecoder> decoders_;
 };
 
 }  // namespace liquidblend::player

@@ -40,8 +40,7 @@ struct PlayerOptions {
 // What Player::Poll() returns.
 struct PolledFrame {
   FramePtr frame;  // null: none was there yet
-  // What velocities have to be multiplied by: seconds of the animation per second, 0 while it
-  // stands still.
+  // Factor of velocities: seconds of the animation per second, 0 while it stands still.
   double velocity_scale = 0.0;
   absl::Status error;  // of the newest failure; OK since a frame has come
 };

@@ -2,36 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "core/frames/used_part.h"
 
 namespace liquidblend::frames {
 namespace {
 
-// The mesh's triangles without those that name a vertex twice, renumbered by first use.
-//   vertices  set to the vertices in use, of the mesh
-std::vector<uint32_t> Renumber(const mesh::TriangleMesh& mesh, std::vector<int32_t>& vertices) {
-  std::vector<uint32_t> triangles;
-  triangles.reserve(3 * mesh.num_triangles());
-  vertices.reserve(mesh.num_vertices());
-  std::vector<int32_t> number(mesh.num_vertices(), -1);
-  for (Eigen::Index t = 0; t < mesh.num_triangles(); ++t) {
-    const Eigen::Vector3i corners = mesh.triangles.col(t);
-    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
-    for (const int corner : corners) {
-      int32_t& v = number[corner];
-      if (v < 0) {
-        v = static_cast<int32_t>(vertices.size());
-        vertices.push_back(corner);
-      }
-      triangles.push_back(static_cast<uint32_t>(v));
-    }
-  }
-  return triangles;
-}
-
 // Rounds to n * extent / limit, as libdraco does: in floats.
 uint16_t Round(float value, float origin, float extent, float limit) {
   const float inside = std::clamp(value, origin, origin + extent) - origin;
-  return static_cast<uint16_t>(std::floor(inside * (limit / extent) + 0.5F));
+  // Far from 0 the sum above is rounded, by more than half a step of a fine grid.
+  return static_cast<uint16_t>(std::min(std::floor(inside * (limit / extent) + 0.5F), limit));
 }
 
 float LimitOf(int bits) { return static_cast<float>((1 << bits) - 1); }
@@ -86,8 +68,9 @@ void RoundRestPositions(const Eigen::Matrix4Xf& rest, const std::vector<int32_t>
 
 RoundedSurface RoundSurface(const mesh::TriangleMesh& mesh, const RoundingOptions& options) {
   RoundedSurface out;
-  std::vector<int32_t> vertices;
-  out.triangles = Renumber(mesh, vertices);
+  UsedPart used = FindUsedPart(mesh);
+  out.triangles = std::move(used.triangles);
+  const std::vector<int32_t>& vertices = used.vertices;
   const Grid& grid = options.grid;
   const float limit = LimitOf(options.position_bits);
   out.origin_m = grid.origin;

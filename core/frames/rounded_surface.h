@@ -28,7 +28,7 @@ struct RoundedSurface {
   std::array<float, 3> origin_m = {0, 0, 0};
   float step_m = 0.0F;
   std::vector<std::array<uint16_t, 4>> positions;  // origin_m + step_m * n
-  std::vector<uint32_t> triangles;                 // three vertices each
+  std::vector<std::array<uint32_t, 3>> triangles;
   // Empty: not known.
   std::vector<std::array<int16_t, 2>> normals;     // octahedral, in [-kNormalLimit, kNormalLimit]
   std::vector<std::array<int16_t, 4>> velocities;  // velocity_step_m_s * n

@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
+#include "core/frames/used_part.h"
 
 namespace liquidblend::encode {
 namespace {
@@ -28,33 +29,6 @@ constexpr int kRestBits = 16;      // likewise
 absl::Status StatusOf(const draco::Status& status) {
   if (status.ok()) return absl::OkStatus();
   return absl::InternalError(absl::StrCat("libdraco: ", status.error_msg_string()));
-}
-
-// Triangles without repeated vertices, and the vertices that they use, renumbered by first use.
-struct UsedPart {
-  std::vector<std::array<uint32_t, 3>> triangles;
-  std::vector<int32_t> vertices;  // of the mesh
-};
-
-UsedPart FindUsedPart(const mesh::TriangleMesh& mesh) {
-  UsedPart used;
-  used.triangles.reserve(mesh.num_triangles());
-  used.vertices.reserve(mesh.num_vertices());
-  std::vector<int32_t> number(mesh.num_vertices(), -1);
-  for (Eigen::Index t = 0; t < mesh.num_triangles(); ++t) {
-    const Eigen::Vector3i corners = mesh.triangles.col(t);
-    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
-    std::array<uint32_t, 3>& triangle = used.triangles.emplace_back();
-    for (int k = 0; k < 3; ++k) {
-      int32_t& v = number[corners[k]];
-      if (v < 0) {
-        v = static_cast<int32_t>(used.vertices.size());
-        used.vertices.push_back(corners[k]);
-      }
-      triangle[k] = static_cast<uint32_t>(v);
-    }
-  }
-  return used;
 }
 
 // Moves a position onto the grid's border if it is outside. libdraco does not clamp: such a
@@ -70,8 +44,8 @@ std::array<float, 3> ClampToGrid(const Eigen::Vector3f& position, const frames::
 // Adds an attribute of kSize floats per vertex and returns its number; value(v): of vertex v of the
 // mesh.
 template <size_t kSize = 3, typename Value>
-int AddAttribute(draco::GeometryAttribute::Type type, const UsedPart& used, const Value& value,
-                 draco::Mesh& out) {
+int AddAttribute(draco::GeometryAttribute::Type type, const frames::UsedPart& used,
+                 const Value& value, draco::Mesh& out) {
   draco::GeometryAttribute attribute;
   attribute.Init(type, nullptr, kSize, draco::DT_FLOAT32, false, sizeof(float) * kSize, 0);
   const int id = out.AddAttribute(attribute, /*identity_mapping=*/true, out.num_points());
@@ -98,7 +72,8 @@ void SetName(const char* name, int attribute, draco::Mesh& mesh) {
 
 // Builds the mesh without libdraco's builder, which removes duplicates. That is slow and changes
 // the mesh.
-DracoMesh ToDraco(const mesh::TriangleMesh& mesh, const UsedPart& used, const frames::Grid& grid) {
+DracoMesh ToDraco(const mesh::TriangleMesh& mesh, const frames::UsedPart& used,
+                  const frames::Grid& grid) {
   DracoMesh out{std::make_unique<draco::Mesh>()};
   out.mesh->set_num_points(static_cast<uint32_t>(used.vertices.size()));
   AddAttribute(
@@ -177,7 +152,7 @@ void ChooseMethods(const DracoOptions& options, const DracoMesh& mesh,
 
 absl::StatusOr<std::string> EncodeWithLibdraco(const mesh::TriangleMesh& mesh,
                                                const DracoOptions& options) {
-  const UsedPart used = FindUsedPart(mesh);
+  const frames::UsedPart used = frames::FindUsedPart(mesh);
   const DracoMesh draco_mesh = ToDraco(mesh, used, options.grid);
   draco::ExpertEncoder encoder(*draco_mesh.mesh);
   const int speed = SettingsOf(options.preset).speed;

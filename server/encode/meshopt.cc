@@ -21,11 +21,11 @@ std::string EncodeVertices(const std::vector<Vertex>& vertices) {
 }
 
 std::string EncodeTriangles(const frames::RoundedSurface& surface) {
-  const std::vector<uint32_t>& triangles = surface.triangles;
-  std::string bytes(meshopt_encodeIndexBufferBound(triangles.size(), surface.positions.size()),
-                    '\0');
+  const auto* const indices = reinterpret_cast<const uint32_t*>(surface.triangles.data());
+  const size_t num_indices = 3 * surface.triangles.size();
+  std::string bytes(meshopt_encodeIndexBufferBound(num_indices, surface.positions.size()), '\0');
   bytes.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(bytes.data()),
-                                         bytes.size(), triangles.data(), triangles.size()));
+                                         bytes.size(), indices, num_indices));
   return bytes;
 }
 
@@ -43,7 +43,7 @@ absl::StatusOr<std::string> EncodeMeshopt(const mesh::TriangleMesh& mesh,
   const frames::RoundedSurface surface = frames::RoundSurface(mesh, options);
   v1::MeshoptMesh message;
   message.set_num_vertices(static_cast<uint32_t>(surface.positions.size()));
-  message.set_num_triangles(static_cast<uint32_t>(surface.triangles.size() / 3));
+  message.set_num_triangles(static_cast<uint32_t>(surface.triangles.size()));
   message.mutable_origin_m()->Add(surface.origin_m.begin(), surface.origin_m.end());
   message.set_step_m(surface.step_m);
   message.set_positions(EncodeVertices(surface.positions));

@@ -13,7 +13,6 @@
 #include "server/base/operation_looks.h"
 #include "server/base/work_pool.h"
 #include "server/catalog/families.h"
-#include "server/frames/frame_buffer_pool.h"
 #include "server/frames/frame_cache.h"
 #include "server/frames/frame_maker.h"
 #include "server/frames/frame_pool.h"

@@ -14,7 +14,6 @@
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "server/base/work_pool.h"
-#include "server/frames/frame_buffer_pool.h"
 #include "server/frames/frame_cache.h"
 #include "server/frames/frame_pool.h"
 #include "server/metrics/metrics.h"

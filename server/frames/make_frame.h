@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/base/object_pool.h"
 #include "core/frames/make_surface.h"
 #include "core/mesh/triangle_mesh.h"
 #include "liquidblend/v1/liquidblend.pb.h"
@@ -30,6 +31,8 @@ struct FrameBuffers {
   encode::SurfaceWriter writer;
   metrics::StageTimes times;  // of the last frame
 };
+
+using FrameBufferPool = base::ObjectPool<FrameBuffers>;
 
 // Checks the query's weights, encoding and surface options; the violation names the field. For
 // early errors.

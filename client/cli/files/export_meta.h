@@ -33,7 +33,7 @@ struct ExportMeta {
   std::vector<double> times_s;     // of the frames, rising; seconds since the animation's start
   std::string family;
   int64_t version = 0;
-  // Of all frames alike: one list; along a curve: a list for each frame.
+  // Weights: one list of all frames; along a curve, a list for each frame.
   std::vector<std::vector<double>> weights;
   Up up = Up::kUnknown;  // the family's
   ExportedFiles files = {};

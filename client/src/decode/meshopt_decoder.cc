@@ -31,15 +31,19 @@ absl::Status DecodeVertices(const std::string& bytes, size_t count, const char* 
   return error == 0 ? absl::OkStatus() : Damaged(name);
 }
 
-absl::Status DecodeTriangles(const v1::MeshoptMesh& message, std::vector<uint32_t>& triangles) {
-  triangles.resize(3 * size_t{message.num_triangles()});
+absl::Status DecodeTriangles(const v1::MeshoptMesh& message,
+                             std::vector<std::array<uint32_t, 3>>& triangles) {
+  triangles.resize(message.num_triangles());
   if (triangles.empty()) return absl::OkStatus();
   const std::string& bytes = message.triangles();
   const int error =
-      meshopt_decodeIndexBuffer(triangles.data(), triangles.size(), sizeof(uint32_t),
+      meshopt_decodeIndexBuffer(triangles.data(), 3 * triangles.size(), sizeof(uint32_t),
                                 reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   if (error != 0) return Damaged("triangles");
-  const uint32_t highest = *std::max_element(triangles.begin(), triangles.end());
+  uint32_t highest = 0;
+  for (const std::array<uint32_t, 3>& corners : triangles) {
+    highest = std::max({highest, corners[0], corners[1], corners[2]});
+  }
   if (highest < message.num_vertices()) return absl::OkStatus();
   return Damaged(
       absl::StrCat("a triangle refers to vertex ", highest, " of ", message.num_vertices()));

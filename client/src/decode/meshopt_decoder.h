@@ -22,7 +22,7 @@ class MeshoptDecoder {
   // not a MeshoptMesh; kDataLoss if they are damaged.
   absl::Status Open(const std::string& bytes);
 
-  // Of the mesh that was opened.
+  // Counts and attributes of the mesh that was opened.
   uint32_t num_vertices() const { return message_.num_vertices(); }
   uint32_t num_triangles() const { return message_.num_triangles(); }
   bool has_normals() const { return !message_.normals().empty(); }
@@ -37,7 +37,7 @@ class MeshoptDecoder {
   std::vector<std::array<uint16_t, 4>> positions_, rest_;
   std::vector<std::array<int16_t, 2>> normals_;
   std::vector<std::array<int16_t, 4>> velocities_;
-  std::vector<uint32_t> triangles_;
+  std::vector<std::array<uint32_t, 3>> triangles_;
 };
 
 }  // namespace liquidblend::client

@@ -43,11 +43,11 @@ void UnpackRest(const PackedMesh& packed, float* out) {
 }
 
 // Meshoptimizer's codec may turn a triangle: all are turned alike.
-void CopyTriangles(std::span<const uint32_t> triangles, uint32_t* out) {
-  for (size_t t = 0; t + 2 < triangles.size(); t += 3, out += 3) {
-    const uint32_t* const corners = &triangles[t];
-    const auto first = static_cast<size_t>(std::min_element(corners, corners + 3) - corners);
-    for (size_t k = 0; k < 3; ++k) out[k] = corners[(first + k) % 3];
+void CopyTriangles(std::span<const std::array<uint32_t, 3>> triangles, uint32_t* out) {
+  for (const std::array<uint32_t, 3>& corners : triangles) {
+    const auto first =
+        static_cast<size_t>(std::min_element(corners.begin(), corners.end()) - corners.begin());
+    for (size_t k = 0; k < 3; ++k) *out++ = corners[(first + k) % 3];
   }
 }
 

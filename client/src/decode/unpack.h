@@ -11,7 +11,7 @@ namespace liquidblend::client {
 // A surface in integers, as liquidblend.v1.MeshoptMesh describes it.
 struct PackedMesh {
   std::span<const std::array<uint16_t, 4>> positions;
-  std::span<const uint32_t> triangles;
+  std::span<const std::array<uint32_t, 3>> triangles;
   std::span<const std::array<int16_t, 2>> normals;     // empty: none
   std::span<const std::array<int16_t, 4>> velocities;  // empty: none
   std::span<const std::array<uint16_t, 4>> rest;       // empty: none

@@ -64,8 +64,7 @@ class FileSourceTest : public testing::Test {
 
 template <typename T>
 bool SameBytes(const std::vector<T>& expected, const T* actual) {
-  return expected.empty() ||
-         std::memcmp(expected.data(), actual, expected.size() * sizeof(T)) == 0;
+  return expected.empty() || std::memcmp(expected.data(), actual, expected.size() * sizeof(T)) == 0;
 }
 
 TEST_F(FileSourceTest, SaysWhatTheFamilyIs) {

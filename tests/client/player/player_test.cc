@@ -33,7 +33,7 @@ class FakeSource final : public FrameSource {
     ++num_calls;
     const absl::Status status = error();
     if (!status.ok()) return status;
-    // Of another size each time.
+    // The size differs from frame to frame.
     const size_t count = kVertices + static_cast<size_t>(num_calls.load() * 7919 % 1000);
     if (absl::Status room = out.Resize(count, 2 * count, {true, true, true}, pool); !room.ok()) {
       return room;

@@ -26,14 +26,14 @@ TEST(RoundSurface, KeepsTrianglesAndPutsVerticesOnTheGrid) {
     const RoundingOptions options = OptionsWith(bits);
     const RoundedSurface rounded = RoundSurface(sphere, options);
     ASSERT_EQ(rounded.positions.size(), static_cast<size_t>(sphere.num_vertices()));
-    ASSERT_EQ(rounded.triangles.size(), 3 * static_cast<size_t>(sphere.num_triangles()));
-    for (size_t i = 0; i < rounded.triangles.size(); ++i) {
+    ASSERT_EQ(rounded.triangles.size(), static_cast<size_t>(sphere.num_triangles()));
+    for (size_t i = 0; i < 3 * rounded.triangles.size(); ++i) {
       const auto t = static_cast<Eigen::Index>(i / 3), c = static_cast<Eigen::Index>(i % 3);
       const Eigen::Vector3f corner = sphere.vertices.col(sphere.triangles(c, t));
+      const uint32_t v = rounded.triangles[i / 3][i % 3];
       for (int k = 0; k < 3; ++k) {
         const float x =
-            rounded.origin_m[k] +
-            rounded.step_m * static_cast<float>(rounded.positions[rounded.triangles[i]][k]);
+            rounded.origin_m[k] + rounded.step_m * static_cast<float>(rounded.positions[v][k]);
         EXPECT_NEAR(x, corner[k], StepOf(options.grid, bits) / 2 + 1e-6);
       }
     }
@@ -44,12 +44,11 @@ TEST(RoundSurface, LeavesOutDegenerateTrianglesAndUnusedVertices) {
   mesh::TriangleMesh mesh;
   mesh.vertices = Eigen::Matrix3Xf::Random(3, 5);
   mesh.triangles.resize(3, 2);
-  mesh.triangles << 4, 1, 2, 1, 3, 0;
-  mesh.triangles.col(1) << 1, 1, 3;
   mesh.triangles.col(0) << 4, 2, 3;
+  mesh.triangles.col(1) << 1, 1, 3;
   const RoundedSurface rounded = RoundSurface(mesh, OptionsWith(14));
   EXPECT_EQ(rounded.positions.size(), 3u);
-  EXPECT_EQ(rounded.triangles, (std::vector<uint32_t>{0, 1, 2}));
+  EXPECT_EQ(rounded.triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}}));
 }
 
 TEST(RoundSurface, MovesWhatIsOutsideOntoTheGridsBorder) {
@@ -60,6 +59,28 @@ TEST(RoundSurface, MovesWhatIsOutsideOntoTheGridsBorder) {
     for (int k = 0; k < 3; ++k) highest = std::max(highest, position[k]);
   }
   EXPECT_EQ(highest, 1023);
+}
+
+// Floats are coarse there: the sum of origin and extent is rounded.
+TEST(RoundSurface, FarFromZeroTheHighestCornerIsTheHighestNode) {
+  RoundingOptions options = OptionsWith(kMaxRoundedBits);
+  for (const float origin : {1000.3F, -5000.7F, 33333.3F}) {
+    for (const float extent : {1.0F, 0.7F, 3.3F}) {
+      options.grid.origin = {origin, origin, origin};
+      options.grid.extent_m = extent;
+      mesh::TriangleMesh mesh;
+      mesh.vertices.resize(3, 3);
+      mesh.vertices.col(0).setConstant(origin);
+      mesh.vertices.col(1).setConstant(origin + extent);
+      mesh.vertices.col(2).setConstant(origin + 2 * extent);
+      mesh.triangles.resize(3, 1);
+      mesh.triangles << 0, 1, 2;
+      const RoundedSurface rounded = RoundSurface(mesh, options);
+      EXPECT_EQ(rounded.positions[0][0], 0);
+      EXPECT_GT(rounded.positions[1][0], 65000) << origin << " " << extent;
+      EXPECT_GT(rounded.positions[2][0], 65000) << origin << " " << extent;
+    }
+  }
 }
 
 TEST(RoundSurface, RoundsAttributesWithinTheirSteps) {
