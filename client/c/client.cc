@@ -14,11 +14,6 @@
 namespace liquidblend::c_api {
 namespace {
 
-absl::Status Check(const lb_client* client, const void* out, const char* name) {
-  if (client == nullptr) return InvalidArgument("client", "is NULL");
-  return out == nullptr ? InvalidArgument(name, "is NULL") : absl::OkStatus();
-}
-
 // The names of resources as a JSON array. Names need no escapes.
 template <typename Resource>
 absl::StatusOr<std::string> NamesOf(const absl::StatusOr<std::vector<Resource>>& resources) {
@@ -33,12 +28,10 @@ absl::StatusOr<std::string> NamesOf(const absl::StatusOr<std::vector<Resource>>&
 // Gives the text that `ask(client)` returns.
 template <typename Ask>
 lb_status GiveText(lb_client* client, lb_text** out, const Ask& ask) {
-  if (out != nullptr) *out = nullptr;
-  return Guarded([&]() -> absl::Status {
-    LBC_RETURN_IF_ERROR(Check(client, out, "out"));
+  return Give(out, [&]() -> absl::StatusOr<std::unique_ptr<lb_text>> {
+    LBC_RETURN_IF_ERROR(CheckIsThere(client, "client"));
     LBC_ASSIGN_OR_RETURN(std::string text, ask(*client->client));
-    *out = new lb_text{std::move(text)};
-    return absl::OkStatus();
+    return std::unique_ptr<lb_text>(new lb_text{std::move(text)});
   });
 }
 
@@ -53,16 +46,13 @@ extern "C" {
 int32_t lb_version(void) { return LIQUIDBLEND_C_VERSION; }
 
 lb_status lb_client_connect(const lb_connect_options* options, lb_client** out) {
-  if (out != nullptr) *out = nullptr;
-  return c_api::Guarded([&]() -> absl::Status {
-    if (out == nullptr) return c_api::InvalidArgument("out", "is NULL");
+  return c_api::Give(out, [&]() -> absl::StatusOr<std::unique_ptr<lb_client>> {
     lb_connect_options given;
     LBC_RETURN_IF_ERROR(c_api::ReadOrDefault(options, "options", given));
     LBC_ASSIGN_OR_RETURN(const auto allocator, c_api::AllocatorOf(given.allocator));
     LBC_ASSIGN_OR_RETURN(const auto connect, c_api::ConnectOptionsOf(given));
     LBC_ASSIGN_OR_RETURN(std::unique_ptr<Client> client, Client::Connect(connect));
-    *out = new lb_client(std::move(client), allocator);
-    return absl::OkStatus();
+    return std::make_unique<lb_client>(std::move(client), allocator);
   });
 }
 
@@ -70,14 +60,11 @@ void lb_client_free(lb_client* client) { delete client; }
 
 lb_status lb_client_get_family(lb_client* client, const char* name, int64_t version,
                                lb_family** out) {
-  if (out != nullptr) *out = nullptr;
-  return c_api::Guarded([&]() -> absl::Status {
-    LBC_RETURN_IF_ERROR(c_api::Check(client, out, "out"));
+  return c_api::Give(out, [&]() -> absl::StatusOr<std::unique_ptr<lb_family>> {
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(client, "client"));
     LBC_ASSIGN_OR_RETURN(liquidblend::Family family,
                          client->client->GetFamily(c_api::TextOf(name), version));
-    *out = c_api::MakeFamily(liquidblend::player::FactsOf(family), family.source, family.json)
-               .release();
-    return absl::OkStatus();
+    return c_api::MakeFamily(liquidblend::player::FactsOf(family), family.source, family.json);
   });
 }
 
@@ -103,14 +90,16 @@ lb_status lb_client_get_animation(lb_client* client, const char* name, lb_text**
 
 lb_status lb_client_delete_animation(lb_client* client, const char* name) {
   return c_api::Guarded([&]() -> absl::Status {
-    LBC_RETURN_IF_ERROR(c_api::Check(client, name, "name"));
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(client, "client"));
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(name, "name"));
     return client->client->DeleteAnimation(name);
   });
 }
 
 lb_status lb_client_delete_family(lb_client* client, const char* name) {
   return c_api::Guarded([&]() -> absl::Status {
-    LBC_RETURN_IF_ERROR(c_api::Check(client, name, "name"));
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(client, "client"));
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(name, "name"));
     return client->client->DeleteFamily(name);
   });
 }
@@ -118,7 +107,8 @@ lb_status lb_client_delete_family(lb_client* client, const char* name) {
 lb_status lb_client_download(lb_client* client, const char* name, int64_t version,
                              const char* path) {
   return c_api::Guarded([&]() -> absl::Status {
-    LBC_RETURN_IF_ERROR(c_api::Check(client, path, "path"));
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(client, "client"));
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(path, "path"));
     return client->client->Download(c_api::TextOf(name), path, version).status();
   });
 }

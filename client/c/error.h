@@ -15,6 +15,11 @@ lb_status Report(const absl::Status& status);
 // The error of an argument.
 absl::Status InvalidArgument(const char* argument, const char* what);
 
+// Checks that an argument is not null.
+inline absl::Status CheckIsThere(const void* argument, const char* name) {
+  return argument == nullptr ? InvalidArgument(name, "is NULL") : absl::OkStatus();
+}
+
 // Calls `body`, which returns an absl::Status, and reports that. An exception, as when there is no
 // memory, becomes LB_RESOURCE_EXHAUSTED or LB_INTERNAL.
 template <typename Body>
@@ -28,6 +33,19 @@ lb_status Guarded(const Body& body) noexcept {
   } catch (...) {
     return Report(absl::InternalError("an unknown exception"));
   }
+}
+
+// Gives the handle that `make` returns as a StatusOr of a unique_ptr. On an error `out` is null.
+template <typename Handle, typename Make>
+lb_status Give(Handle** out, const Make& make) noexcept {
+  if (out == nullptr) return Report(InvalidArgument("out", "is NULL"));
+  *out = nullptr;
+  return Guarded([&]() -> absl::Status {
+    auto made = make();
+    if (!made.ok()) return made.status();
+    *out = made->release();
+    return absl::OkStatus();
+  });
 }
 
 }  // namespace liquidblend::c_api

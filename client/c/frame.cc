@@ -128,10 +128,8 @@ namespace c_api = liquidblend::c_api;
 extern "C" {
 
 lb_status lb_client_get_frame(lb_client* client, const lb_frame_request* request, lb_frame** out) {
-  if (out != nullptr) *out = nullptr;
-  return c_api::Guarded([&]() -> absl::Status {
-    if (client == nullptr) return c_api::InvalidArgument("client", "is NULL");
-    if (out == nullptr) return c_api::InvalidArgument("out", "is NULL");
+  return c_api::Give(out, [&]() -> absl::StatusOr<std::unique_ptr<lb_frame>> {
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(client, "client"));
     lb_frame_request given;
     LBC_RETURN_IF_ERROR(c_api::Read(request, "request", given));
     LBC_ASSIGN_OR_RETURN(const auto frame_request, c_api::RequestOf(given));
@@ -140,8 +138,7 @@ lb_status lb_client_get_frame(lb_client* client, const lb_frame_request* request
     LBC_RETURN_IF_ERROR(client->fetcher.Get(frame_request, *client->pool, *mesh, cost));
     auto frame = std::make_unique<lb_frame>();
     frame->mesh = mesh;
-    *out = frame.release();
-    return absl::OkStatus();
+    return frame;
   });
 }
 
@@ -179,7 +176,7 @@ void lb_frame_free(lb_frame* frame) {
 
 lb_status lb_frame_copy(const lb_frame* frame, const lb_layout* layout) {
   return c_api::Guarded([&]() -> absl::Status {
-    if (frame == nullptr) return c_api::InvalidArgument("frame", "is NULL");
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(frame, "frame"));
     lb_layout given;
     LBC_RETURN_IF_ERROR(c_api::Read(layout, "layout", given));
     return c_api::CopyFrame(*frame, given);

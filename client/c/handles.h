@@ -33,7 +33,7 @@ struct lb_family {
   liquidblend::player::FamilyFacts facts;
   std::string source;
   std::string json;
-  // What lb_family_describe() points to.
+  // Arrays that lb_family_describe() points to.
   std::vector<const char*> targets, parameters;
   std::vector<double> points;
 };

@@ -145,13 +145,10 @@ absl::StatusOr<RegisterRequest> RegistrationOf(const lb_register_request& from) 
 // Gives the operation that `start` returns.
 template <typename Start>
 lb_status GiveOperation(lb_client* client, lb_operation** out, const Start& start) {
-  if (out != nullptr) *out = nullptr;
-  return Guarded([&]() -> absl::Status {
-    if (client == nullptr) return InvalidArgument("client", "is NULL");
-    if (out == nullptr) return InvalidArgument("out", "is NULL");
+  return Give(out, [&]() -> absl::StatusOr<std::unique_ptr<lb_operation>> {
+    LBC_RETURN_IF_ERROR(CheckIsThere(client, "client"));
     LBC_ASSIGN_OR_RETURN(Operation operation, start());
-    *out = MakeOperation(std::move(operation)).release();
-    return absl::OkStatus();
+    return MakeOperation(std::move(operation));
   });
 }
 
@@ -190,7 +187,7 @@ lb_status lb_client_get_operation(lb_client* client, const char* name, lb_operat
 
 lb_status lb_client_cancel(lb_client* client, const char* operation) {
   return c_api::Guarded([&]() -> absl::Status {
-    if (client == nullptr) return c_api::InvalidArgument("client", "is NULL");
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(client, "client"));
     return client->client->CancelOperation(c_api::TextOf(operation));
   });
 }

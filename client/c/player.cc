@@ -72,11 +72,11 @@ void LogChange(const absl::Status& now, lb_player& player) {
   player.log(player.log_user, text.c_str());
 }
 
-lb_frame* MakeFrame(player::FramePtr mesh, double velocity_scale) {
+std::unique_ptr<lb_frame> MakeFrame(player::FramePtr mesh, double velocity_scale) {
   auto frame = std::make_unique<lb_frame>();
   frame->mesh = std::move(mesh);
   frame->velocity_scale = velocity_scale;
-  return frame.release();
+  return frame;
 }
 
 // The frame of the last poll, if it is still right, or a new handle.
@@ -90,7 +90,7 @@ lb_frame* Polled(lb_player& player, double now) {
   if (!is_same) {
     lb_frame_free(last);
     last = nullptr;
-    last = MakeFrame(std::move(polled.frame), polled.velocity_scale);
+    last = MakeFrame(std::move(polled.frame), polled.velocity_scale).release();
   }
   lb_frame_retain(last);
   return last;
@@ -115,9 +115,7 @@ using liquidblend::player::BlendSpec;
 extern "C" {
 
 lb_status lb_player_open(const lb_player_options* options, lb_player** out) {
-  if (out != nullptr) *out = nullptr;
-  return c_api::Guarded([&]() -> absl::Status {
-    if (out == nullptr) return c_api::InvalidArgument("out", "is NULL");
+  return c_api::Give(out, [&]() -> absl::StatusOr<std::unique_ptr<lb_player>> {
     lb_player_options given;
     LBC_RETURN_IF_ERROR(c_api::Read(options, "options", given));
     LBC_ASSIGN_OR_RETURN(const auto player_options, c_api::OptionsOf(given));
@@ -128,8 +126,7 @@ lb_status lb_player_open(const lb_player_options* options, lb_player** out) {
         std::make_unique<liquidblend::player::Player>(std::move(source), player_options);
     handle->log = given.log;
     handle->log_user = given.log_user;
-    *out = handle.release();
-    return absl::OkStatus();
+    return handle;
   });
 }
 
@@ -146,7 +143,7 @@ void lb_player_describe(const lb_player* player, lb_family_info* info) {
 lb_status lb_player_set_weights(lb_player* player, size_t num_weights, const double* weights,
                                 double over_s) {
   return c_api::Guarded([&]() -> absl::Status {
-    if (player == nullptr) return c_api::InvalidArgument("player", "is NULL");
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(player, "player"));
     LBC_RETURN_IF_ERROR(c_api::CheckFinite(weights, num_weights, "weights"));
     const size_t wanted = player->family->targets.size();
     if (num_weights != wanted) {
@@ -163,7 +160,7 @@ lb_status lb_player_set_parameters(lb_player* player, size_t num_parameters,
                                    const lb_parameter* parameters, int32_t extrapolate,
                                    double over_s) {
   return c_api::Guarded([&]() -> absl::Status {
-    if (player == nullptr) return c_api::InvalidArgument("player", "is NULL");
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(player, "player"));
     if (num_parameters == 0) return c_api::InvalidArgument("parameters", "are none");
     BlendSpec blend;
     blend.extrapolate = extrapolate != 0;
@@ -186,7 +183,7 @@ void lb_player_set_loop(lb_player* player, int32_t loop) {
 
 lb_status lb_player_set_rate(lb_player* player, double rate) {
   return c_api::Guarded([&]() -> absl::Status {
-    if (player == nullptr) return c_api::InvalidArgument("player", "is NULL");
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(player, "player"));
     LBC_RETURN_IF_ERROR(c_api::CheckFinite(&rate, 1, "rate"));
     player->player->SetRate(rate);
     return absl::OkStatus();
@@ -195,7 +192,7 @@ lb_status lb_player_set_rate(lb_player* player, double rate) {
 
 lb_status lb_player_seek(lb_player* player, double time_s) {
   return c_api::Guarded([&]() -> absl::Status {
-    if (player == nullptr) return c_api::InvalidArgument("player", "is NULL");
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(player, "player"));
     LBC_RETURN_IF_ERROR(c_api::CheckFinite(&time_s, 1, "time_s"));
     player->player->Seek(time_s);
     return absl::OkStatus();
@@ -214,14 +211,11 @@ lb_frame* lb_player_poll(lb_player* player, double now) {
 
 lb_status lb_player_wait_exact(lb_player* player, double time_s, double patience_s,
                                lb_frame** out) {
-  if (out != nullptr) *out = nullptr;
-  return c_api::Guarded([&]() -> absl::Status {
-    if (player == nullptr) return c_api::InvalidArgument("player", "is NULL");
-    if (out == nullptr) return c_api::InvalidArgument("out", "is NULL");
+  return c_api::Give(out, [&]() -> absl::StatusOr<std::unique_ptr<lb_frame>> {
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(player, "player"));
     LBC_RETURN_IF_ERROR(c_api::CheckFinite(&patience_s, 1, "patience_s"));
     LBC_ASSIGN_OR_RETURN(auto mesh, player->player->WaitExact(time_s, patience_s));
-    *out = c_api::MakeFrame(std::move(mesh), 1.0);
-    return absl::OkStatus();
+    return c_api::MakeFrame(std::move(mesh), 1.0);
   });
 }
 
