@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "client/c/error.h"
 #include "client/c/handles.h"
 #include "client/c/structs.h"
@@ -42,6 +43,20 @@ struct Part {
   const char* name;
 };
 
+absl::Status CheckOverlap(const Part (&parts)[4]) {
+  const auto end_of = [](const Part& part) {
+    return part.offset + static_cast<int64_t>(part.count * sizeof(float));
+  };
+  for (const Part& a : parts) {
+    for (const Part& b : parts) {
+      if (&a == &b || a.offset < 0 || b.offset < a.offset || b.offset >= end_of(a)) continue;
+      return absl::InvalidArgumentError(
+          absl::StrCat(a.name, " and ", b.name, " overlap; what is not wanted is at -1"));
+    }
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckVertices(const lb_layout& layout, size_t num_vertices, const Part (&parts)[4]) {
   size_t end = 0;  // of a vertex
   for (const Part& part : parts) {
@@ -58,10 +73,15 @@ absl::Status CheckVertices(const lb_layout& layout, size_t num_vertices, const P
   }
   if (end == 0 || num_vertices == 0) return absl::OkStatus();
   if (layout.vertices == nullptr) return InvalidArgument("layout.vertices", "is NULL");
-  const size_t needed = (num_vertices - 1) * layout.stride + end;
-  if (needed <= layout.vertices_size) return absl::OkStatus();
+  const size_t num_strides = num_vertices - 1;
+  const bool is_room =
+      end <= layout.vertices_size &&
+      (num_strides == 0 || layout.stride <= (layout.vertices_size - end) / num_strides);
+  if (is_room) return absl::OkStatus();
+  const double needed = static_cast<double>(num_strides) * static_cast<double>(layout.stride) +
+                        static_cast<double>(end);
   return absl::OutOfRangeError(
-      absl::StrCat("the vertices need ", needed, " bytes, there are ", layout.vertices_size));
+      absl::StrFormat("the vertices need %.0f bytes, there are %d", needed, layout.vertices_size));
 }
 
 void CopyVertices(const lb_layout& layout, size_t num_vertices, const Part& part) {
@@ -114,6 +134,7 @@ absl::Status CopyFrame(const lb_frame& frame, const lb_layout& layout) {
                          {memory.velocities, layout.velocity_offset, 3,
                           static_cast<float>(frame.velocity_scale), "velocities"},
                          {memory.rest, layout.rest_offset, 4, 1.0F, "rest positions"}};
+  LBC_RETURN_IF_ERROR(CheckOverlap(parts));
   LBC_RETURN_IF_ERROR(CheckVertices(layout, mesh.num_vertices(), parts));
   LBC_RETURN_IF_ERROR(CopyIndices(layout, mesh));
   for (const Part& part : parts) CopyVertices(layout, mesh.num_vertices(), part);

@@ -19,7 +19,8 @@ struct lb_client {
             const liquidblend::player::Allocator& allocator)
       : client(std::move(connected)),
         fetcher(*client),
-        pool(std::make_shared<liquidblend::player::FramePool>(allocator)) {}
+        pool(std::make_shared<liquidblend::player::FramePool>(
+            allocator, liquidblend::player::Growth::kAsNeeded)) {}
   const std::unique_ptr<liquidblend::Client> client;
   liquidblend::player::FrameFetcher fetcher;
   const std::shared_ptr<liquidblend::player::FramePool> pool;

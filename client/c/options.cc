@@ -74,6 +74,9 @@ absl::StatusOr<Parameters> ParametersOf(const lb_parameter* parameters, size_t c
   if (count > 0 && parameters == nullptr) return InvalidArgument("parameters", "is NULL");
   for (size_t k = 0; k < count; ++k) {
     if (parameters[k].name == nullptr) return InvalidArgument("a parameter's name", "is NULL");
+    if (!std::isfinite(parameters[k].value)) {
+      return InvalidArgument(parameters[k].name, "is not finite");
+    }
     if (result.emplace(parameters[k].name, parameters[k].value).second) continue;
     return absl::InvalidArgumentError(
         absl::StrCat("parameter ", parameters[k].name, " is given twice"));

@@ -9,6 +9,7 @@
 #include "client/player/file_source.h"
 #include "client/player/server_source.h"
 #include "client/src/status_macros.h"
+#include "core/frames/blend_weights.h"
 
 namespace liquidblend::c_api {
 namespace {
@@ -110,7 +111,10 @@ double MeanMs(double sum_s, int64_t count) {
 }  // namespace liquidblend::c_api
 
 namespace c_api = liquidblend::c_api;
+using liquidblend::frames::kMaxWeight;
+using liquidblend::frames::kMinWeight;
 using liquidblend::player::BlendSpec;
+using liquidblend::player::Player;
 
 extern "C" {
 
@@ -120,6 +124,12 @@ lb_status lb_player_open(const lb_player_options* options, lb_player** out) {
     LBC_RETURN_IF_ERROR(c_api::Read(options, "options", given));
     LBC_ASSIGN_OR_RETURN(const auto player_options, c_api::OptionsOf(given));
     LBC_ASSIGN_OR_RETURN(auto source, c_api::OpenSource(given));
+    const int num_levels = source->facts().num_levels,
+              level = player_options.surface.level_of_detail;
+    if (level < 0 || level >= num_levels) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("surface.level_of_detail is ", level, ", not in [0, ", num_levels - 1, "]"));
+    }
     auto handle = std::make_unique<lb_player>();
     handle->family = c_api::MakeFamily(source->facts(), "", "");
     handle->player =
@@ -149,6 +159,11 @@ lb_status lb_player_set_weights(lb_player* player, size_t num_weights, const dou
     if (num_weights != wanted) {
       return absl::InvalidArgumentError(
           absl::StrCat(num_weights, " weights for ", wanted, " targets"));
+    }
+    for (size_t k = 0; k < num_weights; ++k) {
+      if (weights[k] >= kMinWeight && weights[k] <= kMaxWeight) continue;
+      return absl::InvalidArgumentError(absl::StrCat(
+          "weights[", k, "] is ", weights[k], ", not in [", kMinWeight, ", ", kMaxWeight, "]"));
     }
     BlendSpec blend;
     blend.weights.assign(weights, weights + num_weights);
@@ -200,7 +215,7 @@ lb_status lb_player_seek(lb_player* player, double time_s) {
 }
 
 lb_frame* lb_player_poll(lb_player* player, double now) {
-  if (player == nullptr || !std::isfinite(now)) return nullptr;
+  if (player == nullptr || !(std::abs(now) <= Player::kLongestClock_s)) return nullptr;
   lb_frame* frame = nullptr;
   c_api::Guarded([&] {
     frame = c_api::Polled(*player, now);

@@ -7,6 +7,7 @@ namespace liquidblend::player {
 namespace {
 
 constexpr double kPeriod_s = 1.0;
+constexpr double kLongestPeriod_s = 1.5;
 constexpr double kMostCalm_s = 120.0;  // that a step back waits for
 constexpr double kTrial_s = 3.0;       // a step back that is missed within that was wrong
 constexpr double kMissedShare = 0.05;  // of the moments: fewer are no reason for a step
@@ -31,11 +32,11 @@ void DetailControl::AddCost(const FrameCost& cost) {
 }
 
 bool DetailControl::Update(double now, const ScheduleCounts& counts) {
-  if (began_ < 0.0) {
+  if (!began_) {
     began_ = calm_since_ = now;
     before_ = counts;
   }
-  const double passed_s = now - began_;
+  const double passed_s = now - *began_;
   if (passed_s < kPeriod_s) return false;
   const auto num_shown = static_cast<double>(counts.num_shown - before_.num_shown);
   const auto num_missed = static_cast<double>(counts.num_missed - before_.num_missed);
@@ -44,6 +45,11 @@ bool DetailControl::Update(double now, const ScheduleCounts& counts) {
   before_ = counts;
   sums_ = {};
   if (!std::exchange(is_warm_, true)) return false;
+  // A program that did not poll for a while, or a server that is away, says nothing of the cost.
+  if (passed_s > kLongestPeriod_s || (num_missed > 0 && sums.num_frames == 0)) {
+    calm_since_ = now;
+    return false;
+  }
   const bool is_missing = num_missed > kMissedShare * (num_shown + num_missed);
   if (GiveUpDraco(sums, is_missing, now)) return true;
   if (is_missing) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "client/player/frame_source.h"
 #include "client/player/schedule.h"
@@ -47,8 +48,8 @@ class DetailControl {
   const DetailOptions options_;
   int level_;
   FrameFormat format_ = FrameFormat::kMeshopt;
-  double began_ = -1.0;   // of the second; negative: not begun
-  bool is_warm_ = false;  // the first second has passed, of which nothing is concluded
+  std::optional<double> began_;  // of the second
+  bool is_warm_ = false;         // the first second has passed, of which nothing is concluded
   double calm_since_ = 0.0;
   double stepped_up_ = -1e9;    // when
   double calm_needed_s_ = 4.0;  // without a miss, before a step back

@@ -70,10 +70,12 @@ absl::Status FrameFetcher::Decode(const Frame& frame, FramePool& pool, FrameMesh
   std::unique_ptr<client::MeshoptDecoder> decoder = decoders_.Take();
   const absl::Cleanup give_back = [&] { decoders_.GiveBack(std::move(decoder)); };
   LB_RETURN_IF_ERROR(decoder->Open(frame.data));
+  LB_RETURN_IF_ERROR(decoder->Decode());  // before memory is taken for what it claims
   LB_RETURN_IF_ERROR(
       out.Resize(decoder->num_vertices(), decoder->num_triangles(),
                  {decoder->has_normals(), decoder->has_velocities(), decoder->has_rest()}, pool));
-  return decoder->Decode(out.memory());
+  decoder->Write(out.memory());
+  return absl::OkStatus();
 }
 
 }  // namespace liquidblend::player

@@ -30,6 +30,7 @@ std::shared_ptr<FrameMesh> FramePool::Take() {
 }
 
 size_t FramePool::GrowTo(size_t bytes) {
+  if (growth_ == Growth::kAsNeeded) return bytes;
   const absl::MutexLock lock(&mutex_);
   if (bytes > largest_bytes_) {
     largest_bytes_ = static_cast<size_t>(kSpare * static_cast<double>(bytes));

@@ -13,11 +13,18 @@ namespace liquidblend::player {
 
 using FramePtr = std::shared_ptr<const FrameMesh>;
 
+// How much memory a mesh has after it had to grow.
+enum class Growth {
+  kAhead,     // more than the largest frame that was seen, so that soon none grows any more
+  kAsNeeded,  // what its frame needs
+};
+
 // Hands out meshes; a mesh comes back by itself when the last pointer to it is gone, also after the
-// pool. A mesh that has to grow grows beyond the largest frame that was seen.  Threads: safe.
+// pool. Threads: safe.
 class FramePool final : public GrowthPolicy, public std::enable_shared_from_this<FramePool> {
  public:
-  explicit FramePool(const Allocator& allocator) : allocator_(allocator) {}
+  explicit FramePool(const Allocator& allocator, Growth growth = Growth::kAhead)
+      : allocator_(allocator), growth_(growth) {}
   ~FramePool() override;
 
   // Takes a mesh to fill, of unknown contents.
@@ -29,6 +36,7 @@ class FramePool final : public GrowthPolicy, public std::enable_shared_from_this
   void CollectReturned() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Allocator allocator_;
+  const Growth growth_;
   absl::Mutex mutex_;
   size_t largest_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
   std::vector<std::unique_ptr<FrameMesh>> free_ ABSL_GUARDED_BY(mutex_);

@@ -43,6 +43,7 @@ struct FrameSpec {
   SurfaceOptions surface;                      // with the level of detail
   int position_bits = 0;                       // [8, 16]; 0: 14
   FrameFormat format = FrameFormat::kMeshopt;  // on the wire
+  bool is_exact = false;                       // worth waiting for, however long it takes
 
   bool operator==(const FrameSpec&) const = default;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -16,7 +17,8 @@ constexpr double kMaxFramesPerSecond = 1000.0, kMaxLookAhead_s = 60.0;
 constexpr double kFirstLatency_s = 0.05;
 constexpr double kLatencyShare = 0.1;  // of the newest frame, in the running mean
 constexpr double kLatencyStep_s = 0.005;
-constexpr absl::Duration kStillPatience = absl::Milliseconds(20);
+// Idle threads that do not watch look again after that.
+constexpr absl::Duration kLongestPatience = absl::Milliseconds(500);
 constexpr absl::Duration kFirstBackOff = absl::Milliseconds(50), kLongestBackOff = absl::Seconds(1);
 
 absl::Status OutOfRange(const char* option, double value, double low, double high) {
@@ -75,7 +77,7 @@ Player::Player(std::unique_ptr<FrameSource> source, const PlayerOptions& options
     schedule_.SetForm(FormAt(control_.level(), statistics_.format));
     BlendSpec source_only;
     source_only.weights.resize(source_->facts().targets.size(), 0.0);
-    schedule_.SetBlend(source_only, 0.0, -kMaxLookAhead_s);
+    schedule_.SetBlend(source_only, 0.0, 0.0);
   }
   for (int k = 0; k < options.num_threads; ++k) {
     threads_.emplace_back([this](const std::stop_token& stop) { Work(stop); });
@@ -103,31 +105,37 @@ FrameSpec Player::FormAt(int level, FrameFormat format) const {
 void Player::SetBlend(const BlendSpec& blend, double over_s) {
   const absl::MutexLock lock(&mutex_);
   schedule_.SetBlend(blend, over_s, schedule_.now());
-  SignalIfIdle();
+  OnChange();
 }
 
 void Player::SetPlaying(bool playing) {
   const absl::MutexLock lock(&mutex_);
   schedule_.timeline().SetPlaying(playing, schedule_.now());
-  SignalIfIdle();
+  OnChange();
 }
 
 void Player::SetRate(double rate) {
   const absl::MutexLock lock(&mutex_);
   schedule_.timeline().SetRate(rate, schedule_.now());
-  SignalIfIdle();
+  OnChange();
 }
 
 void Player::SetLoop(bool loop) {
   const absl::MutexLock lock(&mutex_);
   schedule_.timeline().SetLoop(loop, schedule_.now());
-  SignalIfIdle();
+  OnChange();
 }
 
 void Player::Seek(double time_s) {
   const absl::MutexLock lock(&mutex_);
   schedule_.timeline().Seek(time_s, schedule_.now());
-  SignalIfIdle();
+  OnChange();
+}
+
+// What failed before may be right now. The thread that watches sees the change soon.
+void Player::OnChange() {
+  retry_at_ = {};
+  back_off_ = kFirstBackOff;
 }
 
 void Player::SignalIfIdle() {
@@ -136,24 +144,31 @@ void Player::SignalIfIdle() {
 
 PolledFrame Player::Poll(double now) {
   if (!mutex_.TryLock()) return polled_;
-  polled_.frame = schedule_.Advance(now);
-  polled_.velocity_scale = schedule_.timeline().SpeedAt(schedule_.now());
-  polled_.error = statistics_.last_error;
-  statistics_.counts = schedule_.counts();
-  if (control_.Update(now, statistics_.counts)) {
-    statistics_.level_of_detail = control_.level();
-    if (options_.transport == Transport::kAutomatic) statistics_.format = control_.format();
-    schedule_.SetForm(FormAt(control_.level(), statistics_.format));
+  try {
+    PollLocked(now);
+  } catch (...) {  // no memory: the lock must not stay
+    mutex_.Unlock();
+    throw;
   }
   mutex_.Unlock();
   return polled_;
 }
 
+void Player::PollLocked(double now) {
+  polled_.frame = schedule_.Advance(now);
+  polled_.velocity_scale = schedule_.timeline().SpeedAt(schedule_.now());
+  polled_.error = statistics_.last_error;
+  statistics_.counts = schedule_.counts();
+  if (!control_.Update(now, statistics_.counts)) return;
+  statistics_.level_of_detail = control_.level();
+  if (options_.transport == Transport::kAutomatic) statistics_.format = control_.format();
+  schedule_.SetForm(FormAt(control_.level(), statistics_.format));
+}
+
 std::optional<Schedule::Job> Player::WaitForJob(const std::stop_token& stop) {
   const absl::MutexLock lock(&mutex_);
   while (!stop.stop_requested()) {
-    const absl::Time now = absl::Now();
-    if (now >= retry_at_) {
+    if (SteadyClock::now() >= retry_at_) {
       std::optional<Schedule::Job> job = schedule_.Next(statistics_.latency_s);
       if (job) {
         SignalIfIdle();  // there may be more
@@ -165,20 +180,14 @@ std::optional<Schedule::Job> Player::WaitForJob(const std::stop_token& stop) {
   return std::nullopt;
 }
 
-// One idle thread looks by itself what has become due, so that Poll() need not wake any: the system
-// would let a thread that is woken go first.
+// One idle thread looks by itself what has become due or was changed, so that neither Poll() nor
+// the setters need wake any: the system would let a thread that is woken go first.
 void Player::WaitForChange() {
   const bool is_watching = !std::exchange(is_one_watching_, true);
-  const double moment_s = 1.0 / options_.schedule.frames_per_second;
-  const absl::Duration patience =
-      schedule_.is_still() ? kStillPatience : absl::Seconds(moment_s / 2);
+  const absl::Duration half_moment = absl::Seconds(0.5 / options_.schedule.frames_per_second);
   ++num_idle_;
-  if (is_watching) {
-    changed_.WaitWithTimeout(&mutex_, patience);
-    is_one_watching_ = false;
-  } else {
-    changed_.Wait(&mutex_);
-  }
+  changed_.WaitWithTimeout(&mutex_, is_watching ? half_moment : kLongestPatience);
+  if (is_watching) is_one_watching_ = false;
   --num_idle_;
 }
 
@@ -193,10 +202,15 @@ void Player::Work(const std::stop_token& stop) {
 
 absl::Status Player::Get(const FrameSpec& spec, std::shared_ptr<FrameMesh>& frame,
                          FrameCost& cost) {
-  frame = pool_->Take();
-  const absl::Status status = source_->Get(spec, *pool_, *frame, cost);
-  if (!status.ok()) frame = nullptr;
-  return status;
+  try {
+    frame = pool_->Take();
+    const absl::Status status = source_->Get(spec, *pool_, *frame, cost);
+    if (!status.ok()) frame = nullptr;
+    return status;
+  } catch (const std::bad_alloc&) {  // a thread of the player's must not end the program
+    frame = nullptr;
+    return absl::ResourceExhaustedError("no memory for a frame");
+  }
 }
 
 void Player::Finish(const Schedule::Job& job, const absl::Status& status, FramePtr frame,
@@ -204,11 +218,14 @@ void Player::Finish(const Schedule::Job& job, const absl::Status& status, FrameP
   const absl::MutexLock lock(&mutex_);
   statistics_.last_error = status;
   schedule_.Deliver(job, std::move(frame));
+  const SteadyClock::time_point now = SteadyClock::now();
   if (!status.ok()) {
-    retry_at_ = absl::Now() + back_off_;
+    if (now < retry_at_) return;  // another thread has failed just now
+    retry_at_ = now + absl::ToChronoMilliseconds(back_off_);
     back_off_ = std::min(2 * back_off_, kLongestBackOff);
     return;
   }
+  retry_at_ = {};
   back_off_ = kFirstBackOff;
   control_.AddCost(cost);
   ++statistics_.num_received;
@@ -222,10 +239,11 @@ void Player::Finish(const Schedule::Job& job, const absl::Status& status, FrameP
 }
 
 absl::StatusOr<FramePtr> Player::WaitExact(double time_s, double patience_s) {
-  const absl::Time give_up = absl::Now() + absl::Seconds(patience_s);
+  const SteadyClock::time_point start = SteadyClock::now();
   FrameSpec spec = FormAt(options_.surface.level_of_detail, FrameFormat::kMeshopt);
   if (options_.transport == Transport::kDraco) spec.format = FrameFormat::kDraco;
   spec.time_s = time_s;
+  spec.is_exact = true;
   {
     const absl::MutexLock lock(&mutex_);
     spec.blend = schedule_.blend();
@@ -236,7 +254,7 @@ absl::StatusOr<FramePtr> Player::WaitExact(double time_s, double patience_s) {
     const absl::Status status = Get(spec, frame, cost);
     if (status.ok()) return FramePtr(std::move(frame));
     if (!IsWorthRetrying(status)) return status;
-    if (absl::Now() + wait > give_up) {
+    if (absl::FromChrono(SteadyClock::now() - start) + wait > absl::Seconds(patience_s)) {
       return absl::DeadlineExceededError(
           absl::StrCat("no frame within ", patience_s, " s: ", std::string(status.message())));
     }

@@ -1,6 +1,7 @@
 // Player of a family's frames for a loop that must not wait.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -61,6 +62,8 @@ struct PlayerStatistics {
 // facts from any.
 class Player {
  public:
+  static constexpr double kLongestClock_s = 1e12;
+
   // Starts the threads.  Requires: options.Validate().ok().
   Player(std::unique_ptr<FrameSource> source, const PlayerOptions& options);
   // Waits for what is on its way, at most the source's longest call.
@@ -70,15 +73,16 @@ class Player {
 
   const FamilyFacts& facts() const { return source_->facts(); }
 
-  // The course, from the last Poll() on.
+  // The course, from the last Poll() on. These may wait for another thread, microseconds.
   void SetBlend(const BlendSpec& blend, double over_s);
   void SetPlaying(bool playing);
   void SetRate(double rate);  // finite; negative: backwards
   void SetLoop(bool loop);
   void Seek(double time_s);
 
-  // Sets the program's clock (seconds, any origin, never back) and returns the newest frame that is
-  // due. Never waits: while another thread holds the schedule, the frame is that of the last call.
+  // Sets the program's clock and returns the newest frame that is due. Never waits: while another
+  // thread holds the schedule, the frame is that of the last call.
+  //   now  seconds from any origin, never back, in [-kLongestClock_s, kLongestClock_s]
   // Cost: microseconds.
   PolledFrame Poll(double now);
 
@@ -90,6 +94,8 @@ class Player {
   PlayerStatistics statistics() const;
 
  private:
+  using SteadyClock = std::chrono::steady_clock;
+
   void Work(const std::stop_token& stop);
   std::optional<Schedule::Job> WaitForJob(const std::stop_token& stop);
   void WaitForChange() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -97,6 +103,8 @@ class Player {
   void Finish(const Schedule::Job& job, const absl::Status& status, FramePtr frame,
               const FrameCost& cost);
   FrameSpec FormAt(int level, FrameFormat format) const;
+  void PollLocked(double now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void OnChange() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void SignalIfIdle() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::unique_ptr<FrameSource> source_;
@@ -108,7 +116,7 @@ class Player {
   Schedule schedule_ ABSL_GUARDED_BY(mutex_);
   DetailControl control_ ABSL_GUARDED_BY(mutex_);
   PlayerStatistics statistics_ ABSL_GUARDED_BY(mutex_);
-  absl::Time retry_at_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
+  SteadyClock::time_point retry_at_ ABSL_GUARDED_BY(mutex_);  // after a failure
   absl::Duration back_off_ ABSL_GUARDED_BY(mutex_);
   int num_idle_ ABSL_GUARDED_BY(mutex_) = 0;
   bool is_one_watching_ ABSL_GUARDED_BY(mutex_) = false;  // an idle thread that looks by itself

@@ -21,9 +21,15 @@ bool AreSame(const FrameSpec& a, const FrameSpec& b) {
   return HaveSameTime(a, b) && a.blend == b.blend;
 }
 
+// The same level of detail as well: a picture that stands still is to be as fine as it can be.
+bool AreSameStill(const FrameSpec& a, const FrameSpec& b) {
+  return AreSame(a, b) && a.surface.level_of_detail == b.surface.level_of_detail;
+}
+
 }  // namespace
 
 void Schedule::SetBlend(const BlendSpec& blend, double over_s, double now) {
+  if (blend == course_.target() && (over_s > 0.0 || course_.IsSettledAt(now))) return;
   course_.Change(blend, over_s, now);
   changed_ = now;
 }
@@ -40,6 +46,7 @@ void Schedule::Start(double now) {
   now_ = now;
   timeline_.Start(now);
   course_.Start(now);
+  changed_ = kLongAgo;
   slots_.clear();  // of a clock that began at 0
 }
 
@@ -89,34 +96,36 @@ void Schedule::ShowDue(int64_t moment) {
 void Schedule::ShowStill() {
   const FrameSpec wanted = SpecAt(now_);
   shown_moment_.reset();  // nothing is missed meanwhile
-  if (shown_.frame != nullptr && AreSame(shown_.spec, wanted)) return;
+  if (shown_.frame != nullptr && AreSameStill(shown_.spec, wanted)) return;
   const bool is_shown_wrong = shown_.frame == nullptr || !HaveSameTime(shown_.spec, wanted);
   const Shown* best = nullptr;
   for (const auto& [moment, slot] : slots_) {
     if (slot.ready.frame == nullptr || !HaveSameTime(slot.ready.spec, wanted)) continue;
     const bool is_newer = best == nullptr || slot.ready.number > best->number;
-    if (is_newer || AreSame(slot.ready.spec, wanted)) best = &slot.ready;
-    if (AreSame(best->spec, wanted)) break;
+    if (is_newer || AreSameStill(slot.ready.spec, wanted)) best = &slot.ready;
+    if (AreSameStill(best->spec, wanted)) break;
   }
   if (best == nullptr) return;
-  if (!is_shown_wrong && best->number <= shown_.number && !AreSame(best->spec, wanted)) return;
+  if (!is_shown_wrong && best->number <= shown_.number && !AreSameStill(best->spec, wanted)) return;
   shown_ = *best;
   ++counts_.num_shown;
 }
 
 // Whether nothing need be got for the slot: its frame is there or on its way.
-bool Schedule::IsMet(Slot& slot, const FrameSpec& wanted) {
-  if (slot.on_its_way && HaveSameTime(*slot.on_its_way, wanted)) return true;
-  if (slot.ready.frame != nullptr && AreSame(slot.ready.spec, wanted)) return true;
-  return is_still() && ReuseOther(slot, wanted);
+bool Schedule::IsMet(int64_t moment, Slot& slot, const FrameSpec& wanted) {
+  const bool is_still = timeline_.SpeedAt(ClockAt(moment)) == 0.0;
+  const auto are_same = is_still ? AreSameStill : AreSame;
+  if (slot.on_its_way && HaveSameTime(slot.on_its_way->spec, wanted)) return true;
+  if (slot.ready.frame != nullptr && are_same(slot.ready.spec, wanted)) return true;
+  return is_still && ReuseOther(slot, wanted);
 }
 
-// While time stands still, the frame of another moment will do.
+// Where time stands still, the frame of another moment will do.
 bool Schedule::ReuseOther(Slot& slot, const FrameSpec& wanted) {
-  if (shown_.frame != nullptr && AreSame(shown_.spec, wanted)) return true;
+  if (is_still() && shown_.frame != nullptr && AreSameStill(shown_.spec, wanted)) return true;
   for (const auto& [moment, other] : slots_) {
-    if (other.on_its_way && AreSame(*other.on_its_way, wanted)) return true;
-    if (other.ready.frame == nullptr || !AreSame(other.ready.spec, wanted)) continue;
+    if (other.on_its_way && AreSameStill(other.on_its_way->spec, wanted)) return true;
+    if (other.ready.frame == nullptr || !AreSameStill(other.ready.spec, wanted)) continue;
     slot.ready = other.ready;
     return true;
   }
@@ -140,9 +149,9 @@ std::optional<Schedule::Job> Schedule::Next(double latency_s) {
   for (int64_t moment = first; moment <= last; ++moment) {
     const FrameSpec wanted = SpecAt(ClockAt(moment));
     Slot& slot = slots_[moment];
-    if (IsMet(slot, wanted)) continue;
-    slot.on_its_way = wanted;
-    return Job{moment, num_jobs_++, wanted};
+    if (IsMet(moment, slot, wanted)) continue;
+    slot.on_its_way = Job{moment, num_jobs_++, wanted};
+    return slot.on_its_way;
   }
   return std::nullopt;
 }
@@ -150,7 +159,8 @@ std::optional<Schedule::Job> Schedule::Next(double latency_s) {
 void Schedule::Deliver(const Job& job, FramePtr frame) {
   const auto found = slots_.find(job.moment);
   const bool has_slot = found != slots_.end();
-  if (has_slot && found->second.on_its_way == job.spec) found->second.on_its_way.reset();
+  const auto& on_its_way = has_slot ? found->second.on_its_way : std::nullopt;
+  if (on_its_way && on_its_way->number == job.number) found->second.on_its_way.reset();
   // One that comes late is better than none.
   const bool is_of_use = has_slot || !shown_moment_ || job.moment > *shown_moment_;
   if (frame == nullptr || !is_of_use) return;

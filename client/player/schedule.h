@@ -37,10 +37,11 @@ class Schedule {
   };
 
   Schedule(double duration_s, const ScheduleOptions& options)
-      : options_(options), timeline_(duration_s) {}
+      : options_(options), timeline_(duration_s), changed_(kLongAgo) {}
 
   // The frame's surface, format and bits from now on; the blend and the time are not used.
   void SetForm(const FrameSpec& form) { form_ = form; }
+  // The blend that is asked for already changes nothing, unless it is to come at once.
   void SetBlend(const BlendSpec& blend, double over_s, double now);
   Timeline& timeline() { return timeline_; }
   const Timeline& timeline() const { return timeline_; }
@@ -63,13 +64,15 @@ class Schedule {
   const ScheduleCounts& counts() const { return counts_; }
 
  private:
+  static constexpr double kLongAgo = -1e15;
+
   struct Shown {
     FramePtr frame;
     FrameSpec spec;
     int64_t number = -1;  // of the job
   };
   struct Slot {
-    std::optional<FrameSpec> on_its_way;
+    std::optional<Job> on_its_way;
     Shown ready;
   };
 
@@ -78,7 +81,7 @@ class Schedule {
   }
   FrameSpec SpecAt(double clock) const;
   void Start(double now);
-  bool IsMet(Slot& slot, const FrameSpec& wanted);
+  bool IsMet(int64_t moment, Slot& slot, const FrameSpec& wanted);
   bool ReuseOther(Slot& slot, const FrameSpec& wanted);
   int64_t LastMoment(int64_t first, double latency_s) const;
   void ShowDue(int64_t moment);
@@ -91,7 +94,7 @@ class Schedule {
   FrameSpec form_;
   double now_ = 0.0;
   bool has_clock_ = false;  // Advance() was called
-  double changed_ = -1e9;   // when the blend was changed last
+  double changed_;          // when the blend was changed last
   std::map<int64_t, Slot> slots_;
   std::optional<int64_t> shown_moment_;  // nothing: time stood still
   Shown shown_;

@@ -33,6 +33,7 @@ absl::StatusOr<std::unique_ptr<ServerSource>> ServerSource::Open(ConnectOptions 
                                                                  int64_t version) {
   options.retry.max_attempts = 1;
   options.retry.patience = absl::ZeroDuration();
+  LB_ASSIGN_OR_RETURN(std::unique_ptr<Client> patient, Client::Connect(options));
   options.call_timeout = std::min(options.call_timeout, kLongestCall);
   LB_ASSIGN_OR_RETURN(std::unique_ptr<Client> client, Client::Connect(options));
   LB_ASSIGN_OR_RETURN(const Family found, client->GetFamily(family, version));
@@ -40,11 +41,17 @@ absl::StatusOr<std::unique_ptr<ServerSource>> ServerSource::Open(ConnectOptions 
     return absl::FailedPreconditionError(
         absl::StrCat(found.name, ": no version is registered yet"));
   }
-  return std::unique_ptr<ServerSource>(new ServerSource(std::move(client), found));
+  return std::unique_ptr<ServerSource>(
+      new ServerSource(std::move(client), std::move(patient), found));
 }
 
-ServerSource::ServerSource(std::unique_ptr<Client> client, const Family& family)
-    : client_(std::move(client)), fetcher_(*client_), facts_(FactsOf(family)) {}
+ServerSource::ServerSource(std::unique_ptr<Client> client, std::unique_ptr<Client> patient,
+                           const Family& family)
+    : client_(std::move(client)),
+      patient_client_(std::move(patient)),
+      fetcher_(*client_),
+      patient_fetcher_(*patient_client_),
+      facts_(FactsOf(family)) {}
 
 absl::Status ServerSource::Get(const FrameSpec& spec, FramePool& pool, FrameMesh& out,
                                FrameCost& cost) {
@@ -58,7 +65,7 @@ absl::Status ServerSource::Get(const FrameSpec& spec, FramePool& pool, FrameMesh
   request.position_bits = spec.position_bits;
   request.surface = spec.surface;
   request.format = spec.format;
-  return fetcher_.Get(request, pool, out, cost);
+  return (spec.is_exact ? patient_fetcher_ : fetcher_).Get(request, pool, out, cost);
 }
 
 }  // namespace liquidblend::player

@@ -31,10 +31,12 @@ class ServerSource final : public FrameSource {
                    FrameCost& cost) override;
 
  private:
-  ServerSource(std::unique_ptr<Client> client, const Family& family);
+  ServerSource(std::unique_ptr<Client> client, std::unique_ptr<Client> patient,
+               const Family& family);
 
-  const std::unique_ptr<Client> client_;
-  FrameFetcher fetcher_;
+  const std::unique_ptr<Client> client_;          // whose calls are short
+  const std::unique_ptr<Client> patient_client_;  // for exact frames
+  FrameFetcher fetcher_, patient_fetcher_;
   const FamilyFacts facts_;
 };
 

@@ -50,7 +50,7 @@ double Timeline::TimeAt(double now) const {
 }
 
 double Timeline::SpeedAt(double now) const {
-  const double speed = Speed();
+  const double speed = duration_s_ > 0.0 ? Speed() : 0.0;
   if (loop_ || speed == 0.0) return speed;
   const double time_s = TimeAt(now);
   const bool is_at_end = speed > 0.0 ? time_s >= duration_s_ : time_s <= 0.0;
@@ -61,7 +61,10 @@ void BlendCourse::Change(const BlendSpec& to, double over_s, double now) {
   from_ = At(now);
   to_ = to;
   start_ = now;
-  over_s_ = AreAlike(from_, to_) ? std::max(over_s, 0.0) : 0.0;
+  over_s_ = std::max(over_s, 0.0);
+  if (AreAlike(from_, to_)) return;
+  from_ = to_;
+  over_s_ = 0.0;
 }
 
 BlendSpec BlendCourse::At(double now) const {

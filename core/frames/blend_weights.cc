@@ -6,7 +6,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "core/base/status_macros.h"
-#include "core/blend/blend.h"
 
 namespace liquidblend::frames {
 namespace {
@@ -65,7 +64,7 @@ absl::StatusOr<BlendWeights> WeightsOfPoint(const IndexedFamily& indexed,
   const auto outside =
       extrapolate ? parameters::Outside::kExtrapolate : parameters::Outside::kRefuse;
   LB_ASSIGN_OR_RETURN(parameters::Location location,
-                      space.Locate(values, outside, {blend::kMinWeight, blend::kMaxWeight}));
+                      space.Locate(values, outside, {kMinWeight, kMaxWeight}));
   const absl::Status limits = CheckWeights(indexed, location.weights);
   if (!limits.ok()) {
     return absl::OutOfRangeError(

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/blend/blend.h"
 #include "core/frames/indexed_family.h"
 
 namespace liquidblend::frames {
@@ -16,6 +17,10 @@ struct Parameter {
   std::string name;
   double value = 0.0;
 };
+
+// Range of weights.
+using blend::kMaxWeight;
+using blend::kMinWeight;
 
 // Weights of a frame, one per target.
 struct BlendWeights {

@@ -1,6 +1,7 @@
 // A player of frames, in a loop at the pace of a screen. Prints a row a phase: weights that change
 // every frame, a steady course, backwards across the seam of a loop, and a server that stands still
-// for a while. How long polls take is counted apart from what is around them.
+// for a while. How long a poll takes, and what sets the course before it, is counted apart from the
+// rest.
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
@@ -70,8 +71,8 @@ std::vector<double> Play(const Flags& flags, const Phase& phase, Clock::time_poi
     std::this_thread::sleep_until(
         begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
                     static_cast<double>(frame) / flags.frames_per_second)));
-    phase.before_poll(player, frame);
     const Clock::time_point before = Clock::now();
+    phase.before_poll(player, frame);
     const player::PolledFrame polled = player.Poll(SecondsOf(before - start));
     polls_us.push_back(1e6 * SecondsOf(Clock::now() - before));
   }

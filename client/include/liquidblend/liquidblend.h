@@ -2,9 +2,10 @@
  *
  * Rules that hold everywhere
  * - Functions that can fail return an lb_status. Its text is lb_last_error(), of the calling thread.
- * - The first member of every struct is struct_size: set it to sizeof the struct, and all else that
- *   you do not use to 0, which means the default. Programs that were compiled against an older
- *   header, whose structs are shorter, go on working.
+ * - The first member of every struct is struct_size, but for lb_option and lb_parameter, which stay
+ *   as they are. Set it to sizeof the struct, and all else that you do not use to 0, which means
+ *   the default (offsets of lb_layout: to -1). Programs that were compiled against an older header,
+ *   whose structs are shorter, go on working.
  * - Handles are opaque. What a function gives by `out` belongs to the caller, who frees it by the
  *   function of that name; freeing NULL does nothing. On an error `out` is NULL.
  * - Texts are UTF-8. Texts and arrays in the structs that describe a handle belong to the handle.
@@ -73,7 +74,7 @@ typedef struct lb_allocator {
 } lb_allocator;
 
 /* One line for a log: what the library would otherwise keep to itself, such as a server that is gone
- * and back. Called from any thread. */
+ * and back. Called within lb_player_poll(). */
 typedef void (*lb_log_function)(void* user, const char* message);
 
 /* ---- clients */
@@ -122,7 +123,7 @@ typedef enum lb_up {
 
 typedef struct lb_family_info {
   size_t struct_size;
-  const char* name; /* families/{id}; of a file its path */
+  const char* name; /* families/{id}; of a file the family's id */
   int64_t version;  /* 0: none is registered yet, or not known (a file) */
   const char* source;
   size_t num_targets;
@@ -136,7 +137,8 @@ typedef struct lb_family_info {
   size_t num_parameters;
   const char* const* parameters; /* names of the parameter space; none: weights only */
   const double* points;          /* of the source and each target: num_parameters numbers each */
-  const char* json;              /* all that the server says (liquidblend.v1.Family); "" of a file */
+  const char* json;              /* all that the server says (liquidblend.v1.Family); "" of a
+                                  * player, and so is `source` */
 } lb_family_info;
 
 /*   name     the id, with or without "families/"
@@ -200,6 +202,7 @@ typedef struct lb_import_request {
   lb_up up;
   int32_t allow_gaps; /* frame numbers may be missing */
   int32_t priority;   /* [-100, 100]; larger ones are worked on first */
+  int32_t reserved;
 } lb_import_request;
 
 /* Uploads frames and starts their import. */
@@ -286,6 +289,7 @@ typedef struct lb_surface {
   int32_t smoothing_passes;  /* [0, 32]; evens out triangles */
   double temporal_smoothing; /* [0, 1]; against flicker */
   int32_t position_bits;     /* [8, 16]; of the grid that positions are rounded to; 0: 14 */
+  int32_t reserved;
 } lb_surface;
 
 typedef struct lb_frame_request {
@@ -348,6 +352,7 @@ typedef struct lb_layout {
   void* indices; /* NULL: not wanted */
   size_t indices_size;
   int32_t index_bytes; /* 2 or 4; 0: 4 */
+  int32_t reserved;
 } lb_layout;
 
 /* Copies the frame there.
@@ -394,7 +399,7 @@ LB_API lb_status lb_player_open(const lb_player_options* options, lb_player** ou
 LB_API void lb_player_free(lb_player* player);
 LB_API void lb_player_describe(const lb_player* player, lb_family_info* info);
 
-/* Changes, from the last poll on. */
+/* Changes, from the last poll on. They may wait for another thread, for microseconds. */
 /*   over_s  how long the change takes: linearly from what it is now */
 LB_API lb_status lb_player_set_weights(lb_player* player, size_t num_weights,
                                        const double* weights, double over_s);
@@ -415,7 +420,7 @@ LB_API lb_frame* lb_player_poll(lb_player* player, double now);
 
 /* Waits for the frame of exactly this time and the weights that were set last, and no other: for
  * renders. Tries again while no server can be reached.
- * Errors: LB_DEADLINE_EXCEEDED after patience_s. */
+ * Errors: LB_DEADLINE_EXCEEDED after patience_s, and after the attempt that is on its way then. */
 LB_API lb_status lb_player_wait_exact(lb_player* player, double time_s, double patience_s,
                                       lb_frame** out);
 

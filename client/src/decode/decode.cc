@@ -55,6 +55,7 @@ absl::Status CopyTriangles(const draco::Mesh& draco_mesh, Mesh* mesh) {
 absl::StatusOr<Mesh> DecodeMeshopt(const std::string& bytes) {
   client::MeshoptDecoder decoder;
   if (absl::Status status = decoder.Open(bytes); !status.ok()) return status;
+  if (absl::Status status = decoder.Decode(); !status.ok()) return status;
   Mesh mesh;
   const size_t count = decoder.num_vertices();
   mesh.positions.resize(3 * count);
@@ -65,7 +66,7 @@ absl::StatusOr<Mesh> DecodeMeshopt(const std::string& bytes) {
   const client::MeshMemory memory = {mesh.positions.data(), mesh.normals.data(),
                                      mesh.velocities.data(), mesh.rest.data(),
                                      mesh.triangles.data()};
-  if (absl::Status status = decoder.Decode(memory); !status.ok()) return status;
+  decoder.Write(memory);
   return mesh;
 }
 

@@ -75,7 +75,7 @@ absl::Status MeshoptDecoder::Open(const std::string& bytes) {
   return absl::OkStatus();
 }
 
-absl::Status MeshoptDecoder::Decode(const MeshMemory& out) {
+absl::Status MeshoptDecoder::Decode() {
   const size_t count = num_vertices();
   const v1::MeshoptMesh& message = message_;
   const absl::Status decoded[] = {
@@ -87,6 +87,11 @@ absl::Status MeshoptDecoder::Decode(const MeshMemory& out) {
   for (const absl::Status& status : decoded) {
     if (!status.ok()) return status;
   }
+  return absl::OkStatus();
+}
+
+void MeshoptDecoder::Write(const MeshMemory& out) const {
+  const v1::MeshoptMesh& message = message_;
   PackedMesh packed = {.positions = positions_,
                        .triangles = triangles_,
                        .normals = normals_,
@@ -102,7 +107,6 @@ absl::Status MeshoptDecoder::Decode(const MeshMemory& out) {
     packed.rest_step_m = message.rest_step_m();
   }
   Unpack(packed, out);
-  return absl::OkStatus();
 }
 
 }  // namespace liquidblend::client

@@ -30,7 +30,9 @@ class MeshoptDecoder {
   bool has_rest() const { return !message_.rest_positions().empty(); }
 
   // Decodes the mesh that was opened.  Errors: kDataLoss.  Cost: about 1 ms per 100,000 triangles.
-  absl::Status Decode(const MeshMemory& out);
+  absl::Status Decode();
+  // Writes the mesh that was decoded.  Requires: `out` has room for it.
+  void Write(const MeshMemory& out) const;
 
  private:
   v1::MeshoptMesh message_;

@@ -184,6 +184,14 @@ TEST_F(FilePlayerTest, CopiesIntoInterleavedMemoryWithSmallIndices) {
   EXPECT_EQ(lb_frame_copy(frame, &layout), LB_INVALID_ARGUMENT);
   EXPECT_THAT(LastError(), HasSubstr("velocities"));
   layout.velocity_offset = -1;
+  layout.rest_offset = 0;
+  layout.position_offset = 12;
+  EXPECT_EQ(lb_frame_copy(frame, &layout), LB_INVALID_ARGUMENT);
+  EXPECT_THAT(LastError(), HasSubstr("rest positions and positions overlap"));
+  layout.position_offset = offsetof(Vertex, position);
+  layout.stride = SIZE_MAX / 2;
+  EXPECT_EQ(lb_frame_copy(frame, &layout), LB_OUT_OF_RANGE);
+  layout.stride = sizeof(Vertex);
   layout.rest_offset = 40;
   EXPECT_EQ(lb_frame_copy(frame, &layout), LB_INVALID_ARGUMENT);
   EXPECT_THAT(LastError(), HasSubstr("rest positions end at byte 56"));
@@ -224,6 +232,13 @@ TEST_F(FilePlayerTest, NamesWhatIsWrong) {
   EXPECT_EQ(lb_player_set_weights(player_, 2, weights, 0.0), LB_INVALID_ARGUMENT);
   EXPECT_EQ(lb_player_set_weights(player_, 1, weights + 1, 0.0), LB_INVALID_ARGUMENT);
   EXPECT_THAT(LastError(), HasSubstr("finite"));
+  const double too_large = 2.5;
+  EXPECT_EQ(lb_player_set_weights(player_, 1, &too_large, 0.0), LB_INVALID_ARGUMENT);
+  EXPECT_THAT(LastError(), HasSubstr("weights[0] is 2.5"));
+  const lb_parameter height = {"height", std::nan("")};
+  EXPECT_EQ(lb_player_set_parameters(player_, 1, &height, 0, 0.0), LB_INVALID_ARGUMENT);
+  EXPECT_THAT(LastError(), HasSubstr("height is not finite"));
+  EXPECT_EQ(lb_player_poll(player_, 1e20), nullptr);
   EXPECT_EQ(lb_player_set_rate(player_, std::nan("")), LB_INVALID_ARGUMENT);
   std::thread([] { EXPECT_STREQ(lb_last_error(), "") << "of another thread"; }).join();
   EXPECT_STREQ(lb_status_name(LB_NOT_FOUND), "NOT_FOUND");

@@ -121,6 +121,21 @@ TEST(DetailControl, StaysWhereItIsIfThreadsAreBusy) {
   EXPECT_EQ(played.control.level(), 1);
 }
 
+TEST(DetailControl, AStallOfTheProgramOrAServerThatIsAwayIsNoReason) {
+  DetailControl control(Levels(0, 2));
+  ScheduleCounts counts;
+  control.Update(0.0, counts);
+  control.Update(1.0, counts);
+  control.AddCost({});
+  counts.num_missed = 100;
+  EXPECT_FALSE(control.Update(3.0, counts)) << "two seconds without a poll";
+  counts.num_missed = 150;
+  EXPECT_FALSE(control.Update(4.0, counts)) << "no frame came";
+  control.AddCost({});
+  counts.num_missed = 200;
+  EXPECT_TRUE(control.Update(5.0, counts));
+}
+
 TEST(DetailControl, KeepsToItsLimits) {
   DetailOptions options = Levels(1, 1);
   options.may_change_format = false;

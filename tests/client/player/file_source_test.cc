@@ -17,7 +17,7 @@
 namespace liquidblend::player {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 mesh::RegisteredFamily TestFamily() {
   synthetic::ComplexOptions options;
@@ -40,7 +40,7 @@ mesh::RegisteredFamily TestFamily() {
   return family;
 }
 
-class FileSourceTest : public testing::Test {
+class FileSourceTest : public ::testing::Test {
  protected:
   FileSourceTest() {
     store::MemoryWriter writer;
@@ -127,8 +127,8 @@ TEST_F(FileSourceTest, TakesAPointInParameterSpace) {
   FrameSpec spec;
   spec.blend.parameters = {{"width", 0.25}, {"height", 0.5}};
   ASSERT_TRUE(Get(spec, mesh).ok());
-  EXPECT_THAT(mesh.facts.weights, testing::ElementsAre(testing::DoubleNear(0.25, 1e-9),
-                                                       testing::DoubleNear(0.5, 1e-9)));
+  EXPECT_THAT(mesh.facts.weights, ::testing::ElementsAre(testing::DoubleNear(0.25, 1e-9),
+                                                       ::testing::DoubleNear(0.5, 1e-9)));
   EXPECT_FALSE(mesh.facts.is_extrapolated);
   spec.blend.parameters = {{"width", 2.0}, {"height", 2.0}};
   EXPECT_TRUE(absl::IsOutOfRange(Get(spec, mesh)));

@@ -31,6 +31,7 @@ class FakeSource final : public FrameSource {
   const FamilyFacts& facts() const override { return facts_; }
   absl::Status Get(const FrameSpec& spec, FramePool& pool, FrameMesh& out, FrameCost&) override {
     ++num_calls;
+    std::this_thread::sleep_for(delay.load());
     const absl::Status status = error();
     if (!status.ok()) return status;
     // The size differs from frame to frame.
@@ -54,6 +55,7 @@ class FakeSource final : public FrameSource {
     error_ = std::move(error);
   }
   std::atomic<int> num_calls = 0;
+  std::atomic<std::chrono::milliseconds> delay = std::chrono::milliseconds(0);
 
  private:
   FamilyFacts facts_;
@@ -80,7 +82,7 @@ struct CountedMemory {
   }
 };
 
-class PlayerTest : public testing::Test {
+class PlayerTest : public ::testing::Test {
  protected:
   void Start(PlayerOptions options = {}) {
     auto source = std::make_unique<FakeSource>();
@@ -184,6 +186,32 @@ TEST_F(PlayerTest, WaitsForTheExactFrame) {
   EXPECT_TRUE(absl::IsDeadlineExceeded(player_->WaitExact(1.0, 0.1).status()));
   source_->SetError(absl::InvalidArgumentError("wrong"));
   EXPECT_TRUE(absl::IsInvalidArgument(player_->WaitExact(1.0, 10.0).status()));
+}
+
+TEST_F(PlayerTest, AChangeIsTriedAtOnceAfterFailures) {
+  Start();
+  source_->SetError(absl::InvalidArgumentError("wrong weights"));
+  ASSERT_TRUE(PollUntil([&](const PolledFrame& p) { return !p.error.ok(); }));
+  const Clock::time_point long_enough = Clock::now() + std::chrono::milliseconds(1600);
+  PollUntil([&](const PolledFrame&) { return Clock::now() > long_enough; });  // waits for a second
+  source_->SetError(absl::OkStatus());
+  BlendSpec blend;
+  blend.weights = {1.0};
+  player_->SetBlend(blend, 0.0);
+  const Clock::time_point start = Clock::now();
+  ASSERT_TRUE(PollUntil([](const PolledFrame& p) { return p.frame != nullptr; }));
+  EXPECT_LT(Clock::now() - start, std::chrono::milliseconds(500));
+}
+
+TEST_F(PlayerTest, TheLevelOfDetailFollowsWhatIsMissed) {
+  Start();
+  source_->delay = std::chrono::milliseconds(100);
+  player_->SetLoop(true);
+  player_->SetPlaying(true);
+  ASSERT_TRUE(PollUntil([](const PolledFrame& p) {
+    return p.frame != nullptr && p.frame->facts.level_of_detail == 2;
+  }));
+  EXPECT_EQ(player_->statistics().level_of_detail, 2);
 }
 
 TEST_F(PlayerTest, OptionsOutOfRangeAreNamed) {

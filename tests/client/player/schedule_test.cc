@@ -64,6 +64,7 @@ class Simulation {
     const std::shared_ptr<FrameMesh> frame = pool_->Take();
     frame->facts.time_s = job.spec.time_s;
     frame->facts.weights = job.spec.blend.weights;
+    frame->facts.level_of_detail = job.spec.surface.level_of_detail;
     schedule.Deliver(job, frame);
   }
 
@@ -176,6 +177,51 @@ TEST(Schedule, WeightsThatChangeEveryFrameAreShownSoonAndCostNoMoreThanTwiceTheF
   EXPECT_LE(simulation.num_jobs - before, 2 * 120);
 }
 
+TEST(Schedule, WeightsThatAreSetEachFrameToWhatTheyAreKeepTheLookAhead) {
+  Simulation simulation;
+  simulation.schedule.timeline().SetPlaying(true, simulation.now);
+  const auto poll = [&] {
+    simulation.Weigh(0.5, 0.0);
+    simulation.Poll();
+  };
+  for (int k = 0; k < 90; ++k) poll();
+  simulation.is_stopped = true;
+  for (int k = 0; k < 24; ++k) poll();
+  simulation.is_stopped = false;
+  for (int k = 0; k < 60; ++k) poll();
+  EXPECT_EQ(simulation.schedule.counts().num_missed, 0);
+}
+
+TEST(Schedule, AFrameThatComesAfterAChangeToParametersIsNoTrouble) {
+  Simulation simulation;
+  simulation.latency_s = 0.1;
+  simulation.schedule.timeline().SetPlaying(true, simulation.now);
+  for (int k = 0; k < 3; ++k) simulation.Poll();
+  BlendSpec point;
+  point.parameters = {{"height", 2.0}};
+  simulation.schedule.SetBlend(point, 0.5, simulation.schedule.now());
+  for (int k = 0; k < 60; ++k) simulation.Poll();
+  simulation.Weigh(0.5, 0.5);
+  FramePtr shown;
+  for (int k = 0; k < 60; ++k) shown = simulation.Poll();
+  EXPECT_EQ(shown->facts.weights, std::vector<double>{0.5});
+}
+
+TEST(Schedule, WhilePausedAFinerLevelReplacesACoarseFrame) {
+  Simulation simulation;
+  FrameSpec form;
+  form.surface.level_of_detail = 2;
+  simulation.schedule.SetForm(form);
+  for (int k = 0; k < 10; ++k) simulation.Poll();
+  EXPECT_EQ(simulation.num_jobs, 1);
+  form.surface.level_of_detail = 0;
+  simulation.schedule.SetForm(form);
+  FramePtr shown;
+  for (int k = 0; k < 10; ++k) shown = simulation.Poll();
+  EXPECT_EQ(simulation.num_jobs, 2);
+  EXPECT_EQ(shown->facts.level_of_detail, 0);
+}
+
 TEST(Schedule, WhilePausedOneFrameIsGotAndShownAtOnce) {
   Simulation simulation;
   for (int k = 0; k < 30; ++k) simulation.Poll();
@@ -226,6 +272,7 @@ TEST(Schedule, StaysAtTheEnd) {
   FramePtr shown;
   for (int k = 0; k < 60; ++k) shown = simulation.Poll();
   EXPECT_NEAR(shown->facts.time_s, kDuration_s, 1e-9);
+  EXPECT_LE(simulation.num_jobs, 9) << "the last frame again and again";
   const int num_jobs = simulation.num_jobs;
   for (int k = 0; k < 60; ++k) simulation.Poll();
   EXPECT_EQ(simulation.num_jobs, num_jobs);

@@ -6,8 +6,8 @@
 namespace liquidblend::player {
 namespace {
 
-using testing::DoubleNear;
-using testing::ElementsAre;
+using ::testing::DoubleNear;
+using ::testing::ElementsAre;
 
 TEST(Timeline, PlaysFromWhereItIsAtTheGivenRate) {
   Timeline timeline(10.0);
@@ -51,6 +51,7 @@ TEST(Timeline, LoopsForwardAndBackward) {
   still.SetLoop(true, 0.0);
   still.SetPlaying(true, 0.0);
   EXPECT_EQ(still.TimeAt(3.0), 0.0);
+  EXPECT_EQ(still.SpeedAt(3.0), 0.0);
 }
 
 TEST(Timeline, SeeksWithinTheAnimation) {
@@ -78,6 +79,17 @@ TEST(BlendCourse, GoesFromWhatItIsToWhatIsAskedFor) {
   EXPECT_THAT(course.At(11.5).weights, ElementsAre(DoubleNear(0.375, 1e-12), 0.625));
   EXPECT_THAT(course.At(12.0).weights, ElementsAre(0.25, 0.75));
   EXPECT_TRUE(course.IsSettledAt(12.0));
+}
+
+TEST(BlendCourse, OfAnotherKindIsTheNewOneAtAnyTime) {
+  BlendCourse course;
+  BlendSpec point;
+  point.parameters = {{"height", 2.0}};
+  course.Change(Weights({0.5, 0.5}), 0.0, 10.0);
+  course.Change(point, 5.0, 20.0);
+  EXPECT_EQ(course.At(15.0), point);  // a frame that comes late is asked for again
+  course.Change(Weights({0.5, 0.5}), 5.0, 30.0);
+  EXPECT_EQ(course.At(25.0), Weights({0.5, 0.5}));
 }
 
 TEST(BlendCourse, ChangesAtOnceBetweenWeightsAndParameters) {
