@@ -160,7 +160,8 @@ void AddFormatFlags(CLI::App& command, WriterSettings& settings) {
       ->capture_default_str();
   command
       .add_option("--voxel-size", settings.voxel_size_m,
-                  "With --format vdb: metres; the first frame's mean edge length unless given")
+                  "With --format vdb: metres; the mean edge length of the first frame with liquid "
+                  "unless given")
       ->check(Positive());
 }
 
@@ -174,6 +175,8 @@ absl::Status CheckFormatFlags(const WriterSettings& settings) {
     return refuse("--compression draco", "gltf");
   }
   if (settings.voxel_size_m > 0.0 && settings.format != "vdb") return refuse("--voxel-size", "vdb");
+  const bool has_size = settings.texture_size != WriterSettings().texture_size;
+  if (has_size && settings.format != "vat") return refuse("--texture-size", "vat");
   return absl::OkStatus();
 }
 

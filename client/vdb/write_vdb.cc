@@ -1,9 +1,12 @@
 #include "client/vdb/write_vdb.h"
 
+#include <openvdb/io/Archive.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <exception>
+#include <fstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -59,6 +62,19 @@ openvdb::GridBase::Ptr Velocities(const WriteRequest& request, const openvdb::Fl
   return grid;
 }
 
+// A .vdb file with offsets of its grids. openvdb::io::File reports no write that fails.
+class VdbFile : public openvdb::io::Archive {
+ public:
+  void Write(const char* path, const openvdb::GridPtrVec& grids) {
+    std::ofstream file(path, std::ios::binary);
+    if (!file) throw std::runtime_error("cannot be written");
+    setCompression(openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
+    Archive::write(file, grids, /*seekable=*/true);
+    file.close();
+    if (!file) throw std::runtime_error("cannot be written; is the disk full?");
+  }
+};
+
 void Write(const WriteRequest& request) {
   openvdb::initialize();
   const auto transform = openvdb::math::Transform::createLinearTransform(request.voxel_size_m);
@@ -74,10 +90,7 @@ void Write(const WriteRequest& request) {
   surface->setGridClass(openvdb::GRID_LEVEL_SET);
   openvdb::GridPtrVec grids = {surface};
   if (request.velocities != nullptr) grids.push_back(Velocities(request, *surface, closest));
-  openvdb::io::File file(request.path);
-  file.setCompression(openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
-  file.write(grids);
-  file.close();
+  VdbFile().Write(request.path, grids);
 }
 
 }  // namespace

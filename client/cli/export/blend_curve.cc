@@ -17,6 +17,9 @@
 namespace liquidblend::cli {
 namespace {
 
+// A weight out of the server's range is known before the first frame is asked for.
+constexpr double kMinWeight = -1.0, kMaxWeight = 2.0;
+
 using Key = BlendCurve::Key;
 
 absl::Status RefuseKey(const std::string& flag, size_t number, const std::string& text,
@@ -59,6 +62,12 @@ absl::StatusOr<Key> ParseKey(const std::string& flag, size_t number, const std::
                         absl::StrCat("key ", number, ": ", blend.status().message()));
   }
   key.blend = *std::move(blend);
+  for (const double weight : key.blend.weights) {
+    if (weight >= kMinWeight && weight <= kMaxWeight) continue;
+    return RefuseKey(
+        flag, number, text,
+        absl::StrCat("has weight ", weight, ", not in [", kMinWeight, ", ", kMaxWeight, "]"));
+  }
   return key;
 }
 
@@ -108,10 +117,10 @@ absl::StatusOr<std::vector<Key>> ParseCurve(const std::string& flag, const std::
 
 const char kWeightsCurveHelp[] =
     "W[,W..]: one per target; the source gets 1 - sum; -1 to 2. Or a curve: TIME:W[,W..]/TIME:.., "
-    "seconds, linear between keys; or @FILE with a key a line; the source alone unless given";
+    "seconds, linear between keys; or @FILE with a key a line; otherwise by --parameters";
 const char kParametersCurveHelp[] =
     "NAME=VALUE[,..]: a point in the family's parameter space instead of weights. Or a curve: "
-    "TIME:NAME=VALUE[,..]/TIME:..; or @FILE; none unless given";
+    "TIME:NAME=VALUE[,..]/TIME:..; or @FILE; otherwise by --weights";
 
 Blend BlendCurve::At(double time_s) const {
   const auto after =

@@ -43,6 +43,7 @@ absl::Status Spool::AppendAll(Spool& other) {
     LBC_RETURN_IF_ERROR(Append(bytes));
   }
   std::error_code ignored;
+  other.file_.close();  // or its room is not free
   std::filesystem::remove(other.path_, ignored);
   return absl::OkStatus();
 }

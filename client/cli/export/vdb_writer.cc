@@ -20,6 +20,8 @@ constexpr char kModule[] = "liquidblend_vdb.so";
 // Voxels along the surface, each with a few to both sides: some 10 GB.
 constexpr double kMaxVoxels = 1e8;
 
+constexpr double kEmptyVoxelSizeM = 1.0;  // of frames before there is liquid
+
 // The module: beside the program where it is built, in a folder of libraries where it is installed.
 absl::StatusOr<vdb::WriteFunction> LoadModule() {
   namespace fs = std::filesystem;
@@ -45,7 +47,9 @@ class VdbWriter : public FrameWriter {
 
   absl::Status Add(const Frame& frame) override {
     LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
-    LBC_RETURN_IF_ERROR(ChooseVoxelSize(ComputeMeshStats(mesh)));
+    const MeshStats stats = ComputeMeshStats(mesh);
+    if (voxel_size_m_ == 0.0) voxel_size_m_ = stats.mean_edge_length_m;
+    LBC_RETURN_IF_ERROR(CheckVoxels(stats));
     const std::string path = folder_.TemporaryPath(files_.NameOf(++files_.count));
     vdb::WriteRequest request;
     request.positions = mesh.positions.data();
@@ -53,7 +57,7 @@ class VdbWriter : public FrameWriter {
     request.triangles = mesh.triangles.data();
     request.num_triangles = mesh.num_triangles();
     request.velocities = mesh.velocities.empty() ? nullptr : mesh.velocities.data();
-    request.voxel_size_m = voxel_size_m_;
+    request.voxel_size_m = voxel_size_m_ > 0.0 ? voxel_size_m_ : kEmptyVoxelSizeM;
     request.path = path.c_str();
     const char* const error = write_(&request);
     if (error == nullptr) return absl::OkStatus();
@@ -63,17 +67,15 @@ class VdbWriter : public FrameWriter {
   absl::StatusOr<ExportedFiles> Finish() override { return files_; }
 
  private:
-  absl::Status ChooseVoxelSize(const MeshStats& stats) {
-    if (voxel_size_m_ == 0.0) voxel_size_m_ = stats.mean_edge_length_m;
-    if (voxel_size_m_ == 0.0) voxel_size_m_ = 1.0;  // a first frame without liquid
-    if (stats.area_m2 / voxel_size_m_ / voxel_size_m_ <= kMaxVoxels) return absl::OkStatus();
+  absl::Status CheckVoxels(const MeshStats& stats) const {
+    if (stats.area_m2 <= kMaxVoxels * voxel_size_m_ * voxel_size_m_) return absl::OkStatus();
     return absl::InvalidArgumentError(absl::StrCat(
         "--voxel-size ", voxel_size_m_, ": a surface of ", stats.area_m2,
         " square metres would have more than ", kMaxVoxels, " voxels; choose a larger one"));
   }
 
   const ExportFolder& folder_;
-  double voxel_size_m_;
+  double voxel_size_m_;  // 0: there was no liquid yet
   const vdb::WriteFunction write_;
   ExportedFiles files_ = {"frame_", ".vdb"};
 };

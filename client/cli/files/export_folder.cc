@@ -138,13 +138,23 @@ absl::Status ExportFolder::Commit(const std::vector<std::string>& names) {
   std::error_code error;
   for (const std::string& name : replaced_) {
     fs::remove(FinalPath(name), error);
-    if (error) return Failure(FinalPath(name), error);
+    if (error) return KeepPart(Failure(FinalPath(name), error));
   }
   for (const std::string& name : names) {
     fs::rename(TemporaryPath(name), FinalPath(name), error);
-    if (error) return Failure(FinalPath(name), error);
+    if (error) return KeepPart(Failure(FinalPath(name), error));
   }
   return absl::OkStatus();
+}
+
+// What is not moved yet stays, and its meta.json, by which the next export knows these files.
+absl::Status ExportFolder::KeepPart(const absl::Status& failure) {
+  const std::string part = (fs::path(directory_) / kPartName).string();
+  directory_.clear();
+  return absl::Status(failure.code(), absl::StrCat(std::string(failure.message()),
+                                                   "; the files that are not in their place yet "
+                                                   "are in ",
+                                                   part));
 }
 
 }  // namespace liquidblend::cli

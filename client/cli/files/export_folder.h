@@ -36,12 +36,14 @@ class ExportFolder {
 
   // Removes the files of the earlier export that existed at Open(), then moves `names` to their
   // places, in this order.
-  // Errors: kInternal with the file and the system's reason.
+  // Errors: kInternal with the file and the system's reason. Then the subfolder stays with what is
+  // not in its place yet, and no function may be called any more.
   absl::Status Commit(const std::vector<std::string>& names);
 
  private:
   ExportFolder(std::string directory, std::vector<std::string> replaced);
-  std::string directory_;              // empty: moved from
+  absl::Status KeepPart(const absl::Status& failure);
+  std::string directory_;              // empty: moved from, or its subfolder is to stay
   std::vector<std::string> replaced_;  // names of an earlier export's files, meta.json the last
 };
 

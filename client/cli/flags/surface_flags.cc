@@ -37,7 +37,7 @@ void AddSurfaceFlags(CLI::App& command, SurfaceFlags& flags) {
   command.add_flag("--normals", options.normals,
                    "Also normals (.ply: nx ny nz; .drc; gltf, usda, vat)");
   command.add_flag("--velocities", options.velocities,
-                   "Also velocities in m/s (.ply: vx vy vz; .drc; gltf, usda, vat)");
+                   "Also velocities in m/s (.ply: vx vy vz; .drc; gltf, usda, vat, vdb)");
   command.add_flag("--rest-positions", options.rest_positions,
                    "Also places in the source, for textures that stick (.ply: rest_x rest_y rest_z "
                    "rest_t; .drc)");
@@ -59,10 +59,12 @@ absl::Status CheckAttributes(const SurfaceFlags& flags, const std::string& exten
       {"--rest-positions", flags.options.rest_positions && !holds_rest}};
   for (const auto& [flag, is_lacking] : lacking) {
     if (!is_lacking) continue;
-    const bool is_rest = flag == lacking[2].first;
-    return absl::InvalidArgumentError(
-        absl::StrCat(flag, ": .", extension, " files do not hold them; .ply and .drc do",
-                     is_rest ? "" : ", and exports as gltf, usda and vat"));
+    const absl::string_view others =
+        flag == lacking[0].first   ? ", and exports as gltf, usda and vat"
+        : flag == lacking[1].first ? ", and exports as gltf, usda, vat and vdb"
+                                   : "";
+    return absl::InvalidArgumentError(absl::StrCat(
+        flag, ": .", extension, " files do not hold them; .ply and .drc do", std::string(others)));
   }
   return absl::OkStatus();
 }

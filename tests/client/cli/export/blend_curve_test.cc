@@ -70,6 +70,7 @@ TEST(BlendCurve, IsReadFromAFile) {
 TEST(BlendCurve, NamesTheKeyThatIsWrong) {
   EXPECT_EQ(ErrorOf("0:0/x:1"), "--weights: key 2, \"x:1\": is not TIME:VALUE, such as 1.5:0.25");
   EXPECT_THAT(ErrorOf("0:0/1:"), HasSubstr("key 2, \"1:\": is not TIME:VALUE"));
+  EXPECT_THAT(ErrorOf("0:0/9:3"), HasSubstr("key 2, \"9:3\": has weight 3, not in [-1, 2]"));
   EXPECT_THAT(ErrorOf("0:0/1:0.5,y"), HasSubstr("key 2: --weights 0.5,y: \"y\" is not a number"));
   EXPECT_THAT(ErrorOf("1:0/1:1"),
               HasSubstr("key 2, \"1:1\": its time 1 is not after that of the key before, 1"));

@@ -1,6 +1,7 @@
 // `liquidblend export` in formats that hold all frames in few files, and along curves, with a
 // server of canned answers: an octahedron of radius 1 + weight about (time, 0, 0). Whether other
 // programs read the files is tested in tests/e2e/web.
+#include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/files/mesh_file.h"
 #include "client/cli/files/mesh_stats.h"
+#include "client/vdb/write_vdb.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/run_command.h"
 #include "tests/client/temp_files.h"
@@ -61,7 +63,8 @@ TEST_F(ExportFormats, FramesAlongACurveHaveTheWeightsOfTheirTimes) {
   for (int k = 0; k < 5; ++k) EXPECT_NEAR(RadiusOf(k + 1), radii[k], 1e-4) << k;
   EXPECT_EQ(Json::parse(Read("meta.json"))["about"]["weights"],
             Json::parse("[[0.0], [0.0], [0.5], [1.0], [1.0]]"));
-  EXPECT_THAT(server_.LastRequest(), AllOf(HasSubstr("version: 3"), HasSubstr("time_s: 1\n")));
+  EXPECT_THAT(server_.LastRequest(), AllOf(HasSubstr("version: 3"), HasSubstr("time_s: 1\n"),
+                                           HasSubstr("position_bits: 20")));
 }
 
 TEST_F(ExportFormats, ACurveOfParametersIsAsGood) {
@@ -271,6 +274,32 @@ TEST_F(ExportFormats, VdbWritesALevelSetAFrame) {
   const CommandResult fine = Run({"--format", "vdb", "--voxel-size", "1e-5", "--overwrite"});
   EXPECT_EQ(fine.exit_code, 2);
   EXPECT_THAT(fine.err, HasSubstr("--voxel-size 1e-05: a surface of "));
+}
+
+TEST(WriteVdb, TellsThatADiskIsFull) {
+  namespace fs = std::filesystem;
+  const fs::path programs = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin";
+  void* const module = dlopen((programs / "liquidblend_vdb.so").c_str(), RTLD_NOW | RTLD_LOCAL);
+  ASSERT_NE(module, nullptr) << dlerror();
+  const auto write = reinterpret_cast<vdb::WriteFunction>(dlsym(module, vdb::kWriteFunctionName));
+  const Mesh mesh = testing::MakeOctahedron(0.0, 0.0);
+  vdb::WriteRequest request;
+  request.positions = mesh.positions.data();
+  request.num_vertices = mesh.num_vertices();
+  request.triangles = mesh.triangles.data();
+  request.num_triangles = mesh.num_triangles();
+  request.velocities = nullptr;
+  request.voxel_size_m = 0.2;
+  request.path = "/dev/full";
+  const char* const error = write(&request);
+  ASSERT_NE(error, nullptr);
+  EXPECT_THAT(error, HasSubstr("is the disk full?"));
+}
+
+TEST_F(ExportFormats, TheSizeOfTexturesIsForTexturesAlone) {
+  const CommandResult result = Run({"--format", "gltf", "--texture-size", "4096"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("--texture-size is for --format vat"));
 }
 
 TEST_F(ExportFormats, VelocitiesAreRefusedWhereTheyHaveNoPlace) {

@@ -136,6 +136,22 @@ TEST_F(Export, ThatBreaksOffLeavesTheFormerFramesAndNoTrace) {
   EXPECT_EQ(testing::ReadBytes(Out() + "/frame_0001.ply"), first);
 }
 
+TEST_F(Export, ThatCannotMoveItsFilesLosesNoneAndTheNextOneGoesOn) {
+  ASSERT_EQ(Run({"--fps", "2"}).exit_code, 0);
+  std::filesystem::remove(Out() + "/frame_0002.ply");
+  std::filesystem::create_directories(Out() + "/frame_0002.ply/in the way");
+  const CommandResult stuck = Run({"--overwrite", "--fps", "2"}, "0.75");
+  EXPECT_NE(stuck.exit_code, 0);
+  EXPECT_THAT(stuck.err, HasSubstr("frame_0002.ply"));
+  EXPECT_THAT(stuck.err, HasSubstr("not in their place yet are in " + Out() + "/.export.part"));
+  EXPECT_EQ(testing::ListFolder(Out() + "/.export.part").size(), 4u);  // three frames, meta.json
+  std::filesystem::remove_all(Out() + "/frame_0002.ply");
+  const CommandResult again = Run({"--overwrite", "--fps", "2"}, "0.75");
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(Names(),
+              ElementsAre("frame_0001.ply", "frame_0002.ply", "frame_0003.ply", "meta.json"));
+}
+
 TEST_F(Export, ThatBreaksOffLeavesANewFolderEmpty) {
   server_.BreakNextStream();
   EXPECT_EQ(Run().exit_code, 3);
