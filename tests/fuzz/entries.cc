@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/store/files/files.h"
+#include "liquidblend/decode.h"
 #include "server/encode/draco.h"
 #include "server/http/exchange/requests.h"
 #include "server/transcode/query.h"
@@ -161,6 +162,30 @@ void RunSurface(Bytes bytes) {
           "all triangles are there");
 }
 
+bool AreFinite(const std::vector<float>& values) {
+  return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+}
+
+// Data of a frame in the format MESHOPT, as a client gets it. (libdraco's decoder is not ours.)
+void RunMeshopt(Bytes bytes) {
+  const std::string data(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (data.starts_with("DRACO")) return;
+  const absl::StatusOr<Mesh> mesh = DecodeMesh(data);
+  Require(mesh.ok() || !mesh.status().message().empty(), "a refusal says why");
+  if (!mesh.ok()) return;
+  const auto is_below = [&](uint32_t v) { return v < mesh->num_vertices(); };
+  Require(std::all_of(mesh->triangles.begin(), mesh->triangles.end(), is_below),
+          "triangles have vertices of the mesh");
+  for (const std::vector<float>* attribute : {&mesh->normals, &mesh->velocities}) {
+    Require(attribute->empty() || attribute->size() == mesh->positions.size(),
+            "attributes have a value per vertex");
+    Require(AreFinite(*attribute), "numbers are finite");
+  }
+  Require(mesh->rest.empty() || mesh->rest.size() == 4 * mesh->num_vertices(),
+          "attributes have a value per vertex");
+  Require(AreFinite(mesh->positions) && AreFinite(mesh->rest), "numbers are finite");
+}
+
 bool AreFinite(const google::protobuf::RepeatedField<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
@@ -191,6 +216,7 @@ constexpr Entry kEntries[] = {{"mantaflow", RunMantaflow},
                               {"animation_file", RunAnimationFile},
                               {"family_file", RunFamilyFile},
                               {"surface", RunSurface},
+                              {"meshopt", RunMeshopt},
                               {"query", RunQuery},
                               {"s3_answer", RunS3Answer},
                               {"credentials", RunCredentials}};

@@ -5,7 +5,9 @@
 #include <random>
 #include <string>
 
+#include "core/finish/normals.h"
 #include "core/store/files/files.h"
+#include "server/encode/meshopt.h"
 #include "tests/fuzz/corpus.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/voxels.h"
@@ -103,6 +105,26 @@ void AddSurfaces(const Corpus& corpus) {
   }
 }
 
+void AddMeshopt(const Corpus& corpus) {
+  mesh::TriangleMesh torus = synthetic::Torus(Eigen::Vector3f::Zero(), 2.0, 1.0, 12, 8);
+  frames::RoundingOptions options;
+  options.position_bits = 12;
+  options.grid.extent_m = 8.0F;
+  options.duration_s = 2.0;
+  const auto add = [&](const std::string& name) {
+    const absl::StatusOr<std::string> data = encode::EncodeMeshopt(torus, options);
+    if (!data.ok()) std::abort();
+    corpus.Add("meshopt", name, ingest::ToBytes(*data));
+  };
+  add("torus");
+  finish::AddNormals(torus);
+  torus.velocities = torus.vertices;
+  torus.rest.resize(4, torus.num_vertices());
+  torus.rest.topRows<3>() = torus.vertices;
+  torus.rest.row(3).setConstant(0.5F);
+  add("all_attributes");
+}
+
 void AddAnimationFiles(const Corpus& corpus) {
   mesh::Animation animation;
   animation.name = "seed";
@@ -162,6 +184,7 @@ int main(int argc, char** argv) {
   liquidblend::fuzz::AddAnimationFiles(corpus);
   liquidblend::fuzz::AddFamilyFiles(corpus);
   liquidblend::fuzz::AddSurfaces(corpus);
+  liquidblend::fuzz::AddMeshopt(corpus);
   liquidblend::fuzz::AddPeerSeeds(corpus);
   liquidblend::fuzz::AddCloudSeeds(corpus);
   return 0;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the fuzzers (preset "fuzz") and runs each for a while on the seeds in corpus/, one after
 # the other. Prints a table at the end; "CPU seconds" say how much of the time it had a core.
-#   tests/fuzz/run.sh [SECONDS [TARGET...]]     600 seconds, all targets: about three hours and a quarter
+#   tests/fuzz/run.sh [SECONDS [TARGET...]]     600 seconds, all targets: about three hours and a half
 # A finding ends its target but not the others; then the exit status is 1. Its bytes and the log are
 # in build/fuzz/findings/TARGET. Once it is mended, the bytes go to tests/fuzz/regressions/TARGET,
 # which the test fuzz_test runs in every build.
@@ -13,7 +13,7 @@ if [ "${1:-}" = --help ]; then usage; exit 0; fi
 seconds=${1:-600}
 [[ $seconds =~ ^[0-9]+$ ]] || refuse "unknown argument: $seconds"
 shift || true
-readers=(mantaflow ply obj stl vdb gzip meta animation_file family_file surface query
+readers=(mantaflow ply obj stl vdb gzip meta animation_file family_file meshopt surface query
   s3_answer credentials)
 peers=(http websocket stream tokens upload pages)
 targets=("$@")

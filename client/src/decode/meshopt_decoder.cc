@@ -3,6 +3,7 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "absl/strings/match.h"
@@ -49,6 +50,23 @@ absl::Status DecodeTriangles(const v1::MeshoptMesh& message,
       absl::StrCat("a triangle refers to vertex ", highest, " of ", message.num_vertices()));
 }
 
+// Whether origin + step * n is finite for every n of 16 bits.
+bool IsFiniteGrid(float origin, float step) {
+  return std::isfinite(origin) && std::isfinite(origin + step * 65535.0F);
+}
+
+bool IsFiniteGrid(const google::protobuf::RepeatedField<float>& origin, float step) {
+  return std::all_of(origin.begin(), origin.end(),
+                     [&](float value) { return IsFiniteGrid(value, step); });
+}
+
+bool HasFiniteNumbers(const v1::MeshoptMesh& message) {
+  return IsFiniteGrid(message.origin_m(), message.step_m()) &&
+         IsFiniteGrid(0.0F, message.velocity_step_m_s()) &&
+         IsFiniteGrid(message.rest_origin_m(), message.rest_step_m()) &&
+         IsFiniteGrid(message.rest_origin_s(), message.rest_step_s());
+}
+
 std::array<float, 3> VectorOf(const google::protobuf::RepeatedField<float>& values) {
   return {values[0], values[1], values[2]};
 }
@@ -64,6 +82,7 @@ absl::Status MeshoptDecoder::Open(const std::string& bytes) {
   }
   if (has_rest() && message_.rest_origin_m_size() != 3)
     return Damaged("no origin of rest positions");
+  if (!HasFiniteNumbers(message_)) return Damaged("an origin or a step is not finite");
   if (num_vertices() > kMaxVerticesPerByte * message_.positions().size() + kMaxSpareVertices) {
     return Damaged(
         absl::StrCat(num_vertices(), " vertices in ", message_.positions().size(), " bytes"));

@@ -125,5 +125,23 @@ TEST(DecodeMeshopt, GivesNoMemoryToCountsThatTheBytesCannotHold) {
   }
 }
 
+TEST(DecodeMeshopt, RefusesNumbersThatAreNotFinite) {
+  v1::MeshoptMesh message;
+  ASSERT_TRUE(message.ParseFromString(*EncodeMeshopt(SphereWithAttributes(), RoundingWith(14))));
+  const auto refuses = [&](auto change) {
+    v1::MeshoptMesh changed = message;
+    change(changed);
+    const absl::Status status = DecodeMesh(changed.SerializeAsString()).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+    EXPECT_THAT(std::string(status.message()), testing::HasSubstr("not finite"));
+  };
+  refuses([](auto& mesh) { mesh.set_step_m(NAN); });
+  refuses([](auto& mesh) { mesh.set_step_m(1e35F); });  // times 65535
+  refuses([](auto& mesh) { mesh.set_origin_m(1, INFINITY); });
+  refuses([](auto& mesh) { mesh.set_velocity_step_m_s(-INFINITY); });
+  refuses([](auto& mesh) { mesh.set_rest_step_m(NAN); });
+  refuses([](auto& mesh) { mesh.set_rest_origin_s(NAN); });
+}
+
 }  // namespace
 }  // namespace liquidblend::encode
