@@ -49,10 +49,18 @@ test('SurfacesKeepTheirAttributesUntilTheyMustGrow', () => {
       positions: new Float32Array(3 * vertices).fill(vertices),
       normals: new Float32Array(3 * vertices),
       velocities: new Float32Array(0),
+      restPositions: new Float32Array(4 * vertices).fill(vertices),
       triangles: new Uint32Array(6 * vertices),
       edges: new Uint32Array(0),
     },
-    counts: { vertices, triangles: 2 * vertices, edges: 0, hasNormals: true, hasVelocities: false },
+    counts: {
+      vertices,
+      triangles: 2 * vertices,
+      edges: 0,
+      hasNormals: true,
+      hasVelocities: false,
+      hasRestPositions: true,
+    },
   });
   const show = (vertices: number) => {
     const { buffers, counts } = frame(vertices);
@@ -63,6 +71,8 @@ test('SurfacesKeepTheirAttributesUntilTheyMustGrow', () => {
   for (const vertices of [1100, 10, 1200]) assert.equal(show(vertices), first);
   assert.equal(surface.triangles.drawRange.count, 3 * 2 * 1200);
   assert.equal(surface.numGrown, 1);
+  const rest = surface.triangles.getAttribute('rest');
+  assert.deepEqual([rest.itemSize, rest.array[4 * 1200 - 1]], [4, 1200]);
   assert.notEqual(show(2000), first);
   assert.equal(surface.numGrown, 2);
 });

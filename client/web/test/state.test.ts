@@ -22,6 +22,7 @@ const everything: ViewState = {
   level: 2,
   shading: 'plain',
   wireframe: true,
+  pattern: true,
   theme: 'dark',
   beside: ['source', 'target.2', 'version.11'],
   oneCamera: false,

@@ -7,6 +7,8 @@ import { frameFileName, frameTimes } from '../src/stream/export.ts';
 import { framePath } from '../src/stream/frame_request.ts';
 import { NewestWins } from '../src/stream/newest_wins.ts';
 import { writeEdges, writeNormals } from '../src/stream/normals.ts';
+import type { PlayerSettings } from '../src/stream/player.ts';
+import { streamChange } from '../src/stream/stream_changes.ts';
 
 const course: Course = { rate: 1, loop: 'off', range: [0.5, 1], durationS: 2 };
 
@@ -163,4 +165,21 @@ test('RoundedTimesAreNeverBeyondTheEnd', () => {
   assert.equal(shortTime(9, 100 / 24), 100 / 24);
   assert.equal(shortTime(1.23456, 100 / 24), 1.2346);
   assert.equal(shortTime(-1, 2), 0);
+});
+
+test('AStreamIsToldOnlyWhatChanged', () => {
+  const settings = (restPositions: boolean, rate = 1): PlayerSettings => ({
+    blend: { weights: [0.5] },
+    rate,
+    loop: 'off',
+    range: [0, 0],
+    framesPerSecond: 60,
+    level: 1,
+    wanted: { normals: true, velocities: false, restPositions, edges: false },
+  });
+  const attributes = (change: ReturnType<typeof streamChange>) => change?.surface?.attributes;
+  assert.equal(streamChange(settings(false), settings(false), 0, 24), undefined);
+  assert.deepEqual(streamChange(settings(true), settings(true, 2), 0, 24), { rate: 2 });
+  assert.equal(attributes(streamChange(settings(false), settings(true), 0, 24))?.length, 1);
+  assert.deepEqual(attributes(streamChange(settings(true), settings(false), 0, 24)), []);
 });

@@ -27,7 +27,11 @@ for (const shade of ['liquid', 'plain']) {
       await time.focus();
       await time.press('ArrowRight');
       if (shade === 'plain') await page.getByRole('button', { name: 'Wireframe' }).click();
+      const withoutPattern = await picture(page);
+      await page.getByRole('button', { name: 'Pattern' }).click();
+      await waitFor(page, ({ lastShown }) => lastShown?.hasRestPositions);
       const before = await picture(page);
+      assert.ok(!before.equals(withoutPattern), 'the pattern is not seen');
       await page.waitForTimeout(600);
       const url = page.url();
       await page.reload();
@@ -35,6 +39,7 @@ for (const shade of ['liquid', 'plain']) {
       const after = await picture(page);
       assert.equal(page.url(), url);
       assert.match(url, /w=0\.3/);
+      assert.match(url, /pattern=1/);
       assert.ok(before.equals(after), 'the pictures differ');
     } finally {
       await page.context().close();

@@ -26,7 +26,7 @@ const still: PlayerSettings = {
   range: [0, 0],
   framesPerSecond: 0,
   level: 0,
-  wanted: { normals: true, velocities: false, edges: false },
+  wanted: { normals: true, velocities: false, restPositions: false, edges: false },
 };
 
 /** Errors: the constructor throws where WebGL 2 is missing. */
@@ -86,7 +86,7 @@ export class EditPicture {
   }
 
   applyTheme(): void {
-    this.picture.setLook({ shading: 'plain', wireframe: false, theme: theme.value });
+    this.picture.setLook({ shading: 'plain', wireframe: false, pattern: false, theme: theme.value });
   }
 
   close(): void {

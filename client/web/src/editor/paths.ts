@@ -22,7 +22,8 @@ async function fetchDecoded(
   const path = framePath(request, 'drc', { attributes: 'VELOCITIES' });
   const response = await send(path, { signal });
   const data = new Uint8Array(await response.arrayBuffer());
-  return sharedPool().decode(data, { normals: false, velocities: true, edges: false });
+  const wanted = { normals: false, velocities: true, restPositions: false, edges: false };
+  return sharedPool().decode(data, wanted);
 }
 
 interface Carried {

@@ -7,14 +7,17 @@ import {
   ShaderMaterial,
   type Texture,
 } from 'three';
-import { studioShader, type Uniforms } from './studio.ts';
+import { patternShader, studioShader, type Uniforms } from './studio.ts';
 
 const worldVertex = /* glsl */ `
+  in vec4 rest;
   out vec3 world;
   out vec3 worldNormal;
+  out vec3 worldRest;
   void main() {
     vec4 at = modelMatrix * vec4(position, 1.0);
     world = at.xyz;
+    worldRest = (modelMatrix * vec4(rest.xyz, 1.0)).xyz;
     worldNormal = mat3(modelMatrix) * normal;
     gl_Position = projectionMatrix * viewMatrix * at;
   }
@@ -75,11 +78,13 @@ const liquidFragment = /* glsl */ `
   precision highp float;
   in vec3 world;
   in vec3 worldNormal;
+  in vec3 worldRest;
   out vec4 color;
   uniform sampler2D thickness;
   uniform vec2 resolution;
   uniform vec3 bodyColor;
   ${studioShader}
+  ${patternShader}
 
   const vec3 absorption = vec3(5.2, 1.1, 0.55);
   const vec3 sun = normalize(vec3(-0.42, 0.78, -0.36));
@@ -98,7 +103,8 @@ const liquidFragment = /* glsl */ `
 
     vec3 mirrored = reflect(view, n);
     vec3 glint = vec3(pow(max(dot(mirrored, sun), 0.0), 220.0)) * 1.6 * lamp;
-    color = vec4(display(mix(body, studio(world, mirrored), fresnel) + glint), 1.0);
+    vec3 shaded = display(mix(body, studio(world, mirrored), fresnel) + glint);
+    color = vec4(patterned(shaded, worldRest), 1.0);
   }
 `;
 

@@ -1,11 +1,14 @@
 // Plain shading: matt, lit from the camera and from above; and the lines of its wireframe.
 import { Color, GLSL3, LineBasicMaterial, ShaderMaterial } from 'three';
-import { palettes, setLight, type SceneTheme } from './studio.ts';
+import { palettes, patternShader, setLight, type SceneTheme, type Uniforms } from './studio.ts';
 
 const vertexShader = /* glsl */ `
+  in vec4 rest;
   out float light;
+  out vec3 worldRest;
   void main() {
     vec4 at = modelViewMatrix * vec4(position, 1.0);
+    worldRest = (modelMatrix * vec4(rest.xyz, 1.0)).xyz;
     vec3 n = normalize(mat3(modelViewMatrix) * normal);
     vec3 up = mat3(viewMatrix) * vec3(0.0, 1.0, 0.0);
     float lamp = max(dot(n, normalize(vec3(0.3, 0.5, 1.0))), 0.0);
@@ -15,12 +18,15 @@ const vertexShader = /* glsl */ `
 `;
 
 const fragmentShader = /* glsl */ `
-  precision mediump float;
+  precision highp float;
   in float light;
+  in vec3 worldRest;
   out vec4 color;
   uniform vec3 albedo;
+  ${patternShader}
   void main() {
-    color = vec4(pow(albedo * light, vec3(1.0 / 2.2)), 1.0);
+    vec3 shaded = pow(albedo * light, vec3(1.0 / 2.2));
+    color = vec4(patterned(shaded, worldRest), 1.0);
   }
 `;
 
@@ -29,10 +35,10 @@ export interface PlainMaterials {
   wire: LineBasicMaterial;
 }
 
-export function plainMaterials(): PlainMaterials {
+export function plainMaterials(studio: Uniforms): PlainMaterials {
   const surface = new ShaderMaterial({
     glslVersion: GLSL3,
-    uniforms: { albedo: { value: new Color() } },
+    uniforms: { ...studio, albedo: { value: new Color() } },
     vertexShader,
     fragmentShader,
     polygonOffset: true,

@@ -31,8 +31,11 @@ export type Shading = 'liquid' | 'plain';
 export interface Look {
   shading: Shading;
   wireframe: boolean;
+  pattern: boolean; // where frames have rest positions
   theme: SceneTheme;
 }
+
+const patternShare = 0.5;
 
 // Colours are what the screen gets; shaders that add light convert them themselves.
 ColorManagement.enabled = false;
@@ -49,7 +52,7 @@ export class Stage {
   private readonly camera = new PerspectiveCamera(fieldOfView, 1);
   private readonly studio = studioUniforms();
   private readonly liquid = liquidMaterials(this.studio);
-  private readonly plain = plainMaterials();
+  private readonly plain = plainMaterials(this.studio);
   private readonly surroundings = new Surroundings();
   private readonly thickness = new WebGLRenderTarget(1, 1, {
     format: RedFormat,
@@ -58,11 +61,17 @@ export class Stage {
   private readonly backgroundPicture = new WebGLRenderTarget(1, 1, { depthBuffer: false });
   private backgroundKey = ''; // what it was drawn for
   private smooth: WebGLRenderTarget | undefined;
+  private hasRestPositions = false;
   private readonly mesh = new Mesh(this.surface.triangles, this.liquid.liquid);
   private readonly body = new Mesh(this.surface.triangles, this.liquid.thickness);
   private readonly wire = new LineSegments(this.surface.lines, this.plain.wire);
   private readonly box = new Box3();
-  private look: Look = { shading: 'plain', wireframe: false, theme: 'light' };
+  private look: Look = {
+    shading: 'plain',
+    wireframe: false,
+    pattern: false,
+    theme: 'light',
+  };
 
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: !this.software, alpha: false });
@@ -107,6 +116,7 @@ export class Stage {
     const liquid = look.shading === 'liquid';
     this.mesh.material = liquid ? this.liquid.liquid : this.plain.surface;
     this.wire.visible = look.wireframe;
+    this.showPattern();
     this.surroundings.showGrid(!liquid);
     this.surroundings.setTheme(look.theme);
     setTheme(this.studio, look.theme);
@@ -127,6 +137,8 @@ export class Stage {
 
   show(frame: DecodedFrame): void {
     this.surface.update(frame.buffers, frame.counts);
+    this.hasRestPositions = frame.counts.hasRestPositions;
+    this.showPattern();
   }
 
   /** `fine`: with smooth edges, even where that takes long. */
@@ -154,6 +166,11 @@ export class Stage {
     this.smooth?.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
+  }
+
+  private showPattern(): void {
+    const isShown = this.look.pattern && this.hasRestPositions;
+    this.studio.patternShare!.value = isShown ? patternShare : 0;
   }
 
   // The background is drawn anew only if the camera has moved.

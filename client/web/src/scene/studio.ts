@@ -13,6 +13,7 @@ interface Palette {
   plain: string;
   wire: string;
   box: string;
+  pattern: string;
 }
 
 export const palettes: Record<SceneTheme, Palette> = {
@@ -26,6 +27,7 @@ export const palettes: Record<SceneTheme, Palette> = {
     plain: '#5d93ad',
     wire: '#0c3a50',
     box: '#7d8e99',
+    pattern: '#fdf6e3',
   },
   dark: {
     horizon: '#18222a',
@@ -37,6 +39,7 @@ export const palettes: Record<SceneTheme, Palette> = {
     plain: '#6fa9c4',
     wire: '#06202d',
     box: '#5d7280',
+    pattern: '#dcebf2',
   },
 };
 
@@ -56,6 +59,9 @@ export function studioUniforms(): Uniforms {
     sceneSize: { value: 1 },
     gridStep: { value: 1 },
     resolution: { value: new Vector2(1, 1) },
+    patternShare: { value: 0 }, // 0: no pattern
+    patternStep: { value: 1 },
+    patternColor: { value: new Color() },
   };
 }
 
@@ -72,6 +78,7 @@ export function setTheme(uniforms: Uniforms, theme: SceneTheme): void {
   setLight(uniforms.lineColor!, palette.line);
   uniforms.lamp!.value = palette.lamp;
   setLight(uniforms.bodyColor!, palette.body);
+  uniforms.patternColor!.value.set(palette.pattern);
 }
 
 /** A round length that divides the box into some 8 squares. */
@@ -88,7 +95,25 @@ export function setBox(uniforms: Uniforms, box: Box3): void {
   uniforms.boxHalf!.value.copy(size).multiplyScalar(0.5);
   uniforms.sceneSize!.value = size.length();
   uniforms.gridStep!.value = gridStepOf(Math.max(size.x, size.z));
+  uniforms.patternStep!.value = 0.25 * uniforms.gridStep!.value;
 }
+
+/**
+ * GLSL: `patterned(color, rest)` is the colour under a grid that is painted, from above, on the
+ * source, so that it stays on a place of the liquid while weights change.
+ */
+export const patternShader = /* glsl */ `
+  uniform float patternShare, patternStep;
+  uniform vec3 patternColor;
+
+  vec3 patterned(vec3 color, vec3 rest) {
+    vec2 p = rest.xz / patternStep;
+    vec2 toLine = abs(fract(p - 0.5) - 0.5);
+    vec2 softness = max(fwidth(p), 1e-4);
+    vec2 lines = 1.0 - smoothstep(vec2(0.045), vec2(0.045) + softness, toLine);
+    return mix(color, patternColor, patternShare * max(lines.x, lines.y));
+  }
+`;
 
 /** GLSL: `studio(origin, direction)` is the light that comes along a ray, without the liquid. */
 export const studioShader = /* glsl */ `

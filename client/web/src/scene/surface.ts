@@ -4,7 +4,7 @@ import { BufferAttribute, BufferGeometry, DynamicDrawUsage } from 'three';
 import { roomFor, type FrameBuffers } from '../stream/buffers.ts';
 import type { Counts } from '../stream/decode_messages.ts';
 
-type FloatName = 'position' | 'normal';
+type FloatName = 'position' | 'normal' | 'rest';
 
 export class Surface {
   readonly triangles = new BufferGeometry();
@@ -20,6 +20,7 @@ export class Surface {
     this.grow(vertices, triangles, edges);
     this.writeFloats('position', buffers.positions, vertices);
     if (counts.hasNormals) this.writeFloats('normal', buffers.normals, vertices);
+    if (counts.hasRestPositions) this.writeFloats('rest', buffers.restPositions, vertices);
     writePart(this.triangles.index!, buffers.triangles, 3 * triangles);
     this.triangles.setDrawRange(0, 3 * triangles);
     if (edges) writePart(this.lines.index!, buffers.edges, 2 * edges);
@@ -38,7 +39,8 @@ export class Surface {
   }
 
   private writeFloats(name: FloatName, from: Float32Array, vertices: number): void {
-    writePart(this.triangles.getAttribute(name) as BufferAttribute, from, 3 * vertices);
+    const attribute = this.triangles.getAttribute(name) as BufferAttribute;
+    writePart(attribute, from, attribute.itemSize * vertices);
   }
 
   // New attributes only after the old ones were freed.
@@ -54,14 +56,15 @@ export class Surface {
     const position = floats(this.vertexRoom);
     this.triangles.setAttribute('position', position);
     this.triangles.setAttribute('normal', floats(this.vertexRoom));
+    this.triangles.setAttribute('rest', floats(this.vertexRoom, 4));
     this.triangles.setIndex(indices(3 * this.triangleRoom));
     this.lines.setAttribute('position', position);
     this.lines.setIndex(indices(2 * this.edgeRoom));
   }
 }
 
-function floats(vertices: number): BufferAttribute {
-  const attribute = new BufferAttribute(new Float32Array(3 * vertices), 3);
+function floats(vertices: number, perVertex = 3): BufferAttribute {
+  const attribute = new BufferAttribute(new Float32Array(perVertex * vertices), perVertex);
   return attribute.setUsage(DynamicDrawUsage);
 }
 

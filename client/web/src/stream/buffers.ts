@@ -5,6 +5,7 @@ export interface FrameBuffers {
   positions: Float32Array<ArrayBuffer>;
   normals: Float32Array<ArrayBuffer>;
   velocities: Float32Array<ArrayBuffer>;
+  restPositions: Float32Array<ArrayBuffer>; // four a vertex: place in the source, and its time
   triangles: Uint32Array<ArrayBuffer>;
   edges: Uint32Array<ArrayBuffer>;
 }
@@ -14,6 +15,7 @@ export function emptyBuffers(): FrameBuffers {
     positions: new Float32Array(0),
     normals: new Float32Array(0),
     velocities: new Float32Array(0),
+    restPositions: new Float32Array(0),
     triangles: new Uint32Array(0),
     edges: new Uint32Array(0),
   };
@@ -34,8 +36,7 @@ export function grownIndices(array: Uint32Array<ArrayBuffer>, length: number) {
 }
 
 export function transferables(buffers: FrameBuffers): ArrayBuffer[] {
-  const { positions, normals, velocities, triangles, edges } = buffers;
-  return [positions.buffer, normals.buffer, velocities.buffer, triangles.buffer, edges.buffer];
+  return Object.values(buffers).map((array: Float32Array<ArrayBuffer>) => array.buffer);
 }
 
 /** Buffers that no frame uses at the moment. */

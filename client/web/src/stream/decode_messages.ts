@@ -5,6 +5,7 @@ import type { FrameBuffers } from './buffers.ts';
 export interface Wanted {
   normals: boolean;
   velocities: boolean;
+  restPositions: boolean;
   edges: boolean;
 }
 
@@ -28,6 +29,7 @@ export interface Counts {
   edges: number;
   hasNormals: boolean;
   hasVelocities: boolean;
+  hasRestPositions: boolean;
 }
 
 export interface Decoded {

@@ -10,6 +10,7 @@ import type { Counts, Wanted } from './decode_messages.ts';
 import { writeEdges, writeNormals } from './normals.ts';
 
 const velocityName = 'velocity';
+const restName = 'rest';
 
 export async function createDraco(module: WebAssembly.Module): Promise<DracoReader> {
   const instantiateWasm = (
@@ -51,9 +52,15 @@ export class DracoReader {
     const position = decoder.GetAttribute(mesh, decoder.GetAttributeId(mesh, POSITION));
     buffers.positions = this.copyFloats(decoder, mesh, position, buffers.positions);
     const hasNormals = wanted.normals && this.fillNormals(decoder, mesh, buffers);
-    const hasVelocities = wanted.velocities && this.fillVelocities(decoder, mesh, buffers);
+    const velocities = wanted.velocities && this.named(decoder, mesh, velocityName);
+    if (velocities)
+      buffers.velocities = this.copyFloats(decoder, mesh, velocities, buffers.velocities);
+    const rest = wanted.restPositions && this.named(decoder, mesh, restName);
+    if (rest)
+      buffers.restPositions = this.copyFloats(decoder, mesh, rest, buffers.restPositions, 4);
     const edges = wanted.edges ? fillEdges(triangles, buffers) : 0;
-    return { vertices, triangles, edges, hasNormals, hasVelocities };
+    const has = { hasNormals, hasVelocities: !!velocities, hasRestPositions: !!rest };
+    return { vertices, triangles, edges, ...has };
   }
 
   private copyTriangles(decoder: Decoder, mesh: Mesh, buffers: FrameBuffers): void {
@@ -69,8 +76,9 @@ export class DracoReader {
     mesh: Mesh,
     attribute: Attribute,
     into: Float32Array<ArrayBuffer>,
+    perVertex = 3,
   ): Float32Array<ArrayBuffer> {
-    const length = 3 * mesh.num_points();
+    const length = perVertex * mesh.num_points();
     const at = this.reserve(4 * length);
     const { DT_FLOAT32 } = this.draco;
     decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, DT_FLOAT32, 4 * length, at);
@@ -93,12 +101,9 @@ export class DracoReader {
     return true;
   }
 
-  private fillVelocities(decoder: Decoder, mesh: Mesh, buffers: FrameBuffers): boolean {
-    const id = decoder.GetAttributeIdByMetadataEntry(mesh, 'name', velocityName);
-    if (id < 0) return false;
-    const attribute = decoder.GetAttribute(mesh, id);
-    buffers.velocities = this.copyFloats(decoder, mesh, attribute, buffers.velocities);
-    return true;
+  private named(decoder: Decoder, mesh: Mesh, name: string): Attribute | undefined {
+    const id = decoder.GetAttributeIdByMetadataEntry(mesh, 'name', name);
+    return id < 0 ? undefined : decoder.GetAttribute(mesh, id);
   }
 
   // Memory of the decoder for its answers; it only grows.

@@ -21,6 +21,7 @@ export interface FrameRequest {
   blend: Blend;
   timeS: number;
   levelOfDetail: number;
+  restPositions?: boolean; // of a family
 }
 
 export type FileFormat = 'drc' | 'ply' | 'obj';
@@ -40,13 +41,15 @@ export function framePath(request: FrameRequest, format: FileFormat, query: Quer
   });
 }
 
-function familyFields({ subject, blend, timeS, levelOfDetail }: FrameRequest): Query {
+function familyFields(request: FrameRequest): Query {
+  const { subject, blend, timeS, levelOfDetail, restPositions } = request;
   return {
     weights: blend.parameters ? undefined : blend.weights.join(','),
     parameters: blend.parameters?.map(({ name, value }) => `${name}=${value}`).join(','),
     extrapolate: blend.parameters && blend.extrapolate ? true : undefined,
     time: timeS,
     level_of_detail: levelOfDetail || undefined,
+    attributes: restPositions ? 'rest_positions' : undefined,
     version: subject.version ? String(subject.version) : undefined,
   };
 }

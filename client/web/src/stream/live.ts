@@ -22,7 +22,7 @@ interface Ordered {
 export class Live {
   numReceived = 0;
   numOvertaken = 0; // not decoded, since a newer one came
-  wanted: Wanted = { normals: true, velocities: false, edges: false };
+  wanted: Wanted = { normals: true, velocities: false, restPositions: false, edges: false };
   private readonly stream: FrameStream;
   private epoch = 0;
   private numDecoding = 0;

@@ -207,7 +207,7 @@ export class Player {
   }
 
   private get surface(): StreamRequest {
-    return surfaceOf(this.settings.level, this.coarseness);
+    return surfaceOf(this.settings, this.coarseness);
   }
 
   private requestStill(last: boolean): void {
@@ -215,7 +215,9 @@ export class Player {
     const family = isFamily(subject);
     const levelOfDetail = family && settings.level !== 'auto' ? settings.level : 0;
     const { blend, wanted } = settings;
-    const request = { subject, blend, timeS: this.stillTime(), levelOfDetail, wanted };
+    const { restPositions } = wanted;
+    const timeS = this.stillTime();
+    const request = { subject, blend, timeS, levelOfDetail, restPositions, wanted };
     const key = JSON.stringify({ ...request, subject: subject.name });
     if (key !== this.lastStill) {
       this.lastStill = key;

@@ -1,4 +1,5 @@
 // What a stream is asked for, from the settings of its player.
+import { SurfaceOptions_Attribute } from '../generated/liquidblend/v1/liquidblend_pb.ts';
 import type { Blend } from './frame_request.ts';
 import type { StreamRequest } from './frame_stream.ts';
 import type { PlayerSettings } from './player.ts';
@@ -13,9 +14,10 @@ export function paceOf({ framesPerSecond }: PlayerSettings): StreamRequest {
   return framesPerSecond ? { framesPerSecond } : {};
 }
 
-export function surfaceOf(level: number | 'auto', coarseness: number): StreamRequest {
+export function surfaceOf({ level, wanted }: PlayerSettings, coarseness: number): StreamRequest {
+  const attributes = wanted.restPositions ? [SurfaceOptions_Attribute.REST_POSITIONS] : [];
   return {
-    surface: { levelOfDetail: level === 'auto' ? coarseness : level },
+    surface: { levelOfDetail: level === 'auto' ? coarseness : level, attributes },
     adaptLevelOfDetail: level === 'auto',
   };
 }
@@ -35,7 +37,9 @@ export function streamChange(
   if (before.loop !== after.loop) change.loop = after.loop !== 'off';
   if (before.framesPerSecond !== after.framesPerSecond)
     change.framesPerSecond = after.framesPerSecond || ownRate;
-  if (before.level !== after.level) Object.assign(change, surfaceOf(after.level, coarseness));
+  const surface = surfaceOf(after, coarseness);
+  if (JSON.stringify(surface) !== JSON.stringify(surfaceOf(before, coarseness)))
+    Object.assign(change, surface);
   if (!sameBlend(before.blend, after.blend)) Object.assign(change, blendOf(after.blend));
   return Object.keys(change).length ? change : undefined;
 }

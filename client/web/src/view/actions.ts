@@ -46,5 +46,6 @@ export const actions: Partial<Record<Action, Act>> = {
   shading: (model) =>
     model.patch({ shading: model.state.shading === 'liquid' ? 'plain' : 'liquid' }),
   wireframe: (model) => model.patch({ wireframe: !model.state.wireframe }),
+  pattern: (model) => model.patch({ pattern: !model.state.pattern }),
   fit: (model) => model.fit(),
 };

@@ -10,6 +10,7 @@ export type Action =
   | 'rangeEnd'
   | 'shading'
   | 'wireframe'
+  | 'pattern'
   | 'fit'
   | 'download'
   | 'help';
@@ -26,6 +27,7 @@ export const keys: Record<string, Action> = {
   ']': 'rangeEnd',
   s: 'shading',
   w: 'wireframe',
+  p: 'pattern',
   f: 'fit',
   d: 'download',
   '?': 'help',

@@ -167,13 +167,14 @@ export class ViewModel {
   }
 
   get look(): Look {
-    const { shading, wireframe } = this.state;
-    return { shading, wireframe, theme: theme.value };
+    const { shading, wireframe, pattern } = this.state;
+    return { shading, wireframe, pattern, theme: theme.value };
   }
 
   settings(pane: Pane): PlayerSettings {
-    const { rate, loop, range, framesPerSecond, level, wireframe } = this.state;
-    const wanted = { normals: true, velocities: false, edges: wireframe };
+    const { rate, loop, range, framesPerSecond, level, wireframe, pattern } = this.state;
+    const restPositions = pattern && !!pane.info?.family;
+    const wanted = { normals: true, velocities: false, restPositions, edges: wireframe };
     return { blend: this.blend(pane), rate, loop, range, framesPerSecond, level, wanted };
   }
 

@@ -26,6 +26,7 @@ export interface ViewState {
   level: number | 'auto';
   shading: Shading;
   wireframe: boolean;
+  pattern: boolean; // that stays on the liquid, of a family
   theme: 'light' | 'dark' | '';  // empty: the reader's
   beside: Beside[];
   oneCamera: boolean;
@@ -54,6 +55,7 @@ export function initialState(): ViewState {
     level: 'auto',
     shading: 'liquid',
     wireframe: false,
+    pattern: false,
     theme: '',
     beside: [],
     oneCamera: true,
@@ -105,6 +107,7 @@ export function toFields(state: ViewState): URLSearchParams {
   set('level', state.level, state.level === 'auto');
   set('shade', state.shading, state.shading === usual.shading);
   set('wire', 1, !state.wireframe);
+  set('pattern', 1, !state.pattern);
   set('theme', state.theme, !state.theme);
   set('beside', state.beside.join(','), !state.beside.length);
   set('cameras', 'own', state.oneCamera);
@@ -174,6 +177,7 @@ export function fromFields(fields: URLSearchParams): ViewState {
     level: parseLevel(fields.get('level')),
     shading: oneOf(fields.get('shade'), ['liquid', 'plain'], usual.shading),
     wireframe: fields.get('wire') === '1',
+    pattern: fields.get('pattern') === '1',
     theme: oneOf(fields.get('theme'), ['light', 'dark', ''], ''),
     beside,
     oneCamera,

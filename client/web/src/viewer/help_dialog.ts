@@ -10,7 +10,7 @@ const lines: [string, string][] = [
   ['Home, End', 'first and last frame'],
   ['l', 'loop: once, all, range'],
   ['[ and ]', 'begin and end of the range'],
-  ['s, w', 'shading, wireframe'],
+  ['s, w, p', 'shading, wireframe, pattern'],
   ['f', 'fit into view'],
   ['d', 'download'],
   ['?', 'these keys'],

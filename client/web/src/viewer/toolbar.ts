@@ -64,18 +64,14 @@ export class Toolbar extends LitElement {
   readonly observing = new Observing(this, () => this.model.changes);
 
   override render() {
-    const { state } = this.model;
     return html`
       <div class="group" role="group" aria-label="Shading">
         ${this.renderShading('liquid', 'Liquid')} ${this.renderShading('plain', 'Plain')}
       </div>
-      <button
-        aria-pressed=${state.wireframe ? 'true' : 'false'}
-        title="Wireframe (w)"
-        @click=${() => this.model.patch({ wireframe: !state.wireframe })}
-      >
-        Wireframe
-      </button>
+      ${this.renderToggle('wireframe', 'Wireframe', 'Wireframe (w)')}
+      ${this.model.main?.info?.family
+        ? this.renderToggle('pattern', 'Pattern', 'A grid that stays on the liquid (p)')
+        : nothing}
       ${this.renderLevels()} ${this.renderBeside()}
       <button
         class="icon-button"
@@ -106,6 +102,17 @@ export class Toolbar extends LitElement {
       aria-pressed=${this.model.state.shading === shading ? 'true' : 'false'}
       title=${`${name} shading (s)`}
       @click=${() => this.model.patch({ shading })}
+    >
+      ${name}
+    </button>`;
+  }
+
+  private renderToggle(field: 'wireframe' | 'pattern', name: string, title: string) {
+    const isOn = this.model.state[field];
+    return html`<button
+      aria-pressed=${isOn ? 'true' : 'false'}
+      title=${title}
+      @click=${() => this.model.patch({ [field]: !isOn })}
     >
       ${name}
     </button>`;
