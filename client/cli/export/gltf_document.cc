@@ -103,7 +103,7 @@ size_t GltfDocument::AddMesh(const GltfMesh& mesh) {
   Json primitive = {{"attributes", Json::object()}, {"material", 0}};
   Json draco_ids = Json::object();
   for (const GltfMesh::Attribute& attribute : mesh.attributes) {
-    Json accessor = FloatAccessor(mesh.num_vertices, "VEC3");
+    Json accessor = FloatAccessor(mesh.num_vertices, attribute.type);
     if (attribute.values) accessor["bufferView"] = AddView(*attribute.values, kArrayBuffer);
     if (attribute.name == "POSITION") {
       accessor["min"] = mesh.min;

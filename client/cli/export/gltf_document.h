@@ -27,8 +27,9 @@ struct GltfMesh {
   std::array<float, 3> min = {}, max = {};  // of positions
   struct Attribute {
     std::string name;                // "POSITION"
-    std::optional<GltfSpan> values;  // three floats a vertex
+    std::optional<GltfSpan> values;  // floats
     int draco_id = -1;
+    const char* type = "VEC3";  // how many a vertex
   };
   std::vector<Attribute> attributes;
   std::optional<GltfSpan> indices;

@@ -102,16 +102,23 @@ class GltfWriter : public FrameWriter {
     if (decoded.velocity_id >= 0) {
       mesh.attributes.push_back({"_VELOCITY", std::nullopt, decoded.velocity_id});
     }
+    if (decoded.rest_id >= 0) {
+      mesh.attributes.push_back({"_REST", std::nullopt, decoded.rest_id, "VEC4"});
+    }
     return mesh;
+  }
+
+  static const std::vector<float>& ValuesOf(const Mesh& mesh,
+                                            const GltfMesh::Attribute& attribute) {
+    if (attribute.name == "POSITION") return mesh.positions;
+    if (attribute.name == "NORMAL") return mesh.normals;
+    return attribute.name == "_REST" ? mesh.rest : mesh.velocities;
   }
 
   absl::Status StoreArrays(DracoMesh& decoded, GltfMesh* mesh) {
     Normalise(decoded.mesh.normals);
     for (GltfMesh::Attribute& attribute : mesh->attributes) {
-      const std::vector<float>& values = attribute.name == "POSITION" ? decoded.mesh.positions
-                                         : attribute.name == "NORMAL" ? decoded.mesh.normals
-                                                                      : decoded.mesh.velocities;
-      LBC_RETURN_IF_ERROR(Store(BytesOf(values), &attribute.values));
+      LBC_RETURN_IF_ERROR(Store(BytesOf(ValuesOf(decoded.mesh, attribute)), &attribute.values));
     }
     const std::vector<uint32_t>& indices = decoded.mesh.triangles;
     if (!mesh->has_short_indices) return Store(BytesOf(indices), &mesh->indices);

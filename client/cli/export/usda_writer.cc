@@ -33,6 +33,7 @@ enum SampleIndex {
   kPointSamples,
   kNormalSamples,
   kVelocitySamples,
+  kRestSamples,
   kNumSampled
 };
 constexpr std::array<Attribute, kNumSampled> kAttributes = {{
@@ -42,6 +43,7 @@ constexpr std::array<Attribute, kNumSampled> kAttributes = {{
     {"point3f[] points", ""},
     {"normal3f[] normals", "interpolation = \"vertex\""},
     {"vector3f[] velocities", ""},
+    {"float4[] primvars:rest", "interpolation = \"vertex\""},
 }};
 
 template <typename Number>
@@ -51,13 +53,13 @@ void AppendNumber(Number value, std::string* text) {
   text->append(digits.data(), end);
 }
 
-// "[(x, y, z), ..]", the shortest digits that give the same floats.
-std::string Triples(const std::vector<float>& values) {
+// "[(x, y, z), ..]", of `size` numbers each; the shortest digits that give the same floats.
+std::string Tuples(const std::vector<float>& values, size_t size = 3) {
   std::string text = "[";
   for (size_t i = 0; i < values.size(); ++i) {
-    text += i % 3 != 0 ? ", " : i == 0 ? "(" : ", (";
+    text += i % size != 0 ? ", " : i == 0 ? "(" : ", (";
     AppendNumber(values[i], &text);
-    if (i % 3 == 2) text += ")";
+    if (i % size == size - 1) text += ")";
   }
   return text + "]";
 }
@@ -120,12 +122,13 @@ class UsdaWriter : public FrameWriter {
     last_time_ = is_whole ? std::round(time) : time;
     std::string counts = "[";
     for (size_t t = 0; t < mesh.num_triangles(); ++t) counts += t > 0 ? ", 3" : "3";
-    LBC_RETURN_IF_ERROR(AddSample(kExtentSamples, Triples(ExtentOf(mesh))));
+    LBC_RETURN_IF_ERROR(AddSample(kExtentSamples, Tuples(ExtentOf(mesh))));
     LBC_RETURN_IF_ERROR(AddSample(kCountSamples, counts + "]"));
     LBC_RETURN_IF_ERROR(AddSample(kIndexSamples, Integers(mesh.triangles)));
-    LBC_RETURN_IF_ERROR(AddSample(kPointSamples, Triples(mesh.positions)));
+    LBC_RETURN_IF_ERROR(AddSample(kPointSamples, Tuples(mesh.positions)));
     LBC_RETURN_IF_ERROR(AddIfKnown(kNormalSamples, mesh, mesh.normals));
-    return AddIfKnown(kVelocitySamples, mesh, mesh.velocities);
+    LBC_RETURN_IF_ERROR(AddIfKnown(kVelocitySamples, mesh, mesh.velocities));
+    return AddIfKnown(kRestSamples, mesh, mesh.rest, 4);
   }
 
   absl::StatusOr<ExportedFiles> Finish() override {
@@ -144,10 +147,11 @@ class UsdaWriter : public FrameWriter {
 
  private:
   // A frame without vertices has no values either, where others have some.
-  absl::Status AddIfKnown(size_t attribute, const Mesh& mesh, const std::vector<float>& values) {
+  absl::Status AddIfKnown(size_t attribute, const Mesh& mesh, const std::vector<float>& values,
+                          size_t size = 3) {
     const bool is_empty = mesh.positions.empty() && samples_[attribute].size() > 0;
     if (values.empty() && !is_empty) return absl::OkStatus();
-    return AddSample(attribute, Triples(values));
+    return AddSample(attribute, Tuples(values, size));
   }
 
   absl::Status AddSample(size_t attribute, const std::string& value) {
@@ -156,11 +160,12 @@ class UsdaWriter : public FrameWriter {
     return samples_[attribute].Append(absl::StrCat(line, ": ", value, ",\n"));
   }
 
+  // The value is for simple readers, which know no metadata of a name with a colon otherwise.
   static std::string Begin(const Attribute& attribute) {
     std::string text;
     if (*attribute.metadata != '\0') {
-      text = absl::StrCat("        ", attribute.declaration, " (\n            ", attribute.metadata,
-                          "\n        )\n");
+      text = absl::StrCat("        ", attribute.declaration, " = [] (\n            ",
+                          attribute.metadata, "\n        )\n");
     }
     return absl::StrCat(text, "        ", attribute.declaration, ".timeSamples = {\n");
   }

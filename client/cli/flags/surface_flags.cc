@@ -40,7 +40,7 @@ void AddSurfaceFlags(CLI::App& command, SurfaceFlags& flags) {
                    "Also velocities in m/s (.ply: vx vy vz; .drc; gltf, usda, vat, vdb)");
   command.add_flag("--rest-positions", options.rest_positions,
                    "Also places in the source, for textures that stick (.ply: rest_x rest_y rest_z "
-                   "rest_t; .drc)");
+                   "rest_t; .drc; gltf, usda)");
 }
 
 SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags) {
@@ -52,7 +52,7 @@ SurfaceOptions ToSurfaceOptions(const SurfaceFlags& flags) {
 absl::Status CheckAttributes(const SurfaceFlags& flags, const std::string& extension) {
   const char* const holders[] = {"ply", "drc", "gltf", "usda", "vat"};
   const bool holds_vectors = std::count(std::begin(holders), std::end(holders), extension) > 0;
-  const bool holds_rest = extension == "ply" || extension == "drc";
+  const bool holds_rest = holds_vectors && extension != "vat";
   const std::pair<const char*, bool> lacking[] = {
       {"--normals", flags.options.normals && !holds_vectors},
       {"--velocities", flags.options.velocities && !holds_vectors && extension != "vdb"},
@@ -62,7 +62,7 @@ absl::Status CheckAttributes(const SurfaceFlags& flags, const std::string& exten
     const absl::string_view others =
         flag == lacking[0].first   ? ", and exports as gltf, usda and vat"
         : flag == lacking[1].first ? ", and exports as gltf, usda, vat and vdb"
-                                   : "";
+                                   : ", and exports as gltf and usda";
     return absl::InvalidArgumentError(absl::StrCat(
         flag, ": .", extension, " files do not hold them; .ply and .drc do", std::string(others)));
   }

@@ -70,10 +70,11 @@ absl::StatusOr<Mesh> DecodeMeshopt(const std::string& bytes) {
   return mesh;
 }
 
-// Sets the attribute's numbers and its id; none of either if it is not one of three numbers.
+// Sets the attribute's numbers and its id; none of either if it is not one of kSize numbers.
+template <int kSize = 3>
 void TakeAttribute(const draco::PointAttribute* attribute, uint32_t num_points,
                    std::vector<float>* values, int* id) {
-  *values = CopyAttribute(attribute, num_points);
+  *values = CopyAttribute<kSize>(attribute, num_points);
   if (!values->empty()) *id = static_cast<int>(attribute->unique_id());
 }
 
@@ -104,7 +105,7 @@ absl::StatusOr<DracoMesh> DecodeDracoMesh(const std::string& draco_bytes) {
                 &out.mesh.normals, &out.normal_id);
   TakeAttribute(FindNamed(*draco_mesh, "velocity"), num_points, &out.mesh.velocities,
                 &out.velocity_id);
-  out.mesh.rest = CopyAttribute<4>(FindNamed(*draco_mesh, "rest"), num_points);
+  TakeAttribute<4>(FindNamed(*draco_mesh, "rest"), num_points, &out.mesh.rest, &out.rest_id);
   if (absl::Status status = CopyTriangles(*draco_mesh, &out.mesh); !status.ok()) return status;
   return out;
 }

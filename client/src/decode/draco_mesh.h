@@ -15,6 +15,7 @@ struct DracoMesh {
   int position_id = -1;
   int normal_id = -1;
   int velocity_id = -1;
+  int rest_id = -1;
 };
 
 // Errors: as DecodeMesh().  Threads: safe.

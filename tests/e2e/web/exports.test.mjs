@@ -26,23 +26,26 @@ const roots = {
 };
 const types = { '.html': 'text/html', '.js': 'text/javascript', '.wasm': 'application/wasm' };
 
-function exportAs(name, format, flags = ['--normals', '--velocities']) {
+const vectors = ['--normals', '--velocities'];
+const all = [...vectors, '--rest-positions'];
+
+function exportAs(name, format, flags = all) {
   const program = process.env.LIQUIDBLEND_CLI ?? 'liquidblend';
   execFileSync(program, ['-q', 'export', family, '-w', '0:0/3:1', '--fps', `${fps}`, '--lod', '1',
     '--format', format, '-o', join(folder, name), ...flags]);
 }
 
-/** Positions, velocities and indices of a PLY file that liquidblend wrote. */
+/** Positions, velocities, rest positions and indices of a PLY file that liquidblend wrote. */
 function readPly(path) {
   const bytes = readFileSync(path);
   const end = bytes.indexOf('end_header\n') + 'end_header\n'.length;
   const head = bytes.subarray(0, end).toString();
   const count = (element) => Number(new RegExp(`element ${element} (\\d+)`).exec(head)[1]);
   const floats = head.match(/property float/g).length;
-  const take = (first) => {
-    const values = new Float32Array(3 * count('vertex'));
+  const take = (first, size = 3) => {
+    const values = new Float32Array(size * count('vertex'));
     for (let i = 0; i < values.length; ++i) {
-      values[i] = bytes.readFloatLE(end + 4 * (floats * Math.floor(i / 3) + first + (i % 3)));
+      values[i] = bytes.readFloatLE(end + 4 * (floats * Math.floor(i / size) + first + (i % size)));
     }
     return values;
   };
@@ -51,7 +54,7 @@ function readPly(path) {
   for (let i = 0; i < indices.length; ++i) {
     indices[i] = bytes.readUInt32LE(faces + 13 * Math.floor(i / 3) + 1 + 4 * (i % 3));
   }
-  return { positions: take(0), velocities: take(6), indices };
+  return { positions: take(0), velocities: take(6), rest: take(9, 4), indices };
 }
 
 const decode = (Type, text) => new Type(new Uint8Array(Buffer.from(text, 'base64')).buffer);
@@ -107,10 +110,10 @@ let page;
 before(async () => {
   exportAs('ply', 'ply');
   exportAs('gltf', 'gltf');
-  exportAs('draco', 'gltf', ['--normals', '--velocities', '--compression', 'draco']);
+  exportAs('draco', 'gltf', [...all, '--compression', 'draco']);
   exportAs('stl', 'stl', []);
   exportAs('usda', 'usda');
-  exportAs('vat', 'vat');
+  exportAs('vat', 'vat', vectors);
   frames = readdirSync(join(folder, 'ply')).filter((name) => name.endsWith('.ply')).sort()
     .map((name) => readPly(join(folder, 'ply', name)));
   times = frames.map((_, i) => (i + 0.5) / fps);
@@ -148,6 +151,7 @@ for (const kind of ['gltf', 'draco']) {
       const tolerance = kind === 'gltf' ? 0 : 1e-6;
       assertNear(decode(Float32Array, shown.position), frame.positions, tolerance, `positions ${i}`);
       assertNear(decode(Float32Array, shown.velocity), frame.velocities, 100 * tolerance, `velocities ${i}`);
+      assertNear(decode(Float32Array, shown.rest), frame.rest, tolerance, `rest positions ${i}`);
       assert.deepEqual(decode(Uint32Array, shown.indices), frame.indices);
     }
     const middle = Math.floor(frames.length / 2);
@@ -188,6 +192,7 @@ test('AnotherParserHasTheSameUsdFramesAndDrawsTheFirst', async () => {
   for (const [i, frame] of frames.entries()) {
     assertNear(samplesOf('points').values[i].map(Math.fround), frame.positions, 0, `points ${i}`);
     assertNear(samplesOf('velocities').values[i].map(Math.fround), frame.velocities, 0, `velocities ${i}`);
+    assertNear(samplesOf('primvars:rest').values[i].map(Math.fround), frame.rest, 0, `rest positions ${i}`);
     assert.deepEqual(Uint32Array.from(samplesOf('faceVertexIndices').values[i]), frame.indices);
     assert.ok(samplesOf('faceVertexCounts').values[i].every((count) => count === 3));
   }

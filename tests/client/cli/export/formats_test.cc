@@ -304,6 +304,9 @@ TEST_F(ExportFormats, TheSizeOfTexturesIsForTexturesAlone) {
 
 TEST_F(ExportFormats, VelocitiesAreRefusedWhereTheyHaveNoPlace) {
   EXPECT_EQ(Run({"--format", "stl", "--velocities"}).exit_code, 2);
+  const CommandResult vat = Run({"--format", "vat", "--rest-positions"});
+  EXPECT_EQ(vat.exit_code, 2);
+  EXPECT_THAT(vat.err, HasSubstr("--rest-positions: .vat files do not hold them"));
   EXPECT_EQ(Run({"--format", "gltf", "--velocities", "--fps", "1"}).exit_code, 0);
 }
 

@@ -70,6 +70,7 @@ async function playGltf(url, times) {
       names: shown.map((mesh) => mesh.name),
       position: array('position'),
       velocity: array('_velocity'),
+      rest: array('_rest'),
       indices: encode(new Uint32Array(shown[0].geometry.index.array)),
       picture: draw(gltf.scene),
     };
