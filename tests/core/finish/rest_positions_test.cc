@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3f;
 using Eigen::Vector4f;
 
-constexpr float kNear = 1e-4F;
+constexpr float kNear = 1e-4F;  // below a step of the default grid of 14 bits
 
 // Moves everything, and later by so many frames.
 const Vector3f kMove = {0.3F, -0.2F, 0.5F};
@@ -65,6 +65,35 @@ TEST(AddRestPositions, ArePlacesOfTheSourceAtAnyWeight) {
           EXPECT_NEAR(frame, 5.0 - weight * kDelay, 1e-3);
         }
       }
+    }
+  }
+}
+
+Eigen::Index NearestVertex(const mesh::TriangleMesh& surface, const Vector3f& place) {
+  Eigen::Index nearest = 0;
+  (surface.vertices.colwise() - place).colwise().squaredNorm().minCoeff(&nearest);
+  return nearest;
+}
+
+// What lies at a vertex has moved on in the next slice, and its rest position has moved as the
+// liquid moves in the source.
+TEST(AddRestPositions, StayOnTheLiquidFromFrameToFrame) {
+  Slicer slicer(synthetic::MakeFamily(synthetic::HexahedralSphere(12, Moving()), {kTarget}));
+  constexpr float kStep = 0.75F;  // frames
+  const Vector3f motion = kStep * Moving().velocity_m_per_frame;
+  const auto step_s = static_cast<float>(kStep / slicer.family().frames_per_second);
+  for (const double weight : {0.0, 0.5, 1.0}) {
+    mesh::TriangleMesh before = slicer.Cut({weight}, 5.0);
+    slicer.AddRestPositionsTo(before);
+    mesh::TriangleMesh after = slicer.Cut({weight}, 5.0 + kStep);
+    slicer.AddRestPositionsTo(after);
+    for (Eigen::Index v = 0; v < before.num_vertices(); ++v) {
+      const Vector3f place = before.vertices.col(v) + motion;
+      const Eigen::Index u = NearestVertex(after, place);
+      ASSERT_LT((after.vertices.col(u) - place).norm(), kNear) << weight;
+      const Vector4f change = after.rest.col(u) - before.rest.col(v);
+      EXPECT_LT((change.head<3>() - motion).norm(), kNear) << weight;
+      EXPECT_NEAR(change[3], step_s, kNear) << weight;
     }
   }
 }
