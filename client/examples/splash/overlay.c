@@ -50,8 +50,7 @@ struct track {
 
 static struct track track_of(const struct levers* levers, int lever, double width, double height) {
   const double row = fmin(kRowHeight, (height - kEdge) / levers->count);
-  const struct track track = {kEdge, fmin(kEdge + kTrack, width - kEdge),
-                              height - kEdge - row * (levers->count - 1 - lever)};
+  const struct track track = {kEdge, fmin(kEdge + kTrack, width - kEdge), row * (lever + 1)};
   return track;
 }
 

@@ -188,8 +188,8 @@ def check_pictures(game, source):
     assert drops[2] > 300 and drops[3] < drops[2] / 4, drops
     # The slider's handle, at the left end and at the right one.
     for rows, here, there in ((in_a, 0.0, 0.25), (in_b, 0.25, 0.0)):
-        assert count(rows, is_handle, top=0.8, left=here, right=here + 0.25) > 10
-        assert count(rows, is_handle, top=0.8, left=there, right=there + 0.25) == 0
+        assert count(rows, is_handle, bottom=0.2, left=here, right=here + 0.25) > 10
+        assert count(rows, is_handle, bottom=0.2, left=there, right=there + 0.25) == 0
 
 
 def check_playing(game, source):
