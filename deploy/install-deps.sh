@@ -28,6 +28,8 @@ tools=(
   clang clang-tidy clang-format libclang-rt-14-dev git
   # what pages of docs/ use, which a test runs
   make python3 python3-grpcio python3-protobuf python3-websockets
+  # client/examples/splash, and a display without a graphics card that its test draws on
+  libglfw3-dev libepoxy-dev xvfb libgl1-mesa-dri
   # a database and an object store of the tests' own
   postgresql-15 ceph-mon ceph-osd ceph-mgr ceph-common radosgw curl
 )

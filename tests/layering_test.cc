@@ -64,6 +64,8 @@ const Places kForAllPrograms = {"core/base/cores.h", "core/base/nearest.h", "cor
 const Places kForPlayer = {"core/base/",        "core/parallel/",    "core/mesh/",
                            "core/store/blobs/", "core/store/files/", "core/parameters/",
                            "core/frames/"};
+// Examples are built as users build theirs: of ours they include the header of the C API alone.
+const Places kForExamples = {"liquidblend/liquidblend.h"};
 const Places kOurs = {"core/", "worker/", "server/", "client/", "tests/", "liquidblend/"};
 
 // Rule 2: a stage is included by itself and by the folder that calls the stages in order. The
@@ -127,7 +129,9 @@ const ThirdParty kThirdParties[] = {
     {"prometheus/", {"server/metrics/"}},
     {"CLI/", kMains},
     {"embree3/", {"client/cli/"}},
-    {"stb/", {"client/cli/"}},
+    {"stb/", {"client/cli/", "client/examples/"}},
+    {"GLFW/", {"client/examples/"}},
+    {"epoxy/", {"client/examples/"}},
     {"grpc/", kRpc},
     {"grpcpp/", {"server/grpc/", "client/src/", "server/main.cc", "worker/main.cc"}},
     {"google/protobuf/",
@@ -153,22 +157,23 @@ struct Rooms {
   std::string_view folder;
   std::vector<std::string_view> rooms;
 };
-const Rooms kRooms[] = {{"core/",
-                         {"base/", "parallel/", "mesh/", "store/", "parameters/", "slice/",
-                          "blend/", "finish/", "frames/"}},
-                        {"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
-                        {"client/", {"include/", "src/", "player/", "c/", "vdb/", "cli/"}},
-                        {"client/src/", {"decode/"}},
-                        {"client/cli/", {"flags/", "files/", "print/", "render/", "export/"}},
-                        {"server/",
-                         {"tar/", "admin/", "encode/", "metrics/", "catalog/", "base/", "access/",
-                          "frames/", "api/", "grpc/", "transcode/", "http/"}},
-                        {"server/http/", {"exchange/", "answers/"}},
-                        {"worker/", {"ingest/", "spacetime/", "registration/", "jobs/"}},
-                        {"worker/ingest/", {"formats/", "clean/"}},
-                        {"worker/jobs/", {"attempt/"}},
-                        {"worker/registration/", {"surface/", "features/", "fit/", "finish/"}},
-                        {"worker/spacetime/", {"field/", "nets/", "sheets/", "tracked/"}}};
+const Rooms kRooms[] = {
+    {"core/",
+     {"base/", "parallel/", "mesh/", "store/", "parameters/", "slice/", "blend/", "finish/",
+      "frames/"}},
+    {"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
+    {"client/", {"include/", "src/", "player/", "c/", "vdb/", "cli/", "examples/"}},
+    {"client/src/", {"decode/"}},
+    {"client/cli/", {"flags/", "files/", "print/", "render/", "export/"}},
+    {"server/",
+     {"tar/", "admin/", "encode/", "metrics/", "catalog/", "base/", "access/", "frames/", "api/",
+      "grpc/", "transcode/", "http/"}},
+    {"server/http/", {"exchange/", "answers/"}},
+    {"worker/", {"ingest/", "spacetime/", "registration/", "jobs/"}},
+    {"worker/ingest/", {"formats/", "clean/"}},
+    {"worker/jobs/", {"attempt/"}},
+    {"worker/registration/", {"surface/", "features/", "fit/", "finish/"}},
+    {"worker/spacetime/", {"field/", "nets/", "sheets/", "tracked/"}}};
 
 // Rule 6: the most sources and headers that a folder may hold.
 constexpr size_t kMaxFilesPerFolder = 40;
@@ -182,6 +187,10 @@ const std::set<std::string_view> kSystem = {
     "sys/mman.h",    "sys/prctl.h",   "sys/random.h", "sys/resource.h", "sys/socket.h",
     "sys/stat.h",    "sys/statvfs.h", "sys/types.h",  "sys/wait.h",     "netinet/in.h",
     "netinet/tcp.h", "arpa/inet.h"};
+
+// The headers of C that an example needs.
+const std::set<std::string_view> kC = {"getopt.h", "math.h",  "stdbool.h", "stddef.h",
+                                       "stdint.h", "stdio.h", "stdlib.h",  "string.h"};
 
 bool IsCpp(std::string_view target) { return target.find_first_of("./") == std::string_view::npos; }
 
@@ -238,10 +247,20 @@ bool LeadsUpwards(std::string_view path, std::string_view target) {
   });
 }
 
+// Whether an example may include it: its own headers, the public one, C's, and third parties.
+bool IsForExample(const Include& include) {
+  const bool is_own = include.is_quoted && include.target.find('/') == std::string::npos;
+  return is_own || IsIn(include.target, kForExamples) || kC.contains(include.target);
+}
+
 // What is wrong with one include, or nothing.
 std::string Fault(const Include& include) {
   const std::string_view path = include.file->path;
   const std::string_view target = include.target;
+  if (StartsWith(path, "client/examples/")) {
+    if (IsForExample(include)) return "";
+    if (IsIn(target, kOurs)) return "rule 1: an example includes liquidblend/liquidblend.h alone";
+  }
   const bool is_for_all = (StartsWith(path, "client/cli/") && IsIn(target, kForAllPrograms)) ||
                           (IsIn(path, {"client/player/", "client/c/"}) && IsIn(target, kForPlayer));
   for (const auto& [folder, allowed] : kTopFolders) {
@@ -350,7 +369,7 @@ std::vector<SourceFile> LoadSources(const std::filesystem::path& root) {
   for (const char* const top : {"core", "worker", "server", "client", "tests"}) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {
       const std::string extension = entry.path().extension().string();
-      if (extension != ".h" && extension != ".cc") continue;
+      if (extension != ".h" && extension != ".cc" && extension != ".c") continue;
       std::ifstream stream(entry.path(), std::ios::binary);
       files.push_back({std::filesystem::relative(entry.path(), root).generic_string(),
                        {std::istreambuf_iterator<char>(stream), {}}});
@@ -380,6 +399,9 @@ TEST(Layering, IsNotBrokenByGoodFiles) {
            {"worker/ingest/read_animation.cc",
             "#include <zlib.h>\n#include \"core/mesh/animation.h\"\n"},
            {"client/cli/main.cc", "#include \"core/base/version.h\"\n"},
+           {"client/examples/a/a.c",
+            "#include \"a.h\"\n#include <epoxy/gl.h>\n#include <stdio.h>\n"
+            "#include <liquidblend/liquidblend.h>\n"},
            {"client/src/a.cc",
             "#include \"liquidblend/v1/liquidblend.grpc.pb.h\"\n"
             "#include \"liquidblend/client.h\"\n#include <sys/mman.h>\n"},
@@ -391,6 +413,8 @@ TEST(Layering, NamesFileLineAndRuleOfEachOffender) {
   EXPECT_THAT(
       Violations({
           {"client/cli/a.cc", "#include \"core/mesh/animation.h\"\n"},
+          {"client/examples/a/a.c",
+           "#include <liquidblend/client.h>\n#include \"client/c/a.h\"\n#include <zlib.h>\n"},
           {"client/include/liquidblend/a.h", "#include <Eigen/Core>\n"},
           {"client/src/b.cc",
            "\n\n# include \"server/grpc/call.h\"\n#include \"core/base/version.h\"\n"},
@@ -404,6 +428,12 @@ TEST(Layering, NamesFileLineAndRuleOfEachOffender) {
       }),
       ElementsAre(
           "client/cli/a.cc:1: includes core/mesh/animation.h; rule 1: client/ may not depend on it",
+          "client/examples/a/a.c:1: includes liquidblend/client.h; rule 1: an example includes "
+          "liquidblend/liquidblend.h alone",
+          "client/examples/a/a.c:2: includes client/c/a.h; rule 1: an example includes "
+          "liquidblend/liquidblend.h alone",
+          "client/examples/a/a.c:3: includes zlib.h; rule 4: its home is worker/ingest/ "
+          "server/http/ client/cli/",
           "client/include/liquidblend/a.h:1: includes Eigen/Core; rule 4: client/include/ holds "
           "neither generated code nor Eigen",
           "client/src/b.cc:3: includes server/grpc/call.h; rule 1: client/ may not depend on it",

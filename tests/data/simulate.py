@@ -77,6 +77,14 @@ SCENES.update({
             'MID': dict(x=0.00, y=0.00, z=2.10),
             'B':   dict(x=0.80, y=-0.15, z=2.60),
         }),
+    'placed_drop': dict(
+        domain=(4.4, 2.4, 3.2), frames=60,
+        size=dict(small=(56, 1), large=(84, 2)),
+        common=dict(pool=0.70, radius=0.36, y=0.0),
+        variants={   # where the drop falls, and from where: corners of a parameter space
+            'x0_z0': dict(x=-0.90, z=1.60), 'x1_z0': dict(x=0.90, z=1.60),
+            'x0_z1': dict(x=-0.90, z=2.60), 'x1_z1': dict(x=0.90, z=2.60),
+        }),
     'crossing_drops': dict(
         domain=(4.4, 2.4, 3.2), frames=48,
         size=dict(small=(56, 1), large=(84, 2)),
@@ -254,7 +262,7 @@ def build_throw(bpy, dom, p):
     liquid(ob, velocity=(p['speed'] * math.cos(a), 0, p['speed'] * math.sin(a)))
 
 
-build_far_drop = build_drop_size = build_moved_drop
+build_far_drop = build_placed_drop = build_drop_size = build_moved_drop
 build_touching_drops = build_two_drops
 
 

@@ -413,8 +413,8 @@ LB_API void lb_player_set_loop(lb_player* player, int32_t loop);
 LB_API lb_status lb_player_set_rate(lb_player* player, double rate);
 LB_API lb_status lb_player_seek(lb_player* player, double time_s);
 
-/* Returns the newest frame that is due, to be freed by the caller; NULL: none was there yet. It may
- * be the same as before. Never waits.
+/* Returns the newest frame that is due, to be freed by the caller; NULL: none was there yet. While
+ * that is the same as before, so is the handle. Never waits.
  *   now  the program's clock: seconds from any origin, never back */
 LB_API lb_frame* lb_player_poll(lb_player* player, double now);
 

@@ -115,6 +115,24 @@ TEST_F(FilePlayerTest, PlaysAndPausesAndScalesVelocities) {
   EXPECT_EQ(statistics.status, LB_OK);
 }
 
+TEST_F(FilePlayerTest, GivesTheSameHandleUntilThereIsANewerFrame) {
+  Open(0);
+  lb_player_play(player_);
+  lb_frame* frame = PollPast(0.05);
+  ASSERT_NE(frame, nullptr);
+  lb_player_pause(player_);
+  bool is_same = false;
+  for (int k = 0; k < 5000 && !is_same; ++k) {
+    lb_frame* const next = lb_player_poll(player_, now_ += 1.0 / 60);
+    is_same = next == frame;  // which is still held, so that no other frame has its address
+    lb_frame_free(frame);
+    frame = next;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_TRUE(is_same);
+  lb_frame_free(frame);
+}
+
 TEST_F(FilePlayerTest, GivesTheExactFrameOfTheWeightsThatWereSet) {
   Open(0);
   const double weight = 0.75;

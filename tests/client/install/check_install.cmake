@@ -17,6 +17,23 @@ run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -DCMAKE_PREFIX_PATH=${WORK}/p
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
 
+# The C API, from the same prefix, in C++17; then from a prefix that has nothing else.
+function(check_c_api prefix)
+  separate_arguments(flags UNIX_COMMAND "${FLAGS}")
+  run(${CXX} ${flags} -std=c++17 -Wall -Wextra -Wpedantic -Wconversion -Werror
+    -I${prefix}/include ${SOURCE}/c_api.cc -L${prefix}/lib -lliquidblend
+    -Wl,-rpath,${prefix}/lib -o ${WORK}/c_api)
+  run(${WORK}/c_api)
+endfunction()
+check_c_api(${WORK}/prefix)
+run(${CMAKE_COMMAND} --install ${BUILD} --component c_api --prefix ${WORK}/c_prefix)
+check_c_api(${WORK}/c_prefix)
+file(GLOB_RECURSE installed RELATIVE ${WORK}/c_prefix LIST_DIRECTORIES false ${WORK}/c_prefix/*)
+list(FILTER installed EXCLUDE REGEX "^lib/libliquidblend[.]so")
+if(NOT installed STREQUAL "include/liquidblend/liquidblend.h")
+  message(FATAL_ERROR "the component c_api has ${installed}")
+endif()
+
 file(GLOB_RECURSE headers ${WORK}/prefix/include/*)
 foreach(header ${headers})
   file(READ ${header} text)
