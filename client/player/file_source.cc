@@ -32,10 +32,13 @@ Bounds BoundsOf(const mesh::RegisteredFamily& family) {
   return {vector(family.domain_min), vector(family.domain_max)};
 }
 
+// Names as the server says them; the file has ids.
 FamilyFacts FactsOf(const mesh::RegisteredFamily& family) {
   FamilyFacts facts;
-  facts.name = family.name;
-  for (const mesh::FamilyTarget& target : family.targets) facts.targets.push_back(target.name);
+  facts.name = absl::StrCat("families/", family.name);
+  for (const mesh::FamilyTarget& target : family.targets) {
+    facts.targets.push_back(absl::StrCat("animations/", target.name));
+  }
   facts.duration_s = family.duration_s();
   facts.frames_per_second = family.frames_per_second;
   facts.num_levels = 1 + static_cast<int>(family.coarser_levels.size());

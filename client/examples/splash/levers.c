@@ -18,7 +18,7 @@ static struct lever lever_of_parameter(const lb_family_info* family, size_t p) {
   return lever;
 }
 
-/* The weight of a target, whose name is "animations/{id}" of a server, and {id} of a file. */
+/* The weight of a target, "animations/{id}". */
 static struct lever lever_of_target(const lb_family_info* family, size_t target) {
   const char* name = family->targets[target];
   const char* slash = strrchr(name, '/');

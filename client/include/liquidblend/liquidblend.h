@@ -123,11 +123,11 @@ typedef enum lb_up {
 
 typedef struct lb_family_info {
   size_t struct_size;
-  const char* name; /* families/{id}; of a file the family's id */
+  const char* name; /* families/{id} */
   int64_t version;  /* 0: none is registered yet, or not known (a file) */
   const char* source;
   size_t num_targets;
-  const char* const* targets; /* blend weights are in this order */
+  const char* const* targets; /* animations/{id}; blend weights are in this order */
   double duration_s;          /* times are in [0, duration_s] */
   double frames_per_second;
   lb_up up;

@@ -84,7 +84,7 @@ TEST_F(FilePlayerTest, DescribesItsFamily) {
   auto info = Sized<lb_family_info>();
   lb_player_describe(player_, &info);
   EXPECT_EQ(info.num_targets, 1u);
-  EXPECT_STREQ(info.targets[0], "target-1");
+  EXPECT_STREQ(info.targets[0], "animations/target-1");
   EXPECT_GT(info.duration_s, 0.2);
   EXPECT_EQ(info.num_levels, 1);
   EXPECT_EQ(info.num_parameters, 0u);

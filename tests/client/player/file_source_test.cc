@@ -70,7 +70,8 @@ bool SameBytes(const std::vector<T>& expected, const T* actual) {
 TEST_F(FileSourceTest, SaysWhatTheFamilyIs) {
   ASSERT_NE(source_, nullptr);
   const FamilyFacts& facts = source_->facts();
-  EXPECT_EQ(facts.targets, (std::vector<std::string>{"b", "c"}));
+  EXPECT_EQ(facts.name, "families/splash");
+  EXPECT_EQ(facts.targets, (std::vector<std::string>{"animations/b", "animations/c"}));
   EXPECT_EQ(facts.num_levels, 2);
   EXPECT_GT(facts.duration_s, 0.2);
   EXPECT_EQ(facts.parameter_space.names, (std::vector<std::string>{"width", "height"}));
