@@ -162,7 +162,7 @@ class Game:
     def picture(self, source, lever):
         path = self.directory / "picture.png"
         levers = ["--lever", f"drops_b={lever}", "--time", str(TIME_S)]
-        self.play(*source, *levers, "--seconds", "2", "--screenshot", path)
+        self.play(*source, *levers, "--seconds", "1", "--screenshot", path)
         rows = read_png(path)
         assert (len(rows[0]), len(rows)) == SIZE
         return rows
@@ -193,7 +193,7 @@ def check_pictures(game, source):
 
 
 def check_playing(game, source):
-    output = game.play(*source, "--seconds", "3")
+    output = game.play(*source, "--seconds", "2")
     rate, shown = re.search(r"^([\d.]+) pictures/s, .*frames: (\d+) shown", output).groups()
     assert float(rate) > 0 and int(shown) > 1, output
 
