@@ -416,9 +416,10 @@ TEST_F(StreamSessionTest, SendsNoMoreThanTheClientsCredit) {
   request.set_credit(2);
   session_->OnRequest(request);
   const std::jthread client = TakeAll(absl::ZeroDuration());
-  sink_->Await(1);
+  const int64_t num_late = sink_->Await(1).num_dropped();
   const absl::Time begin = absl::Now();
-  EXPECT_TRUE(AwaitMade(3)) << "the next one is made ahead";
+  // A stream that is late makes none ahead.
+  EXPECT_TRUE(num_late > 0 || AwaitMade(3)) << "the next one is made ahead";
   EXPECT_EQ(sink_->num_sent(), 2U);
   const double num_periods = absl::ToDoubleSeconds(absl::Now() - begin) * 240;
   v1::StreamFramesRequest more;
