@@ -381,7 +381,7 @@ typedef struct lb_stream_request {
   const char* family;
   int64_t version; /* 0: the newest */
   size_t num_weights;
-  const double* weights; /* one per target; none, and no parameters: all 0 */
+  const double* weights; /* one per target; of all frames */
   size_t num_parameters;
   const lb_parameter* parameters; /* instead of weights */
   int32_t extrapolate;            /* as of lb_frame_request */
