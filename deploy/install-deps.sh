@@ -28,6 +28,8 @@ tools=(
   clang clang-tidy clang-format libclang-rt-14-dev git
   # what pages of docs/ use, which a test runs
   make python3 python3-grpcio python3-protobuf python3-websockets
+  # what tests of the Python package use
+  python3-numpy python3-pip python3-setuptools python3-wheel mypy
   # a database and an object store of the tests' own
   postgresql-15 ceph-mon ceph-osd ceph-mgr ceph-common radosgw curl
 )
