@@ -105,7 +105,7 @@ with liquidblend.connect(arguments.server) as client:
     num_frames = round(family.duration * family.frames_per_second) + 1
     numbers = np.unique(np.linspace(1, num_frames, arguments.frames).round().astype(int))
     truths = {number: read_truth(number) for number in numbers}
-    print(f"{family.name} version {family.version}, mean distance in edges of {arguments.truth.name}")
+    print(f"{family.name} version {family.version}, mean distance in edges of {arguments.truth}")
     for weight in weights:
         times = {number: (number - 1) / family.frames_per_second for number in numbers}
         far = [

@@ -6,9 +6,9 @@
         frame = client.frame("two_drops", weights=0.5, time=0.8)
         print(frame.positions.shape, frame.triangles.shape)
 
-docs/python.md has an overview. The package is pure Python on libliquidblend.so.1, which it looks for
-at the path in LIQUIDBLEND_LIBRARY, beside the package, and where the system looks for libraries. Its
-only state is that library, which the first call loads.
+docs/python.md has an overview. The package is pure Python on libliquidblend.so.1. It looks for that
+at the path in LIQUIDBLEND_LIBRARY, beside the package, and where the system looks for libraries.
+Its only state is that library, which the first call loads.
 """
 
 from . import _native

@@ -13,6 +13,7 @@ from . import _native
 from .errors import check
 
 Result = TypeVar("Result")
+_LONGEST_SLEEP = 0.1  # seconds
 Weights = Union[float, Sequence[float]]
 Path = Union[str, "os.PathLike[str]"]
 
@@ -34,14 +35,18 @@ class _Call(Generic[Result]):
         except BaseException as error:  # raised by the thread that waits
             self._failure = error
         finally:
+            del self._function  # what it has is let go before the call returns
             self.is_done = True
             self._running.release()
 
     def wait(self) -> Result:
-        self._running.acquire()  # Ctrl-C ends this
+        # Ctrl-C ends this. A signal just before the thread sleeps does not wake it, hence the
+        # timeout.
+        while not self._running.acquire(timeout=_LONGEST_SLEEP):
+            pass
         failure, self._failure = self._failure, None
         if failure is None:
-            return self._results[0]
+            return self._results.pop()
         try:
             raise failure
         finally:
@@ -54,7 +59,7 @@ def _run_calls(calls: "queue.SimpleQueue[Optional[_Call[Any]]]") -> None:
         if call is None:
             return
         call.run()
-        del call  # and so what it has
+        del call
 
 
 class Caller:
@@ -72,19 +77,24 @@ class Caller:
     def __call__(self, function: Callable[[], Result]) -> Result:
         if threading.current_thread() is not threading.main_thread():
             return function()
-        if self._calls is None:
-            self._calls = queue.SimpleQueue()
-            threading.Thread(
-                target=_run_calls, args=(self._calls,), name="liquidblend", daemon=True
-            ).start()
         call = _Call(function)
-        self._calls.put(call)
         try:
+            self._start().put(call)
             return call.wait()
         except BaseException:
             if not call.is_done:  # Ctrl-C: that thread is busy with it
                 self._leave()
             raise
+
+    def _start(self) -> "queue.SimpleQueue[Optional[_Call[Any]]]":
+        calls = self._calls
+        if calls is None:
+            calls = queue.SimpleQueue()
+            threading.Thread(
+                target=_run_calls, args=(calls,), name="liquidblend", daemon=True
+            ).start()
+            self._calls = calls  # now that there is a thread
+        return calls
 
     def _leave(self) -> None:
         calls, self._calls = self._calls, None

@@ -352,9 +352,9 @@ def _open(paths: List[str]) -> ctypes.CDLL:
         except OSError as error:
             failures.append(str(error))
     raise FileNotFoundError(
-        f"liquidblend's library cannot be loaded ({'; '.join(failures)}). Set {PATH_VARIABLE} to the "
-        f"path of {FILE_NAME}, or put it beside the package {pathlib.Path(__file__).parent}, or "
-        "where the system looks for libraries"
+        f"liquidblend's library cannot be loaded ({'; '.join(failures)}). Set {PATH_VARIABLE} to "
+        f"the path of {FILE_NAME}, or put it into {pathlib.Path(__file__).parent}, or where the "
+        "system looks for libraries"
     )
 
 

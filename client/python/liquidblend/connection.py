@@ -31,7 +31,7 @@ class Connection:
     call_timeout: Optional[float] = None
     """Seconds of one attempt of a short call; None: 30."""
     patience: Optional[float] = None
-    """Seconds that calls are tried again while no server can be reached; None: 30; 0: not at all."""
+    """Seconds that calls are tried again while no server can be reached; None: 30; 0: none."""
 
     def to_native(self) -> _native.ConnectOptions:
         patience = 0.0 if self.patience is None else self.patience

@@ -26,7 +26,7 @@ _ATTRIBUTES = (
 
 
 class _Memory:
-    """Part of a frame's memory. An array that numpy makes of it keeps it, and it keeps the frame."""
+    """Part of a frame's memory. An array of numpy's keeps it, and it keeps the frame."""
 
     def __init__(
         self, handle: _native.Handle, address: int, shape: Tuple[int, int], dtype: str

@@ -36,7 +36,7 @@ class Stream:
     def __next__(self) -> Frame:
         """Waits for the next frame.
 
-        Raises: the server's errors, Unavailable if the connection is lost; the stream has ended then.
+        Raises: the server's errors, Unavailable if the connection is lost; it has ended then.
         """
         if self._handle is None:
             raise StopIteration

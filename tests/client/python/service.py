@@ -67,7 +67,8 @@ class Service:
             if found and "http on" in text:
                 return found.group(1)
             time.sleep(0.05)
-        raise RuntimeError("the server does not start:\n" + (self.folder / "server.out").read_text())
+        text = (self.folder / "server.out").read_text()
+        raise RuntimeError(f"the server does not start:\n{text}")
 
     def _register(self):
         jobs = []
