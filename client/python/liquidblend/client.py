@@ -59,16 +59,8 @@ class Client:
     ) -> None:
         """Connects, and waits until a server answers. ``Connection`` says what the options are."""
         self.connection = Connection(
-            target,
-            token,
-            tls,
-            tls_ca,
-            tls_cert,
-            tls_key,
-            tls_server_name,
-            connect_timeout,
-            call_timeout,
-            patience,
+            target, token, tls, tls_ca, tls_cert, tls_key, tls_server_name, connect_timeout,
+            call_timeout, patience
         )
         options = self.connection.to_native()
         self._opened: Optional[ClientHandle] = _connect(options)
@@ -264,15 +256,8 @@ class Client:
         ``SurfaceOptions`` says what the others are.
         """
         surface = SurfaceOptions(
-            normals,
-            velocities,
-            rest_positions,
-            level_of_detail,
-            smoothing_passes,
-            smoothing_strength,
-            laplacian,
-            temporal_smoothing,
-            position_bits,
+            normals, velocities, rest_positions, level_of_detail, smoothing_passes,
+            smoothing_strength, laplacian, temporal_smoothing, position_bits
         )
         request = _native.FrameRequest(
             family=family.encode(),
@@ -327,15 +312,8 @@ class Client:
         if rate == 0.0:
             raise InvalidArgument(Status.INVALID_ARGUMENT, "rate is 0; the time would stand still")
         surface = SurfaceOptions(
-            normals,
-            velocities,
-            rest_positions,
-            level_of_detail,
-            smoothing_passes,
-            smoothing_strength,
-            laplacian,
-            temporal_smoothing,
-            position_bits,
+            normals, velocities, rest_positions, level_of_detail, smoothing_passes,
+            smoothing_strength, laplacian, temporal_smoothing, position_bits
         )
         request = _native.StreamRequest(
             family=family.encode(),
