@@ -44,14 +44,14 @@ class PackageTest(unittest.TestCase):
         text = run(sys.executable, "-c", code, env=environment, cwd=self.folder)
         self.assertIn(str(target), text)
 
-    def test_works_as_a_copy_of_its_folder_with_the_library_in_it(self):
-        copy = self.folder / "vendored" / "liquidblend"
+    def test_works_as_a_copy_within_another_with_the_library_in_it(self):
+        copy = self.folder / "add_on" / "vendored"
         shutil.copytree(PACKAGE / "liquidblend", copy)
         library = pathlib.Path(os.environ["LIQUIDBLEND_LIBRARY"]).resolve()
         (copy / "libliquidblend.so.1").symlink_to(library)
-        environment = {**os.environ, "PYTHONPATH": str(copy.parent)}
+        environment = {**os.environ, "PYTHONPATH": str(self.folder)}
         del environment["LIQUIDBLEND_LIBRARY"]
-        code = "import liquidblend; print(liquidblend.library_version())"
+        code = "from add_on import vendored; print(vendored.library_version())"
         self.assertTrue(run(sys.executable, "-c", code, env=environment, cwd=self.folder))
 
     def test_has_the_syntax_of_python_3_9(self):
