@@ -68,6 +68,16 @@ lb_status lb_client_get_family(lb_client* client, const char* name, int64_t vers
   });
 }
 
+lb_status lb_client_rollback_family(lb_client* client, const char* name, int64_t version,
+                                    lb_family** out) {
+  return c_api::Give(out, [&]() -> absl::StatusOr<std::unique_ptr<lb_family>> {
+    LBC_RETURN_IF_ERROR(c_api::CheckIsThere(client, "client"));
+    LBC_ASSIGN_OR_RETURN(liquidblend::Family family,
+                         client->client->RollbackFamily(c_api::TextOf(name), version));
+    return c_api::MakeFamily(liquidblend::player::FactsOf(family), family.source, family.json);
+  });
+}
+
 lb_status lb_client_list_families(lb_client* client, lb_text** out) {
   return c_api::GiveText(client, out, [](Client& c) { return c_api::NamesOf(c.ListFamilies()); });
 }

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "absl/strings/str_cat.h"
+#include "client/src/reason.h"
 
 namespace liquidblend::c_api {
 namespace {
@@ -13,15 +14,19 @@ constexpr std::array<const char*, 17> kNames = {
     "ABORTED",   "OUT_OF_RANGE",   "UNIMPLEMENTED",     "INTERNAL",           "UNAVAILABLE",
     "DATA_LOSS", "UNAUTHENTICATED"};
 
-std::string& LastError() {
-  thread_local std::string text;
-  return text;
+struct Failure {
+  std::string message, reason;
+};
+
+Failure& LastFailure() {
+  thread_local Failure failure;
+  return failure;
 }
 
 }  // namespace
 
 lb_status Report(const absl::Status& status) {
-  if (!status.ok()) LastError() = std::string(status.message());
+  if (!status.ok()) LastFailure() = {std::string(status.message()), client::ReasonOf(status)};
   return static_cast<lb_status>(status.code());
 }
 
@@ -39,6 +44,8 @@ const char* lb_status_name(lb_status status) {
   return code < names.size() ? names[code] : "UNKNOWN";
 }
 
-const char* lb_last_error(void) { return liquidblend::c_api::LastError().c_str(); }
+const char* lb_last_error(void) { return liquidblend::c_api::LastFailure().message.c_str(); }
+
+const char* lb_last_error_reason(void) { return liquidblend::c_api::LastFailure().reason.c_str(); }
 
 }  // extern "C"

@@ -1,4 +1,4 @@
-// Errors of the C API: codes, and a text for each thread.
+// Errors of the C API: codes, and a text and a reason for each thread.
 #pragma once
 
 #include <exception>
@@ -9,7 +9,8 @@
 
 namespace liquidblend::c_api {
 
-// Keeps the message for lb_last_error(), and returns the code.
+// Keeps the message for lb_last_error() and the reason for lb_last_error_reason(), and returns the
+// code.
 lb_status Report(const absl::Status& status);
 
 // The error of an argument.

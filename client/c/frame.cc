@@ -21,8 +21,7 @@ absl::StatusOr<FrameRequest> RequestOf(const lb_frame_request& from) {
   FrameRequest request;
   request.family = TextOf(from.family);
   request.version = from.version;
-  if (from.num_weights > 0 && from.weights == nullptr) return InvalidArgument("weights", "is NULL");
-  request.weights.assign(from.weights, from.weights + from.num_weights);
+  LBC_ASSIGN_OR_RETURN(request.weights, WeightsOf(from.weights, from.num_weights));
   LBC_ASSIGN_OR_RETURN(request.parameters, ParametersOf(from.parameters, from.num_parameters));
   request.extrapolate = from.extrapolate != 0;
   request.time_s = from.time_s;
@@ -30,7 +29,7 @@ absl::StatusOr<FrameRequest> RequestOf(const lb_frame_request& from) {
   LBC_RETURN_IF_ERROR(ReadOrDefault(from.surface, "surface", surface));
   LBC_ASSIGN_OR_RETURN(request.surface, SurfaceOptionsOf(surface));
   request.position_bits = surface.position_bits;
-  request.format = FrameFormat::kMeshopt;
+  request.format = FormatOf(surface.position_bits);
   return request;
 }
 

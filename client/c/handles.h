@@ -12,16 +12,17 @@
 #include "client/player/frame_pool.h"
 #include "client/player/player.h"
 #include "liquidblend/client.h"
+#include "liquidblend/frame_stream.h"
 #include "liquidblend/liquidblend.h"
 
 struct lb_client {
-  lb_client(std::unique_ptr<liquidblend::Client> connected,
+  lb_client(std::shared_ptr<liquidblend::Client> connected,
             const liquidblend::player::Allocator& allocator)
       : client(std::move(connected)),
         fetcher(*client),
         pool(std::make_shared<liquidblend::player::FramePool>(
             allocator, liquidblend::player::Growth::kAsNeeded)) {}
-  const std::unique_ptr<liquidblend::Client> client;
+  const std::shared_ptr<liquidblend::Client> client;
   liquidblend::player::FrameFetcher fetcher;
   const std::shared_ptr<liquidblend::player::FramePool> pool;
 };
@@ -50,6 +51,16 @@ struct lb_frame {
   double velocity_scale = 1.0;
 };
 
+struct lb_stream {
+  lb_stream(std::shared_ptr<liquidblend::Client> connected,
+            std::shared_ptr<liquidblend::player::FramePool> frames)
+      : client(std::move(connected)), fetcher(*client), pool(std::move(frames)) {}
+  const std::shared_ptr<liquidblend::Client> client;
+  liquidblend::player::FrameFetcher fetcher;
+  const std::shared_ptr<liquidblend::player::FramePool> pool;
+  std::unique_ptr<liquidblend::FrameStream> stream;
+};
+
 struct lb_player {
   std::unique_ptr<liquidblend::player::Player> player;
   std::unique_ptr<lb_family> family;
@@ -69,6 +80,12 @@ absl::StatusOr<ConnectOptions> ConnectOptionsOf(const lb_connect_options& option
 
 // The surface's options; `position_bits` separately.  Errors: kInvalidArgument, naming the field.
 absl::StatusOr<SurfaceOptions> SurfaceOptionsOf(const lb_surface& surface);
+
+// The best format that has so many bits.
+FrameFormat FormatOf(int position_bits);
+
+// Weights as given.  Errors: kInvalidArgument if they are null, but not none.
+absl::StatusOr<std::vector<double>> WeightsOf(const double* weights, size_t count);
 
 // A point in parameter space.  Errors: kInvalidArgument if a name is null or given twice.
 absl::StatusOr<Parameters> ParametersOf(const lb_parameter* parameters, size_t count);

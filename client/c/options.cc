@@ -11,6 +11,7 @@ namespace {
 
 constexpr uint32_t kAllAttributes = LB_NORMALS | LB_VELOCITIES | LB_REST_POSITIONS;
 constexpr int kMostAttempts = 1000;  // as long as patience lasts
+constexpr int kMostMeshoptBits = 16;
 
 absl::Duration SecondsOr(double seconds, absl::Duration otherwise) {
   return seconds == 0.0 ? otherwise : absl::Seconds(seconds);
@@ -62,11 +63,22 @@ absl::StatusOr<SurfaceOptions> SurfaceOptionsOf(const lb_surface& surface) {
   SurfaceOptions options;
   options.level_of_detail = surface.level_of_detail;
   options.smoothing_passes = surface.smoothing_passes;
+  options.smoothing = surface.laplacian != 0 ? Smoothing::kLaplacian : Smoothing::kTaubin;
+  options.smoothing_strength = surface.smoothing_strength;
   options.temporal_smoothing = surface.temporal_smoothing;
   options.normals = (surface.attributes & LB_NORMALS) != 0;
   options.velocities = (surface.attributes & LB_VELOCITIES) != 0;
   options.rest_positions = (surface.attributes & LB_REST_POSITIONS) != 0;
   return options;
+}
+
+FrameFormat FormatOf(int position_bits) {
+  return position_bits > kMostMeshoptBits ? FrameFormat::kDraco : FrameFormat::kMeshopt;
+}
+
+absl::StatusOr<std::vector<double>> WeightsOf(const double* weights, size_t count) {
+  if (count > 0 && weights == nullptr) return InvalidArgument("weights", "is NULL");
+  return std::vector<double>(weights, weights + count);
 }
 
 absl::StatusOr<Parameters> ParametersOf(const lb_parameter* parameters, size_t count) {

@@ -45,11 +45,17 @@ absl::Status FrameFetcher::Get(const FrameRequest& request, FramePool& pool, Fra
   cost.wait_s = SecondsSince(start);
   cost.num_bytes = static_cast<int64_t>(frame.data.size());
   const Clock::time_point received = Clock::now();
-  LB_RETURN_IF_ERROR(Decode(frame, pool, out));
-  out.UpdateBounds();
-  out.facts = {frame.weights,      frame.time_s, frame.version, request.surface.level_of_detail,
-               frame.extrapolated, frame.clamped};
+  LB_RETURN_IF_ERROR(Decode(frame, request.surface.level_of_detail, pool, out));
   cost.decode_s = SecondsSince(received);
+  return absl::OkStatus();
+}
+
+absl::Status FrameFetcher::Decode(const Frame& frame, int level_of_detail, FramePool& pool,
+                                  FrameMesh& out) {
+  LB_RETURN_IF_ERROR(DecodeMesh(frame, pool, out));
+  out.UpdateBounds();
+  out.facts = {frame.weights,   frame.time_s,       frame.version,
+               level_of_detail, frame.extrapolated, frame.clamped};
   return absl::OkStatus();
 }
 
@@ -62,9 +68,9 @@ absl::StatusOr<Frame> FrameFetcher::Fetch(FrameRequest request) {
   return client_.GetFrame(request);
 }
 
-absl::Status FrameFetcher::Decode(const Frame& frame, FramePool& pool, FrameMesh& out) {
+absl::Status FrameFetcher::DecodeMesh(const Frame& frame, FramePool& pool, FrameMesh& out) {
   if (client::IsDraco(frame.data)) {
-    LB_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
+    LB_ASSIGN_OR_RETURN(const Mesh mesh, liquidblend::DecodeMesh(frame.data));
     return Copy(mesh, pool, out);
   }
   std::unique_ptr<client::MeshoptDecoder> decoder = decoders_.Take();

@@ -21,10 +21,12 @@ class FrameFetcher {
   // Asks for the frame and decodes it. A server that is too old for MESHOPT is asked for Draco.
   // Errors: the server's; kDataLoss (damaged bytes), kResourceExhausted (no memory).
   absl::Status Get(const FrameRequest& request, FramePool& pool, FrameMesh& out, FrameCost& cost);
+  // Makes a mesh of a frame that is there already, with its facts.  Errors: likewise.
+  absl::Status Decode(const Frame& frame, int level_of_detail, FramePool& pool, FrameMesh& out);
 
  private:
   absl::StatusOr<Frame> Fetch(FrameRequest request);
-  absl::Status Decode(const Frame& frame, FramePool& pool, FrameMesh& out);
+  absl::Status DecodeMesh(const Frame& frame, FramePool& pool, FrameMesh& out);
 
   Client& client_;
   std::atomic<bool> has_meshopt_ = true;  // false: the server is too old for it

@@ -5,8 +5,8 @@
 
 #include <utility>
 
+#include "client/src/reason.h"
 #include "client/src/status.h"
-#include "google/rpc/error_details.pb.h"
 
 namespace liquidblend::client {
 namespace {
@@ -208,15 +208,6 @@ void ReadResponse(const google::protobuf::Any& response, Operation* operation) {
   }
 }
 
-// "" if the error has none.
-std::string ReasonOf(const google::rpc::Status& error) {
-  google::rpc::ErrorInfo info;
-  for (const google::protobuf::Any& detail : error.details()) {
-    if (detail.UnpackTo(&info)) return info.reason();
-  }
-  return "";
-}
-
 ParameterSpace ToParameterSpace(const v1::ParameterSpace& proto) {
   ParameterSpace space;
   space.names.assign(proto.names().begin(), proto.names().end());
@@ -315,7 +306,7 @@ Operation FromProto(const google::longrunning::Operation& proto) {
   operation.done = proto.done();
   ReadMetadata(proto.metadata(), &operation);
   if (proto.has_error()) operation.result = FromProto(proto.error());
-  operation.error_reason = ReasonOf(proto.error());
+  operation.error_reason = ReasonOf(operation.result);
   if (proto.has_response()) ReadResponse(proto.response(), &operation);
   return operation;
 }

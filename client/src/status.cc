@@ -11,6 +11,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "client/src/reason.h"
 #include "google/rpc/error_details.pb.h"
 
 namespace liquidblend::client {
@@ -85,6 +86,8 @@ absl::Status MakeStatus(int code, const std::string& message, const google::rpc:
     if (detail.Is<google::rpc::RetryInfo>()) {
       status.SetPayload(kRetryInfoUrl, absl::Cord(detail.value()));
     }
+    google::rpc::ErrorInfo info;
+    if (detail.UnpackTo(&info)) SetReason(info.reason(), status);
   }
   return status;
 }

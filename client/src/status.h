@@ -12,8 +12,9 @@
 namespace liquidblend::client {
 
 // Same code; the message also carries the details that it does not hold already: the reason and
-// metadata of ErrorInfo, each field violation of BadRequest, and the delay of RetryInfo. But a
-// CANCELLED without details becomes kUnavailable: gRPC ends calls with it when a server shuts down.
+// metadata of ErrorInfo, each field violation of BadRequest, and the delay of RetryInfo. The reason
+// is kept (reason.h). But a CANCELLED without details becomes kUnavailable: gRPC ends calls with it
+// when a server shuts down.
 absl::Status FromGrpc(const grpc::Status& status);
 absl::Status FromProto(const google::rpc::Status& status);
 

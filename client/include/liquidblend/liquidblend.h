@@ -58,6 +58,9 @@ LB_API const char* lb_status_name(lb_status status);
 /* What was wrong with the last call of this thread that failed; "" before the first one. Valid until
  * the thread's next call that fails. */
 LB_API const char* lb_last_error(void);
+/* Its reason for programs, as servers give it (docs/errors.md): "FAMILY_BUSY", or the code's name
+ * where that says it all. "" if no server has said it. Valid as lb_last_error(). */
+LB_API const char* lb_last_error_reason(void);
 
 /* The version of the library: 1000000 * major + 1000 * minor + patch. */
 LB_API int32_t lb_version(void);
@@ -153,6 +156,9 @@ typedef struct lb_text lb_text;
 LB_API const char* lb_text_get(const lb_text* text);
 LB_API void lb_text_free(lb_text* text);
 
+/* Publishes a kept version again, as the newest one, which `out` describes. */
+LB_API lb_status lb_client_rollback_family(lb_client* client, const char* name, int64_t version,
+                                           lb_family** out);
 LB_API lb_status lb_client_list_families(lb_client* client, lb_text** out);
 LB_API lb_status lb_client_list_animations(lb_client* client, lb_text** out);
 LB_API lb_status lb_client_list_operations(lb_client* client, lb_text** out);
@@ -288,8 +294,12 @@ typedef struct lb_surface {
   int32_t level_of_detail; /* 0: the finest */
   int32_t smoothing_passes;  /* [0, 32]; evens out triangles */
   double temporal_smoothing; /* [0, 1]; against flicker */
-  int32_t position_bits;     /* [8, 16]; of the grid that positions are rounded to; 0: 14 */
+  int32_t position_bits;     /* [8, 20]; of the grid that positions are rounded to; 0: 14. Above 16
+                              * frames need longer to be made and decoded; of players [8, 16] */
   int32_t reserved;
+  double smoothing_strength; /* (0, 1]; how far a pass goes; 0: 0.5 */
+  int32_t laplacian;         /* 1: smoothing passes are the paper's, which shrink small parts */
+  int32_t reserved_2;
 } lb_surface;
 
 typedef struct lb_frame_request {
@@ -359,6 +369,45 @@ typedef struct lb_layout {
  * Errors: LB_OUT_OF_RANGE if it does not fit, naming the bytes that it needs, or if 2 bytes do not
  * hold an index; LB_INVALID_ARGUMENT if the frame has no such attribute, or the layout overlaps. */
 LB_API lb_status lb_frame_copy(const lb_frame* frame, const lb_layout* layout);
+
+/* ---- streams */
+
+/* Frames of a family at many times, one after the other, which a server sends ahead of what is read.
+ * Threads: one thread at a time calls lb_stream_next(); lb_stream_cancel() is safe. */
+typedef struct lb_stream lb_stream;
+
+typedef struct lb_stream_request {
+  size_t struct_size;
+  const char* family;
+  int64_t version; /* 0: the newest */
+  size_t num_weights;
+  const double* weights; /* one per target; of all frames */
+  size_t num_parameters;
+  const lb_parameter* parameters; /* instead of weights */
+  int32_t extrapolate;            /* as of lb_frame_request */
+  const lb_surface* surface;      /* NULL: the slice itself */
+  double time_s;                  /* of the first frame; the next are rate / frames_per_second later */
+  double rate;                    /* seconds of the animation per second; negative: backwards; 0: 1 */
+  double frames_per_second;       /* 0: the family's */
+  int32_t loop;                   /* 1: starts again at the end, and never ends by itself */
+  int32_t live;          /* 0: every frame, as fast as they are made and read; 1: at their time of
+                          * the server's clock, without those that would be late */
+  int32_t adapts_detail; /* of a live one: coarser frames while the connection is too slow */
+  int32_t reserved;
+} lb_stream_request;
+
+/* Opens a stream, without waiting for it: errors of the server's come with the first frame. It may
+ * outlive its client. */
+LB_API lb_status lb_stream_open(lb_client* client, const lb_stream_request* request,
+                                lb_stream** out);
+/* Waits for the next frame. At the end it is LB_OK, and `out` is NULL.
+ * Errors: the server's; LB_UNAVAILABLE if the connection is lost, LB_CANCELLED once it is cancelled.
+ * After one the stream has ended. */
+LB_API lb_status lb_stream_next(lb_stream* stream, lb_frame** out);
+/* Ends the stream at once; lb_stream_next() that waits in another thread returns. */
+LB_API void lb_stream_cancel(lb_stream* stream);
+/* Cancels it, and frees it. Frames stay. Not while another thread is in lb_stream_next(). */
+LB_API void lb_stream_free(lb_stream* stream);
 
 /* ---- players */
 

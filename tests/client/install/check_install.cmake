@@ -41,3 +41,12 @@ foreach(header ${headers})
     message(FATAL_ERROR "${header} names grpc, generated code or Eigen")
   endif()
 endforeach()
+
+# The Python package finds the library beside it. A sanitizer's runtime is not in Python.
+find_program(DEBIAN_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)
+if(DEBIAN_PYTHON AND NOT FLAGS)
+  run(${CMAKE_COMMAND} --install ${BUILD} --component python --prefix ${WORK}/python_prefix)
+  set(ENV{PYTHONPATH} ${WORK}/python_prefix/share/liquidblend/python)
+  unset(ENV{LIQUIDBLEND_LIBRARY})
+  run(${DEBIAN_PYTHON} -B -c "import liquidblend; print(liquidblend.library_version())")
+endif()

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "client/src/reason.h"
 #include "google/rpc/error_details.pb.h"
 
 namespace liquidblend::client {
@@ -40,11 +41,14 @@ TEST(FromProto, AReasonThatOnlyRepeatsTheCodeIsLeftOut) {
   google::rpc::ErrorInfo info;
   info.set_reason("NOT_FOUND");
   proto.add_details()->PackFrom(info);
-  EXPECT_EQ(FromProto(proto), absl::NotFoundError("family 'none' does not exist"));
+  EXPECT_EQ(FromProto(proto).message(), "family 'none' does not exist");
+  EXPECT_EQ(ReasonOf(FromProto(proto)), "NOT_FOUND");
   info.set_reason("FAMILY_EVICTED");
   proto.mutable_details(0)->PackFrom(info);
-  EXPECT_EQ(FromProto(proto),
-            absl::NotFoundError("family 'none' does not exist; reason: FAMILY_EVICTED"));
+  EXPECT_EQ(FromProto(proto).message(), "family 'none' does not exist; reason: FAMILY_EVICTED");
+  EXPECT_EQ(ReasonOf(FromProto(proto)), "FAMILY_EVICTED");
+  proto.clear_details();
+  EXPECT_EQ(ReasonOf(FromProto(proto)), "");
 }
 
 TEST(FromProto, MetadataThatTheMessageHoldsIsNotRepeated) {
@@ -55,11 +59,11 @@ TEST(FromProto, MetadataThatTheMessageHoldsIsNotRepeated) {
   info.set_reason("NOT_FOUND");
   (*info.mutable_metadata())["resource"] = "families/none";
   proto.add_details()->PackFrom(info);
-  EXPECT_EQ(FromProto(proto), absl::NotFoundError("family 'none' does not exist"));
+  EXPECT_EQ(FromProto(proto).message(), "family 'none' does not exist");
   (*info.mutable_metadata())["scope"] = "write";
   proto.mutable_details(0)->PackFrom(info);
-  EXPECT_EQ(FromProto(proto), absl::NotFoundError("family 'none' does not exist; reason: NOT_FOUND "
-                                                  "(scope=write)"));
+  EXPECT_EQ(FromProto(proto).message(),
+            "family 'none' does not exist; reason: NOT_FOUND (scope=write)");
 }
 
 TEST(FromProto, ViolationsThatTheMessageHoldsAreNotRepeated) {

@@ -1,0 +1,53 @@
+"""How servers are reached."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional
+
+from . import _native
+from ._calls import Path, encode, encode_path
+
+
+@dataclass(frozen=True)
+class Connection:
+    """Servers of one store, and how to reach them. None is the default."""
+
+    target: Optional[str] = None
+    """HOST:PORT, or several, separated by commas, which are tried in turn; None: 127.0.0.1:50051"""
+    token: Optional[str] = None
+    """Sent with TLS, or on this machine, only."""
+    tls: bool = False
+    """With the system's authorities; also if one of the next three is given."""
+    tls_ca: Optional[Path] = None
+    """File of authorities trusted for the server."""
+    tls_cert: Optional[Path] = None
+    """File of a certificate to show, with its key."""
+    tls_key: Optional[Path] = None
+    tls_server_name: Optional[str] = None
+    """That the server's certificate is for; None: the target's host."""
+    connect_timeout: Optional[float] = None
+    """Seconds; None: 5."""
+    call_timeout: Optional[float] = None
+    """Seconds of one attempt of a short call; None: 30."""
+    patience: Optional[float] = None
+    """Seconds that calls are tried again while no server can be reached; None: 30; 0: none."""
+
+    def to_native(self) -> _native.ConnectOptions:
+        patience = 0.0 if self.patience is None else self.patience
+        if self.patience == 0.0:
+            patience = -1.0  # which the C API takes for none
+        files = [self.tls_ca, self.tls_cert, self.tls_key]
+        ca, cert, key = (None if file is None else encode_path(file) for file in files)
+        return _native.ConnectOptions(
+            target=encode(self.target),
+            token=encode(self.token),
+            tls=int(self.tls),
+            tls_ca=ca,
+            tls_cert=cert,
+            tls_key=key,
+            tls_server_name=encode(self.tls_server_name),
+            connect_timeout_s=self.connect_timeout or 0.0,
+            call_timeout_s=self.call_timeout or 0.0,
+            patience_s=patience,
+        )

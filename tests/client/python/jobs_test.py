@@ -1,0 +1,200 @@
+"""Jobs: imports and registrations with progress, failures, Ctrl-C."""
+
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import unittest
+
+import liquidblend
+from service import DATA, FAST, PATIENCE, copy_frames, service
+
+PACKAGE = pathlib.Path(__file__).resolve().parents[3] / "client" / "python"
+CLIP = DATA / "dam_break_clip"
+
+
+def setUpModule():
+    client = service().client
+    for job in [client.import_animation(f"dam_{k}", CLIP / f"w{k}_p{k}") for k in range(2)]:
+        job.wait(timeout=PATIENCE)
+
+
+def interrupted(code):
+    """Runs Python until it prints a line, presses Ctrl-C, and returns its exit code and errors."""
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE)}
+    process = subprocess.Popen(
+        [sys.executable, "-B", "-c", code],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    try:
+        _, errors = process.communicate(timeout=20)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+        raise
+    return process.returncode, errors
+
+
+class JobTest(unittest.TestCase):
+    def setUp(self):
+        self.client = service().client
+
+    def test_an_import_tells_what_it_makes(self):
+        folder = service().folder / "four"
+        copy_frames(CLIP / "w0_p0", folder, range(13, 17))
+        job = self.client.import_animation("four", folder, allow_gaps=False, up=liquidblend.Up.Z)
+        states = list(job)
+        self.assertEqual(states[-1].subject, "four")
+        self.assertTrue(states[-1].done)
+        self.assertEqual(states[-1].status, liquidblend.Status.OK)
+        self.assertEqual(self.client.animation("four")["numFrames"], 4)
+        self.assertIn(job.name, self.client.operations())
+        self.client.delete_animation("four")
+        self.assertNotIn("four", self.client.animations())
+
+    def test_an_import_of_nothing_is_refused_before_it_is_sent(self):
+        with self.assertRaisesRegex(liquidblend.NotFound, "/nowhere"):
+            self.client.import_animation("none", "/nowhere")
+
+    def test_a_registration_with_all_that_it_takes(self):
+        pair = liquidblend.Correspondence((0.1, 0, 0.2), 0.1, (0.1, 0, 0.2), 0.1, hard=True)
+        job = self.client.register(
+            "dam",
+            "dam_0",
+            ["dam_1"],
+            correspondences=[pair],
+            parameters={"width": [5, 7]},
+            options={**FAST, "automatic_correspondences": False},
+            priority=3,
+        )
+        states = []
+        last = job.wait(states.append, timeout=PATIENCE)
+        self.assertEqual(last, job.state)
+        self.assertEqual(last.version, 1)
+        self.assertIn(last.grade, set(liquidblend.Grade) - {liquidblend.Grade.UNKNOWN})
+        fractions = [state.fraction for state in states]
+        self.assertEqual(fractions, sorted(fractions))
+        self.assertGreater(len(set(fractions)), 2, "no progress was seen")
+        family = self.client.family("dam")
+        self.assertEqual(family.parameters, ("width",))
+        self.assertEqual(family.points, ((5,), (7,)))
+        report = family.raw["reports"][0]["correspondences"]
+        self.assertEqual(len(report), 1, "the user's, and no automatic one")
+        by_point = self.client.frame("dam", parameters={"width": 5.5}, time=0.2)
+        by_weight = self.client.frame("dam", 0.25, 0.2)
+        self.assertEqual(by_point.weights, (0.25,))
+        self.assertEqual(by_point.to_ply(), by_weight.to_ply())
+        with self.assertRaises(liquidblend.OutOfRange) as raised:
+            self.client.frame("dam", parameters={"width": 9})
+        self.assertEqual(raised.exception.reason, "OUTSIDE_HULL")
+
+    def test_a_failed_job_raises_its_reason(self):
+        folder = service().folder / "few"
+        copy_frames(CLIP / "w0_p0", folder / "dam", range(13, 17))
+        copy_frames(DATA / "two_drops" / "A", folder / "drops", range(1, 5))
+        for name in ("dam", "drops"):
+            self.client.import_animation(f"few_{name}", folder / name).wait(timeout=PATIENCE)
+        job = self.client.register(
+            "unlike",
+            "few_drops",
+            "few_dam",
+            options=FAST,
+            required_grade=liquidblend.Grade.GOOD,
+        )
+        with self.assertRaises(liquidblend.FailedPrecondition) as raised:
+            job.wait(timeout=PATIENCE)
+        self.assertEqual(raised.exception.reason, "VERDICT_TOO_LOW")
+        self.assertIn("few_dam", raised.exception.message)
+        self.assertEqual(self.client.job(job.name).state.reason, "VERDICT_TOO_LOW")
+
+    def test_wrong_requests_are_named(self):
+        for arguments, named in (
+            ({"options": {"seeds": 7}}, "'seeds'"),
+            ({"options": {"max_iterations": "many"}}, "max_iterations: 'many'"),
+            ({"parameters": {"width": [1]}}, "width has 1 values for 2 animations"),
+            ({"required_grade": liquidblend.Grade.TOO_DIFFERENT}, "required_grade is 3"),
+        ):
+            with self.assertRaisesRegex(liquidblend.InvalidArgument, named):
+                self.client.register("new", "dam_0", "dam_1", **arguments)
+
+
+class WaitingTest(unittest.TestCase):
+    """How waiting for a job ends that takes long."""
+
+    @classmethod
+    def setUpClass(cls):
+        options = {"max_iterations": 200}
+        cls.job = service().client.register("long", "drops_a", "drops_b", options=options)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.job.cancel()
+        try:
+            cls.job.wait(timeout=PATIENCE)
+            raise AssertionError("the job is done, though it was cancelled")
+        except liquidblend.Cancelled:
+            pass
+
+    def test_after_the_timeout_the_job_goes_on(self):
+        with self.assertRaises(liquidblend.DeadlineExceeded):
+            self.job.wait(timeout=0.1)
+        with self.assertRaises(TimeoutError):
+            self.job.wait(timeout=0)
+        self.assertFalse(self.job.poll().done)
+
+    def test_an_exception_of_progress_ends_it(self):
+        class Enough(Exception):
+            pass
+
+        def progress(state):
+            raise Enough(state.name)
+
+        with self.assertRaisesRegex(Enough, self.job.name):
+            self.job.wait(progress)
+        self.assertFalse(self.job.poll().done)
+
+    def test_ctrl_c_ends_it(self):
+        code, errors = interrupted(
+            "import liquidblend\n"
+            f"client = liquidblend.connect({service().target!r})\n"
+            f"job = client.job({self.job.name!r})\n"
+            "print('waiting', flush=True)\n"
+            "job.wait()\n"
+        )
+        self.assertIn("KeyboardInterrupt", errors)
+        self.assertEqual(code, -signal.SIGINT, errors)
+        self.assertFalse(self.job.poll().done)
+
+
+class InterruptTest(unittest.TestCase):
+    def test_ends_calls_that_wait_for_a_server(self):
+        with socket.create_server(("127.0.0.1", 0)) as silent:
+            code, errors = interrupted(
+                "import liquidblend\n"
+                "print('connecting', flush=True)\n"
+                f"liquidblend.connect('127.0.0.1:{silent.getsockname()[1]}', connect_timeout=60)\n"
+            )
+        self.assertIn("KeyboardInterrupt", errors)
+        self.assertEqual(code, -signal.SIGINT, errors)
+
+    def test_ends_a_stream_that_waits_and_the_client_goes_on(self):
+        code, errors = interrupted(
+            "import liquidblend\n"
+            f"client = liquidblend.connect({service().target!r})\n"
+            "stream = client.stream('two_drops', 0, live=True, frames_per_second=0.001)\n"
+            "next(stream)\n"
+            "print('waiting', flush=True)\n"
+            "try:\n"
+            "    next(stream)\n"
+            "except KeyboardInterrupt:\n"
+            "    assert stream.closed\n"
+            "    assert 'two_drops' in client.families()\n"
+        )
+        self.assertEqual(code, 0, errors)
