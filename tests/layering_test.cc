@@ -163,7 +163,7 @@ const Rooms kRooms[] = {
       "frames/"}},
     {"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
     {"client/", {"include/", "src/", "player/", "c/", "vdb/", "cli/", "examples/"}},
-    {"client/src/", {"decode/"}},
+    {"client/src/", {"decode/", "files/"}},
     {"client/cli/", {"flags/", "files/", "print/", "render/", "export/"}},
     {"server/",
      {"tar/", "admin/", "encode/", "metrics/", "catalog/", "base/", "access/", "frames/", "api/",

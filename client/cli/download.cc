@@ -37,7 +37,8 @@ absl::Status RunDownload(const DownloadFlags& flags, const Context& context) {
 void AddDownload(CLI::App& app, Context& context) {
   const auto flags = std::make_shared<DownloadFlags>();
   CLI::App* command = app.add_subcommand(
-      "download", "Get the stored file of a family or an animation from the object store");
+      "download",
+      "Get the stored file of a family, which plays without a server, or of an animation");
   command->add_option("NAME", flags->name, "families/ID or animations/ID")->required();
   command->add_option("-o,--output", flags->output, "File to write")->required();
   AddVersionFlag(flags->version, *command);

@@ -1,13 +1,13 @@
 #include "client/src/direct_files.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 #include <utility>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "client/src/checksum.h"
+#include "client/src/files/checksum.h"
+#include "client/src/files/part_file.h"
 #include "client/src/retry.h"
 #include "client/src/status_macros.h"
 
@@ -111,29 +111,12 @@ absl::Status SendToUrls(Http& http, const UploadFile& file,
 
 absl::Status GetFromUrl(Http& http, const v1::PresignDownloadResponse& from,
                         const std::string& path) {
-  const std::string part = absl::StrCat(path, ".part");
-  std::ofstream output(part, std::ios::binary | std::ios::trunc);
-  Checksum checksum(from.checksum());
-  const auto sink = [&](absl::string_view bytes) {
-    checksum.Add(bytes);
-    output.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    return output.good();
-  };
+  PartFile file(path, from.checksum());
+  const auto sink = [&](absl::string_view bytes) { return file.Append(bytes).ok(); };
   absl::StatusOr<HttpAnswer> answer = http.Get(from.url(), sink);
-  const bool is_written = output.good();
-  output.close();
-  absl::Status status = answer.ok() ? StatusOf(*answer) : answer.status();
-  if (!is_written || output.fail()) {
-    status = absl::PermissionDeniedError(absl::StrCat(part, ": cannot be written"));
-  } else if (const std::string sum = checksum.Text(); status.ok() && sum != from.checksum()) {
-    status = absl::DataLossError(
-        absl::StrCat("the received file has the checksum ", sum, " instead of ", from.checksum()));
-  }
-  if (status.ok() && std::rename(part.c_str(), path.c_str()) != 0) {
-    status = absl::PermissionDeniedError(absl::StrCat(path, ": cannot be written"));
-  }
-  if (!status.ok()) std::remove(part.c_str());
-  return status;
+  LBC_RETURN_IF_ERROR(file.Append(""));  // the disk's error says more
+  LBC_RETURN_IF_ERROR(answer.ok() ? StatusOf(*answer) : answer.status());
+  return file.Commit();
 }
 
 }  // namespace liquidblend::client

@@ -119,20 +119,6 @@ absl::StatusOr<std::vector<std::string>> Client::Impl::SendDirectly(
   return blobs;
 }
 
-absl::StatusOr<int64_t> Client::Download(const std::string& name, const std::string& path,
-                                         int64_t version) {
-  v1::PresignDownloadRequest request;
-  request.set_name(name);
-  request.set_version(version);
-  LBC_ASSIGN_OR_RETURN(const v1::PresignDownloadResponse from,
-                       impl_->Call(&Impl::Service::PresignDownload, request));
-  LBC_RETURN_IF_ERROR(client::CheckVersion(version, from.version()));
-  client::Http http(impl_->options.security.storage_ca);
-  LBC_RETURN_IF_ERROR(client::RetryUnavailable(
-      impl_->options.retry, [&](int) { return client::GetFromUrl(http, from, path); }));
-  return from.size_bytes();
-}
-
 absl::StatusOr<Operation> Client::UploadAnimation(
     const UploadRequest& request, const std::function<void(const UploadProgress&)>& progress) {
   LBC_ASSIGN_OR_RETURN(const std::vector<client::UploadFile> files, client::CheckUpload(request));

@@ -27,8 +27,14 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
 absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
                                                         const v1::PresignUploadRequest& request,
                                                         const Principal& principal = {});
+
+// download.cc; kFailedPrecondition if there is no file yet. PresignDownload: kUnimplemented where
+// no urls are given. ReadFile: kAborted if the file is another one than the request's checksum
+// names.
 absl::StatusOr<v1::PresignDownloadResponse> PresignDownload(
     Backends& backends, const v1::PresignDownloadRequest& request);
+absl::StatusOr<v1::ReadFileResponse> ReadFile(Backends& backends,
+                                              const v1::ReadFileRequest& request);
 
 // animations.cc
 absl::StatusOr<v1::Animation> GetAnimation(Backends& backends,

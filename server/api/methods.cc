@@ -10,14 +10,14 @@ namespace {
 constexpr size_t kMaxResourceLength = 80;
 
 constexpr const Method* kMethods[] = {
-    &kUploadAnimation, &kPresignUpload,          &kPresignDownload,
-    &kImportAnimation, &kGetAnimation,           &kGetAnimationFrame,
-    &kListAnimations,  &kDeleteAnimation,        &kRegisterFamily,
-    &kGetFamily,       &kListFamilies,           &kRollbackFamily,
-    &kDeleteFamily,    &kMeasureCorrespondences, &kWatchOperation,
-    &kGetFrame,        &kStreamFrames,           &kListOperations,
-    &kGetOperation,    &kDeleteOperation,        &kCancelOperation,
-    &kWaitOperation};
+    &kUploadAnimation,   &kPresignUpload,   &kPresignDownload,
+    &kReadFile,          &kImportAnimation, &kGetAnimation,
+    &kGetAnimationFrame, &kListAnimations,  &kDeleteAnimation,
+    &kRegisterFamily,    &kGetFamily,       &kListFamilies,
+    &kRollbackFamily,    &kDeleteFamily,    &kMeasureCorrespondences,
+    &kWatchOperation,    &kGetFrame,        &kStreamFrames,
+    &kListOperations,    &kGetOperation,    &kDeleteOperation,
+    &kCancelOperation,   &kWaitOperation};
 
 }  // namespace
 

@@ -32,6 +32,7 @@ inline constexpr Method kUploadAnimation = {"UploadAnimation", Scope::kWrite, Ef
                                             Span::kLasts};
 inline constexpr Method kPresignUpload = {"PresignUpload", Scope::kWrite};
 inline constexpr Method kPresignDownload = {"PresignDownload", Scope::kFrames};
+inline constexpr Method kReadFile = {"ReadFile", Scope::kFrames};
 inline constexpr Method kImportAnimation = {"ImportAnimation", Scope::kWrite, Effect::kChanges,
                                             Span::kLasts,
                                             int64_t{256} << 10};  // 20,000 times of frames

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "absl/cleanup/cleanup.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/base/status_macros.h"
@@ -15,7 +14,6 @@
 #include "server/api/upload.h"
 #include "server/base/errors.h"
 #include "server/base/names.h"
-#include "server/frames/family_version.h"
 
 namespace liquidblend::server {
 namespace {
@@ -123,44 +121,6 @@ class BegunUploads {
   std::vector<store::DirectUpload> uploads_;  // their ids only
 };
 
-// An id alone stands for the animation or the family that has it.
-absl::StatusOr<std::string> WithCollection(store::Catalog& catalog, const std::string& name) {
-  if (absl::StrContains(name, '/')) return name;
-  LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("name", name));
-  const absl::Status family = catalog.GetFamily(id).status();
-  if (absl::IsNotFound(family)) return AnimationName(id);
-  LB_RETURN_IF_ERROR(family);
-  const absl::Status animation = catalog.GetAnimation(id).status();
-  if (absl::IsNotFound(animation)) return FamilyName(id);
-  LB_RETURN_IF_ERROR(animation);
-  return InvalidField("name", absl::StrCat("'", id, "' is an animation and a family: say ",
-                                           AnimationName(id), " or ", FamilyName(id)));
-}
-
-// Errors: kFailedPrecondition if there is no file yet.
-absl::StatusOr<store::BlobId> FileOf(store::Catalog& catalog,
-                                     const v1::PresignDownloadRequest& request,
-                                     v1::PresignDownloadResponse& response) {
-  std::string blob;
-  LB_ASSIGN_OR_RETURN(const std::string name, WithCollection(catalog, request.name()));
-  if (absl::StartsWith(name, "families/")) {
-    LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("name", name));
-    LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord family,
-                        FindFamilyVersion(catalog, id, request.version()));
-    response.set_size_bytes(family.size_bytes());
-    response.set_version(family.version());
-    blob = family.blob();
-  } else {
-    LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("name", name));
-    if (request.version() != 0) return InvalidField("version", "an animation has none");
-    LB_ASSIGN_OR_RETURN(const store::pb::AnimationRecord animation, catalog.GetAnimation(id));
-    response.set_size_bytes(animation.size_bytes());
-    if (animation.state() == store::pb::AnimationRecord::READY) blob = animation.blob();
-  }
-  if (!blob.empty()) return blob;
-  return absl::FailedPreconditionError(absl::StrCat(name, " has no file yet"));
-}
-
 }  // namespace
 
 absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
@@ -198,16 +158,6 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
   }
   promises.Keep();
   begun.Keep();
-  return response;
-}
-
-absl::StatusOr<v1::PresignDownloadResponse> PresignDownload(
-    Backends& backends, const v1::PresignDownloadRequest& request) {
-  v1::PresignDownloadResponse response;
-  LB_ASSIGN_OR_RETURN(const store::BlobId blob, FileOf(backends.catalog, request, response));
-  *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);
-  LB_ASSIGN_OR_RETURN(*response.mutable_url(), backends.blobs.PresignDownload(blob, kUrlsLast));
-  response.set_checksum(blob);
   return response;
 }
 

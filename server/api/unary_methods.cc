@@ -48,6 +48,7 @@ constexpr UnaryMethod MethodOf(const Method& method, WorkPool Backends::*pool) {
 constexpr UnaryMethod kUnaryMethods[] = {
     MethodOf<PresignUpload>(kPresignUpload, &Backends::transfers),
     MethodOf<PresignDownload>(kPresignDownload, &Backends::transfers),
+    MethodOf<ReadFile>(kReadFile, &Backends::transfers),
     MethodOf<GetAnimation>(kGetAnimation, &Backends::io),
     MethodOf<GetAnimationFrame>(kGetAnimationFrame, &Backends::transfers),
     MethodOf<ListAnimations>(kListAnimations, &Backends::io),

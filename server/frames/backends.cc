@@ -48,6 +48,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
         steps.PostAfter(delay, std::move(work));
       }),
       animations(blob_store),
+      open_blobs(blob_store),
       operation_looks(io, steps, limits.watch_interval),
       io(options.num_io_threads, options.max_waiting_calls),
       transfers(options.num_io_threads, options.max_waiting_calls),

@@ -16,7 +16,7 @@
 #include "server/frames/frame_cache.h"
 #include "server/frames/frame_maker.h"
 #include "server/frames/frame_pool.h"
-#include "server/frames/open_animations.h"
+#include "server/frames/open_files.h"
 #include "server/metrics/metrics.h"
 
 namespace liquidblend::server {
@@ -73,6 +73,7 @@ struct Backends {
   CallLog call_log;
   UploadTally uploads;
   OpenAnimations animations;
+  OpenBlobs open_blobs;
   OperationLooks operation_looks;
   WorkPool io;         // waits for the catalog, and never for blobs
   WorkPool transfers;  // waits for blobs, which may be far away: uploads and signed urls

@@ -103,6 +103,11 @@ ServerUnaryReactor* LiquidBlendService::PresignDownload(CallbackServerContext* c
   return Answer(backends_, interceptor_, kPresignDownload, {context, request, response});
 }
 
+ServerUnaryReactor* LiquidBlendService::ReadFile(CallbackServerContext* context,
+                                                 const ByteBuffer* request, ByteBuffer* response) {
+  return Answer(backends_, interceptor_, kReadFile, {context, request, response});
+}
+
 ServerUnaryReactor* LiquidBlendService::ImportAnimation(CallbackServerContext* context,
                                                         const ByteBuffer* request,
                                                         ByteBuffer* response) {

@@ -19,7 +19,7 @@ using v1::LiquidBlend;
 using LiquidBlendMethods = LiquidBlend::WithRawCallbackMethod_GetAnimationFrame<
     LiquidBlend::WithRawCallbackMethod_MeasureCorrespondences<
         LiquidBlend::WithRawCallbackMethod_UploadAnimation<LiquidBlend::WithRawCallbackMethod_PresignUpload<
-            LiquidBlend::WithRawCallbackMethod_PresignDownload<
+            LiquidBlend::WithRawCallbackMethod_PresignDownload<LiquidBlend::WithRawCallbackMethod_ReadFile<
                 LiquidBlend::WithRawCallbackMethod_ImportAnimation<
                     LiquidBlend::WithRawCallbackMethod_GetAnimation<
                         LiquidBlend::WithRawCallbackMethod_ListAnimations<
@@ -34,7 +34,7 @@ using LiquidBlendMethods = LiquidBlend::WithRawCallbackMethod_GetAnimationFrame<
                                                             LiquidBlend::
                                                                 WithRawCallbackMethod_StreamFrames<
                                                                     LiquidBlend::
-                                                                        Service>>>>>>>>>>>>>>>>>;
+                                                                        Service>>>>>>>>>>>>>>>>>>;
 
 using google::longrunning::Operations;
 using OperationsMethods =
@@ -54,6 +54,8 @@ class LiquidBlendService final : public LiquidBlendMethods {
                                     ByteBuffer* response) override;
   ServerUnaryReactor* PresignDownload(CallbackServerContext* context, const ByteBuffer* request,
                                       ByteBuffer* response) override;
+  ServerUnaryReactor* ReadFile(CallbackServerContext* context, const ByteBuffer* request,
+                               ByteBuffer* response) override;
   ServerUnaryReactor* ImportAnimation(CallbackServerContext* context, const ByteBuffer* request,
                                       ByteBuffer* response) override;
   ServerUnaryReactor* GetAnimation(CallbackServerContext* context, const ByteBuffer* request,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -108,6 +109,22 @@ TEST_F(WholeWayTest, TheCommandWritesFinishedFramesOfAnyLevel) {
   }
   const v1::Frame frame = GetFrame(0.5, 0.1);
   EXPECT_GT(frame.num_vertices(), static_cast<int64_t>(num_vertices));
+}
+
+TEST_F(WholeWayTest, TheFileOfAFamilyIsDownloadedFromAnyStore) {
+  Process server = StartServer(1);
+  MakeFamily();
+  const auto download = [this](const std::string& family, const std::string& path) {
+    return Process("liquidblend", {"--server", Address(), "download", family, "-o", path}).Wait();
+  };
+  const std::string path = data() + "/balls.lbf";
+  ASSERT_EQ(download("families/balls", path), 0);
+  std::ifstream file(path, std::ios::binary);
+  std::string head(8, '\0');
+  file.read(head.data(), 8);
+  EXPECT_EQ(head, "\x89LBFAM\r\n");  // docs/formats.md
+  EXPECT_NE(download("families/none", data() + "/none.lbf"), 0);
+  EXPECT_FALSE(std::filesystem::exists(data() + "/none.lbf"));
 }
 
 // What the command prints, whole.

@@ -108,10 +108,11 @@ class Client {
   // Has the server copy the files there and starts their import; takes up to upload_timeout.
   absl::StatusOr<Operation> ImportAnimation(const ImportRequest& request);
   // Downloads the stored file (docs/formats.md) of "animations/a" or "families/f" into the file
-  // `path`. The file is verified, and whole or missing. Returns its size in bytes.
+  // `path`: from the object store, or through the server where there is none. The file is verified,
+  // and whole or missing. Returns its size in bytes.
   //   version  of a family; 0: the published one
-  // Errors: kUnimplemented if the server gives no urls, or none of versions by number; kDataLoss if
-  // the received file has another checksum.
+  // Errors: kUnimplemented if the server is too old for it, or for versions by number; kDataLoss if
+  // the received file has another checksum; kAborted if it was replaced meanwhile.
   absl::StatusOr<int64_t> Download(const std::string& name, const std::string& path,
                                    int64_t version = 0);
   absl::StatusOr<Animation> GetAnimation(const std::string& name);

@@ -22,7 +22,6 @@ import zlib
 SIZE = (320, 240)
 # When the lower drop has struck the pool and the other one is still in the air.
 TIME_S = 0.42
-FAMILY_FILE = b"\x89LBFAM\r\n"  # docs/formats.md
 PATIENCE_S = 60
 
 
@@ -110,7 +109,7 @@ def display():
 
 @contextlib.contextmanager
 def server(checkout, programs, directory):
-    """A server with a family two_drops; gives its address."""
+    """A server with a family two_drops; gives its address, and the family's file."""
     log = directory / "server.out"
     command = [programs / "liquidblend-server", "--data", directory / "data"]
     command += ["--listen", "127.0.0.1:0", "--http", "127.0.0.1:0"]
@@ -128,16 +127,9 @@ def server(checkout, programs, directory):
         # One iteration is enough to play, but not for a good verdict (status 6).
         register = ["register", "two_drops", "--source", "drops_a", "--target", "drops_b"]
         assert liquidblend(*register, "--iterations", "1", "--wait") in (0, 6)
-        yield address
-
-
-def family_file(data):
-    """The file of the only family of a data directory."""
-    for file in (data / "blobs").rglob("sha256-*"):
-        with file.open("rb") as opened:
-            if opened.read(len(FAMILY_FILE)) == FAMILY_FILE:
-                return file
-    raise AssertionError(f"no family in {data}")
+        file = directory / "two_drops.lbf"
+        assert liquidblend("download", "families/two_drops", "-o", file) == 0
+        yield address, file
 
 
 class Game:
@@ -224,10 +216,9 @@ def main():
     checkout, programs = map(pathlib.Path, sys.argv[1:])
     with contextlib.ExitStack() as stack:
         directory = pathlib.Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        address = stack.enter_context(server(checkout, programs, directory))
+        address, file = stack.enter_context(server(checkout, programs, directory))
         environment = os.environ | {"DISPLAY": stack.enter_context(display())}
         game = Game(programs / "splash", environment, directory)
-        file = family_file(directory / "data")
         check_pictures(game, ["--file", file])
         check_pictures(game, [address, "two_drops"])
         check_playing(game, ["--file", file])

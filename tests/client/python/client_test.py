@@ -55,8 +55,7 @@ class ClientTest(unittest.TestCase):
             self.client.job("operations/none")
         with self.assertRaises(liquidblend.NotFound):
             self.client.download("none", service().folder / "none.lbf")
-        with self.assertRaises(liquidblend.Unimplemented):  # on a data directory
-            self.client.download("two_drops", service().folder / "two_drops.lbf")
+        self.assertFalse((service().folder / "none.lbf").exists())
 
     def test_errors_of_threads_are_their_own(self):
         errors = {}

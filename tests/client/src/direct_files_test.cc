@@ -162,5 +162,24 @@ TEST_F(DirectFilesTest, StoredFilesAreGotAndChecked) {
   EXPECT_THAT(client::GetFromUrl(http, wrong, other), Succeeds());
 }
 
+TEST_F(DirectFilesTest, StoredFilesComeThroughTheServerIfItGivesNoUrls) {
+  Start("");
+  const std::string content(3 * (size_t{1} << 20) + 17, 'w');  // four parts
+  const store::BlobId blob = *store::PutBlob(*s3_, store::AsBytes(content));
+  SubmitImport("a");
+  store::pb::AnimationRecord animation;
+  animation.set_id("a");
+  animation.set_blob(blob);
+  ASSERT_THAT(catalog_->PublishAnimation(TakeJob().lease_id, animation), Succeeds());
+  const std::string path = folder_.path() + "/a.file";
+  const auto size = client_->Download("animations/a", path);
+  ASSERT_THAT(size, Succeeds());
+  EXPECT_EQ(*size, static_cast<int64_t>(content.size()));
+  EXPECT_TRUE(store::ReadFile(path) == content);
+  EXPECT_THAT(client_->Download("animations/a", folder_.path() + "/none/a.file"),
+              Fails(Code::kPermissionDenied, "none/a.file.part: cannot be written"));
+  EXPECT_THAT(client_->Download("animations/none", path), Fails(Code::kNotFound, "none"));
+}
+
 }  // namespace
 }  // namespace liquidblend

@@ -34,6 +34,7 @@ TEST(RouteTable, FindsTheRuleOfMethodAndPath) {
   EXPECT_EQ(Found("POST", "/v1/animations:import"), "ImportAnimation ");
   EXPECT_EQ(Found("POST", "/v1/families/f:rollback"), "RollbackFamily families/f");
   EXPECT_EQ(Found("GET", "/v1/families/f:presignDownload"), "PresignDownload families/f");
+  EXPECT_EQ(Found("GET", "/v1/animations/drop:read"), "ReadFile animations/drop");
   EXPECT_EQ(Found("GET", "/v1/operations"), "ListOperations operations");
   EXPECT_EQ(Found("GET", "/v1/operations/7"), "GetOperation operations/7");
   EXPECT_EQ(Found("GET", "/v1/operations/7/8"), "GetOperation operations/7/8");

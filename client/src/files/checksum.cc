@@ -1,4 +1,4 @@
-#include "client/src/checksum.h"
+#include "client/src/files/checksum.h"
 
 #include <openssl/evp.h>
 
