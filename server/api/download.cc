@@ -86,6 +86,9 @@ absl::StatusOr<v1::PresignDownloadResponse> PresignDownload(
 
 absl::StatusOr<v1::ReadFileResponse> ReadFile(Backends& backends,
                                               const v1::ReadFileRequest& request) {
+  if (request.offset() < 0) {
+    return InvalidField("offset", absl::StrCat("must be >= 0, got ", request.offset()));
+  }
   LB_ASSIGN_OR_RETURN(const StoredFile file,
                       FindStoredFile(backends.catalog, request.name(), request.version()));
   if (!request.checksum().empty() && request.checksum() != file.blob) {
@@ -95,8 +98,8 @@ absl::StatusOr<v1::ReadFileResponse> ReadFile(Backends& backends,
   LB_ASSIGN_OR_RETURN(const BlobPtr blob, backends.open_blobs.Open(file.blob, request.name()));
   const std::span<const std::byte> bytes = blob->bytes();
   const auto size = static_cast<int64_t>(bytes.size());
-  if (request.offset() < 0 || request.offset() > size) {
-    return InvalidField("offset", absl::StrCat("must be in [0, ", size, "], the file's size; got ",
+  if (request.offset() > size) {
+    return InvalidField("offset", absl::StrCat("must be at most the file's size, ", size, ", got ",
                                                request.offset()));
   }
   const auto part =

@@ -136,7 +136,6 @@ const std::vector<Case> kRequests = {
     {"PresignDownload", {R"(name: "families/splash")"}},
     {"ReadFile", {R"(name: "families/none")"}},
     {"ReadFile", {R"(name: "families/splash" offset: -1)"}},
-    {"ReadFile", {R"(name: "families/splash" checksum: "sha256-0")"}},
     {"ImportAnimation", {R"(animation_id: "new" location: "sims/../etc")"}},
     {"ImportAnimation", {R"(animation_id: "new" location: "/etc")"}},
     {"ImportAnimation", {R"(animation_id: "new" location: "other/shot")"}},

@@ -51,7 +51,6 @@ const std::vector<Case> kCases = {
     {"DeleteAnimation", R"(name: "animations/a")"},
     {"PresignUpload", R"(files { size_bytes: 3 checksum: "sha256-0" })"},
     {"PresignDownload", R"(name: "families/splash")"},
-    {"ReadFile", R"(name: "families/splash" offset: 3)"},
     {"ReadFile", R"(name: "families/splash" offset: -1)"},
     {"ImportAnimation", R"(animation_id: "new" location: "/etc")"},
     {"ImportAnimation", R"(animation_id: "new" location: "other/shot")"},
