@@ -1,0 +1,65 @@
+"""From an object and a frame of its scene to the request for its surface. Main thread."""
+
+import bpy
+
+from . import mapping
+from .request import Origin, Request
+
+_FACTS = ("level_of_detail", "smoothing_passes", "velocities", "rest_positions")
+
+
+def origin_of(settings):
+    if settings.kind == 'SERVER':
+        return Origin('SERVER', settings.server, settings.family.strip(), settings.version,
+                      settings.tls, bpy.path.abspath(settings.tls_ca))
+    path = settings.file if settings.kind == 'FILE' else settings.bake
+    return Origin(settings.kind, bpy.path.abspath(path, library=settings.id_data.library))
+
+
+def time_mapping(settings, scene):
+    return mapping.TimeMapping(
+        fps=mapping.scene_fps(scene), start_frame=settings.start_frame, speed=settings.speed,
+        offset_s=settings.offset_s, duration_s=settings.duration_s)
+
+
+def _evaluated(object, depsgraph):
+    """With keys and drivers as they are now. An object that the graph lacks, of a hidden
+    collection say, is as it was last."""
+    return object if depsgraph is None else object.evaluated_get(depsgraph)
+
+
+def values_now(object, depsgraph):
+    """The controls' values at the frame that the depsgraph is at."""
+    evaluated = _evaluated(object, depsgraph)
+    return [float(evaluated.get(control.key, 0.0)) for control in object.liquidblend.controls]
+
+
+def values_ahead(object, frame, now):
+    """The controls' values at another frame, as far as their curves tell. Drivers, and strips of
+    the nonlinear animation, are taken to stay: a wrong guess costs time and no wrong frame."""
+    action = object.animation_data.action if object.animation_data else None
+    curves = getattr(action, "fcurves", ())
+    by_path = {curve.data_path: curve for curve in curves}
+    values = []
+    for control, value in zip(object.liquidblend.controls, now):
+        path = f'["{bpy.utils.escape_identifier(control.key)}"]'
+        values.append(by_path[path].evaluate(frame) if path in by_path else value)
+    return values
+
+
+def request_of(object, scene, frame, values):
+    """The request for a frame of the scene, with the controls' `values`."""
+    settings = object.liquidblend
+    origin = origin_of(settings)
+    if settings.kind == 'BAKE':
+        return Request(origin, frame, normals=settings.shading == 'NORMALS',
+                       velocities=settings.velocities, rest_positions=settings.rest_positions)
+    times = time_mapping(settings, scene)
+    pairs = list(zip(settings.controls, values))
+    return Request(
+        origin, times.time_of(frame),
+        weights=tuple(value for control, value in pairs if not control.is_parameter),
+        parameters=tuple((c.name, value) for c, value in pairs if c.is_parameter),
+        normals=settings.shading == 'NORMALS', up=settings.up,
+        velocity_scale=times.velocity_scale(frame) if settings.velocities else 1.0,
+        **{name: getattr(settings, name) for name in _FACTS})

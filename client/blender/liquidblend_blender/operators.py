@@ -1,0 +1,320 @@
+"""What the panel's buttons do."""
+
+import shutil
+import tempfile
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
+
+from . import ask, bake, bake_files, connection, correspond, playback, send, tasks
+from . import settings as settings_module
+
+
+def _liquid(context):
+    object = context.object
+    return object if object and object.type == 'MESH' and object.liquidblend.enabled else None
+
+
+class _OfLiquid:
+    """The active object is a liquid."""
+
+    @classmethod
+    def poll(cls, context):
+        return _liquid(context) is not None
+
+
+class _Free:
+    """No other task runs."""
+
+    @classmethod
+    def poll(cls, context):
+        return not tasks.is_running()
+
+
+def describe(object):
+    """Asks what an object's liquid is made of, and keeps it with the object."""
+    settings = object.liquidblend
+    if settings.kind == 'BAKE':
+        index = bake_files.read_index(ask.origin_of(settings).place)
+        settings.fps, settings.num_levels = index["fps"], 1
+        settings_module.set_controls(object, [])
+        return f"{index['frames']} frames from frame {index['frame_start']:g} on"
+    if settings.kind == 'SERVER':
+        settings_module.set_family_names(connection.family_names(ask.origin_of(settings)))
+    facts = connection.describe(ask.origin_of(settings))
+    settings.up, settings.fps = facts.up, facts.frames_per_second
+    settings.duration_s, settings.num_levels = facts.duration_s, facts.num_levels
+    settings_module.set_controls(object, facts.controls)
+    return f"{facts.duration_s:.2f} s, {len(facts.controls)} weights or parameters"
+
+
+class LIQUIDBLEND_OT_connect(_OfLiquid, bpy.types.Operator):
+    """Ask the server, file or folder what there is, and show it"""
+
+    bl_idname = "liquidblend.connect"
+    bl_label = "Connect"
+
+    def execute(self, context):
+        object = _liquid(context)
+        playback.forget()
+        try:
+            text = describe(object)
+        except Exception as error:
+            playback.state_of(object).error = str(error)
+            self.report({'ERROR'}, str(error))
+            return {'CANCELLED'}
+        playback.refresh_object(object)
+        self.report({'INFO'}, text)
+        return {'FINISHED'}
+
+
+class LIQUIDBLEND_OT_add(bpy.types.Operator):
+    """Add an object whose mesh is a liquid"""
+
+    bl_idname = "liquidblend.add"
+    bl_label = "Add Liquid"
+    bl_options = {'REGISTER', 'UNDO'}
+
+    kind: EnumProperty(name="From", items=(
+        ('SERVER', "Server", ""), ('FILE', "File", ""), ('BAKE', "Bake", "")))
+    server: StringProperty(name="Server", default="127.0.0.1:50051")
+    family: StringProperty(name="Family", description="Of a server")
+    filepath: StringProperty(name="File or folder", subtype='FILE_PATH')
+
+    def invoke(self, context, _event):
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context):
+        mesh = bpy.data.meshes.new("Liquid")
+        object = bpy.data.objects.new("Liquid", mesh)
+        context.collection.objects.link(object)
+        context.view_layer.objects.active = object
+        object.select_set(True)
+        self._fill(object.liquidblend, context.scene)
+        # Renders on a thread of their own would change the mesh while the window draws it.
+        context.scene.render.use_lock_interface = True
+        if self.kind != 'SERVER' or self.family:
+            return bpy.ops.liquidblend.connect()
+        return {'FINISHED'}
+
+    def _fill(self, settings, scene):
+        settings.enabled = True
+        settings.kind, settings.server = self.kind, self.server
+        settings.family, settings.start_frame = self.family, scene.frame_start
+        if self.kind == 'FILE':
+            settings.file = self.filepath
+        elif self.kind == 'BAKE':
+            settings.bake = self.filepath
+
+
+class LIQUIDBLEND_OT_bake(_OfLiquid, tasks.StepwiseOperator, bpy.types.Operator):
+    """Write all frames into a folder, which plays without server and library"""
+
+    bl_idname = "liquidblend.bake"
+    bl_label = "Bake to Cache"
+    title = "bake"
+
+    step: FloatProperty(name="Step", default=1.0, min=0.01, max=100.0,
+                        description="Frames of the scene from one surface to the next")
+    switch: BoolProperty(name="Play the bake", default=True,
+                         description="Show the baked folder when it is done")
+
+    def execute(self, context):
+        object, scene = _liquid(context), context.scene
+        settings = object.liquidblend
+        if settings.kind == 'BAKE':
+            self.report({'ERROR'}, "The liquid is a bake already")
+            return {'CANCELLED'}
+        self._object = object
+        folder = bpy.path.abspath(settings.bake, library=object.library)
+        try:
+            return self.begin(context, bake.bake_steps(
+                context, object, folder, float(scene.frame_start), float(scene.frame_end),
+                self.step))
+        except OSError as error:
+            self.report({'ERROR'}, str(error))
+            return {'CANCELLED'}
+
+    def _end(self, context):
+        result = super()._end(context)
+        if self.switch and result == {'FINISHED'}:
+            self._object.liquidblend.kind = 'BAKE'
+        return result
+
+
+class LIQUIDBLEND_OT_send(tasks.StepwiseOperator, bpy.types.Operator):
+    """Send the active object to the server as an animation: the cache of a Mantaflow domain, or any
+other object's mesh of each frame of the scene"""
+
+    bl_idname = "liquidblend.send"
+    bl_label = "Send Cache as Animation"
+    title = "send"
+
+    animation: StringProperty(name="Animation", description="Its name on the server")
+    server: StringProperty(name="Server", default="127.0.0.1:50051")
+    tls: BoolProperty(name="TLS")
+
+    @classmethod
+    def poll(cls, context):
+        return context.object is not None and not tasks.is_running()
+
+    def invoke(self, context, _event):
+        liquids = settings_module.liquids_of(context.scene)
+        if liquids:
+            self.server = liquids[0].liquidblend.server
+            self.tls = liquids[0].liquidblend.tls
+        self.animation = self.animation or bpy.path.clean_name(context.object.name).lower()
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context):
+        if not self.animation:
+            self.report({'ERROR'}, "No name for the animation")
+            return {'CANCELLED'}
+        self._folder = tempfile.mkdtemp(prefix="liquidblend-send-")
+        try:
+            if send.find_domain(context.object) is None:
+                return self.begin(context,
+                                  send.mesh_steps(context, context.object, self._folder))
+            send.stage_mantaflow(context.object, context.scene, self._folder)
+            return self._upload()
+        except (send.SendError, OSError) as error:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self.report({'ERROR'}, str(error))
+            return {'CANCELLED'}
+
+    def _end(self, context):
+        result = super()._end(context)
+        if result == {'FINISHED'}:
+            return self._upload()
+        shutil.rmtree(self._folder, ignore_errors=True)
+        return result
+
+    def _upload(self):
+        origin = connection.server_origin(self.server, self.tls)
+        folder, animation = self._folder, self.animation
+
+        def work(report):
+            try:
+                return connection.import_animation(origin, animation, folder, report)
+            finally:
+                shutil.rmtree(folder, ignore_errors=True)
+
+        return _start(self, f"send {animation}", work)
+
+
+def _start(operator, title, work):
+    try:
+        tasks.start(title, work)
+    except RuntimeError as error:
+        operator.report({'ERROR'}, str(error))
+        return {'CANCELLED'}
+    return {'FINISHED'}
+
+
+class LIQUIDBLEND_OT_register(_OfLiquid, bpy.types.Operator):
+    """Register animations of the server as a family, with the pairs of the liquid"""
+
+    bl_idname = "liquidblend.register"
+    bl_label = "Register"
+
+    mode: EnumProperty(name="Mode", items=(
+        ('NEW', "New", "A family of a new name"),
+        ('REPLACE', "Replace", "A new version, from scratch"),
+        ('REFINE', "Refine", "A new version that goes on from the newest one")))
+
+    def invoke(self, context, _event):
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context):
+        object = _liquid(context)
+        settings = object.liquidblend
+        targets = [name.strip() for name in settings.target_animations.split(",") if name.strip()]
+        family = settings.new_family.strip() or settings.family.strip()
+        try:
+            pairs = correspond.correspondences_of(object, context.scene)
+            self._check(family, settings.source_animation, targets, pairs)
+        except (correspond.PairError, ValueError) as error:
+            self.report({'ERROR'}, str(error))
+            return {'CANCELLED'}
+        origin = connection.server_origin(settings.server, settings.tls, settings.tls_ca)
+        request = connection.Registration(family, settings.source_animation.strip(), targets,
+                                          pairs, self.mode)
+        return _start(self, f"register {family}",
+                      lambda report: connection.register(origin, request, report))
+
+    def _check(self, family, source, targets, pairs):
+        if not family:
+            raise ValueError("No name for the family")
+        if self.mode != 'REFINE' and not (source and targets):
+            raise ValueError("Registering needs the names of a source and a target")
+        for number, pair in enumerate(pairs):
+            if targets and pair["target"] >= len(targets):
+                raise ValueError(f"pair {number} is of target {pair['target']}, and there are "
+                                 f"{len(targets)}, from 0 on")
+
+
+class LIQUIDBLEND_OT_pair_add(_OfLiquid, bpy.types.Operator):
+    """Add a pair at this frame: of the two selected empties, or of two new ones"""
+
+    bl_idname = "liquidblend.pair_add"
+    bl_label = "Add Pair"
+    bl_options = {'REGISTER', 'UNDO'}
+
+    def execute(self, context):
+        object, scene = _liquid(context), context.scene
+        empties = [o for o in context.selected_objects if o.type == 'EMPTY'][:2]
+        number = len(object.liquidblend.pairs)
+        for name in ("source", "target")[len(empties):]:
+            empty = bpy.data.objects.new(f"Pair {number} {name}", None)
+            empty.empty_display_type, empty.empty_display_size = 'SPHERE', 0.05
+            empty.location = scene.cursor.location
+            context.collection.objects.link(empty)
+            empties.append(empty)
+        correspond.add_pair(object, *empties, scene.frame_current_final)
+        return {'FINISHED'}
+
+
+class LIQUIDBLEND_OT_pair_remove(_OfLiquid, bpy.types.Operator):
+    """Remove the chosen pair; its empties stay"""
+
+    bl_idname = "liquidblend.pair_remove"
+    bl_label = "Remove Pair"
+    bl_options = {'REGISTER', 'UNDO'}
+
+    def execute(self, context):
+        settings = _liquid(context).liquidblend
+        if not 0 <= settings.active_pair < len(settings.pairs):
+            return {'CANCELLED'}
+        settings.pairs.remove(settings.active_pair)
+        settings.active_pair = max(min(settings.active_pair, len(settings.pairs) - 1), 0)
+        return {'FINISHED'}
+
+
+class LIQUIDBLEND_OT_stop(bpy.types.Operator):
+    """Stop the task"""
+
+    bl_idname = "liquidblend.stop"
+    bl_label = "Stop"
+
+    @classmethod
+    def poll(cls, _context):
+        return tasks.is_running()
+
+    def execute(self, _context):
+        tasks.current.is_cancelled = True
+        return {'FINISHED'}
+
+
+CLASSES = (LIQUIDBLEND_OT_connect, LIQUIDBLEND_OT_add, LIQUIDBLEND_OT_bake, LIQUIDBLEND_OT_send,
+           LIQUIDBLEND_OT_register, LIQUIDBLEND_OT_pair_add, LIQUIDBLEND_OT_pair_remove,
+           LIQUIDBLEND_OT_stop)
+
+
+def register():
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,309 @@
+"""Keeps meshes at the scene's frame: in the viewport the newest surface that is there, in renders
+and in the background the exact one."""
+
+import ctypes
+import dataclasses
+import os
+import sys
+import traceback
+from typing import Optional
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import ask, connection, settings, surface
+from .cache import SurfaceCache
+
+AHEAD = 6  # frames that are made ahead
+_TICK_S = 0.02
+_RETRY_S = 2.0
+
+
+@dataclasses.dataclass
+class State:
+    """Of one object, while Blender runs."""
+
+    shown: Optional[object] = None  # (request, shading) that the mesh is made of
+    pending: list = dataclasses.field(default_factory=list)  # requests, the newest one last
+    ahead: list = dataclasses.field(default_factory=list)
+    error: str = ""
+    num_triangles: int = 0
+
+
+_states = {}
+_cache = None
+_is_writing = False
+_num_renders = 0
+
+
+def state_of(object):
+    return _states.setdefault(object.name_full, State())
+
+
+def cache():
+    global _cache
+    if _cache is None:
+        _cache = SurfaceCache(connection.make_surface)
+    return _cache
+
+
+def forget():
+    """Drops all that was made: a server, a file or a family may be another one now."""
+    _states.clear()
+    if _cache is not None:
+        _cache.clear()
+    connection.disconnect()
+
+
+# ---- writing meshes
+
+
+def _write(object, request, made):
+    """Main thread, or a handler of a render."""
+    global _is_writing
+    shading = object.liquidblend.shading
+    _is_writing = True
+    try:
+        surface.write_mesh(object.data, made, shading)
+    finally:
+        _is_writing = False
+    state = state_of(object)
+    state.shown, state.error = (request, shading), ""
+    state.num_triangles = len(made.triangles)
+
+
+def _can_write(object):
+    """Neither a linked mesh nor one in edit mode is changed."""
+    return object.data.library is None and not object.data.is_editmode
+
+
+def _is_shown(object, request):
+    return state_of(object).shown == (request, object.liquidblend.shading)
+
+
+# ---- exact frames
+
+
+def _show_exact(object, request):
+    try:
+        made = cache().get(request)
+    except Exception as error:
+        _tell_missing(object, error)
+        return False
+    _write(object, request, made)
+    return True
+
+
+def _tell_missing(object, error):
+    """A frame that is missing leaves an empty mesh, never that of another frame."""
+    state = state_of(object)
+    _write(object, None, surface.EMPTY)
+    state.shown, state.error = None, str(error)
+    print(f"liquidblend: {object.name}: no frame: {error}", file=sys.stderr, flush=True)
+
+
+def _end_render():
+    """A render in the background ends before it writes a wrong picture: a farm sees the status.
+    Blender has no way to stop a render from a handler. Its own end would free what the renderer is
+    in the midst of, so there is none."""
+    print("liquidblend: the render ends, exit status 1", file=sys.stderr, flush=True)
+    sys.stdout.flush()
+    if os.name == "posix":
+        ctypes.CDLL(None).fflush(None)  # what Blender has printed
+    os._exit(1)
+
+
+# ---- the viewport
+
+
+def _show_newest(object, request):
+    """Shows the surface if it is there; if not, _tick() shows it when it comes."""
+    state = state_of(object)
+    try:
+        made = cache().peek(request)
+    except Exception as error:
+        state.error = str(error)
+        made = None
+    if made is not None:
+        _write(object, request, made)
+        state.pending.clear()
+        return
+    if request in state.pending:
+        state.pending.remove(request)
+    state.pending.append(request)
+    del state.pending[:-AHEAD]
+    if not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=_TICK_S)
+
+
+def _want_all():
+    """What all objects wait for, the newest first, then what comes next."""
+    pending = [r for state in _states.values() for r in reversed(state.pending)]
+    cache().want(pending + [r for state in _states.values() for r in state.ahead])
+
+
+def _newest_that_is_there(state):
+    for at in reversed(range(len(state.pending))):
+        try:
+            made = cache().peek(state.pending[at])
+        except Exception as error:
+            state.error = str(error)
+            continue
+        if made is not None:
+            request = state.pending[at]
+            del state.pending[:at + 1]
+            return request, made
+    return None, None
+
+
+def _redraw():
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in ('VIEW_3D', 'PROPERTIES'):
+                area.tag_redraw()
+
+
+def _tick():
+    """A timer of the main thread, while anything is pending."""
+    if _num_renders > 0:
+        return _RETRY_S
+    had_error = False
+    for object in settings.liquids_of(bpy.context.scene):
+        state = state_of(object)
+        request, made = _newest_that_is_there(state)
+        if made is not None and _can_write(object):
+            _write(object, request, made)
+        had_error = had_error or bool(state.error)
+    _redraw()
+    if not any(state.pending for state in _states.values()):
+        return None
+    if had_error:
+        _want_all()  # once more
+    return _RETRY_S if had_error else _TICK_S
+
+
+# ---- all objects of a scene
+
+
+def _requests_ahead(object, scene, frame, values):
+    step = 1.0 if _num_renders else float(max(scene.frame_step, 1))
+    frames = [frame + step * (i + 1) for i in range(AHEAD)]
+    return [ask.request_of(object, scene, f, ask.values_ahead(object, f, values))
+            for f in frames if f <= scene.frame_end]
+
+
+def update_scene(scene, depsgraph, is_exact):
+    """Brings all liquids to the scene's frame. False if an exact frame is missing."""
+    frame, all_there = scene.frame_current_final, True
+    for object in settings.liquids_of(scene):
+        if not _can_write(object):
+            continue
+        values = ask.values_now(object, depsgraph)
+        request = ask.request_of(object, scene, frame, values)
+        state = state_of(object)
+        state.ahead = _requests_ahead(object, scene, frame, values)
+        if _is_shown(object, request):
+            state.pending.clear()
+        elif is_exact:
+            all_there = _show_exact(object, request) and all_there
+        else:
+            _show_newest(object, request)
+    if _states:
+        _want_all()
+    return all_there
+
+
+def refresh_object(object):
+    """A setting has changed: what is shown, or could not be, is asked for again."""
+    if object is None or not object.liquidblend.enabled:
+        return
+    state = state_of(object)
+    state.shown, state.error = None, ""
+    for scene in object.users_scene:
+        if object in settings.liquids_of(scene):
+            update_scene(scene, None, bpy.app.background)
+
+
+# ---- handlers
+
+
+def _guarded(work, *arguments):
+    """No error of ours may leave a handler: Blender would go on with a wrong mesh in silence."""
+    try:
+        return work(*arguments)
+    except Exception:
+        traceback.print_exc()
+        return False
+
+
+@persistent
+def on_frame_change(scene, depsgraph=None):
+    is_render = depsgraph is not None and depsgraph.mode == 'RENDER'
+    is_exact = is_render or bpy.app.background or _num_renders > 0
+    all_there = _guarded(update_scene, scene, depsgraph, is_exact)
+    if is_render and not all_there and bpy.app.background:
+        _end_render()
+
+
+@persistent
+def on_depsgraph_update(scene, depsgraph=None):
+    """Weights that are dragged, and drivers."""
+    if _is_writing or _num_renders:
+        return
+    _guarded(update_scene, scene, depsgraph, bpy.app.background)
+
+
+@persistent
+def on_load(_file=None):
+    _states.clear()
+    scene = bpy.context.scene
+    if settings.liquids_of(scene):
+        _guarded(update_scene, scene, None, bpy.app.background)
+
+
+@persistent
+def on_undo(_scene=None, _other=None):
+    """Meshes are those of another step now."""
+    for state in _states.values():
+        state.shown = None
+
+
+@persistent
+def on_render_start(_scene=None, _other=None):
+    global _num_renders
+    _num_renders += 1
+
+
+@persistent
+def on_render_end(_scene=None, _other=None):
+    global _num_renders
+    _num_renders = max(_num_renders - 1, 0)
+
+
+def _handlers():
+    handlers = bpy.app.handlers
+    return ((handlers.frame_change_post, on_frame_change),
+            (handlers.depsgraph_update_post, on_depsgraph_update),
+            (handlers.load_post, on_load), (handlers.undo_post, on_undo),
+            (handlers.redo_post, on_undo), (handlers.render_init, on_render_start),
+            (handlers.render_complete, on_render_end), (handlers.render_cancel, on_render_end))
+
+
+def register():
+    for handlers, handler in _handlers():
+        if handler not in handlers:
+            handlers.append(handler)
+
+
+def unregister():
+    global _cache
+    for handlers, handler in _handlers():
+        if handler in handlers:
+            handlers.remove(handler)
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    if _cache is not None:
+        _cache.close()
+        _cache = None
+    _states.clear()
+    connection.disconnect()
