@@ -22,28 +22,47 @@ def time_mapping(settings, scene):
         offset_s=settings.offset_s, duration_s=settings.duration_s)
 
 
-def _evaluated(object, depsgraph):
-    """With keys and drivers as they are now. An object that the graph lacks, of a hidden
-    collection say, is as it was last."""
-    return object if depsgraph is None else object.evaluated_get(depsgraph)
+def _path_of(control):
+    return f'["{bpy.utils.escape_identifier(control.key)}"]'
+
+
+def _curves_of(object):
+    """The curves of keys, by the path of what they animate."""
+    action = object.animation_data.action if object.animation_data else None
+    return {curve.data_path: curve for curve in getattr(action, "fcurves", ())}
+
+
+def _animated_paths(object):
+    """The paths that keys or drivers set; None if strips of the nonlinear animation may set any."""
+    animation = object.animation_data
+    if animation is None:
+        return frozenset()
+    if animation.nla_tracks:
+        return None
+    return frozenset(_curves_of(object)) | {driver.data_path for driver in animation.drivers}
 
 
 def values_now(object, depsgraph):
-    """The controls' values at the frame that the depsgraph is at."""
-    evaluated = _evaluated(object, depsgraph)
-    return [float(evaluated.get(control.key, 0.0)) for control in object.liquidblend.controls]
+    """The controls' values at the frame that the depsgraph is at. What is animated is evaluated
+    there; in a render the object itself is at another frame. What is not is the object's own, since
+    a script that sets it need not tell the depsgraph."""
+    evaluated = object if depsgraph is None else object.evaluated_get(depsgraph)
+    animated = _animated_paths(object)
+    values = []
+    for control in object.liquidblend.controls:
+        is_animated = animated is None or _path_of(control) in animated
+        values.append(float((evaluated if is_animated else object).get(control.key, 0.0)))
+    return values
 
 
 def values_ahead(object, frame, now):
     """The controls' values at another frame, as far as their curves tell. Drivers, and strips of
     the nonlinear animation, are taken to stay: a wrong guess costs time and no wrong frame."""
-    action = object.animation_data.action if object.animation_data else None
-    curves = getattr(action, "fcurves", ())
-    by_path = {curve.data_path: curve for curve in curves}
+    curves = _curves_of(object)
     values = []
     for control, value in zip(object.liquidblend.controls, now):
-        path = f'["{bpy.utils.escape_identifier(control.key)}"]'
-        values.append(by_path[path].evaluate(frame) if path in by_path else value)
+        curve = curves.get(_path_of(control))
+        values.append(value if curve is None else curve.evaluate(frame))
     return values
 
 

@@ -120,11 +120,11 @@ def read_frame(folder, index, frame):
     at = int(np.floor(clamped + 0.5))
     path = os.path.join(folder, _name_of(at))
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in _ARRAYS if name in file}
-    except (OSError, ValueError, KeyError, EOFError) as error:
-        raise BakeError(f"cannot read {path}: {error}") from None
-    except Exception as error:  # a damaged archive, for which zipfile has errors of its own
+        with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in _ARRAYS if name in archive}
+    except OSError as error:
+        raise BakeError(f"cannot read {path}: {error.strerror or error}") from None
+    except Exception as error:  # zipfile, zlib and numpy have many for a damaged archive
         raise BakeError(f"{path} is damaged: {error}") from None
     _check_arrays(path, arrays)
     return _moved(arrays, (clamped - at) * index["step"] / index["fps"], clamped == place)

@@ -8,7 +8,8 @@ import threading
 class SurfaceCache:
     """Surfaces by request. The ones used last are kept, within `max_bytes`.
 
-    make  makes the surface of a request; called from any thread, also at the same time
+    make  makes the surface of a request; called from any thread, also at the same time, with
+          whether somebody waits for it and nothing else
     """
 
     def __init__(self, make, max_bytes=512 << 20, num_threads=2):
@@ -36,7 +37,7 @@ class SurfaceCache:
                 return surface
             self._running.add(request)
             generation = self._generation
-        return self._make_and_keep(request, generation)
+        return self._make_and_keep(request, generation, True)
 
     def peek(self, request):
         """The surface, if it is there; None otherwise. Raises what making it has raised since it
@@ -80,10 +81,10 @@ class SurfaceCache:
         while num_bytes > self.max_bytes and len(self._surfaces) > 1:
             num_bytes -= self._surfaces.popitem(last=False)[1].num_bytes
 
-    def _make_and_keep(self, request, generation):
+    def _make_and_keep(self, request, generation, is_awaited):
         surface = None
         try:
-            surface = self._make(request)
+            surface = self._make(request, is_awaited)
             return surface
         finally:
             with self._changed:
@@ -110,7 +111,7 @@ class SurfaceCache:
             if request is None:
                 return
             try:
-                self._make_and_keep(request, generation)
+                self._make_and_keep(request, generation, False)
             except Exception as error:  # shown where the frame is asked for
                 with self._changed:
                     self._errors[request] = error

@@ -48,6 +48,21 @@ def describe(object):
     return f"{facts.duration_s:.2f} s, {len(facts.controls)} weights or parameters"
 
 
+def connect(operator, object):
+    """Describes the object's liquid and shows it. False, after a report, if that fails."""
+    playback.forget()
+    try:
+        with playback.held():
+            text = describe(object)
+    except Exception as error:
+        playback.state_of(object).error = str(error)
+        operator.report({'ERROR'}, str(error))
+        return False
+    playback.refresh_object(object)
+    operator.report({'INFO'}, text)
+    return True
+
+
 class LIQUIDBLEND_OT_connect(_OfLiquid, bpy.types.Operator):
     """Ask the server, file or folder what there is, and show it"""
 
@@ -55,17 +70,7 @@ class LIQUIDBLEND_OT_connect(_OfLiquid, bpy.types.Operator):
     bl_label = "Connect"
 
     def execute(self, context):
-        object = _liquid(context)
-        playback.forget()
-        try:
-            text = describe(object)
-        except Exception as error:
-            playback.state_of(object).error = str(error)
-            self.report({'ERROR'}, str(error))
-            return {'CANCELLED'}
-        playback.refresh_object(object)
-        self.report({'INFO'}, text)
-        return {'FINISHED'}
+        return {'FINISHED'} if connect(self, _liquid(context)) else {'CANCELLED'}
 
 
 class LIQUIDBLEND_OT_add(bpy.types.Operator):
@@ -90,12 +95,13 @@ class LIQUIDBLEND_OT_add(bpy.types.Operator):
         context.collection.objects.link(object)
         context.view_layer.objects.active = object
         object.select_set(True)
-        self._fill(object.liquidblend, context.scene)
+        with playback.held():
+            self._fill(object.liquidblend, context.scene)
         # Renders on a thread of their own would change the mesh while the window draws it.
         context.scene.render.use_lock_interface = True
         if self.kind != 'SERVER' or self.family:
-            return bpy.ops.liquidblend.connect()
-        return {'FINISHED'}
+            connect(self, object)
+        return {'FINISHED'}  # also where it cannot connect yet: the panel tells why
 
     def _fill(self, settings, scene):
         settings.enabled = True

@@ -1,6 +1,7 @@
 """Keeps meshes at the scene's frame: in the viewport the newest surface that is there, in renders
 and in the background the exact one."""
 
+import contextlib
 import ctypes
 import dataclasses
 import os
@@ -33,6 +34,7 @@ class State:
 _states = {}
 _cache = None
 _is_writing = False
+_is_held = False
 _num_renders = 0
 
 
@@ -55,6 +57,17 @@ def forget():
     connection.disconnect()
 
 
+@contextlib.contextmanager
+def held():
+    """Several settings change in here; meshes follow afterwards, by refresh_object()."""
+    global _is_held
+    _is_held, before = True, _is_held
+    try:
+        yield
+    finally:
+        _is_held = before
+
+
 # ---- writing meshes
 
 
@@ -73,8 +86,10 @@ def _write(object, request, made):
 
 
 def _can_write(object):
-    """Neither a linked mesh nor one in edit mode is changed."""
-    return object.data.library is None and not object.data.is_editmode
+    """Neither a linked mesh nor one in edit mode is changed, nor is one that nothing is known of
+    before Connect."""
+    mesh = object.data
+    return mesh.library is None and not mesh.is_editmode and object.liquidblend.fps > 0.0
 
 
 def _is_shown(object, request):
@@ -215,7 +230,7 @@ def update_scene(scene, depsgraph, is_exact):
 
 def refresh_object(object):
     """A setting has changed: what is shown, or could not be, is asked for again."""
-    if object is None or not object.liquidblend.enabled:
+    if object is None or _is_held or not object.liquidblend.enabled:
         return
     state = state_of(object)
     state.shown, state.error = None, ""
@@ -248,7 +263,7 @@ def on_frame_change(scene, depsgraph=None):
 @persistent
 def on_depsgraph_update(scene, depsgraph=None):
     """Weights that are dragged, and drivers."""
-    if _is_writing or _num_renders:
+    if _is_writing or _is_held or _num_renders:
         return
     _guarded(update_scene, scene, depsgraph, bpy.app.background)
 

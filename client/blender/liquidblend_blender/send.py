@@ -148,3 +148,4 @@ def mesh_steps(context, object, folder):
             "units": {"vertex_scale": 1.0, "velocity_scale_to_m_per_s": 1.0}}
     with open(os.path.join(folder, "meta.json"), "w", encoding="utf-8") as file:
         json.dump(meta, file)
+    return f"{len(frames)} frames are written"

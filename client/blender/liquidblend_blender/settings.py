@@ -77,7 +77,8 @@ class LiquidSettings(bpy.types.PropertyGroup):
     up: EnumProperty(name="Up of the family", update=_changed, default='z',
                      description="Which of the family's axes becomes the scene's z",
                      items=tuple((up, up, "") for up in mapping.UPS))
-    duration_s: FloatProperty(name="Duration")
+    duration_text: StringProperty(name="Duration", default="0.0", description=(
+        "Seconds; a text, since Blender's own numbers have too few digits for the last frame"))
     fps: FloatProperty(name="Frames per second")
     num_levels: IntProperty(name="Levels of detail", default=1)
 
@@ -109,6 +110,14 @@ class LiquidSettings(bpy.types.PropertyGroup):
     source_animation: StringProperty(name="Source", description="Animation on the server")
     target_animations: StringProperty(name="Targets",
                                       description="Animations on the server, commas between")
+
+    @property
+    def duration_s(self):
+        return float(self.duration_text)
+
+    @duration_s.setter
+    def duration_s(self, seconds):
+        self.duration_text = repr(float(seconds))
 
 
 CLASSES = (LiquidControl, LiquidPair, LiquidSettings)
