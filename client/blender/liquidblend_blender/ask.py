@@ -10,7 +10,8 @@ _FACTS = ("level_of_detail", "smoothing_passes", "velocities", "rest_positions")
 
 def origin_of(settings):
     if settings.kind == 'SERVER':
-        return Origin('SERVER', settings.server, settings.family.strip(), settings.version,
+        version = settings.version or settings.published_version
+        return Origin('SERVER', settings.server, settings.family.strip(), version,
                       settings.tls, bpy.path.abspath(settings.tls_ca))
     path = settings.file if settings.kind == 'FILE' else settings.bake
     return Origin(settings.kind, bpy.path.abspath(path, library=settings.id_data.library))
@@ -33,11 +34,12 @@ def _curves_of(object):
 
 
 def _animated_paths(object):
-    """The paths that keys or drivers set; None if strips of the nonlinear animation may set any."""
+    """The paths that keys or drivers set; None if any may be: by strips of the nonlinear animation,
+    or an action whose curves are elsewhere, as in Blender 5."""
     animation = object.animation_data
     if animation is None:
         return frozenset()
-    if animation.nla_tracks:
+    if animation.nla_tracks or (animation.action and not hasattr(animation.action, "fcurves")):
         return None
     return frozenset(_curves_of(object)) | {driver.data_path for driver in animation.drivers}
 
@@ -72,7 +74,8 @@ def request_of(object, scene, frame, values):
     origin = origin_of(settings)
     if settings.kind == 'BAKE':
         return Request(origin, frame, normals=settings.shading == 'NORMALS',
-                       velocities=settings.velocities, rest_positions=settings.rest_positions)
+                       velocities=settings.velocities, rest_positions=settings.rest_positions,
+                       fps=mapping.scene_fps(scene))
     times = time_mapping(settings, scene)
     pairs = list(zip(settings.controls, values))
     return Request(

@@ -44,6 +44,7 @@ class Facts:
     duration_s: float
     frames_per_second: float
     num_levels: int
+    version: int  # 0: of a file
     controls: List[Tuple]  # as settings.set_controls() takes them
 
 
@@ -152,11 +153,14 @@ def _frame_of(request, is_patient):
 
 def _baked(request):
     folder = request.origin.place
-    arrays = bake_files.read_frame(folder, _index_of(folder), request.time_s)
+    index = _index_of(folder)
+    arrays = bake_files.read_frame(folder, index, request.time_s)
     wanted = {"positions", "triangles"}
     wanted |= {name for name in ("velocities", "normals", "rest_positions")
                if getattr(request, name)}
-    return surface.make_surface({k: v for k, v in arrays.items() if k in wanted})
+    arrays = {name: values for name, values in arrays.items() if name in wanted}
+    # A frame may be longer or shorter now than where it was baked.
+    return surface.make_surface(arrays, velocity_scale=(request.fps or index["fps"]) / index["fps"])
 
 
 def make_surface(request, is_patient):
@@ -212,7 +216,7 @@ def describe(origin):
     """The Facts of a family."""
     family = _family_of(origin)
     return Facts(_up_of(family), family.duration, family.frames_per_second, family.levels,
-                 _controls_of(family))
+                 family.version, _controls_of(family))
 
 
 # ---- jobs
@@ -227,10 +231,17 @@ def _watch(job, report):
         raise
 
 
-def import_animation(origin, animation, folder, report):
-    """Uploads and imports the frames of a folder; returns a line for the user."""
+def import_animation(origin, animation, folder, options, report):
+    """Uploads and imports the frames of a folder; returns a line for the user.
+
+    options  those of Client.import_animation(), with `up` as "z", or None where it is not known
+    """
     report("upload", 0.0)
-    _watch(_client_of(origin).import_animation(animation, folder), report)
+    options = dict(options)
+    up = options.pop("up", None)
+    name = (up or "unknown").upper().replace("-", "MINUS_")
+    job = _client_of(origin).import_animation(animation, folder, up=package().Up[name], **options)
+    _watch(job, report)
     return f"animation {animation} is imported"
 
 

@@ -23,12 +23,12 @@ class _OfLiquid:
         return _liquid(context) is not None
 
 
-class _Free:
-    """No other task runs."""
+class _OfIdleLiquid:
+    """Likewise, and no task runs."""
 
     @classmethod
     def poll(cls, context):
-        return not tasks.is_running()
+        return _liquid(context) is not None and not tasks.is_running()
 
 
 def describe(object):
@@ -39,9 +39,14 @@ def describe(object):
         settings.fps, settings.num_levels = index["fps"], 1
         settings_module.set_controls(object, [])
         return f"{index['frames']} frames from frame {index['frame_start']:g} on"
+    settings.published_version = 0
     if settings.kind == 'SERVER':
-        settings_module.set_family_names(connection.family_names(ask.origin_of(settings)))
+        names = connection.family_names(ask.origin_of(settings))
+        settings_module.set_family_names(names)
+        if not settings.family.strip():
+            raise ValueError(f"choose a family: {', '.join(names) or 'the server has none'}")
     facts = connection.describe(ask.origin_of(settings))
+    settings.published_version = facts.version
     settings.up, settings.fps = facts.up, facts.frames_per_second
     settings.duration_s, settings.num_levels = facts.duration_s, facts.num_levels
     settings_module.set_controls(object, facts.controls)
@@ -113,7 +118,7 @@ class LIQUIDBLEND_OT_add(bpy.types.Operator):
             settings.bake = self.filepath
 
 
-class LIQUIDBLEND_OT_bake(_OfLiquid, tasks.StepwiseOperator, bpy.types.Operator):
+class LIQUIDBLEND_OT_bake(_OfIdleLiquid, tasks.StepwiseOperator, bpy.types.Operator):
     """Write all frames into a folder, which plays without server and library"""
 
     bl_idname = "liquidblend.bake"
@@ -143,6 +148,7 @@ class LIQUIDBLEND_OT_bake(_OfLiquid, tasks.StepwiseOperator, bpy.types.Operator)
 
     def _end(self, context):
         result = super()._end(context)
+        playback.forget()  # the folder was another bake before, perhaps
         if self.switch and result == {'FINISHED'}:
             self._object.liquidblend.kind = 'BAKE'
         return result
@@ -159,6 +165,7 @@ other object's mesh of each frame of the scene"""
     animation: StringProperty(name="Animation", description="Its name on the server")
     server: StringProperty(name="Server", default="127.0.0.1:50051")
     tls: BoolProperty(name="TLS")
+    tls_ca: StringProperty(name="Authorities", subtype='FILE_PATH')
 
     @classmethod
     def poll(cls, context):
@@ -166,9 +173,8 @@ other object's mesh of each frame of the scene"""
 
     def invoke(self, context, _event):
         liquids = settings_module.liquids_of(context.scene)
-        if liquids:
-            self.server = liquids[0].liquidblend.server
-            self.tls = liquids[0].liquidblend.tls
+        for name in ("server", "tls", "tls_ca") if liquids else ():
+            setattr(self, name, getattr(liquids[0].liquidblend, name))
         self.animation = self.animation or bpy.path.clean_name(context.object.name).lower()
         return context.window_manager.invoke_props_dialog(self)
 
@@ -176,34 +182,37 @@ other object's mesh of each frame of the scene"""
         if not self.animation:
             self.report({'ERROR'}, "No name for the animation")
             return {'CANCELLED'}
-        self._folder = tempfile.mkdtemp(prefix="liquidblend-send-")
         try:
-            if send.find_domain(context.object) is None:
-                return self.begin(context,
-                                  send.mesh_steps(context, context.object, self._folder))
-            send.stage_mantaflow(context.object, context.scene, self._folder)
-            return self._upload()
+            domain = send.find_domain(context.object)
+            if domain is not None:
+                return self._send_cache(context, domain)
+            self._folder = tempfile.mkdtemp(prefix="liquidblend-send-")
+            return self.begin(context, send.mesh_steps(context, context.object, self._folder))
         except (send.SendError, OSError) as error:
-            shutil.rmtree(self._folder, ignore_errors=True)
             self.report({'ERROR'}, str(error))
             return {'CANCELLED'}
+
+    def _send_cache(self, context, domain):
+        folder = send.mantaflow_folder(domain)
+        return self._upload(folder, send.mantaflow_options(context.object, domain, context.scene))
 
     def _end(self, context):
         result = super()._end(context)
         if result == {'FINISHED'}:
-            return self._upload()
+            return self._upload(self._folder, {}, is_temporary=True)
         shutil.rmtree(self._folder, ignore_errors=True)
         return result
 
-    def _upload(self):
-        origin = connection.server_origin(self.server, self.tls)
-        folder, animation = self._folder, self.animation
+    def _upload(self, folder, options, is_temporary=False):
+        origin = connection.server_origin(self.server, self.tls, bpy.path.abspath(self.tls_ca))
+        animation = self.animation
 
         def work(report):
             try:
-                return connection.import_animation(origin, animation, folder, report)
+                return connection.import_animation(origin, animation, folder, options, report)
             finally:
-                shutil.rmtree(folder, ignore_errors=True)
+                if is_temporary:
+                    shutil.rmtree(folder, ignore_errors=True)
 
         return _start(self, f"send {animation}", work)
 
@@ -217,7 +226,7 @@ def _start(operator, title, work):
     return {'FINISHED'}
 
 
-class LIQUIDBLEND_OT_register(_OfLiquid, bpy.types.Operator):
+class LIQUIDBLEND_OT_register(_OfIdleLiquid, bpy.types.Operator):
     """Register animations of the server as a family, with the pairs of the liquid"""
 
     bl_idname = "liquidblend.register"

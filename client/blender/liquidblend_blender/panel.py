@@ -58,7 +58,7 @@ class LIQUIDBLEND_PT_main(bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        layout.use_property_split = True
+        layout.use_property_split, layout.use_property_decorate = True, False
         layout.operator("liquidblend.add", icon='ADD')
         layout.operator("liquidblend.send", icon='EXPORT')
         _draw_task(layout)
@@ -86,12 +86,14 @@ class LIQUIDBLEND_PT_blend(_LiquidPanel, bpy.types.Panel):
     def draw(self, context):
         layout, object = self.layout, context.object
         layout.use_property_split = True
-        for control in object.liquidblend.controls:
+        is_baked = object.liquidblend.kind == 'BAKE'
+        for control in () if is_baked else object.liquidblend.controls:
             key = bpy.utils.escape_identifier(control.key)
             layout.prop(object, f'["{key}"]', text=control.name, slider=True)
-        for name in ("start_frame", "offset_s", "speed"):
-            layout.prop(object.liquidblend, name)
-        if object.liquidblend.kind != 'BAKE':
+        layout.use_property_decorate = False
+        if not is_baked:
+            for name in ("start_frame", "offset_s", "speed"):
+                layout.prop(object.liquidblend, name)
             times = ask.time_mapping(object.liquidblend, context.scene)
             layout.label(text=f"{times.time_of(context.scene.frame_current_final):.3f} of "
                               f"{times.duration_s:.3f} s")
@@ -104,7 +106,7 @@ class LIQUIDBLEND_PT_surface(_LiquidPanel, bpy.types.Panel):
 
     def draw(self, context):
         layout = self.layout
-        layout.use_property_split = True
+        layout.use_property_split, layout.use_property_decorate = True, False
         for name in ("level_of_detail", "smoothing_passes", "shading", "velocities",
                      "rest_positions", "up"):
             layout.prop(context.object.liquidblend, name)
@@ -140,7 +142,7 @@ class LIQUIDBLEND_PT_pairs(_LiquidPanel, bpy.types.Panel):
         column = row.column(align=True)
         column.operator("liquidblend.pair_add", text="", icon='ADD')
         column.operator("liquidblend.pair_remove", text="", icon='REMOVE')
-        layout.use_property_split = True
+        layout.use_property_split, layout.use_property_decorate = True, False
         if 0 <= settings.active_pair < len(settings.pairs):
             self._draw_pair(layout, settings.pairs[settings.active_pair])
         for name in ("new_family", "source_animation", "target_animations"):

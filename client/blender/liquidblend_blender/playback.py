@@ -12,7 +12,7 @@ from typing import Optional
 import bpy
 from bpy.app.handlers import persistent
 
-from . import ask, connection, settings, surface
+from . import ask, connection, preferences, settings, surface
 from .cache import SurfaceCache
 
 AHEAD = 6  # frames that are made ahead
@@ -46,6 +46,7 @@ def cache():
     global _cache
     if _cache is None:
         _cache = SurfaceCache(connection.make_surface)
+    _cache.max_bytes = int(preferences.get("cache_mb")) << 20
     return _cache
 
 

@@ -5,14 +5,14 @@ import os
 import bpy
 from bpy.props import FloatProperty, IntProperty, StringProperty
 
-# Without an add-on's entry in the preferences, as where it is registered by a script.
 _DEFAULTS = {"library": "", "token": "", "patience_s": 120.0, "cache_mb": 512}
+_values = dict(_DEFAULTS)
 
 
 def _changed(_preferences, _context):
     from . import playback
+    refresh()
     playback.forget()
-    playback.cache().max_bytes = int(get("cache_mb")) << 20
 
 
 class LiquidPreferences(bpy.types.AddonPreferences):
@@ -34,9 +34,16 @@ class LiquidPreferences(bpy.types.AddonPreferences):
             self.layout.prop(self, name)
 
 
-def get(name):
+def refresh():
+    """Copies the values, since threads may not ask Blender for them. Main thread."""
     entry = bpy.context.preferences.addons.get(__package__)
-    return getattr(entry.preferences, name) if entry and entry.preferences else _DEFAULTS[name]
+    if entry and entry.preferences:  # not where a script registers the add-on
+        _values.update((name, getattr(entry.preferences, name)) for name in _DEFAULTS)
+
+
+def get(name):
+    """A preference, as it was at the last refresh(). Any thread."""
+    return _values[name]
 
 
 def token():
@@ -45,6 +52,7 @@ def token():
 
 def register():
     bpy.utils.register_class(LiquidPreferences)
+    refresh()
 
 
 def unregister():

@@ -28,3 +28,4 @@ class Request:
     normals: bool = False
     up: str = "z"
     velocity_scale: float = 1.0
+    fps: float = 0.0  # of the scene; of a baked folder alone

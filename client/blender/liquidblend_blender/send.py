@@ -4,7 +4,6 @@ import glob
 import json
 import os
 import re
-import shutil
 
 import bpy
 import numpy as np
@@ -30,19 +29,34 @@ def find_domain(object):
     return None
 
 
-def mantaflow_frames(domain):
-    """(meshes, velocities) of the cache, as sorted paths."""
+def _numbers(folder, pattern):
+    """The frame numbers of the files of a name."""
+    paths = glob.glob(os.path.join(glob.escape(folder), pattern))
+    return {int(re.search(r"_(\d+)\.", os.path.basename(path)).group(1)) for path in paths}
+
+
+def mantaflow_folder(domain):
+    """The folder of the cache's meshes, which are there, with all velocities or none."""
     folder = os.path.join(bpy.path.abspath(domain.cache_directory), "mesh")
-    meshes = sorted(glob.glob(os.path.join(glob.escape(folder), "fluid_mesh_*.bobj.gz")))
-    speeds = sorted(glob.glob(os.path.join(glob.escape(folder), "lVelMesh_*.uni")))
+    meshes = _numbers(folder, "fluid_mesh_*.bobj.gz")
+    velocities = _numbers(folder, "lVelMesh_*.uni")
     if not meshes:
         raise SendError(f"no fluid_mesh_####.bobj.gz in {folder}: bake the domain's mesh, with the "
                         "mesh file format Binary Object")
-    return meshes, speeds
+    if velocities and meshes - velocities:
+        missing = min(meshes - velocities)
+        raise SendError(f"frame {missing} has a mesh but no lVelMesh_{missing:04d}.uni: bake the "
+                        "domain's mesh again")
+    return folder
 
 
-def _gravity(scene, domain):
-    return list(scene.gravity if scene.use_gravity else domain.gravity)
+def _up_of(scene, domain):
+    """Against gravity; None where that is along no axis."""
+    gravity = np.array(scene.gravity if scene.use_gravity else domain.gravity)
+    axis = int(np.argmax(np.abs(gravity)))
+    if np.abs(np.delete(gravity, axis)).max() > 1e-3 * np.abs(gravity[axis]) or not gravity.any():
+        return None
+    return ("" if gravity[axis] < 0 else "-") + "xyz"[axis]
 
 
 def domain_size(object):
@@ -52,37 +66,15 @@ def domain_size(object):
     return [float(side) for side in sides]
 
 
-def mantaflow_meta(object, domain, scene):
-    """meta.json of the cache: units, rate and what is up. The cache's positions are in longest
-    sides of the domain, its velocities in cells per Mantaflow's unit of time, of which a second
-    has 2.5 whatever the frame rate."""
-    size = domain_size(object)
-    longest = max(size)
+def mantaflow_options(object, domain, scene):
+    """Units, rate and what is up of the cache, for the import. Its positions are in longest sides
+    of the domain, its velocities in cells per Mantaflow's unit of time, of which a second has 2.5
+    whatever the frame rate."""
+    longest = max(domain_size(object))
     voxel = longest / domain.resolution_max
-    return {"fps": mapping.scene_fps(scene), "gravity": _gravity(scene, domain),
-            "domain_size_m": size, "voxel_size_m": voxel,
-            "units": {"vertex_scale": longest,
-                      "velocity_scale_to_m_per_s": 2.5 * voxel * domain.time_scale}}
-
-
-def _number_of(path):
-    return int(re.search(r"_(\d+)\.", os.path.basename(path)).group(1))
-
-
-def stage_mantaflow(object, scene, folder):
-    """Puts the cache's frames and their meta.json into `folder`; returns how many frames."""
-    domain = find_domain(object)
-    meshes, speeds = mantaflow_frames(domain)
-    with_speed = {_number_of(path) for path in speeds}
-    if with_speed and not with_speed.issuperset(map(_number_of, meshes)):
-        missing = min(set(map(_number_of, meshes)) - with_speed)
-        raise SendError(f"frame {missing} has a mesh but no lVelMesh_{missing:04d}.uni: bake the "
-                        "domain's mesh again")
-    for path in meshes + (speeds if with_speed else []):
-        shutil.copy(path, folder)
-    with open(os.path.join(folder, "meta.json"), "w", encoding="utf-8") as file:
-        json.dump(mantaflow_meta(object, domain, scene), file)
-    return len(meshes)
+    return {"frames_per_second": mapping.scene_fps(scene), "vertex_scale": longest,
+            "velocity_scale": 2.5 * voxel * domain.time_scale, "voxel_size": voxel,
+            "up": _up_of(scene, domain)}
 
 
 # ---- meshes of any kind

@@ -22,6 +22,11 @@ def _changed(settings, _context):
     playback.refresh_object(settings.id_data)
 
 
+def _changed_family(settings, context):
+    settings.published_version = 0
+    _changed(settings, context)
+
+
 class LiquidControl(bpy.types.PropertyGroup):
     """A weight or a parameter. Its value is a custom property of the object, so that it has keys,
     drivers and a range of its own."""
@@ -65,10 +70,10 @@ class LiquidSettings(bpy.types.PropertyGroup):
     tls: BoolProperty(name="TLS", update=_changed, description="Encrypt, and check the server")
     tls_ca: StringProperty(name="Authorities", subtype='FILE_PATH', update=_changed,
                            description="PEM file of authorities to trust; empty: the system's")
-    family: StringProperty(name="Family", update=_changed, search=_suggest_families,
+    family: StringProperty(name="Family", update=_changed_family, search=_suggest_families,
                            search_options={'SUGGESTION'})
     version: IntProperty(name="Version", min=0, update=_changed,
-                         description="Of the family; 0: the published one")
+                         description="Of the family; 0: the one that is published at Connect")
     file: StringProperty(name="File", subtype='FILE_PATH', update=_changed)
     bake: StringProperty(name="Folder", subtype='DIR_PATH', default="//liquid_bake",
                          update=_changed)
@@ -79,7 +84,8 @@ class LiquidSettings(bpy.types.PropertyGroup):
                      items=tuple((up, up, "") for up in mapping.UPS))
     duration_text: StringProperty(name="Duration", default="0.0", description=(
         "Seconds; a text, since Blender's own numbers have too few digits for the last frame"))
-    fps: FloatProperty(name="Frames per second")
+    published_version: IntProperty(description="At Connect; it stays, so that all frames are of one")
+    fps: FloatProperty(name="Frames per second", description="0: not connected yet")
     num_levels: IntProperty(name="Levels of detail", default=1)
 
     level_of_detail: IntProperty(name="Level of detail", min=0, max=8, update=_changed,

@@ -266,6 +266,12 @@ class Errors(LiquidTest):
         self.assert_shows(object, expected(1))
         self.assertEqual(state_of(object).error, "")
 
+    def test_say_which_families_there_are(self):
+        liquid = add_two_drops()
+        liquid.liquidblend.family = ""
+        with self.assertRaisesRegex(RuntimeError, "choose a family: .*two_drops"):
+            bpy.ops.liquidblend.connect()
+
     def test_of_a_server_that_is_not_there(self):
         with self.assertRaisesRegex(RuntimeError, "UNAVAILABLE"):
             add_liquid(kind='SERVER', server="127.0.0.1:1", family="two_drops")
@@ -479,6 +485,25 @@ class Bake(LiquidTest):
             bpy.ops.liquidblend.bake()
         self.assertEqual(os.listdir(in_folder("others")), ["holiday.png"])
 
+    def test_blurs_as_much_at_another_frame_rate(self):
+        liquid = self.bake()
+        self.scene.frame_set(20)
+        before = attribute_of(liquid.data, "velocity", 3, "vector")
+        self.scene.render.fps = 48
+        self.scene.frame_set(19)
+        self.scene.frame_set(20)
+        after = attribute_of(liquid.data, "velocity", 3, "vector")
+        np.testing.assert_array_equal(after, 2.0 * before)
+
+    def test_is_replaced_by_the_next(self):
+        liquid = self.bake()
+        self.scene.frame_set(20)
+        liquid.liquidblend.kind = 'SERVER'
+        liquid["drops_b"] = 1.0
+        bpy.ops.liquidblend.bake()
+        self.scene.frame_set(20)
+        self.assert_shows(liquid, expected(20, 1.0))
+
     def test_tells_which_file_is_damaged(self):
         self.bake(switch=False)
         shutil.copytree(in_folder("bake"), in_folder("damaged"), dirs_exist_ok=True)
@@ -523,15 +548,18 @@ class Send(LiquidTest):
         domain, settings = add_domain(meta["domain_size_m"], meta["resolution_max"])
         settings.cache_directory = in_folder("cache")
         self.copy_cache("cache", 4)  # setting the directory empties it
-        sent = module("send").mantaflow_meta(domain, settings, self.scene)
+        sent = module("send").mantaflow_options(domain, settings, self.scene)
         units = meta["units"]
-        self.assertAlmostEqual(sent["units"]["vertex_scale"], units["vertex_scale"], places=5)
-        self.assertAlmostEqual(sent["units"]["velocity_scale_to_m_per_s"],
-                               units["velocity_scale_to_m_per_s"], places=5)
+        self.assertAlmostEqual(sent["vertex_scale"], units["vertex_scale"], places=5)
+        self.assertAlmostEqual(sent["velocity_scale"], units["velocity_scale_to_m_per_s"],
+                               places=5)
         bpy.ops.liquidblend.send(animation="sent_cache", server=ARGUMENTS.server)
         animation = _client.animation("sent_cache")
         self.assertEqual((animation["numFrames"], animation["framesPerSecond"],
                           animation["up"]), (4, 24, "UP_Z"))
+        whole = _client.animation("drops_a")["bounds"]
+        for side in "xy":  # of the pool, in metres
+            self.assertAlmostEqual(animation["bounds"]["max"][side], whole["max"][side], places=1)
 
     def test_needs_a_baked_mesh(self):
         domain, settings = add_domain((1, 1, 1), 16)
