@@ -623,6 +623,17 @@ class Correspondences(LiquidTest):
         self.assertEqual((family.source, family.targets), ("ball_a", ("ball_b",)))
         middle = _client.frame("balls", 0.5, 0.0).positions
         self.assertAlmostEqual(float(middle[:, 0].mean()), 0.2, places=1)
+        self.refine(liquid)
+
+    def refine(self, liquid):
+        """Without the names of animations, with the pair as a soft one."""
+        settings = liquid.liquidblend
+        settings.source_animation = settings.target_animations = ""
+        settings.pairs[0].hard = False
+        bpy.ops.liquidblend.register(mode='REFINE')
+        family = _client.family("balls")
+        self.assertEqual(family.version, 2)
+        self.assertNotIn('"hard": true', json.dumps(family.raw))
 
     def test_are_in_the_familys_axes_and_times(self):
         liquid = add_two_drops()
