@@ -9,9 +9,10 @@ bl_info = {
     "category": "Object",
 }
 
-from . import operators, panel, playback, preferences, settings, tasks  # noqa: E402
+from . import (handlers, operators, pair_operators, panel, preferences,  # noqa: E402
+               settings, tasks)
 
-_MODULES = (preferences, settings, operators, panel, playback)
+_MODULES = (preferences, settings, operators, pair_operators, panel, handlers)
 
 
 def register():

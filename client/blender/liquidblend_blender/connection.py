@@ -256,8 +256,13 @@ def _correspondence_of(pair):
 
 def register(origin, registration, report):
     """Registers a family; returns a line for the user."""
-    job = _client_of(origin).register(
-        registration.family, registration.source, registration.targets,
+    client = _client_of(origin)
+    source, targets = registration.source, registration.targets
+    if registration.mode == 'REFINE' and not (source or targets):
+        family = client.family(registration.family)
+        source, targets = family.source, family.targets
+    job = client.register(
+        registration.family, source, targets,
         correspondences=[_correspondence_of(pair) for pair in registration.correspondences],
         replace=registration.mode == 'REPLACE', refine=registration.mode == 'REFINE')
     state = _watch(job, report)

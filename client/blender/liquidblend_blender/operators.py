@@ -6,29 +6,9 @@ import tempfile
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 
-from . import ask, bake, bake_files, connection, correspond, playback, send, tasks
+from . import ask, bake, bake_files, connection, playback, send, tasks
 from . import settings as settings_module
-
-
-def _liquid(context):
-    object = context.object
-    return object if object and object.type == 'MESH' and object.liquidblend.enabled else None
-
-
-class _OfLiquid:
-    """The active object is a liquid."""
-
-    @classmethod
-    def poll(cls, context):
-        return _liquid(context) is not None
-
-
-class _OfIdleLiquid:
-    """Likewise, and no task runs."""
-
-    @classmethod
-    def poll(cls, context):
-        return _liquid(context) is not None and not tasks.is_running()
+from .operating import OfIdleLiquid, OfLiquid, liquid_of, start_task
 
 
 def describe(object):
@@ -68,14 +48,14 @@ def connect(operator, object):
     return True
 
 
-class LIQUIDBLEND_OT_connect(_OfLiquid, bpy.types.Operator):
+class LIQUIDBLEND_OT_connect(OfLiquid, bpy.types.Operator):
     """Ask the server, file or folder what there is, and show it"""
 
     bl_idname = "liquidblend.connect"
     bl_label = "Connect"
 
     def execute(self, context):
-        return {'FINISHED'} if connect(self, _liquid(context)) else {'CANCELLED'}
+        return {'FINISHED'} if connect(self, liquid_of(context)) else {'CANCELLED'}
 
 
 class LIQUIDBLEND_OT_add(bpy.types.Operator):
@@ -118,7 +98,7 @@ class LIQUIDBLEND_OT_add(bpy.types.Operator):
             settings.bake = self.filepath
 
 
-class LIQUIDBLEND_OT_bake(_OfIdleLiquid, tasks.StepwiseOperator, bpy.types.Operator):
+class LIQUIDBLEND_OT_bake(OfIdleLiquid, tasks.StepwiseOperator, bpy.types.Operator):
     """Write all frames into a folder, which plays without server and library"""
 
     bl_idname = "liquidblend.bake"
@@ -131,7 +111,7 @@ class LIQUIDBLEND_OT_bake(_OfIdleLiquid, tasks.StepwiseOperator, bpy.types.Opera
                          description="Show the baked folder when it is done")
 
     def execute(self, context):
-        object, scene = _liquid(context), context.scene
+        object, scene = liquid_of(context), context.scene
         settings = object.liquidblend
         if settings.kind == 'BAKE':
             self.report({'ERROR'}, "The liquid is a bake already")
@@ -214,95 +194,7 @@ other object's mesh of each frame of the scene"""
                 if is_temporary:
                     shutil.rmtree(folder, ignore_errors=True)
 
-        return _start(self, f"send {animation}", work)
-
-
-def _start(operator, title, work):
-    try:
-        tasks.start(title, work)
-    except RuntimeError as error:
-        operator.report({'ERROR'}, str(error))
-        return {'CANCELLED'}
-    return {'FINISHED'}
-
-
-class LIQUIDBLEND_OT_register(_OfIdleLiquid, bpy.types.Operator):
-    """Register animations of the server as a family, with the pairs of the liquid"""
-
-    bl_idname = "liquidblend.register"
-    bl_label = "Register"
-
-    mode: EnumProperty(name="Mode", items=(
-        ('NEW', "New", "A family of a new name"),
-        ('REPLACE', "Replace", "A new version, from scratch"),
-        ('REFINE', "Refine", "A new version that goes on from the newest one")))
-
-    def invoke(self, context, _event):
-        return context.window_manager.invoke_props_dialog(self)
-
-    def execute(self, context):
-        object = _liquid(context)
-        settings = object.liquidblend
-        targets = [name.strip() for name in settings.target_animations.split(",") if name.strip()]
-        family = settings.new_family.strip() or settings.family.strip()
-        try:
-            pairs = correspond.correspondences_of(object, context.scene)
-            self._check(family, settings.source_animation, targets, pairs)
-        except (correspond.PairError, ValueError) as error:
-            self.report({'ERROR'}, str(error))
-            return {'CANCELLED'}
-        origin = connection.server_origin(settings.server, settings.tls, settings.tls_ca)
-        request = connection.Registration(family, settings.source_animation.strip(), targets,
-                                          pairs, self.mode)
-        return _start(self, f"register {family}",
-                      lambda report: connection.register(origin, request, report))
-
-    def _check(self, family, source, targets, pairs):
-        if not family:
-            raise ValueError("No name for the family")
-        if self.mode != 'REFINE' and not (source and targets):
-            raise ValueError("Registering needs the names of a source and a target")
-        for number, pair in enumerate(pairs):
-            if targets and pair["target"] >= len(targets):
-                raise ValueError(f"pair {number} is of target {pair['target']}, and there are "
-                                 f"{len(targets)}, from 0 on")
-
-
-class LIQUIDBLEND_OT_pair_add(_OfLiquid, bpy.types.Operator):
-    """Add a pair at this frame: of the two selected empties, or of two new ones"""
-
-    bl_idname = "liquidblend.pair_add"
-    bl_label = "Add Pair"
-    bl_options = {'REGISTER', 'UNDO'}
-
-    def execute(self, context):
-        object, scene = _liquid(context), context.scene
-        empties = [o for o in context.selected_objects if o.type == 'EMPTY'][:2]
-        number = len(object.liquidblend.pairs)
-        for name in ("source", "target")[len(empties):]:
-            empty = bpy.data.objects.new(f"Pair {number} {name}", None)
-            empty.empty_display_type, empty.empty_display_size = 'SPHERE', 0.05
-            empty.location = scene.cursor.location
-            context.collection.objects.link(empty)
-            empties.append(empty)
-        correspond.add_pair(object, *empties, scene.frame_current_final)
-        return {'FINISHED'}
-
-
-class LIQUIDBLEND_OT_pair_remove(_OfLiquid, bpy.types.Operator):
-    """Remove the chosen pair; its empties stay"""
-
-    bl_idname = "liquidblend.pair_remove"
-    bl_label = "Remove Pair"
-    bl_options = {'REGISTER', 'UNDO'}
-
-    def execute(self, context):
-        settings = _liquid(context).liquidblend
-        if not 0 <= settings.active_pair < len(settings.pairs):
-            return {'CANCELLED'}
-        settings.pairs.remove(settings.active_pair)
-        settings.active_pair = max(min(settings.active_pair, len(settings.pairs) - 1), 0)
-        return {'FINISHED'}
+        return start_task(self, f"send {animation}", work)
 
 
 class LIQUIDBLEND_OT_stop(bpy.types.Operator):
@@ -321,7 +213,6 @@ class LIQUIDBLEND_OT_stop(bpy.types.Operator):
 
 
 CLASSES = (LIQUIDBLEND_OT_connect, LIQUIDBLEND_OT_add, LIQUIDBLEND_OT_bake, LIQUIDBLEND_OT_send,
-           LIQUIDBLEND_OT_register, LIQUIDBLEND_OT_pair_add, LIQUIDBLEND_OT_pair_remove,
            LIQUIDBLEND_OT_stop)
 
 

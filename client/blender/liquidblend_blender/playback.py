@@ -6,11 +6,9 @@ import ctypes
 import dataclasses
 import os
 import sys
-import traceback
 from typing import Optional
 
 import bpy
-from bpy.app.handlers import persistent
 
 from . import ask, connection, preferences, settings, surface
 from .cache import SurfaceCache
@@ -35,7 +33,7 @@ _states = {}
 _cache = None
 _is_writing = False
 _is_held = False
-_num_renders = 0
+num_renders = 0  # that run in a window; handlers.py counts
 
 
 def state_of(object):
@@ -118,17 +116,6 @@ def _tell_missing(object, error):
     print(f"liquidblend: {object.name}: no frame: {error}", file=sys.stderr, flush=True)
 
 
-def _end_render():
-    """A render in the background ends before it writes a wrong picture: a farm sees the status.
-    Blender has no way to stop a render from a handler. Its own end would free what the renderer is
-    in the midst of, so there is none."""
-    print("liquidblend: the render ends, exit status 1", file=sys.stderr, flush=True)
-    sys.stdout.flush()
-    if os.name == "posix":
-        ctypes.CDLL(None).fflush(None)  # what Blender has printed
-    os._exit(1)
-
-
 # ---- the viewport
 
 
@@ -181,7 +168,7 @@ def _redraw():
 
 def _tick():
     """A timer of the main thread, while anything is pending."""
-    if _num_renders > 0:
+    if num_renders > 0:
         return _RETRY_S
     had_error = False
     for object in settings.liquids_of(bpy.context.scene):
@@ -202,7 +189,7 @@ def _tick():
 
 
 def _requests_ahead(object, scene, frame, values):
-    step = 1.0 if _num_renders else float(max(scene.frame_step, 1))
+    step = 1.0 if num_renders else float(max(scene.frame_step, 1))
     frames = [frame + step * (i + 1) for i in range(AHEAD)]
     return [ask.request_of(object, scene, f, ask.values_ahead(object, f, values))
             for f in frames if f <= scene.frame_end]
@@ -240,82 +227,9 @@ def refresh_object(object):
             update_scene(scene, None, bpy.app.background)
 
 
-# ---- handlers
-
-
-def _guarded(work, *arguments):
-    """No error of ours may leave a handler: Blender would go on with a wrong mesh in silence."""
-    try:
-        return work(*arguments)
-    except Exception:
-        traceback.print_exc()
-        return False
-
-
-@persistent
-def on_frame_change(scene, depsgraph=None):
-    is_render = depsgraph is not None and depsgraph.mode == 'RENDER'
-    is_exact = is_render or bpy.app.background or _num_renders > 0
-    all_there = _guarded(update_scene, scene, depsgraph, is_exact)
-    if is_render and not all_there and bpy.app.background:
-        _end_render()
-
-
-@persistent
-def on_depsgraph_update(scene, depsgraph=None):
-    """Weights that are dragged, and drivers."""
-    if _is_writing or _is_held or _num_renders:
-        return
-    _guarded(update_scene, scene, depsgraph, bpy.app.background)
-
-
-@persistent
-def on_load(_file=None):
-    _states.clear()
-    scene = bpy.context.scene
-    if settings.liquids_of(scene):
-        _guarded(update_scene, scene, None, bpy.app.background)
-
-
-@persistent
-def on_undo(_scene=None, _other=None):
-    """Meshes are those of another step now."""
-    for state in _states.values():
-        state.shown = None
-
-
-@persistent
-def on_render_start(_scene=None, _other=None):
-    global _num_renders
-    _num_renders += 1
-
-
-@persistent
-def on_render_end(_scene=None, _other=None):
-    global _num_renders
-    _num_renders = max(_num_renders - 1, 0)
-
-
-def _handlers():
-    handlers = bpy.app.handlers
-    return ((handlers.frame_change_post, on_frame_change),
-            (handlers.depsgraph_update_post, on_depsgraph_update),
-            (handlers.load_post, on_load), (handlers.undo_post, on_undo),
-            (handlers.redo_post, on_undo), (handlers.render_init, on_render_start),
-            (handlers.render_complete, on_render_end), (handlers.render_cancel, on_render_end))
-
-
-def register():
-    for handlers, handler in _handlers():
-        if handler not in handlers:
-            handlers.append(handler)
-
-
-def unregister():
+def close():
+    """Ends the threads, and forgets everything."""
     global _cache
-    for handlers, handler in _handlers():
-        if handler in handlers:
-            handlers.remove(handler)
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
     if _cache is not None:
@@ -323,3 +237,30 @@ def unregister():
         _cache = None
     _states.clear()
     connection.disconnect()
+
+
+def forget_objects():
+    """They are those of another file now."""
+    _states.clear()
+
+
+def forget_shown():
+    """Meshes are those of another step of the undo now."""
+    for state in _states.values():
+        state.shown = None
+
+
+def is_changing():
+    """A mesh is being written, or settings of ours change: neither is news."""
+    return _is_writing or _is_held
+
+
+def end_render():
+    """A render in the background ends before it writes a wrong picture: a farm sees the status.
+    Blender has no way to stop a render from a handler. Its own end would free what the renderer is
+    in the midst of, so there is none."""
+    print("liquidblend: the render ends, exit status 1", file=sys.stderr, flush=True)
+    sys.stdout.flush()
+    if os.name == "posix":
+        ctypes.CDLL(None).fflush(None)  # what Blender has printed
+    os._exit(1)

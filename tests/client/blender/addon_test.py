@@ -85,7 +85,7 @@ class Registration(LiquidTest):
 class Frames(LiquidTest):
     def test_are_those_of_the_server(self):
         object = add_two_drops()
-        for frame in (1, 20, 30):
+        for frame in (1, 12, 23):
             self.scene.frame_set(frame)
             self.assert_shows(object, expected(frame))
             self.assertFalse(object.data.validate(), "validate() had to repair the mesh")
@@ -230,8 +230,8 @@ class Files(LiquidTest):
         bpy.ops.wm.open_mainfile(filepath=path)
         object = bpy.context.scene.objects["Liquid"]
         self.assert_shows(object, expected(1, 0.5))
-        bpy.context.scene.frame_set(30)
-        self.assert_shows(object, expected(30, 0.5))
+        bpy.context.scene.frame_set(22)
+        self.assert_shows(object, expected(22, 0.5))
 
     def test_hold_no_token(self):
         preferences = bpy.context.preferences.addons["liquidblend_blender"].preferences
@@ -287,7 +287,7 @@ class Viewport(LiquidTest):
     def setUp(self):
         super().setUp()
         self.object = add_two_drops()
-        self.addCleanup(module("playback").register)
+        self.addCleanup(module("handlers").register)
         for handlers in (bpy.app.handlers.frame_change_post,
                          bpy.app.handlers.depsgraph_update_post):
             for handler in [h for h in handlers if "liquidblend" in h.__module__]:
@@ -322,25 +322,25 @@ class Viewport(LiquidTest):
         playback.cache().clear()
         playback.cache()._make = wait
         try:
-            self.moved_without_waiting(object, 25)
+            self.moved_without_waiting(object, 21)
             self.assert_shows(object, expected(1))
             blocked[0] = False
             self.settle(object, lambda: not state_of(object).pending)
-            self.assert_shows(object, expected(25))
+            self.assert_shows(object, expected(21))
         finally:
             blocked[0] = False
             playback.cache()._make = make
 
     def test_has_the_next_frames_already(self):
         object = self.object
-        self.moved_without_waiting(object, 30)
+        self.moved_without_waiting(object, 22)
         request = state_of(object).ahead[0]
         deadline = time.monotonic() + 20.0
         while module("playback").cache().peek(request) is None:
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.005)
-        self.moved_without_waiting(object, 31)
-        self.assert_shows(object, expected(31))
+        self.moved_without_waiting(object, 23)
+        self.assert_shows(object, expected(23))
 
     def test_keeps_the_mesh_and_tells_why_on_an_error(self):
         object = self.object
