@@ -174,6 +174,75 @@ def settings_time(object, frame):
     return module("ask").time_mapping(object.liquidblend, bpy.context.scene).time_of(frame)
 
 
+class Surfaces(unittest.TestCase):
+    TETRAHEDRON = np.uint32([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    CORNERS = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+
+    def write(self, triangles, positions=CORNERS):
+        mesh = bpy.data.meshes.new("test")
+        self.addCleanup(bpy.data.meshes.remove, mesh)
+        made = module("surface").make_surface({"positions": positions, "triangles": triangles})
+        module("surface").write_mesh(mesh, made)
+        self.assertFalse(mesh.validate(), "validate() had to repair the mesh")
+        return made, mesh
+
+    def test_have_the_edges_that_blender_finds(self):
+        made, mesh = self.write(self.TETRAHEDRON)
+        self.assertIsNotNone(made.edges)
+        ours = {tuple(sorted(edge.vertices)) for edge in mesh.edges}
+        corners = [tuple(sorted(mesh.edges[loop.edge_index].vertices)) for loop in mesh.loops]
+        mesh.update(calc_edges=True)
+        self.assertEqual(ours, {tuple(sorted(edge.vertices)) for edge in mesh.edges})
+        triangles = [tuple(t) for t in self.TETRAHEDRON]
+        wanted = [tuple(sorted((t[i], t[(i + 1) % 3]))) for t in triangles for i in range(3)]
+        self.assertEqual(corners, wanted)
+
+    def test_that_are_open_or_touch_themselves_leave_edges_to_blender(self):
+        made, mesh = self.write(self.TETRAHEDRON[:3])
+        self.assertIsNone(made.edges)
+        self.assertEqual(len(mesh.edges), 6)
+        # Two tetrahedra with an edge in common, which has four triangles.
+        positions = np.concatenate([self.CORNERS, np.float32([[0, -1, 0], [0, 0, -1]])])
+        other = np.uint32([0, 1, 4, 5])[self.TETRAHEDRON][:, ::-1]
+        made, mesh = self.write(np.concatenate([self.TETRAHEDRON, other]), positions)
+        self.assertIsNone(made.edges)
+        self.assertEqual(len(mesh.edges), 11)
+
+    def test_may_be_empty(self):
+        _, mesh = self.write(np.zeros((0, 3), np.uint32), np.zeros((0, 3), np.float32))
+        self.assertEqual(len(mesh.vertices), 0)
+
+    def test_are_sorted_alike_where_numbers_do_not_fit(self):
+        keys = np.random.default_rng(1).permutation(1000)
+        order_of = module("surface")._order_of
+        for packed, plain in zip(order_of(keys, 1000), order_of(keys, 1 << 60)):
+            np.testing.assert_array_equal(packed, plain)
+
+    def test_turn_each_axis_to_z(self):
+        mapping = module("mapping")
+        for up in mapping.UPS:
+            turn = mapping.rotation_of(up)
+            axis = np.zeros(3)
+            axis["xyz".index(up[-1])] = -1 if up[0] == "-" else 1
+            np.testing.assert_array_equal(turn @ axis, [0, 0, 1])
+            self.assertAlmostEqual(float(np.linalg.det(turn)), 1.0)
+            back = mapping.to_family_axes(turn @ np.array([1.0, 2.0, 3.0]), up)
+            self.assertEqual(back, (1.0, 2.0, 3.0))
+
+    def test_are_kept_within_a_limit(self):
+        surface = module("surface")
+        made = surface.make_surface({"positions": self.CORNERS, "triangles": self.TETRAHEDRON})
+        cache = module("cache").SurfaceCache(lambda request, is_awaited: made,
+                                             max_bytes=3 * made.num_bytes)
+        try:
+            for request in range(5):
+                cache.get(request)
+            self.assertEqual([cache.peek(r) is not None for r in range(5)],
+                             [False, False, True, True, True])
+        finally:
+            cache.close()
+
+
 class Weights(LiquidTest):
     def test_have_names_and_ranges(self):
         object = add_two_drops()
@@ -578,7 +647,9 @@ class Send(LiquidTest):
 
 class Correspondences(LiquidTest):
     def send_ball(self, name, x):
-        """A ball that falls at x."""
+        """A ball that falls at x, unless it is there."""
+        if name in _client.animations():
+            return
         bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4, radius=0.3, location=(x, 0, 1))
         ball = bpy.context.object
         for frame, z in ((1, 1.0), (6, 0.5)):
@@ -634,6 +705,21 @@ class Correspondences(LiquidTest):
         family = _client.family("balls")
         self.assertEqual(family.version, 2)
         self.assertNotIn('"hard": true', json.dumps(family.raw))
+
+    def test_are_not_all_that_a_family_has(self):
+        """Parameters take the place of weights."""
+        self.send_ball("ball_a", 0.0)
+        self.send_ball("ball_b", 0.4)
+        _client.register("space", "ball_a", "ball_b", parameters={"place": [2.0, 6.0]},
+                         options={"max_iterations": 1}).wait()
+        object = add_liquid(kind='SERVER', server=ARGUMENTS.server, family="space")
+        self.assertEqual([c.name for c in object.liquidblend.controls], ["place"])
+        ranges = object.id_properties_ui("place").as_dict()
+        self.assertEqual((object["place"], ranges["min"], ranges["max"]), (2.0, 2.0, 6.0))
+        object["place"] = 5.0
+        self.scene.frame_set(3)
+        self.assert_shows(object, _client.frame("space", None, 2.0 / FPS,
+                                                parameters={"place": 5.0}))
 
     def test_are_in_the_familys_axes_and_times(self):
         liquid = add_two_drops()
