@@ -6,6 +6,7 @@ import importlib
 import os
 import sys
 import threading
+import time
 from typing import List, Tuple
 
 from . import bake_files, preferences, surface
@@ -15,6 +16,7 @@ from .tasks import Cancelled
 _VENDOR = os.path.join(os.path.dirname(os.path.abspath(__file__)), "vendor")
 _WEIGHT_RANGE = (-1.0, 2.0)  # a server takes no others
 _SHORT_CONNECT_S = 2.0
+_RETRY_S = 0.5
 _MAX_PLAYERS = 4  # each holds a file's index
 
 _lock = threading.Lock()
@@ -141,12 +143,25 @@ def _index_of(folder):
 
 
 def _frame_of(request, is_patient):
+    """Asks until the patience is over. The clients do not wait themselves: the deadline here holds
+    for a connection that is lost midway, too."""
+    deadline = time.monotonic() + (_patience() if is_patient else 0.0)
+    while True:
+        try:
+            return _frame_now(request)
+        except package().Unavailable:
+            if time.monotonic() >= deadline:
+                raise
+            time.sleep(_RETRY_S)
+
+
+def _frame_now(request):
     attributes = _attributes_of(request)
     if request.origin.kind == 'FILE':
         return _player_of(request.origin.place, attributes).frame(request)
     blend = ({"parameters": dict(request.parameters)} if request.parameters
              else {"weights": request.weights})
-    return _client_of(request.origin, is_patient).frame(
+    return _client_of(request.origin, False).frame(
         request.origin.family, version=request.origin.version, time=request.time_s,
         **blend, **attributes)
 
