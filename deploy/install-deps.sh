@@ -6,6 +6,7 @@
 #   deploy/install-deps.sh --quickstart  what compiling needs, and a browser for a picture of the page
 #   deploy/install-deps.sh --containers  everything, and what tests/containers.sh needs
 #   deploy/install-deps.sh --vtk         everything, and VTK for the benchmark against it
+#   deploy/install-deps.sh --blender     everything, and Blender for the tests of its add-on
 #   deploy/install-deps.sh [..] --list   only prints the packages
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
@@ -50,6 +51,7 @@ list=0
 for argument in "$@"; do
   case $argument in
     --vtk) packages+=(libvtk9-dev) ;;
+    --blender) packages+=(blender) ;;
     --build) more=() ;;
     --quickstart) more=("${browser[@]}") ;;
     --containers) packages+=("${containers[@]}") ;;

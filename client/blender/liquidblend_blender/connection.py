@@ -1,0 +1,285 @@
+"""All that the add-on asks of the Python package `liquidblend`: frames, facts, jobs. It is imported
+by the first call that needs it, since a baked folder plays without it."""
+
+import dataclasses
+import importlib
+import os
+import sys
+import threading
+import time
+from typing import List, Tuple
+
+from . import bake_files, preferences, surface
+from .request import Origin, Request
+from .tasks import Cancelled
+
+_VENDOR = os.path.join(os.path.dirname(os.path.abspath(__file__)), "vendor")
+_WEIGHT_RANGE = (-1.0, 2.0)  # a server takes no others
+_SHORT_CONNECT_S = 2.0
+_RETRY_S = 0.5
+_MAX_PLAYERS = 4  # each holds a file's index
+
+_lock = threading.Lock()
+_clients = {}
+_players = {}
+_indices = {}
+
+
+def package():
+    """The package: the one in the add-on's zip, or else one that Python finds.
+
+    Raises ImportError if there is none; the library is looked for by the first call.
+    """
+    library = preferences.get("library")
+    if library:
+        os.environ.setdefault("LIQUIDBLEND_LIBRARY", library)
+    if os.path.isdir(_VENDOR) and _VENDOR not in sys.path:
+        sys.path.insert(0, _VENDOR)
+    return importlib.import_module("liquidblend")
+
+
+@dataclasses.dataclass(frozen=True)
+class Facts:
+    """Of a family."""
+
+    up: str
+    duration_s: float
+    frames_per_second: float
+    num_levels: int
+    version: int  # 0: of a file
+    controls: List[Tuple]  # as settings.set_controls() takes them
+
+
+@dataclasses.dataclass(frozen=True)
+class Registration:
+    family: str
+    source: str
+    targets: List[str]
+    correspondences: List[dict]
+    mode: str  # 'NEW', 'REPLACE' or 'REFINE'
+
+
+def disconnect():
+    """Forgets clients, players and indices. Those in use live until their call is done."""
+    with _lock:
+        for kept in (_clients, _players, _indices):
+            kept.clear()
+
+
+def server_origin(server, tls=False, tls_ca=""):
+    return Origin('SERVER', server, tls=tls, tls_ca=tls_ca)
+
+
+# ---- clients and players, one for each server or file
+
+
+def _patience():
+    return max(float(preferences.get("patience_s")), 0.001)
+
+
+def _kept(kept, key, make):
+    """What is kept under a key, made by the first who needs it. Making it may wait for a server,
+    and nobody waits for that here; of two that are made at once, one is dropped."""
+    with _lock:
+        if key in kept:
+            return kept[key]
+    made = make()
+    with _lock:
+        return kept.setdefault(key, made)
+
+
+def _client_of(origin, is_patient=True):
+    """A client of the origin's servers. A patient one waits for servers that are gone."""
+    def connect():
+        return package().Client(
+            origin.place or None, token=preferences.token() or None, tls=origin.tls,
+            tls_ca=origin.tls_ca or None, patience=_patience() if is_patient else 0.0,
+            connect_timeout=None if is_patient else _SHORT_CONNECT_S)
+
+    return _kept(_clients, (origin.place, origin.tls, origin.tls_ca, is_patient), connect)
+
+
+class _FilePlayer:
+    """A family's file. Its weights belong to the player, so one thread at a time asks it."""
+
+    def __init__(self, path, attributes):
+        if not os.path.isfile(path):
+            raise FileNotFoundError(f"there is no family's file {path!r}")
+        self._lock = threading.Lock()
+        self._player = package().Player.open(
+            file=path, surface=package().SurfaceOptions(**attributes), look_ahead=0.0)
+        self.family = self._player.family
+
+    def frame(self, request):
+        with self._lock:
+            if request.parameters:
+                self._player.set_parameters(dict(request.parameters))
+            elif request.weights:
+                self._player.set_weights(request.weights)
+            return self._player.wait_exact(request.time_s, _patience())
+
+
+def _attributes_of(request):
+    return {"velocities": request.velocities, "normals": request.normals,
+            "rest_positions": request.rest_positions,
+            "level_of_detail": request.level_of_detail,
+            "smoothing_passes": request.smoothing_passes}
+
+
+def _player_of(path, attributes):
+    key = (path, tuple(sorted(attributes.items())))
+    player = _kept(_players, key, lambda: _FilePlayer(path, attributes))
+    with _lock:
+        for old in list(_players)[:-_MAX_PLAYERS]:
+            del _players[old]
+    return player
+
+
+def _index_of(folder):
+    return _kept(_indices, folder, lambda: bake_files.read_index(folder))
+
+
+# ---- frames
+
+
+def _frame_of(request, is_patient):
+    """Asks until the patience is over. The clients do not wait themselves: the deadline here holds
+    for a connection that is lost midway, too."""
+    deadline = time.monotonic() + (_patience() if is_patient else 0.0)
+    while True:
+        try:
+            return _frame_now(request)
+        except package().Unavailable:
+            if time.monotonic() >= deadline:
+                raise
+            time.sleep(_RETRY_S)
+
+
+def _frame_now(request):
+    attributes = _attributes_of(request)
+    if request.origin.kind == 'FILE':
+        return _player_of(request.origin.place, attributes).frame(request)
+    blend = ({"parameters": dict(request.parameters)} if request.parameters
+             else {"weights": request.weights})
+    return _client_of(request.origin, False).frame(
+        request.origin.family, version=request.origin.version, time=request.time_s,
+        **blend, **attributes)
+
+
+def _baked(request):
+    folder = request.origin.place
+    index = _index_of(folder)
+    arrays = bake_files.read_frame(folder, index, request.time_s)
+    wanted = {"positions", "triangles"}
+    wanted |= {name for name in ("velocities", "normals", "rest_positions")
+               if getattr(request, name)}
+    arrays = {name: values for name, values in arrays.items() if name in wanted}
+    # A frame may be longer or shorter now than where it was baked.
+    return surface.make_surface(arrays, velocity_scale=(request.fps or index["fps"]) / index["fps"])
+
+
+def make_surface(request, is_patient):
+    """The surface that a request asks for. Any thread; raises what is wrong, in words.
+
+    is_patient  waits for a server that is gone, as a render does
+    """
+    if request.origin.kind == 'BAKE':
+        return _baked(request)
+    if request.origin.kind == 'SERVER' and not request.origin.family:
+        raise ValueError("no family is chosen")
+    frame = _frame_of(request, is_patient)
+    arrays = {"positions": frame.positions, "triangles": frame.triangles,
+              "velocities": frame.velocities, "normals": frame.normals,
+              "rest_positions": frame.rest_positions}
+    return surface.make_surface(arrays, request.up, request.velocity_scale)
+
+
+# ---- facts
+
+
+def family_names(origin):
+    return [name.split("/")[-1] for name in _client_of(origin, False).families()]
+
+
+def _family_of(origin):
+    if origin.kind == 'FILE':
+        attributes = _attributes_of(Request(origin, 0.0))
+        return _player_of(origin.place, attributes).family
+    if not origin.family:
+        raise ValueError("no family is chosen")
+    return _client_of(origin, False).family(origin.family, origin.version)
+
+
+def _up_of(family):
+    name = family.up.name  # "MINUS_X"
+    return "z" if name == "UNKNOWN" else name.lower().replace("minus_", "-")
+
+
+def _controls_of(family):
+    """Parameters of a family that has them, or else the weights of its targets."""
+    if not family.parameters:
+        return [(name, False, 0.0, *_WEIGHT_RANGE, 0.0, 1.0) for name in family.targets]
+    controls = []
+    for i, name in enumerate(family.parameters):
+        values = [point[i] for point in family.points]
+        span = (min(values), max(values))
+        controls.append((name, True, values[0], *span, *span))
+    return controls
+
+
+def describe(origin):
+    """The Facts of a family."""
+    family = _family_of(origin)
+    return Facts(_up_of(family), family.duration, family.frames_per_second, family.levels,
+                 family.version, _controls_of(family))
+
+
+# ---- jobs
+
+
+def _watch(job, report):
+    """Waits for a job; ends it if the user stops waiting."""
+    try:
+        return job.wait(lambda state: report(state.waiting_for or state.stage, state.fraction))
+    except Cancelled:
+        job.cancel()
+        raise
+
+
+def import_animation(origin, animation, folder, options, report):
+    """Uploads and imports the frames of a folder; returns a line for the user.
+
+    options  those of Client.import_animation(), with `up` as "z", or None where it is not known
+    """
+    report("upload", 0.0)
+    options = dict(options)
+    up = options.pop("up", None)
+    name = (up or "unknown").upper().replace("-", "MINUS_")
+    job = _client_of(origin).import_animation(animation, folder, up=package().Up[name], **options)
+    _watch(job, report)
+    return f"animation {animation} is imported"
+
+
+def _correspondence_of(pair):
+    kinds = package().CorrespondenceKind
+    return package().Correspondence(
+        source_position=pair["source_position"], source_time=pair["source_time_s"],
+        target_position=pair["target_position"], target_time=pair["target_time_s"],
+        target=pair["target"], kind=kinds[pair["kind"].upper()], hard=pair["hard"],
+        length=pair["length_s"])
+
+
+def register(origin, registration, report):
+    """Registers a family; returns a line for the user."""
+    client = _client_of(origin)
+    source, targets = registration.source, registration.targets
+    if registration.mode == 'REFINE' and not (source or targets):
+        family = client.family(registration.family)
+        source, targets = family.source, family.targets
+    job = client.register(
+        registration.family, source, targets,
+        correspondences=[_correspondence_of(pair) for pair in registration.correspondences],
+        replace=registration.mode == 'REPLACE', refine=registration.mode == 'REFINE')
+    state = _watch(job, report)
+    grade = state.grade.name.lower().replace("_", " ")
+    return f"family {registration.family}, version {state.version}: {grade}"
