@@ -10,7 +10,6 @@ namespace liquidblend::c_api {
 namespace {
 
 constexpr uint32_t kAllAttributes = LB_NORMALS | LB_VELOCITIES | LB_REST_POSITIONS;
-constexpr int kMostAttempts = 1000;  // as long as patience lasts
 constexpr int kMostMeshoptBits = 16;
 
 absl::Duration SecondsOr(double seconds, absl::Duration otherwise) {
@@ -37,12 +36,11 @@ absl::StatusOr<ConnectOptions> ConnectOptionsOf(const lb_connect_options& option
   }
   result.connect_timeout = SecondsOr(options.connect_timeout_s, result.connect_timeout);
   result.call_timeout = SecondsOr(options.call_timeout_s, result.call_timeout);
-  if (options.patience_s < 0.0) {
+  result.retry.is_patient = options.patience_s >= 0.0;
+  result.retry.patience = SecondsOr(options.patience_s, result.retry.patience);
+  if (!result.retry.is_patient) {
     result.retry.patience = absl::ZeroDuration();
     result.retry.max_attempts = 1;
-  } else if (options.patience_s > 0.0) {
-    result.retry.patience = absl::Seconds(options.patience_s);
-    result.retry.max_attempts = kMostAttempts;
   }
   SecurityOptions& security = result.security;
   security.tls = options.tls != 0;

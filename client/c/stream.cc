@@ -32,11 +32,13 @@ absl::StatusOr<StreamSettings> SettingsOf(const lb_stream_request& from) {
   return settings;
 }
 
-absl::StatusOr<std::unique_ptr<lb_frame>> Decoded(const StreamedFrame& streamed,
-                                                  lb_stream& stream) {
+// Null at the end.
+absl::StatusOr<std::unique_ptr<lb_frame>> ReadFrame(lb_stream& stream) {
+  LBC_ASSIGN_OR_RETURN(const auto streamed, stream.stream->Read());
+  if (!streamed.has_value()) return std::unique_ptr<lb_frame>();
   const auto mesh = stream.pool->Take();
   LBC_RETURN_IF_ERROR(
-      stream.fetcher.Decode(streamed.frame, streamed.level_of_detail, *stream.pool, *mesh));
+      stream.fetcher.Decode(streamed->frame, streamed->level_of_detail, *stream.pool, *mesh));
   auto frame = std::make_unique<lb_frame>();
   frame->mesh = mesh;
   return frame;
@@ -64,9 +66,9 @@ lb_status lb_stream_open(lb_client* client, const lb_stream_request* request, lb
 lb_status lb_stream_next(lb_stream* stream, lb_frame** out) {
   return c_api::Give(out, [&]() -> absl::StatusOr<std::unique_ptr<lb_frame>> {
     LBC_RETURN_IF_ERROR(c_api::CheckIsThere(stream, "stream"));
-    LBC_ASSIGN_OR_RETURN(const auto streamed, stream->stream->Read());
-    if (!streamed.has_value()) return std::unique_ptr<lb_frame>();
-    return c_api::Decoded(*streamed, *stream);
+    absl::StatusOr<std::unique_ptr<lb_frame>> frame = c_api::ReadFrame(*stream);
+    if (!frame.ok()) stream->stream->Cancel();
+    return frame;
   });
 }
 

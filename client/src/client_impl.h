@@ -85,9 +85,11 @@ class Client::Impl {
   }
 
   // Runs `call`, which may be repeated, until it succeeds, fails for another reason than
-  // kUnavailable, or the attempts are used up. An attempt asks every server once.
+  // kUnavailable, or the attempts are used up, or patience is. An attempt asks every server once.
   absl::Status TryAll(const std::function<absl::Status(client::Server& server)>& call) {
-    return client::RetryUnavailable(options.retry, [&](int) { return servers->TryEach(call); });
+    const auto attempt = [&] { return servers->TryEach(call); };
+    if (options.retry.is_patient) return client::RetryPatiently(options.retry, attempt);
+    return client::RetryUnavailable(options.retry, [&](int) { return attempt(); });
   }
 
   // operations.cc: likewise for `call` that submits an operation with a request id, as long as
@@ -101,6 +103,10 @@ class Client::Impl {
   absl::StatusOr<std::vector<std::string>> SendDirectly(
       const UploadRequest& upload, const std::vector<client::UploadFile>& files,
       const std::function<void(const UploadProgress&)>& report);
+
+  // download.cc: a stored file, part by part through the server. Returns its size.
+  absl::StatusOr<int64_t> ReadFile(const std::string& name, const std::string& path,
+                                   int64_t version);
 
   // operations.cc: returns the operation, and notes its version, so that later frames are not
   // older.

@@ -46,29 +46,38 @@ absl::StatusOr<int64_t> ReadWhole(v1::ReadFileRequest request, const std::string
 
 }  // namespace
 
+absl::StatusOr<int64_t> Client::Impl::ReadFile(const std::string& name, const std::string& path,
+                                               int64_t version) {
+  v1::ReadFileRequest first;
+  first.set_name(name);
+  first.set_version(version);
+  // The server reads and checks all of a file before it gives the first part.
+  return ReadWhole(std::move(first), path, [this](const v1::ReadFileRequest& next) {
+    return Call(&Service::ReadFile, next, options.upload_timeout);
+  });
+}
+
 absl::StatusOr<int64_t> Client::Download(const std::string& name, const std::string& path,
                                          int64_t version) {
+  if (!impl_->options.direct_transfers) return impl_->ReadFile(name, path, version);
   v1::PresignDownloadRequest request;
   request.set_name(name);
   request.set_version(version);
   const absl::StatusOr<v1::PresignDownloadResponse> from =
       impl_->Call(&Impl::Service::PresignDownload, request);
   if (absl::IsUnimplemented(from.status())) {
-    v1::ReadFileRequest first;
-    first.set_name(name);
-    first.set_version(version);
-    const absl::StatusOr<int64_t> size =
-        ReadWhole(std::move(first), path, [&](const v1::ReadFileRequest& next) {
-          return impl_->Call(&Impl::Service::ReadFile, next);
-        });
+    const absl::StatusOr<int64_t> size = impl_->ReadFile(name, path, version);
     // A server that is too old for it says less than this.
     return absl::IsUnimplemented(size.status()) ? from.status() : size;
   }
   LBC_RETURN_IF_ERROR(from.status());
   LBC_RETURN_IF_ERROR(client::CheckVersion(version, from->version()));
   client::Http http(impl_->options.security.storage_ca);
-  LBC_RETURN_IF_ERROR(client::RetryUnavailable(
-      impl_->options.retry, [&](int) { return client::GetFromUrl(http, *from, path); }));
+  const absl::Status got = client::RetryUnavailable(
+      impl_->options.retry, [&](int) { return client::GetFromUrl(http, *from, path); });
+  // The object store may be out of this client's reach.
+  if (absl::IsUnavailable(got)) return impl_->ReadFile(name, path, version);
+  LBC_RETURN_IF_ERROR(got);
   return from->size_bytes();
 }
 

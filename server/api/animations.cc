@@ -58,6 +58,8 @@ absl::StatusOr<Empty> DeleteAnimation(Backends& backends,
                                       const v1::DeleteAnimationRequest& request) {
   LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("name", request.name()));
   LB_RETURN_IF_ERROR(backends.catalog.DeleteAnimation(id));
+  backends.animations.Clear();
+  backends.open_blobs.Clear();
   return Empty();
 }
 

@@ -100,6 +100,7 @@ absl::StatusOr<Empty> DeleteFamily(Backends& backends, const v1::DeleteFamilyReq
   LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("name", request.name()));
   const absl::Status deleted = backends.catalog.DeleteFamily(id);
   if (deleted.ok() || absl::IsNotFound(deleted)) backends.families.Forget(id);
+  backends.open_blobs.Clear();
   LB_RETURN_IF_ERROR(deleted);
   return Empty();
 }

@@ -3,9 +3,12 @@
 #pragma once
 
 #include <memory>
+#include <set>
 #include <string>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
+#include "absl/synchronization/mutex.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/files/files.h"
 #include "server/base/recently_used.h"
@@ -20,20 +23,25 @@ using BlobPtr = std::shared_ptr<const store::Blob>;
 absl::StatusOr<BlobPtr> OpenBlob(store::BlobStore& blobs, const store::BlobId& blob,
                                  const std::string& name);
 
-// Files as they are.  Threads: safe.
+// Files as they are. Of several calls for one file that is not open, one opens it, and the others
+// wait for that.  Threads: safe.
 class OpenBlobs {
  public:
-  static constexpr size_t kMaxOpen = 4;
+  static constexpr size_t kMaxOpen = 16;
 
   // The store outlives it.
   explicit OpenBlobs(store::BlobStore& blobs) : blobs_(blobs) {}
 
   // May wait for the store. Errors: OpenBlob()'s.
   absl::StatusOr<BlobPtr> Open(const store::BlobId& blob, const std::string& name);
+  // Lets go of all files: what was deleted takes no room on the disk then.
+  void Clear() { recent_.Clear(); }
 
  private:
   store::BlobStore& blobs_;
   RecentlyUsed<BlobPtr> recent_{kMaxOpen};
+  absl::Mutex mutex_;
+  std::set<store::BlobId> opening_ ABSL_GUARDED_BY(mutex_);
 };
 
 using AnimationFramesPtr = std::shared_ptr<const store::AnimationFrames>;
@@ -49,6 +57,8 @@ class OpenAnimations {
   //   name  for messages
   // May wait for the store. Errors: kDataLoss if the blob is missing or damaged; the store's.
   absl::StatusOr<AnimationFramesPtr> Open(const store::BlobId& blob, const std::string& name);
+  // Likewise.
+  void Clear() { frames_.Clear(); }
 
  private:
   store::BlobStore& blobs_;

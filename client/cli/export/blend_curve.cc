@@ -17,7 +17,7 @@
 namespace liquidblend::cli {
 namespace {
 
-// A weight out of the server's range is known before the first frame is asked for.
+// The server's range (core/frames/blend_weights.h): a key beyond it is refused before any frame.
 constexpr double kMinWeight = -1.0, kMaxWeight = 2.0;
 
 using Key = BlendCurve::Key;

@@ -61,6 +61,16 @@ std::vector<std::string> FilesOfEarlierExports(const std::string& directory,
   return found;
 }
 
+// An export that could not move all of its files has left its meta.json among the rest. In the
+// folder, the frames that were moved are known by it for as long as they are there.
+absl::Status KeepMeta(const fs::path& folder) {
+  std::error_code error;
+  const fs::path left = folder / kPartName / kMetaName;
+  if (fs::exists(folder / kMetaName, error) || !fs::exists(left, error)) return absl::OkStatus();
+  fs::rename(left, folder / kMetaName, error);
+  return error ? Failure(left, error) : absl::OkStatus();
+}
+
 absl::Status CheckContent(const std::string& directory, const std::vector<std::string>& names,
                           const std::vector<std::string>& replaced, ExportFolder::Policy policy) {
   if (names.empty()) return absl::OkStatus();
@@ -85,6 +95,7 @@ absl::Status CheckContent(const std::string& directory, const std::vector<std::s
 
 absl::StatusOr<ExportFolder> ExportFolder::Open(const std::string& directory, Policy policy) {
   LBC_RETURN_IF_ERROR(MakeDirectory(directory));
+  if (policy == Policy::kOverwrite) LBC_RETURN_IF_ERROR(KeepMeta(directory));
   LBC_ASSIGN_OR_RETURN(const std::vector<std::string> names, ListNames(directory));
   std::vector<std::string> replaced = FilesOfEarlierExports(directory, names);
   LBC_RETURN_IF_ERROR(CheckContent(directory, names, replaced, policy));

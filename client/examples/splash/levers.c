@@ -100,7 +100,9 @@ bool levers_move(struct levers* levers, int lever, double share) {
 }
 
 double lever_share(const struct lever* lever) {
-  return (lever->value - lever->low) / (lever->high - lever->low);
+  const double length = lever->high - lever->low;
+  return length > 0.0 ? (lever->value - lever->low) / length
+                      : 0.0; /* one value of all animations */
 }
 
 bool levers_send(const struct levers* levers, double over_s) {

@@ -99,6 +99,15 @@ static struct figures play(struct game* game, double seconds) {
   return all;
 }
 
+/* A picture shows the frame of the levers and the time that were asked for, and no earlier one. */
+static bool take_exact_frame(struct game* game, double time_s) {
+  lb_frame* frame;
+  const lb_status status = lb_player_wait_exact(game->player, time_s, kPatience_s, &frame);
+  if (status == LB_OK) return water_take(&game->water, frame);
+  fprintf(stderr, "splash: %s: %s\n", lb_status_name(status), lb_last_error());
+  return false;
+}
+
 /* What `--seconds` and `--screenshot` ask for. */
 static bool finish(struct game* game, const struct options* options, const struct figures* all) {
   if (options->seconds > 0.0 && all->num_pictures > 0) {
@@ -107,6 +116,7 @@ static bool finish(struct game* game, const struct options* options, const struc
     printf("%s\n", text);
   }
   if (options->screenshot == NULL) return true;
+  if (options->time_s >= 0.0 && !take_exact_frame(game, options->time_s)) return false;
   if (game->water.shown == NULL) {
     fputs("splash: no frame has come, so there is no picture\n", stderr);
     return false;

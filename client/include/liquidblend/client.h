@@ -32,6 +32,9 @@ struct RetryOptions {
   // >= 0; of one call: the total of the waits that the server asks for; 0: none. Also how long a
   // server may be away while an operation is submitted or watched.
   absl::Duration patience = absl::Seconds(30);
+  // Whether other calls, too, are repeated while a server has been away for less than `patience`,
+  // when the attempts are used up.
+  bool is_patient = false;
 };
 
 struct ConnectOptions {

@@ -396,8 +396,8 @@ typedef struct lb_stream_request {
   int32_t reserved;
 } lb_stream_request;
 
-/* Opens a stream, without waiting for it: errors of the server's come with the first frame. It may
- * outlive its client. */
+/* Opens a stream. It waits only while there is no connection, 5 s at most: errors of the server's
+ * come with the first frame. It may outlive its client. */
 LB_API lb_status lb_stream_open(lb_client* client, const lb_stream_request* request,
                                 lb_stream** out);
 /* Waits for the next frame. At the end it is LB_OK, and `out` is NULL.

@@ -34,6 +34,9 @@ class AnimationFrames {
 
   const liquidblend::store::v1::AnimationManifest& manifest() const { return manifest_; }
 
+  // Whether the file could be read so far (Blob::Check()).
+  absl::Status Check() const { return blob_->Check(); }
+
   // Frame k. Requires: k in [0, manifest().num_frames()).  Errors: kDataLoss, kInvalidArgument.
   absl::StatusOr<mesh::TriangleMesh> Read(int k) const;
 

@@ -133,7 +133,8 @@ bool SetEncoding(const std::string& name, Reader& read, v1::Encoding& encoding) 
 void SetAttributes(const QueryField& field, Reader& read, v1::SurfaceOptions& surface) {
   for (const auto part : absl::StrSplit(field.value, ',')) {
     surface.add_attributes(read.OneOf<v1::SurfaceOptions::Attribute>(
-        v1::SurfaceOptions::Attribute_Parse, std::string(part), "normals, velocities and rest_positions, separated by commas"));
+        v1::SurfaceOptions::Attribute_Parse, std::string(part),
+        "normals, velocities and rest_positions, separated by commas"));
   }
 }
 

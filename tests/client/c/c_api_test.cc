@@ -314,6 +314,21 @@ class ClientTest : public ::testing::Test {
   lb_client* client_ = nullptr;
 };
 
+TEST(Connect, WaitsForAServerThatIsGoneAsLongAsPatienceLasts) {
+  auto server = std::make_unique<liquidblend::testing::FakeServer>();
+  const std::string target = server->target();
+  auto options = Sized<lb_connect_options>();
+  options.target = target.c_str();
+  options.patience_s = 0.2;
+  lb_client* client = nullptr;
+  ASSERT_EQ(lb_client_connect(&options, &client), LB_OK) << LastError();
+  server = nullptr;
+  lb_family* family = nullptr;
+  EXPECT_EQ(lb_client_get_family(client, "drops", 0, &family), LB_UNAVAILABLE);
+  EXPECT_THAT(LastError(), HasSubstr("attempts"));
+  lb_client_free(client);
+}
+
 TEST_F(ClientTest, DescribesAFamilyAndItsPoints) {
   lb_family* family = nullptr;
   ASSERT_EQ(lb_client_get_family(client_, "drops", 0, &family), LB_OK) << LastError();

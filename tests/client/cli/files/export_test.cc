@@ -146,6 +146,8 @@ TEST_F(Export, ThatCannotMoveItsFilesLosesNoneAndTheNextOneGoesOn) {
   EXPECT_THAT(stuck.err, HasSubstr("not in their place yet are in " + Out() + "/.export.part"));
   EXPECT_EQ(testing::ListFolder(Out() + "/.export.part").size(), 4u);  // three frames, meta.json
   std::filesystem::remove_all(Out() + "/frame_0002.ply");
+  server_.BreakNextStream();
+  EXPECT_EQ(Run({"--overwrite", "--fps", "2"}, "0.75").exit_code, 3);  // nor does this lose it
   const CommandResult again = Run({"--overwrite", "--fps", "2"}, "0.75");
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_THAT(Names(),
