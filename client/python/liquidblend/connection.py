@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Optional
 
 from . import _native
-from ._calls import Path, encode, encode_path
+from ._calls import Path, encode_optional, encode_optional_path
 
 
 @dataclass(frozen=True)
@@ -37,16 +37,14 @@ class Connection:
         patience = 0.0 if self.patience is None else self.patience
         if self.patience == 0.0:
             patience = -1.0  # which the C API takes for none
-        files = [self.tls_ca, self.tls_cert, self.tls_key]
-        ca, cert, key = (None if file is None else encode_path(file) for file in files)
         return _native.ConnectOptions(
-            target=encode(self.target),
-            token=encode(self.token),
+            target=encode_optional(self.target, "target"),
+            token=encode_optional(self.token, "token"),
             tls=int(self.tls),
-            tls_ca=ca,
-            tls_cert=cert,
-            tls_key=key,
-            tls_server_name=encode(self.tls_server_name),
+            tls_ca=encode_optional_path(self.tls_ca, "tls_ca"),
+            tls_cert=encode_optional_path(self.tls_cert, "tls_cert"),
+            tls_key=encode_optional_path(self.tls_key, "tls_key"),
+            tls_server_name=encode_optional(self.tls_server_name, "tls_server_name"),
             connect_timeout_s=self.connect_timeout or 0.0,
             call_timeout_s=self.call_timeout or 0.0,
             patience_s=patience,

@@ -10,8 +10,8 @@ from types import TracebackType
 from typing import Callable, List, Mapping, Optional, Type
 
 from . import _native
-from ._calls import Caller, Path, Weights, doubles, encode, encode_path, invoke, make_some
-from ._calls import parameters_of, weights_of
+from ._calls import Caller, Path, Weights, doubles, encode_optional, encode_optional_path
+from ._calls import invoke, make_some, parameters_of, weights_of
 from .connection import Connection
 from .errors import Status, status_of
 from .family import Family, family_of
@@ -113,9 +113,9 @@ class Player:
         """
         servers = (connection or Connection()).to_native()
         options = _native.PlayerOptions(
-            file=None if file is None else encode_path(file),
+            file=encode_optional_path(file, "file"),
             connect=ctypes.pointer(servers),
-            family=encode(family),
+            family=encode_optional(family, "family"),
             version=version,
             surface=ctypes.pointer(surface.to_native()),
             frames_per_second=frames_per_second,

@@ -41,6 +41,14 @@ class ErrorTest(unittest.TestCase):
 
 
 class ArgumentsTest(unittest.TestCase):
+    def test_a_text_with_a_nul_is_refused(self):
+        for name in ("target", "token", "tls_ca", "tls_cert", "tls_key", "tls_server_name"):
+            with self.assertRaisesRegex(liquidblend.InvalidArgument, f"^INVALID_ARGUMENT: {name} "):
+                liquidblend.connect(**{name: "a\0b"})
+        for name in ("file", "family"):
+            with self.assertRaisesRegex(liquidblend.InvalidArgument, f"{name} has a NUL"):
+                liquidblend.Player.open(**{name: "a\0b"})
+
     def test_a_file_that_is_missing_is_not_found(self):
         with self.assertRaises(liquidblend.NotFound) as raised:
             liquidblend.Player.open(file="/nowhere/family.lbf")
