@@ -7,6 +7,7 @@ from typing import Optional
 
 from . import _native
 from ._calls import Path, encode_optional, encode_optional_path
+from .errors import invalid_argument
 
 
 @dataclass(frozen=True)
@@ -27,11 +28,17 @@ class Connection:
     tls_server_name: Optional[str] = None
     """That the server's certificate is for; None: the target's host."""
     connect_timeout: Optional[float] = None
-    """Seconds; None: 5."""
+    """Seconds, above 0; None: 5."""
     call_timeout: Optional[float] = None
-    """Seconds of one attempt of a short call; None: 30."""
+    """Seconds of one attempt of a short call, above 0; None: 30."""
     patience: Optional[float] = None
     """Seconds that calls are tried again while no server can be reached; None: 30; 0: none."""
+
+    def __post_init__(self) -> None:
+        for name in ("connect_timeout", "call_timeout"):
+            seconds = getattr(self, name)
+            if seconds is not None and seconds <= 0:
+                raise invalid_argument(f"{name} is {seconds:g}; it is above 0, or None")
 
     def to_native(self) -> _native.ConnectOptions:
         patience = 0.0 if self.patience is None else self.patience

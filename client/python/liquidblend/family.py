@@ -112,13 +112,23 @@ def family_of(describe: str, handle: _native.Handle) -> Family:
         targets=tuple(id_of(name.decode()) for name in info.targets[: info.num_targets]),
         duration=info.duration_s,
         frames_per_second=info.frames_per_second,
-        up=Up(info.up),
+        up=up_of(info.up),
         bounds=(_native.vector(info.bounds_min), _native.vector(info.bounds_max)),
         levels=info.num_levels,
         parameters=tuple(name.decode() for name in info.parameters[:size]),
         points=tuple(tuple(info.points[size * n : size * (n + 1)]) for n in range(count)),
         raw=json.loads(info.json or b"{}"),
     )
+
+
+def up_of(number: int) -> Up:
+    """UNKNOWN for what a newer library may say."""
+    return Up(number) if number in Up.__members__.values() else Up.UNKNOWN
+
+
+def grade_of(number: int) -> Grade:
+    """Likewise."""
+    return Grade(number) if number in Grade.__members__.values() else Grade.UNKNOWN
 
 
 def id_of(name: str) -> str:

@@ -10,7 +10,7 @@ from typing import Callable, Iterator, Optional
 from . import _native
 from ._calls import ClientHandle, encode, invoke, make_some
 from .errors import DeadlineExceeded, Status, make_error, status_of
-from .family import Grade, id_of
+from .family import Grade, grade_of, id_of
 
 # Seconds between two questions for a job's state: short at first, since small jobs end soon.
 _SHORTEST_PAUSE = 0.05
@@ -61,7 +61,7 @@ def state_of(handle: _native.Handle) -> JobState:
         reason=info.reason.decode(),
         waiting_for=info.waiting_for.decode(),
         version=info.version,
-        grade=Grade(info.grade),
+        grade=grade_of(info.grade),
     )
 
 
