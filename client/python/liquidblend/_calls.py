@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import ctypes
+import numbers
 import os
 import queue
 import threading
 from typing import Any, Callable, Generic, Iterable, List, Mapping, Optional, Sequence, TypeVar
 from typing import Union
 
+import numpy as np
+from numpy.typing import NDArray
+
 from . import _native
 from .errors import check, invalid_argument
 
 Result = TypeVar("Result")
 _LONGEST_SLEEP = 0.1  # seconds
-Weights = Union[float, Sequence[float]]
+Weights = Union[float, Sequence[float], "np.number[Any]", NDArray[Any]]
 Path = Union[str, "os.PathLike[str]"]
 
 
@@ -155,8 +159,8 @@ def _without_nul(encoded: bytes, name: str) -> bytes:
 
 
 def doubles(values: Iterable[float]) -> Any:
-    numbers = [float(value) for value in values]
-    return (ctypes.c_double * len(numbers))(*numbers)
+    converted = [float(value) for value in values]
+    return (ctypes.c_double * len(converted))(*converted)
 
 
 def texts(values: Iterable[str], name: str) -> Any:
@@ -168,8 +172,10 @@ def weights_of(weights: Optional[Weights]) -> List[float]:
     """A weight for each target; a single number is that of a single target."""
     if weights is None:
         return []
-    if isinstance(weights, (int, float)):
+    if isinstance(weights, (int, float, np.number, numbers.Real)):
         return [float(weights)]
+    if isinstance(weights, np.ndarray):
+        return [float(weight) for weight in np.atleast_1d(weights)]
     return [float(weight) for weight in weights]
 
 

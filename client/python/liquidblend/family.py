@@ -8,10 +8,12 @@ import json
 from dataclasses import dataclass, field
 from typing import Any, Dict, Tuple, Union
 
+import numpy as np
+
 from . import _native
 
 Vector = Tuple[float, float, float]
-OptionValue = Union[bool, int, float, str]
+OptionValue = Union[bool, int, float, str, np.bool_, "np.number[Any]"]
 
 
 class Up(enum.IntEnum):
@@ -137,6 +139,6 @@ def id_of(name: str) -> str:
 
 
 def option_text(value: OptionValue) -> str:
-    if isinstance(value, bool):
+    if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     return str(value)
