@@ -192,7 +192,7 @@ class Client:
         """Starts a registration of a source and its targets, animations.
 
           parameters      of a parameter space: by name, the values of the source and each target
-          options         by name, as docs/registration-options.md has them: {"iterations": 5}
+          options         by name, as docs/registration-options.md has them: {"max_iterations": 5}
           required_grade  GOOD or DOUBTFUL: publish only if no target is worse; the job fails with
                           the reason VERDICT_TOO_LOW otherwise
           replace         publish a new version of a family that exists
