@@ -188,13 +188,14 @@ class Player:
         """
         moment = clock.monotonic() if now is None else now
         pointer = _native.function("lb_player_poll")(self._handle.pointer, moment)
+        # Owned before the log is called, which may raise.
+        polled = None if pointer is None else _native.Handle(pointer, "lb_frame_free")
         while self._messages and self._log is not None:
             self._log(self._messages.pop(0))
-        if pointer is None:
+        if polled is None:
             return None
-        polled = _native.Handle(pointer, "lb_frame_free")
         last = self._frame_handle
-        if self._frame is None or last is None or last.pointer != pointer:
+        if self._frame is None or last is None or last.pointer != polled.pointer:
             self._frame_handle = polled
             self._frame = Frame(polled, self._attributes)
         return self._frame
