@@ -32,7 +32,7 @@ tools=(
   # client/examples/splash, and a display without a graphics card that its test draws on
   libglfw3-dev libepoxy-dev xvfb libgl1-mesa-dri
   # what tests of the Python package use
-  python3-numpy python3-pip python3-setuptools python3-wheel mypy
+  python3-numpy python3-pip python3-setuptools python3-venv python3-wheel mypy
   # a database and an object store of the tests' own
   postgresql-15 ceph-mon ceph-osd ceph-mgr ceph-common radosgw curl
 )

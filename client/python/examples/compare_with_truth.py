@@ -14,12 +14,13 @@ import gzip
 import json
 import os
 import pathlib
+import sys
 
 import numpy as np
 
 import liquidblend
 
-parser = argparse.ArgumentParser(usage=__doc__)
+parser = argparse.ArgumentParser(usage=__doc__.replace("%", "%%"))
 parser.add_argument("family")
 parser.add_argument("truth", type=pathlib.Path)
 parser.add_argument("--server", default=os.environ.get("LIQUIDBLEND_SERVER", "127.0.0.1:50051"))
@@ -100,7 +101,7 @@ def symmetric_distance(frame, positions, triangles):
 
 
 # %% The comparison
-with liquidblend.connect(arguments.server) as client:
+def compare(client):
     family = client.family(arguments.family)
     num_frames = round(family.duration * family.frames_per_second) + 1
     numbers = np.unique(np.linspace(1, num_frames, arguments.frames).round().astype(int))
@@ -113,3 +114,10 @@ with liquidblend.connect(arguments.server) as client:
             for n in numbers
         ]
         print(f"weight {weight:g}: {np.mean(far):.3f}, at most {np.max(far):.3f}")
+
+
+try:
+    with liquidblend.connect(arguments.server) as client:
+        compare(client)
+except liquidblend.Error as error:
+    sys.exit(f"compare_with_truth.py: {error}")

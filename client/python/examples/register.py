@@ -13,6 +13,13 @@ import sys
 import liquidblend
 
 
+def option(text):
+    name, equals, value = text.partition("=")
+    if not (name and equals):
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
+    return name, value
+
+
 def show(state):
     left = "" if state.seconds_left is None else f", {state.seconds_left:.0f} s left"
     stage = "done" if state.done else state.stage
@@ -24,9 +31,11 @@ def main():
     parser.add_argument("family")
     parser.add_argument("folders", nargs="+", metavar="folder")
     parser.add_argument("--server", default=os.environ.get("LIQUIDBLEND_SERVER", "127.0.0.1:50051"))
-    parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument(
+        "--option", action="append", default=[], type=option, metavar="NAME=VALUE"
+    )
     arguments = parser.parse_args()
-    options = dict(option.split("=", 1) for option in arguments.option)
+    options = dict(arguments.option)
     with liquidblend.connect(arguments.server) as client:
         names = [f"{arguments.family}_{k}" for k in range(len(arguments.folders))]
         jobs = [

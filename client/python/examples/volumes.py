@@ -6,6 +6,7 @@
 
 import argparse
 import os
+import sys
 
 import numpy as np
 
@@ -38,4 +39,7 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except liquidblend.Error as error:
+        sys.exit(f"volumes.py: {error}")

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import ctypes
+import numbers
 import os
 import queue
 import threading
 from typing import Any, Callable, Generic, Iterable, List, Mapping, Optional, Sequence, TypeVar
 from typing import Union
 
+import numpy as np
+from numpy.typing import NDArray
+
 from . import _native
-from .errors import check
+from .errors import check, invalid_argument
 
 Result = TypeVar("Result")
 _LONGEST_SLEEP = 0.1  # seconds
-Weights = Union[float, Sequence[float]]
+Weights = Union[float, Sequence[float], "np.number[Any]", NDArray[Any]]
 Path = Union[str, "os.PathLike[str]"]
 
 
@@ -131,21 +135,36 @@ def make_some(name: str, free: str, *arguments: Any) -> _native.Handle:
     return handle
 
 
-def encode(text: Optional[str]) -> Optional[bytes]:
-    return None if text is None else text.encode()
+def encode(text: str, name: str) -> bytes:
+    """A text for C, where it would end at a NUL; `name` is the argument's."""
+    return _without_nul(text.encode(), name)
 
 
-def encode_path(path: Path) -> bytes:
-    return os.fsencode(path)
+def encode_optional(text: Optional[str], name: str) -> Optional[bytes]:
+    return None if text is None else encode(text, name)
+
+
+def encode_path(path: Path, name: str) -> bytes:
+    return _without_nul(os.fsencode(path), name)
+
+
+def encode_optional_path(path: Optional[Path], name: str) -> Optional[bytes]:
+    return None if path is None else encode_path(path, name)
+
+
+def _without_nul(encoded: bytes, name: str) -> bytes:
+    if b"\0" in encoded:
+        raise invalid_argument(f"{name} has a NUL character")
+    return encoded
 
 
 def doubles(values: Iterable[float]) -> Any:
-    numbers = [float(value) for value in values]
-    return (ctypes.c_double * len(numbers))(*numbers)
+    converted = [float(value) for value in values]
+    return (ctypes.c_double * len(converted))(*converted)
 
 
-def texts(values: Iterable[str]) -> Any:
-    encoded = [value.encode() for value in values]
+def texts(values: Iterable[str], name: str) -> Any:
+    encoded = [encode(value, name) for value in values]
     return (ctypes.c_char_p * len(encoded))(*encoded)
 
 
@@ -153,12 +172,14 @@ def weights_of(weights: Optional[Weights]) -> List[float]:
     """A weight for each target; a single number is that of a single target."""
     if weights is None:
         return []
-    if isinstance(weights, (int, float)):
+    if isinstance(weights, (int, float, np.number, numbers.Real)):
         return [float(weights)]
+    if isinstance(weights, np.ndarray):
+        return [float(weight) for weight in np.atleast_1d(weights)]
     return [float(weight) for weight in weights]
 
 
 def parameters_of(parameters: Optional[Mapping[str, float]]) -> Any:
     items = [] if parameters is None else list(parameters.items())
-    values = [_native.Parameter(name.encode(), float(value)) for name, value in items]
+    values = [_native.Parameter(encode(name, "parameters"), float(value)) for name, value in items]
     return (_native.Parameter * len(values))(*values)

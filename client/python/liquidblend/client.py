@@ -8,10 +8,10 @@ from types import TracebackType
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Type, Union
 
 from . import _native
-from ._calls import Caller, ClientHandle, Path, Weights, doubles, encode, encode_path, invoke
-from ._calls import make_some, parameters_of, texts, weights_of
+from ._calls import Caller, ClientHandle, Path, Weights, doubles, encode, encode_optional
+from ._calls import encode_path, invoke, make_some, parameters_of, texts, weights_of
 from .connection import Connection
-from .errors import InvalidArgument, Status
+from .errors import invalid_argument
 from .family import Correspondence, Family, Grade, OptionValue, Up, family_of, id_of, option_text
 from .frame import Frame, SurfaceOptions
 from .jobs import Job, state_of
@@ -96,7 +96,7 @@ class Client:
 
     def animation(self, name: str) -> Dict[str, Any]:
         """What the server says of an animation (liquidblend.v1.Animation as JSON)."""
-        client, text = self._handle, name.encode()
+        client, text = self._handle, encode(name, "name")
         handle = client.interruptible(
             lambda: make_some("lb_client_get_animation", "lb_text_free", client.pointer, text)
         )
@@ -108,12 +108,12 @@ class Client:
 
     def delete_family(self, name: str) -> None:
         """Deletes all its versions."""
-        client, text = self._handle, name.encode()
+        client, text = self._handle, encode(name, "name")
         client.interruptible(lambda: invoke("lb_client_delete_family", client.pointer, text))
 
     def delete_animation(self, name: str) -> None:
         """Deletes it, unless a family has it."""
-        client, text = self._handle, name.encode()
+        client, text = self._handle, encode(name, "name")
         client.interruptible(lambda: invoke("lb_client_delete_animation", client.pointer, text))
 
     def download(self, name: str, path: Path, version: int = 0) -> None:
@@ -121,8 +121,8 @@ class Client:
 
         A ``Player`` plays a family's file without a server.
         """
-        client, to = self._handle, encode_path(path)
-        resource = (name if "/" in name else f"families/{name}").encode()
+        client, to = self._handle, encode_path(path, "path")
+        resource = encode(name if "/" in name else f"families/{name}", "name")
         client.interruptible(
             lambda: invoke("lb_client_download", client.pointer, resource, version, to)
         )
@@ -135,7 +135,7 @@ class Client:
 
     def job(self, name: str) -> Job:
         """A job that somebody has started."""
-        return self._job("lb_client_get_operation", name.encode())
+        return self._job("lb_client_get_operation", encode(name, "name"))
 
     def import_animation(
         self,
@@ -162,9 +162,9 @@ class Client:
           priority           -100 to 100; larger ones are worked on first
         """
         request = _native.ImportRequest(
-            animation=animation.encode(),
-            directory=encode_path(directory),
-            pattern=encode(pattern),
+            animation=encode(animation, "animation"),
+            directory=encode_path(directory, "directory"),
+            pattern=encode_optional(pattern, "pattern"),
             frames_per_second=frames_per_second,
             vertex_scale=vertex_scale,
             velocity_scale=velocity_scale,
@@ -192,7 +192,7 @@ class Client:
         """Starts a registration of a source and its targets, animations.
 
           parameters      of a parameter space: by name, the values of the source and each target
-          options         by name, as docs/registration-options.md has them: {"iterations": 5}
+          options         by name, as docs/registration-options.md has them: {"max_iterations": 5}
           required_grade  GOOD or DOUBTFUL: publish only if no target is worse; the job fails with
                           the reason VERDICT_TOO_LOW otherwise
           replace         publish a new version of a family that exists
@@ -203,18 +203,18 @@ class Client:
         space = {} if parameters is None else dict(parameters)
         pairs = [pair.to_native() for pair in correspondences]
         chosen = [
-            _native.Option(name.encode(), option_text(value).encode())
+            _native.Option(encode(name, "options"), encode(option_text(value), "options"))
             for name, value in (options or {}).items()
         ]
         request = _native.RegisterRequest(
-            family=family.encode(),
-            source=source.encode(),
+            family=encode(family, "family"),
+            source=encode(source, "source"),
             num_targets=len(names),
-            targets=texts(names),
+            targets=texts(names, "targets"),
             num_correspondences=len(pairs),
             correspondences=(_native.Correspondence * len(pairs))(*pairs),
             num_parameters=len(space),
-            parameters=texts(space),
+            parameters=texts(space, "parameters"),
             points=doubles(_points(space, 1 + len(names))),
             refine=int(refine),
             replace=int(replace),
@@ -260,7 +260,7 @@ class Client:
             smoothing_strength, laplacian, temporal_smoothing, position_bits
         )
         request = _native.FrameRequest(
-            family=family.encode(),
+            family=encode(family, "family"),
             version=version,
             time_s=time,
             surface=ctypes.pointer(surface.to_native()),
@@ -310,13 +310,13 @@ class Client:
         The others are those of ``frame()``. Errors come with the first frame.
         """
         if rate == 0.0:
-            raise InvalidArgument(Status.INVALID_ARGUMENT, "rate is 0; the time would stand still")
+            raise invalid_argument("rate is 0; the time would stand still")
         surface = SurfaceOptions(
             normals, velocities, rest_positions, level_of_detail, smoothing_passes,
             smoothing_strength, laplacian, temporal_smoothing, position_bits
         )
         request = _native.StreamRequest(
-            family=family.encode(),
+            family=encode(family, "family"),
             version=version,
             surface=ctypes.pointer(surface.to_native()),
             time_s=time,
@@ -349,7 +349,7 @@ class Client:
         return [id_of(name) for name in self._names(function)]
 
     def _family(self, function: str, name: str, version: int) -> Family:
-        client, text = self._handle, name.encode()
+        client, text = self._handle, encode(name, "name")
         handle = client.interruptible(
             lambda: make_some(function, "lb_family_free", client.pointer, text, version)
         )
@@ -367,10 +367,9 @@ def _points(space: Mapping[str, Sequence[float]], count: int) -> List[float]:
     """The points of the source and each target, one after the other."""
     for name, values in space.items():
         if len(values) != count:
-            raise InvalidArgument(
-                Status.INVALID_ARGUMENT,
+            raise invalid_argument(
                 f"parameter {name} has {len(values)} values for {count} animations (the source and "
-                "each target)",
+                "each target)"
             )
     return [values[n] for n in range(count) for values in space.values()]
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Optional
 
 from . import _native
-from ._calls import Path, encode, encode_path
+from ._calls import Path, encode_optional, encode_optional_path
+from .errors import invalid_argument
 
 
 @dataclass(frozen=True)
@@ -27,26 +28,30 @@ class Connection:
     tls_server_name: Optional[str] = None
     """That the server's certificate is for; None: the target's host."""
     connect_timeout: Optional[float] = None
-    """Seconds; None: 5."""
+    """Seconds, above 0; None: 5."""
     call_timeout: Optional[float] = None
-    """Seconds of one attempt of a short call; None: 30."""
+    """Seconds of one attempt of a short call, above 0; None: 30."""
     patience: Optional[float] = None
     """Seconds that calls are tried again while no server can be reached; None: 30; 0: none."""
+
+    def __post_init__(self) -> None:
+        for name in ("connect_timeout", "call_timeout"):
+            seconds = getattr(self, name)
+            if seconds is not None and seconds <= 0:
+                raise invalid_argument(f"{name} is {seconds:g}; it is above 0, or None")
 
     def to_native(self) -> _native.ConnectOptions:
         patience = 0.0 if self.patience is None else self.patience
         if self.patience == 0.0:
             patience = -1.0  # which the C API takes for none
-        files = [self.tls_ca, self.tls_cert, self.tls_key]
-        ca, cert, key = (None if file is None else encode_path(file) for file in files)
         return _native.ConnectOptions(
-            target=encode(self.target),
-            token=encode(self.token),
+            target=encode_optional(self.target, "target"),
+            token=encode_optional(self.token, "token"),
             tls=int(self.tls),
-            tls_ca=ca,
-            tls_cert=cert,
-            tls_key=key,
-            tls_server_name=encode(self.tls_server_name),
+            tls_ca=encode_optional_path(self.tls_ca, "tls_ca"),
+            tls_cert=encode_optional_path(self.tls_cert, "tls_cert"),
+            tls_key=encode_optional_path(self.tls_key, "tls_key"),
+            tls_server_name=encode_optional(self.tls_server_name, "tls_server_name"),
             connect_timeout_s=self.connect_timeout or 0.0,
             call_timeout_s=self.call_timeout or 0.0,
             patience_s=patience,

@@ -138,6 +138,11 @@ def status_of(code: int) -> Status:
         return Status.UNKNOWN
 
 
+def invalid_argument(message: str) -> Error:
+    """What is wrong with an argument that the library cannot be given."""
+    return InvalidArgument(Status.INVALID_ARGUMENT, message)
+
+
 def make_error(code: int, message: str, reason: str = "") -> Error:
     status = status_of(code)
     return _CLASSES.get(status, Error)(status, message, reason)

@@ -8,10 +8,12 @@ import json
 from dataclasses import dataclass, field
 from typing import Any, Dict, Tuple, Union
 
+import numpy as np
+
 from . import _native
 
 Vector = Tuple[float, float, float]
-OptionValue = Union[bool, int, float, str]
+OptionValue = Union[bool, int, float, str, np.bool_, "np.number[Any]"]
 
 
 class Up(enum.IntEnum):
@@ -112,7 +114,7 @@ def family_of(describe: str, handle: _native.Handle) -> Family:
         targets=tuple(id_of(name.decode()) for name in info.targets[: info.num_targets]),
         duration=info.duration_s,
         frames_per_second=info.frames_per_second,
-        up=Up(info.up),
+        up=up_of(info.up),
         bounds=(_native.vector(info.bounds_min), _native.vector(info.bounds_max)),
         levels=info.num_levels,
         parameters=tuple(name.decode() for name in info.parameters[:size]),
@@ -121,12 +123,22 @@ def family_of(describe: str, handle: _native.Handle) -> Family:
     )
 
 
+def up_of(number: int) -> Up:
+    """UNKNOWN for what a newer library may say."""
+    return Up(number) if number in Up.__members__.values() else Up.UNKNOWN
+
+
+def grade_of(number: int) -> Grade:
+    """Likewise."""
+    return Grade(number) if number in Grade.__members__.values() else Grade.UNKNOWN
+
+
 def id_of(name: str) -> str:
     """ "drops" of "families/drops"."""
     return name.rpartition("/")[2]
 
 
 def option_text(value: OptionValue) -> str:
-    if isinstance(value, bool):
+    if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     return str(value)

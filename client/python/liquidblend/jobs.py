@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Callable, Iterator, Optional
 
 from . import _native
-from ._calls import ClientHandle, invoke, make_some
+from ._calls import ClientHandle, encode, invoke, make_some
 from .errors import DeadlineExceeded, Status, make_error, status_of
-from .family import Grade, id_of
+from .family import Grade, grade_of, id_of
 
 # Seconds between two questions for a job's state: short at first, since small jobs end soon.
 _SHORTEST_PAUSE = 0.05
@@ -61,7 +61,7 @@ def state_of(handle: _native.Handle) -> JobState:
         reason=info.reason.decode(),
         waiting_for=info.waiting_for.decode(),
         version=info.version,
-        grade=Grade(info.grade),
+        grade=grade_of(info.grade),
     )
 
 
@@ -101,7 +101,7 @@ class Job:
 
     def poll(self) -> JobState:
         """Asks for its state."""
-        name = self.name.encode()
+        name = encode(self.name, "name")
         handle = self._client.interruptible(
             lambda: make_some(
                 "lb_client_get_operation", "lb_operation_free", self._client.pointer, name
@@ -140,7 +140,7 @@ class Job:
 
     def cancel(self) -> None:
         """Asks the server to end it. It is done soon after, with the code CANCELLED."""
-        name = self.name.encode()
+        name = encode(self.name, "name")
         self._client.interruptible(lambda: invoke("lb_client_cancel", self._client.pointer, name))
 
     def _states(self, deadline: float) -> Iterator[JobState]:
@@ -158,7 +158,7 @@ class Job:
 
     def _await_servers(self) -> None:
         """A watch of what is done returns when each server has it."""
-        name = self.name.encode()
+        name = encode(self.name, "name")
         self._client.interruptible(
             lambda: make_some(
                 "lb_client_watch", "lb_operation_free", self._client.pointer, name, None, None

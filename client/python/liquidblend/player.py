@@ -10,8 +10,8 @@ from types import TracebackType
 from typing import Callable, List, Mapping, Optional, Type
 
 from . import _native
-from ._calls import Caller, Path, Weights, doubles, encode, encode_path, invoke, make_some
-from ._calls import parameters_of, weights_of
+from ._calls import Caller, Path, Weights, doubles, encode_optional, encode_optional_path
+from ._calls import invoke, make_some, parameters_of, weights_of
 from .connection import Connection
 from .errors import Status, status_of
 from .family import Family, family_of
@@ -113,9 +113,9 @@ class Player:
         """
         servers = (connection or Connection()).to_native()
         options = _native.PlayerOptions(
-            file=None if file is None else encode_path(file),
+            file=encode_optional_path(file, "file"),
             connect=ctypes.pointer(servers),
-            family=encode(family),
+            family=encode_optional(family, "family"),
             version=version,
             surface=ctypes.pointer(surface.to_native()),
             frames_per_second=frames_per_second,
@@ -188,13 +188,14 @@ class Player:
         """
         moment = clock.monotonic() if now is None else now
         pointer = _native.function("lb_player_poll")(self._handle.pointer, moment)
+        # Owned before the log is called, which may raise.
+        polled = None if pointer is None else _native.Handle(pointer, "lb_frame_free")
         while self._messages and self._log is not None:
             self._log(self._messages.pop(0))
-        if pointer is None:
+        if polled is None:
             return None
-        polled = _native.Handle(pointer, "lb_frame_free")
         last = self._frame_handle
-        if self._frame is None or last is None or last.pointer != pointer:
+        if self._frame is None or last is None or last.pointer != polled.pointer:
             self._frame_handle = polled
             self._frame = Frame(polled, self._attributes)
         return self._frame

@@ -26,8 +26,11 @@ class Stream:
         """Made by clients."""
         self._client = client
         self._attributes = attributes
-        self._handle: Optional[_native.Handle] = make_some(
-            "lb_stream_open", "lb_stream_free", client.pointer, ctypes.byref(request)
+        # It waits while there is no connection.
+        self._handle: Optional[_native.Handle] = client.interruptible(
+            lambda: make_some(
+                "lb_stream_open", "lb_stream_free", client.pointer, ctypes.byref(request)
+            )
         )
 
     def __iter__(self) -> Stream:

@@ -1,16 +1,49 @@
 """Calls that Ctrl-C ends, without a server."""
 
+import fractions
 import gc
 import signal
 import threading
 import unittest
 import weakref
 
-from liquidblend._calls import Caller
+import numpy as np
+
+from liquidblend._calls import Caller, weights_of
+from liquidblend.family import option_text
 
 
 class Thing:
     pass
+
+
+class ArgumentsTest(unittest.TestCase):
+    def test_a_weight_may_be_any_real_number(self):
+        numbers = (0.5, np.float64(0.5), np.float32(0.5), np.array(0.5), fractions.Fraction(1, 2))
+        for number in numbers:
+            self.assertEqual(weights_of(number), [0.5], type(number))
+        for number in (1, True, np.int64(1), np.uint8(1), np.array(1)):
+            self.assertEqual(weights_of(number), [1.0], type(number))
+
+    def test_weights_may_be_any_sequence_of_them(self):
+        for numbers in ([0.25, 1], (np.float32(0.25), 1), np.array([0.25, 1])):
+            self.assertEqual(weights_of(numbers), [0.25, 1.0], type(numbers))
+        self.assertEqual(weights_of(None), [])
+        self.assertEqual(weights_of([]), [])
+        with self.assertRaises(ValueError):
+            weights_of("half")
+
+    def test_options_are_written_as_the_library_reads_them(self):
+        for value, text in (
+            (True, "true"),
+            (np.bool_(True), "true"),
+            (np.bool_(False), "false"),
+            (5, "5"),
+            (np.int32(5), "5"),
+            (np.float32(0.5), "0.5"),
+            ("off", "off"),
+        ):
+            self.assertEqual(option_text(value), text, type(value))
 
 
 class CallerTest(unittest.TestCase):

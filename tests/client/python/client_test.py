@@ -57,6 +57,34 @@ class ClientTest(unittest.TestCase):
             self.client.download("none", service().folder / "none.lbf")
         self.assertFalse((service().folder / "none.lbf").exists())
 
+    def test_a_text_with_a_nul_is_refused(self):
+        cut, client = "two_drops\0old", self.client
+        for call, named in (
+            (lambda: client.family(cut), "name"),
+            (lambda: client.animation(cut), "name"),
+            (lambda: client.rollback_family(cut, 1), "name"),
+            (lambda: client.delete_family(cut), "name"),
+            (lambda: client.delete_animation("drops_a\0old"), "name"),
+            (lambda: client.download(cut, service().folder / "cut.lbf"), "name"),
+            (lambda: client.download("two_drops", f"{service().folder}/cut\0.lbf"), "path"),
+            (lambda: client.job("operations/1\0"), "name"),
+            (lambda: client.import_animation("a\0", service().folder), "animation"),
+            (lambda: client.import_animation("a", f"{service().folder}\0"), "directory"),
+            (lambda: client.import_animation("a", service().folder, pattern="*\0"), "pattern"),
+            (lambda: client.register("f\0", "drops_a", "drops_b"), "family"),
+            (lambda: client.register("f", "drops_a\0", "drops_b"), "source"),
+            (lambda: client.register("f", "drops_a", ["drops_b\0"]), "targets"),
+            (lambda: client.register("f", "a", "b", parameters={"h\0": [1, 2]}), "parameters"),
+            (lambda: client.register("f", "a", "b", options={"seed\0": 1}), "options"),
+            (lambda: client.register("f", "a", "b", options={"seed": "1\0"}), "options"),
+            (lambda: client.frame(cut, 0.5), "family"),
+            (lambda: client.frame("two_drops", parameters={"h\0": 1}), "parameters"),
+            (lambda: client.stream(cut, 0.5), "family"),
+        ):
+            with self.assertRaisesRegex(liquidblend.InvalidArgument, f"{named} has a NUL"):
+                call()
+        self.assertIn("two_drops", client.families())
+
     def test_errors_of_threads_are_their_own(self):
         errors = {}
 

@@ -6,7 +6,7 @@ import pathlib
 import unittest
 
 import liquidblend
-from liquidblend import errors
+from liquidblend import errors, family
 
 HEADER = pathlib.Path(__file__).resolve().parents[3] / "client/include/liquidblend/liquidblend.h"
 
@@ -40,7 +40,24 @@ class ErrorTest(unittest.TestCase):
             self.assertEqual((error.code, error.message, error.reason), (code, "why", "REASON"))
 
 
+class UnknownNumberTest(unittest.TestCase):
+    def test_of_a_newer_library_is_unknown(self):
+        self.assertEqual([family.up_of(n) for n in range(7)], list(liquidblend.Up))
+        self.assertEqual([family.grade_of(n) for n in range(4)], list(liquidblend.Grade))
+        for number in (-1, 77):
+            self.assertIs(family.up_of(number), liquidblend.Up.UNKNOWN)
+            self.assertIs(family.grade_of(number), liquidblend.Grade.UNKNOWN)
+
+
 class ArgumentsTest(unittest.TestCase):
+    def test_a_text_with_a_nul_is_refused(self):
+        for name in ("target", "token", "tls_ca", "tls_cert", "tls_key", "tls_server_name"):
+            with self.assertRaisesRegex(liquidblend.InvalidArgument, f"^INVALID_ARGUMENT: {name} "):
+                liquidblend.connect(**{name: "a\0b"})
+        for name in ("file", "family"):
+            with self.assertRaisesRegex(liquidblend.InvalidArgument, f"{name} has a NUL"):
+                liquidblend.Player.open(**{name: "a\0b"})
+
     def test_a_file_that_is_missing_is_not_found(self):
         with self.assertRaises(liquidblend.NotFound) as raised:
             liquidblend.Player.open(file="/nowhere/family.lbf")
@@ -54,6 +71,15 @@ class ArgumentsTest(unittest.TestCase):
         with self.assertRaises(liquidblend.Unavailable) as raised:
             liquidblend.connect("127.0.0.1:1", connect_timeout=0.2, patience=0)
         self.assertEqual(raised.exception.reason, "", "no server has said it")
+
+    def test_a_timeout_of_0_or_less_is_refused(self):
+        for name in ("connect_timeout", "call_timeout"):
+            for seconds in (0, 0.0, -1.5):
+                message = f"{name} is {seconds:g}; it is above 0"
+                with self.assertRaisesRegex(liquidblend.InvalidArgument, message):
+                    liquidblend.connect("127.0.0.1:1", **{name: seconds})
+                with self.assertRaisesRegex(ValueError, message):
+                    liquidblend.Connection(**{name: seconds})
 
     def test_an_option_that_is_wrong_is_named(self):
         with self.assertRaisesRegex(liquidblend.InvalidArgument, "finite"):

@@ -13,14 +13,18 @@ from service import DATA, NUM_FRAMES, copy_frames, read_ply, service
 PACKAGE = pathlib.Path(__file__).resolve().parents[3] / "client" / "python"
 
 
-def run(example, *arguments):
+def started(example, *arguments):
     environment = {
         **os.environ,
         "PYTHONPATH": str(PACKAGE),
         "LIQUIDBLEND_SERVER": service().target,
     }
     command = [sys.executable, "-B", PACKAGE / "examples" / example, *map(str, arguments)]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    return subprocess.run(command, env=environment, capture_output=True, text=True)
+
+
+def run(example, *arguments):
+    done = started(example, *arguments)
     if done.returncode != 0:
         raise AssertionError(f"{example}: exit code {done.returncode}\n{done.stderr}")
     return done.stdout
@@ -75,11 +79,34 @@ class ExamplesTest(unittest.TestCase):
         self.assertGreater(min(volumes), 7.3)
         self.assertLess(max(volumes), 9.5)
 
+    def test_help_is_the_text_at_their_beginning(self):
+        for example in ("compare_with_truth.py", "register.py", "volumes.py"):
+            text = (PACKAGE / "examples" / example).read_text()
+            beginning = re.search(r'"""(.*?)"""', text, re.DOTALL).group(1)
+            self.assertIn(beginning, run(example, "--help"), example)
+
+    def test_an_option_without_a_value_is_named(self):
+        for option in ("seed", "=7"):
+            done = started("register.py", "example", "folder", "--option", option)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(f"{option!r} is not NAME=VALUE", done.stderr)
+
+    def test_errors_of_the_server_are_one_line(self):
+        for command in (
+            ["volumes.py", "none"],
+            ["compare_with_truth.py", "none", DATA / "two_drops" / "MID"],
+            ["register.py", "example", "/nowhere"],
+        ):
+            done = started(*command)
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, rf"^{command[0]}: NOT_FOUND: .*\n$")
+
     def test_registers_with_progress(self):
         folders = [service().folder / "example" / name for name in ("w0_p0", "w1_p1")]
         for folder in folders:
             copy_frames(DATA / "dam_break_clip" / folder.name, folder, range(13, 17))
         text = run("register.py", "example", *folders, "--option", "max_iterations=1")
-        self.assertRegex(text, r"example: +\d+ % space-time meshes")
+        # Which stages it sees depends on how long they take.
+        self.assertRegex(text, r"example_0: +\d+ % (?s:.*)example: 100 % done\n")
         self.assertRegex(text, r"example version 1: (GOOD|DOUBTFUL|TOO_DIFFERENT)\n$")
         self.assertIn("example", service().client.families())

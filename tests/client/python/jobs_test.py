@@ -9,7 +9,7 @@ import sys
 import unittest
 
 import liquidblend
-from service import DATA, FAST, PATIENCE, copy_frames, service
+from service import DATA, FAST, PATIENCE, Server, copy_frames, service
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[3] / "client" / "python"
 CLIP = DATA / "dam_break_clip"
@@ -21,20 +21,35 @@ def setUpModule():
         job.wait(timeout=PATIENCE)
 
 
+# Of a program that presses Ctrl-C on itself when its main thread is within a function.
+PRESS_CTRL_C = """
+import os, signal, socket, sys, threading, time
+
+def press_ctrl_c_in(file, function):
+    main = threading.get_ident()
+
+    def watch():
+        while True:
+            code = sys._current_frames()[main].f_code
+            if code.co_name == function and os.path.basename(code.co_filename) == file:
+                return os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.001)
+
+    threading.Thread(target=watch, daemon=True).start()
+"""
+
+
 def interrupted(code):
-    """Runs Python until it prints a line, presses Ctrl-C, and returns its exit code and errors."""
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE)}
+    """Runs Python that presses Ctrl-C on itself; returns its exit code and errors."""
     process = subprocess.Popen(
-        [sys.executable, "-B", "-c", code],
-        env=environment,
-        stdout=subprocess.PIPE,
+        [sys.executable, "-B", "-c", PRESS_CTRL_C + code],
+        env={**os.environ, "PYTHONPATH": str(PACKAGE)},
+        stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
     )
-    process.stdout.readline()
-    process.send_signal(signal.SIGINT)
     try:
-        _, errors = process.communicate(timeout=20)
+        _, errors = process.communicate(timeout=PATIENCE)
     except subprocess.TimeoutExpired:
         process.kill()
         process.communicate()
@@ -126,21 +141,14 @@ class JobTest(unittest.TestCase):
 
 
 class WaitingTest(unittest.TestCase):
-    """How waiting for a job ends that takes long."""
+    """How waiting for a job ends that is never done: no worker is there for it."""
 
     @classmethod
     def setUpClass(cls):
-        options = {"max_iterations": 200}
-        cls.job = service().client.register("long", "drops_a", "drops_b", options=options)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.job.cancel()
-        try:
-            cls.job.wait(timeout=PATIENCE)
-            raise AssertionError("the job is done, though it was cancelled")
-        except liquidblend.Cancelled:
-            pass
+        cls.server = Server("--workers", "0")
+        cls.addClassCleanup(cls.server.stop)
+        cls.client = liquidblend.connect(cls.server.target)
+        cls.job = cls.client.import_animation("dam", CLIP / "w0_p0")
 
     def test_after_the_timeout_the_job_goes_on(self):
         with self.assertRaises(liquidblend.DeadlineExceeded):
@@ -163,23 +171,32 @@ class WaitingTest(unittest.TestCase):
     def test_ctrl_c_ends_it(self):
         code, errors = interrupted(
             "import liquidblend\n"
-            f"client = liquidblend.connect({service().target!r})\n"
+            f"client = liquidblend.connect({self.server.target!r})\n"
             f"job = client.job({self.job.name!r})\n"
-            "print('waiting', flush=True)\n"
+            "press_ctrl_c_in('jobs.py', '_states')\n"
             "job.wait()\n"
         )
         self.assertIn("KeyboardInterrupt", errors)
         self.assertEqual(code, -signal.SIGINT, errors)
         self.assertFalse(self.job.poll().done)
 
+    def test_a_cancelled_job_says_so(self):
+        job = self.client.import_animation("cancelled", CLIP / "w0_p0")
+        job.cancel()
+        with self.assertRaises(liquidblend.Cancelled):
+            job.wait(timeout=PATIENCE)
+
 
 class InterruptTest(unittest.TestCase):
+    """Ctrl-C while a call of the library waits for a server."""
+
     def test_ends_calls_that_wait_for_a_server(self):
         with socket.create_server(("127.0.0.1", 0)) as silent:
+            target = f"127.0.0.1:{silent.getsockname()[1]}"
             code, errors = interrupted(
                 "import liquidblend\n"
-                "print('connecting', flush=True)\n"
-                f"liquidblend.connect('127.0.0.1:{silent.getsockname()[1]}', connect_timeout=60)\n"
+                "press_ctrl_c_in('_calls.py', 'wait')\n"
+                f"liquidblend.connect({target!r}, connect_timeout=600)\n"
             )
         self.assertIn("KeyboardInterrupt", errors)
         self.assertEqual(code, -signal.SIGINT, errors)
@@ -188,13 +205,37 @@ class InterruptTest(unittest.TestCase):
         code, errors = interrupted(
             "import liquidblend\n"
             f"client = liquidblend.connect({service().target!r})\n"
-            "stream = client.stream('two_drops', 0, live=True, frames_per_second=0.001)\n"
+            "how = {'live': True, 'loop': True, 'frames_per_second': 0.001}\n"
+            "stream = client.stream('two_drops', 0, **how)\n"
             "next(stream)\n"
-            "print('waiting', flush=True)\n"
             "try:\n"
+            "    press_ctrl_c_in('_calls.py', 'wait')\n"
             "    next(stream)\n"
             "except KeyboardInterrupt:\n"
             "    assert stream.closed\n"
             "    assert 'two_drops' in client.families()\n"
+            "else:\n"
+            "    sys.exit('the stream has not waited')\n"
         )
         self.assertEqual(code, 0, errors)
+
+    def test_ends_the_opening_of_a_stream_without_a_connection(self):
+        server = Server("--workers", "0")
+        self.addCleanup(server.stop)
+        port = server.target.rpartition(":")[2]
+        code, errors = interrupted(
+            "import liquidblend\n"
+            f"client = liquidblend.connect({server.target!r})\n"
+            f"os.kill({server.pid}, signal.SIGKILL)\n"
+            "silent = None\n"
+            "while silent is None:\n"
+            "    try:\n"
+            f"        silent = socket.create_server(('127.0.0.1', {port}))\n"
+            "    except OSError:\n"
+            "        time.sleep(0.01)\n"
+            "press_ctrl_c_in('_calls.py', 'wait')\n"
+            "while True:  # the first may not know yet that the connection is lost\n"
+            "    client.stream('two_drops', 0)\n"
+        )
+        self.assertIn("KeyboardInterrupt", errors)
+        self.assertEqual(code, -signal.SIGINT, errors)

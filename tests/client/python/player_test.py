@@ -1,12 +1,15 @@
 """Players: of a file without a server, and of a server."""
 
 import functools
+import gc
 import time
 import unittest
+import unittest.mock
 
 import numpy as np
 
 import liquidblend
+from liquidblend import _native
 from service import NUM_FRAMES, canonical, service
 
 PATIENCE = 30
@@ -32,6 +35,11 @@ def polled(player, is_wanted):
             return frame
         time.sleep(0.005)
     raise AssertionError(f"no such frame; the last is {frame!r}")
+
+
+def replaced(name, function):
+    """Functions of the library, but for one."""
+    return lambda wanted: function if wanted == name else getattr(_native.library(), wanted)
 
 
 class PlayerTest(unittest.TestCase):
@@ -67,6 +75,12 @@ class PlayerTest(unittest.TestCase):
         self.assertEqual((family.name, family.targets), ("two_drops", ("drops_b",)))
         self.assertAlmostEqual(family.duration, (NUM_FRAMES - 1) / 24)
         self.assertEqual(family.raw, {})
+        theirs = service().client.family("two_drops")
+        self.assertEqual((family.name, family.targets), (theirs.name, theirs.targets))
+        connection = liquidblend.Connection(service().target)
+        with liquidblend.Player.open(family="two_drops", connection=connection) as player:
+            of_server = player.family
+        self.assertEqual((of_server.name, of_server.targets), (theirs.name, theirs.targets))
 
     def test_plays_and_pauses(self):
         with open_file(surface=liquidblend.SurfaceOptions(velocities=True)) as player:
@@ -116,3 +130,26 @@ class PlayerTest(unittest.TestCase):
             player.play()
             with self.assertRaisesRegex(Seen, "no frames"):
                 polled(player, lambda frame: False)
+
+    def test_frees_the_frame_of_a_poll_whose_log_raises(self):
+        class Seen(Exception):
+            pass
+
+        def log(message):
+            raise Seen(message)
+
+        with open_file(log=log) as player:
+            polled(player, lambda frame: True)
+            freed = []
+            free = _native.function("lb_frame_free")
+
+            def count(pointer):
+                freed.append(pointer)
+                free(pointer)
+
+            player._messages.append("a line")
+            with unittest.mock.patch.object(_native, "function", replaced("lb_frame_free", count)):
+                with self.assertRaisesRegex(Seen, "a line"):
+                    player.poll()
+            gc.collect()
+            self.assertEqual(freed, [player._frame_handle.pointer])

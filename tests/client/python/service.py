@@ -30,34 +30,36 @@ def copy_frames(source, destination, numbers):
             shutil.copy(source / name, destination)
 
 
-class Service:
-    """A server on free ports, and its family two_drops of the animations drops_a and drops_b."""
+class Server:
+    """A server on free ports with a folder of its own, until stop() or the end of the process."""
 
-    def __init__(self):
+    def __init__(self, *flags):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="liquidblend-python-"))
         atexit.register(self.stop)
         self._output = open(self.folder / "server.out", "w+")
         self._server = subprocess.Popen(
             [PROGRAMS / "liquidblend-server", "--data", self.folder / "data"]
-            + ["--listen", "127.0.0.1:0", "--http", "127.0.0.1:0"],
+            + ["--listen", "127.0.0.1:0", "--http", "127.0.0.1:0", *flags],
             stdout=self._output,
             stderr=subprocess.STDOUT,
         )
         self.target = self._wait_for_target()
-        self.client = liquidblend.connect(self.target)
-        self._register()
+
+    @property
+    def pid(self):
+        return self._server.pid
 
     def stop(self):
-        if self._server.poll() is None:
-            self._server.terminate()
+        """Again: nothing."""
+        atexit.unregister(self.stop)
+        self._server.terminate()
+        try:
+            self._server.wait(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._server.kill()
             self._server.wait()
         self._output.close()
-        shutil.rmtree(self.folder)
-
-    def run(self, *arguments):
-        """The command line; returns what it prints."""
-        command = [PROGRAMS / "liquidblend", "--server", self.target, *map(str, arguments)]
-        return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        shutil.rmtree(self.folder, ignore_errors=True)
 
     def _wait_for_target(self):
         deadline = time.monotonic() + PATIENCE
@@ -69,6 +71,20 @@ class Service:
             time.sleep(0.05)
         text = (self.folder / "server.out").read_text()
         raise RuntimeError(f"the server does not start:\n{text}")
+
+
+class Service(Server):
+    """A server with the family two_drops of the animations drops_a and drops_b."""
+
+    def __init__(self):
+        super().__init__()
+        self.client = liquidblend.connect(self.target)
+        self._register()
+
+    def run(self, *arguments):
+        """The command line; returns what it prints."""
+        command = [PROGRAMS / "liquidblend", "--server", self.target, *map(str, arguments)]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
     def _register(self):
         jobs = []
