@@ -1,4 +1,6 @@
 // Parts of stored files, through the server.
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "server/api/handlers.h"
@@ -30,6 +32,14 @@ class ReadFileTest : public RpcTest {
     request.set_name(name);
     request.set_offset(offset);
     return request;
+  }
+
+  std::string PathOf(const store::BlobId& blob) const {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.path())) {
+      if (entry.path().filename() == blob) return entry.path().string();
+    }
+    ADD_FAILURE() << blob << " is nowhere";
+    return "";
   }
 
   Backends backends_{*catalog_, *blobs_, families_, SmallBackends()};
@@ -70,6 +80,19 @@ TEST_F(ReadFileTest, AFileThatWasReplacedIsNotMixedWithTheNewOne) {
   next.set_checksum(first->checksum());
   EXPECT_THAT(ReadFile(backends_, next), Fails(Code::kAborted, "begin again"));
   EXPECT_EQ(ReadFile(backends_, RequestFor("families/splash"))->version(), 2);
+}
+
+TEST_F(ReadFileTest, AFileThatCannotBeReadIsOpenedAnewOnceItIsWholeAgain) {
+  const std::string content(2 * kPart, 'w');
+  Publish("a", content);
+  ASSERT_THAT(ReadFile(backends_, RequestFor("a")), Succeeds());
+  const std::string path = PathOf(catalog_->GetAnimation("a")->blob());
+  std::filesystem::resize_file(path, kPart);
+  EXPECT_THAT(ReadFile(backends_, RequestFor("a", kPart)), Fails(Code::kDataLoss, ""));
+  std::ofstream(path, std::ios::binary) << content;
+  const auto part = ReadFile(backends_, RequestFor("a", kPart));
+  ASSERT_THAT(part, Succeeds());
+  EXPECT_TRUE(part->data() == content.substr(kPart));
 }
 
 TEST_F(ReadFileTest, AFileThatIsMissingIsDataLoss) {
