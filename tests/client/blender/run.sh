@@ -55,16 +55,6 @@ register_family() {
     --wait >/dev/null || [ $? = 6 ]
 }
 
-# A server on a disk gives no url to download from; its blobs are the files themselves.
-find_family_file() {
-  local file
-  for file in "$directory"/data/blobs/*/*; do
-    if [ "$(head -c 6 "$file" | tail -c 5)" = LBFAM ]; then echo "$file"; return; fi
-  done
-  echo "run.sh: the server keeps no family's file" >&2
-  exit 1
-}
-
 run_blender() {
   BLENDER_USER_RESOURCES=$directory/blender blender -b --factory-startup --python-exit-code 1 \
     --python "$@"
@@ -74,7 +64,8 @@ start_server
 register_family
 "$checkout/client/blender/make_zip.py" "$directory/addon.zip" \
   --library "$build/lib/libliquidblend.so.1"
-family_file=$(find_family_file)
+family_file=$directory/two_drops.lbf
+"$build/bin/liquidblend" download families/two_drops -o "$family_file" >/dev/null
 unset LIQUIDBLEND_LIBRARY LIQUIDBLEND_TOKEN
 run_blender "$script" -- --zip "$directory/addon.zip" --server "$LIQUIDBLEND_SERVER" \
   --file "$family_file" --folder "$directory" --data "$checkout/tests/data/two_drops" "$@"
