@@ -200,28 +200,17 @@ class Client:
           priority        -100 to 100; larger ones are worked on first
         """
         names = [targets] if isinstance(targets, str) else list(targets)
-        space = {} if parameters is None else dict(parameters)
-        pairs = [pair.to_native() for pair in correspondences]
-        chosen = [
-            _native.Option(encode(name, "options"), encode(option_text(value), "options"))
-            for name, value in (options or {}).items()
-        ]
         request = _native.RegisterRequest(
             family=encode(family, "family"),
             source=encode(source, "source"),
-            num_targets=len(names),
-            targets=texts(names, "targets"),
-            num_correspondences=len(pairs),
-            correspondences=(_native.Correspondence * len(pairs))(*pairs),
-            num_parameters=len(space),
-            parameters=texts(space, "parameters"),
-            points=doubles(_points(space, 1 + len(names))),
             refine=int(refine),
             replace=int(replace),
             required_grade=int(required_grade),
             priority=priority,
-            num_options=len(chosen),
-            options=(_native.Option * len(chosen))(*chosen),
+            **_counted("targets", texts(names, "targets")),
+            **_counted("correspondences", _correspondences(correspondences)),
+            **_space(parameters or {}, 1 + len(names)),
+            **_counted("options", _options(options or {})),
         )
         return self._job("lb_client_register", ctypes.byref(request))
 
@@ -248,8 +237,7 @@ class Client:
     ) -> Frame:
         """The surface at one time, in seconds since the first frame.
 
-          weights      one per target, or a number if there is one target; -1 to 2. The source gets
-                       1 minus their sum
+          weights      one per target, or a number for one; -1 to 2; the source gets 1 - their sum
           parameters   instead of weights: a point in the family's parameter space
           extrapolate  parameters outside of the family's points are no error
           version      0: the newest
@@ -266,13 +254,7 @@ class Client:
             surface=ctypes.pointer(surface.to_native()),
             **_blend(weights, parameters, extrapolate),
         )
-        client = self._handle
-        handle = client.interruptible(
-            lambda: make_some(
-                "lb_client_get_frame", "lb_frame_free", client.pointer, ctypes.byref(request)
-            )
-        )
-        return Frame(handle, surface.attributes)
+        return Frame(self._frame(request), surface.attributes)
 
     def stream(
         self,
@@ -355,12 +337,44 @@ class Client:
         )
         return family_of("lb_family_describe", handle)
 
+    def _frame(self, request: _native.FrameRequest) -> _native.Handle:
+        client = self._handle
+        return client.interruptible(
+            lambda: make_some(
+                "lb_client_get_frame", "lb_frame_free", client.pointer, ctypes.byref(request)
+            )
+        )
+
     def _job(self, function: str, argument: Any) -> Job:
         client = self._handle
         handle = client.interruptible(
             lambda: make_some(function, "lb_operation_free", client.pointer, argument)
         )
         return Job(client, state_of(handle))
+
+
+def _counted(name: str, values: Any) -> Dict[str, Any]:
+    """The members of a request that are an array and its length."""
+    return {f"num_{name}": len(values), name: values}
+
+
+def _correspondences(pairs: Iterable[Correspondence]) -> Any:
+    natives = [pair.to_native() for pair in pairs]
+    return (_native.Correspondence * len(natives))(*natives)
+
+
+def _options(options: Mapping[str, OptionValue]) -> Any:
+    natives = [
+        _native.Option(encode(name, "options"), encode(option_text(value), "options"))
+        for name, value in options.items()
+    ]
+    return (_native.Option * len(natives))(*natives)
+
+
+def _space(space: Mapping[str, Sequence[float]], count: int) -> Dict[str, Any]:
+    """The members of a request that are a parameter space of `count` animations."""
+    points = doubles(_points(space, count))
+    return {**_counted("parameters", texts(space, "parameters")), "points": points}
 
 
 def _points(space: Mapping[str, Sequence[float]], count: int) -> List[float]:
@@ -378,13 +392,9 @@ def _blend(
     weights: Optional[Weights], parameters: Optional[Mapping[str, float]], extrapolate: bool
 ) -> Dict[str, Any]:
     """The members of a request that say what is blended."""
-    numbers = weights_of(weights)
-    values = parameters_of(parameters)
     return {
-        "num_weights": len(numbers),
-        "weights": doubles(numbers),
-        "num_parameters": len(values),
-        "parameters": values,
+        **_counted("weights", doubles(weights_of(weights))),
+        **_counted("parameters", parameters_of(parameters)),
         "extrapolate": int(extrapolate),
     }
 

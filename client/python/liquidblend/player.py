@@ -103,7 +103,6 @@ class Player:
           file               of a family (``Client.download()``), or
           family             the id of one of the servers of ``connection``; None: the default's
           version            0: the published one; it stays the same while it plays
-          surface            what is made of the surface
           frames_per_second  of the screen
           look_ahead         seconds that frames are got ahead; 0: not at all
           num_threads        0: 4
@@ -111,10 +110,9 @@ class Player:
           log                gets a line when frames stop coming and when they come again, in poll()
         Raises: Error, such as NotFound; it waits for servers, or until the file is read.
         """
-        servers = (connection or Connection()).to_native()
         options = _native.PlayerOptions(
             file=encode_optional_path(file, "file"),
-            connect=ctypes.pointer(servers),
+            connect=ctypes.pointer((connection or Connection()).to_native()),
             family=encode_optional(family, "family"),
             version=version,
             surface=ctypes.pointer(surface.to_native()),
