@@ -3,6 +3,7 @@
 #include <fstream>
 #include <string>
 
+#include "core/store/blobs/mapped_file.h"
 #include "server/api/handlers.h"
 #include "tests/server/backends_testing.h"
 
@@ -83,6 +84,7 @@ TEST_F(ReadFileTest, AFileThatWasReplacedIsNotMixedWithTheNewOne) {
 }
 
 TEST_F(ReadFileTest, AFileThatCannotBeReadIsOpenedAnewOnceItIsWholeAgain) {
+  store::SurviveUnreadablePages();
   const std::string content(2 * kPart, 'w');
   Publish("a", content);
   ASSERT_THAT(ReadFile(backends_, RequestFor("a")), Succeeds());
