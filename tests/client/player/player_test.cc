@@ -140,19 +140,23 @@ TEST_F(PlayerTest, AllocatesNothingOnceItHasWarmedUp) {
     Start(options);
     player_->SetLoop(true);
     player_->SetPlaying(true);
+    double time_s = -1.0;
     const auto play = [&](int num_frames) {
       for (int n = 0; n < num_frames; ++n) {
-        double time_s = -1.0;
         ASSERT_TRUE(PollUntil([&](const PolledFrame& p) {
           return p.frame != nullptr && std::exchange(time_s, p.frame->facts.time_s) != time_s;
         }));
       }
     };
-    play(300);
-    const int warm = memory.num_allocated;
-    EXPECT_GT(warm, 10);  // each frame's buffer is seen
-    play(300);
-    EXPECT_EQ(memory.num_allocated, warm);
+    // Until as many frames have been held as ever are, which threads decide.
+    int num_stretches = 0, before = -1;
+    while (memory.num_allocated != before && num_stretches < 20) {
+      before = memory.num_allocated;
+      play(300);
+      ++num_stretches;
+    }
+    EXPECT_LT(num_stretches, 20);
+    EXPECT_GT(memory.num_allocated, 10);  // each frame's buffer is seen
   }
   player_.reset();
   EXPECT_EQ(memory.num_held, 0);
