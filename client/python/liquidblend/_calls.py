@@ -75,7 +75,7 @@ class Caller:
     """
 
     def __init__(self) -> None:
-        # Of the thread that makes the calls; the main thread's alone.
+        # Queue of the thread that makes the calls; only the main thread uses it.
         self._calls: "Optional[queue.SimpleQueue[Optional[_Call[Any]]]]" = None
 
     def __call__(self, function: Callable[[], Result]) -> Result:

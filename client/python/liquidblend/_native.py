@@ -338,7 +338,7 @@ def candidates() -> List[str]:
         return [given]
     package = pathlib.Path(__file__).resolve().parent
     beside = [package / FILE_NAME, package.parent / FILE_NAME]
-    # As cmake installs it: PREFIX/share/liquidblend/python/liquidblend and PREFIX/lib.
+    # Layout that cmake installs: PREFIX/share/liquidblend/python/liquidblend and PREFIX/lib.
     if len(package.parents) > 3:
         beside.append(package.parents[3] / "lib" / FILE_NAME)
     return [str(path) for path in beside if path.exists()] + [FILE_NAME]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import ctypes
 import json
-from types import TracebackType
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Type, Union
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Union
 
 from . import _native
 from ._calls import Caller, ClientHandle, Path, Weights, doubles, encode, encode_optional
 from ._calls import encode_path, invoke, make_some, parameters_of, texts, weights_of
+from ._closing import Closing
 from .connection import Connection
 from .errors import invalid_argument
 from .family import Correspondence, Family, Grade, OptionValue, Up, family_of, id_of, option_text
@@ -35,7 +35,7 @@ def _json_of(text: _native.Handle) -> bytes:
     return found
 
 
-class Client:
+class Client(Closing):
     """A connection to servers, until ``close()`` or the end of a ``with`` block.
 
     Methods raise ``liquidblend.Error``: the server's errors with their reasons, Unavailable if none
@@ -68,17 +68,6 @@ class Client:
     def close(self) -> None:
         """Ends the connection once no call, stream or job uses it. Frames stay."""
         self._opened = None
-
-    def __enter__(self) -> Client:
-        return self
-
-    def __exit__(
-        self,
-        kind: Optional[Type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
-        self.close()
 
     # ---- families and animations
 

@@ -6,12 +6,12 @@ import ctypes
 import enum
 import time as clock
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Callable, List, Mapping, Optional, Type
+from typing import Callable, List, Mapping, Optional
 
 from . import _native
 from ._calls import Caller, Path, Weights, doubles, encode_optional, encode_optional_path
 from ._calls import invoke, make_some, parameters_of, weights_of
+from ._closing import Closing
 from .connection import Connection
 from .errors import Status, status_of
 from .family import Family, family_of
@@ -51,7 +51,7 @@ class PlayerStatistics:
     """Of the newest failure; OK since a frame has come."""
 
 
-class Player:
+class Player(Closing):
     """A family that plays: frames are got ahead, on threads of the library's, while weights, time
     and rate change. Of a server, or of a family's file without any.
 
@@ -127,17 +127,6 @@ class Player:
     def close(self) -> None:
         """Ends it; waits for calls that are on their way, 5 s at most. Frames stay."""
         self._opened = self._frame_handle = self._frame = None
-
-    def __enter__(self) -> Player:
-        return self
-
-    def __exit__(
-        self,
-        kind: Optional[Type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
-        self.close()
 
     def set_weights(self, weights: Weights, over: float = 0.0) -> None:
         """Sets a weight per target, linearly in ``over`` seconds from what they are now."""

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import ctypes
-from types import TracebackType
-from typing import Optional, Type
+from typing import Optional
 
 from . import _native
 from ._calls import ClientHandle, make, make_some
+from ._closing import Closing
 from .errors import Cancelled
 from .frame import Frame
 
 
-class Stream:
+class Stream(Closing):
     """Frames that a server sends ahead of what is read; made by ``Client.stream()``.
 
     It is an iterator. It is closed at its end, by ``close()``, at the end of a ``with`` block, and
@@ -71,14 +71,3 @@ class Stream:
     @property
     def closed(self) -> bool:
         return self._handle is None
-
-    def __enter__(self) -> Stream:
-        return self
-
-    def __exit__(
-        self,
-        kind: Optional[Type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
-        self.close()
