@@ -17,7 +17,6 @@
 namespace liquidblend::server {
 namespace {
 
-constexpr absl::Duration kUrlLasts = absl::Minutes(15);  // short: who needs longer asks again
 constexpr int64_t kPartBytes = int64_t{1} << 20;
 
 struct StoredFile {
@@ -75,9 +74,9 @@ absl::StatusOr<v1::PresignDownloadResponse> PresignDownload(
   LB_ASSIGN_OR_RETURN(const StoredFile file,
                       FindStoredFile(backends.catalog, request.name(), request.version()));
   v1::PresignDownloadResponse response;
-  *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlLasts);
+  *response.mutable_expire_time() = store::ToTimestamp(absl::Now() + kUrlsLast);
   LB_ASSIGN_OR_RETURN(*response.mutable_url(),
-                      backends.blobs.PresignDownload(file.blob, kUrlLasts));
+                      backends.blobs.PresignDownload(file.blob, kUrlsLast));
   response.set_size_bytes(file.size_bytes);
   response.set_checksum(file.blob);
   response.set_version(file.version);

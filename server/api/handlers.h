@@ -7,6 +7,7 @@
 #pragma once
 
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "google/longrunning/operations.pb.h"
 #include "google/protobuf/empty.pb.h"
 #include "liquidblend/v1/liquidblend.pb.h"
@@ -22,6 +23,9 @@ using google::protobuf::Empty;
 absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
                                               const v1::RegisterFamilyRequest& request,
                                               const Principal& principal = {});
+
+// How long presigned urls are valid. Short: who needs longer asks again.
+inline constexpr absl::Duration kUrlsLast = absl::Minutes(15);
 
 // presign.cc; kUnimplemented where no urls are given. Checks the principal's limits of storage.
 absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,

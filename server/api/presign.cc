@@ -18,8 +18,6 @@
 namespace liquidblend::server {
 namespace {
 
-// Short: who needs longer asks again.
-constexpr absl::Duration kUrlsLast = absl::Minutes(15);
 constexpr int kMaxFiles = 100;      // of a call
 constexpr int64_t kMaxUrls = 1000;  // of an answer
 

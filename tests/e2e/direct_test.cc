@@ -60,7 +60,7 @@ class DirectTest : public E2eTest {
     ExpectSuccess(AwaitDone(operation->name));
   }
 
-  // Of animation "a", whichever way.
+  // Downloads animation "a", directly or through the server.
   void ExpectDownload(Client& client) {
     const std::string path = data() + "/a.lbanim";
     const auto size = client.Download("animations/a", path);

@@ -160,7 +160,7 @@ class UsdaWriter : public FrameWriter {
     return samples_[attribute].Append(absl::StrCat(line, ": ", value, ",\n"));
   }
 
-  // The value is for simple readers, which know no metadata of a name with a colon otherwise.
+  // Empty default values: three.js finds metadata after a name with a colon only behind a "=".
   static std::string Begin(const Attribute& attribute) {
     std::string text;
     if (*attribute.metadata != '\0') {
