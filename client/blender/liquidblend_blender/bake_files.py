@@ -3,6 +3,7 @@ that a farm plays them without server or library."""
 
 import json
 import os
+import re
 
 import numpy as np
 
@@ -20,13 +21,13 @@ def _name_of(index):
 
 
 def _is_ours(name):
-    return name.removesuffix(".part") == "index.json" or (
-        name.startswith("frame_") and name.removesuffix(".part").endswith(".npz"))
+    return re.fullmatch(r"(index\.json|frame_\d{6,}\.npz)(\.part)?", name) is not None
 
 
 class BakeWriter:
     """Writes a folder. Arrays are in Blender's axes, velocities per second of the scene; the index
-    comes last, so that a folder that has one is whole."""
+    comes last, so that a folder that has one is whole. Until then index.json.part marks the folder
+    as a bake's."""
 
     def __init__(self, folder, frame_start, step, fps, about):
         self._folder = folder
@@ -36,19 +37,24 @@ class BakeWriter:
             os.makedirs(folder, exist_ok=True)
         except OSError as error:
             raise BakeError(f"cannot make {folder}: {error.strerror}") from None
-        self._refuse_others()
+        names = self._names_of_earlier()
+        self._write_part("index.json", lambda file: None)
+        for name in sorted(names, reverse=True):  # index.json first
+            if name != "index.json.part":
+                os.remove(os.path.join(self._folder, name))
 
-    def _refuse_others(self):
-        """Only what an earlier bake left may be replaced."""
+    def _names_of_earlier(self):
+        """What an earlier bake left, which may be replaced, and nothing else may."""
         names = os.listdir(self._folder)
         others = [name for name in names if not _is_ours(name)]
+        if names and not others and not {"index.json", "index.json.part"} & set(names):
+            others = names
         if others:
             raise BakeError(f"{self._folder} holds {others[0]}, which is of no bake; "
                             "choose an empty folder")
         if "index.json" in names:
             read_index(self._folder)
-        for name in names:
-            os.remove(os.path.join(self._folder, name))
+        return names
 
     def add(self, surface):
         arrays = {name: getattr(surface, name) for name in _ARRAYS
@@ -64,13 +70,20 @@ class BakeWriter:
         self._write("index.json", lambda file: file.write(text))
 
     def _write(self, name, write):
-        path = os.path.join(self._folder, name)
+        part = self._write_part(name, write)
         try:
-            with open(path + ".part", "wb") as file:
-                write(file)
-            os.replace(path + ".part", path)
+            os.replace(part, os.path.join(self._folder, name))
         except OSError as error:
-            raise BakeError(f"cannot write {path}: {error.strerror}") from None
+            raise BakeError(f"cannot rename {part}: {error.strerror}") from None
+
+    def _write_part(self, name, write):
+        part = os.path.join(self._folder, name + ".part")
+        try:
+            with open(part, "wb") as file:
+                write(file)
+        except OSError as error:
+            raise BakeError(f"cannot write {part}: {error.strerror}") from None
+        return part
 
 
 def read_index(folder):
@@ -94,8 +107,8 @@ def _check_index(path, index):
     for key in ("fps", "frame_start", "step", "frames"):
         if not isinstance(index.get(key), (int, float)):
             raise BakeError(f"{path} has no number {key}")
-    if not index["step"] > 0 or index["frames"] < 1:
-        raise BakeError(f"{path} has no frames, or a step that is not above 0")
+    if not index["step"] > 0 or not index["fps"] > 0 or index["frames"] < 1:
+        raise BakeError(f"{path} has no frames, or a step or rate that is not above 0")
 
 
 def _check_arrays(path, arrays):
@@ -104,7 +117,9 @@ def _check_arrays(path, arrays):
         raise BakeError(f"{path} lacks positions or triangles")
     if positions.ndim != 2 or positions.shape[1] != 3 or triangles.shape[1:] != (3,):
         raise BakeError(f"{path}: positions and triangles are not of three columns")
-    if triangles.size and int(triangles.max()) >= len(positions):
+    if not np.issubdtype(triangles.dtype, np.integer):
+        raise BakeError(f"{path}: triangles are not whole numbers")
+    if triangles.size and not 0 <= int(triangles.min()) <= int(triangles.max()) < len(positions):
         raise BakeError(f"{path}: a triangle has a vertex that is not there")
     for name, width in (("velocities", 3), ("normals", 3), ("rest_positions", 4)):
         if name in arrays and arrays[name].shape != (len(positions), width):

@@ -9,7 +9,7 @@ class SurfaceCache:
     """Surfaces by request. The ones used last are kept, within `max_bytes`.
 
     make  makes the surface of a request; called from any thread, also at the same time, with
-          whether somebody waits for it and nothing else
+          whether it shall wait for a server that is gone
     """
 
     def __init__(self, make, max_bytes=512 << 20, num_threads=2):
@@ -27,7 +27,7 @@ class SurfaceCache:
         for thread in self._threads:
             thread.start()
 
-    def get(self, request):
+    def get(self, request, is_patient=True):
         """The surface, made now if need be. Raises what making it raises."""
         with self._changed:
             while request in self._running:
@@ -37,7 +37,7 @@ class SurfaceCache:
                 return surface
             self._running.add(request)
             generation = self._generation
-        return self._make_and_keep(request, generation, True)
+        return self._make_and_keep(request, generation, is_patient)
 
     def peek(self, request):
         """The surface, if it is there; None otherwise. Raises what making it has raised since it
@@ -81,17 +81,26 @@ class SurfaceCache:
         while num_bytes > self.max_bytes and len(self._surfaces) > 1:
             num_bytes -= self._surfaces.popitem(last=False)[1].num_bytes
 
-    def _make_and_keep(self, request, generation, is_awaited):
-        surface = None
+    def _make_and_keep(self, request, generation, is_patient):
+        surface = failure = None
         try:
-            surface = self._make(request, is_awaited)
+            surface = self._make(request, is_patient)
             return surface
+        except Exception as error:
+            failure = error
+            raise
         finally:
             with self._changed:
                 self._running.discard(request)
-                if surface is not None and generation == self._generation:
-                    self._keep(request, surface)
+                if generation == self._generation:
+                    self._note(request, surface, failure)
                 self._changed.notify_all()
+
+    def _note(self, request, surface, failure):
+        if surface is not None:
+            self._keep(request, surface)
+        elif failure is not None:
+            self._errors[request] = failure
 
     def _next(self):
         """The next request to make; None once the cache is closed."""
@@ -112,6 +121,5 @@ class SurfaceCache:
                 return
             try:
                 self._make_and_keep(request, generation, False)
-            except Exception as error:  # shown where the frame is asked for
-                with self._changed:
-                    self._errors[request] = error
+            except Exception:
+                pass  # peek() raises it where the frame is asked for

@@ -16,10 +16,12 @@ from .tasks import Cancelled
 _VENDOR = os.path.join(os.path.dirname(os.path.abspath(__file__)), "vendor")
 _WEIGHT_RANGE = (-1.0, 2.0)  # a server takes no others
 _SHORT_CONNECT_S = 2.0
+_LOOK_S = 0.5  # how often a task looks whether the user has stopped it
 _RETRY_S = 0.5
 _MAX_PLAYERS = 4  # each holds a file's index
 
 _lock = threading.Lock()
+_generation = 0  # of disconnect()
 _clients = {}
 _players = {}
 _indices = {}
@@ -45,7 +47,6 @@ class Facts:
     up: str
     duration_s: float
     frames_per_second: float
-    num_levels: int
     version: int  # 0: of a file
     controls: List[Tuple]  # as settings.set_controls() takes them
 
@@ -61,7 +62,9 @@ class Registration:
 
 def disconnect():
     """Forgets clients, players and indices. Those in use live until their call is done."""
+    global _generation
     with _lock:
+        _generation += 1
         for kept in (_clients, _players, _indices):
             kept.clear()
 
@@ -82,10 +85,12 @@ def _kept(kept, key, make):
     and nobody waits for that here; of two that are made at once, one is dropped."""
     with _lock:
         if key in kept:
+            kept[key] = kept.pop(key)  # the last used comes last
             return kept[key]
+        generation = _generation
     made = make()
     with _lock:
-        return kept.setdefault(key, made)
+        return kept.setdefault(key, made) if generation == _generation else made
 
 
 def _client_of(origin, is_patient=True):
@@ -149,7 +154,8 @@ def _frame_of(request, is_patient):
     while True:
         try:
             return _frame_now(request)
-        except package().Unavailable:
+        except (package().Unavailable, package().ResourceExhausted, package().Aborted,
+                package().DeadlineExceeded):  # away, busy, or too slow this time
             if time.monotonic() >= deadline:
                 raise
             time.sleep(_RETRY_S)
@@ -198,7 +204,7 @@ def make_surface(request, is_patient):
 
 
 def family_names(origin):
-    return [name.split("/")[-1] for name in _client_of(origin, False).families()]
+    return _client_of(origin, False).families()
 
 
 def _family_of(origin):
@@ -230,8 +236,15 @@ def _controls_of(family):
 def describe(origin):
     """The Facts of a family."""
     family = _family_of(origin)
-    return Facts(_up_of(family), family.duration, family.frames_per_second, family.levels,
-                 family.version, _controls_of(family))
+    return Facts(_up_of(family), family.duration, family.frames_per_second, family.version, _controls_of(family))
+
+
+# ---- files
+
+
+def ply_bytes(attributes, triangles):
+    """As of the package's liquidblend.ply."""
+    return importlib.import_module(f"{package().__name__}.ply").ply_bytes(attributes, triangles)
 
 
 # ---- jobs
@@ -239,11 +252,18 @@ def describe(origin):
 
 def _watch(job, report):
     """Waits for a job; ends it if the user stops waiting."""
-    try:
-        return job.wait(lambda state: report(state.waiting_for or state.stage, state.fraction))
-    except Cancelled:
-        job.cancel()
-        raise
+    def tell(state):
+        report(state.waiting_for or state.stage, state.fraction)
+
+    while True:
+        try:
+            return job.wait(tell, timeout=_LOOK_S)
+        except package().DeadlineExceeded:
+            if job.state.done:
+                raise
+        except Cancelled:
+            job.cancel()
+            raise
 
 
 def import_animation(origin, animation, folder, options, report):

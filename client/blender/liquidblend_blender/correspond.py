@@ -1,7 +1,5 @@
 """Pairs of empties, as correspondences of a registration."""
 
-import mathutils
-
 from . import ask, mapping
 
 
@@ -17,7 +15,7 @@ def _place(object, empty, frame, scene, which):
     time_s = ask.time_mapping(object.liquidblend, scene).unclamped(frame)
     if time_s < 0.0:
         raise PairError(f"{which} is at frame {frame:g}, before the family begins")
-    return mapping.to_family_axes(mathutils.Vector(local), object.liquidblend.up), time_s
+    return mapping.to_family_axes(local, object.liquidblend.up), time_s
 
 
 def correspondences_of(object, scene):

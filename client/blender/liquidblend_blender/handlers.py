@@ -20,7 +20,9 @@ def _guarded(work, *arguments):
 @persistent
 def on_frame_change(scene, depsgraph=None):
     is_render = depsgraph is not None and depsgraph.mode == 'RENDER'
-    is_exact = is_render or bpy.app.background or playback.num_renders > 0
+    if playback.is_rendering and not is_render and not bpy.app.is_job_running('RENDER'):
+        playback.is_rendering = False  # a render that could not begin does not tell its end
+    is_exact = is_render or bpy.app.background or playback.is_rendering
     all_there = _guarded(playback.update_scene, scene, depsgraph, is_exact)
     if is_render and not all_there and bpy.app.background:
         playback.end_render()
@@ -29,17 +31,18 @@ def on_frame_change(scene, depsgraph=None):
 @persistent
 def on_depsgraph_update(scene, depsgraph=None):
     """Weights that are dragged, and drivers."""
-    if playback.is_changing() or playback.num_renders > 0:
+    if playback.is_held() or playback.is_rendering:
         return
-    _guarded(playback.update_scene, scene, depsgraph, bpy.app.background)
+    _guarded(playback.update_scene, scene, depsgraph, bpy.app.background, False)
 
 
 @persistent
 def on_load(_file=None):
     playback.forget_objects()
+    playback.is_rendering = False
     scene = bpy.context.scene
     if settings.liquids_of(scene):
-        _guarded(playback.update_scene, scene, None, bpy.app.background)
+        _guarded(playback.update_scene, scene, None, bpy.app.background, False)
 
 
 @persistent
@@ -49,12 +52,12 @@ def on_undo(_scene=None, _other=None):
 
 @persistent
 def on_render_start(_scene=None, _other=None):
-    playback.num_renders += 1
+    playback.is_rendering = True
 
 
 @persistent
 def on_render_end(_scene=None, _other=None):
-    playback.num_renders = max(playback.num_renders - 1, 0)
+    playback.is_rendering = False
 
 
 def _handlers():

@@ -1,7 +1,6 @@
 """Axes and times: from those of a family to those of a scene. Needs no Blender."""
 
 import dataclasses
-import math
 
 import numpy as np
 
@@ -62,7 +61,3 @@ class TimeMapping:
 
 def scene_fps(scene):
     return scene.render.fps / scene.render.fps_base
-
-
-def is_finite(values):
-    return all(math.isfinite(value) for value in values)

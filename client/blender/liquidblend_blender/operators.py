@@ -16,7 +16,7 @@ def describe(object):
     settings = object.liquidblend
     if settings.kind == 'BAKE':
         index = bake_files.read_index(ask.origin_of(settings).place)
-        settings.fps, settings.num_levels = index["fps"], 1
+        settings.fps = index["fps"]
         settings_module.set_controls(object, [])
         return f"{index['frames']} frames from frame {index['frame_start']:g} on"
     settings.published_version = 0
@@ -28,7 +28,7 @@ def describe(object):
     facts = connection.describe(ask.origin_of(settings))
     settings.published_version = facts.version
     settings.up, settings.fps = facts.up, facts.frames_per_second
-    settings.duration_s, settings.num_levels = facts.duration_s, facts.num_levels
+    settings.duration_s = facts.duration_s
     settings_module.set_controls(object, facts.controls)
     return f"{facts.duration_s:.2f} s, {len(facts.controls)} weights or parameters"
 
@@ -116,15 +116,13 @@ class LIQUIDBLEND_OT_bake(OfIdleLiquid, tasks.StepwiseOperator, bpy.types.Operat
         if settings.kind == 'BAKE':
             self.report({'ERROR'}, "The liquid is a bake already")
             return {'CANCELLED'}
+        if settings.bake.startswith("//") and not bpy.data.filepath:
+            self.report({'ERROR'}, f"{settings.bake} is beside the file: save it first")
+            return {'CANCELLED'}
         self._object = object
         folder = bpy.path.abspath(settings.bake, library=object.library)
-        try:
-            return self.begin(context, bake.bake_steps(
-                context, object, folder, float(scene.frame_start), float(scene.frame_end),
-                self.step))
-        except OSError as error:
-            self.report({'ERROR'}, str(error))
-            return {'CANCELLED'}
+        return self.begin(context, bake.bake_steps(
+            context, object, folder, float(scene.frame_start), float(scene.frame_end), self.step))
 
     def _end(self, context):
         result = super()._end(context)

@@ -3,6 +3,7 @@
 import bpy
 
 from . import ask, playback, tasks
+from .operating import liquid_of
 
 
 class _LiquidPanel:
@@ -12,8 +13,7 @@ class _LiquidPanel:
 
     @classmethod
     def poll(cls, context):
-        object = context.object
-        return object and object.type == 'MESH' and object.liquidblend.enabled
+        return liquid_of(context) is not None
 
 
 def _draw_task(layout):
@@ -23,7 +23,10 @@ def _draw_task(layout):
     if not task.is_done:
         row = layout.row()
         row.label(text=f"{task.title}: {task.stage} {task.fraction:.0%}", icon='TIME')
-        row.operator("liquidblend.stop", text="", icon='X')
+        if task.is_stepwise:  # which takes all events of the window
+            row.label(text="Esc stops")
+        else:
+            row.operator("liquidblend.stop", text="", icon='X')
     else:
         text = task.error or task.result or "done"
         layout.label(text=f"{task.title}: {text}", icon='ERROR' if task.error else 'CHECKMARK')

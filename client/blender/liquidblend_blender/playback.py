@@ -6,6 +6,7 @@ import ctypes
 import dataclasses
 import os
 import sys
+import time
 from typing import Optional
 
 import bpy
@@ -31,9 +32,9 @@ class State:
 
 _states = {}
 _cache = None
-_is_writing = False
 _is_held = False
-num_renders = 0  # that run in a window; handlers.py counts
+_retry_at = 0.0  # when what has failed is asked for again
+is_rendering = False  # in a window; handlers.py sets it
 
 
 def state_of(object):
@@ -72,23 +73,24 @@ def held():
 
 def _write(object, request, made):
     """Main thread, or a handler of a render."""
-    global _is_writing
     shading = object.liquidblend.shading
-    _is_writing = True
-    try:
-        surface.write_mesh(object.data, made, shading)
-    finally:
-        _is_writing = False
+    surface.write_mesh(object.data, made, shading)
     state = state_of(object)
     state.shown, state.error = (request, shading), ""
     state.num_triangles = len(made.triangles)
 
 
-def _can_write(object):
-    """Neither a linked mesh nor one in edit mode is changed, nor is one that nothing is known of
-    before Connect."""
+def _why_not_written(object, others):
+    """Why the mesh cannot be changed; "" if it can. `others` are liquids that come before."""
     mesh = object.data
-    return mesh.library is None and not mesh.is_editmode and object.liquidblend.fps > 0.0
+    if mesh.library is not None:
+        return "the mesh is linked from another file: make it local"
+    if mesh.is_editmode:
+        return "the mesh is being edited"
+    if not object.liquidblend.fps > 0.0:
+        return "not connected yet"
+    twins = [other.name for other in others if other.data == mesh]
+    return f"the mesh is also that of {twins[0]}: make it single-user" if twins else ""
 
 
 def _is_shown(object, request):
@@ -98,9 +100,9 @@ def _is_shown(object, request):
 # ---- exact frames
 
 
-def _show_exact(object, request):
+def _show_exact(object, request, is_patient):
     try:
-        made = cache().get(request)
+        made = cache().get(request, is_patient)
     except Exception as error:
         _tell_missing(object, error)
         return False
@@ -139,10 +141,15 @@ def _show_newest(object, request):
         bpy.app.timers.register(_tick, first_interval=_TICK_S)
 
 
-def _want_all():
-    """What all objects wait for, the newest first, then what comes next."""
-    pending = [r for state in _states.values() for r in reversed(state.pending)]
-    cache().want(pending + [r for state in _states.values() for r in state.ahead])
+def _want_all(with_failed=False):
+    """What objects wait for, the newest first, then what comes next. What has failed takes a thread
+    until it fails again, so it comes last and seldom."""
+    states = [state for state in _states.values() if not state.error]
+    wanted = [r for state in states for r in reversed(state.pending)]
+    wanted += [r for state in states for r in state.ahead]
+    if with_failed:
+        wanted += [r for state in _states.values() if state.error for r in state.pending[-1:]]
+    cache().want(wanted)
 
 
 def _newest_that_is_there(state):
@@ -166,54 +173,86 @@ def _redraw():
                 area.tag_redraw()
 
 
+def _liquids():
+    """Objects that have a state, of all scenes. States of those that are gone are dropped."""
+    found = {object.name_full: object for object in bpy.data.objects
+             if object.name_full in _states and object.type == 'MESH'
+             and object.liquidblend.enabled}
+    for name in set(_states) - set(found):
+        del _states[name]
+    return found.values()
+
+
 def _tick():
     """A timer of the main thread, while anything is pending."""
-    if num_renders > 0:
+    global _retry_at
+    if is_rendering:
         return _RETRY_S
-    had_error = False
-    for object in settings.liquids_of(bpy.context.scene):
-        state = state_of(object)
-        request, made = _newest_that_is_there(state)
-        if made is not None and _can_write(object):
+    for object in list(_liquids()):
+        request, made = _newest_that_is_there(state_of(object))
+        if made is not None and not _why_not_written(object, ()):
             _write(object, request, made)
-        had_error = had_error or bool(state.error)
     _redraw()
-    if not any(state.pending for state in _states.values()):
+    pending = [state for state in _states.values() if state.pending]
+    if any(state.error for state in pending) and time.monotonic() >= _retry_at:
+        _retry_at = time.monotonic() + _RETRY_S
+        _want_all(with_failed=True)
+    if not pending:
         return None
-    if had_error:
-        _want_all()  # once more
-    return _RETRY_S if had_error else _TICK_S
+    return _RETRY_S if all(state.error for state in pending) else _TICK_S
 
 
 # ---- all objects of a scene
 
 
 def _requests_ahead(object, scene, frame, values):
-    step = 1.0 if num_renders else float(max(scene.frame_step, 1))
-    frames = [frame + step * (i + 1) for i in range(AHEAD)]
+    frames = [frame + i + 1.0 for i in range(AHEAD)]
     return [ask.request_of(object, scene, f, ask.values_ahead(object, f, values))
             for f in frames if f <= scene.frame_end]
 
 
-def update_scene(scene, depsgraph, is_exact):
-    """Brings all liquids to the scene's frame. False if an exact frame is missing."""
-    frame, all_there = scene.frame_current_final, True
-    for object in settings.liquids_of(scene):
-        if not _can_write(object):
+def update_scene(scene, depsgraph, is_exact, is_patient=True):
+    """Brings all liquids to the scene's frame. False if an exact frame is missing.
+
+    is_patient  waits for an exact frame of a server that is gone
+    """
+    is_render = depsgraph is not None and depsgraph.mode == 'RENDER'
+    liquids, all_there = settings.liquids_of(scene), True
+    for at, object in enumerate(liquids):
+        if is_render and object.hide_render:
             continue
-        values = ask.values_now(object, depsgraph)
-        request = ask.request_of(object, scene, frame, values)
-        state = state_of(object)
-        state.ahead = _requests_ahead(object, scene, frame, values)
-        if _is_shown(object, request):
-            state.pending.clear()
-        elif is_exact:
-            all_there = _show_exact(object, request) and all_there
+        why = _why_not_written(object, liquids[:at])
+        if why:
+            all_there = _tell_unwritten(object, why, is_render) and all_there
         else:
-            _show_newest(object, request)
+            all_there = _update(object, scene, depsgraph, is_exact, is_patient) and all_there
     if _states:
         _want_all()
     return all_there
+
+
+def _tell_unwritten(object, why, is_render):
+    """True: nobody needs the mesh."""
+    if object.liquidblend.fps > 0.0 or is_render:  # otherwise the panel says to connect
+        state_of(object).error = why
+    if is_render:
+        print(f"liquidblend: {object.name}: no frame: {why}", file=sys.stderr, flush=True)
+    return not is_render
+
+
+def _update(object, scene, depsgraph, is_exact, is_patient):
+    frame = scene.frame_current_final
+    values = ask.values_now(object, depsgraph)
+    request = ask.request_of(object, scene, frame, values)
+    state = state_of(object)
+    state.ahead = _requests_ahead(object, scene, frame, values)
+    if _is_shown(object, request):
+        state.pending.clear()
+    elif is_exact:
+        return _show_exact(object, request, is_patient)
+    else:
+        _show_newest(object, request)
+    return True
 
 
 def refresh_object(object):
@@ -250,9 +289,8 @@ def forget_shown():
         state.shown = None
 
 
-def is_changing():
-    """A mesh is being written, or settings of ours change: neither is news."""
-    return _is_writing or _is_held
+def is_held():
+    return _is_held
 
 
 def end_render():

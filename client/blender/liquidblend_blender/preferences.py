@@ -15,6 +15,10 @@ def _changed(_preferences, _context):
     playback.forget()
 
 
+def _refreshed(_preferences, _context):
+    refresh()
+
+
 class LiquidPreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
@@ -24,10 +28,10 @@ class LiquidPreferences(bpy.types.AddonPreferences):
     token: StringProperty(name="Token", subtype='PASSWORD', update=_changed, description=(
         "Sent to servers; empty: LIQUIDBLEND_TOKEN. It is kept here, so that scenes hold none"))
     patience_s: FloatProperty(name="Patience", default=_DEFAULTS["patience_s"], min=0.0,
-                              update=_changed, unit='TIME_ABSOLUTE',
+                              update=_refreshed, unit='TIME_ABSOLUTE',
                               description="Seconds that a render waits for a server that is gone")
     cache_mb: IntProperty(name="Memory", default=_DEFAULTS["cache_mb"], min=16, max=1 << 20,
-                          update=_changed, description="Megabytes of surfaces that are kept")
+                          update=_refreshed, description="Megabytes of surfaces that are kept")
 
     def draw(self, _context):
         for name in _DEFAULTS:

@@ -8,7 +8,7 @@ import re
 import bpy
 import numpy as np
 
-from . import mapping
+from . import connection, mapping
 
 
 class SendError(Exception):
@@ -106,20 +106,12 @@ def mesh_arrays(object, depsgraph):
         evaluated.to_mesh_clear()
 
 
-def write_ply(path, positions, triangles, velocities):
-    """A binary PLY file: x y z, and vx vy vz if there are velocities."""
-    columns = [positions] if velocities is None else [positions, velocities]
-    names = ["x", "y", "z", "vx", "vy", "vz"][:3 * len(columns)]
-    head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(positions)}"]
-    head += [f"property float {name}" for name in names]
-    head += [f"element face {len(triangles)}", "property list uchar int vertex_indices",
-             "end_header", ""]
-    faces = np.empty(len(triangles), np.dtype([("n", "u1"), ("v", "<i4", 3)]))
-    faces["n"], faces["v"] = 3, triangles
-    with open(path, "wb") as file:
-        file.write("\n".join(head).encode("ascii"))
-        file.write(np.hstack(columns).astype("<f4").tobytes())
-        file.write(faces.tobytes())
+def ply_of(positions, triangles, velocities):
+    """The bytes of a PLY file: x y z, and vx vy vz if there are velocities."""
+    attributes = [(positions, ("x", "y", "z"))]
+    if velocities is not None:
+        attributes.append((velocities, ("vx", "vy", "vz")))
+    return connection.ply_bytes(attributes, triangles)
 
 
 def mesh_steps(context, object, folder):
@@ -132,7 +124,8 @@ def mesh_steps(context, object, folder):
             arrays = mesh_arrays(object, context.evaluated_depsgraph_get())
             if len(arrays[1]) == 0:
                 raise SendError(f"{object.name} has no triangles in frame {frame}")
-            write_ply(os.path.join(folder, f"frame_{i + 1:04d}.ply"), *arrays)
+            with open(os.path.join(folder, f"frame_{i + 1:04d}.ply"), "wb") as file:
+                file.write(ply_of(*arrays))
             yield f"frame {frame}", 0.5 * (i + 1) / len(frames)
     finally:
         scene.frame_set(before)

@@ -65,7 +65,7 @@ class LiquidSettings(bpy.types.PropertyGroup):
         ('SERVER', "Server", "Frames of a server"),
         ('FILE', "File", "A family's file (liquidblend download), without a server"),
         ('BAKE', "Bake", "A baked folder, without server and library")))
-    server: StringProperty(name="Server", default="127.0.0.1:50051", update=_changed,
+    server: StringProperty(name="Server", default="127.0.0.1:50051", update=_changed_family,
                            description="HOST:PORT, or several of one store with commas between")
     tls: BoolProperty(name="TLS", update=_changed, description="Encrypt, and check the server")
     tls_ca: StringProperty(name="Authorities", subtype='FILE_PATH', update=_changed,
@@ -86,7 +86,6 @@ class LiquidSettings(bpy.types.PropertyGroup):
         "Seconds; a text, since Blender's own numbers have too few digits for the last frame"))
     published_version: IntProperty(description="At Connect; it stays, so that all frames are of one")
     fps: FloatProperty(name="Frames per second", description="0: not connected yet")
-    num_levels: IntProperty(name="Levels of detail", default=1)
 
     level_of_detail: IntProperty(name="Level of detail", min=0, max=8, update=_changed,
                                  description="0: the finest; each level has half the vertices")
@@ -111,7 +110,6 @@ class LiquidSettings(bpy.types.PropertyGroup):
 
     pairs: CollectionProperty(type=LiquidPair)
     active_pair: IntProperty()
-    animation: StringProperty(name="Animation", description="Name of the animation on the server")
     new_family: StringProperty(name="Family", description="Family to register")
     source_animation: StringProperty(name="Source", description="Animation on the server")
     target_animations: StringProperty(name="Targets",

@@ -13,8 +13,9 @@ class Cancelled(Exception):
 class Task:
     """One that runs, or has run. Reading it is safe from any thread."""
 
-    def __init__(self, title):
+    def __init__(self, title, is_stepwise=False):
         self.title = title
+        self.is_stepwise = is_stepwise  # on the main thread, between events of the window
         self.stage = ""
         self.fraction = 0.0
         self.error = ""
@@ -35,7 +36,7 @@ class Task:
             self.error = "stopped"
         except Exception as error:
             self.error = str(error) or type(error).__name__
-            if not self.error or isinstance(error, (TypeError, AttributeError, KeyError)):
+            if isinstance(error, (TypeError, AttributeError, LookupError, NameError)):
                 traceback.print_exc()
         self.is_done = True
 
@@ -81,7 +82,7 @@ class StepwiseOperator:
 
     def begin(self, context, steps):
         global current
-        current = self._task = Task(self.title)
+        current = self._task = Task(self.title, is_stepwise=True)
         self._steps = steps
         if bpy.app.background:
             while not self._step():
@@ -97,6 +98,11 @@ class StepwiseOperator:
         if event.type == 'TIMER' and self._step():
             return self._end(context)
         return {'RUNNING_MODAL'}
+
+    def cancel(self, context):
+        """The window closes."""
+        self._task.error, self._task.is_done = "stopped", True
+        self._end(context)
 
     def _step(self):
         """Does one step; True if it was the last."""

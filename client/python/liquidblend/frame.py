@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _native
 from ._calls import Path
+from .ply import ply_bytes
 
 Floats = NDArray[np.float32]
 Indices = NDArray[np.uint32]
@@ -123,21 +124,8 @@ class Frame:
 
     def to_ply(self) -> bytes:
         """The frame as a binary PLY file, with all attributes that it has."""
-        lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(self.positions)}"]
-        columns: List[Floats] = []
-        for attribute, names in _ATTRIBUTES:
-            values: Optional[Floats] = getattr(self, attribute)
-            if values is None:
-                continue
-            columns.append(values)
-            lines += [f"property float {name}" for name in names]
-        lines += [f"element face {len(self.triangles)}"]
-        lines += ["property list uchar int vertex_indices", "end_header", ""]
-        faces = np.empty(len(self.triangles), [("count", "u1"), ("vertices", "<u4", 3)])
-        faces["count"] = 3
-        faces["vertices"] = self.triangles
-        vertices = np.hstack(columns).astype("<f4", copy=False)
-        return "\n".join(lines).encode() + vertices.tobytes() + faces.tobytes()
+        attributes = [(getattr(self, name), columns) for name, columns in _ATTRIBUTES]
+        return ply_bytes([a for a in attributes if a[0] is not None], self.triangles)
 
     def write_ply(self, path: Path) -> None:
         """Writes the file that ``to_ply()`` makes."""

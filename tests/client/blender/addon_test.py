@@ -5,6 +5,7 @@ import os
 import shutil
 import sys
 import time
+import types
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
@@ -422,6 +423,103 @@ class Viewport(LiquidTest):
         state_of(object).pending.clear()
 
 
+    def test_forgets_an_object_that_is_gone(self):
+        with module("playback").held():
+            self.object.liquidblend.server = "127.0.0.1:1"
+        self.update()
+        self.settle(self.object, lambda: state_of(self.object).error != "")
+        name = self.object.name_full
+        bpy.data.objects.remove(self.object)
+        self.assertIsNone(module("playback")._tick())
+        self.assertNotIn(name, module("playback")._states)
+
+    def test_shows_others_while_a_server_is_gone(self):
+        playback = module("playback")
+        other = add_two_drops()
+        with playback.held():
+            self.object.liquidblend.server = "127.0.0.1:1"
+        self.update()
+        self.settle(self.object, lambda: state_of(self.object).error != "")
+        playback._want_all()
+        place = self.object.liquidblend.server
+        self.assertNotIn(place, [r.origin.place for r in playback.cache()._wanted])
+        self.moved_without_waiting(other, 20)
+        self.settle(other, lambda: not state_of(other).pending)
+        self.assert_shows(other, expected(20))
+        state_of(self.object).pending.clear()
+
+
+class NotWritten(LiquidTest):
+    """Liquids whose mesh cannot be changed: a render must not go on with another one."""
+
+    def test_lets_no_render_pass(self):
+        liquid = add_liquid(kind='SERVER', server=ARGUMENTS.server)  # no family is chosen
+        update = module("playback").update_scene
+        render = types.SimpleNamespace(mode='RENDER')
+        self.assertFalse(update(self.scene, render, True))
+        self.assertEqual(state_of(liquid).error, "not connected yet")
+        liquid.hide_render = True
+        self.assertTrue(update(self.scene, render, True))
+        liquid.hide_render = False
+        add_camera(self.scene, (0, 0, 12))
+        set_up_cycles(self.scene)
+        bpy.ops.wm.save_as_mainfile(filepath=in_folder("not_connected.blend"))
+
+    def test_two_of_one_mesh_are_told(self):
+        first = add_two_drops()
+        second = first.copy()
+        self.scene.collection.objects.link(second)
+        second["drops_b"] = 1.0
+        self.scene.frame_set(20)
+        self.assertIn(f"also that of {first.name}", state_of(second).error)
+        self.assert_shows(first, expected(20))
+
+
+class Waiting(LiquidTest):
+    def test_goes_on_while_a_server_is_busy(self):
+        connection = module("connection")
+        make, calls = connection._frame_now, []
+
+        def busy_once(request):
+            calls.append(request)
+            if len(calls) == 1:
+                raise package().ResourceExhausted(package().Status.RESOURCE_EXHAUSTED, "busy")
+            return make(request)
+
+        connection._frame_now = busy_once
+        try:
+            object = add_two_drops()
+            module("playback").cache().clear()
+            calls.clear()
+            self.scene.frame_set(20)
+            self.assert_shows(object, expected(20))
+            self.assertGreater(len(calls), 1)
+        finally:
+            connection._frame_now = make
+
+    def test_ends_a_job_that_does_not_change(self):
+        tasks, cancelled = module("tasks"), []
+
+        class Job:
+            state = types.SimpleNamespace(done=False, waiting_for="", stage="queued", fraction=0.0)
+
+            def wait(self, progress, timeout):
+                progress(self.state)
+                raise package().DeadlineExceeded(package().Status.DEADLINE_EXCEEDED, "not done")
+
+            def cancel(self):
+                cancelled.append(True)
+
+        def report(_stage, _fraction, told=[]):
+            told.append(True)
+            if len(told) == 3:
+                raise tasks.Cancelled("stopped")
+
+        with self.assertRaises(tasks.Cancelled):
+            module("connection")._watch(Job(), report)
+        self.assertEqual(cancelled, [True])
+
+
 class Renders(LiquidTest):
     def test_have_the_exact_frames(self):
         object = add_two_drops()
@@ -554,6 +652,36 @@ class Bake(LiquidTest):
             bpy.ops.liquidblend.bake()
         self.assertEqual(os.listdir(in_folder("others")), ["holiday.png"])
 
+    def test_does_not_replace_arrays_of_others(self):
+        os.makedirs(in_folder("measured"), exist_ok=True)
+        for name in ("frame_experiment7.npz", "frame_000000.npz"):  # the second has a bake's name
+            path = in_folder(os.path.join("measured", name))
+            np.savez(path, mine=np.zeros(3))
+            liquid = add_two_drops()
+            liquid.liquidblend.bake = in_folder("measured")
+            with self.assertRaisesRegex(RuntimeError, f"{name}, which is of no bake"):
+                bpy.ops.liquidblend.bake()
+            self.assertTrue(os.path.exists(path))
+            os.remove(path)
+
+    def test_that_was_interrupted_is_replaced_and_not_played(self):
+        folder = in_folder("interrupted")
+        files = module("bake_files")
+        writer = files.BakeWriter(folder, 1.0, 1.0, FPS, {})
+        writer.add(module("surface").EMPTY)
+        with self.assertRaisesRegex(files.BakeError, "no bake in"):
+            files.read_index(folder)
+        again = files.BakeWriter(folder, 1.0, 1.0, FPS, {})
+        self.assertEqual(os.listdir(folder), ["index.json.part"])
+        again.add(module("surface").EMPTY)
+        again.finish()
+        self.assertEqual(sorted(os.listdir(folder)), ["frame_000000.npz", "index.json"])
+
+    def test_beside_a_file_needs_one(self):
+        add_two_drops().liquidblend.bake = "//bake"
+        with self.assertRaisesRegex(RuntimeError, "save it first"):
+            bpy.ops.liquidblend.bake()
+
     def test_blurs_as_much_at_another_frame_rate(self):
         liquid = self.bake()
         self.scene.frame_set(20)
@@ -610,6 +738,22 @@ class Send(LiquidTest):
         for frame in range(20, 20 + num_frames):
             for file in (f"fluid_mesh_{frame:04d}.bobj.gz", f"lVelMesh_{frame:04d}.uni"):
                 shutil.copy(os.path.join(ARGUMENTS.data, "A", file), folder)
+
+    def test_meshes_take_their_velocities_into_the_world(self):
+        bpy.ops.mesh.primitive_cube_add(size=2.0, location=(1.0, 2.0, 3.0),
+                                        rotation=(0.0, 0.0, np.pi / 2.0))
+        cube = bpy.context.object
+        attribute = cube.data.attributes.new("flip_velocity", 'FLOAT_VECTOR', 'POINT')
+        attribute.data.foreach_set("vector", np.tile(np.float32([1.0, 0.0, 0.5]), 8))
+        bpy.context.view_layer.update()
+        send = module("send")
+        arrays = send.mesh_arrays(cube, bpy.context.evaluated_depsgraph_get())
+        np.testing.assert_allclose(arrays[2], np.tile([0.0, 1.0, 0.5], (8, 1)), atol=1e-6)
+        np.testing.assert_allclose(arrays[0].mean(0), [1.0, 2.0, 3.0], atol=1e-6)
+        head, _, body = send.ply_of(*arrays).partition(b"end_header\n")
+        self.assertIn(b"property float vz", head)
+        np.testing.assert_array_equal(np.frombuffer(body, "<f4", 48).reshape(8, 6),
+                                      np.hstack([arrays[0], arrays[2]]))
 
     def test_a_mantaflow_cache(self):
         with open(os.path.join(ARGUMENTS.data, "A", "meta.json"), encoding="utf-8") as file:

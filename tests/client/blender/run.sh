@@ -78,14 +78,20 @@ server=
 export LIQUIDBLEND_LIBRARY=$directory/nowhere.so
 run_blender "$here/bake_alone_test.py" -- --folder "$directory"
 unset LIQUIDBLEND_LIBRARY
-status=0
-BLENDER_USER_RESOURCES=$directory/blender blender -b "$directory/no_server.blend" \
-  --python-exit-code 1 --python "$here/enable_addon.py" -o "$directory/missing_####" -f 3 \
-  >"$directory/render.out" 2>&1 || status=$?
-if [ $status != 1 ] || ! grep -q 'no frame: .*UNAVAILABLE' "$directory/render.out" ||
-  compgen -G "$directory/missing_*" >/dev/null; then
-  cat "$directory/render.out" >&2
-  echo "run.sh: a render without its server ended with status $status" >&2
-  exit 1
-fi
-echo "a render without its server stops"
+
+# stops FILE.blend WHY: its render ends with 1, says why, and leaves no picture.
+stops() {
+  local status=0
+  BLENDER_USER_RESOURCES=$directory/blender blender -b "$directory/$1" --python-exit-code 1 \
+    --python "$here/enable_addon.py" -o "$directory/missing_####" -f 3 \
+    >"$directory/render.out" 2>&1 || status=$?
+  if [ $status != 1 ] || ! grep -q "no frame: .*$2" "$directory/render.out" ||
+    compgen -G "$directory/missing_*" >/dev/null; then
+    cat "$directory/render.out" >&2
+    echo "run.sh: the render of $1 ended with status $status" >&2
+    exit 1
+  fi
+}
+stops no_server.blend UNAVAILABLE
+stops not_connected.blend "not connected yet"
+echo "renders without their frames stop"
