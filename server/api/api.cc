@@ -1,10 +1,7 @@
 #include "server/api/api.h"
 
-#include <map>
 #include <utility>
-#include <vector>
 
-#include "absl/strings/ascii.h"
 #include "absl/time/time.h"
 #include "core/base/disk_space.h"
 #include "core/base/log.h"
@@ -17,15 +14,12 @@
 #include "server/base/shared_look.h"
 #include "server/frames/backends.h"
 #include "server/frames/get_frame.h"
+#include "server/metrics/catalog_figures.h"
 
 namespace liquidblend::server {
 namespace {
 
-// Figures of the catalog, by state.
-struct Counts {
-  std::map<std::string, int64_t> jobs;
-  std::map<std::string, int64_t> workers;
-};
+using metrics::CatalogFigures;
 
 // Of probes: those of orchestrators come every few seconds, and wait for one or a few.
 SharedLookOptions ReachableOptions() {
@@ -34,7 +28,7 @@ SharedLookOptions ReachableOptions() {
           .limit = absl::Seconds(2)};
 }
 
-SharedLookOptions CountOptions() {
+SharedLookOptions FiguresOptions() {
   return {.name = "the catalog", .kept = absl::Seconds(5), .limit = absl::Seconds(2)};
 }
 
@@ -69,23 +63,12 @@ absl::StatusOr<std::string> LookAt(Backends& backends) {
 }
 
 // Without them, Prometheus shows a gap.
-absl::StatusOr<Counts> Count(Backends& backends) {
-  const absl::StatusOr<store::JobCounts> jobs = backends.catalog.CountJobs();
-  const absl::StatusOr<std::vector<store::pb::WorkerRecord>> workers =
-      jobs.ok() ? backends.catalog.ListWorkers() : jobs.status();
-  if (!workers.ok()) {
-    base::LogWarning("metrics: cannot read the catalog: " + workers.status().ToString());
-    return workers.status();
+absl::StatusOr<CatalogFigures> ReadCatalog(Backends& backends) {
+  absl::StatusOr<CatalogFigures> figures = metrics::ReadCatalogFigures(backends.catalog);
+  if (!figures.ok()) {
+    base::LogWarning("metrics: cannot read the catalog: " + figures.status().ToString());
   }
-  Counts counts = {.jobs = {{"queued", 0}, {"running", 0}},
-                   .workers = {{"ready", 0}, {"refused", 0}}};
-  for (const auto& [state, count] : *jobs) {
-    counts.jobs[absl::AsciiStrToLower(store::pb::JobRecord::State_Name(state))] = count;
-  }
-  for (const store::pb::WorkerRecord& worker : *workers) {
-    ++counts.workers[worker.refusal().empty() ? "ready" : "refused"];
-  }
-  return counts;
+  return figures;
 }
 
 class PooledApi final : public Api {
@@ -150,9 +133,9 @@ class PooledApi final : public Api {
   }
   void GetMetricsText(Done<std::string> done) override {
     const auto shared = std::make_shared<Done<std::string>>(std::move(done));
-    counts_->Ask([this, shared](const absl::StatusOr<Counts>& counts) {
-      const absl::Status posted = backends_.probes.Post([this, shared, counts] {
-        Deliver([&] { (*shared)(Guarded([&] { return MetricsText(counts); })); });
+    figures_->Ask([this, shared](const absl::StatusOr<CatalogFigures>& figures) {
+      const absl::Status posted = backends_.probes.Post([this, shared, figures] {
+        Deliver([&] { (*shared)(Guarded([&] { return MetricsText(figures); })); });
       });
       if (!posted.ok()) (*shared)(posted);
     });
@@ -220,7 +203,7 @@ class PooledApi final : public Api {
     if (!accepted.ok()) call->second(accepted);
   }
 
-  absl::StatusOr<std::string> MetricsText(const absl::StatusOr<Counts>& counts) {
+  absl::StatusOr<std::string> MetricsText(const absl::StatusOr<CatalogFigures>& figures) {
     metrics::Snapshot snapshot;
     snapshot.family_bytes = backends_.families.SizesBytes();
     snapshot.waiting_calls = {{"io", backends_.io.num_waiting()},
@@ -231,8 +214,7 @@ class PooledApi final : public Api {
     const FramePool::Stats queue = backends_.frames.stats();
     snapshot.frame_queue = {queue.waiting_cost, queue.num_refused};
     AddDisk(snapshot);
-    if (counts.ok()) snapshot.jobs = counts->jobs;
-    if (counts.ok()) snapshot.workers = counts->workers;
+    if (figures.ok()) snapshot.catalog = *figures;
     return backends_.metrics.Text(snapshot);
   }
 
@@ -252,9 +234,10 @@ class PooledApi final : public Api {
       std::make_shared<SharedLook<std::string>>(
           backends_.probes, backends_.steps, [&backends = backends_] { return LookAt(backends); },
           ReachableOptions());
-  const std::shared_ptr<SharedLook<Counts>> counts_ = std::make_shared<SharedLook<Counts>>(
-      backends_.probes, backends_.steps, [&backends = backends_] { return Count(backends); },
-      CountOptions());
+  const std::shared_ptr<SharedLook<CatalogFigures>> figures_ =
+      std::make_shared<SharedLook<CatalogFigures>>(
+          backends_.probes, backends_.steps,
+          [&backends = backends_] { return ReadCatalog(backends); }, FiguresOptions());
 };
 
 }  // namespace

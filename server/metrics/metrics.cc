@@ -76,17 +76,34 @@ MetricFamily Gauges(std::string name, std::string help, const std::string& label
                 {values.begin(), values.end()});
 }
 
+// Adds the figures of the catalog.
+void AddCatalog(const CatalogFigures& now, std::vector<MetricFamily>& all) {
+  all.push_back(Gauges("liquidblend_jobs", "Jobs and parts of jobs in the catalog, by state",
+                       "state", now.jobs));
+  MetricFamily within{"liquidblend_jobs_within_memory",
+                      "Jobs of a state that a worker with so much memory may take",
+                      MetricType::Gauge,
+                      {}};
+  for (const auto& [state, counts] : now.jobs_within_memory) {
+    MetricFamily of_state = Gauges("", "", "memory", counts);
+    for (prometheus::ClientMetric& metric : of_state.metric) {
+      metric.label.push_back({"state", state});
+      within.metric.push_back(std::move(metric));
+    }
+  }
+  all.push_back(std::move(within));
+  all.push_back(Gauges("liquidblend_workers",
+                       "Workers seen within two minutes, by whether they take jobs", "state",
+                       now.workers));
+}
+
 void AddSnapshot(const Snapshot& now, std::vector<MetricFamily>& all) {
   all.push_back(Gauges("liquidblend_family_bytes",
                        "Memory of a loaded family, mapped file included", "family",
                        now.family_bytes));
   all.push_back(OneGauge("liquidblend_families_loaded", "Families that are loaded",
                          static_cast<double>(now.family_bytes.size())));
-  all.push_back(Gauges("liquidblend_jobs", "Jobs and parts of jobs in the catalog, by state",
-                       "state", now.jobs));
-  all.push_back(Gauges("liquidblend_workers",
-                       "Workers seen within two minutes, by whether they take jobs", "state",
-                       now.workers));
+  AddCatalog(now.catalog, all);
   all.push_back(Gauges("liquidblend_disk_free_bytes", "Free space that the server may use", "disk",
                        now.disk_free_bytes));
   all.push_back(Gauges("liquidblend_disk_size_bytes", "Size of the store's disk", "disk",

@@ -10,6 +10,7 @@
 
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "server/metrics/catalog_figures.h"
 
 namespace liquidblend::metrics {
 
@@ -57,9 +58,8 @@ struct Snapshot {
     int64_t waiting_cells = 0;
     int64_t num_refused = 0;
   };
+  CatalogFigures catalog;
   std::map<std::string, int64_t> family_bytes;     // loaded now, by id
-  std::map<std::string, int64_t> jobs;             // by state, e.g. "queued"
-  std::map<std::string, int64_t> workers;          // "ready" and "refused"
   std::map<std::string, int64_t> waiting_calls;    // by the pool that they wait for
   std::map<std::string, int64_t> disk_free_bytes;  // by folder of the store on that disk
   std::map<std::string, int64_t> disk_size_bytes;  // likewise

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -56,6 +57,8 @@ using OwnerCheck = std::function<absl::Status(const OwnerUse&)>;
 
 // Number of jobs by state.
 using JobCounts = std::map<pb::JobRecord::State, int64_t>;
+// Number of jobs by state and the memory that they need, in GiB, rounded up; at least 1.
+using JobMemoryCounts = std::map<std::pair<pb::JobRecord::State, int64_t>, int64_t>;
 
 // Options of a catalog, the same for both databases.
 struct CatalogOptions {
@@ -131,6 +134,8 @@ class Catalog : public CatalogUpkeep {
   virtual absl::StatusOr<std::vector<pb::JobRecord>> ListChildren(const std::string& job_id) = 0;
   // The number of jobs and children of jobs per state; states without any are left out.
   virtual absl::StatusOr<JobCounts> CountJobs() = 0;
+  // The number of queued and running jobs and children by the memory that they need.
+  virtual absl::StatusOr<JobMemoryCounts> CountJobsByMemory() = 0;
   // Every blob that a record, an unfinished job or a child of one refers to, sorted, each once.
   virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
 

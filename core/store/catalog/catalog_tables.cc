@@ -211,6 +211,18 @@ absl::StatusOr<JobCounts> CountJobsByState(Sql& sql) {
   return counts;
 }
 
+absl::StatusOr<JobMemoryCounts> CountUnfinishedByMemory(Sql& sql) {
+  JobMemoryCounts counts;
+  const std::string query =
+      absl::StrCat("SELECT state, (memory_bytes - 1) / ", int64_t{1} << 30,
+                   " + 1, COUNT(*) FROM jobs WHERE ", InQueue(), " GROUP BY 1, 2");
+  LB_RETURN_IF_ERROR(sql.Run(query, {}, [&](const SqlRow& row) {
+    counts[{static_cast<pb::JobRecord::State>(row.Int(0)), row.Int(1)}] = row.Int(2);
+    return absl::OkStatus();
+  }));
+  return counts;
+}
+
 absl::StatusOr<std::string> FindFamilyWith(Sql& sql, const std::string& animation) {
   std::string family;
   LB_RETURN_IF_ERROR(

@@ -47,6 +47,8 @@ absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::st
 absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Sql& sql);
 // The number of jobs and children per state.
 absl::StatusOr<JobCounts> CountJobsByState(Sql& sql);
+// See Catalog::CountJobsByMemory().
+absl::StatusOr<JobMemoryCounts> CountUnfinishedByMemory(Sql& sql);
 // The id of a family that has the animation as source or target; empty: none.
 absl::StatusOr<std::string> FindFamilyWith(Sql& sql, const std::string& animation);
 

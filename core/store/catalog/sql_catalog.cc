@@ -119,6 +119,9 @@ class SqlCatalog : public Catalog {
   absl::StatusOr<JobCounts> CountJobs() override {
     return Read([&](Sql& sql) { return CountJobsByState(sql); });
   }
+  absl::StatusOr<JobMemoryCounts> CountJobsByMemory() override {
+    return Read([&](Sql& sql) { return CountUnfinishedByMemory(sql); });
+  }
   absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
     return Change(
         [&](Sql& sql, absl::Time) { return BlobsInUse(sql); });  // all tables at one moment

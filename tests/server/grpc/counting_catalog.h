@@ -93,6 +93,9 @@ class CountingCatalog final : public store::Catalog {
     return catalog_.ListChildren(job_id);
   }
   absl::StatusOr<store::JobCounts> CountJobs() override { return catalog_.CountJobs(); }
+  absl::StatusOr<store::JobMemoryCounts> CountJobsByMemory() override {
+    return catalog_.CountJobsByMemory();
+  }
   absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
     return catalog_.ListReferencedBlobs();
   }

@@ -258,6 +258,8 @@ TEST_F(PortTest, MetricsTellOfFamiliesJobsAndTheProcess) {
   EXPECT_THAT(text, HasSubstr("liquidblend_families_loaded 1\n"));
   EXPECT_THAT(text, HasSubstr("liquidblend_jobs{state=\"succeeded\"} 4\n"));
   EXPECT_THAT(text, HasSubstr("liquidblend_jobs{state=\"queued\"} 0\n"));
+  EXPECT_THAT(text,
+              HasSubstr("liquidblend_jobs_within_memory{memory=\"any\",state=\"queued\"} 0\n"));
   EXPECT_THAT(text, HasSubstr("liquidblend_workers{state=\"refused\"} 0\n"));
   EXPECT_THAT(text, HasSubstr("liquidblend_waiting_calls{pool=\"io\"} 0\n"));
   EXPECT_THAT(text, HasSubstr("liquidblend_frame_queue_cells 0\n"));

@@ -84,7 +84,8 @@ TEST(Metrics, ASnapshotIsShownAsItIs) {
   const Metrics metrics;
   Snapshot now;
   now.family_bytes = {{"splash", 4096}, {"dam", 100}};
-  now.jobs = {{"queued", 2}, {"running", 1}};
+  now.catalog.jobs = {{"queued", 2}, {"running", 1}};
+  now.catalog.jobs_within_memory = {{"running", {{"4GiB", 7}, {"any", 8}}}};
   now.waiting_calls = {{"io", 5}};
   now.frame_cache = {7, 8, 3, 900};
   now.frame_queue = {5000, 6};
@@ -93,7 +94,9 @@ TEST(Metrics, ASnapshotIsShownAsItIs) {
   for (const char* line :
        {"liquidblend_family_bytes{family=\"dam\"} 100\n",
         "liquidblend_family_bytes{family=\"splash\"} 4096\n", "liquidblend_families_loaded 2\n",
-        "liquidblend_jobs{state=\"queued\"} 2\n", "liquidblend_waiting_calls{pool=\"io\"} 5\n",
+        "liquidblend_jobs{state=\"queued\"} 2\n",
+        "liquidblend_jobs_within_memory{memory=\"4GiB\",state=\"running\"} 7\n",
+        "liquidblend_waiting_calls{pool=\"io\"} 5\n",
         "# TYPE liquidblend_frame_cache_hits_total counter",
         "liquidblend_frame_cache_hits_total 7\n", "liquidblend_frame_cache_misses_total 8\n",
         "liquidblend_frame_cache_frames 3\n", "liquidblend_frame_cache_bytes 900\n",

@@ -54,6 +54,27 @@ TEST_P(CatalogSuite, ChildrenNeedAsMuchAsTheirRegistration) {
   EXPECT_EQ(MustLease().job.memory_bytes(), 1000);
 }
 
+TEST_P(CatalogSuite, CountsJobsByMemory) {
+  constexpr int64_t kGibibyte = int64_t{1} << 30;
+  EXPECT_THAT(*catalog_->CountJobsByMemory(), ::testing::IsEmpty());
+  for (const std::string id : {"a", "b"}) MakeAnimation(id);
+  MustSubmitOfMemory("unknown", 0);
+  MustLease();
+  MustSubmitOfMemory("one", kGibibyte);
+  MustSubmitOfMemory("two", kGibibyte + 1);
+  MustSubmitOfMemory("all", kAnyMemory);
+  Job registration = RegistrationOf("f", "a", {"a", "b"});
+  registration.set_memory_bytes(5 * kGibibyte);
+  ASSERT_THAT(catalog_->SubmitRegistration(registration), Succeeds());
+  // The registration waits for its children and is not counted.
+  const JobMemoryCounts expected = {{{Job::RUNNING, 1}, 1},
+                                    {{Job::QUEUED, 1}, 1},
+                                    {{Job::QUEUED, 2}, 1},
+                                    {{Job::QUEUED, 5}, 2},
+                                    {{Job::QUEUED, kAnyMemory / kGibibyte + 1}, 1}};
+  EXPECT_EQ(*catalog_->CountJobsByMemory(), expected);
+}
+
 TEST_P(CatalogSuite, KnowsTheWorkersThatAskedLately) {
   EXPECT_TRUE(catalog_->ListWorkers()->empty());
   EXPECT_FALSE((*catalog_->LeaseJob("b", kLease, 7)).has_value());
