@@ -23,6 +23,7 @@
 #include "server/admin/check.h"
 #include "server/admin/collect.h"
 #include "server/admin/jobs.h"
+#include "server/admin/plan.h"
 #include "server/admin/print.h"
 #include "server/admin/progress.h"
 #include "server/admin/transfer.h"
@@ -45,6 +46,7 @@ struct Flags {
   std::string keep_history = "30d";
   std::string place;  // of an export
   int num_failed = 20;
+  Load load;  // to plan for
 };
 
 // Runs a subcommand; returns the exit code.
@@ -137,20 +139,57 @@ absl::StatusOr<int> RunOwners(const Flags& flags) {
   return base::kExitDone;
 }
 
+absl::StatusOr<int> RunPlan(const Flags& flags) {
+  LB_RETURN_IF_ERROR(flags.load.Validate());
+  Show(Print(MakePlan(flags.load), FormatOf(flags)));
+  return base::kExitDone;
+}
+
 // One with the flags that all of them have.
-CLI::App& AddCommand(CLI::App& app, Flags& flags, const char* name, const char* help,
-                     Command command, Command& chosen) {
+CLI::App& AddCommandWithoutStore(CLI::App& app, Flags& flags, const char* name, const char* help,
+                                 Command command, Command& chosen) {
   CLI::App& made = *app.add_subcommand(name, help);
-  server::AddStoreFlags(made, flags.store);
   made.add_flag("--json", flags.json, "Print one JSON object instead of text");
   made.footer(kExitCodes);
   made.callback([command, &chosen] { chosen = command; });
   return made;
 }
 
+CLI::App& AddCommand(CLI::App& app, Flags& flags, const char* name, const char* help,
+                     Command command, Command& chosen) {
+  CLI::App& made = AddCommandWithoutStore(app, flags, name, help, command, chosen);
+  server::AddStoreFlags(made, flags.store);
+  return made;
+}
+
 void AddThreads(CLI::App& command, Flags& flags) {
   command.add_option("--threads", flags.threads, "Blobs at a time; 0: one per core")
       ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+}
+
+void AddPlan(CLI::App& app, Flags& flags, Command& chosen) {
+  CLI::App& plan = AddCommandWithoutStore(
+      app, flags, "plan",
+      "Estimate what a load needs of machines, network and stores; needs no store", RunPlan,
+      chosen);
+  Load& load = flags.load;
+  plan.add_option("--vertices", load.vertices, "Of a frame, on average")->capture_default_str();
+  plan.add_option("--frames", load.frames, "Of an animation")->capture_default_str();
+  plan.add_option("--targets", load.targets, "Of a family")->capture_default_str();
+  plan.add_option("--families", load.families, "That are stored")->capture_default_str();
+  plan.add_option("--families-in-use", load.families_in_use, "At a time; 0: all")
+      ->capture_default_str();
+  plan.add_option("--clients", load.clients, "That ask for frames at a time")
+      ->capture_default_str();
+  plan.add_option("--frames-per-second", load.frames_per_second, "Of each client")
+      ->capture_default_str();
+  plan.add_option("--cached", load.cached, "Share of frames that repeat, 0 to 1")
+      ->capture_default_str();
+  plan.add_option("--registrations-per-day", load.registrations_per_day, "Of a family each")
+      ->capture_default_str();
+  plan.add_option("--core-speed", load.core_speed,
+                  "Of your cores, by those that docs/capacity.md was measured on")
       ->capture_default_str();
 }
 
@@ -194,6 +233,7 @@ void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
              RunWorkers, chosen);
   AddCommand(app, flags, "owners", "Show what each owner has in the store and in the queue",
              RunOwners, chosen);
+  AddPlan(app, flags, chosen);
 }
 
 // A word that stands where a command should be. Returns whether there is one.

@@ -248,4 +248,37 @@ std::string Print(const std::vector<store::OwnerUse>& owners, Format format) {
   return absl::StrCat(text, owners.size(), " owners\n");
 }
 
+std::string Print(const Plan& plan, Format format) {
+  if (format == Format::kJson) {
+    return Line({{"frame_ms", plan.frame_ms},
+                 {"server_busy_cores", plan.server_busy_cores},
+                 {"server_cores", plan.server_cores},
+                 {"server_memory_bytes", plan.server_memory_bytes},
+                 {"cache_disk_bytes", plan.cache_disk_bytes},
+                 {"network_bytes_per_s", plan.network_bytes_per_s},
+                 {"registration_core_s", plan.registration_core_s},
+                 {"worker_busy_cores", plan.worker_busy_cores},
+                 {"worker_cores", plan.worker_cores},
+                 {"worker_memory_bytes", plan.worker_memory_bytes},
+                 {"animation_bytes", plan.animation_bytes},
+                 {"family_bytes", plan.family_bytes},
+                 {"bucket_bytes", plan.bucket_bytes},
+                 {"database_bytes", plan.database_bytes}});
+  }
+  return absl::StrFormat(
+      "servers   %d cores, %.2f of them busy; a frame that is not cached takes %.1f ms of one\n"
+      "          %s of memory and %s of disk (--cache) each\n"
+      "          %s/s to clients\n"
+      "workers   %d cores, %.2f of them busy; a family takes %.0f s of one\n"
+      "          %s of memory for a job (--memory)\n"
+      "bucket    %s: a family has %s, an animation %s\n"
+      "database  %s\n",
+      plan.server_cores, plan.server_busy_cores, plan.frame_ms,
+      FormatBytes(plan.server_memory_bytes), FormatBytes(plan.cache_disk_bytes),
+      FormatBytes(static_cast<int64_t>(plan.network_bytes_per_s)), plan.worker_cores,
+      plan.worker_busy_cores, plan.registration_core_s, FormatBytes(plan.worker_memory_bytes),
+      FormatBytes(plan.bucket_bytes), FormatBytes(plan.family_bytes),
+      FormatBytes(plan.animation_bytes), FormatBytes(plan.database_bytes));
+}
+
 }  // namespace liquidblend::admin

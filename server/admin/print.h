@@ -8,6 +8,7 @@
 #include "server/admin/check.h"
 #include "server/admin/collect.h"
 #include "server/admin/jobs.h"
+#include "server/admin/plan.h"
 #include "server/admin/transfer.h"
 
 namespace liquidblend::admin {
@@ -22,5 +23,6 @@ std::string Print(const TransferReport& report, const std::string& action, Forma
 std::string Print(const QueueReport& report, absl::Time now, Format format);
 std::string Print(const std::vector<Worker>& workers, absl::Time now, Format format);
 std::string Print(const std::vector<store::OwnerUse>& owners, Format format);
+std::string Print(const Plan& plan, Format format);
 
 }  // namespace liquidblend::admin
