@@ -129,6 +129,8 @@ TEST_F(AdminTest, TellsWhatIsWrongByItsExitCode) {
   EXPECT_EQ(run("--help"), 0);
   EXPECT_EQ(run("check --help"), 0);
   EXPECT_EQ(run(""), 2);
+  EXPECT_EQ(run("plan --clients 100 --json"), 0);
+  EXPECT_EQ(run("plan --cached 2"), 2);
   EXPECT_EQ(run("check"), 2);
   EXPECT_EQ(run("check --data " + data() + "/nothing"), 2);
   EXPECT_EQ(run("collect --data " + data() + " --older-than soon"), 2);
