@@ -20,14 +20,18 @@ constexpr double kFrameCacheBytes = 256e6;  // --frame-cache
 constexpr double kIndexShare = 1.1;         // of a family in memory by its file
 constexpr double kClientBytes = 100e3;
 
-// Workers and files, per vertex of all frames of an animation.
-constexpr double kAnimationBytesPerVertex = 30;
-constexpr double kFamilyBytesPerVertex = 150;
-constexpr double kTargetBytesPerVertex = 60;
-constexpr double kSourceMsPerVertex = 0.02;
-constexpr double kTargetMsPerVertex = 0.06;
+// Workers and files, per vertex of all frames of an animation. Those of registrations are for
+// frames of kUsualVertices and grow with the frames' resolution.
+constexpr double kAnimationBytesPerVertex = 48;  // exact: positions, velocities, triangles
+constexpr double kFamilyBytesPerVertex = 130;
+constexpr double kTargetBytesPerVertex = 67;
+constexpr double kSourceMsPerVertex = 0.005;
+constexpr double kTargetMsPerVertex = 0.055;
+constexpr double kUsualVertices = 7000;
+constexpr double kGrowth = 0.1;  // exponent
+// server/api/job_memory.cc: what a worker must have to be given the job, not what it uses.
 constexpr double kWorkerBytes = 100e6;
-constexpr double kWorkerBytesPerVertex = 800;
+constexpr double kWorkerBytesPerVertex = 1120;
 
 // The catalog, per record; a job is kept for 30 days (--keep-history).
 constexpr double kDatabaseBytes = 10e6;
@@ -41,11 +45,13 @@ int64_t CoresFor(double busy) { return static_cast<int64_t>(std::ceil(busy / kBu
 
 int64_t Bytes(double bytes) { return static_cast<int64_t>(std::ceil(bytes)); }
 
+double Growth(const Load& load) { return std::pow(load.vertices / kUsualVertices, kGrowth); }
+
 void PlanFiles(const Load& load, double frame_vertices, Plan& plan) {
   const double family_bytes_per_vertex =
       kFamilyBytesPerVertex + kTargetBytesPerVertex * static_cast<double>(load.targets);
   plan.animation_bytes = Bytes(kAnimationBytesPerVertex * frame_vertices);
-  plan.family_bytes = Bytes(family_bytes_per_vertex * frame_vertices);
+  plan.family_bytes = Bytes(family_bytes_per_vertex * Growth(load) * frame_vertices);
 }
 
 void PlanServers(const Load& load, Plan& plan) {
@@ -68,7 +74,7 @@ void PlanServers(const Load& load, Plan& plan) {
 void PlanWorkers(const Load& load, double frame_vertices, Plan& plan) {
   const double ms_per_vertex =
       kSourceMsPerVertex + kTargetMsPerVertex * static_cast<double>(load.targets);
-  plan.registration_core_s = ms_per_vertex * frame_vertices / 1e3 / load.core_speed;
+  plan.registration_core_s = ms_per_vertex * Growth(load) * frame_vertices / 1e3 / load.core_speed;
   plan.worker_busy_cores = load.registrations_per_day * plan.registration_core_s / kSecondsPerDay;
   plan.worker_cores = CoresFor(plan.worker_busy_cores);
   plan.worker_memory_bytes = Bytes(kWorkerBytes + kWorkerBytesPerVertex * frame_vertices);
