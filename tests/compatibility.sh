@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Runs programs of an earlier commit with the current ones, on a data directory and on PostgreSQL
 # with S3: the current client against the former server, the current server on the former one's
-# store, and the former client against the current server. Compares the frames of both.
+# store, and the former client against the current server. Compares the frames of both. Then replaces
+# two servers and a worker of that commit under load, one after the other.
 #   tests/compatibility.sh COMMIT
 #   PROGRAMS=DIRECTORY  that commit's programs, if they are built already
-# Needs the programs of build/release. Prints a line for each command; exits 1 if one failed that
+# Needs the programs of build/release, and steady_client of its tests. Prints a line for each command; exits 1 if one failed that
 # worked with that commit's own server, except for what docs/operations/upgrades.md says.
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
@@ -19,9 +20,11 @@ cd "$(dirname "$0")/.."
 git rev-parse --quiet --verify "$1^{commit}" >/dev/null || refuse "no commit: $1"
 
 current=$PWD/build/release/bin
+steady_client=$PWD/build/release/tests/steady_client
 work=$(mktemp -d)
 server_pid=
 postgres_pid=
+declare -A pids=()  # of what roll() starts, by name
 # end PID: ends the process by SIGTERM and waits for it; an empty PID is none.
 end() {
   [ -n "$1" ] || return 0
@@ -34,6 +37,8 @@ stop_servers() {
 }
 clean_up() {
   stop_servers
+  local name
+  for name in "${!pids[@]}"; do end "${pids[$name]}"; done
   end "$postgres_pid"
   [ ! -d "$work/ceph" ] || tests/ceph.sh stop "$work/ceph" || true
   [ ! -d "$work/source" ] || git worktree remove --force "$work/source"
@@ -53,14 +58,14 @@ build_programs() {
 }
 former=${PROGRAMS:-$(build_programs "$1")}
 
-# Six frames of a ball that moves along x at so many metres per second: make_ball DIRECTORY VELOCITY
+# Nine frames of a ball that moves along x at so many metres per second: make_ball DIRECTORY VELOCITY
 make_ball() {
   python3 - "$@" <<'PYTHON'
 import math, os, sys
 directory, velocity = sys.argv[1], float(sys.argv[2])
 os.makedirs(directory)
 rows, columns = 12, 24
-for frame in range(6):
+for frame in range(9):
     x = velocity * frame / 24
     points = [(x, 0, 1)] + [
         (x + math.sin(math.pi * r / rows) * math.cos(2 * math.pi * c / columns),
@@ -138,7 +143,7 @@ run_commands() {
   same "$out/one.ply" "$out/two.ply"
   must "$client" export balls -w 0.5 -o "$out/one"
   "$other/liquidblend" --quiet --server "$server" export balls -w 0.5 -o "$out/two" >/dev/null
-  same "$out/one/frame_0006.ply" "$out/two/frame_0006.ply"
+  same "$out/one/frame_0009.ply" "$out/two/frame_0009.ply"
   must "$client" stream balls --seconds 1
   must "$client" render balls --columns 2 -w 0.5 --size 64x48 -o "$out/one.png"
   must "$client" register balls --refine --correspondences "$work/pairs.json" --iterations 3 --wait
@@ -205,6 +210,65 @@ for _ in $(seq 300); do
   ! psql -h "$work/postgres/sock" -U liquidblend -d postgres -c 'SELECT 1' >/dev/null 2>&1 || break
   sleep 0.1
 done
-run_programs --store "postgresql://liquidblend@/postgres?host=$work/postgres/sock" \
-  --blobs s3://liquidblend --cache "$work/cache" --client-s3 "$AWS_ENDPOINT_URL"
+store=(--store "postgresql://liquidblend@/postgres?host=$work/postgres/sock" --blobs s3://liquidblend)
+run_programs "${store[@]}" --cache "$work/cache" --client-s3 "$AWS_ENDPOINT_URL"
+
+free_port() {
+  python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'
+}
+
+# start_replica PROGRAMS NAME ADDRESS: a server without workers; returns once it serves.
+start_replica() {
+  "$1/liquidblend-server" --listen "$3" --workers 0 --grace 10s "${store[@]}" \
+    --cache "$work/cache-$2" >"$work/$2.out" 2>>"$work/$2.log" &
+  pids[$2]=$!
+  for _ in $(seq 300); do
+    ! "$1/liquidblend-server" --check --listen "$3" >/dev/null 2>&1 || return 0
+    sleep 0.1
+  done
+  cat "$work/$2.log" >&2
+  echo "$2 did not start" >&2
+  exit 1
+}
+
+start_worker() {
+  "$1/liquidblend-worker" "${store[@]}" --cache "$work/cache-worker" >/dev/null 2>>"$work/worker.log" &
+  pids[worker]=$!
+}
+
+# Replaces former servers and a former worker by current ones, while a client asks for frames and an
+# operation that was accepted before is under way.
+roll() {
+  tier=roll
+  local one two
+  one=127.0.0.1:$(free_port)
+  two=127.0.0.1:$(free_port)
+  start_replica "$former" one "$one"
+  start_replica "$former" two "$two"
+  start_worker "$former"
+  server=$one,$two
+  serving=former
+  must "$former" register balls --source a --target b --iterations 3 --wait
+  must "$former" register rolled --source a --target b --iterations 100
+  local operation
+  operation=$(grep -o 'operations/[^ ]*' "$work/log" | head -n 1)
+  "$steady_client" "$server" balls >"$work/steady" 2>&1 &
+  local steady=$!
+  sleep 2
+  end "${pids[one]}"
+  start_replica "$current" one "$one"
+  must "$current" list  # with old and new servers side by side
+  end "${pids[two]}"
+  start_replica "$current" two "$two"
+  end "${pids[worker]}"
+  start_worker "$current"
+  serving=current
+  must "$current" operations "$operation" --wait
+  must "$current" frame rolled -w 0.5 -t 0.1 -o "$work/rolled.ply"
+  sleep 2
+  kill -TERM "$steady"
+  wait "$steady" || failed=1
+  sed "s/^/$tier      /" "$work/steady"
+}
+roll
 exit $failed
