@@ -40,6 +40,8 @@ tools=(
 # Debian is one package.
 command -v node >/dev/null || build+=(nodejs)
 command -v npm >/dev/null || build+=(npm)
+# Renders deploy/kubernetes for its tests; likewise.
+command -v kubectl >/dev/null || tools+=(kubernetes-client)
 browser=(chromium)
 containers=(
   podman buildah runc mmdebstrap netavark aardvark-dns catatonit podman-compose iptables systemd
@@ -91,6 +93,9 @@ install_npm_packages() {
   if [ "${#more[@]}" -eq "${#browser[@]}" ]; then return 0; fi
   if ! fetch_from_npm "$root/tests/server/encode/wasm"; then
     echo "install-deps: npm cannot fetch draco3d; wasm_decoder_test.cc is left out" >&2
+  fi
+  if ! fetch_from_npm "$root/tests/kubernetes"; then
+    echo "install-deps: npm cannot fetch kubernetes-models; tests of deploy/kubernetes are left out" >&2
   fi
 }
 
