@@ -35,6 +35,8 @@ tools=(
   python3-numpy python3-pip python3-setuptools python3-venv python3-wheel mypy
   # a database and an object store of the tests' own
   postgresql-15 ceph-mon ceph-osd ceph-mgr ceph-common radosgw curl
+  # what evaluates the queries of deploy/kubernetes in its tests
+  prometheus
 )
 # npm brings Google's API definitions and builds the page. Unless it is there: that of others than
 # Debian is one package.
@@ -121,4 +123,8 @@ fi
 echo "install-deps: installing ${missing[*]}"
 "${as_root[@]}" apt-get update -q
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"
+# Debian starts Prometheus on all addresses. The tests start their own.
+if [[ " ${missing[*]} " == *" prometheus "* ]] && [ -d /run/systemd/system ]; then
+  "${as_root[@]}" systemctl disable --now prometheus
+fi
 install_npm_packages
