@@ -35,11 +35,15 @@ tools=(
   python3-numpy python3-pip python3-setuptools python3-venv python3-wheel mypy
   # a database and an object store of the tests' own
   postgresql-15 ceph-mon ceph-osd ceph-mgr ceph-common radosgw curl
+  # what evaluates the queries of deploy/kubernetes in its tests
+  prometheus
 )
 # npm brings Google's API definitions and builds the page. Unless it is there: that of others than
 # Debian is one package.
 command -v node >/dev/null || build+=(nodejs)
 command -v npm >/dev/null || build+=(npm)
+# Renders deploy/kubernetes for its tests; likewise.
+command -v kubectl >/dev/null || tools+=(kubernetes-client)
 browser=(chromium)
 containers=(
   podman buildah runc mmdebstrap netavark aardvark-dns catatonit podman-compose iptables systemd
@@ -92,6 +96,9 @@ install_npm_packages() {
   if ! fetch_from_npm "$root/tests/server/encode/wasm"; then
     echo "install-deps: npm cannot fetch draco3d; wasm_decoder_test.cc is left out" >&2
   fi
+  if ! fetch_from_npm "$root/tests/kubernetes"; then
+    echo "install-deps: npm cannot fetch kubernetes-models; tests of deploy/kubernetes are left out" >&2
+  fi
 }
 
 missing=()
@@ -116,4 +123,8 @@ fi
 echo "install-deps: installing ${missing[*]}"
 "${as_root[@]}" apt-get update -q
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}"
+# Debian starts Prometheus on all addresses. The tests start their own.
+if [[ " ${missing[*]} " == *" prometheus "* ]] && [ -d /run/systemd/system ]; then
+  "${as_root[@]}" systemctl disable --now prometheus
+fi
 install_npm_packages

@@ -19,5 +19,7 @@ for directory in doc man info locale lintian; do
   skip+=(--dpkgopt="path-exclude=/usr/share/$directory/*")
 done
 mmdebstrap --quiet --variant=apt "${skip[@]}" bookworm "$file"
-podman import --quiet "$file" "$name" >/dev/null
+# As Debian's own image has it: podman kube play sets no path of its own.
+podman import --quiet --change ENV=PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+  "$file" "$name" >/dev/null
 echo "$name"

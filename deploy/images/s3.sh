@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # One-node Ceph with radosgw in a container: S3 on port 7480. No copy of anything: for trials.
-#   AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY   of the only user
+#   AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY   of the only user; or
+#   AWS_SHARED_CREDENTIALS_FILE                a file with aws_access_key_id, aws_secret_access_key
 #   S3_BUCKET=liquidblend                      made at the first start
 #   S3_BYTES=8589934592                        of the disk file in the volume
 #   s3.sh            in the foreground
@@ -87,7 +88,7 @@ write_keys() {
 }
 
 make_cluster() {
-  rm -rf "${directory:?}"/*
+  rm -rf "$directory"/{mon,osd,rgw,ceph.conf,keyring,monmap}  # of a first start that was cut off
   mkdir -p "$directory"/{mon,osd,rgw}
   write_config
   write_keys
@@ -104,7 +105,14 @@ make_disk() {
   ceph-osd -c "$config" -i 0 --mkfs --osd-uuid "$uuid" --no-mon-config
 }
 
+take_keys() {
+  [ -z "${AWS_ACCESS_KEY_ID:-}" ] && [ -n "${AWS_SHARED_CREDENTIALS_FILE:-}" ] || return 0
+  AWS_ACCESS_KEY_ID=$(sed -n 's/^aws_access_key_id *= *//p' "$AWS_SHARED_CREDENTIALS_FILE")
+  AWS_SECRET_ACCESS_KEY=$(sed -n 's/^aws_secret_access_key *= *//p' "$AWS_SHARED_CREDENTIALS_FILE")
+}
+
 make_bucket() {
+  take_keys
   radosgw-admin -c "$config" -k "$directory/keyring" user create --uid=liquidblend \
     --display-name=liquidblend --access-key="${AWS_ACCESS_KEY_ID:?}" \
     --secret-key="${AWS_SECRET_ACCESS_KEY:?}" >/dev/null

@@ -1,4 +1,5 @@
-# What tests/containers.sh does, a function a phase. Sourced after stack.sh.
+# What tests/containers.sh does, a function a phase; tests/kubernetes.sh begins with the same ones.
+# Sourced after stack.sh.
 operations=()  # all registrations that were accepted
 version=0      # of the family drops
 expected=      # its frames
@@ -44,13 +45,18 @@ check_libraries() {  # TARGET
   ! grep "not found" "$scratch/libraries" || fail "$1: libraries are missing"
 }
 
-build_images() {
+build_targets() {  # TARGET...
   local from= target
   if [ "$prebuilt" = 1 ]; then
     deploy/images/prebuild.sh build/prebuilt
     from=build/prebuilt
   fi
-  for target in server worker client e2e postgres s3; do build $target; done
+  for target in "$@"; do build $target; done
+}
+
+build_images() {
+  local target
+  build_targets server worker client e2e postgres s3
   for target in server worker; do build_next $target; done
   for target in server worker client e2e; do check_libraries $target; done
   podman images --filter "reference=localhost/liquidblend-*:test" \

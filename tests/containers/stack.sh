@@ -1,5 +1,6 @@
-# Containers of tests/containers.sh: how they are started, asked and removed.
+# Containers of tests/containers.sh and tests/kubernetes.sh: how they are started, asked and removed.
 # Sourced; wants the working directory to be the repository's.
+script=${0##*/}
 export CONTAINERS_CONF=${CONTAINERS_CONF:-$PWD/tests/containers.conf}
 project=lbtest$$
 network=$project
@@ -50,26 +51,28 @@ print_table() {
 }
 
 cannot() {
-  echo "containers.sh: this host cannot run containers: $*" >&2
+  echo "$script: this host cannot run containers: $*" >&2
   trap - ERR
   exit 77
 }
 
 fail() {
-  echo "containers.sh: $current_phase: $*" >&2
+  echo "$script: $current_phase: $*" >&2
   show_logs
   trap - ERR
   exit 1
 }
 
 show_failure() {
-  echo "containers.sh: $current_phase: failed at: $1" >&2
+  echo "$script: $current_phase: failed at: $1" >&2
   show_logs
 }
 
+own_containers() { podman ps -a --filter "label=$project" --format '{{.Names}}'; }
+
 show_logs() {
   local name
-  for name in $(podman ps -a --filter "label=$project" --format '{{.Names}}'); do
+  for name in $(own_containers); do
     echo "---- $name" >&2
     podman logs --tail 15 "$name" >&2 2>&1 || true
   done
@@ -83,6 +86,7 @@ clean_up() {
   [ ${#phases[@]} = 0 ] || print_table
   {
     [ -z "$(type -t compose_down)" ] || compose_down
+    [ -z "$(type -t kube_down)" ] || kube_down
     podman ps -aq --filter "label=$project" | xargs -r podman rm --force --volumes --time 0
     podman network exists "$network" && podman network rm --force "$network"
     podman volume ls -q --filter "name=$project" | xargs -r podman volume rm --force
