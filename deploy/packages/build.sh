@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Builds the Debian packages of these sources, and checks them.
+# Builds the Debian packages of these sources, checks them, and lists what is in each (SPDX).
 #   deploy/packages/build.sh [--no-install] [OUT]    default OUT: build/packages
 #   --no-install  installs no packages that building needs
 #   JOBS=2        compilers at a time
 # Compiles in build/package, with the preset `package`: from nothing 15 minutes on two cores.
-# Leaves in OUT: *.deb, SHA256SUMS. What was there of these is removed.
+# Leaves in OUT: *.deb, *.deb.spdx.json, SHA256SUMS. What was there of these is removed.
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
 refuse() { echo "build.sh: $1" >&2; usage >&2; exit 2; }
@@ -40,7 +40,7 @@ ninja -C $build -j "${JOBS:-$(nproc)}" liquidblend_packages
 echo "== pack" >&2
 mkdir -p "$out"
 out=$(cd "$out" && pwd)
-rm -f "$out"/*.deb "$out/SHA256SUMS"
+rm -rf "$out"/*.deb "$out"/*.deb.spdx.json "$out"/{SHA256SUMS,_CPack_Packages}
 (umask 022 && cd $build && cpack -B "$out" >"$out/cpack.log") || { cat "$out/cpack.log" >&2; exit 1; }
 rm -r "$out/_CPack_Packages" "$out/cpack.log"
 (cd "$out" && sha256sum -- *.deb >SHA256SUMS)
@@ -48,4 +48,19 @@ rm -r "$out/_CPack_Packages" "$out/cpack.log"
 echo "== check" >&2
 lintian --allow-root --fail-on error,warning --tag-display-limit 0 "$out"/*.deb
 
+echo "== list" >&2
+google=proto/package-lock.json:google-proto-files
+# list PACKAGE [options of sbom.py]
+list() {
+  local file
+  file=$(ls "$out/$1"_*.deb)
+  deploy/packages/sbom.py deb "$file" "$file.spdx.json" "${@:2}"
+}
+list liquidblend-server --build $build --programs bin/liquidblend-{server,admin} \
+  --npm client/web/package-lock.json --npm $google
+list liquidblend-worker --build $build --programs bin/liquidblend-worker --npm $google
+list liquidblend-client --build $build --programs bin/liquidblend{,_vdb.so} --npm $google
+list libliquidblend1 --build $build --programs lib/libliquidblend.so.1.0.0 --npm $google
+list libliquidblend-dev --build $build --programs client/libliquidblend.a --npm $google
+for package in python3-liquidblend liquidblend-{doc,examples}; do list $package; done
 ls -l "$out"
