@@ -18,6 +18,7 @@ skip=()
 for directory in doc man info locale lintian; do
   skip+=(--dpkgopt="path-exclude=/usr/share/$directory/*")
 done
+skip+=(--dpkgopt="path-include=/usr/share/doc/*/copyright")  # licences stay, for lists of what is there
 mmdebstrap --quiet --variant=apt "${skip[@]}" bookworm "$file"
 podman import --quiet "$file" "$name" >/dev/null
 echo "$name"
