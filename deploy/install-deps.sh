@@ -5,6 +5,7 @@
 #   deploy/install-deps.sh --build       only what compiling needs
 #   deploy/install-deps.sh --quickstart  what compiling needs, and a browser for a picture of the page
 #   deploy/install-deps.sh --containers  everything, and what tests/containers.sh needs
+#   deploy/install-deps.sh --packages    everything, and what deploy/packages/build.sh needs
 #   deploy/install-deps.sh --vtk         everything, and VTK for the benchmark against it
 #   deploy/install-deps.sh --blender     everything, and Blender for the tests of its add-on
 #   deploy/install-deps.sh [..] --list   only prints the packages
@@ -48,6 +49,7 @@ browser=(chromium)
 containers=(
   podman buildah runc mmdebstrap netavark aardvark-dns catatonit podman-compose iptables systemd
 )
+packaging=(dpkg-dev file help2man lintian)
 
 packages=("${build[@]}")
 more=("${tools[@]}" "${browser[@]}")
@@ -59,6 +61,7 @@ for argument in "$@"; do
     --build) more=() ;;
     --quickstart) more=("${browser[@]}") ;;
     --containers) packages+=("${containers[@]}") ;;
+    --packages) packages+=("${packaging[@]}") ;;
     --list) list=1 ;;
     --help) usage; exit 0 ;;
     *) refuse "unknown argument: $argument" ;;

@@ -18,6 +18,7 @@ skip=()
 for directory in doc man info locale lintian; do
   skip+=(--dpkgopt="path-exclude=/usr/share/$directory/*")
 done
+skip+=(--dpkgopt="path-include=/usr/share/doc/*/copyright")  # licences stay, for lists of what is there
 mmdebstrap --quiet --variant=apt "${skip[@]}" bookworm "$file"
 # As Debian's own image has it: podman kube play sets no path of its own.
 podman import --quiet --change ENV=PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \

@@ -18,17 +18,6 @@ check_host() {
     cannot "podman run failed: $said"
 }
 
-# npm trusts the authorities there that it trusts here.
-build() {  # TARGET
-  local -a trust=()
-  if [ -n "${NODE_EXTRA_CA_CERTS:-}" ]; then
-    trust=(--volume "$NODE_EXTRA_CA_CERTS:/ca.crt:ro" --build-arg NODE_EXTRA_CA_CERTS=/ca.crt)
-  fi
-  podman build --quiet --format docker --network host --build-arg "BASE=$BASE" \
-    --build-arg "PREBUILT=$from" "${trust[@]}" --target "$1" --tag "$(image "$1")" \
-    --file deploy/Containerfile . >/dev/null
-}
-
 # The same programs in an image of their own (by --label alone, podman 4.3 takes the cached one).
 build_next() {  # TARGET
   printf 'FROM %s\nLABEL org.opencontainers.image.version=next\n' "$(image "$1")" |
@@ -45,22 +34,36 @@ check_libraries() {  # TARGET
   ! grep "not found" "$scratch/libraries" || fail "$1: libraries are missing"
 }
 
+# The labels of deploy/images/build.sh, and its list of what the image holds.
+check_image() {  # TARGET
+  local label wanted
+  for label in version revision created title; do
+    wanted=$(podman inspect --format "{{index .Config.Labels \"org.opencontainers.image.$label\"}}" \
+      "$(image "$1")")
+    [ -n "$wanted" ] || fail "$1 has no label $label"
+  done
+  tests/deploy/packages/check_spdx.py "build/images/liquidblend-$1.spdx.json"
+  local packages
+  packages=$(podman run --rm --no-healthcheck --label "$project" --network none \
+    --entrypoint dpkg-query "$(image "$1")" -W -f '.\n' | wc -l)
+  [ "$(grep -c pkg:deb/debian/ "build/images/liquidblend-$1.spdx.json")" = "$packages" ] ||
+    fail "$1: the list has not the $packages packages of the image"
+}
+
 build_targets() {  # TARGET...
-  local from= target
-  if [ "$prebuilt" = 1 ]; then
-    deploy/images/prebuild.sh build/prebuilt
-    from=build/prebuilt
-  fi
-  for target in "$@"; do build $target; done
+  local arguments=(--tag test)
+  [ "$prebuilt" = 0 ] || arguments+=(--prebuilt)
+  BASE=$BASE deploy/images/build.sh "${arguments[@]}" "$@"
 }
 
 build_images() {
   local target
   build_targets server worker client e2e postgres s3
   for target in server worker; do build_next $target; done
-  for target in server worker client e2e; do check_libraries $target; done
-  podman images --filter "reference=localhost/liquidblend-*:test" \
-    --format '{{.Repository}} {{.Size}}' | sed 's|localhost/||'
+  for target in server worker client e2e; do
+    check_libraries $target
+    check_image $target
+  done
 }
 
 start_stack() {

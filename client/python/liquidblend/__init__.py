@@ -24,11 +24,11 @@ from .jobs import Job, JobState
 from .player import Player, PlayerStatistics, Transport
 from .stream import Stream
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 
 def library_version() -> str:
-    """The version of libliquidblend.so.1, such as "0.2.0"."""
+    """The version of libliquidblend.so.1, such as "0.3.0"."""
     number = int(_native.function("lb_version")())
     return f"{number // 1000000}.{number // 1000 % 1000}.{number % 1000}"
 

@@ -4,7 +4,9 @@ file(REMOVE_RECURSE ${WORK})
 
 include(${CMAKE_CURRENT_LIST_DIR}/../run.cmake)
 
-run(${CMAKE_COMMAND} --install ${BUILD} --component client --prefix ${WORK}/prefix)
+foreach(component client library dev)
+  run(${CMAKE_COMMAND} --install ${BUILD} --component ${component} --prefix ${WORK}/prefix)
+endforeach()
 run(${WORK}/prefix/bin/liquidblend --help)
 run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -DCMAKE_PREFIX_PATH=${WORK}/prefix
   -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_CXX_FLAGS=${FLAGS} -DCMAKE_BUILD_TYPE=Release)
