@@ -61,8 +61,8 @@ bool IsSampled(const Sampler& sampler, const SpanContext& context, bool has_pare
   if (has_parent && sampler.by_parent) return context.is_sampled;
   // As OpenTelemetry's other programs decide, so that all agree on one trace.
   constexpr int kBits = 63;
-  const auto place = static_cast<double>(context.trace_low >> 1);  // rounded, up to 2^63
-  return sampler.ratio >= 1 || place < std::ldexp(sampler.ratio, kBits);
+  const auto bound = static_cast<uint64_t>(std::ldexp(sampler.ratio, kBits));
+  return context.trace_low >> 1 < bound;
 }
 
 }  // namespace liquidblend::trace
