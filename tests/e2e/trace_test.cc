@@ -189,7 +189,8 @@ TEST_F(TraceTest, TheNextWorkerGoesOnInTheSameTrace) {
   for (const CollectedSpan& span : spans) {
     events.insert(events.end(), span.events.begin(), span.events.end());
     const auto attempt = span.attributes.find("liquidblend.job.attempt");
-    if (attempt != span.attributes.end()) EXPECT_EQ(attempt->second, "2");
+    if (attempt == span.attributes.end()) continue;
+    EXPECT_EQ(attempt->second, "2");
   }
   EXPECT_THAT(events, UnorderedElementsAre("resumed from a checkpoint"));
 }
