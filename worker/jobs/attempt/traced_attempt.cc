@@ -11,8 +11,8 @@ namespace {
 
 // Names of few different values: the tasks of a job.
 const char* NameOf(const store::pb::JobRecord& job) {
-  if (job.has_import_animation()) return "import";
-  return job.has_register_target() ? "registration of a target" : "registration";
+  if (job.has_import_animation()) return "import attempt";
+  return job.has_register_target() ? "target registration attempt" : "registration attempt";
 }
 
 absl::Time ToTime(const google::protobuf::Timestamp& time) {

@@ -72,7 +72,7 @@ TEST_F(TracedAttemptTest, AnAttemptIsASpanWithItsStagesInTheTraceOfTheCall) {
   ASSERT_TRUE(Work().ok());
   const std::string job = SubmitTraced({"b"});
   const std::vector<CollectedSpan> spans = WorkTraced();
-  const CollectedSpan attempt = trace::FindSpan(spans, "registration");
+  const CollectedSpan attempt = trace::FindSpan(spans, "registration attempt");
   EXPECT_EQ(attempt.parent_id, kParentId);
   EXPECT_EQ(attempt.kind, 5);
   EXPECT_FALSE(attempt.has_failed);
@@ -108,15 +108,16 @@ TEST_F(TracedAttemptTest, EachTargetOfSeveralIsAnAttemptInTheSameTrace) {
     const auto target = span.attributes.find("liquidblend.target_index");
     if (target != span.attributes.end()) targets.push_back(target->second);
   }
-  EXPECT_THAT(attempts, UnorderedElementsAre("registration of a target", "registration of a target",
-                                             "registration"));
+  EXPECT_THAT(attempts,
+              UnorderedElementsAre("target registration attempt", "target registration attempt",
+                                   "registration attempt"));
   EXPECT_THAT(targets, UnorderedElementsAre("0", "1"));
 }
 
 TEST_F(TracedAttemptTest, AFailureIsAnErrorOfTheAttemptAndOfTheStageThatFailed) {
   SubmitImport("ball", {{"f_0001.ply", std::vector<std::byte>(10)}});
   const std::vector<CollectedSpan> spans = WorkTraced();
-  const CollectedSpan attempt = trace::FindSpan(spans, "import");
+  const CollectedSpan attempt = trace::FindSpan(spans, "import attempt");
   EXPECT_TRUE(attempt.has_failed);
   EXPECT_THAT(attempt.error, HasSubstr("f_0001.ply"));
   EXPECT_EQ(attempt.attributes.at("error.type"), "INVALID_ARGUMENT");
@@ -128,7 +129,7 @@ TEST_F(TracedAttemptTest, AFailureIsAnErrorOfTheAttemptAndOfTheStageThatFailed) 
 TEST_F(TracedAttemptTest, AJobThatNobodyTracesBeginsATraceOfItsOwn) {
   SubmitBall("ball", 1.0);
   const std::vector<CollectedSpan> spans = WorkTraced();
-  EXPECT_EQ(trace::FindSpan(spans, "import").parent_id, "");
+  EXPECT_EQ(trace::FindSpan(spans, "import attempt").parent_id, "");
 }
 
 TEST_F(TracedAttemptTest, AJobWhoseTraceIsNotSampledMakesNoSpans) {
@@ -142,7 +143,7 @@ TEST_F(TracedAttemptTest, ARecordThatIsDamagedHarmsNoJob) {
   for (const auto& [id, speed] : {std::pair("a", 0.0), {"b", 1.0}}) SubmitBall(id, speed);
   ASSERT_TRUE(Work().ok());
   const std::string job = SubmitTraced({"b"}, "nonsense");
-  EXPECT_EQ(trace::FindSpan(WorkTraced(), "registration").parent_id, "");
+  EXPECT_EQ(trace::FindSpan(WorkTraced(), "registration attempt").parent_id, "");
   EXPECT_EQ(Job(job).state(), store::pb::JobRecord::SUCCEEDED);
 }
 
@@ -163,7 +164,7 @@ TEST_F(TracedAttemptTest, TheNextAttemptHasItsNumberAndTheTimeSinceTheLastOne) {
   attempt.End(absl::UnavailableError("the worker is stopping"));
   tracer.Stop(absl::Minutes(1));
   const std::vector<CollectedSpan> spans = collector_.Spans();
-  const CollectedSpan one = trace::FindSpan(spans, "registration of a target");
+  const CollectedSpan one = trace::FindSpan(spans, "target registration attempt");
   EXPECT_EQ(one.attributes.at("liquidblend.job.attempt"), "3");
   EXPECT_EQ(one.attributes.at("liquidblend.job.queue_s"), "3.0");
   EXPECT_EQ(one.attributes.at("error.type"), "UNAVAILABLE");
