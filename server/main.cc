@@ -21,6 +21,7 @@
 #include "core/base/version.h"
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/open_store.h"
+#include "core/trace/tracer.h"
 #include "server/access/token_file.h"
 #include "server/catalog/families.h"
 #include "server/collector.h"
@@ -121,7 +122,7 @@ std::string ProgramVersion() {
 absl::Status Run(const Flags& flags) {
   if (!flags.make_token.empty()) return PrintNewToken(flags);
   if (flags.check) return server::CheckServing(flags.listen, flags.tls, kCheckTimeout);
-  LB_ASSIGN_OR_RETURN(const Settings settings, SettingsOf(flags));
+  LB_ASSIGN_OR_RETURN(Settings settings, SettingsOf(flags));
   base::LogInfo(ProgramVersion());
   std::optional<DataLock> lock;  // servers share what is in --store
   if (!flags.store.is_shared()) {
@@ -133,6 +134,9 @@ absl::Status Run(const Flags& flags) {
   LB_ASSIGN_OR_RETURN(const store::Store store, store::OpenStore(flags.store));
   catalog::Families families(*store.catalog, *store.blobs, settings.families);
   WorkerProcesses workers(settings.workers);
+  const std::shared_ptr<trace::Tracer> tracer =
+      trace::Tracer::Open({"liquidblend-server", base::Version()}, base::LogWarning);
+  settings.server.tracer = tracer;
   LB_ASSIGN_OR_RETURN(const auto server, server::Server::Start(*store.catalog, *store.blobs,
                                                                families, settings.server));
   LB_ASSIGN_OR_RETURN(const auto http_port, StartHttp(settings, server->api()));
@@ -157,6 +161,7 @@ absl::Status Run(const Flags& flags) {
   if (http_port != nullptr) http_port->Drain();
   server->Drain(settings.grace);
   if (http_port != nullptr) http_port->Stop(kHttpGrace);
+  tracer->Stop();
   workers.Stop(settings.grace);
   return absl::OkStatus();
 }

@@ -60,7 +60,7 @@ const std::map<std::string_view, Places> kTopFolders = {
 // What core has for liquidblend, the client's program, too. The client's library has no part of
 // core: it is installed without. The player makes frames of a family's file by itself.
 const Places kForAllPrograms = {"core/base/cores.h", "core/base/nearest.h", "core/base/version.h",
-                                "core/mesh/registration_options.h"};
+                                "core/mesh/registration_options.h", "core/trace/"};
 const Places kForPlayer = {"core/base/",        "core/parallel/",    "core/mesh/",
                            "core/store/blobs/", "core/store/files/", "core/parameters/",
                            "core/frames/"};
@@ -121,8 +121,8 @@ const ThirdParty kThirdParties[] = {
     {"blosc.h", {"worker/ingest/"}},
     {"zlib.h", {"worker/ingest/", "server/http/", "client/cli/"}},
     {"nlohmann/",
-     {"core/base/", "core/store/", "worker/ingest/", "worker/registration/", "server/admin/",
-      "server/access/", "client/cli/"}},
+     {"core/base/", "core/store/", "core/trace/", "worker/ingest/", "worker/registration/",
+      "server/admin/", "server/access/", "client/cli/"}},
     {"draco/", {"server/encode/", "client/src/"}},
     {"boost/", {"server/http/"}},
     {"jemalloc/", {"server/allocator.cc"}},
@@ -159,8 +159,8 @@ struct Rooms {
 };
 const Rooms kRooms[] = {
     {"core/",
-     {"base/", "parallel/", "mesh/", "store/", "parameters/", "slice/", "blend/", "finish/",
-      "frames/"}},
+     {"base/", "parallel/", "mesh/", "store/", "trace/", "parameters/", "slice/", "blend/",
+      "finish/", "frames/"}},
     {"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
     {"client/", {"include/", "src/", "player/", "c/", "vdb/", "cli/", "examples/"}},
     {"client/src/", {"decode/", "files/"}},

@@ -27,6 +27,7 @@
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/catalog/retry.h"
 #include "core/store/open_store.h"
+#include "core/trace/tracer.h"
 #include "worker/jobs/attempt/stop_signal.h"
 #include "worker/jobs/run_jobs.h"
 
@@ -232,7 +233,12 @@ absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
   const parallel::Arena arena(flags.threads > 0 ? flags.threads : share);
   base::LogInfo(absl::StrCat(options.worker, " with ", arena.num_threads(), " threads and ",
                              base::FormatGibibytes(options.memory_bytes), " on ", store.name));
-  return jobs::RunJobs(*store.catalog, *store.blobs, arena, stop, options);
+  const std::unique_ptr<trace::Tracer> tracer =
+      trace::Tracer::Open({"liquidblend-worker", base::Version()}, base::LogWarning);
+  options.tracer = tracer.get();
+  const absl::Status status = jobs::RunJobs(*store.catalog, *store.blobs, arena, stop, options);
+  tracer->Stop();
+  return status;
 }
 
 int Main(const Flags& flags) {

@@ -49,6 +49,8 @@ absl::StatusOr<ConnectOptions> ConnectOptionsOf(const lb_connect_options& option
   security.tls_key = TextOf(options.tls_key);
   security.tls_server_name = TextOf(options.tls_server_name);
   security.token = TextOf(options.token);
+  const TraceHeaders trace = {TextOf(options.traceparent), ""};
+  if (!trace.traceparent.empty()) result.trace = [trace] { return trace; };
   LBC_RETURN_IF_ERROR(result.Validate());
   return result;
 }

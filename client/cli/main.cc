@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -128,6 +129,8 @@ int main(int argc, char** argv) {
                "liquidblend");
   app.set_version_flag("--version", liquidblend::base::VersionLine("liquidblend"));
   Context context;
+  context.trace = std::make_shared<liquidblend::cli::CommandTrace>(
+      [&context](const std::string& line) { context.Remark("liquidblend: " + line); });
   AddGlobalFlags(app, context);
   AddCommands(app, context);
   try {
@@ -138,5 +141,6 @@ int main(int argc, char** argv) {
     }
     return app.exit(error) == 0 ? liquidblend::cli::kExitOk : liquidblend::cli::kExitUsage;
   }
+  context.trace->End(app.get_subcommands().front()->get_name(), context.status);
   return ReportStatus(context.status);
 }

@@ -17,6 +17,7 @@
 #include "client/src/retry.h"
 #include "client/src/servers.h"
 #include "client/src/status.h"
+#include "client/src/trace_headers.h"
 #include "client/src/upload_files.h"
 #include "liquidblend/client.h"
 
@@ -120,10 +121,11 @@ class Client::Impl {
   absl::Status AwaitVersion(const Operation& operation, client::Server& server,
                             absl::Time deadline);
 
-  // Sets the credentials and the deadline of a call.
+  // Sets the credentials, the trace and the deadline of a call.
   void Prepare(absl::Duration timeout, grpc::ClientContext* context) const {
     const std::string& token = options.security.token;
     if (!token.empty()) context->AddMetadata("authorization", "Bearer " + token);
+    if (options.trace) client::AddTrace(options.trace(), context);
     if (timeout == absl::InfiniteDuration()) return;
     context->set_deadline(std::chrono::system_clock::now() + absl::ToChronoMicroseconds(timeout));
   }

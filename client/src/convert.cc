@@ -61,6 +61,7 @@ Progress ToProgress(const v1::Progress& proto) {
   if (proto.has_start_time()) progress.start_time = ToTime(proto.start_time());
   if (proto.has_end_time()) progress.end_time = ToTime(proto.end_time());
   if (proto.has_last_failure()) progress.last_failure = FromProto(proto.last_failure());
+  progress.trace_id = proto.trace_id();
   return progress;
 }
 

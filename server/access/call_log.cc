@@ -24,6 +24,8 @@ base::LogFields FieldsOf(const EndedCall& call) {
   fields.emplace_back("principal", call.caller.principal.name);
   fields.emplace_back("client", call.caller.client);
   fields.emplace_back("request_id", call.caller.request_id);
+  const trace::SpanContext& context = call.caller.span.context();
+  if (context.is_valid()) fields.emplace_back("trace_id", trace::TraceIdOf(context));
   if (!call.resource.empty()) fields.emplace_back("resource", call.resource);
   if (!call.error.empty()) fields.emplace_back("error", call.error);
   return fields;

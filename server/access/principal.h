@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "core/trace/span.h"
 
 namespace liquidblend::server {
 
@@ -54,6 +55,7 @@ struct Caller {
   // the address and port of its connection.
   std::string client;
   std::string request_id;  // the client's own, or made up; for logs
+  trace::Span span;        // of the call; what it begins belongs to the same trace
 };
 
 // OK, or kPermissionDenied that names the scope (google.rpc.ErrorInfo: SCOPE_MISSING).

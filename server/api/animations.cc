@@ -20,7 +20,7 @@ absl::StatusOr<v1::Animation> GetAnimation(Backends& backends,
 
 absl::StatusOr<v1::AnimationFrame> GetAnimationFrame(Backends& backends,
                                                      const v1::GetAnimationFrameRequest& request,
-                                                     const Principal& principal) {
+                                                     const Caller& caller) {
   LB_ASSIGN_OR_RETURN(const std::string id, AnimationId("animation", request.animation()));
   LB_ASSIGN_OR_RETURN(const store::pb::AnimationRecord record, backends.catalog.GetAnimation(id));
   if (record.state() != store::pb::AnimationRecord::READY) {
@@ -34,7 +34,7 @@ absl::StatusOr<v1::AnimationFrame> GetAnimationFrame(Backends& backends,
   LB_ASSIGN_OR_RETURN(mesh::TriangleMesh mesh, frames->Read(k));
   v1::AnimationFrame frame;
   const int64_t cost = CostOfAnimationFrame(mesh);
-  LB_RETURN_IF_ERROR(backends.frames.RunInTurn(principal.key, cost, [&]() -> absl::Status {
+  LB_RETURN_IF_ERROR(backends.frames.RunInTurn(caller.principal.key, cost, [&]() -> absl::Status {
     LB_ASSIGN_OR_RETURN(frame,
                         EncodeAnimationFrame(frames->manifest(), k, std::move(mesh), request));
     return absl::OkStatus();

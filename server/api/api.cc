@@ -82,12 +82,14 @@ class PooledApi final : public Api {
     return access_controller_.Admit(credentials, access, grant);
   }
 
-  Cancel GetFrame(v1::GetFrameRequest request, std::string client, Done<MadeFrame> done) override {
+  Cancel GetFrame(v1::GetFrameRequest request, std::string client, trace::Span span,
+                  Done<MadeFrame> done) override {
     const auto call = FrameCall::Start(
         backends_, request, std::move(client),
         [done = std::move(done)](const absl::StatusOr<AnsweredFrame>& made) mutable {
           Deliver([&] { done(Guarded([&] { return ToFrame(made); })); });
-        });
+        },
+        std::move(span));
     return [call] { call->Cancel(); };
   }
   void FindVersion(const std::string& family, int64_t version, Done<FamilyVersion> done) override {
@@ -98,10 +100,10 @@ class PooledApi final : public Api {
     Answer(
         backends_.io, [this, id = *id] { return FindPublished(backends_, id); }, std::move(done));
   }
-  void Call(const Method& method, const Principal& principal, Read read, IsWanted is_wanted,
+  void Call(const Method& method, const Caller& caller, Read read, IsWanted is_wanted,
             Done<MessagePtr> done) override {
     auto call = std::make_shared<OpenCall>(
-        OpenCall{principal, std::move(read), std::move(is_wanted), std::move(done)});
+        OpenCall{caller, std::move(read), std::move(is_wanted), std::move(done)});
     const UnaryMethod* unary = FindUnaryMethod(method.name);
     WorkPool& pool = unary == nullptr ? backends_.io : backends_.*unary->pool;
     const absl::Status accepted = pool.Post([this, unary, &method, call] {
@@ -116,12 +118,14 @@ class PooledApi final : public Api {
     return [watch](Done<SeenOperationPtr> done) { watch->Next(std::move(done)); };
   }
   std::shared_ptr<ArchiveUpload> OpenUpload(v1::UploadAnimationRequest header,
-                                            const Principal& principal) override {
-    return OpenArchiveUpload(backends_, std::move(header), principal);
+                                            const Caller& caller) override {
+    return OpenArchiveUpload(backends_, std::move(header), caller);
   }
   std::shared_ptr<StreamSession> OpenStream(std::string client,
-                                            std::weak_ptr<StreamSession::Sink> sink) override {
-    return std::make_shared<StreamSession>(backends_, std::move(client), std::move(sink));
+                                            std::weak_ptr<StreamSession::Sink> sink,
+                                            trace::Span span) override {
+    return std::make_shared<StreamSession>(backends_, std::move(client), std::move(sink),
+                                           std::move(span));
   }
   absl::Status Post(absl::AnyInvocable<void()> work) override {
     return backends_.transfers.Post(std::move(work));
@@ -142,10 +146,11 @@ class PooledApi final : public Api {
   }
   metrics::Metrics& metrics() override { return backends_.metrics; }
   CallLog& call_log() override { return backends_.call_log; }
+  const trace::Tracer& tracer() override { return *backends_.tracer; }
 
  private:
   struct OpenCall {
-    const Principal principal;
+    const Caller caller;
     Read read;
     const IsWanted is_wanted;
     Done<MessagePtr> done;
@@ -160,7 +165,7 @@ class PooledApi final : public Api {
   absl::Status Finish(const UnaryMethod& unary, OpenCall& call) {
     const MessagePtr request = unary.new_request();
     LB_RETURN_IF_ERROR(ReadRequest(call, *request));
-    LB_ASSIGN_OR_RETURN(MessagePtr response, unary.handle(backends_, *request, call.principal));
+    LB_ASSIGN_OR_RETURN(MessagePtr response, unary.handle(backends_, *request, call.caller));
     Deliver([&] { call.done(std::move(response)); });
     return absl::OkStatus();
   }
@@ -183,7 +188,7 @@ class PooledApi final : public Api {
   absl::Status BeginImport(const std::shared_ptr<OpenCall>& call) {
     v1::ImportAnimationRequest request;
     LB_RETURN_IF_ERROR(ReadRequest(*call, request));
-    ImportAnimation(backends_, import_roots_, std::move(request), call->principal, call->is_wanted,
+    ImportAnimation(backends_, import_roots_, std::move(request), call->caller, call->is_wanted,
                     [call](absl::StatusOr<lro::Operation> operation) {
                       Deliver([&] {
                         if (!operation.ok()) return call->done(operation.status());
@@ -213,6 +218,11 @@ class PooledApi final : public Api {
     snapshot.frame_cache = {cache.num_hits, cache.num_misses, cache.num_frames, cache.size_bytes};
     const FramePool::Stats queue = backends_.frames.stats();
     snapshot.frame_queue = {queue.waiting_cost, queue.num_refused};
+    const trace::SpanStats spans = backends_.tracer->stats();
+    snapshot.spans = {spans.num_exported,
+                      {{"rate", spans.num_over_rate},
+                       {"queue", spans.num_over_queue},
+                       {"collector", spans.num_refused}}};
     AddDisk(snapshot);
     if (figures.ok()) snapshot.catalog = *figures;
     return backends_.metrics.Text(snapshot);

@@ -9,6 +9,7 @@
 
 #include "absl/functional/any_invocable.h"
 #include "absl/status/statusor.h"
+#include "core/trace/tracer.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/access/access_controller.h"
 #include "server/api/archive_upload.h"
@@ -46,8 +47,9 @@ class Api {
                              AccessGrant& grant) = 0;
 
   //   client  the account that is charged
+  //   span    of the call
   // Returns a function that ends the call with kCancelled unless it is over.
-  virtual Cancel GetFrame(v1::GetFrameRequest request, std::string client,
+  virtual Cancel GetFrame(v1::GetFrameRequest request, std::string client, trace::Span span,
                           Done<MadeFrame> done) = 0;
   // The published version; if `version` is not 0 and in memory, that one.
   virtual void FindVersion(const std::string& family, int64_t version,
@@ -56,7 +58,7 @@ class Api {
   //   read       sets the request, on a thread of the method's pool
   //   is_wanted  asked before the method begins, and while it waits
   using Read = absl::AnyInvocable<absl::Status(google::protobuf::Message& request)>;
-  virtual void Call(const Method& method, const Principal& principal, Read read, IsWanted is_wanted,
+  virtual void Call(const Method& method, const Caller& caller, Read read, IsWanted is_wanted,
                     Done<MessagePtr> done) = 0;
   // Gives the next change of a watched operation. To be called again once its `done` has been
   // called.
@@ -64,10 +66,11 @@ class Api {
   virtual NextOperation WatchOperation(const std::string& name, IsWanted is_wanted) = 0;
   // UploadAnimation; see OpenArchiveUpload().
   virtual std::shared_ptr<ArchiveUpload> OpenUpload(v1::UploadAnimationRequest header,
-                                                    const Principal& principal) = 0;
+                                                    const Caller& caller) = 0;
   // As StreamFrames.
   virtual std::shared_ptr<StreamSession> OpenStream(std::string client,
-                                                    std::weak_ptr<StreamSession::Sink> sink) = 0;
+                                                    std::weak_ptr<StreamSession::Sink> sink,
+                                                    trace::Span span) = 0;
 
   // Checks the stores: "ok", or why catalog or blobs cannot be reached. Calls within a second share
   // one result; kUnavailable if the stores have not answered within 2 s. Uses no thread that other
@@ -81,6 +84,7 @@ class Api {
   virtual absl::Status Post(absl::AnyInvocable<void()> work) = 0;
   virtual metrics::Metrics& metrics() = 0;
   virtual CallLog& call_log() = 0;
+  virtual const trace::Tracer& tracer() = 0;
 };
 
 // All outlive it.

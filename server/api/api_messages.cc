@@ -7,6 +7,7 @@
 #include "absl/time/time.h"
 #include "core/base/status_macros.h"
 #include "core/store/files/copy_fields.h"
+#include "core/trace/context.h"
 #include "server/api/child_progress.h"
 #include "server/api/job_memory.h"
 #include "server/base/names.h"
@@ -107,6 +108,7 @@ v1::Progress ToProgress(const JobRecord& job, const std::string& waiting_for) {
   to.set_worker(job.worker());
   to.set_priority(job.priority());
   to.set_memory_bytes(job.memory_bytes());
+  to.set_trace_id(trace::TraceIdOf(trace::ParseContext(job.traceparent())));
   if (job.has_next_attempt_time()) *to.mutable_next_attempt_time() = job.next_attempt_time();
   if (job.has_first_start_time()) *to.mutable_start_time() = job.first_start_time();
   if (IsDone(job)) *to.mutable_end_time() = job.update_time();

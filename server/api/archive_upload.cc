@@ -51,12 +51,12 @@ class UploadSink final : public tar::FileSink {
 
 class PooledUpload final : public ArchiveUpload, public std::enable_shared_from_this<PooledUpload> {
  public:
-  PooledUpload(Backends& backends, v1::UploadAnimationRequest header, const Principal& principal)
+  PooledUpload(Backends& backends, v1::UploadAnimationRequest header, const Caller& caller)
       : backends_(backends),
         header_(std::move(header)),
         upload_(std::make_shared<Upload>(
             UploadStores{backends.catalog, backends.blobs, backends.uploads},
-            LimitsOf(backends.limits, principal), principal)),
+            LimitsOf(backends.limits, caller.principal), caller)),
         sink_(*upload_, backends.limits.max_chunk_bytes) {}
 
   // Deleting the files of an upload that broke off waits for the store.
@@ -116,8 +116,8 @@ class PooledUpload final : public ArchiveUpload, public std::enable_shared_from_
 
 std::shared_ptr<ArchiveUpload> OpenArchiveUpload(Backends& backends,
                                                  v1::UploadAnimationRequest header,
-                                                 const Principal& principal) {
-  return std::make_shared<PooledUpload>(backends, std::move(header), principal);
+                                                 const Caller& caller) {
+  return std::make_shared<PooledUpload>(backends, std::move(header), caller);
 }
 
 }  // namespace liquidblend::server

@@ -33,6 +33,6 @@ class ArchiveUpload {
 // The backends outlive it.
 std::shared_ptr<ArchiveUpload> OpenArchiveUpload(Backends& backends,
                                                  v1::UploadAnimationRequest header,
-                                                 const Principal& principal);
+                                                 const Caller& caller);
 
 }  // namespace liquidblend::server

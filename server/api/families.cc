@@ -51,8 +51,7 @@ absl::StatusOr<v1::Family> GetFamily(Backends& backends, const v1::GetFamilyRequ
 }
 
 absl::StatusOr<v1::MeasureCorrespondencesResponse> MeasureCorrespondences(
-    Backends& backends, const v1::MeasureCorrespondencesRequest& request,
-    const Principal& principal) {
+    Backends& backends, const v1::MeasureCorrespondencesRequest& request, const Caller& caller) {
   LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("family", request.family()));
   if (request.version() < 0) return InvalidField("version", "must not be negative");
   absl::StatusOr<catalog::FamilyPtr> found;
@@ -66,7 +65,7 @@ absl::StatusOr<v1::MeasureCorrespondencesResponse> MeasureCorrespondences(
   LB_RETURN_IF_ERROR(CheckMeasurement(**found, request));
   absl::StatusOr<v1::MeasureCorrespondencesResponse> response;
   const int64_t cost = CostOfMeasurement(**found, request);
-  LB_RETURN_IF_ERROR(backends.frames.RunInTurn(principal.key, cost, [&] {
+  LB_RETURN_IF_ERROR(backends.frames.RunInTurn(caller.principal.key, cost, [&] {
     response = Measure(**found, request);
     return response.status();
   }));

@@ -22,7 +22,7 @@ using google::protobuf::Empty;
 // register_family.cc
 absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
                                               const v1::RegisterFamilyRequest& request,
-                                              const Principal& principal = {});
+                                              const Caller& caller = {});
 
 // How long presigned urls are valid. Short: who needs longer asks again.
 inline constexpr absl::Duration kUrlsLast = absl::Minutes(15);
@@ -30,7 +30,7 @@ inline constexpr absl::Duration kUrlsLast = absl::Minutes(15);
 // presign.cc; kUnimplemented where no urls are given. Checks the principal's limits of storage.
 absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
                                                         const v1::PresignUploadRequest& request,
-                                                        const Principal& principal = {});
+                                                        const Caller& caller = {});
 
 // download.cc; kFailedPrecondition if there is no file yet. PresignDownload: kUnimplemented where
 // no urls are given. ReadFile: kAborted if the file is another one than the request's checksum
@@ -46,7 +46,7 @@ absl::StatusOr<v1::Animation> GetAnimation(Backends& backends,
 // kFailedPrecondition until it is READY. Waits for the store, and for its turn to compute.
 absl::StatusOr<v1::AnimationFrame> GetAnimationFrame(Backends& backends,
                                                      const v1::GetAnimationFrameRequest& request,
-                                                     const Principal& principal = {});
+                                                     const Caller& caller = {});
 absl::StatusOr<v1::ListAnimationsResponse> ListAnimations(Backends& backends,
                                                           const v1::ListAnimationsRequest& request);
 absl::StatusOr<Empty> DeleteAnimation(Backends& backends,
@@ -63,7 +63,7 @@ absl::StatusOr<Empty> DeleteFamily(Backends& backends, const v1::DeleteFamilyReq
 // Waits for the family, and for its turn to compute.
 absl::StatusOr<v1::MeasureCorrespondencesResponse> MeasureCorrespondences(
     Backends& backends, const v1::MeasureCorrespondencesRequest& request,
-    const Principal& principal = {});
+    const Caller& caller = {});
 
 // operations.cc
 absl::StatusOr<lro::Operation> GetOperation(Backends& backends,

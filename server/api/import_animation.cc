@@ -19,15 +19,15 @@ using ImportDone = absl::AnyInvocable<void(absl::StatusOr<Operation>)>;
 class Import : public std::enable_shared_from_this<Import> {
  public:
   Import(Backends& backends, const ImportRoots& roots, v1::ImportAnimationRequest request,
-         const Principal& principal, IsWanted is_wanted, ImportDone done)
+         const Caller& caller, IsWanted is_wanted, ImportDone done)
       : backends_(backends),
         roots_(roots),
         request_(std::move(request)),
-        limits_(LimitsOf(backends.limits, principal)),
+        limits_(LimitsOf(backends.limits, caller.principal)),
         is_wanted_(std::move(is_wanted)),
         done_(std::move(done)),
         upload_(std::make_shared<Upload>(
-            UploadStores{backends.catalog, backends.blobs, backends.uploads}, limits_, principal,
+            UploadStores{backends.catalog, backends.blobs, backends.uploads}, limits_, caller,
             /*header_field=*/"")) {}
 
   // Deleting the files of an import that broke off waits for the store.
@@ -106,9 +106,9 @@ class Import : public std::enable_shared_from_this<Import> {
 }  // namespace
 
 void ImportAnimation(Backends& backends, const ImportRoots& roots,
-                     v1::ImportAnimationRequest request, const Principal& principal,
-                     IsWanted is_wanted, ImportDone done) {
-  std::make_shared<Import>(backends, roots, std::move(request), principal, std::move(is_wanted),
+                     v1::ImportAnimationRequest request, const Caller& caller, IsWanted is_wanted,
+                     ImportDone done) {
+  std::make_shared<Import>(backends, roots, std::move(request), caller, std::move(is_wanted),
                            std::move(done))
       ->PostStep();
 }

@@ -19,8 +19,7 @@ namespace liquidblend::server {
 //   done       called once, on a thread of the pool, or before this returns
 // Errors: those of ImportSource and Upload.
 void ImportAnimation(Backends& backends, const ImportRoots& roots,
-                     v1::ImportAnimationRequest request, const Principal& principal,
-                     IsWanted is_wanted,
+                     v1::ImportAnimationRequest request, const Caller& caller, IsWanted is_wanted,
                      absl::AnyInvocable<void(absl::StatusOr<google::longrunning::Operation>)> done);
 
 }  // namespace liquidblend::server

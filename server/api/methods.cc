@@ -33,6 +33,13 @@ const Method* FindMethod(absl::string_view name) {
   return nullptr;
 }
 
+std::string ServiceOf(const Method& method) {
+  for (const google::protobuf::ServiceDescriptor* service : ApiServices()) {
+    if (service->FindMethodByName(method.name) != nullptr) return service->full_name();
+  }
+  return "";
+}
+
 std::string ResourceOf(const google::protobuf::Message& request) {
   const google::protobuf::Descriptor& type = *request.GetDescriptor();
   for (const char* field : {"name", "family", "animation", "family_id", "animation_id"}) {

@@ -71,6 +71,9 @@ std::vector<const google::protobuf::ServiceDescriptor*> ApiServices();
 // Null if there is none of this name.
 const Method* FindMethod(absl::string_view name);
 
+// The full name of the method's service: "liquidblend.v1.LiquidBlend".
+std::string ServiceOf(const Method& method);
+
 // The resource that a request names (animations/{id} and the like), for errors and the log; empty
 // if it names none.
 std::string ResourceOf(const google::protobuf::Message& request);

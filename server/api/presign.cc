@@ -58,11 +58,11 @@ int64_t SumOfSizes(const v1::PresignUploadRequest& request) {
 }
 
 // Whether the principal may store `num_bytes`, with what is under way, beside what it has.
-absl::Status CheckOwnBytes(Backends& backends, int64_t num_bytes, const Principal& principal) {
-  const store::OwnerCheck check = OwnerCheckOf(principal, num_bytes);
+absl::Status CheckOwnBytes(Backends& backends, int64_t num_bytes, const Caller& caller) {
+  const store::OwnerCheck check = OwnerCheckOf(caller.principal, num_bytes);
   if (!check) return absl::OkStatus();
   store::pb::JobRecord job;
-  SetOwner(principal, job);
+  SetCaller(caller, job);
   return backends.catalog.CheckOwner(job, check);
 }
 
@@ -123,7 +123,8 @@ class BegunUploads {
 
 absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
                                                         const v1::PresignUploadRequest& request,
-                                                        const Principal& principal) {
+                                                        const Caller& caller) {
+  const Principal& principal = caller.principal;
   LB_RETURN_IF_ERROR(CheckFiles(request, LimitsOf(backends.limits, principal)));
   LB_RETURN_IF_ERROR(CheckNumUrls(request, backends.blobs));
   if (!request.animation_id().empty()) {
@@ -134,7 +135,7 @@ absl::StatusOr<v1::PresignUploadResponse> PresignUpload(Backends& backends,
   const int64_t num_bytes = SumOfSizes(request);
   const int64_t under_way = backends.uploads.Add(principal.name, num_bytes);
   const absl::Cleanup release = [&] { backends.uploads.Add(principal.name, -num_bytes); };
-  LB_RETURN_IF_ERROR(CheckOwnBytes(backends, under_way, principal));
+  LB_RETURN_IF_ERROR(CheckOwnBytes(backends, under_way, caller));
   LB_ASSIGN_OR_RETURN(const int64_t stored_bytes, StoredBytes(backends.catalog, backends.limits));
   LB_RETURN_IF_ERROR(CheckStoredBytes(backends.limits, stored_bytes, backends.uploads.Sum()));
   Promises promises(backends, principal);

@@ -246,7 +246,7 @@ absl::Status NameIsTaken(const absl::Status& status) {
 
 absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
                                               const v1::RegisterFamilyRequest& asked,
-                                              const Principal& principal) {
+                                              const Caller& caller) {
   v1::RegisterFamilyRequest request = asked;
   LB_RETURN_IF_ERROR(CompleteNames(request));
   if (request.has_time_blending()) request.mutable_time_blending()->clear_reason();
@@ -262,11 +262,11 @@ absl::StatusOr<lro::Operation> RegisterFamily(Backends& backends,
       static_cast<store::pb::Grade>(request.required_grade()));  // the same numbers
   job.mutable_register_family()->set_must_be_new(!request.replace() && !request.refine());
   job.mutable_register_family()->set_keep_versions(backends.limits.keep_versions);
-  SetOwner(principal, job);
+  SetCaller(caller, job);
   LB_RETURN_IF_ERROR(CheckStoreSpace(backends.catalog, backends.blobs, backends.limits, job));
   LB_RETURN_IF_ERROR(NoteMemory(backends.catalog, backends.limits.worker_memory_bytes, job));
-  absl::StatusOr<store::pb::JobRecord> submitted =
-      backends.catalog.SubmitRegistration(std::move(job), OwnerCheckOf(principal, /*new_bytes=*/0));
+  absl::StatusOr<store::pb::JobRecord> submitted = backends.catalog.SubmitRegistration(
+      std::move(job), OwnerCheckOf(caller.principal, /*new_bytes=*/0));
   if (absl::IsAlreadyExists(submitted.status())) return NameIsTaken(submitted.status());
   LB_RETURN_IF_ERROR(submitted.status());
   return ToServedOperation(backends, *submitted);

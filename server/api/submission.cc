@@ -10,8 +10,10 @@ void CheckPriority(const std::string& field, int priority, FieldViolations& viol
       absl::StrCat("must be in [", -kMaxPriority, ", ", kMaxPriority, "], got ", priority));
 }
 
-void SetOwner(const Principal& principal, store::v1::JobRecord& job) {
-  job.set_owner(principal.name);
+void SetCaller(const Caller& caller, store::v1::JobRecord& job) {
+  job.set_owner(caller.principal.name);
+  job.set_traceparent(trace::ToTraceparent(caller.span.context()));
+  job.set_tracestate(caller.span.context().state);
 }
 
 }  // namespace liquidblend::server

@@ -1,4 +1,4 @@
-// Owner and priority of submitted jobs.
+// Owner, trace and priority of submitted jobs.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ inline constexpr int kMaxPriority = 100;  // and -kMaxPriority is the least
 // `field`: the name of the request's field.
 void CheckPriority(const std::string& field, int priority, FieldViolations& violations);
 
-// Sets the job's owner.
-void SetOwner(const Principal& principal, store::v1::JobRecord& job);
+// Sets the job's owner, and the trace that it goes on with.
+void SetCaller(const Caller& caller, store::v1::JobRecord& job);
 
 }  // namespace liquidblend::server

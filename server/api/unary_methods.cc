@@ -21,7 +21,7 @@ template <typename Request, typename Response,
 struct Untyped<kHandler> {
   static MessagePtr NewRequest() { return std::make_unique<Request>(); }
   static absl::StatusOr<MessagePtr> Handle(Backends& backends, const Message& request,
-                                           const Principal&) {
+                                           const Caller&) {
     LB_ASSIGN_OR_RETURN(Response response,
                         kHandler(backends, static_cast<const Request&>(request)));
     return std::make_unique<Response>(std::move(response));
@@ -29,13 +29,13 @@ struct Untyped<kHandler> {
 };
 
 template <typename Request, typename Response,
-          absl::StatusOr<Response> (*kHandler)(Backends&, const Request&, const Principal&)>
+          absl::StatusOr<Response> (*kHandler)(Backends&, const Request&, const Caller&)>
 struct Untyped<kHandler> {
   static MessagePtr NewRequest() { return std::make_unique<Request>(); }
   static absl::StatusOr<MessagePtr> Handle(Backends& backends, const Message& request,
-                                           const Principal& principal) {
+                                           const Caller& caller) {
     LB_ASSIGN_OR_RETURN(Response response,
-                        kHandler(backends, static_cast<const Request&>(request), principal));
+                        kHandler(backends, static_cast<const Request&>(request), caller));
     return std::make_unique<Response>(std::move(response));
   }
 };

@@ -22,7 +22,7 @@ struct UnaryMethod {
   MessagePtr (*new_request)();
   // Requires: the request is of new_request()'s type.  Errors: the handler's.  Threads: safe.
   absl::StatusOr<MessagePtr> (*handle)(Backends& backends, const google::protobuf::Message& request,
-                                       const Principal& principal);
+                                       const Caller& caller);
 };
 
 // Null if there is none of this name.

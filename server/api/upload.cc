@@ -71,13 +71,13 @@ absl::Status CheckIsFree(store::Catalog& catalog, const std::string& animation_i
       AnimationName(animation_id), " exists already; choose another name, or delete it first"));
 }
 
-Upload::Upload(const UploadStores& stores, const Limits& limits, const Principal& principal,
+Upload::Upload(const UploadStores& stores, const Limits& limits, const Caller& caller,
                std::string header_field)
     : stores_(stores),
       limits_(limits),
-      principal_(principal),
+      principal_(caller.principal),
       header_field_(std::move(header_field)) {
-  SetOwner(principal, job_);
+  SetCaller(caller, job_);
 }
 
 Upload::~Upload() {

@@ -44,7 +44,7 @@ struct UploadStores {
 class Upload {
  public:
   // header_field: name of the header in the caller's request, for violations.
-  Upload(const UploadStores& stores, const Limits& limits, const Principal& principal = {},
+  Upload(const UploadStores& stores, const Limits& limits, const Caller& caller = {},
          std::string header_field = "header.");
   ~Upload();
   Upload(const Upload&) = delete;

@@ -43,6 +43,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
       blobs(blob_store),
       families(loaded_families),
       limits(options.limits),
+      tracer(options.tracer != nullptr ? options.tracer : std::make_shared<const trace::Tracer>()),
       frame_cache(options.frame_cache_bytes),
       call_log([this](absl::Duration delay, std::function<void()> work) {
         steps.PostAfter(delay, std::move(work));

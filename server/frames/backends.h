@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
+#include "core/trace/tracer.h"
 #include "server/access/call_log.h"
 #include "server/access/upload_tally.h"
 #include "server/base/operation_looks.h"
@@ -48,6 +50,8 @@ struct BackendsOptions {
   int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
   FrameQueueOptions queue;                         // of frames to be made
   int64_t frame_cache_bytes = int64_t{256} << 20;  // >= 0
+  // Of calls; none: they are not traced.
+  std::shared_ptr<const trace::Tracer> tracer;
 };
 
 // Backends that all calls share. It outlives every call.
@@ -67,6 +71,7 @@ struct Backends {
   store::BlobStore& blobs;
   liquidblend::catalog::Families& families;
   const Limits limits;
+  const std::shared_ptr<const trace::Tracer> tracer;  // never null
   FrameCache frame_cache;
   FrameBufferPool buffers;
   metrics::Metrics metrics;

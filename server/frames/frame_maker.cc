@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/time/clock.h"
 #include "core/base/status_macros.h"
 #include "server/access/authorizer.h"
 #include "server/base/guarded.h"
@@ -15,6 +16,8 @@ struct FrameMaker::Flight {
   FrameQuery query;
   std::atomic<bool> stop = false;  // nobody waits any more
   metrics::StopWatch wait;         // for its turn
+  absl::Time begin;  // of its making; set by the thread that makes it, as what follows
+  metrics::StageTimes times;
   // Guarded by the maker's mutex_.
   std::vector<Ticket> waiting;
   bool is_running = false;
@@ -22,16 +25,48 @@ struct FrameMaker::Flight {
 
 class FrameMaker::Waiter {
  public:
-  Waiter(Done when_done) : done(std::move(when_done)) {}
+  Waiter(Done when_done, trace::Span of_call) : done(std::move(when_done)), span(of_call) {}
   Done done;
+  const trace::Span span;
+  const absl::Time begin = span.is_recording() ? absl::Now() : absl::Time();
   FlightPtr flight;
   std::optional<FrameQueue::Place> place;  // of its turn, if it has one
 };
 
+namespace {
+
+constexpr absl::Duration kShortestStage = absl::Microseconds(10);  // others had nothing to do
+
+void Describe(const catalog::LoadedFamily& loaded, const trace::Span& span) {
+  if (!span.is_recording()) return;
+  span.SetAttribute("liquidblend.family", loaded.family.name);
+  span.SetAttribute("liquidblend.family.version", loaded.family.version);
+}
+
+}  // namespace
+
+// The stages of a frame that has been made, in a span of a call that has waited for it.
+void FrameMaker::RecordStages(const Flight& flight, const Waiter& waiter) {
+  const trace::Span& span = waiter.span;
+  if (!span.is_recording()) return;
+  const bool has_waited = waiter.begin < flight.begin;
+  span.SetAttribute("liquidblend.frame.source", has_waited ? "made" : "shared");
+  if (has_waited) span.RecordChild("queue", waiter.begin, flight.begin);
+  absl::Time begin = flight.begin;
+  const std::pair<const char*, absl::Duration> stages[] = {{"slice", flight.times.slice},
+                                                           {"finish", flight.times.finish},
+                                                           {"encode", flight.times.encode}};
+  for (const auto& [name, duration] : stages) {
+    if (duration >= kShortestStage) span.RecordChild(name, begin, begin + duration);
+    begin += duration;
+  }
+}
+
 FrameMaker::Ticket FrameMaker::Make(FrameOrder order, Done done) {
   const FrameKey key = KeyOf(*order.loaded, order.query);
   absl::StatusOr<FramePtr> result = nullptr;
-  auto ticket = std::make_shared<Waiter>(std::move(done));
+  auto ticket = std::make_shared<Waiter>(std::move(done), order.span);
+  Describe(*order.loaded, order.span);
   {
     absl::MutexLock lock(&mutex_);
     result = cache_.Find(key);
@@ -41,6 +76,7 @@ FrameMaker::Ticket FrameMaker::Make(FrameOrder order, Done done) {
       result = joined;
     }
   }
+  if (result.ok()) ticket->span.SetAttribute("liquidblend.frame.source", "cache");
   ticket->done(std::move(result));
   return nullptr;
 }
@@ -102,6 +138,7 @@ void FrameMaker::Run(const FlightPtr& flight) {
     flight->is_running = true;
   }
   metrics_.ObserveStage(metrics::Stage::kQueue, flight->wait.Lap());
+  flight->begin = absl::Now();
   const absl::StatusOr<FramePtr> result = Guarded([&] { return MakeMessage(*flight); });
   std::vector<Ticket> waiting;
   {
@@ -114,10 +151,13 @@ void FrameMaker::Run(const FlightPtr& flight) {
       if (ticket->place.has_value()) pool_.Cancel(*ticket->place);
     }
   }
-  for (const Ticket& ticket : waiting) RunGuarded("a frame's call", [&] { ticket->done(result); });
+  for (const Ticket& ticket : waiting) {
+    if (result.ok()) RecordStages(*flight, *ticket);
+    RunGuarded("a frame's call", [&] { ticket->done(result); });
+  }
 }
 
-absl::StatusOr<FramePtr> FrameMaker::MakeMessage(const Flight& flight) {
+absl::StatusOr<FramePtr> FrameMaker::MakeMessage(Flight& flight) {
   std::unique_ptr<FrameBuffers> buffers = buffer_pool_.Take();
   buffers->surface.stop = &flight.stop;
   buffers->surface.helpers = &pool_;
@@ -125,6 +165,7 @@ absl::StatusOr<FramePtr> FrameMaker::MakeMessage(const Flight& flight) {
   buffers->surface.stop = nullptr;
   buffers->surface.helpers = nullptr;
   if (frame.ok()) CountFrame(*flight.loaded, flight.query, *frame, *buffers, metrics_);
+  if (frame.ok()) flight.times = buffers->times;
   buffer_pool_.GiveBack(std::move(buffers));
   LB_RETURN_IF_ERROR(frame.status());
   return std::make_shared<const std::string>(frame->SerializeAsString());

@@ -13,6 +13,7 @@
 #include "absl/functional/any_invocable.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
+#include "core/trace/span.h"
 #include "server/base/work_pool.h"
 #include "server/frames/frame_cache.h"
 #include "server/frames/frame_pool.h"
@@ -28,6 +29,7 @@ struct FrameOrder {
   bool is_paced = false;     // it has to be on time
   absl::Duration deadline;   // when it becomes late, as SteadyNow()
   bool is_refusable = true;  // false: continues accepted work
+  trace::Span span = {};     // of the call; gets the stages of the frame
 };
 
 // Threads: safe.
@@ -60,7 +62,8 @@ class FrameMaker {
   absl::Status Join(FrameOrder order, const FrameKey& key, const Ticket& ticket)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Run(const FlightPtr& flight);
-  absl::StatusOr<FramePtr> MakeMessage(const Flight& flight);
+  absl::StatusOr<FramePtr> MakeMessage(Flight& flight);
+  static void RecordStages(const Flight& flight, const Waiter& waiter);
   void Remove(const Ticket& ticket) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void EraseFlight(const FlightPtr& flight) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

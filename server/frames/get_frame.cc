@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "absl/time/clock.h"
 #include "core/base/status_macros.h"
 #include "server/base/errors.h"
 #include "server/base/guarded.h"
@@ -17,11 +18,21 @@ namespace {
 // in the order in which they came.
 constexpr absl::Duration kLoadPatience = absl::Milliseconds(100);
 
+// Families in memory are found in less; that is no span.
+constexpr absl::Duration kLongSearch = absl::Milliseconds(1);
+
+void RecordSearch(absl::Time begin, const trace::Span& span) {
+  if (!span.is_recording()) return;
+  const absl::Time end = absl::Now();
+  if (end - begin >= kLongSearch) span.RecordChild("find family", begin, end);
+}
+
 }  // namespace
 
 std::shared_ptr<FrameCall> FrameCall::Start(Backends& backends, const v1::GetFrameRequest& request,
-                                            std::string client, Done done) {
-  auto call = std::make_shared<FrameCall>(backends, std::move(client), std::move(done));
+                                            std::string client, Done done, trace::Span span) {
+  auto call =
+      std::make_shared<FrameCall>(backends, std::move(client), std::move(done), std::move(span));
   call->Look(request);
   return call;
 }
@@ -34,7 +45,9 @@ void FrameCall::Look(const v1::GetFrameRequest& request) {
     return Finish(InvalidField("min_version", "must not be negative"));
   }
   const auto self = shared_from_this();
-  const auto go_on = [self, request](const absl::StatusOr<catalog::FamilyPtr>& found) {
+  const absl::Time begin = span_.is_recording() ? absl::Now() : absl::Time();
+  const auto go_on = [self, request, begin](const absl::StatusOr<catalog::FamilyPtr>& found) {
+    RecordSearch(begin, self->span_);
     const absl::Status status =
         found.ok() ? Guarded([&] { return self->Order(request, *found); }) : found.status();
     if (!status.ok()) self->Finish(status);
@@ -52,6 +65,7 @@ absl::Status FrameCall::Order(const v1::GetFrameRequest& request, catalog::Famil
   LB_RETURN_IF_ERROR(CheckQuery(*loaded, order.query));
   order.loaded = std::move(loaded);
   order.client = client_;
+  order.span = span_;
   order.deadline = SteadyNow() + kLoadPatience;
   {
     absl::MutexLock lock(&mutex_);

@@ -27,17 +27,21 @@ class FrameCall : public std::enable_shared_from_this<FrameCall> {
 
   // Starts a call. Calls `done` once, on any thread, perhaps before this returns.
   //   client  the account that is charged
+  //   span    of the call; gets the stages of the frame
   // Errors: kInvalidArgument with the fields at fault, SetWeights', FindFamily's, FrameMaker's.
   static std::shared_ptr<FrameCall> Start(Backends& backends, const v1::GetFrameRequest& request,
-                                          std::string client, Done done);
+                                          std::string client, Done done, trace::Span span = {});
 
   // Ends the call with kCancelled unless it is over; its work stops soon if no other call shares
   // it.
   void Cancel();
 
   // For Start() only.
-  FrameCall(Backends& backends, std::string client, Done done)
-      : backends_(backends), client_(std::move(client)), done_(std::move(done)) {}
+  FrameCall(Backends& backends, std::string client, Done done, trace::Span span)
+      : backends_(backends),
+        client_(std::move(client)),
+        span_(std::move(span)),
+        done_(std::move(done)) {}
 
  private:
   void Look(const v1::GetFrameRequest& request);
@@ -46,6 +50,7 @@ class FrameCall : public std::enable_shared_from_this<FrameCall> {
 
   Backends& backends_;
   const std::string client_;
+  const trace::Span span_;
   absl::Mutex mutex_;
   Done done_ ABSL_GUARDED_BY(mutex_);  // null: the call is over
   FrameMaker::Ticket ticket_ ABSL_GUARDED_BY(mutex_);

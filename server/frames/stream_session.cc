@@ -197,6 +197,7 @@ void StreamSession::StartOrder(const FramePacer::Tick& tick, absl::Duration now)
   asked.is_paced = stream_.is_paced();
   asked.deadline = std::max(tick.due, now) + stream_.period();
   asked.is_refusable = num_orders_ == 1;
+  if (num_orders_ == 1) asked.span = span_;  // a span for each frame would be too many
   const int64_t number = order.number;
   order.ticket = host_->Make(std::move(asked),
                              [self = shared_from_this(), number](absl::StatusOr<FramePtr> made) {
@@ -221,6 +222,7 @@ void StreamSession::SendOrder(absl::Duration now) {
   if (num_dropped > 0) {
     host_->CountDroppedFrames(stream_.loaded()->family.name, num_dropped);
   }
+  Describe(streamed, num_dropped);
   num_changes_before_ = num_changes_;
   if (num_dropped > 0) num_changes_before_.reset();
   num_changes_ = 0;
@@ -229,6 +231,13 @@ void StreamSession::SendOrder(absl::Duration now) {
   write_began_ = now;
   if (const std::shared_ptr<Sink> sink = sink_.lock()) sink->Send(streamed);
   WantStep();  // the next frame's
+}
+
+void StreamSession::Describe(const StreamedFrame& streamed, int64_t num_dropped) const {
+  if (!span_.is_recording()) return;
+  span_.SetAttribute("liquidblend.frames.sent", streamed.frame_index + 1);
+  span_.SetAttribute("liquidblend.frames.skipped", streamed.num_dropped);
+  if (num_dropped > 0) span_.AddEvent("frames skipped", {{"liquidblend.frames", num_dropped}});
 }
 
 // Sets the alarm. A step that comes too early only sets the next alarm, so one alarm at a time is

@@ -35,10 +35,17 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
 
   // Starts a session. It must be owned by a shared_ptr, as a rule the sink's.
   //   client  the account that is charged for frames
-  StreamSession(Backends& backends, std::string client, std::weak_ptr<Sink> sink)
-      : StreamSession(MakeStreamHost(backends), std::move(client), std::move(sink)) {}
-  StreamSession(std::shared_ptr<StreamHost> host, std::string client, std::weak_ptr<Sink> sink)
-      : host_(std::move(host)), client_(std::move(client)), sink_(std::move(sink)) {}
+  //   span    of the stream; gets the stages of the first frame, and counts of all
+  StreamSession(Backends& backends, std::string client, std::weak_ptr<Sink> sink,
+                trace::Span span = {})
+      : StreamSession(MakeStreamHost(backends), std::move(client), std::move(sink),
+                      std::move(span)) {}
+  StreamSession(std::shared_ptr<StreamHost> host, std::string client, std::weak_ptr<Sink> sink,
+                trace::Span span = {})
+      : host_(std::move(host)),
+        client_(std::move(client)),
+        sink_(std::move(sink)),
+        span_(std::move(span)) {}
 
   // Handles a request of the client.
   void OnRequest(const v1::StreamFramesRequest& request);
@@ -86,6 +93,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   void StartOrder(const FramePacer::Tick& tick, absl::Duration now);
   void DropOrder();
   void SendOrder(absl::Duration now);
+  void Describe(const StreamedFrame& streamed, int64_t num_dropped) const;
   void WakeAt(absl::Duration due, absl::Duration now);
   void CancelAlarm();
   void End(const absl::Status& status);
@@ -93,6 +101,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   const std::shared_ptr<StreamHost> host_;
   const std::string client_;
   const std::weak_ptr<Sink> sink_;
+  const trace::Span span_;
 
   absl::Mutex mutex_;
   Notes inbox_ ABSL_GUARDED_BY(mutex_);

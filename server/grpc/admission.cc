@@ -23,6 +23,32 @@ absl::string_view Header(const grpc::CallbackServerContext& context, const char*
   return absl::string_view(found->second.data(), found->second.size());
 }
 
+// The values of all headers of that name, joined.
+std::string Headers(const grpc::CallbackServerContext& context, const char* name) {
+  std::string values;
+  const auto [begin, end] = context.client_metadata().equal_range(name);
+  for (auto header = begin; header != end; ++header) {
+    absl::StrAppend(&values, values.empty() ? "" : ",",
+                    absl::string_view(header->second.data(), header->second.size()));
+  }
+  return values;
+}
+
+trace::SpanContext ParentOf(const grpc::CallbackServerContext& context) {
+  const std::string traceparent = Headers(context, trace::kTraceparent);
+  if (traceparent.empty()) return {};
+  return trace::ParseContext(traceparent, Headers(context, trace::kTracestate));
+}
+
+// Codes that OpenTelemetry's conventions count as errors of the server's span. But for
+// UNIMPLEMENTED: clients ask for urls of the object store, and do without them where there are
+// none.
+bool IsServerFault(absl::StatusCode code) {
+  return code == absl::StatusCode::kUnknown || code == absl::StatusCode::kDeadlineExceeded ||
+         code == absl::StatusCode::kInternal || code == absl::StatusCode::kUnavailable ||
+         code == absl::StatusCode::kDataLoss;
+}
+
 // The subject of a client certificate that TLS has verified; empty if there is none.
 std::string CertificateSubject(const grpc::CallbackServerContext& context) {
   const std::shared_ptr<const grpc::AuthContext> auth = context.auth_context();
@@ -35,6 +61,7 @@ std::string CertificateSubject(const grpc::CallbackServerContext& context) {
 }  // namespace
 
 Admission::~Admission() {
+  caller_.span.End();
   if (interceptor_ != nullptr) interceptor_->EndCall();
 }
 
@@ -47,6 +74,7 @@ absl::Status Admission::Read(const grpc::ByteBuffer& bytes, google::protobuf::Me
 grpc::Status Admission::End(const absl::Status& status) {
   permit_.reset();
   Log(status);
+  Describe(status);
   if (resource_.empty()) return ToGrpcStatus(status);
   return ToGrpcStatus(WithMetadata(status, {{"resource", resource_}}));
 }
@@ -64,6 +92,17 @@ void Admission::Log(const absl::Status& status) const {
     call.error = status.message().empty() ? call.how[1].second : CleanText(status.message());
   }
   log_.Tell(call);
+}
+
+// Attributes of the span, by OpenTelemetry's conventions for gRPC.
+void Admission::Describe(const absl::Status& status) const {
+  const trace::Span& span = caller_.span;
+  if (!span.is_recording()) return;
+  span.SetAttribute("rpc.grpc.status_code", static_cast<int64_t>(status.code()));
+  span.SetAttribute("liquidblend.request_id", caller_.request_id);
+  span.SetAttribute("liquidblend.principal", caller_.principal.name);
+  if (!resource_.empty()) span.SetAttribute("liquidblend.resource", resource_);
+  if (IsServerFault(status.code())) span.SetError(CleanText(status.message()));
 }
 
 void CallInterceptor::Close() {
@@ -96,7 +135,22 @@ std::shared_ptr<Admission> CallInterceptor::Admit(grpc::CallbackServerContext& c
   context.AddInitialMetadata(kRequestIdHeader, admission->caller_.request_id);
   if (BeginCall()) admission->interceptor_ = this;
   admission->verdict_ = Decide(context, *admission);
+  const bool is_known = !absl::IsUnauthenticated(admission->verdict_);
+  if (is_known) admission->caller_.span = StartSpan(context, *admission);
   return admission;
+}
+
+trace::Span CallInterceptor::StartSpan(const grpc::CallbackServerContext& context,
+                                       const Admission& admission) const {
+  const trace::SpanContext parent = ParentOf(context);
+  if (!tracer_.is_on()) return trace::Span(parent);
+  const std::string service = ServiceOf(admission.method_);
+  trace::Span span = tracer_.StartSpan(absl::StrCat(service, "/", admission.method_.name),
+                                       trace::SpanKind::kServer, parent, admission.begin_);
+  span.SetAttribute("rpc.system", "grpc");
+  span.SetAttribute("rpc.service", service);
+  span.SetAttribute("rpc.method", admission.method_.name);
+  return span;
 }
 
 absl::Status CallInterceptor::Decide(const grpc::CallbackServerContext& context,

@@ -12,6 +12,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "core/trace/tracer.h"
 #include "server/access/access_controller.h"
 #include "server/access/call_log.h"
 #include "server/access/principal.h"
@@ -48,6 +49,7 @@ class Admission {
   Admission(const Method& method, OpenCalls& calls, CallLog& log)
       : method_(method), calls_(calls), log_(log), begin_(absl::Now()) {}
   void Log(const absl::Status& status) const;
+  void Describe(const absl::Status& status) const;
 
   const Method& method_;
   OpenCalls& calls_;
@@ -64,8 +66,9 @@ class Admission {
 class CallInterceptor {
  public:
   // All outlive all calls.
-  CallInterceptor(AccessController& access_controller, OpenCalls& calls, CallLog& log)
-      : access_controller_(access_controller), calls_(calls), log_(log) {}
+  CallInterceptor(AccessController& access_controller, OpenCalls& calls, CallLog& log,
+                  const trace::Tracer& tracer)
+      : access_controller_(access_controller), calls_(calls), log_(log), tracer_(tracer) {}
 
   // From now on every call is refused: the server shuts down.
   void Close();
@@ -73,8 +76,8 @@ class CallInterceptor {
   // Waits until all calls that came before Close() are over, for as long as `patience`.
   void AwaitCalls(absl::Duration patience);
 
-  // Sends the call's request id to the client in the header x-request-id. `method` must outlive
-  // the call.
+  // Sends the call's request id to the client in the header x-request-id. A call with a known
+  // caller gets a span, which ends with the Admission. `method` must outlive the call.
   std::shared_ptr<Admission> Admit(grpc::CallbackServerContext& context, const Method& method);
 
  private:
@@ -82,10 +85,13 @@ class CallInterceptor {
   bool BeginCall();  // false: closed
   void EndCall();
   absl::Status Decide(const grpc::CallbackServerContext& context, Admission& admission);
+  trace::Span StartSpan(const grpc::CallbackServerContext& context,
+                        const Admission& admission) const;
 
   AccessController& access_controller_;
   OpenCalls& calls_;
   CallLog& log_;
+  const trace::Tracer& tracer_;
   absl::Mutex mutex_;
   bool is_closed_ ABSL_GUARDED_BY(mutex_) = false;
   int64_t num_calls_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -2,6 +2,7 @@
 #include <memory>
 #include <utility>
 
+#include "absl/time/clock.h"
 #include "core/base/status_macros.h"
 #include "server/base/errors.h"
 #include "server/base/guarded.h"
@@ -27,28 +28,37 @@ class FrameReactor final : public grpc::ServerUnaryReactor {
     if (call_ != nullptr) call_->Cancel();
   }
 
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    const trace::Span& span = admission_->caller().span;
+    if (span.is_recording()) span.RecordChild("write", ended_at_, absl::Now());
+    delete this;
+  }
 
  private:
   absl::Status Begin(Backends& backends, const grpc::ByteBuffer& bytes,
                      grpc::ByteBuffer* response) {
     v1::GetFrameRequest request;
     LB_RETURN_IF_ERROR(admission_->Read(bytes, request));
-    call_ = FrameCall::Start(backends, request, admission_->caller().client,
-                             [this, response](const absl::StatusOr<AnsweredFrame>& made) {
-                               if (made.ok()) *response = ToByteBuffer(made->bytes);
-                               End(made.status());
-                             });
+    call_ = FrameCall::Start(
+        backends, request, admission_->caller().client,
+        [this, response](const absl::StatusOr<AnsweredFrame>& made) {
+          if (made.ok()) *response = ToByteBuffer(made->bytes);
+          End(made.status());
+        },
+        admission_->caller().span);
     return absl::OkStatus();
   }
 
   // The first end counts.
   void End(const absl::Status& status) {
-    if (!has_ended_.exchange(true)) Finish(admission_->End(status));
+    if (has_ended_.exchange(true)) return;
+    ended_at_ = absl::Now();
+    Finish(admission_->End(status));
   }
 
   const std::shared_ptr<Admission> admission_;
   std::atomic<bool> has_ended_ = false;
+  absl::Time ended_at_;  // then the answer goes out
   std::shared_ptr<FrameCall> call_;
 };
 

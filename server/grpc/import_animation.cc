@@ -29,8 +29,7 @@ class ImportCall final : public Call<ImportReactor> {
   void Begin() override {
     const auto self = shared_from_this();
     ImportAnimation(
-        backends_, roots_, std::move(request_), caller().principal,
-        [this, self] { return !has_ended(); },
+        backends_, roots_, std::move(request_), caller(), [this, self] { return !has_ended(); },
         [this, self](const absl::StatusOr<Operation>& operation) {
           if (!operation.ok()) return Close(operation.status());
           Attempt([&] { AnswerWith(*operation); });

@@ -53,7 +53,8 @@ BackendsOptions BackendsOptionsOf(const ServerOptions& options) {
           .num_frame_threads = options.num_frame_threads,
           .max_waiting_calls = options.max_waiting_calls,
           .queue = options.queue,
-          .frame_cache_bytes = options.frame_cache_bytes};
+          .frame_cache_bytes = options.frame_cache_bytes,
+          .tracer = options.tracer};
 }
 
 // Whether one more warning of gRPC's may be logged within this second. The limit is the process's,
@@ -189,7 +190,7 @@ struct Server::Impl {
   Backends backends;
   const std::shared_ptr<const Authorizer> authorizer;
   AccessController access_controller{*authorizer};
-  CallInterceptor interceptor{access_controller, calls, backends.call_log};
+  CallInterceptor interceptor{access_controller, calls, backends.call_log, *backends.tracer};
   const ImportRoots import_roots;
   std::unique_ptr<Api> api = MakeApi(backends, access_controller, import_roots);
   LiquidBlendService service;

@@ -29,7 +29,8 @@ struct ServerOptions {
   // ends streams beyond it.
   int64_t max_buffer_bytes = int64_t{128} << 20;
   Limits limits;
-  std::shared_ptr<Authorizer> authorizer;  // none: everyone may do everything
+  std::shared_ptr<Authorizer> authorizer;       // none: everyone may do everything
+  std::shared_ptr<const trace::Tracer> tracer;  // none: calls are not traced
   TlsOptions tls;
   ImportRoots import_roots;       // where clients may import animations from
   bool allow_insecure = false;    // without TLS, listen elsewhere than on the loopback, too

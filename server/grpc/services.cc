@@ -59,8 +59,8 @@ absl::Status BeginAnswer(Backends& backends, const UnaryMethod& method,
   return (backends.*method.pool).Post([=, &backends, &method] {
     const absl::Status status = Guarded([&]() -> absl::Status {
       LB_RETURN_IF_ERROR(CheckIsWanted(*call.context));
-      const Principal& principal = admission->caller().principal;
-      LB_ASSIGN_OR_RETURN(const MessagePtr response, method.handle(backends, *request, principal));
+      const Caller& caller = admission->caller();
+      LB_ASSIGN_OR_RETURN(const MessagePtr response, method.handle(backends, *request, caller));
       *call.response = ToByteBuffer(response->SerializeAsString());
       return absl::OkStatus();
     });

@@ -41,7 +41,7 @@ class StreamCall final : public Call<StreamReactor>, public StreamSession::Sink 
  private:
   void Begin() override {
     const auto self = std::static_pointer_cast<StreamCall>(shared_from_this());
-    session_ = std::make_shared<StreamSession>(backends_, caller().client, self);
+    session_ = std::make_shared<StreamSession>(backends_, caller().client, self, caller().span);
     ReadNext();
   }
 

@@ -36,7 +36,7 @@ class UploadCall final : public Call<UploadReactor> {
         response_(response),
         upload_(std::make_shared<Upload>(
             UploadStores{backends.catalog, backends.blobs, backends.uploads},
-            LimitsOf(backends.limits, caller().principal), caller().principal)) {}
+            LimitsOf(backends.limits, caller().principal), caller())) {}
 
   // Deleting the files of an upload that broke off waits for the store.
   ~UploadCall() override {

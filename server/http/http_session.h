@@ -224,6 +224,8 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     if (!has_lines) exchange_ = nullptr;
     response_.body() = std::move(response.body);
     memory_ = std::move(response.memory);
+    span_ = std::move(response.span);
+    if (span_.is_recording()) write_began_ = absl::Now();
     if (response.lines != nullptr) {
       is_last_ |= version_ < 11;
       response_.chunked(version_ >= 11);
@@ -274,6 +276,9 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     response_ = {};
     memory_ = nullptr;
     if (is_frame_) core_->api.metrics().ObserveStage(metrics::Stage::kWrite, write_.Lap());
+    if (is_frame_ && span_.is_recording()) span_.RecordChild("write", write_began_, absl::Now());
+    span_.End();
+    span_ = {};
     is_last_ ? Linger() : ReadHeader();
   }
 
@@ -301,6 +306,8 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   std::optional<bhttp::request_parser<bhttp::empty_body>> parser_;
   HttpResponse response_;
   std::shared_ptr<void> memory_;  // of its body
+  trace::Span span_;              // of its call, which ends when it has been written
+  absl::Time write_began_;
   std::optional<bhttp::response_serializer<bhttp::string_body>> serializer_;
   ExchangePtr exchange_;              // while its answer is being made
   std::optional<BodyReader> reader_;  // of the request's body, if it has one

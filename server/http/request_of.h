@@ -7,6 +7,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "core/trace/context.h"
 #include "server/base/request_id.h"
 #include "server/http/core.h"
 #include "server/http/exchange/messages.h"
@@ -42,6 +43,8 @@ inline Request RequestOf(const bhttp::request_parser<bhttp::empty_body>& parser,
   request.request_id = TextOf(message[server::kRequestIdHeader]);
   request.content_type = TextOf(message[bhttp::field::content_type]);
   request.protocols = ValuesOf(message, "Sec-WebSocket-Protocol");
+  request.traceparent = ValuesOf(message, trace::kTraceparent);
+  request.tracestate = ValuesOf(message, trace::kTracestate);
   request.peer = peer;
   const uint64_t body_bytes = parser.content_length().value_or(0);
   request.body_bytes = static_cast<int64_t>(std::min(body_bytes, kMostBytes));

@@ -71,6 +71,30 @@ bool OnlyReads(const std::string& method) {
   return method == "GET" || method == "HEAD" || method == "OPTIONS";
 }
 
+// What is traced: neither probes nor files of the page.
+bool IsCall(Resource resource) {
+  return resource == Resource::kFrame || resource == Resource::kAnimationFrame ||
+         resource == Resource::kMethod;
+}
+
+// Of an answer's status, or of the code with which a WebSocket was closed (CloseCode()).
+bool IsServerFault(int code) {
+  constexpr int kNotImplemented = 501;  // clients ask for what not every store has
+  return (code >= 500 && code < 600 && code != kNotImplemented) || (code >= 4500 && code < 4600);
+}
+
+// Attributes of a span at its end, by OpenTelemetry's conventions for HTTP.
+void DescribeEnd(const server::Caller& caller, const std::string& resource, int code,
+                 const std::string& error) {
+  const trace::Span& span = caller.span;
+  if (!span.is_recording()) return;
+  span.SetAttribute("http.response.status_code", code);
+  span.SetAttribute("liquidblend.request_id", caller.request_id);
+  span.SetAttribute("liquidblend.principal", caller.principal.name);
+  if (!resource.empty()) span.SetAttribute("liquidblend.resource", resource);
+  if (IsServerFault(code)) span.SetError(error);
+}
+
 server::AccessRequest AccessRequestOf(const Route& route) {
   const bool is_frame =
       route.resource == Resource::kFrame || route.resource == Resource::kAnimationFrame;
@@ -110,7 +134,8 @@ Response Preflight(const Route& route) {
   response.headers = {
       {"Allow", allowed},
       {"Access-Control-Allow-Methods", allowed},
-      {"Access-Control-Allow-Headers", "Authorization, Content-Type, If-None-Match, X-Request-Id"},
+      {"Access-Control-Allow-Headers",
+       "Authorization, Content-Type, If-None-Match, X-Request-Id, Traceparent, Tracestate"},
       {"Access-Control-Max-Age", "86400"}};
   return response;
 }
@@ -179,6 +204,8 @@ bool Router::Refuse(Exchange& exchange, const std::string& path, const std::stri
   if (!IsForEverybody(exchange.route.resource)) {
     const absl::Status verdict =
         Admit(exchange.request, AccessRequestOf(exchange.route), exchange.caller, exchange.permit);
+    const bool is_call = IsCall(exchange.route.resource) && !absl::IsUnauthenticated(verdict);
+    if (is_call) exchange.caller.span = StartSpan(exchange.request, exchange.route.pattern);
     if (!verdict.ok()) exchange.Fail(verdict);
   }
   if (exchange.route.resource == Resource::kPage) return false;  // only the page reads its query
@@ -212,6 +239,8 @@ void Router::Complete(const Exchange& exchange, absl::Duration took, Response& r
        absl::StrCat(response.code), took});
   const std::string path = SplitTarget(exchange.request.target).path;
   api_.call_log().Tell(EndedRequest(exchange, path, response, took));
+  DescribeEnd(exchange.caller, exchange.resource, response.code, response.error);
+  response.span = exchange.caller.span;
   response.headers.emplace_back("X-Request-Id", exchange.caller.request_id);
   response.headers.emplace_back("X-Content-Type-Options", "nosniff");
   if (!options_.allowed_origin.empty()) {
@@ -232,6 +261,8 @@ void Router::NoteStream(const server::Caller& caller, int close_code, const std:
   api_.metrics().CountRequest(
       {"http", absl::StrCat("GET ", kStreamPath), absl::StrCat(close_code), took});
   api_.call_log().Tell(EndedStream(kStreamPath, caller, close_code, reason, took));
+  DescribeEnd(caller, "", close_code, reason);
+  caller.span.End();
 }
 
 absl::Status Router::Admit(const Request& request, const server::AccessRequest& access,
@@ -242,6 +273,16 @@ absl::Status Router::Admit(const Request& request, const server::AccessRequest& 
   if (server::IsKnown(caller.principal)) caller.client = caller.principal.name;
   permit = std::move(grant.permit);
   return verdict;
+}
+
+trace::Span Router::StartSpan(const Request& request, const std::string& pattern) const {
+  const trace::SpanContext parent = trace::ParseContext(request.traceparent, request.tracestate);
+  if (!api_.tracer().is_on()) return trace::Span(parent);
+  trace::Span span = api_.tracer().StartSpan(absl::StrCat(request.method, " ", pattern),
+                                             trace::SpanKind::kServer, parent);
+  span.SetAttribute("http.request.method", request.method);
+  span.SetAttribute("http.route", pattern);
+  return span;
 }
 
 void Router::Dispatch(const ExchangePtr& exchange) {
@@ -300,7 +341,7 @@ void Router::AnswerFrame(const ExchangePtr& exchange) {
   exchange->resource = server::ResourceOf(*request);
   const server::Principal& principal = exchange->caller.principal;
   FrameAsk ask = {*std::move(request), exchange->request.if_none_match, principal.key,
-                  server::IsKnown(principal)};
+                  server::IsKnown(principal), exchange->caller.span};
   FrameAnswer::Start(api_, std::move(ask), exchange->cancellation,
                      [exchange](absl::StatusOr<Response> response) {
                        if (!response.ok()) return exchange->Fail(response.status());
@@ -322,7 +363,10 @@ absl::Status Router::AdmitStream(const Request& request, StreamVisit& visit) {
   if (asked.authorization.empty() && !visit.protocols.token.empty()) {
     asked.authorization = absl::StrCat("Bearer ", visit.protocols.token);
   }
-  return Admit(asked, {server::Scope::kFrames, true}, visit.caller, visit.permit);
+  const absl::Status verdict =
+      Admit(asked, {server::Scope::kFrames, true}, visit.caller, visit.permit);
+  if (!absl::IsUnauthenticated(verdict)) visit.caller.span = StartSpan(request, kStreamPath);
+  return verdict;
 }
 
 }  // namespace liquidblend::http

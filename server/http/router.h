@@ -70,7 +70,7 @@ class Router {
   // logged like an answer.
   Response Refused(const Request& request, const server::Caller& caller, Response response);
 
-  // Counts and logs a WebSocket that has ended.
+  // Counts and logs a WebSocket that has ended, and ends its span.
   //   close_code  RFC 6455's, or as CloseCode()
   void NoteStream(const server::Caller& caller, int close_code, const std::string& reason,
                   absl::Duration took);
@@ -84,6 +84,7 @@ class Router {
   absl::Status Admit(const Request& request, const server::AccessRequest& access,
                      server::Caller& caller, server::StreamPermit& permit);
   absl::Status CheckHosts(const Request& request) const;
+  trace::Span StartSpan(const Request& request, const std::string& pattern) const;
   bool RefuseUnasked(Exchange& exchange, const std::string& path) const;
   bool Refuse(Exchange& exchange, const std::string& path, const std::string& query);
   void Dispatch(const ExchangePtr& exchange);

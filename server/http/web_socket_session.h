@@ -84,7 +84,8 @@ class WebSocketSession final : public Connection,
 
   void OnAccepted() {
     is_open_ = true;
-    frames_ = core_->api.OpenStream(visit_.caller.principal.key, weak_from_this());
+    frames_ =
+        core_->api.OpenStream(visit_.caller.principal.key, weak_from_this(), visit_.caller.span);
     if (close_.has_value()) return Finish();
     Read();
   }

@@ -70,6 +70,12 @@ MetricFamily OneCounter(std::string name, std::string help, double value) {
   return Values(MetricType::Counter, std::move(name), std::move(help), "", {{"", value}});
 }
 
+MetricFamily CountersOf(std::string name, std::string help, const std::string& label,
+                        const std::map<std::string, int64_t>& values) {
+  return Values(MetricType::Counter, std::move(name), std::move(help), label,
+                {values.begin(), values.end()});
+}
+
 MetricFamily Gauges(std::string name, std::string help, const std::string& label,
                     const std::map<std::string, int64_t>& values) {
   return Values(MetricType::Gauge, std::move(name), std::move(help), label,
@@ -126,6 +132,11 @@ void AddSnapshot(const Snapshot& now, std::vector<MetricFamily>& all) {
                          static_cast<double>(cache.num_frames)));
   all.push_back(OneGauge("liquidblend_frame_cache_bytes", "Memory of the frames held in the cache",
                          static_cast<double>(cache.num_bytes)));
+  all.push_back(OneCounter("liquidblend_spans_exported_total", "Spans of traces that were exported",
+                           static_cast<double>(now.spans.num_exported)));
+  all.push_back(CountersOf("liquidblend_spans_dropped_total",
+                           "Spans of traces that were not exported, by what left them out",
+                           "reason", now.spans.dropped));
 }
 
 // By the names that all programs use.

@@ -63,8 +63,13 @@ struct Snapshot {
   std::map<std::string, int64_t> waiting_calls;    // by the pool that they wait for
   std::map<std::string, int64_t> disk_free_bytes;  // by folder of the store on that disk
   std::map<std::string, int64_t> disk_size_bytes;  // likewise
+  struct Spans {
+    int64_t num_exported = 0;
+    std::map<std::string, int64_t> dropped;  // by reason
+  };
   Cache frame_cache;
   Queue frame_queue;  // of frames that wait to be made
+  Spans spans;        // of traces
 };
 
 // The metrics, with a registry of their own.

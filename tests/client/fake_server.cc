@@ -67,8 +67,10 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
   }
   ~Impl() override { server_->Shutdown(std::chrono::system_clock::now()); }
 
-  grpc::Status UploadAnimation(ServerContext*, grpc::ServerReader<v1::UploadAnimationRequest>* in,
+  grpc::Status UploadAnimation(ServerContext* context,
+                               grpc::ServerReader<v1::UploadAnimationRequest>* in,
                                lro::Operation* operation) override {
+    NoteTrace(*context);
     if (grpc::Status status = Enter("UploadAnimation"); !status.ok()) return status;
     ReceivedUpload upload;
     std::string file;
@@ -181,6 +183,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
 
   grpc::Status WatchOperation(ServerContext* context, const v1::WatchOperationRequest* request,
                               grpc::ServerWriter<lro::Operation>* out) override {
+    NoteTrace(*context);
     if (grpc::Status status = Enter("WatchOperation"); !status.ok()) return status;
     const std::string id = Id(request->name());
     if (!Known(id)) return NotFound(request->name());
@@ -191,8 +194,9 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     return grpc::Status::OK;
   }
 
-  grpc::Status GetFrame(ServerContext*, const v1::GetFrameRequest* request,
+  grpc::Status GetFrame(ServerContext* context, const v1::GetFrameRequest* request,
                         v1::Frame* frame) override {
+    NoteTrace(*context);
     {
       const absl::MutexLock lock(&mutex);
       google::protobuf::TextFormat::PrintToString(*request, &last_request);
@@ -211,6 +215,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
   grpc::Status StreamFrames(ServerContext* context,
                             grpc::ServerReaderWriter<v1::StreamFramesResponse,
                                                      v1::StreamFramesRequest>* stream) override {
+    NoteTrace(*context);
     if (grpc::Status status = Enter("StreamFrames"); !status.ok()) return status;
     v1::StreamFramesRequest settings;
     if (!stream->Read(&settings)) return {grpc::StatusCode::INVALID_ARGUMENT, "no request"};
@@ -261,6 +266,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
   std::vector<std::string> deleted;
   std::vector<ReceivedUpload> uploads;
   std::string last_request;
+  TraceHeaders last_trace;
   bool with_details = false;
   std::atomic<bool> break_watch = false;
   std::atomic<bool> break_stream = false;
@@ -279,6 +285,16 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
       never.AwaitWithTimeout(absl::Condition(&kNever), absl::Milliseconds(1));
     }
     return grpc::Status::CANCELLED;
+  }
+
+  void NoteTrace(const ServerContext& context) {
+    const auto value_of = [&](const char* name) {
+      const auto found = context.client_metadata().find(name);
+      if (found == context.client_metadata().end()) return std::string();
+      return std::string(found->second.data(), found->second.size());
+    };
+    const absl::MutexLock lock(&mutex);
+    last_trace = {value_of("traceparent"), value_of("tracestate")};
   }
 
   // Counts a call, and fails it if a test wants that.
@@ -428,6 +444,11 @@ std::vector<std::string> FakeServer::RequestIds() const {
 std::vector<ReceivedUpload> FakeServer::Uploads() const {
   const absl::MutexLock lock(&impl_->mutex);
   return impl_->uploads;
+}
+
+TraceHeaders FakeServer::LastTrace() const {
+  const absl::MutexLock lock(&impl_->mutex);
+  return impl_->last_trace;
 }
 
 std::string FakeServer::LastRequest() const {

@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
+#include "liquidblend/client.h"
 #include "liquidblend/mesh.h"
 
 namespace liquidblend::testing {
@@ -53,6 +54,8 @@ class FakeServer {
   // The last ImportAnimation, RegisterFamily, GetFrame or beginning of a StreamFrames, as protobuf
   // text.
   std::string LastRequest() const;
+  // The trace of the last GetFrame, StreamFrames, UploadAnimation or WatchOperation.
+  TraceHeaders LastTrace() const;
   std::vector<std::string> Deleted() const;
 
  private:

@@ -75,7 +75,7 @@ absl::Status FuzzApi::Admit(const server::Credentials& credentials, const server
   return absl::OkStatus();
 }
 
-server::Api::Cancel FuzzApi::GetFrame(v1::GetFrameRequest request, std::string,
+server::Api::Cancel FuzzApi::GetFrame(v1::GetFrameRequest request, std::string, trace::Span,
                                       Done<server::MadeFrame> done) {
   server::MadeFrame made;
   made.generation = kGeneration;
@@ -105,7 +105,7 @@ void FuzzApi::FindVersion(const std::string& family, int64_t version,
 }
 
 // Gives the request back as the name of a family, so that answers show what was understood.
-void FuzzApi::Call(const server::Method& method, const server::Principal&, Read read,
+void FuzzApi::Call(const server::Method& method, const server::Caller&, Read read,
                    server::IsWanted, Done<server::MessagePtr> done) {
   const server::UnaryMethod* unary = server::FindUnaryMethod(method.name);
   server::MessagePtr request =
@@ -136,13 +136,14 @@ server::Api::NextOperation FuzzApi::WatchOperation(const std::string& name, serv
 }
 
 std::shared_ptr<server::ArchiveUpload> FuzzApi::OpenUpload(v1::UploadAnimationRequest,
-                                                           const server::Principal&) {
+                                                           const server::Caller&) {
   return std::make_shared<CountingUpload>();
 }
 
 std::shared_ptr<server::StreamSession> FuzzApi::OpenStream(
-    std::string client, std::weak_ptr<server::StreamSession::Sink> sink) {
-  return std::make_shared<server::StreamSession>(host_, std::move(client), std::move(sink));
+    std::string client, std::weak_ptr<server::StreamSession::Sink> sink, trace::Span span) {
+  return std::make_shared<server::StreamSession>(host_, std::move(client), std::move(sink),
+                                                 std::move(span));
 }
 
 absl::Status FuzzApi::Post(absl::AnyInvocable<void()> work) {
@@ -167,6 +168,11 @@ metrics::Metrics& FuzzApi::metrics() {
 server::CallLog& FuzzApi::call_log() {
   static auto& log = *new server::CallLog([](absl::Duration, const std::function<void()>&) {});
   return log;
+}
+
+const trace::Tracer& FuzzApi::tracer() {
+  static const auto& tracer = *new trace::Tracer();
+  return tracer;
 }
 
 }  // namespace liquidblend::fuzz

@@ -29,22 +29,24 @@ class FuzzApi final : public server::Api {
 
   absl::Status Admit(const server::Credentials& credentials, const server::AccessRequest& access,
                      server::AccessGrant& grant) override;
-  Cancel GetFrame(v1::GetFrameRequest request, std::string client,
+  Cancel GetFrame(v1::GetFrameRequest request, std::string client, trace::Span span,
                   Done<server::MadeFrame> done) override;
   void FindVersion(const std::string& family, int64_t version,
                    Done<server::FamilyVersion> done) override;
-  void Call(const server::Method& method, const server::Principal& principal, Read read,
+  void Call(const server::Method& method, const server::Caller& caller, Read read,
             server::IsWanted is_wanted, Done<server::MessagePtr> done) override;
   NextOperation WatchOperation(const std::string& name, server::IsWanted is_wanted) override;
   std::shared_ptr<server::ArchiveUpload> OpenUpload(v1::UploadAnimationRequest header,
-                                                    const server::Principal& principal) override;
+                                                    const server::Caller& caller) override;
   std::shared_ptr<server::StreamSession> OpenStream(
-      std::string client, std::weak_ptr<server::StreamSession::Sink> sink) override;
+      std::string client, std::weak_ptr<server::StreamSession::Sink> sink,
+      trace::Span span) override;
   absl::Status Post(absl::AnyInvocable<void()> work) override;
   void CheckStores(Done<std::string> done) override;
   void GetMetricsText(Done<std::string> done) override;
   metrics::Metrics& metrics() override;
   server::CallLog& call_log() override;
+  const trace::Tracer& tracer() override;
 
  private:
   template <typename Reply>

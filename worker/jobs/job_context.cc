@@ -15,16 +15,17 @@ constexpr double kMinShareForEstimate = 0.05;
 
 JobContext::JobContext(store::Catalog& job_catalog, store::BlobStore& job_blobs,
                        const parallel::Arena& job_arena, LeaseKeeper& job_keeper,
-                       Checkpoints& job_checkpoints)
+                       Checkpoints& job_checkpoints, TracedAttempt& job_trace)
     : catalog(job_catalog),
       blobs(job_blobs),
       arena(job_arena),
       keeper(job_keeper),
       checkpoints(job_checkpoints),
+      trace(job_trace),
       start_(absl::Now()) {}
 
 absl::Status JobContext::BeginStage(const std::string& name, double begin, double end) {
-  progress_.set_stage(name);
+  SetStage(name);
   stage_begin_ = begin;
   stage_end_ = end;
   if (!first_fraction_) first_fraction_ = begin;
@@ -46,7 +47,8 @@ registration::ProgressCallback JobContext::RegistrationProgress(int target_index
     progress_.set_num_inliers(report.num_inliers);
     progress_.set_num_samples(report.num_samples);
     const bool is_last = report.iteration >= report.num_iterations;
-    progress_.set_stage(is_last ? "projection" : "registration");  // there may be several
+    const std::string stage = is_last ? "projection" : "registration";  // there may be several
+    if (stage != progress_.stage()) SetStage(stage);
     ReportFraction(static_cast<double>(report.iteration) / std::max(1, report.num_iterations));
     return keeper.Check().ok();
   };
@@ -54,11 +56,17 @@ registration::ProgressCallback JobContext::RegistrationProgress(int target_index
 
 void JobContext::SetResumed(const registration::IterationReport& last) {
   progress_.set_resumed_iteration(last.iteration);
+  if (last.iteration > 0) trace.NoteResumed(last.iteration);
   progress_.set_iteration(last.iteration);
   progress_.set_num_iterations(last.num_iterations);
   const double before = progress_.fraction();
   ReportFraction(static_cast<double>(last.iteration) / std::max(1, last.num_iterations));
   first_fraction_ = first_fraction_.value_or(0.0) + progress_.fraction() - before;
+}
+
+void JobContext::SetStage(const std::string& name) {
+  progress_.set_stage(name);
+  trace.BeginStage(name);
 }
 
 void JobContext::ReportFraction(double stage_fraction) {

@@ -11,6 +11,7 @@
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
 #include "worker/jobs/attempt/lease_keeper.h"
+#include "worker/jobs/attempt/traced_attempt.h"
 #include "worker/jobs/checkpoints.h"
 #include "worker/registration/register.h"
 
@@ -22,13 +23,14 @@ class JobContext {
  public:
   JobContext(store::Catalog& job_catalog, store::BlobStore& job_blobs,
              const parallel::Arena& job_arena, LeaseKeeper& job_keeper,
-             Checkpoints& job_checkpoints);
+             Checkpoints& job_checkpoints, TracedAttempt& job_trace);
 
   store::Catalog& catalog;
   store::BlobStore& blobs;
   const parallel::Arena& arena;
   LeaseKeeper& keeper;
   Checkpoints& checkpoints;
+  TracedAttempt& trace;
 
   // Begins the next stage, which covers the job's progress from fraction `begin` to `end`.
   // Errors: keeper.Check()'s, if the job is not to go on.
@@ -51,6 +53,7 @@ class JobContext {
   const std::string& stage() const { return progress_.stage(); }
 
  private:
+  void SetStage(const std::string& name);
   void ReportFraction(double stage_fraction);
 
   const absl::Time start_;

@@ -11,6 +11,7 @@
 #include "core/base/steady_cond_var.h"
 #include "core/store/blobs/upload_files.h"
 #include "worker/jobs/attempt/run_guarded.h"
+#include "worker/jobs/attempt/traced_attempt.h"
 #include "worker/jobs/job_context.h"
 #include "worker/jobs/run_child.h"
 #include "worker/jobs/run_import.h"
@@ -63,10 +64,10 @@ bool HasFailed(store::Catalog& catalog, const store::pb::JobRecord& job) {
 // itself refused to record the failure, it is recorded afterwards, so that no attempt is used up.
 void Settle(store::Catalog& catalog, store::BlobStore& blobs, const store::Lease& lease,
             const absl::Status& outcome, bool is_released, Access& access) {
-  if (outcome.ok()) base::LogInfo(absl::StrCat("job ", lease.job.id(), ": done"));
-  if (!outcome.ok())
-    base::LogWarning(absl::StrCat("job ", lease.job.id(), ": ",
-                                  outcome.ToString(absl::StatusToStringMode::kWithNoExtraData)));
+  const std::string ended =
+      outcome.ok() ? "done" : outcome.ToString(absl::StatusToStringMode::kWithNoExtraData);
+  base::Log(outcome.ok() ? base::LogLevel::kInfo : base::LogLevel::kWarning,
+            absl::StrCat("job ", lease.job.id(), ": ", ended), TraceFields(lease.job));
   const bool is_ours = !outcome.ok() && !absl::IsAborted(outcome) && !is_released;
   const absl::Status recorded = is_ours ? RecordFailure(catalog, lease, outcome) : absl::OkStatus();
   if (is_ours && recorded.ok() && HasFailed(catalog, lease.job)) {
@@ -80,13 +81,16 @@ void Settle(store::Catalog& catalog, store::BlobStore& blobs, const store::Lease
 void RunJob(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
             const StopSignal& stop, const store::Lease& lease, const JobLoopOptions& options,
             Access& access) {
-  base::LogInfo(absl::StrCat("job ", lease.job.id(), ": attempt ", lease.job.attempts()));
+  base::Log(base::LogLevel::kInfo,
+            absl::StrCat("job ", lease.job.id(), ": attempt ", lease.job.attempts()),
+            TraceFields(lease.job));
+  TracedAttempt trace(options.tracer, lease.job, options.worker);
   absl::Status outcome;
   bool is_released = false;
   {
     Checkpoints checkpoints(catalog, blobs, lease, options.checkpoints);
     LeaseKeeper keeper(catalog, lease, stop, options.lease, [&] { checkpoints.Flush(); });
-    JobContext context(catalog, blobs, arena, keeper, checkpoints);
+    JobContext context(catalog, blobs, arena, keeper, checkpoints, trace);
     const absl::Status stages = RunWithinMemory(
         {lease.job.memory_bytes(), options.memory_bytes}, [&] { return context.stage(); },
         [&] { return RunStages(lease.job, context); });
@@ -94,6 +98,7 @@ void RunJob(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Ar
     checkpoints.End(/*is_done=*/outcome.ok());
     is_released = absl::IsUnavailable(keeper.Check());
   }
+  trace.End(outcome);
   Settle(catalog, blobs, lease, outcome, is_released, access);
 }
 

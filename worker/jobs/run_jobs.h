@@ -8,6 +8,7 @@
 #include "core/parallel/arena.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
+#include "core/trace/tracer.h"
 #include "worker/jobs/attempt/access.h"
 #include "worker/jobs/attempt/lease_keeper.h"
 #include "worker/jobs/attempt/stop_signal.h"
@@ -23,6 +24,7 @@ struct JobLoopOptions {
   absl::Duration poll = absl::Milliseconds(500);  // > 0; interval of looks at an empty queue
   int64_t memory_bytes = store::kAnyMemory;       // > 0; jobs that need more are left to others
   bool exit_when_idle = false;                    // return as soon as the queue is empty
+  const trace::Tracer* tracer = nullptr;  // of attempts; outlives the loop; null: none are traced
   // The refusal or loss of access that is known at the start; OK: none.
   absl::Status refusal;
   absl::Status Validate() const;  // names the first field out of range, and its value

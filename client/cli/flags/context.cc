@@ -42,6 +42,7 @@ absl::StatusOr<std::unique_ptr<Client>> Context::Connect() const {
   options.retry.patience = absl::Seconds(patience_s);
   options.security = security;
   options.direct_transfers = !no_direct;
+  if (trace != nullptr) options.trace = [trace = trace] { return trace->HeadersOfCall(); };
   if (!token_file.empty()) {
     LBC_ASSIGN_OR_RETURN(options.security.token, ReadToken(token_file));
   }

@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "client/cli/flags/command_trace.h"
 #include "liquidblend/client.h"
 
 namespace liquidblend::cli {
@@ -16,11 +17,12 @@ struct Context {
   double connect_timeout_s = 5.0;  // > 0
   double patience_s = 30.0;        // >= 0; RetryOptions::patience
   SecurityOptions security;
-  std::string token_file;  // or the token is in security
-  bool no_direct = false;  // not ConnectOptions::direct_transfers
-  bool json = false;       // results as JSON on standard output
-  bool quiet = false;      // results and errors only
-  absl::Status status;     // of the subcommand that ran
+  std::string token_file;               // or the token is in security
+  bool no_direct = false;               // not ConnectOptions::direct_transfers
+  bool json = false;                    // results as JSON on standard output
+  bool quiet = false;                   // results and errors only
+  absl::Status status;                  // of the subcommand that ran
+  std::shared_ptr<CommandTrace> trace;  // of the calls; null: they are in none
 
   absl::StatusOr<std::unique_ptr<Client>> Connect() const;
 

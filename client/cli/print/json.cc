@@ -35,6 +35,7 @@ Json ToJson(const Progress& progress) {
   if (progress.start_time) json["startTime"] = FormatUtc(*progress.start_time);
   if (progress.end_time) json["endTime"] = FormatUtc(*progress.end_time);
   if (!progress.last_failure.ok()) json["lastFailure"] = ToJson(progress.last_failure);
+  if (!progress.trace_id.empty()) json["traceId"] = progress.trace_id;
   return json;
 }
 

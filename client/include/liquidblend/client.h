@@ -37,6 +37,13 @@ struct RetryOptions {
   bool is_patient = false;
 };
 
+// Trace that a call belongs to, as headers of the W3C's Trace Context. What is not printable ASCII
+// is not sent.
+struct TraceHeaders {
+  std::string traceparent;  // "00-{trace id}-{span id}-{flags}"; empty: the call is in no trace
+  std::string tracestate;
+};
+
 struct ConnectOptions {
   // HOST:PORT, or any gRPC target; or several, separated by commas: servers of one store. If the
   // current server cannot be reached, calls go to the next at once, and stay there.
@@ -51,6 +58,9 @@ struct ConnectOptions {
   bool direct_transfers = true;
   RetryOptions retry;
   SecurityOptions security;
+  // Gives the trace of each call, on the thread that makes it; null: calls are in none. Requires:
+  // safe on any thread.
+  std::function<TraceHeaders()> trace;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 

@@ -101,6 +101,7 @@ typedef struct lb_connect_options {
   double patience_s;           /* how long calls are tried again while no server can be reached, or
                                 * servers ask to wait; 0: 30; negative: not at all */
   const lb_allocator* allocator; /* of frames' memory; NULL: malloc. Kept as it is now */
+  const char* traceparent;       /* of the W3C's Trace Context, sent with all calls; NULL: none */
 } lb_connect_options;
 
 /* Connects, and waits until a server answers.

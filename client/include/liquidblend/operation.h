@@ -35,6 +35,7 @@ struct Progress {
   // While it is queued after a failed attempt: the earliest time of the next one.
   std::optional<absl::Time> next_attempt_time;
   absl::Status last_failure;  // of the last failed attempt; OK: none
+  std::string trace_id;       // of the trace that its spans are in; empty: none
 };
 
 // A job on the server: an import or a registration.

@@ -41,6 +41,7 @@ class ConnectOptions(SizedStructure):
         ("call_timeout_s", c_double),
         ("patience_s", c_double),
         ("allocator", c_void_p),
+        ("traceparent", c_char_p),
     ]
 
 

@@ -56,11 +56,12 @@ class Client(Closing):
         connect_timeout: Optional[float] = None,
         call_timeout: Optional[float] = None,
         patience: Optional[float] = None,
+        traceparent: Optional[str] = None,
     ) -> None:
         """Connects, and waits until a server answers. ``Connection`` says what the options are."""
         self.connection = Connection(
             target, token, tls, tls_ca, tls_cert, tls_key, tls_server_name, connect_timeout,
-            call_timeout, patience
+            call_timeout, patience, traceparent
         )
         options = self.connection.to_native()
         self._opened: Optional[ClientHandle] = _connect(options)

@@ -33,6 +33,8 @@ class Connection:
     """Seconds of one attempt of a short call, above 0; None: 30."""
     patience: Optional[float] = None
     """Seconds that calls are tried again while no server can be reached; None: 30; 0: none."""
+    traceparent: Optional[str] = None
+    """Of the W3C's Trace Context: the trace that all calls belong to."""
 
     def __post_init__(self) -> None:
         for name in ("connect_timeout", "call_timeout"):
@@ -55,4 +57,5 @@ class Connection:
             connect_timeout_s=self.connect_timeout or 0.0,
             call_timeout_s=self.call_timeout or 0.0,
             patience_s=patience,
+            traceparent=encode_optional(self.traceparent, "traceparent"),
         )

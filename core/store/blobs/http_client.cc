@@ -34,6 +34,8 @@ struct Exchange {
   bool is_out_of_memory = false;
   bool is_stalled = false;
   bool is_too_slow = false;
+  bool is_stopped = false;
+  const std::atomic<bool>* stop = nullptr;  // of the request
   absl::Duration stall_timeout;
   absl::Duration drip_limit;
   curl_off_t num_moved = 0;  // bytes, both ways
@@ -86,8 +88,8 @@ bool IsTooSlow(const Exchange& exchange) {
   return absl::ToDoubleSeconds(over) * kLeastRate > static_cast<double>(exchange.num_moved);
 }
 
-// Ends an exchange that stands still or drips. (CURLOPT_LOW_SPEED_TIME takes some five seconds
-// longer.)
+// Ends an exchange that stands still, drips or is not wanted any more. (CURLOPT_LOW_SPEED_TIME
+// takes some five seconds longer.)
 int WatchProgress(void* exchange_pointer, curl_off_t, curl_off_t num_received, curl_off_t,
                   curl_off_t num_sent) {
   Exchange& exchange = *static_cast<Exchange*>(exchange_pointer);
@@ -97,7 +99,8 @@ int WatchProgress(void* exchange_pointer, curl_off_t, curl_off_t num_received, c
   }
   exchange.is_stalled = base::Since(exchange.moved_at) > exchange.stall_timeout;
   exchange.is_too_slow = IsTooSlow(exchange);
-  return exchange.is_stalled || exchange.is_too_slow ? 1 : 0;
+  exchange.is_stopped = exchange.stop != nullptr && *exchange.stop;
+  return exchange.is_stalled || exchange.is_too_slow || exchange.is_stopped ? 1 : 0;
 }
 
 void AddHeader(const std::string& line, Exchange& exchange) {
@@ -140,6 +143,9 @@ std::unique_ptr<Exchange> Prepare(const HttpRequest& request, const HttpOptions&
   curl_easy_setopt(easy, CURLOPT_XFERINFODATA, exchange.get());
   if (!options.ca_file.empty()) curl_easy_setopt(easy, CURLOPT_CAINFO, options.ca_file.c_str());
   if (!options.is_proxied) curl_easy_setopt(easy, CURLOPT_NOPROXY, "*");
+  exchange->stop = request.stop;
+  // Otherwise the end waits for a name that is being looked up.
+  if (request.stop != nullptr) curl_easy_setopt(easy, CURLOPT_QUICK_EXIT, 1L);
   SetBody(request, easy);
   for (const auto& [name, value] : request.headers) {
     AddHeader(absl::StrCat(name, ": ", value), *exchange);
@@ -165,6 +171,7 @@ absl::StatusOr<HttpAnswer> AnswerOf(Exchange& exchange, const HttpRequest& reque
   if (exchange.code == CURLE_URL_MALFORMAT || exchange.code == CURLE_UNSUPPORTED_PROTOCOL) {
     return absl::InvalidArgumentError(curl_easy_strerror(exchange.code));
   }
+  if (exchange.is_stopped) return absl::UnavailableError("stopped");
   if (exchange.is_stalled) {
     return absl::UnavailableError(
         absl::StrCat("no progress for ", absl::FormatDuration(exchange.stall_timeout)));

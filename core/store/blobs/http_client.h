@@ -1,6 +1,7 @@
 // HTTP client: requests that run side by side on the calling thread.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -26,6 +27,8 @@ struct HttpRequest {
   int64_t max_answer_bytes = int64_t{16} << 20;
   // Time limit within which any byte counts as progress, if it is longer than three stall timeouts.
   absl::Duration drip_limit = absl::ZeroDuration();
+  // Ends the request with kUnavailable within a second once it is true; null: nothing does.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 // Answer to a request: its status, headers and body.

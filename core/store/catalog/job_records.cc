@@ -78,6 +78,8 @@ pb::JobRecord NewJob(pb::JobRecord job, absl::Time now) {
   fresh.set_owner(job.owner());
   fresh.set_priority(job.priority());
   fresh.set_memory_bytes(job.memory_bytes());
+  fresh.set_traceparent(job.traceparent());
+  fresh.set_tracestate(job.tracestate());
   if (job.has_import_animation()) {
     *fresh.mutable_import_animation() = std::move(*job.mutable_import_animation());
   } else {
@@ -96,6 +98,8 @@ pb::JobRecord NewChild(const pb::JobRecord& parent, int target_index, absl::Time
   child.set_owner(parent.owner());
   child.set_priority(parent.priority());
   child.set_memory_bytes(parent.memory_bytes());
+  child.set_traceparent(parent.traceparent());
+  child.set_tracestate(parent.tracestate());
   child.set_turn(parent.turn() + target_index);
   child.mutable_register_target()->set_family(parent.register_family().family());
   child.mutable_register_target()->set_target_index(target_index);

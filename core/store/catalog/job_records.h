@@ -28,8 +28,8 @@ std::vector<std::string> AnimationsOf(const pb::JobRecord& job);
 absl::Status CheckImport(const pb::AnimationRecord& animation, const pb::JobRecord& job);
 absl::Status CheckRegistration(const pb::JobRecord& job);
 
-// A job with a new id and no progress; payload, request_id, owner, priority and memory are kept. A
-// registration of several targets waits for its children, others are queued.
+// A job with a new id and no progress; payload, request_id, owner, priority, memory and trace are
+// kept. A registration of several targets waits for its children, others are queued.
 pb::JobRecord NewJob(pb::JobRecord job, absl::Time now);
 
 // The queued child of a registration for one of its targets. Each has a turn of its own.

@@ -30,7 +30,7 @@ void AnswerAnimationFrame(server::Api& api, const ExchangePtr& exchange) {
   named.set_animation(server::AnimationName(exchange->route.family));
   exchange->resource = server::ResourceOf(named);
   api.Call(
-      server::kGetAnimationFrame, exchange->caller.principal,
+      server::kGetAnimationFrame, exchange->caller,
       [exchange](google::protobuf::Message& request) { return ReadQuery(*exchange, request); },
       [exchange] { return !exchange->cancellation->is_cancelled(); },
       [exchange](absl::StatusOr<server::MessagePtr> made) {

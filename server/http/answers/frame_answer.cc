@@ -47,7 +47,7 @@ void FrameAnswer::Make(int64_t version) {
   request.set_version(version);
   const int number = ++num_made_;
   auto cancel =
-      api_.GetFrame(request, ask_.client,
+      api_.GetFrame(request, ask_.client, ask_.span,
                     [self = shared_from_this(), version](absl::StatusOr<server::MadeFrame> made) {
                       self->OnMade(version, std::move(made));
                     });

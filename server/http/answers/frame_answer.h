@@ -19,6 +19,7 @@ struct FrameAsk {
   std::string if_none_match;  // the header's value, or empty
   std::string client;         // the account that is charged
   bool is_private = false;    // the answer depends on the caller
+  trace::Span span = {};      // of the call
 };
 
 // While a family's new version is being loaded, the one before is served. Then two requests for the

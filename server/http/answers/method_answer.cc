@@ -33,14 +33,15 @@ void AnswerFrameAsJson(server::Api& api, const ExchangePtr& exchange, const std:
   const absl::Status read = ReadMethodRequest(*exchange, body, request);
   if (!read.ok()) return exchange->Fail(read);
   exchange->resource = server::ResourceOf(request);
-  auto cancel = api.GetFrame(std::move(request), exchange->caller.principal.key,
-                             [&api, exchange](const absl::StatusOr<server::MadeFrame>& made) {
-                               if (!made.ok()) return exchange->Fail(made.status());
-                               const absl::Status posted = api.Post([exchange, made] {
-                                 exchange->FinishBy([&] { return JsonReply(made->frame); });
-                               });
-                               if (!posted.ok()) exchange->Fail(posted);
-                             });
+  auto cancel =
+      api.GetFrame(std::move(request), exchange->caller.principal.key, exchange->caller.span,
+                   [&api, exchange](const absl::StatusOr<server::MadeFrame>& made) {
+                     if (!made.ok()) return exchange->Fail(made.status());
+                     const absl::Status posted = api.Post([exchange, made] {
+                       exchange->FinishBy([&] { return JsonReply(made->frame); });
+                     });
+                     if (!posted.ok()) exchange->Fail(posted);
+                   });
   exchange->cancellation->Arm(1, std::move(cancel));
 }
 
@@ -50,7 +51,7 @@ void CallMethod(server::Api& api, const ExchangePtr& exchange,
     return AnswerFrameAsJson(api, exchange, body->bytes());
   }
   api.Call(
-      *exchange->route.method, exchange->caller.principal,
+      *exchange->route.method, exchange->caller,
       [exchange, body](google::protobuf::Message& request) {
         const absl::Status read = ReadMethodRequest(*exchange, body->bytes(), request);
         if (read.ok()) exchange->resource = server::ResourceOf(request);

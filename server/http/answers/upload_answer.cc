@@ -66,8 +66,8 @@ void AnswerUpload(server::Api& api, const ExchangePtr& exchange) {
   if (!exchange->request.has_body) {
     return exchange->Fail(absl::InvalidArgumentError("the body must be a tar archive"));
   }
-  exchange->body = std::make_unique<UploadBody>(
-      api.OpenUpload(std::move(header), exchange->caller.principal), exchange);
+  exchange->body =
+      std::make_unique<UploadBody>(api.OpenUpload(std::move(header), exchange->caller), exchange);
 }
 
 }  // namespace liquidblend::http

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/trace/span.h"
 #include "server/http/exchange/line_source.h"
 
 namespace liquidblend::http {
@@ -22,6 +23,8 @@ struct Request {
   std::string request_id;       //
   std::string content_type;     //
   std::string protocols;        // Sec-WebSocket-Protocol, all of them
+  std::string traceparent;      // all of them
+  std::string tracestate;       // likewise
   std::string peer;             // address of the client, e.g. "127.0.0.1:51234"
   bool has_body = false;
   int64_t body_bytes = 0;  // as announced; 0: it is not known, or there is no body
@@ -35,6 +38,7 @@ struct Response {
   std::string error;                                         // for the log; empty: success
   std::shared_ptr<LineSource> lines;  // instead of the body, if there are any
   std::shared_ptr<void> memory;       // of the body, taken from a budget
+  trace::Span span;                   // of the call; it ends once this has gone out
 };
 
 }  // namespace liquidblend::http

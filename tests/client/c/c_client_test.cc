@@ -52,6 +52,26 @@ TEST(Connect, WaitsForAServerThatIsGoneAsLongAsPatienceLasts) {
   lb_client_free(client);
 }
 
+TEST_F(ClientTest, CallsAreInTheTraceThatIsGiven) {
+  auto options = Sized<lb_connect_options>();
+  const std::string target = server_.target();
+  const std::string traceparent = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";
+  options.target = target.c_str();
+  options.traceparent = traceparent.c_str();
+  lb_client* client = nullptr;
+  ASSERT_EQ(lb_client_connect(&options, &client), LB_OK) << LastError();
+  auto request = Sized<lb_frame_request>();
+  request.family = "drops";
+  const double weight = 0.5;
+  request.num_weights = 1;
+  request.weights = &weight;
+  lb_frame* frame = nullptr;
+  EXPECT_EQ(lb_client_get_frame(client, &request, &frame), LB_OK) << LastError();
+  EXPECT_EQ(server_.LastTrace().traceparent, traceparent);
+  lb_frame_free(frame);
+  lb_client_free(client);
+}
+
 TEST_F(ClientTest, DescribesAFamilyAndItsPoints) {
   lb_family* family = nullptr;
   ASSERT_EQ(lb_client_get_family(client_, "drops", 0, &family), LB_OK) << LastError();

@@ -57,6 +57,14 @@ class ClientTest(unittest.TestCase):
             self.client.download("none", service().folder / "none.lbf")
         self.assertFalse((service().folder / "none.lbf").exists())
 
+    def test_calls_are_in_the_trace_that_is_given(self):
+        trace_id = "4bf92f3577b34da6a3ce929d0e0e4736"
+        traceparent = f"00-{trace_id}-00f067aa0ba902b7-01"
+        with liquidblend.connect(service().target, traceparent=traceparent) as client:
+            with self.assertRaises(liquidblend.NotFound):
+                client.delete_family("none")
+        self.assertIn(f"trace_id={trace_id}", (service().folder / "server.out").read_text())
+
     def test_a_text_with_a_nul_is_refused(self):
         cut, client = "two_drops\0old", self.client
         for call, named in (

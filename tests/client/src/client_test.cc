@@ -6,8 +6,8 @@
 #include <functional>
 #include <set>
 
+#include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
-
 #include "tests/client/fake_server.h"
 #include "tests/client/temp_files.h"
 
@@ -356,6 +356,51 @@ TEST_F(ClientTest, ErrorsCarryTheServersDetails) {
   const std::string message(status.message());
   EXPECT_THAT(message, HasSubstr("refused; reason: FAMILY_BUSY (family=drops)"));
   EXPECT_THAT(message, HasSubstr("weights[0]: is 7; it must be in [-1, 2]"));
+}
+
+TEST_F(ClientTest, EachCallCarriesTheTraceThatIsGivenForIt) {
+  int num_calls = 0;
+  ConnectOptions options;
+  options.target = server_.target();
+  options.trace = [&] {
+    return TraceHeaders{
+        absl::StrFormat("00-4bf92f3577b34da6a3ce929d0e0e4736-%016x-01", ++num_calls), "vendor=1"};
+  };
+  const std::unique_ptr<Client> client = *Client::Connect(options);
+  FrameRequest frame;
+  frame.family = "drops";
+  frame.weights = {0.5};
+  ASSERT_TRUE(client->GetFrame(frame).ok());
+  EXPECT_EQ(server_.LastTrace().traceparent,
+            "00-4bf92f3577b34da6a3ce929d0e0e4736-0000000000000001-01");
+  EXPECT_EQ(server_.LastTrace().tracestate, "vendor=1");
+  ASSERT_TRUE(client->WaitOperation("operations/import-1").ok());
+  EXPECT_THAT(server_.LastTrace().traceparent, HasSubstr("-0000000000000002-"));
+  StreamSettings stream;
+  stream.family = "drops";
+  ASSERT_TRUE((*client->StreamFrames(stream))->Read().ok());
+  EXPECT_THAT(server_.LastTrace().traceparent, HasSubstr("-0000000000000003-"));
+  const TempDir dir;
+  UploadRequest upload;
+  upload.animation = "drops-a";
+  upload.files = {dir.Write("f_0001.ply", "bytes")};
+  ASSERT_TRUE(client->UploadAnimation(upload).ok());
+  EXPECT_THAT(server_.LastTrace().traceparent, HasSubstr(absl::StrFormat("-%016x-", num_calls)));
+}
+
+TEST_F(ClientTest, ATraceThatCannotBeAHeaderIsNotSent) {
+  for (const std::string& text :
+       {std::string(), std::string("00-4bf9\n"), std::string("\xFF"), std::string(513, 'a')}) {
+    ConnectOptions options;
+    options.target = server_.target();
+    options.trace = [&] { return TraceHeaders{text, "vendor=1"}; };
+    FrameRequest frame;
+    frame.family = "drops";
+    frame.weights = {0.5};
+    ASSERT_TRUE((*Client::Connect(options))->GetFrame(frame).ok());
+    EXPECT_EQ(server_.LastTrace().traceparent, "");
+    EXPECT_EQ(server_.LastTrace().tracestate, "");
+  }
 }
 
 TEST_F(ClientTest, GetFrameAsksForTheFamilysFrame) {

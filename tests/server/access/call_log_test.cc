@@ -65,6 +65,15 @@ TEST_F(CallLogTest, ALineTellsAllOfACall) {
                            R"("resource":"families/none","error":"no such thing"})")));
 }
 
+TEST_F(CallLogTest, ACallOfATraceHasItsId) {
+  EndedCall call = Failed("studio");
+  call.caller.span = trace::Span(
+      trace::ParseContext("00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01"));
+  log_.Tell(call);
+  EXPECT_THAT(Lines(), ElementsAre(HasSubstr(
+                           R"("request_id":"r1","trace_id":"4bf92f3577b34da6a3ce929d0e0e4736")")));
+}
+
 TEST_F(CallLogTest, MoreOfTheSameIsCountedInOneLine) {
   for (int i = 0; i < 1000; ++i) log_.Tell(Failed(absl::StrCat("ipv4:10.0.0.1:", i)));
   EXPECT_THAT(Lines(), SizeIs(CallLog::kMaxLines));

@@ -211,9 +211,9 @@ TEST_F(PresignTest, ARefusedRequestLeavesNoUploadOpen) {
 
 // Files that are sent and never imported would belong to nobody.
 TEST_F(PresignTest, PromisedFilesCountUntilTheyAreImported) {
-  Principal ann;
-  ann.name = ann.key = "ann";
-  ann.limits.max_stored_bytes = 9;
+  Caller ann;
+  ann.principal.name = ann.principal.key = "ann";
+  ann.principal.limits.max_stored_bytes = 9;
   const auto ask_for_more = [&] {
     return ReasonOf(PresignUpload(*backends_, RequestFor({"water"}), ann).status());
   };
@@ -235,22 +235,22 @@ TEST_F(PresignTest, PromisedFilesCountUntilTheyAreImported) {
 }
 
 TEST_F(PresignTest, ARefusedRequestPromisesNothing) {
-  Principal ann;
-  ann.name = ann.key = "ann";
-  ann.limits.max_stored_bytes = 9;
+  Caller ann;
+  ann.principal.name = ann.principal.key = "ann";
+  ann.principal.limits.max_stored_bytes = 9;
   EXPECT_EQ(ReasonOf(PresignUpload(*backends_, RequestFor({"water", "water"}), ann).status()),
             "STORED_BYTES_EXCEEDED");
   EXPECT_EQ(backends_->uploads.Add("ann", 0), 0);
-  Principal unlimited;
-  unlimited.name = unlimited.key = "ben";
+  Caller unlimited;
+  unlimited.principal.name = unlimited.principal.key = "ben";
   EXPECT_THAT(PresignUpload(*backends_, RequestFor({"water"}), unlimited), Succeeds());
   EXPECT_EQ(backends_->uploads.Add("ben", 0), 0);  // nobody asks
 }
 
 TEST_F(PresignTest, WhatThePrincipalMayStoreCounts) {
-  Principal ann;
-  ann.name = ann.key = "ann";
-  ann.limits.max_stored_bytes = 5;
+  Caller ann;
+  ann.principal.name = ann.principal.key = "ann";
+  ann.principal.limits.max_stored_bytes = 5;
   EXPECT_THAT(PresignUpload(*backends_, RequestFor({"water"}), ann), Succeeds());
   EXPECT_EQ(ReasonOf(PresignUpload(*backends_, RequestFor({"water", "x"}), ann).status()),
             "STORED_BYTES_EXCEEDED");

@@ -242,9 +242,9 @@ TEST_F(RegisterFamilyTest, ARegistrationKnowsWhoseItIsAndHowUrgent) {
   ImportAnimation("b");
   v1::RegisterFamilyRequest request = Registration();
   request.set_priority(-7);
-  Principal principal;
-  principal.name = "studio";
-  const auto operation = RegisterFamily(backends_, request, principal);
+  Caller caller;
+  caller.principal.name = "studio";
+  const auto operation = RegisterFamily(backends_, request, caller);
   ASSERT_THAT(operation, Succeeds());
   const store::pb::JobRecord job = catalog_->ListJobs(1, "")->records[0];
   EXPECT_EQ(job.owner(), "studio");
@@ -252,6 +252,28 @@ TEST_F(RegisterFamilyTest, ARegistrationKnowsWhoseItIsAndHowUrgent) {
   v1::RegisterFamilyMetadata metadata;
   EXPECT_TRUE(operation->metadata().UnpackTo(&metadata));
   EXPECT_EQ(metadata.progress().priority(), -7);
+}
+
+TEST_F(RegisterFamilyTest, ARegistrationAndItsChildrenGoOnWithTheTraceOfTheCall) {
+  for (const char* id : {"a", "b", "c"}) ImportAnimation(id);
+  v1::RegisterFamilyRequest request = Registration();
+  request.add_targets("animations/c");
+  Caller caller;
+  const std::string traceparent = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";
+  caller.span = trace::Span(trace::ParseContext(traceparent, "vendor=1"));
+  const auto operation = RegisterFamily(backends_, request, caller);
+  ASSERT_THAT(operation, Succeeds());
+  const store::pb::JobRecord job = catalog_->ListJobs(1, "")->records[0];
+  const auto children = catalog_->ListChildren(job.id());
+  ASSERT_THAT(children, Succeeds());
+  ASSERT_EQ(children->size(), 2U);
+  for (const store::pb::JobRecord& one : {job, children->front(), children->back()}) {
+    EXPECT_EQ(one.traceparent(), traceparent);
+    EXPECT_EQ(one.tracestate(), "vendor=1");
+  }
+  v1::RegisterFamilyMetadata metadata;
+  EXPECT_TRUE(operation->metadata().UnpackTo(&metadata));
+  EXPECT_EQ(metadata.progress().trace_id(), "4bf92f3577b34da6a3ce929d0e0e4736");
 }
 
 TEST_F(RegisterFamilyTest, ARepeatedRequestIdGivesTheFirstOperation) {
@@ -282,9 +304,9 @@ TEST_F(RegisterFamilyTest, ANameThatIsTakenIsRefusedUnlessItIsToBeReplaced) {
 
 TEST_F(RegisterFamilyTest, ARegistrationCountsAgainstItsOwnersLimits) {
   PublishSplash();
-  Principal ann;
-  ann.name = ann.key = "ann";
-  ann.limits.max_queued_jobs = 1;
+  Caller ann;
+  ann.principal.name = ann.principal.key = "ann";
+  ann.principal.limits.max_queued_jobs = 1;
   v1::RegisterFamilyRequest request = Registration();
   request.set_family_id("one");
   const auto first = RegisterFamily(backends_, request, ann);
@@ -301,7 +323,7 @@ TEST_F(RegisterFamilyTest, ARegistrationCountsAgainstItsOwnersLimits) {
   family.set_blob("blob");
   family.set_size_bytes(1000);
   ASSERT_THAT(catalog_->PublishFamily(TakeJob().lease_id, family), Succeeds());
-  ann.limits.max_stored_bytes = 1000;
+  ann.principal.limits.max_stored_bytes = 1000;
   EXPECT_EQ(ReasonOf(RegisterFamily(backends_, request, ann).status()), "STORED_BYTES_EXCEEDED");
   ASSERT_THAT(catalog_->DeleteFamily("one"), Succeeds());
   EXPECT_THAT(RegisterFamily(backends_, request, ann), Succeeds());

@@ -22,9 +22,9 @@ class StoreSpaceTest : public RpcTest {
   StoreSpaceTest() { limits_.disk = folder_.path(); }
 
   std::unique_ptr<Upload> Begin(const std::string& owner) {
-    Principal principal;
-    principal.name = principal.key = owner;
-    return std::make_unique<Upload>(stores_, limits_, principal);
+    Caller caller;
+    caller.principal.name = caller.principal.key = owner;
+    return std::make_unique<Upload>(stores_, limits_, caller);
   }
 
   static absl::Status AddHeader(Upload& upload, const std::string& id,

@@ -235,11 +235,11 @@ TEST_F(UploadTest, AFailedImportMayBeReplaced) {
 }
 
 TEST_F(UploadTest, TheJobKnowsWhoseItIsAndHowUrgent) {
-  Principal principal;
-  principal.name = "studio";
+  Caller caller;
+  caller.principal.name = "studio";
   v1::UploadAnimationRequest header = Header("drop");
   header.mutable_header()->set_priority(100);
-  Upload upload(stores_, SmallLimits(), principal);
+  Upload upload(stores_, SmallLimits(), caller);
   ASSERT_THAT(upload.Add(header), Succeeds());
   ASSERT_THAT(upload.Add(File("f", 0)), Succeeds());
   const auto job = upload.Submit();
@@ -312,12 +312,12 @@ TEST_F(UploadTest, ADroppedUploadLeavesNoTemporaryFile) {
 
 class OwnedUploadTest : public UploadTest {
  protected:
-  OwnedUploadTest() { ann_.name = ann_.key = "ann"; }
+  OwnedUploadTest() { ann_.principal.name = ann_.principal.key = "ann"; }
 
   // Up to the first error, then submitted.
-  absl::StatusOr<store::pb::JobRecord> SendAs(const Principal& principal,
+  absl::StatusOr<store::pb::JobRecord> SendAs(const Caller& caller,
                                               const std::vector<v1::UploadAnimationRequest>& all) {
-    Upload upload(stores_, SmallLimits(), principal);
+    Upload upload(stores_, SmallLimits(), caller);
     for (const v1::UploadAnimationRequest& message : all) {
       if (absl::Status status = upload.Add(message); !status.ok()) return status;
     }
@@ -329,11 +329,11 @@ class OwnedUploadTest : public UploadTest {
     return {info.metadata().begin(), info.metadata().end()};
   }
 
-  Principal ann_;
+  Caller ann_;
 };
 
 TEST_F(OwnedUploadTest, ParallelUploadsShareTheBytesThatTheyMayStore) {
-  ann_.limits.max_stored_bytes = 10;
+  ann_.principal.limits.max_stored_bytes = 10;
   auto first = std::make_unique<Upload>(stores_, SmallLimits(), ann_);
   Upload second(stores_, SmallLimits(), ann_);
   ASSERT_THAT(first->Add(Header("a")), Succeeds());
@@ -344,14 +344,14 @@ TEST_F(OwnedUploadTest, ParallelUploadsShareTheBytesThatTheyMayStore) {
   Upload third(stores_, SmallLimits(), ann_);
   ASSERT_THAT(third.Add(Header("c")), Succeeds());
   EXPECT_EQ(ReasonOf(third.Add(File("f", 10))), "STORED_BYTES_EXCEEDED");
-  Principal other;
-  other.name = other.key = "ben";
-  other.limits.max_stored_bytes = 10;
+  Caller other;
+  other.principal.name = other.principal.key = "ben";
+  other.principal.limits.max_stored_bytes = 10;
   EXPECT_THAT(SendAs(other, {Header("d"), File("f", 10), Chunk("0123456789")}), Succeeds());
 }
 
 TEST_F(OwnedUploadTest, IsRefusedBeyondTheBytesThatTheyMayStore) {
-  ann_.limits.max_stored_bytes = 10;
+  ann_.principal.limits.max_stored_bytes = 10;
   ASSERT_THAT(SendAs(ann_, {Header("a"), File("f", 6), Chunk("abcdef")}), Succeeds());
   // At the file that would be too much, before its bytes are sent.
   const absl::Status status =
@@ -368,14 +368,14 @@ TEST_F(OwnedUploadTest, IsRefusedBeyondTheBytesThatTheyMayStore) {
   ASSERT_THAT(SendAs(ann_, {Header("b"), File("f", 4), Chunk("abcd")}), Succeeds());
   // At the limit an upload does not even begin.
   EXPECT_THAT(SendAs(ann_, {Header("c")}), Fails(absl::StatusCode::kResourceExhausted, "has 10"));
-  Principal bob = ann_;
-  bob.name = bob.key = "bob";
+  Caller bob = ann_;
+  bob.principal.name = bob.principal.key = "bob";
   EXPECT_THAT(SendAs(bob, {Header("c"), File("f", 4), Chunk("abcd")}), Succeeds());
 }
 
 // Each by a server of its own: the catalog decides.
 TEST_F(OwnedUploadTest, TwoAtOnceDoNotPassTogether) {
-  ann_.limits.max_stored_bytes = 10;
+  ann_.principal.limits.max_stored_bytes = 10;
   UploadTally other_tally;
   Upload one(stores_, SmallLimits(), ann_);
   Upload two({*catalog_, *blobs_, other_tally}, SmallLimits(), ann_);
@@ -391,7 +391,7 @@ TEST_F(OwnedUploadTest, TwoAtOnceDoNotPassTogether) {
 }
 
 TEST_F(OwnedUploadTest, DeletingGivesRoomBack) {
-  ann_.limits.max_stored_bytes = 10;
+  ann_.principal.limits.max_stored_bytes = 10;
   ASSERT_THAT(SendAs(ann_, {Header("a"), File("f", 10), Chunk("abcdefghij")}), Succeeds());
   store::pb::AnimationRecord animation;
   animation.set_id("a");
@@ -404,7 +404,7 @@ TEST_F(OwnedUploadTest, DeletingGivesRoomBack) {
 }
 
 TEST_F(OwnedUploadTest, IsRefusedBeyondTheOperationsThatTheyMayQueue) {
-  ann_.limits.max_queued_jobs = 1;
+  ann_.principal.limits.max_queued_jobs = 1;
   const auto first = SendAs(ann_, {Header("a", "r1"), File("f", 0)});
   ASSERT_THAT(first, Succeeds());
   const absl::Status status = SendAs(ann_, {Header("b")}).status();

@@ -1,15 +1,19 @@
 #include "server/frames/frame_maker.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <map>
 #include <memory>
 #include <new>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "absl/synchronization/notification.h"
 #include "tests/synthetic/families.h"
 
@@ -84,6 +88,39 @@ TEST_F(FrameMakerTest, AFrameIsMadeOnceForAllThatWait) {
   v1::Frame frame;
   ASSERT_TRUE(frame.ParseFromString(*first.frame()));
   EXPECT_EQ(frame.data().substr(0, 5), "DRACO");
+}
+
+TEST_F(FrameMakerTest, EveryCallThatWaitsHasTheStagesInItsSpan) {
+  const auto queue = std::make_shared<trace::SpanQueue>(trace::SpanQueueOptions());
+  const auto order_with_span = [&](uint64_t id, const std::string& client) {
+    FrameOrder order = Order(0.5, client);
+    trace::SpanRecord record;
+    record.context = {1, 2, id, true, ""};
+    record.name = absl::StrCat(id);
+    order.span = trace::Span(queue, std::move(record));
+    return order;
+  };
+  Answer first, second, cached;
+  maker_.Make(order_with_span(1, "a"), first.Done());
+  maker_.Make(order_with_span(2, "b"), second.Done());
+  Release();
+  ASSERT_NE(first.frame(), nullptr);
+  maker_.Make(order_with_span(3, "a"), cached.Done());
+  std::map<uint64_t, std::set<std::string>> stages;  // by their parent
+  std::map<std::string, std::string> sources;        // by the call
+  for (const trace::SpanRecord& span : queue->Take(100, absl::ZeroDuration())) {
+    if (span.parent_id != 0) stages[span.parent_id].insert(span.name);
+    for (const auto& [name, value] : span.attributes) {
+      if (name == "liquidblend.frame.source") sources[span.name] = std::get<std::string>(value);
+    }
+  }
+  for (const uint64_t id : {1, 2}) {
+    EXPECT_THAT(stages[id], testing::IsSupersetOf({"queue", "slice", "encode"})) << id;
+  }
+  EXPECT_FALSE(stages.contains(3));
+  const std::map<std::string, std::string> expected = {
+      {"1", "made"}, {"2", "made"}, {"3", "cache"}};
+  EXPECT_EQ(sources, expected);
 }
 
 TEST_F(FrameMakerTest, ACallThatThrowsDoesNotKeepTheFrameFromOthers) {

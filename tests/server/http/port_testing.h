@@ -16,8 +16,8 @@ namespace liquidblend::http {
 
 class PortTest : public server::RpcTest {
  protected:
-  PortTest()
-      : backends_(*catalog_, *blobs_, families_, Options()),
+  explicit PortTest(const server::BackendsOptions& options = Options())
+      : backends_(*catalog_, *blobs_, families_, options),
         api_(server::MakeApi(backends_, access_controller_, import_roots_)) {
     server::KeepFamiliesFresh(backends_);  // as a server does
   }

@@ -37,7 +37,7 @@ class FakeApi final : public server::Api {
     grant.principal.key = grant.principal.name;
     return absl::OkStatus();
   }
-  Cancel GetFrame(v1::GetFrameRequest request, std::string client,
+  Cancel GetFrame(v1::GetFrameRequest request, std::string client, trace::Span,
                   Done<server::MadeFrame> done) override {
     clients.push_back(client);
     last_frame_request = request;
@@ -79,7 +79,7 @@ class FakeApi final : public server::Api {
     if (family != "families/splash") return done(absl::NotFoundError(family));
     done(server::FamilyVersion{published_version, GenerationOf(published_version)});
   }
-  void Call(const server::Method& method, const server::Principal&, Read read,
+  void Call(const server::Method& method, const server::Caller&, Read read,
             server::IsWanted is_wanted, Done<server::MessagePtr> done) override {
     const server::UnaryMethod* unary = server::FindUnaryMethod(method.name);
     last_request = unary != nullptr ? unary->new_request()
@@ -119,11 +119,11 @@ class FakeApi final : public server::Api {
     return [](Done<server::SeenOperationPtr> done) { done(absl::NotFoundError("no operation")); };
   }
   std::shared_ptr<server::ArchiveUpload> OpenUpload(v1::UploadAnimationRequest,
-                                                    const server::Principal&) override {
+                                                    const server::Caller&) override {
     return nullptr;
   }
   std::shared_ptr<server::StreamSession> OpenStream(
-      std::string, std::weak_ptr<server::StreamSession::Sink>) override {
+      std::string, std::weak_ptr<server::StreamSession::Sink>, trace::Span) override {
     return nullptr;
   }
   void CheckStores(Done<std::string> done) override {
@@ -133,6 +133,7 @@ class FakeApi final : public server::Api {
   void GetMetricsText(Done<std::string> done) override { done(metrics_.Text({})); }
   metrics::Metrics& metrics() override { return metrics_; }
   server::CallLog& call_log() override { return call_log_; }
+  const trace::Tracer& tracer() override { return tracer_; }
 
   std::string GenerationOf(int64_t version) const {
     return absl::StrCat("splash/", version, "/", content);
@@ -155,6 +156,7 @@ class FakeApi final : public server::Api {
  private:
   metrics::Metrics metrics_;
   server::CallLog call_log_{[](absl::Duration, const std::function<void()>&) {}};
+  const trace::Tracer tracer_;
 };
 
 struct Reply {

@@ -90,6 +90,7 @@ TEST(Metrics, ASnapshotIsShownAsItIs) {
   now.frame_cache = {7, 8, 3, 900};
   now.frame_queue = {5000, 6};
   now.disk_free_bytes = {{"/data", 123}};
+  now.spans = {11, {{"rate", 12}, {"queue", 0}}};
   const std::string text = metrics.Text(now);
   for (const char* line :
        {"liquidblend_family_bytes{family=\"dam\"} 100\n",
@@ -101,7 +102,10 @@ TEST(Metrics, ASnapshotIsShownAsItIs) {
         "liquidblend_frame_cache_hits_total 7\n", "liquidblend_frame_cache_misses_total 8\n",
         "liquidblend_frame_cache_frames 3\n", "liquidblend_frame_cache_bytes 900\n",
         "liquidblend_frame_queue_cells 5000\n", "liquidblend_frames_refused_total 6\n",
-        "liquidblend_disk_free_bytes{disk=\"/data\"} 123\n"}) {
+        "liquidblend_disk_free_bytes{disk=\"/data\"} 123\n",
+        "liquidblend_spans_exported_total 11\n",
+        "liquidblend_spans_dropped_total{reason=\"rate\"} 12\n",
+        "liquidblend_spans_dropped_total{reason=\"queue\"} 0\n"}) {
     EXPECT_THAT(text, HasSubstr(line));
   }
 }
