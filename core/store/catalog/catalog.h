@@ -204,7 +204,8 @@ class Catalog : public CatalogUpkeep {
   // then names the target.
   virtual absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                                bool retry) = 0;
-  // Gives a job back untouched (the worker is stopping); the attempt does not count.
+  // Gives a job back (the worker is stopping). The attempt does not count; JobRecord::handed_back
+  // does.
   virtual absl::Status ReleaseJob(const std::string& lease_id) = 0;
   // Cancels a job: a queued or waiting one at once, a running one when its worker learns of it at
   // the next heartbeat (or is lost). OK if done. Errors: kNotFound.

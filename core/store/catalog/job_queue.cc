@@ -257,6 +257,7 @@ absl::Status SaveCheckpoint(Sql& sql, const std::string& lease_id, const std::st
                             absl::Time now) {
   LB_ASSIGN_OR_RETURN(JobRow row, FindLeasedJob(sql, lease_id));
   row.record.set_checkpoint_blob(blob);
+  *row.record.mutable_checkpoint_time() = ToTimestamp(now);
   *row.record.mutable_update_time() = ToTimestamp(now);
   return UpdateJob(sql, row);
 }
@@ -342,8 +343,7 @@ absl::Status ReleaseJob(Sql& sql, const std::string& lease_id, absl::Time now) {
   if (row.record.cancel_requested()) {
     return FinishWithError(sql, row.record, CancelledStatus(row.record), now);
   }
-  row.record.set_attempts(row.record.attempts() - 1);
-  ReturnToQueue(now, row.record);
+  HandBack(now, row.record);
   return UpdateJob(sql, {std::move(row.record), "", 0});
 }
 
