@@ -35,6 +35,7 @@ struct Progress {
   // While it is queued after a failed attempt: the earliest time of the next one.
   std::optional<absl::Time> next_attempt_time;
   absl::Status last_failure;  // of the last failed attempt; OK: none
+  int handed_back = 0;        // how often a worker gave it back because it had to stop
 };
 
 // A job on the server: an import or a registration.
