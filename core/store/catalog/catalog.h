@@ -164,7 +164,8 @@ class Catalog : public CatalogUpkeep {
   // Leases a job or child that is queued and whose pause is over, or whose lease has expired;
   // nothing if there is none. The order: the highest priority first; owners take turns; an owner's
   // oldest first. A job whose attempts are used up fails here instead of being leased again; a job
-  // that has lost its worker pauses first.
+  // that has lost its worker pauses first. An attempt that lost its worker after a new checkpoint
+  // uses up none.
   //   memory_bytes  the worker's memory: jobs that need more are left to others
   virtual absl::StatusOr<std::optional<Lease>> LeaseJob(const std::string& worker,
                                                         absl::Duration duration,
