@@ -6,6 +6,7 @@
 #   deploy/install-deps.sh --quickstart  what compiling needs, and a browser for a picture of the page
 #   deploy/install-deps.sh --containers  everything, and what tests/containers.sh needs
 #   deploy/install-deps.sh --packages    everything, and what deploy/packages/build.sh needs
+#   deploy/install-deps.sh --farm        everything, and the Slurm of tests/farm.sh
 #   deploy/install-deps.sh --vtk         everything, and VTK for the benchmark against it
 #   deploy/install-deps.sh --blender     everything, and Blender for the tests of its add-on
 #   deploy/install-deps.sh [..] --list   only prints the packages
@@ -30,6 +31,8 @@ tools=(
   clang clang-tidy clang-format libclang-rt-14-dev git
   # what pages of docs/ use, which a test runs
   make python3 python3-grpcio python3-protobuf python3-websockets
+  # what the check of the farm's templates reads them with
+  python3-yaml
   # client/examples/splash, and a display without a graphics card that its test draws on
   libglfw3-dev libepoxy-dev xvfb libgl1-mesa-dri
   # what tests of the Python package use
@@ -50,6 +53,7 @@ containers=(
   podman buildah runc mmdebstrap netavark aardvark-dns catatonit podman-compose iptables systemd
 )
 packaging=(dpkg-dev file help2man lintian)
+farm=(slurm-wlm slurm-client slurmctld slurmd munge)
 
 packages=("${build[@]}")
 more=("${tools[@]}" "${browser[@]}")
@@ -62,6 +66,7 @@ for argument in "$@"; do
     --quickstart) more=("${browser[@]}") ;;
     --containers) packages+=("${containers[@]}") ;;
     --packages) packages+=("${packaging[@]}") ;;
+    --farm) packages+=("${farm[@]}") ;;
     --list) list=1 ;;
     --help) usage; exit 0 ;;
     *) refuse "unknown argument: $argument" ;;

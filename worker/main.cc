@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <atomic>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <string>
@@ -22,6 +23,7 @@
 #include "core/base/memory_limit.h"
 #include "core/base/retry.h"
 #include "core/base/status_macros.h"
+#include "core/base/steady_cond_var.h"
 #include "core/base/version.h"
 #include "core/parallel/arena.h"
 #include "core/store/blobs/mapped_file.h"
@@ -38,6 +40,9 @@ namespace {
 // by then (LeaseKeeper), so nothing is lost when the process just ends.
 constexpr absl::Duration kStopPatience = absl::Seconds(3);
 constexpr absl::Duration kLongestOpenPause = absl::Minutes(1);
+// So long before --max-time is over the worker stops as after SIGTERM: a second for the last
+// checkpoint, kStopPatience, and a second to spare.
+constexpr absl::Duration kStopBeforeMaxTime = absl::Seconds(5);
 
 struct Flags {
   store::StoreLocation store;
@@ -49,11 +54,48 @@ struct Flags {
   int checkpoint_iterations = 2;
   std::string checkpoint_interval = "10s";
   bool once = false;
+  bool drain = false;
+  std::string idle_time = "30s";
+  int max_jobs = 0;      // 0: any number
+  std::string max_time;  // empty: none
+  int stopped_status = base::kExitDone;
   bool check = false;
   int parent = 0;  // 0: none
   std::string log_format = "text";
   bool verbose = false;
 };
+
+// When the worker ends by itself.
+void AddFlagsOfItsEnd(CLI::App& app, Flags& flags) {
+  auto* const once =
+      app.add_flag("--once", flags.once,
+                   "Exit as soon as there is nothing to do; with an error if the store is away");
+  auto* const drain =
+      app.add_flag("--drain", flags.drain,
+                   "Exit 0 once there was nothing to do for --idle-time: for tasks of a farm")
+          ->envname("LIQUIDBLEND_DRAIN")
+          ->excludes(once);
+  app.add_option("--idle-time", flags.idle_time,
+                 "With --drain: how long to wait for more; at least --lease, so that a job of a "
+                 "worker that was killed meanwhile is not left behind")
+      ->envname("LIQUIDBLEND_IDLE_TIME")
+      ->needs(drain)
+      ->capture_default_str();
+  app.add_option("--max-jobs", flags.max_jobs, "End after so many jobs; 0: any number")
+      ->envname("LIQUIDBLEND_MAX_JOBS")
+      ->check(CLI::Range(0, 1'000'000))
+      ->capture_default_str();
+  app.add_option("--max-time", flags.max_time,
+                 "End within this time, e.g. 2h: 5s before it is over the job goes back with a "
+                 "checkpoint; no limit unless given")
+      ->envname("LIQUIDBLEND_MAX_TIME");
+  app.add_option("--stopped-status", flags.stopped_status,
+                 "Exit status of a worker that a signal, --max-time or --max-jobs has ended, so "
+                 "that a farm's script can run the task again")
+      ->envname("LIQUIDBLEND_STOPPED_STATUS")
+      ->check(CLI::Range(0, 125))
+      ->capture_default_str();
+}
 
 void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--data", flags.store.data,
@@ -101,7 +143,7 @@ void AddFlags(CLI::App& app, Flags& flags) {
                  "... but no sooner after the last time")
       ->envname("LIQUIDBLEND_CHECKPOINT_INTERVAL")
       ->capture_default_str();
-  app.add_flag("--once", flags.once, "Exit as soon as the queue is empty");
+  AddFlagsOfItsEnd(app, flags);
   app.add_flag(
       "--check", flags.check,
       "Exit 0 if the store can be reached from here, 2 for a flag that is refused, else 1");
@@ -128,16 +170,29 @@ absl::StatusOr<absl::Duration> DurationOf(const std::string& flag, const std::st
 absl::StatusOr<jobs::JobLoopOptions> LoopOptionsOf(const Flags& flags) {
   jobs::JobLoopOptions options;
   options.worker = WorkerName();
-  options.exit_when_idle = flags.once;
+  options.max_jobs = flags.max_jobs;
   options.checkpoints.iterations = flags.checkpoint_iterations;
   LB_ASSIGN_OR_RETURN(options.lease.duration, DurationOf("--lease", flags.lease));
   LB_ASSIGN_OR_RETURN(options.poll, DurationOf("--poll", flags.poll));
   LB_ASSIGN_OR_RETURN(options.checkpoints.interval,
                       DurationOf("--checkpoint-interval", flags.checkpoint_interval));
+  LB_ASSIGN_OR_RETURN(const absl::Duration idle_time, DurationOf("--idle-time", flags.idle_time));
+  if (flags.drain) options.idle_time = idle_time;
+  if (flags.once) options.idle_time = absl::ZeroDuration();
   if (flags.memory != 0) options.memory_bytes = flags.memory;
   if (flags.memory == 0 && base::MemoryForJobs() > 0) options.memory_bytes = base::MemoryForJobs();
   LB_RETURN_IF_ERROR(options.Validate());
   return options;
+}
+
+// How long the worker may work before it has to stop because of --max-time.
+absl::StatusOr<absl::Duration> TimeToWork(const Flags& flags) {
+  if (flags.max_time.empty()) return absl::InfiniteDuration();
+  LB_ASSIGN_OR_RETURN(const absl::Duration max_time, DurationOf("--max-time", flags.max_time));
+  if (max_time > kStopBeforeMaxTime) return max_time - kStopBeforeMaxTime;
+  return absl::InvalidArgumentError(
+      absl::StrCat("--max-time must be longer than the ", absl::FormatDuration(kStopBeforeMaxTime),
+                   " that a worker has to stop, got '", flags.max_time, "'"));
 }
 
 // Ends this process with its parent, also if that is killed.
@@ -153,22 +208,33 @@ absl::Status EndWithParent(int parent) {
 sigset_t WatchedSignals() {
   sigset_t signals;
   sigemptyset(&signals);
-  for (const int number : {SIGTERM, SIGINT}) sigaddset(&signals, number);
+  for (const int number : {SIGTERM, SIGINT, SIGUSR1}) sigaddset(&signals, number);
   return signals;
 }
 
-// Waits for SIGTERM or SIGINT; then the work has kStopPatience to come to its end.
-void WatchSignals(jobs::StopSignal& stop, const jobs::StopSignal& done) {
+// Why the worker has to stop: a signal, or the end of its time. Empty: it is done before.
+std::string AwaitReasonToStop(absl::Duration time_to_work, const jobs::StopSignal& done) {
+  const base::SteadyClock::time_point begin = base::SteadyClock::now();
   const sigset_t signals = WatchedSignals();
   const timespec poll = {0, 100'000'000};
-  while (sigtimedwait(&signals, nullptr, &poll) < 0) {
-    if (done.is_requested()) return;
+  while (!done.is_requested()) {
+    const int number = sigtimedwait(&signals, nullptr, &poll);
+    if (number > 0) return absl::StrCat("SIG", sigabbrev_np(number));
+    if (base::Since(begin) >= time_to_work) return "--max-time is nearly over";
   }
+  return "";
+}
+
+// Waits for a reason to stop; then the work has kStopPatience to come to its end.
+void WatchOver(absl::Duration time_to_work, int stopped_status, jobs::StopSignal& stop,
+               const jobs::StopSignal& done) {
+  const std::string reason = AwaitReasonToStop(time_to_work, done);
+  if (reason.empty()) return;
   stop.Request();
-  base::LogInfo("stopping");
+  base::LogInfo(absl::StrCat("stopping: ", reason));
   if (done.WaitFor(kStopPatience)) return;
   base::LogInfo("the current stage takes long; ending without it");
-  _exit(0);
+  _exit(stopped_status);
 }
 
 // Opens a store, with new attempts while it is away or refuses access; `report` is called with each
@@ -215,7 +281,7 @@ std::string ProgramVersion() {
   return base::VersionLine("liquidblend-worker", store::DescribeTables());
 }
 
-absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
+absl::StatusOr<jobs::LoopEnd> Run(const Flags& flags, const jobs::StopSignal& stop) {
   LB_ASSIGN_OR_RETURN(jobs::JobLoopOptions options, LoopOptionsOf(flags));
   LB_RETURN_IF_ERROR(EndWithParent(flags.parent));
   if (!flags.check) base::LogInfo(ProgramVersion());
@@ -223,11 +289,12 @@ absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
   store::SurviveUnreadablePages();
   const absl::StatusOr<store::Store> opened =
       is_patient ? OpenStorePatiently(flags, options, stop) : store::OpenStore(flags.store);
-  if (stop.is_requested()) return absl::OkStatus();
+  if (stop.is_requested()) return jobs::LoopEnd::kStopped;
   if (!opened.ok()) return opened.status();
   const store::Store& store = *opened;
   const absl::Status reachable = store::CheckReachable(*store.catalog, *store.blobs);
-  if (flags.check || (flags.once && !reachable.ok())) return reachable;
+  if ((flags.check || flags.once) && !reachable.ok()) return reachable;
+  if (flags.check) return jobs::LoopEnd::kDrained;  // all is well
   if (base::IsTransient(reachable)) options.refusal = reachable;
   const int share = base::ShareOfCores(base::NumCores(), flags.cores_shared_by);
   const parallel::Arena arena(flags.threads > 0 ? flags.threads : share);
@@ -244,13 +311,17 @@ absl::Status Run(const Flags& flags, const jobs::StopSignal& stop) {
 int Main(const Flags& flags) {
   jobs::StopSignal stop;
   jobs::StopSignal done;
-  std::thread watcher([&] { WatchSignals(stop, done); });
-  const absl::Status status = Run(flags, stop);
+  const absl::StatusOr<absl::Duration> time_to_work = TimeToWork(flags);
+  std::thread watcher([&] {
+    WatchOver(time_to_work.value_or(absl::InfiniteDuration()), flags.stopped_status, stop, done);
+  });
+  const absl::StatusOr<jobs::LoopEnd> end =
+      time_to_work.ok() ? Run(flags, stop) : time_to_work.status();
   done.Request();
   watcher.join();
-  if (status.ok()) return base::kExitDone;
-  base::LogError(status.ToString());
-  return flags.check ? base::ExitStatusOfCheck(status) : base::ExitStatusOf(status);
+  if (end.ok()) return *end == jobs::LoopEnd::kDrained ? base::kExitDone : flags.stopped_status;
+  base::LogError(end.status().ToString());
+  return flags.check ? base::ExitStatusOfCheck(end.status()) : base::ExitStatusOf(end.status());
 }
 
 }  // namespace
@@ -269,7 +340,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? liquidblend::base::kExitDone : liquidblend::base::kExitUsage;
   }
   liquidblend::store::TakeFromEnvironment(flags.store);
-  // Before any thread exists, so that only WatchSignals() hears of them.
+  // Before any thread exists, so that only WatchOver() hears of them.
   const sigset_t signals = liquidblend::worker::WatchedSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   liquidblend::base::ReturnLargeBlocks();

@@ -57,6 +57,7 @@ Progress ToProgress(const v1::Progress& proto) {
   progress.priority = proto.priority();
   progress.waiting_for = proto.waiting_for();
   progress.memory_bytes = proto.memory_bytes();
+  progress.handed_back = proto.handed_back();
   if (proto.has_next_attempt_time()) progress.next_attempt_time = ToTime(proto.next_attempt_time());
   if (proto.has_start_time()) progress.start_time = ToTime(proto.start_time());
   if (proto.has_end_time()) progress.end_time = ToTime(proto.end_time());

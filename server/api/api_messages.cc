@@ -109,6 +109,7 @@ v1::Progress ToProgress(const JobRecord& job, const std::string& waiting_for) {
   to.set_priority(job.priority());
   to.set_memory_bytes(job.memory_bytes());
   to.set_trace_id(trace::TraceIdOf(trace::ParseContext(job.traceparent())));
+  to.set_handed_back(job.handed_back());
   if (job.has_next_attempt_time()) *to.mutable_next_attempt_time() = job.next_attempt_time();
   if (job.has_first_start_time()) *to.mutable_start_time() = job.first_start_time();
   if (IsDone(job)) *to.mutable_end_time() = job.update_time();
@@ -176,8 +177,14 @@ absl::StatusOr<JobRecord> WithChildren(const JobRecord& job, store::Catalog& cat
   return ended;
 }
 
-// Of a job that nobody has taken for a while since it could be; else empty.
+// Of a job that workers hand back again and again, or that nobody has taken for a while since it
+// could be; else empty.
 absl::StatusOr<std::string> WaitingFor(const JobRecord& job, WorkerList& workers) {
+  if (IsQueued(job) && job.handed_back_in_vain() > 1) {
+    return absl::StrCat("was handed back ", job.handed_back_in_vain(),
+                        " times in succession without a new checkpoint; its workers need more "
+                        "time (--max-time, the farm's time limit)");
+  }
   const int64_t since_s = std::max(job.update_time().seconds(), job.next_attempt_time().seconds());
   const bool is_left = absl::Now() - absl::FromUnixSeconds(since_s) >= kWorkerPatience;
   if (!IsQueued(job) || !is_left) return std::string();

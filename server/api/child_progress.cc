@@ -54,6 +54,15 @@ const JobRecord* NextToBeTried(const std::vector<JobRecord>& children) {
   return next;
 }
 
+// Of all children together, and in vain the worst of those that are not done.
+void AddHandedBack(const std::vector<JobRecord>& children, JobRecord& job) {
+  for (const JobRecord& child : children) {
+    job.set_handed_back(job.handed_back() + child.handed_back());
+    if (child.state() == JobRecord::SUCCEEDED) continue;
+    job.set_handed_back_in_vain(std::max(job.handed_back_in_vain(), child.handed_back_in_vain()));
+  }
+}
+
 }  // namespace
 
 JobRecord WithProgressOf(const std::vector<JobRecord>& children, JobRecord job) {
@@ -76,6 +85,7 @@ JobRecord WithProgressOf(const std::vector<JobRecord>& children, JobRecord job) 
     *job.mutable_next_attempt_time() = next->next_attempt_time();
     *job.mutable_failed_attempts() = next->failed_attempts();
   }
+  AddHandedBack(children, job);
   job.mutable_progress()->set_fraction(store::kChildrenShare * sum /
                                        static_cast<double>(children.size()));
   job.mutable_progress()->set_seconds_elapsed(elapsed_s);

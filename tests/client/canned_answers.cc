@@ -181,6 +181,7 @@ v1::Progress MakeRetried() {
   progress.set_attempt(2);
   progress.set_priority(5);
   progress.set_memory_bytes(7);
+  progress.set_handed_back(3);
   progress.mutable_next_attempt_time()->set_seconds(1700000000);
   progress.mutable_last_failure()->set_code(14);
   progress.mutable_last_failure()->set_message("no S3");

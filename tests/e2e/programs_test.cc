@@ -10,6 +10,7 @@
 #include <regex>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/ascii.h"
@@ -247,6 +248,32 @@ TEST_P(UnreachableStore, HasItsOwnExitStatus) {
                              " --cache '", cache.path(), "'"));
   EXPECT_EQ(result.exit_status, 3) << result.output;
   EXPECT_THAT(result.output, HasSubstr("127.0.0.1"));
+}
+
+// A worker that is to drain waits for its store as long as it has time, other than with --once.
+TEST(WorkerProgramTest, IsStoppedByTheEndOfItsTimeWhileItsStoreIsAway) {
+  const store::TemporaryFolder cache;
+  const Result result =
+      RunProgram("liquidblend-worker",
+                 absl::StrCat("--drain --max-time 5100ms --stopped-status 75 --store "
+                              "postgresql://nobody@127.0.0.1:1/none --blobs s3://b/p --cache '",
+                              cache.path(), "'"));
+  EXPECT_EQ(result.exit_status, 75) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("waits for its store"));
+  EXPECT_THAT(result.output, HasSubstr("stopping: --max-time is nearly over"));
+}
+
+TEST(WorkerProgramTest, RefusesTimesAndFlagsThatContradictEachOther) {
+  for (const auto& [flags, message] :
+       {std::pair("--max-time 5s", "--max-time must be longer than the 5s"),
+        std::pair("--max-time soon", "--max-time must be a duration"),
+        std::pair("--max-time 1h --idle-time 1s", "--idle-time requires --drain"),
+        std::pair("--drain --idle-time -1s", "idle_time is out of range"),
+        std::pair("--drain --once", "excludes"), std::pair("--max-jobs -1", "--max-jobs")}) {
+    const Result result = RunProgram("liquidblend-worker", absl::StrCat("--data /nowhere ", flags));
+    EXPECT_EQ(result.exit_status, 2) << flags << ": " << result.output;
+    EXPECT_THAT(result.output, HasSubstr(message));
+  }
 }
 
 // What cannot start tells which build it is, too.

@@ -58,7 +58,8 @@ Checkpoints::Checkpoints(store::Catalog& catalog, store::BlobStore& blobs,
       job_id_(lease.job.id()),
       lease_id_(lease.lease_id),
       first_(lease.job.checkpoint_blob()),
-      options_(options) {
+      options_(options),
+      saved_at_(base::SteadyClock::now()) {
   if (!first_.empty()) earlier_.push_back(first_);
 }
 
@@ -101,6 +102,7 @@ void Checkpoints::Offer(RegistrationState state) {
   auto newest = std::make_shared<const RegistrationState>(std::move(state));
   absl::MutexLock lock(&mutex_);
   newest_.swap(newest);
+  newest_at_ = base::SteadyClock::now();
   ++num_offered_;
 }
 
@@ -114,6 +116,19 @@ void Checkpoints::Flush() {
     return IsFlushed();
   };
   flushed_.Await(&mutex_, is_flushed, options_.patience);
+}
+
+bool Checkpoints::HasNew() const {
+  absl::MutexLock lock(&mutex_);
+  return !saved_.empty();
+}
+
+std::string Checkpoints::DescribeSaved() const {
+  absl::MutexLock lock(&mutex_);
+  const absl::Duration lost = absl::Trunc(base::Since(saved_at_), absl::Milliseconds(100));
+  const std::string work = absl::StrCat("lost is the work of ", absl::FormatDuration(lost));
+  if (saved_.empty()) return absl::StrCat("without a new checkpoint; ", work);
+  return absl::StrCat("with a checkpoint after ", saved_, "; ", work, " since then");
 }
 
 void Checkpoints::End(bool is_done) {
@@ -157,6 +172,7 @@ std::shared_ptr<const RegistrationState> Checkpoints::AwaitNext() {
   mutex_.Await(absl::Condition(this, &Checkpoints::IsDueOrUrgent));
   if (is_ended_) return nullptr;
   num_taken_ = num_offered_;
+  taken_at_ = newest_at_;
   return std::exchange(newest_, nullptr);  // they may be large
 }
 
@@ -192,6 +208,9 @@ void Checkpoints::Save(const RegistrationState& state) {
   base::Log(base::LogLevel::kDebug,
             absl::StrCat("job ", job_id_, ": checkpoint after ", Describe(state)),
             {{"ms", absl::StrCat(absl::ToInt64Milliseconds(absl::Now() - begin))}});
+  absl::MutexLock lock(&mutex_);
+  saved_ = Describe(state);
+  saved_at_ = taken_at_;
 }
 
 absl::StatusOr<store::BlobId> Checkpoints::Write(const RegistrationState& state) {

@@ -32,7 +32,7 @@ struct CheckpointOptions {
 // delay the work; a failure is logged, and the work goes on. Each replaces the one before, whose
 // blob is then deleted. This is safe, as no two checkpoints have the same bytes. Blobs that a
 // killed worker leaves are unreferenced, and are collected as garbage.
-// Threads: Offer() and Flush() from any, the others from the job's.
+// Threads: Begin() and End() from the job's, the others from any.
 class Checkpoints {
  public:
   // Requires: options.Validate().ok(); catalog and blobs outlive this.
@@ -52,6 +52,13 @@ class Checkpoints {
 
   // Saves the newest state now, regardless of the interval options; waits at most options.patience.
   void Flush();
+
+  // Whether this attempt has saved one.
+  bool HasNew() const;
+
+  // What this attempt has saved, and which work another one will do again, for the log: "with a
+  // checkpoint after iteration 6; lost is the work of 1.2s since then".
+  std::string DescribeSaved() const;
 
   // Ends the checkpoints. Waits for one that is being written; then deletes the last one, if the
   // job is done.
@@ -83,9 +90,15 @@ class Checkpoints {
   int64_t num_written_ = 0;             // of the thread
   std::vector<store::BlobId> earlier_;  // of the thread: the record names the last one at most
 
-  absl::Mutex mutex_;
+  mutable absl::Mutex mutex_;
   base::SteadyCondVar urgent_, flushed_;  // signalled when IsUrgent() or IsFlushed() may change
   std::shared_ptr<const State> newest_ ABSL_GUARDED_BY(mutex_);
+  base::SteadyClock::time_point newest_at_ ABSL_GUARDED_BY(mutex_);  // when it was offered
+  base::SteadyClock::time_point taken_at_ ABSL_GUARDED_BY(mutex_);   // likewise, of the one taken
+  // Of the last one that the catalog has: "iteration 6", and when it was offered. Of none: empty,
+  // and the begin of the attempt.
+  std::string saved_ ABSL_GUARDED_BY(mutex_);
+  base::SteadyClock::time_point saved_at_ ABSL_GUARDED_BY(mutex_);
   // Numbers of states: offered, taken for saving, finished (saved or not), and to be flushed.
   int64_t num_offered_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t num_taken_ ABSL_GUARDED_BY(mutex_) = 0;

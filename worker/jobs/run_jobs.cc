@@ -41,10 +41,187 @@ absl::Status Outcome(const absl::Status& stages, const LeaseKeeper& keeper) {
   return stages.ok() || kept.ok() ? stages : kept;
 }
 
+store::pb::WorkerRecord RecordOf(const JobLoopOptions& options) {
+  store::pb::WorkerRecord worker;
+  worker.set_name(options.worker);
+  worker.set_memory_bytes(options.memory_bytes);
+  return worker;
+}
+
+// How a worker's attempts at jobs have ended.
+struct Tally {
+  int64_t num_done = 0;
+  int64_t num_failed = 0;  // for good, or to be tried again
+  int64_t num_handed_back = 0;
+
+  int64_t num_attempts() const { return num_done + num_failed + num_handed_back; }
+  std::string Describe() const {
+    return absl::StrCat(num_done, num_done == 1 ? " job" : " jobs", " done, ", num_failed,
+                        " failed, ", num_handed_back, " handed back");
+  }
+};
+
+// Threads: one.
+class JobLoop {
+ public:
+  // Requires: options.Validate().ok(); all outlive this.
+  JobLoop(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
+          const StopSignal& stop, const JobLoopOptions& options)
+      : catalog_(catalog),
+        blobs_(blobs),
+        arena_(arena),
+        stop_(stop),
+        options_(options),
+        access_(catalog, blobs, stop, RecordOf(options), options.access) {}
+
+  // See RunJobs().
+  absl::StatusOr<LoopEnd> Run();
+
+ private:
+  // The next job, or nothing. A failure to ask for it is waited out.
+  absl::StatusOr<std::optional<store::Lease>> NextLease();
+  void Await(const absl::Status& refusal);
+
+  // Run a job to its end; RunGuarded() also what its threads throw.
+  void RunGuarded(const store::Lease& lease);
+  void RunLeased(const store::Lease& lease);
+  std::string BeforeRelease(const store::Lease& lease, Checkpoints& checkpoints) const;
+  void Settle(const store::Lease& lease, const absl::Status& outcome, bool is_released);
+  absl::Status RecordFailure(const store::Lease& lease, const absl::Status& outcome);
+  bool HasFailed(const store::pb::JobRecord& job);
+
+  // Waits for a job. Returns whether the worker stays; not if it has waited for options_.idle_time.
+  bool Idle();
+  void AwaitJob(absl::Duration longest);
+  std::string DescribeQueue();
+
+  store::Catalog& catalog_;
+  store::BlobStore& blobs_;
+  const parallel::Arena& arena_;
+  const StopSignal& stop_;
+  const JobLoopOptions& options_;
+  Access access_;
+  Tally tally_;
+  std::optional<base::SteadyClock::time_point> idle_since_;
+};
+
+absl::StatusOr<LoopEnd> JobLoop::Run() {
+  if (!options_.refusal.ok()) Await(options_.refusal);
+  while (!stop_.is_requested()) {
+    if (options_.max_jobs > 0 && tally_.num_attempts() >= options_.max_jobs) {
+      base::LogInfo(absl::StrCat("as many jobs as it may take: ", tally_.Describe()));
+      return LoopEnd::kMaxJobs;
+    }
+    const absl::StatusOr<std::optional<store::Lease>> lease = NextLease();
+    if (absl::IsDataLoss(lease.status())) return lease.status();
+    if (lease.ok() && lease->has_value()) RunGuarded(**lease);
+    if (!lease.ok() || lease->has_value()) {
+      idle_since_.reset();
+      continue;
+    }
+    if (!Idle()) {
+      base::LogInfo(absl::StrCat("drained: ", tally_.Describe(), DescribeQueue()));
+      return LoopEnd::kDrained;
+    }
+  }
+  base::LogInfo(absl::StrCat("stopped: ", tally_.Describe()));
+  return LoopEnd::kStopped;
+}
+
+absl::StatusOr<std::optional<store::Lease>> JobLoop::NextLease() {
+  absl::StatusOr<std::optional<store::Lease>> lease;
+  const absl::Status status = Guarded("worker", [&] {
+    lease = catalog_.LeaseJob(options_.worker, options_.lease.duration, options_.memory_bytes);
+    return lease.status();
+  });
+  if (status.ok()) return lease;
+  if (IsRefusal(status)) {
+    Await(status);
+  } else if (!absl::IsDataLoss(status)) {
+    base::LogWarning(absl::StrCat("queue: ", status.ToString()));
+    stop_.WaitFor(options_.poll);
+  }
+  return status;
+}
+
+void JobLoop::Await(const absl::Status& refusal) {
+  Guarded("worker", [&] {
+    access_.AwaitAfter(refusal);
+    return absl::OkStatus();
+  }).IgnoreError();  // the next lease tells what the matter is
+}
+
+// Exceptions outside of the stages, where threads start and end, are trouble of the worker.
+void JobLoop::RunGuarded(const store::Lease& lease) {
+  const absl::Status trouble = Guarded("worker", [&] {
+    RunLeased(lease);
+    return absl::OkStatus();
+  });
+  if (trouble.ok()) return;
+  Guarded("worker", [&] {
+    Settle(lease, absl::UnavailableError(trouble.message()), /*is_released=*/false);
+    return absl::OkStatus();
+  }).IgnoreError();  // the lease lapses
+}
+
+void JobLoop::RunLeased(const store::Lease& lease) {
+  base::Log(base::LogLevel::kInfo,
+            absl::StrCat("job ", lease.job.id(), ": attempt ", lease.job.attempts()),
+            TraceFields(lease.job));
+  TracedAttempt trace(options_.tracer, lease.job, options_.worker);
+  absl::Status outcome;
+  bool is_released = false;
+  {
+    Checkpoints checkpoints(catalog_, blobs_, lease, options_.checkpoints);
+    LeaseKeeper keeper(catalog_, lease, stop_, options_.lease,
+                       [&] { return BeforeRelease(lease, checkpoints); });
+    JobContext context(catalog_, blobs_, arena_, keeper, checkpoints, trace);
+    const absl::Status stages = RunWithinMemory(
+        {lease.job.memory_bytes(), options_.memory_bytes}, [&] { return context.stage(); },
+        [&] { return RunStages(lease.job, context); });
+    outcome = Outcome(stages, keeper);
+    checkpoints.End(/*is_done=*/outcome.ok());
+    is_released = absl::IsUnavailable(keeper.Check());
+  }
+  trace.End(outcome);
+  Settle(lease, outcome, is_released);
+}
+
+std::string JobLoop::BeforeRelease(const store::Lease& lease, Checkpoints& checkpoints) const {
+  checkpoints.Flush();
+  const int num_in_vain = lease.job.handed_back_in_vain() + 1;
+  if (num_in_vain > 1 && !checkpoints.HasNew()) {
+    base::LogWarning(absl::StrCat("job ", lease.job.id(), ": handed back ", num_in_vain,
+                                  " times in succession without a new checkpoint: its workers "
+                                  "need more time (--max-time, the farm's time limit)"));
+  }
+  return checkpoints.DescribeSaved();
+}
+
+// Tells the catalog how the job ended. A published job has ended already; one that is lost, or has
+// gone back to the queue, is no longer ours. A worker that is refused waits here; if the catalog
+// itself refused to record the failure, it is recorded afterwards, so that no attempt is used up.
+void JobLoop::Settle(const store::Lease& lease, const absl::Status& outcome, bool is_released) {
+  if (!is_released) {
+    const std::string ended =
+        outcome.ok() ? "done" : outcome.ToString(absl::StatusToStringMode::kWithNoExtraData);
+    base::Log(outcome.ok() ? base::LogLevel::kInfo : base::LogLevel::kWarning,
+              absl::StrCat("job ", lease.job.id(), ": ", ended), TraceFields(lease.job));
+  }
+  ++(outcome.ok() ? tally_.num_done : is_released ? tally_.num_handed_back : tally_.num_failed);
+  const bool is_ours = !outcome.ok() && !absl::IsAborted(outcome) && !is_released;
+  const absl::Status recorded = is_ours ? RecordFailure(lease, outcome) : absl::OkStatus();
+  if (is_ours && recorded.ok() && HasFailed(lease.job)) {
+    store::DeleteUploadedFiles(lease.job.import_animation(), blobs_);  // they count for nobody now
+  }
+  if (!IsRefusal(outcome) && !IsRefusal(recorded)) return access_.Granted();
+  access_.AwaitAfter(IsRefusal(outcome) ? outcome : recorded);
+  if (IsRefusal(recorded)) RecordFailure(lease, outcome).IgnoreError();
+}
+
 // Tells the catalog that the job failed, and returns whether it took that.
-absl::Status RecordFailure(store::Catalog& catalog, const store::Lease& lease,
-                           const absl::Status& outcome) {
-  const absl::Status recorded = catalog.FailJob(lease.lease_id, outcome, IsWorthRetrying(outcome));
+absl::Status JobLoop::RecordFailure(const store::Lease& lease, const absl::Status& outcome) {
+  const absl::Status recorded = catalog_.FailJob(lease.lease_id, outcome, IsWorthRetrying(outcome));
   if (!recorded.ok()) {
     base::LogWarning(
         absl::StrCat("job ", lease.job.id(), ": cannot record its failure: ", recorded.ToString()));
@@ -53,108 +230,61 @@ absl::Status RecordFailure(store::Catalog& catalog, const store::Lease& lease,
 }
 
 // Whether the job has ended without success: its last attempt is used up, or it was cancelled.
-bool HasFailed(store::Catalog& catalog, const store::pb::JobRecord& job) {
-  const absl::StatusOr<store::pb::JobRecord> now = catalog.GetJob(job.id());
+bool JobLoop::HasFailed(const store::pb::JobRecord& job) {
+  const absl::StatusOr<store::pb::JobRecord> now = catalog_.GetJob(job.id());
   return now.ok() && (now->state() == store::pb::JobRecord::FAILED ||
                       now->state() == store::pb::JobRecord::CANCELLED);
 }
 
-// Tells the catalog how the job ended. A published job has ended already; one that is lost, or has
-// gone back to the queue, is no longer ours. A worker that is refused waits here; if the catalog
-// itself refused to record the failure, it is recorded afterwards, so that no attempt is used up.
-void Settle(store::Catalog& catalog, store::BlobStore& blobs, const store::Lease& lease,
-            const absl::Status& outcome, bool is_released, Access& access) {
-  const std::string ended =
-      outcome.ok() ? "done" : outcome.ToString(absl::StatusToStringMode::kWithNoExtraData);
-  base::Log(outcome.ok() ? base::LogLevel::kInfo : base::LogLevel::kWarning,
-            absl::StrCat("job ", lease.job.id(), ": ", ended), TraceFields(lease.job));
-  const bool is_ours = !outcome.ok() && !absl::IsAborted(outcome) && !is_released;
-  const absl::Status recorded = is_ours ? RecordFailure(catalog, lease, outcome) : absl::OkStatus();
-  if (is_ours && recorded.ok() && HasFailed(catalog, lease.job)) {
-    store::DeleteUploadedFiles(lease.job.import_animation(), blobs);  // they count for nobody now
-  }
-  if (!IsRefusal(outcome) && !IsRefusal(recorded)) return access.Granted();
-  access.AwaitAfter(IsRefusal(outcome) ? outcome : recorded);
-  if (IsRefusal(recorded)) RecordFailure(catalog, lease, outcome).IgnoreError();
-}
-
-void RunJob(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
-            const StopSignal& stop, const store::Lease& lease, const JobLoopOptions& options,
-            Access& access) {
-  base::Log(base::LogLevel::kInfo,
-            absl::StrCat("job ", lease.job.id(), ": attempt ", lease.job.attempts()),
-            TraceFields(lease.job));
-  TracedAttempt trace(options.tracer, lease.job, options.worker);
-  absl::Status outcome;
-  bool is_released = false;
-  {
-    Checkpoints checkpoints(catalog, blobs, lease, options.checkpoints);
-    LeaseKeeper keeper(catalog, lease, stop, options.lease, [&] { checkpoints.Flush(); });
-    JobContext context(catalog, blobs, arena, keeper, checkpoints, trace);
-    const absl::Status stages = RunWithinMemory(
-        {lease.job.memory_bytes(), options.memory_bytes}, [&] { return context.stage(); },
-        [&] { return RunStages(lease.job, context); });
-    outcome = Outcome(stages, keeper);
-    checkpoints.End(/*is_done=*/outcome.ok());
-    is_released = absl::IsUnavailable(keeper.Check());
-  }
-  trace.End(outcome);
-  Settle(catalog, blobs, lease, outcome, is_released, access);
-}
-
-// Exceptions outside of the stages, where threads start and end, are trouble of the worker.
-void RunJobGuarded(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
-                   const StopSignal& stop, const store::Lease& lease, const JobLoopOptions& options,
-                   Access& access) {
-  const absl::Status trouble = Guarded("worker", [&] {
-    RunJob(catalog, blobs, arena, stop, lease, options, access);
+bool JobLoop::Idle() {
+  const base::SteadyClock::time_point now = base::SteadyClock::now();
+  const absl::Duration left =
+      options_.idle_time - absl::FromChrono(now - idle_since_.value_or(now));
+  if (left <= absl::ZeroDuration()) return false;
+  idle_since_ = idle_since_.value_or(now);
+  const absl::Duration longest = std::min(left, options_.poll);
+  const absl::Status awaited = Guarded("worker", [&] {
+    AwaitJob(longest);
     return absl::OkStatus();
   });
-  if (trouble.ok()) return;
-  Guarded("worker", [&] {
-    Settle(catalog, blobs, lease, absl::UnavailableError(trouble.message()), /*is_released=*/false,
-           access);
-    return absl::OkStatus();
-  }).IgnoreError();  // the lease lapses
+  if (!awaited.ok()) stop_.WaitFor(longest);  // the next lease tells what the matter is
+  return true;
 }
 
-absl::StatusOr<std::optional<store::Lease>> LeaseGuarded(store::Catalog& catalog,
-                                                         const JobLoopOptions& options) {
-  absl::StatusOr<std::optional<store::Lease>> lease;
-  const absl::Status status = Guarded("worker", [&] {
-    lease = catalog.LeaseJob(options.worker, options.lease.duration, options.memory_bytes);
-    return lease.status();
-  });
-  if (!status.ok()) return status;
-  return lease;
-}
-
-void AwaitGuarded(Access& access, const absl::Status& refusal) {
-  Guarded("worker", [&] {
-    access.AwaitAfter(refusal);
-    return absl::OkStatus();
-  }).IgnoreError();  // the next lease tells what the matter is
-}
-
-// Waits until there may be something to do, but not longer than options.poll. Notices a request to
-// stop within kStopPoll.
-void AwaitJob(store::Catalog& catalog, const StopSignal& stop, const JobLoopOptions& options) {
+// Waits until there may be something to do, but not longer than that. Notices a request to stop
+// within kStopPoll.
+void JobLoop::AwaitJob(absl::Duration longest) {
   const base::SteadyClock::time_point begin = base::SteadyClock::now();
-  while (!stop.is_requested()) {
-    const absl::Duration left = options.poll - base::Since(begin);
+  while (!stop_.is_requested()) {
+    const absl::Duration left = longest - base::Since(begin);
     if (left <= absl::ZeroDuration()) return;
     const absl::StatusOr<bool> has_job =
-        catalog.WaitForJob(std::min(left, kStopPoll), options.memory_bytes);
+        catalog_.WaitForJob(std::min(left, kStopPoll), options_.memory_bytes);
     if (has_job.ok() && *has_job) return;
-    if (!has_job.ok()) stop.WaitFor(left);  // the next lease tells what the matter is
+    if (!has_job.ok()) stop_.WaitFor(left);  // the next lease tells what the matter is
   }
 }
 
-store::pb::WorkerRecord RecordOf(const JobLoopOptions& options) {
-  store::pb::WorkerRecord worker;
-  worker.set_name(options.worker);
-  worker.set_memory_bytes(options.memory_bytes);
-  return worker;
+// What a worker that has found nothing to do leaves to others; empty: nothing.
+std::string JobLoop::DescribeQueue() {
+  absl::StatusOr<store::JobCounts> counts;
+  const absl::Status status = Guarded("worker", [&] {
+    counts = catalog_.CountJobs();
+    return counts.status();
+  });
+  if (!status.ok()) return "";
+  const auto num = [&](store::pb::JobRecord::State state) {
+    const auto found = counts->find(state);
+    return found == counts->end() ? 0 : found->second;
+  };
+  std::string text;
+  if (const int64_t num_running = num(store::pb::JobRecord::RUNNING); num_running > 0) {
+    absl::StrAppend(&text, "; ", num_running, " running elsewhere");
+  }
+  if (const int64_t num_queued = num(store::pb::JobRecord::QUEUED); num_queued > 0) {
+    absl::StrAppend(&text, "; ", num_queued, " queued that need more memory or are tried later");
+  }
+  return text;
 }
 
 }  // namespace
@@ -172,6 +302,13 @@ absl::Status JobLoopOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("poll is out of range: ", absl::FormatDuration(poll)));
   }
+  if (idle_time < absl::ZeroDuration()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("idle_time is out of range: ", absl::FormatDuration(idle_time)));
+  }
+  if (max_jobs < 0) {
+    return absl::InvalidArgumentError(absl::StrCat("max_jobs is out of range: ", max_jobs));
+  }
   if (memory_bytes <= 0) {
     return absl::InvalidArgumentError(absl::StrCat("memory_bytes is out of range: ", memory_bytes));
   }
@@ -180,35 +317,11 @@ absl::Status JobLoopOptions::Validate() const {
   return checkpoints.Validate();
 }
 
-absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
-                     const StopSignal& stop, const JobLoopOptions& options) {
+absl::StatusOr<LoopEnd> RunJobs(store::Catalog& catalog, store::BlobStore& blobs,
+                                const parallel::Arena& arena, const StopSignal& stop,
+                                const JobLoopOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());
-  Access access(catalog, blobs, stop, RecordOf(options), options.access);
-  if (!options.refusal.ok()) AwaitGuarded(access, options.refusal);
-  while (!stop.is_requested()) {
-    absl::StatusOr<std::optional<store::Lease>> lease = LeaseGuarded(catalog, options);
-    if (lease.ok() && lease->has_value()) {
-      RunJobGuarded(catalog, blobs, arena, stop, **lease, options, access);
-      continue;
-    }
-    if (absl::IsDataLoss(lease.status())) return lease.status();
-    if (IsRefusal(lease.status())) {
-      AwaitGuarded(access, lease.status());
-      continue;
-    }
-    if (!lease.ok()) base::LogWarning(absl::StrCat("queue: ", lease.status().ToString()));
-    if (!lease.ok()) {
-      stop.WaitFor(options.poll);
-      continue;
-    }
-    if (options.exit_when_idle) return absl::OkStatus();
-    const absl::Status awaited = Guarded("worker", [&] {
-      AwaitJob(catalog, stop, options);
-      return absl::OkStatus();
-    });
-    if (!awaited.ok()) stop.WaitFor(options.poll);  // the next lease tells what the matter is
-  }
-  return absl::OkStatus();
+  return JobLoop(catalog, blobs, arena, stop, options).Run();
 }
 
 }  // namespace liquidblend::jobs

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "core/parallel/arena.h"
 #include "core/store/blobs/blob_store.h"
@@ -23,22 +24,33 @@ struct JobLoopOptions {
   AccessOptions access;
   absl::Duration poll = absl::Milliseconds(500);  // > 0; interval of looks at an empty queue
   int64_t memory_bytes = store::kAnyMemory;       // > 0; jobs that need more are left to others
-  bool exit_when_idle = false;                    // return as soon as the queue is empty
+  // >= 0; returns when it has found nothing to do for so long. Time in which the queue could not be
+  // asked does not count.
+  absl::Duration idle_time = absl::InfiniteDuration();
+  int64_t max_jobs = 0;  // >= 0; returns after so many attempts at jobs; 0: any number
   const trace::Tracer* tracer = nullptr;  // of attempts; outlives the loop; null: none are traced
   // The refusal or loss of access that is known at the start; OK: none.
   absl::Status refusal;
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
-// Runs jobs until `stop` is requested. A job that meets bad input, or allocates more memory than it
-// may (run_guarded.h), fails. A job that meets a possibly transient error (kUnavailable,
-// kResourceExhausted, kPermissionDenied, kInternal) returns to the queue, see Catalog::FailJob(); a
-// job that is interrupted by `stop` returns to it unchanged. Registrations resume from their
-// checkpoints (CheckpointOptions). A worker that is refused (kPermissionDenied, of the stores in a
-// job or of the queue) takes no jobs until its access is restored (Access). Errors: options out of
-// range; kDataLoss of the catalog. Other errors are waited out.
-absl::Status RunJobs(store::Catalog& catalog, store::BlobStore& blobs, const parallel::Arena& arena,
-                     const StopSignal& stop, const JobLoopOptions& options);
+// Why RunJobs() returned.
+enum class LoopEnd {
+  kDrained,  // there was nothing to do for options.idle_time
+  kMaxJobs,  // after options.max_jobs
+  kStopped,  // `stop` was requested
+};
+
+// Runs jobs until `stop` is requested, or an option ends the loop. A job that meets bad input, or
+// allocates more memory than it may (run_guarded.h), fails. A job that meets a possibly transient
+// error (kUnavailable, kResourceExhausted, kPermissionDenied, kInternal) returns to the queue, see
+// Catalog::FailJob(); a job that is interrupted by `stop` returns to it unchanged. Registrations
+// resume from their checkpoints (CheckpointOptions). A worker that is refused (kPermissionDenied,
+// of the stores in a job or of the queue) takes no jobs until its access is restored (Access).
+// Errors: options out of range; kDataLoss of the catalog. Other errors are waited out.
+absl::StatusOr<LoopEnd> RunJobs(store::Catalog& catalog, store::BlobStore& blobs,
+                                const parallel::Arena& arena, const StopSignal& stop,
+                                const JobLoopOptions& options);
 
 // Records that this worker takes no jobs for now, because its blob store cannot be opened. Failures
 // are ignored.

@@ -28,7 +28,8 @@ Json ToJson(const Progress& progress) {
                {"worker", progress.worker},
                {"priority", progress.priority},
                {"waitingFor", progress.waiting_for},
-               {"memoryBytes", progress.memory_bytes}};
+               {"memoryBytes", progress.memory_bytes},
+               {"handedBack", progress.handed_back}};
   if (progress.next_attempt_time) {
     json["nextAttemptTime"] = FormatUtc(*progress.next_attempt_time);
   }

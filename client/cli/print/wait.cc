@@ -95,6 +95,10 @@ std::string DescribeProgress(const Progress& progress) {
   } else if (progress.attempt > 1) {
     absl::StrAppend(&text, ", attempt ", progress.attempt);
   }
+  if (progress.handed_back > 0) {
+    absl::StrAppend(&text, ", handed back ", progress.handed_back,
+                    progress.handed_back == 1 ? " time" : " times");
+  }
   if (progress.priority != 0) absl::StrAppend(&text, ", priority ", progress.priority);
   if (progress.seconds_left > 0.0) {
     absl::StrAppend(&text, ", ", FormatTimeLeft(progress.seconds_left), " left");

@@ -36,6 +36,7 @@ struct Progress {
   std::optional<absl::Time> next_attempt_time;
   absl::Status last_failure;  // of the last failed attempt; OK: none
   std::string trace_id;       // of the trace that its spans are in; empty: none
+  int handed_back = 0;        // how often a worker gave it back because it had to stop
 };
 
 // A job on the server: an import or a registration.

@@ -164,7 +164,8 @@ class Catalog : public CatalogUpkeep {
   // Leases a job or child that is queued and whose pause is over, or whose lease has expired;
   // nothing if there is none. The order: the highest priority first; owners take turns; an owner's
   // oldest first. A job whose attempts are used up fails here instead of being leased again; a job
-  // that has lost its worker pauses first.
+  // that has lost its worker pauses first. An attempt that lost its worker after a new checkpoint
+  // uses up none.
   //   memory_bytes  the worker's memory: jobs that need more are left to others
   virtual absl::StatusOr<std::optional<Lease>> LeaseJob(const std::string& worker,
                                                         absl::Duration duration,
@@ -204,7 +205,8 @@ class Catalog : public CatalogUpkeep {
   // then names the target.
   virtual absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                                bool retry) = 0;
-  // Gives a job back untouched (the worker is stopping); the attempt does not count.
+  // Gives a job back (the worker is stopping). The attempt does not count; JobRecord::handed_back
+  // does.
   virtual absl::Status ReleaseJob(const std::string& lease_id) = 0;
   // Cancels a job: a queued or waiting one at once, a running one when its worker learns of it at
   // the next heartbeat (or is lost). OK if done. Errors: kNotFound.

@@ -101,10 +101,14 @@ absl::Status InsertChildren(Sql& sql, const pb::JobRecord& job, absl::Time now) 
 }
 
 // Finds the next job to do. If it is RUNNING, its worker was lost, which is recorded as a failure.
+// It counts as an attempt only if that has left no checkpoint: a farm may end workers by SIGKILL
+// again and again, whereas a job that harms its workers does so at the same place.
 absl::StatusOr<std::optional<JobRow>> TakeNext(Sql& sql, absl::Time now, int64_t memory_bytes) {
   LB_ASSIGN_OR_RETURN(std::optional<JobRow> row, FindJobToDo(sql, now, memory_bytes));
   if (row.has_value() && row->record.state() == pb::JobRecord::RUNNING) {
+    const bool has_progressed = HasNewCheckpoint(row->record);
     NoteFailure(absl::InternalError("the worker was lost"), /*lost=*/true, now, row->record);
+    if (has_progressed) CountForEnvironment(row->record);
   }
   return row;
 }
@@ -131,7 +135,7 @@ absl::Time StartOf(const JobRow& row, const RetryOptions& retry) {
   const absl::Time due = absl::FromUnixMicros(row.due_us);
   const bool is_lost = row.record.state() == pb::JobRecord::RUNNING;
   if (!is_lost || NumLosses(row.record) < 2) return due;
-  return due + PauseAfter(row.record.attempts(), retry);
+  return due + PauseAfter(std::max(1, row.record.attempts()), retry);
 }
 
 pb::Grade WorstGrade(const pb::FamilyManifest& manifest) {
@@ -257,6 +261,7 @@ absl::Status SaveCheckpoint(Sql& sql, const std::string& lease_id, const std::st
                             absl::Time now) {
   LB_ASSIGN_OR_RETURN(JobRow row, FindLeasedJob(sql, lease_id));
   row.record.set_checkpoint_blob(blob);
+  *row.record.mutable_checkpoint_time() = ToTimestamp(now);
   *row.record.mutable_update_time() = ToTimestamp(now);
   return UpdateJob(sql, row);
 }
@@ -342,8 +347,7 @@ absl::Status ReleaseJob(Sql& sql, const std::string& lease_id, absl::Time now) {
   if (row.record.cancel_requested()) {
     return FinishWithError(sql, row.record, CancelledStatus(row.record), now);
   }
-  row.record.set_attempts(row.record.attempts() - 1);
-  ReturnToQueue(now, row.record);
+  HandBack(now, row.record);
   return UpdateJob(sql, {std::move(row.record), "", 0});
 }
 

@@ -6,9 +6,12 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/random_id.h"
+#include "google/protobuf/util/time_util.h"
 
 namespace liquidblend::store {
 namespace {
+
+using google::protobuf::util::TimeUtil;
 
 constexpr int kDefaultPageSize = 100;
 constexpr int kMaxPageSize = 1000;
@@ -147,6 +150,18 @@ void ReturnToQueue(absl::Time now, pb::JobRecord& job) {
   *job.mutable_update_time() = ToTimestamp(now);
 }
 
+bool HasNewCheckpoint(const pb::JobRecord& job) {
+  return job.has_checkpoint_time() && TimeUtil::TimestampToMicroseconds(job.checkpoint_time()) >=
+                                          TimeUtil::TimestampToMicroseconds(job.start_time());
+}
+
+void HandBack(absl::Time now, pb::JobRecord& job) {
+  job.set_handed_back(job.handed_back() + 1);
+  job.set_handed_back_in_vain(HasNewCheckpoint(job) ? 0 : job.handed_back_in_vain() + 1);
+  job.set_attempts(job.attempts() - 1);
+  ReturnToQueue(now, job);
+}
+
 void NoteFailure(const absl::Status& error, bool lost, absl::Time now, pb::JobRecord& job) {
   pb::FailedAttempt attempt;
   *attempt.mutable_end_time() = ToTimestamp(now);
@@ -178,6 +193,7 @@ int NumLosses(const pb::JobRecord& job) {
 void Succeed(absl::Time now, pb::JobRecord& job) {
   job.set_state(pb::JobRecord::SUCCEEDED);
   job.clear_checkpoint_blob();
+  job.clear_checkpoint_time();
   job.mutable_progress()->set_fraction(1.0);
   job.mutable_progress()->set_seconds_left(0.0);
   *job.mutable_update_time() = ToTimestamp(now);
@@ -186,6 +202,7 @@ void Succeed(absl::Time now, pb::JobRecord& job) {
 void Fail(const absl::Status& error, absl::Time now, pb::JobRecord& job) {
   job.set_state(absl::IsCancelled(error) ? pb::JobRecord::CANCELLED : pb::JobRecord::FAILED);
   job.clear_checkpoint_blob();
+  job.clear_checkpoint_time();
   *job.mutable_error() = ToRpcStatus(error);
   *job.mutable_update_time() = ToTimestamp(now);
 }

@@ -50,6 +50,12 @@ void StartAttempt(const std::string& worker, absl::Time now, pb::JobRecord& job)
 // Puts the job back into the queue as it was before its lease, except for its checkpoint.
 void ReturnToQueue(absl::Time now, pb::JobRecord& job);
 
+// Whether the attempt that is under way has made a checkpoint.
+bool HasNewCheckpoint(const pb::JobRecord& job);
+
+// Puts the job of a worker that is stopping back into the queue; its attempt does not count.
+void HandBack(absl::Time now, pb::JobRecord& job);
+
 // Adds to the job's failed attempts, of which the newest kKeptAttempts are kept. `lost`: the lease
 // expired without a report.
 inline constexpr int kKeptAttempts = 20;

@@ -365,13 +365,16 @@ TEST_F(Command, ListInspectAndOperationsSpeakJson) {
 }
 
 TEST_F(Command, OperationsTellWhenAndWhyAJobIsTriedAgain) {
-  EXPECT_THAT(Run({"operations"}).out,
-              HasSubstr("queued after attempt 2: no S3; next one at 22:13:20 UTC, priority 5"));
+  EXPECT_THAT(
+      Run({"operations"}).out,
+      HasSubstr("queued after attempt 2: no S3; next one at 22:13:20 UTC, handed back 3 times, "
+                "priority 5"));
   const json retried = json::parse(Run({"operations", "--json"}).out)[3];
   EXPECT_EQ(retried["state"], "queued");
   EXPECT_EQ(retried["progress"]["attempt"], 2);
   EXPECT_EQ(retried["progress"]["priority"], 5);
   EXPECT_EQ(retried["progress"]["memoryBytes"], 7);
+  EXPECT_EQ(retried["progress"]["handedBack"], 3);
   EXPECT_EQ(retried["progress"]["waitingFor"], "");
   EXPECT_EQ(retried["progress"]["nextAttemptTime"], "2023-11-14T22:13:20Z");
   EXPECT_EQ(retried["progress"]["lastFailure"]["code"], "UNAVAILABLE");

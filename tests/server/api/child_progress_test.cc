@@ -64,6 +64,21 @@ TEST(ChildProgress, IsTheMeanAndTheDetailsOfTheSlowest) {
   EXPECT_EQ(job.progress().seconds_left(), 9);  // that of the slowest: nothing else is queued
 }
 
+TEST(ChildProgress, CountsHowOftenChildrenWereHandedBack) {
+  JobRecord done = Child(0, JobRecord::SUCCEEDED, 1.0, 8, 0);
+  JobRecord first = Child(1, JobRecord::QUEUED, 0, 0, 0);
+  JobRecord second = Child(2, JobRecord::QUEUED, 0, 0, 0);
+  done.set_handed_back(9);
+  done.set_handed_back_in_vain(9);
+  first.set_handed_back(4);
+  first.set_handed_back_in_vain(1);
+  second.set_handed_back(3);
+  second.set_handed_back_in_vain(2);
+  const JobRecord job = WithProgressOf({done, first, second}, Waiting());
+  EXPECT_EQ(job.handed_back(), 16);
+  EXPECT_EQ(job.handed_back_in_vain(), 2);
+}
+
 TEST(ChildProgress, TimeLeftCountsWhatIsQueued) {
   // A child takes 10 s; one and a half are left for the only one that runs.
   const JobRecord job = WithProgressOf(

@@ -54,6 +54,23 @@ TEST_F(OperationsTest, AnOperationThatRefusedWorkersLeaveSaysSo) {
   EXPECT_EQ(waiting_for(), "");  // it would wait in any case
 }
 
+TEST_F(OperationsTest, AnOperationThatIsHandedBackInVainSaysSo) {
+  const store::pb::JobRecord job = SubmitImport("drop");
+  const auto hand_back = [&] {
+    EXPECT_THAT(catalog_->ReleaseJob(TakeJob().lease_id), Succeeds());
+    const auto operation = ToOperation(*catalog_->GetJob(job.id()), *catalog_);
+    EXPECT_THAT(operation, Succeeds());
+    v1::ImportAnimationMetadata metadata;
+    EXPECT_TRUE(operation->metadata().UnpackTo(&metadata));
+    return metadata.progress();
+  };
+  EXPECT_EQ(hand_back().waiting_for(), "");  // that may happen to any
+  const v1::Progress progress = hand_back();
+  EXPECT_EQ(progress.handed_back(), 2);
+  EXPECT_THAT(progress.waiting_for(),
+              testing::HasSubstr("handed back 2 times in succession without a new checkpoint"));
+}
+
 TEST_F(OperationsTest, AnOperationThatIsTriedAgainSaysWhenAndWhy) {
   const store::pb::JobRecord job = SubmitImport("drop");
   ASSERT_THAT(catalog_->FailJob(TakeJob().lease_id, absl::UnavailableError("no S3"), true),

@@ -132,6 +132,41 @@ TEST_F(CheckpointsTest, FlushSavesWhatIsNotDue) {
   EXPECT_EQ(RecordedIteration(), 1);
 }
 
+TEST_F(CheckpointsTest, TellWhatTheySavedAndWhatIsLost) {
+  CheckpointOptions options;
+  options.interval = absl::Hours(1);
+  options.patience = absl::Minutes(1);
+  LeaveCheckpoint(3);
+  Checkpoints checkpoints(*catalog_, blobs_, Take(), options);
+  ASSERT_THAT(checkpoints.Begin("print"), Succeeds());
+  EXPECT_FALSE(checkpoints.HasNew()) << "the one that is there is another attempt's";
+  EXPECT_THAT(checkpoints.DescribeSaved(),
+              testing::StartsWith("without a new checkpoint; lost is the work of "));
+  checkpoints.Offer(After(5));
+  EXPECT_FALSE(checkpoints.HasNew());
+  checkpoints.Flush();
+  EXPECT_TRUE(checkpoints.HasNew());
+  EXPECT_THAT(checkpoints.DescribeSaved(),
+              testing::MatchesRegex("with a checkpoint after iteration 5; lost is the work of "
+                                    ".* since then"));
+}
+
+// The time since the state was reached counts, not since it was written.
+TEST_F(CheckpointsTest, CountTheWorkSinceAStateAsLost) {
+  CheckpointOptions options;
+  options.patience = absl::Minutes(1);
+  Checkpoints checkpoints(*catalog_, blobs_, Take(), options);
+  ASSERT_THAT(checkpoints.Begin("print"), Succeeds());
+  checkpoints.Offer(After(5));
+  blobs_.on_create = [] {
+    absl::SleepFor(absl::Milliseconds(200));
+    return absl::OkStatus();
+  };
+  checkpoints.Flush();
+  const std::string text = checkpoints.DescribeSaved();
+  EXPECT_THAT(text, Not(HasSubstr("work of 0 since"))) << "rounded down to a tenth of a second";
+}
+
 TEST_F(CheckpointsTest, SlowStorageHoldsUpNeitherTheWorkNorAStop) {
   absl::Notification stored, begun;
   blobs_.on_create = [&] {
@@ -296,7 +331,7 @@ class ResumedJobTest : public CheckpointsTest {
   void WorkUntil(const std::function<bool()>& is_enough, const CheckpointOptions& checkpoints) {
     StopSignal stop;
     JobLoopOptions options;
-    options.exit_when_idle = true;
+    options.idle_time = absl::ZeroDuration();
     options.lease.report_interval = absl::Milliseconds(2);
     options.checkpoints = checkpoints;
     std::thread worker([&] {

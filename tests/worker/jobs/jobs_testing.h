@@ -93,7 +93,7 @@ class JobsTest : public testing::Test {
   static JobLoopOptions Options() {
     JobLoopOptions options;
     options.worker = "test";
-    options.exit_when_idle = true;
+    options.idle_time = absl::ZeroDuration();
     options.lease.report_interval = absl::Milliseconds(5);
     options.access = {absl::Milliseconds(1), absl::Milliseconds(4)};
     return options;
@@ -107,7 +107,7 @@ class JobsTest : public testing::Test {
   }
   absl::Status WorkWith(const JobLoopOptions& options, int num_threads = 2) {
     const parallel::Arena arena(num_threads);
-    return RunJobs(*catalog_, blobs_, arena, stop_, options);
+    return RunJobs(*catalog_, blobs_, arena, stop_, options).status();
   }
 
   // Registration as older programs, which had no children, left it: one queued job.

@@ -393,6 +393,7 @@ TEST_F(RunJobsTest, AStoppedWorkerGivesItsJobBack) {
   ASSERT_THAT(Work(), Succeeds());
   EXPECT_EQ(Job(job).state(), JobRecord::QUEUED);
   EXPECT_EQ(Job(job).attempts(), 0);
+  EXPECT_EQ(Job(job).handed_back(), 1);
 }
 
 TEST_F(RunJobsTest, ALostJobIsLeftToItsNewWorker) {
@@ -551,6 +552,8 @@ TEST(JobLoopOptions, NamesTheFirstFieldOutOfRange) {
   EXPECT_TRUE(JobLoopOptions().Validate().ok());
   EXPECT_THAT(message([](auto& o) { o.worker.clear(); }), HasSubstr("worker"));
   EXPECT_THAT(message([](auto& o) { o.poll = absl::ZeroDuration(); }), HasSubstr("poll"));
+  EXPECT_THAT(message([](auto& o) { o.idle_time = absl::Seconds(-1); }), HasSubstr("idle_time"));
+  EXPECT_THAT(message([](auto& o) { o.max_jobs = -1; }), HasSubstr("max_jobs"));
   EXPECT_THAT(message([](auto& o) { o.lease.duration = absl::ZeroDuration(); }),
               HasSubstr("duration"));
 }

@@ -26,7 +26,7 @@ absl::Status LeaseOptions::Validate() const {
 }
 
 LeaseKeeper::LeaseKeeper(store::Catalog& catalog, store::Lease lease, const StopSignal& stop,
-                         const LeaseOptions& options, std::function<void()> before_release)
+                         const LeaseOptions& options, std::function<std::string()> before_release)
     : catalog_(catalog),
       lease_(std::move(lease)),
       stop_(stop),
@@ -108,9 +108,12 @@ void LeaseKeeper::Renew() {
 }
 
 void LeaseKeeper::Release() {
-  if (before_release_) before_release_();
+  const std::string saved = before_release_ ? before_release_() : "";
   const absl::Status released = catalog_.ReleaseJob(lease_id());
-  if (!released.ok()) {
+  if (released.ok()) {
+    base::LogInfo(
+        absl::StrCat("job ", job().id(), ": handed back", saved.empty() ? "" : " ", saved));
+  } else {
     base::LogWarning(
         absl::StrCat("job ", job().id(), ": cannot return it to the queue: ", released.ToString()));
   }

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include "absl/base/thread_annotations.h"
@@ -30,10 +31,11 @@ struct LeaseOptions {
 class LeaseKeeper {
  public:
   //   before_release  called, from the keeper's thread, before the job goes back because of `stop`;
-  //                   it must not take much of the time that the worker has to stop
+  //                   it must not take much of the time that the worker has to stop. Returns what
+  //                   it has saved, for the log: "with a checkpoint after iteration 6"
   // Requires: options.Validate().ok(); catalog and stop outlive this.
   LeaseKeeper(store::Catalog& catalog, store::Lease lease, const StopSignal& stop,
-              const LeaseOptions& options, std::function<void()> before_release = {});
+              const LeaseOptions& options, std::function<std::string()> before_release = {});
   ~LeaseKeeper();
   LeaseKeeper(const LeaseKeeper&) = delete;
   LeaseKeeper& operator=(const LeaseKeeper&) = delete;
@@ -60,7 +62,7 @@ class LeaseKeeper {
   const store::Lease lease_;
   const StopSignal& stop_;
   const LeaseOptions options_;
-  const std::function<void()> before_release_;
+  const std::function<std::string()> before_release_;
   mutable absl::Mutex mutex_;
   store::pb::JobProgress progress_ ABSL_GUARDED_BY(mutex_);
   bool is_progress_new_ ABSL_GUARDED_BY(mutex_) = false;

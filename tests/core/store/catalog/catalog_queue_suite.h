@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -125,6 +126,25 @@ TEST_P(CatalogSuite, TakesAJobBackUntouched) {
   EXPECT_EQ(GetJob(job.id()).state(), Job::QUEUED);
   EXPECT_EQ(GetJob(job.id()).attempts(), 0);
   EXPECT_EQ(GetJob(job.id()).worker(), "");
+}
+
+TEST_P(CatalogSuite, CountsHowOftenAJobWasHandedBackAndWhetherThatWasInVain) {
+  const Job job = MustSubmitImport("a");
+  const auto hand_back = [&](const std::string& checkpoint) {
+    const Lease lease = MustLease();
+    now_ += absl::Seconds(1);
+    if (!checkpoint.empty()) {
+      EXPECT_THAT(catalog_->SaveCheckpoint(lease.lease_id, checkpoint), Succeeds());
+    }
+    EXPECT_THAT(catalog_->ReleaseJob(lease.lease_id), Succeeds());
+    now_ += absl::Seconds(1);
+    return std::pair(GetJob(job.id()).handed_back(), GetJob(job.id()).handed_back_in_vain());
+  };
+  EXPECT_EQ(hand_back(""), std::pair(1, 1));
+  EXPECT_EQ(hand_back(""), std::pair(2, 2));
+  EXPECT_EQ(hand_back("one"), std::pair(3, 0));
+  EXPECT_EQ(hand_back(""), std::pair(4, 1)) << "the checkpoint is an earlier attempt's";
+  EXPECT_EQ(GetJob(job.id()).checkpoint_time().seconds(), 1700000005);
 }
 
 TEST_P(CatalogSuite, CancelsAQueuedJobAtOnce) {

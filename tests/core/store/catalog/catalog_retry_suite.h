@@ -88,6 +88,31 @@ TEST_P(CatalogSuite, GivesALostJobToAnotherAtOnceTheFirstTimeOnly) {
   EXPECT_EQ(GetAnimation("poison").error().message(), job.error().message());
 }
 
+// Workers of a farm may be killed more often than a job may be tried.
+TEST_P(CatalogSuite, ALossAfterANewCheckpointUsesUpNoAttempt) {
+  const Job job = MustSubmitImport("a");
+  for (int k = 0; k < 5; ++k) {
+    const Lease lease = MustLease();
+    EXPECT_EQ(lease.job.attempts(), 1) << k;
+    EXPECT_EQ(lease.job.environment_failures(), k);
+    EXPECT_THAT(catalog_->SaveCheckpoint(lease.lease_id, "blob"), Succeeds());
+    now_ += kLease;
+    EXPECT_TRUE(k == 0 || NothingToDo());  // the first loss is followed by no pause
+    now_ += absl::Minutes(1);
+  }
+  for (int k = 0; k < 2; ++k) {  // no new one: the job harms its workers
+    MustLease();
+    now_ += kLease;
+    EXPECT_TRUE(NothingToDo());
+    now_ += absl::Minutes(1);
+  }
+  MustLease();
+  now_ += kLease;
+  EXPECT_TRUE(NothingToDo());
+  EXPECT_EQ(GetJob(job.id()).state(), Job::FAILED);
+  EXPECT_THAT(GetJob(job.id()).error().message(), ::testing::HasSubstr("after 3 attempts"));
+}
+
 TEST_P(CatalogSuite, FailuresOfTheEnvironmentUseUpNoAttempts) {
   CatalogOptions options = Options();
   options.retry.max_environment_failures = 25;

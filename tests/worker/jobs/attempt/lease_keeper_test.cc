@@ -117,8 +117,10 @@ TEST(LeaseOptions, NamesTheFirstFieldOutOfRange) {
 TEST_F(LeaseKeeperTest, LetsTheWorkBeSavedBeforeTheJobGoesBack) {
   const store::Lease lease = Take("one");
   absl::Status saved = absl::UnknownError("not called");
-  LeaseKeeper keeper(*catalog_, lease, stop_, options_,
-                     [&] { saved = catalog_->SaveCheckpoint(lease.lease_id, "blob"); });
+  LeaseKeeper keeper(*catalog_, lease, stop_, options_, [&] {
+    saved = catalog_->SaveCheckpoint(lease.lease_id, "blob");
+    return "with a checkpoint";
+  });
   stop_.Request();
   Await([&] { return !keeper.Check().ok(); });
   EXPECT_THAT(saved, store::Succeeds());
