@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "absl/status/status.h"
@@ -13,6 +14,8 @@
 #include "server/base/operation_looks.h"
 #include "server/base/work_pool.h"
 #include "server/catalog/families.h"
+#include "server/catalog/family_uses.h"
+#include "server/catalog/preloader.h"
 #include "server/frames/frame_cache.h"
 #include "server/frames/frame_maker.h"
 #include "server/frames/frame_pool.h"
@@ -67,6 +70,8 @@ struct Backends {
   store::BlobStore& blobs;
   liquidblend::catalog::Families& families;
   const Limits limits;
+  liquidblend::catalog::FamilyUses uses;
+  const std::shared_ptr<liquidblend::catalog::Preloader> preloader;
   FrameCache frame_cache;
   FrameBufferPool buffers;
   metrics::Metrics metrics;

@@ -29,6 +29,7 @@ class FrameMaker::Waiter {
 };
 
 FrameMaker::Ticket FrameMaker::Make(FrameOrder order, Done done) {
+  uses_.Count(order.loaded->family.name);
   const FrameKey key = KeyOf(*order.loaded, order.query);
   absl::StatusOr<FramePtr> result = nullptr;
   auto ticket = std::make_shared<Waiter>(std::move(done));

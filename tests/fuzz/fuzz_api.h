@@ -41,7 +41,7 @@ class FuzzApi final : public server::Api {
   std::shared_ptr<server::StreamSession> OpenStream(
       std::string client, std::weak_ptr<server::StreamSession::Sink> sink) override;
   absl::Status Post(absl::AnyInvocable<void()> work) override;
-  void CheckStores(Done<std::string> done) override;
+  void CheckIsReady(Done<std::string> done) override;
   void GetMetricsText(Done<std::string> done) override;
   metrics::Metrics& metrics() override;
   server::CallLog& call_log() override;
