@@ -5,6 +5,7 @@
 #   deploy/install-deps.sh --build       only what compiling needs
 #   deploy/install-deps.sh --quickstart  what compiling needs, and a browser for a picture of the page
 #   deploy/install-deps.sh --containers  everything, and what tests/containers.sh needs
+#   deploy/install-deps.sh --cache       everything, and nginx for tests/cache_in_front.sh
 #   deploy/install-deps.sh --vtk         everything, and VTK for the benchmark against it
 #   deploy/install-deps.sh --blender     everything, and Blender for the tests of its add-on
 #   deploy/install-deps.sh [..] --list   only prints the packages
@@ -50,6 +51,7 @@ more=("${tools[@]}" "${browser[@]}")
 list=0
 for argument in "$@"; do
   case $argument in
+    --cache) packages+=(nginx) ;;
     --vtk) packages+=(libvtk9-dev) ;;
     --blender) packages+=(blender) ;;
     --build) more=() ;;
