@@ -7,6 +7,7 @@
 #   deploy/install-deps.sh --containers  everything, and what tests/containers.sh needs
 #   deploy/install-deps.sh --packages    everything, and what deploy/packages/build.sh needs
 #   deploy/install-deps.sh --farm        everything, and the Slurm of tests/farm.sh
+#   deploy/install-deps.sh --cache       everything, and nginx for tests/cache_in_front.sh
 #   deploy/install-deps.sh --vtk         everything, and VTK for the benchmark against it
 #   deploy/install-deps.sh --blender     everything, and Blender for the tests of its add-on
 #   deploy/install-deps.sh [..] --list   only prints the packages
@@ -60,6 +61,7 @@ more=("${tools[@]}" "${browser[@]}")
 list=0
 for argument in "$@"; do
   case $argument in
+    --cache) packages+=(nginx) ;;
     --vtk) packages+=(libvtk9-dev) ;;
     --blender) packages+=(blender) ;;
     --build) more=() ;;

@@ -89,6 +89,9 @@ absl::StatusOr<server::ServerOptions> ServerOptionsOf(const Flags& flags) {
   options.queue.max_waiting_cost = flags.max_waiting_cells;
   options.tls = flags.tls;
   options.allow_insecure = flags.insecure;
+  LB_ASSIGN_OR_RETURN(options.connection_age,
+                      ParseDurationFlag("--connection-age", flags.connection_age));
+  LB_ASSIGN_OR_RETURN(options.preload_time, ParseDurationFlag("--preload", flags.preload));
   LB_ASSIGN_OR_RETURN(options.import_roots, server::ParseImportRoots(flags.import_roots));
   LB_RETURN_IF_ERROR(options.Validate());
   if (!flags.tokens.empty()) {
@@ -200,6 +203,15 @@ void AddFlags(CLI::App& app, Flags& flags) {
                  "How long a job waits for a worker without a heartbeat")
       ->capture_default_str();
   app.add_option("--grace", flags.grace, "How long calls and workers may take to end on SIGTERM")
+      ->capture_default_str();
+  app.add_option(
+         "--connection-age", flags.connection_age,
+         "When a client's gRPC connection is renewed, so that calls reach new servers, too; "
+         "streams stay; 0: never")
+      ->capture_default_str();
+  app.add_option("--preload", flags.preload,
+                 "How long a server that starts may load the families that are asked for most, "
+                 "before it is ready; 0: none are loaded")
       ->capture_default_str();
   app.add_option("--collect-every", flags.collect_every,
                  "How often files that nothing refers to are looked for; 0: never")

@@ -31,6 +31,8 @@ struct Flags {
   int64_t worker_memory = 0;  // 0: a share of base::MemoryForJobs()
   std::string worker_lease = "30s";
   std::string grace = "5s";
+  std::string connection_age = "30s";  // 0: without limit
+  std::string preload = "60s";         // 0: nothing is preloaded
   std::string collect_every = "1h";
   std::string collect_older_than = "24h";
   std::string keep_history = "30d";

@@ -43,12 +43,22 @@ class Client::Impl {
   absl::StatusOr<Response> Call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
                                                              Response*),
                                 const Request& request, absl::Duration timeout) {
+    client::Server* any = nullptr;
+    return Call(method, request, timeout, &any);
+  }
+  // Likewise, with `*preferred` first; see Servers::TryEach().
+  template <typename Stub, typename Request, typename Response>
+  absl::StatusOr<Response> Call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&,
+                                                             Response*),
+                                const Request& request, absl::Duration timeout,
+                                client::Server** preferred) {
     Response response;
-    absl::Status status = TryAll([&](client::Server& server) {
+    const auto call = [&](client::Server& server) {
       grpc::ClientContext context;
       Prepare(timeout, &context);
       return client::FromGrpc((std::get<Stub>(server.stubs).*method)(&context, request, &response));
-    });
+    };
+    const absl::Status status = TryAll(call, preferred);
     if (!status.ok()) return status;
     return response;
   }
@@ -74,7 +84,7 @@ class Client::Impl {
                                                        google::protobuf::Empty*),
                           const Request& request) {
     bool is_repeated = false;
-    return TryAll([&](client::Server& server) {
+    const auto call = [&](client::Server& server) {
       grpc::ClientContext context;
       Prepare(options.call_timeout, &context);
       google::protobuf::Empty empty;
@@ -82,13 +92,16 @@ class Client::Impl {
           client::FromGrpc((std::get<Stub>(server.stubs).*method)(&context, request, &empty));
       const bool may_be_done = std::exchange(is_repeated, true);
       return may_be_done && absl::IsNotFound(status) ? absl::OkStatus() : status;
-    });
+    };
+    client::Server* any = nullptr;
+    return TryAll(call, &any);
   }
 
   // Runs `call`, which may be repeated, until it succeeds, fails for another reason than
-  // kUnavailable, or the attempts are used up, or patience is. An attempt asks every server once.
-  absl::Status TryAll(const std::function<absl::Status(client::Server& server)>& call) {
-    const auto attempt = [&] { return servers->TryEach(call); };
+  // kUnavailable, or the attempts are used up, or patience is. An attempt is Servers::TryEach().
+  absl::Status TryAll(const std::function<absl::Status(client::Server& server)>& call,
+                      client::Server** preferred) {
+    const auto attempt = [&] { return servers->TryEach(call, preferred); };
     if (options.retry.is_patient) return client::RetryPatiently(options.retry, attempt);
     return client::RetryUnavailable(options.retry, [&](int) { return attempt(); });
   }
@@ -112,6 +125,13 @@ class Client::Impl {
   // operations.cc: returns the operation, and notes its version, so that later frames are not
   // older.
   Operation NoteVersion(Operation operation);
+
+  // operations.cc: watches an operation at one server, as Client::WatchOperation() does.
+  // Errors: kUnavailable if the connection is lost; `backoff` begins anew with every message.
+  absl::StatusOr<Operation> WatchAt(client::Server& server,
+                                    const v1::WatchOperationRequest& request,
+                                    const std::function<bool(const Operation&)>& update,
+                                    client::PatientBackoff& backoff);
 
   // operations.cc: waits until every other reachable server serves the version that the
   // registration has published.  Errors: kDeadlineExceeded after call_timeout or patience,

@@ -51,9 +51,11 @@ absl::StatusOr<int64_t> Client::Impl::ReadFile(const std::string& name, const st
   v1::ReadFileRequest first;
   first.set_name(name);
   first.set_version(version);
-  // The server reads and checks all of a file before it gives the first part.
-  return ReadWhole(std::move(first), path, [this](const v1::ReadFileRequest& next) {
-    return Call(&Service::ReadFile, next, options.upload_timeout);
+  // A server reads and checks all of a file before it gives the first part: others would do so,
+  // too.
+  client::Server* server = nullptr;
+  return ReadWhole(std::move(first), path, [&](const v1::ReadFileRequest& next) {
+    return Call(&Service::ReadFile, next, options.upload_timeout, &server);
   });
 }
 

@@ -10,6 +10,7 @@
 #include "client/src/convert.h"
 #include "client/src/servers.h"
 #include "client/src/status_macros.h"
+#include "client/src/stream_state.h"
 
 namespace liquidblend {
 namespace {
@@ -19,35 +20,14 @@ using ReaderWriter =
 
 using Prepare = std::function<void(grpc::ClientContext*)>;
 
-// One attempt. The context must outlive the stream.
+// One call of StreamFrames. The context must outlive the stream.
 struct StreamCall {
   explicit StreamCall(client::Server& asked) : server(asked) {}
   client::Server& server;
   grpc::ClientContext context;
   std::unique_ptr<ReaderWriter> stream;
+  bool has_received = false;  // reading thread only
 };
-
-void Merge(const v1::StreamFramesRequest& change, v1::StreamFramesRequest* state) {
-  if (change.weights_size() > 0 || change.parameters_size() > 0) {
-    state->clear_weights();
-    state->clear_parameters();
-  }
-  if (change.has_surface()) state->clear_surface();
-  if (change.encoding().position_bits() != 0 || change.encoding().position_step_m() != 0) {
-    state->mutable_encoding()->clear_position_bits();
-    state->mutable_encoding()->clear_position_step_m();
-  }
-  if (!change.family().empty() || change.version() != 0 || change.min_version() != 0) {
-    state->clear_version();
-    state->clear_min_version();
-  }
-  state->MergeFrom(change);
-}
-
-StreamedFrame FromProto(v1::StreamFramesResponse&& response) {
-  return {client::FromProto(std::move(*response.mutable_frame())), response.frame_index(),
-          response.num_dropped(), response.level_of_detail()};
-}
 
 }  // namespace
 
@@ -60,10 +40,10 @@ class FrameStream::Impl {
         known_versions_(known_versions),
         prepare_(std::move(prepare)),
         backoff_(retry),
-        settings_(std::move(settings)),
-        first_version_(settings_.version()) {
-    SetMinVersion(settings_);
-    Open();
+        round_(servers.Begin()),
+        state_(WithMinVersion(settings)),
+        first_version_(settings.version()) {
+    Open(*round_.Next());
   }
 
   ~Impl() {
@@ -76,18 +56,11 @@ class FrameStream::Impl {
     while (!ended_) {
       v1::StreamFramesResponse response;
       const std::shared_ptr<StreamCall> call = CurrentCall();
-      if (call->stream->Read(&response)) {
-        if (!std::exchange(received_, true)) {
-          LBC_RETURN_IF_ERROR(CheckFirst(response.frame().version()));
-        }
-        return std::optional<StreamedFrame>(FromProto(std::move(response)));
-      }
+      if (call->stream->Read(&response)) return Take(*call, std::move(response));
       last_status_ = EndOf(*call);
-      if (absl::IsNotFound(last_status_)) ForgetVersion();
-      if (absl::IsUnavailable(last_status_)) servers_.Leave(call->server);
-      // Once a frame has come, opening again would repeat frames: then the caller has to decide.
-      ended_ = received_ || !backoff_.ShouldRetry(last_status_) || CancelledWithin(NextWait());
-      if (!ended_) Open();
+      client::Server* const next = NextServer(*call);
+      ended_ = next == nullptr;
+      if (!ended_) Open(*next);
     }
     absl::MutexLock lock(&mutex_);
     closed_ = true;
@@ -95,20 +68,20 @@ class FrameStream::Impl {
     return std::optional<StreamedFrame>();
   }
 
+  // A change that the server does not take any more counts for the one that follows.
   absl::Status Change(const StreamSettings& settings) {
-    v1::StreamFramesRequest change = client::ToProto(settings);
-    SetMinVersion(change);
+    const v1::StreamFramesRequest change = WithMinVersion(client::ToProto(settings));
     absl::MutexLock write_lock(&write_mutex_);
     std::shared_ptr<StreamCall> call;
     {
       absl::MutexLock lock(&mutex_);
-      if (closed_) return absl::FailedPreconditionError("the stream has ended");
+      if (closed_ || cancelled_) return absl::FailedPreconditionError("the stream has ended");
       first_version_ = 0;  // the first frame may be of the new one
-      Merge(change, &settings_);
+      state_.Change(change);
       call = call_;
     }
-    if (call->stream->Write(change)) return absl::OkStatus();
-    return absl::FailedPreconditionError("the stream has ended; Read says why");
+    call->stream->Write(change);  // if it fails, Read gets the reason
+    return absl::OkStatus();
   }
 
   void Cancel() {
@@ -118,14 +91,14 @@ class FrameStream::Impl {
   }
 
  private:
-  void Open() {
+  void Open(client::Server& server) {
     absl::MutexLock write_lock(&write_mutex_);
-    auto call = std::make_shared<StreamCall>(servers_.current());
+    auto call = std::make_shared<StreamCall>(server);
     prepare_(&call->context);
     v1::StreamFramesRequest first;
     {
       absl::MutexLock lock(&mutex_);
-      first = settings_;
+      first = state_.Begin();
       call->stream = call->server.service().StreamFrames(&call->context);
       call_ = call;
       if (cancelled_) call->context.TryCancel();
@@ -133,24 +106,57 @@ class FrameStream::Impl {
     call->stream->Write(first);  // if it fails, Read gets the reason
   }
 
-  void SetMinVersion(v1::StreamFramesRequest& request) const {
-    const bool says_which = request.min_version() != 0 || request.version() != 0;
-    if (request.family().empty() || says_which) return;
-    request.set_min_version(known_versions_.Of(request.family()));
-  }
-
-  absl::Status CheckFirst(int64_t version) {
-    int64_t asked = 0;
-    {
-      absl::MutexLock lock(&mutex_);
-      asked = first_version_;
-    }
-    return client::CheckVersion(asked, version);
-  }
-
-  void ForgetVersion() {
+  absl::StatusOr<std::optional<StreamedFrame>> Take(StreamCall& call,
+                                                    v1::StreamFramesResponse&& response) {
+    backoff_.Reset();
     absl::MutexLock lock(&mutex_);
-    known_versions_.Forget(settings_.family());
+    if (!std::exchange(call.has_received, true)) {
+      LBC_RETURN_IF_ERROR(client::CheckVersion(first_version_, response.frame().version()));
+    }
+    return std::optional<StreamedFrame>(state_.Take(std::move(response)));
+  }
+
+  // The server at which the stream goes on after last_status_; null: it has ended.
+  client::Server* NextServer(const StreamCall& call) {
+    if (absl::IsNotFound(last_status_)) return AllowNewerVersion() ? &call.server : nullptr;
+    if (!absl::IsUnavailable(last_status_)) return NextAfterWait();
+    round_.OnUnavailable(last_status_);
+    if (IsComplete()) last_status_ = absl::OkStatus();
+    if (last_status_.ok() || !CanGoOn()) return nullptr;
+    if (call.has_received) round_ = servers_.Begin();
+    client::Server* const next = round_.Next();
+    return next != nullptr ? next : NextAfterWait();
+  }
+
+  client::Server* NextAfterWait() {
+    if (!CanGoOn() || !backoff_.ShouldRetry(last_status_)) return nullptr;
+    if (CancelledWithin(backoff_.NextWait())) return nullptr;
+    round_ = servers_.Begin();
+    return round_.Next();
+  }
+
+  v1::StreamFramesRequest WithMinVersion(v1::StreamFramesRequest request) const {
+    const bool says_which = request.min_version() != 0 || request.version() != 0;
+    if (request.family().empty() || says_which) return request;
+    request.set_min_version(known_versions_.Of(request.family()));
+    return request;
+  }
+
+  bool AllowNewerVersion() {
+    absl::MutexLock lock(&mutex_);
+    if (state_.AllowNewerVersion()) return true;
+    known_versions_.Forget(state_.family());
+    return false;
+  }
+
+  bool CanGoOn() {
+    absl::MutexLock lock(&mutex_);
+    return state_.CanGoOn();
+  }
+
+  bool IsComplete() {
+    absl::MutexLock lock(&mutex_);
+    return state_.IsComplete();
   }
 
   absl::Status EndOf(StreamCall& call) {
@@ -165,8 +171,6 @@ class FrameStream::Impl {
     return call_;
   }
 
-  absl::Duration NextWait() { return backoff_.NextWait(); }
-
   bool CancelledWithin(absl::Duration wait) {
     absl::MutexLock lock(&mutex_);
     return mutex_.AwaitWithTimeout(absl::Condition(&cancelled_), wait);
@@ -175,14 +179,14 @@ class FrameStream::Impl {
   client::Servers& servers_;
   client::KnownVersions& known_versions_;
   const Prepare prepare_;
-  client::Backoff backoff_;   // reading thread only, like the next three
-  bool received_ = false;     // a frame has come
-  bool ended_ = false;        // nothing more will come, for last_status_
-  absl::Status last_status_;  // of the last attempt
+  client::Backoff backoff_;       // reading thread only, like the next three
+  client::Servers::Round round_;  // the attempt that call_ belongs to
+  bool ended_ = false;            // nothing more will come, for last_status_
+  absl::Status last_status_;      // of the last call
 
   absl::Mutex write_mutex_;  // one write at a time; taken before mutex_, never while reading
   absl::Mutex mutex_;        // held only briefly, so that Cancel never waits
-  v1::StreamFramesRequest settings_ ABSL_GUARDED_BY(mutex_);  // all changes so far, for Open
+  client::StreamState state_ ABSL_GUARDED_BY(mutex_);
   int64_t first_version_ ABSL_GUARDED_BY(mutex_);  // that was asked for; 0: none, or not any more
   bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;

@@ -107,7 +107,7 @@ absl::Status Client::Impl::AwaitOtherServers(const Operation& operation,
   const absl::Duration timeout = std::max(options.call_timeout, options.retry.patience);
   const absl::Time deadline = absl::Now() + timeout;
   for (client::Server* const server : servers->All()) {
-    if (server == &asked) continue;
+    if (server->address == asked.address) continue;
     const absl::Status status = AwaitVersion(operation, *server, deadline);
     if (status.ok()) continue;
     return absl::DeadlineExceededError(absl::StrCat(
@@ -119,34 +119,43 @@ absl::Status Client::Impl::AwaitOtherServers(const Operation& operation,
   return absl::OkStatus();
 }
 
+absl::StatusOr<Operation> Client::Impl::WatchAt(client::Server& server,
+                                                const v1::WatchOperationRequest& request,
+                                                const std::function<bool(const Operation&)>& update,
+                                                client::PatientBackoff& backoff) {
+  grpc::ClientContext context;
+  Prepare(absl::InfiniteDuration(), &context);
+  const auto stream = server.service().WatchOperation(&context, request);
+  google::longrunning::Operation message;
+  while (stream->Read(&message)) {
+    backoff.Reset();
+    Operation operation = NoteVersion(client::FromProto(message));
+    const bool go_on = !update || update(operation);
+    if (!operation.done && go_on) continue;
+    context.TryCancel();
+    stream->Finish();  // says cancelled, which is known
+    if (!operation.done) return absl::CancelledError("stopped watching");
+    LBC_RETURN_IF_ERROR(AwaitOtherServers(operation, server));
+    return operation;
+  }
+  const absl::Status status = client::FromGrpc(stream->Finish());
+  if (!status.ok()) return status;
+  return absl::UnavailableError("the server stopped reporting " + request.name());
+}
+
 absl::StatusOr<Operation> Client::WatchOperation(
     const std::string& name, const std::function<bool(const Operation&)>& update) {
   const auto request = OperationRequest<v1::WatchOperationRequest>(name);
   client::PatientBackoff backoff(impl_->options.retry);
-  for (;;) {
-    grpc::ClientContext context;
-    impl_->Prepare(absl::InfiniteDuration(), &context);
-    client::Server& server = impl_->servers->current();
-    const auto stream = server.service().WatchOperation(&context, request);
-    google::longrunning::Operation message;
-    while (stream->Read(&message)) {
-      backoff.Reset();
-      const Operation operation = impl_->NoteVersion(client::FromProto(message));
-      const bool go_on = !update || update(operation);
-      if (!operation.done && go_on) continue;
-      context.TryCancel();
-      stream->Finish();  // says cancelled, which is known
-      if (operation.done) {
-        LBC_RETURN_IF_ERROR(impl_->AwaitOtherServers(operation, server));
-        return operation;
-      }
-      return absl::CancelledError("stopped watching");
-    }
-    absl::Status status = client::FromGrpc(stream->Finish());
-    if (status.ok()) status = absl::UnavailableError("the server stopped reporting " + name);
+  while (true) {
+    absl::StatusOr<Operation> seen;
+    const absl::Status status = impl_->servers->TryEach([&](client::Server& server) {
+      seen = impl_->WatchAt(server, request, update, backoff);
+      return seen.status();
+    });
+    if (status.ok()) return seen;
     const std::optional<absl::Duration> pause = backoff.NextPause(status, absl::Now());
     if (!pause.has_value()) return LostSight(request.name(), status);
-    impl_->servers->Leave(server);
     absl::SleepFor(*pause);
   }
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <random>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_split.h"
@@ -9,6 +10,7 @@
 #include "client/src/connection_failure.h"
 #include "client/src/credentials.h"
 #include "client/src/loopback.h"
+#include "client/src/reason.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::client {
@@ -17,11 +19,22 @@ namespace {
 constexpr int kMaxMessageBytes = 1 << 30;  // a frame of some hundred million triangles
 constexpr int kConnectMs = 5000;           // then the address counts as one that cannot be reached
 constexpr int kResolveMs = 3000;           // for one look-up of a name, of any kind of address
+constexpr int kIdleMs = 5 * 60'000;        // then connections without a call end
 constexpr absl::Duration kGlance = absl::Milliseconds(50);
 constexpr absl::Duration kLongestLook = absl::Milliseconds(500);
+constexpr absl::Duration kHealthPatience = absl::Milliseconds(250);  // for a healthy server
+constexpr absl::Duration kAvoidance = absl::Seconds(1);  // of a server that has refused a call
+constexpr absl::Duration kRepeatPause = absl::Milliseconds(20);
+constexpr int kMaxRepeats = 2;
+constexpr char kShuttingDown[] = "SHUTTING_DOWN";  // a reason of the server's (docs/errors.md)
+
+// Calls of one name go to all of its servers in turn that say that they are healthy.
+constexpr char kBalanced[] =
+    R"({"loadBalancingConfig": [{"round_robin": {}}], "healthCheckConfig": {"serviceName": ""}})";
 
 grpc::ChannelArguments ArgumentsFor(const ConnectOptions& options, const std::string& address) {
   grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_CLIENT_IDLE_TIMEOUT_MS, kIdleMs);
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);  // the client counts its own
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
@@ -44,6 +57,17 @@ grpc::ChannelArguments ArgumentsFor(const ConnectOptions& options, const std::st
   return arguments;
 }
 
+int64_t SteadyMicros() {
+  return absl::ToInt64Microseconds(
+      absl::FromChrono(std::chrono::steady_clock::now().time_since_epoch()));
+}
+
+// Whether gRPC has not sent a call because no server of the name says that it is healthy. Its words
+// are "backend unhealthy" and "health check call failed".
+bool IsUnhealthy(const absl::Status& status) {
+  return absl::StrContains(std::string(status.message()), "health");
+}
+
 std::chrono::system_clock::time_point ToChrono(absl::Time time) {
   return time == absl::InfiniteFuture() ? std::chrono::system_clock::time_point::max()
                                         : absl::ToChronoTime(time);
@@ -64,21 +88,30 @@ absl::StatusOr<std::unique_ptr<Servers>> Servers::Open(const ConnectOptions& opt
                        CredentialsOf(options.security));
   for (const std::string& address : AddressesIn(options.target)) {
     LBC_RETURN_IF_ERROR(CheckTokenIsSafe(options.security, address));
+    grpc::ChannelArguments arguments = ArgumentsFor(options, address);
+    servers->unchecked_.push_back(std::make_unique<Server>(
+        address, grpc::CreateCustomChannel(address, credentials, arguments)));
+    arguments.SetServiceConfigJSON(kBalanced);
     servers->servers_.push_back(std::make_unique<Server>(
-        address, grpc::CreateCustomChannel(address, credentials, ArgumentsFor(options, address))));
+        address, grpc::CreateCustomChannel(address, credentials, arguments)));
+    servers->servers_.back()->unchecked = servers->unchecked_.back().get();
   }
+  servers->next_ = std::random_device{}();  // so that programs of one call spread, too
   return servers;
 }
 
 bool Servers::WaitForAny(absl::Time deadline) {
-  for (const auto& server : servers_) server->channel->GetState(/*try_to_connect=*/true);
-  const bool is_only_one = servers_.size() == 1;
+  const auto is_reached = [&](const std::vector<std::unique_ptr<Server>>& servers) {
+    for (const auto& server : servers) server->channel->GetState(/*try_to_connect=*/true);
+    return std::any_of(servers.begin(), servers.end(), [&](const auto& server) {
+      const absl::Time end = std::min(deadline, absl::Now() + kGlance);
+      return server->channel->WaitForConnected(ToChrono(end));
+    });
+  };
+  const absl::Time unchecked_from = absl::Now() + kHealthPatience;
   do {
-    for (size_t k = 0; k < servers_.size(); ++k) {
-      const absl::Time end = is_only_one ? deadline : std::min(deadline, absl::Now() + kGlance);
-      current_ = k;
-      if (servers_[k]->channel->WaitForConnected(ToChrono(end))) return true;
-    }
+    if (is_reached(servers_)) return true;
+    if (absl::Now() >= unchecked_from && is_reached(unchecked_)) return true;
   } while (absl::Now() < deadline);
   return false;
 }
@@ -99,22 +132,59 @@ std::vector<Server*> Servers::All() const {
   return all;
 }
 
-void Servers::Leave(const Server& left) {
-  for (size_t k = 0; k < servers_.size(); ++k) {
-    size_t expected = k;
-    if (servers_[k].get() == &left) {
-      current_.compare_exchange_strong(expected, (k + 1) % servers_.size());
-    }
+// The turn goes round those that are ready, so that none of them gets the calls of one that is not.
+Servers::Round Servers::Begin(Server* first) {
+  const int64_t now_us = SteadyMicros();
+  std::vector<Server*> ready, others;
+  for (const auto& server : servers_) {
+    if (server.get() == first) continue;
+    const bool is_ready = server->channel->GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY;
+    (is_ready && server->avoided_until_us <= now_us ? ready : others).push_back(server.get());
   }
+  const size_t turn = next_.fetch_add(1, std::memory_order_relaxed);
+  std::vector<Server*>& from = ready.empty() ? others : ready;
+  if (!from.empty()) std::rotate(from.begin(), from.begin() + turn % from.size(), from.end());
+  Round round;
+  if (first != nullptr) round.left_.push_back({first, absl::ZeroDuration()});
+  for (Server* const server : ready) round.left_.push_back({server, absl::ZeroDuration()});
+  for (Server* const server : others) round.left_.push_back({server, absl::ZeroDuration()});
+  return round;
+}
+
+Server* Servers::Round::Next() {
+  std::deque<Turn>& turns = left_.empty() ? last_resort_ : left_;
+  if (turns.empty()) return nullptr;
+  const Turn turn = turns.front();
+  turns.pop_front();
+  absl::SleepFor(turn.pause);
+  asked_ = turn.server;
+  return asked_;
+}
+
+void Servers::Round::OnUnavailable(const absl::Status& status) {
+  asked_->avoided_until_us = SteadyMicros() + absl::ToInt64Microseconds(kAvoidance);
+  if (asked_->unchecked == nullptr) return;
+  if (ReasonOf(status) == kShuttingDown && num_repeats_ < kMaxRepeats) {
+    ++num_repeats_;
+    left_.push_back({asked_, kRepeatPause});
+  }
+  if (IsUnhealthy(status)) last_resort_.push_back({asked_->unchecked, absl::ZeroDuration()});
 }
 
 absl::Status Servers::TryEach(const std::function<absl::Status(Server& server)>& call) {
+  Server* nobody = nullptr;
+  return TryEach(call, &nobody);
+}
+
+absl::Status Servers::TryEach(const std::function<absl::Status(Server& server)>& call,
+                              Server** preferred) {
   absl::Status status;
-  for (size_t k = 0; k < servers_.size(); ++k) {
-    Server& server = current();
-    status = call(server);
-    if (!absl::IsUnavailable(status)) return status;
-    Leave(server);
+  Round round = Begin(*preferred);
+  while (Server* const server = round.Next()) {
+    status = call(*server);
+    *preferred = absl::IsUnavailable(status) ? nullptr : server;
+    if (*preferred != nullptr) break;
+    round.OnUnavailable(status);
   }
   return status;
 }

@@ -130,7 +130,9 @@ class PooledApi final : public Api {
   absl::Status Post(absl::AnyInvocable<void()> work) override {
     return backends_.transfers.Post(std::move(work));
   }
-  void CheckStores(Done<std::string> done) override {
+  void CheckIsReady(Done<std::string> done) override {
+    const absl::Status preloaded = backends_.preloader->CheckIsOver();
+    if (!preloaded.ok()) return done(preloaded);
     reachable_->Ask([done = std::move(done)](const absl::StatusOr<std::string>& state) mutable {
       done(state);
     });

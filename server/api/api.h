@@ -72,10 +72,10 @@ class Api {
                                                     std::weak_ptr<StreamSession::Sink> sink,
                                                     trace::Span span) = 0;
 
-  // Checks the stores: "ok", or why catalog or blobs cannot be reached. Calls within a second share
-  // one result; kUnavailable if the stores have not answered within 2 s. Uses no thread that other
-  // calls need.
-  virtual void CheckStores(Done<std::string> done) = 0;
+  // Checks whether the server is ready: "ok", or why catalog or blobs cannot be reached, or how far
+  // preloading is. Calls within a second share one look at the stores; kUnavailable if they have
+  // not answered within 2 s. Uses no thread that other calls need.
+  virtual void CheckIsReady(Done<std::string> done) = 0;
   // Metrics in Prometheus' text format; without jobs if the catalog does not answer within 2 s. The
   // catalog is asked at most every 5 seconds. Uses no thread that other calls need.
   virtual void GetMetricsText(Done<std::string> done) = 0;

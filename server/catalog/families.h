@@ -91,6 +91,7 @@ class Families {
   // Versions older than min_version that running calls load are not kept in memory.
   void Forget(const std::string& id, int64_t min_version = 0);
 
+  int64_t memory_budget_bytes() const { return options_.memory_budget_bytes; }
   int64_t size_bytes() const;                         // of all families held here
   std::map<std::string, int64_t> SizesBytes() const;  // of each, by id
 

@@ -44,6 +44,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
       families(loaded_families),
       limits(options.limits),
       tracer(options.tracer != nullptr ? options.tracer : std::make_shared<const trace::Tracer>()),
+      preloader(std::make_shared<liquidblend::catalog::Preloader>(catalog, families)),
       frame_cache(options.frame_cache_bytes),
       call_log([this](absl::Duration delay, std::function<void()> work) {
         steps.PostAfter(delay, std::move(work));
@@ -57,7 +58,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
       probes(kNumProbeThreads, options.max_waiting_calls),
       steps(1, options.max_waiting_calls),
       frames(options.num_frame_threads, options.queue),
-      maker(frame_cache, frames, buffers, metrics) {}
+      maker(frame_cache, frames, buffers, uses, metrics) {}
 
 void Backends::Stop() {
   io.Stop();

@@ -15,6 +15,8 @@
 #include "server/base/operation_looks.h"
 #include "server/base/work_pool.h"
 #include "server/catalog/families.h"
+#include "server/catalog/family_uses.h"
+#include "server/catalog/preloader.h"
 #include "server/frames/frame_cache.h"
 #include "server/frames/frame_maker.h"
 #include "server/frames/frame_pool.h"
@@ -72,6 +74,8 @@ struct Backends {
   liquidblend::catalog::Families& families;
   const Limits limits;
   const std::shared_ptr<const trace::Tracer> tracer;  // never null
+  liquidblend::catalog::FamilyUses uses;
+  const std::shared_ptr<liquidblend::catalog::Preloader> preloader;
   FrameCache frame_cache;
   FrameBufferPool buffers;
   metrics::Metrics metrics;

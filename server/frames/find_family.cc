@@ -13,6 +13,7 @@ using liquidblend::catalog::Families;
 using liquidblend::catalog::FamilyPtr;
 
 constexpr absl::Duration kFreshInterval = absl::Milliseconds(500);
+constexpr absl::Duration kUsesInterval = absl::Minutes(1);
 
 auto LoadsOf(Backends& backends) {
   return [&backends](Families::Task task) { return backends.loads.PostMore(std::move(task)); };
@@ -52,6 +53,25 @@ void KeepFamiliesFresh(Backends& backends) {
     RunGuarded("refreshing families", [&] { backends.families.Refresh(LoadsOf(backends)); });
     KeepFamiliesFresh(backends);
   });
+}
+
+void KeepUsesRecorded(Backends& backends) {
+  backends.io.PostAfter(kUsesInterval, [&backends] {
+    RunGuarded("recording uses", [&] { backends.uses.Record(backends.catalog); });
+    KeepUsesRecorded(backends);
+  });
+}
+
+void RecordUses(Backends& backends) {
+  backends.io.PostMore([&backends] { backends.uses.Record(backends.catalog); });
+}
+
+void Preload(Backends& backends, absl::Duration limit, absl::AnyInvocable<void()> when_over) {
+  const auto post_to = [](WorkPool& pool) {
+    return [&pool](Families::Task task) { return pool.PostMore(std::move(task)); };
+  };
+  backends.preloader->Start(post_to(backends.io), post_to(backends.loads), std::move(when_over));
+  backends.steps.PostAfter(limit, [preloader = backends.preloader] { preloader->Stop(); });
 }
 
 }  // namespace liquidblend::server

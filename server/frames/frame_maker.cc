@@ -63,6 +63,7 @@ void FrameMaker::RecordStages(const Flight& flight, const Waiter& waiter) {
 }
 
 FrameMaker::Ticket FrameMaker::Make(FrameOrder order, Done done) {
+  uses_.Count(order.loaded->family.name);
   const FrameKey key = KeyOf(*order.loaded, order.query);
   absl::StatusOr<FramePtr> result = nullptr;
   auto ticket = std::make_shared<Waiter>(std::move(done), order.span);

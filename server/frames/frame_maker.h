@@ -15,6 +15,7 @@
 #include "absl/synchronization/mutex.h"
 #include "core/trace/span.h"
 #include "server/base/work_pool.h"
+#include "server/catalog/family_uses.h"
 #include "server/frames/frame_cache.h"
 #include "server/frames/frame_pool.h"
 #include "server/metrics/metrics.h"
@@ -42,8 +43,8 @@ class FrameMaker {
 
   // All outlive this; the pool is stopped before this is destroyed.
   FrameMaker(FrameCache& cache, FramePool& pool, FrameBufferPool& buffer_pool,
-             metrics::Metrics& metrics)
-      : cache_(cache), pool_(pool), buffer_pool_(buffer_pool), metrics_(metrics) {}
+             catalog::FamilyUses& uses, metrics::Metrics& metrics)
+      : cache_(cache), pool_(pool), buffer_pool_(buffer_pool), uses_(uses), metrics_(metrics) {}
 
   // Calls `done` once, before this returns (a cached frame, a refusal) or on a thread of the pool.
   // Calls for one frame share its making; the first one whose turn comes makes it for all.
@@ -70,6 +71,7 @@ class FrameMaker {
   FrameCache& cache_;
   FramePool& pool_;
   FrameBufferPool& buffer_pool_;
+  catalog::FamilyUses& uses_;
   metrics::Metrics& metrics_;
   absl::Mutex mutex_;
   std::map<std::string, FlightPtr> flights_ ABSL_GUARDED_BY(mutex_);  // by the key's bytes

@@ -62,6 +62,12 @@ std::optional<FramePacer::Tick> FramePacer::Next(absl::Duration now) {
   return tick;
 }
 
+std::optional<double> FramePacer::NextTime() const {
+  const std::optional<int64_t> last = LastTick();
+  if (last.has_value() && next_tick_ > *last) return std::nullopt;
+  return TimeOf(next_tick_);
+}
+
 absl::Duration FramePacer::DueOf(int64_t tick) const {
   return start_ + absl::Seconds(static_cast<double>(tick) / pace_.frames_per_second);
 }

@@ -36,6 +36,8 @@ class FramePacer {
   // The next tick; nothing when the animation has ended. The same one again until Advance(), unless
   // it has become late by then. Requires: Change() was called.
   std::optional<Tick> Next(absl::Duration now);
+  // The time that the next tick shows, late or not; nothing at the end.
+  std::optional<double> NextTime() const;
   // Goes on to the next tick.
   void Advance() { ++next_tick_; }
 

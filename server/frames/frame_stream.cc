@@ -85,6 +85,8 @@ std::string ResponsePrefix(const StreamedFrame& streamed) {
   response.set_frame_index(streamed.frame_index);
   response.set_num_dropped(streamed.num_dropped);
   response.set_level_of_detail(streamed.level_of_detail);
+  if (streamed.next_time_s.has_value()) response.set_next_time_s(*streamed.next_time_s);
+  response.set_num_requests(streamed.num_requests);
   std::string prefix = response.SerializeAsString();
   google::protobuf::io::StringOutputStream stream(&prefix);  // appends
   google::protobuf::io::CodedOutputStream coded(&stream);
@@ -182,7 +184,13 @@ absl::Duration FrameStream::period() const {
 StreamedFrame FrameStream::Sent(const FrameQuery& query, FramePtr frame) {
   pacer_.Advance();
   if (credit_left_.has_value()) --*credit_left_;
-  return {std::move(frame), num_sent_++, pacer_.num_skipped(), query.surface.level_of_detail()};
+  StreamedFrame sent;
+  sent.frame = std::move(frame);
+  sent.frame_index = num_sent_++;
+  sent.num_dropped = pacer_.num_skipped();
+  sent.level_of_detail = query.surface.level_of_detail();
+  sent.next_time_s = pacer_.NextTime();
+  return sent;
 }
 
 void FrameStream::OnWritten(absl::Duration took, absl::Duration now) {

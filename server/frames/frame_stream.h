@@ -30,6 +30,8 @@ struct StreamedFrame {
   int64_t frame_index = 0;  // counts sent frames from 0
   int64_t num_dropped = 0;  // skipped so far
   int level_of_detail = 0;
+  std::optional<double> next_time_s;  // of the frame that follows; nothing after the last one
+  int64_t num_requests = 0;           // messages of the client that it takes into account
 };
 
 // The first bytes of a serialised StreamFramesResponse; the bytes of `frame` follow them.

@@ -128,22 +128,29 @@ absl::Status StreamSession::TakeValues() {
     LB_RETURN_IF_ERROR(found.status());
     const v1::StreamFramesRequest request = *std::exchange(waiting_request_, std::nullopt);
     if (notes_.newest.has_value()) WantStep();  // which has come meanwhile
-    return stream_.Change(request, *found, host_->Now());
+    return Change(request, *found);
   }
   if (!notes_.newest.has_value()) {
     if (!notes_.is_half_closed || stream_.has_begun()) return absl::OkStatus();
     return InvalidField("family", "must be named in the first message");
   }
   const v1::StreamFramesRequest request = *std::exchange(notes_.newest, std::nullopt);
-  num_changes_ += std::exchange(notes_.num_newest, 0);
+  num_changes_ += notes_.num_newest;
+  num_taken_ += std::exchange(notes_.num_newest, 0);
   LB_ASSIGN_OR_RETURN(const std::optional<std::string> id, stream_.FamilyToFind(request));
-  if (!id.has_value()) return stream_.Change(request, nullptr, host_->Now());
+  if (!id.has_value()) return Change(request, nullptr);
   waiting_request_ = request;
   const auto self = shared_from_this();
   host_->FindFamily(*id, VersionOf(request), [self](absl::StatusOr<catalog::FamilyPtr> found) {
     self->Leave([&](Notes& inbox) { inbox.found = std::move(found); });
   });
   return absl::OkStatus();
+}
+
+absl::Status StreamSession::Change(const v1::StreamFramesRequest& request,
+                                   catalog::FamilyPtr found) {
+  num_shown_ = num_taken_;
+  return stream_.Change(request, std::move(found), host_->Now());
 }
 
 absl::Status StreamSession::GoOn(absl::Duration now) {
@@ -216,7 +223,8 @@ void StreamSession::DropOrder() {
 
 void StreamSession::SendOrder(absl::Duration now) {
   last_bytes_ = static_cast<int64_t>(order_->frame->size());
-  const StreamedFrame streamed = stream_.Sent(order_->query, std::move(order_->frame));
+  StreamedFrame streamed = stream_.Sent(order_->query, std::move(order_->frame));
+  streamed.num_requests = num_shown_;
   order_.reset();
   const int64_t num_dropped = stream_.num_skipped() - num_skipped_;
   if (num_dropped > 0) {

@@ -87,6 +87,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   void TakeWritten();
   absl::Status TakeMade();
   absl::Status TakeValues();
+  absl::Status Change(const v1::StreamFramesRequest& request, catalog::FamilyPtr found);
   absl::Status GoOn(absl::Duration now);
   bool WillStayWithoutCredit() const;
   bool MayMakeAhead() const;
@@ -118,6 +119,8 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   int64_t num_orders_ = 0;
   bool is_writing_ = false;
   bool has_ended_ = false;
+  int64_t num_taken_ = 0;    // messages of the client, of waiting_request_ too
+  int64_t num_shown_ = 0;    // of these, whose values stream_ has
   int64_t num_changes_ = 0;  // since the last frame was sent
   // Between the last frame and the one before it, or the beginning; nothing if there was no frame,
   // or one was skipped.

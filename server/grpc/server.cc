@@ -39,12 +39,21 @@ constexpr int kMaxConcurrentStreams = 1000;  // of a connection; further calls w
 constexpr int kMaxReflectionThreads = 8;
 constexpr int kShortestPingIntervalMs = 1'000;  // of clients whose calls wait
 constexpr int64_t kMaxLogLines = 10;            // of gRPC's warnings, a second
+constexpr absl::Duration kShortestConnection = absl::Seconds(1);
+constexpr absl::Duration kLongestConnection = absl::Hours(24);
+// For clients that watch the health to go to other servers, before calls are refused.
+constexpr absl::Duration kNotice = absl::Milliseconds(100);
 // For clients to receive the status of calls that a shutdown ends, before gRPC itself ends.
 constexpr absl::Duration kDrainGrace = absl::Milliseconds(250);
 
 absl::Status OutOfRangeOption(absl::string_view field, int64_t value) {
   return absl::InvalidArgumentError(
       absl::StrCat("server option ", field, " is out of range: ", value));
+}
+
+absl::Status OutOfRangeOption(absl::string_view field, absl::Duration value) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("server option ", field, " is out of range: ", absl::FormatDuration(value)));
 }
 
 BackendsOptions BackendsOptionsOf(const ServerOptions& options) {
@@ -95,6 +104,11 @@ void LimitPeers(const ServerOptions& options, grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxConcurrentStreams);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kIdleMs);
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
+  // Streams that are open go on for as long as they like.
+  if (options.connection_age > absl::ZeroDuration()) {
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS,
+                               static_cast<int>(absl::ToInt64Milliseconds(options.connection_age)));
+  }
   grpc::ResourceQuota quota("server");
   quota.Resize(static_cast<size_t>(
       std::max(options.max_buffer_bytes, kMinRequestsInBuffer * options.max_message_bytes)));
@@ -120,6 +134,11 @@ absl::Status ServerOptions::Validate() const {
   if (max_buffer_bytes < kMinBufferBytes) {
     return OutOfRangeOption("max_buffer_bytes", max_buffer_bytes);
   }
+  if (connection_age != absl::ZeroDuration() &&
+      (connection_age < kShortestConnection || connection_age > kLongestConnection)) {
+    return OutOfRangeOption("connection_age", connection_age);
+  }
+  if (preload_time < absl::ZeroDuration()) return OutOfRangeOption("preload_time", preload_time);
   if (listen.rfind(':') == std::string::npos) {
     return absl::InvalidArgumentError(
         absl::StrCat("server option listen must be HOST:PORT, got '", listen, "'"));
@@ -179,11 +198,20 @@ struct Server::Impl {
                        "another --listen"));
     }
     address = AddressWithPort(options.listen, port);
+    return absl::OkStatus();
+  }
+
+  void SetHealth(bool is_serving) {
     for (const char* name : {"", v1::LiquidBlend::service_full_name(),
                              google::longrunning::Operations::service_full_name()}) {
-      server->GetHealthCheckService()->SetServingStatus(name, true);
+      server->GetHealthCheckService()->SetServingStatus(name, is_serving);
     }
-    return absl::OkStatus();
+  }
+
+  void GetReady(absl::Duration preload_time) {
+    if (preload_time == absl::ZeroDuration()) return SetHealth(true);
+    SetHealth(false);
+    Preload(backends, preload_time, [this] { SetHealth(true); });
   }
 
   OpenCalls calls;
@@ -208,7 +236,9 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(store::Catalog& catalog,
   LB_RETURN_IF_ERROR(options.Validate());
   auto impl = std::make_unique<Impl>(catalog, blobs, families, options);
   LB_RETURN_IF_ERROR(impl->Listen(options));
+  impl->GetReady(options.preload_time);
   KeepFamiliesFresh(impl->backends);
+  KeepUsesRecorded(impl->backends);
   return std::unique_ptr<Server>(new Server(std::move(impl)));
 }
 
@@ -224,6 +254,8 @@ int Server::port() const { return impl_->port; }
 
 void Server::Drain(absl::Duration patience) {
   impl_->server->GetHealthCheckService()->Shutdown();
+  RecordUses(impl_->backends);
+  absl::SleepFor(std::min(patience / 8, kNotice));
   impl_->interceptor.Close();
   impl_->calls.CloseAll(ShuttingDown());
   // Once gRPC shuts down, open calls end with a bare CANCELLED, for which clients do not try

@@ -28,6 +28,11 @@ struct ServerOptions {
   // >= 16 MiB; connections, and requests that have not arrived whole, of all peers together. gRPC
   // ends streams beyond it.
   int64_t max_buffer_bytes = int64_t{128} << 20;
+  // >= 1 s, or 0: without limit. Then a client's connection is ended (GOAWAY) once its calls are
+  // over, so that the client looks which servers there are, and connects again.
+  absl::Duration connection_age = absl::Seconds(30);
+  // >= 0. How long families may be loaded before health says SERVING; 0: none are loaded.
+  absl::Duration preload_time = absl::ZeroDuration();
   Limits limits;
   std::shared_ptr<Authorizer> authorizer;       // none: everyone may do everything
   std::shared_ptr<const trace::Tracer> tracer;  // none: calls are not traced
@@ -40,7 +45,8 @@ struct ServerOptions {
 // Threads: safe.
 class Server {
  public:
-  // Listens and serves, with health checking and reflection. The stores and families outlive it.
+  // Listens and serves, with health checking and reflection. While families are preloaded, calls
+  // are answered already. The stores and families outlive it.
   // Errors: kInvalidArgument (options), kFailedPrecondition if it cannot listen there.
   static absl::StatusOr<std::unique_ptr<Server>> Start(store::Catalog& catalog,
                                                        store::BlobStore& blobs,
@@ -55,8 +61,9 @@ class Server {
   const std::string& address() const;
   int port() const;
 
-  // Stops in good order: health becomes NOT_SERVING, new calls and streams end with kUnavailable
-  // and google.rpc.RetryInfo, and other calls may finish within `patience`. Idempotent.
+  // Stops in good order: health becomes NOT_SERVING, and clients that watch it leave. A moment
+  // later new calls and streams end with kUnavailable and google.rpc.RetryInfo, and other calls may
+  // finish within `patience`. Idempotent.
   void Drain(absl::Duration patience);
 
  private:

@@ -318,7 +318,7 @@ void Router::DispatchMethod(const ExchangePtr& exchange) {
 
 void Router::AnswerReady(const ExchangePtr& exchange) {
   if (is_draining_) return exchange->Fail(server::ShuttingDown());
-  api_.CheckStores([exchange](absl::StatusOr<std::string> state) {
+  api_.CheckIsReady([exchange](absl::StatusOr<std::string> state) {
     if (!state.ok()) return exchange->Fail(state.status(), 503);
     exchange->Finish(TextReply(*state + "\n"));
   });
@@ -354,6 +354,7 @@ bool Router::IsStream(const Request& request) const {
 }
 
 absl::Status Router::AdmitStream(const Request& request, StreamVisit& visit) {
+  if (is_draining_) return server::ShuttingDown();  // a proxy asks another server then
   const absl::Status host = CheckHosts(request);
   if (!host.ok()) return host;
   const absl::Status origin = CheckOrigin(request.origin, request.host, options_.allowed_origin);

@@ -2,6 +2,7 @@
 
 #include <google/protobuf/text_format.h>
 #include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
 
 #include <algorithm>
 #include <atomic>
@@ -59,6 +60,7 @@ v1::Frame FrameFor(const Request& request, double time_s) {
 class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Operations::Service {
  public:
   Impl() {
+    grpc::EnableDefaultHealthCheckService(true);
     grpc::ServerBuilder builder;
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port_);
     builder.RegisterService(static_cast<v1::LiquidBlend::Service*>(this));
@@ -66,6 +68,10 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     server_ = builder.BuildAndStart();
   }
   ~Impl() override { server_->Shutdown(std::chrono::system_clock::now()); }
+
+  void SetHealthy(bool is_healthy) {
+    server_->GetHealthCheckService()->SetServingStatus(is_healthy);
+  }
 
   grpc::Status UploadAnimation(ServerContext* context,
                                grpc::ServerReader<v1::UploadAnimationRequest>* in,
@@ -270,6 +276,8 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
   bool with_details = false;
   std::atomic<bool> break_watch = false;
   std::atomic<bool> break_stream = false;
+  static constexpr int64_t kNever = -1;
+  std::atomic<int64_t> stop_stream = kNever;  // after so many frames
 
  private:
   static bool Known(const std::string& id) {
@@ -344,35 +352,46 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     return is_new ? grpc::Status::OK : NotFound(name);
   }
 
-  template <typename Stream>
-  static void Send(const v1::StreamFramesRequest& settings, double time_s, int64_t index,
-                   Stream* stream) {
+  static v1::StreamFramesResponse ResponseFor(const v1::StreamFramesRequest& settings,
+                                              double time_s, int64_t index) {
     v1::StreamFramesResponse response;
     *response.mutable_frame() = FrameFor(settings, time_s);
     response.set_frame_index(index);
     response.set_level_of_detail(settings.adapt_level_of_detail() ? 1 : 0);
-    stream->Write(response);
+    return response;
   }
 
   template <typename Stream>
   grpc::Status SendAll(const v1::StreamFramesRequest& settings, Stream* stream) {
     const bool breaks = break_stream.exchange(false);
+    const int64_t num_until_stop = stop_stream.exchange(kNever);
     const double pace =
         settings.has_frames_per_second() ? settings.frames_per_second() : kCannedFramesPerSecond;
-    const auto num_frames = static_cast<int64_t>(std::floor(kCannedDuration * pace + 1e-9)) + 1;
-    for (int64_t i = 0; i < num_frames; ++i) {
+    const double left = kCannedDuration - settings.time_s();
+    const auto num_frames = static_cast<int64_t>(std::floor(left * pace + 1e-9)) + 1;
+    for (int64_t i = 0; i <= num_frames; ++i) {
       if (breaks && i == 2) return {grpc::StatusCode::UNAVAILABLE, "the server is stopping"};
-      Send(settings, static_cast<double>(i) / pace, i, stream);
+      if (i == num_until_stop) return {grpc::StatusCode::UNAVAILABLE, "moved"};
+      if (i == num_frames) break;
+      const auto time_of = [&](int64_t k) {
+        return settings.time_s() + static_cast<double>(k) / pace;
+      };
+      v1::StreamFramesResponse response = ResponseFor(settings, time_of(i), i);
+      if (!breaks) response.set_num_requests(1);
+      if (!breaks && i + 1 < num_frames) response.set_next_time_s(time_of(i + 1));
+      stream->Write(response);
     }
     return grpc::Status::OK;
   }
 
   // A frame a millisecond, always with the newest weights.
   template <typename Stream>
-  static grpc::Status SendUntilCancelled(v1::StreamFramesRequest settings, ServerContext* context,
-                                         Stream* stream) {
+  grpc::Status SendUntilCancelled(v1::StreamFramesRequest settings, ServerContext* context,
+                                  Stream* stream) {
+    const int64_t num_until_stop = stop_stream.exchange(kNever);
     absl::Mutex settings_mutex;
     bool closed = false;
+    int64_t num_requests = 1;
     std::thread reader([&] {
       v1::StreamFramesRequest change;
       while (stream->Read(&change)) {
@@ -382,6 +401,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
           settings.clear_parameters();
         }
         settings.MergeFrom(change);
+        ++num_requests;
       }
       const absl::MutexLock lock(&settings_mutex);
       closed = true;
@@ -389,9 +409,12 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     for (int64_t i = 0; !context->IsCancelled(); ++i) {
       settings_mutex.Lock();
       settings_mutex.AwaitWithTimeout(absl::Condition(&closed), absl::Milliseconds(1));
-      const v1::StreamFramesRequest now = settings;
+      v1::StreamFramesResponse response = ResponseFor(settings, settings.time_s(), i);
+      response.set_next_time_s(settings.time_s());
+      response.set_num_requests(num_requests);
       settings_mutex.Unlock();
-      Send(now, 0.0, i, stream);
+      if (i == num_until_stop) context->TryCancel();
+      stream->Write(response);
     }
     reader.join();
     return grpc::Status::CANCELLED;
@@ -422,6 +445,14 @@ absl::Status WithRetryDelay(absl::Status status, absl::Duration delay) {
   return status;
 }
 
+absl::Status WithReason(absl::Status status, const std::string& reason) {
+  google::rpc::ErrorInfo info;
+  info.set_reason(reason);
+  status.SetPayload("type.googleapis.com/google.rpc.ErrorInfo",
+                    absl::Cord(info.SerializeAsString()));
+  return status;
+}
+
 void FakeServer::AddErrorDetails() {
   const absl::MutexLock lock(&impl_->mutex);
   impl_->with_details = true;
@@ -429,6 +460,8 @@ void FakeServer::AddErrorDetails() {
 
 void FakeServer::BreakNextWatch() { impl_->break_watch = true; }
 void FakeServer::BreakNextStream() { impl_->break_stream = true; }
+void FakeServer::StopNextStream(int num_frames) { impl_->stop_stream = num_frames; }
+void FakeServer::SetHealthy(bool is_healthy) { impl_->SetHealthy(is_healthy); }
 void FakeServer::RefuseNextUpload(const absl::Status& status) { impl_->SetRefusal(status); }
 
 int FakeServer::NumCalls(const std::string& method) const {

@@ -43,8 +43,13 @@ class FakeServer {
   void AddErrorDetails();
   // The next WatchOperation ends with UNAVAILABLE after one message.
   void BreakNextWatch();
-  // The next lossless stream ends with UNAVAILABLE after two frames.
+  // The next lossless stream is that of an older server, which does not say which frame follows,
+  // and ends with UNAVAILABLE after two frames.
   void BreakNextStream();
+  // The next stream ends after so many frames, as when a server stops.
+  void StopNextStream(int num_frames);
+  // Health over gRPC; it is healthy unless told otherwise.
+  void SetHealthy(bool is_healthy);
   // The next upload is refused after its first file, before the client has sent all.
   void RefuseNextUpload(const absl::Status& status);
 
@@ -63,8 +68,9 @@ class FakeServer {
   std::unique_ptr<Impl> impl_;
 };
 
-// The status with a google.rpc.RetryInfo.
+// The status with a google.rpc.RetryInfo; with a google.rpc.ErrorInfo.
 absl::Status WithRetryDelay(absl::Status status, absl::Duration delay);
+absl::Status WithReason(absl::Status status, const std::string& reason);
 
 // A closed, oriented mesh of 8 triangles: radius 1 + weight, centre (time, 0, 0).
 Mesh MakeOctahedron(double weight, double time_s);

@@ -151,7 +151,7 @@ absl::Status FuzzApi::Post(absl::AnyInvocable<void()> work) {
   return absl::OkStatus();
 }
 
-void FuzzApi::CheckStores(Done<std::string> done) {
+void FuzzApi::CheckIsReady(Done<std::string> done) {
   Give<std::string>(std::string("ok"), std::move(done));
 }
 

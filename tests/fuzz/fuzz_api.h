@@ -42,7 +42,7 @@ class FuzzApi final : public server::Api {
       std::string client, std::weak_ptr<server::StreamSession::Sink> sink,
       trace::Span span) override;
   absl::Status Post(absl::AnyInvocable<void()> work) override;
-  void CheckStores(Done<std::string> done) override;
+  void CheckIsReady(Done<std::string> done) override;
   void GetMetricsText(Done<std::string> done) override;
   metrics::Metrics& metrics() override;
   server::CallLog& call_log() override;

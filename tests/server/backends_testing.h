@@ -193,6 +193,7 @@ class RpcTest : public testing::Test {
     store::pb::FamilyRecord record;
     record.set_id(id);
     record.set_blob(*writer->Commit());
+    record.set_size_bytes(static_cast<int64_t>((*blobs_->Open(record.blob()))->bytes().size()));
     *record.mutable_manifest() = store::ManifestOf(family);
     record.set_num_vertices(static_cast<int64_t>(family.vertices.size()));
     record.set_num_cells(family.num_cells());

@@ -45,8 +45,9 @@ struct TraceHeaders {
 };
 
 struct ConnectOptions {
-  // HOST:PORT, or any gRPC target; or several, separated by commas: servers of one store. If the
-  // current server cannot be reached, calls go to the next at once, and stay there.
+  // HOST:PORT, or any gRPC target, also a name of several servers (dns:///NAME:PORT); or several,
+  // separated by commas: servers of one store. Calls go to all of them in turn. One that cannot be
+  // reached, or is about to stop, is left out, and its calls go to the next at once.
   std::string target = "127.0.0.1:50051";
   absl::Duration connect_timeout = absl::Seconds(5);  // how long Connect waits for the server
   absl::Duration call_timeout = absl::Seconds(30);    // per attempt of a short call

@@ -42,13 +42,15 @@ struct StreamSettings {
 
 struct StreamedFrame {
   Frame frame;
-  int64_t frame_index = 0;  // counts sent frames from 0
+  int64_t frame_index = 0;  // counts sent frames from 0, of all servers of the stream
   int64_t num_dropped = 0;  // frames skipped so far because they would have been late
   int level_of_detail = 0;  // of this frame
 };
 
-// One running stream; made by Client::StreamFrames. The destructor cancels it.
-// Threads: Read from one thread; Change and Cancel from any.
+// One running stream; made by Client::StreamFrames. The destructor cancels it. If its server stops
+// or cannot be reached any more, it goes on at another one: with the next frame, of the same
+// version of the family, or of a newer one if that is not kept any more. Not if the server is too
+// old to tell which the next frame is. Threads: Read from one thread; Change and Cancel from any.
 class FrameStream {
  public:
   ~FrameStream();
@@ -56,7 +58,8 @@ class FrameStream {
   FrameStream& operator=(const FrameStream&) = delete;
 
   // Waits for the next frame; std::nullopt after the last one.
-  // Errors: the server's, kCancelled after Cancel, kUnavailable if the connection is lost.
+  // Errors: the server's, kCancelled after Cancel, kUnavailable if no server can be reached within
+  // RetryOptions.
   absl::StatusOr<std::optional<StreamedFrame>> Read();
 
   // Sets values from the next frame on.  Errors: kFailedPrecondition if the stream ended.

@@ -87,7 +87,7 @@ typedef struct lb_client lb_client;
 
 typedef struct lb_connect_options {
   size_t struct_size;
-  /* HOST:PORT, or several, separated by commas: servers of one store, tried in turn.
+  /* HOST:PORT, or several, separated by commas: servers of one store, asked in turn.
    * NULL: 127.0.0.1:50051 */
   const char* target;
   const char* token; /* NULL: none; sent with TLS, or on this machine, only */
@@ -402,7 +402,9 @@ typedef struct lb_stream_request {
 LB_API lb_status lb_stream_open(lb_client* client, const lb_stream_request* request,
                                 lb_stream** out);
 /* Waits for the next frame. At the end it is LB_OK, and `out` is NULL.
- * Errors: the server's; LB_UNAVAILABLE if the connection is lost, LB_CANCELLED once it is cancelled.
+ * If the server stops or is lost, it goes on at another one with the next frame.
+ * Errors: the server's; LB_UNAVAILABLE if no server can be reached, LB_CANCELLED once it is
+ * cancelled.
  * After one the stream has ended. */
 LB_API lb_status lb_stream_next(lb_stream* stream, lb_frame** out);
 /* Ends the stream at once; lb_stream_next() that waits in another thread returns. */

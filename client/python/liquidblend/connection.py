@@ -15,7 +15,7 @@ class Connection:
     """Servers of one store, and how to reach them. None is the default."""
 
     target: Optional[str] = None
-    """HOST:PORT, or several, separated by commas, which are tried in turn; None: 127.0.0.1:50051"""
+    """HOST:PORT, or several, separated by commas, which are asked in turn; None: 127.0.0.1:50051"""
     token: Optional[str] = None
     """Sent with TLS, or on this machine, only."""
     tls: bool = False

@@ -1,10 +1,16 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
+import { create, fromBinary, toBinary } from '@bufbuild/protobuf';
+import {
+  StreamFramesRequestSchema,
+  StreamFramesResponseSchema,
+} from '../src/generated/liquidblend/v1/liquidblend_pb.ts';
 import { BackOff } from '../src/stream/back_off.ts';
 import { BufferPool, emptyBuffers, grownFloats } from '../src/stream/buffers.ts';
 import { advance, playedRange, shortTime, startTime, type Course } from '../src/stream/clock.ts';
 import { frameFileName, frameTimes } from '../src/stream/export.ts';
 import { framePath } from '../src/stream/frame_request.ts';
+import { FrameStream } from '../src/stream/frame_stream.ts';
 import { NewestWins } from '../src/stream/newest_wins.ts';
 import { writeEdges, writeNormals } from '../src/stream/normals.ts';
 import type { PlayerSettings } from '../src/stream/player.ts';
@@ -123,6 +129,69 @@ test('BackOffDoublesUpToItsLimit', () => {
   );
   backOff.reset();
   assert.equal(backOff.next(), 100);
+});
+
+/** A socket without a network, of which the test is the server. */
+class FakeSocket {
+  static readonly OPEN = 1;
+  static all: FakeSocket[] = [];
+  readyState = 0;
+  requests: { timeS?: number; credit?: number }[] = [];
+  onopen = () => {};
+  onmessage = (_event: { data: ArrayBuffer }) => {};
+  onclose = (_event: { code: number; reason: string }) => {};
+
+  constructor() {
+    FakeSocket.all.push(this);
+  }
+
+  send(bytes: Uint8Array): void {
+    this.requests.push(fromBinary(StreamFramesRequestSchema, bytes));
+  }
+
+  close(): void {}
+
+  accept(): void {
+    this.readyState = FakeSocket.OPEN;
+    this.onopen();
+  }
+
+  give(timeS: number, nextTimeS: number): void {
+    const frame = { timeS, data: new Uint8Array(1) };
+    const response = create(StreamFramesResponseSchema, { frame, nextTimeS });
+    this.onmessage({ data: toBinary(StreamFramesResponseSchema, response).buffer as ArrayBuffer });
+  }
+}
+
+test('AStreamWhoseServerStopsGoesOnAtOnceWithTheNextFrame', () => {
+  Object.assign(globalThis, { WebSocket: FakeSocket, location: { protocol: 'http:', host: 'x' } });
+  const times: number[] = [];
+  const states: string[] = [];
+  const stream = new FrameStream(
+    {
+      frame: ({ info }) => times.push(info.timeS),
+      end: () => assert.fail('ended'),
+      error: (error) => assert.fail(error.message),
+      state: (state) => states.push(state),
+      probe: () => Promise.resolve(),
+    },
+    4,
+  );
+  stream.open({ family: 'families/drops', timeS: 0 });
+  const [first] = FakeSocket.all;
+  first!.accept();
+  first!.give(0, 0.25);
+  first!.give(0.25, 0.5);
+  first!.onclose({ code: 1001, reason: 'the server is shutting down' });
+  const [, second] = FakeSocket.all;
+  assert.ok(second, 'no pause before it');
+  second.accept();
+  assert.equal(second.requests[0]!.timeS, 0.5);
+  assert.equal(second.requests[0]!.credit, 4);
+  second.give(0.5, 0.75);
+  assert.deepEqual(times, [0, 0.25, 0.5]);
+  assert.ok(!states.includes('waiting'));
+  stream.close();
 });
 
 test('NormalsPointOutwardsAndEdgesComeOnce', () => {

@@ -55,6 +55,12 @@ inline constexpr absl::Duration kWorkerSilence = absl::Minutes(2);
 // accepted before. Empty: no check.
 using OwnerCheck = std::function<absl::Status(const OwnerUse&)>;
 
+// A family that frames are asked for.
+struct UsedFamily {
+  std::string id;
+  int64_t size_bytes = 0;  // of the file of its published version
+};
+
 // Number of jobs by state.
 using JobCounts = std::map<pb::JobRecord::State, int64_t>;
 // Number of jobs by state and the memory that they need, in GiB, rounded up; at least 1.
@@ -138,6 +144,15 @@ class Catalog : public CatalogUpkeep {
   virtual absl::StatusOr<JobMemoryCounts> CountJobsByMemory() = 0;
   // Every blob that a record, an unfinished job or a child of one refers to, sorted, each once.
   virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
+
+  // ---- Use.
+
+  // Adds to the numbers of frames that were asked for, by family; names without a family are left
+  // out.
+  virtual absl::Status RecordFamilyUses(const std::map<std::string, int64_t>& num_frames) = 0;
+  // The families with a published version that were asked for within a week, the most asked for
+  // first: a frame of n days ago counts as 1 / (n + 1).
+  virtual absl::StatusOr<std::vector<UsedFamily>> ListMostUsedFamilies(int max_num) = 0;
 
   // ---- Going back.
 

@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
 #include "core/store/catalog/job_records.h"
+#include "core/store/catalog/use_tables.h"
 #include "core/store/catalog/version_tables.h"
 
 namespace liquidblend::store {
@@ -306,6 +307,7 @@ absl::Status RemoveAnimation(Sql& sql, const std::string& id) {
 absl::Status RemoveFamily(Sql& sql, const std::string& id) {
   LB_RETURN_IF_ERROR(SetFamilyMembers(sql, id, {}));
   LB_RETURN_IF_ERROR(RemoveKeptVersions(sql, id));
+  LB_RETURN_IF_ERROR(RemoveFamilyUses(sql, id));
   return sql.Run("DELETE FROM families WHERE id = $1", {id});
 }
 

@@ -67,8 +67,8 @@ absl::Status InsertJob(Sql& sql, const pb::JobRecord& job);
 // priority and turn.
 absl::Status UpdateJob(Sql& sql, const JobRow& job);
 
-// Remove rows, if there are any; RemoveFamily() those of kept versions and members as well,
-// RemoveChildren() all children of a job.
+// Remove rows, if there are any; RemoveFamily() those of kept versions, members and
+// uses as well, RemoveChildren() all children of a job.
 absl::Status RemoveAnimation(Sql& sql, const std::string& id);
 absl::Status RemoveFamily(Sql& sql, const std::string& id);
 absl::Status RemoveJob(Sql& sql, const std::string& id);

@@ -95,6 +95,12 @@ constexpr const char* kPostgresMigrations[] = {R"sql(
     PRIMARY KEY (family, version));
   CREATE INDEX kept_versions_by_owner ON kept_versions (owner, blob, stored_bytes);
 )sql"};
+// An addition that older programs leave alone, so that it needs no version of its own.
+constexpr char kPostgresUses[] = R"sql(
+  CREATE TABLE family_uses (
+    family TEXT COLLATE "C" NOT NULL, day BIGINT NOT NULL, num_frames BIGINT NOT NULL,
+    PRIMARY KEY (family, day));
+)sql";
 constexpr int64_t kPostgresSchemaVersion = std::size(kPostgresMigrations);
 constexpr int64_t kPostgresFirstWithOwners = 4;
 constexpr absl::Duration kSlowPoll = absl::Seconds(5);
@@ -137,14 +143,23 @@ absl::Status Migrate(PostgresConnection& sql) {
                  {kPostgresSchemaVersion});
 }
 
+absl::Status AddUses(PostgresConnection& sql) {
+  LB_ASSIGN_OR_RETURN(const int64_t num_there, CountTables(sql, " AND relname = 'family_uses'"));
+  return num_there > 0 ? absl::OkStatus() : sql.RunScript(kPostgresUses);
+}
+
 class PostgresBackend : public SqlBackend {
  public:
   PostgresBackend(PostgresTarget target, PostgresOptions options, int max_connections)
       : pool_(std::move(target), std::move(options), max_connections) {}
 
   absl::Status Prepare() {
-    return pool_.Use(
-        [](PostgresConnection& sql) { return sql.Transaction([&] { return Migrate(sql); }); });
+    return pool_.Use([](PostgresConnection& sql) {
+      return sql.Transaction([&]() -> absl::Status {
+        LB_RETURN_IF_ERROR(Migrate(sql));
+        return AddUses(sql);
+      });
+    });
   }
 
   absl::Status Read(Body body) override {

@@ -18,6 +18,7 @@
 #include "core/store/catalog/job_records.h"
 #include "core/store/catalog/owner_tables.h"
 #include "core/store/catalog/upkeep_tables.h"
+#include "core/store/catalog/use_tables.h"
 #include "core/store/catalog/version_tables.h"
 #include "core/store/catalog/worker_tables.h"
 
@@ -172,6 +173,16 @@ class SqlCatalog : public Catalog {
       if (num < kPrunedAtOnce) break;
     }
     return num_pruned;
+  }
+
+  absl::Status RecordFamilyUses(const std::map<std::string, int64_t>& num_frames) override {
+    return ChangeJob([&](Sql& sql, absl::Time now) { return AddFamilyUses(sql, num_frames, now); });
+  }
+  absl::StatusOr<std::vector<UsedFamily>> ListMostUsedFamilies(int max_num) override {
+    return Read([&](Sql& sql) -> absl::StatusOr<std::vector<UsedFamily>> {
+      LB_ASSIGN_OR_RETURN(const absl::Time now, sql.Now());
+      return FindMostUsedFamilies(sql, max_num, now);
+    });
   }
 
   absl::StatusOr<pb::FamilyRecord> RollbackFamily(const std::string& id, int64_t version,

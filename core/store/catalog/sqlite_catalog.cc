@@ -83,6 +83,12 @@ constexpr const char* kSqliteMigrations[] = {R"sql(
     stored_bytes INTEGER NOT NULL, record BLOB NOT NULL, PRIMARY KEY (family, version)) STRICT;
   CREATE INDEX kept_versions_by_owner ON kept_versions (owner, blob, stored_bytes);
 )sql"};
+// An addition that older programs leave alone, so that it needs no version of its own.
+constexpr char kSqliteUses[] = R"sql(
+  CREATE TABLE IF NOT EXISTS family_uses (
+    family TEXT NOT NULL, day INTEGER NOT NULL, num_frames INTEGER NOT NULL,
+    PRIMARY KEY (family, day)) STRICT, WITHOUT ROWID;
+)sql";
 constexpr int64_t kSqliteSchemaVersion = std::size(kSqliteMigrations);
 constexpr int64_t kSqliteFirstWithOwners = 5;
 
@@ -109,8 +115,13 @@ absl::Status Migrate(Database& db) {
                                    "; PRAGMA user_version = ", kSqliteSchemaVersion, ";"));
 }
 
+absl::Status MakeTables(Database& db) {
+  LB_RETURN_IF_ERROR(Migrate(db));
+  return db.RunScript(kSqliteUses);
+}
+
 absl::Status PrepareTables(Database& db) {
-  LB_RETURN_IF_ERROR(db.Transaction([&] { return Migrate(db); }));
+  LB_RETURN_IF_ERROR(db.Transaction([&] { return MakeTables(db); }));
   return db.Run("PRAGMA quick_check(1)", {}, [&](const SqlRow& row) {
     const std::string verdict = row.String(0);
     return verdict == "ok"

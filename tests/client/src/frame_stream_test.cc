@@ -150,6 +150,68 @@ TEST_F(FrameStreamTest, IsOpenedAgainWhileTheServerIsAway) {
   EXPECT_EQ(server_.NumCalls("StreamFrames"), 3);
 }
 
+TEST_F(FrameStreamTest, GoesOnWithTheNextFrameWhenItsServerStops) {
+  server_.StopNextStream(5);
+  const auto stream = Open(/*lossless=*/true);
+  for (int k = 0; k < 25; ++k) {
+    const auto streamed = stream->Read();
+    ASSERT_TRUE(streamed.ok()) << streamed.status();
+    ASSERT_TRUE(streamed->has_value()) << k;
+    EXPECT_EQ((*streamed)->frame_index, k);
+    EXPECT_NEAR((*streamed)->frame.time_s, k / 24.0, 1e-9);
+  }
+  EXPECT_FALSE((*stream->Read()).has_value());
+  EXPECT_EQ(server_.NumCalls("StreamFrames"), 2);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("\nversion: 3"));
+}
+
+TEST_F(FrameStreamTest, IsOverIfItsServerStopsAfterTheLastFrame) {
+  server_.StopNextStream(25);
+  const auto stream = Open(/*lossless=*/true);
+  for (int k = 0; k < 25; ++k) ASSERT_TRUE((*stream->Read()).has_value()) << k;
+  const auto end = stream->Read();
+  ASSERT_TRUE(end.ok()) << end.status();
+  EXPECT_FALSE(end->has_value());
+  EXPECT_EQ(server_.NumCalls("StreamFrames"), 1);
+}
+
+TEST_F(FrameStreamTest, TakesChangesWhileItGoesOverToAnotherServer) {
+  server_.StopNextStream(3);
+  const auto stream = Open(/*lossless=*/false);
+  for (int k = 0; k < 100; ++k) {
+    StreamSettings change;
+    change.weights = {0.01 * k};
+    ASSERT_TRUE(stream->Change(change).ok()) << k;
+    const auto streamed = stream->Read();
+    ASSERT_TRUE(streamed.ok()) << streamed.status();
+    EXPECT_EQ((*streamed)->frame_index, k);
+  }
+  EXPECT_EQ(server_.NumCalls("StreamFrames"), 2);
+  double weight = 0.0;
+  while (weight < 0.99) weight = (*stream->Read())->frame.weights[0];
+}
+
+TEST_F(FrameStreamTest, GoesOnWithANewerVersionIfItsOwnIsGone) {
+  server_.StopNextStream(2);
+  const auto stream = Open(/*lossless=*/true);
+  ASSERT_TRUE((*stream->Read()).has_value());
+  ASSERT_TRUE((*stream->Read()).has_value());
+  server_.FailNext("StreamFrames", 1, absl::NotFoundError("family drops has no version 3"));
+  const auto streamed = stream->Read();
+  ASSERT_TRUE(streamed.ok()) << streamed.status();
+  EXPECT_EQ((*streamed)->frame_index, 2);
+  EXPECT_THAT(server_.LastRequest(), HasSubstr("min_version: 3"));
+}
+
+TEST_F(FrameStreamTest, EndsWithTheConnectionToAnOlderServer) {
+  server_.BreakNextStream();
+  const auto stream = Open(/*lossless=*/true);
+  ASSERT_TRUE((*stream->Read()).has_value());
+  ASSERT_TRUE((*stream->Read()).has_value());
+  EXPECT_EQ(stream->Read().status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(server_.NumCalls("StreamFrames"), 1);
+}
+
 TEST_F(FrameStreamTest, TheServersRefusalIsReported) {
   server_.FailNext("StreamFrames", 1, absl::NotFoundError("families/drops does not exist"));
   const absl::Status status = Open(/*lossless=*/true)->Read().status();

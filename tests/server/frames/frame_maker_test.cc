@@ -26,7 +26,7 @@ class FrameMakerTest : public testing::Test {
   FrameMakerTest()
       : cache_(1 << 20),
         pool_(1, {.max_waiting_cost = 1'000'000, .quantum = 1}),
-        maker_(cache_, pool_, buffer_pool_, metrics_) {
+        maker_(cache_, pool_, buffer_pool_, uses_, metrics_) {
     mesh::RegisteredFamily family = synthetic::MakeFamily(
         synthetic::MixedSphere(2), {{synthetic::SmoothWarp(1, 0.1F, 0.3F), {}}});
     family.name = "drops";
@@ -70,6 +70,7 @@ class FrameMakerTest : public testing::Test {
   absl::Notification release_;
   FrameCache cache_;
   FrameBufferPool buffer_pool_;
+  catalog::FamilyUses uses_;
   metrics::Metrics metrics_;
   FramePool pool_;
   FrameMaker maker_;

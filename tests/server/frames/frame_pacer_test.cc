@@ -57,6 +57,29 @@ TEST(FramePacer, ATickStaysTheSameUntilItIsTaken) {
   EXPECT_EQ(pacer.Next(Ms(50))->time_s, 0.25);
 }
 
+// What follows a frame is where another pacer goes on: at the end, too, and round the loop.
+TEST(FramePacer, AnotherOneGoesOnFromTheNextTime) {
+  for (const bool is_loop : {false, true}) {
+    Pace pace = OneSecond();
+    pace.loop = is_loop;
+    FramePacer whole;
+    whole.Change(pace, std::nullopt, Ms(0));
+    const std::vector<double> expected = TakeAll(whole, Ms(0), 25);
+    std::vector<double> times;
+    std::optional<double> next = 0.0;
+    while (next.has_value() && times.size() < expected.size()) {
+      FramePacer part;
+      part.Change(pace, next, Ms(0));
+      times.push_back(part.Next(Ms(0))->time_s);
+      part.Advance();
+      next = part.NextTime();
+    }
+    ASSERT_EQ(times.size(), expected.size());
+    for (size_t k = 0; k < times.size(); ++k) EXPECT_NEAR(times[k], expected[k], kTolerance) << k;
+    EXPECT_EQ(next.has_value(), is_loop);
+  }
+}
+
 TEST(FramePacer, SkipsAndCountsWhatIsLate) {
   FramePacer pacer;
   pacer.Change(OneSecond(), std::nullopt, Ms(0));

@@ -164,6 +164,44 @@ TEST_F(StreamSessionTest, ALosslessStreamSendsEveryFrameAndEnds) {
   }
 }
 
+TEST_F(StreamSessionTest, EachFrameSaysWhichOneFollows) {
+  PublishSplash();
+  const std::jthread client = TakeAll(absl::ZeroDuration());
+  v1::StreamFramesRequest request = Request();
+  request.set_lossless(true);
+  session_->OnRequest(request);
+  session_->OnHalfClosed();
+  EXPECT_TRUE(sink_->AwaitEnd().ok());
+  for (int k = 0; k + 1 < kFamilyFrames; ++k) {
+    EXPECT_EQ(sink_->Await(k).next_time_s(), sink_->Await(k + 1).frame().time_s()) << k;
+  }
+  EXPECT_FALSE(sink_->Await(kFamilyFrames - 1).has_next_time_s());
+}
+
+TEST_F(StreamSessionTest, EachFrameSaysHowManyMessagesItShows) {
+  PublishSplash();
+  v1::StreamFramesRequest request = Request();
+  request.set_rate(0);
+  request.set_frames_per_second(100);
+  session_->OnRequest(request);
+  EXPECT_EQ(sink_->Await(0).num_requests(), 1);
+  for (const double time_s : {0.1, 0.2}) {
+    v1::StreamFramesRequest seek;
+    seek.set_time_s(time_s);
+    session_->OnRequest(seek);
+  }
+  sink_->Take(*session_);
+  // One made ahead may have been sent already.
+  for (size_t n = 1; sink_->Await(n).num_requests() < 3; ++n) {
+    EXPECT_NE(sink_->Await(n).frame().time_s(), 0.2);
+    sink_->Take(*session_);
+  }
+  const v1::StreamFramesResponse last = sink_->Await(sink_->num_sent() - 1);
+  EXPECT_EQ(last.num_requests(), 3);
+  EXPECT_EQ(last.frame().time_s(), 0.2);
+  EXPECT_EQ(last.next_time_s(), 0.2);
+}
+
 TEST_F(StreamSessionTest, ASlowClientGetsOneFrameAtATimeAndTheNewestOne) {
   PublishSplash();
   v1::StreamFramesRequest request = Request();

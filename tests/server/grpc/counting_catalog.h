@@ -99,6 +99,12 @@ class CountingCatalog final : public store::Catalog {
   absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
     return catalog_.ListReferencedBlobs();
   }
+  absl::Status RecordFamilyUses(const std::map<std::string, int64_t>& num_frames) override {
+    return catalog_.RecordFamilyUses(num_frames);
+  }
+  absl::StatusOr<std::vector<store::UsedFamily>> ListMostUsedFamilies(int max_num) override {
+    return catalog_.ListMostUsedFamilies(max_num);
+  }
   absl::StatusOr<store::pb::FamilyRecord> RollbackFamily(const std::string& id, int64_t version,
                                                          int keep_versions) override {
     return catalog_.RollbackFamily(id, version, keep_versions);

@@ -17,10 +17,70 @@ namespace {
 
 using testing::HasSubstr;
 
+constexpr std::chrono::seconds kLongest(60);  // that is waited for what must happen
+
 TEST_F(ServerTest, HealthIsServingForTheServerAndItsServices) {
   EXPECT_EQ(Health(""), 1);
   EXPECT_EQ(Health("liquidblend.v1.LiquidBlend"), 1);
   EXPECT_EQ(Health("google.longrunning.Operations"), 1);
+}
+
+TEST_F(ServerTest, IsHealthyOnceTheFamiliesThatAreAskedForAreThere) {
+  PublishSplash();
+  ASSERT_TRUE(catalog_->RecordFamilyUses({{"splash", 1}}).ok());
+  ServerOptions options;
+  options.preload_time = absl::Hours(1);
+  Start(options);
+  while (Health("") != 1) std::this_thread::yield();
+  EXPECT_NE(families_.Peek("splash", 1), nullptr);
+  EXPECT_EQ(Health("liquidblend.v1.LiquidBlend"), 1);
+}
+
+TEST_F(ServerTest, RecordsWhatFramesWereAskedFor) {
+  PublishSplash();
+  grpc::ClientContext context;
+  v1::GetFrameRequest request;
+  request.set_family("families/splash");
+  request.add_weights(1.0);
+  v1::Frame frame;
+  ASSERT_THAT(stub_->GetFrame(&context, request, &frame), IsOk());
+  server_->Drain(absl::Seconds(10));
+  const auto used = catalog_->ListMostUsedFamilies(10);
+  ASSERT_TRUE(used.ok()) << used.status();
+  ASSERT_EQ(used->size(), 1);
+  EXPECT_EQ((*used)[0].id, "splash");
+}
+
+// So that clients see new servers; a stream is not cut for that.
+TEST_F(ServerTest, EndsConnectionsOfSomeAgeButNotTheirStreams) {
+  PublishSplash();
+  ServerOptions options;
+  options.connection_age = absl::Seconds(1);
+  Start(options);
+  grpc::ClientContext context;
+  auto stream = stub_->StreamFrames(&context);
+  v1::StreamFramesRequest request = Lossless();
+  request.set_lossless(false);
+  request.set_loop(true);
+  ASSERT_TRUE(stream->Write(request));
+  v1::StreamFramesResponse response;
+  ASSERT_TRUE(stream->Read(&response));
+  ASSERT_EQ(channel_->GetState(false), GRPC_CHANNEL_READY);
+  EXPECT_TRUE(channel_->WaitForStateChange(GRPC_CHANNEL_READY,
+                                           std::chrono::system_clock::now() + kLongest));
+  for (int k = 0; k < 10; ++k) ASSERT_TRUE(stream->Read(&response)) << k;
+  context.TryCancel();
+  stream->Finish();
+}
+
+TEST_F(ServerTest, RefusesAgesOfConnectionsThatMakeNoSense) {
+  ServerOptions options;
+  for (const absl::Duration age : {absl::Milliseconds(1), -absl::Seconds(1), absl::Hours(1000)}) {
+    options.connection_age = age;
+    EXPECT_THAT(options.Validate().ToString(), HasSubstr("connection_age"));
+  }
+  options.connection_age = absl::ZeroDuration();
+  EXPECT_TRUE(options.Validate().ok());
 }
 
 TEST_F(ServerTest, ReflectionListsTheServices) {

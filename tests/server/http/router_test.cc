@@ -126,7 +126,7 @@ class FakeApi final : public server::Api {
       std::string, std::weak_ptr<server::StreamSession::Sink>, trace::Span) override {
     return nullptr;
   }
-  void CheckStores(Done<std::string> done) override {
+  void CheckIsReady(Done<std::string> done) override {
     if (!error.ok()) return done(error);
     done(std::string("ok"));
   }
@@ -625,6 +625,18 @@ TEST_F(RouterTest, ReadinessFollowsStoresAndDraining) {
   EXPECT_EQ(Send(router, request).code, 503);
   request.target = "/healthz";
   EXPECT_EQ(Send(router, request).code, 200);
+}
+
+// A proxy in front asks another server then.
+TEST_F(RouterTest, OpensNoStreamsWhileItDrains) {
+  Router router(api_, options_);
+  Request request;
+  request.method = "GET";
+  request.target = "/v1/stream";
+  StreamVisit visit = {CallerOf(request), {}, {}};
+  EXPECT_TRUE(router.AdmitStream(request, visit).ok());
+  router.SetDraining();
+  EXPECT_TRUE(absl::IsUnavailable(router.AdmitStream(request, visit)));
 }
 
 TEST_F(RouterTest, RequestsAreCountedByPattern) {

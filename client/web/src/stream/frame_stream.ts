@@ -25,6 +25,7 @@ export interface StreamEvents {
 }
 
 const closedNormally = 1000;
+const goingAway = 1001; // the server stops
 
 function streamUrl(): string {
   return `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/v1/stream`;
@@ -35,8 +36,14 @@ function encode(request: StreamRequest): Uint8Array<ArrayBuffer> {
   return toBinary(StreamFramesRequestSchema, message) as Uint8Array<ArrayBuffer>;
 }
 
-function decode(buffer: ArrayBuffer): EncodedFrame | undefined {
-  const { frame, levelOfDetail, numDropped } = fromBinary(
+/** A frame, and the time of the one that follows. */
+interface Received {
+  frame: EncodedFrame;
+  nextTimeS: number;
+}
+
+function decode(buffer: ArrayBuffer): Received | undefined {
+  const { frame, levelOfDetail, numDropped, nextTimeS } = fromBinary(
     StreamFramesResponseSchema,
     new Uint8Array(buffer),
   );
@@ -51,7 +58,8 @@ function decode(buffer: ArrayBuffer): EncodedFrame | undefined {
     clamped,
     numDropped: Number(numDropped),
   };
-  return { info, data: frame.data as Uint8Array<ArrayBuffer> };
+  const encoded = { info, data: frame.data as Uint8Array<ArrayBuffer> };
+  return { frame: encoded, nextTimeS: nextTimeS ?? timeS };
 }
 
 /** One stream. `change` may be called at any time; the newest values win. */
@@ -60,6 +68,7 @@ export class FrameStream {
   private request: StreamRequest = {}; // all that was asked for, for the next connection
   private readonly backOff = new BackOff();
   private timer: ReturnType<typeof setTimeout> | undefined;
+  private hasBroughtFrames = false; // this connection
 
   constructor(
     private readonly events: StreamEvents,
@@ -96,6 +105,7 @@ export class FrameStream {
     this.socket = socket;
     socket.binaryType = 'arraybuffer';
     this.events.state('connecting');
+    this.hasBroughtFrames = false;
     let opened = false;
     socket.onopen = () => {
       opened = true;
@@ -112,11 +122,12 @@ export class FrameStream {
   }
 
   private receive(buffer: ArrayBuffer): void {
-    const frame = decode(buffer);
-    if (!frame) return;
+    const received = decode(buffer);
+    if (!received) return;
     this.backOff.reset();
-    this.request.timeS = frame.info.timeS;
-    this.events.frame(frame);
+    this.hasBroughtFrames = true;
+    this.request.timeS = received.nextTimeS;
+    this.events.frame(received.frame);
   }
 
   private async onClose(event: CloseEvent, opened: boolean): Promise<void> {
@@ -124,6 +135,11 @@ export class FrameStream {
     if (event.code === closedNormally) {
       this.close();
       this.events.end();
+      return;
+    }
+    // Behind a proxy there is another server, at once.
+    if (event.code === goingAway && this.hasBroughtFrames) {
+      this.connect();
       return;
     }
     const error = await this.whyClosed(event, opened);

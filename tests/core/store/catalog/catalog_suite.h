@@ -19,6 +19,7 @@
 #include "tests/core/store/catalog/catalog_retry_suite.h"
 #include "tests/core/store/catalog/catalog_testing.h"
 #include "tests/core/store/catalog/catalog_upkeep_suite.h"
+#include "tests/core/store/catalog/catalog_uses_suite.h"
 #include "tests/core/store/catalog/catalog_versions_suite.h"
 
 namespace liquidblend::store {

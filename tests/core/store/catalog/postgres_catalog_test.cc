@@ -183,6 +183,14 @@ TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
               Fails(Code::kFailedPrecondition, "has schema version 7"));
 }
 
+// Programs of before know nothing of uses, and their version of the tables is this one's.
+TEST_F(PostgresCatalogTest, AddsUsesToADatabaseOfAProgramWithoutThem) {
+  const auto old = MustOpen();
+  Run("DROP TABLE family_uses");
+  EXPECT_THAT(MustOpen()->RecordFamilyUses({}), Succeeds());
+  EXPECT_THAT(old->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+}
+
 TEST_F(PostgresCatalogTest, LeavesOtherDatabasesAlone) {
   Run("CREATE TABLE jobs (theirs TEXT)");
   EXPECT_THAT(OpenPostgresCatalog(url_),

@@ -144,6 +144,14 @@ TEST_F(SqliteCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
   EXPECT_EQ(MustOpen()->ListJobs(0, "")->records.size(), 9);
 }
 
+// Programs of before know nothing of uses, and their version of the tables is this one's.
+TEST_F(SqliteCatalogTest, AddsUsesToADatabaseOfAProgramWithoutThem) {
+  MustOpen();
+  ASSERT_THAT(OpenRaw()->RunScript("DROP TABLE family_uses"), Succeeds());
+  EXPECT_THAT(MustOpen()->RecordFamilyUses({}), Succeeds());
+  EXPECT_EQ(*QueryInt(*OpenRaw(), "PRAGMA user_version"), SqliteTablesVersion());
+}
+
 // A step that cannot be made leaves the former version.
 TEST_F(SqliteCatalogTest, LeavesADatabaseThatItCannotBringUpToDate) {
   path_ = folder_.path() + "/old.db";
