@@ -163,7 +163,7 @@ const Rooms kRooms[] = {
       "finish/", "frames/"}},
     {"core/store/", {"sql/", "blobs/", "files/", "catalog/"}},
     {"client/", {"include/", "src/", "player/", "c/", "vdb/", "cli/", "examples/"}},
-    {"client/src/", {"decode/", "files/"}},
+    {"client/src/", {"connection/", "decode/", "files/"}},
     {"client/cli/", {"flags/", "files/", "print/", "render/", "export/"}},
     {"server/",
      {"tar/", "admin/", "encode/", "metrics/", "catalog/", "base/", "access/", "frames/", "api/",

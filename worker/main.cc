@@ -303,9 +303,10 @@ absl::StatusOr<jobs::LoopEnd> Run(const Flags& flags, const jobs::StopSignal& st
   const std::unique_ptr<trace::Tracer> tracer =
       trace::Tracer::Open({"liquidblend-worker", base::Version()}, base::LogWarning);
   options.tracer = tracer.get();
-  const absl::Status status = jobs::RunJobs(*store.catalog, *store.blobs, arena, stop, options);
+  absl::StatusOr<jobs::LoopEnd> end =
+      jobs::RunJobs(*store.catalog, *store.blobs, arena, stop, options);
   tracer->Stop();
-  return status;
+  return end;
 }
 
 int Main(const Flags& flags) {

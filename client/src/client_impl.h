@@ -13,11 +13,11 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/src/connection/trace_headers.h"
 #include "client/src/known_versions.h"
 #include "client/src/retry.h"
 #include "client/src/servers.h"
 #include "client/src/status.h"
-#include "client/src/trace_headers.h"
 #include "client/src/upload_files.h"
 #include "liquidblend/client.h"
 

@@ -7,7 +7,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "client/src/loopback.h"
+#include "client/src/connection/loopback.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::client {

@@ -7,9 +7,9 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
-#include "client/src/connection_failure.h"
+#include "client/src/connection/connection_failure.h"
+#include "client/src/connection/loopback.h"
 #include "client/src/credentials.h"
-#include "client/src/loopback.h"
 #include "client/src/reason.h"
 #include "client/src/status_macros.h"
 

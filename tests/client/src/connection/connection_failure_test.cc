@@ -1,4 +1,4 @@
-#include "client/src/connection_failure.h"
+#include "client/src/connection/connection_failure.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "client/src/trace_headers.h"
+#include "client/src/connection/trace_headers.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "client/src/loopback.h"
+#include "client/src/connection/loopback.h"
 
 #include <gtest/gtest.h>
 
