@@ -42,9 +42,11 @@ show_failure() {
   show_logs
 }
 
+own_containers() { podman ps -a --filter "label=$project" --format '{{.Names}}'; }
+
 show_logs() {
   local name
-  for name in $(podman ps -a --filter "label=$project" --format '{{.Names}}'); do
+  for name in $(own_containers); do
     echo "---- $name" >&2
     podman logs --tail 15 "$name" >&2 2>&1 || true
   done
@@ -58,6 +60,7 @@ clean_up() {
   [ ${#phases[@]} = 0 ] || print_table
   {
     [ -z "$(type -t compose_down)" ] || compose_down
+    [ -z "$(type -t kube_down)" ] || kube_down
     podman ps -aq --filter "label=$project" | xargs -r podman rm --force --volumes --time 0
     podman network exists "$network" && podman network rm --force "$network"
     podman volume ls -q --filter "name=$project" | xargs -r podman volume rm --force
