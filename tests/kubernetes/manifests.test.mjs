@@ -131,7 +131,7 @@ const mistakes = {
   versioned: {
     'latest': (all) => { container(all).image = 'localhost/liquidblend-server:latest'; },
     'no tag': (all) => { container(all).image = 'localhost/liquidblend-server'; },
-    'an image of others': (all) => { container(all).image = 'liquidblend-server:0.2.0'; },
+    'an image of others': (all) => { container(all).image = 'liquidblend-server:0.3.0'; },
   },
   disksLimited: {
     'a volume without limit': (all) => { pod(all).volumes[0].emptyDir = {}; },
