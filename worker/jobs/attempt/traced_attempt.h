@@ -12,8 +12,8 @@
 namespace liquidblend::jobs {
 
 // Spans of one attempt: its own, a child of the call's that asked for the job, and one for each
-// stage. A worker that is killed leaves none; the next attempt has its number.  Threads: one at a
-// time.
+// stage. A worker that is killed leaves only those of stages that had ended; the next attempt has
+// its number.  Threads: one at a time.
 class TracedAttempt {
  public:
   // `tracer` null: nothing is traced.
