@@ -63,7 +63,7 @@ TEST_F(HttpTest, IsAnnouncedAndEndsInOrder) {
     EXPECT_EQ(port, written);
   }
   http::HttpClient client(port);
-  EXPECT_EQ(client.Get("/readyz").code, 200);
+  Await([&] { return client.Get("/readyz").code == 200; });  // not while it preloads families
   const std::string metrics = client.Get("/metrics").body;
   EXPECT_THAT(metrics, HasSubstr("process_resident_memory_bytes"));
   EXPECT_THAT(metrics, HasSubstr("liquidblend_disk_free_bytes{disk=\"" + data()));
