@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
@@ -43,6 +45,8 @@ struct Limits {
 // Options of the backends: limits, numbers of threads, memory.
 struct BackendsOptions {
   Limits limits;
+  // When the server's certificate expires; empty: no TLS.
+  std::function<absl::StatusOr<absl::Time>()> certificate_expiry;
   int num_io_threads = 4;                          // >= 1; for the catalog, and again for blobs
   int num_frame_threads = 2;                       // >= 1
   int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
@@ -67,6 +71,7 @@ struct Backends {
   store::BlobStore& blobs;
   liquidblend::catalog::Families& families;
   const Limits limits;
+  const std::function<absl::StatusOr<absl::Time>()> certificate_expiry;
   FrameCache frame_cache;
   FrameBufferPool buffers;
   metrics::Metrics metrics;
