@@ -11,7 +11,10 @@
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
 refuse() { echo "balance.sh: $1" >&2; usage >&2; exit 2; }
-if [ "${1:-}" = --help ]; then usage; exit 0; fi
+case ${1:-} in
+  --help) usage; exit 0 ;;
+  -*) refuse "unknown argument: $1" ;;
+esac
 [ $# -le 2 ] || refuse "too many arguments: $*"
 here=$(cd "$(dirname "$0")/.." && pwd)
 build=${1:-$here/build/release}
