@@ -31,7 +31,7 @@ done
 
 echo "== compile" >&2
 export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$PWD} CCACHE_NOHASHDIR=1
-# Files are as old as the commit, if there is one: the same sources give the same packages.
+# Files are as old as the commit, if there is one.
 SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || date +%s)}
 export SOURCE_DATE_EPOCH
 cmake --preset package >/dev/null
