@@ -206,7 +206,7 @@ class Reader {
     for (auto& [name, value] : PairsOf(variable, ValueOf(variable))) {
       if (name == "service.name" && !service.empty()) continue;
       const auto same = std::find_if(pairs.begin(), pairs.end(),
-                                     [&](const auto& pair) { return pair.first == name; });
+                                     [&key = name](const auto& pair) { return pair.first == key; });
       if (same != pairs.end()) same->second = value;
       if (same == pairs.end()) pairs.emplace_back(name, value);
     }
