@@ -156,7 +156,7 @@ class FakeApi final : public server::Api {
  private:
   metrics::Metrics metrics_;
   server::CallLog call_log_{[](absl::Duration, const std::function<void()>&) {}};
-  const trace::Tracer tracer_;
+  const trace::Tracer tracer_{};
 };
 
 struct Reply {
