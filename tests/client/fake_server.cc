@@ -287,10 +287,10 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
 
   static grpc::Status WaitUntilCancelled(ServerContext* context) {
     absl::Mutex never;
-    const bool kNever = false;
+    const bool woken = false;
     while (!context->IsCancelled()) {
       const absl::MutexLock lock(&never);
-      never.AwaitWithTimeout(absl::Condition(&kNever), absl::Milliseconds(1));
+      never.AwaitWithTimeout(absl::Condition(&woken), absl::Milliseconds(1));
     }
     return grpc::Status::CANCELLED;
   }
