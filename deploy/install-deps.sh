@@ -40,8 +40,8 @@ tools=(
   python3-numpy python3-pip python3-setuptools python3-venv python3-wheel mypy
   # a database and an object store of the tests' own
   postgresql-15 ceph-mon ceph-osd ceph-mgr ceph-common radosgw curl
-  # what evaluates the queries of deploy/kubernetes in its tests
-  prometheus
+  # tests of deploy/monitoring; where Debian starts Prometheus' own service, tests do without it
+  prometheus openssl
 )
 # npm brings Google's API definitions and builds the page. Unless it is there: that of others than
 # Debian is one package.

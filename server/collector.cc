@@ -8,9 +8,9 @@
 
 namespace liquidblend::server {
 
-Collector::Collector(store::Catalog& catalog, store::BlobStore& blobs,
+Collector::Collector(store::Catalog& catalog, store::BlobStore& blobs, metrics::Metrics& metrics,
                      const CollectorOptions& options)
-    : catalog_(catalog), blobs_(blobs), options_(options) {
+    : catalog_(catalog), blobs_(blobs), metrics_(metrics), options_(options) {
   if (options_.every > absl::ZeroDuration()) thread_ = std::thread([this] { Run(); });
 }
 
@@ -33,7 +33,12 @@ void Collector::CollectOnce() {
   options.keep_history = options_.keep_history;
   options.must_stop = [this] { return stop_.HasBeenNotified(); };
   const absl::StatusOr<admin::CollectReport> report = admin::Collect(catalog_, blobs_, options);
-  if (!report.ok()) return base::LogWarning(absl::StrCat("collect: ", report.status().ToString()));
+  if (!report.ok()) {
+    metrics_.CountCollection({.is_ok = false});
+    return base::LogWarning(absl::StrCat("collect: ", report.status().ToString()));
+  }
+  metrics_.CountCollection(
+      {.is_ok = true, .num_blobs = report->num_deleted, .num_bytes = report->deleted_bytes});
   if (report->num_pruned > 0) {
     base::Log(base::LogLevel::kInfo, "deleted old jobs of the history",
               {{"jobs", absl::StrCat(report->num_pruned)}});

@@ -7,6 +7,7 @@
 #include "absl/time/time.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
+#include "server/metrics/metrics.h"
 
 namespace liquidblend::server {
 
@@ -17,12 +18,13 @@ struct CollectorOptions {
   absl::Duration first_after = absl::Minutes(1);       // >= 0; but not later than `every`
 };
 
-// A thread that collects, and logs the deletions. Servers that share a store may collect at the
-// same time. Threads: one at a time.
+// A thread that collects, and counts and logs the deletions. Servers that share a store may collect
+// at the same time. Threads: one at a time.
 class Collector {
  public:
-  // The stores outlive it.
-  Collector(store::Catalog& catalog, store::BlobStore& blobs, const CollectorOptions& options);
+  // The stores and the metrics outlive it.
+  Collector(store::Catalog& catalog, store::BlobStore& blobs, metrics::Metrics& metrics,
+            const CollectorOptions& options);
   // Waits until the deletion under way is done.
   ~Collector();
 
@@ -32,6 +34,7 @@ class Collector {
 
   store::Catalog& catalog_;
   store::BlobStore& blobs_;
+  metrics::Metrics& metrics_;
   const CollectorOptions options_;
   absl::Notification stop_;
   std::thread thread_;

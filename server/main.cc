@@ -151,7 +151,8 @@ absl::Status Run(const Flags& flags) {
   if (http_port != nullptr) Announce("http on", http_port->address());
 
   {
-    const Collector collector(*store.catalog, *store.blobs, settings.collector);
+    const Collector collector(*store.catalog, *store.blobs, server->api().metrics(),
+                              settings.collector);
     TendUntilStopped(settings, workers);
   }
 

@@ -76,10 +76,16 @@ absl::StatusOr<Store> OpenStore(const StoreLocation& location) {
   return store;
 }
 
-absl::Status CheckReachable(Catalog& catalog, BlobStore& blobs) {
-  LB_RETURN_IF_ERROR(catalog.ListFamilies(1, "").status());
+absl::Status CheckCatalog(Catalog& catalog) { return catalog.ListFamilies(1, "").status(); }
+
+absl::Status CheckBlobs(BlobStore& blobs) {
   const absl::Status opened = blobs.Open(kNoBlob).status();
   return absl::IsNotFound(opened) ? absl::OkStatus() : opened;
+}
+
+absl::Status CheckReachable(Catalog& catalog, BlobStore& blobs) {
+  LB_RETURN_IF_ERROR(CheckCatalog(catalog));
+  return CheckBlobs(blobs);
 }
 
 std::string DescribeTables() {

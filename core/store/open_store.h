@@ -50,7 +50,9 @@ absl::StatusOr<std::string> NameOfStore(const StoreLocation& location);
 // The versions that this program writes: "tables 7 of SQLite, 6 of PostgreSQL".
 std::string DescribeTables();
 
-// Checks that both answer; for probes.  Errors: those of the stores.
+// Check that the store, or both, answer; for probes.  Errors: those of the stores.
+absl::Status CheckCatalog(Catalog& catalog);
+absl::Status CheckBlobs(BlobStore& blobs);
 absl::Status CheckReachable(Catalog& catalog, BlobStore& blobs);
 
 }  // namespace liquidblend::store

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
@@ -40,6 +41,9 @@ class AccessController {
   // Errors: Authorizer::Check()'s, CheckScope()'s, and those of Quotas.
   absl::Status Admit(const Credentials& credentials, const AccessRequest& request,
                      AccessGrant& grant);
+
+  // See Authorizer::Principals().
+  std::vector<Principal> Principals() const { return authorizer_.Principals(); }
 
  private:
   const Authorizer& authorizer_;

@@ -76,11 +76,7 @@ absl::StatusOr<std::unique_ptr<Authorizer>> Authorizer::Open(const std::string& 
 absl::StatusOr<Principal> Authorizer::Check(absl::string_view bearer,
                                             absl::string_view certificate_subject,
                                             absl::string_view peer) const {
-  std::shared_ptr<const TokenFile> file;
-  {
-    absl::MutexLock lock(&mutex_);
-    file = file_;
-  }
+  const std::shared_ptr<const TokenFile> file = File();
   Principal principal = Everyone(certificate_subject);
   if (file != nullptr) {
     LB_ASSIGN_OR_RETURN(principal, Find(*file, bearer, certificate_subject));
@@ -88,6 +84,20 @@ absl::StatusOr<Principal> Authorizer::Check(absl::string_view bearer,
   principal.key = principal.name == kAnonymous ? absl::StrCat(kAnonymous, "@", HostOfPeer(peer))
                                                : principal.name;
   return principal;
+}
+
+std::shared_ptr<const TokenFile> Authorizer::File() const {
+  absl::MutexLock lock(&mutex_);
+  return file_;
+}
+
+std::vector<Principal> Authorizer::Principals() const {
+  const std::shared_ptr<const TokenFile> file = File();
+  std::vector<Principal> principals;
+  if (file == nullptr) return principals;
+  for (const TokenEntry& entry : file->entries) principals.push_back(entry.principal);
+  if (file->anonymous.has_value()) principals.push_back(*file->anonymous);
+  return principals;
 }
 
 absl::Status Authorizer::ReloadIfChanged() {

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
@@ -30,12 +31,16 @@ class Authorizer {
   absl::StatusOr<Principal> Check(absl::string_view bearer, absl::string_view certificate_subject,
                                   absl::string_view peer) const;
 
+  // The principals of the file, kAnonymous included if it has it; none without a file.
+  std::vector<Principal> Principals() const;
+
   // Reads the file again if it has changed since the last call; to be called about once a second.
   // Errors: ReadTokenFile()'s, once per change; the previous token file is kept.
   absl::Status ReloadIfChanged();
 
  private:
   explicit Authorizer(std::string path) : path_(std::move(path)) {}
+  std::shared_ptr<const TokenFile> File() const;
 
   const std::string path_;  // empty: no file
   mutable absl::Mutex mutex_;

@@ -36,7 +36,7 @@ absl::StatusOr<std::vector<Worker>> InspectWorkers(store::Catalog& catalog) {
   std::map<std::string, Worker> workers;
   for (const store::pb::WorkerRecord& record : seen) {
     workers[record.name()] = {.name = record.name(),
-                              .last_seen = ToTime(record.seen_time()),
+                              .last_seen = store::ToTime(record.seen_time()),
                               .memory_bytes = record.memory_bytes(),
                               .refusal = record.refusal(),
                               .work = {}};
@@ -45,13 +45,13 @@ absl::StatusOr<std::vector<Worker>> InspectWorkers(store::Catalog& catalog) {
     if (held.job.state() != store::pb::JobRecord::RUNNING) continue;
     Worker& worker = workers[held.job.worker()];
     worker.name = held.job.worker();
-    worker.last_seen = std::max(worker.last_seen, ToTime(held.job.update_time()));
+    worker.last_seen = std::max(worker.last_seen, store::ToTime(held.job.update_time()));
     worker.work.push_back({.job = held.job.id(),
                            .subject = store::SubjectOf(held.job),
                            .stage = held.job.progress().stage(),
                            .fraction = held.job.progress().fraction(),
-                           .since = ToTime(held.job.start_time()),
-                           .last_heartbeat = ToTime(held.job.update_time()),
+                           .since = store::ToTime(held.job.start_time()),
+                           .last_heartbeat = store::ToTime(held.job.update_time()),
                            .lease_expires = held.lease_expires});
   }
   std::vector<Worker> list;
@@ -61,10 +61,6 @@ absl::StatusOr<std::vector<Worker>> InspectWorkers(store::Catalog& catalog) {
 
 std::string StateName(store::pb::JobRecord::State state) {
   return absl::AsciiStrToLower(store::pb::JobRecord::State_Name(state));
-}
-
-absl::Time ToTime(const google::protobuf::Timestamp& timestamp) {
-  return absl::FromUnixSeconds(timestamp.seconds()) + absl::Nanoseconds(timestamp.nanos());
 }
 
 }  // namespace liquidblend::admin

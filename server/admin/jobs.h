@@ -46,6 +46,4 @@ absl::StatusOr<std::vector<Worker>> InspectWorkers(store::Catalog& catalog);
 // "QUEUED" -> "queued"
 std::string StateName(store::pb::JobRecord::State state);
 
-absl::Time ToTime(const google::protobuf::Timestamp& timestamp);
-
 }  // namespace liquidblend::admin

@@ -38,7 +38,7 @@ Json JsonOf(const store::pb::JobRecord& job) {
   Json json = {{"job", job.id()},
                {"subject", store::SubjectOf(job)},
                {"state", StateName(job.state())},
-               {"submitted", UtcOf(ToTime(job.create_time()))},
+               {"submitted", UtcOf(store::ToTime(job.create_time()))},
                {"attempts", job.attempts()},
                {"worker", job.worker()},
                {"stage", job.progress().stage()},
@@ -50,9 +50,9 @@ Json JsonOf(const store::pb::JobRecord& job) {
 }
 
 std::string TextOf(const store::pb::JobRecord& job, absl::Time now) {
-  std::string line =
-      absl::StrFormat("%-9s %-12s %-32s %s", StateName(job.state()),
-                      FormatAge(now - ToTime(job.create_time())), job.id(), store::SubjectOf(job));
+  std::string line = absl::StrFormat("%-9s %-12s %-32s %s", StateName(job.state()),
+                                     FormatAge(now - store::ToTime(job.create_time())), job.id(),
+                                     store::SubjectOf(job));
   if (job.attempts() > 0) absl::StrAppend(&line, ", attempt ", job.attempts());
   if (!job.worker().empty()) absl::StrAppend(&line, ", on ", job.worker());
   if (job.cancel_requested()) absl::StrAppend(&line, ", to be cancelled");

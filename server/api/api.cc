@@ -2,35 +2,18 @@
 
 #include <utility>
 
-#include "absl/time/time.h"
-#include "core/base/disk_space.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
-#include "core/store/open_store.h"
 #include "server/api/handlers.h"
 #include "server/api/import_animation.h"
 #include "server/base/guarded.h"
 #include "server/base/names.h"
-#include "server/base/shared_look.h"
 #include "server/frames/backends.h"
 #include "server/frames/get_frame.h"
-#include "server/metrics/catalog_figures.h"
+#include "server/probes/probes.h"
 
 namespace liquidblend::server {
 namespace {
-
-using metrics::CatalogFigures;
-
-// Of probes: those of orchestrators come every few seconds, and wait for one or a few.
-SharedLookOptions ReachableOptions() {
-  return {.name = "the catalog or the object store",
-          .kept = absl::Seconds(1),
-          .limit = absl::Seconds(2)};
-}
-
-SharedLookOptions FiguresOptions() {
-  return {.name = "the catalog", .kept = absl::Seconds(5), .limit = absl::Seconds(2)};
-}
 
 // Runs the delivery of an answer, whose exceptions must not end the thread.
 template <typename Tell>
@@ -55,20 +38,6 @@ absl::StatusOr<MadeFrame> ToFrame(const absl::StatusOr<AnsweredFrame>& made) {
 absl::StatusOr<FamilyVersion> FindPublished(Backends& backends, const std::string& id) {
   LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord record, backends.catalog.GetFamily(id));
   return FamilyVersion{record.version(), liquidblend::catalog::GenerationOf(record)};
-}
-
-absl::StatusOr<std::string> LookAt(Backends& backends) {
-  LB_RETURN_IF_ERROR(store::CheckReachable(backends.catalog, backends.blobs));
-  return "ok";
-}
-
-// Without them, Prometheus shows a gap.
-absl::StatusOr<CatalogFigures> ReadCatalog(Backends& backends) {
-  absl::StatusOr<CatalogFigures> figures = metrics::ReadCatalogFigures(backends.catalog);
-  if (!figures.ok()) {
-    base::LogWarning("metrics: cannot read the catalog: " + figures.status().ToString());
-  }
-  return figures;
 }
 
 class PooledApi final : public Api {
@@ -133,19 +102,9 @@ class PooledApi final : public Api {
   void CheckIsReady(Done<std::string> done) override {
     const absl::Status preloaded = backends_.preloader->CheckIsOver();
     if (!preloaded.ok()) return done(preloaded);
-    reachable_->Ask([done = std::move(done)](const absl::StatusOr<std::string>& state) mutable {
-      done(state);
-    });
+    probes_.CheckStores(std::move(done));
   }
-  void GetMetricsText(Done<std::string> done) override {
-    const auto shared = std::make_shared<Done<std::string>>(std::move(done));
-    figures_->Ask([this, shared](const absl::StatusOr<CatalogFigures>& figures) {
-      const absl::Status posted = backends_.probes.Post([this, shared, figures] {
-        Deliver([&] { (*shared)(Guarded([&] { return MetricsText(figures); })); });
-      });
-      if (!posted.ok()) (*shared)(posted);
-    });
-  }
+  void GetMetricsText(Done<std::string> done) override { probes_.GetMetricsText(std::move(done)); }
   metrics::Metrics& metrics() override { return backends_.metrics; }
   CallLog& call_log() override { return backends_.call_log; }
   const trace::Tracer& tracer() override { return *backends_.tracer; }
@@ -210,46 +169,10 @@ class PooledApi final : public Api {
     if (!accepted.ok()) call->second(accepted);
   }
 
-  absl::StatusOr<std::string> MetricsText(const absl::StatusOr<CatalogFigures>& figures) {
-    metrics::Snapshot snapshot;
-    snapshot.family_bytes = backends_.families.SizesBytes();
-    snapshot.waiting_calls = {{"io", backends_.io.num_waiting()},
-                              {"transfers", backends_.transfers.num_waiting()},
-                              {"loads", backends_.loads.num_waiting()}};
-    const FrameCache::Stats cache = backends_.frame_cache.stats();
-    snapshot.frame_cache = {cache.num_hits, cache.num_misses, cache.num_frames, cache.size_bytes};
-    const FramePool::Stats queue = backends_.frames.stats();
-    snapshot.frame_queue = {queue.waiting_cost, queue.num_refused};
-    const trace::SpanStats spans = backends_.tracer->stats();
-    snapshot.spans = {spans.num_exported,
-                      {{"rate", spans.num_over_rate},
-                       {"queue", spans.num_over_queue},
-                       {"collector", spans.num_refused}}};
-    AddDisk(snapshot);
-    if (figures.ok()) snapshot.catalog = *figures;
-    return backends_.metrics.Text(snapshot);
-  }
-
-  void AddDisk(metrics::Snapshot& snapshot) const {
-    const std::string& path = backends_.limits.disk;
-    const absl::StatusOr<base::DiskSpace> disk =
-        path.empty() ? base::DiskSpace() : base::ReadDiskSpace(path);
-    if (path.empty() || !disk.ok()) return;
-    snapshot.disk_free_bytes[path] = disk->free_bytes;
-    snapshot.disk_size_bytes[path] = disk->size_bytes;
-  }
-
   Backends& backends_;
   AccessController& access_controller_;
   const ImportRoots& import_roots_;
-  const std::shared_ptr<SharedLook<std::string>> reachable_ =
-      std::make_shared<SharedLook<std::string>>(
-          backends_.probes, backends_.steps, [&backends = backends_] { return LookAt(backends); },
-          ReachableOptions());
-  const std::shared_ptr<SharedLook<CatalogFigures>> figures_ =
-      std::make_shared<SharedLook<CatalogFigures>>(
-          backends_.probes, backends_.steps,
-          [&backends = backends_] { return ReadCatalog(backends); }, FiguresOptions());
+  Probes probes_{backends_, access_controller_};
 };
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 constexpr int kNumLoadThreads = 2;  // so that a small family need not wait for a large one
 // Threads for probes: one for each shared question to the stores (SharedLook), and one that never
 // waits for a store.
-constexpr int kNumProbeThreads = 3;
+constexpr int kNumProbeThreads = 4;
 
 absl::Status OutOfRange(absl::string_view field, int64_t value) {
   return absl::InvalidArgumentError(absl::StrCat("limit ", field, " is out of range: ", value));
@@ -45,6 +45,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
       limits(options.limits),
       tracer(options.tracer != nullptr ? options.tracer : std::make_shared<const trace::Tracer>()),
       preloader(std::make_shared<liquidblend::catalog::Preloader>(catalog, families)),
+      certificate_expiry(options.certificate_expiry),
       frame_cache(options.frame_cache_bytes),
       call_log([this](absl::Duration delay, std::function<void()> work) {
         steps.PostAfter(delay, std::move(work));

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
@@ -47,6 +49,8 @@ struct Limits {
 // Options of the backends: limits, numbers of threads, memory.
 struct BackendsOptions {
   Limits limits;
+  // When the server's certificate expires; empty: no TLS.
+  std::function<absl::StatusOr<absl::Time>()> certificate_expiry;
   int num_io_threads = 4;                          // >= 1; for the catalog, and again for blobs
   int num_frame_threads = 2;                       // >= 1
   int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
@@ -76,6 +80,7 @@ struct Backends {
   const std::shared_ptr<const trace::Tracer> tracer;  // never null
   liquidblend::catalog::FamilyUses uses;
   const std::shared_ptr<liquidblend::catalog::Preloader> preloader;
+  const std::function<absl::StatusOr<absl::Time>()> certificate_expiry;
   FrameCache frame_cache;
   FrameBufferPool buffers;
   metrics::Metrics metrics;

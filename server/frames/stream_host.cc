@@ -10,7 +10,12 @@ namespace {
 
 class BackendsHost final : public StreamHost {
  public:
-  explicit BackendsHost(Backends& backends) : backends_(backends) {}
+  explicit BackendsHost(Backends& backends) : backends_(backends) {
+    backends_.metrics.AddStreams(1);
+  }
+  ~BackendsHost() override { backends_.metrics.AddStreams(-1); }
+  BackendsHost(const BackendsHost&) = delete;
+  BackendsHost& operator=(const BackendsHost&) = delete;
 
   absl::Duration Now() const override { return SteadyNow(); }
   void Post(Task task) override { backends_.steps.PostMore(std::move(task)); }

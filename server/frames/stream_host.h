@@ -46,7 +46,8 @@ class StreamHost {
   virtual void CountDroppedFrames(const std::string& family, int64_t count) = 0;
 };
 
-// Makes the host of a server.  Requires: the backends outlive it.
+// Makes the server's host of one stream, which counts as open while this lives.
+// Requires: the backends outlive it.
 std::shared_ptr<StreamHost> MakeStreamHost(Backends& backends);
 
 }  // namespace liquidblend::server

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -57,7 +58,12 @@ absl::Status OutOfRangeOption(absl::string_view field, absl::Duration value) {
 }
 
 BackendsOptions BackendsOptionsOf(const ServerOptions& options) {
+  std::function<absl::StatusOr<absl::Time>()> certificate_expiry;
+  if (options.tls.is_on()) {
+    certificate_expiry = [tls = options.tls] { return CertificateExpiry(tls); };
+  }
   return {.limits = options.limits,
+          .certificate_expiry = std::move(certificate_expiry),
           .num_io_threads = options.num_io_threads,
           .num_frame_threads = options.num_frame_threads,
           .max_waiting_calls = options.max_waiting_calls,

@@ -7,7 +7,8 @@
 #include <openssl/pem.h>
 #include <openssl/x509.h>
 
-#include "absl/status/statusor.h"
+#include <ctime>
+
 #include "absl/strings/str_cat.h"
 #include "core/base/host.h"
 #include "core/base/status_macros.h"
@@ -64,6 +65,18 @@ absl::Status TlsOptions::Validate() const {
   }
   if (client_ca.empty()) return absl::OkStatus();
   return ReadPem<X509>("--tls-client-ca", client_ca, PEM_read_bio_X509).status();
+}
+
+absl::StatusOr<absl::Time> CertificateExpiry(const TlsOptions& options) {
+  LB_ASSIGN_OR_RETURN(const Owned<X509> x509,
+                      ReadPem<X509>("--tls-cert", options.certificate, PEM_read_bio_X509));
+  tm end = {};
+  if (ASN1_TIME_to_tm(X509_get0_notAfter(x509.get()), &end) == 1) {
+    return absl::FromTM(end, absl::UTCTimeZone());
+  }
+  ERR_clear_error();
+  return absl::InvalidArgumentError(
+      absl::StrCat("--tls-cert: '", options.certificate, "' has no valid time of expiry"));
 }
 
 std::shared_ptr<grpc::ServerCredentials> ServerCredentialsOf(const TlsOptions& options) {

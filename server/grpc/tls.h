@@ -7,7 +7,9 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 
 namespace liquidblend::server {
 
@@ -23,6 +25,10 @@ struct TlsOptions {
   // the certificate's), kNotFound; messages name the file.
   absl::Status Validate() const;
 };
+
+// The end of the server's certificate, the first one in the file, as it is now.
+// Errors: those of Validate().
+absl::StatusOr<absl::Time> CertificateExpiry(const TlsOptions& options);
 
 std::shared_ptr<grpc::ServerCredentials> ServerCredentialsOf(const TlsOptions& options);
 

@@ -1,5 +1,6 @@
 #include "server/metrics/catalog_figures.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -31,6 +32,15 @@ std::map<std::string, int64_t> SumWithinMemory(const store::JobMemoryCounts& cou
   return within;
 }
 
+// Of the workers that were seen lately, refused ones too. Without any, no job is too large.
+int64_t LargestMemory(const std::vector<store::pb::WorkerRecord>& workers) {
+  int64_t largest = workers.empty() ? store::kAnyMemory : 0;
+  for (const store::pb::WorkerRecord& worker : workers) {
+    largest = std::max<int64_t>(largest, worker.memory_bytes());
+  }
+  return largest;
+}
+
 }  // namespace
 
 absl::StatusOr<CatalogFigures> ReadCatalogFigures(store::Catalog& catalog) {
@@ -40,7 +50,8 @@ absl::StatusOr<CatalogFigures> ReadCatalogFigures(store::Catalog& catalog) {
   // States without jobs or workers are shown as zero.
   CatalogFigures figures = {.jobs = {{"queued", 0}, {"running", 0}},
                             .workers = {{"ready", 0}, {"refused", 0}},
-                            .jobs_within_memory = {}};
+                            .jobs_within_memory = {},
+                            .queue = {}};
   for (const auto& [state, count] : jobs) figures.jobs[NameOf(state)] = count;
   for (const Job::State state : {Job::QUEUED, Job::RUNNING}) {
     figures.jobs_within_memory[NameOf(state)] = SumWithinMemory(memory, state);
@@ -48,6 +59,7 @@ absl::StatusOr<CatalogFigures> ReadCatalogFigures(store::Catalog& catalog) {
   for (const store::pb::WorkerRecord& worker : workers) {
     ++figures.workers[worker.refusal().empty() ? "ready" : "refused"];
   }
+  LB_ASSIGN_OR_RETURN(figures.queue, catalog.MeasureQueue(LargestMemory(workers)));
   return figures;
 }
 

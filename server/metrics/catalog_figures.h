@@ -17,6 +17,7 @@ struct CatalogFigures {
   // By state ("queued" and "running"), the jobs that a worker with so much memory may take: "1GiB",
   // "2GiB"... "1024GiB", and "any".
   std::map<std::string, std::map<std::string, int64_t>> jobs_within_memory;
+  store::QueueFigures queue;
 };
 
 // Reads the figures.  Threads: safe.  Errors: those of the catalog.

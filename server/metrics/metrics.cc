@@ -9,13 +9,14 @@
 
 #include <array>
 #include <set>
-#include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
-#include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
-#include "server/metrics/process.h"
+#include "absl/time/clock.h"
+#include "core/base/version.h"
+#include "server/metrics/metric_families.h"
+#include "server/metrics/snapshot_families.h"
 
 namespace liquidblend::metrics {
 namespace {
@@ -25,11 +26,20 @@ using prometheus::Family;
 using prometheus::Gauge;
 using prometheus::Histogram;
 using prometheus::MetricFamily;
-using prometheus::MetricType;
 using Buckets = Histogram::BucketBoundaries;
 
 constexpr size_t kMaxFamilies = 256;
 constexpr std::array kStageNames = {"queue", "slice", "finish", "encode", "write"};
+constexpr std::array kConnectionKinds = {"http", "websocket"};
+constexpr std::array kJobKinds = {"import", "registration"};
+constexpr std::array kJobPhases = {"wait", "work"};
+constexpr std::array kFailures = {"error", "worker_lost"};
+// What jobs end with as a rule; others appear when a job ends with them.
+constexpr std::array kJobCodes = {
+    absl::StatusCode::kOk,          absl::StatusCode::kCancelled,
+    absl::StatusCode::kInternal,    absl::StatusCode::kInvalidArgument,
+    absl::StatusCode::kUnavailable, absl::StatusCode::kResourceExhausted,
+    absl::StatusCode::kDataLoss,    absl::StatusCode::kFailedPrecondition};
 
 // Seconds. Stages of frames take from a tenth of a millisecond; 1/60 s is the period of a fast
 // stream.
@@ -41,6 +51,9 @@ Buckets RequestBuckets() {
   return {1e-3, 2.5e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 60, 600};
 }
 
+// Jobs take from seconds to hours.
+Buckets JobBuckets() { return {1, 2.5, 5, 10, 30, 60, 120, 300, 600, 1800, 3600, 3 * 3600, 86400}; }
+
 Family<Counter>& Counters(prometheus::Registry& registry, const char* name, const char* help) {
   return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
 }
@@ -49,114 +62,13 @@ Family<Histogram>& Histograms(prometheus::Registry& registry, const char* name, 
   return prometheus::BuildHistogram().Name(name).Help(help).Register(registry);
 }
 
-// A counter or gauge whose values are known now; an empty label means that there is one value.
-MetricFamily Values(MetricType type, std::string name, std::string help, const std::string& label,
-                    const std::map<std::string, double>& values) {
-  MetricFamily family{std::move(name), std::move(help), type, {}};
-  for (const auto& [key, value] : values) {
-    prometheus::ClientMetric metric;
-    if (!label.empty()) metric.label.push_back({label, key});
-    (type == MetricType::Counter ? metric.counter.value : metric.gauge.value) = value;
-    family.metric.push_back(std::move(metric));
-  }
-  return family;
+prometheus::Labels JobLabels(absl::string_view kind, absl::StatusCode code) {
+  return {{"kind", std::string(kind)}, {"code", absl::StatusCodeToString(code)}};
 }
 
-MetricFamily OneGauge(std::string name, std::string help, double value) {
-  return Values(MetricType::Gauge, std::move(name), std::move(help), "", {{"", value}});
-}
-
-MetricFamily OneCounter(std::string name, std::string help, double value) {
-  return Values(MetricType::Counter, std::move(name), std::move(help), "", {{"", value}});
-}
-
-MetricFamily CountersOf(std::string name, std::string help, const std::string& label,
-                        const std::map<std::string, int64_t>& values) {
-  return Values(MetricType::Counter, std::move(name), std::move(help), label,
-                {values.begin(), values.end()});
-}
-
-MetricFamily Gauges(std::string name, std::string help, const std::string& label,
-                    const std::map<std::string, int64_t>& values) {
-  return Values(MetricType::Gauge, std::move(name), std::move(help), label,
-                {values.begin(), values.end()});
-}
-
-// Adds the figures of the catalog.
-void AddCatalog(const CatalogFigures& now, std::vector<MetricFamily>& all) {
-  all.push_back(Gauges("liquidblend_jobs", "Jobs and parts of jobs in the catalog, by state",
-                       "state", now.jobs));
-  MetricFamily within{"liquidblend_jobs_within_memory",
-                      "Jobs of a state that a worker with so much memory may take",
-                      MetricType::Gauge,
-                      {}};
-  for (const auto& [state, counts] : now.jobs_within_memory) {
-    MetricFamily of_state = Gauges("", "", "memory", counts);
-    for (prometheus::ClientMetric& metric : of_state.metric) {
-      metric.label.push_back({"state", state});
-      within.metric.push_back(std::move(metric));
-    }
-  }
-  all.push_back(std::move(within));
-  all.push_back(Gauges("liquidblend_workers",
-                       "Workers seen within two minutes, by whether they take jobs", "state",
-                       now.workers));
-}
-
-void AddSnapshot(const Snapshot& now, std::vector<MetricFamily>& all) {
-  all.push_back(Gauges("liquidblend_family_bytes",
-                       "Memory of a loaded family, mapped file included", "family",
-                       now.family_bytes));
-  all.push_back(OneGauge("liquidblend_families_loaded", "Families that are loaded",
-                         static_cast<double>(now.family_bytes.size())));
-  AddCatalog(now.catalog, all);
-  all.push_back(Gauges("liquidblend_disk_free_bytes", "Free space that the server may use", "disk",
-                       now.disk_free_bytes));
-  all.push_back(Gauges("liquidblend_disk_size_bytes", "Size of the store's disk", "disk",
-                       now.disk_size_bytes));
-  all.push_back(Gauges("liquidblend_waiting_calls", "Calls that wait for a thread of a pool",
-                       "pool", now.waiting_calls));
-  all.push_back(OneGauge("liquidblend_frame_queue_cells",
-                         "Cells that are expected to be sliced for frames that wait to be made",
-                         static_cast<double>(now.frame_queue.waiting_cells)));
-  all.push_back(OneCounter("liquidblend_frames_refused_total",
-                           "Frames that were refused because too many waited",
-                           static_cast<double>(now.frame_queue.num_refused)));
-  const Snapshot::Cache& cache = now.frame_cache;
-  all.push_back(OneCounter("liquidblend_frame_cache_hits_total", "Frames found in the cache",
-                           static_cast<double>(cache.num_hits)));
-  all.push_back(OneCounter("liquidblend_frame_cache_misses_total",
-                           "Frames looked for in the cache and not found",
-                           static_cast<double>(cache.num_misses)));
-  all.push_back(OneGauge("liquidblend_frame_cache_frames", "Encoded frames held in the cache",
-                         static_cast<double>(cache.num_frames)));
-  all.push_back(OneGauge("liquidblend_frame_cache_bytes", "Memory of the frames held in the cache",
-                         static_cast<double>(cache.num_bytes)));
-  all.push_back(OneCounter("liquidblend_spans_exported_total", "Spans of traces that were exported",
-                           static_cast<double>(now.spans.num_exported)));
-  all.push_back(CountersOf("liquidblend_spans_dropped_total",
-                           "Spans of traces that were not exported, by what left them out",
-                           "reason", now.spans.dropped));
-}
-
-// By the names that all programs use.
-void AddProcess(std::vector<MetricFamily>& all) {
-  const ProcessFigures now = ReadProcessFigures();
-  all.push_back(OneGauge("process_resident_memory_bytes", "Resident memory",
-                         static_cast<double>(now.resident_bytes)));
-  all.push_back(OneGauge("process_virtual_memory_bytes", "Virtual memory",
-                         static_cast<double>(now.virtual_bytes)));
-  all.push_back(Gauges("liquidblend_heap_bytes",
-                       "Memory that is allocated, and that was freed and is kept", "state",
-                       {{"used", static_cast<double>(now.heap.used)},
-                        {"free", static_cast<double>(now.heap.free)}}));
-  all.push_back(
-      OneCounter("process_cpu_seconds_total", "User and system time, in seconds", now.cpu_s));
-  all.push_back(OneGauge("process_open_fds", "Open file descriptors",
-                         static_cast<double>(now.num_open_files)));
-  all.push_back(OneGauge("process_max_fds", "Most file descriptors that may be open",
-                         static_cast<double>(now.max_open_files)));
-  all.push_back(OneGauge("process_threads", "Threads", static_cast<double>(now.num_threads)));
+MetricFamily BuildInfo() {
+  return Gauges("liquidblend_build_info", "1; the program's version is a label", "version",
+                {{base::Version(), 1}});
 }
 
 }  // namespace
@@ -169,6 +81,10 @@ struct Metrics::Impl {
     if (known_families.size() >= kMaxFamilies) return "other";
     known_families.insert(family);
     return family;
+  }
+
+  Histogram& JobSeconds(const std::string& kind, const char* phase) {
+    return job_seconds.Add({{"kind", kind}, {"phase", phase}}, JobBuckets());
   }
 
   prometheus::Registry registry;
@@ -198,21 +114,55 @@ struct Metrics::Impl {
       Counters(registry, "liquidblend_http_connections_refused_total",
                "Connections that the HTTP port closed at once because there were too many")
           .Add({});
+  Gauge& streams = prometheus::BuildGauge()
+                       .Name("liquidblend_streams")
+                       .Help("Streams of frames that are open")
+                       .Register(registry)
+                       .Add({});
+  Family<Counter>& jobs =
+      Counters(registry, "liquidblend_jobs_ended_total", "Jobs that have ended, by kind and code");
+  Family<Counter>& failed_attempts =
+      Counters(registry, "liquidblend_job_attempts_failed_total",
+               "Attempts that failed of jobs that have ended, by kind and reason");
+  Family<Histogram>& job_seconds = Histograms(
+      registry, "liquidblend_job_seconds",
+      "How long jobs that have ended waited until their work began, and worked from then on");
+  Family<Counter>& collections =
+      Counters(registry, "liquidblend_collections_total",
+               "Collections of unreferenced blobs by this server, by result");
+  Counter& collected_blobs = Counters(registry, "liquidblend_collected_blobs_total",
+                                      "Unreferenced blobs that this server deleted")
+                                 .Add({});
+  Counter& collected_bytes = Counters(registry, "liquidblend_collected_bytes_total",
+                                      "Bytes of the unreferenced blobs that this server deleted")
+                                 .Add({});
+  const absl::Time start = absl::Now();
 };
 
+// Counters begin at zero: in the first value of a counter, Prometheus sees no growth.
 Metrics::Metrics() : impl_(std::make_unique<Impl>()) {
   for (const char* name : kStageNames) {
     impl_->stages.push_back(&impl_->stage_seconds.Add({{"stage", name}}, StageBuckets()));
   }
+  for (const char* kind : kConnectionKinds) impl_->connections.Add({{"kind", kind}});
+  for (const char* kind : kJobKinds) {
+    for (const absl::StatusCode code : kJobCodes) impl_->jobs.Add(JobLabels(kind, code));
+    for (const char* reason : kFailures) {
+      impl_->failed_attempts.Add({{"kind", kind}, {"reason", reason}});
+    }
+    for (const char* phase : kJobPhases) impl_->JobSeconds(kind, phase);
+  }
+  for (const char* result : {"ok", "failed"}) impl_->collections.Add({{"result", result}});
 }
 
 Metrics::~Metrics() = default;
 
 void Metrics::CountFrame(const std::string& family, absl::string_view preset, size_t num_bytes,
                          const StageTimes& times) {
-  const prometheus::Labels labels = {{"family", impl_->FamilyLabel(family)},
-                                     {"preset", std::string(preset)}};
+  const std::string label = impl_->FamilyLabel(family);
+  const prometheus::Labels labels = {{"family", label}, {"preset", std::string(preset)}};
   impl_->frames.Add(labels).Increment();
+  impl_->dropped.Add({{"family", label}});
   impl_->frame_bytes.Add(labels).Increment(static_cast<double>(num_bytes));
   ObserveStage(Stage::kSlice, times.slice);
   ObserveStage(Stage::kFinish, times.finish);
@@ -243,10 +193,38 @@ void Metrics::AddConnections(absl::string_view kind, int change) {
 
 void Metrics::CountRefusedConnection() { impl_->refused_connections.Increment(); }
 
+void Metrics::AddStreams(int change) { impl_->streams.Increment(change); }
+
+void Metrics::CountJob(const EndedJob& job) {
+  const std::string kind(job.kind);
+  impl_->jobs.Add(JobLabels(kind, job.code)).Increment();
+  const auto observe = [&](const char* phase, const std::optional<absl::Duration>& duration) {
+    if (!duration.has_value()) return;
+    impl_->JobSeconds(kind, phase).Observe(absl::ToDoubleSeconds(*duration));
+  };
+  observe("wait", job.waited);
+  observe("work", job.worked);
+  const auto count = [&](const char* reason, int64_t number) {
+    impl_->failed_attempts.Add({{"kind", kind}, {"reason", reason}})
+        .Increment(static_cast<double>(number));
+  };
+  count("worker_lost", job.num_lost);
+  count("error", job.num_failed);
+}
+
+void Metrics::CountCollection(const Collection& collection) {
+  impl_->collections.Add({{"result", collection.is_ok ? "ok" : "failed"}}).Increment();
+  impl_->collected_blobs.Increment(static_cast<double>(collection.num_blobs));
+  impl_->collected_bytes.Increment(static_cast<double>(collection.num_bytes));
+}
+
 std::string Metrics::Text(const Snapshot& snapshot) const {
   std::vector<MetricFamily> all = impl_->registry.Collect();
   AddSnapshot(snapshot, all);
   AddProcess(all);
+  all.push_back(OneGauge("process_start_time_seconds", "When the process started, Unix time",
+                         absl::ToDoubleSeconds(impl_->start - absl::UnixEpoch())));
+  all.push_back(BuildInfo());
   return prometheus::TextSerializer().Serialize(all);
 }
 

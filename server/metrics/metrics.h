@@ -3,14 +3,15 @@
 
 #include <chrono>
 #include <cstdint>
-#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "absl/status/status.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
-#include "server/metrics/catalog_figures.h"
+#include "server/metrics/snapshot.h"
 
 namespace liquidblend::metrics {
 
@@ -46,30 +47,21 @@ struct Answered {
   absl::Duration duration;
 };
 
-// Values that are read when metrics are requested, instead of being counted.
-struct Snapshot {
-  struct Cache {
-    int64_t num_hits = 0;
-    int64_t num_misses = 0;
-    int64_t num_frames = 0;  // held now
-    int64_t num_bytes = 0;
-  };
-  struct Queue {
-    int64_t waiting_cells = 0;
-    int64_t num_refused = 0;
-  };
-  CatalogFigures catalog;
-  std::map<std::string, int64_t> family_bytes;     // loaded now, by id
-  std::map<std::string, int64_t> waiting_calls;    // by the pool that they wait for
-  std::map<std::string, int64_t> disk_free_bytes;  // by folder of the store on that disk
-  std::map<std::string, int64_t> disk_size_bytes;  // likewise
-  struct Spans {
-    int64_t num_exported = 0;
-    std::map<std::string, int64_t> dropped;  // by reason
-  };
-  Cache frame_cache;
-  Queue frame_queue;  // of frames that wait to be made
-  Spans spans;        // of traces
+// A job that has ended. Jobs of a registration's targets count with it.
+struct EndedJob {
+  absl::string_view kind;  // "import" or "registration"
+  absl::StatusCode code = absl::StatusCode::kOk;
+  std::optional<absl::Duration> waited;  // until work began; nothing: it never did, or not known
+  std::optional<absl::Duration> worked;  // from then on
+  int64_t num_lost = 0;                  // attempts that lost their worker
+  int64_t num_failed = 0;                // attempts that failed otherwise
+};
+
+// A collection of unreferenced blobs.
+struct Collection {
+  bool is_ok = false;
+  int64_t num_blobs = 0;  // deleted
+  int64_t num_bytes = 0;  // of these
 };
 
 // The metrics, with a registry of their own.
@@ -89,6 +81,9 @@ class Metrics {
   void CountRequest(const Answered& answered);
   void AddConnections(absl::string_view kind, int change);  // "http" or "websocket"
   void CountRefusedConnection();
+  void AddStreams(int change);  // of frames, over any wire
+  void CountJob(const EndedJob& job);
+  void CountCollection(const Collection& collection);
 
   // All metrics in Prometheus' text format 0.0.4, with the process' memory and processor time.
   std::string Text(const Snapshot& snapshot) const;

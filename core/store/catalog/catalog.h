@@ -66,6 +66,15 @@ using JobCounts = std::map<pb::JobRecord::State, int64_t>;
 // Number of jobs by state and the memory that they need, in GiB, rounded up; at least 1.
 using JobMemoryCounts = std::map<std::pair<pb::JobRecord::State, int64_t>, int64_t>;
 
+// Figures of the queue for operators. Children count as jobs.
+struct QueueFigures {
+  int64_t num_paused = 0;     // queued jobs in the pause after a failed attempt
+  int64_t num_too_large = 0;  // queued jobs that need more memory than the largest worker has
+  // Since the job that was submitted first of the queued ones, without those in a pause, was
+  // queued; 0 if there is none.
+  absl::Duration oldest_wait;
+};
+
 // Options of a catalog, the same for both databases.
 struct CatalogOptions {
   RetryOptions retry;                               // of jobs
@@ -142,6 +151,12 @@ class Catalog : public CatalogUpkeep {
   virtual absl::StatusOr<JobCounts> CountJobs() = 0;
   // The number of queued and running jobs and children by the memory that they need.
   virtual absl::StatusOr<JobMemoryCounts> CountJobsByMemory() = 0;
+  // Measures the queue.  Cost: reads the rows of all queued jobs, and one record.
+  //   memory_bytes  of the largest worker
+  virtual absl::StatusOr<QueueFigures> MeasureQueue(int64_t memory_bytes) = 0;
+  // The jobs that ended after that time, the newest first, at most max_jobs. No children.
+  virtual absl::StatusOr<std::vector<pb::JobRecord>> ListEndedJobs(absl::Time after,
+                                                                   int max_jobs) = 0;
   // Every blob that a record, an unfinished job or a child of one refers to, sorted, each once.
   virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
 

@@ -75,8 +75,9 @@ void Succeed(absl::Time now, pb::JobRecord& job);
 // Ends the job with an error: CANCELLED if it is kCancelled, else FAILED.
 void Fail(const absl::Status& error, absl::Time now, pb::JobRecord& job);
 
-// The time as a protobuf message.
+// The time as a protobuf message, and back.
 google::protobuf::Timestamp ToTimestamp(absl::Time time);
+absl::Time ToTime(const google::protobuf::Timestamp& timestamp);
 
 // Converts a status; payloads that are messages become details. Bytes that are not UTF-8 become
 // question marks, as protobuf would not read them.

@@ -14,6 +14,7 @@
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
 #include "core/store/catalog/catalog_tables.h"
+#include "core/store/catalog/figure_tables.h"
 #include "core/store/catalog/job_queue.h"
 #include "core/store/catalog/job_records.h"
 #include "core/store/catalog/owner_tables.h"
@@ -122,6 +123,16 @@ class SqlCatalog : public Catalog {
   }
   absl::StatusOr<JobMemoryCounts> CountJobsByMemory() override {
     return Read([&](Sql& sql) { return CountUnfinishedByMemory(sql); });
+  }
+  absl::StatusOr<QueueFigures> MeasureQueue(int64_t memory_bytes) override {
+    return Read([&](Sql& sql) -> absl::StatusOr<QueueFigures> {
+      LB_ASSIGN_OR_RETURN(const absl::Time now, sql.Now());
+      return store::MeasureQueue(sql, now, memory_bytes);
+    });
+  }
+  absl::StatusOr<std::vector<pb::JobRecord>> ListEndedJobs(absl::Time after,
+                                                           int max_jobs) override {
+    return Read([&](Sql& sql) { return FindEndedJobs(sql, after, max_jobs); });
   }
   absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
     return Change(

@@ -92,6 +92,18 @@ TEST_F(AuthorizerTest, ShownNothingTheFilesAnonymousCounts) {
   EXPECT_FALSE(authorizer->Check("wrong", "", "").ok());
 }
 
+TEST_F(AuthorizerTest, KnowsThePrincipalsOfItsFile) {
+  EXPECT_TRUE(Authorizer().Principals().empty());
+  Replace(R"({"principals": [{"name": "farm", "certificate_subject": "CN=render-1",
+                             "scopes": ["write"], "limits": {"max_queued_jobs": 5}}],
+             "anonymous": {"scopes": ["frames"]}})");
+  const std::vector<Principal> principals = (*Authorizer::Open(path()))->Principals();
+  ASSERT_EQ(principals.size(), 2);
+  EXPECT_EQ(principals[0].name, "farm");
+  EXPECT_EQ(principals[0].limits.max_queued_jobs, 5);
+  EXPECT_EQ(principals[1].name, "anonymous");
+}
+
 TEST_F(AuthorizerTest, ANewFileCountsFromItsReloadOn) {
   const std::string before = Write("before");
   const auto authorizer = *Authorizer::Open(path());

@@ -92,6 +92,7 @@ class StreamSessionTest : public RpcTest {
   }
 
   void Start(const BackendsOptions& options) {
+    session_.reset();  // before the backends, which outlive it
     backends_ = std::make_unique<Backends>(*catalog_, *blobs_, families_, options);
     session_ = std::make_shared<StreamSession>(*backends_, "test", sink_);
   }

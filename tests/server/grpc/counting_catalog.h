@@ -96,6 +96,13 @@ class CountingCatalog final : public store::Catalog {
   absl::StatusOr<store::JobMemoryCounts> CountJobsByMemory() override {
     return catalog_.CountJobsByMemory();
   }
+  absl::StatusOr<store::QueueFigures> MeasureQueue(int64_t memory_bytes) override {
+    return catalog_.MeasureQueue(memory_bytes);
+  }
+  absl::StatusOr<std::vector<store::pb::JobRecord>> ListEndedJobs(absl::Time after,
+                                                                  int max_jobs) override {
+    return catalog_.ListEndedJobs(after, max_jobs);
+  }
   absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
     return catalog_.ListReferencedBlobs();
   }

@@ -6,6 +6,8 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
 #include "tests/server/certificates.h"
 #include "tests/server/grpc/server_testing.h"
 
@@ -111,6 +113,32 @@ TEST_F(TlsTest, NewCertificatesCountWithoutARestart) {
     ASSERT_LT(std::chrono::steady_clock::now(), deadline);
     std::this_thread::yield();
   }
+}
+
+TEST_F(TlsTest, TheExpiryOfTheCertificateIsAMetric) {
+  const absl::StatusOr<absl::Time> expiry = CertificateExpiry(Files(false));
+  ASSERT_TRUE(expiry.ok()) << expiry.status();
+  EXPECT_GT(*expiry, absl::Now() + absl::Hours(23));
+  EXPECT_LT(*expiry, absl::Now() + absl::Hours(25));
+  StartTls(false);
+  absl::Notification is_done;
+  absl::StatusOr<std::string> text;
+  server_->api().GetMetricsText([&](absl::StatusOr<std::string> answer) {
+    text = std::move(answer);
+    is_done.Notify();
+  });
+  is_done.WaitForNotification();
+  ASSERT_TRUE(text.ok()) << text.status();
+  EXPECT_THAT(*text, testing::HasSubstr(absl::StrCat("expiry_timestamp_seconds ",
+                                                     absl::ToUnixSeconds(*expiry), "\n")));
+}
+
+TEST_F(TlsTest, AFileWithoutACertificateHasNoExpiry) {
+  TlsOptions options = Files(false);
+  options.certificate = path("none");
+  EXPECT_THAT(CertificateExpiry(options), Fails(absl::StatusCode::kNotFound, "none"));
+  options.certificate = options.key;
+  EXPECT_THAT(CertificateExpiry(options), Fails(absl::StatusCode::kInvalidArgument, "no PEM"));
 }
 
 TEST_F(TlsTest, WrongFilesAreNamedAtTheStart) {

@@ -16,7 +16,8 @@ using testing::Not;
 
 constexpr char kSplash[] = "/v1/families/splash/frame.drc?weights=0.5&version=1";
 
-// "frames" and "write" have the scope of that name, "narrow" one stream at a time.
+// "frames" and "write" have the scope of that name, "write" may store a megabyte, "narrow" has one
+// stream at a time.
 class AccessTest : public PortTest {
  protected:
   void SetUp() override {
@@ -27,6 +28,9 @@ class AccessTest : public PortTest {
       server::NewToken made = *server::MakeToken(name, {scope});
       if (name == std::string("narrow")) {
         made.entry.insert(made.entry.size() - 1, R"(, "limits": {"max_streams": 1})");
+      }
+      if (name == std::string("write")) {
+        made.entry.insert(made.entry.size() - 1, R"(, "limits": {"max_stored_bytes": 1000000})");
       }
       tokens_[name] = made.token;
       headers_[name] = absl::StrCat("Authorization: Bearer ", made.token, "\r\n");
@@ -50,6 +54,13 @@ class AccessTest : public PortTest {
   std::unique_ptr<server::Authorizer> authorizer_;
   std::unique_ptr<server::AccessController> guarded_;
 };
+
+TEST_F(AccessTest, MetricsShowTheLimitsOfPrincipals) {
+  const std::string text = Get("/metrics", "frames").body;
+  EXPECT_THAT(text, HasSubstr("liquidblend_owner_max_stored_bytes{owner=\"write\"} 1000000\n"));
+  EXPECT_THAT(text, HasSubstr("liquidblend_owner_stored_bytes{owner=\"write\"} 0\n"));
+  EXPECT_THAT(text, Not(HasSubstr("liquidblend_owner_max_stored_bytes{owner=\"frames\"}")));
+}
 
 TEST_F(AccessTest, TokensCountAsOverGrpc) {
   for (const char* target : {kSplash, "/v1/families", "/metrics"}) {

@@ -269,6 +269,21 @@ TEST_F(PortTest, MetricsTellOfFamiliesJobsAndTheProcess) {
   EXPECT_THAT(text, HasSubstr("liquidblend_frame_stage_seconds_count{stage=\"queue\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("liquidblend_frame_stage_seconds_count{stage=\"write\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("process_resident_memory_bytes "));
+  EXPECT_THAT(text, HasSubstr("liquidblend_store_reachable{store=\"catalog\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("liquidblend_store_reachable{store=\"blobs\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("liquidblend_owner_stored_bytes{owner=\"(nobody)\"} "));
+  EXPECT_THAT(text, HasSubstr("liquidblend_oldest_queued_job_seconds 0\n"));
+  EXPECT_THAT(text, Not(HasSubstr("liquidblend_tls_")));
+}
+
+TEST_F(PortTest, MetricsCountJobsThatEndBetweenThem) {
+  HttpClient(port_->port()).Get("/metrics");
+  ImportAnimation("c");
+  // The catalog is asked every 5 s.
+  const absl::Time deadline = absl::Now() + absl::Seconds(60);
+  while (!absl::StrContains(MetricsText(), "jobs_ended_total{code=\"OK\",kind=\"import\"} 1\n")) {
+    ASSERT_LT(absl::Now(), deadline);
+  }
 }
 
 TEST_F(PortTest, DrainingTellsProbesFirst) {

@@ -58,7 +58,10 @@ TEST_F(ProbesTest, AStoreThatHangsStopsNobodyElse) {
   EXPECT_EQ(Get("/v1/families").code, 200);
   EXPECT_EQ(Get("/v1/families/splash").code, 200);
   EXPECT_EQ(Get("/healthz").code, 200);
-  EXPECT_THAT(Get("/metrics").body, HasSubstr("liquidblend_jobs"));
+  const std::string metrics = Get("/metrics").body;
+  EXPECT_THAT(metrics, HasSubstr("liquidblend_jobs"));
+  EXPECT_THAT(metrics, HasSubstr("liquidblend_store_reachable{store=\"catalog\"} 1\n"));
+  EXPECT_THAT(metrics, HasSubstr("liquidblend_store_reachable{store=\"blobs\"} 0\n"));
   for (const auto& probe : probes) {
     const HttpReply reply = probe->ReadReply();
     EXPECT_EQ(reply.code, 503);

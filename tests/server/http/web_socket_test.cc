@@ -64,6 +64,27 @@ TEST_F(WebSocketTest, ALosslessStreamGivesAllFramesAndEnds) {
   EXPECT_EQ(end.close_reason(), "the animation has ended");
 }
 
+TEST_F(WebSocketTest, OpenStreamsAreCounted) {
+  const auto await_streams = [&](int count) {
+    const std::string line = absl::StrCat("liquidblend_streams ", count, "\n");
+    const absl::Time deadline = absl::Now() + absl::Seconds(60);
+    while (!absl::StrContains(backends_.metrics.Text({}), line)) {
+      ASSERT_LT(absl::Now(), deadline) << line;
+    }
+  };
+  HttpClient one(port_->port()), other(port_->port());
+  for (HttpClient* client : {&one, &other}) {
+    EXPECT_EQ(client->Upgrade().code, 101);
+    ASSERT_TRUE(Send(*client, Endless(24)));
+    ReadFrame(*client);
+  }
+  await_streams(2);
+  one.Close();
+  await_streams(1);
+  port_.reset();
+  await_streams(0);
+}
+
 TEST_F(WebSocketTest, TheLogTellsOfItWhenItHasEnded) {
   base::StartLog("server", base::LogLevel::kDebug, base::LogFormat::kJson);
   testing::internal::CaptureStderr();

@@ -67,5 +67,18 @@ TEST_F(CatalogFiguresTest, JobsCountForEachWorkerThatMayTakeThem) {
   EXPECT_EQ(figures.workers.at("ready"), 1);
 }
 
+TEST_F(CatalogFiguresTest, JobsAreTooLargeThatNoWorkerCanHold) {
+  Submit("large", 4 * kGibibyte);
+  EXPECT_EQ(Read().queue.num_too_large, 0);  // no worker is known
+  EXPECT_FALSE(catalog_->LeaseJob("small", absl::Minutes(1), kGibibyte)->has_value());
+  EXPECT_EQ(Read().queue.num_too_large, 1);
+  store::pb::WorkerRecord refused;
+  refused.set_name("refused");
+  refused.set_memory_bytes(4 * kGibibyte);
+  refused.set_refusal("HTTP status 403");
+  ASSERT_TRUE(catalog_->RecordWorker(refused).ok());
+  EXPECT_EQ(Read().queue.num_too_large, 0);
+}
+
 }  // namespace
 }  // namespace liquidblend::metrics

@@ -11,6 +11,7 @@
 
 #include "core/store/catalog/catalog.h"
 #include "tests/core/store/catalog/catalog_children_suite.h"
+#include "tests/core/store/catalog/catalog_figures_suite.h"
 #include "tests/core/store/catalog/catalog_history_suite.h"
 #include "tests/core/store/catalog/catalog_memory_suite.h"
 #include "tests/core/store/catalog/catalog_order_suite.h"
