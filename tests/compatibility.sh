@@ -5,8 +5,9 @@
 # two servers and a worker of that commit under load, one after the other.
 #   tests/compatibility.sh COMMIT
 #   PROGRAMS=DIRECTORY  that commit's programs, if they are built already
-# Needs the programs of build/release, and steady_client of its tests. Prints a line for each command; exits 1 if one failed that
-# worked with that commit's own server, except for what docs/operations/upgrades.md says.
+# Needs the programs of build/release, and steady_client of its tests. Prints a line for each
+# command; exits 1 if one failed that worked with that commit's own server, except for what
+# docs/operations/upgrades.md says.
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
 refuse() { echo "compatibility.sh: $1" >&2; usage >&2; exit 2; }
@@ -22,25 +23,13 @@ git rev-parse --quiet --verify "$1^{commit}" >/dev/null || refuse "no commit: $1
 current=$PWD/build/release/bin
 steady_client=$PWD/build/release/tests/steady_client
 work=$(mktemp -d)
-server_pid=
-postgres_pid=
+. tests/servers.sh
 declare -A pids=()  # of what roll() starts, by name
-# end PID: ends the process by SIGTERM and waits for it; an empty PID is none.
-end() {
-  [ -n "$1" ] || return 0
-  kill "$1" 2>/dev/null || true
-  wait "$1" 2>/dev/null || true
-}
-stop_servers() {
-  end "$server_pid"
-  server_pid=
-}
 clean_up() {
-  stop_servers
+  stop_server
   local name
   for name in "${!pids[@]}"; do end "${pids[$name]}"; done
-  end "$postgres_pid"
-  [ ! -d "$work/ceph" ] || tests/ceph.sh stop "$work/ceph" || true
+  stop_shared_stores
   [ ! -d "$work/source" ] || git worktree remove --force "$work/source"
   rm -rf "$work"
 }
@@ -157,32 +146,20 @@ run_commands() {
   must "$client" delete balls
 }
 
-# start_server PROGRAMS ARGUMENTS...: sets $server, and $serving to "former" or "current".
-start_server() {
+# serve PROGRAMS ARGUMENTS...: starts their server; sets $serving to "former" or "current".
+serve() {
   serving=$(name_of "$1")
-  : >"$work/server.out"  # not what the server before said
-  "$1/liquidblend-server" --listen 127.0.0.1:0 --workers 1 "${@:2}" >"$work/server.out" \
-    2>"$work/server.log" &
-  server_pid=$!
-  for _ in $(seq 300); do
-    server=$(sed -n 's/^listening on //p' "$work/server.out")
-    [ -z "$server" ] || return 0
-    kill -0 "$server_pid" 2>/dev/null || break
-    sleep 0.1
-  done
-  cat "$work/server.log" >&2
-  echo "the server did not start" >&2
-  exit 1
+  start_server "$1/liquidblend-server" "${@:2}"
 }
 
 # run_programs ARGUMENTS...: both servers, one after the other, with these arguments and so one store.
 run_programs() {
-  start_server "$former" "$@"
+  serve "$former" "$@"
   run_commands "$current" "$former"
   must "$former" register kept --source a --target b --iterations 3 --wait
   must "$former" export kept -w 0.5 -o "$work/kept-$tier"
-  stop_servers
-  start_server "$current" "$@"
+  stop_server
+  serve "$current" "$@"
   must "$current" inspect kept
   must "$current" export kept -w 0.5 -o "$work/kept-$tier-again"
   local file
@@ -192,30 +169,15 @@ run_programs() {
   must "$current" delete animations/a
   must "$current" delete animations/b
   run_commands "$former" "$current"
-  stop_servers
+  stop_server
 }
 
 tier=embedded
 run_programs --data "$work/data"
 
 tier=shared
-tests/postgres.sh "$work/postgres" &
-postgres_pid=$!
-tests/ceph.sh start "$work/ceph" >/dev/null
-set -a
-# shellcheck disable=SC1091  # where the object store is
-. "$work/ceph/s3.env"
-set +a
-for _ in $(seq 300); do
-  ! psql -h "$work/postgres/sock" -U liquidblend -d postgres -c 'SELECT 1' >/dev/null 2>&1 || break
-  sleep 0.1
-done
-store=(--store "postgresql://liquidblend@/postgres?host=$work/postgres/sock" --blobs s3://liquidblend)
+start_shared_stores
 run_programs "${store[@]}" --cache "$work/cache" --client-s3 "$AWS_ENDPOINT_URL"
-
-free_port() {
-  python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'
-}
 
 # start_replica PROGRAMS NAME ADDRESS: a server without workers; returns once it serves.
 start_replica() {
@@ -241,8 +203,9 @@ start_worker() {
 roll() {
   tier=roll
   local one two
-  one=127.0.0.1:$(free_port)
-  two=127.0.0.1:$(free_port)
+  read -r one two < <(tests/free_ports.sh 2)
+  one=127.0.0.1:$one
+  two=127.0.0.1:$two
   start_replica "$former" one "$one"
   start_replica "$former" two "$two"
   start_worker "$former"

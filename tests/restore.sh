@@ -16,21 +16,13 @@ cd "$(dirname "$0")/.."
 bin=$PWD/build/release/bin
 work=$(mktemp -d)
 chmod 755 "$work"
-server_pid=
-postgres_pid=
-end() {
-  [ -n "$1" ] || return 0
-  kill "$1" 2>/dev/null || true
-  wait "$1" 2>/dev/null || true
-}
+. tests/servers.sh
 destroy_stores() {
-  end "$postgres_pid"
-  postgres_pid=
-  [ ! -d "$work/ceph" ] || tests/ceph.sh stop "$work/ceph" || true
+  stop_shared_stores
   rm -rf "$work/postgres" "$work/ceph" "$work/cache" "$work/data"
 }
 clean_up() {
-  end "$server_pid"
+  stop_server
   destroy_stores
   rm -rf "$work"
 }
@@ -46,40 +38,18 @@ make_directory() { store=(--data "$work/data"); }
 
 # Sets $store to an empty database and an empty bucket.
 make_shared() {
-  tests/postgres.sh "$work/postgres" &
-  postgres_pid=$!
-  tests/ceph.sh start "$work/ceph" >/dev/null
-  set -a
-  # shellcheck disable=SC1091  # where the object store is
-  . "$work/ceph/s3.env"
-  set +a
-  for _ in $(seq 300); do
-    ! psql -h "$work/postgres/sock" -U liquidblend -d postgres -c 'SELECT 1' >/dev/null 2>&1 || break
-    sleep 0.1
-  done
-  store=(--store "postgresql://liquidblend@/postgres?host=$work/postgres/sock"
-    --blobs s3://liquidblend --cache "$work/cache")
+  start_shared_stores
+  store+=(--cache "$work/cache")
 }
 
-start_server() {
-  : >"$work/server.out"
-  "$bin/liquidblend-server" --listen 127.0.0.1:0 --workers 1 "${store[@]}" >"$work/server.out" \
-    2>"$work/server.log" &
-  server_pid=$!
-  for _ in $(seq 300); do
-    LIQUIDBLEND_SERVER=$(sed -n 's/^listening on //p' "$work/server.out")
-    export LIQUIDBLEND_SERVER
-    [ -z "$LIQUIDBLEND_SERVER" ] || return 0
-    kill -0 "$server_pid" 2>/dev/null || break
-    sleep 0.1
-  done
-  cat "$work/server.log" >&2
-  fail "the server did not start"
+serve() {
+  start_server "$bin/liquidblend-server" "${store[@]}"
+  export LIQUIDBLEND_SERVER=$server
 }
 
 # frames_into DIRECTORY: two Draco frames, as the server sends them.
 frames_into() {
-  start_server
+  serve
   mkdir "$1"
   local weight
   for weight in 0 0.5; do
@@ -87,8 +57,7 @@ frames_into() {
       -o "$1/$weight.drc" >/dev/null
   done
   "$bin/liquidblend" list >"$1/list"
-  end "$server_pid"
-  server_pid=
+  stop_server
 }
 
 # Runs a command and prints how long it took: timed WHAT COMMAND...
@@ -102,12 +71,11 @@ timed() {
 # drill WHAT MAKE_FIRST MAKE_SECOND: the second store is made where the first one was destroyed.
 drill() {
   "$2"
-  start_server
+  serve
   "$bin/liquidblend" --quiet import a tests/data/two_drops/A >/dev/null
   "$bin/liquidblend" --quiet import b tests/data/two_drops/B >/dev/null
   "$bin/liquidblend" --quiet register two_drops --source a --target b --iterations 3 --wait >/dev/null
-  end "$server_pid"
-  server_pid=
+  stop_server
   frames_into "$work/before"
   timed "$1: back up" "$bin/liquidblend-admin" export "${store[@]}" "$work/backup"
   destroy_stores

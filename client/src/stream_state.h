@@ -44,7 +44,8 @@ class StreamState {
   bool is_complete_ = false;
   int64_t next_index_ = 0;   // of the next frame
   int64_t num_dropped_ = 0;  // until the last frame
-  // Of the present call.
+
+  // The present call.
   int64_t num_requests_ = 0;
   int64_t num_until_time_ = 0;    // messages until the last one with a time
   int64_t num_until_family_ = 0;  // messages until the last one with a family

@@ -93,7 +93,7 @@ class Reader {
     result_.warnings.push_back(absl::StrCat(variable, " ", why));
   }
 
-  // Of the collector; empty: nothing is to be recorded.
+  // URL of the collector; empty: nothing is to be recorded.
   std::string Url() {
     if (IsTrue("OTEL_SDK_DISABLED")) return "";
     const std::string exporter = ValueOf("OTEL_TRACES_EXPORTER");

@@ -31,14 +31,14 @@ class Span {
 
   bool is_recording() const { return state_ != nullptr && state_->queue != nullptr; }
 
-  // What calls and jobs carry; an invalid one if there is no trace.
+  // The context that calls and jobs carry; an invalid one if there is no trace.
   const SpanContext& context() const;
 
   void SetName(absl::string_view name) const noexcept;
   // Replaces an attribute of the same name.
   void SetAttribute(absl::string_view name, AttributeValue value) const noexcept;
   void AddEvent(absl::string_view name, Attributes attributes = {}) const noexcept;
-  // The work has failed.
+  // Marks the work as failed.
   void SetError(absl::string_view message) const noexcept;
 
   // A span within this one; not recorded if this one is not.

@@ -59,7 +59,8 @@ void Tracer::Stop(absl::Duration patience) {
 
 bool IsSampled(const Sampler& sampler, const SpanContext& context, bool has_parent) {
   if (has_parent && sampler.by_parent) return context.is_sampled;
-  // As OpenTelemetry's other programs decide, so that all agree on one trace.
+  // The lowest 63 bits decide, as in OpenTelemetry's other programs, so that all agree on one
+  // trace.
   constexpr int kBits = 63;
   const auto bound = static_cast<uint64_t>(std::ldexp(sampler.ratio, kBits));
   return context.trace_low >> 1 < bound;

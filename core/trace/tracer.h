@@ -18,12 +18,12 @@ namespace liquidblend::trace {
 // Threads: safe, but for Stop().
 class Tracer {
  public:
-  // Records nothing.
+  // A tracer that records nothing.
   Tracer() = default;
-  // Starts to export. Without a url it records nothing.
+  // A tracer that exports from now on. Without a url it records nothing.
   Tracer(const TracerOptions& options, Report report);
 
-  // Of the program's environment; its warnings are reported.
+  // Returns the tracer of the program's environment; warnings about that are reported.
   static std::unique_ptr<Tracer> Open(const Program& program, const Report& report);
 
   // Whether spans are recorded at all. If not, callers need not assemble names and attributes.

@@ -56,7 +56,7 @@ struct BackendsOptions {
   int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
   FrameQueueOptions queue;                         // of frames to be made
   int64_t frame_cache_bytes = int64_t{256} << 20;  // >= 0
-  // Of calls; none: they are not traced.
+  // Tracer of calls; null: they are not traced.
   std::shared_ptr<const trace::Tracer> tracer;
 };
 

@@ -20,6 +20,7 @@
 #include "absl/time/time.h"
 #include "core/store/catalog/catalog.h"
 #include "core/store/data_directory.h"
+#include "tests/bench/require.h"
 
 namespace liquidblend::bench {
 namespace {
@@ -32,18 +33,6 @@ struct Flags {
   std::vector<int> workers = {2, 4, 8};
   std::string store = "/tmp/lb_queue";
 };
-
-void Require(const absl::Status& status) {
-  if (status.ok()) return;
-  std::fprintf(stderr, "lb_queue: %s\n", status.ToString().c_str());
-  std::exit(1);
-}
-
-template <typename T>
-T Require(absl::StatusOr<T> result) {
-  Require(result.status());
-  return *std::move(result);
-}
 
 std::unique_ptr<store::Catalog> Open(const std::string& where) {
   if (absl::StartsWith(where, "postgresql:")) return Require(store::OpenPostgresCatalog(where));

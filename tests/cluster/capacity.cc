@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <string>
 #include <thread>
@@ -15,6 +14,7 @@
 #include "tests/bench/load_report.h"
 #include "tests/bench/load_server.h"
 #include "tests/bench/process_usage.h"
+#include "tests/bench/require.h"
 #include "tests/core/store/store_testing.h"
 
 namespace liquidblend::bench {
@@ -28,13 +28,6 @@ struct Flags {
   double warp = 10.0;
   double seconds = 20.0;
 };
-
-template <typename T>
-T Require(absl::StatusOr<T> result) {
-  if (result.ok()) return *std::move(result);
-  std::fprintf(stderr, "lb_capacity: %s\n", result.status().ToString().c_str());
-  std::exit(1);
-}
 
 struct Measured {
   double busy_cores = 0.0;

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <map>
 #include <memory>
@@ -18,6 +17,7 @@
 #include "core/base/status_macros.h"
 #include "core/store/catalog/catalog.h"
 #include "tests/bench/load_report.h"
+#include "tests/bench/require.h"
 #include "tests/cluster/fake_workers.h"
 #include "tests/cluster/fill_catalog.h"
 
@@ -35,18 +35,6 @@ struct Flags {
   double job_s = 5.0;
   int submitters = 8;
 };
-
-void Require(const absl::Status& status) {
-  if (status.ok()) return;
-  std::fprintf(stderr, "lb_cluster: %s\n", status.ToString().c_str());
-  std::exit(1);
-}
-
-template <typename T>
-T Require(absl::StatusOr<T> result) {
-  Require(result.status());
-  return *std::move(result);
-}
 
 double MsSince(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();

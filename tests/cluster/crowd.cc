@@ -7,7 +7,6 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <string>
@@ -19,6 +18,7 @@
 #include "tests/bench/load_family.h"
 #include "tests/bench/load_report.h"
 #include "tests/bench/load_server.h"
+#include "tests/bench/require.h"
 #include "tests/core/store/store_testing.h"
 
 namespace liquidblend::bench {
@@ -37,13 +37,6 @@ struct Flags {
   double seconds = 30.0;           // of each part
   int threads = 32;
 };
-
-template <typename T>
-T Require(absl::StatusOr<T> result) {
-  if (result.ok()) return *std::move(result);
-  std::fprintf(stderr, "lb_crowd: %s\n", result.status().ToString().c_str());
-  std::exit(1);
-}
 
 // Runs body(k) for k in [0, count) on several threads.
 void ForEach(int num_threads, int count, const std::function<void(int)>& body) {

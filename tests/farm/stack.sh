@@ -1,39 +1,12 @@
 # What tests/farm.sh starts: PostgreSQL, S3, a server without workers, Slurm.
 # Sourced; wants the working directory to be the repository's, and $bin.
+. tests/phases.sh
 scratch=
-phases=()  # "seconds<tab>what"
-current_phase=
 server=  # HOST:PORT
 max_lost_s=${MAX_LOST_S:-10}
 seed=${SEED:-$RANDOM}
 spacing=${SPACING:-0.9}
 processes=()  # started in the background, to be ended: the last one first
-
-phase() {
-  current_phase=$1
-  local begin=$SECONDS
-  printf '== %s\n' "$1"
-  "${@:2}"
-  phases+=("$((SECONDS - begin))	$1")
-}
-
-cannot() {
-  echo "farm.sh: this host cannot run a farm: $*" >&2
-  trap - ERR
-  exit 77
-}
-
-fail() {
-  echo "farm.sh: $current_phase: $*" >&2
-  show_logs
-  trap - ERR
-  exit 1
-}
-
-show_failure() {
-  echo "farm.sh: $current_phase: failed at: $1" >&2
-  show_logs
-}
 
 show_logs() {
   local log
@@ -44,20 +17,12 @@ show_logs() {
   done
 }
 
-print_table() {
-  echo
-  echo "| phase | s |"
-  echo "| --- | --- |"
-  printf '%s\n' "${phases[@]}" | awk -F'\t' '{print "| " $2 " | " $1 " |"; sum += $1}
-    END {print "| all | " sum " |"}'
-}
-
 clean_up() {
   local status=$? pid
   trap - ERR EXIT
   trap '' INT TERM
   set +e
-  [ ${#phases[@]} = 0 ] || print_table
+  print_table
   if [ -n "$scratch" ]; then
     {
       tests/slurm.sh stop "$scratch/slurm"
@@ -67,16 +32,6 @@ clean_up() {
     rm -rf "$scratch"
   fi
   exit $status
-}
-
-# await SECONDS COMMAND...: until it succeeds
-await() {
-  local end=$((SECONDS + $1))
-  shift
-  until "$@" >"$scratch/await" 2>&1; do
-    [ $SECONDS -lt $end ] || { cat "$scratch/await" >&2; fail "gave up waiting for: $*"; }
-    sleep 0.2
-  done
 }
 
 # background LOG COMMAND...: its id is $!

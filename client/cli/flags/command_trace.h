@@ -21,8 +21,8 @@ class CommandTrace {
   // `report` takes lines about spans that cannot be sent, from any thread.
   explicit CommandTrace(trace::Report report) : report_(std::move(report)) {}
 
-  // What a call carries: the command's span, which begins with the first call; if it is not
-  // recorded, what the environment has.
+  // Trace headers of a call: the command's span, which begins with the first call; if it is not
+  // recorded, those of the environment.
   TraceHeaders HeadersOfCall();
 
   // Ends the span, and exports it.
