@@ -6,6 +6,7 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/base/status_macros.h"
+#include "core/store/catalog/job_records.h"
 #include "core/store/files/copy_fields.h"
 #include "core/trace/context.h"
 #include "server/api/child_progress.h"
@@ -104,7 +105,7 @@ v1::Progress ToProgress(const JobRecord& job, const std::string& waiting_for) {
   to.set_waiting_for(waiting_for);
   if (IsQueued(job)) to.set_stage("queued");
   if (job.state() == JobRecord::SUCCEEDED) to.set_fraction(1.0);
-  to.set_attempt(job.attempts() + job.environment_failures());
+  to.set_attempt(store::AttemptNumber(job));
   to.set_worker(job.worker());
   to.set_priority(job.priority());
   to.set_memory_bytes(job.memory_bytes());

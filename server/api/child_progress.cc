@@ -77,11 +77,13 @@ JobRecord WithProgressOf(const std::vector<JobRecord>& children, JobRecord job) 
     job.mutable_progress()->set_target_index(slowest->register_target().target_index());
     job.set_attempts(slowest->attempts());
     job.set_environment_failures(slowest->environment_failures());
+    job.set_losses_after_progress(slowest->losses_after_progress());
     *job.mutable_failed_attempts() = slowest->failed_attempts();
     job.set_worker(slowest->worker());
   } else if (const JobRecord* const next = NextToBeTried(children)) {
     job.set_attempts(next->attempts());
     job.set_environment_failures(next->environment_failures());
+    job.set_losses_after_progress(next->losses_after_progress());
     *job.mutable_next_attempt_time() = next->next_attempt_time();
     *job.mutable_failed_attempts() = next->failed_attempts();
   }

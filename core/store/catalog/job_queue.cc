@@ -108,7 +108,7 @@ absl::StatusOr<std::optional<JobRow>> TakeNext(Sql& sql, absl::Time now, int64_t
   if (row.has_value() && row->record.state() == pb::JobRecord::RUNNING) {
     const bool has_progressed = HasNewCheckpoint(row->record);
     NoteFailure(absl::InternalError("the worker was lost"), /*lost=*/true, now, row->record);
-    if (has_progressed) CountForEnvironment(row->record);
+    if (has_progressed) CountLossAfterProgress(row->record);
   }
   return row;
 }

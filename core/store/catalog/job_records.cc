@@ -132,6 +132,10 @@ pb::AnimationRecord NewAnimation(pb::AnimationRecord animation, const pb::JobRec
 }
 
 void StartAttempt(const std::string& worker, absl::Time now, pb::JobRecord& job) {
+  // Nothing but being queued changes the record of a queued job; one that is RUNNING lost its
+  // worker.
+  const bool was_queued = job.state() == pb::JobRecord::QUEUED;
+  *job.mutable_queue_time() = was_queued ? job.update_time() : ToTimestamp(now);
   job.set_state(pb::JobRecord::RUNNING);
   job.set_attempts(job.attempts() + 1);
   job.set_worker(worker);
@@ -182,6 +186,15 @@ void TakeFailures(const pb::JobRecord& child, pb::JobRecord& parent) {
 void CountForEnvironment(pb::JobRecord& job) {
   job.set_attempts(job.attempts() - 1);
   job.set_environment_failures(job.environment_failures() + 1);
+}
+
+void CountLossAfterProgress(pb::JobRecord& job) {
+  job.set_attempts(job.attempts() - 1);
+  job.set_losses_after_progress(job.losses_after_progress() + 1);
+}
+
+int AttemptNumber(const pb::JobRecord& job) {
+  return job.attempts() + job.environment_failures() + job.losses_after_progress();
 }
 
 int NumLosses(const pb::JobRecord& job) {

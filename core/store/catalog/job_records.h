@@ -65,6 +65,12 @@ void TakeFailures(const pb::JobRecord& child, pb::JobRecord& parent);
 
 // Counts the last attempt as a transient failure of the environment, not of the job.
 void CountForEnvironment(pb::JobRecord& job);
+// Counts the last attempt as one whose worker was lost after a new checkpoint.
+void CountLossAfterProgress(pb::JobRecord& job);
+
+// The number of the newest attempt: 1 for the first worker that took the job. Attempts that were
+// handed back are left out.
+int AttemptNumber(const pb::JobRecord& job);
 
 // The number of lost workers among the failed attempts that are kept.
 int NumLosses(const pb::JobRecord& job);

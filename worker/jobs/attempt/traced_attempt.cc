@@ -15,16 +15,10 @@ const char* NameOf(const store::pb::JobRecord& job) {
   return job.has_register_target() ? "target registration attempt" : "registration attempt";
 }
 
-absl::Time ToTime(const google::protobuf::Timestamp& time) {
-  return absl::FromUnixSeconds(time.seconds()) + absl::Nanoseconds(time.nanos());
-}
-
-// How long the job has waited for this attempt: since it was created, or since the last one failed.
+// How long the job has been in the queue before this attempt.
 double SecondsQueued(const store::pb::JobRecord& job) {
-  const int num_failed = job.failed_attempts_size();
-  const google::protobuf::Timestamp& since =
-      num_failed > 0 ? job.failed_attempts(num_failed - 1).end_time() : job.create_time();
-  return std::max(0.0, absl::ToDoubleSeconds(ToTime(job.start_time()) - ToTime(since)));
+  const absl::Duration wait = store::ToTime(job.start_time()) - store::ToTime(job.queue_time());
+  return std::max(0.0, absl::ToDoubleSeconds(wait));
 }
 
 trace::SpanContext ContextOf(const store::pb::JobRecord& job) {
@@ -39,8 +33,7 @@ TracedAttempt::TracedAttempt(const trace::Tracer* tracer, const store::pb::JobRe
   attempt_ = tracer->StartSpan(NameOf(job), trace::SpanKind::kConsumer, ContextOf(job));
   if (!attempt_.is_recording()) return;
   attempt_.SetAttribute("liquidblend.job", job.id());
-  attempt_.SetAttribute("liquidblend.job.attempt",
-                        int64_t{job.attempts() + job.environment_failures()});
+  attempt_.SetAttribute("liquidblend.job.attempt", int64_t{store::AttemptNumber(job)});
   attempt_.SetAttribute("liquidblend.job.queue_s", SecondsQueued(job));
   attempt_.SetAttribute("liquidblend.worker", worker);
   attempt_.SetAttribute("liquidblend.resource", store::SubjectOf(job));

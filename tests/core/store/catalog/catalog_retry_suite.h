@@ -5,6 +5,7 @@
 #include <string>
 
 #include "absl/time/clock.h"
+#include "core/store/catalog/job_records.h"
 #include "tests/core/store/catalog/catalog_testing.h"
 
 namespace liquidblend::store {
@@ -94,7 +95,7 @@ TEST_P(CatalogSuite, ALossAfterANewCheckpointUsesUpNoAttempt) {
   for (int k = 0; k < 5; ++k) {
     const Lease lease = MustLease();
     EXPECT_EQ(lease.job.attempts(), 1) << k;
-    EXPECT_EQ(lease.job.environment_failures(), k);
+    EXPECT_EQ(lease.job.losses_after_progress(), k);
     EXPECT_THAT(catalog_->SaveCheckpoint(lease.lease_id, "blob"), Succeeds());
     now_ += kLease;
     EXPECT_TRUE(k == 0 || NothingToDo());  // the first loss is followed by no pause
@@ -111,6 +112,38 @@ TEST_P(CatalogSuite, ALossAfterANewCheckpointUsesUpNoAttempt) {
   EXPECT_TRUE(NothingToDo());
   EXPECT_EQ(GetJob(job.id()).state(), Job::FAILED);
   EXPECT_THAT(GetJob(job.id()).error().message(), ::testing::HasSubstr("after 3 attempts"));
+}
+
+TEST_P(CatalogSuite, LossesAfterNewCheckpointsAreNoFailuresOfTheEnvironment) {
+  CatalogOptions options = Options();
+  options.retry.max_environment_failures = 2;
+  catalog_ = backend_->Open(options);
+  const Job job = MustSubmitImport("a");
+  for (int k = 0; k < 5; ++k) {
+    EXPECT_THAT(catalog_->SaveCheckpoint(MustLease().lease_id, "blob"), Succeeds());
+    now_ += kLease + absl::Minutes(1);
+  }
+  FailNext(absl::UnavailableError("net"));
+  EXPECT_EQ(GetJob(job.id()).state(), Job::QUEUED);
+  EXPECT_EQ(GetJob(job.id()).environment_failures(), 1);
+  now_ += absl::Seconds(1);  // the pause after the first failure
+  EXPECT_EQ(AttemptNumber(MustLease().job), 7);
+}
+
+TEST_P(CatalogSuite, AnAttemptKnowsWhenItsJobWasQueued) {
+  const absl::Time submitted = now_;
+  MustSubmitImport("a");
+  now_ += absl::Seconds(7);
+  Lease lease = MustLease();
+  EXPECT_EQ(ToTime(lease.job.queue_time()), submitted);
+  now_ += absl::Seconds(2);
+  const absl::Time handed_back = now_;
+  EXPECT_THAT(catalog_->ReleaseJob(lease.lease_id), Succeeds());
+  now_ += absl::Seconds(3);
+  lease = MustLease();
+  EXPECT_EQ(ToTime(lease.job.queue_time()), handed_back);
+  now_ += kLease;
+  EXPECT_EQ(ToTime(MustLease().job.queue_time()), now_) << "its worker was lost";
 }
 
 TEST_P(CatalogSuite, FailuresOfTheEnvironmentUseUpNoAttempts) {

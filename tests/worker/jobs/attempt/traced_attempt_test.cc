@@ -147,7 +147,7 @@ TEST_F(TracedAttemptTest, ARecordThatIsDamagedHarmsNoJob) {
   EXPECT_EQ(Job(job).state(), store::pb::JobRecord::SUCCEEDED);
 }
 
-TEST_F(TracedAttemptTest, TheNextAttemptHasItsNumberAndTheTimeSinceTheLastOne) {
+TEST_F(TracedAttemptTest, TheNextAttemptHasItsNumberAndItsTimeInTheQueue) {
   trace::Tracer tracer(collector_.Options(), [](const std::string&) {});
   store::pb::JobRecord job;
   job.mutable_register_target()->set_family("balls");
@@ -155,8 +155,9 @@ TEST_F(TracedAttemptTest, TheNextAttemptHasItsNumberAndTheTimeSinceTheLastOne) {
   job.set_traceparent(kTraceparent);
   job.set_attempts(2);
   job.set_environment_failures(1);
+  job.set_losses_after_progress(1);
   job.mutable_create_time()->set_seconds(1000);
-  job.add_failed_attempts()->mutable_end_time()->set_seconds(2000);
+  job.mutable_queue_time()->set_seconds(2000);
   job.mutable_start_time()->set_seconds(2003);
   TracedAttempt attempt(&tracer, job, "farm:7");
   attempt.BeginStage("registration");
@@ -165,7 +166,7 @@ TEST_F(TracedAttemptTest, TheNextAttemptHasItsNumberAndTheTimeSinceTheLastOne) {
   tracer.Stop(absl::Minutes(1));
   const std::vector<CollectedSpan> spans = collector_.Spans();
   const CollectedSpan one = trace::FindSpan(spans, "target registration attempt");
-  EXPECT_EQ(one.attributes.at("liquidblend.job.attempt"), "3");
+  EXPECT_EQ(one.attributes.at("liquidblend.job.attempt"), "4");
   EXPECT_EQ(one.attributes.at("liquidblend.job.queue_s"), "3.0");
   EXPECT_EQ(one.attributes.at("error.type"), "UNAVAILABLE");
   EXPECT_THAT(trace::FindSpan(spans, "registration").events,
