@@ -27,6 +27,7 @@ struct Flags {
   int clients = 6;                  // even
   double warp = 10.0;
   double seconds = 20.0;
+  double within = 0.2;
 };
 
 struct Measured {
@@ -88,15 +89,19 @@ admin::Plan PlanFor(const Measured& measured, double cached) {
                           .cached = cached});
 }
 
-void Print(const Measured& measured, double cached) {
+// Prints a load's row; returns whether the plan is as near as `within`, and no call failed.
+bool Print(const Measured& measured, double cached, double within) {
   const admin::Plan plan = PlanFor(measured, cached);
+  const double core_ratio = plan.server_busy_cores / measured.busy_cores;
+  const double network_ratio = plan.network_bytes_per_s / measured.bytes_per_second;
   std::printf("| %.0f | %.2f | %.1f | %.3f | %.3f | %.2f | %.2f | %.2f | %.2f | %.0f | %lld |\n",
               measured.vertices, cached, measured.frames_per_second, measured.busy_cores,
-              plan.server_busy_cores, plan.server_busy_cores / measured.busy_cores,
-              measured.bytes_per_second / 1e6, plan.network_bytes_per_s / 1e6,
-              plan.network_bytes_per_s / measured.bytes_per_second, measured.resident_mb,
+              plan.server_busy_cores, core_ratio, measured.bytes_per_second / 1e6,
+              plan.network_bytes_per_s / 1e6, network_ratio, measured.resident_mb,
               static_cast<long long>(measured.num_errors));
   std::fflush(stdout);
+  return std::abs(core_ratio - 1) <= within && std::abs(network_ratio - 1) <= within &&
+         measured.num_errors == 0;
 }
 
 int RunAll(const Flags& flags) {
@@ -104,14 +109,17 @@ int RunAll(const Flags& flags) {
       "| vertices | cached | frames/s | busy cores | planned | ratio | MB/s | planned "
       "| ratio | resident MB | errors |\n"
       "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+  bool is_near = true;
   for (const int vertices : flags.vertices) {
     const store::TemporaryFolder folder;
     Require(MakeLoadFamily(folder.path(), vertices, flags.warp));
     const std::unique_ptr<LoadServer> server = Require(LoadServer::Start({.data = folder.path()}));
     const LoadTarget target = Require(server->Target(kLoadFamily));
-    for (const double cached : flags.cached) Print(Measure(*server, target, flags, cached), cached);
+    for (const double cached : flags.cached) {
+      is_near &= Print(Measure(*server, target, flags, cached), cached, flags.within);
+    }
   }
-  return 0;
+  return is_near ? 0 : 1;
 }
 
 }  // namespace
@@ -128,6 +136,8 @@ int main(int argc, char** argv) {
   app.add_option("--warp", flags.warp, "Shift of events between source and target, in frames")
       ->capture_default_str();
   app.add_option("--seconds", flags.seconds, "Of a load")->capture_default_str();
+  app.add_option("--within", flags.within, "Exit with 1 if a ratio is further from 1")
+      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   return liquidblend::bench::RunAll(flags);
 }

@@ -1,5 +1,6 @@
 // lb_crowd: many clients of one server. Prints the memory that an idle connection and a stream cost
-// it, and the latency of calls while all are connected.
+// it, and the latency of calls while all are connected. Exits with 1 if a client could not connect,
+// a call failed or a stream ended.
 #include <grpcpp/grpcpp.h>
 
 #include <CLI/CLI.hpp>
@@ -51,13 +52,13 @@ void ForEach(int num_threads, int count, const std::function<void(int)>& body) {
 }
 
 // A connection of its own, which is made now.
-std::unique_ptr<Stub> Connect(const LoadTarget& target, std::atomic<int>& num_failed) {
+std::unique_ptr<Stub> Connect(const LoadTarget& target, std::atomic<int>& num_unconnected) {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   const auto channel =
       grpc::CreateCustomChannel(target.address, grpc::InsecureChannelCredentials(), arguments);
   const auto deadline = std::chrono::system_clock::now() + std::chrono::seconds(30);
-  if (!channel->WaitForConnected(deadline)) ++num_failed;
+  if (!channel->WaitForConnected(deadline)) ++num_unconnected;
   return v1::LiquidBlend::NewStub(channel);
 }
 
@@ -112,10 +113,12 @@ CallReport Call(const Flags& flags, const LoadTarget& target,
   return report;
 }
 
-void Print(const char* what, CallReport report) {
+// Prints the report's row; returns how many calls failed.
+int Print(const char* what, CallReport report) {
   std::printf("| %s | %zu | %.2f | %.2f | %d |\n", what, report.ms.size(),
               Percentile(report.ms, 0.5), Percentile(report.ms, 0.99), report.num_failed);
   std::fflush(stdout);
+  return report.num_failed;
 }
 
 // Reads frames of all streams for some seconds; returns how many streams had ended.
@@ -138,20 +141,20 @@ int RunAll(const Flags& flags) {
   Require(MakeLoadFamily(folder.path(), flags.vertices, /*warp_frames=*/0.0));
   const std::unique_ptr<LoadServer> server = Require(LoadServer::Start({.data = folder.path()}));
   const LoadTarget target = Require(server->Target(kLoadFamily));
-  std::atomic<int> num_failed = 0;
+  std::atomic<int> num_unconnected = 0;
   std::vector<std::unique_ptr<Stub>> stubs;
-  stubs.push_back(Connect(target, num_failed));
+  stubs.push_back(Connect(target, num_unconnected));
   std::printf(
       "| calls while connected | calls | p50 ms | p99 ms | failed |\n"
       "| --- | --- | --- | --- | --- |\n");
-  Print("1 client", Call(flags, target, stubs));
+  int num_failed_calls = Print("1 client", Call(flags, target, stubs));
 
   const MemoryFigures alone = Require(server->ReadMemory());
   stubs.resize(flags.clients);
   ForEach(flags.threads, flags.clients - 1,
-          [&](int k) { stubs[k + 1] = Connect(target, num_failed); });
+          [&](int k) { stubs[k + 1] = Connect(target, num_unconnected); });
   const MemoryFigures connected = Require(server->ReadMemory());
-  Print("all clients", Call(flags, target, stubs));
+  num_failed_calls += Print("all clients", Call(flags, target, stubs));
 
   const MemoryFigures called = Require(server->ReadMemory());
   std::vector<std::unique_ptr<Watch>> watches(flags.streams);
@@ -169,11 +172,11 @@ int RunAll(const Flags& flags) {
       "\n| clients | not connected | kB a client | kB a client after calls "
       "| streams | ended | kB a stream |\n| --- | --- | --- | --- | --- | --- | --- |\n"
       "| %d | %d | %.1f | %.1f | %d | %d | %.1f |\n",
-      flags.clients, num_failed.load(),
+      flags.clients, num_unconnected.load(),
       kilobytes(connected.resident_mb, alone.resident_mb, flags.clients),
       kilobytes(called.resident_mb, alone.resident_mb, flags.clients), flags.streams, num_ended,
       kilobytes(streaming.resident_mb, called.resident_mb, flags.streams));
-  return 0;
+  return num_unconnected + num_failed_calls + num_ended == 0 ? 0 : 1;
 }
 
 }  // namespace
