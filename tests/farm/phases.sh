@@ -34,13 +34,39 @@ submit() {
     "$PWD/deploy/farm/run-worker.sh" "$scratch/farm.env" --verbose
 }
 
+# submit_three PARTITION CPUS [OPTION of sbatch ..]: prints the id of an array of three tasks. The
+# first has ended, the others are held. The last one has the id of the array: what it asks of Slurm
+# by that id alone is done to all three.
+submit_three() {
+  local job
+  job=$(submit "$1" "$2" --hold --array=1-3 "${@:3}")
+  scontrol release "${job}_1"
+  await 120 has_ended "${job}_1"
+  scontrol hold "${job}_2"
+  [ "$(squeue -h -j "${job}_3" -o %A)" = "$job" ] || fail "the last task has not the array's id"
+  echo "$job"
+}
+
+# Of an array of submit_three, of which the last task has been requeued once: nothing has happened
+# to the others.
+expect_last_requeued() {  # JOB
+  local task restarts
+  scontrol release "${1}_2"
+  await 180 has_ended "$1"
+  expect_tasks_succeeded "$1" 3
+  for task in 1 2 3; do
+    restarts=$(scontrol -o show job "${1}_$task" | sed -n 's/.* Restarts=\([0-9]*\) .*/\1/p')
+    [ "$restarts" = $((task / 3)) ] || fail "task $task was requeued ${restarts:-no} times"
+  done
+}
+
 has_ended() { [ -z "$(squeue -h -j "$1" 2>/dev/null)" ]; }
 is_pending() { [ "$(squeue -h -j "$1" -o %T)" = PENDING ]; }
 
 # Slurm lets a requeued task wait for two minutes.
-start_again() {  # JOB
+start_again() {  # JOB [UPDATE ..]
   await 60 is_pending "$1"
-  scontrol update JobId="$1" StartTime=now
+  scontrol update JobId="$1" StartTime=now "${@:2}"
 }
 
 expect_tasks_succeeded() {  # JOB NUM
@@ -113,37 +139,36 @@ is_at_iteration() { [ "$(field "$1" 'o["progress"]["iteration"]')" -ge "$2" ]; }
 preempt() {  # PARTITION
   local operation job urgent iteration
   make_expected preempted --iterations $num_medium
+  job=$(submit_three "$1" 2)
   operation=$(register preempted --iterations $num_medium)
-  job=$(submit "$1" 2 --array=1)
+  scontrol release "${job}_3"
   await 120 is_at_iteration "$operation" 5
   iteration=$(field "$operation" 'o["progress"]["iteration"]')
   urgent=$(sbatch --parsable --partition urgent --cpus-per-task 8 --mem 100 \
     --output "$scratch/logs/urgent" --wrap 'sleep 3')
   await 60 has_ended "$urgent"
-  start_again "$job"
+  start_again "${job}_3"
   await 600 is_done "$operation"
-  await 120 has_ended "$job"
+  expect_last_requeued "$job"
   expect_same preempted "$operation"
-  expect_tasks_succeeded "$job" 1
-  expect_resumed "$scratch/logs/task_${job}_1" "$iteration"
-  expect_small_losses "$scratch/logs/task_${job}_1"
+  expect_resumed "$scratch/logs/task_${job}_3" "$iteration"
+  expect_small_losses "$scratch/logs/task_${job}_3"
 }
 
 # The registration lasts longer than the task may. When that is requeued, it gets more time.
 end_time() {
   local operation job
   make_expected long --iterations $num_long
+  job=$(submit_three farm 1 --time=2)
   operation=$(register long --iterations $num_long)
-  job=$(submit farm 1 --array=1 --time=2)
-  await 240 is_pending "$job"
-  grep -q 'stopping: --max-time' "$scratch/logs/task_${job}_1" || fail "no task came to its time"
-  scontrol update JobId="$job" TimeLimit=60 StartTime=now
+  scontrol release "${job}_3"
+  await 240 grep -q 'stopping: --max-time' "$scratch/logs/task_${job}_3"
+  start_again "${job}_3" TimeLimit=60
   await 900 is_done "$operation"
-  await 180 has_ended "$job"
+  expect_last_requeued "$job"
   expect_same long "$operation"
-  expect_tasks_succeeded "$job" 1
-  expect_resumed "$scratch/logs/task_${job}_1" 1
-  expect_small_losses "$scratch/logs/task_${job}_1"
+  expect_resumed "$scratch/logs/task_${job}_3" 1
+  expect_small_losses "$scratch/logs/task_${job}_3"
 }
 
 # As RQD runs a frame: a shell gets the command and the frame's variables; it ends with SIGKILL.
