@@ -1,5 +1,11 @@
 #include "server/api/job_memory.h"
 
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <string>
+
+#include "tests/paths.h"
 #include "tests/server/backends_testing.h"
 
 namespace liquidblend::server {
@@ -102,6 +108,26 @@ TEST(MemoryToRegister, GrowsWithLevelsOfDetail) {
 TEST(MemoryToRegister, NeverOverflows) {
   AnimationRecord absurd = OfFrames(2'000'000'000, 1e30F);
   EXPECT_GT(MemoryToRegister({}, absurd, {absurd}), int64_t{1} << 60);
+}
+
+// docs/operations/farms.md: a task has five fourths of the estimate, rounded up to whole GB.
+TEST(MemoryToRegister, FitsIntoTheTasksThatThePageOfFarmsAdvises) {
+  std::ifstream page(paths::Source("docs/operations/farms.md"));
+  int num_rows = 0;
+  for (std::string line; std::getline(page, line);) {
+    double num_frames = 0, num_vertices_k = 0, task_gb = 0;
+    if (std::sscanf(line.c_str(), "| %lf frames of %lfk vertices | %lf GB |", &num_frames,
+                    &num_vertices_k, &task_gb) != 3) {
+      continue;
+    }
+    ++num_rows;
+    const AnimationRecord animation =
+        OfVertices(static_cast<int64_t>(num_frames * num_vertices_k * 1e3));
+    const double needed_gb =
+        1.25e-9 * static_cast<double>(MemoryToRegister({}, animation, {animation}));
+    EXPECT_EQ(task_gb, std::ceil(needed_gb)) << line;
+  }
+  EXPECT_EQ(num_rows, 2);
 }
 
 class JobMemoryTest : public RpcTest {
