@@ -13,6 +13,8 @@
   schema jobtemplate-2023-09 without extensions, as far as the template uses it. What it does not use
   is refused as unknown.
 - Both give a worker the same memory: four fifths of the task's.
+- A frame of workers.xml whose --max-time is over fails, and is tried again. OpenCue would take a
+  success for the end of the work.
 Exit: 0 if all is as it should be; 1 if not, with a line for each fault; 2 usage.
 """
 
@@ -184,6 +186,15 @@ def threads_faults(of, flags, cores):
         yield f"{of}: --threads is not the task's {cores} cores: {flags}"
 
 
+def end_faults(of, flags, retries):
+    if "--max-time " not in flags:
+        return
+    if not re.search("--stopped-status [1-9]", flags):
+        yield f"{of}: a worker succeeds at the end of --max-time: {flags}"
+    if retries != "1":
+        yield f"{of}: a worker is not tried again after the end of --max-time: {retries} retries"
+
+
 def openjd_command(template, values):
     """The words of the first step's action."""
     parameters = {f"Param.{definition['name']}": str(values.get(definition["name"],
@@ -205,6 +216,7 @@ def all_faults(spec, template):
     mib = int(memory[:-1]) * (1024 if memory[-1] == "g" else 1)
     faults += memory_faults("workers.xml", command, mib)
     faults += threads_faults("workers.xml", command, int(float(layer.findtext("cores"))))
+    faults += end_faults("workers.xml", command, spec.findtext("job/maxretries"))
     amounts = {amount["name"]: amount["min"]
                for amount in template["steps"][0]["hostRequirements"]["amounts"]}
     command = shlex.join(openjd_command(template, {}))
@@ -242,6 +254,9 @@ def self_test(spec, template):
         "root": with_spec(lambda s: setattr(s.find("user"), "text", "root")),
         "more cores": with_spec(lambda s: setattr(layer(s).find("cores"), "text", "4.0")),
         "less memory": with_spec(lambda s: setattr(layer(s).find("memory"), "text", "2g")),
+        "no retries": with_spec(lambda s: setattr(s.find("job/maxretries"), "text", "0")),
+        "success at the end of the time": with_spec(lambda s: setattr(
+            layer(s).find("cmd"), "text", layer(s).findtext("cmd").split(" --stopped-status")[0])),
         "an unknown key": with_template(lambda t: t.update(extra=1)),
         "another version": with_template(lambda t: t.update(specificationVersion="1")),
         "no steps": with_template(lambda t: t.pop("steps")),
