@@ -24,6 +24,7 @@ void AddStoreFlags(CLI::App& app, store::StoreLocation& location) {
       "With --store, which needs it: directory for blobs that are in use; none unless given "
       "(Env:LIQUIDBLEND_CACHE)");
   app.add_option("--cache-size", location.cache_bytes, "Disk space for --cache, e.g. 64GiB")
+      ->envname("LIQUIDBLEND_CACHE_SIZE")
       ->transform(CLI::AsSizeValue(false))
       ->default_str(base::FormatSize(location.cache_bytes));
 }

@@ -112,6 +112,7 @@ void AddFlags(CLI::App& app, Flags& flags) {
       "With --store, which needs it: directory for blobs that are in use; none unless given "
       "(Env:LIQUIDBLEND_CACHE)");
   app.add_option("--cache-size", flags.store.cache_bytes, "Disk space for --cache, e.g. 64GiB")
+      ->envname("LIQUIDBLEND_CACHE_SIZE")
       ->transform(CLI::AsSizeValue(false))
       ->default_str(base::FormatSize(flags.store.cache_bytes));
   app.add_option("--threads", flags.threads, "Threads; 0: the cores divided by --cores-shared-by")

@@ -21,4 +21,5 @@ while IFS= read -r line || [ -n "$line" ]; do
 done <"$1"
 shift
 export LIQUIDBLEND_CACHE=${LIQUIDBLEND_CACHE:-${TMPDIR:-/tmp}/liquidblend-$(id -u)}
+export LIQUIDBLEND_CACHE_SIZE=${LIQUIDBLEND_CACHE_SIZE:-8GiB}
 exec "${LIQUIDBLEND_WORKER:-/usr/bin/liquidblend-worker}" --drain "$@"

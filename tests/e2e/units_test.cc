@@ -23,6 +23,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "core/base/cores.h"
+#include "core/base/exit_status.h"
 #include "core/store/data_directory.h"
 #include "tests/core/store/store_testing.h"
 #include "tests/e2e/process.h"
@@ -199,6 +200,21 @@ TEST_F(UnitsTest, AWorkerOnTheServersMachineFindsItsDirectory) {
   for (const char* arguments : {"--check", "--once --memory 1GiB"}) {
     unit.variables["ARGUMENTS"] = arguments;
     EXPECT_EQ(unit.Start("liquidblend-worker").Wait(), 0) << arguments;
+  }
+}
+
+// A value that is no size is refused.
+TEST_F(UnitsTest, TheSizeOfTheCacheMayBeAVariable) {
+  const auto status = [&](Unit unit, const std::string& program, const std::string& size) {
+    unit.variables["LIQUIDBLEND_DATA"] = path("data");
+    unit.variables["LIQUIDBLEND_CACHE_SIZE"] = size;
+    unit.variables["ARGUMENTS"] = "--check";
+    return unit.Start(program).Wait();
+  };
+  for (const std::string program : {"liquidblend-server", "liquidblend-worker"}) {
+    const Unit unit(program + (program == "liquidblend-server" ? ".service" : "@.service"));
+    EXPECT_EQ(status(unit, program, "large"), base::kExitUsage) << program;
+    EXPECT_NE(status(unit, program, "1GiB"), base::kExitUsage) << program;
   }
 }
 

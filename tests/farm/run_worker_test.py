@@ -50,8 +50,11 @@ class RunWorker(unittest.TestCase):
         _, _, variables = self.run_with("")
         self.assertEqual(variables["LIQUIDBLEND_CACHE"],
                          f"{self.folder}/liquidblend-{os.getuid()}")
-        _, _, variables = self.run_with("LIQUIDBLEND_CACHE=/scratch\n")
+        self.assertEqual(variables["LIQUIDBLEND_CACHE_SIZE"], "8GiB")
+        _, _, variables = self.run_with(
+            "LIQUIDBLEND_CACHE=/scratch\nLIQUIDBLEND_CACHE_SIZE=1TiB\n")
         self.assertEqual(variables["LIQUIDBLEND_CACHE"], "/scratch")
+        self.assertEqual(variables["LIQUIDBLEND_CACHE_SIZE"], "1TiB")
 
     def test_what_is_no_variable_is_refused_and_not_shown(self):
         for line in ["export A=b", "secret", "9A=b", " A=b"]:
