@@ -176,6 +176,19 @@ TEST(Metrics, CountersBeginAtZero) {
   }
 }
 
+// Whatever code a job ends with first, an alert sees that it has ended.
+TEST(Metrics, JobsAreCountedFromZeroForEveryCode) {
+  const std::string text = Metrics().Text({});
+  for (int code = 0; code <= 16; ++code) {
+    const std::string name = absl::StatusCodeToString(static_cast<absl::StatusCode>(code));
+    EXPECT_NE(name, "");
+    for (const char* kind : {"import", "registration"}) {
+      EXPECT_THAT(text, HasSubstr(absl::StrCat("\nliquidblend_jobs_ended_total{code=\"", name,
+                                               "\",kind=\"", kind, "\"} 0\n")));
+    }
+  }
+}
+
 TEST(Metrics, JobsAreCountedByKindAndCode) {
   Metrics metrics;
   metrics.CountJob({.kind = "import",
