@@ -131,6 +131,11 @@ class AlertsTest(unittest.TestCase):
         for server in servers:
             server.start()
         self.await_silence("LiquidblendServerDown", "LiquidblendServiceDown")
+        # As a name in DNS that has lost them.
+        self.prometheus.watch(self.job)
+        self.await_alert("LiquidblendServiceDown")
+        self.watch(*servers)
+        self.await_silence("LiquidblendServiceDown")
 
     def test_a_server_restarts(self):
         server = self.start_server(self.make_store(), "--workers", "0")
