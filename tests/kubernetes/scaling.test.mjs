@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import test from 'node:test';
 import { adapterRules, classes, podAutoscalers, scaledObjects } from './autoscalers.mjs';
-import { root } from './manifests.mjs';
+import { parse, root } from './manifests.mjs';
 import { Keda, PodAutoscaler } from './scaling/autoscalers.mjs';
 import { properties } from './scaling/properties.mjs';
 import { simulate } from './scaling/simulation.mjs';
@@ -26,9 +26,11 @@ const withPodAutoscaler = () => classes().map((one) => {
     autoscaler: new PodAutoscaler({ ...spec, averageValue: Number(target.averageValue) }) };
 });
 
-// The query of the page for jobs that are too large.
-const tooLargeQuery = /```\n(max\([^`]*memory="any"[^`]*)```/.exec(
-  readFileSync(`${root}docs/operations/kubernetes.md`, 'utf8'))[1];
+// The query of deploy/monitoring for jobs that are too large.
+const tooLargeQuery = parse(readFileSync(
+  `${root}deploy/monitoring/prometheus/rules/liquidblend-recording.yml`, 'utf8'))[0].groups
+  .flatMap(({ rules }) => rules)
+  .find(({ record }) => record === 'job:liquidblend_jobs_above_classes:max').expr;
 
 // What is not true, as "class: property".
 async function violations(scaled, trace, times, t) {
@@ -102,6 +104,11 @@ for (const [what, [property, change, times]] of Object.entries(mistakes)) {
 test('each property is shown to notice something', () =>
   assert.deepEqual([...new Set(Object.values(mistakes).map(([property]) => property))].sort(),
     properties.map(({ name }) => name).sort()));
+
+test('the rules of deploy/monitoring know the largest class', () => {
+  const largest = Math.max(...classes().map(({ gib }) => gib));
+  assert.ok(tooLargeQuery.includes(`memory="${largest}GiB"`), tooLargeQuery);
+});
 
 test('the trace has a job that is too large for every class', () =>
   assert.ok(classes().every(({ gib }) => gib < tooLarge.gib)));

@@ -3,8 +3,8 @@
 
   alerts_test.py BUILD_DIRECTORY [UNITTEST_ARGUMENT..]
 One Prometheus with the rules of deploy/monitoring watches them all, but the durations of the rules
-are divided by 60, and the queue counts as slow after 20 s instead of half an hour. Each test starts
-servers of its own. tests/monitoring.sh runs this.
+are divided by 60, the queue counts as slow after 20 s instead of half an hour, and the largest class
+of workers has 1 GiB. Each test starts servers of its own. tests/monitoring.sh runs this.
 Exit: 0 if all do; 1 if not; 2 usage; 77 if Prometheus is missing.
 """
 
@@ -29,7 +29,12 @@ MAX_CONNECTIONS = 1000  # of the HTTP port
 
 def faster(rules):
     rules = prometheus.shorten(rules, FACTOR)
-    return rules.replace("queue_wait:max5m > 1800", "queue_wait:max5m > 20")
+    for pattern, replacement in [
+        ("queue_wait:max5m > 1800", "queue_wait:max5m > 20"),
+        ('memory="64GiB"', 'memory="1GiB"'),
+    ]:
+        rules = rules.replace(pattern, replacement)
+    return rules
 
 
 class AlertsTest(unittest.TestCase):
@@ -316,6 +321,19 @@ class AlertsTest(unittest.TestCase):
         self.assert_quiet("LiquidblendNoWorkers")
         self.start_worker(store, "large")
         self.await_silence("LiquidblendJobTooLarge")
+
+    def test_a_job_fits_no_class(self):
+        store = self.make_store()
+        server = self.start_server(store, "--workers", "0")
+        self.watch(server)
+        worker = self.start_worker(store, "worker")
+        self.import_animations(server)
+        worker.end()
+        operation = server.submit(*REGISTER, "--spacing", "0.25")  # some 5 GB
+        self.await_alert("LiquidblendJobFitsNoClass")
+        self.assert_quiet("LiquidblendNoWorkers")
+        server.run("cancel", operation)
+        self.await_silence("LiquidblendJobFitsNoClass")
 
     def test_s3_is_away_while_a_job_runs(self):
         store = self.make_shared_store()
