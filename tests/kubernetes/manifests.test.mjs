@@ -165,6 +165,14 @@ const mistakes = {
     'all ports': (all) => { delete policy(all, 'stores').spec.egress[0].ports; },
     'all peers': (all) => { delete policy(all, 'server').spec.ingress[0].from; },
   },
+  drainable: {
+    'a budget that holds failing servers': (all) => {
+      delete ofKind(all, 'PodDisruptionBudget')[0].spec.unhealthyPodEvictionPolicy;
+    },
+    'all servers at a time': (all) => {
+      ofKind(all, 'PodDisruptionBudget')[0].spec.maxUnavailable = 2;
+    },
+  },
   stopsInTime: {
     'no preStop': (all) => { delete container(all).lifecycle; },
     'a long grace': (all) => replace(all, 'grace', '40s'),

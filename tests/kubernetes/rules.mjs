@@ -151,6 +151,15 @@ export function deniedByDefault(objects) {
   ];
 }
 
+// One server stays while nodes are drained, and servers that fail keep no node from it.
+export function drainable(objects) {
+  return ofKind(objects, 'PodDisruptionBudget').flatMap((budget) => [
+    ...claim(budget.spec.maxUnavailable === 1, `${nameOf(budget)} permits another number than one`),
+    ...claim(budget.spec.unhealthyPodEvictionPolicy === 'AlwaysAllow',
+      `${nameOf(budget)} holds pods that are not ready`),
+  ]);
+}
+
 const secondsOf = (duration) => Number(/^(\d+)s$/.exec(duration)[1]);
 
 // Kubernetes waits for as long as the programs may take to stop: for calls under way, and for
@@ -204,6 +213,6 @@ export function workersHoldTheirJobs(objects) {
 }
 
 export const rules = [confined, limited, versioned, disksLimited, secretsByReference, connected,
-  deniedByDefault, stopsInTime, probed, workersHoldTheirJobs];
+  deniedByDefault, drainable, stopsInTime, probed, workersHoldTheirJobs];
 
 export const violations = (objects) => rules.flatMap((rule) => rule(objects));
