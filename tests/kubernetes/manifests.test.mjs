@@ -165,6 +165,27 @@ const mistakes = {
     'all ports': (all) => { delete policy(all, 'stores').spec.egress[0].ports; },
     'all peers': (all) => { delete policy(all, 'server').spec.ingress[0].from; },
   },
+  permittedByBothEnds: {
+    'clients that are not let out': (all) => {
+      all.splice(all.indexOf(policy(all, 'client')), 1);
+    },
+    'clients without HTTP': (all) => { policy(all, 'client').spec.egress[0].ports.pop(); },
+    'clients that are not let in': (all) => {
+      policy(all, 'server').spec.ingress[0].from.shift();
+    },
+    'clients that nothing is permitted to': (all) => {
+      all.splice(all.indexOf(policy(all, 'client')), 1);
+      policy(all, 'server').spec.ingress.shift();
+    },
+  },
+  namesResolved: {
+    'no DNS': (all) => { all.splice(all.indexOf(policy(all, 'dns')), 1); },
+    'clients without DNS': (all) => {
+      policy(all, 'dns').spec.podSelector.matchExpressions =
+        [{ key: 'app.kubernetes.io/component', operator: 'In', values: ['server', 'worker'] }];
+    },
+    'DNS without TCP': (all) => { policy(all, 'dns').spec.egress[0].ports.pop(); },
+  },
   drainable: {
     'a budget that holds failing servers': (all) => {
       delete ofKind(all, 'PodDisruptionBudget')[0].spec.unhealthyPodEvictionPolicy;

@@ -8,8 +8,13 @@ const clusterKinds = ['Namespace'];
 const secrets = ['liquidblend-database', 'liquidblend-s3', 'liquidblend-tls', 'liquidblend-tokens'];
 const volumeKinds = ['emptyDir', 'secret', 'persistentVolumeClaim'];
 
+// A pod that calls the servers from their namespace. No manifest has one.
+const client = { name: 'a client', labels: { 'liquidblend-client': 'true' } };
+
 const podOf = (workload) => workload.spec.template.spec;
 const labelsOf = (workload) => workload.spec.template.metadata.labels;
+const podsOf = (objects) => [client, ...workloadsOf(objects).map((workload) =>
+  ({ name: nameOf(workload), labels: labelsOf(workload) }))];
 
 // claim(is, text): text, if it is not so.
 const claim = (is, text) => (is ? [] : [text]);
@@ -29,8 +34,8 @@ function matches(selector, labels) {
   const equal = Object.entries(selector.matchLabels ?? {}).every(([key, value]) =>
     labels[key] === value);
   return equal && (selector.matchExpressions ?? []).every(({ key, operator, values }) => {
-    if (operator !== 'In') throw new Error(`unknown operator: ${operator}`);
-    return values.includes(labels[key]);
+    if (!['In', 'NotIn'].includes(operator)) throw new Error(`unknown operator: ${operator}`);
+    return values.includes(labels[key]) === (operator === 'In');
   });
 }
 
@@ -117,6 +122,7 @@ export function connected(objects) {
   const accounts = ofKind(objects, 'ServiceAccount').map((object) => object.metadata.name);
   const selects = (selector) =>
     workloadsOf(objects).some((workload) => matches(selector, labelsOf(workload)));
+  const concerns = (selector) => podsOf(objects).some(({ labels }) => matches(selector, labels));
   return [
     ...objects.flatMap((object) => claim(
       clusterKinds.includes(object.kind) || object.metadata.namespace === namespace,
@@ -130,9 +136,10 @@ export function connected(objects) {
         claim(configured.includes(configMapRef.name), `${configMapRef.name} does not exist`))),
     ...ofKind(objects, 'Service').flatMap((service) =>
       claim(selects({ matchLabels: service.spec.selector }), `${nameOf(service)} selects no pod`)),
-    ...['PodDisruptionBudget', 'NetworkPolicy'].flatMap((kind) => ofKind(objects, kind))
-      .flatMap((object) => claim(selects(object.spec.selector ?? object.spec.podSelector),
-        `${nameOf(object)} selects no pod`)),
+    ...ofKind(objects, 'PodDisruptionBudget').flatMap((budget) =>
+      claim(selects(budget.spec.selector), `${nameOf(budget)} selects no pod`)),
+    ...ofKind(objects, 'NetworkPolicy').flatMap((policy) =>
+      claim(concerns(policy.spec.podSelector), `${nameOf(policy)} selects no pod`)),
   ];
 }
 
@@ -149,6 +156,58 @@ export function deniedByDefault(objects) {
       .flatMap((rule) => claim(rule.ports?.length && (rule.from ?? rule.to)?.length,
         `${nameOf(policy)} permits all ports or all peers`))),
   ];
+}
+
+const directions = {
+  Ingress: { rules: 'ingress', peers: 'from' },
+  Egress: { rules: 'egress', peers: 'to' },
+};
+
+// The rules of one direction for pods with these labels: {ports, peers}.
+function permissions(objects, type, labels) {
+  const { rules: field, peers } = directions[type];
+  return ofKind(objects, 'NetworkPolicy')
+    .filter(({ spec }) => spec.policyTypes.includes(type) && matches(spec.podSelector, labels))
+    .flatMap(({ spec }) => spec[field] ?? [])
+    .map((rule) => ({ ports: rule.ports ?? [], peers: rule[peers] ?? [] }));
+}
+
+// What one direction permits between pods of the namespace, as "FROM to TO:PORT".
+function ways(objects, type) {
+  const pods = podsOf(objects);
+  return pods.flatMap((pod) => permissions(objects, type, pod.labels).flatMap(({ ports, peers }) =>
+    peers.filter(({ podSelector, namespaceSelector }) => podSelector && !namespaceSelector)
+      .flatMap(({ podSelector }) => pods.filter(({ labels }) => matches(podSelector, labels)))
+      .flatMap((peer) => ports.map(({ port }) => type === 'Ingress' ?
+        `${peer.name} to ${pod.name}:${port}` : `${pod.name} to ${peer.name}:${port}`))));
+}
+
+// Both ends permit what one of them permits, as each is cut off from all by default.
+export function permittedByBothEnds(objects) {
+  const [into, out] = Object.keys(directions).map((type) => new Set(ways(objects, type)));
+  return [
+    ...[...into].flatMap((way) => claim(out.has(way), `${way} is not let out`)),
+    ...[...out].flatMap((way) => claim(into.has(way), `${way} is not let in`)),
+    ...claim([...into].some((way) => way.startsWith(client.name)), 'no client is let in'),
+  ];
+}
+
+const namespaceOf = ({ namespaceSelector }) =>
+  namespaceSelector?.matchLabels['kubernetes.io/metadata.name'];
+
+// Pods that may call anyone may resolve names, by the DNS of the cluster.
+export function namesResolved(objects) {
+  return podsOf(objects).flatMap(({ name, labels }) => {
+    const rules = permissions(objects, 'Egress', labels);
+    if (!rules.length) return [];
+    const asks = (peerIs) => ['UDP', 'TCP'].every((transport) => rules.some(({ ports, peers }) =>
+      peers.some(peerIs) &&
+      ports.some(({ protocol, port }) => protocol === transport && port === 53)));
+    return [
+      ...claim(asks((peer) => namespaceOf(peer) === 'kube-system'),
+        `${name}: does not reach the DNS of the cluster`),
+    ];
+  });
 }
 
 // One server stays while nodes are drained, and servers that fail keep no node from it.
@@ -213,6 +272,6 @@ export function workersHoldTheirJobs(objects) {
 }
 
 export const rules = [confined, limited, versioned, disksLimited, secretsByReference, connected,
-  deniedByDefault, drainable, stopsInTime, probed, workersHoldTheirJobs];
+  deniedByDefault, permittedByBothEnds, namesResolved, drainable, stopsInTime, probed, workersHoldTheirJobs];
 
 export const violations = (objects) => rules.flatMap((rule) => rule(objects));
