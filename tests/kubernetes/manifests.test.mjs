@@ -1,6 +1,7 @@
 // Every overlay is rendered and checked; every check notices what it is for.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
+import { BlockList } from 'node:net';
 import test from 'node:test';
 import { flagOf, folder, isWorker, ofKind, overlays, parse, render,
   renderExamples, workloadsOf } from
@@ -13,6 +14,9 @@ const trialSecrets = parse(execFileSync(`${folder}/make-secrets.sh`, { encoding:
 const scalers = [...render('autoscaling/keda'), ...render('autoscaling/hpa')];
 const examples = renderExamples();
 const everything = [...rendered.values(), ...examples.values(), trialSecrets, scalers].flat();
+
+const policy = (objects, name) =>
+  ofKind(objects, 'NetworkPolicy').find(({ metadata }) => metadata.name === name);
 
 for (const [name, objects] of rendered) {
   test(`${name} keeps the rules`, () => assert.deepEqual(rule.violations(objects), []));
@@ -38,6 +42,21 @@ test('the example of many machines reaches its own stores alone', () => {
   assert.match(text, /s3:\/\/studio/);
 });
 
+test('the examples of stores permit those that they describe', () => {
+  const peers = (name) => policy(examples.get(name), 'stores').spec.egress.map(({ to }) => to[0]);
+  for (const peer of peers('inside')) assert.ok(peer.namespaceSelector && peer.podSelector);
+  const [database, s3] = peers('public');
+  assert.deepEqual(database, peers('studio')[0]);
+  const excepted = new BlockList();
+  for (const block of s3.ipBlock.except) {
+    const [network, prefix] = block.split('/');
+    excepted.addSubnet(network, Number(prefix));
+  }
+  const closed = ['10.96.0.1', '100.64.0.1', '169.254.169.254', '172.31.0.1', '192.168.0.1'];
+  for (const address of closed) assert.ok(excepted.check(address), address);
+  for (const address of ['52.216.0.1', '172.32.0.1']) assert.ok(!excepted.check(address), address);
+});
+
 test('all values are as the schemas have them', async () =>
   assert.deepEqual(await schemaErrors(everything), []));
 
@@ -58,10 +77,9 @@ test('the secrets of a trial are those that its manifests name', () => {
 });
 
 test('a trial has its stores, and nothing else goes to those of many-machines', () => {
-  const policy = (objects) => ofKind(objects, 'NetworkPolicy')
-    .find(({ metadata }) => metadata.name === 'stores').spec.egress.flatMap(({ to }) => to);
-  assert.ok(policy(rendered.get('many-machines')).every(({ ipBlock }) => ipBlock));
-  assert.ok(policy(rendered.get('trial')).every(({ podSelector }) => podSelector));
+  const peers = (name) => policy(rendered.get(name), 'stores').spec.egress.flatMap(({ to }) => to);
+  assert.ok(peers('many-machines').every(({ ipBlock }) => ipBlock));
+  assert.ok(peers('trial').every(({ podSelector }) => podSelector));
   const [config] = ofKind(rendered.get('trial'), 'ConfigMap');
   const host = new URL(config.data.AWS_ENDPOINT_URL).hostname;
   assert.ok(ofKind(rendered.get('trial'), 'Service').some(({ metadata }) => metadata.name === host));
@@ -99,8 +117,6 @@ const server = (objects) => workloadsOf(objects).find((workload) => !isWorker(wo
 const pod = (objects) => server(objects).spec.template.spec;
 const container = (objects) => pod(objects).containers[0];
 const worker = (objects) => workloadsOf(objects).find(isWorker);
-const policy = (objects, name) =>
-  ofKind(objects, 'NetworkPolicy').find(({ metadata }) => metadata.name === name);
 const replace = (objects, flag, value) => {
   const { args } = container(objects);
   args[args.findIndex((argument) => argument.startsWith(`--${flag}=`))] = `--${flag}=${value}`;
@@ -185,6 +201,15 @@ const mistakes = {
         [{ key: 'app.kubernetes.io/component', operator: 'In', values: ['server', 'worker'] }];
     },
     'DNS without TCP': (all) => { policy(all, 'dns').spec.egress[0].ports.pop(); },
+    'no cache of the node': (all) => { policy(all, 'dns').spec.egress[0].to.pop(); },
+  },
+  servicesReached: {
+    'a store in a namespace that no policy names': (all) => {
+      ofKind(all, 'ConfigMap')[0].data.AWS_ENDPOINT_URL = 'http://minio.objects.svc';
+    },
+    'a collector in a namespace that no policy names': (all) => {
+      container(all).env.push({ name: 'URL', value: 'http://collector.tracing.svc:4318' });
+    },
   },
   drainable: {
     'a budget that holds failing servers': (all) => {

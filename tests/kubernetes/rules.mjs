@@ -193,9 +193,9 @@ export function permittedByBothEnds(objects) {
 }
 
 const namespaceOf = ({ namespaceSelector }) =>
-  namespaceSelector?.matchLabels['kubernetes.io/metadata.name'];
+  namespaceSelector?.matchLabels?.['kubernetes.io/metadata.name'];
 
-// Pods that may call anyone may resolve names, by the DNS of the cluster.
+// Pods that may call anyone may resolve names, by the DNS of the cluster or a cache of the node.
 export function namesResolved(objects) {
   return podsOf(objects).flatMap(({ name, labels }) => {
     const rules = permissions(objects, 'Egress', labels);
@@ -206,7 +206,27 @@ export function namesResolved(objects) {
     return [
       ...claim(asks((peer) => namespaceOf(peer) === 'kube-system'),
         `${name}: does not reach the DNS of the cluster`),
+      ...claim(asks(({ ipBlock }) => ipBlock?.cidr === '169.254.20.10/32'),
+        `${name}: does not reach NodeLocal DNSCache`),
     ];
+  });
+}
+
+// Urls of services in other namespaces, such as http://minio.objects.svc, lead through a policy.
+export function servicesReached(objects) {
+  const data = new Map(ofKind(objects, 'ConfigMap').map((map) => [map.metadata.name, map.data]));
+  return forContainers(objects, (container, pod, workload) => {
+    const values = [
+      ...(container.env ?? []).map(({ value }) => value),
+      ...(container.envFrom ?? []).flatMap(({ configMapRef }) =>
+        Object.values(data.get(configMapRef.name) ?? {})),
+    ];
+    const reached = permissions(objects, 'Egress', labelsOf(workload))
+      .flatMap(({ peers }) => peers.map(namespaceOf));
+    return values.flatMap((value) => {
+      const [, service] = /^https?:\/\/[\w-]+\.([\w-]+)\.svc\b/.exec(value) ?? [];
+      return claim(!service || reached.includes(service), `is not let out to ${value}`);
+    });
   });
 }
 
@@ -272,6 +292,7 @@ export function workersHoldTheirJobs(objects) {
 }
 
 export const rules = [confined, limited, versioned, disksLimited, secretsByReference, connected,
-  deniedByDefault, permittedByBothEnds, namesResolved, drainable, stopsInTime, probed, workersHoldTheirJobs];
+  deniedByDefault, permittedByBothEnds, namesResolved, servicesReached, drainable, stopsInTime,
+  probed, workersHoldTheirJobs];
 
 export const violations = (objects) => rules.flatMap((rule) => rule(objects));
