@@ -24,15 +24,16 @@ export function render(path, root_ = folder) {
     { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] }));
 }
 
-// The objects of the overlays that docs/operations/kubernetes.md shows, by name: blocks of YAML that
-// begin with "# OVERLAY/FILE".
+export const page = () => readFileSync(`${root}docs/operations/kubernetes.md`, 'utf8');
+
+// The objects of the overlays that the page shows, by name: blocks of YAML that begin with
+// "# OVERLAY/FILE".
 export function renderExamples() {
-  const page = readFileSync(`${root}docs/operations/kubernetes.md`, 'utf8');
   const scratch = mkdtempSync(`${tmpdir()}/examples-`);
   try {
     symlinkSync(root, `${scratch}/liquidblend`);
     const names = new Set();
-    for (const [, name, file, text] of page.matchAll(/```yaml\n# (\w+)\/(\S+)\n(.*?)```/gs)) {
+    for (const [, name, file, text] of page().matchAll(/```yaml\n# (\w+)\/(\S+)\n(.*?)```/gs)) {
       mkdirSync(`${scratch}/${name}`, { recursive: true });
       writeFileSync(`${scratch}/${name}/${file}`, text);
       names.add(name);

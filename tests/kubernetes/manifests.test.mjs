@@ -3,9 +3,8 @@ import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { BlockList } from 'node:net';
 import test from 'node:test';
-import { flagOf, folder, isWorker, ofKind, overlays, parse, render,
-  renderExamples, workloadsOf } from
-  './manifests.mjs';
+import { flagOf, folder, isWorker, ofKind, overlays, page, parse, render, renderExamples,
+  workloadsOf } from './manifests.mjs';
 import * as rule from './rules.mjs';
 import { schemaErrors, unknownFields } from './schemas.mjs';
 
@@ -40,6 +39,17 @@ test('the example of many machines reaches its own stores alone', () => {
   assert.doesNotMatch(text, /192\.0\.2\.|s3\.example\.org/);
   assert.match(text, /10\.20\.0\.10/);
   assert.match(text, /s3:\/\/studio/);
+});
+
+// deploy/images/build.sh gives images their labels and programs their commit.
+test('the page builds and pushes the images of all overlays, by build.sh', () => {
+  const [, built, pushed, version] = page().match(
+    /^deploy\/images\/build\.sh (.*)\nfor target in (.*); do\n  podman push \S+:(\S+) /m);
+  const images = [...rendered.values()].flatMap(workloadsOf)
+    .flatMap((workload) => workload.spec.template.spec.containers.map(({ image }) => image));
+  const named = built.split(' ').map((name) => `localhost/liquidblend-${name}:${version}`);
+  assert.deepEqual(named.sort(), [...new Set(images)].sort());
+  assert.equal(pushed, built);
 });
 
 test('the examples of stores permit those that they describe', () => {
