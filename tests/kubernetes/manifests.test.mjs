@@ -67,6 +67,14 @@ test('the examples of stores permit those that they describe', () => {
   for (const address of ['52.216.0.1', '172.32.0.1']) assert.ok(!excepted.check(address), address);
 });
 
+test('the examples of traces have a policy for the port of their collector', () => {
+  for (const name of ['traced', 'single']) {
+    const [endpoint] = JSON.stringify(examples.get(name)).match(/http:\/\/otel-collector[^"]*/);
+    const [{ ports }] = policy(examples.get(name), 'tracing').spec.egress;
+    assert.deepEqual(ports, [{ protocol: 'TCP', port: Number(new URL(endpoint).port) }]);
+  }
+});
+
 test('all values are as the schemas have them', async () =>
   assert.deepEqual(await schemaErrors(everything), []));
 
