@@ -11,8 +11,10 @@ import { schemaErrors, unknownFields } from './schemas.mjs';
 const rendered = new Map(overlays.map((name) => [name, render(`overlays/${name}`)]));
 const trialSecrets = parse(execFileSync(`${folder}/make-secrets.sh`, { encoding: 'utf8' }));
 const scalers = [...render('autoscaling/keda'), ...render('autoscaling/hpa')];
+const access = render('autoscaling/prometheus-access');
 const examples = renderExamples();
-const everything = [...rendered.values(), ...examples.values(), trialSecrets, scalers].flat();
+const everything = [...rendered.values(), ...examples.values(), trialSecrets, access, scalers]
+  .flat();
 
 const policy = (objects, name) =>
   ofKind(objects, 'NetworkPolicy').find(({ metadata }) => metadata.name === name);
@@ -73,6 +75,30 @@ test('the examples of traces have a policy for the port of their collector', () 
     const [{ ports }] = policy(examples.get(name), 'tracing').spec.egress;
     assert.deepEqual(ports, [{ protocol: 'TCP', port: Number(new URL(endpoint).port) }]);
   }
+});
+
+test('the account of Prometheus may find pods of the namespace, and nothing else', () => {
+  const [role] = ofKind(access, 'Role');
+  const [binding] = ofKind(access, 'RoleBinding');
+  assert.deepEqual(role.rules,
+    [{ apiGroups: [''], resources: ['pods'], verbs: ['get', 'list', 'watch'] }]);
+  assert.equal(role.metadata.namespace, 'liquidblend');
+  assert.equal(binding.metadata.namespace, 'liquidblend');
+  assert.equal(binding.roleRef.name, role.metadata.name);
+  const [{ from: [peer] }] = policy(rendered.get('many-machines'), 'server').spec.ingress.slice(1);
+  assert.equal(binding.subjects[0].namespace,
+    peer.namespaceSelector.matchLabels['kubernetes.io/metadata.name']);
+});
+
+test('the example of autoscalers names another Prometheus, for all classes', () => {
+  const addresses = (objects) => ofKind(objects, 'ScaledObject')
+    .map(({ spec }) => spec.triggers[0].metadata.serverAddress);
+  const [address, ...others] = new Set(addresses(examples.get('scaling')));
+  assert.equal(others.length, 0);
+  assert.ok(!addresses(scalers).includes(address));
+  const accounts = [access, examples.get('scaling')]
+    .map((objects) => ofKind(objects, 'RoleBinding')[0].subjects[0].name);
+  assert.notEqual(accounts[0], accounts[1]);
 });
 
 test('all values are as the schemas have them', async () =>

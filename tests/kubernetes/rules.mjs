@@ -182,13 +182,17 @@ function ways(objects, type) {
         `${peer.name} to ${pod.name}:${port}` : `${pod.name} to ${peer.name}:${port}`))));
 }
 
-// Both ends permit what one of them permits, as each is cut off from all by default.
+// Both ends permit what one of them permits, as each is cut off from all by default. So clients reach
+// each server.
 export function permittedByBothEnds(objects) {
   const [into, out] = Object.keys(directions).map((type) => new Set(ways(objects, type)));
   return [
     ...[...into].flatMap((way) => claim(out.has(way), `${way} is not let out`)),
     ...[...out].flatMap((way) => claim(into.has(way), `${way} is not let in`)),
-    ...claim([...into].some((way) => way.startsWith(client.name)), 'no client is let in'),
+    ...workloadsOf(objects)
+      .filter((workload) => labelsOf(workload)['app.kubernetes.io/component'] === 'server')
+      .flatMap((server) => claim(into.has(`${client.name} to ${nameOf(server)}:50051`),
+        `${nameOf(server)}: lets no client in`)),
   ];
 }
 
