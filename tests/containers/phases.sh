@@ -159,6 +159,9 @@ make_scene() {
   version=$(field "$operation" '["family"]["version"]')
   expected=$(frames_of drops server1)
   [ "$(frames_of drops server2)" = "$expected" ] || fail "the servers' frames differ"
+  # The one format that needs more than the program.
+  liquidblend export drops -w 0.5 --fps 2 --format vdb -o /tmp/vdb >/dev/null
+  client test -s /tmp/vdb/frame_0001.vdb || fail "no frame was exported as OpenVDB"
 }
 
 kill_worker() {
