@@ -24,7 +24,7 @@ seconds=${2:-60}
 command -v radosgw >/dev/null || { echo "balance.sh: this host has no radosgw" >&2; exit 77; }
 
 work=$(mktemp -d)
-trap '"$here/tests/ceph.sh" stop "$work" || true; rm -rf "$work"' EXIT
-"$here/tests/ceph.sh" start "$work"
-export LIQUIDBLEND_E2E_TIER=shared LIQUIDBLEND_CEPH=$work LIQUIDBLEND_BALANCE_SECONDS=$seconds
+trap '"$here/tests/ceph.sh" stop "$work/ceph" || true; rm -rf "$work"' EXIT
+"$here/tests/ceph.sh" start "$work/ceph"
+export LIQUIDBLEND_E2E_TIER=shared LIQUIDBLEND_CEPH=$work/ceph LIQUIDBLEND_BALANCE_SECONDS=$seconds
 "$build/tests/e2e_balance_test" 2>"$work/log" || { tail -n 20 "$work/log" >&2; exit 1; }

@@ -31,6 +31,7 @@ for program in liquidblend liquidblend-server liquidblend-worker lb_http_load; d
 done
 
 work=$(mktemp -d)
+chmod 755 "$work"  # for the user postgres
 declare -A pids=()
 clean_up() {
   local status=$? name
