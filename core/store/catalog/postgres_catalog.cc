@@ -148,13 +148,26 @@ absl::Status AddUses(PostgresConnection& sql) {
   return num_there > 0 ? absl::OkStatus() : sql.RunScript(kPostgresUses);
 }
 
+// Whether all tables are there and of this version. Takes no lock: a thousand workers that start at
+// once need not wait for each other.
+absl::StatusOr<bool> IsCurrent(PostgresConnection& sql) {
+  LB_ASSIGN_OR_RETURN(
+      const int64_t num_ours,
+      CountTables(sql, " AND relname IN ('catalog_version', 'jobs', 'family_uses')"));
+  if (num_ours != 3) return false;
+  LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(sql, "SELECT version FROM catalog_version"));
+  return version == kPostgresSchemaVersion;
+}
+
 class PostgresBackend : public SqlBackend {
  public:
   PostgresBackend(PostgresTarget target, PostgresOptions options, int max_connections)
       : pool_(std::move(target), std::move(options), max_connections) {}
 
   absl::Status Prepare() {
-    return pool_.Use([](PostgresConnection& sql) {
+    return pool_.Use([](PostgresConnection& sql) -> absl::Status {
+      LB_ASSIGN_OR_RETURN(const bool is_current, IsCurrent(sql));
+      if (is_current) return absl::OkStatus();
       return sql.Transaction([&]() -> absl::Status {
         LB_RETURN_IF_ERROR(Migrate(sql));
         return AddUses(sql);
