@@ -130,11 +130,11 @@ int RunQueue(const Flags& flags) {
   times["PublishAnimation"] = report.publish_ms;
   PrintTimes(absl::StrCat("while ", flags.workers, " workers work"), times);
   std::printf(
-      "\n| leases/s | published | leased again | lost | failed calls |\n"
-      "| --- | --- | --- | --- | --- |\n| %.0f | %lld | %lld | %lld | %lld |\n",
+      "\n| leases/s | published | leased again | lost | failed calls | failed starts |\n"
+      "| --- | --- | --- | --- | --- | --- |\n| %.0f | %lld | %lld | %lld | %lld | %lld |\n",
       SteadyRate(report.leased_s), static_cast<long long>(report.num_published),
       static_cast<long long>(report.num_later_attempts), static_cast<long long>(report.num_lost),
-      static_cast<long long>(report.num_errors));
+      static_cast<long long>(report.num_errors), static_cast<long long>(report.num_failed_starts));
   return report.num_published == flags.jobs && report.num_later_attempts == 0 ? 0 : 1;
 }
 

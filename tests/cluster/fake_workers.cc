@@ -29,6 +29,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr absl::Duration kLease = absl::Seconds(30);  // the worker's defaults
 constexpr absl::Duration kPoll = absl::Milliseconds(500);
+constexpr absl::Duration kRestart = absl::Seconds(2);         // as deploy/systemd has it
 constexpr absl::Duration kBetweenReports = absl::Seconds(2);  // of progress
 
 double SecondsOf(Clock::time_point time) {
@@ -49,6 +50,7 @@ void Append(const WorkReport& one, WorkReport& all) {
   all.num_later_attempts += one.num_later_attempts;
   all.num_lost += one.num_lost;
   all.num_errors += one.num_errors;
+  all.num_failed_starts += one.num_failed_starts;
 }
 
 // Sleeps for the time of a job, with reports of progress.
@@ -89,17 +91,25 @@ void RunJob(store::Catalog& catalog, const store::Lease& lease, absl::Duration j
   }
 }
 
+// Opens the catalog; as often as it takes, as what restarts workers does. Null: stopped before.
+std::unique_ptr<store::Catalog> Open(const FakeWorkersOptions& options,
+                                     const jobs::StopSignal& stop, WorkReport& report) {
+  while (!stop.is_requested()) {
+    absl::StatusOr<std::unique_ptr<store::Catalog>> opened =
+        store::OpenPostgresCatalog(options.url);
+    if (opened.ok()) return *std::move(opened);
+    ++report.num_failed_starts;
+    stop.WaitFor(kRestart);
+  }
+  return nullptr;
+}
+
 // A worker's loop, as jobs::RunJobs() has it.
 WorkReport Work(const FakeWorkersOptions& options, int number, const jobs::StopSignal& stop) {
   WorkReport report;
-  const absl::StatusOr<std::unique_ptr<store::Catalog>> opened =
-      store::OpenPostgresCatalog(options.url);
-  if (!opened.ok()) {
-    std::fprintf(stderr, "worker %d: %s\n", number, opened.status().ToString().c_str());
-    ++report.num_errors;
-    return report;
-  }
-  store::Catalog& catalog = **opened;
+  const std::unique_ptr<store::Catalog> opened = Open(options, stop, report);
+  if (opened == nullptr) return report;
+  store::Catalog& catalog = *opened;
   std::mt19937 random(number);
   std::uniform_real_distribution<double> share(0.5, 1.5);
   const std::string name = absl::StrCat("fake:", number);
@@ -149,8 +159,8 @@ void Send(const WorkReport& report, int file) {
     WriteAll(file, &count, sizeof(count));
     WriteAll(file, numbers->data(), count * sizeof(double));
   }
-  for (const int64_t number :
-       {report.num_published, report.num_later_attempts, report.num_lost, report.num_errors}) {
+  for (const int64_t number : {report.num_published, report.num_later_attempts, report.num_lost,
+                               report.num_errors, report.num_failed_starts}) {
     WriteAll(file, &number, sizeof(number));
   }
 }
@@ -164,8 +174,8 @@ absl::StatusOr<WorkReport> Receive(int file) {
     numbers->resize(is_whole ? count : 0);
     is_whole = is_whole && ReadAll(file, numbers->data(), count * sizeof(double));
   }
-  for (int64_t* number :
-       {&report.num_published, &report.num_later_attempts, &report.num_lost, &report.num_errors}) {
+  for (int64_t* number : {&report.num_published, &report.num_later_attempts, &report.num_lost,
+                          &report.num_errors, &report.num_failed_starts}) {
     is_whole = is_whole && ReadAll(file, number, sizeof(*number));
   }
   if (is_whole) return report;

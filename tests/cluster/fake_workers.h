@@ -33,6 +33,7 @@ struct WorkReport {
   int64_t num_later_attempts = 0;  // leases of jobs that had been leased before
   int64_t num_lost = 0;            // jobs whose lease was lost
   int64_t num_errors = 0;          // calls that failed otherwise
+  int64_t num_failed_starts = 0;   // the catalog could not be opened; repeated after a pause
 };
 
 // Runs the workers until no job is queued or running.
