@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/string_view.h"
+#include "server/grpc/fallbacks.h"
 
 namespace liquidblend::server {
 namespace {
@@ -50,6 +51,7 @@ class CountCall final : public grpc::experimental::Interceptor {
   }
 
   void Count(grpc::StatusCode code) {
+    if (IsLeftHealthWatch(path_, code)) code = grpc::StatusCode::CANCELLED;
     const std::string name = absl::StatusCodeToString(static_cast<absl::StatusCode>(code));
     metrics_.CountRequest({"grpc", MethodOf(path_), name, call_.Lap()});
   }

@@ -40,6 +40,7 @@ class ErrorCompleter final : public ex::Interceptor {
   void Complete(ex::InterceptorBatchMethods& methods) const {
     const grpc::Status status = methods.GetSendStatus();
     if (status.ok() || !status.error_details().empty()) return;
+    if (IsLeftHealthWatch(info_.method(), status.error_code())) return;
     const bool is_malformed = status.error_code() == grpc::StatusCode::UNIMPLEMENTED;
     const absl::Status told = is_malformed
                                   ? MalformedRequest(method_)
@@ -55,6 +56,10 @@ class ErrorCompleter final : public ex::Interceptor {
 };
 
 }  // namespace
+
+bool IsLeftHealthWatch(absl::string_view path, grpc::StatusCode code) {
+  return path == "/grpc.health.v1.Health/Watch" && code == grpc::StatusCode::UNKNOWN;
+}
 
 grpc::ServerGenericBidiReactor* UnknownMethods::CreateReactor(
     grpc::GenericCallbackServerContext* context) {

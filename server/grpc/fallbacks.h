@@ -4,9 +4,14 @@
 #include <grpcpp/generic/async_generic_service.h>
 #include <grpcpp/support/server_interceptor.h>
 
+#include "absl/strings/string_view.h"
 #include "server/access/call_log.h"
 
 namespace liquidblend::server {
+
+// Whether gRPC's own health service ends a Watch with this code because its client has left, which
+// is no error: clients watch as long as they are connected.
+bool IsLeftHealthWatch(absl::string_view path, grpc::StatusCode code);
 
 // Answers unknown methods with UNIMPLEMENTED (METHOD_UNKNOWN).
 class UnknownMethods final : public grpc::CallbackGenericService {

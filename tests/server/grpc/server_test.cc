@@ -7,6 +7,8 @@
 #include <atomic>
 #include <thread>
 
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "google/rpc/status.pb.h"
 #include "server/grpc/grpc_status.h"
@@ -332,37 +334,74 @@ TEST_F(ServerTest, DrainEndsStreamsWithUnavailable) {
   EXPECT_THAT(upload->Finish(), EndsWith(grpc::StatusCode::UNAVAILABLE, "shutting down"));
 }
 
-TEST_F(ServerTest, AWatcherOfTheHealthDoesNotHoldUpTheShutdown) {
-  grpc::ClientContext context;
-  grpc::CompletionQueue queue;
-  const auto wait = [&queue] {
+// A watch of the server's health.
+class HealthWatch {
+ public:
+  explicit HealthWatch(const std::shared_ptr<grpc::Channel>& channel) : stub_(channel) {
+    call_ = stub_.PrepareCall(&context_, "/grpc.health.v1.Health/Watch", &queue_);
+    call_->StartCall(this);
+    EXPECT_TRUE(Wait());
+    const grpc::Slice nothing("");
+    call_->WriteLast(grpc::ByteBuffer(&nothing, 1), grpc::WriteOptions(), this);
+    EXPECT_TRUE(Wait());
+  }
+
+  // Whether there was another message.
+  bool Read() {
+    grpc::ByteBuffer health;
+    call_->Read(&health, this);
+    return Wait();
+  }
+
+  void Cancel() { context_.TryCancel(); }
+
+  grpc::Status Finish() {
+    grpc::Status status;
+    call_->Finish(&status, this);
+    EXPECT_TRUE(Wait());
+    return status;
+  }
+
+ private:
+  bool Wait() {
     void* tag = nullptr;
     bool ok = false;
-    return queue.Next(&tag, &ok) && ok;
-  };
-  grpc::GenericStub stub(channel_);
-  const auto watch = stub.PrepareCall(&context, "/grpc.health.v1.Health/Watch", &queue);
-  watch->StartCall(this);
-  ASSERT_TRUE(wait());
-  const grpc::Slice nothing("");
-  watch->WriteLast(grpc::ByteBuffer(&nothing, 1), grpc::WriteOptions(), this);
-  ASSERT_TRUE(wait());
-  grpc::ByteBuffer health;
-  watch->Read(&health, this);
-  ASSERT_TRUE(wait());
+    return queue_.Next(&tag, &ok) && ok;
+  }
+
+  grpc::ClientContext context_;
+  grpc::CompletionQueue queue_;
+  grpc::GenericStub stub_;
+  std::unique_ptr<grpc::GenericClientAsyncReaderWriter> call_;
+};
+
+TEST_F(ServerTest, AWatcherOfTheHealthDoesNotHoldUpTheShutdown) {
+  HealthWatch watch(channel_);
+  ASSERT_TRUE(watch.Read());
   const absl::Time begin = absl::Now();
   server_->Drain(absl::Seconds(60));
   EXPECT_LT(absl::Now() - begin, absl::Seconds(20));
-  int num_changes = 0;
-  for (bool is_open = true; is_open; num_changes += is_open ? 1 : 0) {
-    watch->Read(&health, this);
-    is_open = wait();
+  EXPECT_TRUE(watch.Read()) << "not serving";
+  EXPECT_FALSE(watch.Read());
+  EXPECT_FALSE(watch.Finish().ok());
+}
+
+TEST_F(ServerTest, AClientThatLeavesAWatchOfTheHealthIsNoError) {
+  HealthWatch watch(channel_);
+  ASSERT_TRUE(watch.Read());
+  watch.Cancel();
+  watch.Finish();
+  std::string text;
+  const auto has = [&](const char* code) {
+    return absl::StrContains(text, absl::StrCat("code=\"", code, "\",method=\"Watch\""));
+  };
+  for (const absl::Time end = absl::Now() + absl::Seconds(20); absl::Now() < end;) {
+    text = server_->api().metrics().Text({});
+    if (has("CANCELLED") || has("UNKNOWN")) break;
+    absl::SleepFor(absl::Milliseconds(1));
   }
-  EXPECT_EQ(num_changes, 1) << "not serving";
-  grpc::Status status;
-  watch->Finish(&status, this);
-  EXPECT_TRUE(wait());
-  EXPECT_FALSE(status.ok());
+  EXPECT_TRUE(has("CANCELLED")) << text;
+  EXPECT_FALSE(has("UNKNOWN")) << text;
 }
 
 TEST_F(ServerTest, ASecondServerOnThePortIsRefused) {
