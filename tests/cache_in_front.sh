@@ -216,7 +216,7 @@ row "two servers, again" "${servers[@]}"
 row "cache, again" "$front"
 
 echo "== a deleted family is purged"
-"${client[@]}" delete family drops
+"${client[@]}" delete drops
 ask "$frame&version=1"
 expect "a frame that is kept" "$code $cache" "200 HIT"
 rm -rf "$work/cache/frames"/*
