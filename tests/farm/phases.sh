@@ -66,6 +66,7 @@ is_pending() { [ "$(squeue -h -j "$1" -o %T)" = PENDING ]; }
 # Slurm lets a requeued task wait for two minutes.
 start_again() {  # JOB [UPDATE ..]
   await 60 is_pending "$1"
+  sleep 2  # a start within the second of the requeue has its credential revoked
   scontrol update JobId="$1" StartTime=now "${@:2}"
 }
 
