@@ -10,11 +10,16 @@ namespace {
 
 // docs/capacity.md has the measurements that these are fitted to.
 // Servers: core time to make a frame (preset FASTEST), and to answer a call.
-constexpr double kMakeMs = 0.3;
-constexpr double kMakeMsPerVertex = 1.6e-4;
-constexpr double kAnswerMs = 0.15;
+constexpr double kMakeMs = 0.5;
+constexpr double kMakeMsPerVertex = 2.3e-4;
+constexpr double kAnswerMs = 0.25;
 constexpr double kAnswerMsPerByte = 0.6e-6;
-constexpr double kBytesPerVertex = 1.8;  // of a frame on the wire
+constexpr double kRestingCores = 0.02;  // of a server that answers few calls
+// Bytes of a frame on the wire per vertex: finer surfaces have smaller differences.
+constexpr double kBytesPerVertex = 3.5;  // with kCoarseVertices
+constexpr double kCoarseVertices = 5000;
+constexpr double kBytesLessPerDoubling = 0.36;
+constexpr double kLeastBytesPerVertex = 1.0;
 constexpr double kServerBytes = 120e6;
 constexpr double kFrameCacheBytes = 256e6;  // --frame-cache
 constexpr double kIndexShare = 1.1;         // of a family in memory by its file
@@ -54,13 +59,22 @@ void PlanFiles(const Load& load, double frame_vertices, Plan& plan) {
   plan.family_bytes = Bytes(family_bytes_per_vertex * Growth(load) * frame_vertices);
 }
 
+double FrameBytes(double vertices) {
+  const double doublings = std::log2(vertices / kCoarseVertices);
+  return vertices *
+         std::max(kLeastBytesPerVertex, kBytesPerVertex - kBytesLessPerDoubling * doublings);
+}
+
 void PlanServers(const Load& load, Plan& plan) {
   const double frames_per_s = static_cast<double>(load.clients) * load.frames_per_second;
-  const double frame_bytes = kBytesPerVertex * load.vertices;
+  const double frame_bytes = FrameBytes(load.vertices);
   const double answer_ms = (kAnswerMs + kAnswerMsPerByte * frame_bytes) / load.core_speed;
   const double make_ms = (kMakeMs + kMakeMsPerVertex * load.vertices) / load.core_speed;
   plan.frame_ms = make_ms + answer_ms;
-  plan.server_busy_cores = frames_per_s * ((1 - load.cached) * make_ms + answer_ms) / 1e3;
+  if (frames_per_s > 0) {
+    plan.server_busy_cores = kRestingCores / load.core_speed +
+                             frames_per_s * ((1 - load.cached) * make_ms + answer_ms) / 1e3;
+  }
   plan.server_cores = CoresFor(plan.server_busy_cores);
   plan.network_bytes_per_s = frames_per_s * frame_bytes;
   const int64_t asked = load.families_in_use > 0 ? load.families_in_use : load.families;
