@@ -32,7 +32,7 @@ EndedJob EndedJobOf(const Job& job) {
 }  // namespace
 
 absl::Status JobCounter::Update() {
-  // What ended before is not counted: another look begins with the last end.
+  // Jobs that ended before are not counted: another look begins with the last end.
   const bool is_first = !last_end_.has_value();
   const absl::Time after = last_end_.value_or(absl::InfinitePast());
   LB_ASSIGN_OR_RETURN(const std::vector<Job> jobs,

@@ -30,7 +30,7 @@ struct Snapshot {
     int64_t size_bytes = 0;
     int64_t reserve_bytes = 0;  // that stay free
   };
-  // Of traces.
+  // Spans of traces.
   struct Spans {
     int64_t num_exported = 0;
     std::map<std::string, int64_t> dropped;  // by reason

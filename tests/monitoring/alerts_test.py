@@ -136,7 +136,7 @@ class AlertsTest(unittest.TestCase):
         for server in servers:
             server.start()
         self.await_silence("LiquidblendServerDown", "LiquidblendServiceDown")
-        # As a name in DNS that has lost them.
+        # Targets as of a name in DNS that has lost its addresses.
         self.prometheus.watch(self.job)
         self.await_alert("LiquidblendServiceDown")
         self.watch(*servers)
@@ -243,7 +243,7 @@ class AlertsTest(unittest.TestCase):
         server = self.start_server(self.make_store(), "--workers", "0", "--disk-reserve", "0")
         self.watch(server)
         self.assert_quiet("LiquidblendDiskNearlyFull", "LiquidblendDiskFull")
-        # As if others had filled it: so much is left above the reserve.
+        # Free space as if others had filled the disk: so much is left above the reserve.
         usage = shutil.disk_usage(self.folder)
         server.restart("--workers", "0", "--disk-reserve", usage.free - usage.total // 20)
         self.await_alert("LiquidblendDiskNearlyFull")
