@@ -26,6 +26,11 @@ HeapBytes ReadJemalloc() {
   return heap;
 }
 
+// Initializes the heap of glibc before there are threads. If another allocator replaces it (that of
+// a sanitizer, or one of LD_PRELOAD), it is initialized by the first call of mallinfo2, and two
+// threads that do so at once make glibc abort.
+[[maybe_unused]] const struct mallinfo2 kHeapAtStart = mallinfo2();
+
 }  // namespace
 
 void ReturnLargeBlocks() { mallopt(M_MMAP_THRESHOLD, 1 << 20); }
