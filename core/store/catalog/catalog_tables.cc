@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
 #include "core/store/catalog/job_records.h"
 #include "core/store/catalog/use_tables.h"
@@ -85,10 +85,16 @@ absl::StatusOr<Page<Record>> PageOf(Sql& sql, absl::string_view statement, const
   return page;
 }
 
-// The condition of the index of jobs and children that may be leased, now or later.
-std::string InQueue() {
-  return absl::StrFormat("state IN (%d, %d)", pb::JobRecord::QUEUED, pb::JobRecord::RUNNING);
+// Parts of statements for jobs and children that may be leased, now or later: what follows "FROM
+// jobs" to read them by an index. jobs_queued has them in the order in which they are leased, the
+// others by due time. No index has jobs of both states: each heartbeat of a running job leaves an
+// old entry, which a search for a queued one would have to pass.
+std::string OfIndex(const Sql& sql, const char* index, pb::JobRecord::State state) {
+  return absl::StrCat(sql.indexed_by(index), " WHERE state = ", state);
 }
+std::string Queued(const Sql& sql) { return OfIndex(sql, "jobs_queued", pb::JobRecord::QUEUED); }
+std::string Paused(const Sql& sql) { return OfIndex(sql, "jobs_paused", pb::JobRecord::QUEUED); }
+std::string Running(const Sql& sql) { return OfIndex(sql, "jobs_running", pb::JobRecord::RUNNING); }
 
 SqlValue DueOf(const JobRow& job) {
   const pb::JobRecord::State state = job.record.state();
@@ -107,6 +113,60 @@ SqlValue EndOf(const pb::JobRecord& job) {
 int64_t StoredBytes(const pb::AnimationRecord& animation) {
   if (!animation.blob().empty()) return animation.size_bytes();
   return animation.state() == pb::AnimationRecord::IMPORTING ? animation.upload_bytes() : 0;
+}
+
+// Finds the first job in the order of leases with `condition`. See FindJobToDo().
+absl::StatusOr<std::optional<JobRow>> FindFirstDue(Sql& sql, const std::string& condition,
+                                                   absl::Time now, int64_t memory_bytes) {
+  return FindJobRow(
+      sql,
+      absl::StrCat(condition, " AND (due_us <= $1 OR due_us > $2) AND memory_bytes <= $3 ",
+                   "ORDER BY priority DESC, turn, number LIMIT 1", sql.for_update_of_free()),
+      {absl::ToUnixMicros(now), absl::ToUnixMicros(now + kLongestLease), memory_bytes});
+}
+
+// Whether the lease of any job has ended, or ends so late that the clock must have been turned
+// back.
+absl::StatusOr<bool> HasLostJob(Sql& sql, absl::Time now) {
+  const std::string of_running = absl::StrCat(" FROM jobs ", Running(sql), ")");
+  bool has_lost = false;
+  LB_RETURN_IF_ERROR(sql.Run(
+      absl::StrCat("SELECT (SELECT MIN(due_us)", of_running, ", (SELECT MAX(due_us)", of_running),
+      {}, [&](const SqlRow& row) {
+        const int64_t first_us = row.Int(0), last_us = row.Int(1);  // or 0
+        has_lost = last_us > absl::ToUnixMicros(now + kLongestLease) ||
+                   (last_us > 0 && first_us <= absl::ToUnixMicros(now));
+        return absl::OkStatus();
+      }));
+  return has_lost;
+}
+
+absl::StatusOr<std::optional<JobRow>> FindLostJob(Sql& sql, absl::Time now, int64_t memory_bytes) {
+  LB_ASSIGN_OR_RETURN(const bool has_lost, HasLostJob(sql, now));
+  if (!has_lost) return std::optional<JobRow>();
+  return FindFirstDue(sql, Running(sql), now, memory_bytes);
+}
+
+absl::StatusOr<std::optional<JobRow>> FindQueuedJob(Sql& sql, absl::Time now,
+                                                    int64_t memory_bytes) {
+  return FindFirstDue(sql, Queued(sql), now, memory_bytes);
+}
+
+// The time until the first job with `condition` becomes due; infinite if there is none. Only later
+// times count: jobs that are due already are being leased by other workers.
+absl::StatusOr<absl::Duration> TimeToDue(Sql& sql, const std::string& condition, absl::Time now,
+                                         int64_t memory_bytes) {
+  LB_ASSIGN_OR_RETURN(const int64_t due_us,
+                      QueryInt(sql,
+                               absl::StrCat("SELECT MIN(due_us) FROM jobs ", condition,
+                                            " AND due_us > $1 AND memory_bytes <= $2"),
+                               {absl::ToUnixMicros(now), memory_bytes}));
+  return due_us == 0 ? absl::InfiniteDuration() : absl::FromUnixMicros(due_us) - now;
+}
+
+// Whether `a` is leased before `b`, of different owners or priorities.
+bool IsBefore(const pb::JobRecord& a, const pb::JobRecord& b) {
+  return std::pair(-a.priority(), a.turn()) < std::pair(-b.priority(), b.turn());
 }
 
 SqlValue TextOrNull(const std::string& text) {
@@ -143,25 +203,20 @@ absl::StatusOr<JobRow> FindLeasedJob(Sql& sql, const std::string& lease_id) {
 }
 
 absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int64_t memory_bytes) {
-  return FindJobRow(
-      sql,
-      absl::StrFormat("%s WHERE %s AND (due_us <= $1 OR due_us > $2) AND memory_bytes <= $3 "
-                      "ORDER BY priority DESC, turn, number LIMIT 1%s",
-                      sql.indexed_by("jobs_to_do"), InQueue(), sql.for_update_of_free()),
-      {absl::ToUnixMicros(now), absl::ToUnixMicros(now + kLongestLease), memory_bytes});
+  LB_ASSIGN_OR_RETURN(std::optional<JobRow> lost, FindLostJob(sql, now, memory_bytes));
+  LB_ASSIGN_OR_RETURN(std::optional<JobRow> queued, FindQueuedJob(sql, now, memory_bytes));
+  if (!lost.has_value()) return queued;
+  return queued.has_value() && IsBefore(queued->record, lost->record) ? queued : lost;
 }
 
 absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t memory_bytes) {
   LB_ASSIGN_OR_RETURN(const std::optional<JobRow> job, FindJobToDo(sql, now, memory_bytes));
   if (job.has_value()) return absl::ZeroDuration();
-  // Only later due times count: jobs that are due already are being leased by other workers.
-  LB_ASSIGN_OR_RETURN(
-      const int64_t due_us,
-      QueryInt(sql,
-               absl::StrCat("SELECT MIN(due_us) FROM jobs ", sql.indexed_by("jobs_to_do"),
-                            " WHERE ", InQueue(), " AND due_us > $1 AND memory_bytes <= $2"),
-               {absl::ToUnixMicros(now), memory_bytes}));
-  return due_us == 0 ? absl::InfiniteDuration() : absl::FromUnixMicros(due_us) - now;
+  LB_ASSIGN_OR_RETURN(const absl::Duration until_lost,
+                      TimeToDue(sql, Running(sql), now, memory_bytes));
+  LB_ASSIGN_OR_RETURN(const absl::Duration until_continued,
+                      TimeToDue(sql, Paused(sql), now, memory_bytes));
+  return std::min(until_lost, until_continued);
 }
 
 absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job) {
@@ -216,7 +271,8 @@ absl::StatusOr<JobMemoryCounts> CountUnfinishedByMemory(Sql& sql) {
   JobMemoryCounts counts;
   const std::string query =
       absl::StrCat("SELECT state, (memory_bytes - 1) / ", int64_t{1} << 30,
-                   " + 1, COUNT(*) FROM jobs WHERE ", InQueue(), " GROUP BY 1, 2");
+                   " + 1, COUNT(*) FROM jobs WHERE state IN (", pb::JobRecord::QUEUED, ", ",
+                   pb::JobRecord::RUNNING, ") GROUP BY 1, 2");
   LB_RETURN_IF_ERROR(sql.Run(query, {}, [&](const SqlRow& row) {
     counts[{static_cast<pb::JobRecord::State>(row.Int(0)), row.Int(1)}] = row.Int(2);
     return absl::OkStatus();

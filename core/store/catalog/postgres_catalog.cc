@@ -95,11 +95,15 @@ constexpr const char* kPostgresMigrations[] = {R"sql(
     PRIMARY KEY (family, version));
   CREATE INDEX kept_versions_by_owner ON kept_versions (owner, blob, stored_bytes);
 )sql"};
-// An addition that older programs leave alone, so that it needs no version of its own.
-constexpr char kPostgresUses[] = R"sql(
-  CREATE TABLE family_uses (
+// Additions that older programs leave alone, so that they need no version of their own.
+constexpr char kPostgresAdditions[] = R"sql(
+  CREATE TABLE IF NOT EXISTS family_uses (
     family TEXT COLLATE "C" NOT NULL, day BIGINT NOT NULL, num_frames BIGINT NOT NULL,
     PRIMARY KEY (family, day));
+  CREATE INDEX IF NOT EXISTS jobs_queued ON jobs (priority DESC, turn, number, memory_bytes)
+    WHERE state = 1;
+  CREATE INDEX IF NOT EXISTS jobs_paused ON jobs (due_us, memory_bytes) WHERE state = 1;
+  CREATE INDEX IF NOT EXISTS jobs_running ON jobs (due_us, memory_bytes) WHERE state = 2;
 )sql";
 constexpr int64_t kPostgresSchemaVersion = std::size(kPostgresMigrations);
 constexpr int64_t kPostgresFirstWithOwners = 4;
@@ -113,11 +117,14 @@ absl::Status CheckVersion(const Sql& sql, int64_t version, int64_t lowest) {
                                                     kPostgresSchemaVersion));
 }
 
-absl::StatusOr<int64_t> CountTables(Sql& sql, absl::string_view condition) {
+absl::StatusOr<int64_t> CountRelations(Sql& sql, absl::string_view condition) {
   return QueryInt(sql, absl::StrCat("SELECT count(*) FROM pg_class WHERE relnamespace = "
-                                    "to_regnamespace(current_schema()::text) AND "
-                                    "relkind IN ('r', 'p')",
+                                    "to_regnamespace(current_schema()::text)",
                                     condition));
+}
+
+absl::StatusOr<int64_t> CountTables(Sql& sql, absl::string_view condition) {
+  return CountRelations(sql, absl::StrCat(" AND relkind IN ('r', 'p')", condition));
 }
 
 absl::Status Migrate(PostgresConnection& sql) {
@@ -143,18 +150,14 @@ absl::Status Migrate(PostgresConnection& sql) {
                  {kPostgresSchemaVersion});
 }
 
-absl::Status AddUses(PostgresConnection& sql) {
-  LB_ASSIGN_OR_RETURN(const int64_t num_there, CountTables(sql, " AND relname = 'family_uses'"));
-  return num_there > 0 ? absl::OkStatus() : sql.RunScript(kPostgresUses);
-}
-
 // Whether all tables are there and of this version. Takes no lock: a thousand workers that start at
 // once need not wait for each other.
 absl::StatusOr<bool> IsCurrent(PostgresConnection& sql) {
-  LB_ASSIGN_OR_RETURN(
-      const int64_t num_ours,
-      CountTables(sql, " AND relname IN ('catalog_version', 'jobs', 'family_uses')"));
-  if (num_ours != 3) return false;
+  LB_ASSIGN_OR_RETURN(const int64_t num_ours,
+                      CountRelations(sql,
+                                     " AND relname IN ('catalog_version', 'jobs', 'family_uses', "
+                                     "'jobs_queued', 'jobs_paused', 'jobs_running')"));
+  if (num_ours != 6) return false;
   LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(sql, "SELECT version FROM catalog_version"));
   return version == kPostgresSchemaVersion;
 }
@@ -170,7 +173,7 @@ class PostgresBackend : public SqlBackend {
       if (is_current) return absl::OkStatus();
       return sql.Transaction([&]() -> absl::Status {
         LB_RETURN_IF_ERROR(Migrate(sql));
-        return AddUses(sql);
+        return sql.RunScript(kPostgresAdditions);
       });
     });
   }

@@ -83,11 +83,15 @@ constexpr const char* kSqliteMigrations[] = {R"sql(
     stored_bytes INTEGER NOT NULL, record BLOB NOT NULL, PRIMARY KEY (family, version)) STRICT;
   CREATE INDEX kept_versions_by_owner ON kept_versions (owner, blob, stored_bytes);
 )sql"};
-// An addition that older programs leave alone, so that it needs no version of its own.
-constexpr char kSqliteUses[] = R"sql(
+// Additions that older programs leave alone, so that they need no version of their own.
+constexpr char kSqliteAdditions[] = R"sql(
   CREATE TABLE IF NOT EXISTS family_uses (
     family TEXT NOT NULL, day INTEGER NOT NULL, num_frames INTEGER NOT NULL,
     PRIMARY KEY (family, day)) STRICT, WITHOUT ROWID;
+  CREATE INDEX IF NOT EXISTS jobs_queued ON jobs (priority DESC, turn, number, memory_bytes)
+    WHERE state = 1;
+  CREATE INDEX IF NOT EXISTS jobs_paused ON jobs (due_us, memory_bytes) WHERE state = 1;
+  CREATE INDEX IF NOT EXISTS jobs_running ON jobs (due_us, memory_bytes) WHERE state = 2;
 )sql";
 constexpr int64_t kSqliteSchemaVersion = std::size(kSqliteMigrations);
 constexpr int64_t kSqliteFirstWithOwners = 5;
@@ -117,7 +121,7 @@ absl::Status Migrate(Database& db) {
 
 absl::Status MakeTables(Database& db) {
   LB_RETURN_IF_ERROR(Migrate(db));
-  return db.RunScript(kSqliteUses);
+  return db.RunScript(kSqliteAdditions);
 }
 
 absl::Status PrepareTables(Database& db) {
