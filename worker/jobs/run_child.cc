@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "worker/jobs/attempt/publish.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/pre_roll.h"
 #include "worker/jobs/previous_version.h"
@@ -15,14 +16,14 @@ namespace liquidblend::jobs {
 namespace {
 
 // Shares of the child: the meshes, the registration, storing the result.
-constexpr double kMeshesEnd = 0.22;
-constexpr double kTargetEnd = 0.98;
+constexpr double kMeshesDone = 0.22;
+constexpr double kTargetDone = 0.98;
 
 // Registers the target, and stores the result.
 absl::StatusOr<store::BlobId> MakeTargetFile(const store::v1::RegisterJob& job, int k,
                                              const mesh::RegisteredFamily* previous,
                                              JobContext& context) {
-  LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", 0.0, kMeshesEnd));
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", 0.0, kMeshesDone));
   LB_ASSIGN_OR_RETURN(const std::optional<registration::PreRoll> pre_roll,
                       ReadPreRoll(job, previous, context));
   LB_ASSIGN_OR_RETURN(
@@ -33,8 +34,8 @@ absl::StatusOr<store::BlobId> MakeTargetFile(const store::v1::RegisterJob& job, 
   LB_ASSIGN_OR_RETURN(
       const RegisteredTarget target,
       RegisterTarget(job, k, {source, source.num_pre_roll > 0 ? PointerTo(pre_roll) : nullptr},
-                     built.back(), previous, {kMeshesEnd, kTargetEnd}, context));
-  LB_RETURN_IF_ERROR(context.BeginStage("storing", kTargetEnd, 1.0));
+                     built.back(), previous, {kMeshesDone, kTargetDone}, context));
+  LB_RETURN_IF_ERROR(context.BeginStage("storing", kTargetDone, 1.0));
   return StoreTarget(target, HashOf(source), context.blobs);
 }
 
@@ -54,8 +55,9 @@ absl::Status RunChild(const store::v1::JobRecord& child, JobContext& context) {
               : MakeTargetFile(job, k, previous, context);
   LB_RETURN_IF_ERROR(opened.CheckFile());
   LB_RETURN_IF_ERROR(blob.status());
-  LB_RETURN_IF_ERROR(context.keeper.Check());
-  return context.catalog.FinishChild(context.keeper.lease_id(), *blob);
+  return PublishWhileLeased(context.keeper, [&] {
+    return context.catalog.FinishChild(context.keeper.lease_id(), *blob);
+  });
 }
 
 }  // namespace liquidblend::jobs

@@ -8,6 +8,7 @@
 #include "core/base/status_macros.h"
 #include "worker/ingest/find_up.h"
 #include "worker/ingest/read_animation.h"
+#include "worker/jobs/attempt/publish.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/stored_file.h"
 
@@ -59,8 +60,9 @@ absl::Status RunImport(const store::v1::ImportJob& job, JobContext& context) {
   LB_RETURN_IF_ERROR(context.BeginStage("publishing", 0.85, 1.0));
   LB_ASSIGN_OR_RETURN(const store::v1::AnimationRecord record,
                       StoreAnimation(*animation, context.blobs));
-  LB_RETURN_IF_ERROR(context.keeper.Check());
-  return context.catalog.PublishAnimation(context.keeper.lease_id(), record);
+  return PublishWhileLeased(context.keeper, [&] {
+    return context.catalog.PublishAnimation(context.keeper.lease_id(), record);
+  });
 }
 
 }  // namespace liquidblend::jobs

@@ -11,6 +11,7 @@
 #include "core/store/catalog/catalog.h"
 #include "core/store/files/parameter_records.h"
 #include "worker/jobs/assemble_family.h"
+#include "worker/jobs/attempt/publish.h"
 #include "worker/jobs/job_options.h"
 #include "worker/jobs/pre_roll.h"
 #include "worker/jobs/previous_version.h"
@@ -202,8 +203,9 @@ absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& cont
       MakeFamily(job, done, previous.get(), context);
   LB_RETURN_IF_ERROR(previous.CheckFile());  // first: vertices that read as zeros look moved
   LB_RETURN_IF_ERROR(record.status());
-  LB_RETURN_IF_ERROR(context.keeper.Check());
-  return context.catalog.PublishFamily(context.keeper.lease_id(), *record).status();
+  return PublishWhileLeased(context.keeper, [&] {
+    return context.catalog.PublishFamily(context.keeper.lease_id(), *record).status();
+  });
 }
 
 }  // namespace liquidblend::jobs

@@ -1,0 +1,86 @@
+#include "worker/jobs/attempt/publish.h"
+
+#include "tests/worker/jobs/jobs_testing.h"
+
+namespace liquidblend::jobs {
+namespace {
+
+const absl::Status kAway = absl::UnavailableError("the database is away");
+
+class PublishTest : public JobsTest {
+ protected:
+  PublishTest() : job_id_(SubmitImport("drop", {})) {
+    lease_options_.duration = absl::Seconds(1);
+    lease_options_.report_interval = absl::Milliseconds(2);
+    lease_ = **catalog_->LeaseJob("one", lease_options_.duration);
+  }
+
+  // Fails num_failures_ times, and calls after_failure_ each time.
+  absl::Status PublishLate() {
+    if (num_failures_ == 0) {
+      store::pb::AnimationRecord animation;
+      animation.set_id("drop");
+      return catalog_->PublishAnimation(lease_.lease_id, animation);
+    }
+    --num_failures_;
+    after_failure_();
+    return kAway;
+  }
+  absl::Status Publish(const PublishOptions& options) {
+    LeaseKeeper keeper(*catalog_, lease_, stop_, lease_options_);
+    return PublishWhileLeased(
+        keeper, [&] { return PublishLate(); }, options);
+  }
+
+  const PublishOptions quick_ = {.pause = absl::Milliseconds(5), .longest = absl::Minutes(1)};
+  const std::string job_id_;
+  LeaseOptions lease_options_;
+  store::Lease lease_;
+  int num_failures_ = 0;
+  std::function<void()> after_failure_ = [] {};
+};
+
+TEST_F(PublishTest, TriesAgainWhileTheCatalogIsAway) {
+  num_failures_ = 3;
+  EXPECT_TRUE(Publish(quick_).ok());
+  EXPECT_EQ(Job(job_id_).state(), store::pb::JobRecord::SUCCEEDED);
+  EXPECT_EQ(Job(job_id_).attempts(), 1);
+}
+
+TEST_F(PublishTest, GivesUpAfterTheLongestTime) {
+  num_failures_ = 1000;
+  EXPECT_EQ(Publish({.pause = absl::Milliseconds(5), .longest = absl::Milliseconds(300)}), kAway);
+  EXPECT_LT(num_failures_, 999);
+  EXPECT_EQ(Job(job_id_).state(), store::pb::JobRecord::RUNNING);
+}
+
+TEST_F(PublishTest, OtherErrorsAreNotTriedAgain) {
+  ASSERT_TRUE(catalog_->ReleaseJob(lease_.lease_id).ok());
+  LeaseKeeper keeper(*catalog_, lease_, stop_, lease_options_);
+  int num_calls = 0;
+  const auto publish = [&] {
+    ++num_calls;
+    return absl::AbortedError("the lease has ended");
+  };
+  EXPECT_TRUE(absl::IsAborted(PublishWhileLeased(keeper, publish, quick_)));
+  EXPECT_LE(num_calls, 1);  // none if the keeper has noticed before
+}
+
+TEST_F(PublishTest, EndsWithTheLease) {
+  num_failures_ = 100'000;
+  after_failure_ = [&] {
+    clock_ms_ += 2000;
+    catalog_->LeaseJob("two", lease_options_.duration).IgnoreError();
+  };
+  EXPECT_TRUE(absl::IsAborted(Publish(quick_)));
+}
+
+TEST_F(PublishTest, EndsWhenTheWorkerIsToStop) {
+  num_failures_ = 100'000;
+  after_failure_ = [&] { stop_.Request(); };
+  EXPECT_EQ(Publish(quick_), absl::UnavailableError("the worker is stopping"));
+  EXPECT_EQ(Job(job_id_).state(), store::pb::JobRecord::QUEUED);
+}
+
+}  // namespace
+}  // namespace liquidblend::jobs
