@@ -50,7 +50,7 @@ struct Flags {
   int cores_shared_by = 1;
   int64_t memory = 0;  // 0: base::MemoryForJobs()
   std::string lease = "30s";
-  std::string poll = "500ms";
+  std::string poll = "5s";
   int checkpoint_iterations = 2;
   std::string checkpoint_interval = "10s";
   bool once = false;
@@ -134,7 +134,9 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->default_str(base::FormatSize(flags.memory));
   app.add_option("--lease", flags.lease, "How long a job waits for this worker without a heartbeat")
       ->capture_default_str();
-  app.add_option("--poll", flags.poll, "How often to look at an empty queue")
+  app.add_option(
+         "--poll", flags.poll,
+         "The longest time between two looks at an empty queue; new jobs are noticed at once")
       ->capture_default_str();
   app.add_option("--checkpoint-iterations", flags.checkpoint_iterations,
                  "Save a checkpoint of a registration after so many iterations; 0: never")

@@ -21,6 +21,7 @@ namespace liquidblend::jobs {
 namespace {
 
 constexpr absl::Duration kStopPoll = absl::Milliseconds(100);
+constexpr absl::Duration kAfterError = absl::Milliseconds(500);  // of the queue, until the next try
 
 // Whether another attempt, perhaps on another machine, may succeed.
 bool IsWorthRetrying(const absl::Status& status) {
@@ -92,7 +93,7 @@ class JobLoop {
 
   // Waits for a job. Returns whether the worker stays; not if it has waited for options_.idle_time.
   bool Idle();
-  void AwaitJob(absl::Duration longest);
+  absl::Status AwaitJob(absl::Duration longest);
   std::string DescribeQueue();
 
   store::Catalog& catalog_;
@@ -139,7 +140,7 @@ absl::StatusOr<std::optional<store::Lease>> JobLoop::NextLease() {
     Await(status);
   } else if (!absl::IsDataLoss(status)) {
     base::LogWarning(absl::StrCat("queue: ", status.ToString()));
-    stop_.WaitFor(options_.poll);
+    stop_.WaitFor(std::min(options_.poll, kAfterError));
   }
   return status;
 }
@@ -243,26 +244,24 @@ bool JobLoop::Idle() {
   if (left <= absl::ZeroDuration()) return false;
   idle_since_ = idle_since_.value_or(now);
   const absl::Duration longest = std::min(left, options_.poll);
-  const absl::Status awaited = Guarded("worker", [&] {
-    AwaitJob(longest);
-    return absl::OkStatus();
-  });
-  if (!awaited.ok()) stop_.WaitFor(longest);  // the next lease tells what the matter is
+  const absl::Status awaited = Guarded("worker", [&] { return AwaitJob(longest); });
+  // The next lease tells what the matter is.
+  if (!awaited.ok()) stop_.WaitFor(std::min(longest, kAfterError));
   return true;
 }
 
 // Waits until there may be something to do, but not longer than that. Notices a request to stop
-// within kStopPoll.
-void JobLoop::AwaitJob(absl::Duration longest) {
+// within kStopPoll. Errors: the catalog's.
+absl::Status JobLoop::AwaitJob(absl::Duration longest) {
   const base::SteadyClock::time_point begin = base::SteadyClock::now();
   while (!stop_.is_requested()) {
     const absl::Duration left = longest - base::Since(begin);
-    if (left <= absl::ZeroDuration()) return;
-    const absl::StatusOr<bool> has_job =
-        catalog_.WaitForJob(std::min(left, kStopPoll), options_.memory_bytes);
-    if (has_job.ok() && *has_job) return;
-    if (!has_job.ok()) stop_.WaitFor(left);  // the next lease tells what the matter is
+    if (left <= absl::ZeroDuration()) break;
+    LB_ASSIGN_OR_RETURN(const bool has_job,
+                        catalog_.WaitForJob(std::min(left, kStopPoll), options_.memory_bytes));
+    if (has_job) break;
   }
+  return absl::OkStatus();
 }
 
 // What a worker that has found nothing to do leaves to others; empty: nothing.

@@ -22,8 +22,10 @@ struct JobLoopOptions {
   LeaseOptions lease;
   CheckpointOptions checkpoints;
   AccessOptions access;
-  absl::Duration poll = absl::Milliseconds(500);  // > 0; interval of looks at an empty queue
-  int64_t memory_bytes = store::kAnyMemory;       // > 0; jobs that need more are left to others
+  // > 0; the longest time between two looks at an empty queue. Catalog::WaitForJob() tells of new
+  // jobs sooner.
+  absl::Duration poll = absl::Seconds(5);
+  int64_t memory_bytes = store::kAnyMemory;  // > 0; jobs that need more are left to others
   // >= 0; returns when it has found nothing to do for so long. Time in which the queue could not be
   // asked does not count.
   absl::Duration idle_time = absl::InfiniteDuration();
