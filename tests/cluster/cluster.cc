@@ -32,6 +32,7 @@ struct Flags {
   int jobs = 100'000;
   int workers = 1000;
   int processes = 10;
+  double start_s = 30.0;
   double job_s = 5.0;
   int submitters = 8;
 };
@@ -124,17 +125,21 @@ int RunQueue(const Flags& flags) {
       {.url = flags.store,
        .num_workers = flags.workers,
        .num_processes = flags.processes,
+       .start = absl::Seconds(flags.start_s),
        .job = absl::Seconds(flags.job_s),
        .look = [&](store::Catalog& catalog) { return Look(catalog, flags.blobs, times); }}));
   times["LeaseJob"] = report.lease_ms;
   times["PublishAnimation"] = report.publish_ms;
   PrintTimes(absl::StrCat("while ", flags.workers, " workers work"), times);
   std::printf(
-      "\n| leases/s | published | leased again | lost | failed calls | failed starts |\n"
-      "| --- | --- | --- | --- | --- | --- |\n| %.0f | %lld | %lld | %lld | %lld | %lld |\n",
+      "\n| leases/s | published | leased again | lost | failed calls | failed starts | failed "
+      "looks "
+      "|\n| --- | --- | --- | --- | --- | --- | --- |\n"
+      "| %.0f | %lld | %lld | %lld | %lld | %lld | %lld |\n",
       SteadyRate(report.leased_s), static_cast<long long>(report.num_published),
       static_cast<long long>(report.num_later_attempts), static_cast<long long>(report.num_lost),
-      static_cast<long long>(report.num_errors), static_cast<long long>(report.num_failed_starts));
+      static_cast<long long>(report.num_errors), static_cast<long long>(report.num_failed_starts),
+      static_cast<long long>(report.num_failed_looks));
   return report.num_published == flags.jobs && report.num_later_attempts == 0 ? 0 : 1;
 }
 
@@ -161,6 +166,8 @@ int main(int argc, char** argv) {
   app.add_option("--jobs", flags.jobs)->capture_default_str();
   app.add_option("--workers", flags.workers)->capture_default_str();
   app.add_option("--processes", flags.processes, "Of workers")->capture_default_str();
+  app.add_option("--start-seconds", flags.start_s, "Until all workers have started")
+      ->capture_default_str();
   app.add_option("--job-seconds", flags.job_s, "How long a job takes on average")
       ->capture_default_str();
   app.add_option("--submitters", flags.submitters, "Threads")->capture_default_str();

@@ -20,6 +20,7 @@
 #include "core/base/status_macros.h"
 #include "core/store/catalog/catalog.h"
 #include "worker/jobs/attempt/lease_keeper.h"
+#include "worker/jobs/attempt/publish.h"
 #include "worker/jobs/attempt/stop_signal.h"
 
 namespace liquidblend::bench {
@@ -28,7 +29,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr absl::Duration kLease = absl::Seconds(30);  // the worker's defaults
-constexpr absl::Duration kPoll = absl::Milliseconds(500);
+constexpr absl::Duration kPoll = absl::Seconds(5);
+constexpr absl::Duration kStopPoll = absl::Milliseconds(100);
+constexpr absl::Duration kAfterError = absl::Milliseconds(500);
 constexpr absl::Duration kRestart = absl::Seconds(2);         // as deploy/systemd has it
 constexpr absl::Duration kBetweenReports = absl::Seconds(2);  // of progress
 
@@ -51,6 +54,7 @@ void Append(const WorkReport& one, WorkReport& all) {
   all.num_lost += one.num_lost;
   all.num_errors += one.num_errors;
   all.num_failed_starts += one.num_failed_starts;
+  all.num_failed_looks += one.num_failed_looks;
 }
 
 // Sleeps for the time of a job, with reports of progress.
@@ -70,17 +74,16 @@ void Pretend(jobs::LeaseKeeper& keeper, absl::Duration job, const jobs::StopSign
 void RunJob(store::Catalog& catalog, const store::Lease& lease, absl::Duration job,
             const jobs::StopSignal& stop, WorkReport& report) {
   if (lease.job.attempts() > 1) ++report.num_later_attempts;
-  {
-    jobs::LeaseKeeper keeper(catalog, lease, stop, {.duration = kLease});
-    Pretend(keeper, job, stop);
-  }
-  if (stop.is_requested()) return;
+  jobs::LeaseKeeper keeper(catalog, lease, stop, {.duration = kLease});
+  Pretend(keeper, job, stop);
   store::pb::AnimationRecord animation;
   animation.set_id(lease.job.import_animation().animation());
   animation.set_blob(absl::StrCat("blob-of-", animation.id()));
   animation.mutable_manifest()->set_num_frames(1);
   const Clock::time_point begin = Clock::now();
-  const absl::Status published = catalog.PublishAnimation(lease.lease_id, animation);
+  const absl::Status published = jobs::PublishWhileLeased(
+      keeper, [&] { return catalog.PublishAnimation(lease.lease_id, animation); });
+  if (stop.is_requested() && !published.ok()) return;
   report.publish_ms.push_back(MsSince(begin));
   if (published.ok()) {
     ++report.num_published;
@@ -104,9 +107,20 @@ std::unique_ptr<store::Catalog> Open(const FakeWorkersOptions& options,
   return nullptr;
 }
 
+// Waits for a job, at most kPoll. Errors: the catalog's.
+absl::Status AwaitJob(store::Catalog& catalog, const jobs::StopSignal& stop) {
+  const Clock::time_point begin = Clock::now();
+  while (!stop.is_requested() && absl::Milliseconds(MsSince(begin)) < kPoll) {
+    LB_ASSIGN_OR_RETURN(const bool has_job, catalog.WaitForJob(kStopPoll));
+    if (has_job) break;
+  }
+  return absl::OkStatus();
+}
+
 // A worker's loop, as jobs::RunJobs() has it.
 WorkReport Work(const FakeWorkersOptions& options, int number, const jobs::StopSignal& stop) {
   WorkReport report;
+  stop.WaitFor(options.start * number / options.num_workers);
   const std::unique_ptr<store::Catalog> opened = Open(options, stop, report);
   if (opened == nullptr) return report;
   store::Catalog& catalog = *opened;
@@ -118,13 +132,14 @@ WorkReport Work(const FakeWorkersOptions& options, int number, const jobs::StopS
     const auto lease = catalog.LeaseJob(name, kLease);
     if (!lease.ok()) {
       ++report.num_errors;
-      stop.WaitFor(kPoll);
+      stop.WaitFor(kAfterError);
     } else if (lease->has_value()) {
       report.lease_ms.push_back(MsSince(begin));
       report.leased_s.push_back(SecondsOf(Clock::now()));
       RunJob(catalog, **lease, share(random) * options.job, stop, report);
-    } else if (!catalog.WaitForJob(kPoll).ok()) {
+    } else if (!AwaitJob(catalog, stop).ok()) {
       ++report.num_errors;
+      stop.WaitFor(kAfterError);
     }
   }
   return report;
@@ -246,15 +261,19 @@ absl::StatusOr<bool> IsDone(store::Catalog& catalog) {
          !counts.contains(store::pb::JobRecord::RUNNING);
 }
 
-// Returns when no job is queued or running.
-absl::Status AwaitEmptyQueue(const FakeWorkersOptions& options) {
+// Returns when no job is queued or running. A call that fails is counted in `report`.
+absl::Status AwaitEmptyQueue(const FakeWorkersOptions& options, WorkReport& report) {
   LB_ASSIGN_OR_RETURN(const std::unique_ptr<store::Catalog> catalog,
                       store::OpenPostgresCatalog(options.url));
   const Clock::time_point begin = Clock::now();
   while (absl::Milliseconds(MsSince(begin)) < options.give_up) {
-    LB_ASSIGN_OR_RETURN(const bool is_done, IsDone(*catalog));
-    if (is_done) return absl::OkStatus();
-    LB_RETURN_IF_ERROR(options.look(*catalog));
+    const absl::StatusOr<bool> is_done = IsDone(*catalog);
+    if (is_done.ok() && *is_done) return absl::OkStatus();
+    const absl::Status looked = is_done.ok() ? options.look(*catalog) : is_done.status();
+    if (!looked.ok()) {
+      ++report.num_failed_looks;
+      std::fprintf(stderr, "while workers work: %s\n", looked.ToString().c_str());
+    }
     std::this_thread::sleep_for(std::chrono::seconds(1));
   }
   return absl::DeadlineExceededError("the queue is not empty yet");
@@ -269,8 +288,8 @@ absl::StatusOr<WorkReport> RunFakeWorkers(const FakeWorkersOptions& options) {
     const int end = options.num_workers * (k + 1) / options.num_processes;
     LB_ASSIGN_OR_RETURN(processes.emplace_back(), Start(options, first, end - first));
   }
-  const absl::Status emptied = AwaitEmptyQueue(options);
   WorkReport all;
+  const absl::Status emptied = AwaitEmptyQueue(options, all);
   absl::Status reported;
   for (const Process& process : processes) {
     const absl::StatusOr<WorkReport> one = Stop(process);

@@ -16,9 +16,10 @@ struct FakeWorkersOptions {
   std::string url;                             // of the catalog: postgresql://...
   int num_workers = 1000;                      // > 0
   int num_processes = 10;                      // > 0; the workers are threads of these
+  absl::Duration start = absl::Seconds(30);    // until all have started, one after the other
   absl::Duration job = absl::Seconds(5);       // on average; from half to one and a half times that
   absl::Duration give_up = absl::Minutes(60);  // the most time until the queue is empty
-  // Called every second while they work.
+  // Called every second while they work. Its errors are counted.
   std::function<absl::Status(store::Catalog&)> look = [](store::Catalog&) {
     return absl::OkStatus();
   };
@@ -34,6 +35,7 @@ struct WorkReport {
   int64_t num_lost = 0;            // jobs whose lease was lost
   int64_t num_errors = 0;          // calls that failed otherwise
   int64_t num_failed_starts = 0;   // the catalog could not be opened; repeated after a pause
+  int64_t num_failed_looks = 0;    // options.look, or the count of jobs, failed; repeated
 };
 
 // Runs the workers until no job is queued or running.
