@@ -132,9 +132,8 @@ int RunQueue(const Flags& flags) {
   times["PublishAnimation"] = report.publish_ms;
   PrintTimes(absl::StrCat("while ", flags.workers, " workers work"), times);
   std::printf(
-      "\n| leases/s | published | leased again | lost | failed calls | failed starts | failed "
-      "looks "
-      "|\n| --- | --- | --- | --- | --- | --- | --- |\n"
+      "\n| leases/s | published | leased again | lost | failed calls | failed starts |"
+      " failed looks |\n| --- | --- | --- | --- | --- | --- | --- |\n"
       "| %.0f | %lld | %lld | %lld | %lld | %lld | %lld |\n",
       SteadyRate(report.leased_s), static_cast<long long>(report.num_published),
       static_cast<long long>(report.num_later_attempts), static_cast<long long>(report.num_lost),
