@@ -27,7 +27,7 @@ MAN = {
         "cancel", "convert", "delete", "download", "export", "frame", "import", "inspect", "list",
         "operations", "register", "render", "rollback", "stream"))},
     "server": {"liquidblend-server", "liquidblend-admin", *(f"liquidblend-admin-{name}" for name in (
-        "check", "collect", "export", "import", "owners", "queue", "workers"))},
+        "check", "collect", "export", "import", "owners", "plan", "queue", "workers"))},
     "worker": {"liquidblend-worker"},
 }
 
