@@ -136,7 +136,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   app.add_option(
          "--poll", flags.poll,
-         "The longest time between two looks at an empty queue; new jobs are noticed at once")
+         "The longest time between two tries to lease a job while the queue is empty; a new job "
+         "is noticed at once")
       ->capture_default_str();
   app.add_option("--checkpoint-iterations", flags.checkpoint_iterations,
                  "Save a checkpoint of a registration after so many iterations; 0: never")

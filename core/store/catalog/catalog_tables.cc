@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "absl/strings/numbers.h"
@@ -36,8 +37,8 @@ absl::StatusOr<Record> FindRecord(Sql& sql, absl::string_view statement, const s
   return found;
 }
 
-// Query of jobs with the columns record, lease_id, due_us.
-constexpr char kSelectJob[] = "SELECT record, lease_id, due_us FROM jobs ";
+// Query of jobs with the columns record, lease_id, due_us, number.
+constexpr char kSelectJob[] = "SELECT record, lease_id, due_us, number FROM jobs ";
 
 absl::StatusOr<std::optional<JobRow>> FindJobRow(Sql& sql, const std::string& where,
                                                  std::initializer_list<SqlValue> values) {
@@ -46,7 +47,7 @@ absl::StatusOr<std::optional<JobRow>> FindJobRow(Sql& sql, const std::string& wh
       sql.Run(absl::StrCat(kSelectJob, where), values, [&](const SqlRow& row) -> absl::Status {
         LB_ASSIGN_OR_RETURN(pb::JobRecord record,
                             Parse<pb::JobRecord>(sql, "a job", row.String(0)));
-        found = JobRow{std::move(record), row.String(1), row.Int(2)};
+        found = JobRow{std::move(record), row.String(1), row.Int(2), row.Int(3)};
         return absl::OkStatus();
       }));
   return found;
@@ -86,15 +87,21 @@ absl::StatusOr<Page<Record>> PageOf(Sql& sql, absl::string_view statement, const
 }
 
 // Parts of statements for jobs and children that may be leased, now or later: what follows "FROM
-// jobs" to read them by an index. jobs_queued has them in the order in which they are leased, the
-// others by due time. No index has jobs of both states: each heartbeat of a running job leaves an
-// old entry, which a search for a queued one would have to pass.
+// jobs" to read them by an index. jobs_queued_by_turn has them in the order in which they are
+// leased, the others by due time. No index has jobs of both states: each heartbeat of a running job
+// leaves an old entry, which a search for a queued one would have to pass.
 std::string OfIndex(const Sql& sql, const char* index, pb::JobRecord::State state) {
   return absl::StrCat(sql.indexed_by(index), " WHERE state = ", state);
 }
-std::string Queued(const Sql& sql) { return OfIndex(sql, "jobs_queued", pb::JobRecord::QUEUED); }
-std::string Paused(const Sql& sql) { return OfIndex(sql, "jobs_paused", pb::JobRecord::QUEUED); }
-std::string Running(const Sql& sql) { return OfIndex(sql, "jobs_running", pb::JobRecord::RUNNING); }
+std::string Queued(const Sql& sql) {
+  return OfIndex(sql, "jobs_queued_by_turn", pb::JobRecord::QUEUED);
+}
+std::string QueuedByDue(const Sql& sql) {
+  return OfIndex(sql, "jobs_queued_by_due", pb::JobRecord::QUEUED);
+}
+std::string Running(const Sql& sql) {
+  return OfIndex(sql, "jobs_running_by_due", pb::JobRecord::RUNNING);
+}
 
 SqlValue DueOf(const JobRow& job) {
   const pb::JobRecord::State state = job.record.state();
@@ -164,9 +171,10 @@ absl::StatusOr<absl::Duration> TimeToDue(Sql& sql, const std::string& condition,
   return due_us == 0 ? absl::InfiniteDuration() : absl::FromUnixMicros(due_us) - now;
 }
 
-// Whether `a` is leased before `b`, of different owners or priorities.
-bool IsBefore(const pb::JobRecord& a, const pb::JobRecord& b) {
-  return std::pair(-a.priority(), a.turn()) < std::pair(-b.priority(), b.turn());
+// Whether `a` is leased before `b`.
+bool IsBefore(const JobRow& a, const JobRow& b) {
+  return std::tuple(-a.record.priority(), a.record.turn(), a.number) <
+         std::tuple(-b.record.priority(), b.record.turn(), b.number);
 }
 
 SqlValue TextOrNull(const std::string& text) {
@@ -206,7 +214,7 @@ absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int6
   LB_ASSIGN_OR_RETURN(std::optional<JobRow> lost, FindLostJob(sql, now, memory_bytes));
   LB_ASSIGN_OR_RETURN(std::optional<JobRow> queued, FindQueuedJob(sql, now, memory_bytes));
   if (!lost.has_value()) return queued;
-  return queued.has_value() && IsBefore(queued->record, lost->record) ? queued : lost;
+  return queued.has_value() && IsBefore(*queued, *lost) ? queued : lost;
 }
 
 absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t memory_bytes) {
@@ -214,9 +222,9 @@ absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t m
   if (job.has_value()) return absl::ZeroDuration();
   LB_ASSIGN_OR_RETURN(const absl::Duration until_lost,
                       TimeToDue(sql, Running(sql), now, memory_bytes));
-  LB_ASSIGN_OR_RETURN(const absl::Duration until_continued,
-                      TimeToDue(sql, Paused(sql), now, memory_bytes));
-  return std::min(until_lost, until_continued);
+  LB_ASSIGN_OR_RETURN(const absl::Duration until_due,
+                      TimeToDue(sql, QueuedByDue(sql), now, memory_bytes));
+  return std::min(until_lost, until_due);
 }
 
 absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job) {

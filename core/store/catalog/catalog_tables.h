@@ -20,6 +20,7 @@ struct JobRow {
   // Microseconds since 1970: while queued, when it may be leased; while running, when the lease
   // ends.
   int64_t due_us = 0;
+  int64_t number = 0;  // grows with each job; 0: not known
 };
 
 // Find a record by its id; FindChildren(): those of a job, in the order of the targets.

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
+#include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
 #include "core/store/catalog/owner_tables.h"
@@ -96,14 +97,16 @@ constexpr const char* kPostgresMigrations[] = {R"sql(
   CREATE INDEX kept_versions_by_owner ON kept_versions (owner, blob, stored_bytes);
 )sql"};
 // Additions that older programs leave alone, so that they need no version of their own.
-constexpr char kPostgresAdditions[] = R"sql(
-  CREATE TABLE IF NOT EXISTS family_uses (
+constexpr char kPostgresUses[] = R"sql(
+  CREATE TABLE family_uses (
     family TEXT COLLATE "C" NOT NULL, day BIGINT NOT NULL, num_frames BIGINT NOT NULL,
     PRIMARY KEY (family, day));
-  CREATE INDEX IF NOT EXISTS jobs_queued ON jobs (priority DESC, turn, number, memory_bytes)
+)sql";
+constexpr char kPostgresIndexes[] = R"sql(
+  CREATE INDEX IF NOT EXISTS jobs_queued_by_turn ON jobs (priority DESC, turn, number, memory_bytes)
     WHERE state = 1;
-  CREATE INDEX IF NOT EXISTS jobs_paused ON jobs (due_us, memory_bytes) WHERE state = 1;
-  CREATE INDEX IF NOT EXISTS jobs_running ON jobs (due_us, memory_bytes) WHERE state = 2;
+  CREATE INDEX IF NOT EXISTS jobs_queued_by_due ON jobs (due_us, memory_bytes) WHERE state = 1;
+  CREATE INDEX IF NOT EXISTS jobs_running_by_due ON jobs (due_us, memory_bytes) WHERE state = 2;
 )sql";
 constexpr int64_t kPostgresSchemaVersion = std::size(kPostgresMigrations);
 constexpr int64_t kPostgresFirstWithOwners = 4;
@@ -150,16 +153,50 @@ absl::Status Migrate(PostgresConnection& sql) {
                  {kPostgresSchemaVersion});
 }
 
+absl::Status AddUses(PostgresConnection& sql) {
+  LB_ASSIGN_OR_RETURN(const int64_t num_there, CountTables(sql, " AND relname = 'family_uses'"));
+  return num_there > 0 ? absl::OkStatus() : sql.RunScript(kPostgresUses);
+}
+
 // Whether all tables are there and of this version. Takes no lock: a thousand workers that start at
 // once need not wait for each other.
-absl::StatusOr<bool> IsCurrent(PostgresConnection& sql) {
-  LB_ASSIGN_OR_RETURN(const int64_t num_ours,
-                      CountRelations(sql,
-                                     " AND relname IN ('catalog_version', 'jobs', 'family_uses', "
-                                     "'jobs_queued', 'jobs_paused', 'jobs_running')"));
-  if (num_ours != 6) return false;
+absl::StatusOr<bool> HasTables(PostgresConnection& sql) {
+  LB_ASSIGN_OR_RETURN(
+      const int64_t num_ours,
+      CountTables(sql, " AND relname IN ('catalog_version', 'jobs', 'family_uses')"));
+  if (num_ours != 3) return false;
   LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(sql, "SELECT version FROM catalog_version"));
   return version == kPostgresSchemaVersion;
+}
+
+absl::Status MakeTables(PostgresConnection& sql) {
+  LB_ASSIGN_OR_RETURN(const bool has_tables, HasTables(sql));
+  if (has_tables) return absl::OkStatus();
+  return sql.Transaction([&]() -> absl::Status {
+    LB_RETURN_IF_ERROR(Migrate(sql));
+    return AddUses(sql);
+  });
+}
+
+// Adds the indexes that are missing. The catalog gives right answers without them, so a user who
+// may not add them (only the owner of the tables may) is no error.
+absl::Status MakeIndexes(PostgresConnection& sql) {
+  LB_ASSIGN_OR_RETURN(const int64_t num_there,
+                      CountRelations(sql,
+                                     " AND relkind = 'i' AND relname IN ('jobs_queued_by_turn', "
+                                     "'jobs_queued_by_due', 'jobs_running_by_due')"));
+  if (num_there == 3) return absl::OkStatus();
+  const absl::Status made = sql.Transaction([&]() -> absl::Status {
+    // A history of years takes more than the time limit of other statements.
+    LB_RETURN_IF_ERROR(
+        sql.RunScript("SET LOCAL statement_timeout = '10min'; SET LOCAL lock_timeout = '10min'"));
+    LB_RETURN_IF_ERROR(sql.Run("SELECT pg_advisory_xact_lock($1)", {kMigrationLock}));
+    return sql.RunScript(kPostgresIndexes);
+  });
+  if (!absl::IsPermissionDenied(made)) return made;
+  base::LogWarning(absl::StrCat(
+      "the queue is slow until the owner of the tables adds its indexes: ", made.message()));
+  return absl::OkStatus();
 }
 
 class PostgresBackend : public SqlBackend {
@@ -169,12 +206,8 @@ class PostgresBackend : public SqlBackend {
 
   absl::Status Prepare() {
     return pool_.Use([](PostgresConnection& sql) -> absl::Status {
-      LB_ASSIGN_OR_RETURN(const bool is_current, IsCurrent(sql));
-      if (is_current) return absl::OkStatus();
-      return sql.Transaction([&]() -> absl::Status {
-        LB_RETURN_IF_ERROR(Migrate(sql));
-        return sql.RunScript(kPostgresAdditions);
-      });
+      LB_RETURN_IF_ERROR(MakeTables(sql));
+      return MakeIndexes(sql);
     });
   }
 

@@ -88,10 +88,10 @@ constexpr char kSqliteAdditions[] = R"sql(
   CREATE TABLE IF NOT EXISTS family_uses (
     family TEXT NOT NULL, day INTEGER NOT NULL, num_frames INTEGER NOT NULL,
     PRIMARY KEY (family, day)) STRICT, WITHOUT ROWID;
-  CREATE INDEX IF NOT EXISTS jobs_queued ON jobs (priority DESC, turn, number, memory_bytes)
+  CREATE INDEX IF NOT EXISTS jobs_queued_by_turn ON jobs (priority DESC, turn, number, memory_bytes)
     WHERE state = 1;
-  CREATE INDEX IF NOT EXISTS jobs_paused ON jobs (due_us, memory_bytes) WHERE state = 1;
-  CREATE INDEX IF NOT EXISTS jobs_running ON jobs (due_us, memory_bytes) WHERE state = 2;
+  CREATE INDEX IF NOT EXISTS jobs_queued_by_due ON jobs (due_us, memory_bytes) WHERE state = 1;
+  CREATE INDEX IF NOT EXISTS jobs_running_by_due ON jobs (due_us, memory_bytes) WHERE state = 2;
 )sql";
 constexpr int64_t kSqliteSchemaVersion = std::size(kSqliteMigrations);
 constexpr int64_t kSqliteFirstWithOwners = 5;

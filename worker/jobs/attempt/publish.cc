@@ -39,7 +39,7 @@ absl::Status PublishWhileLeased(const LeaseKeeper& keeper,
       return published;
     }
     base::LogWarning(absl::StrCat("job ", keeper.job().id(),
-                                  ": not published yet, tried again: ", published.ToString()));
+                                  ": not published yet, will try again: ", published.ToString()));
     LB_RETURN_IF_ERROR(Wait(keeper, pause));
   }
 }

@@ -14,7 +14,7 @@ struct PublishOptions {
 };
 
 // Calls `publish` until it succeeds or returns an error other than kUnavailable, as long as the job
-// may go on. So a restart of the database, or a moment in which it is busy, does not cost the
+// may go on. So a database that is busy, or away for less than the lease, does not cost the
 // attempt.
 // Errors: keeper.Check()'s; publish's, kUnavailable after options.longest. If a call was carried
 // out but its answer was lost, the next one returns kAborted: the job has ended.

@@ -63,6 +63,17 @@ TEST_P(CatalogSuite, AJobThatIsTriedAgainKeepsItsTurn) {
   EXPECT_THAT(Next(2), ::testing::ElementsAre("a1", "a3"));
 }
 
+TEST_P(CatalogSuite, ALostJobIsGivenOutInItsTurn) {
+  MustSubmitAs("a", "a1");
+  MustSubmitAs("b", "b1");  // of the same turn
+  EXPECT_EQ(FailNext(absl::InternalError("odd")).import_animation().animation(), "a1");
+  EXPECT_THAT(Next(1), ::testing::ElementsAre("b1"));
+  MustSubmitAs("c", "c1");
+  MustSubmitAs("c", "urgent", 1);
+  now_ += kLease + absl::Seconds(2);
+  EXPECT_THAT(Next(4), ::testing::ElementsAre("urgent", "a1", "b1", "c1"));
+}
+
 TEST_P(CatalogSuite, EachTargetOfARegistrationTakesATurn) {
   for (const std::string id : {"x", "y", "z"}) MakeAnimation(id);
   Job job = RegistrationOf("f", "x", {"x", "y", "z"});

@@ -147,8 +147,8 @@ TEST_F(SqliteCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
 // Programs of before know nothing of additions, and their version of the tables is this one's.
 TEST_F(SqliteCatalogTest, MakesAdditionsInADatabaseOfAProgramWithoutThem) {
   MustOpen();
-  ASSERT_THAT(OpenRaw()->RunScript("DROP TABLE family_uses; DROP INDEX jobs_queued; "
-                                   "DROP INDEX jobs_paused; DROP INDEX jobs_running"),
+  ASSERT_THAT(OpenRaw()->RunScript("DROP TABLE family_uses; DROP INDEX jobs_queued_by_turn; "
+                                   "DROP INDEX jobs_queued_by_due; DROP INDEX jobs_running_by_due"),
               Succeeds());
   EXPECT_THAT(MustOpen()->RecordFamilyUses({}), Succeeds());
   EXPECT_THAT(MustOpen()->LeaseJob("one", absl::Minutes(1)), Succeeds());
@@ -178,15 +178,15 @@ TEST_F(SqliteCatalogTest, FindsTheNextJobByAnIndexHoweverLongTheHistory) {
     return text;
   };
   const std::string next = plan(
-      "SELECT record FROM jobs INDEXED BY jobs_queued WHERE state = 1 AND (due_us <= 7 OR "
+      "SELECT record FROM jobs INDEXED BY jobs_queued_by_turn WHERE state = 1 AND (due_us <= 7 OR "
       "due_us > 9) AND memory_bytes <= 5 ORDER BY priority DESC, turn, number LIMIT 1");
-  EXPECT_THAT(next, ::testing::HasSubstr("jobs_queued"));
+  EXPECT_THAT(next, ::testing::HasSubstr("jobs_queued_by_turn"));
   EXPECT_THAT(next, ::testing::Not(::testing::HasSubstr("TEMP B-TREE")));
-  EXPECT_THAT(plan("SELECT MIN(due_us) FROM jobs INDEXED BY jobs_running WHERE state = 2"),
-              ::testing::HasSubstr("SEARCH jobs USING INDEX jobs_running"));
-  EXPECT_THAT(plan("SELECT MIN(due_us) FROM jobs INDEXED BY jobs_paused WHERE state = 1 AND "
+  EXPECT_THAT(plan("SELECT MIN(due_us) FROM jobs INDEXED BY jobs_running_by_due WHERE state = 2"),
+              ::testing::HasSubstr("SEARCH jobs USING INDEX jobs_running_by_due"));
+  EXPECT_THAT(plan("SELECT MIN(due_us) FROM jobs INDEXED BY jobs_queued_by_due WHERE state = 1 AND "
                    "due_us > 7 AND memory_bytes <= 5"),
-              ::testing::HasSubstr("jobs_paused (due_us>?)"));
+              ::testing::HasSubstr("jobs_queued_by_due (due_us>?)"));
   EXPECT_THAT(plan("SELECT MAX(turn) FROM jobs WHERE priority = 0 AND attempts > 0"),
               ::testing::HasSubstr("jobs_by_turn"));
   EXPECT_THAT(plan("SELECT blob, stored_bytes FROM animations WHERE owner = 'a' AND blob <> ''"),
