@@ -207,6 +207,9 @@ TEST_F(PostgresCatalogTest, FindsTheNextJobByAnIndexHoweverLongTheHistory) {
   MustOpen();
   Run("INSERT INTO jobs (id, state, subject, record) "
       "SELECT 'job-' || k, 3, 'animations/a', '' FROM generate_series(1, 20000) AS k");
+  Run("INSERT INTO jobs (id, state, subject, due_us, record) "
+      "SELECT 'job-' || k, 1 + k % 2, 'animations/a', k % 2 * k, '' "
+      "FROM generate_series(20001, 24000) AS k");
   Run("ANALYZE jobs");
   const std::string plan =
       Run("EXPLAIN (FORMAT JSON) SELECT record FROM jobs WHERE state = 1 AND (due_us <= 7 OR "
