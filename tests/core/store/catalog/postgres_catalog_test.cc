@@ -45,6 +45,16 @@ class PostgresCatalogTest : public ::testing::Test {
 
   std::string Run(const std::string& script) { return server_.Run(url_, script); }
 
+  // The url of the catalog for a new user, who may do all in its schema but owns nothing.
+  std::string UrlOfNewRole(const std::string& role, const std::string& schema) {
+    Run("CREATE ROLE " + role);
+    for (const std::string what :
+         {"SCHEMA ", "ALL TABLES IN SCHEMA ", "ALL SEQUENCES IN SCHEMA "}) {
+      Run(absl::StrCat("GRANT ALL ON ", what, schema, " TO ", role));
+    }
+    return absl::StrCat(url_, "%20-crole%3D", role);
+  }
+
   static std::string OldRows() {
     return FillOldCatalog([](const std::string& bytes) {
       return absl::StrCat("'\\x", absl::BytesToHexString(bytes), "'");
@@ -426,12 +436,7 @@ TEST_F(PostgresCatalogTest, ADeniedWriteIsOfTheEnvironmentAndLosesNoJob) {
   MustOpen();
   const std::string schema = url_.substr(url_.rfind("%3D") + 3);
   const std::string tables = absl::StrCat("ALL TABLES IN SCHEMA ", schema);
-  Run("CREATE ROLE producer");
-  const std::string sequences = absl::StrCat("ALL SEQUENCES IN SCHEMA ", schema);
-  for (const std::string& what : {"SCHEMA " + schema, tables, sequences}) {
-    Run(absl::StrCat("GRANT ALL ON ", what, " TO producer"));
-  }
-  const auto catalog = OpenPostgresCatalog(url_ + "%20-crole%3Dproducer");
+  const auto catalog = OpenPostgresCatalog(UrlOfNewRole("producer", schema));
   ASSERT_THAT(catalog, Succeeds());
   ASSERT_THAT((*catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
   Run(absl::StrCat("REVOKE INSERT, UPDATE, DELETE ON ", tables, " FROM producer"));
@@ -453,14 +458,10 @@ TEST_F(PostgresCatalogTest, ADeniedWriteIsOfTheEnvironmentAndLosesNoJob) {
 // Only the owner of a table may add indexes to it.
 TEST_F(PostgresCatalogTest, WorksWithoutTheIndexesThatItMayNotAdd) {
   MustOpen();
-  const std::string schema = url_.substr(url_.rfind("%3D") + 3);
-  Run("CREATE ROLE guest");
-  for (const std::string what : {"SCHEMA ", "ALL TABLES IN SCHEMA ", "ALL SEQUENCES IN SCHEMA "}) {
-    Run(absl::StrCat("GRANT ALL ON ", what, schema, " TO guest"));
-  }
+  const std::string url = UrlOfNewRole("guest", url_.substr(url_.rfind("%3D") + 3));
   Run("DROP INDEX jobs_queued_by_turn");
   Run("DROP INDEX jobs_running_by_due");
-  const auto catalog = OpenPostgresCatalog(url_ + "%20-crole%3Dguest");
+  const auto catalog = OpenPostgresCatalog(url);
   ASSERT_THAT(catalog, Succeeds());
   ASSERT_THAT((*catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
   const auto lease = (*catalog)->LeaseJob("worker", absl::Minutes(1));
